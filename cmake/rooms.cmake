@@ -1,0 +1,51 @@
+# A room is a folder with sources beside their tests. These three functions are all that a room's CMakeLists.txt needs.
+#
+# Files: *_test.cpp become one GoogleTest executable per room, *_bench.cpp one Google Benchmark executable, main.cpp the
+# node's executable; everything else is the room's library.
+
+# add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
+function(add_room name)
+  cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
+  file(GLOB_RECURSE all CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  set(tests ${all})
+  list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  set(benches ${all})
+  list(FILTER benches INCLUDE REGEX "_bench\\.cpp$")
+  set(sources ${all})
+  list(FILTER sources EXCLUDE REGEX "(_test|_bench|/main)\\.cpp$")
+
+  if(sources)
+    add_library(${name} STATIC ${sources})
+    target_link_libraries(${name} PUBLIC vr_oos_flags ${ROOM_DEPS})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE vr_oos_flags ${ROOM_DEPS})
+  endif()
+
+  if(tests)
+    add_executable(${name}_test ${tests})
+    target_link_libraries(${name}_test PRIVATE ${name} GTest::gtest GTest::gmock GTest::gtest_main ${ROOM_TEST_DEPS})
+    target_compile_definitions(${name}_test PRIVATE VR_OOS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" VR_OOS_BINARY_DIR="${CMAKE_BINARY_DIR}")
+    set(label unit)
+    if(ROOM_TEST_LABEL)
+      set(label ${ROOM_TEST_LABEL})
+    endif()
+    add_test(NAME ${name} COMMAND ${name}_test)
+    set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 300)
+  endif()
+  if(benches)
+    add_executable(${name}_bench ${benches})
+    target_link_libraries(${name}_bench PRIVATE ${name} benchmark::benchmark_main)
+    target_compile_definitions(${name}_bench PRIVATE VR_OOS_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  endif()
+endfunction()
+
+# add_node(<name> DEPS ...): a room called <name>_lib plus the executable <name> from main.cpp, in build/bin.
+function(add_node name)
+  add_room(${name}_lib ${ARGN})
+  if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/main.cpp")
+    add_executable(${name} main.cpp)
+    target_link_libraries(${name} PRIVATE ${name}_lib)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+  endif()
+endfunction()

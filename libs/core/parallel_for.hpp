@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+
+namespace core {
+
+// Runs body(context, i) for i in [0, count). Libraries take one of these and create no thread themselves.
+// Implementations may run bodies in any order and at the same time; a body must write only to its own slot.
+class ParallelFor {
+ public:
+  using Body = void (*)(void* context, std::size_t index);
+  virtual ~ParallelFor() = default;
+  virtual void Run(std::size_t count, Body body, void* context) = 0;
+};
+
+// Runs every body on the calling thread, in order.
+class SerialFor final : public ParallelFor {
+ public:
+  void Run(std::size_t count, Body body, void* context) override {
+    for (std::size_t i = 0; i < count; ++i) body(context, i);
+  }
+};
+
+}  // namespace core

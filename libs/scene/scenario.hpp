@@ -1,0 +1,202 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/pose.hpp"
+
+namespace scene {
+
+// The checked model of a scenario file. Plain data in SI units and radians; nothing runs here. Indices into `objects`,
+// `pairs` and `mechanisms` are the ids used on the bus, in file order, so every process that reads the same file agrees.
+
+// Who owns an object's pose: nobody (fixed), physics_node, or haptic_node (a part of a hand).
+enum class Owner { kFixed, kPhysics, kHand };
+
+// A hand is a palm and two jaws. At opening w the jaws stand at -w/2 and +w/2 along the palm's x axis;
+// at opening 0 the three mesh frames coincide.
+enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
+
+enum class ContactInput { kWrench, kPlanes };  // the paper's first way; architecture D5
+
+struct Location {  // where in a file something was said
+  std::filesystem::path file;
+  int line = 0;
+};
+
+struct Material {
+  glm::vec3 base_color{0.8f};
+  float metallic = 0.0f;
+  float roughness = 0.6f;
+  bool is_given = false;  // false: the glTF file's own material counts
+};
+
+// A named frame fixed in an object's mesh frame, e.g. a tool tip or a socket; operator scripts and snaps refer to it.
+struct Frame {
+  std::string name;
+  core::Pose X_OF;
+};
+
+struct Object {
+  std::string name;
+  Owner owner = Owner::kFixed;
+  HandPart part = HandPart::kNone;
+  int role = -1;  // index into Scenario::devices for a hand part
+  std::string group;  // members of one group are never tested against each other [VR-OOS, section 3]
+  std::filesystem::path visual_mesh;
+  std::filesystem::path collision_mesh;  // empty: none
+  Material material;
+  core::Pose X_WO;  // initial pose of the mesh frame
+  double mass_kg = 0.0;                // one of mass and density is given for physics objects
+  double density_kg_per_m3 = 0.0;
+  double voxel_size_m = 0.0;           // 0: no voxelmap
+  std::uint32_t num_points = 0;        // 0: no pointshell
+  std::vector<Frame> frames;
+  bool is_lamp = false;                // its colour follows logic
+  glm::vec3 lamp_color{0.0f};
+  Location location;
+};
+
+// Contact pair: S's pointshell against G's voxelmap.
+struct Pair {
+  std::uint16_t sampled = 0;
+  std::uint16_t field = 0;
+  double stiffness_N_per_m = 2.0e4;
+  double damping_N_s_per_m = 20.0;
+  double friction = 0.2;
+  double look_ahead_m = 0.002;
+  bool is_active = true;  // initial entry of the state matrix
+  Location location;
+};
+
+enum class MechanismKind { kHinge, kSnap, kHookAndLoop };
+
+// Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child.
+// With two detents it is a toggle switch: torque pulls to the nearer detent, is zero half way, and peaks at
+// `detent_torque_Nm`. Without, it turns freely between its limits.
+// Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the child's
+// z coordinate in J_parent. It acts while the child is within `guide_length_m` of the seat and inside the lateral and
+// tilt tolerance: over the guide it is a slider (lateral and angular springs), near the seat it has the snap profile:
+// pushing in past `travel_m` costs up to `engage_force_N`, pulling out up to `release_force_N`. While engaged it holds
+// the child with all six springs.
+// Hook-and-loop: patches at points given in the parent's frame, each a spring that breaks at `release_force_N`.
+struct Mechanism {
+  std::string name;
+  MechanismKind kind = MechanismKind::kHinge;
+  int parent = -1;  // object index; -1: world
+  int child = -1;
+  core::Pose X_PJ;  // J in the parent's mesh frame (world for -1)
+  core::Pose X_CJ;  // J in the child's mesh frame
+  double damping = 0.0;  // hinge: Nm s/rad; others: N s/m (angular by lever of 0.05 m)
+
+  // hinge
+  double lower_rad = -3.14159;
+  double upper_rad = 3.14159;
+  std::vector<double> detents_rad;  // none or two, ascending
+  double detent_torque_Nm = 0.0;
+  int initial_detent = 0;
+  bool is_stuck = false;  // fault injection: cannot be turned
+
+  // snap
+  double engage_force_N = 0.0;
+  double release_force_N = 0.0;
+  double travel_m = 0.003;
+  double guide_length_m = 0.0;
+  double lateral_tolerance_m = 0.001;
+  double tilt_tolerance_rad = 0.035;
+  double stiffness_N_per_m = 0.0;    // lateral and, when engaged, axial
+  double stiffness_Nm_per_rad = 0.0;
+  bool is_initially_engaged = false;
+
+  // hook-and-loop (release_force_N and stiffness_N_per_m are per patch)
+  std::vector<glm::dvec3> patches_m;  // in the parent's mesh frame
+
+  Location location;
+};
+
+// A hand device and the role that it plays. Role names are free ("op1/arm.left").
+struct Device {
+  std::string role;
+  std::string type = "simulated_arm";
+  int palm = -1;  // object index
+  int jaw_left = -1;
+  int jaw_right = -1;
+  core::Pose X_WD_start;
+  double mass_kg = 1.5;                 // apparent, with feed-forward (assumed; research: no published figure for HUG)
+  double inertia_kg_m2 = 0.03;
+  double damping_N_s_per_m = 5.0;
+  double damping_Nm_s_per_rad = 0.05;
+  double opening_max_m = 0.08;
+  double opening_start_m = 0.06;
+  double command_delay_s = 0.0;         // configurable transport delay of the arm
+  double hand_stiffness_N_per_m = 800.0;  // the operator's arm impedance
+  double hand_damping_N_s_per_m = 60.0;
+  double hand_stiffness_Nm_per_rad = 25.0;
+  double hand_damping_Nm_s_per_rad = 1.2;
+  double max_force_N = 50.0;            // safety filter
+  double max_torque_Nm = 8.0;
+  double max_force_rate_N_per_s = 20000.0;
+  Location location;
+};
+
+// Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6].
+struct Coupling {
+  double stiffness_N_per_m = 2500.0;     // k_f
+  double stiffness_Nm_per_rad = 30.0;    // k_t
+  double eta = 0.2;
+  double sigma_m2 = 0.035;
+  double rho = 0.01;
+  double alpha = 2.0;
+  double grasp_stiffness_N_per_m = 3000.0;  // grasp spring between gripper and object (architecture, ownership)
+  double grasp_damping_N_s_per_m = 40.0;
+  double grasp_stiffness_Nm_per_rad = 40.0;
+  double grasp_damping_Nm_s_per_rad = 0.6;
+  double jaw_stiffness_N_per_m = 8000.0;  // on the gripper axis
+};
+
+struct Camera {
+  std::string name;
+  glm::dvec3 eye_m{0.0, -1.0, 1.0};
+  glm::dvec3 target_m{0.0};
+  double vertical_fov_rad = 0.8;
+};
+
+struct Parameter {
+  std::string name;
+  double value = 0.0;
+};
+
+struct Scenario {
+  std::string name;
+  std::string title;
+  std::filesystem::path file;       // absolute
+  std::filesystem::path folder;     // of the file; relative paths in it are relative to this
+  std::filesystem::path procedure;  // SCXML
+  std::filesystem::path operator_script;
+  std::string method = "paper";
+  ContactInput contact_input = ContactInput::kPlanes;
+  std::uint64_t seed = 1;
+  double duration_limit_s = 120.0;
+  double stall_limit_s = 20.0;  // a step that takes longer is a failure, named
+  double force_cap_N = 40.0;    // initial value of the parameter of that name; logic may lower it per state
+  glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // towards the sun
+  Coupling coupling;
+  std::vector<Device> devices;
+  std::vector<Object> objects;
+  std::vector<Pair> pairs;
+  std::vector<Mechanism> mechanisms;
+  std::vector<Camera> cameras;
+  std::vector<Parameter> parameters;  // initial values of named parameters beyond the above
+
+  [[nodiscard]] int FindObject(const std::string& object_name) const;  // -1: none
+  [[nodiscard]] int FindMechanism(const std::string& mechanism_name) const;
+  [[nodiscard]] int FindRole(const std::string& role) const;
+  [[nodiscard]] std::string PairName(std::size_t pair_index) const;  // "sampled/field"
+};
+
+// Poses of a hand's parts for a palm pose and an opening; see HandPart.
+core::Pose PartPose(HandPart part, const core::Pose& X_WPalm, double opening_m);
+
+}  // namespace scene
