@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace bus {
+
+namespace detail {
+struct LatestSender;
+struct LatestAccess;
+}  // namespace detail
+
+// Writing end of a LATEST topic; M is core::DeviceState, DeviceCommand, HapticProxy, ContactSet, PhysicsState or
+// Reaction. A handle: copy it freely, one thread at a time may use it.
+template <class M>
+class LatestWriter {
+ public:
+  LatestWriter() = default;
+
+  // Sets header.sequence and header.publish_ns and sends to every subscriber. No lock, no allocation once warm; a full
+  // socket buffer counts as a drop. Returns the number of datagrams handed to the socket.
+  int Send(M& message) noexcept;
+  [[nodiscard]] bool has_subscribers() const noexcept;  // nothing is encoded or sent without one
+
+ private:
+  friend class Node;
+  detail::LatestSender* sender_ = nullptr;
+};
+
+// Reading end: the newest message by (boot id of the writer, sequence). Older arrivals are counted, not shown.
+template <class M>
+class LatestReader {
+ public:
+  [[nodiscard]] const M& value() const { return value_; }  // header.sequence 0: nothing has ever arrived
+  [[nodiscard]] bool has_value() const { return value_.header.sequence != 0; }
+  [[nodiscard]] bool is_fresh() const { return is_fresh_; }                // the last Wait() brought it
+  [[nodiscard]] std::int64_t received_ns() const { return received_ns_; }  // CLOCK_MONOTONIC of this host
+  [[nodiscard]] std::int64_t age_ns(std::int64_t now_ns) const {
+    return has_value() ? now_ns - received_ns_ : std::numeric_limits<std::int64_t>::max();
+  }
+  // From the topic table; a stale value must not be acted on.
+  [[nodiscard]] bool is_stale(std::int64_t now_ns) const { return max_age_ns_ > 0 && age_ns(now_ns) > max_age_ns_; }
+  [[nodiscard]] std::uint32_t restarts() const { return restarts_; }  // of the writer, seen by this reader
+
+ private:
+  friend class Node;
+  friend struct detail::LatestAccess;
+  M value_{};
+  M staging_{};  // a message of several datagrams until it is complete
+  std::int64_t received_ns_ = 0;
+  std::int64_t max_age_ns_ = 0;
+  std::uint32_t restarts_ = 0;
+  bool is_fresh_ = false;
+};
+
+}  // namespace bus

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bus/topics.hpp"
+
+namespace bus {
+
+// Exact counts since the node started. A LATEST message split into several datagrams counts each datagram as sent and
+// received, and each message as lost.
+struct TopicCounters {
+  std::string topic;
+  TopicClass topic_class = TopicClass::kLatest;
+  bool is_written = false;  // by this node; otherwise read
+  std::uint64_t sent = 0;   // messages times subscribers
+  std::uint64_t received = 0;
+  std::uint64_t dropped = 0;    // lost on the way (gaps in the sequence), or not accepted by the socket when sending
+  std::uint64_t reordered = 0;  // arrived after a newer one: counted, not used
+};
+
+struct Counters {
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t dropped = 0;
+  std::uint64_t refused = 0;  // damaged, foreign session, unknown topic or schema
+  std::vector<TopicCounters> topics;
+};
+
+// Another node as this one sees it.
+struct PeerStatus {
+  std::string name;
+  std::uint64_t instance = 0;  // differs after a restart
+  std::uint32_t process_id = 0;
+  bool is_alive = false;    // heard within the last 0.35 s
+  bool is_stalled = false;  // alive, but its step thread has not come back to Wait() for 0.4 s
+  bool is_observer = false;
+  std::int64_t age_ns = 0;           // since the last heartbeat
+  std::uint32_t restarts = 0;        // seen by this node
+  std::string udp_endpoint;          // "127.0.0.1:41234"
+  std::string router_endpoint;       // "tcp://127.0.0.1:41235"
+  Counters counters;                 // as told by its heartbeats
+  std::uint64_t events_dropped = 0;  // events that this node could not deliver to it
+};
+
+}  // namespace bus
