@@ -10,7 +10,8 @@
 namespace scene {
 
 // The checked model of a scenario file. Plain data in SI units and radians; nothing runs here. Indices into `objects`,
-// `pairs` and `mechanisms` are the ids used on the bus, in file order, so every process that reads the same file agrees.
+// `pairs` and `mechanisms` are the ids used on the bus, in file order, so every process that reads the same file
+// agrees.
 
 // Who owns an object's pose: nobody (fixed), physics_node, or haptic_node (a part of a hand).
 enum class Owner { kFixed, kPhysics, kHand };
@@ -43,18 +44,18 @@ struct Object {
   std::string name;
   Owner owner = Owner::kFixed;
   HandPart part = HandPart::kNone;
-  int role = -1;  // index into Scenario::devices for a hand part
+  int role = -1;      // index into Scenario::devices for a hand part
   std::string group;  // members of one group are never tested against each other [VR-OOS, section 3]
   std::filesystem::path visual_mesh;
   std::filesystem::path collision_mesh;  // empty: none
   Material material;
-  core::Pose X_WO;  // initial pose of the mesh frame
-  double mass_kg = 0.0;                // one of mass and density is given for physics objects
+  core::Pose X_WO;       // initial pose of the mesh frame
+  double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
-  double voxel_size_m = 0.0;           // 0: no voxelmap
-  std::uint32_t num_points = 0;        // 0: no pointshell
+  double voxel_size_m = 0.0;     // 0: no voxelmap
+  std::uint32_t num_points = 0;  // 0: no pointshell
   std::vector<Frame> frames;
-  bool is_lamp = false;                // its colour follows logic
+  bool is_lamp = false;  // its colour follows logic
   glm::vec3 lamp_color{0.0f};
   Location location;
 };
@@ -76,19 +77,19 @@ enum class MechanismKind { kHinge, kSnap, kHookAndLoop };
 // Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child.
 // With two detents it is a toggle switch: torque pulls to the nearer detent, is zero half way, and peaks at
 // `detent_torque_Nm`. Without, it turns freely between its limits.
-// Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the child's
-// z coordinate in J_parent. It acts while the child is within `guide_length_m` of the seat and inside the lateral and
-// tilt tolerance: over the guide it is a slider (lateral and angular springs), near the seat it has the snap profile:
-// pushing in past `travel_m` costs up to `engage_force_N`, pulling out up to `release_force_N`. While engaged it holds
-// the child with all six springs.
-// Hook-and-loop: patches at points given in the parent's frame, each a spring that breaks at `release_force_N`.
+// Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the
+// child's z coordinate in J_parent. It acts while the child is within `guide_length_m` of the seat and inside the
+// lateral and tilt tolerance: over the guide it is a slider (lateral and angular springs), near the seat it has the
+// snap profile: pushing in past `travel_m` costs up to `engage_force_N`, pulling out up to `release_force_N`. While
+// engaged it holds the child with all six springs. Hook-and-loop: patches at points given in the parent's frame, each a
+// spring that breaks at `release_force_N`.
 struct Mechanism {
   std::string name;
   MechanismKind kind = MechanismKind::kHinge;
   int parent = -1;  // object index; -1: world
   int child = -1;
-  core::Pose X_PJ;  // J in the parent's mesh frame (world for -1)
-  core::Pose X_CJ;  // J in the child's mesh frame
+  core::Pose X_PJ;       // J in the parent's mesh frame (world for -1)
+  core::Pose X_CJ;       // J in the child's mesh frame
   double damping = 0.0;  // hinge: Nm s/rad; others: N s/m (angular by lever of 0.05 m)
 
   // hinge
@@ -106,7 +107,7 @@ struct Mechanism {
   double guide_length_m = 0.0;
   double lateral_tolerance_m = 0.001;
   double tilt_tolerance_rad = 0.035;
-  double stiffness_N_per_m = 0.0;    // lateral and, when engaged, axial
+  double stiffness_N_per_m = 0.0;  // lateral and, when engaged, axial
   double stiffness_Nm_per_rad = 0.0;
   bool is_initially_engaged = false;
 
@@ -124,18 +125,18 @@ struct Device {
   int jaw_left = -1;
   int jaw_right = -1;
   core::Pose X_WD_start;
-  double mass_kg = 1.5;                 // apparent, with feed-forward (assumed; research: no published figure for HUG)
+  double mass_kg = 1.5;  // apparent, with feed-forward (assumed; research: no published figure for HUG)
   double inertia_kg_m2 = 0.03;
   double damping_N_s_per_m = 5.0;
   double damping_Nm_s_per_rad = 0.05;
   double opening_max_m = 0.08;
   double opening_start_m = 0.06;
-  double command_delay_s = 0.0;         // configurable transport delay of the arm
+  double command_delay_s = 0.0;           // configurable transport delay of the arm
   double hand_stiffness_N_per_m = 800.0;  // the operator's arm impedance
   double hand_damping_N_s_per_m = 60.0;
   double hand_stiffness_Nm_per_rad = 25.0;
   double hand_damping_Nm_s_per_rad = 1.2;
-  double max_force_N = 50.0;            // safety filter
+  double max_force_N = 50.0;  // safety filter
   double max_torque_Nm = 8.0;
   double max_force_rate_N_per_s = 20000.0;
   Location location;
@@ -143,8 +144,8 @@ struct Device {
 
 // Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6].
 struct Coupling {
-  double stiffness_N_per_m = 2500.0;     // k_f
-  double stiffness_Nm_per_rad = 30.0;    // k_t
+  double stiffness_N_per_m = 2500.0;   // k_f
+  double stiffness_Nm_per_rad = 30.0;  // k_t
   double eta = 0.2;
   double sigma_m2 = 0.035;
   double rho = 0.01;

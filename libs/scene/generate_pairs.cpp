@@ -1,0 +1,111 @@
+#include <map>
+#include <utility>
+
+#include "scene/read_scenario.hpp"
+
+namespace scene {
+namespace {
+
+bool CanSample(const Object& sampled, const Object& field) {
+  return sampled.num_points > 0 && field.voxel_size_m > 0.0;
+}
+
+// Whether `a` rather than `b` is sampled when both could be: a hand's part first (the paper's haptic object), then what
+// physics moves before what is fixed. Equal rank: file order, a being the earlier.
+int SampledRank(const Object& object) {
+  if (object.owner == Owner::kHand) return 0;
+  return object.owner == Owner::kPhysics ? 1 : 2;
+}
+
+class Generator {
+ public:
+  Generator(Scenario* scenario, std::vector<Diagnostic>* diagnostics)
+      : scenario_(*scenario), diagnostics_(diagnostics) {}
+
+  void Run(const std::vector<PairElement>& elements) {
+    for (const PairElement& element : elements) Resolve(element);
+    const std::vector<Object>& objects = scenario_.objects;
+    for (std::uint16_t i = 0; i < objects.size(); ++i) {
+      for (std::uint16_t j = i + 1; j < objects.size(); ++j) AddPair(i, j);
+    }
+  }
+
+ private:
+  using Key = std::pair<int, int>;  // object indices, the lower first
+
+  void Say(const PairElement& element, std::string what, std::string why, std::string fix) {
+    diagnostics_->push_back({element.figures.location, "pair " + element.a + "/" + element.b + ": " + what,
+                             std::move(why), std::move(fix)});
+  }
+
+  int ObjectOf(const PairElement& element, const std::string& name) {
+    const int index = scenario_.FindObject(name);
+    if (index < 0 && !name.empty()) {
+      std::vector<std::string> names;
+      for (const Object& object : scenario_.objects) names.push_back(object.name);
+      Say(element, "unknown object '" + name + "'", "a and b must name an <object> of this file",
+          SuggestName(name, names));
+    }
+    return index;
+  }
+
+  void Resolve(const PairElement& element) {
+    const int a = ObjectOf(element, element.a);
+    const int b = ObjectOf(element, element.b);
+    if (a < 0 || b < 0) return;
+    if (a == b) {
+      Say(element, "an object with itself", "a pair is of two objects", "name another object");
+      return;
+    }
+    if (!elements_.emplace(Key{std::min(a, b), std::max(a, b)}, &element).second) {
+      Say(element, "named twice", "one <pair> says all about two objects", "merge the two elements");
+      return;
+    }
+    if (!element.is_collide) return;
+    const Object& object_a = scenario_.objects[static_cast<std::size_t>(a)];
+    const Object& object_b = scenario_.objects[static_cast<std::size_t>(b)];
+    if (object_a.group == object_b.group) {
+      Say(element, "both are in group '" + object_a.group + "'", "members of a group are never tested",
+          "change a group, or remove the pair");
+    } else if (object_a.owner == Owner::kFixed && object_b.owner == Owner::kFixed) {
+      Say(element, "both are fixed", "they cannot come to touch", "remove the pair");
+    } else if (!CanSample(object_a, object_b) && !CanSample(object_b, object_a)) {
+      Say(element, "no pointshell against a voxelmap",
+          "one of them needs <collision points=\"...\">, the other <collision voxel_size_m=\"...\">",
+          "add points to one and voxel_size_m to the other, or remove the pair");
+    }
+  }
+
+  void AddPair(std::uint16_t i, std::uint16_t j) {
+    const Object& a = scenario_.objects[i];
+    const Object& b = scenario_.objects[j];
+    if (a.group == b.group || (a.owner == Owner::kFixed && b.owner == Owner::kFixed)) return;
+    const bool can_sample_a = CanSample(a, b);
+    const bool can_sample_b = CanSample(b, a);
+    if (!can_sample_a && !can_sample_b) return;
+    Pair pair;
+    pair.location = a.location;
+    bool is_a_sampled = can_sample_a && (!can_sample_b || SampledRank(a) <= SampledRank(b));
+    if (const auto it = elements_.find({i, j}); it != elements_.end()) {
+      const PairElement& element = *it->second;
+      if (!element.is_collide) return;
+      pair = element.figures;
+      if (can_sample_a && can_sample_b) is_a_sampled = element.a == a.name;  // the person's word
+    }
+    pair.sampled = is_a_sampled ? i : j;
+    pair.field = is_a_sampled ? j : i;
+    scenario_.pairs.push_back(pair);
+  }
+
+  Scenario& scenario_;
+  std::vector<Diagnostic>* diagnostics_;
+  std::map<Key, const PairElement*> elements_;
+};
+
+}  // namespace
+
+void GeneratePairs(const std::vector<PairElement>& elements, Scenario* scenario, std::vector<Diagnostic>* diagnostics) {
+  Generator(scenario, diagnostics).Run(elements);
+}
+
+}  // namespace scene

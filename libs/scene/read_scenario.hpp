@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/diagnostic.hpp"
+#include "scene/scenario.hpp"
+#include "scene/xml.hpp"
+
+namespace scene {
+
+// A <pair> element as written: names are resolved when pairs are generated.
+struct PairElement {
+  std::string a;
+  std::string b;
+  bool is_collide = true;
+  Pair figures;  // stiffness and so on; object indices not set
+};
+
+// Steps of LoadScenario, one file each. All append to `diagnostics` and go on.
+
+// XML tree -> Scenario without pairs. Values that break the rules of schema.hpp keep their defaults here.
+Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file, std::vector<PairElement>* pairs,
+                      std::vector<Diagnostic>* diagnostics);
+
+// What holds between elements: names, ownership, masses, hands, mechanisms, files.
+void CheckScenario(const Scenario& scenario, std::vector<Diagnostic>* diagnostics);
+
+// Contact pairs from groups, changed by the <pair> elements; see scenarios/README.md for the rule.
+void GeneratePairs(const std::vector<PairElement>& elements, Scenario* scenario, std::vector<Diagnostic>* diagnostics);
+
+}  // namespace scene

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/diagnostic.hpp"
+#include "scene/xml.hpp"
+
+namespace scene {
+
+// The form of scenario.xml. This table is the one source of truth: the loader checks against it, and
+// scenarios/scenario.xsd (for editors and xmllint) is written from it by WriteXsd(); a test compares the two.
+
+enum class ValueKind {
+  kText,
+  kName,         // not empty; no blanks, no '/' at either end
+  kFile,         // path relative to the scenario's folder
+  kNumber,       // finite
+  kNonNegative,  // finite, >= 0
+  kPositive,     // finite, > 0
+  kCount,        // integer >= 0
+  kTruth,        // true | false | 1 | 0
+  kVector,       // three finite numbers
+  kColor,        // three numbers in [0, 1]
+  kNumbers,      // any number of finite numbers
+  kChoice,       // one of `choices`
+};
+
+struct AttributeRule {
+  std::string name;
+  ValueKind kind = ValueKind::kText;
+  bool is_required = false;
+  std::vector<std::string> choices;
+};
+
+struct ChildRule {
+  std::string name;
+  std::size_t min_count = 0;
+  std::size_t max_count = 0;  // 0: any number
+};
+
+struct ElementRule {
+  std::string name;
+  std::string meaning;
+  std::vector<AttributeRule> attributes;
+  std::vector<ChildRule> children;
+};
+
+// Rules of every element; the first is the root.
+const std::vector<ElementRule>& ScenarioRules();
+
+// Elements, attributes and values against the rules: everything that can be said of one element alone.
+void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics);
+
+// The XML Schema of the rules.
+std::string WriteXsd();
+
+// Value of an attribute's text. Return false and leave *value alone when the text is not of that kind.
+bool ParseNumber(const std::string& text, double* value);
+bool ParseCount(const std::string& text, std::uint64_t* value);
+bool ParseNumbers(const std::string& text, std::vector<double>* values);
+bool ParseTruth(const std::string& text, bool* value);
+
+}  // namespace scene

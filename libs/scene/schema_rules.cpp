@@ -1,0 +1,185 @@
+#include "scene/schema.hpp"
+
+namespace scene {
+namespace {
+
+constexpr ValueKind kPlainNumber = ValueKind::kNumber;
+constexpr ValueKind kAtLeastZero = ValueKind::kNonNegative;
+constexpr ValueKind kAboveZero = ValueKind::kPositive;
+
+AttributeRule Optional(const char* name, ValueKind kind) {
+  return {name, kind, false, {}};
+}
+AttributeRule Required(const char* name, ValueKind kind) {
+  return {name, kind, true, {}};
+}
+
+ElementRule RunRule() {
+  return {"run",
+          "how the scenario runs",
+          {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
+           {"contact_input", ValueKind::kChoice, false, {"planes", "wrench"}},
+           Optional("seed", ValueKind::kCount),
+           Optional("duration_limit_s", kAboveZero),
+           Optional("stall_limit_s", kAboveZero),
+           Optional("force_cap_N", kAboveZero)},
+          {}};
+}
+
+ElementRule CouplingRule() {
+  return {"coupling",
+          "virtual coupling [VR-OOS, Eq. 2-6] and grasp springs",
+          {Optional("stiffness_N_per_m", kAboveZero), Optional("stiffness_Nm_per_rad", kAboveZero),
+           Optional("eta", kAtLeastZero), Optional("sigma_m2", kAboveZero), Optional("rho", kAtLeastZero),
+           Optional("alpha", kAboveZero), Optional("grasp_stiffness_N_per_m", kAtLeastZero),
+           Optional("grasp_damping_N_s_per_m", kAtLeastZero), Optional("grasp_stiffness_Nm_per_rad", kAtLeastZero),
+           Optional("grasp_damping_Nm_s_per_rad", kAtLeastZero), Optional("jaw_stiffness_N_per_m", kAboveZero)},
+          {}};
+}
+
+ElementRule ObjectRule() {
+  return {"object",
+          "a thing in the scene; pose of its mesh frame in W",
+          {Required("name", ValueKind::kName),
+           {"owner", ValueKind::kChoice, true, {"fixed", "physics", "hand"}},
+           {"part", ValueKind::kChoice, false, {"palm", "jaw_left", "jaw_right"}},
+           Optional("role", ValueKind::kName),
+           Optional("group", ValueKind::kName),
+           Optional("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector),
+           Optional("mass_kg", kAboveZero),
+           Optional("density_kg_per_m3", kAboveZero)},
+          {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}, {"lamp", 0, 1}}};
+}
+
+ElementRule DeviceRule() {
+  return {"device",
+          "a hand device and the role that it plays",
+          {Required("role", ValueKind::kName),
+           {"type", ValueKind::kChoice, false, {"simulated_arm"}},
+           Optional("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector),
+           Optional("mass_kg", kAboveZero),
+           Optional("inertia_kg_m2", kAboveZero),
+           Optional("damping_N_s_per_m", kAtLeastZero),
+           Optional("damping_Nm_s_per_rad", kAtLeastZero),
+           Optional("opening_max_m", kAtLeastZero),
+           Optional("opening_start_m", kAtLeastZero),
+           Optional("command_delay_s", kAtLeastZero),
+           Optional("hand_stiffness_N_per_m", kAboveZero),
+           Optional("hand_damping_N_s_per_m", kAtLeastZero),
+           Optional("hand_stiffness_Nm_per_rad", kAboveZero),
+           Optional("hand_damping_Nm_s_per_rad", kAtLeastZero),
+           Optional("max_force_N", kAboveZero),
+           Optional("max_torque_Nm", kAboveZero),
+           Optional("max_force_rate_N_per_s", kAboveZero)},
+          {}};
+}
+
+ElementRule HingeRule() {
+  return {"hinge",
+          "rotation about z of J; two detents make it a toggle switch",
+          {Required("name", ValueKind::kName), Optional("parent", ValueKind::kText),
+           Required("child", ValueKind::kName), Required("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
+           Optional("upper_deg", kPlainNumber), Optional("detents_deg", ValueKind::kNumbers),
+           Optional("detent_torque_Nm", kAtLeastZero), Optional("initial_detent", ValueKind::kCount),
+           Optional("damping", kAtLeastZero), Optional("stuck", ValueKind::kTruth)},
+          {}};
+}
+
+ElementRule SnapRule() {
+  return {"snap",
+          "pulls the child's frame into the parent's; engages and releases",
+          {Required("name", ValueKind::kName), Required("parent", ValueKind::kName),
+           Required("parent_frame", ValueKind::kName), Required("child", ValueKind::kName),
+           Required("child_frame", ValueKind::kName), Optional("engage_force_N", kAtLeastZero),
+           Optional("release_force_N", kAtLeastZero), Optional("travel_m", kAboveZero),
+           Optional("guide_length_m", kAtLeastZero), Optional("lateral_tolerance_m", kAboveZero),
+           Optional("tilt_tolerance_deg", kAboveZero), Optional("stiffness_N_per_m", kAtLeastZero),
+           Optional("stiffness_Nm_per_rad", kAtLeastZero), Optional("damping", kAtLeastZero),
+           Optional("engaged", ValueKind::kTruth)},
+          {}};
+}
+
+ElementRule HookAndLoopRule() {
+  return {
+      "hook_and_loop",
+      "patches in the parent's mesh frame, each a spring that breaks",
+      {Required("name", ValueKind::kName), Optional("parent", ValueKind::kText), Required("child", ValueKind::kName),
+       Required("patches_m", ValueKind::kNumbers), Required("release_force_N", kAboveZero),
+       Required("stiffness_N_per_m", kAboveZero), Optional("damping", kAtLeastZero)},
+      {}};
+}
+
+std::vector<ElementRule> MakeRules() {
+  return {
+      {"scenario",
+       "a scene, its devices and its procedure; SI units, degrees in attributes that end in _deg",
+       {Required("name", ValueKind::kName), Optional("title", ValueKind::kText)},
+       {{"run", 0, 1},
+        {"procedure", 1, 1},
+        {"operator", 0, 1},
+        {"coupling", 0, 1},
+        {"object", 1, 0},
+        {"device", 0, 0},
+        {"pair", 0, 0},
+        {"hinge", 0, 0},
+        {"snap", 0, 0},
+        {"hook_and_loop", 0, 0},
+        {"parameter", 0, 0},
+        {"camera", 0, 0},
+        {"sun", 0, 1}}},
+      RunRule(),
+      {"procedure", "the SCXML file of what shall happen", {Required("file", ValueKind::kFile)}, {}},
+      {"operator", "the simulated operator's script", {Required("file", ValueKind::kFile)}, {}},
+      CouplingRule(),
+      ObjectRule(),
+      {"visual",
+       "the mesh that is drawn",
+       {Required("mesh", ValueKind::kFile), Optional("base_color", ValueKind::kColor),
+        Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero)},
+       {}},
+      {"collision",
+       "voxelmap, pointshell or both; mesh: the visual one unless named",
+       {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero),
+        Optional("points", ValueKind::kCount)},
+       {}},
+      {"frame",
+       "a named frame fixed in the object's mesh frame",
+       {Required("name", ValueKind::kName), Optional("position", ValueKind::kVector),
+        Optional("rpy_deg", ValueKind::kVector)},
+       {}},
+      {"lamp", "the object's colour follows logic", {Optional("color", ValueKind::kColor)}, {}},
+      DeviceRule(),
+      {"pair",
+       "changes the figures of a contact pair or drops it; a is sampled if it has points",
+       {Required("a", ValueKind::kName), Required("b", ValueKind::kName), Optional("stiffness_N_per_m", kAboveZero),
+        Optional("damping_N_s_per_m", kAtLeastZero), Optional("friction", kAtLeastZero),
+        Optional("look_ahead_m", kAtLeastZero), Optional("active", ValueKind::kTruth),
+        Optional("collide", ValueKind::kTruth)},
+       {}},
+      HingeRule(),
+      SnapRule(),
+      HookAndLoopRule(),
+      {"parameter",
+       "initial value of a named parameter",
+       {Required("name", ValueKind::kName), Required("value", kPlainNumber)},
+       {}},
+      {"camera",
+       "a named view",
+       {Required("name", ValueKind::kName), Required("eye_m", ValueKind::kVector),
+        Required("target_m", ValueKind::kVector), Optional("vertical_fov_deg", kAboveZero)},
+       {}},
+      {"sun", "direction towards the sun in W", {Required("direction", ValueKind::kVector)}, {}},
+  };
+}
+
+}  // namespace
+
+const std::vector<ElementRule>& ScenarioRules() {
+  static const std::vector<ElementRule> rules = MakeRules();
+  return rules;
+}
+
+}  // namespace scene
