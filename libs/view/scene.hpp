@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/messages/trace.hpp"
+#include "core/pose.hpp"
+#include "scene/scenario.hpp"
+
+namespace view {
+
+// What can be seen, without a word about how it is drawn (architecture D17). A renderer reads a Scene and nothing else.
+// SI units, world frame W with z up. Colours are linear RGB.
+
+struct Material {
+  glm::vec3 base_color{0.8f};
+  float metallic = 0.0f;
+  float roughness = 0.6f;
+  glm::vec3 emissive{0.0f};
+};
+
+// One mesh in the world. Plain data: a scene is copied at the rate of the bus.
+struct Instance {
+  std::uint32_t mesh = 0;  // index into Assets::meshes
+  core::Pose X_WM;         // M: the mesh frame
+  Material material;
+  bool is_material_given = false;  // false: the mesh file's own materials count (emissive is added all the same)
+  bool is_visible = true;
+  bool is_movable = false;  // may move from frame to frame
+};
+
+// A small light that people read: it glows and tints what is near.
+struct Lamp {
+  std::uint32_t instance = 0;
+  glm::vec3 color{0.0f};
+};
+
+// From tail to tail + vector, in W.
+struct Arrow {
+  glm::dvec3 p_WTail{0.0};
+  glm::dvec3 vector_W{0.0};
+  glm::vec3 color{1.0f};
+};
+
+enum class Anchor : std::uint8_t { kTopLeft, kTopRight, kBottomLeft, kBottomRight };
+enum class TextStyle : std::uint8_t { kSmall, kBody, kTitle, kBadge };
+
+// A line of text over the picture. Lines of one anchor are stacked from the top to the bottom in their order.
+struct TextLine {
+  Anchor anchor = Anchor::kTopLeft;
+  TextStyle style = TextStyle::kSmall;
+  glm::vec3 color{1.0f};
+  std::string text;
+};
+
+// What stays the same for the whole run; shared by all copies of a scene.
+struct Assets {
+  std::vector<std::filesystem::path> meshes;
+  std::vector<std::string> instance_names;
+  std::vector<scene::Camera> cameras;
+};
+
+struct Scene {
+  std::shared_ptr<const Assets> assets;
+  glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // unit, towards the sun
+  std::vector<Instance> instances;
+  std::vector<Lamp> lamps;
+  std::vector<Arrow> arrows;
+  std::vector<TextLine> texts;
+
+  // Which moment it shows.
+  std::string step;  // active procedure step
+  bool is_final = false;
+  bool is_failed = false;
+  std::int64_t time_ns = 0;     // simulated time of the newest physics state
+  core::Trace direct;           // of the newest physics state, stamped up to kVisualApply
+  core::Trace through_physics;  // likewise
+};
+
+// Index of the camera of that name; -1: none.
+int FindCamera(const Assets& assets, const std::string& name);
+
+}  // namespace view

@@ -1,0 +1,190 @@
+#include "view/scene_mirror.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace view {
+namespace {
+
+constexpr glm::vec3 kWhite{0.92f, 0.94f, 0.97f};
+constexpr glm::vec3 kGrey{0.55f, 0.62f, 0.70f};
+constexpr glm::vec3 kAmber{1.0f, 0.62f, 0.12f};
+constexpr glm::vec3 kCyan{0.25f, 0.80f, 0.95f};
+constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
+constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
+constexpr float kLampOff = 0.02f;  // an unlit lamp still shows what colour it would have
+
+Material MaterialOf(const scene::Material& given) {
+  return {given.base_color, given.metallic, given.roughness, glm::vec3(0.0f)};
+}
+
+// A lamp that glows shows its own light, not what falls on it.
+void Light(Instance& instance, const glm::vec3& color) {
+  instance.material.base_color = glm::max(color * 0.3f, glm::vec3(kLampOff));
+  instance.material.metallic = 0.0f;
+  instance.material.roughness = 0.3f;
+  instance.material.emissive = color;
+  instance.is_material_given = true;
+}
+
+}  // namespace
+
+SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) {
+  auto assets = std::make_shared<Assets>();
+  assets->cameras = scenario.cameras;
+  if (assets->cameras.empty()) assets->cameras.push_back({.name = "default"});
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const scene::Object& object = scenario.objects[i];
+    assets->instance_names.push_back(object.name);
+    auto known = std::find(assets->meshes.begin(), assets->meshes.end(), object.visual_mesh);
+    Instance instance;
+    instance.mesh = static_cast<std::uint32_t>(known - assets->meshes.begin());
+    if (known == assets->meshes.end()) assets->meshes.push_back(object.visual_mesh);
+    instance.X_WM = object.X_WO;
+    instance.material = MaterialOf(object.material);
+    instance.is_material_given = object.material.is_given;
+    instance.is_visible = !object.visual_mesh.empty();
+    instance.is_movable = object.owner != scene::Owner::kFixed;
+    if (object.is_lamp) {
+      Light(instance, object.lamp_color);
+      scene_.lamps.push_back({static_cast<std::uint32_t>(i), object.lamp_color});
+    }
+    scene_.instances.push_back(instance);
+    X_WH_.push_back(object.X_WO);
+  }
+  scene_.assets = std::move(assets);
+  scene_.sun_direction_W = glm::normalize(scenario.sun_direction_W);
+  pairs_.resize(scenario.pairs.size());
+  bool is_arm_simulated = false;
+  for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
+    const scene::Device& device = scenario.devices[role];
+    MoveHand(static_cast<int>(role), device.X_WD_start, device.X_WD_start, device.opening_start_m);
+    is_arm_simulated = is_arm_simulated || device.type.starts_with("simulated");
+  }
+  if (is_arm_simulated) badge_ = "SIMULATED OPERATOR · SIMULATED ARM";
+  Refresh(0);
+}
+
+void SceneMirror::Apply(const core::PhysicsState& state) {
+  for (const core::BodyState& body : state.bodies) {
+    if (body.object >= scene_.instances.size()) continue;
+    scene_.instances[body.object].X_WM = body.X_WO;
+    X_WH_[body.object] = body.X_WO;
+  }
+  scene_.time_ns = state.time_ns;
+  scene_.direct = state.header.direct;
+  scene_.through_physics = state.header.through_physics;
+}
+
+void SceneMirror::Apply(const core::HapticProxy& proxy) {
+  if (proxy.role_index >= scenario_.devices.size()) return;
+  MoveHand(proxy.role_index, proxy.X_WD, proxy.X_WC, proxy.opening_m);
+  felt_force_N_ = glm::length(proxy.F_Do_W.force_N);
+}
+
+void SceneMirror::MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m) {
+  for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
+    const scene::Object& object = scenario_.objects[i];
+    if (object.owner != scene::Owner::kHand || object.role != role) continue;
+    scene_.instances[i].X_WM = scene::PartPose(object.part, X_WC, opening_m);
+    X_WH_[i] = scene::PartPose(object.part, X_WD, opening_m);
+  }
+}
+
+void SceneMirror::Apply(const core::ContactSet& contacts, std::int64_t now_ns) {
+  if (contacts.pair_index >= pairs_.size()) return;
+  const std::size_t count = scene_.instances.size();
+  if (contacts.sampled_body >= count || contacts.field_body >= count) return;
+  pairs_[contacts.pair_index] = {contacts, now_ns, true};
+}
+
+void SceneMirror::Apply(const core::LogicStatus& status) {
+  status_ = status;
+  scene_.step = status.step;
+  scene_.is_final = status.is_final;
+  scene_.is_failed = status.is_failed;
+  for (const core::LampState& state : status.lamps) {
+    if (state.object >= scene_.instances.size()) continue;
+    const glm::vec3 color(state.red, state.green, state.blue);
+    Light(scene_.instances[state.object], color);
+    const auto lamp = std::find_if(scene_.lamps.begin(), scene_.lamps.end(),
+                                   [&](const Lamp& item) { return item.instance == state.object; });
+    if (lamp != scene_.lamps.end()) {
+      lamp->color = color;
+    } else {
+      scene_.lamps.push_back({state.object, color});
+    }
+  }
+}
+
+void SceneMirror::Apply(const LiveFigures& figures) {
+  figures_ = figures;
+}
+
+void SceneMirror::Refresh(std::int64_t now_ns) {
+  scene_.arrows.clear();
+  for (const PairContacts& contacts : pairs_) {
+    if (!contacts.is_known || !contacts.set.is_in_contact) continue;
+    if (now_ns - contacts.received_ns > kContactAge_ns) continue;
+    AddArrows(contacts);
+  }
+  WriteTexts();
+}
+
+// A plane's force is re-evaluated with the bodies' own newest poses (architecture D5):
+// gap = n_G . (X_GS p_S - q_G), force = stiffness * max(0, -gap) along n, from G to S.
+// The gap takes the hand where the device holds it (there it penetrates); the arrow starts where the hand is drawn.
+void SceneMirror::AddArrows(const PairContacts& contacts) {
+  const core::ContactSet& set = contacts.set;
+  const core::Pose& X_WS = X_WH_[set.sampled_body];
+  const core::Pose& X_WG = X_WH_[set.field_body];
+  const core::Pose X_GS = X_WG.inverse() * X_WS;
+  for (const core::ContactPlane& plane : set.planes) {
+    const glm::dvec3 n_G(plane.n_G);
+    const double gap_m = glm::dot(n_G, X_GS * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
+    if (gap_m >= 0.0) continue;
+    AddArrow(scene_.instances[set.sampled_body].X_WM * glm::dvec3(plane.p_S), X_WG.rotate(n_G),
+             plane.stiffness_N_per_m * -gap_m);
+  }
+  if (!set.planes.empty()) return;
+  // Only a wrench F_So: its axis is nearest to So at p = f x tau / |f|^2 (of all points with p x f = the part of tau
+  // across f, the shortest), so the arrow starts there.
+  const double square = glm::dot(set.F_So_W.force_N, set.F_So_W.force_N);
+  if (square < 1e-12) return;
+  const glm::dvec3 p_SoAxis_W = glm::cross(set.F_So_W.force_N, set.F_So_W.torque_Nm) / square;
+  AddArrow(scene_.instances[set.sampled_body].X_WM.translation + p_SoAxis_W, set.F_So_W.force_N, std::sqrt(square));
+}
+
+void SceneMirror::AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W, double force_N) {
+  const double norm = glm::length(direction_W);
+  if (norm < 1e-9) return;
+  const double length_m = std::min(kArrowMax_m, kArrowBase_m + kArrowPerNewton_m * force_N);
+  scene_.arrows.push_back({p_W, (length_m / norm) * direction_W, kGreen});
+}
+
+void SceneMirror::WriteTexts() {
+  std::vector<TextLine>& texts = scene_.texts;
+  texts.clear();
+  const std::string& title = scenario_.title.empty() ? scenario_.name : scenario_.title;
+  texts.push_back({Anchor::kTopLeft, TextStyle::kBody, kWhite, title});
+  char line[160];
+  std::snprintf(line, sizeof line, "t = %.1f s   felt force %.1f N", 1e-9 * static_cast<double>(scene_.time_ns),
+                felt_force_N_);
+  texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
+  if (figures_.t2_state_ms > 0.0) {
+    std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps   %llu lost",
+                  figures_.t2_state_ms, figures_.t2_image_ms, figures_.frames_per_s,
+                  static_cast<unsigned long long>(figures_.dropped));
+    texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kCyan, line});
+  }
+  if (!badge_.empty()) texts.push_back({Anchor::kTopRight, TextStyle::kBadge, kAmber, badge_});
+  if (status_.is_failed) {
+    texts.push_back({Anchor::kBottomLeft, TextStyle::kTitle, kRed, "failed: " + status_.step});
+    texts.push_back({Anchor::kBottomLeft, TextStyle::kBody, kWhite, status_.why});
+  } else if (!status_.step.empty() || !status_.hint.empty()) {
+    texts.push_back({Anchor::kBottomLeft, TextStyle::kTitle, status_.is_final ? kGreen : kWhite, status_.step});
+    if (!status_.hint.empty()) texts.push_back({Anchor::kBottomLeft, TextStyle::kBody, kGrey, status_.hint});
+  }
+}
+
+}  // namespace view

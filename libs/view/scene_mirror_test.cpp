@@ -1,0 +1,220 @@
+#include "view/scene_mirror.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace view {
+namespace {
+
+// Objects: 0 plate (fixed), 1 block (physics), 2 palm, 3 left jaw, 4 right jaw, 5 lamp. Pair 0: block/plate.
+scene::Scenario SmallScenario() {
+  scene::Scenario scenario;
+  scenario.name = "small";
+  scenario.title = "A small scene";
+  const auto add = [&](const char* name, scene::Owner owner, scene::HandPart part = scene::HandPart::kNone) {
+    scene::Object object;
+    object.name = name;
+    object.owner = owner;
+    object.part = part;
+    object.role = part == scene::HandPart::kNone ? -1 : 0;
+    object.visual_mesh = std::string("/") + name + ".obj";
+    scenario.objects.push_back(object);
+  };
+  add("plate", scene::Owner::kFixed);
+  add("block", scene::Owner::kPhysics);
+  add("palm", scene::Owner::kHand, scene::HandPart::kPalm);
+  add("jaw_left", scene::Owner::kHand, scene::HandPart::kJawLeft);
+  add("jaw_right", scene::Owner::kHand, scene::HandPart::kJawRight);
+  add("lamp", scene::Owner::kFixed);
+  scenario.objects[5].is_lamp = true;
+  scenario.objects[5].lamp_color = {0.0f, 1.0f, 0.0f};
+  scenario.objects[4].visual_mesh = scenario.objects[3].visual_mesh;
+  scene::Pair pair;
+  pair.sampled = 1;
+  pair.field = 0;
+  scenario.pairs.push_back(pair);
+  scene::Device device;
+  device.role = "right";
+  device.palm = 2;
+  device.jaw_left = 3;
+  device.jaw_right = 4;
+  device.X_WD_start.translation = {0.0, 0.0, 1.0};
+  device.opening_start_m = 0.06;
+  scenario.devices.push_back(device);
+  return scenario;
+}
+
+core::ContactSet BlockOnPlate(double depth_m, bool is_in_contact = true) {
+  core::ContactSet set;
+  set.sampled_body = 1;
+  set.field_body = 0;
+  set.is_in_contact = is_in_contact;
+  core::ContactPlane plane;
+  plane.p_S = {0.01f, 0.0f, static_cast<float>(-depth_m)};
+  plane.q_G = {0.0f, 0.0f, 0.0f};
+  plane.n_G = {0.0f, 0.0f, 1.0f};
+  plane.stiffness_N_per_m = 1000.0f;
+  set.planes.push_back(plane);
+  return set;
+}
+
+bool HasText(const Scene& scene, const std::string& part) {
+  for (const TextLine& line : scene.texts) {
+    if (line.text.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+TEST(SceneMirror, StartsAsTheScenarioStands) {
+  const SceneMirror mirror(SmallScenario());
+  const Scene& scene = mirror.scene();
+  ASSERT_EQ(scene.instances.size(), 6u);
+  EXPECT_EQ(scene.assets->meshes.size(), 5u);  // the jaws share one mesh
+  EXPECT_EQ(scene.instances[3].mesh, scene.instances[4].mesh);
+  EXPECT_FALSE(scene.instances[0].is_movable);
+  EXPECT_TRUE(scene.instances[1].is_movable);
+  EXPECT_NEAR(scene.instances[3].X_WM.translation.x, -0.03, 1e-12);
+  EXPECT_NEAR(scene.instances[4].X_WM.translation.x, 0.03, 1e-12);
+  EXPECT_NEAR(scene.instances[2].X_WM.translation.z, 1.0, 1e-12);
+}
+
+TEST(SceneMirror, BodiesFollowPhysics) {
+  SceneMirror mirror(SmallScenario());
+  core::PhysicsState state;
+  state.time_ns = 1'500'000'000;
+  core::BodyState body;
+  body.object = 1;
+  body.X_WO = {glm::angleAxis(0.3, glm::dvec3(0, 0, 1)), {0.1, 0.2, 0.3}};
+  state.bodies.push_back(body);
+  state.header.through_physics.id = core::MakeTraceId(0, 7);
+  mirror.Apply(state);
+  EXPECT_EQ(mirror.scene().instances[1].X_WM.translation, body.X_WO.translation);
+  EXPECT_EQ(mirror.scene().instances[1].X_WM.rotation, body.X_WO.rotation);
+  EXPECT_EQ(mirror.scene().instances[0].X_WM.translation, glm::dvec3(0.0));
+  EXPECT_EQ(mirror.scene().through_physics.id, core::MakeTraceId(0, 7));
+  EXPECT_EQ(mirror.scene().time_ns, 1'500'000'000);
+}
+
+TEST(SceneMirror, UnknownBodiesPairsAndRolesChangeNothing) {
+  SceneMirror mirror(SmallScenario());
+  core::PhysicsState state;
+  core::BodyState body;
+  body.object = 40;
+  state.bodies.push_back(body);
+  mirror.Apply(state);
+  core::HapticProxy proxy;
+  proxy.role_index = 3;
+  mirror.Apply(proxy);
+  core::ContactSet set = BlockOnPlate(0.001);
+  set.pair_index = 9;
+  mirror.Apply(set, 0);
+  mirror.Refresh(0);
+  EXPECT_TRUE(mirror.scene().arrows.empty());
+  EXPECT_NEAR(mirror.scene().instances[2].X_WM.translation.z, 1.0, 1e-12);
+}
+
+TEST(SceneMirror, HandIsDrawnWhereTheContactHoldsItAndJawsFollowTheOpening) {
+  SceneMirror mirror(SmallScenario());
+  core::HapticProxy proxy;
+  proxy.X_WD.translation = {0.0, 0.0, -0.01};
+  // A quarter turn about z: the palm's x axis, along which the jaws part, is world y.
+  proxy.X_WC = {glm::angleAxis(std::acos(-1.0) / 2.0, glm::dvec3(0, 0, 1)), {0.5, 0.0, 0.0}};
+  proxy.opening_m = 0.02;
+  mirror.Apply(proxy);
+  const auto& instances = mirror.scene().instances;
+  EXPECT_NEAR(glm::length(instances[2].X_WM.translation - glm::dvec3(0.5, 0.0, 0.0)), 0.0, 1e-12);
+  EXPECT_NEAR(glm::length(instances[3].X_WM.translation - glm::dvec3(0.5, -0.01, 0.0)), 0.0, 1e-12);
+  EXPECT_NEAR(glm::length(instances[4].X_WM.translation - glm::dvec3(0.5, 0.01, 0.0)), 0.0, 1e-12);
+}
+
+TEST(SceneMirror, LampsFollowLogic) {
+  SceneMirror mirror(SmallScenario());
+  EXPECT_EQ(mirror.scene().instances[5].material.emissive, glm::vec3(0, 1, 0));
+  core::LogicStatus status;
+  status.step = "switch_off";
+  status.hint = "Turn off the switch";
+  status.lamps.push_back({.object = 5, .red = 1.0f, .green = 0.0f, .blue = 0.0f});
+  mirror.Apply(status);
+  mirror.Refresh(0);
+  EXPECT_EQ(mirror.scene().instances[5].material.emissive, glm::vec3(1, 0, 0));
+  ASSERT_EQ(mirror.scene().lamps.size(), 1u);
+  EXPECT_EQ(mirror.scene().lamps[0].color, glm::vec3(1, 0, 0));
+  EXPECT_TRUE(HasText(mirror.scene(), "switch_off"));
+  EXPECT_TRUE(HasText(mirror.scene(), "Turn off the switch"));
+}
+
+TEST(SceneMirror, ArrowsComeAndGoWithContact) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Apply(BlockOnPlate(0.002), 1'000);
+  mirror.Refresh(1'000);
+  ASSERT_EQ(mirror.scene().arrows.size(), 1u);
+  const Arrow& arrow = mirror.scene().arrows[0];
+  EXPECT_NEAR(glm::length(arrow.p_WTail - glm::dvec3(0.01, 0.0, -0.002)), 0.0, 1e-8);
+  // 1000 N/m times 2 mm is 2 N, upwards: from G to S.
+  EXPECT_NEAR(arrow.vector_W.z, SceneMirror::kArrowBase_m + 2.0 * SceneMirror::kArrowPerNewton_m, 1e-8);
+  mirror.Apply(BlockOnPlate(0.002, false), 2'000);
+  mirror.Refresh(2'000);
+  EXPECT_TRUE(mirror.scene().arrows.empty());
+}
+
+TEST(SceneMirror, ArrowsVanishWhenTheBodyHasMovedAway) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Apply(BlockOnPlate(0.002), 0);
+  core::PhysicsState state;
+  core::BodyState body;
+  body.object = 1;
+  body.X_WO.translation = {0.0, 0.0, 0.0021};
+  state.bodies.push_back(body);
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  EXPECT_TRUE(mirror.scene().arrows.empty());
+}
+
+TEST(SceneMirror, ArrowsOfASilentPairAreDropped) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Apply(BlockOnPlate(0.002), 0);
+  mirror.Refresh(SceneMirror::kContactAge_ns);
+  EXPECT_EQ(mirror.scene().arrows.size(), 1u);
+  mirror.Refresh(SceneMirror::kContactAge_ns + 1);
+  EXPECT_TRUE(mirror.scene().arrows.empty());
+}
+
+TEST(SceneMirror, ArrowOfAWrenchStartsOnItsAxis) {
+  SceneMirror mirror(SmallScenario());
+  core::ContactSet set = BlockOnPlate(0.0);
+  set.planes.clear();
+  // 5 N along z through the point (0.1, 0.2, anything): torque about So is p x f.
+  set.F_So_W.force_N = {0.0, 0.0, 5.0};
+  set.F_So_W.torque_Nm = glm::cross(glm::dvec3(0.1, 0.2, 0.7), set.F_So_W.force_N);
+  mirror.Apply(set, 0);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().arrows.size(), 1u);
+  EXPECT_NEAR(glm::length(mirror.scene().arrows[0].p_WTail - glm::dvec3(0.1, 0.2, 0.0)), 0.0, 1e-12);
+}
+
+TEST(SceneMirror, SaysWhatIsSimulatedAndHowLateItIs) {
+  SceneMirror mirror(SmallScenario());
+  EXPECT_TRUE(HasText(mirror.scene(), "SIMULATED"));
+  mirror.Apply(LiveFigures{.frames_per_s = 20.0, .t2_state_ms = 3.4, .t2_image_ms = 41.0, .dropped = 2});
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "hand to scene 3.4 ms"));
+  scene::Scenario real = SmallScenario();
+  real.devices[0].type = "hug";
+  EXPECT_FALSE(HasText(SceneMirror(real).scene(), "SIMULATED"));
+}
+
+TEST(SceneMirror, AFailureIsCaptionedWithItsReason) {
+  SceneMirror mirror(SmallScenario());
+  core::LogicStatus status;
+  status.step = "insert_new";
+  status.is_failed = true;
+  status.why = "no progress for 20 s";
+  mirror.Apply(status);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "failed: insert_new"));
+  EXPECT_TRUE(HasText(mirror.scene(), "no progress for 20 s"));
+}
+
+}  // namespace
+}  // namespace view
