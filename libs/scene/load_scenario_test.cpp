@@ -1,0 +1,312 @@
+#include "scene/load_scenario.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <glm/gtc/constants.hpp>
+
+namespace scene {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+// A folder of its own for each test, with a mesh and a procedure that exist.
+class LoadScenarioTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("vr_oos_scene_" + std::to_string(::getpid()) + "_" +
+                                                        testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+    Write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    Write("procedure.scxml", "<scxml/>\n");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  void Write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  // `lines` start at line 3 of the file.
+  tl::expected<Scenario, std::vector<Diagnostic>> Load(const std::string& lines) const {
+    Write("scenario.xml",
+          "<scenario name=\"test\">\n<procedure file=\"procedure.scxml\"/>\n" + lines + "\n</scenario>\n");
+    return LoadScenario(folder_);
+  }
+  std::vector<std::string> Complaints(const std::string& lines) const {
+    const auto scenario = Load(lines);
+    std::vector<std::string> texts;
+    if (!scenario) {
+      for (const Diagnostic& diagnostic : scenario.error()) texts.push_back(Format(diagnostic));
+    }
+    return texts;
+  }
+  // "file:line: " as Format writes it.
+  [[nodiscard]] std::string At(int line) const {
+    return (folder_ / "scenario.xml").string() + ":" + std::to_string(line) + ": ";
+  }
+
+  std::filesystem::path folder_;
+};
+
+constexpr const char* kPlate =
+    R"(<object name="plate" owner="fixed"><visual mesh="mesh.obj"/><collision voxel_size_m="0.001"/></object>)";
+constexpr const char* kBlock =
+    R"(<object name="block" owner="physics" mass_kg="0.5"><visual mesh="mesh.obj"/><collision voxel_size_m="0.001" points="64"/></object>)";
+constexpr const char* kHand = R"(
+<object name="palm" owner="hand" part="palm" role="right" group="hand"><visual mesh="mesh.obj"/><collision points="64"/></object>
+<object name="left" owner="hand" part="jaw_left" role="right" group="hand"><visual mesh="mesh.obj"/></object>
+<object name="right" owner="hand" part="jaw_right" role="right" group="hand"><visual mesh="mesh.obj"/></object>
+<device role="right" position="1 2 3" rpy_deg="0 0 90" opening_start_m="0.04"/>)";
+
+std::string Join(std::initializer_list<std::string> parts) {
+  std::string text;
+  for (const std::string& part : parts) text += part + "\n";
+  return text;
+}
+
+TEST_F(LoadScenarioTest, ReadsEveryFigure) {
+  const auto scenario = Load(Join({
+      R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30"/>)",
+      R"(<coupling stiffness_N_per_m="2000" alpha="3"/>)",
+      kPlate,
+      kBlock,
+      kHand,
+      R"(<pair a="block" b="plate" stiffness_N_per_m="1000" friction="0.5" active="false"/>)",
+      R"(<parameter name="gain" value="2.5"/>)",
+      R"(<camera name="top" eye_m="0 0 1" target_m="0 0.1 0" vertical_fov_deg="90"/>)",
+      R"(<sun direction="0 0 1"/>)",
+  }));
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_EQ(scenario->name, "test");
+  EXPECT_EQ(scenario->method, "fast");
+  EXPECT_EQ(scenario->contact_input, ContactInput::kWrench);
+  EXPECT_EQ(scenario->seed, 7U);
+  EXPECT_EQ(scenario->stall_limit_s, 9.0);
+  EXPECT_EQ(scenario->force_cap_N, 30.0);
+  EXPECT_EQ(scenario->coupling.stiffness_N_per_m, 2000.0);
+  EXPECT_EQ(scenario->coupling.alpha, 3.0);
+  EXPECT_EQ(scenario->coupling.eta, Coupling{}.eta);
+  EXPECT_TRUE(scenario->procedure.is_absolute());
+  ASSERT_EQ(scenario->objects.size(), 5U);
+  EXPECT_EQ(scenario->objects[1].mass_kg, 0.5);
+  EXPECT_EQ(scenario->objects[1].collision_mesh, scenario->objects[1].visual_mesh);
+  ASSERT_EQ(scenario->cameras.size(), 1U);
+  EXPECT_NEAR(scenario->cameras[0].vertical_fov_rad, glm::half_pi<double>(), 1e-12);
+  ASSERT_EQ(scenario->parameters.size(), 1U);
+  EXPECT_EQ(scenario->parameters[0].value, 2.5);
+  const Device& device = scenario->devices.at(0);
+  EXPECT_EQ(device.palm, 2);
+  EXPECT_EQ(device.jaw_left, 3);
+  EXPECT_EQ(device.jaw_right, 4);
+}
+
+TEST_F(LoadScenarioTest, HandPartsStartAtTheirDevice) {
+  const auto scenario = Load(kHand);
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  // The palm's x axis is W's y axis after a quarter turn about z; the jaws stand half the opening to either side.
+  EXPECT_LT(glm::distance(scenario->objects[1].X_WO.translation, glm::dvec3(1, 1.98, 3)), 1e-12);
+  EXPECT_LT(glm::distance(scenario->objects[2].X_WO.translation, glm::dvec3(1, 2.02, 3)), 1e-12);
+}
+
+TEST_F(LoadScenarioTest, PairsComeFromGroupsInFileOrder) {
+  const auto scenario = Load(Join({kPlate, kBlock, kHand}));
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  // Plate has no points; the palm has points only; block could be sampled by nobody but be either against the palm.
+  ASSERT_EQ(scenario->pairs.size(), 3U);
+  EXPECT_EQ(scenario->PairName(0), "block/plate");
+  EXPECT_EQ(scenario->PairName(1), "palm/plate");
+  EXPECT_EQ(scenario->PairName(2), "palm/block");
+}
+
+TEST_F(LoadScenarioTest, ExplicitPairChoosesTheSampledBodyAndCanDropThePair) {
+  const std::string other =
+      R"(<object name="other" owner="physics" mass_kg="1"><visual mesh="mesh.obj"/><collision voxel_size_m="0.001" points="64"/></object>)";
+  const auto plain = Load(Join({kBlock, other}));
+  const auto turned = Load(Join({kBlock, other, R"(<pair a="other" b="block" friction="0.7"/>)"}));
+  const auto dropped = Load(Join({kBlock, other, R"(<pair a="other" b="block" collide="false"/>)"}));
+  ASSERT_TRUE(plain && turned && dropped);
+  ASSERT_EQ(plain->pairs.size(), 1U);
+  EXPECT_EQ(plain->PairName(0), "block/other");
+  ASSERT_EQ(turned->pairs.size(), 1U);
+  EXPECT_EQ(turned->PairName(0), "other/block");
+  EXPECT_EQ(turned->pairs[0].friction, 0.7);
+  EXPECT_TRUE(dropped->pairs.empty());
+}
+
+TEST_F(LoadScenarioTest, HingeFramesCoincideAtAngleZeroAndChildStartsInItsDetent) {
+  const auto scenario = Load(Join({
+      R"(<object name="base" owner="fixed" position="1 0 0" rpy_deg="0 0 90"/>)",
+      R"(<object name="lever" owner="physics" mass_kg="0.1" position="1 0 0.1"><visual mesh="mesh.obj"/></object>)",
+      R"(<hinge name="switch" parent="base" child="lever" position="1 0 0" detents_deg="-20 20" initial_detent="1"/>)",
+  }));
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  const Mechanism& hinge = scenario->mechanisms.at(0);
+  const core::Pose X_WJp = scenario->objects[0].X_WO * hinge.X_PJ;
+  const core::Pose X_WJc = scenario->objects[1].X_WO * hinge.X_CJ;
+  const glm::dvec3 turn = core::RotationVector((X_WJp.inverse() * X_WJc).rotation);
+  EXPECT_LT(glm::distance(X_WJp.translation, glm::dvec3(1, 0, 0)), 1e-12);
+  EXPECT_LT(glm::distance(X_WJc.translation, glm::dvec3(1, 0, 0)), 1e-12);
+  EXPECT_LT(glm::distance(turn, glm::dvec3(0, 0, 20.0 * glm::pi<double>() / 180.0)), 1e-12);
+}
+
+TEST_F(LoadScenarioTest, SnapFramesAreTheNamedOnes) {
+  const std::string parts = Join({
+      R"(<object name="cavity" owner="fixed"><frame name="seat" position="0 0 0.1"/></object>)",
+      R"(<object name="module" owner="physics" mass_kg="1" position="0 0 0.3"><visual mesh="mesh.obj"/><frame name="seat" position="0 0 -0.2"/></object>)",
+  });
+  const std::string snap =
+      R"(<snap name="latch" parent="cavity" parent_frame="seat" child="module" child_frame="seat" release_force_N="20" stiffness_N_per_m="1000" engaged="true"/>)";
+  const auto scenario = Load(parts + snap);
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_EQ(scenario->mechanisms.at(0).X_PJ.translation.z, 0.1);
+  EXPECT_EQ(scenario->mechanisms.at(0).X_CJ.translation.z, -0.2);
+
+  std::string far = parts;
+  far.replace(far.find("0 0 0.3"), 7, "0 0 0.4");
+  EXPECT_THAT(Complaints(far + snap),
+              Contains(testing::AllOf(HasSubstr(At(5)), HasSubstr("100.0"), HasSubstr("Fix:"))));
+}
+
+TEST_F(LoadScenarioTest, MalformedXmlNamesTheParsersLine) {
+  Write("scenario.xml", "<scenario name=\"test\">\n<object name=\"a\">\n</scenario>\n");
+  const auto scenario = LoadScenario(folder_);
+  ASSERT_FALSE(scenario);
+  ASSERT_EQ(scenario.error().size(), 1U);
+  EXPECT_EQ(scenario.error()[0].where.line, 3);
+  EXPECT_THAT(Format(scenario.error()[0]), HasSubstr("malformed XML"));
+  EXPECT_THAT(Format(scenario.error()[0]), HasSubstr("object line 2"));
+}
+
+TEST_F(LoadScenarioTest, MissingFileIsNamed) {
+  const auto scenario = LoadScenario(folder_ / "nowhere.xml");
+  ASSERT_FALSE(scenario);
+  EXPECT_THAT(Format(scenario.error()[0]), HasSubstr("nowhere.xml"));
+}
+
+TEST_F(LoadScenarioTest, MissingMeshNamesLineOfTheAttribute) {
+  const auto complaints = Complaints("<object name=\"a\" owner=\"fixed\">\n<visual\n  mesh=\"gone.obj\"/></object>");
+  ASSERT_EQ(complaints.size(), 1U);
+  EXPECT_THAT(complaints[0], testing::StartsWith(At(5) + "mesh 'gone.obj' is missing"));
+  EXPECT_THAT(complaints[0], HasSubstr("Fix: "));
+}
+
+TEST_F(LoadScenarioTest, UnknownObjectInPairIsNamedWithTheNearest) {
+  const auto complaints = Complaints(Join({kPlate, kBlock, R"(<pair a="blok" b="plate"/>)"}));
+  ASSERT_EQ(complaints.size(), 1U);
+  EXPECT_THAT(complaints[0], testing::StartsWith(At(5) + "pair blok/plate: unknown object 'blok'"));
+  EXPECT_THAT(complaints[0], HasSubstr("did you mean 'block'"));
+}
+
+TEST_F(LoadScenarioTest, NegativeMassIsRefusedOnItsLineAndOnlyOnce) {
+  const auto complaints =
+      Complaints("<object name=\"a\" owner=\"physics\"\n  mass_kg=\"-1\"><visual mesh=\"mesh.obj\"/></object>");
+  ASSERT_EQ(complaints.size(), 1U);
+  EXPECT_THAT(complaints[0], testing::StartsWith(At(4) + "object 'a': mass_kg is '-1': it must be"));
+}
+
+struct BadCase {
+  const char* title;
+  const char* lines;
+  int line;
+  const char* says;
+};
+
+class LoadScenarioBadCases : public LoadScenarioTest, public testing::WithParamInterface<BadCase> {};
+
+TEST_P(LoadScenarioBadCases, NamesLineAndCause) {
+  const auto complaints = Complaints(GetParam().lines);
+  EXPECT_THAT(complaints,
+              Contains(testing::AllOf(testing::StartsWith(At(GetParam().line)), HasSubstr(GetParam().says))));
+}
+
+// Lines as they stand in the file: the first line given here is line 3.
+const BadCase kBadCases[] = {
+    {"UnknownElement", "<objekt name='a'/>", 3, "did you mean 'object'"},
+    {"UnknownAttribute", "<object name='a' owner='fixed' positon='0 0 0'/>", 3, "did you mean 'position'"},
+    {"NotFinite", "<object name='a' owner='fixed' position='0 nan 0'/>", 3, "three finite numbers"},
+    {"Infinite", "<parameter name='a' value='inf'/>", 3, "a finite number"},
+    {"TooFewNumbers", "<object name='a' owner='fixed'\nposition='0 1'/>", 4, "three finite numbers"},
+    {"UnknownChoice", "<object name='a' owner='robot'/>", 3, "'fixed', 'physics' and 'hand'"},
+    {"NoMass", "<object name='a' owner='physics'><visual mesh='mesh.obj'/></object>", 3, "no mass"},
+    {"ZeroMass", "<object name='a' owner='physics' mass_kg='0'><visual mesh='mesh.obj'/></object>", 3,
+     "mass_kg is '0'"},
+    {"MassAndDensity", "<object name='a' owner='physics' mass_kg='1' density_kg_per_m3='2'/>", 3, "one of them"},
+    {"SameName", "<object name='a' owner='fixed'/>\n<object name='a' owner='fixed'/>", 4, "taken by line 3"},
+    {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision/></object>", 3,
+     "would build nothing"},
+    {"CollisionWithoutMesh", "<object name='a' owner='fixed'><collision points='64'/></object>", 3, "has no mesh"},
+    {"VoxelInMillimetres",
+     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='1'/></object>", 3, "0.02 mm"},
+    {"TooFewPoints", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision points='3'/></object>", 3,
+     "3 points"},
+    {"HandWithoutRole", "<object name='a' owner='hand' part='palm'/>", 3, "role is missing"},
+    {"HandWithUnknownRole", "<device role='right'/>\n<object name='a' owner='hand' part='palm' role='rigt'/>", 4,
+     "did you mean 'right'"},
+    {"DeviceWithoutPalm", "<device role='right'/>", 3, "no palm"},
+    {"OneJaw",
+     "<device role='r'/>\n<object name='p' owner='hand' part='palm' role='r'/>"
+     "<object name='j' owner='hand' part='jaw_left' role='r'/>",
+     3, "jaw_right is missing"},
+    {"TwoPalms",
+     "<device role='r'/>\n<object name='p' owner='hand' part='palm' role='r'/>\n"
+     "<object name='q' owner='hand' part='palm' role='r'/>",
+     5, "has this part already, 'p'"},
+    {"SameRole", "<device role='r'/>\n<device role='r'/>", 4, "taken by line 3"},
+    {"JointOfOneBody",
+     "<object name='a' owner='physics' mass_kg='1'/>\n<hinge name='h' parent='a' child='a' position='0 0 0'/>", 4,
+     "joins two bodies"},
+    {"JointOnFixed", "<object name='a' owner='fixed'/>\n<hinge name='h' child='a' position='0 0 0'/>", 4,
+     "not moved by physics"},
+    {"JointOfUnknownObject", "<hinge name='h' child='gone' position='0 0 0'/>", 3, "unknown object 'gone'"},
+    {"DetentsDescending",
+     "<object name='a' owner='physics' mass_kg='1'/>\n"
+     "<hinge name='h' child='a' position='0 0 0' detents_deg='20 -20'/>",
+     4, "not ascending"},
+    {"ThreeDetents",
+     "<object name='a' owner='physics' mass_kg='1'/>\n"
+     "<hinge name='h' child='a' position='0 0 0' detents_deg='0 1 2'/>",
+     4, "none or two"},
+    {"DetentBeyondLimit",
+     "<object name='a' owner='physics' mass_kg='1'/>\n"
+     "<hinge name='h' child='a' position='0 0 0' lower_deg='-10' upper_deg='10' detents_deg='-20 5'/>",
+     4, "outside the limits"},
+    {"UnknownFrame",
+     "<object name='a' owner='physics' mass_kg='1'><frame name='tip'/></object>\n<object name='b' owner='fixed'/>\n"
+     "<snap name='s' parent='b' parent_frame='seat' child='a' child_frame='tipp' release_force_N='1'/>",
+     5, "did you mean 'tip'"},
+    {"PatchOfTwoNumbers",
+     "<object name='a' owner='physics' mass_kg='1'/>\n"
+     "<hook_and_loop name='v' child='a' patches_m='0 0' release_force_N='1' stiffness_N_per_m='1'/>",
+     4, "a point of three"},
+    {"PairInOneGroup",
+     "<object name='a' owner='physics' mass_kg='1' group='g'/>\n<object name='b' owner='fixed' group='g'/>\n"
+     "<pair a='a' b='b'/>",
+     5, "group 'g'"},
+    {"PairWithoutStructures",
+     "<object name='a' owner='physics' mass_kg='1'/>\n<object name='b' owner='fixed'/>\n<pair a='a' b='b'/>", 5,
+     "no pointshell"},
+    {"TwoRuns", "<object name='a' owner='fixed'/>\n<run/>\n<run/>", 5, "only one"},
+    {"CameraLooksNowhere", "<camera name='c' eye_m='1 1 1' target_m='1 1 1'/>", 3, "coincide"},
+    {"NoObjects", "<run/>", 1, "<object> is missing"},
+    {"StrayText", "<run/>\nhello", 1, "attributes and elements only"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, LoadScenarioBadCases, testing::ValuesIn(kBadCases),
+                         [](const auto& param_info) { return std::string(param_info.param.title); });
+
+TEST_F(LoadScenarioTest, AllProblemsAreCollectedInLineOrder) {
+  const auto scenario = Load(Join({R"(<object name="a" owner="physics" mass_kg="-1"/>)", R"(<pair a="x" b="y"/>)",
+                                   R"(<camera name="c" eye_m="0 0 0"/>)"}));
+  ASSERT_FALSE(scenario);
+  int last_line = 0;
+  for (const Diagnostic& diagnostic : scenario.error()) {
+    EXPECT_GE(diagnostic.where.line, last_line);
+    last_line = diagnostic.where.line;
+    EXPECT_FALSE(diagnostic.what.empty() || diagnostic.why.empty() || diagnostic.fix.empty());
+  }
+  EXPECT_GE(scenario.error().size(), 4U);  // mass, mesh or two unknown names, missing target
+}
+
+}  // namespace
+}  // namespace scene
