@@ -1,0 +1,157 @@
+#include "nodes/device_bridge/simulated_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace device_bridge {
+
+ArmParameters ArmParameters::From(const scene::Device& device) {
+  ArmParameters p;
+  p.mass_kg = device.mass_kg;
+  p.inertia_kg_m2 = device.inertia_kg_m2;
+  p.damping_N_s_per_m = device.damping_N_s_per_m;
+  p.damping_Nm_s_per_rad = device.damping_Nm_s_per_rad;
+  p.opening_max_m = device.opening_max_m;
+  p.opening_start_m = device.opening_start_m;
+  p.command_delay_ns = static_cast<std::int64_t>(std::llround(device.command_delay_s * 1e9));
+  p.X_WD_start = device.X_WD_start;
+  p.hand.stiffness_N_per_m = device.hand_stiffness_N_per_m;
+  p.hand.damping_N_s_per_m = device.hand_damping_N_s_per_m;
+  p.hand.stiffness_Nm_per_rad = device.hand_stiffness_Nm_per_rad;
+  p.hand.damping_Nm_s_per_rad = device.hand_damping_Nm_s_per_rad;
+  return p;
+}
+
+SimulatedArm::SimulatedArm(const ArmParameters& parameters) : parameters_(parameters) {
+  state_.X_WD = parameters.X_WD_start;
+  state_.opening_m = parameters.opening_start_m;
+  state_.is_engaged = true;
+  hand_.X_WT = parameters.X_WD_start;
+  hand_.opening_m = parameters.opening_start_m;
+}
+
+DeviceReading SimulatedArm::Read(std::int64_t now_ns) noexcept {
+  AdvanceTo(now_ns);
+  state_.is_engaged = hand_.holds_dead_man;
+  return state_;
+}
+
+void SimulatedArm::Write(std::int64_t now_ns, const FilteredForce& force) noexcept {
+  AdvanceTo(now_ns);
+  last_write_ns_ = now_ns;
+  if (parameters_.command_delay_ns <= 0) {
+    force_ = force;
+    return;
+  }
+  if (pending_size_ == kMaxPending) {  // a delay longer than the line: the oldest comes early rather than being lost
+    force_ = pending_[pending_begin_].force;
+    pending_begin_ = (pending_begin_ + 1) % kMaxPending;
+    --pending_size_;
+  }
+  pending_[(pending_begin_ + pending_size_) % kMaxPending] = {now_ns + parameters_.command_delay_ns, force};
+  ++pending_size_;
+}
+
+void SimulatedArm::SetHand(const HandTarget& target) noexcept {
+  hand_ = target;
+}
+
+void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
+  if (!is_started_) {
+    is_started_ = true;
+    time_ns_ = now_ns;
+    last_write_ns_ = now_ns;
+  }
+  // The step is split where a delayed command becomes due and where the watchdog bites, so neither is rounded to a
+  // tick.
+  while (time_ns_ < now_ns) {
+    std::int64_t until_ns = now_ns;
+    const std::int64_t watchdog_ns = last_write_ns_ + parameters_.watchdog_ns;
+    if (watchdog_ns <= time_ns_) {
+      const FilteredForce none;
+      force_ = none;
+      pending_size_ = 0;
+    } else {
+      until_ns = std::min(until_ns, watchdog_ns);
+      while (pending_size_ > 0 && pending_[pending_begin_].due_ns <= time_ns_) {
+        force_ = pending_[pending_begin_].force;
+        pending_begin_ = (pending_begin_ + 1) % kMaxPending;
+        --pending_size_;
+      }
+      if (pending_size_ > 0) until_ns = std::min(until_ns, pending_[pending_begin_].due_ns);
+    }
+    AdvanceBy(static_cast<double>(until_ns - time_ns_) * 1e-9);
+    time_ns_ = until_ns;
+  }
+}
+
+void SimulatedArm::AdvanceBy(double dt_s) noexcept {
+  const HandImpedance& hand = parameters_.hand;
+  const double drag_N_s_per_m = parameters_.damping_N_s_per_m + force_.brake_N_s_per_m();
+  const double drag_Nm_s_per_rad = parameters_.damping_Nm_s_per_rad + force_.brake_Nm_s_per_rad();
+  const Oscillator linear{parameters_.mass_kg, drag_N_s_per_m + hand.damping_N_s_per_m, hand.stiffness_N_per_m};
+  const Oscillator angular{parameters_.inertia_kg_m2, drag_Nm_s_per_rad + hand.damping_Nm_s_per_rad,
+                           hand.stiffness_Nm_per_rad};
+
+  const glm::dvec3 phi = core::RotationVector(state_.X_WD.rotation * glm::conjugate(hand_.X_WT.rotation));
+  glm::dvec3 phi_next;
+  for (int i = 0; i < 3; ++i) {
+    const double v_T = hand_.V_WT.linear_m_per_s[i];
+    const OscillatorState y{state_.X_WD.translation[i] - hand_.X_WT.translation[i],
+                            state_.V_WD.linear_m_per_s[i] - v_T};
+    const OscillatorState next = StepExactly(linear, y, force_.F_Do_W().force_N[i] - drag_N_s_per_m * v_T, dt_s);
+    state_.X_WD.translation[i] = hand_.X_WT.translation[i] + v_T * dt_s + next.position;
+    state_.V_WD.linear_m_per_s[i] = v_T + next.velocity;
+
+    const double w_T = hand_.V_WT.angular_rad_per_s[i];
+    const OscillatorState next_angle = StepExactly(angular, {phi[i], state_.V_WD.angular_rad_per_s[i] - w_T},
+                                                   force_.F_Do_W().torque_Nm[i] - drag_Nm_s_per_rad * w_T, dt_s);
+    phi_next[i] = next_angle.position;
+    state_.V_WD.angular_rad_per_s[i] = w_T + next_angle.velocity;
+  }
+  hand_.X_WT.translation += hand_.V_WT.linear_m_per_s * dt_s;
+  hand_.X_WT.rotation =
+      glm::normalize(core::QuaternionFromRotationVector(hand_.V_WT.angular_rad_per_s * dt_s) * hand_.X_WT.rotation);
+  state_.X_WD.rotation = glm::normalize(core::QuaternionFromRotationVector(phi_next) * hand_.X_WT.rotation);
+  AdvanceOpening(dt_s);
+}
+
+// The fingers pull as a spring as long as it is weaker than their strength, else with just their strength. Which of the
+// two holds is decided at the start of a step; each is stepped exactly.
+void SimulatedArm::AdvanceOpening(double dt_s) noexcept {
+  const HandImpedance& hand = parameters_.hand;
+  const double drag = parameters_.jaw_damping_N_s_per_m + force_.brake_N_s_per_m();
+  const double spring_N = hand.finger_stiffness_N_per_m * (hand_.opening_m - state_.opening_m);
+  const bool is_saturated = std::abs(spring_N) > hand_.grip_strength_N;
+  const double stiffness = is_saturated ? 0.0 : hand.finger_stiffness_N_per_m;
+  const double finger_N = is_saturated ? std::copysign(hand_.grip_strength_N, spring_N) : 0.0;
+  const double v_T = hand_.opening_velocity_m_per_s;
+  const Oscillator axis{parameters_.jaw_mass_kg, drag + hand.finger_damping_N_s_per_m, stiffness};
+  const OscillatorState next =
+      StepExactly(axis, {state_.opening_m - hand_.opening_m, state_.opening_velocity_m_per_s - v_T},
+                  force_.grip_force_N() + finger_N - drag * v_T, dt_s);
+  hand_.opening_m += v_T * dt_s;
+  const double opening_m = hand_.opening_m + next.position;
+  state_.opening_m = std::clamp(opening_m, 0.0, parameters_.opening_max_m);
+  state_.opening_velocity_m_per_s = opening_m == state_.opening_m ? v_T + next.velocity : 0.0;  // end stops
+}
+
+core::Wrench SimulatedArm::HandWrench() const noexcept {
+  const HandImpedance& hand = parameters_.hand;
+  const glm::dvec3 phi = core::RotationVector(state_.X_WD.rotation * glm::conjugate(hand_.X_WT.rotation));
+  return {hand.stiffness_N_per_m * (hand_.X_WT.translation - state_.X_WD.translation) +
+              hand.damping_N_s_per_m * (hand_.V_WT.linear_m_per_s - state_.V_WD.linear_m_per_s),
+          -hand.stiffness_Nm_per_rad * phi +
+              hand.damping_Nm_s_per_rad * (hand_.V_WT.angular_rad_per_s - state_.V_WD.angular_rad_per_s)};
+}
+
+double SimulatedArm::FingerSpringForce() const noexcept {
+  const double spring_N = parameters_.hand.finger_stiffness_N_per_m * (hand_.opening_m - state_.opening_m);
+  return std::clamp(spring_N, -hand_.grip_strength_N, hand_.grip_strength_N);
+}
+
+FeltForce SimulatedArm::Felt() const noexcept {
+  return {force_.F_Do_W(), HandWrench(), force_.grip_force_N(), FingerSpringForce(), state_.opening_m};
+}
+
+}  // namespace device_bridge

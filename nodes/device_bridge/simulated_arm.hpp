@@ -1,0 +1,106 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "nodes/device_bridge/device.hpp"
+#include "nodes/device_bridge/oscillator.hpp"
+#include "scene/scenario.hpp"
+
+namespace device_bridge {
+
+// What the operator's arm and fingers are set to: the target of their spring-damper. The only thing a simulated
+// operator can write.
+struct HandTarget {
+  core::Pose X_WT;
+  core::Twist V_WT;  // velocity of the target, so that a moving hand does not trail behind
+  double opening_m = 0.0;
+  double opening_velocity_m_per_s = 0.0;
+  double grip_strength_N = 20.0;  // the fingers' limit, both ways
+  bool holds_dead_man = true;
+};
+
+// Impedance of the operator's arm and fingers.
+struct HandImpedance {
+  double stiffness_N_per_m = 800.0;
+  double damping_N_s_per_m = 60.0;
+  double stiffness_Nm_per_rad = 25.0;
+  double damping_Nm_s_per_rad = 1.2;
+  double finger_stiffness_N_per_m = 1500.0;
+  double finger_damping_N_s_per_m = 50.0;
+};
+
+struct ArmParameters {
+  double mass_kg = 1.5;
+  double inertia_kg_m2 = 0.03;
+  double damping_N_s_per_m = 5.0;
+  double damping_Nm_s_per_rad = 0.05;
+  double jaw_mass_kg = 0.5;  // apparent mass of the gripper axis with the fingers (assumed)
+  double jaw_damping_N_s_per_m = 2.0;
+  double opening_max_m = 0.08;
+  double opening_start_m = 0.06;
+  std::int64_t command_delay_ns = 0;
+  std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the force is dropped, by the device itself
+  core::Pose X_WD_start;
+  HandImpedance hand;
+
+  static ArmParameters From(const scene::Device& device);
+};
+
+// What the operator feels.
+struct FeltForce {
+  core::Wrench F_Do_W;          // the arm on the hand
+  core::Wrench hand_F_Do_W;     // the hand's own spring and damper on the arm
+  double grip_force_N = 0.0;    // the jaws on the fingers, positive when they are pushed open
+  double finger_force_N = 0.0;  // the fingers on the jaws, positive opens
+  double opening_m = 0.0;
+};
+
+// A SIMULATED hand device: DLR's HUG as a rigid point, 6-DoF mass and damper with the operator's hand on it as a
+// spring-damper to its target, and a gripper axis. Every axis is stepped by the exact zero-order-hold solution
+// (no integration error), with commands delayed by any time, also fractions of a step.
+//
+// Translation, per axis of W, with y = x - x_T, x_T moving at v_T over the step:
+//   m y'' + (b + brake + B_h) y' + K_h y = F - (b + brake) v_T
+// Rotation the same with y the rotation vector of R_WD R_WT^-1 in W and an isotropic inertia; exact while the axis of
+// rotation stays, which holds as long as the hand is near its target.
+class SimulatedArm final : public Device {
+ public:
+  explicit SimulatedArm(const ArmParameters& parameters);
+
+  DeviceReading Read(std::int64_t now_ns) noexcept override;
+  void Write(std::int64_t now_ns, const FilteredForce& force) noexcept override;
+  [[nodiscard]] bool is_simulated() const override { return true; }
+  [[nodiscard]] const char* description() const override { return "simulated arm (6-DoF mass-damper, gripper axis)"; }
+
+  // From the time of the last Read on.
+  void SetHand(const HandTarget& target) noexcept;
+  [[nodiscard]] const HandTarget& hand() const { return hand_; }
+  [[nodiscard]] FeltForce Felt() const noexcept;
+
+ private:
+  struct PendingCommand {
+    std::int64_t due_ns = 0;
+    FilteredForce force;
+  };
+  static constexpr std::size_t kMaxPending = 512;
+
+  void AdvanceTo(std::int64_t now_ns) noexcept;
+  void AdvanceBy(double dt_s) noexcept;
+  void AdvanceOpening(double dt_s) noexcept;
+  [[nodiscard]] core::Wrench HandWrench() const noexcept;
+  [[nodiscard]] double FingerSpringForce() const noexcept;
+
+  ArmParameters parameters_;
+  HandTarget hand_;
+  DeviceReading state_;
+  FilteredForce force_;  // acting now
+  std::array<PendingCommand, kMaxPending> pending_;
+  std::size_t pending_begin_ = 0;
+  std::size_t pending_size_ = 0;
+  std::int64_t time_ns_ = 0;
+  std::int64_t last_write_ns_ = 0;
+  bool is_started_ = false;
+};
+
+}  // namespace device_bridge
