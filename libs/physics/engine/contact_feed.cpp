@@ -1,0 +1,106 @@
+#include "physics/engine/contact_feed.hpp"
+
+#include <BulletCollision/BroadphaseCollision/btDispatcher.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+
+#include "physics/engine/bullet_conversions.hpp"
+
+namespace physics {
+
+ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field) {
+  for (btPersistentManifold*& manifold : manifolds_) {
+    manifold = dispatcher->getNewManifold(sampled, field);
+    manifold->setContactBreakingThreshold(1e9);
+    manifold->setContactProcessingThreshold(1e9);
+    manifold->setNumContacts(0);
+  }
+}
+
+void ContactFeed::Set(const core::ContactSet& set) {
+  std::array<Plane, core::kMaxContactPlanes> next{};
+  const int count = static_cast<int>(set.planes.size());
+  for (int i = 0; i < count; ++i) {
+    Plane& plane = next[static_cast<std::size_t>(i)];
+    plane.plane = set.planes[static_cast<std::size_t>(i)];
+    for (int j = 0; j < num_planes_; ++j) {
+      const Plane& old = planes_[static_cast<std::size_t>(j)];
+      if (old.plane.id == plane.plane.id) plane.impulse = old.impulse;
+    }
+  }
+  planes_ = next;
+  num_planes_ = count;
+  damping_ = set.damping_N_s_per_m;
+  friction_ = set.friction;
+}
+
+void ContactFeed::Clear() {
+  num_planes_ = 0;
+  num_injected_ = 0;
+  for (btPersistentManifold* manifold : manifolds_) manifold->setNumContacts(0);
+}
+
+void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
+  num_injected_ = num_planes_;
+  // The pair's damping is shared in proportion to stiffness among the planes that penetrate, as the stiffness is.
+  std::array<double, core::kMaxContactPlanes> gaps{};
+  double pushing_stiffness = 0.0;
+  double largest_stiffness = 0.0;
+  for (int i = 0; i < num_planes_; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const core::ContactPlane& plane = planes_[at].plane;
+    const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
+    gaps[at] = glm::dot(n_W, X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
+    if (gaps[at] <= 0.0) pushing_stiffness += plane.stiffness_N_per_m;
+    largest_stiffness = std::max(largest_stiffness, static_cast<double>(plane.stiffness_N_per_m));
+  }
+  const double total_stiffness = std::max(pushing_stiffness, largest_stiffness);
+  for (int m = 0; m < kNumManifolds; ++m) {
+    manifolds_[static_cast<std::size_t>(m)]->setNumContacts(
+        std::clamp(num_planes_ - kPerManifold * m, 0, kPerManifold));
+  }
+  for (int i = 0; i < num_planes_; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const core::ContactPlane& plane = planes_[at].plane;
+    const double k = plane.stiffness_N_per_m;
+    const double d = total_stiffness > 0.0 ? damping_ * k / total_stiffness : 0.0;
+    btManifoldPoint& point = PointOf(i);
+    point = btManifoldPoint();
+    // One common point: equal and opposite impulses there conserve angular momentum too.
+    point.m_positionWorldOnA = ToBullet(X_WS * glm::dvec3(plane.p_S));
+    point.m_positionWorldOnB = point.m_positionWorldOnA;
+    // Unit again in double: a float normal is off by 1e-7, which would scale impulses.
+    point.m_normalWorldOnB = ToBullet(glm::normalize(X_WG.rotate(glm::dvec3(plane.n_G))));
+    point.m_lateralFrictionDir1.setZero();
+    point.m_lateralFrictionDir2.setZero();
+    point.m_combinedFriction = friction_;
+    point.m_combinedRollingFriction = 0.0;
+    point.m_combinedSpinningFriction = 0.0;
+    point.m_combinedRestitution = 0.0;
+    // Implicit spring and damper. Penetrating, the solver meets F = k (depth at the end of the step) - d v, F >= 0.
+    // Apart, Bullet lets the row act on what of the motion goes beyond the gap, F = (k + d / dt) (depth at the end);
+    // leaving d out there makes both the same spring.
+    point.m_distance1 = gaps[at];
+    point.m_contactPointFlags = BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+    point.m_combinedContactStiffness1 = k;
+    point.m_combinedContactDamping1 = gaps[at] <= 0.0 ? d : 0.0;
+    point.m_appliedImpulse = planes_[at].impulse;
+  }
+}
+
+double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W) const {
+  double smallest = 1e9;
+  for (int i = 0; i < num_planes_; ++i) {
+    const core::ContactPlane& plane = planes_[static_cast<std::size_t>(i)].plane;
+    const glm::dvec3 point_W = X_WS * glm::dvec3(plane.p_S);
+    const double gap = glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), point_W - X_WG * glm::dvec3(plane.q_G));
+    if (gap < smallest) {
+      smallest = gap;
+      if (p_W != nullptr) *p_W = point_W;
+    }
+  }
+  return smallest;
+}
+
+}  // namespace physics

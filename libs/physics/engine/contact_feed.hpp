@@ -1,0 +1,72 @@
+#pragma once
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+#include <array>
+#include <vector>
+
+#include "core/messages/haptic.hpp"
+#include "core/pose.hpp"
+
+class btDispatcher;
+class btRigidBody;
+
+namespace physics {
+
+// Planes of one pair (architecture D5) as Bullet manifolds. Several manifolds per pair carry more than the four
+// points that fit one; they are made once and refilled each step, so a step does not allocate. Points are written
+// directly: addManifoldPoint would merge and drop neighbours by distance.
+class ContactFeed {
+ public:
+  ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field);
+  ContactFeed(ContactFeed&& other) noexcept = default;
+
+  void Set(const core::ContactSet& set);
+  void Clear();
+  [[nodiscard]] bool empty() const { return num_planes_ == 0; }
+
+  // Re-evaluates every gap with the poses at the start of the step and fills the manifolds. All planes go in, also
+  // those with a positive gap: the solver then lets the bodies come no closer than the gap within this step.
+  void Inject(const core::Pose& X_WS, const core::Pose& X_WG);
+  // Reads impulses back (warm start) and calls visit(p_W, impulse on S in W) for each point that pushed.
+  template <typename Visit>
+  void Collect(Visit&& visit);
+
+  [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W) const;
+
+ private:
+  static constexpr int kPerManifold = 4;
+  static constexpr int kNumManifolds = static_cast<int>(core::kMaxContactPlanes) / kPerManifold;
+
+  struct Plane {
+    core::ContactPlane plane;
+    double impulse = 0.0;  // normal, of the last step
+  };
+
+  btManifoldPoint& PointOf(int i) {
+    return manifolds_[static_cast<std::size_t>(i / kPerManifold)]->getContactPoint(i % kPerManifold);
+  }
+
+  std::array<btPersistentManifold*, kNumManifolds> manifolds_{};
+  std::array<Plane, core::kMaxContactPlanes> planes_{};
+  int num_planes_ = 0;
+  int num_injected_ = 0;
+  double damping_ = 0.0;
+  double friction_ = 0.0;
+};
+
+template <typename Visit>
+void ContactFeed::Collect(Visit&& visit) {
+  for (int i = 0; i < num_injected_; ++i) {
+    const btManifoldPoint& point = PointOf(i);
+    planes_[static_cast<std::size_t>(i)].impulse = point.m_appliedImpulse;
+    const btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB +
+                              point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
+                              point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
+    if (point.m_appliedImpulse == 0.0 && impulse.length2() == 0.0) continue;
+    const btVector3& p = point.m_positionWorldOnA;
+    visit(glm::dvec3(p.x(), p.y(), p.z()), glm::dvec3(impulse.x(), impulse.y(), impulse.z()));
+  }
+}
+
+}  // namespace physics

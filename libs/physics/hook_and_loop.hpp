@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "physics/row.hpp"
+
+namespace physics {
+
+// scene::Mechanism of kind hook-and-loop: patches that hold the child to the parent where they touch at the start.
+struct HookAndLoopParams {
+  std::vector<glm::dvec3> p_PPatch_m;  // in the parent's mesh frame
+  core::Pose X_PC;                     // child in parent when the patches were pressed together
+  double release_force_N = 0.0;        // per patch
+  double stiffness_N_per_m = 0.0;      // per patch
+  double damping_N_s_per_m = 0.0;
+};
+
+// Each patch is an isotropic spring that breaks for good once it pulls with its release force. state and position are
+// the patches left, force the magnitude of their sum.
+class HookAndLoop final : public Mechanism {
+ public:
+  explicit HookAndLoop(const HookAndLoopParams& params);
+  void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
+  void Finish(double dt_s) override;
+
+  void set_release_force_N(double value) { params_.release_force_N = value; }
+
+ private:
+  HookAndLoopParams params_;
+  std::vector<glm::dvec3> p_CPatch_m_;
+  std::vector<bool> is_held_;
+};
+
+}  // namespace physics

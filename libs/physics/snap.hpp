@@ -1,0 +1,55 @@
+#pragma once
+
+#include "physics/row.hpp"
+
+namespace physics {
+
+// scene::Mechanism of kind snap. J_child's origin is pulled to J_parent's; z of J_parent points out of the socket.
+struct SnapParams {
+  core::Pose X_PJ;
+  core::Pose X_CJ;
+  double engage_force_N = 0.0;
+  double release_force_N = 0.0;
+  double travel_m = 0.003;
+  double guide_length_m = 0.0;
+  double lateral_tolerance_m = 0.001;
+  double tilt_tolerance_rad = 0.035;
+  double stiffness_N_per_m = 2.0e4;
+  double stiffness_Nm_per_rad = 40.0;
+  double damping_N_s_per_m = 30.0;
+  bool is_initially_engaged = false;
+};
+
+// Axial force of the snap on the child at z above the seat, out of the socket positive, and its slope.
+//
+// Two wells with hysteresis. Engaged: F = -k z, until k z reaches the release force at z_r = F_r / k. Free: a bump
+// that resists pushing in, F = F_e sin(pi (travel - z) / (travel - z_e)) for z_e < z < travel, peak F_e, nothing
+// beyond; it engages at z_e = min(z_r / 2, travel / 4).
+// A cycle never gains energy: engaging costs B(z_e) = int_{z_e}^{travel} F and returns k z_e^2 / 2; releasing costs
+// k z_r^2 / 2 and returns at most B(z_r) <= B(z_e) as z_r >= z_e. So the balance is >= k (z_r^2 - z_e^2) / 2 >= 0.
+struct SnapForce {
+  double force_N = 0.0;
+  double stiffness_N_per_m = 0.0;  // max(0, -dF/dz)
+};
+SnapForce SnapAxialForce(const SnapParams& params, bool is_engaged, double z_m);
+double SnapReleasePoint_m(const SnapParams& params);  // z_r
+double SnapEngagePoint_m(const SnapParams& params);   // z_e
+
+class Snap final : public Mechanism {
+ public:
+  explicit Snap(const SnapParams& params);
+  void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
+  void Finish(double dt_s) override;
+
+  [[nodiscard]] bool is_engaged() const { return state_ == 1; }
+  [[nodiscard]] bool is_guided() const { return is_guided_; }
+  void set_engage_force_N(double value) { params_.engage_force_N = value; }
+  void set_release_force_N(double value) { params_.release_force_N = value; }
+  void set_stiffness_N_per_m(double value) { params_.stiffness_N_per_m = value; }
+
+ private:
+  SnapParams params_;
+  bool is_guided_ = false;
+};
+
+}  // namespace physics

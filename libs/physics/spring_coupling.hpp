@@ -1,0 +1,45 @@
+#pragma once
+
+#include "physics/row.hpp"
+
+namespace physics {
+
+struct SpringCouplingParams {
+  double stiffness_N_per_m = 3000.0;
+  double damping_N_s_per_m = 40.0;
+  double stiffness_Nm_per_rad = 40.0;
+  double damping_Nm_s_per_rad = 0.6;
+};
+
+// 6-DoF spring-damper that holds the child where it was when it was attached: the grasp of architecture section 1,
+// with the gripper as parent. The linear spring sits at the point given at the attachment (between the jaws), so
+// that turning the held object about the grip meets the angular spring only.
+class SpringCoupling final : public Mechanism {
+ public:
+  explicit SpringCoupling(const SpringCouplingParams& params);
+
+  // Holds the present relative pose; p_W is the grip point.
+  void Attach(const core::Pose& X_WParent, const core::Pose& X_WChild, const glm::dvec3& p_W);
+  void Detach();
+  [[nodiscard]] bool is_attached() const { return is_attached_; }
+
+  void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
+  void Finish(double dt_s) override;
+
+  // Of the last step, on the parent, about the origin of the parent's frame at the start of that step, in W.
+  [[nodiscard]] const core::Wrench& F_Po_W() const { return F_Po_W_; }
+  // How far the grip point is from where the parent holds it, in the parent's axes.
+  [[nodiscard]] const glm::dvec3& deflection_P_m() const { return deflection_P_m_; }
+
+ private:
+  SpringCouplingParams params_;
+  bool is_attached_ = false;
+  core::Pose X_PC_;
+  glm::dvec3 p_PGrip_m_{0.0};
+  glm::dvec3 p_CGrip_m_{0.0};
+  glm::dvec3 p_WPo_{0.0};
+  glm::dvec3 deflection_P_m_{0.0};
+  core::Wrench F_Po_W_;
+};
+
+}  // namespace physics

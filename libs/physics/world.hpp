@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "core/messages/haptic.hpp"
+#include "core/pose.hpp"
+#include "core/result.hpp"
+#include "core/wrench.hpp"
+#include "physics/mass_properties.hpp"
+#include "physics/row.hpp"
+
+namespace physics {
+
+enum class BodyKind { kFixed, kKinematic, kDynamic };
+
+struct BodyParams {
+  BodyKind kind = BodyKind::kFixed;
+  core::Pose X_WO;
+  core::Twist V_WO;     // dynamic: start velocity of the mesh-frame origin
+  MassProperties mass;  // dynamic only
+};
+
+// Impulses applied to free bodies against their change of momentum, since the world was made. Impulses are summed
+// from what each contact, mechanism and wrench reports; momentum is read from the bodies' states: two independent
+// ways to the same number, so the residual shows any force that was applied twice, lost, or made up.
+struct ImpulseBalance {
+  double linear_residual_Ns = 0.0;    // sum over bodies of |change of p - impulses|
+  double linear_magnitude_Ns = 0.0;   // sum of the magnitudes of all impulses
+  double angular_residual_Nms = 0.0;  // same about the world origin
+  double angular_magnitude_Nms = 0.0;
+  [[nodiscard]] double relative() const {
+    return linear_magnitude_Ns > 0.0 ? linear_residual_Ns / linear_magnitude_Ns : linear_residual_Ns;
+  }
+};
+
+// What a contact did in the last step.
+struct ContactReport {
+  core::Wrench F_So_W;          // on S, about S's mesh origin at the start of the step
+  double smallest_gap_m = 1e9;  // over the planes, at the start of the step
+  int num_pushing = 0;
+};
+
+// Rigid bodies in zero gravity, stepped by Bullet's constraint solver with its collision detection bypassed
+// (architecture D6). Poses in and out are of the mesh frame O; the centre of mass may be anywhere.
+// Setup calls return errors; Step and the setters used between steps do not allocate, throw or lock.
+class World {
+ public:
+  struct Options {
+    int max_iterations = 100;          // of the sequential-impulse solver
+    double tolerance_m_per_s = 1e-11;  // it stops when no row changes a velocity by more
+  };
+
+  World();
+  explicit World(const Options& options);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // Setup.
+  core::Result<int> AddBody(const BodyParams& params);
+  core::Result<int> AddContactPair(int sampled_body, int field_body);
+  core::Result<int> AddMechanism(int parent_body, int child_body, std::unique_ptr<Mechanism> mechanism);
+  [[nodiscard]] int world_body() const;  // a fixed body whose mesh frame is W
+
+  // Between steps.
+  void SetKinematic(int body, const core::Pose& X_WO, const core::Twist& V_WO);
+  // Planes of a pair, held until replaced or cleared; D5. Impulses of planes with the same id go on as warm start.
+  void SetContactPlanes(int pair, const core::ContactSet& set);
+  // Wrench on S about S's origin, the opposite on G at the same point; held until replaced or cleared [VR-OOS, 3].
+  void SetContactWrench(int pair, const core::Wrench& F_So_W);
+  void ClearContact(int pair);
+  // Smallest gap of the pair's planes at the present poses; +1e9 without planes.
+  [[nodiscard]] double SmallestGap_m(int pair) const;
+  // World position of the deepest plane's contact point at the present poses.
+  [[nodiscard]] glm::dvec3 DeepestPoint_W(int pair) const;
+
+  void Step(double dt_s);
+
+  [[nodiscard]] core::Pose X_WO(int body) const;
+  [[nodiscard]] core::Twist V_WO(int body) const;
+  [[nodiscard]] BodyKind kind(int body) const;
+  [[nodiscard]] std::size_t num_bodies() const;
+  [[nodiscard]] const ContactReport& contact(int pair) const;
+  Mechanism& mechanism(int index);
+  [[nodiscard]] const Mechanism& mechanism(int index) const;
+
+  [[nodiscard]] ImpulseBalance impulse_balance() const;
+  // Of one free body: linear momentum, and angular momentum about its centre of mass, in W.
+  [[nodiscard]] glm::dvec3 momentum_Ns(int body) const;
+  [[nodiscard]] glm::dvec3 spin_Nms(int body) const;
+  [[nodiscard]] glm::dvec3 center_of_mass_W(int body) const;
+  [[nodiscard]] double kinetic_energy_J(int body) const;
+  // Bit pattern of all states: equal for equal runs.
+  [[nodiscard]] std::uint64_t StateHash() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace physics
