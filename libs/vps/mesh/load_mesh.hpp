@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/result.hpp"
+#include "vps/mesh/triangle_mesh.hpp"
+
+namespace vps {
+
+// Reads .gltf/.glb (node transforms applied) with tinygltf, .obj/.stl/.ply/.off with OpenMesh; positions times `scale`.
+// Polygons are split into fans, duplicate vertices merged. Errors: file missing, unknown or damaged format,
+// no triangles, a vertex that is not finite. Texture pictures are not read.
+core::Result<TriangleMesh> LoadMesh(const std::filesystem::path& file, double scale = 1.0);
+
+// Triangles of one material, for drawing. Corners at creases are split, so positions and normals have one index.
+struct VisualPrimitive {
+  std::vector<glm::vec3> positions;  // m, mesh frame
+  std::vector<glm::vec3> normals;    // unit, outwards
+  std::vector<std::uint32_t> indices;
+  glm::vec3 base_color{0.8f};  // linear RGB
+  float metallic = 0.0f;
+  float roughness = 0.6f;
+  bool has_material = false;  // the file named one
+};
+
+struct VisualMesh {
+  std::vector<VisualPrimitive> primitives;
+};
+
+// As LoadMesh, with the normals and materials of a glTF file. Where the file has no normals they are computed,
+// smooth where neighbouring faces meet at less than `crease_rad` (area-weighted mean) and sharp elsewhere.
+core::Result<VisualMesh> LoadVisualMesh(const std::filesystem::path& file, double scale = 1.0, double crease_rad = 0.6);
+
+}  // namespace vps

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/messages/haptic.hpp"
+#include "core/parallel_for.hpp"
+#include "core/pose.hpp"
+#include "core/result.hpp"
+#include "vps/asset/cooked_object.hpp"
+#include "vps/coupling/virtual_coupling.hpp"
+#include "vps/force/penetration_sum.hpp"
+
+namespace vps {
+
+struct ObjectDescription {
+  std::shared_ptr<const CookedObject> data;  // null: never collides
+  core::Pose X_WO;
+};
+
+// S's pointshell against G's voxelmap. Groups are resolved into pairs before.
+struct PairDescription {
+  std::uint16_t sampled = 0;
+  std::uint16_t field = 0;
+  double stiffness_N_per_m = 2.0e4;
+  double damping_N_s_per_m = 20.0;
+  double friction = 0.2;
+  double look_ahead_m = 0.002;
+  bool is_active = true;
+};
+
+struct WorldDescription {
+  std::vector<ObjectDescription> objects;
+  std::vector<PairDescription> pairs;
+  double rho = 0.01;  // Eq. 2
+  double alpha = 2.0;
+};
+
+// Work of one query or one step: exact integers, the same for any number of workers.
+struct QueryCounters {
+  std::uint64_t spheres_tested = 0;
+  std::uint64_t points_tested = 0;
+  std::uint64_t points_colliding = 0;
+};
+
+// Newest result of a pair. Frames: S sampled object, G field object.
+struct PairResult {
+  std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
+  bool is_in_contact = false;
+  double signed_distance_m = 1e9;  // -p when in contact; when apart a lower bound (tight within the look-ahead)
+  glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
+  glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
+  PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2), about S's mesh origin, in S
+  core::Wrench F_So_W;             // stiffness times that, in W: the paper's wrench on S; G gets the opposite
+  core::FixedVector<core::ContactPlane, core::kMaxContactPlanes> planes;
+  QueryCounters counters;
+};
+
+struct StepReport {
+  std::uint32_t pairs_considered = 0;
+  std::uint32_t pairs_inactive = 0;   // by state matrix
+  std::uint32_t pairs_coherent = 0;   // skipped: motion since the last test is less than the distance found then
+  std::uint32_t pairs_unchanged = 0;  // relative pose bitwise the same: the result was kept
+  std::uint32_t pairs_tested = 0;
+  std::uint32_t pairs_in_contact = 0;
+  std::uint32_t pairs_late = 0;            // left for the next cycle, time ran short
+  std::uint32_t oldest_result_cycles = 0;  // greatest age of a result that should have been renewed
+  QueryCounters counters;                  // of the pairs tested in this step
+};
+
+// The multi-object framework of VR-OOS, Fig. 8 and 9. Create it with everything that can collide; then once per cycle
+// set poses and Step. Step neither allocates, locks nor throws.
+//
+// Coherence: when a pair was found apart by d, it is left alone until the summed real displacement of the two objects
+// (each the largest of any of its points, from the poses themselves, rotation included) reaches d - look-ahead. No
+// speed is assumed, so a contact cannot be late.
+class CollisionWorld {
+ public:
+  static core::Result<std::unique_ptr<CollisionWorld>> Create(const WorldDescription& description);
+  ~CollisionWorld();
+
+  void SetPose(std::size_t object, const core::Pose& X_WO);
+  void SetActive(std::size_t pair, bool is_active);  // state matrix
+  void SetStiffness(std::size_t pair, double stiffness_N_per_m);
+  [[nodiscard]] bool is_active(std::size_t pair) const;
+
+  // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first and those that the time
+  // does not reach keep their old result, its age counted.
+  const StepReport& Step(core::ParallelFor* workers, std::int64_t budget_ns = 0);
+
+  [[nodiscard]] std::size_t num_objects() const;
+  [[nodiscard]] std::size_t num_pairs() const;
+  [[nodiscard]] const PairDescription& pair(std::size_t pair) const;
+  [[nodiscard]] const PairResult& result(std::size_t pair) const;
+  // True when result(pair) was computed (or confirmed as unchanged) by the last Step.
+  [[nodiscard]] bool is_fresh(std::size_t pair) const;
+  // Collision matrix entry of an object pair (either order).
+  [[nodiscard]] bool AreColliding(std::size_t object_a, std::size_t object_b) const;
+  // Penalty wrench summed over the object's active pairs in pair order, about its mesh origin, in W.
+  [[nodiscard]] const core::Wrench& ObjectWrench(std::size_t object) const;
+
+  // Everything that touches one hand, for VirtualCoupling: sums over the active pairs in which exactly one side is
+  // marked in `is_hand_part` (num_objects entries), about the hand frame's origin at X_WC.
+  void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC,
+                   CouplingContact* contact) const;
+
+  // Payload of contacts/<source>/<pair>; the header is left alone.
+  void FillContactSet(std::size_t pair, core::ContactSet* message) const;
+
+  // Half the coarsest voxel of any field that the hand can touch: VirtualCoupling's rest penetration.
+  [[nodiscard]] double RestPenetration(const std::vector<std::uint8_t>& is_hand_part) const;
+
+ private:
+  struct Impl;
+  explicit CollisionWorld(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vps
