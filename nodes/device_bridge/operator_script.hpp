@@ -1,0 +1,83 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "scene/diagnostic.hpp"
+#include "scene/scenario.hpp"
+
+namespace device_bridge {
+
+// How the simulated operator goes about each procedure step; the format is in scenarios/README.md, "operator.txt".
+
+// OBJECT.FRAME; without frame (`OBJECT`) the mesh frame itself. `hand`: the palm of the role that the line moves.
+struct FrameReference {
+  int object = -1;
+  bool is_hand = false;
+  core::Pose X_OF;
+};
+
+enum class ConditionKind { kNone, kEngaged, kFree, kState, kHeld, kReleased };
+
+struct Condition {
+  ConditionKind kind = ConditionKind::kNone;
+  int mechanism = -1;  // kEngaged, kFree, kState
+  int state = 0;       // kState
+  int object = -1;     // kHeld
+};
+
+enum class Verb { kReach, kCarry, kPush, kGrip, kWait };
+
+struct OperatorLine {
+  Verb verb = Verb::kWait;
+  int role = 0;
+  int line = 0;          // in the file
+  FrameReference moved;  // carry: the held object's frame
+  FrameReference goal;   // reach, carry
+  core::Pose X_FG;       // offset and turn in the goal frame
+  double speed_m_per_s = 0.25;
+  double within_m = 0.003;
+  glm::dvec3 direction_W{0.0};  // push, unit
+  double distance_m = 0.0;
+  double until_felt_N = 0.0;  // push; 0: not given
+  Condition until;            // push, wait
+  double opening_m = 0.0;     // grip
+  double grip_strength_N = 20.0;
+  double seconds = 0.0;  // wait
+};
+
+struct OperatorStep {
+  std::string name;
+  int line = 0;
+  std::vector<OperatorLine> lines;
+};
+
+struct OperatorScript {
+  std::filesystem::path file;
+  std::vector<OperatorStep> steps;
+};
+
+struct ParsedOperatorScript {
+  OperatorScript script;
+  std::vector<scene::Diagnostic> diagnostics;  // empty: the script can be carried out
+};
+
+// `step_names`: the procedure's steps, for the check of `step NAME`; empty: not checked.
+ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::filesystem::path& file,
+                                         const scene::Scenario& scenario, const std::vector<std::string>& step_names);
+
+// Ids of the states directly inside the `procedure` region: the steps of the report. Empty when the file cannot be read
+// (logic_node says why) or has no such region.
+std::vector<std::string> ReadStepNames(const std::filesystem::path& procedure);
+
+// The scenario's script; an empty one when the scenario names none. The error's detail holds all diagnostics, a line
+// each.
+core::Result<OperatorScript> LoadOperatorScript(const scene::Scenario& scenario);
+
+// All that is wrong with the scenario's script: for `oos check`.
+std::vector<scene::Diagnostic> CheckOperatorScript(const scene::Scenario& scenario);
+
+}  // namespace device_bridge
