@@ -8,8 +8,8 @@
 
 namespace bus {
 
-// Exact counts since the node started. A LATEST message split into several datagrams counts each datagram as sent and
-// received, and each message as lost.
+// Exact counts since the node started, in messages: one that was split into several datagrams counts once, and is
+// received when all its parts are there.
 struct TopicCounters {
   std::string topic;
   TopicClass topic_class = TopicClass::kLatest;

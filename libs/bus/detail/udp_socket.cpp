@@ -1,0 +1,80 @@
+#include "bus/detail/udp_socket.hpp"
+
+#include <arpa/inet.h>
+#include <netinet/ip.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <system_error>
+#include <utility>
+
+namespace bus::detail {
+namespace {
+
+// A burst of one haptic cycle to several peers must fit while the receiver is held up for some milliseconds.
+constexpr int kBufferBytes = 1 << 20;
+
+}  // namespace
+
+core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
+  sockaddr_in bound{};
+  if (!ParseEndpoint(address + ":0", &bound)) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "bind address '" + address + "' is not an IPv4 address; use e.g. 127.0.0.1");
+  }
+  UdpSocket udp;
+  udp.fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const auto fail = [&](const char* what) {
+    return core::Fail(core::ErrorCode::kIo, std::string(what) + " of a UDP socket on " + address + " failed: " +
+                                                std::error_code(errno, std::generic_category()).message() +
+                                                "; is it an address of this host?");
+  };
+  if (udp.fd_ < 0) return fail("opening");
+  setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof(kBufferBytes));
+  setsockopt(udp.fd_, SOL_SOCKET, SO_SNDBUF, &kBufferBytes, sizeof(kBufferBytes));
+  constexpr int kExpeditedForwarding = 46 << 2;  // DSCP EF: force data goes first where the network cares
+  setsockopt(udp.fd_, IPPROTO_IP, IP_TOS, &kExpeditedForwarding, sizeof(kExpeditedForwarding));
+  if (bind(udp.fd_, reinterpret_cast<const sockaddr*>(&bound), sizeof(bound)) != 0) return fail("binding");
+  socklen_t size = sizeof(bound);
+  if (getsockname(udp.fd_, reinterpret_cast<sockaddr*>(&bound), &size) != 0) return fail("naming");
+  udp.endpoint_ = address + ":" + std::to_string(ntohs(bound.sin_port));
+  return udp;
+}
+
+UdpSocket::UdpSocket(UdpSocket&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), endpoint_(std::move(other.endpoint_)) {}
+
+UdpSocket& UdpSocket::operator=(UdpSocket&& other) noexcept {
+  if (this != &other) {
+    if (fd_ >= 0) close(fd_);
+    fd_ = std::exchange(other.fd_, -1);
+    endpoint_ = std::move(other.endpoint_);
+  }
+  return *this;
+}
+
+UdpSocket::~UdpSocket() {
+  if (fd_ >= 0) close(fd_);
+}
+
+bool UdpSocket::Send(const sockaddr_in& to, const std::uint8_t* data, std::size_t size) const noexcept {
+  return sendto(fd_, data, size, MSG_DONTWAIT | MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), sizeof(to)) ==
+         static_cast<ssize_t>(size);
+}
+
+bool ParseEndpoint(const std::string& endpoint, sockaddr_in* address) {
+  const std::size_t colon = endpoint.rfind(':');
+  if (colon == std::string::npos) return false;
+  unsigned port = 0;
+  const char* const end = endpoint.data() + endpoint.size();
+  const auto [rest, error] = std::from_chars(endpoint.data() + colon + 1, end, port);
+  if (error != std::errc() || rest != end || port > 0xffff) return false;
+  *address = {};
+  address->sin_family = AF_INET;
+  address->sin_port = htons(static_cast<std::uint16_t>(port));
+  return inet_pton(AF_INET, endpoint.substr(0, colon).c_str(), &address->sin_addr) == 1;
+}
+
+}  // namespace bus::detail

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <netinet/in.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "core/result.hpp"
+
+namespace bus::detail {
+
+// A non-blocking UDP socket bound to a free port of one address.
+class UdpSocket {
+ public:
+  static core::Result<UdpSocket> Bind(const std::string& address);
+  UdpSocket() = default;
+  UdpSocket(UdpSocket&& other) noexcept;
+  UdpSocket& operator=(UdpSocket&& other) noexcept;
+  ~UdpSocket();
+
+  [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }  // "127.0.0.1:41234"
+  // False: not taken by the socket (buffer full, no route).
+  bool Send(const sockaddr_in& to, const std::uint8_t* data, std::size_t size) const noexcept;
+
+ private:
+  int fd_ = -1;
+  std::string endpoint_;
+};
+
+// "127.0.0.1:41234"; false when it is not of that form.
+bool ParseEndpoint(const std::string& endpoint, sockaddr_in* address);
+
+}  // namespace bus::detail

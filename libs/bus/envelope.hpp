@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "bus/topics.hpp"
+#include "core/messages/trace.hpp"
+#include "core/result.hpp"
+
+namespace bus {
+
+// Everything on the wire is one envelope with one protobuf payload (architecture D8). It is read without parsing the
+// payload. Fixed little endian:
+//
+//    0 u32 magic "VOOS"     24 u32 node (hash of its name)         64 u64 direct trace id
+//    4 u8  version          28 u8  stamps of the direct trace      72 i64 direct trace origin [ns]
+//    5 u8  class            29 u8  stamps of the other             80 u64 through-physics trace id
+//    6 u8  part             30 u16 0                               88 i64 through-physics trace origin [ns]
+//    7 u8  number of parts  32 u64 boot                            96 stamps, 5 bytes each: i32 offset [ns], u8 stage
+//    8 u32 topic id         40 u64 sequence                           then the payload
+//   12 u32 schema digest    48 i64 publish time [ns]
+//   16 u64 session          56 u32 payload bytes
+//                           60 u32 CRC-32 of everything but itself
+constexpr std::uint32_t kEnvelopeMagic = 0x534f'4f56;
+constexpr std::uint8_t kEnvelopeVersion = 1;
+constexpr std::size_t kEnvelopeFixedBytes = 96;
+constexpr std::size_t kStampBytes = 5;
+constexpr std::size_t kMaxEnvelopeBytes = kEnvelopeFixedBytes + 2 * core::kMaxStamps * kStampBytes;
+constexpr std::size_t kMaxDatagramBytes = 1200;  // fits every path's MTU with VPN headers
+
+struct Envelope {
+  TopicClass topic_class = TopicClass::kLatest;
+  std::uint8_t part = 0;
+  std::uint8_t num_parts = 1;
+  std::uint32_t topic = 0;
+  std::uint32_t schema_digest = 0;
+  std::uint64_t session = 0;
+  std::uint32_t node = 0;
+  std::uint64_t boot = 0;  // grows from one start of the node to the next
+  core::Header header;
+};
+
+// Bytes before the payload.
+std::size_t EnvelopeBytes(const core::Header& header);
+
+// Writes the envelope in front of a payload that already stands at out + EnvelopeBytes(header). Returns the whole size.
+std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept;
+
+enum class EnvelopeStatus : std::uint8_t {
+  kOk,
+  kTooShort,
+  kBadMagic,
+  kBadVersion,
+  kBadField,
+  kBadLength,
+  kBadChecksum
+};
+
+// For the real-time path: no exception, no allocation, whatever the bytes. `payload` points into `bytes`.
+EnvelopeStatus ReadEnvelope(std::span<const std::uint8_t> bytes, Envelope* envelope,
+                            std::span<const std::uint8_t>* payload) noexcept;
+
+const char* Describe(EnvelopeStatus status);
+
+struct Message {
+  Envelope envelope;
+  std::span<const std::uint8_t> payload;  // into the bytes given
+};
+
+// The same with a text for people when the bytes are refused.
+core::Result<Message> ParseEnvelope(std::span<const std::uint8_t> bytes);
+
+}  // namespace bus
