@@ -1,0 +1,292 @@
+#!/usr/bin/env python3
+"""Turns what OpenSCAD wrote (OFF, millimetres) into the meshes of a scenario (metres), and checks them.
+
+  mesh_tool.py obj OUT.obj IN.off                      collision and plain visual meshes
+  mesh_tool.py glb OUT.glb IN.off:R,G,B,METAL,ROUGH... visual meshes, one primitive and material per input
+  mesh_tool.py check FILE.obj...                       closed, manifold, outward, no slivers
+
+Only needed to regenerate meshes; Python's standard library is enough.
+"""
+import json
+import math
+import struct
+import sys
+
+WELD_M = 1e-6
+CREASE_COS = math.cos(math.radians(35.0))
+
+
+def sub(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def norm(a):
+    return math.sqrt(dot(a, a))
+
+
+def weld(points, faces):
+    """Merges points closer than WELD_M (grid snap) and drops the triangles that collapse."""
+    index, out, remap = {}, [], []
+    for p in points:
+        key = tuple(round(c / WELD_M) for c in p)
+        if key not in index:
+            index[key] = len(out)
+            out.append(tuple(k * WELD_M for k in key))
+        remap.append(index[key])
+    tris = []
+    for f in faces:
+        t = tuple(remap[i] for i in f)
+        if len(set(t)) == 3:
+            tris.append(t)
+    return out, tris
+
+
+def triangulate(points, polygon):
+    """Ear clipping in the polygon's plane; OpenSCAD's polygons are planar but need not be convex."""
+    n = (0.0, 0.0, 0.0)
+    for i in range(len(polygon)):
+        a, b = points[polygon[i]], points[polygon[(i + 1) % len(polygon)]]
+        c = cross(a, b)
+        n = (n[0] + c[0], n[1] + c[1], n[2] + c[2])
+    ring, tris = list(polygon), []
+    while len(ring) > 3:
+        for i in range(len(ring)):
+            ia, ib, ic = ring[i - 1], ring[i], ring[(i + 1) % len(ring)]
+            a, b, c = points[ia], points[ib], points[ic]
+            if dot(cross(sub(b, a), sub(c, b)), n) <= 0.0:
+                continue
+            inside = False
+            for j in ring:
+                if j in (ia, ib, ic):
+                    continue
+                p = points[j]
+                if all(dot(cross(sub(e1, e0), sub(p, e0)), n) >= 0.0 for e0, e1 in ((a, b), (b, c), (c, a))):
+                    inside = True
+                    break
+            if not inside:
+                tris.append((ia, ib, ic))
+                ring.pop(i)
+                break
+        else:
+            raise SystemExit("cannot triangulate a polygon: export the part again")
+    tris.append(tuple(ring))
+    return tris
+
+
+def read_off(path):
+    words = []
+    with open(path) as file:
+        for line in file:
+            words += line.split("#")[0].split()
+    if words[0] != "OFF":
+        raise SystemExit(f"{path}: not an OFF file")
+    num_points, num_faces = int(words[1]), int(words[2])
+    at = 4
+    points = []
+    for _ in range(num_points):
+        points.append(tuple(float(w) * 1e-3 for w in words[at : at + 3]))
+        at += 3
+    faces = []
+    for _ in range(num_faces):
+        count = int(words[at])
+        polygon = [int(w) for w in words[at + 1 : at + 1 + count]]
+        at += 1 + count
+        faces += triangulate(points, polygon) if count > 3 else [tuple(polygon)]
+    return weld(points, faces)
+
+
+def read_obj(path):
+    points, faces = [], []
+    with open(path) as file:
+        for line in file:
+            w = line.split()
+            if w and w[0] == "v":
+                points.append(tuple(float(x) for x in w[1:4]))
+            elif w and w[0] == "f":
+                faces.append(tuple(int(x.split("/")[0]) - 1 for x in w[1:4]))
+    return points, faces
+
+
+def check(path, points, tris):
+    """Each directed edge once and its opposite once: closed, manifold, consistently oriented. Positive volume: outward."""
+    edges = {}
+    for t in tris:
+        for i in range(3):
+            e = (t[i], t[(i + 1) % 3])
+            edges[e] = edges.get(e, 0) + 1
+    problems = []
+    bad = [e for e, n in edges.items() if n != 1 or edges.get((e[1], e[0])) != 1]
+    if bad:
+        problems.append(f"{len(bad)} edges are open, shared by more than two faces or turned; first at {points[bad[0][0]]}")
+    # Around each vertex the faces must form one fan, else two solids touch in a point.
+    fans = {}
+    for t in tris:
+        for i in range(3):
+            fans.setdefault(t[i], {})[t[(i + 1) % 3]] = t[(i + 2) % 3]
+    for v, ring in fans.items():
+        start = next(iter(ring))
+        at, steps = ring[start], 1
+        while at != start and at in ring and steps <= len(ring):
+            at, steps = ring[at], steps + 1
+        if steps != len(ring):
+            problems.append(f"the faces around {points[v]} are not one fan")
+            break
+    volume = sum(dot(points[a], cross(points[b], points[c])) for a, b, c in tris) / 6.0
+    if volume <= 0.0:
+        problems.append(f"faces look inward: volume {volume:.3e} m3")
+    area = 0.0
+    for a, b, c in tris:
+        face_area = 0.5 * norm(cross(sub(points[b], points[a]), sub(points[c], points[a])))
+        area += face_area
+        if face_area <= 1e-14:
+            problems.append(f"a triangle without area at {points[a]}")
+            break
+    low = [1e3 * min(p[i] for p in points) for i in range(3)]
+    high = [1e3 * max(p[i] for p in points) for i in range(3)]
+    print(
+        f"{path}: {len(points)} points, {len(tris)} triangles, {volume * 1e6:.2f} cm3, {area * 1e4:.1f} cm2, box "
+        + " x ".join(f"[{l:.2f}, {h:.2f}]" for l, h in zip(low, high))
+        + " mm"
+        + "".join("\n  PROBLEM: " + p for p in problems)
+    )
+    return not problems
+
+
+def write_obj(path, points, tris):
+    with open(path, "w") as file:
+        file.write("# metres; generated by scenarios/build_meshes.sh\n")
+        for p in points:
+            file.write("v " + " ".join(f"{c:.6f}".rstrip("0").rstrip(".") or "0" for c in p) + "\n")
+        for a, b, c in tris:
+            file.write(f"f {a + 1} {b + 1} {c + 1}\n")
+
+
+def shaded(points, tris):
+    """Corner normals: area-weighted over the faces around a vertex within the crease angle; equal corners shared."""
+    normals = [cross(sub(points[b], points[a]), sub(points[c], points[a])) for a, b, c in tris]
+    around = {}
+    for i, t in enumerate(tris):
+        for v in t:
+            around.setdefault(v, []).append(i)
+    index, vertices, corners = {}, [], []
+    for i, t in enumerate(tris):
+        own = normals[i]
+        for v in t:
+            total = (0.0, 0.0, 0.0)
+            for j in around[v]:
+                other = normals[j]
+                if dot(own, other) >= CREASE_COS * norm(own) * norm(other):
+                    total = tuple(x + y for x, y in zip(total, other))
+            length = norm(total)
+            key = (v,) + tuple(round(c / length, 4) + 0.0 for c in total)
+            if key not in index:
+                index[key] = len(vertices)
+                vertices.append((points[v], key[1:]))
+            corners.append(index[key])
+    return vertices, corners
+
+
+def write_glb(path, parts):
+    blob, views, accessors, primitives, materials = b"", [], [], [], []
+
+    def add(data, target, accessor):
+        nonlocal blob
+        blob += b"\0" * (-len(blob) % 4)
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data), "target": target})
+        blob += data
+        accessors.append({"bufferView": len(views) - 1, **accessor})
+        return len(accessors) - 1
+
+    for points, tris, (r, g, b, metallic, roughness) in parts:
+        vertices, corners = shaded(points, tris)
+        positions = [v[0] for v in vertices]
+        count = len(vertices)
+        position = add(
+            b"".join(struct.pack("<3f", *p) for p in positions),
+            34962,
+            {
+                "componentType": 5126,
+                "count": count,
+                "type": "VEC3",
+                "min": [struct.unpack("<f", struct.pack("<f", min(p[i] for p in positions)))[0] for i in range(3)],
+                "max": [struct.unpack("<f", struct.pack("<f", max(p[i] for p in positions)))[0] for i in range(3)],
+            },
+        )
+        normal = add(
+            b"".join(struct.pack("<3f", *v[1]) for v in vertices),
+            34962,
+            {"componentType": 5126, "count": count, "type": "VEC3"},
+        )
+        kind, code = (5123, "<H") if count < 65536 else (5125, "<I")
+        indices = add(
+            b"".join(struct.pack(code, c) for c in corners),
+            34963,
+            {"componentType": kind, "count": len(corners), "type": "SCALAR"},
+        )
+        materials.append(
+            {
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [r, g, b, 1.0],
+                    "metallicFactor": metallic,
+                    "roughnessFactor": roughness,
+                }
+            }
+        )
+        primitives.append(
+            {
+                "attributes": {"POSITION": position, "NORMAL": normal},
+                "indices": indices,
+                "material": len(materials) - 1,
+                "mode": 4,
+            }
+        )
+    blob += b"\0" * (-len(blob) % 4)
+    document = {
+        "asset": {"version": "2.0", "generator": "scenarios/tools/mesh_tool.py"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": primitives}],
+        "materials": materials,
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": len(blob)}],
+    }
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(blob)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        file.write(struct.pack("<I4s", len(blob), b"BIN\0") + blob)
+
+
+def main(arguments):
+    verb, rest = arguments[0], arguments[1:]
+    if verb == "obj":
+        points, tris = read_off(rest[1])
+        write_obj(rest[0], points, tris)
+        return 0 if check(rest[0], points, tris) else 1
+    if verb == "glb":
+        parts, good = [], True
+        for argument in rest[1:]:
+            source, _, figures = argument.rpartition(":")
+            points, tris = read_off(source)
+            good = check(f"{rest[0]} {source.rsplit('/', 1)[-1]}", points, tris) and good
+            parts.append((points, tris, tuple(float(f) for f in figures.split(","))))
+        write_glb(rest[0], parts)
+        return 0 if good else 1
+    if verb == "check":
+        return 0 if all([check(path, *read_obj(path)) for path in rest]) else 1
+    raise SystemExit(__doc__)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
