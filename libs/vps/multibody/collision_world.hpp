@@ -101,9 +101,10 @@ class CollisionWorld {
   [[nodiscard]] const core::Wrench& ObjectWrench(std::size_t object) const;
 
   // Everything that touches one hand, for VirtualCoupling: sums over the active pairs in which exactly one side is
-  // marked in `is_hand_part` (num_objects entries), about the hand frame's origin at X_WC.
-  void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC,
-                   CouplingContact* contact) const;
+  // marked in `is_hand_part` (num_objects entries), about the hand frame's origin at X_WC. Pairs with `ignored_object`
+  // (-1: none) are left out: an object that the hand holds is felt through the grasp spring, not through the coupling.
+  void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC, CouplingContact* contact,
+                   int ignored_object = -1) const;
 
   // Payload of contacts/<source>/<pair>; the header is left alone.
   void FillContactSet(std::size_t pair, core::ContactSet* message) const;
