@@ -1,0 +1,120 @@
+#include "vps/force/reduce_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace vps {
+namespace {
+
+constexpr std::size_t kNumBins = 27;  // 3 x 3 x 3 directions; the middle one stays empty
+constexpr std::size_t kNumExtremes = 4;
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+// A component beyond sin(22.5 deg) counts as pointing that way, so bins are about 45 deg wide and the normals of a
+// box's face, of a chamfer and of a corner fall into the middle of one.
+constexpr float kAcross = 0.3826834f;
+
+std::size_t BinOf(const glm::vec3& n_G) {
+  const auto third = [](float c) { return c > kAcross ? 2 : (c < -kAcross ? 0 : 1); };
+  return static_cast<std::size_t>((third(n_G.x) * 3 + third(n_G.y)) * 3 + third(n_G.z));
+}
+
+struct Bin {
+  std::uint32_t deepest = kNone;
+  float penetration_m = -std::numeric_limits<float>::infinity();
+  glm::vec3 u_G{0.0f}, v_G{0.0f};  // tangents of the bin's own direction, so that they do not turn with the contacts
+  std::array<std::uint32_t, kNumExtremes> extremes{};
+  std::array<float, kNumExtremes> reach_m{};
+};
+
+void SetTangents(std::size_t bin_index, Bin* bin) {
+  const int i = static_cast<int>(bin_index);
+  const glm::vec3 n = glm::normalize(
+      glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
+  const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+  const glm::vec3 u = glm::normalize(glm::cross(n, helper));
+  const glm::vec3 v = glm::cross(n, u);
+  // Turned by 45 deg: the far points of a rectangle along u + v and u - v are its corners.
+  bin->u_G = glm::normalize(u + v);
+  bin->v_G = glm::normalize(u - v);
+}
+
+}  // namespace
+
+void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& X_GS, double stiffness_N_per_m,
+                    double band_m, ContactPlanes* planes) {
+  planes->clear();
+  if (contacts.empty()) return;
+  const glm::mat3 R_GS(glm::mat3_cast(X_GS.rotation));
+  const glm::vec3 p_GS(X_GS.translation);
+
+  std::array<Bin, kNumBins> bins;
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    Bin& bin = bins[BinOf(R_GS * contacts[i].n_S)];
+    if (contacts[i].penetration_m > bin.penetration_m) {
+      bin.penetration_m = contacts[i].penetration_m;
+      bin.deepest = i;
+    }
+  }
+
+  for (std::size_t b = 0; b < kNumBins; ++b) {
+    if (bins[b].deepest == kNone) continue;
+    SetTangents(b, &bins[b]);
+    bins[b].extremes.fill(kNone);
+    bins[b].reach_m.fill(-std::numeric_limits<float>::infinity());
+  }
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    Bin& bin = bins[BinOf(R_GS * contacts[i].n_S)];
+    if (contacts[i].penetration_m < bin.penetration_m - static_cast<float>(band_m)) continue;
+    const glm::vec3 p_G = R_GS * contacts[i].p_S;
+    const float u = glm::dot(p_G, bin.u_G);
+    const float v = glm::dot(p_G, bin.v_G);
+    const std::array<float, kNumExtremes> reach{u, v, -u, -v};
+    for (std::size_t k = 0; k < kNumExtremes; ++k) {
+      if (reach[k] > bin.reach_m[k]) {
+        bin.reach_m[k] = reach[k];
+        bin.extremes[k] = i;
+      }
+    }
+  }
+
+  std::array<std::size_t, kNumBins> order;
+  std::size_t num_used = 0;
+  for (std::size_t b = 0; b < kNumBins; ++b) {
+    if (bins[b].deepest != kNone) order[num_used++] = b;
+  }
+  std::sort(order.begin(), order.begin() + num_used, [&](std::size_t a, std::size_t b) {
+    return bins[a].penetration_m != bins[b].penetration_m ? bins[a].penetration_m > bins[b].penetration_m : a < b;
+  });
+  num_used = std::min(num_used, core::kMaxContactPlanes);
+
+  std::size_t num_free = core::kMaxContactPlanes - num_used;  // beyond one for each bin
+  for (std::size_t k = 0; k < num_used; ++k) {
+    const Bin& bin = bins[order[k]];
+    std::array<std::uint32_t, 1 + kNumExtremes> chosen{bin.deepest};
+    std::array<std::uint32_t, 1 + kNumExtremes> slots{0};
+    std::size_t num_chosen = 1;
+    for (std::size_t e = 0; e < kNumExtremes && num_free > 0; ++e) {
+      const std::uint32_t candidate = bin.extremes[e];
+      if (std::find(chosen.begin(), chosen.begin() + num_chosen, candidate) != chosen.begin() + num_chosen) continue;
+      chosen[num_chosen] = candidate;
+      slots[num_chosen++] = static_cast<std::uint32_t>(1 + e);
+      --num_free;
+    }
+    for (std::size_t c = 0; c < num_chosen; ++c) {
+      const SampledContact& contact = contacts[chosen[c]];
+      core::ContactPlane plane;
+      plane.id = static_cast<std::uint32_t>(order[k] * 8) + slots[c];
+      plane.p_S = contact.p_S;
+      plane.n_G = R_GS * contact.n_S;
+      // gap = n . (X_GS p_S - q) = -V(P), so the plane's point is the contact point moved by V along the normal.
+      plane.q_G = R_GS * contact.p_S + p_GS + contact.penetration_m * plane.n_G;
+      plane.stiffness_N_per_m = static_cast<float>(stiffness_N_per_m / static_cast<double>(num_chosen));
+      planes->push_back(plane);
+    }
+  }
+}
+
+}  // namespace vps
