@@ -1,0 +1,45 @@
+#include "nodes/visual_node/gl_context.hpp"
+
+#include <epoxy/gl.h>
+// epoxy first: GLFW must not bring its own GL header.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+namespace visual_node {
+namespace {
+
+std::string LastGlfwError() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text != nullptr ? text : "no reason given";
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions& options) {
+  if (glfwInit() != GLFW_TRUE) {
+    return core::Fail(core::ErrorCode::kResource,
+                      "cannot open a display: " + LastGlfwError() + "; without a screen start it under xvfb-run -a");
+  }
+  std::unique_ptr<GlContext> context(new GlContext);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_VISIBLE, options.is_visible ? GLFW_TRUE : GLFW_FALSE);
+  context->window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+  if (context->window_ == nullptr) {
+    return core::Fail(core::ErrorCode::kUnsupported, "cannot make an OpenGL 4.5 core context: " + LastGlfwError() +
+                                                         "; install libgl1-mesa-dri for software rendering");
+  }
+  glfwMakeContextCurrent(context->window_);
+  glfwSwapInterval(0);  // latency is told without the wait for the screen
+  context->renderer_name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return context;
+}
+
+GlContext::~GlContext() {
+  if (window_ != nullptr) glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+}  // namespace visual_node

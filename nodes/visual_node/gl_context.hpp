@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/result.hpp"
+
+struct GLFWwindow;
+
+namespace visual_node {
+
+struct ContextOptions {
+  int width = 640;
+  int height = 360;
+  std::string title = "VR-OOS";
+  bool is_visible = true;  // false: pictures only; still needs an X display (Xvfb does)
+};
+
+// A window and its OpenGL 4.5 core context, current on the calling thread. One per process.
+class GlContext {
+ public:
+  static core::Result<std::unique_ptr<GlContext>> Create(const ContextOptions& options);
+  ~GlContext();
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+
+  [[nodiscard]] GLFWwindow* window() const { return window_; }
+  [[nodiscard]] const std::string& renderer_name() const { return renderer_name_; }  // e.g. "llvmpipe (LLVM 15 ...)"
+
+ private:
+  GlContext() = default;
+  GLFWwindow* window_ = nullptr;
+  std::string renderer_name_;
+};
+
+}  // namespace visual_node

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <string>
+#include <utility>
+
+#include "core/result.hpp"
+#include "nodes/visual_node/image.hpp"
+
+namespace visual_node {
+
+// Owns one OpenGL name; Delete calls the matching glDelete function.
+template <typename Delete>
+class GlName {
+ public:
+  GlName() = default;
+  explicit GlName(GLuint id) : id_(id) {}
+  GlName(GlName&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+  GlName& operator=(GlName&& other) noexcept {
+    std::swap(id_, other.id_);
+    return *this;
+  }
+  ~GlName() {
+    if (id_ != 0) Delete{}(id_);
+  }
+  [[nodiscard]] GLuint id() const { return id_; }
+
+ private:
+  GLuint id_ = 0;
+};
+
+struct DeleteBuffer {
+  void operator()(GLuint id) const { glDeleteBuffers(1, &id); }
+};
+struct DeleteVertexArray {
+  void operator()(GLuint id) const { glDeleteVertexArrays(1, &id); }
+};
+struct DeleteTexture {
+  void operator()(GLuint id) const { glDeleteTextures(1, &id); }
+};
+struct DeleteFramebuffer {
+  void operator()(GLuint id) const { glDeleteFramebuffers(1, &id); }
+};
+struct DeleteProgram {
+  void operator()(GLuint id) const { glDeleteProgram(id); }
+};
+
+using GlBuffer = GlName<DeleteBuffer>;
+using GlVertexArray = GlName<DeleteVertexArray>;
+using GlTexture = GlName<DeleteTexture>;
+using GlFramebuffer = GlName<DeleteFramebuffer>;
+using GlProgram = GlName<DeleteProgram>;
+
+GlBuffer MakeBuffer(const void* data, std::size_t num_bytes);
+GlVertexArray MakeVertexArray();
+GlTexture MakeTexture(GLenum format, int width, int height);
+
+// Compiles and links; the error holds the driver's log.
+core::Result<GlProgram> MakeProgram(const std::string& name, const char* vertex_source, const char* fragment_source);
+
+// What a frame is drawn into, of any size and without a window.
+class RenderTarget {
+ public:
+  RenderTarget(int width, int height);
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] GLuint framebuffer() const { return framebuffer_.id(); }
+  [[nodiscard]] Image Read() const;  // waits until the frame is done
+
+ private:
+  int width_;
+  int height_;
+  GlTexture color_;
+  GlTexture depth_;
+  GlFramebuffer framebuffer_;
+};
+
+}  // namespace visual_node

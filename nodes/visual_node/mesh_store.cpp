@@ -1,0 +1,91 @@
+#include "nodes/visual_node/mesh_store.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "vps/mesh/vertex_normals.hpp"
+
+namespace visual_node {
+
+namespace {
+
+struct Vertex {
+  glm::vec3 position_M;
+  glm::vec3 normal_M;
+};
+
+}  // namespace
+
+GpuMesh Upload(const vps::VisualMesh& mesh) {
+  GpuMesh gpu;
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;
+  for (const vps::VisualPrimitive& primitive : mesh.primitives) {
+    GpuMesh::Part part;
+    part.num_indices = static_cast<GLsizei>(primitive.indices.size());
+    part.first_byte = indices.size() * sizeof(std::uint32_t);
+    part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f)};
+    const auto base = static_cast<std::uint32_t>(vertices.size());
+    for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
+      vertices.push_back({primitive.positions[i], primitive.normals[i]});
+    }
+    for (const std::uint32_t i : primitive.indices) indices.push_back(base + i);
+    gpu.parts.push_back(part);
+  }
+  gpu.num_indices = static_cast<GLsizei>(indices.size());
+  gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
+  gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));
+  gpu.layout = MakeVertexArray();
+  const GLuint layout = gpu.layout.id();
+  glVertexArrayVertexBuffer(layout, 0, gpu.vertices.id(), 0, sizeof(Vertex));
+  glVertexArrayElementBuffer(layout, gpu.indices.id());
+  const GLuint offsets[2] = {offsetof(Vertex, position_M), offsetof(Vertex, normal_M)};
+  for (const GLuint attribute : {0u, 1u}) {
+    glEnableVertexArrayAttrib(layout, attribute);
+    glVertexArrayAttribFormat(layout, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute]);
+    glVertexArrayAttribBinding(layout, attribute, 0);
+  }
+  if (vertices.empty()) return gpu;
+  glm::vec3 low = vertices.front().position_M;
+  glm::vec3 high = low;
+  for (const Vertex& vertex : vertices) {
+    low = glm::min(low, vertex.position_M);
+    high = glm::max(high, vertex.position_M);
+  }
+  gpu.centre_M = 0.5f * (low + high);
+  for (const Vertex& vertex : vertices) {
+    gpu.radius_m = std::max(gpu.radius_m, glm::distance(gpu.centre_M, vertex.position_M));
+  }
+  return gpu;
+}
+
+namespace {
+
+// Ring at z = 0 of radius 1 joined to a ring at z = 1 of the given radius, the ends closed.
+vps::VisualMesh MakeFrustum(std::uint32_t num_sides, double top_radius) {
+  vps::TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {0, 0, 1}};
+  for (std::uint32_t i = 0; i < num_sides; ++i) {
+    const double angle = 2.0 * std::acos(-1.0) * i / num_sides;
+    mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+    mesh.vertices.emplace_back(top_radius * std::cos(angle), top_radius * std::sin(angle), 1.0);
+    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % num_sides);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+    mesh.triangles.push_back({0, b, a});
+    mesh.triangles.push_back({1, a + 1, b + 1});
+  }
+  return {{vps::SplitAtCreases(mesh, 0.8)}};
+}
+
+}  // namespace
+
+vps::VisualMesh MakeCylinder(std::uint32_t num_sides) {
+  return MakeFrustum(num_sides, 1.0);
+}
+vps::VisualMesh MakeCone(std::uint32_t num_sides) {
+  return MakeFrustum(num_sides, 0.0);
+}
+
+}  // namespace visual_node

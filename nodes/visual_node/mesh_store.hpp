@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "nodes/visual_node/gl_objects.hpp"
+#include "view/scene.hpp"
+#include "vps/mesh/load_mesh.hpp"
+
+namespace visual_node {
+
+// A mesh on the GPU, with the sphere that holds it.
+struct GpuMesh {
+  struct Part {  // a run of indices with one material
+    GLsizei num_indices = 0;
+    std::uintptr_t first_byte = 0;
+    view::Material material;
+  };
+
+  GlVertexArray layout;
+  GlBuffer vertices;
+  GlBuffer indices;
+  std::vector<Part> parts;
+  GLsizei num_indices = 0;
+  glm::vec3 centre_M{0.0f};
+  float radius_m = 0.0f;
+};
+
+GpuMesh Upload(const vps::VisualMesh& mesh);
+
+// Overlay parts along +z from 0 to 1, radius 1: a shaft and an arrow head.
+vps::VisualMesh MakeCylinder(std::uint32_t num_sides);
+vps::VisualMesh MakeCone(std::uint32_t num_sides);
+
+}  // namespace visual_node

@@ -1,0 +1,273 @@
+#include "nodes/visual_node/renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "nodes/visual_node/matrix.hpp"
+#include "nodes/visual_node/shaders.hpp"
+#include "view/projection.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr int kNumStars = 700;
+constexpr std::size_t kMaxLamps = 4;
+constexpr double kNear_m = 0.01;
+constexpr double kFar_m = 60.0;
+
+// SplitMix64: the same sky everywhere.
+double NextUnit(std::uint64_t& state) {
+  std::uint64_t z = (state += 0x9e3779b97f4a7c15ULL);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
+}
+
+void SetMatrix(GLint location, const glm::mat4& matrix) {
+  glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(matrix));
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scene, const MeshLoader& load_mesh) {
+  std::unique_ptr<Renderer> renderer(new Renderer);
+  for (const std::filesystem::path& path : scene.assets->meshes) {
+    if (path.empty()) {  // an object that is not seen
+      renderer->meshes_.push_back(Upload({}));
+      continue;
+    }
+    const core::Result<vps::VisualMesh> mesh = load_mesh(path);
+    if (!mesh) return tl::unexpected(mesh.error());
+    renderer->meshes_.push_back(Upload(*mesh));
+  }
+  for (const view::Instance& instance : scene.instances) {
+    renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
+  }
+  if (auto made = renderer->MakePrograms(); !made) return tl::unexpected(made.error());
+  auto shadow = ShadowMap::Create();
+  if (!shadow) return tl::unexpected(shadow.error());
+  renderer->shadow_ = std::move(*shadow);
+  auto texts = TextPainter::Create();
+  if (!texts) return tl::unexpected(texts.error());
+  renderer->texts_ = std::move(*texts);
+  renderer->shaft_ = Upload(MakeCylinder(10));
+  renderer->head_ = Upload(MakeCone(14));
+  renderer->nothing_ = MakeVertexArray();
+  renderer->MakeStars();
+  renderer->FitShadow(scene);
+  glEnable(GL_PROGRAM_POINT_SIZE);
+  return renderer;
+}
+
+core::Result<void> Renderer::MakePrograms() {
+  struct Source {
+    GlProgram* program;
+    const char* name;
+    const char* vertex;
+    const char* fragment;
+  };
+  for (const Source& source :
+       {Source{&surface_, "surface", kSurfaceVertex, kSurfaceFragment},
+        Source{&star_, "star", kStarVertex, kStarFragment}, Source{&glow_, "glow", kGlowVertex, kGlowFragment},
+        Source{&overlay_, "overlay", kOverlayVertex, kOverlayFragment}}) {
+    auto program = MakeProgram(source.name, source.vertex, source.fragment);
+    if (!program) return tl::unexpected(program.error());
+    *source.program = std::move(*program);
+  }
+  return {};
+}
+
+void Renderer::MakeStars() {
+  std::vector<glm::vec4> stars;
+  std::uint64_t state = 2016;
+  for (int i = 0; i < kNumStars; ++i) {
+    const double z = 2.0 * NextUnit(state) - 1.0;
+    const double angle = 2.0 * std::acos(-1.0) * NextUnit(state);
+    const double ring = std::sqrt(1.0 - z * z);
+    const double rank = NextUnit(state);
+    stars.emplace_back(ring * std::cos(angle), ring * std::sin(angle), z, 0.12 + 0.8 * rank * rank * rank * rank);
+  }
+  star_vertices_ = MakeBuffer(stars.data(), stars.size() * sizeof(glm::vec4));
+  star_layout_ = MakeVertexArray();
+  glVertexArrayVertexBuffer(star_layout_.id(), 0, star_vertices_.id(), 0, sizeof(glm::vec4));
+  glEnableVertexArrayAttrib(star_layout_.id(), 0);
+  glVertexArrayAttribFormat(star_layout_.id(), 0, 4, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(star_layout_.id(), 0, 0);
+}
+
+// The sphere about the box of all instances' spheres, with 15 % room to move in.
+void Renderer::FitShadow(const view::Scene& scene) {
+  glm::dvec3 low(1e9), high(-1e9);
+  for (const view::Instance& instance : scene.instances) {
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    if (!instance.is_visible || mesh.num_indices == 0) continue;
+    const glm::dvec3 centre_W = instance.X_WM * glm::dvec3(mesh.centre_M);
+    low = glm::min(low, centre_W - glm::dvec3(mesh.radius_m));
+    high = glm::max(high, centre_W + glm::dvec3(mesh.radius_m));
+  }
+  if (low.x > high.x) low = high = glm::dvec3(0.0);
+  const double radius_m = std::max(0.05, 0.5 * 1.15 * glm::length(high - low));
+  shadow_sun_W_ = scene.sun_direction_W;
+  shadow_.Fit(scene.sun_direction_W, 0.5 * (low + high), radius_m);
+}
+
+core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
+                                  bool with_texts) {
+  if (scene.sun_direction_W != shadow_sun_W_) FitShadow(scene);
+  shadow_.Update(scene, meshes_);
+
+  const glm::dmat4 view_W = view::ViewMatrix(camera);
+  const double aspect = static_cast<double>(target.width()) / target.height();
+  const glm::dmat4 projection = view::ProjectionMatrix(camera.vertical_fov_rad, aspect, kNear_m, kFar_m);
+  View view;
+  view.clip_W = glm::mat4(projection * view_W);
+  view.clip_sky = glm::mat4(projection * glm::dmat4(glm::dmat3(view_W)));
+  view.eye_W = glm::vec3(camera.eye_m);
+  view.right_W = glm::vec3(view_W[0][0], view_W[1][0], view_W[2][0]);
+  view.up_W = glm::vec3(view_W[0][1], view_W[1][1], view_W[2][1]);
+  view.height = target.height();
+
+  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
+  glViewport(0, 0, target.width(), target.height());
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_TRUE);
+  const float space[4] = {0.020f, 0.027f, 0.043f, 1.0f};
+  const float far = 1.0f;
+  glClearBufferfv(GL_COLOR, 0, space);
+  glClearBufferfv(GL_DEPTH, 0, &far);
+  DrawSurfaces(scene, view);
+  glDepthMask(GL_FALSE);
+  DrawStars(view);
+  DrawGlow(scene, view);
+  DrawArrows(scene, view);
+  glDepthMask(GL_TRUE);
+  if (with_texts) return texts_->Draw(scene.texts, target.width(), target.height());
+  return {};
+}
+
+void Renderer::SetLamps(const view::Scene& scene) const {
+  GLint count = 0;
+  for (const view::Lamp& lamp : scene.lamps) {
+    if (static_cast<std::size_t>(count) == kMaxLamps || lamp.color == glm::vec3(0.0f)) continue;
+    const view::Instance& instance = scene.instances[lamp.instance];
+    if (!instance.is_visible) continue;
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    glUniform4f(8 + count, centre_W.x, centre_W.y, centre_W.z, 2.5f * mesh.radius_m);
+    glUniform3fv(12 + count, 1, glm::value_ptr(lamp.color));
+    ++count;
+  }
+  glUniform1i(16, count);
+}
+
+void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
+  order_.clear();
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const view::Instance& instance = scene.instances[i];
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    if (!instance.is_visible || mesh.num_indices == 0) continue;
+    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
+  }
+  std::sort(order_.begin(), order_.end());
+
+  glUseProgram(surface_.id());
+  SetMatrix(1, view.clip_W);
+  SetMatrix(2, shadow_.sun_W());
+  glUniform1f(3, 1.5f * shadow_.texel_m());
+  glUniform3fv(6, 1, glm::value_ptr(view.eye_W));
+  glUniform3fv(7, 1, glm::value_ptr(glm::vec3(scene.sun_direction_W)));
+  glBindTextureUnit(0, shadow_.texture());
+  SetLamps(scene);
+  for (const auto& [distance_m, i] : order_) {
+    const view::Instance& instance = scene.instances[i];
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    SetMatrix(0, ToMatrix(instance.X_WM));
+    glBindVertexArray(mesh.layout.id());
+    for (const GpuMesh::Part& part : mesh.parts) {
+      const view::Material& m = instance.is_material_given ? instance.material : part.material;
+      const glm::vec3 emissive = instance.is_material_given ? m.emissive : m.emissive + instance.material.emissive;
+      glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
+      glUniform4f(5, emissive.r, emissive.g, emissive.b, m.roughness);
+      glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, reinterpret_cast<const void*>(part.first_byte));
+    }
+  }
+}
+
+void Renderer::DrawStars(const View& view) const {
+  glUseProgram(star_.id());
+  SetMatrix(0, view.clip_sky);
+  glUniform1f(1, std::max(1.0f, static_cast<float>(view.height) / 360.0f));
+  glBindVertexArray(star_layout_.id());
+  glDrawArrays(GL_POINTS, 0, kNumStars);
+}
+
+void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glUseProgram(glow_.id());
+  glBindVertexArray(nothing_.id());
+  SetMatrix(0, view.clip_W);
+  for (const view::Lamp& lamp : scene.lamps) {
+    const view::Instance& instance = scene.instances[lamp.instance];
+    if (!instance.is_visible) continue;
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    // In front of the lamp itself, so that only other things hide it.
+    const glm::vec3 quad_W = centre_W + 1.2f * mesh.radius_m * glm::normalize(view.eye_W - centre_W);
+    const float reach_m = 4.0f * mesh.radius_m;
+    glUniform3fv(1, 1, glm::value_ptr(quad_W));
+    glUniform3fv(2, 1, glm::value_ptr(reach_m * view.right_W));
+    glUniform3fv(3, 1, glm::value_ptr(reach_m * view.up_W));
+    glUniform3fv(4, 1, glm::value_ptr(lamp.color));
+    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  }
+  glDisable(GL_BLEND);
+}
+
+// Twice: faint without depth test, so that an arrow inside a part is seen through it, then solid with it.
+void Renderer::DrawArrows(const view::Scene& scene, const View& view) const {
+  if (scene.arrows.empty()) return;
+  glUseProgram(overlay_.id());
+  SetMatrix(1, view.clip_W);
+  glUniform3fv(3, 1, glm::value_ptr(view.eye_W));
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  const auto draw = [&](const GpuMesh& mesh, const glm::vec3& p_W, const glm::mat3& R_WA, float radius_m,
+                        float length_m) {
+    const glm::mat4 A_WM(glm::vec4(radius_m * R_WA[0], 0.0f), glm::vec4(radius_m * R_WA[1], 0.0f),
+                         glm::vec4(length_m * R_WA[2], 0.0f), glm::vec4(p_W, 1.0f));
+    SetMatrix(0, A_WM);
+    glBindVertexArray(mesh.layout.id());
+    glDrawElements(GL_TRIANGLES, mesh.num_indices, GL_UNSIGNED_INT, nullptr);
+  };
+  for (const bool is_solid : {false, true}) {
+    if (is_solid) {
+      glEnable(GL_DEPTH_TEST);
+      glDepthMask(GL_TRUE);
+    } else {
+      glDisable(GL_DEPTH_TEST);
+    }
+    for (const view::Arrow& arrow : scene.arrows) {
+      const auto length_m = static_cast<float>(glm::length(arrow.vector_W));
+      if (length_m <= 0.0f) continue;
+      const glm::vec3 p_W(arrow.p_WTail);
+      const glm::vec3 z(glm::normalize(arrow.vector_W));
+      const glm::vec3 x = glm::normalize(glm::cross(std::abs(z.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0), z));
+      const glm::mat3 R_WA(x, glm::cross(z, x), z);
+      // As thick on the screen from near as from far.
+      const float radius_m = std::min(0.0025f * glm::distance(p_W, view.eye_W), 0.08f * length_m);
+      const float head_m = std::min(9.0f * radius_m, 0.5f * length_m);
+      glUniform4f(2, arrow.color.r, arrow.color.g, arrow.color.b, is_solid ? 1.0f : 0.30f);
+      draw(shaft_, p_W, R_WA, radius_m, length_m - head_m);
+      draw(head_, p_W + (length_m - head_m) * z, R_WA, 2.8f * radius_m, head_m);
+    }
+  }
+  glDisable(GL_BLEND);
+}
+
+}  // namespace visual_node

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/result.hpp"
+#include "nodes/visual_node/gl_objects.hpp"
+#include "nodes/visual_node/mesh_store.hpp"
+#include "nodes/visual_node/shadow_map.hpp"
+#include "nodes/visual_node/text_painter.hpp"
+#include "view/scene.hpp"
+#include "vps/mesh/load_mesh.hpp"
+
+namespace visual_node {
+
+using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
+
+// Draws a view::Scene with OpenGL 4.5 core. The context must be current on the calling thread, always the same.
+class Renderer {
+ public:
+  // Loads every mesh that the scene's assets name; the error names the file.
+  static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
+
+  // Draws one picture. `with_texts` false leaves out what is written over it.
+  core::Result<void> Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
+                          bool with_texts = true);
+
+  [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
+  [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }
+  [[nodiscard]] int num_shadow_updates() const { return shadow_.num_updates(); }
+
+ private:
+  struct View {  // one camera and target, ready for the shaders
+    glm::mat4 clip_W;
+    glm::mat4 clip_sky;
+    glm::vec3 eye_W;
+    glm::vec3 right_W;
+    glm::vec3 up_W;
+    int height = 0;
+  };
+
+  Renderer() = default;
+  core::Result<void> MakePrograms();
+  void MakeStars();
+  void FitShadow(const view::Scene& scene);
+  void DrawSurfaces(const view::Scene& scene, const View& view);
+  void DrawStars(const View& view) const;
+  void DrawGlow(const view::Scene& scene, const View& view) const;
+  void DrawArrows(const view::Scene& scene, const View& view) const;
+  void SetLamps(const view::Scene& scene) const;
+
+  std::vector<GpuMesh> meshes_;  // index: Assets::meshes
+  GpuMesh shaft_;
+  GpuMesh head_;
+  GlProgram surface_;
+  GlProgram star_;
+  GlProgram glow_;
+  GlProgram overlay_;
+  GlVertexArray nothing_;  // core profile wants one bound, also when a shader makes its own vertices
+  GlVertexArray star_layout_;
+  GlBuffer star_vertices_;
+  ShadowMap shadow_;
+  glm::dvec3 shadow_sun_W_{0.0};
+  std::unique_ptr<TextPainter> texts_;
+  std::size_t num_triangles_ = 0;
+  std::vector<std::pair<float, std::size_t>> order_;  // instances, nearest first
+};
+
+}  // namespace visual_node

@@ -1,0 +1,245 @@
+#include "nodes/visual_node/renderer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "nodes/visual_node/gl_context.hpp"
+#include "view/projection.hpp"
+#include "vps/mesh/shapes.hpp"
+#include "vps/mesh/vertex_normals.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr int kWidth = 640;
+constexpr int kHeight = 360;
+
+// Meshes 0 floor, 1 ball (radius 0.1), 2 box, 3 lamp. The names stand for shapes, no file is read.
+core::Result<vps::VisualMesh> MakeShape(const std::filesystem::path& name) {
+  const auto shaded = [](const vps::TriangleMesh& mesh) { return vps::VisualMesh{{vps::SplitAtCreases(mesh, 0.6)}}; };
+  if (name == "floor") return shaded(vps::MakeBox({1.6, 1.2, 0.02}));
+  if (name == "ball") return shaded(vps::MakeSphere(0.1, 48));
+  if (name == "box") return shaded(vps::MakeBox({0.2, 0.2, 0.2}));
+  if (name == "lamp") return shaded(vps::MakeSphere(0.02, 24));
+  return core::Fail(core::ErrorCode::kNotFound, "no shape called " + name.string());
+}
+
+scene::Camera LookDownOnIt() {
+  scene::Camera camera;
+  camera.name = "front";
+  camera.eye_m = {0.0, -1.3, 0.75};
+  camera.target_m = {0.0, 0.0, 0.08};
+  camera.vertical_fov_rad = 0.75;
+  return camera;
+}
+
+// Floor top at z = 0; ball at (-0.3, 0, 0.1); box at (0.25, 0.1, 0.1); lamp on the box. Sun straight above.
+view::Scene TestScene() {
+  view::Scene scene;
+  auto assets = std::make_shared<view::Assets>();
+  assets->meshes = {"floor", "ball", "box", "lamp"};
+  assets->instance_names = {"floor", "ball", "box", "lamp"};
+  assets->cameras = {LookDownOnIt()};
+  scene.assets = assets;
+  scene.sun_direction_W = {0.0, 0.0, 1.0};
+  const glm::dvec3 positions[4] = {{0, 0, -0.01}, {-0.3, 0, 0.1}, {0.25, 0.1, 0.1}, {0.25, 0.1, 0.22}};
+  const glm::vec3 colors[4] = {{0.55f, 0.55f, 0.58f}, {0.75f, 0.25f, 0.06f}, {0.10f, 0.25f, 0.6f}, {0, 0.3f, 0}};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    view::Instance instance;
+    instance.mesh = i;
+    instance.X_WM.translation = positions[i];
+    instance.material.base_color = colors[i];
+    instance.material.roughness = 0.45f;
+    instance.is_material_given = true;
+    instance.is_movable = i == 1;
+    scene.instances.push_back(instance);
+  }
+  scene.instances[3].material.emissive = {0.0f, 1.0f, 0.0f};
+  scene.lamps.push_back({3, {0.0f, 1.0f, 0.0f}});
+  return scene;
+}
+
+int Luma(const std::uint8_t* p) {
+  return (2 * p[0] + 5 * p[1] + p[2]) / 8;
+}
+
+// One display for all tests here; without one they are skipped, by name and with the reason.
+class RendererTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    setenv("LP_NUM_THREADS", "1", 0);
+    auto context = GlContext::Create({.width = 64, .height = 64, .title = "test", .is_visible = false});
+    if (context) {
+      context_ = context->release();
+    } else {
+      why_ = context.error().detail;
+    }
+  }
+  static void TearDownTestSuite() {
+    delete context_;
+    context_ = nullptr;
+  }
+  void SetUp() override {
+    if (context_ == nullptr) GTEST_SKIP() << why_;
+    auto renderer = Renderer::Create(scene_, MakeShape);
+    ASSERT_TRUE(renderer) << renderer.error().detail;
+    renderer_ = std::move(*renderer);
+    target_ = std::make_unique<RenderTarget>(kWidth, kHeight);
+  }
+  Image Draw(bool with_texts = false) {
+    const auto drawn = renderer_->Draw(scene_, LookDownOnIt(), *target_, with_texts);
+    EXPECT_TRUE(drawn) << drawn.error().detail;
+    EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+    return target_->Read();
+  }
+  static glm::ivec2 At(const glm::dvec3& p_W) {
+    const glm::dvec3 pixel = view::ProjectToPixel(LookDownOnIt(), kWidth, kHeight, p_W);
+    return {static_cast<int>(pixel.x), static_cast<int>(pixel.y)};
+  }
+
+  static inline GlContext* context_ = nullptr;
+  static inline std::string why_;
+  view::Scene scene_ = TestScene();
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<RenderTarget> target_;
+};
+
+TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
+  // Only the ball, red on black space. A pixel's ray hits the ball when it passes the centre nearer than the radius.
+  for (const std::size_t i : {0u, 2u, 3u}) scene_.instances[i].is_visible = false;
+  scene_.lamps.clear();
+  const Image image = Draw();
+  const scene::Camera camera = LookDownOnIt();
+  const glm::dmat4 X_WE = glm::inverse(view::ViewMatrix(camera));
+  const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera.vertical_fov_rad);
+  int inside = 0, wrong = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const glm::dvec3 ray_E(x + 0.5 - 0.5 * kWidth, 0.5 * kHeight - y - 0.5, -focal_px);
+      const glm::dvec3 ray_W = glm::normalize(glm::dmat3(X_WE) * ray_E);
+      const glm::dvec3 to = scene_.instances[1].X_WM.translation - camera.eye_m;
+      const double miss_m = glm::length(to - glm::dot(to, ray_W) * ray_W);
+      const bool is_ball = image.Pixel(x, y)[0] > image.Pixel(x, y)[2] + 12;
+      inside += miss_m < 0.1;
+      // Half a pixel is 0.65 mm there, and the 48-sided mesh lies up to 0.3 mm inside the sphere.
+      if (miss_m < 0.0985 && !is_ball) ++wrong;
+      if (miss_m > 0.1010 && is_ball) ++wrong;
+    }
+  }
+  EXPECT_GT(inside, 2000);
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(RendererTest, TheSunsShadowFallsStraightBelow) {
+  const Image image = Draw();
+  // Of the floor under the ball (centre at x = -0.3, radius 0.1) the camera sees what lies in front of it.
+  const glm::ivec2 dark = At({-0.3, -0.075, 0.0});
+  const glm::ivec2 lit = At({-0.3, -0.125, 0.0});
+  EXPECT_LT(Luma(image.Pixel(dark.x, dark.y)), 0.75 * Luma(image.Pixel(lit.x, lit.y)));
+}
+
+TEST_F(RendererTest, TheShadowFollowsWhatMovesAndIsDrawnOnlyThen) {
+  Draw();
+  const int updates = renderer_->num_shadow_updates();
+  Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates);
+  scene_.instances[1].X_WM.translation.y = 0.25;
+  const Image image = Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates + 1);
+  const glm::ivec2 was_dark = At({-0.3, -0.075, 0.0});
+  const glm::ivec2 lit = At({-0.3, -0.125, 0.0});
+  EXPECT_NEAR(Luma(image.Pixel(was_dark.x, was_dark.y)), Luma(image.Pixel(lit.x, lit.y)), 8);
+}
+
+TEST_F(RendererTest, ALampShowsItsColour) {
+  const glm::ivec2 at = At({0.25, 0.1, 0.22});
+  Image image = Draw();
+  EXPECT_GT(image.Pixel(at.x, at.y)[1], 180);
+  EXPECT_LT(image.Pixel(at.x, at.y)[0], 120);
+  scene_.instances[3].material.emissive = scene_.lamps[0].color = {1.0f, 0.0f, 0.0f};
+  scene_.instances[3].material.base_color = {0.3f, 0.0f, 0.0f};
+  image = Draw();
+  EXPECT_GT(image.Pixel(at.x, at.y)[0], 180);
+  EXPECT_LT(image.Pixel(at.x, at.y)[1], 120);
+}
+
+TEST_F(RendererTest, AnArrowStandsWhereTheContactIs) {
+  const Image before = Draw();
+  scene_.arrows.push_back({{0.0, -0.2, 0.0}, {0.0, 0.0, 0.12}, {0.1f, 0.9f, 0.2f}});
+  const Image after = Draw();
+  for (const double z : {0.02, 0.06, 0.10}) {
+    const glm::ivec2 at = At({0.0, -0.2, z});
+    EXPECT_GT(after.Pixel(at.x, at.y)[1], after.Pixel(at.x, at.y)[0] + 40) << z;
+    EXPECT_LT(std::abs(before.Pixel(at.x, at.y)[1] - before.Pixel(at.x, at.y)[0]), 30) << z;
+  }
+}
+
+TEST_F(RendererTest, TextsStandAtTheirCorners) {
+  scene_.texts.push_back({view::Anchor::kBottomLeft, view::TextStyle::kTitle, glm::vec3(1.0f), "switch_off"});
+  scene_.texts.push_back({view::Anchor::kTopRight, view::TextStyle::kBadge, glm::vec3(1.0f, 0.6f, 0.1f), "SIMULATED"});
+  const Image without = Draw(false);
+  const Image with = Draw(true);
+  ASSERT_EQ(renderer_->placed_lines().size(), 2u);
+  for (const PlacedLine& placed : renderer_->placed_lines()) {
+    int changed = 0;
+    for (int y = placed.y; y < placed.y + placed.height; ++y) {
+      for (int x = placed.x; x < placed.x + placed.width; ++x) {
+        changed += std::abs(Luma(with.Pixel(x, y)) - Luma(without.Pixel(x, y))) > 60;
+      }
+    }
+    EXPECT_GT(changed, placed.width * placed.height / 10) << placed.line.text;
+  }
+  EXPECT_LT(renderer_->placed_lines()[0].x, kWidth / 4);
+  EXPECT_GT(renderer_->placed_lines()[0].y, 3 * kHeight / 4);
+  EXPECT_GT(renderer_->placed_lines()[1].x, kWidth / 2);
+  EXPECT_LT(renderer_->placed_lines()[1].y, kHeight / 4);
+}
+
+TEST_F(RendererTest, TheSamePictureTwice) {
+  const Image first = Draw(true);
+  EXPECT_EQ(first.rgba, Draw(true).rgba);
+}
+
+TEST_F(RendererTest, AMissingMeshIsNamed) {
+  auto assets = std::make_shared<view::Assets>(*scene_.assets);
+  assets->meshes.emplace_back("nowhere.glb");
+  scene_.assets = assets;
+  const auto renderer = Renderer::Create(scene_, MakeShape);
+  ASSERT_FALSE(renderer);
+  EXPECT_NE(renderer.error().detail.find("nowhere.glb"), std::string::npos);
+}
+
+// With VISUAL_NODE_TEST_PICTURE=FILE the scene of these tests is kept for a look.
+TEST_F(RendererTest, AStillIsSmoothedFromMoreSamples) {
+  scene_.sun_direction_W = glm::normalize(glm::dvec3(-0.4, -0.5, 0.9));
+  scene_.arrows.push_back({{-0.3, -0.06, 0.02}, {0.0, -0.05, 0.12}, {0.2f, 0.95f, 0.35f}});
+  scene_.texts = {
+      {view::Anchor::kTopLeft, view::TextStyle::kBody, glm::vec3(0.9f), "Ball, box and lamp"},
+      {view::Anchor::kTopRight, view::TextStyle::kBadge, {1.0f, 0.6f, 0.1f}, "SIMULATED OPERATOR · SIMULATED ARM"},
+      {view::Anchor::kBottomLeft, view::TextStyle::kTitle, glm::vec3(0.9f), "press"},
+      {view::Anchor::kBottomLeft, view::TextStyle::kBody, glm::vec3(0.6f), "Press the ball on the plane"}};
+  const RenderTarget big(2 * kWidth, 2 * kHeight);
+  ASSERT_TRUE(renderer_->Draw(scene_, LookDownOnIt(), big));
+  const Image still = Shrink(big.Read(), 2);
+  ASSERT_EQ(still.width, kWidth);
+  if (const char* file = std::getenv("VISUAL_NODE_TEST_PICTURE")) {
+    const auto written = WritePng(still, file);
+    EXPECT_TRUE(written) << written.error().detail;
+  }
+  // The same scene at once, less smooth: every tile of 64 x 40 pixels has nearly the same mean.
+  const Image plain = Draw(true);
+  for (int ty = 0; ty < kHeight; ty += 40) {
+    for (int tx = 0; tx < kWidth; tx += 64) {
+      int difference = 0;
+      for (int y = ty; y < ty + 40; ++y) {
+        for (int x = tx; x < tx + 64; ++x) difference += Luma(still.Pixel(x, y)) - Luma(plain.Pixel(x, y));
+      }
+      EXPECT_LT(std::abs(difference) / (64.0 * 40.0), 6.0) << tx << " " << ty;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace visual_node

@@ -1,0 +1,204 @@
+#pragma once
+
+namespace visual_node {
+
+// GLSL 4.5. Explicit locations, so no name is looked up at run time. Colours are linear until the last line.
+
+// --- Depth from the sun.
+constexpr const char* kShadowVertex = R"(#version 450 core
+layout(location = 0) in vec3 a_p_M;
+layout(location = 0) uniform mat4 u_X_WM;
+layout(location = 1) uniform mat4 u_sun_W;
+void main() { gl_Position = u_sun_W * (u_X_WM * vec4(a_p_M, 1.0)); }
+)";
+constexpr const char* kShadowFragment = R"(#version 450 core
+void main() {}
+)";
+
+// --- Surfaces: glTF metallic-roughness.
+constexpr const char* kSurfaceVertex = R"(#version 450 core
+layout(location = 0) in vec3 a_p_M;
+layout(location = 1) in vec3 a_n_M;
+layout(location = 0) uniform mat4 u_X_WM;
+layout(location = 1) uniform mat4 u_clip_W;
+layout(location = 2) uniform mat4 u_sun_W;
+layout(location = 3) uniform float u_shadow_offset_m;
+out vec3 v_p_W;
+out vec3 v_n_W;
+out vec3 v_sun;
+void main() {
+  vec4 p_W = u_X_WM * vec4(a_p_M, 1.0);
+  v_p_W = p_W.xyz;
+  v_n_W = mat3(u_X_WM) * a_n_M;
+  // Looked up a texel and a half outside the surface: no shadow of a surface on itself.
+  vec4 sun = u_sun_W * vec4(p_W.xyz + u_shadow_offset_m * v_n_W, 1.0);
+  v_sun = 0.5 * sun.xyz + 0.5;
+  gl_Position = u_clip_W * p_W;
+}
+)";
+// GGX distribution, height-correlated Smith visibility in Hammon's approximation, Schlick Fresnel, as in appendix B of
+// the glTF 2.0 specification; Karis' approximation of the environment term. The environment is analytic: black sky,
+// bright Earth below, a soft light from behind the eye so that what the sun does not reach can still be read.
+constexpr const char* kSurfaceFragment = R"(#version 450 core
+layout(location = 4) uniform vec4 u_base_metallic;
+layout(location = 5) uniform vec4 u_emissive_roughness;
+layout(location = 6) uniform vec3 u_eye_W;
+layout(location = 7) uniform vec3 u_sun_direction_W;
+layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz W, w: reach [m]
+layout(location = 12) uniform vec3 u_lamp_color[4];
+layout(location = 16) uniform int u_num_lamps;
+layout(binding = 0) uniform sampler2DShadow u_shadow;
+in vec3 v_p_W;
+in vec3 v_n_W;
+in vec3 v_sun;
+out vec4 o_color;
+
+vec3 Environment(vec3 d, float blur) {
+  float earth = smoothstep(-0.15 - blur, 0.35 + blur, dot(d, normalize(vec3(0.25, 0.30, -0.92))));
+  float key = smoothstep(0.55 - 0.6 * blur, 1.0, dot(d, normalize(vec3(-0.55, -0.55, 0.62))));
+  float strength = 1.0 - 0.45 * blur;
+  return vec3(0.030, 0.036, 0.048) + strength * (earth * vec3(0.16, 0.24, 0.36) + key * vec3(0.42, 0.40, 0.37));
+}
+
+void main() {
+  vec3 base = u_base_metallic.rgb;
+  float metallic = u_base_metallic.a;
+  float roughness = clamp(u_emissive_roughness.a, 0.06, 1.0);
+  vec3 n = normalize(gl_FrontFacing ? v_n_W : -v_n_W);
+  vec3 v = normalize(u_eye_W - v_p_W);
+  vec3 l = u_sun_direction_W;
+  vec3 h = normalize(l + v);
+  float nv = max(dot(n, v), 1e-3);
+  float nl = max(dot(n, l), 0.0);
+  float nh = max(dot(n, h), 0.0);
+  float hv = max(dot(h, v), 0.0);
+  vec3 f0 = mix(vec3(0.04), base, metallic);
+  vec3 diffuse = base * (1.0 - metallic);
+
+  float a = roughness * roughness;
+  float q = nh * nh * (a * a - 1.0) + 1.0;
+  float distribution = a * a / (3.14159265 * q * q);
+  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
+  float w = 1.0 - hv;
+  float w2 = w * w;
+  vec3 fresnel = f0 + (1.0 - f0) * (w2 * w2 * w);
+  float lit = nl * texture(u_shadow, v_sun);
+  vec3 color = vec3(2.95, 2.84, 2.66) * lit *
+               (diffuse * 0.31830989 * (1.0 - fresnel) + fresnel * min(distribution * visibility, 24.0));
+
+  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  float a004 = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
+  vec2 ab = vec2(-1.04, 1.04) * a004 + r.zw;
+  color += Environment(reflect(-v, n), roughness) * (f0 * ab.x + ab.y);
+  color += Environment(n, 1.0) * diffuse + diffuse * (0.07 * nv);
+
+  for (int i = 0; i < u_num_lamps; ++i) {
+    vec3 to = u_lamp_position[i].xyz - v_p_W;
+    float d = length(to) / u_lamp_position[i].w;
+    float fall = 1.0 / (1.0 + d * d);
+    color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) / max(length(to), 1e-4), 0.0)) *
+             (0.25 + 0.75 * base);
+  }
+  color = color * 0.92 + u_emissive_roughness.rgb * 1.15;
+  // Narkowicz's fit of the ACES film curve, then sRGB.
+  color = color * (2.51 * color + 0.03) / (color * (2.43 * color + 0.59) + 0.14);
+  o_color = vec4(pow(clamp(color, 0.0, 1.0), vec3(1.0 / 2.2)), 1.0);
+}
+)";
+
+// --- Stars: points at infinity.
+constexpr const char* kStarVertex = R"(#version 450 core
+layout(location = 0) in vec4 a_direction_brightness;
+layout(location = 0) uniform mat4 u_clip_sky;
+layout(location = 1) uniform float u_size_px;
+out float v_brightness;
+void main() {
+  vec4 p = u_clip_sky * vec4(a_direction_brightness.xyz, 1.0);
+  gl_Position = p.xyww;  // on the far plane
+  v_brightness = a_direction_brightness.w;
+  gl_PointSize = u_size_px * (v_brightness > 0.75 ? 2.0 : 1.0);
+}
+)";
+constexpr const char* kStarFragment = R"(#version 450 core
+in float v_brightness;
+out vec4 o_color;
+void main() { o_color = vec4(vec3(0.92, 0.96, 1.0) * v_brightness, 1.0); }
+)";
+
+// --- A lamp's glow: a quad that faces the eye, added.
+constexpr const char* kGlowVertex = R"(#version 450 core
+layout(location = 0) uniform mat4 u_clip_W;
+layout(location = 1) uniform vec3 u_centre_W;
+layout(location = 2) uniform vec3 u_right_W;  // half width
+layout(location = 3) uniform vec3 u_up_W;
+out vec2 v_uv;
+void main() {
+  v_uv = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  gl_Position = u_clip_W * vec4(u_centre_W + v_uv.x * u_right_W + v_uv.y * u_up_W, 1.0);
+}
+)";
+constexpr const char* kGlowFragment = R"(#version 450 core
+layout(location = 4) uniform vec3 u_color;
+in vec2 v_uv;
+out vec4 o_color;
+void main() {
+  float d = max(0.0, 1.0 - dot(v_uv, v_uv));
+  o_color = vec4(u_color * (0.55 * d * d * d), 1.0);
+}
+)";
+
+// --- Overlay bodies (arrows): one colour, shaded by the eye's own light.
+constexpr const char* kOverlayVertex = R"(#version 450 core
+layout(location = 0) in vec3 a_p_M;
+layout(location = 1) in vec3 a_n_M;
+layout(location = 0) uniform mat4 u_A_WM;  // rotation and scale
+layout(location = 1) uniform mat4 u_clip_W;
+out vec3 v_p_W;
+out vec3 v_n_W;
+void main() {
+  vec4 p_W = u_A_WM * vec4(a_p_M, 1.0);
+  v_p_W = p_W.xyz;
+  // Columns are orthogonal, so the inverse transpose is the columns over their squared lengths.
+  mat3 m = mat3(u_A_WM);
+  v_n_W = m[0] * (a_n_M.x / dot(m[0], m[0])) + m[1] * (a_n_M.y / dot(m[1], m[1])) + m[2] * (a_n_M.z / dot(m[2], m[2]));
+  gl_Position = u_clip_W * p_W;
+}
+)";
+constexpr const char* kOverlayFragment = R"(#version 450 core
+layout(location = 2) uniform vec4 u_color;
+layout(location = 3) uniform vec3 u_eye_W;
+in vec3 v_p_W;
+in vec3 v_n_W;
+out vec4 o_color;
+void main() {
+  float facing = abs(dot(normalize(v_n_W), normalize(u_eye_W - v_p_W)));
+  o_color = vec4(pow(u_color.rgb * (0.35 + 0.65 * facing), vec3(1.0 / 2.2)), u_color.a);
+}
+)";
+
+// --- Text and the panels behind it, in pixels from the top left corner.
+constexpr const char* kTextVertex = R"(#version 450 core
+layout(location = 0) in vec4 a_px_uv;
+layout(location = 1) in vec4 a_color;
+layout(location = 0) uniform vec2 u_size_px;
+out vec2 v_uv;
+out vec4 v_color;
+void main() {
+  v_uv = a_px_uv.zw;
+  v_color = a_color;
+  vec2 p = 2.0 * a_px_uv.xy / u_size_px - 1.0;
+  gl_Position = vec4(p.x, -p.y, 0.0, 1.0);
+}
+)";
+constexpr const char* kTextFragment = R"(#version 450 core
+layout(binding = 0) uniform sampler2D u_coverage;
+in vec2 v_uv;
+in vec4 v_color;
+out vec4 o_color;
+void main() {
+  float coverage = v_uv.x < 0.0 ? 1.0 : texture(u_coverage, v_uv).r;  // negative: a panel
+  o_color = vec4(v_color.rgb, v_color.a * coverage);
+}
+)";
+
+}  // namespace visual_node

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "nodes/visual_node/gl_objects.hpp"
+#include "nodes/visual_node/mesh_store.hpp"
+#include "view/scene.hpp"
+
+namespace visual_node {
+
+// Depth of the scene from the sun. What cannot move is drawn once; what can is drawn over a copy of that, and only
+// when something has moved: on a software renderer this is most of a frame's vertices.
+class ShadowMap {
+ public:
+  static constexpr int kSize = 1024;
+
+  static core::Result<ShadowMap> Create();
+
+  // Fits the map to the sphere (centre, radius) and forgets what was drawn. Set again when the sun or the meshes
+  // change.
+  void Fit(const glm::dvec3& sun_direction_W, const glm::dvec3& centre_W, double radius_m);
+  void Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes);
+
+  [[nodiscard]] GLuint texture() const { return depth_.id(); }
+  [[nodiscard]] const glm::mat4& sun_W() const { return sun_W_; }
+  [[nodiscard]] float texel_m() const { return texel_m_; }
+  [[nodiscard]] int num_updates() const { return num_updates_; }
+
+ private:
+  bool HasMoved(const view::Scene& scene) const;
+  void DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>& meshes, bool is_movable) const;
+
+  GlProgram program_;
+  GlTexture depth_;
+  GlTexture static_depth_;
+  GlFramebuffer framebuffer_;
+  GlFramebuffer static_framebuffer_;
+  glm::mat4 sun_W_{1.0f};
+  float texel_m_ = 0.0f;
+  bool is_static_drawn_ = false;
+  int num_updates_ = 0;
+  std::vector<core::Pose> drawn_;  // poses of the last update
+};
+
+}  // namespace visual_node

@@ -1,0 +1,154 @@
+#include "nodes/visual_node/text_painter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/visual_node/shaders.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::array<int, 4> kSizeAt360 = {10, 13, 18, 10};  // by TextStyle
+constexpr std::array<bool, 4> kIsBold = {false, false, true, true};
+
+glm::vec3 ToDisplay(const glm::vec3& linear) {
+  return glm::pow(linear, glm::vec3(1.0f / 2.2f));
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<TextPainter>> TextPainter::Create() {
+  auto painter = std::make_unique<TextPainter>();
+  auto program = MakeProgram("text", kTextVertex, kTextFragment);
+  if (!program) return tl::unexpected(program.error());
+  painter->program_ = std::move(*program);
+  painter->layout_ = MakeVertexArray();
+  const GLuint layout = painter->layout_.id();
+  for (const GLuint attribute : {0u, 1u}) {
+    glEnableVertexArrayAttrib(layout, attribute);
+    glVertexArrayAttribFormat(layout, attribute, 4, GL_FLOAT, GL_FALSE, attribute * 4 * sizeof(float));
+    glVertexArrayAttribBinding(layout, attribute, 0);
+  }
+  const auto fonts = painter->FontsFor(360);  // a missing font is found now, not in the middle of a run
+  if (!fonts) return tl::unexpected(fonts.error());
+  return painter;
+}
+
+core::Result<TextPainter::Fonts*> TextPainter::FontsFor(int height) {
+  const auto known = fonts_.find(height);
+  if (known != fonts_.end()) return &known->second;
+  Fonts fonts;
+  for (std::size_t style = 0; style < fonts.size(); ++style) {
+    auto atlas = GlyphAtlas::Create(std::max(8, kSizeAt360[style] * height / 360), kIsBold[style]);
+    if (!atlas) return tl::unexpected(atlas.error());
+    fonts[style].texture = MakeTexture(GL_R8, atlas->width(), atlas->height());
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage2D(fonts[style].texture.id(), 0, 0, 0, atlas->width(), atlas->height(), GL_RED, GL_UNSIGNED_BYTE,
+                        atlas->coverage().data());
+    fonts[style].atlas = std::move(*atlas);
+  }
+  return &fonts_.emplace(height, std::move(fonts)).first->second;
+}
+
+void TextPainter::Place(const std::vector<view::TextLine>& lines, int width, int height, const Fonts& fonts) {
+  placed_.clear();
+  const int margin = 10 * height / 360;
+  std::array<int, 4> block_height{};
+  const auto font = [&](const view::TextLine& line) -> const GlyphAtlas& {
+    return fonts[static_cast<std::size_t>(line.style)].atlas;
+  };
+  for (const view::TextLine& line : lines) {
+    block_height[static_cast<std::size_t>(line.anchor)] += font(line).line_height();
+  }
+  std::array<int, 4> pen{};
+  for (const view::TextLine& line : lines) {
+    const auto anchor = static_cast<std::size_t>(line.anchor);
+    const bool is_right = line.anchor == view::Anchor::kTopRight || line.anchor == view::Anchor::kBottomRight;
+    const bool is_bottom = line.anchor == view::Anchor::kBottomLeft || line.anchor == view::Anchor::kBottomRight;
+    PlacedLine item{line, 0, 0, font(line).Width(line.text), font(line).line_height()};
+    item.x = is_right ? width - margin - item.width : margin;
+    item.y = (is_bottom ? height - margin - block_height[anchor] : margin) + pen[anchor];
+    pen[anchor] += item.height;
+    placed_.push_back(item);
+  }
+}
+
+void TextPainter::AddPanel(float x0, float y0, float x1, float y1, const glm::vec4& c) {
+  const auto vertex = [&](float x, float y) { batch_.push_back({x, y, -1.0f, -1.0f, c.r, c.g, c.b, c.a}); };
+  for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y0}, {x1, y1}, {x0, y1}}) vertex(x, y);
+}
+
+void TextPainter::AddLine(const PlacedLine& placed, const Font& font) {
+  const GlyphAtlas& atlas = font.atlas;
+  const glm::vec3 color =
+      placed.line.style == view::TextStyle::kBadge ? glm::vec3(0.06f, 0.05f, 0.03f) : ToDisplay(placed.line.color);
+  int pen = placed.x;
+  for (const std::uint8_t c : GlyphAtlas::Characters(placed.line.text)) {
+    const GlyphAtlas::Glyph& g = atlas.glyph(c);
+    const auto vertex = [&](int i, int j) {
+      batch_.push_back({static_cast<float>(pen + g.left + i), static_cast<float>(placed.y + atlas.ascent() - g.top + j),
+                        static_cast<float>(g.x + i) / static_cast<float>(atlas.width()),
+                        static_cast<float>(g.y + j) / static_cast<float>(atlas.height()), color.r, color.g, color.b,
+                        1.0f});
+    };
+    const int w = g.width, h = g.height;
+    for (const auto& [i, j] : {std::pair{0, 0}, {w, 0}, {w, h}, {0, 0}, {w, h}, {0, h}}) vertex(i, j);
+    pen += g.advance;
+  }
+}
+
+core::Result<void> TextPainter::Draw(const std::vector<view::TextLine>& lines, int width, int height) {
+  const auto fonts = FontsFor(height);
+  if (!fonts) return tl::unexpected(fonts.error());
+  Place(lines, width, height, **fonts);
+
+  // Panels first: a dark strip behind the caption, a filled one behind a badge. Then the lines, font by font.
+  batch_.clear();
+  const auto scale = static_cast<float>(height) / 360.0f;
+  float caption_top = static_cast<float>(height);
+  for (const PlacedLine& item : placed_) {
+    if (item.line.anchor == view::Anchor::kBottomLeft) caption_top = std::min(caption_top, static_cast<float>(item.y));
+    if (item.line.style != view::TextStyle::kBadge) continue;
+    AddPanel(static_cast<float>(item.x) - 6 * scale, static_cast<float>(item.y) - 2 * scale,
+             static_cast<float>(item.x + item.width) + 6 * scale, static_cast<float>(item.y + item.height) + 2 * scale,
+             glm::vec4(ToDisplay(item.line.color), 0.92f));
+  }
+  if (caption_top < static_cast<float>(height)) {
+    AddPanel(0, caption_top - 6 * scale, static_cast<float>(width), static_cast<float>(height),
+             glm::vec4(0.02f, 0.03f, 0.05f, 0.62f));
+    AddPanel(0, caption_top - 7 * scale, static_cast<float>(width), caption_top - 6 * scale,
+             glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
+  }
+  std::array<std::size_t, 5> first{};
+  for (std::size_t style = 0; style < 4; ++style) {
+    first[style] = batch_.size();
+    for (const PlacedLine& item : placed_) {
+      if (static_cast<std::size_t>(item.line.style) == style) AddLine(item, (**fonts)[style]);
+    }
+  }
+  first[4] = batch_.size();
+  if (batch_.empty()) return {};
+  const std::size_t num_bytes = batch_.size() * sizeof(Vertex);
+  if (num_bytes > capacity_bytes_) {
+    vertices_ = MakeBuffer(nullptr, capacity_bytes_ = 2 * num_bytes);
+    glVertexArrayVertexBuffer(layout_.id(), 0, vertices_.id(), 0, sizeof(Vertex));
+  }
+  glNamedBufferSubData(vertices_.id(), 0, static_cast<GLsizeiptr>(num_bytes), batch_.data());
+
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glUseProgram(program_.id());
+  glUniform2f(0, static_cast<float>(width), static_cast<float>(height));
+  glBindVertexArray(layout_.id());
+  if (first[0] > 0) glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(first[0]));
+  for (std::size_t style = 0; style < 4; ++style) {
+    if (first[style + 1] == first[style]) continue;
+    glBindTextureUnit(0, (**fonts)[style].texture.id());
+    glDrawArrays(GL_TRIANGLES, static_cast<GLint>(first[style]), static_cast<GLsizei>(first[style + 1] - first[style]));
+  }
+  glDisable(GL_BLEND);
+  return {};
+}
+
+}  // namespace visual_node
