@@ -1,0 +1,234 @@
+#include "vps/asset/cooked_file.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <vector>
+
+#include "core/hash.hpp"
+
+namespace vps {
+namespace {
+
+constexpr std::array<char, 8> kMagic{'V', 'R', 'O', 'O', 'S', 'V', 'P', 'S'};
+constexpr std::uint32_t kHasVoxmap = 1;
+constexpr std::uint32_t kHasPoints = 2;
+
+struct FileHead {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t version = kCookedFormatVersion;
+  std::uint32_t reserved = 0;
+  std::uint64_t key = 0;
+  std::uint64_t payload_bytes = 0;
+  std::uint64_t payload_hash = 0;
+};
+static_assert(sizeof(FileHead) == 40);
+
+class ByteWriter {
+ public:
+  template <class T>
+  void Put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto* bytes = reinterpret_cast<const char*>(&value);
+    bytes_.insert(bytes_.end(), bytes, bytes + sizeof(T));
+  }
+  template <class T>
+  void PutArray(const std::vector<T>& values) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    Put<std::uint64_t>(values.size());
+    const auto* bytes = reinterpret_cast<const char*>(values.data());
+    bytes_.insert(bytes_.end(), bytes, bytes + values.size() * sizeof(T));
+  }
+  [[nodiscard]] const std::vector<char>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<char> bytes_;
+};
+
+// Every read is checked against what is left; after the first failure all reads return zeros.
+class ByteReader {
+ public:
+  ByteReader(const char* bytes, std::size_t size) : next_(bytes), left_(size) {}
+
+  template <class T>
+  T Get() {
+    T value{};
+    if (!Take(sizeof(T))) return value;
+    std::memcpy(&value, next_ - sizeof(T), sizeof(T));
+    return value;
+  }
+  template <class T>
+  std::vector<T> GetArray() {
+    const auto count = Get<std::uint64_t>();
+    if (count > left_ / sizeof(T)) {
+      is_ok_ = false;
+      return {};
+    }
+    std::vector<T> values(count);
+    if (count != 0) std::memcpy(values.data(), next_, count * sizeof(T));
+    Take(count * sizeof(T));
+    return values;
+  }
+  [[nodiscard]] bool is_ok() const { return is_ok_; }
+  [[nodiscard]] bool is_at_end() const { return left_ == 0; }
+
+ private:
+  bool Take(std::size_t size) {
+    if (!is_ok_ || size > left_) {
+      is_ok_ = false;
+      return false;
+    }
+    next_ += size;
+    left_ -= size;
+    return true;
+  }
+
+  const char* next_;
+  std::size_t left_;
+  bool is_ok_ = true;
+};
+
+std::vector<char> Encode(const CookedObject& object) {
+  ByteWriter out;
+  out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0));
+  out.Put(object.bounding_centre_m);
+  out.Put(object.bounding_radius_m);
+  if (object.voxmap) {
+    const Voxmap& map = *object.voxmap;
+    out.Put(map.origin_m);
+    out.Put(map.voxel_size_m);
+    out.Put(map.nx);
+    out.Put(map.ny);
+    out.Put(map.nz);
+    out.PutArray(map.layers);
+  }
+  if (object.points) {
+    const PointTree& tree = *object.points;
+    out.Put(tree.num_points);
+    for (const auto* array : {&tree.x, &tree.y, &tree.z, &tree.nx, &tree.ny, &tree.nz}) out.PutArray(*array);
+    out.PutArray(tree.clusters);
+  }
+  return out.bytes();
+}
+
+bool IsConsistent(const Voxmap& map) {
+  if (map.nx <= 0 || map.ny <= 0 || map.nz <= 0 || !(map.voxel_size_m > 0.0)) return false;
+  return static_cast<std::uint64_t>(map.nx) * static_cast<std::uint64_t>(map.ny) * static_cast<std::uint64_t>(map.nz) ==
+         map.layers.size();
+}
+
+bool IsConsistent(const PointTree& tree) {
+  const std::size_t padded = tree.num_points + PointTree::kPadding;
+  for (const auto* array : {&tree.x, &tree.y, &tree.z, &tree.nx, &tree.ny, &tree.nz}) {
+    if (array->size() < padded) return false;
+  }
+  if (tree.num_points == 0 || tree.clusters.empty()) return false;
+  for (std::size_t i = 0; i < tree.clusters.size(); ++i) {
+    const Cluster& cluster = tree.clusters[i];
+    const std::uint64_t end = static_cast<std::uint64_t>(cluster.first_child) + cluster.num_children;
+    if (end > (cluster.is_leaf ? tree.num_points : tree.clusters.size())) return false;
+    if (!cluster.is_leaf && cluster.first_child <= i) return false;  // breadth-first order: a walk must end
+    if (cluster.parent_point >= tree.num_points) return false;
+  }
+  return true;
+}
+
+core::Result<CookedObject> Decode(const std::vector<char>& payload) {
+  ByteReader in(payload.data(), payload.size());
+  CookedObject object;
+  const auto flags = in.Get<std::uint32_t>();
+  object.bounding_centre_m = in.Get<glm::dvec3>();
+  object.bounding_radius_m = in.Get<double>();
+  bool is_consistent = true;
+  if (flags & kHasVoxmap) {
+    Voxmap map;
+    map.origin_m = in.Get<glm::dvec3>();
+    map.voxel_size_m = in.Get<double>();
+    map.nx = in.Get<std::int32_t>();
+    map.ny = in.Get<std::int32_t>();
+    map.nz = in.Get<std::int32_t>();
+    map.layers = in.GetArray<std::int8_t>();
+    is_consistent = is_consistent && IsConsistent(map);
+    object.voxmap = std::move(map);
+  }
+  if (flags & kHasPoints) {
+    PointTree tree;
+    tree.num_points = in.Get<std::uint32_t>();
+    for (auto* array : {&tree.x, &tree.y, &tree.z, &tree.nx, &tree.ny, &tree.nz}) *array = in.GetArray<float>();
+    tree.clusters = in.GetArray<Cluster>();
+    is_consistent = is_consistent && IsConsistent(tree);
+    object.points = std::move(tree);
+  }
+  if (!in.is_ok() || !in.is_at_end() || !is_consistent) {
+    return core::Fail(core::ErrorCode::kDamaged, "contents do not fit together");
+  }
+  object.is_from_cache = true;
+  return object;
+}
+
+}  // namespace
+
+std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const CookParameters& parameters) {
+  std::uint64_t key = core::Hash64(mesh_bytes, num_bytes, kCookedFormatVersion);
+  key = core::Hash64(&parameters.voxel_size_m, sizeof parameters.voxel_size_m, key);
+  return core::Hash64(&parameters.num_points, sizeof parameters.num_points, key);
+}
+
+core::Result<void> WriteCookedFile(const std::filesystem::path& file, std::uint64_t key, const CookedObject& object) {
+  const std::vector<char> payload = Encode(object);
+  FileHead head;
+  head.key = key;
+  head.payload_bytes = payload.size();
+  head.payload_hash = core::Hash64(payload.data(), payload.size());
+
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  std::filesystem::path partial = file;
+  partial += "." + std::to_string(getpid()) + ".partial";
+  {
+    std::ofstream out(partial, std::ios::binary | std::ios::trunc);
+    out.write(reinterpret_cast<const char*>(&head), sizeof head);
+    out.write(payload.data(), static_cast<std::streamsize>(payload.size()));
+    if (!out.flush()) {
+      out.close();
+      std::filesystem::remove(partial, error);
+      return core::Fail(core::ErrorCode::kIo, partial.string() +
+                                                  ": cannot write the cache file. Fix: make the folder writable and "
+                                                  "free disk space, or set VR_OOS_CACHE to another folder.");
+    }
+  }
+  std::filesystem::rename(partial, file, error);
+  if (!error) return {};
+  const std::string why = error.message();
+  std::filesystem::remove(partial, error);
+  return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot put the cache file in place: " + why);
+}
+
+core::Result<CookedObject> ReadCookedFile(const std::filesystem::path& file, std::uint64_t key) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return core::Fail(core::ErrorCode::kNotFound, file.string() + ": no cache file");
+  const auto damaged = [&](const char* why) {
+    return core::Fail(core::ErrorCode::kDamaged, file.string() + ": damaged cache file: " + why);
+  };
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  FileHead head;
+  if (error || !in.read(reinterpret_cast<char*>(&head), sizeof head)) return damaged("shorter than its head");
+  if (head.magic != kMagic) return damaged("wrong magic");
+  if (head.version != kCookedFormatVersion) return damaged("another format version");
+  if (head.key != key) return damaged("built from something else");
+  if (head.payload_bytes != size - sizeof head) return damaged("wrong length");
+  std::vector<char> payload(head.payload_bytes);
+  if (!in.read(payload.data(), static_cast<std::streamsize>(payload.size()))) return damaged("cannot be read");
+  if (core::Hash64(payload.data(), payload.size()) != head.payload_hash) return damaged("checksum does not match");
+  auto object = Decode(payload);
+  if (!object) return damaged(object.error().detail.c_str());
+  return object;
+}
+
+}  // namespace vps
