@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/logic_node/ports.hpp"
+#include "nodes/logic_node/scxml/expression.hpp"
+#include "scene/scenario.hpp"
+
+namespace logic_node {
+
+// The published values that conditions see, see scenarios/README.md: <mechanism>.state, <mechanism>.position,
+// <role>.grasped.<object>, <object>.x|y|z (W, m), <object>.distance.<object2> (between mesh origins, m).
+class Signals {
+ public:
+  // The scenario must outlive the table.
+  explicit Signals(const scene::Scenario& scenario);
+
+  // The signal of that name, with a slot in values(); nothing when the scenario has no such signal.
+  std::optional<scxml::Symbol> Find(const std::string& name);
+
+  // Remedy for an unknown name.
+  [[nodiscard]] std::string Suggest(const std::string& name) const;
+
+  // Takes over what has arrived. Objects that no message moves keep their pose from the scenario.
+  void Update(const Inputs& inputs);
+
+  [[nodiscard]] const std::vector<double>& values() const { return values_; }
+
+ private:
+  enum class Kind { kState, kPosition, kGrasped, kCoordinate, kDistance };
+  struct Signal {
+    std::string name;
+    Kind kind = Kind::kState;
+    int first = 0;   // mechanism, role or object
+    int second = 0;  // object, or axis
+  };
+
+  [[nodiscard]] std::optional<Signal> Parse(const std::string& name) const;
+  [[nodiscard]] int MovedObject(const std::string& name) const;
+  [[nodiscard]] double Value(const Signal& signal) const;
+
+  const scene::Scenario& scenario_;
+  std::vector<Signal> signals_;
+  std::vector<double> values_;
+  std::vector<glm::dvec3> p_WO_;      // per object
+  std::vector<std::int32_t> states_;  // per mechanism
+  std::vector<double> positions_;
+  std::vector<int> grasped_;  // object per role; -1: none
+};
+
+}  // namespace logic_node
