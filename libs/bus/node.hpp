@@ -10,6 +10,7 @@
 #include "bus/roster.hpp"
 #include "bus/state.hpp"
 #include "bus/topics.hpp"
+#include "core/clock.hpp"
 #include "core/messages/logic.hpp"
 #include "core/result.hpp"
 
