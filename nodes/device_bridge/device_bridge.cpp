@@ -1,0 +1,141 @@
+#include "nodes/device_bridge/device_bridge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace device_bridge {
+
+core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Scenario& scenario, std::uint64_t seed,
+                                                                 const Options& options) {
+  if (scenario.devices.size() > kMaxRoles) {
+    return core::Fail(core::ErrorCode::kUnsupported,
+                      "scenario '" + scenario.name + "' has " + std::to_string(scenario.devices.size()) +
+                          " devices; at most " + std::to_string(kMaxRoles) + " can be bridged by one node");
+  }
+  core::Result<OperatorScript> script = LoadOperatorScript(scenario);
+  if (!script) return tl::unexpected(script.error());
+
+  std::size_t num_samples = options.num_echoes;
+  if (num_samples == 0) {
+    const double seconds = std::clamp(scenario.duration_limit_s + 10.0, 10.0, 3600.0);
+    num_samples = static_cast<std::size_t>(seconds * 1000.0) * std::max<std::size_t>(1, scenario.devices.size());
+  }
+  std::unique_ptr<DeviceBridge> bridge(new DeviceBridge(scenario, options, num_samples));
+  for (const scene::Device& device : bridge->scenario_.devices) {
+    if (device.type != "simulated_arm") {
+      return core::Fail(core::ErrorCode::kUnsupported,
+                        device.location.file.string() + ":" + std::to_string(device.location.line) + ": device '" +
+                            device.role + "': there is no type '" + device.type + "'. Fix: type=\"simulated_arm\".");
+    }
+    const core::Result<SafetyFilter> filter = SafetyFilter::Create(FilterLimits::From(device, scenario.force_cap_N));
+    if (!filter) {
+      return core::Fail(filter.error().code, "device '" + device.role + "': " + filter.error().detail);
+    }
+    auto role = std::make_unique<Role>(*filter);
+    auto arm = std::make_unique<SimulatedArm>(ArmParameters::From(device));
+    role->simulated = arm.get();
+    role->device = std::move(arm);
+    bridge->roles_.push_back(std::move(role));
+  }
+  bridge->operator_ =
+      std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
+  return bridge;
+}
+
+void DeviceBridge::Write(Role* role, std::int64_t now_ns) noexcept {
+  role->reading = role->device->Read(now_ns);
+  role->written = role->filter.Apply(now_ns, role->reading);
+  role->device->Write(now_ns, role->written);
+
+  RoleFigures& figures = role->figures;
+  const double force_N = glm::length(role->written.F_Do_W().force_N);
+  ++figures.writes;
+  figures.peak_force_N = std::max(figures.peak_force_N, force_N);
+  figures.peak_torque_Nm = std::max(figures.peak_torque_Nm, glm::length(role->written.F_Do_W().torque_Nm));
+  figures.peak_grip_force_N = std::max(figures.peak_grip_force_N, std::abs(role->written.grip_force_N()));
+  if (force_N > role->filter.limits().max_force_N) ++figures.samples_over_limit;
+  if (force_N > 0.1) ++figures.samples_in_force;
+  const std::uint32_t status = role->filter.status();
+  for (unsigned bit = 0; bit < 32; ++bit) figures.status_samples[bit] += (status >> bit) & 1U;
+  const bool is_silent = (status & (kSilent | kNoCommand)) != 0;
+  if (is_silent && !role->was_silent) ++figures.link_losses;
+  role->was_silent = is_silent;
+}
+
+void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceCommand& command, std::int64_t received_ns,
+                                 std::int64_t now_ns) noexcept {
+  if (role_index >= roles_.size() || command.header.sequence == 0) return;
+  Role& role = *roles_[role_index];
+  if (command.header.sequence == role.passed_sequence && received_ns == role.passed_received_ns) return;
+  role.passed_sequence = command.header.sequence;
+  role.passed_received_ns = received_ns;
+  role.filter.Accept(command, received_ns);
+  const bool is_accepted = role.filter.was_accepted();
+  Write(&role, now_ns);
+  if (!is_accepted) return;
+  const std::int64_t written_ns = Now(now_ns);
+  core::Header header = command.header;
+  for (core::Trace* trace : {&header.direct, &header.through_physics}) {
+    trace->Add(core::Stage::kDeviceReceive, received_ns);
+    trace->Add(core::Stage::kDeviceWrite, written_ns);
+  }
+  echo_log_.Written(header, written_ns);
+}
+
+void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
+  ++ticks_;
+  outputs->states.clear();
+  outputs->applied.clear();
+  outputs->filter_status.clear();
+
+  core::FixedVector<FeltForce, kMaxRoles> felt;
+  core::FixedVector<DeviceReading, kMaxRoles> readings;
+  for (std::size_t i = 0; i < roles_.size(); ++i) {
+    Role& role = *roles_[i];
+    if (i < inputs.commands.size()) {
+      const std::int64_t received_ns =
+          i < inputs.command_received_ns.size() ? inputs.command_received_ns[i] : inputs.now_ns;
+      AcceptCommand(i, inputs.commands[i], received_ns, inputs.now_ns);
+    }
+    Write(&role, inputs.now_ns);
+    felt.push_back(role.simulated != nullptr ? role.simulated->Felt() : FeltForce{});
+    readings.push_back(role.reading);
+  }
+  operator_->Step(inputs, felt, readings);
+  for (std::size_t i = 0; i < roles_.size(); ++i) {
+    Role& role = *roles_[i];
+    if (role.simulated != nullptr) role.simulated->SetHand(operator_->target(i));
+
+    core::DeviceState state;
+    state.header.sequence = ++role.sample_sequence;
+    state.header.publish_ns = inputs.now_ns;
+    state.header.direct.id = core::MakeTraceId(static_cast<unsigned>(i), role.sample_sequence);
+    state.header.direct.origin_ns = inputs.now_ns;
+    state.header.direct.Add(core::Stage::kDeviceSample, inputs.now_ns);
+    state.role_index = static_cast<std::uint8_t>(i);
+    state.sample_ns = inputs.now_ns;
+    state.X_WD = role.reading.X_WD;
+    state.V_WD = role.reading.V_WD;
+    state.opening_m = role.reading.opening_m;
+    state.opening_velocity_m_per_s = role.reading.opening_velocity_m_per_s;
+    state.is_engaged = role.reading.is_engaged;
+    state.is_simulated = role.device->is_simulated();
+    outputs->states.push_back(state);
+    outputs->applied.push_back(role.written.F_Do_W());
+    outputs->filter_status.push_back(role.filter.status());
+    echo_log_.Sent(static_cast<unsigned>(i), role.sample_sequence, inputs.now_ns);
+  }
+}
+
+RoleFigures DeviceBridge::figures(std::size_t role) const {
+  RoleFigures figures = roles_[role]->figures;
+  figures.commands_accepted = roles_[role]->filter.num_accepted();
+  figures.commands_refused = roles_[role]->filter.num_refused();
+  figures.first_cause = roles_[role]->filter.first_cause();
+  figures.first_cause_ns = roles_[role]->filter.first_cause_ns();
+  return figures;
+}
+
+}  // namespace device_bridge

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/result.hpp"
+#include "nodes/device_bridge/echo_log.hpp"
+#include "nodes/device_bridge/ports.hpp"
+#include "nodes/device_bridge/safety_filter.hpp"
+#include "nodes/device_bridge/simulated_arm.hpp"
+#include "nodes/device_bridge/simulated_operator.hpp"
+#include "scene/scenario.hpp"
+
+namespace device_bridge {
+
+struct Options {
+  OperatorOptions operator_options;
+  // Time of a stamp or a write between ticks. Null: virtual time, now_ns of the step or of the call.
+  std::int64_t (*clock)() = nullptr;
+  // Echoes that are kept; 0: enough for the scenario's duration limit.
+  std::size_t num_echoes = 0;
+};
+
+// Per role, over the run.
+struct RoleFigures {
+  double peak_force_N = 0.0;
+  double peak_torque_Nm = 0.0;
+  double peak_grip_force_N = 0.0;
+  std::uint64_t writes = 0;              // every one is a sample of the force
+  std::uint64_t samples_over_limit = 0;  // of force above the limit; the filter's promise is 0
+  std::uint64_t samples_in_force = 0;    // above 0.1 N
+  std::uint64_t commands_accepted = 0;
+  std::uint64_t commands_refused = 0;
+  std::uint64_t status_samples[32] = {};  // writes with bit i of FilterStatus set
+  std::uint64_t link_losses = 0;          // times the force was faded out for silence
+  std::uint32_t first_cause = 0;
+  std::int64_t first_cause_ns = 0;
+};
+
+// The node without socket, clock or thread: devices, safety filter, simulated operator and echo log. Step once per
+// tick; between ticks AcceptCommand brings a command to the device as soon as it has arrived.
+class DeviceBridge {
+ public:
+  // Fails for a device type that does not exist, unusable limits, or a script with mistakes (all are listed).
+  static core::Result<std::unique_ptr<DeviceBridge>> Create(const scene::Scenario& scenario, std::uint64_t seed,
+                                                            const Options& options = {});
+  static core::Result<std::unique_ptr<DeviceBridge>> Create(const scene::Scenario& scenario) {
+    return Create(scenario, scenario.seed);
+  }
+  DeviceBridge(const DeviceBridge&) = delete;
+  DeviceBridge& operator=(const DeviceBridge&) = delete;
+
+  // One tick: new commands, device to now_ns, operator, filter, write, sample. Real-time: no allocation, lock, throw,
+  // log. The outputs' states carry a direct trace whose origin is the sample time.
+  void Step(const Inputs& inputs, Outputs* outputs) noexcept;
+
+  // A command off the socket, between ticks. Goes through the filter to the device at once. A message that was passed
+  // before (same sequence and arrival) is ignored, so the newest one may be passed again and again.
+  void AcceptCommand(std::size_t role, const core::DeviceCommand& command, std::int64_t received_ns,
+                     std::int64_t now_ns) noexcept;
+
+  [[nodiscard]] const scene::Scenario& scenario() const { return scenario_; }
+  [[nodiscard]] const EchoLog& echo_log() const { return echo_log_; }
+  [[nodiscard]] const SimulatedOperator& simulated_operator() const { return *operator_; }
+  [[nodiscard]] RoleFigures figures(std::size_t role) const;
+  [[nodiscard]] double force_limit_N(std::size_t role) const { return roles_[role]->filter.limits().max_force_N; }
+  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
+
+ private:
+  struct Role {
+    std::unique_ptr<Device> device;
+    SimulatedArm* simulated = nullptr;  // the same device when the operator moves it; null for a real one
+    SafetyFilter filter;
+    DeviceReading reading;
+    FilteredForce written;
+    RoleFigures figures;
+    std::uint64_t passed_sequence = 0;
+    std::int64_t passed_received_ns = 0;
+    std::uint64_t sample_sequence = 0;
+    bool was_silent = true;
+    explicit Role(const SafetyFilter& f) : filter(f) {}
+  };
+
+  DeviceBridge(const scene::Scenario& scenario, const Options& options, std::size_t num_samples)
+      : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
+  // Filter, write, and the books.
+  void Write(Role* role, std::int64_t now_ns) noexcept;
+  [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
+    return options_.clock != nullptr ? options_.clock() : now_ns;
+  }
+
+  scene::Scenario scenario_;
+  Options options_;
+  EchoLog echo_log_;
+  std::vector<std::unique_ptr<Role>> roles_;
+  std::unique_ptr<SimulatedOperator> operator_;
+  std::uint64_t ticks_ = 0;
+};
+
+}  // namespace device_bridge

@@ -1,0 +1,154 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "nodes/device_bridge/operator_script.hpp"
+#include "nodes/device_bridge/perception.hpp"
+#include "nodes/device_bridge/random.hpp"
+#include "nodes/device_bridge/stroke.hpp"
+
+namespace device_bridge {
+
+struct OperatorOptions {
+  double visual_delay_s = 0.2;
+  double reaction_s = 0.15;           // to a felt force
+  double tremor_m = 0.00015;          // amplitude, 8 to 12 Hz; 0: none
+  double end_point_error = -1.0;      // sd over the distance of a stroke; negative: 0.05 to 0.08, drawn from the seed
+  double turn_speed_rad_per_s = 1.5;  // peak, of a stroke
+  double opening_speed_m_per_s = 0.15;
+};
+
+enum class LineOutcome { kDone, kDistanceUsedUp, kAbandoned };
+
+// One line of the script that was carried out, for the run's report.
+struct LineRecord {
+  int step = 0;  // index into the script
+  int line = 0;  // in the file
+  std::int64_t begin_ns = 0;
+  std::int64_t end_ns = 0;
+  int num_strokes = 0;
+  LineOutcome outcome = LineOutcome::kDone;
+};
+
+// A SIMULATED human operator, closed loop: carries out the lines of the step that logic shows. It knows the scene only
+// through DelayedSight, force only through DelayedTouch, and writes only the targets of its hands' impedance, so what
+// it does to the scene goes through the same force loop as a person's doing.
+//
+// Movement: minimum-jerk strokes with an end-point error in proportion to their length, each followed by a look and,
+// while the seen error is too large, a corrective stroke [Woodworth 1899; Meyer et al. 1988; Flash and Hogan 1985].
+// When a push or a carried object is stuck, the hand searches in a spiral of at most 1.5 mm around the way. The same
+// seed and the same inputs give the same movement, bit for bit.
+class SimulatedOperator {
+ public:
+  SimulatedOperator(const scene::Scenario& scenario, OperatorScript script, std::uint64_t seed,
+                    const OperatorOptions& options);
+  SimulatedOperator(const SimulatedOperator&) = delete;  // the line in hand points into the script
+  SimulatedOperator& operator=(const SimulatedOperator&) = delete;
+
+  // One tick. `felt` and `readings` per role; `readings` are only shown to the delayed eyes. Real-time: no allocation.
+  void Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
+            const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
+
+  [[nodiscard]] const HandTarget& target(std::size_t role) const { return hands_[role].target; }
+  [[nodiscard]] const OperatorScript& script() const { return script_; }
+  [[nodiscard]] const std::vector<LineRecord>& records() const { return records_; }
+  [[nodiscard]] bool is_idle() const { return current_ == nullptr; }
+  [[nodiscard]] bool is_searching() const { return is_searching_; }
+
+ private:
+  enum class Phase { kBegin, kStroke, kLook, kPush, kRelax, kGrip, kWait };
+
+  struct Hand {
+    core::Pose X_WB;  // base of the target: without tremor and search
+    core::Twist V_WB;
+    Stroke stroke;
+    double opening_from_m = 0.0;
+    double opening_way_m = 0.0;
+    double opening_duration_s = 0.0;
+    double opening_elapsed_s = 0.0;
+    double grip_strength_N = 20.0;
+    double search_gain = 0.0;  // 0 to 1, faded
+    glm::dvec3 tremor_hz{10.0};
+    glm::dvec3 tremor_phase_rad{0.0};
+    HandTarget target;
+    DelayedTouch touch;
+    double stiffness_N_per_m = 800.0;
+    double force_limit_N = 40.0;
+    explicit Hand(double reaction_s) : touch(reaction_s) {}
+  };
+
+  // Where a hand should go, from what is seen.
+  struct Aim {
+    bool is_valid = false;
+    glm::dvec3 way_W{0.0};  // of the hand, seen pose to goal
+    glm::dvec3 turn_W{0.0};
+    double distance_m = 0.0;  // of the frame that counts, to its goal
+    double angle_rad = 0.0;
+    core::Pose X_WHand;  // seen
+  };
+
+  [[nodiscard]] int StepIndex(const core::LogicStatus* logic) const noexcept;
+  [[nodiscard]] core::Pose SeenPose(const FrameReference& frame, const Sighting& seen, int role) const noexcept;
+  [[nodiscard]] bool IsVisible(const FrameReference& frame, const Sighting& seen) const noexcept;
+  [[nodiscard]] Aim TakeAim(const OperatorLine& line, const Sighting& seen) const noexcept;
+  [[nodiscard]] bool Holds(const Condition& condition, const Sighting& seen, int role) const noexcept;
+
+  void FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept;
+  void CarryOutLine(const Sighting& seen, std::int64_t now_ns, double dt_s) noexcept;
+  void Move(const OperatorLine& line, const Sighting& seen, double dt_s) noexcept;
+  void BeginStroke(const OperatorLine& line, const Aim& aim, bool is_first) noexcept;
+  void Push(const OperatorLine& line, const Sighting& seen, const FeltForce& felt, double dt_s) noexcept;
+  void EndPush(const OperatorLine& line, const FeltForce& felt) noexcept;
+  void Grip(const OperatorLine& line, const FeltForce& felt, double dt_s) noexcept;
+  void EnterPhase(Phase phase) noexcept;
+  void EndLine(LineOutcome outcome, std::int64_t now_ns) noexcept;
+  void UpdateTarget(Hand* hand, double dt_s) noexcept;
+
+  const scene::Scenario& scenario_;
+  OperatorScript script_;
+  OperatorOptions options_;
+  Random random_;
+  double end_point_error_ = 0.06;
+  DelayedSight sight_;
+  std::vector<Hand> hands_;
+
+  std::int64_t last_ns_ = 0;
+  bool has_started_ = false;
+  double time_s_ = 0.0;  // since the first tick: tremor and search run on it
+  int step_ = -1;
+  std::size_t next_line_ = 0;
+  const OperatorLine* current_ = nullptr;
+  LineRecord record_;
+  std::vector<LineRecord> records_;
+
+  Phase phase_ = Phase::kBegin;
+  double phase_s_ = 0.0;  // in this phase
+  double line_s_ = 0.0;   // in this line
+  LineOutcome outcome_ = LineOutcome::kDone;
+  bool is_line_over_ = false;
+
+  // reach and carry
+  core::Pose X_WHand_before_;  // seen in the tick before: how fast the hand is seen to move
+  std::int64_t seen_before_ns_ = 0;
+  double seen_speed_m_per_s_ = 0.0;
+  double within_s_ = 0.0;
+  double best_error_m_ = 0.0;
+  int num_in_vain_ = 0;
+
+  // push
+  double pushed_m_ = 0.0;
+  double push_speed_m_per_s_ = 0.0;
+  double push_time_s_ = 0.0;
+  glm::dvec3 p_push_begin_{0.0};
+  double progress_m_ = 0.0;
+  double stalled_s_ = 0.0;
+  double used_up_s_ = 0.0;
+
+  // search
+  bool is_searching_ = false;
+  double search_s_ = 0.0;
+  glm::dvec3 search_normal_W_{0, 0, 1};
+};
+
+}  // namespace device_bridge
