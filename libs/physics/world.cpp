@@ -25,6 +25,7 @@ struct PairSlot {
   int field = 0;
   ContactFeed feed;
   bool has_wrench = false;
+  bool is_muted = false;
   core::Wrench F_So_W;
   ContactReport report;
 };
@@ -67,7 +68,7 @@ struct World::Impl {
 
   void ApplyWrenches(double dt_s) {
     for (PairSlot& pair : pairs) {
-      if (!pair.has_wrench) continue;
+      if (!pair.has_wrench || pair.is_muted) continue;
       RigidBody& s = bodies[static_cast<std::size_t>(pair.sampled)];
       RigidBody& g = bodies[static_cast<std::size_t>(pair.field)];
       const glm::dvec3 p_WSo = s.X_WO().translation;
@@ -122,6 +123,7 @@ struct World::Impl {
   std::vector<PairSlot> pairs;
   std::vector<MechanismSlot> mechanisms;
   int num_rows = 0;
+  double last_dt_s = 0.0;
   double magnitude_Ns = 0.0;
   double magnitude_Nms = 0.0;
   BulletWorld world;
@@ -204,7 +206,7 @@ core::Result<int> World::AddContactPair(int sampled_body, int field_body) {
   w.pairs.push_back(
       PairSlot{sampled_body, field_body,
                ContactFeed(&w.dispatcher, w.body(sampled_body).engine.get(), w.body(field_body).engine.get()), false,
-               core::Wrench{}, ContactReport{}});
+               false, core::Wrench{}, ContactReport{}});
   w.solver.Reserve(0, static_cast<int>(w.pairs.size() * core::kMaxContactPlanes), 0);
   return static_cast<int>(w.pairs.size()) - 1;
 }
@@ -255,6 +257,12 @@ void World::ClearContact(int pair) {
   slot.feed.Clear();
 }
 
+void World::SetContactMuted(int pair, bool is_muted) {
+  PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
+  slot.is_muted = is_muted;
+  if (is_muted) slot.feed.Rest();
+}
+
 double World::SmallestGap_m(int pair) const {
   const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
   return slot.feed.SmallestGap(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO(), nullptr);
@@ -269,13 +277,14 @@ glm::dvec3 World::DeepestPoint_W(int pair) const {
 
 void World::Step(double dt_s) {
   Impl& w = *impl_;
+  w.last_dt_s = dt_s;
   for (RigidBody& body : w.bodies) body.Push();
   for (PairSlot& pair : w.pairs) {
     const core::Pose X_WS = w.body(pair.sampled).X_WO();
     const core::Pose X_WG = w.body(pair.field).X_WO();
     pair.report = ContactReport{};
     pair.report.smallest_gap_m = pair.feed.SmallestGap(X_WS, X_WG, nullptr);
-    if (!pair.feed.empty()) pair.feed.Inject(X_WS, X_WG);
+    if (!pair.feed.empty() && !pair.is_muted) pair.feed.Inject(X_WS, X_WG);
   }
   w.ApplyWrenches(dt_s);
   for (MechanismSlot& slot : w.mechanisms) {
@@ -310,6 +319,25 @@ Mechanism& World::mechanism(int index) {
 }
 const Mechanism& World::mechanism(int index) const {
   return *impl_->mechanisms[static_cast<std::size_t>(index)].mechanism;
+}
+
+core::Wrench World::MechanismForceOnParent(int index, const glm::dvec3& p_WQ) const {
+  core::Wrench F_Q_W;
+  if (impl_->last_dt_s == 0.0) return F_Q_W;
+  for (const Row& row : mechanism(index).rows()) {
+    if (!row.is_active) continue;
+    const glm::dvec3 force_W = -(row.impulse / impl_->last_dt_s) * row.linear_W;
+    F_Q_W.force_N += force_W;
+    F_Q_W.torque_Nm += glm::cross(row.p_W - p_WQ, force_W) - (row.impulse / impl_->last_dt_s) * row.angular_W;
+  }
+  return F_Q_W;
+}
+
+int World::parent_of(int mechanism) const {
+  return impl_->mechanisms[static_cast<std::size_t>(mechanism)].parent;
+}
+int World::child_of(int mechanism) const {
+  return impl_->mechanisms[static_cast<std::size_t>(mechanism)].child;
 }
 
 ImpulseBalance World::impulse_balance() const {

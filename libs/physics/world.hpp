@@ -70,6 +70,8 @@ class World {
   // Wrench on S about S's origin, the opposite on G at the same point; held until replaced or cleared [VR-OOS, 3].
   void SetContactWrench(int pair, const core::Wrench& F_So_W);
   void ClearContact(int pair);
+  // A muted pair keeps its planes for SmallestGap_m but does not push (a held object in its gripper).
+  void SetContactMuted(int pair, bool is_muted);
   // Smallest gap of the pair's planes at the present poses; +1e9 without planes.
   [[nodiscard]] double SmallestGap_m(int pair) const;
   // World position of the deepest plane's contact point at the present poses.
@@ -82,6 +84,10 @@ class World {
   [[nodiscard]] BodyKind kind(int body) const;
   [[nodiscard]] std::size_t num_bodies() const;
   [[nodiscard]] const ContactReport& contact(int pair) const;
+  // What a mechanism did to its parent in the last step, about the point p_WQ, in W; the child got the opposite.
+  [[nodiscard]] core::Wrench MechanismForceOnParent(int index, const glm::dvec3& p_WQ) const;
+  [[nodiscard]] int parent_of(int mechanism) const;  // bodies
+  [[nodiscard]] int child_of(int mechanism) const;
   Mechanism& mechanism(int index);
   [[nodiscard]] const Mechanism& mechanism(int index) const;
 

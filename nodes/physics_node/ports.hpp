@@ -15,9 +15,9 @@ constexpr std::size_t kMaxEventsPerTick = 16;
 struct Inputs {
   std::int64_t now_ns = 0;
   core::FixedVector<core::HapticProxy, kMaxRoles> proxies;  // newest per role
-  const core::ContactSet* contacts = nullptr;               // newest per scenario pair (index = pair); sequence 0: never
+  const core::ContactSet* contacts = nullptr;  // newest per scenario pair (index = pair); sequence 0: never
   std::size_t num_contacts = 0;
-  const core::ParameterChange* changes = nullptr;           // to apply at the top of this tick
+  const core::ParameterChange* changes = nullptr;  // to apply at the top of this tick
   std::size_t num_changes = 0;
 };
 

@@ -37,6 +37,10 @@ void ContactFeed::Set(const core::ContactSet& set) {
 
 void ContactFeed::Clear() {
   num_planes_ = 0;
+  Rest();
+}
+
+void ContactFeed::Rest() {
   num_injected_ = 0;
   for (btPersistentManifold* manifold : manifolds_) manifold->setNumContacts(0);
 }

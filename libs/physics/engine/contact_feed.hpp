@@ -23,6 +23,7 @@ class ContactFeed {
 
   void Set(const core::ContactSet& set);
   void Clear();
+  void Rest();  // takes the points out of the solver, keeps the planes
   [[nodiscard]] bool empty() const { return num_planes_ == 0; }
 
   // Re-evaluates every gap with the poses at the start of the step and fills the manifolds. All planes go in, also

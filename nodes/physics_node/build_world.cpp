@@ -1,0 +1,197 @@
+#include "nodes/physics_node/build_world.hpp"
+
+#include <string>
+#include <utility>
+
+namespace physics_node {
+namespace {
+
+core::Pose PoseOf(const scene::Scenario& scenario, int object) {
+  return object < 0 ? core::Pose{} : scenario.objects[static_cast<std::size_t>(object)].X_WO;
+}
+
+physics::HingeParams HingeOf(const scene::Mechanism& m) {
+  physics::HingeParams p;
+  p.X_PJ = m.X_PJ;
+  p.X_CJ = m.X_CJ;
+  p.lower_rad = m.lower_rad;
+  p.upper_rad = m.upper_rad;
+  p.has_detents = m.detents_rad.size() == 2;
+  if (p.has_detents) {
+    p.detents_rad[0] = m.detents_rad[0];
+    p.detents_rad[1] = m.detents_rad[1];
+  }
+  p.detent_torque_Nm = m.detent_torque_Nm;
+  p.damping_Nm_s_per_rad = m.damping;
+  p.is_stuck = m.is_stuck;
+  return p;
+}
+
+physics::SnapParams SnapOf(const scene::Mechanism& m) {
+  physics::SnapParams p;
+  p.X_PJ = m.X_PJ;
+  p.X_CJ = m.X_CJ;
+  p.engage_force_N = m.engage_force_N;
+  p.release_force_N = m.release_force_N;
+  p.travel_m = m.travel_m;
+  p.guide_length_m = m.guide_length_m;
+  p.lateral_tolerance_m = m.lateral_tolerance_m;
+  p.tilt_tolerance_rad = m.tilt_tolerance_rad;
+  p.stiffness_N_per_m = m.stiffness_N_per_m;
+  p.stiffness_Nm_per_rad = m.stiffness_Nm_per_rad;
+  p.damping_N_s_per_m = m.damping;
+  p.is_initially_engaged = m.is_initially_engaged;
+  return p;
+}
+
+physics::HookAndLoopParams PatchesOf(const scene::Scenario& scenario, const scene::Mechanism& m) {
+  physics::HookAndLoopParams p;
+  p.p_PPatch_m = m.patches_m;
+  p.X_PC = PoseOf(scenario, m.parent).inverse() * PoseOf(scenario, m.child);
+  p.release_force_N = m.release_force_N;
+  p.stiffness_N_per_m = m.stiffness_N_per_m;
+  p.damping_N_s_per_m = m.damping;
+  return p;
+}
+
+bool IsPhysics(const scene::Scenario& scenario, int object) {
+  return scenario.objects[static_cast<std::size_t>(object)].owner == scene::Owner::kPhysics;
+}
+
+// Scenario pair between two objects, either way round.
+int FindPair(const scene::Scenario& scenario, int a, int b) {
+  for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+    const scene::Pair& pair = scenario.pairs[i];
+    if ((pair.sampled == a && pair.field == b) || (pair.sampled == b && pair.field == a)) return static_cast<int>(i);
+  }
+  return kNone;
+}
+
+std::string Where(const scene::Location& location) {
+  return location.file.empty() ? std::string() : location.file.string() + ":" + std::to_string(location.line) + ": ";
+}
+
+core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<physics::MassProperties>& masses,
+                             BuiltWorld* built) {
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const scene::Object& object = scenario.objects[i];
+    physics::BodyParams params;
+    params.X_WO = object.X_WO;
+    params.kind = object.owner == scene::Owner::kPhysics ? physics::BodyKind::kDynamic
+                  : object.owner == scene::Owner::kHand  ? physics::BodyKind::kKinematic
+                                                         : physics::BodyKind::kFixed;
+    if (params.kind == physics::BodyKind::kDynamic) params.mass = masses[i];
+    const auto body = built->world->AddBody(params);
+    if (!body) {
+      return core::Fail(body.error().code,
+                        Where(object.location) + "object '" + object.name + "': " + body.error().detail);
+    }
+    built->body_of_object.push_back(*body);
+  }
+  return {};
+}
+
+core::Result<void> AddPairs(const scene::Scenario& scenario, BuiltWorld* built) {
+  for (const scene::Pair& pair : scenario.pairs) {
+    if (!IsPhysics(scenario, pair.sampled) && !IsPhysics(scenario, pair.field)) {
+      built->contact_of_pair.push_back(kNone);
+      continue;
+    }
+    const auto contact =
+        built->world->AddContactPair(built->body_of_object[pair.sampled], built->body_of_object[pair.field]);
+    if (!contact) return core::Fail(contact.error().code, Where(pair.location) + contact.error().detail);
+    built->contact_of_pair.push_back(*contact);
+  }
+  return {};
+}
+
+core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* built) {
+  for (const scene::Mechanism& m : scenario.mechanisms) {
+    std::unique_ptr<physics::Mechanism> mechanism;
+    built->hinges.push_back(nullptr);
+    built->snaps.push_back(nullptr);
+    built->patches.push_back(nullptr);
+    switch (m.kind) {
+      case scene::MechanismKind::kHinge: {
+        auto hinge = std::make_unique<physics::Hinge>(HingeOf(m));
+        built->hinges.back() = hinge.get();
+        mechanism = std::move(hinge);
+        break;
+      }
+      case scene::MechanismKind::kSnap: {
+        auto snap = std::make_unique<physics::Snap>(SnapOf(m));
+        built->snaps.back() = snap.get();
+        mechanism = std::move(snap);
+        break;
+      }
+      case scene::MechanismKind::kHookAndLoop: {
+        auto patches = std::make_unique<physics::HookAndLoop>(PatchesOf(scenario, m));
+        built->patches.back() = patches.get();
+        mechanism = std::move(patches);
+        break;
+      }
+    }
+    const auto body_of = [&](int object) {
+      return object < 0 ? built->world->world_body() : built->body_of_object[static_cast<std::size_t>(object)];
+    };
+    const auto index = built->world->AddMechanism(body_of(m.parent), body_of(m.child), std::move(mechanism));
+    if (!index) {
+      return core::Fail(index.error().code, Where(m.location) + "mechanism '" + m.name + "': " + index.error().detail);
+    }
+    built->mechanism_of.push_back(*index);
+  }
+  return {};
+}
+
+core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* built) {
+  const scene::Coupling& c = scenario.coupling;
+  const physics::SpringCouplingParams params{c.grasp_stiffness_N_per_m, c.grasp_damping_N_s_per_m,
+                                             c.grasp_stiffness_Nm_per_rad, c.grasp_damping_Nm_s_per_rad};
+  for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
+    const scene::Device& device = scenario.devices[role];
+    if (device.palm < 0 || device.jaw_left < 0 || device.jaw_right < 0) continue;
+    for (std::size_t object = 0; object < scenario.objects.size(); ++object) {
+      const int o = static_cast<int>(object);
+      if (!IsPhysics(scenario, o)) continue;
+      BuiltWorld::Holdable holdable;
+      holdable.role = static_cast<int>(role);
+      holdable.object = o;
+      holdable.left_pair = FindPair(scenario, device.jaw_left, o);
+      holdable.right_pair = FindPair(scenario, device.jaw_right, o);
+      if (holdable.left_pair == kNone || holdable.right_pair == kNone) continue;
+      for (const int part : {device.palm, device.jaw_left, device.jaw_right}) {
+        const int pair = FindPair(scenario, part, o);
+        if (pair != kNone) {
+          holdable.hand_contacts.push_back(built->contact_of_pair[static_cast<std::size_t>(pair)]);
+        }
+      }
+      auto coupling = std::make_unique<physics::SpringCoupling>(params);
+      holdable.coupling = coupling.get();
+      const auto index = built->world->AddMechanism(built->body_of_object[static_cast<std::size_t>(device.palm)],
+                                                    built->body_of_object[object], std::move(coupling));
+      if (!index) return core::Fail(index.error().code, index.error().detail);
+      holdable.mechanism = *index;
+      built->holdables.push_back(std::move(holdable));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
+                                    const std::vector<physics::MassProperties>& mass_of_object) {
+  BuiltWorld built;
+  built.world = std::make_unique<physics::World>();
+  if (mass_of_object.size() != scenario.objects.size()) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "BuildWorld: needs one entry of mass properties per object");
+  }
+  core::Result<void> part = AddBodies(scenario, mass_of_object, &built);
+  if (part) part = AddPairs(scenario, &built);
+  if (part) part = AddMechanisms(scenario, &built);
+  if (part) part = AddHoldables(scenario, &built);
+  if (!part) return core::Fail(part.error().code, part.error().detail);
+  return built;
+}
+
+}  // namespace physics_node

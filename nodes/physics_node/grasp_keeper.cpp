@@ -1,0 +1,51 @@
+#include "nodes/physics_node/grasp_keeper.hpp"
+
+#include <cmath>
+
+namespace physics_node {
+
+GraspKeeper::GraspKeeper(BuiltWorld* built) : built_(built), watches_(built->holdables.size()) {
+  held_.fill(kNone);
+}
+
+GraspKeeper::Change GraspKeeper::Update(std::size_t holdable, const JawContact& left, const JawContact& right,
+                                        double opening_m, const glm::dvec3& p_W) {
+  const BuiltWorld::Holdable& h = built_->holdables[holdable];
+  Watch& watch = watches_[holdable];
+  const int held = held_[static_cast<std::size_t>(h.role)];
+
+  if (held != static_cast<int>(holdable)) {
+    const bool presses = left.is_reported && left.gap_m < 0.0 && right.is_reported && right.gap_m < 0.0;
+    watch.press_ticks = presses && held == kNone ? watch.press_ticks + 1 : 0;
+    return watch.press_ticks >= kPressTicks ? Attach(holdable, opening_m, p_W) : Change::kUnchanged;
+  }
+
+  const double allowed_m = glm::length(h.coupling->deflection_P_m()) + kLostMargin_m;
+  const auto is_lost = [&](const JawContact& jaw) {
+    return jaw.is_reported ? jaw.gap_m > allowed_m : opening_m > watch.opening_m + kReopenMargin_m;
+  };
+  watch.lost_ticks = is_lost(left) || is_lost(right) ? watch.lost_ticks + 1 : 0;
+  if (opening_m > watch.opening_m + kOpenMargin_m || watch.lost_ticks >= kLostTicks) return Detach(holdable);
+  return Change::kUnchanged;
+}
+
+GraspKeeper::Change GraspKeeper::Attach(std::size_t holdable, double opening_m, const glm::dvec3& p_W) {
+  BuiltWorld::Holdable& h = built_->holdables[holdable];
+  const physics::World& world = *built_->world;
+  held_[static_cast<std::size_t>(h.role)] = static_cast<int>(holdable);
+  watches_[holdable] = Watch{0, 0, opening_m};
+  h.coupling->Attach(world.X_WO(world.parent_of(h.mechanism)), world.X_WO(world.child_of(h.mechanism)), p_W);
+  for (const int contact : h.hand_contacts) built_->world->SetContactMuted(contact, true);
+  return Change::kAttached;
+}
+
+GraspKeeper::Change GraspKeeper::Detach(std::size_t holdable) {
+  BuiltWorld::Holdable& h = built_->holdables[holdable];
+  held_[static_cast<std::size_t>(h.role)] = kNone;
+  watches_[holdable] = Watch{};
+  h.coupling->Detach();
+  for (const int contact : h.hand_contacts) built_->world->SetContactMuted(contact, false);
+  return Change::kDetached;
+}
+
+}  // namespace physics_node

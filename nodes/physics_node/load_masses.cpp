@@ -1,0 +1,49 @@
+#include "nodes/physics_node/build_world.hpp"
+#include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/mass_properties.hpp"
+
+namespace physics_node {
+namespace {
+
+// Of the box around the mesh; each side at least 1 mm, so that a sheet has an inertia about every axis.
+physics::MassProperties BoundingBoxMass(const vps::TriangleMesh& mesh, double mass_kg) {
+  glm::dvec3 low(1e30);
+  glm::dvec3 high(-1e30);
+  for (const auto& vertex : mesh.vertices) {
+    low = glm::min(low, glm::dvec3(vertex));
+    high = glm::max(high, glm::dvec3(vertex));
+  }
+  physics::MassProperties mass = physics::BoxMass(mass_kg, glm::max(high - low, glm::dvec3(1e-3)));
+  mass.p_OCm_m = 0.5 * (low + high);
+  return mass;
+}
+
+}  // namespace
+
+core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scenario& scenario) {
+  std::vector<physics::MassProperties> masses(scenario.objects.size());
+  for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+    const scene::Object& object = scenario.objects[i];
+    if (object.owner != scene::Owner::kPhysics) continue;
+    const std::string where =
+        object.location.file.string() + ":" + std::to_string(object.location.line) + ": object '" + object.name + "': ";
+    const auto& file = object.collision_mesh.empty() ? object.visual_mesh : object.collision_mesh;
+    const auto mesh = vps::LoadMesh(file);
+    if (!mesh) return core::Fail(mesh.error().code, where + mesh.error().detail);
+    const bool is_mass_given = object.mass_kg > 0.0;
+    const auto solid = vps::ComputeMassProperties(*mesh, is_mass_given ? 1000.0 : object.density_kg_per_m3);
+    if (!solid) {
+      if (!is_mass_given) {
+        return core::Fail(solid.error().code,
+                          where + solid.error().detail + "; close the mesh, or give mass_kg in place of a density");
+      }
+      masses[i] = BoundingBoxMass(*mesh, object.mass_kg);
+      continue;
+    }
+    const double scale = is_mass_given ? object.mass_kg / solid->mass_kg : 1.0;
+    masses[i] = {scale * solid->mass_kg, solid->p_OCom_m, scale * solid->inertia_Com_kg_m2};
+  }
+  return masses;
+}
+
+}  // namespace physics_node

@@ -1,0 +1,408 @@
+#include "nodes/physics_node/physics_node.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <unordered_map>
+
+#include "core/clock.hpp"
+#include "nodes/physics_node/build_world.hpp"
+#include "nodes/physics_node/grasp_keeper.hpp"
+
+namespace physics_node {
+namespace {
+
+enum class ParameterKind {
+  kPairActive,
+  kSnapEngageForce,
+  kSnapReleaseForce,
+  kSnapStiffness,
+  kDetentTorque,
+  kPatchReleaseForce
+};
+
+struct ParameterSlot {
+  ParameterKind kind{};
+  std::size_t index = 0;  // of the scenario's pair or mechanism
+};
+
+// Jaws faster than this are a glitch of the opening, not a motion.
+constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
+
+bool IsFinite(const core::HapticProxy& proxy) {
+  const glm::dquat& q = proxy.X_WD.rotation;
+  const double sum = q.w + q.x + q.y + q.z + glm::dot(proxy.X_WD.translation, glm::dvec3(1.0)) +
+                     glm::dot(proxy.V_WD.linear_m_per_s, glm::dvec3(1.0)) +
+                     glm::dot(proxy.V_WD.angular_rad_per_s, glm::dvec3(1.0)) + proxy.opening_m;
+  return std::isfinite(sum) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
+}
+
+// What is known of one hand.
+struct Hand {
+  std::uint64_t sequence = 0;  // of the newest proxy
+  std::uint64_t cycle = 0;
+  std::uint64_t heard_tick = 0;
+  bool is_known = false;
+  bool is_silent = true;
+  core::Pose X_WD;
+  core::Twist V_WD;
+  double opening_m = 0.0;
+  double opening_speed_m_per_s = 0.0;
+  core::Trace direct;
+};
+
+// What is known of one pair's contact.
+struct Contact {
+  std::uint64_t sequence = 0;  // of the set that the world has
+  bool is_active = true;
+  bool is_fresh = false;
+};
+
+}  // namespace
+
+struct PhysicsNode::Impl {
+  explicit Impl(const scene::Scenario& s, BuiltWorld&& b) : scenario(s), built(std::move(b)), keeper(&built) {
+    contacts.resize(scenario.pairs.size());
+    snap_states.resize(scenario.mechanisms.size());
+    for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+      contacts[i].is_active = scenario.pairs[i].is_active;
+      if (built.contact_of_pair[i] == kNone) continue;
+      parameters["pair." + scenario.PairName(i) + ".active"] = {ParameterKind::kPairActive, i};
+    }
+    for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
+      const std::string& name = scenario.mechanisms[i].name;
+      if (built.hinges[i] != nullptr) parameters[name + ".detent_torque_Nm"] = {ParameterKind::kDetentTorque, i};
+      if (built.snaps[i] != nullptr) {
+        parameters[name + ".engage_force_N"] = {ParameterKind::kSnapEngageForce, i};
+        parameters[name + ".release_force_N"] = {ParameterKind::kSnapReleaseForce, i};
+        parameters[name + ".stiffness_N_per_m"] = {ParameterKind::kSnapStiffness, i};
+      }
+      if (built.patches[i] != nullptr) parameters[name + ".release_force_N"] = {ParameterKind::kPatchReleaseForce, i};
+      snap_states[i] = built.world->mechanism(built.mechanism_of[i]).state();
+    }
+    for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
+      hands[i].X_WD = scenario.devices[i].X_WD_start;
+      hands[i].opening_m = scenario.devices[i].opening_start_m;
+    }
+  }
+
+  void Apply(const core::ParameterChange& change) {
+    const auto found = parameters.find(change.name);
+    if (found == parameters.end() || !std::isfinite(change.value)) return;
+    const auto [kind, i] = found->second;
+    switch (kind) {
+      case ParameterKind::kPairActive:
+        contacts[i].is_active = change.value != 0.0;
+        break;
+      case ParameterKind::kSnapEngageForce:
+        built.snaps[i]->set_engage_force_N(change.value);
+        break;
+      case ParameterKind::kSnapReleaseForce:
+        built.snaps[i]->set_release_force_N(change.value);
+        break;
+      case ParameterKind::kSnapStiffness:
+        built.snaps[i]->set_stiffness_N_per_m(change.value);
+        break;
+      case ParameterKind::kDetentTorque:
+        built.hinges[i]->set_detent_torque_Nm(change.value);
+        break;
+      case ParameterKind::kPatchReleaseForce:
+        built.patches[i]->set_release_force_N(change.value);
+        break;
+    }
+  }
+
+  void TakeProxies(const Inputs& inputs) {
+    for (const core::HapticProxy& proxy : inputs.proxies) {
+      if (proxy.role_index >= scenario.devices.size() || proxy.role_index >= kMaxRoles) continue;
+      Hand& hand = hands[proxy.role_index];
+      if (proxy.header.sequence == 0 || (hand.is_known && proxy.header.sequence == hand.sequence)) continue;
+      if (!IsFinite(proxy)) continue;
+      // The opening's rate is not on the wire; cycles are 1 ms apart.
+      hand.opening_speed_m_per_s = 0.0;
+      if (hand.is_known && proxy.cycle > hand.cycle && proxy.cycle - hand.cycle <= kMaxAgeTicks) {
+        const double speed =
+            (proxy.opening_m - hand.opening_m) / (static_cast<double>(proxy.cycle - hand.cycle) * core::kTick_s);
+        hand.opening_speed_m_per_s = std::clamp(speed, -kMaxOpeningSpeed_m_per_s, kMaxOpeningSpeed_m_per_s);
+      }
+      hand.is_known = true;
+      hand.sequence = proxy.header.sequence;
+      hand.cycle = proxy.cycle;
+      hand.heard_tick = tick;
+      hand.X_WD = {glm::normalize(proxy.X_WD.rotation), proxy.X_WD.translation};
+      hand.V_WD = proxy.V_WD;
+      hand.opening_m = proxy.opening_m;
+      hand.direct = proxy.header.direct;
+      newest_cycle = proxy.cycle;  // a restarted haptic_node counts from 1 again: the newest, not the largest
+    }
+    is_haptic_silent = true;
+    for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
+      Hand& hand = hands[i];
+      hand.is_silent = !hand.is_known || tick - hand.heard_tick > kMaxAgeTicks;
+      if (hand.is_silent) {
+        hand.V_WD = {};
+        hand.opening_speed_m_per_s = 0.0;
+      } else {
+        is_haptic_silent = false;
+      }
+    }
+  }
+
+  void PlaceHands() {
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      const scene::Object& object = scenario.objects[i];
+      if (object.owner != scene::Owner::kHand || object.role < 0 || object.role >= static_cast<int>(kMaxRoles)) {
+        continue;
+      }
+      const Hand& hand = hands[static_cast<std::size_t>(object.role)];
+      const core::Pose X_WPart = scene::PartPose(object.part, hand.X_WD, hand.opening_m);
+      core::Twist V_WPart{hand.V_WD.angular_rad_per_s,
+                          core::PointVelocity(hand.V_WD, X_WPart.translation - hand.X_WD.translation)};
+      const double side = object.part == scene::HandPart::kJawLeft    ? -0.5
+                          : object.part == scene::HandPart::kJawRight ? 0.5
+                                                                      : 0.0;
+      V_WPart.linear_m_per_s += hand.X_WD.rotate({side * hand.opening_speed_m_per_s, 0.0, 0.0});
+      built.world->SetKinematic(built.body_of_object[i], X_WPart, V_WPart);
+    }
+  }
+
+  void FeedContacts(const Inputs& inputs) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (built.contact_of_pair[i] == kNone) continue;
+      const int slot = built.contact_of_pair[i];
+      Contact& contact = contacts[i];
+      const core::ContactSet* set = i < inputs.num_contacts ? &inputs.contacts[i] : nullptr;
+      contact.is_fresh = set != nullptr && set->header.sequence != 0 && contact.is_active && !is_haptic_silent &&
+                         newest_cycle <= set->cycle + kMaxAgeTicks;
+      if (!contact.is_fresh) {
+        if (contact.sequence != 0) built.world->ClearContact(slot);
+        contact.sequence = 0;
+        continue;
+      }
+      if (set->header.sequence == contact.sequence) continue;
+      contact.sequence = set->header.sequence;
+      if (scenario.contact_input == scene::ContactInput::kPlanes) {
+        built.world->SetContactPlanes(slot, *set);
+      } else {
+        built.world->SetContactWrench(slot, set->is_in_contact ? set->F_So_W : core::Wrench{});
+      }
+    }
+  }
+
+  [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair) const {
+    const auto i = static_cast<std::size_t>(pair);
+    GraspKeeper::JawContact jaw;
+    jaw.is_reported = contacts[i].is_fresh;
+    if (!jaw.is_reported) return jaw;
+    const core::ContactSet& set = inputs.contacts[i];
+    // Planes tell the gap at the present poses; the paper's input only what it was when it was computed.
+    jaw.gap_m = scenario.contact_input == scene::ContactInput::kPlanes && !set.planes.empty()
+                    ? built.world->SmallestGap_m(built.contact_of_pair[i])
+                    : set.signed_distance_m;
+    return jaw;
+  }
+
+  void UpdateGrasps(const Inputs& inputs, Outputs* outputs) {
+    for (std::size_t i = 0; i < built.holdables.size(); ++i) {
+      const BuiltWorld::Holdable& h = built.holdables[i];
+      const Hand& hand = hands[static_cast<std::size_t>(h.role)];
+      if (hand.is_silent) continue;  // nothing is taken or let go on old data
+      const GraspKeeper::JawContact left = Jaw(inputs, h.left_pair);
+      const GraspKeeper::JawContact right = Jaw(inputs, h.right_pair);
+      const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
+      if (change == GraspKeeper::Change::kUnchanged) continue;
+      Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",
+           scenario.devices[static_cast<std::size_t>(h.role)].role + " " +
+               scenario.objects[static_cast<std::size_t>(h.object)].name);
+    }
+  }
+
+  // Half way between the contact points of the jaws, or between the jaws' frames when no planes are known.
+  [[nodiscard]] glm::dvec3 GripPoint_W(const BuiltWorld::Holdable& h) const {
+    const scene::Device& device = scenario.devices[static_cast<std::size_t>(h.role)];
+    if (scenario.contact_input == scene::ContactInput::kPlanes) {
+      return 0.5 * (built.world->DeepestPoint_W(built.contact_of_pair[static_cast<std::size_t>(h.left_pair)]) +
+                    built.world->DeepestPoint_W(built.contact_of_pair[static_cast<std::size_t>(h.right_pair)]));
+    }
+    const auto origin = [&](int object) {
+      return built.world->X_WO(built.body_of_object[static_cast<std::size_t>(object)]).translation;
+    };
+    return 0.5 * (origin(device.jaw_left) + origin(device.jaw_right));
+  }
+
+  void Emit(Outputs* outputs, const char* name, std::string detail) const {
+    if (outputs->events.size() >= kMaxEventsPerTick) return;
+    outputs->events.push_back({now_ns, "physics_node", name, std::move(detail)});
+  }
+
+  void ReportMechanisms(Outputs* outputs) {
+    for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
+      const physics::Mechanism& m = built.world->mechanism(built.mechanism_of[i]);
+      outputs->state.mechanisms.push_back({static_cast<std::uint16_t>(i), m.state(), m.position(), m.force()});
+      if (m.state() == snap_states[i]) continue;
+      const char* name = scenario.mechanisms[i].kind == scene::MechanismKind::kHinge         ? "hinge_flipped"
+                         : scenario.mechanisms[i].kind == scene::MechanismKind::kHookAndLoop ? "patch_released"
+                         : m.state() == 1                                                    ? "snap_engaged"
+                                                                                             : "snap_released";
+      snap_states[i] = m.state();
+      Emit(outputs, name, scenario.mechanisms[i].name);
+    }
+  }
+
+  // Every force that physics makes on this hand: the grasp, and mechanisms that hang on a part of it.
+  [[nodiscard]] core::Wrench ReactionOn(std::size_t role) const {
+    core::Wrench F_Do_W;
+    const Hand& hand = hands[role];
+    if (hand.is_silent) return F_Do_W;
+    const glm::dvec3 p_WDo = hand.X_WD.translation;
+    const int held = keeper.held_by(role);
+    if (held != kNone) {
+      F_Do_W += built.world->MechanismForceOnParent(built.holdables[static_cast<std::size_t>(held)].mechanism, p_WDo);
+    }
+    for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
+      const scene::Mechanism& m = scenario.mechanisms[i];
+      const auto is_mine = [&](int object) {
+        return object >= 0 && scenario.objects[static_cast<std::size_t>(object)].owner == scene::Owner::kHand &&
+               scenario.objects[static_cast<std::size_t>(object)].role == static_cast<int>(role);
+      };
+      if (is_mine(m.parent)) F_Do_W += built.world->MechanismForceOnParent(built.mechanism_of[i], p_WDo);
+      if (is_mine(m.child)) F_Do_W += -built.world->MechanismForceOnParent(built.mechanism_of[i], p_WDo);
+    }
+    return F_Do_W;
+  }
+
+  // A hand moves something that can move: its sample has reached this state through physics.
+  [[nodiscard]] bool TouchesMovingObject(std::size_t role) const {
+    if (keeper.held_by(role) != kNone) return true;
+    for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+      if (built.contact_of_pair[i] == kNone || built.world->contact(built.contact_of_pair[i]).num_pushing == 0)
+        continue;
+      for (const std::uint16_t object : {scenario.pairs[i].sampled, scenario.pairs[i].field}) {
+        if (scenario.objects[object].owner == scene::Owner::kHand &&
+            scenario.objects[object].role == static_cast<int>(role)) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  void Fill(Outputs* outputs) {
+    core::PhysicsState& state = outputs->state;
+    state.header = {};
+    state.header.sequence = tick;
+    state.header.publish_ns = now_ns;
+    state.tick = tick;
+    state.time_ns = static_cast<std::int64_t>(tick) * core::kTick_ns;
+    state.bodies.clear();
+    state.mechanisms.clear();
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      if (scenario.objects[i].owner != scene::Owner::kPhysics) continue;
+      const int body = built.body_of_object[i];
+      state.bodies.push_back({static_cast<std::uint16_t>(i), built.world->X_WO(body), built.world->V_WO(body)});
+    }
+    ReportMechanisms(outputs);
+    state.is_in_contact = false;
+    for (const int slot : built.contact_of_pair) {
+      if (slot != kNone && built.world->contact(slot).num_pushing > 0) state.is_in_contact = true;
+    }
+
+    outputs->reactions.clear();
+    for (std::size_t role = 0; role < scenario.devices.size() && role < kMaxRoles; ++role) {
+      const Hand& hand = hands[role];
+      core::Reaction reaction;
+      reaction.header.sequence = tick;
+      reaction.header.publish_ns = now_ns;
+      reaction.role_index = static_cast<std::uint8_t>(role);
+      reaction.tick = tick;
+      const int held = keeper.held_by(role);
+      if (held != kNone) {
+        reaction.grasped_object = static_cast<std::uint16_t>(built.holdables[static_cast<std::size_t>(held)].object);
+        state.is_in_contact = true;
+      }
+      reaction.F_Do_W = ReactionOn(role);
+      if (!hand.is_silent) {
+        reaction.header.direct = hand.direct;
+        if (TouchesMovingObject(role)) reaction.header.through_physics = hand.direct;
+        if (hand.direct.origin_ns >= state.header.direct.origin_ns) state.header.direct = hand.direct;
+        const core::Trace& through = reaction.header.through_physics;
+        if (through.valid() && through.origin_ns >= state.header.through_physics.origin_ns) {
+          state.header.through_physics = through;
+        }
+      }
+      outputs->reactions.push_back(reaction);
+    }
+  }
+
+  scene::Scenario scenario;
+  BuiltWorld built;
+  GraspKeeper keeper;
+  std::unordered_map<std::string, ParameterSlot> parameters;
+  std::array<Hand, kMaxRoles> hands;
+  std::vector<Contact> contacts;  // per scenario pair
+  std::vector<int> snap_states;   // per mechanism, as last reported
+  std::uint64_t tick = 0;
+  std::int64_t now_ns = 0;
+  std::uint64_t newest_cycle = 0;
+  bool is_haptic_silent = true;
+};
+
+PhysicsNode::PhysicsNode(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PhysicsNode::~PhysicsNode() = default;
+
+core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(const scene::Scenario& scenario) {
+  const auto masses = LoadMasses(scenario);
+  if (!masses) return core::Fail(masses.error().code, masses.error().detail);
+  return Create(scenario, *masses);
+}
+
+core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
+    const scene::Scenario& scenario, const std::vector<physics::MassProperties>& mass_of_object) {
+  if (scenario.mechanisms.size() > core::kMaxMechanisms) {
+    return core::Fail(core::ErrorCode::kResource,
+                      "scenario has more than " + std::to_string(core::kMaxMechanisms) + " mechanisms; leave some out");
+  }
+  const auto moving = std::count_if(scenario.objects.begin(), scenario.objects.end(),
+                                    [](const scene::Object& o) { return o.owner == scene::Owner::kPhysics; });
+  if (moving > static_cast<std::ptrdiff_t>(core::kMaxBodies)) {
+    return core::Fail(core::ErrorCode::kResource, "scenario has more than " + std::to_string(core::kMaxBodies) +
+                                                      " objects with owner=\"physics\"; leave some out or fix them");
+  }
+  auto built = BuildWorld(scenario, mass_of_object);
+  if (!built) return core::Fail(built.error().code, built.error().detail);
+  return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::make_unique<Impl>(scenario, std::move(*built))));
+}
+
+void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
+  Impl& n = *impl_;
+  ++n.tick;
+  n.now_ns = inputs.now_ns;
+  outputs->events.clear();
+  for (std::size_t i = 0; i < inputs.num_changes; ++i) n.Apply(inputs.changes[i]);
+  n.TakeProxies(inputs);
+  n.PlaceHands();
+  n.FeedContacts(inputs);
+  n.UpdateGrasps(inputs, outputs);
+  n.built.world->Step(core::kTick_s);
+  n.Fill(outputs);
+}
+
+bool PhysicsNode::OwnsParameter(std::string_view name) const {
+  return impl_->parameters.contains(std::string(name));
+}
+std::uint64_t PhysicsNode::tick() const {
+  return impl_->tick;
+}
+physics::ImpulseBalance PhysicsNode::impulse_balance() const {
+  return impl_->built.world->impulse_balance();
+}
+const physics::World& PhysicsNode::world() const {
+  return *impl_->built.world;
+}
+std::uint64_t PhysicsNode::StateHash() const {
+  return impl_->built.world->StateHash();
+}
+
+}  // namespace physics_node

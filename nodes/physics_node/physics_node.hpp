@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+#include "nodes/physics_node/ports.hpp"
+#include "physics/world.hpp"
+#include "scene/scenario.hpp"
+
+namespace physics_node {
+
+// Owner of every pose that is not fixed and not a hand: one tick of 1 ms per Step, no socket, clock or thread.
+//
+// Hand parts enter as kinematic bodies at the device's pose X_WD, not at the coupling pose X_WC: the spring between
+// hand and object is then the contact's plane stiffness acting on the device's penetration, which is what the hand
+// feels through Eq. 6 with k_f. With X_WC the object would see a second, stiffer spring and action would not equal
+// reaction.
+//
+// Force is made from fresh data only: a contact set older than kMaxAgeTicks haptic cycles is dropped; when haptic_node
+// has been silent for kMaxAgeTicks ticks all contacts are dropped, the hands stop where they are, and reactions are 0.
+class PhysicsNode {
+ public:
+  static constexpr int kMaxAgeTicks = 20;
+
+  // Loads the meshes of physics-owned objects for mass and inertia.
+  static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario);
+  // Mass properties given, one entry per object (those of physics-owned ones are used).
+  static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario,
+                                                           const std::vector<physics::MassProperties>& mass_of_object);
+  ~PhysicsNode();
+  PhysicsNode(const PhysicsNode&) = delete;
+  PhysicsNode& operator=(const PhysicsNode&) = delete;
+
+  // Stamps of the proxies' direct traces are passed on as they are: who calls adds kPhysicsReceive and kPhysicsStart
+  // before and kPhysicsSend after. Allocates only the text of the rare events.
+  void Step(const Inputs& inputs, Outputs* outputs) noexcept;
+
+  // Whether a parameter of this name is this node's (scenarios/README.md).
+  [[nodiscard]] bool OwnsParameter(std::string_view name) const;
+
+  [[nodiscard]] std::uint64_t tick() const;  // of the last Step; 0 before the first
+  [[nodiscard]] physics::ImpulseBalance impulse_balance() const;
+  [[nodiscard]] const physics::World& world() const;
+  [[nodiscard]] std::uint64_t StateHash() const;
+
+ private:
+  struct Impl;
+  explicit PhysicsNode(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace physics_node
