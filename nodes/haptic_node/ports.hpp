@@ -14,21 +14,21 @@ constexpr std::size_t kMaxRoles = 4;
 
 struct Inputs {
   std::int64_t now_ns = 0;
-  core::FixedVector<core::DeviceState, kMaxRoles> devices;    // newest per role; header.sequence 0: never arrived
+  core::FixedVector<core::DeviceState, kMaxRoles> devices;  // newest per role; header.sequence 0: never arrived
   const core::PhysicsState* physics = nullptr;
-  core::FixedVector<core::Reaction, kMaxRoles> reactions;     // newest per role
-  const core::ParameterChange* changes = nullptr;             // to apply at the top of this step
+  core::FixedVector<core::Reaction, kMaxRoles> reactions;  // newest per role
+  const core::ParameterChange* changes = nullptr;          // to apply at the top of this step
   std::size_t num_changes = 0;
 };
 
 // Work of one step: exact integers, the same for any number of workers (architecture D13).
 struct Counters {
   std::uint32_t pairs_considered = 0;
-  std::uint32_t pairs_inactive = 0;   // by state matrix
-  std::uint32_t pairs_coherent = 0;   // skipped: cannot touch yet
+  std::uint32_t pairs_inactive = 0;  // by state matrix
+  std::uint32_t pairs_coherent = 0;  // skipped: cannot touch yet
   std::uint32_t pairs_tested = 0;
   std::uint32_t pairs_in_contact = 0;
-  std::uint32_t pairs_late = 0;       // left for the next cycle, time ran short; oldest first then
+  std::uint32_t pairs_late = 0;  // left for the next cycle, time ran short; oldest first then
   std::uint32_t oldest_result_cycles = 0;
   std::uint64_t spheres_tested = 0;
   std::uint64_t points_tested = 0;

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/parallel_for.hpp"
+#include "core/result.hpp"
+#include "nodes/haptic_node/ports.hpp"
+#include "scene/scenario.hpp"
+#include "vps/coupling/virtual_coupling.hpp"
+#include "vps/multibody/collision_world.hpp"
+
+namespace haptic_node {
+
+struct Options {
+  std::filesystem::path cache;                            // of cooked structures; empty: the default folder
+  std::function<void(const std::string& line)> progress;  // while cooking
+  std::int64_t budget_ns = 0;  // of collision in one step; 0: no limit, and results independent of the machine's speed
+};
+
+// A source that has been silent for this long on this node's own clock is not trusted any more.
+constexpr std::int64_t kPhysicsStale_ns = 20'000'000;
+constexpr std::int64_t kDeviceStale_ns = 10'000'000;
+// Then its force is faded out in this time (and, when it comes back, in within five times as much), so that the force
+// is gone well before the 60 ms after which it has to be.
+constexpr std::int64_t kFade_ns = 20'000'000;
+
+// The hands: collision of all pairs, what each hand feels, what each object is pushed by.
+//
+// Every step: parameters, poses (objects from physics/state, hand parts at the proxy pose C), collision of the active
+// pairs, then per hand the virtual coupling [VR-OOS, Eq. 3-6], the force on the jaws, the reaction from physics, the
+// cap. Step neither allocates, locks, throws nor logs, and its results do not depend on the number of workers.
+class HapticNode {
+ public:
+  // Cooks (or takes from the cache) the structures of every object that can collide. `workers` must outlive the node.
+  static core::Result<std::unique_ptr<HapticNode>> Create(const scene::Scenario& scenario, core::ParallelFor& workers,
+                                                          const Options& options);
+
+  // Makes room for one slot per pair; once, before the first Step.
+  void PrepareOutputs(Outputs* outputs) const;
+  void Step(const Inputs& inputs, Outputs* outputs) noexcept;
+
+  // Whether this node has a parameter of that name, and would take that value.
+  [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
+  [[nodiscard]] std::uint64_t cycle() const { return cycle_; }
+
+ private:
+  // Tells how long ago a message last changed, by the clock of this node: publishers' clocks are not compared with.
+  struct Freshness {
+    std::uint64_t sequence = 0;
+    std::int64_t seen_ns = 0;
+    void Note(std::uint64_t now_sequence, std::int64_t now_ns) {
+      if (now_sequence == sequence) return;
+      sequence = now_sequence;
+      seen_ns = now_ns;
+    }
+    [[nodiscard]] bool has_arrived() const { return sequence != 0; }
+    [[nodiscard]] bool is_stale(std::int64_t now_ns, std::int64_t limit_ns) const {
+      return now_ns - seen_ns > limit_ns;
+    }
+  };
+
+  struct Role {
+    scene::Device device;
+    std::vector<std::uint8_t> is_hand_part;  // per object
+    vps::VirtualCoupling coupling;
+    core::DeviceState sample;  // newest
+    Freshness device_freshness;
+    Freshness reaction_freshness;
+    bool is_following = false;  // C follows contact; false: C stands on D
+    double reaction_gain = 0.0;
+    core::Reaction reaction;
+    vps::CouplingContact contact;
+    core::Wrench F_Do_W;            // of the coupling
+    double sum_of_weights_m = 0.0;  // of the pairs that entered the coupling
+    std::uint64_t last_trace_through_physics = 0;
+  };
+
+  // How a pair enters; a pair of two hands enters both couplings and concerns no other node.
+  struct PairRole {
+    int sampled_role = -1;  // role whose hand S is part of
+    int field_role = -1;
+    bool is_published = false;  // an object of physics_node is in it, or a viewer may want to see it
+    int empty_sets_left = 0;    // still to send after the contact has ended
+  };
+
+  HapticNode(const scene::Scenario& scenario, core::ParallelFor& workers, const Options& options);
+  core::Result<void> BuildWorld();
+  core::Result<std::vector<vps::ObjectDescription>> CookObjects() const;
+  void BuildRoles();
+  [[nodiscard]] int RoleOf(std::uint16_t object) const;
+  [[nodiscard]] bool IsHeld(const PairRole& pair_role, std::size_t pair) const;
+  [[nodiscard]] int IgnoredObject(const Role& role) const;
+
+  void ApplyChange(const core::ParameterChange& change);
+  void TakeDevices(const Inputs& inputs);
+  void TakePhysics(const Inputs& inputs);
+  void PlaceObjects();
+  void StepCoupling(Role* role);
+  [[nodiscard]] double JawForce_N(std::size_t role_index) const;
+  void FillRoleOutputs(std::size_t role_index, const Inputs& inputs, Outputs* outputs);
+  void FillContacts(const Inputs& inputs, Outputs* outputs);
+  void ShareHandContact(std::size_t pair, const PairRole& pair_role, core::ContactSet* set) const;
+
+  scene::Scenario scenario_;
+  core::ParallelFor& workers_;
+  Options options_;
+  std::unique_ptr<vps::CollisionWorld> world_;
+  std::vector<Role> roles_;
+  std::vector<PairRole> pair_roles_;
+  std::vector<std::string> pair_active_names_;     // "pair.<a>/<b>.active"
+  std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
+  std::vector<core::Pose> X_WO_;
+  Freshness physics_freshness_;
+  double physics_gain_ = 1.0;  // 0: physics is silent, its objects are not where they seem to be
+  double force_cap_N_ = 0.0;
+  std::int64_t last_step_ns_ = 0;
+  std::uint64_t cycle_ = 0;
+};
+
+}  // namespace haptic_node

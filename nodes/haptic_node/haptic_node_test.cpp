@@ -1,0 +1,333 @@
+#include "nodes/haptic_node/haptic_node.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <new>
+
+#include "bus/rt/worker_pool.hpp"
+#include "core/clock.hpp"
+
+namespace {
+std::atomic<std::uint64_t> num_allocations{0};
+}
+
+void* operator new(std::size_t size) {
+  num_allocations.fetch_add(1, std::memory_order_relaxed);
+  void* memory = std::malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace haptic_node {
+namespace {
+
+constexpr double kHalfBall_m = 0.01;
+
+void WriteBox(const std::filesystem::path& file, const glm::dvec3& half_m) {
+  std::ofstream out(file);
+  for (int i = 0; i < 8; ++i) {
+    out << "v " << ((i & 1) != 0 ? half_m.x : -half_m.x) << ' ' << ((i & 2) != 0 ? half_m.y : -half_m.y) << ' '
+        << ((i & 4) != 0 ? half_m.z : -half_m.z) << "\n";
+  }
+  out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+// A fixed plate with its top at z = 0, a free block on one side, and two hands, each a small box.
+scene::Scenario TwoHands() {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "haptic_node_test";
+  std::filesystem::create_directories(folder);
+  WriteBox(folder / "plate.obj", {0.15, 0.1, 0.02});
+  WriteBox(folder / "tip.obj", glm::dvec3(kHalfBall_m));
+  scene::Scenario scenario;
+  scenario.name = "two_hands";
+  const auto add = [&](const std::string& name, scene::Owner owner, const std::string& mesh, const glm::dvec3& p_W) {
+    scene::Object object;
+    object.name = name;
+    object.owner = owner;
+    object.collision_mesh = folder / mesh;
+    object.X_WO.translation = p_W;
+    scenario.objects.push_back(object);
+    return static_cast<std::uint16_t>(scenario.objects.size() - 1);
+  };
+  const auto plate = add("plate", scene::Owner::kFixed, "plate.obj", {0, 0, -0.02});
+  const auto block = add("block", scene::Owner::kPhysics, "plate.obj", {0, 0.5, -0.02});
+  for (const std::uint16_t field : {plate, block}) scenario.objects[field].voxel_size_m = 0.001;
+  for (int role = 0; role < 2; ++role) {
+    const auto palm = add("palm" + std::to_string(role), scene::Owner::kHand, "tip.obj", {0.05 * role, 0, 0.1});
+    scenario.objects[palm].part = scene::HandPart::kPalm;
+    scenario.objects[palm].role = role;
+    scenario.objects[palm].num_points = 2000;
+    scene::Device device;
+    device.role = "op1/arm." + std::to_string(role);
+    device.palm = palm;
+    device.X_WD_start.translation = {0.05 * role, 0, 0.1};
+    scenario.devices.push_back(device);
+    for (const std::uint16_t field : {plate, block}) {
+      scene::Pair pair;
+      pair.sampled = palm;
+      pair.field = field;
+      scenario.pairs.push_back(pair);
+    }
+  }
+  return scenario;
+}
+
+class Bench {
+ public:
+  explicit Bench(core::ParallelFor& workers, const scene::Scenario& scenario = TwoHands()) : scenario_(scenario) {
+    Options options;
+    options.cache = std::filesystem::path(::testing::TempDir()) / "haptic_node_cache";
+    auto made = HapticNode::Create(scenario_, workers, options);
+    EXPECT_TRUE(made) << made.error().detail;
+    node_ = std::move(*made);
+    node_->PrepareOutputs(&out);
+    for (std::uint8_t role = 0; role < 2; ++role) {
+      core::DeviceState device;
+      device.role_index = role;
+      device.is_engaged = true;
+      device.X_WD = scenario_.devices[role].X_WD_start;
+      inputs.devices.push_back(device);
+      core::Reaction reaction;
+      reaction.role_index = role;
+      inputs.reactions.push_back(reaction);
+    }
+    core::BodyState block;
+    block.object = 1;
+    block.X_WO = scenario_.objects[1].X_WO;
+    physics.bodies.push_back(block);
+    inputs.physics = &physics;
+  }
+
+  void Tick() {
+    inputs.now_ns += core::kTick_ns;
+    for (core::DeviceState& device : inputs.devices) device.header.sequence += device_speaks ? 1 : 0;
+    for (core::Reaction& reaction : inputs.reactions) reaction.header.sequence += physics_speaks ? 1 : 0;
+    physics.header.sequence += physics_speaks ? 1 : 0;
+    node_->Step(inputs, &out);
+    inputs.num_changes = 0;
+  }
+  void Run(int ticks) {
+    for (int i = 0; i < ticks; ++i) Tick();
+  }
+  void Set(const std::string& name, double value) {
+    change_ = {name, value};
+    inputs.changes = &change_;
+    inputs.num_changes = 1;
+  }
+  // Bottom of the hand's box at this height above the plane z = 0, moved there at 50 mm/s.
+  void Press(std::size_t role, double depth_m, double y_m = 0.0) {
+    glm::dvec3& p = inputs.devices[role].X_WD.translation;
+    const glm::dvec3 from = p;
+    const glm::dvec3 to(p.x, y_m, kHalfBall_m - depth_m);
+    for (int i = 1; i <= 500; ++i) {
+      p = from + (i / 500.0) * (to - from);
+      Tick();
+    }
+    Run(300);
+  }
+  [[nodiscard]] const core::Wrench& force(std::size_t role) const { return out.commands[role].F_Do_W; }
+
+  scene::Scenario scenario_;
+  std::unique_ptr<HapticNode> node_;
+  core::PhysicsState physics;
+  Inputs inputs;
+  Outputs out;
+  bool device_speaks = true;
+  bool physics_speaks = true;
+
+ private:
+  core::ParameterChange change_;
+};
+
+TEST(HapticNode, AFreeHandFeelsNothing) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Run(50);
+  EXPECT_EQ(glm::length(bench.force(0).force_N), 0.0);
+  EXPECT_FALSE(bench.out.is_in_contact);
+}
+
+TEST(HapticNode, APressedHandFeelsTheCouplingSpringAndItsProxyStaysOnTheSurface) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004);
+  const double k = bench.scenario_.coupling.stiffness_N_per_m;
+  // The surface is known to one voxel.
+  EXPECT_NEAR(bench.force(0).force_N.z, k * 0.004, k * 0.001);
+  EXPECT_NEAR(bench.out.proxies[0].X_WC.translation.z, kHalfBall_m, 0.001);
+  EXPECT_LT(glm::length(glm::dvec2(bench.force(0).force_N)), 0.05 * bench.force(0).force_N.z);
+  EXPECT_TRUE(bench.out.proxies[0].is_in_contact);
+}
+
+TEST(HapticNode, OneHandsContactIsNotFeltByTheOther) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(1, 0.004);
+  EXPECT_EQ(glm::length(bench.force(0).force_N), 0.0);
+  EXPECT_GT(bench.force(1).force_N.z, 5.0);
+}
+
+TEST(HapticNode, TheCapLimitsTheNormAndKeepsTheDirection) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004);
+  const glm::dvec3 before = glm::normalize(bench.force(0).force_N);
+  bench.Set("force_cap_N", 1.0);
+  bench.Tick();
+  EXPECT_NEAR(glm::length(bench.force(0).force_N), 1.0, 1e-9);
+  EXPECT_GT(glm::dot(glm::normalize(bench.force(0).force_N), before), 0.999);
+}
+
+TEST(HapticNode, SwitchingOffThePairTakesTheForceAway) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004);
+  bench.Set("pair.palm0/plate.active", 0.0);
+  bench.Run(200);
+  EXPECT_NEAR(glm::length(bench.force(0).force_N), 0.0, 1e-9);
+}
+
+TEST(HapticNode, TakesItsOwnParametersOnly) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  EXPECT_TRUE(bench.node_->AcceptsParameter({"force_cap_N", 10.0}));
+  EXPECT_FALSE(bench.node_->AcceptsParameter({"force_cap_N", -1.0}));
+  EXPECT_TRUE(bench.node_->AcceptsParameter({"pair.palm0/block.active", 0.0}));
+  EXPECT_FALSE(bench.node_->AcceptsParameter({"latch_a.release_force_N", 1.0}));
+}
+
+TEST(HapticNode, ASilentDeviceGetsNoForceAfterTenMilliseconds) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004);
+  bench.device_speaks = false;
+  bench.Run(11);
+  EXPECT_EQ(glm::length(bench.force(0).force_N), 0.0);
+  EXPECT_FALSE(bench.out.proxies[0].is_engaged);
+}
+
+TEST(HapticNode, SilentPhysicsFadesTheForceOutWithinFiftyMilliseconds) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004, 0.5);
+  bench.inputs.reactions[0].F_Do_W.force_N = {3.0, 0.0, 0.0};
+  bench.Run(10);
+  const double before_N = glm::length(bench.force(0).force_N);
+  EXPECT_GT(before_N, 5.0);
+  bench.physics_speaks = false;
+  double last_N = before_N;
+  for (int i = 0; i < 50; ++i) {
+    bench.Tick();
+    EXPECT_LE(glm::length(bench.force(0).force_N), last_N + 1e-9);
+    last_N = glm::length(bench.force(0).force_N);
+  }
+  EXPECT_EQ(last_N, 0.0);
+}
+
+TEST(HapticNode, TheReactionOfPhysicsIsFelt) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.inputs.reactions[1].F_Do_W = {{3.0, -4.0, 0.0}, {0.0, 0.0, 0.1}};
+  bench.Tick();
+  EXPECT_EQ(bench.force(1).force_N, glm::dvec3(3.0, -4.0, 0.0));
+  EXPECT_EQ(bench.force(0).force_N, glm::dvec3(0.0));
+}
+
+TEST(HapticNode, AHeldObjectIsFeltThroughTheReactionOnly) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004, 0.5);
+  EXPECT_GT(bench.force(0).force_N.z, 5.0);
+  bench.inputs.reactions[0].grasped_object = 1;
+  bench.Run(200);
+  EXPECT_NEAR(glm::length(bench.force(0).force_N), 0.0, 1e-9);
+  // Its contact still goes to physics_node, which has to see that it is touched.
+  EXPECT_EQ(bench.out.contacts_updated[1], 1);
+  EXPECT_TRUE(bench.out.contacts[1].is_in_contact);
+}
+
+TEST(HapticNode, WhatTheHandFeelsIsWhatTheObjectGets) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004, 0.5);
+  const core::ContactSet& set = bench.out.contacts[1];
+  ASSERT_EQ(bench.out.contacts_updated[1], 1);
+  EXPECT_EQ(set.F_So_W.force_N, bench.out.proxies[0].F_Do_W.force_N);  // on the hand; the block gets the opposite
+  // Planes evaluated at the device pose give the same force: sum of k * depth * n.
+  glm::dvec3 sum_N(0.0);
+  const core::Pose X_WS = bench.inputs.devices[0].X_WD;
+  const core::Pose X_WG = bench.scenario_.objects[1].X_WO;
+  for (const core::ContactPlane& plane : set.planes) {
+    const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
+    const double gap_m = glm::dot(n_W, X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
+    sum_N += plane.stiffness_N_per_m * std::max(-gap_m, 0.0) * n_W;
+  }
+  EXPECT_NEAR(sum_N.z, set.F_So_W.force_N.z, 0.25 * set.F_So_W.force_N.z);
+}
+
+TEST(HapticNode, TheEndOfAContactIsTold) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004, 0.5);
+  bench.inputs.devices[0].X_WD.translation.z = 0.2;
+  int num_empty = 0;
+  for (int i = 0; i < 400; ++i) {
+    bench.Tick();
+    if (bench.out.contacts_updated[1] != 0 && !bench.out.contacts[1].is_in_contact &&
+        bench.out.contacts[1].planes.empty()) {
+      ++num_empty;
+    }
+  }
+  EXPECT_GE(num_empty, 3);
+  EXPECT_LT(num_empty, 20);
+}
+
+TEST(HapticNode, ASampleIsEchoedDirectlyAndOnceThroughPhysics) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.inputs.devices[0].header.direct = {core::MakeTraceId(0, 7), 5, {}};
+  bench.physics.header.through_physics = {core::MakeTraceId(0, 3), 2, {}};
+  bench.Tick();
+  EXPECT_EQ(bench.out.commands[0].header.direct.id, core::MakeTraceId(0, 7));
+  EXPECT_EQ(bench.out.commands[0].header.through_physics.id, core::MakeTraceId(0, 3));
+  bench.Tick();
+  EXPECT_FALSE(bench.out.commands[0].header.through_physics.valid());
+}
+
+TEST(HapticNode, ResultsDoNotDependOnTheNumberOfWorkers) {
+  core::SerialFor serial;
+  bus::WorkerPool pool(3);
+  Bench one(serial);
+  Bench three(pool);
+  for (Bench* bench : {&one, &three}) {
+    bench->Press(0, 0.003);
+    bench->Press(1, 0.002, 0.5);
+  }
+  for (std::size_t role = 0; role < 2; ++role) {
+    EXPECT_GT(glm::length(one.force(role).force_N), 1.0);
+    EXPECT_EQ(one.force(role).force_N, three.force(role).force_N);
+    EXPECT_EQ(one.force(role).torque_Nm, three.force(role).torque_Nm);
+  }
+  EXPECT_EQ(one.out.counters.points_tested, three.out.counters.points_tested);
+}
+
+TEST(HapticNode, AStepInContactDoesNotAllocate) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.003);
+  const std::uint64_t before = num_allocations.load();
+  bench.Run(100);
+  EXPECT_EQ(num_allocations.load(), before);
+}
+
+}  // namespace
+}  // namespace haptic_node

@@ -1,0 +1,86 @@
+// haptic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--workers 1] [--rt try|off|enforce] [--cache
+// DIR]
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include "bus/rt/thread_setup.hpp"
+#include "bus/rt/worker_pool.hpp"
+#include "nodes/haptic_node/node_loop.hpp"
+#include "scene/load_scenario.hpp"
+
+namespace {
+
+constexpr int kPriority = 80;
+// Collision may take this much of a cycle; then the pairs with the oldest results go first in the next.
+constexpr std::int64_t kBudget_ns = 700'000;
+
+std::atomic<bool> stop{false};
+void OnSignal(int) {
+  stop.store(true);
+}
+
+int Complain(const std::string& what, int status) {
+  std::fprintf(stderr, "haptic_node: %s\n", what.c_str());
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::map<std::string, std::string> options = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}};
+  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
+  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
+    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
+  }
+  bus::RealTimeMode mode{};
+  if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
+  const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
+  if (workers < 1 || workers > 64) return Complain("--workers is from 1 to 64", 2);
+  std::signal(SIGTERM, OnSignal);
+  std::signal(SIGINT, OnSignal);
+
+  const auto scenario = scene::LoadScenario(options["--scenario"]);
+  if (!scenario) {
+    for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
+    return 2;
+  }
+  bus::WorkerPool pool(static_cast<unsigned>(workers), "haptic-work", mode == bus::RealTimeMode::kOff ? 0 : kPriority);
+  haptic_node::Options haptic_options;
+  haptic_options.cache = options["--cache"];
+  haptic_options.budget_ns = kBudget_ns;
+  haptic_options.progress = [](const std::string& line) {
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+  };
+  auto haptic = haptic_node::HapticNode::Create(*scenario, pool, haptic_options);
+  if (!haptic) return Complain(haptic.error().detail, 1);
+
+  bus::NodeOptions node_options;
+  node_options.name = "haptic_node";
+  node_options.registry = options["--registry"];
+  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  auto node = bus::Node::Create(node_options);
+  if (!node) return Complain(node.error().detail, 1);
+  haptic_node::NodeLoop loop(*scenario, haptic->get(), node->get());
+  loop.Declare();
+  if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
+
+  bus::ThreadSetup setup;
+  setup.name = "haptic-rt";
+  setup.mode = mode;
+  setup.fifo_priority = kPriority;
+  const bus::ThreadReport thread = bus::SetUpThread(setup);
+  std::printf("%s\nready\n", thread.text.c_str());
+  std::fflush(stdout);
+  if (!thread.is_ok) return 1;
+  (*node)->Emit({0, "haptic_node", "ready", "structures cooked, loop starts"});
+  loop.Run(stop);
+  if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "haptic_node.json", thread.is_fifo)) {
+    return Complain("cannot write its report to " + options["--out"], 1);
+  }
+  return 0;
+}

@@ -1,0 +1,224 @@
+#include "nodes/haptic_node/node_loop.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/clock.hpp"
+
+namespace haptic_node {
+namespace {
+
+constexpr std::int64_t kGather_ns = 200'000;     // after the first role's sample
+constexpr std::int64_t kSilence_ns = 2'000'000;  // then the timer takes over
+constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
+constexpr std::size_t kMaxChangesPerStep = 32;
+// A sample older than this on arrival has another host's clock: its arrival is taken instead.
+constexpr std::int64_t kPlausibleAge_ns = 20'000'000;
+
+double Microseconds(double ns) {
+  return ns * 1e-3;
+}
+
+void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nlohmann::json* report) {
+  (*report)[prefix + "cycles"] = statistics.durations.count();
+  (*report)[prefix + "misses"] = statistics.misses;
+  (*report)[prefix + "p50_us"] = Microseconds(statistics.durations.p50_ns());
+  (*report)[prefix + "p99_us"] = Microseconds(statistics.durations.p99_ns());
+  (*report)[prefix + "max_us"] = Microseconds(static_cast<double>(statistics.durations.max_ns()));
+}
+
+}  // namespace
+
+NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node)
+    : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
+  haptic_->PrepareOutputs(&outputs_);
+  for (const char* name : {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us",
+                           "pairs_tested", "pairs_in_contact", "points_tested"}) {
+    figures_.items.push_back({name, 0.0});
+  }
+}
+
+void NodeLoop::Declare() {
+  for (const scene::Device& device : scenario_.devices) {
+    devices_.push_back(&node_->ReadLatest<core::DeviceState>(bus::DeviceStateTopic(device.role)));
+    reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+    command_writers_.push_back(node_->WriteLatest<core::DeviceCommand>(bus::DeviceCommandTopic(device.role)));
+    proxy_writers_.push_back(node_->WriteLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+  }
+  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
+    const std::string topic = bus::ContactsTopic("haptic_node", scenario_.PairName(i));
+    contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
+  }
+  figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("haptic_node"));
+  node_->OwnParameters();
+}
+
+void NodeLoop::Run(const std::atomic<bool>& stop) {
+  last_step_begin_ns_ = core::MonotonicNow_ns();
+  while (!stop.load(std::memory_order_relaxed)) {
+    const Tick tick = WaitForTick(stop);
+    TakeParameters();
+    Step(tick);
+    AnswerParameters();
+    TellFigures(core::MonotonicNow_ns());
+  }
+}
+
+NodeLoop::Tick NodeLoop::WaitForTick(const std::atomic<bool>& stop) {
+  std::uint32_t arrived = 0;
+  const std::uint32_t all = (1U << devices_.size()) - 1U;
+  std::int64_t first_ns = 0;
+  // The timer's next tick: 2 ms after the last step while devices speak, 1 ms while they are silent.
+  const std::int64_t timer_ns = last_step_begin_ns_ + (timer_steps_ == 0 ? kSilence_ns : core::kTick_ns);
+  while (!stop.load(std::memory_order_relaxed)) {
+    node_->Wait(first_ns == 0 ? timer_ns : first_ns + kGather_ns);
+    for (std::size_t r = 0; r < devices_.size(); ++r) {
+      if (!devices_[r]->is_fresh()) continue;
+      arrived |= 1U << r;
+      if (first_ns != 0) continue;
+      const std::int64_t received_ns = devices_[r]->received_ns();
+      const std::int64_t sample_ns = devices_[r]->value().sample_ns;
+      const bool is_plausible = sample_ns <= received_ns && received_ns - sample_ns < kPlausibleAge_ns;
+      first_ns = is_plausible ? sample_ns : received_ns;
+    }
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    if (first_ns != 0 && (arrived == all || now_ns >= first_ns + kGather_ns)) {
+      timer_steps_ = 0;
+      return {first_ns, false};
+    }
+    if (first_ns == 0 && now_ns >= timer_ns) {
+      ++timer_steps_;
+      return {timer_ns, true};
+    }
+  }
+  return {core::MonotonicNow_ns(), true};
+}
+
+void NodeLoop::TakeParameters() {
+  num_changes_ = 0;
+  while (num_changes_ < kMaxChangesPerStep && node_->PollParameter(&changes_[num_changes_], &tickets_[num_changes_])) {
+    ++num_changes_;
+  }
+}
+
+void NodeLoop::AnswerParameters() {
+  for (std::size_t i = 0; i < num_changes_; ++i) {
+    const bool is_accepted = haptic_->AcceptsParameter(changes_[i]);
+    node_->AckParameter(tickets_[i], haptic_->cycle(), is_accepted,
+                        is_accepted ? std::string() : "haptic_node has no such parameter, or not with this value");
+  }
+}
+
+void NodeLoop::Step(const Tick& tick) {
+  const std::int64_t start_ns = core::MonotonicNow_ns();
+  inputs_.now_ns = start_ns;
+  inputs_.devices.clear();
+  inputs_.reactions.clear();
+  for (const auto* device : devices_) inputs_.devices.push_back(device->value());
+  for (const auto* reaction : reactions_) inputs_.reactions.push_back(reaction->value());
+  inputs_.physics = physics_->has_value() ? &physics_->value() : nullptr;
+  inputs_.changes = changes_.data();
+  inputs_.num_changes = num_changes_;
+  haptic_->Step(inputs_, &outputs_);
+  const std::int64_t end_ns = core::MonotonicNow_ns();
+  Send(start_ns, end_ns);
+  Count(tick, start_ns, end_ns);
+  last_step_begin_ns_ = tick.is_timer ? tick.begin_ns : start_ns;
+  // Late by more than a period: the timer's missed ticks are gone.
+  if (end_ns - last_step_begin_ns_ > kSilence_ns) last_step_begin_ns_ = end_ns;
+}
+
+// Commands go first, they close the loop; then contacts; the proxies last, because they start a physics step, which is
+// to find the contacts of the same cycle.
+void NodeLoop::Send(std::int64_t start_ns, std::int64_t end_ns) {
+  for (std::size_t r = 0; r < outputs_.commands.size(); ++r) {
+    if (!devices_[r]->has_value()) continue;
+    Stamp(&outputs_.commands[r].header, static_cast<int>(r), start_ns, end_ns);
+    command_writers_[r].Send(outputs_.commands[r]);
+  }
+  for (std::size_t i = 0; i < outputs_.contacts.size(); ++i) {
+    if (outputs_.contacts_updated[i] == 0) continue;
+    const scene::Object& sampled = scenario_.objects[scenario_.pairs[i].sampled];
+    const scene::Object& field = scenario_.objects[scenario_.pairs[i].field];
+    Stamp(&outputs_.contacts[i].header, std::max(sampled.role, field.role), start_ns, end_ns);
+    contact_writers_[i].Send(outputs_.contacts[i]);
+  }
+  for (std::size_t r = 0; r < outputs_.proxies.size(); ++r) {
+    Stamp(&outputs_.proxies[r].header, static_cast<int>(r), start_ns, end_ns);
+    proxy_writers_[r].Send(outputs_.proxies[r]);
+  }
+}
+
+void NodeLoop::Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const {
+  if (header->direct.valid() && role >= 0) {
+    header->direct.Add(core::Stage::kHapticReceive, devices_[static_cast<std::size_t>(role)]->received_ns());
+    header->direct.Add(core::Stage::kHapticStart, start_ns);
+    header->direct.Add(core::Stage::kHapticSend, end_ns);
+  }
+  if (header->through_physics.valid()) {
+    std::int64_t received_ns = physics_->received_ns();
+    if (role >= 0) {
+      const auto* reaction = reactions_[static_cast<std::size_t>(role)];
+      if (reaction->value().header.through_physics.id == header->through_physics.id)
+        received_ns = reaction->received_ns();
+    }
+    header->through_physics.Add(core::Stage::kHapticReceive, received_ns);
+    header->through_physics.Add(core::Stage::kHapticStart, start_ns);
+    header->through_physics.Add(core::Stage::kHapticSend, end_ns);
+  }
+}
+
+void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns) {
+  const bool is_miss = end_ns - tick.begin_ns > core::kTick_ns;
+  all_.durations.Add(end_ns - start_ns);
+  all_.misses += is_miss ? 1 : 0;
+  if (outputs_.is_in_contact) {
+    in_contact_.durations.Add(end_ns - start_ns);
+    in_contact_.misses += is_miss ? 1 : 0;
+  }
+  const Counters& now = outputs_.counters;
+  work_.pairs_late += now.pairs_late;
+  work_.oldest_result_cycles = std::max(work_.oldest_result_cycles, now.oldest_result_cycles);
+  work_.pairs_tested += now.pairs_tested;
+  work_.spheres_tested += now.spheres_tested;
+  work_.points_tested += now.points_tested;
+  work_.points_colliding += now.points_colliding;
+}
+
+void NodeLoop::TellFigures(std::int64_t now_ns) {
+  if (now_ns < next_figures_ns_) return;
+  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  const double values[] = {static_cast<double>(all_.durations.count()),
+                           static_cast<double>(all_.misses),
+                           Microseconds(all_.durations.p50_ns()),
+                           Microseconds(all_.durations.p99_ns()),
+                           static_cast<double>(in_contact_.durations.count()),
+                           Microseconds(in_contact_.durations.p50_ns()),
+                           static_cast<double>(outputs_.counters.pairs_tested),
+                           static_cast<double>(outputs_.counters.pairs_in_contact),
+                           static_cast<double>(outputs_.counters.points_tested)};
+  for (std::size_t i = 0; i < figures_.items.size(); ++i) figures_.items[i].value = values[i];
+  figures_writer_.Set(figures_);
+}
+
+bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) const {
+  nlohmann::json report;
+  AddFigures(all_, "", &report);
+  AddFigures(in_contact_, "contact_", &report);
+  report["is_realtime"] = is_realtime;
+  report["work"] = {{"pairs_tested", work_.pairs_tested},
+                    {"pairs_late", work_.pairs_late},
+                    {"oldest_result_cycles", work_.oldest_result_cycles},
+                    {"spheres_tested", work_.spheres_tested},
+                    {"points_tested", work_.points_tested},
+                    {"points_colliding", work_.points_colliding}};
+  const bus::Counters counters = node_->counters();
+  report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
+  std::ofstream out(file);
+  out << report.dump(2) << "\n";
+  return out.good();
+}
+
+}  // namespace haptic_node

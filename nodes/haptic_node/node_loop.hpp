@@ -1,0 +1,75 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "bus/node.hpp"
+#include "bus/rt/latency_stats.hpp"
+#include "nodes/haptic_node/haptic_node.hpp"
+
+namespace haptic_node {
+
+// What the report says about haptic cycles: all of them, and those with at least one pair in contact.
+struct CycleStatistics {
+  bus::LatencyStats durations;  // of the computation, without sending
+  std::uint64_t misses = 0;     // steps that ended later than 1 ms after their tick
+};
+
+// Ties a HapticNode to the bus: one step per tick of the device bridge.
+//
+// A tick begins when the first role's sample of it arrives; the step runs when all roles have arrived, or 200 us later.
+// When no device has spoken for 2 ms a 1 kHz timer takes over, so that proxies keep coming and forces fade.
+class NodeLoop {
+ public:
+  NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node);
+
+  // Declares what is read and written; before bus::Node::Start.
+  void Declare();
+  // Runs until `stop` is set.
+  void Run(const std::atomic<bool>& stop);
+  // The figures of the report.
+  bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
+
+ private:
+  struct Tick {
+    std::int64_t begin_ns = 0;  // instant of the device sample on this host's clock; of the timer when silent
+    bool is_timer = false;
+  };
+
+  Tick WaitForTick(const std::atomic<bool>& stop);
+  void TakeParameters();
+  void AnswerParameters();
+  void Step(const Tick& tick);
+  void Send(std::int64_t start_ns, std::int64_t end_ns);
+  void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
+  void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
+  void TellFigures(std::int64_t now_ns);
+
+  scene::Scenario scenario_;
+  HapticNode* haptic_;
+  bus::Node* node_;
+  std::vector<bus::LatestReader<core::DeviceState>*> devices_;
+  std::vector<bus::LatestReader<core::Reaction>*> reactions_;
+  bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
+  std::vector<bus::LatestWriter<core::DeviceCommand>> command_writers_;
+  std::vector<bus::LatestWriter<core::HapticProxy>> proxy_writers_;
+  std::vector<bus::LatestWriter<core::ContactSet>> contact_writers_;
+  bus::StateWriter<bus::Figures> figures_writer_;
+  bus::Figures figures_;
+
+  Inputs inputs_;
+  Outputs outputs_;
+  std::vector<core::ParameterChange> changes_;
+  std::vector<std::uint64_t> tickets_;
+  std::size_t num_changes_ = 0;
+  std::int64_t last_step_begin_ns_ = 0;
+  std::int64_t next_figures_ns_ = 0;
+  std::uint64_t timer_steps_ = 0;
+  Counters work_;  // summed
+  CycleStatistics all_;
+  CycleStatistics in_contact_;
+};
+
+}  // namespace haptic_node

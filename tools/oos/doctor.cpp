@@ -1,0 +1,158 @@
+#include <arpa/inet.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "tools/oos/verb.hpp"
+#include "vps/asset/cooked_object.hpp"
+
+namespace oos {
+namespace {
+
+enum class Grade { kOk, kWarn, kFail };
+
+struct Finding {
+  Grade grade = Grade::kOk;
+  std::string what;
+  std::string remedy;  // empty when OK
+};
+
+Finding CheckCores() {
+  const unsigned cores = std::thread::hardware_concurrency();
+  if (cores >= 4) return {Grade::kOk, std::to_string(cores) + " cores", ""};
+  if (cores >= 2) {
+    return {Grade::kWarn, std::to_string(cores) + " cores: five processes share them, expect late cycles under load",
+            "use 4 cores or more, or 'oos run --without visual_node' when measuring"};
+  }
+  return {Grade::kFail, "1 core: the haptic and the physics loop cannot run beside each other", "use 2 cores or more"};
+}
+
+Finding CheckRealTimePriority() {
+  // Tried for real and given back at once: limits alone do not tell whether a container allows it.
+  const sched_param before{};
+  sched_param wanted{};
+  wanted.sched_priority = 50;
+  if (sched_setscheduler(0, SCHED_FIFO, &wanted) == 0) {
+    sched_setscheduler(0, SCHED_OTHER, &before);
+    return {Grade::kOk, "real-time priority (SCHED_FIFO 50) is allowed", ""};
+  }
+  return {Grade::kWarn, std::string("no real-time priority: ") + std::strerror(errno),
+          "add '@realtime - rtprio 80' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
+          "--cap-add SYS_NICE"};
+}
+
+Finding CheckMemoryLock() {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  constexpr rlim_t kEnough = 512UL << 20;
+  if (geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kEnough) {
+    return {Grade::kOk, "memory can be locked", ""};
+  }
+  return {Grade::kWarn, "only " + std::to_string(limit.rlim_cur >> 10) + " kB can be locked: page faults cost cycles",
+          "add '@realtime - memlock unlimited' to /etc/security/limits.d/realtime.conf"};
+}
+
+Finding CheckClockSource() {
+  std::ifstream file("/sys/devices/system/clocksource/clocksource0/current_clocksource");
+  std::string source;
+  if (!(file >> source)) return {Grade::kWarn, "clock source is unknown", "mount /sys"};
+  if (source == "tsc" || source == "kvm-clock" || source == "arch_sys_counter" || source.rfind("hyperv", 0) == 0) {
+    return {Grade::kOk, "clock source " + source, ""};
+  }
+  return {Grade::kWarn, "clock source " + source + " is slow to read", "boot with clocksource=tsc tsc=reliable"};
+}
+
+bool IsOnPath(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  if (path == nullptr) return false;
+  const std::string folders = path;
+  std::size_t begin = 0;
+  while (begin <= folders.size()) {
+    const std::size_t end = std::min(folders.find(':', begin), folders.size());
+    if (access((folders.substr(begin, end - begin) + "/" + program).c_str(), X_OK) == 0) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+Finding CheckDisplay() {
+  const char* display = std::getenv("DISPLAY");
+  if (display != nullptr && *display != '\0') return {Grade::kOk, std::string("DISPLAY is ") + display, ""};
+  if (IsOnPath("Xvfb")) return {Grade::kOk, "no DISPLAY; Xvfb is here, pictures are rendered without a window", ""};
+  return {Grade::kFail, "neither DISPLAY nor Xvfb: visual_node cannot start",
+          "apt-get install xvfb, or 'oos run --without visual_node'"};
+}
+
+Finding CheckDrawing() {
+  for (const char* folder : {"/usr/lib/x86_64-linux-gnu/dri", "/usr/lib/aarch64-linux-gnu/dri", "/usr/lib/dri"}) {
+    if (!std::filesystem::exists(std::string(folder) + "/swrast_dri.so")) continue;
+    if (std::filesystem::exists("/dev/dri/renderD128")) return {Grade::kOk, "OpenGL drivers and a GPU are here", ""};
+    return {Grade::kOk, "OpenGL by software (llvmpipe); no GPU", ""};
+  }
+  return {Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
+}
+
+Finding CheckLoopback(int type, const char* name) {
+  const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const bool works = fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (works) return {Grade::kOk, std::string(name) + " port on the loopback interface", ""};
+  return {Grade::kFail, std::string("no ") + name + " port on 127.0.0.1: " + std::strerror(error),
+          "bring the loopback interface up: ip link set lo up"};
+}
+
+Finding CheckCache() {
+  const std::filesystem::path folder = vps::DefaultCacheFolder();
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!error && access(folder.c_str(), W_OK) == 0) {
+    const auto space = std::filesystem::space(folder, error);
+    if (!error && space.available < (1ULL << 30)) {
+      return {Grade::kWarn, "less than 1 GB left for cooked structures in " + folder.string(), "free some space"};
+    }
+    return {Grade::kOk, "cooked structures go to " + folder.string(), ""};
+  }
+  return {Grade::kFail, "cannot write " + folder.string(), "set VR_OOS_CACHE to a folder that you can write"};
+}
+
+int Run(const Arguments&) {
+  const Finding findings[] = {CheckCores(),
+                              CheckRealTimePriority(),
+                              CheckMemoryLock(),
+                              CheckClockSource(),
+                              CheckDisplay(),
+                              CheckDrawing(),
+                              CheckLoopback(SOCK_STREAM, "TCP"),
+                              CheckLoopback(SOCK_DGRAM, "UDP"),
+                              CheckCache()};
+  bool any_fail = false;
+  for (const Finding& finding : findings) {
+    const char* word = finding.grade == Grade::kOk ? "OK  " : finding.grade == Grade::kWarn ? "WARN" : "FAIL";
+    std::printf("%s  %s\n", word, finding.what.c_str());
+    if (!finding.remedy.empty()) std::printf("      remedy: %s\n", finding.remedy.c_str());
+    any_fail = any_fail || finding.grade == Grade::kFail;
+  }
+  return any_fail ? kDoesNotHold : kHolds;
+}
+
+}  // namespace
+
+Verb DoctorVerb() {
+  return {"doctor", "says what of this machine hinders a run, and the remedy", "", 0, 0, {}, Run};
+}
+
+}  // namespace oos

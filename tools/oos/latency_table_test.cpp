@@ -1,0 +1,56 @@
+#include "tools/oos/latency_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <numeric>
+
+namespace oos {
+namespace {
+
+LatencyRow Row(const std::string& chain, std::int32_t receive_ns, std::int32_t write_ns, std::int64_t echo_ns) {
+  LatencyRow row;
+  row.chain = chain;
+  row.trace.id = 1;
+  row.trace.stamps.push_back({core::Stage::kDeviceSample, 0});
+  row.trace.stamps.push_back({core::Stage::kDeviceReceive, receive_ns});
+  row.trace.stamps.push_back({core::Stage::kDeviceWrite, write_ns});
+  row.echo_ns = echo_ns;
+  return row;
+}
+
+TEST(LatencyTable, HopsAddUpToTheTotal) {
+  std::vector<LatencyRow> rows;
+  for (int i = 1; i <= 1000; ++i) rows.push_back(Row("t1", 1000 * i, 1500 * i, 1500 * i));
+  const auto tables = Tabulate(rows);
+  ASSERT_EQ(tables.size(), 1u);
+  double sum_ms = 0.0;
+  for (const Hop& hop : tables[0].hops) sum_ms += hop.ms.mean_ms;
+  EXPECT_NEAR(sum_ms, tables[0].total.mean_ms, 1e-12);
+  EXPECT_DOUBLE_EQ(tables[0].total.p50_ms, 0.75);
+  EXPECT_DOUBLE_EQ(tables[0].total.p99_ms, 1.485);
+  EXPECT_DOUBLE_EQ(tables[0].total.p999_ms, 1.4985);
+  EXPECT_DOUBLE_EQ(tables[0].total.max_ms, 1.5);
+  EXPECT_DOUBLE_EQ(tables[0].disagreement(), 0.0);
+}
+
+TEST(LatencyTable, StampsThatLieAreFoundByTheEcho) {
+  EXPECT_NEAR(Tabulate({Row("t1", 1'000'000, 1'100'000, 1'000'000)})[0].disagreement(), 0.1, 1e-12);
+}
+
+TEST(LatencyTable, DifferentWaysAreNotMixed) {
+  LatencyRow other = Row("t1", 1, 2, 2);
+  other.trace.stamps.push_back({core::Stage::kVisualApply, 9});
+  EXPECT_EQ(Tabulate({Row("t1", 1, 2, 2), Row("direct", 1, 2, 2), other}).size(), 3u);
+}
+
+TEST(LatencyTable, DamagedRowsAreNamed) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "damaged_latency.csv";
+  std::ofstream(file) << "chain,trace_id,origin_ns,echo_ns,stages\nt1,1,0,5,1,0,10,5\nt1,1,0,5,99,0\n";
+  const auto rows = ReadLatencyRows(file);
+  ASSERT_FALSE(rows);
+  EXPECT_NE(rows.error().detail.find(":3:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace oos

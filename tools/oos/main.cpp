@@ -1,0 +1,5 @@
+#include "tools/oos/verb.hpp"
+
+int main(int argc, char** argv) {
+  return oos::RunCommandLine(std::vector<std::string>(argv + 1, argv + argc));
+}

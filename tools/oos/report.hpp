@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "scene/scenario.hpp"
+
+namespace oos {
+
+// What a run of either kind (processes, lock-step) tells beside the nodes' own files.
+struct RunFacts {
+  bool is_completed = false;
+  std::string why;  // when not
+  std::uint64_t seed = 0;
+  double seconds = 0.0;
+  std::vector<std::string> dead;
+  bool is_lockstep = false;
+  std::vector<std::string> missing_nodes;  // left out on purpose
+};
+
+// Merges what the nodes left in `folder` (<node>.json) with the facts to the report. Units are in the field names. A
+// figure that no node delivered is null, never invented.
+nlohmann::json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const std::filesystem::path& folder);
+
+// Writes report.json and report.md. False when the folder cannot be written.
+bool WriteReport(const nlohmann::json& report, const std::filesystem::path& folder);
+
+// The report for a terminal: steps and the figures that decide.
+std::string Summarise(const nlohmann::json& report);
+
+}  // namespace oos

@@ -1,0 +1,216 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <limits>
+
+#include "scene/load_scenario.hpp"
+#include "tools/oos/attach.hpp"
+#include "tools/oos/check_scenario.hpp"
+#include "tools/oos/latency_table.hpp"
+#include "tools/oos/lockstep.hpp"
+#include "tools/oos/places.hpp"
+#include "tools/oos/report.hpp"
+#include "tools/oos/session.hpp"
+#include "tools/oos/verb.hpp"
+#include "vps/asset/cooked_object.hpp"
+
+namespace oos {
+namespace {
+
+void Print(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+std::filesystem::path NewRunFolder(const std::string& scenario) {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char stamp[32];
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
+  return std::filesystem::absolute("out") / (scenario + "-" + stamp);
+}
+
+// "name=value" of --set.
+core::Result<core::ParameterChange> ParseChange(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  char* end = nullptr;
+  const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const double value = std::strtod(number.c_str(), &end);
+  if (equals == 0 || number.empty() || *end != '\0') {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--set wants PARAM=NUMBER, not '" + text + "'");
+  }
+  return core::ParameterChange{text.substr(0, equals), value};
+}
+
+struct Wanted {
+  std::optional<double> seed, duration_s;
+  double workers = 1.0;
+  std::filesystem::path out;
+  std::vector<core::ParameterChange> changes;
+};
+
+core::Result<Wanted> ReadWanted(const Arguments& arguments, const std::string& scenario) {
+  Wanted wanted;
+  const auto seed = arguments.number("--seed");
+  const auto duration = arguments.number("--duration");
+  const auto workers = arguments.number("--workers");
+  for (const auto* number : {&seed, &duration, &workers}) {
+    if (!*number) return core::Fail(number->error().code, number->error().detail);
+  }
+  wanted.seed = *seed;
+  wanted.duration_s = *duration;
+  wanted.workers = workers->value_or(1.0);
+  if (wanted.workers < 1.0 || wanted.workers > 64.0) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--workers wants a number from 1 to 64");
+  }
+  if (wanted.seed && *wanted.seed < 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "--seed is not negative");
+  wanted.out = arguments.has("--out") ? std::filesystem::absolute(arguments.text("--out")) : NewRunFolder(scenario);
+  for (const std::string& text : arguments.texts("--set")) {
+    const auto change = ParseChange(text);
+    if (!change) return core::Fail(change.error().code, change.error().detail);
+    wanted.changes.push_back(*change);
+  }
+  return wanted;
+}
+
+nlohmann::json LockstepReport(const scene::Scenario& scenario, const LockstepOutcome& outcome,
+                              const std::filesystem::path& out) {
+  RunFacts facts;
+  facts.is_completed = outcome.is_completed;
+  facts.why = outcome.why;
+  facts.seed = outcome.seed;
+  facts.seconds = outcome.simulated_s;
+  facts.is_lockstep = true;
+  nlohmann::json report = MergeReport(scenario, facts, out);
+  report["steps"] = nlohmann::json::array();
+  for (const StepOutcome& step : outcome.steps) {
+    nlohmann::json row = {{"name", step.name}, {"completed", step.is_completed}, {"seconds", step.seconds}};
+    if (!step.is_completed) row["why"] = step.why;
+    report["steps"].push_back(row);
+  }
+  report["peak_force_N"] = outcome.peak_force_N;
+  // Without a real clock there is no tick to be late for.
+  report["haptic"] = {{"cycles", outcome.ticks},
+                      {"misses", nullptr},
+                      {"p50_us", outcome.haptic_p50_us},
+                      {"p99_us", outcome.haptic_p99_us},
+                      {"max_us", outcome.haptic_max_us},
+                      {"contact_cycles", outcome.contact_cycles},
+                      {"contact_misses", nullptr},
+                      {"contact_p50_us", outcome.contact_p50_us},
+                      {"contact_p99_us", outcome.contact_p99_us},
+                      {"contact_max_us", outcome.contact_max_us}};
+  report["impulse_balance"] = outcome.impulse_balance;
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(outcome.hash));
+  report["state_hash"] = hash;
+  report["wall_seconds"] = outcome.wall_s;
+  return report;
+}
+
+int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+  LockstepOptions options;
+  if (wanted.seed) options.seed = static_cast<std::uint64_t>(*wanted.seed);
+  options.duration_s = wanted.duration_s;
+  options.workers = static_cast<unsigned>(wanted.workers);
+  options.cache = vps::DefaultCacheFolder();
+  if (arguments.has("--trace")) options.trace = arguments.text("--trace");
+  options.parameters = wanted.changes;
+  options.interrupted = &CatchInterrupt();
+  options.say = Print;
+  const auto outcome = RunLockstep(scenario, options);
+  if (!outcome) return Complain("run", outcome.error().detail, kBadUsage);
+  std::error_code error;
+  std::filesystem::create_directories(wanted.out, error);
+  const nlohmann::json report = LockstepReport(scenario, *outcome, wanted.out);
+  if (!WriteReport(report, wanted.out)) return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
+  Print(Summarise(report));
+  std::printf("%.1f s simulated in %.1f s (%.1f times real time), physics step p50 %.0f us, impulse balance %.2g\n",
+              outcome->simulated_s, outcome->wall_s, outcome->simulated_s / outcome->wall_s, outcome->physics_p50_us,
+              outcome->impulse_balance);
+  std::printf("state hash %s\nreport in %s\n", report["state_hash"].get<std::string>().c_str(), wanted.out.c_str());
+  return outcome->is_completed ? kHolds : kDoesNotHold;
+}
+
+int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+  if (!wanted.changes.empty()) {
+    return Complain("run", "--set goes with --lockstep; for a running system use 'oos set NODE.PARAM VALUE'",
+                    kBadUsage);
+  }
+  SessionOptions options;
+  options.out = wanted.out;
+  if (wanted.seed) options.seed = static_cast<std::uint64_t>(*wanted.seed);
+  options.duration_s = wanted.duration_s;
+  options.without = arguments.texts("--without");
+  options.is_headless = arguments.has("--headless");
+  options.rt = arguments.text("--rt", "try");
+  options.workers = static_cast<unsigned>(wanted.workers);
+  options.program_folder = ProgramFolder();
+  options.interrupted = &CatchInterrupt();
+  options.say = Print;
+  const auto outcome = RunSession(scenario, options);
+  if (!outcome) return Complain("run", outcome.error().detail, kDoesNotHold);
+  if (const auto merged = MergeLatencyTables(options.out); !merged) Print(merged.error().detail);
+  RunFacts facts;
+  facts.is_completed = outcome->is_final;
+  facts.why = outcome->why;
+  facts.seed = outcome->seed;
+  facts.seconds = outcome->seconds;
+  facts.dead = outcome->dead;
+  facts.missing_nodes = options.without;
+  const nlohmann::json report = MergeReport(scenario, facts, options.out);
+  if (!WriteReport(report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
+  Print(Summarise(report));
+  Print("report in " + options.out.string());
+  return outcome->is_final ? kHolds : kDoesNotHold;
+}
+
+int Run(const Arguments& arguments) {
+  const std::string& path = arguments.positional()[0];
+  const CheckOutcome check = CheckScenario(path);
+  for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!check.scenario || !check.problems.empty()) {
+    return Complain("run", "the scenario is broken, nothing was started", kBadUsage);
+  }
+  scene::Scenario scenario = *check.scenario;
+  if (const std::string method = arguments.text("--method", scenario.method); method != scenario.method) {
+    return Complain(
+        "run", "method '" + method + "' is not built into this version; the scenario says '" + scenario.method + "'",
+        kBadUsage);
+  }
+  const auto wanted = ReadWanted(arguments, scenario.name);
+  if (!wanted) return Complain("run", wanted.error().detail, kBadUsage);
+  if (const std::string rt = arguments.text("--rt", "try"); rt != "try" && rt != "off") {
+    return Complain("run", "--rt is try or off, not '" + rt + "'", kBadUsage);
+  }
+  if (arguments.has("--lockstep")) return RunInLockstep(arguments, scenario, *wanted);
+  if (arguments.has("--trace")) return Complain("run", "--trace goes with --lockstep", kBadUsage);
+  return RunProcesses(arguments, scenario, *wanted);
+}
+
+}  // namespace
+
+Verb RunVerb() {
+  return {"run",
+          "starts all nodes on this machine, waits for the procedure's end, reports",
+          "SCENARIO",
+          1,
+          1,
+          {{"--headless", "", "render pictures but show no window"},
+           {"--seed", "N", "of the simulated operator; default: the scenario's"},
+           {"--duration", "S", "limit; default: the scenario's"},
+           {"--out", "DIR", "of the report and the logs; default: out/<scenario>-<time>"},
+           {"--method", "paper|fast", "collision method; default: the scenario's"},
+           {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
+           {"--workers", "N", "threads of the collision computation; default: 1"},
+           {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
+           {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
+           {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
+           {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
+          Run};
+}
+
+}  // namespace oos

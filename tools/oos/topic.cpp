@@ -1,0 +1,130 @@
+#include <algorithm>
+#include <cstdio>
+#include <map>
+
+#include "core/clock.hpp"
+#include "tools/oos/attach.hpp"
+#include "tools/oos/verb.hpp"
+
+namespace oos {
+namespace {
+
+constexpr std::int64_t kPoll_ns = 50'000'000;
+
+const char* ClassName(bus::TopicClass topic_class) {
+  switch (topic_class) {
+    case bus::TopicClass::kLatest:
+      return "LATEST";
+    case bus::TopicClass::kState:
+      return "STATE";
+    case bus::TopicClass::kEvent:
+      return "EVENT";
+    case bus::TopicClass::kService:
+      return "SERVICE";
+    case bus::TopicClass::kControl:
+      return "CONTROL";
+  }
+  return "?";
+}
+
+struct Seen {
+  bus::TopicClass topic_class = bus::TopicClass::kLatest;
+  std::string writer;
+  std::uint64_t messages = 0;
+  std::uint64_t bytes = 0;
+  std::int64_t first_ns = 0;
+  std::int64_t last_ns = 0;
+  std::int64_t longest_gap_ns = 0;
+};
+
+void Note(const bus::Observation& observation, std::map<std::string, Seen>* all) {
+  Seen& seen = (*all)[observation.topic];
+  seen.topic_class = observation.topic_class;
+  seen.writer = observation.writer;
+  if (seen.messages == 0) {
+    seen.first_ns = observation.received_ns;
+  } else {
+    seen.longest_gap_ns = std::max(seen.longest_gap_ns, observation.received_ns - seen.last_ns);
+  }
+  seen.last_ns = observation.received_ns;
+  ++seen.messages;
+  seen.bytes += observation.num_bytes;
+}
+
+double Rate_Hz(const Seen& seen) {
+  const double span_s = static_cast<double>(seen.last_ns - seen.first_ns) * 1e-9;
+  return span_s > 0.0 ? static_cast<double>(seen.messages - 1) / span_s : 0.0;
+}
+
+int Run(const Arguments& arguments) {
+  const std::string& what = arguments.positional()[0];
+  const bool has_pattern = arguments.positional().size() == 2;
+  if (what != "list" && what != "echo" && what != "hz") {
+    return Complain("topic", "'" + what + "' is none of list, echo, hz", kBadUsage);
+  }
+  if (what == "echo" && !has_pattern) return Complain("topic", "echo needs a topic, e.g. logic/status", kBadUsage);
+  const auto count = arguments.number("--count");
+  const auto seconds = arguments.number("--seconds");
+  if (!count) return Complain("topic", count.error().detail, kBadUsage);
+  if (!seconds) return Complain("topic", seconds.error().detail, kBadUsage);
+
+  auto node = Attach(arguments, "topic");
+  if (!node) return Complain("topic", node.error().detail, kDoesNotHold);
+  (*node)->Observe(has_pattern ? arguments.positional()[1] : "*");
+  if (const auto started = (*node)->Start(5'000'000'000); !started) {
+    return Complain("topic", started.error().detail, kDoesNotHold);
+  }
+  const std::atomic<int>& interrupted = CatchInterrupt();
+  // echo goes on until Ctrl-C unless limited; list and hz look for a while.
+  const double limit_s = seconds->value_or(what == "echo" ? 1e12 : what == "hz" ? 5.0 : 2.0);
+  const auto limit_messages = static_cast<std::uint64_t>(count->value_or(1e18));
+  const std::int64_t end_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(std::min(limit_s, 1e9) * 1e9);
+  std::map<std::string, Seen> all;
+  std::uint64_t num_messages = 0;
+  bus::Observation observation;
+  while (interrupted.load() == 0 && core::MonotonicNow_ns() < end_ns && num_messages < limit_messages) {
+    (*node)->Wait(core::MonotonicNow_ns() + kPoll_ns);
+    while (num_messages < limit_messages && (*node)->PollObservation(&observation)) {
+      ++num_messages;
+      Note(observation, &all);
+      if (what != "echo") continue;
+      std::printf("--- %s #%llu from %s, %zu bytes, %.3f ms old\n%s\n", observation.topic.c_str(),
+                  static_cast<unsigned long long>(observation.sequence), observation.writer.c_str(),
+                  observation.num_bytes, static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6,
+                  observation.text.c_str());
+      std::fflush(stdout);
+    }
+  }
+  if (what == "list") {
+    for (const auto& [topic, seen] : all) {
+      std::printf("%-7s %-44s %s\n", ClassName(seen.topic_class), topic.c_str(), seen.writer.c_str());
+    }
+  } else if (what == "hz") {
+    std::printf("%-44s %9s %12s %10s\n", "topic", "Hz", "longest ms", "kB/s");
+    for (const auto& [topic, seen] : all) {
+      const double rate_Hz = Rate_Hz(seen);
+      std::printf("%-44s %9.1f %12.2f %10.1f\n", topic.c_str(), rate_Hz,
+                  static_cast<double>(seen.longest_gap_ns) * 1e-6,
+                  rate_Hz * static_cast<double>(seen.bytes) / static_cast<double>(seen.messages) * 1e-3);
+    }
+  }
+  if (num_messages == 0) return Complain("topic", "nothing was heard", kDoesNotHold);
+  return kHolds;
+}
+
+}  // namespace
+
+Verb TopicVerb() {
+  std::vector<Option> options = AttachOptions();
+  options.push_back({"--count", "N", "stop after N messages"});
+  options.push_back({"--seconds", "S", "look for S seconds (list: 2, hz: 5, echo: until Ctrl-C)"});
+  return {"topic",
+          "topics of the running session: which, what they say, how often",
+          "list|echo|hz [PATTERN]",
+          1,
+          2,
+          options,
+          Run};
+}
+
+}  // namespace oos
