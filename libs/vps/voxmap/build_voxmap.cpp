@@ -62,8 +62,10 @@ core::Result<Voxmap> BuildVoxmap(const TriangleMesh& mesh, double voxel_size_m,
   const Box box = BoundingBox(mesh);
   Voxmap grid;
   grid.voxel_size_m = voxel_size_m;
-  grid.origin_m = box.lower - (Voxmap::kBorderLayers + 0.5) * voxel_size_m;
-  const glm::dvec3 counts = glm::floor((box.upper - grid.origin_m) / voxel_size_m) + double(Voxmap::kBorderLayers + 1);
+  grid.border_layers = static_cast<std::int32_t>(std::clamp(
+      std::ceil(Voxmap::kBorder_m / voxel_size_m), double(Voxmap::kMinBorderLayers), double(Voxmap::kMaxBorderLayers)));
+  grid.origin_m = box.lower - (grid.border_layers + 0.5) * voxel_size_m;
+  const glm::dvec3 counts = glm::floor((box.upper - grid.origin_m) / voxel_size_m) + double(grid.border_layers + 1);
   if (!(counts.x * counts.y * counts.z <= static_cast<double>(kMaxVoxels))) {
     return core::Fail(core::ErrorCode::kResource,
                       "a voxel of " + std::to_string(voxel_size_m * 1e3) + " mm asks for " +

@@ -15,14 +15,18 @@ namespace vps {
 // different length: three layers deep behind a surface of normal (1,1,1) it is 1.5 voxels short.)
 //
 // Bytes: layers[(z * ny + y) * nx + x], x fastest; voxel (0,0,0) spans [origin, origin + voxel_size] in the mesh frame.
-// The grid is padded so that its border lies at least kBorderLayers voxels outside the surface voxels.
+// The grid is padded by border_layers voxels on every side of the mesh's box: at least 2.5 mm, the look-ahead of usual
+// pairs. Points outside the grid are farther away than that.
 struct Voxmap {
   static constexpr int kMaxLayer = 127;
-  static constexpr int kBorderLayers = 8;
+  static constexpr int kMinBorderLayers = 8;
+  static constexpr int kMaxBorderLayers = 24;
+  static constexpr double kBorder_m = 2.5e-3;
 
   glm::dvec3 origin_m{0.0};  // lower corner of the grid, mesh frame
   double voxel_size_m = 0.0;
   std::int32_t nx = 0, ny = 0, nz = 0;
+  std::int32_t border_layers = 0;
   std::vector<std::int8_t> layers;
 
   [[nodiscard]] std::size_t num_voxels() const { return layers.size(); }
