@@ -1,0 +1,73 @@
+#include "nodes/visual_node/camera_control.hpp"
+
+#include <cmath>
+#include <utility>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+namespace visual_node {
+
+CameraControl::CameraControl(const view::Assets& assets, const std::string& fixed_view)
+    : camera_(assets.cameras.front()), fixed_view_(fixed_view) {}
+
+CameraControl& CameraControl::Of(GLFWwindow* window) {
+  return *static_cast<CameraControl*>(glfwGetWindowUserPointer(window));
+}
+
+void CameraControl::Attach(GLFWwindow* window) {
+  window_ = window;
+  glfwSetWindowUserPointer(window, this);
+  glfwGetCursorPos(window, &last_x_, &last_y_);
+  glfwSetScrollCallback(window, [](GLFWwindow* w, double, double dy) { Of(w).scroll_ += dy; });
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
+    if (action == GLFW_PRESS) Of(w).Key(key);
+    if (action == GLFW_PRESS && key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(w, GLFW_TRUE);
+  });
+}
+
+void CameraControl::Key(int key) {
+  if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9) wanted_view_ = key - GLFW_KEY_1;
+  if (key == GLFW_KEY_0) follows_steps_ = true;
+  if (key == GLFW_KEY_P) is_screenshot_wanted_ = true;
+}
+
+bool CameraControl::TakeScreenshotKey() {
+  return std::exchange(is_screenshot_wanted_, false);
+}
+
+const scene::Camera& CameraControl::ForStep(const view::Assets& assets, const std::string& step) const {
+  int index = view::FindCamera(assets, fixed_view_);
+  if (index < 0) index = view::FindCamera(assets, step);
+  return assets.cameras[index < 0 ? 0 : static_cast<std::size_t>(index)];
+}
+
+const scene::Camera& CameraControl::Update(const view::Assets& assets, const std::string& step, double dt_s) {
+  if (window_ != nullptr) {
+    constexpr double kOrbit_rad_per_px = 0.006;
+    double x = 0.0, y = 0.0;
+    glfwGetCursorPos(window_, &x, &y);
+    const auto is_down = [&](int key) { return glfwGetKey(window_, key) == GLFW_PRESS ? 1.0 : 0.0; };
+    const double speed_m = 0.5 * dt_s;
+    const double right = speed_m * (is_down(GLFW_KEY_D) - is_down(GLFW_KEY_A));
+    const double up = speed_m * (is_down(GLFW_KEY_E) - is_down(GLFW_KEY_Q));
+    const double forward = speed_m * (is_down(GLFW_KEY_W) - is_down(GLFW_KEY_S));
+    const bool is_dragged = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    if (is_dragged || scroll_ != 0.0 || right != 0.0 || up != 0.0 || forward != 0.0) follows_steps_ = false;
+    if (is_dragged) camera_.Orbit(-kOrbit_rad_per_px * (x - last_x_), kOrbit_rad_per_px * (y - last_y_));
+    if (scroll_ != 0.0) camera_.Zoom(std::pow(0.9, scroll_));
+    camera_.Fly(right, up, forward);
+    scroll_ = 0.0;
+    last_x_ = x;
+    last_y_ = y;
+    if (wanted_view_ >= 0 && wanted_view_ < static_cast<int>(assets.cameras.size())) {
+      camera_.Set(assets.cameras[static_cast<std::size_t>(wanted_view_)]);
+      follows_steps_ = false;
+    }
+    wanted_view_ = -1;
+  }
+  if (follows_steps_) camera_.Set(ForStep(assets, step));
+  return camera_.camera();
+}
+
+}  // namespace visual_node

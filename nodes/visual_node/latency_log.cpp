@@ -1,0 +1,109 @@
+#include "nodes/visual_node/latency_log.hpp"
+
+#include <system_error>
+
+namespace visual_node {
+namespace {
+
+void Blend(double& mean_ms, double sample_ms, double weight) {
+  mean_ms = mean_ms == 0.0 ? sample_ms : (1.0 - weight) * mean_ms + weight * sample_ms;
+}
+
+}  // namespace
+
+const char* StageName(core::Stage stage) {
+  switch (stage) {
+    case core::Stage::kDeviceSample:
+      return "device_sample";
+    case core::Stage::kDeviceSend:
+      return "device_send";
+    case core::Stage::kHapticReceive:
+      return "haptic_receive";
+    case core::Stage::kHapticStart:
+      return "haptic_start";
+    case core::Stage::kHapticSend:
+      return "haptic_send";
+    case core::Stage::kPhysicsReceive:
+      return "physics_receive";
+    case core::Stage::kPhysicsStart:
+      return "physics_start";
+    case core::Stage::kPhysicsSend:
+      return "physics_send";
+    case core::Stage::kDeviceReceive:
+      return "device_receive";
+    case core::Stage::kDeviceWrite:
+      return "device_write";
+    case core::Stage::kVisualReceive:
+      return "visual_receive";
+    case core::Stage::kVisualApply:
+      return "visual_apply";
+    case core::Stage::kFrameStart:
+      return "frame_start";
+    case core::Stage::kFrameDone:
+      return "frame_done";
+  }
+  return "unknown";
+}
+
+core::Result<void> LatencyLog::Open(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
+  file_.open(file);
+  if (!file_) return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string() + "; is the folder writable?");
+  file_ << "chain,trace_id,origin_ns,stages\n";
+  return {};
+}
+
+void LatencyLog::Write(const char* chain, const core::Trace& trace) {
+  if (!file_.is_open()) return;
+  file_ << chain << ',' << trace.id << ',' << trace.origin_ns;
+  for (const core::Stamp& stamp : trace.stamps) file_ << ',' << StageName(stamp.stage) << ':' << stamp.offset_ns;
+  file_ << '\n';
+}
+
+void LatencyLog::AddState(const core::Trace& direct, const core::Trace& through_physics) {
+  const std::scoped_lock lock(mutex_);
+  if (direct.valid() && !direct.stamps.empty() && direct.id != last_direct_id_) {
+    last_direct_id_ = direct.id;
+    state_direct_.Add(direct.stamps.back().offset_ns);
+    Write("t2_state_direct", direct);
+  }
+  if (through_physics.valid() && !through_physics.stamps.empty() && through_physics.id != last_through_id_) {
+    last_through_id_ = through_physics.id;
+    state_.Add(through_physics.stamps.back().offset_ns);
+    Blend(recent_state_ms_, 1e-6 * through_physics.stamps.back().offset_ns, 1.0 / 250.0);
+    Write("t2_state", through_physics);
+  }
+}
+
+void LatencyLog::AddFrame(const core::Trace& trace) {
+  const std::scoped_lock lock(mutex_);
+  if (!trace.valid() || trace.stamps.empty() || trace.id == last_frame_id_) return;
+  last_frame_id_ = trace.id;
+  image_.Add(trace.stamps.back().offset_ns);
+  Blend(recent_image_ms_, 1e-6 * trace.stamps.back().offset_ns, 1.0 / 8.0);
+  Write("t2_image", trace);
+}
+
+bus::LatencyStats LatencyLog::state() const {
+  const std::scoped_lock lock(mutex_);
+  return state_;
+}
+bus::LatencyStats LatencyLog::state_direct() const {
+  const std::scoped_lock lock(mutex_);
+  return state_direct_;
+}
+bus::LatencyStats LatencyLog::image() const {
+  const std::scoped_lock lock(mutex_);
+  return image_;
+}
+double LatencyLog::recent_state_ms() const {
+  const std::scoped_lock lock(mutex_);
+  return recent_state_ms_;
+}
+double LatencyLog::recent_image_ms() const {
+  const std::scoped_lock lock(mutex_);
+  return recent_image_ms_;
+}
+
+}  // namespace visual_node

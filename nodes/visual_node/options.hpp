@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "core/result.hpp"
+
+namespace visual_node {
+
+struct Options {
+  std::filesystem::path scenario;
+  std::string registry;
+  std::uint64_t session = 0;
+  std::filesystem::path out = ".";
+  int width = 640;
+  int height = 360;
+  std::string view;  // camera to stay with; empty: the camera named after the step, else the first
+  bool is_headless = false;
+  double max_frames_per_s = 30.0;
+  bool is_still = false;  // --still: each named camera once, without any bus
+};
+
+constexpr const char* kUsage =
+    "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR\n"
+    "            [--size 640x360] [--view NAME] [--headless] [--fps 30]\n"
+    "visual_node --still SCENARIO --out DIR [--size 640x360]   each named camera once, without a bus\n";
+
+core::Result<Options> ParseOptions(int argc, char** argv);
+
+}  // namespace visual_node

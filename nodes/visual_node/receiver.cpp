@@ -1,0 +1,132 @@
+#include "nodes/visual_node/receiver.hpp"
+
+#include <sys/resource.h>
+
+#include <utility>
+
+#include "core/clock.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::int64_t kWait_ns = 10'000'000;
+constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
+constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // for what comes without a physics state
+
+}  // namespace
+
+core::Result<void> Receiver::Start(const std::string& registry, std::uint64_t session) {
+  bus::NodeOptions options;
+  options.name = "visual_node";
+  options.registry = registry;
+  options.session = session;
+  auto node = bus::Node::Create(options);
+  if (!node) return tl::unexpected(node.error());
+  node_ = std::move(*node);
+  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  for (const scene::Device& device : scenario_.devices) {
+    proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+  }
+  for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
+    contacts_.push_back(&node_->ReadLatest<core::ContactSet>(bus::ContactsTopic("haptic_node", scenario_.PairName(i))));
+  }
+  logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
+  figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("visual_node"));
+  node_->ReadEvents();
+  if (auto started = node_->Start(); !started) return started;
+  newest_.Write(mirror_.scene());
+  thread_ = std::thread([this] { Run(); });
+  return {};
+}
+
+void Receiver::Stop() {
+  is_stopping_.store(true, std::memory_order_release);
+  if (thread_.joinable()) thread_.join();
+}
+
+std::vector<std::string> Receiver::TakeScreenshotRequests() {
+  const std::scoped_lock lock(requests_mutex_);
+  return std::exchange(requests_, {});
+}
+
+void Receiver::Run() {
+  // The process is started with low priority because of its drawing; this thread does little and should not wait for
+  // that. Without the right to raise it again, it stays as it is.
+  setpriority(PRIO_PROCESS, 0, 0);
+  while (!is_stopping_.load(std::memory_order_acquire)) {
+    node_->Wait(core::MonotonicNow_ns() + kWait_ns);
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    const bool is_state_fresh = ApplyAll(now_ns);
+    if (is_state_fresh || now_ns >= next_publish_ns_) Publish(now_ns);
+    if (is_state_fresh) {
+      num_states_.fetch_add(1, std::memory_order_relaxed);
+      log_->AddState(direct_, through_physics_);
+    }
+    if (now_ns >= next_figures_ns_) TellFigures(now_ns);
+  }
+}
+
+// True when a physics state was among it.
+bool Receiver::ApplyAll(std::int64_t now_ns) {
+  for (const auto* proxy : proxies_) {
+    if (proxy->is_fresh()) mirror_.Apply(proxy->value());
+  }
+  for (const auto* contacts : contacts_) {
+    if (contacts->is_fresh()) mirror_.Apply(contacts->value(), now_ns);
+  }
+  if (logic_->is_fresh()) mirror_.Apply(logic_->value());
+  core::Event event;
+  while (node_->PollEvent(&event)) {
+    if (event.name != "screenshot") continue;
+    const std::scoped_lock lock(requests_mutex_);
+    requests_.push_back(event.detail);
+  }
+  if (!physics_->is_fresh()) return false;
+  mirror_.Apply(physics_->value());
+  direct_ = physics_->value().header.direct;
+  through_physics_ = physics_->value().header.through_physics;
+  for (core::Trace* trace : {&direct_, &through_physics_})
+    trace->Add(core::Stage::kVisualReceive, physics_->received_ns());
+  return true;
+}
+
+void Receiver::Publish(std::int64_t now_ns) {
+  mirror_.Refresh(now_ns);
+  view::Scene& slot = newest_.BeginWrite();
+  slot = mirror_.scene();  // into buffers that are there already
+  const std::int64_t applied_ns = core::MonotonicNow_ns();
+  for (core::Trace* trace : {&direct_, &through_physics_}) {
+    const bool is_stamped = !trace->stamps.empty() && trace->stamps.back().stage == core::Stage::kVisualApply;
+    if (!is_stamped) trace->Add(core::Stage::kVisualApply, applied_ns);
+  }
+  slot.direct = direct_;
+  slot.through_physics = through_physics_;
+  newest_.EndWrite();
+  next_publish_ns_ = now_ns + kQuietPublish_ns;
+}
+
+void Receiver::TellFigures(std::int64_t now_ns) {
+  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  if (is_ready_.load(std::memory_order_acquire) && !is_ready_told_) {
+    core::Event event;
+    event.time_ns = now_ns;
+    event.source = "visual_node";
+    event.name = "ready";
+    is_ready_told_ = node_->Emit(event);
+  }
+  view::LiveFigures live;
+  live.frames_per_s = frames_per_s_.load(std::memory_order_relaxed);
+  live.t2_state_ms = log_->recent_state_ms();
+  live.t2_image_ms = log_->recent_image_ms();
+  live.dropped = node_->counters().dropped;
+  mirror_.Apply(live);
+  bus::Figures figures;
+  figures.items = {{"frames_per_s", live.frames_per_s},
+                   {"frames", static_cast<double>(frames_.load(std::memory_order_relaxed))},
+                   {"t2_state_ms", live.t2_state_ms},
+                   {"t2_image_ms", live.t2_image_ms},
+                   {"dropped", static_cast<double>(live.dropped)}};
+  figures_.Set(figures);
+}
+
+}  // namespace visual_node

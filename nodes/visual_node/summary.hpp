@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "bus/roster.hpp"
+#include "bus/rt/latency_stats.hpp"
+#include "core/result.hpp"
+
+namespace visual_node {
+
+// visual_node.json: this node's part of the run's report.
+struct Summary {
+  std::string scenario;
+  std::string gl_renderer;
+  std::size_t num_triangles = 0;
+  std::uint64_t frames = 0;
+  double seconds = 0.0;
+  std::uint64_t states = 0;  // physics states applied
+  bus::LatencyStats draw;    // start of drawing until glFinish
+  bus::LatencyStats t2_state;
+  bus::LatencyStats t2_state_direct;
+  bus::LatencyStats t2_image;
+  bus::Counters counters;
+  std::size_t contact_sheet_tiles = 0;
+
+  core::Result<void> Write(const std::filesystem::path& file) const;
+};
+
+}  // namespace visual_node

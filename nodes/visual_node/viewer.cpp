@@ -1,0 +1,213 @@
+#include "nodes/visual_node/viewer.hpp"
+
+#include <epoxy/gl.h>
+#include <sched.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <memory>
+
+#include "core/clock.hpp"
+#include "nodes/visual_node/camera_control.hpp"
+#include "nodes/visual_node/contact_sheet.hpp"
+#include "nodes/visual_node/gl_context.hpp"
+#include "nodes/visual_node/receiver.hpp"
+#include "nodes/visual_node/renderer.hpp"
+#include "nodes/visual_node/still.hpp"
+#include "nodes/visual_node/summary.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+namespace visual_node {
+namespace {
+
+constexpr int kDrawingNice = 10;
+
+// The calling thread and those that it makes from now on (llvmpipe's) give way to the force loop.
+void GiveWay() {
+  const sched_param none{};
+  sched_setscheduler(0, SCHED_BATCH, &none);
+  if (getpriority(PRIO_PROCESS, 0) < kDrawingNice) setpriority(PRIO_PROCESS, 0, kDrawingNice);
+}
+
+// A picture's name comes over the bus: only what is safe in a file name is kept.
+std::string SafeName(const std::string& name, std::uint64_t number) {
+  std::string safe;
+  for (const char c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-') safe += c;
+  }
+  return safe.empty() ? "screenshot_" + std::to_string(number) : safe;
+}
+
+class Viewer {
+ public:
+  Viewer(const Options& options, const scene::Scenario& scenario, Signals& signals)
+      : options_(options), signals_(signals), receiver_(scenario, &log_) {
+    summary_.scenario = scenario.name;
+  }
+
+  core::Result<void> Run(const scene::Scenario& scenario) {
+    if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
+    if (auto started = receiver_.Start(options_.registry, options_.session); !started) return started;
+    GiveWay();
+    auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
+    if (!context) return tl::unexpected(context.error());
+    context_ = std::move(*context);
+    summary_.gl_renderer = context_->renderer_name();
+    receiver_.Update();
+    shown_ = receiver_.scene();
+    if (!options_.view.empty() && view::FindCamera(*shown_.assets, options_.view) < 0) {
+      return core::Fail(core::ErrorCode::kInvalidInput, "the scenario has no camera '" + options_.view + "'");
+    }
+    auto renderer =
+        Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+    if (!renderer) return tl::unexpected(renderer.error());
+    renderer_ = std::move(*renderer);
+    summary_.num_triangles = renderer_->num_triangles();
+    std::printf("drawing %zu triangles with %s\n", renderer_->num_triangles(), summary_.gl_renderer.c_str());
+    std::fflush(stdout);
+    auto result = Loop();
+    if (auto finished = Finish(); !finished && result) result = finished;
+    return result;
+  }
+
+ private:
+  core::Result<void> Loop() {
+    CameraControl control(*shown_.assets, options_.view);
+    if (!options_.is_headless) control.Attach(context_->window());
+    const auto period_ns = static_cast<std::int64_t>(1e9 / options_.max_frames_per_s);
+    auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
+    std::int64_t last_ns = core::MonotonicNow_ns();
+    first_frame_ns_ = last_ns;
+    while (signals_.is_stop_wanted == 0 && glfwWindowShouldClose(context_->window()) == GLFW_FALSE) {
+      glfwPollEvents();
+      if (!options_.is_headless) FitTo(context_->window(), target);
+      const std::int64_t start_ns = core::MonotonicNow_ns();
+      if (auto taken = TakeScene(control); !taken) return taken;
+      const scene::Camera& camera =
+          control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
+      if (auto drawn = renderer_->Draw(shown_, camera, *target); !drawn) return drawn;
+      glFinish();
+      CountFrame(start_ns, core::MonotonicNow_ns());
+      if (!options_.is_headless) Show(*target);
+      if (control.TakeScreenshotKey()) Take("", camera);
+      if (signals_.is_screenshot_wanted != 0) {
+        signals_.is_screenshot_wanted = 0;
+        Take("", camera);
+      }
+      for (const std::string& name : receiver_.TakeScreenshotRequests()) Take(name, camera);
+      last_ns = start_ns;
+      const std::int64_t left_ns = start_ns + period_ns - core::MonotonicNow_ns();
+      if (left_ns > 0) {
+        const timespec pause{0, static_cast<long>(std::min<std::int64_t>(left_ns, 999'999'999))};
+        nanosleep(&pause, nullptr);
+      }
+    }
+    return {};
+  }
+
+  // The newest scene, as late as possible before drawing. When the step has changed, the one that was shown until now
+  // is how the old step ended: it is kept for the contact sheet.
+  core::Result<void> TakeScene(const CameraControl& control) {
+    is_new_scene_ = receiver_.Update();
+    if (!is_new_scene_) return {};
+    const view::Scene& next = receiver_.scene();
+    if (!shown_.step.empty() && next.step != shown_.step) {
+      if (auto kept = Keep(shown_, control.ForStep(*shown_.assets, shown_.step)); !kept) return kept;
+    }
+    shown_ = next;
+    return {};
+  }
+
+  core::Result<void> Keep(const view::Scene& scene, const scene::Camera& camera) {
+    const auto image = RenderSmooth(*renderer_, scene, camera, options_.width, options_.height);
+    if (!image) return tl::unexpected(image.error());
+    const std::string name = SafeName(scene.step, 0);
+    sheet_.Add(name, *image);
+    return WritePng(*image, options_.out / "frames" / (name + ".png"));
+  }
+
+  void Take(const std::string& name, const scene::Camera& camera) {
+    const std::filesystem::path file = options_.out / (SafeName(name, ++num_screenshots_) + ".png");
+    const auto image = RenderSmooth(*renderer_, shown_, camera, options_.width, options_.height);
+    const auto written = image ? WritePng(*image, file) : core::Result<void>(tl::unexpected(image.error()));
+    std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
+  }
+
+  void CountFrame(std::int64_t start_ns, std::int64_t done_ns) {
+    ++summary_.frames;
+    summary_.draw.Add(done_ns - start_ns);
+    if (is_new_scene_) {
+      core::Trace trace = shown_.through_physics;
+      trace.Add(core::Stage::kFrameStart, start_ns);
+      trace.Add(core::Stage::kFrameDone, done_ns);
+      log_.AddFrame(trace);
+    }
+    ++frames_in_window_;
+    if (done_ns - window_start_ns_ > core::kNanosecondsPerSecond / 2) {
+      receiver_.SetFramesPerSecond(frames_in_window_ * 1e9 / static_cast<double>(done_ns - window_start_ns_));
+      window_start_ns_ = done_ns;
+      frames_in_window_ = 0;
+    }
+    receiver_.SetFrames(summary_.frames);
+    receiver_.SetReady();
+  }
+
+  static void FitTo(GLFWwindow* window, std::unique_ptr<RenderTarget>& target) {
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window, &width, &height);
+    if (width < 16 || height < 16 || (width == target->width() && height == target->height())) return;
+    target = std::make_unique<RenderTarget>(width, height);
+  }
+
+  void Show(const RenderTarget& target) const {
+    glBlitNamedFramebuffer(target.framebuffer(), 0, 0, 0, target.width(), target.height(), 0, 0, target.width(),
+                           target.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glfwSwapBuffers(context_->window());
+  }
+
+  core::Result<void> Finish() {
+    summary_.seconds = 1e-9 * static_cast<double>(core::MonotonicNow_ns() - first_frame_ns_);
+    // The last word of the procedure may have come after the last frame.
+    const CameraControl control(*shown_.assets, options_.view);
+    core::Result<void> result = TakeScene(control);
+    if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
+    if (sheet_.size() > 0 && result) result = sheet_.Write(options_.out / "contact_sheet.png");
+    receiver_.Stop();
+    summary_.t2_state = log_.state();
+    summary_.t2_state_direct = log_.state_direct();
+    summary_.t2_image = log_.image();
+    summary_.states = receiver_.num_states();
+    summary_.counters = receiver_.counters();
+    summary_.contact_sheet_tiles = sheet_.size();
+    if (auto written = summary_.Write(options_.out / "visual_node.json"); !written) return written;
+    return result;
+  }
+
+  const Options& options_;
+  Signals& signals_;
+  LatencyLog log_;
+  Receiver receiver_;
+  std::unique_ptr<GlContext> context_;
+  std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
+  view::Scene shown_;
+  ContactSheet sheet_;
+  Summary summary_;
+  bool is_new_scene_ = false;
+  std::uint64_t num_screenshots_ = 0;
+  std::int64_t first_frame_ns_ = 0;
+  std::int64_t window_start_ns_ = 0;
+  int frames_in_window_ = 0;
+};
+
+}  // namespace
+
+core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals) {
+  Viewer viewer(options, scenario, signals);
+  return viewer.Run(scenario);
+}
+
+}  // namespace visual_node
