@@ -1,0 +1,72 @@
+// physics_node --scenario FILE --registry ENDPOINT --session N --out DIR [--name physics_node] [--rt try|off|enforce]
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include "bus/rt/thread_setup.hpp"
+#include "nodes/physics_node/node_loop.hpp"
+#include "scene/load_scenario.hpp"
+
+namespace {
+
+constexpr int kPriority = 75;  // below haptic_node, which gives the beat
+
+std::atomic<bool> stop{false};
+void OnSignal(int) {
+  stop.store(true);
+}
+
+int Complain(const std::string& what, int status) {
+  std::fprintf(stderr, "physics_node: %s\n", what.c_str());
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::map<std::string, std::string> options = {{"--rt", "try"}, {"--name", "physics_node"}};
+  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
+  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
+    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
+  }
+  bus::RealTimeMode mode{};
+  if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
+  std::signal(SIGTERM, OnSignal);
+  std::signal(SIGINT, OnSignal);
+
+  const auto scenario = scene::LoadScenario(options["--scenario"]);
+  if (!scenario) {
+    for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
+    return 2;
+  }
+  auto physics = physics_node::PhysicsNode::Create(*scenario);
+  if (!physics) return Complain(physics.error().detail, 1);
+
+  bus::NodeOptions node_options;
+  node_options.name = options["--name"];
+  node_options.registry = options["--registry"];
+  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  auto node = bus::Node::Create(node_options);
+  if (!node) return Complain(node.error().detail, 1);
+  physics_node::NodeLoop loop(*scenario, physics->get(), node->get());
+  loop.Declare();
+  if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
+
+  bus::ThreadSetup setup;
+  setup.name = "physics-rt";
+  setup.mode = mode;
+  setup.fifo_priority = kPriority;
+  const bus::ThreadReport thread = bus::SetUpThread(setup);
+  std::printf("%s\nready\n", thread.text.c_str());
+  std::fflush(stdout);
+  if (!thread.is_ok) return 1;
+  (*node)->Emit({0, node_options.name, "ready", "masses known, loop starts"});
+  loop.Run(stop);
+  if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "physics_node.json", thread.is_fifo)) {
+    return Complain("cannot write its report to " + options["--out"], 1);
+  }
+  return 0;
+}

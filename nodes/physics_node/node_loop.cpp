@@ -1,0 +1,192 @@
+#include "nodes/physics_node/node_loop.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/clock.hpp"
+
+namespace physics_node {
+namespace {
+
+constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
+constexpr std::size_t kMaxChangesPerTick = 32;
+
+}  // namespace
+
+int TickPlan::Plan(std::int64_t now_ns, bool is_new_cycle) {
+  std::int64_t owed = (now_ns - epoch_ns_) / core::kTick_ns - made_;
+  if (owed > kStall) {
+    dropped_ticks_ += static_cast<std::uint64_t>(owed - 1);
+    epoch_ns_ += (owed - 1) * core::kTick_ns;
+    owed = 1;
+  }
+  std::int64_t count = 0;
+  if (is_new_cycle) {
+    count = owed <= -kMaxAhead ? 0 : std::clamp<std::int64_t>(owed, 1, kMaxCatchUp);
+  } else if (owed >= kPatience) {
+    // One stays owed, for the cycle that may still come.
+    count = std::min(owed - kPatience + 1, kMaxCatchUp);
+    timer_ticks_ += static_cast<std::uint64_t>(count);
+  }
+  made_ += count;
+  return static_cast<int>(count);
+}
+
+NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node)
+    : scenario_(scenario),
+      physics_(physics),
+      node_(node),
+      contact_sets_(scenario.pairs.size()),
+      changes_(kMaxChangesPerTick),
+      tickets_(kMaxChangesPerTick),
+      stepped_cycle_(scenario.devices.size()) {
+  outputs_.events.reserve(kMaxEventsPerTick);
+  for (const char* name : {"ticks", "step_p50_us", "step_p99_us", "impulse_balance", "timer_ticks", "dropped_ticks"}) {
+    figures_.items.push_back({name, 0.0});
+  }
+}
+
+void NodeLoop::Declare() {
+  for (const scene::Device& device : scenario_.devices) {
+    proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    reaction_writers_.push_back(node_->WriteLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+  }
+  for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
+    const bool is_mine = scenario_.objects[scenario_.pairs[i].sampled].owner == scene::Owner::kPhysics ||
+                         scenario_.objects[scenario_.pairs[i].field].owner == scene::Owner::kPhysics;
+    const std::string topic = bus::ContactsTopic("haptic_node", scenario_.PairName(i));
+    contacts_.push_back(is_mine ? &node_->ReadLatest<core::ContactSet>(topic) : nullptr);
+  }
+  state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
+  node_->OwnParameters();
+}
+
+void NodeLoop::Run(const std::atomic<bool>& stop) {
+  plan_ = TickPlan(core::MonotonicNow_ns());
+  while (!stop.load(std::memory_order_relaxed)) {
+    const int num_ticks = WaitForTicks(stop);
+    if (num_ticks == 0) continue;
+    TakeParameters();
+    Step(num_ticks);
+    AnswerParameters();
+    TellFigures(core::MonotonicNow_ns());
+  }
+}
+
+int NodeLoop::WaitForTicks(const std::atomic<bool>& stop) {
+  while (!stop.load(std::memory_order_relaxed)) {
+    node_->Wait(plan_.deadline_ns());
+    TakeFresh();
+    const bool is_new_cycle = IsNewCycle();
+    const int num_ticks = plan_.Plan(core::MonotonicNow_ns(), is_new_cycle);
+    if (is_new_cycle) {
+      for (std::size_t r = 0; r < proxies_.size(); ++r) stepped_cycle_[r] = proxies_[r]->value().cycle;
+    }
+    if (num_ticks > 0) return num_ticks;
+  }
+  return 0;
+}
+
+void NodeLoop::TakeFresh() {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (contacts_[i] != nullptr && contacts_[i]->is_fresh()) contact_sets_[i] = contacts_[i]->value();
+  }
+}
+
+bool NodeLoop::IsNewCycle() const {
+  if (proxies_.empty()) return false;
+  for (std::size_t r = 0; r < proxies_.size(); ++r) {
+    if (!proxies_[r]->has_value() || proxies_[r]->value().cycle == stepped_cycle_[r]) return false;
+  }
+  return true;
+}
+
+void NodeLoop::TakeParameters() {
+  num_changes_ = 0;
+  while (num_changes_ < kMaxChangesPerTick && node_->PollParameter(&changes_[num_changes_], &tickets_[num_changes_])) {
+    ++num_changes_;
+  }
+}
+
+void NodeLoop::AnswerParameters() {
+  for (std::size_t i = 0; i < num_changes_; ++i) {
+    const bool is_accepted = physics_->OwnsParameter(changes_[i].name);
+    node_->AckParameter(tickets_[i], first_tick_, is_accepted,
+                        is_accepted ? std::string() : "physics_node has no such parameter");
+  }
+}
+
+void NodeLoop::Step(int num_ticks) {
+  const std::int64_t start_ns = core::MonotonicNow_ns();
+  inputs_.now_ns = start_ns;
+  inputs_.proxies.clear();
+  for (const auto* reader : proxies_) {
+    inputs_.proxies.push_back(reader->value());
+    core::Trace& trace = inputs_.proxies.back().header.direct;
+    trace.Add(core::Stage::kPhysicsReceive, reader->received_ns());
+    trace.Add(core::Stage::kPhysicsStart, start_ns);
+  }
+  inputs_.contacts = contact_sets_.data();
+  inputs_.num_contacts = contact_sets_.size();
+  inputs_.changes = changes_.data();
+  inputs_.num_changes = num_changes_;
+  for (int i = 0; i < num_ticks; ++i) {
+    physics_->Step(inputs_, &outputs_);
+    if (i == 0) first_tick_ = physics_->tick();
+    inputs_.num_changes = 0;
+    for (const core::Event& event : outputs_.events) node_->Emit(event);
+  }
+  const std::int64_t end_ns = core::MonotonicNow_ns();
+  durations_.Add((end_ns - start_ns) / num_ticks);
+
+  const auto stamp = [end_ns](core::Header* header) {
+    header->direct.Add(core::Stage::kPhysicsSend, end_ns);
+    header->through_physics.Add(core::Stage::kPhysicsSend, end_ns);
+  };
+  // Reactions first: they are what a hand waits for.
+  for (std::size_t r = 0; r < outputs_.reactions.size(); ++r) {
+    stamp(&outputs_.reactions[r].header);
+    reaction_writers_[r].Send(outputs_.reactions[r]);
+  }
+  stamp(&outputs_.state.header);
+  state_writer_.Send(outputs_.state);
+}
+
+void NodeLoop::TellFigures(std::int64_t now_ns) {
+  if (now_ns < next_figures_ns_) return;
+  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  const double values[] = {static_cast<double>(physics_->tick()),
+                           durations_.p50_ns() * 1e-3,
+                           durations_.p99_ns() * 1e-3,
+                           physics_->impulse_balance().relative(),
+                           static_cast<double>(plan_.timer_ticks()),
+                           static_cast<double>(plan_.dropped_ticks())};
+  for (std::size_t i = 0; i < figures_.items.size(); ++i) figures_.items[i].value = values[i];
+  figures_writer_.Set(figures_);
+}
+
+bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) const {
+  const physics::ImpulseBalance balance = physics_->impulse_balance();
+  nlohmann::json report;
+  report["ticks"] = physics_->tick();
+  report["timer_ticks"] = plan_.timer_ticks();
+  report["dropped_ticks"] = plan_.dropped_ticks();
+  report["step_p50_us"] = durations_.p50_ns() * 1e-3;
+  report["step_p99_us"] = durations_.p99_ns() * 1e-3;
+  report["step_max_us"] = static_cast<double>(durations_.max_ns()) * 1e-3;
+  report["is_realtime"] = is_realtime;
+  report["impulse_balance"] = balance.relative();
+  report["impulses"] = {{"linear_residual_Ns", balance.linear_residual_Ns},
+                        {"linear_magnitude_Ns", balance.linear_magnitude_Ns},
+                        {"angular_residual_Nms", balance.angular_residual_Nms},
+                        {"angular_magnitude_Nms", balance.angular_magnitude_Nms}};
+  const bus::Counters counters = node_->counters();
+  report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
+  std::ofstream out(file);
+  out << report.dump(2) << "\n";
+  return out.good();
+}
+
+}  // namespace physics_node

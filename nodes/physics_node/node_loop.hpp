@@ -1,0 +1,84 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "bus/node.hpp"
+#include "bus/rt/latency_stats.hpp"
+#include "nodes/physics_node/physics_node.hpp"
+
+namespace physics_node {
+
+// How many ticks to make now, so that simulated time keeps to real time while each haptic cycle gets its tick at once.
+//
+// Owed ticks are those whose time has come but which have not been made. A new haptic cycle makes one tick, or up to
+// kMaxCatchUp when some are owed; it makes none when physics is already kMaxAhead ahead (cycles that come in a burst).
+// Without a cycle, the timer makes ticks once kPatience are owed. After a long stall the time is dropped.
+class TickPlan {
+ public:
+  static constexpr std::int64_t kMaxAhead = 2;
+  static constexpr std::int64_t kPatience = 2;
+  static constexpr std::int64_t kMaxCatchUp = 4;
+  static constexpr std::int64_t kStall = 50;
+
+  explicit TickPlan(std::int64_t start_ns) : epoch_ns_(start_ns) {}
+
+  [[nodiscard]] int Plan(std::int64_t now_ns, bool is_new_cycle);
+  // When the timer takes over if no cycle comes.
+  [[nodiscard]] std::int64_t deadline_ns() const { return epoch_ns_ + (made_ + kPatience) * core::kTick_ns; }
+  [[nodiscard]] std::uint64_t timer_ticks() const { return timer_ticks_; }
+  [[nodiscard]] std::uint64_t dropped_ticks() const { return dropped_ticks_; }
+
+ private:
+  std::int64_t epoch_ns_;
+  std::int64_t made_ = 0;
+  std::uint64_t timer_ticks_ = 0;
+  std::uint64_t dropped_ticks_ = 0;
+};
+
+// Ties a PhysicsNode to the bus: a tick when all roles' proxies of a new haptic cycle have arrived (contacts are sent
+// before them), by the timer otherwise.
+class NodeLoop {
+ public:
+  NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node);
+
+  void Declare();  // before bus::Node::Start
+  void Run(const std::atomic<bool>& stop);
+  bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
+
+ private:
+  // Waits until ticks are due; returns how many.
+  int WaitForTicks(const std::atomic<bool>& stop);
+  void TakeFresh();
+  bool IsNewCycle() const;
+  void TakeParameters();
+  void AnswerParameters();
+  void Step(int num_ticks);
+  void TellFigures(std::int64_t now_ns);
+
+  scene::Scenario scenario_;
+  PhysicsNode* physics_;
+  bus::Node* node_;
+  std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
+  std::vector<bus::LatestReader<core::ContactSet>*> contacts_;  // null where physics has no such pair
+  bus::LatestWriter<core::PhysicsState> state_writer_;
+  std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
+  bus::StateWriter<bus::Figures> figures_writer_;
+  bus::Figures figures_;
+
+  Inputs inputs_;
+  Outputs outputs_;
+  std::vector<core::ContactSet> contact_sets_;
+  std::vector<core::ParameterChange> changes_;
+  std::vector<std::uint64_t> tickets_;
+  std::size_t num_changes_ = 0;
+  std::uint64_t first_tick_ = 0;              // at whose top the newest changes were applied
+  std::vector<std::uint64_t> stepped_cycle_;  // per role: cycle of the last tick
+  TickPlan plan_{0};
+  std::int64_t next_figures_ns_ = 0;
+  bus::LatencyStats durations_;
+};
+
+}  // namespace physics_node
