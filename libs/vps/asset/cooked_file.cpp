@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fstream>
@@ -105,6 +106,7 @@ std::vector<char> Encode(const CookedObject& object) {
     out.Put(map.nx);
     out.Put(map.ny);
     out.Put(map.nz);
+    out.Put(map.border_layers);
     out.PutArray(map.layers);
   }
   if (object.points) {
@@ -118,6 +120,7 @@ std::vector<char> Encode(const CookedObject& object) {
 
 bool IsConsistent(const Voxmap& map) {
   if (map.nx <= 0 || map.ny <= 0 || map.nz <= 0 || !(map.voxel_size_m > 0.0)) return false;
+  if (map.border_layers < 0 || 2 * map.border_layers >= std::min({map.nx, map.ny, map.nz})) return false;
   return static_cast<std::uint64_t>(map.nx) * static_cast<std::uint64_t>(map.ny) * static_cast<std::uint64_t>(map.nz) ==
          map.layers.size();
 }
@@ -152,6 +155,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     map.nx = in.Get<std::int32_t>();
     map.ny = in.Get<std::int32_t>();
     map.nz = in.Get<std::int32_t>();
+    map.border_layers = in.Get<std::int32_t>();
     map.layers = in.GetArray<std::int8_t>();
     is_consistent = is_consistent && IsConsistent(map);
     object.voxmap = std::move(map);

@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "vps/asset/cooked_object.hpp"
+
+namespace vps {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Cooking : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("vr_oos_cook_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    mesh_ = folder_ / "tetrahedron.off";
+    std::ofstream(mesh_) << "OFF\n4 4 0\n0 0 0\n0.1 0 0\n0 0.1 0\n0 0 0.1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path CacheEntry() const {
+    for (const auto& entry : fs::directory_iterator(folder_ / "cache")) return entry.path();
+    return {};
+  }
+
+  fs::path folder_, mesh_;
+  CookParameters parameters_{0.005, 500};
+};
+
+TEST_F(Cooking, TakesTheSecondTimeFromTheCache) {
+  const auto first = Cook(mesh_, parameters_, folder_ / "cache");
+  ASSERT_TRUE(first.has_value()) << first.error().detail;
+  EXPECT_FALSE(first->is_from_cache);
+  const auto second = Cook(mesh_, parameters_, folder_ / "cache");
+  ASSERT_TRUE(second.has_value());
+  EXPECT_TRUE(second->is_from_cache);
+  EXPECT_EQ(first->voxmap->layers, second->voxmap->layers);
+  EXPECT_EQ(first->points->x, second->points->x);
+}
+
+TEST_F(Cooking, RebuildsADamagedCacheFile) {
+  const auto first = Cook(mesh_, parameters_, folder_ / "cache");
+  ASSERT_TRUE(first.has_value());
+  {
+    std::fstream file(CacheEntry(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(200);
+    file.put('\x5a');
+    file.put('\xa5');
+  }
+  const auto second = Cook(mesh_, parameters_, folder_ / "cache");
+  ASSERT_TRUE(second.has_value());
+  EXPECT_FALSE(second->is_from_cache);
+  EXPECT_EQ(first->voxmap->layers, second->voxmap->layers);
+  EXPECT_TRUE(Cook(mesh_, parameters_, folder_ / "cache")->is_from_cache);  // and repaired on disk
+}
+
+TEST_F(Cooking, BuildsAnewWhenTheMeshChanges) {
+  ASSERT_TRUE(Cook(mesh_, parameters_, folder_ / "cache").has_value());
+  std::ofstream(mesh_) << "OFF\n4 4 0\n0 0 0\n0.2 0 0\n0 0.1 0\n0 0 0.1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  EXPECT_FALSE(Cook(mesh_, parameters_, folder_ / "cache")->is_from_cache);
+}
+
+TEST_F(Cooking, WorksWithoutAWritableCache) {
+  std::ofstream(folder_ / "file") << "not a folder";
+  EXPECT_TRUE(Cook(mesh_, parameters_, folder_ / "file" / "cache").has_value());
+}
+
+TEST_F(Cooking, NamesTheFileThatIsMissing) {
+  const auto result = Cook(folder_ / "none.obj", parameters_, folder_ / "cache");
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().code, core::ErrorCode::kNotFound);
+  EXPECT_NE(result.error().detail.find("none.obj"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace vps
