@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "vps/force/reduce_contacts.hpp"
+#include "vps/multibody/collision_world.hpp"
+#include "vps/query/tree_query.hpp"
+
+namespace vps {
+
+// Memory of one pair, allocated once.
+struct PairScratch {
+  explicit PairScratch(const PointTree& tree) : query(tree), contacts(tree.num_points) {}
+  QueryScratch query;
+  std::vector<SampledContact> contacts;
+};
+
+// One pair, from poses to forces and planes: tree walk, Eq. 1 and 2, reduction. Fills everything in `result` but its
+// cycle. Returns the distance by which the two objects may move against each other before the result can change from
+// "apart, no plane": 0 while there are planes.
+double QueryPair(const PointTree& sampled, const Voxmap& field, const core::Pose& X_WS, const core::Pose& X_GS,
+                 const PairDescription& pair, double rho, double alpha, PairScratch* scratch, PairResult* result);
+
+}  // namespace vps
