@@ -1,0 +1,427 @@
+#include "bus/detail/bus_thread.hpp"
+
+#include <pthread.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+
+#include "bus/schema.hpp"
+#include "core/clock.hpp"
+
+namespace bus::detail {
+namespace {
+
+constexpr std::size_t kTopicsPerHeartbeat = 30;  // keeps a heartbeat within one datagram
+constexpr int kGoodbyeLinger_ms = 100;
+
+}  // namespace
+
+core::Result<void> BusThread::Open() {
+  try {
+    router_ = zmq::socket_t(context_, zmq::socket_type::router);
+    router_.set(zmq::sockopt::router_mandatory, true);  // an unknown receiver is an error, not silence
+    router_.set(zmq::sockopt::router_handover, true);
+    router_.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
+    router_.set(zmq::sockopt::maxmsgsize, std::int64_t{16} << 20);
+    router_.set(zmq::sockopt::sndhwm, static_cast<int>(2 * kEventCredit));
+    router_.bind("tcp://" + core_->options.bind_address + ":*");
+    router_endpoint_ = router_.get(zmq::sockopt::last_endpoint);
+    registry_ = zmq::socket_t(context_, zmq::socket_type::dealer);
+    registry_.set(zmq::sockopt::routing_id, core_->options.name + "#" + std::to_string(core_->instance));
+    registry_.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
+    registry_.set(zmq::sockopt::immediate, true);  // no pile of old HELLOs for a registry that is not there yet
+    registry_.set(zmq::sockopt::reconnect_ivl, 20);
+    registry_.set(zmq::sockopt::reconnect_ivl_max, 200);
+    registry_.connect(core_->options.registry);
+  } catch (const zmq::error_t& error) {
+    return core::Fail(core::ErrorCode::kIo, "node " + core_->options.name + ": sockets on " +
+                                                core_->options.bind_address + " for registry '" +
+                                                core_->options.registry + "': " + error.what() +
+                                                "; the registry is given as tcp://ADDRESS:PORT");
+  }
+  return {};
+}
+
+void BusThread::Start() {
+  // Signals are for the node's own threads.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] { Run(); });
+  pthread_setname_np(thread_.native_handle(), "bus-io");
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void BusThread::Stop() {
+  if (!thread_.joinable()) return;
+  is_stopping_.store(true);
+  core_->Wake();
+  thread_.join();
+}
+
+int BusThread::PollTimeout_ms() const {
+  std::int64_t due = std::min(next_heartbeat_ns_, next_hello_ns_);
+  const bool is_waiting =
+      !open_calls_.empty() || !events_for_step_.empty() || !states_for_step_.empty() || !acks_for_step_.empty();
+  const std::int64_t now = core::MonotonicNow_ns();
+  if (is_waiting) due = std::min(due, now + 10 * kMillisecond_ns);
+  return static_cast<int>(std::clamp<std::int64_t>((due - now + kMillisecond_ns - 1) / kMillisecond_ns, 0, 50));
+}
+
+void BusThread::Run() {
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  std::vector<zmq::pollitem_t> items;
+  while (!is_stopping_.load()) {
+    items.clear();
+    items.push_back({router_.handle(), 0, ZMQ_POLLIN, 0});
+    items.push_back({registry_.handle(), 0, ZMQ_POLLIN, 0});
+    items.push_back({nullptr, core_->heartbeat_socket.fd(), ZMQ_POLLIN, 0});
+    items.push_back({nullptr, core_->wake_fd, ZMQ_POLLIN, 0});
+    for (auto& [name, peer] : peers_) items.push_back({peer.dealer.handle(), 0, ZMQ_POLLIN, 0});
+    zmq_poll(items.data(), static_cast<int>(items.size()), PollTimeout_ms());
+    {
+      const std::lock_guard lock(core_->mutex);
+      RunOnce();
+    }
+    core_->changed.notify_all();
+  }
+  const std::lock_guard lock(core_->mutex);
+  DrainStepThread();
+  if (core_->options.says_goodbye) {
+    SendHeartbeats(true);
+    SendHello(true);
+  }
+  peers_.clear();
+  router_.close();
+  registry_.close();
+}
+
+void BusThread::RunOnce() {
+  std::uint64_t wakes = 0;
+  [[maybe_unused]] const ssize_t got = read(core_->wake_fd, &wakes, sizeof(wakes));
+
+  // Everything that has arrived comes first: after a hold-up of this thread nobody is declared dead for it.
+  ReceiveHeartbeats();
+  ReceiveFromRegistry();
+  for (auto& [name, peer] : peers_) ReceiveFromPeer(peer);
+  ReceiveFromRouter();
+  DrainStepThread();
+
+  const std::int64_t now = core::MonotonicNow_ns();
+  if (now >= next_hello_ns_) {
+    SendHello(false);
+    next_hello_ns_ = now + (core_->is_welcomed ? kHelloPeriod_ns : kEagerHelloPeriod_ns);
+  }
+  if (now >= next_heartbeat_ns_) {
+    SendHeartbeats(false);
+    next_heartbeat_ns_ = now + kHeartbeatPeriod_ns;
+  }
+  CheckLiveness();
+  MaintainSubscriptions();
+  ServeCalls();
+  if (are_subscribers_outdated_) UpdateSubscribers();
+  FlushToStepThread();
+}
+
+oos::NodeRecord BusThread::OwnRecord(bool with_schemas) const {
+  oos::NodeRecord record;
+  record.set_name(core_->options.name);
+  record.set_instance(core_->instance);
+  record.set_boot(core_->identity.boot);
+  record.set_session(core_->identity.session);
+  record.set_protocol_version(kProtocolVersion);
+  record.set_process_id(static_cast<std::uint32_t>(getpid()));
+  record.set_data_endpoint(core_->data_socket.endpoint());
+  record.set_heartbeat_endpoint(core_->heartbeat_socket.endpoint());
+  record.set_router_endpoint(router_endpoint_);
+  record.set_is_observer(core_->options.is_observer);
+  record.set_owns_parameters(core_->owns_parameters);
+  record.set_reads_events(core_->reads_events);
+  for (const std::string& pattern : core_->observed_patterns) record.add_observed_patterns(pattern);
+  std::set<MessageType> types;
+  const auto declare = [&](const std::string& topic, TopicClass topic_class, MessageType type, bool is_written) {
+    oos::TopicDeclaration* declaration = record.add_topics();
+    declaration->set_name(topic);
+    declaration->set_topic_class(static_cast<std::uint32_t>(topic_class));
+    declaration->set_message_type(static_cast<std::uint32_t>(type));
+    declaration->set_schema_digest(SchemaOf(type).digest);
+    declaration->set_is_written(is_written);
+    types.insert(type);
+  };
+  for (const auto& sender : core_->senders) declare(sender->topic, TopicClass::kLatest, sender->type, true);
+  for (const auto& receiver : core_->receivers) declare(receiver->topic, TopicClass::kLatest, receiver->type, false);
+  for (const auto& sender : core_->state_senders) declare(sender->topic, TopicClass::kState, sender->type, true);
+  for (const auto& receiver : core_->state_receivers)
+    declare(receiver->topic, TopicClass::kState, receiver->type, false);
+  if (with_schemas) {
+    for (const MessageType type : types) {
+      oos::Schema* schema = record.add_schemas();
+      schema->set_digest(SchemaOf(type).digest);
+      schema->set_canonical(SchemaOf(type).canonical);
+    }
+  }
+  return record;
+}
+
+void BusThread::SendHello(bool is_goodbye) {
+  oos::Control control;
+  *control.mutable_hello()->mutable_node() = OwnRecord(true);
+  control.mutable_hello()->set_known_roster(roster_version_);
+  control.mutable_hello()->set_is_goodbye(is_goodbye);
+  const auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
+  try {
+    registry_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);  // no registry yet: tried again soon
+  } catch (const zmq::error_t&) {
+  }
+}
+
+void BusThread::ReceiveFromRegistry() {
+  zmq::message_t message;
+  while (registry_.recv(message, zmq::recv_flags::dontwait)) {
+    oos::Control control;
+    if (!DecodeControl({message.data<std::uint8_t>(), message.size()}, core_->identity.session, &control)) {
+      core_->refused.fetch_add(1, std::memory_order_relaxed);
+    } else if (control.has_roster()) {
+      TakeRoster(control.roster());
+      core_->is_welcomed = true;
+    } else if (control.has_refusal()) {
+      if (core_->is_welcomed && core_->refusal != control.refusal().why()) {
+        Announce("registry_refused", control.refusal().why());
+      }
+      core_->refusal = control.refusal().why();
+    }
+  }
+}
+
+void BusThread::TakeRoster(const oos::Roster& roster) {
+  if (roster.is_unchanged()) return;
+  roster_version_ = roster.version();
+  for (const oos::NodeRecord& record : roster.nodes()) {
+    // A roster only ever adds: a registry that was started again does not know everybody yet.
+    if (record.name() == core_->options.name || gone_.count(record.instance()) != 0) continue;
+    const auto known = peers_.find(record.name());
+    if (known == peers_.end()) {
+      AddPeer(record, 0);
+    } else if (known->second.record.instance() != record.instance() && record.boot() > known->second.record.boot()) {
+      if (StatusOf(known->second).is_alive) Lose(known->second, false);
+      const std::uint32_t restarts = StatusOf(known->second).restarts + 1;
+      peers_.erase(known);
+      AddPeer(record, restarts);
+    }
+  }
+}
+
+void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
+  Peer peer;
+  peer.record = record;
+  if (!ParseEndpoint(record.data_endpoint(), &peer.data_address) ||
+      !ParseEndpoint(record.heartbeat_endpoint(), &peer.heartbeat_address)) {
+    core_->refused.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  try {
+    peer.dealer = zmq::socket_t(context_, zmq::socket_type::dealer);
+    peer.dealer.set(zmq::sockopt::routing_id, core_->options.name + "#" + std::to_string(core_->instance));
+    peer.dealer.set(zmq::sockopt::linger, 0);
+    peer.dealer.set(zmq::sockopt::immediate, true);  // nothing piles up for a peer that is gone
+    peer.dealer.set(zmq::sockopt::reconnect_ivl, 20);
+    peer.dealer.set(zmq::sockopt::reconnect_ivl_max, 500);
+    peer.dealer.set(zmq::sockopt::maxmsgsize, std::int64_t{16} << 20);
+    peer.dealer.connect(record.router_endpoint());
+  } catch (const zmq::error_t&) {
+    core_->refused.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  peer.since_ns = core::MonotonicNow_ns();
+  PeerStatus status;
+  status.name = record.name();
+  status.instance = record.instance();
+  status.process_id = record.process_id();
+  status.is_observer = record.is_observer();
+  status.restarts = restarts;
+  status.udp_endpoint = record.data_endpoint();
+  status.router_endpoint = record.router_endpoint();
+  for (const oos::TopicDeclaration& topic : record.topics()) {
+    const std::uint32_t id = TopicId(topic.name());
+    const auto type = static_cast<MessageType>(topic.message_type());
+    peer.topic_slots[{id, topic.is_written()}] = status.counters.topics.size();
+    status.counters.topics.push_back(
+        {topic.name(), static_cast<TopicClass>(topic.topic_class()), topic.is_written(), 0, 0, 0, 0});
+    if (!topic.is_written()) continue;
+    core_->known_topics[id] = {topic.name(), type, record.name()};
+    for (const auto& receiver : core_->receivers) {
+      // The registry has let both in, so the schemas get along.
+      if (receiver->id == id) receiver->other_digest.store(topic.schema_digest(), std::memory_order_relaxed);
+    }
+  }
+  core_->peers[record.name()] = std::move(status);
+  peers_[record.name()] = std::move(peer);
+  are_subscribers_outdated_ = true;
+  next_heartbeat_ns_ = 0;  // be heard by it at once
+}
+
+void BusThread::SendHeartbeats(bool is_goodbye) {
+  const Counters counters = core_->CountAll();
+  oos::Control control;
+  oos::Heartbeat* heartbeat = control.mutable_heartbeat();
+  heartbeat->set_name(core_->options.name);
+  heartbeat->set_instance(core_->instance);
+  heartbeat->set_wait_count(core_->wait_count.load(std::memory_order_relaxed));
+  heartbeat->set_state_version(own_state_version_);
+  heartbeat->set_sent(counters.sent);
+  heartbeat->set_received(counters.received);
+  heartbeat->set_dropped(counters.dropped);
+  heartbeat->set_refused(counters.refused);
+  heartbeat->set_is_goodbye(is_goodbye);
+  const std::size_t told = std::min(counters.topics.size(), kTopicsPerHeartbeat);
+  for (std::size_t i = 0; i < told; ++i) {
+    const TopicCounters& topic = counters.topics[next_topic_told_++ % counters.topics.size()];
+    oos::TopicFigures* figures = heartbeat->add_topics();
+    figures->set_topic(TopicId(topic.topic));
+    figures->set_is_written(topic.is_written);
+    figures->set_sent(topic.sent);
+    figures->set_received(topic.received);
+    figures->set_dropped(topic.dropped);
+    figures->set_reordered(topic.reordered);
+  }
+  const auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
+  for (const auto& [name, peer] : peers_) {
+    core_->heartbeat_socket.Send(peer.heartbeat_address, bytes.data(), bytes.size());
+  }
+}
+
+void BusThread::ReceiveHeartbeats() {
+  std::array<std::uint8_t, 2048> bytes;
+  for (;;) {
+    const ssize_t size = recv(core_->heartbeat_socket.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (size < 0) return;
+    oos::Control control;
+    if (!DecodeControl({bytes.data(), static_cast<std::size_t>(size)}, core_->identity.session, &control) ||
+        !control.has_heartbeat()) {
+      core_->refused.fetch_add(1, std::memory_order_relaxed);
+      continue;
+    }
+    TakeHeartbeat(control.heartbeat());
+  }
+}
+
+void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
+  if (gone_.count(heartbeat.instance()) != 0) return;
+  const auto found = peers_.find(heartbeat.name());
+  if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) {
+    roster_version_ = 0;  // ask who that is
+    next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * kMillisecond_ns);
+    return;
+  }
+  Peer& peer = found->second;
+  const std::int64_t now = core::MonotonicNow_ns();
+  PeerStatus& status = StatusOf(peer);
+  peer.last_heard_ns = now;
+  status.age_ns = now;
+  if (heartbeat.is_goodbye()) {
+    Lose(peer, true);
+    gone_.insert(heartbeat.instance());
+    if (peer.record.is_observer()) {
+      core_->peers.erase(heartbeat.name());
+      peers_.erase(found);
+    }
+    return;
+  }
+  if (!status.is_alive && !peer.has_left) {
+    status.is_alive = true;
+    peer.was_heard = true;
+    are_subscribers_outdated_ = true;
+    if (!peer.record.is_observer()) Announce("node_found", heartbeat.name());
+  }
+  if (heartbeat.wait_count() != peer.wait_count || peer.wait_changed_ns == 0) {
+    peer.wait_count = heartbeat.wait_count();
+    peer.wait_changed_ns = now;
+  }
+  peer.told_version = heartbeat.state_version();
+  status.counters.sent = heartbeat.sent();
+  status.counters.received = heartbeat.received();
+  status.counters.dropped = heartbeat.dropped();
+  status.counters.refused = heartbeat.refused();
+  for (const oos::TopicFigures& figures : heartbeat.topics()) {
+    const auto slot = peer.topic_slots.find({figures.topic(), figures.is_written()});
+    if (slot == peer.topic_slots.end()) continue;
+    TopicCounters& topic = status.counters.topics[slot->second];
+    topic.sent = figures.sent();
+    topic.received = figures.received();
+    topic.dropped = figures.dropped();
+    topic.reordered = figures.reordered();
+  }
+}
+
+void BusThread::Lose(Peer& peer, bool has_left) {
+  PeerStatus& status = StatusOf(peer);
+  const bool was_alive = status.is_alive;
+  status.is_alive = false;
+  status.is_stalled = false;
+  peer.has_left = has_left;
+  peer.is_subscribed = false;
+  are_subscribers_outdated_ = true;
+  if (was_alive && !peer.record.is_observer()) Announce(has_left ? "node_left" : "node_lost", peer.record.name());
+}
+
+void BusThread::CheckLiveness() {
+  const std::int64_t now = core::MonotonicNow_ns();
+  for (auto item = peers_.begin(); item != peers_.end();) {
+    Peer& peer = item->second;
+    PeerStatus& status = StatusOf(peer);
+    if (status.is_alive && now - peer.last_heard_ns > kDeadAfter_ns) {
+      Lose(peer, false);
+      if (peer.record.is_observer()) {
+        core_->peers.erase(item->first);
+        item = peers_.erase(item);
+        continue;
+      }
+    }
+    if (!peer.was_heard && !peer.is_missing_told && now - peer.since_ns > kMissingAfter_ns) {
+      peer.is_missing_told = true;
+      if (!peer.record.is_observer()) Announce("node_lost", peer.record.name());
+    }
+    // A step thread that never called Wait() does not use the data socket at all.
+    const bool is_stalled = status.is_alive && peer.wait_count > 0 && now - peer.wait_changed_ns > kStalledAfter_ns;
+    if (is_stalled != status.is_stalled) {
+      status.is_stalled = is_stalled;
+      if (!peer.record.is_observer() && status.is_alive) {
+        Announce(is_stalled ? "node_stalled" : "node_resumed", peer.record.name());
+      }
+    }
+    ++item;
+  }
+}
+
+void BusThread::UpdateSubscribers() {
+  are_subscribers_outdated_ = false;
+  for (const auto& sender : core_->senders) {
+    Subscribers& list = sender->subscribers.BeginWrite();
+    list.clear();
+    for (const auto& [name, peer] : peers_) {
+      if (!core_->peers[name].is_alive) continue;
+      bool reads = false;
+      for (const oos::TopicDeclaration& topic : peer.record.topics()) {
+        reads = reads || (!topic.is_written() && topic.name() == sender->topic);
+      }
+      for (const std::string& pattern : peer.record.observed_patterns()) {
+        reads = reads || MatchesPattern(pattern, sender->topic);
+      }
+      if (reads && !list.push_back(peer.data_address)) {
+        Announce("subscriber_limit",
+                 sender->topic + ": no room for " + name + " beside " + std::to_string(kMaxSubscribers) + " others");
+      }
+    }
+    sender->subscribers.EndWrite();
+  }
+}
+
+void BusThread::Announce(const std::string& name, const std::string& detail) {
+  events_for_step_.push_back({core::MonotonicNow_ns(), core_->options.name, name, detail});
+}
+
+}  // namespace bus::detail

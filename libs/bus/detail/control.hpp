@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bus/detail/latest_io.hpp"
+#include "bus/envelope.hpp"
+#include "proto/bus.pb.h"
+
+namespace bus::detail {
+
+// The bus's own messages: an envelope with one oos.Control. Not real-time.
+std::vector<std::uint8_t> EncodeControl(const Identity& identity, TopicClass topic_class, const oos::Control& control);
+
+// False when the bytes are damaged, of another session, or no oos.Control.
+bool DecodeControl(std::span<const std::uint8_t> bytes, std::uint64_t session, oos::Control* control);
+
+// Class of the message that is inside.
+TopicClass ClassOf(const oos::Control& control);
+
+}  // namespace bus::detail

@@ -1,0 +1,98 @@
+#include "bus/detail/node_core.hpp"
+
+#include <unistd.h>
+
+namespace bus::detail {
+namespace {
+
+// Strings get their room up front, so that filling a slot does not allocate.
+void PrepareEvent(core::Event& event) {
+  for (std::string* text : {&event.source, &event.name, &event.detail}) text->reserve(kMaxEventText);
+}
+void PrepareState(StateItem& item) {
+  item.key.reserve(64);
+  item.bytes.reserve(4096);
+}
+void PrepareAnswer(ParameterAnswer& answer) {
+  answer.why.reserve(kMaxEventText);
+}
+void PrepareCall(ParameterCall& call) {
+  call.owner.reserve(64);
+  call.change.name.reserve(kMaxEventText);
+}
+void PrepareParameter(ParameterItem& item) {
+  item.change.name.reserve(kMaxEventText);
+}
+void PrepareAck(ParameterAck& ack) {
+  ack.owner.reserve(64);
+  ack.why.reserve(kMaxEventText);
+}
+
+}  // namespace
+
+NodeCore::NodeCore()
+    : events_out(256, PrepareEvent),
+      states_out(64, PrepareState),
+      answers_out(64, PrepareAnswer),
+      calls_out(64, PrepareCall),
+      events_in(256, PrepareEvent),
+      states_in(64, PrepareState),
+      parameters_in(64, PrepareParameter),
+      acks_in(64, PrepareAck) {}
+
+void NodeCore::Wake() const noexcept {
+  const std::uint64_t one = 1;
+  // Only a counter at its limit can refuse this, and then the bus thread is awake anyway.
+  [[maybe_unused]] const ssize_t written = write(wake_fd, &one, sizeof(one));
+}
+
+bool NodeCore::IsObserved(const std::string& topic) const {
+  for (const std::string& pattern : observed_patterns) {
+    if (MatchesPattern(pattern, topic)) return true;
+  }
+  return false;
+}
+
+void NodeCore::AddObservation(RawObservation observation) {
+  if (observations.size() >= kMaxObservations) {
+    observations.pop_front();
+    observations_dropped.fetch_add(1, std::memory_order_relaxed);
+  }
+  observations.push_back(std::move(observation));
+}
+
+Counters NodeCore::CountAll() const {
+  Counters counters;
+  counters.refused = refused.load(std::memory_order_relaxed);
+  const auto add = [&counters](TopicCounters topic) {
+    counters.sent += topic.sent;
+    counters.received += topic.received;
+    counters.dropped += topic.dropped;
+    counters.topics.push_back(std::move(topic));
+  };
+  for (const auto& sender : senders) {
+    add({sender->topic, TopicClass::kLatest, true, sender->sent.load(std::memory_order_relaxed), 0,
+         sender->dropped.load(std::memory_order_relaxed), 0});
+  }
+  for (const auto& receiver : receivers) {
+    add({receiver->topic, TopicClass::kLatest, false, 0, receiver->received.load(std::memory_order_relaxed),
+         receiver->dropped.load(std::memory_order_relaxed), receiver->reordered.load(std::memory_order_relaxed)});
+  }
+  for (const auto& sender : state_senders) {
+    add({sender->topic, TopicClass::kState, true, sender->sent.load(std::memory_order_relaxed), 0, 0, 0});
+  }
+  for (const auto& receiver : state_receivers) {
+    add({receiver->topic, TopicClass::kState, false, 0, receiver->received.load(std::memory_order_relaxed), 0, 0});
+  }
+  add({kEventTopic, TopicClass::kEvent, true, events_sent.load(std::memory_order_relaxed), 0,
+       events_dropped.load(std::memory_order_relaxed) + events_out.overflows(), 0});
+  if (reads_events) {
+    add({kEventTopic, TopicClass::kEvent, false, 0, events_received.load(std::memory_order_relaxed), 0, 0});
+  }
+  if (!observed_patterns.empty()) {
+    add({"(observed)", TopicClass::kLatest, false, 0, 0, observations_dropped.load(std::memory_order_relaxed), 0});
+  }
+  return counters;
+}
+
+}  // namespace bus::detail

@@ -1,0 +1,458 @@
+#include "bus/node.hpp"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <random>
+
+#include "bus/detail/bus_thread.hpp"
+#include "bus/detail/node_core.hpp"
+#include "bus/schema.hpp"
+#include "core/clock.hpp"
+
+namespace bus {
+namespace {
+
+constexpr std::size_t kBatch = 32;  // datagrams taken by one system call
+
+// Copies into a string whose room was reserved, cut to what fits.
+void AssignCut(const std::string& text, std::string* slot) {
+  slot->assign(text, 0, std::min(text.size(), detail::kMaxEventText));
+}
+
+std::uint64_t RandomInstance() {
+  std::random_device device;
+  return (static_cast<std::uint64_t>(device()) << 32) ^ device();
+}
+
+}  // namespace
+
+struct Node::Impl {
+  detail::NodeCore core;
+  detail::BusThread bus{&core};
+
+  // Where recvmmsg puts a batch.
+  std::array<std::array<std::uint8_t, kMaxDatagramBytes + 1>, kBatch> buffers;
+  std::array<iovec, kBatch> vectors;
+  std::array<mmsghdr, kBatch> headers;
+  Envelope envelope;
+
+  Impl() {
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      vectors[i] = {buffers[i].data(), buffers[i].size()};
+      headers[i] = {};
+      headers[i].msg_hdr.msg_iov = &vectors[i];
+      headers[i].msg_hdr.msg_iovlen = 1;
+    }
+  }
+
+  // Null, with the reason kept for Start(), when the topic is not of this kind.
+  const TopicRule* CheckTopic(const std::string& topic, TopicClass topic_class, MessageType type) {
+    const TopicRule* rule = FindTopicRule(topic);
+    if (rule != nullptr && rule->topic_class == topic_class && rule->type == type) return rule;
+    core.declaration_errors.push_back("topic '" + topic + "': " +
+                                      (rule == nullptr ? "no rule in libs/bus/topics.hpp matches it"
+                                                       : "it carries " + SchemaOf(rule->type).name + ", not " +
+                                                             SchemaOf(type).name + ", or is of another class"));
+    return nullptr;
+  }
+
+  detail::LatestReceiver* FindReceiver(std::uint32_t id) {
+    const auto found =
+        std::lower_bound(core.receivers.begin(), core.receivers.end(), id,
+                         [](const auto& receiver, std::uint32_t wanted) { return receiver->id < wanted; });
+    return found != core.receivers.end() && (*found)->id == id ? found->get() : nullptr;
+  }
+
+  int TakeDatagrams();
+  void TakeDatagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
+  void Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns);
+  void TakeStates();
+};
+
+Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Node::~Node() {
+  impl_->bus.Stop();
+  if (impl_->core.wake_fd >= 0) close(impl_->core.wake_fd);
+}
+
+core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
+  if (options.name.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "a node needs a name");
+  auto impl = std::make_unique<Impl>();
+  detail::NodeCore& core = impl->core;
+  core.options = options;
+  core.instance = RandomInstance();
+  core.identity.session = options.session;
+  core.identity.node = TopicId(options.name);
+  // Only compared with other starts of the same node: a restart must be the newer one.
+  core.identity.boot =
+      static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
+  for (detail::UdpSocket* socket : {&core.data_socket, &core.heartbeat_socket}) {
+    auto bound = detail::UdpSocket::Bind(options.bind_address);
+    if (!bound) return tl::unexpected(bound.error());
+    *socket = std::move(*bound);
+  }
+  core.wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (core.wake_fd < 0) return core::Fail(core::ErrorCode::kResource, "eventfd: too many open files");
+  std::unique_ptr<Node> node(new Node(std::move(impl)));
+  if (auto opened = node->impl_->bus.Open(); !opened) return tl::unexpected(opened.error());
+  return node;
+}
+
+// --- Declarations
+
+template <class M>
+LatestWriter<M> Node::WriteLatest(const std::string& topic) {
+  detail::NodeCore& core = impl_->core;
+  impl_->CheckTopic(topic, TopicClass::kLatest, kMessageTypeOf<M>);
+  for (const auto& sender : core.senders) {
+    if (sender->topic == topic)
+      core.declaration_errors.push_back("topic '" + topic + "' is declared twice for writing");
+  }
+  auto sender = std::make_unique<detail::TypedSender<M>>(topic);
+  sender->envelope.session = core.identity.session;
+  sender->envelope.node = core.identity.node;
+  sender->envelope.boot = core.identity.boot;
+  sender->socket = &core.data_socket;
+  LatestWriter<M> writer;
+  writer.sender_ = sender.get();
+  core.senders.push_back(std::move(sender));
+  return writer;
+}
+
+template <class M>
+LatestReader<M>& Node::ReadLatest(const std::string& topic) {
+  detail::NodeCore& core = impl_->core;
+  const TopicRule* rule = impl_->CheckTopic(topic, TopicClass::kLatest, kMessageTypeOf<M>);
+  for (const auto& receiver : core.receivers) {
+    if (receiver->topic == topic && receiver->type == kMessageTypeOf<M>) {
+      return static_cast<detail::TypedReceiver<M>*>(receiver.get())->reader;
+    }
+  }
+  auto receiver = std::make_unique<detail::TypedReceiver<M>>(topic, rule != nullptr ? rule->max_age_ns : 0);
+  LatestReader<M>& reader = receiver->reader;
+  const auto place = std::upper_bound(core.receivers.begin(), core.receivers.end(), receiver->id,
+                                      [](std::uint32_t id, const auto& other) { return id < other->id; });
+  core.receivers.insert(place, std::move(receiver));
+  return reader;
+}
+
+template <class M>
+StateWriter<M> Node::WriteState(const std::string& topic) {
+  detail::NodeCore& core = impl_->core;
+  impl_->CheckTopic(topic, TopicClass::kState, kMessageTypeOf<M>);
+  auto sender = std::make_unique<detail::StateSender>();
+  sender->topic = topic;
+  sender->type = kMessageTypeOf<M>;
+  sender->slot = static_cast<std::uint32_t>(core.state_senders.size());
+  sender->core = &core;
+  StateWriter<M> writer;
+  writer.sender_ = sender.get();
+  core.state_senders.push_back(std::move(sender));
+  return writer;
+}
+
+template <class M>
+StateReader<M>& Node::ReadState(const std::string& topic) {
+  detail::NodeCore& core = impl_->core;
+  impl_->CheckTopic(topic, TopicClass::kState, kMessageTypeOf<M>);
+  auto receiver = std::make_unique<detail::TypedStateReceiver<M>>(topic);
+  StateReader<M>& reader = receiver->reader;
+  core.state_receivers.push_back(std::move(receiver));
+  return reader;
+}
+
+template <class M>
+bool StateWriter<M>::Set(const M& value, const std::string& key) {
+  if (sender_ == nullptr) return false;
+  detail::StateItem* slot = sender_->core->states_out.BeginPush();
+  if (slot == nullptr) return false;
+  slot->slot = sender_->slot;
+  slot->key = key;
+  EncodeState(value, &slot->bytes);
+  if (slot->bytes.size() > detail::kMaxStateBytes) return false;
+  sender_->core->states_out.EndPush();
+  sender_->core->Wake();
+  return true;
+}
+
+void Node::ReadEvents() {
+  impl_->core.reads_events = true;
+}
+void Node::OwnParameters() {
+  impl_->core.owns_parameters = true;
+}
+void Node::Observe(const std::string& pattern) {
+  impl_->core.observed_patterns.push_back(pattern);
+}
+
+// --- Start
+
+core::Result<void> Node::Start(std::int64_t timeout_ns) {
+  detail::NodeCore& core = impl_->core;
+  for (std::size_t i = 1; i < core.receivers.size(); ++i) {
+    if (core.receivers[i - 1]->id == core.receivers[i]->id) {
+      core.declaration_errors.push_back("topics '" + core.receivers[i - 1]->topic + "' and '" +
+                                        core.receivers[i]->topic + "' have the same id; rename one");
+    }
+  }
+  if (!core.declaration_errors.empty()) {
+    std::string text = "node " + core.options.name + " cannot start:";
+    for (const std::string& error : core.declaration_errors) text += "\n  " + error;
+    return core::Fail(core::ErrorCode::kInvalidInput, text);
+  }
+  if (!impl_->bus.is_running()) impl_->bus.Start();
+  if (timeout_ns <= 0) return {};
+  std::unique_lock lock(core.mutex);
+  const bool is_answered = core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns),
+                                                 [&core] { return core.is_welcomed || !core.refusal.empty(); });
+  if (core.is_welcomed) return {};
+  if (is_answered) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "the registry " + core.options.registry + " refuses node " +
+                                                          core.options.name + ": " + core.refusal);
+  }
+  return core::Fail(core::ErrorCode::kTimeout,
+                    "node " + core.options.name + ": no answer from the registry " + core.options.registry + " for " +
+                        std::to_string(timeout_ns / 1'000'000) + " ms; is `oos run` still there, and the port right?");
+}
+
+core::Result<void> Node::WaitForPeers(const std::vector<std::string>& names, std::int64_t timeout_ns) {
+  detail::NodeCore& core = impl_->core;
+  std::unique_lock lock(core.mutex);
+  std::string missing;
+  const auto are_there = [&] {
+    missing.clear();
+    for (const std::string& name : names) {
+      const auto peer = core.peers.find(name);
+      if (peer == core.peers.end() || !peer->second.is_alive) missing += (missing.empty() ? "" : ", ") + name;
+    }
+    return missing.empty();
+  };
+  if (core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns), are_there)) return {};
+  return core::Fail(core::ErrorCode::kTimeout,
+                    core.options.name + " waited " + std::to_string(timeout_ns / 1'000'000) + " ms for: " + missing);
+}
+
+// --- LATEST
+
+WaitResult Node::Wait(std::int64_t deadline_ns) {
+  detail::NodeCore& core = impl_->core;
+  core.wait_count.fetch_add(1, std::memory_order_relaxed);
+  for (const auto& receiver : core.receivers) receiver->ClearFresh();
+  for (const auto& receiver : core.state_receivers) receiver->ClearFresh();
+  WaitResult result;
+  for (;;) {
+    result.datagrams = impl_->TakeDatagrams();
+    if (result.datagrams > 0) break;
+    const std::int64_t left = deadline_ns - core::MonotonicNow_ns();
+    if (left <= 0) {
+      result.is_timeout = true;
+      break;
+    }
+    pollfd item{core.data_socket.fd(), POLLIN, 0};
+    const timespec timeout{static_cast<time_t>(left / core::kNanosecondsPerSecond),
+                           static_cast<long>(left % core::kNanosecondsPerSecond)};
+    if (ppoll(&item, 1, &timeout, nullptr) < 0) {  // a signal: the caller decides what it means
+      result.datagrams = impl_->TakeDatagrams();
+      break;
+    }
+  }
+  impl_->TakeStates();
+  return result;
+}
+
+int Node::Impl::TakeDatagrams() {
+  int total = 0;
+  for (;;) {
+    const int count = recvmmsg(core.data_socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
+    if (count <= 0) return total;
+    const std::int64_t now = core::MonotonicNow_ns();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      TakeDatagram({buffers[i].data(), headers[i].msg_len}, now);
+    }
+    total += count;
+    if (static_cast<std::size_t>(count) < kBatch || total >= 64 * static_cast<int>(kBatch)) return total;
+  }
+}
+
+void Node::Impl::TakeDatagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
+  std::span<const std::uint8_t> payload;
+  const bool is_sound = ReadEnvelope(bytes, &envelope, &payload) == EnvelopeStatus::kOk &&
+                        envelope.topic_class == TopicClass::kLatest && envelope.session == core.identity.session;
+  detail::LatestReceiver* receiver = is_sound ? FindReceiver(envelope.topic) : nullptr;
+  const bool is_taken = receiver != nullptr && receiver->Take(envelope, payload, now_ns);
+  if (is_sound && !core.observed_patterns.empty()) {
+    Observe(payload, bytes.size(), now_ns);
+    if (receiver == nullptr) return;
+  }
+  if (!is_taken) core.refused.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns) {
+  const std::lock_guard lock(core.mutex);
+  const auto known = core.known_topics.find(envelope.topic);
+  if (known == core.known_topics.end() || !core.IsObserved(known->second.name)) return;
+  core.AddObservation({known->second.name, TopicClass::kLatest, known->second.type, known->second.writer,
+                       envelope.header.sequence, envelope.header.publish_ns, now_ns, num_bytes, envelope.part,
+                       envelope.num_parts, std::string(payload.begin(), payload.end())});
+}
+
+void Node::Impl::TakeStates() {
+  while (const detail::StateItem* item = core.states_in.Front()) {
+    if (!core.state_receivers[item->slot]->Take(*item)) core.refused.fetch_add(1, std::memory_order_relaxed);
+    core.states_in.EndPop();
+  }
+}
+
+// --- EVENT
+
+bool Node::Emit(const core::Event& event) {
+  core::Event* slot = impl_->core.events_out.BeginPush();
+  if (slot == nullptr) return false;
+  slot->time_ns = event.time_ns;
+  AssignCut(event.source, &slot->source);
+  AssignCut(event.name, &slot->name);
+  AssignCut(event.detail, &slot->detail);
+  impl_->core.events_out.EndPush();
+  impl_->core.Wake();
+  return true;
+}
+
+bool Node::PollEvent(core::Event* event) {
+  return impl_->core.events_in.Pop(event);
+}
+
+// --- SERVICE
+
+bool Node::PollParameter(core::ParameterChange* change, std::uint64_t* ticket) {
+  detail::ParameterItem* item = impl_->core.parameters_in.Front();
+  if (item == nullptr) return false;
+  *change = item->change;
+  *ticket = item->ticket;
+  impl_->core.parameters_in.EndPop();
+  return true;
+}
+
+void Node::AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why) {
+  detail::ParameterAnswer* slot = impl_->core.answers_out.BeginPush();
+  if (slot == nullptr) return;  // the caller's deadline tells it
+  slot->ticket = ticket;
+  slot->tick = tick;
+  slot->is_accepted = is_accepted;
+  AssignCut(why, &slot->why);
+  impl_->core.answers_out.EndPush();
+  impl_->core.Wake();
+}
+
+std::uint64_t Node::PostParameter(const std::string& owner, const core::ParameterChange& change,
+                                  std::int64_t timeout_ns) {
+  detail::ParameterCall* slot = impl_->core.calls_out.BeginPush();
+  if (slot == nullptr) return 0;
+  const std::uint64_t request = impl_->core.next_request.fetch_add(1);
+  slot->request = request;
+  slot->owner = owner;
+  slot->change = change;
+  slot->deadline_ns = core::MonotonicNow_ns() + timeout_ns;
+  slot->is_waited_for = false;
+  impl_->core.calls_out.EndPush();
+  impl_->core.Wake();
+  return request;
+}
+
+bool Node::PollAck(ParameterAck* ack) {
+  return impl_->core.acks_in.Pop(ack);
+}
+
+core::Result<std::uint64_t> Node::SetParameter(const std::string& owner, const core::ParameterChange& change,
+                                               std::int64_t timeout_ns) {
+  detail::NodeCore& core = impl_->core;
+  const std::uint64_t request = core.next_request.fetch_add(1);
+  std::unique_lock lock(core.mutex);
+  core.waiting_calls.push_back({request, owner, change, core::MonotonicNow_ns() + timeout_ns, true});
+  core.Wake();
+  // The bus thread ends every call at its deadline; the extra second covers a bus thread that is held up.
+  const bool is_finished =
+      core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns + core::kNanosecondsPerSecond),
+                            [&] { return core.finished_calls.count(request) != 0; });
+  const std::string what = "parameter " + change.name;
+  if (!is_finished)
+    return core::Fail(core::ErrorCode::kTimeout, what + ": the bus thread of " + core.options.name + " hangs");
+  const ParameterAck ack = core.finished_calls[request];
+  core.finished_calls.erase(request);
+  if (ack.is_accepted) return ack.tick;
+  return core::Fail(core::ErrorCode::kInvalidInput, what + " was not set: " + ack.why);
+}
+
+// --- Observing
+
+bool Node::PollObservation(Observation* observation) {
+  detail::RawObservation raw;
+  {
+    const std::lock_guard lock(impl_->core.mutex);
+    if (impl_->core.observations.empty()) return false;
+    raw = std::move(impl_->core.observations.front());
+    impl_->core.observations.pop_front();
+  }
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(raw.payload.data());
+  *observation = {raw.topic,      raw.topic_class, raw.writer,    raw.sequence,
+                  raw.publish_ns, raw.received_ns, raw.num_bytes, PayloadText(raw.type, {bytes, raw.payload.size()})};
+  if (raw.num_parts > 1) {
+    observation->text =
+        "# part " + std::to_string(raw.part + 1) + " of " + std::to_string(raw.num_parts) + "\n" + observation->text;
+  }
+  return true;
+}
+
+std::vector<PeerStatus> Node::Peers() const {
+  const std::lock_guard lock(impl_->core.mutex);
+  const std::int64_t now = core::MonotonicNow_ns();
+  std::vector<PeerStatus> peers;
+  for (const auto& [name, status] : impl_->core.peers) {
+    peers.push_back(status);
+    peers.back().age_ns = now - status.age_ns;
+  }
+  return peers;
+}
+
+bool Node::IsAlive(const std::string& peer) const {
+  const std::lock_guard lock(impl_->core.mutex);
+  const auto found = impl_->core.peers.find(peer);
+  return found != impl_->core.peers.end() && found->second.is_alive;
+}
+
+Counters Node::counters() const {
+  return impl_->core.CountAll();
+}
+const std::string& Node::name() const {
+  return impl_->core.options.name;
+}
+std::uint64_t Node::session() const {
+  return impl_->core.identity.session;
+}
+
+template LatestWriter<core::DeviceState> Node::WriteLatest(const std::string&);
+template LatestWriter<core::DeviceCommand> Node::WriteLatest(const std::string&);
+template LatestWriter<core::HapticProxy> Node::WriteLatest(const std::string&);
+template LatestWriter<core::ContactSet> Node::WriteLatest(const std::string&);
+template LatestWriter<core::PhysicsState> Node::WriteLatest(const std::string&);
+template LatestWriter<core::Reaction> Node::WriteLatest(const std::string&);
+template LatestReader<core::DeviceState>& Node::ReadLatest(const std::string&);
+template LatestReader<core::DeviceCommand>& Node::ReadLatest(const std::string&);
+template LatestReader<core::HapticProxy>& Node::ReadLatest(const std::string&);
+template LatestReader<core::ContactSet>& Node::ReadLatest(const std::string&);
+template LatestReader<core::PhysicsState>& Node::ReadLatest(const std::string&);
+template LatestReader<core::Reaction>& Node::ReadLatest(const std::string&);
+template StateWriter<core::LogicStatus> Node::WriteState(const std::string&);
+template StateWriter<Figures> Node::WriteState(const std::string&);
+template StateReader<core::LogicStatus>& Node::ReadState(const std::string&);
+template StateReader<Figures>& Node::ReadState(const std::string&);
+template class StateWriter<core::LogicStatus>;
+template class StateWriter<Figures>;
+
+}  // namespace bus

@@ -1,0 +1,287 @@
+#include "bus/registry.hpp"
+
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <zmq.hpp>
+
+#include "bus/detail/control.hpp"
+#include "bus/detail/node_core.hpp"
+#include "bus/schema.hpp"
+#include "core/clock.hpp"
+
+namespace bus {
+namespace {
+
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
+constexpr std::int64_t kSilentAfter_ns = 1'500 * kMillisecond_ns;  // three HELLOs missed: dropped from the roster
+constexpr std::int64_t kYieldsAfter_ns = 800 * kMillisecond_ns;    // a silent node gives way to one that conflicts
+
+struct Entry {
+  oos::NodeRecord record;
+  std::map<std::uint32_t, std::string> schemas;  // digest -> canonical text
+  std::string routing;
+  std::int64_t last_hello_ns = 0;
+};
+
+}  // namespace
+
+struct Registry::Impl {
+  RegistryOptions options;
+  std::string endpoint;
+  detail::Identity identity;
+  zmq::context_t context{1};
+  zmq::socket_t router;
+  int wake_fd = -1;
+  std::thread thread;
+  std::atomic<bool> is_stopping{false};
+
+  mutable std::mutex mutex;
+  std::map<std::string, Entry> entries;  // by name
+  std::vector<std::string> refusals;
+  std::uint64_t version = 0;
+  std::map<std::uint64_t, std::int64_t> first_asked_ns;  // instance that conflicts with a node that may be dead
+
+  ~Impl() {
+    if (thread.joinable()) {
+      is_stopping.store(true);
+      const std::uint64_t one = 1;
+      [[maybe_unused]] const ssize_t written = write(wake_fd, &one, sizeof(one));
+      thread.join();
+    }
+    if (wake_fd >= 0) close(wake_fd);
+  }
+
+  void Run();
+  void Receive();
+  void TakeHello(const std::string& routing, const oos::Hello& hello);
+  std::string FindConflict(const oos::NodeRecord& record, const std::map<std::uint32_t, std::string>& schemas,
+                           const Entry** other) const;
+  void Refuse(const std::string& routing, const std::string& why);
+  void Send(const std::string& routing, const oos::Control& control);
+  void SendRoster(const std::string& routing, std::uint64_t known);
+  void PushRoster();
+};
+
+Registry::Registry(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Registry::~Registry() = default;
+
+core::Result<std::unique_ptr<Registry>> Registry::Create(const RegistryOptions& options) {
+  auto impl = std::make_unique<Impl>();
+  impl->options = options;
+  impl->identity = {options.session, TopicId("registry"), static_cast<std::uint64_t>(core::MonotonicNow_ns())};
+  impl->version = impl->identity.boot;  // differs from every version of an earlier registry
+  try {
+    impl->router = zmq::socket_t(impl->context, zmq::socket_type::router);
+    impl->router.set(zmq::sockopt::router_handover, true);
+    impl->router.set(zmq::sockopt::router_mandatory, true);
+    impl->router.set(zmq::sockopt::linger, 0);
+    impl->router.set(zmq::sockopt::maxmsgsize, std::int64_t{4} << 20);
+    impl->router.bind(options.endpoint);
+    impl->endpoint = impl->router.get(zmq::sockopt::last_endpoint);
+  } catch (const zmq::error_t& error) {
+    return core::Fail(core::ErrorCode::kIo, "registry at '" + options.endpoint + "': " + error.what() +
+                                                "; use tcp://ADDRESS:PORT with a free port, or port 0 for any");
+  }
+  impl->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (impl->wake_fd < 0) return core::Fail(core::ErrorCode::kResource, "eventfd: too many open files");
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  impl->thread = std::thread([raw = impl.get()] { raw->Run(); });
+  pthread_setname_np(impl->thread.native_handle(), "registry");
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  return std::unique_ptr<Registry>(new Registry(std::move(impl)));
+}
+
+const std::string& Registry::endpoint() const {
+  return impl_->endpoint;
+}
+
+std::vector<std::string> Registry::Names() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : impl_->entries) names.push_back(name);
+  return names;
+}
+
+std::vector<std::string> Registry::Refusals() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->refusals;
+}
+
+void Registry::Impl::Run() {
+  while (!is_stopping.load()) {
+    zmq_pollitem_t items[] = {{router.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wake_fd, ZMQ_POLLIN, 0}};
+    zmq_poll(items, 2, 100);
+    const std::lock_guard lock(mutex);
+    Receive();
+    const std::int64_t now = core::MonotonicNow_ns();
+    const std::size_t dropped =
+        std::erase_if(entries, [now](const auto& item) { return now - item.second.last_hello_ns > kSilentAfter_ns; });
+    if (dropped > 0) PushRoster();
+  }
+  router.close();
+}
+
+void Registry::Impl::Receive() {
+  for (;;) {
+    zmq::message_t routing, message;
+    if (!router.recv(routing, zmq::recv_flags::dontwait)) return;
+    if (!routing.more() || !router.recv(message, zmq::recv_flags::dontwait)) continue;
+    bool is_longer = message.more();
+    while (is_longer) {
+      zmq::message_t rest;
+      if (!router.recv(rest, zmq::recv_flags::dontwait)) break;
+      is_longer = rest.more();
+    }
+    // The session is checked below, by name: a HELLO of another session deserves an answer.
+    Envelope envelope;
+    std::span<const std::uint8_t> payload;
+    oos::Control control;
+    if (ReadEnvelope({message.data<std::uint8_t>(), message.size()}, &envelope, &payload) != EnvelopeStatus::kOk ||
+        !control.ParseFromArray(payload.data(), static_cast<int>(payload.size())) || !control.has_hello()) {
+      continue;
+    }
+    identity.session = envelope.session;  // an answer is read only in the asker's own session
+    TakeHello(routing.to_string(), control.hello());
+    identity.session = options.session;
+  }
+}
+
+void Registry::Impl::TakeHello(const std::string& routing, const oos::Hello& hello) {
+  const oos::NodeRecord& record = hello.node();
+  const std::int64_t now = core::MonotonicNow_ns();
+  const auto known = entries.find(record.name());
+  const bool is_same = known != entries.end() && known->second.record.instance() == record.instance();
+  if (hello.is_goodbye()) {
+    if (is_same) {
+      entries.erase(known);
+      PushRoster();
+    }
+    return;
+  }
+  if (record.session() != options.session) {
+    Refuse(routing, record.name() + " belongs to session " + std::to_string(record.session()) +
+                        ", this registry serves session " + std::to_string(options.session));
+    return;
+  }
+  if (record.protocol_version() != detail::kProtocolVersion) {
+    Refuse(routing, record.name() + " speaks bus protocol " + std::to_string(record.protocol_version()) +
+                        ", this registry " + std::to_string(detail::kProtocolVersion) + "; build both from one source");
+    return;
+  }
+  if (is_same) {
+    known->second.last_hello_ns = now;
+    known->second.routing = routing;
+    SendRoster(routing, hello.known_roster());
+    return;
+  }
+  std::map<std::uint32_t, std::string> schemas;
+  for (const oos::Schema& schema : record.schemas()) schemas[schema.digest()] = schema.canonical();
+  const Entry* other = nullptr;
+  const std::string conflict = FindConflict(record, schemas, &other);
+  if (!conflict.empty()) {
+    // The other may have been killed a moment ago. It is alive when it says HELLO after the newcomer did; it has gone
+    // when it stays silent for longer than its period; until one of the two is clear, the newcomer gets no answer and
+    // asks again.
+    const auto [asked, is_first_time] = first_asked_ns.try_emplace(record.instance(), now);
+    if (other == nullptr || other->last_hello_ns > asked->second) {
+      first_asked_ns.erase(asked);
+      Refuse(routing, conflict);
+      return;
+    }
+    if (now - other->last_hello_ns < kYieldsAfter_ns) return;
+    entries.erase(other->record.name());
+    TakeHello(routing, hello);  // there may be a second conflict
+    return;
+  }
+  first_asked_ns.erase(record.instance());
+  Entry& entry = entries[record.name()];
+  entry.record = record;
+  entry.record.clear_schemas();
+  entry.schemas = std::move(schemas);
+  entry.routing = routing;
+  entry.last_hello_ns = now;
+  PushRoster();
+}
+
+// Empty when the newcomer fits in. `other` is the node it conflicts with; null: with itself.
+std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
+                                         const std::map<std::uint32_t, std::string>& schemas,
+                                         const Entry** other) const {
+  for (const auto& [name, entry] : entries) {
+    *other = &entry;
+    if (name == record.name()) {
+      return "a node called " + name + " (process " + std::to_string(entry.record.process_id()) +
+             ") is running already; end it or choose another name";
+    }
+    for (const oos::TopicDeclaration& mine : record.topics()) {
+      for (const oos::TopicDeclaration& theirs : entry.record.topics()) {
+        if (mine.name() != theirs.name()) {
+          if (TopicId(mine.name()) == TopicId(theirs.name())) {
+            return "topics " + mine.name() + " of " + record.name() + " and " + theirs.name() + " of " + name +
+                   " have the same id; rename one";
+          }
+          continue;
+        }
+        if (mine.is_written() && theirs.is_written()) {
+          return "topic " + mine.name() + " is written by " + name + " already; " + record.name() +
+                 " must not write it too";
+        }
+        if (mine.schema_digest() == theirs.schema_digest()) continue;
+        const auto my_schema = schemas.find(mine.schema_digest());
+        const auto their_schema = entry.schemas.find(theirs.schema_digest());
+        std::string why = "its schema is not given";
+        if (my_schema == schemas.end() || their_schema == entry.schemas.end() ||
+            !AreCompatible(my_schema->second, their_schema->second, &why)) {
+          return "topic " + mine.name() + ": the schema of " + record.name() + " contradicts the one of " + name +
+                 " (" + why + "); build both from the same proto/";
+        }
+      }
+    }
+  }
+  *other = nullptr;
+  return {};
+}
+
+void Registry::Impl::Refuse(const std::string& routing, const std::string& why) {
+  if (refusals.empty() || refusals.back() != why) refusals.push_back(why);
+  oos::Control control;
+  control.mutable_refusal()->set_why(why);
+  Send(routing, control);
+}
+
+void Registry::Impl::Send(const std::string& routing, const oos::Control& control) {
+  const auto bytes = detail::EncodeControl(identity, TopicClass::kControl, control);
+  try {
+    if (router.send(zmq::buffer(routing), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
+      router.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+    }
+  } catch (const zmq::error_t&) {  // gone; it is dropped when its HELLOs stay away
+  }
+}
+
+void Registry::Impl::SendRoster(const std::string& routing, std::uint64_t known) {
+  oos::Control control;
+  oos::Roster* roster = control.mutable_roster();
+  roster->set_version(version);
+  roster->set_is_unchanged(known == version);
+  if (known != version) {
+    for (const auto& [name, entry] : entries) *roster->add_nodes() = entry.record;
+  }
+  Send(routing, control);
+}
+
+void Registry::Impl::PushRoster() {
+  ++version;
+  for (const auto& [name, entry] : entries) SendRoster(entry.routing, 0);
+}
+
+}  // namespace bus
