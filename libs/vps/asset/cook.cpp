@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include "core/hash.hpp"
 #include "vps/asset/cooked_file.hpp"
@@ -62,9 +65,10 @@ core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const Co
   // The loaded triangles stand for the file's bytes: a .gltf may keep its vertices in another file.
   const std::uint64_t mesh_hash = HashOf(*mesh);
   const std::uint64_t key = CookedKey(&mesh_hash, sizeof(mesh_hash), parameters);
-  char name[32];
-  std::snprintf(name, sizeof(name), "%016llx.vps", static_cast<unsigned long long>(key));
-  const std::filesystem::path file = (cache_folder.empty() ? DefaultCacheFolder() : cache_folder) / name;
+  char digits[17];
+  std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(key));
+  const std::filesystem::path file = (cache_folder.empty() ? DefaultCacheFolder() : cache_folder) /
+                                     (mesh_file.stem().string() + "-" + digits + ".vps");
   if (auto cached = ReadCookedFile(file, key)) return cached;
   auto object = Cook(*mesh, parameters, progress);
   if (!object) return core::Fail(object.error().code, mesh_file.string() + ": " + object.error().detail);
