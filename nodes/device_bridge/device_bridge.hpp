@@ -65,6 +65,7 @@ class DeviceBridge {
   [[nodiscard]] const SimulatedOperator& simulated_operator() const { return *operator_; }
   [[nodiscard]] RoleFigures figures(std::size_t role) const;
   [[nodiscard]] double force_limit_N(std::size_t role) const { return roles_[role]->filter.limits().max_force_N; }
+  [[nodiscard]] const Device& device(std::size_t role) const { return *roles_[role]->device; }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:

@@ -49,6 +49,7 @@ void EchoLog::Return(Chain chain, const core::Trace& trace, std::int64_t write_n
   has_returned = true;
   Log& log = logs_[Index(chain)];
   const std::int64_t echo_ns = write_ns - departure.sample_ns;
+  log.sum_ns += static_cast<double>(echo_ns);
   if (log.latencies_ns.size() < log.latencies_ns.capacity()) {
     log.latencies_ns.push_back(echo_ns);
   } else {

@@ -1,0 +1,155 @@
+#include "nodes/device_bridge/node_loop.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "bus/rt/periodic_loop.hpp"
+#include "core/clock.hpp"
+#include "nodes/device_bridge/report.hpp"
+
+namespace device_bridge {
+namespace {
+
+constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
+constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;
+
+}  // namespace
+
+NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::Node* node)
+    : scenario_(scenario),
+      bridge_(bridge),
+      node_(node),
+      told_status_(scenario.devices.size(), kNoCommand),
+      silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
+      back_event_{0, "device_bridge", "force_back", "commands arrive again"},
+      fault_event_{0, "device_bridge", "filter_fault",
+                   "a command was not finite: no force until the dead-man is released"} {
+  for (const char* name : {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses"}) {
+    figures_.items.push_back({name, 0.0});
+  }
+  lost_.reserve(64);
+}
+
+void NodeLoop::Declare() {
+  for (const scene::Device& device : scenario_.devices) {
+    commands_.push_back(&node_->ReadLatest<core::DeviceCommand>(bus::DeviceCommandTopic(device.role)));
+    proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+    writers_.push_back(node_->WriteLatest<core::DeviceState>(bus::DeviceStateTopic(device.role)));
+  }
+  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
+  figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("device_bridge"));
+  node_->ReadEvents();
+}
+
+void NodeLoop::Run(const std::atomic<bool>& stop) {
+  bus::PeriodicLoop loop(core::kTick_ns);
+  while (!stop.load(std::memory_order_relaxed)) {
+    // Until the next tick: each command goes to the device as it comes.
+    while (core::MonotonicNow_ns() < loop.next_due_ns()) {
+      node_->Wait(loop.next_due_ns());
+      TakeCommands();
+    }
+    const bus::TickInfo tick = loop.Advance(core::MonotonicNow_ns());
+    ++ticks_;
+    skipped_ += tick.skipped;
+    wake_delay_.Add(tick.woke_ns - tick.scheduled_ns);
+    if (tick.woke_ns - tick.scheduled_ns > kMiss_ns) ++misses_;
+    Step();
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    TellFaults(now_ns);
+    TellFigures(now_ns);
+  }
+}
+
+void NodeLoop::TakeCommands() {
+  for (std::size_t role = 0; role < commands_.size(); ++role) {
+    if (!commands_[role]->is_fresh()) continue;
+    bridge_->AcceptCommand(role, commands_[role]->value(), commands_[role]->received_ns(), core::MonotonicNow_ns());
+  }
+}
+
+void NodeLoop::Step() {
+  inputs_.now_ns = core::MonotonicNow_ns();
+  inputs_.proxies.clear();
+  inputs_.grasped_objects.clear();
+  for (std::size_t role = 0; role < proxies_.size(); ++role) {
+    inputs_.proxies.push_back(proxies_[role]->value());
+    inputs_.grasped_objects.push_back(reactions_[role]->has_value() ? reactions_[role]->value().grasped_object
+                                                                    : core::kNoObject);
+  }
+  inputs_.physics = physics_->has_value() ? &physics_->value() : nullptr;
+  inputs_.logic = logic_->has_value() ? &logic_->value() : nullptr;
+  bridge_->Step(inputs_, &outputs_);
+  for (std::size_t role = 0; role < writers_.size(); ++role) {
+    core::DeviceState& state = outputs_.states[role];
+    state.header.direct.Add(core::Stage::kDeviceSend, core::MonotonicNow_ns());
+    writers_[role].Send(state);
+  }
+  step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
+}
+
+// Rare, and after the samples have left.
+void NodeLoop::TellFaults(std::int64_t now_ns) {
+  for (std::size_t role = 0; role < outputs_.filter_status.size(); ++role) {
+    const std::uint32_t status = outputs_.filter_status[role];
+    const std::uint32_t changed = status ^ told_status_[role];
+    told_status_[role] = status;
+    const auto tell = [&](core::Event* event) {
+      event->time_ns = now_ns;
+      node_->Emit(*event);
+      std::printf("%s: %s\n", scenario_.devices[role].role.c_str(), event->detail.c_str());
+      std::fflush(stdout);
+    };
+    if ((changed & kSilent) != 0) tell((status & kSilent) != 0 ? &silent_event_ : &back_event_);
+    if ((changed & kNotFinite) != 0 && (status & kNotFinite) != 0) tell(&fault_event_);
+  }
+  while (node_->PollEvent(&heard_event_)) {
+    if (heard_event_.name != "node_lost") continue;
+    if (lost_.size() < lost_.capacity()) lost_.push_back(heard_event_.detail);
+    std::printf("lost: %s\n", heard_event_.detail.c_str());
+    std::fflush(stdout);
+  }
+}
+
+void NodeLoop::TellFigures(std::int64_t now_ns) {
+  if (now_ns < next_figures_ns_ || outputs_.applied.empty()) return;
+  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  double peak_N = 0.0;
+  for (std::size_t role = 0; role < outputs_.applied.size(); ++role) {
+    peak_N = std::max(peak_N, bridge_->figures(role).peak_force_N);
+  }
+  figures_.items[0].value = peak_N;
+  figures_.items[1].value = glm::length(outputs_.applied[0].force_N);
+  figures_.items[2].value = bridge_->echo_log().mean_ms(EchoLog::Chain::kDirect);
+  figures_.items[3].value = bridge_->echo_log().mean_ms(EchoLog::Chain::kThroughPhysics);
+  figures_.items[4].value = outputs_.filter_status[0];
+  figures_.items[5].value = static_cast<double>(misses_);
+  figures_writer_.Set(figures_);
+}
+
+core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bool is_realtime) const {
+  nlohmann::json report = MakeReport(*bridge_);
+  report["is_realtime"] = is_realtime;
+  report["ticks"] = ticks_;
+  report["misses"] = misses_;
+  report["skipped"] = skipped_;
+  report["wake_delay_p99_us"] = wake_delay_.p99_ns() * 1e-3;
+  report["wake_delay_max_us"] = static_cast<double>(wake_delay_.max_ns()) * 1e-3;
+  report["step_p50_us"] = step_duration_.p50_ns() * 1e-3;
+  report["step_p99_us"] = step_duration_.p99_ns() * 1e-3;
+  report["step_max_us"] = static_cast<double>(step_duration_.max_ns()) * 1e-3;
+  report["nodes_lost"] = lost_;
+  const bus::Counters counters = node_->counters();
+  report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
+  const std::filesystem::path file = folder / "device_bridge.json";
+  std::ofstream stream(file);
+  stream << report.dump(2) << '\n';
+  stream.flush();
+  if (!stream) return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot be written. Is the folder there?");
+  return WriteLatencyTable(bridge_->echo_log(), folder / "device_bridge_latency.csv");
+}
+
+}  // namespace device_bridge

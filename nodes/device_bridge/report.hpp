@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/result.hpp"
+#include "nodes/device_bridge/device_bridge.hpp"
+
+namespace device_bridge {
+
+// The bridge's part of a run's report: forces, filter, echo log, what the operator did. Without bus and timing figures.
+nlohmann::json MakeReport(const DeviceBridge& bridge);
+
+// One row per stamped trace that came back: chain (direct or t1), trace id, origin, this log's own measurement, then
+// stage number and offset from the origin for each stamp.
+core::Result<void> WriteLatencyTable(const EchoLog& log, const std::filesystem::path& file);
+
+// Names of the bits that are set, e.g. {"degraded", "dead_man"}.
+std::vector<std::string> StatusNames(std::uint32_t status);
+
+}  // namespace device_bridge
