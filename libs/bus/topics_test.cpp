@@ -1,0 +1,52 @@
+#include "bus/topics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "bus/schema.hpp"
+
+namespace bus {
+namespace {
+
+static_assert(MatchesPattern("device/*/state", "device/op1/arm.left/state"));
+static_assert(!MatchesPattern("device/*/state", "device/right/command"));
+static_assert(MatchesPattern("*", ""));
+static_assert(!MatchesPattern("a", "ab"));
+
+TEST(Topics, EveryNameFunctionHitsItsRule) {
+  EXPECT_EQ(FindTopicRule(DeviceStateTopic("op1/arm.left"))->type, MessageType::kDeviceState);
+  EXPECT_EQ(FindTopicRule(DeviceCommandTopic("right"))->type, MessageType::kDeviceCommand);
+  EXPECT_EQ(FindTopicRule(HapticProxyTopic("right"))->type, MessageType::kHapticProxy);
+  EXPECT_EQ(FindTopicRule(ContactsTopic("haptic_node", "module/cavity"))->type, MessageType::kContactSet);
+  EXPECT_EQ(FindTopicRule(kPhysicsStateTopic)->type, MessageType::kPhysicsState);
+  EXPECT_EQ(FindTopicRule(ReactionTopic("op1/arm.left"))->type, MessageType::kReaction);
+  EXPECT_EQ(FindTopicRule(kLogicStatusTopic)->topic_class, TopicClass::kState);
+  EXPECT_EQ(FindTopicRule(FiguresTopic("visual_node"))->type, MessageType::kFigures);
+  EXPECT_EQ(FindTopicRule(kEventTopic)->topic_class, TopicClass::kEvent);
+  EXPECT_EQ(FindTopicRule(kParameterTopic)->topic_class, TopicClass::kService);
+  EXPECT_EQ(FindTopicRule("no/such/topic"), nullptr);
+}
+
+TEST(Schema, EveryMessageHasItsOwnDigest) {
+  std::set<std::uint32_t> digests;
+  for (int i = 1; i <= static_cast<int>(MessageType::kParameterChange); ++i) {
+    const PayloadSchema& schema = SchemaOf(static_cast<MessageType>(i));
+    EXPECT_FALSE(schema.canonical.empty());
+    digests.insert(schema.digest);
+  }
+  EXPECT_EQ(digests.size(), static_cast<std::size_t>(MessageType::kParameterChange));
+}
+
+TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {
+  std::string why;
+  EXPECT_TRUE(AreCompatible("1:double 2:uint32", "1:double 2:uint32 3:bool", &why));
+  EXPECT_TRUE(AreCompatible("1:repeated_{1:float}", "1:repeated_{1:float 2:float}", &why));
+  EXPECT_FALSE(AreCompatible("1:double 2:uint32", "1:double 2:sint32", &why));
+  EXPECT_EQ(why, "field 2 is uint32 in one and sint32 in the other");
+  EXPECT_FALSE(AreCompatible("1:repeated_{1:float}", "1:repeated_{1:double}", &why));
+  EXPECT_FALSE(AreCompatible("1:double", "1:repeated_double", &why));
+}
+
+}  // namespace
+}  // namespace bus
