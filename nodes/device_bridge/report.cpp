@@ -88,7 +88,7 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
 
 core::Result<void> WriteLatencyTable(const EchoLog& log, const std::filesystem::path& file) {
   std::ofstream stream(file);
-  stream << "chain,trace_id,origin_ns,echo_ns,stage,offset_ns,...\n";
+  stream << "chain,trace_id,origin_ns,echo_ns,stages\n";
   for (const EchoLog::Chain chain : {EchoLog::Chain::kDirect, EchoLog::Chain::kThroughPhysics}) {
     for (const EchoLog::Echo& echo : log.echoes(chain)) {
       stream << (chain == EchoLog::Chain::kDirect ? "direct," : "t1,") << echo.trace.id << ',' << echo.trace.origin_ns
