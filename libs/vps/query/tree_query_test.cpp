@@ -42,7 +42,7 @@ void ExpectSameAsBruteForce(const TestPair& s, const core::Pose& X_GS, double ma
 
 TEST(QueryTree, FindsTheBruteForcePointsFor1000RandomPoses) {
   const TestPair torus{*BuildVoxmap(MakeTorus(0.1, 0.04, 96, 48), 0.002),
-                    BuildTree(*BuildPointshell(MakeTorus(0.05, 0.02, 96, 48), 8000))};
+                       BuildTree(*BuildPointshell(MakeTorus(0.05, 0.02, 96, 48), 8000))};
   QueryScratch scratch(torus.points);
   Random random(7);
   int num_touching = 0;
@@ -60,7 +60,7 @@ TEST(QueryTree, FindsTheBruteForcePointsFor1000RandomPoses) {
 
 TEST(QueryTree, FindsTheBruteForcePointsInConformingContact) {
   const TestPair peg{*BuildVoxmap(MakeBlockWithHole(0.05, 0.05, 0.01025, 64), 0.0005),
-                  BuildTree(*BuildPointshell(MakeCylinder(0.01, 0.06, 64), 8000))};
+                     BuildTree(*BuildPointshell(MakeCylinder(0.01, 0.06, 64), 8000))};
   QueryScratch scratch(peg.points);
   Random random(11);
   for (int i = 0; i < 300; ++i) {
@@ -74,7 +74,7 @@ TEST(QueryTree, FindsTheBruteForcePointsInConformingContact) {
 
 TEST(QueryTree, TestsNoMoreThanRootSphereWhenFarApart) {
   const TestPair s{*BuildVoxmap(MakeBox({0.1, 0.1, 0.1}), 0.002),
-                BuildTree(*BuildPointshell(MakeBox({0.1, 0.1, 0.1}), 4000))};
+                   BuildTree(*BuildPointshell(MakeBox({0.1, 0.1, 0.1}), 4000))};
   QueryScratch scratch(s.points);
   core::Pose X_GS;
   X_GS.translation = {1.0, 0.0, 0.0};
@@ -90,7 +90,7 @@ TEST(QueryTree, TestsNoMoreThanRootSphereWhenFarApart) {
 TEST(QueryTree, FreeDistanceIsNeverTooLong) {
   // Move S by nearly the free distance in random directions: no hit may appear.
   const TestPair s{*BuildVoxmap(MakeTorus(0.1, 0.04, 96, 48), 0.002),
-                BuildTree(*BuildPointshell(MakeBox({0.05, 0.03, 0.02}), 3000))};
+                   BuildTree(*BuildPointshell(MakeBox({0.05, 0.03, 0.02}), 3000))};
   QueryScratch scratch(s.points);
   Random random(3);
   int num_checked = 0;
