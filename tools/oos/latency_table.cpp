@@ -11,11 +11,31 @@
 namespace oos {
 namespace {
 
-constexpr const char* kHeader = "chain,trace_id,origin_ns,echo_ns,stages";
+constexpr const char* kHeader = "chain,trace_id,origin_ns,echo_ns,stage,offset_ns,...";
 
 double Percentile(const std::vector<double>& sorted, double q) {
   const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(sorted.size())));
   return sorted[std::min(std::max<std::size_t>(rank, 1), sorted.size()) - 1];
+}
+
+// visual_node's rows name their stages ("frame_done:123") and have no echo; the bridge's give number and offset.
+bool AddNamedStamp(const std::string& cell, core::Trace* trace) {
+  const std::size_t colon = cell.find(':');
+  for (int stage = 1; stage <= static_cast<int>(core::Stage::kFrameDone); ++stage) {
+    if (cell.compare(0, colon, StageName(static_cast<core::Stage>(stage))) != 0) continue;
+    trace->stamps.push_back({static_cast<core::Stage>(stage),
+                             static_cast<std::int32_t>(std::strtol(cell.c_str() + colon + 1, nullptr, 10))});
+    return true;
+  }
+  return false;
+}
+
+bool AddNumberedStamp(const std::string& stage_cell, const std::string& offset_cell, core::Trace* trace) {
+  const long stage = std::strtol(stage_cell.c_str(), nullptr, 10);
+  if (stage < 1 || stage > static_cast<long>(core::Stage::kFrameDone)) return false;
+  trace->stamps.push_back(
+      {static_cast<core::Stage>(stage), static_cast<std::int32_t>(std::strtol(offset_cell.c_str(), nullptr, 10))});
+  return true;
 }
 
 bool ParseRow(const std::string& line, LatencyRow* row) {
@@ -23,18 +43,29 @@ bool ParseRow(const std::string& line, LatencyRow* row) {
   std::string cell;
   std::vector<std::string> cells;
   while (std::getline(in, cell, ',')) cells.push_back(cell);
-  if (cells.size() < 4 || cells.size() % 2 != 0) return false;
+  if (cells.size() < 4) return false;
   row->chain = cells[0];
   row->trace.id = std::strtoull(cells[1].c_str(), nullptr, 10);
   row->trace.origin_ns = std::strtoll(cells[2].c_str(), nullptr, 10);
+  if (cells[3].find(':') != std::string::npos) {
+    for (std::size_t i = 3; i < cells.size(); ++i) {
+      if (cells[i].find(':') == std::string::npos || !AddNamedStamp(cells[i], &row->trace)) return false;
+    }
+    return true;
+  }
+  if (cells.size() % 2 != 0) return false;
   row->echo_ns = std::strtoll(cells[3].c_str(), nullptr, 10);
   for (std::size_t i = 4; i + 1 < cells.size(); i += 2) {
-    const long stage = std::strtol(cells[i].c_str(), nullptr, 10);
-    if (stage < 1 || stage > static_cast<long>(core::Stage::kFrameDone)) return false;
-    row->trace.stamps.push_back(
-        {static_cast<core::Stage>(stage), static_cast<std::int32_t>(std::strtol(cells[i + 1].c_str(), nullptr, 10))});
+    if (!AddNumberedStamp(cells[i], cells[i + 1], &row->trace)) return false;
   }
   return !row->trace.stamps.empty();
+}
+
+void WriteRow(const LatencyRow& row, std::ostream& out) {
+  out << row.chain << ',' << row.trace.id << ',' << row.trace.origin_ns << ',' << row.echo_ns;
+  for (const core::Stamp& stamp : row.trace.stamps)
+    out << ',' << static_cast<int>(stamp.stage) << ',' << stamp.offset_ns;
+  out << '\n';
 }
 
 // Chain and stages in order: only traces that went the same way are averaged together.
@@ -67,53 +98,45 @@ double ChainTable::disagreement() const {
 const char* StageName(core::Stage stage) {
   switch (stage) {
     case core::Stage::kDeviceSample:
-      return "device sample";
+      return "device_sample";
     case core::Stage::kDeviceSend:
-      return "device send";
+      return "device_send";
     case core::Stage::kHapticReceive:
-      return "haptic receive";
+      return "haptic_receive";
     case core::Stage::kHapticStart:
-      return "haptic start";
+      return "haptic_start";
     case core::Stage::kHapticSend:
-      return "haptic send";
+      return "haptic_send";
     case core::Stage::kPhysicsReceive:
-      return "physics receive";
+      return "physics_receive";
     case core::Stage::kPhysicsStart:
-      return "physics start";
+      return "physics_start";
     case core::Stage::kPhysicsSend:
-      return "physics send";
+      return "physics_send";
     case core::Stage::kDeviceReceive:
-      return "device receive";
+      return "device_receive";
     case core::Stage::kDeviceWrite:
-      return "device write";
+      return "device_write";
     case core::Stage::kVisualReceive:
-      return "visual receive";
+      return "visual_receive";
     case core::Stage::kVisualApply:
-      return "visual apply";
+      return "visual_apply";
     case core::Stage::kFrameStart:
-      return "frame start";
+      return "frame_start";
     case core::Stage::kFrameDone:
-      return "frame done";
+      return "frame_done";
   }
   return "?";
 }
 
 core::Result<void> MergeLatencyTables(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> parts;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.size() > 12 && name.substr(name.size() - 12) == "_latency.csv") parts.push_back(entry.path());
-  }
-  std::sort(parts.begin(), parts.end());
   std::ofstream out(folder / "latency.csv");
   out << kHeader << "\n";
-  for (const std::filesystem::path& part : parts) {
-    std::ifstream in(part);
-    std::string line;
-    for (bool is_first = true; std::getline(in, line); is_first = false) {
-      if (!is_first && !line.empty()) out << line << "\n";
-    }
+  for (const char* name : {"device_bridge_latency.csv", "visual_node_latency.csv", "latency_visual.csv"}) {
+    if (!std::filesystem::exists(folder / name)) continue;
+    const auto rows = ReadLatencyRows(folder / name);
+    if (!rows) return core::Fail(rows.error().code, rows.error().detail);
+    for (const LatencyRow& row : *rows) WriteRow(row, out);
   }
   if (!out) return core::Fail(core::ErrorCode::kIo, "cannot write " + (folder / "latency.csv").string());
   return {};
@@ -129,8 +152,8 @@ core::Result<std::vector<LatencyRow>> ReadLatencyRows(const std::filesystem::pat
     if (number == 1 || line.empty()) continue;
     LatencyRow row;
     if (!ParseRow(line, &row)) {
-      return core::Fail(core::ErrorCode::kDamaged, file.string() + ":" + std::to_string(number) + ": not a row of '" +
-                                                       kHeader + "' with stage,offset pairs");
+      return core::Fail(core::ErrorCode::kDamaged,
+                        file.string() + ":" + std::to_string(number) + ": not a row of '" + kHeader + "'");
     }
     rows.push_back(row);
   }

@@ -40,7 +40,7 @@ struct ChainTable {
 
 const char* StageName(core::Stage stage);
 
-// Merges the latency files that nodes left in a run's folder (<node>_latency.csv) to latency.csv.
+// Merges the latency files that nodes left in a run's folder to latency.csv.
 core::Result<void> MergeLatencyTables(const std::filesystem::path& folder);
 core::Result<std::vector<LatencyRow>> ReadLatencyRows(const std::filesystem::path& file);
 std::vector<ChainTable> Tabulate(const std::vector<LatencyRow>& rows);
