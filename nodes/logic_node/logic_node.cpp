@@ -37,8 +37,10 @@ double Seconds(std::int64_t duration_ns) {
 }  // namespace
 
 std::string EventName(const core::Event& event) {
-  if (event.detail.empty() || event.detail.find_first_of(" \t\n") != std::string::npos) return event.name;
-  return event.name + "." + event.detail;
+  std::string name = event.name;
+  if (!event.detail.empty()) name += "." + event.detail;
+  std::replace(name.begin(), name.end(), ' ', '.');
+  return name;
 }
 
 core::Result<std::unique_ptr<LogicNode>> LogicNode::Create(const scene::Scenario& scenario) {
@@ -47,7 +49,8 @@ core::Result<std::unique_ptr<LogicNode>> LogicNode::Create(const scene::Scenario
   if (!chart) {
     std::string text;
     for (const scene::Diagnostic& diagnostic : chart.error()) {
-      text += (text.empty() ? "" : "\n") + scene::Format(diagnostic);
+      if (!text.empty()) text += "\n";
+      text += scene::Format(diagnostic);
     }
     return core::Fail(core::ErrorCode::kInvalidInput, text);
   }
@@ -59,7 +62,8 @@ core::Result<std::unique_ptr<LogicNode>> LogicNode::Create(const scene::Scenario
     step.record.name = node->chart_.At(state).id;
     node->steps_.push_back(step);
   }
-  node->interpreter_ = std::make_unique<scxml::Interpreter>(node->chart_, node.get());
+  scxml::Host* host = node.get();
+  node->interpreter_ = std::make_unique<scxml::Interpreter>(node->chart_, host);
   return node;
 }
 
@@ -101,12 +105,13 @@ void LogicNode::HearOfNodes(const Inputs& inputs) {
   for (const core::Event& event : inputs.events) {
     const auto lost = std::find(lost_nodes_.begin(), lost_nodes_.end(), event.detail);
     if (event.name == "node_found" && lost != lost_nodes_.end()) lost_nodes_.erase(lost);
-    if (event.name != "node_lost" || lost != lost_nodes_.end()) continue;
+    const bool has_left = event.name == "node_left";
+    if ((event.name != "node_lost" && !has_left) || lost != lost_nodes_.end()) continue;
     lost_nodes_.push_back(event.detail);
     if (status_.is_final || status_.is_failed || !IsNeeded(event.detail)) continue;
     const StepTimes* step = ActiveStep();
     Fail((step != nullptr ? "step " + step->record.name + ": " : "") + event.detail +
-         " was lost, it no longer answers");
+         (has_left ? " has left" : " was lost, it no longer answers"));
   }
 }
 
@@ -123,7 +128,7 @@ void LogicNode::CheckProgress(const Inputs& inputs) {
   if (status_.is_final) {
     for (const StepTimes& step : steps_) {
       if (step.record.is_entered && !step.record.is_completed) {
-        Fail("step " + step.record.name + ": the procedure ended though it was not completed");
+        Fail("step " + step.record.name + ": the procedure ended though it was not completed; " + step.record.why);
         return;
       }
     }

@@ -1,0 +1,60 @@
+// logic_node --scenario FILE --registry ENDPOINT --session N --out DIR
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include "nodes/logic_node/node_loop.hpp"
+#include "scene/load_scenario.hpp"
+
+namespace {
+
+std::atomic<bool> stop{false};
+void OnSignal(int) {
+  stop.store(true);
+}
+
+int Complain(const std::string& what, int status) {
+  std::fprintf(stderr, "logic_node: %s\n", what.c_str());
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::map<std::string, std::string> options;
+  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
+  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
+    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
+  }
+  std::signal(SIGTERM, OnSignal);
+  std::signal(SIGINT, OnSignal);
+
+  const auto scenario = scene::LoadScenario(options["--scenario"]);
+  if (!scenario) {
+    for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
+    return 2;
+  }
+  auto logic = logic_node::LogicNode::Create(*scenario);
+  if (!logic) return Complain(logic.error().detail, 2);
+
+  bus::NodeOptions node_options;
+  node_options.name = "logic_node";
+  node_options.registry = options["--registry"];
+  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  auto node = bus::Node::Create(node_options);
+  if (!node) return Complain(node.error().detail, 1);
+  logic_node::NodeLoop loop(*scenario, logic->get(), node->get());
+  loop.Declare();
+  if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
+
+  std::printf("ready\n");
+  std::fflush(stdout);
+  (*node)->Emit({0, "logic_node", "ready", "procedure loaded, waiting for physics_node"});
+  const std::filesystem::path report = std::filesystem::path(options["--out"]) / "logic_node.json";
+  loop.Run(stop, report);
+  if (!loop.WriteReport(report)) return Complain("cannot write its report to " + options["--out"], 1);
+  return 0;
+}

@@ -1,0 +1,166 @@
+#include "nodes/logic_node/node_loop.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/clock.hpp"
+
+namespace logic_node {
+namespace {
+
+constexpr std::int64_t kStatusPeriod_ns = 1'000'000'000;  // at least this often, so that its time shows life
+constexpr std::int64_t kRetry_ns = 200'000'000;
+constexpr int kMaxTries = 10;
+
+}  // namespace
+
+std::string OwnerOf(const scene::Scenario& scenario, const std::string& parameter) {
+  if (parameter == "force_cap_N" || parameter.starts_with("pair.")) return "haptic_node";
+  for (const scene::Mechanism& mechanism : scenario.mechanisms) {
+    if (parameter.starts_with(mechanism.name + ".")) return "physics_node";
+  }
+  return {};
+}
+
+NodeLoop::NodeLoop(const scene::Scenario& scenario, LogicNode* logic, bus::Node* node)
+    : scenario_(scenario), logic_(logic), node_(node) {}
+
+void NodeLoop::Declare() {
+  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  for (const scene::Device& device : scenario_.devices) {
+    reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+  }
+  status_writer_ = node_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
+  node_->ReadEvents();
+}
+
+void NodeLoop::Run(const std::atomic<bool>& stop, const std::filesystem::path& report) {
+  std::int64_t next_ns = core::MonotonicNow_ns();
+  bool was_over = false;
+  while (!stop.load(std::memory_order_relaxed)) {
+    // Sleeping, not waiting for datagrams: they come a thousand times a second and a hundredth of them is enough.
+    next_ns = std::max(next_ns + kStepPeriod_ns, core::MonotonicNow_ns());
+    std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
+    node_->Poll();
+    Listen();
+    Step();
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    TakeAnswers(now_ns);
+    SendChanges(now_ns);
+    const bool is_over = logic_->status().is_final || logic_->status().is_failed;
+    if (is_over && !was_over && !WriteReport(report)) std::fprintf(stderr, "cannot write %s\n", report.c_str());
+    was_over = is_over;
+  }
+}
+
+void NodeLoop::Listen() {
+  inputs_.events.clear();
+  core::Event event;
+  while (node_->PollEvent(&event)) {
+    if (event.name.starts_with("node_")) {
+      std::printf("%s: %s\n", event.name.c_str(), event.detail.c_str());
+      std::fflush(stdout);
+    }
+    inputs_.events.push_back(event);
+  }
+}
+
+void NodeLoop::Step() {
+  // Everyone who applies a parameter must be there before the first one is set.
+  const bool are_owners_there = node_->IsAlive("haptic_node") && node_->IsAlive("physics_node");
+  const bool is_running = inputs_.physics != nullptr;
+  inputs_.physics = physics_->has_value() && (are_owners_there || is_running) ? &physics_->value() : nullptr;
+  inputs_.now_ns = inputs_.physics != nullptr ? inputs_.physics->time_ns : 0;
+  inputs_.grasped_objects.clear();
+  for (const auto* reaction : reactions_) {
+    inputs_.grasped_objects.push_back(reaction->has_value() ? reaction->value().grasped_object : core::kNoObject);
+  }
+  logic_->Step(inputs_, &outputs_);
+
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  if (outputs_.is_status_changed || now_ns >= next_status_ns_) {
+    if (status_writer_.Set(outputs_.status)) next_status_ns_ = now_ns + kStatusPeriod_ns;
+  }
+  for (const core::Event& event : outputs_.events) {
+    std::printf("%.3f s %s: %s\n", static_cast<double>(event.time_ns) * 1e-9, event.name.c_str(), event.detail.c_str());
+    std::fflush(stdout);
+    node_->Emit(event);
+  }
+  for (const core::ParameterChange& change : outputs_.changes) {
+    // A newer value of the same parameter replaces one that is still on its way.
+    for (Change& other : changes_) {
+      if (other.change.name != change.name || other.is_answered) continue;
+      other.is_answered = true;
+      other.why = "replaced by a newer value";
+    }
+    Change entry;
+    entry.time_ns = inputs_.now_ns;
+    entry.change = change;
+    entry.owner = OwnerOf(scenario_, change.name);
+    changes_.push_back(std::move(entry));
+  }
+}
+
+void NodeLoop::SendChanges(std::int64_t now_ns) {
+  for (Change& change : changes_) {
+    if (change.is_answered || change.request != 0 || now_ns < change.next_try_ns) continue;
+    change.request = node_->PostParameter(change.owner, change.change);
+    if (change.request == 0) change.next_try_ns = now_ns + kRetry_ns;  // queue full
+  }
+}
+
+void NodeLoop::TakeAnswers(std::int64_t now_ns) {
+  bus::ParameterAck ack;
+  while (node_->PollAck(&ack)) {
+    for (Change& change : changes_) {
+      if (change.request != ack.request || change.is_answered) continue;
+      change.is_accepted = ack.is_accepted;
+      change.is_answered = ack.is_accepted || ++change.tries >= kMaxTries;
+      change.tick = ack.tick;
+      change.why = ack.why;
+      change.request = 0;
+      change.next_try_ns = now_ns + kRetry_ns;
+      if (change.is_answered && !change.is_accepted) {
+        const std::string text = change.change.name + ": " + ack.why;
+        std::printf("parameter refused: %s\n", text.c_str());
+        std::fflush(stdout);
+        node_->Emit({inputs_.now_ns, "logic_node", "parameter_refused", text});
+      }
+    }
+  }
+}
+
+bool NodeLoop::WriteReport(const std::filesystem::path& file) const {
+  const core::LogicStatus& status = logic_->status();
+  nlohmann::json report;
+  report["completed"] = status.is_final && !status.is_failed;
+  if (status.is_failed) report["why"] = status.why;
+  report["seconds"] = static_cast<double>(status.time_ns) * 1e-9;
+  report["steps"] = nlohmann::json::array();
+  for (const StepRecord& step : logic_->steps()) {
+    nlohmann::json entry = {{"name", step.name}, {"completed", step.is_completed}, {"seconds", step.seconds}};
+    if (!step.is_completed) entry["why"] = step.why;
+    report["steps"].push_back(std::move(entry));
+  }
+  report["changes"] = nlohmann::json::array();
+  for (const Change& change : changes_) {
+    nlohmann::json entry = {{"time_s", static_cast<double>(change.time_ns) * 1e-9},
+                            {"name", change.change.name},
+                            {"value", change.change.value},
+                            {"owner", change.owner},
+                            {"accepted", change.is_accepted}};
+    if (change.is_accepted) entry["tick"] = change.tick;
+    if (!change.is_accepted) entry["why"] = change.why.empty() ? "no answer" : change.why;
+    report["changes"].push_back(std::move(entry));
+  }
+  const bus::Counters counters = node_->counters();
+  report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
+  std::ofstream out(file);
+  out << report.dump(2) << "\n";
+  return out.good();
+}
+
+}  // namespace logic_node

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "bus/node.hpp"
+#include "nodes/logic_node/logic_node.hpp"
+
+namespace logic_node {
+
+// The node that owns a parameter and applies its changes; empty: any that knows it.
+std::string OwnerOf(const scene::Scenario& scenario, const std::string& parameter);
+
+// Ties a LogicNode to the bus: 100 steps a second, each at the newest bus time, which is that of physics/state.
+class NodeLoop {
+ public:
+  NodeLoop(const scene::Scenario& scenario, LogicNode* logic, bus::Node* node);
+
+  // Declares what is read and written; before bus::Node::Start.
+  void Declare();
+  // Runs until `stop` is set. The report is written whenever the procedure ends, and at the end.
+  void Run(const std::atomic<bool>& stop, const std::filesystem::path& report);
+  // The procedure's part of the run's report.
+  [[nodiscard]] bool WriteReport(const std::filesystem::path& file) const;
+
+ private:
+  // A change on its way to its owner: sent again until the owner has answered, since owners may start later.
+  struct Change {
+    std::int64_t time_ns = 0;  // bus time
+    core::ParameterChange change;
+    std::string owner;
+    std::uint64_t request = 0;
+    std::int64_t next_try_ns = 0;
+    int tries = 0;
+    bool is_answered = false;
+    bool is_accepted = false;
+    std::uint64_t tick = 0;  // of the owner, at whose top it was applied
+    std::string why;
+  };
+
+  void Listen();
+  void Step();
+  void SendChanges(std::int64_t now_ns);
+  void TakeAnswers(std::int64_t now_ns);
+
+  const scene::Scenario& scenario_;
+  LogicNode* logic_;
+  bus::Node* node_;
+  bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
+  std::vector<bus::LatestReader<core::Reaction>*> reactions_;
+  bus::StateWriter<core::LogicStatus> status_writer_;
+  std::vector<Change> changes_;
+  std::int64_t next_status_ns_ = 0;
+  Inputs inputs_;
+  Outputs outputs_;
+};
+
+}  // namespace logic_node
