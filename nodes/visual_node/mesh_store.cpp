@@ -54,6 +54,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh) {
     high = glm::max(high, vertex.position_M);
   }
   gpu.centre_M = 0.5f * (low + high);
+  gpu.half_size_m = 0.5f * (high - low);
   for (const Vertex& vertex : vertices) {
     gpu.radius_m = std::max(gpu.radius_m, glm::distance(gpu.centre_M, vertex.position_M));
   }

@@ -8,7 +8,7 @@
 
 namespace visual_node {
 
-// A mesh on the GPU, with the sphere that holds it.
+// A mesh on the GPU, with the box and the sphere that hold it.
 struct GpuMesh {
   struct Part {  // a run of indices with one material
     GLsizei num_indices = 0;
@@ -21,7 +21,8 @@ struct GpuMesh {
   GlBuffer indices;
   std::vector<Part> parts;
   GLsizei num_indices = 0;
-  glm::vec3 centre_M{0.0f};
+  glm::vec3 centre_M{0.0f};  // of both
+  glm::vec3 half_size_m{0.0f};
   float radius_m = 0.0f;
 };
 

@@ -11,18 +11,9 @@
 namespace visual_node {
 namespace {
 
-constexpr int kNumStars = 700;
 constexpr std::size_t kMaxLamps = 4;
 constexpr double kNear_m = 0.01;
 constexpr double kFar_m = 60.0;
-
-// SplitMix64: the same sky everywhere.
-double NextUnit(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15ULL);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
-}
 
 void SetMatrix(GLint location, const glm::mat4& matrix) {
   glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(matrix));
@@ -48,15 +39,16 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto shadow = ShadowMap::Create();
   if (!shadow) return tl::unexpected(shadow.error());
   renderer->shadow_ = std::move(*shadow);
+  auto sky = Sky::Create(scene.sun_direction_W);
+  if (!sky) return tl::unexpected(sky.error());
+  renderer->sky_ = std::move(*sky);
   auto texts = TextPainter::Create();
   if (!texts) return tl::unexpected(texts.error());
   renderer->texts_ = std::move(*texts);
   renderer->shaft_ = Upload(MakeCylinder(10));
   renderer->head_ = Upload(MakeCone(14));
   renderer->nothing_ = MakeVertexArray();
-  renderer->MakeStars();
   renderer->FitShadow(scene);
-  glEnable(GL_PROGRAM_POINT_SIZE);
   return renderer;
 }
 
@@ -67,10 +59,9 @@ core::Result<void> Renderer::MakePrograms() {
     const char* vertex;
     const char* fragment;
   };
-  for (const Source& source :
-       {Source{&surface_, "surface", kSurfaceVertex, kSurfaceFragment},
-        Source{&star_, "star", kStarVertex, kStarFragment}, Source{&glow_, "glow", kGlowVertex, kGlowFragment},
-        Source{&overlay_, "overlay", kOverlayVertex, kOverlayFragment}}) {
+  for (const Source& source : {Source{&surface_, "surface", kSurfaceVertex, kSurfaceFragment},
+                               Source{&glow_, "glow", kGlowVertex, kGlowFragment},
+                               Source{&overlay_, "overlay", kOverlayVertex, kOverlayFragment}}) {
     auto program = MakeProgram(source.name, source.vertex, source.fragment);
     if (!program) return tl::unexpected(program.error());
     *source.program = std::move(*program);
@@ -78,36 +69,21 @@ core::Result<void> Renderer::MakePrograms() {
   return {};
 }
 
-void Renderer::MakeStars() {
-  std::vector<glm::vec4> stars;
-  std::uint64_t state = 2016;
-  for (int i = 0; i < kNumStars; ++i) {
-    const double z = 2.0 * NextUnit(state) - 1.0;
-    const double angle = 2.0 * std::acos(-1.0) * NextUnit(state);
-    const double ring = std::sqrt(1.0 - z * z);
-    const double rank = NextUnit(state);
-    stars.emplace_back(ring * std::cos(angle), ring * std::sin(angle), z, 0.12 + 0.8 * rank * rank * rank * rank);
-  }
-  star_vertices_ = MakeBuffer(stars.data(), stars.size() * sizeof(glm::vec4));
-  star_layout_ = MakeVertexArray();
-  glVertexArrayVertexBuffer(star_layout_.id(), 0, star_vertices_.id(), 0, sizeof(glm::vec4));
-  glEnableVertexArrayAttrib(star_layout_.id(), 0);
-  glVertexArrayAttribFormat(star_layout_.id(), 0, 4, GL_FLOAT, GL_FALSE, 0);
-  glVertexArrayAttribBinding(star_layout_.id(), 0, 0);
-}
-
-// The sphere about the box of all instances' spheres, with 15 % room to move in.
+// The sphere about the box of all instances, with 10 % room to move in.
 void Renderer::FitShadow(const view::Scene& scene) {
   glm::dvec3 low(1e9), high(-1e9);
   for (const view::Instance& instance : scene.instances) {
     const GpuMesh& mesh = meshes_[instance.mesh];
     if (!instance.is_visible || mesh.num_indices == 0) continue;
-    const glm::dvec3 centre_W = instance.X_WM * glm::dvec3(mesh.centre_M);
-    low = glm::min(low, centre_W - glm::dvec3(mesh.radius_m));
-    high = glm::max(high, centre_W + glm::dvec3(mesh.radius_m));
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+      const glm::dvec3 p_W = instance.X_WM * glm::dvec3(mesh.centre_M + side * mesh.half_size_m);
+      low = glm::min(low, p_W);
+      high = glm::max(high, p_W);
+    }
   }
   if (low.x > high.x) low = high = glm::dvec3(0.0);
-  const double radius_m = std::max(0.05, 0.5 * 1.15 * glm::length(high - low));
+  const double radius_m = std::max(0.05, 0.5 * 1.10 * glm::length(high - low));
   shadow_sun_W_ = scene.sun_direction_W;
   shadow_.Fit(scene.sun_direction_W, 0.5 * (low + high), radius_m);
 }
@@ -135,13 +111,11 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDepthMask(GL_TRUE);
-  const float space[4] = {0.020f, 0.027f, 0.043f, 1.0f};
-  const float far = 1.0f;
-  glClearBufferfv(GL_COLOR, 0, space);
+  const float far = 1.0f;  // colour needs no clearing: the sky fills what is left
   glClearBufferfv(GL_DEPTH, 0, &far);
   DrawSurfaces(scene, view);
   glDepthMask(GL_FALSE);
-  DrawStars(view);
+  sky_.Draw(view.clip_sky, view.height);
   DrawGlow(scene, view);
   DrawArrows(scene, view);
   glDepthMask(GL_TRUE);
@@ -198,14 +172,6 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   }
 }
 
-void Renderer::DrawStars(const View& view) const {
-  glUseProgram(star_.id());
-  SetMatrix(0, view.clip_sky);
-  glUniform1f(1, std::max(1.0f, static_cast<float>(view.height) / 360.0f));
-  glBindVertexArray(star_layout_.id());
-  glDrawArrays(GL_POINTS, 0, kNumStars);
-}
-
 void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
@@ -219,7 +185,7 @@ void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
     const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
     // In front of the lamp itself, so that only other things hide it.
     const glm::vec3 quad_W = centre_W + 1.2f * mesh.radius_m * glm::normalize(view.eye_W - centre_W);
-    const float reach_m = 4.0f * mesh.radius_m;
+    const float reach_m = 3.2f * mesh.radius_m;
     glUniform3fv(1, 1, glm::value_ptr(quad_W));
     glUniform3fv(2, 1, glm::value_ptr(reach_m * view.right_W));
     glUniform3fv(3, 1, glm::value_ptr(reach_m * view.up_W));

@@ -9,6 +9,7 @@
 #include "nodes/visual_node/gl_objects.hpp"
 #include "nodes/visual_node/mesh_store.hpp"
 #include "nodes/visual_node/shadow_map.hpp"
+#include "nodes/visual_node/sky.hpp"
 #include "nodes/visual_node/text_painter.hpp"
 #include "view/scene.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -43,10 +44,8 @@ class Renderer {
 
   Renderer() = default;
   core::Result<void> MakePrograms();
-  void MakeStars();
   void FitShadow(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
-  void DrawStars(const View& view) const;
   void DrawGlow(const view::Scene& scene, const View& view) const;
   void DrawArrows(const view::Scene& scene, const View& view) const;
   void SetLamps(const view::Scene& scene) const;
@@ -55,13 +54,11 @@ class Renderer {
   GpuMesh shaft_;
   GpuMesh head_;
   GlProgram surface_;
-  GlProgram star_;
   GlProgram glow_;
   GlProgram overlay_;
   GlVertexArray nothing_;  // core profile wants one bound, also when a shader makes its own vertices
-  GlVertexArray star_layout_;
-  GlBuffer star_vertices_;
   ShadowMap shadow_;
+  Sky sky_;
   glm::dvec3 shadow_sun_W_{0.0};
   std::unique_ptr<TextPainter> texts_;
   std::size_t num_triangles_ = 0;

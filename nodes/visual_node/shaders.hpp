@@ -38,7 +38,7 @@ void main() {
 )";
 // GGX distribution, height-correlated Smith visibility in Hammon's approximation, Schlick Fresnel, as in appendix B of
 // the glTF 2.0 specification; Karis' approximation of the environment term. The environment is analytic: black sky,
-// bright Earth below, a soft light from behind the eye so that what the sun does not reach can still be read.
+// Earth, and soft lights as round a stage from behind the eye so that what the sun does not reach can still be read.
 constexpr const char* kSurfaceFragment = R"(#version 450 core
 layout(location = 4) uniform vec4 u_base_metallic;
 layout(location = 5) uniform vec4 u_emissive_roughness;
@@ -54,10 +54,13 @@ in vec3 v_sun;
 out vec4 o_color;
 
 vec3 Environment(vec3 d, float blur) {
-  float earth = smoothstep(-0.15 - blur, 0.35 + blur, dot(d, normalize(vec3(0.25, 0.30, -0.92))));
-  float key = smoothstep(0.55 - 0.6 * blur, 1.0, dot(d, normalize(vec3(-0.55, -0.55, 0.62))));
-  float strength = 1.0 - 0.45 * blur;
-  return vec3(0.030, 0.036, 0.048) + strength * (earth * vec3(0.16, 0.24, 0.36) + key * vec3(0.42, 0.40, 0.37));
+  float earth = smoothstep(-0.2 - blur, 0.5 + blur, dot(d, normalize(vec3(-0.82, 0.27, -0.50))));
+  float below = 1.0 - smoothstep(-0.7 - blur, 0.3 + blur, d.z);
+  float key = smoothstep(0.45 - 0.7 * blur, 0.95, dot(d, normalize(vec3(0.25, -0.65, 0.72))));
+  float rim = smoothstep(0.60 - 0.7 * blur, 0.98, dot(d, normalize(vec3(-0.75, 0.25, 0.60))));
+  float strength = 1.0 - 0.70 * blur;
+  return vec3(0.034, 0.039, 0.050) + strength * (earth * vec3(0.10, 0.17, 0.28) + below * vec3(0.07, 0.09, 0.12) +
+                                                 key * vec3(0.74, 0.71, 0.66) + rim * vec3(0.34, 0.36, 0.40));
 }
 
 void main() {
@@ -106,25 +109,6 @@ void main() {
 }
 )";
 
-// --- Stars: points at infinity.
-constexpr const char* kStarVertex = R"(#version 450 core
-layout(location = 0) in vec4 a_direction_brightness;
-layout(location = 0) uniform mat4 u_clip_sky;
-layout(location = 1) uniform float u_size_px;
-out float v_brightness;
-void main() {
-  vec4 p = u_clip_sky * vec4(a_direction_brightness.xyz, 1.0);
-  gl_Position = p.xyww;  // on the far plane
-  v_brightness = a_direction_brightness.w;
-  gl_PointSize = u_size_px * (v_brightness > 0.75 ? 2.0 : 1.0);
-}
-)";
-constexpr const char* kStarFragment = R"(#version 450 core
-in float v_brightness;
-out vec4 o_color;
-void main() { o_color = vec4(vec3(0.92, 0.96, 1.0) * v_brightness, 1.0); }
-)";
-
 // --- A lamp's glow: a quad that faces the eye, added.
 constexpr const char* kGlowVertex = R"(#version 450 core
 layout(location = 0) uniform mat4 u_clip_W;
@@ -143,7 +127,7 @@ in vec2 v_uv;
 out vec4 o_color;
 void main() {
   float d = max(0.0, 1.0 - dot(v_uv, v_uv));
-  o_color = vec4(u_color * (0.55 * d * d * d), 1.0);
+  o_color = vec4(u_color * (0.42 * d * d * d), 1.0);
 }
 )";
 

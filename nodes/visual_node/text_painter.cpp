@@ -115,7 +115,7 @@ core::Result<void> TextPainter::Draw(const std::vector<view::TextLine>& lines, i
   }
   if (caption_top < static_cast<float>(height)) {
     AddPanel(0, caption_top - 6 * scale, static_cast<float>(width), static_cast<float>(height),
-             glm::vec4(0.02f, 0.03f, 0.05f, 0.62f));
+             glm::vec4(0.02f, 0.03f, 0.05f, 0.72f));
     AddPanel(0, caption_top - 7 * scale, static_cast<float>(width), caption_top - 6 * scale,
              glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
   }

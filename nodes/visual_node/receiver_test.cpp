@@ -1,0 +1,123 @@
+#include "nodes/visual_node/receiver.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bus/registry.hpp"
+#include "core/clock.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::int64_t kPatience_ns = 10 * core::kNanosecondsPerSecond;
+
+// One free block and one hand that is a ball.
+scene::Scenario SmallScenario() {
+  scene::Scenario scenario;
+  scenario.name = "small";
+  for (const char* name : {"block", "ball"}) {
+    scene::Object object;
+    object.name = name;
+    object.visual_mesh = std::string("/") + name;
+    scenario.objects.push_back(object);
+  }
+  scenario.objects[0].owner = scene::Owner::kPhysics;
+  scenario.objects[1].owner = scene::Owner::kHand;
+  scenario.objects[1].part = scene::HandPart::kPalm;
+  scenario.objects[1].role = 0;
+  scene::Device device;
+  device.role = "right";
+  device.palm = 1;
+  scenario.devices.push_back(device);
+  return scenario;
+}
+
+class ReceiverTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto registry = bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = 77});
+    ASSERT_TRUE(registry) << registry.error().detail;
+    registry_ = std::move(*registry);
+    bus::NodeOptions options;
+    options.name = "physics_node";
+    options.registry = registry_->endpoint();
+    options.session = 77;
+    auto node = bus::Node::Create(options);
+    ASSERT_TRUE(node) << node.error().detail;
+    peer_ = std::move(*node);
+    physics_ = peer_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+    logic_ = peer_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
+    ASSERT_TRUE(peer_->Start());
+    const auto started = receiver_.Start(registry_->endpoint(), 77);
+    ASSERT_TRUE(started) << started.error().detail;
+  }
+
+  // Publishes state number k until the receiver's scene satisfies `is_seen`; false after kPatience_ns.
+  template <typename Predicate>
+  bool PublishUntil(Predicate is_seen) {
+    const std::int64_t deadline_ns = core::MonotonicNow_ns() + kPatience_ns;
+    while (core::MonotonicNow_ns() < deadline_ns) {
+      core::PhysicsState state;
+      state.tick = ++tick_;
+      core::BodyState body;
+      body.object = 0;
+      body.X_WO.translation = {0.25, 0.0, 1e-6 * static_cast<double>(tick_)};
+      state.bodies.push_back(body);
+      const std::int64_t now_ns = core::MonotonicNow_ns();
+      state.header.through_physics.id = core::MakeTraceId(0, tick_);
+      state.header.through_physics.origin_ns = now_ns;
+      state.header.through_physics.Add(core::Stage::kDeviceSample, now_ns);
+      physics_.Send(state);
+      peer_->Wait(now_ns + 1'000'000);
+      if (receiver_.Update() && is_seen(receiver_.scene())) return true;
+    }
+    return false;
+  }
+
+  scene::Scenario scenario_ = SmallScenario();
+  LatencyLog log_;
+  std::unique_ptr<bus::Registry> registry_;
+  std::unique_ptr<bus::Node> peer_;
+  bus::LatestWriter<core::PhysicsState> physics_;
+  bus::StateWriter<core::LogicStatus> logic_;
+  std::uint64_t tick_ = 0;
+  Receiver receiver_{scenario_, &log_};
+};
+
+TEST_F(ReceiverTest, AStateReachesTheSceneWithItsStamps) {
+  ASSERT_TRUE(PublishUntil([](const view::Scene& scene) { return scene.instances[0].X_WM.translation.x > 0.2; }));
+  const core::Trace& trace = receiver_.scene().through_physics;
+  ASSERT_EQ(trace.stamps.size(), 3u);
+  EXPECT_EQ(trace.stamps[1].stage, core::Stage::kVisualReceive);
+  EXPECT_EQ(trace.stamps[2].stage, core::Stage::kVisualApply);
+  EXPECT_LE(trace.stamps[0].offset_ns, trace.stamps[1].offset_ns);
+  EXPECT_LE(trace.stamps[1].offset_ns, trace.stamps[2].offset_ns);
+}
+
+TEST_F(ReceiverTest, StatesAreCountedWhetherOrNotAFrameShowsThem) {
+  // Nobody draws here; every state that arrived is still applied and measured.
+  ASSERT_TRUE(PublishUntil([&](const view::Scene&) { return receiver_.num_states() >= 50; }));
+  receiver_.Stop();
+  EXPECT_EQ(log_.state().count(), receiver_.num_states());
+  EXPECT_EQ(log_.image().count(), 0u);
+}
+
+TEST_F(ReceiverTest, TheStepAndAScreenshotRequestArrive) {
+  core::LogicStatus status;
+  status.step = "cover";
+  ASSERT_TRUE(logic_.Set(status));
+  ASSERT_TRUE(PublishUntil([](const view::Scene& scene) { return scene.step == "cover"; }));
+  core::Event event;
+  event.source = "test";
+  event.name = "screenshot";
+  event.detail = "look";
+  ASSERT_TRUE(peer_->Emit(event));
+  std::vector<std::string> names;
+  ASSERT_TRUE(PublishUntil([&](const view::Scene&) {
+    for (const std::string& name : receiver_.TakeScreenshotRequests()) names.push_back(name);
+    return !names.empty();
+  }));
+  EXPECT_EQ(names.front(), "look");
+}
+
+}  // namespace
+}  // namespace visual_node
