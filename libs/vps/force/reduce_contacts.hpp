@@ -12,7 +12,7 @@ namespace vps {
 // A point of S near or inside G.
 struct SampledContact {
   glm::vec3 p_S{0.0f};         // m
-  glm::vec3 n_S{0.0f};         // inward normal of S at the point: the direction from G to S
+  glm::vec3 n_S{0.0f};         // unit, direction from G to S, in S
   float penetration_m = 0.0f;  // V(P) [VR-OOS, Eq. 1]; negative: still apart
 };
 
@@ -21,11 +21,14 @@ using ContactPlanes = core::FixedVector<core::ContactPlane, core::kMaxContactPla
 // Reduces any number of contacts to a few planes (architecture D5). Contacts are sorted by the direction of their
 // normal in G into 26 bins (faces, edges, corners of a cube). A bin is represented by its deepest contact and by the
 // contacts that lie farthest out in four directions of its tangent plane and within `band_m` of the deepest, so that a
-// face cannot rock; its planes share `stiffness_N_per_m` in equal parts. Bins with the deepest contacts come first;
-// when planes run out, shallower bins lose their outer contacts, never their deepest, and the shallowest bins are left
-// out. Ids are bin and slot, so they are the same from cycle to cycle as long as the direction stays in contact.
-// Independent of the order of `contacts` up to ties. Does not allocate.
+// face cannot rock. All planes of a bin have the mean normal of its contacts, weighted by how near they are to the
+// deepest: a single normal carries the rounding of the layers. Together they have `stiffness_N_per_m`, those that
+// penetrate an equal share each, those still apart the less the farther they are.
+// Bins with the deepest contacts come first; when planes run out, shallower bins lose their outer contacts, never their
+// deepest, and the shallowest bins are left out. Ids are bin and slot, so they are the same from cycle to cycle as long
+// as the direction stays in contact. `planes` holds the result of the last cycle on entry: its contacts keep their
+// slots unless another is better by more than `hysteresis_m` (four times that for reach). Does not allocate.
 void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& X_GS, double stiffness_N_per_m,
-                    double band_m, ContactPlanes* planes);
+                    double band_m, ContactPlanes* planes, double hysteresis_m = 0.0);
 
 }  // namespace vps

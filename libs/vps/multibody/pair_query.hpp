@@ -9,9 +9,13 @@
 
 namespace vps {
 
+// At most about this many contacts of a pair enter the reduction to planes. Beyond it every second, fourth ... point of
+// the tree counts (neighbours in the tree are neighbours on the surface), always the same ones, and the deepest.
+constexpr std::uint32_t kMaxReducedContacts = 1024;
+
 // Memory of one pair, allocated once.
 struct PairScratch {
-  explicit PairScratch(const PointTree& tree) : query(tree), contacts(tree.num_points) {}
+  explicit PairScratch(const PointTree& tree) : query(tree), contacts(kMaxReducedContacts + 1) {}
   QueryScratch query;
   std::vector<SampledContact> contacts;
 };
