@@ -59,7 +59,8 @@ struct ParameterAck {
 // Wait, Emit, PollEvent, PollParameter, AckParameter and PostParameter neither lock nor, once warm, allocate.
 class Node {
  public:
-  // Opens the sockets; nothing is sent yet.
+  // Opens the sockets; nothing is sent yet. Call it before the thread becomes real-time (SetUpThread): ZeroMQ's own
+  // thread is scheduled as the one that creates it.
   static core::Result<std::unique_ptr<Node>> Create(const NodeOptions& options);
   ~Node();
   Node(const Node&) = delete;

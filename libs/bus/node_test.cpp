@@ -241,7 +241,7 @@ TEST(Node, EventsArriveInOrderAndUndeliveredOnesAreCounted) {
   }));
 }
 
-TEST(Node, SlowEventReaderIsNamedAndItsLossCounted) {
+TEST(Node, LossAtASlowEventReaderIsCounted) {
   const auto registry = MakeRegistry();
   auto physics = MakeNode("physics_node", registry->endpoint());
   auto logic = MakeNode("logic_node", registry->endpoint());
@@ -601,6 +601,63 @@ TEST(Node, KilledProcessIsReportedWithinHalfASecond) {
   }));
   EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
   waitpid(child, nullptr, 0);
+}
+
+// A reader whose whole process stands still uses up its credit; after that events for it are dropped, counted and
+// named.
+TEST(Node, StoppedEventReaderIsNamed) {
+  const auto registry = MakeRegistry();
+  const std::string endpoint = registry->endpoint();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    NodeOptions options;
+    options.name = "logic_node";
+    options.registry = endpoint;
+    options.session = 7;
+    auto node = Node::Create(options);
+    if (!node) _exit(1);
+    (*node)->ReadEvents();
+    if (!(*node)->Start()) _exit(1);
+    core::Event event;
+    for (;;) {
+      WaitBriefly(**node);
+      while ((*node)->PollEvent(&event)) {
+      }
+    }
+  }
+  auto physics = MakeNode("physics_node", endpoint);
+  const auto started = physics->Start();
+  const auto met = physics->WaitForPeers({"logic_node"}, kLong_ns);
+  const auto event_counters = [&physics] {
+    for (const TopicCounters& topic : physics->counters().topics) {
+      if (topic.topic == kEventTopic && topic.is_written) return topic;
+    }
+    return TopicCounters{};
+  };
+  const bool is_subscribed = Until([&] {
+    WaitBriefly(*physics);
+    physics->Emit({0, "physics_node", "probe", ""});
+    return event_counters().sent > 0;
+  });
+  kill(child, SIGSTOP);
+  bool is_named = false;
+  Until([&] {
+    for (int i = 0; i < 200; ++i) physics->Emit({0, "physics_node", "count", ""});
+    WaitBriefly(*physics);
+    is_named = is_named || FindEvent(*physics, "events_dropped", "logic_node");
+    return is_named || !physics->IsAlive("logic_node");
+  });
+  const std::vector<PeerStatus> peers = physics->Peers();
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  ASSERT_TRUE(started.has_value());
+  ASSERT_TRUE(met.has_value());
+  ASSERT_TRUE(is_subscribed);
+  EXPECT_TRUE(is_named);
+  ASSERT_EQ(peers.size(), 1u);
+  EXPECT_GT(peers[0].events_dropped, 0u);
+  EXPECT_GE(event_counters().dropped, peers[0].events_dropped);
 }
 #endif
 

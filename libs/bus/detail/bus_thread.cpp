@@ -1,7 +1,9 @@
 #include "bus/detail/bus_thread.hpp"
 
 #include <pthread.h>
+#include <sched.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -74,6 +76,11 @@ int BusThread::PollTimeout_ms() const {
 
 void BusThread::Run() {
   prctl(PR_SET_TIMERSLACK, 1UL);
+  // Never real-time, whatever the thread was that started the node; but a little before other work where that is
+  // allowed, so that a busy machine does not look like a dead node.
+  const sched_param normal{};
+  pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), -5);
   std::vector<zmq::pollitem_t> items;
   while (!is_stopping_.load()) {
     items.clear();

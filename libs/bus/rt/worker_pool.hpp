@@ -16,7 +16,7 @@ namespace bus {
 // so results do not depend on the number of workers or on who takes which index.
 class WorkerPool final : public core::ParallelFor {
  public:
-  // `fifo_priority` 0: default scheduling; otherwise tried, and kept to the default when not allowed.
+  // `fifo_priority` 0: scheduled as the creating thread; otherwise SCHED_FIFO is tried, and left when not allowed.
   explicit WorkerPool(unsigned num_workers, const std::string& name = "work", int fifo_priority = 0);
   ~WorkerPool() override;
   WorkerPool(const WorkerPool&) = delete;
