@@ -14,6 +14,11 @@ namespace {
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
 constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;
 
+std::size_t NumForceSamples(const scene::Scenario& scenario) {
+  const double seconds = std::clamp(scenario.duration_limit_s + 10.0, 10.0, 3600.0);
+  return static_cast<std::size_t>(seconds / core::kTick_s) * scenario.devices.size();
+}
+
 }  // namespace
 
 NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::Node* node)
@@ -24,7 +29,8 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
       silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
       back_event_{0, "device_bridge", "force_back", "commands arrive again"},
       fault_event_{0, "device_bridge", "filter_fault",
-                   "a command was not finite: no force until the dead-man is released"} {
+                   "a command was not finite: no force until the dead-man is released"},
+      force_log_(NumForceSamples(scenario)) {
   for (const char* name : {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses"}) {
     figures_.items.push_back({name, 0.0});
   }
@@ -87,6 +93,7 @@ void NodeLoop::Step() {
     core::DeviceState& state = outputs_.states[role];
     state.header.direct.Add(core::Stage::kDeviceSend, core::MonotonicNow_ns());
     writers_[role].Send(state);
+    force_log_.Add(static_cast<std::uint32_t>(role), inputs_.now_ns, outputs_.applied[role]);
   }
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
 }
@@ -149,6 +156,7 @@ core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bo
   stream << report.dump(2) << '\n';
   stream.flush();
   if (!stream) return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot be written. Is the folder there?");
+  if (auto written = force_log_.Write(folder / "device_bridge_force.csv"); !written) return written;
   return WriteLatencyTable(bridge_->echo_log(), folder / "device_bridge_latency.csv");
 }
 

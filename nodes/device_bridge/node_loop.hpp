@@ -9,6 +9,7 @@
 #include "bus/node.hpp"
 #include "bus/rt/latency_stats.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
+#include "nodes/device_bridge/force_log.hpp"
 
 namespace device_bridge {
 
@@ -23,7 +24,7 @@ class NodeLoop {
   // Runs until `stop` is set.
   void Run(const std::atomic<bool>& stop);
 
-  // <folder>/device_bridge.json and device_bridge_latency.csv (see README.md of this room).
+  // <folder>/device_bridge.json, device_bridge_latency.csv and device_bridge_force.csv (see README.md of this room).
   core::Result<void> WriteReport(const std::filesystem::path& folder, bool is_realtime) const;
 
  private:
@@ -52,6 +53,7 @@ class NodeLoop {
   std::vector<std::string> lost_;  // nodes that were lost, by name
   std::int64_t next_figures_ns_ = 0;
 
+  ForceLog force_log_;
   bus::LatencyStats step_duration_;
   bus::LatencyStats wake_delay_;
   std::uint64_t ticks_ = 0;
