@@ -1,6 +1,7 @@
 #include "nodes/haptic_node/node_loop.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -33,6 +34,7 @@ void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nl
 NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node)
     : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
+  lost_.reserve(64);
   for (const char* name : {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us",
                            "pairs_tested", "pairs_in_contact", "points_tested"}) {
     figures_.items.push_back({name, 0.0});
@@ -62,6 +64,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     TakeParameters();
     Step(tick);
     AnswerParameters();
+    HearOfNodes();
     TellFigures(core::MonotonicNow_ns());
   }
 }
@@ -187,6 +190,16 @@ void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_n
   work_.points_colliding += now.points_colliding;
 }
 
+// Rare: a node was lost or came back. Said by name in the log and in the report.
+void NodeLoop::HearOfNodes() {
+  while (node_->PollEvent(&heard_)) {
+    if (heard_.name != "node_lost" && heard_.name != "node_found") continue;
+    if (heard_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(heard_.detail);
+    std::printf("%s: %s\n", heard_.name == "node_lost" ? "lost" : "found", heard_.detail.c_str());
+    std::fflush(stdout);
+  }
+}
+
 void NodeLoop::TellFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
@@ -214,6 +227,7 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
                     {"spheres_tested", work_.spheres_tested},
                     {"points_tested", work_.points_tested},
                     {"points_colliding", work_.points_colliding}};
+  report["nodes_lost"] = lost_;
   const bus::Counters counters = node_->counters();
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
   std::ofstream out(file);

@@ -45,6 +45,7 @@ class NodeLoop {
   void Send(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
   void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
+  void HearOfNodes();
   void TellFigures(std::int64_t now_ns);
 
   scene::Scenario scenario_;
@@ -64,6 +65,8 @@ class NodeLoop {
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   std::size_t num_changes_ = 0;
+  core::Event heard_;
+  std::vector<std::string> lost_;  // nodes that were lost, by name
   std::int64_t last_step_begin_ns_ = 0;
   std::int64_t next_figures_ns_ = 0;
   std::uint64_t timer_steps_ = 0;

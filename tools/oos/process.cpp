@@ -154,7 +154,10 @@ std::vector<std::string> ProcessGroup::StopAll(double patience_s, const std::vec
     kill(child.pid, SIGKILL);
   }
   // Grandchildren share the group.
-  if (names.empty() && group_ > 0) kill(-group_, SIGKILL);
+  if (names.empty() && group_ > 0) {
+    kill(-group_, SIGKILL);
+    group_ = 0;
+  }
   while (any_left()) SleepMilliseconds(1);
   return killed;
 }

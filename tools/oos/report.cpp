@@ -101,6 +101,9 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     if (entry.path().extension() == ".png") pictures.push_back(entry.path().filename());
   }
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "frames", error)) {
+    if (entry.path().extension() == ".png") pictures.push_back("frames" / entry.path().filename());
+  }
   std::sort(pictures.begin(), pictures.end());
   if (!pictures.empty()) out << "\n## Pictures\n\n";
   for (const std::filesystem::path& picture : pictures) {

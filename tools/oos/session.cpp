@@ -21,6 +21,8 @@ namespace {
 constexpr std::int64_t kPollPeriod_ns = 20'000'000;
 constexpr double kStopPatience_s = 3.0;
 constexpr double kProgressPeriod_s = 2.0;
+// After a node has died the others get this long to notice and to say so before they are stopped.
+constexpr std::int64_t kLinger_ns = 800'000'000;
 
 // Tells `topic`, `top` and `set` where the running session is; taken back at the end.
 class SessionNote {
@@ -62,8 +64,11 @@ class Session {
     if (!started) return core::Fail(started.error().code, started.error().detail);
     const std::int64_t ready_ns = WaitUntilReady();
     if (outcome_.why.empty()) Watch(ready_ns);
+    if (!outcome_.dead.empty() && !IsInterrupted()) Linger();
     Say("stopping");
-    outcome_.killed = group_.StopAll(kStopPatience_s);
+    // The nodes first: the display has to outlive whoever draws on it.
+    outcome_.killed = group_.StopAll(kStopPatience_s, {expected_.begin(), expected_.end()});
+    group_.StopAll(kStopPatience_s);
     for (const std::string& name : outcome_.killed) Say(name + " did not stop when asked and was killed");
     return outcome_;
   }
@@ -177,6 +182,16 @@ class Session {
       }
     }
     return core::MonotonicNow_ns();
+  }
+
+  void Linger() {
+    const std::int64_t until_ns = core::MonotonicNow_ns() + kLinger_ns;
+    while (core::MonotonicNow_ns() < until_ns && !IsInterrupted()) Listen();
+    for (const core::Event& event : outcome_.events) {
+      if (event.name == "node_lost" || event.name == "force_faded") {
+        Say(event.source + " says: " + event.name + " " + event.detail);
+      }
+    }
   }
 
   void Watch(std::int64_t ready_ns) {
