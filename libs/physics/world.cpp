@@ -268,6 +268,11 @@ double World::SmallestGap_m(int pair) const {
   return slot.feed.SmallestGap(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO(), nullptr);
 }
 
+double World::SmallestGapAlong_m(int pair, const glm::dvec3& direction_W) const {
+  const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
+  return slot.feed.SmallestGap(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO(), nullptr, &direction_W);
+}
+
 glm::dvec3 World::DeepestPoint_W(int pair) const {
   const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
   glm::dvec3 p_W = impl_->body(slot.sampled).p_WCm;

@@ -74,6 +74,8 @@ class World {
   void SetContactMuted(int pair, bool is_muted);
   // Smallest gap of the pair's planes at the present poses; +1e9 without planes.
   [[nodiscard]] double SmallestGap_m(int pair) const;
+  // The same over the planes that push S along direction_W (unit): within 60 degrees of it.
+  [[nodiscard]] double SmallestGapAlong_m(int pair, const glm::dvec3& direction_W) const;
   // World position of the deepest plane's contact point at the present poses.
   [[nodiscard]] glm::dvec3 DeepestPoint_W(int pair) const;
 

@@ -13,7 +13,8 @@ namespace physics_node {
 // Decides, once per tick, which object each gripper holds (architecture section 1: a grasp is a 6-DoF spring-damper
 // between gripper and object, enabled while both jaws press on it).
 //
-// Attach: both jaws have pressed on the same object for kPressTicks. While held, the object's contacts with the hand
+// Attach: both jaws have pressed on the same object for kPressTicks, each pushed outwards by it along the jaws' axis:
+// fingertips that both stand on one face are no grip. While held, the object's contacts with the hand
 // do not push: the spring stands for them.
 // Detach: the opening is kOpenMargin_m wider than at the attachment, or a jaw has lost the object for kLostTicks. The
 // spring is soft beside the jaws, so under load the object moves between them and leaves a jaw without being let go;
@@ -30,6 +31,7 @@ class GraspKeeper {
   // A jaw's contact with an object as seen this tick.
   struct JawContact {
     bool is_reported = false;  // a fresh contact set exists
+    bool is_squeezed = false;  // pushed outwards along the jaws' axis
     double gap_m = 1e9;
   };
   enum class Change : std::uint8_t { kUnchanged, kAttached, kDetached };

@@ -191,16 +191,26 @@ struct PhysicsNode::Impl {
     }
   }
 
-  [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair) const {
+  // `outwards` is -1 for the left jaw, +1 for the right one.
+  [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair, const Hand& hand, double outwards) const {
     const auto i = static_cast<std::size_t>(pair);
     GraspKeeper::JawContact jaw;
     jaw.is_reported = contacts[i].is_fresh;
     if (!jaw.is_reported) return jaw;
     const core::ContactSet& set = inputs.contacts[i];
-    // Planes tell the gap at the present poses; the paper's input only what it was when it was computed.
-    jaw.gap_m = scenario.contact_input == scene::ContactInput::kPlanes && !set.planes.empty()
-                    ? built.world->SmallestGap_m(built.contact_of_pair[i])
-                    : set.signed_distance_m;
+    // Direction in which the object pushes S when it pushes the jaw outwards.
+    const bool is_jaw_sampled = scenario.objects[scenario.pairs[i].sampled].owner == scene::Owner::kHand;
+    const glm::dvec3 direction_W = hand.X_WD.rotate({is_jaw_sampled ? outwards : -outwards, 0.0, 0.0});
+    if (scenario.contact_input == scene::ContactInput::kPlanes && !set.planes.empty()) {
+      // Planes tell the gap at the present poses.
+      jaw.gap_m = built.world->SmallestGap_m(built.contact_of_pair[i]);
+      jaw.is_squeezed = built.world->SmallestGapAlong_m(built.contact_of_pair[i], direction_W) < 0.0;
+    } else {
+      // The paper's input tells what it was when it was computed.
+      jaw.gap_m = set.signed_distance_m;
+      const double force_N = glm::length(set.F_So_W.force_N);
+      jaw.is_squeezed = set.is_in_contact && force_N > 0.0 && glm::dot(set.F_So_W.force_N, direction_W) > 0.5 * force_N;
+    }
     return jaw;
   }
 
@@ -209,8 +219,8 @@ struct PhysicsNode::Impl {
       const BuiltWorld::Holdable& h = built.holdables[i];
       const Hand& hand = hands[static_cast<std::size_t>(h.role)];
       if (hand.is_silent) continue;  // nothing is taken or let go on old data
-      const GraspKeeper::JawContact left = Jaw(inputs, h.left_pair);
-      const GraspKeeper::JawContact right = Jaw(inputs, h.right_pair);
+      const GraspKeeper::JawContact left = Jaw(inputs, h.left_pair, hand, -1.0);
+      const GraspKeeper::JawContact right = Jaw(inputs, h.right_pair, hand, 1.0);
       const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
       if (change == GraspKeeper::Change::kUnchanged) continue;
       Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",

@@ -181,6 +181,28 @@ TEST(PhysicsNode, OneJawPushesButDoesNotHold) {
   EXPECT_GT(bench.block().X_WO.translation.x, 0.0004);
 }
 
+TEST(PhysicsNode, FingertipsThatStandOnOneFaceDoNotHold) {
+  Bench bench;
+  bench.sends_contacts = false;
+  for (int i = 0; i < 100; ++i) {
+    for (const std::size_t pair : {Bench::kLeft, Bench::kRight}) {
+      core::ContactSet& set = bench.contacts[pair];
+      set.header.sequence = bench.cycle + 1;
+      set.cycle = bench.cycle + 1;
+      set.is_in_contact = true;
+      set.signed_distance_m = -0.0005;
+      set.planes.clear();
+      core::ContactPlane plane;
+      plane.q_G = {0.0f, 0.0f, 0.0005f};
+      plane.n_G = {0.0f, 0.0f, 1.0f};
+      plane.stiffness_N_per_m = 10.0f;
+      set.planes.push_back(plane);
+    }
+    bench.Tick();
+    EXPECT_EQ(bench.held(), core::kNoObject);
+  }
+}
+
 TEST(PhysicsNode, HeldObjectStaysHeldUnderLoadAcrossTheJaws) {
   scene::Scenario scenario = Bench::MakeScenario();
   scenario.contact_input = scene::ContactInput::kPlanes;

@@ -93,12 +93,15 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
   }
 }
 
-double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W) const {
+double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
+                                const glm::dvec3* along_W) const {
   double smallest = 1e9;
   for (int i = 0; i < num_planes_; ++i) {
     const core::ContactPlane& plane = planes_[static_cast<std::size_t>(i)].plane;
+    const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
+    if (along_W != nullptr && glm::dot(n_W, *along_W) < 0.5) continue;
     const glm::dvec3 point_W = X_WS * glm::dvec3(plane.p_S);
-    const double gap = glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), point_W - X_WG * glm::dvec3(plane.q_G));
+    const double gap = glm::dot(n_W, point_W - X_WG * glm::dvec3(plane.q_G));
     if (gap < smallest) {
       smallest = gap;
       if (p_W != nullptr) *p_W = point_W;

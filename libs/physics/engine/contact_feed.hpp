@@ -33,7 +33,9 @@ class ContactFeed {
   template <typename Visit>
   void Collect(Visit&& visit);
 
-  [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W) const;
+  // Over the planes whose normal lies within 60 degrees of `along_W`, or over all when it is null.
+  [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
+                                   const glm::dvec3* along_W = nullptr) const;
 
  private:
   static constexpr int kPerManifold = 4;
