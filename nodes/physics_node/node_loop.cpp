@@ -1,6 +1,7 @@
 #include "nodes/physics_node/node_loop.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -48,6 +49,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::N
 }
 
 void NodeLoop::Declare() {
+  lost_.reserve(64);
   for (const scene::Device& device : scenario_.devices) {
     proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
     reaction_writers_.push_back(node_->WriteLatest<core::Reaction>(bus::ReactionTopic(device.role)));
@@ -71,6 +73,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     TakeParameters();
     Step(num_ticks);
     AnswerParameters();
+    HearOfNodes();
     TellFigures(core::MonotonicNow_ns());
   }
 }
@@ -154,6 +157,16 @@ void NodeLoop::Step(int num_ticks) {
   state_writer_.Send(outputs_.state);
 }
 
+// Rare: a node was lost or came back. Said by name in the log and in the report.
+void NodeLoop::HearOfNodes() {
+  while (node_->PollEvent(&heard_)) {
+    if (heard_.name != "node_lost" && heard_.name != "node_found") continue;
+    if (heard_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(heard_.detail);
+    std::printf("%s: %s\n", heard_.name == "node_lost" ? "lost" : "found", heard_.detail.c_str());
+    std::fflush(stdout);
+  }
+}
+
 void NodeLoop::TellFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
@@ -183,6 +196,7 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
                         {"angular_residual_Nms", balance.angular_residual_Nms},
                         {"angular_magnitude_Nms", balance.angular_magnitude_Nms}};
   const bus::Counters counters = node_->counters();
+  report["nodes_lost"] = lost_;
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
   std::ofstream out(file);
   out << report.dump(2) << "\n";

@@ -56,6 +56,7 @@ class NodeLoop {
   void TakeParameters();
   void AnswerParameters();
   void Step(int num_ticks);
+  void HearOfNodes();
   void TellFigures(std::int64_t now_ns);
 
   scene::Scenario scenario_;
@@ -66,6 +67,8 @@ class NodeLoop {
   bus::LatestWriter<core::PhysicsState> state_writer_;
   std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
   bus::StateWriter<bus::Figures> figures_writer_;
+  core::Event heard_;
+  std::vector<std::string> lost_;  // nodes that were lost, by name
   bus::Figures figures_;
 
   Inputs inputs_;
