@@ -1,9 +1,14 @@
 #include "vps/query/tree_query.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "vps/query/pair_transform.hpp"
+
+#ifdef __SSE__
+#include <xmmintrin.h>
+#endif
 
 namespace vps {
 namespace {
@@ -19,6 +24,15 @@ inline Float4 Load4(const float* p) {
 }
 inline Float4 Splat(float v) {
   return Float4{v, v, v, v};
+}
+
+// Bit k set: lane k is true.
+inline unsigned Bits(Int4 mask) {
+#ifdef __SSE__
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
+#else
+  return (mask[0] & 1U) | (mask[1] & 2U) | (mask[2] & 4U) | (mask[3] & 8U);
+#endif
 }
 
 struct Field {
@@ -139,14 +153,21 @@ QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core:
       const Int4 cell = (ToCell(z, inside) * f.ny + ToCell(y, inside)) * f.nx + ToCell(x, inside);
       const Int4 layer = {f.layers[cell[0]], f.layers[cell[1]], f.layers[cell[2]], f.layers[cell[3]]};
       Float4 clearance = -__builtin_convertvector(layer, Float4);
-      for (std::uint32_t k = 0; k < count; ++k) {
-        if (!inside[k]) clearance[k] = DistanceToBox(f, x[k], y[k], z[k]) * 0.999999f;
+      const unsigned present = (1U << count) - 1U;
+      for (unsigned outside = ~Bits(inside) & present; outside != 0; outside &= outside - 1U) {
+        const int k = std::countr_zero(outside);
+        clearance[k] = DistanceToBox(f, x[k], y[k], z[k]) * 0.999999f;
       }
       const Float4 free = clearance - Splat(slack) - radius * Splat(inverse_voxel);
+      const unsigned is_near = Bits(free <= Splat(0.0f));
       for (std::uint32_t k = 0; k < count; ++k) {
         queue[tail] = first + k;
-        tail += free[k] <= 0.0f ? 1 : 0;
-        free_voxels = free[k] > 0.0f ? std::min(free_voxels, free[k]) : free_voxels;
+        tail += is_near >> k & 1U;
+      }
+      if (free_voxels > 0.0f) {  // after the first hit it is 0 for good
+        for (unsigned apart = ~is_near & present; apart != 0; apart &= apart - 1U) {
+          free_voxels = std::min(free_voxels, free[std::countr_zero(apart)]);
+        }
       }
       result.spheres_tested += count;
       continue;
@@ -165,12 +186,13 @@ QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core:
     const Int4 layer = {f.layers[cell[0]], f.layers[cell[1]], f.layers[cell[2]], f.layers[cell[3]]};
     const Float4 v = __builtin_convertvector(layer, Float4);
     result.points_tested += count;
-    const Int4 lane = {0, 1, 2, 3};
-    const auto num = static_cast<std::int32_t>(count);
-    const Int4 is_candidate = inside & (v >= Splat(-outermost)) & (lane < Int4{num, num, num, num});
-    if (!(is_candidate[0] | is_candidate[1] | is_candidate[2] | is_candidate[3])) {
+    const unsigned present = (1U << count) - 1U;
+    const unsigned candidates = Bits(inside & (v >= Splat(-outermost))) & present;
+    if (candidates == 0) {
+      if (free_voxels <= 0.0f) continue;
+      const unsigned in_grid = Bits(inside);
       for (std::uint32_t k = 0; k < count; ++k) {
-        const float clearance = inside[k] ? -v[k] : DistanceToBox(f, x[k], y[k], z[k]) * 0.999999f;
+        const float clearance = (in_grid >> k & 1U) != 0 ? -v[k] : DistanceToBox(f, x[k], y[k], z[k]) * 0.999999f;
         free_voxels = std::min(free_voxels, clearance - slack);
       }
       continue;
@@ -187,14 +209,12 @@ QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core:
     local += (Splat(T.r[2][0]) * nx + Splat(T.r[2][1]) * ny + Splat(T.r[2][2]) * nz) *
              (__builtin_convertvector(iz, Float4) + half - z);
     const Float4 penetration = (v + local) * Splat(T.voxel_size_m);
-    const Int4 is_hit = is_candidate & (penetration >= Splat(-margin));
-    for (std::uint32_t k = 0; k < count; ++k) {
-      hits[result.num_hits] = {first + k, penetration[k]};
-      if (is_hit[k]) {
-        ++result.num_hits;
-        result.num_colliding += penetration[k] >= 0.0f ? 1 : 0;
-        result.max_penetration_m = std::max(result.max_penetration_m, penetration[k]);
-      }
+    unsigned is_hit = Bits(penetration >= Splat(-margin)) & candidates;
+    result.num_colliding += static_cast<std::uint32_t>(std::popcount(Bits(penetration >= Splat(0.0f)) & is_hit));
+    for (; is_hit != 0; is_hit &= is_hit - 1U) {
+      const auto k = static_cast<std::uint32_t>(std::countr_zero(is_hit));
+      hits[result.num_hits++] = {first + k, penetration[k]};
+      result.max_penetration_m = std::max(result.max_penetration_m, penetration[k]);
     }
     free_voxels = 0.0f;
   }
