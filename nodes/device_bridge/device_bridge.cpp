@@ -57,6 +57,9 @@ void DeviceBridge::Write(Role* role, std::int64_t now_ns) noexcept {
   figures.peak_grip_force_N = std::max(figures.peak_grip_force_N, std::abs(role->written.grip_force_N()));
   if (force_N > role->filter.limits().max_force_N) ++figures.samples_over_limit;
   if (force_N > 0.1) ++figures.samples_in_force;
+  if (force_N > 0.0) {
+    figures.oldest_force_ms = std::max(figures.oldest_force_ms, static_cast<double>(now_ns - role->accepted_ns) * 1e-6);
+  }
   const std::uint32_t status = role->filter.status();
   for (unsigned bit = 0; bit < 32; ++bit) figures.status_samples[bit] += (status >> bit) & 1U;
   const bool is_silent = (status & (kSilent | kNoCommand)) != 0;
@@ -73,6 +76,7 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
   role.passed_received_ns = received_ns;
   role.filter.Accept(command, received_ns);
   const bool is_accepted = role.filter.was_accepted();
+  if (is_accepted) role.accepted_ns = received_ns;
   Write(&role, now_ns);
   if (!is_accepted) return;
   const std::int64_t written_ns = Now(now_ns);
@@ -81,7 +85,7 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
     trace->Add(core::Stage::kDeviceReceive, received_ns);
     trace->Add(core::Stage::kDeviceWrite, written_ns);
   }
-  echo_log_.Written(header, written_ns);
+  echo_log_.Written(header, Now(now_ns));  // its own look at the clock
 }
 
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {

@@ -34,6 +34,8 @@ struct RoleFigures {
   std::uint64_t commands_refused = 0;
   std::uint64_t status_samples[32] = {};  // writes with bit i of FilterStatus set
   std::uint64_t link_losses = 0;          // times the force was faded out for silence
+  // Age of the newest accepted command at the latest sample that still had force: below 60 ms in every run.
+  double oldest_force_ms = 0.0;
   std::uint32_t first_cause = 0;
   std::int64_t first_cause_ns = 0;
 };
@@ -80,6 +82,7 @@ class DeviceBridge {
     std::int64_t passed_received_ns = 0;
     std::uint64_t sample_sequence = 0;
     bool was_silent = true;
+    std::int64_t accepted_ns = 0;  // arrival of the newest accepted command
     explicit Role(const SafetyFilter& f) : filter(f) {}
   };
 

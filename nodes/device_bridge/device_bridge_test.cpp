@@ -42,6 +42,8 @@ TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandIsNotFlung)
   EXPECT_TRUE(world.outputs.filter_status[0] & kSilent);
   EXPECT_LT(fastest, 0.30);
   EXPECT_EQ(world.bridge->figures(0).link_losses, 1U);
+  EXPECT_LT(world.bridge->figures(0).oldest_force_ms, 60.0);
+  EXPECT_GT(world.bridge->figures(0).oldest_force_ms, 40.0) << "it fades, it is not cut";
   EXPECT_NE(world.bridge->figures(0).first_cause & kDegraded, 0U);
 }
 

@@ -62,6 +62,7 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
                      {"samples_in_force", figures.samples_in_force},
                      {"commands_accepted", figures.commands_accepted},
                      {"commands_refused", figures.commands_refused},
+                     {"oldest_force_ms", figures.oldest_force_ms},
                      {"link_losses", figures.link_losses},
                      {"first_cause", StatusNames(figures.first_cause)},
                      {"filter_samples", samples}});

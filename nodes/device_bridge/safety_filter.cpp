@@ -11,6 +11,7 @@ namespace {
 constexpr double kAbsoluteMaxForce_N = 150.0;
 constexpr double kAbsoluteMaxTorque_Nm = 20.0;
 constexpr double kAbsoluteMaxRate_N_per_s = 1.0e6;
+constexpr int kRestartStreak = 3;
 
 bool IsFinite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -108,7 +109,12 @@ void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t recei
   was_accepted_ = false;
   const std::uint64_t sequence = command.header.sequence;
   if (sequence == 0) return;  // "has never arrived"
-  const bool is_new = may_restart_ ? sequence != last_sequence_ : sequence > last_sequence_;
+  // Higher than ever is new. After silence a restarted source, which counts from 1 again, is believed once it has counted
+  // up kRestartStreak times in a row: stray old datagrams do not.
+  restart_streak_ = sequence > streak_sequence_ ? restart_streak_ + 1 : 1;
+  streak_sequence_ = sequence;
+  const bool is_restart = may_restart_ && sequence != last_sequence_ && restart_streak_ >= kRestartStreak;
+  const bool is_new = sequence > last_sequence_ || is_restart;
   // The sample that the command was computed from; one from the future is not believed.
   std::int64_t alive_ns = received_ns;
   if (command.header.direct.valid())

@@ -37,7 +37,7 @@ struct FilterLimits {
   double max_speed_m_per_s = 1.5;
   double max_power_W = 80.0;                  // that the device may put into the hand
   std::int64_t hold_ns = 10'000'000;          // silence that is bridged by the last command
-  std::int64_t fade_ns = 50'000'000;          // then linearly to zero
+  std::int64_t fade_ns = 48'000'000;          // then linearly to zero, two ticks before 60 ms are over
   std::int64_t release_fade_ns = 20'000'000;  // dead-man let go, or fault
   std::int64_t start_ramp_ns = 1'000'000'000;
   std::int64_t restart_ramp_ns = 200'000'000;  // source speaks again after silence
@@ -88,6 +88,8 @@ class SafetyFilter {
   core::Wrench command_;
   double grip_command_N_ = 0.0;
   std::uint64_t last_sequence_ = 0;
+  std::uint64_t streak_sequence_ = 0;
+  int restart_streak_ = 0;
   std::int64_t alive_ns_ = 0;  // what age counts from
   std::int64_t hold_ns_ = 0;   // of the newest command
   bool has_command_ = false;

@@ -70,8 +70,8 @@ TEST(SafetyFilter, SilenceHoldsThenFadesToZeroWithin60Ms) {
     const double force_N = out.F_Do_W().force_N.z;
     if (silent_ns <= 10 * kMs) {
       EXPECT_EQ(force_N, 24.0);
-    } else if (silent_ns < 60 * kMs) {
-      EXPECT_NEAR(force_N, 24.0 * (1.0 - (silent_ns - 10e6) / 50e6), 0.02);
+    } else if (silent_ns < 58 * kMs) {
+      EXPECT_NEAR(force_N, 24.0 * (1.0 - (silent_ns - 10e6) / 48e6), 0.02);
       EXPECT_GT(out.brake_N_s_per_m(), 0.0);
       EXPECT_TRUE(filter.status() & kDegraded);
     } else {
