@@ -34,7 +34,7 @@ panel = [90, 170, 3];
 tab = [6, 30, 28];
 
 // --- Switch ------------------------------------------------------------------------------------------------------
-lever = [10, 8];          // x, y; turns about x
+lever = [8, 12];          // x, y; turns about x
 lever_l = 34;
 
 sides = 96;
@@ -149,8 +149,8 @@ if (part == "lever") hull() {  // frame: on the hinge axis, which is x
   translate([0, 0, lever_l - lever.y / 2]) rotate([0, 90, 0]) cylinder(d = lever.y, h = lever.x, center = true, $fn = 32);
 }
 if (part == "switch_base") difference() {  // frame: on the service face
-  box([34, 46, 0], 0, 9);
-  translate([-lever.x / 2 - 2, -17, -1]) cube([lever.x + 4, 34, 20]);
+  box([34, 50, 0], 0, 9);
+  translate([-lever.x / 2 - 2, -19, -1]) cube([lever.x + 4, 38, 20]);
 }
 if (part == "lamp") union() {  // frame: on the service face
   cylinder(d = 22, h = 3, $fn = 48);

@@ -94,12 +94,19 @@ def read_off(path):
     for _ in range(num_points):
         points.append(tuple(float(w) * 1e-3 for w in words[at : at + 3]))
         at += 3
+    # OpenSCAD's order changes from run to run: sort, so that the same part gives the same file.
+    order = sorted(range(num_points), key=lambda i: points[i])
+    points = [points[i] for i in order]
+    place = {old: new for new, old in enumerate(order)}
     faces = []
     for _ in range(num_faces):
         count = int(words[at])
-        polygon = [int(w) for w in words[at + 1 : at + 1 + count]]
+        polygon = [place[int(w)] for w in words[at + 1 : at + 1 + count]]
         at += 1 + count
+        first = polygon.index(min(polygon))
+        polygon = polygon[first:] + polygon[:first]
         faces += triangulate(points, polygon) if count > 3 else [tuple(polygon)]
+    faces.sort()
     return weld(points, faces)
 
 
