@@ -19,7 +19,7 @@ namespace vps {
 //   24      8      payload size in bytes
 //   32      8      xxHash3 of the payload
 //   40      ...    payload: flags, bounding sphere, voxelmap, point tree; arrays as u64 count + elements
-constexpr std::uint32_t kCookedFormatVersion = 2;
+constexpr std::uint32_t kCookedFormatVersion = 3;
 
 // Key of a cache entry: the content address.
 std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const CookParameters& parameters);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <string>
 
 #include "vps/pointshell/point_grid.hpp"
@@ -13,7 +14,8 @@ namespace {
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 
 // Candidate k lies at the share (k + 1/2) / count of the total area, in triangle order: every triangle gets its share
-// to within one. Inside the triangle the place follows the R2 sequence (Roberts 2018), which fills the square evenly.
+// to within one. Inside the triangle the place is random: an even lattice is crowded differently on triangles of
+// different shape, and thinning would turn that into different densities.
 Pointshell SampleByArea(const TriangleMesh& mesh, std::size_t count, double* area_m2) {
   std::vector<double> cumulative;
   double area = 0.0;
@@ -26,14 +28,14 @@ Pointshell SampleByArea(const TriangleMesh& mesh, std::size_t count, double* are
   Pointshell shell;
   if (!(area > 0.0)) return shell;
   std::size_t triangle = 0;
-  double u = 0.5;
-  double v = 0.5;
+  std::mt19937_64 random(0x5eed);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   for (std::size_t k = 0; k < count; ++k) {
     const double target = (static_cast<double>(k) + 0.5) / static_cast<double>(count) * area;
     while (triangle + 1 < cumulative.size() && cumulative[triangle] < target) ++triangle;
     const auto [a, b, c] = mesh.corners(triangle);
-    u = std::fmod(u + 0.7548776662466927, 1.0);
-    v = std::fmod(v + 0.5698402909980532, 1.0);
+    const double u = uniform();
+    const double v = uniform();
     const double s = u + v > 1.0 ? 1.0 - u : u;  // the far half of the square folds onto the triangle
     const double t = u + v > 1.0 ? 1.0 - v : v;
     shell.points_m.push_back(a + s * (b - a) + t * (c - a));
@@ -106,7 +108,7 @@ core::Result<Pointshell> BuildPointshell(const TriangleMesh& mesh, std::uint32_t
   // num_points disks of hexagonal packing on the area: area = 2 sqrt(3) r^2 n.
   const double reach = 2.0 * std::sqrt(area_m2 / (2.0 * std::numbers::sqrt3 * num_points));
   const auto weight = [&](std::size_t i, std::size_t j) {
-    if (glm::dot(candidates.inward_normals[i], candidates.inward_normals[j]) <= 0.0) return 0.0;
+    if (glm::dot(candidates.inward_normals[i], candidates.inward_normals[j]) < -0.5) return 0.0;
     const glm::dvec3 r = candidates.points_m[i] - candidates.points_m[j];
     const double squared = glm::dot(r, r);
     if (squared >= reach * reach) return 0.0;

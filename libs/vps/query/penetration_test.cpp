@@ -82,7 +82,7 @@ ErrorStatistics CompareWithOracle(const TriangleMesh& mesh, double voxel_size_m,
 }
 
 void ExpectWithinLayerError(const TriangleMesh& mesh, double voxel_size_m, const char* name) {
-  const ErrorStatistics e = CompareWithOracle(mesh, voxel_size_m, 4.0, 1500);
+  const ErrorStatistics e = CompareWithOracle(mesh, voxel_size_m, 4.0, 600);
   testing::Test::RecordProperty(std::string(name) + "_rms_voxels", std::to_string(e.rms_voxels));
   std::printf("%-10s error of V in voxels: mean %+.3f, rms %.3f, max %.3f\n", name, e.mean_voxels, e.rms_voxels,
               e.max_voxels);
