@@ -139,12 +139,35 @@ void SceneMirror::AddArrows(const PairContacts& contacts) {
   const core::Pose& X_WS = X_WH_[set.sampled_body];
   const core::Pose& X_WG = X_WH_[set.field_body];
   const core::Pose X_GS = X_WG.inverse() * X_WS;
+  // Planes that stand close together and push alike are one contact to the eye: one arrow with their summed force at
+  // their centre of pressure.
+  struct Patch {
+    glm::dvec3 force_W{0.0};
+    glm::dvec3 weighted_W{0.0};  // sum of force times point
+    double weight_N = 0.0;
+  };
+  core::FixedVector<Patch, core::kMaxContactPlanes> patches;
   for (const core::ContactPlane& plane : set.planes) {
     const glm::dvec3 n_G(plane.n_G);
     const double gap_m = glm::dot(n_G, X_GS * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
-    if (gap_m >= 0.0) continue;
-    AddArrow(scene_.instances[set.sampled_body].X_WM * glm::dvec3(plane.p_S), X_WG.rotate(n_G),
-             plane.stiffness_N_per_m * -gap_m);
+    const double force_N = plane.stiffness_N_per_m * -gap_m;
+    if (force_N <= 0.0) continue;
+    const glm::dvec3 n_W = X_WG.rotate(n_G);
+    const glm::dvec3 p_W = scene_.instances[set.sampled_body].X_WM * glm::dvec3(plane.p_S);
+    Patch* patch = std::find_if(patches.begin(), patches.end(), [&](const Patch& other) {
+      return glm::dot(other.force_W, n_W) > 0.8 * glm::length(other.force_W) &&
+             glm::distance(other.weighted_W / other.weight_N, p_W) < kPatch_m;
+    });
+    if (patch == patches.end()) {
+      patches.push_back({});
+      patch = &patches.back();
+    }
+    patch->force_W += force_N * n_W;
+    patch->weighted_W += force_N * p_W;
+    patch->weight_N += force_N;
+  }
+  for (const Patch& patch : patches) {
+    AddArrow(patch.weighted_W / patch.weight_N, patch.force_W, glm::length(patch.force_W));
   }
   if (!set.planes.empty()) return;
   // Only a wrench F_So: its axis is nearest to So at p = f x tau / |f|^2 (of all points with p x f = the part of tau

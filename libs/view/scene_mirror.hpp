@@ -42,10 +42,11 @@ class SceneMirror {
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
   static constexpr std::int64_t kContactAge_ns = 100'000'000;
-  // Length of an arrow: 25 mm for a touch, growing with the force, at most 150 mm.
-  static constexpr double kArrowBase_m = 0.025;
+  // Length of an arrow: 15 mm for a touch, growing with the force, at most 150 mm.
+  static constexpr double kArrowBase_m = 0.015;
   static constexpr double kArrowPerNewton_m = 0.004;
   static constexpr double kArrowMax_m = 0.15;
+  static constexpr double kPatch_m = 0.03;  // contact points nearer than this share an arrow if they push alike
 
  private:
   struct PairContacts {

@@ -158,6 +158,28 @@ TEST(SceneMirror, ArrowsComeAndGoWithContact) {
   EXPECT_TRUE(mirror.scene().arrows.empty());
 }
 
+TEST(SceneMirror, PointsThatPushAlikeShareAnArrow) {
+  SceneMirror mirror(SmallScenario());
+  core::ContactSet set = BlockOnPlate(0.002);
+  core::ContactPlane plane = set.planes[0];
+  plane.p_S.x = -0.01f;  // 20 mm beside the first, twice as stiff
+  plane.stiffness_N_per_m = 2000.0f;
+  set.planes.push_back(plane);
+  plane.p_S.x = 0.2f;  // far away
+  set.planes.push_back(plane);
+  plane.p_S = {0.01f, 0.0f, 0.0f};  // near, but pushing sideways
+  plane.n_G = {1.0f, 0.0f, 0.0f};
+  plane.q_G = {0.011f, 0.0f, 0.0f};
+  set.planes.push_back(plane);
+  mirror.Apply(set, 0);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().arrows.size(), 3u);
+  // 2 N at x = 0.01 and 4 N at x = -0.01: the centre of pressure is at -0.01/3.
+  EXPECT_NEAR(mirror.scene().arrows[0].p_WTail.x, -0.01 / 3.0, 1e-8);
+  EXPECT_NEAR(mirror.scene().arrows[0].vector_W.z, SceneMirror::kArrowBase_m + 6.0 * SceneMirror::kArrowPerNewton_m,
+              1e-8);
+}
+
 TEST(SceneMirror, ArrowsVanishWhenTheBodyHasMovedAway) {
   SceneMirror mirror(SmallScenario());
   mirror.Apply(BlockOnPlate(0.002), 0);

@@ -5,59 +5,29 @@
 namespace visual_node {
 namespace {
 
+constexpr std::uint64_t kDirectStride = 4;  // there is one with every state; the statistics take all of them
+
 void Blend(double& mean_ms, double sample_ms, double weight) {
   mean_ms = mean_ms == 0.0 ? sample_ms : (1.0 - weight) * mean_ms + weight * sample_ms;
 }
 
 }  // namespace
 
-const char* StageName(core::Stage stage) {
-  switch (stage) {
-    case core::Stage::kDeviceSample:
-      return "device_sample";
-    case core::Stage::kDeviceSend:
-      return "device_send";
-    case core::Stage::kHapticReceive:
-      return "haptic_receive";
-    case core::Stage::kHapticStart:
-      return "haptic_start";
-    case core::Stage::kHapticSend:
-      return "haptic_send";
-    case core::Stage::kPhysicsReceive:
-      return "physics_receive";
-    case core::Stage::kPhysicsStart:
-      return "physics_start";
-    case core::Stage::kPhysicsSend:
-      return "physics_send";
-    case core::Stage::kDeviceReceive:
-      return "device_receive";
-    case core::Stage::kDeviceWrite:
-      return "device_write";
-    case core::Stage::kVisualReceive:
-      return "visual_receive";
-    case core::Stage::kVisualApply:
-      return "visual_apply";
-    case core::Stage::kFrameStart:
-      return "frame_start";
-    case core::Stage::kFrameDone:
-      return "frame_done";
-  }
-  return "unknown";
-}
-
 core::Result<void> LatencyLog::Open(const std::filesystem::path& file) {
   std::error_code ignored;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
   file_.open(file);
   if (!file_) return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string() + "; is the folder writable?");
-  file_ << "chain,trace_id,origin_ns,stages\n";
+  file_ << "chain,trace_id,origin_ns,echo_ns,stages\n";
   return {};
 }
 
 void LatencyLog::Write(const char* chain, const core::Trace& trace) {
   if (!file_.is_open()) return;
-  file_ << chain << ',' << trace.id << ',' << trace.origin_ns;
-  for (const core::Stamp& stamp : trace.stamps) file_ << ',' << StageName(stamp.stage) << ':' << stamp.offset_ns;
+  file_ << chain << ',' << trace.id << ',' << trace.origin_ns << ",-1";
+  for (const core::Stamp& stamp : trace.stamps) {
+    file_ << ',' << static_cast<int>(stamp.stage) << ',' << stamp.offset_ns;
+  }
   file_ << '\n';
 }
 
@@ -66,7 +36,7 @@ void LatencyLog::AddState(const core::Trace& direct, const core::Trace& through_
   if (direct.valid() && !direct.stamps.empty() && direct.id != last_direct_id_) {
     last_direct_id_ = direct.id;
     state_direct_.Add(direct.stamps.back().offset_ns);
-    Write("t2_state_direct", direct);
+    if (state_direct_.count() % kDirectStride == 1) Write("t2_state_direct", direct);
   }
   if (through_physics.valid() && !through_physics.stamps.empty() && through_physics.id != last_through_id_) {
     last_through_id_ = through_physics.id;

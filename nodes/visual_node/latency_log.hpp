@@ -11,11 +11,12 @@
 
 namespace visual_node {
 
-// t2 as this node sees it, in two parts (architecture section 1). One row per sample:
-//   chain,trace_id,origin_ns,stage:offset_ns,...   offsets since the device took the sample, in the order of the hops
-// Chains: t2_state (through a physics step in contact, until the state is applied), t2_state_direct (newest sample
-// that physics had heard of, contact or not), t2_image (until the first frame that shows it is finished).
-// Any thread.
+// t2 as this node sees it, in two parts (architecture section 1). One row per sample, as every node writes them:
+//   chain,trace_id,origin_ns,echo_ns,stage,offset_ns,stage,offset_ns,...
+// with the numbers of core::Stage in the order of the hops, offsets since the device took the sample, and echo_ns -1:
+// no second clock has measured it. Chains: t2_state (through a physics step in contact, until the state is applied),
+// t2_state_direct (newest sample that physics had heard of, contact or not; every fourth has a row), t2_image (until
+// the first frame that shows it is finished). Any thread.
 class LatencyLog {
  public:
   core::Result<void> Open(const std::filesystem::path& file);
@@ -46,8 +47,5 @@ class LatencyLog {
   double recent_state_ms_ = 0.0;
   double recent_image_ms_ = 0.0;
 };
-
-// "device_sample", "visual_apply", ... for the rows.
-const char* StageName(core::Stage stage);
 
 }  // namespace visual_node

@@ -50,12 +50,12 @@ TEST(LatencyLog, RowsNameEveryHop) {
   const std::string id2 = std::to_string(core::MakeTraceId(0, 2));
   const std::string id3 = std::to_string(core::MakeTraceId(0, 3));
   EXPECT_EQ(text.str(),
-            "chain,trace_id,origin_ns,stages\n"
+            "chain,trace_id,origin_ns,echo_ns,stages\n"
             "t2_state_direct," +
                 id3 +
-                ",1000000,device_sample:0,visual_apply:1500000\n"
+                ",1000000,-1,1,0,12,1500000\n"
                 "t2_state," +
-                id2 + ",1000000,device_sample:0,visual_apply:2500000\n");
+                id2 + ",1000000,-1,1,0,12,2500000\n");
   std::filesystem::remove(file);
 }
 
