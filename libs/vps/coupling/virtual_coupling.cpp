@@ -80,19 +80,11 @@ core::Wrench VirtualCoupling::Step(const core::Pose& X_WD, const CouplingContact
   }
   const core::Pose X_WC_out = Moved(X_WC_, out);
 
-  // (2) Not farther than is known to be free: a point at distance r moves by at most |x| + r |phi|.
-  Motion towards{X_WD.translation - X_WC_out.translation,
-                 core::RotationVector(X_WD.rotation * glm::conjugate(X_WC_out.rotation))};
-  const double travel_m = glm::length(towards.translation_m) + p.bounding_radius_m * glm::length(towards.rotation_rad);
-  const double allowed_m = std::max(contact.free_distance_m, 0.0) + p.rest_penetration_m;
-  const bool is_clamped = travel_m > allowed_m;
-  if (is_clamped) {
-    towards.translation_m *= allowed_m / travel_m;
-    towards.rotation_rad *= allowed_m / travel_m;
-  }
+  const Motion towards{X_WD.translation - X_WC_out.translation,
+                       core::RotationVector(X_WD.rotation * glm::conjugate(X_WC_out.rotation))};
 
-  // The way to a plane is filtered by eta as the way out is, so that a step of the field does not become a step of the
-  // force. A plane still deeper than p0 is left to the next (1): it only must not be entered further.
+  // (2) The way to a plane is filtered by eta as the way out is, so that a step of the field does not become a step of
+  // the force. A plane still deeper than p0 is left to the next (1): it only must not be entered further.
   std::array<Row, kMaxCouplingPlanes> rows;
   std::size_t num_rows = 0;
   for (const CouplingPlane& plane : contact.planes) {
@@ -105,7 +97,17 @@ core::Wrench VirtualCoupling::Step(const core::Pose& X_WD, const CouplingContact
     row.effective_mass = 1.0 / (1.0 + glm::dot(r_cross_n, r_cross_n) / p.sigma_m2);
     row.multiplier = 0.0;
   }
-  const Motion allowed = ProjectOntoPlanes(towards, {rows.data(), num_rows}, p.sigma_m2);
+  Motion allowed = ProjectOntoPlanes(towards, {rows.data(), num_rows}, p.sigma_m2);
+
+  // Not farther than is known to be free: a point at distance r moves by at most |x| + r |phi|. A shorter way in the
+  // same direction still respects every plane, because the bounds are not positive.
+  const double travel_m = glm::length(allowed.translation_m) + p.bounding_radius_m * glm::length(allowed.rotation_rad);
+  const double allowed_m = std::max(contact.free_distance_m, 0.0) + p.rest_penetration_m;
+  const bool is_clamped = travel_m > allowed_m;
+  if (is_clamped) {
+    allowed.translation_m *= allowed_m / travel_m;
+    allowed.rotation_rad *= allowed_m / travel_m;
+  }
 
   bool is_held = is_clamped;
   for (std::size_t i = 0; i < num_rows; ++i) is_held = is_held || rows[i].multiplier > 0.0;
