@@ -207,7 +207,7 @@ TEST(Node, LateJoinerGetsTheCompleteStateThenEveryChange) {
   }));
 }
 
-TEST(Node, EventsArriveInOrderAndUndeliveredOnesAreCounted) {
+TEST(Node, EventsArriveOnceAndInOrder) {
   const auto registry = MakeRegistry();
   auto physics = MakeNode("physics_node", registry->endpoint());
   auto logic = MakeNode("logic_node", registry->endpoint());
@@ -229,7 +229,8 @@ TEST(Node, EventsArriveInOrderAndUndeliveredOnesAreCounted) {
   int sent = 0;
   int expected = 0;
   ASSERT_TRUE(Until([&] {
-    while (sent < 5000 && physics->Emit({sent, "physics_node", "count", std::to_string(sent)})) ++sent;
+    while (sent < 5000 && sent - expected < 500 && physics->Emit({sent, "physics_node", "count", std::to_string(sent)}))
+      ++sent;
     WaitBriefly(*logic);
     while (logic->PollEvent(&event)) {
       if (event.name != "count") continue;
