@@ -134,8 +134,6 @@ TEST(Insertion, ModuleOnAHandleSlidesInAndSnapsSmoothly) {
       EXPECT_LT(glm::length(scene.world.V_WO(scene.module).linear_m_per_s), 1e-3) << "comes to rest";
       EXPECT_LT(scene.world.impulse_balance().relative(), 1e-10);
       RecordProperty("grasp_N", std::to_string(scene.largest_grasp_N));
-      printf("offset %g tilt %g: grasp %.1f N, jump %.2f N, depth %.3f mm\n", offset, tilt, scene.largest_grasp_N,
-             scene.largest_jump_N, 1e3 * scene.largest_depth);
     }
   }
 }
