@@ -74,7 +74,7 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
   if (command.header.sequence == role.passed_sequence && received_ns == role.passed_received_ns) return;
   role.passed_sequence = command.header.sequence;
   role.passed_received_ns = received_ns;
-  role.filter.Accept(command, received_ns);
+  role.filter.Accept(command, received_ns, physics_alive_ns_);
   const bool is_accepted = role.filter.was_accepted();
   if (is_accepted) role.accepted_ns = received_ns;
   Write(&role, now_ns);
@@ -93,6 +93,10 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   outputs->states.clear();
   outputs->applied.clear();
   outputs->filter_status.clear();
+  if (inputs.physics != nullptr && inputs.physics->header.sequence != physics_sequence_) {
+    physics_sequence_ = inputs.physics->header.sequence;
+    physics_alive_ns_ = inputs.now_ns;
+  }
 
   core::FixedVector<FeltForce, kMaxRoles> felt;
   core::FixedVector<DeviceReading, kMaxRoles> readings;

@@ -100,6 +100,8 @@ class DeviceBridge {
   std::vector<std::unique_ptr<Role>> roles_;
   std::unique_ptr<SimulatedOperator> operator_;
   std::uint64_t ticks_ = 0;
+  std::uint64_t physics_sequence_ = 0;  // last one seen, and when it was new; a force without physics behind it fades
+  std::int64_t physics_alive_ns_ = std::numeric_limits<std::int64_t>::max();  // not heard of yet: no say
 };
 
 }  // namespace device_bridge

@@ -47,6 +47,22 @@ TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandIsNotFlung)
   EXPECT_NE(world.bridge->figures(0).first_cause & kDegraded, 0U);
 }
 
+TEST(DeviceBridge, ForceIsZeroWithin60MsAfterThePhysicsBehindItDied) {
+  ToyWorld world = Pressing();
+  ASSERT_GT(world.outputs.applied[0].force_N.z, 15.0);
+  world.has_physics = false;  // the haptic node goes on sending
+  const std::int64_t last_ns = world.now_ns;
+  for (int i = 0; i < 100; ++i) {
+    world.Tick();
+    if (world.now_ns - last_ns >= 60'000'000) {
+      EXPECT_EQ(glm::length(world.outputs.applied[0].force_N), 0.0) << i;
+    }
+  }
+  world.has_physics = true;
+  world.Run(0.5);
+  EXPECT_GT(world.outputs.applied[0].force_N.z, 15.0);
+}
+
 TEST(DeviceBridge, ForceComesBackWithARampWhenTheSourceIsBack) {
   ToyWorld world = Pressing();
   world.is_linked = false;

@@ -105,20 +105,20 @@ void SafetyFilter::Tighten(const FilterLimits& limits) noexcept {
   limits_.restart_ramp_ns = std::max(limits_.restart_ramp_ns, limits.restart_ramp_ns);
 }
 
-void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t received_ns) noexcept {
+void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t received_ns,
+                          std::int64_t backed_until_ns) noexcept {
   was_accepted_ = false;
   const std::uint64_t sequence = command.header.sequence;
   if (sequence == 0) return;  // "has never arrived"
-  // Higher than ever is new. After silence a restarted source, which counts from 1 again, is believed once it has counted
-  // up kRestartStreak times in a row: stray old datagrams do not.
+  // Higher than ever is new. After silence a restarted source, which counts from 1 again, is believed once it has
+  // counted up kRestartStreak times in a row: stray old datagrams do not.
   restart_streak_ = sequence > streak_sequence_ ? restart_streak_ + 1 : 1;
   streak_sequence_ = sequence;
   const bool is_restart = may_restart_ && sequence != last_sequence_ && restart_streak_ >= kRestartStreak;
   const bool is_new = sequence > last_sequence_ || is_restart;
   // The sample that the command was computed from; one from the future is not believed.
-  std::int64_t alive_ns = received_ns;
-  if (command.header.direct.valid())
-    alive_ns = std::min(received_ns, command.header.direct.origin_ns + limits_.hold_ns);
+  std::int64_t alive_ns = std::min(received_ns, backed_until_ns);
+  if (command.header.direct.valid()) alive_ns = std::min(alive_ns, command.header.direct.origin_ns + limits_.hold_ns);
   const bool is_older = has_command_ && alive_ns < alive_ns_;
   if (!is_new || is_older || command.validity_ns <= 0) {
     was_refused_ = true;

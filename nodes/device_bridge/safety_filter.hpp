@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/messages/device.hpp"
 #include "core/result.hpp"
@@ -65,7 +66,10 @@ class SafetyFilter {
 
   // Takes a command in. Refused, and no sign of life: a sequence number not above the last one, a validity that is
   // over. Not finite: fault.
-  void Accept(const core::DeviceCommand& command, std::int64_t received_ns) noexcept;
+  // `backed_until_ns`: last sign of life of what else must run for the force to mean anything (physics); age counts
+  // from there when that is older.
+  void Accept(const core::DeviceCommand& command, std::int64_t received_ns,
+              std::int64_t backed_until_ns = std::numeric_limits<std::int64_t>::max()) noexcept;
 
   // What the device is given at now_ns. Calls may come at any interval; a clock that goes back counts as standing
   // still.

@@ -25,6 +25,7 @@ struct ToyWorld {
   std::int64_t received_ns = 0;
   std::uint16_t grasped = core::kNoObject;
   bool is_linked = true;
+  bool has_physics = true;  // false: physics has died, its last state is still there
   // Force on the hand, and on the jaws, for a device state.
   std::function<core::Wrench(const core::DeviceState&)> contact;
   std::function<double(const core::DeviceState&)> jaws;
@@ -65,6 +66,7 @@ struct ToyWorld {
 
   void Tick() {
     now_ns += 1'000'000;
+    if (has_physics) ++physics.header.sequence;
     Inputs inputs;
     inputs.now_ns = now_ns;
     if (command.header.sequence != 0) {
