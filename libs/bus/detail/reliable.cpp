@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kAskAgainAfter_ns = 300 * kMillisecond_ns;
 constexpr std::int64_t kBehindTooLong_ns = 200 * kMillisecond_ns;
 constexpr std::int64_t kWaitForOwners_ns = 500 * kMillisecond_ns;
-constexpr std::size_t kMaxEventsForStep = 10'000;
+constexpr std::size_t kMaxEventsForStep = 2'000;
 
 core::Event ToCore(const oos::Event& event) {
   return {event.time_ns(), event.source(), event.name(), event.detail()};
