@@ -650,12 +650,22 @@ TEST(Node, StoppedEventReaderIsNamed) {
     return is_named || !physics->IsAlive("logic_node");
   });
   const std::vector<PeerStatus> peers = physics->Peers();
+  kill(child, SIGCONT);
+  // It catches up and acknowledges, and has its credit back: more than a whole credit gets through.
+  const std::uint64_t sent_before = event_counters().sent;
+  const bool is_resumed = Until([&] {
+    physics->Emit({0, "physics_node", "count", ""});
+    WaitBriefly(*physics);
+    for (int i = 0; i < 50; ++i) physics->Emit({0, "physics_node", "count", ""});
+    return event_counters().sent > sent_before + 2 * 1024;
+  });
   kill(child, SIGKILL);
   waitpid(child, nullptr, 0);
   ASSERT_TRUE(started.has_value());
   ASSERT_TRUE(met.has_value());
   ASSERT_TRUE(is_subscribed);
   EXPECT_TRUE(is_named);
+  EXPECT_TRUE(is_resumed);
   ASSERT_EQ(peers.size(), 1u);
   EXPECT_GT(peers[0].events_dropped, 0u);
   EXPECT_GE(event_counters().dropped, peers[0].events_dropped);

@@ -71,6 +71,7 @@ class BusThread {
     bool wants_state = false;
     bool wants_events = false;
     std::uint64_t next_event = 1;
+    std::uint64_t sent_event = 0;  // last that was handed to the socket; dropped ones do not count as on their way
     std::uint64_t acked_event = 0;
     bool is_out_of_credit = false;
   };

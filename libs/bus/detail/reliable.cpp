@@ -182,8 +182,8 @@ void BusThread::ReceiveFromRouter() {
       const auto found = subscriptions_.find(from);
       if (found == subscriptions_.end()) continue;
       Subscription& subscription = found->second;
-      subscription.acked_event =
-          std::clamp(control.event_ack().sequence(), subscription.acked_event, subscription.next_event - 1);
+      subscription.acked_event = std::clamp(control.event_ack().sequence(), subscription.acked_event,
+                                            std::max(subscription.sent_event, subscription.acked_event));
       subscription.is_out_of_credit = false;
     } else if (control.has_parameter_request()) {
       TakeRequest(from, control.parameter_request());
@@ -310,10 +310,11 @@ void BusThread::SendEvent(const core::Event& event) {
     const auto peer = peers_.find(subscription.name);
     const bool is_gone = peer == peers_.end() || peer->second.record.instance() != subscription.instance ||
                          !StatusOf(peer->second).is_alive;
-    const bool has_credit = subscription.next_event - subscription.acked_event <= kEventCredit;
+    const bool has_credit = subscription.sent_event < subscription.acked_event + kEventCredit;
     item->set_sequence(subscription.next_event);
     ++subscription.next_event;  // a dropped event leaves a gap that the reader sees
     if (has_credit && SendToRouted(routing, control)) {
+      subscription.sent_event = item->sequence();
       core_->events_sent.fetch_add(1, std::memory_order_relaxed);
       continue;
     }
