@@ -7,8 +7,10 @@ namespace {
 
 constexpr std::uint64_t kDirectStride = 4;  // there is one with every state; the statistics take all of them
 
-void Blend(double& mean_ms, double sample_ms, double weight) {
-  mean_ms = mean_ms == 0.0 ? sample_ms : (1.0 - weight) * mean_ms + weight * sample_ms;
+// One writer per mean.
+void Blend(std::atomic<double>& mean_ms, double sample_ms, double weight) {
+  const double old_ms = mean_ms.load(std::memory_order_relaxed);
+  mean_ms.store(old_ms == 0.0 ? sample_ms : (1.0 - weight) * old_ms + weight * sample_ms, std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -32,22 +34,20 @@ void LatencyLog::Write(const char* chain, const core::Trace& trace) {
 }
 
 void LatencyLog::AddState(const core::Trace& direct, const core::Trace& through_physics) {
-  const std::scoped_lock lock(mutex_);
   if (direct.valid() && !direct.stamps.empty() && direct.id != last_direct_id_) {
     last_direct_id_ = direct.id;
     state_direct_.Add(direct.stamps.back().offset_ns);
-    if (state_direct_.count() % kDirectStride == 1) Write("t2_state_direct", direct);
+    if (state_direct_.count() % kDirectStride == 1) rows_.Push({"t2_state_direct", direct});
   }
   if (through_physics.valid() && !through_physics.stamps.empty() && through_physics.id != last_through_id_) {
     last_through_id_ = through_physics.id;
     state_.Add(through_physics.stamps.back().offset_ns);
     Blend(recent_state_ms_, 1e-6 * through_physics.stamps.back().offset_ns, 1.0 / 250.0);
-    Write("t2_state", through_physics);
+    rows_.Push({"t2_state", through_physics});
   }
 }
 
 void LatencyLog::AddFrame(const core::Trace& trace) {
-  const std::scoped_lock lock(mutex_);
   if (!trace.valid() || trace.stamps.empty() || trace.id == last_frame_id_) return;
   last_frame_id_ = trace.id;
   image_.Add(trace.stamps.back().offset_ns);
@@ -55,25 +55,11 @@ void LatencyLog::AddFrame(const core::Trace& trace) {
   Write("t2_image", trace);
 }
 
-bus::LatencyStats LatencyLog::state() const {
-  const std::scoped_lock lock(mutex_);
-  return state_;
-}
-bus::LatencyStats LatencyLog::state_direct() const {
-  const std::scoped_lock lock(mutex_);
-  return state_direct_;
-}
-bus::LatencyStats LatencyLog::image() const {
-  const std::scoped_lock lock(mutex_);
-  return image_;
-}
-double LatencyLog::recent_state_ms() const {
-  const std::scoped_lock lock(mutex_);
-  return recent_state_ms_;
-}
-double LatencyLog::recent_image_ms() const {
-  const std::scoped_lock lock(mutex_);
-  return recent_image_ms_;
+void LatencyLog::Drain() {
+  while (const Row* row = rows_.Front()) {
+    Write(row->chain, row->trace);
+    rows_.EndPop();
+  }
 }
 
 }  // namespace visual_node

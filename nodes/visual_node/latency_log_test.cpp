@@ -43,6 +43,7 @@ TEST(LatencyLog, RowsNameEveryHop) {
     LatencyLog log;
     ASSERT_TRUE(log.Open(file));
     log.AddState(TraceOf(3, 1'500'000), TraceOf(2, 2'500'000));
+    log.Drain();
   }
   std::ifstream in(file);
   std::stringstream text;

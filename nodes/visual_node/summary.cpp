@@ -26,6 +26,7 @@ core::Result<void> Summary::Write(const std::filesystem::path& file) const {
                          {"frames", frames},
                          {"seconds", seconds},
                          {"fps", seconds > 0.0 ? static_cast<double>(frames) / seconds : 0.0},
+                         {"cpu_ms_per_frame", frames > 0 ? 1e3 * cpu_s / static_cast<double>(frames) : 0.0},
                          {"states", states},
                          {"draw_ms", Milliseconds(draw)},
                          {"t2_state_ms", Milliseconds(t2_state)},
@@ -38,6 +39,11 @@ core::Result<void> Summary::Write(const std::filesystem::path& file) const {
                            {"received", counters.received},
                            {"dropped", counters.dropped},
                            {"refused", counters.refused}}}};
+  nlohmann::json lost = nlohmann::json::object();
+  for (const bus::TopicCounters& topic : counters.topics) {
+    if (topic.dropped > 0) lost[topic.topic] = topic.dropped;
+  }
+  json["bus"]["dropped_by_topic"] = lost;
   std::ofstream out(file);
   out << json.dump(2) << "\n";
   if (!out.flush())

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 
 #include "core/clock.hpp"
@@ -31,6 +32,13 @@ void GiveWay() {
   const sched_param none{};
   sched_setscheduler(0, SCHED_BATCH, &none);
   if (getpriority(PRIO_PROCESS, 0) < kDrawingNice) setpriority(PRIO_PROCESS, 0, kDrawingNice);
+}
+
+// Of all threads of this process.
+double CpuTime_s() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 // A picture's name comes over the bus: only what is safe in a file name is kept.
@@ -82,6 +90,7 @@ class Viewer {
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns();
     first_frame_ns_ = last_ns;
+    first_frame_cpu_s_ = CpuTime_s();
     while (signals_.is_stop_wanted == 0 && glfwWindowShouldClose(context_->window()) == GLFW_FALSE) {
       glfwPollEvents();
       if (!options_.is_headless) FitTo(context_->window(), target);
@@ -92,6 +101,7 @@ class Viewer {
       if (auto drawn = renderer_->Draw(shown_, camera, *target); !drawn) return drawn;
       glFinish();
       CountFrame(start_ns, core::MonotonicNow_ns());
+      log_.Drain();
       if (!options_.is_headless) Show(*target);
       if (control.TakeScreenshotKey()) Take("", camera);
       if (signals_.is_screenshot_wanted != 0) {
@@ -109,14 +119,17 @@ class Viewer {
     return {};
   }
 
-  // The newest scene, as late as possible before drawing. When the step has changed, the one that was shown until now
-  // is how the old step ended: it is kept for the contact sheet.
+  // The newest scene, as late as possible before drawing. When the step has changed, this scene is what the old step
+  // has achieved: it is kept for the contact sheet, under the old step's caption.
   core::Result<void> TakeScene(const CameraControl& control) {
     is_new_scene_ = receiver_.Update();
     if (!is_new_scene_) return {};
     const view::Scene& next = receiver_.scene();
     if (!shown_.step.empty() && next.step != shown_.step) {
-      if (auto kept = Keep(shown_, control.ForStep(*shown_.assets, shown_.step)); !kept) return kept;
+      view::Scene end = next;
+      end.step = shown_.step;
+      end.texts = shown_.texts;
+      if (auto kept = Keep(end, control.ForStep(*end.assets, end.step)); !kept) return kept;
     }
     shown_ = next;
     return {};
@@ -170,6 +183,7 @@ class Viewer {
   }
 
   core::Result<void> Finish() {
+    summary_.cpu_s = CpuTime_s() - first_frame_cpu_s_;
     summary_.seconds = 1e-9 * static_cast<double>(core::MonotonicNow_ns() - first_frame_ns_);
     // The last word of the procedure may have come after the last frame.
     const CameraControl control(*shown_.assets, options_.view);
@@ -177,6 +191,7 @@ class Viewer {
     if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
     if (sheet_.size() > 0 && result) result = sheet_.Write(options_.out / "contact_sheet.png");
     receiver_.Stop();
+    log_.Drain();
     summary_.t2_state = log_.state();
     summary_.t2_state_direct = log_.state_direct();
     summary_.t2_image = log_.image();
@@ -202,6 +217,7 @@ class Viewer {
   bool is_new_scene_ = false;
   std::uint64_t num_screenshots_ = 0;
   std::int64_t first_frame_ns_ = 0;
+  double first_frame_cpu_s_ = 0.0;
   std::int64_t window_start_ns_ = 0;
   int frames_in_window_ = 0;
 };
