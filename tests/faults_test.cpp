@@ -1,0 +1,167 @@
+// Kills nodes of a running system in the middle of a contact. Real processes, real time.
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/clock.hpp"
+#include "tests/support.hpp"
+#include "tools/oos/session.hpp"
+
+namespace system_tests {
+namespace {
+
+constexpr double kZeroWithin_s = 0.060;
+
+struct ForceSample {
+  std::int64_t time_ns = 0;
+  double force_N = 0.0;
+};
+
+// The bridge's own log: what the device was given at each tick.
+std::vector<ForceSample> ReadForces(const std::filesystem::path& folder) {
+  std::ifstream in(folder / "device_bridge_force.csv");
+  std::vector<ForceSample> samples;
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    std::istringstream row(line);
+    ForceSample sample;
+    char comma = 0;
+    int role = 0;
+    row >> sample.time_ns >> comma >> role >> comma >> sample.force_N;
+    samples.push_back(sample);
+  }
+  return samples;
+}
+
+nlohmann::json ReadJson(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return nlohmann::json::parse(in, nullptr, false);
+}
+
+struct KilledRun {
+  oos::SessionOutcome outcome;
+  std::filesystem::path out;
+  std::int64_t kill_ns = 0;
+  std::vector<ForceSample> forces;
+};
+
+// Runs `touch` and kills the node in the middle of the first lasting press (it begins about 1.4 s after the start).
+KilledRun RunAndKill(const std::string& node, double at_s) {
+  KilledRun run;
+  run.out = std::filesystem::path(VR_OOS_BINARY_DIR) / "faults" / ("kill_" + node);
+  std::filesystem::remove_all(run.out);
+  const scene::Scenario scenario = Load("touch");
+  oos::SessionOptions options;
+  options.out = run.out;
+  options.is_headless = true;
+  if (node != "visual_node") options.without = {"visual_node"};
+  options.program_folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
+  options.duration_s = 8.0;
+  options.while_running = [&](oos::ProcessGroup& group, double seconds) {
+    if (run.kill_ns != 0 || seconds < at_s) return;
+    for (const oos::ProcessGroup::Child& child : group.children()) {
+      if (child.name != node) continue;
+      run.kill_ns = core::MonotonicNow_ns();
+      kill(child.pid, SIGKILL);
+    }
+  };
+  auto outcome = oos::RunSession(scenario, options);
+  EXPECT_TRUE(outcome) << outcome.error().detail;
+  if (outcome) run.outcome = *outcome;
+  run.forces = ReadForces(run.out);
+  EXPECT_NE(run.kill_ns, 0);
+  return run;
+}
+
+double LargestForceBetween(const KilledRun& run, double from_s, double to_s) {
+  double largest_N = 0.0;
+  for (const ForceSample& sample : run.forces) {
+    const double t_s = static_cast<double>(sample.time_ns - run.kill_ns) * 1e-9;
+    if (t_s >= from_s && t_s < to_s) largest_N = std::max(largest_N, sample.force_N);
+  }
+  return largest_N;
+}
+
+std::size_t NumSamplesAfter(const KilledRun& run, double from_s) {
+  std::size_t num = 0;
+  for (const ForceSample& sample : run.forces) {
+    num += static_cast<double>(sample.time_ns - run.kill_ns) * 1e-9 >= from_s ? 1 : 0;
+  }
+  return num;
+}
+
+bool IsNamedBy(const KilledRun& run, const std::string& witness, const std::string& victim) {
+  const nlohmann::json report = ReadJson(run.out / (witness + ".json"));
+  if (!report.is_object() || !report.contains("nodes_lost")) return false;
+  for (const auto& name : report["nodes_lost"]) {
+    if (name.get<std::string>().find(victim) != std::string::npos) return true;
+  }
+  return false;
+}
+
+void ExpectNobodyIsLeft(const KilledRun& run) {
+  // Every node carries the run's folder on its command line.
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream in(entry.path() / "cmdline");
+    const std::string words((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    EXPECT_EQ(words.find(run.out.string()), std::string::npos) << "still alive: " << entry.path();
+  }
+}
+
+// Time in `touch` at which the ball is pressed on the pad and held there for a second.
+constexpr double kInContact_s = 4.6;
+
+void ExpectForceIsGone(const std::string& node) {
+  const KilledRun run = RunAndKill(node, kInContact_s);
+  EXPECT_GT(LargestForceBetween(run, -0.02, 0.0), 1.0) << "there was no contact to lose";
+  EXPECT_GT(NumSamplesAfter(run, kZeroWithin_s), 100u);
+  EXPECT_EQ(LargestForceBetween(run, kZeroWithin_s, 10.0), 0.0);
+  EXPECT_FALSE(run.outcome.is_final);
+  EXPECT_NE(run.outcome.why.find(node), std::string::npos) << run.outcome.why;
+  EXPECT_TRUE(IsNamedBy(run, "device_bridge", node));
+  ExpectNobodyIsLeft(run);
+}
+
+void ExpectForceIsUnchanged(const std::string& node) {
+  const KilledRun run = RunAndKill(node, kInContact_s);
+  const double before_N = LargestForceBetween(run, -0.1, 0.0);
+  EXPECT_GT(before_N, 1.0) << "there was no contact to keep";
+  EXPECT_GT(LargestForceBetween(run, 0.1, 0.2), 0.5 * before_N);
+  EXPECT_LT(LargestForceBetween(run, 0.0, 0.2), before_N + 2.0);
+  EXPECT_NE(run.outcome.why.find(node), std::string::npos) << run.outcome.why;
+  EXPECT_TRUE(IsNamedBy(run, "device_bridge", node));
+  EXPECT_TRUE(IsNamedBy(run, "haptic_node", node));
+  ExpectNobodyIsLeft(run);
+}
+
+TEST(Faults, KillingTheHapticNodeTakesTheForceAwayWithin60ms) {
+  ExpectForceIsGone("haptic_node");
+}
+TEST(Faults, KillingThePhysicsNodeTakesTheForceAwayWithin60ms) {
+  ExpectForceIsGone("physics_node");
+}
+TEST(Faults, KillingTheLogicNodeChangesNoForce) {
+  ExpectForceIsUnchanged("logic_node");
+}
+TEST(Faults, KillingTheVisualNodeChangesNoForce) {
+  ExpectForceIsUnchanged("visual_node");
+}
+
+TEST(Faults, ANodeThatCannotBeStartedIsNamedAndNobodyIsLeft) {
+  const scene::Scenario scenario = Load("touch");
+  oos::SessionOptions options;
+  options.out = std::filesystem::path(VR_OOS_BINARY_DIR) / "faults" / "no_program";
+  options.without = {"visual_node"};
+  options.program_folder = "/nonexistent";
+  const auto outcome = oos::RunSession(scenario, options);
+  ASSERT_FALSE(outcome);
+  EXPECT_NE(outcome.error().detail.find("/nonexistent/physics_node"), std::string::npos) << outcome.error().detail;
+}
+
+}  // namespace
+}  // namespace system_tests

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "scene/load_scenario.hpp"
+#include "tools/oos/lockstep.hpp"
+
+namespace system_tests {
+
+// The scenario of that name in scenarios/; a test that cannot read it has failed.
+inline scene::Scenario Load(const std::string& name) {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
+  if (!scenario) {
+    ADD_FAILURE() << scene::Format(scenario.error().front());
+    return {};
+  }
+  return *scenario;
+}
+
+inline oos::LockstepOutcome InLockstep(const scene::Scenario& scenario, const oos::LockstepOptions& options = {}) {
+  const auto outcome = oos::RunLockstep(scenario, options);
+  if (!outcome) {
+    ADD_FAILURE() << outcome.error().detail;
+    return {};
+  }
+  return *outcome;
+}
+
+// Index of the pair of these two objects, in either order.
+inline std::size_t PairOf(const scene::Scenario& scenario, const std::string& a, const std::string& b) {
+  for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+    const std::string name = scenario.PairName(i);
+    if (name == a + "/" + b || name == b + "/" + a) return i;
+  }
+  ADD_FAILURE() << "no pair " << a << "/" << b;
+  return 0;
+}
+
+}  // namespace system_tests

@@ -1,0 +1,66 @@
+#include "tests/support/scenario_copy.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "scene/load_scenario.hpp"
+
+namespace system_tests {
+
+ScenarioCopy::ScenarioCopy(const std::string& scenario, const std::string& variant)
+    : folder_(std::filesystem::path(::testing::TempDir()) /
+              ("vr_oos_" + std::to_string(getpid()) + "_" + variant) / scenario) {
+  std::filesystem::remove_all(folder_);
+  std::filesystem::create_directories(folder_.parent_path());
+  std::filesystem::copy(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / scenario, folder_,
+                        std::filesystem::copy_options::recursive);
+}
+
+std::string ScenarioCopy::Read(const std::string& file) const {
+  std::ifstream in(folder_ / file, std::ios::binary);
+  EXPECT_TRUE(in) << "cannot read " << folder_ / file;
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+ScenarioCopy& ScenarioCopy::Write(const std::string& file, const std::string& text) {
+  std::ofstream out(folder_ / file, std::ios::binary | std::ios::trunc);
+  out << text;
+  EXPECT_TRUE(out.flush()) << "cannot write " << folder_ / file;
+  return *this;
+}
+
+ScenarioCopy& ScenarioCopy::Replace(const std::string& file, const std::string& from, const std::string& to) {
+  std::string text = Read(file);
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "'" << from << "' is not in " << file << " any more";
+  if (at == std::string::npos) return *this;
+  EXPECT_EQ(text.find(from, at + 1), std::string::npos) << "'" << from << "' is in " << file << " more than once";
+  return Write(file, text.replace(at, from.size(), to));
+}
+
+ScenarioCopy& ScenarioCopy::Remove(const std::string& file) {
+  EXPECT_TRUE(std::filesystem::remove(folder_ / file)) << file << " is not there any more";
+  return *this;
+}
+
+int ScenarioCopy::LineOf(const std::string& file, const std::string& text) const {
+  const std::string content = Read(file);
+  const std::size_t at = content.find(text);
+  if (at == std::string::npos) return 0;
+  return 1 + static_cast<int>(std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+}
+
+scene::Scenario ScenarioCopy::Load() const {
+  const auto scenario = scene::LoadScenario(folder_);
+  if (!scenario) {
+    ADD_FAILURE() << scene::Format(scenario.error().front());
+    return {};
+  }
+  return *scenario;
+}
+
+}  // namespace system_tests
