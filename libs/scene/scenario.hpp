@@ -74,7 +74,8 @@ struct Pair {
 
 enum class MechanismKind { kHinge, kSnap, kHookAndLoop };
 
-// Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child.
+// Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child. The child's X_WO in the model is
+// that at the initial detent.
 // With two detents it is a toggle switch: torque pulls to the nearer detent, is zero half way, and peaks at
 // `detent_torque_Nm`. Without, it turns freely between its limits.
 // Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the

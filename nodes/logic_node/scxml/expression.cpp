@@ -201,15 +201,19 @@ class Parser {
     return left;
   }
 
+  static std::string Quoted(std::string_view text) {
+    std::string quoted(1, '\'');
+    return quoted.append(text).append(1, '\'');
+  }
+
   bool Demand(int index, Type type, std::string_view sign) {
     const Type given = At(index).type;
     if (given == type || given == Type::kFlag) return true;
     const std::string part = expression_.TextOf(At(index));
     if (type == Type::kTruth) {
-      Fail("'" + part + "' is a number", "'" + std::string(sign) + "' joins truths",
-           "compare it, as in " + part + " == 1");
+      Fail("'" + part + "' is a number", Quoted(sign) + " joins truths", "compare it, as in " + part + " == 1");
     } else {
-      Fail("'" + part + "' is a truth", "'" + std::string(sign) + "' works on numbers", "use its parts instead");
+      Fail("'" + part + "' is a truth", Quoted(sign) + " works on numbers", "use its parts instead");
     }
     return false;
   }

@@ -12,6 +12,15 @@ std::string TagOf(const XmlElement& element) {
   return (element.name_space == kProcedureNamespace ? "vr:" : "") + element.name;
 }
 
+namespace {
+
+// Start of a message about an element.
+std::string InTag(const XmlElement& element) {
+  return std::string(1, '<').append(TagOf(element)).append(">: ");
+}
+
+}  // namespace
+
 ActionReader::ActionReader(const Vocabulary& vocabulary, Chart* chart, std::vector<scene::Diagnostic>* diagnostics)
     : vocabulary_(vocabulary), chart_(*chart), diagnostics_(*diagnostics) {
   scope_.find_symbol = [this](const std::string& name) -> std::optional<Symbol> {
@@ -49,7 +58,7 @@ Expression ActionReader::Compile(const XmlElement& element, const char* attribut
   const std::string text = element.Get(attribute);
   if (text.empty()) {
     if (is_required || element.Find(attribute) != nullptr) {
-      Say(element.LineOf(attribute), "<" + TagOf(element) + ">: " + attribute + " is missing", "it needs a value",
+      Say(element.LineOf(attribute), InTag(element) + attribute + " is missing", "it needs a value",
           "add " + std::string(attribute) + "=\"...\"");
     }
     return {};
@@ -80,7 +89,7 @@ std::vector<Action> ActionReader::ReadActions(const XmlElement& element) {
 std::string ActionReader::Required(const XmlElement& element, const char* attribute) {
   const std::string value = element.Get(attribute);
   if (value.empty()) {
-    Say(element.line, "<" + TagOf(element) + ">: " + attribute + " is missing", "it has no effect without",
+    Say(element.line, InTag(element) + attribute + " is missing", "it has no effect without",
         "add " + std::string(attribute) + "=\"...\"");
   }
   return value;
