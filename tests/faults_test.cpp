@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -15,6 +16,7 @@ namespace system_tests {
 namespace {
 
 constexpr double kZeroWithin_s = 0.060;
+constexpr double kFelt_N = 3.0;
 
 struct ForceSample {
   std::int64_t time_ns = 0;
@@ -50,8 +52,9 @@ struct KilledRun {
   std::vector<ForceSample> forces;
 };
 
-// Runs `touch` and kills the node in the middle of the first lasting press (it begins about 1.4 s after the start).
-KilledRun RunAndKill(const std::string& node, double at_s) {
+// Runs `touch` and kills the node when the hand has felt a force for a while: the operator holds each press for a
+// second.
+KilledRun RunAndKill(const std::string& node) {
   KilledRun run;
   run.out = std::filesystem::path(VR_OOS_BINARY_DIR) / "faults" / ("kill_" + node);
   std::filesystem::remove_all(run.out);
@@ -61,9 +64,9 @@ KilledRun RunAndKill(const std::string& node, double at_s) {
   options.is_headless = true;
   if (node != "visual_node") options.without = {"visual_node"};
   options.program_folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
-  options.duration_s = 8.0;
-  options.while_running = [&](oos::ProcessGroup& group, double seconds) {
-    if (run.kill_ns != 0 || seconds < at_s) return;
+  options.duration_s = 25.0;
+  options.while_running = [&](oos::ProcessGroup& group, double, double force_N) {
+    if (run.kill_ns != 0 || force_N < kFelt_N) return;
     for (const oos::ProcessGroup::Child& child : group.children()) {
       if (child.name != node) continue;
       run.kill_ns = core::MonotonicNow_ns();
@@ -83,6 +86,17 @@ double LargestForceBetween(const KilledRun& run, double from_s, double to_s) {
   for (const ForceSample& sample : run.forces) {
     const double t_s = static_cast<double>(sample.time_ns - run.kill_ns) * 1e-9;
     if (t_s >= from_s && t_s < to_s) largest_N = std::max(largest_N, sample.force_N);
+  }
+  return largest_N;
+}
+
+// Largest change from one tick to the next: the operator's own pressing is slow, a fault is not.
+double LargestJumpBetween(const KilledRun& run, double from_s, double to_s) {
+  double largest_N = 0.0;
+  for (std::size_t i = 1; i < run.forces.size(); ++i) {
+    const double t_s = static_cast<double>(run.forces[i].time_ns - run.kill_ns) * 1e-9;
+    if (t_s < from_s || t_s >= to_s) continue;
+    largest_N = std::max(largest_N, std::abs(run.forces[i].force_N - run.forces[i - 1].force_N));
   }
   return largest_N;
 }
@@ -113,11 +127,8 @@ void ExpectNobodyIsLeft(const KilledRun& run) {
   }
 }
 
-// Time in `touch` at which the ball is pressed on the pad and held there for a second.
-constexpr double kInContact_s = 4.6;
-
 void ExpectForceIsGone(const std::string& node) {
-  const KilledRun run = RunAndKill(node, kInContact_s);
+  const KilledRun run = RunAndKill(node);
   EXPECT_GT(LargestForceBetween(run, -0.02, 0.0), 1.0) << "there was no contact to lose";
   EXPECT_GT(NumSamplesAfter(run, kZeroWithin_s), 100u);
   EXPECT_EQ(LargestForceBetween(run, kZeroWithin_s, 10.0), 0.0);
@@ -128,11 +139,11 @@ void ExpectForceIsGone(const std::string& node) {
 }
 
 void ExpectForceIsUnchanged(const std::string& node) {
-  const KilledRun run = RunAndKill(node, kInContact_s);
+  const KilledRun run = RunAndKill(node);
   const double before_N = LargestForceBetween(run, -0.1, 0.0);
   EXPECT_GT(before_N, 1.0) << "there was no contact to keep";
   EXPECT_GT(LargestForceBetween(run, 0.1, 0.2), 0.5 * before_N);
-  EXPECT_LT(LargestForceBetween(run, 0.0, 0.2), before_N + 2.0);
+  EXPECT_LT(LargestJumpBetween(run, 0.0, 0.2), 0.5);
   EXPECT_NE(run.outcome.why.find(node), std::string::npos) << run.outcome.why;
   EXPECT_TRUE(IsNamedBy(run, "device_bridge", node));
   EXPECT_TRUE(IsNamedBy(run, "haptic_node", node));

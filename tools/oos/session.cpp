@@ -98,6 +98,7 @@ class Session {
     if (!node) return core::Fail(node.error().code, node.error().detail);
     node_ = std::move(*node);
     status_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
+    figures_ = &node_->ReadState<bus::Figures>(bus::FiguresTopic("device_bridge"));
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
     note_ = std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out);
@@ -184,6 +185,11 @@ class Session {
     return core::MonotonicNow_ns();
   }
 
+  [[nodiscard]] double Force_N() const {
+    const double* force_N = figures_->has_value() ? figures_->value().Find("force_N") : nullptr;
+    return force_N != nullptr ? *force_N : 0.0;
+  }
+
   void Linger() {
     const std::int64_t until_ns = core::MonotonicNow_ns() + kLinger_ns;
     while (core::MonotonicNow_ns() < until_ns && !IsInterrupted()) Listen();
@@ -200,7 +206,7 @@ class Session {
     while (true) {
       Listen();
       outcome_.seconds = static_cast<double>(core::MonotonicNow_ns() - ready_ns) * 1e-9;
-      if (options_.while_running) options_.while_running(group_, outcome_.seconds);
+      if (options_.while_running) options_.while_running(group_, outcome_.seconds, Force_N());
       if (status_->has_value()) {
         const core::LogicStatus& status = status_->value();
         if (status.step != outcome_.last_step) {
@@ -231,6 +237,7 @@ class Session {
   std::unique_ptr<bus::Registry> registry_;
   std::unique_ptr<bus::Node> node_;
   bus::StateReader<core::LogicStatus>* status_ = nullptr;
+  bus::StateReader<bus::Figures>* figures_ = nullptr;
   std::unique_ptr<SessionNote> note_;
   std::set<std::string> expected_;
   std::set<std::string> ready_;
