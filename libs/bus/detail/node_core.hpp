@@ -22,7 +22,7 @@ namespace bus::detail {
 
 constexpr std::uint32_t kProtocolVersion = 1;
 constexpr std::size_t kMaxEventText = 255;
-constexpr std::size_t kMaxStateBytes = 64 * 1024;
+constexpr std::size_t kMaxStateBytes = std::size_t{64} * 1024;
 
 struct StateItem {         // one value of a STATE topic, in either direction
   std::uint32_t slot = 0;  // of the sender or receiver
