@@ -98,7 +98,9 @@ class Session {
     if (!node) return core::Fail(node.error().code, node.error().detail);
     node_ = std::move(*node);
     status_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
-    figures_ = &node_->ReadState<bus::Figures>(bus::FiguresTopic("device_bridge"));
+    if (options_.while_running && !scenario_.devices.empty()) {
+      command_ = &node_->ReadLatest<core::DeviceCommand>(bus::DeviceCommandTopic(scenario_.devices[0].role));
+    }
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
     note_ = std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out);
@@ -186,8 +188,7 @@ class Session {
   }
 
   [[nodiscard]] double Force_N() const {
-    const double* force_N = figures_->has_value() ? figures_->value().Find("force_N") : nullptr;
-    return force_N != nullptr ? *force_N : 0.0;
+    return command_ != nullptr ? glm::length(command_->value().F_Do_W.force_N) : 0.0;
   }
 
   void Linger() {
@@ -237,7 +238,7 @@ class Session {
   std::unique_ptr<bus::Registry> registry_;
   std::unique_ptr<bus::Node> node_;
   bus::StateReader<core::LogicStatus>* status_ = nullptr;
-  bus::StateReader<bus::Figures>* figures_ = nullptr;
+  bus::LatestReader<core::DeviceCommand>* command_ = nullptr;
   std::unique_ptr<SessionNote> note_;
   std::set<std::string> expected_;
   std::set<std::string> ready_;

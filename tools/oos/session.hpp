@@ -27,7 +27,9 @@ struct SessionOptions {
   double start_patience_s = 240.0;                // cooking a big scene for the first time takes minutes
   const std::atomic<int>* interrupted = nullptr;  // not 0: stop, somebody pressed Ctrl-C
   std::function<void(const std::string&)> say;    // progress for people, one line each
-  // Called while the run goes on, e.g. to kill a node in a test; `force_N` is what the bridge last told (2 Hz).
+  // Called while the run goes on, e.g. to kill a node in a test; `force_N` is what the
+  // first hand is commanded to feel. Only then the session listens to commands: it costs the haptic node a datagram
+  // each.
   std::function<void(ProcessGroup&, double seconds, double force_N)> while_running;
 };
 
