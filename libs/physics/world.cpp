@@ -263,6 +263,10 @@ void World::SetContactMuted(int pair, bool is_muted) {
   if (is_muted) slot.feed.Rest();
 }
 
+bool World::HasContactPlanes(int pair) const {
+  return !impl_->pairs[static_cast<std::size_t>(pair)].feed.empty();
+}
+
 double World::SmallestGap_m(int pair) const {
   const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
   return slot.feed.SmallestGap(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO(), nullptr);
@@ -289,7 +293,7 @@ void World::Step(double dt_s) {
     const core::Pose X_WG = w.body(pair.field).X_WO();
     pair.report = ContactReport{};
     pair.report.smallest_gap_m = pair.feed.SmallestGap(X_WS, X_WG, nullptr);
-    if (!pair.feed.empty() && !pair.is_muted) pair.feed.Inject(X_WS, X_WG);
+    if (!pair.feed.empty() && !pair.is_muted && !pair.has_wrench) pair.feed.Inject(X_WS, X_WG);
   }
   w.ApplyWrenches(dt_s);
   for (MechanismSlot& slot : w.mechanisms) {

@@ -68,10 +68,12 @@ class World {
   // Planes of a pair, held until replaced or cleared; D5. Impulses of planes with the same id go on as warm start.
   void SetContactPlanes(int pair, const core::ContactSet& set);
   // Wrench on S about S's origin, the opposite on G at the same point; held until replaced or cleared [VR-OOS, 3].
+  // A pair with a wrench keeps its planes for the gaps below, but only the wrench pushes.
   void SetContactWrench(int pair, const core::Wrench& F_So_W);
   void ClearContact(int pair);
   // A muted pair keeps its planes for SmallestGap_m but does not push (a held object in its gripper).
   void SetContactMuted(int pair, bool is_muted);
+  [[nodiscard]] bool HasContactPlanes(int pair) const;
   // Smallest gap of the pair's planes at the present poses; +1e9 without planes.
   [[nodiscard]] double SmallestGap_m(int pair) const;
   // The same over the planes that push S along direction_W (unit): within 60 degrees of it.

@@ -183,9 +183,8 @@ struct PhysicsNode::Impl {
       }
       if (set->header.sequence == contact.sequence) continue;
       contact.sequence = set->header.sequence;
-      if (scenario.contact_input == scene::ContactInput::kPlanes) {
-        built.world->SetContactPlanes(slot, *set);
-      } else {
+      built.world->SetContactPlanes(slot, *set);
+      if (scenario.contact_input == scene::ContactInput::kWrench) {
         built.world->SetContactWrench(slot, set->is_in_contact ? set->F_So_W : core::Wrench{});
       }
     }
@@ -201,12 +200,13 @@ struct PhysicsNode::Impl {
     // Direction in which the object pushes S when it pushes the jaw outwards.
     const bool is_jaw_sampled = scenario.objects[scenario.pairs[i].sampled].owner == scene::Owner::kHand;
     const glm::dvec3 direction_W = hand.X_WD.rotate({is_jaw_sampled ? outwards : -outwards, 0.0, 0.0});
-    if (scenario.contact_input == scene::ContactInput::kPlanes && !set.planes.empty()) {
-      // Planes tell the gap at the present poses.
+    if (!set.planes.empty()) {
+      // Planes tell the gap at the present poses. The wrench does not tell a squeeze: it is the jaw's share of what the
+      // whole hand feels, in which two jaws that press against each other cancel.
       jaw.gap_m = built.world->SmallestGap_m(built.contact_of_pair[i]);
       jaw.is_squeezed = built.world->SmallestGapAlong_m(built.contact_of_pair[i], direction_W) < 0.0;
     } else {
-      // The paper's input tells what it was when it was computed.
+      // Without planes there is only what was known when the force was computed.
       jaw.gap_m = set.signed_distance_m;
       const double force_N = glm::length(set.F_So_W.force_N);
       jaw.is_squeezed = set.is_in_contact && force_N > 0.0 && glm::dot(set.F_So_W.force_N, direction_W) > 0.5 * force_N;
@@ -232,9 +232,10 @@ struct PhysicsNode::Impl {
   // Half way between the contact points of the jaws, or between the jaws' frames when no planes are known.
   [[nodiscard]] glm::dvec3 GripPoint_W(const BuiltWorld::Holdable& h) const {
     const scene::Device& device = scenario.devices[static_cast<std::size_t>(h.role)];
-    if (scenario.contact_input == scene::ContactInput::kPlanes) {
-      return 0.5 * (built.world->DeepestPoint_W(built.contact_of_pair[static_cast<std::size_t>(h.left_pair)]) +
-                    built.world->DeepestPoint_W(built.contact_of_pair[static_cast<std::size_t>(h.right_pair)]));
+    const int left = built.contact_of_pair[static_cast<std::size_t>(h.left_pair)];
+    const int right = built.contact_of_pair[static_cast<std::size_t>(h.right_pair)];
+    if (built.world->HasContactPlanes(left) && built.world->HasContactPlanes(right)) {
+      return 0.5 * (built.world->DeepestPoint_W(left) + built.world->DeepestPoint_W(right));
     }
     const auto origin = [&](int object) {
       return built.world->X_WO(built.body_of_object[static_cast<std::size_t>(object)]).translation;

@@ -319,6 +319,24 @@ TEST(PhysicsNode, WrenchInputPushesWithThePapersForce) {
   EXPECT_NEAR(bench.block().V_WO.linear_m_per_s.x, 2.0 * 0.1 / 0.5, 1e-9);
 }
 
+// What jaws that press against each other make the hand feel cancels, so the wrench in the message cannot tell a grip.
+TEST(PhysicsNode, WrenchInputGraspsCarriesAndLetsGoToo) {
+  scene::Scenario scenario = Bench::MakeScenario();
+  scenario.contact_input = scene::ContactInput::kWrench;
+  Bench bench(scenario);
+  bench.MoveJaws(0.038, 0.05);
+  bench.Run(50);
+  ASSERT_EQ(bench.held(), Bench::kBlock);
+  EXPECT_EQ(bench.block().V_WO.linear_m_per_s, glm::dvec3(0.0)) << "only the wrench pushes";
+  bench.MoveHand({0.1, 0.05, 0.2}, 1000);
+  bench.Run(500);
+  EXPECT_EQ(bench.held(), Bench::kBlock);
+  EXPECT_LT(glm::length(bench.block().X_WO.translation - glm::dvec3(0.1, 0.05, 0.2)), 1e-3);
+  bench.MoveJaws(0.05, 0.05);
+  bench.Run(10);
+  EXPECT_EQ(bench.held(), core::kNoObject);
+}
+
 TEST(PhysicsNode, ChangedReleaseForceActsFromTheNextTickAndIsAnEvent) {
   scene::Scenario scenario = Bench::MakeScenario();
   scene::Mechanism snap;
