@@ -88,10 +88,14 @@ int Run(const Arguments& arguments) {
       ++num_messages;
       Note(observation, &all);
       if (what != "echo") continue;
-      std::printf("--- %s #%llu from %s, %zu bytes, %.3f ms old\n%s\n", observation.topic.c_str(),
+      std::printf("--- %s #%llu from %s, %zu bytes", observation.topic.c_str(),
                   static_cast<unsigned long long>(observation.sequence), observation.writer.c_str(),
-                  observation.num_bytes, static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6,
-                  observation.text.c_str());
+                  observation.num_bytes);
+      // Only a LATEST message says when it was published.
+      if (observation.publish_ns > 0) {
+        std::printf(", %.3f ms old", static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6);
+      }
+      std::printf("\n%s\n", observation.text.c_str());
       std::fflush(stdout);
     }
   }
