@@ -1,7 +1,7 @@
 # A room is a folder with sources beside their tests. These three functions are all that a room's CMakeLists.txt needs.
 #
-# Files: *_test.cpp become one GoogleTest executable per room, *_bench.cpp one Google Benchmark executable, main.cpp the
-# node's executable; everything else is the room's library.
+# Files: *_test.cpp become one GoogleTest executable per room, *_slow_test.cpp another one with the label slow, *_bench.cpp
+# one Google Benchmark executable, main.cpp the node's executable; everything else is the room's library.
 
 # add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
 function(add_room name)
@@ -9,6 +9,9 @@ function(add_room name)
   file(GLOB_RECURSE all CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
   set(tests ${all})
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
+  set(slow_tests ${tests})
+  list(FILTER tests EXCLUDE REGEX "_slow_test\\.cpp$")
+  list(FILTER slow_tests INCLUDE REGEX "_slow_test\\.cpp$")
   set(benches ${all})
   list(FILTER benches INCLUDE REGEX "_bench\\.cpp$")
   set(sources ${all})
@@ -32,6 +35,13 @@ function(add_room name)
     endif()
     add_test(NAME ${name} COMMAND ${name}_test)
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 300)
+  endif()
+  if(slow_tests)
+    add_executable(${name}_slow_test ${slow_tests})
+    target_link_libraries(${name}_slow_test PRIVATE ${name} GTest::gtest GTest::gmock GTest::gtest_main ${ROOM_TEST_DEPS})
+    target_compile_definitions(${name}_slow_test PRIVATE VR_OOS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" VR_OOS_BINARY_DIR="${CMAKE_BINARY_DIR}")
+    add_test(NAME ${name}_slow COMMAND ${name}_slow_test)
+    set_tests_properties(${name}_slow PROPERTIES LABELS slow TIMEOUT 3600)
   endif()
   if(benches)
     add_executable(${name}_bench ${benches})

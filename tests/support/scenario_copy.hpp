@@ -1,8 +1,15 @@
 #pragma once
 
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 
+#include "scene/load_scenario.hpp"
 #include "scene/scenario.hpp"
 
 namespace system_tests {
@@ -29,5 +36,57 @@ class ScenarioCopy {
  private:
   std::filesystem::path folder_;
 };
+
+inline ScenarioCopy::ScenarioCopy(const std::string& scenario, const std::string& variant)
+    : folder_(std::filesystem::path(::testing::TempDir()) / ("vr_oos_" + std::to_string(getpid()) + "_" + variant) /
+              scenario) {
+  std::filesystem::remove_all(folder_);
+  std::filesystem::create_directories(folder_.parent_path());
+  std::filesystem::copy(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / scenario, folder_,
+                        std::filesystem::copy_options::recursive);
+}
+
+inline std::string ScenarioCopy::Read(const std::string& file) const {
+  std::ifstream in(folder_ / file, std::ios::binary);
+  EXPECT_TRUE(in) << "cannot read " << folder_ / file;
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+inline ScenarioCopy& ScenarioCopy::Write(const std::string& file, const std::string& text) {
+  std::ofstream out(folder_ / file, std::ios::binary | std::ios::trunc);
+  out << text;
+  EXPECT_TRUE(out.flush()) << "cannot write " << folder_ / file;
+  return *this;
+}
+
+inline ScenarioCopy& ScenarioCopy::Replace(const std::string& file, const std::string& from, const std::string& to) {
+  std::string text = Read(file);
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "'" << from << "' is not in " << file << " any more";
+  if (at == std::string::npos) return *this;
+  EXPECT_EQ(text.find(from, at + 1), std::string::npos) << "'" << from << "' is in " << file << " more than once";
+  return Write(file, text.replace(at, from.size(), to));
+}
+
+inline ScenarioCopy& ScenarioCopy::Remove(const std::string& file) {
+  EXPECT_TRUE(std::filesystem::remove(folder_ / file)) << file << " is not there any more";
+  return *this;
+}
+
+inline int ScenarioCopy::LineOf(const std::string& file, const std::string& text) const {
+  const std::string content = Read(file);
+  const std::size_t at = content.find(text);
+  if (at == std::string::npos) return 0;
+  return 1 + static_cast<int>(std::count(content.begin(), content.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+}
+
+inline scene::Scenario ScenarioCopy::Load() const {
+  const auto scenario = scene::LoadScenario(folder_);
+  if (!scenario) {
+    ADD_FAILURE() << scene::Format(scenario.error().front());
+    return {};
+  }
+  return *scenario;
+}
 
 }  // namespace system_tests

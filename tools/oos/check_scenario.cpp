@@ -20,7 +20,7 @@ constexpr double kLargestPart_m = 20.0;
 void CheckSize(const scene::Object& object, const std::filesystem::path& file, const vps::TriangleMesh& mesh,
                std::vector<std::string>* problems) {
   const vps::Box box = vps::BoundingBox(mesh);
-  const glm::dvec3 size_m = box.upper_m - box.lower_m;
+  const glm::dvec3 size_m = box.upper - box.lower;
   const double longest_m = std::max({size_m.x, size_m.y, size_m.z});
   if (longest_m >= kSmallestPart_m && longest_m <= kLargestPart_m) return;
   char why[160];

@@ -1,0 +1,44 @@
+// Ten operators that move, err and tremble differently carry out the module replacement.
+
+#include <gtest/gtest.h>
+
+#include "tests/support.hpp"
+#include "tests/support/acceptance.hpp"
+
+namespace system_tests {
+namespace {
+
+TEST(SlowSeeds, AtLeastNineOfTenCompleteTheModuleReplacement) {
+  const scene::Scenario scenario = Load("module_replacement");
+  int num_completed = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    oos::LockstepOptions options;
+    options.seed = seed;
+    const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+    ExpectSound(scenario, outcome);
+    EXPECT_EQ(outcome.steps.size(), kModuleSteps.size());
+    num_completed += outcome.is_completed ? 1 : 0;
+  }
+  RecordProperty("completed", num_completed);
+  EXPECT_GE(num_completed, 9);
+}
+
+// With the paper's wrench the small scenarios hold for other seeds, too.
+TEST(SlowSeeds, TouchAndPegInHoleWithBothContactInputs) {
+  for (const char* name : {"touch", "peg_in_hole"}) {
+    for (const scene::ContactInput input : {scene::ContactInput::kPlanes, scene::ContactInput::kWrench}) {
+      scene::Scenario scenario = Load(name);
+      scenario.contact_input = input;
+      for (std::uint64_t seed = 2; seed <= 5; ++seed) {
+        oos::LockstepOptions options;
+        options.seed = seed;
+        const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+        ExpectSound(scenario, outcome);
+        EXPECT_TRUE(outcome.is_completed) << name << ", seed " << seed << ": " << outcome.why;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace system_tests
