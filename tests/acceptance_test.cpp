@@ -38,9 +38,5 @@ TEST(Acceptance, ModuleReplacementWithSeed1) {
   ExpectCompleted(RunWith(Load("module_replacement"), scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
-TEST(Acceptance, ModuleReplacementWithSeed2) {
-  ExpectCompleted(RunWith(Load("module_replacement"), scene::ContactInput::kPlanes, 2), kModuleSteps);
-}
-
 }  // namespace
 }  // namespace system_tests

@@ -31,9 +31,7 @@ inline std::string Describe(const oos::LockstepOutcome& outcome) {
 inline void ExpectSound(const scene::Scenario& scenario, const oos::LockstepOutcome& outcome) {
   std::printf("  %s, %s\n", scenario.name.c_str(), Describe(outcome).c_str());
   std::fflush(stdout);
-  EXPECT_GT(outcome.contact_cycles, 100u) << "nothing was touched";
-  EXPECT_GT(outcome.peak_force_N, 1.0) << "nothing was felt";
-  EXPECT_LT(outcome.peak_force_N, scenario.force_cap_N);
+  EXPECT_LE(outcome.peak_force_N, scenario.force_cap_N * (1.0 + 1e-12));  // the filter cuts at the cap
   EXPECT_LE(outcome.impulse_balance, 1e-9);
 }
 
@@ -41,6 +39,8 @@ inline void ExpectSound(const scene::Scenario& scenario, const oos::LockstepOutc
 inline void ExpectCompleted(const oos::LockstepOutcome& outcome, const StepNames& names) {
   EXPECT_TRUE(outcome.is_completed) << outcome.why;
   EXPECT_TRUE(outcome.why.empty()) << outcome.why;
+  EXPECT_GT(outcome.contact_cycles, 100u) << "nothing was touched";
+  EXPECT_GT(outcome.peak_force_N, 1.0) << "nothing was felt";
   ASSERT_EQ(outcome.steps.size(), names.size());
   double seconds = 0.0;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -70,7 +70,7 @@ inline void ExpectFailedIn(const oos::LockstepOutcome& outcome, const StepNames&
       EXPECT_NE(step.why.find(word), std::string::npos) << step.why;
     }
     EXPECT_EQ(step.is_completed, is_before) << step.name << ": " << step.why;
-    if (!is_before) EXPECT_FALSE(step.why.empty()) << step.name << " does not say why";
+    EXPECT_EQ(step.why.empty(), is_before) << step.name << " does not say why";
   }
   EXPECT_FALSE(is_before) << "no step '" << name << "'";
 }

@@ -21,6 +21,11 @@ class ScenarioCopy {
   // `variant`: unique among the tests, it names the folder.
   ScenarioCopy(const std::string& scenario, const std::string& variant);
 
+  // The copy stays when the test has failed, to be looked at.
+  ~ScenarioCopy();
+  ScenarioCopy(const ScenarioCopy&) = delete;
+  ScenarioCopy& operator=(const ScenarioCopy&) = delete;
+
   // Replaces `from`, which must occur in the file exactly once.
   ScenarioCopy& Replace(const std::string& file, const std::string& from, const std::string& to);
   // Replaces the whole file.
@@ -44,6 +49,11 @@ inline ScenarioCopy::ScenarioCopy(const std::string& scenario, const std::string
   std::filesystem::create_directories(folder_.parent_path());
   std::filesystem::copy(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / scenario, folder_,
                         std::filesystem::copy_options::recursive);
+}
+
+inline ScenarioCopy::~ScenarioCopy() {
+  std::error_code ignored;
+  if (!::testing::Test::HasFailure()) std::filesystem::remove_all(folder_.parent_path(), ignored);
 }
 
 inline std::string ScenarioCopy::Read(const std::string& file) const {
