@@ -1,0 +1,181 @@
+#include "vps/field/closest_triangle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+namespace vps {
+namespace {
+
+constexpr std::uint32_t kLeafTriangles = 4;
+
+double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const glm::dvec3& upper) {
+  const glm::dvec3 d = glm::max(glm::max(lower - p, p - upper), glm::dvec3(0.0));
+  return glm::dot(d, d);
+}
+
+}  // namespace
+
+TriangleField::TriangleField(const TriangleMesh& input) {
+  const TriangleMesh mesh = MergeDuplicateVertices(input);
+  indices_ = mesh.triangles;
+  vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
+  std::unordered_map<std::uint64_t, glm::dvec3> edge_sums;
+  const auto key = [](std::uint32_t a, std::uint32_t b) {
+    return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
+  };
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto corners = mesh.corners(i);
+    triangles_.push_back(corners);
+    centroids_.push_back((corners[0] + corners[1] + corners[2]) / 3.0);
+    glm::dvec3 n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const double length = glm::length(n);
+    n = length > 0.0 ? n / length : glm::dvec3(0.0);
+    normals_.push_back(n);
+    for (int k = 0; k < 3; ++k) {
+      const glm::dvec3 u = corners[(k + 1) % 3] - corners[k];
+      const glm::dvec3 v = corners[(k + 2) % 3] - corners[k];
+      const double angle = std::atan2(glm::length(glm::cross(u, v)), glm::dot(u, v));
+      vertex_normals_[mesh.triangles[i][k]] += angle * n;
+      edge_sums[key(mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3])] += n;
+    }
+  }
+  edge_normals_.resize(triangles_.size());
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    for (int k = 0; k < 3; ++k) edge_normals_[i][k] = edge_sums[key(indices_[i][k], indices_[i][(k + 1) % 3])];
+  }
+  order_.resize(triangles_.size());
+  std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.emplace_back();
+  if (!triangles_.empty()) BuildNode(0, 0, static_cast<std::uint32_t>(triangles_.size()));
+}
+
+void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
+  glm::dvec3 lower(1e300);
+  glm::dvec3 upper(-1e300);
+  glm::dvec3 centre_lower(1e300);
+  glm::dvec3 centre_upper(-1e300);
+  for (std::uint32_t i = begin; i < end; ++i) {
+    for (const glm::dvec3& corner : triangles_[order_[i]]) {
+      lower = glm::min(lower, corner);
+      upper = glm::max(upper, corner);
+    }
+    centre_lower = glm::min(centre_lower, centroids_[order_[i]]);
+    centre_upper = glm::max(centre_upper, centroids_[order_[i]]);
+  }
+  nodes_[node].lower = lower;
+  nodes_[node].upper = upper;
+  if (end - begin <= kLeafTriangles) {
+    nodes_[node].first = begin;
+    nodes_[node].count = end - begin;
+    return;
+  }
+  const glm::dvec3 extent = centre_upper - centre_lower;
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
+  const std::uint32_t middle = begin + (end - begin) / 2;
+  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     const double ca = centroids_[a][axis];
+                     const double cb = centroids_[b][axis];
+                     return ca != cb ? ca < cb : a < b;
+                   });
+  const auto first = static_cast<std::uint32_t>(nodes_.size());
+  nodes_[node].first = first;
+  nodes_.resize(nodes_.size() + 2);
+  BuildNode(first, begin, middle);
+  BuildNode(first + 1, middle, end);
+}
+
+// Voronoi regions of the triangle's corners, edges and face (Ericson 2005, section 5.1.5).
+ClosestFeature TriangleField::Closest(std::uint32_t triangle, const glm::dvec3& p) const {
+  const auto& [a, b, c] = triangles_[triangle];
+  const auto made = [&](const glm::dvec3& q, std::uint8_t feature) {
+    const glm::dvec3 r = p - q;
+    return ClosestFeature{q, glm::dot(r, r), feature};
+  };
+  const glm::dvec3 ab = b - a;
+  const glm::dvec3 ac = c - a;
+  const glm::dvec3 ap = p - a;
+  const double d1 = glm::dot(ab, ap);
+  const double d2 = glm::dot(ac, ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return made(a, 0);
+  const glm::dvec3 bp = p - b;
+  const double d3 = glm::dot(ab, bp);
+  const double d4 = glm::dot(ac, bp);
+  if (d3 >= 0.0 && d4 <= d3) return made(b, 1);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return made(a + (d1 / (d1 - d3)) * ab, 3);
+  const glm::dvec3 cp = p - c;
+  const double d5 = glm::dot(ab, cp);
+  const double d6 = glm::dot(ac, cp);
+  if (d6 >= 0.0 && d5 <= d6) return made(c, 2);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return made(a + (d2 / (d2 - d6)) * ac, 5);
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 >= d3 && d5 >= d6) return made(b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 4);
+  const double denominator = 1.0 / (va + vb + vc);
+  return made(a + (vb * denominator) * ab + (vc * denominator) * ac, 6);
+}
+
+ClosestFeature TriangleField::ClosestOfAll(const glm::dvec3& p, std::uint32_t* triangle) const {
+  ClosestFeature best = Closest(*triangle, p);
+  struct Entry {
+    std::uint32_t node;
+    double squared;
+  };
+  std::array<Entry, 64> stack;
+  std::size_t size = 0;
+  stack[size++] = {0, 0.0};
+  while (size > 0) {
+    const Entry entry = stack[--size];
+    if (entry.squared >= best.squared_distance) continue;
+    const Node& node = nodes_[entry.node];
+    if (node.count > 0) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+        const ClosestFeature candidate = Closest(order_[i], p);
+        if (candidate.squared_distance < best.squared_distance) {
+          best = candidate;
+          *triangle = order_[i];
+        }
+      }
+      continue;
+    }
+    const double left = SquaredDistanceToBox(p, nodes_[node.first].lower, nodes_[node.first].upper);
+    const double right = SquaredDistanceToBox(p, nodes_[node.first + 1].lower, nodes_[node.first + 1].upper);
+    const bool left_first = left <= right;
+    if (std::max(left, right) < best.squared_distance) {
+      stack[size++] = {node.first + (left_first ? 1U : 0U), std::max(left, right)};
+    }
+    if (std::min(left, right) < best.squared_distance) {
+      stack[size++] = {node.first + (left_first ? 0U : 1U), std::min(left, right)};
+    }
+  }
+  return best;
+}
+
+glm::dvec3 TriangleField::PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const {
+  if (feature < 3) return vertex_normals_[indices_[triangle][feature]];
+  if (feature < 6) return edge_normals_[triangle][feature - 3];
+  return normals_[triangle];
+}
+
+TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const ClosestFeature& closest,
+                                                const glm::dvec3& p) const {
+  const glm::dvec3 pseudo = PseudoNormal(triangle, closest.feature);
+  const glm::dvec3 r = p - closest.point;
+  const double distance = std::sqrt(closest.squared_distance);
+  const double sign = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
+  Value value;
+  value.distance = sign * distance;
+  // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.
+  const double length = glm::length(pseudo);
+  if ((closest.feature == 6 || distance < 1e-9) && length > 0.0) {
+    value.gradient = pseudo / length;
+  } else if (distance > 0.0) {
+    value.gradient = r * (sign / distance);
+  }
+  return value;
+}
+
+}  // namespace vps

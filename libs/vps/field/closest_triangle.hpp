@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "vps/mesh/triangle_mesh.hpp"
+
+namespace vps {
+
+struct ClosestFeature {
+  glm::dvec3 point{0.0};
+  double squared_distance = 1e300;
+  std::uint8_t feature = 0;  // 0-2 corner, 3-5 edge (0-1, 1-2, 2-0), 6 face
+};
+
+// A mesh prepared for closest-point queries with a sign. Lengths are those of the mesh given.
+//
+// The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
+// exact for a closed, consistently oriented surface without self-intersections. Where the surface is open the nearest
+// triangle's own side decides.
+class TriangleField {
+ public:
+  explicit TriangleField(const TriangleMesh& mesh);
+
+  [[nodiscard]] std::size_t num_triangles() const { return triangles_.size(); }
+  [[nodiscard]] const std::array<glm::dvec3, 3>& corners(std::uint32_t triangle) const { return triangles_[triangle]; }
+
+  // Of one triangle.
+  [[nodiscard]] ClosestFeature Closest(std::uint32_t triangle, const glm::dvec3& p) const;
+  // Of all; `triangle` holds a guess on entry (any valid index; a near one is faster) and the winner on return.
+  [[nodiscard]] ClosestFeature ClosestOfAll(const glm::dvec3& p, std::uint32_t* triangle) const;
+
+  // Signed distance (negative inside) and unit gradient (out of the solid) at p from its closest feature.
+  struct Value {
+    double distance = 0.0;
+    glm::dvec3 gradient{0.0, 0.0, 1.0};
+  };
+  [[nodiscard]] Value SignedValue(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p) const;
+
+ private:
+  struct Node {
+    glm::dvec3 lower, upper;
+    std::uint32_t first = 0;  // child (the other follows) or first entry of order_
+    std::uint32_t count = 0;  // of triangles; 0: inner
+  };
+  void BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
+  [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
+
+  std::vector<std::array<glm::dvec3, 3>> triangles_;
+  std::vector<std::array<std::uint32_t, 3>> indices_;
+  std::vector<glm::dvec3> normals_;         // unit, per triangle; 0 when it has no area
+  std::vector<glm::dvec3> vertex_normals_;  // angle-weighted sums
+  std::vector<std::array<glm::dvec3, 3>> edge_normals_;
+  std::vector<glm::dvec3> centroids_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace vps

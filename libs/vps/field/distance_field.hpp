@@ -1,0 +1,115 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "vps/field/field_word.hpp"
+
+namespace vps {
+
+// Exact distance and gradient at the centre of a coarse cell, in voxels.
+struct CoarseCell {
+  float distance = 0.0f;
+  std::uint32_t gradient = 0;  // EncodeCoarseGradient
+};
+
+// Signed distance to a closed surface (negative inside), made to be read by many points at once.
+//
+// Lengths are in voxels of a grid whose voxel (i,j,k) spans [i,i+1] x ... from `origin_m` in the mesh frame. Near the
+// surface cells are voxels, kept in bricks of 8^3: a tangent plane each (field_word.hpp), or up to four where the
+// distance has a crease. Everywhere else the coarse grid of cells of `1 << coarse_shift` voxels answers, so that points
+// deep inside get their depth and direction, and far spheres a bound for culling.
+struct DistanceField {
+  static constexpr int kBrick = 8;
+  static constexpr std::uint32_t kBrickWords = 512;
+  static constexpr float kBandVoxels = 3.0f;  // every sample nearer than this is in a brick
+  static constexpr int kMinBorder = 8;
+  static constexpr double kBorder_m = 2.5e-3;
+
+  glm::dvec3 origin_m{0.0};
+  double voxel_size_m = 0.0;
+  std::int32_t nx = 0, ny = 0, nz = 0;  // voxels, multiples of the coarse cell and of 8
+  std::int32_t coarse_shift = 2;
+  std::vector<std::uint32_t> bricks;   // first word of each brick, x fastest; empty bricks share the one at 0
+  std::vector<std::uint32_t> words;    // [brick + (z%8)*64 + (y%8)*8 + x%8]
+  std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
+  std::vector<CoarseCell> coarse;
+
+  [[nodiscard]] std::size_t num_bytes() const {
+    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size();
+  }
+};
+
+// The field at a point.
+struct FieldSample {
+  float distance = 0.0f;         // voxels
+  glm::vec3 gradient{0, 0, 1};   // unit
+  float cell = 1.0f;             // edge of the cell that answered, voxels
+  float centre_distance = 0.0f;  // exact distance at that cell's centre (plane cells and coarse cells), voxels
+  float centre_offset = 0.0f;    // how far the point is from it, voxels
+};
+
+// Outside the grid the surface is farther than both the grid's border and the border cell's distance.
+// Reference for the kernels of walk/, which do the same operations in the same order.
+inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
+  const glm::vec3 last(static_cast<float>(field.nx) - 0.5f, static_cast<float>(field.ny) - 0.5f,
+                       static_cast<float>(field.nz) - 0.5f);
+  const glm::vec3 q(std::min(std::max(p.x, 0.0f), last.x), std::min(std::max(p.y, 0.0f), last.y),
+                    std::min(std::max(p.z, 0.0f), last.z));
+  const glm::ivec3 c(q);
+  const int bx = field.nx >> 3;
+  const int by = field.ny >> 3;
+  const std::uint32_t brick = field.bricks[static_cast<std::size_t>(((c.z >> 3) * by + (c.y >> 3)) * bx + (c.x >> 3))];
+  const std::uint32_t word =
+      field.words[brick + static_cast<std::uint32_t>((c.z & 7) << 6 | (c.y & 7) << 3 | (c.x & 7))];
+  FieldSample sample;
+  glm::vec3 e(q.x - static_cast<float>(c.x) - 0.5f, q.y - static_cast<float>(c.y) - 0.5f,
+              q.z - static_cast<float>(c.z) - 0.5f);
+  const CellKind kind = KindOf(word);
+  const auto plane = [&](float d, const glm::vec3& g) { return d + ((g.x * e.x + g.y * e.y) + g.z * e.z); };
+  if (kind == CellKind::kCoarse) {
+    const int shift = field.coarse_shift;
+    const glm::ivec3 cc(c.x >> shift, c.y >> shift, c.z >> shift);
+    const CoarseCell& cell =
+        field.coarse[static_cast<std::size_t>((cc.z * (field.ny >> shift) + cc.y) * (field.nx >> shift) + cc.x)];
+    const auto half = static_cast<float>(1 << shift) * 0.5f;
+    e = {q.x - static_cast<float>(cc.x << shift) - half, q.y - static_cast<float>(cc.y << shift) - half,
+         q.z - static_cast<float>(cc.z << shift) - half};
+    sample.gradient = CoarseGradientOf(cell.gradient);
+    sample.distance = plane(cell.distance, sample.gradient);
+    sample.cell = 2.0f * half;
+    sample.centre_distance = cell.distance;
+  } else if (kind == CellKind::kPlane) {
+    sample.gradient = GradientOf(word);
+    sample.centre_distance = DistanceOf(word);
+    sample.distance = plane(sample.centre_distance, sample.gradient);
+  } else {
+    const std::uint32_t* const record = &field.creases[std::size_t{word & 0x3fffffffU} * kPlanesPerCrease];
+    const float side = (record[0] & kCreaseFlipped) != 0 ? -1.0f : 1.0f;
+    const bool is_nested = (record[0] & kCreaseNested) != 0;
+    float u[kPlanesPerCrease];
+    for (std::uint32_t k = 0; k < kPlanesPerCrease; ++k) {
+      u[k] = side * plane(DistanceOf(record[k]), GradientOf(record[k]));
+    }
+    const int a = (u[0] >= u[1]) != is_nested ? 0 : 1;
+    const int b = (u[2] >= u[3]) != is_nested ? 2 : 3;
+    const int best = u[a] >= u[b] ? a : b;
+    sample.distance = side * u[best];
+    sample.gradient = GradientOf(record[best]);
+    sample.centre_distance = sample.distance;
+    sample.centre_offset = 0.0f;
+    if (p == q) return sample;
+  }
+  if (kind == CellKind::kPlane || kind == CellKind::kCoarse) {
+    sample.centre_offset = std::sqrt((e.x * e.x + e.y * e.y) + e.z * e.z);
+  }
+  if (p != q) {
+    const float outside = std::max(std::max(std::abs(p.x - q.x), std::abs(p.y - q.y)), std::abs(p.z - q.z));
+    sample.distance = std::max(sample.distance, outside);
+  }
+  return sample;
+}
+
+}  // namespace vps

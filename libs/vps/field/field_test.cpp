@@ -1,0 +1,154 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "core/pose.hpp"
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/shapes.hpp"
+#include "vps/oracle/exact_distance.hpp"
+
+namespace vps {
+namespace {
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double Signed() { return static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0; }
+  double Unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  glm::dvec3 Vector() { return {Signed(), Signed(), Signed()}; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+glm::vec3 InVoxels(const DistanceField& field, const glm::dvec3& p) {
+  return glm::vec3((p - field.origin_m) / field.voxel_size_m);
+}
+
+struct Errors {
+  double mean = 0.0, p95 = 0.0, max = 0.0;
+  glm::dvec3 worst{0.0};
+};
+
+// Field against the exact distance at random places within 1.5 voxels of the surface, in voxels.
+Errors Measure(const TriangleMesh& mesh, const DistanceField& field, int count) {
+  const oracle::ExactDistance exact(mesh);
+  Random random(7);
+  std::vector<double> errors;
+  Errors e;
+  while (static_cast<int>(errors.size()) < count) {
+    const auto corners =
+        mesh.corners(static_cast<std::size_t>(random.Unit() * static_cast<double>(mesh.triangles.size())));
+    double u = random.Unit();
+    double v = random.Unit();
+    if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
+    const glm::dvec3 p = corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]) +
+                         1.5 * field.voxel_size_m * random.Vector();
+    const double d = exact.SignedDistance(p) / field.voxel_size_m;
+    if (std::abs(d) > 1.5) continue;
+    errors.push_back(std::abs(SampleField(field, InVoxels(field, p)).distance - d));
+    e.mean += errors.back() / count;
+    if (errors.back() > e.max) e.max = errors.back(), e.worst = p;
+  }
+  std::sort(errors.begin(), errors.end());
+  e.p95 = errors[errors.size() * 95 / 100];
+  return e;
+}
+
+void ExpectAccurate(const char* name, const TriangleMesh& mesh, double voxel_size_m) {
+  const auto field = BuildField(mesh, voxel_size_m);
+  ASSERT_TRUE(field);
+  const Errors e = Measure(mesh, *field, 2000);
+  std::printf("%-28s s = %.3g mm: error mean %.4f, p95 %.4f, max %.3f voxels; %zu creases, %.1f MB\n", name,
+              1e3 * voxel_size_m, e.mean, e.p95, e.max, field->creases.size() / kPlanesPerCrease,
+              static_cast<double>(field->num_bytes()) * 1e-6);
+  EXPECT_LE(e.mean, 0.02) << name;
+  EXPECT_LE(e.p95, 0.1) << name;
+  EXPECT_LE(e.max, 0.3) << name << " at " << e.worst.x << " " << e.worst.y << " " << e.worst.z;
+}
+
+TEST(DistanceField, NearTheSurfaceTheErrorIsAFewHundredthsOfAVoxel) {
+  ExpectAccurate("box", MakeBox({0.03, 0.021, 0.0417}), 0.001);
+  ExpectAccurate("torus", MakeTorus(0.03, 0.01, 64, 32), 0.0005);
+  ExpectAccurate("sphere", MakeSphere(0.02, 48), 0.001);
+  ExpectAccurate("cylinder", MakeCylinder(0.01, 0.03, 64), 0.0005);
+  ExpectAccurate("block with hole", MakeBlockWithHole(0.03, 0.02, 0.01005, 128), 0.00025);
+}
+
+TEST(DistanceField, PartsOfTheScenesAreAsAccurateAsShapes) {
+  for (const char* file : {"peg_in_hole/meshes/hole.obj", "peg_in_hole/meshes/peg.obj",
+                           "module_replacement/meshes/module.obj", "module_replacement/meshes/jaw_left.obj"}) {
+    const auto mesh = LoadMesh(std::string(VR_OOS_SOURCE_DIR "/scenarios/") + file);
+    if (!mesh) continue;
+    ExpectAccurate(file, *mesh, 0.0005);
+  }
+}
+
+TEST(DistanceField, ATurnedBoxHasSharpEdgesInsideAndOut) {
+  TriangleMesh box = MakeBox({0.03, 0.02, 0.04});
+  const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
+  for (glm::dvec3& v : box.vertices) v = R * v;
+  ExpectAccurate("turned box", box, 0.001);
+}
+
+// Middles of the cells are exact but for the encoding, wherever the cell is a plane.
+TEST(DistanceField, DeepInsideAndFarOutsideDepthAndDirectionAreRight) {
+  const TriangleMesh sphere = MakeSphere(0.05, 96);
+  const auto field = BuildField(sphere, 0.0005);
+  ASSERT_TRUE(field);
+  Random random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const glm::dvec3 n = glm::normalize(random.Vector() + glm::dvec3(1e-9));
+    const double r = 0.01 + 0.042 * random.Unit();
+    const FieldSample sample = SampleField(*field, InVoxels(*field, r * n));
+    // A coarse cell is 2 mm wide; its plane is off by e^2 / 2r, e at most 1.73 mm.
+    const double e_m = sample.cell > 1.0f ? 1.74e-3 : 0.5e-3;  // half diagonals
+    ASSERT_NEAR(sample.distance * 0.0005, r - 0.05, e_m * e_m / (2.0 * (r - e_m)) + 8e-5) << r;
+    ASSERT_GT(glm::dot(glm::dvec3(sample.gradient), n), 1.0 - 0.5 * e_m * e_m / ((r - e_m) * (r - e_m)) - 2e-3) << r;
+  }
+}
+
+// What culling relies on: the exact distance differs from that at the cell's centre by no more than the way there.
+TEST(DistanceField, NeverPromisesMoreRoomThanThereIs) {
+  const TriangleMesh mesh = MakeBlockWithHole(0.03, 0.02, 0.01, 64);
+  const auto field = BuildField(mesh, 0.0005);
+  ASSERT_TRUE(field);
+  const oracle::ExactDistance exact(mesh);
+  Random random(5);
+  for (int i = 0; i < 4000; ++i) {
+    const glm::dvec3 p = 0.03 * random.Vector();
+    const glm::vec3 q = InVoxels(*field, p);
+    const FieldSample sample = SampleField(*field, q);
+    const double d = exact.SignedDistance(p) / field->voxel_size_m;
+    ASSERT_LE(sample.centre_distance - sample.centre_offset, d + 0.31) << i;
+  }
+}
+
+TEST(DistanceField, WordsKeepDistanceAndDirection) {
+  Random random(1);
+  for (int i = 0; i < 100000; ++i) {
+    const glm::vec3 n(glm::normalize(random.Vector() + glm::dvec3(0, 0, 1e-9)));
+    const auto d = static_cast<float>(3.9 * random.Signed());
+    const std::uint32_t word = EncodePlane(d, n);
+    ASSERT_EQ(KindOf(word), CellKind::kPlane);
+    ASSERT_NEAR(DistanceOf(word), d, 0.5f / kDistanceSteps + 1e-6f);
+    ASSERT_LT(glm::length(GradientOf(word) - n), 0.009f);
+    ASSERT_LT(glm::length(CoarseGradientOf(EncodeCoarseGradient(n)) - n), 8e-4f);
+  }
+}
+
+TEST(DistanceField, RefusesWhatCannotBeBuilt) {
+  EXPECT_FALSE(BuildField({}, 0.001));
+  EXPECT_FALSE(BuildField(MakeBox({1, 1, 1}), 0.0));
+  EXPECT_FALSE(BuildField(MakeBox({1, 1, 1}), std::nan("")));
+  const auto huge = BuildField(MakeBox({1000, 1000, 1000}), 1e-4);  // millimetres taken for metres
+  ASSERT_FALSE(huge);
+  EXPECT_EQ(huge.error().code, core::ErrorCode::kResource);
+}
+
+}  // namespace
+}  // namespace vps
