@@ -23,12 +23,14 @@ void PrintVerbHelp(const Verb& verb) {
         std::string(option.name) + (option.value_name.empty() ? "" : " " + std::string(option.value_name));
     std::printf("  %-24s %s\n", left.c_str(), std::string(option.help).c_str());
   }
+  if (!verb.details.empty()) std::printf("\n%s\n", std::string(verb.details).c_str());
 }
 
 }  // namespace
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(), CheckVerb(), CookVerb(), DoctorVerb(), TopicVerb(), TopVerb(), SetVerb(), LatencyVerb()};
+  return {RunVerb(), CheckVerb(), CookVerb(),    DoctorVerb(), TopicVerb(),
+          TopVerb(), SetVerb(),   LatencyVerb(), QueryVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {

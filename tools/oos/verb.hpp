@@ -20,6 +20,7 @@ struct Verb {
   std::size_t max_positional = 0;
   std::vector<Option> options;
   int (*run)(const Arguments&) = nullptr;
+  std::string_view details = "";  // printed below the options by --help
 };
 
 // One file per verb.
@@ -31,6 +32,7 @@ Verb TopicVerb();
 Verb TopVerb();
 Verb SetVerb();
 Verb LatencyVerb();
+Verb QueryVerb();
 
 std::vector<Verb> AllVerbs();
 

@@ -185,7 +185,10 @@ class Integrator {
       wrench.moment_A_m4 += glm::cross(piece.fine.moment, piece.inward);
       wrench.depth_integral_m3 += piece.fine.depth;
       wrench.error_bound_m3 += piece.error;
-      if (piece.fine.has_depth) wrench.area_m2 += Area(piece.t);
+      if (piece.fine.has_depth) {
+        wrench.area_m2 += Area(piece.t);
+        ++wrench.num_pieces_with_depth;
+      }
     }
     return wrench;
   }

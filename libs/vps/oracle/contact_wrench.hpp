@@ -16,6 +16,7 @@ struct ContactWrench {
   double area_m2 = 0.0;            // of the pieces of B's surface where depth was found: an upper estimate
   double error_bound_m3 = 0.0;     // sum over pieces of what the last refinement changed; the force moved by no more
   std::uint64_t num_samples = 0;
+  std::uint64_t num_pieces_with_depth = 0;
   bool has_converged = true;  // false: the number of pieces ran out first
 };
 
