@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 #include <vector>
@@ -35,7 +36,7 @@ Envelope MakeEnvelope() {
 std::vector<std::uint8_t> Encode(const Envelope& envelope, const std::vector<std::uint8_t>& payload) {
   const std::size_t head = EnvelopeBytes(envelope.header);
   std::vector<std::uint8_t> bytes(head + payload.size());
-  std::memcpy(bytes.data() + head, payload.data(), payload.size());
+  std::copy(payload.begin(), payload.end(), bytes.begin() + static_cast<std::ptrdiff_t>(head));
   EXPECT_EQ(WriteEnvelope(envelope, payload.size(), bytes.data()), bytes.size());
   return bytes;
 }

@@ -99,7 +99,7 @@ void BM_RawUdpRoundTrip(benchmark::State& state) {
   });
   std::array<std::uint8_t, kMaxDatagramBytes> bytes{};
   LatencyStats stats;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const std::int64_t start = core::MonotonicNow_ns();
     near.Send(far_address, bytes.data(), size);
     if (wait_and_take(near, bytes.data()) > 0) stats.Add(core::MonotonicNow_ns() - start);
