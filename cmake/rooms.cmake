@@ -3,6 +3,12 @@
 # Files: *_test.cpp become one GoogleTest executable per room, *_slow_test.cpp another one with the label slow, *_bench.cpp
 # one Google Benchmark executable, main.cpp the node's executable; everything else is the room's library.
 
+# Sanitizers make the tests some five times slower.
+set(VR_OOS_TEST_SECONDS 300)
+if(VR_OOS_SANITIZE)
+  math(EXPR VR_OOS_TEST_SECONDS "5 * ${VR_OOS_TEST_SECONDS}")
+endif()
+
 # add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
 function(add_room name)
   cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
@@ -34,7 +40,7 @@ function(add_room name)
       set(label ${ROOM_TEST_LABEL})
     endif()
     add_test(NAME ${name} COMMAND ${name}_test)
-    set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 300)
+    set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${VR_OOS_TEST_SECONDS})
   endif()
   if(slow_tests)
     add_executable(${name}_slow_test ${slow_tests})
