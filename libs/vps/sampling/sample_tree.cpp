@@ -1,0 +1,113 @@
+#include "vps/sampling/sample_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "vps/tree/build_tree.hpp"
+
+namespace vps {
+namespace {
+
+// Sorts order[begin, end) so that aligned runs of 16, 256, 4096 ... points are compact: halves along the longest side
+// at multiples of the largest run that is smaller than the range.
+void SortIntoRuns(const std::vector<glm::dvec3>& points, std::size_t begin, std::size_t end,
+                  std::vector<std::uint32_t>* order) {
+  const std::size_t count = end - begin;
+  if (count <= kBlock) return;
+  std::size_t run = kBlock;
+  while (run * kBlock < count) run *= kBlock;
+  glm::dvec3 lower(1e300);
+  glm::dvec3 upper(-1e300);
+  for (std::size_t i = begin; i < end; ++i) {
+    lower = glm::min(lower, points[(*order)[i]]);
+    upper = glm::max(upper, points[(*order)[i]]);
+  }
+  const glm::dvec3 extent = upper - lower;
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
+  const std::size_t num_runs = (count + run - 1) / run;
+  const std::size_t middle = begin + (num_runs / 2) * run;
+  std::nth_element(order->begin() + static_cast<std::ptrdiff_t>(begin),
+                   order->begin() + static_cast<std::ptrdiff_t>(middle),
+                   order->begin() + static_cast<std::ptrdiff_t>(end), [&](std::uint32_t a, std::uint32_t b) {
+                     return points[a][axis] != points[b][axis] ? points[a][axis] < points[b][axis] : a < b;
+                   });
+  SortIntoRuns(points, begin, middle, order);
+  SortIntoRuns(points, middle, end, order);
+}
+
+SphereBlock FarBlock() {
+  SphereBlock block{};
+  std::fill(std::begin(block.x), std::end(block.x), SampleTree::kFarAway_m);
+  return block;
+}
+
+}  // namespace
+
+SampleTree BuildSampleTree(const SurfaceSamples& samples) {
+  const std::size_t n = samples.points_m.size();
+  SampleTree tree;
+  tree.num_points = static_cast<std::uint32_t>(n);
+  if (n == 0) return tree;
+  std::vector<std::uint32_t> order(n);
+  std::iota(order.begin(), order.end(), 0U);
+  SortIntoRuns(samples.points_m, 0, n, &order);
+
+  const std::size_t num_blocks = (n + kBlock - 1) / kBlock;
+  tree.points.resize(num_blocks);
+  std::vector<float> x(n), y(n), z(n);
+  for (std::size_t i = 0; i < num_blocks * kBlock; ++i) {
+    PointBlock& block = tree.points[i / kBlock];
+    const std::size_t lane = i % kBlock;
+    if (i >= n) {
+      block.x[lane] = SampleTree::kFarAway_m;
+      block.y[lane] = block.z[lane] = 0.0f;
+      block.nx[lane] = 1.0f;
+      block.ny[lane] = block.nz[lane] = block.area_m2[lane] = 0.0f;
+      continue;
+    }
+    const glm::vec3 p(samples.points_m[order[i]]);
+    const glm::vec3 normal(samples.inward_normals[order[i]]);
+    x[i] = block.x[lane] = p.x;
+    y[i] = block.y[lane] = p.y;
+    z[i] = block.z[lane] = p.z;
+    block.nx[lane] = normal.x;
+    block.ny[lane] = normal.y;
+    block.nz[lane] = normal.z;
+    block.area_m2[lane] = static_cast<float>(samples.areas_m2[order[i]]);
+    tree.area_m2 += samples.areas_m2[order[i]];
+  }
+
+  std::size_t run = kBlock;              // points under one sphere of this level
+  std::size_t num_spheres = num_blocks;  // of this level
+  while (true) {
+    tree.level_begin[tree.num_levels++] = static_cast<std::uint32_t>(tree.spheres.size());
+    for (std::size_t j = 0; j < num_spheres; ++j) {
+      if (j % kBlock == 0) tree.spheres.push_back(FarBlock());
+      const std::size_t begin = j * run;
+      const std::size_t count = std::min(run, n - begin);
+      const Sphere sphere = SmallestSphere(&x[begin], &y[begin], &z[begin], count);
+      SphereBlock& block = tree.spheres.back();
+      const std::size_t lane = j % kBlock;
+      const glm::vec3 centre(sphere.centre);
+      block.x[lane] = centre.x;
+      block.y[lane] = centre.y;
+      block.z[lane] = centre.z;
+      // Of the rounded centre; the pad is some rounding errors of a float of this size.
+      float radius = 0.0f;
+      for (std::size_t i = begin; i < begin + count; ++i) {
+        radius = std::max(radius, glm::length(glm::vec3(x[i], y[i], z[i]) - centre));
+      }
+      block.r[lane] = radius * (1.0f + 1e-6f) + 4e-7f * glm::length(centre);
+    }
+    if (num_spheres <= kBlock) break;
+    num_spheres = (num_spheres + kBlock - 1) / kBlock;
+    run *= kBlock;
+  }
+  const Sphere all = SmallestSphere(x.data(), y.data(), z.data(), n);
+  tree.centre_m = all.centre;
+  tree.radius_m = all.radius * (1.0 + 1e-6) + 4e-7 * glm::length(all.centre);
+  return tree;
+}
+
+}  // namespace vps

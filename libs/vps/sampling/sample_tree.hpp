@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "vps/sampling/surface_samples.hpp"
+
+namespace vps {
+
+// Sixteen points: one AVX-512 register, two of AVX2, four of SSE.
+constexpr std::uint32_t kBlock = 16;
+
+struct alignas(64) PointBlock {
+  float x[kBlock], y[kBlock], z[kBlock];     // mesh frame, m
+  float nx[kBlock], ny[kBlock], nz[kBlock];  // unit inward normals
+  float area_m2[kBlock];
+};
+struct alignas(64) SphereBlock {
+  float x[kBlock], y[kBlock], z[kBlock], r[kBlock];  // m; r is padded against rounding
+};
+
+// Surface samples in the order of an implicit tree with sixteen children: point block b holds points 16 b ... 16 b +
+// 15, sphere j of level 0 holds point block j, sphere j of level k the sphere block j of level k - 1. The last level is
+// one block. Points that share a block are neighbours. Places without a point are filled with points of no area, far
+// away.
+struct SampleTree {
+  static constexpr std::uint32_t kMaxLevels = 7;
+  static constexpr float kFarAway_m = 1e6f;
+
+  std::uint32_t num_points = 0;
+  double area_m2 = 0.0;
+  glm::dvec3 centre_m{0.0};  // sphere around all
+  double radius_m = 0.0;
+  std::vector<PointBlock> points;
+  std::vector<SphereBlock> spheres;                     // level after level
+  std::array<std::uint32_t, kMaxLevels> level_begin{};  // first block of each level
+  std::uint32_t num_levels = 0;
+
+  [[nodiscard]] std::size_t num_bytes() const {
+    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock);
+  }
+};
+
+SampleTree BuildSampleTree(const SurfaceSamples& samples);
+
+}  // namespace vps

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/pose.hpp"
+#include "vps/field/distance_field.hpp"
+#include "vps/sampling/sample_tree.hpp"
+
+namespace vps {
+
+enum class InstructionSet { kPortable, kAvx2, kAvx512 };
+
+// The widest that this processor and this build have. VR_OOS_SIMD=portable|avx2|avx512 asks for less.
+InstructionSet BestInstructionSet();
+[[nodiscard]] bool IsAvailable(InstructionSet set);
+
+// Memory of one pair's walks, allocated once.
+class FieldWalkScratch {
+ public:
+  explicit FieldWalkScratch(const SampleTree& tree);
+
+  // Blocks with a point within the margin, ascending, and the depths of their points (voxels, positive inside).
+  std::vector<std::uint32_t> near_blocks;
+  struct alignas(64) Depths {
+    float of[kBlock];
+  };
+  std::vector<Depths> near_depths;
+  std::vector<std::uint32_t> queue;
+};
+
+// The penalty integral over S's surface inside G, depth times inward normal dA, by quadrature over the samples; about
+// S's mesh origin, in S.
+struct FieldWalkResult {
+  glm::dvec3 force_m3{0.0};
+  glm::dvec3 moment_m4{0.0};
+  double contact_area_m2 = 0.0;       // of S inside G
+  double deepest_m = -1e30;           // of the near points: penetration, negative when apart
+  std::uint32_t deepest_point = 0;    // block * 16 + lane
+  std::uint32_t num_near_blocks = 0;  // valid entries in the scratch
+  std::uint32_t num_near = 0;         // points within the margin
+  std::uint32_t num_colliding = 0;
+  std::uint32_t spheres_tested = 0;
+  std::uint32_t points_tested = 0;
+  double free_distance_m = 0.0;  // nothing near: S may move so far, every point of it, before something can be
+};
+
+// Tests the tree's spheres level by level against the field (one vector instruction for all children of a node) and
+// the points of every block whose sphere comes within `margin_m` of G. Does not allocate.
+FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                          double margin_m, FieldWalkScratch* scratch);
+FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                          double margin_m, InstructionSet set, FieldWalkScratch* scratch);
+
+// The reference: every point, one after the other, with SampleField.
+FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                              double margin_m);
+
+// Point of S in G's voxels, and the direction from there.
+struct FieldTransform {
+  FieldTransform(const core::Pose& X_GS, const DistanceField& field);
+  float m[3][3];
+  float t[3];
+  [[nodiscard]] glm::vec3 ToVoxels(const glm::vec3& p_S) const {
+    return {m[0][0] * p_S.x + m[0][1] * p_S.y + m[0][2] * p_S.z + t[0],
+            m[1][0] * p_S.x + m[1][1] * p_S.y + m[1][2] * p_S.z + t[1],
+            m[2][0] * p_S.x + m[2][1] * p_S.y + m[2][2] * p_S.z + t[2]};
+  }
+};
+
+}  // namespace vps

@@ -1,0 +1,44 @@
+// Four lanes by GCC's vectors: SSE4.2 on x86-64, whatever else elsewhere.
+
+#if defined(__SSE4_1__)
+#include <smmintrin.h>
+#endif
+
+#include "vps/walk/walk_kernel.hpp"
+
+namespace vps {
+namespace {
+
+constexpr int kLanes = 4;
+typedef float F __attribute__((vector_size(16)));
+typedef std::int32_t I __attribute__((vector_size(16)));
+typedef std::uint32_t U __attribute__((vector_size(16)));
+
+inline U Gather(const std::uint32_t* base, U index) {
+  return U{base[index[0]], base[index[1]], base[index[2]], base[index[3]]};
+}
+#if defined(__SSE4_1__)
+inline F Sqrt(F v) {
+  return _mm_sqrt_ps(v);
+}
+inline unsigned Bits(I mask) {
+  return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
+}
+#else
+inline F Sqrt(F v) {
+  return F{__builtin_sqrtf(v[0]), __builtin_sqrtf(v[1]), __builtin_sqrtf(v[2]), __builtin_sqrtf(v[3])};
+}
+inline unsigned Bits(I m) {
+  return (m[0] & 1U) | (m[1] & 2U) | (m[2] & 4U) | (m[3] & 8U);
+}
+#endif
+
+#include "vps/walk/walk_lanes.hpp"
+
+}  // namespace
+
+void WalkPortable(const WalkInput& input, const WalkScratch& scratch, WalkOutput* output) {
+  Walk(input, scratch, output);
+}
+
+}  // namespace vps
