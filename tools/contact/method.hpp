@@ -35,7 +35,7 @@ struct Resolution {
 
 // Method `paper`: points of B against the voxelmap of A, Eq. 1-2 [VR-OOS]: force = lambda sum V n in m, moment in m^2.
 // An accuracy of x takes voxels of 3 x, whose mean error is x, and points one voxel apart. By default the voxel is
-// 1/256 of the longest side of A, and points are one voxel apart, 1,000 to 1,000,000.
+// 1/256 of the longest side of A, and points are one voxel apart, 1,000 to 100,000 (1,000,000 with accuracy).
 // With `as_integral`, each point's V n counts with its share of B's area instead of lambda, which gives m^3 and m^4.
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                       const Resolution& resolution, bool as_integral = false);

@@ -73,7 +73,7 @@ Resolution ResolveForPaper(const vps::TriangleMesh& A, const vps::TriangleMesh& 
   if (resolved.voxel_size_m <= 0.0) resolved.voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
   if (resolved.num_points == 0) {
     const double wanted = SurfaceArea(B) / (resolved.voxel_size_m * resolved.voxel_size_m);
-    resolved.num_points = static_cast<std::uint32_t>(std::clamp(wanted, 1e3, 1e6));
+    resolved.num_points = static_cast<std::uint32_t>(std::clamp(wanted, 1e3, resolution.accuracy_m > 0.0 ? 1e6 : 1e5));
   }
   return resolved;
 }

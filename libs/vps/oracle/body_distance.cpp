@@ -87,7 +87,7 @@ class DeepestSearch {
   DeepestSearch(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB) : A_(A), B_(B), X_AB_(X_AB) {}
 
   Deepest Run() {
-    constexpr std::uint64_t kMaxRegions = 300'000;
+    constexpr std::uint64_t kMaxRegions = 100'000;
     if (B_.triangles().empty()) return {};
     tolerance_ = 1e-9 * B_.nodes()[0].radius_m;
     PushNode(0);
@@ -134,8 +134,8 @@ class DeepestSearch {
   // Depth changes no faster than the point moves: depth <= depth(centre) + radius.
   void PushNode(std::uint32_t index) {
     const MeshDistance::Node& node = B_.nodes()[index];
-    const double d = A_.SignedDistance(X_AB_ * node.centre_m);  // the centre is not on the surface: no candidate
-    Push({node.radius_m - d, index, {}, 0});
+    // The centre need not be on the surface: no candidate.
+    Push({node.radius_m - A_.SignedDistance(X_AB_ * node.centre_m), index, {}, 0});
   }
 
   // Nor is it greater than the distance to any one triangle of A, which is convex: its maximum over the piece is at a
@@ -188,19 +188,25 @@ Deepest FindDeepest(const MeshDistance& A, const MeshDistance& B, const core::Po
 }
 
 BodyDistance SignedBodyDistance(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB) {
-  const Deepest in_A = FindDeepest(A, B, X_AB);
-  const core::Pose X_BA = X_AB.inverse();
-  const Deepest in_B = FindDeepest(B, A, X_BA);
   BodyDistance result;
+  const core::Pose X_BA = X_AB.inverse();
+  result.signed_distance_m = SurfaceDistance(A, B, X_AB, &result.p_A_m);
+  if (result.signed_distance_m > 0.0) {
+    // No surface crosses the other: a part is wholly inside or outside.
+    bool is_apart = true;
+    for (const glm::dvec3& p : B.part_corners()) is_apart = is_apart && A.SignedDistance(X_AB * p) > 0.0;
+    for (const glm::dvec3& p : A.part_corners()) is_apart = is_apart && B.SignedDistance(X_BA * p) > 0.0;
+    if (is_apart) return result;
+  }
+  const Deepest in_A = FindDeepest(A, B, X_AB);
+  const Deepest in_B = FindDeepest(B, A, X_BA);
   if (in_A.depth_m > 0.0 || in_B.depth_m > 0.0) {
     result.is_deepest_in_A = in_A.depth_m >= in_B.depth_m;
     result.signed_distance_m = -std::max(in_A.depth_m, in_B.depth_m);
     result.p_A_m = result.is_deepest_in_A ? in_A.p_A_m : X_AB * in_B.p_A_m;
     const double bound = std::max(in_A.depth_m + in_A.error_bound_m, in_B.depth_m + in_B.error_bound_m);
     result.error_bound_m = bound + result.signed_distance_m;
-    return result;
   }
-  result.signed_distance_m = SurfaceDistance(A, B, X_AB, &result.p_A_m);
   return result;
 }
 

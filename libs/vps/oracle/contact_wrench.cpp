@@ -99,8 +99,9 @@ class Integrator {
   void Collect(std::uint32_t index) {
     const MeshDistance::Node& node = B_.nodes()[index];
     const glm::dvec3 c = X_AB_ * node.centre_m;
-    if (!A_.FindNearest(c, node.radius_m * (1.0 + 1e-12))) {
-      if (A_.IsInside(c)) {
+    const double d = A_.SignedDistance(c);
+    if (std::abs(d) > node.radius_m * (1.0 + 1e-12)) {
+      if (d < 0.0) {
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) Add(InA(i), Side::kInside);
       }
       return;
@@ -123,9 +124,9 @@ class Integrator {
 
   Side Classify(const Triangle& t) const {
     const glm::dvec3 c = Centroid(t);
-    const bool can_meet = A_.FindNearest(c, Radius(t, c) * (1.0 + 1e-12)).has_value();
-    if (can_meet && A_.Meets(t)) return Side::kCrossing;
-    return A_.IsInside(c) ? Side::kInside : Side::kOutside;
+    const double d = A_.SignedDistance(c);
+    if (std::abs(d) <= Radius(t, c) * (1.0 + 1e-12) && A_.Meets(t)) return Side::kCrossing;
+    return d < 0.0 ? Side::kInside : Side::kOutside;
   }
 
   void Add(const Triangle& t, Side side) {

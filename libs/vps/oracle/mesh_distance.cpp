@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 namespace vps::oracle {
 namespace {
@@ -43,19 +45,20 @@ bool ShareACorner(const Triangle& s, const Triangle& t) {
 }  // namespace
 
 MeshDistance::MeshDistance(const TriangleMesh& mesh, Sides sides) : sides_(sides) {
-  triangles_.reserve(mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) triangles_.push_back(mesh.corners(i));
+  std::vector<std::uint32_t> order(mesh.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
   nodes_.reserve(mesh.triangles.size());
   nodes_.emplace_back();
-  nodes_[0].count = static_cast<std::uint32_t>(triangles_.size());
-  Build(0);
+  nodes_[0].count = static_cast<std::uint32_t>(order.size());
+  Build(0, mesh, &order);
+  triangles_.reserve(order.size());
+  for (const std::uint32_t i : order) triangles_.push_back(mesh.corners(i));
+  FindParts(mesh);
   is_simple_solid_ = sides == Sides::kSolid && IsSimpleSolid(mesh);
+  if (is_simple_solid_) ComputeNormals(mesh, order);
 }
 
-// Then every face has winding number 1 on its inner and 0 on its outer side: no triangle meets one that shares no
-// corner with it, and each connected part winds half a time around a point of its own surface (the mean of both sides).
-bool MeshDistance::IsSimpleSolid(const TriangleMesh& mesh) const {
-  if (CountOpenEdges(mesh) != 0) return false;
+void MeshDistance::FindParts(const TriangleMesh& mesh) {
   std::vector<std::uint32_t> part(mesh.vertices.size());
   std::iota(part.begin(), part.end(), 0U);
   const auto root = [&](std::uint32_t v) {
@@ -66,48 +69,90 @@ bool MeshDistance::IsSimpleSolid(const TriangleMesh& mesh) const {
     part[root(t[1])] = root(t[0]);
     part[root(t[2])] = root(t[0]);
   }
-  std::vector<bool> is_checked(mesh.vertices.size(), false);
+  std::vector<bool> is_known(mesh.vertices.size(), false);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Triangle t = mesh.corners(i);
     const std::uint32_t r = root(mesh.triangles[i][0]);
-    if (!is_checked[r] && glm::length(glm::cross(t[1] - t[0], t[2] - t[0])) > 0.0) {
-      is_checked[r] = true;
-      if (std::abs(WindingNumber(Centroid(t)) - 0.5) > 0.1) return false;
-    }
-    if (Meets(t, true)) return false;
+    if (is_known[r] || glm::length(glm::cross(t[1] - t[0], t[2] - t[0])) <= 0.0) continue;
+    is_known[r] = true;
+    part_corners_.push_back(t[0]);
+    part_centroids_.push_back(Centroid(t));
   }
-  return true;
+}
+
+// Then every face has winding number 1 on its inner and 0 on its outer side: no triangle meets one that shares no
+// corner with it, and each connected part winds half a time around a point of its own surface (the mean of both sides).
+bool MeshDistance::IsSimpleSolid(const TriangleMesh& mesh) const {
+  if (CountOpenEdges(mesh) != 0) return false;
+  for (const glm::dvec3& c : part_centroids_) {
+    if (std::abs(WindingNumber(c) - 0.5) > 0.1) return false;
+  }
+  return std::none_of(triangles_.begin(), triangles_.end(), [this](const Triangle& t) { return Meets(t, true); });
+}
+
+// Baerentzen and Aanaes 2005: seen from p, the sum of the faces' normals around the nearest edge or corner, at a corner
+// weighted by the faces' angles there, tells inside from outside as a face's normal does.
+void MeshDistance::ComputeNormals(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order) {
+  std::vector<glm::dvec3> corner(mesh.vertices.size(), glm::dvec3(0.0));
+  std::map<std::pair<std::uint32_t, std::uint32_t>, glm::dvec3> edge;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle t = mesh.corners(i);
+    const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
+    if (glm::length(n) <= 0.0) continue;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.triangles[i][k];
+      const std::uint32_t w = mesh.triangles[i][(k + 1) % 3];
+      const glm::dvec3 a = glm::normalize(t[(k + 1) % 3] - t[k]);
+      const glm::dvec3 b = glm::normalize(t[(k + 2) % 3] - t[k]);
+      corner[v] += std::acos(std::clamp(glm::dot(a, b), -1.0, 1.0)) * glm::normalize(n);
+      edge[std::minmax(v, w)] += glm::normalize(n);
+    }
+  }
+  for (const std::uint32_t i : order) {
+    Normals& normals = normals_.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.triangles[i][k];
+      normals.corner[k] = corner[v];
+      normals.edge[k] = edge[std::minmax(v, mesh.triangles[i][(k + 1) % 3])];
+    }
+  }
 }
 
 // Halves at the median centroid along the longest side of the box.
-void MeshDistance::Build(std::uint32_t index) {
+void MeshDistance::Build(std::uint32_t index, const TriangleMesh& mesh, std::vector<std::uint32_t>* order) {
   Node node = nodes_[index];
-  const auto begin = triangles_.begin() + node.first;
+  const auto begin = order->begin() + node.first;
   const auto end = begin + node.count;
   node.lower_m = glm::dvec3(std::numeric_limits<double>::infinity());
   node.upper_m = -node.lower_m;
   double area = 0.0;
   glm::dvec3 weighted(0.0);
-  for (auto t = begin; t != end; ++t) {
-    for (const glm::dvec3& v : *t) {
+  for (auto i = begin; i != end; ++i) {
+    const Triangle t = mesh.corners(*i);
+    for (const glm::dvec3& v : t) {
       node.lower_m = glm::min(node.lower_m, v);
       node.upper_m = glm::max(node.upper_m, v);
     }
-    const glm::dvec3 normal = 0.5 * glm::cross((*t)[1] - (*t)[0], (*t)[2] - (*t)[0]);
+    const glm::dvec3 normal = 0.5 * glm::cross(t[1] - t[0], t[2] - t[0]);
     node.dipole_m2 += normal;
     area += glm::length(normal);
-    weighted += glm::length(normal) * Centroid(*t);
+    weighted += glm::length(normal) * Centroid(t);
   }
   node.centre_m = area > 0.0 ? weighted / area : 0.5 * (node.lower_m + node.upper_m);
-  for (auto t = begin; t != end; ++t) {
-    for (const glm::dvec3& v : *t) node.radius_m = std::max(node.radius_m, glm::distance(v, node.centre_m));
+  for (auto i = begin; i != end; ++i) {
+    for (const glm::dvec3& v : mesh.corners(*i))
+      node.radius_m = std::max(node.radius_m, glm::distance(v, node.centre_m));
   }
   if (node.count > kLeafTriangles) {
     const glm::dvec3 size = node.upper_m - node.lower_m;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
     const std::uint32_t half = node.count / 2;
-    std::nth_element(begin, begin + half, end, [axis](const Triangle& a, const Triangle& b) {
-      return a[0][axis] + a[1][axis] + a[2][axis] < b[0][axis] + b[1][axis] + b[2][axis];
+    const auto place = [&](std::uint32_t i) {
+      const Triangle t = mesh.corners(i);
+      return t[0][axis] + t[1][axis] + t[2][axis];
+    };
+    std::nth_element(begin, begin + half, end, [&](std::uint32_t a, std::uint32_t b) {
+      return std::pair{place(a), a} < std::pair{place(b), b};
     });
     node.left = static_cast<std::uint32_t>(nodes_.size());
     nodes_.emplace_back();
@@ -119,8 +164,8 @@ void MeshDistance::Build(std::uint32_t index) {
   }
   nodes_[index] = node;
   if (node.left != 0) {
-    Build(node.left);
-    Build(node.left + 1);
+    Build(node.left, mesh, order);
+    Build(node.left + 1, mesh, order);
   }
 }
 
@@ -177,9 +222,9 @@ double MeshDistance::WindingNumber(const glm::dvec3& p) const {
 }
 
 // A far group of triangles acts like one dipole at its centre: solid angle = sum(area n) . r / |r|^3 (Barill et al.
-// 2018, first order). Beyond three radii the error of a group is a few per cent of a share that is itself small.
+// 2018, first order). Beyond 2.5 radii the error of a group is a few per cent of a share that is itself small.
 double MeshDistance::FarFieldWinding(const glm::dvec3& p) const {
-  constexpr double kFar = 3.0;
+  constexpr double kFar = 2.5;
   double sum = 0.0;
   std::uint32_t stack[128];
   int depth = 0;
@@ -200,17 +245,28 @@ double MeshDistance::FarFieldWinding(const glm::dvec3& p) const {
   return sum / (4.0 * std::numbers::pi);
 }
 
-// On a simple solid the straight way to the nearest point crosses no surface. Where it arrives along the face's normal
-// the side of the face is the answer; at edges and corners the winding number decides.
+// On a simple solid the normal of the nearest face, edge or corner gives the winding number's answer.
 bool MeshDistance::IsInside(const glm::dvec3& p, const Nearest& nearest) const {
   if (sides_ == Sides::kSheet) return false;
-  if (is_simple_solid_) {
-    const Triangle& t = triangles_[nearest.triangle];
-    const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
-    const double along = glm::dot(p - nearest.point_m, n);
-    if (std::abs(along) >= (1.0 - 1e-9) * nearest.distance_m * glm::length(n)) return along < 0.0;
+  if (!is_simple_solid_) return IsInside(p);
+  const Triangle& t = triangles_[nearest.triangle];
+  const glm::dvec3& q = nearest.point_m;
+  const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
+  const double n2 = glm::dot(n, n);
+  if (!(n2 > 0.0)) return IsInside(p);
+  // Is the nearest point on the edge from corner k to k + 1? By the share of the triangle's area beside that edge.
+  bool is_on[3];
+  int num_on = 0;
+  for (int k = 0; k < 3; ++k) {
+    is_on[k] = glm::dot(glm::cross(t[(k + 1) % 3] - t[k], q - t[k]), n) < 1e-9 * n2;
+    num_on += is_on[k] ? 1 : 0;
   }
-  return IsInside(p);
+  glm::dvec3 outward = n;
+  for (int k = 0; k < 3; ++k) {
+    if (num_on == 1 && is_on[k]) outward = normals_[nearest.triangle].edge[k];
+    if (num_on >= 2 && is_on[k] && is_on[(k + 2) % 3]) outward = normals_[nearest.triangle].corner[k];
+  }
+  return glm::dot(p - q, outward) < 0.0;
 }
 
 bool MeshDistance::IsInside(const glm::dvec3& p) const {

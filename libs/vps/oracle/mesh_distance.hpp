@@ -50,15 +50,27 @@ class MeshDistance {
     std::uint32_t left = 0;  // 0: a leaf
   };
   [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }  // [0] is the root
+  // One corner of each connected part.
+  [[nodiscard]] const std::vector<glm::dvec3>& part_corners() const { return part_corners_; }
 
  private:
-  void Build(std::uint32_t node);
+  // Angle-weighted normals of a triangle's edges (k: from corner k to k + 1) and corners, outwards, of any length.
+  struct Normals {
+    std::array<glm::dvec3, 3> edge, corner;
+  };
+
+  void Build(std::uint32_t node, const TriangleMesh& mesh, std::vector<std::uint32_t>* order);
+  void FindParts(const TriangleMesh& mesh);
   [[nodiscard]] bool IsSimpleSolid(const TriangleMesh& mesh) const;
+  void ComputeNormals(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order);
   [[nodiscard]] bool IsInside(const glm::dvec3& p, const Nearest& nearest) const;
   [[nodiscard]] double FarFieldWinding(const glm::dvec3& p) const;
 
   std::vector<Triangle> triangles_;
   std::vector<Node> nodes_;
+  std::vector<glm::dvec3> part_corners_;
+  std::vector<glm::dvec3> part_centroids_;  // of one triangle of each part
+  std::vector<Normals> normals_;            // of a simple solid
   Sides sides_;
   bool is_simple_solid_ = false;  // closed, oriented, free of self-intersection: normals tell inside from outside
 };
