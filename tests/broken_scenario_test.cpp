@@ -77,6 +77,21 @@ TEST_P(BrokenScenario, IsNamedWithFileLineCauseAndRemedy) {
 INSTANTIATE_TEST_SUITE_P(Mistakes, BrokenScenario, ::testing::ValuesIn(kMistakes),
                          [](const auto& test) { return test.param.name; });
 
+TEST(SoundScenario, TheScenariosOfTheProjectAre) {
+  for (const char* name : {"touch", "peg_in_hole", "module_replacement"}) {
+    const oos::CheckOutcome outcome = oos::CheckScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
+    EXPECT_TRUE(outcome.problems.empty()) << outcome.problems.front();
+  }
+}
+
+TEST(BrokenScenarioMesh, DamagedIsNamed) {
+  ScenarioCopy copy("peg_in_hole", "damaged");
+  copy.Write("meshes/peg.obj", "no mesh at all\n");
+  const oos::CheckOutcome outcome = oos::CheckScenario(copy.folder());
+  ASSERT_FALSE(outcome.problems.empty());
+  ExpectSaid(outcome.problems.front(), "scenario.xml:", "peg.obj", "");
+}
+
 TEST(BrokenScenarioMesh, InMillimetresIsNamed) {
   ScenarioCopy copy("peg_in_hole", "millimetres");
   std::istringstream in(copy.Read("meshes/peg.obj"));

@@ -54,9 +54,9 @@ struct KilledRun {
 
 // Runs `touch` and kills the node when the hand has felt a force for a while: the operator holds each press for a
 // second.
-KilledRun RunAndKill(const std::string& node) {
+KilledRun RunAndKill(const std::string& node, int signal = SIGKILL) {
   KilledRun run;
-  run.out = std::filesystem::path(VR_OOS_BINARY_DIR) / "faults" / ("kill_" + node);
+  run.out = std::filesystem::path(VR_OOS_BINARY_DIR) / "faults" / ((signal == SIGSTOP ? "silence_" : "kill_") + node);
   std::filesystem::remove_all(run.out);
   const scene::Scenario scenario = Load("touch");
   oos::SessionOptions options;
@@ -70,7 +70,7 @@ KilledRun RunAndKill(const std::string& node) {
     for (const oos::ProcessGroup::Child& child : group.children()) {
       if (child.name != node) continue;
       run.kill_ns = core::MonotonicNow_ns();
-      kill(child.pid, SIGKILL);
+      kill(child.pid, signal);
     }
   };
   auto outcome = oos::RunSession(scenario, options);
@@ -127,8 +127,8 @@ void ExpectNobodyIsLeft(const KilledRun& run) {
   }
 }
 
-void ExpectForceIsGone(const std::string& node) {
-  const KilledRun run = RunAndKill(node);
+void ExpectForceIsGone(const std::string& node, int signal = SIGKILL) {
+  const KilledRun run = RunAndKill(node, signal);
   EXPECT_GT(LargestForceBetween(run, -0.02, 0.0), 1.0) << "there was no contact to lose";
   EXPECT_GT(NumSamplesAfter(run, kZeroWithin_s), 100u);
   EXPECT_EQ(LargestForceBetween(run, kZeroWithin_s, 10.0), 0.0);
@@ -155,6 +155,13 @@ TEST(Faults, KillingTheHapticNodeTakesTheForceAwayWithin60ms) {
 }
 TEST(Faults, KillingThePhysicsNodeTakesTheForceAwayWithin60ms) {
   ExpectForceIsGone("physics_node");
+}
+// A process that is stopped sends nothing and closes nothing: for its peers that is a link that was cut.
+TEST(Faults, CuttingTheLinkToTheHapticNodeTakesTheForceAwayWithin60ms) {
+  ExpectForceIsGone("haptic_node", SIGSTOP);
+}
+TEST(Faults, CuttingTheLinkToThePhysicsNodeTakesTheForceAwayWithin60ms) {
+  ExpectForceIsGone("physics_node", SIGSTOP);
 }
 TEST(Faults, KillingTheLogicNodeChangesNoForce) {
   ExpectForceIsUnchanged("logic_node");
