@@ -35,6 +35,16 @@ int CookOne(const std::string& mesh, const vps::CookParameters& parameters) {
     std::printf("  voxelmap: %d x %d x %d voxels of %.3g mm, %.1f MB\n", map.nx, map.ny, map.nz, 1e3 * map.voxel_size_m,
                 static_cast<double>(map.num_voxels()) * 1e-6);
   }
+  if (cooked->field) {
+    const vps::DistanceField& field = *cooked->field;
+    std::printf("  distance field: %d x %d x %d voxels of %.3g mm, %zu bricks, %zu crease cells, %.1f MB\n", field.nx,
+                field.ny, field.nz, 1e3 * field.voxel_size_m, field.words.size() / vps::DistanceField::kBrickWords,
+                field.creases.size() / vps::kPlanesPerCrease, static_cast<double>(field.num_bytes()) * 1e-6);
+  }
+  if (cooked->samples) {
+    std::printf("  samples: %u points on %.4g m2, %.1f MB\n", cooked->samples->num_points, cooked->samples->area_m2,
+                static_cast<double>(cooked->samples->num_bytes()) * 1e-6);
+  }
   if (cooked->points) {
     const vps::PointTree& tree = *cooked->points;
     const std::size_t num_bytes = tree.x.size() * 6 * sizeof(float) + tree.clusters.size() * sizeof(vps::Cluster);
@@ -52,6 +62,11 @@ int Run(const Arguments& arguments) {
   vps::CookParameters parameters;
   parameters.voxel_size_m = voxel->value_or(0.0);
   parameters.num_points = static_cast<std::uint32_t>(points->value_or(0.0));
+  const std::string method = arguments.text("--method", "paper");
+  if (!vps::MethodFromName(method)) {
+    return Complain("cook", "--method is paper or fast, not '" + method + "'", kBadUsage);
+  }
+  parameters.method = *vps::MethodFromName(method);
   if (parameters.voxel_size_m <= 0.0 && parameters.num_points == 0) {
     return Complain("cook", "nothing to build: give --voxel_m, --points or both", kBadUsage);
   }
@@ -69,8 +84,9 @@ Verb CookVerb() {
           "MESH...",
           1,
           1000,
-          {{"--voxel_m", "SIZE", "edge of a voxel, m; none: no voxelmap"},
-           {"--points", "N", "points on the surface; none: no pointshell"}},
+          {{"--voxel_m", "SIZE", "edge of a voxel, m; none: no field side"},
+           {"--points", "N", "points on the surface; none: no sampled side"},
+           {"--method", "paper|fast", "whose structures; default: paper"}},
           Run};
 }
 

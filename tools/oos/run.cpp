@@ -177,9 +177,16 @@ int Run(const Arguments& arguments) {
   }
   scene::Scenario scenario = *check.scenario;
   if (const std::string method = arguments.text("--method", scenario.method); method != scenario.method) {
-    return Complain(
-        "run", "method '" + method + "' is not built into this version; the scenario says '" + scenario.method + "'",
-        kBadUsage);
+    if (!vps::MethodFromName(method)) {
+      return Complain("run", "--method is paper or fast, not '" + method + "'", kBadUsage);
+    }
+    if (!arguments.has("--lockstep")) {
+      return Complain(
+          "run",
+          "--method goes with --lockstep; for processes write method=\"" + method + "\" into the scenario's <run>",
+          kBadUsage);
+    }
+    scenario.method = method;
   }
   const auto wanted = ReadWanted(arguments, scenario.name);
   if (!wanted) return Complain("run", wanted.error().detail, kBadUsage);

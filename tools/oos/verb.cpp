@@ -30,7 +30,7 @@ void PrintVerbHelp(const Verb& verb) {
 
 std::vector<Verb> AllVerbs() {
   return {RunVerb(), CheckVerb(), CookVerb(),    DoctorVerb(), TopicVerb(),
-          TopVerb(), SetVerb(),   LatencyVerb(), QueryVerb()};
+          TopVerb(), SetVerb(),   LatencyVerb(), QueryVerb(),  BenchVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {
