@@ -244,11 +244,23 @@ std::vector<Contender> OwnContenders() {
                      return MakePaperMethod(w.A, w.B, {0.0, factor * w.voxel_size_m, num_points}, true);
                    }});
   };
+  const auto add_fast = [&](double factor, std::uint32_t num_points) {
+    char setting[64];
+    std::snprintf(setting, sizeof(setting), "%g s; %u points", factor, num_points);
+    all.push_back({"fast", setting, [=](const Workload& w) {
+                     return MakeFastMethod(w.A, w.B, {0.0, factor * w.voxel_size_m, num_points});
+                   }});
+  };
   add(1.0, kMiddlePoints);  // first: what times are compared with
   add(2.0, kMiddlePoints);
   add(0.5, kMiddlePoints);
   add(1.0, kMiddlePoints / 4);
   add(1.0, kMiddlePoints * 4);
+  add_fast(1.0, kMiddlePoints);
+  add_fast(2.0, kMiddlePoints);
+  add_fast(0.5, kMiddlePoints);
+  add_fast(1.0, kMiddlePoints / 4);
+  add_fast(1.0, kMiddlePoints * 4);
   return all;
 }
 

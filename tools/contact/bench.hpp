@@ -40,7 +40,7 @@ struct BenchOptions {
   std::filesystem::path scenarios;
 };
 
-// `paper` at several voxel sizes and point counts.
+// `paper` and `fast` at several voxel sizes and point counts.
 std::vector<Contender> OwnContenders();
 
 // Runs all on all workloads, prints a table, writes JSON, and for each workload a CSV and an SVG. Repetitions of the

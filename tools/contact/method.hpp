@@ -44,8 +44,13 @@ core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                        double relative_accuracy = 1e-4);
 
-// What the method would use for these meshes: no zeros left.
-Resolution ResolveForPaper(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution);
+// Method `fast`: area-weighted samples of B against the distance field of A; the depth integral and its moment. The
+// same rules for voxels and points: an accuracy of x takes voxels of 3 x, whose largest error near the surface is x.
+core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
+                                                     const Resolution& resolution);
+
+// What `paper` and `fast` would use for these meshes: no zeros left.
+Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution);
 
 double SurfaceArea(const vps::TriangleMesh& mesh);
 

@@ -65,7 +65,7 @@ double SurfaceArea(const vps::TriangleMesh& mesh) {
   return area;
 }
 
-Resolution ResolveForPaper(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution) {
+Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution) {
   Resolution resolved = resolution;
   const vps::Box box = vps::BoundingBox(A);
   const glm::dvec3 size = box.upper - box.lower;
@@ -80,7 +80,7 @@ Resolution ResolveForPaper(const vps::TriangleMesh& A, const vps::TriangleMesh& 
 
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                       const Resolution& resolution, bool as_integral) {
-  const Resolution resolved = ResolveForPaper(A, B, resolution);
+  const Resolution resolved = ResolveResolution(A, B, resolution);
   auto field = vps::BuildVoxmap(A, resolved.voxel_size_m);
   if (!field) return core::Fail(field.error().code, "A: " + field.error().detail);
   const auto shell = vps::BuildPointshell(B, resolved.num_points);

@@ -135,6 +135,22 @@ TEST_F(QueryVerbTest, PaperReportsItsOwnSums) {
   EXPECT_EQ(rows[1].contacts, 0.0);
 }
 
+TEST_F(QueryVerbTest, FastGivesTheIntegral) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.1, 0.1, 0.1}));
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv", "0.01,0,0.0595,1,0,0,0\n0,0,0.07,1,0,0,0\n");
+  ASSERT_EQ(RunCommandLine({"query", ground, box, "--poses", poses, "--out", out(), "--method", "fast", "--voxel_m",
+                            "0.001", "--points", "8000"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_NEAR(rows[0].distance_m, -0.0005, 2e-5);
+  const double force = vps::oracle::PlateOnHalfSpaceForce(0.04 * 0.04, 0.0005);
+  EXPECT_LT(glm::distance(rows[0].force, {0.0, 0.0, force}), 0.02 * force);
+  EXPECT_GT(rows[1].distance_m, 0.0);
+  EXPECT_LE(rows[1].distance_m, 0.01);
+}
+
 TEST_F(QueryVerbTest, BadInputGivesOneLineAndLeavesNothing) {
   const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
   const std::string poses = Write("poses.csv", "0,0,1,1,0,0,0\n");
