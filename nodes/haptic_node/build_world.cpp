@@ -35,6 +35,7 @@ core::Result<std::vector<vps::ObjectDescription>> HapticNode::CookObjects() cons
     is_sampled[pair.sampled] = 1;
     is_field[pair.field] = 1;
   }
+  const vps::Method method = vps::MethodFromName(scenario_.method).value_or(vps::Method::kPaper);
   using Key = std::tuple<std::string, double, std::uint32_t>;
   std::map<Key, std::shared_ptr<const vps::CookedObject>> cooked;
   std::vector<vps::ObjectDescription> descriptions;
@@ -43,6 +44,7 @@ core::Result<std::vector<vps::ObjectDescription>> HapticNode::CookObjects() cons
     vps::ObjectDescription description;
     description.X_WO = object.X_WO;
     vps::CookParameters parameters;
+    parameters.method = method;
     if (is_field[i] != 0) parameters.voxel_size_m = object.voxel_size_m;
     if (is_sampled[i] != 0) parameters.num_points = object.num_points;
     if (parameters.voxel_size_m > 0.0 || parameters.num_points > 0) {
@@ -79,6 +81,7 @@ core::Result<void> HapticNode::BuildWorld() {
   description.objects = std::move(*objects);
   description.rho = scenario_.coupling.rho;
   description.alpha = scenario_.coupling.alpha;
+  description.method = vps::MethodFromName(scenario_.method).value_or(vps::Method::kPaper);
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
     const scene::Pair& pair = scenario_.pairs[i];
     PairRole pair_role;

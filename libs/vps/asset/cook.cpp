@@ -6,6 +6,7 @@
 #include "core/hash.hpp"
 #include "vps/asset/cooked_file.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/field/build_field.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/tree/build_tree.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
@@ -42,6 +43,19 @@ core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& 
   object.bounding_centre_m = 0.5 * (box.lower + box.upper);
   for (const auto& p : mesh.vertices) {
     object.bounding_radius_m = std::max(object.bounding_radius_m, glm::length(p - object.bounding_centre_m));
+  }
+  if (parameters.method == Method::kFast) {
+    if (parameters.voxel_size_m != 0.0) {
+      auto field = BuildField(mesh, parameters.voxel_size_m, progress);
+      if (!field) return tl::unexpected(field.error());
+      object.field = std::move(*field);
+    }
+    if (parameters.num_points != 0) {
+      const auto samples = SampleSurface(mesh, parameters.num_points, progress);
+      if (!samples) return tl::unexpected(samples.error());
+      object.samples = BuildSampleTree(*samples);
+    }
+    return object;
   }
   if (parameters.voxel_size_m != 0.0) {
     auto voxmap = BuildVoxmap(mesh, parameters.voxel_size_m, progress);

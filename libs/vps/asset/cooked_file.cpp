@@ -19,6 +19,8 @@ namespace {
 constexpr std::array<char, 8> kMagic{'V', 'R', 'O', 'O', 'S', 'V', 'P', 'S'};
 constexpr std::uint32_t kHasVoxmap = 1;
 constexpr std::uint32_t kHasPoints = 2;
+constexpr std::uint32_t kHasField = 4;
+constexpr std::uint32_t kHasSamples = 8;
 
 struct FileHead {
   std::array<char, 8> magic = kMagic;
@@ -96,7 +98,8 @@ class ByteReader {
 
 std::vector<char> Encode(const CookedObject& object) {
   ByteWriter out;
-  out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0));
+  out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0) |
+                         (object.field ? kHasField : 0) | (object.samples ? kHasSamples : 0));
   out.Put(object.bounding_centre_m);
   out.Put(object.bounding_radius_m);
   if (object.voxmap) {
@@ -114,6 +117,27 @@ std::vector<char> Encode(const CookedObject& object) {
     out.Put(tree.num_points);
     for (const auto* array : {&tree.x, &tree.y, &tree.z, &tree.nx, &tree.ny, &tree.nz}) out.PutArray(*array);
     out.PutArray(tree.clusters);
+  }
+  if (object.field) {
+    const DistanceField& field = *object.field;
+    out.Put(field.origin_m);
+    out.Put(field.voxel_size_m);
+    for (const std::int32_t n : {field.nx, field.ny, field.nz, field.coarse_shift}) out.Put(n);
+    out.PutArray(field.bricks);
+    out.PutArray(field.words);
+    out.PutArray(field.creases);
+    out.PutArray(field.coarse);
+  }
+  if (object.samples) {
+    const SampleTree& tree = *object.samples;
+    out.Put(tree.num_points);
+    out.Put(tree.area_m2);
+    out.Put(tree.centre_m);
+    out.Put(tree.radius_m);
+    out.PutArray(tree.points);
+    out.PutArray(tree.spheres);
+    out.Put(tree.level_begin);
+    out.Put(tree.num_levels);
   }
   return out.bytes();
 }
@@ -139,6 +163,54 @@ bool IsConsistent(const PointTree& tree) {
     if (cluster.parent_point >= tree.num_points) return false;
   }
   return true;
+}
+
+// Every index that a kernel follows must lead somewhere.
+bool IsConsistent(const DistanceField& field) {
+  if (field.coarse_shift < 2 || field.coarse_shift > 6 || !(field.voxel_size_m > 0.0)) return false;
+  const int step = std::max(DistanceField::kBrick, 1 << field.coarse_shift);
+  for (const std::int32_t n : {field.nx, field.ny, field.nz}) {
+    if (n <= 0 || n > 4'000'000 || n % step != 0) return false;
+  }
+  const auto cells = [&](int shift) {
+    return static_cast<std::uint64_t>(field.nx >> shift) * static_cast<std::uint64_t>(field.ny >> shift) *
+           static_cast<std::uint64_t>(field.nz >> shift);
+  };
+  if (field.bricks.size() != cells(3) || field.coarse.size() != cells(field.coarse_shift)) return false;
+  if (field.words.empty() || field.words.size() % DistanceField::kBrickWords != 0) return false;
+  for (const std::uint32_t first : field.bricks) {
+    if (first % DistanceField::kBrickWords != 0 || first >= field.words.size()) return false;
+  }
+  const std::size_t num_creases = field.creases.size() / kPlanesPerCrease;
+  if (num_creases == 0 || field.creases.size() % kPlanesPerCrease != 0) return false;
+  for (const std::uint32_t word : field.words) {
+    if (KindOf(word) == CellKind::kCrease && (word & 0x3fffffffU) >= num_creases) return false;
+  }
+  return true;
+}
+
+bool IsConsistent(const SampleTree& tree) {
+  if (tree.num_points == 0 || tree.points.size() != (std::size_t{tree.num_points} + kBlock - 1) / kBlock) return false;
+  if (tree.num_levels == 0 || tree.num_levels > SampleTree::kMaxLevels) return false;
+  std::size_t below = tree.points.size();
+  std::size_t begin = 0;
+  for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
+    if (tree.level_begin[level] != begin) return false;
+    below = (below + kBlock - 1) / kBlock;
+    begin += below;
+  }
+  // Unused spheres of a block must be the fillers that no walk enters.
+  std::size_t spheres = tree.points.size();
+  for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
+    const std::size_t blocks = (spheres + kBlock - 1) / kBlock;
+    if (tree.level_begin[level] + blocks > tree.spheres.size()) return false;
+    const SphereBlock& last = tree.spheres[tree.level_begin[level] + blocks - 1];
+    for (std::size_t lane = (spheres - 1) % kBlock + 1; lane < kBlock; ++lane) {
+      if (last.x[lane] != SampleTree::kFarAway_m || last.r[lane] != 0.0f) return false;
+    }
+    spheres = blocks;
+  }
+  return below == 1 && begin == tree.spheres.size();
 }
 
 core::Result<CookedObject> Decode(const std::vector<char>& payload) {
@@ -168,6 +240,31 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     is_consistent = is_consistent && IsConsistent(tree);
     object.points = std::move(tree);
   }
+  if (flags & kHasField) {
+    DistanceField field;
+    field.origin_m = in.Get<glm::dvec3>();
+    field.voxel_size_m = in.Get<double>();
+    for (auto* n : {&field.nx, &field.ny, &field.nz, &field.coarse_shift}) *n = in.Get<std::int32_t>();
+    field.bricks = in.GetArray<std::uint32_t>();
+    field.words = in.GetArray<std::uint32_t>();
+    field.creases = in.GetArray<std::uint32_t>();
+    field.coarse = in.GetArray<CoarseCell>();
+    is_consistent = is_consistent && IsConsistent(field);
+    object.field = std::move(field);
+  }
+  if (flags & kHasSamples) {
+    SampleTree tree;
+    tree.num_points = in.Get<std::uint32_t>();
+    tree.area_m2 = in.Get<double>();
+    tree.centre_m = in.Get<glm::dvec3>();
+    tree.radius_m = in.Get<double>();
+    tree.points = in.GetArray<PointBlock>();
+    tree.spheres = in.GetArray<SphereBlock>();
+    tree.level_begin = in.Get<decltype(tree.level_begin)>();
+    tree.num_levels = in.Get<std::uint32_t>();
+    is_consistent = is_consistent && IsConsistent(tree);
+    object.samples = std::move(tree);
+  }
   if (!in.is_ok() || !in.is_at_end() || !is_consistent) {
     return core::Fail(core::ErrorCode::kDamaged, "contents do not fit together");
   }
@@ -180,7 +277,8 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
 std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const CookParameters& parameters) {
   std::uint64_t key = core::Hash64(mesh_bytes, num_bytes, kCookedFormatVersion);
   key = core::Hash64(&parameters.voxel_size_m, sizeof parameters.voxel_size_m, key);
-  return core::Hash64(&parameters.num_points, sizeof parameters.num_points, key);
+  key = core::Hash64(&parameters.num_points, sizeof parameters.num_points, key);
+  return core::Hash64(&parameters.method, sizeof parameters.method, key);
 }
 
 core::Result<void> WriteCookedFile(const std::filesystem::path& file, std::uint64_t key, const CookedObject& object) {

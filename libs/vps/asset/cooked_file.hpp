@@ -18,8 +18,9 @@ namespace vps {
 //   16      8      key: what it was built from (bytes of the mesh, parameters, format version)
 //   24      8      payload size in bytes
 //   32      8      xxHash3 of the payload
-//   40      ...    payload: flags, bounding sphere, voxelmap, point tree; arrays as u64 count + elements
-constexpr std::uint32_t kCookedFormatVersion = 3;
+//   40      ...    payload: flags, bounding sphere, then what the flags name: voxelmap, point tree, distance
+//                  field, sample tree; arrays as u64 count + elements
+constexpr std::uint32_t kCookedFormatVersion = 4;
 
 // Key of a cache entry: the content address.
 std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const CookParameters& parameters);

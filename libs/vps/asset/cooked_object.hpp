@@ -8,7 +8,10 @@
 #include <string_view>
 
 #include "core/result.hpp"
+#include "vps/asset/method.hpp"
+#include "vps/field/distance_field.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
+#include "vps/sampling/sample_tree.hpp"
 #include "vps/tree/point_tree.hpp"
 #include "vps/voxmap/voxmap.hpp"
 
@@ -16,19 +19,33 @@ namespace vps {
 
 // Everything that collision needs to know of one object, built once and shared read-only. Mesh frame, metres.
 struct CookedObject {
-  std::optional<Voxmap> voxmap;     // field side
-  std::optional<PointTree> points;  // sampled side
+  std::optional<Voxmap> voxmap;        // field side, method paper
+  std::optional<PointTree> points;     // sampled side, method paper
+  std::optional<DistanceField> field;  // field side, method fast
+  std::optional<SampleTree> samples;   // sampled side, method fast
   glm::dvec3 bounding_centre_m{0.0};
   double bounding_radius_m = 0.0;
   bool is_from_cache = false;
+
+  [[nodiscard]] bool has_field(Method method) const {
+    return method == Method::kFast ? field.has_value() : voxmap.has_value();
+  }
+  [[nodiscard]] bool has_points(Method method) const {
+    return method == Method::kFast ? samples.has_value() : points.has_value();
+  }
+  // Of the field side; 0 when there is none.
+  [[nodiscard]] double voxel_size_m() const {
+    return field ? field->voxel_size_m : (voxmap ? voxmap->voxel_size_m : 0.0);
+  }
 };
 
 // Stage name and fraction done in [0, 1]; called from the building thread, a few hundred times at most.
 using Progress = std::function<void(std::string_view stage, double fraction)>;
 
 struct CookParameters {
-  double voxel_size_m = 0.0;     // 0: no voxelmap
-  std::uint32_t num_points = 0;  // 0: no pointshell
+  double voxel_size_m = 0.0;     // 0: no field side
+  std::uint32_t num_points = 0;  // 0: no sampled side
+  Method method = Method::kPaper;
 };
 
 // Builds from a mesh in memory.

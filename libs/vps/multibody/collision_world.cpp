@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/clock.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
 #include "vps/multibody/pair_query.hpp"
 
 namespace vps {
@@ -21,9 +22,10 @@ struct ObjectState {
 struct PairState {
   PairDescription description;
   PairResult result;
-  std::unique_ptr<PairScratch> scratch;
-  core::Pose X_GS;               // of the result
-  double free_distance_m = 0.0;  // of the result; 0: test every cycle
+  std::unique_ptr<PairScratch> scratch;           // method paper
+  std::unique_ptr<FastPairScratch> fast_scratch;  // method fast
+  core::Pose X_GS;                                // of the result
+  double free_distance_m = 0.0;                   // of the result; 0: test every cycle
   double distance_at_test_m = 1e9;
   double travel_at_test_m = 0.0;  // sum of both objects' travel
   bool is_valid = false;          // result belongs to the present description
@@ -49,6 +51,7 @@ struct CollisionWorld::Impl {
   std::vector<std::uint8_t> colliding;  // collision matrix, num_objects squared
   double rho = 0.01;
   double alpha = 2.0;
+  Method method = Method::kPaper;
   std::uint64_t cycle = 0;
   StepReport report;
   std::int64_t deadline_ns = 0;  // of the step that runs; 0: none
@@ -63,8 +66,11 @@ struct CollisionWorld::Impl {
     const ObjectState& S = objects[pair.description.sampled];
     const ObjectState& G = objects[pair.description.field];
     pair.X_GS = G.X_WO.inverse() * S.X_WO;
-    pair.free_distance_m = QueryPair(*S.data->points, *G.data->voxmap, S.X_WO, pair.X_GS, pair.description, rho, alpha,
-                                     pair.scratch.get(), &pair.result);
+    pair.free_distance_m = method == Method::kFast
+                               ? QueryFastPair(*S.data->samples, *G.data->field, S.X_WO, pair.X_GS, pair.description,
+                                               rho, pair.fast_scratch.get(), &pair.result)
+                               : QueryPair(*S.data->points, *G.data->voxmap, S.X_WO, pair.X_GS, pair.description, rho,
+                                           alpha, pair.scratch.get(), &pair.result);
     pair.result.cycle = cycle;
     pair.travel_at_test_m = S.travel_m + G.travel_m;
     pair.distance_at_test_m = pair.result.signed_distance_m;
@@ -80,6 +86,7 @@ core::Result<std::unique_ptr<CollisionWorld>> CollisionWorld::Create(const World
   auto impl = std::make_unique<Impl>();
   impl->rho = description.rho;
   impl->alpha = description.alpha;
+  impl->method = description.method;
   for (const ObjectDescription& object : description.objects) {
     ObjectState state;
     state.data = object.data;
@@ -95,11 +102,11 @@ core::Result<std::unique_ptr<CollisionWorld>> CollisionWorld::Create(const World
     }
     const ObjectState& S = impl->objects[pair.sampled];
     ObjectState& G = impl->objects[pair.field];
-    if (!S.data || !S.data->points) {
+    if (!S.data || !S.data->has_points(impl->method)) {
       return core::Fail(core::ErrorCode::kInvalidInput,
                         name + ": the sampled object has no pointshell; give it points");
     }
-    if (!G.data || !G.data->voxmap) {
+    if (!G.data || !G.data->has_field(impl->method)) {
       return core::Fail(core::ErrorCode::kInvalidInput,
                         name + ": the field object has no voxelmap; give it a voxel size");
     }
@@ -107,10 +114,14 @@ core::Result<std::unique_ptr<CollisionWorld>> CollisionWorld::Create(const World
       return core::Fail(core::ErrorCode::kInvalidInput, name + ": look-ahead and stiffness must not be negative");
     }
     // Voxels that count as hits reach beyond G's surface by the look-ahead and the rounding of the layers.
-    G.reach_m = std::max(G.reach_m, G.data->bounding_radius_m + pair.look_ahead_m + 4.0 * G.data->voxmap->voxel_size_m);
+    G.reach_m = std::max(G.reach_m, G.data->bounding_radius_m + pair.look_ahead_m + 4.0 * G.data->voxel_size_m());
     PairState state;
     state.description = pair;
-    state.scratch = std::make_unique<PairScratch>(*S.data->points);
+    if (impl->method == Method::kFast) {
+      state.fast_scratch = std::make_unique<FastPairScratch>(*S.data->samples);
+    } else {
+      state.scratch = std::make_unique<PairScratch>(*S.data->points);
+    }
     impl->pairs.push_back(std::move(state));
   }
   impl->due.reserve(impl->pairs.size());
@@ -273,7 +284,7 @@ double CollisionWorld::RestPenetration(const std::vector<std::uint8_t>& is_hand_
   double coarsest_m = 0.0;
   for (const PairState& pair : impl_->pairs) {
     if ((is_hand_part[pair.description.sampled] != 0) == (is_hand_part[pair.description.field] != 0)) continue;
-    coarsest_m = std::max(coarsest_m, impl_->objects[pair.description.field].data->voxmap->voxel_size_m);
+    coarsest_m = std::max(coarsest_m, impl_->objects[pair.description.field].data->voxel_size_m());
   }
   return coarsest_m > 0.0 ? 0.5 * coarsest_m : 2.5e-4;
 }

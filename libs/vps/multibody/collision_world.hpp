@@ -35,6 +35,7 @@ struct WorldDescription {
   std::vector<PairDescription> pairs;
   double rho = 0.01;  // Eq. 2
   double alpha = 2.0;
+  Method method = Method::kPaper;  // of all pairs; objects must have been cooked for it
 };
 
 // Work of one query or one step: exact integers, the same for any number of workers.
@@ -51,7 +52,7 @@ struct PairResult {
   double signed_distance_m = 1e9;  // -p when in contact; when apart a lower bound (tight within the look-ahead)
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
-  PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2), about S's mesh origin, in S
+  PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2) or AreaScale, about S's mesh origin, in S
   core::Wrench F_So_W;             // stiffness times that, in W: the paper's wrench on S; G gets the opposite
   core::FixedVector<core::ContactPlane, core::kMaxContactPlanes> planes;
   QueryCounters counters;

@@ -137,7 +137,8 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
                                    SumOf(out.sums[WalkOutput::kFz]));
   result.moment_m4 = s * glm::dvec3(SumOf(out.sums[WalkOutput::kMx]), SumOf(out.sums[WalkOutput::kMy]),
                                     SumOf(out.sums[WalkOutput::kMz]));
-  result.contact_area_m2 = SumOf(out.sums[WalkOutput::kArea]);
+  result.volume_m3 = s * SumOf(out.sums[WalkOutput::kVolume]);
+  result.square_m4 = s * s * SumOf(out.sums[WalkOutput::kSquare]);
   return result;
 }
 
@@ -165,7 +166,8 @@ FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& fi
     const glm::dvec3 f = volume * glm::dvec3(block.nx[k], block.ny[k], block.nz[k]);
     result.force_m3 += f;
     result.moment_m4 += glm::cross(glm::dvec3(block.x[k], block.y[k], block.z[k]), f);
-    result.contact_area_m2 += static_cast<double>(block.area_m2[k]);
+    result.volume_m3 += volume;
+    result.square_m4 += volume * static_cast<double>(-d) * s;
   }
   if (result.num_near > 0) result.deepest_m = static_cast<double>(deepest) * s;
   return result;

@@ -30,12 +30,16 @@ class FieldWalkScratch {
   std::vector<std::uint32_t> queue;
 };
 
+// Integrals of powers of the depth over S's surface inside G are continuous in the pose also as sums over points; the
+// area in contact is not: a point that comes in brings its area at once.
+//
 // The penalty integral over S's surface inside G, depth times inward normal dA, by quadrature over the samples; about
 // S's mesh origin, in S.
 struct FieldWalkResult {
   glm::dvec3 force_m3{0.0};
   glm::dvec3 moment_m4{0.0};
-  double contact_area_m2 = 0.0;       // of S inside G
+  double volume_m3 = 0.0;             // integral of the depth
+  double square_m4 = 0.0;             // integral of its square
   double deepest_m = -1e30;           // of the near points: penetration, negative when apart
   std::uint32_t deepest_point = 0;    // block * 16 + lane
   std::uint32_t num_near_blocks = 0;  // valid entries in the scratch

@@ -64,10 +64,11 @@ TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
         if (flat.num_near == 0) return;
         ASSERT_EQ(tree.deepest_point, flat.deepest_point);
         ASSERT_EQ(tree.deepest_m, flat.deepest_m);
-        const double scale = flat.contact_area_m2 * std::max(flat.deepest_m, 0.0) + 1e-30;
+        const double scale = flat.volume_m3 + 1e-30;
         ASSERT_LT(glm::length(tree.force_m3 - flat.force_m3), 1e-5 * scale);
         ASSERT_LT(glm::length(tree.moment_m4 - flat.moment_m4), 1e-5 * 0.1 * scale);
-        ASSERT_NEAR(tree.contact_area_m2, flat.contact_area_m2, 1e-5 * flat.contact_area_m2);
+        ASSERT_NEAR(tree.volume_m3, flat.volume_m3, 1e-5 * scale);
+        ASSERT_NEAR(tree.square_m4, flat.square_m4, 1e-5 * flat.square_m4 + 1e-30);
       });
     }
   }
@@ -85,7 +86,8 @@ TEST(FieldWalk, EveryInstructionSetGivesTheSameBits) {
         const FieldWalkResult other = WalkField(pair->points, pair->field, X_GS, 0.001, set, &scratch);
         ASSERT_EQ(other.force_m3, first.force_m3);
         ASSERT_EQ(other.moment_m4, first.moment_m4);
-        ASSERT_EQ(other.contact_area_m2, first.contact_area_m2);
+        ASSERT_EQ(other.volume_m3, first.volume_m3);
+        ASSERT_EQ(other.square_m4, first.square_m4);
         ASSERT_EQ(other.deepest_m, first.deepest_m);
         ASSERT_EQ(other.deepest_point, first.deepest_point);
         ASSERT_EQ(other.num_near, first.num_near);

@@ -32,8 +32,8 @@ struct WalkInput {
 // Sixteen lanes of everything that is summed, whatever the width of the registers, so that every instruction set adds
 // the same numbers in the same order.
 struct WalkOutput {
-  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kArea, kNumSums };
-  double sums[kNumSums][kBlock];  // voxels * m^2, voxels * m^3, m^2
+  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kNumSums };
+  double sums[kNumSums][kBlock];  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2
   float depth[kBlock];            // deepest of each lane, voxels
   std::uint32_t depth_block[kBlock];
   float room;  // how far every point of S may move before one can come within the margin, voxels; valid without hits

@@ -241,7 +241,8 @@ inline void Walk(const WalkInput& in, const WalkScratch& scratch, WalkOutput* ou
       sums.lane[WalkOutput::kMx][j] += y * fz - z * fy;
       sums.lane[WalkOutput::kMy][j] += z * fx - x * fz;
       sums.lane[WalkOutput::kMz][j] += x * fy - y * fx;
-      sums.lane[WalkOutput::kArea][j] += area;
+      sums.lane[WalkOutput::kVolume][j] += volume;
+      sums.lane[WalkOutput::kSquare][j] += volume * depth[j];
     }
     if (++sums.num_blocks == kBlocksPerFlush) Flush(&sums, out);
   }

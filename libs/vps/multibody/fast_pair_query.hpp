@@ -1,0 +1,40 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "vps/force/reduce_contacts.hpp"
+#include "vps/multibody/collision_world.hpp"
+#include "vps/walk/field_walk.hpp"
+
+namespace vps {
+
+// At most about this many contacts of a pair enter the reduction to planes: all near points while there are few, else
+// the deepest point of every, every second, fourth ... block of sixteen neighbours, always the same blocks.
+constexpr std::uint32_t kMaxFastContacts = 256;
+
+// Memory of one pair, allocated once.
+struct FastPairScratch {
+  explicit FastPairScratch(const SampleTree& tree) : walk(tree), contacts(2 * kMaxFastContacts + kBlock) {}
+  FieldWalkScratch walk;
+  std::vector<SampledContact> contacts;
+};
+
+// Turns the penalty integral (m^3) into the length that a pair's stiffness [N/m] multiplies: divides it by the area
+// that carries, A = (integral of depth)^2 / integral of depth^2, or by rho of S's area while less than that carries.
+// The depth-weighted mean depth, in other words: h for a face pressed in by h, 2/3 h for a ball. So a pair is never
+// stiffer than its stiffness, however much area touches; below rho the contact has the modulus k / (rho area).
+// Independent of the number of points, and without the step that Eq. 2 makes when one more point touches.
+inline double AreaScale(double volume_m3, double square_m4, double area_m2, double rho) {
+  const double carrying_m2 = square_m4 > 0.0 ? volume_m3 * volume_m3 / square_m4 : 0.0;
+  const double reference_m2 = std::max(carrying_m2, rho * area_m2);
+  return reference_m2 > 0.0 ? 1.0 / reference_m2 : 0.0;
+}
+
+// What QueryPair is for `paper`: one pair, from poses to forces and planes. Same results, same meaning of what it
+// returns.
+double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
+                     const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
+                     PairResult* result);
+
+}  // namespace vps

@@ -1,0 +1,142 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "vps/asset/cooked_file.hpp"
+#include "vps/mesh/shapes.hpp"
+#include "vps/multibody/collision_world.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
+
+// The method `fast` behind the interface of CollisionWorld.
+namespace vps {
+namespace {
+
+std::shared_ptr<const CookedObject> Cooked(const TriangleMesh& mesh, double voxel_size_m, std::uint32_t num_points) {
+  return std::make_shared<const CookedObject>(*Cook(mesh, {voxel_size_m, num_points, Method::kFast}));
+}
+
+core::Pose At(double x, double y, double z, const glm::dvec3& turn = {}) {
+  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
+}
+
+// Object 0 is a plate with its upper face at z = 0.02; object 1 is on it.
+std::unique_ptr<CollisionWorld> OnPlate(const TriangleMesh& mesh, std::uint32_t num_points) {
+  WorldDescription description;
+  description.method = Method::kFast;
+  description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}}, {Cooked(mesh, 0, num_points), {}}};
+  description.pairs = {{.sampled = 1, .field = 0}};
+  return *CollisionWorld::Create(description);
+}
+
+TEST(FastWorld, ABoxPressedFlatFeelsStiffnessTimesDepth) {
+  for (const std::uint32_t num_points : {500U, 4000U}) {
+    const auto world = OnPlate(MakeBox({0.02, 0.02, 0.02}), num_points);
+    core::SerialFor serial;
+    world->SetPose(1, At(0.01, 0, 0.03 - 0.0004));
+    const StepReport& report = world->Step(&serial);
+    EXPECT_EQ(report.pairs_in_contact, 1U);
+    const PairResult& result = world->result(0);
+    EXPECT_NEAR(result.signed_distance_m, -0.0004, 2e-6);
+    // The sides that are inside add 8 % of area at half the depth; their forces cancel.
+    EXPECT_NEAR(result.F_So_W.force_N.z,
+                2.0e4 * 0.0004 * (1.0 + 0.08 / 3.0) / ((1.0 + 0.08 / 2.0) * (1.0 + 0.08 / 2.0)), 0.15);
+    EXPECT_LT(std::hypot(result.F_So_W.force_N.x, result.F_So_W.force_N.y), 0.1);
+    ASSERT_GE(result.planes.size(), 4U);
+    double stiffness = 0.0;
+    for (const core::ContactPlane& plane : result.planes) {
+      if (plane.n_G.z < 0.9f) continue;
+      EXPECT_GT(plane.n_G.z, 0.9999f);
+      const glm::dvec3 p_G = At(0.01, 0, 0.03 - 0.0004) * glm::dvec3(plane.p_S);
+      EXPECT_NEAR(glm::dot(glm::dvec3(plane.n_G), p_G - glm::dvec3(plane.q_G)), p_G.z - 0.02, 2e-6);
+      stiffness += plane.stiffness_N_per_m;
+    }
+    EXPECT_GT(stiffness, 0.9 * 2.0e4);
+  }
+}
+
+TEST(FastWorld, ForceOfABallGrowsWithoutSteps) {
+  const auto world = OnPlate(MakeSphere(0.01, 96), 4000);
+  core::SerialFor serial;
+  double before = 0.0;
+  double largest = 0.0;
+  for (int i = 0; i <= 800; ++i) {
+    world->SetPose(1, At(0, 0, 0.03 + 1e-4 - 1e-6 * i));
+    world->Step(&serial);
+    const double force = world->result(0).F_So_W.force_N.z;
+    largest = std::max(largest, std::abs(force - before));
+    before = force;
+  }
+  // The smooth change is 2/3 k per depth; no step is more than twice that.
+  EXPECT_LT(largest, 2.0 * 2.0 / 3.0 * 2.0e4 * 1e-6);
+  EXPECT_GT(before, 3.0);
+}
+
+TEST(FastWorld, RestsWhileApartAndNeverLate) {
+  WorldDescription description;
+  description.method = Method::kFast;
+  const auto torus = Cooked(MakeTorus(0.05, 0.02, 48, 24), 0.001, 3000);
+  description.objects = {{torus, {}}, {torus, At(0.3, 0, 0)}};
+  description.pairs = {{.sampled = 1, .field = 0}};
+  const auto world = *CollisionWorld::Create(description);
+  core::SerialFor serial;
+  std::uint32_t num_coherent = 0;
+  std::uint32_t num_in_contact = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double t = 0.01 * i;
+    const core::Pose X = At(0.16 + 0.1 * std::cos(2.0 * t), 0.03 * std::sin(3.0 * t), 0, {t, 2.0 * t, 0.3});
+    world->SetPose(1, X);
+    const StepReport& report = world->Step(&serial);
+    num_coherent += report.pairs_coherent;
+    num_in_contact += report.pairs_in_contact;
+    const FieldWalkResult flat = WalkFieldFlat(*torus->samples, *torus->field, X, 0.0);
+    ASSERT_EQ(report.pairs_in_contact, flat.num_colliding > 0 ? 1U : 0U) << i;
+  }
+  EXPECT_GT(num_coherent, 50U);
+  EXPECT_GT(num_in_contact, 50U);
+}
+
+TEST(FastWorld, NeedsObjectsThatWereCookedForIt) {
+  WorldDescription description;
+  description.method = Method::kFast;
+  const auto paper = std::make_shared<const CookedObject>(*Cook(MakeBox({0.1, 0.1, 0.1}), {0.002, 500}));
+  description.objects = {{paper, {}}, {paper, {}}};
+  description.pairs = {{.sampled = 1, .field = 0}};
+  EXPECT_FALSE(CollisionWorld::Create(description));
+}
+
+TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
+  const CookedObject object = *Cook(MakeBlockWithHole(0.03, 0.02, 0.01, 32), {0.001, 3000, Method::kFast});
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_test.vps";
+  ASSERT_TRUE(WriteCookedFile(file, 7, object));
+  const auto read = ReadCookedFile(file, 7);
+  ASSERT_TRUE(read) << read.error().detail;
+  EXPECT_EQ(read->field->words, object.field->words);
+  EXPECT_EQ(read->field->bricks, object.field->bricks);
+  EXPECT_EQ(read->field->creases, object.field->creases);
+  FieldWalkScratch scratch(*object.samples);
+  const core::Pose X_GS = At(0.003, 0.002, 0.018, {0.2, 0.1, 0.0});
+  const FieldWalkResult built = WalkField(*object.samples, *object.field, X_GS, 0.001, &scratch);
+  const FieldWalkResult cached = WalkField(*read->samples, *read->field, X_GS, 0.001, &scratch);
+  EXPECT_GT(built.num_near, 0U);
+  EXPECT_EQ(built.num_near, cached.num_near);
+  EXPECT_EQ(built.force_m3, cached.force_m3);
+  EXPECT_EQ(built.moment_m4, cached.moment_m4);
+  // A crease that points outside its table is refused even when the checksum is right.
+  CookedObject wrong = object;
+  wrong.field->words.back() = static_cast<std::uint32_t>(CellKind::kCrease) << 30 | 0x3fffffffU;
+  ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
+  const auto refused = ReadCookedFile(file, 7);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kDamaged);
+  std::filesystem::remove(file);
+}
+
+TEST(FastWorld, MethodsHaveDifferentCacheKeys) {
+  EXPECT_NE(CookedKey("x", 1, {0.001, 100, Method::kPaper}), CookedKey("x", 1, {0.001, 100, Method::kFast}));
+}
+
+}  // namespace
+}  // namespace vps
