@@ -76,16 +76,17 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
                           double margin_m, InstructionSet set, FieldWalkScratch* scratch) {
   FieldWalkResult result;
   const double s = field.voxel_size_m;
-  // The sphere around everything first: most pairs are far apart.
-  const glm::dvec3 centre = (X_GS * sampled.centre_m - field.origin_m) / s;
-  const FieldSample root = SampleField(field, glm::vec3(centre));
-  const double bound = std::max<double>(
-      static_cast<double>(root.centre_distance) - static_cast<double>(root.centre_offset),
-      glm::length(centre - glm::clamp(centre, glm::dvec3(0.0), glm::dvec3(field.nx, field.ny, field.nz))));
-  const double room_m = (bound - static_cast<double>(kCullSlack)) * s - sampled.radius_m - margin_m;
+  // The sphere around everything first: most pairs are far apart. Outside the grid its box says enough.
   result.spheres_tested = 1;
-  if (room_m > 0.0) {
-    result.free_distance_m = room_m;
+  const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);  // voxels
+  const glm::dvec3 centre = (X_GS * sampled.centre_m - field.origin_m) / s;
+  double bound = glm::length(centre - glm::clamp(centre, glm::dvec3(0.0), glm::dvec3(field.nx, field.ny, field.nz)));
+  if (bound <= needed) {
+    const FieldSample root = SampleField(field, glm::vec3(centre));
+    bound = std::max(bound, static_cast<double>(root.centre_distance) - static_cast<double>(root.centre_offset));
+  }
+  if (bound > needed) {
+    result.free_distance_m = (bound - needed) * s;
     return result;
   }
 
