@@ -44,7 +44,8 @@ struct BenchOptions {
 std::vector<Contender> OwnContenders();
 
 // Runs all on all workloads, prints a table, writes JSON, and for each workload a CSV and an SVG. Repetitions of the
-// contenders alternate, so that a change of the machine's speed meets all of them.
+// contenders alternate, so that a change of the machine's speed meets all of them; each turn of a quick one begins with
+// a pass that does not count, since the others have cleared the caches.
 core::Result<void> RunBench(const BenchOptions& options, const std::vector<Contender>& contenders);
 
 // Takes --json F, --plot DIR, --meshes DIR as the verb does. Returns an exit status.

@@ -28,7 +28,7 @@ Methods:
            lambda sum P x V n in m^2 [VR-OOS, Eq. 1-2]. Apart, the distance is a lower bound. --accuracy_m X takes
            voxels of 3 X; by default a voxel is 1/256 of A's longest side; points default to one voxel apart.
   fast     distance field of A, area-weighted samples of B: the integral above. Resolution as for paper.
-  oracle   exact distance and depth (1e-4), the integral to 1e-4. Slow. Takes no resolution.)";
+  oracle   exact distance, depth to 1e-3, the integral to 1e-4. Slow. Takes no resolution.)";
 
 struct Request {
   std::string method;

@@ -87,13 +87,13 @@ class DeepestSearch {
   DeepestSearch(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB) : A_(A), B_(B), X_AB_(X_AB) {}
 
   Deepest Run() {
-    constexpr std::uint64_t kMaxRegions = 100'000;
+    constexpr std::uint64_t kMaxRegions = 50'000;
     if (B_.triangles().empty()) return {};
     tolerance_ = 1e-9 * B_.nodes()[0].radius_m;
     PushNode(0);
     while (!open_.empty()) {
       const Region region = open_.top();
-      const double goal = std::max(tolerance_, 1e-4 * best_.depth_m);
+      const double goal = std::max(tolerance_, 1e-3 * best_.depth_m);
       best_.error_bound_m = std::max(0.0, region.bound - best_.depth_m);
       if (best_.error_bound_m <= goal || num_regions_ >= kMaxRegions) break;
       open_.pop();

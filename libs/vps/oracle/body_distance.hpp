@@ -22,7 +22,7 @@ struct Deepest {
   glm::dvec3 p_A_m{0.0};
   double error_bound_m = 0.0;
 };
-// Deepest point of B's surface in A by branch and bound, to 1e-4 of the depth or 1e-9 of B's size.
+// Deepest point of B's surface in A by branch and bound, to 1e-3 of the depth or 1e-9 of B's size.
 Deepest FindDeepest(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB);
 
 // Least distance of the two surfaces, exact to rounding; 0 where they meet.

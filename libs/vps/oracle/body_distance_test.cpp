@@ -91,8 +91,8 @@ TEST(BodyDistance, OfABoxInAFaceIsItsDepth) {
   const MeshDistance A(MakeBox({0.2, 0.2, 0.2}));
   const MeshDistance B(MakeBox({0.1, 0.1, 0.1}));
   const BodyDistance d = SignedBodyDistance(A, B, At(0.02, 0.0, 0.147));
-  EXPECT_NEAR(d.signed_distance_m, -0.003, 1e-6);
-  EXPECT_LE(d.error_bound_m, 1e-6);
+  EXPECT_NEAR(d.signed_distance_m, -0.003, 3e-6);
+  EXPECT_LE(d.error_bound_m, 3e-6);
 }
 
 TEST(BodyDistance, OfTwoSpheresFollowsTheirCentres) {
@@ -110,17 +110,17 @@ TEST(BodyDistance, CountsPenetrationOfEitherSurface) {
   const MeshDistance wall(MakeBox({0.2, 0.2, 0.02}));
   const MeshDistance pin(MakeCylinder(0.002, 0.1, 64));
   const BodyDistance d = SignedBodyDistance(wall, pin, At(0.0, 0.0, 0.0));
-  EXPECT_NEAR(d.signed_distance_m, -0.01, 2e-6);
+  EXPECT_NEAR(d.signed_distance_m, -0.01, 1e-5);
   EXPECT_TRUE(d.is_deepest_in_A);
   const BodyDistance swapped = SignedBodyDistance(pin, wall, At(0.0, 0.0, 0.0));
-  EXPECT_NEAR(swapped.signed_distance_m, -0.01, 2e-6);
+  EXPECT_NEAR(swapped.signed_distance_m, -0.01, 1e-5);
   EXPECT_FALSE(swapped.is_deepest_in_A);
 }
 
 TEST(BodyDistance, SeesABodyThatIsSwallowed) {
   const MeshDistance A(MakeBox({0.2, 0.2, 0.2}));
   const MeshDistance B(MakeSphere(0.02, 64));
-  EXPECT_NEAR(SignedBodyDistance(A, B, At(0.0, 0.0, 0.03)).signed_distance_m, -0.09, 2e-5);
+  EXPECT_NEAR(SignedBodyDistance(A, B, At(0.0, 0.0, 0.03)).signed_distance_m, -0.09, 9e-5);
 }
 
 }  // namespace
