@@ -31,7 +31,7 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}};
+  std::map<std::string, std::string> options = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}, {"--method", ""}};
   for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
   for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
     if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
@@ -43,11 +43,12 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGINT, OnSignal);
 
-  const auto scenario = scene::LoadScenario(options["--scenario"]);
+  auto scenario = scene::LoadScenario(options["--scenario"]);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
     return 2;
   }
+  if (!options["--method"].empty()) scenario->method = options["--method"];
   bus::WorkerPool pool(static_cast<unsigned>(workers), "haptic-work", mode == bus::RealTimeMode::kOff ? 0 : kPriority);
   haptic_node::Options haptic_options;
   haptic_options.cache = options["--cache"];

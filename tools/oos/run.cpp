@@ -180,12 +180,6 @@ int Run(const Arguments& arguments) {
     if (!vps::MethodFromName(method)) {
       return Complain("run", "--method is paper or fast, not '" + method + "'", kBadUsage);
     }
-    if (!arguments.has("--lockstep")) {
-      return Complain(
-          "run",
-          "--method goes with --lockstep; for processes write method=\"" + method + "\" into the scenario's <run>",
-          kBadUsage);
-    }
     scenario.method = method;
   }
   const auto wanted = ReadWanted(arguments, scenario.name);
