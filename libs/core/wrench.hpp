@@ -16,9 +16,15 @@ struct Wrench {
   }
 };
 
-inline Wrench operator-(const Wrench& w) { return {-w.force_N, -w.torque_Nm}; }
-inline Wrench operator+(Wrench a, const Wrench& b) { return a += b; }
-inline Wrench operator*(double s, const Wrench& w) { return {s * w.force_N, s * w.torque_Nm}; }
+inline Wrench operator-(const Wrench& w) {
+  return {-w.force_N, -w.torque_Nm};
+}
+inline Wrench operator+(Wrench a, const Wrench& b) {
+  return a += b;
+}
+inline Wrench operator*(double s, const Wrench& w) {
+  return {s * w.force_N, s * w.torque_Nm};
+}
 
 // Moves the point about which the torque is taken: F_Q from F_P, with p_QP the vector from Q to P in the same frame.
 inline Wrench ShiftWrench(const Wrench& F_P, const glm::dvec3& p_QP) {

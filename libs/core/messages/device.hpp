@@ -26,8 +26,8 @@ struct DeviceState {
 struct DeviceCommand {
   Header header;
   std::uint8_t role_index = 0;
-  Wrench F_Do_W;            // on the hand, about the device's hand frame origin
-  double grip_force_N = 0.0;  // opens the jaws when positive
+  Wrench F_Do_W;                          // on the hand, about the device's hand frame origin
+  double grip_force_N = 0.0;              // opens the jaws when positive
   std::int64_t validity_ns = 10'000'000;  // after this age the bridge fades the force out
 };
 

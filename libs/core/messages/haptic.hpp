@@ -27,10 +27,10 @@ struct HapticProxy {
 // A contact between S (sampled body) and G (field body), architecture D5: a point fixed in S, a plane fixed in G.
 // The receiver re-evaluates gap = n_G . (X_GS p_S - q_G) with its own current poses at each of its own ticks.
 struct ContactPlane {
-  std::uint32_t id = 0;        // stable from cycle to cycle while the contact lasts
-  glm::vec3 p_S{0.0f};         // contact point, m, in S
-  glm::vec3 q_G{0.0f};         // point on the plane, m, in G
-  glm::vec3 n_G{0.0f};         // unit normal, from G to S, in G
+  std::uint32_t id = 0;         // stable from cycle to cycle while the contact lasts
+  glm::vec3 p_S{0.0f};          // contact point, m, in S
+  glm::vec3 q_G{0.0f};          // point on the plane, m, in G
+  glm::vec3 n_G{0.0f};          // unit normal, from G to S, in G
   float stiffness_N_per_m = 0;  // of this plane; the pair's total is the sum over its penetrating planes
 };
 
@@ -39,7 +39,7 @@ constexpr std::size_t kMaxContactPlanes = 20;
 // contacts/<source>/<pair>: complete in itself. Sent also with positive gaps within the look-ahead margin.
 struct ContactSet {
   Header header;
-  std::uint16_t pair_index = 0;   // into scene::Scenario::pairs
+  std::uint16_t pair_index = 0;    // into scene::Scenario::pairs
   std::uint16_t sampled_body = 0;  // S, object index
   std::uint16_t field_body = 0;    // G, object index
   std::uint64_t cycle = 0;

@@ -13,14 +13,14 @@ struct LampState {
 };
 
 struct LogicStatus {
-  std::int64_t time_ns = 0;   // bus time
-  std::string step;           // active procedure step, e.g. "switch_off"
-  std::string hint;           // caption for people
+  std::int64_t time_ns = 0;  // bus time
+  std::string step;          // active procedure step, e.g. "switch_off"
+  std::string hint;          // caption for people
   std::vector<std::string> active_states;
   std::vector<LampState> lamps;
   bool is_final = false;
   bool is_failed = false;
-  std::string why;            // when failed: which step and why
+  std::string why;  // when failed: which step and why
 };
 
 // param/set (SERVICE): NODE.PARAM VALUE, applied by the owner at the top of its next tick and acknowledged with it.

@@ -25,7 +25,7 @@ struct MechanismState {
   std::uint16_t mechanism = 0;  // index in the scenario
   std::int32_t state = 0;       // hinge: nearest detent (0, 1); snap: 0 free, 1 engaged; hook-and-loop: patches left
   double position = 0.0;
-  double force = 0.0;           // N or Nm along the axis, on the child
+  double force = 0.0;  // N or Nm along the axis, on the child
 };
 
 // physics/state (split by body group on the wire, complete here).

@@ -8,20 +8,20 @@ namespace core {
 
 // Where a stamp in the latency chain was taken. Values are on the wire: append, never renumber.
 enum class Stage : std::uint8_t {
-  kDeviceSample = 1,    // device state sampled (trace origin)
-  kDeviceSend = 2,      // bridge hands the sample to the socket
-  kHapticReceive = 3,   // haptic_node takes it off the socket
-  kHapticStart = 4,     // haptic step begins
-  kHapticSend = 5,      // haptic step done, results handed to the socket
+  kDeviceSample = 1,   // device state sampled (trace origin)
+  kDeviceSend = 2,     // bridge hands the sample to the socket
+  kHapticReceive = 3,  // haptic_node takes it off the socket
+  kHapticStart = 4,    // haptic step begins
+  kHapticSend = 5,     // haptic step done, results handed to the socket
   kPhysicsReceive = 6,
   kPhysicsStart = 7,
   kPhysicsSend = 8,
-  kDeviceReceive = 9,   // bridge takes a command off the socket
-  kDeviceWrite = 10,    // command passed the safety filter and was written to the device
+  kDeviceReceive = 9,  // bridge takes a command off the socket
+  kDeviceWrite = 10,   // command passed the safety filter and was written to the device
   kVisualReceive = 11,
-  kVisualApply = 12,    // visual node applied the state to its scene: t2_state ends here
-  kFrameStart = 13,     // first frame that shows it begins to draw
-  kFrameDone = 14,      // image finished (glFinish), vsync not waited for: t2_image ends here
+  kVisualApply = 12,  // visual node applied the state to its scene: t2_state ends here
+  kFrameStart = 13,   // first frame that shows it begins to draw
+  kFrameDone = 14,    // image finished (glFinish), vsync not waited for: t2_image ends here
 };
 
 struct Stamp {
