@@ -282,7 +282,10 @@ core::Result<void> RunBench(const BenchOptions& options, const std::vector<Conte
   const Workloads workloads = MakeWorkloads(options.scenarios, options.meshes);
   for (const std::string& skipped : workloads.skipped) std::printf("skipped %s\n", skipped.c_str());
   std::vector<Measurement> all;
+  std::string known;
   for (const Workload& workload : workloads.found) {
+    known += " " + workload.name;
+    if (!options.only.empty() && workload.name != options.only) continue;
     const auto rows = RunWorkload(workload, contenders);
     if (!rows) return tl::unexpected(rows.error());
     all.insert(all.end(), rows->begin(), rows->end());
@@ -292,6 +295,7 @@ core::Result<void> RunBench(const BenchOptions& options, const std::vector<Conte
       return done;
     }
   }
+  if (all.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "no pair '" + options.only + "'; known:" + known);
   if (options.json.empty()) return {};
   return Write(options.json, Json(all, workloads.skipped));
 }

@@ -38,6 +38,7 @@ struct BenchOptions {
   std::filesystem::path plot;  // folder; empty: none
   std::filesystem::path meshes;
   std::filesystem::path scenarios;
+  std::string only;  // name of one pair; empty: all
 };
 
 // `paper` and `fast` at several voxel sizes and point counts.

@@ -3,9 +3,10 @@
 #include "tools/contact/bench.hpp"
 #include "tools/contact_peers/peers.hpp"
 
-// `oos bench vps` runs this in its own place where it exists. Arguments: JSON file, plot folder, meshes, scenarios.
+// `oos bench vps` runs this in its own place where it exists. Arguments: JSON file, plot folder, meshes, scenarios, one
+// pair or "".
 int main(int argc, char** argv) {
-  if (argc != 5) {
+  if (argc != 6) {
     std::fprintf(stderr, "oos_bench_peers: run `oos bench vps`, which runs this\n");
     return 2;
   }
@@ -21,5 +22,5 @@ int main(int argc, char** argv) {
                  [](const contact::Workload& w) { return contact_peers::MakeFclMethod(w.A, w.B); }, false});
   all.push_back({"GImpact", "margin 0",
                  [](const contact::Workload& w) { return contact_peers::MakeGimpactMethod(w.A, w.B); }, false});
-  return contact::BenchMain({argv[1], argv[2], argv[3], argv[4]}, all);
+  return contact::BenchMain({argv[1], argv[2], argv[3], argv[4], argv[5]}, all);
 }

@@ -25,10 +25,11 @@ int Run(const Arguments& arguments) {
   options.plot = arguments.text("--plot");
   options.meshes = arguments.text("--meshes", "../shared/data/meshes");
   options.scenarios = arguments.text("--scenarios", "scenarios");
+  options.only = arguments.text("--pair");
   const std::filesystem::path peers = ProgramFolder() / "oos_bench_peers";
   if (access(peers.c_str(), X_OK) == 0) {
     execl(peers.c_str(), peers.c_str(), options.json.c_str(), options.plot.c_str(), options.meshes.c_str(),
-          options.scenarios.c_str(), static_cast<char*>(nullptr));
+          options.scenarios.c_str(), options.only.c_str(), static_cast<char*>(nullptr));
     return Complain("bench", peers.string() + ": cannot be run", kBadUsage);
   }
   return contact::BenchMain(options, contact::OwnContenders());
@@ -45,7 +46,8 @@ Verb BenchVerb() {
           {{"--json", "FILE", "where all numbers go"},
            {"--plot", "DIR", "folder for one CSV and one SVG for each pair"},
            {"--meshes", "DIR", "public meshes; default ../shared/data/meshes"},
-           {"--scenarios", "DIR", "folder of the scenarios; default scenarios"}},
+           {"--scenarios", "DIR", "folder of the scenarios; default scenarios"},
+           {"--pair", "NAME", "only this pair"}},
           Run,
           kDetails};
 }
