@@ -71,13 +71,15 @@ int Luma(const std::uint8_t* p) {
 // tests/sanitizers/lsan.supp says of the driver would not be found.
 void KeepDriverLoaded() {
 #if defined(__SANITIZE_ADDRESS__)
+  std::string driver;
   dl_iterate_phdr(
-      [](dl_phdr_info* library, std::size_t, void*) {
+      [](dl_phdr_info* library, std::size_t, void* found) {
         const std::string name = library->dlpi_name;
-        if (name.ends_with("_dri.so")) dlopen(name.c_str(), RTLD_NOW | RTLD_NODELETE | RTLD_NOLOAD);
+        if (name.ends_with("_dri.so")) *static_cast<std::string*>(found) = name;
         return 0;
       },
-      nullptr);
+      &driver);
+  if (!driver.empty()) dlopen(driver.c_str(), RTLD_NOW | RTLD_NODELETE | RTLD_NOLOAD);
 #endif
 }
 
