@@ -25,15 +25,16 @@ class Generator {
   void Run(const std::vector<PairElement>& elements) {
     for (const PairElement& element : elements) Resolve(element);
     const std::vector<Object>& objects = scenario_.objects;
-    for (std::uint16_t i = 0; i < objects.size(); ++i) {
-      for (std::uint16_t j = i + 1; j < objects.size(); ++j) AddPair(i, j);
+    const auto num_objects = static_cast<std::uint16_t>(objects.size());
+    for (std::uint16_t i = 0; i < num_objects; ++i) {
+      for (std::uint16_t j = i + 1; j < num_objects; ++j) AddPair(i, j);
     }
   }
 
  private:
   using Key = std::pair<int, int>;  // object indices, the lower first
 
-  void Say(const PairElement& element, std::string what, std::string why, std::string fix) {
+  void Say(const PairElement& element, const std::string& what, std::string why, std::string fix) {
     diagnostics_->push_back({element.figures.location, "pair " + element.a + "/" + element.b + ": " + what,
                              std::move(why), std::move(fix)});
   }

@@ -393,7 +393,7 @@ class Builder {
           "swap the limits or widen them");
     }
     const std::vector<double>& detents = hinge.detents_rad;
-    if (detents.size() != 0 && detents.size() != 2) {
+    if (!detents.empty() && detents.size() != 2) {
       Say(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",
           "a hinge has none or two, the two stable positions of a switch", "give two angles or remove detents_deg");
     } else if (detents.size() == 2 && detents[0] >= detents[1]) {
