@@ -27,6 +27,8 @@ double QueryFastPair(const SampleTree& sampled, const DistanceField& field, cons
   result->is_in_contact = walk.num_colliding > 0;
   result->f_So_S = {};
   result->F_So_W = {};
+  scratch->force_m3 = walk.force_m3;
+  scratch->moment_m4 = walk.moment_m4;
   if (walk.num_near == 0) {
     result->planes.clear();
     result->signed_distance_m = pair.look_ahead_m + walk.free_distance_m;

@@ -18,6 +18,10 @@ struct FastPairScratch {
   explicit FastPairScratch(const SampleTree& tree) : walk(tree), contacts(2 * kMaxFastContacts + kBlock) {}
   FieldWalkScratch walk;
   std::vector<SampledContact> contacts;
+  // Of the last query: the penalty integral over S's surface inside G before AreaScale, and its moment about S's mesh
+  // origin, in S.
+  glm::dvec3 force_m3{0.0};
+  glm::dvec3 moment_m4{0.0};
 };
 
 // Turns the penalty integral (m^3) into the length that a pair's stiffness [N/m] multiplies: divides it by the area
