@@ -38,11 +38,7 @@ glm::dvec3 Shortened(const glm::dvec3& v, double limit) {
 
 SimulatedOperator::SimulatedOperator(const scene::Scenario& scenario, OperatorScript script, std::uint64_t seed,
                                      const OperatorOptions& options)
-    : scenario_(scenario),
-      script_(std::move(script)),
-      options_(options),
-      random_(seed),
-      sight_(scenario, options.visual_delay_s) {
+    : script_(std::move(script)), options_(options), random_(seed), sight_(scenario, options.visual_delay_s) {
   end_point_error_ = random_.Uniform(0.05, 0.08);
   if (options.end_point_error >= 0.0) end_point_error_ = options.end_point_error;
   records_.reserve(kMaxRecords);

@@ -105,7 +105,6 @@ class SimulatedOperator {
   void EndLine(LineOutcome outcome, std::int64_t now_ns) noexcept;
   void UpdateTarget(Hand* hand, double dt_s) noexcept;
 
-  const scene::Scenario& scenario_;
   OperatorScript script_;
   OperatorOptions options_;
   Random random_;
@@ -138,7 +137,6 @@ class SimulatedOperator {
 
   // push
   double pushed_m_ = 0.0;
-  double push_speed_m_per_s_ = 0.0;
   double push_time_s_ = 0.0;
   glm::dvec3 p_push_begin_{0.0};
   double progress_m_ = 0.0;

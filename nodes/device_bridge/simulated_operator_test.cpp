@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "nodes/device_bridge/toy_world.hpp"
 
@@ -48,7 +47,7 @@ TEST(SimulatedOperator, TheSameSeedMovesTheSameAndAnotherDoesNot) {
   };
   const glm::dvec3 first = run(7);
   const glm::dvec3 second = run(7);
-  EXPECT_EQ(std::memcmp(&first, &second, sizeof first), 0);
+  EXPECT_EQ(first, second);
   EXPECT_NE(first, run(8));
 }
 

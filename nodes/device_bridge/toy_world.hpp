@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -88,7 +89,8 @@ struct ToyWorld {
     if (after) after(*this);
   }
   void Run(double seconds) {
-    for (int i = 0; i < static_cast<int>(seconds * 1000.0 + 0.5); ++i) Tick();
+    const long num_ticks = std::lround(seconds * 1000.0);
+    for (long i = 0; i < num_ticks; ++i) Tick();
   }
   // True when `count` lines of the script were ended in time.
   bool RunLines(std::size_t count, double seconds) {

@@ -229,15 +229,12 @@ void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
     PairRole& pair_role = pair_roles_[i];
     if (!pair_role.is_published) continue;
     const vps::PairResult& result = world_->result(i);
-    const bool is_near =
-        world_->is_active(i) && (result.is_in_contact || !result.planes.empty()) && world_->is_fresh(i);
+    const bool is_near = world_->is_active(i) && (result.is_in_contact || !result.planes.empty());
     if (is_near) {
+      if (!world_->is_fresh(i)) continue;  // late in this cycle: what was sent before still counts
       pair_role.empty_sets_left = kEmptySets;
-    } else if (world_->is_active(i) && (result.is_in_contact || !result.planes.empty())) {
-      continue;  // late in this cycle: what was sent before still counts
-    } else if (pair_role.empty_sets_left == 0) {
-      continue;
     } else {
+      if (pair_role.empty_sets_left == 0) continue;
       --pair_role.empty_sets_left;
     }
     core::ContactSet& set = outputs->contacts[i];

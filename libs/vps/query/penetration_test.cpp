@@ -147,7 +147,7 @@ TEST(Voxmap, SignIsThatOfTheWindingNumberBeyondTheSurfaceVoxels) {
     const auto x = static_cast<int>((random() + 1.0) * 0.5 * field.nx);
     const auto y = static_cast<int>((random() + 1.0) * 0.5 * field.ny);
     const auto z = static_cast<int>((random() + 1.0) * 0.5 * field.nz);
-    const int layer = field.at(x, y, z);
+    const int layer{field.at(x, y, z)};
     const glm::dvec3 centre = field.origin_m + field.voxel_size_m * (glm::dvec3(x, y, z) + 0.5);
     if (layer == 0) {
       EXPECT_LE(exact.UnsignedDistance(centre), 0.8661 * field.voxel_size_m);
