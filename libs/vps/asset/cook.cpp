@@ -35,7 +35,7 @@ std::uint64_t HashOf(const TriangleMesh& mesh) {
 
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters, const Progress& progress) {
   if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
-  if (IsInsideOut(mesh)) {
+  if (parameters.sheet_half_thickness_m == 0.0 && IsInsideOut(mesh)) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh is inside out: turn its faces over");
   }
   CookedObject object;
@@ -46,7 +46,8 @@ core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& 
   }
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
-      auto field = BuildField(mesh, parameters.voxel_size_m, progress);
+      auto field = BuildField(mesh, parameters.voxel_size_m,
+                              {.sheet_half_thickness_m = parameters.sheet_half_thickness_m, .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
     }

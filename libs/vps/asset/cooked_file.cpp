@@ -278,6 +278,7 @@ std::uint64_t CookedKey(const void* mesh_bytes, std::size_t num_bytes, const Coo
   std::uint64_t key = core::Hash64(mesh_bytes, num_bytes, kCookedFormatVersion);
   key = core::Hash64(&parameters.voxel_size_m, sizeof parameters.voxel_size_m, key);
   key = core::Hash64(&parameters.num_points, sizeof parameters.num_points, key);
+  key = core::Hash64(&parameters.sheet_half_thickness_m, sizeof parameters.sheet_half_thickness_m, key);
   return core::Hash64(&parameters.method, sizeof parameters.method, key);
 }
 

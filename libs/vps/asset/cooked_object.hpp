@@ -46,6 +46,7 @@ struct CookParameters {
   double voxel_size_m = 0.0;     // 0: no field side
   std::uint32_t num_points = 0;  // 0: no sampled side
   Method method = Method::kPaper;
+  double sheet_half_thickness_m = 0.0;  // BuildFieldOptions; 0: a solid. Method fast only
 };
 
 // Builds from a mesh in memory.

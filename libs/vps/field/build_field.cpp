@@ -113,6 +113,7 @@ void FillBricks(const TriangleField& triangles, const BandBricks& band,
       if (brick.triangle[k] == BandBricks::kNone) continue;
       const glm::dvec3 p = glm::dvec3(brick.cell * 8 + glm::ivec3(k & 7, k >> 3 & 7, k >> 6)) + 0.5;
       const auto value = triangles.SignedValue(brick.triangle[k], triangles.Closest(brick.triangle[k], p), p);
+      if (std::abs(value.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
       field->words[(b + 1) * DistanceField::kBrickWords + k] =
           EncodePlane(static_cast<float>(value.distance), glm::vec3(value.gradient));
     }
@@ -132,7 +133,7 @@ void FitCreases(const TriangleField& triangles, const BandBricks& band,
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
       if (brick.triangle[k] == BandBricks::kNone) continue;
       const glm::ivec3 c(k & 7, k >> 3 & 7, k >> 6);
-      if (!apron.IsCrease(c)) continue;
+      if (KindOf(planes[(b + 1) * DistanceField::kBrickWords + k]) == CellKind::kCoarse || !apron.IsCrease(c)) continue;
       const glm::ivec3 voxel = brick.cell * 8 + c;
       near.clear();
       for (int n = 0; n < 27; ++n) {
@@ -162,12 +163,19 @@ void FitCreases(const TriangleField& triangles, const BandBricks& band,
 }  // namespace
 
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
-                                       const std::function<void(std::string_view, double)>& progress) {
+                                       const BuildFieldOptions& options) {
   if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the voxel size must be positive");
   }
+  if (!(options.sheet_half_thickness_m >= 0.0) || !std::isfinite(options.sheet_half_thickness_m)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "the half thickness of a sheet must not be negative");
+  }
   if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
-  const Box box = BoundingBox(mesh);
+  const auto& progress = options.progress;
+  const double half_thickness = options.sheet_half_thickness_m / voxel_size_m;
+  Box box = BoundingBox(mesh);
+  box.lower -= options.sheet_half_thickness_m;
+  box.upper += options.sheet_half_thickness_m;
   DistanceField field;
   field.voxel_size_m = voxel_size_m;
   const double border = std::max<double>(DistanceField::kMinBorder, std::ceil(DistanceField::kBorder_m / voxel_size_m));
@@ -187,13 +195,13 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
 
   TriangleMesh scaled = mesh;
   for (glm::dvec3& v : scaled.vertices) v = (v - field.origin_m) / voxel_size_m;
-  const TriangleField triangles(scaled);
+  const TriangleField triangles(scaled, half_thickness);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }
   if (progress) progress("distance field: raster", 0.0);
   const BandBricks band = RasterBand(triangles, glm::ivec3(field.nx, field.ny, field.nz) / DistanceField::kBrick,
-                                     DistanceField::kBandVoxels);
+                                     half_thickness + DistanceField::kBandVoxels);
   FillBricks(triangles, band, progress, &field);
   FitCreases(triangles, band, progress, &field);
   FillCoarse(triangles, progress, &field);

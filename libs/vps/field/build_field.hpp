@@ -13,9 +13,17 @@ namespace vps {
 // cell's edge, not with the box's voxels.
 constexpr double kMaxFieldVoxels = 3e10;
 
-// Builds the field of a closed mesh: nearest triangles in the band by raster, signs by pseudonormals, creases fitted,
-// the coarse grid by a bounding volume hierarchy. Errors: no triangle, voxel size not positive or far too small.
+struct BuildFieldOptions {
+  // 0: the mesh bounds a solid. Else the mesh is a sheet, open or not, with two sides and no inside: the solid is
+  // everything nearer to a triangle than this, and the field is the unsigned distance less it.
+  double sheet_half_thickness_m = 0.0;
+  std::function<void(std::string_view stage, double fraction)> progress;
+};
+
+// Builds the field of a mesh: nearest triangles in the band by raster, signs by pseudonormals, creases fitted, the
+// coarse grid by a bounding volume hierarchy. Errors: no triangle, voxel size not positive or far too small, thickness
+// negative.
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
-                                       const std::function<void(std::string_view, double)>& progress = {});
+                                       const BuildFieldOptions& options = {});
 
 }  // namespace vps

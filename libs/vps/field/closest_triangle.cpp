@@ -17,7 +17,8 @@ double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const 
 
 }  // namespace
 
-TriangleField::TriangleField(const TriangleMesh& input) {
+TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness)
+    : sheet_half_thickness_(sheet_half_thickness) {
   const TriangleMesh mesh = MergeDuplicateVertices(input);
   indices_ = mesh.triangles;
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
@@ -165,13 +166,14 @@ TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const Cl
   const glm::dvec3 pseudo = PseudoNormal(triangle, closest.feature);
   const glm::dvec3 r = p - closest.point;
   const double distance = std::sqrt(closest.squared_distance);
-  const double sign = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
+  const bool is_sheet = sheet_half_thickness_ > 0.0;
+  const double sign = is_sheet || glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
   Value value;
-  value.distance = sign * distance;
+  value.distance = sign * distance - sheet_half_thickness_;
   // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.
   const double length = glm::length(pseudo);
   if ((closest.feature == 6 || distance < 1e-9) && length > 0.0) {
-    value.gradient = pseudo / length;
+    value.gradient = pseudo / (is_sheet && glm::dot(r, pseudo) < 0.0 ? -length : length);
   } else if (distance > 0.0) {
     value.gradient = r * (sign / distance);
   }

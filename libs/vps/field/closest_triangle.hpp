@@ -20,9 +20,11 @@ struct ClosestFeature {
 // The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
 // exact for a closed, consistently oriented surface without self-intersections. Where the surface is open the nearest
 // triangle's own side decides.
+//
+// With a half thickness the mesh is a sheet with two sides and no inside: the solid is everything nearer than that.
 class TriangleField {
  public:
-  explicit TriangleField(const TriangleMesh& mesh);
+  explicit TriangleField(const TriangleMesh& mesh, double sheet_half_thickness = 0.0);
 
   [[nodiscard]] std::size_t num_triangles() const { return triangles_.size(); }
   [[nodiscard]] const std::array<glm::dvec3, 3>& corners(std::uint32_t triangle) const { return triangles_[triangle]; }
@@ -48,6 +50,7 @@ class TriangleField {
   void BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
+  double sheet_half_thickness_ = 0.0;  // 0: a solid
   std::vector<std::array<glm::dvec3, 3>> triangles_;
   std::vector<std::array<std::uint32_t, 3>> indices_;
   std::vector<glm::dvec3> normals_;         // unit, per triangle; 0 when it has no area
