@@ -67,8 +67,8 @@ void BusThread::Stop() {
 
 int BusThread::PollTimeout_ms() const {
   std::int64_t due = std::min(next_heartbeat_ns_, next_hello_ns_);
-  const bool is_waiting =
-      !open_calls_.empty() || !events_for_step_.empty() || !states_for_step_.empty() || !acks_for_step_.empty();
+  const bool is_waiting = !open_calls_.empty() || !events_for_step_.empty() || !states_for_step_.empty() ||
+                          !acks_for_step_.empty() || core_->events_out.Front() != nullptr;
   const std::int64_t now = core::MonotonicNow_ns();
   if (is_waiting) due = std::min(due, now + 10 * kMillisecond_ns);
   return static_cast<int>(std::clamp<std::int64_t>((due - now + kMillisecond_ns - 1) / kMillisecond_ns, 0, 50));

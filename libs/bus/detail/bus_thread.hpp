@@ -73,7 +73,9 @@ class BusThread {
     std::uint64_t next_event = 1;
     std::uint64_t sent_event = 0;  // last that was handed to the socket; dropped ones do not count as on their way
     std::uint64_t acked_event = 0;
-    bool is_out_of_credit = false;
+    bool is_out_of_credit = false;      // and it was told
+    std::int64_t starved_since_ns = 0;  // an event waits for its credit; 0: none does
+    [[nodiscard]] bool HasCredit() const { return sent_event < acked_event + kEventCredit; }
   };
 
   struct OpenCall {
@@ -108,12 +110,16 @@ class BusThread {
   void ReceiveFromPeer(Peer& peer);
   void TakeState(Peer& peer, const oos::StateEntry& entry);
   void TakeEvent(Peer& peer, const oos::EventItem& item);
+  void AckEvents(Peer& peer);
   void ReceiveFromRouter();
   void TakeSubscribe(const std::string& routing, const oos::Subscribe& subscribe);
   void TakeRequest(const std::string& routing, const oos::ParameterRequest& request);
   bool SendToRouted(const std::string& routing, const oos::Control& control);
   bool SendToPeer(Peer& peer, const oos::Control& control);
   void DrainStepThread();
+  void DrainEvents();
+  Peer* FindReader(const Subscription& subscription);
+  bool IsWaitingForCredit();
   void SendState(const StateItem& item);
   void SendEvent(const core::Event& event);
   void OpenParameterCall(const ParameterCall& call);

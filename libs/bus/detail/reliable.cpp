@@ -11,6 +11,8 @@ namespace {
 constexpr std::int64_t kAskAgainAfter_ns = 300 * kMillisecond_ns;
 constexpr std::int64_t kBehindTooLong_ns = 200 * kMillisecond_ns;
 constexpr std::int64_t kWaitForOwners_ns = 500 * kMillisecond_ns;
+constexpr std::int64_t kWaitForCredit_ns = 100 * kMillisecond_ns;
+constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: its end may be far
 constexpr std::size_t kMaxEventsForStep = 2'000;
 
 core::Event ToCore(const oos::Event& event) {
@@ -96,6 +98,7 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
       }
       case oos::Control::kEvent:
         TakeEvent(peer, control.event());
+        if (peer.next_event > peer.acked_event + kAckEvery) AckEvents(peer);
         break;
       case oos::Control::kParameterReply: {
         const auto open = open_calls_.find(control.parameter_reply().request());
@@ -106,11 +109,13 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
         core_->refused.fetch_add(1, std::memory_order_relaxed);
     }
   }
-  if (peer.next_event > peer.acked_event + 1) {
-    oos::Control control;
-    control.mutable_event_ack()->set_sequence(peer.next_event - 1);
-    if (SendToPeer(peer, control)) peer.acked_event = peer.next_event - 1;
-  }
+  if (peer.next_event > peer.acked_event + 1) AckEvents(peer);
+}
+
+void BusThread::AckEvents(Peer& peer) {
+  oos::Control control;
+  control.mutable_event_ack()->set_sequence(peer.next_event - 1);
+  if (SendToPeer(peer, control)) peer.acked_event = peer.next_event - 1;
 }
 
 void BusThread::TakeState(Peer& peer, const oos::StateEntry& entry) {
@@ -185,6 +190,7 @@ void BusThread::ReceiveFromRouter() {
       subscription.acked_event = std::clamp(control.event_ack().sequence(), subscription.acked_event,
                                             std::max(subscription.sent_event, subscription.acked_event));
       subscription.is_out_of_credit = false;
+      subscription.starved_since_ns = 0;
     } else if (control.has_parameter_request()) {
       TakeRequest(from, control.parameter_request());
     } else {
@@ -210,9 +216,9 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
   oos::Control snapshot;
   snapshot.mutable_state_snapshot()->set_version(own_state_version_);
   for (const auto& [key, entry] : retained_) *snapshot.mutable_state_snapshot()->add_entries() = entry;
-  if (!SendToRouted(routing, ack) || (subscribe.wants_state() && !SendToRouted(routing, snapshot))) {
-    subscriptions_.erase(routing);  // it asks again
-  }
+  // What does not get through is asked for again. The subscription stays: were its events numbered from 1 again, the
+  // reader would take them for repetitions.
+  if (SendToRouted(routing, ack) && subscribe.wants_state()) SendToRouted(routing, snapshot);
 }
 
 void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequest& request) {
@@ -254,10 +260,7 @@ void BusThread::DrainStepThread() {
     SendState(*item);
     core_->states_out.EndPop();
   }
-  while (const core::Event* event = core_->events_out.Front()) {
-    SendEvent(*event);
-    core_->events_out.EndPop();
-  }
+  DrainEvents();
   while (const ParameterAnswer* answer = core_->answers_out.Front()) {
     const auto ticket = tickets_.find(answer->ticket);
     if (ticket != tickets_.end()) {
@@ -278,6 +281,40 @@ void BusThread::DrainStepThread() {
   }
   for (const ParameterCall& call : core_->waiting_calls) OpenParameterCall(call);
   core_->waiting_calls.clear();
+}
+
+// Null when the reader is not alive.
+BusThread::Peer* BusThread::FindReader(const Subscription& subscription) {
+  const auto peer = peers_.find(subscription.name);
+  const bool is_there = peer != peers_.end() && peer->second.record.instance() == subscription.instance;
+  return is_there && StatusOf(peer->second).is_alive ? &peer->second : nullptr;
+}
+
+// At most one ring full: a step thread that never stops emitting must not keep acknowledgements and heartbeats waiting.
+void BusThread::DrainEvents() {
+  for (std::size_t i = 0; i < core_->events_out.capacity(); ++i) {
+    const core::Event* event = core_->events_out.Front();
+    if (event == nullptr) return;
+    if (!is_stopping_.load() && IsWaitingForCredit()) return;
+    SendEvent(*event);
+    core_->events_out.EndPop();
+  }
+  core_->Wake();
+}
+
+// A reader that keeps up has its credit back as soon as its acknowledgement has travelled, which takes its time on a
+// busy machine. Until then events stay in the ring, and a full ring is told to who emits. Only a reader that does not
+// acknowledge for kWaitForCredit_ns is slow: it loses events from then on and holds nobody up until it is back.
+bool BusThread::IsWaitingForCredit() {
+  const std::int64_t now = core::MonotonicNow_ns();
+  bool is_waiting = false;
+  for (auto& [routing, subscription] : subscriptions_) {
+    if (!subscription.wants_events || subscription.is_out_of_credit || subscription.HasCredit()) continue;
+    if (FindReader(subscription) == nullptr) continue;
+    if (subscription.starved_since_ns == 0) subscription.starved_since_ns = now;
+    is_waiting = is_waiting || now - subscription.starved_since_ns < kWaitForCredit_ns;
+  }
+  return is_waiting;
 }
 
 void BusThread::SendState(const StateItem& item) {
@@ -307,20 +344,17 @@ void BusThread::SendEvent(const core::Event& event) {
   item->mutable_event()->set_detail(event.detail);
   for (auto& [routing, subscription] : subscriptions_) {
     if (!subscription.wants_events) continue;
-    const auto peer = peers_.find(subscription.name);
-    const bool is_gone = peer == peers_.end() || peer->second.record.instance() != subscription.instance ||
-                         !StatusOf(peer->second).is_alive;
-    const bool has_credit = subscription.sent_event < subscription.acked_event + kEventCredit;
     item->set_sequence(subscription.next_event);
     ++subscription.next_event;  // a dropped event leaves a gap that the reader sees
-    if (has_credit && SendToRouted(routing, control)) {
+    if (subscription.HasCredit() && SendToRouted(routing, control)) {
       subscription.sent_event = item->sequence();
       core_->events_sent.fetch_add(1, std::memory_order_relaxed);
       continue;
     }
-    if (is_gone) continue;  // nobody is there to miss it
+    Peer* reader = FindReader(subscription);
+    if (reader == nullptr) continue;  // nobody is there to miss it
     core_->events_dropped.fetch_add(1, std::memory_order_relaxed);
-    ++StatusOf(peer->second).events_dropped;
+    ++StatusOf(*reader).events_dropped;
     if (!subscription.is_out_of_credit) {
       subscription.is_out_of_credit = true;
       Announce("events_dropped", subscription.name);
