@@ -68,7 +68,7 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   Counters& counters = outputs->counters;
   counters.pairs_considered = report.pairs_considered;
   counters.pairs_inactive = report.pairs_inactive;
-  counters.pairs_coherent = report.pairs_coherent + report.pairs_unchanged;
+  counters.pairs_coherent = report.pairs_coherent + report.pairs_bounded + report.pairs_unchanged;
   counters.pairs_tested = report.pairs_tested;
   counters.pairs_in_contact = report.pairs_in_contact;
   counters.pairs_late = report.pairs_late;

@@ -7,76 +7,58 @@
 #include "core/clock.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/multibody/pair_query.hpp"
+#include "vps/multibody/pair_schedule.hpp"
 
 namespace vps {
 namespace {
 
-struct ObjectState {
-  std::shared_ptr<const CookedObject> data;
-  core::Pose X_WO;
-  double reach_m = 0.0;   // radius around the bounding centre that holds the object and its zone of possible hits
-  double travel_m = 0.0;  // grows by the largest displacement of any point of that ball at each change of pose
-  core::Wrench F_Oo_W;
-};
+// At most this many pairs are tested at the same time; their memory is sized for the largest object.
+constexpr std::size_t kMaxPairsAtOnce = 32;
 
-struct PairState {
+struct PairEntry {
   PairDescription description;
   PairResult result;
-  std::unique_ptr<PairScratch> scratch;           // method paper
-  std::unique_ptr<FastPairScratch> fast_scratch;  // method fast
-  core::Pose X_GS;                                // of the result
-  double free_distance_m = 0.0;                   // of the result; 0: test every cycle
-  double distance_at_test_m = 1e9;
-  double travel_at_test_m = 0.0;  // sum of both objects' travel
-  bool is_valid = false;          // result belongs to the present description
-  bool is_fresh = false;
+  core::Pose X_GS;          // of the result
+  bool is_current = false;  // result belongs to this pose and the present description
   bool is_late = false;
+  double free_m = 0.0;  // found by Test
 };
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
   return a.rotation == b.rotation && a.translation == b.translation;
 }
 
-void ClearResult(PairState* pair) {
-  pair->result = PairResult{};
-  pair->is_valid = false;
-}
-
 }  // namespace
 
 struct CollisionWorld::Impl {
-  std::vector<ObjectState> objects;
-  std::vector<PairState> pairs;
+  std::vector<std::shared_ptr<const CookedObject>> objects;
+  std::vector<core::Wrench> F_Oo_W;  // per object
+  std::vector<PairEntry> pairs;
+  std::vector<PairState> phases;  // per pair, never kAsleep; apart from the entries, because all are gone through
+  PairSchedule schedule;
+  PairBits touching;
   std::vector<std::uint32_t> due;
-  std::vector<std::uint8_t> colliding;  // collision matrix, num_objects squared
+  std::vector<PairScratch> scratch;           // method paper
+  std::vector<FastPairScratch> fast_scratch;  // method fast
   double rho = 0.01;
   double alpha = 2.0;
   Method method = Method::kPaper;
   std::uint64_t cycle = 0;
+  std::uint32_t num_inactive = 0;
+  std::uint32_t num_touching = 0;
   StepReport report;
   std::int64_t deadline_ns = 0;  // of the step that runs; 0: none
+  std::size_t first_due = 0;     // of those that are tested at the same time
 
-  void Test(std::size_t order_index) {
-    PairState& pair = pairs[due[order_index]];
-    // The first always runs, so that even a hopeless budget gets round to every pair.
-    if (deadline_ns != 0 && order_index != 0 && core::MonotonicNow_ns() > deadline_ns) {
-      pair.is_late = true;
-      return;
-    }
-    const ObjectState& S = objects[pair.description.sampled];
-    const ObjectState& G = objects[pair.description.field];
-    pair.X_GS = G.X_WO.inverse() * S.X_WO;
-    pair.free_distance_m = method == Method::kFast
-                               ? QueryFastPair(*S.data->samples, *G.data->field, S.X_WO, pair.X_GS, pair.description,
-                                               rho, pair.fast_scratch.get(), &pair.result)
-                               : QueryPair(*S.data->points, *G.data->voxmap, S.X_WO, pair.X_GS, pair.description, rho,
-                                           alpha, pair.scratch.get(), &pair.result);
-    pair.result.cycle = cycle;
-    pair.travel_at_test_m = S.travel_m + G.travel_m;
-    pair.distance_at_test_m = pair.result.signed_distance_m;
-    pair.is_valid = true;
-    pair.is_fresh = true;
-  }
+  core::Result<void> AddPair(const PairDescription& pair);
+  void MakeScratch();
+  void SetPhase(std::size_t i, PairState phase);
+  void SetApart(std::size_t i, double free_m);
+  void Sort(std::size_t i);
+  void Test(std::size_t slot);
+  void Settle(std::size_t i);
+  void Take(std::size_t i);
+  void Sum();
 };
 
 CollisionWorld::CollisionWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -88,71 +70,201 @@ core::Result<std::unique_ptr<CollisionWorld>> CollisionWorld::Create(const World
   impl->alpha = description.alpha;
   impl->method = description.method;
   for (const ObjectDescription& object : description.objects) {
-    ObjectState state;
-    state.data = object.data;
-    state.X_WO = object.X_WO;
-    if (object.data) state.reach_m = object.data->bounding_radius_m;
-    impl->objects.push_back(std::move(state));
+    impl->objects.push_back(object.data);
+    const bool is_solid = object.data != nullptr;
+    impl->schedule.AddObject(object.X_WO, is_solid ? object.data->bounding_centre_m : glm::dvec3(0.0),
+                             is_solid ? object.data->bounding_radius_m : 0.0);
   }
-  for (std::size_t i = 0; i < description.pairs.size(); ++i) {
-    const PairDescription& pair = description.pairs[i];
-    const std::string name = "collision pair " + std::to_string(i);
-    if (pair.sampled >= impl->objects.size() || pair.field >= impl->objects.size() || pair.sampled == pair.field) {
-      return core::Fail(core::ErrorCode::kInvalidInput, name + " does not name two different objects");
-    }
-    const ObjectState& S = impl->objects[pair.sampled];
-    ObjectState& G = impl->objects[pair.field];
-    if (!S.data || !S.data->has_points(impl->method)) {
-      return core::Fail(core::ErrorCode::kInvalidInput,
-                        name + ": the sampled object has no pointshell; give it points");
-    }
-    if (!G.data || !G.data->has_field(impl->method)) {
-      return core::Fail(core::ErrorCode::kInvalidInput,
-                        name + ": the field object has no voxelmap; give it a voxel size");
-    }
-    if (!(pair.look_ahead_m >= 0.0) || !(pair.stiffness_N_per_m >= 0.0)) {
-      return core::Fail(core::ErrorCode::kInvalidInput, name + ": look-ahead and stiffness must not be negative");
-    }
-    // Voxels that count as hits reach beyond G's surface by the look-ahead and the rounding of the layers.
-    G.reach_m = std::max(G.reach_m, G.data->bounding_radius_m + pair.look_ahead_m + 4.0 * G.data->voxel_size_m());
-    PairState state;
-    state.description = pair;
-    if (impl->method == Method::kFast) {
-      state.fast_scratch = std::make_unique<FastPairScratch>(*S.data->samples);
-    } else {
-      state.scratch = std::make_unique<PairScratch>(*S.data->points);
-    }
-    impl->pairs.push_back(std::move(state));
+  impl->F_Oo_W.resize(description.objects.size());
+  for (const PairDescription& pair : description.pairs) {
+    if (const auto added = impl->AddPair(pair); !added) return core::Fail(added.error().code, added.error().detail);
   }
+  impl->schedule.Finish();
+  for (std::size_t i = 0; i < impl->pairs.size(); ++i) {
+    if (!impl->pairs[i].description.is_active) impl->schedule.Stop(i);
+  }
+  impl->touching = PairBits(impl->pairs.size());
   impl->due.reserve(impl->pairs.size());
-  impl->colliding.assign(impl->objects.size() * impl->objects.size(), 0);
+  impl->MakeScratch();
   return std::unique_ptr<CollisionWorld>(new CollisionWorld(std::move(impl)));
 }
 
-// The largest displacement of any point of a ball of radius r around c when its body turns by angle a and c moves by d
-// is at most d + 2 sin(a/2) r; for the turn q the vector part has the length sin(a/2).
-void CollisionWorld::SetPose(std::size_t object, const core::Pose& X_WO) {
-  ObjectState& state = impl_->objects[object];
-  if (IsSame(state.X_WO, X_WO)) return;
-  if (state.data) {
-    const glm::dvec3 moved = X_WO * state.data->bounding_centre_m - state.X_WO * state.data->bounding_centre_m;
-    const glm::dquat turn = X_WO.rotation * glm::conjugate(state.X_WO.rotation);
-    const double sine = glm::length(glm::dvec3(turn.x, turn.y, turn.z));
-    state.travel_m += (glm::length(moved) + 2.0 * sine * state.reach_m) * (1.0 + 1e-12);
+core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
+  const std::string name = "collision pair " + std::to_string(pairs.size());
+  if (pair.sampled >= objects.size() || pair.field >= objects.size() || pair.sampled == pair.field) {
+    return core::Fail(core::ErrorCode::kInvalidInput, name + " does not name two different objects");
   }
-  state.X_WO = X_WO;
+  const CookedObject* const S = objects[pair.sampled].get();
+  const CookedObject* const G = objects[pair.field].get();
+  if (S == nullptr || !S->has_points(method)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, name + ": the sampled object has no pointshell; give it points");
+  }
+  if (G == nullptr || !G->has_field(method)) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      name + ": the field object has no voxelmap; give it a voxel size");
+  }
+  if (!(pair.look_ahead_m >= 0.0) || !(pair.stiffness_N_per_m >= 0.0)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, name + ": look-ahead and stiffness must not be negative");
+  }
+  // Voxels that count as hits reach beyond G's surface by the look-ahead and the rounding of the layers.
+  schedule.AddPair(pair.sampled, pair.field, pair.look_ahead_m + 4.0 * G->voxel_size_m());
+  pairs.push_back({.description = pair, .result = {}, .X_GS = {}});
+  phases.push_back(pair.is_active ? PairState::kFar : PairState::kInactive);
+  num_inactive += pair.is_active ? 0 : 1;
+  return {};
 }
 
-void CollisionWorld::SetActive(std::size_t pair, bool is_active) {
-  PairState& state = impl_->pairs[pair];
-  if (state.description.is_active == is_active) return;
-  state.description.is_active = is_active;
-  ClearResult(&state);
+void CollisionWorld::Impl::MakeScratch() {
+  const CookedObject* largest = nullptr;
+  const auto num_points = [this](const CookedObject& object) {
+    return method == Method::kFast ? object.samples->num_points : object.points->num_points;
+  };
+  for (const PairEntry& pair : pairs) {
+    const CookedObject& S = *objects[pair.description.sampled];
+    if (largest == nullptr || num_points(S) > num_points(*largest)) largest = &S;
+  }
+  for (std::size_t k = 0; k < std::min(kMaxPairsAtOnce, pairs.size()); ++k) {
+    if (method == Method::kFast) {
+      fast_scratch.emplace_back(*largest->samples);
+    } else {
+      scratch.emplace_back(*largest->points);
+    }
+  }
 }
 
-void CollisionWorld::SetStiffness(std::size_t pair, double stiffness_N_per_m) {
-  impl_->pairs[pair].description.stiffness_N_per_m = stiffness_N_per_m;
-  impl_->pairs[pair].is_valid = false;
+void CollisionWorld::SetPose(std::size_t object, const core::Pose& X_WO) {
+  impl_->schedule.SetPose(object, X_WO);
+}
+
+void CollisionWorld::SetActive(std::size_t i, bool is_active) {
+  Impl& w = *impl_;
+  PairEntry& pair = w.pairs[i];
+  if (pair.description.is_active == is_active) return;
+  pair.description.is_active = is_active;
+  pair.result = PairResult{};
+  pair.is_current = false;
+  w.SetPhase(i, is_active ? PairState::kFar : PairState::kInactive);
+  w.num_inactive += is_active ? -1U : 1U;
+  if (is_active) {
+    w.schedule.Wake(i);
+  } else {
+    w.schedule.Stop(i);
+  }
+}
+
+void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
+  PairEntry& pair = impl_->pairs[i];
+  pair.description.stiffness_N_per_m = stiffness_N_per_m;
+  pair.is_current = false;
+  if (pair.description.is_active) impl_->schedule.Wake(i);
+}
+
+void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
+  if ((phases[i] == PairState::kContact) != (phase == PairState::kContact)) {
+    if (phase == PairState::kContact) {
+      touching.Set(i);
+      ++num_touching;
+    } else {
+      touching.Clear(i);
+      --num_touching;
+    }
+  }
+  phases[i] = phase;
+}
+
+// Far pairs' entries are left as they are: a result without planes, of the last cycle in which the pair was near.
+void CollisionWorld::Impl::SetApart(std::size_t i, double free_m) {
+  if (phases[i] != PairState::kFar) {
+    pairs[i].result = PairResult{};
+    pairs[i].is_current = false;
+    SetPhase(i, PairState::kFar);
+  }
+  schedule.Rest(i, free_m);
+  ++report.pairs_bounded;
+}
+
+// What is to be done with a pair that has to be looked at: nothing, if its result is still that of this pose; its
+// spheres, if they are apart; else its trees.
+void CollisionWorld::Impl::Sort(std::size_t i) {
+  PairEntry& pair = pairs[i];
+  pair.is_late = false;
+  const bool is_asleep = pair.is_current && !schedule.HasMoved(i);
+  if (!is_asleep) {
+    if (const double gap_m = schedule.BallGap(i); gap_m > 0.0) {
+      SetApart(i, gap_m);
+      return;
+    }
+    const core::Pose& X_WS = schedule.X_WO(pair.description.sampled);
+    if (!pair.is_current || !IsSame(pair.X_GS, schedule.X_WO(pair.description.field).inverse() * X_WS)) {
+      due.push_back(static_cast<std::uint32_t>(i));
+      return;
+    }
+    pair.result.F_So_W = PenaltyWrench(pair.description.stiffness_N_per_m, Rotate(X_WS, pair.result.f_So_S));
+    Settle(i);
+  }
+  pair.result.cycle = cycle;
+  ++report.pairs_unchanged;
+}
+
+void CollisionWorld::Impl::Test(std::size_t slot) {
+  const std::size_t order_index = first_due + slot;
+  PairEntry& pair = pairs[due[order_index]];
+  // The first always runs, so that even a hopeless budget gets round to every pair.
+  if (deadline_ns != 0 && order_index != 0 && core::MonotonicNow_ns() > deadline_ns) {
+    pair.is_late = true;
+    return;
+  }
+  const PairDescription& description = pair.description;
+  const CookedObject& S = *objects[description.sampled];
+  const CookedObject& G = *objects[description.field];
+  const core::Pose& X_WS = schedule.X_WO(description.sampled);
+  pair.X_GS = schedule.X_WO(description.field).inverse() * X_WS;
+  pair.free_m =
+      method == Method::kFast
+          ? QueryFastPair(*S.samples, *G.field, X_WS, pair.X_GS, description, rho, &fast_scratch[slot], &pair.result)
+          : QueryPair(*S.points, *G.voxmap, X_WS, pair.X_GS, description, rho, alpha, &scratch[slot], &pair.result);
+  pair.result.cycle = cycle;
+}
+
+// A result of this pose: when the next one is needed.
+void CollisionWorld::Impl::Settle(std::size_t i) {
+  if (pairs[i].free_m > 0.0) {
+    schedule.Rest(i, pairs[i].free_m);
+  } else {
+    schedule.Hold(i);
+  }
+}
+
+// Takes what Test found into the schedule and the report.
+void CollisionWorld::Impl::Take(std::size_t i) {
+  PairEntry& pair = pairs[i];
+  if (pair.is_late) {
+    pair.is_current = false;
+    schedule.Wake(i);
+    ++report.pairs_late;
+    report.oldest_result_cycles =
+        std::max(report.oldest_result_cycles, static_cast<std::uint32_t>(cycle - pair.result.cycle));
+    return;
+  }
+  pair.is_current = true;
+  SetPhase(i, pair.result.is_in_contact ? PairState::kContact : PairState::kNear);
+  Settle(i);
+  ++report.pairs_tested;
+  report.counters.spheres_tested += pair.result.counters.spheres_tested;
+  report.counters.points_tested += pair.result.counters.points_tested;
+  report.counters.points_colliding += pair.result.counters.points_colliding;
+}
+
+// In pair order, whoever computed it.
+void CollisionWorld::Impl::Sum() {
+  std::fill(F_Oo_W.begin(), F_Oo_W.end(), core::Wrench{});
+  touching.ForEach([this](std::size_t i) {
+    const std::size_t s = schedule.a(i);
+    const std::size_t g = schedule.b(i);
+    const core::Wrench& F_So_W = pairs[i].result.F_So_W;
+    F_Oo_W[s] += F_So_W;
+    F_Oo_W[g] += -core::ShiftWrench(F_So_W, schedule.X_WO(s).translation - schedule.X_WO(g).translation);
+  });
 }
 
 const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t budget_ns) {
@@ -161,33 +273,11 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
   w.deadline_ns = budget_ns > 0 ? core::MonotonicNow_ns() + budget_ns : 0;
   w.report = {};
   w.due.clear();
-  for (std::size_t i = 0; i < w.pairs.size(); ++i) {
-    PairState& pair = w.pairs[i];
-    pair.is_fresh = false;
-    pair.is_late = false;
-    ++w.report.pairs_considered;
-    if (!pair.description.is_active) {
-      ++w.report.pairs_inactive;
-      continue;
-    }
-    const ObjectState& S = w.objects[pair.description.sampled];
-    const ObjectState& G = w.objects[pair.description.field];
-    if (pair.is_valid && pair.free_distance_m > 0.0) {
-      const double moved_m = S.travel_m + G.travel_m - pair.travel_at_test_m;
-      if (moved_m < pair.free_distance_m) {
-        pair.result.signed_distance_m = pair.distance_at_test_m - moved_m;
-        ++w.report.pairs_coherent;
-        continue;
-      }
-    } else if (pair.is_valid && IsSame(pair.X_GS, G.X_WO.inverse() * S.X_WO)) {
-      pair.result.F_So_W = PenaltyWrench(pair.description.stiffness_N_per_m, Rotate(S.X_WO, pair.result.f_So_S));
-      pair.result.cycle = w.cycle;
-      pair.is_fresh = true;
-      ++w.report.pairs_unchanged;
-      continue;
-    }
-    w.due.push_back(static_cast<std::uint32_t>(i));
-  }
+  const std::vector<std::uint32_t>& looked_at = w.schedule.Collect();
+  for (const std::uint32_t i : looked_at) w.Sort(i);
+  w.report.pairs_considered = static_cast<std::uint32_t>(w.pairs.size());
+  w.report.pairs_inactive = w.num_inactive;
+  w.report.pairs_coherent = w.report.pairs_considered - w.num_inactive - static_cast<std::uint32_t>(looked_at.size());
   if (w.deadline_ns != 0) {  // oldest result first [VR-OOS, section 3]; without a budget the order changes nothing
     std::sort(w.due.begin(), w.due.end(), [&](std::uint32_t a, std::uint32_t b) {
       const std::uint64_t age_a = w.pairs[a].result.cycle;
@@ -195,35 +285,14 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
       return age_a != age_b ? age_a < age_b : a < b;
     });
   }
-  workers->Run(
-      w.due.size(), [](void* impl, std::size_t i) { static_cast<Impl*>(impl)->Test(i); }, &w);
-
-  // Everything that is summed is summed here, in pair order, whoever computed it.
-  for (ObjectState& object : w.objects) object.F_Oo_W = {};
-  std::fill(w.colliding.begin(), w.colliding.end(), std::uint8_t{0});
-  for (const std::uint32_t i : w.due) {
-    PairState& pair = w.pairs[i];
-    if (pair.is_late) {
-      ++w.report.pairs_late;
-      w.report.oldest_result_cycles =
-          std::max(w.report.oldest_result_cycles, static_cast<std::uint32_t>(w.cycle - pair.result.cycle));
-      continue;
-    }
-    ++w.report.pairs_tested;
-    w.report.counters.spheres_tested += pair.result.counters.spheres_tested;
-    w.report.counters.points_tested += pair.result.counters.points_tested;
-    w.report.counters.points_colliding += pair.result.counters.points_colliding;
+  for (w.first_due = 0; w.first_due < w.due.size(); w.first_due += kMaxPairsAtOnce) {
+    workers->Run(
+        std::min(kMaxPairsAtOnce, w.due.size() - w.first_due),
+        [](void* impl, std::size_t slot) { static_cast<Impl*>(impl)->Test(slot); }, &w);
   }
-  for (const PairState& pair : w.pairs) {
-    if (!pair.description.is_active || !pair.result.is_in_contact) continue;
-    ++w.report.pairs_in_contact;
-    const std::size_t s = pair.description.sampled;
-    const std::size_t g = pair.description.field;
-    w.colliding[s * w.objects.size() + g] = w.colliding[g * w.objects.size() + s] = 1;
-    w.objects[s].F_Oo_W += pair.result.F_So_W;
-    const glm::dvec3 p_GS_W = w.objects[s].X_WO.translation - w.objects[g].X_WO.translation;
-    w.objects[g].F_Oo_W += -core::ShiftWrench(pair.result.F_So_W, p_GS_W);
-  }
+  for (const std::uint32_t i : w.due) w.Take(i);
+  w.report.pairs_in_contact = w.num_touching;
+  w.Sum();
   return w.report;
 }
 
@@ -231,20 +300,20 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
                                  CouplingContact* contact, int ignored_object) const {
   const Impl& w = *impl_;
   *contact = {};
-  for (const PairState& pair : w.pairs) {
-    const std::size_t s = pair.description.sampled;
-    const std::size_t g = pair.description.field;
-    if (!pair.description.is_active || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
+  for (std::size_t i = 0; i < w.pairs.size(); ++i) {
+    const std::size_t s = w.schedule.a(i);
+    const std::size_t g = w.schedule.b(i);
+    if (w.phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
     if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
-    const PairResult& result = pair.result;
+    const PairResult& result = w.pairs[i].result;
     contact->free_distance_m =
         std::min(contact->free_distance_m,
-                 result.planes.empty() ? std::max(0.0, result.signed_distance_m) : pair.description.look_ahead_m);
+                 result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : w.pairs[i].description.look_ahead_m);
     if (result.planes.empty()) continue;
     // Everything below is what the hand feels: of the sampled side as it is, of the field side the opposite.
     const double side = is_hand_part[s] != 0 ? 1.0 : -1.0;
-    const core::Pose& X_WS = w.objects[s].X_WO;
-    const core::Pose& X_WG = w.objects[g].X_WO;
+    const core::Pose& X_WS = w.schedule.X_WO(s);
+    const core::Pose& X_WG = w.schedule.X_WO(g);
     if (result.is_in_contact) {
       contact->is_in_contact = true;
       contact->deepest_penetration_m = std::max(contact->deepest_penetration_m, -result.signed_distance_m);
@@ -267,12 +336,12 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
 }
 
 void CollisionWorld::FillContactSet(std::size_t pair_index, core::ContactSet* message) const {
-  const PairState& pair = impl_->pairs[pair_index];
+  const PairEntry& pair = impl_->pairs[pair_index];
   message->pair_index = static_cast<std::uint16_t>(pair_index);
   message->sampled_body = pair.description.sampled;
   message->field_body = pair.description.field;
   message->cycle = pair.result.cycle;
-  message->signed_distance_m = pair.result.signed_distance_m;
+  message->signed_distance_m = signed_distance_m(pair_index);
   message->is_in_contact = pair.result.is_in_contact;
   message->F_So_W = pair.result.F_So_W;
   message->damping_N_s_per_m = static_cast<float>(pair.description.damping_N_s_per_m);
@@ -282,9 +351,9 @@ void CollisionWorld::FillContactSet(std::size_t pair_index, core::ContactSet* me
 
 double CollisionWorld::RestPenetration(const std::vector<std::uint8_t>& is_hand_part) const {
   double coarsest_m = 0.0;
-  for (const PairState& pair : impl_->pairs) {
+  for (const PairEntry& pair : impl_->pairs) {
     if ((is_hand_part[pair.description.sampled] != 0) == (is_hand_part[pair.description.field] != 0)) continue;
-    coarsest_m = std::max(coarsest_m, impl_->objects[pair.description.field].data->voxel_size_m());
+    coarsest_m = std::max(coarsest_m, impl_->objects[pair.description.field]->voxel_size_m());
   }
   return coarsest_m > 0.0 ? 0.5 * coarsest_m : 2.5e-4;
 }
@@ -302,16 +371,36 @@ const PairResult& CollisionWorld::result(std::size_t pair) const {
   return impl_->pairs[pair].result;
 }
 bool CollisionWorld::is_active(std::size_t pair) const {
-  return impl_->pairs[pair].description.is_active;
+  return impl_->phases[pair] != PairState::kInactive;
 }
 bool CollisionWorld::is_fresh(std::size_t pair) const {
-  return impl_->pairs[pair].is_fresh;
+  return impl_->pairs[pair].result.cycle == impl_->cycle;
+}
+double CollisionWorld::signed_distance_m(std::size_t i) const {
+  const PairEntry& pair = impl_->pairs[i];
+  if (!pair.description.is_active || !pair.result.planes.empty()) return pair.result.signed_distance_m;
+  return pair.description.look_ahead_m + impl_->schedule.Room(i);
+}
+PairState CollisionWorld::state(std::size_t pair) const {
+  const PairState phase = impl_->phases[pair];
+  return phase == PairState::kInactive || impl_->schedule.HasMoved(pair) ? phase : PairState::kAsleep;
+}
+std::array<std::uint32_t, kNumPairStates> CollisionWorld::CountStates() const {
+  std::array<std::uint32_t, kNumPairStates> counts{};
+  for (std::size_t i = 0; i < num_pairs(); ++i) ++counts[static_cast<std::size_t>(state(i))];
+  return counts;
 }
 bool CollisionWorld::AreColliding(std::size_t object_a, std::size_t object_b) const {
-  return impl_->colliding[object_a * impl_->objects.size() + object_b] != 0;
+  bool are_colliding = false;
+  impl_->touching.ForEach([&](std::size_t i) {
+    const std::size_t s = impl_->schedule.a(i);
+    const std::size_t g = impl_->schedule.b(i);
+    are_colliding |= (s == object_a && g == object_b) || (s == object_b && g == object_a);
+  });
+  return are_colliding;
 }
 const core::Wrench& CollisionWorld::ObjectWrench(std::size_t object) const {
-  return impl_->objects[object].F_Oo_W;
+  return impl_->F_Oo_W[object];
 }
 
 }  // namespace vps

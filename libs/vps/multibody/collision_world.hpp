@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -49,7 +50,7 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
-  double signed_distance_m = 1e9;  // -p when in contact; when apart a lower bound (tight within the look-ahead)
+  double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
   PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2) or AreaScale, about S's mesh origin, in S
@@ -58,12 +59,19 @@ struct PairResult {
   QueryCounters counters;
 };
 
+// What a pair costs. Inactive: switched off by the state matrix. Asleep: neither object has moved, nothing is done.
+// Far: the spheres around the two objects say how far they can move before they can touch. Near: their trees say it, or
+// points are within the look-ahead. Contact.
+enum class PairState : std::uint8_t { kInactive, kAsleep, kFar, kNear, kContact };
+constexpr std::size_t kNumPairStates = 5;
+
 struct StepReport {
   std::uint32_t pairs_considered = 0;
   std::uint32_t pairs_inactive = 0;   // by state matrix
-  std::uint32_t pairs_coherent = 0;   // skipped: motion since the last test is less than the distance found then
+  std::uint32_t pairs_coherent = 0;   // left alone: motion since the last look is less than the distance found then
+  std::uint32_t pairs_bounded = 0;    // the spheres around the two objects were compared, and are apart
   std::uint32_t pairs_unchanged = 0;  // relative pose bitwise the same: the result was kept
-  std::uint32_t pairs_tested = 0;
+  std::uint32_t pairs_tested = 0;     // by their trees
   std::uint32_t pairs_in_contact = 0;
   std::uint32_t pairs_late = 0;            // left for the next cycle, time ran short
   std::uint32_t oldest_result_cycles = 0;  // greatest age of a result that should have been renewed
@@ -73,9 +81,8 @@ struct StepReport {
 // The multi-object framework of VR-OOS, Fig. 8 and 9. Create it with everything that can collide; then once per cycle
 // set poses and Step. Step neither allocates, locks nor throws.
 //
-// Coherence: when a pair was found apart by d, it is left alone until the summed real displacement of the two objects
-// (each the largest of any of its points, from the poses themselves, rotation included) reaches d - look-ahead. No
-// speed is assumed, so a contact cannot be late.
+// Coherence: a pair that was found apart is left alone until the real displacements of its two objects, rotation
+// included, have used up the distance found (PairSchedule). No speed is assumed, so a contact cannot be late.
 class CollisionWorld {
  public:
   static core::Result<std::unique_ptr<CollisionWorld>> Create(const WorldDescription& description);
@@ -94,6 +101,11 @@ class CollisionWorld {
   [[nodiscard]] std::size_t num_pairs() const;
   [[nodiscard]] const PairDescription& pair(std::size_t pair) const;
   [[nodiscard]] const PairResult& result(std::size_t pair) const;
+  // Now: result(pair)'s while it has planes; when apart a lower bound, less what the two objects have moved since.
+  [[nodiscard]] double signed_distance_m(std::size_t pair) const;
+  [[nodiscard]] PairState state(std::size_t pair) const;
+  // Pairs in each state; goes through all pairs, so rather for reports than for every cycle.
+  [[nodiscard]] std::array<std::uint32_t, kNumPairStates> CountStates() const;
   // True when result(pair) was computed (or confirmed as unchanged) by the last Step.
   [[nodiscard]] bool is_fresh(std::size_t pair) const;
   // Collision matrix entry of an object pair (either order).

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/pose.hpp"
+#include "vps/multibody/pair_bits.hpp"
+
+namespace vps {
+
+// Tells which pairs of moving objects have to be looked at in a cycle, without touching the others.
+//
+// Every object has an odometer: the length of the way of its fastest point, rotation included. A pair that was found
+// apart by d [m] cannot touch before the two odometers have together advanced by d. That room is shared out: each of
+// the two objects gets a reading up to which it may run, and remembers the least of all its pairs' readings. So a cycle
+// compares one number per object; only when an odometer passes its least reading are that object's pairs gone through,
+// and those whose reading is passed get the room that is left shared out anew, or, when none is left, are looked at.
+// The faster object gets the larger share. Only real displacements count, no speed or acceleration is assumed: an
+// object that is thrown, jumps or turns faster than before passes its readings in that very cycle.
+//
+// Proof: odometers only grow. While a < a0 + x and b < b0 + y with x + y <= d, the distance of no two points has
+// shrunk by d.
+class PairSchedule {
+ public:
+  // Adds an object whose points lie within `radius_m` around `centre_m` (object frame).
+  void AddObject(const core::Pose& X_WO, const glm::dvec3& centre_m, double radius_m);
+  // Adds a pair; what counts as touching reaches `zone_m` beyond the surface of `b`. Its first cycle looks at it.
+  void AddPair(std::uint32_t a, std::uint32_t b, double zone_m);
+  // Once, after the last pair.
+  void Finish();
+
+  void SetPose(std::size_t object, const core::Pose& X_WO);
+  [[nodiscard]] const core::Pose& X_WO(std::size_t object) const { return objects_[object].X_WO; }
+
+  // The pairs to look at, ascending; valid until the next call. One call a cycle, after the poses are set.
+  const std::vector<std::uint32_t>& Collect();
+  // What was found when looking. Until the next word about it, the pair is ...
+  void Rest(std::size_t pair, double free_m);  // left alone until its objects have used up `free_m` > 0
+  void Hold(std::size_t pair);                 // looked at in every cycle
+  void Wake(std::size_t pair);                 // looked at in the next cycle, and not forgotten before Rest, Hold, Stop
+  void Stop(std::size_t pair);                 // never looked at
+
+  // Room that is left to a resting pair [m]; of a held one 0 less the way since Hold.
+  [[nodiscard]] double Room(std::size_t pair) const {
+    const Pair& p = pairs_[pair];
+    return p.free_m - (objects_[p.a].travel_m + objects_[p.b].travel_m - p.travel_m);
+  }
+  // Distance of the two balls less the zone: how far the objects can move before they can touch. Negative: unknown.
+  [[nodiscard]] double BallGap(std::size_t pair) const;
+  // Whether one of the two objects has moved between the last two calls of Collect.
+  [[nodiscard]] bool HasMoved(std::size_t pair) const {
+    return objects_[pairs_[pair].a].has_moved || objects_[pairs_[pair].b].has_moved;
+  }
+  [[nodiscard]] std::uint32_t a(std::size_t pair) const { return pairs_[pair].a; }
+  [[nodiscard]] std::uint32_t b(std::size_t pair) const { return pairs_[pair].b; }
+  [[nodiscard]] std::size_t num_objects() const { return objects_.size(); }
+  [[nodiscard]] std::size_t num_pairs() const { return pairs_.size(); }
+
+ private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+  struct Object {
+    core::Pose X_WO;
+    glm::dvec3 centre_m{0.0};    // object frame
+    glm::dvec3 centre_W{0.0};    // m
+    double radius_m = 0.0;       // holds the object
+    double reach_m = 0.0;        // holds its zones too
+    double travel_m = 0.0;       // odometer
+    double travel_then_m = 0.0;  // at the last Collect
+    double pace_m = 0.0;         // of the last cycle in which it moved
+    double least_reading_m = kNever;
+    bool has_moved = false;
+    std::vector<double> readings_m;  // one for each of its pairs
+    std::vector<std::uint32_t> pairs;
+  };
+  struct Pair {
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+    std::uint32_t slot_a = 0;  // in the objects' lists
+    std::uint32_t slot_b = 0;
+    double zone_m = 0.0;
+    double free_m = 0.0;
+    double travel_m = 0.0;  // sum of both odometers when `free_m` was found
+  };
+
+  void FindPassed(Object* object);
+  void SetReadings(const Pair& pair, double a_m, double b_m);
+  void ShareOut(std::size_t pair, double room_m);
+
+  std::vector<Object> objects_;
+  std::vector<Pair> pairs_;
+  PairBits passed_;  // a reading of theirs was passed in this cycle
+  PairBits woken_;   // room used up, or woken
+  PairBits held_;
+  PairBits looked_at_;
+  std::vector<std::uint32_t> due_;
+};
+
+}  // namespace vps
