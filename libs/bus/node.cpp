@@ -185,8 +185,8 @@ bool StateWriter<M>::Set(const M& value, const std::string& key) {
 void Node::ReadEvents() {
   impl_->core.reads_events = true;
 }
-void Node::OwnParameters() {
-  impl_->core.owns_parameters = true;
+void Node::OwnParameters(std::vector<std::string> names) {
+  impl_->core.parameter_names = std::move(names);
 }
 void Node::Observe(const std::string& pattern) {
   impl_->core.observed_patterns.push_back(pattern);

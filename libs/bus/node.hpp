@@ -76,8 +76,8 @@ class Node {
   StateWriter<M> WriteState(const std::string& topic);
   template <class M>
   StateReader<M>& ReadState(const std::string& topic);
-  void ReadEvents();     // events of other nodes; the node's own findings (node_lost, ...) come without it
-  void OwnParameters();  // this node answers PollParameter()
+  void ReadEvents();  // events of other nodes; the node's own findings (node_lost, ...) come without it
+  void OwnParameters(std::vector<std::string> names);  // this node answers PollParameter(); others are refused for it
   void Observe(const std::string& pattern);  // everything whose topic matches, see PollObservation(); not real-time
 
   // Starts the bus thread and waits until the registry has answered, so nodes may start in any order. Timeout 0: does
@@ -98,7 +98,8 @@ class Node {
   bool Emit(const core::Event& event);
   bool PollEvent(core::Event* event);  // others' events, and node_lost, node_found, node_left (detail: the peer's name)
 
-  // --- SERVICE, parameters. Owner: take the change, apply it at the top of the tick, acknowledge with that tick.
+  // --- SERVICE, parameters. Owner: take the change (one of the names given), apply it at the top of the tick,
+  // acknowledge with that tick.
   bool PollParameter(core::ParameterChange* change, std::uint64_t* ticket);
   void AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why = {});
   // Caller, without waiting: returns a request number for PollAck (0: queue full). `owner` "" means every node that

@@ -269,7 +269,7 @@ TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
   auto owner = MakeNode("physics_node", registry->endpoint());
   auto deaf = MakeNode("visual_node", registry->endpoint());
   auto caller = MakeNode("logic_node", registry->endpoint());
-  owner->OwnParameters();
+  owner->OwnParameters({"latch_a.release_force_N", "shy"});
   ASSERT_TRUE(owner->Start().has_value());
   ASSERT_TRUE(deaf->Start().has_value());
   ASSERT_TRUE(caller->Start().has_value());
@@ -286,7 +286,7 @@ TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
       while (owner->PollParameter(&change, &ticket)) {
         const bool is_known = change.name == "latch_a.release_force_N";
         if (is_known) value = change.value;
-        owner->AckParameter(ticket, tick, is_known, is_known ? "" : "no such parameter");
+        owner->AckParameter(ticket, tick, is_known, is_known ? "" : "physics_node does not want it");
       }
     }
   });
@@ -295,9 +295,14 @@ TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
   EXPECT_GT(*set, 100u);
   const auto any = caller->SetParameter("", {"latch_a.release_force_N", 13.5});
   EXPECT_TRUE(any.has_value()) << any.error().detail;
-  const auto unknown = caller->SetParameter("physics_node", {"nonsense", 1});
+  const auto unwanted = caller->SetParameter("physics_node", {"shy", 1});
+  ASSERT_FALSE(unwanted.has_value());
+  EXPECT_EQ(unwanted.error().detail, "parameter shy was not set: physics_node does not want it");
+  const auto unknown = caller->SetParameter("physics_node", {"latch_a.release_froce_N", 1});
   ASSERT_FALSE(unknown.has_value());
-  EXPECT_NE(unknown.error().detail.find("no such parameter"), std::string::npos) << unknown.error().detail;
+  EXPECT_EQ(unknown.error().detail,
+            "parameter latch_a.release_froce_N was not set: physics_node has no parameter 'latch_a.release_froce_N'; "
+            "did you mean 'latch_a.release_force_N'? Known: 'latch_a.release_force_N' and 'shy'");
   const auto wrong = caller->SetParameter("visual_node", {"anything", 1});
   ASSERT_FALSE(wrong.has_value());
   EXPECT_NE(wrong.error().detail.find("visual_node owns no parameters"), std::string::npos) << wrong.error().detail;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 
 namespace core {
 
@@ -20,5 +21,15 @@ class SerialFor final : public ParallelFor {
     for (std::size_t i = 0; i < count; ++i) body(context, i);
   }
 };
+
+// The same for a callable. Without workers everything runs on the calling thread.
+template <class Callable>
+void ForEach(ParallelFor* workers, std::size_t count, Callable&& callable) {
+  const auto body = [](void* context, std::size_t index) {
+    (*static_cast<std::remove_reference_t<Callable>*>(context))(index);
+  };
+  SerialFor serial;
+  (workers != nullptr ? *workers : serial).Run(count, body, &callable);
+}
 
 }  // namespace core

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "scene/scenario.hpp"
 
@@ -18,14 +16,5 @@ struct Diagnostic {
 
 // "file:line: what: why. Fix: fix."
 std::string Format(const Diagnostic& diagnostic);
-
-// The candidate with the smallest edit distance to `word`, if it is near enough to be a slip; else empty.
-std::string NearestName(std::string_view word, const std::vector<std::string>& candidates);
-
-// "'a', 'b' and 'c'"; "none" for an empty list. For the remedy of an unknown name.
-std::string ListNames(const std::vector<std::string>& names);
-
-// Remedy for an unknown name: the nearest one, or the list of those that exist.
-std::string SuggestName(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace scene

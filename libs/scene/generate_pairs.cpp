@@ -1,6 +1,7 @@
 #include <map>
 #include <utility>
 
+#include "core/names.hpp"
 #include "scene/read_scenario.hpp"
 
 namespace scene {
@@ -45,7 +46,7 @@ class Generator {
       std::vector<std::string> names;
       for (const Object& object : scenario_.objects) names.push_back(object.name);
       Say(element, "unknown object '" + name + "'", "a and b must name an <object> of this file",
-          SuggestName(name, names));
+          core::SuggestName(name, names));
     }
     return index;
   }

@@ -2,6 +2,7 @@
 
 #include <glm/gtc/constants.hpp>
 
+#include "core/names.hpp"
 #include "scene/schema.hpp"
 
 namespace scene {
@@ -311,7 +312,7 @@ class Builder {
       if (object.role < 0) {
         Say(element.LineOf("role"),
             "object '" + object.name + "': no device has the role '" + element.Get("role") + "'",
-            "a hand's parts belong to a <device>", SuggestName(element.Get("role"), roles));
+            "a hand's parts belong to a <device>", core::SuggestName(element.Get("role"), roles));
         continue;
       }
       Device& device = scenario_.devices[static_cast<std::size_t>(object.role)];
@@ -340,7 +341,7 @@ class Builder {
       std::vector<std::string> names;
       for (const Object& object : scenario_.objects) names.push_back(object.name);
       Say(element.LineOf(attribute), element.name + " '" + element.Get("name") + "': unknown object '" + name + "'",
-          std::string(attribute) + " must name an <object> of this file", SuggestName(name, names));
+          std::string(attribute) + " must name an <object> of this file", core::SuggestName(name, names));
     }
     return index;
   }
@@ -421,7 +422,8 @@ class Builder {
     Say(element.LineOf(attribute),
         element.name + " '" + element.Get("name") + "': object '" + object.name + "' has no frame '" +
             element.Get(attribute) + "'",
-        std::string(attribute) + " must name a <frame> of that object", SuggestName(element.Get(attribute), names));
+        std::string(attribute) + " must name a <frame> of that object",
+        core::SuggestName(element.Get(attribute), names));
     return nullptr;
   }
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <string_view>
 
+#include "core/names.hpp"
+
 namespace scene {
 namespace {
 
@@ -71,7 +73,7 @@ std::string Violation(const AttributeRule& rule, const std::string& text) {
     case ValueKind::kChoice:
       return std::find(rule.choices.begin(), rule.choices.end(), text) != rule.choices.end()
                  ? ""
-                 : "one of " + ListNames(rule.choices);
+                 : "one of " + core::ListNames(rule.choices);
   }
   return {};
 }
@@ -112,7 +114,7 @@ class Checker {
                                    [&](const AttributeRule& candidate) { return candidate.name == attribute.name; });
       if (it == rule.attributes.end()) {
         Say(attribute.line, Title(element) + ": unknown attribute '" + attribute.name + "'",
-            "<" + rule.name + "> does not have it", SuggestName(attribute.name, known));
+            "<" + rule.name + "> does not have it", core::SuggestName(attribute.name, known));
         continue;
       }
       const std::string violation = Violation(*it, attribute.value);
@@ -138,7 +140,7 @@ class Checker {
                                    [&](const ChildRule& candidate) { return candidate.name == child.name; });
       if (it == rule.children.end()) {
         Say(child.line, "unknown element <" + child.name + "> in " + Title(element),
-            "<" + rule.name + "> does not hold such an element", SuggestName(child.name, known));
+            "<" + rule.name + "> does not hold such an element", core::SuggestName(child.name, known));
         continue;
       }
       if (it->max_count > 0 && ++counts[child.name] > it->max_count) {

@@ -91,11 +91,6 @@ TEST(Schema, NumbersAreFiniteAndUseAPointInEveryLocale) {
   }
 }
 
-TEST(NearestName, FindsSlipsAndNothingElse) {
-  EXPECT_EQ(NearestName("stifness_N_per_m", {"mass_kg", "stiffness_N_per_m"}), "stiffness_N_per_m");
-  EXPECT_EQ(NearestName("lamp", {"satellite", "module"}), "");
-}
-
 TEST(ReadXml, KnowsLinesOfElementsAndAttributesOverSeveralLines) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "vr_oos_xml_test.xml";
   std::ofstream(file)

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/names.hpp"
 #include "scene/xml.hpp"
 
 namespace device_bridge {
@@ -83,7 +84,7 @@ class LineReader {
     if (object < 0) {
       std::vector<std::string> names;
       for (const scene::Object& o : scenario_.objects) names.push_back(o.name);
-      Fail("no object '" + name + "'", "the scenario has none of that name", scene::SuggestName(name, names));
+      Fail("no object '" + name + "'", "the scenario has none of that name", core::SuggestName(name, names));
     }
     return object;
   }
@@ -116,7 +117,7 @@ class LineReader {
       names.push_back(frame.name);
     }
     Fail("object '" + word.substr(0, dot) + "' has no frame '" + name + "'", "a frame must be named in scenario.xml",
-         names.empty() ? "add <frame name=\"" + name + "\" .../> to the object" : scene::SuggestName(name, names));
+         names.empty() ? "add <frame name=\"" + name + "\" .../> to the object" : core::SuggestName(name, names));
     return reference;
   }
 
@@ -127,7 +128,7 @@ class LineReader {
     if (mechanism < 0) {
       std::vector<std::string> names;
       for (const scene::Mechanism& m : scenario_.mechanisms) names.push_back(m.name);
-      Fail("no mechanism '" + name + "'", "the scenario has none of that name", scene::SuggestName(name, names));
+      Fail("no mechanism '" + name + "'", "the scenario has none of that name", core::SuggestName(name, names));
     } else if (must_be_snap &&
                scenario_.mechanisms[static_cast<std::size_t>(mechanism)].kind != scene::MechanismKind::kSnap) {
       Fail("'" + name + "' is not a snap", "only a snap engages and comes free", "use 'state " + name + " N'");
@@ -153,8 +154,8 @@ class LineReader {
     } else if (word == "released") {
       condition.kind = ConditionKind::kReleased;
     } else {
-      Fail("no condition '" + word + "'", "a condition is " + scene::ListNames(kConditions),
-           scene::SuggestName(word, kConditions));
+      Fail("no condition '" + word + "'", "a condition is " + core::ListNames(kConditions),
+           core::SuggestName(word, kConditions));
     }
     return condition;
   }
@@ -282,8 +283,8 @@ ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::files
     if (words.empty()) continue;
     const std::string& verb = words[0];
     if (std::find(kVerbs.begin(), kVerbs.end(), verb) == kVerbs.end()) {
-      report(number, "no command '" + verb + "'", "a line starts with " + scene::ListNames(kVerbs),
-             scene::SuggestName(verb, kVerbs));
+      report(number, "no command '" + verb + "'", "a line starts with " + core::ListNames(kVerbs),
+             core::SuggestName(verb, kVerbs));
       continue;
     }
     LineReader reader(words, scenario);
@@ -298,7 +299,7 @@ ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::files
                       "put all lines of a step together");
         } else if (!step_names.empty() && std::find(step_names.begin(), step_names.end(), name) == step_names.end()) {
           reader.Fail("no step '" + name + "'", "the procedure has none of that name",
-                      scene::SuggestName(name, step_names));
+                      core::SuggestName(name, step_names));
         }
       }
       parsed.script.steps.push_back({name, number, {}});  // also a wrong one: its lines are read for their own errors
@@ -308,7 +309,7 @@ ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::files
       if (!reader.has_failed()) {
         const int found = scenario.FindRole(name);
         if (found < 0) {
-          reader.Fail("no role '" + name + "'", "no device has it", scene::SuggestName(name, roles));
+          reader.Fail("no role '" + name + "'", "no device has it", core::SuggestName(name, roles));
         } else {
           role = found;
         }
@@ -316,7 +317,7 @@ ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::files
     } else if (role < 0) {
       reader.Fail(
           "it is not said whose hand moves", "the scenario has " + std::to_string(roles.size()) + " devices",
-          roles.empty() ? "add a <device> to the scenario" : "write 'role NAME' above; " + scene::ListNames(roles));
+          roles.empty() ? "add a <device> to the scenario" : "write 'role NAME' above; " + core::ListNames(roles));
     } else if (parsed.script.steps.empty()) {
       reader.Fail("'" + verb + "' stands before the first step", "lines are carried out in a step",
                   "write 'step NAME' above it");

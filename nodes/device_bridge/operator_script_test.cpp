@@ -5,6 +5,8 @@
 
 #include <fstream>
 
+#include "core/names.hpp"
+
 namespace device_bridge {
 namespace {
 
@@ -88,7 +90,7 @@ TEST(OperatorScript, NamesLineCauseAndRemedyOfEveryMistake) {
   EXPECT_EQ(OnlyError("step a\nreach handle.gripp\n"), scene::Format({{"operator.txt", 2},
                                                                       "object 'handle' has no frame 'gripp'",
                                                                       "a frame must be named in scenario.xml",
-                                                                      scene::SuggestName("gripp", {"grip"})}));
+                                                                      core::SuggestName("gripp", {"grip"})}));
   EXPECT_THAT(OnlyError("step a\nreach handel.grip"), HasSubstr("no object 'handel'"));
   EXPECT_THAT(OnlyError("step a\nreech handle.grip"), HasSubstr("no command 'reech'"));
   EXPECT_THAT(OnlyError("step a\npush 0 0 1 by 0.1 until engaged latsch"), HasSubstr("no mechanism 'latsch'"));

@@ -30,6 +30,15 @@ glm::dvec3 PushOnSampled_W(const vps::PairResult& result, const core::Pose& X_WS
 
 }  // namespace
 
+std::vector<std::string> HapticNode::ParameterNames() const {
+  std::vector<std::string> names = {"force_cap_N"};
+  names.insert(names.end(), pair_active_names_.begin(), pair_active_names_.end());
+  for (const std::string& name : pair_stiffness_names_) {
+    if (AcceptsParameter({name, 0.0})) names.push_back(name);
+  }
+  return names;
+}
+
 bool HapticNode::AcceptsParameter(const core::ParameterChange& change) const {
   if (change.name == "force_cap_N") return change.value >= 0.0;
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {

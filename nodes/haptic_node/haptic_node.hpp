@@ -45,6 +45,7 @@ class HapticNode {
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
 
   // Whether this node has a parameter of that name, and would take that value.
+  [[nodiscard]] std::vector<std::string> ParameterNames() const;
   [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
   [[nodiscard]] std::uint64_t cycle() const { return cycle_; }
 

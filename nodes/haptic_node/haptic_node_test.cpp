@@ -204,6 +204,11 @@ TEST(HapticNode, TakesItsOwnParametersOnly) {
   EXPECT_FALSE(bench.node_->AcceptsParameter({"force_cap_N", -1.0}));
   EXPECT_TRUE(bench.node_->AcceptsParameter({"pair.palm0/block.active", 0.0}));
   EXPECT_FALSE(bench.node_->AcceptsParameter({"latch_a.release_force_N", 1.0}));
+  const std::vector<std::string> names = bench.node_->ParameterNames();
+  const auto has = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+  EXPECT_TRUE(has("force_cap_N"));
+  EXPECT_TRUE(has("pair.palm0/block.active"));
+  EXPECT_FALSE(has("pair.palm0/block.stiffness_N_per_m"));  // a hand's pair has the coupling's
 }
 
 TEST(HapticNode, ASilentDeviceGetsNoForceAfterTenMilliseconds) {

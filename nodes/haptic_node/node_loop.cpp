@@ -54,7 +54,7 @@ void NodeLoop::Declare() {
     contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
   }
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("haptic_node"));
-  node_->OwnParameters();
+  node_->OwnParameters(haptic_->ParameterNames());
 }
 
 void NodeLoop::Run(const std::atomic<bool>& stop) {
@@ -110,7 +110,7 @@ void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
     const bool is_accepted = haptic_->AcceptsParameter(changes_[i]);
     node_->AckParameter(tickets_[i], haptic_->cycle(), is_accepted,
-                        is_accepted ? std::string() : "haptic_node has no such parameter, or not with this value");
+                        is_accepted ? std::string() : "haptic_node refuses the value: it must be 0 or more");
   }
 }
 

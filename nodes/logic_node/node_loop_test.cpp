@@ -61,8 +61,8 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   NodeLoop loop(scenario, logic->get(), logic_bus.get());
   loop.Declare();
   auto state_writer = physics->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
-  physics->OwnParameters();
-  haptic->OwnParameters();
+  physics->OwnParameters({"switch_a.detent_torque_Nm"});
+  haptic->OwnParameters({"force_cap_N"});
   auto& status = haptic->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   for (bus::Node* node : {logic_bus.get(), physics.get(), haptic.get()}) {
     const auto started = node->Start();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/names.hpp"
 #include "nodes/logic_node/scxml/analyse_chart.hpp"
 #include "nodes/logic_node/scxml/load_chart.hpp"
 
@@ -39,7 +40,7 @@ tl::expected<scxml::Chart, std::vector<scene::Diagnostic>> LoadProcedure(const s
     return std::find(parameters.begin(), parameters.end(), name) != parameters.end();
   };
   vocabulary.suggest_parameter = [&](const std::string& name) {
-    const std::string nearest = scene::NearestName(name, parameters);
+    const std::string nearest = core::NearestName(name, parameters);
     return nearest.empty() ? std::string("see the list in scenarios/README.md, or add a <parameter> to the scenario")
                            : "did you mean '" + nearest + "'?";
   };
@@ -47,7 +48,7 @@ tl::expected<scxml::Chart, std::vector<scene::Diagnostic>> LoadProcedure(const s
     const bool is_lamp = std::find(lamps.begin(), lamps.end(), name) != lamps.end();
     return is_lamp ? std::optional<int>(scenario.FindObject(name)) : std::nullopt;
   };
-  vocabulary.suggest_lamp = [&](const std::string& name) { return scene::SuggestName(name, lamps); };
+  vocabulary.suggest_lamp = [&](const std::string& name) { return core::SuggestName(name, lamps); };
 
   auto chart = scxml::LoadChart(scenario.procedure, vocabulary);
   if (!chart) return chart;

@@ -1,5 +1,6 @@
 #include "nodes/logic_node/signals.hpp"
 
+#include "core/names.hpp"
 #include "scene/diagnostic.hpp"
 
 namespace logic_node {
@@ -79,7 +80,7 @@ std::string Signals::Suggest(const std::string& name) const {
       if (&other != &object) names.push_back(object.name + ".distance." + other.name);
     }
   }
-  const std::string nearest = scene::NearestName(name, names);
+  const std::string nearest = core::NearestName(name, names);
   const std::string forms =
       "signals are MECHANISM.state, MECHANISM.position, ROLE.grasped.OBJECT, OBJECT.x, .y, .z and "
       "OBJECT.distance.OBJECT";

@@ -62,7 +62,7 @@ void NodeLoop::Declare() {
   }
   state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
-  node_->OwnParameters();
+  node_->OwnParameters(physics_->ParameterNames());
 }
 
 void NodeLoop::Run(const std::atomic<bool>& stop) {
@@ -115,9 +115,9 @@ void NodeLoop::TakeParameters() {
 
 void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
-    const bool is_accepted = physics_->OwnsParameter(changes_[i].name);
+    const bool is_accepted = physics_->AcceptsParameter(changes_[i]);
     node_->AckParameter(tickets_[i], first_tick_, is_accepted,
-                        is_accepted ? std::string() : "physics_node has no such parameter");
+                        is_accepted ? std::string() : "physics_node refuses the value: it must be 0 or more");
   }
 }
 

@@ -90,7 +90,7 @@ struct PhysicsNode::Impl {
 
   void Apply(const core::ParameterChange& change) {
     const auto found = parameters.find(change.name);
-    if (found == parameters.end() || !std::isfinite(change.value)) return;
+    if (found == parameters.end() || !std::isfinite(change.value) || change.value < 0.0) return;
     const auto [kind, i] = found->second;
     switch (kind) {
       case ParameterKind::kPairActive:
@@ -400,8 +400,14 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.Fill(outputs);
 }
 
-bool PhysicsNode::OwnsParameter(std::string_view name) const {
-  return impl_->parameters.contains(std::string(name));
+std::vector<std::string> PhysicsNode::ParameterNames() const {
+  std::vector<std::string> names;
+  for (const auto& [name, slot] : impl_->parameters) names.push_back(name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+bool PhysicsNode::AcceptsParameter(const core::ParameterChange& change) const {
+  return impl_->parameters.contains(change.name) && std::isfinite(change.value) && change.value >= 0.0;
 }
 std::uint64_t PhysicsNode::tick() const {
   return impl_->tick;

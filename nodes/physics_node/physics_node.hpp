@@ -37,8 +37,9 @@ class PhysicsNode {
   // before and kPhysicsSend after. Allocates only the text of the rare events.
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
 
-  // Whether a parameter of this name is this node's (scenarios/README.md).
-  [[nodiscard]] bool OwnsParameter(std::string_view name) const;
+  // Parameters (scenarios/README.md): those of this node, and whether one is its own and can have this value.
+  [[nodiscard]] std::vector<std::string> ParameterNames() const;
+  [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
 
   [[nodiscard]] std::uint64_t tick() const;  // of the last Step; 0 before the first
   [[nodiscard]] physics::ImpulseBalance impulse_balance() const;

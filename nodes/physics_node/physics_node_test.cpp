@@ -295,8 +295,12 @@ TEST(PhysicsNode, InactivePairDoesNotPush) {
   Bench bench;
   bench.X_WD.translation.x = 0.0105;
   const core::ParameterChange off{"pair.jaw_left/block.active", 0.0};
-  EXPECT_TRUE(bench.node->OwnsParameter(off.name));
-  EXPECT_FALSE(bench.node->OwnsParameter("force_cap_N"));
+  EXPECT_TRUE(bench.node->AcceptsParameter(off));
+  EXPECT_FALSE(bench.node->AcceptsParameter({off.name, -1.0}));
+  EXPECT_FALSE(bench.node->AcceptsParameter({off.name, std::numeric_limits<double>::quiet_NaN()}));
+  EXPECT_FALSE(bench.node->AcceptsParameter({"force_cap_N", 1.0}));
+  const std::vector<std::string> names = bench.node->ParameterNames();
+  EXPECT_TRUE(std::binary_search(names.begin(), names.end(), off.name));
   bench.inputs.changes = &off;
   bench.inputs.num_changes = 1;
   bench.Run(50);

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/names.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/verb.hpp"
 
@@ -24,6 +26,14 @@ int Run(const Arguments& arguments) {
     return Complain("set", started.error().detail, kDoesNotHold);
   }
   const std::string owner = path.substr(0, dot);
+  // The registry has told of every node by now; observers like this one have no parameters.
+  std::vector<std::string> nodes;
+  for (const bus::PeerStatus& peer : (*node)->Peers()) {
+    if (!peer.is_observer) nodes.push_back(peer.name);
+  }
+  if (std::find(nodes.begin(), nodes.end(), owner) == nodes.end()) {
+    return Complain("set", "no node is called '" + owner + "'; " + core::SuggestName(owner, nodes), kDoesNotHold);
+  }
   if (const auto alive = (*node)->WaitForPeers({owner}, 2'000'000'000); !alive) {
     return Complain("set", alive.error().detail, kDoesNotHold);
   }

@@ -146,7 +146,7 @@ oos::NodeRecord BusThread::OwnRecord(bool with_schemas) const {
   record.set_heartbeat_endpoint(core_->heartbeat_socket.endpoint());
   record.set_router_endpoint(router_endpoint_);
   record.set_is_observer(core_->options.is_observer);
-  record.set_owns_parameters(core_->owns_parameters);
+  record.set_owns_parameters(!core_->parameter_names.empty());
   record.set_reads_events(core_->reads_events);
   for (const std::string& pattern : core_->observed_patterns) record.add_observed_patterns(pattern);
   std::set<MessageType> types;

@@ -135,7 +135,7 @@ struct NodeCore {
   std::vector<std::unique_ptr<StateReceiver>> state_receivers;
   std::vector<std::string> observed_patterns;
   bool reads_events = false;
-  bool owns_parameters = false;
+  std::vector<std::string> parameter_names;  // of the parameters it owns
 
   // Step thread -> bus thread.
   SpscRing<core::Event> events_out;

@@ -4,6 +4,7 @@
 
 #include "bus/detail/bus_thread.hpp"
 #include "core/clock.hpp"
+#include "core/names.hpp"
 
 namespace bus::detail {
 namespace {
@@ -224,8 +225,12 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
 void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequest& request) {
   oos::Control reply;
   reply.mutable_parameter_reply()->set_request(request.request());
-  if (!core_->owns_parameters) {
-    reply.mutable_parameter_reply()->set_why(core_->options.name + " owns no parameters");
+  const std::vector<std::string>& names = core_->parameter_names;
+  if (std::find(names.begin(), names.end(), request.change().name()) == names.end()) {
+    reply.mutable_parameter_reply()->set_why(core_->options.name +
+                                             (names.empty() ? " owns no parameters"
+                                                            : " has no parameter '" + request.change().name() + "'; " +
+                                                                  core::SuggestName(request.change().name(), names)));
     SendToRouted(routing, reply);
     return;
   }
@@ -438,7 +443,7 @@ void BusThread::AnswerCall(OpenCall& open, const std::string& owner, const oos::
   } else if (!ack.is_accepted && !open.result.is_accepted) {
     const std::string before = open.result.why.empty() ? std::string() : open.result.why + "; ";
     open.result = ack;
-    open.result.why = before + owner + ": " + ack.why;
+    open.result.why = before + ack.why;
   }
 }
 

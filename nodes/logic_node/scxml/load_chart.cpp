@@ -5,6 +5,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/names.hpp"
 #include "nodes/logic_node/scxml/read_actions.hpp"
 #include "scene/schema.hpp"
 #include "scene/xml.hpp"
@@ -81,7 +82,7 @@ class Loader {
       Say(element.line, "unknown element <" + tag + ">",
           is_known_space ? "it is not in the SCXML subset that procedures are written in"
                          : "its namespace '" + element.name_space + "' is neither SCXML's nor " + kProcedureNamespace,
-          is_known_space ? scene::SuggestName(tag, tags) : "correct xmlns or the prefix");
+          is_known_space ? core::SuggestName(tag, tags) : "correct xmlns or the prefix");
       return;
     }
     for (const scene::XmlAttribute& attribute : element.attributes) {
@@ -94,7 +95,7 @@ class Loader {
       if (tag == "transition") names.emplace_back("vr:completes");
       const std::string prefix = attribute.name_space == kProcedureNamespace ? "vr:" : "";
       Say(attribute.line, "<" + tag + ">: unknown attribute '" + prefix + attribute.name + "'",
-          "it is not in the SCXML subset that procedures are written in", scene::SuggestName(attribute.name, names));
+          "it is not in the SCXML subset that procedures are written in", core::SuggestName(attribute.name, names));
     }
     for (const XmlElement& child : element.children) CheckElements(child);
   }
@@ -297,7 +298,7 @@ class Loader {
     if (event.compare(0, kDone.size(), kDone) != 0 || chart_.Find(event.substr(kDone.size())) >= 0) return;
     Say(element.LineOf("event"), "event '" + event + "': no state '" + event.substr(kDone.size()) + "'",
         "done.state.ID tells that the state ID has reached its final",
-        scene::SuggestName(event.substr(kDone.size()), Ids()));
+        core::SuggestName(event.substr(kDone.size()), Ids()));
   }
 
   [[nodiscard]] std::vector<std::string> Ids() const {
@@ -314,7 +315,7 @@ class Loader {
       const int state = chart_.Find(id);
       if (state < 0) {
         Say(line, "unknown target '" + id + "'", "it must be the id of a state in this file",
-            scene::SuggestName(id, Ids()));
+            core::SuggestName(id, Ids()));
         continue;
       }
       for (const int other : targets) CheckBothActive(other, state, line);

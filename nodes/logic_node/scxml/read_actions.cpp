@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/names.hpp"
 #include "scene/schema.hpp"
 
 namespace logic_node::scxml {
@@ -169,7 +170,7 @@ void ActionReader::ReadAssign(const XmlElement& element, Action* action) {
   if (it == variables_.end()) {
     if (!location.empty()) {
       Say(element.LineOf("location"), "<assign>: unknown location '" + location + "'", "it must be the id of a <data>",
-          scene::SuggestName(location, names));
+          core::SuggestName(location, names));
     }
     return;
   }

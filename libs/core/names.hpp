@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace core {
+
+// The candidate with the smallest edit distance to `word`, if it is near enough to be a slip; else empty.
+std::string NearestName(std::string_view word, const std::vector<std::string>& candidates);
+
+// "'a', 'b' and 'c'"; "none" for an empty list. For the remedy of an unknown name.
+std::string ListNames(const std::vector<std::string>& names);
+
+// Remedy for an unknown name: the nearest one, and the list of those that exist; of a long list, the 20 nearest.
+std::string SuggestName(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace core
