@@ -34,7 +34,7 @@ core::Result<Format> FormatOf(const std::filesystem::path& file, double scale) {
 
 }  // namespace
 
-core::Result<TriangleMesh> LoadMesh(const std::filesystem::path& file, double scale) {
+core::Result<TriangleMesh> LoadTriangles(const std::filesystem::path& file, double scale) {
   const auto format = FormatOf(file, scale);
   if (!format) return tl::unexpected(format.error());
   TriangleMesh mesh;
@@ -49,11 +49,15 @@ core::Result<TriangleMesh> LoadMesh(const std::filesystem::path& file, double sc
             {first + primitive.indices[i], first + primitive.indices[i + 1], first + primitive.indices[i + 2]});
       }
     }
-  } else {
-    auto loaded = LoadOpenMeshTriangles(file, scale);
-    if (!loaded) return tl::unexpected(loaded.error());
-    mesh = std::move(*loaded);
+    return mesh;
   }
+  return LoadOpenMeshTriangles(file, scale);
+}
+
+core::Result<TriangleMesh> LoadMesh(const std::filesystem::path& file, double scale) {
+  const auto loaded = LoadTriangles(file, scale);
+  if (!loaded) return loaded;
+  TriangleMesh mesh = *loaded;
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const glm::dvec3& p = mesh.vertices[i];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {

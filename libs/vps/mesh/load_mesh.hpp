@@ -8,6 +8,10 @@
 
 namespace vps {
 
+// Triangles of the file as they stand, in its order; positions times `scale`. Polygons are split into fans. Errors:
+// file missing, unknown or damaged format.
+core::Result<TriangleMesh> LoadTriangles(const std::filesystem::path& file, double scale = 1.0);
+
 // Reads .gltf/.glb (node transforms applied) with tinygltf, .obj/.stl/.ply/.off with OpenMesh; positions times `scale`.
 // Polygons are split into fans, duplicate vertices merged. Errors: file missing, unknown or damaged format,
 // no triangles, a vertex that is not finite. Texture pictures are not read.

@@ -3,6 +3,8 @@
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Utils/color_cast.hh>
 
+#include "vps/mesh/check_text.hpp"
+
 namespace vps {
 namespace {
 
@@ -93,6 +95,7 @@ class TriangleImporter final : public OpenMesh::IO::BaseImporter {
 }  // namespace
 
 core::Result<TriangleMesh> LoadOpenMeshTriangles(const std::filesystem::path& file, double scale) {
+  if (const auto good = CheckTextNumbers(file); !good) return tl::unexpected(good.error());
   omlog().disable();  // OpenMesh reports on the standard streams; here an error is returned instead
   omout().disable();
   omerr().disable();

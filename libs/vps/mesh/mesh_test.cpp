@@ -90,6 +90,25 @@ TEST(LoadMesh, NamesFileAndCause) {
   EXPECT_FALSE(LoadMesh(Write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")).has_value());
 }
 
+TEST(LoadMesh, NamesTheLineOfACornerThatIsNoNumber) {
+  // Readers of these formats skip such a corner without a word and shift all that follow.
+  const std::pair<const char*, const char*> files[] = {
+      {"nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nv 5 5 5\nf 1 2 3\n"},
+      {"word.obj", "v 0 0 0\nv 1,5 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"},
+      {"huge.obj", "v 0 0 0\nv 1e999 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"},
+      {"short.obj", "v 0 0 0\nv 1 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"},
+      {"inf.off", "OFF\ninf 0 0\n"},
+      {"nan.stl", "solid nan\nvertex nan 0 0\n"},
+      {"inf.ply", "ply\n0 -inf 0\n"},
+  };
+  for (const auto& [name, text] : files) {
+    const auto mesh = LoadMesh(Write(name, text));
+    ASSERT_FALSE(mesh.has_value()) << name;
+    EXPECT_NE(mesh.error().detail.find(std::string(name) + ":2: a corner is not a finite number"), std::string::npos)
+        << mesh.error().detail;
+  }
+}
+
 TEST(LoadVisualMesh, KeepsBoxEdgesSharp) {
   const auto box = MakeBox({1, 1, 1});
   std::string text;

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "vps/mesh/box_tree.hpp"
+
+namespace vps {
+
+// How many times a surface winds around a point [Jacobson et al. 2013]: 1 inside a closed outward mesh, 0 outside, 2
+// where two solids of one mesh overlap; between these near holes. Far groups of triangles count as one dipole [Barill
+// et al. 2018], which moves the sum by less than 0.05: enough to tell inside from outside.
+class WindingNumber {
+ public:
+  explicit WindingNumber(const TriangleMesh& mesh);
+
+  [[nodiscard]] double At(const glm::dvec3& p) const;
+  [[nodiscard]] bool IsInside(const glm::dvec3& p) const { return At(p) > 0.5; }
+
+ private:
+  struct Dipole {
+    glm::dvec3 centre{0.0};     // mean of the triangles' centroids, weighted by area
+    glm::dvec3 moment_m2{0.0};  // sum of area times normal
+    double reach = 0.0;         // beyond this distance from the centre the dipole stands for the triangles
+  };
+  std::vector<std::array<glm::dvec3, 3>> triangles_;  // in the tree's order
+  BoxTree tree_;
+  std::vector<Dipole> dipoles_;  // one for each node
+};
+
+// Signed solid angle of a triangle seen from p over 4 pi [Van Oosterom and Strackee 1983].
+double WindingOfTriangle(const std::array<glm::dvec3, 3>& triangle, const glm::dvec3& p);
+
+}  // namespace vps
