@@ -114,22 +114,20 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
   return {};
 }
 
+// Every piece of scratch serves every pair, so it has room for the largest sampled object.
 void CollisionWorld::Impl::MakeScratch() {
-  const CookedObject* largest = nullptr;
-  const auto num_points = [this](const CookedObject& object) {
-    return method == Method::kFast ? object.samples->num_points : object.points->num_points;
-  };
+  const std::size_t count = std::min(kMaxPairsAtOnce, pairs.size());
+  const SampleTree* largest = nullptr;
   for (const PairEntry& pair : pairs) {
     const CookedObject& S = *objects[pair.description.sampled];
-    if (largest == nullptr || num_points(S) > num_points(*largest)) largest = &S;
-  }
-  for (std::size_t k = 0; k < std::min(kMaxPairsAtOnce, pairs.size()); ++k) {
     if (method == Method::kFast) {
-      fast_scratch.emplace_back(*largest->samples);
-    } else {
-      scratch.emplace_back(*largest->points);
+      if (largest == nullptr || S.samples->points.size() > largest->points.size()) largest = &*S.samples;
+      continue;
     }
+    while (scratch.size() < count) scratch.emplace_back(*S.points);
+    for (PairScratch& one : scratch) one.query.MakeRoomFor(*S.points);
   }
+  while (largest != nullptr && fast_scratch.size() < count) fast_scratch.emplace_back(*largest);
 }
 
 void CollisionWorld::SetPose(std::size_t object, const core::Pose& X_WO) {

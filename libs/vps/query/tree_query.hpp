@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -17,8 +18,11 @@ struct PointHit {
 
 // Memory of one pair's queries, allocated once. hits[0, num_hits) is the result, by ascending point index.
 struct QueryScratch {
-  explicit QueryScratch(const PointTree& tree)
-      : queue(tree.clusters.size() + PointTree::kPadding), hits(tree.num_points + PointTree::kPadding) {}
+  explicit QueryScratch(const PointTree& tree) { MakeRoomFor(tree); }
+  void MakeRoomFor(const PointTree& tree) {
+    queue.resize(std::max(queue.size(), tree.clusters.size() + PointTree::kPadding));
+    hits.resize(std::max(hits.size(), std::size_t{tree.num_points} + PointTree::kPadding));
+  }
   std::vector<std::uint32_t> queue;
   std::vector<PointHit> hits;
 };
