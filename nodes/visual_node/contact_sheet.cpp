@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "nodes/visual_node/glyph_atlas.hpp"
+#include "picture/glyph_atlas.hpp"
 
 namespace visual_node {
 
@@ -18,7 +18,7 @@ void ContactSheet::Add(const std::string& name, const Image& picture) {
 core::Result<Image> ContactSheet::Compose() const {
   constexpr int kGap_px = 8;
   if (tiles_.empty()) return core::Fail(core::ErrorCode::kNotFound, "no picture was taken: the procedure never ran");
-  const auto font = GlyphAtlas::Create(18, true);
+  const auto font = picture::GlyphAtlas::Create(18, true);
   if (!font) return tl::unexpected(font.error());
   const int strip_px = font->line_height() + 8;
   int width = 0, height = 0;

@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "nodes/visual_node/image.hpp"
+#include "picture/image.hpp"
 
 namespace visual_node {
+
+using picture::Image;
 
 // One picture per procedure step, tiled in order of time with the steps' names below: the story of a run on one page.
 class ContactSheet {

@@ -6,9 +6,11 @@
 #include <utility>
 
 #include "core/result.hpp"
-#include "nodes/visual_node/image.hpp"
+#include "picture/image.hpp"
 
 namespace visual_node {
+
+using picture::Image;
 
 // Owns one OpenGL name; Delete calls the matching glDelete function.
 template <typename Delete>

@@ -7,10 +7,12 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
-#include "nodes/visual_node/glyph_atlas.hpp"
+#include "picture/glyph_atlas.hpp"
 #include "view/scene.hpp"
 
 namespace visual_node {
+
+using picture::GlyphAtlas;
 
 // A line of text with the place it was given, in pixels of the target.
 struct PlacedLine {

@@ -1,4 +1,4 @@
-#include "nodes/visual_node/glyph_atlas.hpp"
+#include "picture/glyph_atlas.hpp"
 
 #include <ft2build.h>
 #include FT_FREETYPE_H
@@ -6,7 +6,7 @@
 #include <memory>
 #include <type_traits>
 
-namespace visual_node {
+namespace picture {
 namespace {
 
 constexpr const char* kRegular = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
@@ -108,4 +108,4 @@ void GlyphAtlas::Draw(std::string_view utf8, int x, int y, const std::array<std:
   }
 }
 
-}  // namespace visual_node
+}  // namespace picture

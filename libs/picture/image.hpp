@@ -6,7 +6,7 @@
 
 #include "core/result.hpp"
 
-namespace visual_node {
+namespace picture {
 
 // Eight bits each of red, green, blue, alpha; sRGB; rows from the top.
 struct Image {
@@ -33,4 +33,4 @@ void Paste(const Image& from, int x, int y, Image& to);
 
 core::Result<void> WritePng(const Image& image, const std::filesystem::path& file);
 
-}  // namespace visual_node
+}  // namespace picture

@@ -1,4 +1,4 @@
-#include "nodes/visual_node/image.hpp"
+#include "picture/image.hpp"
 
 #include <png.h>
 
@@ -6,7 +6,7 @@
 #include <cstring>
 #include <system_error>
 
-namespace visual_node {
+namespace picture {
 
 Image Shrink(const Image& image, int factor) {
   Image small(image.width / factor, image.height / factor);
@@ -51,4 +51,4 @@ core::Result<void> WritePng(const Image& image, const std::filesystem::path& fil
   return {};
 }
 
-}  // namespace visual_node
+}  // namespace picture

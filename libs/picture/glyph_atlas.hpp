@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "nodes/visual_node/image.hpp"
+#include "picture/image.hpp"
 
-namespace visual_node {
+namespace picture {
 
 // DejaVu Sans (Debian package fonts-dejavu-core) rasterised at one size: Latin-1, one coverage byte per pixel.
 class GlyphAtlas {
@@ -44,4 +44,4 @@ class GlyphAtlas {
   int ascent_ = 0;
 };
 
-}  // namespace visual_node
+}  // namespace picture
