@@ -140,7 +140,7 @@ bool SimulatedOperator::Holds(const Condition& condition, const Sighting& seen, 
 void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept {
   const int step = seen == nullptr ? -1 : seen->step;
   if (step != step_) {
-    if (current_ != nullptr) EndLine(LineOutcome::kAbandoned, now_ns);
+    if (current_ != nullptr) Abandon(now_ns);
     step_ = step;
     next_line_ = 0;
   }
@@ -153,6 +153,18 @@ void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) no
   is_line_over_ = false;
   outcome_ = LineOutcome::kDone;
   EnterPhase(Phase::kBegin);
+}
+
+// A push is let go first, else its target would stay beyond the hand and press on through the lines that follow.
+void SimulatedOperator::Abandon(std::int64_t now_ns) noexcept {
+  const bool is_push = current_->verb == Verb::kPush;
+  if (is_push && phase_ == Phase::kRelax) return;  // it was done, and ends by itself
+  if (is_push && phase_ == Phase::kPush) {
+    EndPush(*current_, hands_[static_cast<std::size_t>(current_->role)].touch.At(now_ns));
+    outcome_ = LineOutcome::kAbandoned;
+    return;
+  }
+  EndLine(LineOutcome::kAbandoned, now_ns);
 }
 
 void SimulatedOperator::EnterPhase(Phase phase) noexcept {

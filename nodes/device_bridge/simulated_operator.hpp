@@ -95,6 +95,7 @@ class SimulatedOperator {
   [[nodiscard]] bool Holds(const Condition& condition, const Sighting& seen, int role) const noexcept;
 
   void FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept;
+  void Abandon(std::int64_t now_ns) noexcept;
   void CarryOutLine(const Sighting& seen, std::int64_t now_ns, double dt_s) noexcept;
   void Move(const OperatorLine& line, const Sighting& seen, double dt_s) noexcept;
   void BeginStroke(const OperatorLine& line, const Aim& aim, bool is_first) noexcept;

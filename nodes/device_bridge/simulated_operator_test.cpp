@@ -199,5 +199,21 @@ TEST(SimulatedOperator, ANewStepEndsTheLinesOfTheOldOne) {
   EXPECT_TRUE(world.bridge->simulated_operator().is_idle());
 }
 
+TEST(SimulatedOperator, APushThatANewStepCutsOffPressesNoLonger) {
+  for (const char* next : {"wait 2\n", "push 1 0 0 by 0.02 speed 0.02\n"}) {
+    ToyWorld world(std::string("step a\npush 0 0 -1 by 0.1 speed 0.05 until engaged latch\nstep b\n") + next);
+    world.contact = [](const core::DeviceState& state) { return Wall(state, -0.02); };
+    world.Run(1.1);
+    const double pressed_N = world.outputs.applied[0].force_N.z;
+    ASSERT_GT(pressed_N, 8.0);
+    world.logic.step = "b";
+    world.Run(0.7);
+    ASSERT_EQ(world.records().size(), 1U);
+    EXPECT_EQ(world.records()[0].outcome, LineOutcome::kAbandoned);
+    EXPECT_EQ(world.records()[0].step, 0);
+    EXPECT_LT(world.outputs.applied[0].force_N.z, 0.5 * pressed_N) << next;
+  }
+}
+
 }  // namespace
 }  // namespace device_bridge
