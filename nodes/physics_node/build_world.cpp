@@ -1,5 +1,6 @@
 #include "nodes/physics_node/build_world.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -143,6 +144,15 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
   return {};
 }
 
+// A lever: a hinge holds it on something that does not move freely. Jaws push it, with their contacts; a grasp would
+// weld the hand to a body with one degree of freedom, and pull it off its axis.
+bool IsLever(const scene::Scenario& scenario, int object) {
+  return std::any_of(scenario.mechanisms.begin(), scenario.mechanisms.end(), [&](const scene::Mechanism& m) {
+    return m.kind == scene::MechanismKind::kHinge && m.child == object &&
+           (m.parent < 0 || !IsPhysics(scenario, m.parent));
+  });
+}
+
 core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* built) {
   const scene::Coupling& c = scenario.coupling;
   const physics::SpringCouplingParams params{c.grasp_stiffness_N_per_m, c.grasp_damping_N_s_per_m,
@@ -152,7 +162,7 @@ core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* bui
     if (device.palm < 0 || device.jaw_left < 0 || device.jaw_right < 0) continue;
     for (std::size_t object = 0; object < scenario.objects.size(); ++object) {
       const int o = static_cast<int>(object);
-      if (!IsPhysics(scenario, o)) continue;
+      if (!IsPhysics(scenario, o) || IsLever(scenario, o)) continue;
       BuiltWorld::Holdable holdable;
       holdable.role = static_cast<int>(role);
       holdable.object = o;

@@ -64,7 +64,9 @@ struct Bench {
 
   explicit Bench(const scene::Scenario& s = MakeScenario()) : scenario(s), contacts(s.pairs.size()) {
     std::vector<physics::MassProperties> masses(scenario.objects.size());
-    masses[kBlock] = physics::BoxMass(0.5, glm::dvec3(2.0 * kHalf_m));
+    for (std::size_t i = kBlock; i < scenario.objects.size(); ++i) {
+      masses[i] = physics::BoxMass(0.5, glm::dvec3(2.0 * kHalf_m));
+    }
     auto created = PhysicsNode::Create(scenario, masses);
     EXPECT_TRUE(created.has_value()) << (created ? "" : created.error().detail);
     node = std::move(*created);
@@ -170,6 +172,42 @@ TEST(PhysicsNode, GraspsWithBothJawsCarriesAndLetsGo) {
   EXPECT_EQ(bench.events.back().name, "grasp_detached");
   EXPECT_EQ(bench.outputs.reactions[0].F_Do_W.force_N, glm::dvec3(0.0));
   EXPECT_LT(bench.node->impulse_balance().relative(), 1e-10);
+}
+
+TEST(PhysicsNode, JawsTurnALeverWithoutHoldingIt) {
+  scene::Scenario scenario = Bench::MakeScenario();
+  scene::Mechanism hinge;  // about z, 0.1 m beside the block
+  hinge.name = "switch";
+  hinge.parent = Bench::kWall;
+  hinge.child = Bench::kBlock;
+  hinge.X_PJ.translation = hinge.X_CJ.translation = {0.0, -0.1, 0.0};
+  scenario.mechanisms.push_back(hinge);
+  Bench bench(scenario);
+  bench.MoveJaws(0.038, 0.05);
+  bench.Run(50);
+  EXPECT_EQ(bench.held(), core::kNoObject);
+  EXPECT_TRUE(bench.events.empty());
+  bench.MoveHand({0.05, 0.0, 0.0}, 200);
+  EXPECT_GT(bench.block().X_WO.translation.x, 0.005);
+  EXPECT_NEAR(glm::length(bench.block().X_WO.translation - hinge.X_PJ.translation), 0.1, 1e-4);
+}
+
+// Panels that hinge on each other are carried like anything else.
+TEST(PhysicsNode, WhatHingesOnAFreeBodyIsHeld) {
+  scene::Scenario scenario = Bench::MakeScenario();
+  scene::Object panel;
+  panel.name = "panel";
+  panel.owner = scene::Owner::kPhysics;
+  scenario.objects.push_back(panel);
+  scene::Mechanism hinge;
+  hinge.name = "fold";
+  hinge.parent = static_cast<int>(scenario.objects.size()) - 1;
+  hinge.child = Bench::kBlock;
+  scenario.mechanisms.push_back(hinge);
+  Bench bench(scenario);
+  bench.MoveJaws(0.038, 0.05);
+  bench.Run(50);
+  EXPECT_EQ(bench.held(), Bench::kBlock);
 }
 
 TEST(PhysicsNode, OneJawPushesButDoesNotHold) {
