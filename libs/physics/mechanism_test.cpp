@@ -220,11 +220,13 @@ TEST(Snap, SlowCycleNeverGivesEnergyForAnyReleaseForce) {
     bool engaged = false;
     double work_on_part = 0.0;
     constexpr double kStep = 1e-6;
-    for (double z = 0.006; z > -0.0005; z -= kStep) {
+    for (int i = 6000; i > -500; --i) {
+      const double z = i * kStep;
       if (!engaged && z <= SnapEngagePoint_m(p)) engaged = true;
       work_on_part -= SnapAxialForce(p, engaged, z - 0.5 * kStep).force_N * kStep;
     }
-    for (double z = -0.0005; z < 0.006; z += kStep) {
+    for (int i = -500; i < 6000; ++i) {
+      const double z = i * kStep;
       if (engaged && z > SnapReleasePoint_m(p)) engaged = false;
       work_on_part += SnapAxialForce(p, engaged, z + 0.5 * kStep).force_N * kStep;
     }
