@@ -25,6 +25,7 @@ struct WildBody {
   int steps_left = 0;
   glm::dvec3 velocity_W{0.0};  // m/s
   glm::dvec3 spin_W{0.0};      // rad/s
+  glm::dvec3 pivot_m{0.0};     // what a swing leaves in W's origin
 
   // Exact distance of a point of W from the surface.
   [[nodiscard]] double Distance(const glm::dvec3& p_W) const {
@@ -33,8 +34,9 @@ struct WildBody {
   }
 };
 
-// A tool of 1 m that swings about its end at 2 rad/s and changes its axis at once, balls and boxes that are flung at up
-// to 5 m/s and 30 rad/s, that close on each other at 2 m/s, bounce, stand still, and jump. One step is 1 ms.
+// A tool of 1 m that swings about its end or its middle at 2 rad/s and changes its axis at once, balls and boxes that
+// are flung at up to 5 m/s and 30 rad/s, that close on each other at 2 m/s, bounce, stand still, and jump. One step is
+// 1 ms.
 class WildScene {
  public:
   static constexpr double kStep_s = 1e-3;
@@ -81,10 +83,9 @@ class WildScene {
       if (--body.steps_left < 0) Decide(&body);
       if (body.mode == WildBody::Mode::kRest) continue;
       if (body.mode == WildBody::Mode::kSwing) {
-        // About the end at (-0.5, 0, 0), which stands in the origin.
         body.X_WO.rotation =
             glm::normalize(core::QuaternionFromRotationVector(kStep_s * body.spin_W) * body.X_WO.rotation);
-        body.X_WO.translation = body.X_WO.rotation * glm::dvec3(0.5, 0.0, 0.0);
+        body.X_WO.translation = -(body.X_WO.rotation * body.pivot_m);
       } else {
         if (body.mode == WildBody::Mode::kClose) {
           const glm::dvec3 way = bodies_[body.prey].X_WO.translation - body.X_WO.translation;
@@ -134,6 +135,7 @@ class WildScene {
     if (body->mode == WildBody::Mode::kSwing) {
       const glm::dvec3 axis = Inside(1.0) + glm::dvec3(0.0, 0.0, 0.1);
       body->spin_W = 2.0 / (glm::length(axis) + 1e-9) * axis;
+      body->pivot_m.x = random_() % 2 == 0 ? -0.5 : 0.0;
       return;
     }
     const std::uint64_t die = random_() % 16;
