@@ -22,8 +22,9 @@ struct BodyParams {
 };
 
 // Impulses applied to free bodies against their change of momentum, since the world was made. Impulses are summed
-// from what each contact, mechanism and wrench reports; momentum is read from the bodies' states: two independent
-// ways to the same number, so the residual shows any force that was applied twice, lost, or made up.
+// from what each contact, mechanism and wrench reports; momentum is read from the bodies' states: two ways to the same
+// number, so the residual shows any force that was applied twice, lost, or made up on its way from the solver to the
+// bodies and the reports. It does not show a wrong force: a contact ten times too stiff balances as well.
 struct ImpulseBalance {
   double linear_residual_Ns = 0.0;    // sum over bodies of |change of p - impulses|
   double linear_magnitude_Ns = 0.0;   // sum of the magnitudes of all impulses

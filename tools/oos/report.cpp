@@ -81,8 +81,10 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
       << " Seed " << Text(Get(report, "seed")) << ", method " << Text(Get(report, "method")) << ", "
       << Text(Get(report, "seconds")) << " s.\n\n";
   WriteSteps(report, out);
-  out << "\nPeak force on the hand " << Text(Get(report, "peak_force_N")) << " N. Impulse balance "
-      << Text(Get(report, "impulse_balance")) << ".\n\n## Latency, ms\n\n";
+  out << "\nPeak force on the hand " << Text(Get(report, "peak_force_N"))
+      << " N. Impulses that were lost, doubled or made up, of "
+      << "all that were applied (impulse balance): " << Text(Get(report, "impulse_balance"))
+      << ".\n\n## Latency, ms\n\n";
   WriteLatencies(report, out);
   out << "\n## Haptic cycles\n\n| | all | in contact |\n|---|---|---|\n";
   const json& haptic = report.at("haptic");
