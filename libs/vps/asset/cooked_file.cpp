@@ -184,7 +184,7 @@ bool IsConsistent(const DistanceField& field) {
   const std::size_t num_creases = field.creases.size() / kPlanesPerCrease;
   if (num_creases == 0 || field.creases.size() % kPlanesPerCrease != 0) return false;
   for (const std::uint32_t word : field.words) {
-    if (KindOf(word) == CellKind::kCrease && (word & 0x3fffffffU) >= num_creases) return false;
+    if (KindOf(word) == CellKind::kCrease && RecordOf(word) >= num_creases) return false;
   }
   return true;
 }

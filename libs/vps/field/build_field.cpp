@@ -16,7 +16,6 @@ namespace {
 // centres (a radius of curvature of 12 voxels) before the cell is examined as a crease.
 constexpr float kCreaseTolerance = 0.04f;
 constexpr std::size_t kMaxCoarseCells = 4'000'000;
-constexpr std::uint32_t kCoarseWord = static_cast<std::uint32_t>(CellKind::kCoarse) << 30;
 
 int RoundUp(int value, int step) {
   return (value + step - 1) / step * step;
@@ -148,8 +147,9 @@ void FitCreases(const TriangleField& triangles, const BandBricks& band,
         if (std::isfinite(fit.largest_error)) word = fit.planes[0];
         continue;
       }
-      word = static_cast<std::uint32_t>(fit.kind) << 30 |
-             static_cast<std::uint32_t>(field->creases.size() / kPlanesPerCrease);
+      // A word numbers 33 million records; after those the tangent plane stays.
+      if (field->creases.size() / kPlanesPerCrease >= kMaxCreases) continue;
+      word = CreaseWord(field->creases.size() / kPlanesPerCrease);
       field->creases.insert(field->creases.end(), fit.planes.begin(), fit.planes.end());
     }
     if (progress && b % 1024 == 0) {

@@ -209,8 +209,8 @@ CreaseFit FitCrease(const TriangleField& field, std::span<const std::uint32_t> t
   fit.largest_error = best.largest_error;
   for (std::uint32_t k = 0; k < kPlanesPerCrease; ++k) fit.planes[k] = tangents.candidates[best.planes[k]].word;
   if (fit.kind == CellKind::kCrease) {
-    if (best.side < 0.0f) fit.planes[0] |= kCreaseFlipped;
-    if (best.is_nested) fit.planes[0] |= kCreaseNested;
+    fit.planes[0] = WithCombineBit(fit.planes[0], best.side < 0.0f);
+    fit.planes[1] = WithCombineBit(fit.planes[1], best.is_nested);
   }
   return fit;
 }

@@ -45,14 +45,14 @@ struct DistanceField {
 // The field at a point.
 struct FieldSample {
   float distance = 0.0f;         // voxels
-  glm::vec3 gradient{0, 0, 1};   // unit
+  glm::vec3 gradient{0, 0, 1};   // about unit
   float cell = 1.0f;             // edge of the cell that answered, voxels
   float centre_distance = 0.0f;  // exact distance at that cell's centre (plane cells and coarse cells), voxels
   float centre_offset = 0.0f;    // how far the point is from it, voxels
 };
 
 // Outside the grid the surface is farther than both the grid's border and the border cell's distance.
-// Reference for the kernels of walk/, which do the same operations in the same order.
+// Reference for the kernels of walk/, which differ by rounding.
 inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
   const glm::vec3 last(static_cast<float>(field.nx) - 0.5f, static_cast<float>(field.ny) - 0.5f,
                        static_cast<float>(field.nz) - 0.5f);
@@ -86,9 +86,9 @@ inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
     sample.centre_distance = DistanceOf(word);
     sample.distance = plane(sample.centre_distance, sample.gradient);
   } else {
-    const std::uint32_t* const record = &field.creases[std::size_t{word & 0x3fffffffU} * kPlanesPerCrease];
-    const float side = (record[0] & kCreaseFlipped) != 0 ? -1.0f : 1.0f;
-    const bool is_nested = (record[0] & kCreaseNested) != 0;
+    const std::uint32_t* const record = &field.creases[std::size_t{RecordOf(word)} * kPlanesPerCrease];
+    const float side = (record[0] & kCombineBit) != 0 ? -1.0f : 1.0f;
+    const bool is_nested = (record[1] & kCombineBit) != 0;
     float u[kPlanesPerCrease];
     for (std::uint32_t k = 0; k < kPlanesPerCrease; ++k) {
       u[k] = side * plane(DistanceOf(record[k]), GradientOf(record[k]));

@@ -108,7 +108,9 @@ TEST(DistanceField, DeepInsideAndFarOutsideDepthAndDirectionAreRight) {
     // A coarse cell is 2 mm wide; its plane is off by e^2 / 2r, e at most 1.73 mm.
     const double e_m = sample.cell > 1.0f ? 1.74e-3 : 0.5e-3;  // half diagonals
     ASSERT_NEAR(sample.distance * 0.0005, r - 0.05, e_m * e_m / (2.0 * (r - e_m)) + 8e-5) << r;
-    ASSERT_GT(glm::dot(glm::dvec3(sample.gradient), n), 1.0 - 0.5 * e_m * e_m / ((r - e_m) * (r - e_m)) - 2e-3) << r;
+    ASSERT_GT(glm::dot(glm::normalize(glm::dvec3(sample.gradient)), n),
+              1.0 - 0.5 * e_m * e_m / ((r - e_m) * (r - e_m)) - 2e-3)
+        << r;
   }
 }
 
@@ -136,8 +138,8 @@ TEST(DistanceField, WordsKeepDistanceAndDirection) {
     const std::uint32_t word = EncodePlane(d, n);
     ASSERT_EQ(KindOf(word), CellKind::kPlane);
     ASSERT_NEAR(DistanceOf(word), d, 0.5f / kDistanceSteps + 1e-6f);
-    ASSERT_LT(glm::length(GradientOf(word) - n), 0.009f);
-    ASSERT_LT(glm::length(CoarseGradientOf(EncodeCoarseGradient(n)) - n), 8e-4f);
+    ASSERT_LT(glm::length(GradientOf(word) - n), 0.014f);
+    ASSERT_LT(glm::length(CoarseGradientOf(EncodeCoarseGradient(n)) - n), 0.007f);
   }
 }
 

@@ -53,7 +53,7 @@ double QueryFastPair(const SampleTree& sampled, const DistanceField& field, cons
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
     const std::uint32_t block = scratch->walk.near_blocks[i];
-    const float* const depths = scratch->walk.near_depths[i].of;
+    const float* const depths = scratch->walk.depths(i);
     if (takes_all) {
       for (std::uint32_t k = 0; k < kBlock; ++k) {
         if (depths[k] < -margin) continue;

@@ -127,7 +127,7 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(built.moment_m4, cached.moment_m4);
   // A crease that points outside its table is refused even when the checksum is right.
   CookedObject wrong = object;
-  wrong.field->words.back() = static_cast<std::uint32_t>(CellKind::kCrease) << 30 | 0x3fffffffU;
+  wrong.field->words.back() = CreaseWord(kMaxCreases - 1);
   ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
   const auto refused = ReadCookedFile(file, 7);
   ASSERT_FALSE(refused);

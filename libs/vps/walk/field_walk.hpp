@@ -7,27 +7,53 @@
 #include "core/pose.hpp"
 #include "vps/field/distance_field.hpp"
 #include "vps/sampling/sample_tree.hpp"
+#include "vps/walk/walk_kernel.hpp"
 
 namespace vps {
 
 enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 
-// The widest that this processor and this build have. VR_OOS_SIMD=portable|avx2|avx512 asks for less.
+// Results of different sets agree to the rounding of single floats: 1e-5 of a sum; those of AVX2 and AVX-512 to the
+// bit. The widest that this processor and this build have. VR_OOS_SIMD=portable|avx2|avx512 asks for less.
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 
 // Memory of one pair's walks, allocated once.
+struct FieldWalkResult;
+
 class FieldWalkScratch {
  public:
   explicit FieldWalkScratch(const SampleTree& tree);
 
-  // Blocks with a point within the margin, ascending, and the depths of their points (voxels, positive inside).
+  // Blocks with a point within the margin, ascending, and where the depths of their points are.
   std::vector<std::uint32_t> near_blocks;
+  std::vector<std::uint32_t> near_slots;
   struct alignas(64) Depths {
-    float of[kBlock];
+    float of[kBlock];  // voxels, positive inside
   };
   std::vector<Depths> near_depths;
-  std::vector<std::uint32_t> queue;
+  [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
+
+ private:
+  friend std::uint32_t PrepareWalk(const SampleTree&, const DistanceField&, const core::Pose&, double, InstructionSet,
+                                   FieldWalkScratch*);
+  friend void EvaluateChunk(FieldWalkScratch*, std::uint32_t);
+  friend FieldWalkResult FinishWalk(FieldWalkScratch*);
+  struct Chunk {
+    std::uint32_t begin, end;  // in blocks_
+    WalkSums sums;
+  };
+  std::vector<std::uint32_t> queue_;
+  std::vector<std::uint32_t> chunk_near_;  // near blocks of each chunk, from its begin
+  std::vector<Chunk> chunks_;
+  std::uint32_t chunk_shift_ = 0;  // a chunk holds blocks whose numbers differ only in so many last bits
+  std::uint32_t num_chunks_ = 0;
+  const std::uint32_t* blocks_ = nullptr;
+  WalkInput input_{};
+  WalkKernels kernels_{};
+  double voxel_size_m_ = 0.0;
+  std::uint32_t spheres_tested_ = 0;
+  double room_ = 0.0;  // of what was culled, voxels
 };
 
 // Integrals of powers of the depth over S's surface inside G are continuous in the pose also as sums over points; the
@@ -56,6 +82,14 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
                           double margin_m, FieldWalkScratch* scratch);
 FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                           double margin_m, InstructionSet set, FieldWalkScratch* scratch);
+
+// The same in parts, so that several workers can share one heavy pair: PrepareWalk returns a number of chunks, each of
+// which one thread must evaluate, in any order; FinishWalk adds them up in theirs. The result does not depend on who
+// evaluated what. The tree, field and scratch must stay as they are from the first to the last. None allocates.
+std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                          double margin_m, InstructionSet set, FieldWalkScratch* scratch);
+void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
+FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
 
 // The reference: every point, one after the other, with SampleField.
 FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,

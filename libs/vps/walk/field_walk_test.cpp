@@ -50,6 +50,36 @@ void ForPoses(const Pair& pair, int count, const std::function<void(const core::
   }
 }
 
+// Two ways to the same result: sums equal within 1e-5, the same points but for those whose depth is a rounding from the
+// limit.
+void ExpectSame(const FieldWalkResult& a, const FieldWalkResult& b, const Pair& pair) {
+  const double s = pair.field.voxel_size_m;
+  // A point that a rounding puts into the next cell: a thousandth of a voxel of its depth.
+  const double one_point = 1e-3 * s * pair.points.area_m2 / pair.points.num_points;
+  const double tolerance = 1e-5 * b.volume_m3 + one_point;
+  EXPECT_LE(std::abs(static_cast<double>(a.num_near) - b.num_near), 1.0 + 1e-3 * b.num_near);
+  EXPECT_LE(std::abs(static_cast<double>(a.num_colliding) - b.num_colliding), 1.0 + 1e-3 * b.num_colliding);
+  EXPECT_LT(glm::length(a.force_m3 - b.force_m3), tolerance);
+  EXPECT_LT(glm::length(a.moment_m4 - b.moment_m4), 0.1 * tolerance);
+  EXPECT_NEAR(a.volume_m3, b.volume_m3, tolerance);
+  EXPECT_NEAR(a.square_m4, b.square_m4, 1e-5 * b.square_m4 + 2.0 * one_point * std::max(b.deepest_m, 0.0));
+  if (a.num_near > 0 && b.num_near > 0) {
+    EXPECT_NEAR(a.deepest_m, b.deepest_m, 1e-3 * s);
+  }
+}
+
+void ExpectSameBits(const FieldWalkResult& a, const FieldWalkResult& b) {
+  EXPECT_EQ(a.force_m3, b.force_m3);
+  EXPECT_EQ(a.moment_m4, b.moment_m4);
+  EXPECT_EQ(a.volume_m3, b.volume_m3);
+  EXPECT_EQ(a.square_m4, b.square_m4);
+  EXPECT_EQ(a.deepest_m, b.deepest_m);
+  EXPECT_EQ(a.deepest_point, b.deepest_point);
+  EXPECT_EQ(a.num_near, b.num_near);
+  EXPECT_EQ(a.num_colliding, b.num_colliding);
+  EXPECT_EQ(a.num_near_blocks, b.num_near_blocks);
+}
+
 TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
   int num_touching = 0;
   for (const Pair* pair : {&PegInHole(), &Tori()}) {
@@ -57,45 +87,49 @@ TEST(FieldWalk, FindsWhatTestingEveryPointFinds) {
     for (const double margin_m : {0.0, 0.002}) {
       ForPoses(*pair, 150, [&](const core::Pose& X_GS) {
         const FieldWalkResult flat = WalkFieldFlat(pair->points, pair->field, X_GS, margin_m);
-        const FieldWalkResult tree = WalkField(pair->points, pair->field, X_GS, margin_m, &scratch);
-        ASSERT_EQ(tree.num_near, flat.num_near);
-        ASSERT_EQ(tree.num_colliding, flat.num_colliding);
         num_touching += flat.num_colliding > 0 ? 1 : 0;
-        if (flat.num_near == 0) return;
-        ASSERT_EQ(tree.deepest_point, flat.deepest_point);
-        ASSERT_EQ(tree.deepest_m, flat.deepest_m);
-        const double scale = flat.volume_m3 + 1e-30;
-        ASSERT_LT(glm::length(tree.force_m3 - flat.force_m3), 1e-5 * scale);
-        ASSERT_LT(glm::length(tree.moment_m4 - flat.moment_m4), 1e-5 * 0.1 * scale);
-        ASSERT_NEAR(tree.volume_m3, flat.volume_m3, 1e-5 * scale);
-        ASSERT_NEAR(tree.square_m4, flat.square_m4, 1e-5 * flat.square_m4 + 1e-30);
+        for (const InstructionSet set : kSets) {
+          if (!IsAvailable(set)) continue;
+          ExpectSame(WalkField(pair->points, pair->field, X_GS, margin_m, set, &scratch), flat, *pair);
+        }
+        ASSERT_FALSE(testing::Test::HasFailure());
       });
     }
   }
   EXPECT_GT(num_touching, 200);
 }
 
-TEST(FieldWalk, EveryInstructionSetGivesTheSameBits) {
+TEST(FieldWalk, Avx2AndAvx512GiveTheSameBits) {
+  if (!IsAvailable(InstructionSet::kAvx512)) GTEST_SKIP() << "this processor has no AVX-512";
   for (const Pair* pair : {&PegInHole(), &Tori()}) {
     FieldWalkScratch scratch(pair->points);
     ForPoses(*pair, 100, [&](const core::Pose& X_GS) {
-      const FieldWalkResult first =
-          WalkField(pair->points, pair->field, X_GS, 0.001, InstructionSet::kPortable, &scratch);
-      for (const InstructionSet set : kSets) {
-        if (!IsAvailable(set)) continue;
-        const FieldWalkResult other = WalkField(pair->points, pair->field, X_GS, 0.001, set, &scratch);
-        ASSERT_EQ(other.force_m3, first.force_m3);
-        ASSERT_EQ(other.moment_m4, first.moment_m4);
-        ASSERT_EQ(other.volume_m3, first.volume_m3);
-        ASSERT_EQ(other.square_m4, first.square_m4);
-        ASSERT_EQ(other.deepest_m, first.deepest_m);
-        ASSERT_EQ(other.deepest_point, first.deepest_point);
-        ASSERT_EQ(other.num_near, first.num_near);
-        ASSERT_EQ(other.points_tested, first.points_tested);
-        ASSERT_EQ(other.free_distance_m, first.free_distance_m);
-      }
+      const FieldWalkResult wide = WalkField(pair->points, pair->field, X_GS, 0.001, InstructionSet::kAvx512, &scratch);
+      const FieldWalkResult narrow = WalkField(pair->points, pair->field, X_GS, 0.001, InstructionSet::kAvx2, &scratch);
+      ExpectSameBits(narrow, wide);
+      EXPECT_EQ(narrow.free_distance_m, wide.free_distance_m);
+      EXPECT_EQ(narrow.points_tested, wide.points_tested);
     });
   }
+}
+
+TEST(FieldWalk, ChunksGiveTheSameBitsInAnyOrder) {
+  const SampleTree dense = Samples(MakeCylinder(0.01, 0.04, 64), 40000);
+  FieldWalkScratch scratch(dense);
+  FieldWalkScratch parts(dense);
+  std::uint32_t most_chunks = 0;
+  ForPoses(PegInHole(), 50, [&](const core::Pose& X_GS) {
+    const FieldWalkResult whole = WalkField(dense, PegInHole().field, X_GS, 0.0005, BestInstructionSet(), &scratch);
+    const std::uint32_t count = PrepareWalk(dense, PegInHole().field, X_GS, 0.0005, BestInstructionSet(), &parts);
+    most_chunks = std::max(most_chunks, count);
+    for (std::uint32_t i = count; i-- > 0;) EvaluateChunk(&parts, i);
+    ExpectSameBits(FinishWalk(&parts), whole);
+    for (std::uint32_t i = 0; i < whole.num_near_blocks; ++i) {
+      ASSERT_EQ(parts.near_blocks[i], scratch.near_blocks[i]);
+      for (std::uint32_t k = 0; k < kBlock; ++k) ASSERT_EQ(parts.depths(i)[k], scratch.depths(i)[k]);
+    }
+  });
+  EXPECT_GT(most_chunks, 4U);
 }
 
 // S may move by the free distance in any direction without a point coming within the margin.

@@ -23,12 +23,31 @@ inline unsigned Bits(I mask) {
   return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 }
 
+inline F Fma(F a, F b, F c) {
+  return _mm256_fmadd_ps(a, b, c);
+}
+typedef __m256i Octet;
+inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
+  const auto* const low = reinterpret_cast<const double*>(corner);
+  const auto* const high = reinterpret_cast<const double*>(corner + stride_z);
+  const __m128d a = _mm_loadh_pd(_mm_load_sd(low), reinterpret_cast<const double*>(corner + stride_y));
+  const __m128d b = _mm_loadh_pd(_mm_load_sd(high), reinterpret_cast<const double*>(corner + stride_z + stride_y));
+  const __m256i all = _mm256_castpd_si256(_mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1));
+  return _mm256_sub_epi32(all, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(kTaken)));
+}
+inline U LookUp(const Octet& octet, U index) {
+  return (U)_mm256_permutevar8x32_epi32(octet, (__m256i)index);
+}
+inline void Compress(std::uint32_t* to, U v, unsigned mask) {
+  for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];
+}
+
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
-void WalkAvx2(const WalkInput& input, const WalkScratch& scratch, WalkOutput* output) {
-  Walk(input, scratch, output);
+WalkKernels Avx2WalkKernels() {
+  return {Cull, Evaluate};
 }
 
 }  // namespace vps

@@ -25,12 +25,31 @@ inline unsigned Bits(I mask) {
   return _mm512_movepi32_mask((__m512i)mask);
 }
 
+inline F Fma(F a, F b, F c) {
+  return _mm512_fmadd_ps(a, b, c);
+}
+typedef __m512i Octet;
+inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
+  const auto* const low = reinterpret_cast<const double*>(corner);
+  const auto* const high = reinterpret_cast<const double*>(corner + stride_z);
+  const __m128d a = _mm_loadh_pd(_mm_load_sd(low), reinterpret_cast<const double*>(corner + stride_y));
+  const __m128d b = _mm_loadh_pd(_mm_load_sd(high), reinterpret_cast<const double*>(corner + stride_z + stride_y));
+  const __m256i all = _mm256_castpd_si256(_mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1));
+  return _mm512_castsi256_si512(_mm256_sub_epi32(all, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(kTaken))));
+}
+inline U LookUp(const Octet& octet, U index) {
+  return (U)_mm512_permutexvar_epi32((__m512i)index, octet);
+}
+inline void Compress(std::uint32_t* to, U v, unsigned mask) {
+  _mm512_mask_compressstoreu_epi32(to, static_cast<__mmask16>(mask), (__m512i)v);
+}
+
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
-void WalkAvx512(const WalkInput& input, const WalkScratch& scratch, WalkOutput* output) {
-  Walk(input, scratch, output);
+WalkKernels Avx512WalkKernels() {
+  return {Cull, Evaluate};
 }
 
 }  // namespace vps

@@ -33,12 +33,32 @@ inline unsigned Bits(I m) {
 }
 #endif
 
+inline F Fma(F a, F b, F c) {
+  return a * b + c;
+}
+struct Octet {
+  std::uint32_t of[8];
+};
+inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
+  Octet octet;
+  for (std::size_t k = 0; k < 8; ++k) {
+    octet.of[k] = corner[(k & 1) + (k >> 1 & 1) * stride_y + (k >> 2) * stride_z] - kTaken[k];
+  }
+  return octet;
+}
+inline U LookUp(const Octet& octet, U index) {
+  return U{octet.of[index[0]], octet.of[index[1]], octet.of[index[2]], octet.of[index[3]]};
+}
+inline void Compress(std::uint32_t* to, U v, unsigned mask) {
+  for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];
+}
+
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
-void WalkPortable(const WalkInput& input, const WalkScratch& scratch, WalkOutput* output) {
-  Walk(input, scratch, output);
+WalkKernels PortableWalkKernels() {
+  return {Cull, Evaluate};
 }
 
 }  // namespace vps
