@@ -167,7 +167,9 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
       const glm::vec3 emissive = instance.is_material_given ? m.emissive : m.emissive + instance.material.emissive;
       glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
       glUniform4f(5, emissive.r, emissive.g, emissive.b, m.roughness);
-      glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, reinterpret_cast<const void*>(part.first_byte));
+      // OpenGL takes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+      const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
+      glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
     }
   }
 }

@@ -39,8 +39,8 @@ struct Bin {
 
 void SetTangents(std::size_t bin_index, Bin* bin) {
   const int i = static_cast<int>(bin_index);
-  const glm::vec3 n = glm::normalize(
-      glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
+  const glm::ivec3 cell(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);  // of the 3 x 3 x 3 grid of directions
+  const glm::vec3 n = glm::normalize(glm::vec3(cell));
   const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
   const glm::vec3 u = glm::normalize(glm::cross(n, helper));
   const glm::vec3 v = glm::cross(n, u);

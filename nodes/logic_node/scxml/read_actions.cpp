@@ -1,6 +1,7 @@
 #include "nodes/logic_node/scxml/read_actions.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/names.hpp"
 #include "scene/schema.hpp"
@@ -158,7 +159,7 @@ void ActionReader::ReadSend(const XmlElement& element, Action* action) {
     Say(element.LineOf("delay"), "<send>: delay on an internal event", "internal events are for the same step",
         "remove delay or target");
   }
-  action->delay_ns = static_cast<std::int64_t>(amount * (is_ms ? 1e6 : 1e9) + 0.5);
+  action->delay_ns = std::llround(amount * (is_ms ? 1e6 : 1e9));
 }
 
 void ActionReader::ReadAssign(const XmlElement& element, Action* action) {
