@@ -155,6 +155,7 @@ class Builder {
       } else if (child.name == "collision") {
         object.collision_mesh = File(child, "mesh");
         read_child.Number("voxel_size_m", &object.voxel_size_m);
+        read_child.Number("sheet_thickness_m", &object.sheet_thickness_m);
         object.num_points =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(read_child.Count("points", 0), UINT32_MAX));
         if (object.voxel_size_m <= 0.0 && object.num_points == 0 && child.Find("voxel_size_m") == nullptr) {

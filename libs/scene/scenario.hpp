@@ -52,8 +52,9 @@ struct Object {
   core::Pose X_WO;       // initial pose of the mesh frame
   double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
-  double voxel_size_m = 0.0;     // 0: no voxelmap
-  std::uint32_t num_points = 0;  // 0: no pointshell
+  double voxel_size_m = 0.0;       // 0: no voxelmap
+  std::uint32_t num_points = 0;    // 0: no pointshell
+  double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
   std::vector<Frame> frames;
   bool is_lamp = false;  // its colour follows logic
   glm::vec3 lamp_color{0.0f};

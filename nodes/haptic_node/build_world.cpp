@@ -36,7 +36,7 @@ core::Result<std::vector<vps::ObjectDescription>> HapticNode::CookObjects() cons
     is_field[pair.field] = 1;
   }
   const vps::Method method = vps::MethodFromName(scenario_.method).value_or(vps::Method::kPaper);
-  using Key = std::tuple<std::string, double, std::uint32_t>;
+  using Key = std::tuple<std::string, double, std::uint32_t, double>;
   std::map<Key, std::shared_ptr<const vps::CookedObject>> cooked;
   std::vector<vps::ObjectDescription> descriptions;
   for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
@@ -45,10 +45,12 @@ core::Result<std::vector<vps::ObjectDescription>> HapticNode::CookObjects() cons
     description.X_WO = object.X_WO;
     vps::CookParameters parameters;
     parameters.method = method;
+    parameters.sheet_half_thickness_m = 0.5 * object.sheet_thickness_m;
     if (is_field[i] != 0) parameters.voxel_size_m = object.voxel_size_m;
     if (is_sampled[i] != 0) parameters.num_points = object.num_points;
     if (parameters.voxel_size_m > 0.0 || parameters.num_points > 0) {
-      const Key key{object.collision_mesh.string(), parameters.voxel_size_m, parameters.num_points};
+      const Key key{object.collision_mesh.string(), parameters.voxel_size_m, parameters.num_points,
+                    parameters.sheet_half_thickness_m};
       std::shared_ptr<const vps::CookedObject>& data = cooked[key];
       if (data == nullptr) {
         double told = -1.0;

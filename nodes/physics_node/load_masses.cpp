@@ -1,6 +1,8 @@
 #include "nodes/physics_node/build_world.hpp"
+#include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/mass_properties.hpp"
+#include "vps/mesh/thicken_sheet.hpp"
 
 namespace physics_node {
 namespace {
@@ -18,6 +20,13 @@ physics::MassProperties BoundingBoxMass(const vps::TriangleMesh& mesh, double ma
   return mass;
 }
 
+// The surface of what the object is made of. A mesh that bounds nothing comes as it is.
+core::Result<vps::TriangleMesh> LoadSolid(const std::filesystem::path& file, double sheet_thickness_m) {
+  const auto checked = vps::LoadCheckedMesh(file, 1.0, sheet_thickness_m > 0.0);
+  if (!checked) return vps::LoadMesh(file);
+  return sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh;
+}
+
 }  // namespace
 
 core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scenario& scenario) {
@@ -28,7 +37,7 @@ core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scena
     const std::string where =
         object.location.file.string() + ":" + std::to_string(object.location.line) + ": object '" + object.name + "': ";
     const auto& file = object.collision_mesh.empty() ? object.visual_mesh : object.collision_mesh;
-    const auto mesh = vps::LoadMesh(file);
+    const auto mesh = LoadSolid(file, object.sheet_thickness_m);
     if (!mesh) return core::Fail(mesh.error().code, where + mesh.error().detail);
     const bool is_mass_given = object.mass_kg > 0.0;
     const auto solid = vps::ComputeMassProperties(*mesh, is_mass_given ? 1000.0 : object.density_kg_per_m3);

@@ -11,6 +11,7 @@ int Run(const Arguments& arguments) {
   for (const std::string& path : arguments.positional()) {
     const CheckOutcome outcome = CheckScenario(path);
     for (const std::string& problem : outcome.problems) std::printf("%s\n", problem.c_str());
+    for (const std::string& note : outcome.notes) std::printf("note: %s\n", note.c_str());
     if (!outcome.problems.empty()) {
       status = kDoesNotHold;
       continue;

@@ -1,48 +1,56 @@
 #include "tools/oos/check_scenario.hpp"
 
-#include <algorithm>
-#include <cstdio>
+#include <map>
 #include <set>
 #include <string>
 
 #include "nodes/device_bridge/operator_script.hpp"
 #include "nodes/logic_node/procedure.hpp"
 #include "scene/load_scenario.hpp"
+#include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/part_size.hpp"
 
 namespace oos {
 namespace {
 
-// Sides of a box around a part that a hand can have to do with. A mesh outside was most likely drawn in another unit.
-constexpr double kSmallestPart_m = 0.0005;
-constexpr double kLargestPart_m = 20.0;
-
-void CheckSize(const scene::Object& object, const std::filesystem::path& file, const vps::TriangleMesh& mesh,
-               std::vector<std::string>* problems) {
-  const vps::Box box = vps::BoundingBox(mesh);
-  const glm::dvec3 size_m = box.upper - box.lower;
-  const double longest_m = std::max({size_m.x, size_m.y, size_m.z});
-  if (longest_m >= kSmallestPart_m && longest_m <= kLargestPart_m) return;
-  char why[160];
-  std::snprintf(why, sizeof why, "its longest side is %g m, a part has %g to %g m: wrong unit?", longest_m,
-                kSmallestPart_m, kLargestPart_m);
-  problems->push_back(scene::Format({object.location, "object '" + object.name + "': mesh " + file.string(), why,
-                                     "export it in metres, e.g. a drawing in millimetres scaled by 0.001"}));
+// What cooking would say of the mesh, and how large it is.
+core::Result<vps::Box> CheckCollisionMesh(const scene::Object& object, CheckOutcome* outcome) {
+  const auto checked = vps::LoadCheckedMesh(object.collision_mesh, 1.0, object.sheet_thickness_m > 0.0);
+  if (!checked) return tl::unexpected(checked.error());
+  for (const std::string& defect : vps::DescribeDefects(checked->report)) {
+    outcome->notes.push_back("object '" + object.name + "': mesh " + object.collision_mesh.string() + ": " + defect);
+  }
+  return checked->report.box;
 }
 
-void CheckMeshes(const scene::Scenario& scenario, std::vector<std::string>* problems) {
+core::Result<vps::Box> CheckVisualMesh(const std::filesystem::path& file) {
+  const auto mesh = vps::LoadMesh(file);
+  if (!mesh) return tl::unexpected(mesh.error());
+  return vps::BoundingBox(*mesh);
+}
+
+void CheckMeshes(const scene::Scenario& scenario, CheckOutcome* outcome) {
   std::set<std::filesystem::path> seen;
+  std::map<std::string, vps::Box> collision_boxes;  // by file
   for (const scene::Object& object : scenario.objects) {
-    for (const std::filesystem::path& mesh : {object.visual_mesh, object.collision_mesh}) {
-      if (mesh.empty() || !seen.insert(mesh).second) continue;
-      const auto loaded = vps::LoadMesh(mesh);
-      if (loaded) {
-        CheckSize(object, mesh, *loaded, problems);
-        continue;
-      }
-      problems->push_back(scene::Format({object.location, "object '" + object.name + "': mesh " + mesh.string(),
-                                         loaded.error().detail, "export the mesh again, or name another file"}));
+    for (const std::filesystem::path& file : {object.collision_mesh, object.visual_mesh}) {
+      if (file.empty() || !seen.insert(file).second) continue;
+      const auto box = file == object.collision_mesh ? CheckCollisionMesh(object, outcome) : CheckVisualMesh(file);
+      const auto good = box ? vps::CheckPartSize(file.string(), *box) : core::Result<void>{};
+      if (box && file == object.collision_mesh) collision_boxes[file.string()] = *box;
+      if (box && good) continue;
+      outcome->problems.push_back(scene::Format({object.location, "object '" + object.name + "'",
+                                                 box ? good.error().detail : box.error().detail,
+                                                 "export the mesh again in metres, or name another file"}));
     }
+  }
+  for (const scene::Pair& pair : scenario.pairs) {
+    const std::string a = scenario.objects[pair.sampled].collision_mesh.string();
+    const std::string b = scenario.objects[pair.field].collision_mesh.string();
+    if (!collision_boxes.contains(a) || !collision_boxes.contains(b)) continue;
+    const auto good = vps::CheckSameUnit(a, collision_boxes[a], b, collision_boxes[b]);
+    if (!good) outcome->notes.push_back(good.error().detail);
   }
 }
 
@@ -60,7 +68,7 @@ CheckOutcome CheckScenario(const std::filesystem::path& path) {
        {logic_node::CheckProcedure(*scenario), device_bridge::CheckOperatorScript(*scenario)}) {
     for (const scene::Diagnostic& diagnostic : diagnostics) outcome.problems.push_back(scene::Format(diagnostic));
   }
-  CheckMeshes(*scenario, &outcome.problems);
+  CheckMeshes(*scenario, &outcome);
   return outcome;
 }
 

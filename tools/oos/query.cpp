@@ -8,7 +8,10 @@
 #include "tools/contact/method.hpp"
 #include "tools/contact/pose_table.hpp"
 #include "tools/oos/verb.hpp"
+#include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/part_size.hpp"
+#include "vps/mesh/thicken_sheet.hpp"
 
 namespace oos {
 namespace {
@@ -34,6 +37,14 @@ struct Request {
   std::string method;
   contact::Resolution resolution;
   double scale = 1.0;
+  bool is_size_vouched = false;  // --scale was given: whoever gave it has looked at the sizes
+  double sheet_thickness_m = 0.0;
+};
+
+// A body to ask about: a mesh that bounds a solid.
+struct Body {
+  vps::TriangleMesh mesh;
+  vps::Box box;
 };
 
 core::Result<Request> ReadRequest(const Arguments& arguments) {
@@ -55,7 +66,8 @@ core::Result<Request> ReadRequest(const Arguments& arguments) {
   const auto voxel = positive("--voxel_m", 0.0);
   const auto points = positive("--points", 0.0);
   const auto scale = positive("--scale", 1.0);
-  for (const auto* value : {&accuracy, &voxel, &points, &scale}) {
+  const auto sheet = positive("--sheet_thickness_m", 0.0);
+  for (const auto* value : {&accuracy, &voxel, &points, &scale, &sheet}) {
     if (!*value) return tl::unexpected(value->error());
   }
   if (*accuracy > 0.0 && (*voxel > 0.0 || *points > 0.0)) {
@@ -66,7 +78,27 @@ core::Result<Request> ReadRequest(const Arguments& arguments) {
   }
   request.resolution = {*accuracy, *voxel, static_cast<std::uint32_t>(*points)};
   request.scale = *scale;
+  request.is_size_vouched = arguments.has("--scale");
+  request.sheet_thickness_m = *sheet;
   return request;
+}
+
+// Checks and mends; what was mended goes to stderr. An open mesh becomes a sheet when a thickness was given.
+core::Result<Body> ReadBody(const std::string& file, const Request& request) {
+  const auto triangles = vps::LoadTriangles(file, request.scale);
+  if (!triangles) return tl::unexpected(triangles.error());
+  auto checked = vps::CheckMesh(*triangles);
+  const bool is_sheet = !checked && request.sheet_thickness_m > 0.0;
+  if (is_sheet) checked = vps::CheckMesh(*triangles, true);
+  if (!checked) return core::Fail(checked.error().code, file + ": the mesh " + checked.error().detail);
+  if (const auto good = vps::CheckPartSize(file, checked->report.box); !good && !request.is_size_vouched) {
+    return tl::unexpected(good.error());
+  }
+  for (const std::string& defect : vps::DescribeDefects(checked->report)) {
+    std::fprintf(stderr, "oos query: note: %s: %s\n", file.c_str(), defect.c_str());
+  }
+  if (!is_sheet) return Body{std::move(checked->mesh), checked->report.box};
+  return Body{vps::ThickenSheet(checked->mesh, request.sheet_thickness_m), checked->report.box};
 }
 
 int Run(const Arguments& arguments) {
@@ -77,17 +109,22 @@ int Run(const Arguments& arguments) {
   if (!request) return fail(request.error());
   const auto poses = contact::ReadPoseTable(arguments.text("--poses"));
   if (!poses) return fail(poses.error());
-  const auto A = vps::LoadMesh(arguments.positional()[0], request->scale);
+  const std::string& file_A = arguments.positional()[0];
+  const std::string& file_B = arguments.positional()[1];
+  const auto A = ReadBody(file_A, *request);
   if (!A) return fail(A.error());
-  const auto B = vps::LoadMesh(arguments.positional()[1], request->scale);
+  const auto B = ReadBody(file_B, *request);
   if (!B) return fail(B.error());
+  if (const auto good = vps::CheckSameUnit(file_A, A->box, file_B, B->box); !good && !request->is_size_vouched) {
+    return fail(good.error());
+  }
   auto table = contact::AnswerTable::Create(arguments.text("--out"));
   if (!table) return fail(table.error());
 
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  auto method = request->method == "oracle" ? contact::MakeOracleMethod(*A, *B)
-                : request->method == "fast" ? contact::MakeFastMethod(*A, *B, request->resolution)
-                                            : contact::MakePaperMethod(*A, *B, request->resolution);
+  auto method = request->method == "oracle" ? contact::MakeOracleMethod(A->mesh, B->mesh)
+                : request->method == "fast" ? contact::MakeFastMethod(A->mesh, B->mesh, request->resolution)
+                                            : contact::MakePaperMethod(A->mesh, B->mesh, request->resolution);
   if (!method) return fail(method.error());
   const std::int64_t built_ns = core::MonotonicNow_ns();
   for (const core::Pose& X_AB : *poses) {
@@ -116,7 +153,8 @@ Verb QueryVerb() {
            {"--accuracy_m", "X", "wanted error of a depth, m"},
            {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},
            {"--points", "N", "points on B's surface"},
-           {"--scale", "S", "factor of both meshes' coordinates, 0.001 for millimetres; default 1"}},
+           {"--scale", "S", "factor of both meshes' coordinates, 0.001 for millimetres; default 1"},
+           {"--sheet_thickness_m", "T", "takes an open mesh as a sheet with two sides, T thick"}},
           Run,
           kDetails};
 }

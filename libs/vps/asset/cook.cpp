@@ -7,7 +7,10 @@
 #include "vps/asset/cooked_file.hpp"
 #include "vps/asset/cooked_object.hpp"
 #include "vps/field/build_field.hpp"
+#include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/part_size.hpp"
+#include "vps/mesh/thicken_sheet.hpp"
 #include "vps/tree/build_tree.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 
@@ -31,40 +34,50 @@ std::uint64_t HashOf(const TriangleMesh& mesh) {
   return core::Hash64(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]), vertices);
 }
 
-}  // namespace
+core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
+  const double thickness_m = 2.0 * parameters.sheet_half_thickness_m;
+  const double least_m = (parameters.method == Method::kFast ? 1.0 : 2.0) * parameters.voxel_size_m;
+  if (!(thickness_m >= 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "a sheet's thickness is negative");
+  if (thickness_m == 0.0 || thickness_m >= least_m * (1.0 - 1e-9)) return {};
+  char text[160];
+  std::snprintf(text, sizeof text, "a sheet of %.4g mm is too thin for voxels of %.4g mm: take voxels of %.4g mm",
+                1e3 * thickness_m, 1e3 * parameters.voxel_size_m,
+                1e3 * thickness_m / least_m * parameters.voxel_size_m);
+  return core::Fail(core::ErrorCode::kInvalidInput, text);
+}
 
-core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters, const Progress& progress) {
-  if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
-  if (parameters.sheet_half_thickness_m == 0.0 && IsInsideOut(mesh)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "the mesh is inside out: turn its faces over");
-  }
+// `bounds`: the surface of the solid; `mesh`: the same, or the sheet that it was made from.
+core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh& mesh, const CookParameters& parameters,
+                                 const Progress& progress) {
   CookedObject object;
-  const Box box = BoundingBox(mesh);
+  const Box box = BoundingBox(bounds);
   object.bounding_centre_m = 0.5 * (box.lower + box.upper);
-  for (const auto& p : mesh.vertices) {
+  for (const auto& p : bounds.vertices) {
     object.bounding_radius_m = std::max(object.bounding_radius_m, glm::length(p - object.bounding_centre_m));
   }
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
       auto field = BuildField(mesh, parameters.voxel_size_m,
-                              {.sheet_half_thickness_m = parameters.sheet_half_thickness_m, .progress = progress});
+                              {.sheet_half_thickness_m = parameters.sheet_half_thickness_m,
+                               .sign_by_winding = parameters.sheet_half_thickness_m == 0.0 && !IsSimpleSolid(mesh),
+                               .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
     }
     if (parameters.num_points != 0) {
-      const auto samples = SampleSurface(mesh, parameters.num_points, progress);
+      const auto samples = SampleSurface(bounds, parameters.num_points, progress);
       if (!samples) return tl::unexpected(samples.error());
       object.samples = BuildSampleTree(*samples);
     }
     return object;
   }
   if (parameters.voxel_size_m != 0.0) {
-    auto voxmap = BuildVoxmap(mesh, parameters.voxel_size_m, progress);
+    auto voxmap = BuildVoxmap(bounds, parameters.voxel_size_m, progress);
     if (!voxmap) return tl::unexpected(voxmap.error());
     object.voxmap = std::move(*voxmap);
   }
   if (parameters.num_points != 0) {
-    const auto shell = BuildPointshell(mesh, parameters.num_points, progress);
+    const auto shell = BuildPointshell(bounds, parameters.num_points, progress);
     if (!shell) return tl::unexpected(shell.error());
     if (progress) progress("point-sphere tree", 0.0);
     object.points = BuildTree(*shell);
@@ -73,21 +86,46 @@ core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& 
   return object;
 }
 
+}  // namespace
+
+core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters, const Progress& progress) {
+  if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
+  if (const auto good = CheckSheetThickness(parameters); !good) return tl::unexpected(good.error());
+  if (parameters.sheet_half_thickness_m > 0.0) {
+    return Build(ThickenSheet(mesh, 2.0 * parameters.sheet_half_thickness_m), mesh, parameters, progress);
+  }
+  if (IsInsideOut(mesh)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "the mesh is inside out: turn its faces over");
+  }
+  return Build(mesh, mesh, parameters, progress);
+}
+
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
                                 const std::filesystem::path& cache_folder, const Progress& progress) {
-  const auto mesh = LoadMesh(mesh_file);
-  if (!mesh) return tl::unexpected(mesh.error());
+  const auto triangles = LoadTriangles(mesh_file);
+  if (!triangles) return tl::unexpected(triangles.error());
   // The loaded triangles stand for the file's bytes: a .gltf may keep its vertices in another file.
-  const std::uint64_t mesh_hash = HashOf(*mesh);
+  const std::uint64_t mesh_hash = HashOf(*triangles);
   const std::uint64_t key = CookedKey(&mesh_hash, sizeof(mesh_hash), parameters);
   char digits[17];
   std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(key));
   const std::filesystem::path file = (cache_folder.empty() ? DefaultCacheFolder() : cache_folder) /
                                      (mesh_file.stem().string() + "-" + digits + ".vps");
-  if (auto cached = ReadCookedFile(file, key)) return cached;
-  auto object = Cook(*mesh, parameters, progress);
-  if (!object) return core::Fail(object.error().code, mesh_file.string() + ": " + object.error().detail);
-  static_cast<void>(WriteCookedFile(file, key, *object));  // without a cache the next start is slower, nothing else
+  auto cached = ReadCookedFile(file, key);
+  if (cached) return cached;
+  const auto failed = [&](const core::Error& error) {
+    return core::Fail(error.code, mesh_file.string() + ": " + error.detail);
+  };
+  const auto checked = CheckMesh(*triangles, parameters.sheet_half_thickness_m > 0.0);
+  if (!checked) return core::Fail(checked.error().code, mesh_file.string() + ": the mesh " + checked.error().detail);
+  if (const auto good = CheckPartSize(mesh_file.string(), checked->report.box); !good) {
+    return tl::unexpected(good.error());
+  }
+  auto object = Cook(checked->mesh, parameters, progress);
+  if (!object) return failed(object.error());
+  if (cached.error().code == core::ErrorCode::kDamaged) object->cache_note = cached.error().detail + "; built anew";
+  // Without a cache the next start is slower, nothing else.
+  if (const auto written = WriteCookedFile(file, key, *object); !written) object->cache_note = written.error().detail;
   return object;
 }
 

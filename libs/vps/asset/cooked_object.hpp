@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "core/result.hpp"
@@ -26,6 +27,7 @@ struct CookedObject {
   glm::dvec3 bounding_centre_m{0.0};
   double bounding_radius_m = 0.0;
   bool is_from_cache = false;
+  std::string cache_note;  // a damaged cache file that was built anew, or one that could not be written
 
   [[nodiscard]] bool has_field(Method method) const {
     return method == Method::kFast ? field.has_value() : voxmap.has_value();
@@ -46,16 +48,21 @@ struct CookParameters {
   double voxel_size_m = 0.0;     // 0: no field side
   std::uint32_t num_points = 0;  // 0: no sampled side
   Method method = Method::kPaper;
-  double sheet_half_thickness_m = 0.0;  // BuildFieldOptions; 0: a solid. Method fast only
+  // 0: the mesh bounds a solid. Else it is a sheet with two sides: the solid is what lies within this distance of it.
+  // Method fast takes that distance exactly for its field; pointshell, samples and voxelmap are built from
+  // ThickenSheet.
+  double sheet_half_thickness_m = 0.0;
 };
 
-// Builds from a mesh in memory.
+// Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors also: a sheet thinner than two voxels
+// (paper) or one (fast), which no voxel would show.
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
                                 const Progress& progress = {});
 
-// Loads the mesh file and takes the structures from the cache, or builds and stores them. The cache file is addressed
-// by content (bytes of the mesh, parameters, format version); a damaged one is rebuilt, never trusted. A cache folder
-// that cannot be written is no error. Empty `cache_folder`: DefaultCacheFolder().
+// Loads the mesh file, checks and mends it (CheckMesh, CheckPartSize), and takes the structures from the cache, or
+// builds and stores them. The cache file is addressed by content (bytes of the mesh, parameters, format version); a
+// damaged one is rebuilt, never trusted. A cache folder that cannot be written is no error. Empty `cache_folder`:
+// DefaultCacheFolder().
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
                                 const std::filesystem::path& cache_folder = {}, const Progress& progress = {});
 

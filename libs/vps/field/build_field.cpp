@@ -195,7 +195,7 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
 
   TriangleMesh scaled = mesh;
   for (glm::dvec3& v : scaled.vertices) v = (v - field.origin_m) / voxel_size_m;
-  const TriangleField triangles(scaled, half_thickness);
+  const TriangleField triangles(scaled, half_thickness, options.sign_by_winding);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }

@@ -17,6 +17,8 @@ struct BuildFieldOptions {
   // 0: the mesh bounds a solid. Else the mesh is a sheet, open or not, with two sides and no inside: the solid is
   // everything nearer to a triangle than this, and the field is the unsigned distance less it.
   double sheet_half_thickness_m = 0.0;
+  // Signs by winding number, for a mesh that is no simple solid (IsSimpleSolid); slower than pseudonormals.
+  bool sign_by_winding = false;
   std::function<void(std::string_view stage, double fraction)> progress;
 };
 

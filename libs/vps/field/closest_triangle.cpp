@@ -17,9 +17,10 @@ double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const 
 
 }  // namespace
 
-TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness)
+TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness, bool sign_by_winding)
     : sheet_half_thickness_(sheet_half_thickness) {
   const TriangleMesh mesh = MergeDuplicateVertices(input);
+  if (sign_by_winding && sheet_half_thickness == 0.0) winding_.emplace(mesh);
   indices_ = mesh.triangles;
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
   std::unordered_map<std::uint64_t, glm::dvec3> edge_sums;
@@ -166,14 +167,16 @@ TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const Cl
   const glm::dvec3 pseudo = PseudoNormal(triangle, closest.feature);
   const glm::dvec3 r = p - closest.point;
   const double distance = std::sqrt(closest.squared_distance);
-  const bool is_sheet = sheet_half_thickness_ > 0.0;
-  const double sign = is_sheet || glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
+  const double side = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
+  double sign = side;
+  if (sheet_half_thickness_ > 0.0) sign = 1.0;
+  if (winding_) sign = winding_->IsInside(p) ? -1.0 : 1.0;
   Value value;
   value.distance = sign * distance - sheet_half_thickness_;
   // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.
   const double length = glm::length(pseudo);
   if ((closest.feature == 6 || distance < 1e-9) && length > 0.0) {
-    value.gradient = pseudo / (is_sheet && glm::dot(r, pseudo) < 0.0 ? -length : length);
+    value.gradient = pseudo / (side == sign ? length : -length);
   } else if (distance > 0.0) {
     value.gradient = r * (sign / distance);
   }

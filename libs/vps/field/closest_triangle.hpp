@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "vps/mesh/triangle_mesh.hpp"
+#include "vps/mesh/winding_number.hpp"
 
 namespace vps {
 
@@ -18,13 +20,13 @@ struct ClosestFeature {
 // A mesh prepared for closest-point queries with a sign. Lengths are those of the mesh given.
 //
 // The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
-// exact for a closed, consistently oriented surface without self-intersections. Where the surface is open the nearest
-// triangle's own side decides.
+// exact for a closed, consistently oriented surface without self-intersections. `sign_by_winding` asks the winding
+// number instead, which also holds for solids that overlap or pass through themselves, and takes longer.
 //
 // With a half thickness the mesh is a sheet with two sides and no inside: the solid is everything nearer than that.
 class TriangleField {
  public:
-  explicit TriangleField(const TriangleMesh& mesh, double sheet_half_thickness = 0.0);
+  explicit TriangleField(const TriangleMesh& mesh, double sheet_half_thickness = 0.0, bool sign_by_winding = false);
 
   [[nodiscard]] std::size_t num_triangles() const { return triangles_.size(); }
   [[nodiscard]] const std::array<glm::dvec3, 3>& corners(std::uint32_t triangle) const { return triangles_[triangle]; }
@@ -51,6 +53,7 @@ class TriangleField {
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
   double sheet_half_thickness_ = 0.0;  // 0: a solid
+  std::optional<WindingNumber> winding_;
   std::vector<std::array<glm::dvec3, 3>> triangles_;
   std::vector<std::array<std::uint32_t, 3>> indices_;
   std::vector<glm::dvec3> normals_;         // unit, per triangle; 0 when it has no area

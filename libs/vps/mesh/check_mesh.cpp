@@ -309,6 +309,17 @@ void FindCrossingPlaces(Work* work, std::size_t num_own, MeshReport* report) {
 
 }  // namespace
 
+bool IsSimpleSolid(const TriangleMesh& mesh) {
+  const std::vector<EdgeUse> edges = SortedEdges(mesh);
+  for (std::size_t i = 0; i < edges.size(); i += 2) {
+    if (EndOfEdge(edges, i) != i + 2 || edges[i].is_forward == edges[i + 1].is_forward) return false;
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (!HasArea(mesh, i)) return false;
+  }
+  return !mesh.triangles.empty() && FindCrossings(mesh, 1).empty();
+}
+
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
   if (const auto good = CheckNumbers(mesh); !good) return tl::unexpected(good.error());
   CheckedMesh checked;
@@ -350,8 +361,7 @@ core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
     if (!(std::abs(report.volume_m3) > kNoVolume * std::pow(report.area_m2, 1.5))) return no_volume();
   }
   FindCrossingPlaces(&work, num_own, &report);
-  report.is_simple_solid = !is_sheet && CountOpenEdges(work.mesh) == 0 && report.num_crossings == 0 &&
-                           report.num_conflicts == 0 && report.num_many_sided_edges == 0 && report.num_zero_area == 0;
+  report.is_simple_solid = !is_sheet && report.num_crossings == 0 && IsSimpleSolid(work.mesh);
   checked.mesh = std::move(work.mesh);
   return checked;
 }

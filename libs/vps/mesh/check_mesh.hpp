@@ -34,7 +34,7 @@ struct MeshReport {
   double area_m2 = 0.0;
   double volume_m3 = 0.0;  // 0 for a sheet
   bool is_sheet = false;
-  bool is_simple_solid = false;  // closed and free of defects: normals tell inside from outside everywhere
+  bool is_simple_solid = false;  // IsSimpleSolid of what comes back
 
   std::size_t num_zero_area = 0;    // dropped, unless the surface hangs together by them
   std::size_t num_doubled = 0;      // dropped: the same corners twice, alike or back to back
@@ -73,7 +73,11 @@ constexpr double kLargestHoles = 0.1;
 // a solid or with a ring-shaped face missing, one that encloses no volume.
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet = false);
 
-// The same from a file (LoadTriangles); errors begin with its name.
+// Closed, every edge with two triangles that agree, none without area, none through another: the normals tell inside
+// from outside everywhere.
+bool IsSimpleSolid(const TriangleMesh& mesh);
+
+// The same as CheckMesh from a file (LoadTriangles); errors begin with its name.
 core::Result<CheckedMesh> LoadCheckedMesh(const std::filesystem::path& file, double scale = 1.0, bool is_sheet = false);
 
 // One line for each thing that is not as it should be, in plain words with places; none for a clean mesh.
