@@ -32,7 +32,7 @@ glb() {
 
 obj touch touch/touch.scad plate ledge bumper ball pad lever block
 obj peg_in_hole parts/gripper.scad palm jaw_left jaw_right
-obj peg_in_hole peg_in_hole/peg_in_hole.scad table hole peg
+obj peg_in_hole peg_in_hole/peg_in_hole.scad table hole hole_tight peg
 
 m=module_replacement/module_replacement.scad
 obj module_replacement parts/gripper.scad palm jaw_left jaw_right

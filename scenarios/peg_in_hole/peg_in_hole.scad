@@ -3,6 +3,7 @@ part = "peg";
 
 peg_d = 20;
 clearance = 0.5;        // on the diameter
+tight_clearance = 0.1;  // of the tight hole
 peg_l = 60;
 peg_chamfer = 1.5;
 collar_d = 32;
@@ -13,18 +14,21 @@ block = [30, 30, 45];   // top face at z = 0
 sides = 128;            // a 128-gon is 6 um from its circle at this diameter
 
 // Hole: the polygon is drawn around the circle, so that it is nowhere narrower than asked.
-module hole() {
+module hole(clearance) {
   r = (peg_d + clearance) / 2 / cos(180 / sides);
   rotate_extrude($fn = sides) polygon([
     [0, -hole_depth], [r, -hole_depth], [r, -hole_chamfer], [r + hole_chamfer + 0.1, 0.1], [0, 0.1]]);
 }
 
-if (part == "hole") {
+module block_with_hole(clearance) {
   difference() {
     translate([-block.x / 2, -block.y / 2, -block.z]) cube(block);
-    hole();
+    hole(clearance);
   }
 }
+
+if (part == "hole") block_with_hole(clearance);
+if (part == "hole_tight") block_with_hole(tight_clearance);
 if (part == "peg") {  // origin in the middle of the tip's face, z towards the grip
   r = peg_d / 2;
   union() {

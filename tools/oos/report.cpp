@@ -179,4 +179,55 @@ std::string Summarise(const json& report) {
   return out.str();
 }
 
+std::string CompareMethods(const std::vector<json>& reports) {
+  struct Row {
+    const char* title;
+    const char* part;  // of the report; empty: the report itself
+    const char* key;
+  };
+  constexpr Row kRows[] = {{"completed", "", "completed"},
+                           {"seconds", "", "seconds"},
+                           {"haptic step in contact, p50, us", "haptic", "contact_p50_us"},
+                           {"p99", "haptic", "contact_p99_us"},
+                           {"max", "haptic", "contact_max_us"},
+                           {"cycles in contact", "haptic", "contact_cycles"},
+                           {"all haptic steps, p50, us", "haptic", "p50_us"},
+                           {"p99", "haptic", "p99_us"},
+                           {"cycles", "haptic", "cycles"},
+                           {"of these late", "haptic", "misses"},
+                           {"t1, mean, ms", "t1_ms", "mean"},
+                           {"p99", "t1_ms", "p99"},
+                           {"peak force on the hand, N", "", "peak_force_N"}};
+  std::ostringstream out;
+  out << "| " << Text(Get(reports.front(), "scenario"));
+  for (const json& report : reports) out << " | " << Text(Get(report, "method"));
+  out << " |\n|---";
+  for (std::size_t i = 0; i < reports.size(); ++i) out << "|---";
+  out << "|\n";
+  for (const Row& row : kRows) {
+    out << "| " << row.title;
+    for (const json& report : reports) {
+      out << " | " << Text(Get(*row.part == '\0' ? report : Get(report, row.part), row.key));
+    }
+    out << " |\n";
+  }
+  return out.str();
+}
+
+bool WriteComparison(const std::vector<json>& reports, const std::filesystem::path& folder) {
+  json by_method;
+  for (const json& report : reports) by_method[Text(Get(report, "method"))] = report;
+  std::ofstream machine(folder / "report.json");
+  machine << by_method.dump(2) << "\n";
+  std::ofstream people(folder / "report.md");
+  people << "# " << Text(Get(reports.front(), "scenario")) << ", one run with each method\n\n"
+         << CompareMethods(reports) << "\nThe whole reports:";
+  for (const json& report : reports) {
+    const std::string method = Text(Get(report, "method"));
+    people << " [" << method << "](" << method << "/report.md)";
+  }
+  people << ".\n";
+  return machine.good() && people.good();
+}
+
 }  // namespace oos

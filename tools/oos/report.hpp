@@ -30,4 +30,9 @@ bool WriteReport(const nlohmann::json& report, const std::filesystem::path& fold
 // The report for a terminal: steps and the figures that decide.
 std::string Summarise(const nlohmann::json& report);
 
+// The reports of several methods for one scenario as a table with a column for each, in Markdown.
+std::string CompareMethods(const std::vector<nlohmann::json>& reports);
+// Writes it to report.md, and the reports by method to report.json. False when the folder cannot be written.
+bool WriteComparison(const std::vector<nlohmann::json>& reports, const std::filesystem::path& folder);
+
 }  // namespace oos

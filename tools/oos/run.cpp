@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
@@ -111,7 +112,8 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const LockstepOut
   return report;
 }
 
-int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
+                  nlohmann::json* report) {
   LockstepOptions options;
   if (wanted.seed) options.seed = static_cast<std::uint64_t>(*wanted.seed);
   options.duration_s = wanted.duration_s;
@@ -125,17 +127,18 @@ int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, c
   if (!outcome) return Complain("run", outcome.error().detail, kBadUsage);
   std::error_code error;
   std::filesystem::create_directories(wanted.out, error);
-  const nlohmann::json report = LockstepReport(scenario, *outcome, wanted.out);
-  if (!WriteReport(report, wanted.out)) return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
-  Print(Summarise(report));
+  *report = LockstepReport(scenario, *outcome, wanted.out);
+  if (!WriteReport(*report, wanted.out)) return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
+  Print(Summarise(*report));
   std::printf("%.1f s simulated in %.1f s (%.1f times real time), physics step p50 %.0f us, impulse balance %.2g\n",
               outcome->simulated_s, outcome->wall_s, outcome->simulated_s / outcome->wall_s, outcome->physics_p50_us,
               outcome->impulse_balance);
-  std::printf("state hash %s\nreport in %s\n", report["state_hash"].get<std::string>().c_str(), wanted.out.c_str());
+  std::printf("state hash %s\nreport in %s\n", (*report)["state_hash"].get<std::string>().c_str(), wanted.out.c_str());
   return outcome->is_completed ? kHolds : kDoesNotHold;
 }
 
-int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
+                 nlohmann::json* report) {
   if (!wanted.changes.empty()) {
     return Complain("run", "--set goes with --lockstep; for a running system use 'oos set NODE.PARAM VALUE'",
                     kBadUsage);
@@ -161,11 +164,38 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   facts.seconds = outcome->seconds;
   facts.dead = outcome->dead;
   facts.missing_nodes = options.without;
-  const nlohmann::json report = MergeReport(scenario, facts, options.out);
-  if (!WriteReport(report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
-  Print(Summarise(report));
+  *report = MergeReport(scenario, facts, options.out);
+  if (!WriteReport(*report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
+  Print(Summarise(*report));
   Print("report in " + options.out.string());
   return outcome->is_final ? kHolds : kDoesNotHold;
+}
+
+int RunOnce(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted, nlohmann::json* report) {
+  return arguments.has("--lockstep") ? RunInLockstep(arguments, scenario, wanted, report)
+                                     : RunProcesses(arguments, scenario, wanted, report);
+}
+
+// One run after the other, each with a folder of its own, and a table of both.
+int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+  std::vector<nlohmann::json> reports;
+  int worst = kHolds;
+  for (const char* method : {"paper", "fast"}) {
+    scene::Scenario one = scenario;
+    one.method = method;
+    Wanted its = wanted;
+    its.out = wanted.out / one.method;
+    Print("method " + one.method);
+    nlohmann::json report;
+    worst = std::max(worst, RunOnce(arguments, one, its, &report));
+    if (report.is_null()) return worst;
+    reports.push_back(std::move(report));
+  }
+  if (!WriteComparison(reports, wanted.out)) {
+    return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
+  }
+  Print(CompareMethods(reports) + "both methods in " + (wanted.out / "report.md").string());
+  return worst;
 }
 
 int Run(const Arguments& arguments) {
@@ -176,42 +206,46 @@ int Run(const Arguments& arguments) {
     return Complain("run", "the scenario is broken, nothing was started", kBadUsage);
   }
   scene::Scenario scenario = *check.scenario;
-  if (const std::string method = arguments.text("--method", scenario.method); method != scenario.method) {
-    if (!vps::MethodFromName(method)) {
-      return Complain("run", "--method is paper or fast, not '" + method + "'", kBadUsage);
-    }
-    scenario.method = method;
+  const std::string method = arguments.text("--method", scenario.method);
+  const bool is_both = method == "both";
+  if (!is_both && !vps::MethodFromName(method)) {
+    return Complain("run", "--method is paper, fast or both, not '" + method + "'", kBadUsage);
   }
+  if (!is_both) scenario.method = method;
   const auto wanted = ReadWanted(arguments, scenario.name);
   if (!wanted) return Complain("run", wanted.error().detail, kBadUsage);
   if (const std::string rt = arguments.text("--rt", "try"); rt != "try" && rt != "off") {
     return Complain("run", "--rt is try or off, not '" + rt + "'", kBadUsage);
   }
-  if (arguments.has("--lockstep")) return RunInLockstep(arguments, scenario, *wanted);
-  if (arguments.has("--trace")) return Complain("run", "--trace goes with --lockstep", kBadUsage);
-  return RunProcesses(arguments, scenario, *wanted);
+  if (arguments.has("--trace") && (is_both || !arguments.has("--lockstep"))) {
+    return Complain("run", "--trace goes with --lockstep and one method", kBadUsage);
+  }
+  if (is_both) return RunBothMethods(arguments, scenario, *wanted);
+  nlohmann::json report;
+  return RunOnce(arguments, scenario, *wanted, &report);
 }
 
 }  // namespace
 
 Verb RunVerb() {
-  return {"run",
-          "starts all nodes on this machine, waits for the procedure's end, reports",
-          "SCENARIO",
-          1,
-          1,
-          {{"--headless", "", "render pictures but show no window"},
-           {"--seed", "N", "of the simulated operator; default: the scenario's"},
-           {"--duration", "S", "limit; default: the scenario's"},
-           {"--out", "DIR", "of the report and the logs; default: out/<scenario>-<time>"},
-           {"--method", "paper|fast", "collision method; default: the scenario's"},
-           {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
-           {"--workers", "N", "threads of the collision computation; default: 1"},
-           {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
-           {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
-           {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
-           {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
-          Run};
+  return {
+      "run",
+      "starts all nodes on this machine, waits for the procedure's end, reports",
+      "SCENARIO",
+      1,
+      1,
+      {{"--headless", "", "render pictures but show no window"},
+       {"--seed", "N", "of the simulated operator; default: the scenario's"},
+       {"--duration", "S", "limit; default: the scenario's"},
+       {"--out", "DIR", "of the report and the logs; default: out/<scenario>-<time>"},
+       {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},
+       {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
+       {"--workers", "N", "threads of the collision computation; default: 1"},
+       {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
+       {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
+       {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
+       {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
+      Run};
 }
 
 }  // namespace oos
