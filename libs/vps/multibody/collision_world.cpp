@@ -1,7 +1,9 @@
 #include "vps/multibody/collision_world.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <array>
+#include <atomic>
+#include <numeric>
 #include <string>
 
 #include "core/clock.hpp"
@@ -48,14 +50,23 @@ struct CollisionWorld::Impl {
   std::uint32_t num_touching = 0;
   StepReport report;
   std::int64_t deadline_ns = 0;  // of the step that runs; 0: none
-  std::size_t first_due = 0;     // of those that are tested at the same time
+  std::size_t first_due = 0;     // of those that are tested at the same time; the one after has slot 1, and so on
+  // Of `fast`, per slot.
+  enum class Fate : std::uint8_t { kOpen, kRuns, kLate };
+  std::array<std::uint32_t, kMaxPairsAtOnce> num_chunks{};
+  std::array<std::atomic<Fate>, kMaxPairsAtOnce> fates{};
 
   core::Result<void> AddPair(const PairDescription& pair);
   void MakeScratch();
   void SetPhase(std::size_t i, PairState phase);
   void SetApart(std::size_t i, double free_m);
   void Sort(std::size_t i);
-  void Test(std::size_t slot);
+  [[nodiscard]] bool IsTimeUp(std::size_t slot) const;
+  void TestPaper(std::size_t slot);
+  void PrepareFast(std::size_t slot);
+  void EvaluateFast(std::size_t index);
+  void FinishFast(std::size_t slot);
+  void TestSome(core::ParallelFor* workers);
   void Settle(std::size_t i);
   void Take(std::size_t i);
   void Sum();
@@ -204,24 +215,74 @@ void CollisionWorld::Impl::Sort(std::size_t i) {
   ++report.pairs_unchanged;
 }
 
-void CollisionWorld::Impl::Test(std::size_t slot) {
-  const std::size_t order_index = first_due + slot;
-  PairEntry& pair = pairs[due[order_index]];
-  // The first always runs, so that even a hopeless budget gets round to every pair.
-  if (deadline_ns != 0 && order_index != 0 && core::MonotonicNow_ns() > deadline_ns) {
-    pair.is_late = true;
+// The first always runs, so that even a hopeless budget gets round to every pair.
+bool CollisionWorld::Impl::IsTimeUp(std::size_t slot) const {
+  return deadline_ns != 0 && first_due + slot != 0 && core::MonotonicNow_ns() > deadline_ns;
+}
+
+void CollisionWorld::Impl::TestPaper(std::size_t slot) {
+  PairEntry& pair = pairs[due[first_due + slot]];
+  pair.is_late = IsTimeUp(slot);
+  if (pair.is_late) return;
+  const PairDescription& d = pair.description;
+  const core::Pose& X_WS = schedule.X_WO(d.sampled);
+  pair.X_GS = schedule.X_WO(d.field).inverse() * X_WS;
+  pair.free_m = QueryPair(*objects[d.sampled]->points, *objects[d.field]->voxmap, X_WS, pair.X_GS, d, rho, alpha,
+                          &scratch[slot], &pair.result);
+  pair.result.cycle = cycle;
+}
+
+void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
+  PairEntry& pair = pairs[due[first_due + slot]];
+  num_chunks[slot] = 0;
+  fates[slot].store(IsTimeUp(slot) ? Fate::kLate : Fate::kOpen, std::memory_order_relaxed);
+  if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
+  const PairDescription& d = pair.description;
+  pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
+  num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS, d.look_ahead_m,
+                                 BestInstructionSet(), &fast_scratch[slot].walk);
+}
+
+// Whoever comes first to a pair's chunks decides for all of them whether there is time.
+void CollisionWorld::Impl::EvaluateFast(std::size_t index) {
+  std::size_t slot = 0;
+  for (; index >= num_chunks[slot]; ++slot) index -= num_chunks[slot];
+  if (deadline_ns != 0) {
+    Fate fate = fates[slot].load(std::memory_order_relaxed);
+    if (fate == Fate::kOpen) {
+      const Fate mine = IsTimeUp(slot) ? Fate::kLate : Fate::kRuns;
+      if (fates[slot].compare_exchange_strong(fate, mine, std::memory_order_relaxed)) fate = mine;
+    }
+    if (fate == Fate::kLate) return;
+  }
+  EvaluateChunk(&fast_scratch[slot].walk, static_cast<std::uint32_t>(index));
+}
+
+void CollisionWorld::Impl::FinishFast(std::size_t slot) {
+  PairEntry& pair = pairs[due[first_due + slot]];
+  pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
+  if (pair.is_late) return;
+  const PairDescription& d = pair.description;
+  pair.free_m = FinishFastPair(*objects[d.sampled]->samples, *objects[d.field]->field, schedule.X_WO(d.sampled),
+                               pair.X_GS, d, rho, &fast_scratch[slot], &pair.result);
+  pair.result.cycle = cycle;
+}
+
+// The pairs from `first_due` on, as many as there is scratch for. `fast` spreads the chunks of all their walks over the
+// workers, so that one heavy pair does not keep the others waiting.
+void CollisionWorld::Impl::TestSome(core::ParallelFor* workers) {
+  const std::size_t count = std::min(kMaxPairsAtOnce, due.size() - first_due);
+  const auto run = [&]<auto Part>(std::size_t n) {
+    workers->Run(
+        n, [](void* impl, std::size_t i) { (static_cast<Impl*>(impl)->*Part)(i); }, this);
+  };
+  if (method == Method::kPaper) {
+    run.template operator()<&Impl::TestPaper>(count);
     return;
   }
-  const PairDescription& description = pair.description;
-  const CookedObject& S = *objects[description.sampled];
-  const CookedObject& G = *objects[description.field];
-  const core::Pose& X_WS = schedule.X_WO(description.sampled);
-  pair.X_GS = schedule.X_WO(description.field).inverse() * X_WS;
-  pair.free_m =
-      method == Method::kFast
-          ? QueryFastPair(*S.samples, *G.field, X_WS, pair.X_GS, description, rho, &fast_scratch[slot], &pair.result)
-          : QueryPair(*S.points, *G.voxmap, X_WS, pair.X_GS, description, rho, alpha, &scratch[slot], &pair.result);
-  pair.result.cycle = cycle;
+  run.template operator()<&Impl::PrepareFast>(count);
+  run.template operator()<&Impl::EvaluateFast>(std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U));
+  run.template operator()<&Impl::FinishFast>(count);
 }
 
 // A result of this pose: when the next one is needed.
@@ -283,11 +344,7 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
       return age_a != age_b ? age_a < age_b : a < b;
     });
   }
-  for (w.first_due = 0; w.first_due < w.due.size(); w.first_due += kMaxPairsAtOnce) {
-    workers->Run(
-        std::min(kMaxPairsAtOnce, w.due.size() - w.first_due),
-        [](void* impl, std::size_t slot) { static_cast<Impl*>(impl)->Test(slot); }, &w);
-  }
+  for (w.first_due = 0; w.first_due < w.due.size(); w.first_due += kMaxPairsAtOnce) w.TestSome(workers);
   for (const std::uint32_t i : w.due) w.Take(i);
   w.report.pairs_in_contact = w.num_touching;
   w.Sum();

@@ -22,7 +22,16 @@ SampledContact MakeContact(const SampleTree& sampled, const DistanceField& field
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                      PairResult* result) {
-  const FieldWalkResult walk = WalkField(sampled, field, X_GS, pair.look_ahead_m, &scratch->walk);
+  const std::uint32_t num_chunks =
+      PrepareWalk(sampled, field, X_GS, pair.look_ahead_m, BestInstructionSet(), &scratch->walk);
+  for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
+  return FinishFastPair(sampled, field, X_WS, X_GS, pair, rho, scratch, result);
+}
+
+double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
+                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
+                      PairResult* result) {
+  const FieldWalkResult walk = FinishWalk(&scratch->walk);
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
   result->is_in_contact = walk.num_colliding > 0;
   result->f_So_S = {};

@@ -13,7 +13,7 @@ namespace vps {
 // the deepest point of every, every second, fourth ... block of sixteen neighbours, always the same blocks.
 constexpr std::uint32_t kMaxFastContacts = 256;
 
-// Memory of one pair, allocated once.
+// Memory of a query, allocated once; serves this tree and smaller ones.
 struct FastPairScratch {
   explicit FastPairScratch(const SampleTree& tree) : walk(tree), contacts(2 * kMaxFastContacts + kBlock) {}
   FieldWalkScratch walk;
@@ -40,5 +40,10 @@ inline double AreaScale(double volume_m3, double square_m4, double area_m2, doub
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                      PairResult* result);
+
+// Its last part, after PrepareWalk with the pair's look-ahead and all its chunks.
+double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
+                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
+                      PairResult* result);
 
 }  // namespace vps

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "bus/rt/worker_pool.hpp"
+
 namespace {
 std::atomic<long> g_allocations{0};
 }  // namespace
@@ -67,7 +69,7 @@ TEST(ManyObjects, FiftyFarOnesChangeNothingForThoseThatTouch) {
 TEST(ManyObjects, AWholeCycleDoesNotAllocate) {
   for (const Method method : {Method::kPaper, Method::kFast}) {
     test::ManyObjects scene(method, Parts(method), 60, 0);
-    core::SerialFor serial;
+    bus::WorkerPool workers(2);
     std::array<std::uint32_t, kNumPairStates> seen{};
     const long before = g_allocations;
     for (int step = 0; step < test::ManyObjects::kPeriod; step += kStride) {
@@ -79,12 +81,66 @@ TEST(ManyObjects, AWholeCycleDoesNotAllocate) {
       }
       scene.world().SetActive(7, step % 100 != 0);
       scene.world().SetStiffness(1, 1000.0 + step);
-      scene.world().Step(&serial, step % 200 == 0 ? 1 : 0);
+      scene.world().Step(&workers, step % 200 == 0 ? 1 : 0);
       const auto counts = scene.world().CountStates();
       for (std::size_t k = 0; k < counts.size(); ++k) seen[k] += counts[k];
     }
     EXPECT_EQ(g_allocations - before, 0);
     for (const std::uint32_t count : seen) EXPECT_GT(count, 0U);
+  }
+}
+
+TEST(ManyObjects, WorkersChangeNoBit) {
+  for (const Method method : {Method::kPaper, Method::kFast}) {
+    test::ManyObjects one(method, Parts(method), 30, 0);
+    core::SerialFor serial;
+    for (const unsigned num_workers : {2U, 3U}) {
+      test::ManyObjects other(method, Parts(method), 30, 0);
+      bus::WorkerPool workers(num_workers);
+      for (int step = 0; step < test::ManyObjects::kPeriod; step += 5 * kStride) {
+        one.MoveTo(step);
+        other.MoveTo(step);
+        one.world().Step(&serial);
+        other.world().Step(&workers);
+        for (std::size_t i = 0; i < one.world().num_objects(); ++i) {
+          ASSERT_EQ(one.world().ObjectWrench(i).force_N, other.world().ObjectWrench(i).force_N);
+          ASSERT_EQ(one.world().ObjectWrench(i).torque_Nm, other.world().ObjectWrench(i).torque_Nm);
+        }
+      }
+    }
+  }
+}
+
+// One pair whose walk is cut into chunks: a peg along the wall of its hole.
+TEST(HeavyPair, IsSharedAmongWorkersWithoutChangingABit) {
+  WorldDescription description;
+  description.method = Method::kFast;
+  const CookParameters field{0.0005, 0, Method::kFast};
+  const CookParameters samples{0.0, 20000, Method::kFast};
+  description.objects = {
+      {std::make_shared<const CookedObject>(*Cook(MakeBlockWithHole(0.03, 0.03, 0.01005, 96), field)), {}},
+      {std::make_shared<const CookedObject>(*Cook(MakeCylinder(0.01, 0.03, 96), samples)), {}}};
+  description.pairs = {{.sampled = 1, .field = 0}};
+  const auto one = *CollisionWorld::Create(description);
+  const auto other = *CollisionWorld::Create(description);
+  core::SerialFor serial;
+  bus::WorkerPool workers(3);
+  for (int step = 0; step < 200; ++step) {
+    const double t = 0.03 * step;
+    const core::Pose X{core::QuaternionFromRotationVector({0.002 * std::sin(t), 0.0, t}),
+                       {1.2e-4 * std::cos(3.0 * t), 1.2e-4 * std::sin(3.0 * t), 0.001 * t}};
+    one->SetPose(1, X);
+    other->SetPose(1, X);
+    ASSERT_EQ(one->Step(&serial).pairs_in_contact, 1U);
+    other->Step(&workers);
+    const PairResult& x = one->result(0);
+    const PairResult& y = other->result(0);
+    ASSERT_GT(x.counters.points_tested, 10000U);
+    ASSERT_EQ(x.counters.points_colliding, y.counters.points_colliding);
+    ASSERT_EQ(x.F_So_W.force_N, y.F_So_W.force_N);
+    ASSERT_EQ(x.F_So_W.torque_Nm, y.F_So_W.torque_Nm);
+    ASSERT_EQ(x.signed_distance_m, y.signed_distance_m);
+    ASSERT_EQ(x.planes.size(), y.planes.size());
   }
 }
 

@@ -76,10 +76,7 @@ FieldWalkScratch::FieldWalkScratch(const SampleTree& tree)
       near_depths(tree.points.size()),
       queue_(2 * (tree.points.size() + kBlock)),
       chunk_near_(tree.points.size()),
-      chunk_shift_(kSmallestChunkShift) {
-  while (tree.points.size() >> chunk_shift_ >= kMostChunks) ++chunk_shift_;
-  chunks_.resize((tree.points.size() >> chunk_shift_) + 1);
-}
+      chunks_(std::min<std::size_t>(kMostChunks, (tree.points.size() >> kSmallestChunkShift) + 1)) {}
 
 FieldTransform::FieldTransform(const core::Pose& X_GS, const DistanceField& field) {
   const glm::dmat3 R = glm::mat3_cast(X_GS.rotation);  // column major
@@ -106,6 +103,9 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   const double s = field.voxel_size_m;
   scratch->voxel_size_m_ = s;
   scratch->num_chunks_ = 0;
+  // By the tree alone, not by the room in the scratch, which may be another tree's: sums are added chunk by chunk.
+  scratch->chunk_shift_ = kSmallestChunkShift;
+  while (sampled.points.size() >> scratch->chunk_shift_ >= kMostChunks) ++scratch->chunk_shift_;
   scratch->spheres_tested_ = 1;
   const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);
   scratch->room_ = RootRoom(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);

@@ -18,8 +18,9 @@ enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 
-// Memory of one pair's walks, allocated once.
 struct FieldWalkResult;
+
+// Memory of walks, allocated once; serves this tree and smaller ones.
 
 class FieldWalkScratch {
  public:
