@@ -34,7 +34,7 @@ class TenObjects {
     WorldDescription description;
     description.method = method;
     description.objects = {{cook(MakeBlockWithHole(0.05, 0.05, 0.01005, 256), 0.00025), {}},
-                           {cook(MakeCylinder(0.01, 0.08, 256), 0.0005), {}},
+                           {cook(MakeCylinder(0.01, 0.1, 256), 0.0005), {}},
                            {jaw, {}},
                            {jaw, {}},
                            {load("module.obj"), {}},
@@ -63,9 +63,9 @@ class TenObjects {
         core::QuaternionFromRotationVector({5e-4 * std::sin(5.0 * t), 5e-4 * std::cos(3.0 * t), 0.3 * std::sin(t)}),
         {8e-5 * std::cos(7.0 * t), 8e-5 * std::sin(7.0 * t), 0.02 + 0.01 * std::sin(2.0 * t)}};
     if (i == 1) return X_WPeg;
-    if (i < 4) {  // 0.3 mm into the peg, near its upper end
+    if (i < 4) {  // 0.3 mm into the peg at its upper end, clear of the block
       const double side = i == 2 ? 1.0 : -1.0;
-      return X_WPeg * core::Pose{{1, 0, 0, 0}, {side * (0.015 - 0.0003 - 1e-4 * std::sin(11.0 * t)), 0.0, 0.025}};
+      return X_WPeg * core::Pose{{1, 0, 0, 0}, {side * (0.015 - 0.0003 - 1e-4 * std::sin(11.0 * t)), 0.0, 0.035}};
     }
     const double place = static_cast<double>(i - 4) * M_PI / 3.0;
     return {core::QuaternionFromRotationVector({std::sin(t + place), 0.5 * std::cos(t), 0.8 * std::sin(2.0 * t)}),
