@@ -8,20 +8,53 @@ namespace {
 
 using testing::HasSubstr;
 
+Panel MakePanel(std::vector<Series> series, bool is_log = true) {
+  Panel panel;
+  panel.title = "error";
+  panel.x_title = "us";
+  panel.y_title = "mm";
+  panel.series = std::move(series);
+  panel.x_log = panel.y_log = is_log;
+  return panel;
+}
+
+ChartPoint At(double x, double y) {
+  ChartPoint point;
+  point.x = x;
+  point.y = y;
+  return point;
+}
+
+// The plot of a first panel spans x = 70 to 500 and y = 102 to 348.
 TEST(Chart, PlacesPointsOnLogarithmicAxes) {
-  Chart chart{"times & errors",
-              {{"error", "us", {{"paper", {{1.0, 0.1, "low"}, {10.0, 1.0, "mid"}, {100.0, 10.0, "high"}}}}}}};
+  const Chart chart{"times & errors", "", {MakePanel({{"paper", {At(1, 0.1), At(10, 1), At(100, 10)}, true}})}};
   const std::string svg = DrawSvg(chart);
   EXPECT_THAT(svg, HasSubstr("times &amp; errors"));
-  // Plot from x = 62 to 416 and y = 88 to 274: the middle decade is in the middle.
-  EXPECT_THAT(svg, HasSubstr("cx='62.0' cy='274.0'"));
-  EXPECT_THAT(svg, HasSubstr("cx='239.0' cy='181.0'"));
-  EXPECT_THAT(svg, HasSubstr("cx='416.0' cy='88.0'"));
+  EXPECT_THAT(svg, HasSubstr("cx='285.0' cy='225.0'"));  // the middle decade is in the middle
+  EXPECT_THAT(svg, HasSubstr(">10</text>"));
+}
+
+TEST(Chart, PlacesPointsOnLinearAxesFromZero) {
+  const Chart chart{"t", "", {MakePanel({{"fast", {At(0, 0), At(1, 1)}, true}}, false)}};
+  EXPECT_THAT(DrawSvg(chart), HasSubstr("cx='70.0' cy='348.0'"));
 }
 
 TEST(Chart, DrawsAnErrorOfZeroAtTheBorder) {
-  Chart chart{"t", {{"error", "us", {{"a", {{1.0, 0.0, "exact"}, {10.0, 1.0, "off"}}}}}}};
-  EXPECT_THAT(DrawSvg(chart), HasSubstr("cx='62.0' cy='274.0'"));
+  const Chart chart{"t", "", {MakePanel({{"a", {At(1, 0), At(10, 1)}, true}})}};
+  EXPECT_THAT(DrawSvg(chart), HasSubstr("cy='348.0'"));
+}
+
+TEST(Chart, NamesEverySeriesBesideItsPoints) {
+  const Chart chart{"t", "", {MakePanel({{"paper", {At(1, 1)}, true}, {"fast", {At(1, 1)}, true}})}};
+  const std::string svg = DrawSvg(chart);
+  EXPECT_THAT(svg, HasSubstr("font-weight='bold'>paper<"));
+  EXPECT_THAT(svg, HasSubstr("font-weight='bold'>fast<"));
+}
+
+TEST(Chart, DrawsBarsWithTheirNotes) {
+  Panel panel = MakePanel({}, false);
+  panel.bars = {{"AVX2", 2.0, "2 us", "fast"}};
+  EXPECT_THAT(DrawSvg({"t", "", {panel}}), HasSubstr(">2 us<"));
 }
 
 }  // namespace

@@ -1,49 +1,50 @@
-#include <algorithm>
-
 #include "tools/contact/method.hpp"
-#include "vps/field/build_field.hpp"
-#include "vps/sampling/sample_tree.hpp"
-#include "vps/walk/field_walk.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
 
 namespace contact {
 namespace {
 
 class FastMethod : public Method {
  public:
-  FastMethod(vps::DistanceField field, vps::SampleTree samples)
-      : field_(std::move(field)), samples_(std::move(samples)), scratch_(samples_) {}
+  FastMethod(Cooked A, Cooked B) : A_(std::move(A)), B_(std::move(B)), scratch_(*B_->samples) {
+    pair_.look_ahead_m = 0.0;
+  }
 
   Answer Query(const core::Pose& X_AB) override {
-    const vps::FieldWalkResult walk = vps::WalkField(samples_, field_, X_AB, 0.0, &scratch_);
+    // World: A's frame.
+    vps::QueryFastPair(*B_->samples, *A_->field, X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
     Answer answer;
-    answer.contacts = walk.num_colliding;
-    answer.points_tested = walk.points_tested;
-    if (walk.num_near == 0) {
-      answer.signed_distance_m = std::max(walk.free_distance_m, 0.0);
-      return answer;
-    }
-    answer.signed_distance_m = -walk.deepest_m;
-    answer.force_A = X_AB.rotate(walk.force_m3);
-    answer.moment_A = X_AB.rotate(walk.moment_m4);
+    answer.signed_distance_m = result_.signed_distance_m;
+    answer.contacts = result_.counters.points_colliding;
+    answer.points_tested = result_.counters.points_tested;
+    answer.force_A = X_AB.rotate(scratch_.force_m3);
+    answer.moment_A = X_AB.rotate(scratch_.moment_m4);
     return answer;
   }
 
  private:
-  vps::DistanceField field_;
-  vps::SampleTree samples_;
-  vps::FieldWalkScratch scratch_;
+  Cooked A_;
+  Cooked B_;
+  vps::PairDescription pair_;
+  vps::PairResult result_;
+  vps::FastPairScratch scratch_;
 };
 
 }  // namespace
 
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B) {
+  return std::make_unique<FastMethod>(std::move(A), std::move(B));
+}
+
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
-  auto field = vps::BuildField(A, resolved.voxel_size_m);
-  if (!field) return core::Fail(field.error().code, "A: " + field.error().detail);
-  const auto samples = vps::SampleSurface(B, resolved.num_points);
-  if (!samples) return core::Fail(samples.error().code, "B: " + samples.error().detail);
-  return std::make_unique<FastMethod>(std::move(*field), vps::BuildSampleTree(*samples));
+  auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kFast});
+  if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
+  auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kFast});
+  if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
+  return MakeFastMethod(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
+                        std::make_shared<const vps::CookedObject>(std::move(*cooked_B)));
 }
 
 }  // namespace contact

@@ -6,6 +6,7 @@
 
 #include "core/pose.hpp"
 #include "core/result.hpp"
+#include "vps/asset/cooked_object.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 
 namespace contact {
@@ -33,24 +34,27 @@ struct Resolution {
   std::uint32_t num_points = 0;  // on B's surface
 };
 
+// What `paper` and `fast` would use for these meshes: no zeros left. An accuracy of x takes voxels of 3 x and points
+// one voxel apart. By default the voxel is 1/256 of the longest side of A, and points are one voxel apart, 1,000 to
+// 100,000 (1,000,000 with accuracy).
+Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution);
+
+using Cooked = std::shared_ptr<const vps::CookedObject>;
+
 // Method `paper`: points of B against the voxelmap of A, Eq. 1-2 [VR-OOS]: force = lambda sum V n in m, moment in m^2.
-// An accuracy of x takes voxels of 3 x, whose mean error is x, and points one voxel apart. By default the voxel is
-// 1/256 of the longest side of A, and points are one voxel apart, 1,000 to 100,000 (1,000,000 with accuracy).
 // With `as_integral`, each point's V n counts with its share of B's area instead of lambda, which gives m^3 and m^4.
+std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bool as_integral);
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                      const Resolution& resolution, bool as_integral = false);
+                                                      const Resolution& resolution);
+
+// Method `fast`: the product's pair query; the depth integral and its moment.
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
+core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
+                                                     const Resolution& resolution);
 
 // The exact answers of vps/oracle. Needs no resolution.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                        double relative_accuracy = 1e-4);
-
-// Method `fast`: area-weighted samples of B against the distance field of A; the depth integral and its moment. The
-// same rules for voxels and points: an accuracy of x takes voxels of 3 x, whose largest error near the surface is x.
-core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution);
-
-// What `paper` and `fast` would use for these meshes: no zeros left.
-Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution);
 
 double SurfaceArea(const vps::TriangleMesh& mesh);
 

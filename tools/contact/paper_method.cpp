@@ -5,19 +5,19 @@
 #include "vps/force/force_scale.hpp"
 #include "vps/force/penetration_sum.hpp"
 #include "vps/query/tree_query.hpp"
-#include "vps/tree/build_tree.hpp"
-#include "vps/voxmap/build_voxmap.hpp"
 
 namespace contact {
 namespace {
 
 class PaperMethod : public Method {
  public:
-  PaperMethod(vps::Voxmap field, vps::PointTree points, double area_m2, bool as_integral)
-      : field_(std::move(field)),
-        points_(std::move(points)),
+  PaperMethod(Cooked A, Cooked B, double area_B_m2, bool as_integral)
+      : A_(std::move(A)),
+        B_(std::move(B)),
+        field_(*A_->voxmap),
+        points_(*B_->points),
         scratch_(points_),
-        area_per_point_m2_(area_m2 / points_.num_points),
+        area_per_point_m2_(area_B_m2 / points_.num_points),
         as_integral_(as_integral) {}
 
   Answer Query(const core::Pose& X_AB) override {
@@ -47,8 +47,10 @@ class PaperMethod : public Method {
   }
 
  private:
-  vps::Voxmap field_;
-  vps::PointTree points_;
+  Cooked A_;
+  Cooked B_;
+  const vps::Voxmap& field_;
+  const vps::PointTree& points_;
   vps::QueryScratch scratch_;
   double area_per_point_m2_;
   bool as_integral_;
@@ -56,36 +58,19 @@ class PaperMethod : public Method {
 
 }  // namespace
 
-double SurfaceArea(const vps::TriangleMesh& mesh) {
-  double area = 0.0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [a, b, c] = mesh.corners(i);
-    area += 0.5 * glm::length(glm::cross(b - a, c - a));
-  }
-  return area;
-}
-
-Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh& B, const Resolution& resolution) {
-  Resolution resolved = resolution;
-  const vps::Box box = vps::BoundingBox(A);
-  const glm::dvec3 size = box.upper - box.lower;
-  if (resolution.accuracy_m > 0.0) resolved.voxel_size_m = 3.0 * resolution.accuracy_m;
-  if (resolved.voxel_size_m <= 0.0) resolved.voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
-  if (resolved.num_points == 0) {
-    const double wanted = SurfaceArea(B) / (resolved.voxel_size_m * resolved.voxel_size_m);
-    resolved.num_points = static_cast<std::uint32_t>(std::clamp(wanted, 1e3, resolution.accuracy_m > 0.0 ? 1e6 : 1e5));
-  }
-  return resolved;
+std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bool as_integral) {
+  return std::make_unique<PaperMethod>(std::move(A), std::move(B), area_B_m2, as_integral);
 }
 
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                      const Resolution& resolution, bool as_integral) {
+                                                      const Resolution& resolution) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
-  auto field = vps::BuildVoxmap(A, resolved.voxel_size_m);
-  if (!field) return core::Fail(field.error().code, "A: " + field.error().detail);
-  const auto shell = vps::BuildPointshell(B, resolved.num_points);
-  if (!shell) return core::Fail(shell.error().code, "B: " + shell.error().detail);
-  return std::make_unique<PaperMethod>(std::move(*field), vps::BuildTree(*shell), SurfaceArea(B), as_integral);
+  auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kPaper});
+  if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
+  auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kPaper});
+  if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
+  return MakePaperMethod(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
+                         std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), SurfaceArea(B), false);
 }
 
 }  // namespace contact

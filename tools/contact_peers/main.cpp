@@ -10,17 +10,36 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "oos_bench_peers: run `oos bench vps`, which runs this\n");
     return 2;
   }
-  std::vector<contact::Contender> all = contact::OwnContenders();
-  for (const double factor : {2.0, 1.0, 0.5}) {
-    char setting[64];
-    std::snprintf(setting, sizeof(setting), "%g s; 16384 points", factor);
-    all.push_back({"OpenVDB", setting, [=](const contact::Workload& w) {
-                     return contact_peers::MakeOpenvdbMethod(w.A, w.B, factor * w.voxel_size_m, 16384);
-                   }});
+  contact::Peers peers;
+  const auto add = [&](const char* method, const char* setting, const char* mark, bool has_magnitude, auto make) {
+    contact::Contender c;
+    c.method = method;
+    c.setting = setting;
+    c.mark = mark;
+    c.has_magnitude = has_magnitude;
+    c.make = make;
+    peers.contenders.push_back(std::move(c));
+  };
+  using contact::Parts;
+  using contact::Structures;
+  for (const auto& [factor, setting, mark] :
+       {std::tuple{1.0, contact::kMiddle, ""}, {2.0, "2 s; 65536 points", "2s"}, {0.5, "s/2; 65536 points", "s/2"}}) {
+    add("OpenVDB", setting, mark, true, [factor = factor](const Parts& parts, Structures& structures) {
+      return contact_peers::MakeOpenvdbMethod(parts, factor * parts.voxel_size_m, &structures);
+    });
   }
-  all.push_back({"FCL", "all contacts",
-                 [](const contact::Workload& w) { return contact_peers::MakeFclMethod(w.A, w.B); }, false});
-  all.push_back({"GImpact", "margin 0",
-                 [](const contact::Workload& w) { return contact_peers::MakeGimpactMethod(w.A, w.B); }, false});
-  return contact::BenchMain({argv[1], argv[2], argv[3], argv[4], argv[5]}, all);
+  add("FCL", "all contacts", "", false,
+      [](const Parts& parts, Structures&) { return contact_peers::MakeFclMethod(parts.A, parts.B); });
+  add("GImpact", "margin 0", "", false,
+      [](const Parts& parts, Structures&) { return contact_peers::MakeGimpactMethod(parts.A, parts.B); });
+  add("convex parts", "HACD", "", false,
+      [](const Parts& parts, Structures&) { return contact_peers::MakeConvexPartsMethod(parts.A, parts.B); });
+  add("GJK/EPA", "hulls", "", false,
+      [](const Parts& parts, Structures&) { return contact_peers::MakeHullMethod(parts.A, parts.B); });
+  contact::BenchOptions options;
+  options.json = argv[1];
+  options.plot = argv[2];
+  options.places = {argv[4], argv[3]};
+  options.only = argv[5];
+  return contact::BenchMain(options, peers);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "tools/contact/method.hpp"
+#include "tools/contact/structures.hpp"
 
 namespace contact_peers {
 
@@ -11,9 +12,17 @@ core::Result<std::unique_ptr<contact::Method>> MakeFclMethod(const vps::Triangle
 core::Result<std::unique_ptr<contact::Method>> MakeGimpactMethod(const vps::TriangleMesh& A,
                                                                  const vps::TriangleMesh& B);
 
-// OpenVDB level set of A (meshToLevelSet, half width 4), sampled trilinearly at all points of B, each with its share of
-// B's area: the same integral as ours with another field and no tree.
-core::Result<std::unique_ptr<contact::Method>> MakeOpenvdbMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                                 double voxel_size_m, std::uint32_t num_points);
+// Bullet compounds of convex hulls, from Bullet's own hierarchical approximate convex decomposition (HACD), after
+// thinning the mesh to a few thousand triangles, since it takes minutes for more.
+core::Result<std::unique_ptr<contact::Method>> MakeConvexPartsMethod(const vps::TriangleMesh& A,
+                                                                     const vps::TriangleMesh& B);
+
+// One GJK/EPA call (Bullet's) on the convex hulls of both meshes.
+core::Result<std::unique_ptr<contact::Method>> MakeHullMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B);
+
+// OpenVDB level set of A (meshToLevelSet, half width 4), sampled trilinearly at the points of B that `fast` uses, each
+// with its area: the same integral as ours with another field and no tree.
+core::Result<std::unique_ptr<contact::Method>> MakeOpenvdbMethod(const contact::Parts& parts, double voxel_size_m,
+                                                                 contact::Structures* structures);
 
 }  // namespace contact_peers

@@ -23,16 +23,15 @@ int Run(const Arguments& arguments) {
   contact::BenchOptions options;
   options.json = arguments.text("--json");
   options.plot = arguments.text("--plot");
-  options.meshes = arguments.text("--meshes", "../shared/data/meshes");
-  options.scenarios = arguments.text("--scenarios", "scenarios");
+  options.places = {arguments.text("--scenarios", "scenarios"), arguments.text("--meshes", "../shared/data/meshes")};
   options.only = arguments.text("--pair");
   const std::filesystem::path peers = ProgramFolder() / "oos_bench_peers";
   if (access(peers.c_str(), X_OK) == 0) {
-    execl(peers.c_str(), peers.c_str(), options.json.c_str(), options.plot.c_str(), options.meshes.c_str(),
-          options.scenarios.c_str(), options.only.c_str(), static_cast<char*>(nullptr));
+    execl(peers.c_str(), peers.c_str(), options.json.c_str(), options.plot.c_str(), options.places.meshes.c_str(),
+          options.places.scenarios.c_str(), options.only.c_str(), static_cast<char*>(nullptr));
     return Complain("bench", peers.string() + ": cannot be run", kBadUsage);
   }
-  return contact::BenchMain(options, contact::OwnContenders());
+  return contact::BenchMain(options, {});
 }
 
 }  // namespace

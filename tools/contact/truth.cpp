@@ -1,0 +1,65 @@
+#include "tools/contact/truth.hpp"
+
+#include "bus/rt/worker_pool.hpp"
+#include "vps/oracle/mesh_distance.hpp"
+
+namespace contact {
+namespace {
+
+constexpr std::uint32_t kDensePoints = 200'000;
+constexpr double kDeepest_m = 1e-3;
+
+// Many points instead of refinement.
+class DenseMethod : public Method {
+ public:
+  explicit DenseMethod(const Parts& parts)
+      : A_(parts.A), box_(vps::BoundingBox(parts.A)), samples_(EvenSamples(parts.B, kDensePoints)) {}
+
+  Answer Query(const core::Pose& X_AB) override {
+    Answer answer;
+    for (std::size_t i = 0; i < samples_.points_m.size(); ++i) {
+      const glm::dvec3 p = X_AB * samples_.points_m[i];
+      if (glm::any(glm::lessThan(p, box_.lower)) || glm::any(glm::greaterThan(p, box_.upper))) continue;
+      const auto nearest = A_.FindNearest(p, kDeepest_m);
+      if (!nearest || !A_.IsInside(p)) continue;
+      const glm::dvec3 f = nearest->distance_m * samples_.areas_m2[i] * X_AB.rotate(samples_.inward_normals[i]);
+      answer.force_A += f;
+      answer.moment_A += glm::cross(p - X_AB.translation, f);
+      answer.signed_distance_m = std::min(answer.signed_distance_m, -nearest->distance_m);
+      ++answer.contacts;
+    }
+    answer.points_tested = samples_.points_m.size();
+    return answer;
+  }
+
+ private:
+  vps::oracle::MeshDistance A_;
+  vps::Box box_;
+  vps::SurfaceSamples samples_;
+};
+
+}  // namespace
+
+std::vector<Answer> ExactAnswers(const Parts& parts, const Workload& workload) {
+  struct Job {
+    std::unique_ptr<Method> method;  // Query only reads
+    const Workload* workload;
+    std::vector<Answer> answers;
+  } job{nullptr, &workload, std::vector<Answer>(workload.independent.size())};
+  if (workload.fit == Fit::kConforming) {
+    job.method = std::make_unique<DenseMethod>(parts);
+  } else if (auto oracle = MakeOracleMethod(parts.A, parts.B, 1e-3)) {
+    job.method = std::move(*oracle);
+  }
+  bus::WorkerPool workers(2, "exact");
+  workers.Run(
+      job.answers.size(),
+      [](void* context, std::size_t i) {
+        Job& todo = *static_cast<Job*>(context);
+        todo.answers[i] = todo.method->Query(todo.workload->independent[i]);
+      },
+      &job);
+  return job.answers;
+}
+
+}  // namespace contact
