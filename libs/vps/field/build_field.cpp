@@ -1,212 +1,296 @@
 #include "vps/field/build_field.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <string>
+#include <memory>
+#include <numeric>
+#include <utility>
 
-#include "vps/field/band_raster.hpp"
+#include "vps/field/brick_bins.hpp"
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/crease.hpp"
+#include "vps/field/crease_cells.hpp"
+#include "vps/field/field_plan.hpp"
+#include "vps/field/triangle_rows.hpp"
 
 namespace vps {
 namespace {
 
-// A neighbour's distance may differ from the cell's tangent plane by this much times the squared distance of the two
-// centres (a radius of curvature of 12 voxels) before the cell is examined as a crease.
-constexpr float kCreaseTolerance = 0.04f;
-constexpr std::size_t kMaxCoarseCells = 4'000'000;
+constexpr std::uint32_t kNoTriangle = 0xffffffffU;
+constexpr std::size_t kBricksPerTask = 16;
+constexpr std::size_t kTasksPerReport = 64;
 
-int RoundUp(int value, int step) {
-  return (value + step - 1) / step * step;
-}
+// Where each stage ends in the whole build's time, as measured on finely tessellated meshes.
+constexpr double kPreparedAt = 0.1;
+constexpr double kRasteredAt = 0.5;
+constexpr double kCreasesAt = 0.9;
 
-void FillCoarse(const TriangleField& triangles, const std::function<void(std::string_view, double)>& progress,
-                DistanceField* field) {
-  const int shift = field->coarse_shift;
-  const glm::ivec3 n(field->nx >> shift, field->ny >> shift, field->nz >> shift);
-  const double step = 1 << shift;
-  field->coarse.resize(static_cast<std::size_t>(n.x) * n.y * n.z);
-  std::uint32_t plane_guess = 0;
-  for (int z = 0; z < n.z; ++z) {
-    std::uint32_t row_guess = plane_guess;
-    for (int y = 0; y < n.y; ++y) {
-      std::uint32_t guess = row_guess;
-      for (int x = 0; x < n.x; ++x) {
-        const glm::dvec3 p = (glm::dvec3(x, y, z) + 0.5) * step;
-        const ClosestFeature closest = triangles.ClosestOfAll(p, &guess);
-        const TriangleField::Value value = triangles.SignedValue(guess, closest, p);
-        CoarseCell& cell = field->coarse[(static_cast<std::size_t>(z) * n.y + y) * n.x + x];
-        cell.distance = static_cast<float>(value.distance);
-        cell.gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
-        if (x == 0) row_guess = guess;
-      }
-      if (y == 0) plane_guess = row_guess;
-    }
-    if (progress) progress("distance field: coarse", static_cast<double>(z + 1) / n.z);
-  }
-}
-
-// Planes of a brick and one sample around it.
-class Apron {
+class FieldBuilder {
  public:
-  static constexpr int kSide = 10;
-  struct Sample {
-    glm::vec3 gradient;
-    float distance;  // infinite: none
-  };
+  FieldBuilder(const TriangleField& triangles, const FieldPlan& plan, const BuildFieldOptions& options)
+      : triangles_(triangles), half_thickness_(plan.half_thickness), options_(options), field_(plan.layout) {}
 
-  Apron(const DistanceField& field, const std::vector<std::uint32_t>& planes, const glm::ivec3& brick) {
-    const glm::ivec3 n(field.nx, field.ny, field.nz);
-    for (int z = -1; z <= 8; ++z) {
-      for (int y = -1; y <= 8; ++y) {
-        for (int x = -1; x <= 8; ++x) {
-          Sample& sample = at({x, y, z});
-          sample.distance = INFINITY;
-          const glm::ivec3 c = brick * 8 + glm::ivec3(x, y, z);
-          if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= n.x || c.y >= n.y || c.z >= n.z) continue;
-          const std::size_t slot =
-              (static_cast<std::size_t>(c.z >> 3) * (n.y >> 3) + (c.y >> 3)) * (n.x >> 3) + (c.x >> 3);
-          const std::uint32_t word =
-              planes[field.bricks[slot] + static_cast<std::uint32_t>((c.z & 7) << 6 | (c.y & 7) << 3 | (c.x & 7))];
-          if (KindOf(word) == CellKind::kCoarse) continue;
-          sample = {GradientOf(word), DistanceOf(word)};
-        }
-      }
-    }
-  }
-  Sample& at(const glm::ivec3& c) { return samples_[((c.z + 1) * kSide + c.y + 1) * kSide + c.x + 1]; }
-
-  // Whether the tangent plane of sample c misses a neighbour.
-  bool IsCrease(const glm::ivec3& c) {
-    const Sample& own = at(c);
-    for (int z = -1; z <= 1; ++z) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int x = -1; x <= 1; ++x) {
-          const Sample& other = at(c + glm::ivec3(x, y, z));
-          if (other.distance == INFINITY) continue;
-          const glm::vec3 r(x, y, z);
-          const float miss = std::abs(own.distance + glm::dot(own.gradient, r) - other.distance);
-          if (miss > kCreaseTolerance * glm::dot(r, r)) return true;
-        }
-      }
-    }
-    return false;
+  core::Result<DistanceField> Build() {
+    Report("bricks", kPreparedAt);
+    if (auto room = MakeBricks(); !room) return tl::unexpected(room.error());
+    RasterBricks();
+    DropEmptyBricks();
+    FitCreases();
+    bins_ = {};
+    FillCoarse();
+    nearest_.reset();
+    field_.words.shrink_to_fit();
+    field_.creases.shrink_to_fit();
+    Report("coarse grid", 1.0);
+    return std::move(field_);
   }
 
  private:
-  std::array<Sample, kSide * kSide * kSide> samples_;
-};
-
-void FillBricks(const TriangleField& triangles, const BandBricks& band,
-                const std::function<void(std::string_view, double)>& progress, DistanceField* field) {
-  // Brick 0 stands for every brick without a sample in the band.
-  field->words.assign((band.bricks.size() + 1) * DistanceField::kBrickWords, kCoarseWord);
-  field->bricks.assign(band.index.size(), 0);
-  for (std::size_t i = 0; i < band.index.size(); ++i) {
-    if (band.index[i] != BandBricks::kNone) field->bricks[i] = (band.index[i] + 1) * DistanceField::kBrickWords;
+  void Report(const char* stage, double fraction) const {
+    if (options_.progress) options_.progress(stage, fraction);
   }
-  for (std::size_t b = 0; b < band.bricks.size(); ++b) {
-    const BandBricks::Brick& brick = *band.bricks[b];
+
+  // Calls work(task) for every task, sharing them out, and tells the progress between `begin` and `end`.
+  template <class Work>
+  void RunTasks(const char* stage, double begin, double end, std::size_t count, Work&& work) {
+    for (std::size_t first = 0; first < count; first += kTasksPerReport) {
+      core::ForEach(options_.workers, std::min(kTasksPerReport, count - first),
+                    [&](std::size_t i) { work(first + i); });
+      const double done = static_cast<double>(std::min(first + kTasksPerReport, count)) / static_cast<double>(count);
+      Report(stage, begin + (end - begin) * done);
+    }
+  }
+  template <class Work>
+  void ForEachBrick(const char* stage, double begin, double end, Work&& work) {
+    const std::size_t num_tasks = (slots_.size() + kBricksPerTask - 1) / kBricksPerTask;
+    RunTasks(stage, begin, end, num_tasks, [&](std::size_t task) {
+      const std::size_t last = std::min(slots_.size(), (task + 1) * kBricksPerTask);
+      for (std::size_t b = task * kBricksPerTask; b < last; ++b) work(b);
+    });
+  }
+
+  // First word of a brick; brick 0 of the words stands for every place without a sample in the band.
+  static std::size_t FirstWord(std::size_t brick) { return (brick + 1) * DistanceField::kBrickWords; }
+  [[nodiscard]] glm::ivec3 CornerOf(std::size_t slot) const {
+    const auto nx = static_cast<std::size_t>(field_.nx >> 3);
+    const auto ny = static_cast<std::size_t>(field_.ny >> 3);
+    return glm::ivec3(slot % nx, slot / nx % ny, slot / (nx * ny)) * DistanceField::kBrick;
+  }
+
+  core::Result<void> MakeBricks() {
+    bins_ = BinTriangles(triangles_, glm::ivec3(field_.nx, field_.ny, field_.nz) / DistanceField::kBrick, reach(),
+                         &field_.bricks);
+    slots_ = std::move(bins_.slot_of_brick);
+    for (std::uint32_t& brick : field_.bricks) {
+      brick = brick == kNoBrick ? 0 : static_cast<std::uint32_t>(FirstWord(brick));
+    }
+    const std::size_t num_words = FirstWord(slots_.size());
+    if (static_cast<double>(num_words) * 8.0 > options_.max_peak_bytes || num_words > 0xffffffffU) {
+      return core::Fail(core::ErrorCode::kResource,
+                        "the field needs more memory than allowed: take larger voxels, or check that the mesh is in "
+                        "metres");
+    }
+    field_.words.assign(num_words, kCoarseWord);
+    nearest_ = std::make_unique_for_overwrite<std::uint32_t[]>(num_words);
+    std::fill_n(nearest_.get(), DistanceField::kBrickWords, kNoTriangle);
+    return {};
+  }
+
+  void RasterBricks() {
+    is_empty_.assign(slots_.size(), 0);
+    ForEachBrick("triangles to bricks", kPreparedAt, kRasteredAt, [&](std::size_t b) { RasterBrick(b); });
+  }
+
+  void RasterBrick(std::size_t b) {
+    const glm::ivec3 corner = CornerOf(slots_[b]);
+    const glm::dvec3 origin = glm::dvec3(corner) + 0.5;
+    NearestSamples samples;
+    const auto reach_voxels = static_cast<float>(reach());
+    std::fill(std::begin(samples.squared), std::end(samples.squared), reach_voxels * reach_voxels);
+    std::fill(std::begin(samples.triangle), std::end(samples.triangle), kNoTriangle);
+    for (const std::uint32_t t : bins_.of(b)) {
+      const auto& [p, q, r] = triangles_.corners(t);
+      AddTriangle(RowTriangle(p - origin, q - origin, r - origin), t, reach_voxels, &samples);
+    }
+    std::uint32_t* const nearest = nearest_.get() + FirstWord(b);
+    std::uint32_t* const words = field_.words.data() + FirstWord(b);
+    bool is_empty = true;
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
-      if (brick.triangle[k] == BandBricks::kNone) continue;
-      const glm::dvec3 p = glm::dvec3(brick.cell * 8 + glm::ivec3(k & 7, k >> 3 & 7, k >> 6)) + 0.5;
-      const auto value = triangles.SignedValue(brick.triangle[k], triangles.Closest(brick.triangle[k], p), p);
+      nearest[k] = kNoTriangle;
+      const std::uint32_t t = samples.triangle[k];
+      if (t == kNoTriangle) continue;
+      const glm::dvec3 at = origin + glm::dvec3(k & 7, k >> 3 & 7, k >> 6);
+      const auto value = triangles_.SignedValue(t, triangles_.Closest(t, at), at);
       if (std::abs(value.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
-      field->words[(b + 1) * DistanceField::kBrickWords + k] =
-          EncodePlane(static_cast<float>(value.distance), glm::vec3(value.gradient));
+      nearest[k] = t;
+      words[k] = EncodePlane(static_cast<float>(value.distance), glm::vec3(value.gradient));
+      is_empty = false;
     }
-    if (progress && b % 4096 == 0) {
-      progress("distance field: band", static_cast<double>(b) / static_cast<double>(band.bricks.size()));
-    }
+    is_empty_[b] = is_empty ? 1 : 0;
   }
-}
 
-void FitCreases(const TriangleField& triangles, const BandBricks& band,
-                const std::function<void(std::string_view, double)>& progress, DistanceField* field) {
-  const std::vector<std::uint32_t> planes = field->words;
-  std::vector<std::uint32_t> near;
-  for (std::size_t b = 0; b < band.bricks.size(); ++b) {
-    const BandBricks::Brick& brick = *band.bricks[b];
-    Apron apron(*field, planes, brick.cell);
-    for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
-      if (brick.triangle[k] == BandBricks::kNone) continue;
-      const glm::ivec3 c(k & 7, k >> 3 & 7, k >> 6);
-      if (KindOf(planes[(b + 1) * DistanceField::kBrickWords + k]) == CellKind::kCoarse || !apron.IsCrease(c)) continue;
-      const glm::ivec3 voxel = brick.cell * 8 + c;
-      near.clear();
-      for (int n = 0; n < 27; ++n) {
-        const std::uint32_t t = band.TriangleAt(voxel + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
-        if (t != BandBricks::kNone) near.push_back(t);
-      }
-      std::sort(near.begin(), near.end());
-      near.erase(std::unique(near.begin(), near.end()), near.end());
-      const CreaseFit fit = FitCrease(triangles, near, glm::dvec3(voxel) + 0.5);
-      std::uint32_t& word = field->words[(b + 1) * DistanceField::kBrickWords + k];
-      if (fit.kind == CellKind::kPlane) {
-        if (std::isfinite(fit.largest_error)) word = fit.planes[0];
+  // Bins are generous: bricks that no sample of the band lies in go.
+  void DropEmptyBricks() {
+    bin_of_brick_.resize(slots_.size());
+    std::iota(bin_of_brick_.begin(), bin_of_brick_.end(), 0U);
+    std::size_t kept = 0;
+    for (std::size_t b = 0; b < slots_.size(); ++b) {
+      if (is_empty_[b] != 0) {
+        field_.bricks[slots_[b]] = 0;
         continue;
       }
-      // A word numbers 33 million records; after those the tangent plane stays.
-      if (field->creases.size() / kPlanesPerCrease >= kMaxCreases) continue;
-      word = CreaseWord(field->creases.size() / kPlanesPerCrease);
-      field->creases.insert(field->creases.end(), fit.planes.begin(), fit.planes.end());
+      if (kept != b) {
+        const std::size_t from = FirstWord(b);
+        const std::size_t to = FirstWord(kept);
+        std::copy_n(&field_.words[from], DistanceField::kBrickWords, &field_.words[to]);
+        std::copy_n(&nearest_[from], DistanceField::kBrickWords, &nearest_[to]);
+        slots_[kept] = slots_[b];
+        bin_of_brick_[kept] = bin_of_brick_[b];
+        field_.bricks[slots_[kept]] = static_cast<std::uint32_t>(to);
+      }
+      ++kept;
     }
-    if (progress && b % 1024 == 0) {
-      progress("distance field: creases", static_cast<double>(b) / static_cast<double>(band.bricks.size()));
+    slots_.resize(kept);
+    field_.words.resize(FirstWord(kept));
+  }
+
+  void FitCreases() {
+    std::vector<CreaseCells> cells(slots_.size());
+    ForEachBrick("creases", kRasteredAt, kRasteredAt + 0.1,
+                 [&](std::size_t b) { cells[b] = FindCreaseCells(field_.words, NeighbourhoodOf(field_, slots_[b])); });
+    // Records are numbered within their task first, so that the order of the tasks' ends does not matter.
+    const std::size_t num_tasks = (slots_.size() + kBricksPerTask - 1) / kBricksPerTask;
+    std::vector<std::vector<std::uint32_t>> records(num_tasks);
+    ForEachBrick("creases", kRasteredAt + 0.1, kCreasesAt,
+                 [&](std::size_t b) { FitBrick(b, cells[b], &records[b / kBricksPerTask]); });
+    std::size_t sum = 0;
+    for (const auto& part : records) sum += part.size();
+    field_.creases.reserve(std::max<std::size_t>(sum, kPlanesPerCrease));
+    for (std::size_t task = 0; task < num_tasks; ++task) {
+      const std::size_t first = field_.creases.size() / kPlanesPerCrease;
+      field_.creases.insert(field_.creases.end(), records[task].begin(), records[task].end());
+      if (first == 0 || records[task].empty()) continue;
+      const std::size_t end = FirstWord(std::min(slots_.size(), (task + 1) * kBricksPerTask));
+      for (std::size_t i = FirstWord(task * kBricksPerTask); i < end; ++i) {
+        std::uint32_t& word = field_.words[i];
+        if (KindOf(word) == CellKind::kCrease) word = CreaseWord(RecordOf(word) + first);
+      }
+    }
+    // Kernels may read whole records of lanes that have none.
+    if (field_.creases.empty()) field_.creases.assign(kPlanesPerCrease, 0);
+  }
+
+  // The nearest triangle of a point in a cell is nearer to the cell's centre than the centre's own by no more than
+  // twice the way from the centre to the point.
+  static constexpr float kAround = 2.0f * 0.84f;
+
+  void FitBrick(std::size_t b, const CreaseCells& cells, std::vector<std::uint32_t>* records) {
+    if (std::all_of(cells.begin(), cells.end(), [](std::uint8_t row) { return row == 0; })) return;
+    const glm::dvec3 first_sample = glm::dvec3(CornerOf(slots_[b])) + 0.5;
+    const std::span<const std::uint32_t> numbers = bins_.of(bin_of_brick_[b]);
+    std::vector<RowTriangle> triangles;
+    triangles.reserve(numbers.size());
+    for (const std::uint32_t t : numbers) {
+      const auto& [p, q, r] = triangles_.corners(t);
+      triangles.emplace_back(p - first_sample, q - first_sample, r - first_sample);
+    }
+    std::array<std::vector<NearTriangle>, kRow> near;
+    for (int row = 0; row < 64; ++row) {
+      const unsigned mask = cells[static_cast<std::size_t>(row)];
+      if (mask == 0) continue;
+      std::uint32_t* const words = &field_.words[FirstWord(b) + static_cast<std::size_t>(row) * kRow];
+      FindNear(words, mask, row, numbers, triangles, &near);
+      for (int x = 0; x < kRow; ++x) {
+        if ((mask >> x & 1U) == 0 || near[static_cast<std::size_t>(x)].empty()) continue;
+        const CreaseFit fit =
+            FitCrease(triangles_, near[static_cast<std::size_t>(x)], first_sample, {x, row & 7, row >> 3});
+        if (fit.kind == CellKind::kPlane) {
+          if (std::isfinite(fit.largest_error)) words[x] = fit.planes[0];
+          continue;
+        }
+        words[x] = CreaseWord(records->size() / kPlanesPerCrease);
+        records->insert(records->end(), fit.planes.begin(), fit.planes.end());
+      }
     }
   }
-  // Kernels may read whole records of lanes that have none.
-  if (field->creases.empty()) field->creases.assign(kPlanesPerCrease, 0);
-}
+
+  // Triangles that may be nearest somewhere in a cell, for the marked cells of a row.
+  void FindNear(const std::uint32_t* words, unsigned mask, int row, std::span<const std::uint32_t> numbers,
+                const std::vector<RowTriangle>& triangles, std::array<std::vector<NearTriangle>, kRow>* near) const {
+    float reach[kRow];
+    float largest = 0.0f;
+    for (int x = 0; x < kRow; ++x) {
+      const bool is_marked = (mask >> x & 1U) != 0;
+      const float d = std::abs(DistanceOf(words[x]) + static_cast<float>(half_thickness_));
+      reach[x] = is_marked ? (d + kAround) * (d + kAround) : -1.0f;
+      largest = std::max(largest, is_marked ? d + kAround : 0.0f);
+      (*near)[static_cast<std::size_t>(x)].clear();
+    }
+    for (std::size_t n = 0; n < triangles.size(); ++n) {
+      float squared[kRow];
+      if (!SampleDistances(triangles[n], row & 7, row >> 3, largest, squared)) continue;
+      for (int x = 0; x < kRow; ++x) {
+        if (squared[x] <= reach[x]) (*near)[static_cast<std::size_t>(x)].push_back({numbers[n], &triangles[n]});
+      }
+    }
+  }
+
+  void FillCoarse() {
+    const int shift = field_.coarse_shift;
+    const glm::ivec3 n(field_.nx >> shift, field_.ny >> shift, field_.nz >> shift);
+    field_.coarse.resize(static_cast<std::size_t>(n.x) * n.y * n.z);
+    // A task is a row of cells along x: few enough to share out, and each cell's answer is a good guess for the next.
+    RunTasks("coarse grid", kCreasesAt, 1.0, static_cast<std::size_t>(n.y) * n.z, [&](std::size_t row) {
+      const glm::ivec3 start(0, static_cast<int>(row) % n.y, static_cast<int>(row) / n.y);
+      std::uint32_t guess = 0;
+      for (int x = 0; x < n.x; ++x) FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess);
+    });
+  }
+
+  void FillCoarseCell(const glm::ivec3& c, CoarseCell* cell, std::uint32_t* guess) const {
+    const int shift = field_.coarse_shift;
+    const glm::ivec3 voxel = (c << shift) + (1 << shift >> 1);
+    const glm::ivec3 brick = voxel >> 3;
+    const std::size_t slot =
+        (static_cast<std::size_t>(brick.z) * (field_.ny >> 3) + brick.y) * (field_.nx >> 3) + brick.x;
+    const std::uint32_t t =
+        nearest_[field_.bricks[slot] +
+                 static_cast<std::uint32_t>((voxel.z & 7) << 6 | (voxel.y & 7) << 3 | (voxel.x & 7))];
+    if (t != kNoTriangle) *guess = t;
+    const glm::dvec3 p = (glm::dvec3(c) + 0.5) * static_cast<double>(1 << shift);
+    const ClosestFeature closest = triangles_.ClosestOfAll(p, guess);
+    const TriangleField::Value value = triangles_.SignedValue(*guess, closest, p);
+    cell->distance = static_cast<float>(value.distance);
+    cell->gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
+  }
+
+  [[nodiscard]] double reach() const { return half_thickness_ + DistanceField::kBandVoxels; }
+
+  const TriangleField& triangles_;
+  double half_thickness_;
+  const BuildFieldOptions& options_;
+  DistanceField field_;
+  BrickBins bins_;
+  std::vector<std::uint32_t> slots_;          // of the bricks, ascending
+  std::vector<std::uint32_t> bin_of_brick_;   // before bricks were dropped
+  std::vector<std::uint8_t> is_empty_;        // of the bricks
+  std::unique_ptr<std::uint32_t[]> nearest_;  // triangle of each word, or kNoTriangle
+};
 
 }  // namespace
 
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
                                        const BuildFieldOptions& options) {
-  if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "the voxel size must be positive");
-  }
-  if (!(options.sheet_half_thickness_m >= 0.0) || !std::isfinite(options.sheet_half_thickness_m)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "the half thickness of a sheet must not be negative");
-  }
-  if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
-  const auto& progress = options.progress;
-  const double half_thickness = options.sheet_half_thickness_m / voxel_size_m;
-  Box box = BoundingBox(mesh);
-  box.lower -= options.sheet_half_thickness_m;
-  box.upper += options.sheet_half_thickness_m;
-  DistanceField field;
-  field.voxel_size_m = voxel_size_m;
-  const double border = std::max<double>(DistanceField::kMinBorder, std::ceil(DistanceField::kBorder_m / voxel_size_m));
-  const glm::dvec3 wanted = glm::ceil((box.upper - box.lower) / voxel_size_m) + 2.0 * border;
-  if (!(wanted.x * wanted.y * wanted.z < kMaxFieldVoxels) || !(std::max({wanted.x, wanted.y, wanted.z}) < 1e6)) {
-    return core::Fail(core::ErrorCode::kResource,
-                      "a voxel size of " + std::to_string(voxel_size_m) +
-                          " m is too small for this mesh: take a larger one, or check that the mesh is in metres");
-  }
-  const auto num_coarse = [&] { return wanted.x * wanted.y * wanted.z / std::pow(8.0, field.coarse_shift); };
-  while (num_coarse() > static_cast<double>(kMaxCoarseCells) && field.coarse_shift < 6) ++field.coarse_shift;
-  const int step = std::max(DistanceField::kBrick, 1 << field.coarse_shift);
-  field.nx = RoundUp(static_cast<int>(wanted.x), step);
-  field.ny = RoundUp(static_cast<int>(wanted.y), step);
-  field.nz = RoundUp(static_cast<int>(wanted.z), step);
-  field.origin_m = 0.5 * (box.lower + box.upper) - 0.5 * voxel_size_m * glm::dvec3(field.nx, field.ny, field.nz);
-
+  const auto plan = PlanField(mesh, voxel_size_m, options);
+  if (!plan) return tl::unexpected(plan.error());
+  if (options.progress) options.progress("triangles", 0.0);
   TriangleMesh scaled = mesh;
-  for (glm::dvec3& v : scaled.vertices) v = (v - field.origin_m) / voxel_size_m;
-  const TriangleField triangles(scaled, half_thickness, options.sign_by_winding);
+  for (glm::dvec3& v : scaled.vertices) v = (v - plan->layout.origin_m) / voxel_size_m;
+  const TriangleField triangles(scaled, plan->half_thickness, options.sign_by_winding);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }
-  if (progress) progress("distance field: raster", 0.0);
-  const BandBricks band = RasterBand(triangles, glm::ivec3(field.nx, field.ny, field.nz) / DistanceField::kBrick,
-                                     half_thickness + DistanceField::kBandVoxels);
-  FillBricks(triangles, band, progress, &field);
-  FitCreases(triangles, band, progress, &field);
-  FillCoarse(triangles, progress, &field);
-  if (progress) progress("distance field: coarse", 1.0);
-  return field;
+  return FieldBuilder(triangles, *plan, options).Build();
 }
 
 }  // namespace vps

@@ -1,17 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string_view>
 
+#include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/field/distance_field.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 
 namespace vps {
-
-// More voxels than this in the box are refused; memory grows with the surface and with 1/512 of the box per coarse
-// cell's edge, not with the box's voxels.
-constexpr double kMaxFieldVoxels = 3e10;
 
 struct BuildFieldOptions {
   // 0: the mesh bounds a solid. Else the mesh is a sheet, open or not, with two sides and no inside: the solid is
@@ -19,12 +17,24 @@ struct BuildFieldOptions {
   double sheet_half_thickness_m = 0.0;
   // Signs by winding number, for a mesh that is no simple solid (IsSimpleSolid); slower than pseudonormals.
   bool sign_by_winding = false;
-  std::function<void(std::string_view stage, double fraction)> progress;
+  // A build whose estimated peak is larger is refused before anything is allocated.
+  double max_peak_bytes = 8e9;
+  // Share the work out; none: the calling thread does it. The field is the same, bit for bit.
+  core::ParallelFor* workers = nullptr;
+  // From the calling thread, at most some hundred times: the part of the whole build's time that is done, in [0, 1].
+  std::function<void(std::string_view stage, double fraction)> progress{};
 };
 
-// Builds the field of a mesh: nearest triangles in the band by raster, signs by pseudonormals, creases fitted, the
-// coarse grid by a bounding volume hierarchy. Errors: no triangle, voxel size not positive or far too small, thickness
-// negative.
+// What a build will take, told from the mesh's area and size alone, in time proportional to its triangles.
+struct FieldEstimate {
+  double stored_bytes = 0.0;  // of the field
+  double peak_bytes = 0.0;    // while it is built, field included, mesh not
+};
+core::Result<FieldEstimate> EstimateField(const TriangleMesh& mesh, double voxel_size_m,
+                                          const BuildFieldOptions& options = {});
+
+// Builds the field of a mesh. Errors: no triangle, voxel size not positive, thickness negative (kInvalidInput); more
+// memory than allowed (kResource).
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
                                        const BuildFieldOptions& options = {});
 

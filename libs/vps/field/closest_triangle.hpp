@@ -31,6 +31,11 @@ class TriangleField {
   [[nodiscard]] std::size_t num_triangles() const { return triangles_.size(); }
   [[nodiscard]] const std::array<glm::dvec3, 3>& corners(std::uint32_t triangle) const { return triangles_[triangle]; }
 
+  // The side of a face on which a point lies tells its sign: neither a sheet nor a case for the winding number.
+  [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
+  // Unit, out of the solid; 0 when the triangle has no area.
+  [[nodiscard]] const glm::dvec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
+
   // Of one triangle.
   [[nodiscard]] ClosestFeature Closest(std::uint32_t triangle, const glm::dvec3& p) const;
   // Of all; `triangle` holds a guess on entry (any valid index; a near one is faster) and the winner on return.

@@ -7,65 +7,115 @@
 namespace vps {
 namespace {
 
-constexpr int kNumPlaces = 23;
+constexpr int kRows = 3;
+constexpr int kNumPlaces = kRows * kRow;
 
-// Centre, middles of the faces, corners, and half way to the corners.
-std::array<glm::vec3, kNumPlaces> MakePlaces() {
-  std::array<glm::vec3, kNumPlaces> places{};
-  int n = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const float at : {-0.48f, 0.48f}) places[n++][axis] = at;
-  }
-  for (const float at : {0.24f, 0.48f}) {
+// Corners, half way to the corners, middles of the faces, centre, and the centre once more to fill the rows.
+struct Places {
+  PointRow rows[kRows] = {};
+  float x[kNumPlaces], y[kNumPlaces], z[kNumPlaces];
+
+  constexpr Places() : x{}, y{}, z{} {
     for (int k = 0; k < 8; ++k) {
-      places[n++] = {(k & 1) != 0 ? at : -at, (k & 2) != 0 ? at : -at, (k & 4) != 0 ? at : -at};
+      Set(k, (k & 1) != 0 ? 0.48f : -0.48f, (k & 2) != 0 ? 0.48f : -0.48f, (k & 4) != 0 ? 0.48f : -0.48f);
+      Set(8 + k, (k & 1) != 0 ? 0.24f : -0.24f, (k & 2) != 0 ? 0.24f : -0.24f, (k & 4) != 0 ? 0.24f : -0.24f);
     }
+    for (int k = 0; k < 6; ++k) {
+      const float at = (k & 1) != 0 ? 0.48f : -0.48f;
+      Set(16 + k, k / 2 == 0 ? at : 0.0f, k / 2 == 1 ? at : 0.0f, k / 2 == 2 ? at : 0.0f);
+    }
+    Set(22, 0.0f, 0.0f, 0.0f);
+    Set(23, 0.0f, 0.0f, 0.0f);
   }
-  return places;
-}
+  constexpr void Set(int i, float px, float py, float pz) {
+    rows[i / kRow].x[i % kRow] = x[i] = px;
+    rows[i / kRow].y[i % kRow] = y[i] = py;
+    rows[i / kRow].z[i % kRow] = z[i] = pz;
+  }
+};
+constexpr Places kPlaces;
+
+// A value per place.
+struct Values {
+  float at[kNumPlaces];
+};
 
 struct Candidate {
   std::uint32_t word = 0;
-  std::array<float, kNumPlaces> value{};  // of the plane as it will be read back
+  Values value;  // of the plane as it will be read back
 };
+
+constexpr float kSamePlane = 0.01f;  // planes nearer than this everywhere in the cell are one
 
 struct Tangents {
-  std::array<float, kNumPlaces> exact{};
+  Values exact;
   std::array<Candidate, kNumPlaces> candidates;
   int count = 0;
+
+  void Add(std::uint32_t word) {
+    Candidate& fresh = candidates[count];
+    fresh.word = word;
+    const float d = DistanceOf(word);
+    const glm::vec3 g = GradientOf(word);
+    for (int k = 0; k < kNumPlaces; ++k) {
+      fresh.value.at[k] = d + ((g.x * kPlaces.x[k] + g.y * kPlaces.y[k]) + g.z * kPlaces.z[k]);
+    }
+    for (int c = 0; c < count; ++c) {
+      float largest = 0.0f;
+      for (int k = 0; k < 8; ++k) {  // planes differ most at the corners
+        largest = std::max(largest, std::abs(candidates[c].value.at[k] - fresh.value.at[k]));
+      }
+      if (largest < kSamePlane) return;
+    }
+    ++count;
+  }
 };
 
-Tangents TakeTangents(const TriangleField& field, std::span<const std::uint32_t> triangles, const glm::dvec3& centre) {
-  static const std::array<glm::vec3, kNumPlaces> places = MakePlaces();
-  Tangents out;
-  for (int i = 0; i < kNumPlaces; ++i) {
-    const glm::dvec3 p = centre + glm::dvec3(places[i]);
-    // The best of the near ones is the guess; slivers may lie between the samples.
-    ClosestFeature best;
-    std::uint32_t winner = triangles[0];
-    for (const std::uint32_t t : triangles) {
-      const ClosestFeature closest = field.Closest(t, p);
-      if (closest.squared_distance < best.squared_distance) {
-        best = closest;
-        winner = t;
+void TakeTangents(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
+                  const glm::ivec3& cell, Tangents* out) {
+  float squared[kNumPlaces];
+  std::uint32_t winner[kNumPlaces];
+  std::fill(std::begin(squared), std::end(squared), std::numeric_limits<float>::max());
+  std::fill(std::begin(winner), std::end(winner), 0U);
+  const glm::vec3 centre(cell);
+  for (int row = 0; row < kRows; ++row) {
+    PointRow points = kPlaces.rows[row];
+    for (int i = 0; i < kRow; ++i) {
+      points.x[i] += centre.x;
+      points.y[i] += centre.y;
+      points.z[i] += centre.z;
+    }
+    float* const least = squared + row * kRow;
+    std::uint32_t* const nearest = winner + row * kRow;
+    for (std::uint32_t n = 0; n < near.size(); ++n) {
+      float here[kRow];
+      SquaredDistances(*near[n].rows, points, here);
+      for (int i = 0; i < kRow; ++i) {
+        const bool is_nearer = here[i] < least[i];
+        least[i] = is_nearer ? here[i] : least[i];
+        nearest[i] = is_nearer ? n : nearest[i];
       }
     }
-    best = field.ClosestOfAll(p, &winner);
-    const TriangleField::Value value = field.SignedValue(winner, best, p);
-    out.exact[i] = static_cast<float>(value.distance);
-    const float at_centre = out.exact[i] - glm::dot(glm::vec3(value.gradient), places[i]);
-    if (std::abs(at_centre) > kLargestWordDistance) continue;
-    Candidate candidate;
-    candidate.word = EncodePlane(at_centre, glm::vec3(value.gradient));
-    bool is_new = true;
-    for (int k = 0; k < out.count; ++k) is_new = is_new && out.candidates[k].word != candidate.word;
-    if (!is_new) continue;
-    const float d = DistanceOf(candidate.word);
-    const glm::vec3 g = GradientOf(candidate.word);
-    for (int k = 0; k < kNumPlaces; ++k) candidate.value[k] = d + glm::dot(g, places[k]);
-    out.candidates[out.count++] = candidate;
   }
-  return out;
+  std::uint32_t last_face = 0xffffffffU;
+  for (int i = 0; i < kNumPlaces; ++i) {
+    const glm::vec3 place(kPlaces.x[i], kPlaces.y[i], kPlaces.z[i]);
+    const NearTriangle& triangle = near[winner[i]];
+    if (field.side_is_sign() && triangle.rows->IsOverFace(centre + place)) {
+      // Over a face the plane's own side is the sign, and one tangent does for all its places.
+      out->exact.at[i] = triangle.rows->Height(centre + place);
+      if (triangle.number == last_face) continue;
+      last_face = triangle.number;
+      const float at_centre = triangle.rows->Height(centre);
+      if (std::abs(at_centre) < kLargestWordDistance) out->Add(EncodePlane(at_centre, triangle.rows->normal));
+      continue;
+    }
+    const glm::dvec3 p = first_sample + glm::dvec3(centre + place);
+    const TriangleField::Value value = field.SignedValue(triangle.number, field.Closest(triangle.number, p), p);
+    out->exact.at[i] = static_cast<float>(value.distance);
+    const float at_centre = out->exact.at[i] - glm::dot(glm::vec3(value.gradient), place);
+    if (std::abs(at_centre) < kLargestWordDistance) out->Add(EncodePlane(at_centre, glm::vec3(value.gradient)));
+  }
 }
 
 struct Choice {
@@ -81,7 +131,7 @@ Choice BestPlane(const Tangents& tangents) {
   for (int c = 0; c < tangents.count; ++c) {
     float largest = 0.0f;
     for (int k = 0; k < kNumPlaces; ++k) {
-      largest = std::max(largest, std::abs(tangents.candidates[c].value[k] - tangents.exact[k]));
+      largest = std::max(largest, std::abs(tangents.candidates[c].value.at[k] - tangents.exact.at[k]));
     }
     if (largest < choice.largest_error) {
       choice.largest_error = largest;
@@ -95,19 +145,21 @@ Choice BestPlane(const Tangents& tangents) {
 // weighs more.
 Choice BestLargest(const Tangents& tangents, float side) {
   constexpr float kTooMuch = 4.0f;
+  constexpr float kGoodEnough = 0.02f;
   Choice choice;
   choice.side = side;
-  std::array<float, kNumPlaces> model;
-  model.fill(-std::numeric_limits<float>::infinity());
+  Values model;
+  std::fill(std::begin(model.at), std::end(model.at), -std::numeric_limits<float>::max());
   for (std::uint32_t n = 0; n < kPlanesPerCrease; ++n) {
     int chosen = 0;
     float least = std::numeric_limits<float>::infinity();
     for (int c = 0; c < tangents.count; ++c) {
+      const Values& value = tangents.candidates[c].value;
       float over = 0.0f;
       float under = 0.0f;
-      float sum = 0.0f;
+      float sum = 0.0f;  // tells planes apart that leave the largest error to others
       for (int k = 0; k < kNumPlaces; ++k) {
-        const float error = std::max(model[k], side * tangents.candidates[c].value[k]) - side * tangents.exact[k];
+        const float error = std::max(model.at[k], side * value.at[k]) - side * tangents.exact.at[k];
         over = std::max(over, error);
         under = std::max(under, -error);
         sum += error * error;
@@ -118,14 +170,13 @@ Choice BestLargest(const Tangents& tangents, float side) {
         chosen = c;
       }
     }
-    if (n == 0) choice.planes.fill(chosen);
-    choice.planes[n] = chosen;
+    for (std::uint32_t k = n; k < kPlanesPerCrease; ++k) choice.planes[k] = chosen;
     choice.largest_error = 0.0f;
     for (int k = 0; k < kNumPlaces; ++k) {
-      model[k] = std::max(model[k], side * tangents.candidates[chosen].value[k]);
-      choice.largest_error = std::max(choice.largest_error, std::abs(model[k] - side * tangents.exact[k]));
+      model.at[k] = std::max(model.at[k], side * tangents.candidates[chosen].value.at[k]);
+      choice.largest_error = std::max(choice.largest_error, std::abs(model.at[k] - side * tangents.exact.at[k]));
     }
-    if (choice.largest_error < 0.02f) break;
+    if (choice.largest_error < kGoodEnough) break;
   }
   return choice;
 }
@@ -137,7 +188,7 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
   choice.is_nested = true;
   struct Pair {
     int a, b;
-    std::array<float, kNumPlaces> value;
+    Values value;
   };
   std::array<Pair, 36> pairs;
   std::size_t num_pairs = 0;
@@ -147,17 +198,23 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
       pair.a = pool[i];
       pair.b = pool[j];
       for (int k = 0; k < kNumPlaces; ++k) {
-        pair.value[k] =
-            std::min(side * tangents.candidates[pair.a].value[k], side * tangents.candidates[pair.b].value[k]);
+        pair.value.at[k] =
+            std::min(side * tangents.candidates[pair.a].value.at[k], side * tangents.candidates[pair.b].value.at[k]);
       }
     }
   }
   for (std::size_t i = 0; i < num_pairs; ++i) {
+    // What one pair has too much the other does not take away.
+    float over = 0.0f;
+    for (int k = 0; k < kNumPlaces; ++k) {
+      over = std::max(over, pairs[i].value.at[k] - side * tangents.exact.at[k]);
+    }
+    if (over >= choice.largest_error) continue;
     for (std::size_t j = i + 1; j < num_pairs; ++j) {
       float largest = 0.0f;
-      for (int k = 0; k < kNumPlaces && largest < choice.largest_error; ++k) {
-        largest =
-            std::max(largest, std::abs(std::max(pairs[i].value[k], pairs[j].value[k]) - side * tangents.exact[k]));
+      for (int k = 0; k < kNumPlaces; ++k) {
+        const float model = std::max(pairs[i].value.at[k], pairs[j].value.at[k]);
+        largest = std::max(largest, std::abs(model - side * tangents.exact.at[k]));
       }
       if (largest < choice.largest_error) {
         choice.largest_error = largest;
@@ -168,41 +225,46 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
   return choice;
 }
 
-constexpr float kWorthARecord = 0.02f;  // less error than one plane, voxels
-constexpr float kWorthASearch = 0.08f;  // error of the simple combinations
+constexpr float kWorthARecord = 0.05f;  // less error than one plane, voxels
+constexpr float kWorthASearch = 0.10f;  // error of the simple combinations
 constexpr std::size_t kPoolSize = 8;    // planes for nested combinations
+
+void SearchNested(const Tangents& tangents, std::initializer_list<const Choice*> simple, Choice* best) {
+  std::array<int, kPoolSize> pool{};
+  std::size_t size = 0;
+  const auto add = [&](int c) {
+    if (size < kPoolSize && std::find(pool.begin(), pool.begin() + size, c) == pool.begin() + size) pool[size++] = c;
+  };
+  for (const Choice* choice : simple) {
+    for (const int c : choice->planes) add(c);
+  }
+  for (int c = 0; c < tangents.count; ++c) add(c);
+  for (const float side : {1.0f, -1.0f}) {
+    const Choice nested = BestNested(tangents, side, {pool.data(), size});
+    if (nested.largest_error < best->largest_error) *best = nested;
+  }
+}
 
 }  // namespace
 
-CreaseFit FitCrease(const TriangleField& field, std::span<const std::uint32_t> triangles, const glm::dvec3& centre) {
-  const Tangents tangents = TakeTangents(field, triangles, centre);
+CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
+                    const glm::ivec3& cell) {
+  Tangents tangents;
+  TakeTangents(field, near, first_sample, cell, &tangents);
   CreaseFit fit;
   if (tangents.count == 0) {
     fit.largest_error = std::numeric_limits<float>::infinity();
     return fit;
   }
   const Choice plane = BestPlane(tangents);
-  const Choice convex = BestLargest(tangents, 1.0f);
-  const Choice concave = BestLargest(tangents, -1.0f);
-  Choice best = concave.largest_error < convex.largest_error ? concave : convex;
-  if (best.largest_error > kWorthASearch) {
-    std::array<int, kPoolSize> pool{};
-    std::size_t size = 0;
-    for (const Choice* choice : {&plane, &convex, &concave}) {
-      for (const int c : choice->planes) {
-        if (size < kPoolSize && std::find(pool.begin(), pool.begin() + size, c) == pool.begin() + size)
-          pool[size++] = c;
-      }
-    }
-    for (int c = 0; c < tangents.count && size < kPoolSize; ++c) {
-      if (std::find(pool.begin(), pool.begin() + size, c) == pool.begin() + size) pool[size++] = c;
-    }
-    for (const float side : {1.0f, -1.0f}) {
-      const Choice nested = BestNested(tangents, side, {pool.data(), size});
-      if (nested.largest_error < best.largest_error) best = nested;
-    }
+  Choice best = plane;
+  if (plane.largest_error > kWorthARecord) {
+    const Choice convex = BestLargest(tangents, 1.0f);
+    const Choice concave = BestLargest(tangents, -1.0f);
+    best = concave.largest_error < convex.largest_error ? concave : convex;
+    if (best.largest_error > kWorthASearch) SearchNested(tangents, {&plane, &convex, &concave}, &best);
+    if (best.largest_error > plane.largest_error - kWorthARecord) best = plane;
   }
-  if (best.largest_error > plane.largest_error - kWorthARecord) best = plane;
   const auto& chosen = best.planes;
   const bool is_plane = std::all_of(chosen.begin(), chosen.end(), [&](int c) { return c == chosen[0]; });
   fit.kind = is_plane ? CellKind::kPlane : CellKind::kCrease;

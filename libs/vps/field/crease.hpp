@@ -6,21 +6,29 @@
 
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/field_word.hpp"
+#include "vps/field/triangle_rows.hpp"
 
 namespace vps {
 
 // What a cell at a crease becomes: one plane (a word), or a record of several.
 struct CreaseFit {
   CellKind kind = CellKind::kPlane;
-  std::array<std::uint32_t, kPlanesPerCrease> planes{};  // unused ones repeat the first
+  std::array<std::uint32_t, kPlanesPerCrease> planes{};  // unused ones repeat the last
   float largest_error = 0.0f;                            // voxels, at the places tested
+};
+
+// A triangle that may be the nearest one somewhere in a cell.
+struct NearTriangle {
+  std::uint32_t number = 0;
+  const RowTriangle* rows = nullptr;  // about the brick's first sample
 };
 
 // The distance to a solid is convex around a convex edge (the largest of the faces' plane distances inside, a cone
 // outside) and concave around a concave one, so it is the largest or smallest of its tangent planes; where edges of
 // both kinds meet, it is the largest of smallest ones or the other way round. Tangents are taken from the exact
-// distance at 23 places of the cell around `centre`; those that leave the least error there are kept. `triangles` are
-// the nearest triangles of the cell and of its neighbours. Voxel units.
-CreaseFit FitCrease(const TriangleField& field, std::span<const std::uint32_t> triangles, const glm::dvec3& centre);
+// distance to the `near` triangles at 23 places of the cell; those that leave the least error there are kept.
+// `first_sample`: of the brick; `cell`: in the brick. Voxel units.
+CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
+                    const glm::ivec3& cell);
 
 }  // namespace vps

@@ -105,8 +105,8 @@ TEST(DistanceField, DeepInsideAndFarOutsideDepthAndDirectionAreRight) {
     const glm::dvec3 n = glm::normalize(random.Vector() + glm::dvec3(1e-9));
     const double r = 0.01 + 0.042 * random.Unit();
     const FieldSample sample = SampleField(*field, InVoxels(*field, r * n));
-    // A coarse cell is 2 mm wide; its plane is off by e^2 / 2r, e at most 1.73 mm.
-    const double e_m = sample.cell > 1.0f ? 1.74e-3 : 0.5e-3;  // half diagonals
+    // A cell's plane is off by e^2 / 2r, e at most half its diagonal.
+    const double e_m = std::max(0.5 * 1.74 * static_cast<double>(sample.cell), 1.0) * field->voxel_size_m;
     ASSERT_NEAR(sample.distance * 0.0005, r - 0.05, e_m * e_m / (2.0 * (r - e_m)) + 8e-5) << r;
     ASSERT_GT(glm::dot(glm::normalize(glm::dvec3(sample.gradient)), n),
               1.0 - 0.5 * e_m * e_m / ((r - e_m) * (r - e_m)) - 2e-3)

@@ -1,0 +1,96 @@
+#include "vps/field/crease_cells.hpp"
+
+#include <cmath>
+
+namespace vps {
+namespace {
+
+// A neighbour's distance may differ from the cell's tangent plane by this much times the squared distance of the two
+// centres (a radius of curvature of 12 voxels) before the cell is examined as a crease.
+constexpr float kCreaseTolerance = 0.12f;
+// Farther cells than this hold no point within 1.5 voxels of the surface: they keep their planes.
+constexpr float kFarthest = 1.5f + 0.87f;
+constexpr float kNone = 1e30f;
+
+// Cells -1 ... 8 in each direction; rows hold 10 and some to spare.
+struct Apron {
+  static constexpr int kRow = 12;
+  static constexpr int kLayer = 10 * kRow;
+  float d[10 * kLayer + 8], gx[10 * kLayer + 8], gy[10 * kLayer + 8], gz[10 * kLayer + 8];
+
+  void Put(int at, std::uint32_t word) {
+    d[at] = KindOf(word) == CellKind::kPlane ? DistanceOf(word) : kNone;
+    const glm::vec3 g = GradientOf(word);
+    gx[at] = g.x;
+    gy[at] = g.y;
+    gz[at] = g.z;
+  }
+};
+
+void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks, Apron* apron) {
+  for (int z = -1; z <= 8; ++z) {
+    for (int y = -1; y <= 8; ++y) {
+      const int at = (z + 1) * Apron::kLayer + (y + 1) * Apron::kRow;
+      apron->Put(at, words[WordIndex(bricks, -1, y, z)]);
+      const std::uint32_t* const row = &words[WordIndex(bricks, 0, y, z)];
+      for (int x = 0; x < 8; ++x) apron->Put(at + 1 + x, row[x]);
+      apron->Put(at + 9, words[WordIndex(bricks, 8, y, z)]);
+      apron->Put(at + 10, kCoarseWord);
+      apron->Put(at + 11, kCoarseWord);
+    }
+  }
+}
+
+}  // namespace
+
+Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot) {
+  const int nx = field.nx >> 3;
+  const int ny = field.ny >> 3;
+  const int nz = field.nz >> 3;
+  const int x = static_cast<int>(slot % static_cast<std::size_t>(nx));
+  const int y = static_cast<int>(slot / static_cast<std::size_t>(nx) % static_cast<std::size_t>(ny));
+  const int z = static_cast<int>(slot / (static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny)));
+  Neighbourhood out{};
+  for (int k = 0; k < 27; ++k) {
+    const glm::ivec3 c(x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1);
+    if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= nx || c.y >= ny || c.z >= nz) continue;
+    out[static_cast<std::size_t>(k)] = field.bricks[(static_cast<std::size_t>(c.z) * ny + c.y) * nx + c.x];
+  }
+  return out;
+}
+
+CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
+  Apron apron;
+  Fill(words, bricks, &apron);
+  CreaseCells out{};
+  for (int row = 0; row < 64; ++row) {
+    const int at = ((row >> 3) + 1) * Apron::kLayer + ((row & 7) + 1) * Apron::kRow + 1;
+    float excess[8] = {};  // of the plane's miss over what is tolerated
+    const auto look = [&](int x, int y, int z) __attribute__((always_inline)) {
+      const int other = at + z * Apron::kLayer + y * Apron::kRow + x;
+      const auto fx = static_cast<float>(x);
+      const auto fy = static_cast<float>(y);
+      const auto fz = static_cast<float>(z);
+      const float tolerance = kCreaseTolerance * static_cast<float>(x * x + y * y + z * z);
+      for (int i = 0; i < 8; ++i) {
+        const float step = apron.d[other + i] - apron.d[at + i];
+        const float planned = (apron.gx[at + i] * fx + apron.gy[at + i] * fy) + apron.gz[at + i] * fz;
+        const float miss = std::abs(step - planned) - tolerance;
+        const float known = apron.d[other + i] < kNone ? miss : 0.0f;
+        excess[i] = known > excess[i] ? known : excess[i];
+      }
+    };
+    for (int k = 0; k < 27; ++k) {
+      if (k != 13) look(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+    }
+    unsigned mask = 0;
+    for (int i = 0; i < 8; ++i) {
+      const float d = apron.d[at + i];
+      if (std::abs(d) <= kFarthest && excess[i] > 0.0f) mask |= 1U << i;
+    }
+    out[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(mask);
+  }
+  return out;
+}
+
+}  // namespace vps

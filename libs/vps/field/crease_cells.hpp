@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "vps/field/distance_field.hpp"
+
+namespace vps {
+
+// First words of a brick and of the 26 around it, x fastest; those outside the grid are the empty brick 0.
+using Neighbourhood = std::array<std::uint32_t, 27>;
+Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot);
+
+// Index into the words of the cell (x, y, z), each in -1 ... 8, seen from the middle brick.
+inline std::size_t WordIndex(const Neighbourhood& bricks, int x, int y, int z) {
+  const int brick = (((z + 8) >> 3) * 3 + ((y + 8) >> 3)) * 3 + ((x + 8) >> 3);
+  return bricks[static_cast<std::size_t>(brick)] + static_cast<std::size_t>((z & 7) << 6 | (y & 7) << 3 | (x & 7));
+}
+
+// Cells of a brick whose plane may miss somewhere in the cell: [z * 8 + y], bit x.
+using CreaseCells = std::array<std::uint8_t, 64>;
+
+// Looks at the planes of a brick and of the cells around it, before any crease is fitted.
+CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks);
+
+}  // namespace vps

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "core/result.hpp"
+#include "vps/field/build_field.hpp"
+
+namespace vps {
+
+// The grid of a field, and what it takes.
+struct FieldPlan {
+  DistanceField layout;   // origin, voxel size, counts; no cells yet
+  double half_thickness;  // of a sheet, voxels; 0: a solid
+  FieldEstimate estimate;
+};
+core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m, const BuildFieldOptions& options);
+
+}  // namespace vps
