@@ -1,77 +1,179 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "core/clock.hpp"
+#include "scene/load_scenario.hpp"
+#include "tools/oos/mesh_lines.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/mesh/thicken_sheet.hpp"
 
 namespace oos {
 namespace {
 
-int CookOne(const std::string& mesh, const vps::CookParameters& parameters) {
-  const bool is_terminal = isatty(STDOUT_FILENO) != 0;
-  std::string last_stage;
-  const auto progress = [&](std::string_view stage, double fraction) {
-    if (is_terminal) {
-      std::printf("\r%s: %-24.*s %3.0f %%", mesh.c_str(), static_cast<int>(stage.size()), stage.data(),
-                  100.0 * fraction);
-      std::fflush(stdout);
-    } else if (stage != last_stage) {
-      last_stage = stage;
-      std::printf("%s: %s\n", mesh.c_str(), last_stage.c_str());
+constexpr std::string_view kDetails =
+    R"(Of each mesh: what is wrong with it and what was mended (places in the mesh's own frame; triangles counted from 0),
+its thinnest wall and narrowest gap, what voxels of this size show of them, the memory that the build will take (before
+it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures.)";
+
+struct Job {
+  std::string title;
+  std::filesystem::path mesh;
+  vps::CookParameters parameters;
+};
+
+// One line that is written over on a terminal; elsewhere a line for each stage.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string title) : title_(std::move(title)) {}
+  ~ProgressLine() {
+    if (is_terminal_) std::printf("\r\033[K");
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void Tell(std::string_view stage, double fraction) {
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    // A fraction that falls belongs to another part of the work.
+    if (fraction < last_fraction_) begin_ns_ = now_ns;
+    last_fraction_ = fraction;
+    if (!is_terminal_) {
+      if (stage == last_stage_) return;
+      last_stage_ = stage;
+      std::printf("  %s\n", last_stage_.c_str());
+      return;
     }
-  };
-  const std::int64_t begin_ns = core::MonotonicNow_ns();
-  const auto cooked = vps::Cook(mesh, parameters, {}, progress);
-  if (is_terminal) std::printf("\r\033[K");
-  if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);
-  const double seconds = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;
-  std::printf("%s: %s in %.2f s, bounding radius %.4f m\n", mesh.c_str(),
-              cooked->is_from_cache ? "taken from the cache" : "built", seconds, cooked->bounding_radius_m);
-  if (cooked->voxmap) {
-    const vps::Voxmap& map = *cooked->voxmap;
+    char left[32] = "";
+    const double spent_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
+    if (fraction > 0.02 && spent_s > 0.5) {
+      std::snprintf(left, sizeof left, ", %.0f s left", spent_s * (1.0 - fraction) / fraction);
+    }
+    std::printf("\r\033[K%s: %.*s %3.0f %%%s", title_.c_str(), static_cast<int>(stage.size()), stage.data(),
+                100.0 * fraction, left);
+    std::fflush(stdout);
+  }
+
+ private:
+  std::string title_;
+  std::string last_stage_;
+  bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
+  double last_fraction_ = 0.0;
+  std::int64_t begin_ns_ = core::MonotonicNow_ns();
+};
+
+void PrintParts(const vps::CookedObject& cooked) {
+  if (cooked.voxmap) {
+    const vps::Voxmap& map = *cooked.voxmap;
     std::printf("  voxelmap: %d x %d x %d voxels of %.3g mm, %.1f MB\n", map.nx, map.ny, map.nz, 1e3 * map.voxel_size_m,
                 static_cast<double>(map.num_voxels()) * 1e-6);
   }
-  if (cooked->field) {
-    const vps::DistanceField& field = *cooked->field;
+  if (cooked.field) {
+    const vps::DistanceField& field = *cooked.field;
     std::printf("  distance field: %d x %d x %d voxels of %.3g mm, %zu bricks, %zu crease cells, %.1f MB\n", field.nx,
                 field.ny, field.nz, 1e3 * field.voxel_size_m, field.words.size() / vps::DistanceField::kBrickWords,
                 field.creases.size() / vps::kPlanesPerCrease, static_cast<double>(field.num_bytes()) * 1e-6);
   }
-  if (cooked->samples) {
-    std::printf("  samples: %u points on %.4g m2, %.1f MB\n", cooked->samples->num_points, cooked->samples->area_m2,
-                static_cast<double>(cooked->samples->num_bytes()) * 1e-6);
+  if (cooked.samples) {
+    const vps::SampleTree& tree = *cooked.samples;
+    std::printf("  samples: %u points on %.4g m2, %.3g mm apart, %.1f MB\n", tree.num_points, tree.area_m2,
+                1e3 * std::sqrt(tree.area_m2 / tree.num_points), static_cast<double>(tree.num_bytes()) * 1e-6);
   }
-  if (cooked->points) {
-    const vps::PointTree& tree = *cooked->points;
+  if (cooked.points) {
+    const vps::PointTree& tree = *cooked.points;
     const std::size_t num_bytes = tree.x.size() * 6 * sizeof(float) + tree.clusters.size() * sizeof(vps::Cluster);
     std::printf("  pointshell: %u points in %zu clusters, %.1f MB\n", tree.num_points, tree.clusters.size(),
                 static_cast<double>(num_bytes) * 1e-6);
   }
+}
+
+int CookOne(const Job& job) {
+  const double sheet_thickness_m = 2.0 * job.parameters.sheet_half_thickness_m;
+  const auto checked = vps::LoadCheckedMesh(job.mesh, 1.0, sheet_thickness_m > 0.0);
+  if (!checked) return Complain("cook", checked.error().detail, kBadUsage);
+  PrintMesh(job.title, checked->report);
+  const vps::FeatureSize size = vps::MeasureFeatures(
+      sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh);
+  PrintFeatures(size);
+  if (job.parameters.voxel_size_m > 0.0) {
+    PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
+  }
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const auto cooked = [&] {
+    ProgressLine line(job.title);
+    return vps::Cook(job.mesh, job.parameters, {},
+                     [&](std::string_view stage, double fraction) { line.Tell(stage, fraction); });
+  }();
+  if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);
+  const double seconds = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;
+  if (!cooked->cache_note.empty()) std::printf("  warning: %s\n", cooked->cache_note.c_str());
+  std::printf("  %s in %.2f s, bounding radius %.4f m\n", cooked->is_from_cache ? "taken from the cache" : "built",
+              seconds, cooked->bounding_radius_m);
+  PrintParts(*cooked);
   return kHolds;
 }
 
-int Run(const Arguments& arguments) {
+// The sides of every object that its pairs ask for.
+core::Result<std::vector<Job>> JobsOf(const std::string& path, vps::Method method) {
+  const auto scenario = scene::LoadScenario(path);
+  if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < scenario->objects.size(); ++i) {
+    const scene::Object& object = scenario->objects[i];
+    Job job{object.name + " (" + object.collision_mesh.filename().string() + ")", object.collision_mesh, {}};
+    job.parameters.method = method;
+    job.parameters.sheet_half_thickness_m = 0.5 * object.sheet_thickness_m;
+    for (const scene::Pair& pair : scenario->pairs) {
+      if (pair.field == i) job.parameters.voxel_size_m = object.voxel_size_m;
+      if (pair.sampled == i) job.parameters.num_points = object.num_points;
+    }
+    if (job.parameters.voxel_size_m > 0.0 || job.parameters.num_points > 0) jobs.push_back(job);
+  }
+  return jobs;
+}
+
+core::Result<vps::CookParameters> ReadParameters(const Arguments& arguments) {
+  vps::CookParameters parameters;
   const auto voxel = arguments.number("--voxel_m");
   const auto points = arguments.number("--points");
-  if (!voxel) return Complain("cook", voxel.error().detail, kBadUsage);
-  if (!points) return Complain("cook", points.error().detail, kBadUsage);
-  vps::CookParameters parameters;
+  const auto sheet = arguments.number("--sheet_thickness_m");
+  for (const auto* value : {&voxel, &points, &sheet}) {
+    if (!*value) return tl::unexpected(value->error());
+    if (!((*value)->value_or(0.0) >= 0.0 && (*value)->value_or(0.0) <= 4e9)) {
+      return core::Fail(core::ErrorCode::kInvalidInput, "--voxel_m, --points and --sheet_thickness_m are above 0");
+    }
+  }
   parameters.voxel_size_m = voxel->value_or(0.0);
   parameters.num_points = static_cast<std::uint32_t>(points->value_or(0.0));
+  parameters.sheet_half_thickness_m = 0.5 * sheet->value_or(0.0);
   const std::string method = arguments.text("--method", "paper");
   if (!vps::MethodFromName(method)) {
-    return Complain("cook", "--method is paper or fast, not '" + method + "'", kBadUsage);
+    return core::Fail(core::ErrorCode::kInvalidInput, "--method is paper or fast, not '" + method + "'");
   }
   parameters.method = *vps::MethodFromName(method);
-  if (parameters.voxel_size_m <= 0.0 && parameters.num_points == 0) {
-    return Complain("cook", "nothing to build: give --voxel_m, --points or both", kBadUsage);
-  }
+  return parameters;
+}
+
+int Run(const Arguments& arguments) {
+  const auto parameters = ReadParameters(arguments);
+  if (!parameters) return Complain("cook", parameters.error().detail, kBadUsage);
   int status = kHolds;
-  for (const std::string& mesh : arguments.positional()) status = std::max(status, CookOne(mesh, parameters));
+  for (const std::string& path : arguments.positional()) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error) || std::filesystem::path(path).extension() == ".xml") {
+      const auto jobs = JobsOf(path, parameters->method);
+      if (!jobs) return Complain("cook", jobs.error().detail, kBadUsage);
+      for (const Job& job : *jobs) status = std::max(status, CookOne(job));
+      continue;
+    }
+    if (parameters->voxel_size_m <= 0.0 && parameters->num_points == 0) {
+      return Complain("cook", "nothing to build: give --voxel_m, --points or both", kBadUsage);
+    }
+    status = std::max(status, CookOne({path, path, *parameters}));
+  }
   std::printf("cache: %s\n", vps::DefaultCacheFolder().c_str());
   return status;
 }
@@ -80,14 +182,16 @@ int Run(const Arguments& arguments) {
 
 Verb CookVerb() {
   return {"cook",
-          "builds a mesh's voxelmap and pointshell and keeps them in the cache",
-          "MESH...",
+          "checks meshes, builds what collision needs of them and keeps it in the cache",
+          "MESH|SCENARIO...",
           1,
           1000,
           {{"--voxel_m", "SIZE", "edge of a voxel, m; none: no field side"},
            {"--points", "N", "points on the surface; none: no sampled side"},
+           {"--sheet_thickness_m", "T", "the mesh is a sheet with two sides, T thick"},
            {"--method", "paper|fast", "whose structures; default: paper"}},
-          Run};
+          Run,
+          kDetails};
 }
 
 }  // namespace oos

@@ -151,9 +151,46 @@ TEST_F(QueryVerbTest, FastGivesTheIntegral) {
   EXPECT_LE(rows[1].distance_m, 0.01);
 }
 
+// A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap.
+TEST_F(QueryVerbTest, AnOpenMeshIsASheetWithTwoSides) {
+  vps::TriangleMesh plate{{{-0.05, -0.05, 0}, {0.05, -0.05, 0}, {0.05, 0.05, 0}, {-0.05, 0.05, 0}},
+                          {{0, 1, 2}, {0, 2, 3}}};
+  const std::string sheet = WriteMesh("sheet.obj", plate);
+  const std::string ball = WriteMesh("ball.obj", vps::MakeSphere(0.02, 128));
+  const std::string poses = Write("poses.csv", "0,0,0.021,1,0,0,0\n0,0,-0.021,1,0,0,0\n0,0,0.03,1,0,0,0\n");
+  const double force = vps::oracle::SphereOnHalfSpaceForce(0.02, 0.001);
+  for (const char* method : {"oracle", "fast"}) {
+    ASSERT_EQ(RunCommandLine({"query", sheet, ball, "--poses", poses, "--out", out(), "--method", method, "--voxel_m",
+                              "0.001", "--points", "40000", "--sheet_thickness_m", "0.004"}),
+              kHolds);
+    const auto rows = ReadOut();
+    ASSERT_EQ(rows.size(), 3U);
+    for (int side = 0; side < 2; ++side) {
+      EXPECT_NEAR(rows[side].distance_m, -0.001, 5e-5) << method;
+      const glm::dvec3 expected(0, 0, side == 0 ? force : -force);
+      EXPECT_LT(glm::distance(rows[side].force, expected), 0.03 * force) << method << " " << rows[side].force.z / force;
+    }
+    EXPECT_GT(rows[2].distance_m, 0.0);
+  }
+}
+
+TEST_F(QueryVerbTest, AMeshInTheWrongUnitGivesOneLine) {
+  const std::string poses = Write("poses.csv", "0,0,1,1,0,0,0\n");
+  const std::string metres = WriteMesh("metres.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string millimetres = WriteMesh("millimetres.obj", vps::MakeBox({15.0, 9.0, 9.0}));
+  const std::string large = WriteMesh("large.obj", vps::MakeBox({80.0, 9.0, 9.0}));
+  EXPECT_THAT(ComplaintOf({"query", metres, large, "--poses", poses, "--out", out()}),
+              testing::AllOf(HasSubstr("large.obj"), HasSubstr("80 m"), HasSubstr("--scale 0.001")));
+  EXPECT_THAT(ComplaintOf({"query", metres, millimetres, "--poses", poses, "--out", out()}),
+              testing::AllOf(HasSubstr("millimetres.obj"), HasSubstr("15 m"), HasSubstr("--scale")));
+  EXPECT_EQ(RunCommandLine({"query", large, large, "--poses", poses, "--out", out(), "--scale", "0.001"}), kHolds);
+}
+
 TEST_F(QueryVerbTest, BadInputGivesOneLineAndLeavesNothing) {
   const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
   const std::string poses = Write("poses.csv", "0,0,1,1,0,0,0\n");
+  const std::string open = Write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(ComplaintOf({"query", box, open, "--poses", poses, "--out", out()}), HasSubstr("3 open edges"));
   const std::string bad = Write("bad.csv", "0,0,1,1,0,0,0\n0,0,1,2,0,0,0\n");
   EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", bad, "--out", out()}), HasSubstr("bad.csv:2: the quaternion"));
   EXPECT_THAT(ComplaintOf({"query", box, "/no/mesh.obj", "--poses", poses, "--out", out()}), HasSubstr("/no/mesh.obj"));

@@ -33,6 +33,7 @@ Verb TopVerb();
 Verb SetVerb();
 Verb LatencyVerb();
 Verb QueryVerb();
+Verb InspectVerb();
 Verb BenchVerb();
 
 std::vector<Verb> AllVerbs();

@@ -20,7 +20,10 @@ double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const 
 TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness, bool sign_by_winding)
     : sheet_half_thickness_(sheet_half_thickness) {
   const TriangleMesh mesh = MergeDuplicateVertices(input);
-  if (sign_by_winding && sheet_half_thickness == 0.0) winding_.emplace(mesh);
+  if (sign_by_winding && sheet_half_thickness == 0.0) {
+    winding_.emplace(mesh);
+    is_trusted_ = FindTrustedNormals(mesh, *winding_);
+  }
   indices_ = mesh.triangles;
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
   std::unordered_map<std::uint64_t, glm::dvec3> edge_sums;
@@ -170,7 +173,7 @@ TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const Cl
   const double side = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
   double sign = side;
   if (sheet_half_thickness_ > 0.0) sign = 1.0;
-  if (winding_) sign = winding_->IsInside(p) ? -1.0 : 1.0;
+  if (winding_ && is_trusted_[triangle] == 0) sign = winding_->IsInside(p) ? -1.0 : 1.0;
   Value value;
   value.distance = sign * distance - sheet_half_thickness_;
   // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.

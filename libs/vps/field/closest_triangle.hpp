@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "vps/mesh/triangle_mesh.hpp"
+#include "vps/mesh/trusted_normals.hpp"
 #include "vps/mesh/winding_number.hpp"
 
 namespace vps {
@@ -59,6 +60,7 @@ class TriangleField {
 
   double sheet_half_thickness_ = 0.0;  // 0: a solid
   std::optional<WindingNumber> winding_;
+  std::vector<std::uint8_t> is_trusted_;  // of each triangle: its normal is as good as the winding number
   std::vector<std::array<glm::dvec3, 3>> triangles_;
   std::vector<std::array<std::uint32_t, 3>> indices_;
   std::vector<glm::dvec3> normals_;         // unit, per triangle; 0 when it has no area

@@ -313,6 +313,11 @@ bool IsSimpleSolid(const TriangleMesh& mesh) {
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   for (std::size_t i = 0; i < edges.size(); i += 2) {
     if (EndOfEdge(edges, i) != i + 2 || edges[i].is_forward == edges[i + 1].is_forward) return false;
+    const EdgeUse& a = edges[i];
+    const EdgeUse& b = edges[i + 1];
+    const bool is_back_to_back =
+        mesh.triangles[a.triangle][(a.corner + 2) % 3] == mesh.triangles[b.triangle][(b.corner + 2) % 3];
+    if (is_back_to_back) return false;
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!HasArea(mesh, i)) return false;
@@ -354,8 +359,15 @@ core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
   work.AddPlaces(orientation.turned, &report.turned);
   work.AddPlaces(orientation.conflicting, &report.conflicts);
 
-  const std::size_t num_own = work.mesh.triangles.size();
+  std::size_t num_own = work.mesh.triangles.size();
   if (const auto good = CloseHoles(is_sheet, &work, &report); !good) return tl::unexpected(good.error());
+  if (!is_sheet && report.num_holes > 0) {
+    // A loose triangle and its lid lie back to back.
+    work.origin.resize(work.mesh.triangles.size(), 0);
+    report.num_loose = DropDoubled(false, &work) / 2;
+    num_own -= report.num_loose;
+    if (work.mesh.triangles.empty()) return no_volume();
+  }
   if (!is_sheet) {
     report.volume_m3 = VolumeOf(work.mesh, report.box);
     if (!(std::abs(report.volume_m3) > kNoVolume * std::pow(report.area_m2, 1.5))) return no_volume();

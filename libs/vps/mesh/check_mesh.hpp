@@ -51,6 +51,7 @@ struct MeshReport {
   std::size_t num_open_edges = 0;
   std::size_t num_holes = 0;
   std::vector<MeshHole> holes;    // the longest first
+  std::size_t num_loose = 0;      // triangles that hang on nothing, dropped
   std::size_t num_crossings = 0;  // pairs of triangles that pass through each other, up to kMaxCrossings
   std::vector<MeshPlace> crossings;
 };

@@ -157,6 +157,18 @@ TEST(CheckMesh, StitchesEdgesThatMeetSeveralShorterOnes) {
   EXPECT_NEAR(checked->report.volume_m3, 1.0, 1e-12);
 }
 
+TEST(CheckMesh, DropsALooseTriangle) {
+  auto mesh = MakeSphere(0.5, 32);
+  mesh.vertices.insert(mesh.vertices.end(), {{0.6, 0, 0}, {0.6, 0.1, 0}, {0.6, 0, 0.1}});
+  const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.triangles.push_back({n - 3, n - 2, n - 1});
+  const auto checked = CheckMesh(mesh);
+  ASSERT_TRUE(checked) << checked.error().detail;
+  EXPECT_EQ(checked->report.num_loose, 1U);
+  EXPECT_EQ(checked->mesh.triangles.size(), mesh.triangles.size() - 1);
+  EXPECT_TRUE(checked->report.is_simple_solid);
+}
+
 TEST(CheckMesh, RefusesAMissingRing) {
   // A long tube without its upper end face: lids over both loops would block the bore.
   auto mesh = MakeBlockWithHole(1, 30, 0.3, 24);

@@ -63,6 +63,7 @@ std::vector<std::string> DescribeDefects(const MeshReport& r) {
     }
     lines.push_back(r.num_holes > 3 ? line + "; ..." : line);
   }
+  if (r.num_loose > 0) lines.push_back(Text("%zu loose triangles dropped", r.num_loose));
   if (r.num_crossings > 0) {
     lines.push_back(Text("%s%zu pairs of triangles pass through each other: at ",
                          r.num_crossings >= MeshReport::kMaxCrossings ? "at least " : "", r.num_crossings) +

@@ -1,0 +1,119 @@
+#include "vps/asset/feature_size.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "vps/field/closest_triangle.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+struct Probe {
+  glm::dvec3 p_m{0.0};
+  glm::dvec3 normal{0.0};
+  std::uint32_t triangle = 0;  // a near one, for the search
+};
+
+// Evenly spread by area (stratified along the running sum), and middles of triangles.
+std::vector<Probe> Spread(const TriangleMesh& mesh, std::size_t num_probes) {
+  std::vector<double> sum(mesh.triangles.size());
+  double area = 0.0;
+  for (std::size_t t = 0; t < sum.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    sum[t] = area += 0.5 * glm::length(glm::cross(b - a, c - a));
+  }
+  std::vector<Probe> probes;
+  const auto add = [&](std::size_t t, double u, double v) {
+    const auto [a, b, c] = mesh.corners(t);
+    const glm::dvec3 n = glm::cross(b - a, c - a);
+    if (!(glm::length(n) > 0.0)) return;
+    // Off the edges: a ball that touches there has no room.
+    constexpr double kInset = 0.1;
+    u = kInset / 3.0 + (1.0 - kInset) * u;
+    v = kInset / 3.0 + (1.0 - kInset) * v;
+    probes.push_back({a + u * (b - a) + v * (c - a), glm::normalize(n), static_cast<std::uint32_t>(t)});
+  };
+  for (std::size_t i = 0; i < num_probes; ++i) {
+    const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(num_probes);
+    const auto t = static_cast<std::size_t>(std::lower_bound(sum.begin(), sum.end(), at) - sum.begin());
+    double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(i), 1.0);  // R2 sequence
+    double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(i), 1.0);
+    if (u + v > 1.0) {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    add(std::min(t, sum.size() - 1), u, v);
+  }
+  const std::size_t step = 1 + mesh.triangles.size() / num_probes;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += step) add(t, 1.0 / 3.0, 1.0 / 3.0);
+  return probes;
+}
+
+// From the probe to the wall across, by the largest ball that touches at the probe on the side of `direction`; or
+// kNone.
+double LargestBall(const TriangleField& field, const Probe& probe, const glm::dvec3& direction, double largest_m) {
+  double radius = 0.5 * largest_m;
+  std::uint32_t guess = probe.triangle;
+  bool is_settled = false;
+  bool has_shrunk = false;
+  for (int i = 0; i < 40 && !is_settled; ++i) {
+    const ClosestFeature closest = field.ClosestOfAll(probe.p_m + radius * direction, &guess);
+    if (std::sqrt(closest.squared_distance) >= radius * (1.0 - 1e-9)) break;
+    // The ball through both points with its centre on the normal: |p - q|^2 / (2 direction . (q - p)).
+    const glm::dvec3 r = closest.point - probe.p_m;
+    const double along = glm::dot(direction, r);
+    if (!(along > 0.0)) return kNone;
+    const double smaller = glm::dot(r, r) / (2.0 * along);
+    is_settled = smaller >= radius * (1.0 - 1e-9);
+    has_shrunk = true;
+    radius = std::min(radius, smaller);
+    if (i == 39) return kNone;
+  }
+  if (!has_shrunk) return kNone;
+  // A touching point u (unit, from the centre) with direction . u = cos b is at most 1 - 0.5 cos b radii away from the
+  // place half a radius ahead of the centre: b <= 60 degrees where that is at most 3/4. Straight across to it.
+  const ClosestFeature ahead = field.ClosestOfAll(probe.p_m + 1.5 * radius * direction, &guess);
+  const double distance = std::sqrt(ahead.squared_distance);
+  return distance <= 0.75 * radius ? 1.5 * radius + distance : kNone;
+}
+
+}  // namespace
+
+FeatureSize MeasureFeatures(const TriangleMesh& mesh, std::size_t num_probes) {
+  FeatureSize size;
+  size.thickness_m = size.gap_m = kNone;
+  if (mesh.triangles.empty()) return size;
+  const TriangleField field(mesh);
+  const Box box = BoundingBox(mesh);
+  const double largest_m = 2.0 * glm::length(box.upper - box.lower);
+  for (const Probe& probe : Spread(mesh, num_probes)) {
+    const double thickness_m = LargestBall(field, probe, -probe.normal, largest_m);
+    if (thickness_m < size.thickness_m) {
+      size.thickness_m = thickness_m;
+      size.thinnest_m = probe.p_m - 0.5 * thickness_m * probe.normal;
+      size.thinnest_normal = probe.normal;
+    }
+    const double gap_m = LargestBall(field, probe, probe.normal, largest_m);
+    if (gap_m < size.gap_m) {
+      size.gap_m = gap_m;
+      size.narrowest_m = probe.p_m + 0.5 * gap_m * probe.normal;
+      size.narrowest_normal = probe.normal;
+    }
+  }
+  return size;
+}
+
+FeatureLimits LimitsOf(Method method, double voxel_size_m) {
+  // fast: FeatureLimits.* measures walls and gaps of any tilt; the clearance is the largest error near a surface.
+  if (method == Method::kFast) return {1.0 * voxel_size_m, 1.0 * voxel_size_m, 0.1 * voxel_size_m};
+  // paper: a place in the middle of a wall or gap shows when its voxel is no surface voxel. Along the normal a voxel
+  // reaches up to its diagonal, sqrt(3), from the place: that much is needed on both sides. A point in a surface voxel
+  // is up to a diagonal away from the surface.
+  const double diagonal_m = std::sqrt(3.0) * voxel_size_m;
+  return {2.0 * diagonal_m, 2.0 * diagonal_m, diagonal_m};
+}
+
+}  // namespace vps

@@ -1,0 +1,54 @@
+#include "vps/mesh/trusted_normals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vps/mesh/edge_table.hpp"
+#include "vps/mesh/self_intersection.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kStep = 1e-6;       // off the surface, of the box's diagonal
+constexpr double kTolerance = 0.25;  // of a winding number
+constexpr std::size_t kMaxCrossings = 1'000'000;
+
+bool IsOnBorder(const TriangleMesh& mesh, const WindingNumber& winding, std::size_t triangle, double step_m) {
+  const auto [a, b, c] = mesh.corners(triangle);
+  const glm::dvec3 n = glm::cross(b - a, c - a);
+  if (!(glm::length(n) > 0.0)) return false;
+  const glm::dvec3 off = step_m * glm::normalize(n);
+  const glm::dvec3 middle = (a + b + c) / 3.0;
+  return std::abs(winding.At(middle + off)) < kTolerance && std::abs(winding.At(middle - off) - 1.0) < kTolerance;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const WindingNumber& winding) {
+  const Box box = BoundingBox(mesh);
+  const double step_m = kStep * glm::length(box.upper - box.lower);
+  std::vector<std::uint8_t> is_good(mesh.triangles.size());
+  for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0;
+  const auto crossings = FindCrossings(mesh, kMaxCrossings);
+  if (crossings.size() == kMaxCrossings) std::fill(is_good.begin(), is_good.end(), 0);
+  for (const Crossing& crossing : crossings) is_good[crossing.a] = is_good[crossing.b] = 0;
+  const std::vector<EdgeUse> edges = SortedEdges(mesh);
+  for (std::size_t i = 0; i < edges.size();) {
+    const std::size_t end = EndOfEdge(edges, i);
+    const bool is_closed = end - i == 2 && edges[i].is_forward != edges[i + 1].is_forward;
+    for (std::size_t j = i; j < end && !is_closed; ++j) is_good[edges[j].triangle] = 0;
+    i = end;
+  }
+  std::vector<std::uint8_t> is_good_corner(mesh.vertices.size(), 1);
+  for (std::size_t t = 0; t < is_good.size(); ++t) {
+    for (const std::uint32_t v : mesh.triangles[t]) is_good_corner[v] &= is_good[t];
+  }
+  std::vector<std::uint8_t> is_trusted(is_good.size());
+  for (std::size_t t = 0; t < is_good.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    is_trusted[t] = is_good_corner[a] & is_good_corner[b] & is_good_corner[c];
+  }
+  return is_trusted;
+}
+
+}  // namespace vps
