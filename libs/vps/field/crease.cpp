@@ -35,10 +35,26 @@ struct Places {
 };
 constexpr Places kPlaces;
 
-// A value per place.
+// A value per place. Rows are vectors: the same operations lane by lane, and largest ones whatever the order.
+using Lanes = float __attribute__((vector_size(kRow * sizeof(float))));
 struct Values {
-  float at[kNumPlaces];
+  union {
+    float at[kNumPlaces];
+    Lanes rows[kRows];
+  };
 };
+
+[[gnu::always_inline]] inline void KeepLarger(const Lanes& v, Lanes* largest) {
+  *largest = v > *largest ? v : *largest;
+}
+[[gnu::always_inline]] inline void KeepLargerSize(const Lanes& v, Lanes* largest) {
+  KeepLarger(v < 0.0f ? -v : v, largest);
+}
+[[gnu::always_inline]] inline float Largest(const Lanes& v) {
+  float largest = v[0];
+  for (int i = 1; i < kRow; ++i) largest = std::max(largest, v[i]);
+  return largest;
+}
 
 struct Candidate {
   std::uint32_t word = 0;
@@ -129,10 +145,11 @@ struct Choice {
 Choice BestPlane(const Tangents& tangents) {
   Choice choice;
   for (int c = 0; c < tangents.count; ++c) {
-    float largest = 0.0f;
-    for (int k = 0; k < kNumPlaces; ++k) {
-      largest = std::max(largest, std::abs(tangents.candidates[c].value.at[k] - tangents.exact.at[k]));
+    Lanes sizes{};
+    for (int row = 0; row < kRows; ++row) {
+      KeepLargerSize(tangents.candidates[c].value.rows[row] - tangents.exact.rows[row], &sizes);
     }
+    const float largest = Largest(sizes);
     if (largest < choice.largest_error) {
       choice.largest_error = largest;
       choice.planes.fill(c);
@@ -141,11 +158,12 @@ Choice BestPlane(const Tangents& tangents) {
   return choice;
 }
 
+constexpr float kGoodEnough = 0.03f;  // error at which no better combination is looked for
+
 // The largest of side * planes, one after the other. What a plane adds too much no later one takes away, so that
 // weighs more.
 Choice BestLargest(const Tangents& tangents, float side) {
   constexpr float kTooMuch = 4.0f;
-  constexpr float kGoodEnough = 0.02f;
   Choice choice;
   choice.side = side;
   Values model;
@@ -155,15 +173,21 @@ Choice BestLargest(const Tangents& tangents, float side) {
     float least = std::numeric_limits<float>::infinity();
     for (int c = 0; c < tangents.count; ++c) {
       const Values& value = tangents.candidates[c].value;
-      float over = 0.0f;
-      float under = 0.0f;
-      float sum = 0.0f;  // tells planes apart that leave the largest error to others
-      for (int k = 0; k < kNumPlaces; ++k) {
-        const float error = std::max(model.at[k], side * value.at[k]) - side * tangents.exact.at[k];
-        over = std::max(over, error);
-        under = std::max(under, -error);
-        sum += error * error;
+      Lanes overs{};
+      Lanes unders{};
+      Lanes sums{};
+      for (int row = 0; row < kRows; ++row) {
+        Lanes value_here = side * value.rows[row];
+        KeepLarger(model.rows[row], &value_here);
+        const Lanes error = value_here - side * tangents.exact.rows[row];
+        KeepLarger(error, &overs);
+        KeepLarger(-error, &unders);
+        sums += error * error;
       }
+      const float over = Largest(overs);
+      const float under = Largest(unders);
+      float sum = 0.0f;  // tells planes apart that leave the largest error to others
+      for (int i = 0; i < kRow; ++i) sum += sums[i];
       const float cost = kTooMuch * over + under + 0.01f * sum;
       if (cost < least) {
         least = cost;
@@ -171,11 +195,12 @@ Choice BestLargest(const Tangents& tangents, float side) {
       }
     }
     for (std::uint32_t k = n; k < kPlanesPerCrease; ++k) choice.planes[k] = chosen;
-    choice.largest_error = 0.0f;
-    for (int k = 0; k < kNumPlaces; ++k) {
-      model.at[k] = std::max(model.at[k], side * tangents.candidates[chosen].value.at[k]);
-      choice.largest_error = std::max(choice.largest_error, std::abs(model.at[k] - side * tangents.exact.at[k]));
+    Lanes sizes{};
+    for (int row = 0; row < kRows; ++row) {
+      KeepLarger(side * tangents.candidates[chosen].value.rows[row], &model.rows[row]);
+      KeepLargerSize(model.rows[row] - side * tangents.exact.rows[row], &sizes);
     }
+    choice.largest_error = Largest(sizes);
     if (choice.largest_error < kGoodEnough) break;
   }
   return choice;
@@ -211,11 +236,13 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
     }
     if (over >= choice.largest_error) continue;
     for (std::size_t j = i + 1; j < num_pairs; ++j) {
-      float largest = 0.0f;
-      for (int k = 0; k < kNumPlaces; ++k) {
-        const float model = std::max(pairs[i].value.at[k], pairs[j].value.at[k]);
-        largest = std::max(largest, std::abs(model - side * tangents.exact.at[k]));
+      Lanes sizes{};
+      for (int row = 0; row < kRows; ++row) {
+        Lanes model = pairs[i].value.rows[row];
+        KeepLarger(pairs[j].value.rows[row], &model);
+        KeepLargerSize(model - side * tangents.exact.rows[row], &sizes);
       }
+      const float largest = Largest(sizes);
       if (largest < choice.largest_error) {
         choice.largest_error = largest;
         choice.planes = {pairs[i].a, pairs[i].b, pairs[j].a, pairs[j].b};
@@ -226,7 +253,7 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
 }
 
 constexpr float kWorthARecord = 0.05f;  // less error than one plane, voxels
-constexpr float kWorthASearch = 0.10f;  // error of the simple combinations
+constexpr float kWorthASearch = 0.15f;  // error of the simple combinations
 constexpr std::size_t kPoolSize = 8;    // planes for nested combinations
 
 void SearchNested(const Tangents& tangents, std::initializer_list<const Choice*> simple, Choice* best) {
@@ -260,7 +287,8 @@ CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> ne
   Choice best = plane;
   if (plane.largest_error > kWorthARecord) {
     const Choice convex = BestLargest(tangents, 1.0f);
-    const Choice concave = BestLargest(tangents, -1.0f);
+    Choice concave;
+    if (convex.largest_error > kGoodEnough) concave = BestLargest(tangents, -1.0f);
     best = concave.largest_error < convex.largest_error ? concave : convex;
     if (best.largest_error > kWorthASearch) SearchNested(tangents, {&plane, &convex, &concave}, &best);
     if (best.largest_error > plane.largest_error - kWorthARecord) best = plane;

@@ -19,7 +19,7 @@ struct Apron {
   float d[10 * kLayer + 8], gx[10 * kLayer + 8], gy[10 * kLayer + 8], gz[10 * kLayer + 8];
 
   void Put(int at, std::uint32_t word) {
-    d[at] = KindOf(word) == CellKind::kPlane ? DistanceOf(word) : kNone;
+    d[at] = (word & 0x7fU) == kOtherKind ? kNone : DistanceOf(word);
     const glm::vec3 g = GradientOf(word);
     gx[at] = g.x;
     gy[at] = g.y;
@@ -39,6 +39,30 @@ void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks, Apr
       apron->Put(at + 11, kCoarseWord);
     }
   }
+}
+
+using Lanes = float __attribute__((vector_size(8 * sizeof(float))));
+
+[[gnu::always_inline]] inline void Load(const float* from, Lanes* to) {
+  __builtin_memcpy(to, from, sizeof(Lanes));
+}
+
+// By how much the planes of a row of cells miss those at the offset (x, y, z) more than is tolerated; at most 0 where
+// there are none.
+[[gnu::always_inline]] inline void AddExcess(const Apron& apron, int at, int x, int y, int z, Lanes* excess) {
+  const int other = at + z * Apron::kLayer + y * Apron::kRow + x;
+  const float tolerance = kCreaseTolerance * static_cast<float>(x * x + y * y + z * z);
+  Lanes own, next, gx, gy, gz;
+  Load(apron.d + at, &own);
+  Load(apron.d + other, &next);
+  Load(apron.gx + at, &gx);
+  Load(apron.gy + at, &gy);
+  Load(apron.gz + at, &gz);
+  const Lanes planned = own + gx * static_cast<float>(x) + gy * static_cast<float>(y) + gz * static_cast<float>(z);
+  const Lanes miss = next - planned;
+  Lanes size = miss < 0.0f ? -miss : miss;
+  size = next < kNone ? size - tolerance : Lanes{};
+  *excess = size > *excess ? size : *excess;
 }
 
 }  // namespace
@@ -65,30 +89,17 @@ CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbou
   CreaseCells out{};
   for (int row = 0; row < 64; ++row) {
     const int at = ((row >> 3) + 1) * Apron::kLayer + ((row & 7) + 1) * Apron::kRow + 1;
-    float excess[8] = {};  // of the plane's miss over what is tolerated
-    const auto look = [&](int x, int y, int z) __attribute__((always_inline)) {
-      const int other = at + z * Apron::kLayer + y * Apron::kRow + x;
-      const auto fx = static_cast<float>(x);
-      const auto fy = static_cast<float>(y);
-      const auto fz = static_cast<float>(z);
-      const float tolerance = kCreaseTolerance * static_cast<float>(x * x + y * y + z * z);
-      for (int i = 0; i < 8; ++i) {
-        const float step = apron.d[other + i] - apron.d[at + i];
-        const float planned = (apron.gx[at + i] * fx + apron.gy[at + i] * fy) + apron.gz[at + i] * fz;
-        const float miss = std::abs(step - planned) - tolerance;
-        const float known = apron.d[other + i] < kNone ? miss : 0.0f;
-        excess[i] = known > excess[i] ? known : excess[i];
-      }
-    };
+    unsigned near = 0;
+    for (int i = 0; i < 8; ++i) near |= (std::abs(apron.d[at + i]) <= kFarthest ? 1U : 0U) << i;
+    if (near == 0) continue;
+    Lanes excess{};  // of the plane's miss over what is tolerated
     for (int k = 0; k < 27; ++k) {
-      if (k != 13) look(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      if (k != 13) AddExcess(apron, at, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1, &excess);
     }
-    unsigned mask = 0;
     for (int i = 0; i < 8; ++i) {
-      const float d = apron.d[at + i];
-      if (std::abs(d) <= kFarthest && excess[i] > 0.0f) mask |= 1U << i;
+      if (!(excess[i] > 0.0f)) near &= ~(1U << i);
     }
-    out[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(mask);
+    out[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(near);
   }
   return out;
 }

@@ -1,0 +1,136 @@
+#include "tools/contact_peers/build_comparison.hpp"
+
+#include <malloc.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/MeshToVolume.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+
+#include "bus/rt/worker_pool.hpp"
+#include "core/clock.hpp"
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/load_mesh.hpp"
+#include "vps/mesh/shapes.hpp"
+
+namespace contact_peers {
+namespace {
+
+constexpr int kRepetitions = 3;
+
+// Of /proc/self/status, bytes.
+double StatusBytes(const char* name) {
+  std::ifstream in("/proc/self/status");
+  std::string line;
+  while (std::getline(in, line)) {
+    if (line.rfind(name, 0) == 0) return std::atof(line.c_str() + line.find(':') + 1) * 1024.0;
+  }
+  return 0.0;
+}
+
+struct Cost {
+  double time_s = 0.0, peak_bytes = 0.0, stored_bytes = 0.0;
+};
+
+// `build` returns the bytes of its result, and has freed it by then.
+Cost Measure(const std::function<double()>& build) {
+  malloc_trim(0);
+  const double before = StatusBytes("VmRSS");
+  std::ofstream("/proc/self/clear_refs") << "5";  // the high-water mark begins anew
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  Cost cost;
+  cost.stored_bytes = build();
+  cost.time_s = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;
+  cost.peak_bytes = StatusBytes("VmHWM") - before;
+  return cost;
+}
+
+double BuildFast(const vps::TriangleMesh& mesh, double voxel_size_m, core::ParallelFor* workers) {
+  const auto field = vps::BuildField(mesh, voxel_size_m, {.workers = workers});
+  return field ? static_cast<double>(field->num_bytes()) : 0.0;
+}
+
+double BuildOpenvdb(const std::vector<openvdb::Vec3s>& points, const std::vector<openvdb::Vec3I>& triangles,
+                    double voxel_size_m) {
+  const auto transform = openvdb::math::Transform::createLinearTransform(voxel_size_m);
+  const auto grid = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, points, triangles,
+                                                                       vps::DistanceField::kBandVoxels);
+  return static_cast<double>(grid->memUsage());
+}
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+void Compare(const std::string& name, const vps::TriangleMesh& mesh, int voxels, int threads,
+             std::vector<BuildMeasurement>* out) {
+  const vps::Box box = vps::BoundingBox(mesh);
+  const glm::dvec3 size = box.upper - box.lower;
+  const double voxel_size_m = std::max({size.x, size.y, size.z}) / voxels;
+  std::vector<openvdb::Vec3s> points;
+  for (const glm::dvec3& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
+  std::vector<openvdb::Vec3I> triangles;
+  for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  bus::WorkerPool workers(threads, "build");
+  std::vector<double> times[2], peaks[2];
+  double stored[2] = {0.0, 0.0};
+  for (int round = 0; round < kRepetitions; ++round) {
+    for (int k = 0; k < 2; ++k) {
+      const Cost cost = Measure([&] {
+        return k == 0 ? BuildFast(mesh, voxel_size_m, &workers) : BuildOpenvdb(points, triangles, voxel_size_m);
+      });
+      times[k].push_back(cost.time_s);
+      peaks[k].push_back(cost.peak_bytes);
+      stored[k] = cost.stored_bytes;
+    }
+  }
+  for (int k = 0; k < 2; ++k) {
+    out->push_back({name, k == 0 ? "fast" : "OpenVDB", voxels, threads, Median(times[k]), stored[k], Median(peaks[k])});
+  }
+  const BuildMeasurement& own = (*out)[out->size() - 2];
+  const BuildMeasurement& vdb = out->back();
+  std::printf(
+      "%-24s %4d voxels, %d threads: fast %6.2f s, %6.1f MB, peak %6.1f MB; OpenVDB %6.2f s, %6.1f MB, peak "
+      "%6.1f MB; %4.2f times as fast\n",
+      name.c_str(), voxels, threads, own.time_s, 1e-6 * own.stored_bytes, 1e-6 * own.peak_bytes, vdb.time_s,
+      1e-6 * vdb.stored_bytes, 1e-6 * vdb.peak_bytes, vdb.time_s / own.time_s);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes) {
+  openvdb::initialize();
+  std::vector<std::pair<std::string, vps::TriangleMesh>> all;
+  all.emplace_back("block_with_hole", vps::MakeBlockWithHole(0.05, 0.05, 0.01025, 128));
+  for (const char* file : {"stanford_bunny.obj", "factory_nut_m16_tight_subdiv_3x.obj"}) {
+    auto mesh = vps::LoadMesh(meshes / file);
+    if (mesh) all.emplace_back(std::filesystem::path(file).stem().string(), std::move(*mesh));
+  }
+  std::vector<BuildMeasurement> out;
+  for (const auto& [name, mesh] : all) {
+    for (const int voxels : {256, 512}) {
+      for (const int threads : {1, 2}) Compare(name, mesh, voxels, threads, &out);
+    }
+  }
+  return out;
+}
+
+core::Result<void> WriteBuilds(const std::filesystem::path& csv, const std::vector<BuildMeasurement>& builds) {
+  std::ofstream out(csv);
+  out << "mesh,method,voxels,threads,time_s,stored_bytes,peak_bytes\n";
+  for (const BuildMeasurement& b : builds) {
+    out << b.mesh << ',' << b.method << ',' << b.voxels << ',' << b.threads << ',' << b.time_s << ',' << b.stored_bytes
+        << ',' << b.peak_bytes << '\n';
+  }
+  if (!out.flush()) return core::Fail(core::ErrorCode::kIo, csv.string() + ": cannot be written");
+  return {};
+}
+
+}  // namespace contact_peers
