@@ -34,6 +34,14 @@ TEST(Acceptance, PegInHoleWithThePapersWrench) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kWrench, 1), kPegSteps);
 }
 
+TEST(Acceptance, PegsWithTheMethodFast) {
+  for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {  // 0.5 and 0.1 mm of clearance
+    scene::Scenario scenario = Load(name);
+    scenario.method = "fast";
+    ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kPegSteps);
+  }
+}
+
 TEST(Acceptance, ModuleReplacementWithSeed1) {
   ExpectCompleted(RunWith(Load("module_replacement"), scene::ContactInput::kPlanes, 1), kModuleSteps);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -48,6 +49,8 @@ class HapticNode {
   [[nodiscard]] std::vector<std::string> ParameterNames() const;
   [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
   [[nodiscard]] std::uint64_t cycle() const { return cycle_; }
+  // Pairs in each state, by vps::PairState.
+  [[nodiscard]] std::array<std::uint32_t, vps::kNumPairStates> CountPairs() const { return world_->CountStates(); }
 
  private:
   // Tells how long ago a message last changed, by the clock of this node: publishers' clocks are not compared with.

@@ -35,8 +35,9 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Nod
     : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
   lost_.reserve(64);
-  for (const char* name : {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us",
-                           "pairs_tested", "pairs_in_contact", "points_tested"}) {
+  for (const char* name :
+       {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us", "pairs_tested",
+        "pairs_in_contact", "points_tested", "pairs_asleep", "pairs_far", "pairs_near"}) {
     figures_.items.push_back({name, 0.0});
   }
 }
@@ -203,6 +204,10 @@ void NodeLoop::HearOfNodes() {
 void NodeLoop::TellFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  const auto pairs = haptic_->CountPairs();
+  const auto in_state = [&pairs](vps::PairState state) {
+    return static_cast<double>(pairs[static_cast<std::size_t>(state)]);
+  };
   const double values[] = {static_cast<double>(all_.durations.count()),
                            static_cast<double>(all_.misses),
                            Microseconds(all_.durations.p50_ns()),
@@ -211,7 +216,10 @@ void NodeLoop::TellFigures(std::int64_t now_ns) {
                            Microseconds(in_contact_.durations.p50_ns()),
                            static_cast<double>(outputs_.counters.pairs_tested),
                            static_cast<double>(outputs_.counters.pairs_in_contact),
-                           static_cast<double>(outputs_.counters.points_tested)};
+                           static_cast<double>(outputs_.counters.points_tested),
+                           in_state(vps::PairState::kAsleep),
+                           in_state(vps::PairState::kFar),
+                           in_state(vps::PairState::kNear)};
   for (std::size_t i = 0; i < figures_.items.size(); ++i) figures_.items[i].value = values[i];
   figures_writer_.Set(figures_);
 }
