@@ -70,7 +70,7 @@ std::vector<std::uint32_t> TestedWords(const vps::SampleTree& samples, const vps
       const glm::ivec3 c = glm::clamp(glm::ivec3(v), glm::ivec3(0), glm::ivec3(field.nx, field.ny, field.nz) - 1);
       const auto brick =
           static_cast<std::size_t>(((c.z >> 3) * (field.ny >> 3) + (c.y >> 3)) * (field.nx >> 3) + (c.x >> 3));
-      words.push_back(field.bricks[brick] + static_cast<std::uint32_t>((c.z & 7) << 6 | (c.y & 7) << 3 | (c.x & 7)));
+      words.push_back(field.bricks[brick] + vps::WordInBrick(c.x, c.y, c.z));
     }
   }
   return words;

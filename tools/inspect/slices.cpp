@@ -113,23 +113,21 @@ void DrawLegend(const Panel& whole, const Panel& close, int x, Canvas* canvas) {
 
 FieldView ViewOf(const vps::DistanceField& field) {
   const vps::Box box{field.origin_m, field.origin_m + field.voxel_size_m * glm::dvec3(field.nx, field.ny, field.nz)};
-  return {
-      "distance field of fast", field.voxel_size_m, box, [&field](const glm::dvec3& p_m) {
-        const glm::dvec3 p = (p_m - field.origin_m) / field.voxel_size_m;
-        const vps::FieldSample sample = vps::SampleField(field, glm::vec3(p));
-        const glm::ivec3 n(field.nx, field.ny, field.nz);
-        const glm::ivec3 c = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), n - 1);
-        const glm::ivec3 b = c >> 3;
-        const std::size_t slot = (static_cast<std::size_t>(b.z) * (n.y >> 3) + b.y) * (n.x >> 3) + b.x;
-        const std::uint32_t word =
-            field.words[field.bricks[slot] + static_cast<std::uint32_t>((c.z & 7) << 6 | (c.y & 7) << 3 | (c.x & 7))];
-        FieldPlace place;
-        place.distance_m = sample.distance * field.voxel_size_m;
-        place.is_crease = vps::KindOf(word) == vps::CellKind::kCrease;
-        place.is_fine = field.bricks[slot] != 0;
-        place.voxel = c;
-        return place;
-      }};
+  return {"distance field of fast", field.voxel_size_m, box, [&field](const glm::dvec3& p_m) {
+            const glm::dvec3 p = (p_m - field.origin_m) / field.voxel_size_m;
+            const vps::FieldSample sample = vps::SampleField(field, glm::vec3(p));
+            const glm::ivec3 n(field.nx, field.ny, field.nz);
+            const glm::ivec3 c = glm::clamp(glm::ivec3(glm::floor(p)), glm::ivec3(0), n - 1);
+            const glm::ivec3 b = c >> 3;
+            const std::size_t slot = (static_cast<std::size_t>(b.z) * (n.y >> 3) + b.y) * (n.x >> 3) + b.x;
+            const std::uint32_t word = field.words[field.bricks[slot] + vps::WordInBrick(c.x, c.y, c.z)];
+            FieldPlace place;
+            place.distance_m = sample.distance * field.voxel_size_m;
+            place.is_crease = vps::KindOf(word) == vps::CellKind::kCrease;
+            place.is_fine = field.bricks[slot] != 0;
+            place.voxel = c;
+            return place;
+          }};
 }
 
 FieldView ViewOf(const vps::Voxmap& map) {

@@ -6,11 +6,13 @@
 #include <numeric>
 #include <utility>
 
+#include "vps/field/bound_cells.hpp"
 #include "vps/field/brick_bins.hpp"
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/crease.hpp"
 #include "vps/field/crease_cells.hpp"
 #include "vps/field/field_plan.hpp"
+#include "vps/field/tile_bricks.hpp"
 #include "vps/field/triangle_rows.hpp"
 
 namespace vps {
@@ -41,6 +43,8 @@ class FieldBuilder {
     nearest_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
+    TileBricks(&field_);
+    BoundCells(&field_);
     Report("coarse grid", 1.0);
     return std::move(field_);
   }

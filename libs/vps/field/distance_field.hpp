@@ -9,11 +9,15 @@
 
 namespace vps {
 
-// Exact distance and gradient at the centre of a coarse cell, in voxels.
+// Exact distance and gradient at the centre of a coarse cell, in voxels, and two bounds by BoundCells: the field at any
+// point of the cell grown by a margin lies below the cell's own plane by no more than (code - 1) / 64 voxel; 0: not
+// known. The code for a margin of one voxel is in the gradient's bits 24-31, that for a margin of one coarse cell in the
+// distance's last eight bits, which changes it by less than 2^-15 of itself.
 struct CoarseCell {
   float distance = 0.0f;
   std::uint32_t gradient = 0;  // EncodeCoarseGradient
 };
+constexpr float kFallSteps = 64.0f;
 
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //
@@ -33,7 +37,7 @@ struct DistanceField {
   std::int32_t nx = 0, ny = 0, nz = 0;  // voxels, multiples of the coarse cell and of 8
   std::int32_t coarse_shift = 2;
   std::vector<std::uint32_t> bricks;   // first word of each brick, x fastest; empty bricks share the one at 0
-  std::vector<std::uint32_t> words;    // [brick + (z%8)*64 + (y%8)*8 + x%8]
+  std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
 
@@ -41,6 +45,13 @@ struct DistanceField {
     return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size();
   }
 };
+
+// Place of a voxel's word in its brick: tiles of 4 x 2 x 2 voxels are a cache line, so that points of a surface find
+// each other's lines whichever way it faces. Of x, y, z the last three bits count.
+constexpr std::uint32_t WordInBrick(std::int32_t x, std::int32_t y, std::int32_t z) {
+  return static_cast<std::uint32_t>((x & 3) | (y & 1) << 2 | (z & 1) << 3 | (x >> 2 & 1) << 4 | (y >> 1 & 3) << 5 |
+                                    (z >> 1 & 3) << 7);
+}
 
 // The field at a point.
 struct FieldSample {
@@ -63,7 +74,7 @@ inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
   const int by = field.ny >> 3;
   const std::uint32_t brick = field.bricks[static_cast<std::size_t>(((c.z >> 3) * by + (c.y >> 3)) * bx + (c.x >> 3))];
   const std::uint32_t word =
-      field.words[brick + static_cast<std::uint32_t>((c.z & 7) << 6 | (c.y & 7) << 3 | (c.x & 7))];
+      field.words[brick + WordInBrick(c.x, c.y, c.z)];
   FieldSample sample;
   glm::vec3 e(q.x - static_cast<float>(c.x) - 0.5f, q.y - static_cast<float>(c.y) - 0.5f,
               q.z - static_cast<float>(c.z) - 0.5f);

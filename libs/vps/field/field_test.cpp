@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -127,6 +128,37 @@ TEST(DistanceField, NeverPromisesMoreRoomThanThereIs) {
     const FieldSample sample = SampleField(*field, q);
     const double d = exact.SignedDistance(p) / field->voxel_size_m;
     ASSERT_LE(sample.centre_distance - sample.centre_offset, d + 0.31) << i;
+  }
+}
+
+// The bounds of a coarse cell hold for every point around it, creases and the edge of the band included.
+TEST(DistanceField, NoPointLiesBelowItsCellsPlaneByMoreThanTheCellSays) {
+  for (const bool is_block : {true, false}) {
+    const auto field = is_block ? BuildField(MakeBlockWithHole(0.03, 0.02, 0.01, 64), 0.0005)
+                                : BuildField(MakeTorus(0.03, 0.01, 64, 32), 0.0005);
+    ASSERT_TRUE(field);
+    Random random(8);
+    const int side = 1 << field->coarse_shift;
+    const glm::ivec3 n(field->nx / side, field->ny / side, field->nz / side);
+    int num_bounded = 0;
+    for (int i = 0; i < 300000; ++i) {
+      const glm::ivec3 c(glm::dvec3(n) * glm::dvec3(random.Unit(), random.Unit(), random.Unit()));
+      const CoarseCell& cell = field->coarse[static_cast<std::size_t>((c.z * n.y + c.y) * n.x + c.x)];
+      const glm::vec3 centre = (glm::vec3(c) + 0.5f) * static_cast<float>(side);
+      const bool is_close = (i & 1) != 0;
+      const std::uint32_t code = is_close ? cell.gradient >> 24 : std::bit_cast<std::uint32_t>(cell.distance) & 0xffU;
+      if (code == 0) continue;
+      ++num_bounded;
+      const float reach = 0.5f * static_cast<float>(side) + (is_close ? 1.0f : static_cast<float>(side));
+      const glm::vec3 p = centre + reach * glm::vec3(random.Vector());
+      if (glm::any(glm::lessThan(p, glm::vec3(0.0f))) ||
+          glm::any(glm::greaterThan(p, glm::vec3(field->nx, field->ny, field->nz) - 0.5f))) {
+        continue;
+      }
+      const float plane = cell.distance + glm::dot(CoarseGradientOf(cell.gradient), p - centre);
+      ASSERT_GE(SampleField(*field, p).distance, plane - static_cast<float>(code - 1) / kFallSteps);
+    }
+    EXPECT_GT(num_bounded, 30000);
   }
 }
 

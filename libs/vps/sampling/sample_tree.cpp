@@ -36,6 +36,26 @@ void SortIntoRuns(const std::vector<glm::dvec3>& points, std::size_t begin, std:
   SortIntoRuns(points, middle, end, order);
 }
 
+// The slab of a point block's points, around the centre of its sphere and across their mean normal.
+void FindSlab(const PointBlock& points, std::size_t count, std::size_t lane, SphereBlock* block) {
+  glm::vec3 sum(0.0f);
+  for (std::size_t k = 0; k < count; ++k) {
+    sum += points.area_m2[k] * glm::vec3(points.nx[k], points.ny[k], points.nz[k]);
+  }
+  const float length = glm::length(sum);
+  if (!(length > 0.0f)) return;
+  const glm::vec3 n = sum / length;
+  const glm::vec3 centre(block->x[lane], block->y[lane], block->z[lane]);
+  float h = 0.0f;
+  for (std::size_t k = 0; k < count; ++k) {
+    h = std::max(h, std::abs(glm::dot(glm::vec3(points.x[k], points.y[k], points.z[k]) - centre, n)));
+  }
+  block->nx[lane] = n.x;
+  block->ny[lane] = n.y;
+  block->nz[lane] = n.z;
+  block->h[lane] = h * (1.0f + 1e-6f) + 4e-7f * glm::length(centre);
+}
+
 SphereBlock FarBlock() {
   SphereBlock block{};
   std::fill(std::begin(block.x), std::end(block.x), SampleTree::kFarAway_m);
@@ -99,6 +119,7 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
         radius = std::max(radius, glm::length(glm::vec3(x[i], y[i], z[i]) - centre));
       }
       block.r[lane] = radius * (1.0f + 1e-6f) + 4e-7f * glm::length(centre);
+      if (tree.num_levels == 1) FindSlab(tree.points[j], count, lane, &block);
     }
     if (num_spheres <= kBlock) break;
     num_spheres = (num_spheres + kBlock - 1) / kBlock;

@@ -17,8 +17,11 @@ struct alignas(64) PointBlock {
   float nx[kBlock], ny[kBlock], nz[kBlock];  // unit inward normals
   float area_m2[kBlock];
 };
+// The points of a sphere of level 0 lie also between two planes, `h` on either side of the centre, across the unit
+// normal n; h and n are 0 in the other levels and where the points have no common direction.
 struct alignas(64) SphereBlock {
   float x[kBlock], y[kBlock], z[kBlock], r[kBlock];  // m; r is padded against rounding
+  float nx[kBlock], ny[kBlock], nz[kBlock], h[kBlock];
 };
 
 // Surface samples in the order of an implicit tree with sixteen children: point block b holds points 16 b ... 16 b +

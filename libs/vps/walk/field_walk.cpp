@@ -128,7 +128,9 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   in.partial_block = sampled.num_points % kBlock != 0 ? sampled.num_points / kBlock : 0xffffffffU;
   std::memcpy(in.m, T.m, sizeof in.m);
   std::memcpy(in.t, T.t, sizeof in.t);
+  in.last_leaves = static_cast<std::uint32_t>((sampled.points.size() - 1) / kBlock);
   in.voxels_per_m = static_cast<float>(1.0 / s);
+  in.m_per_voxel = static_cast<float>(s);
   in.margin = static_cast<float>(margin_m / s);
   scratch->kernels_ = KernelsOf(set);
   WalkCull cull{};
@@ -162,13 +164,18 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   FieldWalkResult result;
   result.spheres_tested = scratch->spheres_tested_;
+  if (scratch->num_chunks_ == 0) {
+    result.free_distance_m = std::max(0.0, scratch->room_ * scratch->voxel_size_m_);
+    return result;
+  }
   double room = scratch->room_;
   float deepest = -1e30f;
   double sums[WalkSums::kNumSums][kBlock] = {};
   for (std::uint32_t i = 0; i < scratch->num_chunks_; ++i) {
     const FieldWalkScratch::Chunk& chunk = scratch->chunks_[i];
     result.points_tested += (chunk.end - chunk.begin) * kBlock;
-    room = std::min(room, static_cast<double>(chunk.sums.room) - static_cast<double>(scratch->input_.margin));
+    room = std::min(room,
+                    static_cast<double>(std::min(chunk.sums.room - kModelSlack, kBeyondBand) - scratch->input_.margin));
     for (std::uint32_t k = 0; k < chunk.sums.num_near_blocks; ++k) {
       scratch->near_blocks[result.num_near_blocks] = scratch->chunk_near_[chunk.begin + k];
       scratch->near_slots[result.num_near_blocks++] = chunk.begin + k;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/pose.hpp"
@@ -33,6 +33,10 @@ class FieldWalkScratch {
     float of[kBlock];  // voxels, positive inside
   };
   std::vector<Depths> near_depths;
+  // Blocks whose points the last walk tested, ascending.
+  [[nodiscard]] std::span<const std::uint32_t> tested_blocks() const {
+    return {blocks_, num_chunks_ > 0 ? chunks_[num_chunks_ - 1].end : 0};
+  }
   [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
 
  private:

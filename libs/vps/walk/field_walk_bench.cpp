@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/shapes.hpp"
@@ -144,6 +145,55 @@ VPS_BENCH_PAIR(Peg);
 VPS_BENCH_PAIR(Light);
 VPS_BENCH_PAIR(Near);
 VPS_BENCH_PAIR(Idle);
+
+// The least that a walk of this field and these points can cost: reading the words of the points that it tests, the
+// indices known before.
+void BM_Gather(benchmark::State& state, const Contact& (*contact)()) {
+  const Contact& c = contact();
+  FieldWalkScratch scratch(c.samples);
+  std::vector<std::vector<std::uint32_t>> indices;
+  std::size_t points = 0;
+  for (const core::Pose& X : c.poses) {
+    const FieldTransform T(X, c.field);
+    std::vector<std::uint32_t>& of_pose = indices.emplace_back();
+    WalkField(c.samples, c.field, X, 0.0, &scratch);
+    for (const std::uint32_t block : scratch.tested_blocks()) {
+      const PointBlock& b = c.samples.points[block];
+      for (std::uint32_t k = 0; k < kBlock; ++k) {
+        const glm::vec3 p = glm::clamp(T.ToVoxels({b.x[k], b.y[k], b.z[k]}), glm::vec3(0.0f),
+                                       glm::vec3(c.field.nx - 1, c.field.ny - 1, c.field.nz - 1));
+        const glm::ivec3 v(p);
+        of_pose.push_back(c.field.bricks[static_cast<std::size_t>(
+                              ((v.z >> 3) * (c.field.ny >> 3) + (v.y >> 3)) * (c.field.nx >> 3) + (v.x >> 3))] +
+                          WordInBrick(v.x, v.y, v.z));
+      }
+    }
+    points += of_pose.size();
+  }
+  std::size_t i = 0;
+  for (auto _ : state) {
+    std::uint32_t sums[4] = {};
+    const std::vector<std::uint32_t>& of_pose = indices[i++ % indices.size()];
+    for (std::size_t k = 0; k + 4 <= of_pose.size(); k += 4) {
+      for (std::size_t j = 0; j < 4; ++j) sums[j] += c.field.words[of_pose[k + j]];
+    }
+    benchmark::DoNotOptimize(sums);
+  }
+  state.counters["points"] = static_cast<double>(points) / static_cast<double>(c.poses.size());
+}
+BENCHMARK_CAPTURE(BM_Gather, Peg, Peg)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(BM_Gather, Light, Light)->Unit(benchmark::kMicrosecond);
+
+const Contact& OnePeg() {
+  static const std::unique_ptr<Contact> contact = [] {
+    auto c = std::make_unique<Contact>(Peg());
+    c->poses.resize(1);
+    return c;
+  }();
+  return *contact;
+}
+VPS_BENCH_PAIR(OnePeg);
+BENCHMARK_CAPTURE(BM_Gather, OnePeg, OnePeg)->Unit(benchmark::kMicrosecond);
 
 void BM_FastFlat(benchmark::State& state) {
   const Contact& c = Peg();

@@ -13,8 +13,10 @@ typedef float F __attribute__((vector_size(32)));
 typedef std::int32_t I __attribute__((vector_size(32)));
 typedef std::uint32_t U __attribute__((vector_size(32)));
 
+// Into zeros: the plain form waits for what the register held before.
 inline U Gather(const std::uint32_t* base, U index) {
-  return (U)_mm256_i32gather_epi32(reinterpret_cast<const int*>(base), (__m256i)index, 4);
+  return (U)_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), reinterpret_cast<const int*>(base), (__m256i)index,
+                                        _mm256_set1_epi32(-1), 4);
 }
 inline F Sqrt(F v) {
   return _mm256_sqrt_ps(v);
@@ -23,6 +25,12 @@ inline unsigned Bits(I mask) {
   return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 }
 
+inline unsigned EqualBits(U a, U b) {
+  return Bits((I)(a == b));
+}
+inline unsigned LessBits(F a, F b) {
+  return Bits(a < b);
+}
 inline F Fma(F a, F b, F c) {
   return _mm256_fmadd_ps(a, b, c);
 }
@@ -37,6 +45,20 @@ inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::s
 }
 inline U LookUp(const Octet& octet, U index) {
   return (U)_mm256_permutevar8x32_epi32(octet, (__m256i)index);
+}
+struct Place {
+  __m256i low, high;
+};
+inline Place LoadPlace(const std::uint32_t* sixteen) {
+  return {_mm256_loadu_si256(reinterpret_cast<const __m256i*>(sixteen)),
+          _mm256_loadu_si256(reinterpret_cast<const __m256i*>(sixteen + 8))};
+}
+// The look-up uses the last three bits; the fourth, moved to the sign, chooses the half.
+inline U PlaceOf(const Place& place, U coordinate) {
+  const __m256i index = (__m256i)coordinate;
+  return (U)_mm256_castps_si256(_mm256_blendv_ps(_mm256_castsi256_ps(_mm256_permutevar8x32_epi32(place.low, index)),
+                                                 _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(place.high, index)),
+                                                 _mm256_castsi256_ps(_mm256_slli_epi32(index, 28))));
 }
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];

@@ -15,8 +15,9 @@ typedef float F __attribute__((vector_size(64)));
 typedef std::int32_t I __attribute__((vector_size(64)));
 typedef std::uint32_t U __attribute__((vector_size(64)));
 
+// Into zeros: the plain form waits for what the register held before.
 inline U Gather(const std::uint32_t* base, U index) {
-  return (U)_mm512_i32gather_epi32((__m512i)index, reinterpret_cast<const int*>(base), 4);
+  return (U)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, (__m512i)index, base, 4);
 }
 inline F Sqrt(F v) {
   return _mm512_sqrt_ps(v);
@@ -25,6 +26,12 @@ inline unsigned Bits(I mask) {
   return _mm512_movepi32_mask((__m512i)mask);
 }
 
+inline unsigned EqualBits(U a, U b) {
+  return _mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b);
+}
+inline unsigned LessBits(F a, F b) {
+  return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
+}
 inline F Fma(F a, F b, F c) {
   return _mm512_fmadd_ps(a, b, c);
 }
@@ -39,6 +46,13 @@ inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::s
 }
 inline U LookUp(const Octet& octet, U index) {
   return (U)_mm512_permutexvar_epi32((__m512i)index, octet);
+}
+typedef __m512i Place;
+inline Place LoadPlace(const std::uint32_t* sixteen) {
+  return _mm512_loadu_si512(sixteen);
+}
+inline U PlaceOf(const Place& place, U coordinate) {
+  return (U)_mm512_permutexvar_epi32((__m512i)coordinate, place);
 }
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   _mm512_mask_compressstoreu_epi32(to, static_cast<__mmask16>(mask), (__m512i)v);

@@ -23,10 +23,11 @@ struct WalkInput {
   const std::uint32_t* level_begin;
   std::uint32_t num_levels;
   std::uint32_t partial_block;  // the point block with fillers, or none
+  std::uint32_t last_leaves;    // the last sphere block of level 0, which may have fillers
   // p_voxels = m p_S + t.
   float m[3][3];
   float t[3];
-  float voxels_per_m;
+  float voxels_per_m, m_per_voxel;
   float margin;  // voxels: points nearer than this are reported
 };
 
@@ -37,7 +38,7 @@ struct alignas(64) WalkSums {
   double of[kNumSums][kBlock];  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2
   float depth[kBlock];          // deepest of each lane, voxels
   std::uint32_t depth_block[kBlock];
-  float room;  // lower bound of the distance of the points tested, voxels
+  float room;  // least distance of the points tested, voxels
   std::uint32_t num_near, num_colliding, num_near_blocks;
 };
 
@@ -45,12 +46,25 @@ struct alignas(64) WalkSums {
 // be off by 0.3 voxel, a curved cell by a few hundredths.
 constexpr float kCullSlack = 0.5f;
 // A plane model differs from the distance by no more than the distance of two points of the cell, twice: sqrt(3).
+// Points in no cell of the band are farther than its 3 voxels less half a cell's diagonal, 0.87.
 constexpr float kModelSlack = 1.7321f;
+constexpr float kBeyondBand = 2.1f;
 
-// What a window of 2 x 2 x 2 bricks takes off each brick's first word, so that adding the cell's x + 8 y + 64 z within
-// the window, read with the bits of the float 1.5 * 2^23 below, leads to the word: 8 x + 64 y + 512 z of the brick.
-constexpr std::uint32_t kTaken[8] = {0x4b400000U + 0,   0x4b400000U + 8,   0x4b400000U + 64,  0x4b400000U + 72,
-                                     0x4b400000U + 512, 0x4b400000U + 520, 0x4b400000U + 576, 0x4b400000U + 584};
+// Where the word of a cell lies, from the last four bits of its coordinates in a window of 2 x 2 x 2 bricks: the sum of
+// three entries is WordInBrick in the low bits and the number of the brick, x + 2 y + 4 z, in the uppermost three. What
+// a window takes off each brick's first word removes that number again.
+constexpr int kPlaceBrickShift = 29;
+constexpr std::uint32_t kPlaceX[16] = {0,          1,          2,          3,          16,         17,
+                                       18,         19,         0x20000000, 0x20000001, 0x20000002, 0x20000003,
+                                       0x20000010, 0x20000011, 0x20000012, 0x20000013};
+constexpr std::uint32_t kPlaceY[16] = {0,          4,          32,         36,         64,         68,
+                                       96,         100,        0x40000000, 0x40000004, 0x40000020, 0x40000024,
+                                       0x40000040, 0x40000044, 0x40000060, 0x40000064};
+constexpr std::uint32_t kPlaceZ[16] = {0,          8,          128,        136,        256,        264,
+                                       384,        392,        0x80000000, 0x80000008, 0x80000080, 0x80000088,
+                                       0x80000100, 0x80000108, 0x80000180, 0x80000188};
+constexpr std::uint32_t kTaken[8] = {0,           0x20000000U, 0x40000000U, 0x60000000U,
+                                     0x80000000U, 0xa0000000U, 0xc0000000U, 0xe0000000U};
 
 // Spheres level by level; the queue of one level fills that of the next.
 struct WalkCull {

@@ -1,13 +1,17 @@
 // Body of the walk kernels, included by one file per instruction set, which defines before, inside namespace vps and
 // an anonymous namespace: kLanes (4, 8 or 16), the vector types F, I, U of so many float, int32, uint32, and
 //   U Gather(const std::uint32_t* base, U index);   F Sqrt(F);   unsigned Bits(I mask);
+//   unsigned EqualBits(U a, U b);   unsigned LessBits(F a, F b);
 //   F Fma(F a, F b, F c);                           a b + c, rounded once where the processor can
 //   Octet, Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z);
 //   U LookUp(const Octet&, U index);                eight values by index 0 ... 7
+//   Place, Place LoadPlace(const std::uint32_t* sixteen);   U PlaceOf(const Place&, U coordinate);   by its last 4 bits
 //   void Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other
 // Vectors are GCC's: arithmetic and ?: work lane by lane, a comparison gives 0 or -1 per lane.
 
 constexpr int kParts = kBlock / kLanes;  // registers per block
+constexpr unsigned kAllLanes = (1U << kLanes) - 1;
+constexpr unsigned kAllSurvive = 0xffffU;
 
 inline F LoadF(const float* p) {
   F v;
@@ -26,7 +30,7 @@ inline void StoreU(std::uint32_t* p, U v) {
   __builtin_memcpy(p, &v, sizeof v);
 }
 inline F Fill(float a) {
-  return F{} + a;
+  return a - F{};
 }
 inline F ToF(I v) {
   return __builtin_convertvector(v, F);
@@ -83,10 +87,14 @@ inline F CreaseAt(const WalkInput& in, U record, const Vec3& e) {
   return side * Max(a, b);
 }
 
+inline U WordInBrickOf(I x, I y, I z) {
+  return (U)((x & 3) | (y & 1) << 2 | (z & 1) << 3 | (x >> 2 & 1) << 4 | (y >> 1 & 3) << 5 | (z >> 1 & 3) << 7);
+}
+
 // Field at points in voxels, anywhere, as SampleField. kBound: lower bound of the distance by way of the cell's centre
-// (spheres); else the model's distance (points), with `slack` how far that may be off.
+// (spheres); else the model's distance (points).
 template <bool kBound>
-inline F SampleAnywhere(const WalkInput& in, const Vec3& p, F* slack) {
+inline F SampleAnywhere(const WalkInput& in, const Vec3& p) {
   const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
                Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
                Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
@@ -94,13 +102,12 @@ inline F SampleAnywhere(const WalkInput& in, const Vec3& p, F* slack) {
   const I cy = ToI(q.y);
   const I cz = ToI(q.z);
   const U brick = Gather(in.bricks, (U)(((cz >> 3) * (in.ny >> 3) + (cy >> 3)) * (in.nx >> 3) + (cx >> 3)));
-  const U word = Gather(in.words, brick + (U)((cz & 7) << 6 | (cy & 7) << 3 | (cx & 7)));
+  const U word = Gather(in.words, brick + WordInBrickOf(cx, cy, cz));
   const Vec3 e{q.x - ToF(cx) - 0.5f, q.y - ToF(cy) - 0.5f, q.z - ToF(cz) - 0.5f};
   const I is_other = (I)((word & 0x7fU) == kOtherKind);
   const I is_coarse = (I)(word == kCoarseWord);
   const I is_crease = is_other & ~is_coarse;
   F d = kBound ? WordDistance(word) - Length(e) : PlaneAt(word, e);
-  if (!kBound) *slack = Fill(kModelSlack);
   if (Bits(is_crease) != 0) d = is_crease ? CreaseAt(in, (U)(is_crease & (I)(word >> 7)), e) : d;
   if (Bits(is_coarse) != 0) {
     const int shift = in.coarse_shift;
@@ -119,7 +126,6 @@ inline F SampleAnywhere(const WalkInput& in, const Vec3& p, F* slack) {
       constexpr std::uint32_t kTop = 0xff000000U;
       const Vec3 g{ToF((I)(code << 24 & kTop)), ToF((I)(code << 16 & kTop)), ToF((I)(code << 8 & kTop))};
       d = is_coarse ? Fma(Dot(g, ec), Fill(kCoarseGradientScale), centre) : d;
-      *slack = is_coarse ? Fill(kModelSlack * 2.0f * half) : *slack;
     }
   }
   const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
@@ -134,30 +140,94 @@ inline float Least(F v) {
   return least;
 }
 
+inline float Most(F v) {
+  return -Least(-v);
+}
+
+// Lower bounds of the field over the spheres of level 0, less kCullSlack where they do not follow from the field's own
+// bounds: by the distance at the coarse cell's centre, and, for spheres that the cell's bounds are made for, by its
+// plane, on which the sphere's slab is at its lowest r |g - (g n) n| + h |g n| below the centre.
+inline F LeafReach(const WalkInput& in, const SphereBlock& block, int at) {
+  const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
+  const F r = LoadF(block.r + at) * in.voxels_per_m;
+  const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
+               Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
+               Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
+  const int shift = in.coarse_shift;
+  const I x = ToI(q.x) >> shift;
+  const I y = ToI(q.y) >> shift;
+  const I z = ToI(q.z) >> shift;
+  const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
+  const U cell = (U)(((z * (in.ny >> shift) + y) * (in.nx >> shift) + x) * 2);
+  const U distance = Gather(cells, cell);
+  const U code = Gather(cells + 1, cell);
+  const float side = static_cast<float>(1 << shift);
+  const Vec3 off{q.x - (ToF(x) + 0.5f) * side, q.y - (ToF(y) + 0.5f) * side, q.z - (ToF(z) + 0.5f) * side};
+  const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
+  const F whole = Max((F)distance - Length(off), outside) - r - kCullSlack;
+
+  constexpr std::uint32_t kTop = 0xff000000U;
+  const Vec3 g{ToF((I)(code << 24 & kTop)) * kCoarseGradientScale, ToF((I)(code << 16 & kTop)) * kCoarseGradientScale,
+               ToF((I)(code << 8 & kTop)) * kCoarseGradientScale};
+  const F nx = LoadF(block.nx + at);
+  const F ny = LoadF(block.ny + at);
+  const F nz = LoadF(block.nz + at);
+  // The matrix turns and scales by voxels_per_m.
+  const Vec3 n{Fma(Fill(in.m[0][0]), nx, Fma(Fill(in.m[0][1]), ny, in.m[0][2] * nz)),
+               Fma(Fill(in.m[1][0]), nx, Fma(Fill(in.m[1][1]), ny, in.m[1][2] * nz)),
+               Fma(Fill(in.m[2][0]), nx, Fma(Fill(in.m[2][1]), ny, in.m[2][2] * nz))};
+  const F across = Dot(g, n) * in.m_per_voxel;
+  const F along = Sqrt(Max(Dot(g, g) - across * across, F{}) + 1e-5f);
+  const F sink = Fma(r, along, LoadF(block.h + at) * in.voxels_per_m * Abs(across));
+  const U close = code >> 24;
+  const U wide = distance & 0xffU;
+  const U bound = (U)(r <= 1.0f ? (I)close : (I)wide);
+  const I is_bounded = ((I)bound != 0) & (r <= side);
+  const F fall = ToF((I)bound - 1) * (1.0f / kFallSteps);
+  return is_bounded ? Max(whole, (F)distance + Dot(g, off) - fall - sink) : whole;
+}
+
+constexpr std::uint32_t kMostLeap = 4;
+
 void Cull(const WalkInput& in, WalkCull* cull) {
   std::uint32_t* queue = cull->queue;
   std::uint32_t* next = cull->queue + cull->queue_half;
   std::uint32_t size = 1;
   queue[0] = 0;
   F room = Fill(1e30f);
-  const float limit = in.margin + kCullSlack;
   cull->spheres_tested = 0;
   for (std::uint32_t level = in.num_levels; level-- > 0;) {
     const SphereBlock* const blocks = in.spheres + in.level_begin[level];
     std::uint32_t num_next = 0;
+    // Where everything survives, in deep or conforming contact, testing spheres only costs: after a block of level 0
+    // without loss the next one is taken as it is, then the next three.
+    std::uint32_t leap = 1;
+    std::uint32_t num_untested = 0;
     for (std::uint32_t i = 0; i < size; ++i) {
       const SphereBlock& block = blocks[queue[i]];
+      if (num_untested > 0 && queue[i] != in.last_leaves) {
+        --num_untested;
+        for (std::uint32_t k = 0; k < kBlock; ++k) next[num_next++] = queue[i] * kBlock + k;
+        continue;
+      }
       unsigned survivors = 0;
       for (int j = 0; j < kParts; ++j) {
         const int at = j * kLanes;
-        F unused;
-        const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
-        const F reach = SampleAnywhere<true>(in, p, &unused) - LoadF(block.r + at) * in.voxels_per_m;
-        const I is_near = reach <= limit;
+        const F r = LoadF(block.r + at) * in.voxels_per_m;
+        F reach = level == 0 ? LeafReach(in, block, at) : Fill(-1e30f);
+        if (level != 0 || Bits(r > static_cast<float>(1 << in.coarse_shift)) != 0) {
+          const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
+          reach = Max(reach, SampleAnywhere<true>(in, p) - r - kCullSlack);
+        }
+        const I is_near = reach <= in.margin;
         room = Min(room, is_near ? Fill(1e30f) : reach);
         survivors |= Bits(is_near) << at;
       }
       cull->spheres_tested += kBlock;
+      if (level == 0) {
+        leap = survivors != kAllSurvive ? 1 : (leap < kMostLeap ? 2 * leap : leap);
+        num_untested = leap - 1;
+      }
       const std::uint32_t first = queue[i] * kBlock;
       while (survivors != 0) {
         next[num_next++] = first + static_cast<std::uint32_t>(__builtin_ctz(survivors));
@@ -171,7 +241,7 @@ void Cull(const WalkInput& in, WalkCull* cull) {
   }
   cull->blocks = queue;
   cull->num_blocks = size;
-  cull->room = Least(room) - kCullSlack;
+  cull->room = Least(room);
 }
 
 #include "vps/walk/walk_points.hpp"

@@ -86,86 +86,113 @@ inline U LaneNumbers() {
   return v;
 }
 
-// Depths of a batch, and the least distance found, less what the model may be off.
-inline float FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, float* depths) {
+// The field around the points of a window's block, kept in registers from block to block.
+struct WindowReader {
+  F m[3][3];
+  Place place_x, place_y, place_z;
+  const std::uint32_t* bricks;
+  const std::uint32_t* words;
+  std::size_t stride_y, stride_z;
+
+  explicit WindowReader(const WalkInput& in)
+      : place_x(LoadPlace(kPlaceX)),
+        place_y(LoadPlace(kPlaceY)),
+        place_z(LoadPlace(kPlaceZ)),
+        bricks(in.bricks),
+        words(in.words),
+        stride_y(static_cast<std::size_t>(in.nx >> 3)),
+        stride_z(stride_y * static_cast<std::size_t>(in.ny >> 3)) {
+    for (int a = 0; a < 3; ++a) {
+      for (int b = 0; b < 3; ++b) m[a][b] = Fill(in.m[a][b]);
+    }
+  }
+  // Words of the points' cells; e: places in the cells; p: places in the window, half a voxel less.
+  U Read(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, const Octet& octet, Vec3* p,
+         Vec3* e) const {
+    const F x = LoadF(block.x + at);
+    const F y = LoadF(block.y + at);
+    const F z = LoadF(block.z + at);
+    *p = {Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
+          Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
+          Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
+    const F rx = p->x + kRounder;
+    const F ry = p->y + kRounder;
+    const F rz = p->z + kRounder;
+    *e = {p->x - (rx - kRounder), p->y - (ry - kRounder), p->z - (rz - kRounder)};
+    const U cell = PlaceOf(place_x, (U)rx) + PlaceOf(place_y, (U)ry) + PlaceOf(place_z, (U)rz);
+    return Gather(words, LookUp(octet, cell >> kPlaceBrickShift) + cell);
+  }
+};
+
+// Depths of a batch.
+inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, float* depths) {
   Windows windows;
   FindWindows(in, blocks, count, &windows);
+  const WindowReader reader(in);
+  // Without a branch on what is read: a wrong guess would wait for memory.
+  alignas(64) unsigned others[kBatch];
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const bool has_window = windows.slot[i] != kNoWindow;
+    const Octet octet = LoadOctet(reader.bricks + (has_window ? windows.slot[i] : 0), reader.stride_y, reader.stride_z);
+    unsigned found = 0;
+    for (int j = 0; j < kParts; ++j) {
+      const int at = j * kLanes;
+      Vec3 p;
+      Vec3 e;
+      const U word = reader.Read(in.points[has_window ? blocks[i] : 0], at, windows, i, octet, &p, &e);
+      const U z_code = word << 25;
+      constexpr std::uint32_t kTop = 0xfe000000U;
+      const Vec3 g{ToF((I)(word << 11 & kTop)), ToF((I)(word << 18 & kTop)), ToF((I)z_code)};
+      const F depth = Fma(ToF((I)word), Fill(kWordScale / kGradientScale), Dot(g, e)) * -kGradientScale;
+      StoreF(depths + i * kBlock + at, depth);
+      found |= EqualBits(z_code, U{} + (kOtherKind << 25)) << at;
+    }
+    others[i] = has_window ? found : kAllSurvive;
+  }
   Aside creases;
   Aside anywhere;
   creases.count = anywhere.count = 0;
-  const auto stride_y = static_cast<std::size_t>(in.nx >> 3);
-  const std::size_t stride_z = stride_y * static_cast<std::size_t>(in.ny >> 3);
-  F room = Fill(1e30f);
   for (std::uint32_t i = 0; i < count; ++i) {
+    if (others[i] == 0) continue;
     const PointBlock& block = in.points[blocks[i]];
     if (windows.slot[i] == kNoWindow) {
       for (int j = 0; j < kParts; ++j) {
         const int at = j * kLanes;
         const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
-        F slack;
-        const F d = SampleAnywhere<false>(in, p, &slack);
-        room = Min(room, d - slack);
-        StoreF(depths + i * kBlock + at, -d);
+        StoreF(depths + i * kBlock + at, -SampleAnywhere<false>(in, p));
       }
       continue;
     }
-    const Octet octet = LoadOctet(in.bricks + windows.slot[i], stride_y, stride_z);
-    const F tx = Fill(windows.t[0][i]);
-    const F ty = Fill(windows.t[1][i]);
-    const F tz = Fill(windows.t[2][i]);
+    const Octet octet = LoadOctet(reader.bricks + windows.slot[i], reader.stride_y, reader.stride_z);
     for (int j = 0; j < kParts; ++j) {
       const int at = j * kLanes;
-      const F x = LoadF(block.x + at);
-      const F y = LoadF(block.y + at);
-      const F z = LoadF(block.z + at);
-      const Vec3 p{Fma(Fill(in.m[0][0]), x, Fma(Fill(in.m[0][1]), y, Fma(Fill(in.m[0][2]), z, tx))),
-                   Fma(Fill(in.m[1][0]), x, Fma(Fill(in.m[1][1]), y, Fma(Fill(in.m[1][2]), z, ty))),
-                   Fma(Fill(in.m[2][0]), x, Fma(Fill(in.m[2][1]), y, Fma(Fill(in.m[2][2]), z, tz)))};
-      const F rx = p.x + kRounder;
-      const F ry = p.y + kRounder;
-      const F rz = p.z + kRounder;
-      const F cy = ry - kRounder;
-      const F cz = rz - kRounder;
-      const Vec3 e{p.x - (rx - kRounder), p.y - cy, p.z - cz};
-      const U brick = ((U)rx >> 3 & 1U) | ((U)ry >> 2 & 2U) | ((U)rz >> 1 & 4U);
-      // x + 8 y + 64 z of the cell within the window: what of it belongs to the brick the octet has taken off.
-      const U cell = (U)Fma(cz, Fill(64.0f), Fma(cy, Fill(8.0f), rx));
-      const U word = Gather(in.words, LookUp(octet, brick) + cell);
-      const F d = PlaneAt(word, e);
-      StoreF(depths + i * kBlock + at, -d);
-      const I is_other = (I)(word << 25) == static_cast<std::int32_t>(kOtherKind << 25);
-      const unsigned others = Bits(is_other);
-      room = Min(room, is_other ? Fill(1e30f) : d - kModelSlack);
-      if (others == 0) continue;
+      const unsigned lanes = others[i] >> at & kAllLanes;
+      Vec3 p;
+      Vec3 e;
+      const U word = reader.Read(block, at, windows, i, octet, &p, &e);
       const U to = LaneNumbers() + (i * kBlock + static_cast<std::uint32_t>(at));
-      const unsigned coarse = Bits((I)(word == kCoarseWord));
+      const unsigned coarse = EqualBits(word, U{} + kCoarseWord);
       if (coarse != 0) {
         // Back to the whole grid.
-        const Vec3 whole{p.x + (in.t[0] - tx), p.y + (in.t[1] - ty), p.z + (in.t[2] - tz)};
+        const Vec3 whole{p.x + (in.t[0] - windows.t[0][i]), p.y + (in.t[1] - windows.t[1][i]),
+                         p.z + (in.t[2] - windows.t[2][i])};
         PutAside(whole, to, coarse, &anywhere);
       }
-      if (coarse != others) {
-        Compress(creases.word + creases.count, word, others & ~coarse);
-        PutAside(e, to, others & ~coarse, &creases);
-      }
+      Compress(creases.word + creases.count, word, lanes & ~coarse);
+      PutAside(e, to, lanes & ~coarse, &creases);
     }
   }
   if (creases.count > 0) FillUp(&creases);
   for (std::uint32_t k = 0; k < creases.count; k += kLanes) {
     const Vec3 e{LoadF(creases.x + k), LoadF(creases.y + k), LoadF(creases.z + k)};
     const F d = CreaseAt(in, LoadU(creases.word + k) >> 7, e);
-    room = Min(room, d - kModelSlack);
     StoreDepths(d, creases.to + k, depths);
   }
   if (anywhere.count > 0) FillUp(&anywhere);
   for (std::uint32_t k = 0; k < anywhere.count; k += kLanes) {
     const Vec3 p{LoadF(anywhere.x + k), LoadF(anywhere.y + k), LoadF(anywhere.z + k)};
-    F slack;
-    const F d = SampleAnywhere<false>(in, p, &slack);
-    room = Min(room, d - slack);
-    StoreDepths(d, anywhere.to + k, depths);
+    StoreDepths(SampleAnywhere<false>(in, p), anywhere.to + k, depths);
   }
-  return Least(room);
 }
 
 // Sums in float of the blocks whose numbers differ only in the last five bits, then added to the doubles: what a sum
@@ -226,23 +253,25 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     deepest[j] = Fill(-1e30f);
     deepest_block[j] = I{};
   }
+  // d <= margin, as the next smaller float < depth.
+  const F least = Fill(__builtin_nextafterf(-in.margin, -1e30f));
   alignas(64) std::uint32_t ids[kBatch];
   alignas(64) float depths[kBatch * kBlock];
-  float room = 1e30f;
+  F shallowest = Fill(-1e30f);
   for (std::uint32_t begin = 0; begin < chunk.num_blocks; begin += kBatch) {
     const std::uint32_t count = chunk.num_blocks - begin < kBatch ? chunk.num_blocks - begin : kBatch;
     __builtin_memcpy(ids, chunk.blocks + begin, count * sizeof ids[0]);
     for (std::uint32_t k = count; k % kLanes != 0; ++k) ids[k] = ids[0];
-    const float found = FindDepths(in, ids, count, depths);
-    room = found < room ? found : room;
+    FindDepths(in, ids, count, depths);
     for (std::uint32_t i = 0; i < count; ++i) {
       F depth[kParts];
       unsigned near = 0;
       unsigned colliding = 0;
       for (int j = 0; j < kParts; ++j) {
         depth[j] = LoadF(depths + i * kBlock + j * kLanes);
-        near |= Bits(-depth[j] <= in.margin) << j * kLanes;
-        colliding |= Bits(depth[j] > 0.0f) << j * kLanes;
+        near |= LessBits(least, depth[j]) << j * kLanes;
+        colliding |= LessBits(F{}, depth[j]) << j * kLanes;
+        shallowest = Max(shallowest, depth[j]);
       }
       if (near == 0) continue;
       float* const near_depths = chunk.near_depths[sums->num_near_blocks];
@@ -268,5 +297,5 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     StoreF(sums->depth + j * kLanes, deepest[j]);
     StoreU(sums->depth_block + j * kLanes, (U)deepest_block[j]);
   }
-  sums->room = room;
+  sums->room = -Most(shallowest);
 }

@@ -33,6 +33,12 @@ inline unsigned Bits(I m) {
 }
 #endif
 
+inline unsigned EqualBits(U a, U b) {
+  return Bits((I)(a == b));
+}
+inline unsigned LessBits(F a, F b) {
+  return Bits(a < b);
+}
 inline F Fma(F a, F b, F c) {
   return a * b + c;
 }
@@ -48,6 +54,16 @@ inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::s
 }
 inline U LookUp(const Octet& octet, U index) {
   return U{octet.of[index[0]], octet.of[index[1]], octet.of[index[2]], octet.of[index[3]]};
+}
+struct Place {
+  const std::uint32_t* of;
+};
+inline Place LoadPlace(const std::uint32_t* sixteen) {
+  return {sixteen};
+}
+inline U PlaceOf(const Place& place, U coordinate) {
+  const U k = coordinate & 15U;
+  return U{place.of[k[0]], place.of[k[1]], place.of[k[2]], place.of[k[3]]};
 }
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];

@@ -1,0 +1,158 @@
+#include "vps/field/bound_cells.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace vps {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::infinity();
+constexpr float kRounding = 2e-3f;  // of the walk's floats, voxels
+
+struct Plane {
+  float distance;
+  glm::vec3 gradient;
+  glm::vec3 centre;
+};
+
+class Bounds {
+ public:
+  explicit Bounds(DistanceField* field)
+      : field_(field),
+        n_(field->nx >> field->coarse_shift, field->ny >> field->coarse_shift, field->nz >> field->coarse_shift),
+        side_(1 << field->coarse_shift),
+        fall_(field->coarse.size(), kNone) {}
+
+  void Find() {
+    // Beyond, the distance at the centre of a cell tells enough.
+    const float near = DistanceField::kBandVoxels + 2.0f * static_cast<float>(side_);
+    ForCells([&](const glm::ivec3& c, std::size_t i) {
+      if (std::abs(field_->coarse[i].distance) < near) fall_[i] = OwnFall(c);
+    });
+    std::vector<CoarseCell> bounded = field_->coarse;
+    ForCells([&](const glm::ivec3& c, std::size_t i) {
+      const std::uint32_t close = fall_[i] == kNone ? 0 : Code(FallWithin(c, 1.0f));
+      const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, static_cast<float>(side_)));
+      const auto bits = std::bit_cast<std::uint32_t>(bounded[i].distance);
+      bounded[i].distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
+      bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | close << 24;
+    });
+    field_->coarse = std::move(bounded);
+  }
+
+ private:
+  template <class Visit>
+  void ForCells(const Visit& visit) const {
+    std::size_t i = 0;
+    for (int z = 0; z < n_.z; ++z) {
+      for (int y = 0; y < n_.y; ++y) {
+        for (int x = 0; x < n_.x; ++x) visit({x, y, z}, i++);
+      }
+    }
+  }
+  [[nodiscard]] std::size_t Index(const glm::ivec3& c) const {
+    return (static_cast<std::size_t>(c.z) * n_.y + c.y) * n_.x + c.x;
+  }
+  [[nodiscard]] Plane PlaneOf(const glm::ivec3& c) const {
+    const CoarseCell& cell = field_->coarse[Index(c)];
+    return {cell.distance, CoarseGradientOf(cell.gradient), (glm::vec3(c) + 0.5f) * static_cast<float>(side_)};
+  }
+
+  // Largest of plane a - plane b over the box |p - centre| <= half.
+  static float MostAbove(const Plane& a, const Plane& b, const glm::vec3& centre, const glm::vec3& half) {
+    const glm::vec3 slope = glm::abs(a.gradient - b.gradient);
+    return a.distance + glm::dot(a.gradient, centre - a.centre) - b.distance - glm::dot(b.gradient, centre - b.centre) +
+           glm::dot(slope, half);
+  }
+  static float MostAboveWord(const Plane& a, std::uint32_t word, const glm::vec3& centre) {
+    return MostAbove(a, {DistanceOf(word), GradientOf(word), centre}, centre, glm::vec3(0.5f));
+  }
+  [[nodiscard]] float MostAboveCrease(const Plane& a, std::uint32_t word, const glm::vec3& centre) const {
+    const std::uint32_t* const record = &field_->creases[std::size_t{RecordOf(word)} * kPlanesPerCrease];
+    float u[kPlanesPerCrease];
+    for (std::uint32_t k = 0; k < kPlanesPerCrease; ++k) u[k] = MostAboveWord(a, record[k], centre);
+    const bool is_flipped = (record[0] & kCombineBit) != 0;
+    const bool is_nested = (record[1] & kCombineBit) != 0;
+    // The larger of two planes is below `a` by the smaller of the two differences, and the other way round.
+    const auto pair = [&](float p, float q) { return is_nested != is_flipped ? std::max(p, q) : std::min(p, q); };
+    const float A = pair(u[0], u[1]);
+    const float B = pair(u[2], u[3]);
+    return is_flipped ? std::max(A, B) : std::min(A, B);
+  }
+
+  // How far the field of cell c falls below its plane within the cell.
+  [[nodiscard]] float OwnFall(const glm::ivec3& c) const {
+    const Plane plane = PlaneOf(c);
+    const glm::ivec3 begin = c * side_;
+    const int step = std::min(side_, DistanceField::kBrick);
+    float fall = 0.0f;
+    for (int z = begin.z; z < begin.z + side_; z += step) {
+      for (int y = begin.y; y < begin.y + side_; y += step) {
+        for (int x = begin.x; x < begin.x + side_; x += step) {
+          const std::uint32_t brick = field_->bricks[(static_cast<std::size_t>(z >> 3) * (field_->ny >> 3) + (y >> 3)) *
+                                                         static_cast<std::size_t>(field_->nx >> 3) +
+                                                     static_cast<std::size_t>(x >> 3)];
+          if (brick == 0) continue;  // nothing but coarse cells
+          fall = std::max(fall, FallInBrick(plane, &field_->words[brick], {x, y, z}, step));
+        }
+      }
+    }
+    return fall;
+  }
+  float FallInBrick(const Plane& plane, const std::uint32_t* words, const glm::ivec3& begin, int step) const {
+    float fall = 0.0f;
+    for (int z = begin.z; z < begin.z + step; ++z) {
+      for (int y = begin.y; y < begin.y + step; ++y) {
+        for (int x = begin.x; x < begin.x + step; ++x) {
+          const std::uint32_t word = words[WordInBrick(x, y, z)];
+          if (word == kCoarseWord) continue;
+          const glm::vec3 centre = glm::vec3(x, y, z) + 0.5f;
+          fall = std::max(fall, KindOf(word) == CellKind::kPlane ? MostAboveWord(plane, word, centre)
+                                                                 : MostAboveCrease(plane, word, centre));
+        }
+      }
+    }
+    return fall;
+  }
+
+  // The same within `margin` of the cell, by way of the neighbours' planes.
+  [[nodiscard]] float FallWithin(const glm::ivec3& c, float margin) const {
+    const Plane plane = PlaneOf(c);
+    const float half = 0.5f * static_cast<float>(side_);
+    float fall = fall_[Index(c)];
+    for (int n = 0; n < 27; ++n) {
+      const glm::ivec3 step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const glm::ivec3 other = c + step;
+      if (step == glm::ivec3(0) || glm::any(glm::lessThan(other, glm::ivec3(0))) ||
+          glm::any(glm::greaterThanEqual(other, n_))) {
+        continue;
+      }
+      // What the grown cell and the neighbour share.
+      const glm::vec3 along(glm::abs(step));
+      const glm::vec3 centre = plane.centre + glm::vec3(step) * (half + 0.5f * margin);
+      const glm::vec3 extent = half * (1.0f - along) + 0.5f * margin * along;
+      fall = std::max(fall, MostAbove(plane, PlaneOf(other), centre, extent) + fall_[Index(other)]);
+    }
+    return fall;
+  }
+
+  static std::uint32_t Code(float fall) {
+    const float code = std::ceil((fall + kRounding) * kFallSteps) + 1.0f;
+    return code <= 255.0f ? static_cast<std::uint32_t>(code) : 0;
+  }
+
+  DistanceField* field_;
+  glm::ivec3 n_;
+  int side_;
+  std::vector<float> fall_;
+};
+
+}  // namespace
+
+void BoundCells(DistanceField* field) {
+  Bounds(field).Find();
+}
+
+}  // namespace vps
