@@ -4,12 +4,16 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <thread>
 
+#include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/mesh_lines.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/part_size.hpp"
 #include "vps/mesh/thicken_sheet.hpp"
 
 namespace oos {
@@ -90,10 +94,36 @@ void PrintParts(const vps::CookedObject& cooked) {
   }
 }
 
+void PrintBytes(const char* what, double stored, double peak) {
+  std::printf("  memory: %s %.3g MB, %.3g MB while it is built\n", what, 1e-6 * stored, 1e-6 * peak);
+}
+
+// Before anything is built. A voxelmap takes a byte for each voxel, and three more while it is built.
+core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::Box& box,
+                               const vps::CookParameters& parameters) {
+  if (parameters.voxel_size_m <= 0.0) return {};
+  if (parameters.method == vps::Method::kFast) {
+    const auto estimate = vps::EstimateField(mesh, parameters.voxel_size_m,
+                                             {.sheet_half_thickness_m = parameters.sheet_half_thickness_m});
+    if (!estimate) return tl::unexpected(estimate.error());
+    PrintBytes("distance field", estimate->stored_bytes, estimate->peak_bytes);
+    return {};
+  }
+  const double border = std::clamp(std::ceil(vps::Voxmap::kBorder_m / parameters.voxel_size_m),
+                                   double(vps::Voxmap::kMinBorderLayers), double(vps::Voxmap::kMaxBorderLayers));
+  const glm::dvec3 counts = glm::floor((box.upper - box.lower) / parameters.voxel_size_m) + 2.0 * border + 2.0;
+  const double num_voxels = counts.x * counts.y * counts.z;
+  PrintBytes("voxelmap", num_voxels, 4.0 * num_voxels);
+  return {};
+}
+
 int CookOne(const Job& job) {
   const double sheet_thickness_m = 2.0 * job.parameters.sheet_half_thickness_m;
   const auto checked = vps::LoadCheckedMesh(job.mesh, 1.0, sheet_thickness_m > 0.0);
   if (!checked) return Complain("cook", checked.error().detail, kBadUsage);
+  if (const auto good = vps::CheckPartSize(job.mesh.string(), checked->report.box); !good) {
+    return Complain("cook", good.error().detail, kBadUsage);
+  }
   PrintMesh(job.title, checked->report);
   const vps::FeatureSize size = vps::MeasureFeatures(
       sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh);
@@ -101,11 +131,16 @@ int CookOne(const Job& job) {
   if (job.parameters.voxel_size_m > 0.0) {
     PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
   }
+  if (const auto told = PrintMemory(checked->mesh, checked->report.box, job.parameters); !told) {
+    return Complain("cook", job.mesh.string() + ": " + told.error().detail, kBadUsage);
+  }
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto cooked = [&] {
     ProgressLine line(job.title);
-    return vps::Cook(job.mesh, job.parameters, {},
-                     [&](std::string_view stage, double fraction) { line.Tell(stage, fraction); });
+    bus::WorkerPool workers(std::max(std::thread::hardware_concurrency(), 1U), "cook");
+    return vps::Cook(
+        job.mesh, job.parameters, {}, [&](std::string_view stage, double fraction) { line.Tell(stage, fraction); },
+        &workers);
   }();
   if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);
   const double seconds = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;

@@ -83,12 +83,12 @@ core::Result<Request> ReadRequest(const Arguments& arguments) {
   return request;
 }
 
-// By default 1/128 of the longest side (a sheet: a third of its thickness), and points two voxels apart.
+// By default 1/128 of the longest side (a sheet: a quarter of its thickness at most), and points two voxels apart.
 void FillResolution(const vps::CheckedMesh& checked, Request* request) {
   if (request->voxel_size_m <= 0.0) {
     request->voxel_size_m = vps::LongestSide_m(checked.report.box) / 128.0;
     if (request->sheet_thickness_m > 0.0) {
-      request->voxel_size_m = std::min(request->voxel_size_m, request->sheet_thickness_m / 3.0);
+      request->voxel_size_m = std::min(request->voxel_size_m, request->sheet_thickness_m / 4.0);
     }
   }
   if (request->num_points != 0) return;

@@ -6,6 +6,7 @@
 #include "core/hash.hpp"
 #include "vps/asset/cooked_file.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/asset/feature_size.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -36,7 +37,7 @@ std::uint64_t HashOf(const TriangleMesh& mesh) {
 
 core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
   const double thickness_m = 2.0 * parameters.sheet_half_thickness_m;
-  const double least_m = (parameters.method == Method::kFast ? 1.0 : 2.0) * parameters.voxel_size_m;
+  const double least_m = LimitsOf(parameters.method, parameters.voxel_size_m).thickness_m;
   if (!(thickness_m >= 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "a sheet's thickness is negative");
   if (thickness_m == 0.0 || thickness_m >= least_m * (1.0 - 1e-9)) return {};
   char text[160];

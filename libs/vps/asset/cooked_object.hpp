@@ -54,8 +54,8 @@ struct CookParameters {
   double sheet_half_thickness_m = 0.0;
 };
 
-// Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors also: a sheet thinner than two voxels
-// (paper) or one (fast), which no voxel would show.
+// Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors also: a sheet thinner than
+// what voxels of this size show (LimitsOf).
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
                                 const Progress& progress = {});
 

@@ -106,7 +106,7 @@ TEST_F(DamagedFile, ThatIsOpenIsRefusedUnlessItIsASheetThickEnough) {
   EXPECT_THAT(Refusal(plate, thin), HasSubstr("too thin"));
   for (const Method method : {Method::kPaper, Method::kFast}) {
     CookParameters sheet{0.001, 500, method};
-    sheet.sheet_half_thickness_m = 0.0015;
+    sheet.sheet_half_thickness_m = 0.002;
     const auto cooked = Cook(Write(plate), sheet, folder_ / "cache");
     ASSERT_TRUE(cooked) << cooked.error().detail;
     EXPECT_TRUE(cooked->has_field(method) && cooked->has_points(method));
