@@ -63,7 +63,7 @@ core::Result<std::vector<vps::ObjectDescription>> HapticNode::CookObjects() cons
                         static_cast<int>(stage.size()), stage.data(), 100.0 * fraction);
           options_.progress(line);
         };
-        auto result = vps::Cook(object.collision_mesh, parameters, options_.cache, progress);
+        auto result = vps::Cook(object.collision_mesh, parameters, options_.cache, progress, &workers_);
         if (!result) {
           return core::Fail(result.error().code, "object '" + object.name + "': " + result.error().detail);
         }

@@ -49,7 +49,7 @@ core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
 
 // `bounds`: the surface of the solid; `mesh`: the same, or the sheet that it was made from.
 core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh& mesh, const CookParameters& parameters,
-                                 const Progress& progress) {
+                                 const Progress& progress, core::ParallelFor* workers) {
   CookedObject object;
   const Box box = BoundingBox(bounds);
   object.bounding_centre_m = 0.5 * (box.lower + box.upper);
@@ -61,6 +61,7 @@ core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh&
       auto field = BuildField(mesh, parameters.voxel_size_m,
                               {.sheet_half_thickness_m = parameters.sheet_half_thickness_m,
                                .sign_by_winding = parameters.sheet_half_thickness_m == 0.0 && !IsSimpleSolid(mesh),
+                               .workers = workers,
                                .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
@@ -89,20 +90,22 @@ core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh&
 
 }  // namespace
 
-core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters, const Progress& progress) {
+core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters, const Progress& progress,
+                                core::ParallelFor* workers) {
   if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
   if (const auto good = CheckSheetThickness(parameters); !good) return tl::unexpected(good.error());
   if (parameters.sheet_half_thickness_m > 0.0) {
-    return Build(ThickenSheet(mesh, 2.0 * parameters.sheet_half_thickness_m), mesh, parameters, progress);
+    return Build(ThickenSheet(mesh, 2.0 * parameters.sheet_half_thickness_m), mesh, parameters, progress, workers);
   }
   if (IsInsideOut(mesh)) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh is inside out: turn its faces over");
   }
-  return Build(mesh, mesh, parameters, progress);
+  return Build(mesh, mesh, parameters, progress, workers);
 }
 
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
-                                const std::filesystem::path& cache_folder, const Progress& progress) {
+                                const std::filesystem::path& cache_folder, const Progress& progress,
+                                core::ParallelFor* workers) {
   const auto triangles = LoadTriangles(mesh_file);
   if (!triangles) return tl::unexpected(triangles.error());
   // The loaded triangles stand for the file's bytes: a .gltf may keep its vertices in another file.
@@ -122,7 +125,7 @@ core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const Co
   if (const auto good = CheckPartSize(mesh_file.string(), checked->report.box); !good) {
     return tl::unexpected(good.error());
   }
-  auto object = Cook(checked->mesh, parameters, progress);
+  auto object = Cook(checked->mesh, parameters, progress, workers);
   if (!object) return failed(object.error());
   if (cached.error().code == core::ErrorCode::kDamaged) object->cache_note = cached.error().detail + "; built anew";
   // Without a cache the next start is slower, nothing else.

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/asset/method.hpp"
 #include "vps/field/distance_field.hpp"
@@ -56,15 +57,17 @@ struct CookParameters {
 
 // Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors also: a sheet thinner than
 // what voxels of this size show (LimitsOf).
+// `workers` share the field's build; the result is the same without.
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
-                                const Progress& progress = {});
+                                const Progress& progress = {}, core::ParallelFor* workers = nullptr);
 
 // Loads the mesh file, checks and mends it (CheckMesh, CheckPartSize), and takes the structures from the cache, or
 // builds and stores them. The cache file is addressed by content (bytes of the mesh, parameters, format version); a
 // damaged one is rebuilt, never trusted. A cache folder that cannot be written is no error. Empty `cache_folder`:
 // DefaultCacheFolder().
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
-                                const std::filesystem::path& cache_folder = {}, const Progress& progress = {});
+                                const std::filesystem::path& cache_folder = {}, const Progress& progress = {},
+                                core::ParallelFor* workers = nullptr);
 
 // $VR_OOS_CACHE, else $XDG_CACHE_HOME/vr_oos, else ~/.cache/vr_oos.
 std::filesystem::path DefaultCacheFolder();

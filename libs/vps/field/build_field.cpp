@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -40,7 +39,6 @@ class FieldBuilder {
     FitCreases();
     bins_ = {};
     FillCoarse();
-    nearest_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     TileBricks(&field_);
@@ -95,13 +93,11 @@ class FieldBuilder {
                         "metres");
     }
     field_.words.assign(num_words, kCoarseWord);
-    nearest_ = std::make_unique_for_overwrite<std::uint32_t[]>(num_words);
-    std::fill_n(nearest_.get(), DistanceField::kBrickWords, kNoTriangle);
+    near_brick_.assign(slots_.size(), kNoTriangle);
     return {};
   }
 
   void RasterBricks() {
-    is_empty_.assign(slots_.size(), 0);
     ForEachBrick("triangles to bricks", kPreparedAt, kRasteredAt, [&](std::size_t b) { RasterBrick(b); });
   }
 
@@ -116,21 +112,16 @@ class FieldBuilder {
       const auto& [p, q, r] = triangles_.corners(t);
       AddTriangle(RowTriangle(p - origin, q - origin, r - origin), t, reach_voxels, &samples);
     }
-    std::uint32_t* const nearest = nearest_.get() + FirstWord(b);
     std::uint32_t* const words = field_.words.data() + FirstWord(b);
-    bool is_empty = true;
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
-      nearest[k] = kNoTriangle;
       const std::uint32_t t = samples.triangle[k];
       if (t == kNoTriangle) continue;
       const glm::dvec3 at = origin + glm::dvec3(k & 7, k >> 3 & 7, k >> 6);
       const auto value = triangles_.SignedValue(t, triangles_.Closest(t, at), at);
       if (std::abs(value.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
-      nearest[k] = t;
+      near_brick_[b] = t;
       words[k] = EncodePlane(static_cast<float>(value.distance), glm::vec3(value.gradient));
-      is_empty = false;
     }
-    is_empty_[b] = is_empty ? 1 : 0;
   }
 
   // Bins are generous: bricks that no sample of the band lies in go.
@@ -139,7 +130,7 @@ class FieldBuilder {
     std::iota(bin_of_brick_.begin(), bin_of_brick_.end(), 0U);
     std::size_t kept = 0;
     for (std::size_t b = 0; b < slots_.size(); ++b) {
-      if (is_empty_[b] != 0) {
+      if (near_brick_[b] == kNoTriangle) {
         field_.bricks[slots_[b]] = 0;
         continue;
       }
@@ -147,7 +138,7 @@ class FieldBuilder {
         const std::size_t from = FirstWord(b);
         const std::size_t to = FirstWord(kept);
         std::copy_n(&field_.words[from], DistanceField::kBrickWords, &field_.words[to]);
-        std::copy_n(&nearest_[from], DistanceField::kBrickWords, &nearest_[to]);
+        near_brick_[kept] = near_brick_[b];
         slots_[kept] = slots_[b];
         bin_of_brick_[kept] = bin_of_brick_[b];
         field_.bricks[slots_[kept]] = static_cast<std::uint32_t>(to);
@@ -253,14 +244,12 @@ class FieldBuilder {
 
   void FillCoarseCell(const glm::ivec3& c, CoarseCell* cell, std::uint32_t* guess) const {
     const int shift = field_.coarse_shift;
-    const glm::ivec3 voxel = (c << shift) + (1 << shift >> 1);
-    const glm::ivec3 brick = voxel >> 3;
+    const glm::ivec3 brick = ((c << shift) + (1 << shift >> 1)) >> 3;
     const std::size_t slot =
         (static_cast<std::size_t>(brick.z) * (field_.ny >> 3) + brick.y) * (field_.nx >> 3) + brick.x;
-    const std::uint32_t t =
-        nearest_[field_.bricks[slot] +
-                 static_cast<std::uint32_t>((voxel.z & 7) << 6 | (voxel.y & 7) << 3 | (voxel.x & 7))];
-    if (t != kNoTriangle) *guess = t;
+    if (const std::uint32_t first = field_.bricks[slot]; first != 0) {
+      *guess = near_brick_[first / DistanceField::kBrickWords - 1];
+    }
     const glm::dvec3 p = (glm::dvec3(c) + 0.5) * static_cast<double>(1 << shift);
     const ClosestFeature closest = triangles_.ClosestOfAll(p, guess);
     const TriangleField::Value value = triangles_.SignedValue(*guess, closest, p);
@@ -275,10 +264,9 @@ class FieldBuilder {
   const BuildFieldOptions& options_;
   DistanceField field_;
   BrickBins bins_;
-  std::vector<std::uint32_t> slots_;          // of the bricks, ascending
-  std::vector<std::uint32_t> bin_of_brick_;   // before bricks were dropped
-  std::vector<std::uint8_t> is_empty_;        // of the bricks
-  std::unique_ptr<std::uint32_t[]> nearest_;  // triangle of each word, or kNoTriangle
+  std::vector<std::uint32_t> slots_;         // of the bricks, ascending
+  std::vector<std::uint32_t> bin_of_brick_;  // before bricks were dropped
+  std::vector<std::uint32_t> near_brick_;    // a triangle near each brick, kNoTriangle: no sample in the band
 };
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
 
 namespace vps {
 namespace {
@@ -26,14 +25,14 @@ TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickn
   }
   indices_ = mesh.triangles;
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
-  std::unordered_map<std::uint64_t, glm::dvec3> edge_sums;
+  triangles_.reserve(mesh.triangles.size());
+  normals_.reserve(mesh.triangles.size());
   const auto key = [](std::uint32_t a, std::uint32_t b) {
     return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
   };
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto corners = mesh.corners(i);
     triangles_.push_back(corners);
-    centroids_.push_back((corners[0] + corners[1] + corners[2]) / 3.0);
     glm::dvec3 n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     const double length = glm::length(n);
     n = length > 0.0 ? n / length : glm::dvec3(0.0);
@@ -43,15 +42,30 @@ TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickn
       const glm::dvec3 v = corners[(k + 2) % 3] - corners[k];
       const double angle = std::atan2(glm::length(glm::cross(u, v)), glm::dot(u, v));
       vertex_normals_[mesh.triangles[i][k]] += angle * n;
-      edge_sums[key(mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3])] += n;
     }
   }
-  edge_normals_.resize(triangles_.size());
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    for (int k = 0; k < 3; ++k) edge_normals_[i][k] = edge_sums[key(indices_[i][k], indices_[i][(k + 1) % 3])];
+  // Sides of triangles that share an edge stand next to each other once sorted.
+  struct Side {
+    std::uint64_t edge;
+    std::uint32_t triangle, k;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * indices_.size());
+  for (std::uint32_t i = 0; i < indices_.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) sides.push_back({key(indices_[i][k], indices_[i][(k + 1) % 3]), i, k});
   }
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle; });
+  edge_normals_.resize(triangles_.size());
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    glm::dvec3 sum(0.0);
+    for (; end < sides.size() && sides[end].edge == sides[begin].edge; ++end) sum += normals_[sides[end].triangle];
+    for (std::size_t i = begin; i < end; ++i) edge_normals_[sides[i].triangle][sides[i].k] = glm::vec3(sum);
+  }
+  sides = {};
   order_.resize(triangles_.size());
   std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.reserve(triangles_.size());
   nodes_.emplace_back();
   if (!triangles_.empty()) BuildNode(0, 0, static_cast<std::uint32_t>(triangles_.size()));
 }
@@ -66,8 +80,8 @@ void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint
       lower = glm::min(lower, corner);
       upper = glm::max(upper, corner);
     }
-    centre_lower = glm::min(centre_lower, centroids_[order_[i]]);
-    centre_upper = glm::max(centre_upper, centroids_[order_[i]]);
+    centre_lower = glm::min(centre_lower, Centroid(order_[i]));
+    centre_upper = glm::max(centre_upper, Centroid(order_[i]));
   }
   nodes_[node].lower = lower;
   nodes_[node].upper = upper;
@@ -81,8 +95,8 @@ void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint
   const std::uint32_t middle = begin + (end - begin) / 2;
   std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
                    [&](std::uint32_t a, std::uint32_t b) {
-                     const double ca = centroids_[a][axis];
-                     const double cb = centroids_[b][axis];
+                     const double ca = Centroid(a)[axis];
+                     const double cb = Centroid(b)[axis];
                      return ca != cb ? ca < cb : a < b;
                    });
   const auto first = static_cast<std::uint32_t>(nodes_.size());
@@ -161,7 +175,7 @@ ClosestFeature TriangleField::ClosestOfAll(const glm::dvec3& p, std::uint32_t* t
 
 glm::dvec3 TriangleField::PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const {
   if (feature < 3) return vertex_normals_[indices_[triangle][feature]];
-  if (feature < 6) return edge_normals_[triangle][feature - 3];
+  if (feature < 6) return glm::dvec3(edge_normals_[triangle][feature - 3]);
   return normals_[triangle];
 }
 

@@ -55,6 +55,10 @@ class TriangleField {
     std::uint32_t first = 0;  // child (the other follows) or first entry of order_
     std::uint32_t count = 0;  // of triangles; 0: inner
   };
+  [[nodiscard]] glm::dvec3 Centroid(std::uint32_t triangle) const {
+    const auto& [a, b, c] = triangles_[triangle];
+    return (a + b + c) / 3.0;
+  }
   void BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
@@ -63,10 +67,9 @@ class TriangleField {
   std::vector<std::uint8_t> is_trusted_;  // of each triangle: its normal is as good as the winding number
   std::vector<std::array<glm::dvec3, 3>> triangles_;
   std::vector<std::array<std::uint32_t, 3>> indices_;
-  std::vector<glm::dvec3> normals_;         // unit, per triangle; 0 when it has no area
-  std::vector<glm::dvec3> vertex_normals_;  // angle-weighted sums
-  std::vector<std::array<glm::dvec3, 3>> edge_normals_;
-  std::vector<glm::dvec3> centroids_;
+  std::vector<glm::dvec3> normals_;                     // unit, per triangle; 0 when it has no area
+  std::vector<glm::dvec3> vertex_normals_;              // angle-weighted sums
+  std::vector<std::array<glm::vec3, 3>> edge_normals_;  // sums of the faces'
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };

@@ -252,7 +252,7 @@ Choice BestNested(const Tangents& tangents, float side, std::span<const int> poo
   return choice;
 }
 
-constexpr float kWorthARecord = 0.05f;  // less error than one plane, voxels
+constexpr float kWorthARecord = 0.06f;  // less error than one plane, voxels
 constexpr float kWorthASearch = 0.15f;  // error of the simple combinations
 constexpr std::size_t kPoolSize = 8;    // planes for nested combinations
 

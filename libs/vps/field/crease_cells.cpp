@@ -6,8 +6,8 @@ namespace vps {
 namespace {
 
 // A neighbour's distance may differ from the cell's tangent plane by this much times the squared distance of the two
-// centres (a radius of curvature of 12 voxels) before the cell is examined as a crease.
-constexpr float kCreaseTolerance = 0.12f;
+// centres (a radius of curvature of 3 voxels) before the cell is examined as a crease.
+constexpr float kCreaseTolerance = 0.16f;
 // Farther cells than this hold no point within 1.5 voxels of the surface: they keep their planes.
 constexpr float kFarthest = 1.5f + 0.87f;
 constexpr float kNone = 1e30f;

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kBytesPerTriangle = 320.0;     // prepared triangles, their tree and their places in bricks
 constexpr double kCreaseBytesPerBrick = 700.0;  // of finely tessellated surfaces
+constexpr double kFewBytes = 3e4;               // the empty brick, and grids rounded up
 constexpr double kFewCoarseBytes = 1e6;         // so much the coarse grid may take without asking
 constexpr double kCoarsePart = 1.0 / 20.0;      // of the bricks' bytes beyond it
 constexpr int kMaxCoarseShift = 6;
@@ -65,9 +66,9 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   }
   const double index_bytes = num_voxels / DistanceField::kBrickWords * sizeof(std::uint32_t);
   const double creases = bricks * kCreaseBytesPerBrick;
-  plan.estimate.stored_bytes = brick_bytes + creases + index_bytes + coarse_bytes();
-  // Beside each cell the number of its nearest triangle, and each crease once more.
-  plan.estimate.peak_bytes = plan.estimate.stored_bytes + brick_bytes + creases +
+  plan.estimate.stored_bytes = kFewBytes + brick_bytes + creases + index_bytes + coarse_bytes();
+  // Creases are kept twice for a moment, and so are the cells when empty bricks go.
+  plan.estimate.peak_bytes = plan.estimate.stored_bytes + std::max(creases, brick_bytes) +
                              kBytesPerTriangle * static_cast<double>(mesh.triangles.size());
   if (!(plan.estimate.peak_bytes <= options.max_peak_bytes) || !(std::max({wanted.x, wanted.y, wanted.z}) < 1e6)) {
     char text[256];

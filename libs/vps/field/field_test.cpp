@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <random>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "core/pose.hpp"
@@ -196,6 +199,86 @@ TEST(DistanceField, ASheetHasTwoSidesAndNoInside) {
     EXPECT_GT(near_surface, 1000);
   }
   EXPECT_FALSE(BuildField(plate, 0.001, {.sheet_half_thickness_m = -1.0}));
+}
+
+// Runs the bodies of a range backwards on as many threads as asked for.
+class BackwardThreads final : public core::ParallelFor {
+ public:
+  explicit BackwardThreads(std::size_t count) : count_(count) {}
+  void Run(std::size_t count, Body body, void* context) override {
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < count_; ++k) {
+      threads.emplace_back([=, this] {
+        for (std::size_t i = count; i-- > 0;) {
+          if (i % count_ == k) body(context, i);
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+  }
+
+ private:
+  std::size_t count_;
+};
+
+TEST(DistanceField, IsTheSameBitForBitOnAnyNumberOfThreads) {
+  const TriangleMesh mesh = MakeBlockWithHole(0.03, 0.02, 0.01005, 96);
+  const auto serial = BuildField(mesh, 0.0004);
+  ASSERT_TRUE(serial);
+  for (const std::size_t threads : {1, 2, 5}) {
+    BackwardThreads workers(threads);
+    const auto field = BuildField(mesh, 0.0004, {.workers = &workers});
+    ASSERT_TRUE(field);
+    EXPECT_EQ(field->bricks, serial->bricks) << threads;
+    EXPECT_EQ(field->words, serial->words) << threads;
+    EXPECT_EQ(field->creases, serial->creases) << threads;
+    ASSERT_EQ(field->coarse.size(), serial->coarse.size());
+    EXPECT_EQ(std::memcmp(field->coarse.data(), serial->coarse.data(), field->coarse.size() * sizeof(CoarseCell)), 0);
+  }
+}
+
+// What is told before is enough, and not absurdly much, from a part of a few bricks to one of thousands.
+TEST(DistanceField, TellsItsMemoryBefore) {
+  struct Case {
+    const char* name;
+    TriangleMesh mesh;
+    double voxel_size_m;
+  };
+  for (const Case& c :
+       {Case{"box of 5 voxels", MakeBox({0.005, 0.005, 0.005}), 0.001},
+        Case{"box", MakeBox({0.03, 0.02, 0.04}), 0.0002}, Case{"fine torus", MakeTorus(0.03, 0.01, 128, 64), 0.0004},
+        Case{"block with hole", MakeBlockWithHole(0.05, 0.05, 0.01, 64), 0.00025},
+        Case{"rod", MakeCylinder(0.001, 0.2, 32), 0.0005}}) {
+    const auto estimate = EstimateField(c.mesh, c.voxel_size_m);
+    const auto field = BuildField(c.mesh, c.voxel_size_m);
+    ASSERT_TRUE(estimate && field) << c.name;
+    const auto stored = static_cast<double>(field->num_bytes());
+    EXPECT_GE(estimate->stored_bytes, stored) << c.name;
+    EXPECT_LE(estimate->stored_bytes, 2.5 * stored + 1e5) << c.name;
+    EXPECT_GE(estimate->peak_bytes, estimate->stored_bytes) << c.name;
+    EXPECT_LE(estimate->peak_bytes, 3.0 * estimate->stored_bytes + 1e7) << c.name;
+  }
+}
+
+TEST(DistanceField, RefusesMoreMemoryThanAllowed) {
+  const TriangleMesh box = MakeBox({0.1, 0.1, 0.1});
+  const auto estimate = EstimateField(box, 0.0005);
+  ASSERT_TRUE(estimate);
+  EXPECT_TRUE(BuildField(box, 0.0005, {.max_peak_bytes = 1.01 * estimate->peak_bytes}));
+  const auto refused = BuildField(box, 0.0005, {.max_peak_bytes = 0.99 * estimate->peak_bytes});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kResource);
+  EXPECT_NE(refused.error().detail.find("MB"), std::string::npos) << refused.error().detail;
+}
+
+TEST(DistanceField, ProgressRunsFromNothingToAll) {
+  std::vector<double> told;
+  ASSERT_TRUE(BuildField(MakeSphere(0.02, 32), 0.0005,
+                         {.progress = [&](std::string_view, double fraction) { told.push_back(fraction); }}));
+  ASSERT_GT(told.size(), 4U);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.front(), 0.0);
+  EXPECT_EQ(told.back(), 1.0);
 }
 
 TEST(DistanceField, RefusesWhatCannotBeBuilt) {
