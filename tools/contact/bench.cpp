@@ -18,8 +18,11 @@ core::Result<void> WriteReport(const BenchOptions& options, const Report& report
       if (auto done = WriteFile(options.plot / (name + ".svg"), DrawSvg(chart)); !done) return done;
     }
   }
+  if (!options.plot.empty() && options.only.empty()) {
+    if (auto done = WriteFile(options.plot / "goals.md", GoalPage(report.goals)); !done) return done;
+  }
   if (options.json.empty()) return {};
-  std::string json = "{\n  \"bench\": \"vps\",\n  \"skipped\": [";
+  std::string json = "{\n  \"bench\": \"vps\",\n  \"machine\": " + QuoteJson(MachineText()) + ",\n  \"skipped\": [";
   for (std::size_t i = 0; i < report.skipped.size(); ++i) json += (i ? ", " : "") + QuoteJson(report.skipped[i]);
   json += "]";
   for (const Table& table : report.tables) json += ",\n  " + QuoteJson(table.name) + ": " + ToJson(table, "  ");
@@ -106,7 +109,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     study(&report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
-  report.tables.push_back(GoalTable(report.goals));
+  if (options.only.empty()) report.tables.push_back(GoalTable(report.goals));
   PrintGoals(report.goals);
   tell("done");
   return WriteReport(options, report);

@@ -125,7 +125,7 @@ class Labels {
   explicit Labels(const Box& plot) : plot_(plot) {}
   void Occupy(double x, double y) { taken_.push_back({x - 5, y - 5, x + 5, y + 5}); }
   std::string Place(double x, double y, const std::string& text, const char* colour, bool is_bold) {
-    const double width = (is_bold ? 1.12 : 0.9) * kLetter * static_cast<double>(text.size());
+    const double width = (is_bold ? 1.28 : 0.95) * kLetter * static_cast<double>(text.size());
     for (const double away : {0.0, 11.0, 22.0, 36.0, 52.0}) {
       for (const auto& [dx, dy] : {std::pair{8.0, 4.0},
                                    {-8.0 - width, 4.0},
@@ -282,7 +282,9 @@ std::string DrawSvg(const Chart& chart) {
     for (const Bar& bar : panel.bars) add(bar.series);
   }
   const bool is_single = chart.panels.size() == 1;
-  const double width = is_single ? std::max(kWidth, 40.0 + 7.6 * static_cast<double>(chart.title.size())) : 2 * kWidth;
+  const double width = is_single ? std::max({kWidth, 40.0 + 9.0 * static_cast<double>(chart.title.size()),
+                                             40.0 + 6.4 * static_cast<double>(chart.subtitle.size())})
+                                 : 2 * kWidth;
   const double height = 72.0 + std::ceil(static_cast<double>(chart.panels.size()) / 2.0) * kHeight;
   std::string svg = Format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %g %g' width='%g' height='%g' "

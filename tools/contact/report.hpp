@@ -33,6 +33,10 @@ struct Report {
 
 const char* ToText(Verdict verdict);
 Table GoalTable(const std::vector<Goal>& goals);
+// A page of Markdown: the machine and the table.
+std::string GoalPage(const std::vector<Goal>& goals);
+// Processor, compiler, instruction set of the walk.
+std::string MachineText();
 void PrintGoals(const std::vector<Goal>& goals);
 
 }  // namespace contact

@@ -39,6 +39,7 @@ vps::SampleTree WithoutCulling(vps::SampleTree samples) {
   for (vps::SphereBlock& block : samples.spheres) {
     for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
       if (std::abs(block.x[k]) < 1e3f) block.r[k] = 1e3f;
+      block.nx[k] = block.ny[k] = block.nz[k] = block.h[k] = 0.0f;
     }
   }
   return samples;

@@ -20,12 +20,13 @@ class DenseMethod : public Method {
     for (std::size_t i = 0; i < samples_.points_m.size(); ++i) {
       const glm::dvec3 p = X_AB * samples_.points_m[i];
       if (glm::any(glm::lessThan(p, box_.lower)) || glm::any(glm::greaterThan(p, box_.upper))) continue;
-      const auto nearest = A_.FindNearest(p, kDeepest_m);
-      if (!nearest || !A_.IsInside(p)) continue;
-      const glm::dvec3 f = nearest->distance_m * samples_.areas_m2[i] * X_AB.rotate(samples_.inward_normals[i]);
+      if (!A_.FindNearest(p, kDeepest_m)) continue;
+      const double depth_m = -A_.SignedDistance(p);
+      if (depth_m <= 0.0) continue;
+      const glm::dvec3 f = depth_m * samples_.areas_m2[i] * X_AB.rotate(samples_.inward_normals[i]);
       answer.force_A += f;
       answer.moment_A += glm::cross(p - X_AB.translation, f);
-      answer.signed_distance_m = std::min(answer.signed_distance_m, -nearest->distance_m);
+      answer.signed_distance_m = std::min(answer.signed_distance_m, -depth_m);
       ++answer.contacts;
     }
     answer.points_tested = samples_.points_m.size();

@@ -122,15 +122,4 @@ core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem:
   return out;
 }
 
-core::Result<void> WriteBuilds(const std::filesystem::path& csv, const std::vector<BuildMeasurement>& builds) {
-  std::ofstream out(csv);
-  out << "mesh,method,voxels,threads,time_s,stored_bytes,peak_bytes\n";
-  for (const BuildMeasurement& b : builds) {
-    out << b.mesh << ',' << b.method << ',' << b.voxels << ',' << b.threads << ',' << b.time_s << ',' << b.stored_bytes
-        << ',' << b.peak_bytes << '\n';
-  }
-  if (!out.flush()) return core::Fail(core::ErrorCode::kIo, csv.string() + ": cannot be written");
-  return {};
-}
-
 }  // namespace contact_peers

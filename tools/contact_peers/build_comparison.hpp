@@ -23,7 +23,4 @@ struct BuildMeasurement {
 // and the bolt of the folder, those that are there, and a block with a hole.
 core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes);
 
-// Writes them as CSV, one row per build.
-core::Result<void> WriteBuilds(const std::filesystem::path& csv, const std::vector<BuildMeasurement>& builds);
-
 }  // namespace contact_peers

@@ -4,9 +4,12 @@
 #include <HACD/hacdHACD.h>
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletCollisionCommon.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 
 #include "tools/contact_peers/peers.hpp"
@@ -16,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMaxTriangles = 3000;  // for HACD
 constexpr std::size_t kMinParts = 8;
+constexpr unsigned kMaxSeconds = 8;
 
 btVector3 ToBullet(const glm::dvec3& v) {
   return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
@@ -70,35 +74,72 @@ std::unique_ptr<btConvexHullShape> Hull(const std::vector<glm::dvec3>& points) {
   return hull;
 }
 
+std::vector<std::vector<glm::dvec3>> Decompose(const vps::TriangleMesh& mesh) {
+  const vps::TriangleMesh thin = Thinned(mesh);
+  std::vector<HACD::Vec3<HACD::Real>> points;
+  for (const glm::dvec3& v : thin.vertices) points.emplace_back(v.x, v.y, v.z);
+  std::vector<HACD::Vec3<long>> triangles;
+  for (const auto& t : thin.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+  HACD::HACD hacd;
+  hacd.SetPoints(points.data());
+  hacd.SetNPoints(points.size());
+  hacd.SetTriangles(triangles.data());
+  hacd.SetNTriangles(triangles.size());
+  hacd.SetCompacityWeight(0.1);
+  hacd.SetVolumeWeight(0.0);
+  hacd.SetNClusters(kMinParts);
+  hacd.SetNVerticesPerCH(100);
+  hacd.SetConcavity(100.0);  // of a mesh scaled to 1000
+  hacd.SetAddExtraDistPoints(false);
+  hacd.SetAddNeighboursDistPoints(false);
+  hacd.SetAddFacesPoints(false);
+  std::vector<std::vector<glm::dvec3>> parts;
+  if (!hacd.Compute()) return parts;
+  for (std::size_t k = 0; k < hacd.GetNClusters(); ++k) {
+    std::vector<HACD::Vec3<HACD::Real>> corners(hacd.GetNPointsCH(k));
+    std::vector<HACD::Vec3<long>> faces(hacd.GetNTrianglesCH(k));
+    hacd.GetCH(k, corners.data(), faces.data());
+    if (corners.size() < 4) continue;
+    parts.emplace_back();
+    for (const auto& c : corners) parts.back().emplace_back(c.X(), c.Y(), c.Z());
+  }
+  return parts;
+}
+
+// In a process of its own, which is ended after kMaxSeconds: on some meshes the decomposition never comes back.
+std::vector<std::vector<glm::dvec3>> DecomposeInTime(const vps::TriangleMesh& mesh) {
+  int ends[2];
+  if (pipe(ends) != 0) return {};
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(kMaxSeconds);
+    FILE* const out = fdopen(ends[1], "w");
+    for (const auto& part : Decompose(mesh)) {
+      const std::size_t count = part.size();
+      std::fwrite(&count, sizeof(count), 1, out);
+      std::fwrite(part.data(), sizeof(glm::dvec3), count, out);
+    }
+    std::fflush(out);
+    _exit(0);
+  }
+  close(ends[1]);
+  std::vector<std::vector<glm::dvec3>> parts;
+  FILE* const in = fdopen(ends[0], "r");
+  std::size_t count = 0;
+  while (std::fread(&count, sizeof(count), 1, in) == 1) {
+    std::vector<glm::dvec3> part(count);
+    if (std::fread(part.data(), sizeof(glm::dvec3), count, in) != count) break;
+    parts.push_back(std::move(part));
+  }
+  std::fclose(in);
+  waitpid(child, nullptr, 0);
+  return parts;
+}
+
 struct Body {
   explicit Body(const vps::TriangleMesh& mesh) {
-    const vps::TriangleMesh thin = Thinned(mesh);
-    std::vector<HACD::Vec3<HACD::Real>> points;
-    for (const glm::dvec3& v : thin.vertices) points.emplace_back(v.x, v.y, v.z);
-    std::vector<HACD::Vec3<long>> triangles;
-    for (const auto& t : thin.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-    HACD::HACD hacd;
-    hacd.SetPoints(points.data());
-    hacd.SetNPoints(points.size());
-    hacd.SetTriangles(triangles.data());
-    hacd.SetNTriangles(triangles.size());
-    hacd.SetCompacityWeight(0.1);
-    hacd.SetVolumeWeight(0.0);
-    hacd.SetNClusters(kMinParts);
-    hacd.SetNVerticesPerCH(100);
-    hacd.SetConcavity(100.0);  // of a mesh scaled to 1000
-    hacd.SetAddExtraDistPoints(false);
-    hacd.SetAddNeighboursDistPoints(false);
-    hacd.SetAddFacesPoints(false);
-    if (!hacd.Compute()) return;
-    for (std::size_t k = 0; k < hacd.GetNClusters(); ++k) {
-      std::vector<HACD::Vec3<HACD::Real>> corners(hacd.GetNPointsCH(k));
-      std::vector<HACD::Vec3<long>> faces(hacd.GetNTrianglesCH(k));
-      hacd.GetCH(k, corners.data(), faces.data());
-      std::vector<glm::dvec3> p;
-      for (const auto& c : corners) p.emplace_back(c.X(), c.Y(), c.Z());
-      if (p.size() < 4) continue;
-      parts.push_back(Hull(p));
+    for (const auto& part : DecomposeInTime(mesh)) {
+      parts.push_back(Hull(part));
       shape.addChildShape(btTransform::getIdentity(), parts.back().get());
     }
     object.setCollisionShape(&shape);
@@ -184,7 +225,8 @@ class HullMethod : public contact::Method {
 core::Result<std::unique_ptr<contact::Method>> MakeConvexPartsMethod(const vps::TriangleMesh& A,
                                                                      const vps::TriangleMesh& B) {
   auto method = std::make_unique<ConvexPartsMethod>(A, B);
-  if (!method->has_parts()) return core::Fail(core::ErrorCode::kInvalidInput, "HACD gives no parts");
+  if (!method->has_parts())
+    return core::Fail(core::ErrorCode::kInvalidInput, "HACD does not come back in 8 s, or gives no parts");
   return method;
 }
 

@@ -2,6 +2,7 @@
 
 #include "tools/contact/bench.hpp"
 #include "tools/contact_peers/peers.hpp"
+#include "tools/contact_peers/study_build.hpp"
 
 // `oos bench vps` runs this in its own place where it exists. Arguments: JSON file, plot folder, meshes, scenarios, one
 // pair or "".
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
       [](const Parts& parts, Structures&) { return contact_peers::MakeConvexPartsMethod(parts.A, parts.B); });
   add("GJK/EPA", "hulls", "", false,
       [](const Parts& parts, Structures&) { return contact_peers::MakeHullMethod(parts.A, parts.B); });
+  peers.study_build = contact_peers::StudyBuild;
   contact::BenchOptions options;
   options.json = argv[1];
   options.plot = argv[2];

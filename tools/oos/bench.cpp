@@ -11,10 +11,13 @@ namespace oos {
 namespace {
 
 constexpr std::string_view kDetails =
-    R"(For every pair of parts: times per query (median, 99th percentile, worst; contenders alternate) and the errors of force
-direction, force magnitude, torque and depth against the exact answer. The table goes to stdout, all of it to the JSON
-file, and one CSV and one SVG chart for each pair to the plot folder. Pairs whose meshes are missing are named and
-skipped. FCL, Bullet and OpenVDB take part when `oos_bench_peers` stands beside this program: `./dev bench` builds it.)";
+    R"(Every query figure of the contact engine, on one core, with the goals that it must hold. For every pair of parts, hands'
+motions of consecutive poses and independent poses: times (median, 99th percentile, worst; contenders take turns) and
+errors of force direction, magnitude, torque and depth against the exact answer. Then scaling with points and with
+pairs, the walk beside a flat scan and the machine's random reads, instruction sets, the field's accuracy, the ripple of
+a slide. Tables go to stdout, all of it to the JSON file, and a CSV beside each SVG chart to the plot folder. Parts whose
+meshes are missing are named and skipped. FCL, Bullet and OpenVDB take part when `oos_bench_peers` stands beside this
+program: `./dev bench` builds it.)";
 
 int Run(const Arguments& arguments) {
   if (arguments.positional()[0] != "vps") {
@@ -43,10 +46,10 @@ Verb BenchVerb() {
           1,
           1,
           {{"--json", "FILE", "where all numbers go"},
-           {"--plot", "DIR", "folder for one CSV and one SVG for each pair"},
+           {"--plot", "DIR", "folder for the charts (SVG) and their tables (CSV)"},
            {"--meshes", "DIR", "public meshes; default ../shared/data/meshes"},
            {"--scenarios", "DIR", "folder of the scenarios; default scenarios"},
-           {"--pair", "NAME", "only this pair"}},
+           {"--pair", "NAME", "only these parts or this study; a wrong name lists all"}},
           Run,
           kDetails};
 }
