@@ -5,21 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "vps/force/direction_bins.hpp"
+
 namespace vps {
 namespace {
 
-constexpr std::size_t kNumBins = 27;  // 3 x 3 x 3 directions; the middle one stays empty
+constexpr std::size_t kNumBins = kNumDirectionBins;
 constexpr std::size_t kNumExtremes = 4;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-
-// A component beyond sin(22.5 deg) counts as pointing that way, so bins are about 45 deg wide and the normals of a
-// box's face, of a chamfer and of a corner fall into the middle of one.
-constexpr float kAcross = 0.3826834f;
-
-std::size_t BinOf(const glm::vec3& n_G) {
-  const auto third = [](float c) { return c > kAcross ? 2 : (c < -kAcross ? 0 : 1); };
-  return static_cast<std::size_t>((third(n_G.x) * 3 + third(n_G.y)) * 3 + third(n_G.z));
-}
 
 // Planes that are still apart keep this share of a penetrating one's stiffness.
 constexpr float kLeastShare = 0.05f;
@@ -36,18 +29,6 @@ struct Bin {
 
   Bin() { previous_p_S.fill(glm::vec3(std::numeric_limits<float>::quiet_NaN())); }
 };
-
-void SetTangents(std::size_t bin_index, Bin* bin) {
-  const int i = static_cast<int>(bin_index);
-  const glm::ivec3 cell(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);  // of the 3 x 3 x 3 grid of directions
-  const glm::vec3 n = glm::normalize(glm::vec3(cell));
-  const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-  const glm::vec3 u = glm::normalize(glm::cross(n, helper));
-  const glm::vec3 v = glm::cross(n, u);
-  // Turned by 45 deg: the far points of a rectangle along u + v and u - v are its corners.
-  bin->u_G = glm::normalize(u + v);
-  bin->v_G = glm::normalize(u - v);
-}
 
 }  // namespace
 
@@ -67,7 +48,7 @@ void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& 
   const auto hysteresis = static_cast<float>(hysteresis_m);
 
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
-    Bin& bin = bins[BinOf(R_GS * contacts[i].n_S)];
+    Bin& bin = bins[DirectionBin(R_GS * contacts[i].n_S)];
     bin.penetration_m = std::max(bin.penetration_m, contacts[i].penetration_m);
     const float preference = contacts[i].penetration_m + (contacts[i].p_S == bin.previous_p_S[0] ? hysteresis : 0.0f);
     if (preference > bin.preference_m) {
@@ -78,13 +59,15 @@ void ReduceContacts(std::span<const SampledContact> contacts, const core::Pose& 
 
   for (std::size_t b = 0; b < kNumBins; ++b) {
     if (bins[b].deepest == kNone) continue;
-    SetTangents(b, &bins[b]);
+    const Tangents tangents = BinTangents(b);
+    bins[b].u_G = tangents.u;
+    bins[b].v_G = tangents.v;
     bins[b].extremes.fill(kNone);
     bins[b].reach_m.fill(-std::numeric_limits<float>::infinity());
   }
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     const glm::vec3 n_G = R_GS * contacts[i].n_S;
-    Bin& bin = bins[BinOf(n_G)];
+    Bin& bin = bins[DirectionBin(n_G)];
     const float nearness = contacts[i].penetration_m - (bin.penetration_m - band);
     if (nearness < 0.0f) continue;
     bin.mean_normal_G += (nearness + 1e-6f) * n_G;

@@ -5,79 +5,171 @@
 namespace vps {
 namespace {
 
-SampledContact MakeContact(const SampleTree& sampled, const DistanceField& field, const FieldTransform& T,
-                           const glm::mat3& R_SG, std::uint32_t point, float depth_voxels) {
-  const PointBlock& block = sampled.points[point / kBlock];
-  const std::uint32_t k = point % kBlock;
-  SampledContact contact;
-  contact.p_S = {block.x[k], block.y[k], block.z[k]};
-  // The gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
-  contact.n_S = R_SG * glm::normalize(SampleField(field, T.ToVoxels(contact.p_S)).gradient);
-  contact.penetration_m = depth_voxels * static_cast<float>(field.voxel_size_m);
-  return contact;
+struct Front {
+  const SampleTree& sampled;
+  const DistanceField& field;
+  FieldTransform T;
+  glm::mat3 R_SG;
+};
+
+glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
+  return {block.x[k], block.y[k], block.z[k]};
+}
+
+// The gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
+void Place(const Front& front, const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
+  patch->p_S = PointOf(block, k);
+  patch->n_S = front.R_SG * glm::normalize(SampleField(front.field, front.T.ToVoxels(patch->p_S)).gradient);
+  patch->penetration_m = depth_m;
+}
+
+void AddPoint(const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
+  if (!(depth_m > 0.0f)) return;
+  const float volume = block.area_m2[k] * depth_m;
+  const glm::vec3 force = volume * glm::vec3(block.nx[k], block.ny[k], block.nz[k]);
+  patch->force_m3 += force;
+  patch->moment_m4 += glm::cross(PointOf(block, k), force);
+  patch->volume_m3 += volume;
+  patch->square_m4 += volume * depth_m;
+}
+
+// Patches of the points that a walk found near.
+std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const FieldWalkScratch& scratch,
+                          double margin_m, ContactPatch* patches) {
+  const auto voxel_m = static_cast<float>(front.field.voxel_size_m);
+  const float margin = static_cast<float>(margin_m) / voxel_m;
+  const bool takes_all = walk.num_near <= kMaxFastContacts;
+  std::uint32_t mask = 0;
+  while (walk.num_near_blocks / (mask + 1) > kMaxFastContacts) mask = 2 * mask + 1;
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
+    const std::uint32_t at = scratch.near_blocks[i];
+    const PointBlock& block = front.sampled.points[at];
+    const float* const depths = scratch.depths(i);
+    if (takes_all) {
+      for (std::uint32_t k = 0; k < kBlock; ++k) {
+        if (depths[k] < -margin) continue;
+        patches[count] = {};
+        Place(front, block, k, depths[k] * voxel_m, &patches[count]);
+        AddPoint(block, k, depths[k] * voxel_m, &patches[count++]);
+      }
+      continue;
+    }
+    const bool is_deepest = at == walk.deepest_point / kBlock;
+    if (((at & mask) != 0 || count >= 2 * kMaxFastContacts) && !is_deepest) continue;
+    const auto k = is_deepest ? walk.deepest_point % kBlock
+                              : static_cast<std::uint32_t>(std::max_element(depths, depths + kBlock) - depths);
+    patches[count] = {};
+    Place(front, block, k, depths[k] * voxel_m, &patches[count]);
+    for (std::uint32_t j = 0; j < kBlock; ++j) AddPoint(block, j, depths[j] * voxel_m, &patches[count]);
+    ++count;
+  }
+  return count;
+}
+
+double CountEffective(const SampleTree& sampled, const FieldWalkResult& walk, const FieldWalkScratch& scratch) {
+  // So many have the whole share anyway (BackShare), unless a few of them carry nearly all.
+  if (walk.num_colliding > 4096) return walk.num_colliding;
+  EffectiveCount count;
+  for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
+    const PointBlock& block = sampled.points[scratch.near_blocks[i]];
+    const float* const depths = scratch.depths(i);
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      if (depths[k] > 0.0f) count.Add(static_cast<double>(block.area_m2[k]) * depths[k]);
+    }
+  }
+  return count.value();
+}
+
+void Scale(std::span<ContactPatch> patches, double share) {
+  const auto s = static_cast<float>(share);
+  for (ContactPatch& patch : patches) {
+    patch.force_m3 *= s;
+    patch.moment_m4 *= s;
+    patch.volume_m3 *= s;
+    patch.square_m4 *= s;
+  }
+}
+
+void TakeDeepest(const SampleTree& sampled, const FieldWalkResult& walk, const BackSide& back,
+                 const FieldWalkResult& behind, const core::Pose& X_GS, PairResult* result) {
+  if (behind.num_near == 0 || (walk.num_near > 0 && walk.deepest_m >= behind.deepest_m)) {
+    const PointBlock& block = sampled.points[walk.deepest_point / kBlock];
+    const std::uint32_t k = walk.deepest_point % kBlock;
+    result->signed_distance_m = -walk.deepest_m;
+    result->deepest_p_S = PointOf(block, k);
+    result->deepest_n_S = {block.nx[k], block.ny[k], block.nz[k]};
+    return;
+  }
+  // The place of S's surface nearest to the point of G.
+  const FieldTransform T(core::Pose{}, *back.field);
+  const glm::dvec3 p_G(PointOf(back.points->points[behind.deepest_point / kBlock], behind.deepest_point % kBlock));
+  const glm::dvec3 p_S = X_GS.inverse() * p_G;
+  const glm::dvec3 outwards(glm::normalize(SampleField(*back.field, T.ToVoxels(glm::vec3(p_S))).gradient));
+  result->signed_distance_m = -behind.deepest_m;
+  result->deepest_p_S = p_S + behind.deepest_m * outwards;
+  result->deepest_n_S = -outwards;
 }
 
 }  // namespace
 
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                     PairResult* result) {
+                     PairResult* result, const BackSide& back) {
   const std::uint32_t num_chunks =
       PrepareWalk(sampled, field, X_GS, pair.look_ahead_m, BestInstructionSet(), &scratch->walk);
   for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
-  return FinishFastPair(sampled, field, X_WS, X_GS, pair, rho, scratch, result);
+  return FinishFastPair(sampled, field, X_WS, X_GS, pair, rho, scratch, result, back);
 }
 
 double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                       const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                      PairResult* result) {
+                      PairResult* result, const BackSide& back) {
   const FieldWalkResult walk = FinishWalk(&scratch->walk);
-  result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
-  result->is_in_contact = walk.num_colliding > 0;
+  FieldWalkResult behind;
+  behind.free_distance_m = walk.free_distance_m;
+  if (back.is_used()) {
+    behind = WalkField(*back.points, *back.field, X_GS.inverse(), pair.look_ahead_m, &scratch->back_walk);
+  }
+  result->counters = {walk.spheres_tested + std::uint64_t{behind.spheres_tested},
+                      walk.points_tested + std::uint64_t{behind.points_tested},
+                      walk.num_colliding + std::uint64_t{behind.num_colliding}};
+  result->is_in_contact = walk.num_colliding + behind.num_colliding > 0;
   result->f_So_S = {};
   result->F_So_W = {};
   scratch->force_m3 = walk.force_m3;
   scratch->moment_m4 = walk.moment_m4;
-  if (walk.num_near == 0) {
+  if (walk.num_near == 0 && behind.num_near == 0) {
+    const double free_m = std::min(walk.free_distance_m, behind.free_distance_m);
     result->planes.clear();
-    result->signed_distance_m = pair.look_ahead_m + walk.free_distance_m;
-    return walk.free_distance_m;
+    result->signed_distance_m = pair.look_ahead_m + free_m;
+    return free_m;
   }
-  result->signed_distance_m = -walk.deepest_m;
-  const PointBlock& deepest_block = sampled.points[walk.deepest_point / kBlock];
-  const std::uint32_t deepest_lane = walk.deepest_point % kBlock;
-  result->deepest_p_S = {deepest_block.x[deepest_lane], deepest_block.y[deepest_lane], deepest_block.z[deepest_lane]};
-  result->deepest_n_S = {deepest_block.nx[deepest_lane], deepest_block.ny[deepest_lane],
-                         deepest_block.nz[deepest_lane]};
-  result->f_So_S =
-      AreaScale(walk.volume_m3, walk.square_m4, sampled.area_m2, rho) * PenetrationSum{walk.force_m3, walk.moment_m4};
+  TakeDeepest(sampled, walk, back, behind, X_GS, result);
+  const Front front{sampled, field, FieldTransform(X_GS, field),
+                    glm::mat3(glm::mat3_cast(glm::conjugate(X_GS.rotation)))};
+  const std::span<ContactPatch> patches(scratch->patches);
+  const std::uint32_t num_front = MakePatches(front, walk, scratch->walk, pair.look_ahead_m, patches.data());
+  std::uint32_t num_back = 0;
+  double volume_m3 = walk.volume_m3;
+  double square_m4 = walk.square_m4;
+  if (behind.num_near > 0) {
+    const BackSum sum = SumBackSide(back, field, X_GS, behind, scratch->back_walk, pair.look_ahead_m,
+                                    patches.subspan(num_front, kMaxFastContacts), &num_back);
+    const double share = BackShare(CountEffective(sampled, walk, scratch->walk), sum.num_effective);
+    Scale(patches.first(num_front), 1.0 - share);
+    Scale(patches.subspan(num_front, num_back), share);
+    scratch->force_m3 = (1.0 - share) * walk.force_m3 + share * sum.force_m3;
+    scratch->moment_m4 = (1.0 - share) * walk.moment_m4 + share * sum.moment_m4;
+    volume_m3 = (1.0 - share) * walk.volume_m3 + share * sum.volume_m3;
+    square_m4 = (1.0 - share) * walk.square_m4 + share * sum.square_m4;
+  }
+  const double scale = AreaScale(volume_m3, square_m4, sampled.area_m2, rho);
+  result->f_So_S = scale * PenetrationSum{scratch->force_m3, scratch->moment_m4};
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
-
-  const FieldTransform T(X_GS, field);
-  const glm::mat3 R_SG(glm::mat3_cast(glm::conjugate(X_GS.rotation)));
-  const bool takes_all = walk.num_near <= kMaxFastContacts;
-  std::uint32_t mask = 0;
-  while (walk.num_near_blocks / (mask + 1) > kMaxFastContacts) mask = 2 * mask + 1;
-  const auto margin = static_cast<float>(pair.look_ahead_m / field.voxel_size_m);
-  std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
-    const std::uint32_t block = scratch->walk.near_blocks[i];
-    const float* const depths = scratch->walk.depths(i);
-    if (takes_all) {
-      for (std::uint32_t k = 0; k < kBlock; ++k) {
-        if (depths[k] < -margin) continue;
-        scratch->contacts[count++] = MakeContact(sampled, field, T, R_SG, block * kBlock + k, depths[k]);
-      }
-      continue;
-    }
-    const bool is_deepest = block == walk.deepest_point / kBlock;
-    if (((block & mask) != 0 || count >= 2 * kMaxFastContacts) && !is_deepest) continue;
-    const std::uint32_t k =
-        is_deepest ? deepest_lane : static_cast<std::uint32_t>(std::max_element(depths, depths + kBlock) - depths);
-    scratch->contacts[count++] = MakeContact(sampled, field, T, R_SG, block * kBlock + k, depths[k]);
-  }
-  ReduceContacts({scratch->contacts.data(), count}, X_GS, pair.stiffness_N_per_m, pair.look_ahead_m, &result->planes,
-                 0.25 * field.voxel_size_m);
+  const ContactLoad load{scratch->force_m3, scratch->moment_m4, volume_m3, scale * pair.stiffness_N_per_m};
+  ReducePatches(patches.first(num_front + num_back), X_GS, load, pair.stiffness_N_per_m, pair.look_ahead_m,
+                2.0 * field.voxel_size_m, &result->planes, 0.25 * field.voxel_size_m);
   return 0.0;
 }
 

@@ -3,21 +3,23 @@
 #include <algorithm>
 #include <vector>
 
-#include "vps/force/reduce_contacts.hpp"
+#include "vps/force/reduce_patches.hpp"
+#include "vps/multibody/back_side.hpp"
 #include "vps/multibody/collision_world.hpp"
 #include "vps/walk/field_walk.hpp"
 
 namespace vps {
 
-// At most about this many contacts of a pair enter the reduction to planes: all near points while there are few, else
-// the deepest point of every, every second, fourth ... block of sixteen neighbours, always the same blocks.
+// At most about this many patches of each side enter the reduction to planes: all near points while there are few, else
+// every, every second, fourth ... block of sixteen neighbours, always the same blocks.
 constexpr std::uint32_t kMaxFastContacts = 256;
 
-// Memory of a query, allocated once; serves this tree and smaller ones.
+// Memory of a query, allocated once; serves these trees and smaller ones.
 struct FastPairScratch {
-  explicit FastPairScratch(const SampleTree& tree) : walk(tree), contacts(2 * kMaxFastContacts + kBlock) {}
-  FieldWalkScratch walk;
-  std::vector<SampledContact> contacts;
+  explicit FastPairScratch(const SampleTree& tree, const SampleTree& back = {})
+      : walk(tree), back_walk(back), patches(4 * kMaxFastContacts) {}
+  FieldWalkScratch walk, back_walk;
+  std::vector<ContactPatch> patches;
   // Of the last query: the penalty integral over S's surface inside G before AreaScale, and its moment about S's mesh
   // origin, in S.
   glm::dvec3 force_m3{0.0};
@@ -36,14 +38,17 @@ inline double AreaScale(double volume_m3, double square_m4, double area_m2, doub
 }
 
 // What QueryPair is for `paper`: one pair, from poses to forces and planes. Same results, same meaning of what it
-// returns.
+// returns, the planes' stiffness apart: a modulus times area here (ReducePatches).
+//
+// With a back side, contact, the deepest point and the free distance come from both sides; the integral is the weighted
+// mean of both estimates (BackShare), which agree but for what either side's points miss.
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                     PairResult* result);
+                     PairResult* result, const BackSide& back = {});
 
 // Its last part, after PrepareWalk with the pair's look-ahead and all its chunks.
 double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                       const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                      PairResult* result);
+                      PairResult* result, const BackSide& back = {});
 
 }  // namespace vps

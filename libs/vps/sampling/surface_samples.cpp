@@ -1,100 +1,189 @@
 #include "vps/sampling/surface_samples.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
 
-#include "vps/pointshell/point_grid.hpp"
+#include "vps/pointshell/crowd_heap.hpp"
 #include "vps/pointshell/pointshell.hpp"
+#include "vps/sampling/graded_grid.hpp"
+#include "vps/sampling/surface_panels.hpp"
 
 namespace vps {
 namespace {
 
 constexpr double kSameFace = 0.7071;  // cosine of 45 degrees
+constexpr std::uint32_t kCandidatesPerPoint = 4;
+constexpr int kRelaxations = 2;
 
-// Calls visit(place, outward normal, area) for evenly spread places: `share_m2` each, triangles smaller than that one
-// place in every so many, chosen by the running area.
-template <typename Visit>
-void ForProbes(const TriangleMesh& mesh, double share_m2, Visit&& visit) {
-  double owed = 0.5;           // places not yet made
-  std::uint64_t num_made = 0;  // runs through all triangles, so that small ones do not all get the same place
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = mesh.corners(t);
-    const glm::dvec3 n = glm::cross(b - a, c - a);
-    const double length = glm::length(n);
-    if (!(length > 0.0)) continue;
-    owed += 0.5 * length / share_m2;
-    const auto count = static_cast<std::uint64_t>(owed);
-    owed -= static_cast<double>(count);
-    for (std::uint64_t k = 0; k < count; ++k, ++num_made) {
-      // Points of the R2 sequence (Roberts 2018) cover the square evenly; the far half folds onto the triangle.
-      double u = std::fmod(0.5 + 0.7548776662466927 * static_cast<double>(num_made), 1.0);
-      double v = std::fmod(0.5 + 0.5698402909980532 * static_cast<double>(num_made), 1.0);
-      if (u + v > 1.0) {
-        u = 1.0 - u;
-        v = 1.0 - v;
-      }
-      visit(a + u * (b - a) + v * (c - a), n / length);
+using Progress = std::function<void(std::string_view, double)>;
+
+// Points whose spacing varies, with outward normals.
+struct Places {
+  std::vector<glm::dvec3> points_m, normals;
+  std::vector<double> spacings_m;
+};
+
+// Centroids of panels: one in each of `count` equal shares of the running number of points, at a random place of the
+// share, so that no lattice shows.
+Places ChooseCandidates(const std::vector<SurfacePanel>& panels, std::size_t count) {
+  double total = 0.0;
+  for (const SurfacePanel& panel : panels) total += panel.area_m2 / (panel.spacing_m * panel.spacing_m);
+  Places places;
+  std::mt19937_64 random(0x5eed);
+  std::size_t at = 0;
+  double running = panels[0].area_m2 / (panels[0].spacing_m * panels[0].spacing_m);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double jitter = static_cast<double>(random() >> 11) * 0x1p-53;
+    const double target = (static_cast<double>(k) + jitter) / static_cast<double>(count) * total;
+    while (at + 1 < panels.size() && running < target) {
+      ++at;
+      running += panels[at].area_m2 / (panels[at].spacing_m * panels[at].spacing_m);
+    }
+    places.points_m.push_back(panels[at].centroid_m);
+    places.normals.push_back(panels[at].normal);
+    places.spacings_m.push_back(panels[at].spacing_m);
+  }
+  return places;
+}
+
+// Weight that candidate j puts on i: (1 - d / (2 r))^8 for d < 2 r. r is half the distance of neighbours in a hexagonal
+// packing of the spacing's area, h^2 = 2 sqrt(3) r^2, with the mean spacing of the two.
+Places Thin(const Places& candidates, std::size_t num_points, const Progress& progress) {
+  const std::size_t count = candidates.points_m.size();
+  const double reach_per_spacing = 2.0 / std::sqrt(2.0 * std::numbers::sqrt3);
+  const auto weight = [&](std::size_t i, std::size_t j) {
+    if (glm::dot(candidates.normals[i], candidates.normals[j]) < -0.5) return 0.0;
+    const glm::dvec3 r = candidates.points_m[i] - candidates.points_m[j];
+    const double reach = 0.5 * reach_per_spacing * (candidates.spacings_m[i] + candidates.spacings_m[j]);
+    const double squared = glm::dot(r, r);
+    if (squared >= reach * reach) return 0.0;
+    double w = 1.0 - std::sqrt(squared) / reach;
+    w *= w;
+    w *= w;
+    return w * w;
+  };
+  const GradedGrid grid(candidates.points_m, candidates.spacings_m);
+  std::vector<double> weights(count, 0.0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    grid.ForNear(candidates.points_m[i], candidates.spacings_m[i], reach_per_spacing, [&](std::uint32_t j) {
+      if (j != i) weights[i] += weight(i, j);
+    });
+    if (progress && i % 16384 == 0) progress("points: crowding", 0.5 * i / static_cast<double>(count));
+  }
+  CrowdHeap heap(std::move(weights));
+  const std::size_t num_removed = count - num_points;
+  for (std::size_t k = 0; k < num_removed; ++k) {
+    const std::uint32_t i = heap.PopHeaviest();
+    grid.ForNear(candidates.points_m[i], candidates.spacings_m[i], reach_per_spacing, [&](std::uint32_t j) {
+      if (!heap.contains(j)) return;
+      const double w = weight(i, j);
+      if (w > 0.0) heap.Lower(j, w);
+    });
+    if (progress && k % 16384 == 0) {
+      progress("points: thinning", 0.5 + 0.5 * static_cast<double>(k) / static_cast<double>(num_removed));
     }
   }
+  Places kept;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (!heap.contains(i)) continue;
+    kept.points_m.push_back(candidates.points_m[i]);
+    kept.normals.push_back(candidates.normals[i]);
+    kept.spacings_m.push_back(candidates.spacings_m[i]);
+  }
+  return kept;
 }
+
+constexpr std::uint32_t kNobody = 0xffffffffU;
+
+// Of every panel the point it belongs to. Where the surface bends sharply without a point near that looks the same way,
+// the nearest point at all.
+std::vector<std::uint32_t> Assign(const std::vector<SurfacePanel>& panels, const Places& places) {
+  const GradedGrid grid(places.points_m, places.spacings_m);
+  std::vector<std::uint32_t> owners;
+  owners.reserve(panels.size());
+  for (const SurfacePanel& panel : panels) {
+    std::uint32_t nearest = kNobody;
+    std::uint32_t nearest_of_any = kNobody;
+    double least = 1e300;
+    double least_of_any = 1e300;
+    for (const double factor : {1.4, 4.0}) {
+      grid.ForNear(panel.centroid_m, panel.spacing_m, factor, [&](std::uint32_t i) {
+        const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
+        const double squared = glm::dot(r, r);
+        if (squared < least_of_any || (squared == least_of_any && i < nearest_of_any)) {
+          least_of_any = squared;
+          nearest_of_any = i;
+        }
+        if (squared > least || (squared == least && i > nearest)) return;
+        if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
+        least = squared;
+        nearest = i;
+      });
+      if (least <= std::pow(0.5 * factor * panel.spacing_m, 2)) break;
+    }
+    owners.push_back(nearest != kNobody ? nearest : nearest_of_any);
+  }
+  return owners;
+}
+
+struct Cell {
+  double area_m2 = 0.0;
+  glm::dvec3 place{0.0};   // times area
+  glm::dvec3 normal{0.0};  // times area
+};
 
 }  // namespace
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
-                                           const std::function<void(std::string_view, double)>& progress) {
-  auto shell = BuildPointshell(mesh, num_points, progress);
-  if (!shell) return tl::unexpected(shell.error());
-  SurfaceSamples samples;
-  samples.points_m = std::move(shell->points_m);
-  samples.inward_normals = std::move(shell->inward_normals);
-
+                                           const Progress& progress) {
+  if (num_points == 0 || num_points > kMaxPoints) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "the number of points must be between 1 and " + std::to_string(kMaxPoints));
+  }
   double area_m2 = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto [a, b, c] = mesh.corners(t);
     area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
   }
-  const double spacing = std::sqrt(area_m2 / num_points);
-  const PointGrid grid(samples.points_m, spacing);
-  struct Cell {
-    std::uint32_t count = 0;
-    glm::dvec3 place{0.0};
-    glm::dvec3 normal{0.0};
-  };
-  std::vector<Cell> cells(samples.points_m.size());
-  std::uint64_t num_counted = 0;
-  std::uint64_t num_done = 0;
-  ForProbes(mesh, area_m2 / (double{kProbesPerPoint} * num_points), [&](const glm::dvec3& p, const glm::dvec3& n) {
-    if (progress && ++num_done % 65536 == 0) {
-      progress("points: areas", static_cast<double>(num_done) / (double{kProbesPerPoint} * num_points));
+  if (!(area_m2 > 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no area to sample");
+  if (progress) progress("points: panels", 0.0);
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, num_points));
+  Places places = Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress);
+
+  std::vector<std::uint32_t> owners;
+  std::vector<Cell> cells;
+  for (int round = 0; round < kRelaxations; ++round) {
+    if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
+    owners = Assign(panels, places);
+    cells.assign(num_points, {});
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+      if (owners[i] == kNobody) continue;
+      Cell& cell = cells[owners[i]];
+      cell.area_m2 += panels[i].area_m2;
+      cell.place += panels[i].area_m2 * panels[i].centroid_m;
+      cell.normal += panels[i].area_m2 * panels[i].normal;
     }
-    std::int64_t nearest = -1;
-    double least = 1e300;
-    for (const double reach : {1.0 * spacing, 3.0 * spacing}) {
-      grid.ForNear(p, reach, [&](std::uint32_t i) {
-        if (-glm::dot(samples.inward_normals[i], n) < kSameFace) return;
-        const glm::dvec3 r = samples.points_m[i] - p;
-        const double squared = glm::dot(r, r);
-        if (squared < least || (squared == least && i < nearest)) {
-          least = squared;
-          nearest = i;
-        }
-      });
-      if (least <= reach * reach) break;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i].area_m2 == 0.0) continue;
+      places.points_m[i] = cells[i].place / cells[i].area_m2;
+      if (glm::length(cells[i].normal) > 0.0) places.normals[i] = glm::normalize(cells[i].normal);
     }
-    if (nearest < 0) return;  // a sliver without a point of its own
-    Cell& cell = cells[static_cast<std::size_t>(nearest)];
-    ++cell.count;
-    cell.place += p;
-    cell.normal += n;
-    ++num_counted;
-  });
-  // What no point took is spread over all.
-  const double share = num_counted > 0 ? area_m2 / static_cast<double>(num_counted) : 0.0;
+  }
+  SurfaceSamples samples;
+  double given_m2 = 0.0;
+  for (const Cell& cell : cells) given_m2 += cell.area_m2;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const Cell& cell = cells[i];
-    samples.areas_m2.push_back(share * cell.count);
-    if (cell.count == 0) continue;
-    samples.points_m[i] = cell.place / static_cast<double>(cell.count);
-    samples.inward_normals[i] = -glm::normalize(cell.normal);
+    samples.points_m.push_back(places.points_m[i]);
+    samples.inward_normals.push_back(-places.normals[i]);
+    samples.areas_m2.push_back(cells[i].area_m2 * (area_m2 / given_m2));
+  }
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    if (owners[i] == kNobody) continue;
+    samples.reach_m =
+        std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
   }
   return samples;
 }

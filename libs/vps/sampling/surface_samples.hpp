@@ -11,21 +11,22 @@
 
 namespace vps {
 
-// Points spread evenly over the surface, each with the area it stands for: a sum over them is a quadrature over the
-// surface, so that a force neither depends on how many points there are nor jumps when one more comes into contact.
-// Mesh frame, metres.
+// Points spread over the surface, denser towards sharp edges and corners, each with the area that it stands for: a sum
+// over them is a quadrature over the surface, so that a force neither depends on how many points there are nor jumps
+// when one more comes into contact. Mesh frame, metres.
 struct SurfaceSamples {
   std::vector<glm::dvec3> points_m;
   std::vector<glm::dvec3> inward_normals;
   std::vector<double> areas_m2;  // sum: the area of the mesh
+  double reach_m = 0.0;          // no place of the surface is farther from the point that stands for it
 };
 
-// Blue-noise points of BuildPointshell cut the surface into Voronoi cells, measured with kProbesPerPoint times as many
-// evenly spread probes: each belongs to the nearest point whose normal is within 45 degrees of its own, so that the
-// faces of an edge keep their own area. Every point then moves to the centroid of its cell and takes its mean normal:
-// the sum is exact for a depth that varies linearly over a cell. (On a surface of radius R the centroid lies inside by
-// spacing^2 / 12 R.) Errors: no area, too many points.
-constexpr std::uint32_t kProbesPerPoint = 32;
+// The surface is cut into panels (MakePanels), about fifteen for each point. Exactly `num_points` of four times as many
+// panels are kept by weighted sample elimination (Yuksel 2015) with radii that follow SampleSpacing: blue noise. Every
+// panel then belongs to the nearest point whose normal is within 45 degrees of its own, so that the faces of an edge
+// keep their own area; points move to the centroid of their panels, and once more (Lloyd), and take their mean normal.
+// Areas are exact; so is the integral of a depth that varies linearly over each cell. (On a surface of radius R the
+// centroid lies inside by spacing^2 / 12 R.) Deterministic. Errors: no area, too many points.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {});
 

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "vps/mesh/shapes.hpp"
+#include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
 namespace {
@@ -34,9 +36,15 @@ TEST(SurfaceSamples, EveryFaceOfABoxKeepsItsArea) {
   }
 }
 
-// The integral of x^2 over a sphere is 4/3 pi r^4: the same for few points and for many.
+// The integral of x^2 over the mesh: for a triangle, area / 12 (sum of corners' squares + square of their sum).
 TEST(SurfaceSamples, IntegralsDoNotDependOnTheirNumber) {
   const TriangleMesh sphere = MakeSphere(0.1, 96);
+  double exact = 0.0;
+  for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
+    const auto [a, b, c] = sphere.corners(t);
+    const double sum = a.x + b.x + c.x;
+    exact += 0.5 * glm::length(glm::cross(b - a, c - a)) / 12.0 * (a.x * a.x + b.x * b.x + c.x * c.x + sum * sum);
+  }
   for (const std::uint32_t count : {500U, 2000U, 8000U}) {
     const auto samples = SampleSurface(sphere, count);
     double sum = 0.0;
@@ -45,7 +53,7 @@ TEST(SurfaceSamples, IntegralsDoNotDependOnTheirNumber) {
       sum += samples->areas_m2[i] * samples->points_m[i].x * samples->points_m[i].x;
       vector += samples->areas_m2[i] * samples->inward_normals[i];
     }
-    EXPECT_NEAR(sum / (4.0 / 3.0 * M_PI * 1e-4), 1.0, 0.002 + 4.0 / count) << count;
+    EXPECT_NEAR(sum / exact, 1.0, 4.0 / count) << count;
     EXPECT_LT(glm::length(vector), (0.0005 + 1.5 / count) * 4.0 * M_PI * 0.01)
         << count;  // normals of a closed surface cancel
   }
@@ -60,6 +68,57 @@ TEST(SurfaceSamples, NoPointStandsForFarMoreThanItsShare) {
     largest = std::max(largest, a);
   }
   EXPECT_LT(largest, 2.0 * area / 4000.0);
+}
+
+TEST(SurfaceSamples, AreasAndFirstMomentsAreExact) {
+  const TriangleMesh mesh = MakeBlockWithHole(0.06, 0.04, 0.01, 48);
+  double area = 0.0;
+  glm::dvec3 moment(0.0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    const double share = 0.5 * glm::length(glm::cross(b - a, c - a));
+    area += share;
+    moment += share * (a + b + c) / 3.0;
+  }
+  const auto samples = SampleSurface(mesh, 3000);
+  for (std::size_t i = 0; i < samples->points_m.size(); ++i) {
+    area -= samples->areas_m2[i];
+    moment -= samples->areas_m2[i] * samples->points_m[i];
+  }
+  EXPECT_NEAR(area, 0.0, 1e-12);
+  EXPECT_LT(glm::length(moment), 1e-13);
+}
+
+// A corner or an edge can be in contact with no more than a sliver of its faces.
+TEST(SurfaceSamples, GrowDenserTowardsEdgesAndCorners) {
+  const auto samples = SampleSurface(MakeBox({0.1, 0.1, 0.1}), 16384);
+  const double mean_m = std::sqrt(0.06 / 16384);
+  double nearest_to_corner = 1.0;
+  double most_on_faces = 0.0;
+  std::vector<double> along_edge(100, 1.0);  // nearest point to each millimetre of one edge
+  for (std::size_t i = 0; i < samples->points_m.size(); ++i) {
+    const glm::dvec3 p = samples->points_m[i];
+    nearest_to_corner = std::min(nearest_to_corner, glm::length(p - glm::dvec3(0.05)));
+    for (std::size_t k = 0; k < along_edge.size(); ++k) {
+      const glm::dvec3 place(1e-3 * static_cast<double>(k) - 0.0495, 0.05, 0.05);
+      along_edge[k] = std::min(along_edge[k], glm::length(p - place));
+    }
+    most_on_faces = std::max(most_on_faces, samples->areas_m2[i]);
+  }
+  EXPECT_LT(nearest_to_corner, mean_m / 20.0);
+  for (const double d : along_edge) EXPECT_LT(d, 0.35 * mean_m);
+  EXPECT_LT(std::sqrt(most_on_faces), 2.0 * mean_m);
+  EXPECT_LT(samples->reach_m, 2.5 * mean_m);
+}
+
+TEST(SurfaceSamples, ARoundPartHasNoSharpEdges) {
+  EXPECT_TRUE(FindSharpEdges(MakeTorus(0.05, 0.02, 64, 32)).segments.empty());
+  const SharpEdges box = FindSharpEdges(MakeBox({0.1, 0.2, 0.3}));
+  EXPECT_NEAR(box.length_m, 4.0 * 0.6, 1e-12);
+  EXPECT_EQ(box.corners.size(), 8U);
+  // Of the block's edges those of the hole's rims are sharp too; the hole itself is not.
+  EXPECT_NEAR(FindSharpEdges(MakeBlockWithHole(0.06, 0.04, 0.01, 64)).length_m,
+              8 * 0.06 + 4 * 0.04 + 2 * 64 * 2 * 0.01 * std::sin(M_PI / 64), 1e-9);
 }
 
 }  // namespace

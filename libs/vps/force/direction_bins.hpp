@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+
+namespace vps {
+
+// Directions in G sorted into 26 bins: faces, edges and corners of a cube.
+constexpr std::size_t kNumDirectionBins = 27;  // 3 x 3 x 3; the middle one stays empty
+
+// A component beyond sin(22.5 deg) counts as pointing that way, so bins are about 45 deg wide and the normals of a
+// box's face, of a chamfer and of a corner fall into the middle of one.
+inline std::size_t DirectionBin(const glm::vec3& n) {
+  constexpr float kAcross = 0.3826834f;
+  const auto third = [](float c) { return c > kAcross ? 2 : (c < -kAcross ? 0 : 1); };
+  return static_cast<std::size_t>((third(n.x) * 3 + third(n.y)) * 3 + third(n.z));
+}
+
+struct Tangents {
+  glm::vec3 u{0.0f}, v{0.0f};
+};
+
+// Of the bin's own direction, so that they do not turn with the contacts; turned by 45 deg: the far points of a
+// rectangle along u and v are its corners.
+inline Tangents BinTangents(std::size_t bin) {
+  const int i = static_cast<int>(bin);
+  const glm::vec3 n = glm::normalize(
+      glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
+  const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+  const glm::vec3 u = glm::normalize(glm::cross(n, helper));
+  const glm::vec3 v = glm::cross(n, u);
+  return {glm::normalize(u + v), glm::normalize(u - v)};
+}
+
+}  // namespace vps

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+
+#include "vps/force/reduce_contacts.hpp"
+
+namespace vps {
+
+// A point of S near or inside G, or some neighbouring ones, with their share of the penalty integral.
+struct ContactPatch {
+  glm::vec3 p_S{0.0f};         // of the deepest of its points, m
+  glm::vec3 n_S{0.0f};         // unit, the field's gradient there: direction from G to S, in S
+  float penetration_m = 0.0f;  // there; negative: still apart
+  // Over the patch's surface inside G, about S's mesh origin, in S; zero while apart.
+  glm::vec3 force_m3{0.0f};  // integral of depth times inward normal
+  glm::vec3 moment_m4{0.0f};
+  float volume_m3 = 0.0f;  // integral of depth
+  float square_m4 = 0.0f;  // integral of its square
+};
+
+// What the planes must add up to, in S, about S's mesh origin.
+struct ContactLoad {
+  glm::dvec3 force_m3{0.0};
+  glm::dvec3 moment_m4{0.0};
+  double volume_m3 = 0.0;
+  double modulus_N_per_m3 = 0.0;  // the force is this times force_m3
+};
+
+// Reduces any number of patches to a few planes (architecture D5) of two kinds.
+//
+// Load planes carry the integral: stiffness times depth times normal, summed over them, is the given force, and so is
+// the moment. Patches are gathered by the direction of n in G (DirectionBin), and a gathering wider than `width_m` is
+// cut in two or four across its middle. One plane for each: its normal n is the direction of the whole gathering's
+// force, so that a face stays flat, its force f what its patches have along n, its depth d = (integral of depth^2) /
+// (integral of depth), its stiffness modulus |f| / d (the modulus times the area that carries, so that all together
+// have the pair's stiffness), its place on the axis of f. What is lost by cutting, by leaving patches out and by
+// sideways parts is given back by d f_i = w_i (l + m x r_i), w_i = |f_i| / sum |f|, r_i from the mean place: sum d f_i
+// = l and sum r_i x d f_i = [sum w (r^2 - r r^T)] m are three equations each.
+//
+// Guard planes have positive gaps and carry nothing yet: of each direction the nearest patch and those that lie
+// farthest out in four directions, within `band_m` of the deepest; the stiffness of ReduceContacts.
+//
+// Every direction has a plane before one has several; then load goes before guards. Ids are bin and slot: the same from
+// cycle to cycle while the direction stays in contact. `planes` holds the result of the last cycle on entry: what was
+// cut stays cut down to 0.7 of the width, and guards keep their slots unless another is better by more than
+// `hysteresis_m` (four times that for reach). Does not allocate.
+void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS, const ContactLoad& load,
+                   double stiffness_N_per_m, double band_m, double width_m, ContactPlanes* planes,
+                   double hysteresis_m = 0.0);
+
+}  // namespace vps

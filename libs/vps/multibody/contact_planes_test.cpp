@@ -1,0 +1,95 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "vps/field/build_field.hpp"
+#include "vps/multibody/contact_cases.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
+
+namespace vps {
+namespace {
+
+struct Engine {
+  Engine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
+      : field(*BuildField(A, voxel_size_m)), samples(BuildSampleTree(*SampleSurface(B, num_points))), scratch(samples) {
+    pair.look_ahead_m = 5e-4;
+  }
+  const PairResult& Query(const core::Pose& X_AB) {
+    QueryFastPair(samples, field, X_AB, X_AB, pair, 0.01, &scratch, &result);
+    return result;
+  }
+  DistanceField field;
+  SampleTree samples;
+  FastPairScratch scratch;
+  PairDescription pair;
+  PairResult result;
+};
+
+// What the planes push with at this pose, on B about its mesh origin, in A.
+core::Wrench WrenchOf(const ContactPlanes& planes, const core::Pose& X_AB) {
+  core::Wrench sum;
+  for (const core::ContactPlane& plane : planes) {
+    const glm::dvec3 n(plane.n_G);
+    const glm::dvec3 p_A = X_AB * glm::dvec3(plane.p_S);
+    const double gap = glm::dot(n, p_A - glm::dvec3(plane.q_G));
+    if (gap >= 0.0) continue;
+    const glm::dvec3 force = -gap * static_cast<double>(plane.stiffness_N_per_m) * n;
+    sum += core::Wrench{force, glm::cross(p_A - X_AB.translation, force)};
+  }
+  return sum;
+}
+
+TEST(ContactPlanes, KeepTheWrenchWithinOnePercent) {
+  for (const ContactCase& c : {BallCase(10), ToriCase(10), PegCase(10), *ModuleCase(VR_OOS_SOURCE_DIR, 10)}) {
+    Engine engine(c.A, c.B, c.voxel_size_m, 4096);
+    const Box box = BoundingBox(c.B);
+    const double size_m = glm::length(box.upper - box.lower);
+    int num_touching = 0;
+    for (const core::Pose& X_AB : c.poses) {
+      const PairResult& result = engine.Query(X_AB);
+      if (!result.is_in_contact) continue;
+      ++num_touching;
+      ASSERT_LE(result.planes.size(), 24U);
+      const core::Wrench planes = WrenchOf(result.planes, X_AB);
+      const double force = glm::length(result.F_So_W.force_N);
+      EXPECT_LT(glm::length(planes.force_N - result.F_So_W.force_N), 0.01 * force) << c.name;
+      EXPECT_LT(glm::length(planes.torque_Nm - result.F_So_W.torque_Nm), 0.01 * force * 0.25 * size_m) << c.name;
+    }
+    EXPECT_GT(num_touching, 5) << c.name;
+  }
+}
+
+// A block slides and turns on a plate, a ball rolls: of the planes that carry, hardly any changes its id.
+TEST(ContactPlanes, IdsPersistWhileABodySlidesAndRolls) {
+  const TriangleMesh plate = MakeBox({0.2, 0.2, 0.02});
+  struct Ride {
+    TriangleMesh mesh;
+    double height_m;
+    glm::dvec3 turn;
+  };
+  for (const Ride& ride : {Ride{MakeBox({0.02, 0.03, 0.01}), 0.015 - 2e-4, {0, 0, 1.0}},
+                           Ride{MakeSphere(0.01, 96), 0.02 - 5e-4, {0, 3.0, 0}}}) {
+    Engine engine(plate, ride.mesh, 1e-3, 8192);
+    std::set<std::uint32_t> before;
+    int num_kept = 0;
+    int num_lost = 0;
+    for (int i = 0; i < 500; ++i) {
+      const double t = 1e-3 * i;
+      const core::Pose X{core::QuaternionFromRotationVector(t * ride.turn), {-0.03 + 0.1 * t, 0.01 * t, ride.height_m}};
+      std::set<std::uint32_t> ids;
+      for (const core::ContactPlane& plane : engine.Query(X).planes) {
+        if (glm::dot(glm::dvec3(plane.n_G), X * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G)) < 0.0) {
+          EXPECT_TRUE(ids.insert(plane.id).second);
+        }
+      }
+      ASSERT_FALSE(ids.empty());
+      for (const std::uint32_t id : before) ++(ids.contains(id) ? num_kept : num_lost);
+      before = ids;
+    }
+    EXPECT_LT(num_lost, num_kept / 200);
+  }
+}
+
+}  // namespace
+}  // namespace vps

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "vps/mesh/box_tree.hpp"
+#include "vps/sampling/sharp_edges.hpp"
+
+namespace vps {
+
+// How far apart samples are, h(p): the square root of the area that a point there stands for. Even on faces; towards
+// sharp edges the spacing shrinks in proportion to the distance from them, down to `edge_m`, and along an edge towards
+// its corners down to `corner_m`:
+//   h = clamp(d_edge, floor, face),  floor = clamp(d_corner / 2, corner, edge).
+// So h changes by no more than the distance between two places.
+class SampleSpacing {
+ public:
+  // Such that about `num_points` points fit the area, with up to kEdgeShare of them spent at edges and corners.
+  SampleSpacing(const TriangleMesh& mesh, double area_m2, std::uint32_t num_points);
+
+  static constexpr double kEdgeShare = 0.5;
+  static constexpr double kFinestEdge = 1.0 / 16.0;    // of the face's spacing
+  static constexpr double kFinestCorner = 1.0 / 16.0;  // of the edge's
+
+  // Edges and corners that may matter to places in a box; narrowed down while the surface is divided.
+  struct Nearby {
+    std::vector<std::uint32_t> segments, corners;
+  };
+  [[nodiscard]] Nearby Around(const Box& box) const;
+  [[nodiscard]] Nearby Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m) const;
+  // At p; `less_m` nearer to every edge and corner.
+  [[nodiscard]] double At(const glm::dvec3& p, const Nearby& nearby, double less_m = 0.0) const;
+
+  [[nodiscard]] double face_m() const { return face_m_; }
+  [[nodiscard]] double edge_m() const { return edge_m_; }
+
+ private:
+  [[nodiscard]] double SegmentDistance(std::uint32_t segment, const glm::dvec3& p) const;
+
+  SharpEdges sharp_;
+  BoxTree segment_tree_, corner_tree_;
+  double face_m_ = 0.0, edge_m_ = 0.0, corner_m_ = 0.0;
+};
+
+}  // namespace vps

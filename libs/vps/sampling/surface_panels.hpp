@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "vps/sampling/sample_spacing.hpp"
+
+namespace vps {
+
+// A piece of a triangle, small against the spacing of samples there.
+struct SurfacePanel {
+  glm::dvec3 centroid_m{0.0};
+  glm::dvec3 normal{0.0};  // unit, outwards
+  double area_m2 = 0.0;
+  double radius_m = 0.0;   // of its corners around the centroid
+  double spacing_m = 0.0;  // of samples
+};
+
+// The surface cut into panels whose longest side is at most kPanelPerSpacing of the samples' spacing, by halving the
+// longest side: areas and centroids are exact, so that sums over panels are.
+constexpr double kPanelPerSpacing = 0.6;
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing);
+
+}  // namespace vps
