@@ -34,7 +34,7 @@ class Bounds {
     std::vector<CoarseCell> bounded = field_->coarse;
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       const std::uint32_t close = fall_[i] == kNone ? 0 : Code(FallWithin(c, 1.0f));
-      const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, static_cast<float>(side_)));
+      const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
       const auto bits = std::bit_cast<std::uint32_t>(bounded[i].distance);
       bounded[i].distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
       bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | close << 24;

@@ -11,13 +11,14 @@ namespace vps {
 
 // Exact distance and gradient at the centre of a coarse cell, in voxels, and two bounds by BoundCells: the field at any
 // point of the cell grown by a margin lies below the cell's own plane by no more than (code - 1) / 64 voxel; 0: not
-// known. The code for a margin of one voxel is in the gradient's bits 24-31, that for a margin of one coarse cell in the
-// distance's last eight bits, which changes it by less than 2^-15 of itself.
+// known. The code for a margin of one voxel is in the gradient's bits 24-31, that for kWideMargin in the distance's
+// last eight bits, which changes it by less than 2^-15 of itself.
 struct CoarseCell {
   float distance = 0.0f;
   std::uint32_t gradient = 0;  // EncodeCoarseGradient
 };
 constexpr float kFallSteps = 64.0f;
+constexpr float kWideMargin = 4.0f;  // voxels; no more than a coarse cell
 
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //
@@ -73,8 +74,7 @@ inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
   const int bx = field.nx >> 3;
   const int by = field.ny >> 3;
   const std::uint32_t brick = field.bricks[static_cast<std::size_t>(((c.z >> 3) * by + (c.y >> 3)) * bx + (c.x >> 3))];
-  const std::uint32_t word =
-      field.words[brick + WordInBrick(c.x, c.y, c.z)];
+  const std::uint32_t word = field.words[brick + WordInBrick(c.x, c.y, c.z)];
   FieldSample sample;
   glm::vec3 e(q.x - static_cast<float>(c.x) - 0.5f, q.y - static_cast<float>(c.y) - 0.5f,
               q.z - static_cast<float>(c.z) - 0.5f);

@@ -152,7 +152,7 @@ TEST(DistanceField, NoPointLiesBelowItsCellsPlaneByMoreThanTheCellSays) {
       const std::uint32_t code = is_close ? cell.gradient >> 24 : std::bit_cast<std::uint32_t>(cell.distance) & 0xffU;
       if (code == 0) continue;
       ++num_bounded;
-      const float reach = 0.5f * static_cast<float>(side) + (is_close ? 1.0f : static_cast<float>(side));
+      const float reach = 0.5f * static_cast<float>(side) + (is_close ? 1.0f : kWideMargin);
       const glm::vec3 p = centre + reach * glm::vec3(random.Vector());
       if (glm::any(glm::lessThan(p, glm::vec3(0.0f))) ||
           glm::any(glm::greaterThan(p, glm::vec3(field->nx, field->ny, field->nz) - 0.5f))) {

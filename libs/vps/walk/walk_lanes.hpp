@@ -182,7 +182,7 @@ inline F LeafReach(const WalkInput& in, const SphereBlock& block, int at) {
   const U close = code >> 24;
   const U wide = distance & 0xffU;
   const U bound = (U)(r <= 1.0f ? (I)close : (I)wide);
-  const I is_bounded = ((I)bound != 0) & (r <= side);
+  const I is_bounded = ((I)bound != 0) & (r <= kWideMargin);
   const F fall = ToF((I)bound - 1) * (1.0f / kFallSteps);
   return is_bounded ? Max(whole, (F)distance + Dot(g, off) - fall - sink) : whole;
 }
@@ -215,7 +215,7 @@ void Cull(const WalkInput& in, WalkCull* cull) {
         const int at = j * kLanes;
         const F r = LoadF(block.r + at) * in.voxels_per_m;
         F reach = level == 0 ? LeafReach(in, block, at) : Fill(-1e30f);
-        if (level != 0 || Bits(r > static_cast<float>(1 << in.coarse_shift)) != 0) {
+        if (level != 0 || Bits(r > kWideMargin) != 0) {
           const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
           reach = Max(reach, SampleAnywhere<true>(in, p) - r - kCullSlack);
         }
