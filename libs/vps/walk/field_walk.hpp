@@ -21,7 +21,6 @@ InstructionSet BestInstructionSet();
 struct FieldWalkResult;
 
 // Memory of walks, allocated once; serves this tree and smaller ones.
-
 class FieldWalkScratch {
  public:
   explicit FieldWalkScratch(const SampleTree& tree);
