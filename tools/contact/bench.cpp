@@ -2,12 +2,20 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
 #include "core/clock.hpp"
 #include "tools/contact/studies.hpp"
 
 namespace contact {
 namespace {
+
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> words;
+  std::istringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+  return words;
+}
 
 core::Result<void> WriteReport(const BenchOptions& options, const Report& report) {
   if (!options.plot.empty()) {
@@ -18,7 +26,7 @@ core::Result<void> WriteReport(const BenchOptions& options, const Report& report
       if (auto done = WriteFile(options.plot / (name + ".svg"), DrawSvg(chart)); !done) return done;
     }
   }
-  if (!options.plot.empty() && options.only.empty()) {
+  if (!options.plot.empty()) {
     if (auto done = WriteFile(options.plot / "goals.md", GoalPage(report.goals)); !done) return done;
   }
   if (options.json.empty()) return {};
@@ -71,13 +79,17 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   }
   std::vector<std::string> known = PartsNames();
   known.insert(known.end(), {"slide", "scene", "reads", "build"});
-  if (!options.only.empty() && std::find(known.begin(), known.end(), options.only) == known.end()) {
+  const std::vector<std::string> only = SplitAtCommas(options.only);
+  for (const std::string& name : only) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
     std::string names;
-    for (const std::string& name : known) names += " " + name;
-    return core::Fail(core::ErrorCode::kInvalidInput, "no '" + options.only + "' to measure; known:" + names);
+    for (const std::string& one : known) names += " " + one;
+    return core::Fail(core::ErrorCode::kInvalidInput, "no '" + name + "' to measure; known:" + names);
   }
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  const auto is_wanted = [&](const std::string& name) { return options.only.empty() || options.only == name; };
+  const auto is_wanted = [&](const std::string& name) {
+    return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+  };
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto tell = [&](const std::string& what) {
     std::printf("\n[%.0f s] %s\n", 1e-9 * static_cast<double>(core::MonotonicNow_ns() - begin_ns), what.c_str());
@@ -109,7 +121,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     study(&report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
-  if (options.only.empty()) report.tables.push_back(GoalTable(report.goals));
+  report.tables.push_back(GoalTable(report.goals));
   PrintGoals(report.goals);
   tell("done");
   return WriteReport(options, report);

@@ -14,7 +14,7 @@ struct BenchOptions {
   std::filesystem::path json;  // empty: none
   std::filesystem::path plot;  // folder; empty: none
   Places places;
-  std::string only;  // name of one pair of parts or of one study; empty: all
+  std::string only;  // names of parts and studies, with commas; empty: all
 };
 
 // What other libraries add to the bench.

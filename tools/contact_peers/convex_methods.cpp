@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kMaxTriangles = 3000;  // for HACD
 constexpr std::size_t kMinParts = 8;
-constexpr unsigned kMaxSeconds = 8;
+constexpr unsigned kMaxSeconds = 4;
 
 btVector3 ToBullet(const glm::dvec3& v) {
   return {btScalar(v.x), btScalar(v.y), btScalar(v.z)};
@@ -226,7 +226,7 @@ core::Result<std::unique_ptr<contact::Method>> MakeConvexPartsMethod(const vps::
                                                                      const vps::TriangleMesh& B) {
   auto method = std::make_unique<ConvexPartsMethod>(A, B);
   if (!method->has_parts())
-    return core::Fail(core::ErrorCode::kInvalidInput, "HACD does not come back in 8 s, or gives no parts");
+    return core::Fail(core::ErrorCode::kInvalidInput, "HACD does not come back in 4 s, or gives no parts");
   return method;
 }
 

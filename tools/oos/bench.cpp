@@ -49,7 +49,7 @@ Verb BenchVerb() {
            {"--plot", "DIR", "folder for the charts (SVG) and their tables (CSV)"},
            {"--meshes", "DIR", "public meshes; default ../shared/data/meshes"},
            {"--scenarios", "DIR", "folder of the scenarios; default scenarios"},
-           {"--pair", "NAME", "only these parts or this study; a wrong name lists all"}},
+           {"--pair", "NAMES", "only these parts and studies, with commas; a wrong name lists all"}},
           Run,
           kDetails};
 }
