@@ -100,4 +100,11 @@ void Hinge::Finish(double dt_s) {
   force_ = (rows()[kAxis].impulse + rows()[kLower].impulse - rows()[kUpper].impulse + rows()[kLock].impulse) / dt_s;
 }
 
+void Hinge::ExchangeState(Checkpoint* checkpoint) {
+  Mechanism::ExchangeState(checkpoint);
+  checkpoint->Exchange(&params_);
+  checkpoint->Exchange(&has_lock_angle_);
+  checkpoint->Exchange(&lock_angle_rad_);
+}
+
 }  // namespace physics

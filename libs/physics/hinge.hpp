@@ -30,6 +30,7 @@ class Hinge final : public Mechanism {
   explicit Hinge(const HingeParams& params);
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  void ExchangeState(Checkpoint* checkpoint) override;
 
   void set_detent_torque_Nm(double value) { params_.detent_torque_Nm = value; }
 

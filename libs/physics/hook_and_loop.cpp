@@ -40,4 +40,14 @@ void HookAndLoop::Finish(double dt_s) {
   force_ = glm::length(sum) / dt_s;
 }
 
+void HookAndLoop::ExchangeState(Checkpoint* checkpoint) {
+  Mechanism::ExchangeState(checkpoint);
+  checkpoint->Exchange(&params_.release_force_N);
+  for (std::size_t i = 0; i < is_held_.size(); ++i) {
+    bool is_held = is_held_[i];
+    checkpoint->Exchange(&is_held);
+    is_held_[i] = is_held;
+  }
+}
+
 }  // namespace physics

@@ -22,6 +22,7 @@ class HookAndLoop final : public Mechanism {
   explicit HookAndLoop(const HookAndLoopParams& params);
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  void ExchangeState(Checkpoint* checkpoint) override;
 
   void set_release_force_N(double value) { params_.release_force_N = value; }
 

@@ -5,6 +5,7 @@
 
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
+#include "physics/checkpoint.hpp"
 
 namespace physics {
 
@@ -48,6 +49,14 @@ class Mechanism {
 
   virtual void Prepare(const BodyView& parent, const BodyView& child, double dt_s) = 0;
   virtual void Finish(double dt_s) = 0;
+
+  // All that the next step depends on, also what can be changed while running.
+  virtual void ExchangeState(Checkpoint* checkpoint) {
+    for (Row& row : rows_) checkpoint->Exchange(&row);
+    checkpoint->Exchange(&state_);
+    checkpoint->Exchange(&position_);
+    checkpoint->Exchange(&force_);
+  }
 
   std::vector<Row>& rows() { return rows_; }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }

@@ -97,4 +97,10 @@ void Snap::Finish(double dt_s) {
   force_ = rows()[kZ].impulse / dt_s;
 }
 
+void Snap::ExchangeState(Checkpoint* checkpoint) {
+  Mechanism::ExchangeState(checkpoint);
+  checkpoint->Exchange(&params_);
+  checkpoint->Exchange(&is_guided_);
+}
+
 }  // namespace physics

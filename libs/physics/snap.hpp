@@ -40,6 +40,7 @@ class Snap final : public Mechanism {
   explicit Snap(const SnapParams& params);
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  void ExchangeState(Checkpoint* checkpoint) override;
 
   [[nodiscard]] bool is_engaged() const { return state_ == 1; }
   [[nodiscard]] bool is_guided() const { return is_guided_; }

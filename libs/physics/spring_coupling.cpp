@@ -51,4 +51,16 @@ void SpringCoupling::Finish(double dt_s) {
   force_ = glm::length(F_Po_W_.force_N);
 }
 
+void SpringCoupling::ExchangeState(Checkpoint* checkpoint) {
+  Mechanism::ExchangeState(checkpoint);
+  checkpoint->Exchange(&params_);
+  checkpoint->Exchange(&is_attached_);
+  checkpoint->Exchange(&X_PC_);
+  checkpoint->Exchange(&p_PGrip_m_);
+  checkpoint->Exchange(&p_CGrip_m_);
+  checkpoint->Exchange(&p_WPo_);
+  checkpoint->Exchange(&deflection_P_m_);
+  checkpoint->Exchange(&F_Po_W_);
+}
+
 }  // namespace physics

@@ -25,6 +25,7 @@ class SpringCoupling final : public Mechanism {
 
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  void ExchangeState(Checkpoint* checkpoint) override;
 
   // Of the last step, on the parent, about the origin of the parent's frame at the start of that step, in W.
   [[nodiscard]] const core::Wrench& F_Po_W() const { return F_Po_W_; }

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,22 @@ struct World::Impl {
       }
       slot.mechanism->Finish(dt_s);
     }
+  }
+
+  void ExchangeState(Checkpoint* checkpoint) {
+    for (std::size_t size : {bodies.size(), pairs.size(), mechanisms.size()}) checkpoint->Exchange(&size);
+    for (RigidBody& body : bodies) body.ExchangeState(checkpoint);
+    for (PairSlot& pair : pairs) {
+      pair.feed.ExchangeState(checkpoint);
+      checkpoint->Exchange(&pair.has_wrench);
+      checkpoint->Exchange(&pair.is_muted);
+      checkpoint->Exchange(&pair.F_So_W);
+      checkpoint->Exchange(&pair.report);
+    }
+    for (MechanismSlot& slot : mechanisms) slot.mechanism->ExchangeState(checkpoint);
+    checkpoint->Exchange(&last_dt_s);
+    checkpoint->Exchange(&magnitude_Ns);
+    checkpoint->Exchange(&magnitude_Nms);
   }
 
   [[nodiscard]] bool has_body(int index) const { return index >= 0 && static_cast<std::size_t>(index) < bodies.size(); }
@@ -373,6 +390,33 @@ glm::dvec3 World::center_of_mass_W(int body) const {
 }
 double World::kinetic_energy_J(int body) const {
   return impl_->body(body).kinetic_energy_J();
+}
+
+void World::Save(Checkpoint* checkpoint) const {
+  checkpoint->BeginWriting();
+  impl_->ExchangeState(checkpoint);
+}
+
+core::Result<void> World::Restore(Checkpoint* checkpoint) {
+  Checkpoint here;
+  Save(&here);
+  if (here.bytes().size() != checkpoint->bytes().size() ||
+      !std::equal(here.bytes().begin(), here.bytes().begin() + 3 * sizeof(std::size_t), checkpoint->bytes().begin())) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "checkpoint: it is of another world (bodies, pairs or mechanisms differ); restore it into one "
+                      "built from the same scenario by the same program");
+  }
+  checkpoint->BeginReading();
+  impl_->ExchangeState(checkpoint);
+  for (PairSlot& pair : impl_->pairs) pair.feed.Rest();  // the next step fills it
+  return {};
+}
+
+std::uint64_t World::num_direct_solves() const {
+  return impl_->solver.num_direct();
+}
+std::uint64_t World::num_fallbacks() const {
+  return impl_->solver.num_fallbacks();
 }
 
 std::uint64_t World::StateHash() const {

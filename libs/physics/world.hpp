@@ -7,6 +7,7 @@
 #include "core/pose.hpp"
 #include "core/result.hpp"
 #include "core/wrench.hpp"
+#include "physics/checkpoint.hpp"
 #include "physics/mass_properties.hpp"
 #include "physics/row.hpp"
 
@@ -102,6 +103,14 @@ class World {
   [[nodiscard]] glm::dvec3 spin_Nms(int body) const;
   [[nodiscard]] glm::dvec3 center_of_mass_W(int body) const;
   [[nodiscard]] double kinetic_energy_J(int body) const;
+  // Islands that sequential impulses could not solve: how many were solved directly, and how many were left as they
+  // were since that failed too or they have too many rows. Counted since the world was made.
+  [[nodiscard]] std::uint64_t num_direct_solves() const;
+  [[nodiscard]] std::uint64_t num_fallbacks() const;
+  // A run that is restored goes on bit for bit as the one that was saved: states, planes, warm starts, mechanisms.
+  // Between steps; allocates. Restore is for a world that was built alike, else it fails and the world is of no use.
+  void Save(Checkpoint* checkpoint) const;
+  core::Result<void> Restore(Checkpoint* checkpoint);
   // Bit pattern of all states: equal for equal runs.
   [[nodiscard]] std::uint64_t StateHash() const;
 

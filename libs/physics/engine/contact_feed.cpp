@@ -76,6 +76,8 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_positionWorldOnB = point.m_positionWorldOnA;
     // Unit again in double: a float normal is off by 1e-7, which would scale impulses.
     point.m_normalWorldOnB = ToBullet(glm::normalize(X_WG.rotate(glm::dvec3(plane.n_G))));
+    point.m_appliedImpulseLateral1 = 0.0;
+    point.m_appliedImpulseLateral2 = 0.0;
     point.m_lateralFrictionDir1.setZero();
     point.m_lateralFrictionDir2.setZero();
     point.m_combinedFriction = friction_;
@@ -108,6 +110,14 @@ double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, 
     }
   }
   return smallest;
+}
+
+void ContactFeed::ExchangeState(Checkpoint* checkpoint) {
+  checkpoint->Exchange(&planes_);
+  checkpoint->Exchange(&num_planes_);
+  checkpoint->Exchange(&num_injected_);
+  checkpoint->Exchange(&damping_);
+  checkpoint->Exchange(&friction_);
 }
 
 }  // namespace physics

@@ -7,6 +7,7 @@
 
 #include "core/messages/haptic.hpp"
 #include "core/pose.hpp"
+#include "physics/checkpoint.hpp"
 
 class btDispatcher;
 class btRigidBody;
@@ -22,6 +23,8 @@ class ContactFeed {
   ContactFeed(ContactFeed&& other) noexcept = default;
 
   void Set(const core::ContactSet& set);
+  // Planes with their impulses; what stands in the manifolds is made of them at each step.
+  void ExchangeState(Checkpoint* checkpoint);
   void Clear();
   void Rest();  // takes the points out of the solver, keeps the planes
   [[nodiscard]] bool empty() const { return num_planes_ == 0; }

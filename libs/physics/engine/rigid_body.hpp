@@ -48,6 +48,12 @@ struct RigidBody {
     return 0.5 * mass_kg * glm::dot(v_WCm, v_WCm) + 0.5 * glm::dot(AngularVelocityOf(L_W), L_W);
   }
 
+  void ExchangeState(Checkpoint* checkpoint) {
+    for (glm::dvec3* v : {&p_WCm, &v_WCm, &L_W, &w_W, &start_p_Ns, &start_L_Nms, &impulses_Ns, &angular_impulses_Nms}) {
+      checkpoint->Exchange(v);
+    }
+    checkpoint->Exchange(&R_WB);
+  }
   // Puts pose and velocity into the solver's body; mesh-frame pose and twist for bodies that are not dynamic.
   void Push() const;
   // Takes the solver's velocities and moves the body by one step.

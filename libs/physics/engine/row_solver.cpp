@@ -57,6 +57,11 @@ void RowConstraint::getInfo2(btConstraintInfo2* info) {
 
 void RowSolver::Reserve(int num_bodies, int num_contacts, int num_rows) {
   m_tmpSolverBodyPool.reserve(num_bodies + 1);
+  const auto size = static_cast<std::size_t>(num_bodies + 1);
+  if (root_of_body_.size() < size) {
+    root_of_body_.resize(size);
+    is_wrong_.resize(size);
+  }
   m_tmpSolverContactConstraintPool.reserve(num_contacts);
   m_tmpSolverContactFrictionConstraintPool.reserve(2 * num_contacts);
   m_tmpSolverNonContactConstraintPool.reserve(num_rows);
