@@ -1,0 +1,70 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "tools/contact/studies.hpp"
+
+namespace contact {
+namespace {
+
+// Rows of docs/performance/vps/field_accuracy.csv by parts and method.
+std::map<std::string, std::vector<double>> PublishedRows() {
+  std::ifstream stream(VR_OOS_SOURCE_DIR "/docs/performance/vps/field_accuracy.csv");
+  std::map<std::string, std::vector<double>> rows;
+  std::string line;
+  std::getline(stream, line);
+  EXPECT_EQ(line,
+            "parts,method,voxel_m,depth_error_mean_voxels,depth_error_p95_voxels,depth_error_max_voxels,"
+            "direction_p50_deg,direction_p95_deg,wrong_contacts");
+  while (std::getline(stream, line)) {
+    std::istringstream cells(line);
+    std::string parts, method, cell;
+    std::getline(cells, parts, ',');
+    std::getline(cells, method, ',');
+    std::vector<double>& row = rows[parts + " " + method];
+    while (std::getline(cells, cell, ',')) row.push_back(cell.empty() ? -1.0 : std::stod(cell));
+  }
+  return rows;
+}
+
+// The published table of accuracy holds: what is measured now is not worse than it says.
+TEST(PublishedAccuracy, HoldsForTheRings) {
+  const auto published = PublishedRows();
+  const auto made = MakeParts("rings", {});
+  ASSERT_TRUE(made);
+  Structures structures(*made->parts);
+  for (const FieldFigures& now : StudyField(*made, &structures)) {
+    const auto row = published.find("rings " + now.method);
+    ASSERT_NE(row, published.end()) << now.method;
+    const std::vector<double>& was = row->second;
+    ASSERT_GE(was.size(), 6U);
+    EXPECT_DOUBLE_EQ(now.voxel_size_m, was[0]);
+    EXPECT_LE(now.depth_voxels.p50, 1.2 * was[1] + 5e-4) << now.method;
+    EXPECT_LE(now.depth_voxels.p95, 1.2 * was[2] + 2e-3) << now.method;
+    EXPECT_LE(now.depth_voxels.max, 1.2 * was[3] + 2e-2) << now.method;
+    EXPECT_LE(now.direction_deg.p50, 1.2 * was[4] + 1e-2) << now.method;
+    EXPECT_LE(now.direction_deg.p95, 1.2 * was[5] + 5e-2) << now.method;
+  }
+}
+
+// The same poses and exact answers however often they are asked for.
+TEST(Workload, IsAlwaysTheSame) {
+  const auto first = MakeParts("peg", {});
+  const auto second = MakeParts("peg", {});
+  ASSERT_TRUE(first && second);
+  const std::vector<core::Pose> a = first->workloads[0].consecutive();
+  const std::vector<core::Pose> b = second->workloads[0].consecutive();
+  ASSERT_EQ(a.size(), 800U);
+  ASSERT_EQ(a.size(), b.size());
+  double longest_m = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].translation, b[i].translation);
+    if (i % 100 != 0) longest_m = std::max(longest_m, glm::distance(a[i].translation, a[i - 1].translation));
+  }
+  EXPECT_LT(longest_m, 5e-4);  // a hand at 1 kHz
+}
+
+}  // namespace
+}  // namespace contact
