@@ -275,6 +275,10 @@ const BadCase kBadCases[] = {
      "<object name='a' owner='physics' mass_kg='1'><frame name='tip'/></object>\n<object name='b' owner='fixed'/>\n"
      "<snap name='s' parent='b' parent_frame='seat' child='a' child_frame='tipp' release_force_N='1'/>",
      5, "did you mean 'tip'"},
+    {"SnapWithoutASecondWell",
+     "<object name='a' owner='physics' mass_kg='1'/>\n<object name='b' owner='fixed'/>\n"
+     "<snap name='s' parent='b' child='a' release_force_N='0'/>",
+     5, "release_force_N"},
     {"PatchOfTwoNumbers",
      "<object name='a' owner='physics' mass_kg='1'/>\n"
      "<hook_and_loop name='v' child='a' patches_m='0 0' release_force_N='1' stiffness_N_per_m='1'/>",
