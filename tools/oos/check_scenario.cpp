@@ -40,9 +40,9 @@ void CheckMeshes(const scene::Scenario& scenario, CheckOutcome* outcome) {
       const auto good = box ? vps::CheckPartSize(file.string(), *box) : core::Result<void>{};
       if (box && file == object.collision_mesh) collision_boxes[file.string()] = *box;
       if (box && good) continue;
-      outcome->problems.push_back(scene::Format({object.location, "object '" + object.name + "'",
-                                                 box ? good.error().detail : box.error().detail,
-                                                 "export the mesh again in metres, or name another file"}));
+      outcome->problems.push_back(scene::Format(
+          {object.location, "object '" + object.name + "'", box ? good.error().detail : box.error().detail,
+           "export the mesh again in metres (scaled by 0.001), or name another file"}));
     }
   }
   for (const scene::Pair& pair : scenario.pairs) {
