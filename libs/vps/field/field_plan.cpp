@@ -10,7 +10,7 @@ namespace {
 constexpr double kBytesPerTriangle = 320.0;     // prepared triangles, their tree and their places in bricks
 constexpr double kCreaseBytesPerBrick = 700.0;  // of finely tessellated surfaces
 constexpr double kFewBytes = 3e4;               // the empty brick, and grids rounded up
-constexpr double kFewCoarseBytes = 1e6;         // so much the coarse grid may take without asking
+constexpr double kFewCoarseBytes = 1.5e6;       // the coarse grid's without asking: it stays in the second cache
 constexpr double kCoarsePart = 1.0 / 20.0;      // of the bricks' bytes beyond it
 constexpr int kMaxCoarseShift = 6;
 
