@@ -25,4 +25,22 @@ inline bool Overlap(const Box& a, const Box& b) {
          a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
 
+// Calls visit(triangle) for those in leaves whose boxes overlap `box`.
+template <typename Visit>
+void ForOverlapping(const BoxTree& tree, const Box& box, Visit&& visit) {
+  if (tree.nodes.empty()) return;
+  std::vector<std::uint32_t> stack{0};
+  while (!stack.empty()) {
+    const BoxTree::Node& node = tree.nodes[stack.back()];
+    stack.pop_back();
+    if (!Overlap(node.box, box)) continue;
+    if (node.left != 0) {
+      stack.push_back(node.left);
+      stack.push_back(node.left + 1);
+      continue;
+    }
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(tree.order[i]);
+  }
+}
+
 }  // namespace vps

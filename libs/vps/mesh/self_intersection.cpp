@@ -56,28 +56,15 @@ Box BoxOf(const TriangleMesh& mesh, std::uint32_t t) {
 std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings) {
   std::vector<Crossing> crossings;
   const BoxTree tree = BuildBoxTree(mesh);
-  std::vector<std::uint32_t> stack;
   std::vector<std::uint32_t> near;
   for (std::uint32_t a = 0; a < mesh.triangles.size() && crossings.size() < max_crossings; ++a) {
     const Box box = BoxOf(mesh, a);
     near.clear();
-    stack.assign(1, 0);
-    while (!stack.empty()) {
-      const BoxTree::Node& node = tree.nodes[stack.back()];
-      stack.pop_back();
-      if (!Overlap(node.box, box)) continue;
-      if (node.left != 0) {
-        stack.push_back(node.left);
-        stack.push_back(node.left + 1);
-        continue;
+    ForOverlapping(tree, box, [&](std::uint32_t b) {
+      if (b > a && SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2 && Overlap(box, BoxOf(mesh, b))) {
+        near.push_back(b);
       }
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const std::uint32_t b = tree.order[i];
-        if (b > a && SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2 && Overlap(box, BoxOf(mesh, b))) {
-          near.push_back(b);
-        }
-      }
-    }
+    });
     std::sort(near.begin(), near.end());
     for (const std::uint32_t b : near) {
       if (const auto x = Cross(mesh, a, b); x && crossings.size() < max_crossings) crossings.push_back({a, b, *x});
