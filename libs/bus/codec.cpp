@@ -54,7 +54,7 @@ constexpr std::uint32_t kMaxIndex = 0xffff;
 
 // Upper bounds of encoded sizes [bytes]: what a part holds besides its items, and one item. A double in a packed array
 // takes 8, a float or fixed32 4, an index up to 65535 3, a tag with its length 3.
-constexpr std::size_t kStateScalarBytes = 60;
+constexpr std::size_t kStateScalarBytes = 69;
 constexpr std::size_t kBodyBytes = 3 + 8 * (kPoseSize + kTwistSize);
 constexpr std::size_t kMechanismBytes = 3 + 5 + 8 + 8;
 constexpr std::size_t kContactScalarBytes = 125;
@@ -153,6 +153,7 @@ void Fill(const core::PhysicsState& m, int part, std::size_t budget, oos::Physic
   p->set_tick(m.tick);
   p->set_time_ns(m.time_ns);
   p->set_is_in_contact(m.is_in_contact);
+  p->set_state_hash(m.state_hash);
   p->set_num_bodies(static_cast<std::uint32_t>(m.bodies.size()));
   p->set_first_body(static_cast<std::uint32_t>(range.bodies.first));
   for (std::size_t i = range.bodies.first; i < range.bodies.first + range.bodies.count; ++i) {
@@ -269,6 +270,7 @@ bool Take(const oos::PhysicsState& p, bool is_first, core::PhysicsState* m) {
   m->tick = p.tick();
   m->time_ns = p.time_ns();
   m->is_in_contact = p.is_in_contact();
+  m->state_hash = p.state_hash();
   if (is_first) {
     m->bodies.resize(p.num_bodies());
     m->mechanisms.resize(p.num_mechanisms());

@@ -81,6 +81,7 @@ core::PhysicsState FullState(Numbers& numbers, std::size_t num_bodies, std::size
   core::PhysicsState state;
   state.tick = 123456789;
   state.time_ns = 123456789'000'000;
+  state.state_hash = 0xfedcba9876543210ULL;
   state.is_in_contact = true;
   for (std::size_t i = 0; i < num_bodies; ++i) {
     state.bodies.push_back({static_cast<std::uint16_t>(60000 + i), numbers.Pose(), numbers.Twist()});
@@ -114,6 +115,7 @@ void ExpectSame(const core::ContactSet& a, const core::ContactSet& b) {
 void ExpectSame(const core::PhysicsState& a, const core::PhysicsState& b) {
   EXPECT_EQ(a.tick, b.tick);
   EXPECT_EQ(a.time_ns, b.time_ns);
+  EXPECT_EQ(a.state_hash, b.state_hash);
   EXPECT_EQ(a.is_in_contact, b.is_in_contact);
   ASSERT_EQ(a.bodies.size(), b.bodies.size());
   for (std::size_t i = 0; i < a.bodies.size(); ++i) {

@@ -421,11 +421,18 @@ std::uint64_t World::num_fallbacks() const {
 
 std::uint64_t World::StateHash() const {
   std::uint64_t hash = 0;
+  const auto add = [&hash](double number) { hash = core::Hash64(&number, sizeof(number), hash); };
   for (const RigidBody& body : impl_->bodies) {
     const double state[] = {body.p_WCm.x, body.p_WCm.y, body.p_WCm.z, body.R_WB.w,  body.R_WB.x,
                             body.R_WB.y,  body.R_WB.z,  body.v_WCm.x, body.v_WCm.y, body.v_WCm.z,
                             body.L_W.x,   body.L_W.y,   body.L_W.z};
     hash = core::Hash64(state, sizeof(state), hash);
+  }
+  for (const PairSlot& pair : impl_->pairs) pair.feed.VisitImpulses(add);
+  for (const MechanismSlot& slot : impl_->mechanisms) {
+    for (const Row& row : slot.mechanism->rows()) add(row.impulse);
+    add(slot.mechanism->state());
+    add(slot.mechanism->position());
   }
   return hash;
 }

@@ -111,7 +111,8 @@ class World {
   // Between steps; allocates. Restore is for a world that was built alike, else it fails and the world is of no use.
   void Save(Checkpoint* checkpoint) const;
   core::Result<void> Restore(Checkpoint* checkpoint);
-  // Bit pattern of all states: equal for equal runs.
+  // Of the bit patterns of all poses, velocities and momenta, of the impulses of contacts and mechanisms (the warm start
+  // of the next step), and of the mechanisms' states: equal runs have equal hashes after every step.
   [[nodiscard]] std::uint64_t StateHash() const;
 
  private:

@@ -75,6 +75,10 @@ class Generator {
       Say(element, "no pointshell against a voxelmap",
           "one of them needs <collision points=\"...\">, the other <collision voxel_size_m=\"...\">",
           "add points to one and voxel_size_m to the other, or remove the pair");
+    } else if (element.figures.owner == PairOwner::kPhysics &&
+               (object_a.owner == Owner::kHand || object_b.owner == Owner::kHand)) {
+      Say(element, "owner=\"physics\" on a pair of a hand",
+          "a hand's contact is felt, so haptic_node computes it in its own cycle", "remove the attribute");
     }
   }
 

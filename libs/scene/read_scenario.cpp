@@ -260,6 +260,7 @@ class Builder {
     read.Number("look_ahead_m", &pair.figures.look_ahead_m);
     read.Truth("active", &pair.figures.is_active);
     read.Truth("collide", &pair.is_collide);
+    if (element.Get("owner") == "physics") pair.figures.owner = PairOwner::kPhysics;
     pairs->push_back(std::move(pair));
   }
 

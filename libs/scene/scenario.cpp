@@ -31,6 +31,10 @@ std::string Scenario::PairName(std::size_t pair_index) const {
   return objects.at(pair.sampled).name + "/" + objects.at(pair.field).name;
 }
 
+const char* Scenario::PairSource(std::size_t pair_index) const {
+  return pairs.at(pair_index).owner == PairOwner::kPhysics ? "physics_node" : "haptic_node";
+}
+
 core::Pose PartPose(HandPart part, const core::Pose& X_WPalm, double opening_m) {
   double x_m = 0.0;
   if (part == HandPart::kJawLeft) x_m = -0.5 * opening_m;

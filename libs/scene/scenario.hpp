@@ -22,6 +22,10 @@ enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
 
 enum class ContactInput { kWrench, kPlanes };  // the paper's first way; architecture D5
 
+// Which node computes a pair's contact: haptic_node, which feels it and tells physics_node, or physics_node itself, where
+// the planes are of the very poses that they push (no delay). A hand's contact is always the former's.
+enum class PairOwner { kHaptic, kPhysics };
+
 struct Location {  // where in a file something was said
   std::filesystem::path file;
   int line = 0;
@@ -70,6 +74,7 @@ struct Pair {
   double friction = 0.2;
   double look_ahead_m = 0.002;
   bool is_active = true;  // initial entry of the state matrix
+  PairOwner owner = PairOwner::kHaptic;
   Location location;
 };
 
@@ -197,6 +202,7 @@ struct Scenario {
   [[nodiscard]] int FindMechanism(const std::string& mechanism_name) const;
   [[nodiscard]] int FindRole(const std::string& role) const;
   [[nodiscard]] std::string PairName(std::size_t pair_index) const;  // "sampled/field"
+  [[nodiscard]] const char* PairSource(std::size_t pair_index) const;  // the node that computes and tells it
 };
 
 // Poses of a hand's parts for a palm pose and an opening; see HandPart.

@@ -5,8 +5,6 @@
 namespace haptic_node {
 namespace {
 
-// A contact that has ended is told this many times: datagrams get lost.
-constexpr int kEmptySets = 5;
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
 double Approach(double gain, bool is_trusted, std::int64_t elapsed_ns) {
@@ -148,7 +146,7 @@ int HapticNode::IgnoredObject(const Role& role) const {
 }
 
 bool HapticNode::IsHeld(const PairRole& pair_role, std::size_t pair) const {
-  const scene::Pair& p = scenario_.pairs[pair];
+  const scene::Pair& p = PairOf(pair);
   if (pair_role.sampled_role >= 0) {
     return IgnoredObject(roles_[static_cast<std::size_t>(pair_role.sampled_role)]) == p.field;
   }
@@ -163,7 +161,7 @@ void HapticNode::StepCoupling(Role* role) {
   world_->HandContact(role->is_hand_part, role->coupling.X_WC(), &role->contact, IgnoredObject(*role));
   role->F_Do_W = role->coupling.Step(role->sample.X_WD, role->contact);
   for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
-    const scene::Pair& pair = scenario_.pairs[i];
+    const scene::Pair& pair = PairOf(i);
     if (role->is_hand_part[pair.sampled] == role->is_hand_part[pair.field] || IsHeld(pair_roles_[i], i)) continue;
     if (!world_->is_active(i) || !world_->result(i).is_in_contact) continue;
     role->sum_of_weights_m += glm::length(world_->result(i).f_So_S.sum_m);
@@ -179,7 +177,7 @@ double HapticNode::JawForce_N(std::size_t role_index) const {
   const glm::dvec3 axis_W = role.coupling.X_WC().rotate(glm::dvec3(1.0, 0.0, 0.0));
   double sum_N = 0.0;
   for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
-    const scene::Pair& pair = scenario_.pairs[i];
+    const scene::Pair& pair = PairOf(i);
     const vps::PairResult& result = world_->result(i);
     if (!world_->is_active(i) || !result.is_in_contact) continue;
     for (const bool is_sampled : {true, false}) {
@@ -234,31 +232,16 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
 
 void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
   for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
-    outputs->contacts_updated[i] = 0;
     PairRole& pair_role = pair_roles_[i];
+    const std::uint16_t slot = pair_role.scenario_pair;
+    core::ContactSet& set = outputs->contacts[slot];
+    outputs->contacts_updated[slot] = 0;
     if (!pair_role.is_published) continue;
-    const vps::PairResult& result = world_->result(i);
-    const bool is_near = world_->is_active(i) && (result.is_in_contact || !result.planes.empty());
-    if (is_near) {
-      if (!world_->is_fresh(i)) continue;  // late in this cycle: what was sent before still counts
-      pair_role.empty_sets_left = kEmptySets;
-    } else {
-      if (pair_role.empty_sets_left == 0) continue;
-      --pair_role.empty_sets_left;
-    }
-    core::ContactSet& set = outputs->contacts[i];
-    world_->FillContactSet(i, &set);
-    set.pair_index = static_cast<std::uint16_t>(i);
+    if (!collision::TellContact(*world_, i, slot, &pair_role.empty_sets_left, &set)) continue;
     set.cycle = cycle_;
-    set.header = {};
     if (inputs.physics != nullptr) set.header.through_physics = inputs.physics->header.through_physics;
-    if (!is_near) {
-      set.is_in_contact = false;
-      set.F_So_W = {};
-      set.planes.clear();
-    }
     ShareHandContact(i, pair_role, &set);
-    outputs->contacts_updated[i] = 1;
+    outputs->contacts_updated[slot] = 1;
   }
 }
 

@@ -2,12 +2,11 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "collision/owned_world.hpp"
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "nodes/haptic_node/ports.hpp"
@@ -18,8 +17,7 @@
 namespace haptic_node {
 
 struct Options {
-  std::filesystem::path cache;                            // of cooked structures; empty: the default folder
-  std::function<void(const std::string& line)> progress;  // while cooking
+  collision::Options collision;
   std::int64_t budget_ns = 0;  // of collision in one step; 0: no limit, and results independent of the machine's speed
 };
 
@@ -84,8 +82,9 @@ class HapticNode {
     std::uint64_t last_trace_through_physics = 0;
   };
 
-  // How a pair enters; a pair of two hands enters both couplings and concerns no other node.
+  // How a pair of this node's world enters; a pair of two hands enters both couplings and concerns no other node.
   struct PairRole {
+    std::uint16_t scenario_pair = 0;
     int sampled_role = -1;  // role whose hand S is part of
     int field_role = -1;
     bool is_published = false;  // an object of physics_node is in it, or a viewer may want to see it
@@ -94,9 +93,12 @@ class HapticNode {
 
   HapticNode(const scene::Scenario& scenario, core::ParallelFor& workers, const Options& options);
   core::Result<void> BuildWorld();
-  core::Result<std::vector<vps::ObjectDescription>> CookObjects() const;
-  void BuildRoles();
+  void BuildPairRoles(const std::vector<std::uint16_t>& scenario_pairs);
+  void BuildRoles(const collision::OwnedWorld& owned);
   [[nodiscard]] int RoleOf(std::uint16_t object) const;
+  [[nodiscard]] const scene::Pair& PairOf(std::size_t pair) const {
+    return scenario_.pairs[pair_roles_[pair].scenario_pair];
+  }
   [[nodiscard]] bool IsHeld(const PairRole& pair_role, std::size_t pair) const;
   [[nodiscard]] int IgnoredObject(const Role& role) const;
 
@@ -115,7 +117,7 @@ class HapticNode {
   Options options_;
   std::unique_ptr<vps::CollisionWorld> world_;
   std::vector<Role> roles_;
-  std::vector<PairRole> pair_roles_;
+  std::vector<PairRole> pair_roles_;               // per pair of the world, as all that follows about pairs
   std::vector<std::string> pair_active_names_;     // "pair.<a>/<b>.active"
   std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;

@@ -86,7 +86,7 @@ class Bench {
  public:
   explicit Bench(core::ParallelFor& workers, const scene::Scenario& scenario = TwoHands()) : scenario_(scenario) {
     Options options;
-    options.cache = std::filesystem::path(::testing::TempDir()) / "haptic_node_cache";
+    options.collision.cache = std::filesystem::path(::testing::TempDir()) / "haptic_node_cache";
     auto made = HapticNode::Create(scenario_, workers, options);
     EXPECT_TRUE(made) << made.error().detail;
     node_ = std::move(*made);

@@ -51,9 +51,9 @@ int main(int argc, char** argv) {
   if (!options["--method"].empty()) scenario->method = options["--method"];
   bus::WorkerPool pool(static_cast<unsigned>(workers), "haptic-work", mode == bus::RealTimeMode::kOff ? 0 : kPriority);
   haptic_node::Options haptic_options;
-  haptic_options.cache = options["--cache"];
+  haptic_options.collision.cache = options["--cache"];
   haptic_options.budget_ns = kBudget_ns;
-  haptic_options.progress = [](const std::string& line) {
+  haptic_options.collision.progress = [](const std::string& line) {
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
   };

@@ -52,7 +52,9 @@ void NodeLoop::Declare() {
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
     const std::string topic = bus::ContactsTopic("haptic_node", scenario_.PairName(i));
-    contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
+    const bool is_mine = scenario_.pairs[i].owner == scene::PairOwner::kHaptic;
+    contact_writers_.push_back(is_mine ? node_->WriteLatest<core::ContactSet>(topic)
+                                       : bus::LatestWriter<core::ContactSet>{});
   }
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("haptic_node"));
   node_->OwnParameters(haptic_->ParameterNames());

@@ -55,10 +55,14 @@ void NodeLoop::Declare() {
     reaction_writers_.push_back(node_->WriteLatest<core::Reaction>(bus::ReactionTopic(device.role)));
   }
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
-    const bool is_mine = scenario_.objects[scenario_.pairs[i].sampled].owner == scene::Owner::kPhysics ||
-                         scenario_.objects[scenario_.pairs[i].field].owner == scene::Owner::kPhysics;
-    const std::string topic = bus::ContactsTopic("haptic_node", scenario_.PairName(i));
-    contacts_.push_back(is_mine ? &node_->ReadLatest<core::ContactSet>(topic) : nullptr);
+    const scene::Pair& pair = scenario_.pairs[i];
+    const bool is_read =
+        pair.owner == scene::PairOwner::kHaptic && (scenario_.objects[pair.sampled].owner == scene::Owner::kPhysics ||
+                                                    scenario_.objects[pair.field].owner == scene::Owner::kPhysics);
+    const std::string topic = bus::ContactsTopic(scenario_.PairSource(i), scenario_.PairName(i));
+    contacts_.push_back(is_read ? &node_->ReadLatest<core::ContactSet>(topic) : nullptr);
+    if (pair.owner != scene::PairOwner::kPhysics) continue;
+    own_contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
   }
   state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
@@ -155,6 +159,10 @@ void NodeLoop::Step(int num_ticks) {
   }
   stamp(&outputs_.state.header);
   state_writer_.Send(outputs_.state);
+  OwnContacts& own = physics_->own_contacts();
+  for (std::size_t i = 0; i < own.num_pairs(); ++i) {
+    if (own.is_told(i)) own_contact_writers_[i].Send(own.set(i));
+  }
 }
 
 // Rare: a node was lost or came back. Said by name in the log and in the report.

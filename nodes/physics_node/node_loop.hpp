@@ -63,7 +63,8 @@ class NodeLoop {
   PhysicsNode* physics_;
   bus::Node* node_;
   std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
-  std::vector<bus::LatestReader<core::ContactSet>*> contacts_;  // null where physics has no such pair
+  std::vector<bus::LatestReader<core::ContactSet>*> contacts_;  // null where none is read
+  std::vector<bus::LatestWriter<core::ContactSet>> own_contact_writers_;
   bus::LatestWriter<core::PhysicsState> state_writer_;
   std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
   bus::StateWriter<bus::Figures> figures_writer_;

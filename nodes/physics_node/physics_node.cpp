@@ -16,6 +16,7 @@ namespace {
 
 enum class ParameterKind {
   kPairActive,
+  kPairStiffness,
   kSnapEngageForce,
   kSnapReleaseForce,
   kSnapStiffness,
@@ -63,13 +64,16 @@ struct Contact {
 }  // namespace
 
 struct PhysicsNode::Impl {
-  explicit Impl(const scene::Scenario& s, BuiltWorld&& b) : scenario(s), built(std::move(b)), keeper(&built) {
+  Impl(const scene::Scenario& s, BuiltWorld&& b) : scenario(s), built(std::move(b)), keeper(&built) {
     contacts.resize(scenario.pairs.size());
     snap_states.resize(scenario.mechanisms.size());
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       contacts[i].is_active = scenario.pairs[i].is_active;
       if (built.contact_of_pair[i] == kNone) continue;
       parameters["pair." + scenario.PairName(i) + ".active"] = {ParameterKind::kPairActive, i};
+      if (scenario.pairs[i].owner == scene::PairOwner::kPhysics) {
+        parameters["pair." + scenario.PairName(i) + ".stiffness_N_per_m"] = {ParameterKind::kPairStiffness, i};
+      }
     }
     for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
       const std::string& name = scenario.mechanisms[i].name;
@@ -95,6 +99,10 @@ struct PhysicsNode::Impl {
     switch (kind) {
       case ParameterKind::kPairActive:
         contacts[i].is_active = change.value != 0.0;
+        own->SetActive(i, contacts[i].is_active);
+        break;
+      case ParameterKind::kPairStiffness:
+        own->SetStiffness(i, change.value);
         break;
       case ParameterKind::kSnapEngageForce:
         built.snaps[i]->set_engage_force_N(change.value);
@@ -170,7 +178,7 @@ struct PhysicsNode::Impl {
 
   void FeedContacts(const Inputs& inputs) {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      if (built.contact_of_pair[i] == kNone) continue;
+      if (built.contact_of_pair[i] == kNone || scenario.pairs[i].owner != scene::PairOwner::kHaptic) continue;
       const int slot = built.contact_of_pair[i];
       Contact& contact = contacts[i];
       const core::ContactSet* set = i < inputs.num_contacts ? &inputs.contacts[i] : nullptr;
@@ -183,9 +191,30 @@ struct PhysicsNode::Impl {
       }
       if (set->header.sequence == contact.sequence) continue;
       contact.sequence = set->header.sequence;
-      built.world->SetContactPlanes(slot, *set);
-      if (scenario.contact_input == scene::ContactInput::kWrench) {
-        built.world->SetContactWrench(slot, set->is_in_contact ? set->F_So_W : core::Wrench{});
+      Feed(slot, *set);
+    }
+  }
+
+  void Feed(int slot, const core::ContactSet& set) {
+    built.world->SetContactPlanes(slot, set);
+    if (scenario.contact_input == scene::ContactInput::kWrench) {
+      built.world->SetContactWrench(slot, set.is_in_contact ? set.F_So_W : core::Wrench{});
+    }
+  }
+
+  // Tests the pairs that are this node's own at the poses of now.
+  void MakeOwnContacts() {
+    if (own->num_pairs() == 0) return;
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      own->SetPose(i, built.world->X_WO(built.body_of_object[i]));
+    }
+    own->Step(tick, now_ns);
+    for (std::size_t i = 0; i < own->num_pairs(); ++i) {
+      const int slot = built.contact_of_pair[own->scenario_pair(i)];
+      if (own->is_near(i)) {
+        Feed(slot, own->set(i));
+      } else if (built.world->HasContactPlanes(slot)) {
+        built.world->ClearContact(slot);
       }
     }
   }
@@ -348,6 +377,8 @@ struct PhysicsNode::Impl {
   }
 
   scene::Scenario scenario;
+  core::SerialFor serial;
+  std::unique_ptr<OwnContacts> own;
   BuiltWorld built;
   GraspKeeper keeper;
   std::unordered_map<std::string, ParameterSlot> parameters;
@@ -363,14 +394,16 @@ struct PhysicsNode::Impl {
 PhysicsNode::PhysicsNode(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PhysicsNode::~PhysicsNode() = default;
 
-core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(const scene::Scenario& scenario) {
+core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(const scene::Scenario& scenario,
+                                                               const Options& options) {
   const auto masses = LoadMasses(scenario);
   if (!masses) return core::Fail(masses.error().code, masses.error().detail);
-  return Create(scenario, *masses);
+  return Create(scenario, *masses, options);
 }
 
 core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
-    const scene::Scenario& scenario, const std::vector<physics::MassProperties>& mass_of_object) {
+    const scene::Scenario& scenario, const std::vector<physics::MassProperties>& mass_of_object,
+    const Options& options) {
   if (scenario.mechanisms.size() > core::kMaxMechanisms) {
     return core::Fail(core::ErrorCode::kResource,
                       "scenario has more than " + std::to_string(core::kMaxMechanisms) + " mechanisms; leave some out");
@@ -383,7 +416,12 @@ core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
   }
   auto built = BuildWorld(scenario, mass_of_object);
   if (!built) return core::Fail(built.error().code, built.error().detail);
-  return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::make_unique<Impl>(scenario, std::move(*built))));
+  auto impl = std::make_unique<Impl>(scenario, std::move(*built));
+  auto own = OwnContacts::Create(impl->scenario, options.workers != nullptr ? *options.workers : impl->serial,
+                                 options.collision);
+  if (!own) return core::Fail(own.error().code, own.error().detail);
+  impl->own = std::move(*own);
+  return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::move(impl)));
 }
 
 void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
@@ -395,9 +433,11 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.TakeProxies(inputs);
   n.PlaceHands();
   n.FeedContacts(inputs);
+  n.MakeOwnContacts();
   n.UpdateGrasps(inputs, outputs);
   n.built.world->Step(core::kTick_s);
   n.Fill(outputs);
+  outputs->state.state_hash = StateHash();
 }
 
 std::vector<std::string> PhysicsNode::ParameterNames() const {
@@ -417,6 +457,9 @@ physics::ImpulseBalance PhysicsNode::impulse_balance() const {
 }
 const physics::World& PhysicsNode::world() const {
   return *impl_->built.world;
+}
+OwnContacts& PhysicsNode::own_contacts() {
+  return *impl_->own;
 }
 std::uint64_t PhysicsNode::StateHash() const {
   return impl_->built.world->StateHash();

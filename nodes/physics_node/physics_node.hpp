@@ -5,11 +5,17 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/physics_node/own_contacts.hpp"
 #include "nodes/physics_node/ports.hpp"
 #include "physics/world.hpp"
 #include "scene/scenario.hpp"
 
 namespace physics_node {
+
+struct Options {
+  collision::Options collision;          // of the pairs that this node computes
+  core::ParallelFor* workers = nullptr;  // for these; null: on the thread of Step. Must outlive the node
+};
 
 // Owner of every pose that is not fixed and not a hand: one tick of 1 ms per Step, no socket, clock or thread.
 //
@@ -19,16 +25,19 @@ namespace physics_node {
 // reaction.
 //
 // Force is made from fresh data only: a contact set older than kMaxAgeTicks haptic cycles is dropped; when haptic_node
-// has been silent for kMaxAgeTicks ticks all contacts are dropped, the hands stop where they are, and reactions are 0.
+// has been silent for kMaxAgeTicks ticks all its contacts are dropped, the hands stop where they are, and reactions are
+// 0.
 class PhysicsNode {
  public:
   static constexpr int kMaxAgeTicks = 20;
 
   // Loads the meshes of physics-owned objects for mass and inertia.
-  static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario);
+  static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario,
+                                                           const Options& options = {});
   // Mass properties given, one entry per object (those of physics-owned ones are used).
   static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario,
-                                                           const std::vector<physics::MassProperties>& mass_of_object);
+                                                           const std::vector<physics::MassProperties>& mass_of_object,
+                                                           const Options& options = {});
   ~PhysicsNode();
   PhysicsNode(const PhysicsNode&) = delete;
   PhysicsNode& operator=(const PhysicsNode&) = delete;
@@ -45,6 +54,8 @@ class PhysicsNode {
   [[nodiscard]] physics::ImpulseBalance impulse_balance() const;
   [[nodiscard]] const physics::World& world() const;
   [[nodiscard]] std::uint64_t StateHash() const;
+  // What is to be told about the pairs that this node computes, as of the last Step.
+  OwnContacts& own_contacts();
 
  private:
   struct Impl;

@@ -28,7 +28,8 @@ core::Result<void> Receiver::Start(const std::string& registry, std::uint64_t se
     proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
   }
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
-    contacts_.push_back(&node_->ReadLatest<core::ContactSet>(bus::ContactsTopic("haptic_node", scenario_.PairName(i))));
+    const std::string topic = bus::ContactsTopic(scenario_.PairSource(i), scenario_.PairName(i));
+    contacts_.push_back(&node_->ReadLatest<core::ContactSet>(topic));
   }
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("visual_node"));

@@ -24,6 +24,7 @@ void StateHash::Add(const core::Pose& pose) {
 
 void StateHash::Add(const core::PhysicsState& state) {
   Add(state.tick);
+  Add(state.state_hash);
   for (const core::BodyState& body : state.bodies) {
     Add(static_cast<std::uint64_t>(body.object));
     Add(body.X_WO);

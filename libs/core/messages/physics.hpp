@@ -34,6 +34,7 @@ struct PhysicsState {
   std::uint64_t tick = 0;
   std::int64_t time_ns = 0;  // simulated time of the tick
   bool is_in_contact = false;
+  std::uint64_t state_hash = 0;  // of all that the next tick starts from, impulses included; equal for equal runs
   FixedVector<BodyState, kMaxBodies> bodies;
   FixedVector<MechanismState, kMaxMechanisms> mechanisms;
 };

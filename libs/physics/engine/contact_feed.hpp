@@ -36,6 +36,17 @@ class ContactFeed {
   template <typename Visit>
   void Collect(Visit&& visit);
 
+  // Number of planes, then id and normal impulse of each.
+  template <typename Visit>
+  void VisitImpulses(Visit&& visit) const {
+    visit(num_planes_);
+    for (int i = 0; i < num_planes_; ++i) {
+      const Plane& plane = planes_[static_cast<std::size_t>(i)];
+      visit(plane.plane.id);
+      visit(plane.impulse);
+    }
+  }
+
   // Over the planes whose normal lies within 60 degrees of `along_W`, or over all when it is null.
   [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
                                    const glm::dvec3* along_W = nullptr) const;

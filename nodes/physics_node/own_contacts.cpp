@@ -1,0 +1,49 @@
+#include "nodes/physics_node/own_contacts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace physics_node {
+
+core::Result<std::unique_ptr<OwnContacts>> OwnContacts::Create(const scene::Scenario& scenario,
+                                                               core::ParallelFor& workers,
+                                                               const collision::Options& options) {
+  auto owned = collision::BuildOwnedWorld(scenario, scene::PairOwner::kPhysics, workers, options);
+  if (!owned) return core::Fail(owned.error().code, owned.error().detail);
+  return std::unique_ptr<OwnContacts>(new OwnContacts(std::move(*owned), workers));
+}
+
+OwnContacts::OwnContacts(collision::OwnedWorld owned, core::ParallelFor& workers)
+    : owned_(std::move(owned)), workers_(workers), pairs_(owned_.scenario_pair.size()) {}
+
+const vps::StepReport& OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns) {
+  const vps::StepReport& report = owned_.world->Step(&workers_);
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    Pair& pair = pairs_[i];
+    const auto scenario_pair = owned_.scenario_pair[i];
+    pair.is_told = collision::TellContact(*owned_.world, i, scenario_pair, &pair.empty_sets_left, &pair.set);
+    pair.is_near = pair.is_told && !pair.set.planes.empty();
+    if (!pair.is_told) continue;
+    pair.set.cycle = tick;
+    pair.set.header.sequence = tick;
+    pair.set.header.publish_ns = now_ns;
+  }
+  return report;
+}
+
+std::size_t OwnContacts::IndexOf(std::size_t scenario_pair) const {
+  const auto& pairs = owned_.scenario_pair;
+  return static_cast<std::size_t>(std::find(pairs.begin(), pairs.end(), scenario_pair) - pairs.begin());
+}
+
+void OwnContacts::SetActive(std::size_t scenario_pair, bool is_active) {
+  if (const std::size_t i = IndexOf(scenario_pair); i < pairs_.size()) owned_.world->SetActive(i, is_active);
+}
+
+void OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m) {
+  if (const std::size_t i = IndexOf(scenario_pair); i < pairs_.size()) {
+    owned_.world->SetStiffness(i, stiffness_N_per_m);
+  }
+}
+
+}  // namespace physics_node

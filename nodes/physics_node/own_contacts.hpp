@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "collision/owned_world.hpp"
+#include "core/messages/haptic.hpp"
+
+namespace physics_node {
+
+// Contact that physics_node computes itself (pairs with owner="physics"), by the same code as haptic_node. Planes are
+// of the poses at the start of the very tick in which they push: there is no delay.
+class OwnContacts {
+ public:
+  // `workers` must outlive it. Without such a pair there is nothing to cook and a step does nothing.
+  static core::Result<std::unique_ptr<OwnContacts>> Create(const scene::Scenario& scenario, core::ParallelFor& workers,
+                                                           const collision::Options& options);
+
+  void SetPose(std::size_t object, const core::Pose& X_WO) { owned_.world->SetPose(object, X_WO); }
+  // Tests every pair that is due: no time limit, so that results do not depend on the speed of the machine.
+  const vps::StepReport& Step(std::uint64_t tick, std::int64_t now_ns);
+
+  [[nodiscard]] std::size_t num_pairs() const { return pairs_.size(); }
+  [[nodiscard]] std::size_t scenario_pair(std::size_t pair) const { return owned_.scenario_pair[pair]; }
+  [[nodiscard]] const core::ContactSet& set(std::size_t pair) const { return pairs_[pair].set; }
+  core::ContactSet& set(std::size_t pair) { return pairs_[pair].set; }  // sending stamps its header
+  // The last step has something to tell other nodes about the pair.
+  [[nodiscard]] bool is_told(std::size_t pair) const { return pairs_[pair].is_told; }
+  // The set stands for the poses of the last step; otherwise the pair is apart and its set is an old one.
+  [[nodiscard]] bool is_near(std::size_t pair) const { return pairs_[pair].is_near; }
+
+  // By scenario pair; of other nodes' pairs nothing happens.
+  void SetActive(std::size_t scenario_pair, bool is_active);
+  void SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m);
+
+ private:
+  struct Pair {
+    core::ContactSet set;
+    int empty_sets_left = 0;
+    bool is_told = false;
+    bool is_near = false;
+  };
+
+  OwnContacts(collision::OwnedWorld owned, core::ParallelFor& workers);
+  [[nodiscard]] std::size_t IndexOf(std::size_t scenario_pair) const;
+
+  collision::OwnedWorld owned_;
+  core::ParallelFor& workers_;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace physics_node
