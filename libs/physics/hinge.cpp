@@ -7,19 +7,14 @@
 namespace physics {
 namespace {
 
-enum HingeRow : std::size_t { kX, kY, kZ, kTiltX, kTiltY, kAxis, kLower, kUpper, kLock, kNumRows };
+enum HingeRow : std::size_t { kX, kY, kZ, kTiltX, kTiltY };
 
-// Part of a position error that a hard row removes per step. 1 would be exact for one row alone; less leaves room for
-// the linearisation of the rotation.
-constexpr double kErrorReduction = 0.3;
-
-void SetHard(Row* row, const glm::dvec3& linear_W, const glm::dvec3& angular_W, const glm::dvec3& p_W, double bias) {
-  row->is_active = true;
-  row->is_hard = true;
-  row->linear_W = linear_W;
-  row->angular_W = angular_W;
-  row->p_W = p_W;
-  row->velocity_bias = bias;
+// Angle about z: the twist part of the relative rotation, in (-pi, pi].
+double AngleAbout_z(const glm::dquat& R_JpJc) {
+  double angle = 2.0 * std::atan2(R_JpJc.z, R_JpJc.w);
+  if (angle > std::numbers::pi) angle -= 2.0 * std::numbers::pi;
+  if (angle < -std::numbers::pi) angle += 2.0 * std::numbers::pi;
+  return angle;
 }
 
 }  // namespace
@@ -29,12 +24,26 @@ double DetentTorque(double theta_rad, double d0_rad, double d1_rad, double peak_
   return -peak_Nm * std::sin(2.0 * std::numbers::pi * u);
 }
 
+double DetentEnergy_J(double theta_rad, double d0_rad, double d1_rad, double peak_Nm) {
+  const double period = d1_rad - d0_rad;
+  const double u = (theta_rad - d0_rad) / period;
+  const double within = std::clamp(u, -0.25, 1.25);
+  return peak_Nm * period *
+         ((1.0 - std::cos(2.0 * std::numbers::pi * within)) / (2.0 * std::numbers::pi) + std::abs(u - within));
+}
+
 core::Pose HingePose(const HingeParams& params, double angle_rad) {
   const core::Pose turn{core::QuaternionFromRotationVector({0.0, 0.0, angle_rad}), glm::dvec3(0.0)};
   return params.X_PJ * turn * params.X_CJ.inverse();
 }
 
-Hinge::Hinge(const HingeParams& params) : Mechanism(kNumRows), params_(params) {}
+Hinge::Hinge(const HingeParams& params) : Mechanism(kFirstAxisRow + JointAxis::kNumRows), params_(params) {
+  AddTunable("damping", &params_.axis.damping);
+  AddTunable("locked", &params_.axis.locked);
+  AddTunable("motor_rad_per_s", &params_.axis.motor_speed, true);
+  AddTunable("motor_torque_Nm", &params_.axis.motor_limit);
+  if (params_.has_detents) AddTunable("detent_torque_Nm", &params_.detent_torque_Nm);
+}
 
 void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) {
   const core::Pose X_WJp = parent.X_WO * params_.X_PJ;
@@ -45,66 +54,62 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   const glm::dvec3 y_W = X_WJp.rotate({0, 1, 0});
   const glm::dvec3 z_W = X_WJp.rotate({0, 0, 1});
   const glm::dvec3 zc_W = X_WJc.rotate({0, 0, 1});
-
-  // Angle about z: the twist part of the relative rotation, in (-pi, pi].
-  const glm::dquat relative = glm::conjugate(X_WJp.rotation) * X_WJc.rotation;
-  double angle = 2.0 * std::atan2(relative.z, relative.w);
-  if (angle > std::numbers::pi) angle -= 2.0 * std::numbers::pi;
-  if (angle < -std::numbers::pi) angle += 2.0 * std::numbers::pi;
+  const double angle = AngleAbout_z(glm::conjugate(X_WJp.rotation) * X_WJc.rotation);
   position_ = angle;
 
+  // Anchors: e + dt e' + dt^2 e'' / 2 = 0 at the end of the step, with e' the row's speed there.
   const double rate = kErrorReduction / dt_s;
-  SetHard(&rows()[kX], x_W, glm::dvec3(0.0), p_W, -rate * glm::dot(x_W, error_W));
-  SetHard(&rows()[kY], y_W, glm::dvec3(0.0), p_W, -rate * glm::dot(y_W, error_W));
-  SetHard(&rows()[kZ], z_W, glm::dvec3(0.0), p_W, -rate * glm::dot(z_W, error_W));
-  // Tilt of the child's z away from the parent's: rotation vector z_p x z_c for a small tilt.
+  const glm::dvec3 curvature_W =
+      PointAcceleration(child, p_W - child.p_WCm) - PointAcceleration(parent, X_WJp.translation - parent.p_WCm);
+  const auto point_bias = [&](const glm::dvec3& axis_W) {
+    return -rate * glm::dot(axis_W, error_W) - 0.5 * dt_s * glm::dot(axis_W, curvature_W);
+  };
+  SetHard(&rows()[kX], x_W, glm::dvec3(0.0), p_W, point_bias(x_W));
+  SetHard(&rows()[kY], y_W, glm::dvec3(0.0), p_W, point_bias(y_W));
+  SetHard(&rows()[kZ], z_W, glm::dvec3(0.0), p_W, point_bias(z_W));
+
+  // Tilt of the child's z away from the parent's: t = z_p x z_c is the rotation vector for a small one. Its second
+  // derivative is z_p'' x z_c + 2 z_p' x z_c' + z_p x z_c'', where an axis moves like a point at its tip.
   const glm::dvec3 tilt_W = glm::cross(z_W, zc_W);
-  SetHard(&rows()[kTiltX], glm::dvec3(0.0), x_W, p_W, -rate * glm::dot(x_W, tilt_W));
-  SetHard(&rows()[kTiltY], glm::dvec3(0.0), y_W, p_W, -rate * glm::dot(y_W, tilt_W));
+  const glm::dvec3 tilt_curvature_W =
+      glm::cross(PointAcceleration(parent, z_W), zc_W) +
+      2.0 * glm::cross(glm::cross(parent.V_WO.angular_rad_per_s, z_W), glm::cross(child.V_WO.angular_rad_per_s, zc_W)) +
+      glm::cross(z_W, PointAcceleration(child, zc_W));
+  const auto tilt_bias = [&](const glm::dvec3& axis_W) {
+    return -rate * glm::dot(axis_W, tilt_W) - 0.5 * dt_s * glm::dot(axis_W, tilt_curvature_W);
+  };
+  SetHard(&rows()[kTiltX], glm::dvec3(0.0), x_W, p_W, tilt_bias(x_W));
+  SetHard(&rows()[kTiltY], glm::dvec3(0.0), y_W, p_W, tilt_bias(y_W));
 
-  Row& axis = rows()[kAxis];
-  SetAngularSpring(&axis, z_W, 0.0, 0.0, params_.damping_Nm_s_per_rad);
-  if (params_.has_detents) {
-    const double d0 = params_.detents_rad[0];
-    const double d1 = params_.detents_rad[1];
-    axis.force = DetentTorque(angle, d0, d1, params_.detent_torque_Nm);
-    // Slope of the profile, -dT/dtheta, where it is stabilising.
-    const double u = (angle - d0) / (d1 - d0);
-    if (u > -0.25 && u < 1.25) {
-      const double omega = 2.0 * std::numbers::pi / (d1 - d0);
-      axis.stiffness = std::max(0.0, params_.detent_torque_Nm * omega * std::cos(2.0 * std::numbers::pi * u));
-    }
-    state_ = u < 0.5 ? 0 : 1;
+  axis_.Prepare(params_.axis, axis_rows(), glm::dvec3(0.0), z_W, p_W, angle, dt_s);
+  if (!params_.has_detents) return;
+  Row& axis = axis_rows()[0];
+  const double d0 = params_.detents_rad[0];
+  const double d1 = params_.detents_rad[1];
+  axis.force = DetentTorque(angle, d0, d1, params_.detent_torque_Nm);
+  // Slope of the profile, -dT/dtheta, where it is stabilising.
+  const double u = (angle - d0) / (d1 - d0);
+  if (u > -0.25 && u < 1.25) {
+    const double omega = 2.0 * std::numbers::pi / (d1 - d0);
+    axis.stiffness = std::max(0.0, params_.detent_torque_Nm * omega * std::cos(2.0 * std::numbers::pi * u));
   }
-
-  // Limits: at the end of the step lower <= angle <= upper, pushing only back inside. While still inside, the row
-  // stops the approach in time (bias = distance per step); beyond, it removes part of the violation.
-  const double below = angle - params_.lower_rad;
-  const double above = params_.upper_rad - angle;
-  SetHard(&rows()[kLower], glm::dvec3(0.0), z_W, p_W, below > 0.0 ? -below / dt_s : -rate * below);
-  rows()[kLower].lower = 0.0;
-  SetHard(&rows()[kUpper], glm::dvec3(0.0), -z_W, p_W, above > 0.0 ? -above / dt_s : -rate * above);
-  rows()[kUpper].lower = 0.0;
-
-  rows()[kLock].is_active = false;
-  if (params_.is_stuck) {
-    if (!has_lock_angle_) {
-      has_lock_angle_ = true;
-      lock_angle_rad_ = angle;
-    }
-    SetHard(&rows()[kLock], glm::dvec3(0.0), z_W, p_W, -rate * (angle - lock_angle_rad_));
-  }
+  state_ = u < 0.5 ? 0 : 1;
 }
 
 void Hinge::Finish(double dt_s) {
-  force_ = (rows()[kAxis].impulse + rows()[kLower].impulse - rows()[kUpper].impulse + rows()[kLock].impulse) / dt_s;
+  force_ = JointAxis::Force(axis_rows(), dt_s);
+}
+
+double Hinge::StoredEnergy_J(const BodyView& parent, const BodyView& child) const {
+  if (!params_.has_detents) return 0.0;
+  const glm::dquat R_JpJc =
+      glm::conjugate((parent.X_WO * params_.X_PJ).rotation) * (child.X_WO * params_.X_CJ).rotation;
+  return DetentEnergy_J(AngleAbout_z(R_JpJc), params_.detents_rad[0], params_.detents_rad[1], params_.detent_torque_Nm);
 }
 
 void Hinge::ExchangeState(Checkpoint* checkpoint) {
   Mechanism::ExchangeState(checkpoint);
-  checkpoint->Exchange(&params_);
-  checkpoint->Exchange(&has_lock_angle_);
-  checkpoint->Exchange(&lock_angle_rad_);
+  axis_.ExchangeState(checkpoint);
 }
 
 }  // namespace physics

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/row.hpp"
+#include "physics/joint_axis.hpp"
 
 namespace physics {
 
@@ -8,36 +8,39 @@ namespace physics {
 struct HingeParams {
   core::Pose X_PJ;
   core::Pose X_CJ;
-  double lower_rad = -3.14159;
-  double upper_rad = 3.14159;
+  JointAxisParams axis;  // rad, Nm; the angle is within (-pi, pi]: limits beyond that are none
   bool has_detents = false;
   double detents_rad[2] = {0.0, 0.0};  // ascending
   double detent_torque_Nm = 0.0;
-  double damping_Nm_s_per_rad = 0.0;
-  bool is_stuck = false;  // cannot be turned
 };
 
 // Torque of a two-position detent at angle theta, on the child: -peak sin(2 pi u), u = (theta - d0) / (d1 - d0).
 // Zero at both detents (stable) and half way (unstable), pulling to the nearer one in between, at most `peak`.
 // Beyond a detent it goes on to a quarter period, where it peaks, and stays there.
 double DetentTorque(double theta_rad, double d0_rad, double d1_rad, double peak_Nm);
+// Its potential, zero at the detents: peak (d1 - d0) (1 - cos(2 pi u)) / (2 pi), and linear beyond a quarter period.
+double DetentEnergy_J(double theta_rad, double d0_rad, double d1_rad, double peak_Nm);
 
 // Pose of the child's mesh frame in the parent's at a given angle.
 core::Pose HingePose(const HingeParams& params, double angle_rad);
 
+// Tunables: damping, detent_torque_Nm, locked, motor_rad_per_s, motor_torque_Nm.
 class Hinge final : public Mechanism {
  public:
   explicit Hinge(const HingeParams& params);
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
   void set_detent_torque_Nm(double value) { params_.detent_torque_Nm = value; }
 
  private:
+  std::span<Row> axis_rows() { return std::span(rows()).subspan(kFirstAxisRow, JointAxis::kNumRows); }
+
+  static constexpr std::size_t kFirstAxisRow = 5;
   HingeParams params_;
-  bool has_lock_angle_ = false;
-  double lock_angle_rad_ = 0.0;
+  JointAxis axis_;
 };
 
 }  // namespace physics

@@ -8,6 +8,9 @@ HookAndLoop::HookAndLoop(const HookAndLoopParams& params)
   for (const glm::dvec3& p_P : params.p_PPatch_m) p_CPatch_m_.push_back(X_CP * p_P);
   state_ = static_cast<int>(is_held_.size());
   position_ = state_;
+  AddTunable("release_force_N", &params_.release_force_N);
+  AddTunable("stiffness_N_per_m", &params_.stiffness_N_per_m);
+  AddTunable("damping", &params_.damping_N_s_per_m);
 }
 
 void HookAndLoop::Prepare(const BodyView& parent, const BodyView& child, double /*dt_s*/) {
@@ -40,9 +43,18 @@ void HookAndLoop::Finish(double dt_s) {
   force_ = glm::length(sum) / dt_s;
 }
 
+double HookAndLoop::StoredEnergy_J(const BodyView& parent, const BodyView& child) const {
+  double energy_J = 0.0;
+  for (std::size_t i = 0; i < is_held_.size(); ++i) {
+    if (!is_held_[i]) continue;
+    const glm::dvec3 offset_W = child.X_WO * p_CPatch_m_[i] - parent.X_WO * params_.p_PPatch_m[i];
+    energy_J += 0.5 * params_.stiffness_N_per_m * glm::dot(offset_W, offset_W);
+  }
+  return energy_J;
+}
+
 void HookAndLoop::ExchangeState(Checkpoint* checkpoint) {
   Mechanism::ExchangeState(checkpoint);
-  checkpoint->Exchange(&params_.release_force_N);
   for (std::size_t i = 0; i < is_held_.size(); ++i) {
     bool is_held = is_held_[i];
     checkpoint->Exchange(&is_held);

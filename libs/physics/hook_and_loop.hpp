@@ -16,12 +16,13 @@ struct HookAndLoopParams {
 };
 
 // Each patch is an isotropic spring that breaks for good once it pulls with its release force. state and position are
-// the patches left, force the magnitude of their sum.
+// the patches left, force the magnitude of their sum. Tunables: release_force_N, stiffness_N_per_m, damping.
 class HookAndLoop final : public Mechanism {
  public:
   explicit HookAndLoop(const HookAndLoopParams& params);
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
   void set_release_force_N(double value) { params_.release_force_N = value; }

@@ -6,6 +6,7 @@
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
 #include "physics/checkpoint.hpp"
+#include "physics/live_change.hpp"
 
 namespace physics {
 
@@ -36,6 +37,8 @@ struct Row {
 struct BodyView {
   core::Pose X_WO;
   core::Twist V_WO;
+  glm::dvec3 p_WCm{0.0};    // centre of mass
+  glm::dvec3 alpha_W{0.0};  // angular acceleration without torque: I^-1 (L x w)
 };
 
 // A device that pushes between two bodies through rows. Prepare sets the rows from the poses at the start of the
@@ -50,9 +53,23 @@ class Mechanism {
   virtual void Prepare(const BodyView& parent, const BodyView& child, double dt_s) = 0;
   virtual void Finish(double dt_s) = 0;
 
+  // Potential energy of its springs at these poses, in its present state.
+  [[nodiscard]] virtual double StoredEnergy_J(const BodyView& /*parent*/, const BodyView& /*child*/) const {
+    return 0.0;
+  }
+
+  // What can be changed while running. A newer change of the same figure replaces an older one that is under way.
+  [[nodiscard]] const std::vector<Tunable>& tunables() const { return tunables_; }
+  // Between steps; `next_tick` is the number of the coming step. At once is done on return.
+  const ChangeReport& BeginChange(std::size_t tunable, const Change& change, const BodyView& parent,
+                                  const BodyView& child, std::uint64_t next_tick);
+  // At the top of step `tick`: carries ramps on and applies what was held.
+  void CarryOnChanges(const BodyView& parent, const BodyView& child, std::uint64_t tick, double dt_s);
+
   // All that the next step depends on, also what can be changed while running.
   virtual void ExchangeState(Checkpoint* checkpoint) {
     for (Row& row : rows_) checkpoint->Exchange(&row);
+    for (Tunable& tunable : tunables_) tunable.ExchangeState(checkpoint);
     checkpoint->Exchange(&state_);
     checkpoint->Exchange(&position_);
     checkpoint->Exchange(&force_);
@@ -75,12 +92,20 @@ class Mechanism {
                         double damping);
   static void SetAngularSpring(Row* row, const glm::dvec3& axis_W, double angle_rad, double stiffness, double damping);
 
+  // For constructors: names a figure that can be changed while running.
+  void AddTunable(const char* name, double* value, bool is_signed = false) {
+    tunables_.push_back({name, value, is_signed, {}});
+  }
+
   int state_ = 0;
   double position_ = 0.0;
   double force_ = 0.0;
 
  private:
+  void SetValue(Tunable* tunable, double value, const BodyView& parent, const BodyView& child, std::uint64_t tick);
+
   std::vector<Row> rows_;
+  std::vector<Tunable> tunables_;
 };
 
 }  // namespace physics

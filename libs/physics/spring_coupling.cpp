@@ -2,7 +2,22 @@
 
 namespace physics {
 
-SpringCoupling::SpringCoupling(const SpringCouplingParams& params) : Mechanism(6), params_(params) {}
+SpringCoupling::SpringCoupling(const SpringCouplingParams& params) : Mechanism(6), params_(params) {
+  AddTunable("stiffness_N_per_m", &params_.stiffness_N_per_m);
+  AddTunable("damping_N_s_per_m", &params_.damping_N_s_per_m);
+  AddTunable("stiffness_Nm_per_rad", &params_.stiffness_Nm_per_rad);
+  AddTunable("damping_Nm_s_per_rad", &params_.damping_Nm_s_per_rad);
+}
+
+glm::dvec3 SpringCoupling::Offset_W(const BodyView& parent, const BodyView& child) const {
+  return child.X_WO * p_CGrip_m_ - parent.X_WO * p_PGrip_m_;
+}
+
+// Rotation from where the child should be (X_WP X_PC) to where it is, expressed in W.
+glm::dvec3 SpringCoupling::Turn_W(const BodyView& parent, const BodyView& child) const {
+  const glm::dquat wanted = parent.X_WO.rotation * X_PC_.rotation;
+  return core::RotationVector(child.X_WO.rotation * glm::conjugate(wanted));
+}
 
 void SpringCoupling::Attach(const core::Pose& X_WParent, const core::Pose& X_WChild, const glm::dvec3& p_W) {
   is_attached_ = true;
@@ -25,11 +40,9 @@ void SpringCoupling::Prepare(const BodyView& parent, const BodyView& child, doub
   if (!is_attached_) return;
   p_WPo_ = parent.X_WO.translation;
   const glm::dvec3 p_W = child.X_WO * p_CGrip_m_;
-  const glm::dvec3 offset_W = p_W - parent.X_WO * p_PGrip_m_;
+  const glm::dvec3 offset_W = Offset_W(parent, child);
   deflection_P_m_ = glm::conjugate(parent.X_WO.rotation) * offset_W;
-  // Rotation from where the child should be (X_WP X_PC) to where it is, expressed in W.
-  const glm::dquat wanted = parent.X_WO.rotation * X_PC_.rotation;
-  const glm::dvec3 turn_W = core::RotationVector(child.X_WO.rotation * glm::conjugate(wanted));
+  const glm::dvec3 turn_W = Turn_W(parent, child);
   for (int axis = 0; axis < 3; ++axis) {
     glm::dvec3 axis_W(0.0);
     axis_W[axis] = 1.0;
@@ -51,9 +64,16 @@ void SpringCoupling::Finish(double dt_s) {
   force_ = glm::length(F_Po_W_.force_N);
 }
 
+double SpringCoupling::StoredEnergy_J(const BodyView& parent, const BodyView& child) const {
+  if (!is_attached_) return 0.0;
+  const glm::dvec3 offset_W = Offset_W(parent, child);
+  const glm::dvec3 turn_W = Turn_W(parent, child);
+  return 0.5 * (params_.stiffness_N_per_m * glm::dot(offset_W, offset_W) +
+                params_.stiffness_Nm_per_rad * glm::dot(turn_W, turn_W));
+}
+
 void SpringCoupling::ExchangeState(Checkpoint* checkpoint) {
   Mechanism::ExchangeState(checkpoint);
-  checkpoint->Exchange(&params_);
   checkpoint->Exchange(&is_attached_);
   checkpoint->Exchange(&X_PC_);
   checkpoint->Exchange(&p_PGrip_m_);

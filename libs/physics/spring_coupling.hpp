@@ -14,6 +14,7 @@ struct SpringCouplingParams {
 // 6-DoF spring-damper that holds the child where it was when it was attached: the grasp of architecture section 1,
 // with the gripper as parent. The linear spring sits at the point given at the attachment (between the jaws), so
 // that turning the held object about the grip meets the angular spring only.
+// Tunables: stiffness_N_per_m, damping_N_s_per_m, stiffness_Nm_per_rad, damping_Nm_s_per_rad.
 class SpringCoupling final : public Mechanism {
  public:
   explicit SpringCoupling(const SpringCouplingParams& params);
@@ -25,6 +26,7 @@ class SpringCoupling final : public Mechanism {
 
   void Prepare(const BodyView& parent, const BodyView& child, double dt_s) override;
   void Finish(double dt_s) override;
+  [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
   // Of the last step, on the parent, about the origin of the parent's frame at the start of that step, in W.
@@ -33,6 +35,9 @@ class SpringCoupling final : public Mechanism {
   [[nodiscard]] const glm::dvec3& deflection_P_m() const { return deflection_P_m_; }
 
  private:
+  [[nodiscard]] glm::dvec3 Offset_W(const BodyView& parent, const BodyView& child) const;
+  [[nodiscard]] glm::dvec3 Turn_W(const BodyView& parent, const BodyView& child) const;
+
   SpringCouplingParams params_;
   bool is_attached_ = false;
   core::Pose X_PC_;

@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -122,9 +123,18 @@ struct World::Impl {
       checkpoint->Exchange(&pair.report);
     }
     for (MechanismSlot& slot : mechanisms) slot.mechanism->ExchangeState(checkpoint);
+    solver.ExchangeState(checkpoint);
+    checkpoint->Exchange(&num_steps);
     checkpoint->Exchange(&last_dt_s);
     checkpoint->Exchange(&magnitude_Ns);
     checkpoint->Exchange(&magnitude_Nms);
+  }
+
+  [[nodiscard]] BodyView View(int index) const {
+    const RigidBody& b = bodies[static_cast<std::size_t>(index)];
+    BodyView view{b.X_WO(), b.V_WO(), b.p_WCm, glm::dvec3(0.0)};
+    if (b.kind == BodyKind::kDynamic) view.alpha_W = b.AngularVelocityOf(glm::cross(b.L_W, b.w_W));
+    return view;
   }
 
   [[nodiscard]] bool has_body(int index) const { return index >= 0 && static_cast<std::size_t>(index) < bodies.size(); }
@@ -140,6 +150,7 @@ struct World::Impl {
   std::vector<PairSlot> pairs;
   std::vector<MechanismSlot> mechanisms;
   int num_rows = 0;
+  std::uint64_t num_steps = 0;
   double last_dt_s = 0.0;
   double magnitude_Ns = 0.0;
   double magnitude_Nms = 0.0;
@@ -304,6 +315,7 @@ glm::dvec3 World::DeepestPoint_W(int pair) const {
 void World::Step(double dt_s) {
   Impl& w = *impl_;
   w.last_dt_s = dt_s;
+  ++w.num_steps;
   for (RigidBody& body : w.bodies) body.Push();
   for (PairSlot& pair : w.pairs) {
     const core::Pose X_WS = w.body(pair.sampled).X_WO();
@@ -314,15 +326,48 @@ void World::Step(double dt_s) {
   }
   w.ApplyWrenches(dt_s);
   for (MechanismSlot& slot : w.mechanisms) {
-    const RigidBody& parent = w.body(slot.parent);
-    const RigidBody& child = w.body(slot.child);
-    slot.mechanism->Prepare({parent.X_WO(), parent.V_WO()}, {child.X_WO(), child.V_WO()}, dt_s);
+    const BodyView parent = w.View(slot.parent);
+    const BodyView child = w.View(slot.child);
+    slot.mechanism->CarryOnChanges(parent, child, w.num_steps, dt_s);
+    slot.mechanism->Prepare(parent, child, dt_s);
   }
   w.world.stepSimulation(dt_s, 0);  // 0: exactly one step; otherwise Bullet keeps its own clock and drops time
   w.Collect(dt_s);
   for (RigidBody& body : w.bodies) {
     if (body.kind == BodyKind::kDynamic) body.Integrate(dt_s);
   }
+}
+
+std::uint64_t World::num_steps() const {
+  return impl_->num_steps;
+}
+
+int World::FindTunable(int index, std::string_view name) const {
+  const std::vector<Tunable>& tunables = mechanism(index).tunables();
+  const auto found = std::find_if(tunables.begin(), tunables.end(), [&](const Tunable& t) { return name == t.name; });
+  return found == tunables.end() ? -1 : static_cast<int>(found - tunables.begin());
+}
+
+bool World::CanChange(int index, int tunable, const Change& change) const {
+  const std::vector<Tunable>& tunables = mechanism(index).tunables();
+  if (tunable < 0 || static_cast<std::size_t>(tunable) >= tunables.size()) return false;
+  if (!std::isfinite(change.value) || !std::isfinite(change.ramp_s) || change.ramp_s < 0.0) return false;
+  return change.value >= 0.0 || tunables[static_cast<std::size_t>(tunable)].is_signed;
+}
+
+const ChangeReport& World::BeginChange(int index, int tunable, const Change& change) {
+  MechanismSlot& slot = impl_->mechanisms[static_cast<std::size_t>(index)];
+  return slot.mechanism->BeginChange(static_cast<std::size_t>(tunable), change, impl_->View(slot.parent),
+                                     impl_->View(slot.child), impl_->num_steps + 1);
+}
+
+const ChangeReport& World::change_report(int index, int tunable) const {
+  return mechanism(index).tunables()[static_cast<std::size_t>(tunable)].state.report;
+}
+
+double World::StoredEnergy_J(int index) const {
+  const MechanismSlot& slot = impl_->mechanisms[static_cast<std::size_t>(index)];
+  return slot.mechanism->StoredEnergy_J(impl_->View(slot.parent), impl_->View(slot.child));
 }
 
 core::Pose World::X_WO(int body) const {
@@ -413,10 +458,13 @@ core::Result<void> World::Restore(Checkpoint* checkpoint) {
 }
 
 std::uint64_t World::num_direct_solves() const {
-  return impl_->solver.num_direct();
+  return impl_->solver.work().num_direct_solves;
 }
 std::uint64_t World::num_fallbacks() const {
-  return impl_->solver.num_fallbacks();
+  return impl_->solver.work().num_fallbacks;
+}
+const SolverWork& World::solver_work() const {
+  return impl_->solver.work();
 }
 
 std::uint64_t World::StateHash() const {

@@ -2,14 +2,17 @@
 
 #include <cstddef>
 #include <memory>
+#include <string_view>
 
 #include "core/messages/haptic.hpp"
 #include "core/pose.hpp"
 #include "core/result.hpp"
 #include "core/wrench.hpp"
 #include "physics/checkpoint.hpp"
+#include "physics/live_change.hpp"
 #include "physics/mass_properties.hpp"
 #include "physics/row.hpp"
+#include "physics/solver_work.hpp"
 
 namespace physics {
 
@@ -84,6 +87,22 @@ class World {
   [[nodiscard]] glm::dvec3 DeepestPoint_W(int pair) const;
 
   void Step(double dt_s);
+  // Steps since the world was made: the coming one is num_steps() + 1. It is the tick of the live changes below.
+  [[nodiscard]] std::uint64_t num_steps() const;
+
+  // Live changes of a mechanism's stiffness, damping, forces, locks (free axes) and motors, between steps; no
+  // allocation. The figure's place in mechanism(index).tunables(), by its name there; -1: it has none of that name.
+  [[nodiscard]] int FindTunable(int mechanism, std::string_view name) const;
+  // Whether a value makes sense: finite, and not negative where the figure must not be. Ramps need a finite ramp_s >=
+  // 0.
+  [[nodiscard]] bool CanChange(int mechanism, int tunable, const Change& change) const;
+  // Begins a change that CanChange allows. At once it is done on return, with the tick and the energy injected; a ramp
+  // begins with the next step; what waits for separation is applied at the top of the step that finds it so. The report
+  // is up to date after every step, until the next change of the same figure. Checkpoints hold what is under way.
+  const ChangeReport& BeginChange(int mechanism, int tunable, const Change& change);
+  [[nodiscard]] const ChangeReport& change_report(int mechanism, int tunable) const;
+  // Potential energy of a mechanism's springs at the present poses.
+  [[nodiscard]] double StoredEnergy_J(int mechanism) const;
 
   [[nodiscard]] core::Pose X_WO(int body) const;
   [[nodiscard]] core::Twist V_WO(int body) const;
@@ -107,12 +126,13 @@ class World {
   // were since that failed too or they have too many rows. Counted since the world was made.
   [[nodiscard]] std::uint64_t num_direct_solves() const;
   [[nodiscard]] std::uint64_t num_fallbacks() const;
+  [[nodiscard]] const SolverWork& solver_work() const;
   // A run that is restored goes on bit for bit as the one that was saved: states, planes, warm starts, mechanisms.
   // Between steps; allocates. Restore is for a world that was built alike, else it fails and the world is of no use.
   void Save(Checkpoint* checkpoint) const;
   core::Result<void> Restore(Checkpoint* checkpoint);
-  // Of the bit patterns of all poses, velocities and momenta, of the impulses of contacts and mechanisms (the warm start
-  // of the next step), and of the mechanisms' states: equal runs have equal hashes after every step.
+  // Of the bit patterns of all poses, velocities and momenta, of the impulses of contacts and mechanisms (the warm
+  // start of the next step), and of the mechanisms' states: equal runs have equal hashes after every step.
   [[nodiscard]] std::uint64_t StateHash() const;
 
  private:

@@ -15,16 +15,16 @@ physics::HingeParams HingeOf(const scene::Mechanism& m) {
   physics::HingeParams p;
   p.X_PJ = m.X_PJ;
   p.X_CJ = m.X_CJ;
-  p.lower_rad = m.lower_rad;
-  p.upper_rad = m.upper_rad;
+  p.axis.lower = m.lower_rad;
+  p.axis.upper = m.upper_rad;
   p.has_detents = m.detents_rad.size() == 2;
   if (p.has_detents) {
     p.detents_rad[0] = m.detents_rad[0];
     p.detents_rad[1] = m.detents_rad[1];
   }
   p.detent_torque_Nm = m.detent_torque_Nm;
-  p.damping_Nm_s_per_rad = m.damping;
-  p.is_stuck = m.is_stuck;
+  p.axis.damping = m.damping;
+  p.axis.locked = m.is_stuck ? 1.0 : 0.0;
   return p;
 }
 
