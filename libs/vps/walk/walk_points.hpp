@@ -4,7 +4,7 @@
 // those eight are one register, and a lane's word is one lookup there and one gather. Lanes whose cell is no plane are
 // put aside and done in full registers. Then, with all depths known, the sums.
 
-constexpr std::uint32_t kBatch = 64;
+constexpr std::uint32_t kBatch = 32;
 constexpr std::uint32_t kNoWindow = 0xffffffffU;
 // Added to a float below 2^21, leaves the nearest integer in the low bits of its word.
 constexpr float kRounder = 12582912.0f;
@@ -91,7 +91,6 @@ struct WindowReader {
   F m[3][3];
   Place place_x, place_y, place_z;
   const std::uint32_t* bricks;
-  const std::uint32_t* words;
   std::size_t stride_y, stride_z;
 
   explicit WindowReader(const WalkInput& in)
@@ -99,87 +98,109 @@ struct WindowReader {
         place_y(LoadPlace(kPlaceY)),
         place_z(LoadPlace(kPlaceZ)),
         bricks(in.bricks),
-        words(in.words),
         stride_y(static_cast<std::size_t>(in.nx >> 3)),
         stride_z(stride_y * static_cast<std::size_t>(in.ny >> 3)) {
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) m[a][b] = Fill(in.m[a][b]);
     }
   }
-  // Words of the points' cells; e: places in the cells; p: places in the window, half a voxel less.
-  U Read(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, const Octet& octet, Vec3* p,
-         Vec3* e) const {
+  // Indices of the words of the points' cells; e: places in the cells.
+  U Find(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, const Octet& octet, Vec3* e) const {
     const F x = LoadF(block.x + at);
     const F y = LoadF(block.y + at);
     const F z = LoadF(block.z + at);
-    *p = {Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
-          Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
-          Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
-    const F rx = p->x + kRounder;
-    const F ry = p->y + kRounder;
-    const F rz = p->z + kRounder;
-    *e = {p->x - (rx - kRounder), p->y - (ry - kRounder), p->z - (rz - kRounder)};
+    const Vec3 p{Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
+                 Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
+                 Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
+    const F rx = p.x + kRounder;
+    const F ry = p.y + kRounder;
+    const F rz = p.z + kRounder;
+    *e = {p.x - (rx - kRounder), p.y - (ry - kRounder), p.z - (rz - kRounder)};
     const U cell = PlaceOf(place_x, (U)rx) + PlaceOf(place_y, (U)ry) + PlaceOf(place_z, (U)rz);
-    return Gather(words, LookUp(octet, cell >> kPlaceBrickShift) + cell);
+    return LookUp(octet, cell >> kPlaceBrickShift) + cell;
   }
 };
+
+// The words and places of a batch's points. Found for all of them before the first word is read: so the many misses of
+// the caches overlap, instead of waiting behind the arithmetic of one block.
+struct Cells {
+  alignas(64) std::uint32_t word[kBatch * kBlock];  // its index, then the word itself
+  alignas(64) float x[kBatch * kBlock], y[kBatch * kBlock], z[kBatch * kBlock];
+};
+
+inline void Prefetch(const PointBlock& block) {
+  __builtin_prefetch(block.x);
+  __builtin_prefetch(block.y);
+  __builtin_prefetch(block.z);
+}
+
+inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
+                      Cells* cells) {
+  constexpr std::uint32_t kAhead = 8;
+  const WindowReader reader(in);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    Prefetch(in.points[blocks[i + kAhead]]);
+    const bool has_window = windows.slot[i] != kNoWindow;
+    const Octet octet = LoadOctet(reader.bricks + (has_window ? windows.slot[i] : 0), reader.stride_y, reader.stride_z);
+    const PointBlock& block = in.points[has_window ? blocks[i] : 0];
+    for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+      Vec3 e;
+      const U index = reader.Find(block, at, windows, i, octet, &e);
+      const std::uint32_t to = i * kBlock + static_cast<std::uint32_t>(at);
+      StoreU(cells->word + to, index);
+      StoreF(cells->x + to, e.x);
+      StoreF(cells->y + to, e.y);
+      StoreF(cells->z + to, e.z);
+    }
+  }
+}
 
 // Depths of a batch.
 inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, float* depths) {
   Windows windows;
   FindWindows(in, blocks, count, &windows);
-  const WindowReader reader(in);
+  Cells cells;
+  FindCells(in, blocks, count, windows, &cells);
   // Without a branch on what is read: a wrong guess would wait for memory.
-  alignas(64) unsigned others[kBatch];
+  alignas(64) std::uint32_t odd[kBatch];
+  unsigned lanes_of[kBatch];
+  std::uint32_t num_odd = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const bool has_window = windows.slot[i] != kNoWindow;
-    const Octet octet = LoadOctet(reader.bricks + (has_window ? windows.slot[i] : 0), reader.stride_y, reader.stride_z);
     unsigned found = 0;
-    for (int j = 0; j < kParts; ++j) {
-      const int at = j * kLanes;
-      Vec3 p;
-      Vec3 e;
-      const U word = reader.Read(in.points[has_window ? blocks[i] : 0], at, windows, i, octet, &p, &e);
+    for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+      const std::uint32_t to = i * kBlock + static_cast<std::uint32_t>(at);
+      const U word = Gather(in.words, LoadU(cells.word + to));
+      StoreU(cells.word + to, word);
       const U z_code = word << 25;
       constexpr std::uint32_t kTop = 0xfe000000U;
       const Vec3 g{ToF((I)(word << 11 & kTop)), ToF((I)(word << 18 & kTop)), ToF((I)z_code)};
+      const Vec3 e{LoadF(cells.x + to), LoadF(cells.y + to), LoadF(cells.z + to)};
       const F depth = Fma(ToF((I)word), Fill(kWordScale / kGradientScale), Dot(g, e)) * -kGradientScale;
-      StoreF(depths + i * kBlock + at, depth);
+      StoreF(depths + to, depth);
       found |= EqualBits(z_code, U{} + (kOtherKind << 25)) << at;
     }
-    others[i] = has_window ? found : kAllSurvive;
+    found = windows.slot[i] != kNoWindow ? found : kAllSurvive;
+    odd[num_odd] = i;
+    lanes_of[num_odd] = found;
+    num_odd += found != 0 ? 1 : 0;
   }
   Aside creases;
   Aside anywhere;
   creases.count = anywhere.count = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (others[i] == 0) continue;
-    const PointBlock& block = in.points[blocks[i]];
-    if (windows.slot[i] == kNoWindow) {
-      for (int j = 0; j < kParts; ++j) {
-        const int at = j * kLanes;
-        const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
-        StoreF(depths + i * kBlock + at, -SampleAnywhere<false>(in, p));
-      }
-      continue;
-    }
-    const Octet octet = LoadOctet(reader.bricks + windows.slot[i], reader.stride_y, reader.stride_z);
-    for (int j = 0; j < kParts; ++j) {
-      const int at = j * kLanes;
-      const unsigned lanes = others[i] >> at & kAllLanes;
-      Vec3 p;
-      Vec3 e;
-      const U word = reader.Read(block, at, windows, i, octet, &p, &e);
-      const U to = LaneNumbers() + (i * kBlock + static_cast<std::uint32_t>(at));
-      const unsigned coarse = EqualBits(word, U{} + kCoarseWord);
+  for (std::uint32_t k = 0; k < num_odd; ++k) {
+    const std::uint32_t i = odd[k];
+    for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+      const std::uint32_t first = i * kBlock + static_cast<std::uint32_t>(at);
+      const U to = LaneNumbers() + first;
+      const U word = LoadU(cells.word + first);
+      const unsigned lanes = lanes_of[k] >> at & kAllLanes;
+      const unsigned coarse = windows.slot[i] == kNoWindow ? kAllLanes : EqualBits(word, U{} + kCoarseWord);
       if (coarse != 0) {
-        // Back to the whole grid.
-        const Vec3 whole{p.x + (in.t[0] - windows.t[0][i]), p.y + (in.t[1] - windows.t[1][i]),
-                         p.z + (in.t[2] - windows.t[2][i])};
-        PutAside(whole, to, coarse, &anywhere);
+        const PointBlock& block = in.points[blocks[i]];
+        PutAside(ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at)), to, coarse, &anywhere);
       }
       Compress(creases.word + creases.count, word, lanes & ~coarse);
-      PutAside(e, to, lanes & ~coarse, &creases);
+      PutAside({LoadF(cells.x + first), LoadF(cells.y + first), LoadF(cells.z + first)}, to, lanes & ~coarse, &creases);
     }
   }
   if (creases.count > 0) FillUp(&creases);
@@ -255,41 +276,48 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
   }
   // d <= margin, as the next smaller float < depth.
   const F least = Fill(__builtin_nextafterf(-in.margin, -1e30f));
-  alignas(64) std::uint32_t ids[kBatch];
+  alignas(64) std::uint32_t ids[2 * kBatch];
   alignas(64) float depths[kBatch * kBlock];
+  std::uint32_t near_at[kBatch];
   F shallowest = Fill(-1e30f);
   for (std::uint32_t begin = 0; begin < chunk.num_blocks; begin += kBatch) {
-    const std::uint32_t count = chunk.num_blocks - begin < kBatch ? chunk.num_blocks - begin : kBatch;
-    __builtin_memcpy(ids, chunk.blocks + begin, count * sizeof ids[0]);
-    for (std::uint32_t k = count; k % kLanes != 0; ++k) ids[k] = ids[0];
+    const std::uint32_t left = chunk.num_blocks - begin;
+    const std::uint32_t count = left < kBatch ? left : kBatch;
+    for (std::uint32_t k = 0; k < 2 * kBatch; ++k) ids[k] = chunk.blocks[begin + (k < left ? k : 0)];
     FindDepths(in, ids, count, depths);
+    std::uint32_t num_near = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-      F depth[kParts];
       unsigned near = 0;
-      unsigned colliding = 0;
       for (int j = 0; j < kParts; ++j) {
-        depth[j] = LoadF(depths + i * kBlock + j * kLanes);
-        near |= LessBits(least, depth[j]) << j * kLanes;
-        colliding |= LessBits(F{}, depth[j]) << j * kLanes;
-        shallowest = Max(shallowest, depth[j]);
+        const F depth = LoadF(depths + i * kBlock + j * kLanes);
+        near |= LessBits(least, depth) << j * kLanes;
+        shallowest = Max(shallowest, depth);
       }
-      if (near == 0) continue;
-      float* const near_depths = chunk.near_depths[sums->num_near_blocks];
-      chunk.near_blocks[sums->num_near_blocks++] = ids[i];
+      near_at[num_near] = i;
+      num_near += near != 0 ? 1 : 0;
       sums->num_near += static_cast<std::uint32_t>(__builtin_popcount(near));
+    }
+    for (std::uint32_t n = 0; n < num_near; ++n) {
+      const std::uint32_t id = ids[near_at[n]];
+      F depth[kParts];
+      unsigned colliding = 0;
+      float* const near_depths = chunk.near_depths[sums->num_near_blocks];
+      chunk.near_blocks[sums->num_near_blocks++] = id;
       for (int j = 0; j < kParts; ++j) {
+        depth[j] = LoadF(depths + near_at[n] * kBlock + j * kLanes);
+        colliding |= LessBits(F{}, depth[j]) << j * kLanes;
         StoreF(near_depths + j * kLanes, depth[j]);
         const I is_deeper = depth[j] > deepest[j];
         deepest[j] = is_deeper ? depth[j] : deepest[j];
-        deepest_block[j] = is_deeper ? I{} + static_cast<std::int32_t>(ids[i]) : deepest_block[j];
+        deepest_block[j] = is_deeper ? I{} + static_cast<std::int32_t>(id) : deepest_block[j];
       }
       if (colliding == 0) continue;
       sums->num_colliding += static_cast<std::uint32_t>(__builtin_popcount(colliding));
-      if (ids[i] >> kSharedBits != partial.group) {
+      if (id >> kSharedBits != partial.group) {
         Flush(&partial, sums);
-        partial.group = ids[i] >> kSharedBits;
+        partial.group = id >> kSharedBits;
       }
-      AddBlock(in.points[ids[i]], depth, &partial);
+      AddBlock(in.points[id], depth, &partial);
     }
   }
   Flush(&partial, sums);
