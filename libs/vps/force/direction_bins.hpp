@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <glm/glm.hpp>
 
@@ -22,14 +24,21 @@ struct Tangents {
 
 // Of the bin's own direction, so that they do not turn with the contacts; turned by 45 deg: the far points of a
 // rectangle along u and v are its corners.
-inline Tangents BinTangents(std::size_t bin) {
-  const int i = static_cast<int>(bin);
-  const glm::vec3 n = glm::normalize(
-      glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
-  const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
-  const glm::vec3 u = glm::normalize(glm::cross(n, helper));
-  const glm::vec3 v = glm::cross(n, u);
-  return {glm::normalize(u + v), glm::normalize(u - v)};
+inline const Tangents& BinTangents(std::size_t bin) {
+  static const std::array<Tangents, kNumDirectionBins> table = [] {
+    std::array<Tangents, kNumDirectionBins> all;
+    for (int i = 0; i < static_cast<int>(kNumDirectionBins); ++i) {
+      if (i == 13) continue;
+      const glm::vec3 n = glm::normalize(
+          glm::vec3(static_cast<float>(i / 9 - 1), static_cast<float>(i / 3 % 3 - 1), static_cast<float>(i % 3 - 1)));
+      const glm::vec3 helper = std::abs(n.x) < 0.7f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
+      const glm::vec3 u = glm::normalize(glm::cross(n, helper));
+      const glm::vec3 v = glm::cross(n, u);
+      all[static_cast<std::size_t>(i)] = {glm::normalize(u + v), glm::normalize(u - v)};
+    }
+    return all;
+  }();
+  return table[bin];
 }
 
 }  // namespace vps

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "vps/force/direction_bins.hpp"
 
@@ -23,43 +24,113 @@ constexpr std::size_t kNumGuards = 5;
 
 // Sums over patches in contact.
 struct Sums {
-  glm::dvec3 force{0.0}, moment{0.0}, place{0.0};  // place times volume
-  double volume = 0.0, square = 0.0;
+  glm::vec3 force, moment, place;  // place: from the bin's first patch, times volume
+  float volume, square;
 
-  void Add(const ContactPatch& patch) {
-    force += glm::dvec3(patch.force_m3);
-    moment += glm::dvec3(patch.moment_m4);
-    place += static_cast<double>(patch.volume_m3) * glm::dvec3(patch.p_S);
+  void Add(const ContactPatch& patch, const glm::vec3& from_first) {
+    force += patch.force_m3;
+    moment += patch.moment_m4;
+    place += patch.volume_m3 * from_first;
     volume += patch.volume_m3;
     square += patch.square_m4;
   }
 };
 
+// Of one direction in G. Written when its first patch comes: most directions have none.
 struct Bin {
-  float deepest_m = -kFar;
-  Tangents tangents;
+  std::uint32_t direction;
+  float deepest_m;
+  glm::vec3 first_p_S;
+  glm::vec3 u_S, v_S;  // tangents
   // Load.
-  float load = 0.0f, sum_u = 0.0f, sum_v = 0.0f, sum_uu = 0.0f, sum_vv = 0.0f;  // weighted with volume
-  bool is_cut_u = false, is_cut_v = false;
-  bool was_cut_u = false, was_cut_v = false;
+  Sums whole;
+  float square_u, square_v;  // of the places along the tangents, weighted with volume
+  bool is_cut_u, is_cut_v, was_cut_u, was_cut_v;
   std::array<Sums, kNumQuarters> quarters;
   // Guards.
-  glm::vec3 mean_normal_G{0.0f};
+  bool has_guards;
+  glm::vec3 mean_normal_G;
   std::array<std::uint32_t, kNumGuards> guards;
   std::array<float, kNumGuards> preference;
   std::array<glm::vec3, kNumGuards> previous_p_S;  // NaN: none
 
-  Bin() {
+  void Begin(std::uint32_t of_direction, const ContactPatch& first, const glm::mat3& R_SG,
+             std::span<const core::ContactPlane> previous) {
+    direction = of_direction;
+    deepest_m = -kFar;
+    first_p_S = first.p_S;
+    const Tangents& tangents = BinTangents(of_direction == 13 ? 0 : of_direction);
+    u_S = R_SG * tangents.u;
+    v_S = R_SG * tangents.v;
+    whole = {};
+    square_u = square_v = 0.0f;
+    is_cut_u = is_cut_v = was_cut_u = was_cut_v = has_guards = false;
+    mean_normal_G = glm::vec3(0.0f);
     guards.fill(kNone);
     preference.fill(-kFar);
     previous_p_S.fill(glm::vec3(std::numeric_limits<float>::quiet_NaN()));
+    for (const core::ContactPlane& plane : previous) {
+      if (plane.id / kSlots != of_direction) continue;
+      const std::uint32_t slot = plane.id % kSlots;
+      if (slot < kNumQuarters) {
+        was_cut_u = was_cut_u || (slot & 1U) != 0;
+        was_cut_v = was_cut_v || (slot & 2U) != 0;
+      } else if (slot < kFirstGuard + kNumGuards) {
+        previous_p_S[slot - kFirstGuard] = plane.p_S;
+      }
+    }
   }
-  [[nodiscard]] std::uint32_t quarter(const glm::vec3& p_G) const {
-    const bool is_u = is_cut_u && glm::dot(p_G, tangents.u) * load > sum_u;
-    const bool is_v = is_cut_v && glm::dot(p_G, tangents.v) * load > sum_v;
-    return (is_u ? 1U : 0U) | (is_v ? 2U : 0U);
+  void AddFirst(const ContactPatch& patch) {
+    deepest_m = std::max(deepest_m, patch.penetration_m);
+    has_guards = has_guards || patch.penetration_m <= 0.0f;
+    if (!(patch.volume_m3 > 0.0f)) return;
+    const glm::vec3 r = patch.p_S - first_p_S;
+    const float u = glm::dot(r, u_S);
+    const float v = glm::dot(r, v_S);
+    whole.Add(patch, r);
+    square_u += patch.volume_m3 * u * u;
+    square_v += patch.volume_m3 * v * v;
+  }
+  [[nodiscard]] bool is_loaded() const { return whole.volume > 0.0f; }
+  // Sum of squared distances from the mean along a tangent, times volume.
+  [[nodiscard]] float Spread(const glm::vec3& tangent, float square) const {
+    const float sum = glm::dot(whole.place, tangent);
+    return square - sum * sum / whole.volume;
+  }
+  // Wider than an even patch of `width_m` would be.
+  void Cut(float width_m) {
+    const auto is_wide = [&](const glm::vec3& tangent, float square, bool was_cut) {
+      const float limit = width_m * (was_cut ? 0.7f : 1.0f);
+      return Spread(tangent, square) > whole.volume * limit * limit / 12.0f;
+    };
+    is_cut_u = is_wide(u_S, square_u, was_cut_u);
+    is_cut_v = is_wide(v_S, square_v, was_cut_v);
   }
   [[nodiscard]] std::size_t num_cuts() const { return (is_cut_u ? 2U : 1U) * (is_cut_v ? 2U : 1U) - 1U; }
+  void AddToQuarter(const ContactPatch& patch) {
+    if (!(patch.volume_m3 > 0.0f)) return;
+    const glm::vec3 r = patch.p_S - first_p_S;
+    const glm::vec3 from_middle = whole.volume * r - whole.place;
+    const bool is_u = is_cut_u && glm::dot(from_middle, u_S) > 0.0f;
+    const bool is_v = is_cut_v && glm::dot(from_middle, v_S) > 0.0f;
+    quarters[(is_u ? 1U : 0U) | (is_v ? 2U : 0U)].Add(patch, r);
+  }
+  void ConsiderAsGuard(const ContactPatch& patch, std::uint32_t index, float band_m, float hysteresis_m) {
+    const float nearness = patch.penetration_m - (deepest_m - band_m);
+    if (nearness < 0.0f) return;
+    mean_normal_G += (nearness + 1e-6f) * patch.n_G;
+    if (patch.penetration_m > 0.0f) return;
+    const glm::vec3 r = patch.p_S - first_p_S;
+    const float u = glm::dot(r, u_S);
+    const float v = glm::dot(r, v_S);
+    const std::array<float, kNumGuards> merit{patch.penetration_m, u, v, -u, -v};
+    for (std::size_t k = 0; k < kNumGuards; ++k) {
+      const float bonus = patch.p_S == previous_p_S[k] ? (k == 0 ? 1.0f : 4.0f) * hysteresis_m : 0.0f;
+      if (merit[k] + bonus <= preference[k]) continue;
+      preference[k] = merit[k] + bonus;
+      guards[k] = index;
+    }
+  }
 };
 
 // A force at a place.
@@ -71,11 +142,14 @@ struct Carrier {
 
 // Of a gathering: its force along the unit n, at the place on the axis next to the middle, p = c + f x (m - c x f) /
 // f^2; the middle itself where forces cancel and the axis lies far away.
-Carrier Gather(std::uint32_t id, const Sums& sums, const glm::dvec3& n, double reach_m) {
-  Carrier carrier{id, glm::dot(sums.force, n) * n, sums.place / sums.volume, sums.square / sums.volume};
-  const glm::dvec3 rest = sums.moment - glm::cross(carrier.place, sums.force);
+Carrier Gather(std::uint32_t id, const Sums& sums, const glm::vec3& first_p_S, const glm::dvec3& n, double reach_m) {
+  const glm::dvec3 force(sums.force);
+  const double volume = sums.volume;
+  Carrier carrier{id, glm::dot(force, n) * n, glm::dvec3(first_p_S) + glm::dvec3(sums.place) / volume,
+                  static_cast<double>(sums.square) / volume};
+  const glm::dvec3 rest = glm::dvec3(sums.moment) - glm::cross(carrier.place, force);
   const glm::dvec3 shift = glm::cross(carrier.force, rest) / glm::dot(carrier.force, carrier.force);
-  if (glm::length(shift) < reach_m) carrier.place += shift;
+  if (glm::dot(shift, shift) < reach_m * reach_m) carrier.place += shift;
   return carrier;
 }
 
@@ -113,116 +187,117 @@ float GuardShare(float penetration_m, float band_m) {
   return std::clamp(1.0f + penetration_m / (0.25f * band_m + 1e-9f), kLeastShare, 1.0f);
 }
 
+// At most `most` planes for the guards of a bin.
+void AddGuards(const Bin& bin, std::span<const ContactPatch> patches, const core::Pose& X_GS, const glm::mat3& R_GS,
+               double stiffness_N_per_m, float band_m, std::size_t most, ContactPlanes* planes) {
+  std::array<std::uint32_t, kNumGuards> slots;
+  std::size_t num_chosen = 0;
+  float sum_of_shares = bin.is_loaded() ? 1.0f : 0.0f;
+  for (std::uint32_t g = 0; g < kNumGuards && num_chosen < most; ++g) {
+    const std::uint32_t candidate = bin.guards[g];
+    bool is_new = candidate != kNone;
+    for (std::size_t c = 0; c < num_chosen; ++c) is_new = is_new && bin.guards[slots[c]] != candidate;
+    if (!is_new) continue;
+    slots[num_chosen++] = g;
+    sum_of_shares += GuardShare(patches[candidate].penetration_m, band_m);
+  }
+  if (num_chosen == 0) return;
+  const glm::vec3 n_G = glm::normalize(bin.mean_normal_G);
+  for (std::size_t c = 0; c < num_chosen; ++c) {
+    const ContactPatch& patch = patches[bin.guards[slots[c]]];
+    core::ContactPlane plane;
+    plane.id = bin.direction * kSlots + kFirstGuard + slots[c];
+    plane.p_S = patch.p_S;
+    plane.n_G = n_G;
+    // gap = n . (X_GS p_S - q) = -penetration, so the plane's point is the contact point moved along the normal.
+    plane.q_G = R_GS * patch.p_S + glm::vec3(X_GS.translation) + patch.penetration_m * plane.n_G;
+    plane.stiffness_N_per_m =
+        static_cast<float>(stiffness_N_per_m) * GuardShare(patch.penetration_m, band_m) / sum_of_shares;
+    planes->push_back(plane);
+  }
+}
+
 }  // namespace
 
 void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS, const ContactLoad& load,
                    double stiffness_N_per_m, double band_m, double width_m, ContactPlanes* planes,
                    double hysteresis_m) {
-  std::array<Bin, kNumDirectionBins> bins;
-  for (const core::ContactPlane& plane : *planes) {
-    Bin& bin = bins[std::min<std::size_t>(plane.id / kSlots, kNumDirectionBins - 1)];
-    const std::uint32_t slot = plane.id % kSlots;
-    if (slot < kNumQuarters) {
-      bin.was_cut_u = bin.was_cut_u || (slot & 1U) != 0;
-      bin.was_cut_v = bin.was_cut_v || (slot & 2U) != 0;
-    } else if (slot < kFirstGuard + kNumGuards) {
-      bin.previous_p_S[slot - kFirstGuard] = plane.p_S;
-    }
-  }
+  const ContactPlanes previous = *planes;
   planes->clear();
   if (patches.empty()) return;
   const glm::mat3 R_GS(glm::mat3_cast(X_GS.rotation));
-  const glm::vec3 p_GS(X_GS.translation);
+  const glm::mat3 R_SG = glm::transpose(R_GS);
   const auto band = static_cast<float>(band_m);
   const auto hysteresis = static_cast<float>(hysteresis_m);
 
-  for (std::size_t b = 0; b < kNumDirectionBins; ++b) bins[b].tangents = BinTangents(b == 13 ? 0 : b);
-  double total_volume = 0.0;
-  for (const ContactPatch& patch : patches) {
-    Bin& bin = bins[DirectionBin(R_GS * patch.n_S)];
-    bin.deepest_m = std::max(bin.deepest_m, patch.penetration_m);
-    if (!(patch.volume_m3 > 0.0f)) continue;
-    total_volume += patch.volume_m3;
-    const glm::vec3 p_G = R_GS * patch.p_S;
-    const float u = glm::dot(p_G, bin.tangents.u);
-    const float v = glm::dot(p_G, bin.tangents.v);
-    bin.load += patch.volume_m3;
-    bin.sum_u += patch.volume_m3 * u;
-    bin.sum_v += patch.volume_m3 * v;
-    bin.sum_uu += patch.volume_m3 * u * u;
-    bin.sum_vv += patch.volume_m3 * v * v;
-  }
-
-  // Which directions are cut, and the guards of each.
-  for (Bin& bin : bins) {
-    if (!(bin.load > 0.0f)) continue;
-    const auto is_wide = [&](float sum, float squares, bool was_cut) {
-      const float mean = sum / bin.load;
-      const float limit = static_cast<float>(width_m) * (was_cut ? 0.7f : 1.0f);
-      return squares / bin.load - mean * mean > limit * limit / 12.0f;  // an even patch of this width
-    };
-    bin.is_cut_u = is_wide(bin.sum_u, bin.sum_uu, bin.was_cut_u);
-    bin.is_cut_v = is_wide(bin.sum_v, bin.sum_vv, bin.was_cut_v);
-  }
-  for (std::uint32_t i = 0; i < patches.size(); ++i) {
+  std::array<Bin, kNumDirectionBins> bins;
+  std::array<std::uint8_t, kNumDirectionBins> bin_of_direction{};  // plus one; 0: none
+  std::array<std::uint8_t, kMaxPatches> bin_of_patch;
+  std::uint8_t num_bins = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
     const ContactPatch& patch = patches[i];
-    const glm::vec3 n_G = R_GS * patch.n_S;
-    Bin& bin = bins[DirectionBin(n_G)];
-    const float nearness = patch.penetration_m - (bin.deepest_m - band);
-    if (nearness < 0.0f) continue;
-    bin.mean_normal_G += (nearness + 1e-6f) * n_G;
-    if (patch.penetration_m > 0.0f) continue;
-    const glm::vec3 p_G = R_GS * patch.p_S;
-    const float u = glm::dot(p_G, bin.tangents.u);
-    const float v = glm::dot(p_G, bin.tangents.v);
-    const std::array<float, kNumGuards> merit{patch.penetration_m, u, v, -u, -v};
-    for (std::size_t k = 0; k < kNumGuards; ++k) {
-      const float bonus = patch.p_S == bin.previous_p_S[k] ? (k == 0 ? 1.0f : 4.0f) * hysteresis : 0.0f;
-      if (merit[k] + bonus <= bin.preference[k]) continue;
-      bin.preference[k] = merit[k] + bonus;
-      bin.guards[k] = i;
+    const std::size_t direction = DirectionBin(patch.n_G);
+    if (bin_of_direction[direction] == 0) {
+      bins[num_bins].Begin(static_cast<std::uint32_t>(direction), patch, R_SG, {previous.begin(), previous.end()});
+      bin_of_direction[direction] = ++num_bins;
     }
+    bin_of_patch[i] = static_cast<std::uint8_t>(bin_of_direction[direction] - 1);
+    bins[bin_of_patch[i]].AddFirst(patch);
   }
 
   // Bins in contact by load, then the others by nearness.
-  std::array<std::size_t, kNumDirectionBins> order;
-  std::size_t num_used = 0;
-  for (std::size_t b = 0; b < kNumDirectionBins; ++b) {
-    if (bins[b].deepest_m > -kFar) order[num_used++] = b;
-  }
-  std::sort(order.begin(), order.begin() + num_used, [&](std::size_t a, std::size_t b) {
-    if (bins[a].load != bins[b].load) return bins[a].load > bins[b].load;
-    return bins[a].deepest_m != bins[b].deepest_m ? bins[a].deepest_m > bins[b].deepest_m : a < b;
+  std::array<std::uint8_t, kNumDirectionBins> order;
+  std::iota(order.begin(), order.begin() + num_bins, std::uint8_t{0});
+  std::sort(order.begin(), order.begin() + num_bins, [&](std::size_t at_a, std::size_t at_b) {
+    const Bin& a = bins[at_a];
+    const Bin& b = bins[at_b];
+    if (a.whole.volume != b.whole.volume) return a.whole.volume > b.whole.volume;
+    return a.deepest_m != b.deepest_m ? a.deepest_m > b.deepest_m : a.direction < b.direction;
   });
-  num_used = std::min(num_used, kMaxPlanes);
-  std::array<bool, kNumDirectionBins> is_used{};
+  const std::size_t num_used = std::min<std::size_t>(num_bins, kMaxPlanes);
   std::size_t num_free = kMaxPlanes - num_used;  // beyond one for each bin
+  double total_volume = 0.0;
+  bool is_done = true;
   for (std::size_t k = 0; k < num_used; ++k) {
     Bin& bin = bins[order[k]];
-    is_used[order[k]] = true;
+    is_done = is_done && !bin.has_guards;
+    if (!bin.is_loaded()) continue;
+    total_volume += static_cast<double>(bin.whole.volume);
+    bin.Cut(static_cast<float>(width_m));
     if (bin.num_cuts() > num_free) bin.is_cut_u = bin.is_cut_v = false;
     num_free -= bin.num_cuts();
+    if (bin.num_cuts() == 0) {
+      bin.quarters[0] = bin.whole;
+    } else {
+      bin.quarters.fill({});
+      is_done = false;
+    }
+  }
+  for (std::size_t k = num_used; k < num_bins; ++k) {
+    Bin& bin = bins[order[k]];
+    total_volume += static_cast<double>(bin.whole.volume);
+    bin.has_guards = false;
+  }
+  for (std::uint32_t i = 0; i < patches.size() && !is_done; ++i) {
+    Bin& bin = bins[bin_of_patch[i]];
+    if (bin.is_cut_u || bin.is_cut_v) bin.AddToQuarter(patches[i]);
+    if (bin.has_guards) bin.ConsiderAsGuard(patches[i], i, band, hysteresis);
   }
 
-  for (const ContactPatch& patch : patches) {
-    const std::size_t b = DirectionBin(R_GS * patch.n_S);
-    if (!is_used[b] || !(patch.volume_m3 > 0.0f)) continue;
-    bins[b].quarters[bins[b].quarter(R_GS * patch.p_S)].Add(patch);
-  }
   std::array<Carrier, kMaxPlanes> carriers;
   std::size_t num_carriers = 0;
   for (std::size_t k = 0; k < num_used; ++k) {
     const Bin& bin = bins[order[k]];
-    glm::dvec3 sum(0.0);
-    for (const Sums& quarter : bin.quarters) sum += quarter.force;
-    if (sum == glm::dvec3(0.0)) continue;
-    const glm::dvec3 n = glm::normalize(sum);
-    const double spread = bin.sum_uu + bin.sum_vv - (bin.sum_u * bin.sum_u + bin.sum_v * bin.sum_v) / bin.load;
-    const double reach_m = width_m + 2.0 * std::sqrt(std::max(spread / bin.load, 0.0));
-    for (std::uint32_t q = 0; q < kNumQuarters; ++q) {
-      if (!(glm::dot(bin.quarters[q].force, n) > 0.0)) continue;
-      const auto id = static_cast<std::uint32_t>(order[k]) * kSlots + q;
-      carriers[num_carriers++] = Gather(id, bin.quarters[q], n, reach_m);
+    if (!bin.is_loaded() || bin.whole.force == glm::vec3(0.0f)) continue;
+    const glm::dvec3 n = glm::normalize(glm::dvec3(bin.whole.force));
+    const auto spread =
+        static_cast<double>((bin.Spread(bin.u_S, bin.square_u) + bin.Spread(bin.v_S, bin.square_v)) / bin.whole.volume);
+    const double reach_m = width_m + 2.0 * std::sqrt(std::max(spread, 0.0));
+    for (std::uint32_t q = 0; q <= bin.num_cuts(); ++q) {
+      const std::uint32_t quarter = bin.is_cut_u ? q : 2 * q;
+      const Sums& sums = bin.quarters[quarter];
+      if (!(glm::dot(glm::dvec3(sums.force), n) > 0.0)) continue;
+      carriers[num_carriers++] = Gather(bin.direction * kSlots + quarter, sums, bin.first_p_S, n, reach_m);
     }
   }
   // Patches may stand for others that were left out.
@@ -244,37 +319,13 @@ void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS
 
   num_free = kMaxPlanes - planes->size();
   std::size_t num_waiting = 0;  // bins that must still get their one plane
-  for (std::size_t k = 0; k < num_used; ++k) num_waiting += bins[order[k]].load > 0.0f ? 0 : 1;
+  for (std::size_t k = 0; k < num_used; ++k) num_waiting += bins[order[k]].is_loaded() ? 0 : 1;
   for (std::size_t k = 0; k < num_used; ++k) {
     const Bin& bin = bins[order[k]];
-    if (!(bin.load > 0.0f)) --num_waiting;
-    std::array<std::uint32_t, kNumGuards> slots;
-    std::size_t num_chosen = 0;
-    for (std::uint32_t g = 0; g < kNumGuards && num_free > num_waiting; ++g) {
-      const std::uint32_t candidate = bin.guards[g];
-      bool is_new = candidate != kNone;
-      for (std::size_t c = 0; c < num_chosen; ++c) is_new = is_new && bin.guards[slots[c]] != candidate;
-      if (!is_new) continue;
-      slots[num_chosen++] = g;
-      --num_free;
-    }
-    float sum_of_shares = bin.load > 0.0f ? 1.0f : 0.0f;
-    for (std::size_t c = 0; c < num_chosen; ++c) {
-      sum_of_shares += GuardShare(patches[bin.guards[slots[c]]].penetration_m, band);
-    }
-    const float length = glm::length(bin.mean_normal_G);
-    for (std::size_t c = 0; c < num_chosen; ++c) {
-      const ContactPatch& patch = patches[bin.guards[slots[c]]];
-      core::ContactPlane plane;
-      plane.id = static_cast<std::uint32_t>(order[k]) * kSlots + kFirstGuard + slots[c];
-      plane.p_S = patch.p_S;
-      plane.n_G = length > 0.0f ? bin.mean_normal_G / length : R_GS * patch.n_S;
-      // gap = n . (X_GS p_S - q) = -penetration, so the plane's point is the contact point moved along the normal.
-      plane.q_G = R_GS * patch.p_S + p_GS + patch.penetration_m * plane.n_G;
-      plane.stiffness_N_per_m =
-          static_cast<float>(stiffness_N_per_m) * GuardShare(patch.penetration_m, band) / sum_of_shares;
-      planes->push_back(plane);
-    }
+    if (!bin.is_loaded()) --num_waiting;
+    if (!bin.has_guards) continue;
+    AddGuards(bin, patches, X_GS, R_GS, stiffness_N_per_m, band, num_free - std::min(num_free, num_waiting), planes);
+    num_free = kMaxPlanes - planes->size();
   }
 }
 

@@ -9,7 +9,7 @@ namespace vps {
 // A point of S near or inside G, or some neighbouring ones, with their share of the penalty integral.
 struct ContactPatch {
   glm::vec3 p_S{0.0f};         // of the deepest of its points, m
-  glm::vec3 n_S{0.0f};         // unit, the field's gradient there: direction from G to S, in S
+  glm::vec3 n_G{0.0f};         // the field's gradient there, about unit: direction from G to S, in G
   float penetration_m = 0.0f;  // there; negative: still apart
   // Over the patch's surface inside G, about S's mesh origin, in S; zero while apart.
   glm::vec3 force_m3{0.0f};  // integral of depth times inward normal
@@ -43,7 +43,8 @@ struct ContactLoad {
 // Every direction has a plane before one has several; then load goes before guards. Ids are bin and slot: the same from
 // cycle to cycle while the direction stays in contact. `planes` holds the result of the last cycle on entry: what was
 // cut stays cut down to 0.7 of the width, and guards keep their slots unless another is better by more than
-// `hysteresis_m` (four times that for reach). Does not allocate.
+// `hysteresis_m` (four times that for reach). At most kMaxPatches. Does not allocate.
+constexpr std::size_t kMaxPatches = 512;
 void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS, const ContactLoad& load,
                    double stiffness_N_per_m, double band_m, double width_m, ContactPlanes* planes,
                    double hysteresis_m = 0.0);

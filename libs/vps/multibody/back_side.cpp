@@ -77,7 +77,7 @@ BackSum SumBackSide(const BackSide& back, const DistanceField& field, const core
       const double depth_m = static_cast<double>(depths[k]) * back.field->voxel_size_m;
       ContactPatch patch;
       const glm::vec3 outwards_S = glm::normalize(SampleField(*back.field, from_S.ToVoxels(glm::vec3(a_S))).gradient);
-      patch.n_S = -outwards_S;
+      patch.n_G = glm::vec3(X_GS.rotate(-glm::dvec3(outwards_S)));
       patch.p_S = glm::vec3(a_S + depth_m * glm::dvec3(outwards_S));  // where a's foot is on S
       patch.penetration_m = static_cast<float>(depth_m);
       if (depth_m > 0.0) {

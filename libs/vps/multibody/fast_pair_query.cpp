@@ -1,6 +1,7 @@
 #include "vps/multibody/fast_pair_query.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 namespace vps {
 namespace {
@@ -9,7 +10,6 @@ struct Front {
   const SampleTree& sampled;
   const DistanceField& field;
   FieldTransform T;
-  glm::mat3 R_SG;
 };
 
 glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
@@ -19,18 +19,73 @@ glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
 // The gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
 void Place(const Front& front, const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
   patch->p_S = PointOf(block, k);
-  patch->n_S = front.R_SG * glm::normalize(SampleField(front.field, front.T.ToVoxels(patch->p_S)).gradient);
+  patch->n_G = SampleField(front.field, front.T.ToVoxels(patch->p_S)).gradient;
   patch->penetration_m = depth_m;
 }
 
-void AddPoint(const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
-  if (!(depth_m > 0.0f)) return;
-  const float volume = block.area_m2[k] * depth_m;
-  const glm::vec3 force = volume * glm::vec3(block.nx[k], block.ny[k], block.nz[k]);
-  patch->force_m3 += force;
-  patch->moment_m4 += glm::cross(PointOf(block, k), force);
-  patch->volume_m3 += volume;
-  patch->square_m4 += volume * depth_m;
+void SetSums(const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
+  const float volume = depth_m > 0.0f ? block.area_m2[k] * depth_m : 0.0f;
+  patch->force_m3 = volume * glm::vec3(block.nx[k], block.ny[k], block.nz[k]);
+  patch->moment_m4 = glm::cross(PointOf(block, k), patch->force_m3);
+  patch->volume_m3 = volume;
+  patch->square_m4 = volume * depth_m;
+}
+
+// Four lanes.
+using F4 = float __attribute__((vector_size(16)));
+using I4 = std::int32_t __attribute__((vector_size(16)));
+
+F4 Load(const float* from) {
+  F4 lanes;
+  std::memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+
+float SumOf(const F4& lanes) {
+  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
+
+// Of all points of a block.
+void SetSums(const PointBlock& block, const float* depths, float voxel_m, ContactPatch* patch) {
+  F4 force[3] = {};
+  F4 moment[3] = {};
+  F4 sum = {};
+  F4 square = {};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 d = Load(depths + k);
+    const F4 depth_m = (d > 0.0f ? d : F4{}) * voxel_m;
+    const F4 volume = Load(block.area_m2 + k) * depth_m;  // places without a point have no area
+    const F4 p[3] = {Load(block.x + k), Load(block.y + k), Load(block.z + k)};
+    const F4 f[3] = {volume * Load(block.nx + k), volume * Load(block.ny + k), volume * Load(block.nz + k)};
+    for (int i = 0; i < 3; ++i) {
+      force[i] += f[i];
+      moment[i] += p[(i + 1) % 3] * f[(i + 2) % 3] - p[(i + 2) % 3] * f[(i + 1) % 3];
+    }
+    sum += volume;
+    square += volume * depth_m;
+  }
+  for (int i = 0; i < 3; ++i) {
+    patch->force_m3[i] = SumOf(force[i]);
+    patch->moment_m4[i] = SumOf(moment[i]);
+  }
+  patch->volume_m3 = SumOf(sum);
+  patch->square_m4 = SumOf(square);
+}
+
+std::uint32_t FindDeepest(const float* depths) {
+  F4 deepest = Load(depths);
+  I4 at = {0, 1, 2, 3};
+  for (std::int32_t k = 4; k < static_cast<std::int32_t>(kBlock); k += 4) {
+    const F4 d = Load(depths + k);
+    const I4 lanes = {k, k + 1, k + 2, k + 3};
+    at = d > deepest ? lanes : at;
+    deepest = d > deepest ? d : deepest;
+  }
+  int best = 0;
+  for (int j = 1; j < 4; ++j) {
+    if (deepest[j] > deepest[best]) best = j;
+  }
+  return static_cast<std::uint32_t>(at[best]);
 }
 
 // Patches of the points that a walk found near.
@@ -38,31 +93,27 @@ std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const
                           double margin_m, ContactPatch* patches) {
   const auto voxel_m = static_cast<float>(front.field.voxel_size_m);
   const float margin = static_cast<float>(margin_m) / voxel_m;
-  const bool takes_all = walk.num_near <= kMaxFastContacts;
+  const bool takes_all = walk.num_near <= kMaxSinglePoints;
   std::uint32_t mask = 0;
   while (walk.num_near_blocks / (mask + 1) > kMaxFastContacts) mask = 2 * mask + 1;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
     const std::uint32_t at = scratch.near_blocks[i];
+    const bool is_deepest = at == walk.deepest_point / kBlock;
+    if (!takes_all && ((at & mask) != 0 || count >= 2 * kMaxFastContacts) && !is_deepest) continue;
     const PointBlock& block = front.sampled.points[at];
     const float* const depths = scratch.depths(i);
     if (takes_all) {
       for (std::uint32_t k = 0; k < kBlock; ++k) {
         if (depths[k] < -margin) continue;
-        patches[count] = {};
         Place(front, block, k, depths[k] * voxel_m, &patches[count]);
-        AddPoint(block, k, depths[k] * voxel_m, &patches[count++]);
+        SetSums(block, k, depths[k] * voxel_m, &patches[count++]);
       }
       continue;
     }
-    const bool is_deepest = at == walk.deepest_point / kBlock;
-    if (((at & mask) != 0 || count >= 2 * kMaxFastContacts) && !is_deepest) continue;
-    const auto k = is_deepest ? walk.deepest_point % kBlock
-                              : static_cast<std::uint32_t>(std::max_element(depths, depths + kBlock) - depths);
-    patches[count] = {};
+    const std::uint32_t k = is_deepest ? walk.deepest_point % kBlock : FindDeepest(depths);
     Place(front, block, k, depths[k] * voxel_m, &patches[count]);
-    for (std::uint32_t j = 0; j < kBlock; ++j) AddPoint(block, j, depths[j] * voxel_m, &patches[count]);
-    ++count;
+    SetSums(block, depths, voxel_m, &patches[count++]);
   }
   return count;
 }
@@ -146,8 +197,7 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     return free_m;
   }
   TakeDeepest(sampled, walk, back, behind, X_GS, result);
-  const Front front{sampled, field, FieldTransform(X_GS, field),
-                    glm::mat3(glm::mat3_cast(glm::conjugate(X_GS.rotation)))};
+  const Front front{sampled, field, FieldTransform(X_GS, field)};
   const std::span<ContactPatch> patches(scratch->patches);
   const std::uint32_t num_front = MakePatches(front, walk, scratch->walk, pair.look_ahead_m, patches.data());
   std::uint32_t num_back = 0;

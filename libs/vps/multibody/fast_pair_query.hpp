@@ -10,9 +10,10 @@
 
 namespace vps {
 
-// At most about this many patches of each side enter the reduction to planes: all near points while there are few, else
-// every, every second, fourth ... block of sixteen neighbours, always the same blocks.
-constexpr std::uint32_t kMaxFastContacts = 256;
+// Up to kMaxSinglePoints near points enter the reduction to planes one by one; more of them block by block of sixteen
+// neighbours, at most about kMaxFastContacts blocks: all, every second, fourth ..., always the same ones.
+constexpr std::uint32_t kMaxSinglePoints = 24;
+constexpr std::uint32_t kMaxFastContacts = 128;
 
 // Memory of a query, allocated once; serves these trees and smaller ones.
 struct FastPairScratch {
