@@ -84,13 +84,9 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_combinedRollingFriction = 0.0;
     point.m_combinedSpinningFriction = 0.0;
     point.m_combinedRestitution = 0.0;
-    // Implicit spring and damper. Penetrating, the solver meets F = k (depth at the end of the step) - d v, F >= 0.
-    // Apart, Bullet lets the row act on what of the motion goes beyond the gap, F = (k + d / dt) (depth at the end);
-    // leaving d out there makes both the same spring.
+    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, false};
     point.m_distance1 = gaps[at];
-    point.m_contactPointFlags = BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
-    point.m_combinedContactStiffness1 = k;
-    point.m_combinedContactDamping1 = gaps[at] <= 0.0 ? d : 0.0;
+    point.m_userPersistentData = &laws_[at];
     point.m_appliedImpulse = planes_[at].impulse;
   }
 }

@@ -8,6 +8,7 @@
 #include "core/messages/haptic.hpp"
 #include "core/pose.hpp"
 #include "physics/checkpoint.hpp"
+#include "physics/engine/contact_law.hpp"
 
 class btDispatcher;
 class btRigidBody;
@@ -66,6 +67,7 @@ class ContactFeed {
 
   std::array<btPersistentManifold*, kNumManifolds> manifolds_{};
   std::array<Plane, core::kMaxContactPlanes> planes_{};
+  std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them through the points
   int num_planes_ = 0;
   int num_injected_ = 0;
   double damping_ = 0.0;

@@ -57,11 +57,17 @@ void RowConstraint::getInfo2(btConstraintInfo2* info) {
 
 void RowSolver::Reserve(int num_bodies, int num_contacts, int num_rows) {
   m_tmpSolverBodyPool.reserve(num_bodies + 1);
-  const auto size = static_cast<std::size_t>(num_bodies + 1);
-  if (root_of_body_.size() < size) {
-    root_of_body_.resize(size);
-    is_wrong_.resize(size);
-  }
+  const auto grow = [](auto* vector, int size) {
+    if (vector->size() < static_cast<std::size_t>(size)) vector->resize(static_cast<std::size_t>(size));
+  };
+  grow(&root_of_body_, num_bodies + 1);
+  grow(&rows_of_root_, num_bodies + 1);
+  grow(&direct_steps_, num_bodies + 1);
+  islands_.reserve(root_of_body_.size());
+  grow(&contact_rows_, num_contacts);
+  num_contacts_ = std::max(num_contacts_, num_contacts);
+  num_rows_ = std::max(num_rows_, num_rows);
+  grow(&rows_, num_rows_ + 3 * num_contacts_);
   m_tmpSolverContactConstraintPool.reserve(num_contacts);
   m_tmpSolverContactFrictionConstraintPool.reserve(2 * num_contacts);
   m_tmpSolverNonContactConstraintPool.reserve(num_rows);

@@ -6,8 +6,11 @@
 #include <array>
 #include <vector>
 
+#include "physics/checkpoint.hpp"
+#include "physics/engine/contact_law.hpp"
 #include "physics/engine/direct_solver.hpp"
 #include "physics/row.hpp"
+#include "physics/solver_work.hpp"
 
 namespace physics {
 
@@ -36,17 +39,24 @@ class RowConstraint final : public btTypedConstraint {
 // (J M^-1 J^T + gamma), as Bullet itself does for contacts, makes each row's update exact. Rows also start from their
 // last impulse, and their results are handed back for measurement.
 //
-// Where sequential impulses do not converge (large mass ratios, stiff chains) the islands that are wrong by more than
-// 1e-6 m/s and have at most DirectSolver::kMaxRows rows are solved directly, from the present impulses on.
+// Contact rows follow their ContactLaw, which is not linear where contact begins or ends: rows are lines through it,
+// and solving alternates with moving the lines to the speeds found until they agree within 1e-9 m/s (Newton's method).
+//
+// Solver rule. Bodies that can move and are joined by rows make an island; islands are solved one by one, so that a far
+// part costs nothing here. An island gets as many sweeps of sequential impulses as it has rows, at least 20 and at most
+// the limit; most converge in a few. One that does not is solved directly from there on, if it has at most
+// DirectSolver::kMaxRows rows, and is solved directly at once in the next 32 steps, from the last step's impulses:
+// those tell which contacts push, so that the first guess is mostly right. Where the direct solver fails or cannot be
+// used the sweeps go on to the limit; what is then wrong by more than 1e-6 m/s is counted as a fallback.
 class RowSolver final : public btSequentialImpulseConstraintSolver {
  public:
   void Reserve(int num_bodies, int num_contacts, int num_rows);
 
-  // Islands solved directly, and those where that failed and the sequential result stayed, since the start.
-  [[nodiscard]] std::uint64_t num_direct() const { return num_direct_; }
-  [[nodiscard]] std::uint64_t num_fallbacks() const { return num_fallbacks_; }
+  [[nodiscard]] const SolverWork& work() const { return work_; }
+  void ExchangeState(Checkpoint* checkpoint);
 
  protected:
+  void convertContacts(btPersistentManifold** manifolds, int num_manifolds, const btContactSolverInfo& info) override;
   void convertJoints(btTypedConstraint** constraints, int num_constraints, const btContactSolverInfo& info) override;
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int num_bodies,
                                          const btContactSolverInfo& info) override;
@@ -57,18 +67,48 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
                                              const btContactSolverInfo& info, btIDebugDraw* drawer) override;
 
  private:
+  // Rows of one island, in rows_; joints, then contacts, then their friction.
+  struct Island {
+    int root = 0;
+    int first = 0;
+    int num_rows = 0;
+  };
+
   int Root(int body);
   [[nodiscard]] bool CanMove(int body) { return m_tmpSolverBodyPool[body].internalGetInvMass().x() > 0.0; }
+  void Unite(const btConstraintArray& rows);
   void FindIslands();
+  [[nodiscard]] bool IsContact(const btSolverConstraint& row) const;
+  [[nodiscard]] bool IsFriction(const btSolverConstraint& row) const;
   double Violation(const btSolverConstraint& row);
-  void SolveIslandDirectly(int root);
+  double Sweep(const Island& island);
+  bool IsWrong(const Island& island);
+  bool SolveDirectly(const Island& island);
+  void SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s);
+
+  // What a contact row is made from. Speeds along it: `start` at the start of the step, `free` after all outer forces.
+  struct ContactRow {
+    const ContactLaw* law = nullptr;
+    double start_m_per_s = 0.0;
+    double free_m_per_s = 0.0;
+    double inverse_mass_per_kg = 0.0;
+  };
+  ContactRow MakeContactRow(const btSolverConstraint& row) const;
+  void SetLine(const ContactRow& from, double at_m_per_s, btSolverConstraint* row) const;
+  [[nodiscard]] double SolvedSpeed(const ContactRow& from, const btSolverConstraint& row) const;
+  bool MoveLines(const Island& island);
 
   DirectSolver direct_;
+  std::vector<ContactRow> contact_rows_;
+  double dt_s_ = 0.0;
   std::vector<int> root_of_body_;
-  std::vector<std::uint8_t> is_wrong_;  // by root
-  std::array<btSolverConstraint*, DirectSolver::kMaxRows> island_{};
-  std::uint64_t num_direct_ = 0;
-  std::uint64_t num_fallbacks_ = 0;
+  std::vector<int> rows_of_root_;           // where the next row of that root goes
+  std::vector<std::uint8_t> direct_steps_;  // by root: in so many steps more its island is solved directly at once
+  std::vector<btSolverConstraint*> rows_;
+  std::vector<Island> islands_;
+  SolverWork work_;
+  int num_contacts_ = 0;  // room for
+  int num_rows_ = 0;
   btTypedConstraint** constraints_ = nullptr;
   int num_constraints_ = 0;
 };

@@ -1,19 +1,20 @@
-// RowSolver's part that solves islands directly.
+// RowSolver's part that finds and solves islands.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/engine/row_solver.hpp"
+#include "physics/engine/row_speed.hpp"
 
 namespace physics {
 namespace {
 
+constexpr int kMaxRounds = 12;  // a line is moved a few times at most; a round that is not needed ends them
+constexpr int kFewestSweeps = 20;
+constexpr std::uint8_t kDirectSteps = 32;
 constexpr double kAcceptable_m_per_s = 1e-6;
 // Redundant friction rows have no softness of their own; this part of their diagonal makes the matrix definite.
 constexpr double kRegularisation = 1e-9;
-
-double Along(const btVector3& J_linear, const btVector3& J_angular, const btVector3& linear, const btVector3& angular) {
-  return J_linear.dot(linear) + J_angular.dot(angular);
-}
 
 // J_i M^-1 J_j^T over the bodies that both rows act on.
 double Coupling(const btSolverConstraint& i, const btSolverConstraint& j,
@@ -33,10 +34,6 @@ double Coupling(const btSolverConstraint& i, const btSolverConstraint& j,
   return sum;
 }
 
-bool IsFriction(const btSolverConstraint& row, const btConstraintArray& frictions) {
-  return frictions.size() > 0 && &row >= &frictions[0] && &row <= &frictions[frictions.size() - 1];
-}
-
 }  // namespace
 
 int RowSolver::Root(int body) {
@@ -45,26 +42,60 @@ int RowSolver::Root(int body) {
   return root;
 }
 
-// Bodies that can move are in one island when a row acts on both. The smaller index is the root: no order of addresses.
+// The smaller index is the root: no order of addresses.
+void RowSolver::Unite(const btConstraintArray& rows) {
+  for (int i = 0; i < rows.size(); ++i) {
+    if (!CanMove(rows[i].m_solverBodyIdA) || !CanMove(rows[i].m_solverBodyIdB)) continue;
+    const int a = Root(rows[i].m_solverBodyIdA);
+    const int b = Root(rows[i].m_solverBodyIdB);
+    root_of_body_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
+}
+
+// Bodies that can move are in one island when a row acts on both. Sorts the rows that can do anything by island.
 void RowSolver::FindIslands() {
-  for (int i = 0; i < m_tmpSolverBodyPool.size(); ++i) {
+  const int num_bodies = m_tmpSolverBodyPool.size();
+  for (int i = 0; i < num_bodies; ++i) {
     root_of_body_[static_cast<std::size_t>(i)] = i;
-    is_wrong_[static_cast<std::size_t>(i)] = 0;
+    rows_of_root_[static_cast<std::size_t>(i)] = 0;
   }
-  for (btConstraintArray* pool : {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool}) {
-    for (int i = 0; i < pool->size(); ++i) {
-      const btSolverConstraint& row = (*pool)[i];
-      if (!CanMove(row.m_solverBodyIdA) || !CanMove(row.m_solverBodyIdB)) continue;
-      const int a = Root(row.m_solverBodyIdA);
-      const int b = Root(row.m_solverBodyIdB);
-      root_of_body_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  Unite(m_tmpSolverNonContactConstraintPool);
+  Unite(m_tmpSolverContactConstraintPool);
+  const auto visit = [this](auto&& use) {
+    for (btConstraintArray* pool : {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool,
+                                    &m_tmpSolverContactFrictionConstraintPool}) {
+      for (int i = 0; i < pool->size(); ++i) {
+        btSolverConstraint& row = (*pool)[i];
+        if (!(row.m_jacDiagABInv > 0.0)) continue;
+        const int a = row.m_solverBodyIdA;
+        use(static_cast<std::size_t>(Root(CanMove(a) ? a : row.m_solverBodyIdB)), &row);
+      }
     }
+  };
+  visit([this](std::size_t root, btSolverConstraint*) { ++rows_of_root_[root]; });
+  islands_.clear();
+  int first = 0;
+  for (int root = 0; root < num_bodies; ++root) {
+    int& next = rows_of_root_[static_cast<std::size_t>(root)];
+    if (next > 0) islands_.push_back({root, first, next});
+    first += std::exchange(next, first);
   }
+  visit([this](std::size_t root, btSolverConstraint* row) {
+    rows_[static_cast<std::size_t>(rows_of_root_[root]++)] = row;
+  });
+}
+
+bool RowSolver::IsContact(const btSolverConstraint& row) const {
+  const btConstraintArray& pool = m_tmpSolverContactConstraintPool;
+  return pool.size() > 0 && &row >= &pool[0] && &row <= &pool[pool.size() - 1];
+}
+bool RowSolver::IsFriction(const btSolverConstraint& row) const {
+  const btConstraintArray& pool = m_tmpSolverContactFrictionConstraintPool;
+  return pool.size() > 0 && &row >= &pool[0] && &row <= &pool[pool.size() - 1];
 }
 
 // How far in m/s (or rad/s) a row is from its condition.
 double RowSolver::Violation(const btSolverConstraint& row) {
-  if (!(row.m_jacDiagABInv > 0.0)) return 0.0;
   btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
   btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
   const double impulse = row.m_appliedImpulse;
@@ -73,56 +104,59 @@ double RowSolver::Violation(const btSolverConstraint& row) {
                                a.internalGetDeltaAngularVelocity()) -
                          Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.internalGetDeltaLinearVelocity(),
                                b.internalGetDeltaAngularVelocity());
-  double lower = row.m_lowerLimit;
-  double upper = row.m_upperLimit;
-  if (IsFriction(row, m_tmpSolverContactFrictionConstraintPool)) {
-    upper = row.m_friction *
-            std::max(0.0, static_cast<double>(m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse));
-    lower = -upper;
-  }
-  if (missing > 0.0 && impulse >= upper) return 0.0;
-  if (missing < 0.0 && impulse <= lower) return 0.0;
+  if (missing > 0.0 && impulse >= row.m_upperLimit) return 0.0;
+  if (missing < 0.0 && impulse <= row.m_lowerLimit) return 0.0;
   return std::abs(missing);
 }
 
-void RowSolver::SolveIslandDirectly(int root) {
-  int n = 0;
-  bool fits = true;
-  for (btConstraintArray* pool : {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool,
-                                  &m_tmpSolverContactFrictionConstraintPool}) {
-    for (int i = 0; i < pool->size(); ++i) {
-      btSolverConstraint& row = (*pool)[i];
-      const int body = CanMove(row.m_solverBodyIdA) ? row.m_solverBodyIdA : row.m_solverBodyIdB;
-      if (!(row.m_jacDiagABInv > 0.0) || Root(body) != root) continue;
-      if (n == DirectSolver::kMaxRows) {
-        fits = false;
-        break;
-      }
-      island_[static_cast<std::size_t>(n++)] = &row;
-    }
+bool RowSolver::IsWrong(const Island& island) {
+  for (int i = 0; i < island.num_rows; ++i) {
+    const btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
+    if (Violation(row) > kAcceptable_m_per_s) return true;
   }
-  for (int i = 0; fits && i < n; ++i) {
-    const btSolverConstraint& row = *island_[static_cast<std::size_t>(i)];
-    for (int j = 0; j <= i; ++j) {
-      direct_.A(i, j) = Coupling(row, *island_[static_cast<std::size_t>(j)], m_tmpSolverBodyPool);
+  return false;
+}
+
+// One pass of sequential impulses; the largest change of speed that a row asked for.
+double RowSolver::Sweep(const Island& island) {
+  double largest = 0.0;
+  for (int i = 0; i < island.num_rows; ++i) {
+    btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
+    if (IsFriction(row)) {
+      const double normal = m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse;
+      row.m_upperLimit = row.m_friction * std::max(0.0, normal);
+      row.m_lowerLimit = -row.m_upperLimit;
     }
+    btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    const double residual = resolveSingleConstraintRowGeneric(a, b, row);
+    largest = std::max(largest, std::abs(residual));
+  }
+  ++work_.num_sweeps;
+  work_.num_row_updates += static_cast<std::uint64_t>(island.num_rows);
+  return largest;
+}
+
+bool RowSolver::SolveDirectly(const Island& island) {
+  const int n = island.num_rows;
+  if (n > DirectSolver::kMaxRows) return false;
+  btSolverConstraint* const* const rows = &rows_[static_cast<std::size_t>(island.first)];
+  for (int i = 0; i < n; ++i) {
+    const btSolverConstraint& row = *rows[i];
+    for (int j = 0; j <= i; ++j) direct_.A(i, j) = Coupling(row, *rows[j], m_tmpSolverBodyPool);
     direct_.A(i, i) = direct_.A(i, i) * (1.0 + kRegularisation) + row.m_cfm / row.m_jacDiagABInv;
     direct_.b(i) = row.m_rhs / row.m_jacDiagABInv;
     direct_.lambda(i) = row.m_appliedImpulse;
     direct_.bounds(i) = {row.m_lowerLimit, row.m_upperLimit, DirectSolver::kNoNormal, 0.0};
-    if (!IsFriction(row, m_tmpSolverContactFrictionConstraintPool)) continue;
+    if (!IsFriction(row)) continue;
     const btSolverConstraint* normal = &m_tmpSolverContactConstraintPool[row.m_frictionIndex];
-    const auto* const at = std::find(island_.data(), island_.data() + n, normal);
-    direct_.bounds(i).normal = static_cast<int>(at - island_.data());
+    direct_.bounds(i).normal = static_cast<int>(std::find(rows, rows + n, normal) - rows);
     direct_.bounds(i).friction = row.m_friction;
   }
-  if (!fits || !direct_.Solve(n)) {
-    ++num_fallbacks_;
-    return;
-  }
-  ++num_direct_;
+  if (!direct_.Solve(n)) return false;
+  ++work_.num_direct_solves;
   for (int i = 0; i < n; ++i) {
-    btSolverConstraint& row = *island_[static_cast<std::size_t>(i)];
+    btSolverConstraint& row = *rows[i];
     const double change = direct_.lambda(i) - row.m_appliedImpulse;
     row.m_appliedImpulse = direct_.lambda(i);
     btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
@@ -130,31 +164,48 @@ void RowSolver::SolveIslandDirectly(int root) {
     a.internalApplyImpulse(row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA, change);
     b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB, change);
   }
+  return true;
 }
 
-btScalar RowSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int num_bodies,
-                                                      btPersistentManifold** manifolds, int num_manifolds,
-                                                      btTypedConstraint** constraints, int num_constraints,
-                                                      const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  const btScalar result = btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyIterations(
-      bodies, num_bodies, manifolds, num_manifolds, constraints, num_constraints, info, drawer);
-  if (m_leastSquaresResidual <= info.m_leastSquaresResidualThreshold) return result;
-  FindIslands();
-  bool any = false;
-  for (btConstraintArray* pool : {&m_tmpSolverNonContactConstraintPool, &m_tmpSolverContactConstraintPool,
-                                  &m_tmpSolverContactFrictionConstraintPool}) {
-    for (int i = 0; i < pool->size(); ++i) {
-      const btSolverConstraint& row = (*pool)[i];
-      if (Violation(row) <= kAcceptable_m_per_s) continue;
-      const int body = CanMove(row.m_solverBodyIdA) ? row.m_solverBodyIdA : row.m_solverBodyIdB;
-      is_wrong_[static_cast<std::size_t>(Root(body))] = 1;
-      any = true;
+void RowSolver::SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s) {
+  std::uint8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
+  if (direct_steps > 0 && SolveDirectly(island)) return;
+  int sweeps = 0;
+  const auto sweep = [&](int limit) {
+    while (sweeps < limit) {
+      ++sweeps;
+      if (Sweep(island) <= tolerance_m_per_s) return true;
     }
+    return false;
+  };
+  if (sweep(std::min(max_sweeps, std::max(kFewestSweeps, island.num_rows)))) return;
+  if (SolveDirectly(island)) {
+    direct_steps = kDirectSteps;
+    return;
   }
-  for (int root = 0; any && root < m_tmpSolverBodyPool.size(); ++root) {
-    if (is_wrong_[static_cast<std::size_t>(root)] != 0) SolveIslandDirectly(root);
+  direct_steps = 0;
+  if (!sweep(max_sweeps) && IsWrong(island)) ++work_.num_fallbacks;
+}
+
+btScalar RowSolver::solveGroupCacheFriendlyIterations(btCollisionObject**, int, btPersistentManifold**, int,
+                                                      btTypedConstraint**, int, const btContactSolverInfo& info,
+                                                      btIDebugDraw*) {
+  FindIslands();
+  for (const Island& island : islands_) {
+    ++work_.num_islands;
+    work_.num_rows += static_cast<std::uint64_t>(island.num_rows);
+    int rounds = 0;
+    do {
+      SolveOnce(island, info.m_numIterations, std::sqrt(info.m_leastSquaresResidualThreshold));
+    } while (++rounds < kMaxRounds && MoveLines(island));
+    std::uint8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
+    if (direct_steps > 0) --direct_steps;
   }
-  return result;
+  return 0.0;
+}
+
+void RowSolver::ExchangeState(Checkpoint* checkpoint) {
+  for (std::uint8_t& steps : direct_steps_) checkpoint->Exchange(&steps);
 }
 
 }  // namespace physics

@@ -1,0 +1,53 @@
+#include "physics/engine/contact_law.hpp"
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+constexpr double kFirstImplicit = 0.5;
+constexpr double kAllImplicit = 2.0;
+constexpr double kPartingShare = 0.2;
+constexpr double kPartingSpeed_m_per_s = 0.02;
+
+// -(V(b) - V(a)) / (b - a) and its slope -dF/db. Convex in b, and smooth where b changes sign.
+ForceLine DiscreteGradient(double k, double a, double b) {
+  if (a >= 0.0) {
+    if (b >= 0.0) return {};
+    const double length = a - b;
+    return {0.5 * k * b * b / length, -0.5 * k * b * (length + a) / (length * length)};
+  }
+  if (b <= 0.0) return {-0.5 * k * (a + b), 0.5 * k};
+  const double length = b - a;
+  return {0.5 * k * a * a / length, 0.5 * k * a * a / (length * length)};
+}
+
+}  // namespace
+
+double ImplicitShare(double pair_stiffness_N_per_m, double inverse_mass_per_kg, double dt_s) {
+  const double s = pair_stiffness_N_per_m * dt_s * dt_s * inverse_mass_per_kg;
+  return std::clamp((s - kFirstImplicit) / (kAllImplicit - kFirstImplicit), 0.0, 1.0);
+}
+
+ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s) {
+  const double k = law.stiffness_N_per_m;
+  const double share = ImplicitShare(law.pair_stiffness_N_per_m, inverse_mass_per_kg, dt_s);
+  // Left as it is where it would pull: a line that is cut off outside converges in one go.
+  ForceLine line{-k * (law.gap_m + dt_s * v1), k * dt_s};
+  if (share < 1.0) {
+    const ForceLine exact =
+        DiscreteGradient(k, law.gap_m - 0.5 * dt_s * v0, law.gap_m + 0.5 * dt_s * v1);  // db/dv1 = dt / 2
+    if (line.force_N < 0.0) line = {};
+    line.force_N = share * line.force_N + (1.0 - share) * exact.force_N;
+    line.slope_N_s_per_m = share * line.slope_N_s_per_m + (1.0 - share) * 0.5 * dt_s * exact.slope_N_s_per_m;
+  }
+  line.force_N -= law.damping_N_s_per_m * v1;
+  line.slope_N_s_per_m += law.damping_N_s_per_m;
+  return line;
+}
+
+double HardSpeed_m_per_s(double gap_m, double dt_s) {
+  return gap_m > 0.0 ? -gap_m / dt_s : std::min(-kPartingShare * gap_m / dt_s, kPartingSpeed_m_per_s);
+}
+
+}  // namespace physics

@@ -1,0 +1,121 @@
+// RowSolver's part that makes contact rows.
+#include <algorithm>
+#include <cmath>
+
+#include "physics/engine/row_solver.hpp"
+#include "physics/engine/row_speed.hpp"
+
+namespace physics {
+namespace {
+
+constexpr double kLineTolerance_m_per_s = 1e-9;
+constexpr int kGuesses = 4;
+// A row whose law has no slope here would leave Bullet's residual undefined; so much of its inverse mass is added.
+constexpr double kLeastSlope = 1e-9;
+// Hard contacts that contradict each other (a body between two hands) get a force of this softness, not infinity.
+constexpr double kHardSoftness = 1e-6;
+
+double StartSpeed(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
+  return Along(row.m_contactNormal1, row.m_relpos1CrossNormal, a.m_linearVelocity, a.m_angularVelocity) +
+         Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.m_linearVelocity, b.m_angularVelocity);
+}
+
+double OuterSpeed(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
+  return Along(row.m_contactNormal1, row.m_relpos1CrossNormal, a.m_externalForceImpulse, a.m_externalTorqueImpulse) +
+         Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.m_externalForceImpulse, b.m_externalTorqueImpulse);
+}
+
+}  // namespace
+
+RowSolver::ContactRow RowSolver::MakeContactRow(const btSolverConstraint& row) const {
+  const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+  const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+  ContactRow made;
+  made.law = static_cast<const ContactLaw*>(
+      static_cast<const btManifoldPoint*>(row.m_originalContactPoint)->m_userPersistentData);
+  made.start_m_per_s = StartSpeed(row, a, b);
+  made.free_m_per_s = made.start_m_per_s + OuterSpeed(row, a, b);
+  made.inverse_mass_per_kg = Along(row.m_contactNormal1, row.m_relpos1CrossNormal,
+                                   row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA) +
+                             Along(row.m_contactNormal2, row.m_relpos2CrossNormal,
+                                   row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB);
+  return made;
+}
+
+// The row of the law's line at the end speed v*. With lambda = dt (F* + z v*) - dt z v1 =: A - B v1 and
+// v1 = v_free + J dv, Bullet's update d lambda = rhs - cfm lambda - D J dv makes the row exact in one go for
+//   D = B / (1 + B W),  cfm = 1 / (1 + B W),  rhs = (A - B v_free) / (1 + B W).
+void RowSolver::SetLine(const ContactRow& from, double at_m_per_s, btSolverConstraint* row) const {
+  const double W = from.inverse_mass_per_kg;
+  if (from.law->is_hard) {
+    const double D = 1.0 / (W * (1.0 + kHardSoftness));
+    row->m_jacDiagABInv = D;
+    row->m_cfm = kHardSoftness / (1.0 + kHardSoftness);
+    row->m_rhs = D * (HardSpeed_m_per_s(from.law->gap_m, dt_s_) - from.free_m_per_s);
+    return;
+  }
+  const ForceLine line = CompliantForce(*from.law, W, from.start_m_per_s, at_m_per_s, dt_s_);
+  const double B = std::max(dt_s_ * line.slope_N_s_per_m, kLeastSlope / W);
+  const double A = dt_s_ * line.force_N + B * at_m_per_s;
+  row->m_jacDiagABInv = B / (1.0 + B * W);
+  row->m_cfm = 1.0 / (1.0 + B * W);
+  row->m_rhs = (A - B * from.free_m_per_s) / (1.0 + B * W);
+}
+
+double RowSolver::SolvedSpeed(const ContactRow& from, const btSolverConstraint& row) const {
+  const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+  const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+  return from.free_m_per_s +
+         Along(row.m_contactNormal1, row.m_relpos1CrossNormal, a.m_deltaLinearVelocity, a.m_deltaAngularVelocity) +
+         Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.m_deltaLinearVelocity, b.m_deltaAngularVelocity);
+}
+
+void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifolds, const btContactSolverInfo& info) {
+  btSequentialImpulseConstraintSolver::convertContacts(manifolds, num_manifolds, info);
+  dt_s_ = info.m_timeStep;
+  const int num_rows = m_tmpSolverContactConstraintPool.size();
+  for (int i = 0; i < num_rows; ++i) {
+    btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
+    const ContactRow from = MakeContactRow(row);
+    contact_rows_[static_cast<std::size_t>(i)] = from;
+    if (!(from.inverse_mass_per_kg > 0.0)) {
+      row.m_jacDiagABInv = row.m_rhs = row.m_cfm = 0.0;  // neither body can move
+      continue;
+    }
+    // First line: where the row alone would end.
+    double speed = from.free_m_per_s;
+    for (int guess = 0; guess < kGuesses; ++guess) {
+      SetLine(from, speed, &row);
+      speed = from.free_m_per_s + from.inverse_mass_per_kg * std::max(0.0, static_cast<double>(row.m_rhs));
+    }
+  }
+  // Bullet's friction rows leave out what outer torques do within the step.
+  for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
+    const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    row.m_rhs = -row.m_jacDiagABInv * (StartSpeed(row, a, b) + OuterSpeed(row, a, b));
+  }
+}
+
+// Moves the lines of compliant rows that have left their law; false when none has.
+bool RowSolver::MoveLines(const Island& island) {
+  bool any = false;
+  for (int i = 0; i < island.num_rows; ++i) {
+    btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
+    if (!IsContact(row)) continue;
+    const ContactRow& from = contact_rows_[static_cast<std::size_t>(&row - &m_tmpSolverContactConstraintPool[0])];
+    if (from.law->is_hard) continue;
+    const double speed = SolvedSpeed(from, row);
+    const ForceLine line = CompliantForce(*from.law, from.inverse_mass_per_kg, from.start_m_per_s, speed, dt_s_);
+    const double impulse = dt_s_ * std::max(0.0, line.force_N);
+    // A - B v1 of the present line, not the row's impulse: that may be wrong since solving has not converged.
+    const double of_row = std::max(0.0, (row.m_rhs - row.m_jacDiagABInv * (speed - from.free_m_per_s)) / row.m_cfm);
+    if (std::abs(impulse - of_row) * from.inverse_mass_per_kg <= kLineTolerance_m_per_s) continue;
+    SetLine(from, speed, &row);
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace physics
