@@ -138,8 +138,9 @@ void Snap::SetAxial(const glm::dvec3& axis_W, const glm::dvec3& p_W, double z_m,
         may_change ? SnapWork_J(params_, a_m_, b_m, &is_engaged)
                    : SnapAxialEnergy_J(params_, is_engaged, a_m_) - SnapAxialEnergy_J(params_, is_engaged, b_m);
     force_N = work_J / way_m;
-    const double largest_N = std::max(params_.engage_force_N, params_.release_force_N);
-    force_N -= std::clamp(ledger_J_ / way_m, -largest_N, largest_N);
+    const double from_N = std::min(force_N, -params_.release_force_N);  // what is paid makes no new peak
+    const double to_N = std::max(force_N, params_.engage_force_N);
+    force_N = std::clamp(force_N - ledger_J_ / way_m, from_N, to_N);
   }
   // Along the guide the child slides freely; the snap's own damping acts where the snap acts.
   const double d = state_ == 1 || z_m < params_.travel_m ? params_.damping_N_s_per_m : 0.0;
