@@ -150,14 +150,16 @@ class FieldBuilder {
   }
 
   void FitCreases() {
-    std::vector<CreaseCells> cells(slots_.size());
+    std::vector<ExaminedCells> cells(slots_.size());
     ForEachBrick("creases", kRasteredAt, kRasteredAt + 0.1,
-                 [&](std::size_t b) { cells[b] = FindCreaseCells(field_.words, NeighbourhoodOf(field_, slots_[b])); });
+                 [&](std::size_t b) { cells[b] = ExamineCells(field_.words, NeighbourhoodOf(field_, slots_[b])); });
     // Records are numbered within their task first, so that the order of the tasks' ends does not matter.
     const std::size_t num_tasks = (slots_.size() + kBricksPerTask - 1) / kBricksPerTask;
     std::vector<std::vector<std::uint32_t>> records(num_tasks);
-    ForEachBrick("creases", kRasteredAt + 0.1, kCreasesAt,
-                 [&](std::size_t b) { FitBrick(b, cells[b], &records[b / kBricksPerTask]); });
+    ForEachBrick("creases", kRasteredAt + 0.1, kCreasesAt, [&](std::size_t b) {
+      LiftPlanes(b, cells[b].lifts);
+      FitBrick(b, cells[b].creases, &records[b / kBricksPerTask]);
+    });
     std::size_t sum = 0;
     for (const auto& part : records) sum += part.size();
     field_.creases.reserve(std::max<std::size_t>(sum, kPlanesPerCrease));
@@ -173,6 +175,13 @@ class FieldBuilder {
     }
     // Kernels may read whole records of lanes that have none.
     if (field_.creases.empty()) field_.creases.assign(kPlanesPerCrease, 0);
+  }
+
+  void LiftPlanes(std::size_t b, const std::array<std::int8_t, DistanceField::kBrickWords>& lifts) {
+    std::uint32_t* const words = &field_.words[FirstWord(b)];
+    for (std::size_t k = 0; k < lifts.size(); ++k) {
+      if (lifts[k] != 0) words[k] = WithLift(words[k], lifts[k]);
+    }
   }
 
   // The nearest triangle of a point in a cell is nearer to the cell's centre than the centre's own by no more than

@@ -65,7 +65,7 @@ constexpr float kSamePlane = 0.01f;  // planes nearer than this everywhere in th
 
 struct Tangents {
   Values exact;
-  std::array<Candidate, kNumPlaces> candidates;
+  std::array<Candidate, kNumPlaces + 1> candidates;
   int count = 0;
 
   void Add(std::uint32_t word) {
@@ -156,6 +156,27 @@ Choice BestPlane(const Tangents& tangents) {
     }
   }
   return choice;
+}
+
+// The plane of least squares: where facets are smaller than a voxel no single one of them speaks for the cell. The
+// places lie symmetrically, so distance and slopes follow one by one. The corners weigh so much that the mean of x^2 is
+// that of the cell, 1/12: a curved distance gives no bias.
+void AddLeastSquares(Tangents* tangents) {
+  constexpr float kCornerWeight = 0.28f;
+  float weights = 0.0f;
+  float sum = 0.0f;
+  float squares = 0.0f;
+  glm::vec3 slope(0.0f);
+  for (int k = 0; k < kNumPlaces - 1; ++k) {  // the last repeats the centre
+    const float weight = k < 8 ? kCornerWeight : 1.0f;
+    const float value = weight * tangents->exact.at[k];
+    weights += weight;
+    sum += value;
+    slope += value * glm::vec3(kPlaces.x[k], kPlaces.y[k], kPlaces.z[k]);
+    squares += weight * kPlaces.x[k] * kPlaces.x[k];
+  }
+  const float d = sum / weights;
+  if (std::abs(d) < kLargestWordDistance) tangents->Add(EncodePlane(d, slope / squares));
 }
 
 constexpr float kGoodEnough = 0.03f;  // error at which no better combination is looked for
@@ -283,7 +304,10 @@ CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> ne
     fit.largest_error = std::numeric_limits<float>::infinity();
     return fit;
   }
+  const int num_tangents = tangents.count;  // only they combine: a mean plane cuts through what they touch
+  AddLeastSquares(&tangents);
   const Choice plane = BestPlane(tangents);
+  tangents.count = num_tangents;
   Choice best = plane;
   if (plane.largest_error > kWorthARecord) {
     const Choice convex = BestLargest(tangents, 1.0f);

@@ -1,13 +1,14 @@
 #include "vps/field/crease_cells.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vps {
 namespace {
 
 // A neighbour's distance may differ from the cell's tangent plane by this much times the squared distance of the two
-// centres (a radius of curvature of 3 voxels) before the cell is examined as a crease.
-constexpr float kCreaseTolerance = 0.16f;
+// centres (a radius of curvature of 6 voxels) before the cell is examined as a crease.
+constexpr float kCreaseTolerance = 0.08f;
 // Farther cells than this hold no point within 1.5 voxels of the surface: they keep their planes.
 constexpr float kFarthest = 1.5f + 0.87f;
 constexpr float kNone = 1e30f;
@@ -65,6 +66,24 @@ using Lanes = float __attribute__((vector_size(8 * sizeof(float))));
   *excess = size > *excess ? size : *excess;
 }
 
+// Of a row of cells, voxels; 0 where a neighbour is not known.
+[[gnu::always_inline]] inline void FindLifts(const Apron& apron, int at, Lanes* lifts) {
+  constexpr std::array<int, 3> kSteps{1, Apron::kRow, Apron::kLayer};
+  Lanes own;
+  Load(apron.d + at, &own);
+  Lanes sum{};
+  Lanes largest{};
+  for (const int step : kSteps) {
+    Lanes before, behind;
+    Load(apron.d + at - step, &before);
+    Load(apron.d + at + step, &behind);
+    sum += before + behind - 2.0f * own;
+    largest = before > largest ? before : largest;
+    largest = behind > largest ? behind : largest;
+  }
+  *lifts = largest < kNone ? sum * (1.0f / 24.0f) : Lanes{};
+}
+
 }  // namespace
 
 Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot) {
@@ -83,10 +102,10 @@ Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot) {
   return out;
 }
 
-CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
+ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
   Apron apron;
   Fill(words, bricks, &apron);
-  CreaseCells out{};
+  ExaminedCells out;
   for (int row = 0; row < 64; ++row) {
     const int at = ((row >> 3) + 1) * Apron::kLayer + ((row & 7) + 1) * Apron::kRow + 1;
     unsigned near = 0;
@@ -96,10 +115,18 @@ CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbou
     for (int k = 0; k < 27; ++k) {
       if (k != 13) AddExcess(apron, at, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1, &excess);
     }
+    unsigned creases = near;
     for (int i = 0; i < 8; ++i) {
-      if (!(excess[i] > 0.0f)) near &= ~(1U << i);
+      if (!(excess[i] > 0.0f)) creases &= ~(1U << i);
     }
-    out[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(near);
+    out.creases[static_cast<std::size_t>(row)] = static_cast<std::uint8_t>(creases);
+    Lanes lifts;
+    FindLifts(apron, at, &lifts);
+    for (int i = 0; i < 8; ++i) {
+      if (((near & ~creases) >> i & 1U) == 0) continue;
+      out.lifts[static_cast<std::size_t>(row * 8 + i)] =
+          static_cast<std::int8_t>(std::lround(std::clamp(lifts[i] * kDistanceSteps, -127.0f, 127.0f)));
+    }
   }
   return out;
 }

@@ -21,7 +21,14 @@ inline std::size_t WordIndex(const Neighbourhood& bricks, int x, int y, int z) {
 // Cells of a brick whose plane may miss somewhere in the cell: [z * 8 + y], bit x.
 using CreaseCells = std::array<std::uint8_t, 64>;
 
-// Looks at the planes of a brick and of the cells around it, before any crease is fitted.
-CreaseCells FindCreaseCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks);
+// What the planes of a brick and of the cells around it, before any crease is fitted, tell about its cells.
+struct ExaminedCells {
+  CreaseCells creases{};
+  // Of the other cells near the surface: what to add to the distance of the plane, 1/256 voxel, [z * 64 + y * 8 + x].
+  // A tangent plane at the centre lies on one side of a curved distance; d(e) = d + g . e + e . H e / 2 has the mean
+  // d + tr(H) / 24 over a cell of edge 1, and tr(H) is the sum of second differences of the centres' distances.
+  std::array<std::int8_t, 512> lifts{};
+};
+ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks);
 
 }  // namespace vps

@@ -14,6 +14,7 @@
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/shapes.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/oracle/mesh_distance.hpp"
 
 namespace vps {
 namespace {
@@ -97,6 +98,25 @@ TEST(DistanceField, ATurnedBoxHasSharpEdgesInsideAndOut) {
   const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
   for (glm::dvec3& v : box.vertices) v = R * v;
   ExpectAccurate("turned box", box, 0.001);
+}
+
+// Scanned parts: several facets in every cell, none of which speaks for the cell.
+TEST(DistanceField, RoughFacetsSmallerThanAVoxelKeepTheBoundsAndCauseNoBias) {
+  constexpr double kVoxel = 0.001;
+  TriangleMesh rough = MakeSphere(0.012, 96);  // facets of 0.8 voxel
+  Random random(5);
+  for (glm::dvec3& v : rough.vertices) v *= 1.0 + 0.1 * kVoxel / 0.012 * random.Signed();
+  ExpectAccurate("rough sphere", rough, kVoxel);
+  const auto field = BuildField(rough, kVoxel);
+  ASSERT_TRUE(field);
+  const oracle::MeshDistance exact(rough);
+  double bias = 0.0;
+  constexpr int kCount = 2000;
+  for (int i = 0; i < kCount; ++i) {
+    const glm::dvec3 p = (0.012 + 0.0003 * random.Signed()) * glm::normalize(random.Vector() + glm::dvec3(1e-9));
+    bias += (SampleField(*field, InVoxels(*field, p)).distance - exact.SignedDistance(p) / kVoxel) / kCount;
+  }
+  EXPECT_LE(std::abs(bias), 0.004);
 }
 
 // Middles of the cells are exact but for the encoding, wherever the cell is a plane.

@@ -61,6 +61,11 @@ inline std::uint32_t WithCombineBit(std::uint32_t word, bool is_set) {
   return is_set ? word | kCombineBit : word & ~kCombineBit;
 }
 
+// The plane moved by so many 1/256 voxel; its distance must not leave the range.
+inline std::uint32_t WithLift(std::uint32_t word, int steps) {
+  return word + (static_cast<std::uint32_t>(steps) << 21);
+}
+
 inline CellKind KindOf(std::uint32_t word) {
   if ((word & 0x7fU) != kOtherKind) return CellKind::kPlane;
   return word == kCoarseWord ? CellKind::kCoarse : CellKind::kCrease;
