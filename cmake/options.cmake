@@ -7,7 +7,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
 
-option(VR_OOS_PEERS "FCL, Bullet and OpenVDB in `oos bench vps` (preset bench, packages of apt-bench.txt)" OFF)
+option(VR_OOS_PEERS "FCL, Bullet, OpenVDB and MuJoCo in `oos bench` and slow tests (preset bench, packages of apt-bench.txt)" OFF)
 option(VR_OOS_WERROR "Warnings are errors (preset ci)" OFF)
 set(VR_OOS_SANITIZE "" CACHE STRING "address,undefined or thread (presets asan, tsan)")
 
