@@ -59,6 +59,8 @@ constexpr std::size_t kBodyBytes = 3 + 8 * (kPoseSize + kTwistSize);
 constexpr std::size_t kMechanismBytes = 3 + 5 + 8 + 8;
 constexpr std::size_t kContactScalarBytes = 125;
 constexpr std::size_t kPlaneBytes = 4 + 4 * 10;
+constexpr std::size_t kSheetScalarBytes = 40;
+constexpr std::size_t kNodeBytes = 4 * 3;
 
 struct Range {
   std::size_t first = 0, count = 0;
@@ -88,6 +90,11 @@ StatePart PartOf(const core::PhysicsState& state, int part, std::size_t budget, 
 std::size_t PlanesPerPart(std::size_t budget) {
   const std::size_t room = budget > kContactScalarBytes ? budget - kContactScalarBytes : 0;
   return std::max<std::size_t>(room / kPlaneBytes, 1);
+}
+
+std::size_t NodesPerPart(std::size_t budget) {
+  const std::size_t room = budget > kSheetScalarBytes ? budget - kSheetScalarBytes : 0;
+  return std::max<std::size_t>(room / kNodeBytes, 1);
 }
 
 // --- core -> protobuf. `part` and `budget` matter only for messages that may be split.
@@ -177,6 +184,18 @@ void Fill(const core::Reaction& m, int, std::size_t, oos::Reaction* p) {
   p->set_tick(m.tick);
   p->set_grasped_object(m.grasped_object);
   Append(m.F_Do_W, p->mutable_f_do_w());
+}
+
+void Fill(const core::SheetState& m, int part, std::size_t budget, oos::SheetState* p) {
+  p->set_object(m.object);
+  p->set_tick(m.tick);
+  p->set_num_columns(m.num_columns);
+  const std::size_t per_part = NodesPerPart(budget);
+  const std::size_t first = std::min(static_cast<std::size_t>(part) * per_part, m.p_W.size());
+  const std::size_t last = std::min(first + per_part, m.p_W.size());
+  p->set_num_nodes(static_cast<std::uint32_t>(m.p_W.size()));
+  p->set_first_node(static_cast<std::uint32_t>(first));
+  for (std::size_t i = first; i < last; ++i) Append(m.p_W[i], p->mutable_p_w());
 }
 
 // --- protobuf -> core. Everything is checked before anything is written.
@@ -300,6 +319,22 @@ bool Take(const oos::Reaction& p, bool, core::Reaction* m) {
   return true;
 }
 
+bool Take(const oos::SheetState& p, bool is_first, core::SheetState* m) {
+  const int n = p.p_w_size() / 3;
+  if (p.p_w_size() != 3 * n || p.object() > kMaxIndex || p.num_columns() > kMaxIndex ||
+      !IsRangeSound(p.first_node(), n, p.num_nodes(), core::kMaxSheetNodes) ||
+      (p.num_columns() == 0 ? p.num_nodes() != 0 : p.num_nodes() % p.num_columns() != 0) ||
+      (!is_first && m->p_W.size() != p.num_nodes())) {
+    return false;
+  }
+  m->object = static_cast<std::uint16_t>(p.object());
+  m->tick = p.tick();
+  m->num_columns = static_cast<std::uint16_t>(p.num_columns());
+  if (is_first) m->p_W.resize(p.num_nodes());
+  for (int i = 0; i < n; ++i) m->p_W[p.first_node() + static_cast<std::uint32_t>(i)] = Vec3(p.p_w(), 3 * i);
+  return true;
+}
+
 template <class M>
 struct ProtoOf;
 template <>
@@ -326,6 +361,10 @@ template <>
 struct ProtoOf<core::Reaction> {
   using Type = oos::Reaction;
 };
+template <>
+struct ProtoOf<core::SheetState> {
+  using Type = oos::SheetState;
+};
 
 }  // namespace
 
@@ -349,6 +388,9 @@ int LatestCodec<M>::NumParts(const M& message, std::size_t budget) const noexcep
   } else if constexpr (std::is_same_v<M, core::ContactSet>) {
     const std::size_t per_part = PlanesPerPart(budget);
     return static_cast<int>(std::max<std::size_t>((message.planes.size() + per_part - 1) / per_part, 1));
+  } else if constexpr (std::is_same_v<M, core::SheetState>) {
+    const std::size_t per_part = NodesPerPart(budget);
+    return static_cast<int>(std::max<std::size_t>((message.p_W.size() + per_part - 1) / per_part, 1));
   } else {
     return 1;
   }
@@ -377,6 +419,7 @@ template class LatestCodec<core::HapticProxy>;
 template class LatestCodec<core::ContactSet>;
 template class LatestCodec<core::PhysicsState>;
 template class LatestCodec<core::Reaction>;
+template class LatestCodec<core::SheetState>;
 
 template <>
 void EncodeState(const core::LogicStatus& value, std::string* bytes) {

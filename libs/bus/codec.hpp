@@ -29,6 +29,8 @@ inline constexpr MessageType kMessageTypeOf<core::PhysicsState> = MessageType::k
 template <>
 inline constexpr MessageType kMessageTypeOf<core::Reaction> = MessageType::kReaction;
 template <>
+inline constexpr MessageType kMessageTypeOf<core::SheetState> = MessageType::kSheetState;
+template <>
 inline constexpr MessageType kMessageTypeOf<core::LogicStatus> = MessageType::kLogicStatus;
 template <>
 inline constexpr MessageType kMessageTypeOf<Figures> = MessageType::kFigures;

@@ -228,6 +228,33 @@ TEST(Codec, SplitsLargeMessagesIntoDatagramsThatFit) {
   }
 }
 
+TEST(Codec, SplitsASheetAndRefusesOneThatContradictsItself) {
+  Numbers numbers;
+  const std::size_t budget = kMaxDatagramBytes - kMaxEnvelopeBytes;
+  core::SheetState sheet;
+  sheet.object = 3;
+  sheet.tick = 77;
+  sheet.num_columns = 32;
+  for (std::size_t i = 0; i < core::kMaxSheetNodes; ++i) sheet.p_W.push_back(numbers.Vecf());
+  for (const bool is_reversed : {false, true}) {
+    core::SheetState out;
+    const auto sizes = RoundTrip(sheet, &out, budget, is_reversed);
+    EXPECT_LE(sizes.size(), 16u);
+    for (const std::size_t size : sizes) EXPECT_LE(size, budget);
+    EXPECT_EQ(out.object, 3);
+    EXPECT_EQ(out.tick, 77u);
+    EXPECT_EQ(out.num_columns, 32);
+    ASSERT_EQ(out.p_W.size(), sheet.p_W.size());
+    for (std::size_t i = 0; i < out.p_W.size(); ++i) ASSERT_EQ(out.p_W[i], sheet.p_W[i]);
+  }
+  sheet.num_columns = 31;  // no whole rows
+  LatestCodec<core::SheetState> codec;
+  std::vector<std::uint8_t> bytes(kMaxDatagramBytes);
+  bytes.resize(codec.Encode(sheet, 0, budget, bytes.data(), bytes.size()));
+  core::SheetState out;
+  EXPECT_FALSE(codec.Decode(bytes, true, &out));
+}
+
 TEST(Codec, KeepsStateValues) {
   core::LogicStatus status, status_out;
   status.time_ns = 42;

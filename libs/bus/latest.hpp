@@ -10,8 +10,8 @@ struct LatestSender;
 struct LatestAccess;
 }  // namespace detail
 
-// Writing end of a LATEST topic; M is core::DeviceState, DeviceCommand, HapticProxy, ContactSet, PhysicsState or
-// Reaction. A handle: copy it freely, one thread at a time may use it.
+// Writing end of a LATEST topic; M is core::DeviceState, DeviceCommand, HapticProxy, ContactSet, PhysicsState,
+// Reaction or SheetState. A handle: copy it freely, one thread at a time may use it.
 template <class M>
 class LatestWriter {
  public:

@@ -42,6 +42,8 @@ const google::protobuf::Message* Prototype(MessageType type) {
       return &oos::Event::default_instance();
     case MessageType::kParameterChange:
       return &oos::ParameterChange::default_instance();
+    case MessageType::kSheetState:
+      return &oos::SheetState::default_instance();
     case MessageType::kNone:
       break;
   }
@@ -92,7 +94,7 @@ std::string Inner(const std::string& type) {
 const PayloadSchema& SchemaOf(MessageType type) {
   static const auto schemas = [] {
     std::map<MessageType, PayloadSchema> all;
-    for (int i = 1; i <= static_cast<int>(MessageType::kParameterChange); ++i) {
+    for (int i = 1; i <= static_cast<int>(kLastMessageType); ++i) {
       const auto known = static_cast<MessageType>(i);
       const Descriptor& descriptor = *Prototype(known)->GetDescriptor();
       PayloadSchema schema{descriptor.full_name(), Canonical(descriptor), 0};

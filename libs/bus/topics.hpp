@@ -10,6 +10,7 @@
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
+#include "core/messages/sheet.hpp"
 
 namespace bus {
 
@@ -36,7 +37,10 @@ enum class MessageType : std::uint8_t {
   kFigures = 8,
   kEvent = 9,
   kParameterChange = 10,
+  kSheetState = 11,
 };
+
+constexpr MessageType kLastMessageType = MessageType::kSheetState;
 
 struct TopicRule {
   std::string_view pattern;  // '*' stands for any text, slashes included (role and pair names may hold them)
@@ -52,6 +56,7 @@ inline constexpr std::array kTopicRules = {
     TopicRule{"haptic/*/proxy", TopicClass::kLatest, MessageType::kHapticProxy, 10'000'000},
     TopicRule{"contacts/*", TopicClass::kLatest, MessageType::kContactSet, 10'000'000},
     TopicRule{"physics/state", TopicClass::kLatest, MessageType::kPhysicsState, 20'000'000},
+    TopicRule{"physics/sheet/*", TopicClass::kLatest, MessageType::kSheetState, 0},
     TopicRule{"physics/*/reaction", TopicClass::kLatest, MessageType::kReaction, 10'000'000},
     TopicRule{"logic/status", TopicClass::kState, MessageType::kLogicStatus, 0},
     TopicRule{"figures/*", TopicClass::kState, MessageType::kFigures, 0},
@@ -99,6 +104,9 @@ inline std::string HapticProxyTopic(std::string_view role) {
 }
 inline std::string ReactionTopic(std::string_view role) {
   return "physics/" + std::string(role) + "/reaction";
+}
+inline std::string SheetTopic(std::string_view object) {
+  return "physics/sheet/" + std::string(object);
 }
 inline std::string ContactsTopic(std::string_view source, std::string_view pair) {
   return "contacts/" + std::string(source) + "/" + std::string(pair);

@@ -21,6 +21,7 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule(ContactsTopic("haptic_node", "module/cavity"))->type, MessageType::kContactSet);
   EXPECT_EQ(FindTopicRule(kPhysicsStateTopic)->type, MessageType::kPhysicsState);
   EXPECT_EQ(FindTopicRule(ReactionTopic("op1/arm.left"))->type, MessageType::kReaction);
+  EXPECT_EQ(FindTopicRule(SheetTopic("cover"))->type, MessageType::kSheetState);
   EXPECT_EQ(FindTopicRule(kLogicStatusTopic)->topic_class, TopicClass::kState);
   EXPECT_EQ(FindTopicRule(FiguresTopic("visual_node"))->type, MessageType::kFigures);
   EXPECT_EQ(FindTopicRule(kEventTopic)->topic_class, TopicClass::kEvent);
@@ -30,12 +31,12 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
 
 TEST(Schema, EveryMessageHasItsOwnDigest) {
   std::set<std::uint32_t> digests;
-  for (int i = 1; i <= static_cast<int>(MessageType::kParameterChange); ++i) {
+  for (int i = 1; i <= static_cast<int>(kLastMessageType); ++i) {
     const PayloadSchema& schema = SchemaOf(static_cast<MessageType>(i));
     EXPECT_FALSE(schema.canonical.empty());
     digests.insert(schema.digest);
   }
-  EXPECT_EQ(digests.size(), static_cast<std::size_t>(MessageType::kParameterChange));
+  EXPECT_EQ(digests.size(), static_cast<std::size_t>(kLastMessageType));
 }
 
 TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {

@@ -140,12 +140,14 @@ template struct TypedSender<core::HapticProxy>;
 template struct TypedSender<core::ContactSet>;
 template struct TypedSender<core::PhysicsState>;
 template struct TypedSender<core::Reaction>;
+template struct TypedSender<core::SheetState>;
 template struct TypedReceiver<core::DeviceState>;
 template struct TypedReceiver<core::DeviceCommand>;
 template struct TypedReceiver<core::HapticProxy>;
 template struct TypedReceiver<core::ContactSet>;
 template struct TypedReceiver<core::PhysicsState>;
 template struct TypedReceiver<core::Reaction>;
+template struct TypedReceiver<core::SheetState>;
 
 }  // namespace detail
 
@@ -167,5 +169,6 @@ template class LatestWriter<core::HapticProxy>;
 template class LatestWriter<core::ContactSet>;
 template class LatestWriter<core::PhysicsState>;
 template class LatestWriter<core::Reaction>;
+template class LatestWriter<core::SheetState>;
 
 }  // namespace bus
