@@ -84,6 +84,7 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   axis_.Prepare(params_.axis, axis_rows(), glm::dvec3(0.0), z_W, p_W, angle, dt_s);
   if (!params_.has_detents) return;
   Row& axis = axis_rows()[0];
+  axis.is_active = true;
   const double d0 = params_.detents_rad[0];
   const double d1 = params_.detents_rad[1];
   axis.force = DetentTorque(angle, d0, d1, params_.detent_torque_Nm);

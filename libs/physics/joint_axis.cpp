@@ -26,7 +26,7 @@ glm::dvec3 PointAcceleration(const BodyView& body, const glm::dvec3& r_W) {
 void JointAxis::Prepare(const JointAxisParams& params, std::span<Row> rows, const glm::dvec3& linear_W,
                         const glm::dvec3& angular_W, const glm::dvec3& p_W, double position, double dt_s) {
   Row& passive = rows[kPassive];
-  passive.is_active = true;
+  passive.is_active = params.damping > 0.0;
   passive.is_hard = false;
   passive.linear_W = linear_W;
   passive.angular_W = angular_W;
