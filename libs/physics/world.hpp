@@ -18,6 +18,10 @@ namespace physics {
 
 enum class BodyKind { kFixed, kKinematic, kDynamic };
 
+// How a pair's planes push: as the springs that they carry, which keep energy, or as hard contact, which lets the
+// bodies come no closer than touching and takes the energy of the approach.
+enum class ContactKind { kCompliant, kHard };
+
 struct BodyParams {
   BodyKind kind = BodyKind::kFixed;
   core::Pose X_WO;
@@ -64,7 +68,7 @@ class World {
 
   // Setup.
   core::Result<int> AddBody(const BodyParams& params);
-  core::Result<int> AddContactPair(int sampled_body, int field_body);
+  core::Result<int> AddContactPair(int sampled_body, int field_body, ContactKind kind = ContactKind::kCompliant);
   core::Result<int> AddMechanism(int parent_body, int child_body, std::unique_ptr<Mechanism> mechanism);
   [[nodiscard]] int world_body() const;  // a fixed body whose mesh frame is W
 

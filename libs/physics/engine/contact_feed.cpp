@@ -9,7 +9,8 @@
 
 namespace physics {
 
-ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field) {
+ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, bool is_hard)
+    : is_hard_(is_hard) {
   for (btPersistentManifold*& manifold : manifolds_) {
     manifold = dispatcher->getNewManifold(sampled, field);
     manifold->setContactBreakingThreshold(1e9);
@@ -84,7 +85,7 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_combinedRollingFriction = 0.0;
     point.m_combinedSpinningFriction = 0.0;
     point.m_combinedRestitution = 0.0;
-    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, false};
+    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, is_hard_};
     point.m_distance1 = gaps[at];
     point.m_userPersistentData = &laws_[at];
     point.m_appliedImpulse = planes_[at].impulse;

@@ -20,7 +20,7 @@ namespace physics {
 // directly: addManifoldPoint would merge and drop neighbours by distance.
 class ContactFeed {
  public:
-  ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field);
+  ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, bool is_hard);
   ContactFeed(ContactFeed&& other) noexcept = default;
 
   void Set(const core::ContactSet& set);
@@ -70,6 +70,7 @@ class ContactFeed {
   std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them through the points
   int num_planes_ = 0;
   int num_injected_ = 0;
+  bool is_hard_ = false;
   double damping_ = 0.0;
   double friction_ = 0.0;
 };
