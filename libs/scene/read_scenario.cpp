@@ -103,7 +103,9 @@ class Builder {
   void ReadRun(const XmlElement& element) {
     const Reader read(element);
     scenario_.method = element.Get("method", scenario_.method);
-    if (element.Get("contact_input") == "wrench") scenario_.contact_input = ContactInput::kWrench;
+    const std::string input = element.Get("contact_input");
+    if (input == "wrench") scenario_.contact_input = ContactInput::kWrench;
+    if (input == "manifold") scenario_.contact_input = ContactInput::kManifold;
     scenario_.seed = read.Count("seed", scenario_.seed);
     read.Number("duration_limit_s", &scenario_.duration_limit_s);
     read.Number("stall_limit_s", &scenario_.stall_limit_s);

@@ -20,7 +20,8 @@ enum class Owner { kFixed, kPhysics, kHand };
 // at opening 0 the three mesh frames coincide.
 enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
 
-enum class ContactInput { kWrench, kPlanes };  // the paper's first way; architecture D5
+// The paper's first way; its second way, hard contact; compliant planes with look-ahead (architecture D5).
+enum class ContactInput { kWrench, kManifold, kPlanes };
 
 // Which node computes a pair's contact: haptic_node, which feels it and tells physics_node, or physics_node itself, where
 // the planes are of the very poses that they push (no delay). A hand's contact is always the former's.

@@ -18,7 +18,7 @@ ElementRule RunRule() {
   return {"run",
           "how the scenario runs",
           {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
-           {"contact_input", ValueKind::kChoice, false, {"planes", "wrench"}},
+           {"contact_input", ValueKind::kChoice, false, {"planes", "manifold", "wrench"}},
            Optional("seed", ValueKind::kCount),
            Optional("duration_limit_s", kAboveZero),
            Optional("stall_limit_s", kAboveZero),

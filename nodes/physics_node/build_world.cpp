@@ -93,13 +93,16 @@ core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<
 }
 
 core::Result<void> AddPairs(const scene::Scenario& scenario, BuiltWorld* built) {
+  const physics::ContactKind kind = scenario.contact_input == scene::ContactInput::kManifold
+                                        ? physics::ContactKind::kHard
+                                        : physics::ContactKind::kCompliant;
   for (const scene::Pair& pair : scenario.pairs) {
     if (!IsPhysics(scenario, pair.sampled) && !IsPhysics(scenario, pair.field)) {
       built->contact_of_pair.push_back(kNone);
       continue;
     }
     const auto contact =
-        built->world->AddContactPair(built->body_of_object[pair.sampled], built->body_of_object[pair.field]);
+        built->world->AddContactPair(built->body_of_object[pair.sampled], built->body_of_object[pair.field], kind);
     if (!contact) return core::Fail(contact.error().code, Where(pair.location) + contact.error().detail);
     built->contact_of_pair.push_back(*contact);
   }
