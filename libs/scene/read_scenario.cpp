@@ -166,6 +166,8 @@ class Builder {
         }
       } else if (child.name == "frame") {
         ReadFrame(child, &object);
+      } else if (child.name == "sheet") {
+        object.sheet = ReadSheet(child, object, file_, diagnostics_);
       } else if (child.name == "lamp") {
         object.is_lamp = true;
         read_child.Vector("color", &object.lamp_color);

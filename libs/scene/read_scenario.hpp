@@ -24,6 +24,10 @@ struct PairElement {
 Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file, std::vector<PairElement>* pairs,
                       std::vector<Diagnostic>* diagnostics);
 
+// A <sheet> of the object given.
+Sheet ReadSheet(const XmlElement& element, const Object& object, const std::filesystem::path& file,
+                std::vector<Diagnostic>* diagnostics);
+
 // What holds between elements: names, ownership, masses, hands, mechanisms, files.
 void CheckScenario(const Scenario& scenario, std::vector<Diagnostic>* diagnostics);
 

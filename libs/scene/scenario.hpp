@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,32 @@ struct Frame {
   core::Pose X_OF;
 };
 
+// A deformable sheet that is sewn to an object, as a cover is to its tab: flat at the start, in the xy plane of S. Inside
+// the seam, a rectangle about the object's origin, it hangs on the object; the stiffness is that of the whole seam. A
+// hook_and_loop whose child is the object holds the sheet, not the object.
+struct Sheet {
+  core::Pose X_OS;
+  double size_x_m = 0.0;
+  double size_y_m = 0.0;
+  int cells_x = 0;
+  int cells_y = 0;
+  double density_kg_per_m2 = 0.5;
+  double stretch_stiffness_N_per_m = 4000.0;
+  double bending_stiffness_Nm = 0.002;
+  double thickness_m = 0.002;
+  double friction = 0.3;
+  double damping_per_s = 4.0;
+  double seam_x_m = 0.0;
+  double seam_y_m = 0.0;
+  double seam_stiffness_N_per_m = 1000.0;
+  double seam_damping_N_s_per_m = 8.0;
+  double grip_stiffness_N_per_m = 1000.0;  // of jaws that pinch it, all gripped nodes together
+  double grip_damping_N_s_per_m = 8.0;
+  Material material;
+  bool is_active = true;  // initial; asleep it neither moves nor pulls
+  Location location;
+};
+
 struct Object {
   std::string name;
   Owner owner = Owner::kFixed;
@@ -61,6 +88,7 @@ struct Object {
   std::uint32_t num_points = 0;    // 0: no pointshell
   double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
   std::vector<Frame> frames;
+  std::optional<Sheet> sheet;
   bool is_lamp = false;  // its colour follows logic
   glm::vec3 lamp_color{0.0f};
   Location location;

@@ -49,7 +49,32 @@ ElementRule ObjectRule() {
            Optional("rpy_deg", ValueKind::kVector),
            Optional("mass_kg", kAboveZero),
            Optional("density_kg_per_m3", kAboveZero)},
-          {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}, {"lamp", 0, 1}}};
+          {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}, {"lamp", 0, 1}, {"sheet", 0, 1}}};
+}
+
+ElementRule SheetRule() {
+  return {"sheet",
+          "a deformable sheet sewn to the object; pose of its middle in the object's mesh frame",
+          {Optional("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector),
+           Required("size_m", ValueKind::kNumbers),
+           Required("cells", ValueKind::kNumbers),
+           Required("seam_size_m", ValueKind::kNumbers),
+           Optional("density_kg_per_m2", kAboveZero),
+           Optional("stretch_stiffness_N_per_m", kAboveZero),
+           Optional("bending_stiffness_Nm", kAtLeastZero),
+           Optional("thickness_m", kAtLeastZero),
+           Optional("friction", kAtLeastZero),
+           Optional("damping_per_s", kAtLeastZero),
+           Optional("seam_stiffness_N_per_m", kAboveZero),
+           Optional("seam_damping_N_s_per_m", kAtLeastZero),
+           Optional("grip_stiffness_N_per_m", kAboveZero),
+           Optional("grip_damping_N_s_per_m", kAtLeastZero),
+           Optional("base_color", ValueKind::kColor),
+           Optional("metallic", kAtLeastZero),
+           Optional("roughness", kAtLeastZero),
+           Optional("active", ValueKind::kTruth)},
+          {}};
 }
 
 ElementRule DeviceRule() {
@@ -151,6 +176,7 @@ std::vector<ElementRule> MakeRules() {
         Optional("rpy_deg", ValueKind::kVector)},
        {}},
       {"lamp", "the object's colour follows logic", {Optional("color", ValueKind::kColor)}, {}},
+      SheetRule(),
       DeviceRule(),
       {"pair",
        "changes the figures of a contact pair or drops it; a is sampled if it has points",
