@@ -10,12 +10,15 @@
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/multibody/pair_query.hpp"
 #include "vps/multibody/pair_schedule.hpp"
+#include "vps/walk/walk_memory.hpp"
 
 namespace vps {
 namespace {
 
 // At most this many pairs are tested at the same time; their memory is sized for the largest object.
 constexpr std::size_t kMaxPairsAtOnce = 32;
+// At most this many pairs are remembered from cycle to cycle; the others' walks start anew, with the same sums.
+constexpr std::size_t kMaxRemembered = 64;
 
 struct PairEntry {
   PairDescription description;
@@ -23,7 +26,8 @@ struct PairEntry {
   core::Pose X_GS;          // of the result
   bool is_current = false;  // result belongs to this pose and the present description
   bool is_late = false;
-  double free_m = 0.0;  // found by Test
+  double free_m = 0.0;                // found by Test
+  FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
 };
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
@@ -42,6 +46,8 @@ struct CollisionWorld::Impl {
   std::vector<std::uint32_t> due;
   std::vector<PairScratch> scratch;           // method paper
   std::vector<FastPairScratch> fast_scratch;  // method fast
+  std::vector<FieldWalkMemory> memories;      // method fast
+  std::vector<FieldWalkMemory*> free_memories;
   double rho = 0.01;
   double alpha = 2.0;
   Method method = Method::kPaper;
@@ -59,6 +65,7 @@ struct CollisionWorld::Impl {
   core::Result<void> AddPair(const PairDescription& pair);
   void MakeScratch();
   void SetPhase(std::size_t i, PairState phase);
+  void LendMemory(PairEntry* pair);
   void SetApart(std::size_t i, double free_m);
   void Sort(std::size_t i);
   [[nodiscard]] bool IsTimeUp(std::size_t slot) const;
@@ -139,6 +146,14 @@ void CollisionWorld::Impl::MakeScratch() {
     for (PairScratch& one : scratch) one.query.MakeRoomFor(*S.points);
   }
   while (largest != nullptr && fast_scratch.size() < count) fast_scratch.emplace_back(*largest);
+  if (method == Method::kFast) memories.resize(std::min(kMaxRemembered, pairs.size()));
+  for (FieldWalkMemory& memory : memories) free_memories.push_back(&memory);
+}
+
+void CollisionWorld::Impl::LendMemory(PairEntry* pair) {
+  if (pair->memory != nullptr || free_memories.empty()) return;
+  pair->memory = free_memories.back();
+  free_memories.pop_back();
 }
 
 void CollisionWorld::SetPose(std::size_t object, const core::Pose& X_WO) {
@@ -178,6 +193,10 @@ void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
       --num_touching;
     }
   }
+  if (phase < PairState::kNear && pairs[i].memory != nullptr) {
+    free_memories.push_back(pairs[i].memory);
+    pairs[i].memory = nullptr;
+  }
   phases[i] = phase;
 }
 
@@ -206,6 +225,7 @@ void CollisionWorld::Impl::Sort(std::size_t i) {
     const core::Pose& X_WS = schedule.X_WO(pair.description.sampled);
     if (!pair.is_current || !IsSame(pair.X_GS, schedule.X_WO(pair.description.field).inverse() * X_WS)) {
       due.push_back(static_cast<std::uint32_t>(i));
+      LendMemory(&pair);
       return;
     }
     pair.result.F_So_W = PenaltyWrench(pair.description.stiffness_N_per_m, Rotate(X_WS, pair.result.f_So_S));
@@ -239,6 +259,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   const PairDescription& d = pair.description;
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
+  fast_scratch[slot].walk.memory = pair.memory;
   num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS, d.look_ahead_m,
                                  BestInstructionSet(), &fast_scratch[slot].walk);
 }

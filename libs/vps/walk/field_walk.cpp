@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "vps/walk/walk_kernel.hpp"
+#include "vps/walk/walk_memory.hpp"
 
 namespace vps {
 namespace {
@@ -39,6 +40,31 @@ double RootRoom(const DistanceField& field, const glm::dvec3& centre, double nee
   if (room > 0.0) return room;
   const FieldSample root = SampleField(field, glm::vec3(centre));
   return std::max(room, static_cast<double>(root.centre_distance) - static_cast<double>(root.centre_offset) - needed);
+}
+
+WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m) {
+  const FieldTransform T(X_GS, field);
+  WalkInput in{};
+  in.bricks = field.bricks.data();
+  in.words = field.words.data();
+  in.creases = field.creases.data();
+  in.coarse = field.coarse.data();
+  in.nx = field.nx;
+  in.ny = field.ny;
+  in.nz = field.nz;
+  in.coarse_shift = field.coarse_shift;
+  in.points = sampled.points.data();
+  in.spheres = sampled.spheres.data();
+  in.level_begin = sampled.level_begin.data();
+  in.num_levels = sampled.num_levels;
+  in.partial_block = sampled.num_points % kBlock != 0 ? sampled.num_points / kBlock : 0xffffffffU;
+  in.last_leaves = static_cast<std::uint32_t>((sampled.points.size() - 1) / kBlock);
+  std::memcpy(in.m, T.m, sizeof in.m);
+  std::memcpy(in.t, T.t, sizeof in.t);
+  in.voxels_per_m = static_cast<float>(1.0 / field.voxel_size_m);
+  in.m_per_voxel = static_cast<float>(field.voxel_size_m);
+  in.margin = static_cast<float>(margin_m / field.voxel_size_m);
+  return in;
 }
 
 // At most so many chunks, so that their sums stay small beside the points.
@@ -75,6 +101,7 @@ FieldWalkScratch::FieldWalkScratch(const SampleTree& tree)
       near_slots(tree.points.size()),
       near_depths(tree.points.size()),
       queue_(2 * (tree.points.size() + kBlock)),
+      slacks_(tree.points.size() + kBlock),
       chunk_near_(tree.points.size()),
       chunks_(std::min<std::size_t>(kMostChunks, (tree.points.size() >> kSmallestChunkShift) + 1)) {}
 
@@ -98,56 +125,92 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
   return FinishWalk(scratch);
 }
 
+// The blocks that may come near, from the tree.
+std::uint32_t FieldWalkScratch::FindBlocks() {
+  WalkCull cull{};
+  cull.queue = queue_.data();
+  cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
+  kernels_.cull(input_, &cull);
+  spheres_tested_ += cull.spheres_tested;
+  room_ = static_cast<double>(cull.room) - static_cast<double>(input_.margin);
+  blocks_ = cull.blocks;
+  return cull.num_blocks;
+}
+
+// The same by way of a list for the cycles to come.
+std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
+  WalkCull cull{};
+  cull.queue = queue_.data();
+  cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
+  cull.slack = slacks_.data();
+  cull.skin = static_cast<float>(skin_voxels);
+  kernels_.cull(input_, &cull);
+  spheres_tested_ += cull.spheres_tested;
+  memory->KeepList(static_cast<double>(cull.skin), static_cast<double>(cull.room) - static_cast<double>(input_.margin),
+                   {cull.blocks, cull.num_blocks}, slacks_.data());
+  std::uint32_t count = 0;
+  auto* const blocks = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
+  auto free = cull.room - input_.margin;
+  for (std::uint32_t i = 0; i < cull.num_blocks; ++i) {
+    const bool is_due = slacks_[i] <= 0.0f;
+    blocks[count] = blocks[i];
+    count += is_due ? 1 : 0;
+    free = is_due ? free : std::min(free, slacks_[i]);
+  }
+  blocks_ = blocks;
+  room_ = static_cast<double>(free);
+  return count;
+}
+
+void FieldWalkScratch::RememberApart(double free_voxels) const {
+  // What is remembered already is still true.
+  if (memory != nullptr && spheres_tested_ > 0) memory->KeepApart(free_voxels);
+}
+
+// Chunks hold blocks whose numbers differ only in the last bits: by the tree alone, not by the room in the scratch,
+// which may be another tree's: sums are added chunk by chunk.
+void FieldWalkScratch::CutIntoChunks(std::uint32_t num_blocks) {
+  for (std::uint32_t begin = 0; begin < num_blocks;) {
+    Chunk& chunk = chunks_[num_chunks_++];
+    const std::uint32_t last = blocks_[begin] | ((1U << chunk_shift_) - 1);
+    chunk.begin = begin;
+    chunk.end = static_cast<std::uint32_t>(std::upper_bound(blocks_ + begin, blocks_ + num_blocks, last) - blocks_);
+    begin = chunk.end;
+  }
+}
+
 std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                           double margin_m, InstructionSet set, FieldWalkScratch* scratch) {
+  using Advice = FieldWalkMemory::Advice;
   const double s = field.voxel_size_m;
   scratch->voxel_size_m_ = s;
   scratch->num_chunks_ = 0;
-  // By the tree alone, not by the room in the scratch, which may be another tree's: sums are added chunk by chunk.
+  scratch->spheres_tested_ = 0;
+  Advice advice{Advice::kStartAnew, 0.0};
+  if (scratch->memory != nullptr) advice = scratch->memory->Advise(sampled, field, X_GS, margin_m);
+  if (advice.what == Advice::kStayApart) {
+    scratch->room_ = advice.voxels;
+    return 0;
+  }
+  if (advice.what != Advice::kUseList) {
+    scratch->spheres_tested_ = 1;
+    const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);
+    scratch->room_ = RootRoom(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);
+    if (scratch->room_ > 0.0) return 0;
+  }
   scratch->chunk_shift_ = kSmallestChunkShift;
   while (sampled.points.size() >> scratch->chunk_shift_ >= kMostChunks) ++scratch->chunk_shift_;
-  scratch->spheres_tested_ = 1;
-  const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);
-  scratch->room_ = RootRoom(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);
-  if (scratch->room_ > 0.0) return 0;
-
-  const FieldTransform T(X_GS, field);
-  WalkInput& in = scratch->input_;
-  in.bricks = field.bricks.data();
-  in.words = field.words.data();
-  in.creases = field.creases.data();
-  in.coarse = field.coarse.data();
-  in.nx = field.nx;
-  in.ny = field.ny;
-  in.nz = field.nz;
-  in.coarse_shift = field.coarse_shift;
-  in.points = sampled.points.data();
-  in.spheres = sampled.spheres.data();
-  in.level_begin = sampled.level_begin.data();
-  in.num_levels = sampled.num_levels;
-  in.partial_block = sampled.num_points % kBlock != 0 ? sampled.num_points / kBlock : 0xffffffffU;
-  std::memcpy(in.m, T.m, sizeof in.m);
-  std::memcpy(in.t, T.t, sizeof in.t);
-  in.last_leaves = static_cast<std::uint32_t>((sampled.points.size() - 1) / kBlock);
-  in.voxels_per_m = static_cast<float>(1.0 / s);
-  in.m_per_voxel = static_cast<float>(s);
-  in.margin = static_cast<float>(margin_m / s);
+  scratch->input_ = MakeInput(sampled, field, X_GS, margin_m);
   scratch->kernels_ = KernelsOf(set);
-  WalkCull cull{};
-  cull.queue = scratch->queue_.data();
-  cull.queue_half = static_cast<std::uint32_t>(scratch->queue_.size() / 2);
-  scratch->kernels_.cull(in, &cull);
-  scratch->spheres_tested_ += cull.spheres_tested;
-  scratch->room_ = static_cast<double>(cull.room) - static_cast<double>(in.margin);
-  scratch->blocks_ = cull.blocks;
-  for (std::uint32_t begin = 0; begin < cull.num_blocks;) {
-    FieldWalkScratch::Chunk& chunk = scratch->chunks_[scratch->num_chunks_++];
-    const std::uint32_t last = cull.blocks[begin] | ((1U << scratch->chunk_shift_) - 1);
-    chunk.begin = begin;
-    chunk.end = static_cast<std::uint32_t>(std::upper_bound(cull.blocks + begin, cull.blocks + cull.num_blocks, last) -
-                                           cull.blocks);
-    begin = chunk.end;
+  std::uint32_t num_blocks = 0;
+  if (advice.what == Advice::kUseList) {
+    num_blocks = scratch->memory->Select(advice.voxels, scratch->queue_.data(), &scratch->room_);
+    scratch->blocks_ = scratch->queue_.data();
+  } else {
+    num_blocks = advice.what == Advice::kMakeList ? scratch->ListBlocks(advice.voxels) : scratch->FindBlocks();
   }
+  if (scratch->memory != nullptr) scratch->memory->num_tested_ = num_blocks;
+  scratch->CutIntoChunks(num_blocks);
   return scratch->num_chunks_;
 }
 
@@ -165,6 +228,7 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   FieldWalkResult result;
   result.spheres_tested = scratch->spheres_tested_;
   if (scratch->num_chunks_ == 0) {
+    scratch->RememberApart(scratch->room_);
     result.free_distance_m = std::max(0.0, scratch->room_ * scratch->voxel_size_m_);
     return result;
   }
@@ -197,6 +261,7 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   }
   const double s = scratch->voxel_size_m_;
   if (result.num_near == 0) {
+    scratch->RememberApart(room);
     result.free_distance_m = std::max(0.0, room * s);
     return result;
   }

@@ -20,11 +20,15 @@ InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 
 struct FieldWalkResult;
+class FieldWalkMemory;
 
 // Memory of walks, allocated once; serves this tree and smaller ones.
 class FieldWalkScratch {
  public:
   explicit FieldWalkScratch(const SampleTree& tree);
+
+  // What the walks that use this scratch remember of their pair from one to the next; null: nothing, each starts anew.
+  FieldWalkMemory* memory = nullptr;
 
   // Blocks with a point within the margin, ascending, and where the depths of their points are.
   std::vector<std::uint32_t> near_blocks;
@@ -49,6 +53,7 @@ class FieldWalkScratch {
     WalkSums sums;
   };
   std::vector<std::uint32_t> queue_;
+  std::vector<float> slacks_;              // of a list that is being made
   std::vector<std::uint32_t> chunk_near_;  // near blocks of each chunk, from its begin
   std::vector<Chunk> chunks_;
   std::uint32_t chunk_shift_ = 0;  // a chunk holds blocks whose numbers differ only in so many last bits
@@ -56,6 +61,11 @@ class FieldWalkScratch {
   const std::uint32_t* blocks_ = nullptr;
   WalkInput input_{};
   WalkKernels kernels_{};
+  std::uint32_t FindBlocks();
+  std::uint32_t ListBlocks(double skin_voxels);
+  void RememberApart(double free_voxels) const;
+  void CutIntoChunks(std::uint32_t num_blocks);
+
   double voxel_size_m_ = 0.0;
   std::uint32_t spheres_tested_ = 0;
   double room_ = 0.0;  // of what was culled, voxels

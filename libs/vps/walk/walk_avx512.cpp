@@ -3,6 +3,7 @@
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
 // GCC 12 warns of the deliberately undefined values inside its own header (GCC bug 105593).
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
 #include <immintrin.h>
 
 #include "vps/walk/walk_kernel.hpp"

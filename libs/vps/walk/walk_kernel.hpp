@@ -70,9 +70,12 @@ constexpr std::uint32_t kTaken[8] = {0,           0x20000000U, 0x40000000U, 0x60
 struct WalkCull {
   std::uint32_t* queue;  // twice `queue_half` entries, each half as many as point blocks
   std::uint32_t queue_half;
+  // Not null: for a list that stays true while no point moves by more than `skin` voxels. Room for every block.
+  float* slack;
+  float skin;
   // Results: the point blocks that may come near, ascending, within the queue.
   const std::uint32_t* blocks;
-  std::uint32_t num_blocks;
+  std::uint32_t num_blocks;  // with `slack`: the same for each, how far points may move before one can be near, voxels
   std::uint32_t spheres_tested;
   float room;  // lower bound of the distance of everything that was culled, voxels
 };

@@ -144,10 +144,17 @@ inline float Most(F v) {
   return -Least(-v);
 }
 
-// Lower bounds of the field over the spheres of level 0, less kCullSlack where they do not follow from the field's own
-// bounds: by the distance at the coarse cell's centre, and, for spheres that the cell's bounds are made for, by its
-// plane, on which the sphere's slab is at its lowest r |g - (g n) n| + h |g n| below the centre.
-inline F LeafReach(const WalkInput& in, const SphereBlock& block, int at) {
+// Of the spheres of level 0. reach: lower bounds of the field, less kCullSlack where they do not follow from the
+// field's own bounds: by the distance at the coarse cell's centre, and, for spheres that the cell's bounds are made
+// for, by its plane, on which the sphere's slab is at its lowest r |g - (g n) n| + h |g n| below the centre. slack: how
+// far, up to `skin`, all points may move before the first of them can come within the margin, whatever the rest of the
+// field; not positive where reach is within it. Points that have moved by x lie in a sphere and a slab wider by x, so
+// the plane's bound sinks by x (|g - (g n) n| + |g n|) and the other by x.
+struct Leaves {
+  F reach, slack;
+};
+template <bool kWithSlack>
+inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at, float skin) {
   const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
   const F r = LoadF(block.r + at) * in.voxels_per_m;
   const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
@@ -176,26 +183,35 @@ inline F LeafReach(const WalkInput& in, const SphereBlock& block, int at) {
   const Vec3 n{Fma(Fill(in.m[0][0]), nx, Fma(Fill(in.m[0][1]), ny, in.m[0][2] * nz)),
                Fma(Fill(in.m[1][0]), nx, Fma(Fill(in.m[1][1]), ny, in.m[1][2] * nz)),
                Fma(Fill(in.m[2][0]), nx, Fma(Fill(in.m[2][1]), ny, in.m[2][2] * nz))};
-  const F across = Dot(g, n) * in.m_per_voxel;
+  const F across = Abs(Dot(g, n) * in.m_per_voxel);
   const F along = Sqrt(Max(Dot(g, g) - across * across, F{}) + 1e-5f);
-  const F sink = Fma(r, along, LoadF(block.h + at) * in.voxels_per_m * Abs(across));
+  const F sink = Fma(r, along, LoadF(block.h + at) * in.voxels_per_m * across);
+  const F widest = r + skin;
   const U close = code >> 24;
   const U wide = distance & 0xffU;
-  const U bound = (U)(r <= 1.0f ? (I)close : (I)wide);
-  const I is_bounded = ((I)bound != 0) & (r <= kWideMargin);
+  const U bound = (U)(widest <= 1.0f ? (I)close : (I)wide);
+  const I is_bounded = ((I)bound != 0) & (widest <= kWideMargin);
   const F fall = ToF((I)bound - 1) * (1.0f / kFallSteps);
-  return is_bounded ? Max(whole, (F)distance + Dot(g, off) - fall - sink) : whole;
+  const F plane = (F)distance + Dot(g, off) - fall - sink;
+  const F reach = is_bounded ? Max(whole, plane) : whole;
+  if (!kWithSlack) return {reach, F{}};
+  const F by_plane = (plane - in.margin) / (along + across);
+  const F by_sphere = whole - in.margin;
+  return {reach, is_bounded ? Max(by_sphere, by_plane) : by_sphere};
 }
 
 constexpr std::uint32_t kMostLeap = 4;
 
-void Cull(const WalkInput& in, WalkCull* cull) {
+// With kWithSlack: what may come near within the skin survives, and the slack of it is kept.
+template <bool kWithSlack>
+inline void CullBy(const WalkInput& in, WalkCull* cull) {
   std::uint32_t* queue = cull->queue;
   std::uint32_t* next = cull->queue + cull->queue_half;
   std::uint32_t size = 1;
   queue[0] = 0;
   F room = Fill(1e30f);
   cull->spheres_tested = 0;
+  const float skin = kWithSlack ? cull->skin : 0.0f;
   for (std::uint32_t level = in.num_levels; level-- > 0;) {
     const SphereBlock* const blocks = in.spheres + in.level_begin[level];
     std::uint32_t num_next = 0;
@@ -214,17 +230,24 @@ void Cull(const WalkInput& in, WalkCull* cull) {
       for (int j = 0; j < kParts; ++j) {
         const int at = j * kLanes;
         const F r = LoadF(block.r + at) * in.voxels_per_m;
-        F reach = level == 0 ? LeafReach(in, block, at) : Fill(-1e30f);
-        if (level != 0 || Bits(r > kWideMargin) != 0) {
+        Leaves leaves{Fill(-1e30f), Fill(-1e30f)};
+        if (level == 0) leaves = BoundLeaves<kWithSlack>(in, block, at, skin);
+        if (level != 0 || Bits(r + skin > kWideMargin) != 0) {
           const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
-          reach = Max(reach, SampleAnywhere<true>(in, p) - r - kCullSlack);
+          const F reach = SampleAnywhere<true>(in, p) - r - kCullSlack;
+          leaves = {Max(leaves.reach, reach), Max(leaves.slack, reach - in.margin)};
         }
-        const I is_near = reach <= in.margin;
-        room = Min(room, is_near ? Fill(1e30f) : reach);
-        survivors |= Bits(is_near) << at;
+        const I is_near = kWithSlack ? leaves.slack <= skin : leaves.reach <= in.margin;
+        room = Min(room, is_near ? Fill(1e30f) : leaves.reach);
+        unsigned lanes = Bits(is_near);
+        survivors |= lanes << at;
+        if (kWithSlack && level == 0) {
+          const std::uint32_t to = num_next + static_cast<std::uint32_t>(__builtin_popcount(survivors ^ lanes << at));
+          Compress(reinterpret_cast<std::uint32_t*>(cull->slack) + to, (U)leaves.slack, lanes);
+        }
       }
       cull->spheres_tested += kBlock;
-      if (level == 0) {
+      if (!kWithSlack && level == 0) {
         leap = survivors != kAllSurvive ? 1 : (leap < kMostLeap ? 2 * leap : leap);
         num_untested = leap - 1;
       }
@@ -242,6 +265,14 @@ void Cull(const WalkInput& in, WalkCull* cull) {
   cull->blocks = queue;
   cull->num_blocks = size;
   cull->room = Least(room);
+}
+
+void Cull(const WalkInput& in, WalkCull* cull) {
+  if (cull->slack != nullptr) {
+    CullBy<true>(in, cull);
+  } else {
+    CullBy<false>(in, cull);
+  }
 }
 
 #include "vps/walk/walk_points.hpp"

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/pose.hpp"
+#include "vps/field/distance_field.hpp"
+#include "vps/sampling/sample_tree.hpp"
+
+namespace vps {
+
+enum class InstructionSet;
+class FieldWalkScratch;
+
+// Upper bound of how far any point of a ball of S has moved in G between two poses [m]. A turn by the angle a moves a
+// point at distance r from its axis by 2 sin(a / 2) r, and sin(a / 2) is the length of the relative quaternion's
+// vector.
+double MotionBound(const core::Pose& X_GS_before, const core::Pose& X_GS_now, const glm::dvec3& centre_S,
+                   double radius_m);
+
+// What one pair's walks remember from cycle to cycle, so that small motions cost less than the tree: while nothing was
+// near, how far S may move; else a list of the blocks that can come near within a skin, each with how far S may move
+// before it has to be tested. Both are held against the motion since the pose they were found at, so nothing drifts.
+// Contact sums are bit for bit those of a walk that starts anew; free distances are lower bounds as those are.
+//
+// Long lists are not made: in conforming contact the points cost more than the tree, and a list tests more of them.
+// Neither are lists for motions so quick that they would not last.
+class FieldWalkMemory {
+ public:
+  static constexpr std::uint32_t kMostBlocks = 4096;
+  FieldWalkMemory() : blocks_(kMostBlocks), slacks_(kMostBlocks) {}
+
+  // When the tree or the field it was used with is gone.
+  void Forget() {
+    sampled_ = nullptr;
+    state_ = State::kNothing;
+  }
+
+ private:
+  friend class FieldWalkScratch;
+  friend std::uint32_t PrepareWalk(const SampleTree&, const DistanceField&, const core::Pose&, double, InstructionSet,
+                                   FieldWalkScratch*);
+
+  enum class State : std::uint8_t { kNothing, kApart, kList };
+  struct Advice {
+    enum { kStartAnew, kMakeList, kUseList, kStayApart } what;
+    double voxels;  // the new list's skin; the motion since the list was made; what is free yet
+  };
+  // Lists are made to last about so many cycles of the present motion, if the skin for that is not too wide.
+  static constexpr double kCyclesOfList = 4.0;
+  static constexpr double kLeastSkin = 0.125;
+  static constexpr double kWidestSkin = 0.5;
+  // The floats of a walk place a point with such an error, voxels.
+  static constexpr double kRounding = 4e-3;
+
+  Advice Advise(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m);
+  double Moved(const core::Pose& X_GS_before, const core::Pose& X_GS_now) const;  // voxels
+  void KeepApart(double free_voxels);
+  void KeepList(double skin_voxels, double free_voxels, std::span<const std::uint32_t> blocks, const float* slacks);
+  // The blocks of the list that S's motion can have brought near, and how far it may go on before another one is.
+  std::uint32_t Select(double moved_voxels, std::uint32_t* blocks, double* free_voxels) const;
+
+  const SampleTree* sampled_ = nullptr;
+  const DistanceField* field_ = nullptr;
+  double margin_m_ = 0.0;
+  core::Pose X_GS_last_;          // of the last walk
+  std::uint32_t num_tested_ = 0;  // blocks, by the last walk
+  State state_ = State::kNothing;
+  core::Pose X_GS_;           // of what is remembered
+  double free_voxels_ = 0.0;  // kApart: of all; kList: of the blocks that are not in it
+  double skin_voxels_ = 0.0;
+  std::uint32_t num_blocks_ = 0;
+  std::vector<std::uint32_t> blocks_;  // ascending
+  std::vector<float> slacks_;          // voxels
+};
+
+}  // namespace vps
