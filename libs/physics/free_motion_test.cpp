@@ -101,6 +101,23 @@ TEST(FreeMotion, InertiaWithProductsIsTurnedToPrincipalAxes) {
   }
 }
 
+// A load at the mesh origin, beside the centre of mass: it pushes, turns, and is in the balance; held until replaced.
+TEST(FreeMotion, ALoadPushesAndTurnsTheBody) {
+  World world;
+  MassProperties mass = BoxMass(2.0, {0.1, 0.2, 0.3});
+  mass.p_OCm_m = {0.1, 0.0, 0.0};
+  const int body = test::AddDynamic(&world, {}, mass);
+  world.SetLoad(body, {{0.0, 0.5, 0.0}, {0.01, 0.0, 0.0}});
+  for (int i = 0; i < 10; ++i) world.Step(kDt);
+  EXPECT_NEAR(world.momentum_Ns(body).y, 0.005, 1e-15);
+  EXPECT_NEAR(world.spin_Nms(body).x, 1e-4, 1e-12);
+  EXPECT_NEAR(world.spin_Nms(body).z, -0.1 * 0.005, 1e-8);
+  EXPECT_LT(world.impulse_balance().relative(), 1e-12);
+  world.SetLoad(body, {});
+  for (int i = 0; i < 10; ++i) world.Step(kDt);
+  EXPECT_NEAR(world.momentum_Ns(body).y, 0.005, 1e-15);
+}
+
 TEST(FreeMotion, ImpossibleInertiaIsRefusedAtSetup) {
   World world;
   EXPECT_FALSE(world.AddBody({BodyKind::kDynamic, {}, {}, Triaxial(1, 1, 3)}).has_value());

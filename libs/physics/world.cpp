@@ -87,6 +87,18 @@ struct World::Impl {
     }
   }
 
+  void ApplyLoads(double dt_s) {
+    for (RigidBody& body : bodies) {
+      const core::Wrench& F = body.load_Bo_W;
+      if (body.kind != BodyKind::kDynamic || (F.force_N == glm::dvec3(0.0) && F.torque_Nm == glm::dvec3(0.0))) continue;
+      const glm::dvec3 p_WBo = body.X_WO().translation;
+      const core::Wrench F_Cm = core::ShiftWrench(F, p_WBo - body.p_WCm);
+      body.engine->applyCentralForce(ToBullet(F_Cm.force_N));
+      body.engine->applyTorque(ToBullet(F_Cm.torque_Nm));
+      Apply(&body, p_WBo, dt_s * F.force_N, dt_s * F.torque_Nm);
+    }
+  }
+
   void Collect(double dt_s) {
     for (PairSlot& pair : pairs) {
       RigidBody& s = bodies[static_cast<std::size_t>(pair.sampled)];
@@ -231,11 +243,10 @@ core::Result<int> World::AddContactPair(int sampled_body, int field_body, Contac
   if (!w.has_body(sampled_body) || !w.has_body(field_body) || sampled_body == field_body) {
     return core::Fail(core::ErrorCode::kInvalidInput, "contact pair: needs two different bodies of this world");
   }
-  w.pairs.push_back(
-      PairSlot{sampled_body, field_body,
-               ContactFeed(&w.dispatcher, w.body(sampled_body).engine.get(), w.body(field_body).engine.get(),
-                           kind == ContactKind::kHard),
-               false, false, core::Wrench{}, ContactReport{}});
+  w.pairs.push_back(PairSlot{sampled_body, field_body,
+                             ContactFeed(&w.dispatcher, w.body(sampled_body).engine.get(),
+                                         w.body(field_body).engine.get(), kind == ContactKind::kHard),
+                             false, false, core::Wrench{}, ContactReport{}});
   w.solver.Reserve(0, static_cast<int>(w.pairs.size() * core::kMaxContactPlanes), 0);
   return static_cast<int>(w.pairs.size()) - 1;
 }
@@ -268,6 +279,10 @@ void World::SetKinematic(int index, const core::Pose& X_WO, const core::Twist& V
   body.R_WB = X_WO.rotation;
   body.v_WCm = V_WO.linear_m_per_s;
   body.w_W = V_WO.angular_rad_per_s;
+}
+
+void World::SetLoad(int index, const core::Wrench& F_Bo_W) {
+  impl_->body(index).load_Bo_W = F_Bo_W;
 }
 
 void World::SetContactPlanes(int pair, const core::ContactSet& set) {
@@ -326,6 +341,7 @@ void World::Step(double dt_s) {
     if (!pair.feed.empty() && !pair.is_muted && !pair.has_wrench) pair.feed.Inject(X_WS, X_WG);
   }
   w.ApplyWrenches(dt_s);
+  w.ApplyLoads(dt_s);
   for (MechanismSlot& slot : w.mechanisms) {
     const BodyView parent = w.View(slot.parent);
     const BodyView child = w.View(slot.child);

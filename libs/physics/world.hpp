@@ -74,6 +74,8 @@ class World {
 
   // Between steps.
   void SetKinematic(int body, const core::Pose& X_WO, const core::Twist& V_WO);
+  // Wrench from outside of this world on a dynamic body, about its mesh origin, in W; held until replaced.
+  void SetLoad(int body, const core::Wrench& F_Bo_W);
   // Planes of a pair, held until replaced or cleared; D5. Impulses of planes with the same id go on as warm start.
   void SetContactPlanes(int pair, const core::ContactSet& set);
   // Wrench on S about S's origin, the opposite on G at the same point; held until replaced or cleared [VR-OOS, 3].

@@ -23,8 +23,9 @@ struct RigidBody {
   glm::dvec3 p_WCm{0.0};
   glm::dquat R_WB{1.0, 0.0, 0.0, 0.0};
   glm::dvec3 v_WCm{0.0};
-  glm::dvec3 L_W{0.0};  // about Cm
-  glm::dvec3 w_W{0.0};  // given for kinematic bodies, else I^-1 L
+  glm::dvec3 L_W{0.0};     // about Cm
+  glm::dvec3 w_W{0.0};     // given for kinematic bodies, else I^-1 L
+  core::Wrench load_Bo_W;  // from outside, about the mesh origin
 
   // Bookkeeping of ImpulseBalance.
   glm::dvec3 start_p_Ns{0.0};
@@ -53,6 +54,7 @@ struct RigidBody {
       checkpoint->Exchange(v);
     }
     checkpoint->Exchange(&R_WB);
+    checkpoint->Exchange(&load_Bo_W);
   }
   // Puts pose and velocity into the solver's body; mesh-frame pose and twist for bodies that are not dynamic.
   void Push() const;
