@@ -1,5 +1,6 @@
 #include "tools/contact/method.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/walk/walk_memory.hpp"
 
 namespace contact {
 namespace {
@@ -8,6 +9,7 @@ class FastMethod : public Method {
  public:
   FastMethod(Cooked A, Cooked B) : A_(std::move(A)), B_(std::move(B)), scratch_(*B_->samples) {
     pair_.look_ahead_m = 0.0;
+    scratch_.walk.memory = &memory_;
   }
 
   Answer Query(const core::Pose& X_AB) override {
@@ -28,6 +30,7 @@ class FastMethod : public Method {
   vps::PairDescription pair_;
   vps::PairResult result_;
   vps::FastPairScratch scratch_;
+  vps::FieldWalkMemory memory_;  // helps with consecutive poses
 };
 
 }  // namespace
