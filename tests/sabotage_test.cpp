@@ -24,7 +24,7 @@ TEST(Sabotage, AModule3mmTooWideIsNotInserted) {
 
 TEST(Sabotage, AStuckSwitchIsNotSwitchedOff) {
   ScenarioCopy copy("module_replacement", "stuck");
-  copy.Replace("scenario.xml", "stuck=\"false\"", "stuck=\"true\"");
+  copy.Replace("scenario.xml", "locked=\"false\"", "locked=\"true\"");
   ExpectFailedIn(RunSabotaged(copy.Load()), kModuleSteps, "switch_off", "switch_a");
 }
 

@@ -1,49 +1,11 @@
 #include "scene/read_scenario.hpp"
 
-#include <glm/gtc/constants.hpp>
-
 #include "core/names.hpp"
+#include "scene/element_reader.hpp"
 #include "scene/schema.hpp"
 
 namespace scene {
 namespace {
-
-constexpr double kRadPerDeg = glm::pi<double>() / 180.0;
-
-// Typed access to one element's attributes. A value that is absent or unreadable leaves the target alone: the rules of
-// schema.hpp have reported it.
-class Reader {
- public:
-  explicit Reader(const XmlElement& element) : element_(element) {}
-
-  void Number(const char* name, double* value) const { ParseNumber(element_.Get(name), value); }
-  void Degrees(const char* name, double* value_rad) const {
-    double value_deg = 0.0;
-    if (ParseNumber(element_.Get(name), &value_deg)) *value_rad = value_deg * kRadPerDeg;
-  }
-  void Truth(const char* name, bool* value) const { ParseTruth(element_.Get(name), value); }
-  [[nodiscard]] std::uint64_t Count(const char* name, std::uint64_t fallback) const {
-    std::uint64_t value = fallback;
-    ParseCount(element_.Get(name), &value);
-    return value;
-  }
-  template <typename Vec>
-  void Vector(const char* name, Vec* value) const {
-    std::vector<double> numbers;
-    if (ParseNumbers(element_.Get(name), &numbers) && numbers.size() == 3)
-      *value = Vec(numbers[0], numbers[1], numbers[2]);
-  }
-  [[nodiscard]] core::Pose Pose() const {
-    glm::dvec3 position_m(0.0);
-    glm::dvec3 rpy_deg(0.0);
-    Vector("position", &position_m);
-    Vector("rpy_deg", &rpy_deg);
-    return {core::QuaternionFromRollPitchYaw(rpy_deg * kRadPerDeg), position_m};
-  }
-
- private:
-  const XmlElement& element_;
-};
 
 class Builder {
  public:
@@ -66,15 +28,10 @@ class Builder {
       if (child.name == "pair") ReadPair(child, pairs);
       if (child.name == "parameter") ReadParameter(child);
       if (child.name == "camera") ReadCamera(child);
-      if (child.name == "sun") Reader(child).Vector("direction", &scenario_.sun_direction_W);
+      if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.sun_direction_W);
     }
     ReadHands(root);
-    // In file order, whatever their kind: the order is the id on the bus. After hands, whose poses they may need.
-    for (const XmlElement& child : root.children) {
-      if (child.name == "hinge") ReadHinge(child);
-      if (child.name == "snap") ReadSnap(child);
-      if (child.name == "hook_and_loop") ReadHookAndLoop(child);
-    }
+    ReadMechanisms(root, file_, &scenario_, diagnostics_);  // after hands, whose poses they may need
     return std::move(scenario_);
   }
 
@@ -101,7 +58,7 @@ class Builder {
   }
 
   void ReadRun(const XmlElement& element) {
-    const Reader read(element);
+    const ElementReader read(element);
     scenario_.method = element.Get("method", scenario_.method);
     const std::string input = element.Get("contact_input");
     if (input == "wrench") scenario_.contact_input = ContactInput::kWrench;
@@ -113,7 +70,7 @@ class Builder {
   }
 
   void ReadCoupling(const XmlElement& element) {
-    const Reader read(element);
+    const ElementReader read(element);
     Coupling& coupling = scenario_.coupling;
     read.Number("stiffness_N_per_m", &coupling.stiffness_N_per_m);
     read.Number("stiffness_Nm_per_rad", &coupling.stiffness_Nm_per_rad);
@@ -129,7 +86,7 @@ class Builder {
   }
 
   void ReadObject(const XmlElement& element) {
-    const Reader read(element);
+    const ElementReader read(element);
     Object object;
     object.location = {file_, element.line};
     object.name = element.Get("name");
@@ -142,8 +99,9 @@ class Builder {
     object.X_WO = read.Pose();
     read.Number("mass_kg", &object.mass_kg);
     read.Number("density_kg_per_m3", &object.density_kg_per_m3);
+    ReadInertia(element, &object);
     for (const XmlElement& child : element.children) {
-      const Reader read_child(child);
+      const ElementReader read_child(child);
       if (child.name == "visual") {
         object.visual_mesh = File(child, "mesh");
         object.material.is_given = child.Find("base_color") != nullptr;
@@ -184,6 +142,36 @@ class Builder {
     scenario_.objects.push_back(std::move(object));
   }
 
+  // A given inertia takes the place of the mesh's. It must be that of some body: with the second moments
+  // S = tr(I) / 2 - I of its mass, positive in every direction, which is the triangle inequality of its moments.
+  void ReadInertia(const XmlElement& element, Object* object) {
+    std::vector<double> v;
+    if (element.Find("inertia_kg_m2") == nullptr || !ParseNumbers(element.Get("inertia_kg_m2"), &v)) return;
+    const std::string title = "object '" + object->name + "': ";
+    const int line = element.LineOf("inertia_kg_m2");
+    if (v.size() != 6) {
+      Say(line, title + "inertia_kg_m2 has " + std::to_string(v.size()) + " numbers",
+          "a symmetric tensor about the centre of mass has six: xx yy zz xy xz yz", "give all six");
+      return;
+    }
+    if (object->mass_kg <= 0.0) {
+      Say(line, title + "inertia_kg_m2 without mass_kg", "an inertia belongs to a mass", "add mass_kg");
+    }
+    Inertia inertia;
+    inertia.I_Cm_O_kg_m2 = glm::dmat3(v[0], v[3], v[4], v[3], v[1], v[5], v[4], v[5], v[2]);
+    ElementReader(element).Vector("center_of_mass_m", &inertia.p_OCm_m);
+    const glm::dmat3 S = glm::dmat3(0.5 * (v[0] + v[1] + v[2])) - inertia.I_Cm_O_kg_m2;
+    const double scale = v[0] + v[1] + v[2];
+    const double minor = S[0][0] * S[1][1] - S[0][1] * S[0][1];
+    if (scale <= 0.0 || S[0][0] < 0.0 || S[1][1] < 0.0 || S[2][2] < 0.0 || minor < -1e-9 * scale * scale ||
+        glm::determinant(S) < -1e-9 * scale * scale * scale || glm::determinant(inertia.I_Cm_O_kg_m2) <= 0.0) {
+      Say(line, title + "inertia_kg_m2 is not that of a real body",
+          "each of its principal moments is above zero and at most the sum of the other two",
+          "correct the numbers (xx yy zz xy xz yz), or leave inertia_kg_m2 away: it then follows from the mesh");
+    }
+    object->inertia = inertia;
+  }
+
   // Attributes that an owner asks for or rules out. A value that is wrong in itself counts as given: one message is
   // enough.
   void CheckOwner(const XmlElement& element, const Object& object) {
@@ -218,7 +206,7 @@ class Builder {
   }
 
   void ReadFrame(const XmlElement& element, Object* object) {
-    Frame frame{element.Get("name"), Reader(element).Pose()};
+    Frame frame{element.Get("name"), ElementReader(element).Pose()};
     for (const Frame& other : object->frames) {
       if (other.name == frame.name) {
         Say(element.line, "object '" + object->name + "': a second frame '" + frame.name + "'",
@@ -229,7 +217,7 @@ class Builder {
   }
 
   void ReadDevice(const XmlElement& element) {
-    const Reader read(element);
+    const ElementReader read(element);
     Device device;
     device.location = {file_, element.line};
     device.role = element.Get("role");
@@ -253,7 +241,7 @@ class Builder {
   }
 
   void ReadPair(const XmlElement& element, std::vector<PairElement>* pairs) const {
-    const Reader read(element);
+    const ElementReader read(element);
     PairElement pair;
     pair.a = element.Get("a");
     pair.b = element.Get("b");
@@ -271,7 +259,7 @@ class Builder {
   void ReadParameter(const XmlElement& element) {
     Parameter parameter;
     parameter.name = element.Get("name");
-    Reader(element).Number("value", &parameter.value);
+    ElementReader(element).Number("value", &parameter.value);
     for (const Parameter& other : scenario_.parameters) {
       if (other.name == parameter.name) {
         Say(element.line, "a second parameter '" + parameter.name + "'", "names of parameters are unique",
@@ -282,7 +270,7 @@ class Builder {
   }
 
   void ReadCamera(const XmlElement& element) {
-    const Reader read(element);
+    const ElementReader read(element);
     Camera camera;
     camera.name = element.Get("name");
     read.Vector("eye_m", &camera.eye_m);
@@ -337,154 +325,6 @@ class Builder {
       }
       *slot = object_index;
     }
-  }
-
-  // Index of the object that an attribute names; -1 and a message when there is none.
-  int ObjectOf(const XmlElement& element, const char* attribute) {
-    const std::string name = element.Get(attribute);
-    const int index = scenario_.FindObject(name);
-    if (index < 0 && !name.empty()) {
-      std::vector<std::string> names;
-      for (const Object& object : scenario_.objects) names.push_back(object.name);
-      Say(element.LineOf(attribute), element.name + " '" + element.Get("name") + "': unknown object '" + name + "'",
-          std::string(attribute) + " must name an <object> of this file", core::SuggestName(name, names));
-    }
-    return index;
-  }
-
-  core::Pose PoseOf(int object) const {
-    return object < 0 ? core::Pose{} : scenario_.objects[static_cast<std::size_t>(object)].X_WO;
-  }
-
-  Mechanism Start(const XmlElement& element, MechanismKind kind) {
-    Mechanism mechanism;
-    mechanism.kind = kind;
-    mechanism.location = {file_, element.line};
-    mechanism.name = element.Get("name");
-    mechanism.parent = ObjectOf(element, "parent");
-    mechanism.child = ObjectOf(element, "child");
-    Reader(element).Number("damping", &mechanism.damping);
-    return mechanism;
-  }
-
-  // J is given in W with the child at angle 0: X_PJ = X_WP^-1 X_WJ and X_CJ = X_WC^-1 X_WJ. A toggle switch then starts
-  // in its detent, so the child's first pose is turned there: X_WC = X_WJ Rz(detent) X_CJ^-1.
-  void ReadHinge(const XmlElement& element) {
-    const Reader read(element);
-    Mechanism hinge = Start(element, MechanismKind::kHinge);
-    const core::Pose X_WJ = read.Pose();
-    hinge.X_PJ = PoseOf(hinge.parent).inverse() * X_WJ;
-    hinge.X_CJ = PoseOf(hinge.child).inverse() * X_WJ;
-    read.Degrees("lower_deg", &hinge.lower_rad);
-    read.Degrees("upper_deg", &hinge.upper_rad);
-    std::vector<double> detents_deg;
-    ParseNumbers(element.Get("detents_deg"), &detents_deg);
-    for (const double detent_deg : detents_deg) hinge.detents_rad.push_back(detent_deg * kRadPerDeg);
-    read.Number("detent_torque_Nm", &hinge.detent_torque_Nm);
-    const std::uint64_t initial_detent = read.Count("initial_detent", 0);
-    hinge.initial_detent = static_cast<int>(std::min<std::uint64_t>(initial_detent, 1));
-    read.Truth("stuck", &hinge.is_stuck);
-    CheckHinge(element, hinge, initial_detent);
-    if (hinge.detents_rad.size() == 2 && hinge.child >= 0) {
-      const double angle_rad = hinge.detents_rad[static_cast<std::size_t>(hinge.initial_detent)];
-      const core::Pose X_JpJc{glm::angleAxis(angle_rad, glm::dvec3(0, 0, 1)), glm::dvec3(0.0)};
-      scenario_.objects[static_cast<std::size_t>(hinge.child)].X_WO = X_WJ * X_JpJc * hinge.X_CJ.inverse();
-    }
-    scenario_.mechanisms.push_back(std::move(hinge));
-  }
-
-  void CheckHinge(const XmlElement& element, const Mechanism& hinge, std::uint64_t initial_detent) {
-    const std::string title = "hinge '" + hinge.name + "': ";
-    if (hinge.lower_rad >= hinge.upper_rad) {
-      Say(element.LineOf("lower_deg"), title + "lower_deg is not below upper_deg", "the hinge could not move",
-          "swap the limits or widen them");
-    }
-    const std::vector<double>& detents = hinge.detents_rad;
-    if (!detents.empty() && detents.size() != 2) {
-      Say(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",
-          "a hinge has none or two, the two stable positions of a switch", "give two angles or remove detents_deg");
-    } else if (detents.size() == 2 && detents[0] >= detents[1]) {
-      Say(element.LineOf("detents_deg"), title + "detents are not ascending", "detent 0 is the lower angle",
-          "write the lower angle first");
-    } else if (detents.size() == 2 && (detents[0] < hinge.lower_rad || detents[1] > hinge.upper_rad)) {
-      Say(element.LineOf("detents_deg"), title + "a detent is outside the limits", "the lever could never rest there",
-          "widen lower_deg and upper_deg to hold both detents");
-    }
-    if (initial_detent > 1 || (initial_detent == 1 && detents.empty())) {
-      Say(element.LineOf("initial_detent"), title + "initial_detent is " + std::to_string(initial_detent),
-          "it is 0 or 1, the index in detents_deg", "write 0 or 1 and give two detents");
-    }
-  }
-
-  // Index of a named frame of an object; nullptr and a message when there is none.
-  const Frame* FrameOf(const XmlElement& element, const char* attribute, int object_index) {
-    if (object_index < 0) return nullptr;
-    const Object& object = scenario_.objects[static_cast<std::size_t>(object_index)];
-    std::vector<std::string> names;
-    for (const Frame& frame : object.frames) {
-      if (frame.name == element.Get(attribute)) return &frame;
-      names.push_back(frame.name);
-    }
-    Say(element.LineOf(attribute),
-        element.name + " '" + element.Get("name") + "': object '" + object.name + "' has no frame '" +
-            element.Get(attribute) + "'",
-        std::string(attribute) + " must name a <frame> of that object",
-        core::SuggestName(element.Get(attribute), names));
-    return nullptr;
-  }
-
-  void ReadSnap(const XmlElement& element) {
-    const Reader read(element);
-    Mechanism snap = Start(element, MechanismKind::kSnap);
-    const Frame* parent_frame = FrameOf(element, "parent_frame", snap.parent);
-    const Frame* child_frame = FrameOf(element, "child_frame", snap.child);
-    if (parent_frame != nullptr) snap.X_PJ = parent_frame->X_OF;
-    if (child_frame != nullptr) snap.X_CJ = child_frame->X_OF;
-    read.Number("engage_force_N", &snap.engage_force_N);
-    read.Number("release_force_N", &snap.release_force_N);
-    read.Number("travel_m", &snap.travel_m);
-    read.Number("guide_length_m", &snap.guide_length_m);
-    read.Number("lateral_tolerance_m", &snap.lateral_tolerance_m);
-    read.Degrees("tilt_tolerance_deg", &snap.tilt_tolerance_rad);
-    read.Number("stiffness_N_per_m", &snap.stiffness_N_per_m);
-    read.Number("stiffness_Nm_per_rad", &snap.stiffness_Nm_per_rad);
-    read.Truth("engaged", &snap.is_initially_engaged);
-    if (snap.is_initially_engaged && parent_frame != nullptr && child_frame != nullptr) CheckEngaged(element, snap);
-    scenario_.mechanisms.push_back(std::move(snap));
-  }
-
-  // An engaged snap that starts away from its seat would throw the child: X_JpJc must be the identity, nearly.
-  void CheckEngaged(const XmlElement& element, const Mechanism& snap) {
-    const core::Pose X_JpJc = (PoseOf(snap.parent) * snap.X_PJ).inverse() * (PoseOf(snap.child) * snap.X_CJ);
-    const double distance_m = glm::length(X_JpJc.translation);
-    const double tilt_rad = glm::length(core::RotationVector(X_JpJc.rotation));
-    if (distance_m <= snap.travel_m && tilt_rad <= snap.tilt_tolerance_rad) return;
-    Say(element.LineOf("engaged"),
-        "snap '" + snap.name + "': engaged, but its frames are " + std::to_string(distance_m * 1e3) + " mm and " +
-            std::to_string(tilt_rad / kRadPerDeg) + " degrees apart",
-        "an engaged snap starts in its seat: within travel_m and tilt_tolerance_deg",
-        "place the child so that its frame lies on the parent's, or write engaged=\"false\"");
-  }
-
-  // Patches are points of the parent; J is the parent's mesh frame, and the child's copy of it is where that lies at
-  // start.
-  void ReadHookAndLoop(const XmlElement& element) {
-    const Reader read(element);
-    Mechanism patches = Start(element, MechanismKind::kHookAndLoop);
-    patches.X_CJ = PoseOf(patches.child).inverse() * PoseOf(patches.parent);
-    read.Number("release_force_N", &patches.release_force_N);
-    read.Number("stiffness_N_per_m", &patches.stiffness_N_per_m);
-    std::vector<double> numbers;
-    ParseNumbers(element.Get("patches_m"), &numbers);
-    if (numbers.empty() || numbers.size() % 3 != 0) {
-      Say(element.LineOf("patches_m"),
-          "hook_and_loop '" + patches.name + "': patches_m has " + std::to_string(numbers.size()) + " numbers",
-          "each patch is a point of three", "give x y z for every patch");
-    }
-    for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
-      patches.patches_m.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
-    }
-    scenario_.mechanisms.push_back(std::move(patches));
   }
 
   const std::filesystem::path& file_;

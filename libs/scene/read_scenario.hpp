@@ -28,6 +28,11 @@ Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file,
 Sheet ReadSheet(const XmlElement& element, const Object& object, const std::filesystem::path& file,
                 std::vector<Diagnostic>* diagnostics);
 
+// Mechanisms in file order, whatever their kind: the order is the id on the bus. Adds to `scenario`, whose objects must
+// have their poses; a toggle switch's lever is turned to its detent.
+void ReadMechanisms(const XmlElement& root, const std::filesystem::path& file, Scenario* scenario,
+                    std::vector<Diagnostic>* diagnostics);
+
 // What holds between elements: names, ownership, masses, hands, mechanisms, files.
 void CheckScenario(const Scenario& scenario, std::vector<Diagnostic>* diagnostics);
 

@@ -35,6 +35,21 @@ const char* Scenario::PairSource(std::size_t pair_index) const {
   return pairs.at(pair_index).owner == PairOwner::kPhysics ? "physics_node" : "haptic_node";
 }
 
+std::vector<const char*> LiveFigures(const Mechanism& mechanism) {
+  switch (mechanism.kind) {
+    case MechanismKind::kHinge:
+      if (mechanism.detents_rad.empty()) return {"damping", "locked", "motor_rad_per_s", "motor_torque_Nm"};
+      return {"damping", "locked", "motor_rad_per_s", "motor_torque_Nm", "detent_torque_Nm"};
+    case MechanismKind::kSlider:
+      return {"damping", "locked", "motor_m_per_s", "motor_force_N"};
+    case MechanismKind::kSnap:
+      return {"engage_force_N", "release_force_N", "stiffness_N_per_m", "stiffness_Nm_per_rad", "damping"};
+    case MechanismKind::kHookAndLoop:
+      return {"release_force_N", "stiffness_N_per_m", "damping"};
+  }
+  return {};
+}
+
 core::Pose PartPose(HandPart part, const core::Pose& X_WPalm, double opening_m) {
   double x_m = 0.0;
   if (part == HandPart::kJawLeft) x_m = -0.5 * opening_m;

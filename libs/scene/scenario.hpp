@@ -24,8 +24,8 @@ enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
 // The paper's first way; its second way, hard contact; compliant planes with look-ahead (architecture D5).
 enum class ContactInput { kWrench, kManifold, kPlanes };
 
-// Which node computes a pair's contact: haptic_node, which feels it and tells physics_node, or physics_node itself, where
-// the planes are of the very poses that they push (no delay). A hand's contact is always the former's.
+// Which node computes a pair's contact: haptic_node, which feels it and tells physics_node, or physics_node itself,
+// where the planes are of the very poses that they push (no delay). A hand's contact is always the former's.
 enum class PairOwner { kHaptic, kPhysics };
 
 struct Location {  // where in a file something was said
@@ -46,9 +46,9 @@ struct Frame {
   core::Pose X_OF;
 };
 
-// A deformable sheet that is sewn to an object, as a cover is to its tab: flat at the start, in the xy plane of S. Inside
-// the seam, a rectangle about the object's origin, it hangs on the object; the stiffness is that of the whole seam. A
-// hook_and_loop whose child is the object holds the sheet, not the object.
+// A deformable sheet that is sewn to an object, as a cover is to its tab: flat at the start, in the xy plane of S.
+// Inside the seam, a rectangle about the object's origin, it hangs on the object; the stiffness is that of the whole
+// seam. A hook_and_loop whose child is the object holds the sheet, not the object.
 struct Sheet {
   core::Pose X_OS;
   double size_x_m = 0.0;
@@ -72,6 +72,11 @@ struct Sheet {
   Location location;
 };
 
+struct Inertia {
+  glm::dvec3 p_OCm_m{0.0};
+  glm::dmat3 I_Cm_O_kg_m2{0.0};  // about the centre of mass, in the mesh frame's axes
+};
+
 struct Object {
   std::string name;
   Owner owner = Owner::kFixed;
@@ -84,6 +89,7 @@ struct Object {
   core::Pose X_WO;       // initial pose of the mesh frame
   double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
+  std::optional<Inertia> inertia;  // none: it follows from the mesh
   double voxel_size_m = 0.0;       // 0: no voxelmap
   std::uint32_t num_points = 0;    // 0: no pointshell
   double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
@@ -107,12 +113,13 @@ struct Pair {
   Location location;
 };
 
-enum class MechanismKind { kHinge, kSnap, kHookAndLoop };
+enum class MechanismKind { kHinge, kSlider, kSnap, kHookAndLoop };
 
 // Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child. The child's X_WO in the model is
 // that at the initial detent.
 // With two detents it is a toggle switch: torque pulls to the nearer detent, is zero half way, and peaks at
 // `detent_torque_Nm`. Without, it turns freely between its limits.
+// Slider: J frames coincide at position 0; the child moves along z of J.
 // Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the
 // child's z coordinate in J_parent. It acts while the child is within `guide_length_m` of the seat and inside the
 // lateral and tilt tolerance: over the guide it is a slider (lateral and angular springs), near the seat it has the
@@ -128,13 +135,17 @@ struct Mechanism {
   core::Pose X_CJ;       // J in the child's mesh frame
   double damping = 0.0;  // hinge: Nm s/rad; others: N s/m (angular by lever of 0.05 m)
 
+  // hinge (rad, rad/s, Nm) and slider (m, m/s, N)
+  double lower = -1e9;
+  double upper = 1e9;
+  double motor_speed = 0.0;  // wanted, of the child against the parent
+  double motor_limit = 0.0;  // largest torque or force of the motor; 0: none
+  bool is_locked = false;    // held where it starts
+
   // hinge
-  double lower_rad = -3.14159;
-  double upper_rad = 3.14159;
   std::vector<double> detents_rad;  // none or two, ascending
   double detent_torque_Nm = 0.0;
   int initial_detent = 0;
-  bool is_stuck = false;  // fault injection: cannot be turned
 
   // snap
   double engage_force_N = 0.0;
@@ -230,9 +241,12 @@ struct Scenario {
   [[nodiscard]] int FindObject(const std::string& object_name) const;  // -1: none
   [[nodiscard]] int FindMechanism(const std::string& mechanism_name) const;
   [[nodiscard]] int FindRole(const std::string& role) const;
-  [[nodiscard]] std::string PairName(std::size_t pair_index) const;  // "sampled/field"
+  [[nodiscard]] std::string PairName(std::size_t pair_index) const;    // "sampled/field"
   [[nodiscard]] const char* PairSource(std::size_t pair_index) const;  // the node that computes and tells it
 };
+
+// Figures of a mechanism that can be changed while it runs, as parameters "<mechanism>.<figure>".
+std::vector<const char*> LiveFigures(const Mechanism& mechanism);
 
 // Poses of a hand's parts for a palm pose and an opening; see HandPart.
 core::Pose PartPose(HandPart part, const core::Pose& X_WPalm, double opening_m);

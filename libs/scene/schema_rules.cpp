@@ -48,33 +48,26 @@ ElementRule ObjectRule() {
            Optional("position", ValueKind::kVector),
            Optional("rpy_deg", ValueKind::kVector),
            Optional("mass_kg", kAboveZero),
-           Optional("density_kg_per_m3", kAboveZero)},
+           Optional("density_kg_per_m3", kAboveZero),
+           Optional("inertia_kg_m2", ValueKind::kNumbers),
+           Optional("center_of_mass_m", ValueKind::kVector)},
           {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}, {"lamp", 0, 1}, {"sheet", 0, 1}}};
 }
 
 ElementRule SheetRule() {
-  return {"sheet",
-          "a deformable sheet sewn to the object; pose of its middle in the object's mesh frame",
-          {Optional("position", ValueKind::kVector),
-           Optional("rpy_deg", ValueKind::kVector),
-           Required("size_m", ValueKind::kNumbers),
-           Required("cells", ValueKind::kNumbers),
-           Required("seam_size_m", ValueKind::kNumbers),
-           Optional("density_kg_per_m2", kAboveZero),
-           Optional("stretch_stiffness_N_per_m", kAboveZero),
-           Optional("bending_stiffness_Nm", kAtLeastZero),
-           Optional("thickness_m", kAtLeastZero),
-           Optional("friction", kAtLeastZero),
-           Optional("damping_per_s", kAtLeastZero),
-           Optional("seam_stiffness_N_per_m", kAboveZero),
-           Optional("seam_damping_N_s_per_m", kAtLeastZero),
-           Optional("grip_stiffness_N_per_m", kAboveZero),
-           Optional("grip_damping_N_s_per_m", kAtLeastZero),
-           Optional("base_color", ValueKind::kColor),
-           Optional("metallic", kAtLeastZero),
-           Optional("roughness", kAtLeastZero),
-           Optional("active", ValueKind::kTruth)},
-          {}};
+  return {
+      "sheet",
+      "a deformable sheet sewn to the object; pose of its middle in the object's mesh frame",
+      {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+       Required("size_m", ValueKind::kNumbers), Required("cells", ValueKind::kNumbers),
+       Required("seam_size_m", ValueKind::kNumbers), Optional("density_kg_per_m2", kAboveZero),
+       Optional("stretch_stiffness_N_per_m", kAboveZero), Optional("bending_stiffness_Nm", kAtLeastZero),
+       Optional("thickness_m", kAtLeastZero), Optional("friction", kAtLeastZero),
+       Optional("damping_per_s", kAtLeastZero), Optional("seam_stiffness_N_per_m", kAboveZero),
+       Optional("seam_damping_N_s_per_m", kAtLeastZero), Optional("grip_stiffness_N_per_m", kAboveZero),
+       Optional("grip_damping_N_s_per_m", kAtLeastZero), Optional("base_color", ValueKind::kColor),
+       Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero), Optional("active", ValueKind::kTruth)},
+      {}};
 }
 
 ElementRule DeviceRule() {
@@ -109,8 +102,21 @@ ElementRule HingeRule() {
            Optional("rpy_deg", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
            Optional("upper_deg", kPlainNumber), Optional("detents_deg", ValueKind::kNumbers),
            Optional("detent_torque_Nm", kAtLeastZero), Optional("initial_detent", ValueKind::kCount),
-           Optional("damping", kAtLeastZero), Optional("stuck", ValueKind::kTruth)},
+           Optional("damping", kAtLeastZero), Optional("motor_deg_per_s", kPlainNumber),
+           Optional("motor_torque_Nm", kAtLeastZero), Optional("locked", ValueKind::kTruth)},
           {}};
+}
+
+ElementRule SliderRule() {
+  return {
+      "slider",
+      "motion along z of J",
+      {Required("name", ValueKind::kName), Optional("parent", ValueKind::kText), Required("child", ValueKind::kName),
+       Required("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+       Optional("lower_m", kPlainNumber), Optional("upper_m", kPlainNumber), Optional("damping", kAtLeastZero),
+       Optional("motor_m_per_s", kPlainNumber), Optional("motor_force_N", kAtLeastZero),
+       Optional("locked", ValueKind::kTruth)},
+      {}};
 }
 
 ElementRule SnapRule() {
@@ -150,6 +156,7 @@ std::vector<ElementRule> MakeRules() {
         {"device", 0, 0},
         {"pair", 0, 0},
         {"hinge", 0, 0},
+        {"slider", 0, 0},
         {"snap", 0, 0},
         {"hook_and_loop", 0, 0},
         {"parameter", 0, 0},
@@ -180,13 +187,18 @@ std::vector<ElementRule> MakeRules() {
       DeviceRule(),
       {"pair",
        "changes the figures of a contact pair or drops it; a is sampled if it has points",
-       {Required("a", ValueKind::kName), Required("b", ValueKind::kName), Optional("stiffness_N_per_m", kAboveZero),
-        Optional("damping_N_s_per_m", kAtLeastZero), Optional("friction", kAtLeastZero),
-        Optional("look_ahead_m", kAtLeastZero), Optional("active", ValueKind::kTruth),
+       {Required("a", ValueKind::kName),
+        Required("b", ValueKind::kName),
+        Optional("stiffness_N_per_m", kAboveZero),
+        Optional("damping_N_s_per_m", kAtLeastZero),
+        Optional("friction", kAtLeastZero),
+        Optional("look_ahead_m", kAtLeastZero),
+        Optional("active", ValueKind::kTruth),
         Optional("collide", ValueKind::kTruth),
         {"owner", ValueKind::kChoice, false, {"haptic", "physics"}}},
        {}},
       HingeRule(),
+      SliderRule(),
       SnapRule(),
       HookAndLoopRule(),
       {"parameter",

@@ -15,12 +15,7 @@ std::vector<std::string> ParameterNames(const scene::Scenario& scenario) {
     names.push_back("pair." + scenario.PairName(pair) + ".stiffness_N_per_m");
   }
   for (const scene::Mechanism& mechanism : scenario.mechanisms) {
-    if (mechanism.kind == scene::MechanismKind::kHinge) names.push_back(mechanism.name + ".detent_torque_Nm");
-    if (mechanism.kind == scene::MechanismKind::kSnap) {
-      names.push_back(mechanism.name + ".engage_force_N");
-      names.push_back(mechanism.name + ".stiffness_N_per_m");
-    }
-    if (mechanism.kind != scene::MechanismKind::kHinge) names.push_back(mechanism.name + ".release_force_N");
+    for (const char* figure : scene::LiveFigures(mechanism)) names.push_back(mechanism.name + "." + figure);
   }
   for (const scene::Parameter& parameter : scenario.parameters) names.push_back(parameter.name);
   return names;

@@ -11,20 +11,21 @@ core::Pose PoseOf(const scene::Scenario& scenario, int object) {
   return object < 0 ? core::Pose{} : scenario.objects[static_cast<std::size_t>(object)].X_WO;
 }
 
+physics::JointAxisParams AxisOf(const scene::Mechanism& m) {
+  return {m.lower, m.upper, m.damping, m.motor_speed, m.motor_limit, m.is_locked ? 1.0 : 0.0};
+}
+
 physics::HingeParams HingeOf(const scene::Mechanism& m) {
   physics::HingeParams p;
   p.X_PJ = m.X_PJ;
   p.X_CJ = m.X_CJ;
-  p.axis.lower = m.lower_rad;
-  p.axis.upper = m.upper_rad;
+  p.axis = AxisOf(m);
   p.has_detents = m.detents_rad.size() == 2;
   if (p.has_detents) {
     p.detents_rad[0] = m.detents_rad[0];
     p.detents_rad[1] = m.detents_rad[1];
   }
   p.detent_torque_Nm = m.detent_torque_Nm;
-  p.axis.damping = m.damping;
-  p.axis.locked = m.is_stuck ? 1.0 : 0.0;
   return p;
 }
 
@@ -122,6 +123,9 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
         mechanism = std::move(hinge);
         break;
       }
+      case scene::MechanismKind::kSlider:
+        mechanism = std::make_unique<physics::Slider>(physics::SliderParams{m.X_PJ, m.X_CJ, AxisOf(m)});
+        break;
       case scene::MechanismKind::kSnap: {
         auto snap = std::make_unique<physics::Snap>(SnapOf(m));
         built->snaps.back() = snap.get();

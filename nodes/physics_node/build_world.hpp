@@ -5,6 +5,7 @@
 #include "core/result.hpp"
 #include "physics/hinge.hpp"
 #include "physics/hook_and_loop.hpp"
+#include "physics/slider.hpp"
 #include "physics/snap.hpp"
 #include "physics/spring_coupling.hpp"
 #include "physics/world.hpp"

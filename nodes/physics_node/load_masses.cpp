@@ -36,6 +36,10 @@ core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scena
     if (object.owner != scene::Owner::kPhysics) continue;
     const std::string where =
         object.location.file.string() + ":" + std::to_string(object.location.line) + ": object '" + object.name + "': ";
+    if (object.inertia) {
+      masses[i] = {object.mass_kg, object.inertia->p_OCm_m, object.inertia->I_Cm_O_kg_m2};
+      continue;
+    }
     const auto& file = object.collision_mesh.empty() ? object.visual_mesh : object.collision_mesh;
     const auto mesh = LoadSolid(file, object.sheet_thickness_m);
     if (!mesh) return core::Fail(mesh.error().code, where + mesh.error().detail);

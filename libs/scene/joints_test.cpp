@@ -1,0 +1,119 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <glm/gtc/constants.hpp>
+
+#include "scene/load_scenario.hpp"
+
+namespace scene {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+
+class JointsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("vr_oos_joints_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "mesh.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::ofstream(folder_ / "procedure.scxml") << "<scxml/>\n";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  // `joint` is line 5 of the file.
+  tl::expected<Scenario, std::vector<Diagnostic>> Load(const std::string& joint, const std::string& extra = "") const {
+    std::ofstream(folder_ / "scenario.xml")
+        << "<scenario name=\"test\">\n<procedure file=\"procedure.scxml\"/>\n"
+        << R"(<object name="body" owner="physics" mass_kg="1" position="0 0 1"><visual mesh="mesh.obj"/></object>)"
+        << "\n"
+        << R"(<object name="part" owner="physics" mass_kg="0.1" )" << extra << R"(><visual mesh="mesh.obj"/></object>)"
+        << "\n"
+        << joint << "\n</scenario>\n";
+    return LoadScenario(folder_);
+  }
+  void ExpectRefusal(int line, const std::string& what, const std::string& joint, const std::string& extra = "") const {
+    std::vector<std::string> texts;
+    const auto scenario = Load(joint, extra);
+    if (!scenario) {
+      for (const Diagnostic& diagnostic : scenario.error()) texts.push_back(Format(diagnostic));
+    }
+    EXPECT_THAT(texts, Contains(AllOf(HasSubstr("scenario.xml:" + std::to_string(line) + ": "), HasSubstr(what))));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(JointsTest, ASliderHasItsAxisLimitsMotorAndLock) {
+  const auto scenario = Load(R"(<slider name="drawer" parent="body" child="part" position="0 0 0.5" rpy_deg="0 90 0"
+      lower_m="-0.1" upper_m="0.2" damping="3" motor_m_per_s="0.05" motor_force_N="12" locked="true"/>)");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  const Mechanism& slider = scenario->mechanisms.at(0);
+  EXPECT_EQ(slider.kind, MechanismKind::kSlider);
+  EXPECT_EQ(slider.lower, -0.1);
+  EXPECT_EQ(slider.upper, 0.2);
+  EXPECT_EQ(slider.damping, 3.0);
+  EXPECT_EQ(slider.motor_speed, 0.05);
+  EXPECT_EQ(slider.motor_limit, 12.0);
+  EXPECT_TRUE(slider.is_locked);
+  // z of J is W's x; J in the parent, whose origin is 1 m up.
+  EXPECT_LT(glm::distance(slider.X_PJ.rotate({0, 0, 1}), glm::dvec3(1, 0, 0)), 1e-12);
+  EXPECT_LT(glm::distance(slider.X_PJ.translation, glm::dvec3(0, 0, -0.5)), 1e-12);
+  EXPECT_LT(glm::distance(slider.X_CJ.translation, glm::dvec3(0, 0, 0.5)), 1e-12);
+}
+
+TEST_F(JointsTest, AScrewdriversBitIsAHingeWithAMotor) {
+  const auto scenario = Load(R"(<hinge name="bit" parent="body" child="part" position="0 0 0" motor_deg_per_s="-720"
+      motor_torque_Nm="0.8"/>)");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_NEAR(scenario->mechanisms.at(0).motor_speed, -4.0 * glm::pi<double>(), 1e-12);
+  EXPECT_EQ(scenario->mechanisms[0].motor_limit, 0.8);
+  EXPECT_FALSE(scenario->mechanisms[0].is_locked);
+}
+
+TEST_F(JointsTest, RefusesJointsThatMakeNoSense) {
+  ExpectRefusal(5, "parent and child are both 'part'",
+                R"(<slider name="s" parent="part" child="part" position="0 0 0"/>)");
+  ExpectRefusal(5, "parent and child are both 'part'",
+                R"(<hinge name="h" parent="part" child="part" position="0 0 0"/>)");
+  ExpectRefusal(5, "lower_m is not below",
+                R"(<slider name="s" child="part" position="0 0 0" lower_m="1" upper_m="0"/>)");
+  ExpectRefusal(5, "motor_m_per_s without motor_force_N",
+                R"(<slider name="s" child="part" position="0 0 0" motor_m_per_s="1"/>)");
+  ExpectRefusal(5, "motor_deg_per_s without motor_torque_Nm",
+                R"(<hinge name="h" child="part" position="0 0 0" motor_deg_per_s="1"/>)");
+  ExpectRefusal(5, "position", R"(<slider name="s" child="part" position="nan 0 0"/>)");
+  ExpectRefusal(5, "release_force_N",
+                R"(<snap name="s" parent="body" parent_frame="a" child="part" child_frame="a" engage_force_N="5"/>)",
+                R"(><frame name="a"/></object><object name="more" owner="fixed")");
+}
+
+TEST_F(JointsTest, AnInertiaTakesThePlaceOfTheMeshes) {
+  const auto scenario = Load("", R"(inertia_kg_m2="0.1 0.2 0.25 0.01 -0.02 0.03" center_of_mass_m="0 0 0.1")");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  ASSERT_TRUE(scenario->objects[1].inertia.has_value());
+  EXPECT_EQ(scenario->objects[1].inertia->p_OCm_m.z, 0.1);
+  EXPECT_EQ(scenario->objects[1].inertia->I_Cm_O_kg_m2[1][1], 0.2);
+  EXPECT_EQ(scenario->objects[1].inertia->I_Cm_O_kg_m2[2][0], -0.02);
+  EXPECT_EQ(scenario->objects[1].inertia->I_Cm_O_kg_m2[2][1], 0.03);
+  EXPECT_FALSE(scenario->objects[0].inertia.has_value());
+}
+
+TEST_F(JointsTest, RefusesInertiasAndMassesThatNoBodyHas) {
+  ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="1 1 2.1 0 0 0")");  // 1 + 1 < 2.1
+  ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="1 1 1 0.9 0 0")");  // moments 0.1, 1, 1.9
+  ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="-1 -1 -1 0 0 0")");
+  ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="0 0 0 0 0 0")");
+  ExpectRefusal(4, "has 3 numbers", "", R"(inertia_kg_m2="1 1 1")");
+  ExpectRefusal(4, "inertia_kg_m2", "", R"(inertia_kg_m2="1 1 nan 0 0 0")");
+  ExpectRefusal(5, "mass_kg", R"(<object name="x" owner="physics" mass_kg="0"><visual mesh="mesh.obj"/></object>)");
+  ExpectRefusal(
+      5, "position",
+      R"(<object name="x" owner="physics" mass_kg="1" position="0 nan 0"><visual mesh="mesh.obj"/></object>)");
+}
+
+}  // namespace
+}  // namespace scene
