@@ -27,7 +27,9 @@ void ContactFeed::Set(const core::ContactSet& set) {
     plane.plane = set.planes[static_cast<std::size_t>(i)];
     for (int j = 0; j < num_planes_; ++j) {
       const Plane& old = planes_[static_cast<std::size_t>(j)];
-      if (old.plane.id == plane.plane.id) plane.impulse = old.impulse;
+      if (old.plane.id != plane.plane.id) continue;
+      plane.impulse = old.impulse;
+      plane.friction_W_Ns = old.friction_W_Ns;
     }
   }
   planes_ = next;
@@ -85,7 +87,7 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_combinedRollingFriction = 0.0;
     point.m_combinedSpinningFriction = 0.0;
     point.m_combinedRestitution = 0.0;
-    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, is_hard_};
+    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, is_hard_, planes_[at].friction_W_Ns};
     point.m_distance1 = gaps[at];
     point.m_userPersistentData = &laws_[at];
     point.m_appliedImpulse = planes_[at].impulse;

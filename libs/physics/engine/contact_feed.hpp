@@ -58,7 +58,8 @@ class ContactFeed {
 
   struct Plane {
     core::ContactPlane plane;
-    double impulse = 0.0;  // normal, of the last step
+    double impulse = 0.0;           // normal, of the last step
+    glm::dvec3 friction_W_Ns{0.0};  // on S, of the last step
   };
 
   btManifoldPoint& PointOf(int i) {
@@ -79,10 +80,11 @@ template <typename Visit>
 void ContactFeed::Collect(Visit&& visit) {
   for (int i = 0; i < num_injected_; ++i) {
     const btManifoldPoint& point = PointOf(i);
+    const btVector3 friction = point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
+                               point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
     planes_[static_cast<std::size_t>(i)].impulse = point.m_appliedImpulse;
-    const btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB +
-                              point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
-                              point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
+    planes_[static_cast<std::size_t>(i)].friction_W_Ns = {friction.x(), friction.y(), friction.z()};
+    const btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB + friction;
     if (point.m_appliedImpulse == 0.0 && impulse.length2() == 0.0) continue;
     const btVector3& p = point.m_positionWorldOnA;
     visit(glm::dvec3(p.x(), p.y(), p.z()), glm::dvec3(impulse.x(), impulse.y(), impulse.z()));

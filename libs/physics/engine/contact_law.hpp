@@ -1,5 +1,7 @@
 #pragma once
 
+#include <glm/glm.hpp>
+
 namespace physics {
 
 // What one contact plane asks of one step, along its normal; speeds are dg/dt of its gap g, forces push S out.
@@ -9,6 +11,7 @@ struct ContactLaw {
   double damping_N_s_per_m = 0.0;       // d of this plane, 0 while it is apart
   double pair_stiffness_N_per_m = 0.0;  // of the planes that push together
   bool is_hard = false;                 // no spring: what speed must be met at the end of the step
+  glm::dvec3 friction_W_Ns{0.0};        // impulse on S of the last step, to start from
 };
 
 // A straight line through a force law: F(v) = force - slope (v - speed), slope >= 0.

@@ -12,6 +12,7 @@ constexpr double kLineTolerance_m_per_s = 1e-9;
 constexpr int kGuesses = 4;
 // A row whose law has no slope here would leave Bullet's residual undefined; so much of its inverse mass is added.
 constexpr double kLeastSlope = 1e-9;
+constexpr double kWarmStart = 0.95;
 // Hard contacts that contradict each other (a body between two hands) get a force of this softness, not infinity.
 constexpr double kHardSoftness = 1e-6;
 
@@ -70,6 +71,18 @@ double RowSolver::SolvedSpeed(const ContactRow& from, const btSolverConstraint& 
          Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.m_deltaLinearVelocity, b.m_deltaAngularVelocity);
 }
 
+void RowSolver::WarmStart(btSolverConstraint* friction) {
+  btSolverBody& a = m_tmpSolverBodyPool[friction->m_solverBodyIdA];
+  btSolverBody& b = m_tmpSolverBodyPool[friction->m_solverBodyIdB];
+  const glm::dvec3& last_W = contact_rows_[static_cast<std::size_t>(friction->m_frictionIndex)].law->friction_W_Ns;
+  const double start =
+      kWarmStart * (CanMove(friction->m_solverBodyIdA) ? friction->m_contactNormal1 : -friction->m_contactNormal2)
+                       .dot(btVector3(last_W.x, last_W.y, last_W.z));
+  friction->m_appliedImpulse = start;
+  a.internalApplyImpulse(friction->m_contactNormal1 * a.internalGetInvMass(), friction->m_angularComponentA, start);
+  b.internalApplyImpulse(friction->m_contactNormal2 * b.internalGetInvMass(), friction->m_angularComponentB, start);
+}
+
 void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifolds, const btContactSolverInfo& info) {
   btSequentialImpulseConstraintSolver::convertContacts(manifolds, num_manifolds, info);
   dt_s_ = info.m_timeStep;
@@ -89,12 +102,14 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
       speed = from.free_m_per_s + from.inverse_mass_per_kg * std::max(0.0, static_cast<double>(row.m_rhs));
     }
   }
-  // Bullet's friction rows leave out what outer torques do within the step.
+  // Bullet's friction rows leave out what outer torques do within the step, and last step's friction: its directions
+  // follow the sliding and are others in each step.
   for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
     btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
     const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
     const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
     row.m_rhs = -row.m_jacDiagABInv * (StartSpeed(row, a, b) + OuterSpeed(row, a, b));
+    WarmStart(&row);
   }
 }
 

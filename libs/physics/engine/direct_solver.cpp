@@ -6,7 +6,8 @@
 namespace physics {
 namespace {
 
-constexpr int kMaxPivots = 30;          // of the guess, with friction's bounds held
+constexpr int kMaxPivots = 60;  // of one guess
+constexpr int kPatience = 3;
 constexpr int kMaxFrictionPasses = 40;  // a sliding contact converges like mu times a lever ratio
 constexpr double kTolerance = 1e-10;    // relative to the largest lambda
 
@@ -27,7 +28,9 @@ DirectSolver::DirectSolver()
       work_(kMaxRows),
       bounds_(kMaxRows),
       states_(kMaxRows),
-      free_(kMaxRows) {}
+      wanted_(kMaxRows),
+      free_(kMaxRows),
+      place_(kMaxRows) {}
 
 void DirectSolver::BoundFriction(int num_rows) {
   for (int i = 0; i < num_rows; ++i) {
@@ -76,36 +79,75 @@ bool DirectSolver::SolveFree(int num_rows) {
   return true;
 }
 
-// Moves the rows that contradict their state; false when none does.
-bool DirectSolver::Pivot(int num_rows) {
-  double scale = 0.0;
-  for (int i = 0; i < num_rows; ++i) scale = std::max(scale, std::abs(result_[static_cast<std::size_t>(i)]));
-  bool any = false;
-  for (int i = 0; i < num_rows; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (states_[at] == State::kFree) {
-      const double slack = kTolerance * scale;
-      if (result_[at] < bounds_[at].lower - slack) {
-        states_[at] = State::kLower;
-        any = true;
-      } else if (result_[at] > bounds_[at].upper + slack) {
-        states_[at] = State::kUpper;
-        any = true;
-      }
-      continue;
-    }
-    double excess = -b(i);
-    for (int j = 0; j < num_rows; ++j) excess += (j < i ? A(i, j) : A(j, i)) * result_[static_cast<std::size_t>(j)];
-    const double slack = kTolerance * (scale * A(i, i) + std::abs(b(i)));
-    if (states_[at] == State::kLower ? excess < -slack : excess > slack) {
-      states_[at] = State::kFree;
-      any = true;
-    }
+// Where a row belongs by what is known of it.
+DirectSolver::State DirectSolver::Wanted(int i, int num_rows, double scale) const {
+  const auto at = static_cast<std::size_t>(i);
+  const int normal = bounds_[at].normal;
+  // Friction of a contact that does not push is zero, whatever it slides.
+  if (normal != kNoNormal && states_[static_cast<std::size_t>(normal)] != State::kFree) return State::kLower;
+  if (states_[at] == State::kFree) {
+    const double slack = kTolerance * scale;
+    if (result_[at] < bounds_[at].lower - slack) return State::kLower;
+    if (result_[at] > bounds_[at].upper + slack) return State::kUpper;
+    return State::kFree;
   }
-  return any;
+  double excess = -b_[at];
+  for (int j = 0; j < i; ++j) excess += A_[At(i, j)] * result_[static_cast<std::size_t>(j)];
+  for (int j = i; j < num_rows; ++j) excess += A_[At(j, i)] * result_[static_cast<std::size_t>(j)];
+  const double slack = kTolerance * (scale * A_[At(i, i)] + std::abs(b_[at]));
+  if (states_[at] == State::kLower ? excess < -slack : excess > slack) return State::kFree;
+  return states_[at];
 }
 
-bool DirectSolver::Solve(int num_rows) {
+// Moves the rows that contradict their state, all of them or only the last one; how many they were.
+int DirectSolver::Pivot(int num_rows, bool only_last) {
+  double scale = 0.0;
+  for (int i = 0; i < num_rows; ++i) scale = std::max(scale, std::abs(result_[static_cast<std::size_t>(i)]));
+  int num_wrong = 0;
+  int last = 0;
+  for (int i = 0; i < num_rows; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    wanted_[at] = Wanted(i, num_rows, scale);
+    if (wanted_[at] == states_[at]) continue;
+    last = i;
+    ++num_wrong;
+  }
+  for (int i = only_last ? last : 0; i < num_rows && num_wrong > 0; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (wanted_[at] == states_[at]) continue;
+    states_[at] = wanted_[at];
+    const bool pushes = wanted_[at] == State::kFree && bounds_[at].normal == kNoNormal;
+    // What begins to push is guessed to stick.
+    for (int j = 0; j < num_rows && pushes; ++j) {
+      if (bounds_[static_cast<std::size_t>(j)].normal == i) {
+        states_[static_cast<std::size_t>(j)] = wanted_[static_cast<std::size_t>(j)] = State::kFree;
+      }
+    }
+  }
+  return num_wrong;
+}
+
+// Moves rows until none contradicts its state. All at once as long as they become fewer; after three times without, one
+// at a time (Murty's rule, which is sure to end when friction is held), until they are fewer than ever.
+template <typename SolveStates>
+bool DirectSolver::MoveUntilRight(int num_rows, SolveStates&& solve) {
+  int fewest = num_rows + 1;
+  int patience = kPatience;
+  for (int pivots = 0; pivots < kMaxPivots; ++pivots) {
+    if (!solve()) return false;
+    const int wrong = Pivot(num_rows, patience == 0);
+    if (wrong == 0) return true;
+    if (wrong < fewest) {
+      fewest = wrong;
+      patience = kPatience;
+    } else if (patience > 0) {
+      --patience;
+    }
+  }
+  return false;
+}
+
+void DirectSolver::GuessStates(int num_rows) {
   for (int i = 0; i < num_rows; ++i) result_[static_cast<std::size_t>(i)] = lambda(i);
   BoundFriction(num_rows);
   for (int i = 0; i < num_rows; ++i) {
@@ -114,11 +156,104 @@ bool DirectSolver::Solve(int num_rows) {
                   : lambda_[at] >= bounds_[at].upper ? State::kUpper
                                                      : State::kFree;
   }
+}
+
+// A sliding row's lambda per lambda of its normal; 0 for other rows.
+double DirectSolver::Slope(int i) const {
+  const auto at = static_cast<std::size_t>(i);
+  if (bounds_[at].normal == kNoNormal || states_[at] == State::kFree) return 0.0;
+  return states_[at] == State::kUpper ? bounds_[at].friction : -bounds_[at].friction;
+}
+
+// L_ x = work_, both overwritten; row pivoting.
+bool DirectSolver::Eliminate(int num_free) {
+  for (int c = 0; c < num_free; ++c) {
+    int best = c;
+    for (int r = c + 1; r < num_free; ++r) {
+      if (std::abs(L_[At(r, c)]) > std::abs(L_[At(best, c)])) best = r;
+    }
+    if (!(std::abs(L_[At(best, c)]) > 0.0)) return false;
+    if (best != c) {
+      std::swap_ranges(&L_[At(c, c)], &L_[At(c, 0)] + num_free, &L_[At(best, c)]);
+      std::swap(work_[static_cast<std::size_t>(c)], work_[static_cast<std::size_t>(best)]);
+    }
+    for (int r = c + 1; r < num_free; ++r) {
+      const double factor = L_[At(r, c)] / L_[At(c, c)];
+      if (factor == 0.0) continue;
+      for (int k = c + 1; k < num_free; ++k) L_[At(r, k)] -= factor * L_[At(c, k)];
+      work_[static_cast<std::size_t>(r)] -= factor * work_[static_cast<std::size_t>(c)];
+    }
+  }
+  for (int r = num_free - 1; r >= 0; --r) {
+    double value = work_[static_cast<std::size_t>(r)];
+    for (int c = r + 1; c < num_free; ++c) value -= L_[At(r, c)] * work_[static_cast<std::size_t>(c)];
+    work_[static_cast<std::size_t>(r)] = value / L_[At(r, r)];
+  }
+  return true;
+}
+
+// As SolveFree, with the rows t that slide on a free normal n in the equations: column n has + slope_t A(., t).
+bool DirectSolver::SolveSliding(int num_rows) {
+  int n = 0;
+  for (int i = 0; i < num_rows; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (states_[at] == State::kFree) {
+      place_[at] = n;
+      free_[static_cast<std::size_t>(n++)] = i;
+    } else {
+      place_[at] = -1;
+      result_[at] = states_[at] == State::kLower ? bounds_[at].lower : bounds_[at].upper;
+    }
+  }
+  const auto a = [this](int i, int j) { return j < i ? A(i, j) : A(j, i); };
+  for (int r = 0; r < n; ++r) {
+    const int i = free_[static_cast<std::size_t>(r)];
+    for (int c = 0; c < n; ++c) L_[At(r, c)] = a(i, free_[static_cast<std::size_t>(c)]);
+    double right = b(i);
+    for (int j = 0; j < num_rows; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      if (states_[at] == State::kFree) continue;
+      const int normal = bounds_[at].normal;
+      if (normal == kNoNormal) {
+        right -= a(i, j) * result_[at];
+      } else if (place_[static_cast<std::size_t>(normal)] >= 0) {
+        L_[At(r, place_[static_cast<std::size_t>(normal)])] += Slope(j) * a(i, j);
+      } else {
+        right -= a(i, j) * Slope(j) * std::max(0.0, result_[static_cast<std::size_t>(normal)]);
+      }
+    }
+    work_[static_cast<std::size_t>(r)] = right;
+  }
+  if (!Eliminate(n)) return false;
+  for (int r = 0; r < n; ++r) {
+    result_[static_cast<std::size_t>(free_[static_cast<std::size_t>(r)])] = work_[static_cast<std::size_t>(r)];
+  }
+  for (int i = 0; i < num_rows; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (states_[at] == State::kFree || bounds_[at].normal == kNoNormal) continue;
+    result_[at] = Slope(i) * std::max(0.0, result_[static_cast<std::size_t>(bounds_[at].normal)]);
+  }
+  return true;
+}
+
+bool DirectSolver::SolveWithFriction(int num_rows) {
+  GuessStates(num_rows);
+  return MoveUntilRight(num_rows, [this, num_rows] {
+    bool slides = false;
+    for (int i = 0; i < num_rows && !slides; ++i) {
+      slides = Slope(i) != 0.0 &&
+               states_[static_cast<std::size_t>(bounds_[static_cast<std::size_t>(i)].normal)] == State::kFree;
+    }
+    if (!(slides ? SolveSliding(num_rows) : SolveFree(num_rows))) return false;
+    BoundFriction(num_rows);
+    return true;
+  });
+}
+
+bool DirectSolver::SolveWithHeldFriction(int num_rows) {
+  GuessStates(num_rows);
   for (int pass = 0; pass < kMaxFrictionPasses; ++pass) {
-    int pivots = 0;
-    do {
-      if (pivots++ >= kMaxPivots || !SolveFree(num_rows)) return false;
-    } while (Pivot(num_rows));
+    if (!MoveUntilRight(num_rows, [this, num_rows] { return SolveFree(num_rows); })) return false;
     BoundFriction(num_rows);
     double scale = 0.0;
     double worst = 0.0;
@@ -130,12 +265,15 @@ bool DirectSolver::Solve(int num_rows) {
         worst = std::max(worst, std::abs(std::abs(result_[at]) - bounds_[at].upper));
       }
     }
-    if (worst <= kTolerance * scale) {
-      std::copy_n(result_.begin(), num_rows, lambda_.begin());
-      return true;
-    }
+    if (worst <= kTolerance * scale) return true;
   }
   return false;
+}
+
+bool DirectSolver::Solve(int num_rows) {
+  if (!SolveWithFriction(num_rows) && !SolveWithHeldFriction(num_rows)) return false;
+  std::copy_n(result_.begin(), num_rows, lambda_.begin());
+  return true;
 }
 
 }  // namespace physics

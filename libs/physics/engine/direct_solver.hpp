@@ -10,8 +10,10 @@ namespace physics {
 // their normal row. A is symmetric positive definite (softness on its diagonal).
 //
 // Block principal pivoting [Judice and Pires 1994]: guess which rows are at a bound, solve the others by Cholesky's
-// factors, move the rows that contradict the guess, again. Friction's bounds are held meanwhile and follow after.
-// Neither is sure to end; Solve says so and leaves lambda as it was.
+// factors, move the rows that contradict the guess, again. A row of friction at its bound is +-friction times its
+// normal's lambda, which goes into the equations (no longer symmetric, so by elimination). Where that does not end,
+// friction's bounds are held meanwhile and follow after. Neither is sure to end; Solve says so and leaves lambda as it
+// was.
 class DirectSolver {
  public:
   static constexpr int kMaxRows = 96;
@@ -41,13 +43,23 @@ class DirectSolver {
 
   static std::size_t At(int i, int j) { return static_cast<std::size_t>(i * kMaxRows + j); }
   void BoundFriction(int num_rows);
+  void GuessStates(int num_rows);
+  [[nodiscard]] double Slope(int i) const;
+  bool Eliminate(int num_free);
+  bool SolveSliding(int num_rows);
+  bool SolveWithFriction(int num_rows);
+  bool SolveWithHeldFriction(int num_rows);
   bool SolveFree(int num_rows);
-  bool Pivot(int num_rows);
+  [[nodiscard]] State Wanted(int i, int num_rows, double scale) const;
+  int Pivot(int num_rows, bool only_last);
+  template <typename SolveStates>
+  bool MoveUntilRight(int num_rows, SolveStates&& solve);
 
   std::vector<double> A_, L_, b_, lambda_, result_, work_;
   std::vector<Bounds> bounds_;
-  std::vector<State> states_;
+  std::vector<State> states_, wanted_;
   std::vector<int> free_;
+  std::vector<int> place_;  // of a row among the free ones, or -1
 };
 
 }  // namespace physics

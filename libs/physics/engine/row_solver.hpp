@@ -83,6 +83,7 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   double Violation(const btSolverConstraint& row);
   double Sweep(const Island& island);
   bool IsWrong(const Island& island);
+  void FillDirect(const Island& island);
   bool SolveDirectly(const Island& island);
   void SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s);
 
@@ -94,11 +95,13 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
     double inverse_mass_per_kg = 0.0;
   };
   ContactRow MakeContactRow(const btSolverConstraint& row) const;
+  void WarmStart(btSolverConstraint* friction);
   void SetLine(const ContactRow& from, double at_m_per_s, btSolverConstraint* row) const;
   [[nodiscard]] double SolvedSpeed(const ContactRow& from, const btSolverConstraint& row) const;
   bool MoveLines(const Island& island);
 
   DirectSolver direct_;
+  std::array<double, DirectSolver::kMaxRows> held_{};
   std::vector<ContactRow> contact_rows_;
   double dt_s_ = 0.0;
   std::vector<int> root_of_body_;

@@ -13,8 +13,13 @@ constexpr int kMaxRounds = 12;  // a line is moved a few times at most; a round 
 constexpr int kFewestSweeps = 20;
 constexpr std::uint8_t kDirectSteps = 32;
 constexpr double kAcceptable_m_per_s = 1e-6;
-// Redundant friction rows have no softness of their own; this part of their diagonal makes the matrix definite.
+// Redundant rows have no softness of their own; this part of their diagonal makes the matrix definite.
 constexpr double kRegularisation = 1e-9;
+// The friction of many points is shared among them in many ways. This part of the diagonal holds each to what it was;
+// solving is repeated until that is no force any more (proximal point method).
+constexpr double kFrictionHold = 1e-4;
+constexpr double kHeldSpeed_m_per_s = 1e-9;
+constexpr int kMaxHolds = 8;
 
 // J_i M^-1 J_j^T over the bodies that both rows act on.
 double Coupling(const btSolverConstraint& i, const btSolverConstraint& j,
@@ -137,23 +142,47 @@ double RowSolver::Sweep(const Island& island) {
   return largest;
 }
 
-bool RowSolver::SolveDirectly(const Island& island) {
+// Rows of the direct solver; impulses as they are now for the first guess.
+void RowSolver::FillDirect(const Island& island) {
   const int n = island.num_rows;
-  if (n > DirectSolver::kMaxRows) return false;
   btSolverConstraint* const* const rows = &rows_[static_cast<std::size_t>(island.first)];
   for (int i = 0; i < n; ++i) {
     const btSolverConstraint& row = *rows[i];
     for (int j = 0; j <= i; ++j) direct_.A(i, j) = Coupling(row, *rows[j], m_tmpSolverBodyPool);
-    direct_.A(i, i) = direct_.A(i, i) * (1.0 + kRegularisation) + row.m_cfm / row.m_jacDiagABInv;
-    direct_.b(i) = row.m_rhs / row.m_jacDiagABInv;
     direct_.lambda(i) = row.m_appliedImpulse;
+    direct_.b(i) = row.m_rhs / row.m_jacDiagABInv;
     direct_.bounds(i) = {row.m_lowerLimit, row.m_upperLimit, DirectSolver::kNoNormal, 0.0};
-    if (!IsFriction(row)) continue;
+    if (!IsFriction(row)) {
+      direct_.A(i, i) = direct_.A(i, i) * (1.0 + kRegularisation) + row.m_cfm / row.m_jacDiagABInv;
+      continue;
+    }
+    direct_.A(i, i) *= 1.0 + kFrictionHold;
     const btSolverConstraint* normal = &m_tmpSolverContactConstraintPool[row.m_frictionIndex];
     direct_.bounds(i).normal = static_cast<int>(std::find(rows, rows + n, normal) - rows);
     direct_.bounds(i).friction = row.m_friction;
   }
-  if (!direct_.Solve(n)) return false;
+}
+
+bool RowSolver::SolveDirectly(const Island& island) {
+  const int n = island.num_rows;
+  if (n > DirectSolver::kMaxRows) return false;
+  FillDirect(island);
+  btSolverConstraint* const* const rows = &rows_[static_cast<std::size_t>(island.first)];
+  for (int hold = 0; hold < kMaxHolds; ++hold) {
+    for (int i = 0; i < n; ++i) {
+      if (!IsFriction(*rows[i])) continue;
+      held_[static_cast<std::size_t>(i)] = kFrictionHold / (1.0 + kFrictionHold) * direct_.A(i, i) * direct_.lambda(i);
+      direct_.b(i) = rows[i]->m_rhs / rows[i]->m_jacDiagABInv + held_[static_cast<std::size_t>(i)];
+    }
+    if (!direct_.Solve(n)) return false;
+    double largest = 0.0;
+    for (int i = 0; i < n; ++i) {
+      if (!IsFriction(*rows[i])) continue;
+      const double now = kFrictionHold / (1.0 + kFrictionHold) * direct_.A(i, i) * direct_.lambda(i);
+      largest = std::max(largest, std::abs(now - held_[static_cast<std::size_t>(i)]));
+    }
+    if (largest <= kHeldSpeed_m_per_s) break;
+  }
   ++work_.num_direct_solves;
   for (int i = 0; i < n; ++i) {
     btSolverConstraint& row = *rows[i];
