@@ -98,7 +98,8 @@ core::Result<int> Cloth::AddBond(const ClothBondParams& params, const std::vecto
     hold.damping_N_s_per_m = params.damping_N_s_per_m;
     holds_.push_back(hold);
   }
-  holds_.reserve(holds_.size() + kMaxGrips);
+  num_bonded_ = holds_.size();
+  holds_.reserve(num_bonded_ + kMaxGrips);
   bonds_.push_back({params.body, params.release_force_N, static_cast<int>(points_W.size()), glm::dvec3(0.0)});
   return static_cast<int>(bonds_.size()) - 1;
 }
@@ -114,26 +115,42 @@ void Cloth::SetBody(int index, const core::Pose& X_WO, const core::Twist& V_WO) 
   }
 }
 
+void Cloth::Rest() {
+  std::fill(v_W_.begin(), v_W_.end(), glm::dvec3(0.0));
+  for (Body& body : bodies_) body.is_placed = false;
+}
+
 void Cloth::SetReleaseForce(int bond, double release_force_N) {
   bonds_[static_cast<std::size_t>(bond)].release_force_N = release_force_N;
 }
 
+bool Cloth::IsInside(std::size_t node, const core::Pose& X_OW, const glm::dvec3& lower_O,
+                     const glm::dvec3& upper_O) const {
+  const glm::dvec3 p_O = X_OW * x_W_[node];
+  return is_gripped_[node] == 0 && glm::all(glm::greaterThanEqual(p_O, lower_O)) &&
+         glm::all(glm::lessThanEqual(p_O, upper_O));
+}
+
+int Cloth::CountInside(int body, const glm::dvec3& lower_O, const glm::dvec3& upper_O) const {
+  const core::Pose X_OW = bodies_[static_cast<std::size_t>(body)].X_WO.inverse();
+  int count = 0;
+  for (std::size_t i = 0; i < x_W_.size(); ++i) count += IsInside(i, X_OW, lower_O, upper_O) ? 1 : 0;
+  return count;
+}
+
 int Cloth::Grip(const ClothBondParams& params, const glm::dvec3& lower_O, const glm::dvec3& upper_O) {
   Release(params.body);
-  const Body& body = bodies_[static_cast<std::size_t>(params.body)];
-  const core::Pose X_OW = body.X_WO.inverse();
+  const core::Pose X_OW = bodies_[static_cast<std::size_t>(params.body)].X_WO.inverse();
   int count = 0;
   for (std::size_t i = 0; i < x_W_.size(); ++i) {
-    const glm::dvec3 p_O = X_OW * x_W_[i];
-    const bool is_inside = glm::all(glm::greaterThanEqual(p_O, lower_O)) && glm::all(glm::lessThanEqual(p_O, upper_O));
-    if (!is_inside || is_gripped_[i] != 0 || holds_.size() == holds_.capacity()) continue;
+    if (!IsInside(i, X_OW, lower_O, upper_O) || holds_.size() == num_bonded_ + kMaxGrips) continue;
     const auto node = static_cast<std::uint32_t>(i);
     Hold hold;
     hold.node = {node, node, node, node};
     hold.weight = {1.0, 0.0, 0.0, 0.0};
     hold.body = params.body;
     hold.bond = -1;
-    hold.p_O = p_O;
+    hold.p_O = X_OW * x_W_[i];
     hold.stiffness_N_per_m = params.stiffness_N_per_m;
     hold.damping_N_s_per_m = params.damping_N_s_per_m;
     holds_.push_back(hold);
@@ -579,10 +596,13 @@ void Cloth::ExchangeState(Checkpoint* checkpoint) {
   for (glm::dvec3& v : v_W_) checkpoint->Exchange(&v);
   for (SpringState& s : spring_states_) checkpoint->Exchange(&s.impulse_Ns);
   checkpoint->Exchange(&ledger_J_);
+  // Room for all grips, so that a checkpoint is of one size.
   std::size_t num_holds = holds_.size();
   checkpoint->Exchange(&num_holds);
-  holds_.resize(num_holds);
+  const std::size_t most = num_bonded_ + kMaxGrips;
+  holds_.resize(most);
   for (Hold& hold : holds_) checkpoint->Exchange(&hold);
+  holds_.resize(std::min(num_holds, most));
   for (Bond& bond : bonds_) checkpoint->Exchange(&bond);
   for (std::uint8_t& flag : is_gripped_) checkpoint->Exchange(&flag);
   for (Body& body : bodies_) {

@@ -53,9 +53,12 @@ class Cloth {
   // Between steps. A kinematic body moves to the pose given, evenly over the next step; a dynamic one starts there with
   // the velocity of its mesh-frame origin.
   void SetBody(int body, const core::Pose& X_WO, const core::Twist& V_WO = {});
+  // Stops every node; bodies are placed anew by their next SetBody instead of being led there.
+  void Rest();
   void SetReleaseForce(int bond, double release_force_N);
   // Holds every node inside a box of the body's mesh frame where it is now; returns how many. One grip per body;
-  // gripped nodes do not touch kinematic bodies.
+  // CountInside tells how many there are. Gripped nodes do not touch kinematic bodies.
+  [[nodiscard]] int CountInside(int body, const glm::dvec3& lower_O, const glm::dvec3& upper_O) const;
   int Grip(const ClothBondParams& params, const glm::dvec3& lower_O, const glm::dvec3& upper_O);
   void Release(int body);
   [[nodiscard]] int num_gripped(int body) const;
@@ -141,6 +144,8 @@ class Cloth {
 
   explicit Cloth(const ClothParams& params, ClothGrid&& grid);
 
+  [[nodiscard]] bool IsInside(std::size_t node, const core::Pose& X_OW, const glm::dvec3& lower_O,
+                              const glm::dvec3& upper_O) const;
   void StartBodies(double dt_s);
   void FindContacts(double dt_s);
   void TouchBody(int body, double dt_s);
@@ -171,7 +176,8 @@ class Cloth {
   std::vector<glm::dvec3> v_W_;
   std::vector<Body> bodies_;
   std::vector<Bond> bonds_;
-  std::vector<Hold> holds_;
+  std::vector<Hold> holds_;  // of bonds, then of grips
+  std::size_t num_bonded_ = 0;
   std::vector<Contact> contacts_;
   std::vector<std::uint8_t> is_gripped_;
 
