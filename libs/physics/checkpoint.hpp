@@ -20,6 +20,7 @@ class Checkpoint {
     at_ = 0;
     is_writing_ = false;
   }
+  [[nodiscard]] bool is_reading() const { return !is_writing_; }
   template <typename T>
   void Exchange(T* value) {
     static_assert(std::is_trivially_copyable_v<T>);

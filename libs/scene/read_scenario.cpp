@@ -100,6 +100,8 @@ class Builder {
     read.Number("mass_kg", &object.mass_kg);
     read.Number("density_kg_per_m3", &object.density_kg_per_m3);
     ReadInertia(element, &object);
+    read.Vector("velocity_m_per_s", &object.V_WO.linear_m_per_s);
+    read.Vector("spin_rad_per_s", &object.V_WO.angular_rad_per_s);
     for (const XmlElement& child : element.children) {
       const ElementReader read_child(child);
       if (child.name == "visual") {
@@ -184,6 +186,12 @@ class Builder {
     } else if (object.owner == Owner::kPhysics && !has_mass && !has_density) {
       Say(element.line, title + "no mass", "an object that physics moves needs one above zero",
           "add mass_kg or density_kg_per_m3");
+    }
+    for (const char* attribute : {"velocity_m_per_s", "spin_rad_per_s"}) {
+      if (object.owner != Owner::kPhysics && element.Find(attribute) != nullptr) {
+        Say(element.LineOf(attribute), title + attribute + " on an object that physics does not move",
+            "it stands still or follows a device", "remove it or write owner=\"physics\"");
+      }
     }
     const bool is_hand = object.owner == Owner::kHand;
     for (const char* attribute : {"part", "role"}) {

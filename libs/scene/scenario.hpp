@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/pose.hpp"
+#include "core/wrench.hpp"
 
 namespace scene {
 
@@ -87,6 +88,7 @@ struct Object {
   std::filesystem::path collision_mesh;  // empty: none
   Material material;
   core::Pose X_WO;       // initial pose of the mesh frame
+  core::Twist V_WO;      // initial velocity of its origin; physics objects
   double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
   std::optional<Inertia> inertia;  // none: it follows from the mesh

@@ -50,7 +50,9 @@ ElementRule ObjectRule() {
            Optional("mass_kg", kAboveZero),
            Optional("density_kg_per_m3", kAboveZero),
            Optional("inertia_kg_m2", ValueKind::kNumbers),
-           Optional("center_of_mass_m", ValueKind::kVector)},
+           Optional("center_of_mass_m", ValueKind::kVector),
+           Optional("velocity_m_per_s", ValueKind::kVector),
+           Optional("spin_rad_per_s", ValueKind::kVector)},
           {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}, {"lamp", 0, 1}, {"sheet", 0, 1}}};
 }
 

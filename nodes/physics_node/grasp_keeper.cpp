@@ -29,6 +29,11 @@ GraspKeeper::Change GraspKeeper::Update(std::size_t holdable, const JawContact& 
   return Change::kUnchanged;
 }
 
+void GraspKeeper::ExchangeState(physics::Checkpoint* checkpoint) {
+  for (Watch& watch : watches_) checkpoint->Exchange(&watch);
+  checkpoint->Exchange(&held_);
+}
+
 GraspKeeper::Change GraspKeeper::Attach(std::size_t holdable, double opening_m, const glm::dvec3& p_W) {
   BuiltWorld::Holdable& h = built_->holdables[holdable];
   const physics::World& world = *built_->world;

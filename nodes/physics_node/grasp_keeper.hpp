@@ -42,6 +42,8 @@ class GraspKeeper {
   Change Update(std::size_t holdable, const JawContact& left, const JawContact& right, double opening_m,
                 const glm::dvec3& p_W);
 
+  void ExchangeState(physics::Checkpoint* checkpoint);
+
   // kNone: nothing. Index into BuiltWorld::holdables.
   [[nodiscard]] int held_by(std::size_t role) const { return held_[role]; }
 

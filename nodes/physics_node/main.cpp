@@ -1,4 +1,7 @@
 // physics_node --scenario FILE --registry ENDPOINT --session N --out DIR [--name physics_node] [--rt try|off|enforce]
+//   [--workers 1] [--method paper|fast] [--cache DIR]  for the pairs that it computes itself
+//   [--checkpoint_period_s 0.1]  0: none; they are written to DIR/physics_node.checkpoint
+//   [--checkpoint FILE]          goes on from there, instead of the scenario's beginning
 
 #include <csignal>
 #include <cstdio>
@@ -7,6 +10,7 @@
 #include <string>
 
 #include "bus/rt/thread_setup.hpp"
+#include "bus/rt/worker_pool.hpp"
 #include "nodes/physics_node/node_loop.hpp"
 #include "scene/load_scenario.hpp"
 
@@ -27,23 +31,45 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options = {{"--rt", "try"}, {"--name", "physics_node"}};
+  std::map<std::string, std::string> options = {
+      {"--rt", "try"}, {"--name", "physics_node"},       {"--workers", "1"},   {"--method", ""},
+      {"--cache", ""}, {"--checkpoint_period_s", "0.1"}, {"--checkpoint", ""},
+  };
   for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
   for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
     if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
   }
   bus::RealTimeMode mode{};
   if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
+  const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
+  if (workers < 1 || workers > 64) return Complain("--workers is from 1 to 64", 2);
+  const double period_s = std::strtod(options["--checkpoint_period_s"].c_str(), nullptr);
+  if (!(period_s >= 0.0 && period_s <= 3600.0)) return Complain("--checkpoint_period_s is from 0 to 3600", 2);
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGINT, OnSignal);
 
-  const auto scenario = scene::LoadScenario(options["--scenario"]);
+  auto scenario = scene::LoadScenario(options["--scenario"]);
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
     return 2;
   }
-  auto physics = physics_node::PhysicsNode::Create(*scenario);
+  if (!options["--method"].empty()) scenario->method = options["--method"];
+  bus::WorkerPool pool(static_cast<unsigned>(workers), "physics-work", mode == bus::RealTimeMode::kOff ? 0 : kPriority);
+  physics_node::Options physics_options;
+  physics_options.workers = &pool;
+  physics_options.collision.cache = options["--cache"];
+  physics_options.collision.progress = [](const std::string& line) {
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+  };
+  auto physics = physics_node::PhysicsNode::Create(*scenario, physics_options);
   if (!physics) return Complain(physics.error().detail, 1);
+  physics_node::Snapshot snapshot;
+  if (!options["--checkpoint"].empty()) {
+    auto restored = physics_node::ReadSnapshot(options["--checkpoint"], (*physics)->content_digest(), &snapshot);
+    if (restored) restored = (*physics)->Restore(&snapshot);
+    if (!restored) return Complain(restored.error().detail, 1);
+  }
 
   bus::NodeOptions node_options;
   node_options.name = options["--name"];
@@ -53,6 +79,14 @@ int main(int argc, char** argv) {
   if (!node) return Complain(node.error().detail, 1);
   physics_node::NodeLoop loop(*scenario, physics->get(), node->get());
   loop.Declare();
+  if (!options["--checkpoint"].empty()) {
+    loop.Restore(&snapshot);
+    std::printf("goes on from tick %llu\n", static_cast<unsigned long long>(snapshot.tick));
+  }
+  if (period_s > 0.0) {
+    loop.KeepCheckpoints(std::filesystem::path(options["--out"]) / "physics_node.checkpoint",
+                         static_cast<std::int64_t>(period_s * 1e9));
+  }
   if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
 
   bus::ThreadSetup setup;

@@ -69,6 +69,38 @@ void NodeLoop::Declare() {
   node_->OwnParameters(physics_->ParameterNames());
 }
 
+void NodeLoop::Restore(Snapshot* snapshot) {
+  snapshot->inputs.BeginReading();
+  for (core::ContactSet& set : contact_sets_) snapshot->inputs.Exchange(&set);
+}
+
+void NodeLoop::KeepCheckpoints(const std::filesystem::path& file, std::int64_t period_ns) {
+  writer_ = std::make_unique<SnapshotWriter>(file, physics_->content_digest());
+  checkpoint_ticks_ = static_cast<std::uint64_t>(std::max(period_ns, core::kTick_ns) / core::kTick_ns);
+  next_checkpoint_ = physics_->tick() + checkpoint_ticks_;
+  Fill(writer_->Begin());  // makes room, so that the step thread need not
+}
+
+void NodeLoop::Fill(Snapshot* snapshot) {
+  physics_->Save(snapshot);
+  snapshot->inputs.BeginWriting();
+  for (core::ContactSet& set : contact_sets_) snapshot->inputs.Exchange(&set);
+}
+
+void NodeLoop::Checkpoint() {
+  if (writer_ == nullptr || physics_->tick() < next_checkpoint_) return;
+  next_checkpoint_ = physics_->tick() + checkpoint_ticks_;
+  Snapshot* snapshot = writer_->Begin();
+  if (snapshot == nullptr) {
+    ++checkpoints_skipped_;
+    return;
+  }
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  Fill(snapshot);
+  writer_->Commit();
+  checkpoint_durations_.Add(core::MonotonicNow_ns() - begin_ns);
+}
+
 void NodeLoop::Run(const std::atomic<bool>& stop) {
   plan_ = TickPlan(core::MonotonicNow_ns());
   while (!stop.load(std::memory_order_relaxed)) {
@@ -77,6 +109,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     TakeParameters();
     Step(num_ticks);
     AnswerParameters();
+    Checkpoint();
     HearOfNodes();
     TellFigures(core::MonotonicNow_ns());
   }
@@ -203,6 +236,13 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
                         {"linear_magnitude_Ns", balance.linear_magnitude_Ns},
                         {"angular_residual_Nms", balance.angular_residual_Nms},
                         {"angular_magnitude_Nms", balance.angular_magnitude_Nms}};
+  if (writer_ != nullptr) {
+    report["checkpoints"] = {{"written", writer_->num_written()},
+                             {"failed", writer_->num_failed()},
+                             {"skipped", checkpoints_skipped_},
+                             {"save_p50_us", checkpoint_durations_.p50_ns() * 1e-3},
+                             {"save_max_us", static_cast<double>(checkpoint_durations_.max_ns()) * 1e-3}};
+  }
   const bus::Counters counters = node_->counters();
   report["nodes_lost"] = lost_;
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};

@@ -3,11 +3,13 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "bus/node.hpp"
 #include "bus/rt/latency_stats.hpp"
 #include "nodes/physics_node/physics_node.hpp"
+#include "nodes/physics_node/snapshot_writer.hpp"
 
 namespace physics_node {
 
@@ -45,6 +47,10 @@ class NodeLoop {
   NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node);
 
   void Declare();  // before bus::Node::Start
+  // Goes on from a snapshot that PhysicsNode has taken: with the contact sets that it had.
+  void Restore(Snapshot* snapshot);
+  // From now on a checkpoint is written to `file` each `period_ns` of simulated time, if the last one is done.
+  void KeepCheckpoints(const std::filesystem::path& file, std::int64_t period_ns);
   void Run(const std::atomic<bool>& stop);
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
@@ -56,6 +62,8 @@ class NodeLoop {
   void TakeParameters();
   void AnswerParameters();
   void Step(int num_ticks);
+  void Checkpoint();
+  void Fill(Snapshot* snapshot);
   void HearOfNodes();
   void TellFigures(std::int64_t now_ns);
 
@@ -83,6 +91,11 @@ class NodeLoop {
   TickPlan plan_{0};
   std::int64_t next_figures_ns_ = 0;
   bus::LatencyStats durations_;
+  std::unique_ptr<SnapshotWriter> writer_;  // null: no checkpoints
+  std::uint64_t checkpoint_ticks_ = 0;      // from one to the next
+  std::uint64_t next_checkpoint_ = 0;       // tick
+  std::uint64_t checkpoints_skipped_ = 0;   // the last one was still being written
+  bus::LatencyStats checkpoint_durations_;  // of the step thread's part
 };
 
 }  // namespace physics_node

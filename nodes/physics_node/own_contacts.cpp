@@ -46,4 +46,19 @@ void OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_per
   }
 }
 
+void OwnContacts::ExchangeState(physics::Checkpoint* checkpoint) {
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    bool is_active = owned_.world->is_active(i);
+    double stiffness_N_per_m = owned_.world->pair(i).stiffness_N_per_m;
+    checkpoint->Exchange(&is_active);
+    checkpoint->Exchange(&stiffness_N_per_m);
+    checkpoint->Exchange(&pairs_[i].empty_sets_left);
+    owned_.world->SetActive(i, is_active);
+    if (stiffness_N_per_m != owned_.world->pair(i).stiffness_N_per_m) owned_.world->SetStiffness(i, stiffness_N_per_m);
+    auto planes = owned_.world->result(i).planes;
+    checkpoint->Exchange(&planes);
+    if (checkpoint->is_reading()) owned_.world->SetLastPlanes(i, planes);
+  }
+}
+
 }  // namespace physics_node

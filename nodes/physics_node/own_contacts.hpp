@@ -5,6 +5,7 @@
 
 #include "collision/owned_world.hpp"
 #include "core/messages/haptic.hpp"
+#include "physics/checkpoint.hpp"
 
 namespace physics_node {
 
@@ -32,6 +33,10 @@ class OwnContacts {
   // By scenario pair; of other nodes' pairs nothing happens.
   void SetActive(std::size_t scenario_pair, bool is_active);
   void SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m);
+
+  // What has been changed since it was made, and the last planes, which the next ones depend on. All other results
+  // follow from the poses.
+  void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:
   struct Pair {

@@ -36,7 +36,13 @@ class Lockstep {
     const auto limit_ticks = static_cast<std::uint64_t>(limit_s / core::kTick_s);
     changes_ = options_.parameters;
     const std::int64_t begin_ns = core::MonotonicNow_ns();
-    while (outcome_.ticks < limit_ticks && !IsOver()) Tick();
+    while (outcome_.ticks < limit_ticks && !IsOver()) {
+      Tick();
+      if (outcome_.ticks != options_.restart_physics_tick) continue;
+      if (const auto restarted = RestartPhysics(); !restarted) {
+        return core::Fail(restarted.error().code, restarted.error().detail);
+      }
+    }
     if (!IsOver()) {
       outcome_.why = "limit of " + std::to_string(static_cast<int>(limit_s)) + " s reached in step '" +
                      logic_out_.status.step + "'";
@@ -47,6 +53,8 @@ class Lockstep {
 
  private:
   core::Result<void> MakeNodes();
+  core::Result<void> MakePhysics();
+  core::Result<void> RestartPhysics();
   core::Result<void> OpenTrace();
   void Tick();
   void StepBridge();
@@ -110,17 +118,37 @@ core::Result<void> Lockstep::MakeNodes() {
   if (!haptic) return core::Fail(haptic.error().code, haptic.error().detail);
   haptic_ = std::move(*haptic);
   haptic_->PrepareOutputs(&haptic_out_);
-  physics_node::Options physics_options;
-  physics_options.collision = haptic_options.collision;
-  physics_options.workers = &pool_;
-  auto physics = physics_node::PhysicsNode::Create(scenario_, physics_options);
-  if (!physics) return core::Fail(physics.error().code, physics.error().detail);
-  physics_ = std::move(*physics);
+  if (auto made = MakePhysics(); !made) return made;
   auto logic = logic_node::LogicNode::Create(scenario_);
   if (!logic) return core::Fail(logic.error().code, logic.error().detail);
   logic_ = std::move(*logic);
   contacts_.resize(scenario_.pairs.size());
   return {};
+}
+
+core::Result<void> Lockstep::MakePhysics() {
+  physics_node::Options physics_options;
+  physics_options.collision.cache = options_.cache;
+  physics_options.collision.progress = [this](const std::string& line) { Say(line); };
+  physics_options.workers = &pool_;
+  auto physics = physics_node::PhysicsNode::Create(scenario_, physics_options);
+  if (!physics) return core::Fail(physics.error().code, physics.error().detail);
+  physics_ = std::move(*physics);
+  return {};
+}
+
+// Nothing of the old node is left but the file.
+core::Result<void> Lockstep::RestartPhysics() {
+  physics_node::Snapshot snapshot;
+  physics_->Save(&snapshot);
+  if (auto written = physics_node::WriteSnapshot(options_.checkpoint, physics_->content_digest(), snapshot); !written) {
+    return written;
+  }
+  physics_.reset();
+  if (auto made = MakePhysics(); !made) return made;
+  physics_node::Snapshot read;
+  auto restored = physics_node::ReadSnapshot(options_.checkpoint, physics_->content_digest(), &read);
+  return restored ? physics_->Restore(&read) : restored;
 }
 
 void Lockstep::Tick() {
@@ -220,6 +248,7 @@ void Lockstep::StepPhysics() {
     reaction.header.publish_ns = now_ns_;
   }
   hash_.Add(physics_out_.state);
+  if (options_.follow) options_.follow(physics_out_.state);
   last_state_ = physics_out_.state;
   last_reactions_ = physics_out_.reactions;
   events_.insert(events_.end(), physics_out_.events.begin(), physics_out_.events.end());

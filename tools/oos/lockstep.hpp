@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/messages/logic.hpp"
+#include "core/messages/physics.hpp"
 #include "core/result.hpp"
 #include "nodes/haptic_node/ports.hpp"
 #include "scene/scenario.hpp"
@@ -18,11 +19,14 @@ namespace oos {
 struct LockstepOptions {
   std::optional<std::uint64_t> seed;              // default: the scenario's
   std::optional<double> duration_s;               // default: the scenario's limit
-  unsigned workers = 1;                           // of the haptic node
+  unsigned workers = 1;                           // of the haptic node and of physics_node
   std::filesystem::path cache;                    // cooked structures
   std::filesystem::path trace;                    // CSV, a row every 10 ms; empty: none
   std::vector<core::ParameterChange> parameters;  // set before the first tick
   bool loses_physics_wrench = false;              // fault: contacts never reach physics_node
+  std::uint64_t restart_physics_tick = 0;         // fault: after it physics_node ends and goes on from its checkpoint
+  std::filesystem::path checkpoint;               // the file for that
+  std::function<void(const core::PhysicsState&)> follow;  // sees every tick's state
   const std::atomic<int>* interrupted = nullptr;
   std::function<void(const std::string&)> say;  // progress for people
 };

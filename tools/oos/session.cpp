@@ -124,7 +124,7 @@ class Session {
       command.arguments = {"--scenario", scenario_.file.string(), "--registry", registry_->endpoint(),
                            "--session",  std::to_string(session), "--out",      options_.out.string()};
       if (name == "device_bridge") AddArgument(&command, "--seed", std::to_string(outcome_.seed));
-      if (name == "haptic_node") {
+      if (name == "haptic_node" || name == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
         AddArgument(&command, "--method", scenario_.method);
       }

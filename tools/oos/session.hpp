@@ -22,7 +22,7 @@ struct SessionOptions {
   std::vector<std::string> without;               // nodes that are not started
   bool is_headless = false;                       // pictures are rendered, no window is shown
   std::string rt = "try";                         // try | off
-  unsigned workers = 1;                           // of haptic_node
+  unsigned workers = 1;                           // of haptic_node, and of physics_node
   std::filesystem::path program_folder;           // where the nodes' executables are
   double start_patience_s = 240.0;                // cooking a big scene for the first time takes minutes
   const std::atomic<int>* interrupted = nullptr;  // not 0: stop, somebody pressed Ctrl-C

@@ -183,6 +183,16 @@ void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   if (pair.description.is_active) impl_->schedule.Wake(i);
 }
 
+void CollisionWorld::SetLastPlanes(
+    std::size_t i, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes) {
+  PairEntry& pair = impl_->pairs[i];
+  if (!pair.description.is_active || planes.empty()) return;
+  pair.result.planes = planes;
+  pair.is_current = false;
+  impl_->SetPhase(i, PairState::kNear);
+  impl_->schedule.Wake(i);
+}
+
 void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
   if ((phases[i] == PairState::kContact) != (phase == PairState::kContact)) {
     if (phase == PairState::kContact) {

@@ -91,6 +91,9 @@ class CollisionWorld {
   void SetPose(std::size_t object, const core::Pose& X_WO);
   void SetActive(std::size_t pair, bool is_active);  // state matrix
   void SetStiffness(std::size_t pair, double stiffness_N_per_m);
+  // Planes keep their ids and places from cycle to cycle, so a pair's planes depend on those of its last cycle. A world
+  // that is to go on where another one stood gets these: what result(pair) held there.
+  void SetLastPlanes(std::size_t pair, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes);
   [[nodiscard]] bool is_active(std::size_t pair) const;
 
   // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first and those that the time
