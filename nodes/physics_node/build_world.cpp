@@ -79,7 +79,6 @@ core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<
     const scene::Object& object = scenario.objects[i];
     physics::BodyParams params;
     params.X_WO = object.X_WO;
-    params.V_WO = object.V_WO;
     params.kind = object.owner == scene::Owner::kPhysics ? physics::BodyKind::kDynamic
                   : object.owner == scene::Owner::kHand  ? physics::BodyKind::kKinematic
                                                          : physics::BodyKind::kFixed;
@@ -117,6 +116,7 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
     built->hinges.push_back(nullptr);
     built->snaps.push_back(nullptr);
     built->patches.push_back(nullptr);
+    built->sheet_hooks.push_back(nullptr);
     switch (m.kind) {
       case scene::MechanismKind::kHinge: {
         auto hinge = std::make_unique<physics::Hinge>(HingeOf(m));
@@ -134,6 +134,12 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
         break;
       }
       case scene::MechanismKind::kHookAndLoop: {
+        if (scenario.objects[static_cast<std::size_t>(m.child)].sheet) {
+          auto hooks = std::make_unique<physics::ClothHooks>(static_cast<int>(m.patches_m.size()));
+          built->sheet_hooks.back() = hooks.get();
+          mechanism = std::move(hooks);
+          break;
+        }
         auto patches = std::make_unique<physics::HookAndLoop>(PatchesOf(scenario, m));
         built->patches.back() = patches.get();
         mechanism = std::move(patches);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "physics/cloth/cloth_hooks.hpp"
 #include "physics/hinge.hpp"
 #include "physics/hook_and_loop.hpp"
 #include "physics/slider.hpp"
@@ -25,6 +26,7 @@ struct BuiltWorld {
   std::vector<physics::Hinge*> hinges;  // by scenario mechanism; null unless of this kind
   std::vector<physics::Snap*> snaps;
   std::vector<physics::HookAndLoop*> patches;
+  std::vector<physics::ClothHooks*> sheet_hooks;  // hook-and-loop that holds a sheet
 
   // What a gripper could hold: one for every role and physics-owned object that both jaws have a contact pair with.
   struct Holdable {
@@ -42,10 +44,6 @@ struct BuiltWorld {
 // `mass_of_object` has one entry per object; only those of physics-owned objects are used.
 core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
                                     const std::vector<physics::MassProperties>& mass_of_object);
-
-// Of what a world is built from, as far as a checkpoint depends on it.
-std::uint64_t ContentDigest(const scene::Scenario& scenario,
-                            const std::vector<physics::MassProperties>& mass_of_object);
 
 // Mass and inertia of every physics-owned object from its mesh: of its density, or scaled to its mass. An open mesh
 // (a sheet) with a given mass gets the inertia of its bounding box.

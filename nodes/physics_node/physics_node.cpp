@@ -21,7 +21,8 @@ enum class ParameterKind {
   kSnapReleaseForce,
   kSnapStiffness,
   kDetentTorque,
-  kPatchReleaseForce
+  kPatchReleaseForce,
+  kSheetActive
 };
 
 struct ParameterSlot {
@@ -83,9 +84,16 @@ struct PhysicsNode::Impl {
         parameters[name + ".release_force_N"] = {ParameterKind::kSnapReleaseForce, i};
         parameters[name + ".stiffness_N_per_m"] = {ParameterKind::kSnapStiffness, i};
       }
-      if (built.patches[i] != nullptr) parameters[name + ".release_force_N"] = {ParameterKind::kPatchReleaseForce, i};
+      if (built.patches[i] != nullptr || built.sheet_hooks[i] != nullptr)
+        parameters[name + ".release_force_N"] = {ParameterKind::kPatchReleaseForce, i};
       snap_states[i] = built.world->mechanism(built.mechanism_of[i]).state();
     }
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      if (scenario.objects[i].sheet) {
+        parameters["sheet." + scenario.objects[i].name + ".active"] = {ParameterKind::kSheetActive, i};
+      }
+    }
+    pinched.fill(kNone);
     for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
       hands[i].X_WD = scenario.devices[i].X_WD_start;
       hands[i].opening_m = scenario.devices[i].opening_start_m;
@@ -117,7 +125,11 @@ struct PhysicsNode::Impl {
         built.hinges[i]->set_detent_torque_Nm(change.value);
         break;
       case ParameterKind::kPatchReleaseForce:
-        built.patches[i]->set_release_force_N(change.value);
+        if (built.patches[i] != nullptr) built.patches[i]->set_release_force_N(change.value);
+        sheets->SetReleaseForce(i, change.value);
+        break;
+      case ParameterKind::kSheetActive:
+        sheets->SetActive(static_cast<int>(i), change.value != 0.0);
         break;
     }
   }
@@ -258,6 +270,23 @@ struct PhysicsNode::Impl {
     }
   }
 
+  void StepSheets(const Inputs& inputs, Outputs* outputs) {
+    if (sheets->num_sheets() == 0) return;
+    std::array<bool, kMaxRoles> is_hand_full{};
+    for (std::size_t role = 0; role < kMaxRoles; ++role) is_hand_full[role] = keeper.held_by(role) != kNone;
+    sheets->Step(tick, inputs, is_hand_full);
+    for (std::size_t role = 0; role < scenario.devices.size() && role < kMaxRoles; ++role) {
+      const int now = sheets->pinched_by(role);
+      const int before = std::exchange(pinched[role], now);
+      if (now == before) continue;
+      for (const auto& [object, name] : {std::pair{before, "grasp_detached"}, std::pair{now, "grasp_attached"}}) {
+        if (object == kNone) continue;
+        Emit(outputs, name,
+             scenario.devices[role].role + " " + scenario.objects[static_cast<std::size_t>(object)].name);
+      }
+    }
+  }
+
   // Half way between the contact points of the jaws, or between the jaws' frames when no planes are known.
   [[nodiscard]] glm::dvec3 GripPoint_W(const BuiltWorld::Holdable& h) const {
     const scene::Device& device = scenario.devices[static_cast<std::size_t>(h.role)];
@@ -301,6 +330,7 @@ struct PhysicsNode::Impl {
     if (held != kNone) {
       F_Do_W += built.world->MechanismForceOnParent(built.holdables[static_cast<std::size_t>(held)].mechanism, p_WDo);
     }
+    F_Do_W += sheets->ForceOnHand(role, p_WDo);
     for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
       const scene::Mechanism& m = scenario.mechanisms[i];
       const auto is_mine = [&](int object) {
@@ -315,7 +345,7 @@ struct PhysicsNode::Impl {
 
   // A hand moves something that can move: its sample has reached this state through physics.
   [[nodiscard]] bool TouchesMovingObject(std::size_t role) const {
-    if (keeper.held_by(role) != kNone) return true;
+    if (keeper.held_by(role) != kNone || sheets->pinched_by(role) != kNone) return true;
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       if (built.contact_of_pair[i] == kNone || built.world->contact(built.contact_of_pair[i]).num_pushing == 0)
         continue;
@@ -327,18 +357,6 @@ struct PhysicsNode::Impl {
       }
     }
     return false;
-  }
-
-  void ExchangeState(physics::Checkpoint* checkpoint) {
-    checkpoint->Exchange(&tick);
-    checkpoint->Exchange(&now_ns);
-    checkpoint->Exchange(&newest_cycle);
-    checkpoint->Exchange(&is_haptic_silent);
-    checkpoint->Exchange(&hands);
-    for (Contact& contact : contacts) checkpoint->Exchange(&contact);
-    for (int& state : snap_states) checkpoint->Exchange(&state);
-    keeper.ExchangeState(checkpoint);
-    own->ExchangeState(checkpoint);
   }
 
   void Fill(Outputs* outputs) {
@@ -373,6 +391,9 @@ struct PhysicsNode::Impl {
       if (held != kNone) {
         reaction.grasped_object = static_cast<std::uint16_t>(built.holdables[static_cast<std::size_t>(held)].object);
         state.is_in_contact = true;
+      } else if (sheets->pinched_by(role) != kNone) {
+        reaction.grasped_object = static_cast<std::uint16_t>(sheets->pinched_by(role));
+        state.is_in_contact = true;
       }
       reaction.F_Do_W = ReactionOn(role);
       if (!hand.is_silent) {
@@ -393,11 +414,12 @@ struct PhysicsNode::Impl {
   std::unique_ptr<OwnContacts> own;
   BuiltWorld built;
   GraspKeeper keeper;
+  std::unique_ptr<SheetKeeper> sheets;
+  std::array<int, kMaxRoles> pinched{};  // object per role, as last told
   std::unordered_map<std::string, ParameterSlot> parameters;
   std::array<Hand, kMaxRoles> hands;
   std::vector<Contact> contacts;  // per scenario pair
   std::vector<int> snap_states;   // per mechanism, as last reported
-  std::uint64_t content = 0;
   std::uint64_t tick = 0;
   std::int64_t now_ns = 0;
   std::uint64_t newest_cycle = 0;
@@ -434,7 +456,11 @@ core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
                                  options.collision);
   if (!own) return core::Fail(own.error().code, own.error().detail);
   impl->own = std::move(*own);
-  impl->content = ContentDigest(scenario, mass_of_object);
+  auto sheets = SheetKeeper::Create(
+      impl->scenario, mass_of_object, &impl->built, options.collision,
+      options.workers != nullptr ? options.workers : static_cast<core::ParallelFor*>(&impl->serial));
+  if (!sheets) return core::Fail(sheets.error().code, sheets.error().detail);
+  impl->sheets = std::move(*sheets);
   return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::move(impl)));
 }
 
@@ -449,6 +475,7 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.FeedContacts(inputs);
   n.MakeOwnContacts();
   n.UpdateGrasps(inputs, outputs);
+  n.StepSheets(inputs, outputs);
   n.built.world->Step(core::kTick_s);
   n.Fill(outputs);
   outputs->state.state_hash = StateHash();
@@ -472,29 +499,11 @@ physics::ImpulseBalance PhysicsNode::impulse_balance() const {
 const physics::World& PhysicsNode::world() const {
   return *impl_->built.world;
 }
-void PhysicsNode::Save(Snapshot* snapshot) const {
-  snapshot->tick = impl_->tick;
-  snapshot->node.BeginWriting();
-  impl_->ExchangeState(&snapshot->node);
-  impl_->built.world->Save(&snapshot->world);
-}
-core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
-  Snapshot here;
-  Save(&here);
-  if (here.node.bytes().size() != snapshot->node.bytes().size()) {
-    return core::Fail(core::ErrorCode::kInvalidInput,
-                      "checkpoint: it is of another program than this one; start without it");
-  }
-  if (auto restored = impl_->built.world->Restore(&snapshot->world); !restored) return restored;
-  snapshot->node.BeginReading();
-  impl_->ExchangeState(&snapshot->node);
-  return {};
-}
-std::uint64_t PhysicsNode::content_digest() const {
-  return impl_->content;
-}
 OwnContacts& PhysicsNode::own_contacts() {
   return *impl_->own;
+}
+SheetKeeper& PhysicsNode::sheets() {
+  return *impl_->sheets;
 }
 std::uint64_t PhysicsNode::StateHash() const {
   return impl_->built.world->StateHash();
