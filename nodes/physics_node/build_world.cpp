@@ -79,6 +79,7 @@ core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<
     const scene::Object& object = scenario.objects[i];
     physics::BodyParams params;
     params.X_WO = object.X_WO;
+    params.V_WO = object.V_WO;
     params.kind = object.owner == scene::Owner::kPhysics ? physics::BodyKind::kDynamic
                   : object.owner == scene::Owner::kHand  ? physics::BodyKind::kKinematic
                                                          : physics::BodyKind::kFixed;

@@ -45,6 +45,10 @@ struct BuiltWorld {
 core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
                                     const std::vector<physics::MassProperties>& mass_of_object);
 
+// Of what a world is built from, as far as a checkpoint depends on it.
+std::uint64_t ContentDigest(const scene::Scenario& scenario,
+                            const std::vector<physics::MassProperties>& mass_of_object);
+
 // Mass and inertia of every physics-owned object from its mesh: of its density, or scaled to its mass. An open mesh
 // (a sheet) with a given mass gets the inertia of its bounding box.
 core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scenario& scenario);

@@ -359,6 +359,20 @@ struct PhysicsNode::Impl {
     return false;
   }
 
+  void ExchangeState(physics::Checkpoint* checkpoint) {
+    checkpoint->Exchange(&tick);
+    checkpoint->Exchange(&now_ns);
+    checkpoint->Exchange(&newest_cycle);
+    checkpoint->Exchange(&is_haptic_silent);
+    checkpoint->Exchange(&hands);
+    for (Contact& contact : contacts) checkpoint->Exchange(&contact);
+    for (int& state : snap_states) checkpoint->Exchange(&state);
+    keeper.ExchangeState(checkpoint);
+    own->ExchangeState(checkpoint);
+    sheets->ExchangeState(checkpoint);
+    checkpoint->Exchange(&pinched);
+  }
+
   void Fill(Outputs* outputs) {
     core::PhysicsState& state = outputs->state;
     state.header = {};
@@ -420,6 +434,7 @@ struct PhysicsNode::Impl {
   std::array<Hand, kMaxRoles> hands;
   std::vector<Contact> contacts;  // per scenario pair
   std::vector<int> snap_states;   // per mechanism, as last reported
+  std::uint64_t content = 0;
   std::uint64_t tick = 0;
   std::int64_t now_ns = 0;
   std::uint64_t newest_cycle = 0;
@@ -461,6 +476,7 @@ core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
       options.workers != nullptr ? options.workers : static_cast<core::ParallelFor*>(&impl->serial));
   if (!sheets) return core::Fail(sheets.error().code, sheets.error().detail);
   impl->sheets = std::move(*sheets);
+  impl->content = ContentDigest(scenario, mass_of_object);
   return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::move(impl)));
 }
 
@@ -498,6 +514,27 @@ physics::ImpulseBalance PhysicsNode::impulse_balance() const {
 }
 const physics::World& PhysicsNode::world() const {
   return *impl_->built.world;
+}
+void PhysicsNode::Save(Snapshot* snapshot) const {
+  snapshot->tick = impl_->tick;
+  snapshot->node.BeginWriting();
+  impl_->ExchangeState(&snapshot->node);
+  impl_->built.world->Save(&snapshot->world);
+}
+core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
+  Snapshot here;
+  Save(&here);
+  if (here.node.bytes().size() != snapshot->node.bytes().size()) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "checkpoint: it is of another program than this one; start without it");
+  }
+  if (auto restored = impl_->built.world->Restore(&snapshot->world); !restored) return restored;
+  snapshot->node.BeginReading();
+  impl_->ExchangeState(&snapshot->node);
+  return {};
+}
+std::uint64_t PhysicsNode::content_digest() const {
+  return impl_->content;
 }
 OwnContacts& PhysicsNode::own_contacts() {
   return *impl_->own;

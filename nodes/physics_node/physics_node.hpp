@@ -8,6 +8,7 @@
 #include "nodes/physics_node/own_contacts.hpp"
 #include "nodes/physics_node/ports.hpp"
 #include "nodes/physics_node/sheet_keeper.hpp"
+#include "nodes/physics_node/snapshot.hpp"
 #include "physics/world.hpp"
 #include "scene/scenario.hpp"
 
@@ -54,7 +55,15 @@ class PhysicsNode {
   [[nodiscard]] std::uint64_t tick() const;  // of the last Step; 0 before the first
   [[nodiscard]] physics::ImpulseBalance impulse_balance() const;
   [[nodiscard]] const physics::World& world() const;
-  [[nodiscard]] std::uint64_t StateHash() const;
+  [[nodiscard]] std::uint64_t StateHash() const;  // also in the state that Step fills
+
+  // Between steps. A node that was created from the same scenario and is restored goes on bit for bit, if it gets the
+  // same inputs. Save allocates only while the snapshot grows, so not from the second time on. A failed Restore leaves
+  // a node that is of no use.
+  void Save(Snapshot* snapshot) const;
+  core::Result<void> Restore(Snapshot* snapshot);
+  // Of what the node was created from: objects, masses, poses, pairs and mechanisms.
+  [[nodiscard]] std::uint64_t content_digest() const;
   // What is to be told about the pairs that this node computes, as of the last Step.
   OwnContacts& own_contacts();
   SheetKeeper& sheets();
