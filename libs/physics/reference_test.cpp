@@ -144,6 +144,13 @@ TEST(Reference, MomentumIsKeptThroughAMinuteOfImpactsAndJoints) {
   RecordProperty("angular_e15", std::to_string(angular * 1e15));
   EXPECT_LE(linear, 1e-9);
   EXPECT_LE(angular, 1e-9);
+  for (const ImpulseBalance& part : {world.joint_balance(), world.contact_balance()}) {
+    EXPECT_GT(part.linear_magnitude_Ns, 0.1);
+    EXPECT_LE(part.relative(), 1e-9);
+    EXPECT_LE(part.relative_angular(), 1e-9);
+  }
+  RecordProperty("joints_e15", std::to_string(world.joint_balance().relative() * 1e15));
+  RecordProperty("contacts_e15", std::to_string(world.contact_balance().relative() * 1e15));
 }
 
 // A block on four feet on the plane z = 0, under gravity turned by the slope's angle: down the slope is +x.
@@ -306,6 +313,42 @@ TEST(Reference, HeavyOnLightRestsWithinFiftyMicrometres) {
 
 TEST(Reference, HeavyOnLightRestsOnHardContact) {
   for (const double ratio : {1000.0, 5000.0}) ExpectHeavyOnLightRests(ratio, ContactKind::kHard);
+}
+
+// A box that bounces on the floor, and parts that drift far off, each with a pair that could touch it.
+SolverWork WorkOfAMover(int num_far) {
+  World world;
+  const int mover = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, 0.06}}, BoxMass(0.5, {0.1, 0.1, 0.1}),
+                                     {{0.1, 0, 0}, {0, 0, -0.2}});
+  const int pair = world.AddContactPair(mover, world.world_body()).value();
+  core::ContactSet set;
+  set.friction = 0.3f;
+  std::uint32_t id = 0;
+  for (const double x : {-0.05, 0.05}) {
+    for (const double y : {-0.05, 0.05}) test::AddPlane(&set, ++id, {x, y, -0.05}, {0, 0, 0}, {0, 0, 1}, 5e3);
+  }
+  for (int i = 0; i < num_far; ++i) {
+    const int far = test::AddDynamic(&world, {{1, 0, 0, 0}, {10.0 + i, 0, 0}}, BoxMass(1.0, {0.1, 0.1, 0.1}),
+                                     {{0.1, 0.2, 0.3}, {0.01, 0, 0}});
+    EXPECT_TRUE(world.AddContactPair(far, mover).has_value());
+  }
+  for (int i = 0; i < 500; ++i) {
+    world.SetContactPlanes(pair, set);
+    world.Step(kDt);
+  }
+  EXPECT_GT(world.V_WO(mover).linear_m_per_s.z, 0.0) << "it has bounced";
+  return world.solver_work();
+}
+
+TEST(Reference, FiftyFarPartsAddNoWorkToTheSolver) {
+  const SolverWork alone = WorkOfAMover(0);
+  const SolverWork among = WorkOfAMover(50);
+  EXPECT_GT(alone.num_rows, 0u);
+  EXPECT_EQ(among.num_islands, alone.num_islands);
+  EXPECT_EQ(among.num_rows, alone.num_rows);
+  EXPECT_EQ(among.num_sweeps, alone.num_sweeps);
+  EXPECT_EQ(among.num_row_updates, alone.num_row_updates);
+  EXPECT_EQ(among.num_direct_solves, alone.num_direct_solves);
 }
 
 }  // namespace

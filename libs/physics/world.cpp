@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -59,13 +60,15 @@ struct World::Impl {
     for (RigidBody& body : bodies) world.removeRigidBody(body.engine.get());
   }
 
-  void Apply(RigidBody* body, const glm::dvec3& p_W, const glm::dvec3& impulse_W, const glm::dvec3& couple_W) {
+  void Apply(ImpulseSource source, RigidBody* body, const glm::dvec3& p_W, const glm::dvec3& impulse_W,
+             const glm::dvec3& couple_W) {
     if (body->kind != BodyKind::kDynamic) return;
     body->impulses_Ns += impulse_W;
     const glm::dvec3 angular = glm::cross(p_W, impulse_W) + couple_W;
     body->angular_impulses_Nms += angular;
-    magnitude_Ns += glm::length(impulse_W);
-    magnitude_Nms += glm::length(angular);
+    body->account.Add(source, impulse_W, angular);
+    magnitudes[static_cast<std::size_t>(source)].Ns += glm::length(impulse_W);
+    magnitudes[static_cast<std::size_t>(source)].Nms += glm::length(angular);
   }
 
   void ApplyWrenches(double dt_s) {
@@ -80,7 +83,8 @@ struct World::Impl {
             core::ShiftWrench(sign * pair.F_So_W, p_WSo - body->p_WCm);  // same point, about this body's Cm
         body->engine->applyCentralForce(ToBullet(F_Cm.force_N));
         body->engine->applyTorque(ToBullet(F_Cm.torque_Nm));
-        Apply(body, p_WSo, dt_s * sign * pair.F_So_W.force_N, dt_s * sign * pair.F_So_W.torque_Nm);
+        Apply(ImpulseSource::kOuter, body, p_WSo, dt_s * sign * pair.F_So_W.force_N,
+              dt_s * sign * pair.F_So_W.torque_Nm);
       }
       pair.report.F_So_W = pair.F_So_W;
       pair.report.num_pushing = 1;
@@ -95,7 +99,7 @@ struct World::Impl {
       const core::Wrench F_Cm = core::ShiftWrench(F, p_WBo - body.p_WCm);
       body.engine->applyCentralForce(ToBullet(F_Cm.force_N));
       body.engine->applyTorque(ToBullet(F_Cm.torque_Nm));
-      Apply(&body, p_WBo, dt_s * F.force_N, dt_s * F.torque_Nm);
+      Apply(ImpulseSource::kOuter, &body, p_WBo, dt_s * F.force_N, dt_s * F.torque_Nm);
     }
   }
 
@@ -105,8 +109,8 @@ struct World::Impl {
       RigidBody& g = bodies[static_cast<std::size_t>(pair.field)];
       const glm::dvec3 p_WSo = s.X_WO().translation;
       pair.feed.Collect([&](const glm::dvec3& p_W, const glm::dvec3& impulse_W) {
-        Apply(&s, p_W, impulse_W, glm::dvec3(0.0));
-        Apply(&g, p_W, -impulse_W, glm::dvec3(0.0));
+        Apply(ImpulseSource::kContact, &s, p_W, impulse_W, glm::dvec3(0.0));
+        Apply(ImpulseSource::kContact, &g, p_W, -impulse_W, glm::dvec3(0.0));
         pair.report.F_So_W.force_N += impulse_W / dt_s;
         pair.report.F_So_W.torque_Nm += glm::cross(p_W - p_WSo, impulse_W) / dt_s;
         ++pair.report.num_pushing;
@@ -117,8 +121,8 @@ struct World::Impl {
       RigidBody& parent = bodies[static_cast<std::size_t>(slot.parent)];
       for (const Row& row : slot.mechanism->rows()) {
         if (!row.is_active || row.impulse == 0.0) continue;
-        Apply(&child, row.p_W, row.impulse * row.linear_W, row.impulse * row.angular_W);
-        Apply(&parent, row.p_W, -row.impulse * row.linear_W, -row.impulse * row.angular_W);
+        Apply(ImpulseSource::kJoint, &child, row.p_W, row.impulse * row.linear_W, row.impulse * row.angular_W);
+        Apply(ImpulseSource::kJoint, &parent, row.p_W, -row.impulse * row.linear_W, -row.impulse * row.angular_W);
       }
       slot.mechanism->Finish(dt_s);
     }
@@ -138,8 +142,7 @@ struct World::Impl {
     solver.ExchangeState(checkpoint);
     checkpoint->Exchange(&num_steps);
     checkpoint->Exchange(&last_dt_s);
-    checkpoint->Exchange(&magnitude_Ns);
-    checkpoint->Exchange(&magnitude_Nms);
+    checkpoint->Exchange(&magnitudes);
   }
 
   [[nodiscard]] BodyView View(int index) const {
@@ -149,6 +152,7 @@ struct World::Impl {
     return view;
   }
 
+  [[nodiscard]] ImpulseBalance BalanceOf(ImpulseSource source) const;
   [[nodiscard]] bool has_body(int index) const { return index >= 0 && static_cast<std::size_t>(index) < bodies.size(); }
   RigidBody& body(int index) { return bodies[static_cast<std::size_t>(index)]; }
 
@@ -164,8 +168,7 @@ struct World::Impl {
   int num_rows = 0;
   std::uint64_t num_steps = 0;
   double last_dt_s = 0.0;
-  double magnitude_Ns = 0.0;
-  double magnitude_Nms = 0.0;
+  std::array<ImpulseMagnitude, kNumImpulseSources> magnitudes{};
   BulletWorld world;
 };
 
@@ -351,7 +354,11 @@ void World::Step(double dt_s) {
   w.world.stepSimulation(dt_s, 0);  // 0: exactly one step; otherwise Bullet keeps its own clock and drops time
   w.Collect(dt_s);
   for (RigidBody& body : w.bodies) {
-    if (body.kind == BodyKind::kDynamic) body.Integrate(dt_s);
+    if (body.kind != BodyKind::kDynamic) continue;
+    const glm::dvec3 p_Ns = body.momentum_Ns();
+    const glm::dvec3 L_Nms = body.angular_momentum_Nms();
+    body.Integrate(dt_s);
+    body.account.Close(body.momentum_Ns() - p_Ns, body.angular_momentum_Nms() - L_Nms);
   }
 }
 
@@ -436,9 +443,28 @@ ImpulseBalance World::impulse_balance() const {
     balance.angular_residual_Nms +=
         glm::length(body.angular_momentum_Nms() - body.start_L_Nms - body.angular_impulses_Nms);
   }
-  balance.linear_magnitude_Ns = impl_->magnitude_Ns;
-  balance.angular_magnitude_Nms = impl_->magnitude_Nms;
+  for (const ImpulseMagnitude& magnitude : impl_->magnitudes) {
+    balance.linear_magnitude_Ns += magnitude.Ns;
+    balance.angular_magnitude_Nms += magnitude.Nms;
+  }
   return balance;
+}
+
+ImpulseBalance World::Impl::BalanceOf(ImpulseSource source) const {
+  const auto at = static_cast<std::size_t>(source);
+  ImpulseBalance balance{0.0, magnitudes[at].Ns, 0.0, magnitudes[at].Nms};
+  for (const RigidBody& body : bodies) {
+    balance.linear_residual_Ns += glm::length(body.account.residual_Ns(source));
+    balance.angular_residual_Nms += glm::length(body.account.residual_Nms(source));
+  }
+  return balance;
+}
+
+ImpulseBalance World::joint_balance() const {
+  return impl_->BalanceOf(ImpulseSource::kJoint);
+}
+ImpulseBalance World::contact_balance() const {
+  return impl_->BalanceOf(ImpulseSource::kContact);
 }
 
 glm::dvec3 World::momentum_Ns(int body) const {

@@ -41,6 +41,9 @@ struct ImpulseBalance {
   [[nodiscard]] double relative() const {
     return linear_magnitude_Ns > 0.0 ? linear_residual_Ns / linear_magnitude_Ns : linear_residual_Ns;
   }
+  [[nodiscard]] double relative_angular() const {
+    return angular_magnitude_Nms > 0.0 ? angular_residual_Nms / angular_magnitude_Nms : angular_residual_Nms;
+  }
 };
 
 // What a contact did in the last step.
@@ -123,6 +126,10 @@ class World {
   [[nodiscard]] const Mechanism& mechanism(int index) const;
 
   [[nodiscard]] ImpulseBalance impulse_balance() const;
+  // Of it, the steps of a body in which mechanisms pushed it and no contact did, against the impulses of mechanisms;
+  // and those in which a contact pushed, against the impulses of contacts.
+  [[nodiscard]] ImpulseBalance joint_balance() const;
+  [[nodiscard]] ImpulseBalance contact_balance() const;
   // Of one free body: linear momentum, and angular momentum about its centre of mass, in W.
   [[nodiscard]] glm::dvec3 momentum_Ns(int body) const;
   [[nodiscard]] glm::dvec3 spin_Nms(int body) const;

@@ -6,6 +6,7 @@
 
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
+#include "physics/engine/impulse_account.hpp"
 #include "physics/world.hpp"
 
 namespace physics {
@@ -32,6 +33,7 @@ struct RigidBody {
   glm::dvec3 start_L_Nms{0.0};
   glm::dvec3 impulses_Ns{0.0};
   glm::dvec3 angular_impulses_Nms{0.0};  // about the world origin
+  ImpulseAccount account;
 
   std::unique_ptr<btRigidBody> engine;
 
@@ -54,6 +56,7 @@ struct RigidBody {
       checkpoint->Exchange(v);
     }
     checkpoint->Exchange(&R_WB);
+    account.ExchangeState(checkpoint);
     checkpoint->Exchange(&load_Bo_W);
   }
   // Puts pose and velocity into the solver's body; mesh-frame pose and twist for bodies that are not dynamic.
