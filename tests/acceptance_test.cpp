@@ -26,12 +26,20 @@ TEST(Acceptance, TouchWithThePapersWrench) {
   ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kWrench, 1), kTouchSteps);
 }
 
+TEST(Acceptance, TouchWithHardContact) {
+  ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kManifold, 1), kTouchSteps);
+}
+
 TEST(Acceptance, PegInHoleWithPlanes) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kPlanes, 1), kPegSteps);
 }
 
 TEST(Acceptance, PegInHoleWithThePapersWrench) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kWrench, 1), kPegSteps);
+}
+
+TEST(Acceptance, PegInHoleWithHardContact) {
+  ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kManifold, 1), kPegSteps);
 }
 
 TEST(Acceptance, PegsWithTheMethodFast) {
