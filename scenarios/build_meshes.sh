@@ -30,6 +30,7 @@ glb() {
   $tool glb "$folder/meshes/$name.glb" $inputs
 }
 
+obj service_robot service_robot/service_robot.scad servicer link_along link_across wrist tool ball
 obj touch touch/touch.scad plate ledge bumper ball pad lever block
 obj peg_in_hole parts/gripper.scad palm jaw_left jaw_right
 obj peg_in_hole peg_in_hole/peg_in_hole.scad table hole hole_tight peg

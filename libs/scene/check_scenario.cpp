@@ -59,7 +59,7 @@ class Checker {
     CheckMesh(object, object.visual_mesh);
     if (object.collision_mesh != object.visual_mesh) CheckMesh(object, object.collision_mesh);
     if (object.owner == Owner::kPhysics) {
-      if (object.visual_mesh.empty() && object.collision_mesh.empty()) {
+      if (object.visual_mesh.empty() && object.collision_mesh.empty() && !object.inertia) {
         Say(object.location, title + "no mesh", "its inertia follows from the mesh", "add <visual mesh=\"...\"/>");
       }
     }

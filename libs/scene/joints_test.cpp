@@ -74,6 +74,57 @@ TEST_F(JointsTest, AScrewdriversBitIsAHingeWithAMotor) {
   EXPECT_FALSE(scenario->mechanisms[0].is_locked);
 }
 
+constexpr const char* kLinks = R"(<links>
+  <link position="0 0 0.1" mass_kg="2" inertia_kg_m2="0.01 0.01 0.01 0 0 0" lower_deg="-170" upper_deg="170"
+        motor_torque_Nm="50"/>
+  <link position="0 0 0.2" rpy_deg="0 90 0" mass_kg="1" inertia_kg_m2="0.01 0.01 0.01 0 0 0" damping="0.1"/>
+</links>
+)";
+
+TEST_F(JointsTest, AnArmIsItsLinksAndHingesInItsStartingPosture) {
+  std::ofstream(folder_ / "links.xml") << kLinks;
+  const auto scenario =
+      Load(R"(<arm name="left" links="links.xml" base="body" position="0 0 1" rpy_deg="0 0 90" start_deg="30 -45"/>)");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  ASSERT_EQ(scenario->objects.size(), 4U);
+  const Object& first = scenario->objects[2];
+  const Object& second = scenario->objects[3];
+  EXPECT_EQ(first.name, "left_1");
+  EXPECT_EQ(first.group, "body");
+  EXPECT_TRUE(scenario->pairs.empty());
+  EXPECT_LT(glm::distance(first.X_WO.translation, glm::dvec3(0, 0, 1.1)), 1e-12);
+  // The first joint's axis is W's z: mount and start turn x by 120 degrees.
+  EXPECT_LT(glm::distance(first.X_WO.rotate({1, 0, 0}), glm::dvec3(-0.5, std::sqrt(0.75), 0)), 1e-12);
+  EXPECT_LT(glm::distance(second.X_WO.translation, glm::dvec3(0, 0, 1.3)), 1e-12);
+  EXPECT_LT(glm::distance(second.X_WO.rotate({0, 0, 1}), glm::dvec3(-0.5, std::sqrt(0.75), 0)), 1e-12);
+  ASSERT_EQ(scenario->mechanisms.size(), 2U);
+  const Mechanism& elbow = scenario->mechanisms[1];
+  EXPECT_EQ(elbow.name, "left_2_joint");
+  EXPECT_EQ(elbow.parent, 2);
+  EXPECT_EQ(elbow.child, 3);
+  EXPECT_EQ(elbow.damping, 0.1);
+  EXPECT_NEAR(scenario->mechanisms[0].upper, glm::radians(170.0), 1e-12);
+  EXPECT_EQ(scenario->mechanisms[0].motor_limit, 50.0);
+  // J of parent and child meet, turned against each other by the start angle.
+  const core::Pose X_JpJc = (first.X_WO * elbow.X_PJ).inverse() * (second.X_WO * elbow.X_CJ);
+  EXPECT_LT(glm::length(X_JpJc.translation), 1e-12);
+  EXPECT_LT(glm::distance(core::RotationVector(X_JpJc.rotation), glm::dvec3(0, 0, glm::radians(-45.0))), 1e-12);
+}
+
+TEST_F(JointsTest, RefusesArmsWithMistakesInTheirOwnFile) {
+  std::ofstream(folder_ / "links.xml") << kLinks;
+  ExpectRefusal(5, "start_deg has 3 angles", R"(<arm name="a" links="links.xml" base="body" start_deg="0 0 0"/>)");
+  ExpectRefusal(5, "it starts outside its limits",
+                R"(<arm name="a" links="links.xml" base="body" start_deg="175 0"/>)");
+  std::ofstream(folder_ / "links.xml") << "<links>\n<link mass_kg=\"0\"/>\n<link mass=\"1\"/>\n</links>\n";
+  const auto scenario = Load(R"(<arm name="a" links="links.xml" base="body"/>)");
+  ASSERT_FALSE(scenario);
+  std::string all;
+  for (const Diagnostic& diagnostic : scenario.error()) all += Format(diagnostic) + "\n";
+  EXPECT_THAT(all, HasSubstr("links.xml:2: "));
+  EXPECT_THAT(all, HasSubstr("links.xml:3: "));
+}
+
 TEST_F(JointsTest, RefusesJointsThatMakeNoSense) {
   ExpectRefusal(5, "parent and child are both 'part'",
                 R"(<slider name="s" parent="part" child="part" position="0 0 0"/>)");

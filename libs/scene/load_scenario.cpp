@@ -12,12 +12,13 @@ tl::expected<Scenario, std::vector<Diagnostic>> LoadScenario(const std::filesyst
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(path, error);
   const std::filesystem::path file = is_folder ? path / "scenario.xml" : path;
-  const auto root = ReadXml(file);
+  auto root = ReadXml(file);
   if (!root) return tl::unexpected(root.error());
 
   std::vector<Diagnostic> diagnostics;
   CheckAgainstRules(*root, file, &diagnostics);
   if (root->name != "scenario") return tl::unexpected(diagnostics);
+  ExpandArms(file, &*root, &diagnostics);
   std::vector<PairElement> pair_elements;
   Scenario scenario = ReadScenario(*root, file, &pair_elements, &diagnostics);
   CheckScenario(scenario, &diagnostics);

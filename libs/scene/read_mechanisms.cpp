@@ -53,7 +53,7 @@ class MechanismReader {
   }
 
   // J is given in W with the child at angle 0: X_PJ = X_WP^-1 X_WJ and X_CJ = X_WC^-1 X_WJ. A toggle switch then starts
-  // in its detent, so the child's first pose is turned there: X_WC = X_WJ Rz(detent) X_CJ^-1.
+  // in its detent, another hinge at start_deg; the child's first pose is turned there: X_WC = X_WJ Rz(angle) X_CJ^-1.
   void ReadHinge(const XmlElement& element) {
     const ElementReader read(element);
     Mechanism hinge = Start(element, MechanismKind::kHinge);
@@ -72,8 +72,12 @@ class MechanismReader {
     const std::uint64_t initial_detent = read.Count("initial_detent", 0);
     hinge.initial_detent = static_cast<int>(std::min<std::uint64_t>(initial_detent, 1));
     CheckHinge(element, hinge, initial_detent);
-    if (hinge.detents_rad.size() == 2 && hinge.child >= 0) {
-      const double angle_rad = hinge.detents_rad[static_cast<std::size_t>(hinge.initial_detent)];
+    double angle_rad = 0.0;
+    read.Degrees("start_deg", &angle_rad);
+    if (hinge.detents_rad.size() == 2) {
+      angle_rad = hinge.detents_rad[static_cast<std::size_t>(hinge.initial_detent)];
+    }
+    if (hinge.child >= 0) {
       const core::Pose X_JpJc{glm::angleAxis(angle_rad, glm::dvec3(0, 0, 1)), glm::dvec3(0.0)};
       scenario_->objects[static_cast<std::size_t>(hinge.child)].X_WO = X_WJ * X_JpJc * hinge.X_CJ.inverse();
     }
@@ -112,6 +116,16 @@ class MechanismReader {
   void CheckHinge(const XmlElement& element, const Mechanism& hinge, std::uint64_t initial_detent) {
     const std::string title = "hinge '" + hinge.name + "': ";
     CheckAxis(element, hinge, "lower_deg", "motor_deg_per_s", "motor_torque_Nm");
+    double start_rad = 0.0;
+    ElementReader(element).Degrees("start_deg", &start_rad);
+    if (hinge.detents_rad.empty() && (start_rad < hinge.lower || start_rad > hinge.upper)) {
+      Say(element.LineOf("start_deg"), title + "it starts outside its limits", "the first step would throw it back",
+          "give a start_deg between lower_deg and upper_deg");
+    }
+    if (element.Find("start_deg") != nullptr && !hinge.detents_rad.empty()) {
+      Say(element.LineOf("start_deg"), title + "start_deg on a switch", "a switch starts in its initial_detent",
+          "remove start_deg");
+    }
     const std::vector<double>& detents = hinge.detents_rad;
     if (!detents.empty() && detents.size() != 2) {
       Say(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",

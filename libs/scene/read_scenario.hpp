@@ -20,6 +20,9 @@ struct PairElement {
 
 // Steps of LoadScenario, one file each. All append to `diagnostics` and go on.
 
+// Puts the objects and hinges of every <arm> behind what is in the file; they count as written in the arm's line.
+void ExpandArms(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics);
+
 // XML tree -> Scenario without pairs. Values that break the rules of schema.hpp keep their defaults here.
 Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file, std::vector<PairElement>* pairs,
                       std::vector<Diagnostic>* diagnostics);

@@ -164,17 +164,16 @@ class Checker {
 
 }  // namespace
 
-void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file,
-                       std::vector<Diagnostic>* diagnostics) {
-  const ElementRule& rule = ScenarioRules().front();
-  if (root.name != rule.name) {
+void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics,
+                       const std::string& root_name) {
+  if (root.name != root_name) {
     diagnostics->push_back({{file, root.line},
                             "the root element is <" + root.name + ">",
-                            "a scenario file starts with <scenario>",
-                            "put the content into <scenario name=\"...\">"});
+                            "such a file starts with <" + root_name + ">",
+                            "put the content into <" + root_name + ">"});
     return;
   }
-  Checker(file, diagnostics).Check(root, rule);
+  Checker(file, diagnostics).Check(root, *FindRule(root_name));
 }
 
 bool ParseNumber(const std::string& text, double* value) {

@@ -51,7 +51,9 @@ struct ElementRule {
 const std::vector<ElementRule>& ScenarioRules();
 
 // Elements, attributes and values against the rules: everything that can be said of one element alone.
-void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics);
+// `root_name`: what the file must start with.
+void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics,
+                       const std::string& root_name = "scenario");
 
 // The XML Schema of the rules.
 std::string WriteXsd();

@@ -97,16 +97,38 @@ ElementRule DeviceRule() {
 }
 
 ElementRule HingeRule() {
-  return {"hinge",
-          "rotation about z of J; two detents make it a toggle switch",
-          {Required("name", ValueKind::kName), Optional("parent", ValueKind::kText),
-           Required("child", ValueKind::kName), Required("position", ValueKind::kVector),
-           Optional("rpy_deg", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
-           Optional("upper_deg", kPlainNumber), Optional("detents_deg", ValueKind::kNumbers),
-           Optional("detent_torque_Nm", kAtLeastZero), Optional("initial_detent", ValueKind::kCount),
-           Optional("damping", kAtLeastZero), Optional("motor_deg_per_s", kPlainNumber),
-           Optional("motor_torque_Nm", kAtLeastZero), Optional("locked", ValueKind::kTruth)},
+  return {
+      "hinge",
+      "rotation about z of J; two detents make it a toggle switch",
+      {Required("name", ValueKind::kName), Optional("parent", ValueKind::kText), Required("child", ValueKind::kName),
+       Required("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+       Optional("lower_deg", kPlainNumber), Optional("upper_deg", kPlainNumber),
+       Optional("detents_deg", ValueKind::kNumbers), Optional("detent_torque_Nm", kAtLeastZero),
+       Optional("initial_detent", ValueKind::kCount), Optional("start_deg", kPlainNumber),
+       Optional("damping", kAtLeastZero), Optional("motor_deg_per_s", kPlainNumber),
+       Optional("motor_torque_Nm", kAtLeastZero), Optional("locked", ValueKind::kTruth)},
+      {}};
+}
+
+ElementRule ArmRule() {
+  return {"arm",
+          "a chain of links that hinges join; pose of its mount in W",
+          {Required("name", ValueKind::kName), Required("links", ValueKind::kFile), Optional("base", ValueKind::kText),
+           Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+           Optional("start_deg", ValueKind::kNumbers)},
           {}};
+}
+
+ElementRule LinkRule() {
+  return {"link",
+          "a link turns about z of its frame, whose pose is given in the link before",
+          {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+           Required("mass_kg", kAboveZero), Optional("inertia_kg_m2", ValueKind::kNumbers),
+           Optional("center_of_mass_m", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
+           Optional("upper_deg", kPlainNumber), Optional("damping", kAtLeastZero),
+           Optional("motor_deg_per_s", kPlainNumber), Optional("motor_torque_Nm", kAtLeastZero),
+           Optional("locked", ValueKind::kTruth)},
+          {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}}};
 }
 
 ElementRule SliderRule() {
@@ -159,6 +181,7 @@ std::vector<ElementRule> MakeRules() {
         {"pair", 0, 0},
         {"hinge", 0, 0},
         {"slider", 0, 0},
+        {"arm", 0, 0},
         {"snap", 0, 0},
         {"hook_and_loop", 0, 0},
         {"parameter", 0, 0},
@@ -201,6 +224,9 @@ std::vector<ElementRule> MakeRules() {
        {}},
       HingeRule(),
       SliderRule(),
+      ArmRule(),
+      {"links", "the links of an arm, from the base outwards; a file of its own", {}, {{"link", 1, 0}}},
+      LinkRule(),
       SnapRule(),
       HookAndLoopRule(),
       {"parameter",

@@ -36,7 +36,8 @@ TEST_P(Scenarios, StayAtRestUntouched) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Scenarios, testing::Values("touch", "peg_in_hole", "module_replacement"));
+INSTANTIATE_TEST_SUITE_P(All, Scenarios,
+                         testing::Values("touch", "peg_in_hole", "module_replacement", "service_robot"));
 
 }  // namespace
 }  // namespace physics_node
