@@ -106,6 +106,7 @@ class HapticNode {
   void TakeDevices(const Inputs& inputs);
   void TakePhysics(const Inputs& inputs);
   void PlaceObjects();
+  const vps::StepReport& StepWorld();
   void StepCoupling(Role* role);
   [[nodiscard]] double JawForce_N(std::size_t role_index) const;
   void FillRoleOutputs(std::size_t role_index, const Inputs& inputs, Outputs* outputs);
@@ -125,6 +126,7 @@ class HapticNode {
   double physics_gain_ = 1.0;  // 0: physics is silent, its objects are not where they seem to be
   double force_cap_N_ = 0.0;
   std::int64_t last_step_ns_ = 0;
+  double point_time_ns_ = 10.0;  // of collision, all in all; slow at first: a budget is rather kept than used up
   std::uint64_t cycle_ = 0;
 };
 

@@ -37,7 +37,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Nod
   lost_.reserve(64);
   for (const char* name :
        {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us", "pairs_tested",
-        "pairs_in_contact", "points_tested", "pairs_asleep", "pairs_far", "pairs_near"}) {
+        "pairs_in_contact", "points_tested", "pairs_asleep", "pairs_far", "pairs_near", "pairs_cut_short"}) {
     figures_.items.push_back({name, 0.0});
   }
 }
@@ -112,8 +112,9 @@ void NodeLoop::TakeParameters() {
 void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
     const bool is_accepted = haptic_->AcceptsParameter(changes_[i]);
-    node_->AckParameter(tickets_[i], haptic_->cycle(), is_accepted,
-                        is_accepted ? std::string() : "haptic_node refuses the value: it must be 0 or more");
+    node_->AckParameter(
+        tickets_[i], haptic_->cycle(), is_accepted,
+        is_accepted ? std::string() : "haptic_node refuses it: the value must be 0 or more, and is taken at once");
   }
 }
 
@@ -185,6 +186,7 @@ void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_n
     in_contact_.misses += is_miss ? 1 : 0;
   }
   const Counters& now = outputs_.counters;
+  work_.pairs_cut_short += now.pairs_cut_short;
   work_.pairs_late += now.pairs_late;
   work_.oldest_result_cycles = std::max(work_.oldest_result_cycles, now.oldest_result_cycles);
   work_.pairs_tested += now.pairs_tested;
@@ -221,7 +223,8 @@ void NodeLoop::TellFigures(std::int64_t now_ns) {
                            static_cast<double>(outputs_.counters.points_tested),
                            in_state(vps::PairState::kAsleep),
                            in_state(vps::PairState::kFar),
-                           in_state(vps::PairState::kNear)};
+                           in_state(vps::PairState::kNear),
+                           static_cast<double>(work_.pairs_cut_short)};
   for (std::size_t i = 0; i < figures_.items.size(); ++i) figures_.items[i].value = values[i];
   figures_writer_.Set(figures_);
 }
@@ -232,6 +235,7 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   AddFigures(in_contact_, "contact_", &report);
   report["is_realtime"] = is_realtime;
   report["work"] = {{"pairs_tested", work_.pairs_tested},
+                    {"pairs_cut_short", work_.pairs_cut_short},
                     {"pairs_late", work_.pairs_late},
                     {"oldest_result_cycles", work_.oldest_result_cycles},
                     {"spheres_tested", work_.spheres_tested},

@@ -28,7 +28,8 @@ struct Counters {
   std::uint32_t pairs_coherent = 0;  // skipped: cannot touch yet
   std::uint32_t pairs_tested = 0;
   std::uint32_t pairs_in_contact = 0;
-  std::uint32_t pairs_late = 0;  // left for the next cycle, time ran short; oldest first then
+  std::uint32_t pairs_cut_short = 0;  // tested where they are deepest only, time ran short
+  std::uint32_t pairs_late = 0;       // left for the next cycle, time ran short; oldest first then
   std::uint32_t oldest_result_cycles = 0;
   std::uint64_t spheres_tested = 0;
   std::uint64_t points_tested = 0;

@@ -28,6 +28,8 @@ struct PairEntry {
   bool is_late = false;
   double free_m = 0.0;                // found by Test
   FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
+  std::uint32_t points_due = 0;       // that its last walk would have tested without a budget
+  std::uint32_t most_points = 0;      // its share of this step's budget; 0: no limit
 };
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
@@ -73,6 +75,7 @@ struct CollisionWorld::Impl {
   void PrepareFast(std::size_t slot);
   void EvaluateFast(std::size_t index);
   void FinishFast(std::size_t slot);
+  void ShareOut(std::uint64_t budget_points);
   void TestSome(core::ParallelFor* workers);
   void Settle(std::size_t i);
   void Take(std::size_t i);
@@ -183,8 +186,8 @@ void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   if (pair.description.is_active) impl_->schedule.Wake(i);
 }
 
-void CollisionWorld::SetLastPlanes(
-    std::size_t i, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes) {
+void CollisionWorld::SetLastPlanes(std::size_t i,
+                                   const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes) {
   PairEntry& pair = impl_->pairs[i];
   if (!pair.description.is_active || planes.empty()) return;
   pair.result.planes = planes;
@@ -270,6 +273,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   const PairDescription& d = pair.description;
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = pair.memory;
+  fast_scratch[slot].walk.most_points = pair.most_points;
   num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS, d.look_ahead_m,
                                  BestInstructionSet(), &fast_scratch[slot].walk);
 }
@@ -297,6 +301,24 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.free_m = FinishFastPair(*objects[d.sampled]->samples, *objects[d.field]->field, schedule.X_WO(d.sampled),
                                pair.X_GS, d, rho, &fast_scratch[slot], &pair.result);
   pair.result.cycle = cycle;
+  pair.result.is_cut_short = fast_scratch[slot].walk.is_cut_short();
+  pair.points_due = fast_scratch[slot].walk.points_due();
+}
+
+// A pair that has not been tested yet is taken for a small one.
+void CollisionWorld::Impl::ShareOut(std::uint64_t budget_points) {
+  constexpr std::uint32_t kSmall = 1024;
+  constexpr std::uint64_t kMost = 0xffffffffU;
+  std::uint64_t wanted = 0;
+  for (const std::uint32_t i : due) wanted += std::max(pairs[i].points_due, kSmall);
+  for (const std::uint32_t i : due) {
+    PairEntry& pair = pairs[i];
+    pair.most_points = 0;
+    if (budget_points == 0) continue;
+    const std::uint64_t all = wanted > budget_points ? wanted : std::max(pair.points_due, kSmall);
+    const std::uint64_t share = budget_points * std::max(pair.points_due, kSmall) / all;
+    pair.most_points = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(share, 1, kMost));
+  }
 }
 
 // The pairs from `first_due` on, as many as there is scratch for. `fast` spreads the chunks of all their walks over the
@@ -340,6 +362,7 @@ void CollisionWorld::Impl::Take(std::size_t i) {
   SetPhase(i, pair.result.is_in_contact ? PairState::kContact : PairState::kNear);
   Settle(i);
   ++report.pairs_tested;
+  report.pairs_cut_short += pair.result.is_cut_short ? 1 : 0;
   report.counters.spheres_tested += pair.result.counters.spheres_tested;
   report.counters.points_tested += pair.result.counters.points_tested;
   report.counters.points_colliding += pair.result.counters.points_colliding;
@@ -357,7 +380,8 @@ void CollisionWorld::Impl::Sum() {
   });
 }
 
-const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t budget_ns) {
+const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t budget_ns,
+                                       std::uint64_t budget_points) {
   Impl& w = *impl_;
   ++w.cycle;
   w.deadline_ns = budget_ns > 0 ? core::MonotonicNow_ns() + budget_ns : 0;
@@ -375,6 +399,7 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
       return age_a != age_b ? age_a < age_b : a < b;
     });
   }
+  w.ShareOut(budget_points);
   for (w.first_due = 0; w.first_due < w.due.size(); w.first_due += kMaxPairsAtOnce) w.TestSome(workers);
   for (const std::uint32_t i : w.due) w.Take(i);
   w.report.pairs_in_contact = w.num_touching;

@@ -50,6 +50,7 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
+  bool is_cut_short = false;  // of `fast`: the points' budget ran out; the deepest point is the right one all the same
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
@@ -73,6 +74,7 @@ struct StepReport {
   std::uint32_t pairs_unchanged = 0;  // relative pose bitwise the same: the result was kept
   std::uint32_t pairs_tested = 0;     // by their trees
   std::uint32_t pairs_in_contact = 0;
+  std::uint32_t pairs_cut_short = 0;       // tested, with fewer points than they have near
   std::uint32_t pairs_late = 0;            // left for the next cycle, time ran short
   std::uint32_t oldest_result_cycles = 0;  // greatest age of a result that should have been renewed
   QueryCounters counters;                  // of the pairs tested in this step
@@ -98,7 +100,9 @@ class CollisionWorld {
 
   // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first and those that the time
   // does not reach keep their old result, its age counted.
-  const StepReport& Step(core::ParallelFor* workers, std::int64_t budget_ns = 0);
+  // `budget_points`: of `fast`; 0: as many as there are. Otherwise the points that may be tested in this step, shared
+  // out among the due pairs by what each of them had to test last; see FieldWalkScratch::most_points.
+  const StepReport& Step(core::ParallelFor* workers, std::int64_t budget_ns = 0, std::uint64_t budget_points = 0);
 
   [[nodiscard]] std::size_t num_objects() const;
   [[nodiscard]] std::size_t num_pairs() const;

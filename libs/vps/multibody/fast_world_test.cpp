@@ -110,6 +110,27 @@ TEST(FastWorld, NeedsObjectsThatWereCookedForIt) {
   EXPECT_FALSE(CollisionWorld::Create(description));
 }
 
+TEST(FastWorld, ABudgetOfPointsCutsAHeavyPairShortAndKeepsItsDeepestPoint) {
+  const auto whole = OnPlate(MakeTorus(0.03, 0.01, 96, 48), 20000);
+  const auto cut = OnPlate(MakeTorus(0.03, 0.01, 96, 48), 20000);
+  core::SerialFor serial;
+  std::uint32_t num_cut = 0;
+  for (int i = 0; i < 40; ++i) {
+    const core::Pose X = At(0.01, 1e-4 * i, 0.029 - 2e-5 * i, {0.002 * i, 0.0, 0.1 * i});
+    whole->SetPose(1, X);
+    cut->SetPose(1, X);
+    ASSERT_EQ(whole->Step(&serial).pairs_cut_short, 0U);
+    const StepReport& report = cut->Step(&serial, 0, 640);
+    num_cut += report.pairs_cut_short;
+    ASSERT_EQ(report.pairs_cut_short == 1, cut->result(0).is_cut_short);
+    ASSERT_EQ(cut->result(0).signed_distance_m, whole->result(0).signed_distance_m);
+    ASSERT_EQ(cut->result(0).deepest_p_S, whole->result(0).deepest_p_S);
+    ASSERT_LE(cut->result(0).counters.points_tested, whole->result(0).counters.points_tested);
+    cut->Step(&serial, 0, 10'000'000);
+  }
+  EXPECT_GT(num_cut, 10U);
+}
+
 TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   const CookedObject object = *Cook(MakeBlockWithHole(0.03, 0.02, 0.01, 32), {0.001, 3000, Method::kFast});
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_test.vps";

@@ -101,7 +101,7 @@ FieldWalkScratch::FieldWalkScratch(const SampleTree& tree)
       near_slots(tree.points.size()),
       near_depths(tree.points.size()),
       queue_(2 * (tree.points.size() + kBlock)),
-      slacks_(tree.points.size() + kBlock),
+      bounds_(tree.points.size() + kBlock),
       chunk_near_(tree.points.size()),
       chunks_(std::min<std::size_t>(kMostChunks, (tree.points.size() >> kSmallestChunkShift) + 1)) {}
 
@@ -125,40 +125,33 @@ FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field,
   return FinishWalk(scratch);
 }
 
-// The blocks that may come near, from the tree.
-std::uint32_t FieldWalkScratch::FindBlocks() {
+// The blocks that may come near, from the tree. `kept`, `skin`: WalkCull.
+std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
   WalkCull cull{};
   cull.queue = queue_.data();
   cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
+  cull.kept = kept;
+  cull.skin = skin;
   kernels_.cull(input_, &cull);
   spheres_tested_ += cull.spheres_tested;
   room_ = static_cast<double>(cull.room) - static_cast<double>(input_.margin);
-  blocks_ = cull.blocks;
+  blocks_ = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
   return cull.num_blocks;
 }
 
 // The same by way of a list for the cycles to come.
 std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
-  WalkCull cull{};
-  cull.queue = queue_.data();
-  cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
-  cull.slack = slacks_.data();
-  cull.skin = static_cast<float>(skin_voxels);
-  kernels_.cull(input_, &cull);
-  spheres_tested_ += cull.spheres_tested;
-  memory->KeepList(static_cast<double>(cull.skin), static_cast<double>(cull.room) - static_cast<double>(input_.margin),
-                   {cull.blocks, cull.num_blocks}, slacks_.data());
+  const std::uint32_t num_listed = FindBlocks(bounds_.data(), static_cast<float>(skin_voxels));
+  memory->KeepList(skin_voxels, room_, {blocks_, num_listed}, bounds_.data());
   std::uint32_t count = 0;
-  auto* const blocks = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
-  auto free = cull.room - input_.margin;
-  for (std::uint32_t i = 0; i < cull.num_blocks; ++i) {
-    const bool is_due = slacks_[i] <= 0.0f;
-    blocks[count] = blocks[i];
+  auto room = static_cast<float>(room_);
+  for (std::uint32_t i = 0; i < num_listed; ++i) {
+    const bool is_due = bounds_[i] <= 0.0f;
+    blocks_[count] = blocks_[i];
     count += is_due ? 1 : 0;
-    free = is_due ? free : std::min(free, slacks_[i]);
+    room = is_due ? room : std::min(room, bounds_[i]);
   }
-  blocks_ = blocks;
-  room_ = static_cast<double>(free);
+  room_ = static_cast<double>(room);
   return count;
 }
 
@@ -186,6 +179,8 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   scratch->voxel_size_m_ = s;
   scratch->num_chunks_ = 0;
   scratch->spheres_tested_ = 0;
+  scratch->is_cut_short_ = false;
+  scratch->points_due_ = 0;
   Advice advice{Advice::kStartAnew, 0.0};
   if (scratch->memory != nullptr) advice = scratch->memory->Advise(sampled, field, X_GS, margin_m);
   if (advice.what == Advice::kStayApart) {
@@ -209,6 +204,10 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   } else {
     num_blocks = advice.what == Advice::kMakeList ? scratch->ListBlocks(advice.voxels) : scratch->FindBlocks();
   }
+  scratch->points_due_ = num_blocks * kBlock;
+  if (scratch->most_points != 0 && num_blocks * kBlock > scratch->most_points) {
+    num_blocks = scratch->PickDeepest(scratch->most_points / kBlock);
+  }
   if (scratch->memory != nullptr) scratch->memory->num_tested_ = num_blocks;
   scratch->CutIntoChunks(num_blocks);
   return scratch->num_chunks_;
@@ -227,6 +226,7 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   FieldWalkResult result;
   result.spheres_tested = scratch->spheres_tested_;
+  result.is_cut_short = scratch->is_cut_short_;
   if (scratch->num_chunks_ == 0) {
     scratch->RememberApart(scratch->room_);
     result.free_distance_m = std::max(0.0, scratch->room_ * scratch->voxel_size_m_);

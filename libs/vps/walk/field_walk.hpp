@@ -29,6 +29,11 @@ class FieldWalkScratch {
 
   // What the walks that use this scratch remember of their pair from one to the next; null: nothing, each starts anew.
   FieldWalkMemory* memory = nullptr;
+  // Budget of a walk that uses this scratch, points; 0: as many as it takes. If there are more to test, those blocks go
+  // first that can be deepest. All that can be as deep as the deepest point are tested, whatever the budget, so the
+  // deepest point is never missed; a larger budget tests the same blocks and more, so what is missing of the integral
+  // of the depth only falls.
+  std::uint32_t most_points = 0;
 
   // Blocks with a point within the margin, ascending, and where the depths of their points are.
   std::vector<std::uint32_t> near_blocks;
@@ -41,6 +46,9 @@ class FieldWalkScratch {
   [[nodiscard]] std::span<const std::uint32_t> tested_blocks() const {
     return {blocks_, num_chunks_ > 0 ? chunks_[num_chunks_ - 1].end : 0};
   }
+  // Of the last walk: whether the budget ran out, and how many points it would have tested without one.
+  [[nodiscard]] bool is_cut_short() const { return is_cut_short_; }
+  [[nodiscard]] std::uint32_t points_due() const { return points_due_; }
   [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
 
  private:
@@ -53,21 +61,24 @@ class FieldWalkScratch {
     WalkSums sums;
   };
   std::vector<std::uint32_t> queue_;
-  std::vector<float> slacks_;              // of a list that is being made
+  std::vector<float> bounds_;              // of the blocks found: slacks or least distances, voxels
   std::vector<std::uint32_t> chunk_near_;  // near blocks of each chunk, from its begin
   std::vector<Chunk> chunks_;
   std::uint32_t chunk_shift_ = 0;  // a chunk holds blocks whose numbers differ only in so many last bits
   std::uint32_t num_chunks_ = 0;
-  const std::uint32_t* blocks_ = nullptr;
+  std::uint32_t* blocks_ = nullptr;  // in queue_
   WalkInput input_{};
   WalkKernels kernels_{};
-  std::uint32_t FindBlocks();
+  std::uint32_t FindBlocks(float* kept = nullptr, float skin = 0.0f);
   std::uint32_t ListBlocks(double skin_voxels);
   void RememberApart(double free_voxels) const;
+  std::uint32_t PickDeepest(std::uint32_t most_blocks);
   void CutIntoChunks(std::uint32_t num_blocks);
 
   double voxel_size_m_ = 0.0;
   std::uint32_t spheres_tested_ = 0;
+  bool is_cut_short_ = false;
+  std::uint32_t points_due_ = 0;
   double room_ = 0.0;  // of what was culled, voxels
 };
 
@@ -88,6 +99,7 @@ struct FieldWalkResult {
   std::uint32_t num_colliding = 0;
   std::uint32_t spheres_tested = 0;
   std::uint32_t points_tested = 0;
+  bool is_cut_short = false;     // the budget ran out: sums and near points are of the blocks tested
   double free_distance_m = 0.0;  // nothing near: S may move so far, every point of it, before something can be
 };
 

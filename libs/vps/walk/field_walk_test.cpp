@@ -132,6 +132,59 @@ TEST(FieldWalk, ChunksGiveTheSameBitsInAnyOrder) {
   EXPECT_GT(most_chunks, 4U);
 }
 
+// What is missing of the integral of the depth falls with the budget, whatever the pose; the deepest point is always
+// found.
+TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
+  struct Case {
+    const char* name;
+    const DistanceField& field;
+    SampleTree points;
+    double spread_m, angle, margin_m;
+  };
+  const DistanceField comb = *BuildField(MakeBlockWithHole(0.02, 0.02, 0.004, 8), 0.0005);
+  const Case cases[] = {
+      {"peg", PegInHole().field, Samples(MakeCylinder(0.01, 0.04, 64), 16000), 0.0008, 0.02, 0.0},
+      {"rings, light and deep", Tori().field, Samples(MakeTorus(0.05, 0.02, 48, 24), 16000), 0.09, 3.0, 0.002},
+      {"facets and creases", comb, Samples(MakeCylinder(0.0042, 0.02, 8), 16000), 0.0008, 0.05, 0.0005},
+  };
+  for (const Case& c : cases) {
+    FieldWalkScratch scratch(c.points);
+    std::mt19937_64 random(21);
+    int num_cut = 0;
+    double missing[7] = {};
+    for (int i = 0; i < 60; ++i) {
+      core::Pose X_GS;
+      X_GS.translation = c.spread_m * glm::dvec3(Signed(random), Signed(random), Signed(random));
+      X_GS.rotation =
+          core::QuaternionFromRotationVector(c.angle * glm::dvec3(Signed(random), Signed(random), Signed(random)));
+      scratch.most_points = 0;
+      const FieldWalkResult whole = WalkField(c.points, c.field, X_GS, c.margin_m, &scratch);
+      ASSERT_FALSE(whole.is_cut_short);
+      double before = -1.0;
+      std::uint32_t tested_before = 0;
+      for (int b = 0; b < 7; ++b) {
+        scratch.most_points = 64U << (2 * b);
+        const FieldWalkResult cut = WalkField(c.points, c.field, X_GS, c.margin_m, &scratch);
+        ASSERT_EQ(cut.deepest_m, whole.deepest_m) << c.name;
+        ASSERT_EQ(cut.deepest_point, whole.deepest_point) << c.name;
+        ASSERT_GE(cut.points_tested, tested_before) << c.name;
+        ASSERT_GE(cut.volume_m3, before) << c.name;
+        if (!cut.is_cut_short) {
+          ASSERT_EQ(cut.force_m3, whole.force_m3) << c.name;
+        }
+        tested_before = cut.points_tested;
+        before = cut.volume_m3;
+        num_cut += cut.is_cut_short ? 1 : 0;
+        missing[b] += glm::length(cut.force_m3 - whole.force_m3);
+      }
+      ASSERT_LE(before, whole.volume_m3);
+    }
+    EXPECT_GT(num_cut, 30) << c.name;
+    for (int b = 1; b < 7; ++b) EXPECT_LE(missing[b], missing[b - 1]) << c.name << ", budget " << (64 << (2 * b));
+    EXPECT_EQ(missing[6], 0.0) << c.name;
+  }
+}
+
 // S may move by the free distance in any direction without a point coming within the margin.
 TEST(FieldWalk, FreeDistanceIsFree) {
   const Pair& pair = Tori();

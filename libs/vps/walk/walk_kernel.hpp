@@ -70,12 +70,14 @@ constexpr std::uint32_t kTaken[8] = {0,           0x20000000U, 0x40000000U, 0x60
 struct WalkCull {
   std::uint32_t* queue;  // twice `queue_half` entries, each half as many as point blocks
   std::uint32_t queue_half;
-  // Not null: for a list that stays true while no point moves by more than `skin` voxels. Room for every block.
-  float* slack;
+  // Not null: one number for each of the resulting blocks, in their order; room for every block. With a skin the blocks
+  // are those that may come near while no point moves by more than so many voxels, and the number is how far points may
+  // move before one of the block's can be near; without it is the lower bound of the block's distances, voxels.
+  float* kept;
   float skin;
   // Results: the point blocks that may come near, ascending, within the queue.
   const std::uint32_t* blocks;
-  std::uint32_t num_blocks;  // with `slack`: the same for each, how far points may move before one can be near, voxels
+  std::uint32_t num_blocks;
   std::uint32_t spheres_tested;
   float room;  // lower bound of the distance of everything that was culled, voxels
 };

@@ -171,7 +171,8 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
   const float side = static_cast<float>(1 << shift);
   const Vec3 off{q.x - (ToF(x) + 0.5f) * side, q.y - (ToF(y) + 0.5f) * side, q.z - (ToF(z) + 0.5f) * side};
   const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
-  const F whole = Max((F)distance - Length(off), outside) - r - kCullSlack;
+  const F centre = (F)distance - Length(off);
+  const F whole = (outside > 0.0f ? Max(centre, outside) : centre) - r - kCullSlack;
 
   constexpr std::uint32_t kTop = 0xff000000U;
   const Vec3 g{ToF((I)(code << 24 & kTop)) * kCoarseGradientScale, ToF((I)(code << 16 & kTop)) * kCoarseGradientScale,
@@ -202,8 +203,9 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
 
 constexpr std::uint32_t kMostLeap = 4;
 
-// With kWithSlack: what may come near within the skin survives, and the slack of it is kept.
-template <bool kWithSlack>
+// kSlack: what may come near within the skin survives, and its slack is kept. kReach: its lower bound is kept.
+enum class Kept { kNothing, kSlack, kReach };
+template <Kept kKept>
 inline void CullBy(const WalkInput& in, WalkCull* cull) {
   std::uint32_t* queue = cull->queue;
   std::uint32_t* next = cull->queue + cull->queue_half;
@@ -211,6 +213,7 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
   queue[0] = 0;
   F room = Fill(1e30f);
   cull->spheres_tested = 0;
+  constexpr bool kWithSlack = kKept == Kept::kSlack;
   const float skin = kWithSlack ? cull->skin : 0.0f;
   for (std::uint32_t level = in.num_levels; level-- > 0;) {
     const SphereBlock* const blocks = in.spheres + in.level_begin[level];
@@ -237,17 +240,23 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
           const F reach = SampleAnywhere<true>(in, p) - r - kCullSlack;
           leaves = {Max(leaves.reach, reach), Max(leaves.slack, reach - in.margin)};
         }
+        if (kKept == Kept::kReach && level == 0) {
+          // Beyond the band the field's planes reach past their own cells' centres: by twice half a diagonal at most.
+          const float stray = 1.7321f * static_cast<float>(1 << in.coarse_shift);
+          leaves.reach = leaves.reach < -kBeyondBand ? leaves.reach - stray : leaves.reach;
+        }
         const I is_near = kWithSlack ? leaves.slack <= skin : leaves.reach <= in.margin;
         room = Min(room, is_near ? Fill(1e30f) : leaves.reach);
         unsigned lanes = Bits(is_near);
         survivors |= lanes << at;
-        if (kWithSlack && level == 0) {
+        if (kKept != Kept::kNothing && level == 0) {
           const std::uint32_t to = num_next + static_cast<std::uint32_t>(__builtin_popcount(survivors ^ lanes << at));
-          Compress(reinterpret_cast<std::uint32_t*>(cull->slack) + to, (U)leaves.slack, lanes);
+          Compress(reinterpret_cast<std::uint32_t*>(cull->kept) + to, (U)(kWithSlack ? leaves.slack : leaves.reach),
+                   lanes);
         }
       }
       cull->spheres_tested += kBlock;
-      if (!kWithSlack && level == 0) {
+      if (kKept == Kept::kNothing && level == 0) {
         leap = survivors != kAllSurvive ? 1 : (leap < kMostLeap ? 2 * leap : leap);
         num_untested = leap - 1;
       }
@@ -268,10 +277,12 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
 }
 
 void Cull(const WalkInput& in, WalkCull* cull) {
-  if (cull->slack != nullptr) {
-    CullBy<true>(in, cull);
+  if (cull->kept == nullptr) {
+    CullBy<Kept::kNothing>(in, cull);
+  } else if (cull->skin > 0.0f) {
+    CullBy<Kept::kSlack>(in, cull);
   } else {
-    CullBy<false>(in, cull);
+    CullBy<Kept::kReach>(in, cull);
   }
 }
 

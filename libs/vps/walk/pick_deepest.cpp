@@ -1,0 +1,69 @@
+#include <algorithm>
+
+#include "vps/walk/field_walk.hpp"
+
+namespace vps {
+namespace {
+
+constexpr std::uint32_t kLevels = 256;
+constexpr std::uint32_t kProbes = 32;
+
+// Ranks of blocks by their least distance, in so many equal steps.
+class Ranks {
+ public:
+  Ranks(std::span<const float> least, float margin) : low_(*std::min_element(least.begin(), least.end())) {
+    per_voxel_ = static_cast<float>(kLevels - 1) / std::max(margin - low_, 1e-6f);
+    for (const float d : least) ++count_[Of(d)];
+  }
+  [[nodiscard]] std::uint32_t Of(float distance) const {
+    return static_cast<std::uint32_t>(
+        std::clamp((distance - low_) * per_voxel_, 0.0f, static_cast<float>(kLevels - 1)));
+  }
+  // All blocks of ranks below `rank` and the first `more` of it.
+  struct Share {
+    std::uint32_t rank, more;
+  };
+  [[nodiscard]] Share First(std::uint32_t blocks) const {
+    std::uint32_t rank = 0;
+    for (; rank < kLevels && count_[rank] <= blocks; ++rank) blocks -= count_[rank];
+    return {rank, blocks};
+  }
+  // `from` and `to` may be the same.
+  std::uint32_t Pick(Share share, std::span<const float> least, const std::uint32_t* from, std::uint32_t* to) const {
+    std::uint32_t count = 0;
+    for (std::size_t i = 0; i < least.size(); ++i) {
+      const std::uint32_t rank = Of(least[i]);
+      if (rank > share.rank || (rank == share.rank && share.more == 0)) continue;
+      share.more -= rank == share.rank ? 1 : 0;
+      to[count++] = from[i];
+    }
+    return count;
+  }
+
+ private:
+  float low_, per_voxel_;
+  std::uint32_t count_[kLevels] = {};
+};
+
+}  // namespace
+
+// First the deepest point that the most promising blocks hold: no block whose bound says that it is less deep can hold
+// the deepest of all. This needs a few points, the same with every budget.
+std::uint32_t FieldWalkScratch::PickDeepest(std::uint32_t most_blocks) {
+  const std::uint32_t num_blocks = FindBlocks(bounds_.data());
+  if (num_blocks <= most_blocks) return num_blocks;
+  const std::span<const float> least(bounds_.data(), num_blocks);
+  const Ranks ranks(least, input_.margin);
+  std::uint32_t probes[kProbes];
+  const std::uint32_t num_probes = ranks.Pick(ranks.First(kProbes), least, blocks_, probes);
+  WalkSums sums;
+  kernels_.evaluate(
+      input_, {probes, num_probes, chunk_near_.data(), reinterpret_cast<float(*)[kBlock]>(near_depths.data())}, &sums);
+  Ranks::Share share = ranks.First(most_blocks);
+  if (const std::uint32_t needed = ranks.Of(sums.room); needed >= share.rank) share = {needed, num_blocks};
+  const std::uint32_t count = ranks.Pick(share, least, blocks_, blocks_);
+  is_cut_short_ = count < num_blocks;
+  return count;
+}
+
+}  // namespace vps
