@@ -62,6 +62,61 @@ TEST(DirectSolver, FrictionStopsAtTheConesEdge) {
   }
 }
 
+// A block on `n` points with normal and one direction of friction each, pressed and pulled: coupled through the block.
+TEST(DirectSolver, SlidingFrictionFollowsItsNormalForRandomContacts) {
+  std::mt19937_64 random(5);
+  DirectSolver solver;
+  int num_solved = 0;
+  int num_sliding = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const int n = 2 + trial % 12;
+    const int rows = 2 * n;
+    std::vector<double> G(static_cast<std::size_t>(rows * rows));
+    for (double& g : G) g = 0.3 * (Uniform(&random) - 0.5);
+    for (int i = 0; i < rows; ++i) {
+      G[static_cast<std::size_t>(i * rows + i)] += 1.0;
+      for (int j = 0; j <= i; ++j) {
+        double a = 0.0;
+        for (int k = 0; k < rows; ++k) {
+          a += G[static_cast<std::size_t>(i * rows + k)] * G[static_cast<std::size_t>(j * rows + k)];
+        }
+        solver.A(i, j) = a;
+      }
+    }
+    for (int c = 0; c < n; ++c) {
+      solver.b(c) = Uniform(&random) - 0.2;
+      solver.b(n + c) = 0.6 * (Uniform(&random) - 0.5);
+      solver.bounds(c) = {0.0, 1e30, DirectSolver::kNoNormal, 0.0};
+      solver.bounds(n + c) = {0.0, 0.0, c, 0.3};
+      solver.lambda(c) = solver.lambda(n + c) = 0.0;
+    }
+    if (!solver.Solve(rows)) continue;
+    ++num_solved;
+    const auto excess = [&](int i) {
+      double sum = -solver.b(i);
+      for (int j = 0; j < rows; ++j) sum += (j < i ? solver.A(i, j) : solver.A(j, i)) * solver.lambda(j);
+      return sum;
+    };
+    for (int c = 0; c < n; ++c) {
+      EXPECT_GE(solver.lambda(c), -1e-9);
+      EXPECT_GE(excess(c), -1e-8);
+      EXPECT_LT(std::abs(excess(c)) * solver.lambda(c), 1e-8);
+      const double friction = solver.lambda(n + c);
+      const double limit = 0.3 * solver.lambda(c);
+      EXPECT_LE(std::abs(friction), limit + 1e-9);
+      const double slip = excess(n + c);
+      if (std::abs(friction) < limit - 1e-9) {
+        EXPECT_LT(std::abs(slip), 1e-8) << "sticks";
+      } else if (limit > 1e-9) {
+        EXPECT_LE(slip * friction, 1e-8) << "against the sliding";
+        ++num_sliding;
+      }
+    }
+  }
+  EXPECT_GE(num_solved, 199);
+  EXPECT_GT(num_sliding, 100);
+}
+
 TEST(DirectSolver, SaysWhenThereIsNoAnswer) {
   DirectSolver solver;
   solver.A(0, 0) = -1.0;
