@@ -108,20 +108,31 @@ class FieldBuilder {
     const auto reach_voxels = static_cast<float>(reach());
     std::fill(std::begin(samples.squared), std::end(samples.squared), reach_voxels * reach_voxels);
     std::fill(std::begin(samples.triangle), std::end(samples.triangle), kNoTriangle);
-    for (const std::uint32_t t : bins_.of(b)) {
-      const auto& [p, q, r] = triangles_.corners(t);
-      AddTriangle(RowTriangle(p - origin, q - origin, r - origin), t, reach_voxels, &samples);
-    }
+    const std::span<const std::uint32_t> numbers = bins_.of(b);
+    const std::vector<RowTriangle> triangles = RowsOf(numbers, origin);
+    for (std::uint32_t n = 0; n < numbers.size(); ++n) AddTriangle(triangles[n], n, reach_voxels, &samples);
     std::uint32_t* const words = field_.words.data() + FirstWord(b);
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
-      const std::uint32_t t = samples.triangle[k];
-      if (t == kNoTriangle) continue;
-      const glm::dvec3 at = origin + glm::dvec3(k & 7, k >> 3 & 7, k >> 6);
-      const auto value = triangles_.SignedValue(t, triangles_.Closest(t, at), at);
-      if (std::abs(value.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
-      near_brick_[b] = t;
-      words[k] = EncodePlane(static_cast<float>(value.distance), glm::vec3(value.gradient));
+      const std::uint32_t n = samples.triangle[k];
+      if (n == kNoTriangle) continue;
+      const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
+      const TangentPlane plane = TangentAt(triangles_, {numbers[n], &triangles[n]}, origin, glm::vec3(place));
+      if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
+      near_brick_[b] = numbers[n];
+      words[k] = EncodePlane(plane.distance, plane.gradient);
     }
+  }
+
+  // Of the triangles, about a brick's first sample.
+  [[nodiscard]] std::vector<RowTriangle> RowsOf(std::span<const std::uint32_t> numbers,
+                                                const glm::dvec3& first_sample) const {
+    std::vector<RowTriangle> triangles;
+    triangles.reserve(numbers.size());
+    for (const std::uint32_t t : numbers) {
+      const auto& [p, q, r] = triangles_.corners(t);
+      triangles.emplace_back(p - first_sample, q - first_sample, r - first_sample);
+    }
+    return triangles;
   }
 
   // Bins are generous: bricks that no sample of the band lies in go.
@@ -192,12 +203,7 @@ class FieldBuilder {
     if (std::all_of(cells.begin(), cells.end(), [](std::uint8_t row) { return row == 0; })) return;
     const glm::dvec3 first_sample = glm::dvec3(CornerOf(slots_[b])) + 0.5;
     const std::span<const std::uint32_t> numbers = bins_.of(bin_of_brick_[b]);
-    std::vector<RowTriangle> triangles;
-    triangles.reserve(numbers.size());
-    for (const std::uint32_t t : numbers) {
-      const auto& [p, q, r] = triangles_.corners(t);
-      triangles.emplace_back(p - first_sample, q - first_sample, r - first_sample);
-    }
+    const std::vector<RowTriangle> triangles = RowsOf(numbers, first_sample);
     std::array<std::vector<NearTriangle>, kRow> near;
     for (int row = 0; row < 64; ++row) {
       const unsigned mask = cells[static_cast<std::size_t>(row)];

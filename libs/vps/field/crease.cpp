@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "vps/field/wide_clones.hpp"
+
 namespace vps {
 namespace {
 
@@ -56,43 +58,18 @@ struct Values {
   return largest;
 }
 
-struct Candidate {
-  std::uint32_t word = 0;
-  Values value;  // of the plane as it will be read back
+// The exact distance at the places, as tangent planes.
+struct Exact {
+  Values value;
+  float at_centre[kNumPlaces];  // of the tangent
+  glm::vec3 gradient[kNumPlaces];
+  bool is_repeated[kNumPlaces];  // the same face's as an earlier one
 };
 
-constexpr float kSamePlane = 0.01f;  // planes nearer than this everywhere in the cell are one
-
-struct Tangents {
-  Values exact;
-  std::array<Candidate, kNumPlaces + 1> candidates;
-  int count = 0;
-
-  void Add(std::uint32_t word) {
-    Candidate& fresh = candidates[count];
-    fresh.word = word;
-    const float d = DistanceOf(word);
-    const glm::vec3 g = GradientOf(word);
-    for (int k = 0; k < kNumPlaces; ++k) {
-      fresh.value.at[k] = d + ((g.x * kPlaces.x[k] + g.y * kPlaces.y[k]) + g.z * kPlaces.z[k]);
-    }
-    for (int c = 0; c < count; ++c) {
-      float largest = 0.0f;
-      for (int k = 0; k < 8; ++k) {  // planes differ most at the corners
-        largest = std::max(largest, std::abs(candidates[c].value.at[k] - fresh.value.at[k]));
-      }
-      if (largest < kSamePlane) return;
-    }
-    ++count;
-  }
-};
-
-void TakeTangents(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
-                  const glm::ivec3& cell, Tangents* out) {
+[[gnu::always_inline]] inline void FindExact(const TriangleField& field, std::span<const NearTriangle> near,
+                                             const glm::dvec3& first_sample, const glm::ivec3& cell, Exact* out) {
   float squared[kNumPlaces];
   std::uint32_t winner[kNumPlaces];
-  std::fill(std::begin(squared), std::end(squared), std::numeric_limits<float>::max());
-  std::fill(std::begin(winner), std::end(winner), 0U);
   const glm::vec3 centre(cell);
   for (int row = 0; row < kRows; ++row) {
     PointRow points = kPlaces.rows[row];
@@ -101,38 +78,63 @@ void TakeTangents(const TriangleField& field, std::span<const NearTriangle> near
       points.y[i] += centre.y;
       points.z[i] += centre.z;
     }
-    float* const least = squared + row * kRow;
-    std::uint32_t* const nearest = winner + row * kRow;
-    for (std::uint32_t n = 0; n < near.size(); ++n) {
-      float here[kRow];
-      SquaredDistances(*near[n].rows, points, here);
-      for (int i = 0; i < kRow; ++i) {
-        const bool is_nearer = here[i] < least[i];
-        least[i] = is_nearer ? here[i] : least[i];
-        nearest[i] = is_nearer ? n : nearest[i];
-      }
-    }
+    FindNearest(near, points, squared + row * kRow, winner + row * kRow);
   }
   std::uint32_t last_face = 0xffffffffU;
   for (int i = 0; i < kNumPlaces; ++i) {
     const glm::vec3 place(kPlaces.x[i], kPlaces.y[i], kPlaces.z[i]);
     const NearTriangle& triangle = near[winner[i]];
-    if (field.side_is_sign() && triangle.rows->IsOverFace(centre + place)) {
-      // Over a face the plane's own side is the sign, and one tangent does for all its places.
-      out->exact.at[i] = triangle.rows->Height(centre + place);
-      if (triangle.number == last_face) continue;
-      last_face = triangle.number;
-      const float at_centre = triangle.rows->Height(centre);
-      if (std::abs(at_centre) < kLargestWordDistance) out->Add(EncodePlane(at_centre, triangle.rows->normal));
-      continue;
-    }
-    const glm::dvec3 p = first_sample + glm::dvec3(centre + place);
-    const TriangleField::Value value = field.SignedValue(triangle.number, field.Closest(triangle.number, p), p);
-    out->exact.at[i] = static_cast<float>(value.distance);
-    const float at_centre = out->exact.at[i] - glm::dot(glm::vec3(value.gradient), place);
-    if (std::abs(at_centre) < kLargestWordDistance) out->Add(EncodePlane(at_centre, glm::vec3(value.gradient)));
+    const TangentPlane plane = TangentAt(field, triangle, first_sample, centre + place);
+    out->value.at[i] = plane.distance;
+    out->gradient[i] = plane.gradient;
+    out->at_centre[i] = plane.distance - glm::dot(plane.gradient, place);
+    out->is_repeated[i] = plane.is_over_face && triangle.number == last_face;
+    if (plane.is_over_face) last_face = triangle.number;
   }
 }
+
+struct Candidate {
+  std::uint32_t word = 0;
+  Values value;  // of the plane as it will be read back
+
+  explicit Candidate(std::uint32_t plane) : word(plane) {
+    const float d = DistanceOf(word);
+    const glm::vec3 g = GradientOf(word);
+    for (int k = 0; k < kNumPlaces; ++k) {
+      value.at[k] = d + ((g.x * kPlaces.x[k] + g.y * kPlaces.y[k]) + g.z * kPlaces.z[k]);
+    }
+  }
+  Candidate() = default;
+};
+
+[[gnu::always_inline]] inline float LargestError(const Candidate& candidate, const Values& exact) {
+  Lanes sizes{};
+  for (int row = 0; row < kRows; ++row) KeepLargerSize(candidate.value.rows[row] - exact.rows[row], &sizes);
+  return Largest(sizes);
+}
+
+constexpr float kSamePlane = 0.01f;  // planes nearer than this everywhere in the cell are one
+
+struct Tangents {
+  Values exact;
+  std::array<Candidate, kNumPlaces> candidates;
+  int count = 0;
+
+  explicit Tangents(const Exact& from) : exact(from.value) {
+    for (int i = 0; i < kNumPlaces; ++i) {
+      if (from.is_repeated[i] || std::abs(from.at_centre[i]) >= kLargestWordDistance) continue;
+      Add(Candidate(EncodePlane(from.at_centre[i], from.gradient[i])));
+    }
+  }
+  void Add(const Candidate& fresh) {
+    for (int c = 0; c < count; ++c) {
+      Lanes sizes{};  // planes differ most at the corners
+      KeepLargerSize(candidates[c].value.rows[0] - fresh.value.rows[0], &sizes);
+      if (Largest(sizes) < kSamePlane) return;
+    }
+    candidates[count++] = fresh;
+  }
+};
 
 struct Choice {
   std::array<int, kPlanesPerCrease> planes{};
@@ -142,14 +144,10 @@ struct Choice {
 };
 
 // One plane for all.
-Choice BestPlane(const Tangents& tangents) {
+[[gnu::always_inline]] inline Choice BestPlane(const Tangents& tangents) {
   Choice choice;
   for (int c = 0; c < tangents.count; ++c) {
-    Lanes sizes{};
-    for (int row = 0; row < kRows; ++row) {
-      KeepLargerSize(tangents.candidates[c].value.rows[row] - tangents.exact.rows[row], &sizes);
-    }
-    const float largest = Largest(sizes);
+    const float largest = LargestError(tangents.candidates[c], tangents.exact);
     if (largest < choice.largest_error) {
       choice.largest_error = largest;
       choice.planes.fill(c);
@@ -161,7 +159,7 @@ Choice BestPlane(const Tangents& tangents) {
 // The plane of least squares: where facets are smaller than a voxel no single one of them speaks for the cell. The
 // places lie symmetrically, so distance and slopes follow one by one. The corners weigh so much that the mean of x^2 is
 // that of the cell, 1/12: a curved distance gives no bias.
-void AddLeastSquares(Tangents* tangents) {
+[[gnu::always_inline]] inline Candidate LeastSquares(const Values& exact) {
   constexpr float kCornerWeight = 0.28f;
   float weights = 0.0f;
   float sum = 0.0f;
@@ -169,21 +167,20 @@ void AddLeastSquares(Tangents* tangents) {
   glm::vec3 slope(0.0f);
   for (int k = 0; k < kNumPlaces - 1; ++k) {  // the last repeats the centre
     const float weight = k < 8 ? kCornerWeight : 1.0f;
-    const float value = weight * tangents->exact.at[k];
+    const float value = weight * exact.at[k];
     weights += weight;
     sum += value;
     slope += value * glm::vec3(kPlaces.x[k], kPlaces.y[k], kPlaces.z[k]);
     squares += weight * kPlaces.x[k] * kPlaces.x[k];
   }
-  const float d = sum / weights;
-  if (std::abs(d) < kLargestWordDistance) tangents->Add(EncodePlane(d, slope / squares));
+  return Candidate(EncodePlane(sum / weights, slope / squares));
 }
 
 constexpr float kGoodEnough = 0.03f;  // error at which no better combination is looked for
 
 // The largest of side * planes, one after the other. What a plane adds too much no later one takes away, so that
 // weighs more.
-Choice BestLargest(const Tangents& tangents, float side) {
+[[gnu::always_inline]] inline Choice BestLargest(const Tangents& tangents, float side) {
   constexpr float kTooMuch = 4.0f;
   Choice choice;
   choice.side = side;
@@ -228,7 +225,7 @@ Choice BestLargest(const Tangents& tangents, float side) {
 }
 
 // Two pairs: the larger of the two smaller ones. All combinations of the planes in `pool`.
-Choice BestNested(const Tangents& tangents, float side, std::span<const int> pool) {
+[[gnu::always_inline]] inline Choice BestNested(const Tangents& tangents, float side, std::span<const int> pool) {
   Choice choice;
   choice.side = side;
   choice.is_nested = true;
@@ -277,7 +274,8 @@ constexpr float kWorthARecord = 0.06f;  // less error than one plane, voxels
 constexpr float kWorthASearch = 0.15f;  // error of the simple combinations
 constexpr std::size_t kPoolSize = 8;    // planes for nested combinations
 
-void SearchNested(const Tangents& tangents, std::initializer_list<const Choice*> simple, Choice* best) {
+[[gnu::always_inline]] inline void SearchNested(const Tangents& tangents, std::initializer_list<const Choice*> simple,
+                                                Choice* best) {
   std::array<int, kPoolSize> pool{};
   std::size_t size = 0;
   const auto add = [&](int c) {
@@ -295,28 +293,24 @@ void SearchNested(const Tangents& tangents, std::initializer_list<const Choice*>
 
 }  // namespace
 
-CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
-                    const glm::ivec3& cell) {
-  Tangents tangents;
-  TakeTangents(field, near, first_sample, cell, &tangents);
+VPS_WIDE_CLONES CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near,
+                                    const glm::dvec3& first_sample, const glm::ivec3& cell) {
+  Exact exact;
+  FindExact(field, near, first_sample, cell, &exact);
+  const Candidate mean = LeastSquares(exact.value);
   CreaseFit fit;
-  if (tangents.count == 0) {
-    fit.largest_error = std::numeric_limits<float>::infinity();
-    return fit;
-  }
-  const int num_tangents = tangents.count;  // only they combine: a mean plane cuts through what they touch
-  AddLeastSquares(&tangents);
+  fit.planes.fill(mean.word);
+  fit.largest_error = LargestError(mean, exact.value);
+  if (fit.largest_error <= kWorthARecord) return fit;
+  const Tangents tangents(exact);
   const Choice plane = BestPlane(tangents);
-  tangents.count = num_tangents;
-  Choice best = plane;
-  if (plane.largest_error > kWorthARecord) {
-    const Choice convex = BestLargest(tangents, 1.0f);
-    Choice concave;
-    if (convex.largest_error > kGoodEnough) concave = BestLargest(tangents, -1.0f);
-    best = concave.largest_error < convex.largest_error ? concave : convex;
-    if (best.largest_error > kWorthASearch) SearchNested(tangents, {&plane, &convex, &concave}, &best);
-    if (best.largest_error > plane.largest_error - kWorthARecord) best = plane;
-  }
+  const Choice convex = BestLargest(tangents, 1.0f);
+  Choice concave;
+  if (convex.largest_error > kGoodEnough) concave = BestLargest(tangents, -1.0f);
+  Choice best = concave.largest_error < convex.largest_error ? concave : convex;
+  if (best.largest_error > kWorthASearch) SearchNested(tangents, {&plane, &convex, &concave}, &best);
+  if (plane.largest_error <= best.largest_error) best = plane;
+  if (best.largest_error > fit.largest_error - kWorthARecord) return fit;
   const auto& chosen = best.planes;
   const bool is_plane = std::all_of(chosen.begin(), chosen.end(), [&](int c) { return c == chosen[0]; });
   fit.kind = is_plane ? CellKind::kPlane : CellKind::kCrease;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vps/field/wide_clones.hpp"
+
 namespace vps {
 namespace {
 
@@ -28,13 +30,36 @@ struct Apron {
   }
 };
 
-void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks, Apron* apron) {
+using Lanes = float __attribute__((vector_size(8 * sizeof(float))));
+using Words = std::uint32_t __attribute__((vector_size(8 * sizeof(std::uint32_t))));
+using Ints = std::int32_t __attribute__((vector_size(8 * sizeof(std::int32_t))));
+
+[[gnu::always_inline]] inline void Load(const float* from, Lanes* to) {
+  __builtin_memcpy(to, from, sizeof(Lanes));
+}
+[[gnu::always_inline]] inline void Store(const Lanes& from, float* to) {
+  __builtin_memcpy(to, &from, sizeof(Lanes));
+}
+
+// Apron::Put of eight words.
+[[gnu::always_inline]] inline void PutRow(int at, const std::uint32_t* row, Apron* apron) {
+  constexpr std::uint32_t kTop = 0xfe000000U;
+  Words words;
+  __builtin_memcpy(&words, row, sizeof words);
+  const Lanes d = __builtin_convertvector((Ints)words, Lanes) * kWordScale;
+  Store((words & 0x7fU) == kOtherKind ? Lanes{} + kNone : d, apron->d + at);
+  Store(__builtin_convertvector((Ints)(words << 11 & kTop), Lanes) * kGradientScale, apron->gx + at);
+  Store(__builtin_convertvector((Ints)(words << 18 & kTop), Lanes) * kGradientScale, apron->gy + at);
+  Store(__builtin_convertvector((Ints)(words << 25), Lanes) * kGradientScale, apron->gz + at);
+}
+
+[[gnu::always_inline]] inline void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks,
+                                        Apron* apron) {
   for (int z = -1; z <= 8; ++z) {
     for (int y = -1; y <= 8; ++y) {
       const int at = (z + 1) * Apron::kLayer + (y + 1) * Apron::kRow;
       apron->Put(at, words[WordIndex(bricks, -1, y, z)]);
-      const std::uint32_t* const row = &words[WordIndex(bricks, 0, y, z)];
-      for (int x = 0; x < 8; ++x) apron->Put(at + 1 + x, row[x]);
+      PutRow(at + 1, &words[WordIndex(bricks, 0, y, z)], apron);
       apron->Put(at + 9, words[WordIndex(bricks, 8, y, z)]);
       apron->Put(at + 10, kCoarseWord);
       apron->Put(at + 11, kCoarseWord);
@@ -42,10 +67,55 @@ void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks, Apr
   }
 }
 
-using Lanes = float __attribute__((vector_size(8 * sizeof(float))));
-
-[[gnu::always_inline]] inline void Load(const float* from, Lanes* to) {
-  __builtin_memcpy(to, from, sizeof(Lanes));
+// How far the distances of all cells in the band are from one plane at most. Nine tenths of a machined part's bricks
+// are done with it: its slopes come from the farthest cells along each axis from the one nearest to the surface.
+[[gnu::always_inline]] inline float MissOfOnePlane(const Apron& apron) {
+  const auto at = [](int x, int y, int z) { return (z + 1) * Apron::kLayer + (y + 1) * Apron::kRow + x + 1; };
+  glm::ivec3 middle(0);
+  float least = kNone;
+  for (int z = 0; z < 8; ++z) {
+    for (int y = 0; y < 8; ++y) {
+      for (int x = 0; x < 8; ++x) {
+        const float d = std::abs(apron.d[at(x, y, z)]);
+        if (d < least) least = d, middle = {x, y, z};
+      }
+    }
+  }
+  if (least == kNone) return kNone;
+  const float own = apron.d[at(middle.x, middle.y, middle.z)];
+  glm::vec3 slope(0.0f);
+  for (int axis = 0; axis < 3; ++axis) {
+    int most = 0;
+    for (int k = -1; k <= 8; ++k) {
+      glm::ivec3 c = middle;
+      c[axis] = k;
+      const float d = apron.d[at(c.x, c.y, c.z)];
+      const int way = k - middle[axis];
+      if (d == kNone || std::abs(way) <= std::abs(most)) continue;
+      most = way;
+      slope[axis] = (d - own) / static_cast<float>(way);
+    }
+    if (most == 0) return kNone;
+  }
+  constexpr Lanes kX = {0, 1, 2, 3, 4, 5, 6, 7};
+  Lanes most{};
+  for (int z = -1; z <= 8; ++z) {
+    for (int y = -1; y <= 8; ++y) {
+      for (int x = -1; x <= 1; x += 2) {
+        Lanes d;
+        Load(apron.d + at(x, y, z), &d);
+        const Lanes miss =
+            d - (own + slope.x * (kX + static_cast<float>(x - middle.x)) + slope.y * static_cast<float>(y - middle.y) +
+                 slope.z * static_cast<float>(z - middle.z));
+        Lanes size = miss < 0.0f ? -miss : miss;
+        size = d < kNone ? size : Lanes{};
+        most = size > most ? size : most;
+      }
+    }
+  }
+  float largest = 0.0f;
+  for (int i = 0; i < 8; ++i) largest = std::max(largest, most[i]);
+  return largest;
 }
 
 // By how much the planes of a row of cells miss those at the offset (x, y, z) more than is tolerated; at most 0 where
@@ -102,10 +172,12 @@ Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot) {
   return out;
 }
 
-ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
+VPS_WIDE_CLONES ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
   Apron apron;
   Fill(words, bricks, &apron);
   ExaminedCells out;
+  // Planes within a quarter of the tolerance of one miss their neighbours by less than it.
+  if (MissOfOnePlane(apron) < 0.25f * kCreaseTolerance) return out;
   for (int row = 0; row < 64; ++row) {
     const int at = ((row >> 3) + 1) * Apron::kLayer + ((row & 7) + 1) * Apron::kRow + 1;
     unsigned near = 0;

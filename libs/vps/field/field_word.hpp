@@ -42,12 +42,14 @@ constexpr float kGradientScale = 0x1p-25f / kGradientSteps;
 
 inline std::uint32_t EncodePlane(float distance_voxels, const glm::vec3& gradient) {
   const auto code = [](float c) {
-    return static_cast<std::uint32_t>(std::lround(std::clamp(c, -1.0f, 1.0f) * kGradientSteps)) & 0x7fU;
+    return static_cast<std::uint32_t>(
+               static_cast<std::int32_t>(std::rint(std::clamp(c, -1.0f, 1.0f) * kGradientSteps))) &
+           0x7fU;
   };
   const std::uint32_t low = code(gradient.x) << 14 | code(gradient.y) << 7 | code(gradient.z);
   const double steps = static_cast<double>(distance_voxels) * static_cast<double>(kDistanceSteps) -
                        static_cast<double>(low) / static_cast<double>(kCombineBit);
-  const auto distance = static_cast<std::int32_t>(std::lround(std::clamp(steps, -1024.0, 1023.0)));
+  const auto distance = static_cast<std::int32_t>(std::rint(std::clamp(steps, -1024.0, 1023.0)));
   return static_cast<std::uint32_t>(distance) << 21 | low;
 }
 inline std::uint32_t CreaseWord(std::size_t record) {

@@ -4,19 +4,13 @@
 #include <cmath>
 #include <limits>
 
-// Wider vectors where the processor has them. The operations are the same and nothing is fused, so are the bits. The
-// choice is made by the loader, before a sanitizer's run-time library is ready.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define VPS_WIDE_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define VPS_WIDE_CLONES
-#endif
+#include "vps/field/wide_clones.hpp"
 
 namespace vps {
 namespace {
 
 using Lanes = float __attribute__((vector_size(kRow * sizeof(float))));
+using Numbers = std::uint32_t __attribute__((vector_size(kRow * sizeof(std::uint32_t))));
 
 [[gnu::always_inline]] inline void Load(const float* from, Lanes* to) {
   __builtin_memcpy(to, from, sizeof(Lanes));
@@ -60,6 +54,13 @@ using Lanes = float __attribute__((vector_size(kRow * sizeof(float))));
   RowDistances(t, kX, Lanes{} + y, Lanes{} + z, squared);
 }
 
+// Where a triangle's distances are less than the least so far, they and its number are kept.
+[[gnu::always_inline]] inline void KeepNearer(const Lanes& here, std::uint32_t number, Lanes* least, Numbers* nearest) {
+  const auto is_nearer = here < *least;
+  *least = is_nearer ? here : *least;
+  *nearest = is_nearer ? Numbers{} + number : *nearest;
+}
+
 }  // namespace
 
 RowTriangle::RowTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
@@ -82,13 +83,21 @@ RowTriangle::RowTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dv
   prism_margin = length > 0.0 ? 0.0f : std::numeric_limits<float>::infinity();
 }
 
-VPS_WIDE_CLONES void SquaredDistances(const RowTriangle& triangle, const PointRow& points, float* squared) {
-  Lanes x, y, z, out;
+VPS_WIDE_CLONES void FindNearest(std::span<const NearTriangle> near, const PointRow& points, float* squared,
+                                 std::uint32_t* nearest) {
+  Lanes x, y, z;
   Load(points.x, &x);
   Load(points.y, &y);
   Load(points.z, &z);
-  RowDistances(triangle, x, y, z, &out);
-  __builtin_memcpy(squared, &out, sizeof out);
+  Lanes best = Lanes{} + std::numeric_limits<float>::max();
+  Numbers numbers{};
+  for (std::uint32_t n = 0; n < near.size(); ++n) {
+    Lanes here;
+    RowDistances(*near[n].rows, x, y, z, &here);
+    KeepNearer(here, n, &best, &numbers);
+  }
+  __builtin_memcpy(squared, &best, sizeof best);
+  __builtin_memcpy(nearest, &numbers, sizeof numbers);
 }
 
 VPS_WIDE_CLONES bool SampleDistances(const RowTriangle& triangle, int y, int z, float reach, float* squared) {
@@ -104,7 +113,6 @@ VPS_WIDE_CLONES bool SampleDistances(const RowTriangle& triangle, int y, int z, 
 
 VPS_WIDE_CLONES void AddTriangle(const RowTriangle& triangle, std::uint32_t number, float reach,
                                  NearestSamples* samples) {
-  using Numbers = std::uint32_t __attribute__((vector_size(kRow * sizeof(std::uint32_t))));
   const glm::vec3& lower = triangle.lower;
   const glm::vec3& upper = triangle.upper;
   if (lower.x > 7.0f + reach || upper.x < -reach) return;
@@ -115,18 +123,15 @@ VPS_WIDE_CLONES void AddTriangle(const RowTriangle& triangle, std::uint32_t numb
   for (int z = first_z; z <= last_z; ++z) {
     for (int y = first_y; y <= last_y; ++y) {
       if (!MayReach(triangle, static_cast<float>(y), static_cast<float>(z), reach)) continue;
-      Lanes here, best;
+      const int at = (z * 8 + y) * 8;
+      Lanes here, least;
       Numbers nearest;
       SampleRow(triangle, static_cast<float>(y), static_cast<float>(z), &here);
-      float* const best_row = samples->squared + (z * 8 + y) * 8;
-      std::uint32_t* const nearest_row = samples->triangle + (z * 8 + y) * 8;
-      __builtin_memcpy(&best, best_row, sizeof best);
-      __builtin_memcpy(&nearest, nearest_row, sizeof nearest);
-      const auto is_nearer = here < best;
-      best = is_nearer ? here : best;
-      nearest = is_nearer ? Numbers{} + number : nearest;
-      __builtin_memcpy(best_row, &best, sizeof best);
-      __builtin_memcpy(nearest_row, &nearest, sizeof nearest);
+      Load(samples->squared + at, &least);
+      __builtin_memcpy(&nearest, samples->triangle + at, sizeof nearest);
+      KeepNearer(here, number, &least, &nearest);
+      __builtin_memcpy(samples->squared + at, &least, sizeof least);
+      __builtin_memcpy(samples->triangle + at, &nearest, sizeof nearest);
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 
 namespace vps {
 
@@ -36,14 +37,18 @@ struct RowTriangle {
   [[nodiscard]] float Height(const glm::vec3& p) const { return glm::dot(normal, p) - offset; }
 };
 
-// Squared distances to the triangle of eight points.
 struct PointRow {
   float x[kRow], y[kRow], z[kRow];
 };
-void SquaredDistances(const RowTriangle& triangle, const PointRow& points, float* squared);
+// Squared distances of eight points to the nearest of the triangles, and its place in `near`.
+struct NearTriangle {
+  std::uint32_t number = 0;
+  const RowTriangle* rows = nullptr;
+};
+void FindNearest(std::span<const NearTriangle> near, const PointRow& points, float* squared, std::uint32_t* nearest);
 
-// The same for the samples (0 ... 7, y, z) of a brick. False when all of them are farther than `reach`, by a quick
-// test.
+// Squared distances to the triangle of the samples (0 ... 7, y, z) of a brick. False when all of them are farther than
+// `reach`, by a quick test.
 bool SampleDistances(const RowTriangle& triangle, int y, int z, float reach, float* squared);
 
 // Nearest triangle of the samples of a brick, 0, 1, ..., 7 in each direction, x fastest. Starts with every distance at
