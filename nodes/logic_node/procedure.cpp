@@ -17,6 +17,9 @@ std::vector<std::string> ParameterNames(const scene::Scenario& scenario) {
   for (const scene::Mechanism& mechanism : scenario.mechanisms) {
     for (const char* figure : scene::LiveFigures(mechanism)) names.push_back(mechanism.name + "." + figure);
   }
+  for (const scene::Object& object : scenario.objects) {
+    if (object.sheet) names.push_back("sheet." + object.name + ".active");
+  }
   for (const scene::Parameter& parameter : scenario.parameters) names.push_back(parameter.name);
   return names;
 }
