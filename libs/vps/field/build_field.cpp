@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "vps/field/bound_cells.hpp"
@@ -28,8 +29,11 @@ constexpr double kCreasesAt = 0.9;
 
 class FieldBuilder {
  public:
-  FieldBuilder(const TriangleField& triangles, const FieldPlan& plan, const BuildFieldOptions& options)
-      : triangles_(triangles), half_thickness_(plan.half_thickness), options_(options), field_(plan.layout) {}
+  FieldBuilder(TriangleField triangles, const FieldPlan& plan, const BuildFieldOptions& options)
+      : triangles_(std::move(triangles)),
+        half_thickness_(plan.half_thickness),
+        options_(options),
+        field_(plan.layout) {}
 
   core::Result<DistanceField> Build() {
     Report("bricks", kPreparedAt);
@@ -39,6 +43,7 @@ class FieldBuilder {
     FitCreases();
     bins_ = {};
     FillCoarse();
+    triangles_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     TileBricks(&field_);
@@ -80,7 +85,7 @@ class FieldBuilder {
   }
 
   core::Result<void> MakeBricks() {
-    bins_ = BinTriangles(triangles_, glm::ivec3(field_.nx, field_.ny, field_.nz) / DistanceField::kBrick, reach(),
+    bins_ = BinTriangles(*triangles_, glm::ivec3(field_.nx, field_.ny, field_.nz) / DistanceField::kBrick, reach(),
                          &field_.bricks);
     slots_ = std::move(bins_.slot_of_brick);
     for (std::uint32_t& brick : field_.bricks) {
@@ -116,7 +121,7 @@ class FieldBuilder {
       const std::uint32_t n = samples.triangle[k];
       if (n == kNoTriangle) continue;
       const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
-      const TangentPlane plane = TangentAt(triangles_, {numbers[n], &triangles[n]}, origin, glm::vec3(place));
+      const TangentPlane plane = TangentAt(*triangles_, {numbers[n], &triangles[n]}, origin, glm::vec3(place));
       if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
       near_brick_[b] = numbers[n];
       words[k] = EncodePlane(plane.distance, plane.gradient);
@@ -129,7 +134,7 @@ class FieldBuilder {
     std::vector<RowTriangle> triangles;
     triangles.reserve(numbers.size());
     for (const std::uint32_t t : numbers) {
-      const auto& [p, q, r] = triangles_.corners(t);
+      const auto& [p, q, r] = triangles_->corners(t);
       triangles.emplace_back(p - first_sample, q - first_sample, r - first_sample);
     }
     return triangles;
@@ -213,7 +218,7 @@ class FieldBuilder {
       for (int x = 0; x < kRow; ++x) {
         if ((mask >> x & 1U) == 0 || near[static_cast<std::size_t>(x)].empty()) continue;
         const CreaseFit fit =
-            FitCrease(triangles_, near[static_cast<std::size_t>(x)], first_sample, {x, row & 7, row >> 3});
+            FitCrease(*triangles_, near[static_cast<std::size_t>(x)], first_sample, {x, row & 7, row >> 3});
         if (fit.kind == CellKind::kPlane) {
           if (std::isfinite(fit.largest_error)) words[x] = fit.planes[0];
           continue;
@@ -266,15 +271,15 @@ class FieldBuilder {
       *guess = near_brick_[first / DistanceField::kBrickWords - 1];
     }
     const glm::dvec3 p = (glm::dvec3(c) + 0.5) * static_cast<double>(1 << shift);
-    const ClosestFeature closest = triangles_.ClosestOfAll(p, guess);
-    const TriangleField::Value value = triangles_.SignedValue(*guess, closest, p);
+    const ClosestFeature closest = triangles_->ClosestOfAll(p, guess);
+    const TriangleField::Value value = triangles_->SignedValue(*guess, closest, p);
     cell->distance = static_cast<float>(value.distance);
     cell->gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
   }
 
   [[nodiscard]] double reach() const { return half_thickness_ + DistanceField::kBandVoxels; }
 
-  const TriangleField& triangles_;
+  std::optional<TriangleField> triangles_;
   double half_thickness_;
   const BuildFieldOptions& options_;
   DistanceField field_;
@@ -284,6 +289,11 @@ class FieldBuilder {
   std::vector<std::uint32_t> near_brick_;    // a triangle near each brick, kNoTriangle: no sample in the band
 };
 
+TriangleMesh InVoxels(TriangleMesh mesh, const glm::dvec3& origin_m, double voxel_size_m) {
+  for (glm::dvec3& v : mesh.vertices) v = (v - origin_m) / voxel_size_m;
+  return mesh;
+}
+
 }  // namespace
 
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
@@ -291,13 +301,12 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
   const auto plan = PlanField(mesh, voxel_size_m, options);
   if (!plan) return tl::unexpected(plan.error());
   if (options.progress) options.progress("triangles", 0.0);
-  TriangleMesh scaled = mesh;
-  for (glm::dvec3& v : scaled.vertices) v = (v - plan->layout.origin_m) / voxel_size_m;
-  const TriangleField triangles(scaled, plan->half_thickness, options.sign_by_winding);
+  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), plan->half_thickness,
+                          options.sign_by_winding);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }
-  return FieldBuilder(triangles, *plan, options).Build();
+  return FieldBuilder(std::move(triangles), *plan, options).Build();
 }
 
 }  // namespace vps

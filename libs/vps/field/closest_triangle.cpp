@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace vps {
 namespace {
@@ -18,21 +19,18 @@ double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const 
 
 TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness, bool sign_by_winding)
     : sheet_half_thickness_(sheet_half_thickness) {
-  const TriangleMesh mesh = MergeDuplicateVertices(input);
+  TriangleMesh mesh = MergeDuplicateVertices(input);
   if (sign_by_winding && sheet_half_thickness == 0.0) {
     winding_.emplace(mesh);
     is_trusted_ = FindTrustedNormals(mesh, *winding_);
   }
-  indices_ = mesh.triangles;
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
-  triangles_.reserve(mesh.triangles.size());
   normals_.reserve(mesh.triangles.size());
   const auto key = [](std::uint32_t a, std::uint32_t b) {
     return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
   };
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto corners = mesh.corners(i);
-    triangles_.push_back(corners);
     glm::dvec3 n = glm::cross(corners[1] - corners[0], corners[2] - corners[0]);
     const double length = glm::length(n);
     n = length > 0.0 ? n / length : glm::dvec3(0.0);
@@ -44,6 +42,8 @@ TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickn
       vertex_normals_[mesh.triangles[i][k]] += angle * n;
     }
   }
+  vertices_ = std::move(mesh.vertices);
+  indices_ = std::move(mesh.triangles);
   // Sides of triangles that share an edge stand next to each other once sorted.
   struct Side {
     std::uint64_t edge;
@@ -56,18 +56,18 @@ TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickn
   }
   std::sort(sides.begin(), sides.end(),
             [](const Side& a, const Side& b) { return a.edge != b.edge ? a.edge < b.edge : a.triangle < b.triangle; });
-  edge_normals_.resize(triangles_.size());
+  edge_normals_.resize(indices_.size());
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     glm::dvec3 sum(0.0);
     for (; end < sides.size() && sides[end].edge == sides[begin].edge; ++end) sum += normals_[sides[end].triangle];
     for (std::size_t i = begin; i < end; ++i) edge_normals_[sides[i].triangle][sides[i].k] = glm::vec3(sum);
   }
   sides = {};
-  order_.resize(triangles_.size());
+  order_.resize(indices_.size());
   std::iota(order_.begin(), order_.end(), 0U);
-  nodes_.reserve(triangles_.size());
+  nodes_.reserve(indices_.size());
   nodes_.emplace_back();
-  if (!triangles_.empty()) BuildNode(0, 0, static_cast<std::uint32_t>(triangles_.size()));
+  if (!indices_.empty()) BuildNode(0, 0, static_cast<std::uint32_t>(indices_.size()));
 }
 
 void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
@@ -76,7 +76,7 @@ void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint
   glm::dvec3 centre_lower(1e300);
   glm::dvec3 centre_upper(-1e300);
   for (std::uint32_t i = begin; i < end; ++i) {
-    for (const glm::dvec3& corner : triangles_[order_[i]]) {
+    for (const glm::dvec3& corner : corners(order_[i])) {
       lower = glm::min(lower, corner);
       upper = glm::max(upper, corner);
     }
@@ -108,7 +108,7 @@ void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint
 
 // Voronoi regions of the triangle's corners, edges and face (Ericson 2005, section 5.1.5).
 ClosestFeature TriangleField::Closest(std::uint32_t triangle, const glm::dvec3& p) const {
-  const auto& [a, b, c] = triangles_[triangle];
+  const auto [a, b, c] = corners(triangle);
   const auto made = [&](const glm::dvec3& q, std::uint8_t feature) {
     const glm::dvec3 r = p - q;
     return ClosestFeature{q, glm::dot(r, r), feature};

@@ -29,8 +29,11 @@ class TriangleField {
  public:
   explicit TriangleField(const TriangleMesh& mesh, double sheet_half_thickness = 0.0, bool sign_by_winding = false);
 
-  [[nodiscard]] std::size_t num_triangles() const { return triangles_.size(); }
-  [[nodiscard]] const std::array<glm::dvec3, 3>& corners(std::uint32_t triangle) const { return triangles_[triangle]; }
+  [[nodiscard]] std::size_t num_triangles() const { return indices_.size(); }
+  [[nodiscard]] std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const {
+    const auto& [a, b, c] = indices_[triangle];
+    return {vertices_[a], vertices_[b], vertices_[c]};
+  }
 
   // The side of a face on which a point lies tells its sign: neither a sheet nor a case for the winding number.
   [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
@@ -56,7 +59,7 @@ class TriangleField {
     std::uint32_t count = 0;  // of triangles; 0: inner
   };
   [[nodiscard]] glm::dvec3 Centroid(std::uint32_t triangle) const {
-    const auto& [a, b, c] = triangles_[triangle];
+    const auto [a, b, c] = corners(triangle);
     return (a + b + c) / 3.0;
   }
   void BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
@@ -65,7 +68,7 @@ class TriangleField {
   double sheet_half_thickness_ = 0.0;  // 0: a solid
   std::optional<WindingNumber> winding_;
   std::vector<std::uint8_t> is_trusted_;  // of each triangle: its normal is as good as the winding number
-  std::vector<std::array<glm::dvec3, 3>> triangles_;
+  std::vector<glm::dvec3> vertices_;
   std::vector<std::array<std::uint32_t, 3>> indices_;
   std::vector<glm::dvec3> normals_;                     // unit, per triangle; 0 when it has no area
   std::vector<glm::dvec3> vertex_normals_;              // angle-weighted sums
