@@ -33,6 +33,14 @@ struct Instance {
   bool is_movable = false;  // may move from frame to frame
 };
 
+// A deformable sheet: nodes in W, row by row. Both of its sides are seen.
+struct Sheet {
+  std::uint32_t num_columns = 0;
+  std::vector<glm::vec3> p_W;
+  Material material;
+  std::uint64_t version = 0;  // another one for other nodes
+};
+
 // A small light that people read: it glows and tints what is near.
 struct Lamp {
   std::uint32_t instance = 0;
@@ -68,6 +76,7 @@ struct Scene {
   std::shared_ptr<const Assets> assets;
   glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // unit, towards the sun
   std::vector<Instance> instances;
+  std::vector<Sheet> sheets;
   std::vector<Lamp> lamps;
   std::vector<Arrow> arrows;
   std::vector<TextLine> texts;

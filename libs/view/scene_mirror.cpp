@@ -18,6 +18,21 @@ Material MaterialOf(const scene::Material& given) {
   return {given.base_color, given.metallic, given.roughness, glm::vec3(0.0f)};
 }
 
+Sheet FlatSheet(const scene::Object& object) {
+  const scene::Sheet& given = *object.sheet;
+  const core::Pose X_WS = object.X_WO * given.X_OS;
+  Sheet sheet;
+  sheet.num_columns = static_cast<std::uint32_t>(given.cells_x + 1);
+  sheet.material = MaterialOf(given.material);
+  for (int j = 0; j <= given.cells_y; ++j) {
+    for (int i = 0; i <= given.cells_x; ++i) {
+      sheet.p_W.emplace_back(X_WS * glm::dvec3((static_cast<double>(i) / given.cells_x - 0.5) * given.size_x_m,
+                                               (static_cast<double>(j) / given.cells_y - 0.5) * given.size_y_m, 0.0));
+    }
+  }
+  return sheet;
+}
+
 // A lamp that glows shows its own light, not what falls on it.
 void Light(Instance& instance, const glm::vec3& color) {
   instance.material.base_color = glm::max(color * 0.3f, glm::vec3(kLampOff));
@@ -50,6 +65,10 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) 
       scene_.lamps.push_back({static_cast<std::uint32_t>(i), object.lamp_color});
     }
     scene_.instances.push_back(instance);
+    if (object.sheet) {
+      scene_.sheets.push_back(FlatSheet(object));
+      sheet_objects_.push_back(static_cast<std::uint16_t>(i));
+    }
     X_WH_.push_back(object.X_WO);
   }
   scene_.assets = std::move(assets);
@@ -74,6 +93,15 @@ void SceneMirror::Apply(const core::PhysicsState& state) {
   scene_.time_ns = state.time_ns;
   scene_.direct = state.header.direct;
   scene_.through_physics = state.header.through_physics;
+}
+
+void SceneMirror::Apply(const core::SheetState& state) {
+  for (std::size_t i = 0; i < sheet_objects_.size(); ++i) {
+    Sheet& sheet = scene_.sheets[i];
+    if (sheet_objects_[i] != state.object || state.p_W.size() != sheet.p_W.size()) continue;
+    std::copy(state.p_W.begin(), state.p_W.end(), sheet.p_W.begin());
+    ++sheet.version;
+  }
 }
 
 void SceneMirror::Apply(const core::HapticProxy& proxy) {

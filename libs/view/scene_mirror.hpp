@@ -7,6 +7,7 @@
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
+#include "core/messages/sheet.hpp"
 #include "view/scene.hpp"
 
 namespace view {
@@ -29,6 +30,8 @@ class SceneMirror {
   void Apply(const core::PhysicsState& state);
   // The hand's parts at X_WC, where the contact holds the hand [VR-OOS, Eq. 3-5], not at X_WD, where the device is.
   void Apply(const core::HapticProxy& proxy);
+  // Nodes of an object's sheet. One of another size than the scenario's is passed over.
+  void Apply(const core::SheetState& sheet);
   // Arrows of one pair, by the set's pair_index. They stay until the pair says otherwise or falls silent.
   void Apply(const core::ContactSet& contacts, std::int64_t now_ns);
   // Lamps' colours, step, hint, end.
@@ -64,6 +67,7 @@ class SceneMirror {
   Scene scene_;
   std::vector<core::Pose> X_WH_;  // per object: pose that its contacts are computed with (a hand part: at X_WD)
   std::vector<PairContacts> pairs_;
+  std::vector<std::uint16_t> sheet_objects_;  // object of each of the scene's sheets
   core::LogicStatus status_;
   LiveFigures figures_;
   double felt_force_N_ = 0.0;

@@ -128,6 +128,35 @@ TEST(SceneMirror, HandIsDrawnWhereTheContactHoldsItAndJawsFollowTheOpening) {
   EXPECT_NEAR(glm::length(instances[4].X_WM.translation - glm::dvec3(0.5, 0.01, 0.0)), 0.0, 1e-12);
 }
 
+TEST(SceneMirror, ASheetStartsFlatAndFollowsItsNodes) {
+  scene::Scenario scenario = SmallScenario();
+  scenario.objects[1].X_WO.translation = {0.0, 0.0, 2.0};
+  scene::Sheet sheet;
+  sheet.size_x_m = 0.4;
+  sheet.size_y_m = 0.2;
+  sheet.cells_x = 4;
+  sheet.cells_y = 2;
+  scenario.objects[1].sheet = sheet;
+  SceneMirror mirror(scenario);
+  ASSERT_EQ(mirror.scene().sheets.size(), 1u);
+  const Sheet& shown = mirror.scene().sheets[0];
+  ASSERT_EQ(shown.p_W.size(), 15u);
+  EXPECT_EQ(shown.num_columns, 5u);
+  EXPECT_LT(glm::distance(shown.p_W[0], glm::vec3(-0.2f, -0.1f, 2.0f)), 1e-6f);
+  EXPECT_LT(glm::distance(shown.p_W[14], glm::vec3(0.2f, 0.1f, 2.0f)), 1e-6f);
+  const std::uint64_t version = shown.version;
+  core::SheetState state;
+  state.object = 1;
+  state.p_W.resize(14);
+  mirror.Apply(state);  // of another size
+  EXPECT_EQ(shown.version, version);
+  state.p_W.resize(15);
+  state.p_W[7] = {1.0f, 2.0f, 3.0f};
+  mirror.Apply(state);
+  EXPECT_NE(shown.version, version);
+  EXPECT_EQ(shown.p_W[7], glm::vec3(1.0f, 2.0f, 3.0f));
+}
+
 TEST(SceneMirror, LampsFollowLogic) {
   SceneMirror mirror(SmallScenario());
   EXPECT_EQ(mirror.scene().instances[5].material.emissive, glm::vec3(0, 1, 0));

@@ -61,6 +61,13 @@ GpuMesh Upload(const vps::VisualMesh& mesh) {
   return gpu;
 }
 
+void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu) {
+  std::vector<Vertex> vertices(primitive.positions.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = {primitive.positions[i], primitive.normals[i]};
+  glNamedBufferSubData(gpu->vertices.id(), 0, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
+                       vertices.data());
+}
+
 namespace {
 
 // Ring at z = 0 of radius 1 joined to a ring at z = 1 of the given radius, the ends closed.

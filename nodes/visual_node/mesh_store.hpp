@@ -28,6 +28,9 @@ struct GpuMesh {
 
 GpuMesh Upload(const vps::VisualMesh& mesh);
 
+// Other positions and normals for a mesh of one primitive with the same vertices.
+void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu);
+
 // Overlay parts along +z from 0 to 1, radius 1: a shaft and an arrow head.
 vps::VisualMesh MakeCylinder(std::uint32_t num_sides);
 vps::VisualMesh MakeCone(std::uint32_t num_sides);

@@ -31,6 +31,9 @@ core::Result<void> Receiver::Start(const std::string& registry, std::uint64_t se
     const std::string topic = bus::ContactsTopic(scenario_.PairSource(i), scenario_.PairName(i));
     contacts_.push_back(&node_->ReadLatest<core::ContactSet>(topic));
   }
+  for (const scene::Object& object : scenario_.objects) {
+    if (object.sheet) sheets_.push_back(&node_->ReadLatest<core::SheetState>(bus::SheetTopic(object.name)));
+  }
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("visual_node"));
   node_->ReadEvents();
@@ -74,6 +77,9 @@ bool Receiver::ApplyAll(std::int64_t now_ns) {
   }
   for (const auto* contacts : contacts_) {
     if (contacts->is_fresh()) mirror_.Apply(contacts->value(), now_ns);
+  }
+  for (const auto* sheet : sheets_) {
+    if (sheet->is_fresh()) mirror_.Apply(sheet->value());
   }
   if (logic_->is_fresh()) mirror_.Apply(logic_->value());
   core::Event event;

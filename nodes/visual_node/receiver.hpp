@@ -55,6 +55,7 @@ class Receiver {
   bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
   std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
   std::vector<bus::LatestReader<core::ContactSet>*> contacts_;
+  std::vector<bus::LatestReader<core::SheetState>*> sheets_;
   bus::StateReader<core::LogicStatus>* logic_ = nullptr;
   bus::StateWriter<bus::Figures> figures_;
   core::Trace direct_;  // of the newest state, with this node's stamps

@@ -6,6 +6,7 @@
 
 #include "nodes/visual_node/matrix.hpp"
 #include "nodes/visual_node/shaders.hpp"
+#include "nodes/visual_node/sheet_mesh.hpp"
 #include "view/projection.hpp"
 
 namespace visual_node {
@@ -31,6 +32,11 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
     const core::Result<vps::VisualMesh> mesh = load_mesh(path);
     if (!mesh) return tl::unexpected(mesh.error());
     renderer->meshes_.push_back(Upload(*mesh));
+  }
+  for (const view::Sheet& sheet : scene.sheets) {
+    renderer->sheets_.push_back(Upload({{MakeSheetMesh(sheet)}}));
+    renderer->sheet_versions_.push_back(sheet.version);
+    renderer->num_triangles_ += static_cast<std::size_t>(renderer->sheets_.back().num_indices) / 3;
   }
   for (const view::Instance& instance : scene.instances) {
     renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
@@ -88,10 +94,19 @@ void Renderer::FitShadow(const view::Scene& scene) {
   shadow_.Fit(scene.sun_direction_W, 0.5 * (low + high), radius_m);
 }
 
+void Renderer::FollowSheets(const view::Scene& scene) {
+  for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
+    if (sheet_versions_[i] == scene.sheets[i].version) continue;
+    sheet_versions_[i] = scene.sheets[i].version;
+    UpdateVertices(MakeSheetMesh(scene.sheets[i]), &sheets_[i]);
+  }
+}
+
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                                   bool with_texts) {
   if (scene.sun_direction_W != shadow_sun_W_) FitShadow(scene);
-  shadow_.Update(scene, meshes_);
+  FollowSheets(scene);
+  shadow_.Update(scene, meshes_, sheets_);
 
   const glm::dmat4 view_W = view::ViewMatrix(camera);
   const double aspect = static_cast<double>(target.width()) / target.height();
@@ -114,6 +129,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   const float far = 1.0f;  // colour needs no clearing: the sky fills what is left
   glClearBufferfv(GL_DEPTH, 0, &far);
   DrawSurfaces(scene, view);
+  DrawSheets(scene);
   glDepthMask(GL_FALSE);
   sky_.Draw(view.clip_sky, view.height);
   DrawGlow(scene, view);
@@ -171,6 +187,18 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
       const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
       glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
     }
+  }
+}
+
+// With the program and the uniforms of DrawSurfaces.
+void Renderer::DrawSheets(const view::Scene& scene) const {
+  SetMatrix(0, glm::mat4(1.0f));
+  for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
+    const view::Material& m = scene.sheets[i].material;
+    glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
+    glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
+    glBindVertexArray(sheets_[i].layout.id());
+    glDrawElements(GL_TRIANGLES, sheets_[i].num_indices, GL_UNSIGNED_INT, nullptr);
   }
 }
 

@@ -45,12 +45,16 @@ class Renderer {
   Renderer() = default;
   core::Result<void> MakePrograms();
   void FitShadow(const view::Scene& scene);
+  void FollowSheets(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
+  void DrawSheets(const view::Scene& scene) const;
   void DrawGlow(const view::Scene& scene, const View& view) const;
   void DrawArrows(const view::Scene& scene, const View& view) const;
   void SetLamps(const view::Scene& scene) const;
 
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
+  std::vector<GpuMesh> sheets_;  // index: Scene::sheets
+  std::vector<std::uint64_t> sheet_versions_;
   GpuMesh shaft_;
   GpuMesh head_;
   GlProgram surface_;

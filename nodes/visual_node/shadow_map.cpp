@@ -50,8 +50,14 @@ void ShadowMap::Fit(const glm::dvec3& sun_direction_W, const glm::dvec3& centre_
   drawn_.clear();
 }
 
+std::uint64_t ShadowMap::VersionOfSheets(const view::Scene& scene) {
+  std::uint64_t sum = 0;
+  for (const view::Sheet& sheet : scene.sheets) sum += sheet.version;
+  return sum;
+}
+
 bool ShadowMap::HasMoved(const view::Scene& scene) const {
-  if (drawn_.size() != scene.instances.size()) return true;
+  if (drawn_.size() != scene.instances.size() || drawn_sheets_ != VersionOfSheets(scene)) return true;
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
     const core::Pose& X_WM = scene.instances[i].X_WM;
     if (glm::distance(X_WM.translation, drawn_[i].translation) > 1e-4) return true;
@@ -70,10 +76,12 @@ void ShadowMap::DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>
   }
 }
 
-void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes) {
+void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes,
+                       const std::vector<GpuMesh>& sheets) {
   if (is_static_drawn_ && !HasMoved(scene)) return;
   ++num_updates_;
   drawn_.clear();
+  drawn_sheets_ = VersionOfSheets(scene);
   for (const view::Instance& instance : scene.instances) drawn_.push_back(instance.X_WM);
 
   glViewport(0, 0, kSize, kSize);
@@ -95,6 +103,11 @@ void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& mes
                      kSize, 1);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
   DrawCasters(scene, meshes, true);
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::mat4(1.0f)));
+  for (const GpuMesh& sheet : sheets) {
+    glBindVertexArray(sheet.layout.id());
+    glDrawElements(GL_TRIANGLES, sheet.num_indices, GL_UNSIGNED_INT, nullptr);
+  }
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 

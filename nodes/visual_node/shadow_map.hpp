@@ -19,7 +19,8 @@ class ShadowMap {
   // Fits the map to the sphere (centre, radius) and forgets what was drawn. Set again when the sun or the meshes
   // change.
   void Fit(const glm::dvec3& sun_direction_W, const glm::dvec3& centre_W, double radius_m);
-  void Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes);
+  // `sheets`: one mesh per sheet of the scene, in W.
+  void Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes, const std::vector<GpuMesh>& sheets);
 
   [[nodiscard]] GLuint texture() const { return depth_.id(); }
   [[nodiscard]] const glm::mat4& sun_W() const { return sun_W_; }
@@ -27,6 +28,7 @@ class ShadowMap {
   [[nodiscard]] int num_updates() const { return num_updates_; }
 
  private:
+  [[nodiscard]] static std::uint64_t VersionOfSheets(const view::Scene& scene);
   bool HasMoved(const view::Scene& scene) const;
   void DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>& meshes, bool is_movable) const;
 
@@ -39,7 +41,8 @@ class ShadowMap {
   float texel_m_ = 0.0f;
   bool is_static_drawn_ = false;
   int num_updates_ = 0;
-  std::vector<core::Pose> drawn_;  // poses of the last update
+  std::vector<core::Pose> drawn_;   // poses of the last update
+  std::uint64_t drawn_sheets_ = 0;  // sum of their versions
 };
 
 }  // namespace visual_node
