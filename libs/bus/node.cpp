@@ -339,12 +339,15 @@ bool Node::PollParameter(core::ParameterChange* change, std::uint64_t* ticket) {
   return true;
 }
 
-void Node::AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why) {
+void Node::AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why,
+                        double injected_J, bool is_pending) {
   detail::ParameterAnswer* slot = impl_->core.answers_out.BeginPush();
   if (slot == nullptr) return;  // the caller's deadline tells it
   slot->ticket = ticket;
   slot->tick = tick;
   slot->is_accepted = is_accepted;
+  slot->injected_J = injected_J;
+  slot->is_pending = is_pending;
   AssignCut(why, &slot->why);
   impl_->core.answers_out.EndPush();
   impl_->core.Wake();
@@ -369,8 +372,8 @@ bool Node::PollAck(ParameterAck* ack) {
   return impl_->core.acks_in.Pop(ack);
 }
 
-core::Result<std::uint64_t> Node::SetParameter(const std::string& owner, const core::ParameterChange& change,
-                                               std::int64_t timeout_ns) {
+core::Result<ParameterAck> Node::SetParameter(const std::string& owner, const core::ParameterChange& change,
+                                              std::int64_t timeout_ns) {
   detail::NodeCore& core = impl_->core;
   const std::uint64_t request = core.next_request.fetch_add(1);
   std::unique_lock lock(core.mutex);
@@ -385,7 +388,7 @@ core::Result<std::uint64_t> Node::SetParameter(const std::string& owner, const c
     return core::Fail(core::ErrorCode::kTimeout, what + ": the bus thread of " + core.options.name + " hangs");
   const ParameterAck ack = core.finished_calls[request];
   core.finished_calls.erase(request);
-  if (ack.is_accepted) return ack.tick;
+  if (ack.is_accepted) return ack;
   return core::Fail(core::ErrorCode::kInvalidInput, what + " was not set: " + ack.why);
 }
 

@@ -48,8 +48,10 @@ struct ParameterAck {
   std::uint64_t request = 0;
   std::string owner;
   bool is_accepted = false;
-  std::uint64_t tick = 0;  // of the owner, at whose top the change was applied
-  std::string why;         // when not accepted
+  std::uint64_t tick = 0;   // of the owner, at whose top the change was applied, or began
+  std::string why;          // when not accepted
+  double injected_J = 0.0;  // energy that it gave the scene by now
+  bool is_pending = false;  // ramped or held; the owner's event parameter_settled tells its end
 };
 
 // A process's end of the bus; one per process. It owns a bus thread, which owns every reliable socket, and one UDP
@@ -101,16 +103,17 @@ class Node {
   // --- SERVICE, parameters. Owner: take the change (one of the names given), apply it at the top of the tick,
   // acknowledge with that tick.
   bool PollParameter(core::ParameterChange* change, std::uint64_t* ticket);
-  void AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why = {});
+  void AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why = {},
+                    double injected_J = 0.0, bool is_pending = false);
   // Caller, without waiting: returns a request number for PollAck (0: queue full). `owner` "" means every node that
   // owns parameters; each of them answers.
   std::uint64_t PostParameter(const std::string& owner, const core::ParameterChange& change,
                               std::int64_t timeout_ns = core::kNanosecondsPerSecond);
   bool PollAck(ParameterAck* ack);  // also a refusal or a timeout, by name
-  // Caller, waiting: the tick at which it was applied. With `owner` "", one owner that accepts is enough. Not
+  // Caller, waiting: what the owner that accepted it said. With `owner` "", one owner that accepts is enough. Not
   // real-time; any thread, but not mixed with PollAck.
-  core::Result<std::uint64_t> SetParameter(const std::string& owner, const core::ParameterChange& change,
-                                           std::int64_t timeout_ns = core::kNanosecondsPerSecond);
+  core::Result<ParameterAck> SetParameter(const std::string& owner, const core::ParameterChange& change,
+                                          std::int64_t timeout_ns = core::kNanosecondsPerSecond);
 
   // --- Observing. Not real-time.
   bool PollObservation(Observation* observation);

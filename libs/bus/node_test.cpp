@@ -286,13 +286,22 @@ TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
       while (owner->PollParameter(&change, &ticket)) {
         const bool is_known = change.name == "latch_a.release_force_N";
         if (is_known) value = change.value;
-        owner->AckParameter(ticket, tick, is_known, is_known ? "" : "physics_node does not want it");
+        const bool is_ramped = change.manner == core::ChangeManner::kRamped;
+        owner->AckParameter(ticket, tick, is_known, is_known ? "" : "physics_node does not want it",
+                            is_ramped ? change.ramp_s : 0.25, is_ramped);
       }
     }
   });
   const auto set = caller->SetParameter("physics_node", {"latch_a.release_force_N", 12.5});
   ASSERT_TRUE(set.has_value()) << set.error().detail;
-  EXPECT_GT(*set, 100u);
+  EXPECT_GT(set->tick, 100u);
+  EXPECT_EQ(set->injected_J, 0.25);
+  EXPECT_FALSE(set->is_pending);
+  const auto ramped =
+      caller->SetParameter("physics_node", {"latch_a.release_force_N", 12.5, core::ChangeManner::kRamped, 0.75});
+  ASSERT_TRUE(ramped.has_value()) << ramped.error().detail;
+  EXPECT_EQ(ramped->injected_J, 0.75);
+  EXPECT_TRUE(ramped->is_pending);
   const auto any = caller->SetParameter("", {"latch_a.release_force_N", 13.5});
   EXPECT_TRUE(any.has_value()) << any.error().detail;
   const auto unwanted = caller->SetParameter("physics_node", {"shy", 1});

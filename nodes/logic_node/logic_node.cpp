@@ -215,7 +215,7 @@ void LogicNode::OnExit(int state, const scxml::Transition& transition, std::int6
 void LogicNode::OnAction(const scxml::Action& action, double value) {
   switch (action.kind) {
     case scxml::ActionKind::kSetParameter:
-      outputs_->changes.push_back({action.text, value});
+      outputs_->changes.push_back({action.text, value, action.manner, action.ramp_s});
       return;
     case scxml::ActionKind::kHint:
       hint_ = action.text;

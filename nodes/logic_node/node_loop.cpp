@@ -18,7 +18,11 @@ constexpr int kMaxTries = 10;
 }  // namespace
 
 std::string OwnerOf(const scene::Scenario& scenario, const std::string& parameter) {
+  for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+    if (parameter.starts_with("pair." + scenario.PairName(i) + ".")) return scenario.PairSource(i);
+  }
   if (parameter == "force_cap_N" || parameter.starts_with("pair.")) return "haptic_node";
+  if (parameter.starts_with("sheet.")) return "physics_node";
   for (const scene::Mechanism& mechanism : scenario.mechanisms) {
     if (parameter.starts_with(mechanism.name + ".")) return "physics_node";
   }

@@ -37,6 +37,7 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   scene::Scenario scenario;
   scenario.mechanisms.resize(1);
   scenario.mechanisms[0].name = "switch_a";
+  scenario.mechanisms[0].detents_rad = {-0.3, 0.3};
   scenario.devices.resize(1);
   scenario.devices[0].role = "right";
   scenario.procedure =

@@ -11,7 +11,6 @@ namespace physics_node {
 namespace {
 
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
-constexpr std::size_t kMaxChangesPerTick = 32;
 
 }  // namespace
 
@@ -65,6 +64,7 @@ void NodeLoop::Declare() {
     own_contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
   }
   state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  sheets_.Declare(scenario_, physics_->sheets(), node_);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
   node_->OwnParameters(physics_->ParameterNames());
 }
@@ -152,9 +152,12 @@ void NodeLoop::TakeParameters() {
 
 void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
-    const bool is_accepted = physics_->AcceptsParameter(changes_[i]);
-    node_->AckParameter(tickets_[i], first_tick_, is_accepted,
-                        is_accepted ? std::string() : "physics_node refuses the value: it must be 0 or more");
+    const ChangeOutcome& outcome = outcomes_[i];
+    node_->AckParameter(tickets_[i], first_tick_, outcome.is_accepted,
+                        outcome.is_accepted ? std::string()
+                                            : "physics_node refuses it: the value must be finite, and 0 or more unless "
+                                              "it is a motor's speed; only figures of mechanisms are ramped or held",
+                        outcome.injected_J, outcome.is_pending);
   }
 }
 
@@ -174,7 +177,10 @@ void NodeLoop::Step(int num_ticks) {
   inputs_.num_changes = num_changes_;
   for (int i = 0; i < num_ticks; ++i) {
     physics_->Step(inputs_, &outputs_);
-    if (i == 0) first_tick_ = physics_->tick();
+    if (i == 0) {
+      first_tick_ = physics_->tick();
+      outcomes_ = outputs_.outcomes;
+    }
     inputs_.num_changes = 0;
     for (const core::Event& event : outputs_.events) node_->Emit(event);
   }
@@ -192,6 +198,7 @@ void NodeLoop::Step(int num_ticks) {
   }
   stamp(&outputs_.state.header);
   state_writer_.Send(outputs_.state);
+  sheets_.Send(physics_->sheets(), physics_->tick());
   OwnContacts& own = physics_->own_contacts();
   for (std::size_t i = 0; i < own.num_pairs(); ++i) {
     if (own.is_told(i)) own_contact_writers_[i].Send(own.set(i));
@@ -226,6 +233,8 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   nlohmann::json report;
   report["ticks"] = physics_->tick();
   report["timer_ticks"] = plan_.timer_ticks();
+  report["sheet_steps"] = physics_->sheets().num_steps();
+  report["sheet_steps_late"] = physics_->sheets().num_late();
   report["dropped_ticks"] = plan_.dropped_ticks();
   report["step_p50_us"] = durations_.p50_ns() * 1e-3;
   report["step_p99_us"] = durations_.p99_ns() * 1e-3;

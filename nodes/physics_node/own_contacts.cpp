@@ -40,10 +40,21 @@ void OwnContacts::SetActive(std::size_t scenario_pair, bool is_active) {
   if (const std::size_t i = IndexOf(scenario_pair); i < pairs_.size()) owned_.world->SetActive(i, is_active);
 }
 
-void OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m) {
-  if (const std::size_t i = IndexOf(scenario_pair); i < pairs_.size()) {
-    owned_.world->SetStiffness(i, stiffness_N_per_m);
+double OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m, const core::Pose& X_WS,
+                                 const core::Pose& X_WG) {
+  const std::size_t i = IndexOf(scenario_pair);
+  if (i == pairs_.size()) return 0.0;
+  double stored_J = 0.0;
+  if (pairs_[i].is_near) {
+    for (const core::ContactPlane& plane : pairs_[i].set.planes) {
+      const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
+      const double gap_m = glm::dot(n_W, X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
+      if (gap_m < 0.0) stored_J += 0.5 * plane.stiffness_N_per_m * gap_m * gap_m;
+    }
   }
+  const double before_N_per_m = owned_.world->pair(i).stiffness_N_per_m;
+  owned_.world->SetStiffness(i, stiffness_N_per_m);
+  return stored_J * (stiffness_N_per_m / before_N_per_m - 1.0);
 }
 
 void OwnContacts::ExchangeState(physics::Checkpoint* checkpoint) {

@@ -32,7 +32,9 @@ class OwnContacts {
 
   // By scenario pair; of other nodes' pairs nothing happens.
   void SetActive(std::size_t scenario_pair, bool is_active);
-  void SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m);
+  // Returns the energy that this injects: the penetrating planes' springs hold sum(k gap^2 / 2) at these poses.
+  double SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m, const core::Pose& X_WS,
+                      const core::Pose& X_WG);
 
   // What has been changed since it was made, and the last planes, which the next ones depend on. All other results
   // follow from the poses.

@@ -3,32 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <string>
-#include <unordered_map>
 
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
 #include "nodes/physics_node/grasp_keeper.hpp"
+#include "nodes/physics_node/parameters.hpp"
 
 namespace physics_node {
 namespace {
-
-enum class ParameterKind {
-  kPairActive,
-  kPairStiffness,
-  kSnapEngageForce,
-  kSnapReleaseForce,
-  kSnapStiffness,
-  kDetentTorque,
-  kPatchReleaseForce,
-  kSheetActive
-};
-
-struct ParameterSlot {
-  ParameterKind kind{};
-  std::size_t index = 0;  // of the scenario's pair or mechanism
-};
 
 // Jaws faster than this are a glitch of the opening, not a motion.
 constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
@@ -65,33 +50,19 @@ struct Contact {
 }  // namespace
 
 struct PhysicsNode::Impl {
-  Impl(const scene::Scenario& s, BuiltWorld&& b) : scenario(s), built(std::move(b)), keeper(&built) {
+  Impl(const scene::Scenario& s, BuiltWorld&& b)
+      : scenario(s),
+        built(std::move(b)),
+        keeper(&built),
+        parameters(scenario, built),
+        changes(built.world.get(), parameters) {
     contacts.resize(scenario.pairs.size());
     snap_states.resize(scenario.mechanisms.size());
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       contacts[i].is_active = scenario.pairs[i].is_active;
-      if (built.contact_of_pair[i] == kNone) continue;
-      parameters["pair." + scenario.PairName(i) + ".active"] = {ParameterKind::kPairActive, i};
-      if (scenario.pairs[i].owner == scene::PairOwner::kPhysics) {
-        parameters["pair." + scenario.PairName(i) + ".stiffness_N_per_m"] = {ParameterKind::kPairStiffness, i};
-      }
     }
     for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
-      const std::string& name = scenario.mechanisms[i].name;
-      if (built.hinges[i] != nullptr) parameters[name + ".detent_torque_Nm"] = {ParameterKind::kDetentTorque, i};
-      if (built.snaps[i] != nullptr) {
-        parameters[name + ".engage_force_N"] = {ParameterKind::kSnapEngageForce, i};
-        parameters[name + ".release_force_N"] = {ParameterKind::kSnapReleaseForce, i};
-        parameters[name + ".stiffness_N_per_m"] = {ParameterKind::kSnapStiffness, i};
-      }
-      if (built.patches[i] != nullptr || built.sheet_hooks[i] != nullptr)
-        parameters[name + ".release_force_N"] = {ParameterKind::kPatchReleaseForce, i};
       snap_states[i] = built.world->mechanism(built.mechanism_of[i]).state();
-    }
-    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
-      if (scenario.objects[i].sheet) {
-        parameters["sheet." + scenario.objects[i].name + ".active"] = {ParameterKind::kSheetActive, i};
-      }
     }
     pinched.fill(kNone);
     for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
@@ -100,38 +71,42 @@ struct PhysicsNode::Impl {
     }
   }
 
-  void Apply(const core::ParameterChange& change) {
-    const auto found = parameters.find(change.name);
-    if (found == parameters.end() || !std::isfinite(change.value) || change.value < 0.0) return;
-    const auto [kind, i] = found->second;
-    switch (kind) {
+  ChangeOutcome Apply(const core::ParameterChange& change) {
+    if (!parameters.Accepts(*built.world, change)) return {};
+    const ParameterSlot& slot = *parameters.Find(change.name);
+    const std::size_t i = slot.index;
+    ChangeOutcome outcome{true};
+    switch (slot.kind) {
       case ParameterKind::kPairActive:
         contacts[i].is_active = change.value != 0.0;
         own->SetActive(i, contacts[i].is_active);
         break;
       case ParameterKind::kPairStiffness:
-        own->SetStiffness(i, change.value);
+        outcome.injected_J =
+            own->SetStiffness(i, change.value, X_WO(scenario.pairs[i].sampled), X_WO(scenario.pairs[i].field));
         break;
-      case ParameterKind::kSnapEngageForce:
-        built.snaps[i]->set_engage_force_N(change.value);
+      case ParameterKind::kMechanismFigure:
+        outcome = changes.Begin(slot, change);
         break;
-      case ParameterKind::kSnapReleaseForce:
-        built.snaps[i]->set_release_force_N(change.value);
-        break;
-      case ParameterKind::kSnapStiffness:
-        built.snaps[i]->set_stiffness_N_per_m(change.value);
-        break;
-      case ParameterKind::kDetentTorque:
-        built.hinges[i]->set_detent_torque_Nm(change.value);
-        break;
-      case ParameterKind::kPatchReleaseForce:
-        if (built.patches[i] != nullptr) built.patches[i]->set_release_force_N(change.value);
+      case ParameterKind::kSheetRelease:
         sheets->SetReleaseForce(i, change.value);
         break;
       case ParameterKind::kSheetActive:
         sheets->SetActive(static_cast<int>(i), change.value != 0.0);
         break;
     }
+    return outcome;
+  }
+
+  [[nodiscard]] core::Pose X_WO(std::size_t object) const { return built.world->X_WO(built.body_of_object[object]); }
+
+  void TellSettled(Outputs* outputs) {
+    changes.TellSettled([&](const std::string& name, const physics::ChangeReport& report) {
+      char text[96];
+      std::snprintf(text, sizeof text, " settled at tick %llu, injected %.9g J",
+                    static_cast<unsigned long long>(report.last_tick), report.injected_J);
+      Emit(outputs, "parameter_settled", name + text);
+    });
   }
 
   void TakeProxies(const Inputs& inputs) {
@@ -430,7 +405,8 @@ struct PhysicsNode::Impl {
   GraspKeeper keeper;
   std::unique_ptr<SheetKeeper> sheets;
   std::array<int, kMaxRoles> pinched{};  // object per role, as last told
-  std::unordered_map<std::string, ParameterSlot> parameters;
+  Parameters parameters;
+  LiveChanges changes;
   std::array<Hand, kMaxRoles> hands;
   std::vector<Contact> contacts;  // per scenario pair
   std::vector<int> snap_states;   // per mechanism, as last reported
@@ -485,7 +461,8 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   ++n.tick;
   n.now_ns = inputs.now_ns;
   outputs->events.clear();
-  for (std::size_t i = 0; i < inputs.num_changes; ++i) n.Apply(inputs.changes[i]);
+  outputs->outcomes.clear();
+  for (std::size_t i = 0; i < inputs.num_changes; ++i) outputs->outcomes.push_back(n.Apply(inputs.changes[i]));
   n.TakeProxies(inputs);
   n.PlaceHands();
   n.FeedContacts(inputs);
@@ -493,18 +470,16 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.UpdateGrasps(inputs, outputs);
   n.StepSheets(inputs, outputs);
   n.built.world->Step(core::kTick_s);
+  n.TellSettled(outputs);
   n.Fill(outputs);
   outputs->state.state_hash = StateHash();
 }
 
 std::vector<std::string> PhysicsNode::ParameterNames() const {
-  std::vector<std::string> names;
-  for (const auto& [name, slot] : impl_->parameters) names.push_back(name);
-  std::sort(names.begin(), names.end());
-  return names;
+  return impl_->parameters.Names();
 }
 bool PhysicsNode::AcceptsParameter(const core::ParameterChange& change) const {
-  return impl_->parameters.contains(change.name) && std::isfinite(change.value) && change.value >= 0.0;
+  return impl_->parameters.Accepts(*impl_->built.world, change);
 }
 std::uint64_t PhysicsNode::tick() const {
   return impl_->tick;
@@ -531,6 +506,7 @@ core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
   if (auto restored = impl_->built.world->Restore(&snapshot->world); !restored) return restored;
   snapshot->node.BeginReading();
   impl_->ExchangeState(&snapshot->node);
+  impl_->changes.FindPending();
   return {};
 }
 std::uint64_t PhysicsNode::content_digest() const {

@@ -11,6 +11,14 @@ namespace physics_node {
 
 constexpr std::size_t kMaxRoles = 4;
 constexpr std::size_t kMaxEventsPerTick = 16;
+constexpr std::size_t kMaxChangesPerTick = 32;
+
+// What came of a change, at the tick at whose top it was to be applied.
+struct ChangeOutcome {
+  bool is_accepted = false;
+  bool is_pending = false;  // ramped or held: the event parameter_settled will tell its end
+  double injected_J = 0.0;  // energy that it has given the scene
+};
 
 struct Inputs {
   std::int64_t now_ns = 0;
@@ -24,6 +32,7 @@ struct Inputs {
 struct Outputs {
   core::PhysicsState state;
   core::FixedVector<core::Reaction, kMaxRoles> reactions;
+  core::FixedVector<ChangeOutcome, kMaxChangesPerTick> outcomes;  // one per change of the inputs
   std::vector<core::Event> events;  // attach, detach, engage, release: rare; cleared by the node each tick
 };
 

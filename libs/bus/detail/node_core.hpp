@@ -41,6 +41,8 @@ struct ParameterAnswer {
   std::uint64_t tick = 0;
   bool is_accepted = false;
   std::string why;
+  double injected_J = 0.0;
+  bool is_pending = false;
 };
 
 struct ParameterCall {

@@ -234,6 +234,11 @@ void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequ
     SendToRouted(routing, reply);
     return;
   }
+  if (request.change().manner() > static_cast<std::uint32_t>(core::ChangeManner::kWhenSeparated)) {
+    reply.mutable_parameter_reply()->set_why(core_->options.name + " does not know this manner of changing");
+    SendToRouted(routing, reply);
+    return;
+  }
   ParameterItem* slot = core_->parameters_in.BeginPush();
   if (slot == nullptr) {
     reply.mutable_parameter_reply()->set_why(core_->options.name +
@@ -244,6 +249,8 @@ void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequ
   slot->ticket = next_ticket_++;
   slot->change.name = request.change().name();
   slot->change.value = request.change().value();
+  slot->change.manner = static_cast<core::ChangeManner>(request.change().manner());
+  slot->change.ramp_s = request.change().ramp_s();
   tickets_[slot->ticket] = {routing, request.request()};
   core_->parameters_in.EndPush();
 }
@@ -275,6 +282,8 @@ void BusThread::DrainStepThread() {
       reply->set_is_accepted(answer->is_accepted);
       reply->set_tick(answer->tick);
       reply->set_why(answer->why);
+      reply->set_injected_j(answer->injected_J);
+      reply->set_is_pending(answer->is_pending);
       SendToRouted(ticket->second.first, control);
       tickets_.erase(ticket);
     }
@@ -398,6 +407,8 @@ void BusThread::ServeCalls() {
         request->set_caller(core_->options.name);
         request->mutable_change()->set_name(call.change.name);
         request->mutable_change()->set_value(call.change.value);
+        request->mutable_change()->set_manner(static_cast<std::uint32_t>(call.change.manner));
+        request->mutable_change()->set_ramp_s(call.change.ramp_s);
         for (Peer* owner : owners) {
           if (SendToPeer(*owner, control)) open.asked[owner->record.name()] = false;
         }
@@ -432,7 +443,8 @@ void BusThread::ServeCalls() {
 void BusThread::AnswerCall(OpenCall& open, const std::string& owner, const oos::ParameterReply& reply) {
   if (open.asked.count(owner) != 0 && open.asked[owner]) return;  // answered already
   open.asked[owner] = true;
-  const ParameterAck ack{open.call.request, owner, reply.is_accepted(), reply.tick(), reply.why()};
+  const ParameterAck ack{open.call.request, owner, reply.is_accepted(), reply.tick(), reply.why(), reply.injected_j(),
+                         reply.is_pending()};
   if (!open.call.is_waited_for) {
     acks_for_step_.push_back(ack);
     return;

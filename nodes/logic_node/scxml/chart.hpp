@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/messages/logic.hpp"
 #include "nodes/logic_node/scxml/expression.hpp"
 
 namespace logic_node::scxml {
@@ -22,14 +23,16 @@ struct Branch;
 // Executable content.
 struct Action {
   ActionKind kind = ActionKind::kLog;
-  std::string text;              // event, log label, hint, parameter name, send id to cancel
-  std::string send_id;           // kSend; empty: none
-  Expression value;              // kLog, kAssign, kSetParameter
-  std::int64_t delay_ns = 0;     // kSend
-  bool is_internal = false;      // kSend with target #_internal
-  int index = -1;                // kAssign: variable; kLamp: object
-  std::array<float, 3> color{};  // kLamp
-  std::vector<Branch> branches;  // kIf: the first whose condition holds
+  std::string text;                                         // event, log label, hint, parameter name, send id to cancel
+  std::string send_id;                                      // kSend; empty: none
+  Expression value;                                         // kLog, kAssign, kSetParameter
+  std::int64_t delay_ns = 0;                                // kSend
+  bool is_internal = false;                                 // kSend with target #_internal
+  core::ChangeManner manner = core::ChangeManner::kAtOnce;  // kSetParameter
+  double ramp_s = 0.0;                                      // kSetParameter
+  int index = -1;                                           // kAssign: variable; kLamp: object
+  std::array<float, 3> color{};                             // kLamp
+  std::vector<Branch> branches;                             // kIf: the first whose condition holds
   int line = 0;
 };
 

@@ -362,7 +362,7 @@ const std::map<std::string, std::vector<std::string>>& KnownAttributes() {
       {"else", {}},
       {"datamodel", {}},
       {"data", {"id", "expr"}},
-      {"vr:set", {"name", "value"}},
+      {"vr:set", {"name", "value", "over_s", "when"}},
       {"vr:lamp", {"object", "color"}},
       {"vr:hint", {"text"}},
   };

@@ -206,6 +206,26 @@ void ActionReader::ReadSet(const XmlElement& element, Action* action) {
         vocabulary_.suggest_parameter ? vocabulary_.suggest_parameter(action->text) : "correct the name");
   }
   action->value = Compile(element, "value", true, Type::kNumber);
+  ReadManner(element, action);
+}
+
+void ActionReader::ReadManner(const XmlElement& element, Action* action) {
+  const std::string over = element.Get("over_s");
+  const std::string when = element.Get("when");
+  if (!over.empty() && !when.empty()) {
+    Say(element.line, "<vr:set>: both over_s and when", "a change is ramped or held", "remove one of them");
+  } else if (!over.empty()) {
+    action->manner = core::ChangeManner::kRamped;
+    if (!scene::ParseNumber(over, &action->ramp_s) || !(action->ramp_s > 0.0)) {
+      Say(element.LineOf("over_s"), "<vr:set>: over_s is '" + over + "'", "it is a time above 0 in seconds",
+          "write for example \"0.5\"");
+    }
+  } else if (when == "separated") {
+    action->manner = core::ChangeManner::kWhenSeparated;
+  } else if (!when.empty()) {
+    Say(element.LineOf("when"), "<vr:set>: when is '" + when + "'", "the only choice is \"separated\"",
+        "write when=\"separated\", or remove it");
+  }
 }
 
 void ActionReader::ReadLamp(const XmlElement& element, Action* action) {

@@ -32,6 +32,7 @@ class ActionReader {
   void ReadAssign(const scene::XmlElement& element, Action* action);
   void ReadIf(const scene::XmlElement& element, Action* action);
   void ReadSet(const scene::XmlElement& element, Action* action);
+  void ReadManner(const scene::XmlElement& element, Action* action);
   void ReadLamp(const scene::XmlElement& element, Action* action);
 
   const Vocabulary& vocabulary_;

@@ -1,0 +1,104 @@
+#include "nodes/physics_node/own_contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "core/clock.hpp"
+#include "nodes/physics_node/physics_node.hpp"
+#include "scene/load_scenario.hpp"
+
+namespace physics_node {
+namespace {
+
+scene::Scenario FreeCollision() {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "free_collision");
+  EXPECT_TRUE(scenario.has_value());
+  return *scenario;
+}
+
+struct Collision {
+  explicit Collision(const scene::Scenario& scenario) : node(std::move(*PhysicsNode::Create(scenario))) {}
+  // Until both have met and parted; returns whether they have.
+  bool Run() {
+    for (int tick = 0; tick < 2000; ++tick) {
+      node->Step(inputs, &outputs);
+      ticks_in_contact += outputs.state.is_in_contact ? 1 : 0;
+      last_contact = outputs.state.is_in_contact ? tick : last_contact;
+      if (ticks_in_contact > 0 && tick > last_contact + 100) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] glm::dvec3 momentum_Ns() const { return node->world().momentum_Ns(1) + node->world().momentum_Ns(2); }
+  [[nodiscard]] double energy_J() const {
+    return node->world().kinetic_energy_J(1) + node->world().kinetic_energy_J(2);
+  }
+  std::unique_ptr<PhysicsNode> node;
+  Inputs inputs;
+  Outputs outputs;
+  int ticks_in_contact = 0;
+  int last_contact = 0;
+};
+
+// No haptic node is there: the contact is physics_node's own.
+TEST(OwnContacts, TwoFreeBodiesReboundAndKeepTheirMomentum) {
+  Collision collision(FreeCollision());
+  collision.node->Step(collision.inputs, &collision.outputs);
+  const glm::dvec3 before_Ns = collision.momentum_Ns();
+  const double before_J = collision.energy_J();
+  ASSERT_TRUE(collision.Run());
+  EXPECT_LT(glm::length(collision.momentum_Ns() - before_Ns), 1e-12);
+  EXPECT_LT(collision.node->impulse_balance().relative(), 1e-9);
+  const core::BodyState& mover = collision.outputs.state.bodies[0];
+  const core::BodyState& target = collision.outputs.state.bodies[1];
+  EXPECT_GT(target.V_WO.linear_m_per_s.x - mover.V_WO.linear_m_per_s.x, 0.05) << "they part";
+  EXPECT_NEAR(std::sqrt(collision.energy_J() / before_J), 1.0, 0.03) << "undamped: next to nothing is lost or gained";
+}
+
+TEST(OwnContacts, WithoutItsPairTheBodyPassesThrough) {
+  scene::Scenario scenario = FreeCollision();
+  scenario.pairs[0].is_active = false;
+  Collision collision(scenario);
+  EXPECT_FALSE(collision.Run());
+  EXPECT_EQ(collision.outputs.state.bodies[1].V_WO.linear_m_per_s, glm::dvec3(0.0));
+}
+
+TEST(OwnContacts, PairOfTheHapticNodeIsNotComputedHere) {
+  scene::Scenario scenario = FreeCollision();
+  scenario.pairs[0].owner = scene::PairOwner::kHaptic;
+  Collision collision(scenario);
+  EXPECT_EQ(collision.node->own_contacts().num_pairs(), 0u);
+  EXPECT_FALSE(collision.Run());
+}
+
+// While they touch, the sets that viewers get are of the tick; then a few empty ones end the contact.
+TEST(OwnContacts, TellsItsPlanesAndTheEnd) {
+  Collision collision(FreeCollision());
+  int told_with_planes = 0;
+  int told_empty = 0;
+  for (int tick = 0; tick < 1500; ++tick) {
+    collision.node->Step(collision.inputs, &collision.outputs);
+    const OwnContacts& own = collision.node->own_contacts();
+    if (!own.is_told(0)) continue;
+    EXPECT_EQ(own.set(0).cycle, collision.outputs.state.tick);
+    ++(own.set(0).planes.empty() ? told_empty : told_with_planes);
+  }
+  EXPECT_GT(told_with_planes, 10);
+  EXPECT_EQ(told_empty, 5);
+}
+
+TEST(OwnContacts, StiffnessChangedInContactInjectsItsShare) {
+  Collision collision(FreeCollision());
+  while (!collision.outputs.state.is_in_contact) collision.node->Step(collision.inputs, &collision.outputs);
+  for (int i = 0; i < 10; ++i) collision.node->Step(collision.inputs, &collision.outputs);
+  const core::ParameterChange change{"pair.mover/target.stiffness_N_per_m", 40000.0};
+  collision.inputs.changes = &change;
+  collision.inputs.num_changes = 1;
+  collision.node->Step(collision.inputs, &collision.outputs);
+  ASSERT_EQ(collision.outputs.outcomes.size(), 1u);
+  EXPECT_GT(collision.outputs.outcomes[0].injected_J, 0.0);
+}
+
+}  // namespace
+}  // namespace physics_node
