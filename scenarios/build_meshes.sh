@@ -37,7 +37,7 @@ obj peg_in_hole peg_in_hole/peg_in_hole.scad table hole hole_tight peg
 
 m=module_replacement/module_replacement.scad
 obj module_replacement parts/gripper.scad palm jaw_left jaw_right
-obj module_replacement $m satellite cavity module module_wide handle cover_tabbed cover_panel lever switch_base lamp \
+obj module_replacement $m satellite cavity module module_wide handle cover_tabbed lever switch_base lamp \
   holder bracket
 glb module_replacement satellite $m satellite_body:0.80,0.58,0.22,0.9,0.38 satellite_face:0.62,0.64,0.67,0.7,0.45 \
   satellite_posts:0.08,0.08,0.09,0,0.95 satellite_fittings:0.45,0.46,0.48,0.9,0.35
@@ -45,6 +45,5 @@ glb module_replacement cavity $m cavity:0.30,0.32,0.35,0.8,0.45
 glb module_replacement module $m module_box:0.80,0.81,0.83,0.9,0.35 module_boss:0.85,0.38,0.10,0.2,0.5 \
   module_mark:0.10,0.25,0.55,0.1,0.5
 glb module_replacement handle $m handle_peg:0.75,0.76,0.78,0.95,0.28 handle_grip:0.90,0.62,0.08,0.1,0.6
-glb module_replacement cover_tabbed $m cover_panel:0.95,0.68,0.20,0.95,0.25 cover_tab:0.85,0.15,0.10,0,0.7
-glb module_replacement cover_panel $m cover_panel:0.95,0.68,0.20,0.95,0.25
+glb module_replacement cover_tabbed $m cover_patch:0.55,0.42,0.15,0.6,0.45 cover_tab:0.85,0.15,0.10,0,0.7
 glb module_replacement palm parts/gripper.scad palm_housing:0.18,0.20,0.23,0.4,0.5 palm_wrist:0.55,0.56,0.58,0.9,0.35

@@ -30,7 +30,8 @@ grip = [20, 30, 50];
 grip_z = 60;
 
 // --- Cover -------------------------------------------------------------------------------------------------------
-panel = [90, 170, 3];
+sheet_t = 3;              // room for the sheet over the posts
+patch = [44, 44, 2];      // rigid, sewn on the sheet
 tab = [6, 30, 28];
 
 // --- Switch ------------------------------------------------------------------------------------------------------
@@ -90,13 +91,13 @@ module handle_grip() {
   }
 }
 
-// Frame of a cover panel: middle of its lower face.
-module cover_sheet() translate([-panel.x / 2 + 0.5, -panel.y / 2, 0]) cube([panel.x - 1, panel.y, panel.z]);
+// Frame of the tab: on the face that the sheet rests on. The sheet itself is in scenario.xml.
+module cover_patch() translate([-patch.x / 2, -patch.y / 2, sheet_t - 0.5]) cube(patch);
 module cover_tab() {
   c = 1.5;
   hull() {
-    translate([-tab.x / 2, -tab.y / 2, panel.z - 0.5]) cube([tab.x, tab.y, tab.z + 0.5 - c]);
-    translate([-tab.x / 2 + c, -tab.y / 2 + c, panel.z]) cube([tab.x - 2 * c, tab.y - 2 * c, tab.z]);
+    translate([-tab.x / 2, -tab.y / 2, sheet_t - 0.5]) cube([tab.x, tab.y, tab.z + 0.5 - c]);
+    translate([-tab.x / 2 + c, -tab.y / 2 + c, sheet_t]) cube([tab.x - 2 * c, tab.y - 2 * c, tab.z]);
   }
 }
 
@@ -141,8 +142,8 @@ if (part == "module_mark") for (s = [-1, 1]) translate([s * 31 - 5, -34, -0.5]) 
 if (part == "handle") union() { handle_peg(); handle_grip(); }
 if (part == "handle_peg") handle_peg();
 if (part == "handle_grip") handle_grip();
-if (part == "cover_tabbed") union() { cover_sheet(); cover_tab(); }
-if (part == "cover_panel") cover_sheet();
+if (part == "cover_tabbed") union() { cover_patch(); cover_tab(); }
+if (part == "cover_patch") cover_patch();
 if (part == "cover_tab") cover_tab();
 if (part == "lever") hull() {  // frame: on the hinge axis, which is x
   rotate([0, 90, 0]) cylinder(d = lever.y, h = lever.x, center = true, $fn = 32);
