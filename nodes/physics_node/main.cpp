@@ -7,16 +7,19 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/physics_node/node_loop.hpp"
+#include "nodes/physics_node/sheet_thread.hpp"
 #include "scene/load_scenario.hpp"
 
 namespace {
 
-constexpr int kPriority = 75;  // below haptic_node, which gives the beat
+constexpr int kSheetPriority = 60;  // below the world, which does not wait for it
+constexpr int kPriority = 75;       // below haptic_node, which gives the beat
 
 std::atomic<bool> stop{false};
 void OnSignal(int) {
@@ -62,8 +65,13 @@ int main(int argc, char** argv) {
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
   };
+  std::optional<physics_node::SheetThread> sheet_thread;  // outlives the node that it works for
   auto physics = physics_node::PhysicsNode::Create(*scenario, physics_options);
   if (!physics) return Complain(physics.error().detail, 1);
+  if ((*physics)->sheets().num_sheets() > 0) {
+    sheet_thread.emplace(mode, kSheetPriority);
+    (*physics)->sheets().set_runner(&*sheet_thread);
+  }
   physics_node::Snapshot snapshot;
   if (!options["--checkpoint"].empty()) {
     auto restored = physics_node::ReadSnapshot(options["--checkpoint"], (*physics)->content_digest(), &snapshot);

@@ -64,6 +64,7 @@ void NodeLoop::Declare() {
     own_contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
   }
   state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  sheets_.Declare(scenario_, physics_->sheets(), node_);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
   node_->OwnParameters(physics_->ParameterNames());
 }
@@ -197,6 +198,7 @@ void NodeLoop::Step(int num_ticks) {
   }
   stamp(&outputs_.state.header);
   state_writer_.Send(outputs_.state);
+  sheets_.Send(physics_->sheets(), physics_->tick());
   OwnContacts& own = physics_->own_contacts();
   for (std::size_t i = 0; i < own.num_pairs(); ++i) {
     if (own.is_told(i)) own_contact_writers_[i].Send(own.set(i));
@@ -231,6 +233,8 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   nlohmann::json report;
   report["ticks"] = physics_->tick();
   report["timer_ticks"] = plan_.timer_ticks();
+  report["sheet_steps"] = physics_->sheets().num_steps();
+  report["sheet_steps_late"] = physics_->sheets().num_late();
   report["dropped_ticks"] = plan_.dropped_ticks();
   report["step_p50_us"] = durations_.p50_ns() * 1e-3;
   report["step_p99_us"] = durations_.p99_ns() * 1e-3;

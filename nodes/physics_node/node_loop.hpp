@@ -9,6 +9,7 @@
 #include "bus/node.hpp"
 #include "bus/rt/latency_stats.hpp"
 #include "nodes/physics_node/physics_node.hpp"
+#include "nodes/physics_node/sheet_outlet.hpp"
 #include "nodes/physics_node/snapshot_writer.hpp"
 
 namespace physics_node {
@@ -74,6 +75,7 @@ class NodeLoop {
   std::vector<bus::LatestReader<core::ContactSet>*> contacts_;  // null where none is read
   std::vector<bus::LatestWriter<core::ContactSet>> own_contact_writers_;
   bus::LatestWriter<core::PhysicsState> state_writer_;
+  SheetOutlet sheets_;
   std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
   bus::StateWriter<bus::Figures> figures_writer_;
   core::Event heard_;
