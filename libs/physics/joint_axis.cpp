@@ -46,16 +46,16 @@ void JointAxis::Prepare(const JointAxisParams& params, std::span<Row> rows, cons
   limit(&rows[kLower], 1.0, position - params.lower);
   limit(&rows[kUpper], -1.0, params.upper - position);
 
-  SetHard(&rows[kMotor], linear_W, angular_W, p_W, params.motor_speed);
-  rows[kMotor].is_active = params.motor_limit > 0.0;
-  rows[kMotor].lower = -params.motor_limit;
-  rows[kMotor].upper = params.motor_limit;
-
   const bool is_locked = params.locked != 0.0;
   if (is_locked && !is_locked_) lock_position_ = position;
   is_locked_ = is_locked;
   SetHard(&rows[kLock], linear_W, angular_W, p_W, -kErrorReduction / dt_s * (position - lock_position_));
   rows[kLock].is_active = is_locked;
+
+  SetHard(&rows[kMotor], linear_W, angular_W, p_W, params.motor_speed);
+  rows[kMotor].is_active = params.motor_limit > 0.0 && !is_locked;  // two rows that want one thing have no one answer
+  rows[kMotor].lower = -params.motor_limit;
+  rows[kMotor].upper = params.motor_limit;
 }
 
 double JointAxis::Force(std::span<const Row> rows, double dt_s) {

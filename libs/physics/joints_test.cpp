@@ -5,6 +5,7 @@
 #include "physics/chain/chain_samples.hpp"
 #include "physics/hinge.hpp"
 #include "physics/slider.hpp"
+#include "physics/spring_coupling.hpp"
 #include "physics/test_support.hpp"
 
 namespace physics {
@@ -122,6 +123,84 @@ TEST(Joints, AnArmOfBodiesMovesLikeTheChainInReducedCoordinates) {
   }
 }
 
+// A free servicer with two arms whose joints have brakes and limits: one hand shakes the left arm, and the right arm's
+// last link pushes a free block through contact planes.
+TEST(Joints, TwoArmsOnAFreeBaseCarryAHandAndContactWithoutLosingMomentum) {
+  test::Draws draws(22);
+  std::vector<ChainLink> links = test::RandomArm(&draws);
+  for (ChainLink link : test::RandomArm(&draws)) {
+    link.parent = link.parent < 0 ? -1 : link.parent + 7;
+    links.push_back(link);
+  }
+  const MassProperties base = BoxMass(60.0, {0.8, 0.6, 0.5});
+  Chain chain = MakeChain(links, base);
+  const ChainState state = chain.MakeState();
+  chain.Place(state);
+  World world;
+  const int servicer = test::AddDynamic(&world, {}, base);
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    bodies.push_back(test::AddDynamic(&world, chain.X_WL(i), links[i].mass));
+    HingeParams joint;
+    joint.X_PJ = links[i].X_PJ;
+    joint.axis.lower = -0.4;
+    joint.axis.upper = 0.4;
+    joint.axis.motor_limit = 0.2;
+    const int parent = links[i].parent < 0 ? servicer : bodies[static_cast<std::size_t>(links[i].parent)];
+    test::MustAddMechanism<Hinge>(&world, parent, bodies.back(), joint);
+  }
+  const core::Pose X_WTool = world.X_WO(bodies[6]);
+  const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X_WTool, {}, {}});
+  auto* grip = test::MustAddMechanism<SpringCoupling>(&world, hand, bodies[6], SpringCouplingParams{});
+  grip->Attach(X_WTool, X_WTool, X_WTool.translation);
+  const core::Pose X_WPusher = world.X_WO(bodies[13]);
+  const int block = test::AddDynamic(&world, {{1, 0, 0, 0}, X_WPusher.translation + glm::dvec3(0, 0, 0.08)},
+                                     BoxMass(2.0, {0.1, 0.1, 0.1}), {{}, {0, 0, -0.05}});
+  const int contact = world.AddContactPair(block, bodies[13]).value();
+  core::ContactSet set;
+  for (int i = 0; i < 4; ++i) {
+    const glm::dvec3 corner(i % 2 == 0 ? -0.05 : 0.05, i / 2 == 0 ? -0.05 : 0.05, -0.05);
+    const glm::dvec3 n_G = glm::conjugate(X_WPusher.rotation) * glm::dvec3(0, 0, 1);
+    test::AddPlane(&set, static_cast<std::uint32_t>(i), corner, 0.02 * n_G, n_G, 5000.0);
+  }
+  set.friction = 0.3;
+  world.SetContactPlanes(contact, set);
+
+  glm::dvec3 given_Ns(0.0);
+  glm::dvec3 given_Nms(0.0);
+  const glm::dvec3 angular_before = AngularMomentum_Nms(world);
+  const glm::dvec3 momentum_before = Momentum_Ns(world);
+  double sum_Ns = 0.0;
+  bool has_pushed = false;
+  for (int i = 0; i < 4000; ++i) {
+    const double t = i * kDt;
+    core::Pose X_WH = X_WTool;
+    X_WH.translation +=
+        glm::dvec3(0.08 * std::sin(5.0 * t), 0.06 * std::sin(7.0 * t), 0.07 * (1.0 - std::cos(3.0 * t)));
+    world.SetKinematic(hand, X_WH, {{}, {0.4 * std::cos(5.0 * t), 0.42 * std::cos(7.0 * t), 0.21 * std::sin(3.0 * t)}});
+    world.Step(kDt);
+    const core::Wrench on_hand = world.MechanismForceOnParent(14, {});  // about W's origin
+    given_Ns -= kDt * on_hand.force_N;
+    given_Nms -= kDt * on_hand.torque_Nm;
+    sum_Ns += kDt * glm::length(on_hand.force_N);
+    has_pushed = has_pushed || world.contact(contact).num_pushing > 0;
+  }
+  EXPECT_TRUE(has_pushed);
+  EXPECT_GT(sum_Ns, 10.0);
+  EXPECT_LT(glm::length(Momentum_Ns(world) - momentum_before - given_Ns), 1e-9 * sum_Ns);
+  EXPECT_LT(glm::length(AngularMomentum_Nms(world) - angular_before - given_Nms), 1e-9 * sum_Ns);
+  EXPECT_LT(world.impulse_balance().relative(), 1e-9);
+  EXPECT_EQ(world.num_fallbacks(), 0u);
+  for (int i = 0; i < 14; ++i) {
+    EXPECT_LT(std::abs(world.mechanism(i).position()), 0.4001) << i;
+    const ChainLink& link = links[static_cast<std::size_t>(i)];
+    const int parent = link.parent < 0 ? servicer : bodies[static_cast<std::size_t>(link.parent)];
+    const glm::dvec3 apart =
+        (world.X_WO(parent) * link.X_PJ).translation - world.X_WO(bodies[static_cast<std::size_t>(i)]).translation;
+    EXPECT_LT(glm::length(apart), 1e-6) << i;
+  }
+}
+
 // A screwdriver in zero gravity: its body free, its bit a hinge with a motor, a screw's resistance on the bit.
 struct Screwdriver {
   World world;
@@ -153,6 +232,18 @@ TEST(Motor, TurnsAtItsSpeedUpToItsTorqueAndStallsBeyond) {
   EXPECT_LT(driver.Spin(), 10.0);
   // What the body gets is the motor's reaction: together they change by the screw's torque alone.
   EXPECT_LT(glm::length(AngularMomentum_Nms(driver.world) - before - glm::dvec3(0, 0, -2.0 * kDt)), 1e-12);
+}
+
+TEST(Motor, RestsWhileItsAxisIsLocked) {
+  Screwdriver driver(10.0, 0.8);
+  for (int i = 0; i < 20; ++i) driver.world.Step(kDt);
+  driver.world.BeginChange(0, driver.world.FindTunable(0, "locked"), {1.0});
+  driver.world.Step(kDt);
+  const double held = driver.world.mechanism(0).position();
+  driver.world.SetContactWrench(driver.resistance, {{}, {0, 0, -2.0}});
+  for (int i = 0; i < 200; ++i) driver.world.Step(kDt);
+  EXPECT_NEAR(driver.world.mechanism(0).position(), held, 1e-9);
+  EXPECT_GT(driver.world.mechanism(0).force(), 1.0);  // what the screw's torque leaves for the bit to pass on
 }
 
 TEST(Motor, ReversesWhenItsSpeedIsChangedWhileRunning) {

@@ -12,7 +12,7 @@ constexpr int kMaxFrictionPasses = 40;  // a sliding contact converges like mu t
 constexpr double kTolerance = 1e-10;    // relative to the largest lambda
 
 double Dot(const double* a, const double* b, int n) {
-  double sum = 0.0;
+  double sum = 0.0;  // n <= 0: nothing
   for (int i = 0; i < n; ++i) sum += a[i] * b[i];
   return sum;
 }
@@ -30,6 +30,7 @@ DirectSolver::DirectSolver()
       states_(kMaxRows),
       wanted_(kMaxRows),
       free_(kMaxRows),
+      first_(kMaxRows),
       place_(kMaxRows) {}
 
 void DirectSolver::BoundFriction(int num_rows) {
@@ -59,20 +60,27 @@ bool DirectSolver::SolveFree(int num_rows) {
       if (states_[static_cast<std::size_t>(j)] == State::kFree) continue;
       right -= (j < i ? A(i, j) : A(j, i)) * result_[static_cast<std::size_t>(j)];
     }
-    // Row r of Cholesky's L, and forward substitution with it.
+    // Row r of Cholesky's L, and forward substitution with it. Rows that share no body do not couple: what is left of a
+    // row's first coupling is zero in L too, which makes chains of joints cheap.
     double* row = &L_[At(r, 0)];
-    for (int c = 0; c < r; ++c) {
+    int first = 0;
+    while (first < r && A(i, free_[static_cast<std::size_t>(first)]) == 0.0) ++first;
+    first_[static_cast<std::size_t>(r)] = first;
+    for (int c = first; c < r; ++c) {
       const double* other = &L_[At(c, 0)];
-      row[c] = (A(i, free_[static_cast<std::size_t>(c)]) - Dot(row, other, c)) / other[c];
+      const int from = std::max(first, first_[static_cast<std::size_t>(c)]);
+      row[c] = (A(i, free_[static_cast<std::size_t>(c)]) - Dot(row + from, other + from, c - from)) / other[c];
     }
-    const double pivot = A(i, i) - Dot(row, row, r);
+    const double pivot = A(i, i) - Dot(row + first, row + first, r - first);
     if (!(pivot > 0.0)) return false;
     row[r] = std::sqrt(pivot);
-    work_[static_cast<std::size_t>(r)] = (right - Dot(row, work_.data(), r)) / row[r];
+    work_[static_cast<std::size_t>(r)] = (right - Dot(row + first, work_.data() + first, r - first)) / row[r];
   }
   for (int r = n - 1; r >= 0; --r) {
     double value = work_[static_cast<std::size_t>(r)];
-    for (int c = r + 1; c < n; ++c) value -= L_[At(c, r)] * work_[static_cast<std::size_t>(c)];
+    for (int c = r + 1; c < n; ++c) {
+      if (first_[static_cast<std::size_t>(c)] <= r) value -= L_[At(c, r)] * work_[static_cast<std::size_t>(c)];
+    }
     work_[static_cast<std::size_t>(r)] = value / L_[At(r, r)];
     result_[static_cast<std::size_t>(free_[static_cast<std::size_t>(r)])] = work_[static_cast<std::size_t>(r)];
   }

@@ -16,7 +16,7 @@ namespace physics {
 // was.
 class DirectSolver {
  public:
-  static constexpr int kMaxRows = 96;
+  static constexpr int kMaxRows = 144;
   static constexpr int kNoNormal = -1;
 
   struct Bounds {
@@ -59,6 +59,7 @@ class DirectSolver {
   std::vector<Bounds> bounds_;
   std::vector<State> states_, wanted_;
   std::vector<int> free_;
+  std::vector<int> first_;  // column of L that a free row begins with
   std::vector<int> place_;  // of a row among the free ones, or -1
 };
 
