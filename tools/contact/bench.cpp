@@ -6,6 +6,7 @@
 
 #include "core/clock.hpp"
 #include "tools/contact/studies.hpp"
+#include "vps/walk/field_walk.hpp"
 
 namespace contact {
 namespace {
@@ -17,24 +18,12 @@ std::vector<std::string> SplitAtCommas(const std::string& text) {
   return words;
 }
 
-core::Result<void> WriteReport(const BenchOptions& options, const Report& report) {
-  if (!options.plot.empty()) {
-    for (const Table& table : report.tables) {
-      if (auto done = WriteFile(options.plot / (table.name + ".csv"), ToCsv(table)); !done) return done;
-    }
-    for (const auto& [name, chart] : report.charts) {
-      if (auto done = WriteFile(options.plot / (name + ".svg"), DrawSvg(chart)); !done) return done;
-    }
-  }
-  if (!options.plot.empty()) {
-    if (auto done = WriteFile(options.plot / "goals.md", GoalPage(report.goals)); !done) return done;
-  }
-  if (options.json.empty()) return {};
-  std::string json = "{\n  \"bench\": \"vps\",\n  \"machine\": " + QuoteJson(MachineText()) + ",\n  \"skipped\": [";
-  for (std::size_t i = 0; i < report.skipped.size(); ++i) json += (i ? ", " : "") + QuoteJson(report.skipped[i]);
-  json += "]";
-  for (const Table& table : report.tables) json += ",\n  " + QuoteJson(table.name) + ": " + ToJson(table, "  ");
-  return WriteFile(options.json, json + "\n}\n");
+std::string MachineText() {
+  const vps::InstructionSet set = vps::BestInstructionSet();
+  const char* const name = set == vps::InstructionSet::kAvx512 ? "AVX-512"
+                           : set == vps::InstructionSet::kAvx2 ? "AVX2"
+                                                               : "portable";
+  return bench::ProcessorText() + "; walk: " + name;
 }
 
 struct Figures {
@@ -121,10 +110,11 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     study(&report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
-  report.tables.push_back(GoalTable(report.goals));
-  PrintGoals(report.goals);
+  report.tables.push_back(bench::GoalTable(report.goals));
+  bench::PrintGoals(report.goals);
   tell("done");
-  return WriteReport(options, report);
+  return bench::WriteReport(options.json, options.plot, {"vps", "Goals of contact queries, measured", MachineText()},
+                            report);
 }
 
 int BenchMain(const BenchOptions& options, const Peers& peers) {

@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "tools/contact/chart.hpp"
 #include "tools/contact/method.hpp"
+#include "tools/contact/report.hpp"
 #include "tools/contact/stopwatch.hpp"
-#include "tools/contact/table.hpp"
 #include "tools/contact/workload.hpp"
 
 namespace contact {

@@ -1,29 +1,15 @@
 #pragma once
 
-#include <sched.h>
-
 #include <span>
 #include <vector>
 
+#include "tools/bench/one_core.hpp"
 #include "tools/contact/method.hpp"
 
 namespace contact {
 
-// While it lives the calling thread stays on one core, the last one that it may use.
-class OneCore {
- public:
-  OneCore();
-  ~OneCore();
-  OneCore(const OneCore&) = delete;
-  OneCore& operator=(const OneCore&) = delete;
-
- private:
-  cpu_set_t before_;
-  bool is_pinned_ = false;
-};
-
-// NaN of nothing.
-double Quantile(std::vector<double> values, double q);
+using bench::OneCore;
+using bench::Quantile;
 
 struct Times {
   double p50_us = 0.0, p99_us = 0.0, max_us = 0.0;

@@ -1,9 +1,9 @@
-#include "tools/contact/chart.hpp"
+#include "tools/bench/chart.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace contact {
+namespace bench {
 namespace {
 
 using testing::HasSubstr;
@@ -58,4 +58,4 @@ TEST(Chart, DrawsBarsWithTheirNotes) {
 }
 
 }  // namespace
-}  // namespace contact
+}  // namespace bench

@@ -1,11 +1,11 @@
-#include "tools/contact/table.hpp"
+#include "tools/bench/table.hpp"
 
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 
-namespace contact {
+namespace bench {
 namespace {
 
 bool IsNumber(const std::string& text) {
@@ -89,4 +89,4 @@ core::Result<void> WriteFile(const std::filesystem::path& file, const std::strin
   return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot be written");
 }
 
-}  // namespace contact
+}  // namespace bench

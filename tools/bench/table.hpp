@@ -6,7 +6,7 @@
 
 #include "core/result.hpp"
 
-namespace contact {
+namespace bench {
 
 // Rows of text and numbers, for CSV and JSON. An empty cell: the figure does not exist.
 struct Table {
@@ -30,4 +30,4 @@ std::string QuoteJson(const std::string& text);
 // Appears whole, by renaming, or not at all.
 core::Result<void> WriteFile(const std::filesystem::path& file, const std::string& text);
 
-}  // namespace contact
+}  // namespace bench

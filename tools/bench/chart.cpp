@@ -1,11 +1,11 @@
-#include "tools/contact/chart.hpp"
+#include "tools/bench/chart.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
-namespace contact {
+namespace bench {
 namespace {
 
 constexpr double kWidth = 520.0, kHeight = 330.0;                           // of a panel
@@ -307,4 +307,4 @@ std::string DrawSvg(const Chart& chart) {
   return svg + "</svg>\n";
 }
 
-}  // namespace contact
+}  // namespace bench

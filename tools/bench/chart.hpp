@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace contact {
+namespace bench {
 
 struct ChartPoint {
   double x = 0.0, y = 0.0;
@@ -47,4 +47,4 @@ struct Chart {
 // A picture as SVG text. A series has one colour and one mark in all panels and its name beside one of its points.
 std::string DrawSvg(const Chart& chart);
 
-}  // namespace contact
+}  // namespace bench

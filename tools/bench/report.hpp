@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tools/bench/chart.hpp"
+#include "tools/bench/table.hpp"
+
+namespace bench {
+
+enum class Verdict { kMet, kPartly, kMissed, kNotMeasured };
+
+// One line of what must hold.
+struct Goal {
+  std::string what;
+  std::string wanted;
+  std::string measured;
+  Verdict verdict = Verdict::kNotMeasured;
+};
+
+struct Report {
+  std::vector<Goal> goals;
+  std::vector<Table> tables;
+  std::vector<std::pair<std::string, Chart>> charts;  // by file name
+  std::vector<std::string> skipped;                   // what and why
+
+  void AddGoal(std::string what, std::string wanted, std::string measured, bool is_met) {
+    goals.push_back(
+        {std::move(what), std::move(wanted), std::move(measured), is_met ? Verdict::kMet : Verdict::kMissed});
+  }
+};
+
+// What is written at the head of a report.
+struct Heading {
+  std::string bench;    // as in `oos bench NAME`
+  std::string title;    // of the page of goals
+  std::string machine;  // see ProcessorText
+};
+
+const char* ToText(Verdict verdict);
+Table GoalTable(const std::vector<Goal>& goals);
+// Processor and compiler.
+std::string ProcessorText();
+void PrintGoals(const std::vector<Goal>& goals);
+// To the plot folder a CSV of every table, an SVG of every chart and goals.md, a page of Markdown; to the JSON file all
+// tables. An empty path: not.
+core::Result<void> WriteReport(const std::filesystem::path& json, const std::filesystem::path& plot,
+                               const Heading& heading, const Report& report);
+
+}  // namespace bench
