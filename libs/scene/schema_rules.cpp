@@ -76,7 +76,7 @@ ElementRule DeviceRule() {
   return {"device",
           "a hand device and the role that it plays",
           {Required("role", ValueKind::kName),
-           {"type", ValueKind::kChoice, false, {"simulated_arm"}},
+           {"type", ValueKind::kChoice, false, {"simulated_arm", "simulated_hug"}},
            Optional("position", ValueKind::kVector),
            Optional("rpy_deg", ValueKind::kVector),
            Optional("mass_kg", kAboveZero),

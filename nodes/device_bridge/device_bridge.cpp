@@ -24,10 +24,11 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
   }
   std::unique_ptr<DeviceBridge> bridge(new DeviceBridge(scenario, options, num_samples));
   for (const scene::Device& device : bridge->scenario_.devices) {
-    if (device.type != "simulated_arm") {
-      return core::Fail(core::ErrorCode::kUnsupported,
-                        device.location.file.string() + ":" + std::to_string(device.location.line) + ": device '" +
-                            device.role + "': there is no type '" + device.type + "'. Fix: type=\"simulated_arm\".");
+    if (device.type != "simulated_arm" && device.type != "simulated_hug") {
+      return core::Fail(core::ErrorCode::kUnsupported, device.location.file.string() + ":" +
+                                                           std::to_string(device.location.line) + ": device '" +
+                                                           device.role + "': there is no type '" + device.type +
+                                                           "'. Fix: type=\"simulated_arm\" or \"simulated_hug\".");
     }
     const core::Result<SafetyFilter> filter = SafetyFilter::Create(FilterLimits::From(device, scenario.force_cap_N));
     if (!filter) {

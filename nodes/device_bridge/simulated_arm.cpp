@@ -7,6 +7,7 @@ namespace device_bridge {
 
 ArmParameters ArmParameters::From(const scene::Device& device) {
   ArmParameters p;
+  p.is_jointed = device.type == "simulated_hug";
   p.mass_kg = device.mass_kg;
   p.inertia_kg_m2 = device.inertia_kg_m2;
   p.damping_N_s_per_m = device.damping_N_s_per_m;
@@ -23,6 +24,7 @@ ArmParameters ArmParameters::From(const scene::Device& device) {
 }
 
 SimulatedArm::SimulatedArm(const ArmParameters& parameters) : parameters_(parameters) {
+  if (parameters.is_jointed) jointed_.emplace(parameters.X_WD_start);
   state_.X_WD = parameters.X_WD_start;
   state_.opening_m = parameters.opening_start_m;
   state_.is_engaged = true;
@@ -86,6 +88,37 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
 }
 
 void SimulatedArm::AdvanceBy(double dt_s) noexcept {
+  if (jointed_) {
+    AdvanceJoints(dt_s);
+  } else {
+    AdvancePoint(dt_s);
+  }
+  AdvanceOpening(dt_s);
+}
+
+void SimulatedArm::AdvanceJoints(double dt_s) noexcept {
+  const HandImpedance& hand = parameters_.hand;
+  const JointedArm::Grip grip{hand_.X_WT,
+                              hand_.V_WT,
+                              hand.stiffness_N_per_m,
+                              hand.damping_N_s_per_m,
+                              hand.stiffness_Nm_per_rad,
+                              hand.damping_Nm_s_per_rad,
+                              parameters_.damping_N_s_per_m + force_.brake_N_s_per_m(),
+                              parameters_.damping_Nm_s_per_rad + force_.brake_Nm_s_per_rad()};
+  jointed_->Advance(dt_s, force_.F_Do_W(), grip);
+  state_.X_WD = jointed_->X_WD();
+  state_.V_WD = jointed_->V_WD();
+  MoveTarget(dt_s);
+}
+
+void SimulatedArm::MoveTarget(double dt_s) noexcept {
+  hand_.X_WT.translation += hand_.V_WT.linear_m_per_s * dt_s;
+  hand_.X_WT.rotation =
+      glm::normalize(core::QuaternionFromRotationVector(hand_.V_WT.angular_rad_per_s * dt_s) * hand_.X_WT.rotation);
+}
+
+void SimulatedArm::AdvancePoint(double dt_s) noexcept {
   const HandImpedance& hand = parameters_.hand;
   const double drag_N_s_per_m = parameters_.damping_N_s_per_m + force_.brake_N_s_per_m();
   const double drag_Nm_s_per_rad = parameters_.damping_Nm_s_per_rad + force_.brake_Nm_s_per_rad();
@@ -109,11 +142,8 @@ void SimulatedArm::AdvanceBy(double dt_s) noexcept {
     phi_next[i] = next_angle.position;
     state_.V_WD.angular_rad_per_s[i] = w_T + next_angle.velocity;
   }
-  hand_.X_WT.translation += hand_.V_WT.linear_m_per_s * dt_s;
-  hand_.X_WT.rotation =
-      glm::normalize(core::QuaternionFromRotationVector(hand_.V_WT.angular_rad_per_s * dt_s) * hand_.X_WT.rotation);
+  MoveTarget(dt_s);
   state_.X_WD.rotation = glm::normalize(core::QuaternionFromRotationVector(phi_next) * hand_.X_WT.rotation);
-  AdvanceOpening(dt_s);
 }
 
 // The fingers pull as a spring as long as it is weaker than their strength, else with just their strength. Which of the

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "nodes/device_bridge/device.hpp"
+#include "nodes/device_bridge/jointed_arm.hpp"
 #include "nodes/device_bridge/oscillator.hpp"
 #include "scene/scenario.hpp"
 
@@ -39,6 +41,7 @@ struct ArmParameters {
   double jaw_damping_N_s_per_m = 2.0;
   double opening_max_m = 0.08;
   double opening_start_m = 0.06;
+  bool is_jointed = false;  // seven joints in place of a point mass; mass_kg and inertia_kg_m2 do not count then
   std::int64_t command_delay_ns = 0;
   std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the force is dropped, by the device itself
   core::Pose X_WD_start;
@@ -64,6 +67,8 @@ struct FeltForce {
 //   m y'' + (b + brake + B_h) y' + K_h y = F - (b + brake) v_T
 // Rotation the same with y the rotation vector of R_WD R_WT^-1 in W and an isotropic inertia; exact while the axis of
 // rotation stays, which holds as long as the hand is near its target.
+//
+// Or, for device type "simulated_hug", an arm of seven joints in place of the point (JointedArm), integrated.
 class SimulatedArm final : public Device {
  public:
   explicit SimulatedArm(const ArmParameters& parameters);
@@ -71,7 +76,9 @@ class SimulatedArm final : public Device {
   DeviceReading Read(std::int64_t now_ns) noexcept override;
   void Write(std::int64_t now_ns, const FilteredForce& force) noexcept override;
   [[nodiscard]] bool is_simulated() const override { return true; }
-  [[nodiscard]] const char* description() const override { return "simulated arm (6-DoF mass-damper, gripper axis)"; }
+  [[nodiscard]] const char* description() const override {
+    return jointed_ ? "simulated arm (seven joints, gripper axis)" : "simulated arm (6-DoF mass-damper, gripper axis)";
+  }
 
   // From the time of the last Read on.
   void SetHand(const HandTarget& target) noexcept;
@@ -87,11 +94,15 @@ class SimulatedArm final : public Device {
 
   void AdvanceTo(std::int64_t now_ns) noexcept;
   void AdvanceBy(double dt_s) noexcept;
+  void AdvancePoint(double dt_s) noexcept;
+  void AdvanceJoints(double dt_s) noexcept;
+  void MoveTarget(double dt_s) noexcept;
   void AdvanceOpening(double dt_s) noexcept;
   [[nodiscard]] core::Wrench HandWrench() const noexcept;
   [[nodiscard]] double FingerSpringForce() const noexcept;
 
   ArmParameters parameters_;
+  std::optional<JointedArm> jointed_;
   HandTarget hand_;
   DeviceReading state_;
   FilteredForce force_;  // acting now

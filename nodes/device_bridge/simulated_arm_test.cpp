@@ -110,6 +110,27 @@ TEST(SimulatedArm, BallOnAPlaneSettlesAtTheClosedFormDepth) {
   EXPECT_NEAR(arm.Felt().hand_F_Do_W.force_N.z, -force_N, 1e-6);
 }
 
+TEST(SimulatedArm, WithJointsItSettlesWhereThePointMassDoes) {
+  for (const bool is_jointed : {false, true}) {
+    ArmParameters p;
+    p.is_jointed = is_jointed;
+    p.X_WD_start.translation = {0.2, 0.1, -0.3};
+    SimulatedArm arm(p);
+    Motor motor;
+    arm.Read(0);
+    HandTarget hand;
+    hand.X_WT = p.X_WD_start;
+    hand.X_WT.translation.z -= 0.02;
+    arm.SetHand(hand);
+    for (int i = 0; i < 3000; ++i) arm.Write(i * kMs, motor.Force(i * kMs, {4.0, 0, 0}, {0, 0, 0.1}));
+    const DeviceReading reading = arm.Read(3000 * kMs);
+    const glm::dvec3 wanted = hand.X_WT.translation + glm::dvec3(4.0 / p.hand.stiffness_N_per_m, 0, 0);
+    EXPECT_LT(glm::length(reading.X_WD.translation - wanted), 1e-7) << is_jointed;
+    EXPECT_NEAR(core::RotationVector(reading.X_WD.rotation).z, 0.1 / p.hand.stiffness_Nm_per_rad, 1e-7) << is_jointed;
+    EXPECT_NEAR(arm.Felt().hand_F_Do_W.force_N.x, -4.0, 1e-4) << is_jointed;
+  }
+}
+
 // Grows or decays when a mass on a sampled wall K, B (backward difference) with a delay of `delay_ticks` is let go?
 bool IsStable(double alpha, double beta, int delay_ticks) {
   const double m = 1.5;
