@@ -52,7 +52,7 @@ struct World::Impl {
     info.m_leastSquaresResidualThreshold = options.tolerance_m_per_s * options.tolerance_m_per_s;
     info.m_splitImpulse = 0;
     info.m_solverMode = SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
-    info.m_warmstartingFactor = 0.95;
+    info.m_warmstartingFactor = 1.0;
     info.m_damping = 1.0;
   }
   ~Impl() {

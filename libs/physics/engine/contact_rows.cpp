@@ -12,7 +12,6 @@ constexpr double kLineTolerance_m_per_s = 1e-9;
 constexpr int kGuesses = 4;
 // A row whose law has no slope here would leave Bullet's residual undefined; so much of its inverse mass is added.
 constexpr double kLeastSlope = 1e-9;
-constexpr double kWarmStart = 0.95;
 // Hard contacts that contradict each other (a body between two hands) get a force of this softness, not infinity.
 constexpr double kHardSoftness = 1e-6;
 
@@ -46,7 +45,8 @@ RowSolver::ContactRow RowSolver::MakeContactRow(const btSolverConstraint& row) c
 // The row of the law's line at the end speed v*. With lambda = dt (F* + z v*) - dt z v1 =: A - B v1 and
 // v1 = v_free + J dv, Bullet's update d lambda = rhs - cfm lambda - D J dv makes the row exact in one go for
 //   D = B / (1 + B W),  cfm = 1 / (1 + B W),  rhs = (A - B v_free) / (1 + B W).
-void RowSolver::SetLine(const ContactRow& from, double at_m_per_s, btSolverConstraint* row) const {
+void RowSolver::SetLine(ContactRow* made, double at_m_per_s, btSolverConstraint* row) const {
+  const ContactRow& from = *made;
   const double W = from.inverse_mass_per_kg;
   if (from.law->is_hard) {
     const double D = 1.0 / (W * (1.0 + kHardSoftness));
@@ -56,6 +56,7 @@ void RowSolver::SetLine(const ContactRow& from, double at_m_per_s, btSolverConst
     return;
   }
   const ForceLine line = CompliantForce(*from.law, W, from.start_m_per_s, at_m_per_s, dt_s_);
+  made->is_idle = line.force_N <= 0.0 && line.slope_N_s_per_m == 0.0;
   const double B = std::max(dt_s_ * line.slope_N_s_per_m, kLeastSlope / W);
   const double A = dt_s_ * line.force_N + B * at_m_per_s;
   row->m_jacDiagABInv = B / (1.0 + B * W);
@@ -75,9 +76,8 @@ void RowSolver::WarmStart(btSolverConstraint* friction) {
   btSolverBody& a = m_tmpSolverBodyPool[friction->m_solverBodyIdA];
   btSolverBody& b = m_tmpSolverBodyPool[friction->m_solverBodyIdB];
   const glm::dvec3& last_W = contact_rows_[static_cast<std::size_t>(friction->m_frictionIndex)].law->friction_W_Ns;
-  const double start =
-      kWarmStart * (CanMove(friction->m_solverBodyIdA) ? friction->m_contactNormal1 : -friction->m_contactNormal2)
-                       .dot(btVector3(last_W.x, last_W.y, last_W.z));
+  const double start = (CanMove(friction->m_solverBodyIdA) ? friction->m_contactNormal1 : -friction->m_contactNormal2)
+                           .dot(btVector3(last_W.x, last_W.y, last_W.z));
   friction->m_appliedImpulse = start;
   a.internalApplyImpulse(friction->m_contactNormal1 * a.internalGetInvMass(), friction->m_angularComponentA, start);
   b.internalApplyImpulse(friction->m_contactNormal2 * b.internalGetInvMass(), friction->m_angularComponentB, start);
@@ -89,8 +89,8 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
   const int num_rows = m_tmpSolverContactConstraintPool.size();
   for (int i = 0; i < num_rows; ++i) {
     btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
-    const ContactRow from = MakeContactRow(row);
-    contact_rows_[static_cast<std::size_t>(i)] = from;
+    ContactRow& from = contact_rows_[static_cast<std::size_t>(i)];
+    from = MakeContactRow(row);
     if (!(from.inverse_mass_per_kg > 0.0)) {
       row.m_jacDiagABInv = row.m_rhs = row.m_cfm = 0.0;  // neither body can move
       continue;
@@ -98,7 +98,7 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
     // First line: where the row alone would end.
     double speed = from.free_m_per_s;
     for (int guess = 0; guess < kGuesses; ++guess) {
-      SetLine(from, speed, &row);
+      SetLine(&from, speed, &row);
       speed = from.free_m_per_s + from.inverse_mass_per_kg * std::max(0.0, static_cast<double>(row.m_rhs));
     }
   }
@@ -119,7 +119,7 @@ bool RowSolver::MoveLines(const Island& island) {
   for (int i = 0; i < island.num_rows; ++i) {
     btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
     if (!IsContact(row)) continue;
-    const ContactRow& from = contact_rows_[static_cast<std::size_t>(&row - &m_tmpSolverContactConstraintPool[0])];
+    ContactRow& from = contact_rows_[static_cast<std::size_t>(&row - &m_tmpSolverContactConstraintPool[0])];
     if (from.law->is_hard) continue;
     const double speed = SolvedSpeed(from, row);
     const ForceLine line = CompliantForce(*from.law, from.inverse_mass_per_kg, from.start_m_per_s, speed, dt_s_);
@@ -127,7 +127,7 @@ bool RowSolver::MoveLines(const Island& island) {
     // A - B v1 of the present line, not the row's impulse: that may be wrong since solving has not converged.
     const double of_row = std::max(0.0, (row.m_rhs - row.m_jacDiagABInv * (speed - from.free_m_per_s)) / row.m_cfm);
     if (std::abs(impulse - of_row) * from.inverse_mass_per_kg <= kLineTolerance_m_per_s) continue;
-    SetLine(from, speed, &row);
+    SetLine(&from, speed, &row);
     any = true;
   }
   return any;

@@ -11,12 +11,11 @@ namespace physics {
 //
 // Block principal pivoting [Judice and Pires 1994]: guess which rows are at a bound, solve the others by Cholesky's
 // factors, move the rows that contradict the guess, again. A row of friction at its bound is +-friction times its
-// normal's lambda, which goes into the equations (no longer symmetric, so by elimination). Where that does not end,
-// friction's bounds are held meanwhile and follow after. Neither is sure to end; Solve says so and leaves lambda as it
-// was.
+// normal's lambda, which goes into the equations (no longer symmetric, so by elimination). It is not sure to end: Solve
+// then says so after 30 guesses and leaves lambda as it was.
 class DirectSolver {
  public:
-  static constexpr int kMaxRows = 144;
+  static constexpr int kMaxRows = 128;
   static constexpr int kNoNormal = -1;
 
   struct Bounds {
@@ -47,13 +46,10 @@ class DirectSolver {
   [[nodiscard]] double Slope(int i) const;
   bool Eliminate(int num_free);
   bool SolveSliding(int num_rows);
-  bool SolveWithFriction(int num_rows);
-  bool SolveWithHeldFriction(int num_rows);
+  bool SolveStates(int num_rows);
   bool SolveFree(int num_rows);
   [[nodiscard]] State Wanted(int i, int num_rows, double scale) const;
   int Pivot(int num_rows, bool only_last);
-  template <typename SolveStates>
-  bool MoveUntilRight(int num_rows, SolveStates&& solve);
 
   std::vector<double> A_, L_, b_, lambda_, result_, work_;
   std::vector<Bounds> bounds_;

@@ -10,7 +10,6 @@ namespace {
 // Softness of a row without spring and damper would be infinite; this bounds it without changing its force by more
 // than one part in 10^9 for any inertia above 1e-12 kg (m^2).
 constexpr double kSmallestImpedance = 1e-9;
-constexpr double kWarmStart = 0.95;
 
 double Impedance(const Row& row, double dt) {
   return std::max(kSmallestImpedance, row.stiffness * dt + row.damping);
@@ -95,7 +94,7 @@ void RowSolver::convertJoints(btTypedConstraint** constraints, int num_constrain
       c.m_rhs *= softened / c.m_jacDiagABInv;
       c.m_jacDiagABInv = softened;
       c.m_cfm = gamma * softened;
-      const double start = std::clamp(kWarmStart * row.impulse, c.m_lowerLimit, c.m_upperLimit);
+      const double start = std::clamp(row.impulse, c.m_lowerLimit, c.m_upperLimit);
       c.m_appliedImpulse = start;
       btSolverBody& a = m_tmpSolverBodyPool[c.m_solverBodyIdA];
       btSolverBody& b = m_tmpSolverBodyPool[c.m_solverBodyIdB];

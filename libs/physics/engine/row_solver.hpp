@@ -46,8 +46,9 @@ class RowConstraint final : public btTypedConstraint {
 // part costs nothing here. An island gets as many sweeps of sequential impulses as it has rows, at least 20 and at most
 // the limit; most converge in a few. One that does not is solved directly from there on, if it has at most
 // DirectSolver::kMaxRows rows, and is solved directly at once in the next 32 steps, from the last step's impulses:
-// those tell which contacts push, so that the first guess is mostly right. Where the direct solver fails or cannot be
-// used the sweeps go on to the limit; what is then wrong by more than 1e-6 m/s is counted as a fallback.
+// those tell which contacts push, so that the first guess is mostly right. Where the direct solver fails it is left out
+// for 4 steps. Without it the sweeps go on to the limit; what is then wrong by more than 1e-6 m/s is counted as a
+// fallback.
 class RowSolver final : public btSequentialImpulseConstraintSolver {
  public:
   void Reserve(int num_bodies, int num_contacts, int num_rows);
@@ -83,7 +84,9 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   double Violation(const btSolverConstraint& row);
   double Sweep(const Island& island);
   bool IsWrong(const Island& island);
-  void FillDirect(const Island& island);
+  bool ChooseDirect(const Island& island);
+  void FillDirect();
+  void Push(btSolverConstraint* row, double impulse);
   bool SolveDirectly(const Island& island);
   void SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s);
 
@@ -93,20 +96,23 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
     double start_m_per_s = 0.0;
     double free_m_per_s = 0.0;
     double inverse_mass_per_kg = 0.0;
+    bool is_idle = false;  // no force here, and none a little deeper
   };
   ContactRow MakeContactRow(const btSolverConstraint& row) const;
   void WarmStart(btSolverConstraint* friction);
-  void SetLine(const ContactRow& from, double at_m_per_s, btSolverConstraint* row) const;
+  void SetLine(ContactRow* from, double at_m_per_s, btSolverConstraint* row) const;
   [[nodiscard]] double SolvedSpeed(const ContactRow& from, const btSolverConstraint& row) const;
   bool MoveLines(const Island& island);
 
   DirectSolver direct_;
+  std::array<btSolverConstraint*, DirectSolver::kMaxRows> direct_rows_{};
+  int num_direct_rows_ = 0;
   std::array<double, DirectSolver::kMaxRows> held_{};
   std::vector<ContactRow> contact_rows_;
   double dt_s_ = 0.0;
   std::vector<int> root_of_body_;
-  std::vector<int> rows_of_root_;           // where the next row of that root goes
-  std::vector<std::uint8_t> direct_steps_;  // by root: in so many steps more its island is solved directly at once
+  std::vector<int> rows_of_root_;          // where the next row of that root goes
+  std::vector<std::int8_t> direct_steps_;  // by root: so many steps more directly at once; negative: not at all
   std::vector<btSolverConstraint*> rows_;
   std::vector<Island> islands_;
   SolverWork work_;

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kMaxRounds = 12;  // a line is moved a few times at most; a round that is not needed ends them
 constexpr int kFewestSweeps = 20;
-constexpr std::uint8_t kDirectSteps = 32;
+constexpr std::int8_t kDirectSteps = 32;
+constexpr std::int8_t kStepsWithout = -4;
 constexpr double kAcceptable_m_per_s = 1e-6;
 // Redundant rows have no softness of their own; this part of their diagonal makes the matrix definite.
 constexpr double kRegularisation = 1e-9;
@@ -142,10 +143,37 @@ double RowSolver::Sweep(const Island& island) {
   return largest;
 }
 
+// Contacts whose law gives no force here, and their friction, are left out: MoveLines brings them back when they are
+// met.
+bool RowSolver::ChooseDirect(const Island& island) {
+  num_direct_rows_ = 0;
+  for (int i = 0; i < island.num_rows; ++i) {
+    btSolverConstraint* row = rows_[static_cast<std::size_t>(island.first + i)];
+    const int contact = IsFriction(*row)  ? row->m_frictionIndex
+                        : IsContact(*row) ? static_cast<int>(row - &m_tmpSolverContactConstraintPool[0])
+                                          : -1;
+    if (contact >= 0 && contact_rows_[static_cast<std::size_t>(contact)].is_idle) {
+      Push(row, -row->m_appliedImpulse);
+      continue;
+    }
+    if (num_direct_rows_ == DirectSolver::kMaxRows) return false;
+    direct_rows_[static_cast<std::size_t>(num_direct_rows_++)] = row;
+  }
+  return true;
+}
+
+void RowSolver::Push(btSolverConstraint* row, double impulse) {
+  row->m_appliedImpulse = row->m_appliedImpulse + impulse;
+  btSolverBody& a = m_tmpSolverBodyPool[row->m_solverBodyIdA];
+  btSolverBody& b = m_tmpSolverBodyPool[row->m_solverBodyIdB];
+  a.internalApplyImpulse(row->m_contactNormal1 * a.internalGetInvMass(), row->m_angularComponentA, impulse);
+  b.internalApplyImpulse(row->m_contactNormal2 * b.internalGetInvMass(), row->m_angularComponentB, impulse);
+}
+
 // Rows of the direct solver; impulses as they are now for the first guess.
-void RowSolver::FillDirect(const Island& island) {
-  const int n = island.num_rows;
-  btSolverConstraint* const* const rows = &rows_[static_cast<std::size_t>(island.first)];
+void RowSolver::FillDirect() {
+  btSolverConstraint* const* const rows = direct_rows_.data();
+  const int n = num_direct_rows_;
   for (int i = 0; i < n; ++i) {
     const btSolverConstraint& row = *rows[i];
     for (int j = 0; j <= i; ++j) direct_.A(i, j) = Coupling(row, *rows[j], m_tmpSolverBodyPool);
@@ -164,41 +192,43 @@ void RowSolver::FillDirect(const Island& island) {
 }
 
 bool RowSolver::SolveDirectly(const Island& island) {
-  const int n = island.num_rows;
-  if (n > DirectSolver::kMaxRows) return false;
-  FillDirect(island);
-  btSolverConstraint* const* const rows = &rows_[static_cast<std::size_t>(island.first)];
+  if (!ChooseDirect(island)) return false;
+  FillDirect();
+  const int n = num_direct_rows_;
+  const auto held = [this](int i) {
+    return kFrictionHold / (1.0 + kFrictionHold) * direct_.A(i, i) * direct_.lambda(i);
+  };
   for (int hold = 0; hold < kMaxHolds; ++hold) {
     for (int i = 0; i < n; ++i) {
-      if (!IsFriction(*rows[i])) continue;
-      held_[static_cast<std::size_t>(i)] = kFrictionHold / (1.0 + kFrictionHold) * direct_.A(i, i) * direct_.lambda(i);
-      direct_.b(i) = rows[i]->m_rhs / rows[i]->m_jacDiagABInv + held_[static_cast<std::size_t>(i)];
+      const btSolverConstraint& row = *direct_rows_[static_cast<std::size_t>(i)];
+      held_[static_cast<std::size_t>(i)] = IsFriction(row) ? held(i) : 0.0;
+      direct_.b(i) = row.m_rhs / row.m_jacDiagABInv + held_[static_cast<std::size_t>(i)];
     }
     if (!direct_.Solve(n)) return false;
     double largest = 0.0;
     for (int i = 0; i < n; ++i) {
-      if (!IsFriction(*rows[i])) continue;
-      const double now = kFrictionHold / (1.0 + kFrictionHold) * direct_.A(i, i) * direct_.lambda(i);
-      largest = std::max(largest, std::abs(now - held_[static_cast<std::size_t>(i)]));
+      if (!IsFriction(*direct_rows_[static_cast<std::size_t>(i)])) continue;
+      largest = std::max(largest, std::abs(held(i) - held_[static_cast<std::size_t>(i)]));
     }
     if (largest <= kHeldSpeed_m_per_s) break;
   }
   ++work_.num_direct_solves;
   for (int i = 0; i < n; ++i) {
-    btSolverConstraint& row = *rows[i];
-    const double change = direct_.lambda(i) - row.m_appliedImpulse;
-    row.m_appliedImpulse = direct_.lambda(i);
-    btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
-    btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
-    a.internalApplyImpulse(row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA, change);
-    b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB, change);
+    btSolverConstraint* row = direct_rows_[static_cast<std::size_t>(i)];
+    Push(row, direct_.lambda(i) - row->m_appliedImpulse);
   }
   return true;
 }
 
 void RowSolver::SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s) {
-  std::uint8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
-  if (direct_steps > 0 && SolveDirectly(island)) return;
+  std::int8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
+  const auto solve_directly = [&] {
+    if (direct_steps < 0) return false;
+    if (SolveDirectly(island)) return true;
+    direct_steps = kStepsWithout;
+    return false;
+  };
+  if (direct_steps > 0 && solve_directly()) return;
   int sweeps = 0;
   const auto sweep = [&](int limit) {
     while (sweeps < limit) {
@@ -208,11 +238,10 @@ void RowSolver::SolveOnce(const Island& island, int max_sweeps, double tolerance
     return false;
   };
   if (sweep(std::min(max_sweeps, std::max(kFewestSweeps, island.num_rows)))) return;
-  if (SolveDirectly(island)) {
+  if (solve_directly()) {
     direct_steps = kDirectSteps;
     return;
   }
-  direct_steps = 0;
   if (!sweep(max_sweeps) && IsWrong(island)) ++work_.num_fallbacks;
 }
 
@@ -227,14 +256,14 @@ btScalar RowSolver::solveGroupCacheFriendlyIterations(btCollisionObject**, int, 
     do {
       SolveOnce(island, info.m_numIterations, std::sqrt(info.m_leastSquaresResidualThreshold));
     } while (++rounds < kMaxRounds && MoveLines(island));
-    std::uint8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
-    if (direct_steps > 0) --direct_steps;
+    std::int8_t& direct_steps = direct_steps_[static_cast<std::size_t>(island.root)];
+    direct_steps = static_cast<std::int8_t>(direct_steps + (direct_steps < 0 ? 1 : direct_steps > 0 ? -1 : 0));
   }
   return 0.0;
 }
 
 void RowSolver::ExchangeState(Checkpoint* checkpoint) {
-  for (std::uint8_t& steps : direct_steps_) checkpoint->Exchange(&steps);
+  for (std::int8_t& steps : direct_steps_) checkpoint->Exchange(&steps);
 }
 
 }  // namespace physics
