@@ -1,4 +1,4 @@
-// The three scenarios from start to end in lock-step: what a run must hold.
+// The scenarios from start to end in lock-step: what a run must hold.
 
 #include "tests/support/acceptance.hpp"
 
@@ -28,6 +28,16 @@ TEST(Acceptance, TouchWithThePapersWrench) {
 
 TEST(Acceptance, TouchWithHardContact) {
   ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kManifold, 1), kTouchSteps);
+}
+
+TEST(Acceptance, TouchWithAnArmOfSevenJoints) {
+  scene::Scenario scenario = Load("touch");
+  scenario.devices.at(0).type = "simulated_hug";
+  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kTouchSteps);
+}
+
+TEST(Acceptance, ServiceRobotYieldsToAPushAndHoldsWhenLocked) {
+  ExpectCompleted(RunWith(Load("service_robot"), scene::ContactInput::kPlanes, 1), {"push", "lock"});
 }
 
 TEST(Acceptance, PegInHoleWithPlanes) {
