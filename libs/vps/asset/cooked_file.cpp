@@ -138,6 +138,9 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(tree.spheres);
     out.Put(tree.level_begin);
     out.Put(tree.num_levels);
+    out.PutArray(tree.fine);
+    out.Put(tree.refined_m);
+    out.Put(tree.reach_m);
   }
   return out.bytes();
 }
@@ -192,6 +195,7 @@ bool IsConsistent(const DistanceField& field) {
 bool IsConsistent(const SampleTree& tree) {
   if (tree.num_points == 0 || tree.points.size() != (std::size_t{tree.num_points} + kBlock - 1) / kBlock) return false;
   if (tree.num_levels == 0 || tree.num_levels > SampleTree::kMaxLevels) return false;
+  if (!tree.fine.empty() && tree.fine.size() != tree.num_points) return false;
   std::size_t below = tree.points.size();
   std::size_t begin = 0;
   for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
@@ -262,6 +266,9 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     tree.spheres = in.GetArray<SphereBlock>();
     tree.level_begin = in.Get<decltype(tree.level_begin)>();
     tree.num_levels = in.Get<std::uint32_t>();
+    tree.fine = in.GetArray<FineBlock>();
+    tree.refined_m = in.Get<double>();
+    tree.reach_m = in.Get<double>();
     is_consistent = is_consistent && IsConsistent(tree);
     object.samples = std::move(tree);
   }

@@ -274,8 +274,9 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
-  num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS, d.look_ahead_m,
-                                 BestInstructionSet(), &fast_scratch[slot].walk);
+  num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS,
+                                 WalkMargin_m(*objects[d.sampled]->samples, d.look_ahead_m), BestInstructionSet(),
+                                 &fast_scratch[slot].walk);
 }
 
 // Whoever comes first to a pair's chunks decides for all of them whether there is time.

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "vps/force/reduce_patches.hpp"
-#include "vps/multibody/back_side.hpp"
 #include "vps/multibody/collision_world.hpp"
+#include "vps/multibody/refine_contact.hpp"
 #include "vps/walk/field_walk.hpp"
 
 namespace vps {
@@ -17,9 +17,9 @@ constexpr std::uint32_t kMaxFastContacts = 128;
 
 // Memory of a query, allocated once; serves these trees and smaller ones.
 struct FastPairScratch {
-  explicit FastPairScratch(const SampleTree& tree, const SampleTree& back = {})
-      : walk(tree), back_walk(back), patches(4 * kMaxFastContacts) {}
-  FieldWalkScratch walk, back_walk;
+  explicit FastPairScratch(const SampleTree& tree) : walk(tree), patches(kMaxPatches) {}
+  FieldWalkScratch walk;
+  RefineScratch refine;
   std::vector<ContactPatch> patches;
   // Of the last query: the penalty integral over S's surface inside G before AreaScale, and its moment about S's mesh
   // origin, in S.
@@ -40,16 +40,18 @@ inline double AreaScale(double volume_m3, double square_m4, double area_m2, doub
 
 // What QueryPair is for `paper`: one pair, from poses to forces and planes. Same results, same meaning of what it
 // returns, the planes' stiffness apart: a modulus times area here (ReducePatches).
-//
-// With a back side, contact, the deepest point and the free distance come from both sides; the integral is the weighted
-// mean of both estimates (BackShare), which agree but for what either side's points miss.
+// Of a small contact the finer points of the samples near it are looked at as well (RefineContact).
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                     PairResult* result, const BackSide& back = {});
+                     PairResult* result);
 
-// Its last part, after PrepareWalk with the pair's look-ahead and all its chunks.
+// The margin that its walk takes: the look-ahead, but so much at least that every sample is near whose patch of the
+// surface can be in contact.
+double WalkMargin_m(const SampleTree& sampled, double look_ahead_m);
+
+// Its last part, after PrepareWalk with that margin and all its chunks.
 double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                       const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                      PairResult* result, const BackSide& back = {});
+                      PairResult* result);
 
 }  // namespace vps

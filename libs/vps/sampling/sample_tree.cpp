@@ -72,6 +72,16 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0U);
   SortIntoRuns(samples.points_m, 0, n, &order);
+  tree.reach_m = samples.reach_m;
+  double sum = 0.0;
+  double total_m2 = 0.0;
+  for (const double area_m2 : samples.areas_m2) {
+    sum += area_m2 * static_cast<double>(kPatchReach) * std::sqrt(area_m2);
+    total_m2 += area_m2;
+  }
+  tree.refined_m = 1.2 * sum / total_m2;
+  tree.fine.reserve(samples.fine.size());
+  for (std::size_t i = 0; i < samples.fine.size(); ++i) tree.fine.push_back(samples.fine[order[i]]);
 
   const std::size_t num_blocks = (n + kBlock - 1) / kBlock;
   tree.points.resize(num_blocks);

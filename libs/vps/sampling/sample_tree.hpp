@@ -5,18 +5,11 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "vps/sampling/fine_block.hpp"
 #include "vps/sampling/surface_samples.hpp"
 
 namespace vps {
 
-// Sixteen points: one AVX-512 register, two of AVX2, four of SSE.
-constexpr std::uint32_t kBlock = 16;
-
-struct alignas(64) PointBlock {
-  float x[kBlock], y[kBlock], z[kBlock];     // mesh frame, m
-  float nx[kBlock], ny[kBlock], nz[kBlock];  // unit inward normals
-  float area_m2[kBlock];
-};
 // The points of a sphere of level 0 lie also between two planes, `h` on either side of the centre, across the unit
 // normal n; h and n are 0 in the other levels and where the points have no common direction.
 struct alignas(64) SphereBlock {
@@ -40,9 +33,12 @@ struct SampleTree {
   std::vector<SphereBlock> spheres;                     // level after level
   std::array<std::uint32_t, kMaxLevels> level_begin{};  // first block of each level
   std::uint32_t num_levels = 0;
+  std::vector<FineBlock> fine;  // of each point, in their order; empty: the points are as fine as it gets
+  double refined_m = 0.0;       // a sample farther than this from the other body is not taken finer; of a typical patch
+  double reach_m = 0.0;         // no place of the surface is farther from the point that stands for it
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock);
+    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + fine.size() * sizeof(FineBlock);
   }
 };
 

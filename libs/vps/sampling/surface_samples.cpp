@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <string>
 
@@ -135,6 +136,29 @@ struct Cell {
   glm::dvec3 normal{0.0};  // times area
 };
 
+// What each point stands for, finer.
+std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
+                              const SurfaceSamples& samples) {
+  // Panels sorted by their owner.
+  std::vector<std::uint32_t> begin(samples.points_m.size() + 1, 0);
+  for (const std::uint32_t owner : owners) {
+    if (owner != kNobody) ++begin[owner + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> sorted(begin.back());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (std::uint32_t i = 0; i < owners.size(); ++i) {
+    if (owners[i] != kNobody) sorted[next[owners[i]]++] = i;
+  }
+  std::vector<FineBlock> fine;
+  fine.reserve(samples.points_m.size());
+  for (std::size_t k = 0; k < samples.points_m.size(); ++k) {
+    const std::span<std::uint32_t> cell(sorted.data() + begin[k], sorted.data() + begin[k + 1]);
+    fine.push_back(MakeFineBlock(panels, cell, samples.points_m[k], samples.inward_normals[k]));
+  }
+  return fine;
+}
+
 }  // namespace
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
@@ -185,6 +209,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     samples.reach_m =
         std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
   }
+  if (num_points <= kMaxFinePoints) samples.fine = Refine(panels, owners, samples);
   return samples;
 }
 

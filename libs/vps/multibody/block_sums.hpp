@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstring>
+
+#include "vps/force/reduce_patches.hpp"
+#include "vps/sampling/fine_block.hpp"
+
+namespace vps {
+
+// Four lanes.
+using F4 = float __attribute__((vector_size(16)));
+using I4 = std::int32_t __attribute__((vector_size(16)));
+
+inline F4 LoadF4(const float* from) {
+  F4 lanes;
+  std::memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+
+inline float SumOfLanes(const F4& lanes) {
+  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
+
+// The penalty integral over the points of a block, depths in voxels.
+inline void SetSums(const PointBlock& block, const float* depths, float voxel_m, ContactPatch* patch) {
+  F4 force[3] = {};
+  F4 moment[3] = {};
+  F4 sum = {};
+  F4 square = {};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 d = LoadF4(depths + k);
+    const F4 depth_m = (d > 0.0f ? d : F4{}) * voxel_m;
+    const F4 volume = LoadF4(block.area_m2 + k) * depth_m;  // places without a point have no area
+    const F4 p[3] = {LoadF4(block.x + k), LoadF4(block.y + k), LoadF4(block.z + k)};
+    const F4 f[3] = {volume * LoadF4(block.nx + k), volume * LoadF4(block.ny + k), volume * LoadF4(block.nz + k)};
+    for (int i = 0; i < 3; ++i) {
+      force[i] += f[i];
+      moment[i] += p[(i + 1) % 3] * f[(i + 2) % 3] - p[(i + 2) % 3] * f[(i + 1) % 3];
+    }
+    sum += volume;
+    square += volume * depth_m;
+  }
+  for (int i = 0; i < 3; ++i) {
+    patch->force_m3[i] = SumOfLanes(force[i]);
+    patch->moment_m4[i] = SumOfLanes(moment[i]);
+  }
+  patch->volume_m3 = SumOfLanes(sum);
+  patch->square_m4 = SumOfLanes(square);
+}
+
+inline std::uint32_t FindDeepest(const float* depths) {
+  F4 deepest = LoadF4(depths);
+  I4 at = {0, 1, 2, 3};
+  for (std::int32_t k = 4; k < static_cast<std::int32_t>(kBlock); k += 4) {
+    const F4 d = LoadF4(depths + k);
+    const I4 lanes = {k, k + 1, k + 2, k + 3};
+    at = d > deepest ? lanes : at;
+    deepest = d > deepest ? d : deepest;
+  }
+  int best = 0;
+  for (int j = 1; j < 4; ++j) {
+    if (deepest[j] > deepest[best]) best = j;
+  }
+  return static_cast<std::uint32_t>(at[best]);
+}
+
+inline glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
+  return {block.x[k], block.y[k], block.z[k]};
+}
+
+// Of one point of a block.
+inline void SetSums(const PointBlock& block, std::uint32_t k, float depth_m, ContactPatch* patch) {
+  const float volume = depth_m > 0.0f ? block.area_m2[k] * depth_m : 0.0f;
+  patch->force_m3 = volume * glm::vec3(block.nx[k], block.ny[k], block.nz[k]);
+  patch->moment_m4 = glm::cross(PointOf(block, k), patch->force_m3);
+  patch->volume_m3 = volume;
+  patch->square_m4 = volume * depth_m;
+}
+
+inline void AddSums(const ContactPatch& of, float factor, ContactPatch* to) {
+  to->force_m3 += factor * of.force_m3;
+  to->moment_m4 += factor * of.moment_m4;
+  to->volume_m3 += factor * of.volume_m3;
+  to->square_m4 += factor * of.square_m4;
+}
+
+}  // namespace vps

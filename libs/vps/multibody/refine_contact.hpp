@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vps/force/reduce_patches.hpp"
+#include "vps/walk/evaluate_points.hpp"
+#include "vps/walk/field_walk.hpp"
+
+namespace vps {
+
+// A small contact is seen by few samples. Where it is, the finer points of each sample (FineBlock) stand in for it.
+struct FinerSample {
+  std::uint32_t near_block = 0;  // of the walk's
+  std::uint32_t lane = 0;
+  float depth_m = 0.0f;  // of the sample
+  float weight = 0.0f;   // share that its finer points have in what the sample stands for
+  // Deepest of its finer points, and what they change in the sums.
+  ContactPatch change;
+};
+
+struct RefineScratch {
+  RefineScratch();
+  std::uint32_t num_samples = 0;  // that the last call filled, in the walk's order
+  std::vector<FinerSample> samples;
+  std::vector<PointBlock> points;
+  std::vector<SphereBlock> spheres;
+  std::vector<BlockDepths> depths;
+};
+
+// Looks more closely at the samples of a walk whose patches G's surface may cut: those at a depth d within -r < d < r,
+// where r is how far the patch reaches. Beyond, it is wholly outside or wholly inside, where its depth is even. The
+// finer points' weight fades out towards there, and all of it as such samples become many, since the errors of single
+// ones then average out. So force and moment stay continuous.
+void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                   const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch);
+
+}  // namespace vps

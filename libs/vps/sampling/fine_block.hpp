@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "vps/sampling/surface_panels.hpp"
+
+namespace vps {
+
+// Sixteen points: one AVX-512 register, two of AVX2, four of SSE.
+constexpr std::uint32_t kBlock = 16;
+
+struct alignas(64) PointBlock {
+  float x[kBlock], y[kBlock], z[kBlock];     // mesh frame, m
+  float nx[kBlock], ny[kBlock], nz[kBlock];  // unit inward normals
+  float area_m2[kBlock];
+};
+
+// The surface that one sample stands for in up to sixteen finer ones, for contacts that few samples see. Packed, since
+// there is one for every sample: places and normals beside those of the sample, areas as shares of its own.
+struct alignas(64) FineBlock {
+  std::int16_t x[kBlock], y[kBlock], z[kBlock];    // from the sample, in steps of place_step_m
+  std::int8_t nx[kBlock], ny[kBlock], nz[kBlock];  // from its normal, in steps of normal_step
+  std::uint16_t share[kBlock];                     // of its area, in 1 / kShares; they add up to kShares
+  float place_step_m = 0.0f;
+  float normal_step = 0.0f;
+  float reach_m = 0.0f;  // no place of the surface that the sample stands for is farther from it
+  float cover_m = 0.0f;  // ... from the nearest of these points
+};
+static_assert(sizeof(FineBlock) == 192);
+constexpr float kShares = 65535.0f;
+
+// How far about the patch of a sample reaches from it, beside the root of its area: between a hexagon's 0.62 and what
+// patches have in their corners.
+constexpr float kPatchReach = 0.7f;
+
+// Gathers the panels that a sample stands for (indices into `panels`, which are sorted) into sixteen compact groups of
+// about equal numbers of panels.
+FineBlock MakeFineBlock(const std::vector<SurfacePanel>& panels, std::span<std::uint32_t> cell, const glm::dvec3& p,
+                        const glm::dvec3& inward_normal);
+
+// The points of a sample, `at` of its block; areas are multiplied by `weight`.
+void Unpack(const FineBlock& fine, const PointBlock& block, std::uint32_t at, float weight, PointBlock* points);
+
+}  // namespace vps

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "core/pose.hpp"
+#include "vps/field/distance_field.hpp"
+#include "vps/sampling/sample_tree.hpp"
+
+namespace vps {
+
+// Depths, in voxels and positive inside, of blocks of points that no tree leads to, by the widest kernel. Sphere j
+// holds block j's points (centre and radius count; sixteen to a SphereBlock). At most kMostBlocksAtOnce. Does not
+// allocate.
+struct alignas(64) BlockDepths {
+  float of[kBlock];
+};
+constexpr std::uint32_t kMostBlocksAtOnce = 512;
+void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint32_t num_blocks,
+                const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
+
+}  // namespace vps
