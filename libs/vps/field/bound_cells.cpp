@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "vps/field/voxel_falls.hpp"
+
 namespace vps {
 namespace {
 
@@ -31,13 +33,13 @@ class Bounds {
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       if (std::abs(field_->coarse[i].distance) < near) fall_[i] = OwnFall(c);
     });
+    const std::vector<float> voxel_falls = FindVoxelFalls(*field_);
     std::vector<CoarseCell> bounded = field_->coarse;
     ForCells([&](const glm::ivec3& c, std::size_t i) {
-      const std::uint32_t close = fall_[i] == kNone ? 0 : Code(FallWithin(c, 1.0f));
       const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
       const auto bits = std::bit_cast<std::uint32_t>(bounded[i].distance);
       bounded[i].distance = std::bit_cast<float>((bits & 0xffffff00U) | wide);
-      bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | close << 24;
+      bounded[i].gradient = (bounded[i].gradient & 0xffffffU) | Code(voxel_falls[i]) << 24;
     });
     field_->coarse = std::move(bounded);
   }
@@ -69,19 +71,6 @@ class Bounds {
   static float MostAboveWord(const Plane& a, std::uint32_t word, const glm::vec3& centre) {
     return MostAbove(a, {DistanceOf(word), GradientOf(word), centre}, centre, glm::vec3(0.5f));
   }
-  [[nodiscard]] float MostAboveCrease(const Plane& a, std::uint32_t word, const glm::vec3& centre) const {
-    const std::uint32_t* const record = &field_->creases[std::size_t{RecordOf(word)} * kPlanesPerCrease];
-    float u[kPlanesPerCrease];
-    for (std::uint32_t k = 0; k < kPlanesPerCrease; ++k) u[k] = MostAboveWord(a, record[k], centre);
-    const bool is_flipped = (record[0] & kCombineBit) != 0;
-    const bool is_nested = (record[1] & kCombineBit) != 0;
-    // The larger of two planes is below `a` by the smaller of the two differences, and the other way round.
-    const auto pair = [&](float p, float q) { return is_nested != is_flipped ? std::max(p, q) : std::min(p, q); };
-    const float A = pair(u[0], u[1]);
-    const float B = pair(u[2], u[3]);
-    return is_flipped ? std::max(A, B) : std::min(A, B);
-  }
-
   // How far the field of cell c falls below its plane within the cell.
   [[nodiscard]] float OwnFall(const glm::ivec3& c) const {
     const Plane plane = PlaneOf(c);
@@ -109,8 +98,11 @@ class Bounds {
           const std::uint32_t word = words[WordInBrick(x, y, z)];
           if (word == kCoarseWord) continue;
           const glm::vec3 centre = glm::vec3(x, y, z) + 0.5f;
-          fall = std::max(fall, KindOf(word) == CellKind::kPlane ? MostAboveWord(plane, word, centre)
-                                                                 : MostAboveCrease(plane, word, centre));
+          fall = std::max(fall, KindOf(word) == CellKind::kPlane
+                                    ? MostAboveWord(plane, word, centre)
+                                    : MostAboveCrease(*field_, RecordOf(word),
+                                                      plane.distance + glm::dot(plane.gradient, centre - plane.centre),
+                                                      plane.gradient, glm::vec3(0.0f), glm::vec3(0.5f)));
         }
       }
     }

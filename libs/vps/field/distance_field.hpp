@@ -9,16 +9,22 @@
 
 namespace vps {
 
-// Exact distance and gradient at the centre of a coarse cell, in voxels, and two bounds by BoundCells: the field at any
-// point of the cell grown by a margin lies below the cell's own plane by no more than (code - 1) / 64 voxel; 0: not
-// known. The code for a margin of one voxel is in the gradient's bits 24-31, that for kWideMargin in the distance's
-// last eight bits, which changes it by less than 2^-15 of itself.
+// Exact distance and gradient at the centre of a coarse cell, in voxels, and two bounds of how far the field falls, by
+// BoundCells, for walks to leave out points that face a surface closely without touching it; (code - 1) / 64 voxel, or
+// 0: not known.
+// - In the distance's last eight bits, which changes it by less than 2^-15 of itself: at any point of the cell grown by
+//   kWideMargin the field lies below the cell's own plane by no more.
+// - In the gradient's bits 24-31: at any point within kCloseRadius of a voxel of the cell that is a plane with a
+// distance
+//   within kMostAnchorDistance, the field lies below that voxel's plane by no more.
 struct CoarseCell {
   float distance = 0.0f;
   std::uint32_t gradient = 0;  // EncodeCoarseGradient
 };
 constexpr float kFallSteps = 64.0f;
 constexpr float kWideMargin = 4.0f;  // voxels; no more than a coarse cell
+constexpr float kCloseRadius = 0.75f;
+constexpr float kMostAnchorDistance = 1.25f;
 
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //

@@ -144,12 +144,30 @@ inline float Most(F v) {
   return -Least(-v);
 }
 
+// Plane of a voxel's word at places in it, with the gradient.
+inline F PlaneAndGradient(U word, const Vec3& e, Vec3* g) {
+  constexpr std::uint32_t kTop = 0xfe000000U;
+  *g = {ToF((I)(word << 11 & kTop)) * kGradientScale, ToF((I)(word << 18 & kTop)) * kGradientScale,
+        ToF((I)(word << 25)) * kGradientScale};
+  return Dot(*g, e) + WordDistance(word);
+}
+
+// How far below the plane with gradient g the points of a sphere's slab can be, from its centre: r across the normal n
+// and h along it, r |g - (g n) n| + h |g n|; and what that grows by when both grow by one.
+struct Sink {
+  F depth, rate;
+};
+inline Sink FindSink(const WalkInput& in, const Vec3& g, const Vec3& n, F r, F h) {
+  const F across = Abs(Dot(g, n) * in.m_per_voxel);  // n is turned and scaled by voxels_per_m
+  const F along = Sqrt(Max(Dot(g, g) - across * across, F{}) + 1e-5f);
+  return {Fma(r, along, h * across), along + across};
+}
+
 // Of the spheres of level 0. reach: lower bounds of the field, less kCullSlack where they do not follow from the
-// field's own bounds: by the distance at the coarse cell's centre, and, for spheres that the cell's bounds are made
-// for, by its plane, on which the sphere's slab is at its lowest r |g - (g n) n| + h |g n| below the centre. slack: how
-// far, up to `skin`, all points may move before the first of them can come within the margin, whatever the rest of the
-// field; not positive where reach is within it. Points that have moved by x lie in a sphere and a slab wider by x, so
-// the plane's bound sinks by x (|g - (g n) n| + |g n|) and the other by x.
+// field's own bounds: by the distance at the coarse cell's centre; by that cell's plane; by the plane of the voxel that
+// the centre is in. slack: how far, up to `skin`, all points may move before the first of them can come within the
+// margin, whatever the rest of the field; not positive where reach is within it. Points that have moved by x lie in a
+// sphere and a slab wider by x.
 struct Leaves {
   F reach, slack;
 };
@@ -157,13 +175,17 @@ template <bool kWithSlack>
 inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at, float skin) {
   const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
   const F r = LoadF(block.r + at) * in.voxels_per_m;
+  const F h = LoadF(block.h + at) * in.voxels_per_m;
   const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
                Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
                Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
   const int shift = in.coarse_shift;
-  const I x = ToI(q.x) >> shift;
-  const I y = ToI(q.y) >> shift;
-  const I z = ToI(q.z) >> shift;
+  const I vx = ToI(q.x);
+  const I vy = ToI(q.y);
+  const I vz = ToI(q.z);
+  const I x = vx >> shift;
+  const I y = vy >> shift;
+  const I z = vz >> shift;
   const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
   const U cell = (U)(((z * (in.ny >> shift) + y) * (in.nx >> shift) + x) * 2);
   const U distance = Gather(cells, cell);
@@ -172,33 +194,39 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
   const Vec3 off{q.x - (ToF(x) + 0.5f) * side, q.y - (ToF(y) + 0.5f) * side, q.z - (ToF(z) + 0.5f) * side};
   const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
   const F centre = (F)distance - Length(off);
-  const F whole = (outside > 0.0f ? Max(centre, outside) : centre) - r - kCullSlack;
+  F reach = (outside > 0.0f ? Max(centre, outside) : centre) - r - kCullSlack;
+  F slack = reach - in.margin;
 
-  constexpr std::uint32_t kTop = 0xff000000U;
-  const Vec3 g{ToF((I)(code << 24 & kTop)) * kCoarseGradientScale, ToF((I)(code << 16 & kTop)) * kCoarseGradientScale,
-               ToF((I)(code << 8 & kTop)) * kCoarseGradientScale};
   const F nx = LoadF(block.nx + at);
   const F ny = LoadF(block.ny + at);
   const F nz = LoadF(block.nz + at);
-  // The matrix turns and scales by voxels_per_m.
   const Vec3 n{Fma(Fill(in.m[0][0]), nx, Fma(Fill(in.m[0][1]), ny, in.m[0][2] * nz)),
                Fma(Fill(in.m[1][0]), nx, Fma(Fill(in.m[1][1]), ny, in.m[1][2] * nz)),
                Fma(Fill(in.m[2][0]), nx, Fma(Fill(in.m[2][1]), ny, in.m[2][2] * nz))};
-  const F across = Abs(Dot(g, n) * in.m_per_voxel);
-  const F along = Sqrt(Max(Dot(g, g) - across * across, F{}) + 1e-5f);
-  const F sink = Fma(r, along, LoadF(block.h + at) * in.voxels_per_m * across);
   const F widest = r + skin;
-  const U close = code >> 24;
+  const auto take = [&](F plane, const Vec3& g, I holds) {
+    const Sink sink = FindSink(in, g, n, r, h);
+    const F least = plane - sink.depth;
+    reach = holds ? Max(reach, least) : reach;
+    if (kWithSlack) slack = holds ? Max(slack, (least - in.margin) / sink.rate) : slack;
+  };
+  constexpr std::uint32_t kTop = 0xff000000U;
   const U wide = distance & 0xffU;
-  const U bound = (U)(widest <= 1.0f ? (I)close : (I)wide);
-  const I is_bounded = ((I)bound != 0) & (widest <= kWideMargin);
-  const F fall = ToF((I)bound - 1) * (1.0f / kFallSteps);
-  const F plane = (F)distance + Dot(g, off) - fall - sink;
-  const F reach = is_bounded ? Max(whole, plane) : whole;
-  if (!kWithSlack) return {reach, F{}};
-  const F by_plane = (plane - in.margin) / (along + across);
-  const F by_sphere = whole - in.margin;
-  return {reach, is_bounded ? Max(by_sphere, by_plane) : by_sphere};
+  const Vec3 g{ToF((I)(code << 24 & kTop)) * kCoarseGradientScale, ToF((I)(code << 16 & kTop)) * kCoarseGradientScale,
+               ToF((I)(code << 8 & kTop)) * kCoarseGradientScale};
+  take((F)distance + Dot(g, off) - ToF((I)wide - 1) * (1.0f / kFallSteps), g, ((I)wide != 0) & (widest <= kWideMargin));
+  const I is_small = (widest <= kCloseRadius) & (kWithSlack ? slack <= skin : reach <= in.margin);
+  if (Bits(is_small) != 0) {
+    const U brick = Gather(in.bricks, (U)(((vz >> 3) * (in.ny >> 3) + (vy >> 3)) * (in.nx >> 3) + (vx >> 3)));
+    const U word = Gather(in.words, brick + WordInBrickOf(vx, vy, vz));
+    const U close = code >> 24;
+    Vec3 own;
+    const F plane = PlaneAndGradient(word, {q.x - ToF(vx) - 0.5f, q.y - ToF(vy) - 0.5f, q.z - ToF(vz) - 0.5f}, &own);
+    take(plane - ToF((I)close - 1) * (1.0f / kFallSteps), own,
+         is_small & ((I)close != 0) & ((I)((word & 0x7fU) != kOtherKind)) &
+             (Abs(WordDistance(word)) <= kMostAnchorDistance));
+  }
+  return {reach, slack};
 }
 
 constexpr std::uint32_t kMostLeap = 4;
