@@ -130,9 +130,10 @@ int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, c
   *report = LockstepReport(scenario, *outcome, wanted.out);
   if (!WriteReport(*report, wanted.out)) return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
   Print(Summarise(*report));
-  std::printf("%.1f s simulated in %.1f s (%.1f times real time), physics step p50 %.0f us, impulse balance %.2g\n",
-              outcome->simulated_s, outcome->wall_s, outcome->simulated_s / outcome->wall_s, outcome->physics_p50_us,
-              outcome->impulse_balance);
+  std::printf(
+      "%.1f s simulated in %.1f s (%.1f times real time), physics step p50 %.0f, p99 %.0f us, impulse balance %.2g\n",
+      outcome->simulated_s, outcome->wall_s, outcome->simulated_s / outcome->wall_s, outcome->physics_p50_us,
+      outcome->physics_p99_us, outcome->impulse_balance);
   std::printf("state hash %s\nreport in %s\n", (*report)["state_hash"].get<std::string>().c_str(), wanted.out.c_str());
   return outcome->is_completed ? kHolds : kDoesNotHold;
 }
