@@ -16,8 +16,8 @@ core::Result<std::unique_ptr<OwnContacts>> OwnContacts::Create(const scene::Scen
 OwnContacts::OwnContacts(collision::OwnedWorld owned, core::ParallelFor& workers)
     : owned_(std::move(owned)), workers_(workers), pairs_(owned_.scenario_pair.size()) {}
 
-const vps::StepReport& OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns) {
-  const vps::StepReport& report = owned_.world->Step(&workers_);
+void OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns) {
+  report_ = owned_.world->Step(&workers_);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
     const auto scenario_pair = owned_.scenario_pair[i];
@@ -28,7 +28,6 @@ const vps::StepReport& OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns
     pair.set.header.sequence = tick;
     pair.set.header.publish_ns = now_ns;
   }
-  return report;
 }
 
 std::size_t OwnContacts::IndexOf(std::size_t scenario_pair) const {

@@ -19,7 +19,8 @@ class OwnContacts {
 
   void SetPose(std::size_t object, const core::Pose& X_WO) { owned_.world->SetPose(object, X_WO); }
   // Tests every pair that is due: no time limit, so that results do not depend on the speed of the machine.
-  const vps::StepReport& Step(std::uint64_t tick, std::int64_t now_ns);
+  void Step(std::uint64_t tick, std::int64_t now_ns);
+  [[nodiscard]] const vps::StepReport& report() const { return report_; }  // work of the last step
 
   [[nodiscard]] std::size_t num_pairs() const { return pairs_.size(); }
   [[nodiscard]] std::size_t scenario_pair(std::size_t pair) const { return owned_.scenario_pair[pair]; }
@@ -54,6 +55,7 @@ class OwnContacts {
   collision::OwnedWorld owned_;
   core::ParallelFor& workers_;
   std::vector<Pair> pairs_;
+  vps::StepReport report_;
 };
 
 }  // namespace physics_node

@@ -72,6 +72,46 @@ TEST(OwnContacts, PairOfTheHapticNodeIsNotComputedHere) {
   EXPECT_FALSE(collision.Run());
 }
 
+// 50 free parts, 3 m away, each able to touch everything: the contact of the one mover costs the same to the last
+// sphere, and both bodies move the same to the last bit.
+TEST(OwnContacts, FarPartsAddNoWork) {
+  const scene::Scenario scenario = FreeCollision();
+  scene::Scenario crowded = scenario;
+  const auto add_pair = [&](std::size_t sampled, std::size_t field) {
+    scene::Pair pair = scenario.pairs[0];
+    pair.sampled = static_cast<std::uint16_t>(sampled);
+    pair.field = static_cast<std::uint16_t>(field);
+    crowded.pairs.push_back(pair);
+  };
+  for (int i = 0; i < 50; ++i) {
+    scene::Object part = scenario.objects[1];
+    part.name = "part_" + std::to_string(i);
+    part.X_WO.translation = {0.2 * i, 3.0, 0.0};
+    for (std::size_t j = 0; j < crowded.objects.size(); ++j) add_pair(j, crowded.objects.size());
+    crowded.objects.push_back(part);
+  }
+  Collision few(scenario);
+  Collision many(crowded);
+  bool has_met = false;
+  for (int tick = 0; tick < 1000; ++tick) {
+    few.node->Step(few.inputs, &few.outputs);
+    many.node->Step(many.inputs, &many.outputs);
+    const vps::StepReport& one = few.node->own_contacts().report();
+    const vps::StepReport& all = many.node->own_contacts().report();
+    has_met = has_met || few.outputs.state.is_in_contact;
+    if (tick > 0) {  // the first looks at every pair
+      ASSERT_EQ(all.pairs_tested, one.pairs_tested) << tick;
+      ASSERT_EQ(all.pairs_bounded, one.pairs_bounded) << tick;
+    }
+    ASSERT_EQ(all.counters.spheres_tested, one.counters.spheres_tested) << tick;
+    ASSERT_EQ(all.counters.points_tested, one.counters.points_tested) << tick;
+    for (int body = 0; body < 2; ++body) {
+      ASSERT_EQ(many.outputs.state.bodies[body].X_WO.translation, few.outputs.state.bodies[body].X_WO.translation);
+    }
+  }
+  EXPECT_TRUE(has_met);
+}
+
 // While they touch, the sets that viewers get are of the tick; then a few empty ones end the contact.
 TEST(OwnContacts, TellsItsPlanesAndTheEnd) {
   Collision collision(FreeCollision());

@@ -238,9 +238,9 @@ void Lockstep::StepPhysics() {
   inputs.num_contacts = contacts_.size();
   inputs.changes = changes_.data();
   inputs.num_changes = changes_.size();
-  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const std::int64_t begin_ns = core::ThreadCpuNow_ns();
   physics_->Step(inputs, &physics_out_);
-  physics_ns_.Add(core::MonotonicNow_ns() - begin_ns);
+  physics_ns_.Add(core::ThreadCpuNow_ns() - begin_ns);
   physics_out_.state.header.sequence = outcome_.ticks + 1;
   physics_out_.state.header.publish_ns = now_ns_;
   for (core::Reaction& reaction : physics_out_.reactions) {
@@ -315,6 +315,7 @@ void Lockstep::Finish(std::int64_t begin_ns) {
   outcome_.contact_max_us = static_cast<double>(contact_ns_.max_ns()) * 1e-3;
   outcome_.physics_p50_us = physics_ns_.p50_ns() * 1e-3;
   outcome_.physics_p99_us = physics_ns_.p99_ns() * 1e-3;
+  outcome_.physics_max_us = static_cast<double>(physics_ns_.max_ns()) * 1e-3;
   for (const logic_node::StepRecord& record : logic_->steps()) {
     outcome_.steps.push_back({record.name, record.is_completed, record.seconds, record.is_completed ? "" : record.why});
   }

@@ -9,7 +9,7 @@
 
 namespace core {
 
-constexpr std::size_t kMaxBodies = 48;
+constexpr std::size_t kMaxBodies = 64;
 constexpr std::size_t kMaxMechanisms = 32;
 constexpr std::uint16_t kNoObject = 0xffff;
 
