@@ -30,11 +30,16 @@ double SnapReleasePoint_m(const SnapParams& params) {
 }
 
 double SnapEngagePoint_m(const SnapParams& params) {
-  return std::min(0.5 * SnapReleasePoint_m(params), 0.25 * params.travel_m);
+  const double inner_m = params.profile.num_points > 0 ? params.profile.z_m[0] : 0.25 * params.travel_m;
+  return std::min(0.5 * SnapReleasePoint_m(params), inner_m);
 }
 
 SnapForce SnapAxialForce(const SnapParams& params, bool is_engaged, double z_m) {
   if (is_engaged) return {-params.stiffness_N_per_m * z_m, params.stiffness_N_per_m};
+  if (params.profile.num_points > 0) {
+    return {params.engage_force_N * params.profile.Share(z_m),
+            std::max(0.0, -params.engage_force_N * params.profile.Slope_per_m(z_m))};
+  }
   const double z_e = SnapEngagePoint_m(params);
   if (z_m <= z_e || z_m >= params.travel_m) return {};
   const double width = params.travel_m - z_e;
@@ -45,6 +50,7 @@ SnapForce SnapAxialForce(const SnapParams& params, bool is_engaged, double z_m) 
 
 double SnapAxialEnergy_J(const SnapParams& params, bool is_engaged, double z_m) {
   if (is_engaged) return 0.5 * params.stiffness_N_per_m * z_m * z_m;
+  if (params.profile.num_points > 0) return params.engage_force_N * params.profile.Area_m(z_m);
   const double width = params.travel_m - SnapEngagePoint_m(params);
   const double phase = std::numbers::pi * std::clamp((params.travel_m - z_m) / width, 0.0, 1.0);
   return params.engage_force_N * width / std::numbers::pi * (1.0 - std::cos(phase));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "physics/row.hpp"
+#include "physics/snap_profile.hpp"
 
 namespace physics {
 
@@ -11,6 +12,7 @@ struct SnapParams {
   double engage_force_N = 0.0;
   double release_force_N = 0.0;
   double travel_m = 0.003;
+  SnapProfile profile;  // of pushing in, with engage_force_N as its largest force; none: half a sine over travel_m
   double guide_length_m = 0.0;
   double lateral_tolerance_m = 0.001;
   double tilt_tolerance_rad = 0.035;
@@ -24,7 +26,8 @@ struct SnapParams {
 //
 // Two wells with hysteresis. Engaged: F = -k z, until k z reaches the release force at z_r = F_r / k. Free: a bump
 // that resists pushing in, F = F_e sin(pi (travel - z) / (travel - z_e)) for z_e < z < travel, peak F_e, nothing
-// beyond; it engages at z_e = min(z_r / 2, travel / 4).
+// beyond; it engages at z_e = min(z_r / 2, travel / 4). With a profile: F_e times that, from its first point on, and
+// z_e = min(z_r / 2, its first point).
 // A cycle never gains energy: engaging costs B(z_e) = int_{z_e}^{travel} F and returns k z_e^2 / 2; releasing costs
 // k z_r^2 / 2 and returns at most B(z_r) <= B(z_e) as z_r >= z_e. So the balance is >= k (z_r^2 - z_e^2) / 2 >= 0.
 struct SnapForce {

@@ -142,6 +142,28 @@ TEST_F(JointsTest, RefusesJointsThatMakeNoSense) {
                 R"(><frame name="a"/></object><object name="more" owner="fixed")");
 }
 
+TEST_F(JointsTest, ASnapsProfileHasTwoWellsOrIsRefused) {
+  const auto snap = [](const std::string& profile) {
+    return R"(<snap name="s" parent="socket" parent_frame="seat" child="part" child_frame="seat" release_force_N="20"
+      stiffness_N_per_m="20000" )" +
+           profile + "/>";
+  };
+  const std::string frames =
+      R"(><visual mesh="mesh.obj"/><frame name="seat"/></object><object name="socket" owner="fixed"><frame name="seat"/></object><object name="more" owner="fixed")";
+  const auto scenario = Load(snap(R"(profile="0.0005 0  0.001 9  0.002 15  0.003 0")"), frames);
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_EQ(scenario->mechanisms.at(0).profile.size(), 4U);
+  EXPECT_EQ(scenario->mechanisms[0].engage_force_N, 15.0);
+  EXPECT_EQ(scenario->mechanisms[0].travel_m, 0.003);
+  ExpectRefusal(6, "no second well", snap(R"(profile="0.0005 0  0.001 9  0.003 15")"), frames);
+  ExpectRefusal(6, "no first well", snap(R"(profile="0.0005 2  0.001 9  0.003 0")"), frames);
+  ExpectRefusal(6, "one well only", snap(R"(profile="0.0005 0  0.001 0  0.003 0")"), frames);
+  ExpectRefusal(6, "out of order at point 3", snap(R"(profile="0.0005 0  0.002 9  0.001 0")"), frames);
+  ExpectRefusal(6, "has 5 numbers", snap(R"(profile="0.0005 0  0.002 9  0.001")"), frames);
+  ExpectRefusal(6, "both travel_m and profile", snap(R"(travel_m="0.003" profile="0.0005 0  0.001 9  0.003 0")"),
+                frames);
+}
+
 TEST_F(JointsTest, AnInertiaTakesThePlaceOfTheMeshes) {
   const auto scenario = Load("", R"(inertia_kg_m2="0.1 0.2 0.25 0.01 -0.02 0.03" center_of_mass_m="0 0 0.1")");
   ASSERT_TRUE(scenario) << Format(scenario.error().front());

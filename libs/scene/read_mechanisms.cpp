@@ -7,6 +7,8 @@
 namespace scene {
 namespace {
 
+constexpr std::size_t kMaxProfilePoints = 16;
+
 class MechanismReader {
  public:
   MechanismReader(const std::filesystem::path& file, Scenario* scenario, std::vector<Diagnostic>* diagnostics)
@@ -170,6 +172,7 @@ class MechanismReader {
     read.Number("engage_force_N", &snap.engage_force_N);
     read.Number("release_force_N", &snap.release_force_N);
     read.Number("travel_m", &snap.travel_m);
+    ReadProfile(element, &snap);
     read.Number("guide_length_m", &snap.guide_length_m);
     read.Number("lateral_tolerance_m", &snap.lateral_tolerance_m);
     read.Degrees("tilt_tolerance_deg", &snap.tilt_tolerance_rad);
@@ -178,6 +181,47 @@ class MechanismReader {
     read.Truth("engaged", &snap.is_initially_engaged);
     if (snap.is_initially_engaged && parent_frame != nullptr && child_frame != nullptr) CheckEngaged(element, snap);
     scenario_->mechanisms.push_back(std::move(snap));
+  }
+
+  // A snap is two wells with a barrier between: the seat, and the place where it no longer acts.
+  void ReadProfile(const XmlElement& element, Mechanism* snap) {
+    std::vector<double> numbers;
+    if (element.Find("profile") == nullptr || !ParseNumbers(element.Get("profile"), &numbers)) return;
+    const std::string title = "snap '" + snap->name + "': profile ";
+    const int line = element.LineOf("profile");
+    if (numbers.size() % 2 != 0 || numbers.size() < 6 || numbers.size() > 2 * kMaxProfilePoints) {
+      Say(line, title + "has " + std::to_string(numbers.size()) + " numbers",
+          "it is 3 to 16 points, each a distance from the seat in m and a force in N", "give z F for every point");
+      return;
+    }
+    double largest_N = 0.0;
+    for (std::size_t i = 0; i < numbers.size(); i += 2) {
+      snap->profile.emplace_back(numbers[i], numbers[i + 1]);
+      largest_N = std::max(largest_N, numbers[i + 1]);
+      if (numbers[i] <= (i == 0 ? 0.0 : numbers[i - 2]) || numbers[i + 1] < 0.0) {
+        Say(line, title + "is out of order at point " + std::to_string(i / 2 + 1),
+            "distances grow from above zero, forces that resist pushing in are not negative",
+            "sort and correct the points");
+        return;
+      }
+    }
+    if (largest_N == 0.0) {
+      Say(line, title + "has one well only", "without a force that resists pushing in nothing parts the two wells",
+          "give the barrier's force between the first and the last point");
+    } else if (snap->profile.back().y != 0.0) {
+      Say(line, title + "has no second well: " + std::to_string(snap->profile.back().y) + " N at its outer end",
+          "beyond its end the part is free, so the force falls to zero there", "end it with a point of force 0");
+    } else if (snap->profile.front().y != 0.0) {
+      Say(line, title + "has no first well: " + std::to_string(snap->profile.front().y) + " N at its inner end",
+          "there the seat takes over, so the force falls to zero", "begin it with a point of force 0");
+    }
+    for (const char* attribute : {"engage_force_N", "travel_m"}) {
+      if (element.Find(attribute) == nullptr) continue;
+      Say(element.LineOf(attribute), "snap '" + snap->name + "': both " + attribute + " and profile",
+          "it follows from the profile", std::string("remove ") + attribute);
+    }
+    snap->engage_force_N = largest_N;
+    snap->travel_m = snap->profile.back().x;
   }
 
   // An engaged snap that starts away from its seat would throw the child: X_JpJc must be the identity, nearly.

@@ -153,6 +153,9 @@ struct Mechanism {
   double engage_force_N = 0.0;
   double release_force_N = 0.0;
   double travel_m = 0.003;
+  // Force in N against pushing in at distances in m from the seat, instead of half a sine of engage_force_N over
+  // travel_m, which are then its largest force and its end.
+  std::vector<glm::dvec2> profile;
   double guide_length_m = 0.0;
   double lateral_tolerance_m = 0.001;
   double tilt_tolerance_rad = 0.035;

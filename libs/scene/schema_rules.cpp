@@ -150,10 +150,10 @@ ElementRule SnapRule() {
            Required("parent_frame", ValueKind::kName), Required("child", ValueKind::kName),
            Required("child_frame", ValueKind::kName), Optional("engage_force_N", kAtLeastZero),
            Optional("release_force_N", kAtLeastZero), Optional("travel_m", kAboveZero),
-           Optional("guide_length_m", kAtLeastZero), Optional("lateral_tolerance_m", kAboveZero),
-           Optional("tilt_tolerance_deg", kAboveZero), Optional("stiffness_N_per_m", kAtLeastZero),
-           Optional("stiffness_Nm_per_rad", kAtLeastZero), Optional("damping", kAtLeastZero),
-           Optional("engaged", ValueKind::kTruth)},
+           Optional("profile", ValueKind::kNumbers), Optional("guide_length_m", kAtLeastZero),
+           Optional("lateral_tolerance_m", kAboveZero), Optional("tilt_tolerance_deg", kAboveZero),
+           Optional("stiffness_N_per_m", kAtLeastZero), Optional("stiffness_Nm_per_rad", kAtLeastZero),
+           Optional("damping", kAtLeastZero), Optional("engaged", ValueKind::kTruth)},
           {}};
 }
 

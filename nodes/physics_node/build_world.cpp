@@ -36,6 +36,11 @@ physics::SnapParams SnapOf(const scene::Mechanism& m) {
   p.engage_force_N = m.engage_force_N;
   p.release_force_N = m.release_force_N;
   p.travel_m = m.travel_m;
+  for (const glm::dvec2& point : m.profile) {
+    const auto at = static_cast<std::size_t>(p.profile.num_points++);
+    p.profile.z_m[at] = point.x;
+    p.profile.share[at] = point.y / m.engage_force_N;
+  }
   p.guide_length_m = m.guide_length_m;
   p.lateral_tolerance_m = m.lateral_tolerance_m;
   p.tilt_tolerance_rad = m.tilt_tolerance_rad;
