@@ -1,0 +1,380 @@
+#include "bus/log/mcap_reader.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "bus/log/mcap_writer.hpp"
+
+namespace bus::log {
+namespace {
+
+core::Result<Bytes> ReadFile(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return core::Fail(core::ErrorCode::kIo, path.string() + ": cannot be read");
+  Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (in.bad()) return core::Fail(core::ErrorCode::kIo, path.string() + ": cannot be read to its end");
+  return bytes;
+}
+
+bool HasMagic(std::span<const std::uint8_t> bytes) {
+  return bytes.size() >= kMcapMagic.size() && std::equal(kMcapMagic.begin(), kMcapMagic.end(), bytes.begin());
+}
+
+struct RawRecord {
+  Opcode opcode = Opcode::kHeader;
+  std::span<const std::uint8_t> content;
+  std::size_t begin = 0, end = 0;  // of the whole record
+};
+
+// Nothing when no whole record is left at `at`.
+std::optional<RawRecord> RecordAt(std::span<const std::uint8_t> bytes, std::size_t at) {
+  if (bytes.size() - at < kRecordHeadBytes) return {};
+  std::uint64_t length = 0;
+  for (std::size_t i = 0; i < 8; ++i) length |= std::uint64_t{bytes[at + 1 + i]} << 8 * i;
+  if (length > bytes.size() - at - kRecordHeadBytes) return {};
+  const std::size_t begin = at + kRecordHeadBytes;
+  return RawRecord{static_cast<Opcode>(bytes[at]), bytes.subspan(begin, static_cast<std::size_t>(length)), at,
+                   begin + static_cast<std::size_t>(length)};
+}
+
+bool IsIntact(const Chunk& chunk) {
+  return chunk.records.size() == chunk.uncompressed_size &&
+         (chunk.uncompressed_crc == 0 || chunk.uncompressed_crc == Crc32(chunk.records));
+}
+
+// Takes schemas, channels and messages, at the top or within a chunk.
+class Collector {
+ public:
+  explicit Collector(const MessageVisitor& visit) : visit_(visit) {}
+
+  // Null, or what is wrong.
+  const char* Take(const RawRecord& record) {
+    switch (record.opcode) {
+      case Opcode::kSchema: {
+        Schema schema;
+        if (!ReadRecord(record.content, &schema) || schema.id == 0) return "a schema that cannot be read";
+        contents.schemas[schema.id] = std::move(schema);
+        return nullptr;
+      }
+      case Opcode::kChannel: {
+        Channel channel;
+        if (!ReadRecord(record.content, &channel)) return "a channel that cannot be read";
+        if (channel.schema_id != 0 && !contents.schemas.contains(channel.schema_id)) return "a channel without schema";
+        contents.channels[channel.id] = std::move(channel);
+        return nullptr;
+      }
+      case Opcode::kMessage:
+        return TakeMessage(record.content);
+      case Opcode::kMetadata: {
+        Metadata metadata;
+        if (!ReadRecord(record.content, &metadata)) return "metadata that cannot be read";
+        contents.metadata.push_back(std::move(metadata));
+        return nullptr;
+      }
+      case Opcode::kAttachment: {
+        Attachment attachment;
+        if (!ReadRecord(record.content, &attachment)) return "a damaged attachment";
+        contents.attachments.push_back(std::move(attachment));
+        return nullptr;
+      }
+      default:
+        return nullptr;  // indices and private records
+    }
+  }
+
+  // Of a chunk's records; those of one that was cut off end early.
+  const char* TakeAll(std::span<const std::uint8_t> records, bool is_cut) {
+    std::size_t at = 0;
+    while (at < records.size()) {
+      const auto record = RecordAt(records, at);
+      if (!record) return is_cut ? nullptr : "a chunk with half a record";
+      if (const char* wrong = Take(*record)) return wrong;
+      at = record->end;
+    }
+    return nullptr;
+  }
+
+  McapContents contents;
+
+ private:
+  const char* TakeMessage(std::span<const std::uint8_t> content) {
+    Message message;
+    if (!ReadRecord(content, &message)) return "a message that cannot be read";
+    const auto channel = contents.channels.find(message.channel_id);
+    if (channel == contents.channels.end()) return "a message without channel";
+    Statistics& s = contents.statistics;
+    const bool is_first = s.message_count++ == 0;
+    s.first_ns = is_first ? message.log_time_ns : std::min(s.first_ns, message.log_time_ns);
+    s.last_ns = is_first ? message.log_time_ns : std::max(s.last_ns, message.log_time_ns);
+    ++s.channel_message_counts[message.channel_id];
+    visit_(channel->second, message);
+    return nullptr;
+  }
+
+  const MessageVisitor& visit_;
+};
+
+class StrictReader {
+ public:
+  StrictReader(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, const MessageVisitor& visit)
+      : path_(path), bytes_(bytes), collector_(visit) {}
+
+  core::Result<McapContents> Read() {
+    if (!HasMagic(bytes_)) return Damaged(0, "this is no MCAP file");
+    std::size_t at = kMcapMagic.size();
+    bool is_first = true;
+    while (at < bytes_.size()) {
+      const auto record = RecordAt(bytes_, at);
+      if (!record && HasMagic(bytes_.last(kMcapMagic.size()))) return Damaged(at, "a record beyond the file's end");
+      if (!record) return Finish(false);  // cut off
+      if (is_first && (record->opcode != Opcode::kHeader || !ReadRecord(record->content, &contents().header))) {
+        return Damaged(at, "the header is missing");
+      }
+      is_first = false;
+      if (record->opcode == Opcode::kDataEnd) return ReadEnd(*record);
+      if (auto done = TakeOne(*record); !done) return tl::unexpected(done.error());
+      at = record->end;
+    }
+    return Finish(false);
+  }
+
+ private:
+  McapContents& contents() { return collector_.contents; }
+  [[nodiscard]] tl::unexpected<core::Error> Damaged(std::size_t at, const std::string& what) const {
+    return core::Fail(core::ErrorCode::kDamaged, path_.string() + ": byte " + std::to_string(at) + ": " + what +
+                                                     "; 'oos recover' saves what can be saved");
+  }
+  core::Result<McapContents> Finish(bool has_summary) {
+    McapContents& done = contents();
+    done.has_summary = has_summary;
+    done.statistics.schema_count = static_cast<std::uint16_t>(done.schemas.size());
+    done.statistics.channel_count = static_cast<std::uint32_t>(done.channels.size());
+    done.statistics.attachment_count = static_cast<std::uint32_t>(done.attachments.size());
+    done.statistics.metadata_count = static_cast<std::uint32_t>(done.metadata.size());
+    return std::move(done);
+  }
+
+  core::Result<void> TakeOne(const RawRecord& record) {
+    if (record.opcode != Opcode::kChunk) {
+      if (const char* wrong = collector_.Take(record)) return Damaged(record.begin, wrong);
+      return {};
+    }
+    Chunk chunk;
+    if (!ReadRecord(record.content, &chunk)) return Damaged(record.begin, "a chunk that cannot be read");
+    if (!chunk.compression.empty()) {
+      return core::Fail(core::ErrorCode::kUnsupported,
+                        path_.string() + ": its chunks are compressed with " + chunk.compression +
+                            "; recordings of this system are not: convert it with the MCAP command line tool");
+    }
+    if (!IsIntact(chunk)) return Damaged(record.begin, "a chunk whose checksum is wrong");
+    ++contents().statistics.chunk_count;
+    if (const char* wrong = collector_.TakeAll(chunk.records, false)) return Damaged(record.begin, wrong);
+    return {};
+  }
+
+  // From the data's end to the file's.
+  core::Result<McapContents> ReadEnd(const RawRecord& data_end) {
+    DataEnd end;
+    if (!ReadRecord(data_end.content, &end)) return Damaged(data_end.begin, "the data's end cannot be read");
+    if (end.data_section_crc != 0 && end.data_section_crc != Crc32(bytes_.first(data_end.begin))) {
+      return Damaged(data_end.begin, "the data's checksum is wrong");
+    }
+    for (std::size_t at = data_end.end; at < bytes_.size();) {
+      const auto record = RecordAt(bytes_, at);
+      if (!record) return Finish(false);
+      if (record->opcode == Opcode::kFooter) return ReadFooter(*record);
+      if (record->opcode == Opcode::kSchema || record->opcode == Opcode::kChannel) {
+        if (const char* wrong = collector_.Take(*record)) return Damaged(at, wrong);
+      }
+      at = record->end;
+    }
+    return Finish(false);
+  }
+  core::Result<McapContents> ReadFooter(const RawRecord& record) {
+    Footer footer;
+    if (!ReadRecord(record.content, &footer)) return Damaged(record.begin, "the footer cannot be read");
+    if (!HasMagic(bytes_.subspan(record.end))) return Finish(false);
+    const std::size_t begin = footer.summary_start == 0 ? record.begin : static_cast<std::size_t>(footer.summary_start);
+    const std::size_t end = record.end - sizeof footer.summary_crc;
+    if (begin > end) return Damaged(record.begin, "the footer names a summary behind itself");
+    if (footer.summary_crc != 0 && footer.summary_crc != Crc32(bytes_.subspan(begin, end - begin))) {
+      return Damaged(begin, "the summary's checksum is wrong");
+    }
+    return Finish(true);
+  }
+
+  const std::filesystem::path& path_;
+  std::span<const std::uint8_t> bytes_;
+  Collector collector_;
+};
+
+// Takes what is sound, in the file's order.
+class Salvager {
+ public:
+  Salvager(std::span<const std::uint8_t> bytes, const MessageVisitor& visit) : bytes_(bytes), collector_(visit) {}
+
+  void Salvage() {
+    std::size_t at = HasMagic(bytes_) ? kMcapMagic.size() : 0;
+    while (at < bytes_.size()) {
+      const auto record = RecordAt(bytes_, at);
+      if (record && IsKnown(*record)) {
+        if (record->opcode == Opcode::kFooter) return;
+        TakeOne(*record);
+        at = record->end;
+        continue;
+      }
+      const std::size_t next = FindChunk(at + 1);
+      if (next == bytes_.size() && TakeCutChunk(at)) return;
+      recovery.num_skipped_bytes += next - at;
+      at = next;
+    }
+  }
+
+  McapRecovery recovery;
+  [[nodiscard]] const McapContents& contents() const { return collector_.contents; }
+
+ private:
+  // Whether this can be a record: a length that was damaged leads into the middle of another.
+  [[nodiscard]] bool IsKnown(const RawRecord& record) const {
+    if (record.opcode < Opcode::kHeader || record.opcode > Opcode::kDataEnd) return false;
+    if (record.end == bytes_.size()) return true;
+    const std::uint8_t next = bytes_[record.end];
+    if (record.opcode == Opcode::kFooter) return HasMagic(bytes_.subspan(record.end));
+    return next >= static_cast<std::uint8_t>(Opcode::kHeader) && next <= static_cast<std::uint8_t>(Opcode::kDataEnd);
+  }
+
+  void TakeOne(const RawRecord& record) {
+    if (record.opcode == Opcode::kHeader) {
+      (void)ReadRecord(record.content, &collector_.contents.header);
+    } else if (record.opcode == Opcode::kChunk) {
+      Chunk chunk;
+      if (!ReadRecord(record.content, &chunk) || !chunk.compression.empty() || !IsIntact(chunk)) {
+        ++recovery.num_damaged_chunks;
+        return;
+      }
+      if (collector_.TakeAll(chunk.records, false) != nullptr) ++recovery.num_damaged_chunks;
+    } else {
+      (void)collector_.Take(record);
+    }
+  }
+
+  // The next chunk whose checksum is right.
+  [[nodiscard]] std::size_t FindChunk(std::size_t from) const {
+    for (std::size_t at = from; at < bytes_.size(); ++at) {
+      if (bytes_[at] != static_cast<std::uint8_t>(Opcode::kChunk)) continue;
+      const auto record = RecordAt(bytes_, at);
+      Chunk chunk;
+      if (record && ReadRecord(record->content, &chunk) && chunk.uncompressed_crc != 0 && IsIntact(chunk)) return at;
+    }
+    return bytes_.size();
+  }
+
+  // The whole messages of a chunk whose end is missing. Nothing tells whether they are sound but their own lengths.
+  bool TakeCutChunk(std::size_t at) {
+    // first, last and uncompressed size, checksum, no compression, length
+    constexpr std::size_t kChunkHeadBytes = 8 + 8 + 8 + 4 + 4 + 8;
+    const std::size_t begin = at + kRecordHeadBytes + kChunkHeadBytes;
+    if (bytes_.size() < begin || bytes_[at] != static_cast<std::uint8_t>(Opcode::kChunk)) return false;
+    std::uint64_t size = 0;
+    std::uint64_t length = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+      size |= std::uint64_t{bytes_[at + kRecordHeadBytes + 16 + i]} << 8 * i;
+      length |= std::uint64_t{bytes_[begin - 8 + i]} << 8 * i;
+    }
+    if (size != length || size <= bytes_.size() - begin) return false;  // compressed, or no chunk
+    (void)collector_.TakeAll(bytes_.subspan(begin), true);
+    return true;
+  }
+
+  std::span<const std::uint8_t> bytes_;
+  Collector collector_;
+};
+
+// Copies schemas and channels as they turn up.
+class Copier {
+ public:
+  explicit Copier(McapWriter* to) : to_(to) {}
+  core::Result<void> Copy(const McapContents& contents, const Channel& channel, const Message& message) {
+    auto found = channels_.find(channel.id);
+    if (found == channels_.end()) {
+      std::uint16_t schema = 0;
+      if (channel.schema_id != 0) {
+        const auto [place, is_new] = schemas_.try_emplace(channel.schema_id, std::uint16_t{0});
+        const Schema& own = contents.schemas.at(channel.schema_id);
+        if (is_new) place->second = to_->AddSchema(own.name, own.encoding, own.data);
+        schema = place->second;
+      }
+      found =
+          channels_
+              .emplace(channel.id, to_->AddChannel(schema, channel.topic, channel.message_encoding, channel.metadata))
+              .first;
+    }
+    Message copy = message;
+    copy.channel_id = found->second;
+    return to_->Write(copy);
+  }
+
+ private:
+  McapWriter* to_;
+  std::map<std::uint16_t, std::uint16_t> schemas_, channels_;
+};
+
+}  // namespace
+
+core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit) {
+  const auto bytes = ReadFile(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return StrictReader(path, *bytes, visit).Read();
+}
+
+core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const auto bytes = ReadFile(from);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::vector<std::pair<Channel, Message>> messages;
+  const MessageVisitor keep = [&](const Channel& channel, const Message& message) {
+    messages.emplace_back(channel, message);
+  };
+  Salvager salvager(*bytes, keep);
+  salvager.Salvage();
+  if (messages.empty()) {
+    return core::Fail(core::ErrorCode::kDamaged, from.string() + ": not one message could be saved");
+  }
+  auto writer = McapWriter::Create(to, salvager.contents().header);
+  if (!writer) return tl::unexpected(writer.error());
+  Copier copier(writer->get());
+  for (const auto& [channel, message] : messages) {
+    if (auto done = copier.Copy(salvager.contents(), channel, message); !done) return tl::unexpected(done.error());
+  }
+  for (const Metadata& metadata : salvager.contents().metadata) {
+    if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
+  }
+  for (const Attachment& attachment : salvager.contents().attachments) {
+    if (auto done = (*writer)->Write(attachment); !done) return tl::unexpected(done.error());
+  }
+  if (auto done = (*writer)->Close(); !done) return tl::unexpected(done.error());
+
+  // What was written must read back as what was saved.
+  std::size_t next = 0;
+  bool is_same = true;
+  const auto again = ReadMcap(to, [&](const Channel& channel, const Message& message) {
+    if (next >= messages.size() || messages[next].first.topic != channel.topic ||
+        messages[next].second.data != message.data) {
+      is_same = false;
+    }
+    ++next;
+  });
+  if (!again) return tl::unexpected(again.error());
+  if (!is_same || next != messages.size() || !again->has_summary) {
+    return core::Fail(core::ErrorCode::kIo, to.string() + ": does not read back as it was written; is the disk full?");
+  }
+  McapRecovery recovery = salvager.recovery;
+  recovery.num_messages = messages.size();
+  const auto whole = StrictReader(from, *bytes, [](const Channel&, const Message&) {}).Read();
+  recovery.was_whole = whole && whole->has_summary;
+  return recovery;
+}
+
+}  // namespace bus::log
