@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "physics/press_support.hpp"
 #include "physics/test_support.hpp"
+#include "physics/trials/reference.hpp"
 
 namespace physics {
 namespace {
@@ -123,7 +123,7 @@ TEST(ContactPoints, WhatComesNearIsToldToo) {
 }
 
 TEST(ContactPoints, FlatPressOfTenThousandPointsDoesNotRock) {
-  EXPECT_LT(test::RockingOfAPress_m(0.5), 5e-6);
+  EXPECT_LT(trials::RockingOfAPress_m(0.5), 5e-6);
 }
 
 }  // namespace

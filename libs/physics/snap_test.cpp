@@ -1,69 +1,24 @@
 #include "physics/snap.hpp"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "physics/closed_form/snap_work.hpp"
-#include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
+#include "physics/trials/build.hpp"
+#include "physics/trials/snaps.hpp"
 
 namespace physics {
 namespace {
 
-using test::kDt;
-
-// A part on a snap without damping, moved in and out by a hand through a spring. What the snap does to the part is read
-// from the part: the work of a force is what it changes of the kinetic energy, F dt (v + v') / 2.
-struct MovedPart {
-  World world;
-  SnapParams params;
-  int part = -1, hand = -1;
-  Snap* snap = nullptr;
-  double z_m = 0.02;
-  double taken_J = 0.0;     // by the snap
-  double peak_in_N = 0.0;   // while it is free and pushed in
-  double peak_out_N = 0.0;  // while it is engaged and pulled out
-  double largest_free_N = 0.0;
-
-  explicit MovedPart(double mass_kg = 0.3, SpringCouplingParams spring = {}) {
-    params.engage_force_N = 15.0;
-    params.release_force_N = 20.0;
-    params.damping_N_s_per_m = 0.0;
-    const core::Pose X{{1, 0, 0, 0}, {0, 0, z_m}};
-    part = test::AddDynamic(&world, X, BoxMass(mass_kg, {0.03, 0.03, 0.1}));
-    hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X, {}, {}});
-    snap = test::MustAddMechanism<Snap>(&world, world.world_body(), part, params);
-    auto* grip = test::MustAddMechanism<SpringCoupling>(&world, hand, part, spring);
-    grip->Attach(X, X, X.translation);
-  }
-  void Step(double hand_speed) {
-    z_m += hand_speed * kDt;
-    world.SetKinematic(hand, {{1, 0, 0, 0}, {0, 0, z_m}}, {{}, {0, 0, hand_speed}});
-    const double before = world.V_WO(part).linear_m_per_s.z;
-    world.Step(kDt);
-    taken_J -= snap->force() * 0.5 * (before + world.V_WO(part).linear_m_per_s.z) * kDt;
-    if (snap->state() == 0) largest_free_N = std::max(largest_free_N, snap->force());
-    if (snap->state() == 0 && hand_speed < 0.0) peak_in_N = std::max(peak_in_N, snap->force());
-    if (snap->state() == 1 && hand_speed > 0.0) peak_out_N = std::max(peak_out_N, -snap->force());
-  }
-  void Move(double to_m, double speed) {
-    const double direction = to_m > z_m ? 1.0 : -1.0;
-    const int steps = static_cast<int>(std::lround(std::abs(to_m - z_m) / (speed * kDt)));
-    for (int i = 0; i < steps; ++i) Step(direction * speed);
-    for (int i = 0; i < 50; ++i) Step(0.0);
-  }
-  void Cycle(double speed) {
-    Move(-0.012, speed);
-    ASSERT_EQ(snap->state(), 1);
-    Move(0.02, speed);
-    ASSERT_EQ(snap->state(), 0);
-  }
-};
+using trials::kDt;
+using trials::MovedPart;
 
 TEST(SnapProfile, LoopWorkIsThatOfTheProfileAtEverySpeed) {
   for (const double speed : {0.002, 0.01, 0.05, 0.2, 0.5}) {
     MovedPart scene;
-    scene.Cycle(speed);
+    ASSERT_TRUE(scene.Cycle(speed));
     EXPECT_NEAR(scene.taken_J / closed_form::SnapCycleWork_J(scene.params), 1.0, 1e-4) << speed;
   }
 }
@@ -71,7 +26,7 @@ TEST(SnapProfile, LoopWorkIsThatOfTheProfileAtEverySpeed) {
 TEST(SnapProfile, PeaksAreThoseOfTheFileAtHandsSpeeds) {
   for (const double speed : {0.002, 0.01, 0.05}) {
     MovedPart scene;
-    scene.Cycle(speed);
+    ASSERT_TRUE(scene.Cycle(speed));
     EXPECT_NEAR(scene.peak_in_N / scene.params.engage_force_N, 1.0, 0.01) << speed;
     EXPECT_NEAR(scene.peak_out_N / scene.params.release_force_N, 1.0, 0.01) << speed;
     EXPECT_LE(scene.largest_free_N, scene.params.engage_force_N * (1.0 + 1e-12)) << speed;
@@ -84,7 +39,7 @@ TEST(SnapProfile, NoCycleOfAThousandGivesEnergy) {
     const double exact = closed_form::SnapCycleWork_J(scene.params);
     for (int i = 0; i < 500; ++i) {
       const double before = scene.taken_J;
-      scene.Cycle(speed);
+      ASSERT_TRUE(scene.Cycle(speed));
       ASSERT_NEAR((scene.taken_J - before) / exact, 1.0, 0.01) << speed << " cycle " << i;
     }
   }

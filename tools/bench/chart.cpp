@@ -184,10 +184,18 @@ std::string DrawPoints(const Panel& panel, const std::vector<std::string>& names
     }
   }
   const Axis x_axis = Span(xs, panel.x_log);
-  const Axis y_axis = Span(ys, panel.y_log);
+  Axis y_axis = Span(ys, panel.y_log);
+  if (std::isfinite(panel.y_low)) y_axis.low = panel.y_low;
+  if (std::isfinite(panel.y_high)) y_axis.high = panel.y_high;
   const auto X = [&](double v) { return x0 + w * x_axis.At(v); };
   const auto Y = [&](double v) { return y0 + h * (1.0 - y_axis.At(v)); };
   std::string svg;
+  for (const Band& band : panel.bands) {
+    const double above = Y(band.y_high);
+    svg += Format("<rect x='%.1f' y='%.1f' width='%.1f' height='%.1f' fill='#fbe3dd'/>", x0, above, w,
+                  std::max(0.0, Y(band.y_low) - above));
+    svg += Text(x0 + 6, above + 13, "start", band.label, "fill='#a33' font-size='10'");
+  }
   for (const double t : x_axis.Ticks()) {
     svg += Format("<path d='M%.1f %.1fv%.1f' stroke='#e4e4e4'/>", X(t), y0, h);
     svg += Text(X(t), y0 + h + 16, "middle", TickText(t));

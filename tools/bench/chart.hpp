@@ -27,6 +27,12 @@ struct Bar {
   std::string series;  // its colour
 };
 
+// A part of the plot across its whole width that is tinted: where a goal fails, say.
+struct Band {
+  double y_low = 0.0, y_high = 0.0;  // may reach beyond the axis
+  std::string label;
+};
+
 // Either points or bars.
 struct Panel {
   std::string title;
@@ -36,6 +42,10 @@ struct Panel {
   bool x_log = true, y_log = true;  // logarithmic axes show positive values only; linear ones begin at 0
                                     // unless all values are near each other
   std::vector<Bar> bars;            // along x
+  std::vector<Band> bands{};
+  // Ends of the y axis; NaN: chosen. Points beyond stand at the border.
+  double y_low = std::numeric_limits<double>::quiet_NaN();
+  double y_high = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct Chart {

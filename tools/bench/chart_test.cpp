@@ -57,5 +57,15 @@ TEST(Chart, DrawsBarsWithTheirNotes) {
   EXPECT_THAT(DrawSvg({"t", "", {panel}}), HasSubstr(">2 us<"));
 }
 
+TEST(Chart, TintsABandUpToTheBorderAndKeepsToTheAxisAskedFor) {
+  Panel panel = MakePanel({{"a", {At(0, 1), At(1, 9)}, true}}, false);
+  panel.y_low = 0.0;
+  panel.y_high = 2.0;
+  panel.bands = {{1.0, 1e9, "fails"}};
+  const std::string svg = DrawSvg({"t", "", {panel}});
+  EXPECT_THAT(svg, HasSubstr("<rect x='70.0' y='102.0' width='430.0' height='123.0' fill='#fbe3dd'/>"));
+  EXPECT_THAT(svg, HasSubstr(">fails</text>"));
+}
+
 }  // namespace
 }  // namespace bench

@@ -7,7 +7,7 @@
 namespace physics {
 namespace {
 
-constexpr double kSide_m = 0.25;
+constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kStep_s = 1e-3;
 constexpr std::uint64_t kSteps = 2000;
 
@@ -16,19 +16,19 @@ constexpr std::uint64_t kSteps = 2000;
 DrapeResult Drape(int cells) {
   DrapeResult result;
   ClothParams params;
-  params.size_x_m = params.size_y_m = kSide_m;
+  params.size_x_m = params.size_y_m = kDrapeSide_m;
   params.cells_x = params.cells_y = cells;
-  params.density_kg_per_m2 = 0.6;
+  params.density_kg_per_m2 = kDrapeWeight_N_per_m2 / kGravity_m_per_s2;
   params.stretch_stiffness_N_per_m = 1000.0;
-  params.bending_stiffness_Nm = 3e-3;
+  params.bending_stiffness_Nm = kDrapeBendingStiffness_Nm;
   params.damping_per_s = 8.0;
-  params.acceleration_W = {0.0, 0.0, -9.81};
+  params.acceleration_W = {0.0, 0.0, -kGravity_m_per_s2};
   auto created = Cloth::Create(params);
   if (!created) return result;
   Cloth& cloth = **created;
   const auto frame = cloth.AddBody({});
   std::vector<glm::dvec3> points;
-  for (int j = 0; j <= cells; ++j) points.emplace_back(0.0, (static_cast<double>(j) / cells - 0.5) * kSide_m, 0.0);
+  for (int j = 0; j <= cells; ++j) points.emplace_back(0.0, (static_cast<double>(j) / cells - 0.5) * kDrapeSide_m, 0.0);
   if (!frame || !cloth.AddBond({*frame, 2e4, 1.0}, points)) return result;
   for (std::uint64_t i = 0; i < kSteps; ++i) cloth.Step(kStep_s);
   result.num_nodes = static_cast<int>(cloth.positions_W().size());

@@ -14,6 +14,10 @@ struct DrapeResult {
   double speed_m_per_s = 0.0;   // largest of any node at the end
 };
 
+constexpr double kDrapeSide_m = 0.25;
+constexpr double kDrapeWeight_N_per_m2 = 0.6 * 9.81;
+constexpr double kDrapeBendingStiffness_Nm = 3e-3;
+
 // `cells` along each side, even, at least 4.
 DrapeResult Drape(int cells);
 
