@@ -60,8 +60,25 @@ inline U PlaceOf(const Place& place, U coordinate) {
                                                  _mm256_castsi256_ps(_mm256_permutevar8x32_epi32(place.high, index)),
                                                  _mm256_castsi256_ps(_mm256_slli_epi32(index, 28))));
 }
+// For each mask the numbers of its lanes, one after the other, four bits each.
+struct Orders {
+  std::uint32_t of[256];
+};
+constexpr Orders MakeOrders() {
+  Orders orders{};
+  for (std::uint32_t mask = 0; mask < 256; ++mask) {
+    std::uint32_t count = 0;
+    for (std::uint32_t k = 0; k < 8; ++k) {
+      if ((mask >> k & 1U) != 0) orders.of[mask] |= k << 4 * count++;
+    }
+  }
+  return orders;
+}
+constexpr Orders kOrders = MakeOrders();
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
-  for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];
+  const __m256i order = _mm256_srlv_epi32(_mm256_set1_epi32(static_cast<int>(kOrders.of[mask])),
+                                          _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32((__m256i)v, order));
 }
 
 #include "vps/walk/walk_lanes.hpp"

@@ -55,8 +55,9 @@ inline Place LoadPlace(const std::uint32_t* sixteen) {
 inline U PlaceOf(const Place& place, U coordinate) {
   return (U)_mm512_permutexvar_epi32((__m512i)coordinate, place);
 }
+// In a register first: with a mask the store itself takes many times as long.
 inline void Compress(std::uint32_t* to, U v, unsigned mask) {
-  _mm512_mask_compressstoreu_epi32(to, static_cast<__mmask16>(mask), (__m512i)v);
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), (__m512i)v));
 }
 
 #include "vps/walk/walk_lanes.hpp"

@@ -6,7 +6,7 @@
 //   Octet, Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z);
 //   U LookUp(const Octet&, U index);                eight values by index 0 ... 7
 //   Place, Place LoadPlace(const std::uint32_t* sixteen);   U PlaceOf(const Place&, U coordinate);   by its last 4 bits
-//   void Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other
+//   void Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other; may write a whole U
 // Vectors are GCC's: arithmetic and ?: work lane by lane, a comparison gives 0 or -1 per lane.
 
 constexpr int kParts = kBlock / kLanes;  // registers per block
@@ -46,6 +46,12 @@ inline F Max(F a, F b) {
 }
 inline F Abs(F a) {
   return (F)((I)a & 0x7fffffff);
+}
+
+inline U LaneNumbers() {
+  U v;
+  for (int k = 0; k < kLanes; ++k) v[k] = static_cast<std::uint32_t>(k);
+  return v;
 }
 
 struct Vec3 {
@@ -91,6 +97,25 @@ inline U WordInBrickOf(I x, I y, I z) {
   return (U)((x & 3) | (y & 1) << 2 | (z & 1) << 3 | (x >> 2 & 1) << 4 | (y >> 1 & 3) << 5 | (z >> 1 & 3) << 7);
 }
 
+// The coarse grid's answer to points inside the grid, of the masked lanes.
+template <bool kBound>
+inline F CoarseAt(const WalkInput& in, const Vec3& q, I lanes) {
+  const int shift = in.coarse_shift;
+  const I x = ToI(q.x) >> shift;
+  const I y = ToI(q.y) >> shift;
+  const I z = ToI(q.z) >> shift;
+  const float half = static_cast<float>(1 << shift) * 0.5f;
+  const U at = (U)(lanes & (((z * (in.ny >> shift) + y) * (in.nx >> shift) + x) * 2));
+  const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
+  const Vec3 e{q.x - ToF(x << shift) - half, q.y - ToF(y << shift) - half, q.z - ToF(z << shift) - half};
+  const F centre = (F)Gather(cells, at);
+  if (kBound) return centre - Length(e);
+  const U code = Gather(cells + 1, at);
+  constexpr std::uint32_t kTop = 0xff000000U;
+  const Vec3 g{ToF((I)(code << 24 & kTop)), ToF((I)(code << 16 & kTop)), ToF((I)(code << 8 & kTop))};
+  return Fma(Dot(g, e), Fill(kCoarseGradientScale), centre);
+}
+
 // Field at points in voxels, anywhere, as SampleField. kBound: lower bound of the distance by way of the cell's centre
 // (spheres); else the model's distance (points).
 template <bool kBound>
@@ -109,25 +134,7 @@ inline F SampleAnywhere(const WalkInput& in, const Vec3& p) {
   const I is_crease = is_other & ~is_coarse;
   F d = kBound ? WordDistance(word) - Length(e) : PlaneAt(word, e);
   if (Bits(is_crease) != 0) d = is_crease ? CreaseAt(in, (U)(is_crease & (I)(word >> 7)), e) : d;
-  if (Bits(is_coarse) != 0) {
-    const int shift = in.coarse_shift;
-    const I x = cx >> shift;
-    const I y = cy >> shift;
-    const I z = cz >> shift;
-    const float half = static_cast<float>(1 << shift) * 0.5f;
-    const U at = (U)(is_coarse & (((z * (in.ny >> shift) + y) * (in.nx >> shift) + x) * 2));
-    const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
-    const Vec3 ec{q.x - ToF(x << shift) - half, q.y - ToF(y << shift) - half, q.z - ToF(z << shift) - half};
-    const F centre = (F)Gather(cells, at);
-    if (kBound) {
-      d = is_coarse ? centre - Length(ec) : d;
-    } else {
-      const U code = Gather(cells + 1, at);
-      constexpr std::uint32_t kTop = 0xff000000U;
-      const Vec3 g{ToF((I)(code << 24 & kTop)), ToF((I)(code << 16 & kTop)), ToF((I)(code << 8 & kTop))};
-      d = is_coarse ? Fma(Dot(g, ec), Fill(kCoarseGradientScale), centre) : d;
-    }
-  }
+  if (Bits(is_coarse) != 0) d = is_coarse ? CoarseAt<kBound>(in, q, is_coarse) : d;
   const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
   return outside > 0.0f ? Max(d, outside) : d;
 }
@@ -288,10 +295,11 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
         leap = survivors != kAllSurvive ? 1 : (leap < kMostLeap ? 2 * leap : leap);
         num_untested = leap - 1;
       }
-      const std::uint32_t first = queue[i] * kBlock;
-      while (survivors != 0) {
-        next[num_next++] = first + static_cast<std::uint32_t>(__builtin_ctz(survivors));
-        survivors &= survivors - 1;
+      for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+        const unsigned lanes = survivors >> at & kAllLanes;
+        if (lanes == 0) continue;
+        Compress(next + num_next, LaneNumbers() + (queue[i] * kBlock + static_cast<std::uint32_t>(at)), lanes);
+        num_next += static_cast<std::uint32_t>(__builtin_popcount(lanes));
       }
     }
     std::uint32_t* const swapped = queue;

@@ -43,7 +43,7 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
   }
 }
 
-// Lanes put aside: words of crease cells with the place in the cell; places that only SampleAnywhere knows; `to` is the
+// Lanes put aside: words of crease cells with the place in the cell; points of the coarse grid; `to` is the
 // index of the depth.
 struct Aside {
   static constexpr std::uint32_t kMost = kBatch * kBlock + kBlock;
@@ -78,12 +78,6 @@ inline void StoreDepths(F d, const std::uint32_t* to, float* depths) {
   float buffer[kLanes];
   StoreF(buffer, -d);
   for (int k = 0; k < kLanes; ++k) depths[to[k]] = buffer[k];
-}
-
-inline U LaneNumbers() {
-  U v;
-  for (int k = 0; k < kLanes; ++k) v[k] = static_cast<std::uint32_t>(k);
-  return v;
 }
 
 // The field around the points of a window's block, kept in registers from block to block.
@@ -185,22 +179,26 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
     num_odd += found != 0 ? 1 : 0;
   }
   Aside creases;
-  Aside anywhere;
-  creases.count = anywhere.count = 0;
+  Aside coarse;
+  creases.count = coarse.count = 0;
   for (std::uint32_t k = 0; k < num_odd; ++k) {
     const std::uint32_t i = odd[k];
+    const PointBlock& block = in.points[blocks[i]];
     for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
       const std::uint32_t first = i * kBlock + static_cast<std::uint32_t>(at);
+      const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
+      if (windows.slot[i] == kNoWindow) {
+        StoreF(depths + first, -SampleAnywhere<false>(in, p));
+        continue;
+      }
       const U to = LaneNumbers() + first;
       const U word = LoadU(cells.word + first);
       const unsigned lanes = lanes_of[k] >> at & kAllLanes;
-      const unsigned coarse = windows.slot[i] == kNoWindow ? kAllLanes : EqualBits(word, U{} + kCoarseWord);
-      if (coarse != 0) {
-        const PointBlock& block = in.points[blocks[i]];
-        PutAside(ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at)), to, coarse, &anywhere);
-      }
-      Compress(creases.word + creases.count, word, lanes & ~coarse);
-      PutAside({LoadF(cells.x + first), LoadF(cells.y + first), LoadF(cells.z + first)}, to, lanes & ~coarse, &creases);
+      const unsigned coarse_lanes = EqualBits(word, U{} + kCoarseWord);
+      if (coarse_lanes != 0) PutAside(p, to, coarse_lanes, &coarse);
+      Compress(creases.word + creases.count, word, lanes & ~coarse_lanes);
+      PutAside({LoadF(cells.x + first), LoadF(cells.y + first), LoadF(cells.z + first)}, to, lanes & ~coarse_lanes,
+               &creases);
     }
   }
   if (creases.count > 0) FillUp(&creases);
@@ -209,10 +207,10 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
     const F d = CreaseAt(in, LoadU(creases.word + k) >> 7, e);
     StoreDepths(d, creases.to + k, depths);
   }
-  if (anywhere.count > 0) FillUp(&anywhere);
-  for (std::uint32_t k = 0; k < anywhere.count; k += kLanes) {
-    const Vec3 p{LoadF(anywhere.x + k), LoadF(anywhere.y + k), LoadF(anywhere.z + k)};
-    StoreDepths(SampleAnywhere<false>(in, p), anywhere.to + k, depths);
+  if (coarse.count > 0) FillUp(&coarse);
+  for (std::uint32_t k = 0; k < coarse.count; k += kLanes) {
+    const Vec3 p{LoadF(coarse.x + k), LoadF(coarse.y + k), LoadF(coarse.z + k)};
+    StoreDepths(CoarseAt<false>(in, p, I{} - 1), coarse.to + k, depths);
   }
 }
 
