@@ -33,8 +33,6 @@ class Hinge final : public Mechanism {
   [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
-  void set_detent_torque_Nm(double value) { params_.detent_torque_Nm = value; }
-
  private:
   std::span<Row> axis_rows() { return std::span(rows()).subspan(kFirstAxisRow, JointAxis::kNumRows); }
 

@@ -25,8 +25,6 @@ class HookAndLoop final : public Mechanism {
   [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
-  void set_release_force_N(double value) { params_.release_force_N = value; }
-
  private:
   HookAndLoopParams params_;
   std::vector<glm::dvec3> p_CPatch_m_;

@@ -167,10 +167,11 @@ TEST(Snap, EngageForceIsThePeakOfASlowPush) {
 
 TEST(Snap, ReleaseForceCanBeChangedWhileEngaged) {
   SnapScene scene(0.0, true);
-  scene.snap->set_release_force_N(40.0);
+  const int release = scene.world.FindTunable(0, "release_force_N");
+  scene.world.BeginChange(0, release, {40.0});
   scene.MoveHand(0.010, 0.01);  // 30 N of 40
   EXPECT_EQ(scene.snap->state(), 1);
-  scene.snap->set_release_force_N(20.0);
+  scene.world.BeginChange(0, release, {20.0});
   for (int i = 0; i < 50; ++i) scene.world.Step(kDt);
   EXPECT_EQ(scene.snap->state(), 0);
 }

@@ -62,9 +62,6 @@ class Snap final : public Mechanism {
 
   [[nodiscard]] bool is_engaged() const { return state_ == 1; }
   [[nodiscard]] bool is_guided() const { return is_guided_; }
-  void set_engage_force_N(double value) { params_.engage_force_N = value; }
-  void set_release_force_N(double value) { params_.release_force_N = value; }
-  void set_stiffness_N_per_m(double value) { params_.stiffness_N_per_m = value; }
 
  private:
   // Where the child is in J_parent.
