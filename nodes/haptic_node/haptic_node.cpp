@@ -11,6 +11,8 @@ namespace {
 constexpr double kShareForPoints = 0.75;
 constexpr double kFewPoints = 2048;  // fewer say nothing about what one takes
 constexpr double kPointTimeGain = 0.02;
+constexpr double kMostDelay_cycles = 100.0;
+constexpr double kDelayFade = 0.999;  // a cycle: a delay is remembered for about a second
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
 double Approach(double gain, bool is_trusted, std::int64_t elapsed_ns) {
@@ -131,6 +133,7 @@ void HapticNode::TakePhysics(const Inputs& inputs) {
     for (const core::BodyState& body : inputs.physics->bodies) {
       if (body.object < X_WO_.size()) X_WO_[body.object] = body.X_WO;
     }
+    NoteDelay(inputs.physics->header.direct);
   }
   // Objects whose owner is silent are not where they seem to be: neither contact with them nor a grasp may push on.
   const bool is_silent =
@@ -149,6 +152,17 @@ void HapticNode::TakePhysics(const Inputs& inputs) {
     // A reaction is trusted from its first message on: fading in would tear at what is held.
     role.reaction_gain = is_trusted ? 1.0 : Approach(role.reaction_gain, false, elapsed_ns);
   }
+}
+
+// A device sample's way through physics and back is longer than that of planes, from a body's pose to their use. Both
+// ends are read off the device's clock.
+void HapticNode::NoteDelay(const core::Trace& sample) {
+  std::int64_t newest_ns = 0;
+  for (const Role& role : roles_) newest_ns = std::max(newest_ns, role.sample.header.direct.origin_ns);
+  if (!sample.valid() || newest_ns == 0) return;
+  const double cycles = static_cast<double>(newest_ns - sample.origin_ns) / static_cast<double>(core::kTick_ns);
+  delay_cycles_ = std::max(std::clamp(cycles, 0.0, kMostDelay_cycles), kDelayFade * delay_cycles_);
+  world_->SetDelay(delay_cycles_);
 }
 
 void HapticNode::PlaceObjects() {

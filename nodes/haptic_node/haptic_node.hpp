@@ -105,6 +105,7 @@ class HapticNode {
   void ApplyChange(const core::ParameterChange& change);
   void TakeDevices(const Inputs& inputs);
   void TakePhysics(const Inputs& inputs);
+  void NoteDelay(const core::Trace& sample);
   void PlaceObjects();
   const vps::StepReport& StepWorld();
   void StepCoupling(Role* role);
@@ -123,6 +124,7 @@ class HapticNode {
   std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
   Freshness physics_freshness_;
+  double delay_cycles_ = 0.0;  // from a pose to the use of planes made from it, at most
   double physics_gain_ = 1.0;  // 0: physics is silent, its objects are not where they seem to be
   double force_cap_N_ = 0.0;
   std::int64_t last_step_ns_ = 0;

@@ -57,6 +57,7 @@ struct CollisionWorld::Impl {
   std::uint32_t num_inactive = 0;
   std::uint32_t num_touching = 0;
   StepReport report;
+  double delay_cycles = -2.0;    // until SetDelay: nothing is covered
   std::int64_t deadline_ns = 0;  // of the step that runs; 0: none
   std::size_t first_due = 0;     // of those that are tested at the same time; the one after has slot 1, and so on
   // Of `fast`, per slot.
@@ -71,6 +72,8 @@ struct CollisionWorld::Impl {
   void SetApart(std::size_t i, double free_m);
   void Sort(std::size_t i);
   [[nodiscard]] bool IsTimeUp(std::size_t slot) const;
+  [[nodiscard]] double LookAhead_m(const PairDescription& pair) const;
+  [[nodiscard]] PairDescription DescriptionNow(const PairEntry& pair) const;
   void TestPaper(std::size_t slot);
   void PrepareFast(std::size_t slot);
   void EvaluateFast(std::size_t index);
@@ -179,6 +182,10 @@ void CollisionWorld::SetActive(std::size_t i, bool is_active) {
   }
 }
 
+void CollisionWorld::SetDelay(double delay_cycles) {
+  impl_->delay_cycles = delay_cycles;
+}
+
 void CollisionWorld::SetStiffness(std::size_t i, double stiffness_N_per_m) {
   PairEntry& pair = impl_->pairs[i];
   pair.description.stiffness_N_per_m = stiffness_N_per_m;
@@ -231,7 +238,8 @@ void CollisionWorld::Impl::Sort(std::size_t i) {
   pair.is_late = false;
   const bool is_asleep = pair.is_current && !schedule.HasMoved(i);
   if (!is_asleep) {
-    if (const double gap_m = schedule.BallGap(i); gap_m > 0.0) {
+    const double longer_m = LookAhead_m(pair.description) - pair.description.look_ahead_m;  // than the ball's zone
+    if (const double gap_m = schedule.BallGap(i) - longer_m; gap_m > 0.0) {
       SetApart(i, gap_m);
       return;
     }
@@ -253,11 +261,24 @@ bool CollisionWorld::Impl::IsTimeUp(std::size_t slot) const {
   return deadline_ns != 0 && first_due + slot != 0 && core::MonotonicNow_ns() > deadline_ns;
 }
 
+double CollisionWorld::Impl::LookAhead_m(const PairDescription& pair) const {
+  if (method != Method::kPaper) return pair.look_ahead_m;  // its field is exact to two voxels beyond the surface only
+  const double covered_m = (schedule.Pace_m(pair.sampled) + schedule.Pace_m(pair.field)) * (delay_cycles + 2.0);
+  // In steps: the planes depend on it, and shall not be others in each cycle.
+  return pair.look_ahead_m * (covered_m <= pair.look_ahead_m ? 1.0 : covered_m <= 2.0 * pair.look_ahead_m ? 2.0 : 4.0);
+}
+
+PairDescription CollisionWorld::Impl::DescriptionNow(const PairEntry& pair) const {
+  PairDescription d = pair.description;
+  d.look_ahead_m = LookAhead_m(d);
+  return d;
+}
+
 void CollisionWorld::Impl::TestPaper(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   pair.is_late = IsTimeUp(slot);
   if (pair.is_late) return;
-  const PairDescription& d = pair.description;
+  const PairDescription d = DescriptionNow(pair);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   pair.X_GS = schedule.X_WO(d.field).inverse() * X_WS;
   pair.free_m = QueryPair(*objects[d.sampled]->points, *objects[d.field]->voxmap, X_WS, pair.X_GS, d, rho, alpha,
@@ -270,7 +291,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   num_chunks[slot] = 0;
   fates[slot].store(IsTimeUp(slot) ? Fate::kLate : Fate::kOpen, std::memory_order_relaxed);
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
-  const PairDescription& d = pair.description;
+  const PairDescription d = DescriptionNow(pair);
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
@@ -298,7 +319,7 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
   if (pair.is_late) return;
-  const PairDescription& d = pair.description;
+  const PairDescription d = DescriptionNow(pair);
   pair.free_m = FinishFastPair(*objects[d.sampled]->samples, *objects[d.field]->field, schedule.X_WO(d.sampled),
                                pair.X_GS, d, rho, &fast_scratch[slot], &pair.result);
   pair.result.cycle = cycle;

@@ -93,6 +93,10 @@ class CollisionWorld {
   void SetPose(std::size_t object, const core::Pose& X_WO);
   void SetActive(std::size_t pair, bool is_active);  // state matrix
   void SetStiffness(std::size_t pair, double stiffness_N_per_m);
+  // Cycles from a pose to the use of planes made from it. From then on, with the method of the paper, a pair's look-ahead
+  // follows its speed: once, twice or four times the pair's own, so that it holds what the fastest points of both objects
+  // cover in the delay and two cycles, if four times do.
+  void SetDelay(double delay_cycles);
   // Planes keep their ids and places from cycle to cycle, so a pair's planes depend on those of its last cycle. A world
   // that is to go on where another one stood gets these: what result(pair) held there.
   void SetLastPlanes(std::size_t pair, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes);

@@ -52,6 +52,10 @@ class PairSchedule {
   [[nodiscard]] bool HasMoved(std::size_t pair) const {
     return objects_[pairs_[pair].a].has_moved || objects_[pairs_[pair].b].has_moved;
   }
+  // Way of the object's fastest point in the last cycle, rotation included.
+  [[nodiscard]] double Pace_m(std::size_t object) const {
+    return objects_[object].has_moved ? objects_[object].pace_m : 0.0;
+  }
   [[nodiscard]] std::uint32_t a(std::size_t pair) const { return pairs_[pair].a; }
   [[nodiscard]] std::uint32_t b(std::size_t pair) const { return pairs_[pair].b; }
   [[nodiscard]] std::size_t num_objects() const { return objects_.size(); }
