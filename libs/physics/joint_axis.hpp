@@ -25,7 +25,7 @@ void SetHard(Row* row, const glm::dvec3& linear_W, const glm::dvec3& angular_W, 
 
 // Acceleration of a point that is fixed in a body, r_W away from its centre of mass, that moves free of forces:
 // alpha x r + w x (w x r). A constraint that is to hold at the end of the step must allow for dt^2 / 2 of it; without,
-// every joint takes the share (w dt)^2 of its kinetic energy per step.
+// a joint in motion gapes by that much.
 glm::dvec3 PointAcceleration(const BodyView& body, const glm::dvec3& r_W);
 
 class JointAxis {
