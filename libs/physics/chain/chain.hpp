@@ -38,7 +38,7 @@ struct ChainAcceleration {
 };
 
 // Serial chains and trees of links in reduced coordinates: joints cannot come apart. The base is fixed or free.
-// Accelerations by Featherstone's articulated-body algorithm (2008, ch. 7 and 9.4), about 0.3 us per link.
+// Accelerations by Featherstone's articulated-body algorithm (2008, ch. 7 and 9.4), about 1 us for seven joints.
 // Nothing allocates after Create.
 class Chain {
  public:
