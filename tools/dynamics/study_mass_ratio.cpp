@@ -18,6 +18,7 @@ void StudyMassRatio(const Peers& peers, Report* report) {
   Table table{"mass_ratio", {"contender", "mass_ratio", "overlap_um", "us_per_step"}, {}};
   Panel overlap{"overlap in the first second", "mass of the upper over the lower block", "um", {}, true, true, {}};
   Panel time{"time of a step", "mass of the upper over the lower block", "us", {}, true, true, {}};
+  overlap.bands = {{50.0, 1e9, "more than 50 um"}};
   for (const StackMaker& maker : makers) {
     overlap.series.push_back({maker.name, {}, true});
     time.series.push_back({maker.name, {}, true});

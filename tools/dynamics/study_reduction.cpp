@@ -177,10 +177,10 @@ std::vector<Way> Ways() {
   return ways;
 }
 
-void AddTo(Panel* panel, const std::string& name, double x, double y) {
+void AddTo(Panel* panel, const std::string& name, double x, double y, const std::string& mark = "") {
   auto at = std::find_if(panel->series.begin(), panel->series.end(), [&](auto& s) { return s.name == name; });
-  if (at == panel->series.end()) at = panel->series.insert(at, Series{name, {}, true});
-  at->points.push_back({x, y, ""});
+  if (at == panel->series.end()) at = panel->series.insert(at, Series{name, {}, mark.empty()});
+  at->points.push_back({x, y, mark});
 }
 
 }  // namespace
@@ -226,7 +226,7 @@ void StudyReduction(const Peers& /*peers*/, Report* report) {
     }
     AddTo(&still, ways[w].name, static_cast<double>(contacts), of_still);
     AddTo(&moved, ways[w].name, static_cast<double>(contacts), of_moved);
-    AddTo(&time, ways[w].name, us[w], of_still);
+    AddTo(&time, ways[w].name, us[w], of_still, std::to_string(contacts));
   }
   each.x_title = "% of the force";
   report->tables.push_back(table);

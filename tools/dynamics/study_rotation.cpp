@@ -72,6 +72,8 @@ void StudyRotation(const Peers& peers, Report* report) {
   Panel energy{"energy", "us for a millisecond of motion", "largest relative error in 60 s", {}, true, true, {}};
   Panel momentum{
       "angular momentum", "us for a millisecond of motion", "largest relative error in 60 s", {}, true, true, {}};
+  energy.bands = {{1e-6, 1e9, "more than 1e-6"}};
+  momentum.bands = {{1e-10, 1e9, "more than 1e-10"}};
   Errors ours;
   for (std::size_t i = 0; i < makers.size(); ++i) {
     Series of_energy{makers[i].name, {}, true};
@@ -84,7 +86,7 @@ void StudyRotation(const Peers& peers, Report* report) {
       table.Add({makers[i].name, Cell(step_ms), Cell(us[i]), Cell(us_of_twenty[i]), Cell(us[i] / us[1]),
                  Cell(us_of_twenty[i] / us_of_twenty[1]), Cell(errors.energy), Cell(errors.momentum),
                  Cell(errors.flips), Cell(1e3 * errors.flip_s)});
-      const std::string mark = Short(step_ms) + " ms";
+      const std::string mark = i < 2 ? Short(step_ms) + " ms" : "";
       of_energy.points.push_back({us[i] / step_ms, errors.energy, mark});
       of_momentum.points.push_back({us[i] / step_ms, errors.momentum, mark});
       std::printf("%-24s %5.2f ms  %6.3f us  energy %.2g  momentum %.2g  flips %d  off by %.3g ms\n",
