@@ -402,14 +402,15 @@ bool Node::PollObservation(Observation* observation) {
     raw = std::move(impl_->core.observations.front());
     impl_->core.observations.pop_front();
   }
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(raw.payload.data());
-  *observation = {raw.topic,      raw.topic_class, raw.writer,    raw.sequence,
-                  raw.publish_ns, raw.received_ns, raw.num_bytes, PayloadText(raw.type, {bytes, raw.payload.size()})};
-  if (raw.num_parts > 1) {
-    observation->text =
-        "# part " + std::to_string(raw.part + 1) + " of " + std::to_string(raw.num_parts) + "\n" + observation->text;
-  }
+  *observation = {raw.topic,     raw.topic_class, raw.writer, raw.sequence,  raw.publish_ns,        raw.received_ns,
+                  raw.num_bytes, raw.type,        raw.part,   raw.num_parts, std::move(raw.payload)};
   return true;
+}
+
+std::string Observation::Text() const {
+  const std::string note =
+      num_parts > 1 ? "# part " + std::to_string(part + 1) + " of " + std::to_string(num_parts) + "\n" : "";
+  return note + PayloadText(type, {reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()});
 }
 
 std::vector<PeerStatus> Node::Peers() const {

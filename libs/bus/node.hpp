@@ -41,7 +41,12 @@ struct Observation {
   std::int64_t publish_ns = 0;
   std::int64_t received_ns = 0;
   std::size_t num_bytes = 0;  // on the wire, envelope included
-  std::string text;           // the payload for people, one field a line; a split message shows its parts
+  MessageType type = MessageType::kNone;
+  unsigned part = 0, num_parts = 1;  // of a message that was split
+  std::string payload;               // protobuf
+
+  // The payload for people, one field a line.
+  [[nodiscard]] std::string Text() const;
 };
 
 struct ParameterAck {

@@ -576,9 +576,9 @@ TEST(Node, ObserverSeesTopicsByPatternAsText) {
     Observation seen;
     while (observer->PollObservation(&seen)) {
       has_proxy = has_proxy || (seen.topic == "haptic/right/proxy" && seen.writer == "haptic_node" &&
-                                seen.text.find("cycle: 4711") != std::string::npos);
+                                seen.Text().find("cycle: 4711") != std::string::npos);
       has_figures =
-          has_figures || (seen.topic == "figures/haptic_node" && seen.text.find("step_p50_us") != std::string::npos);
+          has_figures || (seen.topic == "figures/haptic_node" && seen.Text().find("step_p50_us") != std::string::npos);
     }
     return has_proxy && has_figures;
   })) << has_proxy

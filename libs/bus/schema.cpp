@@ -1,11 +1,13 @@
 #include "bus/schema.hpp"
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor.pb.h>
 
 #include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "core/hash.hpp"
@@ -89,7 +91,22 @@ std::string Inner(const std::string& type) {
   return open == std::string::npos ? std::string() : type.substr(open + 1, type.size() - open - 2);
 }
 
+// A file behind those that it imports, each once.
+void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>* known,
+             google::protobuf::FileDescriptorSet* set) {
+  if (!known->insert(file.name()).second) return;
+  for (int i = 0; i < file.dependency_count(); ++i) AddFile(*file.dependency(i), known, set);
+  file.CopyTo(set->add_file());
+}
+
 }  // namespace
+
+std::string DescriptorSetOf(MessageType type) {
+  google::protobuf::FileDescriptorSet set;
+  std::set<std::string> known;
+  if (const auto prototype = Prototype(type)) AddFile(*prototype->GetDescriptor()->file(), &known, &set);
+  return set.SerializeAsString();
+}
 
 const PayloadSchema& SchemaOf(MessageType type) {
   static const auto schemas = [] {

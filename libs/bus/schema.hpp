@@ -21,6 +21,10 @@ const PayloadSchema& SchemaOf(MessageType type);
 // know. Otherwise false, and `why` names the first field that differs.
 bool AreCompatible(const std::string& canonical_a, const std::string& canonical_b, std::string* why);
 
+// A serialized FileDescriptorSet that holds the payload's message and all that it refers to: what a recording carries
+// so that others can read it.
+std::string DescriptorSetOf(MessageType type);
+
 // The payload for people, one field a line; a note when it cannot be read.
 std::string PayloadText(MessageType type, std::span<const std::uint8_t> payload);
 

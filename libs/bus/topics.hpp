@@ -24,6 +24,22 @@ enum class TopicClass : std::uint8_t {
   kControl = 5,  // the bus itself: registry, heartbeats
 };
 
+constexpr std::string_view NameOf(TopicClass topic_class) {
+  switch (topic_class) {
+    case TopicClass::kLatest:
+      return "LATEST";
+    case TopicClass::kState:
+      return "STATE";
+    case TopicClass::kEvent:
+      return "EVENT";
+    case TopicClass::kService:
+      return "SERVICE";
+    case TopicClass::kControl:
+      return "CONTROL";
+  }
+  return "?";
+}
+
 // What a topic carries. Values are on the wire: append, never renumber.
 enum class MessageType : std::uint8_t {
   kNone = 0,

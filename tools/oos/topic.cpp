@@ -11,22 +11,6 @@ namespace {
 
 constexpr std::int64_t kPoll_ns = 50'000'000;
 
-const char* ClassName(bus::TopicClass topic_class) {
-  switch (topic_class) {
-    case bus::TopicClass::kLatest:
-      return "LATEST";
-    case bus::TopicClass::kState:
-      return "STATE";
-    case bus::TopicClass::kEvent:
-      return "EVENT";
-    case bus::TopicClass::kService:
-      return "SERVICE";
-    case bus::TopicClass::kControl:
-      return "CONTROL";
-  }
-  return "?";
-}
-
 struct Seen {
   bus::TopicClass topic_class = bus::TopicClass::kLatest;
   std::string writer;
@@ -95,13 +79,14 @@ int Run(const Arguments& arguments) {
       if (observation.publish_ns > 0) {
         std::printf(", %.3f ms old", static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6);
       }
-      std::printf("\n%s\n", observation.text.c_str());
+      std::printf("\n%s\n", observation.Text().c_str());
       std::fflush(stdout);
     }
   }
   if (what == "list") {
     for (const auto& [topic, seen] : all) {
-      std::printf("%-7s %-44s %s\n", ClassName(seen.topic_class), topic.c_str(), seen.writer.c_str());
+      std::printf("%-7s %-44s %s\n", std::string(bus::NameOf(seen.topic_class)).c_str(), topic.c_str(),
+                  seen.writer.c_str());
     }
   } else if (what == "hz") {
     std::printf("%-44s %9s %12s %10s\n", "topic", "Hz", "longest ms", "kB/s");

@@ -29,8 +29,8 @@ void PrintVerbHelp(const Verb& verb) {
 }  // namespace
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(), CheckVerb(),   CookVerb(),    DoctorVerb(), TopicVerb(), TopVerb(),
-          SetVerb(), LatencyVerb(), InspectVerb(), QueryVerb(),  BenchVerb()};
+  return {RunVerb(),     CheckVerb(), CookVerb(),  DoctorVerb(), TopicVerb(), TopVerb(), SetVerb(),    LatencyVerb(),
+          InspectVerb(), QueryVerb(), BenchVerb(), RecordVerb(), InfoVerb(),  CatVerb(), RecoverVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {

@@ -35,6 +35,10 @@ Verb LatencyVerb();
 Verb QueryVerb();
 Verb InspectVerb();
 Verb BenchVerb();
+Verb RecordVerb();
+Verb InfoVerb();
+Verb CatVerb();
+Verb RecoverVerb();
 
 std::vector<Verb> AllVerbs();
 
