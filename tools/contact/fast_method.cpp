@@ -1,3 +1,4 @@
+#include "tools/contact/apart_bound.hpp"
 #include "tools/contact/method.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/walk/walk_memory.hpp"
@@ -7,7 +8,8 @@ namespace {
 
 class FastMethod : public Method {
  public:
-  FastMethod(Cooked A, Cooked B) : A_(std::move(A)), B_(std::move(B)), scratch_(*B_->samples) {
+  FastMethod(Cooked A, Cooked B, bool bounds_distance)
+      : A_(std::move(A)), B_(std::move(B)), bounds_distance_(bounds_distance), scratch_(*B_->samples) {
     pair_.look_ahead_m = 0.0;
     scratch_.walk.memory = &memory_;
   }
@@ -17,6 +19,9 @@ class FastMethod : public Method {
     vps::QueryFastPair(*B_->samples, *A_->field, X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
+    if (bounds_distance_ && !result_.is_in_contact) {
+      answer.signed_distance_m = ApartBound_m(*B_->samples, *A_->field, X_AB, &scratch_.walk);
+    }
     answer.contacts = result_.counters.points_colliding;
     answer.points_tested = result_.counters.points_tested;
     answer.force_A = X_AB.rotate(scratch_.force_m3);
@@ -27,6 +32,7 @@ class FastMethod : public Method {
  private:
   Cooked A_;
   Cooked B_;
+  bool bounds_distance_;
   vps::PairDescription pair_;
   vps::PairResult result_;
   vps::FastPairScratch scratch_;
@@ -36,7 +42,7 @@ class FastMethod : public Method {
 }  // namespace
 
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B) {
-  return std::make_unique<FastMethod>(std::move(A), std::move(B));
+  return std::make_unique<FastMethod>(std::move(A), std::move(B), false);
 }
 
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
@@ -46,8 +52,8 @@ core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A,
   if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
   auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kFast});
   if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
-  return MakeFastMethod(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
-                        std::make_shared<const vps::CookedObject>(std::move(*cooked_B)));
+  return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
+                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), true);
 }
 
 }  // namespace contact

@@ -1,0 +1,110 @@
+#include "vps/multibody/refine_contact.hpp"
+
+#include <gtest/gtest.h>
+
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/shapes.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
+#include "vps/oracle/contact_wrench.hpp"
+
+namespace vps {
+namespace {
+
+core::Pose At(double x, double y, double z, const glm::dvec3& turn = glm::dvec3(0.0)) {
+  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
+}
+
+TEST(FineBlock, StandsForItsSample) {
+  const SurfaceSamples samples = *SampleSurface(MakeTorus(0.03, 0.012, 64, 32), 2048);
+  const SampleTree tree = BuildSampleTree(samples);
+  ASSERT_EQ(tree.fine.size(), tree.num_points);
+  for (std::uint32_t i = 0; i < tree.num_points; ++i) {
+    const PointBlock& block = tree.points[i / kBlock];
+    const std::uint32_t lane = i % kBlock;
+    PointBlock points;
+    Unpack(tree.fine[i], block, lane, 1.0f, &points);
+    float area_m2 = 0.0f;
+    glm::vec3 middle(0.0f);
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      const glm::vec3 p(points.x[k], points.y[k], points.z[k]);
+      area_m2 += points.area_m2[k];
+      middle += points.area_m2[k] * p;
+      EXPECT_LE(glm::length(p - glm::vec3(block.x[lane], block.y[lane], block.z[lane])), tree.fine[i].reach_m);
+      EXPECT_NEAR(glm::length(glm::vec3(points.nx[k], points.ny[k], points.nz[k])), 1.0f, 0.02f);
+    }
+    EXPECT_NEAR(area_m2, block.area_m2[lane], 1e-5f * block.area_m2[lane]);
+    EXPECT_LT(glm::length(middle / area_m2 - glm::vec3(block.x[lane], block.y[lane], block.z[lane])),
+              0.01f * std::sqrt(area_m2));
+  }
+}
+
+// A thin rib (the field) on the broad face of a plate whose samples are farther apart than the rib is thick.
+struct RibAndPlate {
+  TriangleMesh rib = MakeBox({0.0015, 0.02, 0.03});
+  TriangleMesh plate = MakeBox({0.1, 0.1, 0.01});
+  DistanceField field = *BuildField(rib, 5e-4);
+  SampleTree samples = BuildSampleTree(*SampleSurface(plate, 2048));
+  FastPairScratch scratch{samples};
+  PairDescription pair{.look_ahead_m = 0.0};
+  PairResult result;
+
+  // X_GS: the plate lies on top of the rib, pressed down by `depth_m`.
+  static core::Pose Pressed(double depth_m, double x = 0.0) {
+    return At(x, 0.001, 0.015 + 0.005 - depth_m, {0.0, 0.02, 0.3});
+  }
+  void Query(const core::Pose& X_GS) { QueryFastPair(samples, field, X_GS, X_GS, pair, 0.01, &scratch, &result); }
+};
+
+TEST(RefineContact, SeesWhatSlipsBetweenTheSamples) {
+  RibAndPlate pair;
+  const oracle::MeshDistance A(pair.rib);
+  const oracle::MeshDistance B(pair.plate);
+  FieldWalkScratch walk(pair.samples);
+  double worst = 0.0;
+  double worst_without = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    const core::Pose X = RibAndPlate::Pressed(3e-4 + 2e-5 * i, 1e-3 * i);
+    const glm::dvec3 truth = oracle::IntegrateContactWrench(A, B, X).force_A_m3;
+    const auto error = [&](const glm::dvec3& force_S) {
+      return glm::length(X.rotate(force_S) - truth) / glm::length(truth);
+    };
+    pair.Query(X);
+    EXPECT_TRUE(pair.result.is_in_contact);
+    worst = std::max(worst, error(pair.scratch.force_m3));
+    worst_without = std::max(worst_without, error(WalkField(pair.samples, pair.field, X, 0.0, &walk).force_m3));
+  }
+  EXPECT_GT(worst_without, 2.0 * worst);
+  EXPECT_LT(worst, 0.2);
+}
+
+// The weights of samples and of the whole change with the pose, and nothing jumps.
+TEST(RefineContact, ForceHasNoSteps) {
+  RibAndPlate pair;
+  double before = 0.0;
+  double largest = 0.0;
+  for (int i = 0; i <= 400; ++i) {
+    pair.Query(RibAndPlate::Pressed(-1e-5 + 1e-6 * i, 1e-6 * i));
+    const double force = glm::length(pair.scratch.force_m3);
+    if (i > 0) largest = std::max(largest, std::abs(force - before));
+    before = force;
+  }
+  EXPECT_LT(largest, 2.0 * 1e-6 * 0.0015 * 0.02);  // area of the rib's end times the step
+  EXPECT_GT(before, 0.5 * 3e-4 * 0.0015 * 0.02);
+}
+
+// More samples than it is for: the walk's sums are left as they are.
+TEST(RefineContact, LeavesBroadContactsAlone) {
+  const DistanceField field = *BuildField(MakeBox({0.06, 0.06, 0.02}), 1e-3);
+  const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.03, 0.03, 0.02}), 8192));
+  const core::Pose X_GS = At(0.001, 0.002, 0.02 - 2e-4);
+  FastPairScratch scratch(samples);
+  PairResult result;
+  QueryFastPair(samples, field, X_GS, X_GS, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
+  FieldWalkScratch walk(samples);
+  const glm::dvec3 force = WalkField(samples, field, X_GS, WalkMargin_m(samples, 0.0), &walk).force_m3;
+  EXPECT_EQ(scratch.refine.num_samples, 0U);
+  EXPECT_EQ(scratch.force_m3, force);
+}
+
+}  // namespace
+}  // namespace vps
