@@ -14,8 +14,7 @@ constexpr std::size_t kContactsPerNode = 3;  // room for contacts; a node in a c
 constexpr double kLookAhead_m = 0.001;       // beyond what the motion of one step covers
 constexpr double kRecovery_m_per_s = 0.25;   // at which a node that is too near is moved out
 constexpr double kBendingStepLimit = 1.4;    // of the explicit limit 2 for omega h
-constexpr double kLedger_s = 0.05;
-constexpr int kSweeps = 2;  // of the solver, per substep
+constexpr int kSweeps = 2;                   // of the solver, per substep
 
 glm::dmat3 RotationMatrix(const glm::dquat& q) {
   return glm::mat3_cast(q);
@@ -37,8 +36,6 @@ Cloth::Cloth(const ClothParams& params, ClothGrid&& grid)
   }
   is_gripped_.resize(x_W_.size(), 0);
   spring_states_.resize(grid_.springs.size());
-  start_v_W_.resize(x_W_.size());
-  outer_Ns_.resize(x_W_.size());
   contacts_.reserve(x_W_.size() * kContactsPerNode);
   holds_.reserve(kMaxGrips);
 }
@@ -174,7 +171,6 @@ int Cloth::num_gripped(int body) const {
 }
 
 void Cloth::Step(double dt_s) {
-  work_J_ = 0.0;
   StartBodies(dt_s);
   FindContacts(dt_s);
   const double limit_s = grid_.highest_bending_rad_per_s > 0.0
@@ -187,7 +183,6 @@ void Cloth::Step(double dt_s) {
   }
   CountHolds();
   Damp(dt_s);
-  KeepEnergy(dt_s);
 }
 
 void Cloth::StartBodies(double dt_s) {
@@ -229,12 +224,9 @@ void Cloth::PushBody(Body* body, const glm::dvec3& p_W, const glm::dvec3& impuls
 
 // One substep: all impulses act at the positions of its start, then everything moves with the new velocities.
 void Cloth::Substep(double h_s) {
-  start_v_W_ = v_W_;
-  std::fill(outer_Ns_.begin(), outer_Ns_.end(), glm::dvec3(0.0));
   if (params_.acceleration_W != glm::dvec3(0.0)) {
     for (std::size_t i = 0; i < v_W_.size(); ++i) {
       v_W_[i] += h_s * params_.acceleration_W;
-      outer_Ns_[i] += h_s * grid_.mass_kg[i] * params_.acceleration_W;
     }
   }
   ApplyBending(h_s);
@@ -249,7 +241,6 @@ void Cloth::Substep(double h_s) {
   for (const Hold& hold : holds_) {
     if (hold.is_active && hold.bond >= 0) bonds_[static_cast<std::size_t>(hold.bond)].impulse_Ns -= hold.impulse_Ns;
   }
-  CountWork();
   for (std::size_t i = 0; i < x_W_.size(); ++i) x_W_[i] += h_s * v_W_[i];
   for (Contact& contact : contacts_) {
     const Body& body = bodies_[static_cast<std::size_t>(contact.body)];
@@ -363,7 +354,6 @@ void Cloth::SolveHolds(double h_s) {
     for (std::size_t k = 0; k < 4; ++k) {
       if (hold.weight[k] == 0.0) continue;
       v_W_[hold.node[k]] += (hold.weight[k] * inverse_mass_[hold.node[k]]) * change;
-      outer_Ns_[hold.node[k]] += hold.weight[k] * change;
     }
     PushBody(&body, hold.p_W, -change);
   }
@@ -405,16 +395,7 @@ void Cloth::SolveContacts(double h_s) {
       contact.friction_Ns = friction;
     }
     v_W_[contact.node] += inverse_mass_[contact.node] * change;
-    outer_Ns_[contact.node] += change;
     PushBody(&body, p_W, -change);
-  }
-}
-
-// Work of what acts from outside: an impulse J on a mass whose speed goes from v to v' by all impulses together gives
-// it J.(v + v')/2.
-void Cloth::CountWork() {
-  for (std::size_t i = 0; i < v_W_.size(); ++i) {
-    work_J_ += 0.5 * glm::dot(outer_Ns_[i], start_v_W_[i] + v_W_[i]);
   }
 }
 
@@ -496,7 +477,6 @@ void Cloth::Damp(double dt_s) {
     }
     const glm::dvec3 change = -loss * (v_W_[i] - holder_W);
     const glm::dvec3 impulse = grid_.mass_kg[i] * change;
-    work_J_ += glm::dot(impulse, v_W_[i] + 0.5 * change);
     v_W_[i] += change;
     for (Body& body : bodies_) {
       if (body.share == 0.0) continue;
@@ -511,31 +491,6 @@ void Cloth::ScaleInnerMotion(const RigidMotion& rigid, double scale) {
     const glm::dvec3 rigid_v = rigid.v_W + glm::cross(rigid.w_W, x_W_[i] - rigid.p_WCm);
     v_W_[i] = rigid_v + scale * (v_W_[i] - rigid_v);
   }
-}
-
-// In free flight the sheet may have the energy that it had and the work done on it since; what it has lost it may take
-// back within kLedger_s, for the integrator swings about the true energy. The rest is taken out of the velocities
-// beyond the rigid motion, which changes neither momentum nor angular momentum. What holds a sheet takes its energy:
-// there the ledger only follows.
-void Cloth::KeepEnergy(double dt_s) {
-  const double now_J = energy_J();
-  if (num_holding_ > 0) {
-    ledger_J_ = now_J;
-    return;
-  }
-  ledger_J_ += work_J_;
-  const double surplus_J = now_J - ledger_J_;
-  if (surplus_J <= 0.0) {
-    ledger_J_ += std::min(1.0, dt_s / kLedger_s) * surplus_J;
-    return;
-  }
-  const RigidMotion rigid = FitRigidMotion();
-  double inner_J = 0.0;
-  for (std::size_t i = 0; i < x_W_.size(); ++i) {
-    const glm::dvec3 u = v_W_[i] - rigid.v_W - glm::cross(rigid.w_W, x_W_[i] - rigid.p_WCm);
-    inner_J += 0.5 * grid_.mass_kg[i] * glm::dot(u, u);
-  }
-  if (inner_J > 0.0) ScaleInnerMotion(rigid, std::sqrt(std::max(0.0, 1.0 - surplus_J / inner_J)));
 }
 
 int Cloth::held(int bond) const {
@@ -595,7 +550,6 @@ void Cloth::ExchangeState(Checkpoint* checkpoint) {
   for (glm::dvec3& x : x_W_) checkpoint->Exchange(&x);
   for (glm::dvec3& v : v_W_) checkpoint->Exchange(&v);
   for (SpringState& s : spring_states_) checkpoint->Exchange(&s.impulse_Ns);
-  checkpoint->Exchange(&ledger_J_);
   // Room for all grips, so that a checkpoint is of one size.
   std::size_t num_holds = holds_.size();
   checkpoint->Exchange(&num_holds);

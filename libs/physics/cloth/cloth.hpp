@@ -35,14 +35,12 @@ struct ClothBondParams {
 // and by explicit bending forces; contacts and bonds are rows of the same sequential-impulse solver. Every impulse acts
 // along a line through the positions at the start of a substep, so linear and angular momentum are kept exactly however
 // far the solver has converged (Sheet: x' = x + h v' and sum x cross impulse = 0 give x' cross m v' = x cross m v).
-// Energy is bounded as well: what a step would gain beyond the work of bodies is taken out of the sheet's motion
-// relative to its own rigid motion.
+// Energy swings about a value that falls: springs lose a little, as implicit ones do, and bending as an explicit force
+// of a symplectic step neither gains nor loses in the mean.
 //
 // Same inputs, same bits. Step does not allocate, lock or throw.
 class Cloth {
  public:
-  static constexpr int kNoBody = -1;
-
   static core::Result<std::unique_ptr<Cloth>> Create(const ClothParams& params);
 
   // Setup. Points are where they are on the flat sheet at the start, in W; they are bonded to the body as they lie.
@@ -74,7 +72,6 @@ class Cloth {
   [[nodiscard]] core::Wrench MeanWrenchOn(int body, const glm::dvec3& p_W) const;
   // Mean force with which a bond pulled on its body in the last step.
   [[nodiscard]] glm::dvec3 BondForce_W(int bond) const;
-  [[nodiscard]] int num_contacts() const { return static_cast<int>(contacts_.size()); }
 
   [[nodiscard]] glm::dvec3 momentum_Ns() const;
   [[nodiscard]] glm::dvec3 angular_momentum_Nms() const;  // about the origin of W
@@ -159,10 +156,8 @@ class Cloth {
   void SolveContacts(double h_s);
   void PushBody(Body* body, const glm::dvec3& p_W, const glm::dvec3& impulse_W);
   void MoveBodies(double h_s);
-  void CountWork();
   void CountHolds();
   void Damp(double dt_s);
-  void KeepEnergy(double dt_s);
   [[nodiscard]] RigidMotion FitRigidMotion() const;
   void ScaleInnerMotion(const RigidMotion& rigid, double scale);
   [[nodiscard]] double kinetic_J() const;
@@ -191,11 +186,7 @@ class Cloth {
   };
   double spring_h_s_ = 0.0;  // substep that the two factors hold for
   std::vector<SpringState> spring_states_;
-  std::vector<glm::dvec3> start_v_W_;
-  std::vector<glm::dvec3> outer_Ns_;
-  int num_holding_ = 0;    // points that hold the sheet
-  double work_J_ = 0.0;    // of a step, on the sheet
-  double ledger_J_ = 0.0;  // what energy it may have
+  int num_holding_ = 0;  // points that hold the sheet
 };
 
 }  // namespace physics
