@@ -89,6 +89,8 @@ void NodeLoop::Fill(Snapshot* snapshot) {
 
 void NodeLoop::Checkpoint() {
   if (writer_ == nullptr || physics_->tick() < next_checkpoint_) return;
+  // A tick in which no sheet has to be waited for comes soon.
+  if (!physics_->is_quiet() && physics_->tick() < next_checkpoint_ + checkpoint_ticks_) return;
   next_checkpoint_ = physics_->tick() + checkpoint_ticks_;
   Snapshot* snapshot = writer_->Begin();
   if (snapshot == nullptr) {

@@ -496,6 +496,9 @@ void PhysicsNode::Save(Snapshot* snapshot) const {
   impl_->ExchangeState(&snapshot->node);
   impl_->built.world->Save(&snapshot->world);
 }
+bool PhysicsNode::is_quiet() const {
+  return impl_->sheets->is_idle();
+}
 core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
   Snapshot here;
   Save(&here);

@@ -60,7 +60,9 @@ class PhysicsNode {
   // Between steps. A node that was created from the same scenario and is restored goes on bit for bit, if it gets the
   // same inputs. Save allocates only while the snapshot grows, so not from the second time on. A failed Restore leaves
   // a node that is of no use.
+  // Save waits for a sheet's step that is under way, unless there is none (is_quiet).
   void Save(Snapshot* snapshot) const;
+  [[nodiscard]] bool is_quiet() const;
   core::Result<void> Restore(Snapshot* snapshot);
   // Of what the node was created from: objects, masses, poses, pairs and mechanisms.
   [[nodiscard]] std::uint64_t content_digest() const;

@@ -68,6 +68,7 @@ class SheetKeeper {
   [[nodiscard]] std::uint64_t num_steps() const { return num_steps_; }
   [[nodiscard]] std::uint64_t num_late() const { return num_late_; }
 
+  [[nodiscard]] bool is_idle() const { return runner_ == nullptr || runner_->IsIdle(); }  // no step is under way
   // Between ticks; waits for a step under way.
   void ExchangeState(physics::Checkpoint* checkpoint);
 
