@@ -49,6 +49,9 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     std::printf("\n[%.0f s] %s\n", 1e-9 * static_cast<double>(core::MonotonicNow_ns() - begin_ns), study.name);
     study.run(peers, &report);
   }
+  if (peers.spinners.empty())
+    report.skipped.emplace_back("MuJoCo: not part of this program, `./dev bench` builds it in");
+  for (const std::string& skipped : report.skipped) std::printf("skipped %s\n", skipped.c_str());
   report.tables.push_back(bench::GoalTable(report.goals));
   bench::PrintGoals(report.goals);
   return bench::WriteReport(options.json, options.plot,
