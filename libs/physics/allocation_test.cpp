@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "physics/cloth/cloth.hpp"
 #include "physics/hinge.hpp"
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
@@ -72,6 +73,38 @@ TEST(World, StepDoesNotAllocateEvenWhenContactsAppear) {
     EXPECT_EQ(g_allocations - before, 0);
   }
   btAlignedAllocSetCustomAligned(nullptr, nullptr);
+}
+
+class Floor final : public ClothShape {
+ public:
+  Floor() : ClothShape(glm::dvec3(0.0), 1.0) {}
+  double Distance(const glm::dvec3& p_O, glm::dvec3* gradient_O) const override {
+    *gradient_O = {0, 0, 1};
+    return p_O.z;
+  }
+};
+
+TEST(Cloth, StepDoesNotAllocateEvenWhenItIsGrippedAndTouches) {
+  auto cloth = *Cloth::Create({});
+  ClothBodyParams floor;
+  floor.shape = std::make_shared<Floor>();
+  floor.X_WO.translation.z = -0.01;
+  ASSERT_TRUE(cloth->AddBody(floor).has_value());
+  ClothBodyParams kinematic;
+  kinematic.kind = BodyKind::kKinematic;
+  const int hand = *cloth->AddBody(kinematic);
+  ASSERT_TRUE(cloth->AddBond({0, 500.0, 1.0, 0.02}, {{0.01, 0.01, 0.0}}).has_value());
+  const long before = g_allocations;
+  int num_gripped = 0;
+  for (int i = 0; i < 300; ++i) {
+    if (i == 50) num_gripped = cloth->Grip({hand, 100.0, 1.0}, {-0.06, -0.06, -0.06}, {0.0, 0.0, 0.06});
+    if (i == 250) cloth->Release(hand);
+    cloth->SetBody(hand, {{1, 0, 0, 0}, {0.0, 0.0, -2e-4 * i}});
+    cloth->Step(test::kDt);
+  }
+  EXPECT_EQ(g_allocations - before, 0);
+  EXPECT_GT(num_gripped, 4);
+  EXPECT_EQ(cloth->held(0), 0);
 }
 
 }  // namespace
