@@ -50,7 +50,7 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
-  bool is_cut_short = false;  // of `fast`: the points' budget ran out; the deepest point is the right one all the same
+  bool is_cut_short = false;  // of `fast`: the points' budget ran out, and went to where contact is deepest
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed

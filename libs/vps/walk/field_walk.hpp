@@ -30,9 +30,8 @@ class FieldWalkScratch {
   // What the walks that use this scratch remember of their pair from one to the next; null: nothing, each starts anew.
   FieldWalkMemory* memory = nullptr;
   // Budget of a walk that uses this scratch, points; 0: as many as it takes. If there are more to test, those blocks go
-  // first that can be deepest. All that can be as deep as the deepest point are tested, whatever the budget, so the
-  // deepest point is never missed; a larger budget tests the same blocks and more, so what is missing of the integral
-  // of the depth only falls.
+  // first that are deepest by estimate, 64 of them in any case, so that the deepest point stays; a larger budget tests
+  // the same blocks and more, so what is missing of the integral of the depth only falls.
   std::uint32_t most_points = 0;
 
   // Blocks with a point within the margin, ascending, and where the depths of their points are.

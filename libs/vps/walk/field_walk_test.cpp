@@ -132,8 +132,8 @@ TEST(FieldWalk, ChunksGiveTheSameBitsInAnyOrder) {
   EXPECT_GT(most_chunks, 4U);
 }
 
-// What is missing of the integral of the depth falls with the budget, whatever the pose; the deepest point is always
-// found.
+// What is missing of the integral of the depth falls with the budget, whatever the pose; the deepest point stays, or
+// one less deep by a tenth of a voxel at most.
 TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
   struct Case {
     const char* name;
@@ -151,6 +151,8 @@ TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
     FieldWalkScratch scratch(c.points);
     std::mt19937_64 random(21);
     int num_cut = 0;
+    int num_others = 0;
+    double shallower = 0.0;  // voxels
     double missing[7] = {};
     for (int i = 0; i < 60; ++i) {
       core::Pose X_GS;
@@ -165,8 +167,9 @@ TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
       for (int b = 0; b < 7; ++b) {
         scratch.most_points = 64U << (2 * b);
         const FieldWalkResult cut = WalkField(c.points, c.field, X_GS, c.margin_m, &scratch);
-        ASSERT_EQ(cut.deepest_m, whole.deepest_m) << c.name;
-        ASSERT_EQ(cut.deepest_point, whole.deepest_point) << c.name;
+        ASSERT_LE(cut.deepest_m, whole.deepest_m) << c.name;
+        num_others += cut.deepest_point != whole.deepest_point ? 1 : 0;
+        shallower = std::max(shallower, (whole.deepest_m - cut.deepest_m) / c.field.voxel_size_m);
         ASSERT_GE(cut.points_tested, tested_before) << c.name;
         ASSERT_GE(cut.volume_m3, before) << c.name;
         if (!cut.is_cut_short) {
@@ -180,6 +183,8 @@ TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
       ASSERT_LE(before, whole.volume_m3);
     }
     EXPECT_GT(num_cut, 30) << c.name;
+    EXPECT_LE(num_others, 20) << c.name;  // of 420: others as deep
+    EXPECT_LE(shallower, 0.1) << c.name;
     for (int b = 1; b < 7; ++b) EXPECT_LE(missing[b], missing[b - 1]) << c.name << ", budget " << (64 << (2 * b));
     EXPECT_EQ(missing[6], 0.0) << c.name;
   }

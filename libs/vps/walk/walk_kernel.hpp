@@ -72,7 +72,7 @@ struct WalkCull {
   std::uint32_t queue_half;
   // Not null: one number for each of the resulting blocks, in their order; room for every block. With a skin the blocks
   // are those that may come near while no point moves by more than so many voxels, and the number is how far points may
-  // move before one of the block's can be near; without it is the lower bound of the block's distances, voxels.
+  // move before one of the block's can be near; without it is about the least distance of its points, voxels.
   float* kept;
   float skin;
   // Results: the point blocks that may come near, ascending, within the queue.

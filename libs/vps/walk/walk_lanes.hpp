@@ -63,6 +63,11 @@ inline Vec3 ToVoxels(const WalkInput& in, F x, F y, F z) {
           Fma(Fill(in.m[1][0]), x, Fma(Fill(in.m[1][1]), y, Fma(Fill(in.m[1][2]), z, Fill(in.t[1])))),
           Fma(Fill(in.m[2][0]), x, Fma(Fill(in.m[2][1]), y, Fma(Fill(in.m[2][2]), z, Fill(in.t[2]))))};
 }
+inline Vec3 Turn(const WalkInput& in, F x, F y, F z) {
+  return {Fma(Fill(in.m[0][0]), x, Fma(Fill(in.m[0][1]), y, in.m[0][2] * z)),
+          Fma(Fill(in.m[1][0]), x, Fma(Fill(in.m[1][1]), y, in.m[1][2] * z)),
+          Fma(Fill(in.m[2][0]), x, Fma(Fill(in.m[2][1]), y, in.m[2][2] * z))};
+}
 inline F Dot(const Vec3& a, const Vec3& b) {
   return Fma(a.x, b.x, Fma(a.y, b.y, a.z * b.z));
 }
@@ -204,12 +209,7 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
   F reach = (outside > 0.0f ? Max(centre, outside) : centre) - r - kCullSlack;
   F slack = reach - in.margin;
 
-  const F nx = LoadF(block.nx + at);
-  const F ny = LoadF(block.ny + at);
-  const F nz = LoadF(block.nz + at);
-  const Vec3 n{Fma(Fill(in.m[0][0]), nx, Fma(Fill(in.m[0][1]), ny, in.m[0][2] * nz)),
-               Fma(Fill(in.m[1][0]), nx, Fma(Fill(in.m[1][1]), ny, in.m[1][2] * nz)),
-               Fma(Fill(in.m[2][0]), nx, Fma(Fill(in.m[2][1]), ny, in.m[2][2] * nz))};
+  const Vec3 n = Turn(in, LoadF(block.nx + at), LoadF(block.ny + at), LoadF(block.nz + at));
   const F widest = r + skin;
   const auto take = [&](F plane, const Vec3& g, I holds) {
     const Sink sink = FindSink(in, g, n, r, h);
@@ -238,8 +238,23 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
 
 constexpr std::uint32_t kMostLeap = 4;
 
-// kSlack: what may come near within the skin survives, and its slack is kept. kReach: its lower bound is kept.
-enum class Kept { kNothing, kSlack, kReach };
+// About the least distance of the points of each sphere of level 0: the field at its centre, less how far the slab is
+// tilted towards the surface there.
+inline F EstimateLeaves(const WalkInput& in, const SphereBlock& block, int at) {
+  const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
+  const F d = SampleAnywhere<false>(in, p);
+  // By central differences of half a voxel: across creases too.
+  const float step = 0.5f;
+  const Vec3 g{SampleAnywhere<false>(in, {p.x + step, p.y, p.z}) - SampleAnywhere<false>(in, {p.x - step, p.y, p.z}),
+               SampleAnywhere<false>(in, {p.x, p.y + step, p.z}) - SampleAnywhere<false>(in, {p.x, p.y - step, p.z}),
+               SampleAnywhere<false>(in, {p.x, p.y, p.z + step}) - SampleAnywhere<false>(in, {p.x, p.y, p.z - step})};
+  const Vec3 n = Turn(in, LoadF(block.nx + at), LoadF(block.ny + at), LoadF(block.nz + at));
+  const F r = LoadF(block.r + at) * in.voxels_per_m;
+  return d - FindSink(in, g, n, r, LoadF(block.h + at) * in.voxels_per_m).depth;
+}
+
+// kSlack: what may come near within the skin survives, and its slack is kept. kEstimate: its estimate is kept.
+enum class Kept { kNothing, kSlack, kEstimate };
 template <Kept kKept>
 inline void CullBy(const WalkInput& in, WalkCull* cull) {
   std::uint32_t* queue = cull->queue;
@@ -275,19 +290,14 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
           const F reach = SampleAnywhere<true>(in, p) - r - kCullSlack;
           leaves = {Max(leaves.reach, reach), Max(leaves.slack, reach - in.margin)};
         }
-        if (kKept == Kept::kReach && level == 0) {
-          // Beyond the band the field's planes reach past their own cells' centres: by twice half a diagonal at most.
-          const float stray = 1.7321f * static_cast<float>(1 << in.coarse_shift);
-          leaves.reach = leaves.reach < -kBeyondBand ? leaves.reach - stray : leaves.reach;
-        }
         const I is_near = kWithSlack ? leaves.slack <= skin : leaves.reach <= in.margin;
         room = Min(room, is_near ? Fill(1e30f) : leaves.reach);
         unsigned lanes = Bits(is_near);
         survivors |= lanes << at;
         if (kKept != Kept::kNothing && level == 0) {
           const std::uint32_t to = num_next + static_cast<std::uint32_t>(__builtin_popcount(survivors ^ lanes << at));
-          Compress(reinterpret_cast<std::uint32_t*>(cull->kept) + to, (U)(kWithSlack ? leaves.slack : leaves.reach),
-                   lanes);
+          const F kept = kWithSlack ? leaves.slack : EstimateLeaves(in, block, at);
+          Compress(reinterpret_cast<std::uint32_t*>(cull->kept) + to, (U)kept, lanes);
         }
       }
       cull->spheres_tested += kBlock;
@@ -318,7 +328,7 @@ void Cull(const WalkInput& in, WalkCull* cull) {
   } else if (cull->skin > 0.0f) {
     CullBy<Kept::kSlack>(in, cull);
   } else {
-    CullBy<Kept::kReach>(in, cull);
+    CullBy<Kept::kEstimate>(in, cull);
   }
 }
 
