@@ -93,7 +93,7 @@ TEST(OwnContacts, FarPartsAddNoWork) {
   Collision few(scenario);
   Collision many(crowded);
   bool has_met = false;
-  for (int tick = 0; tick < 1000; ++tick) {
+  for (int tick = 0; tick < 560; ++tick) {
     few.node->Step(few.inputs, &few.outputs);
     many.node->Step(many.inputs, &many.outputs);
     const vps::StepReport& one = few.node->own_contacts().report();
