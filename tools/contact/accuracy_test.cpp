@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tools/contact/studies.hpp"
+#include "tools/contact/truth.hpp"
 
 namespace contact {
 namespace {
@@ -46,6 +47,51 @@ TEST(PublishedAccuracy, HoldsForTheRings) {
     EXPECT_LE(now.depth_voxels.max, 1.2 * was[3] + 2e-2) << now.method;
     EXPECT_LE(now.direction_deg.p50, 1.2 * was[4] + 1e-2) << now.method;
     EXPECT_LE(now.direction_deg.p95, 1.2 * was[5] + 5e-2) << now.method;
+  }
+}
+
+// Rows of docs/performance/vps/wrench_accuracy.csv by workload and setting.
+std::map<std::string, std::vector<double>> PublishedWrenches() {
+  std::ifstream stream(VR_OOS_SOURCE_DIR "/docs/performance/vps/wrench_accuracy.csv");
+  std::map<std::string, std::vector<double>> rows;
+  std::string line;
+  std::getline(stream, line);
+  EXPECT_EQ(line,
+            "workload,setting,magnitude_p50,magnitude_p95,magnitude_max,direction_p50_deg,direction_p95_deg,torque_p50,"
+            "torque_max,depth_error_m_p50,missed");
+  while (std::getline(stream, line)) {
+    std::istringstream cells(line);
+    std::string workload, setting, cell;
+    std::getline(cells, workload, ',');
+    std::getline(cells, setting, ',');
+    std::vector<double>& row = rows[workload + " " + setting];
+    while (std::getline(cells, cell, ',')) row.push_back(cell.empty() ? -1.0 : std::stod(cell));
+  }
+  return rows;
+}
+
+// So does the table of whole wrenches, sampling included.
+TEST(PublishedAccuracy, HoldsForWholeWrenches) {
+  const auto published = PublishedWrenches();
+  for (const char* name : {"ball_and_box", "rings"}) {
+    const auto made = MakeParts(name, {});
+    ASSERT_TRUE(made);
+    Structures structures(*made->parts);
+    const Workload& workload = made->workloads.front();
+    const auto A = structures.Get({false, vps::Method::kFast, made->parts->voxel_size_m, 0});
+    const auto B = structures.Get({true, vps::Method::kFast, 0.0, 4096});
+    ASSERT_TRUE(A && B);
+    Measurement now;
+    Compare(*made->parts, workload, ExactAnswers(*made->parts, workload), true, MakeFastMethod(*A, *B).get(), &now);
+    const auto row = published.find(workload.name + " s; 4096 points");
+    ASSERT_NE(row, published.end()) << name;
+    const std::vector<double>& was = row->second;
+    ASSERT_EQ(was.size(), 9U);
+    EXPECT_LE(now.magnitude.p50, 1.2 * was[0] + 1e-3) << name;
+    EXPECT_LE(now.magnitude.max, 1.2 * was[2] + 2e-3) << name;
+    EXPECT_LE(now.direction_deg.p95, 1.2 * was[4] + 1e-2) << name;
+    EXPECT_LE(now.torque.max, 1.2 * was[6] + 1e-3) << name;
+    EXPECT_EQ(now.missed, 0.0) << name;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <sstream>
 
 #include "core/clock.hpp"
@@ -24,6 +25,23 @@ std::string MachineText() {
                            : set == vps::InstructionSet::kAvx2 ? "AVX2"
                                                                : "portable";
   return bench::ProcessorText() + "; walk: " + name;
+}
+
+// Adds the rows of the file that the table would replace that are about parts not measured this time: the first cell
+// names them.
+void KeepOtherRows(const std::filesystem::path& folder, Table* table) {
+  std::ifstream file(folder / (table->name + ".csv"));
+  std::string line;
+  std::vector<std::vector<std::string>> kept;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::vector<std::string> row = SplitAtCommas(line);
+    row.resize(table->columns.size());
+    const bool is_measured =
+        std::any_of(table->rows.begin(), table->rows.end(), [&](const auto& r) { return r[0] == row[0]; });
+    if (!is_measured) kept.push_back(row);
+  }
+  table->rows.insert(table->rows.begin(), kept.begin(), kept.end());
 }
 
 struct Figures {
@@ -102,6 +120,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   ReportPoints(figures.points, &report);
   ReportKernels(figures.kernels, &report);
   ReportFields(figures.fields, &report);
+  ReportWrenches(figures.contests, &report);
   const std::vector<std::pair<const char*, void (*)(Report*)>> studies = {
       {"slide", StudySlide}, {"scene", StudyScene}, {"reads", StudyReads}};
   for (const auto& [name, study] : studies) {
@@ -110,6 +129,11 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     study(&report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
+  if (!options.plot.empty()) {
+    for (Table& table : report.tables) {
+      if (table.name == "field_accuracy" || table.name == "wrench_accuracy") KeepOtherRows(options.plot, &table);
+    }
+  }
   report.tables.push_back(bench::GoalTable(report.goals));
   bench::PrintGoals(report.goals);
   tell("done");

@@ -24,6 +24,8 @@ Errors Summary(const std::vector<double>& errors) {
   return {Quantile(errors, 0.5), Quantile(errors, 0.95), Quantile(errors, 1.0)};
 }
 
+}  // namespace
+
 void Compare(const Parts& parts, const Workload& workload, const std::vector<Answer>& truth, bool has_magnitude,
              Method* method, Measurement* m) {
   double radius = 0.0;
@@ -59,6 +61,8 @@ void Compare(const Parts& parts, const Workload& workload, const std::vector<Ans
   m->missed = touching > 0 ? static_cast<double>(missed) / touching : std::numeric_limits<double>::quiet_NaN();
   m->points_tested = tested / static_cast<double>(std::max<std::size_t>(truth.size(), 1));
 }
+
+namespace {
 
 // The first steps of every walk, as many as there is time for, at least two.
 std::vector<core::Pose> Shortened(const Workload& workload, double query_s, double seconds) {

@@ -37,6 +37,10 @@ struct Measurement {
   std::vector<std::uint64_t> contacts;
 };
 
+// The errors of a method against the exact answers at the independent poses, into *m.
+void Compare(const Parts& parts, const Workload& workload, const std::vector<Answer>& truth, bool has_magnitude,
+             Method* method, Measurement* m);
+
 // Contenders that could be made, with the method that each has made of these parts.
 struct Team {
   std::vector<const Contender*> contenders;

@@ -52,6 +52,9 @@ void StudyScene(Report* report);
 // Nanoseconds of one random read from tables of many sizes.
 void StudyReads(Report* report);
 
+// Errors of the whole wrench of `fast`, sampling included: a row for each workload and point count.
+void ReportWrenches(const std::vector<Measurement>& all, Report* report);
+
 // What the contests say of the goals.
 void JudgeContests(const std::vector<Measurement>& all, Report* report);
 
