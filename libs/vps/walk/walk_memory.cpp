@@ -23,7 +23,20 @@ FieldWalkMemory::Advice FieldWalkMemory::Advise(const SampleTree& sampled, const
     margin_m_ = margin_m;
     X_GS_last_ = X_GS;
     state_ = State::kNothing;
+    farthest_m_ = glm::length(sampled.centre_m) + sampled.radius_m;
     return {Advice::kStartAnew, 0.0};
+  }
+  // Most pairs that are apart stay so: a bound with neither turns nor centres. The quaternions' difference is at least
+  // as long as the vector of the relative one, (1 - w) + (1 - w) >= 1 - w^2.
+  if (state_ == State::kApart) {
+    const glm::dvec4 turn(X_GS.rotation.w - X_GS_.rotation.w, X_GS.rotation.x - X_GS_.rotation.x,
+                          X_GS.rotation.y - X_GS_.rotation.y, X_GS.rotation.z - X_GS_.rotation.z);
+    const double moved_m = glm::length(X_GS.translation - X_GS_.translation) + 2.0 * glm::length(turn) * farthest_m_;
+    const double free = free_voxels_ - (moved_m / field.voxel_size_m + kRounding);
+    if (free > 0.5 * free_voxels_) {
+      X_GS_last_ = X_GS;
+      return {Advice::kStayApart, free};
+    }
   }
   const core::Pose X_GS_last = X_GS_last_;
   X_GS_last_ = X_GS;

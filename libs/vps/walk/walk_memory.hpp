@@ -64,6 +64,7 @@ class FieldWalkMemory {
   const SampleTree* sampled_ = nullptr;
   const DistanceField* field_ = nullptr;
   double margin_m_ = 0.0;
+  double farthest_m_ = 0.0;       // any point of S from its mesh origin
   core::Pose X_GS_last_;          // of the last walk
   std::uint32_t num_tested_ = 0;  // blocks, by the last walk
   State state_ = State::kNothing;
