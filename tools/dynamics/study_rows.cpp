@@ -5,6 +5,7 @@
 #include "physics/closed_form/contact_laws.hpp"
 #include "physics/closed_form/snap_work.hpp"
 #include "physics/trials/build.hpp"
+#include "physics/trials/busy.hpp"
 #include "physics/trials/reference.hpp"
 #include "physics/trials/snaps.hpp"
 #include "tools/dynamics/studies.hpp"
@@ -97,6 +98,13 @@ void OfFarParts(Report* report) {
       is_same);
 }
 
+void OfCheckpoint(Report* report) {
+  constexpr int kSteps = 700;
+  const int differing = physics::trials::StepsThatDifferAfterRestore(kSteps);
+  report->AddGoal("restored from a checkpoint amid contacts and joints: steps that differ in any bit", "0",
+                  std::to_string(differing) + " of " + std::to_string(kSteps), differing == 0);
+}
+
 }  // namespace
 
 void StudyRows(const Peers& peers, Report* report) {
@@ -106,6 +114,7 @@ void StudyRows(const Peers& peers, Report* report) {
   OfSnap(report);
   OfStiffness(report);
   OfFarParts(report);
+  OfCheckpoint(report);
   const std::string arm = "7-joint arm, 1,000 random states: joint accelerations against MuJoCo";
   if (peers.arm_error) {
     const double error = peers.arm_error();
@@ -113,6 +122,8 @@ void StudyRows(const Peers& peers, Report* report) {
   } else {
     report->goals.push_back({arm, "within 1e-8", "needs `./dev bench`", bench::Verdict::kNotMeasured});
   }
+  report->goals.push_back({"world step of `module_replacement`, sheet included: p99", "<= 500 us",
+                           "`oos run scenarios/module_replacement --lockstep` tells", bench::Verdict::kNotMeasured});
 }
 
 }  // namespace dynamics
