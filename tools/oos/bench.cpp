@@ -12,8 +12,8 @@ namespace oos {
 namespace {
 
 constexpr std::string_view kDetails =
-    R"(vps: every query figure of the contact engine, on one core, with the goals that it must hold. For every pair of parts, hands'
-motions of consecutive poses and independent poses: times (median, 99th percentile, worst; contenders take turns) and
+    R"(vps: every query figure of the contact engine, on one core, with the goals that it must hold. For every pair of
+parts, hands' motions of consecutive poses and independent poses: times (median, 99th percentile, worst; contenders take turns) and
 errors of force direction, magnitude, torque and depth against the exact answer. Then scaling with points and with
 pairs, the walk beside a flat scan and the machine's random reads, instruction sets, the field's accuracy, the ripple of
 a slide. Tables go to stdout, all of it to the JSON file, and a CSV beside each SVG chart to the plot folder. Parts whose
