@@ -65,6 +65,13 @@ std::string Join(std::initializer_list<std::string> parts) {
   return text;
 }
 
+TEST_F(LoadScenarioTest, VoxelsFollowFromTheAccuracyAskedFor) {
+  const auto scenario =
+      Load(R"(<object name="plate" owner="fixed"><visual mesh="mesh.obj"/><collision accuracy_m="0.0002"/></object>)");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_DOUBLE_EQ(scenario->objects.at(0).voxel_size_m, 0.0006);
+}
+
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
       R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30"/>)",
@@ -235,6 +242,12 @@ const BadCase kBadCases[] = {
     {"SameName", "<object name='a' owner='fixed'/>\n<object name='a' owner='fixed'/>", 4, "taken by line 3"},
     {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision/></object>", 3,
      "would build nothing"},
+    {"AccuracyAndVoxel",
+     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='0.001' "
+     "accuracy_m='1e-4'/></object>",
+     3, "give one of them"},
+    {"AccuracyTooFine",
+     "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision accuracy_m='1e-6'/></object>", 3, "0.02 mm"},
     {"CollisionWithoutMesh", "<object name='a' owner='fixed'><collision points='64'/></object>", 3, "has no mesh"},
     {"VoxelInMillimetres",
      "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='1'/></object>", 3, "0.02 mm"},

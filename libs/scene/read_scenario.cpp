@@ -2,6 +2,7 @@
 
 #include "core/names.hpp"
 #include "scene/element_reader.hpp"
+#include "scene/load_scenario.hpp"
 #include "scene/schema.hpp"
 
 namespace scene {
@@ -117,12 +118,23 @@ class Builder {
       } else if (child.name == "collision") {
         object.collision_mesh = File(child, "mesh");
         read_child.Number("voxel_size_m", &object.voxel_size_m);
+        if (child.Find("accuracy_m") != nullptr) {
+          if (child.Find("voxel_size_m") != nullptr) {
+            Say(child.line, "object '" + object.name + "': <collision> with accuracy_m and voxel_size_m",
+                "the accuracy decides the voxels' size", "give one of them");
+          }
+          double accuracy_m = 0.0;
+          read_child.Number("accuracy_m", &accuracy_m);
+          object.voxel_size_m = kVoxelsPerAccuracy * accuracy_m;
+        }
         read_child.Number("sheet_thickness_m", &object.sheet_thickness_m);
         object.num_points =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(read_child.Count("points", 0), UINT32_MAX));
-        if (object.voxel_size_m <= 0.0 && object.num_points == 0 && child.Find("voxel_size_m") == nullptr) {
+        if (object.voxel_size_m <= 0.0 && object.num_points == 0 && child.Find("voxel_size_m") == nullptr &&
+            child.Find("accuracy_m") == nullptr) {
           Say(child.line, "object '" + object.name + "': <collision> without voxel_size_m and points",
-              "it would build nothing", "give voxel_size_m for a voxelmap, points for a pointshell, or both");
+              "it would build nothing",
+              "give voxel_size_m or accuracy_m for a field, points for a pointshell, or both");
         }
       } else if (child.name == "frame") {
         ReadFrame(child, &object);

@@ -198,9 +198,11 @@ std::vector<ElementRule> MakeRules() {
         Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero)},
        {}},
       {"collision",
-       "field, points or both; mesh: the visual one unless named; an open mesh is a sheet of sheet_thickness_m",
-       {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero), Optional("points", ValueKind::kCount),
-        Optional("sheet_thickness_m", kAboveZero)},
+       "field, points or both; accuracy_m, the largest error of a depth, in place of voxel_size_m; mesh: the visual "
+       "one "
+       "unless named; an open mesh is a sheet of sheet_thickness_m",
+       {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero), Optional("accuracy_m", kAboveZero),
+        Optional("points", ValueKind::kCount), Optional("sheet_thickness_m", kAboveZero)},
        {}},
       {"frame",
        "a named frame fixed in the object's mesh frame",

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "scene/load_scenario.hpp"
 #include "tools/contact/method.hpp"
 
 namespace contact {
@@ -17,7 +18,7 @@ Resolution ResolveResolution(const vps::TriangleMesh& A, const vps::TriangleMesh
   Resolution resolved = resolution;
   const vps::Box box = vps::BoundingBox(A);
   const glm::dvec3 size = box.upper - box.lower;
-  if (resolution.accuracy_m > 0.0) resolved.voxel_size_m = 3.0 * resolution.accuracy_m;
+  if (resolution.accuracy_m > 0.0) resolved.voxel_size_m = scene::kVoxelsPerAccuracy * resolution.accuracy_m;
   if (resolved.voxel_size_m <= 0.0) resolved.voxel_size_m = std::max({size.x, size.y, size.z}) / 256.0;
   if (resolved.num_points == 0) {
     const double wanted = SurfaceArea(B) / (resolved.voxel_size_m * resolved.voxel_size_m);
