@@ -24,9 +24,9 @@ class Checkpoint {
   template <typename T>
   void Exchange(T* value) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const auto* begin = reinterpret_cast<const std::byte*>(value);
     if (is_writing_) {
-      bytes_.insert(bytes_.end(), begin, begin + sizeof(T));
+      bytes_.resize(bytes_.size() + sizeof(T));
+      std::memcpy(&bytes_[bytes_.size() - sizeof(T)], value, sizeof(T));
     } else if (at_ + sizeof(T) <= bytes_.size()) {
       std::memcpy(value, &bytes_[at_], sizeof(T));
       at_ += sizeof(T);

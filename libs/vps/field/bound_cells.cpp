@@ -21,8 +21,9 @@ struct Plane {
 
 class Bounds {
  public:
-  explicit Bounds(DistanceField* field)
+  Bounds(DistanceField* field, core::ParallelFor* workers)
       : field_(field),
+        workers_(workers),
         n_(field->nx >> field->coarse_shift, field->ny >> field->coarse_shift, field->nz >> field->coarse_shift),
         side_(1 << field->coarse_shift),
         fall_(field->coarse.size(), kNone) {}
@@ -33,7 +34,7 @@ class Bounds {
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       if (std::abs(field_->coarse[i].distance) < near) fall_[i] = OwnFall(c);
     });
-    const std::vector<float> voxel_falls = FindVoxelFalls(*field_);
+    const std::vector<float> voxel_falls = FindVoxelFalls(*field_, workers_);
     std::vector<CoarseCell> bounded = field_->coarse;
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       const std::uint32_t wide = fall_[i] == kNone ? 0 : Code(FallWithin(c, kWideMargin));
@@ -47,12 +48,12 @@ class Bounds {
  private:
   template <class Visit>
   void ForCells(const Visit& visit) const {
-    std::size_t i = 0;
-    for (int z = 0; z < n_.z; ++z) {
+    core::ForEach(workers_, static_cast<std::size_t>(n_.z), [&](std::size_t z) {
+      std::size_t i = z * static_cast<std::size_t>(n_.x) * static_cast<std::size_t>(n_.y);
       for (int y = 0; y < n_.y; ++y) {
-        for (int x = 0; x < n_.x; ++x) visit({x, y, z}, i++);
+        for (int x = 0; x < n_.x; ++x) visit({x, y, static_cast<int>(z)}, i++);
       }
-    }
+    });
   }
   [[nodiscard]] std::size_t Index(const glm::ivec3& c) const {
     return (static_cast<std::size_t>(c.z) * n_.y + c.y) * n_.x + c.x;
@@ -136,6 +137,7 @@ class Bounds {
   }
 
   DistanceField* field_;
+  core::ParallelFor* workers_;
   glm::ivec3 n_;
   int side_;
   std::vector<float> fall_;
@@ -143,8 +145,8 @@ class Bounds {
 
 }  // namespace
 
-void BoundCells(DistanceField* field) {
-  Bounds(field).Find();
+void BoundCells(DistanceField* field, core::ParallelFor* workers) {
+  Bounds(field, workers).Find();
 }
 
 }  // namespace vps

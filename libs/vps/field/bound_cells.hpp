@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/parallel_for.hpp"
 #include "vps/field/distance_field.hpp"
 
 namespace vps {
@@ -7,6 +8,6 @@ namespace vps {
 // Writes the bounds of the coarse cells (CoarseCell) near the surface from the field itself: what lets a walk leave out
 // points that face a surface closely without touching it. Exact but for rounding up: every cell is a plane or planes
 // combined, so the largest differences are at its corners.
-void BoundCells(DistanceField* field);
+void BoundCells(DistanceField* field, core::ParallelFor* workers);
 
 }  // namespace vps

@@ -47,7 +47,7 @@ class FieldBuilder {
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     TileBricks(&field_);
-    BoundCells(&field_);
+    BoundCells(&field_, options_.workers);
     Report("coarse grid", 1.0);
     return std::move(field_);
   }

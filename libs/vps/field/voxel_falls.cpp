@@ -12,10 +12,18 @@ constexpr float kNone = std::numeric_limits<float>::infinity();
 constexpr int kMostSide = 8;  // of a coarse cell
 constexpr int kWidth = kMostSide + 2;
 
+// Of a word: its gradient. Beyond that: none yet, more than one.
+constexpr std::uint32_t kDirectionBits = 0x1fffffU;
+constexpr std::uint32_t kNoDirection = 0x200000U;
+constexpr std::uint32_t kManyDirections = 0x400000U;
+
+constexpr std::int32_t kPlane = -1;
+constexpr std::int32_t kCoarse = -2;
+
 struct Voxel {
   float d = 0.0f;  // at its centre
   glm::vec3 g{0.0f};
-  std::int32_t record = -1;  // of a crease
+  std::int32_t record = kPlane;  // of a crease
 };
 
 // A voxel's neighbour: of its box only what lies within kCloseRadius of the voxel.
@@ -48,13 +56,14 @@ class VoxelFalls {
       return kNone;
     }
     Read(begin);
+    if (largest_offset_ >= smallest_offset_) return largest_offset_ - smallest_offset_;
     float fall = -1.0f;
     for (int z = 1; z <= side_; ++z) {
       for (int y = 1; y <= side_; ++y) {
         for (int x = 1; x <= side_; ++x) {
           const int at = (z * kWidth + y) * kWidth + x;
           const Voxel& v = around_[static_cast<std::size_t>(at)];
-          if (v.record < 0 && std::abs(v.d) <= kMostAnchorDistance) fall = std::max(fall, Beside(v, at));
+          if (v.record == kPlane && std::abs(v.d) <= kMostAnchorDistance) fall = std::max(fall, Beside(v, at));
         }
       }
     }
@@ -62,7 +71,13 @@ class VoxelFalls {
   }
 
  private:
+  // Where all planes have one gradient g, one lies above another by e - e', e = d - g . centre: on flat faces the
+  // spread of e is all that has to be known. Coarse voxels do not count: none is beside an anchor, which is at most
+  // kMostAnchorDistance from the surface and its neighbours so nearer than kBandVoxels.
   void Read(const glm::ivec3& begin) {
+    std::uint32_t direction = kNoDirection;
+    largest_offset_ = -kNone;
+    smallest_offset_ = kNone;
     for (int z = 0; z < side_ + 2; ++z) {
       for (int y = 0; y < side_ + 2; ++y) {
         for (int x = 0; x < side_ + 2; ++x) {
@@ -73,20 +88,25 @@ class VoxelFalls {
                              static_cast<std::size_t>(v.x >> 3);
           const std::uint32_t word = field_.words[field_.bricks[brick] + WordInBrick(v.x, v.y, v.z)];
           Voxel& voxel = around_[static_cast<std::size_t>((z * kWidth + y) * kWidth + x)];
-          voxel.record = -1;
+          voxel.record = kPlane;
           if (word == kCoarseWord) {
-            const FieldSample sample = SampleField(field_, glm::vec3(v) + 0.5f);
-            voxel.d = sample.distance;
-            voxel.g = sample.gradient;
+            voxel.record = kCoarse;
           } else if (KindOf(word) == CellKind::kPlane) {
             voxel.d = DistanceOf(word);
             voxel.g = GradientOf(word);
+            if (direction == kNoDirection) direction = word & kDirectionBits;
+            if ((word & kDirectionBits) != direction) direction = kManyDirections;
+            const float offset = voxel.d - glm::dot(voxel.g, glm::vec3(x, y, z));
+            largest_offset_ = std::max(largest_offset_, offset);
+            smallest_offset_ = std::min(smallest_offset_, offset);
           } else {
+            direction = kManyDirections;
             voxel.record = static_cast<std::int32_t>(RecordOf(word));
           }
         }
       }
     }
+    if (direction >= kNoDirection) largest_offset_ = -kNone;
   }
 
   [[nodiscard]] float Beside(const Voxel& v, int at) const {
@@ -94,6 +114,7 @@ class VoxelFalls {
     for (const Neighbour& n : neighbours_) {
       const Voxel& u = around_[static_cast<std::size_t>(at + (n.z * kWidth + n.y) * kWidth + n.x)];
       const glm::vec3 from(n.x, n.y, n.z);
+      if (u.record == kCoarse) return kNone;
       if (u.record >= 0) {
         fall = std::max(fall, MostAboveCrease(field_, static_cast<std::uint32_t>(u.record),
                                               v.d + glm::dot(v.g, n.centre), v.g, n.centre - from, n.half));
@@ -108,6 +129,7 @@ class VoxelFalls {
   const DistanceField& field_;
   int side_;
   std::array<Neighbour, 27> neighbours_ = MakeNeighbours();
+  float largest_offset_ = 0.0f, smallest_offset_ = 0.0f;  // of e; the other way round when directions differ
   std::array<Voxel, kWidth * kWidth * kWidth> around_;
 };
 
@@ -130,20 +152,20 @@ float MostAboveCrease(const DistanceField& field, std::uint32_t record, float d,
   return is_flipped ? std::max(A, B) : std::min(A, B);
 }
 
-std::vector<float> FindVoxelFalls(const DistanceField& field) {
-  VoxelFalls falls(field);
+std::vector<float> FindVoxelFalls(const DistanceField& field, core::ParallelFor* workers) {
   const glm::ivec3 n(field.nx >> field.coarse_shift, field.ny >> field.coarse_shift, field.nz >> field.coarse_shift);
   // A cell's centre cannot be farther from the surface than an anchor in it and half the cell's diagonal.
   const float near = kMostAnchorDistance + 0.5f + 0.8661f * static_cast<float>(1 << field.coarse_shift);
   std::vector<float> all(field.coarse.size(), kNone);
-  std::size_t i = 0;
-  for (int z = 0; z < n.z; ++z) {
+  core::ForEach(workers, static_cast<std::size_t>(n.z), [&](std::size_t z) {
+    VoxelFalls falls(field);
+    std::size_t i = z * static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
     for (int y = 0; y < n.y; ++y) {
       for (int x = 0; x < n.x; ++x, ++i) {
-        if (std::abs(field.coarse[i].distance) <= near) all[i] = falls.Of({x, y, z});
+        if (std::abs(field.coarse[i].distance) <= near) all[i] = falls.Of({x, y, static_cast<int>(z)});
       }
     }
-  }
+  });
   return all;
 }
 
