@@ -54,7 +54,7 @@ struct LockstepOutcome {
   double haptic_p50_us = 0.0, haptic_p99_us = 0.0, haptic_max_us = 0.0;  // wall time of the haptic step
   double contact_p50_us = 0.0, contact_p99_us = 0.0, contact_max_us = 0.0;
   double physics_p50_us = 0.0, physics_p99_us = 0.0, physics_max_us = 0.0;  // of one core, sheets included
-  haptic_node::Counters work;  // summed over the run
+  haptic_node::Counters work;                                               // summed over the run
 };
 
 // All nodes but the visual one in this process on a virtual clock: deterministic and as fast as the CPU allows. One

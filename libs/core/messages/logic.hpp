@@ -23,8 +23,8 @@ struct LogicStatus {
   std::string why;  // when failed: which step and why
 };
 
-// When a figure takes its new value: in the owner's next tick; linearly over ramp_s from there; or held until the change
-// gives the scene no energy.
+// When a figure takes its new value: in the owner's next tick; linearly over ramp_s from there; or held until the
+// change gives the scene no energy.
 enum class ChangeManner : std::uint8_t { kAtOnce = 0, kRamped = 1, kWhenSeparated = 2 };
 
 // param/set (SERVICE): NODE.PARAM VALUE, applied by the owner at the top of its next tick and acknowledged with it.

@@ -50,7 +50,7 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
-  bool is_cut_short = false;  // of `fast`: the points' budget ran out, and went to where contact is deepest
+  bool is_cut_short = false;       // of `fast`: the points' budget ran out, and went to where contact is deepest
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
@@ -93,9 +93,9 @@ class CollisionWorld {
   void SetPose(std::size_t object, const core::Pose& X_WO);
   void SetActive(std::size_t pair, bool is_active);  // state matrix
   void SetStiffness(std::size_t pair, double stiffness_N_per_m);
-  // Cycles from a pose to the use of planes made from it. From then on, with the method of the paper, a pair's look-ahead
-  // follows its speed: once, twice or four times the pair's own, so that it holds what the fastest points of both objects
-  // cover in the delay and two cycles, if four times do.
+  // Cycles from a pose to the use of planes made from it. From then on, with the method of the paper, a pair's
+  // look-ahead follows its speed: once, twice or four times the pair's own, so that it holds what the fastest points of
+  // both objects cover in the delay and two cycles, if four times do.
   void SetDelay(double delay_cycles);
   // Planes keep their ids and places from cycle to cycle, so a pair's planes depend on those of its last cycle. A world
   // that is to go on where another one stood gets these: what result(pair) held there.
