@@ -2,73 +2,31 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
-#include <functional>
 #include <string>
 
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
+#include "nodes/physics_node/contact_feed.hpp"
 #include "nodes/physics_node/grasp_keeper.hpp"
+#include "nodes/physics_node/hands.hpp"
 #include "nodes/physics_node/parameters.hpp"
 
 namespace physics_node {
-namespace {
-
-// Jaws faster than this are a glitch of the opening, not a motion.
-constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
-
-bool IsFinite(const core::HapticProxy& proxy) {
-  const glm::dquat& q = proxy.X_WD.rotation;
-  const double sum = q.w + q.x + q.y + q.z + glm::dot(proxy.X_WD.translation, glm::dvec3(1.0)) +
-                     glm::dot(proxy.V_WD.linear_m_per_s, glm::dvec3(1.0)) +
-                     glm::dot(proxy.V_WD.angular_rad_per_s, glm::dvec3(1.0)) + proxy.opening_m;
-  return std::isfinite(sum) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
-}
-
-// What is known of one hand.
-struct Hand {
-  std::uint64_t sequence = 0;  // of the newest proxy
-  std::uint64_t cycle = 0;
-  std::uint64_t heard_tick = 0;
-  bool is_known = false;
-  bool is_silent = true;
-  core::Pose X_WD;
-  core::Twist V_WD;
-  double opening_m = 0.0;
-  double opening_speed_m_per_s = 0.0;
-  core::Trace direct;
-};
-
-// What is known of one pair's contact.
-struct Contact {
-  std::uint64_t sequence = 0;  // of the set that the world has
-  bool is_active = true;
-  bool is_fresh = false;
-};
-
-}  // namespace
-
 struct PhysicsNode::Impl {
   Impl(const scene::Scenario& s, BuiltWorld&& b)
       : scenario(s),
         built(std::move(b)),
         keeper(&built),
+        hands(scenario),
+        feed(scenario, &built),
         parameters(scenario, built),
         changes(built.world.get(), parameters) {
-    contacts.resize(scenario.pairs.size());
     snap_states.resize(scenario.mechanisms.size());
-    for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
-      contacts[i].is_active = scenario.pairs[i].is_active;
-    }
     for (std::size_t i = 0; i < scenario.mechanisms.size(); ++i) {
       snap_states[i] = built.world->mechanism(built.mechanism_of[i]).state();
     }
     pinched.fill(kNone);
-    for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
-      hands[i].X_WD = scenario.devices[i].X_WD_start;
-      hands[i].opening_m = scenario.devices[i].opening_start_m;
-    }
   }
 
   ChangeOutcome Apply(const core::ParameterChange& change) {
@@ -78,8 +36,8 @@ struct PhysicsNode::Impl {
     ChangeOutcome outcome{true};
     switch (slot.kind) {
       case ParameterKind::kPairActive:
-        contacts[i].is_active = change.value != 0.0;
-        own->SetActive(i, contacts[i].is_active);
+        feed.SetActive(i, change.value != 0.0);
+        own->SetActive(i, change.value != 0.0);
         break;
       case ParameterKind::kPairStiffness:
         outcome.injected_J =
@@ -109,134 +67,13 @@ struct PhysicsNode::Impl {
     });
   }
 
-  void TakeProxies(const Inputs& inputs) {
-    for (const core::HapticProxy& proxy : inputs.proxies) {
-      if (proxy.role_index >= scenario.devices.size() || proxy.role_index >= kMaxRoles) continue;
-      Hand& hand = hands[proxy.role_index];
-      if (proxy.header.sequence == 0 || (hand.is_known && proxy.header.sequence == hand.sequence)) continue;
-      if (!IsFinite(proxy)) continue;
-      // The opening's rate is not on the wire; cycles are 1 ms apart.
-      hand.opening_speed_m_per_s = 0.0;
-      if (hand.is_known && proxy.cycle > hand.cycle && proxy.cycle - hand.cycle <= kMaxAgeTicks) {
-        const double speed =
-            (proxy.opening_m - hand.opening_m) / (static_cast<double>(proxy.cycle - hand.cycle) * core::kTick_s);
-        hand.opening_speed_m_per_s = std::clamp(speed, -kMaxOpeningSpeed_m_per_s, kMaxOpeningSpeed_m_per_s);
-      }
-      hand.is_known = true;
-      hand.sequence = proxy.header.sequence;
-      hand.cycle = proxy.cycle;
-      hand.heard_tick = tick;
-      hand.X_WD = {glm::normalize(proxy.X_WD.rotation), proxy.X_WD.translation};
-      hand.V_WD = proxy.V_WD;
-      hand.opening_m = proxy.opening_m;
-      hand.direct = proxy.header.direct;
-      newest_cycle = proxy.cycle;  // a restarted haptic_node counts from 1 again: the newest, not the largest
-    }
-    is_haptic_silent = true;
-    for (std::size_t i = 0; i < scenario.devices.size() && i < kMaxRoles; ++i) {
-      Hand& hand = hands[i];
-      hand.is_silent = !hand.is_known || tick - hand.heard_tick > kMaxAgeTicks;
-      if (hand.is_silent) {
-        hand.V_WD = {};
-        hand.opening_speed_m_per_s = 0.0;
-      } else {
-        is_haptic_silent = false;
-      }
-    }
-  }
-
-  void PlaceHands() {
-    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
-      const scene::Object& object = scenario.objects[i];
-      if (object.owner != scene::Owner::kHand || object.role < 0 || object.role >= static_cast<int>(kMaxRoles)) {
-        continue;
-      }
-      const Hand& hand = hands[static_cast<std::size_t>(object.role)];
-      const core::Pose X_WPart = scene::PartPose(object.part, hand.X_WD, hand.opening_m);
-      core::Twist V_WPart{hand.V_WD.angular_rad_per_s,
-                          core::PointVelocity(hand.V_WD, X_WPart.translation - hand.X_WD.translation)};
-      const double side = object.part == scene::HandPart::kJawLeft    ? -0.5
-                          : object.part == scene::HandPart::kJawRight ? 0.5
-                                                                      : 0.0;
-      V_WPart.linear_m_per_s += hand.X_WD.rotate({side * hand.opening_speed_m_per_s, 0.0, 0.0});
-      built.world->SetKinematic(built.body_of_object[i], X_WPart, V_WPart);
-    }
-  }
-
-  void FeedContacts(const Inputs& inputs) {
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      if (built.contact_of_pair[i] == kNone || scenario.pairs[i].owner != scene::PairOwner::kHaptic) continue;
-      const int slot = built.contact_of_pair[i];
-      Contact& contact = contacts[i];
-      const core::ContactSet* set = i < inputs.num_contacts ? &inputs.contacts[i] : nullptr;
-      contact.is_fresh = set != nullptr && set->header.sequence != 0 && contact.is_active && !is_haptic_silent &&
-                         newest_cycle <= set->cycle + kMaxAgeTicks;
-      if (!contact.is_fresh) {
-        if (contact.sequence != 0) built.world->ClearContact(slot);
-        contact.sequence = 0;
-        continue;
-      }
-      if (set->header.sequence == contact.sequence) continue;
-      contact.sequence = set->header.sequence;
-      Feed(slot, *set);
-    }
-  }
-
-  void Feed(int slot, const core::ContactSet& set) {
-    built.world->SetContactPlanes(slot, set);
-    if (scenario.contact_input == scene::ContactInput::kWrench) {
-      built.world->SetContactWrench(slot, set.is_in_contact ? set.F_So_W : core::Wrench{});
-    }
-  }
-
-  // Tests the pairs that are this node's own at the poses of now.
-  void MakeOwnContacts() {
-    if (own->num_pairs() == 0) return;
-    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
-      own->SetPose(i, built.world->X_WO(built.body_of_object[i]));
-    }
-    own->Step(tick, now_ns);
-    for (std::size_t i = 0; i < own->num_pairs(); ++i) {
-      const int slot = built.contact_of_pair[own->scenario_pair(i)];
-      if (own->is_near(i)) {
-        Feed(slot, own->set(i));
-      } else if (built.world->HasContactPlanes(slot)) {
-        built.world->ClearContact(slot);
-      }
-    }
-  }
-
-  // `outwards` is -1 for the left jaw, +1 for the right one.
-  [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair, const Hand& hand, double outwards) const {
-    const auto i = static_cast<std::size_t>(pair);
-    GraspKeeper::JawContact jaw;
-    jaw.is_reported = contacts[i].is_fresh;
-    if (!jaw.is_reported) return jaw;
-    const core::ContactSet& set = inputs.contacts[i];
-    // Direction in which the object pushes S when it pushes the jaw outwards.
-    const bool is_jaw_sampled = scenario.objects[scenario.pairs[i].sampled].owner == scene::Owner::kHand;
-    const glm::dvec3 direction_W = hand.X_WD.rotate({is_jaw_sampled ? outwards : -outwards, 0.0, 0.0});
-    if (!set.planes.empty()) {
-      // Planes tell the gap at the present poses. The wrench does not tell a squeeze: it is the jaw's share of what the
-      // whole hand feels, in which two jaws that press against each other cancel.
-      jaw.gap_m = built.world->SmallestGap_m(built.contact_of_pair[i]);
-      jaw.is_squeezed = built.world->SmallestGapAlong_m(built.contact_of_pair[i], direction_W) < 0.0;
-    } else {
-      // Without planes there is only what was known when the force was computed.
-      jaw.gap_m = set.signed_distance_m;
-      const double force_N = glm::length(set.F_So_W.force_N);
-      jaw.is_squeezed = set.is_in_contact && force_N > 0.0 && glm::dot(set.F_So_W.force_N, direction_W) > 0.5 * force_N;
-    }
-    return jaw;
-  }
-
   void UpdateGrasps(const Inputs& inputs, Outputs* outputs) {
     for (std::size_t i = 0; i < built.holdables.size(); ++i) {
       const BuiltWorld::Holdable& h = built.holdables[i];
       const Hand& hand = hands[static_cast<std::size_t>(h.role)];
       if (hand.is_silent) continue;  // nothing is taken or let go on old data
-      const GraspKeeper::JawContact left = Jaw(inputs, h.left_pair, hand, -1.0);
-      const GraspKeeper::JawContact right = Jaw(inputs, h.right_pair, hand, 1.0);
+      const GraspKeeper::JawContact left = feed.Jaw(inputs, h.left_pair, hand, -1.0);
+      const GraspKeeper::JawContact right = feed.Jaw(inputs, h.right_pair, hand, 1.0);
       const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
       if (change == GraspKeeper::Change::kUnchanged) continue;
       Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",
@@ -337,10 +174,8 @@ struct PhysicsNode::Impl {
   void ExchangeState(physics::Checkpoint* checkpoint) {
     checkpoint->Exchange(&tick);
     checkpoint->Exchange(&now_ns);
-    checkpoint->Exchange(&newest_cycle);
-    checkpoint->Exchange(&is_haptic_silent);
-    checkpoint->Exchange(&hands);
-    for (Contact& contact : contacts) checkpoint->Exchange(&contact);
+    hands.ExchangeState(checkpoint);
+    feed.ExchangeState(checkpoint);
     for (int& state : snap_states) checkpoint->Exchange(&state);
     keeper.ExchangeState(checkpoint);
     own->ExchangeState(checkpoint);
@@ -403,18 +238,16 @@ struct PhysicsNode::Impl {
   std::unique_ptr<OwnContacts> own;
   BuiltWorld built;
   GraspKeeper keeper;
+  Hands hands;
+  ContactFeed feed;
   std::unique_ptr<SheetKeeper> sheets;
   std::array<int, kMaxRoles> pinched{};  // object per role, as last told
   Parameters parameters;
   LiveChanges changes;
-  std::array<Hand, kMaxRoles> hands;
-  std::vector<Contact> contacts;  // per scenario pair
-  std::vector<int> snap_states;   // per mechanism, as last reported
+  std::vector<int> snap_states;  // per mechanism, as last reported
   std::uint64_t content = 0;
   std::uint64_t tick = 0;
   std::int64_t now_ns = 0;
-  std::uint64_t newest_cycle = 0;
-  bool is_haptic_silent = true;
 };
 
 PhysicsNode::PhysicsNode(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -463,10 +296,10 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   outputs->events.clear();
   outputs->outcomes.clear();
   for (std::size_t i = 0; i < inputs.num_changes; ++i) outputs->outcomes.push_back(n.Apply(inputs.changes[i]));
-  n.TakeProxies(inputs);
-  n.PlaceHands();
-  n.FeedContacts(inputs);
-  n.MakeOwnContacts();
+  n.hands.Take(inputs, n.tick);
+  n.hands.Place(&n.built);
+  n.feed.TakeSent(inputs, n.hands);
+  n.feed.MakeOwn(n.own.get(), n.tick, n.now_ns);
   n.UpdateGrasps(inputs, outputs);
   n.StepSheets(inputs, outputs);
   n.built.world->Step(core::kTick_s);

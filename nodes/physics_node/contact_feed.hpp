@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "nodes/physics_node/build_world.hpp"
+#include "nodes/physics_node/grasp_keeper.hpp"
+#include "nodes/physics_node/hands.hpp"
+#include "nodes/physics_node/own_contacts.hpp"
+#include "nodes/physics_node/ports.hpp"
+#include "physics/checkpoint.hpp"
+#include "scene/scenario.hpp"
+
+namespace physics_node {
+
+// Brings the pairs' contacts into the world: those that haptic_node sends while they are fresh, and those that this
+// node computes itself.
+class ContactFeed {
+ public:
+  // All of them must outlive the feed.
+  ContactFeed(const scene::Scenario& scenario, BuiltWorld* built);
+
+  void SetActive(std::size_t pair, bool is_active) { contacts_[pair].is_active = is_active; }
+  // Planes stay with the world until a newer set replaces them or they are too old.
+  void TakeSent(const Inputs& inputs, const Hands& hands);
+  // Tests the pairs that are this node's own at the poses of now.
+  void MakeOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns);
+
+  // How a jaw of `hand` touches, by `pair`; `outwards` is -1 for the left jaw, +1 for the right one.
+  [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair, const Hand& hand, double outwards) const;
+
+  void ExchangeState(physics::Checkpoint* checkpoint);
+
+ private:
+  struct Contact {
+    std::uint64_t sequence = 0;  // of the set that the world has
+    bool is_active = true;
+    bool is_fresh = false;
+  };
+
+  void Feed(int slot, const core::ContactSet& set);
+
+  const scene::Scenario& scenario_;
+  BuiltWorld* built_;
+  std::vector<Contact> contacts_;  // per scenario pair
+};
+
+}  // namespace physics_node

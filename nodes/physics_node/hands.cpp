@@ -1,0 +1,93 @@
+#include "nodes/physics_node/hands.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/clock.hpp"
+#include "nodes/physics_node/physics_node.hpp"
+
+namespace physics_node {
+namespace {
+
+// Jaws faster than this are a glitch of the opening, not a motion.
+constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
+
+bool IsFinite(const core::HapticProxy& proxy) {
+  const glm::dquat& q = proxy.X_WD.rotation;
+  const double sum = q.w + q.x + q.y + q.z + glm::dot(proxy.X_WD.translation, glm::dvec3(1.0)) +
+                     glm::dot(proxy.V_WD.linear_m_per_s, glm::dvec3(1.0)) +
+                     glm::dot(proxy.V_WD.angular_rad_per_s, glm::dvec3(1.0)) + proxy.opening_m;
+  return std::isfinite(sum) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
+}
+
+}  // namespace
+
+Hands::Hands(const scene::Scenario& scenario)
+    : scenario_(scenario), num_hands_(std::min<std::size_t>(scenario.devices.size(), kMaxRoles)) {
+  for (std::size_t i = 0; i < num_hands_; ++i) {
+    hands_[i].X_WD = scenario.devices[i].X_WD_start;
+    hands_[i].opening_m = scenario.devices[i].opening_start_m;
+  }
+}
+
+void Hands::Take(const Inputs& inputs, std::uint64_t tick) {
+  for (const core::HapticProxy& proxy : inputs.proxies) {
+    if (proxy.role_index < num_hands_ && proxy.header.sequence != 0 && IsFinite(proxy)) TakeProxy(proxy, tick);
+  }
+  are_all_silent_ = true;
+  for (std::size_t i = 0; i < num_hands_; ++i) {
+    Hand& hand = hands_[i];
+    hand.is_silent = !hand.is_known || tick - hand.heard_tick > PhysicsNode::kMaxAgeTicks;
+    if (hand.is_silent) {
+      hand.V_WD = {};
+      hand.opening_speed_m_per_s = 0.0;
+    } else {
+      are_all_silent_ = false;
+    }
+  }
+}
+
+void Hands::TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick) {
+  Hand& hand = hands_[proxy.role_index];
+  if (hand.is_known && proxy.header.sequence == hand.sequence) return;
+  // The opening's rate is not on the wire; cycles are 1 ms apart.
+  hand.opening_speed_m_per_s = 0.0;
+  if (hand.is_known && proxy.cycle > hand.cycle && proxy.cycle - hand.cycle <= PhysicsNode::kMaxAgeTicks) {
+    const double speed =
+        (proxy.opening_m - hand.opening_m) / (static_cast<double>(proxy.cycle - hand.cycle) * core::kTick_s);
+    hand.opening_speed_m_per_s = std::clamp(speed, -kMaxOpeningSpeed_m_per_s, kMaxOpeningSpeed_m_per_s);
+  }
+  hand.is_known = true;
+  hand.sequence = proxy.header.sequence;
+  hand.cycle = proxy.cycle;
+  hand.heard_tick = tick;
+  hand.X_WD = {glm::normalize(proxy.X_WD.rotation), proxy.X_WD.translation};
+  hand.V_WD = proxy.V_WD;
+  hand.opening_m = proxy.opening_m;
+  hand.direct = proxy.header.direct;
+  newest_cycle_ = proxy.cycle;  // a restarted haptic_node counts from 1 again: the newest, not the largest
+}
+
+void Hands::Place(BuiltWorld* built) const {
+  for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
+    const scene::Object& object = scenario_.objects[i];
+    if (object.owner != scene::Owner::kHand || object.role < 0 || object.role >= static_cast<int>(kMaxRoles)) continue;
+    const Hand& hand = hands_[static_cast<std::size_t>(object.role)];
+    const core::Pose X_WPart = scene::PartPose(object.part, hand.X_WD, hand.opening_m);
+    core::Twist V_WPart{hand.V_WD.angular_rad_per_s,
+                        core::PointVelocity(hand.V_WD, X_WPart.translation - hand.X_WD.translation)};
+    const double side = object.part == scene::HandPart::kJawLeft    ? -0.5
+                        : object.part == scene::HandPart::kJawRight ? 0.5
+                                                                    : 0.0;
+    V_WPart.linear_m_per_s += hand.X_WD.rotate({side * hand.opening_speed_m_per_s, 0.0, 0.0});
+    built->world->SetKinematic(built->body_of_object[i], X_WPart, V_WPart);
+  }
+}
+
+void Hands::ExchangeState(physics::Checkpoint* checkpoint) {
+  checkpoint->Exchange(&newest_cycle_);
+  checkpoint->Exchange(&are_all_silent_);
+  checkpoint->Exchange(&hands_);
+}
+
+}  // namespace physics_node

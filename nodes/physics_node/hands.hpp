@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "nodes/physics_node/build_world.hpp"
+#include "nodes/physics_node/ports.hpp"
+#include "physics/checkpoint.hpp"
+#include "scene/scenario.hpp"
+
+namespace physics_node {
+
+// What is known of one hand.
+struct Hand {
+  std::uint64_t sequence = 0;  // of the newest proxy
+  std::uint64_t cycle = 0;
+  std::uint64_t heard_tick = 0;
+  bool is_known = false;
+  bool is_silent = true;  // nothing was heard for PhysicsNode::kMaxAgeTicks
+  core::Pose X_WD;
+  core::Twist V_WD;
+  double opening_m = 0.0;
+  double opening_speed_m_per_s = 0.0;
+  core::Trace direct;
+};
+
+// The hands as haptic_node tells of them, one per device, and their parts as kinematic bodies of the world.
+class Hands {
+ public:
+  explicit Hands(const scene::Scenario& scenario);
+
+  // Takes what is new and finite; hands that were not heard of for long stand still.
+  void Take(const Inputs& inputs, std::uint64_t tick);
+  // Sets pose and velocity of every body that is a part of a hand.
+  void Place(BuiltWorld* built) const;
+
+  [[nodiscard]] const Hand& operator[](std::size_t role) const { return hands_[role]; }
+  // Of the haptic cycle that told of a hand last.
+  [[nodiscard]] std::uint64_t newest_cycle() const { return newest_cycle_; }
+  [[nodiscard]] bool are_all_silent() const { return are_all_silent_; }
+
+  void ExchangeState(physics::Checkpoint* checkpoint);
+
+ private:
+  void TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick);
+
+  const scene::Scenario& scenario_;
+  std::size_t num_hands_ = 0;
+  std::array<Hand, kMaxRoles> hands_;
+  std::uint64_t newest_cycle_ = 0;
+  bool are_all_silent_ = true;
+};
+
+}  // namespace physics_node
