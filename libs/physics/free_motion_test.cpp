@@ -6,15 +6,7 @@ namespace physics {
 namespace {
 
 using test::kDt;
-
-MassProperties Triaxial(double a, double b, double c) {
-  MassProperties m;
-  m.I_Cm_O_kg_m2 = glm::dmat3(0.0);
-  m.I_Cm_O_kg_m2[0][0] = a;
-  m.I_Cm_O_kg_m2[1][1] = b;
-  m.I_Cm_O_kg_m2[2][2] = c;
-  return m;
-}
+using test::Triaxial;
 
 TEST(FreeMotion, StraightDriftOfTenMinutesIsExact) {
   World world;

@@ -45,16 +45,16 @@ struct InsertionScene {
     hook_params.release_force_N = 45.0;
     hook_params.guide_length_m = 0.02;
     hook_params.is_initially_engaged = true;
-    hook = test::MustAddMechanism<Snap>(&world, module, handle, hook_params);
+    hook = trials::AddMechanism<Snap>(&world, module, handle, hook_params);
     SnapParams latch_params;
     latch_params.engage_force_N = 15.0;
     latch_params.release_force_N = 25.0;
     latch_params.guide_length_m = 0.06;
-    latch = test::MustAddMechanism<Snap>(&world, world.world_body(), module, latch_params);
+    latch = trials::AddMechanism<Snap>(&world, world.world_body(), module, latch_params);
 
     X_WHand = {{1, 0, 0, 0}, {0, 0, X_WHandle.translation.z + 0.1}};
     hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X_WHand, {}, {}});
-    grasp = test::MustAddMechanism<SpringCoupling>(&world, hand, handle, SpringCouplingParams{});
+    grasp = trials::AddMechanism<SpringCoupling>(&world, hand, handle, SpringCouplingParams{});
     grasp->Attach(X_WHand, X_WHandle, X_WHand.translation);
     // The operator's aim is off by this much all along.
     X_WHand = start_error * X_WHand;

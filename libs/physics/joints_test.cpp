@@ -46,7 +46,7 @@ TEST(Joints, APendulumWithoutFrictionKeepsItsEnergy) {
   const int arm =
       test::AddDynamic(&world, HingePose(params, 0.4), BoxMass(1.0, {0.6, 0.05, 0.05}),
                        {{0, 0, 3.0}, glm::cross(glm::dvec3(0, 0, 3.0), HingePose(params, 0.4).translation)});
-  test::MustAddMechanism<Hinge>(&world, world.world_body(), arm, params);
+  trials::AddMechanism<Hinge>(&world, world.world_body(), arm, params);
   const double energy_J = Energy_J(world);
   for (int i = 0; i < 10000; ++i) world.Step(kDt);
   EXPECT_NEAR(Energy_J(world) / energy_J, 1.0, 1e-5);
@@ -70,10 +70,9 @@ struct BodyArm {
       const int parent = link.parent < 0 ? base : bodies[static_cast<std::size_t>(link.parent)];
       joints.push_back(static_cast<int>(i));
       if (link.is_prismatic) {
-        test::MustAddMechanism<Slider>(&world, parent, bodies.back(), SliderParams{link.X_PJ, {}, {}});
+        trials::AddMechanism<Slider>(&world, parent, bodies.back(), SliderParams{link.X_PJ, {}, {}});
       } else {
-        test::MustAddMechanism<Hinge>(&world, parent, bodies.back(),
-                                      HingeParams{link.X_PJ, {}, {}, false, {0, 0}, 0.0});
+        trials::AddMechanism<Hinge>(&world, parent, bodies.back(), HingeParams{link.X_PJ, {}, {}, false, {0, 0}, 0.0});
       }
     }
   }
@@ -147,11 +146,11 @@ TEST(Joints, TwoArmsOnAFreeBaseCarryAHandAndContactWithoutLosingMomentum) {
     joint.axis.upper = 0.4;
     joint.axis.motor_limit = 0.2;
     const int parent = links[i].parent < 0 ? servicer : bodies[static_cast<std::size_t>(links[i].parent)];
-    test::MustAddMechanism<Hinge>(&world, parent, bodies.back(), joint);
+    trials::AddMechanism<Hinge>(&world, parent, bodies.back(), joint);
   }
   const core::Pose X_WTool = world.X_WO(bodies[6]);
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X_WTool, {}, {}});
-  auto* grip = test::MustAddMechanism<SpringCoupling>(&world, hand, bodies[6], SpringCouplingParams{});
+  auto* grip = trials::AddMechanism<SpringCoupling>(&world, hand, bodies[6], SpringCouplingParams{});
   grip->Attach(X_WTool, X_WTool, X_WTool.translation);
   const core::Pose X_WPusher = world.X_WO(bodies[13]);
   const int block = test::AddDynamic(&world, {{1, 0, 0, 0}, X_WPusher.translation + glm::dvec3(0, 0, 0.08)},
@@ -212,7 +211,7 @@ struct Screwdriver {
     body = test::AddDynamic(&world, {}, BoxMass(1.5, {0.06, 0.06, 0.2}));
     bit = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, 0.15}}, BoxMass(0.05, {0.008, 0.008, 0.1}));
     params.X_PJ.translation = {0, 0, 0.15};
-    test::MustAddMechanism<Hinge>(&world, body, bit, params);
+    trials::AddMechanism<Hinge>(&world, body, bit, params);
     resistance = world.AddContactPair(bit, world.world_body()).value();
   }
   [[nodiscard]] double Spin() const {
@@ -266,7 +265,7 @@ TEST(Slider, RunsFreelyAlongItsAxisAndStopsAtItsLimits) {
   const glm::dvec3 z_W = params.X_PJ.rotate({0, 0, 1});
   const int drawer =
       test::AddDynamic(&world, params.X_PJ * params.X_CJ.inverse(), BoxMass(2.0, {0.3, 0.2, 0.1}), {{}, 0.2 * z_W});
-  test::MustAddMechanism<Slider>(&world, world.world_body(), drawer, params);
+  trials::AddMechanism<Slider>(&world, world.world_body(), drawer, params);
   for (int i = 0; i < 300; ++i) world.Step(kDt);
   EXPECT_NEAR(world.mechanism(0).position(), 0.2 * 0.299, 1e-9);
   const int push = world.AddContactPair(drawer, world.world_body()).value();
@@ -287,7 +286,7 @@ TEST(Slider, OnATurningCarrierItKeepsMomentumAndEnergy) {
   const core::Pose X_WC = params.X_PJ;
   const core::Twist V_WC{{0.3, 0.2, 1.0}, glm::cross(glm::dvec3(0.3, 0.2, 1.0), X_WC.translation)};
   const int block = test::AddDynamic(&world, X_WC, BoxMass(0.8, {0.05, 0.1, 0.15}), V_WC);
-  test::MustAddMechanism<Slider>(&world, carrier, block, params);
+  trials::AddMechanism<Slider>(&world, carrier, block, params);
   const double energy_J = Energy_J(world);
   const glm::dvec3 momentum = Momentum_Ns(world);
   const glm::dvec3 angular = AngularMomentum_Nms(world);

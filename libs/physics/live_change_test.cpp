@@ -60,7 +60,7 @@ TEST(LiveChange, WhatWaitsForSeparationComesWithTheStepThatFindsItAndInjectsNoth
   World world;
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {}, {}, {}});
   const int part = test::AddDynamic(&world, {}, BoxMass(0.5, {0.1, 0.1, 0.1}));
-  auto* grasp = test::MustAddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{});
+  auto* grasp = trials::AddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{});
   grasp->Attach({{1, 0, 0, 0}, {0.002, 0, 0}}, {}, {0, 0, 0});  // strained
   const int stiffness = world.FindTunable(0, "stiffness_N_per_m");
   world.BeginChange(0, stiffness, {9000.0, ChangeMode::kWhenSeparated});
@@ -78,7 +78,7 @@ TEST(LiveChange, AnAxisCanBeLockedAndFreed) {
   World world;
   HingeParams params;
   const int door = test::AddDynamic(&world, {}, BoxMass(1.0, {0.2, 0.2, 0.02}), {{0, 0, 1.0}, {}});
-  test::MustAddMechanism<Hinge>(&world, world.world_body(), door, params);
+  trials::AddMechanism<Hinge>(&world, world.world_body(), door, params);
   const int locked = world.FindTunable(0, "locked");
   for (int i = 0; i < 100; ++i) world.Step(kDt);
   EXPECT_NEAR(world.mechanism(0).position(), 0.1, 2e-3);

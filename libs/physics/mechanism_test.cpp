@@ -33,7 +33,7 @@ struct Switch {
     params.axis.damping = 0.005;
     params.axis.locked = is_stuck ? 1.0 : 0.0;
     lever = test::AddDynamic(&world, HingePose(params, start_deg * kDegree), BoxMass(0.02, {0.01, 0.04, 0.01}));
-    hinge = test::MustAddMechanism<Hinge>(&world, world.world_body(), lever, params);
+    hinge = trials::AddMechanism<Hinge>(&world, world.world_body(), lever, params);
     push = world.AddContactPair(lever, world.world_body()).value();
   }
   // Pure torque about the hinge axis.
@@ -115,8 +115,8 @@ struct SnapScene {
     params.is_initially_engaged = engaged;
     part = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, start_z}}, BoxMass(mass, {0.03, 0.03, 0.1}));
     hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {{1, 0, 0, 0}, {0, 0, start_z}}, {}, {}});
-    snap = test::MustAddMechanism<Snap>(&world, world.world_body(), part, params);
-    spring = test::MustAddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{});
+    snap = trials::AddMechanism<Snap>(&world, world.world_body(), part, params);
+    spring = trials::AddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{});
     spring->Attach(world.X_WO(hand), world.X_WO(part), world.X_WO(part).translation);
     z_hand = start_z;
   }
@@ -181,10 +181,10 @@ TEST(Snap, DoesNotTakeAPartThatComesOffCentreOrTilted) {
   const SnapParams p = Handle();
   const int off =
       test::AddDynamic(&world, {{1, 0, 0, 0}, {0.002, 0, 0.01}}, BoxMass(0.3, {0.03, 0.03, 0.1}), {{}, {0, 0, -0.05}});
-  Snap* first = test::MustAddMechanism<Snap>(&world, world.world_body(), off, p);
+  Snap* first = trials::AddMechanism<Snap>(&world, world.world_body(), off, p);
   const int tilted = test::AddDynamic(&world, {core::QuaternionFromRotationVector({0.1, 0, 0}), {0, 0, 0.01}},
                                       BoxMass(0.3, {0.03, 0.03, 0.1}), {{}, {0, 0, -0.05}});
-  Snap* second = test::MustAddMechanism<Snap>(&world, world.world_body(), tilted, p);
+  Snap* second = trials::AddMechanism<Snap>(&world, world.world_body(), tilted, p);
   for (int i = 0; i < 1000; ++i) world.Step(kDt);
   EXPECT_EQ(first->state(), 0);
   EXPECT_EQ(second->state(), 0);
@@ -200,7 +200,7 @@ TEST(Snap, PassivePartNeverGainsEnergyHoweverItIsThrownIn) {
       p.damping_N_s_per_m = 0.0;
       const int part = test::AddDynamic(&world, {{1, 0, 0, 0}, {0.0005, 0, 0.035}}, BoxMass(mass, {0.03, 0.03, 0.1}),
                                         {{}, {0, 0, -speed}});
-      test::MustAddMechanism<Snap>(&world, world.world_body(), part, p);
+      trials::AddMechanism<Snap>(&world, world.world_body(), part, p);
       const double before = world.kinetic_energy_J(part);
       double largest = 0.0;
       for (int i = 0; i < 3000; ++i) {
@@ -243,7 +243,7 @@ TEST(Snap, MomentumIsConservedBetweenTwoFreePartsThatSnapTogether) {
                                       {{0, 0, 0.1}, {0.001, 0, -0.8}});
   SnapParams p = Handle();
   p.X_PJ.translation = {0, 0, 0.02};
-  Snap* snap = test::MustAddMechanism<Snap>(&world, module, handle, p);
+  Snap* snap = trials::AddMechanism<Snap>(&world, module, handle, p);
   const auto total = [&] {
     glm::dvec3 momentum(0.0);
     glm::dvec3 angular(0.0);
@@ -266,7 +266,7 @@ TEST(Springs, TwoBodiesOnASpringOscillateAtTheReducedMassPeriodWithoutGrowing) {
   World world;
   const int a = test::AddDynamic(&world, {}, BoxMass(1.0, {0.1, 0.1, 0.1}));
   const int b = test::AddDynamic(&world, {}, BoxMass(3.0, {0.1, 0.1, 0.1}));
-  auto* spring = test::MustAddMechanism<SpringCoupling>(&world, a, b, SpringCouplingParams{300.0, 0.0, 0.0, 0.0});
+  auto* spring = trials::AddMechanism<SpringCoupling>(&world, a, b, SpringCouplingParams{300.0, 0.0, 0.0, 0.0});
   spring->Attach({{1, 0, 0, 0}, {0.01, 0, 0}}, {}, {0, 0, 0});  // rest: b lies 10 mm behind a
   double previous = -1.0;
   double first = 0.0;
@@ -290,8 +290,8 @@ TEST(Springs, StiffSpringOnALightBodyIsStableAtOneMillisecond) {
   // k dt^2 / m = 200: an explicit spring would blow up in a few steps.
   World world;
   const int part = test::AddDynamic(&world, {}, BoxMass(0.001, {0.01, 0.01, 0.01}));
-  auto* spring = test::MustAddMechanism<SpringCoupling>(&world, world.world_body(), part,
-                                                        SpringCouplingParams{2.0e5, 10.0, 40.0, 0.01});
+  auto* spring = trials::AddMechanism<SpringCoupling>(&world, world.world_body(), part,
+                                                      SpringCouplingParams{2.0e5, 10.0, 40.0, 0.01});
   spring->Attach({{1, 0, 0, 0}, {0.005, 0, 0}}, {}, {0, 0, 0});
   const double energy = 0.5 * 2.0e5 * 0.005 * 0.005;
   for (int i = 0; i < 1000; ++i) {
@@ -309,7 +309,7 @@ TEST(HookAndLoop, PatchesBreakOneAfterTheOtherAndForGood) {
   p.damping_N_s_per_m = 2.0;
   World slow;
   const int sheet = test::AddDynamic(&slow, {}, BoxMass(0.1, {0.2, 0.2, 0.002}));
-  auto* held = test::MustAddMechanism<HookAndLoop>(&slow, slow.world_body(), sheet, p);
+  auto* held = trials::AddMechanism<HookAndLoop>(&slow, slow.world_body(), sheet, p);
   const int pull = slow.AddContactPair(sheet, slow.world_body()).value();
   for (int i = 0; i <= 2000; ++i) {
     slow.SetContactWrench(pull, {{0, 0, 15.0 * i / 2000}, {}});
@@ -335,7 +335,7 @@ TEST(Grasp, ReactionOnTheHandIsOppositeToWhatTheObjectGets) {
   MassProperties mass = BoxMass(0.3, {0.03, 0.03, 0.1});
   mass.p_OCm_m = {0.0, 0.0, 0.04};
   const int object = test::AddDynamic(&world, {{1, 0, 0, 0}, {0.1, 0.01, 0.1}}, mass);
-  auto* grasp = test::MustAddMechanism<SpringCoupling>(&world, hand, object, SpringCouplingParams{});
+  auto* grasp = trials::AddMechanism<SpringCoupling>(&world, hand, object, SpringCouplingParams{});
   grasp->Attach(world.X_WO(hand), world.X_WO(object), {0.1, 0.0, 0.1});
   const core::Pose moved{core::QuaternionFromRotationVector({0.05, -0.02, 0.1}), {0.103, 0.002, -0.001}};
   world.SetKinematic(hand, moved, {});

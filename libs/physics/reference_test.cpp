@@ -18,15 +18,7 @@ namespace physics {
 namespace {
 
 using test::kDt;
-
-MassProperties Triaxial(double a, double b, double c) {
-  MassProperties m;
-  m.I_Cm_O_kg_m2 = glm::dmat3(0.0);
-  m.I_Cm_O_kg_m2[0][0] = a;
-  m.I_Cm_O_kg_m2[1][1] = b;
-  m.I_Cm_O_kg_m2[2][2] = c;
-  return m;
-}
+using test::Triaxial;
 
 TEST(Reference, DriftOfTenMinutesAtAnySpeedIsExact) {
   const double worst = trials::DriftError();
@@ -137,8 +129,8 @@ struct SlowSnap {
     const core::Pose X{{1, 0, 0, 0}, {0, 0, z}};
     part = test::AddDynamic(&world, X, BoxMass(0.3, {0.03, 0.03, 0.1}));
     hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X, {}, {}});
-    snap = test::MustAddMechanism<Snap>(&world, world.world_body(), part, params);
-    spring = test::MustAddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{1e8, 500.0, 40, 0.6});
+    snap = trials::AddMechanism<Snap>(&world, world.world_body(), part, params);
+    spring = trials::AddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{1e8, 500.0, 40, 0.6});
     spring->Attach(X, X, X.translation);
   }
   void Move(double to_z, double speed) {

@@ -48,7 +48,7 @@ TEST(MeasuredSnap, APartThrownInLosesWhatTheProfileTakes) {
   World world;
   const int part = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, 0.006}}, BoxMass(0.3, {0.03, 0.03, 0.1}),
                                     {{}, {0, 0, -std::sqrt(2.0 * 0.05 / 0.3)}});
-  auto* snap = test::MustAddMechanism<Snap>(&world, world.world_body(), part, p);
+  auto* snap = trials::AddMechanism<Snap>(&world, world.world_body(), part, p);
   const double barrier_J = SnapAxialEnergy_J(p, false, 0.0);
   EXPECT_NEAR(barrier_J, 1e-3 * (0.5 * 9.0 * 0.5 + 12.0 + 0.5 * 15.0 * 1.5), 1e-12);
   const double z_e = SnapEngagePoint_m(p);

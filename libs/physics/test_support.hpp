@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/trials/build.hpp"
 #include "physics/world.hpp"
 
 namespace physics::test {
@@ -16,26 +17,18 @@ inline int AddDynamic(World* world, const core::Pose& X_WO, const MassProperties
   return MustAdd(world, BodyParams{BodyKind::kDynamic, X_WO, V_WO, mass});
 }
 
-template <typename M, typename... Args>
-M* MustAddMechanism(World* world, int parent, int child, Args&&... args) {
-  auto mechanism = std::make_unique<M>(std::forward<Args>(args)...);
-  M* raw = mechanism.get();
-  EXPECT_TRUE(world->AddMechanism(parent, child, std::move(mechanism)).has_value());
-  return raw;
+using trials::AddPlane;
+
+// 1 kg with these moments about its principal axes [kg m2].
+inline MassProperties Triaxial(double a, double b, double c) {
+  MassProperties m;
+  m.I_Cm_O_kg_m2 = glm::dmat3(0.0);
+  m.I_Cm_O_kg_m2[0][0] = a;
+  m.I_Cm_O_kg_m2[1][1] = b;
+  m.I_Cm_O_kg_m2[2][2] = c;
+  return m;
 }
 
-// One plane of a contact set: points are float on the wire.
-inline void AddPlane(core::ContactSet* set, std::uint32_t id, const glm::dvec3& p_S, const glm::dvec3& q_G,
-                     const glm::dvec3& n_G, double stiffness) {
-  core::ContactPlane plane;
-  plane.id = id;
-  plane.p_S = glm::vec3(p_S);
-  plane.q_G = glm::vec3(q_G);
-  plane.n_G = glm::vec3(n_G);
-  plane.stiffness_N_per_m = static_cast<float>(stiffness);
-  set->planes.push_back(plane);
-}
-
-constexpr double kDt = 1e-3;
+using trials::kDt;
 
 }  // namespace physics::test

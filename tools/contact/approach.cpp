@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "tools/contact/smooth_walk.hpp"
-#include "vps/oracle/body_distance.hpp"
+#include "vps/oracle/first_touch.hpp"
 #include "vps/pointshell/pointshell.hpp"
 #include "vps/query/tree_query.hpp"
 #include "vps/tree/build_tree.hpp"
@@ -17,26 +17,11 @@ std::vector<core::Pose> Approach(const Parts& parts, double least_depth_m, doubl
   const vps::oracle::MeshDistance B(parts.B);
   const vps::Box box_A = vps::BoundingBox(parts.A);
   const vps::Box box_B = vps::BoundingBox(parts.B);
-  const glm::dvec3 centre_A = 0.5 * (box_A.lower + box_A.upper);
-  const glm::dvec3 centre_B = 0.5 * (box_B.lower + box_B.upper);
   std::vector<core::Pose> poses;
   while (static_cast<int>(poses.size()) < count) {
     const glm::dvec3 from = random->Direction();
-    core::Pose X;
-    X.rotation = random->Rotation();
-    // Sphere tracing: moving by the distance cannot pass through.
-    double travel = glm::length(box_A.upper - box_A.lower) + glm::length(box_B.upper - box_B.lower);
-    const auto place = [&](double t) { X.translation = centre_A + t * from - X.rotation * centre_B; };
-    place(travel);
-    double distance = vps::oracle::SurfaceDistance(A, B, X);
-    while (distance > 1e-7 && travel > 0.0) {
-      travel -= distance;
-      place(travel);
-      distance = vps::oracle::SurfaceDistance(A, B, X);
-    }
-    if (travel <= 0.0) continue;  // passed through a hole without a touch
-    place(travel - random->Uniform(least_depth_m, greatest_depth_m));
-    poses.push_back(X);
+    const auto touch = vps::oracle::FindFirstTouch(A, box_A, B, box_B, random->Rotation(), from);
+    if (touch) poses.push_back(touch->Beyond(random->Uniform(least_depth_m, greatest_depth_m)));
   }
   return poses;
 }

@@ -3,7 +3,6 @@
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 #include <HACD/hacdHACD.h>
 #include <LinearMath/btConvexHullComputer.h>
-#include <btBulletCollisionCommon.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <cstdio>
 #include <map>
 
+#include "tools/contact_peers/bullet_pair.hpp"
 #include "tools/contact_peers/peers.hpp"
 
 namespace contact_peers {
@@ -151,48 +151,16 @@ struct Body {
 
 class ConvexPartsMethod : public contact::Method {
  public:
-  ConvexPartsMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B)
-      : a_(A), b_(B), dispatcher_(&configuration_), world_(&dispatcher_, &broadphase_, &configuration_) {
-    world_.addCollisionObject(&a_.object);
-    world_.addCollisionObject(&b_.object);
-  }
-  ~ConvexPartsMethod() override {
-    world_.removeCollisionObject(&a_.object);
-    world_.removeCollisionObject(&b_.object);
-  }
+  ConvexPartsMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B) : a_(A), b_(B) {}
 
   [[nodiscard]] bool has_parts() const { return !a_.parts.empty() && !b_.parts.empty(); }
 
-  contact::Answer Query(const core::Pose& X_AB) override {
-    b_.object.setWorldTransform(ToBullet(X_AB));
-    world_.performDiscreteCollisionDetection();
-    contact::Answer answer;
-    for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
-      const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(m);
-      const bool is_a_first = manifold->getBody0() == &a_.object;
-      for (int i = 0; i < manifold->getNumContacts(); ++i) {
-        const btManifoldPoint& c = manifold->getContactPoint(i);
-        if (c.getDistance() > 0.0) continue;
-        // m_normalWorldOnB points towards the manifold's first body.
-        const btVector3 n = is_a_first ? btVector3(-c.m_normalWorldOnB) : c.m_normalWorldOnB;
-        const btVector3& at = is_a_first ? c.getPositionWorldOnB() : c.getPositionWorldOnA();
-        const glm::dvec3 f = -double(c.getDistance()) * glm::dvec3(n.x(), n.y(), n.z());
-        answer.force_A += f;
-        answer.moment_A += glm::cross(glm::dvec3(at.x(), at.y(), at.z()) - X_AB.translation, f);
-        answer.signed_distance_m = std::min(answer.signed_distance_m, double(c.getDistance()));
-        ++answer.contacts;
-      }
-    }
-    return answer;
-  }
+  contact::Answer Query(const core::Pose& X_AB) override { return pair_.Query(X_AB); }
 
  private:
   Body a_;
   Body b_;
-  btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_;
-  btDbvtBroadphase broadphase_;
-  btCollisionWorld world_;
+  BulletPair pair_{&a_.object, &b_.object};
 };
 
 class HullMethod : public contact::Method {

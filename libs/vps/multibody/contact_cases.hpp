@@ -10,7 +10,7 @@
 
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/shapes.hpp"
-#include "vps/oracle/body_distance.hpp"
+#include "vps/oracle/first_touch.hpp"
 
 // Pairs and poses at which the accuracy of method `fast` is measured. For tests.
 namespace vps {
@@ -48,26 +48,12 @@ inline std::vector<core::Pose> ApproachPoses(const TriangleMesh& mesh_A, const T
   const oracle::MeshDistance B(mesh_B);
   const Box box_A = BoundingBox(mesh_A);
   const Box box_B = BoundingBox(mesh_B);
-  const glm::dvec3 centre_A = 0.5 * (box_A.lower + box_A.upper);
-  const glm::dvec3 centre_B = 0.5 * (box_B.lower + box_B.upper);
   std::vector<core::Pose> poses;
   while (static_cast<int>(poses.size()) < count) {
     const glm::dvec3 from = random->Direction();
-    core::Pose X;
-    X.rotation = random->Rotation();
-    double travel = glm::length(box_A.upper - box_A.lower) + glm::length(box_B.upper - box_B.lower);
-    const auto place = [&](double t) { X.translation = centre_A + t * from - X.rotation * centre_B; };
-    place(travel);
-    double distance = oracle::SurfaceDistance(A, B, X);
-    while (distance > 1e-7 && travel > 0.0) {
-      travel -= distance;
-      place(travel);
-      distance = oracle::SurfaceDistance(A, B, X);
-    }
+    const auto touch = oracle::FindFirstTouch(A, box_A, B, box_B, random->Rotation(), from);
     const double depth = random->Uniform(least_m, greatest_m);
-    if (travel <= 0.0) continue;  // passed through a hole without a touch
-    place(travel - depth);
-    poses.push_back(X);
+    if (touch) poses.push_back(touch->Beyond(depth));
   }
   return poses;
 }

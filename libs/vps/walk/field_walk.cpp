@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "vps/walk/walk_input.hpp"
 #include "vps/walk/walk_kernel.hpp"
 #include "vps/walk/walk_memory.hpp"
 
@@ -22,16 +23,6 @@ InstructionSet FindBest() {
   return best;
 }
 
-WalkKernels KernelsOf(InstructionSet set) {
-#if defined(__x86_64__)
-  if (set == InstructionSet::kAvx512) return Avx512WalkKernels();
-  if (set == InstructionSet::kAvx2) return Avx2WalkKernels();
-#else
-  static_cast<void>(set);
-#endif
-  return PortableWalkKernels();
-}
-
 // Lower bound of the distance of a sphere's points less `needed`, voxels. The sphere around everything comes first:
 // most pairs are far apart. Outside the grid its box says enough.
 double RootRoom(const DistanceField& field, const glm::dvec3& centre, double needed) {
@@ -43,26 +34,13 @@ double RootRoom(const DistanceField& field, const glm::dvec3& centre, double nee
 }
 
 WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m) {
-  const FieldTransform T(X_GS, field);
-  WalkInput in{};
-  in.bricks = field.bricks.data();
-  in.words = field.words.data();
-  in.creases = field.creases.data();
-  in.coarse = field.coarse.data();
-  in.nx = field.nx;
-  in.ny = field.ny;
-  in.nz = field.nz;
-  in.coarse_shift = field.coarse_shift;
+  WalkInput in = MakeFieldInput(field, X_GS);
   in.points = sampled.points.data();
   in.spheres = sampled.spheres.data();
   in.level_begin = sampled.level_begin.data();
   in.num_levels = sampled.num_levels;
-  in.partial_block = sampled.num_points % kBlock != 0 ? sampled.num_points / kBlock : 0xffffffffU;
+  if (sampled.num_points % kBlock != 0) in.partial_block = sampled.num_points / kBlock;
   in.last_leaves = static_cast<std::uint32_t>((sampled.points.size() - 1) / kBlock);
-  std::memcpy(in.m, T.m, sizeof in.m);
-  std::memcpy(in.t, T.t, sizeof in.t);
-  in.voxels_per_m = static_cast<float>(1.0 / field.voxel_size_m);
-  in.m_per_voxel = static_cast<float>(field.voxel_size_m);
   in.margin = static_cast<float>(margin_m / field.voxel_size_m);
   return in;
 }
