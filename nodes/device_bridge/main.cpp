@@ -1,4 +1,5 @@
 // device_bridge --scenario FILE --registry ENDPOINT --session N --out DIR [--seed N] [--rt try|off|enforce]
+//   [--bind ADDRESS]  of this machine, where the others reach it
 
 #include <atomic>
 #include <csignal>
@@ -57,6 +58,7 @@ int main(int argc, char** argv) {
   bus::NodeOptions node_options;
   node_options.name = "device_bridge";
   node_options.registry = options["--registry"];
+  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
   auto node = bus::Node::Create(node_options);
   if (!node) return Complain(node.error().detail, 1);

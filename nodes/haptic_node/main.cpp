@@ -1,5 +1,5 @@
-// haptic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--workers 1] [--rt try|off|enforce] [--cache
-// DIR]
+// haptic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--workers 1] [--rt try|off|enforce]
+//   [--cache DIR] [--bind ADDRESS]  of this machine, where the others reach it
 
 #include <csignal>
 #include <cstdio>
@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
   bus::NodeOptions node_options;
   node_options.name = "haptic_node";
   node_options.registry = options["--registry"];
+  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
   auto node = bus::Node::Create(node_options);
   if (!node) return Complain(node.error().detail, 1);

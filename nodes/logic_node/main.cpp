@@ -1,4 +1,4 @@
-// logic_node --scenario FILE --registry ENDPOINT --session N --out DIR
+// logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--bind ADDRESS]
 
 #include <csignal>
 #include <cstdio>
@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   bus::NodeOptions node_options;
   node_options.name = "logic_node";
   node_options.registry = options["--registry"];
+  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
   auto node = bus::Node::Create(node_options);
   if (!node) return Complain(node.error().detail, 1);

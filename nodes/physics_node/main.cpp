@@ -2,10 +2,13 @@
 //   [--workers 1] [--method paper|fast] [--cache DIR]  for the pairs that it computes itself
 //   [--checkpoint_period_s 0.1]  0: none; they are written to DIR/physics_node.checkpoint
 //   [--checkpoint FILE]          goes on from there, instead of the scenario's beginning
+//   [--resume DIR]               the same, from the checkpoint that an earlier life left in DIR, if it left one
+//   [--bind ADDRESS]             of this machine, where the others reach it
 
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -46,6 +49,10 @@ int main(int argc, char** argv) {
   if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
   const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
   if (workers < 1 || workers > 64) return Complain("--workers is from 1 to 64", 2);
+  if (options.count("--resume") != 0) {
+    const auto left = std::filesystem::path(options["--resume"]) / "physics_node.checkpoint";
+    if (std::filesystem::exists(left)) options["--checkpoint"] = left.string();
+  }
   const double period_s = std::strtod(options["--checkpoint_period_s"].c_str(), nullptr);
   if (!(period_s >= 0.0 && period_s <= 3600.0)) return Complain("--checkpoint_period_s is from 0 to 3600", 2);
   std::signal(SIGTERM, OnSignal);
@@ -82,6 +89,7 @@ int main(int argc, char** argv) {
   bus::NodeOptions node_options;
   node_options.name = options["--name"];
   node_options.registry = options["--registry"];
+  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
   auto node = bus::Node::Create(node_options);
   if (!node) return Complain(node.error().detail, 1);

@@ -41,6 +41,8 @@ core::Result<Options> ParseOptions(int argc, char** argv) {
       options.registry = value;
     } else if (name == "--session") {
       is_good = Parse(value, options.session);
+    } else if (name == "--bind") {
+      options.bind_address = value;
     } else if (name == "--out") {
       options.out = value;
     } else if (name == "--size") {

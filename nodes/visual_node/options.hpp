@@ -12,6 +12,7 @@ struct Options {
   std::filesystem::path scenario;
   std::string registry;
   std::uint64_t session = 0;
+  std::string bind_address = "127.0.0.1";
   std::filesystem::path out = ".";
   int width = 640;
   int height = 360;
@@ -23,7 +24,7 @@ struct Options {
 
 constexpr const char* kUsage =
     "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR\n"
-    "            [--size 640x360] [--view NAME] [--headless] [--fps 30]\n"
+    "            [--size 640x360] [--view NAME] [--headless] [--fps 30] [--bind ADDRESS]\n"
     "visual_node --still SCENARIO --out DIR [--size 640x360]   each named camera once, without a bus\n";
 
 core::Result<Options> ParseOptions(int argc, char** argv);

@@ -15,11 +15,8 @@ constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // for what comes without 
 
 }  // namespace
 
-core::Result<void> Receiver::Start(const std::string& registry, std::uint64_t session) {
-  bus::NodeOptions options;
+core::Result<void> Receiver::Start(bus::NodeOptions options) {
   options.name = "visual_node";
-  options.registry = registry;
-  options.session = session;
   auto node = bus::Node::Create(options);
   if (!node) return tl::unexpected(node.error());
   node_ = std::move(*node);

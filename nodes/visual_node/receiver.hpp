@@ -26,7 +26,8 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  core::Result<void> Start(const std::string& registry, std::uint64_t session);
+  // The options say where the bus is; the name is its own.
+  core::Result<void> Start(bus::NodeOptions options);
   void Stop();
 
   // Drawing thread: true when a newer scene than before has been taken over.

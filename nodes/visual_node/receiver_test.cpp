@@ -47,7 +47,7 @@ class ReceiverTest : public testing::Test {
     physics_ = peer_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
     logic_ = peer_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
     ASSERT_TRUE(peer_->Start());
-    const auto started = receiver_.Start(registry_->endpoint(), 77);
+    const auto started = receiver_.Start(options);
     ASSERT_TRUE(started) << started.error().detail;
   }
 

@@ -59,7 +59,11 @@ class Viewer {
 
   core::Result<void> Run(const scene::Scenario& scenario) {
     if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
-    if (auto started = receiver_.Start(options_.registry, options_.session); !started) return started;
+    bus::NodeOptions node_options;
+    node_options.registry = options_.registry;
+    node_options.session = options_.session;
+    node_options.bind_address = options_.bind_address;
+    if (auto started = receiver_.Start(node_options); !started) return started;
     GiveWay();
     auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());
