@@ -24,6 +24,9 @@ T Get(const std::uint8_t* in, std::size_t at) {
 }
 
 constexpr std::size_t kChecksumAt = 60;
+constexpr std::uint16_t kSealedBit = 0x8000;
+constexpr std::uint16_t kHistoryMask = 0x07ff;
+static_assert(kMaxDatagramBytes <= kHistoryMask);
 
 std::uint32_t Checksum(const std::uint8_t* bytes, std::size_t size) {
   const std::uint32_t head = core::Crc32(bytes, kChecksumAt);
@@ -66,7 +69,7 @@ std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, s
   Put(out, 24, envelope.node);
   out[28] = static_cast<std::uint8_t>(header.direct.stamps.size());
   out[29] = static_cast<std::uint8_t>(header.through_physics.stamps.size());
-  Put(out, 30, std::uint16_t{0});
+  Put(out, 30, static_cast<std::uint16_t>((envelope.is_sealed ? kSealedBit : 0) | envelope.history_bytes));
   Put(out, 32, envelope.boot);
   Put(out, 40, header.sequence);
   Put(out, 48, header.publish_ns);
@@ -77,29 +80,32 @@ std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, s
   Put(out, 88, header.through_physics.origin_ns);
   std::size_t at = PutStamps(header.direct, out, kEnvelopeFixedBytes);
   at = PutStamps(header.through_physics, out, at);
-  const std::size_t size = at + payload_bytes;
-  Put(out, kChecksumAt, Checksum(out, size));
+  const std::size_t size = at + payload_bytes + envelope.history_bytes;
+  Put(out, kChecksumAt, envelope.is_sealed ? 0 : Checksum(out, size));
   return size;
 }
 
-EnvelopeStatus ReadEnvelope(std::span<const std::uint8_t> bytes, Envelope* envelope,
-                            std::span<const std::uint8_t>* payload) noexcept {
+EnvelopeStatus ReadEnvelopeFields(std::span<const std::uint8_t> bytes, Envelope* envelope,
+                                  std::span<const std::uint8_t>* payload) noexcept {
   const std::uint8_t* in = bytes.data();
   if (bytes.size() < kEnvelopeFixedBytes) return EnvelopeStatus::kTooShort;
   if (Get<std::uint32_t>(in, 0) != kEnvelopeMagic) return EnvelopeStatus::kBadMagic;
   if (in[4] != kEnvelopeVersion) return EnvelopeStatus::kBadVersion;
   const std::size_t direct_stamps = in[28];
   const std::size_t other_stamps = in[29];
+  const auto flags = Get<std::uint16_t>(in, 30);
   const bool is_class_known = in[5] >= static_cast<std::uint8_t>(TopicClass::kLatest) &&
                               in[5] <= static_cast<std::uint8_t>(TopicClass::kControl);
   if (!is_class_known || in[7] == 0 || in[6] >= in[7] || direct_stamps > core::kMaxStamps ||
-      other_stamps > core::kMaxStamps || Get<std::uint16_t>(in, 30) != 0) {
+      other_stamps > core::kMaxStamps || (flags & ~(kSealedBit | kHistoryMask)) != 0) {
     return EnvelopeStatus::kBadField;
   }
   const std::size_t head = kEnvelopeFixedBytes + kStampBytes * (direct_stamps + other_stamps);
   const std::size_t payload_bytes = Get<std::uint32_t>(in, 56);
-  if (bytes.size() != head + payload_bytes) return EnvelopeStatus::kBadLength;
-  if (Get<std::uint32_t>(in, kChecksumAt) != Checksum(in, bytes.size())) return EnvelopeStatus::kBadChecksum;
+  envelope->is_sealed = (flags & kSealedBit) != 0;
+  envelope->history_bytes = flags & kHistoryMask;
+  const std::size_t seal_bytes = envelope->is_sealed ? kSealBytes : 0;
+  if (bytes.size() != head + payload_bytes + envelope->history_bytes + seal_bytes) return EnvelopeStatus::kBadLength;
 
   envelope->topic_class = static_cast<TopicClass>(in[5]);
   envelope->part = in[6];
@@ -118,8 +124,17 @@ EnvelopeStatus ReadEnvelope(std::span<const std::uint8_t> bytes, Envelope* envel
   header.through_physics.origin_ns = Get<std::int64_t>(in, 88);
   const std::size_t at = GetStamps(in, kEnvelopeFixedBytes, direct_stamps, &header.direct);
   GetStamps(in, at, other_stamps, &header.through_physics);
-  *payload = bytes.subspan(head);
+  *payload = bytes.subspan(head, payload_bytes);
   return EnvelopeStatus::kOk;
+}
+
+EnvelopeStatus ReadEnvelope(std::span<const std::uint8_t> bytes, Envelope* envelope,
+                            std::span<const std::uint8_t>* payload) noexcept {
+  const EnvelopeStatus status = ReadEnvelopeFields(bytes, envelope, payload);
+  if (status != EnvelopeStatus::kOk) return status;
+  if (envelope->is_sealed) return EnvelopeStatus::kSealed;
+  const bool is_sound = Get<std::uint32_t>(bytes.data(), kChecksumAt) == Checksum(bytes.data(), bytes.size());
+  return is_sound ? EnvelopeStatus::kOk : EnvelopeStatus::kBadChecksum;
 }
 
 const char* Describe(EnvelopeStatus status) {
@@ -138,6 +153,8 @@ const char* Describe(EnvelopeStatus status) {
       return "length differs from the length written inside";
     case EnvelopeStatus::kBadChecksum:
       return "checksum differs";
+    case EnvelopeStatus::kSealed:
+      return "encrypted, and this reader has no keys";
   }
   return "unknown";
 }

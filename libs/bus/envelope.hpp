@@ -16,18 +16,21 @@ namespace bus {
 //    0 u32 magic "VOOS"     24 u32 node (hash of its name)         64 u64 direct trace id
 //    4 u8  version          28 u8  stamps of the direct trace      72 i64 direct trace origin [ns]
 //    5 u8  class            29 u8  stamps of the other             80 u64 through-physics trace id
-//    6 u8  part             30 u16 0                               88 i64 through-physics trace origin [ns]
+//    6 u8  part             30 u16 sealed, history bytes           88 i64 through-physics trace origin [ns]
 //    7 u8  number of parts  32 u64 boot                            96 stamps, 5 bytes each: i32 offset [ns], u8 stage
-//    8 u32 topic id         40 u64 sequence                           then the payload
-//   12 u32 schema digest    48 i64 publish time [ns]
+//    8 u32 topic id         40 u64 sequence                           then the payload, then earlier samples
+//   12 u32 schema digest    48 i64 publish time [ns]                  (detail/history.hpp), then the seal
 //   16 u64 session          56 u32 payload bytes
-//                           60 u32 CRC-32 of everything but itself
+//                           60 u32 CRC-32 of everything but itself; 0 in a sealed datagram
+//
+// The u16 at 30: bit 15 says sealed (detail/sealing.hpp), bits 0-10 are the bytes of earlier samples.
 constexpr std::uint32_t kEnvelopeMagic = 0x534f'4f56;
 constexpr std::uint8_t kEnvelopeVersion = 1;
 constexpr std::size_t kEnvelopeFixedBytes = 96;
 constexpr std::size_t kStampBytes = 5;
 constexpr std::size_t kMaxEnvelopeBytes = kEnvelopeFixedBytes + 2 * core::kMaxStamps * kStampBytes;
 constexpr std::size_t kMaxDatagramBytes = 1200;  // fits every path's MTU with VPN headers
+constexpr std::size_t kSealBytes = 24;           // counter and tag behind a sealed datagram
 
 struct Envelope {
   TopicClass topic_class = TopicClass::kLatest;
@@ -37,14 +40,17 @@ struct Envelope {
   std::uint32_t schema_digest = 0;
   std::uint64_t session = 0;
   std::uint32_t node = 0;
-  std::uint64_t boot = 0;  // grows from one start of the node to the next
+  std::uint64_t boot = 0;           // grows from one start of the node to the next
+  bool is_sealed = false;           // everything behind the stamps is encrypted, all is authenticated
+  std::uint16_t history_bytes = 0;  // of earlier samples, behind the payload
   core::Header header;
 };
 
 // Bytes before the payload.
 std::size_t EnvelopeBytes(const core::Header& header);
 
-// Writes the envelope in front of a payload that already stands at out + EnvelopeBytes(header). Returns the whole size.
+// Writes the envelope in front of a payload and history that already stand at out + EnvelopeBytes(header). Returns the
+// whole size, without the seal of a sealed one.
 std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept;
 
 enum class EnvelopeStatus : std::uint8_t {
@@ -54,12 +60,18 @@ enum class EnvelopeStatus : std::uint8_t {
   kBadVersion,
   kBadField,
   kBadLength,
-  kBadChecksum
+  kBadChecksum,
+  kSealed
 };
 
-// For the real-time path: no exception, no allocation, whatever the bytes. `payload` points into `bytes`.
+// For the real-time path: no exception, no allocation, whatever the bytes. `payload` points into `bytes`; the earlier
+// samples stand behind it. A sealed datagram is refused here: detail::Opener reads it.
 EnvelopeStatus ReadEnvelope(std::span<const std::uint8_t> bytes, Envelope* envelope,
                             std::span<const std::uint8_t>* payload) noexcept;
+
+// The same without a look at checksum or seal: whether the fields fit the size.
+EnvelopeStatus ReadEnvelopeFields(std::span<const std::uint8_t> bytes, Envelope* envelope,
+                                  std::span<const std::uint8_t>* payload) noexcept;
 
 const char* Describe(EnvelopeStatus status);
 
