@@ -38,10 +38,11 @@ inline F Fma(F a, F b, F c) {
 }
 typedef __m512i Octet;
 inline Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z) {
-  const auto* const low = reinterpret_cast<const double*>(corner);
-  const auto* const high = reinterpret_cast<const double*>(corner + stride_z);
-  const __m128d a = _mm_loadh_pd(_mm_load_sd(low), reinterpret_cast<const double*>(corner + stride_y));
-  const __m128d b = _mm_loadh_pd(_mm_load_sd(high), reinterpret_cast<const double*>(corner + stride_z + stride_y));
+  // _mm_load_sd would ask for the alignment of a double.
+  const __m128d low = _mm_castsi128_pd(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(corner)));
+  const __m128d high = _mm_castsi128_pd(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(corner + stride_z)));
+  const __m128d a = _mm_loadh_pd(low, reinterpret_cast<const double*>(corner + stride_y));
+  const __m128d b = _mm_loadh_pd(high, reinterpret_cast<const double*>(corner + stride_z + stride_y));
   const __m256i all = _mm256_castpd_si256(_mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1));
   return _mm512_castsi256_si512(_mm256_sub_epi32(all, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(kTaken))));
 }
