@@ -102,9 +102,14 @@ void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>
 }  // namespace
 
 std::string DescriptorSetOf(MessageType type) {
+  const google::protobuf::Message* prototype = Prototype(type);
+  return prototype == nullptr ? std::string() : DescriptorSetOf(*prototype->GetDescriptor());
+}
+
+std::string DescriptorSetOf(const Descriptor& message) {
   google::protobuf::FileDescriptorSet set;
   std::set<std::string> known;
-  if (const auto prototype = Prototype(type)) AddFile(*prototype->GetDescriptor()->file(), &known, &set);
+  AddFile(*message.file(), &known, &set);
   return set.SerializeAsString();
 }
 

@@ -6,6 +6,10 @@
 
 #include "bus/topics.hpp"
 
+namespace google::protobuf {
+class Descriptor;
+}
+
 namespace bus {
 
 // The shape of a payload, taken from its protobuf descriptor.
@@ -24,6 +28,7 @@ bool AreCompatible(const std::string& canonical_a, const std::string& canonical_
 // A serialized FileDescriptorSet that holds the payload's message and all that it refers to: what a recording carries
 // so that others can read it.
 std::string DescriptorSetOf(MessageType type);
+std::string DescriptorSetOf(const google::protobuf::Descriptor& message);
 
 // The payload for people, one field a line; a note when it cannot be read.
 std::string PayloadText(MessageType type, std::span<const std::uint8_t> payload);

@@ -176,7 +176,7 @@ core::Result<void> McapWriter::Flush() {
   return impl_->CloseChunk();
 }
 
-core::Result<void> McapWriter::Close() {
+core::Result<void> McapWriter::Close(ToDisk to_disk) {
   Impl& w = *impl_;
   if (auto done = w.CloseChunk(); !done) return done;
   Bytes data_end;
@@ -202,7 +202,7 @@ core::Result<void> McapWriter::Close() {
   AppendRecord(footer, &summary);
   summary.insert(summary.end(), kMcapMagic.begin(), kMcapMagic.end());
   if (auto done = w.Put(summary); !done) return done;
-  if (::fdatasync(w.file) != 0 && errno != EINVAL && errno != EROFS) {
+  if (to_disk == ToDisk::kNow && ::fdatasync(w.file) != 0 && errno != EINVAL && errno != EROFS) {
     return core::Fail(core::ErrorCode::kIo,
                       w.path.string() + ": cannot be brought to the disk: " + std::strerror(errno));
   }

@@ -35,8 +35,9 @@ class McapWriter {
   core::Result<void> Write(const Metadata& metadata);
   // Closes the chunk and hands everything to the kernel.
   core::Result<void> Flush();
-  // Summary, footer, and to the disk. Nothing may be written behind it.
-  core::Result<void> Close();
+  // Summary and footer; nothing may be written behind it. kNow waits until all is on the disk.
+  enum class ToDisk { kNow, kLater };
+  core::Result<void> Close(ToDisk to_disk = ToDisk::kNow);
 
   [[nodiscard]] std::uint64_t num_messages() const;
   [[nodiscard]] std::uint64_t num_bytes() const;  // in the file so far
