@@ -68,7 +68,8 @@ TEST(ContactLaw, GoesOverToTheImplicitSpringWithoutAJump) {
   EXPECT_EQ(ImplicitShare(0.49 * m / (kDt * kDt), 1.0 / m, kDt), 0.0);
   EXPECT_EQ(ImplicitShare(2.01 * m / (kDt * kDt), 1.0 / m, kDt), 1.0);
   double last = EndSpeed(Spring(gap, 0.4 * m / (kDt * kDt)), m, v0);
-  for (double s = 0.41; s < 2.2; s += 0.01) {
+  for (int percent = 41; percent < 220; ++percent) {
+    const double s = percent / 100.0;
     const double now = EndSpeed(Spring(gap, s * m / (kDt * kDt)), m, v0);
     EXPECT_LT(std::abs(now - last), 5e-3) << s;
     last = now;
