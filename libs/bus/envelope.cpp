@@ -85,6 +85,11 @@ std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, s
   return size;
 }
 
+void MarkSealed(std::uint8_t* bytes) noexcept {
+  Put(bytes, 30, static_cast<std::uint16_t>(Get<std::uint16_t>(bytes, 30) | kSealedBit));
+  Put(bytes, kChecksumAt, std::uint32_t{0});
+}
+
 EnvelopeStatus ReadEnvelopeFields(std::span<const std::uint8_t> bytes, Envelope* envelope,
                                   std::span<const std::uint8_t>* payload) noexcept {
   const std::uint8_t* in = bytes.data();

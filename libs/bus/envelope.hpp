@@ -53,6 +53,9 @@ std::size_t EnvelopeBytes(const core::Header& header);
 // whole size, without the seal of a sealed one.
 std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept;
 
+// Turns a written envelope into one that says is_sealed.
+void MarkSealed(std::uint8_t* bytes) noexcept;
+
 enum class EnvelopeStatus : std::uint8_t {
   kOk,
   kTooShort,

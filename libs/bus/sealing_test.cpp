@@ -40,12 +40,11 @@ struct Ends {
     const SenderKey key = DeriveSenderKey(MakeSessionKey(), kInstance);
     sealer.SetKey(key);
     KnownSenders senders;
-    senders.push_back({5, 9, key});
+    senders.push_back({5, key});
     opener.SetSenders(senders);
   }
 
-  std::vector<std::uint8_t> Make(const std::string& text, Envelope envelope = MakeEnvelope()) {
-    envelope.is_sealed = true;
+  std::vector<std::uint8_t> Make(const std::string& text, const Envelope& envelope = MakeEnvelope()) {
     const std::size_t head = EnvelopeBytes(envelope.header);
     std::vector<std::uint8_t> bytes(head + text.size() + kSealBytes);
     std::memcpy(bytes.data() + head, text.data(), text.size());
@@ -115,7 +114,7 @@ TEST(Sealing, NamesTheReasonOfARefusal) {
   envelope.session = kSession + 1;
   EXPECT_EQ(ends.Open(ends.Make("x", envelope)), Refusal::kWrongSession);
   envelope = MakeEnvelope();
-  envelope.boot = 8;  // an earlier life
+  envelope.node = 6;
   EXPECT_EQ(ends.Open(ends.Make("x", envelope)), Refusal::kUnknownSender);
   auto forged = ends.Make("x");
   forged.back() ^= 1;
@@ -161,8 +160,8 @@ TEST(Sealing, ANewRosterKeepsTheReplayWindowsOfThoseWhoStay) {
   const auto bytes = ends.Make("x");
   EXPECT_EQ(ends.Open(bytes), Refusal::kNone);
   KnownSenders senders;
-  senders.push_back({6, 1, DeriveSenderKey(MakeSessionKey(), 1)});
-  senders.push_back({5, 9, DeriveSenderKey(MakeSessionKey(), kInstance)});
+  senders.push_back({6, DeriveSenderKey(MakeSessionKey(), 1)});
+  senders.push_back({5, DeriveSenderKey(MakeSessionKey(), kInstance)});
   ends.opener.SetSenders(senders);
   EXPECT_EQ(ends.Open(bytes), Refusal::kReplayed);
   EXPECT_EQ(ends.Open(ends.Make("y")), Refusal::kNone);

@@ -84,6 +84,7 @@ std::size_t Sealer::Seal(std::uint8_t* datagram, std::size_t size) noexcept {
   const Nonce nonce = MakeNonce(static_cast<TopicClass>(datagram[5]), counter);
   const std::size_t head = HeadBytes(datagram);
   std::uint8_t* const body = datagram + head;
+  MarkSealed(datagram);
   std::memcpy(datagram + size, &counter, sizeof(counter));
   crypto_aead_chacha20poly1305_ietf_encrypt_detached(body, datagram + size + sizeof(counter), nullptr, body,
                                                      size - head, datagram, head, nullptr, nonce.data(), key_.data());
@@ -108,8 +109,7 @@ void ReplayWindow::Take(std::uint64_t counter) {
 void Opener::SetSenders(const KnownSenders& senders) noexcept {
   const auto is_listed = [&senders](const Sender& sender) {
     for (const KnownSender& known : senders) {
-      if (known.node == sender.known.node && known.boot == sender.known.boot && known.key == sender.known.key)
-        return true;
+      if (known.node == sender.known.node && known.key == sender.known.key) return true;
     }
     return false;
   };
@@ -139,7 +139,7 @@ Refusal Opener::Open(std::span<std::uint8_t> datagram, Envelope* envelope,
   if (!envelope->is_sealed) return Refusal::kNotAuthentic;
   Sender* sender = nullptr;
   for (Sender& candidate : senders_) {
-    if (candidate.known.node == envelope->node && candidate.known.boot == envelope->boot) sender = &candidate;
+    if (candidate.known.node == envelope->node) sender = &candidate;
   }
   if (sender == nullptr) return Refusal::kUnknownSender;
   std::uint64_t counter = 0;

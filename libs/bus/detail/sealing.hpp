@@ -35,8 +35,8 @@ enum class Refusal : std::uint8_t {
   kTruncated,      // length differs from the length written inside
   kGarbage,        // not an envelope, or its checksum differs
   kWrongSession,   // of another run
-  kUnknownSender,  // not in the roster, or an earlier life of one that is
-  kNotAuthentic,   // tag differs, or the one is sealed and the other is not
+  kUnknownSender,  // not in the roster
+  kNotAuthentic,   // tag differs (also from an earlier life of the sender), or the one is sealed and the other is not
   kReplayed,       // came before, or too old to know
   kUnknownTopic,   // nobody here reads it
   kBadSchema,      // payload is not what the topic carries
@@ -63,8 +63,8 @@ class RefusalCounts {
 class Sealer {
  public:
   void SetKey(const SenderKey& key) { key_ = key; }
-  // `datagram` holds an envelope that says is_sealed with its payload and history, `size` bytes, and has kSealBytes of
-  // room behind. Returns the sealed size. Any thread; no lock.
+  // `datagram` holds an envelope with its payload and history, `size` bytes, and has kSealBytes of room behind. Returns
+  // the sealed size. Any thread; no lock.
   std::size_t Seal(std::uint8_t* datagram, std::size_t size) noexcept;
 
  private:
@@ -86,8 +86,7 @@ class ReplayWindow {
 constexpr std::size_t kMaxSenders = 128;
 struct KnownSender {
   std::uint32_t node = 0;  // as in the envelope
-  std::uint64_t boot = 0;
-  SenderKey key{};
+  SenderKey key{};         // of its present life
 };
 using KnownSenders = core::FixedVector<KnownSender, kMaxSenders>;
 
