@@ -87,6 +87,7 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   auto impl = std::make_unique<Impl>();
   detail::NodeCore& core = impl->core;
   core.options = options;
+  core.tap.Attach(options.tap);
   core.instance = RandomInstance();
   core.identity.session = options.session;
   core.identity.node = TopicId(options.name);
@@ -120,6 +121,8 @@ LatestWriter<M> Node::WriteLatest(const std::string& topic) {
   sender->envelope.node = core.identity.node;
   sender->envelope.boot = core.identity.boot;
   sender->socket = &core.data_socket;
+  sender->tap = core.tap.tap();
+  sender->tap_slot = core.tap.Declare(log::TapKind::kSent, topic, TopicClass::kLatest, kMessageTypeOf<M>);
   LatestWriter<M> writer;
   writer.sender_ = sender.get();
   core.senders.push_back(std::move(sender));
@@ -137,6 +140,8 @@ LatestReader<M>& Node::ReadLatest(const std::string& topic) {
   }
   auto receiver = std::make_unique<detail::TypedReceiver<M>>(topic, rule != nullptr ? rule->max_age_ns : 0);
   LatestReader<M>& reader = receiver->reader;
+  receiver->tap = core.tap.tap();
+  receiver->tap_slot = core.tap.Declare(log::TapKind::kTaken, topic, TopicClass::kLatest, kMessageTypeOf<M>);
   const auto place = std::upper_bound(core.receivers.begin(), core.receivers.end(), receiver->id,
                                       [](std::uint32_t id, const auto& other) { return id < other->id; });
   core.receivers.insert(place, std::move(receiver));
@@ -152,6 +157,7 @@ StateWriter<M> Node::WriteState(const std::string& topic) {
   sender->type = kMessageTypeOf<M>;
   sender->slot = static_cast<std::uint32_t>(core.state_senders.size());
   sender->core = &core;
+  core.tap.DeclareStateWriter(topic, kMessageTypeOf<M>);
   StateWriter<M> writer;
   writer.sender_ = sender.get();
   core.state_senders.push_back(std::move(sender));
@@ -164,6 +170,7 @@ StateReader<M>& Node::ReadState(const std::string& topic) {
   impl_->CheckTopic(topic, TopicClass::kState, kMessageTypeOf<M>);
   auto receiver = std::make_unique<detail::TypedStateReceiver<M>>(topic);
   StateReader<M>& reader = receiver->reader;
+  core.tap.DeclareStateReader(topic, kMessageTypeOf<M>);
   core.state_receivers.push_back(std::move(receiver));
   return reader;
 }
@@ -177,6 +184,7 @@ bool StateWriter<M>::Set(const M& value, const std::string& key) {
   slot->key = key;
   EncodeState(value, &slot->bytes);
   if (slot->bytes.size() > detail::kMaxStateBytes) return false;
+  sender_->core->tap.WroteState(sender_->slot, key, slot->bytes);
   sender_->core->states_out.EndPush();
   sender_->core->Wake();
   return true;
@@ -306,6 +314,7 @@ void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_
 void Node::Impl::TakeStates() {
   while (const detail::StateItem* item = core.states_in.Front()) {
     if (!core.state_receivers[item->slot]->Take(*item)) core.refused.fetch_add(1, std::memory_order_relaxed);
+    core.tap.TookState(*item);
     core.states_in.EndPop();
   }
 }
@@ -319,13 +328,16 @@ bool Node::Emit(const core::Event& event) {
   AssignCut(event.source, &slot->source);
   AssignCut(event.name, &slot->name);
   AssignCut(event.detail, &slot->detail);
+  impl_->core.tap.Emitted(*slot);
   impl_->core.events_out.EndPush();
   impl_->core.Wake();
   return true;
 }
 
 bool Node::PollEvent(core::Event* event) {
-  return impl_->core.events_in.Pop(event);
+  if (!impl_->core.events_in.Pop(event)) return false;
+  impl_->core.tap.TookEvent(*event);
+  return true;
 }
 
 // --- SERVICE
@@ -335,6 +347,7 @@ bool Node::PollParameter(core::ParameterChange* change, std::uint64_t* ticket) {
   if (item == nullptr) return false;
   *change = item->change;
   *ticket = item->ticket;
+  impl_->core.tap.TookParameter(*ticket, *change);
   impl_->core.parameters_in.EndPop();
   return true;
 }
@@ -349,6 +362,7 @@ void Node::AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accept
   slot->injected_J = injected_J;
   slot->is_pending = is_pending;
   AssignCut(why, &slot->why);
+  impl_->core.tap.Answered(*slot);
   impl_->core.answers_out.EndPush();
   impl_->core.Wake();
 }
@@ -363,13 +377,16 @@ std::uint64_t Node::PostParameter(const std::string& owner, const core::Paramete
   slot->change = change;
   slot->deadline_ns = core::MonotonicNow_ns() + timeout_ns;
   slot->is_waited_for = false;
+  impl_->core.tap.Posted(request, owner, change);
   impl_->core.calls_out.EndPush();
   impl_->core.Wake();
   return request;
 }
 
 bool Node::PollAck(ParameterAck* ack) {
-  return impl_->core.acks_in.Pop(ack);
+  if (!impl_->core.acks_in.Pop(ack)) return false;
+  impl_->core.tap.TookAck(*ack);
+  return true;
 }
 
 core::Result<ParameterAck> Node::SetParameter(const std::string& owner, const core::ParameterChange& change,

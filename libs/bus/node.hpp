@@ -14,6 +14,10 @@
 #include "core/messages/logic.hpp"
 #include "core/result.hpp"
 
+namespace bus::log {
+class Tap;
+}
+
 namespace bus {
 
 constexpr std::int64_t kDefaultStartTimeout_ns = 30'000'000'000;
@@ -25,6 +29,7 @@ struct NodeOptions {
   std::uint64_t session = 0;               // datagrams of another session are refused
   bool is_observer = false;                // looks on: never waited for, its end is not a fault
   bool says_goodbye = true;                // false: peers find out by silence, as after kill -9
+  log::Tap* tap = nullptr;                 // gets what this node sends and takes (log/tap_recorder.hpp); outlives it
 };
 
 struct WaitResult {

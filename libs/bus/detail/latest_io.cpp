@@ -9,6 +9,14 @@
 namespace bus {
 namespace detail {
 
+namespace {
+
+std::span<const std::uint8_t> InMemory(const Envelope& envelope) {
+  return {reinterpret_cast<const std::uint8_t*>(&envelope), sizeof envelope};
+}
+
+}  // namespace
+
 LatestSender::LatestSender(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type) {
   envelope.topic_class = TopicClass::kLatest;
@@ -22,7 +30,7 @@ int TypedSender<M>::Send(M* message) noexcept {
   message->header.sequence = ++sequence;
   message->header.publish_ns = core::MonotonicNow_ns();
   const Subscribers& readers = subscribers.value();
-  if (readers.empty()) return 0;
+  if (readers.empty() && tap == nullptr) return 0;
 
   envelope.header = message->header;
   const std::size_t head = EnvelopeBytes(message->header);
@@ -35,6 +43,11 @@ int TypedSender<M>::Send(M* message) noexcept {
   for (int part = 0; part < parts; ++part) {
     envelope.part = static_cast<std::uint8_t>(part);
     const std::size_t payload = codec.Encode(*message, part, budget, bytes.data() + head, bytes.size() - head);
+    if (tap != nullptr) {
+      const std::int64_t now_ns = message->header.publish_ns;
+      tap->Put(tap_slot, sequence, now_ns, now_ns, InMemory(envelope), std::span(bytes).subspan(head, payload));
+    }
+    if (readers.empty()) continue;
     const std::size_t size = payload == 0 ? 0 : WriteEnvelope(envelope, payload, bytes.data());
     for (std::size_t i = 0; i < readers.size(); ++i) {
       if (size != 0 && socket->Send(readers[i], bytes.data(), size)) {
@@ -114,6 +127,7 @@ bool TypedReceiver<M>::Take(const Envelope& envelope, std::span<const std::uint8
   const bool is_first = is_restart || sequence != staging_sequence;
   if (!is_restart && sequence < staging_sequence) return true;  // overtaken; counted when the newer one is complete
   if (!codec.Decode(payload, is_first, &staging)) return false;
+  if (tap != nullptr) tap->Put(tap_slot, sequence, now_ns, envelope.header.publish_ns, InMemory(envelope), {});
   if (is_restart) {
     if (boot != 0) LatestAccess::CountRestart(&reader);
     boot = envelope.boot;
@@ -160,7 +174,7 @@ template <class M>
 bool LatestWriter<M>::has_subscribers() const noexcept {
   if (sender_ == nullptr) return false;
   sender_->subscribers.Update();
-  return !sender_->subscribers.value().empty();
+  return !sender_->subscribers.value().empty() || sender_->tap != nullptr;
 }
 
 template class LatestWriter<core::DeviceState>;

@@ -11,6 +11,7 @@
 #include "bus/detail/udp_socket.hpp"
 #include "bus/envelope.hpp"
 #include "bus/latest.hpp"
+#include "bus/log/tap.hpp"
 #include "bus/rt/latest_value.hpp"
 #include "core/fixed_vector.hpp"
 
@@ -34,6 +35,8 @@ struct LatestSender {
   MessageType type;
   Envelope envelope;  // all but the header is set once
   const UdpSocket* socket = nullptr;
+  log::Tap* tap = nullptr;  // null: none
+  std::uint16_t tap_slot = log::Tap::kNoSlot;
   LatestValue<Subscribers> subscribers;  // bus thread -> the thread that sends
   std::uint64_t sequence = 0;
   std::atomic<std::uint64_t> sent{0};
@@ -73,6 +76,8 @@ struct LatestReceiver {
 
   std::string topic;
   MessageType type;
+  log::Tap* tap = nullptr;  // null: none
+  std::uint16_t tap_slot = log::Tap::kNoSlot;
   std::uint32_t id;
   std::uint32_t digest;
   std::atomic<std::uint32_t> other_digest{0};  // of a writer whose schema the registry found compatible

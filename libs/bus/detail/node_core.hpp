@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bus/detail/latest_io.hpp"
+#include "bus/detail/tap_points.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/spsc_ring.hpp"
@@ -138,6 +139,8 @@ struct NodeCore {
   std::vector<std::string> observed_patterns;
   bool reads_events = false;
   std::vector<std::string> parameter_names;  // of the parameters it owns
+
+  TapPoints tap;  // step thread
 
   // Step thread -> bus thread.
   SpscRing<core::Event> events_out;
