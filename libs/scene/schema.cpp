@@ -11,8 +11,8 @@
 namespace scene {
 namespace {
 
-const ElementRule* FindRule(const std::string& name) {
-  for (const ElementRule& rule : ScenarioRules()) {
+const ElementRule* FindRule(const std::vector<ElementRule>& rules, const std::string& name) {
+  for (const ElementRule& rule : rules) {
     if (rule.name == name) return &rule;
   }
   return nullptr;
@@ -88,15 +88,16 @@ std::string Title(const XmlElement& element) {
 
 class Checker {
  public:
-  Checker(const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics)
-      : file_(file), diagnostics_(diagnostics) {}
+  Checker(const std::vector<ElementRule>& rules, const std::filesystem::path& file,
+          std::vector<Diagnostic>* diagnostics)
+      : rules_(rules), file_(file), diagnostics_(diagnostics) {}
 
   void Check(const XmlElement& element, const ElementRule& rule) {
     CheckAttributes(element, rule);
     CheckChildren(element, rule);
     if (!element.text.empty()) {
       Say(element.line, Title(element) + " holds the text '" + element.text.substr(0, 40) + "'",
-          "a scenario has attributes and elements only", "remove the text or make it a comment <!-- ... -->");
+          "such a file has attributes and elements only", "remove the text or make it a comment <!-- ... -->");
     }
   }
 
@@ -146,18 +147,20 @@ class Checker {
       if (it->max_count > 0 && ++counts[child.name] > it->max_count) {
         Say(child.line, "a second <" + child.name + "> in " + Title(element), "there can be only one", "remove one");
       }
-      Check(child, *FindRule(child.name));
+      Check(child, *FindRule(rules_, child.name));
     }
     for (const ChildRule& child : rule.children) {
       const auto count = std::count_if(element.children.begin(), element.children.end(),
                                        [&](const XmlElement& candidate) { return candidate.name == child.name; });
       if (static_cast<std::size_t>(count) < child.min_count) {
         Say(element.line, "<" + child.name + "> is missing in " + Title(element),
-            "without it there is nothing to run: " + FindRule(child.name)->meaning, "add a <" + child.name + ">");
+            "without it there is nothing to run: " + FindRule(rules_, child.name)->meaning,
+            "add a <" + child.name + ">");
       }
     }
   }
 
+  const std::vector<ElementRule>& rules_;
   const std::filesystem::path& file_;
   std::vector<Diagnostic>* diagnostics_;
 };
@@ -165,7 +168,7 @@ class Checker {
 }  // namespace
 
 void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics,
-                       const std::string& root_name) {
+                       const std::string& root_name, const std::vector<ElementRule>& rules) {
   if (root.name != root_name) {
     diagnostics->push_back({{file, root.line},
                             "the root element is <" + root.name + ">",
@@ -173,7 +176,7 @@ void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file
                             "put the content into <" + root_name + ">"});
     return;
   }
-  Checker(file, diagnostics).Check(root, *FindRule(root_name));
+  Checker(rules, file, diagnostics).Check(root, *FindRule(rules, root_name));
 }
 
 bool ParseNumber(const std::string& text, double* value) {

@@ -53,7 +53,8 @@ const std::vector<ElementRule>& ScenarioRules();
 // Elements, attributes and values against the rules: everything that can be said of one element alone.
 // `root_name`: what the file must start with.
 void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics,
-                       const std::string& root_name = "scenario");
+                       const std::string& root_name = "scenario",
+                       const std::vector<ElementRule>& rules = ScenarioRules());
 
 // The XML Schema of the rules.
 std::string WriteXsd();

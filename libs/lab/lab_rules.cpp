@@ -1,0 +1,61 @@
+#include "lab/lab_rules.hpp"
+
+namespace lab {
+namespace {
+
+using scene::ValueKind;
+
+scene::AttributeRule Optional(const char* name, ValueKind kind) {
+  return {name, kind, false, {}};
+}
+scene::AttributeRule Required(const char* name, ValueKind kind) {
+  return {name, kind, true, {}};
+}
+
+}  // namespace
+
+const std::vector<scene::ElementRule>& LabRules() {
+  static const std::vector<scene::ElementRule> rules = {
+      {"lab",
+       "machines and what runs on each",
+       {Required("name", ValueKind::kName), Optional("max_clock_bound_ms", ValueKind::kPositive),
+        Optional("min_free_MB", ValueKind::kNonNegative)},
+       {{"host", 1, 0}, {"registry", 1, 1}, {"node", 1, 0}}},
+      {"host",
+       "a machine that ssh reaches",
+       {Required("name", ValueKind::kName),
+        Required("address", ValueKind::kName),
+        Optional("user", ValueKind::kName),
+        Optional("port", ValueKind::kCount),
+        Optional("ssh_config", ValueKind::kFile),
+        Optional("identity", ValueKind::kFile),
+        Optional("bind", ValueKind::kName),
+        Optional("run_folder", ValueKind::kText),
+        Optional("programs", ValueKind::kText),
+        Optional("cache", ValueKind::kText),
+        {"supervisor", ValueKind::kChoice, false, {"supervisor", "systemd"}}},
+       {}},
+      {"registry",
+       "where the nodes find each other",
+       {Required("host", ValueKind::kName), Optional("port", ValueKind::kCount)},
+       {}},
+      {"node",
+       "a node and the host that runs it",
+       {{"name",
+         ValueKind::kChoice,
+         true,
+         {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"}},
+        Required("host", ValueKind::kName),
+        {"rt", ValueKind::kChoice, false, {"off", "try", "enforce"}},
+        Optional("cores", ValueKind::kText),
+        Optional("display", ValueKind::kText)},
+       {{"device", 0, 0}}},
+      {"device",
+       "a file on the host that the node opens for a role",
+       {Required("role", ValueKind::kName), Required("path", ValueKind::kText)},
+       {}},
+  };
+  return rules;
+}
+
+}  // namespace lab

@@ -1,0 +1,202 @@
+#include "lab/load_lab.hpp"
+
+#include <algorithm>
+
+#include "core/names.hpp"
+#include "lab/lab_rules.hpp"
+#include "scene/xml.hpp"
+
+namespace lab {
+namespace {
+
+using scene::Diagnostic;
+
+class Reader {
+ public:
+  Reader(const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics) : diagnostics_(diagnostics) {
+    std::error_code error;
+    lab_.file = std::filesystem::absolute(file, error).lexically_normal();
+  }
+
+  Lab Read(const scene::XmlElement& root) {
+    lab_.name = root.Get("name");
+    scene::ParseNumber(root.Get("max_clock_bound_ms"), &lab_.max_clock_bound_ms);
+    scene::ParseNumber(root.Get("min_free_MB"), &lab_.min_free_MB);
+    for (const scene::XmlElement& element : root.children) {
+      if (element.name == "host") ReadHost(element);
+    }
+    for (const scene::XmlElement& element : root.children) {
+      if (element.name == "registry") {
+        lab_.registry_host = element.Get("host");
+        ReadPort(element, &lab_.registry_port);
+        CheckHost(element, "registry");
+      }
+      if (element.name == "node") ReadNode(element);
+    }
+    return std::move(lab_);
+  }
+
+ private:
+  void Say(int line, std::string what, std::string why, std::string fix) {
+    diagnostics_->push_back({{lab_.file, line}, std::move(what), std::move(why), std::move(fix)});
+  }
+
+  void ReadPort(const scene::XmlElement& element, std::uint16_t* port) {
+    std::uint64_t value = 0;
+    if (element.Find("port") == nullptr || !scene::ParseCount(element.Get("port"), &value)) return;
+    if (value < 1 || value > 65535) {
+      Say(element.LineOf("port"), element.name + ": port is " + element.Get("port"), "ports are from 1 to 65535",
+          "write such a number");
+      return;
+    }
+    *port = static_cast<std::uint16_t>(value);
+  }
+
+  std::filesystem::path FileIn(const scene::XmlElement& element, const char* attribute) {
+    const std::string text = element.Get(attribute);
+    if (text.empty()) return {};
+    std::filesystem::path file = (lab_.file.parent_path() / text).lexically_normal();
+    if (!std::filesystem::is_regular_file(file)) {
+      Say(element.LineOf(attribute), "host '" + element.Get("name") + "': " + attribute + " '" + text + "' is no file",
+          "ssh would not find it", "give its path, absolute or relative to the lab file's folder");
+    }
+    return file;
+  }
+
+  void ReadHost(const scene::XmlElement& element) {
+    Host host;
+    host.where = {lab_.file, element.line};
+    host.name = element.Get("name");
+    host.address = element.Get("address");
+    host.user = element.Get("user");
+    host.bind = element.Get("bind");
+    host.run_folder = element.Get("run_folder", host.run_folder);
+    host.programs = element.Get("programs");
+    host.cache = element.Get("cache");
+    host.supervisor = element.Get("supervisor") == "systemd" ? SupervisorKind::kSystemd : SupervisorKind::kSupervisor;
+    host.ssh_config = FileIn(element, "ssh_config");
+    host.identity = FileIn(element, "identity");
+    ReadPort(element, &host.ssh_port);
+    for (const char* option : {"name", "address", "user"}) {
+      if (element.Get(option).rfind('-', 0) == 0) {
+        Say(element.LineOf(option), "host: " + std::string(option) + " is '" + element.Get(option) + "'",
+            "ssh would take it for an option", "let it begin with a letter or a digit");
+      }
+    }
+    for (const char* folder : {"run_folder", "programs", "cache"}) {
+      const std::string text = element.Get(folder);
+      if (text.find_first_of("'\"\\\n %$") != std::string::npos) {
+        Say(element.LineOf(folder), "host '" + host.name + "': " + folder + " is '" + text + "'",
+            "it becomes part of commands and unit files", "leave out blanks, quotes, backslashes, $ and %");
+      }
+    }
+    for (const char* folder : {"programs", "cache"}) {
+      if (const std::string text = element.Get(folder); !text.empty() && text.front() != '/') {
+        Say(element.LineOf(folder), "host '" + host.name + "': " + folder + " is '" + text + "'",
+            "it is a folder of that host, whatever the home is there", "write an absolute path");
+      }
+    }
+    if (const Host* first = lab_.FindHost(host.name)) {
+      Say(element.LineOf("name"), "host '" + host.name + "' is there twice",
+          "line " + std::to_string(first->where.line) + " has it already", "rename or remove one");
+      return;
+    }
+    lab_.hosts.push_back(std::move(host));
+  }
+
+  void CheckHost(const scene::XmlElement& element, const std::string& title) {
+    const std::string name = element.Get("host");
+    if (name.empty() || lab_.FindHost(name) != nullptr) return;
+    std::vector<std::string> known;
+    for (const Host& host : lab_.hosts) known.push_back(host.name);
+    Say(element.LineOf("host"), title + ": unknown host '" + name + "'", "no <host> of the file has that name",
+        core::SuggestName(name, known));
+  }
+
+  void ReadNode(const scene::XmlElement& element) {
+    Placement node;
+    node.where = {lab_.file, element.line};
+    node.node = element.Get("name");
+    node.host = element.Get("host");
+    node.rt = element.Get("rt", node.rt);
+    node.cores = element.Get("cores");
+    node.display = element.Get("display");
+    CheckHost(element, node.node);
+    if (node.cores.find_first_not_of("0123456789,-") != std::string::npos) {
+      Say(element.LineOf("cores"), node.node + ": cores is '" + node.cores + "'", "it is a list of CPU numbers",
+          "write for instance 2,3 or 2-5");
+    }
+    if (!node.display.empty() && node.node != "visual_node") {
+      Say(element.LineOf("display"), node.node + " has a display", "only visual_node draws", "remove it");
+    }
+    for (const scene::XmlElement& device : element.children) {
+      node.devices.push_back({device.Get("role"), device.Get("path"), {lab_.file, device.line}});
+    }
+    if (!node.devices.empty() && node.node != "device_bridge") {
+      Say(element.children.front().line, node.node + " has a <device>", "only device_bridge opens devices",
+          "move it to device_bridge");
+    }
+    if (const Placement* first = lab_.FindPlacement(node.node)) {
+      const std::string fix = first->host == node.host ? "remove one" : "choose " + first->host + " or " + node.host;
+      Say(element.line, node.node + " is placed twice, on " + first->host + " and on " + node.host,
+          "its topics have one writer (line " + std::to_string(first->where.line) + " places it already)", fix);
+      return;
+    }
+    lab_.placements.push_back(std::move(node));
+  }
+
+  Lab lab_;
+  std::vector<Diagnostic>* diagnostics_;
+};
+
+}  // namespace
+
+const Host* Lab::FindHost(const std::string& host_name) const {
+  const auto it = std::find_if(hosts.begin(), hosts.end(), [&](const Host& host) { return host.name == host_name; });
+  return it == hosts.end() ? nullptr : &*it;
+}
+
+const Placement* Lab::FindPlacement(const std::string& node) const {
+  const auto it =
+      std::find_if(placements.begin(), placements.end(), [&](const Placement& p) { return p.node == node; });
+  return it == placements.end() ? nullptr : &*it;
+}
+
+tl::expected<Lab, std::vector<Diagnostic>> LoadLab(const std::filesystem::path& file) {
+  auto root = scene::ReadXml(file);
+  if (!root) return tl::unexpected(root.error());
+  std::vector<Diagnostic> diagnostics;
+  scene::CheckAgainstRules(*root, file, &diagnostics, "lab", LabRules());
+  if (root->name != "lab") return tl::unexpected(diagnostics);
+  Lab lab = Reader(file, &diagnostics).Read(*root);
+  if (diagnostics.empty()) return lab;
+  std::stable_sort(diagnostics.begin(), diagnostics.end(),
+                   [](const Diagnostic& a, const Diagnostic& b) { return a.where.line < b.where.line; });
+  return tl::unexpected(std::move(diagnostics));
+}
+
+std::vector<Diagnostic> CheckAgainst(const Lab& lab, const scene::Scenario& scenario,
+                                     const std::vector<std::string>& without) {
+  std::vector<Diagnostic> diagnostics;
+  std::vector<std::string> roles;
+  for (const scene::Device& device : scenario.devices) roles.push_back(device.role);
+  for (const char* node : kNodeNames) {
+    if (lab.FindPlacement(node) != nullptr || std::find(without.begin(), without.end(), node) != without.end())
+      continue;
+    diagnostics.push_back(
+        {{lab.file, 1},
+         std::string(node) + " is nowhere",
+         "the scenario needs it",
+         "add <node name=\"" + std::string(node) + "\" host=\"...\"/>, or leave it out with --without " + node});
+  }
+  for (const Placement& placement : lab.placements) {
+    for (const DeviceAccess& device : placement.devices) {
+      if (scenario.FindRole(device.role) >= 0) continue;
+      diagnostics.push_back({device.where, "device of unknown role '" + device.role + "'",
+                             "scenario " + scenario.name + " does not have it", core::SuggestName(device.role, roles)});
+    }
+  }
+  return diagnostics;
+}
+
+}  // namespace lab

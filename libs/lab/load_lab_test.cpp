@@ -1,0 +1,113 @@
+#include "lab/load_lab.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "scene/load_scenario.hpp"
+
+namespace lab {
+namespace {
+
+constexpr const char* kGood = R"(<lab name="bench">
+  <host name="haptics" address="10.0.0.11" user="oos" port="2222" bind="eth1" run_folder="/var/tmp/oos"/>
+  <host name="sim" address="sim.lab" supervisor="systemd" cache="/srv/cooked"/>
+  <registry host="sim" port="7500"/>
+  <node name="device_bridge" host="haptics" cores="2" rt="enforce">
+    <device role="op1/arm.right" path="/dev/hidraw0"/>
+  </node>
+  <node name="haptic_node" host="haptics" cores="3"/>
+  <node name="physics_node" host="sim"/>
+  <node name="logic_node" host="sim"/>
+  <node name="visual_node" host="sim" display=":0"/>
+</lab>
+)";
+
+std::filesystem::path Write(const std::string& text) {
+  const auto file = std::filesystem::path(testing::TempDir()) / "lab.xml";
+  std::ofstream(file) << text;
+  return file;
+}
+
+std::string Replace(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
+  const auto lab = LoadLab(Write(kGood));
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  EXPECT_EQ(lab->name, "bench");
+  ASSERT_EQ(lab->hosts.size(), 2u);
+  EXPECT_EQ(lab->hosts[0].ssh_port, 2222);
+  EXPECT_EQ(lab->hosts[0].run_folder, "/var/tmp/oos");
+  EXPECT_EQ(lab->hosts[1].supervisor, SupervisorKind::kSystemd);
+  EXPECT_EQ(lab->registry_host, "sim");
+  EXPECT_EQ(lab->registry_port, 7500);
+  ASSERT_NE(lab->FindPlacement("device_bridge"), nullptr);
+  EXPECT_EQ(lab->FindPlacement("device_bridge")->rt, "enforce");
+  EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
+}
+
+struct BadLab {
+  const char* name;
+  const char* from;
+  const char* to;
+  int line;
+  const char* what;
+};
+
+class LoadLabBad : public testing::TestWithParam<BadLab> {};
+
+TEST_P(LoadLabBad, OneMessageWithItsLine) {
+  const auto lab = LoadLab(Write(Replace(kGood, GetParam().from, GetParam().to)));
+  ASSERT_FALSE(lab);
+  ASSERT_EQ(lab.error().size(), 1u) << scene::Format(lab.error().back());
+  EXPECT_EQ(lab.error()[0].where.line, GetParam().line);
+  EXPECT_THAT(scene::Format(lab.error()[0]), testing::HasSubstr(GetParam().what));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , LoadLabBad,
+    testing::Values(BadLab{"UnknownHost", "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"simm\"", 9,
+                           "unknown host 'simm'"},
+                    BadLab{"UnknownRegistryHost", "registry host=\"sim\"", "registry host=\"haptic\"", 4, "'haptics'"},
+                    BadLab{"NodeTwice", "\"logic_node\"", "\"physics_node\"", 10, "physics_node is placed twice"},
+                    BadLab{"UnknownNode", "\"logic_node\"", "\"logics_node\"", 10, "one of"},
+                    BadLab{"HostTwice", "<registry", "<host name=\"haptics\" address=\"x\"/><registry", 4,
+                           "is there twice"},
+                    BadLab{"UnknownAttribute", "display", "displey", 11, "unknown attribute 'displey'"},
+                    BadLab{"NoAddress", " address=\"sim.lab\"", "", 3, "'address' is missing"},
+                    BadLab{"AddressIsAnOption", "sim.lab", "-oProxyCommand=x", 3, "ssh would take it for an option"},
+                    BadLab{"PortTooLarge", "7500", "75000", 4, "from 1 to 65535"},
+                    BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is no file"},
+                    BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
+                    BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
+                    BadLab{"RelativeCache", "/srv/cooked", "cooked", 3, "absolute path"},
+                    BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
+    [](const auto& one) { return one.param.name; });
+
+TEST(LoadLab, UnknownHostsOfTwoHostFileAreAllTold) {
+  const auto lab = LoadLab(Write(Replace(kGood, "host name=\"sim\"", "host name=\"other\"")));
+  ASSERT_FALSE(lab);
+  EXPECT_EQ(lab.error().size(), 4u);  // the registry and three nodes
+}
+
+TEST(LoadLab, TellsOfNodesThatAreNowhereAndRolesThatAreNot) {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "touch");
+  ASSERT_TRUE(scenario);
+  std::string text = Replace(kGood, "<node name=\"logic_node\" host=\"sim\"/>", "");
+  text = Replace(text, "op1/arm.right", "op9/arm");
+  const auto lab = LoadLab(Write(text));
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  const auto diagnostics = CheckAgainst(*lab, *scenario, {});
+  ASSERT_EQ(diagnostics.size(), 2u);
+  EXPECT_THAT(scene::Format(diagnostics[0]), testing::HasSubstr("logic_node is nowhere"));
+  EXPECT_THAT(scene::Format(diagnostics[1]), testing::HasSubstr("op9/arm"));
+  EXPECT_EQ(CheckAgainst(*lab, *scenario, {"logic_node"}).size(), 1u);
+}
+
+}  // namespace
+}  // namespace lab

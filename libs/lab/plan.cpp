@@ -1,0 +1,135 @@
+#include "lab/plan.hpp"
+
+#include <algorithm>
+
+namespace lab {
+namespace {
+
+constexpr int kNiceOfPictures = 10;
+
+class Planner {
+ public:
+  Planner(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options)
+      : lab_(lab), facts_(facts), options_(options) {}
+
+  Plan Make() {
+    plan_.run = options_.run;
+    plan_.session = options_.session;
+    plan_.registry = "tcp://" + facts_.at(lab_.registry_host).bind + ":" + std::to_string(lab_.registry_port);
+    for (const Host& host : lab_.hosts) {
+      HostPlan plan;
+      plan.host = host;
+      plan.facts = facts_.at(host.name);
+      plan.run_folder = plan.facts.root + "/runs/" + options_.run;
+      if (host.name == lab_.registry_host) AddRegistry(&plan);
+      for (const Placement& placement : lab_.placements) {
+        const bool is_out =
+            std::find(options_.without.begin(), options_.without.end(), placement.node) != options_.without.end();
+        if (placement.host == host.name && !is_out) AddNode(placement, &plan);
+      }
+      if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
+    }
+    return std::move(plan_);
+  }
+
+ private:
+  Unit NewUnit(const HostPlan& plan, const std::string& name, const std::string& program) const {
+    Unit unit;
+    unit.name = name;
+    unit.program = plan.facts.programs + "/" + program;
+    unit.log = plan.run_folder + "/" + name + ".log";
+    unit.environment["OOS_RUN"] = options_.run;  // by which whatever is left of a run is recognised
+    if (!plan.host.cache.empty()) unit.environment["VR_OOS_CACHE"] = plan.host.cache;
+    return unit;
+  }
+
+  static void Add(Unit* unit, const std::string& name, const std::string& value) {
+    unit->arguments.push_back(name);
+    unit->arguments.push_back(value);
+  }
+
+  void AddSession(const HostPlan& plan, Unit* unit) const {
+    Add(unit, "--registry", plan_.registry);
+    Add(unit, "--session", std::to_string(options_.session));
+    if (options_.has_keys) Add(unit, "--keys", KeyFolder(plan.facts));
+  }
+
+  void AddRegistry(HostPlan* plan) const {
+    Unit unit = NewUnit(*plan, "registry", "oos");
+    unit.arguments = {"registry"};
+    AddSession(*plan, &unit);
+    plan->units.push_back(std::move(unit));
+    if (!options_.is_recorded) return;
+    Unit recorder = NewUnit(*plan, "recorder", "oos");
+    recorder.arguments = {"record", plan->run_folder + "/run.mcap"};
+    AddSession(*plan, &recorder);
+    plan->units.push_back(std::move(recorder));
+  }
+
+  void AddNode(const Placement& placement, HostPlan* plan) const {
+    Unit unit = NewUnit(*plan, placement.node, placement.node);
+    Add(&unit, "--scenario", plan->facts.scenario);
+    AddSession(*plan, &unit);
+    Add(&unit, "--bind", plan->facts.bind);
+    Add(&unit, "--out", plan->run_folder);
+    unit.cores = placement.cores;
+    if (placement.node == "device_bridge") Add(&unit, "--seed", std::to_string(options_.seed));
+    if (placement.node == "haptic_node" || placement.node == "physics_node") {
+      Add(&unit, "--workers", std::to_string(options_.workers));
+      Add(&unit, "--method", options_.method);
+    }
+    if (placement.node == "physics_node") Add(&unit, "--resume", plan->run_folder);
+    if (placement.node != "visual_node" && placement.node != "logic_node") Add(&unit, "--rt", placement.rt);
+    if (placement.node == "visual_node") AddDisplay(placement, &unit);
+    plan->units.push_back(std::move(unit));
+  }
+
+  // Without a display xvfb-run makes one that nobody sees, and takes it away again.
+  static void AddDisplay(const Placement& placement, Unit* unit) {
+    unit->nice = kNiceOfPictures;
+    unit->environment["LP_NUM_THREADS"] = "1";
+    if (!placement.display.empty()) {
+      unit->environment["DISPLAY"] = placement.display;
+      return;
+    }
+    unit->arguments.push_back("--headless");
+    unit->arguments.insert(unit->arguments.begin(), {"-a", "-s", "-screen 0 1280x720x24 -nolisten tcp", unit->program});
+    unit->program = "/usr/bin/xvfb-run";
+  }
+
+  const Lab& lab_;
+  const std::map<std::string, HostFacts>& facts_;
+  const PlanOptions& options_;
+  Plan plan_;
+};
+
+}  // namespace
+
+std::string KeyFolder(const HostFacts& facts) {
+  return facts.root + "/keys";
+}
+
+Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options) {
+  return Planner(lab, facts, options).Make();
+}
+
+std::string Describe(const Plan& plan) {
+  std::string text = "run " + plan.run + ", registry at " + plan.registry + "\n";
+  for (const HostPlan& host : plan.hosts) {
+    text += host.host.name + " (" + (host.host.user.empty() ? "" : host.host.user + "@") + host.host.address + ", " +
+            (host.host.supervisor == SupervisorKind::kSystemd ? "systemd" : "supervisor") + "), in " + host.run_folder +
+            "\n";
+    for (const Unit& unit : host.units) {
+      text += "  " + unit.name + ":";
+      if (!unit.cores.empty()) text += " on cores " + unit.cores + ":";
+      text += " " + unit.program;
+      for (const std::string& argument : unit.arguments) {
+        text += argument.find(' ') == std::string::npos ? " " + argument : " '" + argument + "'";
+      }
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace lab

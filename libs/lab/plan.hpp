@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lab/lab.hpp"
+
+namespace lab {
+
+// What a host told of itself before the plan is made; for a plan that is only shown, what can be said without asking.
+struct HostFacts {
+  std::string root;      // absolute run folder of the host
+  std::string bind;      // IPv4 address of its sockets
+  std::string programs;  // folder with the executables
+  std::string scenario;  // the scenario's file there
+  std::string home;      // of the user, for systemd's unit folder
+};
+
+struct PlanOptions {
+  std::string run;            // name of the run: letters, digits, '-', '_'
+  std::uint64_t session = 0;  // number of the session on the bus
+  std::string method;
+  std::uint64_t seed = 0;
+  unsigned workers = 1;
+  bool is_recorded = false;
+  bool has_keys = false;
+  std::vector<std::string> without;
+};
+
+// One supervised process.
+struct Unit {
+  std::string name;
+  std::string program;  // absolute
+  std::vector<std::string> arguments;
+  std::map<std::string, std::string> environment;
+  std::string cores;  // empty: all
+  int nice = 0;
+  std::string log;  // absolute
+};
+
+struct HostPlan {
+  Host host;
+  HostFacts facts;
+  std::string run_folder;   // of this run, absolute
+  std::vector<Unit> units;  // the registry first, then in the lab file's order
+};
+
+struct Plan {
+  std::string run;
+  std::string registry;  // endpoint
+  std::uint64_t session = 0;
+  std::vector<HostPlan> hosts;  // those that run something, in the lab file's order
+};
+
+// Where each host keeps the keys of the session that runs there; never collected.
+std::string KeyFolder(const HostFacts& facts);
+
+// Which process runs where and with which command line. `facts` holds every host of the lab.
+Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options);
+
+// For people: hosts, units and their commands.
+std::string Describe(const Plan& plan);
+
+}  // namespace lab

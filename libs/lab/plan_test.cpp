@@ -1,0 +1,125 @@
+#include "lab/plan.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "lab/unit_files.hpp"
+
+namespace lab {
+namespace {
+
+using testing::HasSubstr;
+
+Lab TwoHosts(SupervisorKind kind) {
+  Lab lab;
+  Host a;
+  a.name = a.address = "a";
+  a.supervisor = kind;
+  Host b = a;
+  b.name = b.address = "b";
+  b.cache = "/srv/100%cooked";
+  lab.hosts = {a, b};
+  lab.registry_host = "b";
+  for (const char* node : {"device_bridge", "haptic_node", "physics_node", "visual_node"}) {
+    Placement placement;
+    placement.node = node;
+    placement.host = lab.placements.size() < 2 ? "a" : "b";
+    lab.placements.push_back(placement);
+  }
+  lab.placements[0].cores = "2,3";
+  return lab;
+}
+
+// `program_folder`: systemd-analyze looks whether the programs are there.
+Plan PlanOf(const Lab& lab, const std::string& program_folder = "/opt/oos") {
+  const std::map<std::string, HostFacts> facts = {
+      {"a", {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u"}},
+      {"b", {"/home/u/vr_oos", "10.0.0.2", program_folder, "/home/u/s.xml", "/home/u"}}};
+  PlanOptions options;
+  options.run = "run-1";
+  options.session = 7;
+  options.method = "fast";
+  options.seed = 5;
+  options.is_recorded = true;
+  return MakePlan(lab, facts, options);
+}
+
+std::vector<std::string> NamesOf(const HostPlan& host) {
+  std::vector<std::string> names;
+  for (const Unit& unit : host.units) names.push_back(unit.name);
+  return names;
+}
+
+TEST(Plan, PlacesRegistryRecorderAndNodes) {
+  const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSupervisor));
+  ASSERT_EQ(plan.hosts.size(), 2u);
+  EXPECT_THAT(NamesOf(plan.hosts[0]), testing::ElementsAre("device_bridge", "haptic_node"));
+  EXPECT_THAT(NamesOf(plan.hosts[1]), testing::ElementsAre("registry", "recorder", "physics_node", "visual_node"));
+  EXPECT_EQ(plan.registry, "tcp://10.0.0.2:7450");
+  const std::string text = Describe(plan);
+  EXPECT_THAT(text, HasSubstr("device_bridge: on cores 2,3: /opt/oos/device_bridge --scenario /home/u/s.xml --registry "
+                              "tcp://10.0.0.2:7450 --session 7 --bind 10.0.0.1"));
+  EXPECT_THAT(text, HasSubstr("--method fast --resume /home/u/vr_oos/runs/run-1"));
+}
+
+TEST(Plan, AHostWithoutWorkIsLeftAlone) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  for (Placement& placement : lab.placements) placement.host = "b";
+  const Plan plan = PlanOf(lab);
+  ASSERT_EQ(plan.hosts.size(), 1u);
+  EXPECT_EQ(plan.hosts[0].host.name, "b");
+}
+
+TEST(SupervisorFiles, EveryUnitComesBackAndIsStoppedAsAGroup) {
+  const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSupervisor));
+  const std::string text = SupervisorFiles(plan.hosts[1]).files.at("supervisord.conf");
+  for (const char* name : {"registry", "recorder", "physics_node", "visual_node"}) {
+    EXPECT_THAT(text, HasSubstr("[program:" + std::string(name) + "]"));
+  }
+  EXPECT_THAT(text, HasSubstr("autorestart=unexpected"));
+  EXPECT_THAT(text, HasSubstr("killasgroup=true"));
+  EXPECT_THAT(text, HasSubstr("OOS_RUN=\"run-1\""));
+  EXPECT_THAT(text, HasSubstr("VR_OOS_CACHE=\"/srv/100%%cooked\""));
+  EXPECT_THAT(text, HasSubstr("nice -n 10 /usr/bin/xvfb-run -a -s \"-screen 0 1280x720x24 -nolisten tcp\" "
+                              "/opt/oos/visual_node"));
+}
+
+// The units are read by systemd's own checker; that they run is not tested here, where systemd is not the first
+// process.
+TEST(SystemdFiles, SystemdItselfFindsNothingWrong) {
+  if (std::system("command -v systemd-analyze >/dev/null") != 0) GTEST_SKIP() << "systemd-analyze is not installed";
+  const auto folder = std::filesystem::path(testing::TempDir()) / "units";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSystemd), "/usr/bin");
+  std::string files;
+  for (const HostPlan& host : plan.hosts) {
+    for (auto [name, text] : SystemdFiles(host).files) {
+      // Only programs that exist pass; any one does.
+      for (const Unit& unit : host.units) {
+        const std::size_t at = text.find("ExecStart=" + unit.program);
+        if (at != std::string::npos) text.replace(at + 10, unit.program.size(), "/bin/true");
+      }
+      std::ofstream(folder / name) << text;
+      files += " " + (folder / name).string();
+    }
+  }
+  const std::string log = (folder / "verdict").string();
+  const int status = std::system(
+      ("XDG_RUNTIME_DIR=" + folder.string() + " systemd-analyze verify --user --man=no" + files + " >" + log + " 2>&1")
+          .c_str());
+  std::ifstream in(log);
+  std::string line, complaints;
+  while (std::getline(in, line)) {
+    if (line.find(folder.string()) != std::string::npos || line.find("oos-") != std::string::npos)
+      complaints += line + "\n";
+  }
+  EXPECT_EQ(complaints, "");
+  EXPECT_EQ(status, 0);
+}
+
+}  // namespace
+}  // namespace lab

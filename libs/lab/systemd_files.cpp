@@ -1,0 +1,55 @@
+#include "lab/unit_files.hpp"
+
+namespace lab {
+namespace {
+
+std::string Quote(const std::string& word) {
+  std::string escaped;
+  for (const char c : word) escaped += c == '%' ? "%%" : c == '$' ? "$$" : std::string(1, c);
+  return escaped.find_first_of(" ;\t'\"\\") == std::string::npos && !escaped.empty() ? escaped : "\"" + escaped + "\"";
+}
+
+std::string UnitName(const Unit& unit) {
+  return "oos-" + unit.name + ".service";
+}
+
+std::string UnitText(const Unit& unit, const HostPlan& plan) {
+  std::string text =
+      "[Unit]\nDescription=" + unit.name + " of " + plan.run_folder +
+      "\nStartLimitIntervalSec=10\nStartLimitBurst=4\n\n[Service]\nType=exec\nExecStart=" + Quote(unit.program);
+  for (const std::string& argument : unit.arguments) text += " " + Quote(argument);
+  text += "\nWorkingDirectory=" + plan.run_folder + "\n";
+  for (const auto& [name, value] : unit.environment) text += "Environment=" + Quote(name + "=" + value) + "\n";
+  text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
+  // A node that ends with 0 has done its work; what ends otherwise comes back at once.
+  text += "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=3\nKillMode=control-group\n";
+  // As far as the user's own limits go (limits.d, or user@.service.d): systemd does not raise them.
+  text += "LimitRTPRIO=95\nLimitMEMLOCK=infinity\n";
+  if (!unit.cores.empty()) text += "CPUAffinity=" + unit.cores + "\n";
+  if (unit.nice != 0) text += "Nice=" + std::to_string(unit.nice) + "\n";
+  return text;
+}
+
+}  // namespace
+
+UnitFiles SystemdFiles(const HostPlan& plan) {
+  UnitFiles result;
+  std::string names;
+  for (const Unit& unit : plan.units) {
+    result.files[UnitName(unit)] = UnitText(unit, plan);
+    names += " " + UnitName(unit);
+  }
+  const std::string folder = plan.facts.home + "/.config/systemd/user";
+  const std::string bus = "export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/run/user/$(id -u)}\n";
+  result.start = bus + "mkdir -p " + folder + "\ncd " + plan.run_folder + " && cp" + names + " " + folder +
+                 "\nsystemctl --user daemon-reload && systemctl --user start" + names + "\n";
+  result.stop = bus + "systemctl --user stop" + names + "\nsystemctl --user reset-failed" + names +
+                " 2>/dev/null\ncd " + folder + " && rm -f" + names + "\nsystemctl --user daemon-reload\n";
+  result.status =
+      bus + "for unit in" + names +
+      "; do name=${unit#oos-}; echo \"${name%.service} $(systemctl --user is-active $unit)\"; done | sed -e "
+      "'s/ active/ running/;s/ activating/ starting/;s/ inactive/ stopped/;s/ deactivating/ stopped/'\n";
+  return result;
+}
+
+}  // namespace lab
