@@ -9,6 +9,7 @@ namespace {
 
 // Of the budget of time: the rest is for what does not grow with the points, and for the machine's moods.
 constexpr double kShareForPoints = 0.75;
+constexpr std::int64_t kEver_ns = 3600'000'000'000;
 constexpr double kFewPoints = 2048;  // fewer say nothing about what one takes
 constexpr double kPointTimeGain = 0.02;
 constexpr double kMostDelay_cycles = 100.0;
@@ -73,7 +74,7 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   TakeDevices(inputs);
   TakePhysics(inputs);
   PlaceObjects();
-  const vps::StepReport& report = StepWorld();
+  const vps::StepReport& report = StepWorld(inputs.budget_points, &outputs->counters);
   for (Role& role : roles_) StepCoupling(&role);
 
   outputs->commands.clear();
@@ -98,12 +99,15 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
 
 // With a budget of time, heavy pairs are cut short rather than late: the points that fit into it go first to where the
 // contact is deepest. What a point takes, with its share of everything else, is measured as the node runs.
-const vps::StepReport& HapticNode::StepWorld() {
+const vps::StepReport& HapticNode::StepWorld(std::uint64_t budget_points, Counters* counters) {
+  counters->budget_points = budget_points;
+  // Repeated: the same points, in the order that a budget of time makes, however long it takes.
+  if (budget_points != 0) return world_->Step(&workers_, kEver_ns, budget_points);
   if (options_.budget_ns == 0) return world_->Step(&workers_);
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  const vps::StepReport& report = world_->Step(
-      &workers_, options_.budget_ns,
-      static_cast<std::uint64_t>(kShareForPoints * static_cast<double>(options_.budget_ns) / point_time_ns_));
+  counters->budget_points =
+      static_cast<std::uint64_t>(kShareForPoints * static_cast<double>(options_.budget_ns) / point_time_ns_);
+  const vps::StepReport& report = world_->Step(&workers_, options_.budget_ns, counters->budget_points);
   const auto num_points = static_cast<double>(report.counters.points_tested);
   if (num_points < kFewPoints) return report;
   const double point_time_ns = static_cast<double>(core::MonotonicNow_ns() - begin_ns) / num_points;

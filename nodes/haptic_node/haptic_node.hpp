@@ -107,7 +107,7 @@ class HapticNode {
   void TakePhysics(const Inputs& inputs);
   void NoteDelay(const core::Trace& sample);
   void PlaceObjects();
-  const vps::StepReport& StepWorld();
+  const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
   void StepCoupling(Role* role);
   [[nodiscard]] double JawForce_N(std::size_t role_index) const;
   void FillRoleOutputs(std::size_t role_index, const Inputs& inputs, Outputs* outputs);

@@ -65,7 +65,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
   while (!stop.load(std::memory_order_relaxed)) {
     const Tick tick = WaitForTick(stop);
     TakeParameters();
-    Step(tick);
+    MakeCycle(tick);
     AnswerParameters();
     HearOfNodes();
     TellFigures(core::MonotonicNow_ns());
@@ -118,7 +118,19 @@ void NodeLoop::AnswerParameters() {
   }
 }
 
-void NodeLoop::Step(const Tick& tick) {
+void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
+  recorder_ = std::make_unique<replay::StepRecorder<Step>>(sink);
+}
+
+void NodeLoop::Record() {
+  if (recorder_ == nullptr) return;
+  step_.pairs_late = outputs_.counters.pairs_late;
+  inputs_.budget_points = outputs_.counters.budget_points;  // as a replay has to be given it
+  recorder_->Record(haptic_->cycle(), inputs_.now_ns, step_);
+  inputs_.budget_points = 0;
+}
+
+void NodeLoop::MakeCycle(const Tick& tick) {
   const std::int64_t start_ns = core::MonotonicNow_ns();
   inputs_.now_ns = start_ns;
   inputs_.devices.clear();
@@ -131,6 +143,7 @@ void NodeLoop::Step(const Tick& tick) {
   haptic_->Step(inputs_, &outputs_);
   const std::int64_t end_ns = core::MonotonicNow_ns();
   Send(start_ns, end_ns);
+  Record();  // after all is sent: nobody waits for it
   Count(tick, start_ns, end_ns);
   last_step_begin_ns_ = tick.is_timer ? tick.begin_ns : start_ns;
   // Late by more than a period: the timer's missed ticks are gone.

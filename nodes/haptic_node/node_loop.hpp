@@ -3,11 +3,14 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "bus/node.hpp"
 #include "bus/rt/latency_stats.hpp"
 #include "nodes/haptic_node/haptic_node.hpp"
+#include "nodes/haptic_node/step.hpp"
+#include "replay/step_recorder.hpp"
 
 namespace haptic_node {
 
@@ -27,6 +30,8 @@ class NodeLoop {
 
   // Declares what is read and written; before bus::Node::Start.
   void Declare();
+  // From now on every cycle is written down, with all that it reads.
+  void RecordSteps(bus::log::StepSink* sink);
   // Runs until `stop` is set.
   void Run(const std::atomic<bool>& stop);
   // The figures of the report.
@@ -41,7 +46,8 @@ class NodeLoop {
   Tick WaitForTick(const std::atomic<bool>& stop);
   void TakeParameters();
   void AnswerParameters();
-  void Step(const Tick& tick);
+  void MakeCycle(const Tick& tick);
+  void Record();
   void Send(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
   void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
@@ -60,8 +66,10 @@ class NodeLoop {
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
 
-  Inputs inputs_;
-  Outputs outputs_;
+  Step step_;
+  Inputs& inputs_ = step_.inputs;
+  Outputs& outputs_ = step_.outputs;
+  std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   std::size_t num_changes_ = 0;

@@ -19,6 +19,9 @@ struct Inputs {
   core::FixedVector<core::Reaction, kMaxRoles> reactions;  // newest per role
   const core::ParameterChange* changes = nullptr;          // to apply at the top of this step
   std::size_t num_changes = 0;
+  // Of collision in this step, of a node that has a budget: when replaying, what the recorded step had. 0: what the
+  // measured speed of the machine allows.
+  std::uint64_t budget_points = 0;
 };
 
 // Work of one step: exact integers, the same for any number of workers (architecture D13).
@@ -31,6 +34,7 @@ struct Counters {
   std::uint32_t pairs_cut_short = 0;  // tested where they are deepest only, time ran short
   std::uint32_t pairs_late = 0;       // left for the next cycle, time ran short; oldest first then
   std::uint32_t oldest_result_cycles = 0;
+  std::uint64_t budget_points = 0;  // that it had for collision; 0: no limit
   std::uint64_t spheres_tested = 0;
   std::uint64_t points_tested = 0;
   std::uint64_t points_colliding = 0;

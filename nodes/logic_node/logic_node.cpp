@@ -4,6 +4,7 @@
 #include <array>
 
 #include "nodes/logic_node/scxml/analyse_chart.hpp"
+#include "replay/step_codec.hpp"
 
 namespace logic_node {
 namespace {
@@ -262,6 +263,47 @@ std::vector<StepRecord> LogicNode::steps() const {
     records.push_back(std::move(record));
   }
   return records;
+}
+
+template <class V>
+void LogicNode::VisitState(V& v) {
+  signals_.VisitState(v);
+  interpreter_->VisitState(v);
+  for (StepTimes& step : steps_) {
+    v.Value("step.is_completed", step.record.is_completed);
+    v.Value("step.is_entered", step.record.is_entered);
+    v.Value("step.seconds", step.record.seconds);
+    v.Text("step.why", step.record.why);
+    v.Value("step.entered_ns", step.entered_ns);
+    v.Value("step.is_active", step.is_active);
+  }
+  replay::Items(v, "lost_nodes", lost_nodes_);
+  v.Text("hint", hint_);
+  replay::Field(v, "status", status_);
+  v.Value("is_started", is_started_);
+}
+
+std::vector<std::uint8_t> LogicNode::Save() const {
+  constexpr std::size_t kMaxFields = 65536;
+  replay::StepEncoder encoder(kMaxFields);
+  encoder.Begin(0);
+  const_cast<LogicNode*>(this)->VisitState(encoder);  // writing leaves it alone
+  const auto bytes = encoder.Finish(0);
+  return {bytes.begin(), bytes.end()};
+}
+
+core::Result<void> LogicNode::Restore(const std::vector<std::uint8_t>& state) {
+  replay::StepDecoder decoder;
+  const std::size_t num_values = signals_.values().size();
+  const std::size_t num_lamps = status_.lamps.size();
+  if (decoder.Begin(state)) VisitState(decoder);
+  if (!decoder.Finish() || signals_.values().size() != num_values || status_.lamps.size() != num_lamps ||
+      !interpreter_->FitsChart()) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "logic_node: the saved state is not one of this scenario and program; start without it");
+  }
+  interpreter_->set_signals(&signals_.values());
+  return {};
 }
 
 }  // namespace logic_node

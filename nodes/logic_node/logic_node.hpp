@@ -34,6 +34,11 @@ class LogicNode final : private scxml::Host {
 
   void Step(const Inputs& inputs, Outputs* outputs);
 
+  // Between steps: all that the next step depends on, for a node of the same scenario to go on from. A failed Restore
+  // leaves a node that is of no use.
+  [[nodiscard]] std::vector<std::uint8_t> Save() const;
+  core::Result<void> Restore(const std::vector<std::uint8_t>& state);
+
   // Steps in document order, up to date after each Step.
   [[nodiscard]] std::vector<StepRecord> steps() const;
   [[nodiscard]] const core::LogicStatus& status() const { return status_; }
@@ -52,6 +57,8 @@ class LogicNode final : private scxml::Host {
   void OnExit(int state, const scxml::Transition& transition, std::int64_t time_ns) override;
   void OnAction(const scxml::Action& action, double value) override;
 
+  template <class V>
+  void VisitState(V& v);
   void HearOfNodes(const Inputs& inputs);
   void CheckProgress(const Inputs& inputs);
   void Fail(const std::string& why);

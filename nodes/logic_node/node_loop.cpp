@@ -50,7 +50,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop, const std::filesystem::path& r
     std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
     node_->Poll();
     Listen();
-    Step();
+    MakeStep();
     const std::int64_t now_ns = core::MonotonicNow_ns();
     TakeAnswers(now_ns);
     SendChanges(now_ns);
@@ -72,7 +72,11 @@ void NodeLoop::Listen() {
   }
 }
 
-void NodeLoop::Step() {
+void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
+  recorder_ = std::make_unique<replay::StepRecorder<Step>>(sink);
+}
+
+void NodeLoop::MakeStep() {
   // Everyone who applies a parameter must be there before the first one is set.
   const bool are_owners_there = node_->IsAlive("haptic_node") && node_->IsAlive("physics_node");
   const bool is_running = inputs_.physics != nullptr;
@@ -83,6 +87,8 @@ void NodeLoop::Step() {
     inputs_.grasped_objects.push_back(reaction->has_value() ? reaction->value().grasped_object : core::kNoObject);
   }
   logic_->Step(inputs_, &outputs_);
+  ++num_steps_;
+  if (recorder_ != nullptr) recorder_->Record(num_steps_, inputs_.now_ns, step_);
 
   const std::int64_t now_ns = core::MonotonicNow_ns();
   if (outputs_.is_status_changed || now_ns >= next_status_ns_) {

@@ -3,10 +3,13 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "bus/node.hpp"
 #include "nodes/logic_node/logic_node.hpp"
+#include "nodes/logic_node/step.hpp"
+#include "replay/step_recorder.hpp"
 
 namespace logic_node {
 
@@ -20,6 +23,8 @@ class NodeLoop {
 
   // Declares what is read and written; before bus::Node::Start.
   void Declare();
+  // From now on every step is written down, with all that it reads.
+  void RecordSteps(bus::log::StepSink* sink);
   // Runs until `stop` is set. The report is written whenever the procedure ends, and at the end.
   void Run(const std::atomic<bool>& stop, const std::filesystem::path& report);
   // The procedure's part of the run's report.
@@ -41,7 +46,7 @@ class NodeLoop {
   };
 
   void Listen();
-  void Step();
+  void MakeStep();
   void SendChanges(std::int64_t now_ns);
   void TakeAnswers(std::int64_t now_ns);
 
@@ -53,8 +58,11 @@ class NodeLoop {
   bus::StateWriter<core::LogicStatus> status_writer_;
   std::vector<Change> changes_;
   std::int64_t next_status_ns_ = 0;
-  Inputs inputs_;
-  Outputs outputs_;
+  Step step_;
+  Inputs& inputs_ = step_.inputs;
+  Outputs& outputs_ = step_.outputs;
+  std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
+  std::uint64_t num_steps_ = 0;
 };
 
 }  // namespace logic_node

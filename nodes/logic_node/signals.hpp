@@ -6,6 +6,7 @@
 
 #include "nodes/logic_node/ports.hpp"
 #include "nodes/logic_node/scxml/expression.hpp"
+#include "replay/fields.hpp"
 #include "scene/scenario.hpp"
 
 namespace logic_node {
@@ -27,6 +28,16 @@ class Signals {
   void Update(const Inputs& inputs);
 
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
+
+  // What arrived so far (replay/fields.hpp).
+  template <class V>
+  void VisitState(V& v) {
+    replay::Items(v, "p_WO", p_WO_);
+    replay::Items(v, "states", states_);
+    replay::Items(v, "positions", positions_);
+    replay::Items(v, "grasped", grasped_);
+    replay::Items(v, "values", values_);
+  }
 
  private:
   enum class Kind { kState, kPosition, kGrasped, kCoordinate, kDistance };

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "core/clock.hpp"
 
@@ -109,7 +110,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     const int num_ticks = WaitForTicks(stop);
     if (num_ticks == 0) continue;
     TakeParameters();
-    Step(num_ticks);
+    MakeTicks(num_ticks);
     AnswerParameters();
     Checkpoint();
     HearOfNodes();
@@ -163,7 +164,17 @@ void NodeLoop::AnswerParameters() {
   }
 }
 
-void NodeLoop::Step(int num_ticks) {
+void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
+  recorder_ = std::make_unique<replay::StepRecorder<Step>>(sink);
+}
+
+void NodeLoop::Record() {
+  const std::uint64_t num_late = physics_->sheets().num_late();
+  step_.is_sheet_late = num_late != std::exchange(num_late_, num_late);
+  if (recorder_ != nullptr) recorder_->Record(physics_->tick(), inputs_.now_ns, step_);
+}
+
+void NodeLoop::MakeTicks(int num_ticks) {
   const std::int64_t start_ns = core::MonotonicNow_ns();
   inputs_.now_ns = start_ns;
   inputs_.proxies.clear();
@@ -178,12 +189,15 @@ void NodeLoop::Step(int num_ticks) {
   inputs_.changes = changes_.data();
   inputs_.num_changes = num_changes_;
   for (int i = 0; i < num_ticks; ++i) {
+    if (i > 0) {
+      Record();  // the tick before, whose results are not sent
+      inputs_.num_changes = 0;
+    }
     physics_->Step(inputs_, &outputs_);
     if (i == 0) {
       first_tick_ = physics_->tick();
       outcomes_ = outputs_.outcomes;
     }
-    inputs_.num_changes = 0;
     for (const core::Event& event : outputs_.events) node_->Emit(event);
   }
   const std::int64_t end_ns = core::MonotonicNow_ns();
@@ -205,6 +219,7 @@ void NodeLoop::Step(int num_ticks) {
   for (std::size_t i = 0; i < own.num_pairs(); ++i) {
     if (own.is_told(i)) own_contact_writers_[i].Send(own.set(i));
   }
+  Record();  // after all is sent: nobody waits for it
 }
 
 // Rare: a node was lost or came back. Said by name in the log and in the report.

@@ -11,6 +11,8 @@
 #include "nodes/physics_node/physics_node.hpp"
 #include "nodes/physics_node/sheet_outlet.hpp"
 #include "nodes/physics_node/snapshot_writer.hpp"
+#include "nodes/physics_node/step.hpp"
+#include "replay/step_recorder.hpp"
 
 namespace physics_node {
 
@@ -52,6 +54,8 @@ class NodeLoop {
   void Restore(Snapshot* snapshot);
   // From now on a checkpoint is written to `file` each `period_ns` of simulated time, if the last one is done.
   void KeepCheckpoints(const std::filesystem::path& file, std::int64_t period_ns);
+  // From now on every tick is written down, with all that it reads.
+  void RecordSteps(bus::log::StepSink* sink);
   void Run(const std::atomic<bool>& stop);
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
@@ -62,7 +66,8 @@ class NodeLoop {
   bool IsNewCycle() const;
   void TakeParameters();
   void AnswerParameters();
-  void Step(int num_ticks);
+  void MakeTicks(int num_ticks);
+  void Record();
   void Checkpoint();
   void Fill(Snapshot* snapshot);
   void HearOfNodes();
@@ -82,8 +87,11 @@ class NodeLoop {
   std::vector<std::string> lost_;  // nodes that were lost, by name
   bus::Figures figures_;
 
-  Inputs inputs_;
-  Outputs outputs_;
+  Step step_;
+  Inputs& inputs_ = step_.inputs;
+  Outputs& outputs_ = step_.outputs;
+  std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
+  std::uint64_t num_late_ = 0;                            // steps of sheets, as of the last tick
   std::vector<core::ContactSet> contact_sets_;
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;

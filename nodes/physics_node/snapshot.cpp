@@ -1,8 +1,34 @@
 #include "nodes/physics_node/snapshot.hpp"
 
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <iterator>
+#include <string>
+
 #include "physics/checkpoint_file.hpp"
 
 namespace physics_node {
+namespace {
+
+// A file name of nobody else, removed at the end.
+struct PassingFile {
+  PassingFile() {
+    static std::atomic<int> count{0};
+    path = std::filesystem::temp_directory_path() /
+           ("vr_oos_checkpoint_" + std::to_string(::getpid()) + "_" + std::to_string(count.fetch_add(1)));
+  }
+  ~PassingFile() {
+    std::error_code error;
+    std::filesystem::remove(path, error);
+  }
+  PassingFile(const PassingFile&) = delete;
+  PassingFile& operator=(const PassingFile&) = delete;
+  std::filesystem::path path;
+};
+
+}  // namespace
 
 core::Result<void> WriteSnapshot(const std::filesystem::path& file, std::uint64_t content, const Snapshot& snapshot) {
   const physics::Checkpoint* const parts[] = {&snapshot.node, &snapshot.world, &snapshot.inputs};
@@ -15,6 +41,22 @@ core::Result<void> ReadSnapshot(const std::filesystem::path& file, std::uint64_t
   if (!tick) return core::Fail(tick.error().code, tick.error().detail);
   snapshot->tick = *tick;
   return {};
+}
+
+core::Result<std::vector<std::uint8_t>> EncodeSnapshot(std::uint64_t content, const Snapshot& snapshot) {
+  const PassingFile file;
+  if (auto done = WriteSnapshot(file.path, content, snapshot); !done) return tl::unexpected(done.error());
+  std::ifstream stream(file.path, std::ios::binary);
+  return std::vector<std::uint8_t>(std::istreambuf_iterator<char>(stream), {});
+}
+
+core::Result<void> DecodeSnapshot(const std::vector<std::uint8_t>& bytes, std::uint64_t content, Snapshot* snapshot) {
+  const PassingFile file;
+  std::ofstream stream(file.path, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) return core::Fail(core::ErrorCode::kIo, file.path.string() + ": cannot be written");
+  return ReadSnapshot(file.path, content, snapshot);
 }
 
 }  // namespace physics_node

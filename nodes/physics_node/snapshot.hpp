@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "core/result.hpp"
 #include "physics/checkpoint.hpp"
@@ -19,5 +20,9 @@ struct Snapshot {
 // `content`: PhysicsNode::content_digest().
 core::Result<void> WriteSnapshot(const std::filesystem::path& file, std::uint64_t content, const Snapshot& snapshot);
 core::Result<void> ReadSnapshot(const std::filesystem::path& file, std::uint64_t content, Snapshot* snapshot);
+
+// The same as bytes, to be carried in a recording. Both go through a file in the system's folder for such.
+core::Result<std::vector<std::uint8_t>> EncodeSnapshot(std::uint64_t content, const Snapshot& snapshot);
+core::Result<void> DecodeSnapshot(const std::vector<std::uint8_t>& bytes, std::uint64_t content, Snapshot* snapshot);
 
 }  // namespace physics_node

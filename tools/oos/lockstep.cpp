@@ -13,6 +13,7 @@
 #include "nodes/logic_node/logic_node.hpp"
 #include "nodes/physics_node/physics_node.hpp"
 #include "tools/oos/state_hash.hpp"
+#include "tools/oos/step_recording.hpp"
 
 namespace oos {
 namespace {
@@ -37,6 +38,7 @@ class Lockstep {
     changes_ = options_.parameters;
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     while (outcome_.ticks < limit_ticks && !IsOver()) {
+      if (const auto begun = BeginSteps(); !begun) return core::Fail(begun.error().code, begun.error().detail);
       Tick();
       if (outcome_.ticks != options_.restart_physics_tick) continue;
       if (const auto restarted = RestartPhysics(); !restarted) {
@@ -48,13 +50,18 @@ class Lockstep {
                      logic_out_.status.step + "'";
     }
     Finish(begin_ns);
+    if (steps_ != nullptr) {
+      if (const auto closed = steps_->Close(); !closed) return core::Fail(closed.error().code, closed.error().detail);
+    }
     return outcome_;
   }
 
  private:
   core::Result<void> MakeNodes();
   core::Result<void> MakePhysics();
+  core::Result<void> MakeHaptic();
   core::Result<void> RestartPhysics();
+  core::Result<void> BeginSteps();
   core::Result<void> OpenTrace();
   void Tick();
   void StepBridge();
@@ -87,9 +94,13 @@ class Lockstep {
   std::unique_ptr<physics_node::PhysicsNode> physics_;
   std::unique_ptr<logic_node::LogicNode> logic_;
   device_bridge::Outputs bridge_out_;
-  haptic_node::Outputs haptic_out_;
-  physics_node::Outputs physics_out_;
-  logic_node::Outputs logic_out_;
+  haptic_node::Step haptic_step_;
+  physics_node::Step physics_step_;
+  logic_node::Step logic_step_;
+  haptic_node::Outputs& haptic_out_ = haptic_step_.outputs;
+  physics_node::Outputs& physics_out_ = physics_step_.outputs;
+  logic_node::Outputs& logic_out_ = logic_step_.outputs;
+  std::unique_ptr<StepRecording> steps_;  // null: not recorded, or not yet
 
   // Hand-over: what arrived over the "bus" by now. Messages that go forward (device to haptic to physics) are of this
   // tick, those that go back are of the tick before.
@@ -111,6 +122,16 @@ core::Result<void> Lockstep::MakeNodes() {
   auto bridge = device_bridge::DeviceBridge::Create(scenario_, outcome_.seed);
   if (!bridge) return core::Fail(bridge.error().code, bridge.error().detail);
   bridge_ = std::move(*bridge);
+  if (auto made = MakeHaptic(); !made) return made;
+  if (auto made = MakePhysics(); !made) return made;
+  auto logic = logic_node::LogicNode::Create(scenario_);
+  if (!logic) return core::Fail(logic.error().code, logic.error().detail);
+  logic_ = std::move(*logic);
+  contacts_.resize(scenario_.pairs.size());
+  return {};
+}
+
+core::Result<void> Lockstep::MakeHaptic() {
   haptic_node::Options haptic_options;
   haptic_options.collision.cache = options_.cache;
   haptic_options.collision.progress = [this](const std::string& line) { Say(line); };
@@ -118,11 +139,6 @@ core::Result<void> Lockstep::MakeNodes() {
   if (!haptic) return core::Fail(haptic.error().code, haptic.error().detail);
   haptic_ = std::move(*haptic);
   haptic_->PrepareOutputs(&haptic_out_);
-  if (auto made = MakePhysics(); !made) return made;
-  auto logic = logic_node::LogicNode::Create(scenario_);
-  if (!logic) return core::Fail(logic.error().code, logic.error().detail);
-  logic_ = std::move(*logic);
-  contacts_.resize(scenario_.pairs.size());
   return {};
 }
 
@@ -149,6 +165,18 @@ core::Result<void> Lockstep::RestartPhysics() {
   physics_node::Snapshot read;
   auto restored = physics_node::ReadSnapshot(options_.checkpoint, physics_->content_digest(), &read);
   return restored ? physics_->Restore(&read) : restored;
+}
+
+// haptic_node has no checkpoint, so a recording that begins later begins with a new one, as after its death.
+core::Result<void> Lockstep::BeginSteps() {
+  if (steps_ != nullptr || options_.steps.empty() || now_s() < options_.steps_from_s) return {};
+  if (outcome_.ticks > 0) {
+    if (auto made = MakeHaptic(); !made) return made;
+  }
+  auto recording = StepRecording::Create(options_.steps, scenario_, *physics_, *logic_);
+  if (!recording) return core::Fail(recording.error().code, recording.error().detail);
+  steps_ = std::move(*recording);
+  return {};
 }
 
 void Lockstep::Tick() {
@@ -185,7 +213,7 @@ void Lockstep::StepBridge() {
 }
 
 void Lockstep::StepHaptic() {
-  haptic_node::Inputs inputs;
+  haptic_node::Inputs& inputs = haptic_step_.inputs;
   inputs.now_ns = now_ns_;
   inputs.devices = bridge_out_.states;
   inputs.physics = last_state_.header.sequence != 0 ? &last_state_ : nullptr;
@@ -195,6 +223,7 @@ void Lockstep::StepHaptic() {
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   haptic_->Step(inputs, &haptic_out_);
   const std::int64_t took_ns = core::MonotonicNow_ns() - begin_ns;
+  if (steps_ != nullptr) steps_->haptic.Record(haptic_->cycle(), now_ns_, haptic_step_);
   haptic_ns_.Add(took_ns);
   if (haptic_out_.is_in_contact) {
     contact_ns_.Add(took_ns);
@@ -231,7 +260,7 @@ void Lockstep::StepHaptic() {
 }
 
 void Lockstep::StepPhysics() {
-  physics_node::Inputs inputs;
+  physics_node::Inputs& inputs = physics_step_.inputs;
   inputs.now_ns = now_ns_;
   inputs.proxies = haptic_out_.proxies;
   inputs.contacts = contacts_.data();
@@ -241,6 +270,7 @@ void Lockstep::StepPhysics() {
   const std::int64_t begin_ns = core::ThreadCpuNow_ns();
   physics_->Step(inputs, &physics_out_);
   physics_ns_.Add(core::ThreadCpuNow_ns() - begin_ns);
+  if (steps_ != nullptr) steps_->physics.Record(physics_->tick(), now_ns_, physics_step_);
   physics_out_.state.header.sequence = outcome_.ticks + 1;
   physics_out_.state.header.publish_ns = now_ns_;
   for (core::Reaction& reaction : physics_out_.reactions) {
@@ -255,13 +285,15 @@ void Lockstep::StepPhysics() {
 }
 
 void Lockstep::StepLogic() {
-  logic_node::Inputs inputs;
+  logic_node::Inputs& inputs = logic_step_.inputs;
   inputs.now_ns = now_ns_;
   inputs.physics = &last_state_;
+  inputs.grasped_objects.clear();
   for (const core::Reaction& reaction : last_reactions_) inputs.grasped_objects.push_back(reaction.grasped_object);
   inputs.events = events_;
   events_.clear();
   logic_->Step(inputs, &logic_out_);
+  if (steps_ != nullptr) steps_->logic.Record(outcome_.ticks / kLogicPeriod_ticks + 1, now_ns_, logic_step_);
   changes_ = logic_out_.changes;
   FollowSteps();
 }

@@ -26,6 +26,8 @@ struct LockstepOptions {
   bool loses_physics_wrench = false;              // fault: contacts never reach physics_node
   std::uint64_t restart_physics_tick = 0;         // fault: after it physics_node ends and goes on from its checkpoint
   std::filesystem::path checkpoint;               // the file for that
+  std::filesystem::path steps;                    // every step of the nodes, for `oos replay`; empty: none
+  double steps_from_s = 0.0;                      // the recording begins there, with checkpoints and a new haptic_node
   std::function<void(const core::PhysicsState&)> follow;  // sees every tick's state
   const std::atomic<int>* interrupted = nullptr;
   std::function<void(const std::string&)> say;  // progress for people

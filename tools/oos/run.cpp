@@ -120,6 +120,10 @@ int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, c
   options.workers = static_cast<unsigned>(wanted.workers);
   options.cache = vps::DefaultCacheFolder();
   if (arguments.has("--trace")) options.trace = arguments.text("--trace");
+  options.steps = arguments.text("--steps");
+  const auto steps_from_s = arguments.number("--steps_from");
+  if (!steps_from_s) return Complain("run", steps_from_s.error().detail, kBadUsage);
+  options.steps_from_s = steps_from_s->value_or(0.0);
   options.parameters = wanted.changes;
   options.interrupted = &CatchInterrupt();
   options.say = Print;
@@ -150,6 +154,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.duration_s = wanted.duration_s;
   options.without = arguments.texts("--without");
   options.is_headless = arguments.has("--headless");
+  options.is_encrypted = !arguments.has("--no_encryption");
   options.rt = arguments.text("--rt", "try");
   options.workers = static_cast<unsigned>(wanted.workers);
   options.program_folder = ProgramFolder();
@@ -221,6 +226,7 @@ int Run(const Arguments& arguments) {
   if (arguments.has("--trace") && (is_both || !arguments.has("--lockstep"))) {
     return Complain("run", "--trace goes with --lockstep and one method", kBadUsage);
   }
+  if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
   if (is_both) return RunBothMethods(arguments, scenario, *wanted);
   nlohmann::json report;
   return RunOnce(arguments, scenario, *wanted, &report);
@@ -245,6 +251,9 @@ Verb RunVerb() {
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
        {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
+       {"--steps", "FILE.mcap", "with --lockstep: every step of the nodes, for 'oos replay FILE --node NODE'"},
+       {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},
+       {"--no_encryption", "", "no keys: anybody on the network may listen in and speak"},
        {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
       Run};
 }

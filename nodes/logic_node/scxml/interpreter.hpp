@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "nodes/logic_node/scxml/chart.hpp"
+#include "replay/fields.hpp"
 
 namespace logic_node::scxml {
 
@@ -46,6 +47,15 @@ class Interpreter {
   [[nodiscard]] double variable(std::size_t index) const { return variables_[index]; }
 
   static constexpr int kMaxMicrosteps = 1000;  // per event
+
+  // All that the next step depends on (replay/fields.hpp). Of an interpreter of the same chart, between steps; one that
+  // was read is given its signals anew.
+  template <class V>
+  void VisitState(V& v);
+  [[nodiscard]] bool FitsChart() const {
+    return active_.size() == chart_.states.size() && (!is_running_ || variables_.size() == chart_.variables.size());
+  }
+  void set_signals(const std::vector<double>* signals) { signals_ = signals; }
 
  private:
   struct Timer {
@@ -97,6 +107,37 @@ class Interpreter {
   std::vector<char> by_default_;
   std::map<int, const std::vector<Action>*> history_actions_;  // by the history's parent
 };
+
+template <class V>
+void Interpreter::VisitState(V& v) {
+  const auto texts = [&v](const char* name, std::deque<std::string>* events) {
+    std::vector<std::string> list(events->begin(), events->end());
+    replay::Items(v, name, list);
+    events->assign(list.begin(), list.end());
+  };
+  replay::Items(v, "variables", variables_);
+  replay::Items(v, "active", active_);
+  std::vector<std::pair<int, std::vector<int>>> history(history_.begin(), history_.end());
+  history.resize(v.Count("history", history.size()));
+  for (auto& [state, states] : history) {
+    v.Value("history.state", state);
+    replay::Items(v, "history.states", states);
+  }
+  history_ = {history.begin(), history.end()};
+  texts("internal_events", &internal_events_);
+  texts("sent_events", &sent_events_);
+  timers_.resize(v.Count("timers", timers_.size()));
+  for (Timer& timer : timers_) {
+    v.Value("timers.due_ns", timer.due_ns);
+    v.Value("timers.order", timer.order);
+    v.Text("timers.event", timer.event);
+    v.Text("timers.send_id", timer.send_id);
+  }
+  v.Value("num_sent", num_sent_);
+  v.Value("time_ns", time_ns_);
+  v.Value("is_running", is_running_);
+  v.Value("is_circling", is_circling_);
+}
 
 // SCXML 3.12.1: a descriptor matches an event when its tokens are a prefix of the event's.
 bool Matches(const std::string& descriptor, const std::string& event);

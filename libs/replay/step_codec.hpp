@@ -1,0 +1,146 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+namespace replay {
+
+// Every field as 64 bits, and back: an exact image, also of a NaN.
+template <class T>
+std::uint64_t BitsOf(const T& value) {
+  if constexpr (std::is_same_v<T, double>) {
+    return std::bit_cast<std::uint64_t>(value);
+  } else if constexpr (std::is_same_v<T, float>) {
+    return std::bit_cast<std::uint32_t>(value);
+  } else if constexpr (std::is_signed_v<T>) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
+  } else {
+    return static_cast<std::uint64_t>(value);
+  }
+}
+
+template <class T>
+T FromBits(std::uint64_t bits) {
+  if constexpr (std::is_same_v<T, double>) {
+    return std::bit_cast<double>(bits);
+  } else if constexpr (std::is_same_v<T, float>) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+  } else {
+    return static_cast<T>(bits);
+  }
+}
+
+// A step of a node as bytes (little endian):
+//
+//    0 u8  1: complete in itself; 0: the fields that are left out are those of the step before
+//    1 u8[3] 0
+//    4 u32 number of fields
+//    8 u64 tick
+//   16 u64 digest of the outputs (OutputDigest)
+//   24 one bit per field, least significant first: it is there
+//      then the fields that are there: a byte w and the lowest w bytes of its 64 bits, exclusive or those of the step
+//      before (neighbours in time share sign, exponent and first digits, so the upper bytes are zero)
+//
+// Fields are known by their place: where lists grow or shrink, places shift, which costs bytes but never exactness.
+// What is beyond the step before, and everything in a complete step, counts from zero.
+constexpr std::size_t kStepHeadBytes = 24;
+
+class StepEncoder {
+ public:
+  static constexpr bool kReads = false;
+  static constexpr std::uint64_t kKeyPeriod = 500;  // steps from one that is complete in itself to the next
+
+  // Room for so many fields; a step with more is refused. All memory is taken here.
+  explicit StepEncoder(std::size_t max_fields);
+
+  void Begin(std::uint64_t tick);
+  // The step's bytes, valid until the next Begin; empty when it had too many fields (the next one is complete then).
+  [[nodiscard]] std::span<const std::uint8_t> Finish(std::uint64_t digest);
+  // The last step was lost on its way: the next one must be complete in itself.
+  void Forget() { is_key_next_ = true; }
+
+  template <class T>
+  void Value(std::string_view, T& value) {
+    Put(BitsOf(value));
+  }
+  void Text(std::string_view, std::string& text);
+  std::size_t Count(std::string_view, std::size_t count) {
+    Put(count);
+    return count;
+  }
+  void Enter(std::string_view) {}
+  void Enter(std::string_view, std::size_t) {}
+  void Leave() {}
+
+  bool tells_transport = true;
+
+ private:
+  void Put(std::uint64_t bits) {
+    const std::size_t i = num_fields_++;
+    if (i >= last_.size()) return;
+    const std::uint64_t change = bits ^ (is_key_ || i >= last_fields_ ? 0 : last_[i]);
+    last_[i] = bits;
+    if (change == 0) return;
+    flags_[i / 8] |= static_cast<std::uint8_t>(1U << (i % 8));
+    const unsigned used = (71U - static_cast<unsigned>(std::countl_zero(change))) / 8U;
+    values_[num_value_bytes_] = static_cast<std::uint8_t>(used);
+    std::memcpy(&values_[num_value_bytes_ + 1], &change, sizeof change);
+    num_value_bytes_ += 1 + used;
+  }
+
+  std::vector<std::uint64_t> last_;
+  std::vector<std::uint8_t> flags_, values_, step_;
+  std::size_t num_fields_ = 0, last_fields_ = 0, num_value_bytes_ = 0;
+  std::uint64_t since_key_ = 0;
+  bool is_key_ = true, is_key_next_ = true;
+  std::uint64_t tick_ = 0;
+};
+
+// Reads steps in the order in which they were written.
+class StepDecoder {
+ public:
+  static constexpr bool kReads = true;
+
+  // False: damaged, or not complete in itself though nothing precedes it.
+  bool Begin(std::span<const std::uint8_t> step);
+  // True when all fields were read, no more and no fewer.
+  [[nodiscard]] bool Finish();
+  [[nodiscard]] std::uint64_t tick() const { return tick_; }
+  [[nodiscard]] std::uint64_t digest() const { return digest_; }
+
+  template <class T>
+  void Value(std::string_view, T& value) {
+    value = FromBits<T>(Take());
+  }
+  void Text(std::string_view, std::string& text);
+  std::size_t Count(std::string_view, std::size_t) {
+    const std::uint64_t count = Take();
+    if (count <= last_.size()) return static_cast<std::size_t>(count);  // a list has a field per item at least
+    Fail();
+    return 0;
+  }
+  void Enter(std::string_view) {}
+  void Enter(std::string_view, std::size_t) {}
+  void Leave() {}
+  void Fail() { is_damaged_ = true; }
+
+  bool tells_transport = true;
+
+ private:
+  std::uint64_t Take();
+
+  std::vector<std::uint64_t> last_;
+  std::span<const std::uint8_t> flags_, values_;
+  std::size_t next_ = 0, at_ = 0;
+  std::uint64_t tick_ = 0, digest_ = 0;
+  bool is_damaged_ = false;
+  bool has_key_ = false;
+};
+
+}  // namespace replay
