@@ -1,0 +1,35 @@
+// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and tells of each turn.
+//
+//   oos run SCENARIO --without device_bridge
+//   node example_publish.mjs ROLE [TURNS]
+
+import { Node, message, runningSession } from "./oos_bus.mjs";
+
+const PERIOD_MS = 2, TURN_S = 4, RADIUS_M = 0.05;
+const [role, turns = 3] = process.argv.slice(2);
+const topic = `device/${role}/state`;
+
+// The hand at time t; D has the axes of W.
+function sample(t) {
+  const angle = (2 * Math.PI * t) / TURN_S, speed = (2 * Math.PI * RADIUS_M) / TURN_S;
+  return message(topic, {
+    sampleNs: process.hrtime.bigint(), isEngaged: true, isSimulated: true,
+    xWd: [1, 0, 0, 0, RADIUS_M * Math.cos(angle), RADIUS_M * Math.sin(angle), 0.1],
+    vWd: [0, 0, 0, -speed * Math.sin(angle), speed * Math.cos(angle), 0],
+  });
+}
+
+const node = new Node({ name: "example_publish_js", isObserver: false, ...runningSession() });
+node.advertise(topic);
+await node.start();
+const begin = performance.now();
+let turn = 0;
+const drawing = setInterval(() => {
+  const t = (performance.now() - begin) / 1000;
+  node.publish(topic, sample(t));
+  if (t > (turn + 1) * TURN_S) node.emitEvent("turn", `${++turn}`);
+  if (turn >= Number(turns)) {
+    clearInterval(drawing);
+    node.close();
+  }
+}, PERIOD_MS);

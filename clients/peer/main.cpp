@@ -1,0 +1,122 @@
+// A registry and one node, "peer", for the tests of the clients in other languages. Line by line on standard output:
+// where the registry is (JSON), then what the client did, then whether it did everything (exit status 0).
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <set>
+#include <string>
+
+#include "bus/node.hpp"
+#include "bus/registry.hpp"
+#include "core/clock.hpp"
+#include "core/hash.hpp"
+#include "core/messages/device.hpp"
+#include "core/messages/physics.hpp"
+
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 5'000'000;
+constexpr std::int64_t kPatience_ns = 30'000'000'000;
+constexpr int kNumBodies = 40;  // of several datagrams
+
+void Say(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+// What the client has to have done before it leaves.
+class Deeds {
+ public:
+  void Add(const std::string& deed) {
+    if (done_.insert(deed).second) Say("client: " + deed);
+  }
+  [[nodiscard]] bool has(const std::string& deed) const { return done_.count(deed) != 0; }
+  [[nodiscard]] int Judge() const {
+    int status = 0;
+    for (const char* deed : {"device state", "event", "parameter", "second parameter refused", "goodbye"}) {
+      if (has(deed)) continue;
+      Say(std::string("missing: ") + deed);
+      status = 1;
+    }
+    return status;
+  }
+
+ private:
+  std::set<std::string> done_;
+};
+
+core::PhysicsState StateOfTick(std::uint64_t tick) {
+  core::PhysicsState state;
+  state.tick = tick;
+  for (std::uint16_t i = 0; i < kNumBodies; ++i) {
+    core::BodyState body;
+    body.object = i;
+    body.X_WO.translation = {i, 0.5 * static_cast<double>(tick % 100), -1.0};
+    state.bodies.push_back(body);
+  }
+  return state;
+}
+
+int Fail(const std::string& why) {
+  Say("error: " + why);
+  return 2;
+}
+
+}  // namespace
+
+int main() {
+  const std::int64_t seed[] = {core::MonotonicNow_ns(), getpid()};
+  const std::uint64_t session = core::Hash64(seed, sizeof(seed)) | std::uint64_t{1} << 63;
+  const auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session});
+  if (!registry) return Fail(registry.error().detail);
+  bus::NodeOptions options;
+  options.name = "peer";
+  options.registry = (*registry)->endpoint();
+  options.session = session;
+  const auto created = bus::Node::Create(options);
+  if (!created) return Fail(created.error().detail);
+  bus::Node& node = **created;
+  auto physics = node.WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  auto status = node.WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
+  const auto& hand = node.ReadLatest<core::DeviceState>(bus::DeviceStateTopic("right"));
+  node.ReadEvents();
+  node.OwnParameters({"gain"});
+  if (const auto started = node.Start(); !started) return Fail(started.error().detail);
+  core::LogicStatus logic;
+  logic.step = "before anybody came";
+  status.Set(logic);
+  Say(R"({"registry": ")" + options.registry + R"(", "session": ")" + std::to_string(session) + "\"}");
+
+  Deeds deeds;
+  const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
+  for (std::uint64_t tick = 1; !deeds.has("goodbye") && core::MonotonicNow_ns() < end_ns; ++tick) {
+    node.Wait(core::MonotonicNow_ns() + kPeriod_ns);
+    core::PhysicsState state = StateOfTick(tick);
+    physics.Send(state);
+    if (hand.is_fresh() && hand.value().X_WD.translation == glm::dvec3(0.1, 0.2, 0.3) && hand.value().is_engaged &&
+        !deeds.has("device state")) {
+      deeds.Add("device state");
+      node.Emit({core::MonotonicNow_ns(), "peer", "hand_seen", ""});
+    }
+    core::Event event;
+    while (node.PollEvent(&event)) {
+      if (event.source == "client" && event.name == "greeting" && event.detail == "hello") {
+        deeds.Add("event");
+        logic.step = "greeted";
+        status.Set(logic);
+        node.Emit({core::MonotonicNow_ns(), "peer", "greeting", "hello, " + event.source});
+      }
+      if (event.name == "node_left" && event.detail == "client") deeds.Add("goodbye");
+      if (event.name == "node_lost" && event.detail == "client") return Fail("the client was lost");
+    }
+    core::ParameterChange change;
+    std::uint64_t ticket = 0;
+    while (node.PollParameter(&change, &ticket)) {
+      const bool is_good = change.value == 2.5;
+      deeds.Add(is_good ? "parameter" : "second parameter refused");
+      node.AckParameter(ticket, tick, is_good, is_good ? "" : "gain is out of range");
+    }
+  }
+  return deeds.Judge();
+}
