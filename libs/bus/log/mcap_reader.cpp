@@ -45,17 +45,22 @@ bool IsIntact(const Chunk& chunk) {
          (chunk.uncompressed_crc == 0 || chunk.uncompressed_crc == Crc32(chunk.records));
 }
 
-// Takes schemas, channels and messages, at the top or within a chunk.
+// Takes records at the top or within a chunk.
 class Collector {
  public:
-  explicit Collector(const MessageVisitor& visit) : visit_(visit) {}
+  explicit Collector(const MessageVisitor& visit, const RecordVisitor& visit_record = {})
+      : visit_(visit), visit_record_(visit_record) {}
 
   // Null, or what is wrong.
   const char* Take(const RawRecord& record) {
     switch (record.opcode) {
+      case Opcode::kHeader:
+        return Read<Header>(record, "the header cannot be read",
+                            [this](Header& header) { contents.header = std::move(header); });
       case Opcode::kSchema: {
         Schema schema;
         if (!ReadRecord(record.content, &schema) || schema.id == 0) return "a schema that cannot be read";
+        Tell(schema);
         contents.schemas[schema.id] = std::move(schema);
         return nullptr;
       }
@@ -63,25 +68,35 @@ class Collector {
         Channel channel;
         if (!ReadRecord(record.content, &channel)) return "a channel that cannot be read";
         if (channel.schema_id != 0 && !contents.schemas.contains(channel.schema_id)) return "a channel without schema";
+        Tell(channel);
         contents.channels[channel.id] = std::move(channel);
         return nullptr;
       }
       case Opcode::kMessage:
         return TakeMessage(record.content);
-      case Opcode::kMetadata: {
-        Metadata metadata;
-        if (!ReadRecord(record.content, &metadata)) return "metadata that cannot be read";
-        contents.metadata.push_back(std::move(metadata));
-        return nullptr;
-      }
-      case Opcode::kAttachment: {
-        Attachment attachment;
-        if (!ReadRecord(record.content, &attachment)) return "a damaged attachment";
-        contents.attachments.push_back(std::move(attachment));
-        return nullptr;
-      }
+      case Opcode::kMetadata:
+        return Read<Metadata>(record, "metadata that cannot be read",
+                              [this](Metadata& metadata) { contents.metadata.push_back(std::move(metadata)); });
+      case Opcode::kAttachment:
+        return Read<Attachment>(record, "a damaged attachment", [this](Attachment& attachment) {
+          contents.attachments.push_back(std::move(attachment));
+        });
+      case Opcode::kAttachmentIndex:
+        return Read<AttachmentIndex>(record, "an attachment's index that cannot be read");
+      case Opcode::kMetadataIndex:
+        return Read<MetadataIndex>(record, "a metadata index that cannot be read");
+      case Opcode::kChunkIndex:
+        return Read<ChunkIndex>(record, "a chunk's index that cannot be read");
+      case Opcode::kStatistics:
+        return Read<Statistics>(record, "statistics that cannot be read");
+      case Opcode::kSummaryOffset:
+        return Read<SummaryOffset>(record, "a summary offset that cannot be read");
+      case Opcode::kDataEnd:
+        return Read<DataEnd>(record, "the data's end cannot be read");
+      case Opcode::kFooter:
+        return Read<Footer>(record, "the footer cannot be read");
       default:
-        return nullptr;  // indices and private records
+        return nullptr;  // message indices and private records
     }
   }
 
@@ -110,17 +125,37 @@ class Collector {
     s.first_ns = is_first ? message.log_time_ns : std::min(s.first_ns, message.log_time_ns);
     s.last_ns = is_first ? message.log_time_ns : std::max(s.last_ns, message.log_time_ns);
     ++s.channel_message_counts[message.channel_id];
-    visit_(channel->second, message);
+    Tell(message);
+    if (visit_) visit_(channel->second, message);
     return nullptr;
   }
 
+  template <class Record>
+  void Tell(const Record& record) {
+    if (visit_record_) visit_record_(record);
+  }
+  template <class Record, class Keep>
+  const char* Read(const RawRecord& raw, const char* wrong, Keep&& keep) {
+    Record record;
+    if (!ReadRecord(raw.content, &record)) return wrong;
+    Tell(record);
+    keep(record);
+    return nullptr;
+  }
+  template <class Record>
+  const char* Read(const RawRecord& raw, const char* wrong) {
+    return Read<Record>(raw, wrong, [](Record&) {});
+  }
+
   const MessageVisitor& visit_;
+  const RecordVisitor visit_record_;
 };
 
 class StrictReader {
  public:
-  StrictReader(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, const MessageVisitor& visit)
-      : path_(path), bytes_(bytes), collector_(visit) {}
+  StrictReader(const std::filesystem::path& path, std::span<const std::uint8_t> bytes, const MessageVisitor& visit,
+               const RecordVisitor& visit_record = {})
+      : path_(path), bytes_(bytes), collector_(visit, visit_record) {}
 
   core::Result<McapContents> Read() {
     if (!HasMagic(bytes_)) return Damaged(0, "this is no MCAP file");
@@ -130,9 +165,7 @@ class StrictReader {
       const auto record = RecordAt(bytes_, at);
       if (!record && HasMagic(bytes_.last(kMcapMagic.size()))) return Damaged(at, "a record beyond the file's end");
       if (!record) return Finish(false);  // cut off
-      if (is_first && (record->opcode != Opcode::kHeader || !ReadRecord(record->content, &contents().header))) {
-        return Damaged(at, "the header is missing");
-      }
+      if (is_first && record->opcode != Opcode::kHeader) return Damaged(at, "the header is missing");
       is_first = false;
       if (record->opcode == Opcode::kDataEnd) return ReadEnd(*record);
       if (auto done = TakeOne(*record); !done) return tl::unexpected(done.error());
@@ -182,13 +215,12 @@ class StrictReader {
     if (end.data_section_crc != 0 && end.data_section_crc != Crc32(bytes_.first(data_end.begin))) {
       return Damaged(data_end.begin, "the data's checksum is wrong");
     }
+    (void)collector_.Take(data_end);
     for (std::size_t at = data_end.end; at < bytes_.size();) {
       const auto record = RecordAt(bytes_, at);
       if (!record) return Finish(false);
       if (record->opcode == Opcode::kFooter) return ReadFooter(*record);
-      if (record->opcode == Opcode::kSchema || record->opcode == Opcode::kChannel) {
-        if (const char* wrong = collector_.Take(*record)) return Damaged(at, wrong);
-      }
+      if (const char* wrong = collector_.Take(*record)) return Damaged(at, wrong);
       at = record->end;
     }
     return Finish(false);
@@ -203,6 +235,7 @@ class StrictReader {
     if (footer.summary_crc != 0 && footer.summary_crc != Crc32(bytes_.subspan(begin, end - begin))) {
       return Damaged(begin, "the summary's checksum is wrong");
     }
+    (void)collector_.Take(record);
     return Finish(true);
   }
 
@@ -247,9 +280,7 @@ class Salvager {
   }
 
   void TakeOne(const RawRecord& record) {
-    if (record.opcode == Opcode::kHeader) {
-      (void)ReadRecord(record.content, &collector_.contents.header);
-    } else if (record.opcode == Opcode::kChunk) {
+    if (record.opcode == Opcode::kChunk) {
       Chunk chunk;
       if (!ReadRecord(record.content, &chunk) || !chunk.compression.empty() || !IsIntact(chunk)) {
         ++recovery.num_damaged_chunks;
@@ -330,6 +361,13 @@ core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const Mes
   return StrictReader(path, *bytes, visit).Read();
 }
 
+core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, const RecordVisitor& visit) {
+  const auto bytes = ReadFile(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const MessageVisitor none;
+  return StrictReader(path, *bytes, none, visit).Read();
+}
+
 core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to) {
   const auto bytes = ReadFile(from);
   if (!bytes) return tl::unexpected(bytes.error());
@@ -337,21 +375,34 @@ core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const 
   const MessageVisitor keep = [&](const Channel& channel, const Message& message) {
     messages.emplace_back(channel, message);
   };
-  Salvager salvager(*bytes, keep);
-  salvager.Salvage();
+  // A whole file may hold private records, which the salvager would take for damage.
+  auto whole = StrictReader(from, *bytes, keep).Read();
+  const bool was_whole = whole && whole->has_summary;
+  McapRecovery recovery;
+  McapContents contents;
+  if (was_whole) {
+    contents = std::move(*whole);
+  } else {
+    messages.clear();
+    Salvager salvager(*bytes, keep);
+    salvager.Salvage();
+    recovery = salvager.recovery;
+    contents = salvager.contents();
+  }
+  recovery.was_whole = was_whole;
   if (messages.empty()) {
     return core::Fail(core::ErrorCode::kDamaged, from.string() + ": not one message could be saved");
   }
-  auto writer = McapWriter::Create(to, salvager.contents().header);
+  auto writer = McapWriter::Create(to, contents.header);
   if (!writer) return tl::unexpected(writer.error());
   Copier copier(writer->get());
   for (const auto& [channel, message] : messages) {
-    if (auto done = copier.Copy(salvager.contents(), channel, message); !done) return tl::unexpected(done.error());
+    if (auto done = copier.Copy(contents, channel, message); !done) return tl::unexpected(done.error());
   }
-  for (const Metadata& metadata : salvager.contents().metadata) {
+  for (const Metadata& metadata : contents.metadata) {
     if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
   }
-  for (const Attachment& attachment : salvager.contents().attachments) {
+  for (const Attachment& attachment : contents.attachments) {
     if (auto done = (*writer)->Write(attachment); !done) return tl::unexpected(done.error());
   }
   if (auto done = (*writer)->Close(); !done) return tl::unexpected(done.error());
@@ -370,10 +421,7 @@ core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const 
   if (!is_same || next != messages.size() || !again->has_summary) {
     return core::Fail(core::ErrorCode::kIo, to.string() + ": does not read back as it was written; is the disk full?");
   }
-  McapRecovery recovery = salvager.recovery;
   recovery.num_messages = messages.size();
-  const auto whole = StrictReader(from, *bytes, [](const Channel&, const Message&) {}).Read();
-  recovery.was_whole = whole && whole->has_summary;
   return recovery;
 }
 

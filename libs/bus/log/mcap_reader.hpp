@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <variant>
 #include <vector>
 
 #include "bus/log/mcap_records.hpp"
@@ -29,6 +30,12 @@ using MessageVisitor = std::function<void(const Channel& channel, const Message&
 // that is no error, has_summary tells. Errors: kIo; kDamaged with the byte where it is; kUnsupported (compressed
 // chunks).
 core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit);
+
+// The same, with every record in the file's order: those within chunks too, but chunks and message indices left out.
+using AnyRecord = std::variant<Header, Footer, Schema, Channel, Message, Attachment, AttachmentIndex, Statistics,
+                               Metadata, MetadataIndex, ChunkIndex, SummaryOffset, DataEnd>;
+using RecordVisitor = std::function<void(const AnyRecord& record)>;
+core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, const RecordVisitor& visit);
 
 struct McapRecovery {
   std::uint64_t num_messages = 0;

@@ -68,8 +68,6 @@ struct McapWriter::Impl {
     for (auto& [id, entries] : indices) {
       if (entries.entries.empty()) continue;
       index.message_index_offsets[id] = position + out.size();
-      std::stable_sort(entries.entries.begin(), entries.entries.end(),
-                       [](const auto& a, const auto& b) { return a.first < b.first; });
       AppendRecord(entries, &out);
       entries.entries.clear();
     }

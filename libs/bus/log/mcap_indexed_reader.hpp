@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/log/mcap_reader.hpp"
+
+namespace bus::log {
+
+// Reads by a file's index: only the chunks that a question needs, messages by log time. A file without an index (its
+// writer died, or wrote none) is read from its front once, and kept in memory.
+class McapIndexedReader {
+ public:
+  // Errors: kIo; kDamaged; kUnsupported, as ReadMcap.
+  static core::Result<McapIndexedReader> Open(const std::filesystem::path& path);
+
+  // Messages with from_ns <= log time < to_ns, by log time; those of one time in the file's order. The visitor returns
+  // false to end. Errors: kDamaged.
+  using Visitor = std::function<bool(const Channel& channel, const Message& message)>;
+  core::Result<void> ReadMessages(const Visitor& visit, std::uint64_t from_ns = 0,
+                                  std::uint64_t to_ns = std::numeric_limits<std::uint64_t>::max());
+
+  // Complete for a file whose summary repeats them, otherwise once all messages were read.
+  [[nodiscard]] const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }
+  [[nodiscard]] const std::map<std::uint16_t, Channel>& channels() const { return channels_; }
+  [[nodiscard]] const std::optional<Statistics>& statistics() const { return statistics_; }  // as the file says
+  [[nodiscard]] bool has_index() const { return has_index_; }
+  // Metadata records of this name, or all. Attachments likewise. Errors: kDamaged.
+  core::Result<std::vector<Metadata>> ReadMetadata(const std::string& name = {});
+  core::Result<std::vector<Attachment>> ReadAttachments(const std::string& name = {});
+
+ private:
+  struct Placed {
+    Message message;
+    std::uint64_t offset = 0;  // place in the file's order
+  };
+  core::Result<bool> ReadSummary();
+  core::Result<void> ReadAll();
+  core::Result<Bytes> ReadAt(std::uint64_t offset, std::uint64_t length);
+  core::Result<void> ReadChunk(const ChunkIndex& index, std::uint64_t from_ns, std::uint64_t to_ns,
+                               std::vector<Placed>* messages);
+  template <class Record>
+  core::Result<Record> ReadRecordAt(std::uint64_t offset, std::uint64_t length, const char* what);
+  [[nodiscard]] tl::unexpected<core::Error> Damaged(std::uint64_t at, const std::string& what) const;
+
+  std::filesystem::path path_;
+  std::ifstream file_;
+  std::uint64_t size_ = 0;
+  bool has_index_ = false;
+  std::map<std::uint16_t, Schema> schemas_;
+  std::map<std::uint16_t, Channel> channels_;
+  std::optional<Statistics> statistics_;
+  std::vector<ChunkIndex> chunks_;  // by first time
+  std::vector<MetadataIndex> metadata_index_;
+  std::vector<AttachmentIndex> attachment_index_;
+  // Without an index.
+  std::vector<Placed> messages_;
+  std::vector<Metadata> metadata_;
+  std::vector<Attachment> attachments_;
+};
+
+}  // namespace bus::log
