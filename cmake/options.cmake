@@ -11,6 +11,8 @@ option(VR_OOS_PEERS "FCL, Bullet, OpenVDB and MuJoCo in `oos bench` and slow tes
 option(VR_OOS_WERROR "Warnings are errors (preset ci)" OFF)
 set(VR_OOS_SANITIZE "" CACHE STRING "address,undefined or thread (presets asan, tsan)")
 
+option(VR_OOS_FUZZERS "libFuzzer's executables of tests/fuzz; needs clang (preset fuzz, packages of apt-slow.txt)" OFF)
+
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
@@ -31,5 +33,8 @@ endif()
 if(VR_OOS_SANITIZE)
   target_compile_options(vr_oos_flags INTERFACE -fsanitize=${VR_OOS_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(vr_oos_flags INTERFACE -fsanitize=${VR_OOS_SANITIZE})
+endif()
+if(VR_OOS_FUZZERS)
+  target_compile_options(vr_oos_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 target_include_directories(vr_oos_flags INTERFACE "${CMAKE_SOURCE_DIR}/libs" "${CMAKE_SOURCE_DIR}")

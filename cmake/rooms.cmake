@@ -2,6 +2,7 @@
 #
 # Files: *_test.cpp become one GoogleTest executable per room, *_slow_test.cpp and *_realtime_test.cpp one each with that
 # label, *_bench.cpp one Google Benchmark executable, main.cpp the node's executable; everything else is the library.
+# A folder inside with a CMakeLists.txt of its own is another room.
 
 # Sanitizers make the tests some five times slower.
 set(VR_OOS_TEST_SECONDS 300)
@@ -23,6 +24,11 @@ endfunction()
 function(add_room name)
   cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  file(GLOB_RECURSE rooms_inside "${CMAKE_CURRENT_SOURCE_DIR}/*/CMakeLists.txt")
+  foreach(inside ${rooms_inside})
+    get_filename_component(inside "${inside}" DIRECTORY)
+    list(FILTER sources EXCLUDE REGEX "^${inside}/")
+  endforeach()
   set(tests ${sources})
   set(benches ${sources})
   list(FILTER sources EXCLUDE REGEX "(_test|_bench|/main)\\.cpp$")

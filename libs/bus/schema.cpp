@@ -91,6 +91,28 @@ std::string Inner(const std::string& type) {
   return open == std::string::npos ? std::string() : type.substr(open + 1, type.size() - open - 2);
 }
 
+// Schemas come from other processes: none of this build's nests deeper than 3.
+constexpr int kMaxNesting = 16;
+
+bool AreCompatible(const std::string& canonical_a, const std::string& canonical_b, int depth, std::string* why) {
+  if (depth > kMaxNesting) {
+    *why = "messages are nested more than " + std::to_string(kMaxNesting) + " deep";
+    return false;
+  }
+  const auto a = Fields(canonical_a);
+  const auto b = Fields(canonical_b);
+  for (const auto& [number, type] : a) {
+    const auto found = b.find(number);
+    if (found == b.end() || found->second == type) continue;
+    const bool both_messages = !Inner(type).empty() && !Inner(found->second).empty() &&
+                               (type.front() == 'r') == (found->second.front() == 'r');
+    if (both_messages && AreCompatible(Inner(type), Inner(found->second), depth + 1, why)) continue;
+    *why = "field " + number + " is " + type + " in one and " + found->second + " in the other";
+    return false;
+  }
+  return true;
+}
+
 // A file behind those that it imports, each once.
 void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>* known,
              google::protobuf::FileDescriptorSet* set) {
@@ -131,18 +153,7 @@ const PayloadSchema& SchemaOf(MessageType type) {
 }
 
 bool AreCompatible(const std::string& canonical_a, const std::string& canonical_b, std::string* why) {
-  const auto a = Fields(canonical_a);
-  const auto b = Fields(canonical_b);
-  for (const auto& [number, type] : a) {
-    const auto found = b.find(number);
-    if (found == b.end() || found->second == type) continue;
-    const bool both_messages = !Inner(type).empty() && !Inner(found->second).empty() &&
-                               (type.front() == 'r') == (found->second.front() == 'r');
-    if (both_messages && AreCompatible(Inner(type), Inner(found->second), why)) continue;
-    *why = "field " + number + " is " + type + " in one and " + found->second + " in the other";
-    return false;
-  }
-  return true;
+  return AreCompatible(canonical_a, canonical_b, 0, why);
 }
 
 std::string PayloadText(MessageType type, std::span<const std::uint8_t> payload) {

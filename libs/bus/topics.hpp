@@ -80,19 +80,27 @@ inline constexpr std::array kTopicRules = {
     TopicRule{"param/set", TopicClass::kService, MessageType::kParameterChange, 0},
 };
 
-// '*' in the pattern matches any text, also none.
+// '*' in the pattern matches any text, also none. Patterns come from other processes: only the last star is ever tried
+// again, so the time is at most the product of the lengths.
 constexpr bool MatchesPattern(std::string_view pattern, std::string_view text) {
-  while (!pattern.empty() && pattern.front() != '*') {
-    if (text.empty() || text.front() != pattern.front()) return false;
-    pattern.remove_prefix(1);
-    text.remove_prefix(1);
+  std::size_t p = 0, t = 0;
+  std::size_t star = std::string_view::npos, after_star = 0;  // the last star, and the text that it does not cover
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      after_star = t;
+    } else if (p < pattern.size() && pattern[p] == text[t]) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++after_star;
+    } else {
+      return false;
+    }
   }
-  if (pattern.empty()) return text.empty();
-  pattern.remove_prefix(1);
-  for (std::size_t skip = 0; skip <= text.size(); ++skip) {
-    if (MatchesPattern(pattern, text.substr(skip))) return true;
-  }
-  return false;
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
 }
 
 // Null when no rule matches.

@@ -13,6 +13,9 @@ static_assert(MatchesPattern("device/*/state", "device/op1/arm.left/state"));
 static_assert(!MatchesPattern("device/*/state", "device/right/command"));
 static_assert(MatchesPattern("*", ""));
 static_assert(!MatchesPattern("a", "ab"));
+static_assert(MatchesPattern("a*b*c", "axbxbxc"));
+static_assert(!MatchesPattern("a*b*c", "axbxbxcx"));
+static_assert(MatchesPattern("**", "a") && !MatchesPattern("", "a") && MatchesPattern("a**", "a"));
 
 TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule(DeviceStateTopic("op1/arm.left"))->type, MessageType::kDeviceState);
@@ -27,6 +30,14 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule(kEventTopic)->topic_class, TopicClass::kEvent);
   EXPECT_EQ(FindTopicRule(kParameterTopic)->topic_class, TopicClass::kService);
   EXPECT_EQ(FindTopicRule("no/such/topic"), nullptr);
+}
+
+// One that tries every way to share the text among the stars does not come back in a lifetime.
+TEST(Topics, APatternOfManyStarsIsJudged) {
+  std::string pattern;
+  for (int i = 0; i < 40; ++i) pattern += "*a";
+  EXPECT_FALSE(MatchesPattern(pattern + "b", std::string(4000, 'a')));
+  EXPECT_TRUE(MatchesPattern(pattern, std::string(4000, 'a')));
 }
 
 TEST(Schema, EveryMessageHasItsOwnDigest) {
@@ -47,6 +58,19 @@ TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {
   EXPECT_EQ(why, "field 2 is uint32 in one and sint32 in the other");
   EXPECT_FALSE(AreCompatible("1:repeated_{1:float}", "1:repeated_{1:double}", &why));
   EXPECT_FALSE(AreCompatible("1:double", "1:repeated_double", &why));
+}
+
+// A peer can send what it likes: one that follows every nesting runs out of stack.
+TEST(Schema, EndlessNestingIsRefused) {
+  std::string open, close;
+  for (int i = 0; i < 2000; ++i) {
+    open += "1:{";
+    close += "}";
+  }
+  std::string why;
+  EXPECT_FALSE(AreCompatible(open + "1:float" + close, open + "1:double" + close, &why));
+  EXPECT_FALSE(why.empty());
+  EXPECT_FALSE(AreCompatible(open + "1:float" + close, open + "1:float 2:bool" + close, &why));
 }
 
 }  // namespace

@@ -3,11 +3,11 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "core/hash.hpp"
+#include "core/read_file.hpp"
 
 namespace physics {
 namespace {
@@ -25,7 +25,7 @@ struct Header {
 };
 static_assert(sizeof(Header) == 40, "no padding, so that the checksum is of values only");
 
-std::uint64_t Checksum(const Header& header, const char* parts, std::size_t num_bytes) {
+std::uint64_t Checksum(const Header& header, const void* parts, std::size_t num_bytes) {
   return core::Hash64(parts, num_bytes, core::Hash64(&header, offsetof(Header, checksum)));
 }
 
@@ -33,7 +33,7 @@ tl::unexpected<core::Error> Refuse(const std::filesystem::path& file, core::Erro
   return core::Fail(code, "checkpoint " + file.string() + ": " + why);
 }
 
-bool TakeParts(const std::vector<char>& bytes, std::span<Checkpoint* const> parts) {
+bool TakeParts(const std::vector<std::uint8_t>& bytes, std::span<Checkpoint* const> parts) {
   std::size_t at = sizeof(Header);
   for (Checkpoint* part : parts) {
     std::uint64_t size = 0;
@@ -89,9 +89,9 @@ core::Result<void> WriteCheckpointFile(const std::filesystem::path& file, std::u
 
 core::Result<std::uint64_t> ReadCheckpointFile(const std::filesystem::path& file, std::uint64_t content,
                                                std::span<Checkpoint* const> parts) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Refuse(file, core::ErrorCode::kNotFound, std::string("cannot be read: ") + std::strerror(errno));
-  const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto read = core::ReadFile(file);
+  if (!read) return Refuse(file, core::ErrorCode::kNotFound, read.error().detail);
+  const std::vector<std::uint8_t>& bytes = *read;
   Header header;
   if (bytes.size() >= sizeof(Header)) std::memcpy(&header, bytes.data(), sizeof(Header));
   if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0) {

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <memory>
+
+#include "core/read_file.hpp"
 
 namespace scene {
 namespace {
@@ -166,14 +166,14 @@ int XmlElement::LineOf(std::string_view attribute) const {
 }
 
 tl::expected<XmlElement, std::vector<Diagnostic>> ReadXml(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
+  const auto bytes = core::ReadFile(file);
+  if (!bytes) {
     return Refuse({{file, 0},
                    "cannot open '" + file.string() + "'",
-                   "the file is missing or not readable",
+                   "it " + bytes.error().detail,
                    "give the path of a file that exists"});
   }
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  const std::string text(bytes->begin(), bytes->end());
 
   ParseError first_error;
   const std::unique_ptr<xmlParserCtxt, ContextDeleter> context(xmlNewParserCtxt());

@@ -2,20 +2,17 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 
 #include "bus/log/mcap_writer.hpp"
+#include "core/read_file.hpp"
 
 namespace bus::log {
 namespace {
 
-core::Result<Bytes> ReadFile(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return core::Fail(core::ErrorCode::kIo, path.string() + ": cannot be read");
-  Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (in.bad()) return core::Fail(core::ErrorCode::kIo, path.string() + ": cannot be read to its end");
+core::Result<Bytes> ReadWhole(const std::filesystem::path& path) {
+  auto bytes = core::ReadFile(path);
+  if (!bytes) return core::Fail(core::ErrorCode::kIo, path.string() + ": " + bytes.error().detail);
   return bytes;
 }
 
@@ -356,20 +353,20 @@ class Copier {
 }  // namespace
 
 core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit) {
-  const auto bytes = ReadFile(path);
+  const auto bytes = ReadWhole(path);
   if (!bytes) return tl::unexpected(bytes.error());
   return StrictReader(path, *bytes, visit).Read();
 }
 
 core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, const RecordVisitor& visit) {
-  const auto bytes = ReadFile(path);
+  const auto bytes = ReadWhole(path);
   if (!bytes) return tl::unexpected(bytes.error());
   const MessageVisitor none;
   return StrictReader(path, *bytes, none, visit).Read();
 }
 
 core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const auto bytes = ReadFile(from);
+  const auto bytes = ReadWhole(from);
   if (!bytes) return tl::unexpected(bytes.error());
   std::vector<std::pair<Channel, Message>> messages;
   const MessageVisitor keep = [&](const Channel& channel, const Message& message) {

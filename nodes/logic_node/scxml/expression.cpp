@@ -155,6 +155,7 @@ class Parser {
       {"+", Op::kAdd, 4},        {"-", Op::kSubtract, 4},      {"*", Op::kMultiply, 5}, {"/", Op::kDivide, 5}};
   static constexpr int kUnaryLevel = 6;
   static constexpr int kMaxDepth = 64;
+  static constexpr std::size_t kMaxNodes = 1000;  // evaluation descends into a chain of operators once for each
 
   static bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
   static bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -197,6 +198,9 @@ class Parser {
       const int right = ParseLevel(level + 1);
       if (right < 0) return -1;
       left = Combine(*found, left, right);
+      if (left >= 0 && expression_.nodes_.size() > kMaxNodes) {
+        return Fail("the expression is too long", "1000 values and operators are allowed", "divide it");
+      }
     }
     return left;
   }

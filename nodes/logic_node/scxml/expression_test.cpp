@@ -140,5 +140,16 @@ TEST(Expression, KnowsWhatIsConstant) {
   EXPECT_EQ(Expression::Compile("count == 2", MakeScope())->ConstantValue(), std::nullopt);
 }
 
+// Evaluation descends once for each operator of a chain.
+TEST(Expression, AnEndlessChainIsRefused) {
+  std::string text = "1";
+  for (int i = 0; i < 400; ++i) text += " + 1";
+  EXPECT_EQ(Expression::Compile(text, MakeScope())->ConstantValue(), 401.0);
+  for (int i = 0; i < 400; ++i) text += " + 1";
+  const auto refused = Expression::Compile(text, MakeScope());
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().what, "the expression is too long");
+}
+
 }  // namespace
 }  // namespace logic_node::scxml

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace core {
+
+// The whole content. Errors: kNotFound; kIo (also a folder). The detail says why, and does not repeat the path.
+Result<std::vector<std::uint8_t>> ReadFile(const std::filesystem::path& file);
+
+}  // namespace core

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace fuzz {
+
+// One entry point for each parser that reads what others wrote. Whatever the bytes, a target returns: no crash, no
+// leak, no more memory than a small multiple of the input. It aborts when a claim about the parser's answer does not
+// hold.
+using Input = std::span<const std::uint8_t>;
+
+void FuzzEnvelope(Input input);        // envelope.cpp
+void FuzzLatestCodec(Input input);     // latest_codec.cpp
+void FuzzControl(Input input);         // control.cpp
+void FuzzSchema(Input input);          // schema.cpp
+void FuzzMcap(Input input);            // mcap.cpp
+void FuzzMcapChunk(Input input);       // mcap_chunk.cpp
+void FuzzPayloadJson(Input input);     // payload_json.cpp
+void FuzzScenario(Input input);        // scenario.cpp
+void FuzzProcedure(Input input);       // procedure.cpp
+void FuzzOperatorScript(Input input);  // operator_script.cpp
+void FuzzCheckpoint(Input input);      // checkpoint.cpp
+
+struct NamedTarget {
+  const char* name;  // of its folder in corpus/
+  void (*run)(Input);
+};
+
+// tests/fuzz/CMakeLists.txt has the same names.
+inline constexpr std::array kTargets = {
+    NamedTarget{"envelope", FuzzEnvelope},
+    NamedTarget{"latest_codec", FuzzLatestCodec},
+    NamedTarget{"control", FuzzControl},
+    NamedTarget{"schema", FuzzSchema},
+    NamedTarget{"mcap", FuzzMcap},
+    NamedTarget{"mcap_chunk", FuzzMcapChunk},
+    NamedTarget{"payload_json", FuzzPayloadJson},
+    NamedTarget{"scenario", FuzzScenario},
+    NamedTarget{"procedure", FuzzProcedure},
+    NamedTarget{"operator_script", FuzzOperatorScript},
+    NamedTarget{"checkpoint", FuzzCheckpoint},
+};
+
+}  // namespace fuzz
