@@ -56,7 +56,7 @@ std::size_t EnvelopeBytes(const core::Header& header) {
   return kEnvelopeFixedBytes + kStampBytes * (header.direct.stamps.size() + header.through_physics.stamps.size());
 }
 
-std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept {
+std::size_t WriteEnvelopeToSeal(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept {
   const core::Header& header = envelope.header;
   Put(out, 0, kEnvelopeMagic);
   out[4] = kEnvelopeVersion;
@@ -69,7 +69,7 @@ std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, s
   Put(out, 24, envelope.node);
   out[28] = static_cast<std::uint8_t>(header.direct.stamps.size());
   out[29] = static_cast<std::uint8_t>(header.through_physics.stamps.size());
-  Put(out, 30, static_cast<std::uint16_t>((envelope.is_sealed ? kSealedBit : 0) | envelope.history_bytes));
+  Put(out, 30, envelope.history_bytes);
   Put(out, 32, envelope.boot);
   Put(out, 40, header.sequence);
   Put(out, 48, header.publish_ns);
@@ -80,8 +80,12 @@ std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, s
   Put(out, 88, header.through_physics.origin_ns);
   std::size_t at = PutStamps(header.direct, out, kEnvelopeFixedBytes);
   at = PutStamps(header.through_physics, out, at);
-  const std::size_t size = at + payload_bytes + envelope.history_bytes;
-  Put(out, kChecksumAt, envelope.is_sealed ? 0 : Checksum(out, size));
+  return at + payload_bytes + envelope.history_bytes;
+}
+
+std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept {
+  const std::size_t size = WriteEnvelopeToSeal(envelope, payload_bytes, out);
+  Put(out, kChecksumAt, Checksum(out, size));
   return size;
 }
 

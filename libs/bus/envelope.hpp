@@ -50,10 +50,11 @@ struct Envelope {
 std::size_t EnvelopeBytes(const core::Header& header);
 
 // Writes the envelope in front of a payload and history that already stand at out + EnvelopeBytes(header). Returns the
-// whole size, without the seal of a sealed one.
+// whole size. `is_sealed` is not looked at.
 std::size_t WriteEnvelope(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept;
 
-// Turns a written envelope into one that says is_sealed.
+// The same without a checksum, for what is sealed next, and what then says so.
+std::size_t WriteEnvelopeToSeal(const Envelope& envelope, std::size_t payload_bytes, std::uint8_t* out) noexcept;
 void MarkSealed(std::uint8_t* bytes) noexcept;
 
 enum class EnvelopeStatus : std::uint8_t {

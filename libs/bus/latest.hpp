@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace bus {
 
@@ -28,6 +30,9 @@ class LatestWriter {
 };
 
 // Reading end: the newest message by (boot id of the writer, sequence). Older arrivals are counted, not shown.
+//
+// How old the value is when it is read: the writer sends one message a period T and a datagram needs the time h to
+// arrive. If the last k messages were lost, age by publish time <= (k + 1) T + h.
 template <class M>
 class LatestReader {
  public:
@@ -35,18 +40,38 @@ class LatestReader {
   [[nodiscard]] bool has_value() const { return value_.header.sequence != 0; }
   [[nodiscard]] bool is_fresh() const { return is_fresh_; }                // the last Wait() brought it
   [[nodiscard]] std::int64_t received_ns() const { return received_ns_; }  // CLOCK_MONOTONIC of this host
+  // Since it arrived here.
   [[nodiscard]] std::int64_t age_ns(std::int64_t now_ns) const {
     return has_value() ? now_ns - received_ns_ : std::numeric_limits<std::int64_t>::max();
+  }
+  // Since it was published. `clock_offset_ns` is this host's clock less the writer's (0 on one machine); the age is as
+  // uncertain as the offset.
+  [[nodiscard]] std::int64_t publish_age_ns(std::int64_t now_ns, std::int64_t clock_offset_ns = 0) const {
+    return has_value() ? now_ns - (value_.header.publish_ns + clock_offset_ns)
+                       : std::numeric_limits<std::int64_t>::max();
   }
   // From the topic table; a stale value must not be acted on.
   [[nodiscard]] bool is_stale(std::int64_t now_ns) const { return max_age_ns_ > 0 && age_ns(now_ns) > max_age_ns_; }
   [[nodiscard]] std::uint32_t restarts() const { return restarts_; }  // of the writer, seen by this reader
 
+  // For whoever needs every sample (derivatives, records): keeps the newest `num_samples` by sequence, and asks the
+  // writer to send the one or two samples before the newest along with it where they fit into its datagram, so that one
+  // loss, or two in a row, leave no gap. Before Node::Start(); allocates.
+  void KeepHistory(std::size_t num_samples) { history_.resize(num_samples); }
+  [[nodiscard]] bool keeps_history() const { return !history_.empty(); }
+  // Null: lost, not kept any more, or from before the start of the writer.
+  [[nodiscard]] const M* Sample(std::uint64_t sequence) const {
+    if (history_.empty() || sequence == 0) return nullptr;
+    const M& sample = history_[sequence % history_.size()];
+    return sample.header.sequence == sequence ? &sample : nullptr;
+  }
+
  private:
   friend class Node;
   friend struct detail::LatestAccess;
   M value_{};
-  M staging_{};  // a message of several datagrams until it is complete
+  M staging_{};             // a message of several datagrams until it is complete
+  std::vector<M> history_;  // by sequence modulo its size
   std::int64_t received_ns_ = 0;
   std::int64_t max_age_ns_ = 0;
   std::uint32_t restarts_ = 0;

@@ -70,7 +70,7 @@ struct Node::Impl {
   }
 
   int TakeDatagrams();
-  void TakeDatagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
+  void TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns);
   void Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns);
   void TakeStates();
 };
@@ -90,6 +90,7 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   core.tap.Attach(options.tap);
   core.instance = RandomInstance();
   core.identity.session = options.session;
+  core.guard = std::make_unique<detail::DatagramGuard>(options.session, false);
   core.identity.node = TopicId(options.name);
   // Only compared with other starts of the same node: a restart must be the newer one.
   core.identity.boot =
@@ -121,6 +122,7 @@ LatestWriter<M> Node::WriteLatest(const std::string& topic) {
   sender->envelope.node = core.identity.node;
   sender->envelope.boot = core.identity.boot;
   sender->socket = &core.data_socket;
+  sender->guard = core.guard.get();
   sender->tap = core.tap.tap();
   sender->tap_slot = core.tap.Declare(log::TapKind::kSent, topic, TopicClass::kLatest, kMessageTypeOf<M>);
   LatestWriter<M> writer;
@@ -276,6 +278,7 @@ WaitResult Node::Wait(std::int64_t deadline_ns) {
 }
 
 int Node::Impl::TakeDatagrams() {
+  core.guard->TakeSenders();
   int total = 0;
   for (;;) {
     const int count = recvmmsg(core.data_socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
@@ -289,17 +292,23 @@ int Node::Impl::TakeDatagrams() {
   }
 }
 
-void Node::Impl::TakeDatagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
+void Node::Impl::TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns) {
   std::span<const std::uint8_t> payload;
-  const bool is_sound = ReadEnvelope(bytes, &envelope, &payload) == EnvelopeStatus::kOk &&
-                        envelope.topic_class == TopicClass::kLatest && envelope.session == core.identity.session;
-  detail::LatestReceiver* receiver = is_sound ? FindReceiver(envelope.topic) : nullptr;
-  const bool is_taken = receiver != nullptr && receiver->Take(envelope, payload, now_ns);
-  if (is_sound && !core.observed_patterns.empty()) {
-    Observe(payload, bytes.size(), now_ns);
-    if (receiver == nullptr) return;
+  detail::Refusal refusal = core.guard->OpenData(bytes, &envelope, &payload);
+  if (refusal == detail::Refusal::kNone && envelope.topic_class != TopicClass::kLatest) {
+    refusal = detail::Refusal::kUnknownTopic;
   }
-  if (!is_taken) core.refused.fetch_add(1, std::memory_order_relaxed);
+  if (refusal == detail::Refusal::kNone) {
+    detail::LatestReceiver* receiver = FindReceiver(envelope.topic);
+    const bool is_observing = !core.observed_patterns.empty();
+    if (is_observing) Observe(payload, bytes.size(), now_ns);
+    if (receiver != nullptr) {
+      refusal = receiver->Take(envelope, payload, now_ns);
+    } else if (!is_observing) {
+      refusal = detail::Refusal::kUnknownTopic;
+    }
+  }
+  if (refusal != detail::Refusal::kNone) core.guard->refusals.Add(refusal);
 }
 
 void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns) {

@@ -17,14 +17,24 @@ struct TopicCounters {
   std::uint64_t sent = 0;   // messages times subscribers
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;    // lost on the way (gaps in the sequence), or not accepted by the socket when sending
-  std::uint64_t reordered = 0;  // arrived after a newer one: counted, not used
+  std::uint64_t reordered = 0;  // LATEST: received after a newer one, so never shown as the newest
+  std::uint64_t restored = 0;   // LATEST: lost, but for the copy that came with a later one
+  std::uint64_t repeated = 0;   // LATEST: came again; not in `received`
 };
 
+// Datagrams that were not taken.
+struct RefusalCount {
+  std::string reason;  // detail::NameOf(Refusal)
+  std::uint64_t count = 0;
+};
+
+// Whenever nothing is on its way, for each LATEST topic: sent = received + restored + dropped.
 struct Counters {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;
-  std::uint64_t refused = 0;  // damaged, foreign session, unknown topic or schema
+  std::uint64_t refused = 0;           // in all: garbage, another session, not authentic, replayed, unknown topic, ...
+  std::vector<RefusalCount> refusals;  // of datagrams, by reason
   std::vector<TopicCounters> topics;
 };
 

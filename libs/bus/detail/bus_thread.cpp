@@ -11,6 +11,7 @@
 #include <array>
 #include <csignal>
 
+#include "bus/detail/latest_spans.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
 
@@ -160,7 +161,10 @@ oos::NodeRecord BusThread::OwnRecord(bool with_schemas) const {
     types.insert(type);
   };
   for (const auto& sender : core_->senders) declare(sender->topic, TopicClass::kLatest, sender->type, true);
-  for (const auto& receiver : core_->receivers) declare(receiver->topic, TopicClass::kLatest, receiver->type, false);
+  for (const auto& receiver : core_->receivers) {
+    declare(receiver->topic, TopicClass::kLatest, receiver->type, false);
+    record.mutable_topics(record.topics_size() - 1)->set_keeps_history(receiver->keeps_history());
+  }
   for (const auto& sender : core_->state_senders) declare(sender->topic, TopicClass::kState, sender->type, true);
   for (const auto& receiver : core_->state_receivers)
     declare(receiver->topic, TopicClass::kState, receiver->type, false);
@@ -220,6 +224,7 @@ void BusThread::TakeRoster(const oos::Roster& roster) {
       AddPeer(record, restarts);
     }
   }
+  UpdateSenders();
 }
 
 void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
@@ -295,7 +300,9 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
     figures->set_dropped(topic.dropped);
     figures->set_reordered(topic.reordered);
   }
-  const auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
+  AddLatestSpans(*core_, &next_span_told_, heartbeat);
+  auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
+  core_->guard->SealControl(&bytes);
   for (const auto& [name, peer] : peers_) {
     core_->heartbeat_socket.Send(peer.heartbeat_address, bytes.data(), bytes.size());
   }
@@ -306,22 +313,32 @@ void BusThread::ReceiveHeartbeats() {
   for (;;) {
     const ssize_t size = recv(core_->heartbeat_socket.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0) return;
+    Envelope envelope;
+    std::span<const std::uint8_t> payload;
+    const Refusal refusal =
+        core_->guard->OpenControl({bytes.data(), static_cast<std::size_t>(size)}, &envelope, &payload);
+    if (refusal == Refusal::kUnknownSender) AskForRoster();
+    if (refusal != Refusal::kNone) continue;
     oos::Control control;
-    if (!DecodeControl({bytes.data(), static_cast<std::size_t>(size)}, core_->identity.session, &control) ||
-        !control.has_heartbeat()) {
-      core_->refused.fetch_add(1, std::memory_order_relaxed);
+    if (!control.ParseFromArray(payload.data(), static_cast<int>(payload.size())) || !control.has_heartbeat()) {
+      core_->guard->refusals.Add(Refusal::kBadSchema);
       continue;
     }
     TakeHeartbeat(control.heartbeat());
   }
 }
 
+// Somebody speaks whom this node does not know.
+void BusThread::AskForRoster() {
+  roster_version_ = 0;
+  next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * kMillisecond_ns);
+}
+
 void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   if (gone_.count(heartbeat.instance()) != 0) return;
   const auto found = peers_.find(heartbeat.name());
   if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) {
-    roster_version_ = 0;  // ask who that is
-    next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * kMillisecond_ns);
+    AskForRoster();
     return;
   }
   Peer& peer = found->second;
@@ -329,6 +346,7 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   PeerStatus& status = StatusOf(peer);
   peer.last_heard_ns = now;
   status.age_ns = now;
+  TakeLatestSpans(heartbeat, core_);
   if (heartbeat.is_goodbye()) {
     Lose(peer, true);
     gone_.insert(heartbeat.instance());
@@ -407,24 +425,44 @@ void BusThread::CheckLiveness() {
 void BusThread::UpdateSubscribers() {
   are_subscribers_outdated_ = false;
   for (const auto& sender : core_->senders) {
-    Subscribers& list = sender->subscribers.BeginWrite();
-    list.clear();
+    Subscribers readers;
     for (const auto& [name, peer] : peers_) {
       if (!core_->peers[name].is_alive) continue;
       bool reads = false;
+      Subscriber reader{peer.data_address, peer.record.instance(), 0, false};
       for (const oos::TopicDeclaration& topic : peer.record.topics()) {
-        reads = reads || (!topic.is_written() && topic.name() == sender->topic);
+        if (topic.is_written() || topic.name() != sender->topic) continue;
+        reads = true;
+        reader.wants_history = reader.wants_history || topic.keeps_history();
       }
       for (const std::string& pattern : peer.record.observed_patterns()) {
-        reads = reads || MatchesPattern(pattern, sender->topic);
+        if (!MatchesPattern(pattern, sender->topic)) continue;
+        reads = true;
+        reader.wants_history = true;
       }
-      if (reads && !list.push_back(peer.data_address)) {
+      if (reads && !readers.push_back(reader)) {
         Announce("subscriber_limit",
                  sender->topic + ": no room for " + name + " beside " + std::to_string(kMaxSubscribers) + " others");
       }
     }
-    sender->subscribers.EndWrite();
+    sender->SetReaders(readers);
   }
+}
+
+void BusThread::UpdateSenders() {
+  if (core_->session_key.empty()) return;
+  if (!core_->guard->has_session_key()) {
+    SessionKey key{};
+    std::copy_n(core_->session_key.begin(), std::min(core_->session_key.size(), key.size()), key.begin());
+    core_->guard->SetSessionKey(key, core_->instance);
+  }
+  KnownSenders senders;
+  for (const auto& [name, peer] : peers_) {
+    if (!senders.push_back(core_->guard->Know(TopicId(name), peer.record.instance()))) {
+      Announce("sender_limit", "no room for the key of " + name + " beside " + std::to_string(kMaxSenders) + " others");
+    }
+  }
+  core_->guard->SetSenders(senders);
 }
 
 void BusThread::Announce(const std::string& name, const std::string& detail) {

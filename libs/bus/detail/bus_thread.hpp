@@ -101,6 +101,8 @@ class BusThread {
   void Lose(Peer& peer, bool has_left);
   void CheckLiveness();
   void UpdateSubscribers();
+  void UpdateSenders();
+  void AskForRoster();
   void Announce(const std::string& name, const std::string& detail);
   PeerStatus& StatusOf(const Peer& peer) { return core_->peers[peer.record.name()]; }
 
@@ -141,6 +143,7 @@ class BusThread {
   std::int64_t next_heartbeat_ns_ = 0;
   std::int64_t next_hello_ns_ = 0;
   std::size_t next_topic_told_ = 0;
+  std::size_t next_span_told_ = 0;
   bool are_subscribers_outdated_ = true;
   std::uint64_t own_state_version_ = 0;
   std::map<std::pair<std::string, std::string>, oos::StateEntry> retained_;  // topic, key

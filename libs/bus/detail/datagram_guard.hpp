@@ -9,13 +9,15 @@
 
 namespace bus::detail {
 
+constexpr std::size_t kMaxHeartbeatBytes = 1472;  // one Ethernet frame
+
 // Both UDP sockets of one node: what they seal with, whom they take datagrams from, and what they refused. The bus
 // thread learns keys and peers; the step thread takes them over without a lock.
 class DatagramGuard {
  public:
   // Not sealed: only when the node was told so explicitly.
   DatagramGuard(std::uint64_t session, bool is_sealed)
-      : is_sealed_(is_sealed), data_opener_(session, is_sealed), control_opener_(session, is_sealed) {}
+      : is_sealed_(is_sealed), data_opener_(session, is_sealed), control_opener_(session, is_sealed, kMaxHeartbeatBytes) {}
 
   [[nodiscard]] bool is_sealed() const { return is_sealed_; }
 

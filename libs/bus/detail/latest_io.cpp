@@ -1,5 +1,6 @@
 #include "bus/detail/latest_io.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
@@ -8,7 +9,6 @@
 
 namespace bus {
 namespace detail {
-
 namespace {
 
 std::span<const std::uint8_t> InMemory(const Envelope& envelope) {
@@ -17,11 +17,65 @@ std::span<const std::uint8_t> InMemory(const Envelope& envelope) {
 
 }  // namespace
 
+// --- Sending
+
 LatestSender::LatestSender(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type) {
   envelope.topic_class = TopicClass::kLatest;
   envelope.topic = TopicId(topic);
   envelope.schema_digest = SchemaOf(type).digest;
+}
+
+void LatestSender::SetReaders(const Subscribers& readers) {
+  const auto reads = [&readers](std::uint64_t instance) {
+    return std::any_of(readers.begin(), readers.end(),
+                       [instance](const Subscriber& reader) { return reader.instance == instance; });
+  };
+  Subscribers& list = subscribers.BeginWrite();
+  list = readers;
+  for (Subscriber& reader : list) {
+    auto slot = std::find(slots.begin(), slots.end(), reader.instance);
+    // A reader that was away finds its account again, unless others needed the slot.
+    if (slot == slots.end()) slot = std::find(slots.begin(), slots.end(), std::uint64_t{0});
+    if (slot == slots.end()) slot = std::find_if_not(slots.begin(), slots.end(), reads);
+    *slot = reader.instance;
+    reader.slot = static_cast<std::size_t>(slot - slots.begin());
+  }
+  subscribers.EndWrite();
+}
+
+void LatestSender::CountFor(const Subscriber& reader) noexcept {
+  SpanAccount& span = spans[reader.slot];
+  if (span.instance.load(std::memory_order_relaxed) != reader.instance) {
+    span.instance.store(0, std::memory_order_release);
+    span.first.store(sequence, std::memory_order_release);
+    span.last.store(sequence, std::memory_order_release);
+    span.instance.store(reader.instance, std::memory_order_release);
+  }
+  span.last.store(sequence, std::memory_order_release);
+}
+
+template <class M>
+std::size_t TypedSender<M>::WriteDatagram(const M& message, std::uint8_t* bytes) noexcept {
+  const bool is_sealed = guard->is_sealed();
+  const std::size_t head = EnvelopeBytes(message.header);
+  const std::size_t budget = kMaxDatagramBytes - head - (is_sealed ? kSealBytes : 0);
+  const std::size_t payload = codec_.Encode(message, envelope.part, budget, bytes + head, budget);
+  envelope.history_bytes = 0;
+  if (tap != nullptr) {
+    const std::int64_t now_ns = message.header.publish_ns;
+    tap->Put(tap_slot, sequence, now_ns, now_ns, InMemory(envelope), {bytes + head, payload});
+  }
+  const Subscribers& readers = subscribers.value();
+  if (payload == 0 || readers.empty()) return 0;
+  const auto wants_history = [](const Subscriber& reader) { return reader.wants_history; };
+  if (envelope.num_parts == 1 && std::any_of(readers.begin(), readers.end(), wants_history)) {
+    envelope.history_bytes =
+        static_cast<std::uint16_t>(earlier.Write(sequence, bytes + head + payload, budget - payload));
+    earlier.Keep(message.header, {bytes + head, payload});
+  }
+  return is_sealed ? guard->SealData(bytes, WriteEnvelopeToSeal(envelope, payload, bytes))
+                   : WriteEnvelope(envelope, payload, bytes);
 }
 
 template <class M>
@@ -33,58 +87,112 @@ int TypedSender<M>::Send(M* message) noexcept {
   if (readers.empty() && tap == nullptr) return 0;
 
   envelope.header = message->header;
-  const std::size_t head = EnvelopeBytes(message->header);
-  const std::size_t budget = kMaxDatagramBytes - head;
-  const int parts = codec.NumParts(*message, budget);
+  const std::size_t budget = kMaxDatagramBytes - EnvelopeBytes(message->header) - (guard->is_sealed() ? kSealBytes : 0);
+  const int parts = codec_.NumParts(*message, budget);
   envelope.num_parts = static_cast<std::uint8_t>(parts);
   std::array<std::uint8_t, kMaxDatagramBytes> bytes;
   std::uint64_t missed = 0;  // bit per reader that did not get every part
   int datagrams = 0;
   for (int part = 0; part < parts; ++part) {
     envelope.part = static_cast<std::uint8_t>(part);
-    const std::size_t payload = codec.Encode(*message, part, budget, bytes.data() + head, bytes.size() - head);
-    if (tap != nullptr) {
-      const std::int64_t now_ns = message->header.publish_ns;
-      tap->Put(tap_slot, sequence, now_ns, now_ns, InMemory(envelope), std::span(bytes).subspan(head, payload));
-    }
-    if (readers.empty()) continue;
-    const std::size_t size = payload == 0 ? 0 : WriteEnvelope(envelope, payload, bytes.data());
+    const std::size_t size = WriteDatagram(*message, bytes.data());
     for (std::size_t i = 0; i < readers.size(); ++i) {
-      if (size != 0 && socket->Send(readers[i], bytes.data(), size)) {
+      if (size != 0 && socket->Send(readers[i].address, bytes.data(), size)) {
         ++datagrams;
       } else {
         missed |= std::uint64_t{1} << i;
       }
     }
   }
+  for (const Subscriber& reader : readers) CountFor(reader);
   const auto num_missed = static_cast<std::uint64_t>(std::popcount(missed));
   sent.fetch_add(readers.size() - num_missed, std::memory_order_relaxed);
-  dropped.fetch_add(num_missed, std::memory_order_relaxed);
+  if (num_missed != 0) dropped.fetch_add(num_missed, std::memory_order_relaxed);
   return datagrams;
 }
 
-SequenceTracker::Verdict SequenceTracker::Take(std::uint64_t sequence) {
-  lost_by_last_ = 0;
-  if (sequence > newest_) {
-    const std::uint64_t step = sequence - newest_;
-    // What was sent before the first arrival is not lost: nobody was listening.
-    if (newest_ != 0) lost_by_last_ = static_cast<std::int64_t>(step - 1);
-    seen_ = newest_ == 0 ? ~std::uint64_t{0} : step < 64 ? seen_ << step : 0;
-    seen_ |= 1;
-    newest_ = sequence;
-    return Verdict::kNew;
-  }
-  const std::uint64_t behind = newest_ - sequence;
-  if (behind >= 64) return Verdict::kLate;  // too old to know: stays counted as lost
-  const std::uint64_t bit = std::uint64_t{1} << behind;
-  if ((seen_ & bit) != 0) return Verdict::kRepeated;
-  seen_ |= bit;
-  lost_by_last_ = -1;
-  return Verdict::kLate;
-}
+// --- Receiving
 
 LatestReceiver::LatestReceiver(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type), id(TopicId(topic)), digest(SchemaOf(type).digest) {}
+
+void LatestReceiver::Publish() noexcept {
+  const auto set = [](std::atomic<std::uint64_t>& to, std::uint64_t value) {
+    to.store(value, std::memory_order_relaxed);
+  };
+  set(shared_.boot, boot);
+  set(shared_.first, tracker.first());
+  set(shared_.newest, tracker.newest());
+  set(shared_.received, tracker.received());
+  set(shared_.restored, tracker.restored());
+  set(shared_.reordered, tracker.reordered());
+  set(shared_.repeated, tracker.repeated());
+}
+
+namespace {
+
+// What of first .. last lies outside of what the tracker has accounts for.
+std::uint64_t Unseen(std::uint64_t first, std::uint64_t last, std::uint64_t seen_first, std::uint64_t seen_newest) {
+  if (first == 0 || last < first) return 0;
+  if (seen_newest == 0) return last - first + 1;
+  return (first < seen_first ? std::min(seen_first, last + 1) - first : 0) +
+         (last > seen_newest ? last - std::max(seen_newest, first - 1) : 0);
+}
+
+}  // namespace
+
+void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
+  const auto add = [](std::atomic<std::uint64_t>& to, std::uint64_t value) {
+    to.fetch_add(value, std::memory_order_relaxed);
+  };
+  std::uint64_t lost = tracker.lost();
+  if (told_.boot.load(std::memory_order_acquire) == boot) {
+    lost += Unseen(told_.first.load(std::memory_order_relaxed), told_.last.load(std::memory_order_relaxed),
+                   tracker.first(), tracker.newest());
+  }
+  add(shared_.past_received, tracker.received());
+  add(shared_.past_restored, tracker.restored());
+  add(shared_.past_reordered, tracker.reordered());
+  add(shared_.past_repeated, tracker.repeated());
+  add(shared_.past_lost, lost);
+  tracker.Restart();
+  boot = new_boot;
+  Publish();
+}
+
+void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept {
+  const bool is_same = told_.boot.load(std::memory_order_relaxed) == writer_boot;
+  if (is_same && last < told_.last.load(std::memory_order_relaxed)) return;  // overtaken on the way
+  told_.settled.store(is_same ? told_.last.load(std::memory_order_relaxed) : 0, std::memory_order_relaxed);
+  told_.first.store(first, std::memory_order_relaxed);
+  told_.last.store(last, std::memory_order_relaxed);
+  told_.boot.store(writer_boot, std::memory_order_release);
+}
+
+LatestCounts LatestReceiver::Counts() const noexcept {
+  const auto get = [](const std::atomic<std::uint64_t>& from) { return from.load(std::memory_order_relaxed); };
+  const std::uint64_t first = get(shared_.first);
+  const std::uint64_t newest = get(shared_.newest);
+  const std::uint64_t received = get(shared_.received);
+  const std::uint64_t restored = get(shared_.restored);
+  LatestCounts counts;
+  counts.received = get(shared_.past_received) + received;
+  counts.restored = get(shared_.past_restored) + restored;
+  counts.reordered = get(shared_.past_reordered) + get(shared_.reordered);
+  counts.repeated = get(shared_.past_repeated) + get(shared_.repeated);
+  counts.dropped = get(shared_.past_lost);
+  // The step thread may be between two of its stores: then the sum is one message off, never below zero.
+  if (newest != 0) {
+    const std::uint64_t span = newest - first + 1;
+    counts.dropped += span - std::min(span, received + restored);
+  }
+  const std::uint64_t told_boot = told_.boot.load(std::memory_order_acquire);
+  const bool is_of_this_life = told_boot == get(shared_.boot);
+  if (is_of_this_life || told_boot > get(shared_.boot)) {
+    counts.dropped += Unseen(get(told_.first), get(told_.settled), first, is_of_this_life ? newest : 0);
+  }
+  return counts;
+}
 
 template <class M>
 TypedReceiver<M>::TypedReceiver(const std::string& topic_name, std::int64_t max_age_ns)
@@ -93,58 +201,82 @@ TypedReceiver<M>::TypedReceiver(const std::string& topic_name, std::int64_t max_
 }
 
 template <class M>
-void TypedReceiver<M>::ClearFresh() noexcept {
-  LatestAccess::ClearFresh(&reader);
+Refusal TypedReceiver<M>::Take(const Envelope& envelope, std::span<const std::uint8_t> payload,
+                               std::int64_t now_ns) noexcept {
+  if (envelope.schema_digest != digest && envelope.schema_digest != other_digest.load(std::memory_order_relaxed)) {
+    return Refusal::kBadSchema;
+  }
+  const std::uint64_t sequence = envelope.header.sequence;
+  if (sequence == 0 || envelope.num_parts > 64) return Refusal::kBadSchema;
+  if (envelope.boot < boot) {  // from before the writer's restart
+    CountStraggler();
+    return Refusal::kNone;
+  }
+  Refusal refusal = Refusal::kNone;
+  if (envelope.boot > boot || sequence > tracker.newest()) {
+    refusal = TakeNewer(envelope, payload, now_ns);
+  } else {
+    TakeOlder(envelope, payload);
+  }
+  if (refusal == Refusal::kNone && envelope.history_bytes != 0) {
+    TakeEarlier(sequence, {payload.data() + payload.size(), envelope.history_bytes});
+  }
+  Publish();
+  return refusal;
 }
 
 template <class M>
-bool TypedReceiver<M>::Take(const Envelope& envelope, std::span<const std::uint8_t> payload,
-                            std::int64_t now_ns) noexcept {
-  if (envelope.schema_digest != digest && envelope.schema_digest != other_digest.load(std::memory_order_relaxed)) {
-    return false;
-  }
+Refusal TypedReceiver<M>::TakeNewer(const Envelope& envelope, std::span<const std::uint8_t> payload,
+                                    std::int64_t now_ns) noexcept {
   const std::uint64_t sequence = envelope.header.sequence;
-  if (sequence == 0 || envelope.num_parts > 64) return false;
-  if (envelope.boot < boot) {  // from before the writer's restart
-    reordered.fetch_add(1, std::memory_order_relaxed);
-    return true;
-  }
   const bool is_restart = envelope.boot > boot;
-  const bool is_newer = is_restart || sequence > tracker.newest();
-
+  const bool is_first = is_restart || sequence != staging_sequence_;
+  // Overtaken by a message that is not complete yet; lost when that one is.
+  if (!is_restart && sequence < staging_sequence_) return Refusal::kNone;
   M& staging = LatestAccess::Staging(&reader);
-  if (!is_newer) {
-    // Only a whole message can be told late or repeated from its sequence alone; parts of one that was overtaken count
-    // once.
-    if (envelope.part == 0) {
-      if (tracker.Take(sequence) == SequenceTracker::Verdict::kLate) {
-        reordered.fetch_add(1, std::memory_order_relaxed);
-        if (envelope.num_parts == 1 && tracker.lost_by_last() < 0) dropped.fetch_sub(1, std::memory_order_relaxed);
-      }
-    }
-    return true;
-  }
-  const bool is_first = is_restart || sequence != staging_sequence;
-  if (!is_restart && sequence < staging_sequence) return true;  // overtaken; counted when the newer one is complete
-  if (!codec.Decode(payload, is_first, &staging)) return false;
+  if (!codec_.Decode(payload, is_first, &staging)) return Refusal::kBadSchema;
   if (tap != nullptr) tap->Put(tap_slot, sequence, now_ns, envelope.header.publish_ns, InMemory(envelope), {});
   if (is_restart) {
-    if (boot != 0) LatestAccess::CountRestart(&reader);
-    boot = envelope.boot;
-    tracker.Restart();
+    if (boot != 0) LatestAccess::Restart(&reader);
+    Restart(envelope.boot);
   }
   if (is_first) {
-    staging_sequence = sequence;
-    staging_parts = 0;
+    staging_sequence_ = sequence;
+    staging_parts_ = 0;
   }
-  staging_parts |= std::uint64_t{1} << envelope.part;
-  if (std::popcount(staging_parts) != envelope.num_parts) return true;
+  staging_parts_ |= std::uint64_t{1} << envelope.part;
+  if (std::popcount(staging_parts_) != envelope.num_parts) return Refusal::kNone;
 
   tracker.Take(sequence);
-  dropped.fetch_add(static_cast<std::uint64_t>(tracker.lost_by_last()), std::memory_order_relaxed);
-  received.fetch_add(1, std::memory_order_relaxed);
   staging.header = envelope.header;
   LatestAccess::Accept(&reader, now_ns);
+  if (M* place = LatestAccess::Place(&reader, sequence, sequence)) *place = staging;
+  return Refusal::kNone;
+}
+
+template <class M>
+void TypedReceiver<M>::TakeOlder(const Envelope& envelope, std::span<const std::uint8_t> payload) noexcept {
+  // Only a whole message can be told late or repeated; of one in parts that was overtaken the rest is not looked at.
+  if (envelope.num_parts != 1) return;
+  if (tracker.Take(envelope.header.sequence) == SequenceTracker::Verdict::kLate) Keep(envelope.header, payload);
+}
+
+template <class M>
+void TypedReceiver<M>::TakeEarlier(std::uint64_t sequence, std::span<const std::uint8_t> blocks) noexcept {
+  if (!reader.keeps_history()) return;  // it travels for another reader
+  EarlierSample sample;
+  while (NextEarlierSample(sequence, &blocks, &sample)) {
+    if (tracker.IsMissing(sample.header.sequence) && Keep(sample.header, sample.payload)) {
+      tracker.Restore(sample.header.sequence);
+    }
+  }
+}
+
+template <class M>
+bool TypedReceiver<M>::Keep(const core::Header& header, std::span<const std::uint8_t> payload) noexcept {
+  M* place = LatestAccess::Place(&reader, header.sequence, tracker.newest());
+  if (place == nullptr || !codec_.Decode(payload, true, place)) return false;
+  place->header = header;
   return true;
 }
 

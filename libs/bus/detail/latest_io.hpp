@@ -2,12 +2,16 @@
 
 #include <netinet/in.h>
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <span>
 #include <string>
 
 #include "bus/codec.hpp"
+#include "bus/detail/datagram_guard.hpp"
+#include "bus/detail/history.hpp"
+#include "bus/detail/sequence_tracker.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/envelope.hpp"
 #include "bus/latest.hpp"
@@ -25,54 +29,80 @@ struct Identity {
 };
 
 constexpr std::size_t kMaxSubscribers = 16;
-using Subscribers = core::FixedVector<sockaddr_in, kMaxSubscribers>;
+
+struct Subscriber {
+  sockaddr_in address{};
+  std::uint64_t instance = 0;
+  std::size_t slot = 0;  // of the sender's accounts
+  bool wants_history = false;
+};
+using Subscribers = core::FixedVector<Subscriber, kMaxSubscribers>;
+
+// What a writer has meant for one reader: the messages first .. last, whatever became of them. Written by the thread
+// that sends.
+struct SpanAccount {
+  std::atomic<std::uint64_t> instance{0};  // of the reader; 0: nobody yet
+  std::atomic<std::uint64_t> first{0};
+  std::atomic<std::uint64_t> last{0};
+};
 
 struct LatestSender {
   LatestSender(std::string topic_name, MessageType message_type);
   virtual ~LatestSender() = default;
+  // Bus thread: who reads from now on; at most kMaxSubscribers. Sets their slots.
+  void SetReaders(const Subscribers& readers);
 
   std::string topic;
   MessageType type;
   Envelope envelope;  // all but the header is set once
   const UdpSocket* socket = nullptr;
+  DatagramGuard* guard = nullptr;
   log::Tap* tap = nullptr;  // null: none
   std::uint16_t tap_slot = log::Tap::kNoSlot;
   LatestValue<Subscribers> subscribers;  // bus thread -> the thread that sends
   std::uint64_t sequence = 0;
+  EarlierSamples earlier;
+  std::array<SpanAccount, kMaxSubscribers> spans;
+  std::array<std::uint64_t, kMaxSubscribers> slots{};  // instance that holds the slot; bus thread
   std::atomic<std::uint64_t> sent{0};
   std::atomic<std::uint64_t> dropped{0};
+
+ protected:
+  void CountFor(const Subscriber& reader) noexcept;
 };
 
 template <class M>
 struct TypedSender final : LatestSender {
   explicit TypedSender(const std::string& topic_name) : LatestSender(topic_name, kMessageTypeOf<M>) {}
   int Send(M* message) noexcept;
-  LatestCodec<M> codec;
-};
-
-// Follows one topic's sequence: tells what is new, what came late, what is lost. Window of 64 messages.
-class SequenceTracker {
- public:
-  enum class Verdict { kNew, kLate, kRepeated };
-  Verdict Take(std::uint64_t sequence);  // of a complete message
-  void Restart() { *this = SequenceTracker{}; }
-  [[nodiscard]] std::uint64_t newest() const { return newest_; }
-  [[nodiscard]] std::int64_t lost_by_last() const {
-    return lost_by_last_;
-  }  // change of the loss count; -1: it came after all
 
  private:
-  std::uint64_t newest_ = 0;
-  std::uint64_t seen_ = 0;  // bit i: newest - i has arrived
-  std::int64_t lost_by_last_ = 0;
+  // One part, ready to go; 0: it does not fit, or nobody reads it but the tap.
+  std::size_t WriteDatagram(const M& message, std::uint8_t* bytes) noexcept;
+  LatestCodec<M> codec_;
+};
+
+// Whenever nothing is on its way: sent = received + restored + dropped, for each writer and reader.
+struct LatestCounts {
+  std::uint64_t received = 0;   // each message once, late ones included
+  std::uint64_t restored = 0;   // came with a later one's datagram only
+  std::uint64_t dropped = 0;    // lost on the way, or came too late to tell
+  std::uint64_t reordered = 0;  // came after a newer one
+  std::uint64_t repeated = 0;   // came again
 };
 
 struct LatestReceiver {
   LatestReceiver(std::string topic_name, MessageType message_type);
   virtual ~LatestReceiver() = default;
-  // False: refused (wrong schema or not decodable).
-  virtual bool Take(const Envelope& envelope, std::span<const std::uint8_t> payload, std::int64_t now_ns) noexcept = 0;
+  // Earlier samples stand behind `payload`.
+  virtual Refusal Take(const Envelope& envelope, std::span<const std::uint8_t> payload,
+                       std::int64_t now_ns) noexcept = 0;
   virtual void ClearFresh() noexcept = 0;
+  [[nodiscard]] virtual bool keeps_history() const noexcept = 0;
+
+  // Bus thread: what the writer says that it has meant for this reader.
+  void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept;
+  [[nodiscard]] LatestCounts Counts() const noexcept;  // any thread
 
   std::string topic;
   MessageType type;
@@ -81,9 +111,27 @@ struct LatestReceiver {
   std::uint32_t id;
   std::uint32_t digest;
   std::atomic<std::uint32_t> other_digest{0};  // of a writer whose schema the registry found compatible
-  std::atomic<std::uint64_t> received{0};
-  std::atomic<std::uint64_t> dropped{0};
-  std::atomic<std::uint64_t> reordered{0};
+
+ protected:
+  void Publish() noexcept;  // the tracker's counts, for other threads
+  void Restart(std::uint64_t new_boot) noexcept;
+
+  SequenceTracker tracker;
+  std::uint64_t boot = 0;  // of the writer's life that is read
+
+ private:
+  // Of this life of the writer, and of all earlier ones together.
+  struct Shared {
+    std::atomic<std::uint64_t> boot{0}, first{0}, newest{0}, received{0}, restored{0}, reordered{0}, repeated{0};
+    std::atomic<std::uint64_t> past_received{0}, past_restored{0}, past_reordered{0}, past_repeated{0}, past_lost{0};
+  } shared_;
+  // The writer's word. `settled` is the last message that it told one heartbeat ago: by now it is here or lost.
+  struct Told {
+    std::atomic<std::uint64_t> boot{0}, first{0}, last{0}, settled{0};
+  } told_;
+
+ protected:
+  void CountStraggler() noexcept { shared_.past_reordered.fetch_add(1, std::memory_order_relaxed); }
 };
 
 struct LatestAccess {
@@ -99,9 +147,16 @@ struct LatestAccess {
   static M& Staging(LatestReader<M>* reader) {
     return reader->staging_;
   }
+  // Where a sample of that sequence is kept; null: nowhere.
   template <class M>
-  static void CountRestart(LatestReader<M>* reader) {
+  static M* Place(LatestReader<M>* reader, std::uint64_t sequence, std::uint64_t newest) {
+    const std::size_t size = reader->history_.size();
+    return size == 0 || sequence + size <= newest ? nullptr : &reader->history_[sequence % size];
+  }
+  template <class M>
+  static void Restart(LatestReader<M>* reader) {
     ++reader->restarts_;
+    for (M& sample : reader->history_) sample.header.sequence = 0;
   }
   template <class M>
   static void Accept(LatestReader<M>* reader, std::int64_t now_ns) {
@@ -114,15 +169,21 @@ struct LatestAccess {
 template <class M>
 struct TypedReceiver final : LatestReceiver {
   explicit TypedReceiver(const std::string& topic_name, std::int64_t max_age_ns);
-  bool Take(const Envelope& envelope, std::span<const std::uint8_t> payload, std::int64_t now_ns) noexcept override;
-  void ClearFresh() noexcept override;
+  Refusal Take(const Envelope& envelope, std::span<const std::uint8_t> payload, std::int64_t now_ns) noexcept override;
+  void ClearFresh() noexcept override { LatestAccess::ClearFresh(&reader); }
+  [[nodiscard]] bool keeps_history() const noexcept override { return reader.keeps_history(); }
 
   LatestReader<M> reader;
-  LatestCodec<M> codec;
-  SequenceTracker tracker;
-  std::uint64_t boot = 0;
-  std::uint64_t staging_sequence = 0;
-  std::uint64_t staging_parts = 0;  // bit per part that has arrived
+
+ private:
+  Refusal TakeNewer(const Envelope& envelope, std::span<const std::uint8_t> payload, std::int64_t now_ns) noexcept;
+  void TakeOlder(const Envelope& envelope, std::span<const std::uint8_t> payload) noexcept;
+  void TakeEarlier(std::uint64_t sequence, std::span<const std::uint8_t> blocks) noexcept;
+  bool Keep(const core::Header& header, std::span<const std::uint8_t> payload) noexcept;
+
+  LatestCodec<M> codec_;
+  std::uint64_t staging_sequence_ = 0;
+  std::uint64_t staging_parts_ = 0;  // bit per part that has arrived
 };
 
 }  // namespace bus::detail

@@ -64,6 +64,11 @@ void NodeCore::AddObservation(RawObservation observation) {
 Counters NodeCore::CountAll() const {
   Counters counters;
   counters.refused = refused.load(std::memory_order_relaxed);
+  for (std::size_t i = 1; i < kNumRefusals; ++i) {
+    const std::uint64_t count = guard->refusals.of(static_cast<Refusal>(i));
+    if (count != 0) counters.refusals.push_back({NameOf(static_cast<Refusal>(i)), count});
+    counters.refused += count;
+  }
   const auto add = [&counters](TopicCounters topic) {
     counters.sent += topic.sent;
     counters.received += topic.received;
@@ -75,8 +80,9 @@ Counters NodeCore::CountAll() const {
          sender->dropped.load(std::memory_order_relaxed), 0});
   }
   for (const auto& receiver : receivers) {
-    add({receiver->topic, TopicClass::kLatest, false, 0, receiver->received.load(std::memory_order_relaxed),
-         receiver->dropped.load(std::memory_order_relaxed), receiver->reordered.load(std::memory_order_relaxed)});
+    const LatestCounts counts = receiver->Counts();
+    add({receiver->topic, TopicClass::kLatest, false, 0, counts.received, counts.dropped, counts.reordered,
+         counts.restored, counts.repeated});
   }
   for (const auto& sender : state_senders) {
     add({sender->topic, TopicClass::kState, true, sender->sent.load(std::memory_order_relaxed), 0, 0, 0});

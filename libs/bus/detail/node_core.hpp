@@ -125,9 +125,10 @@ struct NodeCore {
   NodeOptions options;
   Identity identity;
   std::uint64_t instance = 0;
-  UdpSocket data_socket;       // step thread
-  UdpSocket heartbeat_socket;  // bus thread
-  int wake_fd = -1;            // eventfd: step thread -> bus thread
+  std::unique_ptr<DatagramGuard> guard;  // of both UDP sockets
+  UdpSocket data_socket;                 // step thread
+  UdpSocket heartbeat_socket;            // bus thread
+  int wake_fd = -1;                      // eventfd: step thread -> bus thread
   void Wake() const noexcept;
 
   // Fixed after Start().
@@ -167,6 +168,7 @@ struct NodeCore {
   bool is_welcomed = false;
   std::string refusal;                      // of the registry
   std::map<std::string, PeerStatus> peers;  // age_ns holds the time last heard
+  std::string session_key;                  // of UDP datagrams, from the registry; empty: they are in the clear
   std::map<std::uint32_t, KnownTopic> known_topics;
   std::deque<ParameterCall> waiting_calls;
   std::map<std::uint64_t, ParameterAck> finished_calls;

@@ -127,7 +127,7 @@ void Opener::SetSenders(const KnownSenders& senders) noexcept {
 
 Refusal Opener::Open(std::span<std::uint8_t> datagram, Envelope* envelope,
                      std::span<const std::uint8_t>* payload) noexcept {
-  if (datagram.size() > kMaxDatagramBytes) return Refusal::kOversized;
+  if (datagram.size() > max_bytes_) return Refusal::kOversized;
   if (!is_sealed_) {
     const Refusal refusal = RefusalOf(ReadEnvelope(datagram, envelope, payload));
     if (refusal != Refusal::kNone) return refusal;

@@ -94,7 +94,8 @@ using KnownSenders = core::FixedVector<KnownSender, kMaxSenders>;
 class Opener {
  public:
   // `is_sealed`: nothing else is taken. Otherwise only what is in the clear.
-  Opener(std::uint64_t session, bool is_sealed) : session_(session), is_sealed_(is_sealed) {}
+  Opener(std::uint64_t session, bool is_sealed, std::size_t max_bytes = kMaxDatagramBytes)
+      : session_(session), is_sealed_(is_sealed), max_bytes_(max_bytes) {}
   // Senders that stay keep their replay window.
   void SetSenders(const KnownSenders& senders) noexcept;
   // Decrypts in place. With kNone, envelope and payload are as its sender wrote them, once.
@@ -107,6 +108,7 @@ class Opener {
   };
   std::uint64_t session_;
   bool is_sealed_;
+  std::size_t max_bytes_;
   core::FixedVector<Sender, kMaxSenders> senders_;
 };
 

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+
+namespace bus::detail {
+
+// Follows the sequence of one writer's life: what is new, late, restored or repeated, and so what is lost. It knows the
+// newest message and the 63 before it; what is older and comes after all stays lost.
+//
+//   newest - first + 1 = received + restored + lost, always
+class SequenceTracker {
+ public:
+  enum class Verdict : std::uint8_t {
+    kNew,       // newer than all before
+    kLate,      // after a newer one, in time to be counted as received
+    kTooLate,   // after so many newer ones that nobody knows whether it came before
+    kRepeated,  // came before
+  };
+  // A complete message came in a datagram of its own.
+  Verdict Take(std::uint64_t sequence);
+  // Not here yet, and known not to be.
+  [[nodiscard]] bool IsMissing(std::uint64_t sequence) const {
+    return newest_ != 0 && PlaceOf(sequence) == Place::kMissing;
+  }
+  // One that is missing came with a later one's datagram.
+  void Restore(std::uint64_t sequence);
+  void Restart() { *this = SequenceTracker{}; }
+
+  [[nodiscard]] std::uint64_t first() const { return first_; }    // that came by itself; 0: none yet
+  [[nodiscard]] std::uint64_t newest() const { return newest_; }  // 0: none yet
+  [[nodiscard]] std::uint64_t received() const { return received_; }
+  [[nodiscard]] std::uint64_t restored() const { return restored_; }
+  [[nodiscard]] std::uint64_t reordered() const { return reordered_; }  // late and too late
+  [[nodiscard]] std::uint64_t repeated() const { return repeated_; }
+  // What was sent before the first arrival is not lost here: nobody may have been listening.
+  [[nodiscard]] std::uint64_t lost() const { return newest_ == 0 ? 0 : newest_ - first_ + 1 - received_ - restored_; }
+
+ private:
+  enum class Place : std::uint8_t { kNewer, kMissing, kThere, kUnknown };
+  [[nodiscard]] Place PlaceOf(std::uint64_t sequence) const;
+  void MarkBehind(std::uint64_t sequence) { seen_ |= std::uint64_t{1} << (newest_ - sequence); }
+
+  std::uint64_t first_ = 0;
+  std::uint64_t newest_ = 0;
+  std::uint64_t seen_ = 0;  // bit i: newest - i has come
+  std::uint64_t received_ = 0;
+  std::uint64_t restored_ = 0;
+  std::uint64_t reordered_ = 0;
+  std::uint64_t repeated_ = 0;
+};
+
+}  // namespace bus::detail
