@@ -29,8 +29,10 @@ void PrintVerbHelp(const Verb& verb) {
 }  // namespace
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),     CheckVerb(), CookVerb(),  DoctorVerb(), TopicVerb(), TopVerb(), SetVerb(),    LatencyVerb(),
-          InspectVerb(), QueryVerb(), BenchVerb(), RecordVerb(), InfoVerb(),  CatVerb(), RecoverVerb()};
+  return {RunVerb(),    CheckVerb(),  CookVerb(), DoctorVerb(),   TopicVerb(),   TopVerb(),
+          ViewVerb(),   SweepVerb(),  SetVerb(),  LatencyVerb(),  InspectVerb(), QueryVerb(),
+          BenchVerb(),  RecordVerb(), InfoVerb(), CatVerb(),      RecoverVerb(), LaunchVerb(),
+          StatusVerb(), AttachVerb(), StopVerb(), RegistryVerb(), ClockVerb(),   ReplayVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {

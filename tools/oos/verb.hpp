@@ -30,6 +30,8 @@ Verb CookVerb();
 Verb DoctorVerb();
 Verb TopicVerb();
 Verb TopVerb();
+Verb ViewVerb();
+Verb SweepVerb();
 Verb SetVerb();
 Verb LatencyVerb();
 Verb QueryVerb();
@@ -39,6 +41,13 @@ Verb RecordVerb();
 Verb InfoVerb();
 Verb CatVerb();
 Verb RecoverVerb();
+Verb LaunchVerb();
+Verb StatusVerb();
+Verb AttachVerb();
+Verb StopVerb();
+Verb RegistryVerb();
+Verb ClockVerb();
+Verb ReplayVerb();
 
 std::vector<Verb> AllVerbs();
 
