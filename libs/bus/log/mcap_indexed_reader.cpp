@@ -1,7 +1,6 @@
 #include "bus/log/mcap_indexed_reader.hpp"
 
 #include <algorithm>
-#include <queue>
 #include <utility>
 
 namespace bus::log {
@@ -144,8 +143,7 @@ core::Result<Record> McapIndexedReader::ReadRecordAt(std::uint64_t offset, std::
   return record;
 }
 
-core::Result<void> McapIndexedReader::ReadChunk(const ChunkIndex& index, std::uint64_t from_ns, std::uint64_t to_ns,
-                                                std::vector<Placed>* messages) {
+core::Result<void> McapIndexedReader::ReadChunk(const ChunkIndex& index) {
   auto chunk = ReadRecordAt<Chunk>(index.chunk_start, index.chunk_length, "a chunk that cannot be read");
   if (!chunk) return tl::unexpected(chunk.error());
   if (!chunk->compression.empty()) {
@@ -169,7 +167,7 @@ core::Result<void> McapIndexedReader::ReadChunk(const ChunkIndex& index, std::ui
           Placed placed{{}, index.chunk_start + at};
           if (!ReadRecord(content, &placed.message) || !channels_.contains(placed.message.channel_id)) return false;
           const std::uint64_t time_ns = placed.message.log_time_ns;
-          if (time_ns >= from_ns && time_ns < to_ns) messages->push_back(std::move(placed));
+          if (time_ns >= from_ns_ && time_ns < to_ns_) waiting_.push(std::move(placed));
         }
         return true;
       });
@@ -177,33 +175,43 @@ core::Result<void> McapIndexedReader::ReadChunk(const ChunkIndex& index, std::ui
   return {};
 }
 
-core::Result<void> McapIndexedReader::ReadMessages(const Visitor& visit, std::uint64_t from_ns, std::uint64_t to_ns) {
+void McapIndexedReader::Seek(std::uint64_t from_ns, std::uint64_t to_ns) {
+  from_ns_ = from_ns;
+  to_ns_ = to_ns;
+  waiting_ = {};
+  next_ = 0;
+}
+
+core::Result<bool> McapIndexedReader::Next(Message* message) {
   if (!has_index_) {
-    for (const Placed& placed : messages_) {
-      const std::uint64_t time_ns = placed.message.log_time_ns;
-      if (time_ns < from_ns || time_ns >= to_ns) continue;
-      if (!visit(channels_.at(placed.message.channel_id), placed.message)) return {};
+    while (next_ < messages_.size()) {
+      const Message& next = messages_[next_++].message;
+      if (next.log_time_ns < from_ns_ || next.log_time_ns >= to_ns_) continue;
+      *message = next;
+      return true;
     }
-    return {};
+    return false;
   }
-  // A chunk is opened when the earliest message that waits is not earlier than its first.
-  const auto is_later = [](const Placed& a, const Placed& b) {
-    return std::pair(a.message.log_time_ns, a.offset) > std::pair(b.message.log_time_ns, b.offset);
-  };
-  std::priority_queue<Placed, std::vector<Placed>, decltype(is_later)> waiting(is_later);
-  std::size_t next = 0;
+  // A chunk is opened when nothing that waits is earlier than its first.
+  while (next_ < chunks_.size() &&
+         (waiting_.empty() || chunks_[next_].first_ns <= waiting_.top().message.log_time_ns)) {
+    const ChunkIndex& index = chunks_[next_++];
+    if (index.last_ns < from_ns_ || index.first_ns >= to_ns_) continue;
+    if (auto done = ReadChunk(index); !done) return tl::unexpected(done.error());
+  }
+  if (waiting_.empty()) return false;
+  *message = waiting_.top().message;
+  waiting_.pop();
+  return true;
+}
+
+core::Result<void> McapIndexedReader::ReadMessages(const Visitor& visit, std::uint64_t from_ns, std::uint64_t to_ns) {
+  Seek(from_ns, to_ns);
+  Message message;
   for (;;) {
-    while (next < chunks_.size() && (waiting.empty() || chunks_[next].first_ns <= waiting.top().message.log_time_ns)) {
-      const ChunkIndex& index = chunks_[next++];
-      if (index.last_ns < from_ns || index.first_ns >= to_ns) continue;
-      std::vector<Placed> messages;
-      if (auto done = ReadChunk(index, from_ns, to_ns, &messages); !done) return done;
-      for (Placed& placed : messages) waiting.push(std::move(placed));
-    }
-    if (waiting.empty()) return {};
-    const Placed placed = waiting.top();
-    waiting.pop();
-    if (!visit(channels_.at(placed.message.channel_id), placed.message)) return {};
+    const auto has_one = Next(&message);
+    if (!has_one) return tl::unexpected(has_one.error());
+    if (!*has_one || !visit(channels_.at(message.channel_id), message)) return {};
   }
 }
 

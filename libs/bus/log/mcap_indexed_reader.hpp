@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <queue>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,11 @@ class McapIndexedReader {
   // Errors: kIo; kDamaged; kUnsupported, as ReadMcap.
   static core::Result<McapIndexedReader> Open(const std::filesystem::path& path);
 
-  // Messages with from_ns <= log time < to_ns, by log time; those of one time in the file's order. The visitor returns
-  // false to end. Errors: kDamaged.
+  // Next() gives the messages with from_ns <= log time < to_ns from here on, by log time; those of one time in the
+  // file's order. False: there are no more. Errors: kDamaged.
+  void Seek(std::uint64_t from_ns = 0, std::uint64_t to_ns = std::numeric_limits<std::uint64_t>::max());
+  core::Result<bool> Next(Message* message);
+  // All of them; the visitor returns false to end.
   using Visitor = std::function<bool(const Channel& channel, const Message& message)>;
   core::Result<void> ReadMessages(const Visitor& visit, std::uint64_t from_ns = 0,
                                   std::uint64_t to_ns = std::numeric_limits<std::uint64_t>::max());
@@ -40,12 +44,15 @@ class McapIndexedReader {
   struct Placed {
     Message message;
     std::uint64_t offset = 0;  // place in the file's order
+    bool operator>(const Placed& other) const {
+      return message.log_time_ns != other.message.log_time_ns ? message.log_time_ns > other.message.log_time_ns
+                                                              : offset > other.offset;
+    }
   };
   core::Result<bool> ReadSummary();
   core::Result<void> ReadAll();
   core::Result<Bytes> ReadAt(std::uint64_t offset, std::uint64_t length);
-  core::Result<void> ReadChunk(const ChunkIndex& index, std::uint64_t from_ns, std::uint64_t to_ns,
-                               std::vector<Placed>* messages);
+  core::Result<void> ReadChunk(const ChunkIndex& index);
   template <class Record>
   core::Result<Record> ReadRecordAt(std::uint64_t offset, std::uint64_t length, const char* what);
   [[nodiscard]] tl::unexpected<core::Error> Damaged(std::uint64_t at, const std::string& what) const;
@@ -60,6 +67,10 @@ class McapIndexedReader {
   std::vector<ChunkIndex> chunks_;  // by first time
   std::vector<MetadataIndex> metadata_index_;
   std::vector<AttachmentIndex> attachment_index_;
+  // What Next() has yet to give: of chunks that were opened, and from where on chunks are still closed.
+  std::uint64_t from_ns_ = 0, to_ns_ = std::numeric_limits<std::uint64_t>::max();
+  std::priority_queue<Placed, std::vector<Placed>, std::greater<>> waiting_;
+  std::size_t next_ = 0;  // chunk, or message
   // Without an index.
   std::vector<Placed> messages_;
   std::vector<Metadata> metadata_;

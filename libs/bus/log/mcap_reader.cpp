@@ -4,6 +4,7 @@
 #include <cstring>
 #include <optional>
 
+#include "bus/log/channel_copier.hpp"
 #include "bus/log/mcap_writer.hpp"
 #include "core/read_file.hpp"
 
@@ -321,35 +322,6 @@ class Salvager {
   Collector collector_;
 };
 
-// Copies schemas and channels as they turn up.
-class Copier {
- public:
-  explicit Copier(McapWriter* to) : to_(to) {}
-  core::Result<void> Copy(const McapContents& contents, const Channel& channel, const Message& message) {
-    auto found = channels_.find(channel.id);
-    if (found == channels_.end()) {
-      std::uint16_t schema = 0;
-      if (channel.schema_id != 0) {
-        const auto [place, is_new] = schemas_.try_emplace(channel.schema_id, std::uint16_t{0});
-        const Schema& own = contents.schemas.at(channel.schema_id);
-        if (is_new) place->second = to_->AddSchema(own.name, own.encoding, own.data);
-        schema = place->second;
-      }
-      found =
-          channels_
-              .emplace(channel.id, to_->AddChannel(schema, channel.topic, channel.message_encoding, channel.metadata))
-              .first;
-    }
-    Message copy = message;
-    copy.channel_id = found->second;
-    return to_->Write(copy);
-  }
-
- private:
-  McapWriter* to_;
-  std::map<std::uint16_t, std::uint16_t> schemas_, channels_;
-};
-
 }  // namespace
 
 core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit) {
@@ -392,7 +364,7 @@ core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const 
   }
   auto writer = McapWriter::Create(to, contents.header);
   if (!writer) return tl::unexpected(writer.error());
-  Copier copier(writer->get());
+  ChannelCopier copier(writer->get());
   for (const auto& [channel, message] : messages) {
     if (auto done = copier.Copy(contents, channel, message); !done) return tl::unexpected(done.error());
   }

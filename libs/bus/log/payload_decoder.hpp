@@ -22,6 +22,10 @@ class PayloadDecoder {
   // cannot be read).
   core::Result<std::string> ToJson(const Schema& schema, std::span<const std::uint8_t> payload);
 
+  // Where two payloads of one schema differ: paths of fields and both values, one a line ("modified: x_wo[3]: 1 -> 2").
+  core::Result<std::string> Difference(const Schema& schema, std::span<const std::uint8_t> a,
+                                       std::span<const std::uint8_t> b);
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
