@@ -366,7 +366,9 @@ core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const 
   if (!writer) return tl::unexpected(writer.error());
   ChannelCopier copier(writer->get());
   for (const auto& [channel, message] : messages) {
-    if (auto done = copier.Copy(contents, channel, message); !done) return tl::unexpected(done.error());
+    const auto schema = contents.schemas.find(channel.schema_id);
+    const Schema* its = schema == contents.schemas.end() ? nullptr : &schema->second;
+    if (auto done = copier.Copy(0, channel, its, message); !done) return tl::unexpected(done.error());
   }
   for (const Metadata& metadata : contents.metadata) {
     if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
