@@ -1,7 +1,7 @@
-#include "tools/oos/verb.hpp"
-
 #include <algorithm>
 #include <cstdio>
+
+#include "tools/oos/verb.hpp"
 
 namespace oos {
 namespace {
@@ -29,10 +29,8 @@ void PrintVerbHelp(const Verb& verb) {
 }  // namespace
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),    CheckVerb(),  CookVerb(), DoctorVerb(),   TopicVerb(),   TopVerb(),
-          ViewVerb(),   SweepVerb(),  SetVerb(),  LatencyVerb(),  InspectVerb(), QueryVerb(),
-          BenchVerb(),  RecordVerb(), InfoVerb(), CatVerb(),      RecoverVerb(), LaunchVerb(),
-          StatusVerb(), AttachVerb(), StopVerb(), RegistryVerb(), ClockVerb(),   ReplayVerb()};
+  return {RunVerb(),     CheckVerb(), CookVerb(),  DoctorVerb(), TopicVerb(), TopVerb(), SetVerb(),     LatencyVerb(),
+          InspectVerb(), QueryVerb(), BenchVerb(), RecordVerb(), InfoVerb(),  CatVerb(), RecoverVerb(), ReplayVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {
