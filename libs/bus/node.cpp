@@ -353,6 +353,11 @@ bool Node::PollEvent(core::Event* event) {
 
 bool Node::PollParameter(core::ParameterChange* change, std::uint64_t* ticket) {
   detail::ParameterItem* item = impl_->core.parameters_in.Front();
+  while (item != nullptr && item->deadline_ns != 0 && core::MonotonicNow_ns() > item->deadline_ns) {
+    AckParameter(item->ticket, 0, false, "came too late; its caller has given up");
+    impl_->core.parameters_in.EndPop();
+    item = impl_->core.parameters_in.Front();
+  }
   if (item == nullptr) return false;
   *change = item->change;
   *ticket = item->ticket;
@@ -459,8 +464,15 @@ bool Node::IsAlive(const std::string& peer) const {
 Counters Node::counters() const {
   return impl_->core.CountAll();
 }
+std::vector<Account> Node::Accounts() const {
+  const std::lock_guard lock(impl_->core.mutex);
+  return impl_->core.book.All();
+}
 const std::string& Node::name() const {
   return impl_->core.options.name;
+}
+std::uint64_t Node::instance() const {
+  return impl_->core.instance;
 }
 std::uint64_t Node::session() const {
   return impl_->core.identity.session;

@@ -22,6 +22,8 @@ namespace bus {
 
 constexpr std::int64_t kDefaultStartTimeout_ns = 30'000'000'000;
 
+struct Account;
+
 struct NodeOptions {
   std::string name;                        // unique in the session, e.g. "haptic_node"
   std::string registry;                    // "tcp://127.0.0.1:5555"
@@ -130,9 +132,11 @@ class Node {
   std::vector<PeerStatus> Peers() const;        // any thread
   bool IsAlive(const std::string& peer) const;  // any thread
   Counters counters() const;                    // of this node; any thread
+  std::vector<Account> Accounts() const;        // of this node with each peer, by topic (ledger.hpp); any thread
 
   [[nodiscard]] const std::string& name() const;
   [[nodiscard]] std::uint64_t session() const;
+  [[nodiscard]] std::uint64_t instance() const;  // differs after a restart
 
  private:
   struct Impl;

@@ -38,6 +38,16 @@ struct Counters {
   std::vector<TopicCounters> topics;
 };
 
+// One side's account of a topic (ledger.hpp) as a peer tells it.
+struct ToldAccount {
+  std::string topic;
+  std::string peer;  // the other end; empty: peers of earlier days, summed up
+  bool is_writer = false;
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t dropped = 0;
+};
+
 // Another node as this one sees it.
 struct PeerStatus {
   std::string name;
@@ -51,7 +61,8 @@ struct PeerStatus {
   std::string udp_endpoint;          // "127.0.0.1:41234"
   std::string router_endpoint;       // "tcp://127.0.0.1:41235"
   Counters counters;                 // as told by its heartbeats
-  std::uint64_t events_dropped = 0;  // events that this node could not deliver to it
+  std::uint64_t events_dropped = 0;  // events that it missed because it was away or too slow
+  std::vector<ToldAccount> accounts;  // as told by its heartbeats
 };
 
 }  // namespace bus

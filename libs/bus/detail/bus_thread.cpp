@@ -30,7 +30,7 @@ core::Result<void> BusThread::Open() {
     router_.set(zmq::sockopt::router_handover, true);
     router_.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
     router_.set(zmq::sockopt::maxmsgsize, std::int64_t{16} << 20);
-    router_.set(zmq::sockopt::sndhwm, static_cast<int>(2 * kEventCredit));
+    router_.set(zmq::sockopt::sndhwm, static_cast<int>(2 * (kEventCredit + kStateCredit)));
     router_.bind("tcp://" + core_->options.bind_address + ":*");
     router_endpoint_ = router_.get(zmq::sockopt::last_endpoint);
     registry_ = zmq::socket_t(context_, zmq::socket_type::dealer);
@@ -71,7 +71,7 @@ int BusThread::PollTimeout_ms() const {
   const bool is_waiting = !open_calls_.empty() || !events_for_step_.empty() || !states_for_step_.empty() ||
                           !acks_for_step_.empty() || core_->events_out.Front() != nullptr;
   const std::int64_t now = core::MonotonicNow_ns();
-  if (is_waiting) due = std::min(due, now + 10 * kMillisecond_ns);
+  if (is_waiting || is_connecting_) due = std::min(due, now + 5 * kMillisecond_ns);
   return static_cast<int>(std::clamp<std::int64_t>((due - now + kMillisecond_ns - 1) / kMillisecond_ns, 0, 50));
 }
 
@@ -103,6 +103,11 @@ void BusThread::Run() {
     SendHeartbeats(true);
     SendHello(true);
   }
+  for (auto& [name, peer] : peers_) {  // what it has taken up to now, for the writers' accounts
+    if (!peer.reading.is_subscribed) continue;
+    Acknowledge(peer, false);
+    peer.dealer.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
+  }
   peers_.clear();
   router_.close();
   registry_.close();
@@ -129,6 +134,7 @@ void BusThread::RunOnce() {
     next_heartbeat_ns_ = now + kHeartbeatPeriod_ns;
   }
   CheckLiveness();
+  MaintainReading();
   MaintainSubscriptions();
   ServeCalls();
   if (are_subscribers_outdated_) UpdateSubscribers();
@@ -219,6 +225,7 @@ void BusThread::TakeRoster(const oos::Roster& roster) {
       AddPeer(record, 0);
     } else if (known->second.record.instance() != record.instance() && record.boot() > known->second.record.boot()) {
       if (StatusOf(known->second).is_alive) Lose(known->second, false);
+      ForgetReader(record.name(), known->second.record.instance());
       const std::uint32_t restarts = StatusOf(known->second).restarts + 1;
       peers_.erase(known);
       AddPeer(record, restarts);
@@ -289,6 +296,7 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
   heartbeat->set_dropped(counters.dropped);
   heartbeat->set_refused(counters.refused);
   heartbeat->set_is_goodbye(is_goodbye);
+  AddCounts(heartbeat);
   const std::size_t told = std::min(counters.topics.size(), kTopicsPerHeartbeat);
   for (std::size_t i = 0; i < told; ++i) {
     const TopicCounters& topic = counters.topics[next_topic_told_++ % counters.topics.size()];
@@ -347,6 +355,7 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   peer.last_heard_ns = now;
   status.age_ns = now;
   TakeLatestSpans(heartbeat, core_);
+  TakeCounts(peer, heartbeat);
   if (heartbeat.is_goodbye()) {
     Lose(peer, true);
     gone_.insert(heartbeat.instance());
@@ -366,7 +375,6 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
     peer.wait_count = heartbeat.wait_count();
     peer.wait_changed_ns = now;
   }
-  peer.told_version = heartbeat.state_version();
   status.counters.sent = heartbeat.sent();
   status.counters.received = heartbeat.received();
   status.counters.dropped = heartbeat.dropped();
@@ -380,6 +388,7 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
     topic.dropped = figures.dropped();
     topic.reordered = figures.reordered();
   }
+  TakeAccounts(heartbeat, &status);
 }
 
 void BusThread::Lose(Peer& peer, bool has_left) {
@@ -388,7 +397,8 @@ void BusThread::Lose(Peer& peer, bool has_left) {
   status.is_alive = false;
   status.is_stalled = false;
   peer.has_left = has_left;
-  peer.is_subscribed = false;
+  peer.reading.is_subscribed = false;
+  ForgetReader(peer.record.name(), peer.record.instance());
   are_subscribers_outdated_ = true;
   if (was_alive && !peer.record.is_observer()) Announce(has_left ? "node_left" : "node_lost", peer.record.name());
 }

@@ -11,6 +11,7 @@
 
 #include "bus/detail/control.hpp"
 #include "bus/detail/node_core.hpp"
+#include "bus/detail/reliable.hpp"
 
 namespace bus::detail {
 
@@ -21,7 +22,6 @@ constexpr std::int64_t kStalledAfter_ns = 400 * kMillisecond_ns;
 constexpr std::int64_t kMissingAfter_ns = 1'000 * kMillisecond_ns;  // in the roster, but never heard
 constexpr std::int64_t kHelloPeriod_ns = 500 * kMillisecond_ns;
 constexpr std::int64_t kEagerHelloPeriod_ns = 100 * kMillisecond_ns;  // until the registry has answered
-constexpr std::uint64_t kEventCredit = 1024;  // events on their way to one subscriber that it has not acknowledged
 
 // The one thread that touches ZeroMQ sockets: registry, roster, heartbeats, STATE, EVENT and SERVICE.
 //
@@ -54,37 +54,28 @@ class BusThread {
     std::uint64_t wait_count = 0;  // its step thread's
     std::int64_t wait_changed_ns = 0;
     std::map<std::pair<std::uint32_t, bool>, std::size_t> topic_slots;  // id, is written -> place in its counters
-    // What we read from it.
-    bool is_subscribed = false;
-    std::int64_t asked_ns = 0;
-    std::uint64_t state_version = 0;
-    std::uint64_t told_version = 0;  // by its heartbeat
-    std::int64_t behind_since_ns = 0;
-    std::uint64_t next_event = 0;  // 0: unknown until its ack
-    std::uint64_t acked_event = 0;
+    PeerReading reading;
   };
 
-  // Somebody who reads from us.
-  struct Subscription {
-    std::string name;
+  struct Asked {
     std::uint64_t instance = 0;
-    bool wants_state = false;
-    bool wants_events = false;
-    std::uint64_t next_event = 1;
-    std::uint64_t sent_event = 0;  // last that was handed to the socket; dropped ones do not count as on their way
-    std::uint64_t acked_event = 0;
-    bool is_out_of_credit = false;      // and it was told
-    std::int64_t starved_since_ns = 0;  // an event waits for its credit; 0: none does
-    [[nodiscard]] bool HasCredit() const { return sent_event < acked_event + kEventCredit; }
+    std::int64_t sent_ns = 0;
+    bool has_answered = false;
   };
-
   struct OpenCall {
     ParameterCall call;
     std::int64_t created_ns = 0;
-    std::map<std::string, bool> asked;  // peer -> has answered
-    bool is_accepted = false;
-    ParameterAck result;  // of a call that somebody waits for
+    std::map<std::string, Asked> asked;  // by the peer's name
+    ParameterAck result;                 // of a call that somebody waits for
   };
+
+  // A request that this node was asked, kept for its repetitions.
+  struct Served {
+    std::string routing;
+    bool is_answered = false;
+    oos::ParameterReply reply;
+  };
+  using RequestKey = std::pair<std::uint64_t, std::uint64_t>;  // the caller's instance, its number
 
   // bus_thread.cpp: registry, roster, liveness.
   void Run();
@@ -106,28 +97,60 @@ class BusThread {
   void Announce(const std::string& name, const std::string& detail);
   PeerStatus& StatusOf(const Peer& peer) { return core_->peers[peer.record.name()]; }
 
-  // reliable.cpp: STATE, EVENT, SERVICE.
+  // reliable_reader.cpp: what this node reads by STATE and EVENT.
   bool ReadsFrom(const Peer& peer) const;
-  void MaintainSubscriptions();
+  void MaintainReading();
+  void Subscribe(Peer& peer, bool wants_state, bool wants_events);
+  void AddReadings(const Peer& peer, google::protobuf::RepeatedPtrField<oos::Reading>* readings);
+  void AskForMissing(Peer& peer);
   void ReceiveFromPeer(Peer& peer);
+  void TakeSubscribeAck(Peer& peer, const oos::SubscribeAck& ack);
+  void TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot);
+  void TakeDelta(Peer& peer, const oos::StateEntry& entry);
   void TakeState(Peer& peer, const oos::StateEntry& entry);
+  void PushState(StateItem item);
   void TakeEvent(Peer& peer, const oos::EventItem& item);
-  void AckEvents(Peer& peer);
+  void TakeCounts(Peer& peer, const oos::Heartbeat& heartbeat);
+  void TakeAccounts(const oos::Heartbeat& heartbeat, PeerStatus* status) const;
+  void Acknowledge(Peer& peer, bool resend);
+  Account* EventsOf(const Peer& peer);
+  std::uint64_t EventPlace(const Peer& peer);
+  bool SendToPeer(Peer& peer, const oos::Control& control);
+
+  // reliable_writer.cpp: who reads from this node by STATE and EVENT.
   void ReceiveFromRouter();
   void TakeSubscribe(const std::string& routing, const oos::Subscribe& subscribe);
-  void TakeRequest(const std::string& routing, const oos::ParameterRequest& request);
+  void TakeReading(const oos::Reading& reading, std::uint64_t instance);
+  void RewindEvents(Subscription& subscription, std::uint64_t place);
+  bool AckSubscription(const std::string& routing, const Subscription& subscription);
+  void SendSnapshot(const std::string& routing, Subscription& subscription);
+  void TakeEventAck(const std::string& routing, const oos::EventAck& ack);
+  void Evict(const std::string& routing, Subscription& subscription, const std::string& why);
+  void MaintainSubscriptions();
+  void ForgetReader(const std::string& name, std::uint64_t instance);
+  void AddCounts(oos::Heartbeat* heartbeat);
   bool SendToRouted(const std::string& routing, const oos::Control& control);
-  bool SendToPeer(Peer& peer, const oos::Control& control);
+  bool SendBytesToRouted(const std::string& routing, const std::vector<std::uint8_t>& bytes);
   void DrainStepThread();
   void DrainEvents();
   Peer* FindReader(const Subscription& subscription);
-  bool IsWaitingForCredit();
+  bool IsHeldUpByReaders();
   void SendState(const StateItem& item);
-  void SendEvent(const core::Event& event);
+  void AppendEvent(const core::Event& event);
+  void PumpEvents(const std::string& routing, Subscription& subscription);
+  void FlushToStepThread();
+
+  // service.cpp: parameter calls, both ends.
+  void TakeRequest(const std::string& routing, const oos::ParameterRequest& request);
+  std::string FindFault(const oos::ParameterRequest& request) const;
+  void SendReply(Served& served);
+  void SendReplies();
   void OpenParameterCall(const ParameterCall& call);
   void ServeCalls();
+  void AskOwners(OpenCall& open);
+  bool SendRequest(const ParameterCall& call, Peer& owner);
+  void TakeReply(const Peer& peer, const oos::ParameterReply& reply);
   void AnswerCall(OpenCall& open, const std::string& owner, const oos::ParameterReply& reply);
-  void FlushToStepThread();
 
   NodeCore* core_;
   zmq::context_t context_{1};
@@ -144,11 +167,17 @@ class BusThread {
   std::int64_t next_hello_ns_ = 0;
   std::size_t next_topic_told_ = 0;
   std::size_t next_span_told_ = 0;
+  std::size_t next_account_told_ = 0;
   bool are_subscribers_outdated_ = true;
+  bool is_connecting_ = false;  // a subscription waits for its connection
+  EventLog event_log_;
   std::uint64_t own_state_version_ = 0;
+  std::map<std::uint32_t, std::uint64_t> own_counts_;                        // changes of each STATE topic
   std::map<std::pair<std::string, std::string>, oos::StateEntry> retained_;  // topic, key
   std::map<std::string, Subscription> subscriptions_;                        // by routing id
-  std::map<std::uint64_t, std::pair<std::string, std::uint64_t>> tickets_;   // -> routing id, the caller's request
+  std::map<RequestKey, Served> served_;
+  std::deque<RequestKey> served_order_;  // oldest first
+  std::map<std::uint64_t, RequestKey> tickets_;
   std::uint64_t next_ticket_ = 1;
   std::map<std::uint64_t, OpenCall> open_calls_;
   std::deque<core::Event> events_for_step_;

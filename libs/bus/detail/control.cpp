@@ -37,6 +37,7 @@ TopicClass ClassOf(const oos::Control& control) {
       return TopicClass::kState;
     case oos::Control::kEvent:
     case oos::Control::kEventAck:
+    case oos::Control::kEviction:
       return TopicClass::kEvent;
     case oos::Control::kParameterRequest:
     case oos::Control::kParameterReply:

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/detail/account_book.hpp"
 #include "bus/detail/latest_io.hpp"
 #include "bus/detail/tap_points.hpp"
 #include "bus/detail/udp_socket.hpp"
@@ -30,11 +31,13 @@ struct StateItem {         // one value of a STATE topic, in either direction
   std::string key;
   std::string bytes;
   std::uint64_t version = 0;
+  bool is_reset = false;  // no value: the writer started again, what its earlier life said is void
 };
 
 struct ParameterItem {
   std::uint64_t ticket = 0;
   core::ParameterChange change;
+  std::int64_t deadline_ns = 0;  // not applied later; 0: none
 };
 
 struct ParameterAnswer {
@@ -81,6 +84,10 @@ struct StateAccess {
     reader->is_fresh_ = true;
   }
   template <class M>
+  static void Reset(StateReader<M>* reader) {
+    reader->values_.clear();
+  }
+  template <class M>
   static void ClearFresh(StateReader<M>* reader) {
     reader->is_fresh_ = false;
   }
@@ -90,6 +97,10 @@ template <class M>
 struct TypedStateReceiver final : StateReceiver {
   explicit TypedStateReceiver(const std::string& topic_name) : StateReceiver(topic_name, kMessageTypeOf<M>) {}
   bool Take(const StateItem& item) override {
+    if (item.is_reset) {
+      StateAccess::Reset(&reader);
+      return true;
+    }
     M value;
     if (!DecodeState(item.bytes, &value)) return false;
     StateAccess::Accept(&reader, item.key, item.version, std::move(value));
@@ -169,6 +180,7 @@ struct NodeCore {
   std::string refusal;                      // of the registry
   std::map<std::string, PeerStatus> peers;  // age_ns holds the time last heard
   std::string session_key;                  // of UDP datagrams, from the registry; empty: they are in the clear
+  AccountBook book;
   std::map<std::uint32_t, KnownTopic> known_topics;
   std::deque<ParameterCall> waiting_calls;
   std::map<std::uint64_t, ParameterAck> finished_calls;

@@ -1,0 +1,365 @@
+// What this node reads from its peers by STATE and EVENT. All on the bus thread, with the node's mutex held.
+//
+//   subscribe (where it goes on) -> ack (where its accounts start), snapshot -> changes, events -> acknowledgements
+//
+// Changes and events are numbered without gaps, so a gap is seen by the next one, or by the counts in the writer's
+// heartbeats. Missing events are sent again in order from the writer's log; missing changes are made good by a
+// snapshot.
+
+#include <algorithm>
+
+#include "bus/detail/bus_thread.hpp"
+#include "core/clock.hpp"
+
+namespace bus::detail {
+namespace {
+
+constexpr std::int64_t kAskAgainAfter_ns = 300 * kMillisecond_ns;
+constexpr std::int64_t kBehindTooLong_ns = 200 * kMillisecond_ns;
+constexpr std::int64_t kBetweenRepairs_ns = 50 * kMillisecond_ns;
+constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: its end may be far
+constexpr std::size_t kMaxEventsForStep = 2'000;
+constexpr std::size_t kMaxStatesForStep = 1'000;
+
+core::Event ToCore(const oos::Event& event) {
+  return {event.time_ns(), event.source(), event.name(), event.detail()};
+}
+
+}  // namespace
+
+bool BusThread::ReadsFrom(const Peer& peer) const {
+  for (const oos::TopicDeclaration& topic : peer.record.topics()) {
+    if (!topic.is_written() || topic.topic_class() != static_cast<std::uint32_t>(TopicClass::kState)) continue;
+    if (core_->IsObserved(topic.name())) return true;
+    for (const auto& receiver : core_->state_receivers) {
+      if (receiver->topic == topic.name()) return true;
+    }
+  }
+  return false;
+}
+
+// Null before the peer has acknowledged the subscription.
+Account* BusThread::EventsOf(const Peer& peer) {
+  static const std::uint32_t id = TopicId(kEventTopic);
+  return core_->book.Find(id, peer.record.instance(), false);
+}
+
+// The last event that is settled: received, or given up.
+std::uint64_t BusThread::EventPlace(const Peer& peer) {
+  const Account* events = EventsOf(peer);
+  return events == nullptr ? 0 : events->start + events->received + events->dropped_in_all();
+}
+
+void BusThread::MaintainReading() {
+  const std::int64_t now = core::MonotonicNow_ns();
+  const bool wants_events = core_->reads_events || core_->IsObserved(kEventTopic);
+  is_connecting_ = false;
+  for (auto& [name, peer] : peers_) {
+    PeerReading& reading = peer.reading;
+    if (peer.has_left || (peer.was_heard && !StatusOf(peer).is_alive)) continue;
+    const bool wants_state = ReadsFrom(peer);
+    if (!wants_state && !wants_events) continue;
+    if (reading.is_subscribed && wants_state) {
+      if (reading.told_version <= reading.state_version) {
+        reading.state_behind_since_ns = now;
+      } else if (now - reading.state_behind_since_ns > kBehindTooLong_ns) {
+        reading.is_subscribed = false;
+      }
+    }
+    if (reading.is_subscribed && wants_events) AskForMissing(peer);
+    const bool is_full = reading.is_held && events_for_step_.size() >= kMaxEventsForStep / 2;
+    if (!reading.is_subscribed && !is_full && now - reading.asked_ns >= kAskAgainAfter_ns) {
+      Subscribe(peer, wants_state, wants_events);
+    }
+  }
+}
+
+void BusThread::Subscribe(Peer& peer, bool wants_state, bool wants_events) {
+  oos::Control control;
+  oos::Subscribe* subscribe = control.mutable_subscribe();
+  subscribe->set_name(core_->options.name);
+  subscribe->set_instance(core_->instance);
+  subscribe->set_wants_state(wants_state);
+  subscribe->set_wants_events(wants_events);
+  AddReadings(peer, subscribe->mutable_readings());
+  if (SendToPeer(peer, control)) {
+    peer.reading.asked_ns = core::MonotonicNow_ns();
+  } else {
+    is_connecting_ = is_connecting_ || !peer.was_heard || StatusOf(peer).is_alive;  // tried again soon
+  }
+}
+
+void BusThread::AddReadings(const Peer& peer, google::protobuf::RepeatedPtrField<oos::Reading>* readings) {
+  const auto add = [&](const std::string& topic) {
+    const Account* account = core_->book.Find(TopicId(topic), peer.record.instance(), false);
+    if (account == nullptr) return;
+    oos::Reading* reading = readings->Add();
+    reading->set_topic(TopicId(topic));
+    reading->set_start(account->start);
+    reading->set_received(account->received);
+    reading->set_dropped(account->dropped_in_all());
+  };
+  add(kEventTopic);
+  for (const oos::TopicDeclaration& topic : peer.record.topics()) {
+    if (topic.is_written() && topic.topic_class() == static_cast<std::uint32_t>(TopicClass::kState)) add(topic.name());
+  }
+}
+
+// Events that were left for later because the step thread's queue was full, and those whose loss no later event tells.
+void BusThread::AskForMissing(Peer& peer) {
+  PeerReading& reading = peer.reading;
+  const std::int64_t now = core::MonotonicNow_ns();
+  const Account* events = EventsOf(peer);
+  if (events == nullptr) return;
+  const std::uint64_t place = EventPlace(peer);
+  if (place != reading.seen_event || place >= events->start + events->sent) {
+    reading.seen_event = place;
+    reading.seen_event_ns = now;
+  }
+  const bool has_room = events_for_step_.size() < kMaxEventsForStep / 2;
+  const bool is_missing = now - reading.seen_event_ns > kBehindTooLong_ns;
+  if (!has_room || (!reading.is_held && !is_missing) || now - reading.asked_again_ns < kBetweenRepairs_ns) return;
+  reading.is_held = false;
+  reading.asked_again_ns = now;
+  Acknowledge(peer, true);
+}
+
+void BusThread::ReceiveFromPeer(Peer& peer) {
+  zmq::message_t message;
+  while (peer.dealer.recv(message, zmq::recv_flags::dontwait)) {
+    oos::Control control;
+    if (!DecodeControl({message.data<std::uint8_t>(), message.size()}, core_->identity.session, &control)) {
+      core_->refused.fetch_add(1, std::memory_order_relaxed);
+      continue;
+    }
+    switch (control.body_case()) {
+      case oos::Control::kSubscribeAck:
+        TakeSubscribeAck(peer, control.subscribe_ack());
+        break;
+      case oos::Control::kStateSnapshot:
+        TakeSnapshot(peer, control.state_snapshot());
+        break;
+      case oos::Control::kStateDelta:
+        TakeDelta(peer, control.state_delta());
+        break;
+      case oos::Control::kEvent:
+        TakeEvent(peer, control.event());
+        break;
+      case oos::Control::kEviction:  // asks again after a while: whoever is slow should not be drowned at once
+        peer.reading.is_subscribed = false;
+        peer.reading.asked_ns = core::MonotonicNow_ns();
+        break;
+      case oos::Control::kParameterReply:
+        TakeReply(peer, control.parameter_reply());
+        break;
+      default:
+        core_->refused.fetch_add(1, std::memory_order_relaxed);
+    }
+    const PeerReading& reading = peer.reading;
+    if (EventPlace(peer) >= reading.acked_event + kAckEvery || reading.state_version >= reading.acked_state + kAckEvery)
+      Acknowledge(peer, false);
+  }
+  if (EventPlace(peer) > peer.reading.acked_event || peer.reading.state_version > peer.reading.acked_state) {
+    Acknowledge(peer, false);
+  }
+}
+
+void BusThread::Acknowledge(Peer& peer, bool resend) {
+  oos::Control control;
+  oos::EventAck* ack = control.mutable_event_ack();
+  ack->set_sequence(EventPlace(peer));
+  ack->set_resend(resend);
+  ack->set_state_version(peer.reading.state_version);
+  ack->set_instance(core_->instance);
+  AddReadings(peer, ack->mutable_readings());
+  if (!SendToPeer(peer, control)) return;
+  peer.reading.acked_event = ack->sequence();
+  peer.reading.acked_state = ack->state_version();
+}
+
+void BusThread::TakeSubscribeAck(Peer& peer, const oos::SubscribeAck& ack) {
+  PeerReading& reading = peer.reading;
+  reading.is_subscribed = true;
+  reading.is_held = false;
+  reading.state_behind_since_ns = core::MonotonicNow_ns();
+  const auto open = [&](const std::string& topic, TopicClass topic_class) {
+    for (const oos::Reading& start : ack.starts()) {
+      if (start.topic() == TopicId(topic)) {
+        core_->book.Open(topic, topic_class, peer.record.name(), peer.record.instance(), false, start.start());
+      }
+    }
+  };
+  open(kEventTopic, TopicClass::kEvent);
+  for (const oos::TopicDeclaration& topic : peer.record.topics()) {
+    if (topic.is_written() && topic.topic_class() == static_cast<std::uint32_t>(TopicClass::kState)) {
+      open(topic.name(), TopicClass::kState);
+    }
+  }
+  Account* events = EventsOf(peer);
+  const std::uint64_t next = EventPlace(peer) + 1;
+  if (events == nullptr || ack.next_event() <= next) return;
+  // Away for so long that the writer does not keep all of it any more.
+  const std::uint64_t missed = ack.next_event() - next;
+  events->dropped[static_cast<std::size_t>(DropReason::kOverrun)] += missed;
+  events->sent = std::max(events->sent, events->received + events->dropped_in_all());
+  Announce("events_missed", peer.record.name() + ": " + std::to_string(missed));
+}
+
+void BusThread::TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot) {
+  PeerReading& reading = peer.reading;
+  if (!reading.is_subscribed || (reading.has_snapshot && snapshot.version() < reading.state_version)) return;
+  if (!reading.has_snapshot) {  // whoever wrote these topics before is not there any more
+    for (std::uint32_t slot = 0; slot < core_->state_receivers.size(); ++slot) {
+      for (const oos::TopicCount& count : snapshot.counts()) {
+        if (TopicId(core_->state_receivers[slot]->topic) == count.topic()) PushState({slot, {}, {}, 0, true});
+      }
+    }
+  }
+  for (const oos::StateEntry& entry : snapshot.entries()) {
+    if (!reading.has_snapshot || entry.version() > reading.state_version) TakeState(peer, entry);
+  }
+  reading.has_snapshot = true;
+  reading.state_version = snapshot.version();
+  for (const oos::TopicCount& count : snapshot.counts()) {
+    Account* account = core_->book.Find(count.topic(), peer.record.instance(), false);
+    if (account == nullptr || count.count() < account->start) continue;
+    const std::uint64_t settled = account->received + account->dropped_in_all();
+    const std::uint64_t told = count.count() - account->start;
+    if (told > settled) account->dropped[static_cast<std::size_t>(DropReason::kSuperseded)] += told - settled;
+    account->sent = std::max(account->sent, told);
+  }
+}
+
+void BusThread::TakeDelta(Peer& peer, const oos::StateEntry& entry) {
+  PeerReading& reading = peer.reading;
+  if (entry.version() <= reading.state_version) return;  // in the snapshot already
+  Account* account = core_->book.Find(TopicId(entry.topic()), peer.record.instance(), false);
+  if (account == nullptr || entry.version() != reading.state_version + 1) {
+    reading.is_subscribed = false;
+    reading.asked_ns = 0;
+    return;
+  }
+  reading.state_version = entry.version();
+  ++account->received;
+  account->sent = std::max(account->sent, entry.count() - account->start);
+  TakeState(peer, entry);
+}
+
+void BusThread::TakeState(Peer& peer, const oos::StateEntry& entry) {
+  for (std::uint32_t slot = 0; slot < core_->state_receivers.size(); ++slot) {
+    if (core_->state_receivers[slot]->topic != entry.topic()) continue;
+    PushState({slot, entry.key(), entry.value(), entry.version(), false});
+    core_->state_receivers[slot]->received.fetch_add(1, std::memory_order_relaxed);
+  }
+  if (core_->IsObserved(entry.topic())) {
+    const TopicRule* rule = FindTopicRule(entry.topic());
+    core_->AddObservation({entry.topic(), TopicClass::kState, rule != nullptr ? rule->type : MessageType::kNone,
+                           peer.record.name(), entry.version(), 0, core::MonotonicNow_ns(), entry.value().size(), 0, 1,
+                           entry.value()});
+  }
+}
+
+// A step thread that does not come back for a long time finds the newest value of each key, not every one in between.
+void BusThread::PushState(StateItem item) {
+  if (states_for_step_.size() >= kMaxStatesForStep) {
+    std::erase_if(states_for_step_, [&item](const StateItem& other) {
+      return other.slot == item.slot && !other.is_reset && (item.is_reset || other.key == item.key);
+    });
+  }
+  states_for_step_.push_back(std::move(item));
+}
+
+void BusThread::TakeEvent(Peer& peer, const oos::EventItem& item) {
+  Account* events = EventsOf(peer);
+  if (events == nullptr) return;
+  const std::uint64_t next = EventPlace(peer) + 1;
+  if (item.sequence() < next) return;  // repeated
+  if (item.sequence() > events->start) events->sent = std::max(events->sent, item.sequence() - events->start);
+  if (core_->reads_events && events_for_step_.size() >= kMaxEventsForStep) {
+    peer.reading.is_held = true;
+    return;
+  }
+  if (item.sequence() > next) {
+    const std::int64_t now = core::MonotonicNow_ns();
+    if (now - peer.reading.asked_again_ns < kBetweenRepairs_ns) return;
+    peer.reading.asked_again_ns = now;
+    Acknowledge(peer, true);
+    return;
+  }
+  ++events->received;
+  core_->events_received.fetch_add(1, std::memory_order_relaxed);
+  if (core_->reads_events) events_for_step_.push_back(ToCore(item.event()));
+  if (core_->IsObserved(kEventTopic)) {
+    core_->AddObservation({kEventTopic, TopicClass::kEvent, MessageType::kEvent, peer.record.name(), item.sequence(),
+                           item.event().time_ns(), core::MonotonicNow_ns(), item.ByteSizeLong(), 0, 1,
+                           item.event().SerializeAsString()});
+  }
+}
+
+// What the writer says it has written: more than has come is on its way, or missing.
+void BusThread::TakeCounts(Peer& peer, const oos::Heartbeat& heartbeat) {
+  peer.reading.told_version = heartbeat.state_version();
+  for (const oos::TopicCount& count : heartbeat.counts()) {
+    Account* account = core_->book.Find(count.topic(), peer.record.instance(), false);
+    if (account != nullptr && count.count() > account->start) {
+      account->sent = std::max(account->sent, count.count() - account->start);
+    }
+  }
+}
+
+// For whoever looks on. Names are known by their hashes; what nobody here knows is left out.
+void BusThread::TakeAccounts(const oos::Heartbeat& heartbeat, PeerStatus* status) const {
+  for (const oos::AccountFigures& figures : heartbeat.accounts()) {
+    std::string topic = figures.topic() == TopicId(kEventTopic)       ? kEventTopic
+                        : figures.topic() == TopicId(kParameterTopic) ? kParameterTopic
+                                                                      : "";
+    const auto known = core_->known_topics.find(figures.topic());
+    if (known != core_->known_topics.end()) topic = known->second.name;
+    std::string peer;
+    for (const auto& [name, other] : core_->peers) {
+      if (TopicId(name) == figures.peer()) peer = name;
+    }
+    if (core_->identity.node == figures.peer()) peer = core_->options.name;
+    if (topic.empty() || (peer.empty() && figures.peer() != 0)) continue;
+    const auto found = std::find_if(status->accounts.begin(), status->accounts.end(), [&](const ToldAccount& told) {
+      return told.topic == topic && told.peer == peer && told.is_writer == figures.is_writer();
+    });
+    ToldAccount& told = found != status->accounts.end() ? *found : status->accounts.emplace_back();
+    told = {topic, peer, figures.is_writer(), figures.sent(), figures.received(), figures.dropped()};
+  }
+}
+
+bool BusThread::SendToPeer(Peer& peer, const oos::Control& control) {
+  const auto bytes = EncodeControl(core_->identity, ClassOf(control), control);
+  try {
+    return peer.dealer.send(zmq::buffer(bytes), zmq::send_flags::dontwait).has_value();
+  } catch (const zmq::error_t&) {
+    return false;
+  }
+}
+
+void BusThread::FlushToStepThread() {
+  while (!events_for_step_.empty()) {
+    core::Event* slot = core_->events_in.BeginPush();
+    if (slot == nullptr) break;
+    *slot = events_for_step_.front();
+    core_->events_in.EndPush();
+    events_for_step_.pop_front();
+  }
+  while (!states_for_step_.empty()) {
+    StateItem* slot = core_->states_in.BeginPush();
+    if (slot == nullptr) break;
+    *slot = states_for_step_.front();
+    core_->states_in.EndPush();
+    states_for_step_.pop_front();
+  }
+  while (!acks_for_step_.empty()) {
+    ParameterAck* slot = core_->acks_in.BeginPush();
+    if (slot == nullptr) break;
+    *slot = acks_for_step_.front();
+    core_->acks_in.EndPush();
+    acks_for_step_.pop_front();
+  }
+}
+
+}  // namespace bus::detail

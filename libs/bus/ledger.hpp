@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <string_view>
+
+#include "bus/topics.hpp"
+
+namespace bus {
+
+// Why a message did not arrive by itself.
+enum class DropReason : std::uint8_t {
+  kSuperseded,  // STATE: its value, or a newer one, came with a snapshot
+  kOverrun,     // EVENT: the reader was away or too slow for longer than the writer keeps events
+  kReaderGone,  // not acknowledged when the reader left or died (it may have arrived)
+  kWriterGone,  // told by the writer, but not here when it left or died
+  kLost,        // LATEST: lost on the way, or came after a newer one
+  kUnanswered,  // SERVICE: no answer before the deadline
+};
+constexpr std::size_t kNumDropReasons = 6;
+
+constexpr std::string_view NameOf(DropReason reason) {
+  constexpr std::array<std::string_view, kNumDropReasons> kNames = {"superseded",  "overrun", "reader_gone",
+                                                                    "writer_gone", "lost",    "unanswered"};
+  return kNames[static_cast<std::size_t>(reason)];
+}
+
+// What went from one writer to one reader on one topic, as one of the two counts it. Whenever nothing is on its way,
+// sent = received + dropped, exactly, and the accounts of both ends agree.
+struct Account {
+  std::string topic;
+  TopicClass topic_class = TopicClass::kEvent;
+  std::string peer;  // the other end
+  std::uint64_t peer_instance = 0;
+  bool is_writer = false;   // this node is the writer of the two
+  std::uint64_t start = 0;  // messages of the topic before the first that was meant for the reader
+  std::uint64_t sent = 0;   // meant for the reader; its end knows it from messages and heartbeats
+  std::uint64_t received = 0;
+  std::array<std::uint64_t, kNumDropReasons> dropped{};
+
+  [[nodiscard]] std::uint64_t dropped_for(DropReason reason) const { return dropped[static_cast<std::size_t>(reason)]; }
+  [[nodiscard]] std::uint64_t dropped_in_all() const {
+    return std::accumulate(dropped.begin(), dropped.end(), std::uint64_t{0});
+  }
+  [[nodiscard]] bool is_settled() const { return sent == received + dropped_in_all(); }
+};
+
+// "event from physics_node: sent 12 = received 10 + overrun 2", for people.
+std::string Describe(const Account& account);
+
+}  // namespace bus
