@@ -131,6 +131,11 @@ class Reader {
     }
     for (const scene::XmlElement& device : element.children) {
       node.devices.push_back({device.Get("role"), device.Get("path"), {lab_.file, device.line}});
+      const std::string& path = node.devices.back().path;
+      if (path.find('\'') != std::string::npos || path.rfind('/', 0) != 0) {
+        Say(device.LineOf("path"), "device path '" + path + "'", "it names a file of that host",
+            "write an absolute path without quotes, such as /dev/hidraw0");
+      }
     }
     if (!node.devices.empty() && node.node != "device_bridge") {
       Say(element.children.front().line, node.node + " has a <device>", "only device_bridge opens devices",

@@ -80,21 +80,22 @@ class Planner {
     }
     if (placement.node == "physics_node") Add(&unit, "--resume", plan->run_folder);
     if (placement.node != "visual_node" && placement.node != "logic_node") Add(&unit, "--rt", placement.rt);
-    if (placement.node == "visual_node") AddDisplay(placement, &unit);
+    if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
     plan->units.push_back(std::move(unit));
   }
 
-  // Without a display xvfb-run makes one that nobody sees, and takes it away again.
-  static void AddDisplay(const Placement& placement, Unit* unit) {
+  // Without a display there is one that nobody sees, as a unit of its own: it ends after those who draw on it.
+  void AddDisplay(const Placement& placement, Unit* unit, HostPlan* plan) const {
     unit->nice = kNiceOfPictures;
     unit->environment["LP_NUM_THREADS"] = "1";
-    if (!placement.display.empty()) {
-      unit->environment["DISPLAY"] = placement.display;
-      return;
-    }
+    unit->environment["DISPLAY"] = placement.display.empty() ? plan->facts.display : placement.display;
+    if (!placement.display.empty()) return;
+    Unit display = NewUnit(*plan, "display", "");
+    display.program = "/usr/bin/Xvfb";
+    display.arguments = {plan->facts.display, "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"};
+    plan->units.push_back(std::move(display));
     unit->arguments.push_back("--headless");
-    unit->arguments.insert(unit->arguments.begin(), {"-a", "-s", "-screen 0 1280x720x24 -nolisten tcp", unit->program});
-    unit->program = "/usr/bin/xvfb-run";
+    unit->socket = "/tmp/.X11-unix/X" + plan->facts.display.substr(1);
   }
 
   const Lab& lab_;

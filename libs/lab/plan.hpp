@@ -17,6 +17,7 @@ struct HostFacts {
   std::string programs;  // folder with the executables
   std::string scenario;  // the scenario's file there
   std::string home;      // of the user, for systemd's unit folder
+  std::string display;   // of an X server that may be started there, e.g. ":120"
 };
 
 struct PlanOptions {
@@ -38,7 +39,8 @@ struct Unit {
   std::map<std::string, std::string> environment;
   std::string cores;  // empty: all
   int nice = 0;
-  std::string log;  // absolute
+  std::string socket;  // is started when this is there; empty: at once
+  std::string log;     // absolute
 };
 
 struct HostPlan {

@@ -36,8 +36,8 @@ Lab TwoHosts(SupervisorKind kind) {
 // `program_folder`: systemd-analyze looks whether the programs are there.
 Plan PlanOf(const Lab& lab, const std::string& program_folder = "/opt/oos") {
   const std::map<std::string, HostFacts> facts = {
-      {"a", {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u"}},
-      {"b", {"/home/u/vr_oos", "10.0.0.2", program_folder, "/home/u/s.xml", "/home/u"}}};
+      {"a", {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u", ":120"}},
+      {"b", {"/home/u/vr_oos", "10.0.0.2", program_folder, "/home/u/s.xml", "/home/u", ":120"}}};
   PlanOptions options;
   options.run = "run-1";
   options.session = 7;
@@ -57,7 +57,8 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSupervisor));
   ASSERT_EQ(plan.hosts.size(), 2u);
   EXPECT_THAT(NamesOf(plan.hosts[0]), testing::ElementsAre("device_bridge", "haptic_node"));
-  EXPECT_THAT(NamesOf(plan.hosts[1]), testing::ElementsAre("registry", "recorder", "physics_node", "visual_node"));
+  EXPECT_THAT(NamesOf(plan.hosts[1]),
+              testing::ElementsAre("registry", "recorder", "physics_node", "display", "visual_node"));
   EXPECT_EQ(plan.registry, "tcp://10.0.0.2:7450");
   const std::string text = Describe(plan);
   EXPECT_THAT(text, HasSubstr("device_bridge: on cores 2,3: /opt/oos/device_bridge --scenario /home/u/s.xml --registry "
@@ -76,15 +77,15 @@ TEST(Plan, AHostWithoutWorkIsLeftAlone) {
 TEST(SupervisorFiles, EveryUnitComesBackAndIsStoppedAsAGroup) {
   const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSupervisor));
   const std::string text = SupervisorFiles(plan.hosts[1]).files.at("supervisord.conf");
-  for (const char* name : {"registry", "recorder", "physics_node", "visual_node"}) {
+  for (const char* name : {"registry", "recorder", "physics_node", "display", "visual_node"}) {
     EXPECT_THAT(text, HasSubstr("[program:" + std::string(name) + "]"));
   }
   EXPECT_THAT(text, HasSubstr("autorestart=unexpected"));
   EXPECT_THAT(text, HasSubstr("killasgroup=true"));
   EXPECT_THAT(text, HasSubstr("OOS_RUN=\"run-1\""));
   EXPECT_THAT(text, HasSubstr("VR_OOS_CACHE=\"/srv/100%%cooked\""));
-  EXPECT_THAT(text, HasSubstr("nice -n 10 /usr/bin/xvfb-run -a -s \"-screen 0 1280x720x24 -nolisten tcp\" "
-                              "/opt/oos/visual_node"));
+  EXPECT_THAT(text, HasSubstr("nice -n 10 /bin/sh -c 'until [ -S /tmp/.X11-unix/X120 ]; do sleep 0.05; done; exec "
+                              "\"$0\" \"$@\"' /opt/oos/visual_node --scenario"));
 }
 
 // The units are read by systemd's own checker; that they run is not tested here, where systemd is not the first

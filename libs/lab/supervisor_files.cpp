@@ -12,15 +12,18 @@ std::string Escape(const std::string& text) {
 
 // Words of a command are split as a shell does it.
 std::string Quote(const std::string& word) {
-  return word.find_first_of(" ;\t'\"\\") == std::string::npos && !word.empty() ? word : "\"" + word + "\"";
+  return word.find_first_of(" ;\t\"") == std::string::npos && !word.empty() ? word : "'" + word + "'";
 }
 
 std::string CommandOf(const Unit& unit) {
   std::string command;
   if (!unit.cores.empty()) command += "taskset -c " + unit.cores + " ";
   if (unit.nice != 0) command += "nice -n " + std::to_string(unit.nice) + " ";
-  command += Quote(unit.program);
-  for (const std::string& argument : unit.arguments) command += " " + Quote(argument);
+  std::string blank;
+  for (const std::string& word : WordsOf(unit)) {
+    command += blank + Quote(word);
+    blank = " ";
+  }
   return Escape(command);
 }
 
@@ -62,6 +65,16 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
                   " status | sed -e 's/RUNNING/running/;s/STARTING/starting/;s/BACKOFF/starting/;s/STOPPING/stopped/;"
                   "s/FATAL/failed/;s/EXITED/stopped/;s/STOPPED/stopped/'\n";
   return result;
+}
+
+std::vector<std::string> WordsOf(const Unit& unit) {
+  std::vector<std::string> words;
+  if (!unit.socket.empty()) {
+    words = {"/bin/sh", "-c", "until [ -S " + unit.socket + " ]; do sleep 0.05; done; exec \"$0\" \"$@\""};
+  }
+  words.push_back(unit.program);
+  words.insert(words.end(), unit.arguments.begin(), unit.arguments.end());
+  return words;
 }
 
 UnitFiles FilesFor(const HostPlan& plan) {

@@ -6,7 +6,7 @@ namespace {
 std::string Quote(const std::string& word) {
   std::string escaped;
   for (const char c : word) escaped += c == '%' ? "%%" : c == '$' ? "$$" : std::string(1, c);
-  return escaped.find_first_of(" ;\t'\"\\") == std::string::npos && !escaped.empty() ? escaped : "\"" + escaped + "\"";
+  return escaped.find_first_of(" ;\t\"") == std::string::npos && !escaped.empty() ? escaped : "'" + escaped + "'";
 }
 
 std::string UnitName(const Unit& unit) {
@@ -14,10 +14,14 @@ std::string UnitName(const Unit& unit) {
 }
 
 std::string UnitText(const Unit& unit, const HostPlan& plan) {
-  std::string text =
-      "[Unit]\nDescription=" + unit.name + " of " + plan.run_folder +
-      "\nStartLimitIntervalSec=10\nStartLimitBurst=4\n\n[Service]\nType=exec\nExecStart=" + Quote(unit.program);
-  for (const std::string& argument : unit.arguments) text += " " + Quote(argument);
+  std::string text = "[Unit]\nDescription=" + unit.name + " of " + plan.run_folder;
+  if (!unit.socket.empty()) text += "\nAfter=oos-display.service";
+  text += "\nStartLimitIntervalSec=10\nStartLimitBurst=4\n\n[Service]\nType=exec\nExecStart=";
+  std::string blank;
+  for (const std::string& word : WordsOf(unit)) {
+    text += blank + Quote(word);
+    blank = " ";
+  }
   text += "\nWorkingDirectory=" + plan.run_folder + "\n";
   for (const auto& [name, value] : unit.environment) text += "Environment=" + Quote(name + "=" + value) + "\n";
   text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "lab/plan.hpp"
 
@@ -23,5 +24,8 @@ UnitFiles SupervisorFiles(const HostPlan& plan);
 UnitFiles SystemdFiles(const HostPlan& plan);
 
 UnitFiles FilesFor(const HostPlan& plan);
+
+// The words that start a unit: its program and arguments, behind a wait for its socket.
+std::vector<std::string> WordsOf(const Unit& unit);
 
 }  // namespace lab

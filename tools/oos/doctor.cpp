@@ -10,8 +10,10 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -22,6 +24,7 @@ namespace {
 enum class Grade { kOk, kWarn, kFail };
 
 struct Finding {
+  const char* subject = "";  // for programs
   Grade grade = Grade::kOk;
   std::string what;
   std::string remedy;  // empty when OK
@@ -29,12 +32,14 @@ struct Finding {
 
 Finding CheckCores() {
   const unsigned cores = std::thread::hardware_concurrency();
-  if (cores >= 4) return {Grade::kOk, std::to_string(cores) + " cores", ""};
+  if (cores >= 4) return {"cores", Grade::kOk, std::to_string(cores) + " cores", ""};
   if (cores >= 2) {
-    return {Grade::kWarn, std::to_string(cores) + " cores: five processes share them, expect late cycles under load",
+    return {"cores", Grade::kWarn,
+            std::to_string(cores) + " cores: five processes share them, expect late cycles under load",
             "use 4 cores or more, or 'oos run --without visual_node' when measuring"};
   }
-  return {Grade::kFail, "1 core: the haptic and the physics loop cannot run beside each other", "use 2 cores or more"};
+  return {"cores", Grade::kFail, "1 core: the haptic and the physics loop cannot run beside each other",
+          "use 2 cores or more"};
 }
 
 Finding CheckRealTimePriority() {
@@ -44,9 +49,9 @@ Finding CheckRealTimePriority() {
   wanted.sched_priority = 50;
   if (sched_setscheduler(0, SCHED_FIFO, &wanted) == 0) {
     sched_setscheduler(0, SCHED_OTHER, &before);
-    return {Grade::kOk, "real-time priority (SCHED_FIFO 50) is allowed", ""};
+    return {"realtime", Grade::kOk, "real-time priority (SCHED_FIFO 50) is allowed", ""};
   }
-  return {Grade::kWarn, std::string("no real-time priority: ") + std::strerror(errno),
+  return {"realtime", Grade::kWarn, std::string("no real-time priority: ") + std::strerror(errno),
           "add '@realtime - rtprio 80' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
           "--cap-add SYS_NICE"};
 }
@@ -56,20 +61,22 @@ Finding CheckMemoryLock() {
   getrlimit(RLIMIT_MEMLOCK, &limit);
   constexpr rlim_t kEnough = 512UL << 20;
   if (geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kEnough) {
-    return {Grade::kOk, "memory can be locked", ""};
+    return {"memlock", Grade::kOk, "memory can be locked", ""};
   }
-  return {Grade::kWarn, "only " + std::to_string(limit.rlim_cur >> 10) + " kB can be locked: page faults cost cycles",
+  return {"memlock", Grade::kWarn,
+          "only " + std::to_string(limit.rlim_cur >> 10) + " kB can be locked: page faults cost cycles",
           "add '@realtime - memlock unlimited' to /etc/security/limits.d/realtime.conf"};
 }
 
 Finding CheckClockSource() {
   std::ifstream file("/sys/devices/system/clocksource/clocksource0/current_clocksource");
   std::string source;
-  if (!(file >> source)) return {Grade::kWarn, "clock source is unknown", "mount /sys"};
+  if (!(file >> source)) return {"clock_source", Grade::kWarn, "clock source is unknown", "mount /sys"};
   if (source == "tsc" || source == "kvm-clock" || source == "arch_sys_counter" || source.rfind("hyperv", 0) == 0) {
-    return {Grade::kOk, "clock source " + source, ""};
+    return {"clock_source", Grade::kOk, "clock source " + source, ""};
   }
-  return {Grade::kWarn, "clock source " + source + " is slow to read", "boot with clocksource=tsc tsc=reliable"};
+  return {"clock_source", Grade::kWarn, "clock source " + source + " is slow to read",
+          "boot with clocksource=tsc tsc=reliable"};
 }
 
 bool IsOnPath(const std::string& program) {
@@ -87,19 +94,21 @@ bool IsOnPath(const std::string& program) {
 
 Finding CheckDisplay() {
   const char* display = std::getenv("DISPLAY");
-  if (display != nullptr && *display != '\0') return {Grade::kOk, std::string("DISPLAY is ") + display, ""};
-  if (IsOnPath("Xvfb")) return {Grade::kOk, "no DISPLAY; Xvfb is here, pictures are rendered without a window", ""};
-  return {Grade::kFail, "neither DISPLAY nor Xvfb: visual_node cannot start",
+  if (display != nullptr && *display != '\0') return {"display", Grade::kOk, std::string("DISPLAY is ") + display, ""};
+  if (IsOnPath("Xvfb"))
+    return {"display", Grade::kOk, "no DISPLAY; Xvfb is here, pictures are rendered without a window", ""};
+  return {"display", Grade::kFail, "neither DISPLAY nor Xvfb: visual_node cannot start",
           "apt-get install xvfb, or 'oos run --without visual_node'"};
 }
 
 Finding CheckDrawing() {
   for (const char* folder : {"/usr/lib/x86_64-linux-gnu/dri", "/usr/lib/aarch64-linux-gnu/dri", "/usr/lib/dri"}) {
     if (!std::filesystem::exists(std::string(folder) + "/swrast_dri.so")) continue;
-    if (std::filesystem::exists("/dev/dri/renderD128")) return {Grade::kOk, "OpenGL drivers and a GPU are here", ""};
-    return {Grade::kOk, "OpenGL by software (llvmpipe); no GPU", ""};
+    if (std::filesystem::exists("/dev/dri/renderD128"))
+      return {"drawing", Grade::kOk, "OpenGL drivers and a GPU are here", ""};
+    return {"drawing", Grade::kOk, "OpenGL by software (llvmpipe); no GPU", ""};
   }
-  return {Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
+  return {"drawing", Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
 }
 
 Finding CheckLoopback(int type, const char* name) {
@@ -110,8 +119,8 @@ Finding CheckLoopback(int type, const char* name) {
   const bool works = fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   const int error = errno;
   if (fd >= 0) close(fd);
-  if (works) return {Grade::kOk, std::string(name) + " port on the loopback interface", ""};
-  return {Grade::kFail, std::string("no ") + name + " port on 127.0.0.1: " + std::strerror(error),
+  if (works) return {"loopback", Grade::kOk, std::string(name) + " port on the loopback interface", ""};
+  return {"loopback", Grade::kFail, std::string("no ") + name + " port on 127.0.0.1: " + std::strerror(error),
           "bring the loopback interface up: ip link set lo up"};
 }
 
@@ -122,29 +131,47 @@ Finding CheckCache() {
   if (!error && access(folder.c_str(), W_OK) == 0) {
     const auto space = std::filesystem::space(folder, error);
     if (!error && space.available < (1ULL << 30)) {
-      return {Grade::kWarn, "less than 1 GB left for cooked structures in " + folder.string(), "free some space"};
+      return {"cache", Grade::kWarn, "less than 1 GB left for cooked structures in " + folder.string(),
+              "free some space"};
     }
-    return {Grade::kOk, "cooked structures go to " + folder.string(), ""};
+    return {"cache", Grade::kOk, "cooked structures go to " + folder.string(), ""};
   }
-  return {Grade::kFail, "cannot write " + folder.string(), "set VR_OOS_CACHE to a folder that you can write"};
+  return {"cache", Grade::kFail, "cannot write " + folder.string(), "set VR_OOS_CACHE to a folder that you can write"};
 }
 
-int Run(const Arguments&) {
-  const Finding findings[] = {CheckCores(),
-                              CheckRealTimePriority(),
-                              CheckMemoryLock(),
-                              CheckClockSource(),
-                              CheckDisplay(),
-                              CheckDrawing(),
-                              CheckLoopback(SOCK_STREAM, "TCP"),
-                              CheckLoopback(SOCK_DGRAM, "UDP"),
-                              CheckCache()};
+const char* WordOf(Grade grade) {
+  return grade == Grade::kOk ? "OK" : grade == Grade::kWarn ? "WARN" : "FAIL";
+}
+
+bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Finding& finding : findings) {
+    json.push_back({{"subject", finding.subject},
+                    {"grade", WordOf(finding.grade)},
+                    {"what", finding.what},
+                    {"remedy", finding.remedy}});
+  }
+  return static_cast<bool>(std::ofstream(file) << json.dump(2) << "\n" << std::flush);
+}
+
+int Run(const Arguments& arguments) {
+  const std::vector<Finding> findings = {CheckCores(),
+                                         CheckRealTimePriority(),
+                                         CheckMemoryLock(),
+                                         CheckClockSource(),
+                                         CheckDisplay(),
+                                         CheckDrawing(),
+                                         CheckLoopback(SOCK_STREAM, "TCP"),
+                                         CheckLoopback(SOCK_DGRAM, "UDP"),
+                                         CheckCache()};
   bool any_fail = false;
   for (const Finding& finding : findings) {
-    const char* word = finding.grade == Grade::kOk ? "OK  " : finding.grade == Grade::kWarn ? "WARN" : "FAIL";
-    std::printf("%s  %s\n", word, finding.what.c_str());
-    if (!finding.remedy.empty()) std::printf("      remedy: %s\n", finding.remedy.c_str());
     any_fail = any_fail || finding.grade == Grade::kFail;
+    std::printf("%-4s  %s\n", WordOf(finding.grade), finding.what.c_str());
+    if (!finding.remedy.empty()) std::printf("      remedy: %s\n", finding.remedy.c_str());
+  }
+  if (arguments.has("--json") && !WriteJson(findings, arguments.text("--json"))) {
+    return Complain("doctor", "cannot write " + arguments.text("--json"), kBadUsage);
   }
   return any_fail ? kDoesNotHold : kHolds;
 }
@@ -152,7 +179,10 @@ int Run(const Arguments&) {
 }  // namespace
 
 Verb DoctorVerb() {
-  return {"doctor", "says what of this machine hinders a run, and the remedy", "", 0, 0, {}, Run};
+  return {"doctor", "says what of this machine hinders a run, and the remedy",
+          "",       0,
+          0,        {{"--json", "FILE", "the same for programs"}},
+          Run};
 }
 
 }  // namespace oos

@@ -39,6 +39,12 @@ Verb RecordVerb();
 Verb InfoVerb();
 Verb CatVerb();
 Verb RecoverVerb();
+Verb LaunchVerb();
+Verb StatusVerb();
+Verb AttachVerb();
+Verb StopVerb();
+Verb RegistryVerb();
+Verb ClockVerb();
 Verb ReplayVerb();
 
 std::vector<Verb> AllVerbs();

@@ -1,0 +1,154 @@
+// Looking at a run that somebody launched, and ending it, from any terminal that has the lab file.
+
+#include <signal.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "core/clock.hpp"
+#include "lab/load_lab.hpp"
+#include "tools/oos/attach.hpp"
+#include "tools/oos/launch_lease.hpp"
+#include "tools/oos/launch_watch.hpp"
+#include "tools/oos/verb.hpp"
+
+namespace oos {
+namespace {
+
+const std::vector<Option> kLabOption = {{"--lab", "LAB.xml", "the machines"}};
+constexpr double kLauncherPatience_s = 60.0;
+
+// The lab with the hosts of one run.
+struct Found {
+  std::unique_ptr<Remotes> remotes;
+  std::vector<HostState> states;
+  Lease lease;  // of the first host that has one
+  std::vector<std::string> roots;
+};
+
+core::Result<Found> FindRun(const Arguments& arguments) {
+  if (!arguments.has("--lab")) return core::Fail(core::ErrorCode::kInvalidInput, "--lab LAB.xml is missing");
+  const auto lab = lab::LoadLab(arguments.text("--lab"));
+  if (!lab) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(lab.error().front()));
+  Found found;
+  found.remotes = std::make_unique<Remotes>(lab->hosts);
+  if (const auto done = found.remotes->Connect(); !done) return tl::unexpected(done.error());
+  auto states = ReadLeases(found.remotes.get());
+  if (!states) return tl::unexpected(states.error());
+  found.states = std::move(*states);
+  for (const HostState& state : found.states) {
+    if (found.lease.values.empty()) found.lease = state.lease;
+    found.roots.push_back(state.root);
+  }
+  return found;
+}
+
+int Status(const Arguments& arguments) {
+  auto found = FindRun(arguments);
+  if (!found) return Complain("status", found.error().detail, kBadUsage);
+  std::vector<std::string> scripts;
+  for (const HostState& state : found->states) {
+    const std::string script = state.root + "/runs/" + state.lease.value("run") + "/status.sh";
+    scripts.push_back(state.lease.values.empty() ? "" : "[ ! -e " + script + " ] || sh " + script + "\n");
+  }
+  const std::vector<Answer> answers = found->remotes->RunAll(scripts);
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    const HostState& state = found->states[i];
+    std::printf("%s: %s\n", found->remotes->hosts()[i].name.c_str(),
+                state.lease.values.empty() ? "free" : state.lease.Describe().c_str());
+    std::printf("%s", answers[i].out.c_str());
+  }
+  return found->lease.values.empty() ? kDoesNotHold : kHolds;
+}
+
+// The launcher itself, when it runs on this machine and lives: it then stops, collects and reports.
+bool AskLauncher(const Lease& lease) {
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  const pid_t pid = static_cast<pid_t>(std::strtol(lease.value("pid").c_str(), nullptr, 10));
+  std::ifstream name_file("/proc/" + std::to_string(pid) + "/comm");
+  std::string name;
+  name_file >> name;
+  if (boot != lease.value("boot") || pid <= 1 || name != "oos" || kill(pid, SIGTERM) != 0) return false;
+  const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(kLauncherPatience_s * 1e9);
+  while (core::MonotonicNow_ns() < deadline_ns) {
+    if (kill(pid, 0) != 0) return true;
+    const timespec pause{0, 20'000'000};
+    nanosleep(&pause, nullptr);
+  }
+  return false;
+}
+
+int Stop(const Arguments& arguments) {
+  auto found = FindRun(arguments);
+  if (!found) return Complain("stop", found.error().detail, kBadUsage);
+  if (found->lease.values.empty()) {
+    std::printf("nothing runs in this lab\n");
+    return kHolds;
+  }
+  const std::string run = found->lease.value("run"), out = found->lease.value("out");
+  std::printf("stopping %s\n", found->lease.Describe().c_str());
+  if (AskLauncher(found->lease)) {
+    std::printf("its launcher has stopped it; report in %s\n", out.c_str());
+    return kHolds;
+  }
+  const auto left = StopRun(run, found->roots, found->remotes.get());
+  for (const std::string& line : left) std::printf("left over: %s\n", line.c_str());
+  const auto collected = Collect(run, found->roots, out, found->remotes.get());
+  ReleaseLeases(run, found->roots, found->remotes.get());
+  if (!collected) return Complain("stop", collected.error().detail, kDoesNotHold);
+  std::printf("stopped; what it left is in %s\n", out.c_str());
+  return left.empty() ? kHolds : kDoesNotHold;
+}
+
+int Follow(const Arguments& arguments) {
+  auto found = FindRun(arguments);
+  if (!found) return Complain("attach", found.error().detail, kBadUsage);
+  if (found->lease.values.empty()) return Complain("attach", "nothing runs in this lab", kDoesNotHold);
+  std::printf("%s\n", found->lease.Describe().c_str());
+  const std::string run = found->lease.value("run");
+  std::vector<std::string> scripts;
+  for (const std::string& root : found->roots) {
+    scripts.push_back("cd " + root + "/runs/" + run +
+                      " 2>/dev/null && for f in *.log; do echo unit=${f%.log}; done\n:\n");
+  }
+  std::vector<std::vector<std::string>> units;
+  for (const Answer& answer : found->remotes->RunAll(scripts)) units.push_back(answer.values("unit"));
+  LogStreams streams;
+  if (const auto opened = streams.Open(run, found->roots, units, found->remotes.get()); !opened) {
+    return Complain("attach", opened.error().detail, kDoesNotHold);
+  }
+  const std::atomic<int>& interrupted = CatchInterrupt();
+  BusStory story;
+  bool is_over = false;
+  while (interrupted.load() == 0 && !is_over) {
+    streams.Poll(100, [&](const std::string& host, const std::string& unit, const std::string& line) {
+      const bool is_bus = unit == "registry";
+      const std::string text = is_bus ? story.Take(line) : line;
+      if (!text.empty()) std::printf("[%s] %s: %s\n", host.c_str(), is_bus ? "bus" : unit.c_str(), text.c_str());
+      is_over = is_over || line.find("\"is\":\"down\"") != std::string::npos;
+    });
+    std::fflush(stdout);
+    is_over = is_over || streams.have_ended();
+  }
+  std::printf("%s\n", is_over ? "the run is over" : "detached; the run goes on");
+  return kHolds;
+}
+
+}  // namespace
+
+Verb AttachVerb() {
+  return {"attach", "follows the logs of a launched run; Ctrl-C lets it go on", "", 0, 0, kLabOption, Follow};
+}
+
+Verb StatusVerb() {
+  return {"status", "who runs what in a lab, host by host", "", 0, 0, kLabOption, Status};
+}
+
+Verb StopVerb() {
+  return {"stop", "ends what runs in a lab, whoever launched it, and collects what it left", "", 0, 0, kLabOption,
+          Stop};
+}
+
+}  // namespace oos

@@ -1,0 +1,74 @@
+#include "tools/oos/launch_watch.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace oos {
+
+core::Result<void> LogStreams::Open(const std::string& run, const std::vector<std::string>& roots,
+                                    const std::vector<std::vector<std::string>>& units, Remotes* remotes) {
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    if (units[i].empty()) continue;
+    std::string logs;
+    for (const std::string& unit : units[i]) logs += " " + unit + ".log";
+    // `cat` ends when we close the connection or are gone, and takes `tail` with it.
+    const std::string command = "cd " + roots[i] + "/runs/" + run + " && touch" + logs + " && { tail -v -n +1 -F" +
+                                logs + " 2>/dev/null & } && cat >/dev/null; kill $! 2>/dev/null";
+    auto child = remotes->Open(i, "sh -c '" + command + "'");
+    if (!child) return tl::unexpected(child.error());
+    streams_.push_back({remotes->hosts()[i].name, "", std::move(*child)});
+  }
+  return {};
+}
+
+void LogStreams::Poll(int timeout_ms, const TakeLine& take) {
+  std::vector<PipedChild*> children;
+  for (const Stream& stream : streams_) children.push_back(stream.child.get());
+  WaitForAny(children, timeout_ms);
+  for (Stream& stream : streams_) {
+    stream.child->Poll();
+    for (const std::string& line : stream.child->TakeLines()) {
+      // tail tells whose lines follow: "==> NAME.log <==".
+      if (line.rfind("==> ", 0) == 0 && line.size() > 12 && line.compare(line.size() - 8, 8, ".log <==") == 0) {
+        stream.unit = line.substr(4, line.size() - 12);
+      } else if (!line.empty()) {
+        take(stream.host, stream.unit, line);
+      }
+    }
+  }
+}
+
+void LogStreams::Close() {
+  for (Stream& stream : streams_) stream.child->CloseInput();
+  streams_.clear();
+}
+
+bool LogStreams::have_ended() const {
+  return std::all_of(streams_.begin(), streams_.end(), [](const Stream& stream) { return stream.child->has_ended(); });
+}
+
+std::string BusStory::Take(const std::string& text) {
+  const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
+  if (!line.is_object()) return text;
+  const std::string is = line.value("is", ""), node = line.value("node", ""), detail = line.value("detail", "");
+  if (is == "ready") {
+    ready_.insert(node);
+    return node + " is ready";
+  }
+  if (is == "event") return node + ": " + line.value("name", "") + (detail.empty() ? "" : " " + detail);
+  if (is == "refused") {
+    refusal_ = detail;
+    return "refused: " + detail;
+  }
+  if (is != "step") return {};
+  const std::string step = line.value("step", "");
+  const bool is_new = step != step_;
+  step_ = step;
+  runs_ = runs_ || line.value("runs", false);
+  is_final_ = line.value("final", false);
+  is_failed_ = line.value("failed", false);
+  why_ = line.value("why", "");
+  return is_new ? "step " + step + (detail.empty() ? "" : ": " + detail) : "";
+}
+
+}  // namespace oos
