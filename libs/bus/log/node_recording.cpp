@@ -137,7 +137,11 @@ core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& nod
     metadata.entries["node"] = node;
     file.metadata.push_back(std::move(metadata));
   }
-  if (!value("--scenario").empty()) file.attachments = Texts(value("--scenario"));
+  if (!value("--scenario").empty()) {
+    const std::filesystem::path scenario = std::filesystem::absolute(value("--scenario"));
+    file.metadata.push_back({"scenario", {{"node", node}, {"file", scenario.string()}}});
+    file.attachments = Texts(scenario);
+  }
   std::error_code error;
   if (!file.path.parent_path().empty()) std::filesystem::create_directories(file.path.parent_path(), error);
   return TapRecorder::Create(std::move(file));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bus/log/tap_recorder.hpp"
+#include "bus/node.hpp"
 
 namespace bus::log {
 
@@ -18,6 +19,13 @@ std::vector<Metadata> DescribeProvenance(const std::string& node);
 core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& node,
                                                           const std::map<std::string, std::string>& arguments,
                                                           std::vector<Metadata> more = {});
+
+// The options of a node that leaves what it does in the recorder's tap; null: as they are. The recorder outlives the
+// node.
+inline NodeOptions WithTap(NodeOptions options, TapRecorder* recorder) {
+  options.tap = recorder == nullptr ? nullptr : recorder->tap();
+  return options;
+}
 
 // Null is fine. Errors: kIo, with what could not be written.
 core::Result<void> StopRecording(TapRecorder* recorder);
