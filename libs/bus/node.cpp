@@ -10,6 +10,7 @@
 #include <chrono>
 #include <random>
 
+#include "bus/detail/accounts.hpp"
 #include "bus/detail/bus_thread.hpp"
 #include "bus/detail/node_core.hpp"
 #include "bus/schema.hpp"
@@ -466,7 +467,7 @@ Counters Node::counters() const {
 }
 std::vector<Account> Node::Accounts() const {
   const std::lock_guard lock(impl_->core.mutex);
-  return impl_->core.book.All();
+  return detail::AllAccounts(impl_->core);
 }
 const std::string& Node::name() const {
   return impl_->core.options.name;

@@ -4,9 +4,9 @@ namespace bus {
 
 std::string Describe(const Account& account) {
   std::string text = account.topic + (account.is_writer ? " to " : " from ") +
-                     (account.peer.empty() ? "earlier peers" : account.peer) + ": sent " +
-                     std::to_string(account.sent) + (account.is_settled() ? " = " : " != ") + "received " +
-                     std::to_string(account.received);
+                     (account.peer.empty() ? "earlier peers" : account.peer) + ": sent " + std::to_string(account.sent);
+  if (account.is_writer && account.topic_class == TopicClass::kLatest) return text;
+  text += (account.is_settled() ? " = received " : " != received ") + std::to_string(account.received);
   for (std::size_t i = 0; i < kNumDropReasons; ++i) {
     if (account.dropped[i] == 0) continue;
     text += " + " + std::string(NameOf(static_cast<DropReason>(i))) + " " + std::to_string(account.dropped[i]);
@@ -83,21 +83,6 @@ std::vector<Account> AccountBook::All() const {
   for (const auto& [key, entry] : entries_) all.push_back(entry.Shown());
   for (const auto& [key, account] : folded_) all.push_back(account);
   return all;
-}
-
-std::vector<Account> AccountBook::ByName() const {
-  std::map<std::tuple<std::string, std::string, bool>, Account> sums;
-  for (const Account& account : All()) {
-    Account& sum = sums[{account.peer, account.topic, account.is_writer}];
-    if (sum.topic.empty()) {
-      sum = account;
-    } else {
-      AddCounts(account, &sum);
-    }
-  }
-  std::vector<Account> by_name;
-  for (auto& [key, account] : sums) by_name.push_back(std::move(account));
-  return by_name;
 }
 
 Account AccountBook::Total(const std::string& topic, bool is_writer) const {

@@ -24,7 +24,6 @@ class AccountBook {
   void CloseAll(std::uint64_t instance);
   // Closed ones show what was on its way as dropped.
   [[nodiscard]] std::vector<Account> All() const;
-  [[nodiscard]] std::vector<Account> ByName() const;  // all instances of a peer together
   // Of one topic and side, over all peers, folded ones included.
   [[nodiscard]] Account Total(const std::string& topic, bool is_writer) const;
 

@@ -126,8 +126,9 @@ void BusThread::RunOnce() {
 
   const std::int64_t now = core::MonotonicNow_ns();
   if (now >= next_hello_ns_) {
-    SendHello(false);
-    next_hello_ns_ = now + (core_->is_welcomed ? kHelloPeriod_ns : kEagerHelloPeriod_ns);
+    // Not connected yet: tried again at once, so that a newcomer is in as soon as it can be.
+    const bool is_sent = SendHello(false);
+    next_hello_ns_ = now + (core_->is_welcomed ? kHelloPeriod_ns : is_sent ? kEagerHelloPeriod_ns : kConnectPeriod_ns);
   }
   if (now >= next_heartbeat_ns_) {
     SendHeartbeats(false);
@@ -184,15 +185,16 @@ oos::NodeRecord BusThread::OwnRecord(bool with_schemas) const {
   return record;
 }
 
-void BusThread::SendHello(bool is_goodbye) {
+bool BusThread::SendHello(bool is_goodbye) {
   oos::Control control;
   *control.mutable_hello()->mutable_node() = OwnRecord(true);
   control.mutable_hello()->set_known_roster(roster_version_);
   control.mutable_hello()->set_is_goodbye(is_goodbye);
   const auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   try {
-    registry_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);  // no registry yet: tried again soon
+    return registry_.send(zmq::buffer(bytes), zmq::send_flags::dontwait).has_value();
   } catch (const zmq::error_t&) {
+    return false;
   }
 }
 

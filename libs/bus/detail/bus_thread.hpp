@@ -21,6 +21,7 @@ constexpr std::int64_t kDeadAfter_ns = 350 * kMillisecond_ns;  // plus one heart
 constexpr std::int64_t kStalledAfter_ns = 400 * kMillisecond_ns;
 constexpr std::int64_t kMissingAfter_ns = 1'000 * kMillisecond_ns;  // in the roster, but never heard
 constexpr std::int64_t kHelloPeriod_ns = 500 * kMillisecond_ns;
+constexpr std::int64_t kConnectPeriod_ns = 5 * kMillisecond_ns;
 constexpr std::int64_t kEagerHelloPeriod_ns = 100 * kMillisecond_ns;  // until the registry has answered
 
 // The one thread that touches ZeroMQ sockets: registry, roster, heartbeats, STATE, EVENT and SERVICE.
@@ -82,7 +83,8 @@ class BusThread {
   void RunOnce();
   int PollTimeout_ms() const;
   oos::NodeRecord OwnRecord(bool with_schemas) const;
-  void SendHello(bool is_goodbye);
+  bool SendHello(bool is_goodbye);
+  bool IsOfKeyOwner(const std::string& routing, zmq::message_t& message) const;
   void ReceiveFromRegistry();
   void TakeRoster(const oos::Roster& roster);
   void AddPeer(const oos::NodeRecord& record, std::uint32_t restarts);

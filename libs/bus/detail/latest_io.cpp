@@ -169,6 +169,17 @@ void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::u
   told_.boot.store(writer_boot, std::memory_order_release);
 }
 
+std::uint64_t LatestReceiver::OnTheWay() const noexcept {
+  const std::uint64_t told_boot = told_.boot.load(std::memory_order_acquire);
+  const std::uint64_t boot_read = shared_.boot.load(std::memory_order_relaxed);
+  if (told_boot < boot_read || told_boot == 0) return 0;
+  const std::uint64_t first = told_.first.load(std::memory_order_relaxed);
+  const std::uint64_t seen_first = shared_.first.load(std::memory_order_relaxed);
+  const std::uint64_t seen_newest = told_boot == boot_read ? shared_.newest.load(std::memory_order_relaxed) : 0;
+  return Unseen(first, told_.last.load(std::memory_order_relaxed), seen_first, seen_newest) -
+         Unseen(first, told_.settled.load(std::memory_order_relaxed), seen_first, seen_newest);
+}
+
 LatestCounts LatestReceiver::Counts() const noexcept {
   const auto get = [](const std::atomic<std::uint64_t>& from) { return from.load(std::memory_order_relaxed); };
   const std::uint64_t first = get(shared_.first);

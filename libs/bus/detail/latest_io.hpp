@@ -103,6 +103,8 @@ struct LatestReceiver {
   // Bus thread: what the writer says that it has meant for this reader.
   void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept;
   [[nodiscard]] LatestCounts Counts() const noexcept;  // any thread
+  // Messages that the writer told at last, of which it is not known yet whether they arrive. Any thread.
+  [[nodiscard]] std::uint64_t OnTheWay() const noexcept;
 
   std::string topic;
   MessageType type;

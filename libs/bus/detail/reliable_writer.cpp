@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bus/detail/accounts.hpp"
 #include "bus/detail/bus_thread.hpp"
 #include "core/clock.hpp"
 
@@ -332,7 +333,7 @@ void BusThread::AddCounts(oos::Heartbeat* heartbeat) {
   core_->events_sent.store(events.sent, std::memory_order_relaxed);
   core_->events_dropped.store(events.dropped_in_all(), std::memory_order_relaxed);
 
-  const std::vector<Account> accounts = core_->book.ByName();
+  const std::vector<Account> accounts = MergeByName(AllAccounts(*core_));
   for (std::size_t i = 0; i < std::min(accounts.size(), kAccountsPerHeartbeat); ++i) {
     const Account& account = accounts[next_account_told_++ % accounts.size()];
     oos::AccountFigures* figures = heartbeat->add_accounts();

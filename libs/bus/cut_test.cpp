@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "bus/bus_testing.hpp"
+#include "bus/figures.hpp"
+#include "bus/own_network_testing.hpp"
+
+// What a reader has after its connection broke, or the network was away.
+namespace bus {
+namespace {
+
+using testing::ExpectAccountsClose;
+using testing::kLong_ns;
+using testing::MakeNode;
+using testing::MakeRegistry;
+using testing::OwnNetwork;
+using testing::Until;
+using testing::WaitBriefly;
+
+class Pair {
+ public:
+  Pair()
+      : registry_(MakeRegistry()),
+        writer_(MakeNode("physics_node", registry_->endpoint())),
+        reader_(MakeNode("logic_node", registry_->endpoint())),
+        figures_(writer_->WriteState<Figures>(FiguresTopic("physics_node"))) {
+    reader_->ReadEvents();
+    values_ = &reader_->ReadState<Figures>(FiguresTopic("physics_node"));
+    EXPECT_TRUE(writer_->Start().has_value());
+    EXPECT_TRUE(reader_->Start().has_value());
+    // The first event that comes through is the one that all later ones are counted from.
+    EXPECT_TRUE(Until([&] {
+      Step();
+      return last_ != 0;
+    }));
+  }
+  void Step() {
+    if (writer_->Emit({0, "physics_node", "count", std::to_string(emitted_ + 1)})) ++emitted_;
+    if (figures_.Set({{{"n", static_cast<double>(changed_ + 1)}}})) ++changed_;
+    Look();
+  }
+  void Look() {
+    WaitBriefly(*reader_);
+    core::Event event;
+    while (writer_->PollEvent(&event)) num_lost_ += event.name == "node_lost" ? 1 : 0;
+    while (reader_->PollEvent(&event)) {
+      EXPECT_NE(event.name, "events_missed");
+      if (event.name != "count") continue;
+      const std::uint64_t number = std::stoull(event.detail);
+      if (last_ != 0) {
+        EXPECT_EQ(number, last_ + 1);
+      }
+      last_ = number;
+    }
+  }
+  void ExpectAllIsThere() {
+    EXPECT_TRUE(Until([&] {
+      Look();
+      return last_ == emitted_ && values_->has_value() && *values_->value().Find("n") == changed_;
+    })) << last_
+        << " of " << emitted_ << " events";
+    ExpectAccountsClose({writer_.get(), reader_.get()});
+  }
+  void Run(std::int64_t duration_ns) {
+    const std::int64_t end = core::MonotonicNow_ns() + duration_ns;
+    while (core::MonotonicNow_ns() < end) Step();
+  }
+  [[nodiscard]] int num_lost() const { return num_lost_; }
+
+ private:
+  std::unique_ptr<Registry> registry_;
+  std::unique_ptr<Node> writer_, reader_;
+  StateWriter<Figures> figures_;
+  StateReader<Figures>* values_ = nullptr;
+  std::uint64_t emitted_ = 0, last_ = 0, changed_ = 0;
+  int num_lost_ = 0;
+};
+
+constexpr std::int64_t kTenth_ns = core::kNanosecondsPerSecond / 10;
+
+TEST(Cut, EventsAreSentAgainAfterConnectionsBroke) {
+  const std::string why = OwnNetwork::Run([](OwnNetwork& network) {
+    Pair pair;
+    for (int i = 0; i < 5; ++i) {
+      ASSERT_TRUE(network.BreakConnections());
+      pair.Run(kTenth_ns);
+      ASSERT_TRUE(network.Mend());
+      pair.Run(kTenth_ns);
+    }
+    pair.ExpectAllIsThere();
+  });
+  if (!why.empty()) GTEST_SKIP() << why;
+}
+
+TEST(Cut, AReaderThatWasTakenForDeadGoesOnWhereItWas) {
+  const std::string why = OwnNetwork::Run([](OwnNetwork& network) {
+    Pair pair;
+    ASSERT_TRUE(network.Cut());
+    pair.Run(8 * kTenth_ns);
+    EXPECT_EQ(pair.num_lost(), 1);
+    ASSERT_TRUE(network.Mend());
+    pair.ExpectAllIsThere();
+  });
+  if (!why.empty()) GTEST_SKIP() << why;
+}
+
+}  // namespace
+}  // namespace bus

@@ -1,0 +1,75 @@
+#include "bus/detail/accounts.hpp"
+
+#include <map>
+#include <tuple>
+
+#include "bus/detail/node_core.hpp"
+
+namespace bus::detail {
+namespace {
+
+Account MakeLatest(const std::string& topic, bool is_writer) {
+  Account account;
+  account.topic = topic;
+  account.topic_class = TopicClass::kLatest;
+  account.is_writer = is_writer;
+  return account;
+}
+
+void AddWritten(const NodeCore& core, const LatestSender& sender, std::vector<Account>* all) {
+  for (const SpanAccount& span : sender.spans) {
+    const std::uint64_t instance = span.instance.load(std::memory_order_acquire);
+    const std::uint64_t first = span.first.load(std::memory_order_acquire);
+    const std::uint64_t last = span.last.load(std::memory_order_acquire);
+    if (instance == 0 || first == 0 || span.instance.load(std::memory_order_acquire) != instance) continue;
+    Account account = MakeLatest(sender.topic, true);
+    for (const auto& [name, peer] : core.peers) {
+      if (peer.instance == instance) account.peer = name;
+    }
+    account.peer_instance = instance;
+    account.start = first - 1;
+    account.sent = last - first + 1;
+    all->push_back(std::move(account));
+  }
+}
+
+void AddRead(const NodeCore& core, const LatestReceiver& receiver, std::vector<Account>* all) {
+  const LatestCounts counts = receiver.Counts();
+  Account account = MakeLatest(receiver.topic, false);
+  if (const auto known = core.known_topics.find(receiver.id); known != core.known_topics.end()) {
+    account.peer = known->second.writer;
+  }
+  if (const auto peer = core.peers.find(account.peer); peer != core.peers.end()) {
+    account.peer_instance = peer->second.instance;
+  }
+  account.received = counts.received + counts.restored;
+  account.dropped[static_cast<std::size_t>(DropReason::kLost)] = counts.dropped;
+  account.sent = account.received + counts.dropped + receiver.OnTheWay();
+  if (account.sent > 0) all->push_back(std::move(account));
+}
+
+}  // namespace
+
+std::vector<Account> AllAccounts(const NodeCore& core) {
+  std::vector<Account> all = core.book.All();
+  for (const auto& sender : core.senders) AddWritten(core, *sender, &all);
+  for (const auto& receiver : core.receivers) AddRead(core, *receiver, &all);
+  return all;
+}
+
+std::vector<Account> MergeByName(const std::vector<Account>& accounts) {
+  std::map<std::tuple<std::string, std::string, bool>, Account> sums;
+  for (const Account& account : accounts) {
+    Account& sum = sums[{account.peer, account.topic, account.is_writer}];
+    if (sum.topic.empty()) {
+      sum = account;
+    } else {
+      AddCounts(account, &sum);
+    }
+  }
+  std::vector<Account> merged;
+  for (auto& [key, account] : sums) merged.push_back(std::move(account));
+  return merged;
+}
+
+}  // namespace bus::detail

@@ -1,0 +1,12 @@
+#include "bus/soak_testing.hpp"
+
+namespace bus {
+namespace {
+
+// "Accounting": exact after ten minutes of loss, restarts and a slow subscriber.
+TEST(Soak, BooksCloseAfterTenMinutesOfTrouble) {
+  testing::RunSoak(600 * core::kNanosecondsPerSecond);
+}
+
+}  // namespace
+}  // namespace bus

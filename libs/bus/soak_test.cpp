@@ -1,0 +1,11 @@
+#include "bus/soak_testing.hpp"
+
+namespace bus {
+namespace {
+
+TEST(Soak, BooksCloseAfterSecondsOfTrouble) {
+  testing::RunSoak(6 * core::kNanosecondsPerSecond);
+}
+
+}  // namespace
+}  // namespace bus
