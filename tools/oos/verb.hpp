@@ -30,6 +30,7 @@ Verb CookVerb();
 Verb DoctorVerb();
 Verb TopicVerb();
 Verb TopVerb();
+Verb SweepVerb();
 Verb SetVerb();
 Verb LatencyVerb();
 Verb QueryVerb();

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace oos {
+
+// One direction of a sweep's grid: which attribute of the scenario file, and the values that it takes.
+struct GridAxis {
+  std::string name;          // as given: ATTRIBUTE, ELEMENT.ATTRIBUTE or ELEMENT[NAME].ATTRIBUTE
+  std::string element;       // empty: any
+  std::string element_name;  // its name="..."; empty: any
+  std::string attribute;
+  std::vector<std::string> values;
+};
+
+// "NAME=LOW:HIGH:N": N values at equal steps, both ends included; "NAME=V,V,...": these.
+core::Result<GridAxis> ParseAxis(const std::string& text);
+
+// One run: a value per axis and a seed.
+struct SweepRun {
+  std::string name;  // of its folder
+  std::vector<std::string> values;
+  std::uint64_t seed = 1;
+};
+
+// Every point of the grid with seeds 1 .. num_seeds, seeds next to each other.
+std::vector<SweepRun> PlanRuns(const std::vector<GridAxis>& axes, unsigned num_seeds);
+
+// A copy of the scenario with these values that needs nothing outside `folder`; whatever the file refers to elsewhere
+// is copied with it. Fails when an axis meets no attribute, or when the scenario cannot be loaded with the values.
+core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file, const std::vector<GridAxis>& axes,
+                                     const std::vector<std::string>& values, const std::filesystem::path& folder);
+
+}  // namespace oos
