@@ -36,23 +36,14 @@ std::string Leaves::PathOf(std::string_view name) const {
   return path_.empty() ? std::string(name) : path_ + '.' + std::string(name);
 }
 
-void Leaves::AddNumber(std::string_view name, std::uint64_t bits, double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", number);
-  leaves_.push_back({PathOf(name), true, number, bits, text});
-}
-
-void Leaves::AddInteger(std::string_view name, std::uint64_t bits, std::string text) {
-  leaves_.push_back({PathOf(name), false, std::strtod(text.c_str(), nullptr), bits, std::move(text)});
-}
-
 void Leaves::Text(std::string_view name, std::string& text) {
   leaves_.push_back(
-      {PathOf(name), false, std::numeric_limits<double>::quiet_NaN(), core::Hash64(text), "'" + text + "'"});
+      {PathOf(name), Leaf::Kind::kText, std::numeric_limits<double>::quiet_NaN(), core::Hash64(text), text});
 }
 
 std::size_t Leaves::Count(std::string_view name, std::size_t count) {
-  AddInteger(std::string(name) + ".size", count, std::to_string(count));
+  leaves_.push_back(
+      {PathOf(std::string(name) + ".size"), Leaf::Kind::kUnsigned, static_cast<double>(count), count, {}});
   return count;
 }
 
@@ -121,10 +112,26 @@ bool Tolerance::IsWithin(const std::string& name, const Leaf& expected, const Le
          std::abs(got.number - expected.number) <= rule->absolute + rule->relative * std::abs(expected.number);
 }
 
+std::string TextOf(const Leaf* leaf) {
+  if (leaf == nullptr) return "nothing";
+  char text[32];
+  switch (leaf->kind) {
+    case Leaf::Kind::kReal:
+      std::snprintf(text, sizeof text, "%.17g", leaf->number);
+      return text;
+    case Leaf::Kind::kSigned:
+      return std::to_string(static_cast<std::int64_t>(leaf->bits));
+    case Leaf::Kind::kUnsigned:
+      return std::to_string(leaf->bits);
+    case Leaf::Kind::kText:
+      break;
+  }
+  return "'" + leaf->text + "'";
+}
+
 FieldDifference DifferenceOf(const Leaf* expected, const Leaf* got) {
   const Leaf& named = expected != nullptr ? *expected : *got;
-  FieldDifference difference{named.path, expected != nullptr ? expected->text : "nothing",
-                             got != nullptr ? got->text : "nothing", std::numeric_limits<double>::infinity()};
+  FieldDifference difference{named.path, TextOf(expected), TextOf(got), std::numeric_limits<double>::infinity()};
   if (expected == nullptr || got == nullptr) return difference;
   const double distance = std::abs(got->number - expected->number);
   if (std::isfinite(distance)) difference.distance = distance;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -42,11 +43,12 @@ class Digest {
 
 // A field with its name, e.g. "state.bodies[3].X_WO.translation.x".
 struct Leaf {
+  enum class Kind : std::uint8_t { kReal, kSigned, kUnsigned, kText };
   std::string path;
-  bool is_real = false;
-  double number = 0.0;     // of a field that is a number
+  Kind kind = Kind::kReal;
+  double number = 0.0;     // of a text: not a number
   std::uint64_t bits = 0;  // of a text: its hash
-  std::string text;        // for people
+  std::string text;        // of a text
 };
 
 // All fields with their names. For comparing and telling; not for a real-time step.
@@ -55,13 +57,10 @@ class Leaves {
   static constexpr bool kReads = false;
   template <class T>
   void Value(std::string_view name, T& value) {
-    if constexpr (std::is_floating_point_v<T>) {
-      AddNumber(name, BitsOf(value), static_cast<double>(value));
-    } else if constexpr (std::is_signed_v<T>) {
-      AddInteger(name, BitsOf(value), std::to_string(value));
-    } else {
-      AddInteger(name, BitsOf(value), std::to_string(static_cast<std::uint64_t>(value)));
-    }
+    constexpr Leaf::Kind kKind = std::is_floating_point_v<T> ? Leaf::Kind::kReal
+                                 : std::is_signed_v<T>       ? Leaf::Kind::kSigned
+                                                             : Leaf::Kind::kUnsigned;
+    leaves_.push_back({PathOf(name), kKind, static_cast<double>(value), BitsOf(value), {}});
   }
   void Text(std::string_view name, std::string& text);
   std::size_t Count(std::string_view name, std::size_t count);
@@ -74,8 +73,6 @@ class Leaves {
 
  private:
   [[nodiscard]] std::string PathOf(std::string_view name) const;
-  void AddNumber(std::string_view name, std::uint64_t bits, double number);
-  void AddInteger(std::string_view name, std::uint64_t bits, std::string text);
 
   std::string path_;
   std::vector<std::size_t> lengths_;  // of the path, by level
@@ -120,18 +117,27 @@ FieldDifference DifferenceOf(const Leaf* expected, const Leaf* got);
 template <class NameOf>
 std::vector<FieldDifference> Compare(const std::vector<Leaf>& expected, const std::vector<Leaf>& got,
                                      const Tolerance& tolerance, NameOf&& name_of) {
-  std::map<std::string_view, const Leaf*> left;
-  for (const Leaf& leaf : got) left.emplace(leaf.path, &leaf);
   std::vector<FieldDifference> differences;
-  for (const Leaf& leaf : expected) {
-    const auto found = left.find(leaf.path);
-    const Leaf* other = found == left.end() ? nullptr : found->second;
-    if (other != nullptr) left.erase(found);
-    if (other != nullptr && other->bits == leaf.bits) continue;
+  const auto compare = [&](const Leaf& leaf, const Leaf* other) {
+    if (other != nullptr && other->bits == leaf.bits) return;
     const std::string name = name_of(leaf.path);
     if (other == nullptr ? !tolerance.Ignores(name) : !tolerance.IsWithin(name, leaf, *other)) {
       differences.push_back(DifferenceOf(&leaf, other));
     }
+  };
+  // As a rule both have the same fields.
+  if (std::equal(expected.begin(), expected.end(), got.begin(), got.end(),
+                 [](const Leaf& a, const Leaf& b) { return a.path == b.path; })) {
+    for (std::size_t i = 0; i < expected.size(); ++i) compare(expected[i], &got[i]);
+    return differences;
+  }
+  std::map<std::string_view, const Leaf*> left;
+  for (const Leaf& leaf : got) left.emplace(leaf.path, &leaf);
+  for (const Leaf& leaf : expected) {
+    const auto found = left.find(leaf.path);
+    const Leaf* other = found == left.end() ? nullptr : found->second;
+    if (other != nullptr) left.erase(found);
+    compare(leaf, other);
   }
   for (const auto& [path, leaf] : left) {
     if (!tolerance.Ignores(name_of(leaf->path))) differences.push_back(DifferenceOf(nullptr, leaf));

@@ -47,7 +47,9 @@ void VisitOutputs(V& v, Step& step) {
     if constexpr (!V::kReads) {
       while (outputs.contacts_updated[next] == 0) ++next;
     }
-    v.Value("contacts[].slot", next);
+    v.Enter("updated", k);
+    v.Value("", next);
+    v.Leave();
     if constexpr (V::kReads) {
       if (next > 65535) return v.Fail();
       if (next >= outputs.contacts.size()) {

@@ -206,7 +206,7 @@ class Haptic final : public TypedNode<haptic_node::Step> {
     const std::string topic =
         top.head == "commands"  ? bus::DeviceCommandTopic(RoleOf(scenario_, top))
         : top.head == "proxies" ? bus::HapticProxyTopic(RoleOf(scenario_, top))
-        : top.head == "contacts"
+        : top.head == "contacts" || top.head == "updated"
             ? bus::ContactsTopic("haptic_node", is_pair ? scenario_.PairName(*top.index) : std::string("*"))
             : "haptic_node";
     return topic + ":" + (top.rest.empty() ? top.head : top.rest);

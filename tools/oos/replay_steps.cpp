@@ -138,9 +138,10 @@ core::Result<StepsOutcome> ReplaySteps(const std::filesystem::path& file, const 
 }
 
 std::string Describe(const RecordedNode& recorded, const StepsOutcome& o) {
-  std::string text = Format("%s: %llu steps, %.3f s, digest %016llx, %.1f times real time on one core: ", recorded.node.c_str(),
-                            static_cast<unsigned long long>(o.num_steps), o.recorded_s,
-                            static_cast<unsigned long long>(o.digest), o.cpu_s > 0.0 ? o.recorded_s / o.cpu_s : 0.0);
+  std::string text =
+      Format("%s: %llu steps, %.3f s, digest %016llx, %.1f times real time on one core: ", recorded.node.c_str(),
+             static_cast<unsigned long long>(o.num_steps), o.recorded_s, static_cast<unsigned long long>(o.digest),
+             o.cpu_s > 0.0 ? o.recorded_s / o.cpu_s : 0.0);
   if (o.num_different == 0) {
     if (o.num_inexact == 0) return text + "equal bit for bit\n";
     return text + Format("equal within the tolerance; %llu steps are not the same bits\n",
