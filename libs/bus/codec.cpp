@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "proto/device.pb.h"
+#include "bus/detail/flat_codec.hpp"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
@@ -99,36 +99,6 @@ std::size_t NodesPerPart(std::size_t budget) {
 
 // --- core -> protobuf. `part` and `budget` matter only for messages that may be split.
 
-void Fill(const core::DeviceState& m, int, std::size_t, oos::DeviceState* p) {
-  p->set_role_index(m.role_index);
-  p->set_sample_ns(m.sample_ns);
-  Append(m.X_WD, p->mutable_x_wd());
-  Append(m.V_WD, p->mutable_v_wd());
-  p->set_opening_m(m.opening_m);
-  p->set_opening_velocity_m_per_s(m.opening_velocity_m_per_s);
-  p->set_is_engaged(m.is_engaged);
-  p->set_is_simulated(m.is_simulated);
-}
-
-void Fill(const core::DeviceCommand& m, int, std::size_t, oos::DeviceCommand* p) {
-  p->set_role_index(m.role_index);
-  Append(m.F_Do_W, p->mutable_f_do_w());
-  p->set_grip_force_n(m.grip_force_N);
-  p->set_validity_ns(m.validity_ns);
-}
-
-void Fill(const core::HapticProxy& m, int, std::size_t, oos::HapticProxy* p) {
-  p->set_role_index(m.role_index);
-  p->set_cycle(m.cycle);
-  Append(m.X_WD, p->mutable_x_wd());
-  Append(m.V_WD, p->mutable_v_wd());
-  Append(m.X_WC, p->mutable_x_wc());
-  p->set_opening_m(m.opening_m);
-  p->set_is_in_contact(m.is_in_contact);
-  p->set_is_engaged(m.is_engaged);
-  Append(m.F_Do_W, p->mutable_f_do_w());
-}
-
 void Fill(const core::ContactSet& m, int part, std::size_t budget, oos::ContactSet* p) {
   p->set_pair_index(m.pair_index);
   p->set_sampled_body(m.sampled_body);
@@ -179,13 +149,6 @@ void Fill(const core::PhysicsState& m, int part, std::size_t budget, oos::Physic
   }
 }
 
-void Fill(const core::Reaction& m, int, std::size_t, oos::Reaction* p) {
-  p->set_role_index(m.role_index);
-  p->set_tick(m.tick);
-  p->set_grasped_object(m.grasped_object);
-  Append(m.F_Do_W, p->mutable_f_do_w());
-}
-
 void Fill(const core::SheetState& m, int part, std::size_t budget, oos::SheetState* p) {
   p->set_object(m.object);
   p->set_tick(m.tick);
@@ -199,45 +162,6 @@ void Fill(const core::SheetState& m, int part, std::size_t budget, oos::SheetSta
 }
 
 // --- protobuf -> core. Everything is checked before anything is written.
-
-bool Take(const oos::DeviceState& p, bool, core::DeviceState* m) {
-  if (p.x_wd_size() != kPoseSize || p.v_wd_size() != kTwistSize || p.role_index() > 0xff) return false;
-  m->role_index = static_cast<std::uint8_t>(p.role_index());
-  m->sample_ns = p.sample_ns();
-  m->X_WD = GetPose(p.x_wd(), 0);
-  m->V_WD = GetTwist(p.v_wd(), 0);
-  m->opening_m = p.opening_m();
-  m->opening_velocity_m_per_s = p.opening_velocity_m_per_s();
-  m->is_engaged = p.is_engaged();
-  m->is_simulated = p.is_simulated();
-  return true;
-}
-
-bool Take(const oos::DeviceCommand& p, bool, core::DeviceCommand* m) {
-  if (p.f_do_w_size() != kWrenchSize || p.role_index() > 0xff) return false;
-  m->role_index = static_cast<std::uint8_t>(p.role_index());
-  m->F_Do_W = GetWrench(p.f_do_w(), 0);
-  m->grip_force_N = p.grip_force_n();
-  m->validity_ns = p.validity_ns();
-  return true;
-}
-
-bool Take(const oos::HapticProxy& p, bool, core::HapticProxy* m) {
-  if (p.x_wd_size() != kPoseSize || p.v_wd_size() != kTwistSize || p.x_wc_size() != kPoseSize ||
-      p.f_do_w_size() != kWrenchSize || p.role_index() > 0xff) {
-    return false;
-  }
-  m->role_index = static_cast<std::uint8_t>(p.role_index());
-  m->cycle = p.cycle();
-  m->X_WD = GetPose(p.x_wd(), 0);
-  m->V_WD = GetTwist(p.v_wd(), 0);
-  m->X_WC = GetPose(p.x_wc(), 0);
-  m->opening_m = p.opening_m();
-  m->is_in_contact = p.is_in_contact();
-  m->is_engaged = p.is_engaged();
-  m->F_Do_W = GetWrench(p.f_do_w(), 0);
-  return true;
-}
 
 // A part's items must lie inside the list whose whole size it tells.
 bool IsRangeSound(std::uint64_t first, int count, std::uint64_t total, std::size_t capacity) {
@@ -310,15 +234,6 @@ bool Take(const oos::PhysicsState& p, bool is_first, core::PhysicsState* m) {
   return true;
 }
 
-bool Take(const oos::Reaction& p, bool, core::Reaction* m) {
-  if (p.f_do_w_size() != kWrenchSize || p.role_index() > 0xff || p.grasped_object() > kMaxIndex) return false;
-  m->role_index = static_cast<std::uint8_t>(p.role_index());
-  m->tick = p.tick();
-  m->grasped_object = static_cast<std::uint16_t>(p.grasped_object());
-  m->F_Do_W = GetWrench(p.f_do_w(), 0);
-  return true;
-}
-
 bool Take(const oos::SheetState& p, bool is_first, core::SheetState* m) {
   const int n = p.p_w_size() / 3;
   if (p.p_w_size() != 3 * n || p.object() > kMaxIndex || p.num_columns() > kMaxIndex ||
@@ -335,19 +250,10 @@ bool Take(const oos::SheetState& p, bool is_first, core::SheetState* m) {
   return true;
 }
 
+struct Nothing {};  // detail/flat_codec.hpp needs no library
 template <class M>
-struct ProtoOf;
-template <>
-struct ProtoOf<core::DeviceState> {
-  using Type = oos::DeviceState;
-};
-template <>
-struct ProtoOf<core::DeviceCommand> {
-  using Type = oos::DeviceCommand;
-};
-template <>
-struct ProtoOf<core::HapticProxy> {
-  using Type = oos::HapticProxy;
+struct ProtoOf {
+  using Type = Nothing;
 };
 template <>
 struct ProtoOf<core::ContactSet> {
@@ -358,13 +264,11 @@ struct ProtoOf<core::PhysicsState> {
   using Type = oos::PhysicsState;
 };
 template <>
-struct ProtoOf<core::Reaction> {
-  using Type = oos::Reaction;
-};
-template <>
 struct ProtoOf<core::SheetState> {
   using Type = oos::SheetState;
 };
+template <class M>
+constexpr bool kIsFlat = std::is_same_v<typename ProtoOf<M>::Type, Nothing>;
 
 }  // namespace
 
@@ -397,20 +301,29 @@ int LatestCodec<M>::NumParts(const M& message, std::size_t budget) const noexcep
 }
 
 template <class M>
-std::size_t LatestCodec<M>::Encode(const M& message, int part, std::size_t budget, std::uint8_t* out,
-                                   std::size_t capacity) noexcept {
-  impl_->message.Clear();
-  Fill(message, part, budget, &impl_->message);
-  const std::size_t size = impl_->message.ByteSizeLong();
-  if (size > capacity) return 0;
-  impl_->message.SerializeWithCachedSizesToArray(out);
-  return size;
+std::size_t LatestCodec<M>::Encode(const M& message, [[maybe_unused]] int part, [[maybe_unused]] std::size_t budget,
+                                   std::uint8_t* out, std::size_t capacity) noexcept {
+  if constexpr (kIsFlat<M>) {
+    return detail::EncodeFlat(message, {out, capacity});
+  } else {
+    impl_->message.Clear();
+    Fill(message, part, budget, &impl_->message);
+    const std::size_t size = impl_->message.ByteSizeLong();
+    if (size > capacity) return 0;
+    impl_->message.SerializeWithCachedSizesToArray(out);
+    return size;
+  }
 }
 
 template <class M>
-bool LatestCodec<M>::Decode(std::span<const std::uint8_t> payload, bool is_first, M* message) noexcept {
-  if (!impl_->message.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) return false;
-  return Take(impl_->message, is_first, message);
+bool LatestCodec<M>::Decode(std::span<const std::uint8_t> payload, [[maybe_unused]] bool is_first,
+                            M* message) noexcept {
+  if constexpr (kIsFlat<M>) {
+    return detail::DecodeFlat(payload, message);
+  } else {
+    if (!impl_->message.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) return false;
+    return Take(impl_->message, is_first, message);
+  }
 }
 
 template class LatestCodec<core::DeviceState>;
