@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "bus/log/node_recording.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/thread_setup.hpp"
 #include "core/clock.hpp"
@@ -60,7 +61,9 @@ int main(int argc, char** argv) {
   node_options.registry = options["--registry"];
   if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
-  auto node = bus::Node::Create(node_options);
+  auto recording = bus::log::StartRecording(node_options.name, options);
+  if (!recording) return Complain(recording.error().detail, 1);
+  auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));
   if (!node) return Complain(node.error().detail, 1);
   device_bridge::NodeLoop loop(*scenario, bridge->get(), node->get());
   loop.Declare();
@@ -80,6 +83,8 @@ int main(int argc, char** argv) {
   if (!thread.is_ok) return 1;
   (*node)->Emit({core::MonotonicNow_ns(), "device_bridge", "ready", "devices are simulated"});
   loop.Run(stop);
+  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
+    return Complain(stopped.error().detail, 1);
   if (const auto written = loop.WriteReport(options["--out"], thread.is_fifo); !written) {
     return Complain(written.error().detail, 1);
   }

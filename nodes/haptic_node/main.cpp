@@ -7,9 +7,11 @@
 #include <map>
 #include <string>
 
+#include "bus/log/node_recording.hpp"
 #include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/haptic_node/node_loop.hpp"
+#include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 
 namespace {
@@ -65,7 +67,9 @@ int main(int argc, char** argv) {
   node_options.registry = options["--registry"];
   if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
-  auto node = bus::Node::Create(node_options);
+  auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
+  if (!recording) return Complain(recording.error().detail, 1);
+  auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));
   if (!node) return Complain(node.error().detail, 1);
   haptic_node::NodeLoop loop(*scenario, haptic->get(), node->get());
   loop.Declare();
@@ -81,6 +85,8 @@ int main(int argc, char** argv) {
   if (!thread.is_ok) return 1;
   (*node)->Emit({0, "haptic_node", "ready", "structures cooked, loop starts"});
   loop.Run(stop);
+  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
+    return Complain(stopped.error().detail, 1);
   if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "haptic_node.json", thread.is_fifo)) {
     return Complain("cannot write its report to " + options["--out"], 1);
   }

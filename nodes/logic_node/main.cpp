@@ -6,7 +6,9 @@
 #include <map>
 #include <string>
 
+#include "bus/log/node_recording.hpp"
 #include "nodes/logic_node/node_loop.hpp"
+#include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 
 namespace {
@@ -45,7 +47,9 @@ int main(int argc, char** argv) {
   node_options.registry = options["--registry"];
   if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
   node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
-  auto node = bus::Node::Create(node_options);
+  auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
+  if (!recording) return Complain(recording.error().detail, 1);
+  auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));
   if (!node) return Complain(node.error().detail, 1);
   logic_node::NodeLoop loop(*scenario, logic->get(), node->get());
   loop.Declare();
@@ -56,6 +60,8 @@ int main(int argc, char** argv) {
   (*node)->Emit({0, "logic_node", "ready", "procedure loaded, waiting for physics_node"});
   const std::filesystem::path report = std::filesystem::path(options["--out"]) / "logic_node.json";
   loop.Run(stop, report);
+  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
+    return Complain(stopped.error().detail, 1);
   if (!loop.WriteReport(report)) return Complain("cannot write its report to " + options["--out"], 1);
   return 0;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "core/result.hpp"
@@ -14,6 +15,7 @@ struct Options {
   std::uint64_t session = 0;
   std::string bind_address = "127.0.0.1";
   std::filesystem::path out = ".";
+  std::map<std::string, std::string> recording;  // --record FILE, --split_MB N, --split_s N: bus/log/node_recording.hpp
   int width = 640;
   int height = 360;
   std::string view;  // camera to stay with; empty: the camera named after the step, else the first

@@ -10,6 +10,7 @@
 #include <ctime>
 #include <memory>
 
+#include "bus/log/node_recording.hpp"
 #include "core/clock.hpp"
 #include "nodes/visual_node/camera_control.hpp"
 #include "nodes/visual_node/contact_sheet.hpp"
@@ -63,7 +64,10 @@ class Viewer {
     node_options.registry = options_.registry;
     node_options.session = options_.session;
     node_options.bind_address = options_.bind_address;
-    if (auto started = receiver_.Start(node_options); !started) return started;
+    auto recording = bus::log::StartRecording("visual_node", options_.recording);
+    if (!recording) return tl::unexpected(recording.error());
+    recording_ = std::move(*recording);
+    if (auto started = receiver_.Start(bus::log::WithTap(node_options, recording_.get())); !started) return started;
     GiveWay();
     auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());
@@ -83,6 +87,7 @@ class Viewer {
     std::fflush(stdout);
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
+    if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped && result) result = stopped;
     return result;
   }
 
@@ -212,6 +217,7 @@ class Viewer {
   const Options& options_;
   Signals& signals_;
   LatencyLog log_;
+  std::unique_ptr<bus::log::TapRecorder> recording_;  // outlives the receiver's node
   Receiver receiver_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it

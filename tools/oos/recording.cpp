@@ -45,7 +45,7 @@ int Info(const Arguments& arguments) {
     for (const auto& [key, value] : metadata.entries) std::printf(" %s=%s", key.c_str(), value.c_str());
     std::printf("\n");
   }
-  std::printf("%-44s %-16s %-7s %9s %9s %9s %7s  %s\n", "topic", "writer", "class", "messages", "Hz", "kB", "lost",
+  std::printf("%-44s %-16s %-7s %9s %9s %9s %7s  %s\n", "topic", "node", "class", "messages", "Hz", "kB", "lost",
               "schema");
   for (const auto& [id, channel] : contents->channels) {
     const Heard& h = heard[id];
@@ -55,10 +55,13 @@ int Info(const Arguments& arguments) {
       return found == channel.metadata.end() ? std::string("-") : found->second;
     };
     const auto schema = contents->schemas.find(channel.schema_id);
-    std::printf("%-44s %-16s %-7s %9" PRIu64 " %9.1f %9.1f %7" PRIu64 "  %s\n", channel.topic.c_str(),
-                text("writer").c_str(), text("class").c_str(), h.messages,
-                span_s > 0.0 ? static_cast<double>(h.messages - 1) / span_s : 0.0, static_cast<double>(h.bytes) * 1e-3,
-                h.lost, schema == contents->schemas.end() ? "-" : schema->second.name.c_str());
+    const std::string topic =
+        channel.metadata.count("key") == 0 ? channel.topic : channel.topic + " [" + text("key") + "]";
+    const std::string node = text(channel.metadata.count("reader") == 0 ? "writer" : "reader");
+    std::printf("%-44s %-16s %-7s %9" PRIu64 " %9.1f %9.1f %7" PRIu64 "  %s\n", topic.c_str(), node.c_str(),
+                text("class").c_str(), h.messages, span_s > 0.0 ? static_cast<double>(h.messages - 1) / span_s : 0.0,
+                static_cast<double>(h.bytes) * 1e-3, h.lost,
+                schema == contents->schemas.end() ? "-" : schema->second.name.c_str());
   }
   return kHolds;
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 
+#include "bus/log/merge_mcap.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/check_scenario.hpp"
@@ -142,6 +143,24 @@ int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, c
   return outcome->is_completed ? kHolds : kDoesNotHold;
 }
 
+// The nodes' files as one; says what became of it.
+bool MergeRecordings(const std::filesystem::path& folder, const std::filesystem::path& to) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  const auto merge = bus::log::MergeMcap(files, to);
+  if (!merge) {
+    Complain("run", "the nodes' recordings in " + folder.string() + " stay apart: " + merge.error().detail,
+             kDoesNotHold);
+    return false;
+  }
+  std::printf("recording in %s: %llu messages of %zu files\n", to.c_str(),
+              static_cast<unsigned long long>(merge->num_messages), files.size());
+  for (const std::string& file : merge->incomplete) Print("its writer died: " + file);
+  return true;
+}
+
 int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
                  nlohmann::json* report) {
   if (!wanted.changes.empty()) {
@@ -160,8 +179,16 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.program_folder = ProgramFolder();
   options.interrupted = &CatchInterrupt();
   options.say = Print;
+  const std::string recording = arguments.text("--record");
+  options.is_recorded = !recording.empty();
+  options.split_MB = arguments.text("--split_MB");
+  options.split_s = arguments.text("--split_s");
+  if (options.is_recorded && std::filesystem::exists(recording)) {
+    return Complain("run", recording + ": is there already; name another file, or remove it", kBadUsage);
+  }
   const auto outcome = RunSession(scenario, options);
   if (!outcome) return Complain("run", outcome.error().detail, kDoesNotHold);
+  if (options.is_recorded && !MergeRecordings(RecordingFolder(options.out), recording)) return kDoesNotHold;
   if (const auto merged = MergeLatencyTables(options.out); !merged) Print(merged.error().detail);
   RunFacts facts;
   facts.is_completed = outcome->is_final;
@@ -226,6 +253,10 @@ int Run(const Arguments& arguments) {
   if (arguments.has("--trace") && (is_both || !arguments.has("--lockstep"))) {
     return Complain("run", "--trace goes with --lockstep and one method", kBadUsage);
   }
+  if (arguments.has("--record") && (is_both || arguments.has("--lockstep"))) {
+    return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
+                    kBadUsage);
+  }
   if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
   if (is_both) return RunBothMethods(arguments, scenario, *wanted);
   nlohmann::json report;
@@ -250,6 +281,9 @@ Verb RunVerb() {
        {"--workers", "N", "threads of the collision computation; default: 1"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
+       {"--record", "FILE.mcap", "what every node sends and takes; each node's own file stays in DIR/recording"},
+       {"--split_MB", "N", "with --record: nodes begin a new file at that size"},
+       {"--split_s", "N", "with --record: and at that age"},
        {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
        {"--steps", "FILE.mcap", "with --lockstep: every step of the nodes, for 'oos replay FILE --node NODE'"},
        {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},

@@ -134,6 +134,11 @@ class Session {
         command.nice = 10;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
       }
+      if (options_.is_recorded) {
+        AddArgument(&command, "--record", (RecordingFolder(options_.out) / (name + ".mcap")).string());
+        if (!options_.split_MB.empty()) AddArgument(&command, "--split_MB", options_.split_MB);
+        if (!options_.split_s.empty()) AddArgument(&command, "--split_s", options_.split_s);
+      }
       command.log = options_.out / (name + ".log");
       if (const auto pid = group_.Spawn(command); !pid) return core::Fail(pid.error().code, pid.error().detail);
       expected_.insert(name);
@@ -249,6 +254,10 @@ class Session {
 };
 
 }  // namespace
+
+std::filesystem::path RecordingFolder(const std::filesystem::path& out) {
+  return out / "recording";
+}
 
 core::Result<SessionOutcome> RunSession(const scene::Scenario& scenario, const SessionOptions& options) {
   std::error_code error;

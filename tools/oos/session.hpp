@@ -24,6 +24,8 @@ struct SessionOptions {
   std::string rt = "try";                         // try | off
   unsigned workers = 1;                           // of haptic_node, and of physics_node
   std::filesystem::path program_folder;           // where the nodes' executables are
+  bool is_recorded = false;                       // every node writes out/recording/<node>.mcap
+  std::string split_MB, split_s;                  // new files of the recording at that size or age; empty: none
   double start_patience_s = 240.0;                // cooking a big scene for the first time takes minutes
   const std::atomic<int>* interrupted = nullptr;  // not 0: stop, somebody pressed Ctrl-C
   std::function<void(const std::string&)> say;    // progress for people, one line each
@@ -46,6 +48,9 @@ struct SessionOutcome {
 };
 
 constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"};
+
+// Where the nodes of a run leave their recordings.
+std::filesystem::path RecordingFolder(const std::filesystem::path& out);
 
 // Starts a registry and the nodes as processes of one group, waits until they are ready, watches them until the
 // procedure ends (or fails, or the limit is reached, or a node dies), stops all. No child is left when this returns.

@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "bus/log/channel_copier.hpp"
 #include "bus/log/clock_series.hpp"
@@ -91,9 +92,11 @@ class Merger {
     merge_.num_machines = machines.size();
     about["clock"] = "CLOCK_MONOTONIC of " + inputs_.front().machine;
     if (auto done = writer_->Write(Metadata{"merged", about}); !done) return done;
+    std::set<std::pair<std::string, TextMap>> said;
     std::set<std::tuple<std::string, std::string, Bytes>> attached;
     for (Input& input : inputs_) {
       for (const Metadata& metadata : input.metadata) {
+        if (!said.emplace(metadata.name, metadata.entries).second) continue;
         if (auto done = writer_->Write(metadata); !done) return done;
       }
       auto attachments = input.reader.ReadAttachments();

@@ -18,8 +18,8 @@ struct McapMerge {
 
 // Joins recordings of one run into `to`, which must not exist. Times become those of the first file's machine, by the
 // clock samples that the recordings hold; files of one machine need none. Order: by time; of one time as the files are
-// given, and as they stand in their file. Metadata is kept, attachments that say the same once. Errors: kIo, kDamaged;
-// kInvalidInput when clocks cannot be compared.
+// given, and as they stand in their file. Metadata and attachments that say the same are kept once. Errors: kIo,
+// kDamaged; kInvalidInput when clocks cannot be compared.
 core::Result<McapMerge> MergeMcap(const std::vector<std::filesystem::path>& from, const std::filesystem::path& to);
 
 }  // namespace bus::log

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "bus/codec.hpp"
+#include "bus/log/recorded_payload.hpp"
+
+namespace bus::log {
+
+// Messages of one recorded LATEST topic, of all their parts.
+template <class M>
+class RecordedMessage {
+ public:
+  // Null until the last part of a message has come, or when it cannot be decoded. Valid until the next call.
+  const M* Take(const RecordedPayload& part) {
+    const Envelope& envelope = part.envelope;
+    const bool is_whole = !part.has_envelope || envelope.num_parts == 1;
+    const bool is_first = is_whole || parts_ == 0 || envelope.boot != boot_ || envelope.header.sequence != sequence_;
+    if (!codec_.Decode(part.payload, is_first, &message_)) {
+      parts_ = 0;
+      return nullptr;
+    }
+    if (is_first) parts_ = 0;
+    boot_ = envelope.boot;
+    sequence_ = envelope.header.sequence;
+    if (part.has_envelope) message_.header = envelope.header;
+    if (!is_whole) {
+      parts_ |= std::uint64_t{1} << (envelope.part & 63U);
+      if (std::popcount(parts_) != envelope.num_parts) return nullptr;
+    }
+    parts_ = 0;
+    return &message_;
+  }
+
+ private:
+  LatestCodec<M> codec_;
+  M message_;
+  std::uint64_t boot_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t parts_ = 0;  // bit per part that has come; 0: none is waited for
+};
+
+}  // namespace bus::log
