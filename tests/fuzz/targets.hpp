@@ -22,6 +22,11 @@ void FuzzScenario(Input input);        // scenario.cpp
 void FuzzProcedure(Input input);       // procedure.cpp
 void FuzzOperatorScript(Input input);  // operator_script.cpp
 void FuzzCheckpoint(Input input);      // checkpoint.cpp
+void FuzzSealed(Input input);          // sealed.cpp
+void FuzzStep(Input input);            // step.cpp
+void FuzzLab(Input input);             // lab.cpp
+void FuzzKeys(Input input);            // keys.cpp
+void FuzzTolerance(Input input);       // tolerance.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -41,6 +46,11 @@ inline constexpr std::array kTargets = {
     NamedTarget{"procedure", FuzzProcedure},
     NamedTarget{"operator_script", FuzzOperatorScript},
     NamedTarget{"checkpoint", FuzzCheckpoint},
+    NamedTarget{"sealed", FuzzSealed},
+    NamedTarget{"step", FuzzStep},
+    NamedTarget{"lab", FuzzLab},
+    NamedTarget{"keys", FuzzKeys},
+    NamedTarget{"tolerance", FuzzTolerance},
 };
 
 }  // namespace fuzz

@@ -10,10 +10,14 @@
 
 #include "bus/codec.hpp"
 #include "bus/detail/control.hpp"
+#include "bus/detail/history.hpp"
 #include "bus/envelope.hpp"
+#include "bus/keys.hpp"
 #include "bus/log/mcap_writer.hpp"
 #include "bus/schema.hpp"
 #include "physics/checkpoint_file.hpp"
+#include "replay/fields.hpp"
+#include "replay/step_codec.hpp"
 
 // write_fuzz_seeds FOLDER: real messages and files as first inputs of the fuzzers, made by the code that writes them in
 // a run. Texts come from scenarios/.
@@ -216,6 +220,55 @@ void WriteCheckpoint(const std::filesystem::path& folder) {
   (void)physics::WriteCheckpointFile(folder / "two_parts", 7, 42, places);
 }
 
+void WriteSealed(const std::filesystem::path& folder) {
+  bus::Envelope envelope;
+  envelope.session = 7;
+  envelope.node = 5;
+  envelope.header.sequence = 40;
+  bus::detail::EarlierSamples earlier;
+  earlier.Keep({38, 1, {}, {}}, Bytes{1, 2});
+  earlier.Keep({39, 2, {3, 4, {}}, {}}, Bytes{5});
+  Bytes bytes(bus::kMaxDatagramBytes);
+  envelope.history_bytes =
+      static_cast<std::uint16_t>(earlier.Write(40, bytes.data() + bus::kEnvelopeFixedBytes + 4, 512));
+  envelope.is_sealed = true;
+  Keep(folder, "sealed", std::span(bytes).first(bus::WriteEnvelope(envelope, 4, bytes.data())));
+  envelope.is_sealed = false;
+  Keep(folder, "clear", std::span(bytes).first(bus::WriteEnvelope(envelope, 4, bytes.data())));
+}
+
+void WriteSteps(const std::filesystem::path& folder) {
+  replay::StepEncoder encoder(4096);
+  core::PhysicsState state = SomeState();
+  core::ContactSet contacts;
+  core::LogicStatus status;
+  status.step = "cover";
+  status.active_states = {"a"};
+  Bytes input;
+  for (std::uint64_t tick = 1; tick <= 2; ++tick) {
+    state.tick = tick;
+    encoder.Begin(tick);
+    replay::Visit(encoder, state);
+    replay::Visit(encoder, contacts);
+    replay::Visit(encoder, status);
+    AppendPiece(encoder.Finish(tick), &input);
+  }
+  Keep(folder, "two_steps", input);
+}
+
+void WriteKeys(const std::filesystem::path& folder) {
+  const std::filesystem::path keys = std::filesystem::temp_directory_path() / "fuzz_seed_keys";
+  std::filesystem::remove_all(keys);
+  if (!bus::MakeKeys(keys, {"physics_node"})) return;
+  Bytes input;
+  for (const char* name : {"allowed", "physics_node.key"}) {
+    std::ifstream in(keys / name);
+    AppendPiece(std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>()), &input);
+  }
+  Keep(folder, "two_members", input);
+  std::filesystem::remove_all(keys);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -230,5 +283,8 @@ int main(int argc, char** argv) {
   WriteSchemas(corpus / "schema");
   WriteRecordings(corpus);
   WriteCheckpoint(corpus / "checkpoint");
+  WriteSealed(corpus / "sealed");
+  WriteSteps(corpus / "step");
+  WriteKeys(corpus / "keys");
   return 0;
 }
