@@ -68,12 +68,13 @@ int Fail(const std::string& why) {
 int main() {
   const std::int64_t seed[] = {core::MonotonicNow_ns(), getpid()};
   const std::uint64_t session = core::Hash64(seed, sizeof(seed)) | std::uint64_t{1} << 63;
-  const auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session});
+  const auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session, "", false});
   if (!registry) return Fail(registry.error().detail);
   bus::NodeOptions options;
   options.name = "peer";
   options.registry = (*registry)->endpoint();
   options.session = session;
+  options.is_encrypted = false;
   const auto created = bus::Node::Create(options);
   if (!created) return Fail(created.error().detail);
   bus::Node& node = **created;

@@ -23,6 +23,7 @@ inline std::unique_ptr<Registry> MakeRegistry(const std::string& endpoint = "tcp
   RegistryOptions options;
   options.endpoint = endpoint;
   options.session = 7;
+  options.is_encrypted = false;
   auto registry = Registry::Create(options);
   EXPECT_TRUE(registry.has_value()) << registry.error().detail;
   return std::move(*registry);

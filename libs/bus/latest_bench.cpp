@@ -36,13 +36,14 @@ std::unique_ptr<Node> MakeNode(const std::string& name, const Registry& registry
   NodeOptions options;
   options.name = name;
   options.registry = registry.endpoint();
+  options.is_encrypted = false;
   return std::move(*Node::Create(options));
 }
 
 template <class M>
 void BM_LatestRoundTrip(benchmark::State& state, const std::string& there_topic, const std::string& back_topic,
                         M message) {
-  const auto registry = std::move(*Registry::Create({}));
+  const auto registry = std::move(*Registry::Create({.is_encrypted = false}));
   const auto near = MakeNode("near", *registry);
   const auto far = MakeNode("far", *registry);
   auto there = near->WriteLatest<M>(there_topic);

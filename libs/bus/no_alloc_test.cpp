@@ -22,6 +22,7 @@ std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& regis
   NodeOptions options;
   options.name = name;
   options.registry = registry;
+  options.is_encrypted = false;
   return std::move(*Node::Create(options));
 }
 
@@ -58,7 +59,7 @@ TEST(StepGuard, SeesAllocationsReleasesAndLocksOfItsOwnThreadOnly) {
 }
 
 TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
-  const auto registry = std::move(*Registry::Create({}));
+  const auto registry = std::move(*Registry::Create({.is_encrypted = false}));
   const auto haptic = MakeNode("haptic_node", registry->endpoint());
   const auto physics = MakeNode("physics_node", registry->endpoint());
   auto contacts_writer = haptic->WriteLatest<core::ContactSet>(ContactsTopic("haptic_node", "a/b"));

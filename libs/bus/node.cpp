@@ -88,10 +88,19 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   auto impl = std::make_unique<Impl>();
   detail::NodeCore& core = impl->core;
   core.options = options;
+  if (options.is_encrypted) {
+    if (options.keys.empty()) {
+      return core::Fail(core::ErrorCode::kInvalidInput,
+                        "node " + options.name + " has no key directory; give --keys DIR, or say --no_encryption");
+    }
+    auto keys = LoadKeys(options.keys, options.name);
+    if (!keys) return tl::unexpected(keys.error());
+    core.keys = std::move(*keys);
+  }
   core.tap.Attach(options.tap);
   core.instance = RandomInstance();
   core.identity.session = options.session;
-  core.guard = std::make_unique<detail::DatagramGuard>(options.session, false);
+  core.guard = std::make_unique<detail::DatagramGuard>(options.session, options.is_encrypted);
   core.identity.node = TopicId(options.name);
   // Only compared with other starts of the same node: a restart must be the newer one.
   core.identity.boot =
@@ -228,9 +237,11 @@ core::Result<void> Node::Start(std::int64_t timeout_ns) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the registry " + core.options.registry + " refuses node " +
                                                           core.options.name + ": " + core.refusal);
   }
-  return core::Fail(core::ErrorCode::kTimeout,
-                    "node " + core.options.name + ": no answer from the registry " + core.options.registry + " for " +
-                        std::to_string(timeout_ns / 1'000'000) + " ms; is `oos run` still there, and the port right?");
+  return core::Fail(
+      core::ErrorCode::kTimeout,
+      "node " + core.options.name + ": no answer from the registry " + core.options.registry + " for " +
+          std::to_string(timeout_ns / 1'000'000) + " ms; " +
+          (core.registry_trouble.empty() ? "is `oos run` still there, and the port right?" : core.registry_trouble));
 }
 
 core::Result<void> Node::WaitForPeers(const std::vector<std::string>& names, std::int64_t timeout_ns) {

@@ -31,6 +31,8 @@ struct NodeOptions {
   std::uint64_t session = 0;               // datagrams of another session are refused
   bool is_observer = false;                // looks on: never waited for, its end is not a fault
   bool says_goodbye = true;                // false: peers find out by silence, as after kill -9
+  std::string keys;                        // key directory of the run, see bus/keys.hpp
+  bool is_encrypted = true;                // false, said explicitly: no keys, anybody may listen in and speak
   log::Tap* tap = nullptr;                 // gets what this node sends and takes (log/tap_recorder.hpp); outlives it
 };
 

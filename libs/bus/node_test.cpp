@@ -26,7 +26,7 @@ namespace {
 constexpr std::int64_t kLong_ns = 10 * core::kNanosecondsPerSecond;
 
 std::unique_ptr<Registry> MakeRegistry(const std::string& endpoint = "tcp://127.0.0.1:0") {
-  auto registry = Registry::Create({endpoint, 7});
+  auto registry = Registry::Create({endpoint, 7, "", false});
   EXPECT_TRUE(registry.has_value()) << registry.error().detail;
   return std::move(*registry);
 }
@@ -36,6 +36,7 @@ std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& regis
   options.name = name;
   options.registry = registry;
   options.session = 7;
+  options.is_encrypted = false;
   options.says_goodbye = says_goodbye;
   auto node = Node::Create(options);
   EXPECT_TRUE(node.has_value()) << node.error().detail;
@@ -339,6 +340,7 @@ TEST(Node, RegistryRefusesWithNames) {
   options.name = "stranger";
   options.registry = registry->endpoint();
   options.session = 8;
+  options.is_encrypted = false;
   auto stranger = Node::Create(options);
   ASSERT_TRUE(stranger.has_value());
   const auto session = (*stranger)->Start(kLong_ns);
@@ -543,6 +545,7 @@ TEST(Node, ObserverSeesTopicsByPatternAsText) {
   options.name = "oos-echo";
   options.registry = registry->endpoint();
   options.session = 7;
+  options.is_encrypted = false;
   options.is_observer = true;
   auto observer = std::move(*Node::Create(options));
   observer->Observe("haptic/*");
@@ -588,6 +591,7 @@ TEST(Node, KilledProcessIsReportedWithinHalfASecond) {
     options.name = "physics_node";
     options.registry = endpoint;
     options.session = 7;
+    options.is_encrypted = false;
     auto node = Node::Create(options);
     if (!node || !(*node)->Start()) _exit(1);
     for (;;) WaitBriefly(**node);
@@ -606,7 +610,8 @@ TEST(Node, KilledProcessIsReportedWithinHalfASecond) {
   waitpid(child, nullptr, 0);
 }
 
-// A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes back.
+// A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes
+// back.
 TEST(Node, StoppedEventReaderIsNamed) {
   const auto registry = MakeRegistry();
   const std::string endpoint = registry->endpoint();
@@ -617,6 +622,7 @@ TEST(Node, StoppedEventReaderIsNamed) {
     options.name = "logic_node";
     options.registry = endpoint;
     options.session = 7;
+    options.is_encrypted = false;
     auto node = Node::Create(options);
     if (!node) _exit(1);
     (*node)->ReadEvents();

@@ -8,11 +8,14 @@
 #include <csignal>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <zmq.hpp>
 
 #include "bus/detail/control.hpp"
+#include "bus/detail/gate.hpp"
 #include "bus/detail/node_core.hpp"
+#include "bus/detail/session_key.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
 
@@ -36,8 +39,12 @@ struct Registry::Impl {
   RegistryOptions options;
   std::string endpoint;
   detail::Identity identity;
+  std::optional<Keys> keys;
+  std::string session_key;  // of UDP datagrams
   zmq::context_t context{1};
+  detail::Gate gate;
   zmq::socket_t router;
+  std::atomic<std::uint64_t> refused_messages{0};
   int wake_fd = -1;
   std::thread thread;
   std::atomic<bool> is_stopping{false};
@@ -60,7 +67,7 @@ struct Registry::Impl {
 
   void Run();
   void Receive();
-  void TakeHello(const std::string& routing, const oos::Hello& hello);
+  void TakeHello(const std::string& routing, const std::string& key_name, const oos::Hello& hello);
   std::string FindConflict(const oos::NodeRecord& record, const std::map<std::uint32_t, std::string>& schemas,
                            const Entry** other) const;
   void Refuse(const std::string& routing, const std::string& why);
@@ -75,14 +82,25 @@ Registry::~Registry() = default;
 core::Result<std::unique_ptr<Registry>> Registry::Create(const RegistryOptions& options) {
   auto impl = std::make_unique<Impl>();
   impl->options = options;
+  if (options.is_encrypted) {
+    if (options.keys.empty()) {
+      return core::Fail(core::ErrorCode::kInvalidInput,
+                        "the registry has no key directory; give one, or say explicitly that nothing is encrypted");
+    }
+    auto keys = LoadKeys(options.keys, kRegistryKeyName);
+    if (!keys) return tl::unexpected(keys.error());
+    impl->keys = std::move(*keys);
+    impl->session_key = detail::DeriveSessionKey(impl->keys->own.secret_key, options.session);
+  }
   impl->identity = {options.session, TopicId("registry"), static_cast<std::uint64_t>(core::MonotonicNow_ns())};
   impl->version = impl->identity.boot;  // differs from every version of an earlier registry
   try {
+    impl->gate.Open(&impl->context, impl->keys);
     impl->router = zmq::socket_t(impl->context, zmq::socket_type::router);
+    impl->gate.GuardListener(&impl->router);
     impl->router.set(zmq::sockopt::router_handover, true);
     impl->router.set(zmq::sockopt::router_mandatory, true);
     impl->router.set(zmq::sockopt::linger, 0);
-    impl->router.set(zmq::sockopt::maxmsgsize, std::int64_t{4} << 20);
     impl->router.bind(options.endpoint);
     impl->endpoint = impl->router.get(zmq::sockopt::last_endpoint);
   } catch (const zmq::error_t& error) {
@@ -111,6 +129,10 @@ std::vector<std::string> Registry::Names() const {
   return names;
 }
 
+std::uint64_t Registry::num_refused() const {
+  return impl_->gate.refused() + impl_->refused_messages.load();
+}
+
 std::vector<std::string> Registry::Refusals() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->refusals;
@@ -118,8 +140,10 @@ std::vector<std::string> Registry::Refusals() const {
 
 void Registry::Impl::Run() {
   while (!is_stopping.load()) {
-    zmq_pollitem_t items[] = {{router.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wake_fd, ZMQ_POLLIN, 0}};
-    zmq_poll(items, 2, 100);
+    std::vector<zmq::pollitem_t> items = {{router.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, wake_fd, ZMQ_POLLIN, 0}};
+    gate.AddPollItems(&items);
+    zmq_poll(items.data(), static_cast<int>(items.size()), 100);
+    gate.Serve();
     const std::lock_guard lock(mutex);
     Receive();
     const std::int64_t now = core::MonotonicNow_ns();
@@ -128,6 +152,7 @@ void Registry::Impl::Run() {
     if (dropped > 0) PushRoster();
   }
   router.close();
+  gate.Close();
 }
 
 void Registry::Impl::Receive() {
@@ -147,17 +172,22 @@ void Registry::Impl::Receive() {
     oos::Control control;
     if (ReadEnvelope({message.data<std::uint8_t>(), message.size()}, &envelope, &payload) != EnvelopeStatus::kOk ||
         !control.ParseFromArray(payload.data(), static_cast<int>(payload.size())) || !control.has_hello()) {
+      refused_messages.fetch_add(1);
       continue;
     }
     identity.session = envelope.session;  // an answer is read only in the asker's own session
-    TakeHello(routing.to_string(), control.hello());
+    TakeHello(routing.to_string(), detail::Gate::KeyNameOf(message), control.hello());
     identity.session = options.session;
   }
 }
 
-void Registry::Impl::TakeHello(const std::string& routing, const oos::Hello& hello) {
+void Registry::Impl::TakeHello(const std::string& routing, const std::string& key_name, const oos::Hello& hello) {
   const oos::NodeRecord& record = hello.node();
   const std::int64_t now = core::MonotonicNow_ns();
+  if (keys && !IsKeyFor(key_name, record.name())) {
+    Refuse(routing, "the key of " + key_name + " is not good for a node called " + record.name());
+    return;
+  }
   const auto known = entries.find(record.name());
   const bool is_same = known != entries.end() && known->second.record.instance() == record.instance();
   if (hello.is_goodbye()) {
@@ -199,13 +229,14 @@ void Registry::Impl::TakeHello(const std::string& routing, const oos::Hello& hel
     }
     if (now - other->last_hello_ns < kYieldsAfter_ns) return;
     entries.erase(other->record.name());
-    TakeHello(routing, hello);  // there may be a second conflict
+    TakeHello(routing, key_name, hello);  // there may be a second conflict
     return;
   }
   first_asked_ns.erase(record.instance());
   Entry& entry = entries[record.name()];
   entry.record = record;
   entry.record.clear_schemas();
+  entry.record.set_public_key(keys ? keys->PublicKeyOf(key_name) : std::string());
   entry.schemas = std::move(schemas);
   entry.routing = routing;
   entry.last_hello_ns = now;
@@ -252,6 +283,7 @@ std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
 }
 
 void Registry::Impl::Refuse(const std::string& routing, const std::string& why) {
+  refused_messages.fetch_add(1);
   if (refusals.empty() || refusals.back() != why) refusals.push_back(why);
   oos::Control control;
   control.mutable_refusal()->set_why(why);
@@ -273,6 +305,7 @@ void Registry::Impl::SendRoster(const std::string& routing, std::uint64_t known)
   oos::Roster* roster = control.mutable_roster();
   roster->set_version(version);
   roster->set_is_unchanged(known == version);
+  roster->set_session_key(session_key);
   if (known != version) {
     for (const auto& [name, entry] : entries) *roster->add_nodes() = entry.record;
   }

@@ -12,6 +12,8 @@ namespace bus {
 struct RegistryOptions {
   std::string endpoint = "tcp://127.0.0.1:0";  // port 0: any free one, see endpoint()
   std::uint64_t session = 0;
+  std::string keys = {};     // key directory of the run, see bus/keys.hpp
+  bool is_encrypted = true;  // false, said explicitly: no keys
 };
 
 // Where nodes find each other: it takes their HELLO and pushes the roster to all. No data passes through it, and data
@@ -28,6 +30,7 @@ class Registry {
   [[nodiscard]] const std::string& endpoint() const;        // to give to nodes
   [[nodiscard]] std::vector<std::string> Names() const;     // registered now; any thread
   [[nodiscard]] std::vector<std::string> Refusals() const;  // texts, oldest first; any thread
+  [[nodiscard]] std::uint64_t num_refused() const;          // connections and messages; any thread
 
  private:
   struct Impl;

@@ -51,7 +51,11 @@ class Planner {
   void AddSession(const HostPlan& plan, Unit* unit) const {
     Add(unit, "--registry", plan_.registry);
     Add(unit, "--session", std::to_string(options_.session));
-    if (options_.has_keys) Add(unit, "--keys", KeyFolder(plan.facts));
+    if (options_.has_keys) {
+      Add(unit, "--keys", KeyFolder(plan.facts));
+    } else {
+      unit->arguments.push_back("--no_encryption");
+    }
   }
 
   void AddRegistry(HostPlan* plan) const {

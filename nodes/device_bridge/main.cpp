@@ -1,15 +1,15 @@
 // device_bridge --scenario FILE --registry ENDPOINT --session N --out DIR [--seed N] [--rt try|off|enforce]
+//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 //   [--bind ADDRESS]  of this machine, where the others reach it
 
 #include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <string>
 
 #include "bus/log/node_recording.hpp"
-#include "bus/node.hpp"
+#include "bus/node_arguments.hpp"
 #include "bus/rt/thread_setup.hpp"
 #include "core/clock.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
@@ -34,11 +34,10 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options = {{"--rt", "try"}};
-  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
-  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
-    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
-  }
+  const bus::NodeArguments defaults = {{"--rt", "try"}};
+  auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
+  if (!parsed) return Complain(parsed.error().detail, 2);
+  bus::NodeArguments& options = *parsed;
   bus::RealTimeMode mode{};
   if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
   std::signal(SIGTERM, OnSignal);
@@ -56,11 +55,7 @@ int main(int argc, char** argv) {
   auto bridge = device_bridge::DeviceBridge::Create(*scenario, seed, bridge_options);
   if (!bridge) return Complain(bridge.error().detail, 2);
 
-  bus::NodeOptions node_options;
-  node_options.name = "device_bridge";
-  node_options.registry = options["--registry"];
-  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
-  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  const bus::NodeOptions node_options = bus::MakeNodeOptions("device_bridge", options);
   auto recording = bus::log::StartRecording(node_options.name, options);
   if (!recording) return Complain(recording.error().detail, 1);
   auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));

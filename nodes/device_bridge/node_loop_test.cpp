@@ -20,6 +20,7 @@ bus::NodeOptions NodeNamed(const std::string& name, const bus::Registry& registr
   options.name = name;
   options.registry = registry.endpoint();
   options.session = kSession;
+  options.is_encrypted = false;
   return options;
 }
 
@@ -35,7 +36,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenItsSourceFallsSilent) 
   scenario.duration_limit_s = 10.0;
   scenario.devices.resize(1);
   scenario.devices[0].role = "op1/arm.left";
-  auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession});
+  auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession, "", false});
   ASSERT_TRUE(registry) << registry.error().detail;
 
   Options options;

@@ -1,13 +1,14 @@
 // haptic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--workers 1] [--rt try|off|enforce]
+//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 //   [--cache DIR] [--bind ADDRESS]  of this machine, where the others reach it
 
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <string>
 
 #include "bus/log/node_recording.hpp"
+#include "bus/node_arguments.hpp"
 #include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/haptic_node/node_loop.hpp"
@@ -33,11 +34,10 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}, {"--method", ""}};
-  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
-  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
-    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
-  }
+  const bus::NodeArguments defaults = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}, {"--method", ""}};
+  auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
+  if (!parsed) return Complain(parsed.error().detail, 2);
+  bus::NodeArguments& options = *parsed;
   bus::RealTimeMode mode{};
   if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
   const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
@@ -62,11 +62,7 @@ int main(int argc, char** argv) {
   auto haptic = haptic_node::HapticNode::Create(*scenario, pool, haptic_options);
   if (!haptic) return Complain(haptic.error().detail, 1);
 
-  bus::NodeOptions node_options;
-  node_options.name = "haptic_node";
-  node_options.registry = options["--registry"];
-  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
-  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  const bus::NodeOptions node_options = bus::MakeNodeOptions("haptic_node", options);
   auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
   if (!recording) return Complain(recording.error().detail, 1);
   auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));

@@ -3,10 +3,10 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <string>
 
 #include "bus/log/node_recording.hpp"
+#include "bus/node_arguments.hpp"
 #include "nodes/logic_node/node_loop.hpp"
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
@@ -26,11 +26,9 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options;
-  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
-  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
-    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
-  }
+  auto parsed = bus::ParseNodeArguments(argc, argv, {});
+  if (!parsed) return Complain(parsed.error().detail, 2);
+  bus::NodeArguments& options = *parsed;
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGINT, OnSignal);
 
@@ -42,11 +40,7 @@ int main(int argc, char** argv) {
   auto logic = logic_node::LogicNode::Create(*scenario);
   if (!logic) return Complain(logic.error().detail, 2);
 
-  bus::NodeOptions node_options;
-  node_options.name = "logic_node";
-  node_options.registry = options["--registry"];
-  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
-  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  const bus::NodeOptions node_options = bus::MakeNodeOptions("logic_node", options);
   auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
   if (!recording) return Complain(recording.error().detail, 1);
   auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));

@@ -26,6 +26,7 @@ std::unique_ptr<bus::Node> MakeNode(const std::string& name, const std::string& 
   options.name = name;
   options.registry = registry;
   options.session = kSession;
+  options.is_encrypted = false;
   options.says_goodbye = false;
   auto node = bus::Node::Create(options);
   EXPECT_TRUE(node) << (node ? "" : node.error().detail);
@@ -53,7 +54,7 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   std::filesystem::remove(scenario.procedure);
   ASSERT_TRUE(logic) << logic.error().detail;
 
-  auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession});
+  auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession, "", false});
   ASSERT_TRUE(registry) << registry.error().detail;
   const std::string endpoint = (*registry)->endpoint();
   auto logic_bus = MakeNode("logic_node", endpoint);

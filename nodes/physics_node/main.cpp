@@ -1,4 +1,5 @@
 // physics_node --scenario FILE --registry ENDPOINT --session N --out DIR [--name physics_node] [--rt try|off|enforce]
+//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 //   [--workers 1] [--method paper|fast] [--cache DIR]  for the pairs that it computes itself
 //   [--checkpoint_period_s 0.1]  0: none; they are written to DIR/physics_node.checkpoint
 //   [--checkpoint FILE]          goes on from there, instead of the scenario's beginning
@@ -9,11 +10,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 
 #include "bus/log/node_recording.hpp"
+#include "bus/node_arguments.hpp"
 #include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/physics_node/node_loop.hpp"
@@ -39,14 +40,13 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::map<std::string, std::string> options = {
+  const bus::NodeArguments defaults = {
       {"--rt", "try"}, {"--name", "physics_node"},       {"--workers", "1"},   {"--method", ""},
       {"--cache", ""}, {"--checkpoint_period_s", "0.1"}, {"--checkpoint", ""},
   };
-  for (int i = 1; i + 1 < argc; i += 2) options[argv[i]] = argv[i + 1];
-  for (const char* name : {"--scenario", "--registry", "--session", "--out"}) {
-    if (options.count(name) == 0) return Complain(std::string(name) + " is missing; 'oos run' starts the nodes", 2);
-  }
+  auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
+  if (!parsed) return Complain(parsed.error().detail, 2);
+  bus::NodeArguments& options = *parsed;
   bus::RealTimeMode mode{};
   if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
   const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
@@ -88,11 +88,7 @@ int main(int argc, char** argv) {
     if (!restored) return Complain(restored.error().detail, 1);
   }
 
-  bus::NodeOptions node_options;
-  node_options.name = options["--name"];
-  node_options.registry = options["--registry"];
-  if (options.count("--bind") != 0) node_options.bind_address = options["--bind"];
-  node_options.session = std::strtoull(options["--session"].c_str(), nullptr, 10);
+  const bus::NodeOptions node_options = bus::MakeNodeOptions(options["--name"], options);
   auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
   if (!recording) return Complain(recording.error().detail, 1);
   auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));

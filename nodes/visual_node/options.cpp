@@ -31,6 +31,10 @@ core::Result<Options> ParseOptions(int argc, char** argv) {
       options.is_headless = true;
       continue;
     }
+    if (name == "--no_encryption") {
+      options.is_encrypted = false;
+      continue;
+    }
     if (i + 1 >= argc) return fail(std::string(name) + " wants a value, or is unknown");
     const std::string value = argv[++i];
     bool is_good = true;
@@ -43,6 +47,8 @@ core::Result<Options> ParseOptions(int argc, char** argv) {
       options.registry = value;
     } else if (name == "--session") {
       is_good = Parse(value, options.session);
+    } else if (name == "--keys") {
+      options.keys = value;
     } else if (name == "--bind") {
       options.bind_address = value;
     } else if (name == "--out") {
@@ -61,6 +67,9 @@ core::Result<Options> ParseOptions(int argc, char** argv) {
   }
   if (options.scenario.empty()) return fail("--scenario FILE is missing");
   if (!options.is_still && options.registry.empty()) return fail("--registry ENDPOINT is missing");
+  if (!options.is_still && options.is_encrypted == options.keys.empty()) {
+    return fail("either --keys DIRECTORY or --no_encryption must be given");
+  }
   return options;
 }
 

@@ -14,6 +14,8 @@ struct Options {
   std::string registry;
   std::uint64_t session = 0;
   std::string bind_address = "127.0.0.1";
+  std::string keys;  // key directory of the run, bus/keys.hpp
+  bool is_encrypted = true;
   std::filesystem::path out = ".";
   std::map<std::string, std::string> recording;  // --record FILE, --split_MB N, --split_s N: bus/log/node_recording.hpp
   int width = 640;
@@ -25,7 +27,7 @@ struct Options {
 };
 
 constexpr const char* kUsage =
-    "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR\n"
+    "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR --keys DIR | --no_encryption\n"
     "            [--size 640x360] [--view NAME] [--headless] [--fps 30] [--bind ADDRESS]\n"
     "visual_node --still SCENARIO --out DIR [--size 640x360]   each named camera once, without a bus\n";
 

@@ -34,13 +34,14 @@ scene::Scenario SmallScenario() {
 class ReceiverTest : public testing::Test {
  protected:
   void SetUp() override {
-    auto registry = bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = 77});
+    auto registry = bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = 77, .is_encrypted = false});
     ASSERT_TRUE(registry) << registry.error().detail;
     registry_ = std::move(*registry);
     bus::NodeOptions options;
     options.name = "physics_node";
     options.registry = registry_->endpoint();
     options.session = 77;
+    options.is_encrypted = false;
     auto node = bus::Node::Create(options);
     ASSERT_TRUE(node) << node.error().detail;
     peer_ = std::move(*node);

@@ -64,6 +64,8 @@ class Viewer {
     node_options.registry = options_.registry;
     node_options.session = options_.session;
     node_options.bind_address = options_.bind_address;
+    node_options.keys = options_.keys;
+    node_options.is_encrypted = options_.is_encrypted;
     auto recording = bus::log::StartRecording("visual_node", options_.recording);
     if (!recording) return tl::unexpected(recording.error());
     recording_ = std::move(*recording);

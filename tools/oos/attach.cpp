@@ -32,7 +32,9 @@ const std::atomic<int>& CatchInterrupt() {
 const std::vector<Option>& AttachOptions() {
   static const std::vector<Option> options = {
       {"--registry", "ENDPOINT", "of the session; default: the one that runs here"},
-      {"--session", "N", "its number, with --registry"}};
+      {"--session", "N", "its number, with --registry"},
+      {"--keys", "DIR", "its key directory, with --registry"},
+      {"--no_encryption", "", "with --registry: it has no keys"}};
   return options;
 }
 
@@ -43,6 +45,8 @@ core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, cons
   if (arguments.has("--registry")) {
     options.registry = arguments.text("--registry");
     options.session = std::strtoull(arguments.text("--session", "0").c_str(), nullptr, 10);
+    options.keys = arguments.text("--keys", "");
+    options.is_encrypted = !arguments.has("--no_encryption");
   } else {
     std::ifstream file(SessionFile());
     const nlohmann::json note = nlohmann::json::parse(file, nullptr, false);
@@ -53,6 +57,8 @@ core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, cons
     }
     options.registry = note["registry"].get<std::string>();
     options.session = std::strtoull(note["session"].get<std::string>().c_str(), nullptr, 10);
+    options.keys = note.value("keys", "");
+    options.is_encrypted = !options.keys.empty();
   }
   return bus::Node::Create(options);
 }

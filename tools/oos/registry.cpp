@@ -104,6 +104,8 @@ int Run(const Arguments& arguments) {
   bus::RegistryOptions options;
   options.endpoint = arguments.text("--registry");
   options.session = std::strtoull(arguments.text("--session").c_str(), nullptr, 10);
+  options.keys = arguments.text("--keys", "");
+  options.is_encrypted = !arguments.has("--no_encryption");
   auto registry = bus::Registry::Create(options);
   if (!registry) return Complain("registry", registry.error().detail, kDoesNotHold);
   bus::NodeOptions node_options;
@@ -112,6 +114,8 @@ int Run(const Arguments& arguments) {
   node_options.bind_address = AddressOf((*registry)->endpoint());
   node_options.session = options.session;
   node_options.is_observer = true;
+  node_options.keys = options.keys;
+  node_options.is_encrypted = options.is_encrypted;
   auto node = bus::Node::Create(node_options);
   if (!node) return Complain("registry", node.error().detail, kDoesNotHold);
   Watcher watcher(registry->get(), node->get());
@@ -127,15 +131,17 @@ int Run(const Arguments& arguments) {
 }  // namespace
 
 Verb RegistryVerb() {
-  return {
-      "registry",
-      "where the nodes of a session find each other, as a process of its own; 'oos launch' starts it",
-      "",
-      0,
-      0,
-      {{"--registry", "ENDPOINT", "where it listens, tcp://ADDRESS:PORT"}, {"--session", "N", "number of the session"}},
-      Run,
-      "Prints what happens on the bus, a line of JSON each: registered, ready, gone, refused, event, step."};
+  return {"registry",
+          "where the nodes of a session find each other, as a process of its own; 'oos launch' starts it",
+          "",
+          0,
+          0,
+          {{"--registry", "ENDPOINT", "where it listens, tcp://ADDRESS:PORT"},
+           {"--session", "N", "number of the session"},
+           {"--keys", "DIR", "key directory of the session"},
+           {"--no_encryption", "", "it has no keys"}},
+          Run,
+          "Prints what happens on the bus, a line of JSON each: registered, ready, gone, refused, event, step."};
 }
 
 }  // namespace oos

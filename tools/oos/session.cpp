@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 
+#include "bus/keys.hpp"
 #include "bus/node.hpp"
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
@@ -27,12 +28,13 @@ constexpr std::int64_t kLinger_ns = 800'000'000;
 // Tells `topic`, `top` and `set` where the running session is; taken back at the end.
 class SessionNote {
  public:
-  SessionNote(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out) {
+  SessionNote(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out,
+              const std::string& keys) {
     std::error_code error;
     std::filesystem::create_directories(SessionFolder(), error);
     std::ofstream file(SessionFile());
     file << "{\"registry\": \"" << endpoint << "\", \"session\": \"" << session << "\", \"pid\": " << getpid()
-         << ", \"out\": \"" << out.string() << "\"}\n";
+         << ", \"out\": \"" << out.string() << "\", \"keys\": \"" << keys << "\"}\n";
   }
   SessionNote(const SessionNote&) = delete;
   SessionNote& operator=(const SessionNote&) = delete;
@@ -40,6 +42,31 @@ class SessionNote {
     std::error_code error;
     std::filesystem::remove(SessionFile(), error);
   }
+};
+
+// Fresh keys for the nodes, for the tools ("oos") and for clients that somebody attaches; gone with the run, so that
+// what was written down of its traffic stays closed.
+class RunKeys {
+ public:
+  core::Result<void> Make(const std::filesystem::path& directory) {
+    std::vector<std::string> names(std::begin(kNodeNames), std::end(kNodeNames));
+    names.insert(names.end(), {"oos", "client"});
+    std::error_code error;
+    directory_ = std::filesystem::absolute(directory);
+    std::filesystem::remove_all(directory_, error);
+    return bus::MakeKeys(directory_, names);
+  }
+  RunKeys() = default;
+  RunKeys(const RunKeys&) = delete;
+  RunKeys& operator=(const RunKeys&) = delete;
+  ~RunKeys() {
+    std::error_code error;
+    if (!directory_.empty()) std::filesystem::remove_all(directory_, error);
+  }
+  [[nodiscard]] std::string directory() const { return directory_.string(); }  // empty: not encrypted
+
+ private:
+  std::filesystem::path directory_;
 };
 
 std::uint64_t NewSession() {
@@ -86,7 +113,10 @@ class Session {
 
   core::Result<void> Start() {
     const std::uint64_t session = NewSession();
-    auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session});
+    if (options_.is_encrypted) {
+      if (const auto made = keys_.Make(options_.out / "keys"); !made) return made;
+    }
+    auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session, keys_.directory(), options_.is_encrypted});
     if (!registry) return core::Fail(registry.error().code, registry.error().detail);
     registry_ = std::move(*registry);
     bus::NodeOptions node_options;
@@ -94,6 +124,8 @@ class Session {
     node_options.registry = registry_->endpoint();
     node_options.session = session;
     node_options.is_observer = true;
+    node_options.keys = keys_.directory();
+    node_options.is_encrypted = options_.is_encrypted;
     auto node = bus::Node::Create(node_options);
     if (!node) return core::Fail(node.error().code, node.error().detail);
     node_ = std::move(*node);
@@ -103,7 +135,7 @@ class Session {
     }
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
-    note_ = std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out);
+    note_ = std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out, keys_.directory());
     return SpawnNodes(session);
   }
 
@@ -123,6 +155,11 @@ class Session {
       command.program = options_.program_folder / name;
       command.arguments = {"--scenario", scenario_.file.string(), "--registry", registry_->endpoint(),
                            "--session",  std::to_string(session), "--out",      options_.out.string()};
+      if (options_.is_encrypted) {
+        AddArgument(&command, "--keys", keys_.directory());
+      } else {
+        command.arguments.push_back("--no_encryption");
+      }
       if (name == "device_bridge") AddArgument(&command, "--seed", std::to_string(outcome_.seed));
       if (name == "haptic_node" || name == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
@@ -243,6 +280,7 @@ class Session {
   const scene::Scenario& scenario_;
   const SessionOptions& options_;
   SessionOutcome outcome_;
+  RunKeys keys_;
   std::unique_ptr<bus::Registry> registry_;
   std::unique_ptr<bus::Node> node_;
   bus::StateReader<core::LogicStatus>* status_ = nullptr;

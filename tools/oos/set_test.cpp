@@ -18,13 +18,14 @@ using testing::HasSubstr;
 class SetVerbTest : public testing::Test {
  protected:
   void SetUp() override {
-    auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", 7});
+    auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", 7, "", false});
     ASSERT_TRUE(registry) << registry.error().detail;
     registry_ = std::move(*registry);
     bus::NodeOptions options;
     options.name = "haptic_node";
     options.registry = registry_->endpoint();
     options.session = 7;
+    options.is_encrypted = false;
     auto node = bus::Node::Create(options);
     ASSERT_TRUE(node) << node.error().detail;
     node_ = std::move(*node);
@@ -50,7 +51,8 @@ class SetVerbTest : public testing::Test {
   int Set(const std::string& path, const std::string& value) {
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
-    const int status = RunCommandLine({"set", path, value, "--registry", registry_->endpoint(), "--session", "7"});
+    const int status =
+        RunCommandLine({"set", path, value, "--registry", registry_->endpoint(), "--session", "7", "--no_encryption"});
     out_ = testing::internal::GetCapturedStdout();
     error_ = testing::internal::GetCapturedStderr();
     return status;

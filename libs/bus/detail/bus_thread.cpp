@@ -25,15 +25,17 @@ constexpr int kGoodbyeLinger_ms = 100;
 
 core::Result<void> BusThread::Open() {
   try {
+    gate_.Open(&context_, core_->keys);
     router_ = zmq::socket_t(context_, zmq::socket_type::router);
+    gate_.GuardListener(&router_);
     router_.set(zmq::sockopt::router_mandatory, true);  // an unknown receiver is an error, not silence
     router_.set(zmq::sockopt::router_handover, true);
     router_.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
-    router_.set(zmq::sockopt::maxmsgsize, std::int64_t{16} << 20);
     router_.set(zmq::sockopt::sndhwm, static_cast<int>(2 * (kEventCredit + kStateCredit)));
     router_.bind("tcp://" + core_->options.bind_address + ":*");
     router_endpoint_ = router_.get(zmq::sockopt::last_endpoint);
     registry_ = zmq::socket_t(context_, zmq::socket_type::dealer);
+    gate_.GuardWatchedConnection(&registry_, core_->keys ? core_->keys->PublicKeyOf(kRegistryKeyName) : "");
     registry_.set(zmq::sockopt::routing_id, core_->options.name + "#" + std::to_string(core_->instance));
     registry_.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
     registry_.set(zmq::sockopt::immediate, true);  // no pile of old HELLOs for a registry that is not there yet
@@ -89,6 +91,7 @@ void BusThread::Run() {
     items.push_back({registry_.handle(), 0, ZMQ_POLLIN, 0});
     items.push_back({nullptr, core_->heartbeat_socket.fd(), ZMQ_POLLIN, 0});
     items.push_back({nullptr, core_->wake_fd, ZMQ_POLLIN, 0});
+    gate_.AddPollItems(&items);
     for (auto& [name, peer] : peers_) items.push_back({peer.dealer.handle(), 0, ZMQ_POLLIN, 0});
     zmq_poll(items.data(), static_cast<int>(items.size()), PollTimeout_ms());
     {
@@ -111,6 +114,7 @@ void BusThread::Run() {
   peers_.clear();
   router_.close();
   registry_.close();
+  gate_.Close();
 }
 
 void BusThread::RunOnce() {
@@ -118,6 +122,10 @@ void BusThread::RunOnce() {
   [[maybe_unused]] const ssize_t got = read(core_->wake_fd, &wakes, sizeof(wakes));
 
   // Everything that has arrived comes first: after a hold-up of this thread nobody is declared dead for it.
+  gate_.Serve();
+  core_->refused_connections.store(gate_.refused(), std::memory_order_relaxed);
+  core_->registry_trouble = gate_.trouble();
+  if (gate_.is_key_rejected() && !core_->is_welcomed) core_->refusal = gate_.trouble();
   ReceiveHeartbeats();
   ReceiveFromRegistry();
   for (auto& [name, peer] : peers_) ReceiveFromPeer(peer);
@@ -198,6 +206,11 @@ bool BusThread::SendHello(bool is_goodbye) {
   }
 }
 
+// A routing id is the sender's own word: "<name>#<instance>"; its key is not.
+bool BusThread::IsOfKeyOwner(const std::string& routing, zmq::message_t& message) const {
+  return !core_->keys || IsKeyFor(Gate::KeyNameOf(message), routing.substr(0, routing.rfind('#')));
+}
+
 void BusThread::ReceiveFromRegistry() {
   zmq::message_t message;
   while (registry_.recv(message, zmq::recv_flags::dontwait)) {
@@ -217,6 +230,7 @@ void BusThread::ReceiveFromRegistry() {
 }
 
 void BusThread::TakeRoster(const oos::Roster& roster) {
+  core_->session_key = roster.session_key();
   if (roster.is_unchanged()) return;
   roster_version_ = roster.version();
   for (const oos::NodeRecord& record : roster.nodes()) {
@@ -251,7 +265,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
     peer.dealer.set(zmq::sockopt::immediate, true);  // nothing piles up for a peer that is gone
     peer.dealer.set(zmq::sockopt::reconnect_ivl, 20);
     peer.dealer.set(zmq::sockopt::reconnect_ivl_max, 500);
-    peer.dealer.set(zmq::sockopt::maxmsgsize, std::int64_t{16} << 20);
+    gate_.GuardConnection(&peer.dealer, record.public_key());
     peer.dealer.connect(record.router_endpoint());
   } catch (const zmq::error_t&) {
     core_->refused.fetch_add(1, std::memory_order_relaxed);

@@ -10,6 +10,7 @@
 #include <zmq.hpp>
 
 #include "bus/detail/control.hpp"
+#include "bus/detail/gate.hpp"
 #include "bus/detail/node_core.hpp"
 #include "bus/detail/reliable.hpp"
 
@@ -156,6 +157,7 @@ class BusThread {
 
   NodeCore* core_;
   zmq::context_t context_{1};
+  Gate gate_;  // closed before the context is
   zmq::socket_t router_;
   zmq::socket_t registry_;
   std::string router_endpoint_;

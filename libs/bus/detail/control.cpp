@@ -23,8 +23,8 @@ std::vector<std::uint8_t> EncodeControl(const Identity& identity, TopicClass top
 bool DecodeControl(std::span<const std::uint8_t> bytes, std::uint64_t session, oos::Control* control) {
   Envelope envelope;
   std::span<const std::uint8_t> payload;
-  return ReadEnvelope(bytes, &envelope, &payload) == EnvelopeStatus::kOk && envelope.session == session &&
-         envelope.topic_class != TopicClass::kLatest &&
+  return bytes.size() <= kMaxMessageBytes && ReadEnvelope(bytes, &envelope, &payload) == EnvelopeStatus::kOk &&
+         envelope.session == session && envelope.topic_class != TopicClass::kLatest &&
          control->ParseFromArray(payload.data(), static_cast<int>(payload.size()));
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "bus/detail/latest_io.hpp"
 #include "bus/detail/tap_points.hpp"
 #include "bus/detail/udp_socket.hpp"
+#include "bus/keys.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/spsc_ring.hpp"
 
@@ -134,6 +136,7 @@ struct NodeCore {
   NodeCore();
 
   NodeOptions options;
+  std::optional<Keys> keys;  // none: not encrypted
   Identity identity;
   std::uint64_t instance = 0;
   std::unique_ptr<DatagramGuard> guard;  // of both UDP sockets
@@ -167,6 +170,7 @@ struct NodeCore {
 
   std::atomic<std::uint64_t> wait_count{0};
   std::atomic<std::uint64_t> refused{0};
+  std::atomic<std::uint64_t> refused_connections{0};
   std::atomic<std::uint64_t> events_sent{0};  // times subscribers
   std::atomic<std::uint64_t> events_received{0};
   std::atomic<std::uint64_t> events_dropped{0};
@@ -178,6 +182,7 @@ struct NodeCore {
   std::condition_variable changed;
   bool is_welcomed = false;
   std::string refusal;                      // of the registry
+  std::string registry_trouble;             // why the connection to it does not come about
   std::map<std::string, PeerStatus> peers;  // age_ns holds the time last heard
   std::string session_key;                  // of UDP datagrams, from the registry; empty: they are in the clear
   AccountBook book;

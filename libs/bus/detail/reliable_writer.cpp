@@ -32,6 +32,17 @@ void BusThread::ReceiveFromRouter() {
       continue;
     }
     const std::string from = routing.to_string();
+    if (!IsOfKeyOwner(from, message)) {
+      core_->refused.fetch_add(1, std::memory_order_relaxed);
+    } else if (control.has_subscribe()) {
+      TakeSubscribe(from, control.subscribe());
+    } else if (control.has_event_ack()) {
+      TakeEventAck(from, control.event_ack());
+    } else if (control.has_parameter_request()) {
+      TakeRequest(from, control.parameter_request());
+    } else {
+      core_->refused.fetch_add(1, std::memory_order_relaxed);
+    }
   }
 }
 

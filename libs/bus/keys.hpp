@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace bus {
+
+// Who may take part in a run. Its key directory (mode 0700, files 0600) is made by whoever launches it:
+//
+//   allowed        one line for each member: "<public key> <name>"
+//   <name>.key     two lines: public key, secret key
+//
+// A host needs `allowed` and the .key files of those members only that run on it. Keys are CURVE25519 in Z85, 40
+// characters. The registry is the member "registry". A key named K is for nodes called K or K-anything: every tool of
+// `oos` uses the key "oos".
+
+constexpr const char* kRegistryKeyName = "registry";
+
+struct KeyPair {
+  std::string public_key;
+  std::string secret_key;
+};
+
+struct Keys {
+  KeyPair own;
+  std::string own_name;                        // of the key
+  std::map<std::string, std::string> allowed;  // public key -> name
+
+  [[nodiscard]] std::string PublicKeyOf(const std::string& name) const;  // empty: no such member
+};
+
+// Makes the directory when it is missing, and a key pair for "registry" and each name that has none yet.
+core::Result<void> MakeKeys(const std::filesystem::path& directory, const std::vector<std::string>& names);
+
+// The keys of a node of that name: of its own, or of the longest beginning of its name that ends before a '-'. Refuses
+// files that others can read.
+core::Result<Keys> LoadKeys(const std::filesystem::path& directory, const std::string& node_name);
+
+// Whether a key of one name is good for a node of the other.
+bool IsKeyFor(const std::string& key_name, const std::string& node_name);
+
+}  // namespace bus
