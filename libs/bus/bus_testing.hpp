@@ -34,6 +34,7 @@ inline std::unique_ptr<Node> MakeNode(const std::string& name, const std::string
   options.name = name;
   options.registry = registry;
   options.session = 7;
+  options.is_encrypted = false;
   options.says_goodbye = says_goodbye;
   auto node = Node::Create(options);
   EXPECT_TRUE(node.has_value()) << node.error().detail;

@@ -125,6 +125,7 @@ class Joins {
     options.name = "viewer_" + std::to_string(number);
     options.registry = registry_->endpoint();
     options.session = 7;
+    options.is_encrypted = false;
     options.is_observer = random_() % 2 == 0;
     // One that dies without a word stays in everybody's list of the dead, unless it only looked on.
     options.says_goodbye = !options.is_observer || random_() % 2 == 0;
