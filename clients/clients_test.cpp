@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bus/detail/sealing.hpp"
 #include "bus/envelope.hpp"
 #include "bus/schema.hpp"
 
@@ -93,6 +94,31 @@ TEST(ClientVectors, EnvelopesAreReadAndWrittenAlike) {
     std::span<const std::uint8_t> payload;
     EXPECT_NE(bus::ReadEnvelope(FromHex(row.at("bytes")), &envelope, &payload), bus::EnvelopeStatus::kOk)
         << row.at("name");
+  }
+}
+
+TEST(ClientVectors, SealedDatagramsAreOpenedAndSealedAlike) {
+  const json vectors = ReadJson("vectors/envelopes.json");
+  const std::vector<std::uint8_t> session_key = FromHex(vectors.at("session_key"));
+  bus::detail::SessionKey session;
+  ASSERT_EQ(session_key.size(), session.size());
+  std::copy(session_key.begin(), session_key.end(), session.begin());
+  const auto key = bus::detail::DeriveSenderKey(session, std::stoull(vectors.at("instance").get<std::string>()));
+  EXPECT_EQ(ToHex(key), vectors.at("sender_key"));
+  for (const json& row : vectors.at("sealed")) {
+    std::vector<std::uint8_t> bytes = FromHex(row.at("bytes"));
+    const auto number = [&row](const char* field) { return std::stoull(row.at(field).get<std::string>()); };
+    bus::detail::KnownSenders senders;
+    senders.push_back({row.at("node").get<std::uint32_t>(), number("boot"), key});
+    bus::detail::Opener opener(number("session"), true);
+    opener.SetSenders(senders);
+    bus::Envelope envelope;
+    std::span<const std::uint8_t> payload;
+    ASSERT_EQ(opener.Open(bytes, &envelope, &payload), bus::detail::Refusal::kNone) << row.at("name");
+    EXPECT_EQ(ToHex(payload), row.at("payload"));
+    EXPECT_EQ(ToHex({payload.data() + payload.size(), envelope.history_bytes}), row.at("history"));
+    bytes = FromHex(row.at("bytes"));
+    EXPECT_EQ(opener.Open(bytes, &envelope, &payload), bus::detail::Refusal::kReplayed);
   }
 }
 

@@ -1,14 +1,18 @@
 #!/bin/sh
-# node_test.sh FOLDER TEST: runs FOLDER/TEST with the packages that FOLDER/package-lock.json names, which it installs when
-# they are not there. Exit status 77 (skipped) when they are missing and npm's registry cannot be reached.
+# node_test.sh FOLDER TEST [OTHER_FOLDER...]: runs FOLDER/TEST with the packages that the folders' package-lock.json name;
+# those that are not there are installed. Exit status 77 (skipped) when npm's registry cannot be reached for them.
 set -eu
-cd "$1"
-if [ ! -e node_modules/.package-lock.json ] || [ package-lock.json -nt node_modules/.package-lock.json ]; then
+folder=$1 test=$2
+shift 2
+for each in "$folder" "$@"; do
+  cd "$each"
+  [ -e node_modules/.package-lock.json ] && [ ! package-lock.json -nt node_modules/.package-lock.json ] && continue
   npm ci --ignore-scripts --no-audit --no-fund --loglevel=error || {
     npm ping --loglevel=error >/dev/null 2>&1 && exit 1
-    echo "SKIPPED: npm's registry cannot be reached, so the packages of $1 are missing"
+    echo "SKIPPED: npm's registry cannot be reached, so the packages of $each are missing"
     exit 77
   }
   touch node_modules/.package-lock.json
-fi
-exec node --test "$2"
+done
+cd "$folder"
+exec node --test "$test"

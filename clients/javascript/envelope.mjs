@@ -1,9 +1,8 @@
 // What every message of the bus is wrapped in: docs/reference/bus_protocol.md, "Envelope".
 
-import { ScalarType } from "@bufbuild/protobuf";
 import { createXXHash3 } from "hash-wasm";
 
-export const LATEST = 1, STATE = 2, EVENT = 3, SERVICE = 4, CONTROL = 5;
+export const LATEST = 1, STATE = 2, EVENT = 3, SERVICE = 4, CONTROL = 5, BULK = 6;
 export const MAX_DATAGRAM_BYTES = 1200;
 const MAGIC = 0x534f4f56, VERSION = 1, HEAD_BYTES = 96, STAMP_BYTES = 5, MAX_STAMPS = 16, CRC_AT = 60;
 const SEALED_BIT = 0x8000, HISTORY_MASK = 0x07ff, SEAL_BYTES = 24;
@@ -74,7 +73,7 @@ export function readEnvelope(data, unseal) {
   const start = HEAD_BYTES + STAMP_BYTES * (numStamps[0] + numStamps[1]);
   const payloadBytes = bytes.readUInt32LE(56);
   const size = start + payloadBytes + (flags & HISTORY_MASK) + (unseal ? SEAL_BYTES : 0);
-  if (topicClass < LATEST || topicClass > CONTROL || part >= parts || Math.max(...numStamps) > MAX_STAMPS ||
+  if (topicClass < LATEST || topicClass > BULK || part >= parts || Math.max(...numStamps) > MAX_STAMPS ||
       (flags & ~HISTORY_MASK) !== (unseal ? SEALED_BIT : 0) || bytes.length !== size) {
     return null;
   }
@@ -95,19 +94,4 @@ export function readEnvelope(data, unseal) {
   if (!body) return null;
   envelope.history = body.subarray(payloadBytes);
   return { envelope, payload: body.subarray(0, payloadBytes) };
-}
-
-// The shape of a message type, whose hash is its schema digest: "1:uint64 6:repeated_uint32 7:{1:float}".
-export function canonical(message) {
-  return [...message.fields].sort((a, b) => a.number - b.number).map((field) => {
-    const list = field.fieldKind === "list" ? "repeated_" : "";
-    const kind = field.message ? `{${canonical(field.message)}}` : ScalarType[field.scalar].toLowerCase();
-    return `${field.number}:${list}${kind}`;
-  }).join(" ");
-}
-
-// '*' stands for any text, slashes included; every other character for itself.
-export function matches(pattern, text) {
-  const escaped = pattern.split("*").map((piece) => piece.replace(/[.+?^${}()|[\]\\]/g, "\\$&"));
-  return new RegExp(`^${escaped.join(".*")}$`, "s").test(text);
 }

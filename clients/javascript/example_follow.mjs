@@ -2,7 +2,7 @@
 
 import { Node, runningSession } from "./oos_bus.mjs";
 
-const node = new Node({ name: "example_follow_js", ...runningSession() });
+const node = new Node({ name: "client-follow-js", ...runningSession() });
 node.subscribe("physics/state");
 node.subscribe("logic/status");
 let newest;

@@ -19,7 +19,7 @@ function sample(t) {
   });
 }
 
-const node = new Node({ name: "example_publish_js", isObserver: false, ...runningSession() });
+const node = new Node({ name: "client-publish-js", isObserver: false, ...runningSession() });
 node.advertise(topic);
 await node.start();
 const begin = performance.now();

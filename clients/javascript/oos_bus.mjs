@@ -1,61 +1,53 @@
 // A node of the VR-OOS bus in JavaScript, on npm's zeromq, @bufbuild/protobuf and hash-wasm (Node 18 or later). The
-// protocol is docs/reference/bus_protocol.md; the message types come from what protoc makes of the repository's proto/.
+// protocol is docs/reference/bus_protocol.md.
 
 import dgram from "node:dgram";
 import { randomBytes } from "node:crypto";
 import { EventEmitter } from "node:events";
 import { readFileSync } from "node:fs";
 import path from "node:path";
-import { fileURLToPath } from "node:url";
-import { create, createFileRegistry, fromBinary, toBinary } from "@bufbuild/protobuf";
-import { FileDescriptorSetSchema } from "@bufbuild/protobuf/wkt";
-import { Context, Dealer, Router } from "zeromq";
-import { CONTROL, EVENT, LATEST, MAX_DATAGRAM_BYTES, SERVICE, STATE, canonical, hash32, matches, readEnvelope,
-  writeEnvelope } from "./envelope.mjs";
+import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
+import { Context, Dealer, Reply, Router } from "zeromq";
+import { CONTROL, EVENT, LATEST, MAX_DATAGRAM_BYTES, SERVICE, STATE, hash32, readEnvelope, writeEnvelope }
+  from "./envelope.mjs";
+import { loadKeys, makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
+import { canonical, matches, mergeParts, ruleOf, typeOf } from "./topics.mjs";
 
 export * from "./envelope.mjs";
+export * from "./topics.mjs";
+export { create, createFileRegistry, fromBinary, toBinary, toJson } from "@bufbuild/protobuf";
+export * as wkt from "@bufbuild/protobuf/wkt";
 
 const PROTOCOL_VERSION = 1;
 const HEARTBEAT_MS = 50, HELLO_MS = 500, EAGER_HELLO_MS = 100, DEAD_AFTER_MS = 350, ASK_AGAIN_MS = 300;
-const EVENT_CREDIT = 1024n;
+const BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
+const EVENT_CREDIT = 1024n, EVENTS_KEPT = 4096;
+const EVENT_TOPIC = hash32("event");
 
-const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
-const STUBS = process.env.OOS_STUBS ?? path.join(ROOT, "build/release/clients/stubs");
-export const descriptors = fromBinary(FileDescriptorSetSchema, readFileSync(path.join(STUBS, "oos.desc")));
-const types = createFileRegistry(descriptors);
-export const typeOf = (name) => types.getMessage(name);
 const Control = typeOf("oos.Control");
 
-const RULES = JSON.parse(readFileSync(path.join(ROOT, "clients/topics.json"), "utf8")).rules;
-
-// The first line of topics.json that matches.
-export function ruleOf(topic) {
-  const rule = RULES.find((one) => matches(one.pattern, topic));
-  if (!rule) throw new Error(`no rule in clients/topics.json matches topic '${topic}'`);
-  return rule;
-}
-
-// A message of the topic's type, with the fields given: message("device/right/state", {isEngaged: true}).
-export const message = (topic, fields) => create(typeOf(ruleOf(topic).type), fields);
-
-// {registry, session} of the `oos run` of this user on this machine.
+// {registry, session, keys} of the `oos run` of this user on this machine.
 export function runningSession() {
   const runtime = process.env.XDG_RUNTIME_DIR;
   const folder = runtime ? path.join(runtime, "vr_oos") : `/tmp/vr_oos-${process.getuid()}`;
   const note = JSON.parse(readFileSync(path.join(folder, "session.json"), "utf8"));
-  return { ...note, session: BigInt(note.session) };
-}
-
-// The message that was sent in parts: lists joined in order, the rest as in the first part.
-function mergeParts(type, parts) {
-  for (const field of type.fields.filter((one) => one.fieldKind === "list")) {
-    for (const part of parts.slice(1)) parts[0][field.localName].push(...part[field.localName]);
-  }
-  return parts[0];
+  return { registry: note.registry, session: BigInt(note.session), keys: note.keys || null };
 }
 
 const classOf = (body) => body.startsWith("sub") || body.startsWith("state") ? STATE
-  : body.startsWith("event") ? EVENT : body.startsWith("parameter") ? SERVICE : CONTROL;
+  : body.startsWith("ev") ? EVENT : body.startsWith("parameter") ? SERVICE : CONTROL;
+
+const larger = (a, b) => (a > b ? a : b);
+const smaller = (a, b) => (a < b ? a : b);
+const settled = (account) => account.start + account.received + account.dropped;
+// Nodes of one machine share a clock.
+const machineId = () => process.env.OOS_MACHINE_ID || readFileSync("/proc/sys/kernel/random/boot_id", "utf8").trim();
+
+const digests = new Map();
+function digestOf(type) {
+  if (!digests.has(type)) digests.set(type, hash32(canonical(type)));
+  return digests.get(type);
+}
 
 const addressOf = (endpoint) => ({ host: endpoint.split(":")[0], port: Number(endpoint.split(":")[1]) });
 
@@ -70,7 +62,25 @@ class Link {
   }
 }
 
-// subscribe() and advertise() first, then await start(). Emits "message" ({topic, writer, sequence, body, key,
+// A LATEST message. Its body is decoded when it is first asked for: whoever shows 30 a second does not pay for 1000. It
+// throws when the bytes are no such message.
+class Latest {
+  #type; #payloads; #body = null;
+
+  constructor({ name, writer, rule }, { sequence, publishNs }, parts) {
+    Object.assign(this, { topic: name, writer, sequence, publishNs });
+    this.#type = typeOf(rule.type);
+    this.#payloads = Array.from({ length: parts.size }, (_, i) => parts.get(i));
+  }
+
+  get body() {
+    this.#body ??= mergeParts(this.#type, this.#payloads.map((payload) => fromBinary(this.#type, payload)));
+    return this.#body;
+  }
+}
+
+// subscribe() and advertise() first, then await start(). Keys: the run's key directory; null is to say that nothing is
+// encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1". Emits "message" ({topic, writer, sequence, body, key,
 // publishNs}), "roster" (names of the living) when somebody comes or goes, and "refused" (why).
 export class Node extends EventEmitter {
   #options; #instance = randomBytes(8).readBigUInt64LE(); #boot = BigInt(Date.now()) * 1_000_000n;
@@ -78,12 +88,16 @@ export class Node extends EventEmitter {
   #peers = new Map(); #gone = new Set(); #topics = new Map(); #partial = new Map(); #newest = new Map();
   #readers = new Map(); #calls = new Map(); #nextRequest = 0n;
   #context = new Context(); #router; #registry; #data; #beats; #timers = [];
+  #keys; #sessionKey = null; #sealer = null; #allowList = null;
   #roster = 0n; #isWelcomed = false; #isClosed = false; #welcome = null;
-  refused = 0; eventsDropped = 0;
+  #events = []; #numEvents = 0n;  // the last that this node emitted; how many in all
+  refused = 0;
 
-  constructor(options) {  // {name, registry, session, bind, isObserver}
+  constructor(options) {  // {name, registry, session, keys, bind, isObserver}
     super();
+    if (options.keys === undefined) throw new Error("keys: a run's key directory, or null to say that there is none");
     this.#options = { bind: "127.0.0.1", isObserver: true, ...options };
+    this.#keys = options.keys && loadKeys(options.keys, options.name);
   }
 
   // LATEST, STATE or "event"; with a '*' in it, whatever matches.
@@ -103,9 +117,11 @@ export class Node extends EventEmitter {
     this.#data = await this.#udp((bytes) => this.#takeData(bytes));
     this.#beats = await this.#udp((bytes) => this.#takeHeartbeat(bytes));
     this.#router = new Link(new Router({ context: this.#context, mandatory: true, handover: true, linger: 100,
-      maxMessageSize: 16 << 20, sendTimeout: 0 }));
+      maxMessageSize: 16 << 20, sendTimeout: 0,
+      ...(this.#keys && { curveServer: true, curveSecretKey: this.#keys.secretKey, zapDomain: "bus" }) }));
+    if (this.#keys) await this.#answerWhoMayComeIn();
     await this.#router.socket.bind(`tcp://${bind}:*`);
-    this.#registry = this.#dealer(registry);
+    this.#registry = this.#dealer(registry, this.#keys?.registryKey);
     this.#receive(this.#router.socket, ([routing, ...rest]) => this.#takeRouter(routing, rest.at(-1)));
     this.#receive(this.#registry.socket, (frames) => this.#takeRegistry(frames.at(-1)));
     this.#timers = [setInterval(() => this.#beat(), HEARTBEAT_MS)];
@@ -126,7 +142,7 @@ export class Node extends EventEmitter {
     this.#sequences.set(topic, sequence);
     const type = typeOf(body.$typeName);
     const bytes = writeEnvelope({ ...this.#stamp(), topicClass: LATEST, topic: hash32(topic), sequence,
-      digest: hash32(canonical(type)) }, toBinary(type, body));
+      digest: digestOf(type) }, toBinary(type, body), this.#sealer);
     if (bytes.length > MAX_DATAGRAM_BYTES) throw new Error(`${topic}: ${bytes.length} bytes exceed one datagram`);
     const readers = [...this.#peers.values()].filter((peer) => peer.isAlive &&
       (peer.record.topics.some((one) => one.name === topic && !one.isWritten) ||
@@ -135,18 +151,12 @@ export class Node extends EventEmitter {
     return readers.length;
   }
 
-  // Sends an event to all readers of events. A reader that has 1024 unacknowledged misses it, counted.
+  // Sends an event to all readers of events. The last 4096 are kept for a reader that lost some.
   emitEvent(name, detail = "") {
     const event = { timeNs: process.hrtime.bigint(), source: this.#options.name, name, detail };
-    for (const [routing, reader] of this.#readers) {
-      const sequence = reader.next++;  // a dropped event leaves a gap that the reader sees
-      if (reader.sent < reader.acked + EVENT_CREDIT) {
-        reader.sent = sequence;
-        this.#reply(routing, "event", { sequence, event });
-      } else {
-        ++this.eventsDropped;
-      }
-    }
+    this.#events.push({ sequence: ++this.#numEvents, event });
+    if (this.#events.length > EVENTS_KEPT) this.#events.shift();
+    for (const [routing, reader] of this.#readers) this.#pump(routing, reader);
   }
 
   // The owner's ParameterReply; rejects with its reason when it refuses.
@@ -163,7 +173,8 @@ export class Node extends EventEmitter {
       });
     });
     this.#send(peer.dealer, "parameterRequest",
-      { request, caller: this.#options.name, change: { name, value, manner, rampS } });
+      { request, caller: this.#options.name, callerInstance: this.#instance,
+        timeLeftNs: BigInt(timeoutMs) * 1_000_000n, change: { name, value, manner, rampS } });
     return answer.finally(() => this.#calls.delete(request));
   }
 
@@ -171,7 +182,7 @@ export class Node extends EventEmitter {
   async close() {
     if (this.#isClosed) return;
     this.#timers.forEach(clearTimeout);
-    const bytes = this.#seal("heartbeat", this.#heartbeat(true));
+    const bytes = this.#wrap("heartbeat", this.#heartbeat(true), this.#sealer);
     await Promise.all([...this.#peers.values()].map(({ heartbeat }) => new Promise((resolve) => {
       this.#beats.send(bytes, heartbeat.port, heartbeat.host, resolve);
     })));
@@ -180,6 +191,7 @@ export class Node extends EventEmitter {
     for (const peer of this.#peers.values()) peer.dealer.socket.close();
     this.#router.socket.close();
     this.#registry.socket.close();
+    this.#allowList?.close();
     this.#data.close();
     this.#beats.close();
   }
@@ -194,17 +206,28 @@ export class Node extends EventEmitter {
     });
   }
 
-  #dealer(endpoint) {
+  // libzmq asks whether a key that its owner has proven may come in [ZeroMQ RFC 27].
+  async #answerWhoMayComeIn() {
+    this.#allowList = new Reply({ context: this.#context, linger: 0 });
+    await this.#allowList.bind("inproc://zeromq.zap.01");
+    this.#receive(this.#allowList, ([version, request, , , , mechanism, key]) => {
+      const owner = mechanism.toString() === "CURVE" && this.#keys.allowed.get(z85(key));
+      return this.#allowList.send([version, request, owner ? "200" : "400", "", owner || "", ""]);
+    });
+  }
+
+  #dealer(endpoint, serverKey) {
     const dealer = new Dealer({ context: this.#context, routingId: `${this.#options.name}#${this.#instance}`,
       immediate: true, linger: 100, reconnectInterval: 20, reconnectMaxInterval: 200, maxMessageSize: 16 << 20,
-      sendTimeout: 0 });
+      sendTimeout: 0, ...(this.#keys && { curveServerKey: serverKey, curvePublicKey: this.#keys.publicKey,
+        curveSecretKey: this.#keys.secretKey }) });
     dealer.connect(endpoint);
     return new Link(dealer);
   }
 
   async #receive(socket, take) {
     try {
-      for await (const frames of socket) if (!this.#isClosed) take(frames);
+      for await (const frames of socket) if (!this.#isClosed) await take(frames);
     } catch (error) {
       if (!this.#isClosed && !socket.closed) throw error;
     }
@@ -215,14 +238,20 @@ export class Node extends EventEmitter {
       boot: this.#boot, sequence: 0n, publishNs: process.hrtime.bigint() };
   }
 
-  #seal(kind, value) {
+  #wrap(kind, value, sealer) {
     return writeEnvelope({ ...this.#stamp(), topicClass: classOf(kind) },
-      toBinary(Control, create(Control, { body: { case: kind, value } })));
+      toBinary(Control, create(Control, { body: { case: kind, value } })), sealer);
+  }
+
+  // For readEnvelope, with keys: opens a datagram with the key of the node that it says it is from.
+  #unsealer() {
+    return this.#keys && ((envelope, clear, body) => [...this.#peers.values()].find((peer) =>
+      peer.node === envelope.node && peer.record.boot === envelope.boot)?.opener?.(envelope.topicClass, clear, body));
   }
 
   // The body of a Control in a sound envelope of this session, else an empty one, counted.
-  #open(bytes) {
-    const found = readEnvelope(bytes);
+  #open(bytes, unsealer) {
+    const found = readEnvelope(bytes, unsealer);
     if (found && found.envelope.session === this.#options.session && found.envelope.topicClass !== LATEST) {
       try {
         return fromBinary(Control, found.payload).body;
@@ -232,8 +261,8 @@ export class Node extends EventEmitter {
     return { case: undefined };
   }
 
-  #send(link, kind, value) { return link.send(this.#seal(kind, value)); }
-  #reply(routing, kind, value) { return this.#router.send([Buffer.from(routing, "latin1"), this.#seal(kind, value)]); }
+  #send(link, kind, value) { return link.send(this.#wrap(kind, value)); }
+  #reply(routing, kind, value) { return this.#router.send([Buffer.from(routing, "latin1"), this.#wrap(kind, value)]); }
 
   #record() {
     const { name, session, bind, isObserver } = this.#options;
@@ -249,7 +278,7 @@ export class Node extends EventEmitter {
     const topics = [...[...this.#read].flatMap((topic) => declare(topic, false)),
       ...[...this.#sequences.keys()].flatMap((topic) => declare(topic, true))];
     return { name, instance: this.#instance, boot: this.#boot, session, protocolVersion: PROTOCOL_VERSION,
-      processId: process.pid, dataEndpoint: `${bind}:${this.#data.address().port}`,
+      processId: process.pid, machineId: machineId(), dataEndpoint: `${bind}:${this.#data.address().port}`,
       heartbeatEndpoint: `${bind}:${this.#beats.address().port}`, routerEndpoint: this.#router.socket.lastEndpoint,
       topics, observedPatterns: this.#patterns, isObserver, readsEvents: this.#read.has("event"),
       schemas: [...schemas].map(([digest, text]) => ({ digest, canonical: text })) };
@@ -274,6 +303,10 @@ export class Node extends EventEmitter {
       if (this.#isWelcomed) this.emit("refused", body.value.why);
     } else if (body.case === "roster") {
       this.#isWelcomed = true;
+      if (this.#keys && !this.#sealer) {
+        this.#sessionKey = body.value.sessionKey;
+        this.#sealer = makeSealer(senderKey(this.#sessionKey, this.#instance));
+      }
       this.#welcome.resolve();
       if (body.value.isUnchanged) return;
       this.#roster = body.value.version;
@@ -288,12 +321,15 @@ export class Node extends EventEmitter {
       return;
     }
     if (known) this.#forget(known);
-    const dealer = this.#dealer(record.routerEndpoint);
-    const peer = { record, dealer, data: addressOf(record.dataEndpoint), heartbeat: addressOf(record.heartbeatEndpoint),
-      isAlive: false, isSubscribed: false, heardMs: 0, askedMs: -Infinity, stateVersion: 0n, nextEvent: 0n };
+    const dealer = this.#dealer(record.routerEndpoint, record.publicKey);
+    const opener = this.#sessionKey && makeOpener(senderKey(this.#sessionKey, record.instance));
+    const peer = { record, dealer, opener, node: hash32(record.name), data: addressOf(record.dataEndpoint), heartbeat: addressOf(record.heartbeatEndpoint),
+      isAlive: false, isSubscribed: false, hasSnapshot: false, heardMs: 0, askedMs: -Infinity, repairedMs: -Infinity,
+      inStepMs: 0, accounts: new Map(), stateVersion: 0n, toldVersion: 0n, toldEvents: 0n, acked: [0n, 0n] };
     this.#peers.set(record.name, peer);
     for (const topic of record.topics.filter((one) => one.isWritten)) {
-      this.#topics.set(hash32(topic.name), { name: topic.name, writer: record.name, rule: ruleOf(topic.name) });
+      this.#topics.set(hash32(topic.name), { name: topic.name, writer: record.name, rule: ruleOf(topic.name),
+        isWanted: this.#wants(topic.name) });
     }
     this.#receive(dealer.socket, (frames) => this.#takePeer(peer, frames.at(-1)));
     this.#beat();  // be heard by it at once
@@ -302,17 +338,22 @@ export class Node extends EventEmitter {
   #forget(peer) {
     peer.dealer.socket.close();
     this.#peers.delete(peer.record.name);
+    for (const [routing, reader] of this.#readers) {
+      if (reader.instance === peer.record.instance) this.#readers.delete(routing);
+    }
     this.emit("roster", this.alive());
   }
 
   #heartbeat(isGoodbye) {
     return { name: this.#options.name, instance: this.#instance, waitCount: BigInt(Math.round(performance.now())),
-      refused: BigInt(this.refused), isGoodbye };
+      refused: BigInt(this.refused), isGoodbye, sentNs: process.hrtime.bigint(),
+      counts: [{ topic: EVENT_TOPIC, count: this.#numEvents }] };
   }
 
   #beat() {
+    if (this.#keys && !this.#sealer) return;  // nobody could read it
     const now = performance.now();
-    const bytes = this.#seal("heartbeat", this.#heartbeat(false));
+    const bytes = this.#wrap("heartbeat", this.#heartbeat(false), this.#sealer);
     for (const peer of this.#peers.values()) {
       this.#beats.send(bytes, peer.heartbeat.port, peer.heartbeat.host);
       if (peer.isAlive && now - peer.heardMs > DEAD_AFTER_MS) {
@@ -324,7 +365,7 @@ export class Node extends EventEmitter {
   }
 
   #takeHeartbeat(bytes) {
-    const { case: kind, value: heartbeat } = this.#open(bytes);
+    const { case: kind, value: heartbeat } = this.#open(bytes, this.#unsealer());
     if (kind !== "heartbeat" || this.#gone.has(heartbeat.instance)) return;
     const peer = this.#peers.get(heartbeat.name);
     if (!peer || peer.record.instance !== heartbeat.instance) {
@@ -337,6 +378,8 @@ export class Node extends EventEmitter {
       const isNew = !peer.isAlive;
       peer.isAlive = true;
       peer.heardMs = performance.now();
+      peer.toldVersion = heartbeat.stateVersion;
+      peer.toldEvents = heartbeat.counts.find((one) => one.topic === EVENT_TOPIC)?.count ?? 0n;
       if (isNew) this.emit("roster", this.alive());
       this.#ask(peer, peer.heardMs);
     }
@@ -344,41 +387,93 @@ export class Node extends EventEmitter {
 
   #wants(topic) { return this.#read.has(topic) || this.#patterns.some((pattern) => matches(pattern, topic)); }
 
+  // Subscribes, and once more when changes or events that the peer tells of have not come for a while.
   #ask(peer, now) {
     const wantsState = peer.record.topics.some((one) =>
       one.isWritten && one.topicClass === STATE && this.#wants(one.name));
     const wantsEvents = this.#wants("event");
-    if (!peer.isAlive || peer.isSubscribed || !(wantsState || wantsEvents) || now - peer.askedMs < ASK_AGAIN_MS) return;
+    if (!peer.isAlive || !(wantsState || wantsEvents)) return;
+    if (peer.toldVersion <= peer.stateVersion && peer.toldEvents <= this.#place(peer)) peer.inStepMs = now;
+    else if (now - peer.inStepMs > BEHIND_TOO_LONG_MS) peer.isSubscribed = false;
+    if (peer.isSubscribed || now - peer.askedMs < ASK_AGAIN_MS) return;
     peer.askedMs = now;
-    this.#send(peer.dealer, "subscribe",
-      { name: this.#options.name, instance: this.#instance, wantsState, wantsEvents });
+    this.#send(peer.dealer, "subscribe", { name: this.#options.name, instance: this.#instance, wantsState, wantsEvents,
+      readings: this.#readings(peer) });
+  }
+
+  // The last event of the peer that is settled: received, or given up.
+  #place(peer) {
+    const account = peer.accounts.get(EVENT_TOPIC);
+    return account ? settled(account) : 0n;
+  }
+
+  #readings(peer) { return [...peer.accounts].map(([topic, account]) => ({ topic, ...account })); }
+
+  #acknowledge(peer, resend) {
+    peer.acked = [this.#place(peer), peer.stateVersion];
+    this.#send(peer.dealer, "eventAck", { sequence: peer.acked[0], resend, stateVersion: peer.acked[1],
+      instance: this.#instance, readings: this.#readings(peer) });
   }
 
   #takePeer(peer, bytes) {
     const { case: kind, value } = this.#open(bytes);
-    const writer = peer.record.name;
+    const events = peer.accounts.get(EVENT_TOPIC);
     if (kind === "subscribeAck") {
-      peer.isSubscribed = true;
-      if (value.nextEvent > peer.nextEvent) peer.nextEvent = value.nextEvent;
-    } else if (kind === "stateSnapshot") {
-      peer.stateVersion = value.version;
-      value.entries.forEach((entry) => this.#takeState(writer, entry));
+      this.#takeSubscribeAck(peer, value);
+    } else if (kind === "stateSnapshot" && peer.isSubscribed) {
+      this.#takeSnapshot(peer, value);
     } else if (kind === "stateDelta" && value.version > peer.stateVersion) {
-      if (value.version === peer.stateVersion + 1n) {
+      const account = peer.accounts.get(hash32(value.topic));
+      if (account && value.version === peer.stateVersion + 1n) {
         peer.stateVersion = value.version;
-        this.#takeState(writer, value);
+        ++account.received;
+        this.#takeState(peer.record.name, value);
       } else {  // a gap: a new snapshot repairs it
         peer.isSubscribed = false;
         peer.askedMs = -Infinity;
       }
-    } else if (kind === "event" && value.sequence >= peer.nextEvent) {
-      peer.nextEvent = value.sequence + 1n;
-      this.#send(peer.dealer, "eventAck", { sequence: value.sequence });
-      if (this.#wants("event")) {
-        this.emit("message", { topic: "event", writer, sequence: value.sequence, body: value.event });
-      }
+    } else if (kind === "event" && events && value.sequence > settled(events)) {
+      this.#takeEvent(peer, events, value);
+    } else if (kind === "eviction") {  // too slow for the writer; asks again after a while
+      peer.isSubscribed = false;
+      peer.askedMs = performance.now();
     } else if (kind === "parameterReply") {
       this.#calls.get(value.request)?.(value);
+    }
+    if (peer.acked[0] !== this.#place(peer) || peer.acked[1] !== peer.stateVersion) this.#acknowledge(peer, false);
+  }
+
+  #takeSubscribeAck(peer, { starts, nextEvent }) {
+    peer.isSubscribed = true;
+    peer.inStepMs = performance.now();
+    for (const { topic, start } of starts) {
+      if (!peer.accounts.has(topic)) peer.accounts.set(topic, { start, received: 0n, dropped: 0n });
+    }
+    const events = peer.accounts.get(EVENT_TOPIC);  // what the writer does not keep any more is lost
+    if (events) events.dropped += larger(0n, nextEvent - 1n - settled(events));
+  }
+
+  #takeSnapshot(peer, { version, entries, counts }) {
+    if (peer.hasSnapshot && version < peer.stateVersion) return;
+    for (const entry of entries) {
+      if (!peer.hasSnapshot || entry.version > peer.stateVersion) this.#takeState(peer.record.name, entry);
+    }
+    peer.hasSnapshot = true;
+    peer.stateVersion = version;
+    for (const { topic, count } of counts) {  // changes that newer ones have overtaken
+      const account = peer.accounts.get(topic);
+      if (account) account.dropped += larger(0n, count - settled(account));
+    }
+  }
+
+  #takeEvent(peer, account, { sequence, event }) {
+    const now = performance.now();
+    if (sequence === settled(account) + 1n) {
+      ++account.received;
+      if (this.#wants("event")) this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event });
+    } else if (now - peer.repairedMs > BETWEEN_REPAIRS_MS) {
+      peer.repairedMs = now;
+      this.#acknowledge(peer, true);
     }
   }
 
@@ -391,21 +486,47 @@ export class Node extends EventEmitter {
     const { case: kind, value } = this.#open(bytes);
     const routing = from.toString("latin1");
     if (kind === "subscribe") {
-      const reader = this.#readers.get(routing) ?? { next: 1n, sent: 0n, acked: 0n };
+      const reading = value.readings.find((one) => one.topic === EVENT_TOPIC);  // then it goes on
+      const reader = { start: reading?.start ?? this.#numEvents, instance: value.instance };
       if (value.wantsEvents) this.#readers.set(routing, reader);
-      this.#reply(routing, "subscribeAck", { instance: this.#instance, nextEvent: reader.next });
-      if (value.wantsState) this.#reply(routing, "stateSnapshot", { version: 0n });  // this node keeps no state
+      this.#rewind(routing, reader, reading ? settled(reading) : this.#numEvents);
     } else if (kind === "eventAck") {
       const reader = this.#readers.get(routing);
-      if (reader && value.sequence > reader.acked && value.sequence <= reader.sent) reader.acked = value.sequence;
+      if (!reader) {
+        this.#reply(routing, "eviction", { why: "not subscribed" });
+        return;
+      }
+      reader.acked = larger(reader.acked, smaller(value.sequence, reader.sent));
+      if (value.resend) this.#rewind(routing, reader, value.sequence);
+      this.#pump(routing, reader);
     } else if (kind === "parameterRequest") {
       this.#reply(routing, "parameterReply",
         { request: value.request, why: `${this.#options.name} owns no parameters` });
     }
   }
 
+  // Goes on after event `place`, or with the oldest that is kept.
+  #rewind(routing, reader, place) {
+    reader.sent = larger(this.#numEvents - BigInt(this.#events.length), smaller(place, this.#numEvents));
+    reader.acked = reader.sent;
+    this.#reply(routing, "subscribeAck", { instance: this.#instance, nextEvent: reader.sent + 1n,
+      starts: [{ topic: EVENT_TOPIC, start: reader.start }] });
+    this.#pump(routing, reader);
+  }
+
+  #pump(routing, reader) {
+    const oldest = this.#numEvents - BigInt(this.#events.length) + 1n;
+    if (reader.sent + 1n < oldest) {  // nobody waited for it
+      this.#rewind(routing, reader, reader.sent);
+      return;
+    }
+    while (reader.sent < this.#numEvents && reader.sent < reader.acked + EVENT_CREDIT) {
+      this.#reply(routing, "event", this.#events[Number(++reader.sent - oldest)]);
+    }
+  }
+
   #takeData(bytes) {
-    const found = readEnvelope(bytes);
+    const found = readEnvelope(bytes, this.#unsealer());
     if (!found || found.envelope.session !== this.#options.session || found.envelope.topicClass !== LATEST) {
       ++this.refused;
       return;
@@ -413,25 +534,17 @@ export class Node extends EventEmitter {
     const { envelope, payload } = found;
     const topic = this.#topics.get(envelope.topic);
     const isNewer = (a, b) => a.boot > b.boot || (a.boot === b.boot && a.sequence > b.sequence);
-    if (!topic || !this.#wants(topic.name)) return;
+    if (!topic?.isWanted) return;
     const newest = this.#newest.get(topic.name);
     if (newest && !isNewer(envelope, newest)) return;  // overtaken by a newer one, or a repetition
     let partial = this.#partial.get(topic.name);
     if (partial && isNewer(partial.envelope, envelope)) return;
     if (!partial || isNewer(envelope, partial.envelope)) partial = { envelope, parts: new Map() };
     this.#partial.set(topic.name, partial);
-    const type = typeOf(topic.rule.type);
-    try {
-      partial.parts.set(envelope.part, fromBinary(type, payload));
-    } catch {
-      ++this.refused;
-      return;
-    }
+    partial.parts.set(envelope.part, payload);
     if (partial.parts.size < envelope.parts) return;
     this.#partial.delete(topic.name);
     this.#newest.set(topic.name, envelope);
-    const body = mergeParts(type, Array.from({ length: envelope.parts }, (_, i) => partial.parts.get(i)));
-    this.emit("message", { topic: topic.name, writer: topic.writer, sequence: envelope.sequence, body,
-      publishNs: envelope.publishNs });
+    this.emit("message", new Latest(topic, envelope, partial.parts));
   }
 }

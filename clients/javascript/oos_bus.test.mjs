@@ -3,10 +3,13 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { readFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
 import { createInterface } from "node:readline";
 import { test } from "node:test";
 import { Node, canonical, hash32, matches, message, readEnvelope, typeOf, writeEnvelope } from "./oos_bus.mjs";
+import { makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
 
 const vectors = (name) => JSON.parse(readFileSync(new URL(`../vectors/${name}`, import.meta.url), "utf8"));
 const fromHex = (hex) => Buffer.from(hex, "hex");
@@ -36,6 +39,43 @@ test("envelopes are read and written alike", () => {
   for (const row of refused) assert.equal(readEnvelope(fromHex(row.bytes)), null, row.name);
 });
 
+test("sealed datagrams are opened and sealed alike", () => {
+  const { session_key, instance, sender_key, sealed } = vectors("envelopes.json");
+  const key = senderKey(fromHex(session_key), BigInt(instance));
+  assert.equal(key.toString("hex"), sender_key);
+  for (const row of sealed) {
+    const data = fromHex(row.bytes);
+    let opener = makeOpener(key);
+    const unseal = (envelope, clear, body) => opener(envelope.topicClass, clear, body);
+    const { envelope, payload } = readEnvelope(data, unseal);
+    assert.equal(payload.toString("hex"), row.payload);
+    assert.equal(envelope.history.toString("hex"), row.history);
+    assert.equal(readEnvelope(data, unseal), null, "came before");
+    const before = BigInt(row.counter) - 1n;
+    assert.equal(writeEnvelope(envelope, payload, makeSealer(key, [before, before])).toString("hex"), row.bytes);
+    for (let i = 0; i < data.length; ++i) {  // every byte counts
+      const forged = Buffer.from(data);
+      forged[i] ^= 1;
+      opener = makeOpener(key);
+      assert.equal(readEnvelope(forged, unseal), null);
+    }
+  }
+});
+
+test("the replay window takes each counter once", () => {
+  const sealer = makeSealer(Buffer.alloc(32)), opener = makeOpener(Buffer.alloc(32));
+  const nothing = Buffer.alloc(0);
+  const sealed = Array.from({ length: 200 }, (_, n) => sealer(1, nothing, Buffer.from([n])));
+  for (const [n, expected] of [[5, true], [5, false], [3, true], [3, false], [80, true], [17, true], [16, false],
+    [199, true], [80, false], [198, true], [198, false]]) {
+    assert.equal(opener(1, nothing, sealed[n]) !== null, expected, `${n}`);
+  }
+});
+
+test("keys are written in Z85", () => {
+  assert.equal(z85(fromHex("864fd26fb559f75b")), "HelloWorld");  // the example of ZeroMQ RFC 32
+});
+
 test("patterns", () => {
   for (const [pattern, text, expected] of [["device/*/state", "device/right/state", true], ["*", "", true],
     ["contacts/*", "contacts/a/b", true], ["event", "events", false], ["a*b*c", "a-b-c", true], ["a*b", "ab", true],
@@ -44,8 +84,8 @@ test("patterns", () => {
   }
 });
 
-async function withPeer(body) {
-  const peer = spawn(process.env.CLIENTS_PEER, { stdio: ["ignore", "pipe", "inherit"] });
+async function withPeer(words, body) {
+  const peer = spawn(process.env.CLIENTS_PEER, words, { stdio: ["ignore", "pipe", "inherit"] });
   const exit = once(peer, "exit");
   const lines = createInterface({ input: peer.stdout });
   const said = [];
@@ -53,7 +93,8 @@ async function withPeer(body) {
     const [first] = await once(lines, "line");
     lines.on("line", (line) => said.push(line));
     const where = JSON.parse(first);
-    await body({ ...where, session: BigInt(where.session) }, async () => {
+    if (words.length > 0 && !where.keys) return;  // the peer has none
+    await body({ ...where, keys: where.keys || null, session: BigInt(where.session) }, async () => {
       const [status] = await exit;
       assert.equal(status, 0, said.join("\n"));
     });
@@ -75,8 +116,8 @@ function until(node, condition, timeoutMs = 20_000) {
   });
 }
 
-test("everything a client does", async () => {
-  await withPeer(async (where, peerIsContent) => {
+async function everything(words) {
+  await withPeer(words, async (where, peerIsContent) => {
     const node = new Node({ name: "client", isObserver: false, ...where });
     for (const topic of ["physics/state", "logic/status", "event"]) node.subscribe(topic);
     node.advertise("device/right/state");
@@ -115,13 +156,30 @@ test("everything a client does", async () => {
     await node.close();
     await peerIsContent();
   });
+}
+
+test("everything a client does, in the clear", () => everything([]));
+
+test("everything a client does, encrypted", async () => {
+  const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
+  await everything([path.join(folder, "keys")]).finally(() => rmSync(folder, { recursive: true }));
+});
+
+test("whoever has no key is not let in", async () => {
+  const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
+  await withPeer([path.join(folder, "keys")], async (where) => {
+    const stranger = new Node({ name: "client", ...where, keys: null });
+    await assert.rejects(stranger.start(1000), /no answer/);
+    await stranger.close();
+    assert.throws(() => new Node({ name: "intruder", ...where }), /no key for intruder/);
+  }).finally(() => rmSync(folder, { recursive: true }));
 });
 
 test("a second node of the same name is refused by name", async () => {
-  await withPeer(async (where) => {
-    const first = new Node({ name: "twin", ...where });
+  await withPeer([], async (where) => {
+    const first = new Node({ name: "client-twin", ...where });
     await first.start();
-    const second = new Node({ name: "twin", ...where });
+    const second = new Node({ name: "client-twin", ...where });
     await assert.rejects(second.start(), /twin/);
     await second.close();
     await first.close();
@@ -129,5 +187,5 @@ test("a second node of the same name is refused by name", async () => {
 });
 
 test("a topic that is not in the table is refused", () => {
-  assert.throws(() => new Node({ name: "stranger" }).subscribe("phsyics/state"), /phsyics\/state/);
+  assert.throws(() => new Node({ name: "client-stranger", keys: null }).subscribe("phsyics/state"), /phsyics\/state/);
 });

@@ -7,7 +7,7 @@ import oos_bus
 
 
 def main(seconds):
-    with oos_bus.Node("example_follow", *oos_bus.running_session()) as node:
+    with oos_bus.Node("client-follow", *oos_bus.running_session()) as node:
         node.subscribe("physics/state")
         node.subscribe("logic/status")
         node.start()

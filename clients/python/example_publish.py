@@ -24,7 +24,7 @@ def sample(t):
 
 
 def main(role, turns):
-    with oos_bus.Node("example_publish", *oos_bus.running_session(), is_observer=False) as node:
+    with oos_bus.Node("client-publish", *oos_bus.running_session(), is_observer=False) as node:
         topic = f"device/{role}/state"
         node.advertise(topic)
         node.start()

@@ -1,157 +1,40 @@
-"""A node of the VR-OOS bus in Python, on Debian's python3-zmq, python3-protobuf and python3-xxhash.
+"""A node of the VR-OOS bus in Python, on Debian's python3-zmq, -protobuf, -xxhash and -cryptography.
 
 The protocol is docs/reference/bus_protocol.md. One thread does everything: call poll() at least every 0.1 s, for it also
-sends heartbeats; a node that is silent for 0.35 s is dead to the others. The package `proto` is what protoc makes of the
-repository's proto/: on PYTHONPATH, or where `./dev build` leaves it.
+sends heartbeats; a node that is silent for 0.35 s is dead to the others.
 """
 
+import collections
 import dataclasses
 import json
 import os
 import pathlib
 import secrets
 import socket
-import struct
-import sys
 import time
-import zlib
 
-import xxhash
 import zmq
-from google.protobuf import descriptor
+import zmq.utils.z85
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.append(str(ROOT / "build/release/clients/stubs"))
-from proto import bus_pb2, device_pb2, haptic_pb2, logic_pb2, physics_pb2  # noqa: E402
+from oos_envelope import (CONTROL, EVENT, LATEST, MAX_DATAGRAM_BYTES, SERVICE, STATE, Envelope, Keys, Opener, Sealer,
+                          hash32, read_envelope, sender_key)
+from oos_topics import TYPES, canonical, matches, merge_parts, rule_of
+from proto import bus_pb2, logic_pb2  # oos_topics knows where it is
 
-LATEST, STATE, EVENT, SERVICE, CONTROL = range(1, 6)
 PROTOCOL_VERSION = 1
-TOPICS = json.loads((ROOT / "clients/topics.json").read_text())["rules"]
-TYPES = {m.DESCRIPTOR.full_name: m for module in (device_pb2, haptic_pb2, logic_pb2, physics_pb2)
-         for m in vars(module).values() if hasattr(m, "DESCRIPTOR") and hasattr(m, "FromString")}
-
+MACHINE_ID = pathlib.Path("/proc/sys/kernel/random/boot_id")  # nodes of one machine share a clock
 HEARTBEAT_S, HELLO_S, EAGER_HELLO_S, DEAD_AFTER_S, ASK_AGAIN_S = 0.05, 0.5, 0.1, 0.35, 0.3
-EVENT_CREDIT = 1024
-MAX_DATAGRAM_BYTES = 1200
-MAX_STAMPS = 16
-
-# Magic, version, class, part, parts, topic, digest, session, node, stamps of two traces, flags, boot, sequence, publish
-# time, payload bytes, CRC-32, and two traces' id and origin.
-HEAD = struct.Struct("<IBBBBIIQIBBHQQqIIQqQq")
-MAGIC, VERSION, CRC_AT = 0x534F4F56, 1, 60
-SEALED_BIT, HISTORY_MASK, SEAL_BYTES = 0x8000, 0x07FF, 24
-
-
-def hash32(text):
-    """Topic ids, node ids and schema digests: the low half of xxHash3."""
-    return xxhash.xxh3_64_intdigest(text) & 0xFFFFFFFF
-
-
-@dataclasses.dataclass
-class Envelope:
-    topic_class: int
-    topic: int = 0
-    digest: int = 0
-    session: int = 0
-    node: int = 0
-    boot: int = 0
-    sequence: int = 0
-    publish_ns: int = 0
-    part: int = 0
-    parts: int = 1
-    stamps: bytes = b""  # of both traces, as on the wire
-    num_stamps: tuple = (0, 0)
-    traces: tuple = (0, 0, 0, 0)  # id and origin of each
-    history: bytes = b""  # earlier samples, behind the payload
-
-    def write(self, payload, seal=None):
-        """`seal` encrypts what is behind the stamps: (topic_class, clear, body) -> bytes."""
-        e = self
-        flags = len(e.history) | (SEALED_BIT if seal else 0)
-        head = HEAD.pack(MAGIC, VERSION, e.topic_class, e.part, e.parts, e.topic, e.digest, e.session, e.node,
-                         *e.num_stamps, flags, e.boot, e.sequence, e.publish_ns, len(payload), 0, *e.traces) + e.stamps
-        if seal:
-            return head + seal(e.topic_class, head, payload + e.history)
-        rest = head[CRC_AT + 4:] + payload + e.history
-        return head[:CRC_AT] + struct.pack("<I", zlib.crc32(rest, zlib.crc32(head[:CRC_AT]))) + rest
-
-
-def read_envelope(data, unseal=None):
-    """(Envelope, payload), or None for whatever is no sound envelope. With `unseal` ((envelope, clear, body) -> bytes or
-    None) only sealed ones are sound, without it only those in the clear."""
-    if len(data) < HEAD.size:
-        return None
-    (magic, version, topic_class, part, parts, topic, digest, session, node, direct, other, flags, boot, sequence,
-     publish_ns, payload_bytes, crc, *traces) = HEAD.unpack_from(data)
-    start, history = HEAD.size + 5 * (direct + other), flags & HISTORY_MASK
-    if (magic != MAGIC or version != VERSION or not LATEST <= topic_class <= CONTROL or part >= parts
-            or max(direct, other) > MAX_STAMPS or flags & ~HISTORY_MASK != (SEALED_BIT if unseal else 0)
-            or len(data) != start + payload_bytes + history + (SEAL_BYTES if unseal else 0)):
-        return None
-    envelope = Envelope(topic_class, topic, digest, session, node, boot, sequence, publish_ns, part, parts,
-                        data[HEAD.size:start], (direct, other), tuple(traces))
-    if unseal:
-        body = unseal(envelope, data[:start], data[start:])
-        if body is None:
-            return None
-    elif zlib.crc32(data[CRC_AT + 4:], zlib.crc32(data[:CRC_AT])) == crc:
-        body = data[start:]
-    else:
-        return None
-    envelope.history = body[payload_bytes:]
-    return envelope, body[:payload_bytes]
-
-
-def canonical(message):
-    """The shape of a message type, whose hash is its schema digest: "1:uint64 6:repeated_uint32 7:{1:float}"."""
-    kinds = {value: name[5:].lower() for name, value in vars(descriptor.FieldDescriptor).items()
-             if name.startswith("TYPE_")}
-    return " ".join(
-        f"{field.number}:" + "repeated_" * (field.label == field.LABEL_REPEATED) +
-        ("{" + canonical(field.message_type) + "}" if field.message_type else kinds[field.type])
-        for field in sorted(message.fields, key=lambda field: field.number))
-
-
-def matches(pattern, text):
-    """'*' stands for any text, slashes included; every other character for itself."""
-    first, *others = pattern.split("*")
-    if not others:
-        return text == pattern
-    if not text.startswith(first) or len(text) < len(first) + len(others[-1]) or not text.endswith(others[-1]):
-        return False
-    at = len(first)
-    for other in others[:-1]:
-        at = text.find(other, at)
-        if at < 0:
-            return False
-        at += len(other)
-    return at <= len(text) - len(others[-1])
-
-
-def rule_of(topic):
-    """The first line of topics.json that matches."""
-    for rule in TOPICS:
-        if matches(rule["pattern"], topic):
-            return rule
-    raise ValueError(f"no rule in clients/topics.json matches topic '{topic}'")
-
-
-def merge_parts(parts):
-    """The message that was sent in parts: lists joined in order, the rest as in the first part."""
-    whole = parts[0]
-    for part in parts[1:]:
-        for field, value in part.ListFields():
-            if field.label == field.LABEL_REPEATED:
-                getattr(whole, field.name).extend(value)
-    return whole
+BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.2, 0.05
+EVENT_CREDIT, EVENTS_KEPT = 1024, 4096
+EVENT_TOPIC = hash32("event")
 
 
 def running_session():
-    """(registry, session) of the `oos run` of this user on this machine."""
+    """(registry, session, key directory) of the `oos run` of this user on this machine."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     folder = os.path.join(runtime, "vr_oos") if runtime else f"/tmp/vr_oos-{os.getuid()}"
     note = json.loads(pathlib.Path(folder, "session.json").read_text())
-    return note["registry"], int(note["session"])
+    return note["registry"], int(note["session"]), note.get("keys") or None
 
 
 @dataclasses.dataclass
@@ -169,41 +52,64 @@ class Refused(Exception):
 
 
 class _Peer:
-    def __init__(self, record, dealer):
-        self.record, self.dealer = record, dealer
+    def __init__(self, record, dealer, opener):
+        self.record, self.dealer, self.opener = record, dealer, opener
         self.data, self.heartbeat = (
             (host, int(port)) for host, port in (e.rsplit(":", 1) for e in (record.data_endpoint,
                                                                             record.heartbeat_endpoint)))
-        self.is_alive = self.has_left = self.is_subscribed = False
-        self.heard_s = self.asked_s = 0.0
-        self.state_version = self.next_event = self.acked_event = 0
+        self.is_alive = self.is_subscribed = self.has_snapshot = False
+        self.heard_s = self.asked_s = self.repaired_s = self.in_step_s = 0.0
+        self.accounts = {}  # topic id -> [count before the first that was meant for us, received, dropped]
+        self.state_version = self.told_version = self.told_events = 0
+        self.acked = (0, 0)
+
+    def place(self):
+        """The last event that is settled: received, or given up."""
+        return sum(self.accounts.get(EVENT_TOPIC, (0,)))
+
+    def readings(self):
+        return [bus_pb2.Reading(topic=topic, start=start, received=received, dropped=dropped)
+                for topic, (start, received, dropped) in self.accounts.items()]
 
 
+@dataclasses.dataclass
 class _Reader:
     """Somebody who reads this node's events."""
-    def __init__(self):
-        self.next_event, self.sent, self.acked = 1, 0, 0
+    start: int
+    instance: int
+    sent: int = 0
+    acked: int = 0
 
 
 class Node:
-    """subscribe() and advertise() first, then start(), then poll() in a loop."""
+    """subscribe() and advertise() first, then start(), then poll() in a loop. Keys: the run's key directory; None is to
+    say that nothing is encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1"."""
 
-    def __init__(self, name, registry, session, bind="127.0.0.1", is_observer=True):
+    def __init__(self, name, registry, session, keys, bind="127.0.0.1", is_observer=True):
         self.name, self.session, self.is_observer = name, session, is_observer
         self.instance, self.boot = secrets.randbits(64), time.time_ns()
-        self.topics, self.readers, self.events_dropped, self.refused = {}, {}, 0, 0
+        self.topics, self.readers, self.refused = {}, {}, 0
+        self._events, self._num_events = collections.deque(maxlen=EVENTS_KEPT), 0
         self._patterns, self._read, self._written, self._sequences = [], set(), {}, {}
         self._peers, self._gone, self._inbox, self._partial, self._newest = {}, set(), [], {}, {}
         self._roster, self._is_welcomed, self._refusal = 0, False, None
         self._polls = self._next_request = 0
         self._replies = {}
         self._next_heartbeat = self._next_hello = 0.0
+        self._keys = Keys(keys, name) if keys else None
+        self._session_key = self._sealer = None
         self._zmq = zmq.Context()
         self._data, self._beats = (self._udp(bind) for _ in range(2))
         self._router = self._socket(zmq.ROUTER, zmq.ROUTER_MANDATORY, zmq.ROUTER_HANDOVER)
-        self._router.bind(f"tcp://{bind}:*")
-        self._registry = self._dealer(registry)
         self._poller = zmq.Poller()
+        if self._keys:
+            self._router.curve_server, self._router.curve_secretkey = True, self._keys.secret
+            self._router.zap_domain = b"bus"
+            self._allow_list = self._socket(zmq.REP)
+            self._allow_list.bind("inproc://zeromq.zap.01")
+            self._poller.register(self._allow_list, zmq.POLLIN)
+        self._router.bind(f"tcp://{bind}:*")
+        self._registry = self._dealer(registry, self._keys and self._keys.registry)
         for each in (self._data, self._beats, self._router, self._registry):
             self._poller.register(each, zmq.POLLIN)
 
@@ -222,8 +128,11 @@ class Node:
             made.setsockopt(switch, 1)
         return made
 
-    def _dealer(self, endpoint):
+    def _dealer(self, endpoint, server_key):
         dealer = self._socket(zmq.DEALER, zmq.IMMEDIATE)
+        if self._keys:
+            dealer.curve_serverkey = server_key
+            dealer.curve_publickey, dealer.curve_secretkey = self._keys.public, self._keys.secret
         dealer.routing_id = f"{self.name}#{self.instance}".encode()
         dealer.reconnect_ivl, dealer.reconnect_ivl_max = 20, 200
         dealer.connect(endpoint)
@@ -274,7 +183,7 @@ class Node:
         """Sends a LATEST message to everybody who reads it; returns how many. It has to fit into one datagram."""
         self._sequences[topic] += 1
         data = Envelope(LATEST, hash32(topic), hash32(canonical(body.DESCRIPTOR)), self.session, hash32(self.name),
-                        self.boot, self._sequences[topic], time.monotonic_ns()).write(body.SerializeToString())
+                        self.boot, self._sequences[topic], time.monotonic_ns()).write(body.SerializeToString(), self._sealer)
         if len(data) > MAX_DATAGRAM_BYTES:
             raise ValueError(f"{topic}: {len(data)} bytes do not fit into one datagram")
         readers = [peer for peer in self._peers.values() if peer.is_alive and (
@@ -285,21 +194,19 @@ class Node:
         return len(readers)
 
     def emit(self, name, detail=""):
-        """Sends an event to all readers of events. A reader that has 1024 unacknowledged misses it, counted."""
+        """Sends an event to all readers of events. The last 4096 are kept for a reader that lost some."""
         event = logic_pb2.Event(time_ns=time.monotonic_ns(), source=self.name, name=name, detail=detail)
+        self._num_events += 1
+        self._events.append(bus_pb2.EventItem(sequence=self._num_events, event=event))
         for routing, reader in self.readers.items():
-            item = bus_pb2.EventItem(sequence=reader.next_event, event=event)
-            reader.next_event += 1  # a dropped event leaves a gap that the reader sees
-            if reader.sent < reader.acked + EVENT_CREDIT and self._reply(routing, bus_pb2.Control(event=item)):
-                reader.sent = item.sequence
-            else:
-                self.events_dropped += 1
+            self._pump(routing, reader)
 
     def set_parameter(self, owner, name, value, manner=0, ramp_s=0.0, timeout_s=1.0):
         """The owner's bus_pb2.ParameterReply, or Refused. Messages that arrive meanwhile stay for poll()."""
         self._next_request += 1
         change = logic_pb2.ParameterChange(name=name, value=value, manner=manner, ramp_s=ramp_s)
-        request = bus_pb2.ParameterRequest(request=self._next_request, caller=self.name, change=change)
+        request = bus_pb2.ParameterRequest(request=self._next_request, caller=self.name, change=change,
+                                           caller_instance=self.instance, time_left_ns=int(1e9 * timeout_s))
         end, is_sent = time.monotonic() + timeout_s, False
         while request.request not in self._replies:
             peer = self._peers.get(owner)
@@ -333,15 +240,16 @@ class Node:
         now = time.monotonic()
         due = max(0.0, min(self._next_heartbeat, self._next_hello) - now)
         self._poller.poll(1000 * min(timeout_s, due))
+        if self._keys:
+            self._answer_who_may_come_in()
         for udp, take in ((self._data, self._take_data), (self._beats, self._take_heartbeat)):
             for data in iter(lambda: self._receive_udp(udp), None):
                 take(data)
         self._take_from(self._registry, self._take_registry)
         for peer in list(self._peers.values()):
             self._take_from(peer.dealer, lambda control: self._take_peer(peer, control))
-            if peer.next_event > peer.acked_event + 1:
-                self._send(peer.dealer, bus_pb2.Control(event_ack=bus_pb2.EventAck(sequence=peer.next_event - 1)))
-                peer.acked_event = peer.next_event - 1
+            if (peer.place(), peer.state_version) != peer.acked:
+                self._acknowledge(peer, False)
         self._take_router()
         now = time.monotonic()
         if now >= self._next_hello:
@@ -355,6 +263,19 @@ class Node:
                 peer.is_alive = peer.is_subscribed = False
             self._ask(peer, now)
 
+    def _answer_who_may_come_in(self):
+        while self._allow_list.getsockopt(zmq.EVENTS) & zmq.POLLIN:
+            version, request, _, _, _, mechanism, key = self._allow_list.recv_multipart()
+            owner = self._keys.allowed.get(zmq.utils.z85.encode(key)) if mechanism == b"CURVE" else None
+            self._allow_list.send_multipart([version, request, b"200" if owner else b"400", b"",
+                                             (owner or "").encode(), b""])
+
+    def _unseal(self, envelope, clear, body):
+        for peer in self._peers.values():
+            if hash32(peer.record.name) == envelope.node and peer.record.boot == envelope.boot and peer.opener:
+                return peer.opener(envelope.topic_class, clear, body)
+        return None
+
     @staticmethod
     def _receive_udp(udp):
         try:
@@ -362,9 +283,9 @@ class Node:
         except BlockingIOError:
             return None
 
-    def _open(self, data):
+    def _open(self, data, unseal=None):
         """The Control of a sound envelope of this session, else None, counted."""
-        found = read_envelope(data)
+        found = read_envelope(data, unseal)
         if found and found[0].session == self.session and found[0].topic_class != LATEST:
             try:
                 return bus_pb2.Control.FromString(found[1])
@@ -379,23 +300,23 @@ class Node:
             if control:
                 take(control)
 
-    def _seal(self, control):
+    def _wrap(self, control, sealer=None):
         body = control.WhichOneof("body")
         topic_class = (STATE if body.startswith("sub") or body.startswith("state") else
-                       EVENT if body.startswith("event") else SERVICE if body.startswith("parameter") else CONTROL)
+                       EVENT if body.startswith("ev") else SERVICE if body.startswith("parameter") else CONTROL)
         return Envelope(topic_class, digest=PROTOCOL_VERSION, session=self.session, node=hash32(self.name),
-                        boot=self.boot, publish_ns=time.monotonic_ns()).write(control.SerializeToString())
+                        boot=self.boot, publish_ns=time.monotonic_ns()).write(control.SerializeToString(), sealer)
 
     def _send(self, dealer, control):
         try:
-            dealer.send(self._seal(control), zmq.DONTWAIT)
+            dealer.send(self._wrap(control), zmq.DONTWAIT)
             return True
         except zmq.ZMQError:  # not connected yet, or gone
             return False
 
     def _reply(self, routing, control):
         try:
-            self._router.send_multipart([routing, self._seal(control)], zmq.DONTWAIT)
+            self._router.send_multipart([routing, self._wrap(control)], zmq.DONTWAIT)
             return True
         except zmq.ZMQError:
             return False
@@ -404,6 +325,7 @@ class Node:
         record = bus_pb2.NodeRecord(
             name=self.name, instance=self.instance, boot=self.boot, session=self.session,
             protocol_version=PROTOCOL_VERSION, process_id=os.getpid(), is_observer=self.is_observer,
+            machine_id=os.environ.get("OOS_MACHINE_ID") or MACHINE_ID.read_text().strip(),
             data_endpoint="%s:%d" % self._data.getsockname(), heartbeat_endpoint="%s:%d" % self._beats.getsockname(),
             router_endpoint=self._router.last_endpoint.decode().rstrip("\0"), observed_patterns=self._patterns,
             reads_events="event" in self._read)
@@ -429,6 +351,9 @@ class Node:
             self._refusal = control.refusal.why
         elif control.HasField("roster"):
             self._is_welcomed = True
+            if self._keys and not self._sealer:
+                self._session_key = control.roster.session_key
+                self._sealer = Sealer(sender_key(self._session_key, self.instance))
             if not control.roster.is_unchanged:
                 self._roster = control.roster.version
                 for record in control.roster.nodes:
@@ -441,9 +366,10 @@ class Node:
             return
         if known:
             self._forget(known)
-        dealer = self._dealer(record.router_endpoint)
+        dealer = self._dealer(record.router_endpoint, record.public_key.encode())
         self._poller.register(dealer, zmq.POLLIN)
-        self._peers[record.name] = _Peer(record, dealer)
+        opener = Opener(sender_key(self._session_key, record.instance)) if self._session_key else None
+        self._peers[record.name] = _Peer(record, dealer, opener)
         for topic in record.topics:
             if topic.is_written:
                 self.topics[hash32(topic.name)] = (topic.name, record.name)
@@ -453,16 +379,20 @@ class Node:
         self._poller.unregister(peer.dealer)
         peer.dealer.close()
         del self._peers[peer.record.name]
+        self.readers = {r: reader for r, reader in self.readers.items() if reader.instance != peer.record.instance}
 
     def _send_heartbeats(self, is_goodbye):
-        beat = self._seal(bus_pb2.Control(heartbeat=bus_pb2.Heartbeat(
+        if self._keys and not self._sealer:
+            return  # nobody could read them
+        beat = self._wrap(bus_pb2.Control(heartbeat=bus_pb2.Heartbeat(
             name=self.name, instance=self.instance, wait_count=self._polls, refused=self.refused,
-            is_goodbye=is_goodbye)))
+            is_goodbye=is_goodbye, sent_ns=time.monotonic_ns(),
+            counts=[bus_pb2.TopicCount(topic=EVENT_TOPIC, count=self._num_events)])), self._sealer)
         for peer in self._peers.values():
             self._beats.sendto(beat, peer.heartbeat)
 
     def _take_heartbeat(self, data):
-        control = self._open(data)
+        control = self._open(data, self._keys and self._unseal)
         if not control or not control.HasField("heartbeat") or control.heartbeat.instance in self._gone:
             return
         peer = self._peers.get(control.heartbeat.name)
@@ -474,68 +404,145 @@ class Node:
             self._forget(peer)
         else:
             peer.is_alive, peer.heard_s = True, time.monotonic()
+            peer.told_version = control.heartbeat.state_version
+            peer.told_events = max((c.count for c in control.heartbeat.counts if c.topic == EVENT_TOPIC), default=0)
 
     def _wants(self, topic):
         return topic in self._read or any(matches(pattern, topic) for pattern in self._patterns)
 
     def _ask(self, peer, now):
+        """Subscribes, and once more when changes or events that the peer tells of have not come for a while."""
         wants_state = any(t.is_written and t.topic_class == STATE and self._wants(t.name) for t in peer.record.topics)
         wants_events = self._wants("event")
-        if not peer.is_alive or peer.is_subscribed or not (wants_state or wants_events) or \
-                now - peer.asked_s < ASK_AGAIN_S:
+        if not peer.is_alive or not (wants_state or wants_events):
+            return
+        if peer.told_version <= peer.state_version and peer.told_events <= peer.place():
+            peer.in_step_s = now
+        elif now - peer.in_step_s > BEHIND_TOO_LONG_S:
+            peer.is_subscribed = False
+        if peer.is_subscribed or now - peer.asked_s < ASK_AGAIN_S:
             return
         if self._send(peer.dealer, bus_pb2.Control(subscribe=bus_pb2.Subscribe(
-                name=self.name, instance=self.instance, wants_state=wants_state, wants_events=wants_events))):
+                name=self.name, instance=self.instance, wants_state=wants_state, wants_events=wants_events,
+                readings=peer.readings()))):
             peer.asked_s = now
+
+    def _acknowledge(self, peer, resend):
+        acked = (peer.place(), peer.state_version)
+        if self._send(peer.dealer, bus_pb2.Control(event_ack=bus_pb2.EventAck(
+                sequence=acked[0], resend=resend, state_version=acked[1], instance=self.instance,
+                readings=peer.readings()))):
+            peer.acked = acked
 
     def _take_peer(self, peer, control):
         body = control.WhichOneof("body")
         if body == "subscribe_ack":
-            peer.is_subscribed = True
-            peer.next_event = max(peer.next_event, control.subscribe_ack.next_event)
-        elif body == "state_snapshot":
-            peer.state_version = control.state_snapshot.version
-            for entry in control.state_snapshot.entries:
-                self._take_state(peer, entry)
+            peer.is_subscribed, peer.in_step_s = True, time.monotonic()
+            for reading in control.subscribe_ack.starts:
+                peer.accounts.setdefault(reading.topic, [reading.start, 0, 0])
+            if EVENT_TOPIC in peer.accounts:  # what the writer does not keep any more is lost
+                peer.accounts[EVENT_TOPIC][2] += max(0, control.subscribe_ack.next_event - 1 - peer.place())
+        elif body == "state_snapshot" and peer.is_subscribed:
+            self._take_snapshot(peer, control.state_snapshot)
         elif body == "state_delta" and control.state_delta.version > peer.state_version:
-            if control.state_delta.version == peer.state_version + 1:
+            account = peer.accounts.get(hash32(control.state_delta.topic))
+            if account and control.state_delta.version == peer.state_version + 1:
                 peer.state_version += 1
+                account[1] += 1
                 self._take_state(peer, control.state_delta)
             else:  # a gap: a new snapshot repairs it
                 peer.is_subscribed, peer.asked_s = False, 0.0
-        elif body == "event" and control.event.sequence >= peer.next_event:
-            peer.next_event = control.event.sequence + 1
-            if self._wants("event"):
-                self._inbox.append(Message("event", peer.record.name, control.event.sequence, control.event.event))
+        elif body == "event" and EVENT_TOPIC in peer.accounts and control.event.sequence > peer.place():
+            self._take_event(peer, control.event)
+        elif body == "eviction":  # too slow for the writer; asks again after a while
+            peer.is_subscribed, peer.asked_s = False, time.monotonic()
         elif body == "parameter_reply":
             self._replies[control.parameter_reply.request] = control.parameter_reply
+
+    def _take_snapshot(self, peer, snapshot):
+        if peer.has_snapshot and snapshot.version < peer.state_version:
+            return
+        for entry in snapshot.entries:
+            if not peer.has_snapshot or entry.version > peer.state_version:
+                self._take_state(peer, entry)
+        peer.has_snapshot, peer.state_version = True, snapshot.version
+        for count in snapshot.counts:  # changes that newer ones have overtaken
+            if account := peer.accounts.get(count.topic):
+                account[2] += max(0, count.count - sum(account))
+
+    def _take_event(self, peer, item):
+        now = time.monotonic()
+        if item.sequence == peer.place() + 1:
+            peer.accounts[EVENT_TOPIC][1] += 1
+            if self._wants("event"):
+                self._inbox.append(Message("event", peer.record.name, item.sequence, item.event))
+        elif now - peer.repaired_s > BETWEEN_REPAIRS_S:
+            peer.repaired_s = now
+            self._acknowledge(peer, True)
 
     def _take_state(self, peer, entry):
         if self._wants(entry.topic):
             body = TYPES[rule_of(entry.topic)["type"]].FromString(entry.value)
             self._inbox.append(Message(entry.topic, peer.record.name, entry.version, body, entry.key))
 
+    @staticmethod
+    def _is_key_of(key_name, routing):
+        """A routing id, "<name>#<instance>", is the sender's own word; its key is not."""
+        return f"{routing.rpartition(b'#')[0].decode(errors='replace')}-".startswith(f"{key_name}-")
+
     def _take_router(self):
         while self._router.getsockopt(zmq.EVENTS) & zmq.POLLIN:
-            routing, *_, data = self._router.recv_multipart()
-            control = self._open(data)
-            if not control:
+            routing, *_, data = self._router.recv_multipart(copy=False)
+            routing, control = routing.bytes, self._open(data.bytes)
+            if not control or self._keys and not self._is_key_of(data.get("User-Id"), routing):
                 continue
             if control.HasField("subscribe"):
-                reader = self.readers.setdefault(routing, _Reader()) if control.subscribe.wants_events else _Reader()
-                self._reply(routing, bus_pb2.Control(subscribe_ack=bus_pb2.SubscribeAck(
-                    instance=self.instance, next_event=reader.next_event)))
-                if control.subscribe.wants_state:  # this node keeps no state
-                    self._reply(routing, bus_pb2.Control(state_snapshot=bus_pb2.StateSnapshot(version=0)))
-            elif control.HasField("event_ack") and routing in self.readers:
-                reader = self.readers[routing]
-                reader.acked = max(reader.acked, min(control.event_ack.sequence, reader.sent))
+                self._take_subscribe(routing, control.subscribe)
+            elif control.HasField("event_ack"):
+                self._take_ack(routing, control.event_ack)
             elif control.HasField("parameter_request"):
                 self._reply(routing, bus_pb2.Control(parameter_reply=bus_pb2.ParameterReply(
                     request=control.parameter_request.request, why=f"{self.name} owns no parameters")))
 
+    def _take_subscribe(self, routing, subscribe):
+        start = place = self._num_events
+        for reading in subscribe.readings:
+            if reading.topic == EVENT_TOPIC:  # goes on
+                start, place = reading.start, reading.start + reading.received + reading.dropped
+        reader = _Reader(start, subscribe.instance)
+        if subscribe.wants_events:
+            self.readers[routing] = reader
+        self._rewind(routing, reader, place)
+
+    def _take_ack(self, routing, ack):
+        if routing not in self.readers:
+            self._reply(routing, bus_pb2.Control(eviction=bus_pb2.Eviction(why="not subscribed")))
+            return
+        reader = self.readers[routing]
+        reader.acked = max(reader.acked, min(ack.sequence, reader.sent))
+        if ack.resend:
+            self._rewind(routing, reader, ack.sequence)
+        self._pump(routing, reader)
+
+    def _rewind(self, routing, reader, place):
+        """Goes on after event `place`, or with the oldest that is kept."""
+        reader.sent = reader.acked = max(self._num_events - len(self._events), min(place, self._num_events))
+        self._reply(routing, bus_pb2.Control(subscribe_ack=bus_pb2.SubscribeAck(
+            instance=self.instance, next_event=reader.sent + 1,
+            starts=[bus_pb2.Reading(topic=EVENT_TOPIC, start=reader.start)])))
+        self._pump(routing, reader)
+
+    def _pump(self, routing, reader):
+        oldest = self._num_events - len(self._events) + 1
+        if reader.sent + 1 < oldest:  # nobody waited for it
+            self._rewind(routing, reader, reader.sent)
+            return
+        while reader.sent < self._num_events and reader.sent < reader.acked + EVENT_CREDIT and \
+                self._reply(routing, bus_pb2.Control(event=self._events[reader.sent + 1 - oldest])):
+            reader.sent += 1
+
     def _take_data(self, data):
-        found = read_envelope(data)
+        found = read_envelope(data, self._keys and self._unseal)
         if not found or found[0].session != self.session or found[0].topic_class != LATEST:
             self.refused += 1
             return

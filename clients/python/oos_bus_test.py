@@ -4,10 +4,13 @@ import json
 import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
 import oos_bus
+import oos_envelope
+import oos_topics
 from proto import device_pb2
 
 VECTORS = pathlib.Path(__file__).resolve().parents[1] / "vectors"
@@ -18,16 +21,16 @@ class Vectors(unittest.TestCase):
     def test_ids_and_digests_are_those_of_the_bus(self):
         hashes = json.loads((VECTORS / "hashes.json").read_text())
         for topic in hashes["topics"]:
-            self.assertEqual(oos_bus.hash32(topic["name"]), topic["id"])
+            self.assertEqual(oos_envelope.hash32(topic["name"]), topic["id"])
         for schema in hashes["schemas"]:
-            shape = oos_bus.canonical(oos_bus.TYPES[schema["type"]].DESCRIPTOR)
+            shape = oos_topics.canonical(oos_topics.TYPES[schema["type"]].DESCRIPTOR)
             self.assertEqual(shape, schema["canonical"])
-            self.assertEqual(oos_bus.hash32(shape), schema["digest"])
+            self.assertEqual(oos_envelope.hash32(shape), schema["digest"])
 
     def test_envelopes_are_read_and_written_alike(self):
         vectors = json.loads((VECTORS / "envelopes.json").read_text())
         for row in vectors["sound"]:
-            envelope, payload = oos_bus.read_envelope(bytes.fromhex(row["bytes"]))
+            envelope, payload = oos_envelope.read_envelope(bytes.fromhex(row["bytes"]))
             self.assertEqual(payload.hex(), row["payload"])
             told = (envelope.topic_class, envelope.part, envelope.parts, envelope.topic, envelope.digest,
                     str(envelope.session), envelope.node, str(envelope.boot), str(envelope.sequence),
@@ -38,26 +41,57 @@ class Vectors(unittest.TestCase):
                 "num_stamps", "traces", "history")))
             self.assertEqual(envelope.write(payload).hex(), row["bytes"])
         for row in vectors["refused"]:
-            self.assertIsNone(oos_bus.read_envelope(bytes.fromhex(row["bytes"])), row["name"])
+            self.assertIsNone(oos_envelope.read_envelope(bytes.fromhex(row["bytes"])), row["name"])
+
+    def test_sealed_datagrams_are_opened_and_sealed_alike(self):
+        vectors = json.loads((VECTORS / "envelopes.json").read_text())
+        key = oos_envelope.sender_key(bytes.fromhex(vectors["session_key"]), int(vectors["instance"]))
+        self.assertEqual(key.hex(), vectors["sender_key"])
+        for row in vectors["sealed"]:
+            data = bytes.fromhex(row["bytes"])
+            opener, sealer = oos_envelope.Opener(key), oos_envelope.Sealer(key)
+
+            def unseal(envelope, clear, body):
+                return opener(envelope.topic_class, clear, body)
+
+            envelope, payload = oos_envelope.read_envelope(data, unseal)
+            self.assertEqual((payload.hex(), envelope.history.hex()), (row["payload"], row["history"]))
+            self.assertIsNone(oos_envelope.read_envelope(data, unseal), "came before")
+            sealer.counters = [int(row["counter"]) - 1] * 2
+            self.assertEqual(envelope.write(payload, sealer).hex(), row["bytes"])
+            for i in range(len(data)):  # every byte counts
+                forged = data[:i] + bytes([data[i] ^ 1]) + data[i + 1:]
+                opener = oos_envelope.Opener(key)
+                self.assertIsNone(oos_envelope.read_envelope(forged, unseal))
+
+    def test_the_replay_window_takes_each_counter_once(self):
+        key = bytes(32)
+        sealer, opener = oos_envelope.Sealer(key), oos_envelope.Opener(key)
+        sealed = [sealer(oos_envelope.LATEST, b"", bytes([n])) for n in range(200)]
+        for n, expected in ((5, True), (5, False), (3, True), (3, False), (80, True), (17, True), (16, False),
+                            (199, True), (80, False), (198, True), (198, False)):
+            self.assertEqual(opener(oos_envelope.LATEST, b"", sealed[n]) is not None, expected, n)
 
     def test_patterns(self):
         for pattern, text, expected in (("device/*/state", "device/right/state", True), ("*", "", True),
                                         ("contacts/*", "contacts/a/b", True), ("event", "events", False),
                                         ("a*b*c", "a-b-c", True), ("a*b", "ab", True), ("ab*ba", "aba", False),
                                         ("device/*/state", "device/state", False)):
-            self.assertEqual(oos_bus.matches(pattern, text), expected, (pattern, text))
+            self.assertEqual(oos_topics.matches(pattern, text), expected, (pattern, text))
 
 
-class LivePeer(unittest.TestCase):
-    def setUp(self):
-        self.peer = subprocess.Popen([PEER], stdout=subprocess.PIPE, text=True)
+class LivePeer:
+    """Once in the clear, once encrypted."""
+
+    def start_peer(self, *words):
+        self.peer = subprocess.Popen([PEER, *words], stdout=subprocess.PIPE, text=True)
         self.addCleanup(self.peer.stdout.close)
         self.addCleanup(self.peer.wait)
         self.addCleanup(self.peer.kill)
         self.where = json.loads(self.peer.stdout.readline())
 
     def node(self, name="client", **options):
-        return oos_bus.Node(name, self.where["registry"], int(self.where["session"]), **options)
+        return oos_bus.Node(name, self.where["registry"], int(self.where["session"]), self.where.get("keys") or None, **options)
 
     def until(self, node, condition, timeout_s=20.0):
         """Polls until condition(message) holds for one of the messages; returns it."""
@@ -114,9 +148,9 @@ class LivePeer(unittest.TestCase):
         self.assertEqual(self.peer.wait(), 0, rest)
 
     def test_a_second_node_of_the_same_name_is_refused_by_name(self):
-        with self.node("twin") as first:
+        with self.node("client-twin") as first:
             first.start()
-            second = self.node("twin")
+            second = self.node("client-twin")
             end = time.monotonic() + 20.0
             with self.assertRaisesRegex(oos_bus.Refused, "twin"):
                 while time.monotonic() < end:
@@ -128,10 +162,33 @@ class LivePeer(unittest.TestCase):
             second.close()
 
     def test_a_topic_that_is_not_in_the_table_is_refused(self):
-        node = self.node("stranger")
+        node = self.node("client-stranger")
         with self.assertRaisesRegex(ValueError, "phsyics/state"):
             node.subscribe("phsyics/state")
         node.close()
+
+
+class InTheClear(LivePeer, unittest.TestCase):
+    def setUp(self):
+        self.start_peer()
+
+
+class Encrypted(LivePeer, unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.start_peer(folder.name + "/keys")
+        if not self.where.get("keys"):
+            self.skipTest("the peer has no keys")
+
+    def test_whoever_has_no_key_is_not_let_in(self):
+        with oos_bus.Node("client", self.where["registry"], int(self.where["session"]), None) as stranger:
+            with self.assertRaises(TimeoutError):
+                stranger.start(timeout_s=1.0)
+
+    def test_a_key_is_good_for_its_own_name_only(self):
+        with self.assertRaisesRegex(FileNotFoundError, "intruder"):
+            self.node("intruder")
 
 
 if __name__ == "__main__":
