@@ -57,7 +57,7 @@ class Joins {
         const std::int64_t age_ns = core::MonotonicNow_ns() - reader.born_ns;
         EXPECT_LT(age_ns, kLong_ns) << reader.node->name() << " has not got the whole state";
         const bool is_given_up = age_ns > kLong_ns;
-        const bool leaves = reader.is_complete && random_() % 64 == 0;
+        const bool leaves = reader.is_complete && random_() % 16 == 0;
         // Some leave before they have got everything.
         if (leaves || is_given_up || (reader.is_impatient && random_() % 64 == 0)) {
           readers_.erase(readers_.begin() + static_cast<std::ptrdiff_t>(r));

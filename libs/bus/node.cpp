@@ -10,6 +10,7 @@
 #include <chrono>
 #include <random>
 
+#include "bus/bulk.hpp"
 #include "bus/detail/accounts.hpp"
 #include "bus/detail/bus_thread.hpp"
 #include "bus/detail/node_core.hpp"
@@ -506,9 +507,12 @@ template LatestReader<core::Reaction>& Node::ReadLatest(const std::string&);
 template LatestReader<core::SheetState>& Node::ReadLatest(const std::string&);
 template StateWriter<core::LogicStatus> Node::WriteState(const std::string&);
 template StateWriter<Figures> Node::WriteState(const std::string&);
+template StateWriter<BulkOffer> Node::WriteState(const std::string&);
 template StateReader<core::LogicStatus>& Node::ReadState(const std::string&);
 template StateReader<Figures>& Node::ReadState(const std::string&);
+template StateReader<BulkOffer>& Node::ReadState(const std::string&);
 template class StateWriter<core::LogicStatus>;
 template class StateWriter<Figures>;
+template class StateWriter<BulkOffer>;
 
 }  // namespace bus

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/hash.hpp"
+#include "proto/bulk.pb.h"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
@@ -46,6 +47,8 @@ const google::protobuf::Message* Prototype(MessageType type) {
       return &oos::ParameterChange::default_instance();
     case MessageType::kSheetState:
       return &oos::SheetState::default_instance();
+    case MessageType::kBulkOffer:
+      return &oos::BulkOffer::default_instance();
     case MessageType::kNone:
       break;
   }

@@ -22,6 +22,7 @@ enum class TopicClass : std::uint8_t {
   kEvent = 3,    // ordered, acknowledged, drops counted and named
   kService = 4,  // correlation id and deadline
   kControl = 5,  // the bus itself: registry, heartbeats
+  kBulk = 6,     // blocks of bytes by the hash of their content, in chunks; never beside EVENT
 };
 
 constexpr std::string_view NameOf(TopicClass topic_class) {
@@ -36,6 +37,8 @@ constexpr std::string_view NameOf(TopicClass topic_class) {
       return "SERVICE";
     case TopicClass::kControl:
       return "CONTROL";
+    case TopicClass::kBulk:
+      return "BULK";
   }
   return "?";
 }
@@ -54,9 +57,10 @@ enum class MessageType : std::uint8_t {
   kEvent = 9,
   kParameterChange = 10,
   kSheetState = 11,
+  kBulkOffer = 12,
 };
 
-constexpr MessageType kLastMessageType = MessageType::kSheetState;
+constexpr MessageType kLastMessageType = MessageType::kBulkOffer;
 
 struct TopicRule {
   std::string_view pattern;  // '*' stands for any text, slashes included (role and pair names may hold them)
@@ -76,6 +80,7 @@ inline constexpr std::array kTopicRules = {
     TopicRule{"physics/*/reaction", TopicClass::kLatest, MessageType::kReaction, 10'000'000},
     TopicRule{"logic/status", TopicClass::kState, MessageType::kLogicStatus, 0},
     TopicRule{"figures/*", TopicClass::kState, MessageType::kFigures, 0},
+    TopicRule{"bulk/*", TopicClass::kState, MessageType::kBulkOffer, 0},
     TopicRule{"event", TopicClass::kEvent, MessageType::kEvent, 0},
     TopicRule{"param/set", TopicClass::kService, MessageType::kParameterChange, 0},
 };
@@ -137,6 +142,9 @@ inline std::string ContactsTopic(std::string_view source, std::string_view pair)
 }
 inline std::string FiguresTopic(std::string_view node) {
   return "figures/" + std::string(node);
+}
+inline std::string BulkTopic(std::string_view node) {
+  return "bulk/" + std::string(node);
 }
 inline constexpr const char* kPhysicsStateTopic = "physics/state";
 inline constexpr const char* kLogicStatusTopic = "logic/status";

@@ -27,6 +27,7 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule(SheetTopic("cover"))->type, MessageType::kSheetState);
   EXPECT_EQ(FindTopicRule(kLogicStatusTopic)->topic_class, TopicClass::kState);
   EXPECT_EQ(FindTopicRule(FiguresTopic("visual_node"))->type, MessageType::kFigures);
+  EXPECT_EQ(FindTopicRule(BulkTopic("logic_node"))->type, MessageType::kBulkOffer);
   EXPECT_EQ(FindTopicRule(kEventTopic)->topic_class, TopicClass::kEvent);
   EXPECT_EQ(FindTopicRule(kParameterTopic)->topic_class, TopicClass::kService);
   EXPECT_EQ(FindTopicRule("no/such/topic"), nullptr);
