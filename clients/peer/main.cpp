@@ -1,5 +1,6 @@
-// A registry and one node, "peer", for the tests of the clients in other languages. Line by line on standard output:
-// where the registry is (JSON), then what the client did, then whether it did everything (exit status 0).
+// A registry and one node, "peer", for the tests of the clients in other languages: clients_peer [KEY DIRECTORY]. With
+// one, it makes keys there and everything is encrypted. Line by line on standard output: where the registry is (JSON),
+// then what the client did, then whether it did everything (exit status 0).
 
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "bus/keys.hpp"
 #include "bus/node.hpp"
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
@@ -65,16 +67,21 @@ int Fail(const std::string& why) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  const std::string keys = argc > 1 ? argv[1] : "";
+  if (!keys.empty()) {
+    if (const auto made = bus::MakeKeys(keys, {"peer", "client"}); !made) return Fail(made.error().detail);
+  }
   const std::int64_t seed[] = {core::MonotonicNow_ns(), getpid()};
   const std::uint64_t session = core::Hash64(seed, sizeof(seed)) | std::uint64_t{1} << 63;
-  const auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session, "", false});
+  const auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", session, keys, !keys.empty()});
   if (!registry) return Fail(registry.error().detail);
   bus::NodeOptions options;
   options.name = "peer";
   options.registry = (*registry)->endpoint();
   options.session = session;
-  options.is_encrypted = false;
+  options.keys = keys;
+  options.is_encrypted = !keys.empty();
   const auto created = bus::Node::Create(options);
   if (!created) return Fail(created.error().detail);
   bus::Node& node = **created;
@@ -87,7 +94,8 @@ int main() {
   core::LogicStatus logic;
   logic.step = "before anybody came";
   status.Set(logic);
-  Say(R"({"registry": ")" + options.registry + R"(", "session": ")" + std::to_string(session) + "\"}");
+  Say(R"({"registry": ")" + options.registry + R"(", "session": ")" + std::to_string(session) + R"(", "keys": ")" +
+      keys + "\"}");
 
   Deeds deeds;
   const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
