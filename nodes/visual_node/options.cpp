@@ -41,6 +41,8 @@ core::Result<Options> ParseOptions(int argc, char** argv) {
     if (name == "--scenario" || name == "--still") {
       options.scenario = value;
       options.is_still = options.is_still || name == "--still";
+    } else if (name == "--name") {
+      options.name = value;
     } else if (name == "--record" || name == "--split_MB" || name == "--split_s") {
       options.recording[std::string(name)] = value;
     } else if (name == "--registry") {

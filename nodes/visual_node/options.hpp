@@ -11,6 +11,7 @@ namespace visual_node {
 
 struct Options {
   std::filesystem::path scenario;
+  std::string name = "visual_node";  // on the bus; a second viewer of the session: "visual_node-2"
   std::string registry;
   std::uint64_t session = 0;
   std::string bind_address = "127.0.0.1";
@@ -28,7 +29,7 @@ struct Options {
 
 constexpr const char* kUsage =
     "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR --keys DIR | --no_encryption\n"
-    "            [--size 640x360] [--view NAME] [--headless] [--fps 30] [--bind ADDRESS]\n"
+    "            [--size 640x360] [--view NAME] [--headless] [--fps 30] [--bind ADDRESS] [--name NAME]\n"
     "visual_node --still SCENARIO --out DIR [--size 640x360]   each named camera once, without a bus\n";
 
 core::Result<Options> ParseOptions(int argc, char** argv);

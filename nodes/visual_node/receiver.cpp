@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/clock.hpp"
+#include "view/scene_digest.hpp"
 
 namespace visual_node {
 namespace {
@@ -15,24 +16,12 @@ constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // for what comes without 
 
 }  // namespace
 
-core::Result<void> Receiver::Start(bus::NodeOptions options) {
-  options.name = "visual_node";
+core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   auto node = bus::Node::Create(options);
   if (!node) return tl::unexpected(node.error());
   node_ = std::move(*node);
-  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
-  for (const scene::Device& device : scenario_.devices) {
-    proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
-  }
-  for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
-    const std::string topic = bus::ContactsTopic(scenario_.PairSource(i), scenario_.PairName(i));
-    contacts_.push_back(&node_->ReadLatest<core::ContactSet>(topic));
-  }
-  for (const scene::Object& object : scenario_.objects) {
-    if (object.sheet) sheets_.push_back(&node_->ReadLatest<core::SheetState>(bus::SheetTopic(object.name)));
-  }
-  logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
-  figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("visual_node"));
+  feed_.emplace(scenario_, node_.get());
+  figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
   node_->ReadEvents();
   if (auto started = node_->Start(); !started) return started;
   newest_.Write(mirror_.scene());
@@ -69,28 +58,19 @@ void Receiver::Run() {
 
 // True when a physics state was among it.
 bool Receiver::ApplyAll(std::int64_t now_ns) {
-  for (const auto* proxy : proxies_) {
-    if (proxy->is_fresh()) mirror_.Apply(proxy->value());
-  }
-  for (const auto* contacts : contacts_) {
-    if (contacts->is_fresh()) mirror_.Apply(contacts->value(), now_ns);
-  }
-  for (const auto* sheet : sheets_) {
-    if (sheet->is_fresh()) mirror_.Apply(sheet->value());
-  }
-  if (logic_->is_fresh()) mirror_.Apply(logic_->value());
+  const bool is_state_fresh = feed_->Apply(now_ns, &mirror_);
   core::Event event;
   while (node_->PollEvent(&event)) {
     if (event.name != "screenshot") continue;
     const std::scoped_lock lock(requests_mutex_);
     requests_.push_back(event.detail);
   }
-  if (!physics_->is_fresh()) return false;
-  mirror_.Apply(physics_->value());
-  direct_ = physics_->value().header.direct;
-  through_physics_ = physics_->value().header.through_physics;
+  if (!is_state_fresh) return false;
+  const auto& physics = feed_->physics();
+  direct_ = physics.value().header.direct;
+  through_physics_ = physics.value().header.through_physics;
   for (core::Trace* trace : {&direct_, &through_physics_})
-    trace->Add(core::Stage::kVisualReceive, physics_->received_ns());
+    trace->Add(core::Stage::kVisualReceive, physics.received_ns());
   return true;
 }
 
@@ -114,7 +94,7 @@ void Receiver::TellFigures(std::int64_t now_ns) {
   if (is_ready_.load(std::memory_order_acquire) && !is_ready_told_) {
     core::Event event;
     event.time_ns = now_ns;
-    event.source = "visual_node";
+    event.source = node_->name();
     event.name = "ready";
     is_ready_told_ = node_->Emit(event);
   }
@@ -129,7 +109,8 @@ void Receiver::TellFigures(std::int64_t now_ns) {
                    {"frames", static_cast<double>(frames_.load(std::memory_order_relaxed))},
                    {"t2_state_ms", live.t2_state_ms},
                    {"t2_image_ms", live.t2_image_ms},
-                   {"dropped", static_cast<double>(live.dropped)}};
+                   {"dropped", static_cast<double>(live.dropped)},
+                   {view::kSceneDigestFigure, static_cast<double>(view::SceneDigest(mirror_.scene()))}};
   figures_.Set(figures);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "core/result.hpp"
 #include "nodes/visual_node/latency_log.hpp"
 #include "scene/scenario.hpp"
+#include "view/bus_feed.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace visual_node {
@@ -26,8 +28,8 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  // The options say where the bus is; the name is its own.
-  core::Result<void> Start(bus::NodeOptions options);
+  // Two viewers of one session have different names.
+  core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
 
   // Drawing thread: true when a newer scene than before has been taken over.
@@ -53,11 +55,7 @@ class Receiver {
   view::SceneMirror mirror_;
   LatencyLog* log_;
   std::unique_ptr<bus::Node> node_;
-  bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
-  std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
-  std::vector<bus::LatestReader<core::ContactSet>*> contacts_;
-  std::vector<bus::LatestReader<core::SheetState>*> sheets_;
-  bus::StateReader<core::LogicStatus>* logic_ = nullptr;
+  std::optional<view::BusFeed> feed_;
   bus::StateWriter<bus::Figures> figures_;
   core::Trace direct_;  // of the newest state, with this node's stamps
   core::Trace through_physics_;

@@ -48,6 +48,7 @@ class ReceiverTest : public testing::Test {
     physics_ = peer_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
     logic_ = peer_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
     ASSERT_TRUE(peer_->Start());
+    options.name = "visual_node";
     const auto started = receiver_.Start(options);
     ASSERT_TRUE(started) << started.error().detail;
   }

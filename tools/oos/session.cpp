@@ -29,12 +29,13 @@ constexpr std::int64_t kLinger_ns = 800'000'000;
 class SessionNote {
  public:
   SessionNote(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out,
-              const std::string& keys) {
+              const std::string& keys, const std::filesystem::path& scenario) {
     std::error_code error;
     std::filesystem::create_directories(SessionFolder(), error);
     std::ofstream file(SessionFile());
     file << "{\"registry\": \"" << endpoint << "\", \"session\": \"" << session << "\", \"pid\": " << getpid()
-         << ", \"out\": \"" << out.string() << "\", \"keys\": \"" << keys << "\"}\n";
+         << ", \"out\": \"" << out.string() << "\", \"keys\": \"" << keys << "\", \"scenario\": \"" << scenario.string()
+         << "\"}\n";
   }
   SessionNote(const SessionNote&) = delete;
   SessionNote& operator=(const SessionNote&) = delete;
@@ -135,7 +136,8 @@ class Session {
     }
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
-    note_ = std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out, keys_.directory());
+    note_ =
+        std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out, keys_.directory(), scenario_.file);
     return SpawnNodes(session);
   }
 

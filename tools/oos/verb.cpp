@@ -29,10 +29,10 @@ void PrintVerbHelp(const Verb& verb) {
 }  // namespace
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),    CheckVerb(),   CookVerb(),     DoctorVerb(), TopicVerb(),  TopVerb(),    SweepVerb(),
-          SetVerb(),    LatencyVerb(), InspectVerb(),  QueryVerb(),  BenchVerb(),  RecordVerb(), InfoVerb(),
-          CatVerb(),    RecoverVerb(), MergeVerb(),    DiffVerb(),   ExportVerb(), LaunchVerb(), StatusVerb(),
-          AttachVerb(), StopVerb(),    RegistryVerb(), ClockVerb(),  ReplayVerb()};
+  return {RunVerb(),    CheckVerb(),  CookVerb(),    DoctorVerb(),   TopicVerb(), TopVerb(),    ViewVerb(),
+          SweepVerb(),  SetVerb(),    LatencyVerb(), InspectVerb(),  QueryVerb(), BenchVerb(),  RecordVerb(),
+          InfoVerb(),   CatVerb(),    RecoverVerb(), MergeVerb(),    DiffVerb(),  ExportVerb(), LaunchVerb(),
+          StatusVerb(), AttachVerb(), StopVerb(),    RegistryVerb(), ClockVerb(), ReplayVerb(), FetchVerb()};
 }
 
 int Complain(std::string_view verb, std::string_view what, int status) {

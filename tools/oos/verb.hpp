@@ -30,6 +30,8 @@ Verb CookVerb();
 Verb DoctorVerb();
 Verb TopicVerb();
 Verb TopVerb();
+Verb FetchVerb();
+Verb ViewVerb();
 Verb SweepVerb();
 Verb SetVerb();
 Verb LatencyVerb();
