@@ -1,4 +1,4 @@
-// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and tells of each turn.
+// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and says when it is done.
 //
 //   oos run SCENARIO --without device_bridge
 //   node example_publish.mjs ROLE [TURNS]
@@ -23,13 +23,13 @@ const node = new Node({ name: "client-publish-js", isObserver: false, ...running
 node.advertise(topic);
 await node.start();
 const begin = performance.now();
-let turn = 0;
 const drawing = setInterval(() => {
   const t = (performance.now() - begin) / 1000;
-  node.publish(topic, sample(t));
-  if (t > (turn + 1) * TURN_S) node.emitEvent("turn", `${++turn}`);
-  if (turn >= Number(turns)) {
-    clearInterval(drawing);
-    node.close();
+  if (t < turns * TURN_S) {
+    node.publish(topic, sample(t));
+    return;
   }
+  clearInterval(drawing);
+  node.emitEvent("circle_drawn", `${turns} turns`);
+  node.close();
 }, PERIOD_MS);

@@ -3,11 +3,12 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { createInterface } from "node:readline";
 import { test } from "node:test";
+import { fileURLToPath } from "node:url";
 import { Node, canonical, hash32, matches, message, readEnvelope, typeOf, writeEnvelope } from "./oos_bus.mjs";
 import { makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
 
@@ -84,6 +85,8 @@ test("patterns", () => {
   }
 });
 
+let session;  // the peer's, as `oos run` notes down its own
+
 async function withPeer(words, body) {
   const peer = spawn(process.env.CLIENTS_PEER, words, { stdio: ["ignore", "pipe", "inherit"] });
   const exit = once(peer, "exit");
@@ -93,6 +96,7 @@ async function withPeer(words, body) {
     const [first] = await once(lines, "line");
     lines.on("line", (line) => said.push(line));
     const where = JSON.parse(first);
+    session = first;
     await body({ ...where, keys: where.keys || null, session: BigInt(where.session) }, async () => {
       const [status] = await exit;
       assert.equal(status, 0, said.join("\n"));
@@ -173,6 +177,40 @@ test("whoever has no key is not let in", async () => {
     assert.throws(() => new Node({ name: "intruder", ...where }), /no key for intruder/);
   }).finally(() => rmSync(folder, { recursive: true }));
 });
+
+// With the peer's session as the one that runs here.
+function runExample(name, ...words) {
+  const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
+  mkdirSync(path.join(folder, "vr_oos"));
+  writeFileSync(path.join(folder, "vr_oos", "session.json"), session);
+  const example = spawn(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
+    { env: { ...process.env, XDG_RUNTIME_DIR: folder }, stdio: ["ignore", "pipe", "inherit"] });
+  let said = "";
+  example.stdout.on("data", (text) => { said += text; });
+  return once(example, "close").then(([status]) => {
+    rmSync(folder, { recursive: true });
+    assert.equal(status, 0, said);
+    return said;
+  });
+}
+
+test("the example that follows", () => withPeer([], async () => {
+  const said = await runExample("example_follow.mjs", "1");
+  assert.match(said, /step before anybody came/);
+  assert.match(said, /tick \d+  object 0 at 0.000 \d.*object 39 at 39.000 [\d.]+ -1.000 m/);
+}));
+
+test("the example that publishes", () => withPeer([], async (where) => {
+  const node = new Node({ name: "client-watch", ...where });
+  node.subscribe("device/right/state");
+  await node.start();
+  const example = runExample("example_publish.mjs", "right", "0.25");
+  const { writer, body } = await until(node, () => true);
+  assert.equal(writer, "client-publish-js");
+  assert.ok(Math.abs(Math.hypot(body.xWd[4], body.xWd[5]) - 0.05) < 1e-9);
+  await example;
+  await node.close();
+}));
 
 test("a second node of the same name is refused by name", async () => {
   await withPeer([], async (where) => {

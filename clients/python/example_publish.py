@@ -1,4 +1,4 @@
-"""A scripted hand in place of device_bridge: draws a circle of 5 cm, 500 samples a second, and tells of each turn.
+"""A scripted hand in place of device_bridge: draws a circle of 5 cm, 500 samples a second, and says when it is done.
 
     oos run SCENARIO --without device_bridge
     example_publish.py ROLE [TURNS]
@@ -28,14 +28,12 @@ def main(role, turns):
         topic = f"device/{role}/state"
         node.advertise(topic)
         node.start()
-        begin, turn = time.monotonic(), 0
-        while turn < turns:
-            node.publish(topic, sample(time.monotonic() - begin))
+        begin = time.monotonic()
+        while (t := time.monotonic() - begin) < turns * TURN_S:
+            node.publish(topic, sample(t))
             node.poll(PERIOD_S)
-            if time.monotonic() - begin > (turn + 1) * TURN_S:
-                turn += 1
-                node.emit("turn", str(turn))
+        node.emit("circle_drawn", f"{turns:g} turns")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3)
+    main(sys.argv[1], float(sys.argv[2]) if len(sys.argv) > 2 else 3)

@@ -1,6 +1,7 @@
 """The Python client against the vectors, and against a live node in C++: oos_bus_test.py PEER [OPTIONS OF unittest]."""
 
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -178,6 +179,37 @@ class Encrypted(LivePeer, unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.start_peer(folder.name + "/keys")
+
+    def run_example(self, name, *words):
+        """With the peer's session as the one that runs here."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        place = pathlib.Path(folder.name, "vr_oos", "session.json")
+        place.parent.mkdir()
+        place.write_text(json.dumps(self.where))
+        example = subprocess.Popen([sys.executable, pathlib.Path(__file__).with_name(name), *words], text=True,
+                                   stdout=subprocess.PIPE, env=os.environ | {"XDG_RUNTIME_DIR": folder.name})
+        self.addCleanup(example.stdout.close)
+        self.addCleanup(example.wait)
+        self.addCleanup(example.kill)
+        return example
+
+    def test_the_example_that_follows(self):
+        said, _ = self.run_example("example_follow.py", "0.7").communicate(timeout=20)
+        self.assertIn("step before anybody came", said)
+        self.assertRegex(said, r"tick \d+  object 0 at 0.000 \d.*object 39 at 39.000 [\d.]+ -1.000 m")
+
+    def test_the_example_that_publishes(self):
+        with self.node("client-watch") as node:
+            node.subscribe("device/right/state")
+            node.start()
+            example = self.run_example("example_publish.py", "right", "0.25")
+            hand = self.until(node, lambda m: m.topic == "device/right/state")
+            self.assertEqual(hand.writer, "client-publish")
+            self.assertAlmostEqual(hand.body.x_wd[4] ** 2 + hand.body.x_wd[5] ** 2, 0.05 ** 2)
+            while example.poll() is None:
+                node.poll(0.02)
+            self.assertEqual(example.returncode, 0)
 
     def test_whoever_has_no_key_is_not_let_in(self):
         with oos_bus.Node("client", self.where["registry"], int(self.where["session"]), None) as stranger:
