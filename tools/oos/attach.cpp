@@ -1,5 +1,7 @@
 #include "tools/oos/attach.hpp"
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -14,6 +16,24 @@ namespace {
 
 std::atomic<int> interrupted{0};
 static_assert(std::atomic<int>::is_always_lock_free, "set from a signal handler");
+
+// Of this machine, on the way to "tcp://10.0.0.1:7450": where peers there reach us. Nothing is sent.
+std::string AddressTowards(const std::string& endpoint) {
+  const std::string loopback = "127.0.0.1";
+  const std::size_t begin = endpoint.find("://"), end = endpoint.rfind(':');
+  if (begin == std::string::npos || end < begin + 3) return loopback;
+  sockaddr_in there{}, here{};
+  there.sin_family = AF_INET;
+  there.sin_port = htons(9);
+  if (inet_pton(AF_INET, endpoint.substr(begin + 3, end - begin - 3).c_str(), &there.sin_addr) != 1) return loopback;
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  socklen_t size = sizeof here;
+  const bool is_known = fd >= 0 && connect(fd, reinterpret_cast<const sockaddr*>(&there), sizeof there) == 0 &&
+                        getsockname(fd, reinterpret_cast<sockaddr*>(&here), &size) == 0;
+  if (fd >= 0) close(fd);
+  char text[INET_ADDRSTRLEN] = "";
+  return is_known && inet_ntop(AF_INET, &here.sin_addr, text, sizeof text) != nullptr ? text : loopback;
+}
 
 void OnSignal(int number) {
   interrupted.store(number);
@@ -38,10 +58,8 @@ const std::vector<Option>& AttachOptions() {
   return options;
 }
 
-core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, const std::string& verb) {
+core::Result<bus::NodeOptions> FindSession(const Arguments& arguments) {
   bus::NodeOptions options;
-  options.name = "oos-" + verb + "-" + std::to_string(getpid());
-  options.is_observer = true;
   if (arguments.has("--registry")) {
     options.registry = arguments.text("--registry");
     options.session = std::strtoull(arguments.text("--session", "0").c_str(), nullptr, 10);
@@ -60,7 +78,16 @@ core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, cons
     options.keys = note.value("keys", "");
     options.is_encrypted = !options.keys.empty();
   }
-  return bus::Node::Create(options);
+  options.bind_address = AddressTowards(options.registry);
+  return options;
+}
+
+core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, const std::string& verb) {
+  auto options = FindSession(arguments);
+  if (!options) return tl::unexpected(options.error());
+  options->name = "oos-" + verb + "-" + std::to_string(getpid());
+  options->is_observer = true;
+  return bus::Node::Create(*options);
 }
 
 }  // namespace oos
