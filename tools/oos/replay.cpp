@@ -4,6 +4,8 @@
 #include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
+#include "tools/oos/attach.hpp"
+#include "tools/oos/replay_bus.hpp"
 #include "tools/oos/replay_steps.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -104,27 +106,39 @@ int RunSteps(const Arguments& arguments) {
 }
 
 int Run(const Arguments& arguments) {
-  return RunSteps(arguments);
+  return arguments.has("--node") || arguments.has("--check") ? RunSteps(arguments) : RunBusReplay(arguments);
+}
+
+std::vector<Option> Options() {
+  std::vector<Option> options = {
+      {"--node", "NODE", "logic_node, physics_node or haptic_node: feeds it with what it read, compares what it makes"},
+      {"--check", "", "the same for every node whose steps are in the file"},
+      {"--speed", "X|max", "times real time; default: max with --node and --check, else 1"},
+      {"--tolerance", "FILE", "lines of PATTERN abs=N rel=N or PATTERN ignore for 'topic:field'; default: bit for bit"},
+      {"--scenario", "FILE", "default: the one that the recording names"},
+      {"--set", "PARAM=VALUE", "changes a parameter at the first step, to see what comes of it (repeatable)"},
+      {"--from", "S", "on the bus: begins there, with the state as of then"},
+      {"--loop", "", "on the bus: again and again"},
+      {"--pause", "", "on the bus: waits for 'play' or 'step'"}};
+  options.insert(options.end(), AttachOptions().begin(), AttachOptions().end());
+  return options;
 }
 
 }  // namespace
 
 Verb ReplayVerb() {
-  return {"replay",
-          "a recording again: nodes step by step, compared bit for bit",
-          "FILE",
-          1,
-          1,
-          {{"--node", "NODE",
-            "logic_node, physics_node or haptic_node: feeds it with what it read, compares what it makes"},
-           {"--check", "", "the same for every node whose steps are in the file"},
-           {"--speed", "X|max", "times real time; default: max"},
-           {"--tolerance", "FILE",
-            "lines of PATTERN abs=N rel=N or PATTERN ignore for 'topic:field'; default: bit for bit"},
-           {"--scenario", "FILE", "default: the one that the recording names"},
-           {"--set", "PARAM=VALUE", "changes a parameter at the first step, to see what comes of it (repeatable)"}},
-          Run,
-          "Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input."};
+  return {
+      "replay",
+      "a recording again: on the bus, or node by node and compared",
+      "FILE",
+      1,
+      1,
+      Options(),
+      Run,
+      "With --node or --check nodes are fed step by step with what they read, without a bus, and what they make is\n"
+      "compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"
+      "Else what nodes published is published again, in a session that runs ('oos registry' makes one). Lines of\n"
+      "standard input: pause, play, step [MESSAGES], seek SECONDS, speed X, quit."};
 }
 
 }  // namespace oos

@@ -1,0 +1,290 @@
+#include "tools/oos/bus_replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "bus/codec.hpp"
+#include "bus/log/recorded_payload.hpp"
+#include "proto/logic.pb.h"
+
+namespace oos {
+namespace {
+
+// Parts of a message that tells not of their number are read within this time of each other.
+constexpr std::uint64_t kSplit_ns = 2'000'000;
+
+template <class M>
+class LatestOutlet final : public Outlet {
+ public:
+  explicit LatestOutlet(bus::LatestWriter<M> writer) : writer_(writer) {}
+
+  void Take(const bus::log::Message& message) override {
+    if (num_parts_ > 0 && message.sequence != sequence_) Flush();
+    const bus::log::RecordedPayload recorded = bus::log::SplitRecorded(message.data);
+    if (!codec_.Decode(recorded.payload, num_parts_ == 0, &message_)) return;
+    sequence_ = message.sequence;
+    ++num_parts_;
+    if (!recorded.has_envelope) return;
+    message_.header = recorded.envelope.header;
+    if (num_parts_ == recorded.envelope.num_parts) Flush();
+  }
+  void Flush() override {
+    if (num_parts_ > 0) writer_.Send(message_);
+    num_parts_ = 0;
+    message_ = {};
+  }
+
+ private:
+  bus::LatestWriter<M> writer_;
+  bus::LatestCodec<M> codec_;
+  M message_;
+  std::uint32_t sequence_ = 0;
+  unsigned num_parts_ = 0;  // of message_ so far
+};
+
+template <class M>
+class StateOutlet final : public Outlet {
+ public:
+  StateOutlet(bus::StateWriter<M> writer, std::string key) : writer_(writer), key_(std::move(key)) {}
+  void Take(const bus::log::Message& message) override {
+    M value;
+    if (bus::DecodeState(std::string(message.data.begin(), message.data.end()), &value)) writer_.Set(value, key_);
+  }
+  [[nodiscard]] bool is_state() const override { return true; }
+
+ private:
+  bus::StateWriter<M> writer_;
+  std::string key_;
+};
+
+class EventOutlet final : public Outlet {
+ public:
+  explicit EventOutlet(bus::Node* node) : node_(node) {}
+  void Take(const bus::log::Message& message) override {
+    oos::Event event;
+    if (!event.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) return;
+    node_->Emit({event.time_ns(), event.source(), event.name(), event.detail()});
+  }
+
+ private:
+  bus::Node* node_;
+};
+
+std::string Text(const bus::log::TextMap& map, const char* key) {
+  const auto found = map.find(key);
+  return found == map.end() ? std::string() : found->second;
+}
+
+// One writer for all keys of a topic.
+class Outlets {
+ public:
+  explicit Outlets(bus::Node* node) : node_(node) {}
+
+  std::shared_ptr<Outlet> Make(const bus::TopicRule& rule, const std::string& topic, const std::string& key) {
+    switch (rule.type) {
+      case bus::MessageType::kDeviceState:
+        return Latest<core::DeviceState>(topic);
+      case bus::MessageType::kDeviceCommand:
+        return Latest<core::DeviceCommand>(topic);
+      case bus::MessageType::kHapticProxy:
+        return Latest<core::HapticProxy>(topic);
+      case bus::MessageType::kContactSet:
+        return Latest<core::ContactSet>(topic);
+      case bus::MessageType::kPhysicsState:
+        return Latest<core::PhysicsState>(topic);
+      case bus::MessageType::kReaction:
+        return Latest<core::Reaction>(topic);
+      case bus::MessageType::kSheetState:
+        return Latest<core::SheetState>(topic);
+      case bus::MessageType::kLogicStatus:
+        return State<core::LogicStatus>(topic, key, &logic_writers_);
+      case bus::MessageType::kFigures:
+        return State<bus::Figures>(topic, key, &figures_writers_);
+      case bus::MessageType::kEvent:
+        return std::make_shared<EventOutlet>(node_);
+      default:
+        return nullptr;
+    }
+  }
+
+ private:
+  template <class M>
+  std::shared_ptr<Outlet> Latest(const std::string& topic) {
+    std::shared_ptr<Outlet>& outlet = latest_[topic];
+    if (outlet == nullptr) outlet = std::make_shared<LatestOutlet<M>>(node_->WriteLatest<M>(topic));
+    return outlet;
+  }
+  template <class M>
+  std::shared_ptr<Outlet> State(const std::string& topic, const std::string& key,
+                                std::map<std::string, bus::StateWriter<M>>* writers) {
+    if (writers->count(topic) == 0) (*writers)[topic] = node_->WriteState<M>(topic);
+    return std::make_shared<StateOutlet<M>>(writers->at(topic), key);
+  }
+
+  bus::Node* node_;
+  std::map<std::string, std::shared_ptr<Outlet>> latest_;
+  std::map<std::string, bus::StateWriter<core::LogicStatus>> logic_writers_;
+  std::map<std::string, bus::StateWriter<bus::Figures>> figures_writers_;
+};
+
+}  // namespace
+
+std::optional<ReplayCommand> ParseReplayCommand(const std::string& line) {
+  std::istringstream words(line);
+  std::string word, rest;
+  words >> word;
+  double value = 0.0;
+  const bool has_value = static_cast<bool>(words >> value);
+  words.clear();
+  if (words >> rest) return std::nullopt;
+  using Kind = ReplayCommand::Kind;
+  if (word == "pause" && !has_value) return ReplayCommand{Kind::kPause};
+  if (word == "play" && !has_value) return ReplayCommand{Kind::kPlay};
+  if (word == "quit" && !has_value) return ReplayCommand{Kind::kQuit};
+  if (word == "step" && (!has_value || value >= 1.0)) return ReplayCommand{Kind::kStep, has_value ? value : 1.0};
+  if (word == "seek" && has_value && value >= 0.0) return ReplayCommand{Kind::kSeek, value};
+  if (word == "speed" && has_value && value > 0.0) return ReplayCommand{Kind::kSpeed, value};
+  return std::nullopt;
+}
+
+core::Result<std::unique_ptr<BusReplay>> BusReplay::Create(const std::filesystem::path& file, bus::Node* node) {
+  auto reader = bus::log::McapIndexedReader::Open(file);
+  if (!reader) return tl::unexpected(reader.error());
+  std::unique_ptr<BusReplay> replay(new BusReplay(std::move(*reader)));
+  if (auto done = replay->Declare(node); !done) return tl::unexpected(done.error());
+  if (replay->outlets_.empty()) {
+    return core::Fail(core::ErrorCode::kNotFound,
+                      file.string() + ": holds nothing that nodes published; 'oos info' tells what it holds");
+  }
+  return replay;
+}
+
+core::Result<void> BusReplay::Declare(bus::Node* node) {
+  Outlets outlets(node);
+  std::set<std::string> topics;
+  const auto see = [&](const bus::log::Channel& channel, const bus::log::Message& message) {
+    const std::string tap = Text(channel.metadata, "tap");
+    if (channel.message_encoding != "protobuf" || (!tap.empty() && tap != "sent")) return true;
+    if (outlets_.count(channel.id) == 0) {
+      const bus::TopicRule* rule = bus::FindTopicRule(channel.topic);
+      outlets_[channel.id] =
+          rule == nullptr ? nullptr : outlets.Make(*rule, channel.topic, Text(channel.metadata, "key"));
+      if (outlets_[channel.id] != nullptr) topics.insert(channel.topic);
+    }
+    if (outlets_[channel.id] == nullptr) return true;
+    if (first_ns_ == 0) first_ns_ = message.log_time_ns;
+    last_ns_ = message.log_time_ns;
+    return true;
+  };
+  if (auto done = reader_.ReadMessages(see); !done) return done;
+  std::erase_if(outlets_, [](const auto& outlet) { return outlet.second == nullptr; });
+  topics_.assign(topics.begin(), topics.end());
+  return {};
+}
+
+core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
+  const std::uint64_t from_ns = first_ns_ + static_cast<std::uint64_t>(std::max(from_s, 0.0) * 1e9);
+  for (const auto& [id, outlet] : outlets_) outlet->Flush();
+  // The newest value of every state before that, in the order in which they came.
+  std::map<std::uint16_t, bus::log::Message> newest;
+  const auto see = [&](const bus::log::Channel& channel, const bus::log::Message& message) {
+    const auto outlet = outlets_.find(channel.id);
+    if (outlet != outlets_.end() && outlet->second->is_state()) newest[channel.id] = message;
+    return true;
+  };
+  if (from_ns > first_ns_) {
+    if (auto done = reader_.ReadMessages(see, 0, from_ns); !done) return done;
+  }
+  std::vector<bus::log::Message> state;
+  for (auto& [id, message] : newest) state.push_back(std::move(message));
+  std::stable_sort(state.begin(), state.end(), [](const bus::log::Message& a, const bus::log::Message& b) {
+    return a.log_time_ns < b.log_time_ns;
+  });
+  for (const bus::log::Message& message : state) outlets_.at(message.channel_id)->Take(message);
+  reader_.Seek(from_ns);
+  position_ns_ = anchor_log_ns_ = from_ns;
+  anchor_now_ns_ = now_ns;
+  return Fetch();
+}
+
+core::Result<void> BusReplay::Fetch() {
+  bus::log::Message message;
+  while (true) {
+    const auto got = reader_.Next(&message);
+    if (!got) return tl::unexpected(got.error());
+    if (!*got) {
+      next_.reset();
+      for (const auto& [id, outlet] : outlets_) outlet->Flush();
+      return {};
+    }
+    if (outlets_.count(message.channel_id) == 0) continue;
+    next_ = std::move(message);
+    return {};
+  }
+}
+
+void BusReplay::Obey(const ReplayCommand& command, std::int64_t now_ns) {
+  const bool was_paused = is_paused_;
+  switch (command.kind) {
+    case ReplayCommand::Kind::kPause:
+      is_paused_ = true;
+      return;
+    case ReplayCommand::Kind::kStep:
+      is_paused_ = true;
+      num_steps_ = static_cast<std::uint64_t>(command.value);
+      return;
+    case ReplayCommand::Kind::kPlay:
+      is_paused_ = false;
+      break;
+    case ReplayCommand::Kind::kSpeed:
+      break;
+    default:
+      return;
+  }
+  // Time goes on from here.
+  anchor_log_ns_ = was_paused || !next_
+                       ? position_ns_
+                       : anchor_log_ns_ + static_cast<std::uint64_t>(
+                                              std::max(0.0, static_cast<double>(now_ns - anchor_now_ns_) * speed_));
+  anchor_now_ns_ = now_ns;
+  if (command.kind == ReplayCommand::Kind::kSpeed) speed_ = command.value;
+}
+
+std::int64_t BusReplay::DueOf(std::uint64_t log_time_ns) const {
+  const double ahead_ns = static_cast<double>(log_time_ns) - static_cast<double>(anchor_log_ns_);
+  return anchor_now_ns_ + static_cast<std::int64_t>(std::max(0.0, ahead_ns) / speed_);
+}
+
+std::optional<std::int64_t> BusReplay::due_ns() const {
+  if (!next_ || is_paused_) return std::nullopt;
+  return DueOf(next_->log_time_ns);
+}
+
+double BusReplay::position_s() const {
+  return static_cast<double>(position_ns_ - first_ns_) * 1e-9;
+}
+
+core::Result<void> BusReplay::Publish() {
+  const std::uint64_t before_ns = std::exchange(position_ns_, next_->log_time_ns);
+  if (position_ns_ > before_ns + kSplit_ns) {
+    for (const auto& [id, outlet] : outlets_) outlet->Flush();
+  }
+  outlets_.at(next_->channel_id)->Take(*next_);
+  ++num_published_;
+  return Fetch();
+}
+
+core::Result<void> BusReplay::Advance(std::int64_t now_ns) {
+  for (; is_paused_ && num_steps_ > 0 && next_; --num_steps_) {
+    if (auto done = Publish(); !done) return done;
+  }
+  while (!is_paused_ && next_ && DueOf(next_->log_time_ns) <= now_ns) {
+    if (auto done = Publish(); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace oos

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bus/log/mcap_indexed_reader.hpp"
+#include "bus/node.hpp"
+#include "core/result.hpp"
+
+namespace oos {
+
+// Where a recorded message goes on a bus: a writer of its topic and type.
+class Outlet {
+ public:
+  virtual ~Outlet() = default;
+  // A message of the channel. Parts of one that was split are put together first.
+  virtual void Take(const bus::log::Message& message) = 0;
+  // A split message that tells not of how many parts it is: what came of it is all.
+  virtual void Flush() {}
+  [[nodiscard]] virtual bool is_state() const { return false; }
+};
+
+// What somebody asks a replay that runs: "pause", "play", "step [MESSAGES]", "seek SECONDS", "speed X", "quit".
+struct ReplayCommand {
+  enum class Kind { kPause, kPlay, kStep, kSeek, kSpeed, kQuit };
+  Kind kind = Kind::kPause;
+  double value = 0.0;
+};
+// Nothing: it is none of them.
+std::optional<ReplayCommand> ParseReplayCommand(const std::string& line);
+
+// Publishes what nodes published in a recording again, under the same topics: LATEST, STATE and EVENT. What they took,
+// their steps and services are left out. Order: log time, then the recording's own order. Sequence numbers and
+// publishing times are new; traces are those of the recording where it holds them.
+//
+// Time is given by the caller, so that a test needs no clock.
+class BusReplay {
+ public:
+  // Declares the topics on `node`, which is not started yet. Errors: kIo, kDamaged; kNotFound when nothing in it can be
+  // published.
+  static core::Result<std::unique_ptr<BusReplay>> Create(const std::filesystem::path& file, bus::Node* node);
+
+  // From now on, `from_s` after the first message. Whoever listens gets the state as of then first.
+  core::Result<void> Seek(double from_s, std::int64_t now_ns);
+  void Obey(const ReplayCommand& command, std::int64_t now_ns);  // kSeek: by Seek
+  // Publishes what is due. Errors: kDamaged.
+  core::Result<void> Advance(std::int64_t now_ns);
+
+  [[nodiscard]] bool is_over() const { return !next_.has_value(); }
+  [[nodiscard]] bool is_paused() const { return is_paused_; }
+  // When the next message is due; nothing while it pauses or is over.
+  [[nodiscard]] std::optional<std::int64_t> due_ns() const;
+  [[nodiscard]] double position_s() const;  // of the last message, from the first one
+  [[nodiscard]] double duration_s() const { return static_cast<double>(last_ns_ - first_ns_) * 1e-9; }
+  [[nodiscard]] std::uint64_t num_published() const { return num_published_; }
+  [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
+
+ private:
+  explicit BusReplay(bus::log::McapIndexedReader reader) : reader_(std::move(reader)) {}
+  core::Result<void> Declare(bus::Node* node);
+  core::Result<void> Fetch();
+  core::Result<void> Publish();
+  [[nodiscard]] std::int64_t DueOf(std::uint64_t log_time_ns) const;
+
+  bus::log::McapIndexedReader reader_;
+  std::map<std::uint16_t, std::shared_ptr<Outlet>> outlets_;  // by channel
+  std::vector<std::string> topics_;
+  std::optional<bus::log::Message> next_;
+  std::uint64_t first_ns_ = 0, last_ns_ = 0, position_ns_ = 0;
+  std::uint64_t num_published_ = 0;
+  double speed_ = 1.0;
+  bool is_paused_ = false;
+  std::uint64_t num_steps_ = 0;      // still to be published though it pauses
+  std::uint64_t anchor_log_ns_ = 0;  // this log time is due
+  std::int64_t anchor_now_ns_ = 0;   // at this time
+};
+
+}  // namespace oos

@@ -1,0 +1,123 @@
+#include "tools/oos/replay_bus.hpp"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+
+#include "core/clock.hpp"
+#include "tools/oos/attach.hpp"
+#include "tools/oos/bus_replay.hpp"
+#include "tools/oos/verb.hpp"
+
+namespace oos {
+namespace {
+
+constexpr std::int64_t kPoll_ns = 10'000'000;
+
+// Lines of standard input, as they come; the end of the input is no command.
+class CommandLines {
+ public:
+  bool Next(std::string* line) {
+    Read();
+    const std::size_t end = text_.find('\n');
+    if (end == std::string::npos) return false;
+    *line = text_.substr(0, end);
+    text_.erase(0, end + 1);
+    return true;
+  }
+
+ private:
+  void Read() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    while (!is_closed_ && ::poll(&input, 1, 0) > 0) {
+      char bytes[256];
+      const ssize_t got = ::read(STDIN_FILENO, bytes, sizeof bytes);
+      if (got <= 0) {
+        is_closed_ = true;
+      } else {
+        text_.append(bytes, static_cast<std::size_t>(got));
+      }
+    }
+  }
+  std::string text_;
+  bool is_closed_ = false;
+};
+
+void Tell(const BusReplay& replay, const char* what) {
+  std::printf("%s at %.3f of %.3f s, %llu messages\n", what, replay.position_s(), replay.duration_s(),
+              static_cast<unsigned long long>(replay.num_published()));
+  std::fflush(stdout);
+}
+
+// False: quit.
+core::Result<bool> Obey(const std::string& line, BusReplay* replay) {
+  const auto command = ParseReplayCommand(line);
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  if (!command) {
+    std::printf("'%s' is not pause, play, step [MESSAGES], seek SECONDS, speed X or quit\n", line.c_str());
+    std::fflush(stdout);
+    return true;
+  }
+  if (command->kind == ReplayCommand::Kind::kQuit) return false;
+  if (command->kind == ReplayCommand::Kind::kSeek) {
+    if (auto done = replay->Seek(command->value, now_ns); !done) return tl::unexpected(done.error());
+  } else {
+    replay->Obey(*command, now_ns);
+  }
+  if (auto done = replay->Advance(now_ns); !done) return tl::unexpected(done.error());
+  Tell(*replay, replay->is_paused() ? "paused" : "playing");
+  return true;
+}
+
+core::Result<void> Play(double from_s, bool loops, bus::Node* node, BusReplay* replay) {
+  const std::atomic<int>& interrupted = CatchInterrupt();
+  CommandLines lines;
+  std::string line;
+  while (interrupted.load() == 0) {
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    node->Wait(std::min(replay->due_ns().value_or(now_ns + kPoll_ns), now_ns + kPoll_ns));
+    while (lines.Next(&line)) {
+      const auto goes_on = Obey(line, replay);
+      if (!goes_on) return tl::unexpected(goes_on.error());
+      if (!*goes_on) return {};
+    }
+    if (auto done = replay->Advance(core::MonotonicNow_ns()); !done) return done;
+    if (!replay->is_over() || replay->is_paused()) continue;
+    if (!loops) break;
+    if (auto done = replay->Seek(from_s, core::MonotonicNow_ns()); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace
+
+int RunBusReplay(const Arguments& arguments) {
+  const auto speed = arguments.number("--speed");
+  const auto from_s = arguments.number("--from");
+  if (!speed || (*speed && !(**speed > 0.0))) return Complain("replay", "--speed wants a number above 0", kBadUsage);
+  if (!from_s || (*from_s && **from_s < 0.0)) return Complain("replay", "--from wants seconds, 0 or more", kBadUsage);
+  auto options = FindSession(arguments);
+  if (!options) return Complain("replay", options.error().detail, kDoesNotHold);
+  options->name = "replay";
+  auto node = bus::Node::Create(*options);
+  if (!node) return Complain("replay", node.error().detail, kDoesNotHold);
+  auto replay = BusReplay::Create(arguments.positional()[0], node->get());
+  if (!replay) return Complain("replay", replay.error().detail, kBadUsage);
+  if (const auto started = (*node)->Start(5'000'000'000); !started) {
+    return Complain("replay", started.error().detail, kDoesNotHold);
+  }
+  std::printf("%zu topics, %.3f s\n", (*replay)->topics().size(), (*replay)->duration_s());
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  if (*speed) (*replay)->Obey({ReplayCommand::Kind::kSpeed, **speed}, now_ns);
+  if (arguments.has("--pause")) (*replay)->Obey({ReplayCommand::Kind::kPause}, now_ns);
+  auto done = (*replay)->Seek(from_s->value_or(0.0), now_ns);
+  if (done) done = Play(from_s->value_or(0.0), arguments.has("--loop"), node->get(), replay->get());
+  if (!done) return Complain("replay", done.error().detail, kDoesNotHold);
+  Tell(**replay, "ended");
+  return kHolds;
+}
+
+}  // namespace oos
