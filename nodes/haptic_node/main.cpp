@@ -1,5 +1,6 @@
 // haptic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--workers 1] [--rt try|off|enforce]
 //   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
+//   [--steps FILE]  every cycle with all that it reads, for `oos replay`
 //   [--cache DIR] [--bind ADDRESS]  of this machine, where the others reach it
 
 #include <csignal>
@@ -12,6 +13,8 @@
 #include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/haptic_node/node_loop.hpp"
+#include "replay/field_list.hpp"
+#include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 
@@ -34,7 +37,8 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bus::NodeArguments defaults = {{"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}, {"--method", ""}};
+  const bus::NodeArguments defaults = {
+      {"--workers", "1"}, {"--rt", "try"}, {"--cache", ""}, {"--method", ""}, {"--steps", ""}};
   auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
   if (!parsed) return Complain(parsed.error().detail, 2);
   bus::NodeArguments& options = *parsed;
@@ -69,6 +73,16 @@ int main(int argc, char** argv) {
   if (!node) return Complain(node.error().detail, 1);
   haptic_node::NodeLoop loop(*scenario, haptic->get(), node->get());
   loop.Declare();
+  std::unique_ptr<bus::log::StepLog> steps;
+  if (!options["--steps"].empty()) {
+    bus::log::TextMap about = replay::DescribeRun(*scenario);
+    about["denormals"] = "flushed";  // by SetUpThread
+    auto opened =
+        replay::OpenStepLog(options["--steps"], "haptic_node", replay::DescribeFields<haptic_node::Step>(), about, {});
+    if (!opened) return Complain(opened.error().detail, 1);
+    steps = std::move(*opened);
+    loop.RecordSteps(steps.get());
+  }
   if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
 
   bus::ThreadSetup setup;
@@ -83,6 +97,10 @@ int main(int argc, char** argv) {
   loop.Run(stop);
   if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
     return Complain(stopped.error().detail, 1);
+  if (steps != nullptr) {
+    if (const auto closed = steps->Close(); !closed) return Complain(closed.error().detail, 1);
+    std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps->num_lost()));
+  }
   if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "haptic_node.json", thread.is_fifo)) {
     return Complain("cannot write its report to " + options["--out"], 1);
   }

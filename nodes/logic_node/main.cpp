@@ -1,4 +1,4 @@
-// logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--bind ADDRESS]
+// logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--steps FILE] [--bind ADDRESS]
 
 #include <csignal>
 #include <cstdio>
@@ -8,6 +8,8 @@
 #include "bus/log/node_recording.hpp"
 #include "bus/node_arguments.hpp"
 #include "nodes/logic_node/node_loop.hpp"
+#include "replay/field_list.hpp"
+#include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 
@@ -47,6 +49,15 @@ int main(int argc, char** argv) {
   if (!node) return Complain(node.error().detail, 1);
   logic_node::NodeLoop loop(*scenario, logic->get(), node->get());
   loop.Declare();
+  std::unique_ptr<bus::log::StepLog> steps;
+  if (!options["--steps"].empty()) {
+    bus::log::TextMap about = replay::DescribeRun(*scenario);
+    auto opened =
+        replay::OpenStepLog(options["--steps"], "logic_node", replay::DescribeFields<logic_node::Step>(), about, {});
+    if (!opened) return Complain(opened.error().detail, 1);
+    steps = std::move(*opened);
+    loop.RecordSteps(steps.get());
+  }
   if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
 
   std::printf("ready\n");
@@ -54,6 +65,10 @@ int main(int argc, char** argv) {
   (*node)->Emit({0, "logic_node", "ready", "procedure loaded, waiting for physics_node"});
   const std::filesystem::path report = std::filesystem::path(options["--out"]) / "logic_node.json";
   loop.Run(stop, report);
+  if (steps != nullptr) {
+    if (const auto closed = steps->Close(); !closed) return Complain(closed.error().detail, 1);
+    std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps->num_lost()));
+  }
   if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
     return Complain(stopped.error().detail, 1);
   if (!loop.WriteReport(report)) return Complain("cannot write its report to " + options["--out"], 1);

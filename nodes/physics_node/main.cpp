@@ -2,6 +2,7 @@
 //   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 //   [--workers 1] [--method paper|fast] [--cache DIR]  for the pairs that it computes itself
 //   [--checkpoint_period_s 0.1]  0: none; they are written to DIR/physics_node.checkpoint
+//   [--steps FILE]               every tick with all that it reads, for `oos replay`
 //   [--checkpoint FILE]          goes on from there, instead of the scenario's beginning
 //   [--resume DIR]               the same, from the checkpoint that an earlier life left in DIR, if it left one
 //   [--bind ADDRESS]             of this machine, where the others reach it
@@ -19,6 +20,8 @@
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/physics_node/node_loop.hpp"
 #include "nodes/physics_node/sheet_thread.hpp"
+#include "replay/field_list.hpp"
+#include "replay/open_step_log.hpp"
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 
@@ -37,12 +40,28 @@ int Complain(const std::string& what, int status) {
   return status;
 }
 
+core::Result<std::unique_ptr<bus::log::StepLog>> OpenSteps(const std::string& file, const scene::Scenario& scenario,
+                                                           const physics_node::PhysicsNode& physics) {
+  std::vector<std::uint8_t> checkpoint;
+  if (physics.tick() > 0) {
+    physics_node::Snapshot snapshot;
+    physics.Save(&snapshot);
+    auto encoded = physics_node::EncodeSnapshot(physics.content_digest(), snapshot);
+    if (!encoded) return tl::unexpected(encoded.error());
+    checkpoint = std::move(*encoded);
+  }
+  bus::log::TextMap about = replay::DescribeRun(scenario);
+  about["denormals"] = "flushed";  // by SetUpThread
+  about["content"] = std::to_string(physics.content_digest());
+  return replay::OpenStepLog(file, "physics_node", replay::DescribeFields<physics_node::Step>(), about, checkpoint);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const bus::NodeArguments defaults = {
       {"--rt", "try"}, {"--name", "physics_node"},       {"--workers", "1"},   {"--method", ""},
-      {"--cache", ""}, {"--checkpoint_period_s", "0.1"}, {"--checkpoint", ""},
+      {"--cache", ""}, {"--checkpoint_period_s", "0.1"}, {"--checkpoint", ""}, {"--steps", ""},
   };
   auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
   if (!parsed) return Complain(parsed.error().detail, 2);
@@ -103,6 +122,13 @@ int main(int argc, char** argv) {
     loop.KeepCheckpoints(std::filesystem::path(options["--out"]) / "physics_node.checkpoint",
                          static_cast<std::int64_t>(period_s * 1e9));
   }
+  std::unique_ptr<bus::log::StepLog> steps;
+  if (!options["--steps"].empty()) {
+    auto opened = OpenSteps(options["--steps"], *scenario, **physics);
+    if (!opened) return Complain(opened.error().detail, 1);
+    steps = std::move(*opened);
+    loop.RecordSteps(steps.get());
+  }
   if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
 
   bus::ThreadSetup setup;
@@ -117,6 +143,10 @@ int main(int argc, char** argv) {
   loop.Run(stop);
   if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
     return Complain(stopped.error().detail, 1);
+  if (steps != nullptr) {
+    if (const auto closed = steps->Close(); !closed) return Complain(closed.error().detail, 1);
+    std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps->num_lost()));
+  }
   if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "physics_node.json", thread.is_fifo)) {
     return Complain("cannot write its report to " + options["--out"], 1);
   }
