@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "bus/bulk_folder.hpp"
 #include "bus/log/node_recording.hpp"
 #include "bus/node_arguments.hpp"
 #include "nodes/logic_node/node_loop.hpp"
@@ -49,6 +50,8 @@ int main(int argc, char** argv) {
   if (!node) return Complain(node.error().detail, 1);
   logic_node::NodeLoop loop(*scenario, logic->get(), node->get());
   loop.Declare();
+  auto bulk = bus::BulkServer::Create(node->get(), node_options);
+  if (!bulk) return Complain(bulk.error().detail, 1);
   std::unique_ptr<bus::log::StepLog> steps;
   if (!options["--steps"].empty()) {
     bus::log::TextMap about = replay::DescribeRun(*scenario);
@@ -60,6 +63,10 @@ int main(int argc, char** argv) {
   }
   if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
 
+  // For viewers on machines that do not have it. The run does not depend on them.
+  if (const auto offered = bus::OfferFolder(scenario->folder, "scenario", bulk->get()); !offered) {
+    Complain("the scenario is not offered to others: " + offered.error().detail, 0);
+  }
   std::printf("ready\n");
   std::fflush(stdout);
   (*node)->Emit({0, "logic_node", "ready", "procedure loaded, waiting for physics_node"});
