@@ -40,11 +40,50 @@ double Rate_Hz(const Seen& seen) {
   return span_s > 0.0 ? static_cast<double>(seen.messages - 1) / span_s : 0.0;
 }
 
+// What went from whom to whom, as the readers count it: whatever has arrived or is known to be lost adds up to what the
+// writers say they have sent. False: somewhere more is missing than can be on its way.
+bool ShowAccounts(const bus::Node& node, const std::string& pattern) {
+  bool do_close = true;
+  std::printf("%-40s %-16s %-16s %12s %12s %10s %8s\n", "topic", "from", "to", "sent", "received", "dropped", "open");
+  for (const bus::PeerStatus& reader : node.Peers()) {
+    for (const bus::ToldAccount& account : reader.accounts) {
+      if (account.is_writer || reader.is_observer || !bus::MatchesPattern(pattern, account.topic)) continue;
+      const auto open = static_cast<long long>(account.sent - account.received - account.dropped);
+      do_close = do_close && open >= 0;
+      std::printf("%-40s %-16s %-16s %12llu %12llu %10llu %8lld\n", account.topic.c_str(),
+                  account.peer.empty() ? "(earlier)" : account.peer.c_str(), reader.name.c_str(),
+                  static_cast<unsigned long long>(account.sent), static_cast<unsigned long long>(account.received),
+                  static_cast<unsigned long long>(account.dropped), open);
+    }
+  }
+  return do_close;
+}
+
+// By this machine's clock; a message from another machine is as old as the clocks' difference is known.
+std::string AgeText(const bus::Observation& observation, const std::vector<bus::PeerStatus>& peers) {
+  std::int64_t offset_ns = 0, bound_ns = INT64_MAX;
+  for (const bus::PeerStatus& peer : peers) {
+    if (peer.name != observation.writer) continue;
+    offset_ns = peer.clock_offset_ns;
+    bound_ns = peer.clock_bound_ns;
+  }
+  if (bound_ns == INT64_MAX) return ", age not known: its clock has not been compared yet";
+  const std::int64_t age_ns = observation.received_ns - (observation.publish_ns - offset_ns);
+  char text[64];
+  if (bound_ns == 0) {
+    std::snprintf(text, sizeof text, ", %.3f ms old", static_cast<double>(age_ns) * 1e-6);
+  } else {
+    std::snprintf(text, sizeof text, ", %.3f +- %.3f ms old", static_cast<double>(age_ns) * 1e-6,
+                  static_cast<double>(bound_ns) * 1e-6);
+  }
+  return text;
+}
+
 int Run(const Arguments& arguments) {
   const std::string& what = arguments.positional()[0];
   const bool has_pattern = arguments.positional().size() == 2;
-  if (what != "list" && what != "echo" && what != "hz") {
-    return Complain("topic", "'" + what + "' is none of list, echo, hz", kBadUsage);
+  if (what != "list" && what != "echo" && what != "hz" && what != "accounts") {
+    return Complain("topic", "'" + what + "' is none of list, echo, hz, accounts", kBadUsage);
   }
   if (what == "echo" && !has_pattern) return Complain("topic", "echo needs a topic, e.g. logic/status", kBadUsage);
   const auto count = arguments.number("--count");
@@ -54,7 +93,8 @@ int Run(const Arguments& arguments) {
 
   auto node = Attach(arguments, "topic");
   if (!node) return Complain("topic", node.error().detail, kDoesNotHold);
-  (*node)->Observe(has_pattern ? arguments.positional()[1] : "*");
+  const std::string pattern = has_pattern ? arguments.positional()[1] : "*";
+  (*node)->Observe(pattern);
   if (const auto started = (*node)->Start(5'000'000'000); !started) {
     return Complain("topic", started.error().detail, kDoesNotHold);
   }
@@ -77,13 +117,15 @@ int Run(const Arguments& arguments) {
                   observation.num_bytes);
       // Only a LATEST message says when it was published.
       if (observation.publish_ns > 0) {
-        std::printf(", %.3f ms old", static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6);
+        std::printf("%s", AgeText(observation, (*node)->Peers()).c_str());
       }
       std::printf("\n%s\n", observation.Text().c_str());
       std::fflush(stdout);
     }
   }
-  if (what == "list") {
+  if (what == "accounts") {
+    if (!ShowAccounts(**node, pattern)) return Complain("topic", "more arrived than was sent", kDoesNotHold);
+  } else if (what == "list") {
     for (const auto& [topic, seen] : all) {
       std::printf("%-7s %-44s %s\n", std::string(bus::NameOf(seen.topic_class)).c_str(), topic.c_str(),
                   seen.writer.c_str());
@@ -106,10 +148,10 @@ int Run(const Arguments& arguments) {
 Verb TopicVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--count", "N", "stop after N messages"});
-  options.push_back({"--seconds", "S", "look for S seconds (list: 2, hz: 5, echo: until Ctrl-C)"});
+  options.push_back({"--seconds", "S", "look for S seconds (list, accounts: 2, hz: 5, echo: until Ctrl-C)"});
   return {"topic",
-          "topics of the running session: which, what they say, how often",
-          "list|echo|hz [PATTERN]",
+          "topics of the running session: which, what they say, how often, and what of it arrived",
+          "list|echo|hz|accounts [PATTERN]",
           1,
           2,
           options,
