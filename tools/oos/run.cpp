@@ -181,6 +181,12 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.say = Print;
   const std::string recording = arguments.text("--record");
   options.is_recorded = !recording.empty();
+  if (arguments.has("--steps")) {
+    options.steps = std::filesystem::absolute(arguments.text("--steps"));
+    std::error_code error;
+    std::filesystem::create_directories(options.steps, error);
+    if (error) return Complain("run", options.steps.string() + ": " + error.message(), kBadUsage);
+  }
   options.split_MB = arguments.text("--split_MB");
   options.split_s = arguments.text("--split_s");
   if (options.is_recorded && std::filesystem::exists(recording)) {
@@ -285,7 +291,7 @@ Verb RunVerb() {
        {"--split_MB", "N", "with --record: nodes begin a new file at that size"},
        {"--split_s", "N", "with --record: and at that age"},
        {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
-       {"--steps", "FILE.mcap", "with --lockstep: every step of the nodes, for 'oos replay FILE --node NODE'"},
+       {"--steps", "PATH", "every step of the nodes, for 'oos replay': a folder; with --lockstep one file, .mcap"},
        {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},
        {"--no_encryption", "", "no keys: anybody on the network may listen in and speak"},
        {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},

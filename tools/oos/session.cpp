@@ -173,6 +173,9 @@ class Session {
         command.nice = 10;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
       }
+      if (!options_.steps.empty() && (name == "haptic_node" || name == "physics_node" || name == "logic_node")) {
+        AddArgument(&command, "--steps", (options_.steps / (name + ".mcap")).string());
+      }
       if (options_.is_recorded) {
         AddArgument(&command, "--record", (RecordingFolder(options_.out) / (name + ".mcap")).string());
         if (!options_.split_MB.empty()) AddArgument(&command, "--split_MB", options_.split_MB);

@@ -26,6 +26,7 @@ struct SessionOptions {
   unsigned workers = 1;                           // of haptic_node, and of physics_node
   std::filesystem::path program_folder;           // where the nodes' executables are
   bool is_recorded = false;                       // every node writes out/recording/<node>.mcap
+  std::filesystem::path steps;                    // nodes write steps/<node>.mcap; empty: none
   std::string split_MB, split_s;                  // new files of the recording at that size or age; empty: none
   double start_patience_s = 240.0;                // cooking a big scene for the first time takes minutes
   const std::atomic<int>* interrupted = nullptr;  // not 0: stop, somebody pressed Ctrl-C
