@@ -22,6 +22,7 @@ const PROTOCOL_VERSION = 1;
 const HEARTBEAT_MS = 50, HELLO_MS = 500, EAGER_HELLO_MS = 100, DEAD_AFTER_MS = 350, ASK_AGAIN_MS = 300;
 const BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
 const EVENT_CREDIT = 1024n, EVENTS_KEPT = 4096;
+const MAX_TOPICS_TOLD = 30;  // keeps a heartbeat within one datagram
 const EVENT_TOPIC = hash32("event");
 
 const Control = typeOf("oos.Control");
@@ -92,6 +93,7 @@ export class Node extends EventEmitter {
   #roster = 0n; #isWelcomed = false; #isClosed = false; #welcome = null;
   #events = []; #numEvents = 0n;  // the last that this node emitted; how many in all
   refused = 0;
+  figures = new Map();  // LATEST, by topic: {isWritten, sent, received, dropped}
 
   constructor(options) {  // {name, registry, session, keys, bind, isObserver}
     super();
@@ -148,6 +150,7 @@ export class Node extends EventEmitter {
       (peer.record.topics.some((one) => one.name === topic && !one.isWritten) ||
        peer.record.observedPatterns.some((pattern) => matches(pattern, topic))));
     for (const { data } of readers) this.#data.send(bytes, data.port, data.host);
+    this.#figuresOf(topic, true).sent += BigInt(readers.length);
     return readers.length;
   }
 
@@ -344,10 +347,17 @@ export class Node extends EventEmitter {
     this.emit("roster", this.alive());
   }
 
+  #figuresOf(topic, isWritten) {
+    if (!this.figures.has(topic)) this.figures.set(topic, { isWritten, sent: 0n, received: 0n, dropped: 0n });
+    return this.figures.get(topic);
+  }
+
   #heartbeat(isGoodbye) {
+    const topics = [...this.figures].slice(0, MAX_TOPICS_TOLD).map(([name, of]) => ({ topic: hash32(name), ...of }));
+    const total = (kind) => [...this.figures.values()].reduce((sum, of) => sum + of[kind], 0n);
     return { name: this.#options.name, instance: this.#instance, waitCount: BigInt(Math.round(performance.now())),
-      refused: BigInt(this.refused), isGoodbye, sentNs: process.hrtime.bigint(),
-      counts: [{ topic: EVENT_TOPIC, count: this.#numEvents }] };
+      isGoodbye, sentNs: process.hrtime.bigint(), topics, refused: BigInt(this.refused), sent: total("sent"),
+      received: total("received"), dropped: total("dropped"), counts: [{ topic: EVENT_TOPIC, count: this.#numEvents }] };
   }
 
   #beat() {
@@ -544,6 +554,9 @@ export class Node extends EventEmitter {
     partial.parts.set(envelope.part, payload);
     if (partial.parts.size < envelope.parts) return;
     this.#partial.delete(topic.name);
+    const figures = this.#figuresOf(topic.name, false);
+    if (newest?.boot === envelope.boot) figures.dropped += envelope.sequence - newest.sequence - 1n;
+    ++figures.received;
     this.#newest.set(topic.name, envelope);
     this.emit("message", new Latest(topic, envelope, partial.parts));
   }

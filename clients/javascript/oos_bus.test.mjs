@@ -156,6 +156,11 @@ async function everything(words) {
       await until(node, (m) => m.topic === "physics/state");
     }
     await seen;
+
+    // What was sent since the first that came was received or is counted as lost.
+    const newest = await until(node, (m) => m.topic === "physics/state");
+    const { received, dropped } = node.figures.get("physics/state");
+    assert.equal(received + dropped, newest.sequence - sequence + 1n);
     await node.close();
     await peerIsContent();
   });

@@ -26,6 +26,7 @@ MACHINE_ID = pathlib.Path("/proc/sys/kernel/random/boot_id")  # nodes of one mac
 HEARTBEAT_S, HELLO_S, EAGER_HELLO_S, DEAD_AFTER_S, ASK_AGAIN_S = 0.05, 0.5, 0.1, 0.35, 0.3
 BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.2, 0.05
 EVENT_CREDIT, EVENTS_KEPT = 1024, 4096
+MAX_TOPICS_TOLD = 30  # keeps a heartbeat within one datagram
 EVENT_TOPIC = hash32("event")
 
 
@@ -89,6 +90,7 @@ class Node:
         self.name, self.session, self.is_observer = name, session, is_observer
         self.instance, self.boot = secrets.randbits(64), time.time_ns()
         self.topics, self.readers, self.refused = {}, {}, 0
+        self.sent, self.received, self.dropped = (collections.Counter() for _ in range(3))  # LATEST, by topic
         self._events, self._num_events = collections.deque(maxlen=EVENTS_KEPT), 0
         self._patterns, self._read, self._written, self._sequences = [], set(), {}, {}
         self._peers, self._gone, self._inbox, self._partial, self._newest = {}, set(), [], {}, {}
@@ -170,6 +172,8 @@ class Node:
         """The messages that have arrived; waits for the first of them."""
         end = time.monotonic() + timeout_s
         self._polls += 1
+        if self._refusal is not None:  # another has taken this node's place
+            raise Refused(self._refusal)
         while True:
             self._run_once(max(0.0, end - time.monotonic()) if not self._inbox else 0.0)
             if self._inbox or time.monotonic() >= end:
@@ -191,6 +195,7 @@ class Node:
             any(matches(pattern, topic) for pattern in peer.record.observed_patterns))]
         for peer in readers:
             self._data.sendto(data, peer.data)
+        self.sent[topic] += len(readers)
         return len(readers)
 
     def emit(self, name, detail=""):
@@ -384,9 +389,13 @@ class Node:
     def _send_heartbeats(self, is_goodbye):
         if self._keys and not self._sealer:
             return  # nobody could read them
+        figures = [bus_pb2.TopicFigures(topic=hash32(topic), is_written=topic in self._sequences,
+                                        sent=self.sent[topic], received=self.received[topic], dropped=self.dropped[topic])
+                   for topic in (*self._sequences, *self.received)]
         beat = self._wrap(bus_pb2.Control(heartbeat=bus_pb2.Heartbeat(
             name=self.name, instance=self.instance, wait_count=self._polls, refused=self.refused,
-            is_goodbye=is_goodbye, sent_ns=time.monotonic_ns(),
+            is_goodbye=is_goodbye, sent_ns=time.monotonic_ns(), topics=figures[:MAX_TOPICS_TOLD],
+            sent=self.sent.total(), received=self.received.total(), dropped=self.dropped.total(),
             counts=[bus_pb2.TopicCount(topic=EVENT_TOPIC, count=self._num_events)])), self._sealer)
         for peer in self._peers.values():
             self._beats.sendto(beat, peer.heartbeat)
@@ -559,6 +568,10 @@ class Node:
             parts["age"] = age
         parts[envelope.part] = TYPES[rule_of(topic)["type"]].FromString(payload)
         if len(parts) == envelope.parts + 1:
+            newest = self._newest.get(topic, age)
+            if newest[0] == envelope.boot:
+                self.dropped[topic] += max(0, envelope.sequence - newest[1] - 1)
+            self.received[topic] += 1
             self._newest[topic] = age
             body = merge_parts([parts[i] for i in range(envelope.parts)])
             del self._partial[topic]

@@ -103,6 +103,13 @@ class LivePeer:
                     return message
         self.fail("it never came; alive: " + ", ".join(sorted(node.alive())))
 
+    def place_in(self, node, topic):
+        """(newest sequence, messages that were received or lost up to it)."""
+        sequences = []
+        while not sequences:
+            sequences = [message.sequence for message in node.poll() if message.topic == topic]
+        return sequences[-1], node.received[topic] + node.dropped[topic]
+
     def test_everything_a_client_does(self):
         node = self.node(is_observer=False)
         for topic in ("physics/state", "logic/status", "event"):
@@ -118,6 +125,8 @@ class LivePeer:
         self.assertEqual(physics.body.x_wo[7 * 39 + 4:7 * 40], [39.0, 0.5 * (physics.body.tick % 100), -1.0])
         later = self.until(node, lambda m: m.topic == "physics/state")
         self.assertGreater(later.sequence, physics.sequence)
+
+        first, first_count = self.place_in(node, "physics/state")
 
         # Events both ways; the answer comes with a change of state.
         end = time.monotonic() + 20.0
@@ -144,6 +153,10 @@ class LivePeer:
         while not is_seen and time.monotonic() < end:  # one datagram may be lost
             node.publish("device/right/state", hand)
             is_seen = any(m.topic == "event" and m.body.name == "hand_seen" for m in node.poll(0.01))
+
+        # What was sent since then was received or is counted as lost.
+        newest, count = self.place_in(node, "physics/state")
+        self.assertEqual(count - first_count, newest - first)
         node.close()
         rest = self.peer.stdout.read()
         self.assertEqual(self.peer.wait(), 0, rest)
