@@ -7,6 +7,7 @@
 #include "tools/dynamics/bench.hpp"
 #include "tools/oos/places.hpp"
 #include "tools/oos/verb.hpp"
+#include "tools/transport/bench.hpp"
 
 namespace oos {
 namespace {
@@ -21,7 +22,11 @@ meshes are missing are named and skipped. FCL, Bullet and OpenVDB take part when
 program: `./dev bench` builds it.
 
 physics: the dynamics beside closed forms and Bullet: rotation, rebound under delay, reduction of contacts, mass ratio,
-a peg that jams, sheets. MuJoCo takes part when `oos_bench_dynamics_peers` stands beside this program.)";
+a peg that jams, sheets. MuJoCo takes part when `oos_bench_dynamics_peers` stands beside this program.
+
+bus: one hop by transport and size, classes of topics, the age of the newest sample while packets are lost between two network
+namespaces (root), throughput and processor time: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
+takes part when `oos_bench_transport_peers` stands beside this program.)";
 
 // Runs in place of this program if it stands beside it; else returns.
 void RunPeers(const char* name, std::vector<std::string> words) {
@@ -44,10 +49,20 @@ int RunPhysics(const Arguments& arguments) {
   return dynamics::BenchMain(options, {});
 }
 
+int RunBus(const Arguments& arguments) {
+  transport::BenchOptions options;
+  options.json = arguments.text("--json");
+  options.plot = arguments.text("--plot");
+  options.only = arguments.text("--pair");
+  RunPeers("oos_bench_transport_peers", {options.json, options.plot, options.only});
+  return transport::BenchMain(options, {});
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.positional()[0] == "physics") return RunPhysics(arguments);
+  if (arguments.positional()[0] == "bus") return RunBus(arguments);
   if (arguments.positional()[0] != "vps") {
-    return Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics", kBadUsage);
+    return Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus", kBadUsage);
   }
   contact::BenchOptions options;
   options.json = arguments.text("--json");
@@ -63,8 +78,9 @@ int Run(const Arguments& arguments) {
 
 Verb BenchVerb() {
   return {"bench",
-          "times and errors of contact queries or of the dynamics, charted against exact answers and other libraries",
-          "vps|physics",
+          "times and errors of contact queries, of the dynamics or of the bus, charted against exact answers and other "
+          "libraries",
+          "vps|physics|bus",
           1,
           1,
           {{"--json", "FILE", "where all numbers go"},

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "bus/node.hpp"
+#include "bus/registry.hpp"
+#include "tools/transport/channel.hpp"
+
+namespace transport {
+
+// A registry and two nodes on loopback, with keys as in a run or without.
+struct Link {
+  static std::unique_ptr<Link> Make(bool is_encrypted);  // nothing is started yet; null: not on this machine
+  Link() = default;
+  ~Link();
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  // Both nodes, until each knows the other.
+  bool Start();
+
+  bool is_encrypted = false;
+  std::filesystem::path keys;
+  std::unique_ptr<bus::Registry> registry;
+  std::unique_ptr<bus::Node> near, far;
+};
+
+// One topic between two nodes of their own. Null: not on this machine.
+std::unique_ptr<Channel> MakeLatest(std::size_t num_bytes, bool is_encrypted);
+std::unique_ptr<Channel> MakeState(bool is_encrypted);  // 200 B
+std::unique_ptr<Channel> MakeEvent(bool is_encrypted);  // 200 B
+
+// Sizes that MakeLatest has: a device's state, 20 contacts, a sheet in twelve datagrams.
+constexpr std::size_t kSmallBytes = 215;
+constexpr std::size_t kLargeBytes = 1050;
+constexpr std::size_t kSheetBytes = 13'700;
+
+// STATE, EVENT and answers reach a node's step thread when it comes back to Wait; the receivers here come back so
+// often.
+constexpr std::int64_t kLook_ns = 50'000;
+
+}  // namespace transport

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace transport {
+
+// A way from one thread to another that carries messages of one size, the time of sending inside.
+class Channel {
+ public:
+  Channel(std::string name, std::size_t num_bytes) : name_(std::move(name)), num_bytes_(num_bytes) {}
+  virtual ~Channel() = default;
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::size_t num_bytes() const { return num_bytes_; }  // of a message on the wire
+
+  // Sender's thread. `now_ns`: CLOCK_MONOTONIC. False: not taken.
+  virtual bool Send(std::int64_t now_ns) = 0;
+  // Receiver's thread; waits 10 ms at most. When the newest that came was sent; 0: nothing came.
+  virtual std::int64_t Receive() = 0;
+
+ private:
+  std::string name_;
+  std::size_t num_bytes_;
+};
+
+using Channels = std::vector<std::unique_ptr<Channel>>;
+
+constexpr int kPatience_ms = 10;
+
+}  // namespace transport

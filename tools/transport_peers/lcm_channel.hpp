@@ -1,0 +1,13 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "tools/transport/channel.hpp"
+
+namespace transport_peers {
+
+// LCM over multicast on this machine (ttl 0). Null: no multicast here.
+std::unique_ptr<transport::Channel> MakeLcm(std::size_t num_bytes);
+
+}  // namespace transport_peers
