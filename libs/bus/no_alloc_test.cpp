@@ -6,10 +6,12 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
 #include "bus/detail/datagram_guard.hpp"
+#include "bus/log/tap_recorder.hpp"
 #include "bus/node.hpp"
 #include "bus/registry.hpp"
 #include "bus/rt/step_guard.hpp"
@@ -18,10 +20,11 @@
 namespace bus {
 namespace {
 
-std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry) {
+std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry, log::Tap* tap = nullptr) {
   NodeOptions options;
   options.name = name;
   options.registry = registry;
+  options.tap = tap;
   options.is_encrypted = false;
   return std::move(*Node::Create(options));
 }
@@ -60,8 +63,13 @@ TEST(StepGuard, SeesAllocationsReleasesAndLocksOfItsOwnThreadOnly) {
 
 TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   const auto registry = std::move(*Registry::Create({.is_encrypted = false}));
-  const auto haptic = MakeNode("haptic_node", registry->endpoint());
-  const auto physics = MakeNode("physics_node", registry->endpoint());
+  // With taps on: recording is a real-time call's work too.
+  const auto folder = std::filesystem::temp_directory_path() / ("no_alloc" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto haptic_recorder = std::move(*log::TapRecorder::Create({folder / "h.mcap", "haptic_node", {}, {}, 0, 0}));
+  const auto physics_recorder = std::move(*log::TapRecorder::Create({folder / "p.mcap", "physics_node", {}, {}, 0, 0}));
+  const auto haptic = MakeNode("haptic_node", registry->endpoint(), haptic_recorder->tap());
+  const auto physics = MakeNode("physics_node", registry->endpoint(), physics_recorder->tap());
   auto contacts_writer = haptic->WriteLatest<core::ContactSet>(ContactsTopic("haptic_node", "a/b"));
   auto proxy_writer = haptic->WriteLatest<core::HapticProxy>(HapticProxyTopic("right"));
   auto state_writer = physics->WriteLatest<core::PhysicsState>(kPhysicsStateTopic);
@@ -119,6 +127,10 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   EXPECT_NE(proxy_reader.Sample(2393), nullptr);
   EXPECT_GT(heard_events, 0u);
   EXPECT_GT(answered, 0u);
+  ASSERT_TRUE(haptic_recorder->Stop());
+  EXPECT_GT(haptic_recorder->writer().num_messages(), 3 * 2400u);
+  EXPECT_EQ(haptic_recorder->writer().num_dropped(), 0u);
+  std::filesystem::remove_all(folder);
 }
 
 // Taking over a new roster is the step thread's work too.

@@ -317,7 +317,7 @@ template <class M>
 bool LatestWriter<M>::has_subscribers() const noexcept {
   if (sender_ == nullptr) return false;
   sender_->subscribers.Update();
-  return !sender_->subscribers.value().empty() || sender_->tap != nullptr;
+  return !sender_->subscribers.value().empty();
 }
 
 template class LatestWriter<core::DeviceState>;

@@ -5,8 +5,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <mutex>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/topics.hpp"
@@ -26,6 +29,15 @@ struct TapTopic {
   TopicClass topic_class = TopicClass::kLatest;
   std::string schema;       // full name of the payload's protobuf message; empty: none
   std::string descriptors;  // FileDescriptorSet with that message
+};
+
+// What a node knows of a peer's clock: peer's clock = own clock + offset, within the bound.
+struct PeerClock {
+  std::string peer;
+  std::string machine;
+  std::int64_t offset_ns = 0;
+  std::int64_t bound_ns = 0;
+  double drift = 0.0;  // s/s
 };
 
 struct TapHead {
@@ -113,6 +125,16 @@ class Tap {
     }
   }
 
+  // What the node knows of its peers' clocks, asked by the consumer; an empty function ends that. Not real-time.
+  void SetClocks(std::function<std::vector<PeerClock>()> clocks) {
+    const std::lock_guard lock(mutex_);
+    clocks_ = std::move(clocks);
+  }
+  [[nodiscard]] std::vector<PeerClock> Clocks() const {
+    const std::lock_guard lock(mutex_);
+    return clocks_ ? clocks_() : std::vector<PeerClock>{};
+  }
+
   // Any thread.
   [[nodiscard]] std::size_t num_topics() const { return num_topics_.load(std::memory_order_acquire); }
   [[nodiscard]] const TapTopic& topic(std::size_t slot) const { return topics_[slot]; }
@@ -127,6 +149,8 @@ class Tap {
   std::array<TapTopic, kMaxTopics> topics_;
   std::array<std::atomic<std::uint64_t>, kMaxTopics> dropped_{};
   std::atomic<std::size_t> num_topics_{0};
+  mutable std::mutex mutex_;
+  std::function<std::vector<PeerClock>()> clocks_;
   alignas(64) std::atomic<std::size_t> head_{0};  // bytes taken, ever
   alignas(64) std::atomic<std::size_t> tail_{0};  // bytes put, ever
 };

@@ -42,11 +42,6 @@ void TapRecorder::Run() {
   }
 }
 
-void TapRecorder::SetClocks(std::function<std::vector<PeerClock>()> clocks) {
-  const std::lock_guard lock(mutex_);
-  writer_->set_clocks(std::move(clocks));
-}
-
 core::Result<void> TapRecorder::Stop() {
   if (!thread_.joinable()) return {};
   {

@@ -26,9 +26,6 @@ class TapRecorder {
   // Empties the tap and closes the file. Errors: kIo, also those that came up earlier.
   core::Result<void> Stop();
 
-  // Asked on the writing thread every 0.5 s; an empty function ends that. Any thread.
-  void SetClocks(std::function<std::vector<PeerClock>()> clocks);
-
   // After Stop.
   [[nodiscard]] const TapWriter& writer() const { return *writer_; }
 

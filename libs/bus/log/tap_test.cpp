@@ -1,8 +1,10 @@
 #include "bus/log/tap.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -141,7 +143,7 @@ TEST_F(TapWriterTest, NamesChannelsByWhatHappened) {
   const std::uint16_t state =
       tap.AddTopic(Topic(TapKind::kSent, "figures/physics_node", TopicClass::kState, MessageType::kFigures));
   auto writer = std::move(*TapWriter::Create(file_, &tap, 0));
-  writer->set_clocks([] { return std::vector<PeerClock>{{"haptic_node", "other", -5, 40, 1e-6}}; });
+  tap.SetClocks([] { return std::vector<PeerClock>{{"haptic_node", "other", -5, 40, 1e-6}}; });
   Envelope envelope;
   envelope.header.sequence = 3;
   envelope.header.publish_ns = 900;
@@ -267,6 +269,31 @@ TEST_F(TapWriterTest, ARecorderWritesDownWhatIsPutUntilItIsStopped) {
   ASSERT_TRUE(contents) << contents.error().detail;
   EXPECT_EQ(contents->statistics.message_count, 5000U);
   EXPECT_FALSE(TapRecorder::Create(file_)) << "the file is there already";
+}
+
+// A full disk must not hold the node up, and is told.
+TEST_F(TapWriterTest, ADiskThatTakesNoMoreIsToldAndWhatIsMissingIsCounted) {
+  Tap tap(1 << 20);
+  const std::uint16_t slot = tap.AddTopic(Topic(TapKind::kSent, "event", TopicClass::kEvent, MessageType::kEvent));
+  auto writer = std::move(*TapWriter::Create(file_, &tap, 0));
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  rlimit small = before;
+  small.rlim_cur = 20'000;
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  std::int64_t now_ns = 0;
+  for (std::uint64_t i = 1; i <= 500; ++i, now_ns += 1'000'000) {
+    tap.Put(slot, i, now_ns, 0, {}, BytesOf(std::string(100, 'x')));
+    if (i % 10 == 0) writer->Service(now_ns);
+  }
+  const auto closed = writer->Close(now_ns);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  ASSERT_FALSE(closed);
+  EXPECT_NE(closed.error().detail.find("cannot be written"), std::string::npos) << closed.error().detail;
+  EXPECT_GT(writer->num_dropped(), 300U);
+  EXPECT_EQ(tap.dropped(slot), 0U) << "the ring was emptied all the same";
 }
 
 }  // namespace

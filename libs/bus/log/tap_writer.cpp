@@ -152,7 +152,7 @@ core::Result<void> TapWriter::WriteDrops(std::int64_t now_ns) {
 }
 
 core::Result<void> TapWriter::WriteClocks(std::int64_t now_ns) {
-  for (const PeerClock& clock : clocks_()) {
+  for (const PeerClock& clock : tap_->Clocks()) {
     oos::ClockSample sample;
     sample.set_peer(clock.peer);
     sample.set_peer_machine(clock.machine);
@@ -180,7 +180,7 @@ void TapWriter::Service(std::int64_t now_ns) {
   });
   Note(WriteDrops(now_ns));
   if (error_) return;
-  if (clocks_ && now_ns - clocked_ns_ >= kClockPeriod_ns) {
+  if (now_ns - clocked_ns_ >= kClockPeriod_ns) {
     clocked_ns_ = now_ns;
     Note(WriteClocks(now_ns));
   }

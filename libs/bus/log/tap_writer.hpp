@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,15 +12,6 @@
 #include "bus/log/tap.hpp"
 
 namespace bus::log {
-
-// What a node knows of a peer's clock: peer's clock = own clock + offset, within the bound.
-struct PeerClock {
-  std::string peer;
-  std::string machine;
-  std::int64_t offset_ns = 0;
-  std::int64_t bound_ns = 0;
-  double drift = 0.0;  // s/s
-};
 
 struct TapFile {
   std::filesystem::path path;  // "out/haptic_node.mcap"; the parts behind it: haptic_node.1.mcap, haptic_node.2.mcap
@@ -41,13 +31,10 @@ class TapWriter {
   // With a service every kService_ns at least, no more than 100 ms of a killed node's recording are lost.
   static constexpr std::int64_t kService_ns = 10'000'000;
   static constexpr std::int64_t kFlushPeriod_ns = 40'000'000;
-  static constexpr std::int64_t kClockPeriod_ns = 500'000'000;
+  static constexpr std::int64_t kClockPeriod_ns = 500'000'000;  // of what the node knows of its peers' clocks
 
   // Errors: kIo, e.g. the file is there already.
   static core::Result<std::unique_ptr<TapWriter>> Create(TapFile file, Tap* tap, std::int64_t now_ns);
-
-  // Asked every kClockPeriod_ns.
-  void set_clocks(std::function<std::vector<PeerClock>()> clocks) { clocks_ = std::move(clocks); }
 
   // Takes what is in the tap; flushes and splits when it is time. After an error (disk full) the tap is emptied all the
   // same and what came is counted as dropped; Close tells the error.
@@ -71,7 +58,6 @@ class TapWriter {
 
   TapFile file_;
   Tap* tap_;
-  std::function<std::vector<PeerClock>()> clocks_;
   std::unique_ptr<McapWriter> writer_;
   std::vector<std::filesystem::path> files_;
   std::map<std::string, std::uint16_t> schemas_;                             // of this part
