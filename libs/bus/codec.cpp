@@ -374,14 +374,25 @@ bool DecodeState(const std::string& bytes, core::LogicStatus* value) {
   return true;
 }
 
+// From real-time threads, so without the library, which allocates for every name. Field 1: names, field 2: packed
+// values.
 template <>
 void EncodeState(const Figures& value, std::string* bytes) {
-  oos::Figures p;
+  const auto put = [bytes](char tag, std::uint64_t size) {
+    bytes->push_back(tag);
+    for (; size >= 0x80; size >>= 7) bytes->push_back(static_cast<char>(size | 0x80));
+    bytes->push_back(static_cast<char>(size));
+  };
+  bytes->clear();
   for (const Figure& figure : value.items) {
-    p.add_name(figure.name);
-    p.add_value(figure.value);
+    put('\x0a', figure.name.size());
+    bytes->append(figure.name);
   }
-  p.SerializeToString(bytes);
+  if (value.items.empty()) return;
+  put('\x12', sizeof(double) * value.items.size());
+  for (const Figure& figure : value.items) {
+    bytes->append(reinterpret_cast<const char*>(&figure.value), sizeof(double));
+  }
 }
 
 template <>

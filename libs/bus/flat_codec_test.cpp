@@ -7,8 +7,10 @@
 #include <random>
 #include <string>
 
+#include "bus/codec.hpp"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
+#include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
 
 namespace bus::detail {
@@ -180,6 +182,21 @@ TYPED_TEST(FlatCodec, RefusesTooLittleRoom) {
   std::string room(size, '\0');
   for (std::size_t less = 0; less < size; ++less) {
     ASSERT_EQ(EncodeFlat(message, {reinterpret_cast<std::uint8_t*>(room.data()), less}), 0u);
+  }
+}
+
+TEST(FiguresCodec, WritesWhatTheLibraryWrites) {
+  for (const std::size_t count : {0, 1, 13, 40}) {
+    Figures figures;
+    oos::Figures proto;
+    for (std::size_t i = 0; i < count; ++i) {
+      figures.items.push_back({std::string(i * 7, 'n'), static_cast<double>(i) * 0.5});
+      proto.add_name(figures.items.back().name);
+      proto.add_value(figures.items.back().value);
+    }
+    std::string bytes = "old";
+    EncodeState(figures, &bytes);
+    EXPECT_EQ(bytes, proto.SerializeAsString());
   }
 }
 

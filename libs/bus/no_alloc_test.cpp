@@ -77,6 +77,8 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   auto& proxy_reader = physics->ReadLatest<core::HapticProxy>(HapticProxyTopic("right"));
   proxy_reader.KeepHistory(8);
   auto& state_reader = haptic->ReadLatest<core::PhysicsState>(kPhysicsStateTopic);
+  auto figures_writer = physics->WriteState<Figures>(FiguresTopic("physics_node"));
+  const Figures figures{{{"step_p50_us", 1.0}, {"cycles_with_contact", 2.0}}};
   physics->OwnParameters({"some.mass_kg"});
   haptic->ReadEvents();
   ASSERT_TRUE(haptic->Start().has_value());
@@ -112,6 +114,7 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
     }
     physics->Emit(event);
     if (i % 4 == 0) haptic->PostParameter(owner, change);
+    if (i % 8 == 0) figures_writer.Set(figures);
     while (physics->PollParameter(&change, &ticket)) physics->AckParameter(ticket, 1, true);
     while (haptic->PollAck(&ack)) ++answered;
     while (haptic->PollEvent(&heard)) ++heard_events;

@@ -1,0 +1,61 @@
+// The real nodes in a real run: their step threads neither allocate nor lock once warm. tests/step_guard/preload.cpp
+// watches them from inside.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/support.hpp"
+#include "tools/oos/session.hpp"
+
+namespace system_tests {
+namespace {
+
+struct Watched {
+  std::uint64_t steps = 0, dirty_steps = 0, allocations = 0, locks = 0;
+  std::string where;
+};
+
+Watched Read(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  Watched watched;
+  in >> watched.steps >> watched.dirty_steps >> watched.allocations >> watched.locks;
+  std::ostringstream rest;
+  rest << in.rdbuf();
+  watched.where = rest.str();
+  return watched;
+}
+
+TEST(StepThreads, NeitherAllocateNorLockOnceWarm) {
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  GTEST_SKIP() << "sanitizers have an allocator of their own";
+#endif
+  const std::filesystem::path binaries = VR_OOS_BINARY_DIR;
+  const std::filesystem::path out = binaries / "step_guard";
+  std::filesystem::remove_all(out);
+  std::filesystem::create_directories(out);
+  setenv("LD_PRELOAD", (binaries / "tests/step_guard/libstep_guard_preload.so").c_str(), 1);
+  setenv("STEP_GUARD_FOLDER", out.c_str(), 1);
+  oos::SessionOptions options;
+  options.out = out / "run";
+  options.is_headless = true;
+  options.without = {"visual_node"};
+  options.program_folder = binaries / "bin";
+  options.duration_s = 15.0;
+  const auto outcome = oos::RunSession(Load("touch"), options);
+  unsetenv("LD_PRELOAD");
+  ASSERT_TRUE(outcome) << outcome.error().detail;
+  for (const std::string node : {"device_bridge", "haptic_node", "physics_node"}) {
+    const Watched watched = Read(out / (node + ".txt"));
+    EXPECT_GT(watched.steps, 1000u) << node;
+    EXPECT_EQ(watched.dirty_steps, 0u) << node << ": " << watched.allocations << " allocations and releases, "
+                                       << watched.locks << " locks; the first at\n"
+                                       << watched.where;
+  }
+}
+
+}  // namespace
+}  // namespace system_tests
