@@ -107,10 +107,9 @@ TEST(ClientVectors, SealedDatagramsAreOpenedAndSealedAlike) {
   EXPECT_EQ(ToHex(key), vectors.at("sender_key"));
   for (const json& row : vectors.at("sealed")) {
     std::vector<std::uint8_t> bytes = FromHex(row.at("bytes"));
-    const auto number = [&row](const char* field) { return std::stoull(row.at(field).get<std::string>()); };
     bus::detail::KnownSenders senders;
-    senders.push_back({row.at("node").get<std::uint32_t>(), number("boot"), key});
-    bus::detail::Opener opener(number("session"), true);
+    senders.push_back({row.at("node").get<std::uint32_t>(), key});
+    bus::detail::Opener opener(std::stoull(row.at("session").get<std::string>()), true);
     opener.SetSenders(senders);
     bus::Envelope envelope;
     std::span<const std::uint8_t> payload;

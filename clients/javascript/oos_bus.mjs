@@ -249,7 +249,7 @@ export class Node extends EventEmitter {
   // For readEnvelope, with keys: opens a datagram with the key of the node that it says it is from.
   #unsealer() {
     return this.#keys && ((envelope, clear, body) => [...this.#peers.values()].find((peer) =>
-      peer.node === envelope.node && peer.record.boot === envelope.boot)?.opener?.(envelope.topicClass, clear, body));
+      peer.node === envelope.node)?.opener?.(envelope.topicClass, clear, body));
   }
 
   // The body of a Control in a sound envelope of this session, else an empty one, counted.

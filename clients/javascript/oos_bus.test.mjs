@@ -107,7 +107,7 @@ async function withPeer(words, body) {
 }
 
 // The next message that meets the condition.
-function until(node, condition, timeoutMs = 20_000) {
+function until(node, condition, timeoutMs = 40_000) {
   return new Promise((resolve, reject) => {
     const late = setTimeout(() => reject(new Error(`it never came; alive: ${node.alive()}`)), timeoutMs);
     node.on("message", function take(received) {

@@ -16,6 +16,7 @@ from proto import device_pb2
 
 VECTORS = pathlib.Path(__file__).resolve().parents[1] / "vectors"
 PEER = sys.argv.pop(1)
+PATIENCE_S = 40.0
 
 
 class Vectors(unittest.TestCase):
@@ -94,7 +95,7 @@ class LivePeer:
     def node(self, name="client", **options):
         return oos_bus.Node(name, self.where["registry"], int(self.where["session"]), self.where["keys"] or None, **options)
 
-    def until(self, node, condition, timeout_s=20.0):
+    def until(self, node, condition, timeout_s=PATIENCE_S):
         """Polls until condition(message) holds for one of the messages; returns it."""
         end = time.monotonic() + timeout_s
         while time.monotonic() < end:
@@ -105,9 +106,10 @@ class LivePeer:
 
     def place_in(self, node, topic):
         """(newest sequence, messages that were received or lost up to it)."""
-        sequences = []
+        sequences, end = [], time.monotonic() + PATIENCE_S
         while not sequences:
             sequences = [message.sequence for message in node.poll() if message.topic == topic]
+            self.assertLess(time.monotonic(), end, f"{topic} does not come; alive: {node.alive()}")
         return sequences[-1], node.received[topic] + node.dropped[topic]
 
     def test_everything_a_client_does(self):
@@ -129,7 +131,7 @@ class LivePeer:
         first, first_count = self.place_in(node, "physics/state")
 
         # Events both ways; the answer comes with a change of state.
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + PATIENCE_S
         while not node.readers and time.monotonic() < end:
             node.poll()
         node.emit("greeting", "hello")
@@ -165,7 +167,7 @@ class LivePeer:
         with self.node("client-twin") as first:
             first.start()
             second = self.node("client-twin")
-            end = time.monotonic() + 20.0
+            end = time.monotonic() + PATIENCE_S
             with self.assertRaisesRegex(oos_bus.Refused, "twin"):
                 while time.monotonic() < end:
                     first.poll(0.01)
@@ -208,7 +210,7 @@ class Encrypted(LivePeer, unittest.TestCase):
         return example
 
     def test_the_example_that_follows(self):
-        said, _ = self.run_example("example_follow.py", "0.7").communicate(timeout=20)
+        said, _ = self.run_example("example_follow.py", "0.7").communicate(timeout=PATIENCE_S)
         self.assertIn("step before anybody came", said)
         self.assertRegex(said, r"tick \d+  object 0 at 0.000 \d.*object 39 at 39.000 [\d.]+ -1.000 m")
 
