@@ -42,7 +42,7 @@ const larger = (a, b) => (a > b ? a : b);
 const smaller = (a, b) => (a < b ? a : b);
 const settled = (account) => account.start + account.received + account.dropped;
 // Nodes of one machine share a clock.
-const machineId = () => process.env.OOS_MACHINE_ID || readFileSync("/proc/sys/kernel/random/boot_id", "utf8").trim();
+const MACHINE_ID = process.env.OOS_MACHINE_ID || readFileSync("/proc/sys/kernel/random/boot_id", "utf8").trim();
 
 const digests = new Map();
 function digestOf(type) {
@@ -281,7 +281,7 @@ export class Node extends EventEmitter {
     const topics = [...[...this.#read].flatMap((topic) => declare(topic, false)),
       ...[...this.#sequences.keys()].flatMap((topic) => declare(topic, true))];
     return { name, instance: this.#instance, boot: this.#boot, session, protocolVersion: PROTOCOL_VERSION,
-      processId: process.pid, machineId: machineId(), dataEndpoint: `${bind}:${this.#data.address().port}`,
+      processId: process.pid, machineId: MACHINE_ID, dataEndpoint: `${bind}:${this.#data.address().port}`,
       heartbeatEndpoint: `${bind}:${this.#beats.address().port}`, routerEndpoint: this.#router.socket.lastEndpoint,
       topics, observedPatterns: this.#patterns, isObserver, readsEvents: this.#read.has("event"),
       schemas: [...schemas].map(([digest, text]) => ({ digest, canonical: text })) };
@@ -305,7 +305,9 @@ export class Node extends EventEmitter {
       this.#welcome.reject(new Error(body.value.why));
       if (this.#isWelcomed) this.emit("refused", body.value.why);
     } else if (body.case === "roster") {
+      if (!this.#isWelcomed && body.value.boot !== 0n) this.#boot = body.value.boot;
       this.#isWelcomed = true;
+      for (const instance of body.value.fenced) this.#fenceOff(instance);
       if (this.#keys && !this.#sealer) {
         this.#sessionKey = body.value.sessionKey;
         this.#sealer = makeSealer(senderKey(this.#sessionKey, this.#instance));
@@ -336,6 +338,12 @@ export class Node extends EventEmitter {
     }
     this.#receive(dealer.socket, (frames) => this.#takePeer(peer, frames.at(-1)));
     this.#beat();  // be heard by it at once
+  }
+
+  // Another has taken its place: nothing of it counts any more.
+  #fenceOff(instance) {
+    this.#gone.add(instance);
+    for (const peer of [...this.#peers.values()].filter((one) => one.record.instance === instance)) this.#forget(peer);
   }
 
   #forget(peer) {
@@ -388,11 +396,20 @@ export class Node extends EventEmitter {
       const isNew = !peer.isAlive;
       peer.isAlive = true;
       peer.heardMs = performance.now();
+      if (peer.record.machineId && peer.record.machineId !== MACHINE_ID) this.#answerClock(peer, heartbeat.sentNs);
       peer.toldVersion = heartbeat.stateVersion;
       peer.toldEvents = heartbeat.counts.find((one) => one.topic === EVENT_TOPIC)?.count ?? 0n;
       if (isNew) this.emit("roster", this.alive());
       this.#ask(peer, peer.heardMs);
     }
+  }
+
+  // What a node on another machine needs to compare the clocks.
+  #answerClock(peer, heartbeatSentNs) {
+    const now = process.hrtime.bigint();
+    const bytes = this.#wrap("clockEcho", { name: this.#options.name, instance: this.#instance, heartbeatSentNs,
+      receivedNs: now, answeredNs: now }, this.#sealer);
+    this.#beats.send(bytes, peer.heartbeat.port, peer.heartbeat.host);
   }
 
   #wants(topic) { return this.#read.has(topic) || this.#patterns.some((pattern) => matches(pattern, topic)); }

@@ -183,13 +183,13 @@ test("whoever has no key is not let in", async () => {
   }).finally(() => rmSync(folder, { recursive: true }));
 });
 
-// With the peer's session as the one that runs here.
+// With the peer's session as the one that runs here, and on a machine with a clock of its own.
 function runExample(name, ...words) {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
   mkdirSync(path.join(folder, "vr_oos"));
   writeFileSync(path.join(folder, "vr_oos", "session.json"), session);
   const example = spawn(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
-    { env: { ...process.env, XDG_RUNTIME_DIR: folder }, stdio: ["ignore", "pipe", "inherit"] });
+    { env: { ...process.env, XDG_RUNTIME_DIR: folder, OOS_MACHINE_ID: "elsewhere" }, stdio: ["ignore", "pipe", "inherit"] });
   let said = "";
   example.stdout.on("data", (text) => { said += text; });
   return once(example, "close").then(([status]) => {

@@ -6,6 +6,7 @@ sends heartbeats; a node that is silent for 0.35 s is dead to the others.
 
 import collections
 import dataclasses
+import functools
 import json
 import os
 import pathlib
@@ -22,12 +23,17 @@ from oos_topics import TYPES, canonical, matches, merge_parts, rule_of
 from proto import bus_pb2, logic_pb2  # oos_topics knows where it is
 
 PROTOCOL_VERSION = 1
-MACHINE_ID = pathlib.Path("/proc/sys/kernel/random/boot_id")  # nodes of one machine share a clock
 HEARTBEAT_S, HELLO_S, EAGER_HELLO_S, DEAD_AFTER_S, ASK_AGAIN_S = 0.05, 0.5, 0.1, 0.35, 0.3
 BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.2, 0.05
 EVENT_CREDIT, EVENTS_KEPT = 1024, 4096
 MAX_TOPICS_TOLD = 30  # keeps a heartbeat within one datagram
 EVENT_TOPIC = hash32("event")
+
+
+@functools.cache
+def machine_id():
+    """Nodes of one machine share a clock."""
+    return os.environ.get("OOS_MACHINE_ID") or pathlib.Path("/proc/sys/kernel/random/boot_id").read_text().strip()
 
 
 def running_session():
@@ -330,7 +336,7 @@ class Node:
         record = bus_pb2.NodeRecord(
             name=self.name, instance=self.instance, boot=self.boot, session=self.session,
             protocol_version=PROTOCOL_VERSION, process_id=os.getpid(), is_observer=self.is_observer,
-            machine_id=os.environ.get("OOS_MACHINE_ID") or MACHINE_ID.read_text().strip(),
+            machine_id=machine_id(),
             data_endpoint="%s:%d" % self._data.getsockname(), heartbeat_endpoint="%s:%d" % self._beats.getsockname(),
             router_endpoint=self._router.last_endpoint.decode().rstrip("\0"), observed_patterns=self._patterns,
             reads_events="event" in self._read)
@@ -352,10 +358,14 @@ class Node:
             node=self._record(), known_roster=self._roster, is_goodbye=is_goodbye)))
 
     def _take_registry(self, control):
-        if control.HasField("refusal"):
+        if control.HasField("refusal") and (control.refusal.is_fenced or not self._is_welcomed):
             self._refusal = control.refusal.why
         elif control.HasField("roster"):
+            if not self._is_welcomed:
+                self.boot = control.roster.boot or self.boot
             self._is_welcomed = True
+            for instance in control.roster.fenced:
+                self._fence_off(instance)
             if self._keys and not self._sealer:
                 self._session_key = control.roster.session_key
                 self._sealer = Sealer(sender_key(self._session_key, self.instance))
@@ -379,6 +389,12 @@ class Node:
             if topic.is_written:
                 self.topics[hash32(topic.name)] = (topic.name, record.name)
         self._next_heartbeat = 0.0  # be heard by it at once
+
+    def _fence_off(self, instance):
+        """Another has taken its place: nothing of it counts any more."""
+        self._gone.add(instance)
+        for peer in [peer for peer in self._peers.values() if peer.record.instance == instance]:
+            self._forget(peer)
 
     def _forget(self, peer):
         self._poller.unregister(peer.dealer)
@@ -413,8 +429,17 @@ class Node:
             self._forget(peer)
         else:
             peer.is_alive, peer.heard_s = True, time.monotonic()
+            if peer.record.machine_id not in ("", machine_id()):
+                self._answer_clock(peer, control.heartbeat.sent_ns)
             peer.told_version = control.heartbeat.state_version
             peer.told_events = max((c.count for c in control.heartbeat.counts if c.topic == EVENT_TOPIC), default=0)
+
+    def _answer_clock(self, peer, sent_ns):
+        """What a node on another machine needs to compare the clocks."""
+        now_ns = time.monotonic_ns()
+        self._beats.sendto(self._wrap(bus_pb2.Control(clock_echo=bus_pb2.ClockEcho(
+            name=self.name, instance=self.instance, heartbeat_sent_ns=sent_ns, received_ns=now_ns,
+            answered_ns=now_ns)), self._sealer), peer.heartbeat)
 
     def _wants(self, topic):
         return topic in self._read or any(matches(pattern, topic) for pattern in self._patterns)

@@ -196,14 +196,15 @@ class Encrypted(LivePeer, unittest.TestCase):
         self.start_peer(folder.name + "/keys")
 
     def run_example(self, name, *words):
-        """With the peer's session as the one that runs here."""
+        """With the peer's session as the one that runs here, and on a machine with a clock of its own."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         place = pathlib.Path(folder.name, "vr_oos", "session.json")
         place.parent.mkdir()
         place.write_text(json.dumps(self.where))
         example = subprocess.Popen([sys.executable, pathlib.Path(__file__).with_name(name), *words], text=True,
-                                   stdout=subprocess.PIPE, env=os.environ | {"XDG_RUNTIME_DIR": folder.name})
+                                   stdout=subprocess.PIPE,
+                                   env=os.environ | {"XDG_RUNTIME_DIR": folder.name, "OOS_MACHINE_ID": "elsewhere"})
         self.addCleanup(example.stdout.close)
         self.addCleanup(example.wait)
         self.addCleanup(example.kill)
