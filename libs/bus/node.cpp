@@ -103,7 +103,7 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   core.identity.session = options.session;
   core.guard = std::make_unique<detail::DatagramGuard>(options.session, options.is_encrypted);
   core.identity.node = TopicId(options.name);
-  // Only compared with other starts of the same node: a restart must be the newer one.
+  // A proposal: the registry grants a later one where this machine's clock is behind.
   core.identity.boot =
       static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
   for (detail::UdpSocket* socket : {&core.data_socket, &core.heartbeat_socket}) {
@@ -233,7 +233,10 @@ core::Result<void> Node::Start(std::int64_t timeout_ns) {
   std::unique_lock lock(core.mutex);
   const bool is_answered = core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns),
                                                  [&core] { return core.is_welcomed || !core.refusal.empty(); });
-  if (core.is_welcomed) return {};
+  if (core.is_welcomed) {
+    for (const auto& sender : core.senders) sender->envelope.boot = core.identity.boot;
+    return {};
+  }
   if (is_answered) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the registry " + core.options.registry + " refuses node " +
                                                           core.options.name + ": " + core.refusal);

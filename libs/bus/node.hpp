@@ -30,6 +30,7 @@ struct NodeOptions {
   std::string bind_address = "127.0.0.1";  // of this node's sockets; peers must be able to reach it
   std::uint64_t session = 0;               // datagrams of another session are refused
   bool is_observer = false;                // looks on: never waited for, its end is not a fault
+  bool takes_over = false;                 // from whoever has its name or writes its topics, also a living one
   bool says_goodbye = true;                // false: peers find out by silence, as after kill -9
   std::string keys;                        // key directory of the run, see bus/keys.hpp
   bool is_encrypted = true;                // false, said explicitly: no keys, anybody may listen in and speak

@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <map>
@@ -54,6 +55,8 @@ struct Registry::Impl {
   std::vector<std::string> refusals;
   std::uint64_t version = 0;
   std::map<std::uint64_t, std::int64_t> first_asked_ns;  // instance that conflicts with a node that may be dead
+  std::map<std::uint64_t, std::string> fenced;           // superseded instance -> who took its place
+  std::map<std::string, std::uint64_t> last_epoch;       // of each name and written topic
 
   ~Impl() {
     if (thread.joinable()) {
@@ -69,10 +72,12 @@ struct Registry::Impl {
   void Receive();
   void TakeHello(const std::string& routing, const std::string& key_name, const oos::Hello& hello);
   std::string FindConflict(const oos::NodeRecord& record, const std::map<std::uint32_t, std::string>& schemas,
-                           const Entry** other) const;
-  void Refuse(const std::string& routing, const std::string& why);
+                           const Entry** other, bool* is_exclusive) const;
+  void Supersede(const Entry& other, const std::string& by);
+  std::uint64_t GrantEpoch(const oos::NodeRecord& record);
+  void Refuse(const std::string& routing, const std::string& why, bool is_fenced = false);
   void Send(const std::string& routing, const oos::Control& control);
-  void SendRoster(const std::string& routing, std::uint64_t known);
+  void SendRoster(const Entry& entry, std::uint64_t known);
   void PushRoster();
 };
 
@@ -210,14 +215,30 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
   if (is_same) {
     known->second.last_hello_ns = now;
     known->second.routing = routing;
-    SendRoster(routing, hello.known_roster());
+    SendRoster(known->second, hello.known_roster());
+    return;
+  }
+  if (const auto by = fenced.find(record.instance()); by != fenced.end()) {
+    Refuse(routing, record.name() + " is fenced off: " + by->second + " has taken its place", true);
     return;
   }
   std::map<std::uint32_t, std::string> schemas;
   for (const oos::Schema& schema : record.schemas()) schemas[schema.digest()] = schema.canonical();
   const Entry* other = nullptr;
-  const std::string conflict = FindConflict(record, schemas, &other);
+  bool is_exclusive = false;
+  const std::string conflict = FindConflict(record, schemas, &other, &is_exclusive);
   if (!conflict.empty()) {
+    // Both were let in, by different lives of the registry, or the other while this one could not be heard.
+    if (is_exclusive && hello.is_member() && record.boot() < other->record.boot()) {
+      fenced[record.instance()] = other->record.name();
+      Refuse(routing, record.name() + " is fenced off: " + other->record.name() + " has taken its place", true);
+      return;
+    }
+    if (is_exclusive && (hello.is_member() || hello.takes_over())) {
+      Supersede(*other, record.name());
+      TakeHello(routing, key_name, hello);
+      return;
+    }
     // The other may have been killed a moment ago. It is alive when it says HELLO after the newcomer did; it has gone
     // when it stays silent for longer than its period; until one of the two is clear, the newcomer gets no answer and
     // asks again.
@@ -228,13 +249,24 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
       return;
     }
     if (now - other->last_hello_ns < kYieldsAfter_ns) return;
-    entries.erase(other->record.name());
+    if (is_exclusive) {
+      Supersede(*other, record.name());
+    } else {
+      entries.erase(std::string(other->record.name()));
+    }
     TakeHello(routing, key_name, hello);  // there may be a second conflict
     return;
   }
   first_asked_ns.erase(record.instance());
+  const std::uint64_t epoch = GrantEpoch(record);
+  if (hello.is_member() && epoch != record.boot()) {  // its successor has come and gone
+    fenced[record.instance()] = "a later instance";
+    Refuse(routing, record.name() + " is fenced off: a later instance has had its place", true);
+    return;
+  }
   Entry& entry = entries[record.name()];
   entry.record = record;
+  entry.record.set_boot(epoch);
   entry.record.clear_schemas();
   entry.record.set_public_key(keys ? keys->PublicKeyOf(key_name) : std::string());
   entry.schemas = std::move(schemas);
@@ -245,10 +277,11 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
 
 // Empty when the newcomer fits in. `other` is the node it conflicts with; null: with itself.
 std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
-                                         const std::map<std::uint32_t, std::string>& schemas,
-                                         const Entry** other) const {
+                                         const std::map<std::uint32_t, std::string>& schemas, const Entry** other,
+                                         bool* is_exclusive) const {
   for (const auto& [name, entry] : entries) {
     *other = &entry;
+    *is_exclusive = true;
     if (name == record.name()) {
       return "a node called " + name + " (process " + std::to_string(entry.record.process_id()) +
              ") is running already; end it or choose another name";
@@ -257,15 +290,18 @@ std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
       for (const oos::TopicDeclaration& theirs : entry.record.topics()) {
         if (mine.name() != theirs.name()) {
           if (TopicId(mine.name()) == TopicId(theirs.name())) {
+            *is_exclusive = false;
             return "topics " + mine.name() + " of " + record.name() + " and " + theirs.name() + " of " + name +
                    " have the same id; rename one";
           }
           continue;
         }
+        *is_exclusive = true;
         if (mine.is_written() && theirs.is_written()) {
           return "topic " + mine.name() + " is written by " + name + " already; " + record.name() +
                  " must not write it too";
         }
+        *is_exclusive = false;
         if (mine.schema_digest() == theirs.schema_digest()) continue;
         const auto my_schema = schemas.find(mine.schema_digest());
         const auto their_schema = entry.schemas.find(theirs.schema_digest());
@@ -282,11 +318,31 @@ std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
   return {};
 }
 
-void Registry::Impl::Refuse(const std::string& routing, const std::string& why) {
+// `other` is of `entries`. Its connection stays: it is told when it speaks again.
+void Registry::Impl::Supersede(const Entry& other, const std::string& by) {
+  fenced[other.record.instance()] = by;
+  entries.erase(std::string(other.record.name()));
+}
+
+// The node's own proposal is the time when it began; later than every earlier holder's in any case.
+std::uint64_t Registry::Impl::GrantEpoch(const oos::NodeRecord& record) {
+  std::vector<std::string> places = {"node " + record.name()};
+  for (const oos::TopicDeclaration& topic : record.topics()) {
+    if (topic.is_written()) places.push_back("topic " + topic.name());
+  }
+  std::uint64_t highest = 0;
+  for (const std::string& place : places) highest = std::max(highest, last_epoch[place]);
+  const std::uint64_t epoch = record.boot() >= highest ? record.boot() : highest + 1;
+  for (const std::string& place : places) last_epoch[place] = epoch;
+  return epoch;
+}
+
+void Registry::Impl::Refuse(const std::string& routing, const std::string& why, bool is_fenced) {
   refused_messages.fetch_add(1);
   if (refusals.empty() || refusals.back() != why) refusals.push_back(why);
   oos::Control control;
   control.mutable_refusal()->set_why(why);
+  control.mutable_refusal()->set_is_fenced(is_fenced);
   Send(routing, control);
 }
 
@@ -300,21 +356,23 @@ void Registry::Impl::Send(const std::string& routing, const oos::Control& contro
   }
 }
 
-void Registry::Impl::SendRoster(const std::string& routing, std::uint64_t known) {
+void Registry::Impl::SendRoster(const Entry& to, std::uint64_t known) {
   oos::Control control;
   oos::Roster* roster = control.mutable_roster();
   roster->set_version(version);
   roster->set_is_unchanged(known == version);
   roster->set_session_key(session_key);
+  roster->set_boot(to.record.boot());
   if (known != version) {
     for (const auto& [name, entry] : entries) *roster->add_nodes() = entry.record;
+    for (const auto& [instance, by] : fenced) roster->add_fenced(instance);
   }
-  Send(routing, control);
+  Send(to.routing, control);
 }
 
 void Registry::Impl::PushRoster() {
   ++version;
-  for (const auto& [name, entry] : entries) SendRoster(entry.routing, 0);
+  for (const auto& [name, entry] : entries) SendRoster(entry, 0);
 }
 
 }  // namespace bus

@@ -20,6 +20,11 @@ struct RegistryOptions {
 // goes on flowing when it dies; a new one is filled again by the periodic HELLO of every node (2 per second).
 // It refuses, with names: a second live node of the same name, a LATEST or STATE topic with two live writers, a schema
 // that contradicts the one another node has for the same topic, another session, another protocol version.
+//
+// Names and written topics have one holder. Each holder has an epoch (NodeRecord.boot), which grows from one to the
+// next. Whoever takes the place of one that died (silent for 0.8 s), or takes it over explicitly, fences it off: a
+// fenced instance is told so at its next HELLO, for good, its peers drop its connections, and what still comes from it
+// is refused and counted. Of two that were let in by different lives of the registry, the later epoch stays.
 class Registry {
  public:
   static core::Result<std::unique_ptr<Registry>> Create(const RegistryOptions& options);

@@ -56,12 +56,16 @@ struct PeerStatus {
   bool is_alive = false;    // heard within the last 0.35 s
   bool is_stalled = false;  // alive, but its step thread has not come back to Wait() for 0.4 s
   bool is_observer = false;
-  std::int64_t age_ns = 0;           // since the last heartbeat
-  std::uint32_t restarts = 0;        // seen by this node
-  std::string udp_endpoint;          // "127.0.0.1:41234"
-  std::string router_endpoint;       // "tcp://127.0.0.1:41235"
-  Counters counters;                 // as told by its heartbeats
-  std::uint64_t events_dropped = 0;  // events that it missed because it was away or too slow
+  std::int64_t age_ns = 0;     // since the last heartbeat
+  std::uint32_t restarts = 0;  // seen by this node
+  // Its clock minus this node's, within +- the bound; the same machine: exactly 0 and 0. Unknown: INT64_MAX.
+  std::int64_t clock_offset_ns = 0;
+  std::int64_t clock_bound_ns = 0;
+  double clock_drift_ppm = 0.0;
+  std::string udp_endpoint;           // "127.0.0.1:41234"
+  std::string router_endpoint;        // "tcp://127.0.0.1:41235"
+  Counters counters;                  // as told by its heartbeats
+  std::uint64_t events_dropped = 0;   // events that it missed because it was away or too slow
   std::vector<ToldAccount> accounts;  // as told by its heartbeats
 };
 

@@ -29,6 +29,13 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
                 static_cast<unsigned long long>(peer.counters.sent),
                 static_cast<unsigned long long>(peer.counters.received),
                 static_cast<unsigned long long>(peer.counters.dropped));
+    if (peer.clock_bound_ns == INT64_MAX) {
+      std::printf("%-16s clock not compared yet\n", "");
+    } else if (peer.clock_bound_ns > 0) {
+      std::printf("%-16s clock %+.6f s +- %.1f us, drift %+.1f ppm\n", "",
+                  static_cast<double>(peer.clock_offset_ns) * 1e-9, static_cast<double>(peer.clock_bound_ns) * 1e-3,
+                  peer.clock_drift_ppm);
+    }
   }
   for (std::size_t i = 0; i < figures.size(); ++i) {
     if (!figures[i]->has_value()) continue;

@@ -59,6 +59,26 @@ bool ShowAccounts(const bus::Node& node, const std::string& pattern) {
   return do_close;
 }
 
+// By this machine's clock; a message from another machine is as old as the clocks' difference is known.
+std::string AgeText(const bus::Observation& observation, const std::vector<bus::PeerStatus>& peers) {
+  std::int64_t offset_ns = 0, bound_ns = INT64_MAX;
+  for (const bus::PeerStatus& peer : peers) {
+    if (peer.name != observation.writer) continue;
+    offset_ns = peer.clock_offset_ns;
+    bound_ns = peer.clock_bound_ns;
+  }
+  if (bound_ns == INT64_MAX) return ", age not known: its clock has not been compared yet";
+  const std::int64_t age_ns = observation.received_ns - (observation.publish_ns - offset_ns);
+  char text[64];
+  if (bound_ns == 0) {
+    std::snprintf(text, sizeof text, ", %.3f ms old", static_cast<double>(age_ns) * 1e-6);
+  } else {
+    std::snprintf(text, sizeof text, ", %.3f +- %.3f ms old", static_cast<double>(age_ns) * 1e-6,
+                  static_cast<double>(bound_ns) * 1e-6);
+  }
+  return text;
+}
+
 int Run(const Arguments& arguments) {
   const std::string& what = arguments.positional()[0];
   const bool has_pattern = arguments.positional().size() == 2;
@@ -97,7 +117,7 @@ int Run(const Arguments& arguments) {
                   observation.num_bytes);
       // Only a LATEST message says when it was published.
       if (observation.publish_ns > 0) {
-        std::printf(", %.3f ms old", static_cast<double>(observation.received_ns - observation.publish_ns) * 1e-6);
+        std::printf("%s", AgeText(observation, (*node)->Peers()).c_str());
       }
       std::printf("\n%s\n", observation.Text().c_str());
       std::fflush(stdout);

@@ -12,6 +12,7 @@
 #include <csignal>
 
 #include "bus/detail/latest_spans.hpp"
+#include "bus/detail/machine_id.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
 
@@ -24,6 +25,7 @@ constexpr int kGoodbyeLinger_ms = 100;
 }  // namespace
 
 core::Result<void> BusThread::Open() {
+  machine_id_ = MachineId();
   try {
     gate_.Open(&context_, core_->keys);
     router_ = zmq::socket_t(context_, zmq::socket_type::router);
@@ -161,6 +163,7 @@ oos::NodeRecord BusThread::OwnRecord(bool with_schemas) const {
   record.set_data_endpoint(core_->data_socket.endpoint());
   record.set_heartbeat_endpoint(core_->heartbeat_socket.endpoint());
   record.set_router_endpoint(router_endpoint_);
+  record.set_machine_id(machine_id_);
   record.set_is_observer(core_->options.is_observer);
   record.set_owns_parameters(!core_->parameter_names.empty());
   record.set_reads_events(core_->reads_events);
@@ -198,6 +201,8 @@ bool BusThread::SendHello(bool is_goodbye) {
   *control.mutable_hello()->mutable_node() = OwnRecord(true);
   control.mutable_hello()->set_known_roster(roster_version_);
   control.mutable_hello()->set_is_goodbye(is_goodbye);
+  control.mutable_hello()->set_takes_over(core_->options.takes_over && !core_->is_welcomed);
+  control.mutable_hello()->set_is_member(core_->is_welcomed);
   const auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   try {
     return registry_.send(zmq::buffer(bytes), zmq::send_flags::dontwait).has_value();
@@ -206,9 +211,17 @@ bool BusThread::SendHello(bool is_goodbye) {
   }
 }
 
-// A routing id is the sender's own word: "<name>#<instance>"; its key is not.
-bool BusThread::IsOfKeyOwner(const std::string& routing, zmq::message_t& message) const {
-  return !core_->keys || IsKeyFor(Gate::KeyNameOf(message), routing.substr(0, routing.rfind('#')));
+// A routing id is the sender's own word, "<name>#<instance>"; its key is not.
+bool BusThread::IsAdmitted(const std::string& routing, zmq::message_t& message) const {
+  const std::size_t mark = routing.rfind('#');
+  const std::uint64_t instance = mark == std::string::npos ? 0 : std::strtoull(routing.c_str() + mark + 1, nullptr, 10);
+  if (fenced_.count(instance) != 0) {
+    core_->refused_fenced.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
+  if (!core_->keys || IsKeyFor(Gate::KeyNameOf(message), routing.substr(0, mark))) return true;
+  core_->refused.fetch_add(1, std::memory_order_relaxed);
+  return false;
 }
 
 void BusThread::ReceiveFromRegistry() {
@@ -220,6 +233,8 @@ void BusThread::ReceiveFromRegistry() {
     } else if (control.has_roster()) {
       TakeRoster(control.roster());
       core_->is_welcomed = true;
+    } else if (control.has_refusal() && control.refusal().is_fenced()) {
+      TakeFence(control.refusal().why());
     } else if (control.has_refusal()) {
       if (core_->is_welcomed && core_->refusal != control.refusal().why()) {
         Announce("registry_refused", control.refusal().why());
@@ -231,11 +246,14 @@ void BusThread::ReceiveFromRegistry() {
 
 void BusThread::TakeRoster(const oos::Roster& roster) {
   core_->session_key = roster.session_key();
+  if (!core_->is_welcomed && roster.boot() != 0) core_->identity.boot = roster.boot();
   if (roster.is_unchanged()) return;
   roster_version_ = roster.version();
+  for (const std::uint64_t instance : roster.fenced()) FenceOff(instance);
   for (const oos::NodeRecord& record : roster.nodes()) {
     // A roster only ever adds: a registry that was started again does not know everybody yet.
     if (record.name() == core_->options.name || gone_.count(record.instance()) != 0) continue;
+    if (fenced_.count(record.instance()) != 0) continue;
     const auto known = peers_.find(record.name());
     if (known == peers_.end()) {
       AddPeer(record, 0);
@@ -248,6 +266,33 @@ void BusThread::TakeRoster(const oos::Roster& roster) {
     }
   }
   UpdateSenders();
+}
+
+// Another has taken its place. Under the same name the new one's record replaces it, see TakeRoster.
+void BusThread::FenceOff(std::uint64_t instance) {
+  if (instance == core_->instance || !fenced_.insert(instance).second) return;
+  for (auto& [name, peer] : peers_) {
+    if (peer.record.instance() != instance) continue;
+    Lose(peer, false);
+    Announce("node_fenced", name);
+    peer.dealer.close();
+    try {  // nothing of it is read any more
+      peer.dealer = zmq::socket_t(context_, zmq::socket_type::dealer);
+      peer.dealer.set(zmq::sockopt::linger, 0);
+    } catch (const zmq::error_t&) {
+    }
+  }
+  std::erase_if(subscriptions_, [instance](const auto& item) { return item.second.instance == instance; });
+}
+
+// This node is the one that was superseded, while it stood still or could not be heard. It sends nothing any more.
+void BusThread::TakeFence(const std::string& why) {
+  if (is_fenced_) return;
+  is_fenced_ = true;
+  core_->refusal = why;
+  Announce("fenced", why);
+  subscriptions_.clear();
+  are_subscribers_outdated_ = true;
 }
 
 void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
@@ -278,6 +323,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
   status.process_id = record.process_id();
   status.is_observer = record.is_observer();
   status.restarts = restarts;
+  if (IsElsewhere(peer)) status.clock_bound_ns = kUnknownBound_ns;
   status.udp_endpoint = record.data_endpoint();
   status.router_endpoint = record.router_endpoint();
   for (const oos::TopicDeclaration& topic : record.topics()) {
@@ -300,6 +346,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
 }
 
 void BusThread::SendHeartbeats(bool is_goodbye) {
+  if (is_fenced_) return;
   const Counters counters = core_->CountAll();
   oos::Control control;
   oos::Heartbeat* heartbeat = control.mutable_heartbeat();
@@ -325,6 +372,7 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
     figures->set_reordered(topic.reordered);
   }
   AddLatestSpans(*core_, &next_span_told_, heartbeat);
+  heartbeat->set_sent_ns(core::MonotonicNow_ns());
   auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   core_->guard->SealControl(&bytes);
   for (const auto& [name, peer] : peers_) {
@@ -337,6 +385,7 @@ void BusThread::ReceiveHeartbeats() {
   for (;;) {
     const ssize_t size = recv(core_->heartbeat_socket.fd(), bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0) return;
+    const std::int64_t received_ns = core::MonotonicNow_ns();
     Envelope envelope;
     std::span<const std::uint8_t> payload;
     const Refusal refusal =
@@ -344,11 +393,47 @@ void BusThread::ReceiveHeartbeats() {
     if (refusal == Refusal::kUnknownSender) AskForRoster();
     if (refusal != Refusal::kNone) continue;
     oos::Control control;
-    if (!control.ParseFromArray(payload.data(), static_cast<int>(payload.size())) || !control.has_heartbeat()) {
+    if (!control.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) {
       core_->guard->refusals.Add(Refusal::kBadSchema);
-      continue;
+    } else if (control.has_clock_echo()) {
+      TakeClockEcho(control.clock_echo(), received_ns);
+    } else if (control.has_heartbeat()) {
+      AnswerClock(control.heartbeat(), received_ns);
+      TakeHeartbeat(control.heartbeat());
+    } else {
+      core_->guard->refusals.Add(Refusal::kBadSchema);
     }
-    TakeHeartbeat(control.heartbeat());
+  }
+}
+
+void BusThread::SendUnreliably(const Peer& peer, const oos::Control& control) {
+  auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
+  core_->guard->SealControl(&bytes);
+  core_->heartbeat_socket.Send(peer.heartbeat_address, bytes.data(), bytes.size());
+}
+
+// The four stamps of a clock comparison: a heartbeat left there, came here; the answer leaves here at once, and comes
+// there.
+void BusThread::AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t received_ns) {
+  const auto found = peers_.find(heartbeat.name());
+  if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) return;
+  if (!IsElsewhere(found->second) || is_fenced_) return;
+  oos::Control control;
+  oos::ClockEcho* echo = control.mutable_clock_echo();
+  echo->set_name(core_->options.name);
+  echo->set_instance(core_->instance);
+  echo->set_heartbeat_sent_ns(heartbeat.sent_ns());
+  echo->set_received_ns(received_ns);
+  echo->set_answered_ns(core::MonotonicNow_ns());
+  SendUnreliably(found->second, control);
+}
+
+void BusThread::TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_ns) {
+  const auto found = peers_.find(echo.name());
+  const bool is_known = found != peers_.end() && found->second.record.instance() == echo.instance();
+  if (!is_known || !IsElsewhere(found->second) ||
+      !found->second.clock.Add({echo.heartbeat_sent_ns(), echo.received_ns(), echo.answered_ns(), received_ns})) {
+    core_->guard->refusals.Add(Refusal::kBadSchema);
   }
 }
 
@@ -360,6 +445,10 @@ void BusThread::AskForRoster() {
 
 void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   if (gone_.count(heartbeat.instance()) != 0) return;
+  if (fenced_.count(heartbeat.instance()) != 0) {
+    core_->refused_fenced.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
   const auto found = peers_.find(heartbeat.name());
   if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) {
     AskForRoster();
@@ -436,6 +525,12 @@ void BusThread::CheckLiveness() {
       peer.is_missing_told = true;
       if (!peer.record.is_observer()) Announce("node_lost", peer.record.name());
     }
+    if (IsElsewhere(peer)) {
+      const ClockReading clock = peer.clock.At(now);
+      status.clock_offset_ns = clock.offset_ns;
+      status.clock_bound_ns = clock.bound_ns;
+      status.clock_drift_ppm = clock.drift_ppm;
+    }
     // A step thread that never called Wait() does not use the data socket at all.
     const bool is_stalled = status.is_alive && peer.wait_count > 0 && now - peer.wait_changed_ns > kStalledAfter_ns;
     if (is_stalled != status.is_stalled) {
@@ -453,7 +548,7 @@ void BusThread::UpdateSubscribers() {
   for (const auto& sender : core_->senders) {
     Subscribers readers;
     for (const auto& [name, peer] : peers_) {
-      if (!core_->peers[name].is_alive) continue;
+      if (!core_->peers[name].is_alive || is_fenced_) continue;
       bool reads = false;
       Subscriber reader{peer.data_address, peer.record.instance(), 0, false};
       for (const oos::TopicDeclaration& topic : peer.record.topics()) {
@@ -484,6 +579,7 @@ void BusThread::UpdateSenders() {
   }
   KnownSenders senders;
   for (const auto& [name, peer] : peers_) {
+    if (fenced_.count(peer.record.instance()) != 0) continue;
     if (!senders.push_back(core_->guard->Know(TopicId(name), peer.record.instance()))) {
       Announce("sender_limit", "no room for the key of " + name + " beside " + std::to_string(kMaxSenders) + " others");
     }

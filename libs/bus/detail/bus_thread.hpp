@@ -9,6 +9,7 @@
 #include <vector>
 #include <zmq.hpp>
 
+#include "bus/detail/clock_estimate.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
 #include "bus/detail/node_core.hpp"
@@ -57,6 +58,7 @@ class BusThread {
     std::int64_t wait_changed_ns = 0;
     std::map<std::pair<std::uint32_t, bool>, std::size_t> topic_slots;  // id, is written -> place in its counters
     PeerReading reading;
+    ClockEstimate clock;  // of another machine
   };
 
   struct Asked {
@@ -85,13 +87,19 @@ class BusThread {
   int PollTimeout_ms() const;
   oos::NodeRecord OwnRecord(bool with_schemas) const;
   bool SendHello(bool is_goodbye);
-  bool IsOfKeyOwner(const std::string& routing, zmq::message_t& message) const;
+  bool IsAdmitted(const std::string& routing, zmq::message_t& message) const;
   void ReceiveFromRegistry();
   void TakeRoster(const oos::Roster& roster);
   void AddPeer(const oos::NodeRecord& record, std::uint32_t restarts);
+  void FenceOff(std::uint64_t instance);
+  void TakeFence(const std::string& why);
   void SendHeartbeats(bool is_goodbye);
   void ReceiveHeartbeats();
   void TakeHeartbeat(const oos::Heartbeat& heartbeat);
+  bool IsElsewhere(const Peer& peer) const { return peer.record.machine_id() != machine_id_; }
+  void SendUnreliably(const Peer& peer, const oos::Control& control);
+  void AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t received_ns);
+  void TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_ns);
   void Lose(Peer& peer, bool has_left);
   void CheckLiveness();
   void UpdateSubscribers();
@@ -166,6 +174,9 @@ class BusThread {
 
   std::map<std::string, Peer> peers_;  // by name
   std::set<std::uint64_t> gone_;       // instances that said goodbye
+  std::set<std::uint64_t> fenced_;     // instances whose place another has taken
+  bool is_fenced_ = false;             // this one
+  std::string machine_id_;
   std::uint64_t roster_version_ = 0;
   std::int64_t next_heartbeat_ns_ = 0;
   std::int64_t next_hello_ns_ = 0;

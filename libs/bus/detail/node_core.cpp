@@ -64,6 +64,9 @@ void NodeCore::AddObservation(RawObservation observation) {
 Counters NodeCore::CountAll() const {
   Counters counters;
   counters.refused = refused.load(std::memory_order_relaxed) + refused_connections.load(std::memory_order_relaxed);
+  const std::uint64_t fenced = refused_fenced.load(std::memory_order_relaxed);
+  counters.refused += fenced;
+  if (fenced != 0) counters.refusals.push_back({"fenced", fenced});
   for (std::size_t i = 1; i < kNumRefusals; ++i) {
     const std::uint64_t count = guard->refusals.of(static_cast<Refusal>(i));
     if (count != 0) counters.refusals.push_back({NameOf(static_cast<Refusal>(i)), count});

@@ -171,7 +171,8 @@ struct NodeCore {
   std::atomic<std::uint64_t> wait_count{0};
   std::atomic<std::uint64_t> refused{0};
   std::atomic<std::uint64_t> refused_connections{0};
-  std::atomic<std::uint64_t> events_sent{0};  // times subscribers
+  std::atomic<std::uint64_t> refused_fenced{0};  // from an instance whose place another has taken
+  std::atomic<std::uint64_t> events_sent{0};     // times subscribers
   std::atomic<std::uint64_t> events_received{0};
   std::atomic<std::uint64_t> events_dropped{0};
   std::atomic<std::uint64_t> observations_dropped{0};  // the observer was too slow

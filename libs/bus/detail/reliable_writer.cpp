@@ -32,9 +32,8 @@ void BusThread::ReceiveFromRouter() {
       continue;
     }
     const std::string from = routing.to_string();
-    if (!IsOfKeyOwner(from, message)) {
-      core_->refused.fetch_add(1, std::memory_order_relaxed);
-    } else if (control.has_subscribe()) {
+    if (!IsAdmitted(from, message)) continue;
+    if (control.has_subscribe()) {
       TakeSubscribe(from, control.subscribe());
     } else if (control.has_event_ack()) {
       TakeEventAck(from, control.event_ack());

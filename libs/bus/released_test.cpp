@@ -1,0 +1,110 @@
+// proto/ against its last release: fields may be added, nothing that was released may change its meaning.
+//
+//   OOS_WRITE_RELEASE=proto/released/2.txt bus_test --gtest_filter='Released.*'   writes a new one
+
+#include <google/protobuf/descriptor.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "proto/bus.pb.h"
+#include "proto/device.pb.h"
+#include "proto/haptic.pb.h"
+#include "proto/logic.pb.h"
+#include "proto/physics.pb.h"
+
+namespace bus {
+namespace {
+
+using google::protobuf::Descriptor;
+using google::protobuf::FieldDescriptor;
+
+constexpr const char* kRelease = VR_OOS_SOURCE_DIR "/proto/released/1.txt";
+
+// "oos.PhysicsState 3" -> "repeated oos.BodyState bodies".
+using Listing = std::map<std::string, std::string>;
+
+std::string TypeOf(const FieldDescriptor& field) {
+  const std::string type = field.message_type() != nullptr ? field.message_type()->full_name()
+                           : field.enum_type() != nullptr  ? field.enum_type()->full_name()
+                                                           : std::string(field.type_name());
+  return (field.is_repeated() ? "repeated " : "") + type;
+}
+
+void List(const Descriptor& message, Listing* listing) {
+  for (int i = 0; i < message.field_count(); ++i) {
+    const FieldDescriptor& field = *message.field(i);
+    (*listing)[message.full_name() + " " + std::to_string(field.number())] = TypeOf(field) + " " + field.name();
+  }
+  for (int i = 0; i < message.reserved_range_count(); ++i) {
+    for (int number = message.reserved_range(i)->start; number < message.reserved_range(i)->end; ++number) {
+      (*listing)[message.full_name() + " " + std::to_string(number)] = "reserved";
+    }
+  }
+  for (int i = 0; i < message.nested_type_count(); ++i) List(*message.nested_type(i), listing);
+}
+
+Listing ListAll() {
+  Listing listing;
+  for (const Descriptor* any :
+       {oos::Control::descriptor(), oos::DeviceState::descriptor(), oos::HapticProxy::descriptor(),
+        oos::LogicStatus::descriptor(), oos::PhysicsState::descriptor()}) {
+    for (int i = 0; i < any->file()->message_type_count(); ++i) List(*any->file()->message_type(i), &listing);
+  }
+  return listing;
+}
+
+Listing Read(std::istream& in) {
+  Listing listing;
+  for (std::string message, number, rest; in >> message >> number && std::getline(in >> std::ws, rest);) {
+    listing[message + " " + number] = rest;
+  }
+  return listing;
+}
+
+// A field may be added, renamed, or given up when its number is reserved. Its type stays.
+std::vector<std::string> FindBreaks(const Listing& released, const Listing& now) {
+  const auto type_of = [](const std::string& text) { return text.substr(0, text.rfind(' ')); };
+  std::vector<std::string> breaks;
+  for (const auto& [field, was] : released) {
+    const auto is = now.find(field);
+    if (is == now.end()) {
+      breaks.push_back(field + " (" + was + ") is gone; reserve its number");
+    } else if (was == "reserved" && is->second != "reserved") {
+      breaks.push_back(field + " was given up, and is used again as " + is->second);
+    } else if (is->second != "reserved" && type_of(is->second) != type_of(was)) {
+      breaks.push_back(field + " was " + was + ", and is " + is->second + "; take a new number");
+    }
+  }
+  return breaks;
+}
+
+TEST(Released, WhatIsOnTheWireKeepsItsMeaning) {
+  const Listing now = ListAll();
+  if (const char* file = std::getenv("OOS_WRITE_RELEASE")) {
+    std::ofstream out(file);
+    for (const auto& [field, text] : now) out << field << ' ' << text << '\n';
+    ASSERT_TRUE(out.good()) << file;
+  }
+  std::ifstream in(kRelease);
+  const Listing released = Read(in);
+  ASSERT_GT(released.size(), 100u) << kRelease;
+  for (const std::string& line : FindBreaks(released, now)) ADD_FAILURE() << line;
+}
+
+TEST(Released, BreaksAreNamedAndAdditionsAreNot) {
+  std::istringstream was("m 1 double x\nm 2 repeated float y\nm 3 uint64 z\nm 4 reserved\n");
+  std::istringstream is("m 1 float x\nm 2 repeated float why\nm 4 uint32 back\nm 5 string new\n");
+  EXPECT_EQ(FindBreaks(Read(was), Read(is)),
+            (std::vector<std::string>{"m 1 was double x, and is float x; take a new number",
+                                      "m 3 (uint64 z) is gone; reserve its number",
+                                      "m 4 was given up, and is used again as uint32 back"}));
+}
+
+}  // namespace
+}  // namespace bus
