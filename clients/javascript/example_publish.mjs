@@ -1,4 +1,5 @@
-// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and says when it is done.
+// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and tells when it is
+// done.
 //
 //   oos run SCENARIO --without device_bridge
 //   node example_publish.mjs ROLE [TURNS]

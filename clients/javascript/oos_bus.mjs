@@ -81,8 +81,9 @@ class Latest {
 }
 
 // subscribe() and advertise() first, then await start(). Keys: the run's key directory; null is to say that nothing is
-// encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1". Emits "message" ({topic, writer, sequence, body, key,
-// publishNs}), "roster" (names of the living) when somebody comes or goes, and "refused" (why).
+// encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1". Emits "message" ({topic,
+// writer, sequence, body, key, publishNs}), "roster" (names of the living) when somebody comes or goes, and "refused"
+// (why).
 export class Node extends EventEmitter {
   #options; #instance = randomBytes(8).readBigUInt64LE(); #boot = BigInt(Date.now()) * 1_000_000n;
   #patterns = []; #read = new Set(); #sequences = new Map();
@@ -328,7 +329,8 @@ export class Node extends EventEmitter {
     if (known) this.#forget(known);
     const dealer = this.#dealer(record.routerEndpoint, record.publicKey);
     const opener = this.#sessionKey && makeOpener(senderKey(this.#sessionKey, record.instance));
-    const peer = { record, dealer, opener, node: hash32(record.name), data: addressOf(record.dataEndpoint), heartbeat: addressOf(record.heartbeatEndpoint),
+    const peer = { record, dealer, opener, node: hash32(record.name), data: addressOf(record.dataEndpoint),
+      heartbeat: addressOf(record.heartbeatEndpoint),
       isAlive: false, isSubscribed: false, hasSnapshot: false, heardMs: 0, askedMs: -Infinity, repairedMs: -Infinity,
       inStepMs: 0, accounts: new Map(), stateVersion: 0n, toldVersion: 0n, toldEvents: 0n, acked: [0n, 0n] };
     this.#peers.set(record.name, peer);
@@ -365,7 +367,8 @@ export class Node extends EventEmitter {
     const total = (kind) => [...this.figures.values()].reduce((sum, of) => sum + of[kind], 0n);
     return { name: this.#options.name, instance: this.#instance, waitCount: BigInt(Math.round(performance.now())),
       isGoodbye, sentNs: process.hrtime.bigint(), topics, refused: BigInt(this.refused), sent: total("sent"),
-      received: total("received"), dropped: total("dropped"), counts: [{ topic: EVENT_TOPIC, count: this.#numEvents }] };
+      received: total("received"), dropped: total("dropped"),
+      counts: [{ topic: EVENT_TOPIC, count: this.#numEvents }] };
   }
 
   #beat() {
@@ -497,7 +500,8 @@ export class Node extends EventEmitter {
     const now = performance.now();
     if (sequence === settled(account) + 1n) {
       ++account.received;
-      if (this.#wants("event")) this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event });
+      if (!this.#wants("event")) return;
+      this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event });
     } else if (now - peer.repairedMs > BETWEEN_REPAIRS_MS) {
       peer.repairedMs = now;
       this.#acknowledge(peer, true);
@@ -506,7 +510,8 @@ export class Node extends EventEmitter {
 
   #takeState(writer, { topic, key, value, version }) {
     if (!this.#wants(topic)) return;
-    this.emit("message", { topic, writer, key, sequence: version, body: fromBinary(typeOf(ruleOf(topic).type), value) });
+    const body = fromBinary(typeOf(ruleOf(topic).type), value);
+    this.emit("message", { topic, writer, key, sequence: version, body });
   }
 
   #takeRouter(from, bytes) {

@@ -189,7 +189,8 @@ function runExample(name, ...words) {
   mkdirSync(path.join(folder, "vr_oos"));
   writeFileSync(path.join(folder, "vr_oos", "session.json"), session);
   const example = spawn(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
-    { env: { ...process.env, XDG_RUNTIME_DIR: folder, OOS_MACHINE_ID: "elsewhere" }, stdio: ["ignore", "pipe", "inherit"] });
+    { stdio: ["ignore", "pipe", "inherit"],
+      env: { ...process.env, XDG_RUNTIME_DIR: folder, OOS_MACHINE_ID: "elsewhere" } });
   let said = "";
   example.stdout.on("data", (text) => { said += text; });
   return once(example, "close").then(([status]) => {

@@ -1,7 +1,7 @@
 """A node of the VR-OOS bus in Python, on Debian's python3-zmq, -protobuf, -xxhash and -cryptography.
 
-The protocol is docs/reference/bus_protocol.md. One thread does everything: call poll() at least every 0.1 s, for it also
-sends heartbeats; a node that is silent for 0.35 s is dead to the others.
+The protocol is docs/reference/bus_protocol.md. One thread does everything: call poll() at least every 0.1 s, for it
+also sends heartbeats; a node that is silent for 0.35 s is dead to the others.
 """
 
 import collections
@@ -192,8 +192,9 @@ class Node:
     def publish(self, topic, body):
         """Sends a LATEST message to everybody who reads it; returns how many. It has to fit into one datagram."""
         self._sequences[topic] += 1
-        data = Envelope(LATEST, hash32(topic), hash32(canonical(body.DESCRIPTOR)), self.session, hash32(self.name),
-                        self.boot, self._sequences[topic], time.monotonic_ns()).write(body.SerializeToString(), self._sealer)
+        envelope = Envelope(LATEST, hash32(topic), hash32(canonical(body.DESCRIPTOR)), self.session, hash32(self.name),
+                            self.boot, self._sequences[topic], time.monotonic_ns())
+        data = envelope.write(body.SerializeToString(), self._sealer)
         if len(data) > MAX_DATAGRAM_BYTES:
             raise ValueError(f"{topic}: {len(data)} bytes do not fit into one datagram")
         readers = [peer for peer in self._peers.values() if peer.is_alive and (
@@ -406,7 +407,8 @@ class Node:
         if self._keys and not self._sealer:
             return  # nobody could read them
         figures = [bus_pb2.TopicFigures(topic=hash32(topic), is_written=topic in self._sequences,
-                                        sent=self.sent[topic], received=self.received[topic], dropped=self.dropped[topic])
+                                        sent=self.sent[topic], received=self.received[topic],
+                                        dropped=self.dropped[topic])
                    for topic in (*self._sequences, *self.received)]
         beat = self._wrap(bus_pb2.Control(heartbeat=bus_pb2.Heartbeat(
             name=self.name, instance=self.instance, wait_count=self._polls, refused=self.refused,

@@ -93,7 +93,8 @@ class LivePeer:
         self.where = json.loads(self.peer.stdout.readline())
 
     def node(self, name="client", **options):
-        return oos_bus.Node(name, self.where["registry"], int(self.where["session"]), self.where["keys"] or None, **options)
+        registry, session, keys = (self.where[what] for what in ("registry", "session", "keys"))
+        return oos_bus.Node(name, registry, int(session), keys or None, **options)
 
     def until(self, node, condition, timeout_s=PATIENCE_S):
         """Polls until condition(message) holds for one of the messages; returns it."""

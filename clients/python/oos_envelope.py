@@ -56,8 +56,8 @@ class Envelope:
 
 
 def read_envelope(data, unseal=None):
-    """(Envelope, payload), or None for whatever is no sound envelope. With `unseal`, (envelope, clear, body) -> bytes or
-    None, only sealed ones are sound, without it only those in the clear."""
+    """(Envelope, payload), or None for whatever is no sound envelope. With `unseal`, (envelope, clear, body) -> bytes
+    or None, only sealed ones are sound, without it only those in the clear."""
     if len(data) < HEAD.size:
         return None
     (magic, version, topic_class, part, parts, topic, digest, session, node, direct, other, flags, boot, sequence,
@@ -107,7 +107,8 @@ class Opener:
 
     def __call__(self, topic_class, clear, body):
         channel = 0 if topic_class == LATEST else 1
-        (counter,), newest, seen = struct.unpack_from("<Q", body, len(body) - 24), self.newest[channel], self.seen[channel]
+        (counter,) = struct.unpack_from("<Q", body, len(body) - 24)
+        newest, seen = self.newest[channel], self.seen[channel]
         behind = newest - counter
         if counter == 0 or behind >= 64 or (behind >= 0 and seen >> behind & 1):
             return None

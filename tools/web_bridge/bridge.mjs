@@ -1,5 +1,5 @@
-// Shows a running session: to Foxglove or Lichtblick over foxglove.websocket.v1, and to web browsers on a page of its own.
-// It joins the bus as an observer and writes nothing. See README.md.
+// Shows a running session: to Foxglove or Lichtblick over foxglove.websocket.v1, and to web browsers on a page of its
+// own. It joins the bus as an observer and writes nothing. See README.md.
 
 import { execFileSync } from "node:child_process";
 import path from "node:path";

@@ -23,7 +23,7 @@ let run, bridge, where;
 
 function start(program, words) {
   const child = spawn(program, words, { env, stdio: ["ignore", "pipe", "pipe"] });
-  for (const stream of [child.stdout, child.stderr]) createInterface({ input: stream }).on("line", (line) => said.push(line));
+  for (const input of [child.stdout, child.stderr]) createInterface({ input }).on("line", (line) => said.push(line));
   return child;
 }
 
