@@ -51,6 +51,14 @@ TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
   EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
 }
 
+TEST(LoadLab, TheExampleOfTheHowToIsGood) {
+  const auto lab = LoadLab(std::filesystem::path(VR_OOS_SOURCE_DIR) / "docs" / "howto" / "lab_example.xml");
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "touch");
+  ASSERT_TRUE(scenario);
+  EXPECT_TRUE(CheckAgainst(*lab, *scenario, {}).empty());
+}
+
 struct BadLab {
   const char* name;
   const char* from;

@@ -15,6 +15,7 @@
 #include "tools/oos/check_scenario.hpp"
 #include "tools/oos/clock_series.hpp"
 #include "tools/oos/latency_table.hpp"
+#include "tools/oos/launch_keys.hpp"
 #include "tools/oos/launch_lease.hpp"
 #include "tools/oos/launch_preflight.hpp"
 #include "tools/oos/launch_watch.hpp"
@@ -173,9 +174,21 @@ class Launch {
       }
     }
     if (const auto done = DoAll(write, "cannot write the run folder"); !done) return done;
+    if (const auto done = PushKeys(); !done) return done;
     if (const auto done = streams_.Open(plan_.run, roots_, units, &remotes_); !done) return done;
     NoteSession();
     return DoAll(start, "the supervisor does not start");
+  }
+
+  core::Result<void> PushKeys() {
+    if (const auto made = keys_.Make(wanted_.out / "keys"); !made) return made;
+    std::vector<std::string> scripts;
+    for (const lab::HostPlan& plan : plan_.hosts) {
+      auto script = keys_.ScriptFor(plan);
+      if (!script) return tl::unexpected(script.error());
+      scripts.push_back(std::move(*script));
+    }
+    return DoAll(scripts, "cannot write the keys");
   }
 
   static void WriteFile(const std::string& name, const std::string& text, std::string* script) {
@@ -198,7 +211,8 @@ class Launch {
     std::error_code error;
     std::filesystem::create_directories(SessionFolder(), error);
     std::ofstream(SessionFile()) << "{\"registry\": \"" << plan_.registry << "\", \"session\": \"" << plan_.session
-                                 << "\", \"pid\": " << getpid() << ", \"out\": \"" << wanted_.out.string() << "\"}\n";
+                                 << "\", \"pid\": " << getpid() << ", \"out\": \"" << wanted_.out.string()
+                                 << "\", \"keys\": \"" << keys_.directory().string() << "\"}\n";
   }
 
   // Takes what the logs tell; `why_` is set when the run cannot go on.
@@ -349,6 +363,7 @@ class Launch {
   std::vector<std::string> roots_;  // in the order of the hosts
   bool has_leases_ = false, is_started_ = false, is_stopping_ = false, is_final_ = false;
   lab::Plan plan_;
+  LaunchKeys keys_;
   LogStreams streams_;
   BusStory story_;
   std::set<std::string> expected_;
@@ -396,6 +411,7 @@ core::Result<Wanted> ReadWanted(const Arguments& arguments, const scene::Scenari
   wanted.plan.workers = static_cast<unsigned>(num_workers);
   wanted.plan.without = arguments.texts("--without");
   wanted.plan.is_recorded = arguments.has("--record");
+  wanted.plan.has_keys = true;
   wanted.duration_s = *duration;
   if (arguments.has("--record")) wanted.record = std::filesystem::absolute(arguments.text("--record"));
   wanted.out = std::filesystem::absolute(arguments.text("--out", "out/" + wanted.plan.run));

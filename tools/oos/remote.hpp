@@ -32,6 +32,7 @@ class PipedChild {
   [[nodiscard]] const std::string& err() const { return err_; }
   // Removes and returns the complete lines of stdout.
   std::vector<std::string> TakeLines();
+  [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] int out_fd() const { return fds_[1]; }
   [[nodiscard]] int err_fd() const { return fds_[2]; }
 

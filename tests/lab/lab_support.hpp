@@ -1,0 +1,107 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "tests/lab/machines.hpp"
+
+namespace system_tests {
+
+// Tests that launch on three machines, which stand as long as the suite.
+class LabTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    if (why_not_ = Machines::WhyNot(); why_not_.empty()) {
+      machines_ = std::make_unique<Machines>(std::vector<std::string>{"alpha", "beta", "gamma"});
+    }
+  }
+  static void TearDownTestSuite() { machines_.reset(); }
+  void SetUp() override {
+    if (!why_not_.empty()) GTEST_SKIP() << why_not_;
+  }
+
+  static std::filesystem::path Folder(const std::string& name) {
+    const auto folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "lab" / name;
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder.parent_path());
+    return folder;
+  }
+
+  // A lab file; `more` is added to every host, `hosts` tells where the nodes are.
+  static std::string WriteLab(const std::string& name, const std::map<std::string, std::string>& hosts,
+                              const std::string& more = "", const std::string& lab_attributes = "") {
+    const std::filesystem::path file = Folder(name + ".xml");
+    std::ofstream out(file);
+    out << "<lab name=\"" << name << "\" " << lab_attributes << ">\n";
+    const char* const names[] = {"alpha", "beta", "gamma"};
+    for (int i = 0; i < 3; ++i) {
+      out << "  <host name=\"" << names[i] << "\" address=\"10.77.0." << 11 + i << "\" ssh_config=\""
+          << (machines_->folder() / "ssh_config").string() << "\" cache=\"" << VR_OOS_BINARY_DIR << "/lab/cooked\" "
+          << (more.find("ssh_config") == std::string::npos ? more : "") << "/>\n";
+    }
+    out << "  <registry host=\"beta\"/>\n";
+    for (const auto& [node, host] : hosts) out << "  <node name=\"" << node << "\" host=\"" << host << "\"/>\n";
+    out << "</lab>\n";
+    return file.string();
+  }
+
+  static std::map<std::string, std::string> OnThree() {
+    return {{"device_bridge", "alpha"},
+            {"haptic_node", "alpha"},
+            {"physics_node", "beta"},
+            {"logic_node", "beta"},
+            {"visual_node", "gamma"}};
+  }
+
+  static std::vector<std::string> Oos(std::vector<std::string> words) {
+    words.insert(words.begin(), std::string(VR_OOS_BINARY_DIR) + "/bin/oos");
+    return machines_->AtLauncher(words);
+  }
+  static std::vector<std::string> Launch(const std::string& lab, std::vector<std::string> more) {
+    more.insert(more.begin(), {"launch", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch", "--lab", lab});
+    return Oos(more);
+  }
+  static oos::Answer Run(const std::vector<std::string>& words, double patience_s = 120.0) {
+    const auto answer = oos::RunHere(words, "", patience_s);
+    if (!answer) ADD_FAILURE() << answer.error().detail;
+    return answer ? *answer : oos::Answer{};
+  }
+
+  // Until the child has said `text`; false when it ends or is silent for too long before.
+  static bool WaitFor(oos::PipedChild* child, const std::string& text, double patience_s = 90.0) {
+    const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+    while (core::MonotonicNow_ns() < deadline_ns) {
+      child->Poll();
+      if (child->out().find(text) != std::string::npos) return true;
+      if (child->has_ended()) return false;
+      oos::WaitForAny({child}, 50);
+    }
+    return false;
+  }
+  static void WaitForEnd(oos::PipedChild* child, double patience_s = 60.0) {
+    const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+    while (!child->has_ended() && core::MonotonicNow_ns() < deadline_ns) {
+      oos::WaitForAny({child}, 50);
+      child->Poll();
+    }
+    EXPECT_TRUE(child->has_ended());
+  }
+
+  static void ExpectNothingIsLeft() {
+    for (const char* name : {"alpha", "beta", "gamma"}) {
+      EXPECT_EQ(machines_->ProcessesOf(name), std::vector<std::string>()) << name;
+    }
+  }
+
+  inline static std::unique_ptr<Machines> machines_;
+  inline static std::string why_not_;
+};
+
+}  // namespace system_tests
