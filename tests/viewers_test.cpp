@@ -1,0 +1,252 @@
+// What every visual node must do, whatever it draws with. Real processes of the viewers; the test is the rest of the
+// system. A viewer's figures tell what it shows (view/scene_digest.hpp).
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <functional>
+#include <map>
+#include <optional>
+
+#include "bus/codec.hpp"
+#include "bus/node.hpp"
+#include "bus/registry.hpp"
+#include "core/clock.hpp"
+#include "tests/support.hpp"
+#include "tools/oos/process.hpp"
+#include "view/scene_digest.hpp"
+#include "view/scene_mirror.hpp"
+
+namespace system_tests {
+namespace {
+
+constexpr std::int64_t kPatience_ns = 60 * core::kNanosecondsPerSecond;
+constexpr std::int64_t kPeriod_ns = 2'000'000;
+constexpr std::uint64_t kSession = 4711;
+
+enum class Kind { kOpenGl, kText };
+
+// All that a scene is told of, other in every version.
+struct Told {
+  core::PhysicsState state;
+  std::vector<core::HapticProxy> proxies;
+  std::vector<core::SheetState> sheets;
+  core::LogicStatus status;
+
+  Told(const scene::Scenario& scenario, int version) {
+    const glm::dvec3 shift(0.01 * version, -0.02 * version, 0.003 * version);
+    for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
+      const scene::Object& object = scenario.objects[i];
+      const auto index = static_cast<std::uint16_t>(i);
+      if (object.owner == scene::Owner::kPhysics) {
+        const glm::dquat turn = glm::angleAxis(0.1 * version, glm::dvec3(0, 0, 1));
+        state.bodies.push_back({index, {turn, object.X_WO.translation + shift}, {}});
+      }
+      if (object.is_lamp) status.lamps.push_back({index, 0.1f * static_cast<float>(version), 0.5f, 0.25f});
+      if (!object.sheet) continue;
+      core::SheetState sheet;
+      sheet.object = index;
+      sheet.num_columns = static_cast<std::uint16_t>(object.sheet->cells_x + 1);
+      const auto count = static_cast<std::size_t>((object.sheet->cells_x + 1) * (object.sheet->cells_y + 1));
+      for (std::size_t k = 0; k < count; ++k) {
+        sheet.p_W.push_back(glm::vec3(0.01f * static_cast<float>(k % 10), 0.1f, 0.02f * static_cast<float>(version)));
+      }
+      sheets.push_back(sheet);
+    }
+    for (std::size_t i = 0; i < scenario.devices.size(); ++i) {
+      core::HapticProxy proxy;
+      proxy.role_index = static_cast<std::uint8_t>(i);
+      proxy.X_WD =
+          proxy.X_WC = {scenario.devices[i].X_WD_start.rotation, scenario.devices[i].X_WD_start.translation + shift};
+      proxy.opening_m = scenario.devices[i].opening_start_m;
+      proxies.push_back(proxy);
+    }
+    status.step = "step_" + std::to_string(version);
+    status.hint = "hint";
+    status.is_final = version == 3;
+  }
+
+  [[nodiscard]] double Digest(const scene::Scenario& scenario) const {
+    view::SceneMirror mirror(scenario);
+    mirror.Apply(state);
+    for (const core::HapticProxy& proxy : proxies) mirror.Apply(proxy);
+    for (const core::SheetState& sheet : sheets) mirror.Apply(sheet);
+    mirror.Apply(status);
+    return static_cast<double>(view::SceneDigest(mirror.scene()));
+  }
+};
+
+class VisualNode : public testing::TestWithParam<Kind> {
+ protected:
+  void SetUp() override {
+    if (GetParam() == Kind::kOpenGl && std::getenv("DISPLAY") == nullptr) {
+      GTEST_SKIP() << "the OpenGL viewer needs a display";
+    }
+    auto registry =
+        bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = kSession, .is_encrypted = false});
+    ASSERT_TRUE(registry.has_value()) << registry.error().detail;
+    registry_ = std::move(*registry);
+    out_ = std::filesystem::path(testing::TempDir()) / ("viewers-" + std::to_string(getpid()));
+    std::filesystem::create_directories(out_);
+    StartSystem();
+  }
+
+  // physics_node, haptic_node and logic_node in one.
+  void StartSystem() {
+    bus::NodeOptions options;
+    options.name = "physics_node";
+    options.registry = registry_->endpoint();
+    options.session = kSession;
+    options.is_encrypted = false;
+    auto node = bus::Node::Create(options);
+    ASSERT_TRUE(node.has_value()) << node.error().detail;
+    node_ = std::move(*node);
+    physics_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+    proxies_.clear();
+    sheets_.clear();
+    for (const scene::Device& device : scenario_.devices) {
+      proxies_.push_back(node_->WriteLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    }
+    for (const scene::Object& object : scenario_.objects) {
+      if (object.sheet) sheets_.push_back(node_->WriteLatest<core::SheetState>(bus::SheetTopic(object.name)));
+    }
+    logic_ = node_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
+    node_->ReadEvents();
+    node_->Observe("figures/*");
+    const auto started = node_->Start();
+    ASSERT_TRUE(started.has_value()) << started.error().detail;
+    Tell(1);
+  }
+
+  // What is shown from now on. The procedure's state is said once, as logic_node does: it is retained.
+  void Tell(int version) {
+    told_ = std::make_unique<Told>(scenario_, version);
+    wanted_ = told_->Digest(scenario_);
+    ASSERT_TRUE(logic_.Set(told_->status));
+  }
+
+  // Returns the name that it has on the bus.
+  std::string StartViewer(const std::string& suffix = "") {
+    oos::Command command;
+    command.name = "visual_node" + suffix;
+    command.log = out_ / (command.name + ".log");
+    const std::filesystem::path bin = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
+    command.arguments = {"--registry", registry_->endpoint(), "--session", std::to_string(kSession), "--no_encryption"};
+    if (GetParam() == Kind::kText) {
+      command.program = bin / "oos";
+      command.arguments.insert(command.arguments.begin(), {"view", scenario_.file.string(), "--text"});
+    } else {
+      command.program = bin / "visual_node";
+      command.arguments.insert(command.arguments.end(),
+                               {"--scenario", scenario_.file.string(), "--out", (out_ / command.name).string(),
+                                "--size", "64x64", "--headless", "--name", command.name});
+      std::filesystem::create_directories(out_ / command.name);
+    }
+    const auto pid = viewers_.Spawn(command);
+    EXPECT_TRUE(pid.has_value());
+    pid_of_[command.name] = pid.value_or(-1);
+    return GetParam() == Kind::kText ? "oos-view-" + std::to_string(pid.value_or(0)) : command.name;
+  }
+
+  // Publishes at 500 Hz until the condition holds; how long that took, or nothing.
+  std::optional<double> PublishUntil(const std::function<bool()>& holds) {
+    const std::int64_t start_ns = core::MonotonicNow_ns();
+    while (core::MonotonicNow_ns() - start_ns < kPatience_ns) {
+      physics_.Send(told_->state);
+      for (std::size_t i = 0; i < proxies_.size(); ++i) proxies_[i].Send(told_->proxies[i]);
+      for (std::size_t i = 0; i < sheets_.size(); ++i) sheets_[i].Send(told_->sheets[i]);
+      node_->Wait(core::MonotonicNow_ns() + kPeriod_ns);
+      bus::Observation seen;
+      while (node_->PollObservation(&seen)) EXPECT_TRUE(bus::DecodeState(seen.payload, &shown_[seen.topic]));
+      core::Event event;
+      while (node_->PollEvent(&event)) {
+      }
+      if (holds()) return 1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns);
+    }
+    return std::nullopt;
+  }
+
+  [[nodiscard]] bool ShowsWhatWasTold(const std::string& viewer) {
+    const double* digest = shown_[bus::FiguresTopic(viewer)].Find(view::kSceneDigestFigure);
+    return digest != nullptr && *digest == wanted_;
+  }
+  [[nodiscard]] bool Shows(const std::string& viewer) {
+    return PublishUntil([&] { return ShowsWhatWasTold(viewer); }).has_value();
+  }
+
+  void End(const std::string& suffix, int signal) {
+    ASSERT_EQ(kill(pid_of_["visual_node" + suffix], signal), 0);
+    ASSERT_TRUE(PublishUntil([&] {
+      viewers_.Reap();
+      return !viewers_.IsRunning("visual_node" + suffix);
+    }));
+  }
+
+  scene::Scenario scenario_ = Load("module_replacement");
+  std::filesystem::path out_;
+  std::unique_ptr<bus::Registry> registry_;
+  std::unique_ptr<bus::Node> node_;
+  bus::LatestWriter<core::PhysicsState> physics_;
+  std::vector<bus::LatestWriter<core::HapticProxy>> proxies_;
+  std::vector<bus::LatestWriter<core::SheetState>> sheets_;
+  bus::StateWriter<core::LogicStatus> logic_;
+  std::unique_ptr<Told> told_;
+  double wanted_ = 0.0;
+  std::map<std::string, bus::Figures> shown_;  // by topic
+  std::map<std::string, pid_t> pid_of_;
+  oos::ProcessGroup viewers_;
+};
+
+TEST_P(VisualNode, HasTheWholeSceneThoughItJoinsLate) {
+  Tell(2);
+  ASSERT_TRUE(PublishUntil([] { return true; }));
+  const std::string viewer = StartViewer();
+  EXPECT_TRUE(Shows(viewer));
+}
+
+TEST_P(VisualNode, FollowsPosesLampsStepAndEnd) {
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  for (const int version : {2, 3}) {
+    Tell(version);
+    EXPECT_TRUE(Shows(viewer)) << "version " << version;
+  }
+}
+
+TEST_P(VisualNode, IsSwappedWhileTheOthersRun) {
+  const std::string first = StartViewer();
+  ASSERT_TRUE(Shows(first));
+  const std::string second = StartViewer("-2");
+  ASSERT_TRUE(Shows(second)) << "both side by side";
+  End("", SIGKILL);
+  Tell(2);
+  EXPECT_TRUE(Shows(second));
+  shown_.clear();
+  const std::string again = StartViewer("-3");
+  EXPECT_TRUE(Shows(again));
+}
+
+TEST_P(VisualNode, SurvivesARestartOfPhysics) {
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  node_.reset();
+  StartSystem();
+  Tell(3);
+  shown_.clear();
+  EXPECT_TRUE(Shows(viewer));
+}
+
+TEST_P(VisualNode, EndsCleanlyWhenAsked) {
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  End("", SIGTERM);
+  EXPECT_TRUE(viewers_.children().front().exit->is_clean()) << viewers_.children().front().exit->Describe();
+}
+
+INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kText),
+                         [](const auto& info) { return std::string(info.param == Kind::kOpenGl ? "OpenGl" : "Text"); });
+
+}  // namespace
+}  // namespace system_tests
