@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "bus/log/node_recording.hpp"
 #include "bus/log/recorder.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach.hpp"
@@ -43,7 +44,8 @@ int Run(const Arguments& arguments) {
     return Complain("record", started.error().detail, kDoesNotHold);
   }
   auto recorder = bus::log::Recorder::Create(
-      file, {{"session", std::to_string((*node)->session())}, {"topics", pattern}, {"clock", "CLOCK_MONOTONIC"}});
+      file, {{"session", std::to_string((*node)->session())}, {"topics", pattern}, {"clock", "CLOCK_MONOTONIC"}},
+      bus::log::DescribeProvenance("oos record"));
   if (!recorder) return Complain("record", recorder.error().detail, kBadUsage);
   const auto duration_ns = static_cast<std::int64_t>(std::min(seconds->value_or(1e9), 1e9) * 1e9);
   if (auto done = RecordUntil(core::MonotonicNow_ns() + duration_ns, node->get(), recorder->get()); !done) {

@@ -41,6 +41,7 @@ int Info(const Arguments& arguments) {
               all.message_count, static_cast<double>(all.last_ns - all.first_ns) * 1e-9, all.chunk_count,
               contents->has_summary ? "complete" : "NOT closed: its writer died; 'oos recover' gives it an index");
   for (const log::Metadata& metadata : contents->metadata) {
+    if (metadata.name == "topics") continue;  // the table below says it for those that are here
     std::printf("%s:", metadata.name.c_str());
     for (const auto& [key, value] : metadata.entries) std::printf(" %s=%s", key.c_str(), value.c_str());
     std::printf("\n");

@@ -1,5 +1,6 @@
 #include "bus/log/recorder.hpp"
 
+#include "bus/log/recorded_payload.hpp"
 #include "bus/schema.hpp"
 
 namespace bus::log {
@@ -11,10 +12,14 @@ Bytes BytesOf(const std::string& text) {
 
 }  // namespace
 
-core::Result<std::unique_ptr<Recorder>> Recorder::Create(const std::filesystem::path& path, const TextMap& about) {
+core::Result<std::unique_ptr<Recorder>> Recorder::Create(const std::filesystem::path& path, const TextMap& about,
+                                                         const std::vector<Metadata>& more) {
   auto writer = McapWriter::Create(path, {"", "vr-oos"});
   if (!writer) return tl::unexpected(writer.error());
   if (auto done = (*writer)->Write(Metadata{"recording", about}); !done) return tl::unexpected(done.error());
+  for (const Metadata& metadata : more) {
+    if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
+  }
   return std::unique_ptr<Recorder>(new Recorder(std::move(*writer)));
 }
 
@@ -35,8 +40,20 @@ std::uint16_t Recorder::ChannelOf(const Observation& observation) {
 core::Result<void> Recorder::Add(const Observation& observation) {
   const auto log_ns = static_cast<std::uint64_t>(observation.received_ns);
   const auto publish_ns = observation.publish_ns > 0 ? static_cast<std::uint64_t>(observation.publish_ns) : log_ns;
-  return writer_->Write(Message{ChannelOf(observation), static_cast<std::uint32_t>(observation.sequence), log_ns,
-                                publish_ns, BytesOf(observation.payload)});
+  Message message{ChannelOf(observation), static_cast<std::uint32_t>(observation.sequence), log_ns, publish_ns,
+                  BytesOf(observation.payload)};
+  if (observation.topic_class == TopicClass::kLatest) {
+    Envelope envelope;
+    envelope.part = static_cast<std::uint8_t>(observation.part);
+    envelope.num_parts = static_cast<std::uint8_t>(observation.num_parts);
+    envelope.topic = TopicId(observation.topic);
+    envelope.node = TopicId(observation.writer);
+    envelope.schema_digest = SchemaOf(observation.type).digest;
+    envelope.header.sequence = observation.sequence;
+    envelope.header.publish_ns = observation.publish_ns;
+    AppendEnvelope(envelope, &message.data);
+  }
+  return writer_->Write(message);
 }
 
 core::Result<void> Recorder::Tick(std::int64_t now_ns, std::uint64_t num_dropped) {

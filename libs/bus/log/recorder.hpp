@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bus/log/mcap_writer.hpp"
 #include "bus/node.hpp"
@@ -14,14 +15,16 @@ namespace bus::log {
 
 // Puts what an observer hears into an MCAP file: a channel for every topic and writer, payloads as they were on the
 // bus, their descriptors with them. Log time is when the observer got a message, publish time what its envelope says
-// (log time where it says nothing), both CLOCK_MONOTONIC. A split message is one message per part.
+// (log time where it says nothing), both CLOCK_MONOTONIC. A split message is one message per part; which part stands in
+// an envelope behind the payload (recorded_payload.hpp).
 class Recorder {
  public:
   // What is not flushed yet is lost when the process is killed.
   static constexpr std::int64_t kFlushPeriod_ns = 100'000'000;
 
-  // `about`: what the recording is of; written first. Errors: kIo.
-  static core::Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& path, const TextMap& about);
+  // `about`: what the recording is of; written first, then `more`. Errors: kIo.
+  static core::Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& path, const TextMap& about,
+                                                        const std::vector<Metadata>& more = {});
 
   core::Result<void> Add(const Observation& observation);
   // Call it at least every kFlushPeriod_ns, with or without messages. `num_dropped`: observations that the node had to
