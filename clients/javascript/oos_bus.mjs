@@ -289,7 +289,8 @@ export class Node extends EventEmitter {
   }
 
   #hello(isGoodbye) {
-    return this.#send(this.#registry, "hello", { node: this.#record(), knownRoster: this.#roster, isGoodbye });
+    return this.#send(this.#registry, "hello", { node: this.#record(), knownRoster: this.#roster, isGoodbye,
+      isMember: this.#isWelcomed });
   }
 
   #helloAgain(delayMs = 0) {

@@ -356,7 +356,7 @@ class Node:
 
     def _hello(self, is_goodbye):
         self._send(self._registry, bus_pb2.Control(hello=bus_pb2.Hello(
-            node=self._record(), known_roster=self._roster, is_goodbye=is_goodbye)))
+            node=self._record(), known_roster=self._roster, is_goodbye=is_goodbye, is_member=self._is_welcomed)))
 
     def _take_registry(self, control):
         if control.HasField("refusal") and (control.refusal.is_fenced or not self._is_welcomed):

@@ -67,20 +67,26 @@ export class View {
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.camera.distance *= Math.exp(0.001 * event.deltaY);
+      this.#redraw();
     }, { passive: false });
     this.poses = scene.objects.map((object) => object.X_WO);
     this.lamps = new Map();
-    const redraw = () => {
+    new ResizeObserver(() => this.#redraw()).observe(canvas);
+  }
+
+  // With the next frame, and only when something has changed.
+  #redraw() {
+    this.frame ??= requestAnimationFrame(() => {
+      this.frame = null;
       this.#draw();
-      requestAnimationFrame(redraw);
-    };
-    redraw();
+    });
   }
 
   show({ poses, lamps, sheets }) {
     this.poses = poses;
     this.lamps = new Map(lamps);
     this.sheets = sheets.map((sheet, i) => this.#upload(sheet, this.sheets[i]));
+    this.#redraw();
   }
 
   // Into the buffers of an earlier part, where there is one.
@@ -105,6 +111,7 @@ export class View {
     if (!buttons) return;
     this.camera.azimuth -= 0.006 * movementX;
     this.camera.height = Math.min(1.5, Math.max(-1.5, this.camera.height + 0.006 * movementY));
+    this.#redraw();
   }
 
   // clip_W for a camera that looks at its target, z of W up.
