@@ -80,6 +80,7 @@ struct Node::Impl {
 Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Node::~Node() {
+  if (impl_->core.options.tap != nullptr) impl_->core.options.tap->SetClocks({});
   impl_->bus.Stop();
   if (impl_->core.wake_fd >= 0) close(impl_->core.wake_fd);
 }
@@ -229,6 +230,7 @@ core::Result<void> Node::Start(std::int64_t timeout_ns) {
     return core::Fail(core::ErrorCode::kInvalidInput, text);
   }
   if (!impl_->bus.is_running()) impl_->bus.Start();
+  if (core.options.tap != nullptr) core.options.tap->SetClocks([this] { return detail::ClocksOf(Peers()); });
   if (timeout_ns <= 0) return {};
   std::unique_lock lock(core.mutex);
   const bool is_answered = core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns),

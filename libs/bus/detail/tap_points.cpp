@@ -87,6 +87,15 @@ std::span<const std::uint8_t> BytesOf(std::span<const char> text) {
 
 }  // namespace
 
+std::vector<log::PeerClock> ClocksOf(const std::vector<PeerStatus>& peers) {
+  std::vector<log::PeerClock> clocks;
+  for (const PeerStatus& peer : peers) {
+    if (!peer.is_alive || peer.clock_bound_ns == INT64_MAX) continue;
+    clocks.push_back({peer.name, {}, peer.clock_offset_ns, peer.clock_bound_ns, peer.clock_drift_ppm * 1e-6});
+  }
+  return clocks;
+}
+
 void TapPoints::Attach(log::Tap* tap) {
   tap_ = tap;
   if (tap_ == nullptr) return;

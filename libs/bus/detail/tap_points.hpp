@@ -13,6 +13,9 @@ namespace bus::detail {
 struct StateItem;
 struct ParameterAnswer;
 
+// What is known of the clocks of those that are alive.
+std::vector<log::PeerClock> ClocksOf(const std::vector<PeerStatus>& peers);
+
 // The node's end of its tap. All calls are of the step thread, in the order in which it sends and takes; without a tap
 // they do nothing. None waits, locks or allocates, but those that declare.
 class TapPoints {

@@ -3,6 +3,8 @@
 #include <pthread.h>
 #include <sched.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -35,6 +37,8 @@ void TapRecorder::Run() {
   // Never real-time, whatever the thread was that made it.
   const sched_param normal{};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
+  // But before other work where that is allowed: a busy machine is no reason to lose more than 100 ms.
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), -5);
   std::unique_lock lock(mutex_);
   while (!is_stopping_) {
     writer_->Service(core::MonotonicNow_ns());
