@@ -25,7 +25,7 @@ physics: the dynamics beside closed forms and Bullet: rotation, rebound under de
 a peg that jams, sheets. MuJoCo takes part when `oos_bench_dynamics_peers` stands beside this program.
 
 bus: one hop by transport and size, classes of topics, the age of the newest sample while packets are lost between two network
-namespaces (root), throughput and processor time: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
+namespaces (root), throughput, processor time and blocks: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
 takes part when `oos_bench_transport_peers` stands beside this program.)";
 
 // Runs in place of this program if it stands beside it; else returns.

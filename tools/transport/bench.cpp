@@ -14,7 +14,8 @@ struct Study {
   const char* name;
   void (*run)(const Setting&, Report*);
 };
-constexpr Study kStudies[] = {{"hop", StudyHop}, {"classes", StudyClasses}, {"age", StudyAge}, {"load", StudyLoad}};
+constexpr Study kStudies[] = {
+    {"hop", StudyHop}, {"classes", StudyClasses}, {"age", StudyAge}, {"load", StudyLoad}, {"bulk", StudyBulk}};
 
 std::vector<std::string> SplitAtCommas(const std::string& text) {
   std::vector<std::string> words;

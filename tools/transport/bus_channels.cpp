@@ -176,7 +176,7 @@ std::unique_ptr<Link> Link::Make(bool is_encrypted) {
   if (!registry) return nullptr;
   link->registry = std::move(*registry);
   for (auto* node : {&link->near, &link->far}) {
-    bus::NodeOptions options;
+    bus::NodeOptions& options = node == &link->near ? link->near_options : link->far_options;
     options.name = node == &link->near ? "near" : "far";
     options.registry = link->registry->endpoint();
     options.is_encrypted = is_encrypted;

@@ -24,6 +24,7 @@ struct Link {
   bool is_encrypted = false;
   std::filesystem::path keys;
   std::unique_ptr<bus::Registry> registry;
+  bus::NodeOptions near_options, far_options;
   std::unique_ptr<bus::Node> near, far;
 };
 

@@ -28,5 +28,6 @@ void StudyHop(const Setting& setting, Report* report);
 void StudyClasses(const Setting& setting, Report* report);
 void StudyAge(const Setting& setting, Report* report);
 void StudyLoad(const Setting& setting, Report* report);
+void StudyBulk(const Setting& setting, Report* report);
 
 }  // namespace transport

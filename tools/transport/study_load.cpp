@@ -29,7 +29,7 @@ void StudyLoad(const Setting& setting, Report* report) {
   for (const auto& make : makers) {
     const auto channel = make();
     if (channel == nullptr) continue;
-    const double cost_us = ProcessorTimePerMessage_us(channel.get(), setting.Rounds(1'000));
+    const double cost_us = ProcessorTimePerMessage_us(channel.get(), setting.Rounds(200));
     const Load load = Flood(channel.get(), 0.5 * setting.effort);
     const std::string& name = channel->name();
     if (name == "LATEST") latest_us = cost_us;

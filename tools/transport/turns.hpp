@@ -25,7 +25,8 @@ struct Load {
 // As fast as one thread can send for so long, to one that receives.
 Load Flood(Channel* channel, double seconds);
 
-// Processor time [us] of all threads of this process for a message at 1 kHz, without that of the same time idle.
+// Processor time [us] of all threads of this process for a message at 1 kHz, without that of the same time idle: median
+// of nine turns of so many rounds, sending and idle.
 double ProcessorTimePerMessage_us(Channel* channel, std::int64_t rounds);
 
 }  // namespace transport
