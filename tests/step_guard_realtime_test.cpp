@@ -51,9 +51,13 @@ TEST(StepThreads, NeitherAllocateNorLockOnceWarm) {
   for (const std::string node : {"device_bridge", "haptic_node", "physics_node"}) {
     const Watched watched = Read(out / (node + ".txt"));
     EXPECT_GT(watched.steps, 1000u) << node;
-    EXPECT_EQ(watched.dirty_steps, 0u) << node << ": " << watched.allocations << " allocations and releases, "
-                                       << watched.locks << " locks; the first at\n"
-                                       << watched.where;
+    EXPECT_EQ(watched.locks, 0u) << node << ": the first at\n" << watched.where;
+    // The simulated operator in device_bridge follows the procedure: STATE with texts, which comes in Wait and
+    // allocates, a few times a minute. No device does that.
+    const std::uint64_t allowed = node == "device_bridge" ? watched.steps / 1000 : 0;
+    EXPECT_LE(watched.dirty_steps, allowed)
+        << node << ": " << watched.allocations << " allocations and releases; the first at\n"
+        << watched.where;
   }
 }
 

@@ -60,7 +60,7 @@ class Refused(Exception):
 
 class _Peer:
     def __init__(self, record, dealer, opener):
-        self.record, self.dealer, self.opener = record, dealer, opener
+        self.record, self.dealer, self.opener, self.node = record, dealer, opener, hash32(record.name)
         self.data, self.heartbeat = (
             (host, int(port)) for host, port in (e.rsplit(":", 1) for e in (record.data_endpoint,
                                                                             record.heartbeat_endpoint)))
@@ -284,7 +284,7 @@ class Node:
 
     def _unseal(self, envelope, clear, body):
         for peer in self._peers.values():
-            if hash32(peer.record.name) == envelope.node and peer.opener:  # with the key of its present life
+            if peer.node == envelope.node and peer.opener:  # with the key of its present life
                 return peer.opener(envelope.topic_class, clear, body)
         return None
 

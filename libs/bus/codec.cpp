@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bus/detail/flat_codec.hpp"
+#include "bus/envelope.hpp"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
@@ -250,6 +251,28 @@ bool Take(const oos::SheetState& p, bool is_first, core::SheetState* m) {
   return true;
 }
 
+// Room for the largest message up front: the first contact of a run is no time to allocate.
+void Reserve(oos::ContactSet* p) {
+  constexpr int kPlanes = core::kMaxContactPlanes;
+  p->mutable_f_so_w()->Reserve(kWrenchSize);
+  p->mutable_id()->Reserve(kPlanes);
+  p->mutable_stiffness_n_per_m()->Reserve(kPlanes);
+  for (Floats* list : {p->mutable_p_s(), p->mutable_q_g(), p->mutable_n_g()}) list->Reserve(3 * kPlanes);
+}
+void Reserve(oos::PhysicsState* p) {
+  constexpr int kBodies = core::kMaxBodies, kMechanisms = core::kMaxMechanisms;
+  p->mutable_object()->Reserve(kBodies);
+  p->mutable_x_wo()->Reserve(kPoseSize * kBodies);
+  p->mutable_v_wo()->Reserve(kTwistSize * kBodies);
+  p->mutable_mechanism()->Reserve(kMechanisms);
+  p->mutable_state()->Reserve(kMechanisms);
+  p->mutable_position()->Reserve(kMechanisms);
+  p->mutable_force()->Reserve(kMechanisms);
+}
+void Reserve(oos::SheetState* p) {
+  p->mutable_p_w()->Reserve(static_cast<int>(kMaxDatagramBytes / sizeof(float)));
+}
+
 struct Nothing {};  // detail/flat_codec.hpp needs no library
 template <class M>
 struct ProtoOf {
@@ -278,7 +301,9 @@ struct LatestCodec<M>::Impl {
 };
 
 template <class M>
-LatestCodec<M>::LatestCodec() : impl_(std::make_unique<Impl>()) {}
+LatestCodec<M>::LatestCodec() : impl_(std::make_unique<Impl>()) {
+  if constexpr (!kIsFlat<M>) Reserve(&impl_->message);
+}
 template <class M>
 LatestCodec<M>::~LatestCodec() = default;
 

@@ -103,8 +103,8 @@ EnvelopeStatus ReadEnvelopeFields(std::span<const std::uint8_t> bytes, Envelope*
   const std::size_t direct_stamps = in[28];
   const std::size_t other_stamps = in[29];
   const auto flags = Get<std::uint16_t>(in, 30);
-  const bool is_class_known = in[5] >= static_cast<std::uint8_t>(TopicClass::kLatest) &&
-                              in[5] <= static_cast<std::uint8_t>(TopicClass::kBulk);
+  const bool is_class_known =
+      in[5] >= static_cast<std::uint8_t>(TopicClass::kLatest) && in[5] <= static_cast<std::uint8_t>(TopicClass::kBulk);
   if (!is_class_known || in[7] == 0 || in[6] >= in[7] || direct_stamps > core::kMaxStamps ||
       other_stamps > core::kMaxStamps || (flags & ~(kSealedBit | kHistoryMask)) != 0) {
     return EnvelopeStatus::kBadField;

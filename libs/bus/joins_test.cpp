@@ -11,7 +11,7 @@ TEST(Joins, WhoeverComesAndGoesHasTheWholeStateOnce) {
   const std::uint64_t seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));
   testing::Joins joins(seed);
-  joins.Run(40);
+  joins.Run(24);
 }
 
 }  // namespace

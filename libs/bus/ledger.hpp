@@ -35,9 +35,9 @@ struct Account {
   TopicClass topic_class = TopicClass::kEvent;
   std::string peer;  // the other end
   std::uint64_t peer_instance = 0;
-  bool is_writer = false;   // this node is the writer of the two
-  std::uint64_t start = 0;  // messages of the topic before the first that was meant for the reader
-  std::uint64_t sent = 0;   // meant for the reader; its end knows it from messages and heartbeats
+  bool is_writer = false;      // this node is the writer of the two
+  std::uint64_t start = 0;     // messages of the topic before the first that was meant for the reader
+  std::uint64_t sent = 0;      // meant for the reader; its end knows it from messages and heartbeats
   std::uint64_t received = 0;  // LATEST: also what came only as a copy with a later message; the writer never knows
   std::array<std::uint64_t, kNumDropReasons> dropped{};
 

@@ -1,4 +1,5 @@
 // logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--steps FILE] [--bind ADDRESS]
+//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 
 #include <csignal>
 #include <cstdio>
@@ -72,12 +73,12 @@ int main(int argc, char** argv) {
   (*node)->Emit({0, "logic_node", "ready", "procedure loaded, waiting for physics_node"});
   const std::filesystem::path report = std::filesystem::path(options["--out"]) / "logic_node.json";
   loop.Run(stop, report);
+  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
+    return Complain(stopped.error().detail, 1);
   if (steps != nullptr) {
     if (const auto closed = steps->Close(); !closed) return Complain(closed.error().detail, 1);
     std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps->num_lost()));
   }
-  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
-    return Complain(stopped.error().detail, 1);
   if (!loop.WriteReport(report)) return Complain("cannot write its report to " + options["--out"], 1);
   return 0;
 }

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kTopicsPerHeartbeat = 30;  // keeps a heartbeat within one datagram
 constexpr int kGoodbyeLinger_ms = 100;
+constexpr std::int64_t kClockPeriod_ns = 20 * kMillisecond_ns;
 
 }  // namespace
 
@@ -341,6 +342,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
   }
   core_->peers[record.name()] = std::move(status);
   peers_[record.name()] = std::move(peer);
+  TellClock(peers_[record.name()], core::MonotonicNow_ns());
   are_subscribers_outdated_ = true;
   next_heartbeat_ns_ = 0;  // be heard by it at once
 }
@@ -437,6 +439,24 @@ void BusThread::TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_
   }
 }
 
+// To who looks on, and to the readers of what it writes.
+void BusThread::TellClock(Peer& peer, std::int64_t now) {
+  if (now - peer.clock_told_ns < kClockPeriod_ns) return;
+  peer.clock_told_ns = now;
+  const ClockReading clock = IsElsewhere(peer) ? peer.clock.At(now) : ClockReading{};
+  PeerStatus& status = StatusOf(peer);
+  status.clock_offset_ns = clock.offset_ns;
+  status.clock_bound_ns = clock.bound_ns;
+  status.clock_drift_ppm = clock.drift_ppm;
+  if (fenced_.count(peer.record.instance()) != 0) return;
+  const std::int64_t offset = clock.bound_ns == kUnknownBound_ns ? kUnknownClock : clock.offset_ns;
+  for (const auto& receiver : core_->receivers) {
+    if (peer.topic_slots.count({receiver->id, true}) != 0) {
+      receiver->clock_offset_ns.store(offset, std::memory_order_relaxed);
+    }
+  }
+}
+
 // Somebody speaks whom this node does not know.
 void BusThread::AskForRoster() {
   roster_version_ = 0;
@@ -525,12 +545,7 @@ void BusThread::CheckLiveness() {
       peer.is_missing_told = true;
       if (!peer.record.is_observer()) Announce("node_lost", peer.record.name());
     }
-    if (IsElsewhere(peer)) {
-      const ClockReading clock = peer.clock.At(now);
-      status.clock_offset_ns = clock.offset_ns;
-      status.clock_bound_ns = clock.bound_ns;
-      status.clock_drift_ppm = clock.drift_ppm;
-    }
+    TellClock(peer, now);
     // A step thread that never called Wait() does not use the data socket at all.
     const bool is_stalled = status.is_alive && peer.wait_count > 0 && now - peer.wait_changed_ns > kStalledAfter_ns;
     if (is_stalled != status.is_stalled) {

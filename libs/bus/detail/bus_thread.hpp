@@ -59,6 +59,7 @@ class BusThread {
     std::map<std::pair<std::uint32_t, bool>, std::size_t> topic_slots;  // id, is written -> place in its counters
     PeerReading reading;
     ClockEstimate clock;  // of another machine
+    std::int64_t clock_told_ns = 0;
   };
 
   struct Asked {
@@ -100,6 +101,7 @@ class BusThread {
   void SendUnreliably(const Peer& peer, const oos::Control& control);
   void AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t received_ns);
   void TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_ns);
+  void TellClock(Peer& peer, std::int64_t now);
   void Lose(Peer& peer, bool has_left);
   void CheckLiveness();
   void UpdateSubscribers();

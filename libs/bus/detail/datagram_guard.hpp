@@ -17,7 +17,9 @@ class DatagramGuard {
  public:
   // Not sealed: only when the node was told so explicitly.
   DatagramGuard(std::uint64_t session, bool is_sealed)
-      : is_sealed_(is_sealed), data_opener_(session, is_sealed), control_opener_(session, is_sealed, kMaxHeartbeatBytes) {}
+      : is_sealed_(is_sealed),
+        data_opener_(session, is_sealed),
+        control_opener_(session, is_sealed, kMaxHeartbeatBytes) {}
 
   [[nodiscard]] bool is_sealed() const { return is_sealed_; }
 

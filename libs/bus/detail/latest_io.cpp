@@ -113,6 +113,19 @@ int TypedSender<M>::Send(M* message) noexcept {
 
 // --- Receiving
 
+// Stamps are shown by this machine's clock; of a clock that is not known, none is.
+void ToOwnClock(std::int64_t offset_ns, core::Header* header) noexcept {
+  if (offset_ns == kUnknownClock) {
+    header->publish_ns = 0;
+    header->direct = {};
+    header->through_physics = {};
+    return;
+  }
+  header->publish_ns -= offset_ns;
+  header->direct.origin_ns -= offset_ns;
+  header->through_physics.origin_ns -= offset_ns;
+}
+
 LatestReceiver::LatestReceiver(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type), id(TopicId(topic)), digest(SchemaOf(type).digest) {}
 
@@ -260,6 +273,7 @@ Refusal TypedReceiver<M>::TakeNewer(const Envelope& envelope, std::span<const st
 
   tracker.Take(sequence);
   staging.header = envelope.header;
+  ToOwnClock(clock_offset_ns.load(std::memory_order_relaxed), &staging.header);
   LatestAccess::Accept(&reader, now_ns);
   if (M* place = LatestAccess::Place(&reader, sequence, sequence)) *place = staging;
   return Refusal::kNone;

@@ -91,6 +91,8 @@ struct LatestCounts {
   std::uint64_t repeated = 0;   // came again
 };
 
+constexpr std::int64_t kUnknownClock = INT64_MIN;
+
 struct LatestReceiver {
   LatestReceiver(std::string topic_name, MessageType message_type);
   virtual ~LatestReceiver() = default;
@@ -112,6 +114,8 @@ struct LatestReceiver {
   std::uint16_t tap_slot = log::Tap::kNoSlot;
   std::uint32_t id;
   std::uint32_t digest;
+  // The writer's clock minus this node's; kUnknownClock: another machine's, not compared yet.
+  std::atomic<std::int64_t> clock_offset_ns{0};
   std::atomic<std::uint32_t> other_digest{0};  // of a writer whose schema the registry found compatible
 
  protected:
