@@ -28,7 +28,7 @@ export function makeSealer(key, counters = [0n, 0n]) {
   return (topicClass, clear, body) => {
     const channel = channelOf(topicClass);
     const nonce = nonceOf(channel, ++counters[channel]);
-    const cipher = createCipheriv("chacha20-poly1305", key, nonce, { authTagLength: TAG_BYTES });
+    const cipher = createCipheriv("aes-256-gcm", key, nonce, { authTagLength: TAG_BYTES });
     cipher.setAAD(clear, { plaintextLength: body.length });
     return Buffer.concat([cipher.update(body), cipher.final(), nonce.subarray(4), cipher.getAuthTag()]);
   };
@@ -43,7 +43,7 @@ export function makeOpener(key) {
     const window = windows[channelOf(topicClass)];
     const behind = window.newest - counter;
     if (counter === 0n || behind >= 64n || (behind >= 0n && (window.seen >> behind) & 1n)) return null;
-    const decipher = createDecipheriv("chacha20-poly1305", key, nonceOf(channelOf(topicClass), counter),
+    const decipher = createDecipheriv("aes-256-gcm", key, nonceOf(channelOf(topicClass), counter),
       { authTagLength: TAG_BYTES });
     decipher.setAAD(clear, { plaintextLength: end });
     decipher.setAuthTag(sealed.subarray(end + COUNTER_BYTES));

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "bus/detail/sealing.hpp"
+
 namespace bus {
 namespace {
 
@@ -107,6 +109,12 @@ core::Result<void> MakeKeys(const Path& directory, const std::vector<std::string
 }
 
 core::Result<Keys> LoadKeys(const Path& directory, const std::string& node_name) {
+  if (!detail::CanSeal()) {
+    return core::Fail(
+        core::ErrorCode::kInvalidInput,
+        "this machine's processor has no AES instructions, which encrypt what nodes tell each other; run on another, "
+        "or say --no_encryption");
+  }
   if (auto is_private = CheckPrivate(directory); !is_private) return tl::unexpected(is_private.error());
   auto allowed = ReadAllowed(directory);
   if (!allowed) return tl::unexpected(allowed.error());

@@ -77,9 +77,9 @@ TEST(Sealing, IsWhatAnotherImplementationOfTheSameStandardsWrites) {
   Ends ends;
   const auto bytes = ends.Make("hello");
   EXPECT_EQ(Hex(std::span(bytes).subspan(kEnvelopeFixedBytes)),
-            "083b9ec4da"
+            "5e1d0d801e"
             "0100000000000000"
-            "f9abc8523b5ac06c108abc1ba11b839e");
+            "f9d23bbb163b9cdbd2f905e6bd9d73e6");
 }
 
 TEST(Sealing, GivesBackWhatWasSealedAndShowsNothingOfIt) {

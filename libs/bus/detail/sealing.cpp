@@ -1,7 +1,5 @@
 #include "bus/detail/sealing.hpp"
 
-#include <sodium.h>
-
 #include <bit>
 #include <cstring>
 
@@ -9,14 +7,14 @@ namespace bus::detail {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "counters are copied as they stand in memory");
-static_assert(std::tuple_size_v<SenderKey> == crypto_aead_chacha20poly1305_ietf_KEYBYTES);
+static_assert(std::tuple_size_v<SenderKey> == crypto_aead_aes256gcm_KEYBYTES);
 static_assert(std::tuple_size_v<SenderKey> == crypto_auth_hmacsha256_BYTES);
 static_assert(std::tuple_size_v<SessionKey> == crypto_auth_hmacsha256_KEYBYTES);
 
-constexpr std::size_t kTagBytes = crypto_aead_chacha20poly1305_ietf_ABYTES;
+constexpr std::size_t kTagBytes = crypto_aead_aes256gcm_ABYTES;
 static_assert(kSealBytes == sizeof(std::uint64_t) + kTagBytes);
 
-using Nonce = std::array<std::uint8_t, crypto_aead_chacha20poly1305_ietf_NPUBBYTES>;
+using Nonce = std::array<std::uint8_t, crypto_aead_aes256gcm_NPUBBYTES>;
 
 std::uint32_t ChannelOf(TopicClass topic_class) {
   return topic_class == TopicClass::kLatest ? 0 : 1;
@@ -55,6 +53,11 @@ Refusal RefusalOf(EnvelopeStatus status) {
 
 }  // namespace
 
+bool CanSeal() {
+  static const bool can = sodium_init() >= 0 && crypto_aead_aes256gcm_is_available() == 1;
+  return can;
+}
+
 SenderKey DeriveSenderKey(const SessionKey& session_key, std::uint64_t instance) {
   [[maybe_unused]] static const int initialized = sodium_init();  // picks the fastest code of this CPU
   constexpr char kPurpose[] = "VR-OOS datagram";
@@ -79,6 +82,10 @@ std::uint64_t RefusalCounts::total() const {
   return sum;
 }
 
+void Sealer::SetKey(const SenderKey& key) {
+  crypto_aead_aes256gcm_beforenm(&key_, key.data());
+}
+
 std::size_t Sealer::Seal(std::uint8_t* datagram, std::size_t size) noexcept {
   const std::uint64_t counter = counter_.fetch_add(1, std::memory_order_relaxed) + 1;
   const Nonce nonce = MakeNonce(static_cast<TopicClass>(datagram[5]), counter);
@@ -86,8 +93,8 @@ std::size_t Sealer::Seal(std::uint8_t* datagram, std::size_t size) noexcept {
   std::uint8_t* const body = datagram + head;
   MarkSealed(datagram);
   std::memcpy(datagram + size, &counter, sizeof(counter));
-  crypto_aead_chacha20poly1305_ietf_encrypt_detached(body, datagram + size + sizeof(counter), nullptr, body,
-                                                     size - head, datagram, head, nullptr, nonce.data(), key_.data());
+  crypto_aead_aes256gcm_encrypt_detached_afternm(body, datagram + size + sizeof(counter), nullptr, body, size - head,
+                                                 datagram, head, nullptr, nonce.data(), &key_);
   return size + kSealBytes;
 }
 
@@ -121,7 +128,10 @@ void Opener::SetSenders(const KnownSenders& senders) noexcept {
   for (const KnownSender& known : senders) {
     bool is_here = false;
     for (std::size_t i = 0; i < kept; ++i) is_here = is_here || senders_[i].known.key == known.key;
-    if (!is_here) senders_.push_back({known, {}});
+    if (is_here) continue;
+    Sender sender{.known = known, .key = {}, .windows = {}};
+    crypto_aead_aes256gcm_beforenm(&sender.key, known.key.data());
+    senders_.push_back(sender);
   }
 }
 
@@ -151,9 +161,9 @@ Refusal Opener::Open(std::span<std::uint8_t> datagram, Envelope* envelope,
   const Nonce nonce = MakeNonce(envelope->topic_class, counter);
   const std::size_t head = HeadBytes(datagram.data());
   std::uint8_t* const body = datagram.data() + head;
-  if (crypto_aead_chacha20poly1305_ietf_decrypt_detached(body, nullptr, body, size - head,
-                                                         datagram.data() + size + sizeof(counter), datagram.data(),
-                                                         head, nonce.data(), sender->known.key.data()) != 0) {
+  if (crypto_aead_aes256gcm_decrypt_detached_afternm(body, nullptr, body, size - head,
+                                                     datagram.data() + size + sizeof(counter), datagram.data(), head,
+                                                     nonce.data(), &sender->key) != 0) {
     return Refusal::kNotAuthentic;
   }
   window.Take(counter);

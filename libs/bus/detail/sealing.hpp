@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sodium.h>
+
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -10,7 +12,8 @@
 
 namespace bus::detail {
 
-// Authenticated encryption of UDP datagrams: ChaCha20-Poly1305 [RFC 8439].
+// Authenticated encryption of UDP datagrams: AES-256-GCM [NIST SP 800-38D], which processors have instructions for: a
+// datagram is sealed and opened in a quarter of what ChaCha20-Poly1305 takes.
 //
 // The registry hands one secret to every node of a session, over CURVE. Each sender seals with a key of its own,
 //
@@ -24,7 +27,10 @@ namespace bus::detail {
 // LATEST, 1: everything else), and a receiver takes each counter once.
 using SessionKey = std::array<std::uint8_t, 32>;
 using SenderKey = std::array<std::uint8_t, 32>;
+using ExpandedKey = crypto_aead_aes256gcm_state;  // what can be computed of a key beforehand
 
+// Whether this processor has the instructions.
+bool CanSeal();
 // Not real-time (the first call sets the library up).
 SenderKey DeriveSenderKey(const SessionKey& session_key, std::uint64_t instance);
 
@@ -62,13 +68,13 @@ class RefusalCounts {
 // One sender's socket. SetKey before the first Seal, from whichever thread; then one key for life.
 class Sealer {
  public:
-  void SetKey(const SenderKey& key) { key_ = key; }
+  void SetKey(const SenderKey& key);
   // `datagram` holds an envelope with its payload and history, `size` bytes, and has kSealBytes of room behind. Returns
   // the sealed size. Any thread; no lock.
   std::size_t Seal(std::uint8_t* datagram, std::size_t size) noexcept;
 
  private:
-  SenderKey key_{};
+  ExpandedKey key_{};
   std::atomic<std::uint64_t> counter_{0};
 };
 
@@ -104,6 +110,7 @@ class Opener {
  private:
   struct Sender {
     KnownSender known;
+    ExpandedKey key;
     std::array<ReplayWindow, 2> windows;  // by channel
   };
   std::uint64_t session_;
