@@ -3,21 +3,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
 
 #include "core/clock.hpp"
+#include "tools/bench/run_studies.hpp"
 #include "tools/contact/studies.hpp"
 #include "vps/walk/field_walk.hpp"
 
 namespace contact {
 namespace {
-
-std::vector<std::string> SplitAtCommas(const std::string& text) {
-  std::vector<std::string> words;
-  std::istringstream stream(text);
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
-  return words;
-}
 
 std::string MachineText() {
   const vps::InstructionSet set = vps::BestInstructionSet();
@@ -35,7 +28,7 @@ void KeepOtherRows(const std::filesystem::path& folder, Table* table) {
   std::vector<std::vector<std::string>> kept;
   std::getline(file, line);
   while (std::getline(file, line)) {
-    std::vector<std::string> row = SplitAtCommas(line);
+    std::vector<std::string> row = bench::SplitAtCommas(line);
     row.resize(table->columns.size());
     const bool is_measured =
         std::any_of(table->rows.begin(), table->rows.end(), [&](const auto& r) { return r[0] == row[0]; });
@@ -80,22 +73,14 @@ void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& c
 }  // namespace
 
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
-  std::error_code error;
-  if (!options.plot.empty() && !std::filesystem::create_directories(options.plot, error) && error) {
-    return core::Fail(core::ErrorCode::kIo, options.plot.string() + ": cannot be made: " + error.message());
-  }
+  if (const auto made = bench::MakePlotFolder(options.plot); !made) return made;
   std::vector<std::string> known = PartsNames();
   known.insert(known.end(), {"slide", "scene", "reads", "build"});
-  const std::vector<std::string> only = SplitAtCommas(options.only);
-  for (const std::string& name : only) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    std::string names;
-    for (const std::string& one : known) names += " " + one;
-    return core::Fail(core::ErrorCode::kInvalidInput, "no '" + name + "' to measure; known:" + names);
-  }
+  const auto only = bench::ReadNames(options.only, known);
+  if (!only) return tl::unexpected(only.error());
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
   const auto is_wanted = [&](const std::string& name) {
-    return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+    return only->empty() || std::find(only->begin(), only->end(), name) != only->end();
   };
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto tell = [&](const std::string& what) {

@@ -1,21 +1,13 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
-#include <string>
 #include <vector>
 
-#include "tools/bench/report.hpp"
+#include "tools/bench/run_studies.hpp"
 #include "tools/dynamics/spinner.hpp"
 #include "tools/dynamics/stack.hpp"
 
 namespace dynamics {
-
-struct BenchOptions {
-  std::filesystem::path json;  // empty: none
-  std::filesystem::path plot;  // folder; empty: none
-  std::string only;            // names of studies, with commas; empty: all
-};
 
 // What other libraries add to the bench.
 struct Peers {
@@ -25,8 +17,7 @@ struct Peers {
   std::function<double()> arm_error;
 };
 
-// Everything `oos bench physics` measures: prints it, writes JSON, and to the plot folder a CSV beside each SVG.
-// Returns an exit status.
-int BenchMain(const BenchOptions& options, const Peers& peers);
+// Everything `oos bench physics` measures, see bench::RunStudies.
+int BenchMain(const bench::BenchOptions& options, const Peers& peers);
 
 }  // namespace dynamics

@@ -40,20 +40,18 @@ void RunPeers(const char* name, std::vector<std::string> words) {
   Complain("bench", program.string() + ": cannot be run; going on without it", kBadUsage);
 }
 
+bench::BenchOptions OptionsOf(const Arguments& arguments) {
+  return {arguments.text("--json"), arguments.text("--plot"), arguments.text("--pair")};
+}
+
 int RunPhysics(const Arguments& arguments) {
-  dynamics::BenchOptions options;
-  options.json = arguments.text("--json");
-  options.plot = arguments.text("--plot");
-  options.only = arguments.text("--pair");
+  const bench::BenchOptions options = OptionsOf(arguments);
   RunPeers("oos_bench_dynamics_peers", {options.json, options.plot, options.only});
   return dynamics::BenchMain(options, {});
 }
 
 int RunBus(const Arguments& arguments) {
-  transport::BenchOptions options;
-  options.json = arguments.text("--json");
-  options.plot = arguments.text("--plot");
-  options.only = arguments.text("--pair");
+  const bench::BenchOptions options = OptionsOf(arguments);
   RunPeers("oos_bench_transport_peers", {options.json, options.plot, options.only});
   return transport::BenchMain(options, {});
 }

@@ -1,22 +1,14 @@
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "tools/bench/report.hpp"
+#include "tools/bench/run_studies.hpp"
 #include "tools/transport/channel.hpp"
 
 namespace transport {
-
-struct BenchOptions {
-  std::filesystem::path json;  // empty: none
-  std::filesystem::path plot;  // folder; empty: none
-  std::string only;            // names of studies, with commas; empty: all
-  double effort = 1.0;         // part of the messages that a whole run sends: tests ask for less
-};
 
 // Another library's channel of so many bytes; null: not on this machine.
 using ChannelMaker = std::function<std::unique_ptr<Channel>(std::size_t num_bytes)>;
@@ -26,8 +18,8 @@ struct Peer {
   ChannelMaker make;
 };
 
-// Everything `oos bench bus` measures: prints it, writes JSON, and to the plot folder a CSV beside each SVG. Returns an
-// exit status.
-int BenchMain(const BenchOptions& options, const std::vector<Peer>& peers);
+// Everything `oos bench bus` measures, see bench::RunStudies. `effort` is the part of the messages that a whole run
+// sends: tests ask for less.
+int BenchMain(const bench::BenchOptions& options, const std::vector<Peer>& peers, double effort = 1.0);
 
 }  // namespace transport

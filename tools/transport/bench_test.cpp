@@ -25,7 +25,7 @@ TEST(TransportBench, NamesTheStudiesWhenAskedForOneThatIsNone) {
 TEST(TransportBench, WritesChartTableAndGoalsOfTheStudiesAskedFor) {
   const auto folder = std::filesystem::temp_directory_path() / ("vr_oos_bus_" + std::to_string(::getpid()));
   testing::internal::CaptureStdout();
-  EXPECT_EQ(BenchMain({folder / "all.json", folder, "hop", 0.01}, {}), 0);
+  EXPECT_EQ(BenchMain({folder / "all.json", folder, "hop"}, {}, 0.01), 0);
   testing::internal::GetCapturedStdout();
   for (const char* transport : {"raw UDP", "LATEST", "raw ZeroMQ, tcp", "raw ZeroMQ, ipc", "shared memory, futex"}) {
     EXPECT_THAT(Read(folder / "hop.svg"), testing::HasSubstr(transport));
