@@ -62,7 +62,7 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   EXPECT_EQ(plan.registry, "tcp://10.0.0.2:7450");
   const std::string text = Describe(plan);
   EXPECT_THAT(text, HasSubstr("device_bridge: on cores 2,3: /opt/oos/device_bridge --scenario /home/u/s.xml --registry "
-                              "tcp://10.0.0.2:7450 --session 7 --bind 10.0.0.1"));
+                              "tcp://10.0.0.2:7450 --session 7 --no_encryption --bind 10.0.0.1"));
   EXPECT_THAT(text, HasSubstr("--method fast --resume /home/u/vr_oos/runs/run-1"));
 }
 

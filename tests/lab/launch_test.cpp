@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include "tests/lab/lab_support.hpp"
+#include "tests/support/scenario_copy.hpp"
 
 namespace system_tests {
 namespace {
@@ -15,6 +16,12 @@ class LaunchTest : public LabTest {};
 // The launcher below nsenter, which runs it in its own place: same process.
 void Signal(const oos::PipedChild& child, int number) {
   kill(child.pid(), number);
+}
+
+int Count(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
 }
 
 TEST_F(LaunchTest, RunsOnThreeMachinesRecordsAndLeavesNothing) {
@@ -71,10 +78,16 @@ TEST_F(LaunchTest, CtrlCLeavesNothing) {
   ExpectNothingIsLeft();
 }
 
-int Count(const std::string& text, const std::string& part) {
-  int count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
-  return count;
+TEST_F(LaunchTest, AMissingAssetIsNamedAndNothingIsStarted) {
+  const ScenarioCopy scenario("touch", "lab_asset");
+  std::filesystem::remove(scenario.folder() / "meshes/ball.obj");
+  const oos::Answer answer =
+      Run(Oos({"launch", scenario.folder().string(), "--lab", WriteLab("missing_asset", OnThree())}));
+  EXPECT_NE(answer.status, 0);
+  EXPECT_THAT(answer.err, HasSubstr("meshes/ball.obj"));
+  EXPECT_THAT(answer.err, HasSubstr("nothing was started"));
+  EXPECT_EQ(Count(answer.err, "\n"), 2) << answer.err;
+  ExpectNothingIsLeft();
 }
 
 struct BadLab {
@@ -82,6 +95,7 @@ struct BadLab {
   const char* from;
   const char* to;
   const char* message;
+  friend void PrintTo(const BadLab& bad, std::ostream* out) { *out << bad.name; }
 };
 
 class LaunchRefuses : public LabTest, public testing::WithParamInterface<BadLab> {};
@@ -101,9 +115,9 @@ TEST_P(LaunchRefuses, WithOneMessageAndNothingStarted) {
   std::ofstream(machines_->folder() / "wrong_config")
       << "UserKnownHostsFile " << (machines_->folder() / "known_hosts").string()
       << "\nIdentitiesOnly yes\nIdentityFile /no_such_key\n";
-  const auto listener =
-      oos::PipedChild::Start(machines_->InNetworkOf("beta", {std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "registry",
-                                                             "--registry", "tcp://10.77.0.12:7999", "--session", "1"}));
+  const auto listener = oos::PipedChild::Start(
+      machines_->InNetworkOf("beta", {std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "registry", "--registry",
+                                      "tcp://10.77.0.12:7999", "--session", "1", "--no_encryption"}));
   ASSERT_TRUE(listener);
   ASSERT_TRUE(WaitFor(listener->get(), "\"up\"")) << (*listener)->err();
 

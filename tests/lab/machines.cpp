@@ -21,6 +21,21 @@ std::string FirstLine(const std::filesystem::path& file) {
   return line;
 }
 
+// What tests left that were killed: their machines end with them, but folders stay.
+void RemoveLeftovers() {
+  const std::string prefix = "oos-machines-";
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/tmp", error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(prefix, 0) != 0 || std::filesystem::exists("/proc/" + name.substr(prefix.size()))) continue;
+    const std::string keeper = FirstLine(entry.path() / "launcher.pid");
+    std::ifstream in("/proc/" + keeper + "/cmdline");
+    const std::string words{std::istreambuf_iterator<char>(in), {}};
+    if (!keeper.empty() && words.find(entry.path().string()) != std::string::npos) kill(std::stoi(keeper), SIGKILL);
+    std::filesystem::remove_all(entry.path(), error);
+  }
+}
+
 }  // namespace
 
 std::string Machines::WhyNot() {
@@ -37,6 +52,7 @@ std::string Machines::WhyNot() {
 
 Machines::Machines(const std::vector<std::string>& names)
     : folder_(std::filesystem::path("/tmp") / ("oos-machines-" + std::to_string(getpid()))) {
+  RemoveLeftovers();
   std::vector<std::string> words = {std::string(VR_OOS_SOURCE_DIR) + "/tests/lab/machines", folder_.string()};
   words.insert(words.end(), names.begin(), names.end());
   auto keeper = oos::PipedChild::Start(words);

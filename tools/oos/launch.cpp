@@ -120,6 +120,7 @@ class Launch {
   core::Result<void> Prepare() {
     Print("reaching " + std::to_string(remotes_.hosts().size()) + " hosts");
     if (const auto done = remotes_.Connect(); !done) return done;
+    if (const auto free = CheckFree(&remotes_); !free) return free;  // else their own ports are all we hear of
     auto facts = AskHosts(lab_, &remotes_);
     if (!facts) return tl::unexpected(facts.error());
     facts_ = std::move(*facts);

@@ -22,6 +22,12 @@ std::string SearchFor(const std::string& run) {
          "    echo \"left=process $p: $(tr '\\0' ' ' </proc/$p/cmdline 2>/dev/null)\"\n  fi\ndone\n";
 }
 
+core::Result<void> InUse(const std::string& host, const Lease& lease) {
+  return core::Fail(core::ErrorCode::kResource, "host " + host + " is in use: " + lease.Describe() +
+                                                    "; wait, or end it with 'oos stop --lab " + lease.value("lab") +
+                                                    "'");
+}
+
 }  // namespace
 
 std::string Lease::value(const std::string& key) const {
@@ -51,6 +57,15 @@ core::Result<std::vector<HostState>> ReadLeases(Remotes* remotes) {
   return states;
 }
 
+core::Result<void> CheckFree(Remotes* remotes) {
+  const auto states = ReadLeases(remotes);
+  if (!states) return tl::unexpected(states.error());
+  for (std::size_t i = 0; i < states->size(); ++i) {
+    if (!(*states)[i].lease.values.empty()) return InUse(remotes->hosts()[i].name, (*states)[i].lease);
+  }
+  return {};
+}
+
 core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>& roots, Remotes* remotes) {
   std::string text;
   for (const auto& [key, value] : lease.values) text += key + "=" + value + "\n";
@@ -61,9 +76,7 @@ core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>
     if (answer.value("taken") == "1") continue;
     const std::vector<std::string> taken(roots.begin(), roots.begin() + static_cast<std::ptrdiff_t>(i));
     ReleaseLeases(lease.value("run"), taken, remotes);
-    return core::Fail(core::ErrorCode::kResource,
-                      "host " + remotes->hosts()[i].name + " is in use: " + LeaseOf(answer).Describe() +
-                          "; wait, or end it with 'oos stop --lab " + LeaseOf(answer).value("lab") + "'");
+    return InUse(remotes->hosts()[i].name, LeaseOf(answer));
   }
   return {};
 }

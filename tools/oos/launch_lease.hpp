@@ -25,6 +25,9 @@ struct HostState {
 // In the order of the hosts.
 core::Result<std::vector<HostState>> ReadLeases(Remotes* remotes);
 
+// The error names who has a host.
+core::Result<void> CheckFree(Remotes* remotes);
+
 // On all hosts or on none. `roots`: the hosts' run folders. The error names who has the host.
 core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>& roots, Remotes* remotes);
 

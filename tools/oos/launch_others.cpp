@@ -1,12 +1,14 @@
 // Looking at a run that somebody launched, and ending it, from any terminal that has the lab file.
 
+#include <poll.h>
 #include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
-#include "core/clock.hpp"
 #include "lab/load_lab.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/launch_lease.hpp"
@@ -17,7 +19,7 @@ namespace oos {
 namespace {
 
 const std::vector<Option> kLabOption = {{"--lab", "LAB.xml", "the machines"}};
-constexpr double kLauncherPatience_s = 60.0;
+constexpr int kLauncherPatience_ms = 60'000;
 
 // The lab with the hosts of one run.
 struct Found {
@@ -70,14 +72,13 @@ bool AskLauncher(const Lease& lease) {
   std::ifstream name_file("/proc/" + std::to_string(pid) + "/comm");
   std::string name;
   name_file >> name;
-  if (boot != lease.value("boot") || pid <= 1 || name != "oos" || kill(pid, SIGTERM) != 0) return false;
-  const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(kLauncherPatience_s * 1e9);
-  while (core::MonotonicNow_ns() < deadline_ns) {
-    if (kill(pid, 0) != 0) return true;
-    const timespec pause{0, 20'000'000};
-    nanosleep(&pause, nullptr);
-  }
-  return false;
+  if (boot != lease.value("boot") || pid <= 1 || name != "oos") return false;
+  // Readable when the process has ended, whether its parent has noticed or not.
+  pollfd ended{static_cast<int>(syscall(SYS_pidfd_open, pid, 0)), POLLIN, 0};
+  if (ended.fd < 0) return false;
+  const bool is_gone = kill(pid, SIGTERM) == 0 && poll(&ended, 1, kLauncherPatience_ms) == 1;
+  close(ended.fd);
+  return is_gone;
 }
 
 int Stop(const Arguments& arguments) {
