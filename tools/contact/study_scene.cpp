@@ -115,6 +115,35 @@ void StudyTen(Table* table, Report* report) {
                   one_us / two_us >= 1.6);
 }
 
+// All of 100 objects move, none near another.
+void StudyIdle(Report* report) {
+  constexpr std::uint16_t kObjects = 100;
+  constexpr double kPairs = 0.5 * kObjects * (kObjects - 1);
+  const auto part = CookShared(vps::MakeTorus(0.05, 0.02, 48, 24), vps::Method::kFast);
+  vps::WorldDescription description;
+  description.method = vps::Method::kFast;
+  const auto pose_at = [](int i, double phase) {
+    return core::Pose{{1, 0, 0, 0}, {0.5 * (i % 10) + 0.1 * std::sin(phase + i), 0.5 * (i / 10), 0.0}};
+  };
+  for (std::uint16_t i = 0; i < kObjects; ++i) {
+    description.objects.push_back({part, pose_at(i, 0.0)});
+    for (std::uint16_t j = 0; j < i; ++j) description.pairs.push_back({.sampled = i, .field = j});
+  }
+  const auto world = *vps::CollisionWorld::Create(description);
+  core::SerialFor serial;
+  const OneCore pinned;
+  std::vector<double> times_ns;
+  for (int step = 1; step <= 2000; ++step) {
+    for (std::uint16_t i = 0; i < kObjects; ++i) world->SetPose(i, pose_at(i, 0.002 * step));
+    const std::int64_t start_ns = core::MonotonicNow_ns();
+    world->Step(&serial);
+    times_ns.push_back(static_cast<double>(core::MonotonicNow_ns() - start_ns) / kPairs);
+  }
+  const double pair_ns = Quantile(times_ns, 0.5);
+  report->AddGoal("idle pair in a scene of 100 moving objects: cycle by its 4,950 pairs", "<= 30 ns",
+                  Short(pair_ns) + " ns", pair_ns <= 30.0);
+}
+
 void StudyMany(Table* table, Chart* chart, Report* report) {
   using vps::test::ManyObjects;
   Panel panel;
@@ -161,6 +190,7 @@ void StudyScene(Report* report) {
               {}};
   StudyTen(&table, report);
   StudyMany(&table, &chart, report);
+  StudyIdle(report);
   Panel ten;
   ten.title = "10 objects, 45 pairs, 3 touching, 64k points, s = 0.5 mm";
   ten.x_title = "cycle, median [us]";

@@ -2,7 +2,7 @@
 // an anonymous namespace: kLanes (4, 8 or 16), the vector types F, I, U of so many float, int32, uint32, and
 //   U Gather(const std::uint32_t* base, U index);   F Sqrt(F);   unsigned Bits(I mask);
 //   unsigned EqualBits(U a, U b);   unsigned LessBits(F a, F b);
-//   F Fma(F a, F b, F c);                           a b + c, rounded once where the processor can
+//   F Fma(F a, F b, F c);                           a b + c, rounded once
 //   Octet, Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z);
 //   U LookUp(const Octet&, U index);                eight values by index 0 ... 7
 //   Place, Place LoadPlace(const std::uint32_t* sixteen);   U PlaceOf(const Place&, U coordinate);   by its last 4 bits

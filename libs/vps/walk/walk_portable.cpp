@@ -39,8 +39,12 @@ inline unsigned EqualBits(U a, U b) {
 inline unsigned LessBits(F a, F b) {
   return Bits(a < b);
 }
+// Rounded once, as on processors that have the instruction, but for one case in 2^29: doubles hold the product exactly.
+// Otherwise a point that barely touches would have another depth here.
 inline F Fma(F a, F b, F c) {
-  return a * b + c;
+  typedef double D __attribute__((vector_size(32)));
+  return __builtin_convertvector(
+      __builtin_convertvector(a, D) * __builtin_convertvector(b, D) + __builtin_convertvector(c, D), F);
 }
 struct Octet {
   std::uint32_t of[8];
