@@ -62,6 +62,8 @@ struct PeerStatus {
   std::int64_t clock_offset_ns = 0;
   std::int64_t clock_bound_ns = 0;
   double clock_drift_ppm = 0.0;
+  // The largest bound while it was alive, from 1 s after its clock was first compared; no reading yet: INT64_MAX.
+  std::int64_t largest_clock_bound_ns = 0;
   std::string udp_endpoint;           // "127.0.0.1:41234"
   std::string router_endpoint;        // "tcp://127.0.0.1:41235"
   Counters counters;                  // as told by its heartbeats

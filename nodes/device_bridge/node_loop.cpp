@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "bus/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
 #include "nodes/device_bridge/report.hpp"
@@ -149,6 +150,7 @@ core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bo
   report["step_p99_us"] = step_duration_.p99_ns() * 1e-3;
   report["step_max_us"] = static_cast<double>(step_duration_.max_ns()) * 1e-3;
   report["nodes_lost"] = lost_;
+  report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   const bus::Counters counters = node_->counters();
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
   const std::filesystem::path file = folder / "device_bridge.json";

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bus/clock_bounds.hpp"
 #include "core/clock.hpp"
 
 namespace haptic_node {
@@ -255,6 +256,7 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
                     {"points_tested", work_.points_tested},
                     {"points_colliding", work_.points_colliding}};
   report["nodes_lost"] = lost_;
+  report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   const bus::Counters counters = node_->counters();
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
   std::ofstream out(file);

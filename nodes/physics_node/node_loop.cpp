@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bus/clock_bounds.hpp"
 #include "core/clock.hpp"
 
 namespace physics_node {
@@ -271,6 +272,7 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   }
   const bus::Counters counters = node_->counters();
   report["nodes_lost"] = lost_;
+  report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
   std::ofstream out(file);
   out << report.dump(2) << "\n";

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "bus/clock_bounds.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/latest_value.hpp"
 #include "core/result.hpp"
@@ -43,6 +44,7 @@ class Receiver {
   void SetFrames(std::uint64_t frames) { frames_.store(frames, std::memory_order_relaxed); }
 
   [[nodiscard]] bus::Counters counters() const { return node_->counters(); }
+  [[nodiscard]] std::map<std::string, std::int64_t> clock_bounds_ns() const { return bus::ClockBounds(node_->Peers()); }
   [[nodiscard]] std::uint64_t num_states() const { return num_states_.load(std::memory_order_relaxed); }
 
  private:

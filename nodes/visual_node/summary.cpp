@@ -39,6 +39,7 @@ core::Result<void> Summary::Write(const std::filesystem::path& file) const {
                            {"received", counters.received},
                            {"dropped", counters.dropped},
                            {"refused", counters.refused}}}};
+  json["clock_bounds_ns"] = clock_bounds_ns;
   nlohmann::json lost = nlohmann::json::object();
   for (const bus::TopicCounters& topic : counters.topics) {
     if (topic.dropped > 0) lost[topic.topic] = topic.dropped;

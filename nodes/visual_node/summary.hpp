@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "bus/roster.hpp"
@@ -24,6 +25,7 @@ struct Summary {
   bus::LatencyStats t2_state_direct;
   bus::LatencyStats t2_image;
   bus::Counters counters;
+  std::map<std::string, std::int64_t> clock_bounds_ns;  // bus/clock_bounds.hpp
   std::size_t contact_sheet_tiles = 0;
 
   core::Result<void> Write(const std::filesystem::path& file) const;

@@ -209,6 +209,7 @@ class Viewer {
     summary_.t2_image = log_.image();
     summary_.states = receiver_.num_states();
     summary_.counters = receiver_.counters();
+    summary_.clock_bounds_ns = receiver_.clock_bounds_ns();
     summary_.contact_sheet_tiles = sheet_.size();
     if (auto written = summary_.Write(options_.out / "visual_node.json"); !written) return written;
     // A virtual display may have been stopped together with this node: asking it to close the window would then end the

@@ -1,5 +1,6 @@
 #include <cstdio>
 
+#include "tools/oos/hop_bounds.hpp"
 #include "tools/oos/latency_table.hpp"
 #include "tools/oos/verb.hpp"
 
@@ -8,23 +9,31 @@ namespace {
 
 constexpr double kMaxDisagreement = 0.05;
 
-void PrintRow(const std::string& name, const Distribution& d) {
-  std::printf("  %-36s %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8zu\n", name.c_str(), d.mean_ms, d.p50_ms, d.p90_ms,
-              d.p99_ms, d.p999_ms, d.max_ms, d.n);
+// Times of two clocks without a bound tell nothing, and are not printed.
+void PrintRow(const std::string& name, const Distribution& d, std::optional<std::int64_t> bound_ns) {
+  if (!bound_ns) {
+    std::printf("  %-36s the clocks were not compared\n", name.c_str());
+    return;
+  }
+  std::printf("  %-36s %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %8zu\n", name.c_str(), d.mean_ms,
+              1e-6 * static_cast<double>(*bound_ns), d.p50_ms, d.p90_ms, d.p99_ms, d.p999_ms, d.max_ms, d.n);
 }
 
 int Run(const Arguments& arguments) {
   const auto rows = ReadLatencyRows(std::filesystem::path(arguments.positional()[0]) / "latency.csv");
   if (!rows) return Complain("latency", rows.error().detail, kBadUsage);
+  const HopBounds bounds = HopBounds::Read(arguments.positional()[0]);
+  std::printf("%s; +- is the bound of what two clocks may differ from their comparison\n",
+              bounds.is_one_machine() ? "one machine, one clock" : "several machines");
   int status = kHolds;
   bool is_checked = false;
   for (const ChainTable& table : Tabulate(*rows)) {
-    std::printf("%s, ms\n  %-36s %8s %8s %8s %8s %8s %8s %8s\n", table.chain.c_str(), "", "mean", "p50", "p90", "p99",
-                "p99.9", "max", "n");
-    for (const Hop& hop : table.hops) PrintRow(hop.name, hop.ms);
-    PrintRow("total by stamps", table.total);
+    std::printf("%s, ms\n  %-36s %8s %8s %8s %8s %8s %8s %8s %8s\n", table.chain.c_str(), "", "mean", "+-", "p50",
+                "p90", "p99", "p99.9", "max", "n");
+    for (const Hop& hop : table.hops) PrintRow(hop.name, hop.ms, bounds.Between(hop.from, hop.to));
+    PrintRow("total by stamps", table.total, bounds.Along(table.route));
     if (table.echo.n > 0) {
-      PrintRow("total by the bridge's echo log", table.echo);
+      PrintRow("total by the bridge's echo log", table.echo, 0);  // of its own clock alone
       const bool is_good = table.disagreement() <= kMaxDisagreement;
       std::printf("  %s: stamps and echo log are %.2f %% apart\n", is_good ? "OK" : "FAIL",
                   100.0 * table.disagreement());
@@ -40,9 +49,13 @@ int Run(const Arguments& arguments) {
 }  // namespace
 
 Verb LatencyVerb() {
-  return {"latency", "the latency chain of a run, hop by hop, checked against the bridge's own log (at most 5 % apart)",
-          "RUN",     1,
-          1,         {},
+  return {"latency",
+          "the latency chain of a run, hop by hop with clock bounds, checked against the bridge's own log (at most 5 % "
+          "apart)",
+          "RUN",
+          1,
+          1,
+          {},
           Run};
 }
 

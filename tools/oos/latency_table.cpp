@@ -167,6 +167,7 @@ std::vector<ChainTable> Tabulate(const std::vector<LatencyRow>& rows) {
   for (const auto& [route, members] : routes) {
     ChainTable table;
     table.chain = members.front()->chain;
+    table.route = members.front()->trace;
     std::vector<double> total, echo;
     const std::size_t num_stamps = members.front()->trace.stamps.size();
     std::vector<std::vector<double>> hops(num_stamps - 1);
@@ -182,8 +183,8 @@ std::vector<ChainTable> Tabulate(const std::vector<LatencyRow>& rows) {
     table.echo = Describe(echo);
     for (std::size_t i = 0; i + 1 < num_stamps; ++i) {
       const auto& stamps = members.front()->trace.stamps;
-      table.hops.push_back(
-          {std::string(StageName(stamps[i].stage)) + " -> " + StageName(stamps[i + 1].stage), Describe(hops[i])});
+      const core::Stage from = stamps[i].stage, to = stamps[i + 1].stage;
+      table.hops.push_back({std::string(StageName(from)) + " -> " + StageName(to), from, to, Describe(hops[i])});
     }
     tables.push_back(table);
   }

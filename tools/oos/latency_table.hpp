@@ -25,12 +25,14 @@ Distribution Describe(std::vector<double> values_ms);
 
 struct Hop {
   std::string name;  // "device sample -> device send"
+  core::Stage from{}, to{};
   Distribution ms;
 };
 
 // All rows of one chain that passed the same stages: hops between neighbouring stamps, which add up to the total.
 struct ChainTable {
   std::string chain;
+  core::Trace route;  // one of them
   Distribution total;
   std::vector<Hop> hops;
   Distribution echo;  // n = 0: no independent measurement

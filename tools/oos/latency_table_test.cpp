@@ -5,6 +5,8 @@
 #include <fstream>
 #include <numeric>
 
+#include "tools/oos/hop_bounds.hpp"
+
 namespace oos {
 namespace {
 
@@ -42,6 +44,25 @@ TEST(LatencyTable, DifferentWaysAreNotMixed) {
   LatencyRow other = Row("t1", 1, 2, 2);
   other.trace.stamps.push_back({core::Stage::kVisualApply, 9});
   EXPECT_EQ(Tabulate({Row("t1", 1, 2, 2), Row("direct", 1, 2, 2), other}).size(), 3u);
+}
+
+// Physics elsewhere: haptic_node and device_bridge on one machine, physics_node and visual_node on two others.
+TEST(HopBounds, AddUpOverTheHopsBetweenMachinesAndAreMissedWhereNobodyCompared) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "hop_bounds";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "clocks.csv") << "time_ns,host,offset_ns,bound_ns\n";
+  std::ofstream(folder / "haptic_node.json") << R"({"clock_bounds_ns": {"device_bridge": 0, "physics_node": 300}})";
+  std::ofstream(folder / "physics_node.json") << R"({"clock_bounds_ns": {"haptic_node": 50}})";
+  const HopBounds bounds = HopBounds::Read(folder);
+  core::Trace trace{1, 0, {}};
+  for (const core::Stage stage : {core::Stage::kDeviceSend, core::Stage::kHapticReceive, core::Stage::kHapticSend,
+                                  core::Stage::kPhysicsReceive, core::Stage::kPhysicsSend, core::Stage::kHapticReceive})
+    trace.stamps.push_back({stage, 0});
+  EXPECT_EQ(bounds.Along(trace), 350);
+  trace.stamps.push_back({core::Stage::kVisualReceive, 0});
+  EXPECT_EQ(bounds.Along(trace), std::nullopt);
+  std::filesystem::remove(folder / "clocks.csv");
+  EXPECT_EQ(HopBounds::Read(folder).Along(trace), 0);
 }
 
 TEST(LatencyTable, DamagedRowsAreNamed) {

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kTopicsPerHeartbeat = 30;  // keeps a heartbeat within one datagram
 constexpr int kGoodbyeLinger_ms = 100;
+constexpr std::uint64_t kSettlingExchanges = 20;  // a second of heartbeats
 constexpr std::int64_t kClockPeriod_ns = 20 * kMillisecond_ns;
 
 }  // namespace
@@ -324,7 +325,10 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
   status.process_id = record.process_id();
   status.is_observer = record.is_observer();
   status.restarts = restarts;
-  if (IsElsewhere(peer)) status.clock_bound_ns = kUnknownBound_ns;
+  if (IsElsewhere(peer)) status.clock_bound_ns = status.largest_clock_bound_ns = kUnknownBound_ns;
+  if (const auto earlier = core_->peers.find(record.name()); earlier != core_->peers.end()) {
+    status.largest_clock_bound_ns = earlier->second.largest_clock_bound_ns;  // of the run, whatever its lives
+  }
   status.udp_endpoint = record.data_endpoint();
   status.router_endpoint = record.router_endpoint();
   for (const oos::TopicDeclaration& topic : record.topics()) {
@@ -448,6 +452,10 @@ void BusThread::TellClock(Peer& peer, std::int64_t now) {
   status.clock_offset_ns = clock.offset_ns;
   status.clock_bound_ns = clock.bound_ns;
   status.clock_drift_ppm = clock.drift_ppm;
+  if (status.is_alive && clock.bound_ns != kUnknownBound_ns && peer.clock.num_exchanges() > kSettlingExchanges) {
+    std::int64_t& largest = status.largest_clock_bound_ns;
+    largest = largest == kUnknownBound_ns ? clock.bound_ns : std::max(largest, clock.bound_ns);
+  }
   if (fenced_.count(peer.record.instance()) != 0) return;
   const std::int64_t offset = clock.bound_ns == kUnknownBound_ns ? kUnknownClock : clock.offset_ns;
   for (const auto& receiver : core_->receivers) {
