@@ -7,14 +7,11 @@
 #include <sstream>
 
 #include "bus/codec.hpp"
-#include "bus/log/recorded_payload.hpp"
+#include "bus/log/recorded_message.hpp"
 #include "proto/logic.pb.h"
 
 namespace oos {
 namespace {
-
-// Parts of a message that tells not of their number are read within this time of each other.
-constexpr std::uint64_t kSplit_ns = 2'000'000;
 
 template <class M>
 class LatestOutlet final : public Outlet {
@@ -22,27 +19,16 @@ class LatestOutlet final : public Outlet {
   explicit LatestOutlet(bus::LatestWriter<M> writer) : writer_(writer) {}
 
   void Take(const bus::log::Message& message) override {
-    if (num_parts_ > 0 && message.sequence != sequence_) Flush();
-    const bus::log::RecordedPayload recorded = bus::log::SplitRecorded(message.data);
-    if (!codec_.Decode(recorded.payload, num_parts_ == 0, &message_)) return;
-    sequence_ = message.sequence;
-    ++num_parts_;
-    if (!recorded.has_envelope) return;
-    message_.header = recorded.envelope.header;
-    if (num_parts_ == recorded.envelope.num_parts) Flush();
-  }
-  void Flush() override {
-    if (num_parts_ > 0) writer_.Send(message_);
-    num_parts_ = 0;
-    message_ = {};
+    const M* whole = message_.Take(bus::log::SplitRecorded(message.data));
+    if (whole == nullptr) return;
+    sent_ = *whole;  // its header is written into
+    writer_.Send(sent_);
   }
 
  private:
   bus::LatestWriter<M> writer_;
-  bus::LatestCodec<M> codec_;
-  M message_;
-  std::uint32_t sequence_ = 0;
-  unsigned num_parts_ = 0;  // of message_ so far
+  bus::log::RecordedMessage<M> message_;
+  M sent_;
 };
 
 template <class M>
@@ -187,7 +173,6 @@ core::Result<void> BusReplay::Declare(bus::Node* node) {
 
 core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
   const std::uint64_t from_ns = first_ns_ + static_cast<std::uint64_t>(std::max(from_s, 0.0) * 1e9);
-  for (const auto& [id, outlet] : outlets_) outlet->Flush();
   // The newest value of every state before that, in the order in which they came.
   std::map<std::uint16_t, bus::log::Message> newest;
   const auto see = [&](const bus::log::Channel& channel, const bus::log::Message& message) {
@@ -217,7 +202,6 @@ core::Result<void> BusReplay::Fetch() {
     if (!got) return tl::unexpected(got.error());
     if (!*got) {
       next_.reset();
-      for (const auto& [id, outlet] : outlets_) outlet->Flush();
       return {};
     }
     if (outlets_.count(message.channel_id) == 0) continue;
@@ -268,10 +252,7 @@ double BusReplay::position_s() const {
 }
 
 core::Result<void> BusReplay::Publish() {
-  const std::uint64_t before_ns = std::exchange(position_ns_, next_->log_time_ns);
-  if (position_ns_ > before_ns + kSplit_ns) {
-    for (const auto& [id, outlet] : outlets_) outlet->Flush();
-  }
+  position_ns_ = next_->log_time_ns;
   outlets_.at(next_->channel_id)->Take(*next_);
   ++num_published_;
   return Fetch();

@@ -20,8 +20,6 @@ class Outlet {
   virtual ~Outlet() = default;
   // A message of the channel. Parts of one that was split are put together first.
   virtual void Take(const bus::log::Message& message) = 0;
-  // A split message that tells not of how many parts it is: what came of it is all.
-  virtual void Flush() {}
   [[nodiscard]] virtual bool is_state() const { return false; }
 };
 

@@ -319,6 +319,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
     return;
   }
   peer.since_ns = core::MonotonicNow_ns();
+  peer.events_before = event_log_.newest();
   PeerStatus status;
   status.name = record.name();
   status.instance = record.instance();
@@ -479,6 +480,7 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   }
   const auto found = peers_.find(heartbeat.name());
   if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) {
+    core_->guard->refusals.Add(Refusal::kUnknownSender);
     AskForRoster();
     return;
   }

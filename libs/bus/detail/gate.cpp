@@ -195,7 +195,7 @@ void Gate::ServeWatched() {
       trouble_ = keys_ != nullptr ? "it does not encrypt, or is no registry" : "it wants encryption and a key";
     } else if (trouble_.empty()) {
       trouble_ = keys_ != nullptr ? "the handshake fails; is this the key directory of that run?"
-                                  : "the handshake fails; it may want a key";
+                                  : "the handshake fails; it may want encryption and a key";
     }
   }
 }

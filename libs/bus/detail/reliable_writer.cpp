@@ -74,8 +74,8 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
   subscription.wants_events = subscribe.wants_events();
   subscription.is_evicted = false;
   subscription.starved_since_ns = 0;
-  const auto open = [&](const std::string& topic, TopicClass topic_class, std::uint64_t count) {
-    Account* account = &core_->book.Open(topic, topic_class, subscription.name, subscription.instance, true, count);
+  const auto open = [&](const std::string& topic, TopicClass topic_class, std::uint64_t start, std::uint64_t count) {
+    Account* account = &core_->book.Open(topic, topic_class, subscription.name, subscription.instance, true, start);
     for (const oos::Reading& reading : subscribe.readings()) {
       if (reading.topic() == TopicId(topic)) TakeReading(reading, subscription.instance);
     }
@@ -86,11 +86,16 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
   if (subscription.wants_state) {
     for (const auto& sender : core_->state_senders) {
       const std::uint32_t id = TopicId(sender->topic);
-      subscription.states[id] = open(sender->topic, TopicClass::kState, own_counts_[id]);
+      subscription.states[id] = open(sender->topic, TopicClass::kState, own_counts_[id], own_counts_[id]);
     }
   }
   if (subscription.wants_events) {
-    const Account* events = open(kEventTopic, TopicClass::kEvent, event_log_.newest());
+    // From when it was known here, which is before anybody is told that it lives: what is emitted then is not lost on
+    // it.
+    const auto peer = peers_.find(subscription.name);
+    const bool is_known = peer != peers_.end() && peer->second.record.instance() == subscription.instance;
+    const std::uint64_t start = is_known ? peer->second.events_before : event_log_.newest();
+    const Account* events = open(kEventTopic, TopicClass::kEvent, start, event_log_.newest());
     subscription.events = core_->book.Find(TopicId(kEventTopic), subscription.instance, true);
     RewindEvents(subscription, events->start + events->received + events->dropped_in_all());
   }

@@ -133,7 +133,7 @@ void TapPoints::WroteState(std::uint32_t slot, const std::string& key, std::span
 }
 
 void TapPoints::TookState(const StateItem& item) noexcept {
-  if (tap_ == nullptr) return;
+  if (tap_ == nullptr || item.is_reset) return;  // a reset has no value
   tap_->Put(state_readers_[item.slot], item.version, core::MonotonicNow_ns(), 0, BytesOf(item.key),
             BytesOf(item.bytes));
 }

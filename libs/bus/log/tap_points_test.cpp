@@ -19,6 +19,8 @@
 namespace bus::log {
 namespace {
 
+constexpr std::int64_t kLong_ns = 30 * core::kNanosecondsPerSecond;
+
 struct Entry {
   Channel channel;
   Message message;
@@ -67,7 +69,7 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
   const auto b_recorder = Recorder("physics_node");
   auto a = MakeNode("haptic_node", *registry, a_recorder.get());
   auto b = MakeNode("physics_node", *registry, b_recorder.get());
-  auto unread = a->WriteLatest<core::ContactSet>(ContactsTopic("haptic_node", "a/b"));
+  auto unread = a->WriteLatest<core::PhysicsState>(kPhysicsStateTopic);
   auto proxies = a->WriteLatest<core::HapticProxy>(HapticProxyTopic("right"));
   auto figures = a->WriteState<Figures>(FiguresTopic("haptic_node"));
   auto& proxy = b->ReadLatest<core::HapticProxy>(HapticProxyTopic("right"));
@@ -76,11 +78,12 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
   b->OwnParameters({"some.mass_kg"});
   ASSERT_TRUE(a->Start());
   ASSERT_TRUE(b->Start());
+  ASSERT_TRUE(a->WaitForPeers({"physics_node"}, kLong_ns));  // events are for who is known
 
-  core::ContactSet contacts;
-  contacts.planes.resize(core::kMaxContactPlanes);
-  for (std::size_t i = 0; i < contacts.planes.size(); ++i) contacts.planes[i].id = static_cast<std::uint32_t>(i);
-  unread.Send(contacts);  // nobody reads it: recorded all the same
+  core::PhysicsState many;
+  many.bodies.resize(60);
+  for (std::size_t i = 0; i < many.bodies.size(); ++i) many.bodies[i].object = static_cast<std::uint16_t>(i);
+  unread.Send(many);  // nobody reads it: recorded all the same
   Figures value;
   value.items.push_back({"cycles", 5.0});
   ASSERT_TRUE(figures.Set(value, "one"));
@@ -93,7 +96,7 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
   ParameterAck ack;
   std::uint64_t ticket = 0;
   bool is_heard = false, is_acked = false;
-  const std::int64_t end_ns = core::MonotonicNow_ns() + 30 * core::kNanosecondsPerSecond;
+  const std::int64_t end_ns = core::MonotonicNow_ns() + kLong_ns;
   while ((!is_heard || !is_acked || !proxy.has_value() || !heard_figures.has_value()) &&
          core::MonotonicNow_ns() < end_ns) {
     proxies.Send(sent);
@@ -109,14 +112,14 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
   ASSERT_TRUE(b_recorder->Stop());
 
   auto of_a = Read("haptic_node");
-  RecordedMessage<core::ContactSet> assembler;
-  const core::ContactSet* whole = nullptr;
-  const auto& parts = of_a.at(ContactsTopic("haptic_node", "a/b"));
+  RecordedMessage<core::PhysicsState> assembler;
+  const core::PhysicsState* whole = nullptr;
+  const auto& parts = of_a.at(kPhysicsStateTopic);
   EXPECT_GT(parts.size(), 1U);
   for (const Entry& part : parts) whole = assembler.Take(SplitRecorded(part.message.data));
   ASSERT_NE(whole, nullptr);
-  ASSERT_EQ(whole->planes.size(), contacts.planes.size());
-  EXPECT_EQ(whole->planes[core::kMaxContactPlanes - 1].id, core::kMaxContactPlanes - 1);
+  ASSERT_EQ(whole->bodies.size(), many.bodies.size());
+  EXPECT_EQ(whole->bodies[59].object, 59);
   EXPECT_EQ(of_a.at(FiguresTopic("haptic_node")).at(0).channel.metadata.at("key"), "one");
   const auto emitted = Parse<oos::Event>(of_a.at("event").at(0));
   EXPECT_EQ(emitted.time_ns(), -7);
