@@ -53,6 +53,8 @@ struct World::Impl {
   ~Impl() {
     for (MechanismSlot& slot : mechanisms) world.removeConstraint(slot.constraint.get());
     for (RigidBody& body : bodies) world.removeRigidBody(body.engine.get());
+    // Bullet frees those of its pool only.
+    while (dispatcher.getNumManifolds() > 0) dispatcher.releaseManifold(dispatcher.getManifoldByIndexInternal(0));
   }
 
   void Apply(ImpulseSource source, RigidBody* body, const glm::dvec3& p_W, const glm::dvec3& impulse_W,
