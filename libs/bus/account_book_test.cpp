@@ -50,6 +50,19 @@ TEST(AccountBook, SumsStayExactWhenManyReadersHaveComeAndGone) {
   EXPECT_EQ(MergeByName(book.All()).size(), 2u);  // the last ones by name, and the earlier ones
 }
 
+TEST(AccountBook, APeerThatJustWentIsNotFoldedForHavingBeenAwayBefore) {
+  AccountBook book;
+  OpenEvents(book, 1, 10);
+  book.CloseAll(1);
+  OpenEvents(book, 1);
+  for (std::uint64_t instance = 2; instance <= 600; ++instance) {
+    OpenEvents(book, instance);
+    book.CloseAll(instance);
+    if (instance == 500) book.CloseAll(1);
+  }
+  EXPECT_EQ(OpenEvents(book, 1, 99).start, 10u);  // the same account
+}
+
 TEST(EventLog, KeepsTheNewestByNumber) {
   EventLog log;
   EXPECT_EQ(log.newest(), 0u);

@@ -35,6 +35,7 @@ Account& AccountBook::Open(const std::string& topic, TopicClass topic_class, con
                            std::uint64_t instance, bool is_writer, std::uint64_t start) {
   const auto [item, is_new] = entries_.try_emplace({instance, is_writer, TopicId(topic)});
   Entry& entry = item->second;
+  if (entry.is_closed) std::erase(closed_, item->first);
   entry.is_closed = false;
   if (is_new) {
     entry.account.topic = topic;
@@ -68,7 +69,6 @@ void AccountBook::CloseAll(std::uint64_t instance) {
 
 void AccountBook::Fold(const Key& key) {
   const auto found = entries_.find(key);
-  if (found == entries_.end() || !found->second.is_closed) return;
   const Account shown = found->second.Shown();
   Account& sum = folded_[{shown.topic, shown.is_writer}];
   sum.topic = shown.topic;

@@ -38,7 +38,7 @@ class AccountBook {
 
   void Fold(const Key& key);
   std::map<Key, Entry> entries_;
-  std::deque<Key> closed_;  // oldest first; may hold keys that were opened again
+  std::deque<Key> closed_;  // oldest first
   std::map<std::pair<std::string, bool>, Account> folded_;
 };
 

@@ -56,7 +56,8 @@ class BusThread {
     std::int64_t last_heard_ns = 0;
     std::uint64_t wait_count = 0;  // its step thread's
     std::int64_t wait_changed_ns = 0;
-    std::uint64_t events_before = 0;  // this node's newest event when it came to know the peer: it gets what follows
+    std::uint64_t events_before =
+        0;  // this node's newest when it came to know the peer, or lost it: what follows is for it
     std::map<std::pair<std::uint32_t, bool>, std::size_t> topic_slots;  // id, is written -> place in its counters
     PeerReading reading;
     ClockEstimate clock;  // of another machine

@@ -206,6 +206,10 @@ void BusThread::ForgetReader(const std::string& name, std::uint64_t instance) {
   std::erase_if(subscriptions_,
                 [&](const auto& item) { return item.second.name == name && item.second.instance == instance; });
   core_->book.CloseAll(instance);
+  const auto peer = peers_.find(name);
+  if (peer != peers_.end() && peer->second.record.instance() == instance) {
+    peer->second.events_before = event_log_.newest();
+  }
 }
 
 bool BusThread::SendToRouted(const std::string& routing, const oos::Control& control) {
