@@ -6,6 +6,7 @@ namespace lab {
 namespace {
 
 constexpr int kNiceOfPictures = 10;
+constexpr int kComebackPatience_s = 120;  // that a procedure has with a node: a computer boots in less
 
 class Planner {
  public:
@@ -82,7 +83,10 @@ class Planner {
       Add(&unit, "--workers", std::to_string(options_.workers));
       Add(&unit, "--method", options_.method);
     }
-    if (placement.node == "physics_node") Add(&unit, "--resume", plan->run_folder);
+    if (placement.node == "physics_node" || placement.node == "logic_node") {
+      Add(&unit, "--resume", plan->run_folder);  // when the supervisor starts it again
+    }
+    if (placement.node == "logic_node") Add(&unit, "--patience_s", std::to_string(kComebackPatience_s));
     if (placement.node != "visual_node" && placement.node != "logic_node") Add(&unit, "--rt", placement.rt);
     if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
     plan->units.push_back(std::move(unit));

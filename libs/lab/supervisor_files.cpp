@@ -59,6 +59,8 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
   result.files["supervisord.conf"] = text;
   const std::string control = "supervisorctl -c " + config;
   result.start = "supervisord -c " + config + "\n";
+  // What a power cut left of its socket and process number is cleared away by supervisord itself.
+  result.resume = control + " pid >/dev/null 2>&1 || " + result.start;
   result.stop = "if [ -S " + socket + " ]; then\n  pid=$(cat " + pid_file + ")\n  " + control + " shutdown\n" +
                 "  timeout 20 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";
   result.status = control +

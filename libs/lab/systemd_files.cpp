@@ -47,6 +47,7 @@ UnitFiles SystemdFiles(const HostPlan& plan) {
   const std::string bus = "export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/run/user/$(id -u)}\n";
   result.start = bus + "mkdir -p " + folder + "\ncd " + plan.run_folder + " && cp" + names + " " + folder +
                  "\nsystemctl --user daemon-reload && systemctl --user start" + names + "\n";
+  result.resume = bus + "systemctl --user start" + names + "\n";  // nothing for those that run
   result.stop = bus + "systemctl --user stop" + names + "\nsystemctl --user reset-failed" + names +
                 " 2>/dev/null\ncd " + folder + " && rm -f" + names + "\nsystemctl --user daemon-reload\n";
   result.status =

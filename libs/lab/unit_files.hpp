@@ -13,6 +13,7 @@ namespace lab {
 struct UnitFiles {
   std::map<std::string, std::string> files;  // name in the run folder -> text
   std::string start;                         // all units
+  std::string resume;  // the same on a host that may have been switched off since: what still runs is left alone
   std::string stop;    // SIGTERM, 3 s of patience, SIGKILL to the whole group; returns when all have ended
   std::string status;  // one line a unit: name, state (running, starting, failed, stopped), what else is known
 };

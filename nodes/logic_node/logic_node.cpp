@@ -106,13 +106,12 @@ void LogicNode::HearOfNodes(const Inputs& inputs) {
   for (const core::Event& event : inputs.events) {
     const auto lost = std::find(lost_nodes_.begin(), lost_nodes_.end(), event.detail);
     if (event.name == "node_found" && lost != lost_nodes_.end()) lost_nodes_.erase(lost);
-    const bool has_left = event.name == "node_left";
-    if ((event.name != "node_lost" && !has_left) || lost != lost_nodes_.end()) continue;
-    lost_nodes_.push_back(event.detail);
-    if (status_.is_final || status_.is_failed || !IsNeeded(event.detail)) continue;
+    const bool is_missing = event.name == "node_lost" || event.name == "node_left";
+    if (is_missing && lost == lost_nodes_.end()) lost_nodes_.push_back(event.detail);
+    if (event.name != kNodeGone || status_.is_final || status_.is_failed || !IsNeeded(event.detail)) continue;
     const StepTimes* step = ActiveStep();
     Fail((step != nullptr ? "step " + step->record.name + ": " : "") + event.detail +
-         (has_left ? " has left" : " was lost, it no longer answers"));
+         " was lost, it no longer answers");
   }
 }
 

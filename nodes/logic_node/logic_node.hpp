@@ -24,6 +24,9 @@ struct StepRecord {
   std::string why;       // when not completed
 };
 
+// Event of the node's loop: a node was lost or left, and has not come back in time. A procedure that needs it fails.
+constexpr const char* kNodeGone = "node_gone";
+
 // Runs the scenario's procedure on bus time: sees the published state, shows step, hint and lamps, and changes
 // parameters. The chart begins with the first physics state that arrives, so that no condition is judged on values
 // nobody sent. Events reach the chart as "name.detail" (or "name" when the detail holds blanks), e.g. "engage.latch_a".

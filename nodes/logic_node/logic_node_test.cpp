@@ -207,6 +207,10 @@ TEST_F(LogicNodeTest, LostNodeIsNamed) {
   // Bus time stands still without physics_node: the news alone must do.
   inputs_.events.push_back({0, "bus", "node_lost", "physics_node"});
   Step(0);
+  EXPECT_FALSE(outputs_.status.is_failed);
+  EXPECT_EQ(outputs_.status.hint, "physics_node is lost; Switch it off");
+  inputs_.events.push_back({0, "logic_node", kNodeGone, "physics_node"});
+  Step(0);
   EXPECT_TRUE(outputs_.status.is_failed);
   EXPECT_EQ(outputs_.status.why, "step switch_off: physics_node was lost, it no longer answers");
   EXPECT_THAT(outputs_.status.hint, HasSubstr("physics_node is lost"));

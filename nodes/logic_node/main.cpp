@@ -1,5 +1,7 @@
 // logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--steps FILE] [--bind ADDRESS]
 //   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
+//   [--resume DIR]       goes on from the checkpoint that an earlier life left in DIR, if it left one
+//   [--patience_s 0]     how long a node that was lost may take to come back before the procedure fails
 
 #include <csignal>
 #include <cstdio>
@@ -30,9 +32,11 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  auto parsed = bus::ParseNodeArguments(argc, argv, {});
+  auto parsed = bus::ParseNodeArguments(argc, argv, {{"--patience_s", "0"}});
   if (!parsed) return Complain(parsed.error().detail, 2);
   bus::NodeArguments& options = *parsed;
+  const double patience_s = std::strtod(options["--patience_s"].c_str(), nullptr);
+  if (!(patience_s >= 0.0 && patience_s <= 3600.0)) return Complain("--patience_s is from 0 to 3600", 2);
   std::signal(SIGTERM, OnSignal);
   std::signal(SIGINT, OnSignal);
 
@@ -51,6 +55,17 @@ int main(int argc, char** argv) {
   if (!node) return Complain(node.error().detail, 1);
   logic_node::NodeLoop loop(*scenario, logic->get(), node->get());
   loop.Declare();
+  loop.WaitForLostNodes(static_cast<std::int64_t>(patience_s * 1e9));
+  const auto checkpoint = std::filesystem::path(options["--out"]) / "logic_node.checkpoint";
+  if (options.count("--resume") != 0) {
+    const auto left = std::filesystem::path(options["--resume"]) / "logic_node.checkpoint";
+    if (std::filesystem::exists(left)) {
+      if (const auto resumed = loop.Resume(left); !resumed) return Complain(resumed.error().detail, 1);
+      const core::LogicStatus& status = (*logic)->status();
+      std::printf("goes on in step %s at %.3f s\n", status.step.c_str(), static_cast<double>(status.time_ns) * 1e-9);
+    }
+    loop.KeepCheckpoints(checkpoint);
+  }
   auto bulk = bus::BulkServer::Create(node->get(), node_options);
   if (!bulk) return Complain(bulk.error().detail, 1);
   std::unique_ptr<bus::log::StepLog> steps;

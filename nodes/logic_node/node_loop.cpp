@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "core/clock.hpp"
@@ -14,6 +15,7 @@ namespace {
 constexpr std::int64_t kStatusPeriod_ns = 1'000'000'000;  // at least this often, so that its time shows life
 constexpr std::int64_t kRetry_ns = 200'000'000;
 constexpr int kMaxTries = 10;
+constexpr std::int64_t kCheckpointPeriod_ns = 100'000'000;
 
 }  // namespace
 
@@ -54,6 +56,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop, const std::filesystem::path& r
     const std::int64_t now_ns = core::MonotonicNow_ns();
     TakeAnswers(now_ns);
     SendChanges(now_ns);
+    SaveCheckpoint(now_ns);
     const bool is_over = logic_->status().is_final || logic_->status().is_failed;
     if (is_over && !was_over && !WriteReport(report)) std::fprintf(stderr, "cannot write %s\n", report.c_str());
     was_over = is_over;
@@ -69,7 +72,76 @@ void NodeLoop::Listen() {
       std::fflush(stdout);
     }
     inputs_.events.push_back(event);
+    FollowNode(event);
   }
+  GiveUpLostNodes();
+}
+
+void NodeLoop::FollowNode(const core::Event& event) {
+  if (event.name == "node_lost" || event.name == "node_left") {
+    lost_since_ns_.try_emplace(event.detail, core::MonotonicNow_ns());
+  } else if (event.name == "node_found" && lost_since_ns_.erase(event.detail) != 0) {
+    Remind(event.detail);
+  }
+}
+
+void NodeLoop::GiveUpLostNodes() {
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  for (auto lost = lost_since_ns_.begin(); lost != lost_since_ns_.end();) {
+    if (now_ns - lost->second < patience_ns_) {
+      ++lost;
+      continue;
+    }
+    inputs_.events.push_back({inputs_.now_ns, "logic_node", kNodeGone, lost->first});
+    lost = lost_since_ns_.erase(lost);
+  }
+}
+
+// An owner that was away may have begun anew: it is told the newest value of each of its parameters.
+void NodeLoop::Remind(const std::string& owner) {
+  std::set<std::string> reminded;
+  for (auto change = changes_.rbegin(); change != changes_.rend(); ++change) {
+    const bool is_its = change->owner == owner || change->owner.empty();
+    if (!is_its || !change->is_accepted || !reminded.insert(change->change.name).second) continue;
+    change->is_answered = change->is_accepted = false;
+    change->tries = 0;
+  }
+}
+
+std::vector<AppliedChange> NodeLoop::Applied() const {
+  std::vector<AppliedChange> applied;
+  for (const Change& change : changes_) {
+    // What is still on its way counts: it is sent again.
+    if (change.is_accepted || !change.is_answered) {
+      applied.push_back({change.owner.empty() ? "*" : change.owner, change.change.name, change.change.value});
+    }
+  }
+  return applied;
+}
+
+void NodeLoop::SaveCheckpoint(std::int64_t now_ns) {
+  if (checkpoint_.empty() || (now_ns < next_checkpoint_ns_ && !outputs_.is_status_changed)) return;
+  next_checkpoint_ns_ = now_ns + kCheckpointPeriod_ns;
+  const auto written = WriteCheckpoint({logic_->Save(), Applied()}, checkpoint_);
+  if (!written && !is_checkpoint_refused_) {
+    std::printf("%s\n", written.error().detail.c_str());
+    std::fflush(stdout);
+  }
+  is_checkpoint_refused_ = !written;
+}
+
+core::Result<void> NodeLoop::Resume(const std::filesystem::path& file) {
+  const auto checkpoint = ReadCheckpoint(file);
+  if (!checkpoint) return tl::unexpected(checkpoint.error());
+  if (auto restored = logic_->Restore(checkpoint->state); !restored) return restored;
+  for (const AppliedChange& applied : checkpoint->applied) {
+    Change entry;
+    entry.time_ns = logic_->status().time_ns;
+    entry.change = {applied.name, applied.value};
+    entry.owner = applied.owner == "*" ? "" : applied.owner;
+    changes_.push_back(std::move(entry));
+  }
+  return {};
 }
 
 void NodeLoop::RecordSteps(bus::log::StepSink* sink) {

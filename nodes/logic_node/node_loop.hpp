@@ -3,10 +3,12 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <vector>
 
 #include "bus/node.hpp"
+#include "nodes/logic_node/checkpoint.hpp"
 #include "nodes/logic_node/logic_node.hpp"
 #include "nodes/logic_node/step.hpp"
 #include "replay/step_recorder.hpp"
@@ -25,6 +27,12 @@ class NodeLoop {
   void Declare();
   // From now on every step is written down, with all that it reads.
   void RecordSteps(bus::log::StepSink* sink);
+  // A node that was lost may come back for this long before the procedure fails; 0: nobody starts it again.
+  void WaitForLostNodes(std::int64_t patience_ns) { patience_ns_ = patience_ns; }
+  // Writes there what a later life goes on from, at each change and ten times a second.
+  void KeepCheckpoints(std::filesystem::path file) { checkpoint_ = std::move(file); }
+  // Goes on from there; parameters are given to their owners again, which may have come back themselves.
+  core::Result<void> Resume(const std::filesystem::path& file);
   // Runs until `stop` is set. The report is written whenever the procedure ends, and at the end.
   void Run(const std::atomic<bool>& stop, const std::filesystem::path& report);
   // The procedure's part of the run's report.
@@ -46,6 +54,11 @@ class NodeLoop {
   };
 
   void Listen();
+  void FollowNode(const core::Event& event);
+  void GiveUpLostNodes();
+  void Remind(const std::string& owner);
+  void SaveCheckpoint(std::int64_t now_ns);
+  [[nodiscard]] std::vector<AppliedChange> Applied() const;
   void MakeStep();
   void SendChanges(std::int64_t now_ns);
   void TakeAnswers(std::int64_t now_ns);
@@ -58,6 +71,11 @@ class NodeLoop {
   bus::StateWriter<core::LogicStatus> status_writer_;
   std::vector<Change> changes_;
   std::int64_t next_status_ns_ = 0;
+  std::map<std::string, std::int64_t> lost_since_ns_;
+  std::int64_t patience_ns_ = 0;
+  std::filesystem::path checkpoint_;  // empty: none
+  std::int64_t next_checkpoint_ns_ = 0;
+  bool is_checkpoint_refused_ = false;
   Step step_;
   Inputs& inputs_ = step_.inputs;
   Outputs& outputs_ = step_.outputs;

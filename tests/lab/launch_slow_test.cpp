@@ -69,20 +69,5 @@ TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
   ExpectNothingIsLeft();
 }
 
-TEST_F(LaunchSlow, PhysicsThatIsKilledComesBackFromItsCheckpointAndTheProcedureIsFinished) {
-  auto launcher = oos::PipedChild::Start(Launch(
-      WriteLab("physics_killed", OnThree()), {"--without", "visual_node", "--out", Folder("physics_killed").string()}));
-  ASSERT_TRUE(launcher) << launcher.error().detail;
-  ASSERT_TRUE(WaitFor(launcher->get(), "step slide")) << (*launcher)->out() << (*launcher)->err();
-  Run(machines_->On("beta", {"pkill", "-KILL", "-x", "physics_node"}));
-  const std::int64_t killed_ns = core::MonotonicNow_ns();
-  EXPECT_TRUE(WaitFor(launcher->get(), "physics_node: goes on from tick", 20.0)) << (*launcher)->out();
-  std::printf("physics_node is back %.2f s after SIGKILL\n",
-              static_cast<double>(core::MonotonicNow_ns() - killed_ns) * 1e-9);
-  WaitForEnd(launcher->get(), 120.0);
-  EXPECT_EQ((*launcher)->status(), 0) << (*launcher)->out() << (*launcher)->err();
-  ExpectNothingIsLeft();
-}
-
 }  // namespace
 }  // namespace system_tests

@@ -15,6 +15,7 @@
 #include "tools/oos/check_scenario.hpp"
 #include "tools/oos/clock_series.hpp"
 #include "tools/oos/latency_table.hpp"
+#include "tools/oos/launch_comeback.hpp"
 #include "tools/oos/launch_keys.hpp"
 #include "tools/oos/launch_lease.hpp"
 #include "tools/oos/launch_preflight.hpp"
@@ -158,6 +159,7 @@ class Launch {
     is_started_ = true;
     std::vector<std::string> write(remotes_.hosts().size()), start(remotes_.hosts().size());
     std::vector<std::vector<std::string>> units(remotes_.hosts().size());
+    std::vector<Comebacks::Host> hosts;
     for (std::size_t i = 0; i < remotes_.hosts().size(); ++i) {
       const lab::HostPlan& plan = plan_.hosts[i];
       const lab::UnitFiles files = lab::FilesFor(plan);
@@ -165,7 +167,8 @@ class Launch {
       for (const auto& [name, text] : files.files) WriteFile(name, text, &write[i]);
       WriteFile("stop.sh", files.stop, &write[i]);
       WriteFile("status.sh", files.status, &write[i]);
-      start[i] = "export OOS_RUN=" + plan_.run + "\n" + files.start;
+      const std::string run_name = "export OOS_RUN=" + plan_.run + "\n";
+      start[i] = run_name + files.start;
       for (const lab::Unit& unit : plan.units) {
         units[i].push_back(unit.name);
         if (lab_.FindPlacement(unit.name) != nullptr) expected_.insert(unit.name);
@@ -173,11 +176,13 @@ class Launch {
       if (plan.host.supervisor == lab::SupervisorKind::kSupervisor) {
         units[i].push_back("supervisord-" + plan.host.name);
       }
+      hosts.push_back({roots_[i], run_name + files.resume, units[i]});
     }
     if (const auto done = DoAll(write, "cannot write the run folder"); !done) return done;
     if (const auto done = PushKeys(); !done) return done;
     if (const auto done = streams_.Open(plan_.run, roots_, units, &remotes_); !done) return done;
     NoteSession();
+    comebacks_.emplace(plan_.run, hosts, &remotes_, &streams_);
     return DoAll(start, "the supervisor does not start");
   }
 
@@ -230,8 +235,11 @@ class Launch {
     });
     if (!story_.refusal().empty() && why_.empty()) why_ = story_.refusal();
     if (interrupted_.load() != 0 && why_.empty()) why_ = "interrupted";
-    if (streams_.have_ended() && why_.empty())
-      why_ = "all hosts have fallen silent; was the run stopped from elsewhere?";
+    const std::string gone = comebacks_->Poll([this](const std::string& host, const std::string& text) {
+      Print("host " + host + " " + text);
+      if (text != "is silent") clocks_.clear();  // asked anew
+    });
+    if (why_.empty()) why_ = gone;
     ReadClocks();
   }
 
@@ -251,16 +259,21 @@ class Launch {
     }
   }
 
+  void OpenClockFile() {
+    if (clock_file_.is_open()) return;
+    std::error_code error;
+    std::filesystem::create_directories(wanted_.out, error);
+    clock_file_.open(wanted_.out / "clocks.csv");
+    clock_file_ << "time_ns,host,offset_ns,bound_ns\n";
+  }
+
   void ReadClocks() {
     if (clocks_.empty()) {
       for (std::size_t i = 0; i < remotes_.hosts().size(); ++i) {
         auto series = ClockSeries::Open(&remotes_, i, facts_.at(remotes_.hosts()[i].name).programs + "/oos");
         clocks_.push_back(series ? std::make_unique<ClockSeries>(std::move(*series)) : nullptr);
       }
-      std::error_code error;
-      std::filesystem::create_directories(wanted_.out, error);
-      clock_file_.open(wanted_.out / "clocks.csv");
-      clock_file_ << "time_ns,host,offset_ns,bound_ns\n";
+      OpenClockFile();
     }
     if (Since_s(clocks_read_ns_) < kClockPeriod_s) return;
     clocks_read_ns_ = core::MonotonicNow_ns();
@@ -366,6 +379,7 @@ class Launch {
   lab::Plan plan_;
   LaunchKeys keys_;
   LogStreams streams_;
+  std::optional<Comebacks> comebacks_;
   BusStory story_;
   std::set<std::string> expected_;
   std::vector<std::unique_ptr<ClockSeries>> clocks_;

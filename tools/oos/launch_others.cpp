@@ -131,7 +131,9 @@ int Follow(const Arguments& arguments) {
       is_over = is_over || line.find("\"is\":\"down\"") != std::string::npos;
     });
     std::fflush(stdout);
-    is_over = is_over || streams.have_ended();
+    bool is_any_there = false;
+    for (std::size_t i = 0; i < units.size(); ++i) is_any_there = is_any_there || !streams.has_ended(i);
+    is_over = is_over || !is_any_there;
   }
   std::printf("%s\n", is_over ? "the run is over" : "detached; the run goes on");
   return kHolds;

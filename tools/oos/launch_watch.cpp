@@ -5,27 +5,51 @@
 
 namespace oos {
 
+namespace {
+
+// `from`: "-n +1" from the logs' beginning, "-n 0" from now on.
+core::Result<std::unique_ptr<PipedChild>> Tail(std::size_t host, const std::string& run, const std::string& root,
+                                               const std::vector<std::string>& units, const std::string& from,
+                                               Remotes* remotes) {
+  std::string logs;
+  for (const std::string& unit : units) logs += " " + unit + ".log";
+  // `cat` ends when we close the connection or are gone, and takes `tail` with it.
+  const std::string command = "cd " + root + "/runs/" + run + " && touch" + logs + " && { tail -v " + from + " -F" +
+                              logs + " 2>/dev/null & } && cat >/dev/null; kill $! 2>/dev/null";
+  return remotes->Open(host, "sh -c '" + command + "'");
+}
+
+}  // namespace
+
 core::Result<void> LogStreams::Open(const std::string& run, const std::vector<std::string>& roots,
                                     const std::vector<std::vector<std::string>>& units, Remotes* remotes) {
+  streams_.resize(roots.size());
   for (std::size_t i = 0; i < roots.size(); ++i) {
+    streams_[i].host = remotes->hosts()[i].name;
     if (units[i].empty()) continue;
-    std::string logs;
-    for (const std::string& unit : units[i]) logs += " " + unit + ".log";
-    // `cat` ends when we close the connection or are gone, and takes `tail` with it.
-    const std::string command = "cd " + roots[i] + "/runs/" + run + " && touch" + logs + " && { tail -v -n +1 -F" +
-                                logs + " 2>/dev/null & } && cat >/dev/null; kill $! 2>/dev/null";
-    auto child = remotes->Open(i, "sh -c '" + command + "'");
+    auto child = Tail(i, run, roots[i], units[i], "-n +1", remotes);
     if (!child) return tl::unexpected(child.error());
-    streams_.push_back({remotes->hosts()[i].name, "", std::move(*child)});
+    streams_[i].child = std::move(*child);
   }
+  return {};
+}
+
+core::Result<void> LogStreams::Reopen(std::size_t host, const std::string& run, const std::string& root,
+                                      const std::vector<std::string>& units, Remotes* remotes) {
+  auto child = Tail(host, run, root, units, "-n 0", remotes);
+  if (!child) return tl::unexpected(child.error());
+  streams_[host].child = std::move(*child);
   return {};
 }
 
 void LogStreams::Poll(int timeout_ms, const TakeLine& take) {
   std::vector<PipedChild*> children;
-  for (const Stream& stream : streams_) children.push_back(stream.child.get());
+  for (const Stream& stream : streams_) {
+    if (stream.child != nullptr && !stream.child->has_ended()) children.push_back(stream.child.get());
+  }
   WaitForAny(children, timeout_ms);
   for (Stream& stream : streams_) {
+    if (stream.child == nullptr) continue;
     stream.child->Poll();
     for (const std::string& line : stream.child->TakeLines()) {
       // tail tells whose lines follow: "==> NAME.log <==".
@@ -39,12 +63,14 @@ void LogStreams::Poll(int timeout_ms, const TakeLine& take) {
 }
 
 void LogStreams::Close() {
-  for (Stream& stream : streams_) stream.child->CloseInput();
+  for (Stream& stream : streams_) {
+    if (stream.child != nullptr) stream.child->CloseInput();
+  }
   streams_.clear();
 }
 
-bool LogStreams::have_ended() const {
-  return std::all_of(streams_.begin(), streams_.end(), [](const Stream& stream) { return stream.child->has_ended(); });
+bool LogStreams::has_ended(std::size_t host) const {
+  return streams_[host].child != nullptr && streams_[host].child->has_ended();
 }
 
 std::string BusStory::Take(const std::string& text) {

@@ -19,17 +19,20 @@ class LogStreams {
   // `units`: of each host, in the order of the hosts.
   core::Result<void> Open(const std::string& run, const std::vector<std::string>& roots,
                           const std::vector<std::vector<std::string>>& units, Remotes* remotes);
+  // Of one host that was away, from now on.
+  core::Result<void> Reopen(std::size_t host, const std::string& run, const std::string& root,
+                            const std::vector<std::string>& units, Remotes* remotes);
   // Waits at most `timeout_ms` for lines.
   void Poll(int timeout_ms, const TakeLine& take);
   void Close();
-  [[nodiscard]] bool have_ended() const;
+  [[nodiscard]] bool has_ended(std::size_t host) const;
 
  private:
   struct Stream {
     std::string host, unit;
-    std::unique_ptr<PipedChild> child;
+    std::unique_ptr<PipedChild> child;  // null: nothing runs there
   };
-  std::vector<Stream> streams_;
+  std::vector<Stream> streams_;  // in the order of the hosts
 };
 
 // What the registry's log has told of the run.

@@ -203,26 +203,40 @@ std::filesystem::path Remotes::Socket(std::size_t host) const {
   return folder_ / std::to_string(host);
 }
 
+core::Result<std::unique_ptr<PipedChild>> Remotes::StartMaster(std::size_t i) const {
+  const lab::Host& host = hosts_[i];
+  std::vector<std::string> words = {"ssh", "-N", "-T"};
+  if (!host.ssh_config.empty()) words.insert(words.end(), {"-F", host.ssh_config.string()});
+  if (!host.identity.empty()) {
+    words.insert(words.end(), {"-i", host.identity.string(), "-o", "IdentitiesOnly=yes"});
+  }
+  if (host.ssh_port != 0) words.insert(words.end(), {"-p", std::to_string(host.ssh_port)});
+  if (!host.user.empty()) words.insert(words.end(), {"-l", host.user});
+  for (const char* option :
+       {"BatchMode=yes", "ConnectTimeout=8", "ServerAliveInterval=2", "ServerAliveCountMax=5", "ControlMaster=yes"}) {
+    words.insert(words.end(), {"-o", option});
+  }
+  words.insert(words.end(), {"-S", Socket(i).string(), "--", host.address});
+  return PipedChild::Start(words);
+}
+
+bool Remotes::Reconnect(std::size_t host) {
+  std::unique_ptr<PipedChild>& master = masters_[host];
+  master->Poll();
+  std::error_code error;
+  if (!master->has_ended()) return std::filesystem::exists(Socket(host), error);
+  std::filesystem::remove(Socket(host), error);
+  if (auto again = StartMaster(host)) master = std::move(*again);
+  return false;
+}
+
 core::Result<void> Remotes::Connect() {
   // Short: the name of a Unix socket has 107 characters at most.
   char name[] = "/tmp/oos-ssh-XXXXXX";
   if (mkdtemp(name) == nullptr) return core::Fail(core::ErrorCode::kIo, "cannot make a folder in /tmp");
   folder_ = name;
   for (std::size_t i = 0; i < hosts_.size(); ++i) {
-    const lab::Host& host = hosts_[i];
-    std::vector<std::string> words = {"ssh", "-N", "-T"};
-    if (!host.ssh_config.empty()) words.insert(words.end(), {"-F", host.ssh_config.string()});
-    if (!host.identity.empty()) {
-      words.insert(words.end(), {"-i", host.identity.string(), "-o", "IdentitiesOnly=yes"});
-    }
-    if (host.ssh_port != 0) words.insert(words.end(), {"-p", std::to_string(host.ssh_port)});
-    if (!host.user.empty()) words.insert(words.end(), {"-l", host.user});
-    for (const char* option :
-         {"BatchMode=yes", "ConnectTimeout=8", "ServerAliveInterval=2", "ServerAliveCountMax=5", "ControlMaster=yes"}) {
-      words.insert(words.end(), {"-o", option});
-    }
-    words.insert(words.end(), {"-S", Socket(i).string(), "--", host.address});
-    auto master = PipedChild::Start(words);
+    auto master = StartMaster(i);
     if (!master) return tl::unexpected(master.error());
     masters_.push_back(std::move(*master));
   }

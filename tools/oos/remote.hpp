@@ -74,6 +74,9 @@ class Remotes {
   // Names every host that cannot be reached, and ssh's own words.
   core::Result<void> Connect();
 
+  // For a host that was reached and has fallen silent. True when it is reached again; does not wait: call it again.
+  bool Reconnect(std::size_t host);
+
   [[nodiscard]] const std::vector<lab::Host>& hosts() const { return hosts_; }
   // Runs a script of /bin/sh on each host at once; a host whose script is empty is left alone (status 0).
   std::vector<Answer> RunAll(const std::vector<std::string>& scripts, double patience_s = 60.0);
@@ -86,6 +89,7 @@ class Remotes {
 
  private:
   [[nodiscard]] std::vector<std::string> Ssh(std::size_t host) const;
+  [[nodiscard]] core::Result<std::unique_ptr<PipedChild>> StartMaster(std::size_t host) const;
   [[nodiscard]] std::filesystem::path Socket(std::size_t host) const;
 
   std::vector<lab::Host> hosts_;

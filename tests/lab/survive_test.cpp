@@ -1,0 +1,32 @@
+// The one failure that costs the operator most, in the fast tests; the others: survive_slow_test.cpp, and what each
+// looks like to the operator: docs/reference/survival.md.
+
+#include "tests/lab/survive.hpp"
+
+namespace system_tests {
+namespace {
+
+class Survive : public SurviveTest {};
+
+TEST_F(Survive, PhysicsThatIsKilledCostsTheForceFor60msAndIsBackWithinASecond) {
+  StartRun("survive_physics");
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt()) << launcher_->out();
+  const pid_t physics = Find("beta", "physics_node");
+  const std::uint64_t tick = watch_->physics_tick();
+  ASSERT_GT(physics, 0);
+  ASSERT_GT(tick, 0u);
+  const std::int64_t killed_ns = core::MonotonicNow_ns();
+  kill(physics, SIGKILL);
+  ASSERT_TRUE(Until([&] { return watch_->physics_heard_ns() > killed_ns + 50'000'000; }, 20.0)) << launcher_->out();
+  const double back_s = 1e-9 * static_cast<double>(watch_->physics_heard_ns() - killed_ns);
+  EXPECT_LE(back_s, 1.0);
+  EXPECT_GT(watch_->physics_tick() + 300, tick) << "it went back by more than its last checkpoint";
+  FinishRun();
+  ExpectForceFades("physics_node, SIGKILL", killed_ns, back_s);
+  std::printf("  physics_node is back after %.2f s\n", back_s);
+  ExpectSaid("physics_node: goes on from tick");
+}
+
+}  // namespace
+}  // namespace system_tests
