@@ -1,7 +1,5 @@
-#include <arpa/inet.h>
 #include <sched.h>
 #include <sys/resource.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,20 +13,13 @@
 #include <thread>
 #include <vector>
 
+#include "tools/oos/attach.hpp"
+#include "tools/oos/doctor_network.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace oos {
 namespace {
-
-enum class Grade { kOk, kWarn, kFail };
-
-struct Finding {
-  const char* subject = "";  // for programs
-  Grade grade = Grade::kOk;
-  std::string what;
-  std::string remedy;  // empty when OK
-};
 
 Finding CheckCores() {
   const unsigned cores = std::thread::hardware_concurrency();
@@ -111,17 +102,15 @@ Finding CheckDrawing() {
   return {"drawing", Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
 }
 
-Finding CheckLoopback(int type, const char* name) {
-  const int fd = socket(AF_INET, type | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool works = fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  const int error = errno;
-  if (fd >= 0) close(fd);
-  if (works) return {"loopback", Grade::kOk, std::string(name) + " port on the loopback interface", ""};
-  return {"loopback", Grade::kFail, std::string("no ") + name + " port on 127.0.0.1: " + std::strerror(error),
-          "bring the loopback interface up: ip link set lo up"};
+Finding CheckGovernor() {
+  std::string governor;
+  const bool is_known =
+      static_cast<bool>(std::ifstream("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor") >> governor);
+  if (!is_known || governor == "performance") {
+    return {"governor", Grade::kOk, is_known ? "cores keep their speed" : "no scaling of the cores' speed", ""};
+  }
+  return {"governor", Grade::kWarn, "cores change their speed (" + governor + "): cycles come late after idling",
+          "cpupower frequency-set -g performance"};
 }
 
 Finding CheckCache() {
@@ -155,15 +144,9 @@ bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
 }
 
 int Run(const Arguments& arguments) {
-  const std::vector<Finding> findings = {CheckCores(),
-                                         CheckRealTimePriority(),
-                                         CheckMemoryLock(),
-                                         CheckClockSource(),
-                                         CheckDisplay(),
-                                         CheckDrawing(),
-                                         CheckLoopback(SOCK_STREAM, "TCP"),
-                                         CheckLoopback(SOCK_DGRAM, "UDP"),
-                                         CheckCache()};
+  std::vector<Finding> findings = {CheckCores(),    CheckRealTimePriority(), CheckMemoryLock(), CheckClockSource(),
+                                   CheckGovernor(), CheckDisplay(),          CheckDrawing(),    CheckCache()};
+  for (Finding& finding : CheckNetwork(arguments)) findings.push_back(std::move(finding));
   bool any_fail = false;
   for (const Finding& finding : findings) {
     any_fail = any_fail || finding.grade == Grade::kFail;
@@ -179,9 +162,11 @@ int Run(const Arguments& arguments) {
 }  // namespace
 
 Verb DoctorVerb() {
-  return {"doctor", "says what of this machine hinders a run, and the remedy",
+  std::vector<Option> options = AttachOptions();
+  options.push_back({"--json", "FILE", "the same for programs"});
+  return {"doctor", "says what of this machine, its network and the running session hinders a run, and the remedy",
           "",       0,
-          0,        {{"--json", "FILE", "the same for programs"}},
+          0,        options,
           Run};
 }
 

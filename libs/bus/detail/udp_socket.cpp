@@ -11,12 +11,6 @@
 #include <utility>
 
 namespace bus::detail {
-namespace {
-
-// A burst of one haptic cycle to several peers must fit while the receiver is held up for some milliseconds.
-constexpr int kBufferBytes = 1 << 20;
-
-}  // namespace
 
 core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
   sockaddr_in bound{};
@@ -32,8 +26,8 @@ core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
                                                 "; is it an address of this host?");
   };
   if (udp.fd_ < 0) return fail("opening");
-  setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kBufferBytes, sizeof(kBufferBytes));
-  setsockopt(udp.fd_, SOL_SOCKET, SO_SNDBUF, &kBufferBytes, sizeof(kBufferBytes));
+  setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
+  setsockopt(udp.fd_, SOL_SOCKET, SO_SNDBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
   constexpr int kExpeditedForwarding = 46 << 2;  // DSCP EF: force data goes first where the network cares
   setsockopt(udp.fd_, IPPROTO_IP, IP_TOS, &kExpeditedForwarding, sizeof(kExpeditedForwarding));
   if (bind(udp.fd_, reinterpret_cast<const sockaddr*>(&bound), sizeof(bound)) != 0) return fail("binding");

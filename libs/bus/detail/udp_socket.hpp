@@ -10,6 +10,9 @@
 
 namespace bus::detail {
 
+// A burst of one haptic cycle to several peers must fit while the receiver is held up for some milliseconds.
+constexpr int kUdpBufferBytes = 1 << 20;
+
 // A non-blocking UDP socket bound to a free port of one address.
 class UdpSocket {
  public:

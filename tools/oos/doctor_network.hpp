@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bus/roster.hpp"
+#include "tools/oos/arguments.hpp"
+#include "tools/oos/doctor_finding.hpp"
+
+namespace oos {
+
+// What the kernel says of a network interface.
+struct Interface {
+  std::string name, address;
+  unsigned mtu = 0;
+  std::uint64_t num_packets = 0;  // received
+  std::uint64_t num_lost = 0;     // of these, dropped or damaged
+};
+Finding JudgeInterface(const Interface& interface);
+
+// A node of the running session as an observer here sees it: alive, clock, what it lost.
+Finding JudgePeer(const bus::PeerStatus& peer);
+
+// Interfaces, buffers, ports, round trip and loss of this machine, and the nodes of the session that runs here or that
+// the arguments name.
+std::vector<Finding> CheckNetwork(const Arguments& arguments);
+
+}  // namespace oos
