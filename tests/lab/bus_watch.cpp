@@ -42,6 +42,11 @@ std::string BusWatch::step() const {
   return step_;
 }
 
+std::set<std::string> BusWatch::hints() const {
+  const std::scoped_lock lock(mutex_);
+  return hints_;
+}
+
 std::vector<core::Event> BusWatch::events() const {
   const std::scoped_lock lock(mutex_);
   return events_;
@@ -93,7 +98,11 @@ void BusWatch::Run(const std::filesystem::path& network, const std::string& bind
       physics_heard_ns_.store(physics.received_ns());
     }
     const std::scoped_lock lock(mutex_);
-    if (status.has_value()) step_ = status.value().step;
+    if (status.has_value()) {
+      step_ = status.value().step;
+      hints_.insert(status.value().hint);
+      is_final_.store(status.value().is_final);
+    }
     for (core::Event event; (*node)->PollEvent(&event);) events_.push_back(event);
     if (now_ns < next_peers_ns) continue;
     next_peers_ns = now_ns + kPeersPeriod_ns;

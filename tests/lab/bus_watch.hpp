@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -25,6 +26,8 @@ class BusWatch {
 
   [[nodiscard]] double force_N() const { return force_N_.load(); }  // of the newest command
   [[nodiscard]] std::string step() const;
+  [[nodiscard]] bool is_final() const { return is_final_.load(); }
+  [[nodiscard]] std::set<std::string> hints() const;  // that the screen has shown so far
   [[nodiscard]] std::uint64_t physics_tick() const { return physics_tick_.load(); }
   [[nodiscard]] std::int64_t physics_heard_ns() const { return physics_heard_ns_.load(); }
   [[nodiscard]] std::vector<core::Event> events() const;
@@ -36,13 +39,14 @@ class BusWatch {
 
   mutable std::mutex mutex_;
   std::string step_;
+  std::set<std::string> hints_;
   std::vector<core::Event> events_;
   std::vector<bus::PeerStatus> peers_;
   std::string trouble_;
   std::atomic<double> force_N_{0.0};
   std::atomic<std::uint64_t> physics_tick_{0};
   std::atomic<std::int64_t> physics_heard_ns_{0};
-  std::atomic<bool> is_up_{false}, is_stopping_{false};
+  std::atomic<bool> is_up_{false}, is_stopping_{false}, is_final_{false};
   std::thread thread_;
 };
 

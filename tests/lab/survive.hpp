@@ -83,6 +83,20 @@ class SurviveTest : public LabTest {
     return 0;
   }
 
+  // A living peer of that name, and another life of it than `instance`.
+  [[nodiscard]] bool IsBack(const std::string& node, std::uint64_t instance) const {
+    for (const bus::PeerStatus& peer : watch_->peers()) {
+      if (peer.name == node) return peer.is_alive && !peer.is_stalled && peer.instance != instance;
+    }
+    return false;
+  }
+  [[nodiscard]] std::uint64_t InstanceOf(const std::string& node) const {
+    for (const bus::PeerStatus& peer : watch_->peers()) {
+      if (peer.name == node) return peer.instance;
+    }
+    return 0;
+  }
+
   // The run to its end, and what must hold in any case: completed, nothing left, no sample above cap or rate.
   void FinishRun(double patience_s = 120.0) {
     watch_.reset();
@@ -162,21 +176,27 @@ class SurviveTest : public LabTest {
     std::printf("  %s: force zero after %.0f ms, felt again after %.2f s\n", what.c_str(), 1e3 * GoneAfter_s(hit_ns),
                 BackAfter_s(hit_ns));
   }
+  // A force that fades is zero after 60 ms; the hand's own movements are slower than the time that is looked at.
   void ExpectForceStays(const std::string& what, std::int64_t hit_ns) const {
-    const double before_N = LargestForce_N(hit_ns, -0.1, 0.0), after_N = LargestForce_N(hit_ns, 0.1, 0.2);
+    const double before_N = LargestForce_N(hit_ns, -0.1, 0.0);
     EXPECT_GT(before_N, 1.0) << what << ": there was no contact to keep";
-    EXPECT_GT(after_N, 0.5 * before_N) << what;
-    std::printf("  %s: %.1f N before, %.1f N after\n", what.c_str(), before_N, after_N);
+    double least_N = before_N;
+    for (const GivenForce& sample : forces_) {
+      const double t_s = 1e-9 * static_cast<double>(sample.time_ns - hit_ns);
+      if (t_s >= 0.0 && t_s < 2.0 * kZeroWithin_s) least_N = std::min(least_N, sample.force_N);
+    }
+    EXPECT_GT(least_N, 0.25 * before_N) << what;
+    std::printf("  %s: %.1f N before, %.1f N at least in the %.0f ms after\n", what.c_str(), before_N, least_N,
+                2e3 * kZeroWithin_s);
   }
 
   void ExpectSaid(const std::string& text) const {
     EXPECT_NE(launcher_->out().find(text), std::string::npos) << "nobody said '" << text << "':\n" << launcher_->out();
   }
-  [[nodiscard]] bool WasHeard(const std::string& event, const std::string& detail) const {
-    for (const core::Event& one : watch_->events()) {
-      if (one.name == event && one.detail.find(detail) != std::string::npos) return true;
-    }
-    return false;
+  void ExpectShown(const std::string& text) const {
+    std::string all;
+    for (const std::string& hint : watch_->hints()) all += hint + "\n";
+    EXPECT_NE(all.find(text), std::string::npos) << "the screen never said '" << text << "', but\n" << all;
   }
 
   static std::string FirstWord(const std::filesystem::path& file) {

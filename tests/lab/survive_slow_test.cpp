@@ -1,0 +1,261 @@
+// Every failure of docs/reference/survival.md, in runs on three machines: what the hand is given is read from the
+// bridge's own log, a sample every millisecond, and the procedure must be finished afterwards.
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "bus/topics.hpp"
+#include "tests/lab/survive.hpp"
+
+namespace system_tests {
+namespace {
+
+using testing::HasSubstr;
+
+std::string MachineOf(const std::string& node) {
+  if (node == "visual_node") return "gamma";
+  return node == "physics_node" || node == "logic_node" ? "beta" : "alpha";
+}
+
+enum class Blow { kKill, kStop, kSlow };
+
+void PrintTo(Blow blow, std::ostream* out) {
+  *out << (blow == Blow::kKill ? "kill -9" : blow == Blow::kStop ? "stopped for 1 s" : "half as fast for 1 s");
+}
+
+// Until the moment; of every 10 ms the process has the first 5.
+void SlowDown(pid_t process, double seconds) {
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const timespec pause{0, 5'000'000};
+  while (Since_s(begin_ns) < seconds) {
+    kill(process, SIGSTOP);
+    nanosleep(&pause, nullptr);
+    kill(process, SIGCONT);
+    nanosleep(&pause, nullptr);
+  }
+}
+
+class SurviveBlow : public SurviveTest, public testing::WithParamInterface<Blow> {
+ protected:
+  // Returns when.
+  std::int64_t Hit(const std::string& node) {
+    const pid_t process = Find(MachineOf(node), node);
+    EXPECT_GT(process, 0) << node;
+    if (process <= 0) return 0;
+    const std::uint64_t instance = InstanceOf(node);
+    const std::int64_t hit_ns = core::MonotonicNow_ns();
+    if (GetParam() == Blow::kSlow) {
+      SlowDown(process, 1.0);
+      return hit_ns;
+    }
+    kill(process, GetParam() == Blow::kKill ? SIGKILL : SIGSTOP);
+    if (GetParam() == Blow::kStop) {
+      Until([&] { return Since_s(hit_ns) > 1.0; });
+      kill(process, SIGCONT);
+    }
+    EXPECT_TRUE(Until([&] { return IsBack(node, GetParam() == Blow::kKill ? instance : 0); })) << launcher_->out();
+    std::printf("  %s, %s: back after %.2f s\n", node.c_str(), testing::PrintToString(GetParam()).c_str(),
+                Since_s(hit_ns));
+    return hit_ns;
+  }
+};
+
+// device_bridge first: the log of what the hand is given begins with its second life.
+TEST_P(SurviveBlow, EachNodeInTurn) {
+  StartRun("survive_blow_" + std::to_string(static_cast<int>(GetParam())), {});
+  if (HasFatalFailure()) return;
+  std::map<std::string, std::int64_t> hits_ns;
+  for (const char* node : {"device_bridge", "logic_node", "visual_node", "haptic_node", "physics_node"}) {
+    ASSERT_TRUE(UntilFelt(0.3)) << "before " << node << "\n" << launcher_->out();
+    hits_ns[node] = Hit(node);
+  }
+  if (GetParam() != Blow::kSlow) {
+    for (const char* node : {"device_bridge", "haptic_node", "physics_node", "visual_node"}) {
+      ExpectShown(std::string(node) + " is lost");
+    }
+  }
+  FinishRun();
+  for (const char* node : {"logic_node", "visual_node"}) ExpectForceStays(node, hits_ns[node]);
+  if (GetParam() == Blow::kSlow) return;  // the others' force may fade and come back; it is within its limits
+  for (const char* node : {"haptic_node", "physics_node"}) ExpectForceFades(node, hits_ns[node], 0.3);
+}
+
+INSTANTIATE_TEST_SUITE_P(, SurviveBlow, testing::Values(Blow::kKill, Blow::kStop, Blow::kSlow), [](const auto& one) {
+  return one.param == Blow::kKill ? "Kill" : one.param == Blow::kStop ? "Stop" : "Slow";
+});
+
+class SurviveSlow : public SurviveTest {};
+
+TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedInNineOfTenTries) {
+  const std::vector<std::string> steps = {"press", "slide", "edge", "push_block"};
+  int num_finished = 0;
+  std::vector<double> back_s, gone_s;
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    SCOPED_TRACE(attempt);
+    forces_.clear();
+    StartRun("survive_ten", {"--without", "visual_node", "--seed", std::to_string(attempt + 1)});
+    if (HasFatalFailure()) return;
+    const std::string step = steps[static_cast<std::size_t>(attempt) % steps.size()];
+    ASSERT_TRUE(Until([&] { return watch_->step() == step; }, 60.0)) << launcher_->out();
+    ASSERT_TRUE(UntilFelt()) << launcher_->out();
+    const std::int64_t killed_ns = core::MonotonicNow_ns();
+    kill(Find("beta", "physics_node"), SIGKILL);
+    ASSERT_TRUE(Until([&] { return watch_->physics_heard_ns() > killed_ns + 50'000'000; }, 20.0)) << launcher_->out();
+    back_s.push_back(1e-9 * static_cast<double>(watch_->physics_heard_ns() - killed_ns));
+    watch_.reset();
+    WaitForEnd(launcher_.get(), 120.0);
+    num_finished += launcher_->status() == 0 ? 1 : 0;
+    if (launcher_->status() != 0) std::printf("%s\n", launcher_->out().c_str());
+    ExpectNothingIsLeft();
+    ReadForces();
+    ExpectEverySampleIsWithinLimits();
+    ExpectForceFades("in step " + step, killed_ns, back_s.back());
+    gone_s.push_back(GoneAfter_s(killed_ns));
+  }
+  std::sort(back_s.begin(), back_s.end());
+  std::sort(gone_s.begin(), gone_s.end());
+  std::printf("%d of 10 finished; force zero after %.0f ms at most; back after %.2f s in the median, %.2f s at most\n",
+              num_finished, 1e3 * gone_s.back(), back_s[5], back_s.back());
+  EXPECT_GE(num_finished, 9);
+  EXPECT_LE(back_s.back(), 1.0);
+}
+
+TEST_F(SurviveSlow, ARegistryThatIsKilledCostsNoForce) {
+  StartRun("survive_registry");
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt(0.3));
+  const pid_t registry = Find("beta", "oos", "registry");
+  ASSERT_GT(registry, 0);
+  const std::int64_t hit_ns = core::MonotonicNow_ns();
+  kill(registry, SIGKILL);
+  ASSERT_TRUE(Until([&] {
+    const pid_t again = Find("beta", "oos", "registry");
+    return again != 0 && again != registry;
+  }));
+  FinishRun();
+  ExpectForceStays("registry, SIGKILL", hit_ns);
+  ExpectSaid("exited: registry (terminated by SIGKILL; not expected)");
+}
+
+TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
+  StartRun("survive_launcher");
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt(0.3));
+  const std::int64_t hit_ns = core::MonotonicNow_ns();
+  kill(launcher_->pid(), SIGKILL);
+  WaitForEnd(launcher_.get());
+  const std::int64_t deadline_ns = core::MonotonicNow_ns() + 60 * core::kNanosecondsPerSecond;
+  while (!watch_->is_final() && core::MonotonicNow_ns() < deadline_ns) {
+    const timespec pause{0, 20'000'000};
+    nanosleep(&pause, nullptr);
+  }
+  EXPECT_TRUE(watch_->is_final()) << "in step " << watch_->step();
+  watch_.reset();
+  const oos::Answer stop = Run(Oos({"stop", "--lab", lab_}));
+  EXPECT_EQ(stop.status, 0) << stop.out << stop.err;
+  ExpectNothingIsLeft();
+  ReadForces();
+  ExpectEverySampleIsWithinLimits();
+  ExpectForceStays("launcher, SIGKILL", hit_ns);
+}
+
+// All that the run writes on the recorder's machine is on a disk of its own, which is then filled by others.
+TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
+  const std::string lab = WriteLab("survive_disk", OnThree(), "run_folder=\"/mnt/vr_oos\"", "min_free_MB=\"1\"");
+  for (const char* machine : {"alpha", "beta", "gamma"}) {
+    // mkdir on the disk that all share: once is enough.
+    const oos::Answer made = Run(machines_->On(
+        machine, {"sh", "-c", "mountpoint -q /mnt || mount -t tmpfs -o size=400m tmpfs /mnt; mkdir -p /mnt/vr_oos"}));
+    ASSERT_EQ(made.status, 0) << made.err;
+  }
+  StartRun("survive_disk", {"--without", "visual_node", "--record", Folder("survive_disk_recorded").string()}, lab);
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt(0.3));
+  const std::int64_t hit_ns = core::MonotonicNow_ns();
+  Run(machines_->On("beta", {"sh", "-c", "cat /dev/zero >/mnt/others 2>/dev/null; :"}));
+  ASSERT_TRUE(Until([&] { return Since_s(hit_ns) > 3.0; }));
+  Run(machines_->On("beta", {"rm", "/mnt/others"}));
+  FinishRun();
+  ExpectForceStays("disk full", hit_ns);
+  std::printf("%s\n", launcher_->out().c_str());
+}
+
+class SurviveReboot : public SurviveTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(SurviveReboot, TheHostsPartComesBackAndTheProcedureIsFinished) {
+  const std::string machine = GetParam();
+  StartRun("survive_reboot_" + machine, {});
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt(0.3));
+  const pid_t first_process = std::stoi(FirstWord(machines_->folder() / (machine + ".pid")));
+  const std::int64_t clock_ns = ClockOf("alpha");
+  const std::int64_t hit_ns = core::MonotonicNow_ns();
+  kill(first_process, SIGKILL);
+  ASSERT_TRUE(WaitFor(launcher_.get(), "host " + machine + " is back")) << launcher_->out();
+  std::printf("  %s is back after %.2f s\n", machine.c_str(), Since_s(hit_ns));
+  FinishRun(240.0);
+  // The bridge's clock began anew with its machine.
+  if (machine == "alpha") {
+    EXPECT_NE(ClockOf("alpha"), clock_ns);
+  }
+  if (machine == "beta") ExpectForceFades("beta is switched off", hit_ns, 0.5);
+  if (machine == "gamma") ExpectForceStays("gamma is switched off", hit_ns);
+}
+
+INSTANTIATE_TEST_SUITE_P(, SurviveReboot, testing::Values("alpha", "beta", "gamma"),
+                         [](const auto& one) { return std::string(one.param); });
+
+// Machines whose links a program delays and cuts.
+class SurviveLink : public SurviveTest {
+ protected:
+  static void SetUpTestSuite() {
+    if (access("/dev/net/tun", R_OK | W_OK) != 0) {
+      why_not_ = "this kernel has no TAP devices (/dev/net/tun)";
+      return;
+    }
+    setenv("MACHINES_RELAY", VR_OOS_BINARY_DIR "/bin/lab_relay", 1);
+    LabTest::SetUpTestSuite();
+    unsetenv("MACHINES_RELAY");
+  }
+  static void SetLink(const std::string& figures) {
+    const auto file = machines_->folder() / "link", beside = machines_->folder() / "link.new";
+    std::ofstream(beside) << figures << "\n";
+    std::filesystem::rename(beside, file);
+  }
+  // Accounts of topics that must lose nothing, which do not agree.
+  [[nodiscard]] std::vector<std::string> OpenAccounts() const {
+    std::vector<std::string> open;
+    for (const bus::PeerStatus& peer : watch_->peers()) {
+      for (const bus::ToldAccount& account : peer.accounts) {
+        const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
+        if (rule == nullptr || rule->topic_class == bus::TopicClass::kLatest) continue;
+        if (account.sent == account.received && account.dropped == 0) continue;
+        open.push_back(peer.name + " with " + account.peer + ", " + account.topic + ": " +
+                       std::to_string(account.sent) + " sent, " + std::to_string(account.received) + " received, " +
+                       std::to_string(account.dropped) + " dropped");
+      }
+    }
+    return open;
+  }
+};
+
+TEST_F(SurviveLink, PulledForHalfASecondThenLosing5PercentWithJitter) {
+  SetLink("0 0 0");
+  StartRun("survive_link", {"--without", "visual_node"});
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(UntilFelt(0.3));
+  const std::int64_t hit_ns = core::MonotonicNow_ns();
+  SetLink("0 0 0 beta");
+  ASSERT_TRUE(Until([&] { return Since_s(hit_ns) > 0.5; }));
+  SetLink("0.2 1.0 5");
+  ASSERT_TRUE(Until([&] { return watch_->step() == "push_block"; }, 90.0)) << launcher_->out();
+  ASSERT_TRUE(UntilFelt(0.3)) << launcher_->out();
+  EXPECT_TRUE(Until([&] { return !watch_->peers().empty() && OpenAccounts().empty(); }, 5.0))
+      << testing::PrintToString(OpenAccounts());
+  FinishRun(180.0);
+  ExpectForceFades("beta's link is pulled", hit_ns, 0.45);
+}
+
+}  // namespace
+}  // namespace system_tests
