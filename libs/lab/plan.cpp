@@ -66,7 +66,7 @@ class Planner {
     plan->units.push_back(std::move(unit));
     if (!options_.is_recorded) return;
     Unit recorder = NewUnit(*plan, "recorder", "oos");
-    recorder.arguments = {"record", plan->run_folder + "/run.mcap"};
+    recorder.arguments = {"record", plan->run_folder + "/run.mcap", "--next"};
     AddSession(*plan, &recorder);
     plan->units.push_back(std::move(recorder));
   }

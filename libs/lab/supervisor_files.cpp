@@ -35,7 +35,7 @@ std::string ProgramSection(const Unit& unit, const HostPlan& plan, int priority)
   // A node that ends with 0 has done its work; what ends otherwise comes back at once.
   return "\n[program:" + unit.name + "]\ncommand=" + CommandOf(unit) + "\ndirectory=" + plan.run_folder +
          "\nenvironment=" + environment + "\npriority=" + std::to_string(priority) +
-         "\nautostart=true\nautorestart=unexpected\nexitcodes=0\nstartsecs=1\nstartretries=2\nstopsignal=TERM\n"
+         "\nautostart=true\nautorestart=unexpected\nexitcodes=0\nstartsecs=1\nstartretries=5\nstopsignal=TERM\n"
          "stopwaitsecs=3\nstopasgroup=true\nkillasgroup=true\nredirect_stderr=true\nstdout_logfile=" +
          unit.log + "\nstdout_logfile_maxbytes=0\n";
 }

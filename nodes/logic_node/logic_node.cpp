@@ -136,7 +136,9 @@ void LogicNode::CheckProgress(const Inputs& inputs) {
   }
   const StepTimes* step = ActiveStep();
   if (step == nullptr) return;
-  const double seconds = Seconds(inputs.now_ns - step->entered_ns);
+  if (std::any_of(lost_nodes_.begin(), lost_nodes_.end(), IsNeeded)) last_lost_ns_ = inputs.now_ns;
+  // Whoever waits for a lost node does not stall; once it is back, the step has its whole time again.
+  const double seconds = Seconds(inputs.now_ns - std::max(step->entered_ns, last_lost_ns_));
   if (seconds > scenario_.stall_limit_s) {
     const std::string wait = DescribeWait(step->state);
     Fail("step " + step->record.name + ": not left for " + scxml::FormatNumber(scenario_.stall_limit_s) + " s" +
@@ -277,6 +279,7 @@ void LogicNode::VisitState(V& v) {
     v.Value("step.is_active", step.is_active);
   }
   replay::Items(v, "lost_nodes", lost_nodes_);
+  v.Value("last_lost_ns", last_lost_ns_);
   v.Text("hint", hint_);
   replay::Field(v, "status", status_);
   v.Value("is_started", is_started_);

@@ -76,6 +76,7 @@ class LogicNode final : private scxml::Host {
   std::unique_ptr<scxml::Interpreter> interpreter_;
   std::vector<StepTimes> steps_;
   std::vector<std::string> lost_nodes_;
+  std::int64_t last_lost_ns_ = 0;  // bus time when a needed one was last among them
   std::string hint_;
   core::LogicStatus status_;
   Outputs* outputs_ = nullptr;  // of the current Step

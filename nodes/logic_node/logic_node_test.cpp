@@ -216,6 +216,18 @@ TEST_F(LogicNodeTest, LostNodeIsNamed) {
   EXPECT_THAT(outputs_.status.hint, HasSubstr("physics_node is lost"));
 }
 
+TEST_F(LogicNodeTest, AStepDoesNotStallWhileANodeThatItNeedsIsLost) {
+  Load(kProcedure);
+  const auto limit_ns = static_cast<std::int64_t>(scenario_.stall_limit_s * 1e9);
+  Step();
+  inputs_.events.push_back({0, "bus", "node_lost", "haptic_node"});
+  Step(3 * limit_ns);
+  EXPECT_FALSE(outputs_.status.is_failed) << outputs_.status.why;
+  inputs_.events.push_back({0, "bus", "node_found", "haptic_node"});
+  EXPECT_FALSE(Step(limit_ns / 2).is_failed);
+  EXPECT_TRUE(Step(limit_ns).is_failed);
+}
+
 TEST_F(LogicNodeTest, NodesThatLeaveAfterTheEndAreNoFailure) {
   Load(kProcedure);
   physics_.mechanisms[0].state = 0;

@@ -218,7 +218,8 @@ class Launch {
     std::filesystem::create_directories(SessionFolder(), error);
     std::ofstream(SessionFile()) << "{\"registry\": \"" << plan_.registry << "\", \"session\": \"" << plan_.session
                                  << "\", \"pid\": " << getpid() << ", \"out\": \"" << wanted_.out.string()
-                                 << "\", \"keys\": \"" << keys_.directory().string() << "\"}\n";
+                                 << "\", \"keys\": \"" << keys_.directory().string() << "\", \"scenario\": \""
+                                 << scenario_.file.string() << "\"}\n";
   }
 
   // Takes what the logs tell; `why_` is set when the run cannot go on.
@@ -255,8 +256,18 @@ class Launch {
       const std::size_t at = line.find(word);
       if (at == std::string::npos) continue;
       if (!is_stopping_) Say(host, "supervisor", line.substr(at));
-      if (std::string(word) == "gave up: " && why_.empty()) why_ = "host " + host + " " + line.substr(at);
+      if (std::string(word) == "gave up: " && why_.empty() && IsEnd(line.substr(at))) {
+        why_ = "host " + host + " " + line.substr(at);
+      }
     }
+  }
+
+  // The procedure does without pictures and without a recording.
+  static bool IsEnd(const std::string& gave_up) {
+    for (const char* unit : {"visual_node", "display", "recorder"}) {
+      if (gave_up.find(std::string(" ") + unit + " ") != std::string::npos) return false;
+    }
+    return true;
   }
 
   void OpenClockFile() {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 
 #include "bus/log/node_recording.hpp"
 #include "bus/log/recorder.hpp"
@@ -32,8 +33,17 @@ core::Result<void> RecordUntil(std::int64_t end_ns, bus::Node* node, bus::log::R
   return recorder->Close(core::MonotonicNow_ns(), NumDropped(*node));
 }
 
+// What an earlier life left stays: FILE, FILE-2, FILE-3, ...
+std::string NextName(const std::filesystem::path& file) {
+  std::filesystem::path next = file;
+  for (int number = 2; std::filesystem::exists(next); ++number) {
+    next = file.parent_path() / (file.stem().string() + "-" + std::to_string(number) + file.extension().string());
+  }
+  return next.string();
+}
+
 int Run(const Arguments& arguments) {
-  const std::string& file = arguments.positional()[0];
+  const std::string file = arguments.has("--next") ? NextName(arguments.positional()[0]) : arguments.positional()[0];
   const std::string pattern = arguments.positional().size() == 2 ? arguments.positional()[1] : "*";
   const auto seconds = arguments.number("--seconds");
   if (!seconds) return Complain("record", seconds.error().detail, kBadUsage);
@@ -64,6 +74,7 @@ int Run(const Arguments& arguments) {
 Verb RecordVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--seconds", "S", "stop after S seconds; default: on Ctrl-C"});
+  options.push_back({"--next", "", "when FILE is there already, FILE-2 and so on beside it; for a supervisor"});
   return {
       "record",
       "topics of the running session into an MCAP file",

@@ -118,13 +118,12 @@ nlohmann::json Note() {
 
 // Replaces this process by a visual_node of its own name.
 int OpenWindow(const Arguments& arguments, const std::string& scenario) {
-  const nlohmann::json note = Note();
+  const auto session = FindSession(arguments);
+  if (!session) return Complain("view", session.error().detail, kDoesNotHold);
   const std::string name = "visual_node-" + std::to_string(getpid());
-  const bool is_named = arguments.has("--registry");
-  const auto of_note = [&](const char* key) { return note.is_object() ? note.value(key, "") : std::string(); };
-  const std::string keys = is_named ? arguments.text("--keys", "") : of_note("keys");
-  const std::filesystem::path out =
-      std::filesystem::path(is_named || of_note("out").empty() ? "out" : of_note("out")) / name;
+  const nlohmann::json note = Note();
+  const bool is_noted = note.is_object() && !arguments.has("--registry");
+  const std::filesystem::path out = std::filesystem::path(is_noted ? note.value("out", "out") : "out") / name;
   std::error_code error;
   std::filesystem::create_directories(out, error);
   std::vector<std::string> words = {(ProgramFolder() / "visual_node").string(),
@@ -133,15 +132,17 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
                                     "--scenario",
                                     scenario,
                                     "--registry",
-                                    is_named ? arguments.text("--registry") : of_note("registry"),
+                                    session->registry,
                                     "--session",
-                                    is_named ? arguments.text("--session", "0") : of_note("session"),
+                                    std::to_string(session->session),
+                                    "--bind",
+                                    session->bind_address,
                                     "--out",
                                     out.string()};
-  if (keys.empty()) {
+  if (session->keys.empty()) {
     words.emplace_back("--no_encryption");
   } else {
-    words.insert(words.end(), {"--keys", keys});
+    words.insert(words.end(), {"--keys", session->keys});
   }
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());

@@ -1,27 +1,67 @@
-#include "tests/lab/bus_watch.hpp"
+#pragma once
 
 #include <fcntl.h>
 #include <sched.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
 
+#include "bus/node.hpp"
 #include "bus/topics.hpp"
 #include "core/clock.hpp"
 #include "core/messages/device.hpp"
+#include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
 #include "tools/oos/places.hpp"
 
 namespace system_tests {
-namespace {
 
-constexpr std::int64_t kWait_ns = 2'000'000;
-constexpr std::int64_t kPeersPeriod_ns = 100'000'000;
+// An observer of a launched run, on a thread that stands in another network than the test. Its times are the test's.
+class BusWatch {
+ public:
+  // `network`: /proc/PID/ns/net of the place that launched; `bind`: an address of it; `role`: whose force is watched.
+  BusWatch(const std::filesystem::path& network, const std::string& bind, const std::string& role);
+  ~BusWatch();
+  BusWatch(const BusWatch&) = delete;
+  BusWatch& operator=(const BusWatch&) = delete;
 
-}  // namespace
+  [[nodiscard]] double force_N() const { return force_N_.load(); }  // of the newest command
+  [[nodiscard]] std::string step() const;
+  [[nodiscard]] bool is_final() const { return is_final_.load(); }
+  [[nodiscard]] std::set<std::string> hints() const;  // that the screen has shown so far
+  [[nodiscard]] std::uint64_t physics_tick() const { return physics_tick_.load(); }
+  [[nodiscard]] std::int64_t physics_heard_ns() const { return physics_heard_ns_.load(); }
+  [[nodiscard]] std::vector<core::Event> events() const;
+  [[nodiscard]] std::vector<bus::PeerStatus> peers() const;
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }  // why it cannot watch; empty: it does
 
-BusWatch::BusWatch(const std::filesystem::path& network, const std::string& bind, const std::string& role)
+ private:
+  void Run(const std::filesystem::path& network, const std::string& bind, const std::string& role);
+
+  mutable std::mutex mutex_;
+  std::string step_;
+  std::set<std::string> hints_;
+  std::vector<core::Event> events_;
+  std::vector<bus::PeerStatus> peers_;
+  std::string trouble_;
+  std::atomic<double> force_N_{0.0};
+  std::atomic<std::uint64_t> physics_tick_{0};
+  std::atomic<std::int64_t> physics_heard_ns_{0};
+  std::atomic<bool> is_up_{false}, is_stopping_{false}, is_final_{false};
+  std::thread thread_;
+};
+
+inline BusWatch::BusWatch(const std::filesystem::path& network, const std::string& bind, const std::string& role)
     : thread_([this, network, bind, role] {
         Run(network, bind, role);
         is_up_.store(true);
@@ -32,32 +72,32 @@ BusWatch::BusWatch(const std::filesystem::path& network, const std::string& bind
   }
 }
 
-BusWatch::~BusWatch() {
+inline BusWatch::~BusWatch() {
   is_stopping_.store(true);
   thread_.join();
 }
 
-std::string BusWatch::step() const {
+inline std::string BusWatch::step() const {
   const std::scoped_lock lock(mutex_);
   return step_;
 }
 
-std::set<std::string> BusWatch::hints() const {
+inline std::set<std::string> BusWatch::hints() const {
   const std::scoped_lock lock(mutex_);
   return hints_;
 }
 
-std::vector<core::Event> BusWatch::events() const {
+inline std::vector<core::Event> BusWatch::events() const {
   const std::scoped_lock lock(mutex_);
   return events_;
 }
 
-std::vector<bus::PeerStatus> BusWatch::peers() const {
+inline std::vector<bus::PeerStatus> BusWatch::peers() const {
   const std::scoped_lock lock(mutex_);
   return peers_;
 }
 
-void BusWatch::Run(const std::filesystem::path& network, const std::string& bind, const std::string& role) {
+inline void BusWatch::Run(const std::filesystem::path& network, const std::string& bind, const std::string& role) {
   const int there = open(network.c_str(), O_RDONLY | O_CLOEXEC);
   const bool is_there = there >= 0 && setns(there, CLONE_NEWNET) == 0;
   if (there >= 0) close(there);
@@ -91,7 +131,7 @@ void BusWatch::Run(const std::filesystem::path& network, const std::string& bind
   std::int64_t next_peers_ns = 0;
   while (!is_stopping_.load()) {
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    (*node)->Wait(now_ns + kWait_ns);
+    (*node)->Wait(now_ns + 2'000'000);
     if (command.is_fresh()) force_N_.store(glm::length(command.value().F_Do_W.force_N));
     if (physics.is_fresh()) {
       physics_tick_.store(physics.value().tick);
@@ -105,7 +145,7 @@ void BusWatch::Run(const std::filesystem::path& network, const std::string& bind
     }
     for (core::Event event; (*node)->PollEvent(&event);) events_.push_back(event);
     if (now_ns < next_peers_ns) continue;
-    next_peers_ns = now_ns + kPeersPeriod_ns;
+    next_peers_ns = now_ns + 100'000'000;
     peers_ = (*node)->Peers();
   }
 }

@@ -1,0 +1,185 @@
+// module_replacement again and again, as long as VR_OOS_SOAK_MINUTES says (default 3): nothing grows, and the books of
+// every run are exact. For an hour: VR_OOS_SOAK_MINUTES=60 system_tests_slow_test --gtest_filter='Soak.*'
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "bus/topics.hpp"
+#include "core/clock.hpp"
+#include "tests/support.hpp"
+#include "tests/support/bus_watch.hpp"
+#include "tools/oos/session.hpp"
+
+namespace system_tests {
+namespace {
+
+constexpr double kSettled_s = 15.0;  // of a run: everything has been touched, shown and connected
+constexpr double kMaxGrowth = 0.03;  // of a process's memory in a run, from then on
+constexpr long kPageNoise_kB = 2048;
+
+struct Usage {
+  long memory_kB = 0;  // anonymous, resident: what the process itself holds
+  int descriptors = 0;
+  int threads = 0;
+  long queue_bytes = 0;  // waiting in its UDP sockets
+};
+
+long FieldOf(const std::filesystem::path& file, const std::string& name) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind(name, 0) == 0) return std::strtol(line.c_str() + name.size(), nullptr, 10);
+  }
+  return 0;
+}
+
+// Bytes that wait in UDP sockets, by inode.
+std::map<long, long> UdpQueues() {
+  std::map<long, long> queues;
+  std::ifstream in("/proc/net/udp");
+  std::string line;
+  std::getline(in, line);
+  while (std::getline(in, line)) {
+    unsigned long receive = 0;
+    long inode = 0;
+    if (std::sscanf(line.c_str(), "%*d: %*s %*s %*s %*x:%lx %*s %*s %*d %*d %ld", &receive, &inode) == 2) {
+      queues[inode] = static_cast<long>(receive);
+    }
+  }
+  return queues;
+}
+
+Usage UsageOf(pid_t process, const std::map<long, long>& udp) {
+  const auto folder = std::filesystem::path("/proc") / std::to_string(process);
+  Usage usage;
+  usage.memory_kB = FieldOf(folder / "status", "RssAnon:");
+  usage.threads = static_cast<int>(FieldOf(folder / "status", "Threads:"));
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "fd", error)) {
+    ++usage.descriptors;
+    const std::string target = std::filesystem::read_symlink(entry.path(), error).string();
+    if (target.rfind("socket:[", 0) != 0) continue;
+    const auto queue = udp.find(std::strtol(target.c_str() + 8, nullptr, 10));
+    if (queue != udp.end()) usage.queue_bytes += queue->second;
+  }
+  return usage;
+}
+
+// Of one process in one run.
+struct Course {
+  Usage settled, last;
+  long largest_queue_bytes = 0;
+};
+
+struct Loop {
+  oos::SessionOutcome outcome;
+  std::map<std::string, Course> courses;
+  std::vector<std::string> open_accounts;
+  std::uint64_t num_accounts = 0;
+};
+
+// Reliable topics: whatever was sent has arrived. LATEST: arrived, or dropped for a reason; what is on its way at the
+// moment of the look is not on the books yet, so a stream may be some messages ahead.
+void CheckAccounts(const std::vector<bus::PeerStatus>& peers, Loop* loop) {
+  constexpr std::uint64_t kUnderWay = 200;  // of 0.1 s at 1 kHz, both ends' heartbeats
+  loop->open_accounts.clear();
+  loop->num_accounts = 0;
+  for (const bus::PeerStatus& peer : peers) {
+    for (const bus::ToldAccount& account : peer.accounts) {
+      const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
+      const bool is_latest = rule != nullptr && rule->topic_class == bus::TopicClass::kLatest;
+      const std::uint64_t arrived = account.received + account.dropped;
+      const std::uint64_t apart = arrived > account.sent ? arrived - account.sent : account.sent - arrived;
+      ++loop->num_accounts;
+      if (apart <= (is_latest ? kUnderWay : 0)) continue;
+      std::ostringstream line;
+      line << peer.name << " with " << account.peer << ", " << account.topic << ": " << account.sent << " sent, "
+           << account.received << " received, " << account.dropped << " dropped";
+      loop->open_accounts.push_back(line.str());
+    }
+  }
+}
+
+Loop RunOnce(const scene::Scenario& scenario, const std::filesystem::path& out, std::uint64_t seed) {
+  Loop loop;
+  std::unique_ptr<BusWatch> watch;
+  double next_s = 0.0;
+  oos::SessionOptions options;
+  options.out = out;
+  options.seed = seed;
+  options.is_headless = true;
+  options.program_folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
+  options.while_running = [&](oos::ProcessGroup& group, double seconds, double) {
+    if (watch == nullptr) watch = std::make_unique<BusWatch>("/proc/self/ns/net", "127.0.0.1", "right");
+    if (seconds < next_s) return;
+    next_s = seconds + 0.5;
+    const auto udp = UdpQueues();
+    for (const oos::ProcessGroup::Child& child : group.children()) {
+      Course& course = loop.courses[child.name];
+      course.last = UsageOf(child.pid, udp);
+      course.largest_queue_bytes = std::max(course.largest_queue_bytes, course.last.queue_bytes);
+      if (seconds < kSettled_s) course.settled = course.last;
+    }
+    CheckAccounts(watch->peers(), &loop);
+  };
+  auto outcome = oos::RunSession(scenario, options);
+  EXPECT_TRUE(outcome) << outcome.error().detail;
+  if (outcome) loop.outcome = *outcome;
+  if (watch != nullptr) {
+    EXPECT_EQ(watch->trouble(), "");
+  }
+  return loop;
+}
+
+TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
+  const char* minutes_text = std::getenv("VR_OOS_SOAK_MINUTES");
+  const double minutes = minutes_text != nullptr ? std::strtod(minutes_text, nullptr) : 3.0;
+  ASSERT_GT(minutes, 0.0);
+  const scene::Scenario scenario = Load("module_replacement");
+  const auto out = std::filesystem::path(VR_OOS_BINARY_DIR) / "soak";
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const auto passed_s = [&] { return static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9; };
+  std::map<std::string, long> first_kB;
+  Usage first_own;
+  int num_loops = 0;
+  while (num_loops < 2 || passed_s() < 60.0 * minutes) {
+    std::filesystem::remove_all(out);
+    const Loop loop = RunOnce(scenario, out, static_cast<std::uint64_t>(++num_loops));
+    SCOPED_TRACE(num_loops);
+    EXPECT_TRUE(loop.outcome.is_final) << loop.outcome.why;
+    EXPECT_GT(loop.num_accounts, 20u);
+    EXPECT_EQ(loop.open_accounts, std::vector<std::string>());
+    std::printf("loop %d, %.0f s:", num_loops, passed_s());
+    for (const auto& [name, course] : loop.courses) {
+      const long before_kB = course.settled.memory_kB, after_kB = course.last.memory_kB;
+      std::printf(" %s %ld -> %ld kB, %d fd;", name.c_str(), before_kB, after_kB, course.last.descriptors);
+      EXPECT_LE(after_kB, before_kB + std::max(kPageNoise_kB, static_cast<long>(kMaxGrowth * before_kB))) << name;
+      EXPECT_LE(course.last.descriptors, course.settled.descriptors) << name;
+      EXPECT_LE(course.last.threads, course.settled.threads) << name;
+      EXPECT_LT(course.largest_queue_bytes, 200'000) << name;  // a fraction of a socket's room
+      const auto [first, is_new] = first_kB.try_emplace(name, after_kB);
+      if (!is_new) {
+        EXPECT_LE(after_kB, first->second + std::max(kPageNoise_kB, first->second / 10)) << name;
+      }
+    }
+    const Usage own = UsageOf(getpid(), UdpQueues());
+    std::printf(" registry and launcher %ld kB, %d fd\n", own.memory_kB, own.descriptors);
+    if (num_loops == 2) first_own = own;  // the first loop fills caches
+    if (num_loops > 2) {
+      EXPECT_LE(own.memory_kB, first_own.memory_kB + kPageNoise_kB);
+      EXPECT_LE(own.descriptors, first_own.descriptors);
+      EXPECT_LE(own.threads, first_own.threads);
+    }
+    std::fflush(stdout);
+  }
+  std::printf("%d loops in %.1f minutes\n", num_loops, passed_s() / 60.0);
+}
+
+}  // namespace
+}  // namespace system_tests
