@@ -1,26 +1,19 @@
 #include "bus/node.hpp"
 
-#include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <random>
 
-#include "bus/bulk.hpp"
 #include "bus/detail/accounts.hpp"
-#include "bus/detail/bus_thread.hpp"
-#include "bus/detail/node_core.hpp"
+#include "bus/detail/node_impl.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
 
 namespace bus {
 namespace {
-
-constexpr std::size_t kBatch = 32;  // datagrams taken by one system call
 
 // Copies into a string whose room was reserved, cut to what fits.
 void AssignCut(const std::string& text, std::string* slot) {
@@ -33,49 +26,6 @@ std::uint64_t RandomInstance() {
 }
 
 }  // namespace
-
-struct Node::Impl {
-  detail::NodeCore core;
-  detail::BusThread bus{&core};
-
-  // Where recvmmsg puts a batch.
-  std::array<std::array<std::uint8_t, kMaxDatagramBytes + 1>, kBatch> buffers;
-  std::array<iovec, kBatch> vectors;
-  std::array<mmsghdr, kBatch> headers;
-  Envelope envelope;
-
-  Impl() {
-    for (std::size_t i = 0; i < kBatch; ++i) {
-      vectors[i] = {buffers[i].data(), buffers[i].size()};
-      headers[i] = {};
-      headers[i].msg_hdr.msg_iov = &vectors[i];
-      headers[i].msg_hdr.msg_iovlen = 1;
-    }
-  }
-
-  // Null, with the reason kept for Start(), when the topic is not of this kind.
-  const TopicRule* CheckTopic(const std::string& topic, TopicClass topic_class, MessageType type) {
-    const TopicRule* rule = FindTopicRule(topic);
-    if (rule != nullptr && rule->topic_class == topic_class && rule->type == type) return rule;
-    core.declaration_errors.push_back("topic '" + topic + "': " +
-                                      (rule == nullptr ? "no rule in libs/bus/topics.hpp matches it"
-                                                       : "it carries " + SchemaOf(rule->type).name + ", not " +
-                                                             SchemaOf(type).name + ", or is of another class"));
-    return nullptr;
-  }
-
-  detail::LatestReceiver* FindReceiver(std::uint32_t id) {
-    const auto found =
-        std::lower_bound(core.receivers.begin(), core.receivers.end(), id,
-                         [](const auto& receiver, std::uint32_t wanted) { return receiver->id < wanted; });
-    return found != core.receivers.end() && (*found)->id == id ? found->get() : nullptr;
-  }
-
-  int TakeDatagrams();
-  void TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns);
-  void Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns);
-  void TakeStates();
-};
 
 Node::Node(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
@@ -112,106 +62,18 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
     if (!bound) return tl::unexpected(bound.error());
     *socket = std::move(*bound);
   }
+  if (!options.multicast.empty()) {
+    auto joined = detail::UdpSocket::Join(options.multicast, options.bind_address);
+    if (!joined) return tl::unexpected(joined.error());
+    core.group_socket = std::move(*joined);
+    if (auto sends = core.data_socket.SendToGroupsBy(options.bind_address); !sends)
+      return tl::unexpected(sends.error());
+  }
   core.wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (core.wake_fd < 0) return core::Fail(core::ErrorCode::kResource, "eventfd: too many open files");
   std::unique_ptr<Node> node(new Node(std::move(impl)));
   if (auto opened = node->impl_->bus.Open(); !opened) return tl::unexpected(opened.error());
   return node;
-}
-
-// --- Declarations
-
-template <class M>
-LatestWriter<M> Node::WriteLatest(const std::string& topic) {
-  detail::NodeCore& core = impl_->core;
-  impl_->CheckTopic(topic, TopicClass::kLatest, kMessageTypeOf<M>);
-  for (const auto& sender : core.senders) {
-    if (sender->topic == topic)
-      core.declaration_errors.push_back("topic '" + topic + "' is declared twice for writing");
-  }
-  auto sender = std::make_unique<detail::TypedSender<M>>(topic);
-  sender->envelope.session = core.identity.session;
-  sender->envelope.node = core.identity.node;
-  sender->envelope.boot = core.identity.boot;
-  sender->socket = &core.data_socket;
-  sender->guard = core.guard.get();
-  sender->tap = core.tap.tap();
-  sender->tap_slot = core.tap.Declare(log::TapKind::kSent, topic, TopicClass::kLatest, kMessageTypeOf<M>);
-  LatestWriter<M> writer;
-  writer.sender_ = sender.get();
-  core.senders.push_back(std::move(sender));
-  return writer;
-}
-
-template <class M>
-LatestReader<M>& Node::ReadLatest(const std::string& topic) {
-  detail::NodeCore& core = impl_->core;
-  const TopicRule* rule = impl_->CheckTopic(topic, TopicClass::kLatest, kMessageTypeOf<M>);
-  for (const auto& receiver : core.receivers) {
-    if (receiver->topic == topic && receiver->type == kMessageTypeOf<M>) {
-      return static_cast<detail::TypedReceiver<M>*>(receiver.get())->reader;
-    }
-  }
-  auto receiver = std::make_unique<detail::TypedReceiver<M>>(topic, rule != nullptr ? rule->max_age_ns : 0);
-  LatestReader<M>& reader = receiver->reader;
-  receiver->tap = core.tap.tap();
-  receiver->tap_slot = core.tap.Declare(log::TapKind::kTaken, topic, TopicClass::kLatest, kMessageTypeOf<M>);
-  const auto place = std::upper_bound(core.receivers.begin(), core.receivers.end(), receiver->id,
-                                      [](std::uint32_t id, const auto& other) { return id < other->id; });
-  core.receivers.insert(place, std::move(receiver));
-  return reader;
-}
-
-template <class M>
-StateWriter<M> Node::WriteState(const std::string& topic) {
-  detail::NodeCore& core = impl_->core;
-  impl_->CheckTopic(topic, TopicClass::kState, kMessageTypeOf<M>);
-  auto sender = std::make_unique<detail::StateSender>();
-  sender->topic = topic;
-  sender->type = kMessageTypeOf<M>;
-  sender->slot = static_cast<std::uint32_t>(core.state_senders.size());
-  sender->core = &core;
-  core.tap.DeclareStateWriter(topic, kMessageTypeOf<M>);
-  StateWriter<M> writer;
-  writer.sender_ = sender.get();
-  core.state_senders.push_back(std::move(sender));
-  return writer;
-}
-
-template <class M>
-StateReader<M>& Node::ReadState(const std::string& topic) {
-  detail::NodeCore& core = impl_->core;
-  impl_->CheckTopic(topic, TopicClass::kState, kMessageTypeOf<M>);
-  auto receiver = std::make_unique<detail::TypedStateReceiver<M>>(topic);
-  StateReader<M>& reader = receiver->reader;
-  core.tap.DeclareStateReader(topic, kMessageTypeOf<M>);
-  core.state_receivers.push_back(std::move(receiver));
-  return reader;
-}
-
-template <class M>
-bool StateWriter<M>::Set(const M& value, const std::string& key) {
-  if (sender_ == nullptr) return false;
-  detail::StateItem* slot = sender_->core->states_out.BeginPush();
-  if (slot == nullptr) return false;
-  slot->slot = sender_->slot;
-  slot->key = key;
-  EncodeState(value, &slot->bytes);
-  if (slot->bytes.size() > detail::kMaxStateBytes) return false;
-  sender_->core->tap.WroteState(sender_->slot, key, slot->bytes);
-  sender_->core->states_out.EndPush();
-  sender_->core->Wake();
-  return true;
-}
-
-void Node::ReadEvents() {
-  impl_->core.reads_events = true;
-}
-void Node::OwnParameters(std::vector<std::string> names) {
-  impl_->core.parameter_names = std::move(names);
-}
-void Node::Observe(const std::string& pattern) {
-  impl_->core.observed_patterns.push_back(pattern);
 }
 
 // --- Start
@@ -265,85 +127,6 @@ core::Result<void> Node::WaitForPeers(const std::vector<std::string>& names, std
   if (core.changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns), are_there)) return {};
   return core::Fail(core::ErrorCode::kTimeout,
                     core.options.name + " waited " + std::to_string(timeout_ns / 1'000'000) + " ms for: " + missing);
-}
-
-// --- LATEST
-
-WaitResult Node::Wait(std::int64_t deadline_ns) {
-  detail::NodeCore& core = impl_->core;
-  core.wait_count.fetch_add(1, std::memory_order_relaxed);
-  for (const auto& receiver : core.receivers) receiver->ClearFresh();
-  for (const auto& receiver : core.state_receivers) receiver->ClearFresh();
-  WaitResult result;
-  for (;;) {
-    result.datagrams = impl_->TakeDatagrams();
-    if (result.datagrams > 0) break;
-    const std::int64_t left = deadline_ns - core::MonotonicNow_ns();
-    if (left <= 0) {
-      result.is_timeout = true;
-      break;
-    }
-    pollfd item{core.data_socket.fd(), POLLIN, 0};
-    const timespec timeout{static_cast<time_t>(left / core::kNanosecondsPerSecond),
-                           static_cast<long>(left % core::kNanosecondsPerSecond)};
-    if (ppoll(&item, 1, &timeout, nullptr) < 0) {  // a signal: the caller decides what it means
-      result.datagrams = impl_->TakeDatagrams();
-      break;
-    }
-  }
-  impl_->TakeStates();
-  return result;
-}
-
-int Node::Impl::TakeDatagrams() {
-  core.guard->TakeSenders();
-  int total = 0;
-  for (;;) {
-    const int count = recvmmsg(core.data_socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
-    if (count <= 0) return total;
-    const std::int64_t now = core::MonotonicNow_ns();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      TakeDatagram({buffers[i].data(), headers[i].msg_len}, now);
-    }
-    total += count;
-    if (static_cast<std::size_t>(count) < kBatch || total >= 64 * static_cast<int>(kBatch)) return total;
-  }
-}
-
-void Node::Impl::TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns) {
-  std::span<const std::uint8_t> payload;
-  detail::Refusal refusal = core.guard->OpenData(bytes, &envelope, &payload);
-  if (refusal == detail::Refusal::kNone && envelope.topic_class != TopicClass::kLatest) {
-    refusal = detail::Refusal::kUnknownTopic;
-  }
-  if (refusal == detail::Refusal::kNone) {
-    detail::LatestReceiver* receiver = FindReceiver(envelope.topic);
-    const bool is_observing = !core.observed_patterns.empty();
-    if (is_observing) Observe(payload, bytes.size(), now_ns);
-    if (receiver != nullptr) {
-      refusal = receiver->Take(envelope, payload, now_ns);
-    } else if (!is_observing) {
-      refusal = detail::Refusal::kUnknownTopic;
-    }
-  }
-  if (refusal != detail::Refusal::kNone) core.guard->refusals.Add(refusal);
-}
-
-void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns) {
-  const std::lock_guard lock(core.mutex);
-  const auto known = core.known_topics.find(envelope.topic);
-  if (known == core.known_topics.end() || !core.IsObserved(known->second.name)) return;
-  core.AddObservation({known->second.name, TopicClass::kLatest, known->second.type, known->second.writer,
-                       envelope.header.sequence, envelope.header.publish_ns, now_ns, num_bytes, envelope.part,
-                       envelope.num_parts, std::string(payload.begin(), payload.end())});
-}
-
-void Node::Impl::TakeStates() {
-  while (const detail::StateItem* item = core.states_in.Front()) {
-    if (!core.state_receivers[item->slot]->Take(*item)) core.refused.fetch_add(1, std::memory_order_relaxed);
-    core.tap.TookState(*item);
-    core.states_in.EndPop();
-  }
 }
 
 // --- EVENT
@@ -495,29 +278,5 @@ std::uint64_t Node::instance() const {
 std::uint64_t Node::session() const {
   return impl_->core.identity.session;
 }
-
-template LatestWriter<core::DeviceState> Node::WriteLatest(const std::string&);
-template LatestWriter<core::DeviceCommand> Node::WriteLatest(const std::string&);
-template LatestWriter<core::HapticProxy> Node::WriteLatest(const std::string&);
-template LatestWriter<core::ContactSet> Node::WriteLatest(const std::string&);
-template LatestWriter<core::PhysicsState> Node::WriteLatest(const std::string&);
-template LatestWriter<core::Reaction> Node::WriteLatest(const std::string&);
-template LatestWriter<core::SheetState> Node::WriteLatest(const std::string&);
-template LatestReader<core::DeviceState>& Node::ReadLatest(const std::string&);
-template LatestReader<core::DeviceCommand>& Node::ReadLatest(const std::string&);
-template LatestReader<core::HapticProxy>& Node::ReadLatest(const std::string&);
-template LatestReader<core::ContactSet>& Node::ReadLatest(const std::string&);
-template LatestReader<core::PhysicsState>& Node::ReadLatest(const std::string&);
-template LatestReader<core::Reaction>& Node::ReadLatest(const std::string&);
-template LatestReader<core::SheetState>& Node::ReadLatest(const std::string&);
-template StateWriter<core::LogicStatus> Node::WriteState(const std::string&);
-template StateWriter<Figures> Node::WriteState(const std::string&);
-template StateWriter<BulkOffer> Node::WriteState(const std::string&);
-template StateReader<core::LogicStatus>& Node::ReadState(const std::string&);
-template StateReader<Figures>& Node::ReadState(const std::string&);
-template StateReader<BulkOffer>& Node::ReadState(const std::string&);
-template class StateWriter<core::LogicStatus>;
-template class StateWriter<Figures>;
-template class StateWriter<BulkOffer>;
 
 }  // namespace bus

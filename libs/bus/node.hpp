@@ -34,7 +34,13 @@ struct NodeOptions {
   bool says_goodbye = true;                // false: peers find out by silence, as after kill -9
   std::string keys;                        // key directory of the run, see bus/keys.hpp
   bool is_encrypted = true;                // false, said explicitly: no keys, anybody may listen in and speak
-  log::Tap* tap = nullptr;                 // gets what this node sends and takes (log/tap_recorder.hpp); outlives it
+  // Patterns of the LATEST topics that this node sends by ZeroMQ, where the network does not let their datagrams
+  // through. Then a lost packet holds up all that follow, and what is late stays in the way.
+  std::vector<std::string> tcp_topics;
+  // "239.255.74.50:7450": LATEST goes once to all who have joined that group, on the network of the bind address, and
+  // by unicast to the others. Empty: by unicast to all.
+  std::string multicast;
+  log::Tap* tap = nullptr;  // gets what this node sends and takes (log/tap_recorder.hpp); outlives it
 };
 
 struct WaitResult {

@@ -1,6 +1,7 @@
 #include "bus/node_arguments.hpp"
 
 #include <cstdlib>
+#include <sstream>
 
 namespace bus {
 
@@ -38,6 +39,9 @@ NodeOptions MakeNodeOptions(const std::string& name, const NodeArguments& argume
   options.keys = value("--keys", "");
   options.is_encrypted = arguments.count("--no_encryption") == 0;
   options.bind_address = value("--bind", options.bind_address.c_str());
+  options.multicast = value("--multicast", "");
+  std::istringstream patterns(value("--tcp_topics", ""));
+  for (std::string pattern; std::getline(patterns, pattern, ',');) options.tcp_topics.push_back(pattern);
   return options;
 }
 

@@ -16,7 +16,7 @@ using NodeArguments = std::map<std::string, std::string>;
 // missing, or neither --keys nor --no_encryption is there.
 core::Result<NodeArguments> ParseNodeArguments(int argc, char** argv, NodeArguments defaults);
 
-// From --registry, --session, --keys or --no_encryption, and --bind.
+// From --registry, --session, --keys or --no_encryption, --bind, --multicast GROUP and --tcp_topics PATTERN,PATTERN,...
 NodeOptions MakeNodeOptions(const std::string& name, const NodeArguments& arguments);
 
 }  // namespace bus

@@ -50,6 +50,7 @@ class OwnNetwork {
   bool Lose(int per_mille) {
     return Rule("meta l4proto { tcp, udp } numgen random mod 1000 < " + std::to_string(per_mille) + " drop");
   }
+  bool DropDatagramsFrom(unsigned port) { return Rule("udp sport " + std::to_string(port) + " drop"); }
   bool Mend() { return Filter("flush chain inet test in"); }
 
  private:

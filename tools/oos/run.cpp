@@ -174,6 +174,8 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.without = arguments.texts("--without");
   options.is_headless = arguments.has("--headless");
   options.is_encrypted = !arguments.has("--no_encryption");
+  options.tcp_topics = arguments.text("--tcp_topics");
+  options.multicast = arguments.text("--multicast");
   options.rt = arguments.text("--rt", "try");
   options.workers = static_cast<unsigned>(wanted.workers);
   options.program_folder = ProgramFolder();
@@ -294,6 +296,8 @@ Verb RunVerb() {
        {"--steps", "PATH", "every step of the nodes, for 'oos replay': a folder; with --lockstep one file, .mcap"},
        {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},
        {"--no_encryption", "", "no keys: anybody on the network may listen in and speak"},
+       {"--tcp_topics", "PATTERNS", "LATEST topics that go by ZeroMQ instead of UDP, e.g. 'physics/*,contacts/*'"},
+       {"--multicast", "GROUP:PORT", "LATEST goes once to a group, e.g. 239.255.74.50:7450; default: to each reader"},
        {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
       Run};
 }

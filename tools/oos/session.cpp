@@ -162,6 +162,9 @@ class Session {
       } else {
         command.arguments.push_back("--no_encryption");
       }
+      const bool writes_latest = name != "visual_node";  // which gets its own datagrams, group or not
+      if (writes_latest && !options_.tcp_topics.empty()) AddArgument(&command, "--tcp_topics", options_.tcp_topics);
+      if (writes_latest && !options_.multicast.empty()) AddArgument(&command, "--multicast", options_.multicast);
       if (name == "device_bridge") AddArgument(&command, "--seed", std::to_string(outcome_.seed));
       if (name == "haptic_node" || name == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));

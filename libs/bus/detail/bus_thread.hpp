@@ -3,6 +3,7 @@
 #include <deque>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <thread>
 #include <utility>
@@ -84,10 +85,7 @@ class BusThread {
   };
   using RequestKey = std::pair<std::uint64_t, std::uint64_t>;  // the caller's instance, its number
 
-  // bus_thread.cpp: registry, roster, liveness.
-  void Run();
-  void RunOnce();
-  int PollTimeout_ms() const;
+  // membership.cpp: registry, roster.
   oos::NodeRecord OwnRecord(bool with_schemas) const;
   bool SendHello(bool is_goodbye);
   bool IsAdmitted(const std::string& routing, zmq::message_t& message) const;
@@ -96,6 +94,13 @@ class BusThread {
   void AddPeer(const oos::NodeRecord& record, std::uint32_t restarts);
   void FenceOff(std::uint64_t instance);
   void TakeFence(const std::string& why);
+  void AskForRoster();
+  void UpdateSenders();
+
+  // bus_thread.cpp: heartbeats, clocks, liveness.
+  void Run();
+  void RunOnce();
+  int PollTimeout_ms() const;
   void SendHeartbeats(bool is_goodbye);
   void ReceiveHeartbeats();
   void TakeHeartbeat(const oos::Heartbeat& heartbeat);
@@ -106,11 +111,13 @@ class BusThread {
   void TellClock(Peer& peer, std::int64_t now);
   void Lose(Peer& peer, bool has_left);
   void CheckLiveness();
-  void UpdateSubscribers();
-  void UpdateSenders();
-  void AskForRoster();
   void Announce(const std::string& name, const std::string& detail);
   PeerStatus& StatusOf(const Peer& peer) { return core_->peers[peer.record.name()]; }
+
+  // latest_ways.cpp: readers of LATEST, and the way to them.
+  void UpdateSubscribers();
+  void DrainDetours();
+  bool TakeDetoured(std::span<const std::uint8_t> bytes);
 
   // reliable_reader.cpp: what this node reads by STATE and EVENT.
   bool ReadsFrom(const Peer& peer) const;
@@ -145,7 +152,7 @@ class BusThread {
   void ForgetReader(const std::string& name, std::uint64_t instance);
   void AddCounts(oos::Heartbeat* heartbeat);
   bool SendToRouted(const std::string& routing, const oos::Control& control);
-  bool SendBytesToRouted(const std::string& routing, const std::vector<std::uint8_t>& bytes);
+  bool SendBytesToRouted(const std::string& routing, std::span<const std::uint8_t> bytes);
   void DrainStepThread();
   void DrainEvents();
   Peer* FindReader(const Subscription& subscription);
@@ -173,6 +180,7 @@ class BusThread {
   zmq::socket_t router_;
   zmq::socket_t registry_;
   std::string router_endpoint_;
+  sockaddr_in own_data_address_{};
   std::thread thread_;
   std::atomic<bool> is_stopping_{false};
 

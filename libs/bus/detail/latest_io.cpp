@@ -1,8 +1,11 @@
 #include "bus/detail/latest_io.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
@@ -18,6 +21,14 @@ std::span<const std::uint8_t> InMemory(const Envelope& envelope) {
 }  // namespace
 
 // --- Sending
+
+bool IsFromNode(std::uint32_t node, std::span<const std::uint8_t> datagram) noexcept {
+  constexpr std::size_t kNodePlace = 24;  // bus/envelope.hpp
+  std::uint32_t written = 0;
+  if (datagram.size() < kNodePlace + sizeof written) return false;
+  std::memcpy(&written, datagram.data() + kNodePlace, sizeof written);
+  return written == node;
+}
 
 LatestSender::LatestSender(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type) {
@@ -53,6 +64,42 @@ void LatestSender::CountFor(const Subscriber& reader) noexcept {
     span.instance.store(reader.instance, std::memory_order_release);
   }
   span.last.store(sequence, std::memory_order_release);
+}
+
+std::uint64_t LatestSender::SendToAll(const Subscribers& readers, std::span<const std::uint8_t> datagram,
+                                      int* datagrams) noexcept {
+  const std::uint64_t all = (std::uint64_t{1} << readers.size()) - 1;
+  if (datagram.empty()) return all;
+  if (detour != nullptr) {
+    if (!readers.empty() && !PutOnDetour(readers, datagram)) return all;
+    *datagrams += static_cast<int>(readers.size());
+    return 0;
+  }
+  // One datagram for all who are in the group.
+  const bool has_group = std::any_of(readers.begin(), readers.end(), [](const Subscriber& r) { return r.is_in_group; });
+  const bool is_grouped = has_group && socket->Send(group, datagram.data(), datagram.size());
+  *datagrams += is_grouped ? 1 : 0;
+  std::uint64_t missed = 0;
+  for (std::size_t i = 0; i < readers.size(); ++i) {
+    const bool is_sent =
+        readers[i].is_in_group ? is_grouped : socket->Send(readers[i].address, datagram.data(), datagram.size());
+    *datagrams += is_sent && !readers[i].is_in_group ? 1 : 0;
+    missed |= is_sent ? 0 : std::uint64_t{1} << i;
+  }
+  return missed;
+}
+
+bool LatestSender::PutOnDetour(const Subscribers& readers, std::span<const std::uint8_t> datagram) noexcept {
+  DetouredDatagram* slot = detour->BeginPush();
+  if (slot == nullptr) return false;
+  std::copy(datagram.begin(), datagram.end(), slot->bytes.begin());
+  slot->size = datagram.size();
+  slot->readers.clear();
+  for (const Subscriber& reader : readers) slot->readers.push_back(reader.instance);
+  detour->EndPush();
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(wake_fd, &one, sizeof(one));
+  return true;
 }
 
 template <class M>
@@ -96,13 +143,7 @@ int TypedSender<M>::Send(M* message) noexcept {
   for (int part = 0; part < parts; ++part) {
     envelope.part = static_cast<std::uint8_t>(part);
     const std::size_t size = WriteDatagram(*message, bytes.data());
-    for (std::size_t i = 0; i < readers.size(); ++i) {
-      if (size != 0 && socket->Send(readers[i].address, bytes.data(), size)) {
-        ++datagrams;
-      } else {
-        missed |= std::uint64_t{1} << i;
-      }
-    }
+    missed |= SendToAll(readers, {bytes.data(), size}, &datagrams);
   }
   for (const Subscriber& reader : readers) CountFor(reader);
   const auto num_missed = static_cast<std::uint64_t>(std::popcount(missed));

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -17,6 +18,7 @@
 #include "bus/latest.hpp"
 #include "bus/log/tap.hpp"
 #include "bus/rt/latest_value.hpp"
+#include "bus/rt/spsc_ring.hpp"
 #include "core/fixed_vector.hpp"
 
 namespace bus::detail {
@@ -35,6 +37,7 @@ struct Subscriber {
   std::uint64_t instance = 0;
   std::size_t slot = 0;  // of the sender's accounts
   bool wants_history = false;
+  bool is_in_group = false;  // gets what is sent to the session's multicast group
 };
 using Subscribers = core::FixedVector<Subscriber, kMaxSubscribers>;
 
@@ -46,6 +49,18 @@ struct SpanAccount {
   std::atomic<std::uint64_t> last{0};
 };
 
+// Whether a datagram says that it is of that node; nothing else of it is looked at.
+bool IsFromNode(std::uint32_t node, std::span<const std::uint8_t> datagram) noexcept;
+
+// A datagram on its way by ZeroMQ, to these instances (latest_ways.cpp).
+struct DetouredDatagram {
+  std::array<std::uint8_t, kMaxDatagramBytes> bytes;
+  std::size_t size = 0;
+  core::FixedVector<std::uint64_t, kMaxSubscribers> readers;
+};
+using Detour = SpscRing<DetouredDatagram>;
+constexpr std::size_t kDetourCapacity = 64;
+
 struct LatestSender {
   LatestSender(std::string topic_name, MessageType message_type);
   virtual ~LatestSender() = default;
@@ -56,6 +71,9 @@ struct LatestSender {
   MessageType type;
   Envelope envelope;  // all but the header is set once
   const UdpSocket* socket = nullptr;
+  sockaddr_in group{};             // where readers in the session's multicast group are reached
+  std::unique_ptr<Detour> detour;  // null: it goes by UDP
+  int wake_fd = -1;                // of the bus thread, for the detour
   DatagramGuard* guard = nullptr;
   log::Tap* tap = nullptr;  // null: none
   std::uint16_t tap_slot = log::Tap::kNoSlot;
@@ -69,6 +87,11 @@ struct LatestSender {
 
  protected:
   void CountFor(const Subscriber& reader) noexcept;
+  // To every reader. Returns a bit for each that it did not get away to; adds to *datagrams what was handed to sockets.
+  std::uint64_t SendToAll(const Subscribers& readers, std::span<const std::uint8_t> datagram, int* datagrams) noexcept;
+
+ private:
+  bool PutOnDetour(const Subscribers& readers, std::span<const std::uint8_t> datagram) noexcept;
 };
 
 template <class M>

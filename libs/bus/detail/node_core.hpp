@@ -141,6 +141,7 @@ struct NodeCore {
   std::uint64_t instance = 0;
   std::unique_ptr<DatagramGuard> guard;  // of both UDP sockets
   UdpSocket data_socket;                 // step thread
+  UdpSocket group_socket;                // step thread; of the multicast group, where there is one
   UdpSocket heartbeat_socket;            // bus thread
   int wake_fd = -1;                      // eventfd: step thread -> bus thread
   void Wake() const noexcept;

@@ -127,8 +127,10 @@ void BusThread::AskForMissing(Peer& peer) {
 void BusThread::ReceiveFromPeer(Peer& peer) {
   zmq::message_t message;
   while (peer.dealer.recv(message, zmq::recv_flags::dontwait)) {
+    const std::span<const std::uint8_t> bytes(message.data<std::uint8_t>(), message.size());
+    if (TakeDetoured(bytes)) continue;
     oos::Control control;
-    if (!DecodeControl({message.data<std::uint8_t>(), message.size()}, core_->identity.session, &control)) {
+    if (!DecodeControl(bytes, core_->identity.session, &control)) {
       core_->refused.fetch_add(1, std::memory_order_relaxed);
       continue;
     }

@@ -216,10 +216,10 @@ bool BusThread::SendToRouted(const std::string& routing, const oos::Control& con
   return SendBytesToRouted(routing, EncodeControl(core_->identity, ClassOf(control), control));
 }
 
-bool BusThread::SendBytesToRouted(const std::string& routing, const std::vector<std::uint8_t>& bytes) {
+bool BusThread::SendBytesToRouted(const std::string& routing, std::span<const std::uint8_t> bytes) {
   try {
     if (!router_.send(zmq::buffer(routing), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) return false;
-    return router_.send(zmq::buffer(bytes), zmq::send_flags::dontwait).has_value();
+    return router_.send(zmq::buffer(bytes.data(), bytes.size()), zmq::send_flags::dontwait).has_value();
   } catch (const zmq::error_t&) {  // EHOSTUNREACH: it is gone
     return false;
   }

@@ -12,6 +12,15 @@
 
 namespace bus::detail {
 
+namespace {
+
+auto Fail(const std::string& what, const std::string& advice) {
+  return core::Fail(core::ErrorCode::kIo,
+                    what + " failed: " + std::error_code(errno, std::generic_category()).message() + "; " + advice);
+}
+
+}  // namespace
+
 core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
   sockaddr_in bound{};
   if (!ParseEndpoint(address + ":0", &bound)) {
@@ -21,9 +30,7 @@ core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
   UdpSocket udp;
   udp.fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const auto fail = [&](const char* what) {
-    return core::Fail(core::ErrorCode::kIo, std::string(what) + " of a UDP socket on " + address + " failed: " +
-                                                std::error_code(errno, std::generic_category()).message() +
-                                                "; is it an address of this host?");
+    return Fail(std::string(what) + " of a UDP socket on " + address, "is it an address of this host?");
   };
   if (udp.fd_ < 0) return fail("opening");
   setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
@@ -35,6 +42,37 @@ core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
   if (getsockname(udp.fd_, reinterpret_cast<sockaddr*>(&bound), &size) != 0) return fail("naming");
   udp.endpoint_ = address + ":" + std::to_string(ntohs(bound.sin_port));
   return udp;
+}
+
+core::Result<UdpSocket> UdpSocket::Join(const std::string& group, const std::string& address) {
+  sockaddr_in bound{};
+  ip_mreq membership{};
+  if (!ParseEndpoint(group, &bound) || !IN_MULTICAST(ntohl(bound.sin_addr.s_addr)) || bound.sin_port == 0 ||
+      inet_pton(AF_INET, address.c_str(), &membership.imr_interface) != 1) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "multicast group '" + group + "' is not of the form 239.255.74.50:7450");
+  }
+  membership.imr_multiaddr = bound.sin_addr;
+  UdpSocket udp;
+  udp.fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  udp.endpoint_ = group;
+  constexpr int kYes = 1;  // every node of a machine has one
+  setsockopt(udp.fd_, SOL_SOCKET, SO_REUSEADDR, &kYes, sizeof(kYes));
+  setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
+  if (bind(udp.fd_, reinterpret_cast<const sockaddr*>(&bound), sizeof(bound)) != 0 ||
+      setsockopt(udp.fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof(membership)) != 0) {
+    return Fail("joining the multicast group " + group + " on " + address, "does its interface carry multicast?");
+  }
+  return udp;
+}
+
+core::Result<void> UdpSocket::SendToGroupsBy(const std::string& address) {
+  in_addr interface {};
+  if (inet_pton(AF_INET, address.c_str(), &interface) != 1 ||
+      setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &interface, sizeof(interface)) != 0) {
+    return Fail("sending to multicast groups by " + address, "does its interface carry multicast?");
+  }
+  return {};
 }
 
 UdpSocket::UdpSocket(UdpSocket&& other) noexcept

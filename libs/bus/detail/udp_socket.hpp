@@ -17,6 +17,8 @@ constexpr int kUdpBufferBytes = 1 << 20;
 class UdpSocket {
  public:
   static core::Result<UdpSocket> Bind(const std::string& address);
+  // One that gets what is sent to a multicast group, "239.255.74.50:7450", by the interface of that address.
+  static core::Result<UdpSocket> Join(const std::string& group, const std::string& address);
   UdpSocket() = default;
   UdpSocket(UdpSocket&& other) noexcept;
   UdpSocket& operator=(UdpSocket&& other) noexcept;
@@ -24,6 +26,8 @@ class UdpSocket {
 
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }  // "127.0.0.1:41234"
+  // What it sends to a group goes out by the interface of that address, and not beyond the next router.
+  core::Result<void> SendToGroupsBy(const std::string& address);
   // False: not taken by the socket (buffer full, no route).
   bool Send(const sockaddr_in& to, const std::uint8_t* data, std::size_t size) const noexcept;
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+
+#include "bus/detail/bus_thread.hpp"
+#include "bus/detail/node_core.hpp"
+#include "bus/schema.hpp"
+
+namespace bus {
+
+// For node.cpp, node_topics.cpp and node_wait.cpp.
+struct Node::Impl {
+  detail::NodeCore core;
+  detail::BusThread bus{&core};
+
+  static constexpr std::size_t kBatch = 32;  // datagrams taken by one system call
+
+  // Where recvmmsg puts a batch.
+  std::array<std::array<std::uint8_t, kMaxDatagramBytes + 1>, kBatch> buffers;
+  std::array<iovec, kBatch> vectors;
+  std::array<mmsghdr, kBatch> headers;
+  Envelope envelope;
+
+  Impl() {
+    for (std::size_t i = 0; i < kBatch; ++i) {
+      vectors[i] = {buffers[i].data(), buffers[i].size()};
+      headers[i] = {};
+      headers[i].msg_hdr.msg_iov = &vectors[i];
+      headers[i].msg_hdr.msg_iovlen = 1;
+    }
+  }
+
+  // Null, with the reason kept for Start(), when the topic is not of this kind.
+  const TopicRule* CheckTopic(const std::string& topic, TopicClass topic_class, MessageType type) {
+    const TopicRule* rule = FindTopicRule(topic);
+    if (rule != nullptr && rule->topic_class == topic_class && rule->type == type) return rule;
+    core.declaration_errors.push_back("topic '" + topic + "': " +
+                                      (rule == nullptr ? "no rule in libs/bus/topics.hpp matches it"
+                                                       : "it carries " + SchemaOf(rule->type).name + ", not " +
+                                                             SchemaOf(type).name + ", or is of another class"));
+    return nullptr;
+  }
+
+  detail::LatestReceiver* FindReceiver(std::uint32_t id) {
+    const auto found =
+        std::lower_bound(core.receivers.begin(), core.receivers.end(), id,
+                         [](const auto& receiver, std::uint32_t wanted) { return receiver->id < wanted; });
+    return found != core.receivers.end() && (*found)->id == id ? found->get() : nullptr;
+  }
+
+  int TakeDatagrams();
+  int TakeDatagrams(const detail::UdpSocket& socket);
+  void TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns, bool is_of_group);
+  void Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns);
+  void TakeStates();
+};
+
+}  // namespace bus

@@ -1,0 +1,98 @@
+// What Node::Wait does: datagrams and values of STATE into their readers, on the step thread.
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <array>
+
+#include "bus/detail/node_impl.hpp"
+#include "bus/node.hpp"
+#include "core/clock.hpp"
+
+namespace bus {
+
+WaitResult Node::Wait(std::int64_t deadline_ns) {
+  detail::NodeCore& core = impl_->core;
+  core.wait_count.fetch_add(1, std::memory_order_relaxed);
+  for (const auto& receiver : core.receivers) receiver->ClearFresh();
+  for (const auto& receiver : core.state_receivers) receiver->ClearFresh();
+  WaitResult result;
+  for (;;) {
+    result.datagrams = impl_->TakeDatagrams();
+    if (result.datagrams > 0) break;
+    const std::int64_t left = deadline_ns - core::MonotonicNow_ns();
+    if (left <= 0) {
+      result.is_timeout = true;
+      break;
+    }
+    // Without a group its descriptor is -1, which poll leaves out.
+    std::array<pollfd, 2> items = {pollfd{core.data_socket.fd(), POLLIN, 0}, pollfd{core.group_socket.fd(), POLLIN, 0}};
+    const timespec timeout{static_cast<time_t>(left / core::kNanosecondsPerSecond),
+                           static_cast<long>(left % core::kNanosecondsPerSecond)};
+    if (ppoll(items.data(), items.size(), &timeout, nullptr) < 0) {  // a signal: the caller decides what it means
+      result.datagrams = impl_->TakeDatagrams();
+      break;
+    }
+  }
+  impl_->TakeStates();
+  return result;
+}
+
+int Node::Impl::TakeDatagrams() {
+  core.guard->TakeSenders();
+  const int total = TakeDatagrams(core.data_socket);
+  return core.group_socket.fd() < 0 ? total : total + TakeDatagrams(core.group_socket);
+}
+
+int Node::Impl::TakeDatagrams(const detail::UdpSocket& socket) {
+  int total = 0;
+  for (;;) {
+    const int count = recvmmsg(socket.fd(), headers.data(), kBatch, MSG_DONTWAIT, nullptr);
+    if (count <= 0) return total;
+    const std::int64_t now = core::MonotonicNow_ns();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      TakeDatagram({buffers[i].data(), headers[i].msg_len}, now, &socket == &core.group_socket);
+    }
+    total += count;
+    if (static_cast<std::size_t>(count) < kBatch || total >= 64 * static_cast<int>(kBatch)) return total;
+  }
+}
+
+void Node::Impl::TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns, bool is_of_group) {
+  if (is_of_group && detail::IsFromNode(core.identity.node, bytes)) return;  // its own comes back
+  std::span<const std::uint8_t> payload;
+  detail::Refusal refusal = core.guard->OpenData(bytes, &envelope, &payload);
+  if (refusal == detail::Refusal::kNone && envelope.topic_class != TopicClass::kLatest) {
+    refusal = detail::Refusal::kUnknownTopic;
+  }
+  if (refusal == detail::Refusal::kNone) {
+    detail::LatestReceiver* receiver = FindReceiver(envelope.topic);
+    const bool is_observing = !core.observed_patterns.empty();
+    if (is_observing) Observe(payload, bytes.size(), now_ns);
+    if (receiver != nullptr) {
+      refusal = receiver->Take(envelope, payload, now_ns);
+    } else if (!is_observing && !is_of_group) {  // a group gets what any of its members reads
+      refusal = detail::Refusal::kUnknownTopic;
+    }
+  }
+  if (refusal != detail::Refusal::kNone) core.guard->refusals.Add(refusal);
+}
+
+void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns) {
+  const std::lock_guard lock(core.mutex);
+  const auto known = core.known_topics.find(envelope.topic);
+  if (known == core.known_topics.end() || !core.IsObserved(known->second.name)) return;
+  core.AddObservation({known->second.name, TopicClass::kLatest, known->second.type, known->second.writer,
+                       envelope.header.sequence, envelope.header.publish_ns, now_ns, num_bytes, envelope.part,
+                       envelope.num_parts, std::string(payload.begin(), payload.end())});
+}
+
+void Node::Impl::TakeStates() {
+  while (const detail::StateItem* item = core.states_in.Front()) {
+    if (!core.state_receivers[item->slot]->Take(*item)) core.refused.fetch_add(1, std::memory_order_relaxed);
+    core.tap.TookState(*item);
+    core.states_in.EndPop();
+  }
+}
+
+}  // namespace bus
