@@ -27,6 +27,7 @@ constexpr double kPushRise_s = 0.2;
 constexpr double kPushBraking_m_per_s2 = 0.5;
 constexpr double kLongestSearch_s = 8.0;  // after the distance is used up
 constexpr double kComfort = 0.85;         // share of the force cap beyond which nobody pushes on
+constexpr double kTryAgain_s = 4.0;       // after the last line of a step that is not left
 constexpr std::size_t kMaxRecords = 4096;
 
 glm::dvec3 Shortened(const glm::dvec3& v, double limit) {
@@ -146,7 +147,11 @@ void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) no
   }
   if (current_ != nullptr || step_ < 0) return;
   const std::vector<OperatorLine>& lines = script_.steps[static_cast<std::size_t>(step_)].lines;
-  if (next_line_ >= lines.size()) return;
+  if (next_line_ >= lines.size()) {
+    // All is done and the step is not over: a node may have been away meanwhile. Whoever sees that tries again.
+    if (lines.empty() || static_cast<double>(now_ns - record_.end_ns) * 1e-9 < kTryAgain_s) return;
+    next_line_ = 0;
+  }
   current_ = &lines[next_line_++];
   record_ = {step_, current_->line, now_ns, now_ns, 0, LineOutcome::kDone};
   line_s_ = 0.0;

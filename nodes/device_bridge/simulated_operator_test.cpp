@@ -199,6 +199,15 @@ TEST(SimulatedOperator, ANewStepEndsTheLinesOfTheOldOne) {
   EXPECT_TRUE(world.bridge->simulated_operator().is_idle());
 }
 
+TEST(SimulatedOperator, TriesAgainWhenAStepIsNotLeft) {
+  ToyWorld world("step a\nwait 0.5\nwait 0.2\n");
+  ASSERT_TRUE(world.RunLines(2, 2.0));
+  world.Run(3.5);
+  EXPECT_EQ(world.records().size(), 2U);
+  ASSERT_TRUE(world.RunLines(4, 2.0));
+  EXPECT_EQ(world.records()[2].line, world.records()[0].line);
+}
+
 TEST(SimulatedOperator, APushThatANewStepCutsOffPressesNoLonger) {
   for (const char* next : {"wait 2\n", "push 1 0 0 by 0.02 speed 0.02\n"}) {
     ToyWorld world(std::string("step a\npush 0 0 -1 by 0.1 speed 0.05 until engaged latch\nstep b\n") + next);
