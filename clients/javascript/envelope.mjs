@@ -62,6 +62,11 @@ export function writeEnvelope(e, payload, seal) {
   return bytes;
 }
 
+// Whether a message says that it is of class LATEST; readEnvelope tells whether it is sound.
+export function isLatest(data) {
+  return data.length <= MAX_DATAGRAM_BYTES && data.toString("latin1", 0, 4) === "VOOS" && data[5] === LATEST;
+}
+
 // {envelope, payload}, or null for whatever is no sound envelope. With `unseal` ((envelope, clear, body) => Buffer or
 // null) only sealed ones are sound, without it only those in the clear.
 export function readEnvelope(data, unseal) {

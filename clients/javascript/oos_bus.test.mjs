@@ -122,11 +122,13 @@ function until(node, condition, timeoutMs = 40_000) {
 async function everything(words) {
   await withPeer(words, async (where, peerIsContent) => {
     const node = new Node({ name: "client", isObserver: false, ...where });
-    for (const topic of ["physics/state", "logic/status", "event"]) node.subscribe(topic);
+    for (const topic of ["physics/state", "haptic/right/proxy", "logic/status", "event"]) node.subscribe(topic);
     node.advertise("device/right/state");
+    const proxy = until(node, (m) => m.topic === "haptic/right/proxy" && m.body.cycle > 0n);  // comes by ZeroMQ
     const logic = until(node, (m) => m.topic === "logic/status");
     const physics = until(node, (m) => m.topic === "physics/state");
     await node.start();
+    await proxy;
 
     // STATE is there for a late joiner; LATEST comes whole although it takes several datagrams.
     assert.equal((await logic).body.step, "before anybody came");

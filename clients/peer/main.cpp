@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "core/messages/device.hpp"
+#include "core/messages/haptic.hpp"
 #include "core/messages/physics.hpp"
 
 namespace {
@@ -82,10 +83,12 @@ int main(int argc, char** argv) {
   options.session = session;
   options.keys = keys;
   options.is_encrypted = !keys.empty();
+  options.tcp_topics = {"haptic/*"};
   const auto created = bus::Node::Create(options);
   if (!created) return Fail(created.error().detail);
   bus::Node& node = **created;
   auto physics = node.WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  auto proxies = node.WriteLatest<core::HapticProxy>(bus::HapticProxyTopic("right"));  // by ZeroMQ
   auto status = node.WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
   const auto& hand = node.ReadLatest<core::DeviceState>(bus::DeviceStateTopic("right"));
   node.ReadEvents();
@@ -103,6 +106,9 @@ int main(int argc, char** argv) {
     node.Wait(core::MonotonicNow_ns() + kPeriod_ns);
     core::PhysicsState state = StateOfTick(tick);
     physics.Send(state);
+    core::HapticProxy proxy;
+    proxy.cycle = tick;
+    proxies.Send(proxy);
     if (hand.is_fresh() && hand.value().X_WD.translation == glm::dvec3(0.1, 0.2, 0.3) && hand.value().is_engaged &&
         !deeds.has("device state")) {
       deeds.Add("device state");

@@ -115,7 +115,7 @@ class LivePeer:
 
     def test_everything_a_client_does(self):
         node = self.node(is_observer=False)
-        for topic in ("physics/state", "logic/status", "event"):
+        for topic in ("physics/state", "haptic/right/proxy", "logic/status", "event"):
             node.subscribe(topic)
         node.advertise("device/right/state")
         node.start()
@@ -128,6 +128,8 @@ class LivePeer:
         self.assertEqual(physics.body.x_wo[7 * 39 + 4:7 * 40], [39.0, 0.5 * (physics.body.tick % 100), -1.0])
         later = self.until(node, lambda m: m.topic == "physics/state")
         self.assertGreater(later.sequence, physics.sequence)
+
+        self.until(node, lambda m: m.topic == "haptic/right/proxy" and m.body.cycle > 0)  # comes by ZeroMQ
 
         first, first_count = self.place_in(node, "physics/state")
 

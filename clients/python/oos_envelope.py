@@ -55,6 +55,11 @@ class Envelope:
         return head[:CRC_AT] + struct.pack("<I", zlib.crc32(rest, zlib.crc32(head[:CRC_AT]))) + rest
 
 
+def is_latest(data):
+    """Whether a message says that it is of class LATEST; read_envelope tells whether it is sound."""
+    return len(data) <= MAX_DATAGRAM_BYTES and data[:4] == b"VOOS" and data[5:6] == bytes([LATEST])
+
+
 def read_envelope(data, unseal=None):
     """(Envelope, payload), or None for whatever is no sound envelope. With `unseal`, (envelope, clear, body) -> bytes
     or None, only sealed ones are sound, without it only those in the clear."""

@@ -1,0 +1,165 @@
+// What a node reads from its peers: LATEST by datagrams, STATE and EVENT by subscription.
+
+import { fromBinary } from "@bufbuild/protobuf";
+import { LATEST, STATE, hash32, isLatest, readEnvelope } from "./envelope.mjs";
+import { EVENT_TOPIC, Members } from "./members.mjs";
+import { matches, mergeParts, ruleOf, typeOf } from "./topics.mjs";
+
+const ASK_AGAIN_MS = 300, BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
+
+const larger = (a, b) => (a > b ? a : b);
+export const settled = (account) => account.start + account.received + account.dropped;
+
+// A LATEST message. Its body is decoded when it is first asked for: whoever shows 30 a second does not pay for 1000. It
+// throws when the bytes are no such message.
+class Latest {
+  #type; #payloads; #body = null;
+
+  constructor({ name, writer, rule }, { sequence, publishNs }, parts) {
+    Object.assign(this, { topic: name, writer, sequence, publishNs });
+    this.#type = typeOf(rule.type);
+    this.#payloads = Array.from({ length: parts.size }, (_, i) => parts.get(i));
+  }
+
+  get body() {
+    this.#body ??= mergeParts(this.#type, this.#payloads.map((payload) => fromBinary(this.#type, payload)));
+    return this.#body;
+  }
+}
+
+export class Reading extends Members {
+  _patterns = [];
+  _read = new Set();
+  _partial = new Map();
+  _newest = new Map();
+  _calls = new Map();
+
+  _wants(topic) { return this._read.has(topic) || this._patterns.some((pattern) => matches(pattern, topic)); }
+
+  // Subscribes, and once more when changes or events that the peer tells of have not come for a while.
+  _ask(peer, now) {
+    const wantsState = peer.record.topics.some((one) =>
+      one.isWritten && one.topicClass === STATE && this._wants(one.name));
+    const wantsEvents = this._wants("event");
+    if (!peer.isAlive || !(wantsState || wantsEvents)) return;
+    if (peer.toldVersion <= peer.stateVersion && peer.toldEvents <= this._place(peer)) peer.inStepMs = now;
+    else if (now - peer.inStepMs > BEHIND_TOO_LONG_MS) peer.isSubscribed = false;
+    if (peer.isSubscribed || now - peer.askedMs < ASK_AGAIN_MS) return;
+    peer.askedMs = now;
+    this._send(peer.dealer, "subscribe", { name: this._options.name, instance: this._instance, wantsState, wantsEvents,
+      readings: this._readings(peer) });
+  }
+
+  // The last event of the peer that is settled: received, or given up.
+  _place(peer) {
+    const account = peer.accounts.get(EVENT_TOPIC);
+    return account ? settled(account) : 0n;
+  }
+
+  _readings(peer) { return [...peer.accounts].map(([topic, account]) => ({ topic, ...account })); }
+
+  _acknowledge(peer, resend) {
+    peer.acked = [this._place(peer), peer.stateVersion];
+    this._send(peer.dealer, "eventAck", { sequence: peer.acked[0], resend, stateVersion: peer.acked[1],
+      instance: this._instance, readings: this._readings(peer) });
+  }
+
+  _takePeer(peer, bytes) {
+    if (isLatest(bytes)) {  // a datagram that came by ZeroMQ
+      this._takeData(bytes);
+      return;
+    }
+    const { case: kind, value } = this._open(bytes);
+    const events = peer.accounts.get(EVENT_TOPIC);
+    if (kind === "subscribeAck") {
+      this._takeSubscribeAck(peer, value);
+    } else if (kind === "stateSnapshot" && peer.isSubscribed) {
+      this._takeSnapshot(peer, value);
+    } else if (kind === "stateDelta" && value.version > peer.stateVersion) {
+      const account = peer.accounts.get(hash32(value.topic));
+      if (account && value.version === peer.stateVersion + 1n) {
+        peer.stateVersion = value.version;
+        ++account.received;
+        this._takeState(peer.record.name, value);
+      } else {  // a gap: a new snapshot repairs it
+        peer.isSubscribed = false;
+        peer.askedMs = -Infinity;
+      }
+    } else if (kind === "event" && events && value.sequence > settled(events)) {
+      this._takeEvent(peer, events, value);
+    } else if (kind === "eviction") {  // too slow for the writer; asks again after a while
+      peer.isSubscribed = false;
+      peer.askedMs = performance.now();
+    } else if (kind === "parameterReply") {
+      this._calls.get(value.request)?.(value);
+    }
+    if (peer.acked[0] !== this._place(peer) || peer.acked[1] !== peer.stateVersion) this._acknowledge(peer, false);
+  }
+
+  _takeSubscribeAck(peer, { starts, nextEvent }) {
+    peer.isSubscribed = true;
+    peer.inStepMs = performance.now();
+    for (const { topic, start } of starts) {
+      if (!peer.accounts.has(topic)) peer.accounts.set(topic, { start, received: 0n, dropped: 0n });
+    }
+    const events = peer.accounts.get(EVENT_TOPIC);  // what the writer does not keep any more is lost
+    if (events) events.dropped += larger(0n, nextEvent - 1n - settled(events));
+  }
+
+  _takeSnapshot(peer, { version, entries, counts }) {
+    if (peer.hasSnapshot && version < peer.stateVersion) return;
+    for (const entry of entries) {
+      if (!peer.hasSnapshot || entry.version > peer.stateVersion) this._takeState(peer.record.name, entry);
+    }
+    peer.hasSnapshot = true;
+    peer.stateVersion = version;
+    for (const { topic, count } of counts) {  // changes that newer ones have overtaken
+      const account = peer.accounts.get(topic);
+      if (account) account.dropped += larger(0n, count - settled(account));
+    }
+  }
+
+  _takeEvent(peer, account, { sequence, event }) {
+    const now = performance.now();
+    if (sequence === settled(account) + 1n) {
+      ++account.received;
+      if (!this._wants("event")) return;
+      this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event });
+    } else if (now - peer.repairedMs > BETWEEN_REPAIRS_MS) {
+      peer.repairedMs = now;
+      this._acknowledge(peer, true);
+    }
+  }
+
+  _takeState(writer, { topic, key, value, version }) {
+    if (!this._wants(topic)) return;
+    const body = fromBinary(typeOf(ruleOf(topic).type), value);
+    this.emit("message", { topic, writer, key, sequence: version, body });
+  }
+
+  _takeData(bytes) {
+    const found = readEnvelope(bytes, this._unsealer());
+    if (!found || found.envelope.session !== this._options.session || found.envelope.topicClass !== LATEST) {
+      ++this.refused;
+      return;
+    }
+    const { envelope, payload } = found;
+    const topic = this._topics.get(envelope.topic);
+    const isNewer = (a, b) => a.boot > b.boot || (a.boot === b.boot && a.sequence > b.sequence);
+    if (!topic?.isWanted) return;
+    const newest = this._newest.get(topic.name);
+    if (newest && !isNewer(envelope, newest)) return;  // overtaken by a newer one, or a repetition
+    let partial = this._partial.get(topic.name);
+    if (partial && isNewer(partial.envelope, envelope)) return;
+    if (!partial || isNewer(envelope, partial.envelope)) partial = { envelope, parts: new Map() };
+    this._partial.set(topic.name, partial);
+    partial.parts.set(envelope.part, payload);
+    if (partial.parts.size < envelope.parts) return;
+    this._partial.delete(topic.name);
+    const figures = this._figuresOf(topic.name, false);
+    if (newest?.boot === envelope.boot) figures.dropped += envelope.sequence - newest.sequence - 1n;
+    ++figures.received;
+    this._newest.set(topic.name, envelope);
+    this.emit("message", new Latest(topic, envelope, partial.parts));
+  }
+}
