@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "tests/lab/lab_support.hpp"
@@ -67,6 +69,33 @@ TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
   EXPECT_EQ(stop.status, 0) << stop.out << stop.err;
   EXPECT_TRUE(std::filesystem::exists(out / "physics_node.log"));
   ExpectNothingIsLeft();
+}
+
+double MeanOf(const nlohmann::json& report, const std::string& chain) {
+  return report.contains(chain) ? report[chain].value("mean", -1.0) : -1.0;
+}
+
+// The hand and its bridge on one machine, physics on another, pictures on a third.
+TEST_F(LaunchSlow, LatenciesOnThreeMachinesAreThoseOfThePaperAndAddUp) {
+  const auto out = Folder("latency");
+  const oos::Answer run = Run(Launch(WriteLab("latency", OnThree()), {"--out", out.string()}), 240.0);
+  EXPECT_EQ(run.status, 0) << run.out << run.err;
+  const oos::Answer latency = Run(Oos({"latency", out.string()}));
+  std::printf("%s%s", latency.out.c_str(), latency.err.c_str());
+  EXPECT_EQ(latency.status, 0) << "hops and the bridge's own log are more than 5 % apart";
+  EXPECT_THAT(latency.out, HasSubstr("several machines"));
+  EXPECT_EQ(latency.out.find("were not compared"), std::string::npos);
+  std::ifstream in(out / "report.json");
+  const nlohmann::json report = nlohmann::json::parse(in, nullptr, false);
+  ASSERT_TRUE(report.is_object());
+  const double t1_ms = MeanOf(report, "t1_ms"), t2_ms = MeanOf(report, "t2_state_ms");
+  EXPECT_GT(t1_ms, 0.0);
+  EXPECT_LE(t1_ms, 2.8);
+  EXPECT_GT(t2_ms, 0.0);
+  EXPECT_LE(t2_ms, 7.1);
+  const double bound_ms = report["t2_state_ms"].value("clock_bound", -1.0);
+  EXPECT_GT(bound_ms, 0.0);
+  std::printf("t1 %.2f ms, t2_state %.2f ms +- %.2f ms by the clocks\n", t1_ms, t2_ms, bound_ms);
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedI
     ExpectNothingIsLeft();
     ReadForces();
     ExpectEverySampleIsWithinLimits();
-    ExpectForceFades("in step " + step, killed_ns, back_s.back());
+    ExpectForceFades("in step " + step, killed_ns, 0.3);
     gone_s.push_back(GoneAfter_s(killed_ns));
   }
   std::sort(back_s.begin(), back_s.end());

@@ -41,7 +41,15 @@ class BusWatch {
   [[nodiscard]] std::set<std::string> hints() const;  // that the screen has shown so far
   [[nodiscard]] std::uint64_t physics_tick() const { return physics_tick_.load(); }
   [[nodiscard]] std::int64_t physics_heard_ns() const { return physics_heard_ns_.load(); }
-  [[nodiscard]] std::vector<core::Event> events() const;
+  struct Heard {
+    core::Event event;
+    std::int64_t time_ns = 0;
+  };
+  [[nodiscard]] std::vector<Heard> heard() const;
+  // An event of a node, or about it.
+  [[nodiscard]] bool HasHeard(const std::string& event, const std::string& node) const;
+  // From the last `from` that names the node to the last `to` of it [s].
+  [[nodiscard]] double SecondsBetween(const std::string& from, const std::string& to, const std::string& node) const;
   [[nodiscard]] std::vector<bus::PeerStatus> peers() const;
   [[nodiscard]] const std::string& trouble() const { return trouble_; }  // why it cannot watch; empty: it does
 
@@ -51,7 +59,7 @@ class BusWatch {
   mutable std::mutex mutex_;
   std::string step_;
   std::set<std::string> hints_;
-  std::vector<core::Event> events_;
+  std::vector<Heard> events_;
   std::vector<bus::PeerStatus> peers_;
   std::string trouble_;
   std::atomic<double> force_N_{0.0};
@@ -87,9 +95,26 @@ inline std::set<std::string> BusWatch::hints() const {
   return hints_;
 }
 
-inline std::vector<core::Event> BusWatch::events() const {
+inline std::vector<BusWatch::Heard> BusWatch::heard() const {
   const std::scoped_lock lock(mutex_);
   return events_;
+}
+
+inline bool BusWatch::HasHeard(const std::string& event, const std::string& node) const {
+  for (const Heard& one : heard()) {
+    if (one.event.name == event && (one.event.source == node || one.event.detail == node)) return true;
+  }
+  return false;
+}
+
+inline double BusWatch::SecondsBetween(const std::string& from, const std::string& to, const std::string& node) const {
+  std::int64_t from_ns = 0, to_ns = 0;
+  for (const Heard& one : heard()) {
+    if (one.event.source != node && one.event.detail != node) continue;
+    if (one.event.name == from) from_ns = one.time_ns;
+    if (one.event.name == to) to_ns = one.time_ns;
+  }
+  return 1e-9 * static_cast<double>(to_ns - from_ns);
 }
 
 inline std::vector<bus::PeerStatus> BusWatch::peers() const {
@@ -143,7 +168,7 @@ inline void BusWatch::Run(const std::filesystem::path& network, const std::strin
       hints_.insert(status.value().hint);
       is_final_.store(status.value().is_final);
     }
-    for (core::Event event; (*node)->PollEvent(&event);) events_.push_back(event);
+    for (core::Event event; (*node)->PollEvent(&event);) events_.push_back({event, now_ns});
     if (now_ns < next_peers_ns) continue;
     next_peers_ns = now_ns + 100'000'000;
     peers_ = (*node)->Peers();
