@@ -54,6 +54,15 @@ inline WaitResult WaitBriefly(Node& node) {
   return node.Wait(core::MonotonicNow_ns() + core::kTick_ns);
 }
 
+// Takes events until that one comes; false: it is not there yet.
+inline bool TakeEvent(Node& node, const std::string& name, const std::string& detail) {
+  core::Event event;
+  while (node.PollEvent(&event)) {
+    if (event.name == name && event.detail == detail) return true;
+  }
+  return false;
+}
+
 // The reliable accounts of the nodes that do not close: of one end by itself, or because both ends of one connection
 // disagree about what was sent, received or dropped. Empty: all close.
 inline std::vector<std::string> OpenAccounts(const std::vector<Node*>& nodes) {

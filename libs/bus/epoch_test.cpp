@@ -12,6 +12,7 @@
 namespace bus {
 namespace {
 
+using testing::ExpectAccountsClose;
 using testing::kLong_ns;
 using testing::MakeNode;
 using testing::MakeRegistry;
@@ -85,6 +86,7 @@ TEST(Epoch, AnExplicitTakeoverFencesTheLivingHolderOff) {
     WaitBriefly(*watcher);
     return reader.value().tick == 2;
   }));
+  ExpectAccountsClose({watcher.get(), second.get()});
 }
 
 TEST(Epoch, AFencedInstanceIsNotLetInAgainAndANewOneOfItsNameIs) {

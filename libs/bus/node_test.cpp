@@ -1,68 +1,23 @@
 #include "bus/node.hpp"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
-#include <functional>
-#include <random>
 #include <thread>
 
-#include "bus/codec.hpp"
-#include "bus/detail/udp_socket.hpp"
-#include "bus/envelope.hpp"
-#include "bus/ledger.hpp"
-#include "bus/registry.hpp"
+#include "bus/bus_testing.hpp"
 #include "bus/schema.hpp"
-#include "core/clock.hpp"
 
 namespace bus {
 namespace {
 
-constexpr std::int64_t kLong_ns = 10 * core::kNanosecondsPerSecond;
-
-std::unique_ptr<Registry> MakeRegistry(const std::string& endpoint = "tcp://127.0.0.1:0") {
-  auto registry = Registry::Create({endpoint, 7, "", false});
-  EXPECT_TRUE(registry.has_value()) << registry.error().detail;
-  return std::move(*registry);
-}
-
-std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry, bool says_goodbye = true) {
-  NodeOptions options;
-  options.name = name;
-  options.registry = registry;
-  options.session = 7;
-  options.is_encrypted = false;
-  options.says_goodbye = says_goodbye;
-  auto node = Node::Create(options);
-  EXPECT_TRUE(node.has_value()) << node.error().detail;
-  return std::move(*node);
-}
-
-// Calls `step` until it is true or time is up. The steps wait by themselves (Node::Wait), nothing sleeps here.
-bool Until(const std::function<bool()>& step, std::int64_t timeout_ns = kLong_ns) {
-  const std::int64_t deadline = core::MonotonicNow_ns() + timeout_ns;
-  while (core::MonotonicNow_ns() < deadline) {
-    if (step()) return true;
-  }
-  return step();
-}
-
-WaitResult WaitBriefly(Node& node) {
-  return node.Wait(core::MonotonicNow_ns() + core::kTick_ns);
-}
-
-bool FindEvent(Node& node, const std::string& name, const std::string& detail) {
-  core::Event event;
-  while (node.PollEvent(&event)) {
-    if (event.name == name && event.detail == detail) return true;
-  }
-  return false;
-}
+using testing::ExpectAccountsClose;
+using testing::kLong_ns;
+using testing::MakeNode;
+using testing::MakeRegistry;
+using testing::TakeEvent;
+using testing::Until;
+using testing::WaitBriefly;
 
 core::PhysicsState MakeState(std::uint64_t tick, std::size_t num_bodies) {
   core::PhysicsState state;
@@ -115,6 +70,7 @@ TEST(Node, LatestArrivesCompleteWithTraceAndCounts) {
     return peers.size() == 1 && peers[0].counters.received == 100 && !peers[0].counters.topics.empty() &&
            peers[0].counters.topics[0].received == 100;
   }));
+  ExpectAccountsClose({physics.get(), visual.get()});
 }
 
 TEST(Node, StartsInAnyOrderAndTheRegistryLast) {
@@ -142,6 +98,7 @@ TEST(Node, StartsInAnyOrderAndTheRegistryLast) {
     const auto met = node->WaitForPeers(others, kLong_ns);
     EXPECT_TRUE(met.has_value()) << met.error().detail;
   }
+  ExpectAccountsClose({nodes[0].get(), nodes[1].get(), nodes[2].get()});
 }
 
 TEST(Node, DataFlowsOnWithoutTheRegistryAndANewOneIsFilledAgain) {
@@ -174,6 +131,7 @@ TEST(Node, DataFlowsOnWithoutTheRegistryAndANewOneIsFilledAgain) {
   auto late = MakeNode("visual_node", endpoint);
   ASSERT_TRUE(late->Start(kLong_ns).has_value());
   EXPECT_TRUE(late->WaitForPeers({"haptic_node", "physics_node"}, kLong_ns).has_value());
+  ExpectAccountsClose({source.get(), sink.get(), late.get()});
 }
 
 TEST(Node, LateJoinerGetsTheCompleteStateThenEveryChange) {
@@ -207,6 +165,7 @@ TEST(Node, LateJoinerGetsTheCompleteStateThenEveryChange) {
     WaitBriefly(*visual);
     return status_reader.value().step == "step 199";
   }));
+  ExpectAccountsClose({logic.get(), visual.get()});
 }
 
 TEST(Node, EventsArriveOnceAndInOrder) {
@@ -246,6 +205,7 @@ TEST(Node, EventsArriveOnceAndInOrder) {
     }
     return expected == 5000;
   }));
+  ExpectAccountsClose({physics.get(), logic.get()});
 }
 
 TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
@@ -316,6 +276,7 @@ TEST(Node, SetParameterIsAcknowledgedWithTheTick) {
   is_done.store(true);
   step.join();
   EXPECT_EQ(value, 14.5);
+  ExpectAccountsClose({owner.get(), deaf.get(), caller.get()});
 }
 
 TEST(Node, RegistryRefusesWithNames) {
@@ -361,42 +322,6 @@ TEST(Node, WrongDeclarationsAreToldAtStart) {
   EXPECT_NE(started.error().detail.find("no/such/topic"), std::string::npos);
 }
 
-TEST(Node, SilentPeerIsReportedByNameWithinHalfASecondAndWelcomedBack) {
-  const auto registry = MakeRegistry();
-  auto watcher = MakeNode("device_bridge", registry->endpoint());
-  ASSERT_TRUE(watcher->Start().has_value());
-  auto victim = MakeNode("haptic_node", registry->endpoint(), false);
-  ASSERT_TRUE(victim->Start().has_value());
-  ASSERT_TRUE(watcher->WaitForPeers({"haptic_node"}, kLong_ns).has_value());
-  ASSERT_TRUE(Until([&] { return FindEvent(*watcher, "node_found", "haptic_node"); }));
-
-  victim.reset();  // without goodbye: sockets closed as after kill -9
-  const std::int64_t died = core::MonotonicNow_ns();
-  ASSERT_TRUE(Until([&] {
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_lost", "haptic_node");
-  }));
-  EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
-  EXPECT_FALSE(watcher->IsAlive("haptic_node"));
-
-  // Started again at once: the registry must find out that the first is dead, not refuse the second.
-  auto again = MakeNode("haptic_node", registry->endpoint());
-  const auto started = again->Start(kLong_ns);
-  ASSERT_TRUE(started.has_value()) << started.error().detail;
-  ASSERT_TRUE(Until([&] {
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_found", "haptic_node");
-  }));
-  const auto peers = watcher->Peers();
-  ASSERT_EQ(peers.size(), 1u);
-  EXPECT_EQ(peers[0].restarts, 1u);
-  again.reset();  // with goodbye: no fault
-  EXPECT_TRUE(Until([&] {
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_left", "haptic_node");
-  }));
-}
-
 TEST(Node, RestartedWriterIsReadFromItsFirstMessageOn) {
   const auto registry = MakeRegistry();
   auto sink = MakeNode("physics_node", registry->endpoint());
@@ -418,123 +343,7 @@ TEST(Node, RestartedWriterIsReadFromItsFirstMessageOn) {
   }
   EXPECT_EQ(reader.restarts(), 1u);
   EXPECT_EQ(sink->counters().dropped, 0u);
-}
-
-// A node whose step thread hangs is told from one that died and one that was started again.
-TEST(Node, StallIsToldFromDeath) {
-  const auto registry = MakeRegistry();
-  auto watcher = MakeNode("logic_node", registry->endpoint());
-  auto worker = MakeNode("haptic_node", registry->endpoint());
-  ASSERT_TRUE(watcher->Start().has_value());
-  ASSERT_TRUE(worker->Start().has_value());
-  ASSERT_TRUE(watcher->WaitForPeers({"haptic_node"}, kLong_ns).has_value());
-  worker->Poll();  // then never again
-  ASSERT_TRUE(Until([&] {
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_stalled", "haptic_node");
-  }));
-  EXPECT_TRUE(watcher->IsAlive("haptic_node"));
-  EXPECT_TRUE(Until([&] {
-    worker->Poll();
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_resumed", "haptic_node");
-  }));
-}
-
-// Speaks to a node's data socket with datagrams made here.
-class Forger {
- public:
-  Forger(const std::string& endpoint, const std::string& topic) : socket_(*detail::UdpSocket::Bind("127.0.0.1")) {
-    EXPECT_TRUE(detail::ParseEndpoint(endpoint, &to_));
-    envelope_.topic = TopicId(topic);
-    envelope_.session = 7;
-  }
-  void Send(std::uint64_t boot, std::uint64_t sequence, std::uint32_t digest, std::uint64_t session = 7) {
-    core::HapticProxy proxy;
-    proxy.cycle = sequence;
-    envelope_.boot = boot;
-    envelope_.header.sequence = sequence;
-    envelope_.schema_digest = digest;
-    envelope_.session = session;
-    std::vector<std::uint8_t> bytes(1200);
-    const std::size_t payload = codec_.Encode(proxy, 0, 1000, bytes.data() + kEnvelopeFixedBytes, 1000);
-    bytes.resize(WriteEnvelope(envelope_, payload, bytes.data()));
-    SendRaw(bytes);
-  }
-  void SendRaw(const std::vector<std::uint8_t>& bytes) { EXPECT_TRUE(socket_.Send(to_, bytes.data(), bytes.size())); }
-
- private:
-  detail::UdpSocket socket_;
-  sockaddr_in to_{};
-  Envelope envelope_;
-  LatestCodec<core::HapticProxy> codec_;
-};
-
-class ForgedTraffic : public testing::Test {
- protected:
-  void SetUp() override {
-    registry_ = MakeRegistry();
-    watcher_ = MakeNode("watcher", registry_->endpoint());
-    node_ = MakeNode("physics_node", registry_->endpoint());
-    reader_ = &node_->ReadLatest<core::HapticProxy>(HapticProxyTopic("right"));
-    ASSERT_TRUE(node_->Start().has_value());
-    ASSERT_TRUE(watcher_->Start().has_value());
-    ASSERT_TRUE(watcher_->WaitForPeers({"physics_node"}, kLong_ns).has_value());
-    ASSERT_TRUE(node_->WaitForPeers({"watcher"}, kLong_ns).has_value());
-    refused_before_ = node_->counters().refused;  // the watcher may have spoken before it was known
-    forger_ = std::make_unique<Forger>(watcher_->Peers()[0].udp_endpoint, HapticProxyTopic("right"));
-  }
-  // Loopback delivers before sendto returns, so one look is enough.
-  const TopicCounters& Take() {
-    node_->Wait(core::MonotonicNow_ns() + kLong_ns);
-    counters_ = node_->counters();
-    return counters_.topics[0];
-  }
-  std::unique_ptr<Registry> registry_;
-  std::unique_ptr<Node> watcher_, node_;
-  LatestReader<core::HapticProxy>* reader_ = nullptr;
-  std::unique_ptr<Forger> forger_;
-  Counters counters_;
-  std::uint64_t refused_before_ = 0;
-  std::uint32_t digest_ = SchemaOf(MessageType::kHapticProxy).digest;
-};
-
-TEST_F(ForgedTraffic, NewestWinsAndEveryLossIsCounted) {
-  for (const std::uint64_t sequence : {10, 11, 14, 13, 12, 20, 20, 14}) forger_->Send(5, sequence, digest_);
-  const TopicCounters& topic = Take();
-  EXPECT_EQ(reader_->value().cycle, 20u);
-  EXPECT_EQ(topic.received, 6u);
-  EXPECT_EQ(topic.reordered, 2u);  // 13, 12
-  EXPECT_EQ(topic.repeated, 2u);   // 20, 14
-  EXPECT_EQ(topic.dropped, 5u);    // 15 to 19
-}
-
-TEST_F(ForgedTraffic, ALaterBootWinsOverAHigherSequence) {
-  forger_->Send(5, 1000, digest_);
-  forger_->Send(6, 1, digest_);
-  forger_->Send(5, 1001, digest_);  // a straggler from before the restart
-  const TopicCounters& topic = Take();
-  EXPECT_EQ(reader_->value().cycle, 1u);
-  EXPECT_EQ(reader_->restarts(), 1u);
-  EXPECT_EQ(topic.received, 2u);
-  EXPECT_EQ(topic.reordered, 1u);
-  EXPECT_EQ(topic.dropped, 0u);
-}
-
-TEST_F(ForgedTraffic, GarbageAndForeignDatagramsAreRefusedAndCounted) {
-  forger_->Send(5, 1, digest_);
-  forger_->Send(5, 2, digest_ + 1);  // another schema
-  forger_->Send(5, 3, digest_, 8);   // another session
-  std::mt19937_64 random(1);
-  for (int i = 0; i < 100; ++i) {
-    std::vector<std::uint8_t> noise(random() % 1400);
-    for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random());
-    forger_->SendRaw(noise);
-  }
-  Take();
-  EXPECT_EQ(reader_->value().cycle, 1u);
-  EXPECT_EQ(counters_.refused - refused_before_, 102u);
-  EXPECT_EQ(counters_.received, 1u);
+  ExpectAccountsClose({sink.get()});
 }
 
 TEST(Node, ObserverSeesTopicsByPatternAsText) {
@@ -581,105 +390,6 @@ TEST(Node, ObserverSeesTopicsByPatternAsText) {
   core::Event event;
   EXPECT_FALSE(haptic->PollEvent(&event)) << event.name;
 }
-
-#if !defined(__SANITIZE_THREAD__)
-// The real thing: another process, kill -9.
-TEST(Node, KilledProcessIsReportedWithinHalfASecond) {
-  const auto registry = MakeRegistry();
-  const std::string endpoint = registry->endpoint();
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    NodeOptions options;
-    options.name = "physics_node";
-    options.registry = endpoint;
-    options.session = 7;
-    options.is_encrypted = false;
-    auto node = Node::Create(options);
-    if (!node || !(*node)->Start()) _exit(1);
-    for (;;) WaitBriefly(**node);
-  }
-  auto watcher = MakeNode("device_bridge", endpoint);
-  ASSERT_TRUE(watcher->Start().has_value());
-  const auto met = watcher->WaitForPeers({"physics_node"}, kLong_ns);
-  kill(child, SIGKILL);
-  const std::int64_t died = core::MonotonicNow_ns();
-  ASSERT_TRUE(met.has_value()) << met.error().detail;
-  ASSERT_TRUE(Until([&] {
-    WaitBriefly(*watcher);
-    return FindEvent(*watcher, "node_lost", "physics_node");
-  }));
-  EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
-  waitpid(child, nullptr, 0);
-}
-
-// A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes
-// back.
-TEST(Node, StoppedEventReaderIsNamed) {
-  const auto registry = MakeRegistry();
-  const std::string endpoint = registry->endpoint();
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    NodeOptions options;
-    options.name = "logic_node";
-    options.registry = endpoint;
-    options.session = 7;
-    options.is_encrypted = false;
-    auto node = Node::Create(options);
-    if (!node) _exit(1);
-    (*node)->ReadEvents();
-    if (!(*node)->Start()) _exit(1);
-    core::Event event;
-    for (;;) {
-      WaitBriefly(**node);
-      while ((*node)->PollEvent(&event)) {
-      }
-    }
-  }
-  auto physics = MakeNode("physics_node", endpoint);
-  const auto started = physics->Start();
-  const auto met = physics->WaitForPeers({"logic_node"}, kLong_ns);
-  const auto events = [&physics] {
-    for (const Account& account : physics->Accounts()) {
-      if (account.topic == kEventTopic && account.is_writer) return account;
-    }
-    return Account{};
-  };
-  const bool is_subscribed = Until([&] {
-    WaitBriefly(*physics);
-    physics->Emit({0, "physics_node", "probe", ""});
-    return events().received > 0;
-  });
-  kill(child, SIGSTOP);
-  bool is_named = false;
-  Until([&] {
-    for (int i = 0; i < 200; ++i) physics->Emit({0, "physics_node", "count", ""});
-    WaitBriefly(*physics);
-    is_named = is_named || FindEvent(*physics, "peer_evicted", "logic_node");
-    return is_named || !physics->IsAlive("logic_node");
-  });
-  kill(child, SIGCONT);
-  // It subscribes again, is told what it missed, and has its credit back: more than a whole credit gets through.
-  const std::uint64_t received_before = events().received;
-  const bool is_resumed = Until([&] {
-    physics->Emit({0, "physics_node", "count", ""});
-    WaitBriefly(*physics);
-    for (int i = 0; i < 50; ++i) physics->Emit({0, "physics_node", "count", ""});
-    return events().received > received_before + 2 * 1024 && events().dropped_for(DropReason::kOverrun) > 0;
-  });
-  const std::vector<PeerStatus> peers = physics->Peers();
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-  ASSERT_TRUE(started.has_value());
-  ASSERT_TRUE(met.has_value());
-  ASSERT_TRUE(is_subscribed);
-  EXPECT_TRUE(is_named);
-  EXPECT_TRUE(is_resumed);
-  ASSERT_EQ(peers.size(), 1u);
-  EXPECT_GT(peers[0].events_dropped, 0u);
-}
-#endif
 
 }  // namespace
 }  // namespace bus

@@ -9,26 +9,17 @@
 #include <random>
 #include <zmq.hpp>
 
+#include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/keys.hpp"
-#include "bus/node.hpp"
-#include "bus/registry.hpp"
-#include "core/clock.hpp"
 
 namespace bus {
 namespace {
 
-constexpr std::int64_t kLong_ns = 10 * core::kNanosecondsPerSecond;
-
-bool Until(const std::function<bool()>& step) {
-  const std::int64_t deadline = core::MonotonicNow_ns() + kLong_ns;
-  while (core::MonotonicNow_ns() < deadline) {
-    if (step()) return true;
-  }
-  return step();
-}
+using testing::kLong_ns;
+using testing::Until;
 
 // A connection that does not speak as libzmq does.
 class RawConnection {
@@ -55,10 +46,10 @@ std::string Greeting(const std::string& mechanism) {
 }
 
 // A registry and two nodes with keys: one writes 'logic/status', the other reads it.
-class KeyedRun : public testing::Test {
+class KeyedRun : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = testing::TempDir() + "run-XXXXXX";
+    std::string name = ::testing::TempDir() + "run-XXXXXX";
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     folder_ = name;
     keys_ = folder_ / "keys";
@@ -78,7 +69,10 @@ class KeyedRun : public testing::Test {
     ASSERT_TRUE(visual_->WaitForPeers({"logic_node"}, kLong_ns).has_value());
     for (const PeerStatus& peer : visual_->Peers()) router_ = peer.router_endpoint;
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void TearDown() override {
+    testing::ExpectAccountsClose({logic_.get(), visual_.get()});
+    std::filesystem::remove_all(folder_);
+  }
 
   NodeOptions OptionsFor(const std::string& name, const std::string& keys) const {
     NodeOptions options;

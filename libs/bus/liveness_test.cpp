@@ -1,0 +1,182 @@
+// Who lives, who stands still, who has died or left: told by name, by every node on its own.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <vector>
+
+#include "bus/bus_testing.hpp"
+
+namespace bus {
+namespace {
+
+using testing::ExpectAccountsClose;
+using testing::kLong_ns;
+using testing::MakeNode;
+using testing::MakeRegistry;
+using testing::TakeEvent;
+using testing::Until;
+using testing::WaitBriefly;
+
+TEST(Liveness, ASilentPeerIsReportedByNameWithinHalfASecondAndWelcomedBack) {
+  const auto registry = MakeRegistry();
+  auto watcher = MakeNode("device_bridge", registry->endpoint());
+  ASSERT_TRUE(watcher->Start().has_value());
+  auto victim = MakeNode("haptic_node", registry->endpoint(), false);
+  ASSERT_TRUE(victim->Start().has_value());
+  ASSERT_TRUE(watcher->WaitForPeers({"haptic_node"}, kLong_ns).has_value());
+  ASSERT_TRUE(Until([&] { return TakeEvent(*watcher, "node_found", "haptic_node"); }));
+
+  victim.reset();  // without goodbye: sockets closed as after kill -9
+  const std::int64_t died = core::MonotonicNow_ns();
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_lost", "haptic_node");
+  }));
+  EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
+  EXPECT_FALSE(watcher->IsAlive("haptic_node"));
+
+  // Started again at once: the registry must find out that the first is dead, not refuse the second.
+  auto again = MakeNode("haptic_node", registry->endpoint());
+  const auto started = again->Start(kLong_ns);
+  ASSERT_TRUE(started.has_value()) << started.error().detail;
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_found", "haptic_node");
+  }));
+  const auto peers = watcher->Peers();
+  ASSERT_EQ(peers.size(), 1u);
+  EXPECT_EQ(peers[0].restarts, 1u);
+  again.reset();  // with goodbye: no fault
+  EXPECT_TRUE(Until([&] {
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_left", "haptic_node");
+  }));
+  ExpectAccountsClose({watcher.get()});
+}
+
+// A node whose step thread hangs is told from one that died and one that was started again.
+TEST(Liveness, AStallIsToldFromDeath) {
+  const auto registry = MakeRegistry();
+  auto watcher = MakeNode("logic_node", registry->endpoint());
+  auto worker = MakeNode("haptic_node", registry->endpoint());
+  ASSERT_TRUE(watcher->Start().has_value());
+  ASSERT_TRUE(worker->Start().has_value());
+  ASSERT_TRUE(watcher->WaitForPeers({"haptic_node"}, kLong_ns).has_value());
+  worker->Poll();  // then never again
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_stalled", "haptic_node");
+  }));
+  EXPECT_TRUE(watcher->IsAlive("haptic_node"));
+  EXPECT_TRUE(Until([&] {
+    worker->Poll();
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_resumed", "haptic_node");
+  }));
+  ExpectAccountsClose({watcher.get(), worker.get()});
+}
+
+#if !defined(__SANITIZE_THREAD__)
+// The real thing: another process, kill -9.
+TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
+  const auto registry = MakeRegistry();
+  const std::string endpoint = registry->endpoint();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    NodeOptions options;
+    options.name = "physics_node";
+    options.registry = endpoint;
+    options.session = 7;
+    options.is_encrypted = false;
+    auto node = Node::Create(options);
+    if (!node || !(*node)->Start()) _exit(1);
+    for (;;) WaitBriefly(**node);
+  }
+  auto watcher = MakeNode("device_bridge", endpoint);
+  ASSERT_TRUE(watcher->Start().has_value());
+  const auto met = watcher->WaitForPeers({"physics_node"}, kLong_ns);
+  kill(child, SIGKILL);
+  const std::int64_t died = core::MonotonicNow_ns();
+  ASSERT_TRUE(met.has_value()) << met.error().detail;
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*watcher);
+    return TakeEvent(*watcher, "node_lost", "physics_node");
+  }));
+  EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
+  waitpid(child, nullptr, 0);
+}
+
+// A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes
+// back.
+TEST(Liveness, AStoppedEventReaderIsNamed) {
+  const auto registry = MakeRegistry();
+  const std::string endpoint = registry->endpoint();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    NodeOptions options;
+    options.name = "logic_node";
+    options.registry = endpoint;
+    options.session = 7;
+    options.is_encrypted = false;
+    auto node = Node::Create(options);
+    if (!node) _exit(1);
+    (*node)->ReadEvents();
+    if (!(*node)->Start()) _exit(1);
+    core::Event event;
+    for (;;) {
+      WaitBriefly(**node);
+      while ((*node)->PollEvent(&event)) {
+      }
+    }
+  }
+  auto physics = MakeNode("physics_node", endpoint);
+  const auto started = physics->Start();
+  const auto met = physics->WaitForPeers({"logic_node"}, kLong_ns);
+  const auto events = [&physics] {
+    for (const Account& account : physics->Accounts()) {
+      if (account.topic == kEventTopic && account.is_writer) return account;
+    }
+    return Account{};
+  };
+  const bool is_subscribed = Until([&] {
+    WaitBriefly(*physics);
+    physics->Emit({0, "physics_node", "probe", ""});
+    return events().received > 0;
+  });
+  kill(child, SIGSTOP);
+  bool is_named = false;
+  Until([&] {
+    for (int i = 0; i < 200; ++i) physics->Emit({0, "physics_node", "count", ""});
+    WaitBriefly(*physics);
+    is_named = is_named || TakeEvent(*physics, "peer_evicted", "logic_node");
+    return is_named || !physics->IsAlive("logic_node");
+  });
+  kill(child, SIGCONT);
+  // It subscribes again, is told what it missed, and has its credit back: more than a whole credit gets through.
+  const std::uint64_t received_before = events().received;
+  const bool is_resumed = Until([&] {
+    physics->Emit({0, "physics_node", "count", ""});
+    WaitBriefly(*physics);
+    for (int i = 0; i < 50; ++i) physics->Emit({0, "physics_node", "count", ""});
+    return events().received > received_before + 2 * 1024 && events().dropped_for(DropReason::kOverrun) > 0;
+  });
+  const std::vector<PeerStatus> peers = physics->Peers();
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  ASSERT_TRUE(started.has_value());
+  ASSERT_TRUE(met.has_value());
+  ASSERT_TRUE(is_subscribed);
+  EXPECT_TRUE(is_named);
+  EXPECT_TRUE(is_resumed);
+  ASSERT_EQ(peers.size(), 1u);
+  EXPECT_GT(peers[0].events_dropped, 0u);
+}
+#endif
+
+}  // namespace
+}  // namespace bus
