@@ -71,6 +71,28 @@ TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
   ExpectNothingIsLeft();
 }
 
+TEST_F(LaunchSlow, ASweepIsRunOnTwoHostsAndCollected) {
+  const auto out = Folder("sweep");
+  const oos::Answer answer =
+      Run(machines_->AtLauncher(
+              {"env", "PARALLEL_SSH=ssh -F " + (machines_->folder() / "ssh_config").string(),
+               std::string("OOS=") + VR_OOS_BINARY_DIR + "/bin/oos", std::string(VR_OOS_BINARY_DIR) + "/bin/oos",
+               "sweep", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/free_collision", "--grid", "run.method=paper,fast",
+               "--seeds", "3", "--hosts", "10.77.0.11,10.77.0.12", "--out", out.string()}),
+          300.0);
+  EXPECT_EQ(answer.status, 0) << answer.out << answer.err;
+  std::ifstream jobs(out / "jobs.log");
+  const std::string log{std::istreambuf_iterator<char>(jobs), {}};
+  EXPECT_THAT(log, HasSubstr("10.77.0.11"));
+  EXPECT_THAT(log, HasSubstr("10.77.0.12"));
+  std::ifstream results(out / "results.csv");
+  int num_rows = -1;  // the first line names the columns
+  for (std::string line; std::getline(results, line);) num_rows += line.empty() ? 0 : 1;
+  EXPECT_EQ(num_rows, 6);
+  std::printf("%s", answer.out.c_str());
+  ExpectNothingIsLeft();
+}
+
 double MeanOf(const nlohmann::json& report, const std::string& chain) {
   return report.contains(chain) ? report[chain].value("mean", -1.0) : -1.0;
 }
