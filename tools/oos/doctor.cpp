@@ -43,7 +43,7 @@ Finding CheckRealTimePriority() {
     return {"realtime", Grade::kOk, "real-time priority (SCHED_FIFO 50) is allowed", ""};
   }
   return {"realtime", Grade::kWarn, std::string("no real-time priority: ") + std::strerror(errno),
-          "add '@realtime - rtprio 80' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
+          "add '@realtime - rtprio 95' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
           "--cap-add SYS_NICE"};
 }
 
