@@ -15,6 +15,7 @@
 
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
+#include "bus/detail/routed.hpp"
 #include "bus/envelope.hpp"
 #include "core/clock.hpp"
 #include "proto/bulk.pb.h"
@@ -193,16 +194,8 @@ void BulkServer::Impl::Run() {
 }
 
 void BulkServer::Impl::Serve() {
-  for (;;) {
-    zmq::message_t routing, bytes;
-    if (!router.recv(routing, zmq::recv_flags::dontwait)) return;
-    if (!routing.more() || !router.recv(bytes, zmq::recv_flags::dontwait)) continue;
-    bool is_longer = bytes.more();
-    while (is_longer) {
-      zmq::message_t rest;
-      if (!router.recv(rest, zmq::recv_flags::dontwait)) break;
-      is_longer = rest.more();
-    }
+  zmq::message_t routing, bytes;
+  while (detail::ReceiveRouted(&router, &routing, &bytes)) {
     oos::BulkMessage message;
     if (Decode(bytes, options.session, &message) && message.has_request()) {
       Answer(routing.to_string(), message.request());

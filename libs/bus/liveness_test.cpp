@@ -80,22 +80,25 @@ TEST(Liveness, AStallIsToldFromDeath) {
 }
 
 #if !defined(__SANITIZE_THREAD__)
-// The real thing: another process, kill -9.
+// The real thing: a node in another process, which reads events.
+pid_t StartElsewhere(const std::string& name, const std::string& registry) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  const auto node = MakeNode(name, registry);
+  node->ReadEvents();
+  if (!node->Start()) _exit(1);
+  for (core::Event event;;) {
+    WaitBriefly(*node);
+    while (node->PollEvent(&event)) {
+    }
+  }
+}
+
 TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
   const auto registry = MakeRegistry();
   const std::string endpoint = registry->endpoint();
-  const pid_t child = fork();
+  const pid_t child = StartElsewhere("physics_node", endpoint);
   ASSERT_GE(child, 0);
-  if (child == 0) {
-    NodeOptions options;
-    options.name = "physics_node";
-    options.registry = endpoint;
-    options.session = 7;
-    options.is_encrypted = false;
-    auto node = Node::Create(options);
-    if (!node || !(*node)->Start()) _exit(1);
-    for (;;) WaitBriefly(**node);
-  }
   auto watcher = MakeNode("device_bridge", endpoint);
   ASSERT_TRUE(watcher->Start().has_value());
   const auto met = watcher->WaitForPeers({"physics_node"}, kLong_ns);
@@ -115,25 +118,8 @@ TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
 TEST(Liveness, AStoppedEventReaderIsNamed) {
   const auto registry = MakeRegistry();
   const std::string endpoint = registry->endpoint();
-  const pid_t child = fork();
+  const pid_t child = StartElsewhere("logic_node", endpoint);
   ASSERT_GE(child, 0);
-  if (child == 0) {
-    NodeOptions options;
-    options.name = "logic_node";
-    options.registry = endpoint;
-    options.session = 7;
-    options.is_encrypted = false;
-    auto node = Node::Create(options);
-    if (!node) _exit(1);
-    (*node)->ReadEvents();
-    if (!(*node)->Start()) _exit(1);
-    core::Event event;
-    for (;;) {
-      WaitBriefly(**node);
-      while ((*node)->PollEvent(&event)) {
-      }
-    }
-  }
   auto physics = MakeNode("physics_node", endpoint);
   const auto started = physics->Start();
   const auto met = physics->WaitForPeers({"logic_node"}, kLong_ns);

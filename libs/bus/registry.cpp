@@ -16,6 +16,7 @@
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
 #include "bus/detail/node_core.hpp"
+#include "bus/detail/routed.hpp"
 #include "bus/detail/session_key.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
@@ -161,16 +162,8 @@ void Registry::Impl::Run() {
 }
 
 void Registry::Impl::Receive() {
-  for (;;) {
-    zmq::message_t routing, message;
-    if (!router.recv(routing, zmq::recv_flags::dontwait)) return;
-    if (!routing.more() || !router.recv(message, zmq::recv_flags::dontwait)) continue;
-    bool is_longer = message.more();
-    while (is_longer) {
-      zmq::message_t rest;
-      if (!router.recv(rest, zmq::recv_flags::dontwait)) break;
-      is_longer = rest.more();
-    }
+  zmq::message_t routing, message;
+  while (detail::ReceiveRouted(&router, &routing, &message)) {
     // The session is checked below, by name: a HELLO of another session deserves an answer.
     Envelope envelope;
     std::span<const std::uint8_t> payload;

@@ -4,6 +4,7 @@
 
 #include "bus/detail/accounts.hpp"
 #include "bus/detail/bus_thread.hpp"
+#include "bus/detail/routed.hpp"
 #include "core/clock.hpp"
 
 namespace bus::detail {
@@ -16,16 +17,8 @@ constexpr std::size_t kAccountsPerHeartbeat = 8;
 }  // namespace
 
 void BusThread::ReceiveFromRouter() {
-  for (;;) {
-    zmq::message_t routing, message;
-    if (!router_.recv(routing, zmq::recv_flags::dontwait)) return;
-    if (!routing.more() || !router_.recv(message, zmq::recv_flags::dontwait)) continue;
-    bool is_longer = message.more();
-    while (is_longer) {  // we send two frames; whoever sends more is not one of us
-      zmq::message_t rest;
-      if (!router_.recv(rest, zmq::recv_flags::dontwait)) break;
-      is_longer = rest.more();
-    }
+  zmq::message_t routing, message;
+  while (ReceiveRouted(&router_, &routing, &message)) {
     oos::Control control;
     if (!DecodeControl({message.data<std::uint8_t>(), message.size()}, core_->identity.session, &control)) {
       core_->refused.fetch_add(1, std::memory_order_relaxed);
