@@ -38,6 +38,7 @@ core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions&
 }
 
 GlContext::~GlContext() {
+  if (is_left_) return;
   if (window_ != nullptr) glfwDestroyWindow(window_);
   glfwTerminate();
 }

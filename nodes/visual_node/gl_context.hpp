@@ -24,12 +24,16 @@ class GlContext {
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
+  // The window stays until the process ends, which closes it.
+  void LeaveToKernel() { is_left_ = true; }
+
   [[nodiscard]] GLFWwindow* window() const { return window_; }
   [[nodiscard]] const std::string& renderer_name() const { return renderer_name_; }  // e.g. "llvmpipe (LLVM 15 ...)"
 
  private:
   GlContext() = default;
   GLFWwindow* window_ = nullptr;
+  bool is_left_ = false;
   std::string renderer_name_;
 };
 

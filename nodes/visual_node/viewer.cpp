@@ -213,8 +213,8 @@ class Viewer {
     summary_.contact_sheet_tiles = sheet_.size();
     if (auto written = summary_.Write(options_.out / "visual_node.json"); !written) return written;
     // A virtual display may have been stopped together with this node: asking it to close the window would then end the
-    // process as failed. The kernel closes it.
-    if (options_.is_headless) (void)context_.release();
+    // process as failed.
+    if (options_.is_headless) context_->LeaveToKernel();
     return result;
   }
 
