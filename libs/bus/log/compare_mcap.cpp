@@ -73,9 +73,9 @@ class Comparer {
   struct Place {
     ChannelKey key;
     std::pair<std::uint32_t, std::uint32_t> sequence;
-    const Said* a = nullptr;
+    std::uint64_t time_ns = 0;
+    const Said* a = nullptr;  // not there: only b says it
     const Said* b = nullptr;
-    [[nodiscard]] std::uint64_t time_ns() const { return a != nullptr ? a->log_time_ns : b->log_time_ns; }
   };
 
   static const Messages& MessagesOf(const Recording& recording, const ChannelKey& key) {
@@ -92,27 +92,27 @@ class Comparer {
       const auto other = in_b.find(sequence);
       if (other == in_b.end()) {
         ++channel.num_only_a;
-        Note({key, sequence, &said, nullptr});
+        Note({key, sequence, said.log_time_ns, &said, nullptr});
       } else if (other->second.payload != said.payload) {
         ++channel.num_different;
-        Note({key, sequence, &said, &other->second});
+        Note({key, sequence, said.log_time_ns, &said, &other->second});
       }
     }
     for (const auto& [sequence, said] : in_b) {
       if (in_a.count(sequence) != 0) continue;
       ++channel.num_only_b;
-      Note({key, sequence, nullptr, &said});
+      Note({key, sequence, said.log_time_ns, nullptr, &said});
     }
     comparison_.channels.push_back(channel);
   }
 
   void Note(const Place& place) {
-    if (!first_at_ || place.time_ns() < first_at_->time_ns()) first_at_ = place;
+    if (!first_at_ || place.time_ns < first_at_->time_ns) first_at_ = place;
   }
 
   void TellFirst() {
     const Place& place = *first_at_;
-    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), place.sequence.first, place.time_ns(), {}};
+    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), place.sequence.first, place.time_ns, {}};
     if (place.a == nullptr || place.b == nullptr) {
       first.what = place.a == nullptr ? "only in the second file" : "only in the first file";
     } else {
