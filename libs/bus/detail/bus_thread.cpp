@@ -203,11 +203,10 @@ void BusThread::ReceiveHeartbeats() {
     if (refusal == Refusal::kUnknownSender) AskForRoster();
     if (refusal != Refusal::kNone) continue;
     oos::Control control;
-    if (!control.ParseFromArray(payload.data(), static_cast<int>(payload.size()))) {
-      core_->guard->refusals.Add(Refusal::kBadSchema);
-    } else if (control.has_clock_echo()) {
+    const bool is_read = control.ParseFromArray(payload.data(), static_cast<int>(payload.size()));
+    if (is_read && control.has_clock_echo()) {
       TakeClockEcho(control.clock_echo(), received_ns);
-    } else if (control.has_heartbeat()) {
+    } else if (is_read && control.has_heartbeat()) {
       AnswerClock(control.heartbeat(), received_ns);
       TakeHeartbeat(control.heartbeat());
     } else {
