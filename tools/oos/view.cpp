@@ -37,7 +37,8 @@ class TextViewer {
 
   // Until interrupted, or `seconds` of bus time have passed.
   void Run(const std::atomic<int>& interrupted, double seconds) {
-    const std::int64_t end_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(1e9 * std::min(seconds, 1e9));
+    begin_ns_ = core::MonotonicNow_ns();
+    const std::int64_t end_ns = begin_ns_ + static_cast<std::int64_t>(1e9 * std::min(seconds, 1e9));
     while (interrupted.load() == 0 && core::MonotonicNow_ns() < end_ns) {
       node_->Wait(core::MonotonicNow_ns() + kWait_ns);
       const std::int64_t now_ns = core::MonotonicNow_ns();
@@ -71,6 +72,8 @@ class TextViewer {
   }
 
   void TellMotion(std::int64_t now_ns) {
+    // The first line comes with the first state.
+    if (last_state_ns_ == 0 && now_ns - begin_ns_ < kSilence_ns) return;
     next_line_ns_ = now_ns + kLinePeriod_ns;
     const view::Scene& scene = mirror_.scene();
     if (last_state_ns_ == 0 || now_ns - last_state_ns_ > kSilence_ns) {
@@ -106,6 +109,7 @@ class TextViewer {
   std::string step_;
   std::map<std::uint32_t, glm::vec3> lamps_;
   std::map<std::size_t, glm::dvec3> told_;
+  std::int64_t begin_ns_ = 0;
   std::int64_t last_state_ns_ = 0;
   std::int64_t next_line_ns_ = 0;
   std::int64_t next_figures_ns_ = 0;
