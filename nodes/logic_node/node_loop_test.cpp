@@ -33,8 +33,8 @@ std::unique_ptr<bus::Node> MakeNode(const std::string& name, const std::string& 
   return std::move(*node);
 }
 
-// The real loop on the real bus, among two nodes that this test plays.
-TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
+// Two steps, and a parameter of each owner. The procedure's file is the caller's to remove.
+scene::Scenario TwoSteps() {
   scene::Scenario scenario;
   scenario.mechanisms.resize(1);
   scenario.mechanisms[0].name = "switch_a";
@@ -43,13 +43,19 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   scenario.devices[0].role = "right";
   scenario.procedure =
       std::filesystem::path(testing::TempDir()) / ("vr_oos_loop_" + std::to_string(::getpid()) + ".scxml");
-  const std::filesystem::path report = scenario.procedure.string() + ".json";
   std::ofstream(scenario.procedure) << R"(<scxml xmlns='http://www.w3.org/2005/07/scxml'
       xmlns:vr='urn:vr-oos:procedure'><state id="procedure">
     <state id="one"><onentry><vr:set name="force_cap_N" value="12"/><vr:set name="switch_a.detent_torque_Nm" value="0.5"/>
       </onentry><transition cond="switch_a.state == 1" target="two" vr:completes="true"/></state>
     <state id="two"><transition cond="switch_a.state == 0" target="done" vr:completes="true"/></state>
     <final id="done"/></state></scxml>)";
+  return scenario;
+}
+
+// The real loop on the real bus, among two nodes that this test plays.
+TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
+  scene::Scenario scenario = TwoSteps();
+  const std::filesystem::path report = scenario.procedure.string() + ".json";
   auto logic = LogicNode::Create(scenario);
   std::filesystem::remove(scenario.procedure);
   ASSERT_TRUE(logic) << logic.error().detail;
@@ -123,6 +129,85 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   EXPECT_TRUE(written.at("steps")[0].at("completed").get<bool>());
   EXPECT_FALSE(written.at("steps")[1].at("completed").get<bool>());
   for (const auto& change : written.at("changes")) EXPECT_TRUE(change.at("accepted").get<bool>()) << change.dump();
+}
+
+// A supervisor starts the lost node again: it is waited for, told its parameters, and the procedure goes on; a
+// logic_node that dies itself goes on from its checkpoint.
+TEST(NodeLoop, WaitsForALostNodeRemindsItAndGoesOnFromACheckpoint) {
+  scene::Scenario scenario = TwoSteps();
+  const std::filesystem::path report = scenario.procedure.string() + ".json";
+  const std::filesystem::path checkpoint = scenario.procedure.string() + ".checkpoint";
+  auto logic = LogicNode::Create(scenario);
+  auto later = LogicNode::Create(scenario);
+  std::filesystem::remove(scenario.procedure);
+  ASSERT_TRUE(logic && later);
+  auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession, "", false});
+  ASSERT_TRUE(registry) << registry.error().detail;
+  const std::string endpoint = (*registry)->endpoint();
+  auto logic_bus = MakeNode("logic_node", endpoint);
+  NodeLoop loop(scenario, logic->get(), logic_bus.get());
+  loop.Declare();
+  loop.WaitForLostNodes(10 * kPatience_ns);
+  loop.KeepCheckpoints(checkpoint);
+  auto haptic = MakeNode("haptic_node", endpoint);
+  haptic->OwnParameters({"force_cap_N"});
+  auto& status = haptic->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
+  ASSERT_TRUE(logic_bus->Start() && haptic->Start());
+  std::atomic<bool> stop{false};
+  std::thread thread([&] { loop.Run(stop, report); });
+
+  core::PhysicsState state;
+  state.mechanisms.push_back({0, 0, 0.0, 0.0});
+  std::map<std::string, double> told;
+  std::unique_ptr<bus::Node> physics;
+  bus::LatestWriter<core::PhysicsState> state_writer;
+  const auto begin = [&] {
+    told.clear();
+    physics = MakeNode("physics_node", endpoint);
+    state_writer = physics->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+    physics->OwnParameters({"switch_a.detent_torque_Nm"});
+    return physics->Start().has_value();
+  };
+  const auto play_until = [&](const std::function<bool()>& is_reached) {
+    const std::int64_t deadline_ns = core::MonotonicNow_ns() + kPatience_ns;
+    while (!is_reached() && core::MonotonicNow_ns() < deadline_ns) {
+      haptic->Wait(core::MonotonicNow_ns() + core::kTick_ns);
+      core::ParameterChange change;
+      std::uint64_t ticket = 0;
+      while (haptic->PollParameter(&change, &ticket)) haptic->AckParameter(ticket, state.tick, true);
+      if (physics == nullptr) continue;
+      physics->Poll();
+      while (physics->PollParameter(&change, &ticket)) {
+        told[change.name] = change.value;
+        physics->AckParameter(ticket, state.tick, true);
+      }
+      ++state.tick;
+      state.time_ns = static_cast<std::int64_t>(state.tick) * core::kTick_ns;
+      state_writer.Send(state);
+    }
+    return is_reached();
+  };
+  ASSERT_TRUE(begin());
+  EXPECT_TRUE(play_until([&] { return !told.empty() && status.has_value() && status.value().step == "one"; }));
+  state.mechanisms[0].state = 1;
+  EXPECT_TRUE(play_until([&] { return status.value().step == "two"; }));
+  physics.reset();
+  EXPECT_TRUE(play_until([&] { return status.value().hint.find("physics_node is lost") == 0; }));
+  EXPECT_FALSE(status.value().is_failed);
+  ASSERT_TRUE(begin());
+  EXPECT_TRUE(play_until([&] { return told.count("switch_a.detent_torque_Nm") == 1; }));
+  EXPECT_EQ(told["switch_a.detent_torque_Nm"], 0.5);
+  EXPECT_TRUE(play_until([&] { return status.value().hint.empty(); }));
+
+  stop.store(true);
+  thread.join();
+  std::filesystem::remove(report);
+  NodeLoop resumed(scenario, later->get(), logic_bus.get());
+  const auto done = resumed.Resume(checkpoint);
+  std::filesystem::remove(checkpoint);
+  ASSERT_TRUE(done) << done.error().detail;
+  EXPECT_EQ((*later)->status().step, "two");
+  EXPECT_TRUE((*later)->steps()[0].is_completed);
 }
 
 }  // namespace
