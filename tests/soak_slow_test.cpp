@@ -23,7 +23,7 @@ namespace {
 constexpr double kSettled_s = 15.0;  // of a run: everything has been touched, shown and connected
 constexpr double kMaxGrowth = 0.03;  // of a process's memory in a run, from then on
 constexpr long kPageNoise_kB = 2048;
-constexpr long kPictures_kB = 12'000;  // one of each step, kept for the contact sheet of the run's end
+constexpr long kPictures_kB = 24'000;  // visual_node: one of each step until the run's end, and the driver's own
 
 struct Usage {
   long memory_kB = 0;  // anonymous, resident: what the process itself holds
