@@ -23,7 +23,7 @@ int Run(const Arguments& arguments) {
   const auto rows = ReadLatencyRows(std::filesystem::path(arguments.positional()[0]) / "latency.csv");
   if (!rows) return Complain("latency", rows.error().detail, kBadUsage);
   const HopBounds bounds = HopBounds::Read(arguments.positional()[0]);
-  std::printf("%s; +- is the bound of what two clocks may differ from their comparison\n",
+  std::printf("%s; +-: within that the clocks of a hop were compared\n",
               bounds.is_one_machine() ? "one machine, one clock" : "several machines");
   int status = kHolds;
   bool is_checked = false;
