@@ -156,6 +156,16 @@ class BusReplayTest : public ::testing::Test {
     }));
   }
 
+  // Of STATE and EVENT; an observer has no accounts of LATEST.
+  [[nodiscard]] bool AreBooksClosed() const {
+    for (const bus::Node* node : {node_.get(), listener_.get()}) {
+      for (const bus::Account& account : node->Accounts()) {
+        if (account.topic_class != bus::TopicClass::kLatest && !account.is_settled()) return false;
+      }
+    }
+    return true;
+  }
+
   // Plays at a clock of its own, a millisecond per look of the listener, into a second recording.
   Said PlayToTheEnd(std::int64_t now_ns = 0) {
     std::filesystem::remove(second_);
@@ -167,8 +177,13 @@ class BusReplayTest : public ::testing::Test {
           return replay_->is_over();
         },
         recorder.get());
-    ListenUntil([quiet = 0](bool has_heard) mutable { return (quiet = has_heard ? 0 : quiet + 1) > 20; },
-                recorder.get());
+    // Until nothing comes any more, and the books say that no state and no event is missing.
+    ListenUntil(
+        [this, quiet = 0](bool has_heard) mutable {
+          quiet = has_heard ? 0 : quiet + 1;
+          return quiet > 20 && AreBooksClosed();
+        },
+        recorder.get());
     EXPECT_TRUE(recorder->Close(0, 0));
     return Read(second_);
   }
