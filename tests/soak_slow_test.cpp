@@ -166,7 +166,7 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
       const long pictures_kB = name == "visual_node" ? kPictures_kB : 0;
       EXPECT_LE(after_kB, before_kB + pictures_kB + std::max(kPageNoise_kB, static_cast<long>(kMaxGrowth * before_kB)))
           << name;
-      EXPECT_LE(course.last.descriptors, course.settled.descriptors) << name;
+      EXPECT_LE(course.last.descriptors, course.settled.descriptors + 1) << name;  // a checkpoint that is being written
       EXPECT_LE(course.last.threads, course.settled.threads) << name;
       EXPECT_LT(course.last.queue_bytes, 200'000) << name;  // a fraction of a socket's room
       largest_queue_bytes = std::max(largest_queue_bytes, course.largest_queue_bytes);

@@ -1,7 +1,8 @@
 // logic_node --scenario FILE --registry ENDPOINT --session N --out DIR [--steps FILE] [--bind ADDRESS]
 //   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
 //   [--resume DIR]       goes on from the checkpoint that an earlier life left in DIR, if it left one
-//   [--patience_s 0]     how long a node that was lost may take to come back before the procedure fails
+//   [--patience_s 3]     how long a node that was lost may take to come back before the procedure fails: by default no
+//                        more than a busy computer may hold one up
 
 #include <csignal>
 #include <cstdio>
@@ -32,7 +33,7 @@ int Complain(const std::string& what, int status) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  auto parsed = bus::ParseNodeArguments(argc, argv, {{"--patience_s", "0"}});
+  auto parsed = bus::ParseNodeArguments(argc, argv, {{"--patience_s", "3"}});
   if (!parsed) return Complain(parsed.error().detail, 2);
   bus::NodeArguments& options = *parsed;
   const double patience_s = std::strtod(options["--patience_s"].c_str(), nullptr);
