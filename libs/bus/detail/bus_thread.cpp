@@ -185,7 +185,12 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
   heartbeat->set_sent_ns(core::MonotonicNow_ns());
   auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   core_->guard->SealControl(&bytes);
-  for (const auto& [name, peer] : peers_) {
+  // One stamp for all is early for who comes last: the way there would look longer than the way back. As in an answer,
+  // which is stamped before it is sealed, a message's own work counts as part of its way.
+  const std::int64_t work_ns = core::MonotonicNow_ns() - heartbeat->sent_ns();
+  for (auto& [name, peer] : peers_) {
+    peer.heartbeats_sent[peer.num_heartbeats_sent++ % peer.heartbeats_sent.size()] = {
+        heartbeat->sent_ns(), core::MonotonicNow_ns() - work_ns};
     core_->heartbeat_socket.Send(peer.heartbeat_address, bytes.data(), bytes.size());
   }
 }
@@ -240,10 +245,18 @@ void BusThread::AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t receiv
 void BusThread::TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_ns) {
   const auto found = peers_.find(echo.name());
   const bool is_known = found != peers_.end() && found->second.record.instance() == echo.instance();
-  if (!is_known || !IsElsewhere(found->second) ||
-      !found->second.clock.Add({echo.heartbeat_sent_ns(), echo.received_ns(), echo.answered_ns(), received_ns})) {
+  if (!is_known || !IsElsewhere(found->second)) {
     core_->guard->refusals.Add(Refusal::kBadSchema);
+    return;
   }
+  for (const auto& [stamped_ns, left_ns] : found->second.heartbeats_sent) {
+    if (stamped_ns != echo.heartbeat_sent_ns() || stamped_ns == 0) continue;
+    if (!found->second.clock.Add({left_ns, echo.received_ns(), echo.answered_ns(), received_ns})) {
+      core_->guard->refusals.Add(Refusal::kBadSchema);
+    }
+    return;
+  }
+  core_->guard->refusals.Add(Refusal::kBadSchema);  // answers what was not asked, or long ago
 }
 
 // To who looks on, and to the readers of what it writes.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <set>
@@ -63,6 +64,9 @@ class BusThread {
     PeerReading reading;
     ClockEstimate clock;  // of another machine
     std::int64_t clock_told_ns = 0;
+    // The newest heartbeats to it: their stamp, which its echo names, and when each left for this peer.
+    std::array<std::pair<std::int64_t, std::int64_t>, 16> heartbeats_sent{};
+    std::size_t num_heartbeats_sent = 0;
   };
 
   struct Asked {
