@@ -138,7 +138,7 @@ TEST_F(KeyedRun, AKeyMustBeGivenOrDeclinedExplicitly) {
 
 TEST_F(KeyedRun, APeerWithoutAKeyIsRefused) {
   auto stranger = std::move(*Node::Create(OptionsFor("visual_node-2", "")));
-  const auto started = stranger->Start(core::kNanosecondsPerSecond / 5);
+  const auto started = stranger->Start(core::kNanosecondsPerSecond);
   ASSERT_FALSE(started.has_value());
   EXPECT_NE(started.error().detail.find("encryption and a key"), std::string::npos) << started.error().detail;
   ExpectBothRefuse([](const std::string& endpoint) {
