@@ -99,6 +99,7 @@ export class Reading extends Members {
   _takeSubscribeAck(peer, { starts, nextEvent }) {
     peer.isSubscribed = true;
     peer.inStepMs = performance.now();
+    peer.acked = [-1n, -1n];  // is asked how far it is
     for (const { topic, start } of starts) {
       if (!peer.accounts.has(topic)) peer.accounts.set(topic, { start, received: 0n, dropped: 0n });
     }
@@ -108,7 +109,7 @@ export class Reading extends Members {
 
   _takeSnapshot(peer, { version, entries, counts }) {
     if (peer.hasSnapshot && version < peer.stateVersion) return;
-    for (const entry of entries) {
+    for (const entry of [...entries].sort((a, b) => Number(a.version - b.version))) {
       if (!peer.hasSnapshot || entry.version > peer.stateVersion) this._takeState(peer.record.name, entry);
     }
     peer.hasSnapshot = true;

@@ -59,7 +59,7 @@ class Reading(Members):
     def _take_peer(self, peer, control):
         body = control.WhichOneof("body")
         if body == "subscribe_ack":
-            peer.is_subscribed, peer.in_step_s = True, time.monotonic()
+            peer.is_subscribed, peer.in_step_s, peer.acked = True, time.monotonic(), None  # is asked how far it is
             for reading in control.subscribe_ack.starts:
                 peer.accounts.setdefault(reading.topic, [reading.start, 0, 0])
             if EVENT_TOPIC in peer.accounts:  # what the writer does not keep any more is lost
@@ -84,7 +84,7 @@ class Reading(Members):
     def _take_snapshot(self, peer, snapshot):
         if peer.has_snapshot and snapshot.version < peer.state_version:
             return
-        for entry in snapshot.entries:
+        for entry in sorted(snapshot.entries, key=lambda one: one.version):
             if not peer.has_snapshot or entry.version > peer.state_version:
                 self._take_state(peer, entry)
         peer.has_snapshot, peer.state_version = True, snapshot.version

@@ -29,7 +29,10 @@ class BulkFolder : public ::testing::Test {
     offers_ = &reader_->ReadState<BulkOffer>(BulkTopic("logic_node"));
     ASSERT_TRUE(reader_->Start().has_value());
   }
-  void TearDown() override { fs::remove_all(root_); }
+  void TearDown() override {
+    testing::ExpectAccountsClose({owner_.get(), reader_.get()});
+    fs::remove_all(root_);
+  }
   NodeOptions Options(const std::string& name) const {
     NodeOptions options;
     options.name = name;

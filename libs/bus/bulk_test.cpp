@@ -36,6 +36,7 @@ class Bulk : public ::testing::Test {
     reader_options_ = Options("viewer", registry_->endpoint());
     StartOwner();
   }
+  void TearDown() override { testing::ExpectAccountsClose({owner_.get()}); }
   void StartOwner() {
     owner_ = std::move(*Node::Create(owner_options_));
     auto server = BulkServer::Create(owner_.get(), owner_options_);
@@ -68,6 +69,8 @@ TEST_F(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
   EXPECT_EQ(mesh.account().received, 46u);
   BulkFetch nothing(offers.values().at("nothing"), "logic_node", reader_options_);
   EXPECT_TRUE(nothing.Run(kLong_ns).has_value());
+  EXPECT_TRUE(nothing.account().is_settled()) << Describe(nothing.account());
+  testing::ExpectAccountsClose({owner_.get(), reader.get()});
 }
 
 TEST_F(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {

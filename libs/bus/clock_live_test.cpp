@@ -15,6 +15,7 @@
 namespace bus {
 namespace {
 
+using testing::ExpectAccountsClose;
 using testing::kLong_ns;
 using testing::MakeNode;
 using testing::MakeRegistry;
@@ -32,6 +33,7 @@ TEST(Clock, NodesOfOneMachineHaveNoOffsetAtAll) {
   ASSERT_TRUE(here->WaitForPeers({"there"}, kLong_ns).has_value());
   EXPECT_EQ(here->Peers()[0].clock_offset_ns, 0);
   EXPECT_EQ(here->Peers()[0].clock_bound_ns, 0);
+  ExpectAccountsClose({here.get(), there.get()});
 }
 
 #if !defined(__SANITIZE_THREAD__)
@@ -104,6 +106,7 @@ TEST(Clock, TheOffsetOfATimeNamespaceIsFoundWithinItsBound) {
   EXPECT_GE(num_stamps, 20);
   EXPECT_EQ(num_foreign_stamps, 0) << "stamps come in this machine's clock";
   EXPECT_LT(tightest_ns, core::kNanosecondsPerSecond);
+  ExpectAccountsClose({here.get()});
   RecordProperty("tightest_bound_us", std::to_string(static_cast<double>(tightest_ns) * 1e-3));
 }
 #endif

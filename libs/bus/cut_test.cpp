@@ -18,6 +18,8 @@ using testing::OwnNetwork;
 using testing::Until;
 using testing::WaitBriefly;
 
+constexpr std::int64_t kTenth_ns = core::kNanosecondsPerSecond / 10;
+
 class Pair {
  public:
   // With STATE a gap makes the reader subscribe again, which repairs its events too; without, they repair themselves.
@@ -55,18 +57,29 @@ class Pair {
       last_ = number;
     }
   }
-  void ExpectAllIsThere() {
+  void ExpectLastHasArrived() {
     EXPECT_TRUE(Until([&] {
       Look();
       return last_ == emitted_ &&
              (values_ == nullptr || (values_->has_value() && *values_->value().Find("n") == changed_));
     })) << last_
         << " of " << emitted_ << " events";
+  }
+  void ExpectAllIsThere() {
+    ExpectLastHasArrived();
     ExpectAccountsClose({writer_.get(), reader_.get()});
+  }
+  void LookFor(std::int64_t duration_ns) {
+    const std::int64_t end = core::MonotonicNow_ns() + duration_ns;
+    while (core::MonotonicNow_ns() < end) Look();
   }
   void Run(std::int64_t duration_ns) {
     const std::int64_t end = core::MonotonicNow_ns() + duration_ns;
     while (core::MonotonicNow_ns() < end) Step();
+  }
+  [[nodiscard]] unsigned writers_port() const {
+    const std::string endpoint = reader_->Peers().at(0).router_endpoint;
+    return static_cast<unsigned>(std::stoul(endpoint.substr(endpoint.rfind(':') + 1)));
   }
   [[nodiscard]] int num_lost() const { return num_lost_; }
 
@@ -78,8 +91,6 @@ class Pair {
   std::uint64_t emitted_ = 0, last_ = 0, changed_ = 0;
   int num_lost_ = 0;
 };
-
-constexpr std::int64_t kTenth_ns = core::kNanosecondsPerSecond / 10;
 
 class BrokenConnections : public ::testing::TestWithParam<bool> {};
 
@@ -99,6 +110,22 @@ TEST_P(BrokenConnections, LoseNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Cut, BrokenConnections, ::testing::Bool(),
                          [](const auto& with) { return with.param ? "OfStateAndEvents" : "OfEventsAlone"; });
+
+// The event arrives; what the reader says of it does not, and is forgotten with the connection.
+TEST(Cut, AnAcknowledgementThatWasLostIsAskedFor) {
+  const std::string why = OwnNetwork::Run([](OwnNetwork& network) {
+    Pair pair(false);
+    pair.ExpectAllIsThere();
+    ASSERT_TRUE(network.DropWordsTo(pair.writers_port()));
+    pair.Step();
+    pair.ExpectLastHasArrived();
+    ASSERT_TRUE(network.BreakConnections());
+    pair.LookFor(10 * kTenth_ns);  // TCP tries again by then, and is refused
+    ASSERT_TRUE(network.Mend());
+    pair.ExpectAllIsThere();
+  });
+  if (!why.empty()) GTEST_SKIP() << why;
+}
 
 TEST(Cut, AReaderThatWasTakenForDeadGoesOnWhereItWas) {
   const std::string why = OwnNetwork::Run([](OwnNetwork& network) {

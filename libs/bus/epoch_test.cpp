@@ -102,6 +102,7 @@ TEST(Epoch, AFencedInstanceIsNotLetInAgainAndANewOneOfItsNameIs) {
   second.reset();
   auto third = MakeNode("physics_node", registry->endpoint());
   EXPECT_TRUE(third->Start(kLong_ns).has_value());
+  ExpectAccountsClose({third.get()});
 }
 
 #if !defined(__SANITIZE_THREAD__)
@@ -169,6 +170,7 @@ void ReplaceAZombie(bool restarts) {
   const std::vector<PeerStatus> peers = watcher->Peers();
   ASSERT_EQ(peers.size(), 1u);
   EXPECT_EQ(peers[0].restarts, 1u);
+  ExpectAccountsClose({watcher.get(), successor.get()});
 }
 
 TEST(Epoch, AZombieThatComesBackIsFencedOffAndTold) {
@@ -196,6 +198,9 @@ TEST(StartOrder, AllOrdersOfFiveNodesMeet) {
                    [&](const std::string& name) { return name != node->name(); });
       const auto met = node->WaitForPeers(others, kLong_ns);
       ASSERT_TRUE(met.has_value()) << "order " << orders << ": " << met.error().detail;
+    }
+    if (orders % 20 == 0) {
+      ExpectAccountsClose({nodes[0].get(), nodes[1].get(), nodes[2].get(), nodes[3].get(), nodes[4].get()});
     }
     ++orders;
   } while (std::next_permutation(names.begin(), names.end()));

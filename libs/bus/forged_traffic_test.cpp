@@ -61,6 +61,7 @@ class ForgedTraffic : public ::testing::Test {
     refused_before_ = node_->counters().refused;  // the watcher may have spoken before it was known
     forger_ = std::make_unique<Forger>(watcher_->Peers()[0].udp_endpoint, HapticProxyTopic("right"));
   }
+  void TearDown() override { testing::ExpectAccountsClose({watcher_.get(), node_.get()}); }
   // Loopback delivers before sendto returns, so one look is enough.
   const TopicCounters& Take() {
     node_->Wait(core::MonotonicNow_ns() + kLong_ns);

@@ -111,6 +111,7 @@ TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
   }));
   EXPECT_LE(core::MonotonicNow_ns() - died, 500'000'000);
   waitpid(child, nullptr, 0);
+  ExpectAccountsClose({watcher.get()});
 }
 
 // A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes

@@ -10,10 +10,9 @@
 #include <mutex>
 #include <thread>
 
+#include "bus/bus_testing.hpp"
 #include "bus/detail/datagram_guard.hpp"
 #include "bus/log/tap_recorder.hpp"
-#include "bus/node.hpp"
-#include "bus/registry.hpp"
 #include "bus/rt/step_guard.hpp"
 #include "core/clock.hpp"
 
@@ -130,6 +129,7 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   EXPECT_NE(proxy_reader.Sample(2393), nullptr);
   EXPECT_GT(heard_events, 0u);
   EXPECT_GT(answered, 0u);
+  testing::ExpectAccountsClose({haptic.get(), physics.get()});
   ASSERT_TRUE(haptic_recorder->Stop());
   EXPECT_GT(haptic_recorder->writer().num_messages(), 3 * 2400u);
   EXPECT_EQ(haptic_recorder->writer().num_dropped(), 0u);

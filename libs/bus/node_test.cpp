@@ -389,6 +389,7 @@ TEST(Node, ObserverSeesTopicsByPatternAsText) {
   }));
   core::Event event;
   EXPECT_FALSE(haptic->PollEvent(&event)) << event.name;
+  ExpectAccountsClose({haptic.get()});
 }
 
 }  // namespace

@@ -43,13 +43,15 @@ class OwnNetwork {
   }
 
   // Every TCP connection is broken, and no new one comes about, until Mend().
-  bool BreakConnections() { return Rule("meta l4proto tcp reject with tcp reset"); }
+  bool BreakConnections() { return Filter("insert rule inet test in meta l4proto tcp reject with tcp reset"); }
   // Nothing arrives at all.
   bool Cut() { return Rule("meta l4proto { tcp, udp } drop"); }
   // Loses that many of 1000 packets at random.
   bool Lose(int per_mille) {
     return Rule("meta l4proto { tcp, udp } numgen random mod 1000 < " + std::to_string(per_mille) + " drop");
   }
+  // Connections with that port stay, but nothing that is said to it arrives: 52 B is an empty acknowledgement of TCP.
+  bool DropWordsTo(unsigned port) { return Rule("tcp dport " + std::to_string(port) + " ip length > 52 drop"); }
   bool DropDatagramsFrom(unsigned port) { return Rule("udp sport " + std::to_string(port) + " drop"); }
   bool Mend() { return Filter("flush chain inet test in"); }
 

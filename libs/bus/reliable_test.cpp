@@ -131,6 +131,22 @@ TEST_F(OneWriterOneReader, EveryEventAndChangeIsOnBothBooks) {
   }));
 }
 
+// A snapshot is kept by key; whoever joins late reads the changes in the order of time all the same.
+TEST_F(OneWriterOneReader, ALateReadersNewestValueIsTheOneThatWasSetLast) {
+  reader_.reset();
+  figures_.Set({{{"n", 1.0}}}, "z");
+  figures_.Set({{{"n", 2.0}}}, "a");
+  StartReader();
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*reader_);
+    WaitBriefly(*writer_);
+    return values_->values().size() == 2;
+  }));
+  EXPECT_EQ(*values_->value().Find("n"), 2.0);
+  EXPECT_EQ(values_->version(), 2u);
+  ExpectAccountsClose({writer_.get(), reader_.get()});
+}
+
 // Its bus thread lives, so nobody can tell from outside; but it does not take its events.
 TEST_F(OneWriterOneReader, AHungReaderIsEvictedByNameAndToldExactlyWhatItMissed) {
   std::uint64_t emitted = 0;

@@ -57,6 +57,8 @@ struct Lab {
   std::uint16_t registry_port = 7450;
   double max_clock_bound_ms = 20.0;  // beyond it the times of two machines tell nothing of each other
   double min_free_MB = 500.0;        // for logs and recordings, on each host
+  std::string tcp_topics;            // LATEST topics that go by ZeroMQ, as bus::NodeOptions::tcp_topics; empty: none
+  std::string multicast;             // group and port for LATEST, as bus::NodeOptions::multicast; empty: none
 
   [[nodiscard]] const Host* FindHost(const std::string& host_name) const;  // null: none
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;

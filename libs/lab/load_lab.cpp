@@ -1,5 +1,7 @@
 #include "lab/load_lab.hpp"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 
 #include "core/names.hpp"
@@ -22,6 +24,7 @@ class Reader {
     lab_.name = root.Get("name");
     scene::ParseNumber(root.Get("max_clock_bound_ms"), &lab_.max_clock_bound_ms);
     scene::ParseNumber(root.Get("min_free_MB"), &lab_.min_free_MB);
+    ReadNetwork(root);
     for (const scene::XmlElement& element : root.children) {
       if (element.name == "host") ReadHost(element);
     }
@@ -39,6 +42,26 @@ class Reader {
  private:
   void Say(int line, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({{lab_.file, line}, std::move(what), std::move(why), std::move(fix)});
+  }
+
+  void ReadNetwork(const scene::XmlElement& root) {
+    lab_.tcp_topics = root.Get("tcp_topics");
+    if (lab_.tcp_topics.find_first_of("'\"\\\n %$;") != std::string::npos) {
+      Say(root.LineOf("tcp_topics"), "tcp_topics is '" + lab_.tcp_topics + "'",
+          "it becomes part of the nodes' commands",
+          "write patterns with commas between them, such as physics/*,contacts/*");
+    }
+    lab_.multicast = root.Get("multicast");
+    in_addr group{};
+    const std::size_t colon = std::min(lab_.multicast.find(':'), lab_.multicast.size());
+    std::uint64_t port = 0;
+    const bool is_group = inet_pton(AF_INET, lab_.multicast.substr(0, colon).c_str(), &group) == 1 &&
+                          IN_MULTICAST(ntohl(group.s_addr)) && colon < lab_.multicast.size() &&
+                          scene::ParseCount(lab_.multicast.substr(colon + 1), &port) && port >= 1 && port <= 65535;
+    if (!lab_.multicast.empty() && !is_group) {
+      Say(root.LineOf("multicast"), "multicast is '" + lab_.multicast + "'",
+          "groups are from 224.0.0.0 to 239.255.255.255, with a port", "write for instance 239.255.74.50:7450");
+    }
   }
 
   void ReadPort(const scene::XmlElement& element, std::uint16_t* port) {

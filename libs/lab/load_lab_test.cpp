@@ -94,6 +94,12 @@ INSTANTIATE_TEST_SUITE_P(
                     BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
                     BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
                     BadLab{"RelativeCache", "/srv/cooked", "cooked", 3, "absolute path"},
+                    BadLab{"MulticastOutsideItsRange", "name=\"bench\"", "name=\"bench\" multicast=\"10.0.0.9:7450\"",
+                           1, "multicast is '10.0.0.9:7450'"},
+                    BadLab{"MulticastWithoutPort", "name=\"bench\"", "name=\"bench\" multicast=\"239.255.74.50\"", 1,
+                           "239.255.74.50:7450"},
+                    BadLab{"TopicsWithBlank", "name=\"bench\"", "name=\"bench\" tcp_topics=\"a/*, b/*\"", 1,
+                           "with commas between them"},
                     BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
     [](const auto& one) { return one.param.name; });
 

@@ -78,6 +78,9 @@ class Planner {
     Add(&unit, "--bind", plan->facts.bind);
     Add(&unit, "--out", plan->run_folder);
     unit.cores = placement.cores;
+    const bool writes_latest = placement.node != "visual_node";
+    if (writes_latest && !lab_.tcp_topics.empty()) Add(&unit, "--tcp_topics", lab_.tcp_topics);
+    if (writes_latest && !lab_.multicast.empty()) Add(&unit, "--multicast", lab_.multicast);
     if (placement.node == "device_bridge") Add(&unit, "--seed", std::to_string(options_.seed));
     if (placement.node == "haptic_node" || placement.node == "physics_node") {
       Add(&unit, "--workers", std::to_string(options_.workers));

@@ -66,6 +66,21 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   EXPECT_THAT(text, HasSubstr("--method fast --resume /home/u/vr_oos/runs/run-1"));
 }
 
+TEST(Plan, WhoeverWritesLatestHearsOfTheLabsNetwork) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  lab.tcp_topics = "physics/*,contacts/*";
+  lab.multicast = "239.255.74.50:7450";
+  for (const HostPlan& host : PlanOf(lab).hosts) {
+    for (const Unit& unit : host.units) {
+      const bool is_writer = unit.name.find("_node") != std::string::npos && unit.name != "visual_node";
+      if (!is_writer) continue;
+      EXPECT_THAT(unit.arguments,
+                  testing::IsSupersetOf({"--tcp_topics", "physics/*,contacts/*", "--multicast", "239.255.74.50:7450"}))
+          << unit.name;
+    }
+  }
+}
+
 TEST(Plan, AHostWithoutWorkIsLeftAlone) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";

@@ -149,6 +149,7 @@ class BusThread {
   void TakeReading(const oos::Reading& reading, std::uint64_t instance);
   void RewindEvents(Subscription& subscription, std::uint64_t place);
   bool AckSubscription(const std::string& routing, const Subscription& subscription);
+  void AskHowFar(const std::string& routing, Subscription* subscription, std::int64_t now_ns);
   void SendSnapshot(const std::string& routing, Subscription& subscription);
   void TakeEventAck(const std::string& routing, const oos::EventAck& ack);
   void Evict(const std::string& routing, Subscription& subscription, const std::string& why);

@@ -42,6 +42,8 @@ struct Subscription {
   bool is_state_behind = false;       // gets no changes until it has taken what it was sent; then a snapshot
   bool is_evicted = false;            // gets nothing until it subscribes again
   std::int64_t starved_since_ns = 0;  // something waits for its acknowledgement; 0: nothing does
+  std::uint64_t heard_acks = 0;       // acknowledged events and changes at the last look, and when that was first seen
+  std::int64_t heard_acks_ns = 0;
   Account* events = nullptr;
   std::map<std::uint32_t, Account*> states;  // by topic
 

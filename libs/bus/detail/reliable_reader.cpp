@@ -126,6 +126,7 @@ void BusThread::AskForMissing(Peer& peer) {
 
 void BusThread::ReceiveFromPeer(Peer& peer) {
   zmq::message_t message;
+  bool is_asked = false;
   while (peer.dealer.recv(message, zmq::recv_flags::dontwait)) {
     const std::span<const std::uint8_t> bytes(message.data<std::uint8_t>(), message.size());
     if (TakeDetoured(bytes)) continue;
@@ -137,6 +138,7 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
     switch (control.body_case()) {
       case oos::Control::kSubscribeAck:
         TakeSubscribeAck(peer, control.subscribe_ack());
+        is_asked = true;  // how far it is: the writer has not heard of it for a while, or never
         break;
       case oos::Control::kStateSnapshot:
         TakeSnapshot(peer, control.state_snapshot());
@@ -161,7 +163,8 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
     if (EventPlace(peer) >= reading.acked_event + kAckEvery || reading.state_version >= reading.acked_state + kAckEvery)
       Acknowledge(peer, false);
   }
-  if (EventPlace(peer) > peer.reading.acked_event || peer.reading.state_version > peer.reading.acked_state) {
+  if (is_asked || EventPlace(peer) > peer.reading.acked_event ||
+      peer.reading.state_version > peer.reading.acked_state) {
     Acknowledge(peer, false);
   }
 }
@@ -217,9 +220,13 @@ void BusThread::TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot) {
       }
     }
   }
+  // In the order in which they were set: a step thread may see the first half before the second.
+  std::vector<const oos::StateEntry*> entries;
   for (const oos::StateEntry& entry : snapshot.entries()) {
-    if (!reading.has_snapshot || entry.version() > reading.state_version) TakeState(peer, entry);
+    if (!reading.has_snapshot || entry.version() > reading.state_version) entries.push_back(&entry);
   }
+  std::sort(entries.begin(), entries.end(), [](const auto* a, const auto* b) { return a->version() < b->version(); });
+  for (const oos::StateEntry* entry : entries) TakeState(peer, *entry);
   reading.has_snapshot = true;
   reading.state_version = snapshot.version();
   for (const oos::TopicCount& count : snapshot.counts()) {

@@ -11,6 +11,7 @@ namespace bus::detail {
 namespace {
 
 constexpr std::int64_t kSlowAfter_ns = 100 * kMillisecond_ns;
+constexpr std::int64_t kAskHowFarAfter_ns = 500 * kMillisecond_ns;
 constexpr std::int64_t kUnknownTooLong_ns = 10'000 * kMillisecond_ns;
 constexpr std::size_t kAccountsPerHeartbeat = 8;
 
@@ -109,7 +110,7 @@ bool BusThread::AckSubscription(const std::string& routing, const Subscription& 
   oos::Control control;
   oos::SubscribeAck* ack = control.mutable_subscribe_ack();
   ack->set_instance(core_->instance);
-  ack->set_next_event(subscription.sent_event + 1);
+  ack->set_next_event(subscription.acked_event + 1);
   const auto add = [ack](const Account& account) {
     oos::Reading* start = ack->add_starts();
     start->set_topic(TopicId(account.topic));
@@ -184,6 +185,7 @@ void BusThread::MaintainSubscriptions() {
     }
     if (subscription.is_evicted) continue;
     PumpEvents(routing, subscription);
+    AskHowFar(routing, &subscription, now);
     if (!subscription.is_state_behind) continue;
     if (subscription.acked_state >= subscription.sent_state) {
       SendSnapshot(routing, subscription);
@@ -192,6 +194,18 @@ void BusThread::MaintainSubscriptions() {
     }
   }
   for (const auto& [name, instance] : strangers) ForgetReader(name, instance);
+}
+
+// An acknowledgement that was lost with its connection is missed by nobody but us: the reader has everything.
+void BusThread::AskHowFar(const std::string& routing, Subscription* subscription, std::int64_t now_ns) {
+  const std::uint64_t acks = subscription->acked_event + subscription->acked_state;
+  if (acks != subscription->heard_acks || acks >= subscription->sent_event + subscription->sent_state) {
+    subscription->heard_acks = acks;
+    subscription->heard_acks_ns = now_ns;
+  }
+  if (now_ns - subscription->heard_acks_ns < kAskHowFarAfter_ns || FindReader(*subscription) == nullptr) return;
+  subscription->heard_acks_ns = now_ns;
+  AckSubscription(routing, *subscription);
 }
 
 // The reader has left, died, or started again.

@@ -8,11 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "bus/bus_testing.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorded_message.hpp"
 #include "bus/log/tap_recorder.hpp"
-#include "bus/node.hpp"
-#include "bus/registry.hpp"
 #include "core/clock.hpp"
 #include "proto/bus.pb.h"
 
@@ -107,6 +106,7 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
     while (a->PollAck(&ack)) is_acked = true;
   }
   ASSERT_TRUE(is_heard && is_acked && proxy.has_value() && heard_figures.has_value());
+  testing::ExpectAccountsClose({a.get(), b.get()});
   const std::uint64_t taken_sequence = proxy.value().header.sequence;
   ASSERT_TRUE(a_recorder->Stop());
   ASSERT_TRUE(b_recorder->Stop());
