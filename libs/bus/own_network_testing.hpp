@@ -42,8 +42,10 @@ class OwnNetwork {
     return why;
   }
 
-  // Every TCP connection is broken, and no new one comes about, until Mend().
-  bool BreakConnections() { return Filter("insert rule inet test in meta l4proto tcp reject with tcp reset"); }
+  // Every TCP connection that says something is broken, and no new one comes about, until Mend().
+  bool BreakConnections() {
+    return Filter("insert rule inet test in tcp flags & rst != rst reject with tcp reset");  // which has to arrive, too
+  }
   // Nothing arrives at all.
   bool Cut() { return Rule("meta l4proto { tcp, udp } drop"); }
   // Loses that many of 1000 packets at random.
