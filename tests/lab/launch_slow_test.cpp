@@ -56,7 +56,13 @@ TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
   kill((*launcher)->pid(), SIGKILL);
   WaitForEnd(launcher->get());
 
-  const oos::Answer status = Run(Oos({"status", "--lab", lab}));
+  // Supervisor calls a program running once it has lived for a second.
+  oos::Answer status;
+  for (const std::int64_t start = core::MonotonicNow_ns();
+       status.out.find("starting") != std::string::npos || status.out.empty();) {
+    ASSERT_LT(core::MonotonicNow_ns() - start, 20 * core::kNanosecondsPerSecond) << status.out << status.err;
+    status = Run(Oos({"status", "--lab", lab}));
+  }
   EXPECT_THAT(status.out, testing::ContainsRegex("physics_node +running"));
   auto attached = oos::PipedChild::Start(Oos({"attach", "--lab", lab}));
   ASSERT_TRUE(attached);

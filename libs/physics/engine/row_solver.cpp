@@ -67,6 +67,7 @@ void RowSolver::Reserve(int num_bodies, int num_contacts, int num_rows) {
   num_contacts_ = std::max(num_contacts_, num_contacts);
   num_rows_ = std::max(num_rows_, num_rows);
   grow(&rows_, num_rows_ + 3 * num_contacts_);
+  sweeper_.Reserve(num_bodies + 1, num_contacts_, num_rows_ + 3 * num_contacts_);
   m_tmpSolverContactConstraintPool.reserve(num_contacts);
   m_tmpSolverContactFrictionConstraintPool.reserve(2 * num_contacts);
   m_tmpSolverNonContactConstraintPool.reserve(num_rows);

@@ -9,6 +9,7 @@
 #include "physics/checkpoint.hpp"
 #include "physics/engine/contact_law.hpp"
 #include "physics/engine/direct_solver.hpp"
+#include "physics/engine/sweeper.hpp"
 #include "physics/row.hpp"
 #include "physics/solver_work.hpp"
 
@@ -82,7 +83,7 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   [[nodiscard]] bool IsContact(const btSolverConstraint& row) const;
   [[nodiscard]] bool IsFriction(const btSolverConstraint& row) const;
   double Violation(const btSolverConstraint& row);
-  double Sweep(const Island& island);
+  bool Sweep(const Island& island, int most, double tolerance_m_per_s);
   bool IsWrong(const Island& island);
   bool ChooseDirect(const Island& island);
   void FillDirect();
@@ -104,6 +105,7 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   [[nodiscard]] double SolvedSpeed(const ContactRow& from, const btSolverConstraint& row) const;
   bool MoveLines(const Island& island);
 
+  Sweeper sweeper_;
   DirectSolver direct_;
   std::array<btSolverConstraint*, DirectSolver::kMaxRows> direct_rows_{};
   int num_direct_rows_ = 0;

@@ -123,24 +123,19 @@ bool RowSolver::IsWrong(const Island& island) {
   return false;
 }
 
-// One pass of sequential impulses; the largest change of speed that a row asked for.
-double RowSolver::Sweep(const Island& island) {
-  double largest = 0.0;
-  for (int i = 0; i < island.num_rows; ++i) {
-    btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
-    if (IsFriction(row)) {
-      const double normal = m_tmpSolverContactConstraintPool[row.m_frictionIndex].m_appliedImpulse;
-      row.m_upperLimit = row.m_friction * std::max(0.0, normal);
-      row.m_lowerLimit = -row.m_upperLimit;
-    }
-    btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
-    btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
-    const double residual = resolveSingleConstraintRowGeneric(a, b, row);
-    largest = std::max(largest, std::abs(residual));
+// Up to `most` passes of sequential impulses; true: the last one changed no speed by more than the tolerance.
+bool RowSolver::Sweep(const Island& island, int most, double tolerance_m_per_s) {
+  const std::span<btSolverConstraint* const> rows{&rows_[static_cast<std::size_t>(island.first)],
+                                                  static_cast<std::size_t>(island.num_rows)};
+  sweeper_.Load(rows, m_tmpSolverContactConstraintPool, m_tmpSolverContactFrictionConstraintPool, m_tmpSolverBodyPool);
+  bool is_settled = false;
+  for (int i = 0; i < most && !is_settled; ++i) {
+    is_settled = sweeper_.Sweep() <= tolerance_m_per_s;
+    ++work_.num_sweeps;
+    work_.num_row_updates += static_cast<std::uint64_t>(island.num_rows);
   }
-  ++work_.num_sweeps;
-  work_.num_row_updates += static_cast<std::uint64_t>(island.num_rows);
-  return largest;
+  sweeper_.Store(rows, &m_tmpSolverBodyPool);
+  return is_settled;
 }
 
 // Contacts whose law gives no force here, and their friction, are left out: MoveLines brings them back when they are
@@ -229,20 +224,14 @@ void RowSolver::SolveOnce(const Island& island, int max_sweeps, double tolerance
     return false;
   };
   if (direct_steps > 0 && solve_directly()) return;
-  int sweeps = 0;
-  const auto sweep = [&](int limit) {
-    while (sweeps < limit) {
-      ++sweeps;
-      if (Sweep(island) <= tolerance_m_per_s) return true;
-    }
-    return false;
-  };
-  if (sweep(std::min(max_sweeps, std::max(kFewestSweeps, island.num_rows)))) return;
+  const int first_sweeps = std::min(max_sweeps, std::max(kFewestSweeps, island.num_rows));
+  if (Sweep(island, first_sweeps, tolerance_m_per_s)) return;
   if (solve_directly()) {
     direct_steps = kDirectSteps;
     return;
   }
-  if (!sweep(max_sweeps) && IsWrong(island)) ++work_.num_fallbacks;
+  const bool is_settled = Sweep(island, max_sweeps - first_sweeps, tolerance_m_per_s);
+  if (!is_settled && IsWrong(island)) ++work_.num_fallbacks;
 }
 
 btScalar RowSolver::solveGroupCacheFriendlyIterations(btCollisionObject**, int, btPersistentManifold**, int,

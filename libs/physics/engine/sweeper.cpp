@@ -1,0 +1,146 @@
+#include "physics/engine/sweeper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+bool IsOf(const btConstraintArray& pool, const btSolverConstraint* row) {
+  return pool.size() > 0 && row >= &pool[0] && row <= &pool[pool.size() - 1];
+}
+
+}  // namespace
+
+void Sweeper::Reserve(int num_bodies, int num_contacts, int num_rows) {
+  const auto grow = [](auto* vector, int size) {
+    if (vector->size() < static_cast<std::size_t>(size)) vector->resize(static_cast<std::size_t>(size));
+  };
+  grow(&changes_, num_bodies);
+  grow(&normal_impulses_, num_contacts);
+  grow(&rows_, num_rows);
+}
+
+Sweeper::Vector6 Sweeper::ChangeOf(const btSolverBody& body) {
+  Vector6 change;
+  for (int i = 0; i < 3; ++i) {
+    change.linear[i] = body.m_deltaLinearVelocity[i];
+    change.angular[i] = body.m_deltaAngularVelocity[i];
+  }
+  return change;
+}
+
+Sweeper::Side Sweeper::MakeSide(const btVector3& linear, const btVector3& angular, const btVector3& angular_component,
+                                int body, const btAlignedObjectArray<btSolverBody>& bodies) {
+  const btSolverBody& its = bodies[body];
+  Side side{};
+  const btVector3 per_Ns = linear * its.m_invMass;
+  for (int i = 0; i < 3; ++i) {
+    side.J.linear[i] = linear[i];
+    side.J.angular[i] = angular[i];
+    if (its.m_originalBody == nullptr) continue;  // it does not move
+    side.per_Ns.linear[i] = per_Ns[i];
+    side.per_Ns.angular[i] = angular_component[i];
+  }
+  side.change = &changes_[static_cast<std::size_t>(body)];
+  *side.change = ChangeOf(its);
+  return side;
+}
+
+void Sweeper::Load(std::span<btSolverConstraint* const> rows, const btConstraintArray& contacts,
+                   const btConstraintArray& frictions, const btAlignedObjectArray<btSolverBody>& bodies) {
+  num_rows_ = rows.size();
+  for (std::size_t i = 0; i < num_rows_; ++i) {
+    const btSolverConstraint& from = *rows[i];
+    PackedRow& row = rows_[i];
+    row.a = MakeSide(from.m_contactNormal1, from.m_relpos1CrossNormal, from.m_angularComponentA, from.m_solverBodyIdA,
+                     bodies);
+    row.b = MakeSide(from.m_contactNormal2, from.m_relpos2CrossNormal, from.m_angularComponentB, from.m_solverBodyIdB,
+                     bodies);
+    row.rhs = from.m_rhs;
+    row.cfm = from.m_cfm;
+    row.effective_mass_kg = from.m_jacDiagABInv;
+    row.inverse_mass_per_kg = 1.0 / from.m_jacDiagABInv;
+    row.lower = from.m_lowerLimit;
+    row.upper = from.m_upperLimit;
+    row.impulse = from.m_appliedImpulse;
+    row.friction = from.m_friction;
+    row.normal_impulse = nullptr;
+    if (IsOf(frictions, rows[i])) {
+      // A contact that is no row of the island cannot change; Bullet's own row tells its impulse.
+      const btSolverConstraint& contact = contacts[from.m_frictionIndex];
+      const bool is_swept = contact.m_jacDiagABInv > 0.0;
+      row.normal_impulse = is_swept ? normal_impulses_[static_cast<std::size_t>(from.m_frictionIndex)]
+                                    : static_cast<const double*>(&contact.m_appliedImpulse);
+    } else if (IsOf(contacts, rows[i])) {
+      normal_impulses_[static_cast<std::size_t>(rows[i] - &contacts[0])] = &row.impulse;
+    }
+  }
+}
+
+// The row's impulse is changed by what its condition misses, within its limits, and both bodies' velocities with it:
+// d lambda = rhs - cfm lambda - (J_a dv_a + J_b dv_b) / (J M^-1 J^T).
+inline double Sweeper::Relax(PackedRow* row) {
+  const auto along = [](const Side& side) {
+    const Vector6 &J = side.J, &v = *side.change;
+    return (J.linear[0] * v.linear[0] + J.linear[1] * v.linear[1] + J.linear[2] * v.linear[2]) +
+           (J.angular[0] * v.angular[0] + J.angular[1] * v.angular[1] + J.angular[2] * v.angular[2]);
+  };
+  double change = row->rhs - row->impulse * row->cfm;
+  const double along_a = along(row->a), along_b = along(row->b);
+  change -= along_a * row->effective_mass_kg;
+  change -= along_b * row->effective_mass_kg;
+  double after = row->impulse + change;
+  if (after < row->lower) {
+    after = row->lower;
+    change = after - row->impulse;
+  } else if (after > row->upper) {
+    after = row->upper;
+    change = after - row->impulse;
+  }
+  if (change == 0.0) return 0.0;  // a contact that does not touch: the next row need not wait for this one
+  row->impulse = after;
+  for (Side* side : {&row->a, &row->b}) {
+    for (int i = 0; i < 3; ++i) {
+      side->change->linear[i] += side->per_Ns.linear[i] * change;
+      side->change->angular[i] += side->per_Ns.angular[i] * change;
+    }
+  }
+  return change * row->inverse_mass_per_kg;
+}
+
+double Sweeper::Sweep() {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < num_rows_; ++i) {
+    PackedRow& row = rows_[i];
+    if (row.normal_impulse != nullptr) {
+      row.upper = row.friction * std::max(0.0, *row.normal_impulse);
+      row.lower = -row.upper;
+      if (row.upper == 0.0 && row.impulse == 0.0) continue;  // nothing to rub on
+    }
+    largest = std::max(largest, std::abs(Relax(&row)));
+  }
+  return largest;
+}
+
+void Sweeper::Store(std::span<btSolverConstraint* const> rows, btAlignedObjectArray<btSolverBody>* bodies) const {
+  const auto store = [&](const Side& side, int body) {
+    btSolverBody& its = (*bodies)[body];
+    if (its.m_originalBody == nullptr) return;
+    for (int i = 0; i < 3; ++i) {
+      its.m_deltaLinearVelocity[i] = side.change->linear[i];
+      its.m_deltaAngularVelocity[i] = side.change->angular[i];
+    }
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const PackedRow& row = rows_[i];
+    btSolverConstraint& to = *rows[i];
+    to.m_appliedImpulse = row.impulse;
+    to.m_lowerLimit = row.lower;
+    to.m_upperLimit = row.upper;
+    store(row.a, to.m_solverBodyIdA);
+    store(row.b, to.m_solverBodyIdB);
+  }
+}
+
+}  // namespace physics

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+
+#include <span>
+#include <vector>
+
+namespace physics {
+
+// Sequential impulses over the rows of one island, on a packed copy of what they need: Bullet's rows and bodies are
+// spread over half a kilobyte each, and most of a step's time is spent here. Same operations in the same order as
+// btSequentialImpulseConstraintSolver::resolveSingleConstraintRowGeneric, so the same bits.
+class Sweeper {
+ public:
+  void Reserve(int num_bodies, int num_contacts, int num_rows);
+
+  // `rows`: joints, then contacts, then the friction rows, whose m_frictionIndex is their contact's place in
+  // `contacts`.
+  void Load(std::span<btSolverConstraint* const> rows, const btConstraintArray& contacts,
+            const btConstraintArray& frictions, const btAlignedObjectArray<btSolverBody>& bodies);
+  // One pass; the largest change of speed (m/s or rad/s) that a row asked for.
+  double Sweep();
+  // Impulses, friction's limits and velocities back to where they came from.
+  void Store(std::span<btSolverConstraint* const> rows, btAlignedObjectArray<btSolverBody>* bodies) const;
+
+ private:
+  struct Vector6 {
+    double linear[3] = {}, angular[3] = {};
+  };
+  // One of the two bodies that a row acts on.
+  struct Side {
+    Vector6 J;        // row of the Jacobian
+    Vector6 per_Ns;   // M^-1 J^T: what a unit of impulse changes
+    Vector6* change;  // of the body's velocity in this step
+  };
+  struct PackedRow {
+    Side a, b;
+    double rhs, cfm, inverse_mass_per_kg, effective_mass_kg;
+    double lower, upper, impulse;
+    double friction;
+    const double* normal_impulse;  // null: no friction row
+  };
+  static Vector6 ChangeOf(const btSolverBody& body);
+  Side MakeSide(const btVector3& linear, const btVector3& angular, const btVector3& angular_component, int body,
+                const btAlignedObjectArray<btSolverBody>& bodies);
+  static double Relax(PackedRow* row);
+
+  std::vector<PackedRow> rows_;
+  std::size_t num_rows_ = 0;
+  std::vector<Vector6> changes_;               // by body
+  std::vector<const double*> normal_impulses_;  // by contact
+};
+
+}  // namespace physics
