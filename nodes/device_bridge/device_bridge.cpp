@@ -110,6 +110,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     }
     Write(&role, inputs.now_ns);
     felt.push_back(role.simulated != nullptr ? role.simulated->Felt() : FeltForce{});
+    felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting();
     readings.push_back(role.reading);
   }
   operator_->Step(inputs, felt, readings);

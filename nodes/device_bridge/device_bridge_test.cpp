@@ -20,6 +20,13 @@ ToyWorld Pressing(double wall_N_per_m = 5000.0) {
   return world;
 }
 
+// All that the wall answers; the hand, which pressed with more than 15 N, has let go meanwhile and rests on it.
+void ExpectForceIsBack(ToyWorld* world) {
+  world->Run(1.0);
+  EXPECT_GT(world->outputs.applied[0].force_N.z, 3.0);
+  EXPECT_NEAR(world->outputs.applied[0].force_N.z, world->command.F_Do_W.force_N.z, 0.1);
+}
+
 TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandIsNotFlung) {
   ToyWorld world = Pressing();
   ASSERT_GT(world.outputs.applied[0].force_N.z, 15.0);
@@ -59,8 +66,7 @@ TEST(DeviceBridge, ForceIsZeroWithin60MsAfterThePhysicsBehindItDied) {
     }
   }
   world.has_physics = true;
-  world.Run(0.5);
-  EXPECT_GT(world.outputs.applied[0].force_N.z, 15.0);
+  ExpectForceIsBack(&world);
 }
 
 TEST(DeviceBridge, ForceComesBackWithARampWhenTheSourceIsBack) {
@@ -72,8 +78,7 @@ TEST(DeviceBridge, ForceComesBackWithARampWhenTheSourceIsBack) {
   world.Tick();
   world.Tick();
   EXPECT_LT(world.outputs.applied[0].force_N.z, 3.0);
-  world.Run(0.5);
-  EXPECT_GT(world.outputs.applied[0].force_N.z, 15.0);
+  ExpectForceIsBack(&world);
 }
 
 TEST(DeviceBridge, WhatLimitsTheForceIsTheSmallerOfDeviceAndCap) {

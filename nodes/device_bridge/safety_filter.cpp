@@ -239,7 +239,7 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
       }
     }
   }
-  if ((status_ & (kDegraded | kNotFinite)) != 0) {
+  if ((status_ & (kDegraded | kNotFinite)) != 0 || is_restarting()) {
     result.brake_N_s_per_m_ = limits_.brake_N_s_per_m;
     result.brake_Nm_s_per_rad_ = limits_.brake_Nm_s_per_rad;
   }

@@ -42,8 +42,10 @@ struct FilterLimits {
   std::int64_t release_fade_ns = 20'000'000;  // dead-man let go, or fault
   std::int64_t start_ramp_ns = 1'000'000'000;
   std::int64_t restart_ramp_ns = 200'000'000;  // source speaks again after silence
-  double brake_N_s_per_m = 60.0;               // the device's own damping while degraded
-  double brake_Nm_s_per_rad = 1.0;
+  // The device's own damping while degraded and until the force is back in full. A hand that pressed falls forward when
+  // the force goes; this holds it near where it was until it has noticed (0.15 s).
+  double brake_N_s_per_m = 400.0;
+  double brake_Nm_s_per_rad = 4.0;
 
   static FilterLimits From(const scene::Device& device, double force_cap_N);
 };
@@ -76,6 +78,7 @@ class SafetyFilter {
   FilteredForce Apply(std::int64_t now_ns, const DeviceReading& reading) noexcept;
 
   [[nodiscard]] std::uint32_t status() const { return status_; }
+  [[nodiscard]] bool is_restarting() const { return is_restart_ && gain_ < 1.0; }  // after silence
   [[nodiscard]] std::uint32_t first_cause() const { return first_cause_; }  // of loss of force since the start, kept
   [[nodiscard]] std::int64_t first_cause_ns() const { return first_cause_ns_; }
   [[nodiscard]] const FilterLimits& limits() const { return limits_; }

@@ -57,6 +57,7 @@ struct FeltForce {
   double grip_force_N = 0.0;    // the jaws on the fingers, positive when they are pushed open
   double finger_force_N = 0.0;  // the fingers on the jaws, positive opens
   double opening_m = 0.0;
+  bool is_off = false;  // the device has taken its force away, and shows it, or is giving it back
 };
 
 // A SIMULATED hand device: DLR's HUG as a rigid point, 6-DoF mass and damper with the operator's hand on it as a

@@ -76,7 +76,14 @@ void SimulatedOperator::Step(const Inputs& inputs, const core::FixedVector<FeltF
 
   const Sighting* seen = sight_.At(now_ns);
   FollowStep(seen, now_ns);
-  if (seen != nullptr && current_ != nullptr) CarryOutLine(*seen, now_ns, dt_s);
+  bool waits = false;
+  for (Hand& hand : hands_) {
+    const FeltForce felt_then = hand.touch.At(now_ns);
+    if (felt_then.is_off && !hand.has_let_go) LetGo(&hand, felt_then);
+    hand.has_let_go = felt_then.is_off;
+    waits = waits || felt_then.is_off;
+  }
+  if (seen != nullptr && current_ != nullptr && !waits) CarryOutLine(*seen, now_ns, dt_s);
   for (Hand& hand : hands_) UpdateTarget(&hand, dt_s);
 }
 
@@ -186,6 +193,16 @@ void SimulatedOperator::EndLine(LineOutcome outcome, std::int64_t now_ns) noexce
   if (records_.size() < kMaxRecords) records_.push_back(record_);
   current_ = nullptr;
   is_searching_ = false;
+}
+
+// Nobody presses against nothing: the target goes back to where the hand is, F/K behind it (as in EndPush).
+void SimulatedOperator::LetGo(Hand* hand, const FeltForce& felt) noexcept {
+  const glm::dvec3 lead_W = felt.hand_F_Do_W.force_N / hand->stiffness_N_per_m;
+  hand->V_WB = core::Twist{};
+  hand->stroke = Stroke(hand->X_WB, -lead_W, glm::dvec3(0.0), 0.1);
+  const bool is_pushing = current_ != nullptr && current_->verb == Verb::kPush && phase_ == Phase::kPush &&
+                          hand == &hands_[static_cast<std::size_t>(current_->role)];
+  if (is_pushing) pushed_m_ -= std::clamp(glm::dot(lead_W, current_->direction_W), 0.0, pushed_m_);
 }
 
 void SimulatedOperator::CarryOutLine(const Sighting& seen, std::int64_t now_ns, double dt_s) noexcept {

@@ -37,7 +37,8 @@ struct LineRecord {
 //
 // Movement: minimum-jerk strokes with an end-point error in proportion to their length, each followed by a look and,
 // while the seen error is too large, a corrective stroke [Woodworth 1899; Meyer et al. 1988; Flash and Hogan 1985].
-// When a push or a carried object is stuck, the hand searches in a spiral of at most 1.5 mm around the way. The same
+// When a push or a carried object is stuck, the hand searches in a spiral of at most 1.5 mm around the way. While a
+// device gives no force, its hand does not push and waits. The same
 // seed and the same inputs give the same movement, bit for bit.
 class SimulatedOperator {
  public:
@@ -75,6 +76,7 @@ class SimulatedOperator {
     DelayedTouch touch;
     double stiffness_N_per_m = 800.0;
     double force_limit_N = 40.0;
+    bool has_let_go = false;
     explicit Hand(double reaction_s) : touch(reaction_s) {}
   };
 
@@ -96,6 +98,7 @@ class SimulatedOperator {
 
   void FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept;
   void Abandon(std::int64_t now_ns) noexcept;
+  void LetGo(Hand* hand, const FeltForce& felt) noexcept;
   void CarryOutLine(const Sighting& seen, std::int64_t now_ns, double dt_s) noexcept;
   void Move(const OperatorLine& line, const Sighting& seen, double dt_s) noexcept;
   void BeginStroke(const OperatorLine& line, const Aim& aim, bool is_first) noexcept;

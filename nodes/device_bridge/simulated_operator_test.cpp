@@ -119,6 +119,31 @@ TEST(SimulatedOperator, PushesUntilItFeelsTheForceAndThenNoHarder) {
   EXPECT_LT(world.bridge->figures(0).peak_force_N, 8.0 + 0.05 * 0.2 * 800.0);
 }
 
+// Force goes while the hand presses, twice: for a second, and for no longer than the source takes to speak again.
+TEST(SimulatedOperator, ItsHandStaysAtTheWallWhenTheForceGoesAndGoesOnWhenItIsBack) {
+  for (const double away_s : {1.0, 0.07}) {
+    ToyWorld world("step a\npush 0 0 -1 by 0.2 speed 0.05 until felt 20\nwait 1\n");
+    world.contact = [](const core::DeviceState& state) { return Wall(state, -0.02); };
+    while (world.outputs.applied.empty() || world.outputs.applied[0].force_N.z < 16.0) world.Tick();
+    const double before_m = world.X_WD().translation.z;
+    double deepest_m = before_m;
+    const auto look = [&](double seconds) {
+      for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
+        world.Tick();
+        deepest_m = std::min(deepest_m, world.X_WD().translation.z);
+      }
+    };
+    world.is_linked = false;
+    look(away_s);
+    world.is_linked = true;
+    look(0.5);
+    // Its spring would take it 16 N / 800 N/m = 20 mm on.
+    EXPECT_GT(deepest_m, before_m - 0.009) << away_s;
+    ASSERT_TRUE(world.RunLines(1, 10.0));
+    EXPECT_EQ(world.records()[0].outcome, LineOutcome::kDone) << away_s;
+  }
+}
+
 TEST(SimulatedOperator, ReportsADistanceThatIsUsedUp) {
   ToyWorld world("step a\npush 0 0 -1 by 0.03 speed 0.1 until felt 8\npush 1 0 0 by 0.02\n");
   ASSERT_TRUE(world.RunLines(2, 10.0));

@@ -47,7 +47,7 @@ class Sweeper {
 
   std::vector<PackedRow> rows_;
   std::size_t num_rows_ = 0;
-  std::vector<Vector6> changes_;               // by body
+  std::vector<Vector6> changes_;                // by body
   std::vector<const double*> normal_impulses_;  // by contact
 };
 
