@@ -41,6 +41,7 @@ DeviceReading SimulatedArm::Read(std::int64_t now_ns) noexcept {
 void SimulatedArm::Write(std::int64_t now_ns, const FilteredForce& force) noexcept {
   AdvanceTo(now_ns);
   last_write_ns_ = now_ns;
+  is_braked_ = false;
   if (parameters_.command_delay_ns <= 0) {
     force_ = force;
     return;
@@ -73,6 +74,10 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
       const FilteredForce none;
       force_ = none;
       pending_size_ = 0;
+      // Whoever does not write does not move the hand either: it stays where it pressed.
+      is_braked_ = true;
+      hand_.V_WT = core::Twist{};
+      hand_.opening_velocity_m_per_s = 0.0;
     } else {
       until_ns = std::min(until_ns, watchdog_ns);
       while (pending_size_ > 0 && pending_[pending_begin_].due_ns <= time_ns_) {
@@ -85,6 +90,13 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
     AdvanceBy(static_cast<double>(until_ns - time_ns_) * 1e-9);
     time_ns_ = until_ns;
   }
+}
+
+double SimulatedArm::Drag_N_s_per_m() const noexcept {
+  return parameters_.damping_N_s_per_m + (is_braked_ ? parameters_.brake_N_s_per_m : force_.brake_N_s_per_m());
+}
+double SimulatedArm::Drag_Nm_s_per_rad() const noexcept {
+  return parameters_.damping_Nm_s_per_rad + (is_braked_ ? parameters_.brake_Nm_s_per_rad : force_.brake_Nm_s_per_rad());
 }
 
 void SimulatedArm::AdvanceBy(double dt_s) noexcept {
@@ -104,8 +116,8 @@ void SimulatedArm::AdvanceJoints(double dt_s) noexcept {
                               hand.damping_N_s_per_m,
                               hand.stiffness_Nm_per_rad,
                               hand.damping_Nm_s_per_rad,
-                              parameters_.damping_N_s_per_m + force_.brake_N_s_per_m(),
-                              parameters_.damping_Nm_s_per_rad + force_.brake_Nm_s_per_rad()};
+                              Drag_N_s_per_m(),
+                              Drag_Nm_s_per_rad()};
   jointed_->Advance(dt_s, force_.F_Do_W(), grip);
   state_.X_WD = jointed_->X_WD();
   state_.V_WD = jointed_->V_WD();
@@ -120,8 +132,8 @@ void SimulatedArm::MoveTarget(double dt_s) noexcept {
 
 void SimulatedArm::AdvancePoint(double dt_s) noexcept {
   const HandImpedance& hand = parameters_.hand;
-  const double drag_N_s_per_m = parameters_.damping_N_s_per_m + force_.brake_N_s_per_m();
-  const double drag_Nm_s_per_rad = parameters_.damping_Nm_s_per_rad + force_.brake_Nm_s_per_rad();
+  const double drag_N_s_per_m = Drag_N_s_per_m();
+  const double drag_Nm_s_per_rad = Drag_Nm_s_per_rad();
   const Oscillator linear{parameters_.mass_kg, drag_N_s_per_m + hand.damping_N_s_per_m, hand.stiffness_N_per_m};
   const Oscillator angular{parameters_.inertia_kg_m2, drag_Nm_s_per_rad + hand.damping_Nm_s_per_rad,
                            hand.stiffness_Nm_per_rad};

@@ -43,7 +43,9 @@ struct ArmParameters {
   double opening_start_m = 0.06;
   bool is_jointed = false;  // seven joints in place of a point mass; mass_kg and inertia_kg_m2 do not count then
   std::int64_t command_delay_ns = 0;
-  std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the force is dropped, by the device itself
+  std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the device drops the force and brakes itself
+  double brake_N_s_per_m = 400.0;         // then
+  double brake_Nm_s_per_rad = 4.0;
   core::Pose X_WD_start;
   HandImpedance hand;
 
@@ -94,6 +96,8 @@ class SimulatedArm final : public Device {
   static constexpr std::size_t kMaxPending = 512;
 
   void AdvanceTo(std::int64_t now_ns) noexcept;
+  [[nodiscard]] double Drag_N_s_per_m() const noexcept;
+  [[nodiscard]] double Drag_Nm_s_per_rad() const noexcept;
   void AdvanceBy(double dt_s) noexcept;
   void AdvancePoint(double dt_s) noexcept;
   void AdvanceJoints(double dt_s) noexcept;
@@ -112,6 +116,7 @@ class SimulatedArm final : public Device {
   std::size_t pending_size_ = 0;
   std::int64_t time_ns_ = 0;
   std::int64_t last_write_ns_ = 0;
+  bool is_braked_ = false;  // by its own watchdog
   bool is_started_ = false;
 };
 

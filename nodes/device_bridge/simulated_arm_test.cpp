@@ -78,13 +78,31 @@ TEST(SimulatedArm, CommandsAreDelayedAlsoByFractionsOfAStep) {
   EXPECT_NEAR(arm.Read(5 * kMs).X_WD.translation.x, 0.5 * acting_s * acting_s, 1e-12);
 }
 
-TEST(SimulatedArm, ItsOwnWatchdogDropsTheForceAfter60Ms) {
-  SimulatedArm arm(FreeArm());
+TEST(SimulatedArm, ItsOwnWatchdogDropsTheForceAfter60MsAndBrakes) {
+  const ArmParameters p = FreeArm();
+  SimulatedArm arm(p);
   Motor motor;
   arm.Read(0);
   arm.Write(0, motor.Force(0, {1.5, 0, 0}));
-  EXPECT_NEAR(arm.Read(500 * kMs).V_WD.linear_m_per_s.x, 0.06, 1e-12);
+  EXPECT_NEAR(arm.Read(60 * kMs).V_WD.linear_m_per_s.x, 0.06, 1e-12);
+  const double thrown_m = arm.Read(60 * kMs).X_WD.translation.x;
+  EXPECT_NEAR(arm.Read(1000 * kMs).V_WD.linear_m_per_s.x, 0.0, 1e-12);
+  // m v' = -B v from there on.
+  EXPECT_NEAR(arm.Read(1000 * kMs).X_WD.translation.x - thrown_m, 0.06 * p.mass_kg / p.brake_N_s_per_m, 1e-12);
   EXPECT_EQ(arm.Felt().F_Do_W.force_N.x, 0.0);
+}
+
+// The bridge's process stands still while the hand presses on.
+TEST(SimulatedArm, AHandThatNobodyMovesStaysNearWhereItPressed) {
+  SimulatedArm arm(ArmParameters{});
+  Motor motor;
+  HandTarget hand;
+  hand.X_WT.translation.z = -0.01;
+  hand.V_WT.linear_m_per_s.z = -0.05;
+  arm.Read(0);
+  arm.Write(0, motor.Force(0, {0, 0, 8.0}));  // holds the spring of 800 N/m
+  arm.SetHand(hand);
+  EXPECT_GT(arm.Read(1000 * kMs).X_WD.translation.z, -0.013) << "not 5 cm on, and not at once";
 }
 
 TEST(SimulatedArm, BallOnAPlaneSettlesAtTheClosedFormDepth) {
