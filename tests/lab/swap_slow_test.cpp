@@ -89,11 +89,16 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
         launcher_->Poll();
         ASSERT_FALSE(launcher_->has_ended()) << launcher_->out();
       }
-      ASSERT_TRUE(Until([&] { return watch_->step() == "push_block"; }, 60.0));
       std::vector<std::string> steps;
-      for (const auto& [event, heard_ns] : watch_->heard()) {
-        if (event.name == "step_entered") steps.push_back(event.detail);
-      }
+      EXPECT_TRUE(Until(
+          [&] {  // STATE tells of the step before EVENT does, or after
+            steps.clear();
+            for (const auto& [event, heard_ns] : watch_->heard()) {
+              if (event.name == "step_entered") steps.push_back(event.detail);
+            }
+            return watch_->step() == "push_block" && !steps.empty() && steps.back() == "push_block";
+          },
+          60.0));
       EXPECT_EQ(steps, (std::vector<std::string>{"slide", "edge", "push_block"}));  // it joined during the first
       for (const bus::PeerStatus& peer : watch_->peers()) {
         if (peer.name.find("visual") != std::string::npos) continue;
