@@ -80,14 +80,13 @@ void Sweeper::Load(std::span<btSolverConstraint* const> rows, const btConstraint
 
 // The row's impulse is changed by what its condition misses, within its limits, and both bodies' velocities with it:
 // d lambda = rhs - cfm lambda - (J_a dv_a + J_b dv_b) / (J M^-1 J^T).
-inline double Sweeper::Relax(PackedRow* row) {
-  const auto along = [](const Side& side) {
-    const Vector6 &J = side.J, &v = *side.change;
+inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_b) {
+  const auto along = [](const Vector6& J, const Vector6& v) {
     return (J.linear[0] * v.linear[0] + J.linear[1] * v.linear[1] + J.linear[2] * v.linear[2]) +
            (J.angular[0] * v.angular[0] + J.angular[1] * v.angular[1] + J.angular[2] * v.angular[2]);
   };
   double change = row->rhs - row->impulse * row->cfm;
-  const double along_a = along(row->a), along_b = along(row->b);
+  const double along_a = along(row->a.J, *change_a), along_b = along(row->b.J, *change_b);
   change -= along_a * row->effective_mass_kg;
   change -= along_b * row->effective_mass_kg;
   double after = row->impulse + change;
@@ -100,17 +99,21 @@ inline double Sweeper::Relax(PackedRow* row) {
   }
   if (change == 0.0) return 0.0;  // a contact that does not touch: the next row need not wait for this one
   row->impulse = after;
-  for (Side* side : {&row->a, &row->b}) {
-    for (int i = 0; i < 3; ++i) {
-      side->change->linear[i] += side->per_Ns.linear[i] * change;
-      side->change->angular[i] += side->per_Ns.angular[i] * change;
-    }
-  }
+  const auto push = [change](const Vector6& per_Ns, Vector6* v) {
+    for (int i = 0; i < 3; ++i) v->linear[i] += per_Ns.linear[i] * change;
+    for (int i = 0; i < 3; ++i) v->angular[i] += per_Ns.angular[i] * change;
+  };
+  push(row->a.per_Ns, change_a);
+  push(row->b.per_Ns, change_b);
   return change * row->inverse_mass_per_kg;
 }
 
 double Sweeper::Sweep() {
   double largest = 0.0;
+  // Most rows act on the same two bodies as the one before: their velocities stay in registers, since each row waits
+  // for them.
+  Vector6 *home_a = nullptr, *home_b = nullptr;
+  Vector6 a, b;
   for (std::size_t i = 0; i < num_rows_; ++i) {
     PackedRow& row = rows_[i];
     if (row.normal_impulse != nullptr) {
@@ -118,8 +121,14 @@ double Sweeper::Sweep() {
       row.lower = -row.upper;
       if (row.upper == 0.0 && row.impulse == 0.0) continue;  // nothing to rub on
     }
-    largest = std::max(largest, std::abs(Relax(&row)));
+    if (row.a.change != home_a || row.b.change != home_b) {
+      if (home_a != nullptr) *home_a = a, *home_b = b;
+      home_a = row.a.change, home_b = row.b.change;
+      a = *home_a, b = *home_b;
+    }
+    largest = std::max(largest, std::abs(Relax(&row, &a, &b)));
   }
+  if (home_a != nullptr) *home_a = a, *home_b = b;
   return largest;
 }
 

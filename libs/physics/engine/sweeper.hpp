@@ -43,7 +43,7 @@ class Sweeper {
   static Vector6 ChangeOf(const btSolverBody& body);
   Side MakeSide(const btVector3& linear, const btVector3& angular, const btVector3& angular_component, int body,
                 const btAlignedObjectArray<btSolverBody>& bodies);
-  static double Relax(PackedRow* row);
+  static double Relax(PackedRow* row, Vector6* change_a, Vector6* change_b);
 
   std::vector<PackedRow> rows_;
   std::size_t num_rows_ = 0;
