@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -150,6 +151,7 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
   const auto passed_s = [&] { return static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9; };
   std::map<std::string, long> first_kB;
   Usage first_own;
+  std::vector<long> own_kB;  // of registry and launcher, after each loop
   int num_loops = 0;
   long largest_queue_bytes = 0;
   while (num_loops < 2 || passed_s() < 60.0 * minutes) {
@@ -178,12 +180,18 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
     const Usage own = UsageOf(getpid(), UdpQueues());
     std::printf(" registry and launcher %ld kB, %d fd\n", own.memory_kB, own.descriptors);
     if (num_loops == 2) first_own = own;  // the first loop fills caches
+    own_kB.push_back(own.memory_kB);
     if (num_loops > 2) {
-      EXPECT_LE(own.memory_kB, first_own.memory_kB + kPageNoise_kB);
       EXPECT_LE(own.descriptors, first_own.descriptors);
       EXPECT_LE(own.threads, first_own.threads);
     }
     std::fflush(stdout);
+  }
+  // Each loop's threads take one of the allocator's arenas, of which some are new until all are in use: what counts is
+  // whether the second half still needs more than the first.
+  const auto half = own_kB.begin() + static_cast<std::ptrdiff_t>(own_kB.size() / 2);
+  if (num_loops >= 6) {
+    EXPECT_LE(*std::max_element(half, own_kB.end()), *std::max_element(own_kB.begin(), half) + kPageNoise_kB);
   }
   std::printf("%d loops in %.1f minutes; at most %ld bytes waited in a UDP socket\n", num_loops, passed_s() / 60.0,
               largest_queue_bytes);

@@ -112,8 +112,13 @@ double Sweeper::Sweep() {
   double largest = 0.0;
   // Most rows act on the same two bodies as the one before: their velocities stay in registers, since each row waits
   // for them.
-  Vector6 *home_a = nullptr, *home_b = nullptr;
+  const PackedRow* last = nullptr;
   Vector6 a, b;
+  const auto put_back = [&] {
+    if (last == nullptr) return;
+    *last->a.change = a;
+    *last->b.change = b;
+  };
   for (std::size_t i = 0; i < num_rows_; ++i) {
     PackedRow& row = rows_[i];
     if (row.normal_impulse != nullptr) {
@@ -121,14 +126,15 @@ double Sweeper::Sweep() {
       row.lower = -row.upper;
       if (row.upper == 0.0 && row.impulse == 0.0) continue;  // nothing to rub on
     }
-    if (row.a.change != home_a || row.b.change != home_b) {
-      if (home_a != nullptr) *home_a = a, *home_b = b;
-      home_a = row.a.change, home_b = row.b.change;
-      a = *home_a, b = *home_b;
+    if (last == nullptr || row.a.change != last->a.change || row.b.change != last->b.change) {
+      put_back();
+      a = *row.a.change;
+      b = *row.b.change;
+      last = &row;
     }
     largest = std::max(largest, std::abs(Relax(&row, &a, &b)));
   }
-  if (home_a != nullptr) *home_a = a, *home_b = b;
+  put_back();
   return largest;
 }
 
