@@ -49,6 +49,8 @@ void FuzzSealed(Input input) {
   if (in_the_clear.Open(raw, &envelope, &payload) == Refusal::kNone) WalkHistory(envelope, payload);
 
   if (input.size() < bus::kEnvelopeFixedBytes || input.size() > bus::kMaxDatagramBytes - bus::kSealBytes) return;
+  // A member may seal any nonsense, but only behind the head that it claims.
+  if (input.size() < bus::kEnvelopeFixedBytes + bus::kStampBytes * (std::size_t{input[28]} + input[29])) return;
   std::vector<std::uint8_t> sealed(input.begin(), input.end());
   sealed[kFlagsAt + 1] |= 0x80;
   sealed.resize(sealed.size() + bus::kSealBytes);
