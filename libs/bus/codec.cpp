@@ -334,7 +334,7 @@ std::size_t LatestCodec<M>::Encode(const M& message, [[maybe_unused]] int part, 
     impl_->message.Clear();
     Fill(message, part, budget, &impl_->message);
     const std::size_t size = impl_->message.ByteSizeLong();
-    if (size > capacity) return 0;
+    if (size > capacity) return kDoesNotFit;
     impl_->message.SerializeWithCachedSizesToArray(out);
     return size;
   }

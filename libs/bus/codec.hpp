@@ -35,6 +35,9 @@ inline constexpr MessageType kMessageTypeOf<core::LogicStatus> = MessageType::kL
 template <>
 inline constexpr MessageType kMessageTypeOf<Figures> = MessageType::kFigures;
 
+// What writing a payload returns when there is not enough room. A message of nothing but defaults takes 0 bytes.
+constexpr std::size_t kDoesNotFit = ~std::size_t{0};
+
 // Payload of one LATEST message, in one or more parts. Keeps a protobuf message that is used again, so it does not
 // allocate once warm. `header` is the envelope's and is neither read nor written here.
 template <class M>
@@ -47,7 +50,7 @@ class LatestCodec {
 
   // Parts needed so that each payload stays within `budget` bytes.
   [[nodiscard]] int NumParts(const M& message, std::size_t budget) const noexcept;
-  // Returns the payload's size; 0 when it does not fit into `capacity`.
+  // Returns the payload's size, or kDoesNotFit.
   std::size_t Encode(const M& message, int part, std::size_t budget, std::uint8_t* out, std::size_t capacity) noexcept;
   // Adds one part to `message`. `is_first`: of this message to arrive; resizes its lists. False, with `message` as it
   // was, when the bytes are not such a payload or contradict themselves.

@@ -181,7 +181,7 @@ TYPED_TEST(FlatCodec, RefusesTooLittleRoom) {
   const std::size_t size = Encode(message).size();
   std::string room(size, '\0');
   for (std::size_t less = 0; less < size; ++less) {
-    ASSERT_EQ(EncodeFlat(message, {reinterpret_cast<std::uint8_t*>(room.data()), less}), 0u);
+    ASSERT_EQ(EncodeFlat(message, {reinterpret_cast<std::uint8_t*>(room.data()), less}), kDoesNotFit);
   }
 }
 

@@ -201,7 +201,7 @@ TEST_P(GarbageAtEveryPort, IsCountedAndRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Keys, GarbageAtEveryPort, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "Encrypted" : "InTheClear"; });
+                         [](const auto& with) { return with.param ? "Encrypted" : "InTheClear"; });
 
 }  // namespace
 }  // namespace bus

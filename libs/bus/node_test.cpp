@@ -73,6 +73,26 @@ TEST(Node, LatestArrivesCompleteWithTraceAndCounts) {
   ExpectAccountsClose({physics.get(), visual.get()});
 }
 
+// Which takes not one byte of payload.
+TEST(Node, AMessageOfNothingButDefaultsArrives) {
+  const auto registry = MakeRegistry();
+  auto physics = MakeNode("physics_node", registry->endpoint());
+  auto visual = MakeNode("visual_node", registry->endpoint());
+  auto writer = physics->WriteLatest<core::PhysicsState>(kPhysicsStateTopic);
+  auto& reader = visual->ReadLatest<core::PhysicsState>(kPhysicsStateTopic);
+  ASSERT_TRUE(physics->Start().has_value());
+  ASSERT_TRUE(visual->Start().has_value());
+  ASSERT_TRUE(Until([&] { return writer.has_subscribers(); }));
+  core::PhysicsState state;
+  EXPECT_EQ(writer.Send(state), 1);
+  EXPECT_TRUE(Until([&] {
+    WaitBriefly(*visual);
+    return reader.has_value();
+  }));
+  EXPECT_EQ(visual->counters().dropped, 0u);
+  ExpectAccountsClose({physics.get(), visual.get()});
+}
+
 TEST(Node, StartsInAnyOrderAndTheRegistryLast) {
   std::string endpoint;
   endpoint = MakeRegistry()->endpoint();  // a port that is free again

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstring>
 
+#include "bus/codec.hpp"
+
 namespace bus::detail {
 namespace {
 
@@ -55,7 +57,7 @@ class Writer {
     std::memcpy(at_, values.data(), sizeof(values));
     at_ += sizeof(values);
   }
-  [[nodiscard]] std::size_t size() const { return has_room_ ? static_cast<std::size_t>(at_ - begin_) : 0; }
+  [[nodiscard]] std::size_t size() const { return has_room_ ? static_cast<std::size_t>(at_ - begin_) : kDoesNotFit; }
 
  private:
   // Asks for a field's largest size, so a payload that ends closer than that to the end counts as too large.

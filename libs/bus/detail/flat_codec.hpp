@@ -13,7 +13,7 @@ namespace bus::detail {
 // encoding] without protobuf's code: at that rate the library's code and tables are out of the processor's caches each
 // time they are needed. Byte for byte what the library writes; what it reads, but for groups, which no .proto here has.
 
-// Returns the size; 0 when it does not fit.
+// Returns the size, or kDoesNotFit (bus/codec.hpp).
 std::size_t EncodeFlat(const core::DeviceState& m, std::span<std::uint8_t> out) noexcept;
 std::size_t EncodeFlat(const core::DeviceCommand& m, std::span<std::uint8_t> out) noexcept;
 std::size_t EncodeFlat(const core::HapticProxy& m, std::span<std::uint8_t> out) noexcept;

@@ -111,10 +111,11 @@ std::size_t TypedSender<M>::WriteDatagram(const M& message, std::uint8_t* bytes)
   envelope.history_bytes = 0;
   if (tap != nullptr) {
     const std::int64_t now_ns = message.header.publish_ns;
-    tap->Put(tap_slot, sequence, now_ns, now_ns, InMemory(envelope), {bytes + head, payload});
+    tap->Put(tap_slot, sequence, now_ns, now_ns, InMemory(envelope),
+             {bytes + head, payload == kDoesNotFit ? 0 : payload});
   }
   const Subscribers& readers = subscribers.value();
-  if (payload == 0 || readers.empty()) return 0;
+  if (payload == kDoesNotFit || readers.empty()) return 0;
   const auto wants_history = [](const Subscriber& reader) { return reader.wants_history; };
   if (envelope.num_parts == 1 && std::any_of(readers.begin(), readers.end(), wants_history)) {
     envelope.history_bytes =
