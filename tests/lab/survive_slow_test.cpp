@@ -29,7 +29,7 @@ void SlowDown(pid_t process, double seconds) {
   const timespec pause{0, 5'000'000};
   while (Since_s(begin_ns) < seconds) {
     kill(process, SIGSTOP);
-    nanosleep(&pause, nullptr);
+    nanosleep(&pause, nullptr);  // the blow itself, not a wait
     kill(process, SIGCONT);
     nanosleep(&pause, nullptr);
   }
@@ -144,12 +144,7 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
   const std::int64_t hit_ns = core::MonotonicNow_ns();
   kill(launcher_->pid(), SIGKILL);
   WaitForEnd(launcher_.get());
-  const std::int64_t deadline_ns = core::MonotonicNow_ns() + 60 * core::kNanosecondsPerSecond;
-  while (!watch_->is_final() && core::MonotonicNow_ns() < deadline_ns) {
-    const timespec pause{0, 20'000'000};
-    nanosleep(&pause, nullptr);
-  }
-  EXPECT_TRUE(watch_->is_final()) << "in step " << watch_->step();
+  EXPECT_TRUE(watch_->WaitUntilFinal(60.0)) << "in step " << watch_->step();
   watch_.reset();
   const oos::Answer stop = Run(Oos({"stop", "--lab", lab_}));
   EXPECT_EQ(stop.status, 0) << stop.out << stop.err;

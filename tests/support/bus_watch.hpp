@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -38,7 +40,8 @@ class BusWatch {
   [[nodiscard]] double force_N() const { return force_N_.load(); }  // of the newest command
   [[nodiscard]] std::string step() const;
   [[nodiscard]] bool is_final() const { return is_final_.load(); }
-  [[nodiscard]] std::set<std::string> hints() const;  // that the screen has shown so far
+  [[nodiscard]] bool WaitUntilFinal(double patience_s) const;  // false: it is not
+  [[nodiscard]] std::set<std::string> hints() const;           // that the screen has shown so far
   [[nodiscard]] std::uint64_t physics_tick() const { return physics_tick_.load(); }
   [[nodiscard]] std::int64_t physics_heard_ns() const { return physics_heard_ns_.load(); }
   struct Heard {
@@ -54,9 +57,11 @@ class BusWatch {
   [[nodiscard]] const std::string& trouble() const { return trouble_; }  // why it cannot watch; empty: it does
 
  private:
+  void SetUp();  // it watches, or has found out that it cannot
   void Run(const std::filesystem::path& network, const std::string& bind, const std::string& role);
 
   mutable std::mutex mutex_;
+  mutable std::condition_variable became_final_;
   std::string step_;
   std::set<std::string> hints_;
   std::vector<Heard> events_;
@@ -72,12 +77,14 @@ class BusWatch {
 inline BusWatch::BusWatch(const std::filesystem::path& network, const std::string& bind, const std::string& role)
     : thread_([this, network, bind, role] {
         Run(network, bind, role);
-        is_up_.store(true);
+        SetUp();
       }) {
-  while (!is_up_.load()) {
-    const timespec pause{0, 1'000'000};
-    nanosleep(&pause, nullptr);
-  }
+  is_up_.wait(false);
+}
+
+inline void BusWatch::SetUp() {
+  is_up_.store(true);
+  is_up_.notify_all();
 }
 
 inline BusWatch::~BusWatch() {
@@ -88,6 +95,11 @@ inline BusWatch::~BusWatch() {
 inline std::string BusWatch::step() const {
   const std::scoped_lock lock(mutex_);
   return step_;
+}
+
+inline bool BusWatch::WaitUntilFinal(double patience_s) const {
+  std::unique_lock lock(mutex_);
+  return became_final_.wait_for(lock, std::chrono::duration<double>(patience_s), [this] { return is_final(); });
 }
 
 inline std::set<std::string> BusWatch::hints() const {
@@ -152,7 +164,7 @@ inline void BusWatch::Run(const std::filesystem::path& network, const std::strin
     trouble_ = started.error().detail;
     return;
   }
-  is_up_.store(true);
+  SetUp();
   std::int64_t next_peers_ns = 0;
   while (!is_stopping_.load()) {
     const std::int64_t now_ns = core::MonotonicNow_ns();
@@ -167,6 +179,7 @@ inline void BusWatch::Run(const std::filesystem::path& network, const std::strin
       step_ = status.value().step;
       hints_.insert(status.value().hint);
       is_final_.store(status.value().is_final);
+      if (is_final()) became_final_.notify_all();
     }
     for (core::Event event; (*node)->PollEvent(&event);) events_.push_back({event, now_ns});
     if (now_ns < next_peers_ns) continue;
