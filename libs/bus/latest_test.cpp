@@ -238,6 +238,40 @@ TEST(Latest, WhatWasLostBeforeTheFirstAndAfterTheLastIsToldByTheWriter) {
   EXPECT_EQ(link.receiver.reader.restarts(), 1u);
 }
 
+TEST(Latest, WhatAWriterToldBeforeItWasGoneIsLostAndNotOnItsWayForGood) {
+  Link link(true, 0);
+  EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
+  Bytes bytes;
+  for (int i = 0; i < 4; ++i) bytes = link.Send();
+  link.receiver.Tell(9, 1, 5);
+  EXPECT_EQ(link.receiver.OnTheWay(), 4u);
+  EXPECT_EQ(link.receiver.Counts().dropped, 0u);
+  link.receiver.Settle();
+  EXPECT_EQ(link.receiver.OnTheWay(), 0u);
+  EXPECT_EQ(link.receiver.Counts().dropped, 4u);
+  EXPECT_EQ(link.Deliver(bytes), Refusal::kNone);  // it was in the reader's socket
+  EXPECT_EQ(link.receiver.Counts().received, 2u);
+  EXPECT_EQ(link.receiver.Counts().dropped, 3u);
+}
+
+TEST(Latest, ALifeWhoseEndWasLostIsCountedThoughTheNextOneSpeaksFirst) {
+  Link link(true, 0);
+  EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
+  link.receiver.Tell(9, 1, 5);
+  // The next life is heard of before any message of it is here.
+  link.receiver.Tell(10, 1, 2);
+  EXPECT_EQ(link.receiver.Counts().dropped, 4u);
+  EXPECT_EQ(link.receiver.OnTheWay(), 2u);
+  link.receiver.Tell(9, 1, 6);  // overtaken on the way
+  link.sender.envelope.boot = 10;
+  link.sender.sequence = 1;
+  EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
+  link.receiver.Settle();
+  EXPECT_EQ(link.receiver.OnTheWay(), 0u);
+  EXPECT_EQ(link.receiver.Counts().received, 2u);
+  EXPECT_EQ(link.receiver.Counts().dropped, 4u + 1u);
+}
+
 TEST(Latest, ALaterReaderInTheSameSlotHasAnAccountOfItsOwn) {
   Link link(true, 0);
   link.Send();

@@ -57,6 +57,36 @@ TEST(Liveness, ASilentPeerIsReportedByNameWithinHalfASecondAndWelcomedBack) {
   ExpectAccountsClose({watcher.get()});
 }
 
+// Its last messages wait in the reader's socket when the writer says goodbye: lost by the reader's book, until they are
+// taken.
+TEST(Liveness, WhatALeavingWriterToldIsSettledAtOnce) {
+  const auto registry = MakeRegistry();
+  auto reader = MakeNode("device_bridge", registry->endpoint());
+  reader->ReadLatest<core::HapticProxy>("haptic/right/proxy");
+  ASSERT_TRUE(reader->Start().has_value());
+  auto writer = MakeNode("haptic_node", registry->endpoint());
+  auto proxies = writer->WriteLatest<core::HapticProxy>("haptic/right/proxy");
+  ASSERT_TRUE(writer->Start().has_value());
+  core::HapticProxy proxy;
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*writer);
+    return proxies.has_subscribers();
+  }));
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(proxies.Send(proxy), 1);
+  writer.reset();
+
+  const auto book = [&] { return reader->Accounts().at(0); };
+  ASSERT_TRUE(Until([&] { return !reader->Accounts().empty() && !reader->IsAlive("haptic_node"); }));
+  EXPECT_TRUE(book().is_settled()) << Describe(book());
+  EXPECT_EQ(book().sent, 10u);
+  EXPECT_EQ(book().dropped_in_all(), 10u);
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*reader);
+    return book().received == 10;
+  })) << Describe(book());
+  EXPECT_EQ(book().dropped_in_all(), 0u);
+}
+
 // A node whose step thread hangs is told from one that died and one that was started again.
 TEST(Liveness, AStallIsToldFromDeath) {
   const auto registry = MakeRegistry();

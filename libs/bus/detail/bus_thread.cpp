@@ -343,6 +343,9 @@ void BusThread::Lose(Peer& peer, bool has_left) {
   peer.has_left = has_left;
   peer.reading.is_subscribed = false;
   ForgetReader(peer.record.name(), peer.record.instance());
+  for (const auto& receiver : core_->receivers) {
+    if (peer.topic_slots.count({receiver->id, true}) != 0) receiver->Settle();
+  }
   are_subscribers_outdated_ = true;
   if (was_alive && !peer.record.is_observer()) Announce(has_left ? "node_left" : "node_lost", peer.record.name());
 }

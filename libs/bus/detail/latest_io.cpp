@@ -196,14 +196,17 @@ std::uint64_t Unseen(std::uint64_t first, std::uint64_t last, std::uint64_t seen
 
 }  // namespace
 
+// What is left open of the lives before the new one is closed: the one that was read, and one of which nothing came.
 void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
   const auto add = [](std::atomic<std::uint64_t>& to, std::uint64_t value) {
     to.fetch_add(value, std::memory_order_relaxed);
   };
   std::uint64_t lost = tracker.lost();
-  if (told_.boot.load(std::memory_order_acquire) == boot) {
-    lost += Unseen(told_.first.load(std::memory_order_relaxed), told_.last.load(std::memory_order_relaxed),
-                   tracker.first(), tracker.newest());
+  for (const Told& told : told_) {
+    const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
+    if (told_boot == 0 || told_boot < boot || told_boot >= new_boot) continue;
+    lost += Unseen(told.first.load(std::memory_order_relaxed), told.last.load(std::memory_order_relaxed),
+                   tracker.first(), told_boot == boot ? tracker.newest() : 0);
   }
   add(shared_.past_received, tracker.received());
   add(shared_.past_restored, tracker.restored());
@@ -216,23 +219,47 @@ void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
 }
 
 void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept {
-  const bool is_same = told_.boot.load(std::memory_order_relaxed) == writer_boot;
-  if (is_same && last < told_.last.load(std::memory_order_relaxed)) return;  // overtaken on the way
-  told_.settled.store(is_same ? told_.last.load(std::memory_order_relaxed) : 0, std::memory_order_relaxed);
-  told_.first.store(first, std::memory_order_relaxed);
-  told_.last.store(last, std::memory_order_relaxed);
-  told_.boot.store(writer_boot, std::memory_order_release);
+  Told& older =
+      told_[told_[0].boot.load(std::memory_order_relaxed) <= told_[1].boot.load(std::memory_order_relaxed) ? 0 : 1];
+  Told& newer = &older == told_.data() ? told_[1] : told_[0];
+  const std::uint64_t newest_boot = newer.boot.load(std::memory_order_relaxed);
+  if (writer_boot < newest_boot) return;  // overtaken on the way
+  if (writer_boot > newest_boot) {        // the earlier life says no more
+    Settle();
+    older.boot.store(0, std::memory_order_release);
+    older.first.store(first, std::memory_order_relaxed);
+    older.last.store(last, std::memory_order_relaxed);
+    older.settled.store(0, std::memory_order_relaxed);
+    older.boot.store(writer_boot, std::memory_order_release);
+    return;
+  }
+  const std::uint64_t told_last = newer.last.load(std::memory_order_relaxed);
+  if (last < told_last) return;  // overtaken on the way
+  newer.settled.store(told_last, std::memory_order_relaxed);
+  newer.first.store(first, std::memory_order_relaxed);
+  newer.last.store(last, std::memory_order_relaxed);
+}
+
+void LatestReceiver::Settle() noexcept {
+  for (Told& told : told_) told.settled.store(told.last.load(std::memory_order_relaxed), std::memory_order_relaxed);
+}
+
+std::uint64_t LatestReceiver::UnseenOfOpenLives(std::atomic<std::uint64_t> Told::*last) const noexcept {
+  const std::uint64_t boot_read = shared_.boot.load(std::memory_order_relaxed);
+  std::uint64_t unseen = 0;
+  for (const Told& told : told_) {
+    const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
+    if (told_boot == 0 || told_boot < boot_read) continue;
+    unseen += Unseen(told.first.load(std::memory_order_relaxed), (told.*last).load(std::memory_order_relaxed),
+                     shared_.first.load(std::memory_order_relaxed),
+                     told_boot == boot_read ? shared_.newest.load(std::memory_order_relaxed) : 0);
+  }
+  return unseen;
 }
 
 std::uint64_t LatestReceiver::OnTheWay() const noexcept {
-  const std::uint64_t told_boot = told_.boot.load(std::memory_order_acquire);
-  const std::uint64_t boot_read = shared_.boot.load(std::memory_order_relaxed);
-  if (told_boot < boot_read || told_boot == 0) return 0;
-  const std::uint64_t first = told_.first.load(std::memory_order_relaxed);
-  const std::uint64_t seen_first = shared_.first.load(std::memory_order_relaxed);
-  const std::uint64_t seen_newest = told_boot == boot_read ? shared_.newest.load(std::memory_order_relaxed) : 0;
-  return Unseen(first, told_.last.load(std::memory_order_relaxed), seen_first, seen_newest) -
-         Unseen(first, told_.settled.load(std::memory_order_relaxed), seen_first, seen_newest);
+  const std::uint64_t told = UnseenOfOpenLives(&Told::last);
+  return told - std::min(told, UnseenOfOpenLives(&Told::settled));
 }
 
 LatestCounts LatestReceiver::Counts() const noexcept {
@@ -246,16 +273,11 @@ LatestCounts LatestReceiver::Counts() const noexcept {
   counts.restored = get(shared_.past_restored) + restored;
   counts.reordered = get(shared_.past_reordered) + get(shared_.reordered);
   counts.repeated = get(shared_.past_repeated) + get(shared_.repeated);
-  counts.dropped = get(shared_.past_lost);
+  counts.dropped = get(shared_.past_lost) + UnseenOfOpenLives(&Told::settled);
   // The step thread may be between two of its stores: then the sum is one message off, never below zero.
   if (newest != 0) {
     const std::uint64_t span = newest - first + 1;
     counts.dropped += span - std::min(span, received + restored);
-  }
-  const std::uint64_t told_boot = told_.boot.load(std::memory_order_acquire);
-  const bool is_of_this_life = told_boot == get(shared_.boot);
-  if (is_of_this_life || told_boot > get(shared_.boot)) {
-    counts.dropped += Unseen(get(told_.first), get(told_.settled), first, is_of_this_life ? newest : 0);
   }
   return counts;
 }

@@ -127,6 +127,8 @@ struct LatestReceiver {
 
   // Bus thread: what the writer says that it has meant for this reader.
   void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept;
+  // Bus thread: the writer is gone and will tell no more. What it told and is not here counts as lost, until it comes.
+  void Settle() noexcept;
   [[nodiscard]] LatestCounts Counts() const noexcept;  // any thread
   // Messages that the writer told at last, of which it is not known yet whether they arrive. Any thread.
   [[nodiscard]] std::uint64_t OnTheWay() const noexcept;
@@ -154,10 +156,15 @@ struct LatestReceiver {
     std::atomic<std::uint64_t> boot{0}, first{0}, newest{0}, received{0}, restored{0}, reordered{0}, repeated{0};
     std::atomic<std::uint64_t> past_received{0}, past_restored{0}, past_reordered{0}, past_repeated{0}, past_lost{0};
   } shared_;
-  // The writer's word. `settled` is the last message that it told one heartbeat ago: by now it is here or lost.
+  // The writer's word, of its last two lives: what an earlier one meant and is not here is not forgotten when a later
+  // one speaks before its first message comes. `settled` is the last message that it told one heartbeat ago: by now it
+  // is here or lost.
   struct Told {
     std::atomic<std::uint64_t> boot{0}, first{0}, last{0}, settled{0};
-  } told_;
+  };
+  std::array<Told, 2> told_;
+  // Of the life that is read and of later ones: first .. told.*last, less what the tracker has accounts for.
+  std::uint64_t UnseenOfOpenLives(std::atomic<std::uint64_t> Told::*last) const noexcept;
 
  protected:
   void CountStraggler() noexcept { shared_.past_reordered.fetch_add(1, std::memory_order_relaxed); }
