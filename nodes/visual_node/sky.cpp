@@ -11,12 +11,30 @@ namespace visual_node {
 namespace {
 
 constexpr int kFace_px = 768;
+constexpr int kTile_px = 48;
+constexpr int kTiles = kFace_px / kTile_px;
+constexpr double kGlowRadius_rad = 0.61;  // farther from the Earth's direction its air adds less than half of 1/255
 constexpr int kStars = 900;
 constexpr double kAirRadius_rad = 0.49;  // stars nearer than this to the Earth's direction are behind it
 
 // As in kEarthFragment.
 glm::dvec3 EarthDirection() {
   return glm::normalize(glm::dvec3(-0.82, 0.27, -0.50));
+}
+
+// The colour of kEarthFragment far from the Earth.
+glm::vec4 EmptySpace() {
+  return {glm::pow(glm::vec3(0.0012f, 0.0018f, 0.0036f), glm::vec3(1.0f / 2.2f)), 1.0f};
+}
+
+// Whether the Earth or its air may reach into a tile of a face of the cube, given by centre, right and down. A face is
+// 2 wide at distance 1, so its tiles are seen under at most their diagonal.
+bool IsNearEarth(const glm::vec3 (&face)[3], int column, int row) {
+  const double tile = 2.0 / kTiles;
+  const glm::dvec3 centre = glm::dvec3(face[0]) + ((column + 0.5) * tile - 1.0) * glm::dvec3(face[1]) +
+                            ((row + 0.5) * tile - 1.0) * glm::dvec3(face[2]);
+  const double angle_rad = std::acos(glm::dot(glm::normalize(centre), EarthDirection()));
+  return angle_rad < kGlowRadius_rad + 0.5 * tile * std::sqrt(2.0);
 }
 
 // SplitMix64.
@@ -59,6 +77,7 @@ core::Result<void> Sky::Bake(const glm::dvec3& sun_direction_W) {
   const GlFramebuffer framebuffer(framebuffer_id);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
+  glEnable(GL_SCISSOR_TEST);  // a software renderer computes the Earth for every pixel that it is asked for
   glViewport(0, 0, kFace_px, kFace_px);
   glUseProgram(earth->id());
   glUniform3fv(3, 1, glm::value_ptr(glm::vec3(glm::normalize(sun_direction_W))));
@@ -71,8 +90,16 @@ core::Result<void> Sky::Bake(const glm::dvec3& sun_direction_W) {
     glNamedFramebufferTextureLayer(framebuffer_id, GL_COLOR_ATTACHMENT0, cube, 0, face);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_id);
     for (int k = 0; k < 3; ++k) glUniform3fv(k, 1, glm::value_ptr(faces[face][k]));
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glScissor(0, 0, kFace_px, kFace_px);
+    glClearBufferfv(GL_COLOR, 0, glm::value_ptr(EmptySpace()));
+    for (int tile = 0; tile < kTiles * kTiles; ++tile) {
+      const int column = tile % kTiles, row = tile / kTiles;
+      if (!IsNearEarth(faces[face], column, row)) continue;
+      glScissor(column * kTile_px, row * kTile_px, kTile_px, kTile_px);
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
   }
+  glDisable(GL_SCISSOR_TEST);
   return {};
 }
 
