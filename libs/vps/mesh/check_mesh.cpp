@@ -322,7 +322,7 @@ bool IsSimpleSolid(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!HasArea(mesh, i)) return false;
   }
-  return !mesh.triangles.empty() && FindCrossings(mesh, 1).empty();
+  return !mesh.triangles.empty() && !IsTangled(mesh);
 }
 
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {

@@ -74,8 +74,8 @@ constexpr double kLargestHoles = 0.1;
 // a solid or with a ring-shaped face missing, one that encloses no volume.
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet = false);
 
-// Closed, every edge with two triangles that agree, none without area, none through another: the normals tell inside
-// from outside everywhere.
+// Closed, every edge with two triangles that agree, none without area, none through or upon another: the normals tell
+// inside from outside everywhere.
 bool IsSimpleSolid(const TriangleMesh& mesh);
 
 // The same as CheckMesh from a file (LoadTriangles); errors begin with its name.

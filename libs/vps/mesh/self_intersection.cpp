@@ -10,6 +10,8 @@ namespace {
 
 // Relative to the triangles' own size: what is nearer than this only touches.
 constexpr double kTouch = 1e-7;
+// Likewise, of what lies in one plane: files hold few digits.
+constexpr double kInPlane = 1e-5;
 
 // Where the open segment p q pierces the inside of the triangle.
 std::optional<glm::dvec3> Pierce(const glm::dvec3& p, const glm::dvec3& q, const std::array<glm::dvec3, 3>& t) {
@@ -51,26 +53,88 @@ Box BoxOf(const TriangleMesh& mesh, std::uint32_t t) {
   return {glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
 }
 
+glm::dvec3 UnitNormal(const std::array<glm::dvec3, 3>& t) {
+  const glm::dvec3 n = glm::cross(t[1] - t[0], t[2] - t[0]);
+  const double length = glm::length(n);
+  return length > 0.0 ? n / length : glm::dvec3(0.0);
+}
+
+// Whether both lie in one plane and share an area there: no edge of either has all of the other on its outer side.
+bool LieOnEachOther(const std::array<glm::dvec3, 3>& a, const std::array<glm::dvec3, 3>& b) {
+  const std::array<glm::dvec3, 2> normals{UnitNormal(a), UnitNormal(b)};
+  if (!(std::abs(glm::dot(normals[0], normals[1])) > 1.0 - kInPlane)) return false;
+  double longest = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    longest = std::max({longest, glm::length(a[(k + 1) % 3] - a[k]), glm::length(b[(k + 1) % 3] - b[k])});
+  }
+  const double margin = kInPlane * longest;
+  for (const glm::dvec3& q : b) {
+    if (std::abs(glm::dot(normals[0], q - a[0])) > margin) return false;
+  }
+  const auto has_all_outside = [margin](const std::array<glm::dvec3, 3>& t, const glm::dvec3& n,
+                                        const std::array<glm::dvec3, 3>& other) {
+    for (int k = 0; k < 3; ++k) {
+      const glm::dvec3 inwards = glm::cross(n, glm::normalize(t[(k + 1) % 3] - t[k]));
+      double farthest_in = -1e300;
+      for (const glm::dvec3& q : other) farthest_in = std::max(farthest_in, glm::dot(inwards, q - t[k]));
+      if (farthest_in <= margin) return true;
+    }
+    return false;
+  };
+  return !has_all_outside(a, normals[0], b) && !has_all_outside(b, normals[1], a);
+}
+
+// Calls visit(a, b), a < b, for pairs whose boxes overlap or touch, in order; ends when it returns false.
+template <typename Visit>
+void ForNearPairs(const TriangleMesh& mesh, Visit&& visit) {
+  const BoxTree tree = BuildBoxTree(mesh);
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t a = 0; a < mesh.triangles.size(); ++a) {
+    Box box = BoxOf(mesh, a);
+    const double margin = kInPlane * glm::length(box.upper - box.lower);
+    box = {box.lower - margin, box.upper + margin};
+    near.clear();
+    ForOverlapping(tree, box, [&](std::uint32_t b) {
+      if (b > a && Overlap(box, BoxOf(mesh, b))) near.push_back(b);
+    });
+    std::sort(near.begin(), near.end());
+    for (const std::uint32_t b : near) {
+      if (!visit(a, b)) return;
+    }
+  }
+}
+
+bool AreTangled(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
+  if (LieOnEachOther(mesh.corners(a), mesh.corners(b))) return true;
+  return SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2 && Cross(mesh, a, b).has_value();
+}
+
 }  // namespace
 
 std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings) {
   std::vector<Crossing> crossings;
-  const BoxTree tree = BuildBoxTree(mesh);
-  std::vector<std::uint32_t> near;
-  for (std::uint32_t a = 0; a < mesh.triangles.size() && crossings.size() < max_crossings; ++a) {
-    const Box box = BoxOf(mesh, a);
-    near.clear();
-    ForOverlapping(tree, box, [&](std::uint32_t b) {
-      if (b > a && SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2 && Overlap(box, BoxOf(mesh, b))) {
-        near.push_back(b);
-      }
-    });
-    std::sort(near.begin(), near.end());
-    for (const std::uint32_t b : near) {
-      if (const auto x = Cross(mesh, a, b); x && crossings.size() < max_crossings) crossings.push_back({a, b, *x});
+  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) {
+    if (SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2) {
+      if (const auto x = Cross(mesh, a, b)) crossings.push_back({a, b, *x});
     }
-  }
+    return crossings.size() < max_crossings;
+  });
   return crossings;
+}
+
+std::vector<std::uint8_t> FindTangled(const TriangleMesh& mesh) {
+  std::vector<std::uint8_t> is_tangled(mesh.triangles.size());
+  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) {
+    if ((is_tangled[a] & is_tangled[b]) == 0 && AreTangled(mesh, a, b)) is_tangled[a] = is_tangled[b] = 1;
+    return true;
+  });
+  return is_tangled;
+}
+
+bool IsTangled(const TriangleMesh& mesh) {
+  bool is_tangled = false;
+  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) { return !(is_tangled = AreTangled(mesh, a, b)); });
+  return is_tangled;
 }
 
 }  // namespace vps

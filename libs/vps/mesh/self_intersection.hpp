@@ -18,4 +18,9 @@ struct Crossing {
 // `max_crossings`.
 std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings);
 
+// Of each triangle: 1 where it passes through another one, or lies upon one: in one plane with it, over some area, as
+// where a part of an assembly stands on another. Its normal does not tell inside from outside there.
+std::vector<std::uint8_t> FindTangled(const TriangleMesh& mesh);
+bool IsTangled(const TriangleMesh& mesh);  // whether any is
+
 }  // namespace vps

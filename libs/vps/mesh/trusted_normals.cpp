@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kStep = 1e-6;       // off the surface, of the box's diagonal
 constexpr double kTolerance = 0.25;  // of a winding number
-constexpr std::size_t kMaxCrossings = 1'000'000;
 
 bool IsOnBorder(const TriangleMesh& mesh, const WindingNumber& winding, std::size_t triangle, double step_m) {
   const auto [a, b, c] = mesh.corners(triangle);
@@ -29,9 +28,8 @@ std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const Win
   const double step_m = kStep * glm::length(box.upper - box.lower);
   std::vector<std::uint8_t> is_good(mesh.triangles.size());
   for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0;
-  const auto crossings = FindCrossings(mesh, kMaxCrossings);
-  if (crossings.size() == kMaxCrossings) std::fill(is_good.begin(), is_good.end(), 0);
-  for (const Crossing& crossing : crossings) is_good[crossing.a] = is_good[crossing.b] = 0;
+  const std::vector<std::uint8_t> is_tangled = FindTangled(mesh);
+  for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] &= 1 - is_tangled[t];
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   for (std::size_t i = 0; i < edges.size();) {
     const std::size_t end = EndOfEdge(edges, i);
