@@ -13,6 +13,8 @@ namespace {
 
 using scene::Diagnostic;
 
+constexpr char kPlainCharacters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._+@:-";
+
 class Reader {
  public:
   Reader(const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics) : diagnostics_(diagnostics) {
@@ -46,7 +48,8 @@ class Reader {
 
   void ReadNetwork(const scene::XmlElement& root) {
     lab_.tcp_topics = root.Get("tcp_topics");
-    if (lab_.tcp_topics.find_first_of("'\"\\\n %$;") != std::string::npos) {
+    const std::string pattern_characters = std::string(kPlainCharacters) + "*,";
+    if (lab_.tcp_topics.find_first_not_of(pattern_characters) != std::string::npos) {
       Say(root.LineOf("tcp_topics"), "tcp_topics is '" + lab_.tcp_topics + "'",
           "it becomes part of the nodes' commands",
           "write patterns with commas between them, such as physics/*,contacts/*");
@@ -106,11 +109,11 @@ class Reader {
             "ssh would take it for an option", "let it begin with a letter or a digit");
       }
     }
-    for (const char* folder : {"run_folder", "programs", "cache"}) {
-      const std::string text = element.Get(folder);
-      if (text.find_first_of("'\"\\\n %$") != std::string::npos) {
-        Say(element.LineOf(folder), "host '" + host.name + "': " + folder + " is '" + text + "'",
-            "it becomes part of commands and unit files", "leave out blanks, quotes, backslashes, $ and %");
+    for (const char* attribute : {"name", "address", "user", "bind", "run_folder", "programs", "cache"}) {
+      const std::string text = element.Get(attribute);
+      if (text.rfind('-', 0) != 0 && text.find_first_not_of(kPlainCharacters) != std::string::npos) {
+        Say(element.LineOf(attribute), "host '" + host.name + "': " + attribute + " is '" + text + "'",
+            "it becomes part of commands and unit files", "use letters, digits and / . _ + @ : - alone");
       }
     }
     for (const char* folder : {"programs", "cache"}) {
@@ -155,9 +158,9 @@ class Reader {
     for (const scene::XmlElement& device : element.children) {
       node.devices.push_back({device.Get("role"), device.Get("path"), {lab_.file, device.line}});
       const std::string& path = node.devices.back().path;
-      if (path.find('\'') != std::string::npos || path.rfind('/', 0) != 0) {
+      if (path.find_first_not_of(kPlainCharacters) != std::string::npos || path.rfind('/', 0) != 0) {
         Say(device.LineOf("path"), "device path '" + path + "'", "it names a file of that host",
-            "write an absolute path without quotes, such as /dev/hidraw0");
+            "write an absolute path of letters, digits and / . _ + @ : -, such as /dev/hidraw0");
       }
     }
     if (!node.devices.empty() && node.node != "device_bridge") {

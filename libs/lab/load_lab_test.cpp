@@ -93,6 +93,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is no file"},
                     BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
                     BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
+                    BadLab{"RunFolderWithSemicolon", "/var/tmp/oos", "/var/tmp/a;b", 2, "letters, digits"},
+                    BadLab{"AddressWithBackquotes", "sim.lab", "sim`id`", 3, "becomes part of commands"},
                     BadLab{"RelativeCache", "/srv/cooked", "cooked", 3, "absolute path"},
                     BadLab{"MulticastOutsideItsRange", "name=\"bench\"", "name=\"bench\" multicast=\"10.0.0.9:7450\"",
                            1, "multicast is '10.0.0.9:7450'"},

@@ -16,7 +16,7 @@ class Planner {
   Plan Make() {
     plan_.run = options_.run;
     plan_.session = options_.session;
-    plan_.registry = "tcp://" + facts_.at(lab_.registry_host).bind + ":" + std::to_string(lab_.registry_port);
+    plan_.registry = RegistryEndpoint(lab_, facts_);
     for (const Host& host : lab_.hosts) {
       HostPlan plan;
       plan.host = host;
@@ -91,6 +91,10 @@ class Planner {
     }
     if (placement.node == "logic_node") Add(&unit, "--patience_s", std::to_string(kComebackPatience_s));
     if (placement.node != "visual_node" && placement.node != "logic_node") Add(&unit, "--rt", placement.rt);
+    const bool can_be_replayed = placement.node != "visual_node" && placement.node != "device_bridge";
+    if (options_.records_steps && can_be_replayed) {
+      Add(&unit, "--steps", plan->run_folder + "/steps/" + placement.node + ".mcap");
+    }
     if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
     plan->units.push_back(std::move(unit));
   }
@@ -119,6 +123,10 @@ class Planner {
 
 std::string KeyFolder(const HostFacts& facts) {
   return facts.root + "/keys";
+}
+
+std::string RegistryEndpoint(const Lab& lab, const std::map<std::string, HostFacts>& facts) {
+  return "tcp://" + facts.at(lab.registry_host).bind + ":" + std::to_string(lab.registry_port);
 }
 
 Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options) {

@@ -27,6 +27,7 @@ struct PlanOptions {
   std::uint64_t seed = 0;
   unsigned workers = 1;
   bool is_recorded = false;
+  bool records_steps = false;  // of the nodes that can be replayed, into the run folder's steps/
   bool has_keys = false;
   std::vector<std::string> without;
 };
@@ -59,6 +60,9 @@ struct Plan {
 
 // Where each host keeps the keys of the session that runs there; never collected.
 std::string KeyFolder(const HostFacts& facts);
+
+// Where the nodes will find the registry. `facts` holds its host.
+std::string RegistryEndpoint(const Lab& lab, const std::map<std::string, HostFacts>& facts);
 
 // Which process runs where and with which command line. `facts` holds every host of the lab.
 Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options);

@@ -44,6 +44,7 @@ Plan PlanOf(const Lab& lab, const std::string& program_folder = "/opt/oos") {
   options.method = "fast";
   options.seed = 5;
   options.is_recorded = true;
+  options.records_steps = true;
   return MakePlan(lab, facts, options);
 }
 
@@ -64,6 +65,8 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   EXPECT_THAT(text, HasSubstr("device_bridge: on cores 2,3: /opt/oos/device_bridge --scenario /home/u/s.xml --registry "
                               "tcp://10.0.0.2:7450 --session 7 --no_encryption --bind 10.0.0.1"));
   EXPECT_THAT(text, HasSubstr("--method fast --resume /home/u/vr_oos/runs/run-1"));
+  EXPECT_THAT(text, HasSubstr("--steps /home/u/vr_oos/runs/run-1/steps/physics_node.mcap"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("steps/device_bridge.mcap")));
 }
 
 TEST(Plan, WhoeverWritesLatestHearsOfTheLabsNetwork) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/lab/lab_support.hpp"
 #include "tests/support/scenario_copy.hpp"
 
@@ -26,19 +28,31 @@ int Count(const std::string& text, const std::string& part) {
 
 TEST_F(LaunchTest, RunsOnThreeMachinesRecordsAndLeavesNothing) {
   const auto out = Folder("three");
-  const oos::Answer answer = Run(Launch(
-      WriteLab("three", OnThree()), {"--duration", "2", "--out", out.string(), "--record", (out / "rec").string()}));
+  const oos::Answer answer = Run(
+      Launch(WriteLab("three", OnThree()), {"--duration", "2", "--method", "fast", "--out", out.string(), "--record",
+                                            (out / "rec").string(), "--steps", (out / "steps").string()}));
   EXPECT_THAT(answer.out, HasSubstr("all 5 nodes are ready"));
   EXPECT_THAT(answer.out, HasSubstr("[alpha] haptic_node: ready"));
   EXPECT_THAT(answer.out, HasSubstr("[beta] bus: logic_node: step_entered press"));
   EXPECT_THAT(answer.out, HasSubstr("no process of the run is left on 3 hosts"));
-  EXPECT_THAT(answer.out, HasSubstr("limit of 2 s reached in step 'press'"));
+  EXPECT_THAT(answer.out, HasSubstr("limit of 2 s reached in step "));
   EXPECT_EQ(answer.status, 1) << answer.err;  // the procedure was cut short
-  for (const char* file : {"device_bridge.json", "haptic_node.json", "physics_node.log", "visual_node.log",
+  for (const char* file : {"steps/haptic_node.mcap", "steps/physics_node.mcap", "steps/logic_node.mcap",
+                           "device_bridge.json", "haptic_node.json", "physics_node.log", "visual_node.log",
                            "clocks.csv", "supervisord-gamma.log", "report.md", "rec/run.mcap"}) {
     EXPECT_TRUE(std::filesystem::exists(out / file)) << file;
   }
   ExpectNothingIsLeft();
+  std::ifstream in(out / "report.json");
+  const nlohmann::json report = nlohmann::json::parse(in, nullptr, false);
+  ASSERT_TRUE(report.is_object());
+  EXPECT_EQ(report["method"], "fast");  // what ran, not what the scenario's file says
+  for (const char* node : {"logic_node", "physics_node", "haptic_node"}) {
+    const oos::Answer replay = Run({std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "replay",
+                                    (out / "steps" / (node + std::string(".mcap"))).string(), "--check", "--scenario",
+                                    std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch/scenario.xml"});
+    EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+  }
 }
 
 TEST_F(LaunchTest, ASecondLauncherIsRefusedByNameAndAnyTerminalCanStop) {
@@ -68,14 +82,15 @@ TEST_F(LaunchTest, ASecondLauncherIsRefusedByNameAndAnyTerminalCanStop) {
 }
 
 TEST_F(LaunchTest, CtrlCLeavesNothing) {
+  const auto out = Folder("ctrl_c");
   auto launcher = oos::PipedChild::Start(
-      Launch(WriteLab("ctrl_c", OnThree()), {"--without", "visual_node", "--out", Folder("ctrl_c").string()}));
+      Launch(WriteLab("ctrl_c", OnThree()), {"--out", out.string(), "--record", (out / "rec").string()}));
   ASSERT_TRUE(launcher) << launcher.error().detail;
   ASSERT_TRUE(WaitFor(launcher->get(), "physics_node: ready")) << (*launcher)->out() << (*launcher)->err();
   Signal(**launcher, SIGINT);
   WaitForEnd(launcher->get());
   EXPECT_THAT((*launcher)->out(), HasSubstr("ends: interrupted"));
-  EXPECT_THAT((*launcher)->out(), HasSubstr("no process of the run is left on 2 hosts"));
+  EXPECT_THAT((*launcher)->out(), HasSubstr("no process of the run is left on 3 hosts"));
   ExpectNothingIsLeft();
 }
 

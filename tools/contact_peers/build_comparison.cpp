@@ -21,6 +21,7 @@ namespace contact_peers {
 namespace {
 
 constexpr int kRepetitions = 3;
+constexpr int kMmapThresholdBytes = 128 * 1024;  // the allocator's own, to begin with
 
 // Of /proc/self/status, bytes.
 double StatusBytes(const char* name) {
@@ -107,6 +108,9 @@ void Compare(const std::string& name, const vps::TriangleMesh& mesh, int voxels,
 
 core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes) {
   openvdb::initialize();
+  // As in a process that builds once: large arrays come from the kernel and go back to it. Left alone, the allocator
+  // keeps more of them the larger those were that it has seen, and each build's peak would tell of the builds before.
+  mallopt(M_MMAP_THRESHOLD, kMmapThresholdBytes);
   std::vector<std::pair<std::string, vps::TriangleMesh>> all;
   all.emplace_back("block_with_hole", vps::MakeBlockWithHole(0.05, 0.05, 0.01025, 128));
   for (const char* file : {"stanford_bunny.obj", "factory_nut_m16_tight_subdiv_3x.obj"}) {

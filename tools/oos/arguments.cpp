@@ -1,6 +1,8 @@
 #include "tools/oos/arguments.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdlib>
 
 namespace oos {
@@ -60,11 +62,34 @@ core::Result<std::optional<double>> Arguments::number(std::string_view name) con
   if (found == values_.end()) return std::optional<double>{};
   char* end = nullptr;
   const double value = std::strtod(found->second.c_str(), &end);
-  if (found->second.empty() || *end != '\0') {
+  if (found->second.empty() || *end != '\0' || !std::isfinite(value)) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       std::string(name) + " needs a number, not '" + found->second + "'");
   }
   return std::optional<double>{value};
+}
+
+core::Result<std::optional<double>> Arguments::positive(std::string_view name) const {
+  auto value = number(name);
+  if (value && *value && !(**value > 0.0)) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      std::string(name) + " needs a number above zero, not '" + text(name) + "'");
+  }
+  return value;
+}
+
+core::Result<std::optional<std::uint64_t>> Arguments::count(std::string_view name, std::uint64_t least,
+                                                            std::uint64_t most) const {
+  if (!has(name)) return std::optional<std::uint64_t>{};
+  const std::string word = text(name);
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || value < least || value > most) {
+    return core::Fail(core::ErrorCode::kInvalidInput, std::string(name) + " needs a whole number from " +
+                                                          std::to_string(least) + " to " + std::to_string(most) +
+                                                          ", not '" + word + "'");
+  }
+  return std::optional<std::uint64_t>{value};
 }
 
 }  // namespace oos

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,8 +28,12 @@ class Arguments {
   [[nodiscard]] bool has(std::string_view name) const { return values_.find(name) != values_.end(); }
   [[nodiscard]] std::string text(std::string_view name, std::string_view fallback = "") const;
   [[nodiscard]] std::vector<std::string> texts(std::string_view name) const;  // an option may be given several times
-  // Fails when the value is given and is not a number.
+  // Fails when the value is given and is not a finite number.
   [[nodiscard]] core::Result<std::optional<double>> number(std::string_view name) const;
+  // The same, for one above zero, and for a whole one within bounds.
+  [[nodiscard]] core::Result<std::optional<double>> positive(std::string_view name) const;
+  [[nodiscard]] core::Result<std::optional<std::uint64_t>> count(std::string_view name, std::uint64_t least,
+                                                                 std::uint64_t most) const;
 
  private:
   std::vector<std::string> positional_;

@@ -32,6 +32,18 @@ TEST(Arguments, RefuseANumberThatIsNone) {
   EXPECT_FALSE(arguments->number("--seed"));
 }
 
+TEST(Arguments, TakeOnlyNumbersThatMakeSense) {
+  const auto parse = [](const char* word) { return *Arguments::Parse({"--seed", word}, kOptions); };
+  for (const char* word : {"nan", "inf", "-inf", "1e999", ""}) EXPECT_FALSE(parse(word).number("--seed")) << word;
+  for (const char* word : {"-3", "0", "nan"}) EXPECT_FALSE(parse(word).positive("--seed")) << word;
+  EXPECT_EQ(parse("2.5").positive("--seed")->value(), 2.5);
+  for (const char* word : {"1.5", "-1", "0", "65", "1e40", "seven", " 3"}) {
+    EXPECT_FALSE(parse(word).count("--seed", 1, 64)) << word;
+  }
+  EXPECT_EQ(parse("64").count("--seed", 1, 64)->value(), 64U);
+  EXPECT_FALSE(Arguments::Parse({}, kOptions)->count("--seed", 1, 64)->has_value());
+}
+
 TEST(CommandLine, BadUsageIsStatusTwo) {
   EXPECT_EQ(RunCommandLine({}), kBadUsage);
   EXPECT_EQ(RunCommandLine({"fly"}), kBadUsage);

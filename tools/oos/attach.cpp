@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tools/oos/lab_session.hpp"
 #include "tools/oos/places.hpp"
 
 namespace oos {
@@ -51,6 +52,7 @@ const std::atomic<int>& CatchInterrupt() {
 
 const std::vector<Option>& AttachOptions() {
   static const std::vector<Option> options = {
+      {"--lab", "LAB.xml", "the session that was launched on these machines, whichever machine this is"},
       {"--registry", "ENDPOINT", "of the session; default: the one that runs here"},
       {"--session", "N", "its number, with --registry"},
       {"--keys", "DIR", "its key directory, with --registry"},
@@ -60,7 +62,14 @@ const std::vector<Option>& AttachOptions() {
 
 core::Result<bus::NodeOptions> FindSession(const Arguments& arguments) {
   bus::NodeOptions options;
-  if (arguments.has("--registry")) {
+  if (arguments.has("--lab")) {
+    const auto found = FindLabSession(arguments.text("--lab"));
+    if (!found) return tl::unexpected(found.error());
+    options.registry = found->registry;
+    options.session = std::strtoull(found->session.c_str(), nullptr, 10);
+    options.keys = found->keys;
+    options.is_encrypted = true;
+  } else if (arguments.has("--registry")) {
     options.registry = arguments.text("--registry");
     options.session = std::strtoull(arguments.text("--session", "0").c_str(), nullptr, 10);
     options.keys = arguments.text("--keys", "");

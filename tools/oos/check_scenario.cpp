@@ -1,9 +1,13 @@
 #include "tools/oos/check_scenario.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string>
 
+#include "core/names.hpp"
+#include "lab/lab.hpp"
 #include "nodes/device_bridge/operator_script.hpp"
 #include "nodes/logic_node/procedure.hpp"
 #include "scene/load_scenario.hpp"
@@ -70,6 +74,16 @@ CheckOutcome CheckScenario(const std::filesystem::path& path) {
   }
   CheckMeshes(*scenario, &outcome);
   return outcome;
+}
+
+core::Result<void> CheckNodeNames(const std::vector<std::string>& names) {
+  const std::vector<std::string> known(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "--without: there is no node '" + name + "'; " + core::SuggestName(name, known));
+  }
+  return {};
 }
 
 }  // namespace oos

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/result.hpp"
 #include "scene/scenario.hpp"
 
 namespace oos {
@@ -18,5 +20,12 @@ struct CheckOutcome {
 // Everything that can be known to be wrong with a scenario before anything starts: the scenario file, the procedure,
 // the operator's script, the content of the meshes.
 CheckOutcome CheckScenario(const std::filesystem::path& path);
+
+// Of --without. The error names the one that is no node.
+core::Result<void> CheckNodeNames(const std::vector<std::string>& names);
+
+// What `run` and `launch` take.
+constexpr std::uint64_t kLargestSeed = std::uint64_t{1} << 53;
+constexpr std::uint64_t kMostWorkers = 64;
 
 }  // namespace oos

@@ -1,7 +1,7 @@
-#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
@@ -30,6 +30,7 @@ namespace {
 
 constexpr double kReadyPatience_s = 240.0;  // cooking a big scene for the first time takes minutes
 constexpr double kClockPeriod_s = 5.0;
+constexpr double kTakenOverPeriod_s = 0.3;
 constexpr int kPoll_ms = 100;
 
 void Print(const std::string& line) {
@@ -62,6 +63,7 @@ struct Wanted {
   std::optional<double> duration_s;
   std::filesystem::path out;
   std::filesystem::path record;  // empty: not recorded
+  std::filesystem::path steps;   // likewise
 };
 
 // One launch: nothing of it is left on any host when this object has gone.
@@ -125,7 +127,13 @@ class Launch {
     auto facts = AskHosts(lab_, &remotes_);
     if (!facts) return tl::unexpected(facts.error());
     facts_ = std::move(*facts);
-    for (const lab::Host& host : remotes_.hosts()) roots_.push_back(facts_.at(host.name).root);
+    for (const lab::Host& host : remotes_.hosts()) {
+      roots_.push_back(facts_.at(host.name).root);
+      if (IsPlain(roots_.back())) continue;
+      return core::Fail(core::ErrorCode::kInvalidInput,
+                        "host " + host.name + ": its run folder is " + roots_.back() +
+                            ", and that becomes part of commands; give it a run_folder of letters, digits and /._+@-");
+    }
     if (const auto done = TakeLeases(MakeLease(), roots_, &remotes_); !done) return done;
     has_leases_ = true;
     if (const auto done = Interrupted(); !done) return done;
@@ -138,19 +146,17 @@ class Launch {
   }
 
   Lease MakeLease() const {
-    utsname name{};
-    uname(&name);
-    const char* user = std::getenv("USER");
     Lease lease;
-    lease.values = {
-        {"run", wanted_.plan.run},
-        {"who", std::string(user != nullptr ? user : "uid " + std::to_string(getuid())) + "@" + name.nodename},
-        {"pid", std::to_string(getpid())},
-        {"boot", ReadLine("/proc/sys/kernel/random/boot_id")},
-        {"scenario", scenario_.file.string()},
-        {"lab", lab_.file.string()},
-        {"out", wanted_.out.string()},
-        {"since", Stamp("%Y-%m-%d %H:%M:%S")}};
+    lease.values = {{"run", wanted_.plan.run},
+                    {"who", WhoIsHere()},
+                    {"pid", std::to_string(getpid())},
+                    {"boot", ReadLine("/proc/sys/kernel/random/boot_id")},
+                    {"scenario", scenario_.file.string()},
+                    {"lab", lab_.file.string()},
+                    {"out", wanted_.out.string()},
+                    {"registry", lab::RegistryEndpoint(lab_, facts_)},
+                    {"session", std::to_string(wanted_.plan.session)},
+                    {"since", Stamp("%Y-%m-%d %H:%M:%S")}};
     return lease;
   }
 
@@ -163,7 +169,7 @@ class Launch {
     for (std::size_t i = 0; i < remotes_.hosts().size(); ++i) {
       const lab::HostPlan& plan = plan_.hosts[i];
       const lab::UnitFiles files = lab::FilesFor(plan);
-      write[i] = "mkdir -p " + plan.run_folder + " && cd " + plan.run_folder + " || exit 1\n";
+      write[i] = "mkdir -p " + plan.run_folder + "/steps && cd " + plan.run_folder + " || exit 1\n";
       for (const auto& [name, text] : files.files) WriteFile(name, text, &write[i]);
       WriteFile("stop.sh", files.stop, &write[i]);
       WriteFile("status.sh", files.status, &write[i]);
@@ -241,7 +247,25 @@ class Launch {
       if (text != "is silent") clocks_.clear();  // asked anew
     });
     if (why_.empty()) why_ = gone;
+    is_taken_over_ = is_taken_over_ || comebacks_->was_stopped();
+    if (story_.is_down() && why_.empty()) AskWhetherTakenOver();
     ReadClocks();
+  }
+
+  // The registry has ended. When a supervisor starts it again, all is well; when somebody ends the run from another
+  // machine, the lease says so (MarkStopping), until the run's folder is gone.
+  void AskWhetherTakenOver() {
+    if (Since_s(taken_over_asked_ns_) < kTakenOverPeriod_s) return;
+    taken_over_asked_ns_ = core::MonotonicNow_ns();
+    for (std::size_t i = 0; i < remotes_.hosts().size(); ++i) {
+      if (remotes_.hosts()[i].name != lab_.registry_host) continue;
+      const Answer answer = remotes_.Run(i, "cat " + roots_[i] + "/lease 2>/dev/null\n[ -d " + roots_[i] + "/runs/" +
+                                                plan_.run + " ] || echo gone=1\n");
+      if (!answer.is_good() || (answer.value("stopping").empty() && answer.value("gone") != "1")) return;
+      is_taken_over_ = true;
+      why_ = "stopped from elsewhere" +
+             (answer.value("stopping").empty() ? std::string() : " by " + answer.value("stopping"));
+    }
   }
 
   void Say(const std::string& host, const std::string& unit, const std::string& text) const {
@@ -252,22 +276,28 @@ class Launch {
 
   // "... INFO exited: physics_node (terminated by SIGKILL; not expected)", "... gave up: NAME entered FATAL state ..."
   void TakeSupervisor(const std::string& host, const std::string& line) {
+    if (is_stopping_) return;
     for (const char* word : {"exited: ", "gave up: ", "spawnerr: "}) {
       const std::size_t at = line.find(word);
       if (at == std::string::npos) continue;
-      if (!is_stopping_) Say(host, "supervisor", line.substr(at));
-      if (std::string(word) == "gave up: " && why_.empty() && IsEnd(line.substr(at))) {
-        why_ = "host " + host + " " + line.substr(at);
-      }
+      const std::string text = line.substr(at);
+      Say(host, "supervisor", text);
+      const std::string rest = text.substr(std::string(word).size());
+      const std::string unit = rest.substr(0, rest.find(' '));
+      if (text.find("; not expected") != std::string::npos && lab_.FindPlacement(unit) != nullptr) dead_.insert(unit);
+      if (std::string(word) == "gave up: ") TakeGivenUp(host, unit, text);
     }
   }
 
   // The procedure does without pictures and without a recording.
-  static bool IsEnd(const std::string& gave_up) {
-    for (const char* unit : {"visual_node", "display", "recorder"}) {
-      if (gave_up.find(std::string(" ") + unit + " ") != std::string::npos) return false;
+  void TakeGivenUp(const std::string& host, const std::string& unit, const std::string& text) {
+    if (unit == "visual_node" || unit == "display") {
+      if (expected_.erase("visual_node") != 0) {
+        Print("host " + host + " shows no picture: see " + unit + ".log; the run goes on without");
+      }
+    } else if (unit != "recorder" && why_.empty()) {
+      why_ = "host " + host + " " + text;
     }
-    return true;
   }
 
   void OpenClockFile() {
@@ -303,7 +333,7 @@ class Launch {
         return story_.ready().count(node) != 0 || (story_.runs() && node != "visual_node");
       });
     };
-    while (why_.empty() && !are_all_ready()) {
+    while (why_.empty() && !are_all_ready() && !story_.is_final() && !story_.is_failed()) {
       Listen();
       if (Since_s(start_ns_) < kReadyPatience_s) continue;
       why_ = "not ready in time:";
@@ -330,8 +360,20 @@ class Launch {
     is_final_ = why_.empty() && story_.is_final();
   }
 
+  // Whoever ended the run collects what it left.
+  int LeaveToOthers() {
+    clocks_.clear();
+    streams_.Close();
+    std::error_code error;
+    std::filesystem::remove(SessionFile(), error);
+    has_leases_ = false;
+    Print("what the run left is collected there");
+    return kDoesNotHold;
+  }
+
   int Finish() {
     if (!why_.empty()) Print("ends: " + why_);
+    if (is_taken_over_) return LeaveToOthers();
     Print("stopping");
     is_stopping_ = true;
     clocks_.clear();
@@ -343,18 +385,21 @@ class Launch {
     if (left.empty()) Print("no process of the run is left on " + std::to_string(roots_.size()) + " hosts");
     const auto collected = Collect(plan_.run, roots_, wanted_.out, &remotes_);
     if (!collected) Print(collected.error().detail);
-    MoveRecordings();
+    MoveRecordings(wanted_.out, wanted_.record);
+    MoveRecordings(wanted_.out / "steps", wanted_.steps);
+    std::filesystem::remove(wanted_.out / "steps", error);  // when it is empty
     const bool is_reported = Report();
     return is_final_ && left.empty() && collected && is_reported ? kHolds : kDoesNotHold;
   }
 
-  void MoveRecordings() {
-    if (wanted_.record.empty()) return;
+  // To where they were asked for; what cannot be moved stays.
+  static void MoveRecordings(const std::filesystem::path& from, const std::filesystem::path& to) {
+    if (to.empty() || to == from) return;
     std::error_code error;
-    std::filesystem::create_directories(wanted_.record, error);
-    for (const auto& entry : std::filesystem::directory_iterator(wanted_.out, error)) {
+    std::filesystem::create_directories(to, error);
+    for (const auto& entry : std::filesystem::directory_iterator(from, error)) {
       if (entry.path().extension() != ".mcap") continue;
-      std::filesystem::copy_file(entry.path(), wanted_.record / entry.path().filename(),
+      std::filesystem::copy_file(entry.path(), to / entry.path().filename(),
                                  std::filesystem::copy_options::overwrite_existing, error);
       if (!error) std::filesystem::remove(entry.path(), error);
     }
@@ -367,6 +412,7 @@ class Launch {
     facts.why = why_;
     facts.seed = wanted_.plan.seed;
     facts.seconds = seconds_;
+    facts.dead.assign(dead_.begin(), dead_.end());
     facts.missing_nodes = wanted_.plan.without;
     const nlohmann::json report = MergeReport(scenario_, facts, wanted_.out);
     if (!WriteReport(report, wanted_.out)) {
@@ -386,16 +432,16 @@ class Launch {
   Remotes remotes_;
   AllFacts facts_;
   std::vector<std::string> roots_;  // in the order of the hosts
-  bool has_leases_ = false, is_started_ = false, is_stopping_ = false, is_final_ = false;
+  bool has_leases_ = false, is_started_ = false, is_stopping_ = false, is_taken_over_ = false, is_final_ = false;
   lab::Plan plan_;
   LaunchKeys keys_;
   LogStreams streams_;
   std::optional<Comebacks> comebacks_;
   BusStory story_;
-  std::set<std::string> expected_;
+  std::set<std::string> expected_, dead_;
   std::vector<std::unique_ptr<ClockSeries>> clocks_;
   std::ofstream clock_file_;
-  std::int64_t clocks_read_ns_ = 0, start_ns_ = 0, ready_ns_ = 0;
+  std::int64_t clocks_read_ns_ = 0, taken_over_asked_ns_ = 0, start_ns_ = 0, ready_ns_ = 0;
   double seconds_ = 0.0;
   std::string why_;
 };
@@ -415,31 +461,33 @@ void ShowPlan(const lab::Lab& lab, const scene::Scenario& scenario, const Wanted
   Print(lab::Describe(lab::MakePlan(lab, facts, wanted.plan)) + "nothing was started (--dry-run)");
 }
 
+// It becomes part of folders and commands on all hosts.
+std::string RunName(const std::string& scenario) {
+  std::string name;
+  for (const char c : scenario) name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' ? c : '_';
+  return name + "-" + Stamp("%Y%m%d-%H%M%S") + "-" + std::to_string(getpid());
+}
+
 core::Result<Wanted> ReadWanted(const Arguments& arguments, const scene::Scenario& scenario) {
   Wanted wanted;
-  const auto seed = arguments.number("--seed"), duration = arguments.number("--duration"),
-             workers = arguments.number("--workers");
-  for (const auto* number : {&seed, &duration, &workers}) {
-    if (!*number) return tl::unexpected(number->error());
-  }
-  const double num_workers = workers->value_or(1.0);
-  if (num_workers < 1.0 || num_workers > 64.0 || seed->value_or(0.0) < 0.0) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--workers wants a number from 1 to 64, --seed one from 0 on");
-  }
-  wanted.plan.method = arguments.text("--method", scenario.method);
-  if (!vps::MethodFromName(wanted.plan.method)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--method is paper or fast, not '" + wanted.plan.method + "'");
-  }
-  wanted.plan.run = scenario.name + "-" + Stamp("%Y%m%d-%H%M%S") + "-" + std::to_string(getpid());
+  const auto seed = arguments.count("--seed", 0, kLargestSeed), workers = arguments.count("--workers", 1, kMostWorkers);
+  const auto duration = arguments.positive("--duration");
+  if (!seed) return tl::unexpected(seed.error());
+  if (!workers) return tl::unexpected(workers.error());
+  if (!duration) return tl::unexpected(duration.error());
+  wanted.plan.method = scenario.method;
+  wanted.plan.run = RunName(scenario.name);
   const std::int64_t chance[2] = {core::MonotonicNow_ns(), getpid()};
   wanted.plan.session = core::Hash64(chance, sizeof chance) | 1U;  // never 0
-  wanted.plan.seed = seed->has_value() ? static_cast<std::uint64_t>(**seed) : scenario.seed;
-  wanted.plan.workers = static_cast<unsigned>(num_workers);
+  wanted.plan.seed = seed->value_or(scenario.seed);
+  wanted.plan.workers = static_cast<unsigned>(workers->value_or(1));
   wanted.plan.without = arguments.texts("--without");
   wanted.plan.is_recorded = arguments.has("--record");
   wanted.plan.has_keys = true;
   wanted.duration_s = *duration;
+  wanted.plan.records_steps = arguments.has("--steps");
   if (arguments.has("--record")) wanted.record = std::filesystem::absolute(arguments.text("--record"));
+  if (arguments.has("--steps")) wanted.steps = std::filesystem::absolute(arguments.text("--steps"));
   wanted.out = std::filesystem::absolute(arguments.text("--out", "out/" + wanted.plan.run));
   return wanted;
 }
@@ -450,18 +498,26 @@ int Run(const Arguments& arguments) {
   if (!check.scenario || !check.problems.empty()) {
     return Complain("launch", "the scenario is broken, nothing was started", kBadUsage);
   }
+  scene::Scenario scenario = *check.scenario;
+  scenario.method = arguments.text("--method", scenario.method);
+  if (!vps::MethodFromName(scenario.method)) {
+    return Complain("launch", "--method is paper or fast, not '" + scenario.method + "'", kBadUsage);
+  }
+  if (const auto known = CheckNodeNames(arguments.texts("--without")); !known) {
+    return Complain("launch", known.error().detail, kBadUsage);
+  }
   if (!arguments.has("--lab")) return Complain("launch", "--lab LAB.xml is missing", kBadUsage);
   const auto lab = lab::LoadLab(arguments.text("--lab"));
-  const auto problems = lab ? lab::CheckAgainst(*lab, *check.scenario, arguments.texts("--without")) : lab.error();
+  const auto problems = lab ? lab::CheckAgainst(*lab, scenario, arguments.texts("--without")) : lab.error();
   for (const scene::Diagnostic& problem : problems) std::fprintf(stderr, "%s\n", scene::Format(problem).c_str());
   if (!problems.empty()) return Complain("launch", "the lab file is broken, nothing was started", kBadUsage);
-  const auto wanted = ReadWanted(arguments, *check.scenario);
+  const auto wanted = ReadWanted(arguments, scenario);
   if (!wanted) return Complain("launch", wanted.error().detail, kBadUsage);
   if (arguments.has("--dry-run")) {
-    ShowPlan(*lab, *check.scenario, *wanted);
+    ShowPlan(*lab, scenario, *wanted);
     return kHolds;
   }
-  return Launch(*check.scenario, *lab, *wanted).Run();
+  return Launch(scenario, *lab, *wanted).Run();
 }
 
 }  // namespace
@@ -478,6 +534,7 @@ Verb LaunchVerb() {
            {"--duration", "S", "limit; default: the scenario's"},
            {"--out", "DIR", "of the report, logs and clock series; default: out/<run>"},
            {"--record", "DIR", "record the traffic into it"},
+           {"--steps", "DIR", "every step of physics_node, haptic_node and logic_node, for 'oos replay'"},
            {"--method", "paper|fast", "collision method; default: the scenario's"},
            {"--workers", "N", "threads of the collision computation; default: 1"},
            {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"}},

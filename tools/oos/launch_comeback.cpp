@@ -36,6 +36,7 @@ std::string Comebacks::Resume(std::size_t host) {
   const Host& its = hosts_[host];
   const std::string folder = its.root + "/runs/" + run_;
   if (remotes_->Run(host, "[ -d " + folder + " ] || echo gone=1\n").value("gone") == "1") {
+    was_stopped_ = true;
     return "the run was stopped from elsewhere";
   }
   if (const auto done = streams_->Reopen(host, run_, its.root, its.units, remotes_); !done) return done.error().detail;

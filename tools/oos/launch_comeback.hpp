@@ -27,6 +27,7 @@ class Comebacks {
 
   // To be called again and again. `say`: host, text. Returns why the run cannot go on; empty: it can.
   std::string Poll(const std::function<void(const std::string&, const std::string&)>& say);
+  [[nodiscard]] bool was_stopped() const { return was_stopped_; }  // from elsewhere, while a host was silent
 
  private:
   std::string Resume(std::size_t host);
@@ -37,6 +38,7 @@ class Comebacks {
   Remotes* remotes_;
   LogStreams* streams_;
   std::int64_t next_ns_ = 0;
+  bool was_stopped_ = false;
 };
 
 }  // namespace oos

@@ -1,11 +1,17 @@
 #include "tools/oos/launch_lease.hpp"
 
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
 namespace oos {
 namespace {
 
 Lease LeaseOf(const Answer& answer) {
   Lease lease;
-  for (const char* key : {"run", "who", "pid", "boot", "scenario", "lab", "out", "since"}) {
+  for (const char* key :
+       {"run", "who", "pid", "boot", "scenario", "lab", "out", "registry", "session", "since", "stopping"}) {
     if (const std::string value = answer.value(key); !value.empty()) lease.values[key] = value;
   }
   return lease;
@@ -40,11 +46,25 @@ std::string Lease::Describe() const {
          value("since");
 }
 
+bool IsPlain(const std::string& path) {
+  return path.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._+@-") ==
+         std::string::npos;
+}
+
+std::string WhoIsHere() {
+  utsname name{};
+  uname(&name);
+  const char* user = std::getenv("USER");
+  return std::string(user != nullptr ? user : "uid " + std::to_string(getuid())) + "@" + name.nodename;
+}
+
 core::Result<std::vector<HostState>> ReadLeases(Remotes* remotes) {
   std::vector<std::string> scripts;
-  for (const lab::Host& host : remotes->hosts()) {
-    scripts.push_back("cd '" + host.run_folder +
-                      "' 2>/dev/null || exit 0\necho root=$(pwd -P)\ncat lease 2>/dev/null\n:\n");
+  for (std::size_t i = 0; i < remotes->hosts().size(); ++i) {
+    scripts.push_back(remotes->is_reached(i)
+                          ? "cd '" + remotes->hosts()[i].run_folder +
+                                "' 2>/dev/null || exit 0\necho root=$(pwd -P)\ncat lease 2>/dev/null\n:\n"
+                          : "");
   }
   const std::vector<Answer> answers = remotes->RunAll(scripts);
   std::vector<HostState> states;
@@ -53,8 +73,22 @@ core::Result<std::vector<HostState>> ReadLeases(Remotes* remotes) {
       return core::Fail(core::ErrorCode::kIo, "host " + remotes->hosts()[i].name + ": " + answers[i].err);
     }
     states.push_back({answers[i].value("root"), LeaseOf(answers[i])});
+    if (IsPlain(states.back().root) && IsPlain(states.back().lease.value("run"))) continue;
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "host " + remotes->hosts()[i].name + ": its run folder is " + states.back().root + " with run '" +
+                          states.back().lease.value("run") +
+                          "', and they become part of commands; give it a run_folder of letters, digits and /._+@-");
   }
   return states;
+}
+
+Lease ChooseRun(const std::vector<HostState>& states, const std::string& lab_file) {
+  Lease chosen;
+  for (const HostState& state : states) {
+    if (!state.lease.values.empty() && state.lease.value("lab") == lab_file) return state.lease;
+    if (chosen.values.empty()) chosen = state.lease;
+  }
+  return chosen;
 }
 
 core::Result<void> CheckFree(Remotes* remotes) {
@@ -81,10 +115,23 @@ core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>
   return {};
 }
 
+void MarkStopping(const std::string& run, const std::string& who, const std::vector<std::string>& roots,
+                  Remotes* remotes) {
+  std::vector<std::string> scripts;
+  for (const std::string& root : roots) {
+    scripts.push_back(root.empty()
+                          ? ""
+                          : "cd " + root + " && grep -qx 'run=" + run +
+                                "' lease && cat >>lease <<'END_OF_LEASE'\nstopping=" + who + "\nEND_OF_LEASE\n");
+  }
+  remotes->RunAll(scripts, 10.0);
+}
+
 void ReleaseLeases(const std::string& run, const std::vector<std::string>& roots, Remotes* remotes) {
   std::vector<std::string> scripts(remotes->hosts().size());
   for (std::size_t i = 0; i < roots.size(); ++i) {
-    scripts[i] = "cd " + roots[i] + " && rm -rf keys && grep -qx 'run=" + run + "' lease && rm -f lease\n";
+    if (roots[i].empty()) continue;
+    scripts[i] = "cd " + roots[i] + " && grep -qx 'run=" + run + "' lease && rm -rf keys && rm -f lease\n";
   }
   remotes->RunAll(scripts, 10.0);
 }
@@ -93,8 +140,8 @@ std::vector<std::string> StopRun(const std::string& run, const std::vector<std::
   std::vector<std::string> stops, searches;
   for (const std::string& root : roots) {
     const std::string script = FolderOf(root, run) + "/stop.sh";
-    stops.push_back("[ ! -e " + script + " ] || sh " + script + " >&2\n");
-    searches.push_back(SearchFor(run));
+    stops.push_back(root.empty() ? "" : "[ ! -e " + script + " ] || sh " + script + " >&2\n");
+    searches.push_back(root.empty() ? "" : SearchFor(run));
   }
   remotes->RunAll(stops, 40.0);
   const std::vector<Answer> answers = remotes->RunAll(searches, 20.0);
@@ -113,6 +160,7 @@ core::Result<void> Collect(const std::string& run, const std::vector<std::string
   std::filesystem::create_directories(out, error);
   std::string failures;
   for (std::size_t i = 0; i < roots.size(); ++i) {
+    if (roots[i].empty()) continue;
     const std::string folder = FolderOf(roots[i], run);
     if (!remotes->Run(i, "[ -d " + folder + " ]\n").is_good()) continue;
     auto words = remotes->Rsync(i);

@@ -7,6 +7,8 @@ namespace oos {
 
 namespace {
 
+constexpr char kBusUnit[] = "registry";
+
 // `from`: "-n +1" from the logs' beginning, "-n 0" from now on.
 core::Result<std::unique_ptr<PipedChild>> Tail(std::size_t host, const std::string& run, const std::string& root,
                                                const std::vector<std::string>& units, const std::string& from,
@@ -36,35 +38,58 @@ core::Result<void> LogStreams::Open(const std::string& run, const std::vector<st
 
 core::Result<void> LogStreams::Reopen(std::size_t host, const std::string& run, const std::string& root,
                                       const std::vector<std::string>& units, Remotes* remotes) {
-  auto child = Tail(host, run, root, units, "-n 0", remotes);
+  Stream& stream = streams_[host];
+  std::vector<std::string> others = units;
+  if (std::erase(others, kBusUnit) != 0) {
+    auto bus = Tail(host, run, root, {kBusUnit}, "-n +" + std::to_string(stream.num_bus_lines + 1), remotes);
+    if (!bus) return tl::unexpected(bus.error());
+    if (others.empty()) {
+      stream.child = std::move(*bus);
+      stream.unit = kBusUnit;
+      return {};
+    }
+    stream.bus_child = std::move(*bus);
+  }
+  auto child = Tail(host, run, root, others, "-n 0", remotes);
   if (!child) return tl::unexpected(child.error());
-  streams_[host].child = std::move(*child);
+  stream.child = std::move(*child);
   return {};
+}
+
+void LogStreams::TakeLines(Stream* stream, PipedChild* child, std::string* unit, const TakeLine& take) {
+  if (child == nullptr) return;
+  child->Poll();
+  for (const std::string& line : child->TakeLines()) {
+    // tail tells whose lines follow: "==> NAME.log <==".
+    if (line.rfind("==> ", 0) == 0 && line.size() > 12 && line.compare(line.size() - 8, 8, ".log <==") == 0) {
+      *unit = line.substr(4, line.size() - 12);
+    } else if (!line.empty()) {
+      stream->num_bus_lines += *unit == kBusUnit ? 1 : 0;
+      take(stream->host, *unit, line);
+    }
+  }
 }
 
 void LogStreams::Poll(int timeout_ms, const TakeLine& take) {
   std::vector<PipedChild*> children;
   for (const Stream& stream : streams_) {
-    if (stream.child != nullptr && !stream.child->has_ended()) children.push_back(stream.child.get());
+    for (PipedChild* child : {stream.child.get(), stream.bus_child.get()}) {
+      if (child != nullptr && !child->has_ended()) children.push_back(child);
+    }
   }
   WaitForAny(children, timeout_ms);
   for (Stream& stream : streams_) {
-    if (stream.child == nullptr) continue;
-    stream.child->Poll();
-    for (const std::string& line : stream.child->TakeLines()) {
-      // tail tells whose lines follow: "==> NAME.log <==".
-      if (line.rfind("==> ", 0) == 0 && line.size() > 12 && line.compare(line.size() - 8, 8, ".log <==") == 0) {
-        stream.unit = line.substr(4, line.size() - 12);
-      } else if (!line.empty()) {
-        take(stream.host, stream.unit, line);
-      }
-    }
+    std::string bus_unit = kBusUnit;
+    TakeLines(&stream, stream.bus_child.get(), &bus_unit, take);
+    TakeLines(&stream, stream.child.get(), &stream.unit, take);
   }
 }
 
 void LogStreams::Close() {
   for (Stream& stream : streams_) {
-    if (stream.child != nullptr) stream.child->CloseInput();
+    for (PipedChild* child : {stream.child.get(), stream.bus_child.get()}) {
+      if (child != nullptr) child->CloseInput();
+    }
   }
   streams_.clear();
 }
@@ -81,6 +106,7 @@ std::string BusStory::Take(const std::string& text) {
     ready_.insert(node);
     return node + " is ready";
   }
+  if (is == "up" || is == "down") is_down_ = is == "down";
   if (is == "event") return node + ": " + line.value("name", "") + (detail.empty() ? "" : " " + detail);
   if (is == "refused") {
     refusal_ = detail;

@@ -19,7 +19,8 @@ class LogStreams {
   // `units`: of each host, in the order of the hosts.
   core::Result<void> Open(const std::string& run, const std::vector<std::string>& roots,
                           const std::vector<std::vector<std::string>>& units, Remotes* remotes);
-  // Of one host that was away, from now on.
+  // Of one host that was away: the registry's log from where it broke off, so that nothing of what the bus told is
+  // missed; the others from now on.
   core::Result<void> Reopen(std::size_t host, const std::string& run, const std::string& root,
                             const std::vector<std::string>& units, Remotes* remotes);
   // Waits at most `timeout_ms` for lines.
@@ -30,8 +31,11 @@ class LogStreams {
  private:
   struct Stream {
     std::string host, unit;
-    std::unique_ptr<PipedChild> child;  // null: nothing runs there
+    std::unique_ptr<PipedChild> child;      // null: nothing runs there
+    std::unique_ptr<PipedChild> bus_child;  // of the registry's log, once it was broken off; null: `child` has it
+    std::size_t num_bus_lines = 0;          // taken of it
   };
+  static void TakeLines(Stream* stream, PipedChild* child, std::string* unit, const TakeLine& take);
   std::vector<Stream> streams_;  // in the order of the hosts
 };
 
@@ -42,7 +46,8 @@ class BusStory {
   std::string Take(const std::string& line);
 
   [[nodiscard]] const std::set<std::string>& ready() const { return ready_; }
-  [[nodiscard]] bool runs() const { return runs_; }  // the procedure has begun, for which all nodes must be there
+  [[nodiscard]] bool is_down() const { return is_down_; }  // the registry has ended, and not come back
+  [[nodiscard]] bool runs() const { return runs_; }        // the procedure has begun, for which all nodes must be there
   [[nodiscard]] bool is_final() const { return is_final_; }
   [[nodiscard]] bool is_failed() const { return is_failed_; }
   [[nodiscard]] const std::string& step() const { return step_; }
@@ -51,7 +56,7 @@ class BusStory {
 
  private:
   std::set<std::string> ready_;
-  bool runs_ = false, is_final_ = false, is_failed_ = false;
+  bool is_down_ = false, runs_ = false, is_final_ = false, is_failed_ = false;
   std::string step_, why_, refusal_;
 };
 

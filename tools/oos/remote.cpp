@@ -231,6 +231,15 @@ bool Remotes::Reconnect(std::size_t host) {
 }
 
 core::Result<void> Remotes::Connect() {
+  const auto complaints = Reach();
+  if (!complaints) return tl::unexpected(complaints.error());
+  std::string text;
+  for (const std::string& complaint : *complaints) text += (text.empty() ? "" : "\n") + complaint;
+  if (!text.empty()) return core::Fail(core::ErrorCode::kIo, text);
+  return {};
+}
+
+core::Result<std::vector<std::string>> Remotes::Reach() {
   // Short: the name of a Unix socket has 107 characters at most.
   char name[] = "/tmp/oos-ssh-XXXXXX";
   if (mkdtemp(name) == nullptr) return core::Fail(core::ErrorCode::kIo, "cannot make a folder in /tmp");
@@ -240,7 +249,7 @@ core::Result<void> Remotes::Connect() {
     if (!master) return tl::unexpected(master.error());
     masters_.push_back(std::move(*master));
   }
-  std::string unreachable;
+  std::vector<std::string> complaints;
   const std::int64_t deadline_ns = In_ns(kConnectPatience_s);
   for (std::size_t i = 0; i < hosts_.size(); ++i) {
     PipedChild& master = *masters_[i];
@@ -249,13 +258,13 @@ core::Result<void> Remotes::Connect() {
       master.Poll();
       WaitForAny({&master}, 5);
     }
-    if (std::filesystem::exists(Socket(i), error)) continue;
-    unreachable += (unreachable.empty() ? "" : "\n") + ("host " + hosts_[i].name) + " (" + hosts_[i].address +
-                   ") does not let us in: " + (master.err().empty() ? "no answer" : LastLine(master.err())) +
-                   "; try: ssh " + hosts_[i].address;
+    is_reached_.push_back(std::filesystem::exists(Socket(i), error));
+    if (is_reached_.back()) continue;
+    complaints.push_back("host " + hosts_[i].name + " (" + hosts_[i].address +
+                         ") does not let us in: " + (master.err().empty() ? "no answer" : LastLine(master.err())) +
+                         "; try: ssh " + hosts_[i].address);
   }
-  if (!unreachable.empty()) return core::Fail(core::ErrorCode::kIo, unreachable);
-  return {};
+  return complaints;
 }
 
 std::vector<std::string> Remotes::Ssh(std::size_t host) const {

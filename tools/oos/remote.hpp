@@ -73,6 +73,9 @@ class Remotes {
 
   // Names every host that cannot be reached, and ssh's own words.
   core::Result<void> Connect();
+  // The same, content with those that can be: what is wrong with each of the others.
+  core::Result<std::vector<std::string>> Reach();
+  [[nodiscard]] bool is_reached(std::size_t host) const { return is_reached_[host]; }
 
   // For a host that was reached and has fallen silent. True when it is reached again; does not wait: call it again.
   bool Reconnect(std::size_t host);
@@ -95,6 +98,7 @@ class Remotes {
   std::vector<lab::Host> hosts_;
   std::filesystem::path folder_;  // of the sockets
   std::vector<std::unique_ptr<PipedChild>> masters_;
+  std::vector<bool> is_reached_;  // at the beginning
 };
 
 }  // namespace oos

@@ -48,27 +48,24 @@ core::Result<core::ParameterChange> ParseChange(const std::string& text) {
 }
 
 struct Wanted {
-  std::optional<double> seed, duration_s;
-  double workers = 1.0;
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+  unsigned workers = 1;
   std::filesystem::path out;
   std::vector<core::ParameterChange> changes;
 };
 
 core::Result<Wanted> ReadWanted(const Arguments& arguments, const std::string& scenario) {
   Wanted wanted;
-  const auto seed = arguments.number("--seed");
-  const auto duration = arguments.number("--duration");
-  const auto workers = arguments.number("--workers");
-  for (const auto* number : {&seed, &duration, &workers}) {
-    if (!*number) return core::Fail(number->error().code, number->error().detail);
-  }
+  const auto seed = arguments.count("--seed", 0, kLargestSeed), workers = arguments.count("--workers", 1, kMostWorkers);
+  const auto duration = arguments.positive("--duration");
+  if (!seed) return tl::unexpected(seed.error());
+  if (!workers) return tl::unexpected(workers.error());
+  if (!duration) return tl::unexpected(duration.error());
+  if (const auto known = CheckNodeNames(arguments.texts("--without")); !known) return tl::unexpected(known.error());
   wanted.seed = *seed;
   wanted.duration_s = *duration;
-  wanted.workers = workers->value_or(1.0);
-  if (wanted.workers < 1.0 || wanted.workers > 64.0) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--workers wants a number from 1 to 64");
-  }
-  if (wanted.seed && *wanted.seed < 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "--seed is not negative");
+  wanted.workers = static_cast<unsigned>(workers->value_or(1));
   wanted.out = arguments.has("--out") ? std::filesystem::absolute(arguments.text("--out")) : NewRunFolder(scenario);
   for (const std::string& text : arguments.texts("--set")) {
     const auto change = ParseChange(text);
@@ -116,9 +113,9 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const LockstepOut
 int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
                   nlohmann::json* report) {
   LockstepOptions options;
-  if (wanted.seed) options.seed = static_cast<std::uint64_t>(*wanted.seed);
+  if (wanted.seed) options.seed = *wanted.seed;
   options.duration_s = wanted.duration_s;
-  options.workers = static_cast<unsigned>(wanted.workers);
+  options.workers = wanted.workers;
   options.cache = vps::DefaultCacheFolder();
   if (arguments.has("--trace")) options.trace = arguments.text("--trace");
   options.steps = arguments.text("--steps");
@@ -169,7 +166,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   }
   SessionOptions options;
   options.out = wanted.out;
-  if (wanted.seed) options.seed = static_cast<std::uint64_t>(*wanted.seed);
+  if (wanted.seed) options.seed = *wanted.seed;
   options.duration_s = wanted.duration_s;
   options.without = arguments.texts("--without");
   options.is_headless = arguments.has("--headless");
@@ -177,7 +174,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.tcp_topics = arguments.text("--tcp_topics");
   options.multicast = arguments.text("--multicast");
   options.rt = arguments.text("--rt", "try");
-  options.workers = static_cast<unsigned>(wanted.workers);
+  options.workers = wanted.workers;
   options.program_folder = ProgramFolder();
   options.interrupted = &CatchInterrupt();
   options.say = Print;

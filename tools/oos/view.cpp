@@ -120,13 +120,17 @@ nlohmann::json Note() {
   return nlohmann::json::parse(file, nullptr, false);
 }
 
+bool IsSessionHere(const Arguments& arguments) {
+  return !arguments.has("--registry") && !arguments.has("--lab");
+}
+
 // Replaces this process by a visual_node of its own name.
 int OpenWindow(const Arguments& arguments, const std::string& scenario) {
   const auto session = FindSession(arguments);
   if (!session) return Complain("view", session.error().detail, kDoesNotHold);
   const std::string name = "visual_node-" + std::to_string(getpid());
   const nlohmann::json note = Note();
-  const bool is_noted = note.is_object() && !arguments.has("--registry");
+  const bool is_noted = note.is_object() && IsSessionHere(arguments);
   const std::filesystem::path out = std::filesystem::path(is_noted ? note.value("out", "out") : "out") / name;
   std::error_code error;
   std::filesystem::create_directories(out, error);
@@ -161,11 +165,10 @@ int Run(const Arguments& arguments) {
   std::string file;
   if (!arguments.positional().empty()) {
     file = arguments.positional()[0];
-  } else if (const nlohmann::json note = Note(); note.is_object() && !arguments.has("--registry")) {
+  } else if (const nlohmann::json note = Note(); note.is_object() && IsSessionHere(arguments)) {
     file = note.value("scenario", "");
   } else {
-    return Complain("view", "no session runs here, so name its scenario: oos view SCENARIO --registry ENDPOINT",
-                    kBadUsage);
+    return Complain("view", "no session runs here, so name its scenario: oos view SCENARIO --lab LAB.xml", kBadUsage);
   }
   const auto scenario = scene::LoadScenario(file);
   if (!scenario) {

@@ -1,0 +1,51 @@
+// The launcher loses its way to a host for a while, the run goes on: what the bus told meanwhile is not missed.
+
+#include <gmock/gmock.h>
+
+#include "tests/lab/survive.hpp"
+
+namespace system_tests {
+namespace {
+
+using testing::HasSubstr;
+
+class OutageTest : public SurviveTest {
+ protected:
+  // The machine's processes of that program, as seen from outside, the oldest first.
+  static std::vector<pid_t> FindAll(const std::string& machine, const std::string& program) {
+    std::vector<pid_t> all;
+    std::error_code error;
+    const auto keeper = "/proc/" + FirstWord(machines_->folder() / (machine + ".pid"));
+    const auto space = std::filesystem::read_symlink(keeper + "/ns/pid", error);
+    for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
+      const auto its = std::filesystem::read_symlink(entry.path() / "ns/pid", error);
+      if (error || its != space) continue;
+      const auto exe = std::filesystem::read_symlink(entry.path() / "exe", error);
+      if (exe.filename() == program) all.push_back(std::stoi(entry.path().filename().string()));
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+};
+
+TEST_F(OutageTest, StepsThatWereEnteredMeanwhileAreToldAfterwards) {
+  StartRun("outage");
+  if (HasFatalFailure()) return;
+  ASSERT_TRUE(Until([&] { return watch_->step() == "slide"; }, 60.0));
+  std::vector<pid_t> sshd = FindAll("beta", "sshd");
+  ASSERT_GE(sshd.size(), 2u);
+  kill(sshd[0], SIGSTOP);  // who listens: nobody is let in
+  for (std::size_t i = 1; i < sshd.size(); ++i) kill(sshd[i], SIGKILL);
+  const bool has_gone_on = Until([&] { return watch_->step() == "push_block"; }, 60.0);
+  const std::string before = launcher_->out();
+  kill(sshd[0], SIGCONT);
+  ASSERT_TRUE(has_gone_on) << launcher_->out();
+  EXPECT_THAT(before, HasSubstr("host beta is silent"));
+  EXPECT_THAT(before, testing::Not(HasSubstr("[beta] bus: step edge")));
+  FinishRun();
+  EXPECT_THAT(launcher_->out(), HasSubstr("host beta is back after "));
+  EXPECT_THAT(launcher_->out(), HasSubstr("[beta] bus: step edge"));
+}
+
+}  // namespace
+}  // namespace system_tests
