@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -74,17 +75,12 @@ class Network {
   int fd_ = -1;
 };
 
-struct Ages {
-  std::vector<std::int64_t> by_schedule_ns;  // of the newest sample, the computer's own delays left out
-  std::vector<std::int64_t> measured_ns;
-
-  static double Percentile_ms(std::vector<std::int64_t> ages, double fraction) {
-    if (ages.empty()) return 0.0;
-    const auto place = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(ages.size() - 1));
-    std::nth_element(ages.begin(), ages.begin() + place, ages.end());
-    return static_cast<double>(ages[static_cast<std::size_t>(place)]) * 1e-6;
-  }
-};
+double Percentile_ms(std::vector<std::int64_t> times_ns, double fraction) {
+  if (times_ns.empty()) return 0.0;
+  const auto place = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(times_ns.size() - 1));
+  std::nth_element(times_ns.begin(), times_ns.begin() + place, times_ns.end());
+  return static_cast<double>(times_ns[static_cast<std::size_t>(place)]) * 1e-6;
+}
 
 class LossyNetwork : public testing::Test {
  protected:
@@ -187,41 +183,111 @@ void WaitUntil(std::int64_t time_ns) {
   clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
 }
 
+// All times by CLOCK_MONOTONIC, which both networks share.
+struct Sent {
+  std::int64_t due_ns = 0, published_ns = 0, done_ns = 0;
+
+  // How much later than on its tick the sample was in the reader's socket, because its thread was held up.
+  [[nodiscard]] std::int64_t held_up_ns() const { return done_ns - due_ns; }
+};
+struct Look {
+  std::int64_t due_ns = 0, woke_ns = 0, done_ns = 0;
+  std::int64_t age_ns = 0;     // when it was done, of the newest sample that had come
+  std::uint64_t newest = 0;    // that sample's cycle
+  std::uint64_t received = 0;  // by the node in all, so far
+
+  [[nodiscard]] std::int64_t held_up_ns() const { return done_ns - woke_ns; }
+};
+
+// Samples lost between the newest one of a look and the next one that came. Where a later look brings several at once
+// and not all, which of them are lost is not known, and all count as the first.
+std::uint64_t ConsecutiveLosses(const Look& look, const Look& next_with_news) {
+  const std::uint64_t received = next_with_news.received - look.received;
+  const std::uint64_t sent = next_with_news.newest - look.newest;
+  return sent > received ? sent - received : 0;
+}
+
+// A thread in one network sends at 1 kHz, one in the other looks at ticks of its own, whose phase against the writer's
+// sweeps once a second. How old the newest sample is then depends on the machine, and is only printed: the goal of
+// 2.1 ms for the 99th percentile is judged by `oos bench bus`. Held here is what must be so on any machine: age is at
+// most (consecutive losses + 1) periods and a hop, but for what the two threads know that they were held up.
 TEST_F(LossyNetwork, TheNewestSampleIsOnlyOlderByConsecutiveLosses) {
-  constexpr int kTicks = 4000;
+  constexpr int kLooks = 4000;
+  constexpr std::int64_t kLookPeriod_ns = kPeriod_ns + kPeriod_ns / 1000;
+  constexpr std::int64_t kRunIn_ns = 50 * kPeriod_ns;
+  constexpr std::int64_t kHop_ns = kPeriod_ns / 2;  // a tenth of it is usual
   for (const int per_mille : {0, 1, 10, 50}) {
     SetLoss(per_mille);
-    Ages ages;
-    std::int64_t oversleep_ns = 0;
+    std::vector<Sent> sent;  // of cycle `first` and following
+    std::vector<Look> looks;
     const std::uint64_t first = cycle_ + 1;
-    const std::int64_t start_ns = core::MonotonicNow_ns() + kPeriod_ns;
-    for (int tick = 0; tick < kTicks; ++tick) {
-      const std::int64_t due_ns = start_ns + tick * kPeriod_ns;
-      WaitUntil(due_ns);
-      SendNext();
-      // The reader's tick comes at any phase of the writer's: 0.05 to 0.95 of the period later.
-      const std::int64_t phase_ns = (50 + 7 * tick % 901) * kPeriod_ns / 1000;
-      WaitUntil(due_ns + phase_ns);
-      reader_node_->Poll();
-      const std::int64_t now_ns = core::MonotonicNow_ns();
-      if (!reader_->has_value() || reader_->value().cycle < first) continue;
-      oversleep_ns = std::max(oversleep_ns, now_ns - due_ns - phase_ns);
-      ages.by_schedule_ns.push_back(static_cast<std::int64_t>(cycle_ - reader_->value().cycle) * kPeriod_ns + phase_ns);
-      ages.measured_ns.push_back(reader_->publish_age_ns(now_ns));
+    const std::int64_t start_ns = core::MonotonicNow_ns() + 10 * kPeriod_ns;
+    std::atomic<bool> is_done{false};
+    std::thread writer([&] {
+      writers_.Do([&] {
+        for (std::int64_t tick = 0; !is_done.load(); ++tick) {
+          const std::int64_t due_ns = start_ns + tick * kPeriod_ns;
+          WaitUntil(due_ns);
+          SendNext();
+          sent.push_back({due_ns, proxy_.header.publish_ns, core::MonotonicNow_ns()});
+        }
+      });
+    });
+    readers_.Do([&] {
+      for (int i = 0; i < kLooks; ++i) {
+        Look look;
+        look.due_ns = start_ns + kRunIn_ns + i * kLookPeriod_ns;
+        WaitUntil(look.due_ns);
+        look.woke_ns = core::MonotonicNow_ns();
+        reader_node_->Poll();
+        look.done_ns = core::MonotonicNow_ns();
+        look.age_ns = reader_->publish_age_ns(look.done_ns);
+        look.newest = reader_->value().cycle;
+        look.received = Read().received;
+        if (look.newest >= first) looks.push_back(look);
+      }
+    });
+    is_done.store(true);
+    writer.join();
+    ASSERT_GT(looks.size(), static_cast<std::size_t>(kLooks) * 9 / 10);
+
+    std::vector<std::int64_t> ages_ns, writer_late_ns, reader_late_ns;
+    for (const Sent& one : sent) writer_late_ns.push_back(one.published_ns - one.due_ns);
+    std::uint64_t most_losses = 0;
+    int num_unexplained = 0;
+    auto next = looks.begin();
+    for (const Look& look : looks) {
+      ages_ns.push_back(look.age_ns);
+      reader_late_ns.push_back(look.woke_ns - look.due_ns);
+      while (next != looks.end() && next->newest <= look.newest) ++next;
+      if (next == looks.end()) continue;  // the test was over before something newer came
+      const std::uint64_t losses = ConsecutiveLosses(look, *next);
+      most_losses = std::max(most_losses, losses);
+      const Sent& awaited = sent.at(look.newest + losses + 1 - first);
+      const std::int64_t oldest_ns = static_cast<std::int64_t>(losses + 1) * kPeriod_ns + kHop_ns;
+      if (look.age_ns <= oldest_ns + awaited.held_up_ns() + look.held_up_ns()) continue;
+      ++num_unexplained;
+      std::printf(
+          "cycle %llu is %.3f ms old, %llu lost after it; the next was held up by %.3f ms, the look by %.3f ms\n",
+          static_cast<unsigned long long>(look.newest), static_cast<double>(look.age_ns) * 1e-6,
+          static_cast<unsigned long long>(losses), static_cast<double>(awaited.held_up_ns()) * 1e-6,
+          static_cast<double>(look.held_up_ns()) * 1e-6);
     }
-    const double p99_ms = Ages::Percentile_ms(ages.by_schedule_ns, 0.99);
     std::printf(
-        "loss %4.1f %%: age of the newest sample p50 %.2f p99 %.2f max %.2f ms; with this computer's delays p99 "
-        "%.2f max %.2f ms (overslept by %.2f ms at most)\n",
-        per_mille * 0.1, Ages::Percentile_ms(ages.by_schedule_ns, 0.5), p99_ms,
-        Ages::Percentile_ms(ages.by_schedule_ns, 1.0), Ages::Percentile_ms(ages.measured_ns, 0.99),
-        Ages::Percentile_ms(ages.measured_ns, 1.0), static_cast<double>(oversleep_ns) * 1e-6);
-    ASSERT_GT(ages.by_schedule_ns.size(), static_cast<std::size_t>(kTicks) * 9 / 10);
+        "loss %4.1f %%: age of the newest sample p50 %.3f p99 %.3f max %.3f ms, %llu lost in a row at most; woke up "
+        "late, "
+        "p99 and max: writer %.3f, %.3f, reader %.3f, %.3f ms\n",
+        per_mille * 0.1, Percentile_ms(ages_ns, 0.5), Percentile_ms(ages_ns, 0.99), Percentile_ms(ages_ns, 1.0),
+        static_cast<unsigned long long>(most_losses), Percentile_ms(writer_late_ns, 0.99),
+        Percentile_ms(writer_late_ns, 1.0), Percentile_ms(reader_late_ns, 0.99), Percentile_ms(reader_late_ns, 1.0));
+    // A few: the kernel may leave what a busy processor receives to a thread of its own, which neither of ours sees.
+    // Were those behind a lost one held up, as with TCP, it would be three looks for every loss.
+    EXPECT_LE(num_unexplained, kLooks / 1000) << "at " << per_mille << " of 1000 lost";
     if (per_mille == 0) {
-      EXPECT_LT(Ages::Percentile_ms(ages.by_schedule_ns, 1.0), 1.0);  // always the newest of all
+      EXPECT_EQ(most_losses, 0);
     }
-    if (per_mille <= 10) {
-      EXPECT_LE(p99_ms, 2.1);
+    if (per_mille >= 10) {
+      EXPECT_GT(most_losses, 0);
     }
   }
 }

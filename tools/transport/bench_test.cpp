@@ -31,6 +31,7 @@ TEST(TransportBench, WritesChartTableAndGoalsOfTheStudiesAskedFor) {
     EXPECT_THAT(Read(folder / "hop.svg"), testing::HasSubstr(transport));
     EXPECT_THAT(Read(folder / "hop.csv"), testing::HasSubstr(transport));
   }
+  EXPECT_THAT(Read(folder / "encryption.csv"), testing::HasSubstr("LATEST: hop of 215 B,us,10,"));
   EXPECT_THAT(Read(folder / "goals.md"), testing::HasSubstr("| at most 1.5 |"));
   EXPECT_THAT(Read(folder / "all.json"), testing::HasSubstr("\"bench\": \"bus\""));
   EXPECT_FALSE(std::filesystem::exists(folder / "age.svg"));

@@ -1,10 +1,14 @@
 // STATE, EVENT and SERVICE, which go through the bus thread and are seen when the reader's step thread looks.
 #include <atomic>
+#include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <thread>
 
 #include "core/clock.hpp"
 #include "tools/transport/bus_channels.hpp"
+#include "tools/transport/encryption.hpp"
+#include "tools/transport/order.hpp"
 #include "tools/transport/raw_channels.hpp"
 #include "tools/transport/studies.hpp"
 #include "tools/transport/turns.hpp"
@@ -13,31 +17,47 @@ namespace transport {
 namespace {
 
 // There and back: a parameter is set and the owner's acknowledgement has come.
-bus::LatencyStats CallService(bool is_encrypted, std::int64_t rounds) {
-  bus::LatencyStats latency;
-  const auto link = Link::Make(is_encrypted);
-  if (link == nullptr) return latency;
-  link->far->OwnParameters({"bench"});
-  if (!link->Start()) return latency;
-  std::atomic<bool> is_done{false};
-  std::thread owner([&] {
-    core::ParameterChange change;
-    std::uint64_t ticket = 0;
-    while (!is_done.load(std::memory_order_relaxed)) {
-      link->far->Wait(core::MonotonicNow_ns() + kLook_ns);
-      while (link->far->PollParameter(&change, &ticket)) link->far->AckParameter(ticket, 1, true);
-    }
-  });
-  core::ParameterChange change;
-  change.name = "bench";
-  for (std::int64_t round = 0; round < rounds; ++round) {
-    const std::int64_t begin_ns = core::MonotonicNow_ns();
-    if (link->near->SetParameter("far", change)) latency.Add(core::MonotonicNow_ns() - begin_ns);
+class Service {
+ public:
+  explicit Service(bool is_encrypted)
+      : name_(is_encrypted ? "SERVICE, there and back" : "SERVICE, there and back, not encrypted"),
+        link_(Link::Make(is_encrypted)) {
+    if (link_ == nullptr) return;
+    link_->far->OwnParameters({"bench"});
+    if (!link_->Start()) link_.reset();
   }
-  is_done.store(true);
-  owner.join();
-  return latency;
-}
+  [[nodiscard]] const std::string& name() const { return name_; }
+  // Nothing where this machine cannot.
+  bus::LatencyStats Call(std::int64_t rounds) const {
+    bus::LatencyStats latency;
+    if (link_ == nullptr) return latency;
+    std::atomic<bool> is_done{false};
+    std::thread owner([&] {
+      core::ParameterChange change;
+      std::uint64_t ticket = 0;
+      while (!is_done.load(std::memory_order_relaxed)) {
+        link_->far->Wait(core::MonotonicNow_ns() + kLook_ns);
+        while (link_->far->PollParameter(&change, &ticket)) link_->far->AckParameter(ticket, 1, true);
+      }
+    });
+    core::ParameterChange change;
+    change.name = "bench";
+    for (std::int64_t round = 0; round < rounds; ++round) {
+      const std::int64_t begin_ns = core::MonotonicNow_ns();
+      if (link_->near->SetParameter("far", change)) latency.Add(core::MonotonicNow_ns() - begin_ns);
+    }
+    is_done.store(true);
+    owner.join();
+    return latency;
+  }
+
+ private:
+  std::string name_;
+  std::unique_ptr<Link> link_;
+};
+
+constexpr int kTurns = 8;
+constexpr std::int64_t kRounds = 250, kCalls = 125;  // in a turn
 
 }  // namespace
 
@@ -66,28 +86,36 @@ void StudyClasses(const Setting& setting, Report* report) {
     take(MakeState(is_encrypted));
     take(MakeEvent(is_encrypted));
   }
-  // One after the other in short turns: readers that look every 50 us would keep each other from the processor.
-  constexpr int kTurns = 8;
-  std::vector<bus::LatencyStats> latencies(channels.size());
+  const Service services[] = {Service(true), Service(false)};
+  // One at a time in short turns: readers that look every 50 us would keep each other from the processor.
+  std::vector<bus::LatencyStats> latencies(channels.size() + std::size(services));
+  const auto name_of = [&](std::size_t which) {
+    return which < channels.size() ? channels[which]->name() : services[which - channels.size()].name();
+  };
+  const auto measure = [&](std::size_t which) {
+    if (which >= channels.size()) return services[which - channels.size()].Call(setting.Rounds(kCalls));
+    Channels one;
+    one.push_back(std::move(channels[which]));
+    const bus::LatencyStats latency = TakeTurns(one, setting.Rounds(kRounds), core::kTick_ns)[0].latency;
+    channels[which] = std::move(one[0]);
+    return latency;
+  };
+  ByRound medians_us;
+  Order order(latencies.size());
   for (int turn = 0; turn < kTurns; ++turn) {
-    for (std::size_t i = 0; i < channels.size(); ++i) {
-      Channels one;
-      one.push_back(std::move(channels[i]));
-      latencies[i].Merge(TakeTurns(one, setting.Rounds(250), core::kTick_ns)[0].latency);
-      channels[i] = std::move(one[0]);
+    for (const std::size_t which : order.Next()) {
+      const bus::LatencyStats latency = measure(which);
+      latencies[which].Merge(latency);
+      medians_us[name_of(which)].push_back(latency.count() > 0 ? latency.p50_ns() * 1e-3 : std::nan(""));
     }
   }
-  for (std::size_t i = 0; i < channels.size(); ++i) add(channels[i]->name(), latencies[i]);
-  channels.clear();
-  for (const bool is_encrypted : {true, false}) {
-    add(is_encrypted ? "SERVICE, there and back" : "SERVICE, there and back, not encrypted",
-        CallService(is_encrypted, setting.Rounds(1'000)));
-  }
+  for (std::size_t i = 0; i < latencies.size(); ++i) add(name_of(i), latencies[i]);
   report->tables.push_back(table);
   report->charts.emplace_back("classes",
                               Chart{"Classes of topics on the same machine, about 200 B",
                                     "1 kHz, in turns; the reader of STATE, EVENT and SERVICE looks every 50 us",
                                     {median, tail}});
+  AddCostOfEncryption("latency of about 200 B", "us", medians_us, report);
 }
 
 }  // namespace transport

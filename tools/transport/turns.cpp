@@ -1,26 +1,33 @@
 #include "tools/transport/turns.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <atomic>
 #include <ctime>
-#include <numeric>
-#include <random>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <string>
 #include <thread>
 
 #include "core/clock.hpp"
-#include "tools/bench/one_core.hpp"
+#include "tools/transport/order.hpp"
 
 namespace transport {
 namespace {
 
-void SleepUntil(std::int64_t time_ns) {
-  const timespec until{time_ns / core::kNanosecondsPerSecond, time_ns % core::kNanosecondsPerSecond};
-  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
+constexpr std::int64_t kQuiet_ns = 20'000'000;  // so long nothing has come: nothing is on its way any more
 
-double ProcessorTime_us() {
-  timespec used{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-  return 1e6 * static_cast<double>(used.tv_sec) + 1e-3 * static_cast<double>(used.tv_nsec);
+// By the clock that pthread_getcpuclockid() would name, had we the handles of a library's threads.
+double ProcessorTime_us(const std::vector<pid_t>& threads) {
+  double sum_us = 0.0;
+  for (const pid_t thread : threads) {
+    timespec used{};
+    clock_gettime(static_cast<clockid_t>(~static_cast<unsigned>(thread) << 3 | 6), &used);
+    sum_us += 1e6 * static_cast<double>(used.tv_sec) + 1e-3 * static_cast<double>(used.tv_nsec);
+  }
+  return sum_us;
 }
 
 // Receives until told to end.
@@ -51,6 +58,11 @@ class Receiver {
 
 }  // namespace
 
+void SleepUntil(std::int64_t time_ns) {
+  const timespec until{time_ns / core::kNanosecondsPerSecond, time_ns % core::kNanosecondsPerSecond};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
+
 std::vector<Hops> TakeTurns(const Channels& channels, std::int64_t rounds, std::int64_t period_ns) {
   std::vector<Hops> hops(channels.size());
   {
@@ -58,20 +70,17 @@ std::vector<Hops> TakeTurns(const Channels& channels, std::int64_t rounds, std::
     for (std::size_t i = 0; i < channels.size(); ++i) {
       receivers.push_back(std::make_unique<Receiver>(channels[i].get(), &hops[i].latency));
     }
-    std::vector<std::size_t> order(channels.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::mt19937_64 random(1);
+    Order order(channels.size());
     const std::int64_t turn_ns = period_ns / static_cast<std::int64_t>(channels.size());
     std::int64_t next_ns = core::MonotonicNow_ns();
     for (std::int64_t round = 0; round < rounds; ++round) {
-      for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-      for (const std::size_t which : order) {
+      for (const std::size_t which : order.Next()) {
         next_ns += turn_ns;
         SleepUntil(next_ns);
         if (channels[which]->Send(core::MonotonicNow_ns())) ++hops[which].sent;
       }
     }
-    SleepUntil(core::MonotonicNow_ns() + 20'000'000);  // what is on its way
+    SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);
   }
   return hops;
 }
@@ -84,27 +93,67 @@ Load Flood(Channel* channel, double seconds) {
   std::int64_t now_ns = begin_ns;
   while ((now_ns = core::MonotonicNow_ns()) < begin_ns + length_ns) sent += channel->Send(now_ns) ? 1 : 0;
   const double took_s = 1e-9 * static_cast<double>(now_ns - begin_ns);
-  return {static_cast<double>(sent) / took_s, static_cast<double>(receiver.num_received()) / took_s};
+  std::uint64_t received = receiver.num_received();
+  const Load load{static_cast<double>(sent) / took_s, static_cast<double>(received) / took_s};
+  // Not left to the next turn: what lies there would be received first, and EVENT evicts who does not take it.
+  do {
+    received = receiver.num_received();
+    SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);
+  } while (receiver.num_received() != received);
+  return load;
 }
 
-double ProcessorTimePerMessage_us(Channel* channel, std::int64_t rounds) {
-  constexpr int kTurns = 9;
-  const Receiver receiver(channel, nullptr);
-  const auto run = [&](bool sends) {
-    const double before_us = ProcessorTime_us();
-    const std::int64_t begin_ns = core::MonotonicNow_ns();
-    for (std::int64_t round = 1; round <= rounds; ++round) {
-      SleepUntil(begin_ns + round * core::kTick_ns);
-      if (sends) channel->Send(core::MonotonicNow_ns());
-    }
-    return (ProcessorTime_us() - before_us) / static_cast<double>(rounds);
-  };
-  std::vector<double> costs_us;
-  for (int turn = 0; turn < kTurns; ++turn) {
-    const double idle_us = run(false);
-    costs_us.push_back(run(true) - idle_us);
+std::vector<pid_t> Threads() {
+  std::vector<pid_t> threads;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
+    threads.push_back(static_cast<pid_t>(std::stol(entry.path().filename())));
   }
-  return bench::Quantile(costs_us, 0.5);
+  std::sort(threads.begin(), threads.end());
+  return threads;
+}
+
+std::vector<double> ProcessorTimePerMessage_us(const std::vector<Worked>& channels, std::int64_t rounds,
+                                               bool is_idle_first) {
+  if (channels.empty()) return {};
+  std::vector<std::unique_ptr<Receiver>> receivers;
+  std::vector<std::vector<pid_t>> threads;
+  for (const Worked& worked : channels) {
+    const std::vector<pid_t> before = Threads();
+    receivers.push_back(std::make_unique<Receiver>(worked.channel, nullptr));
+    const std::vector<pid_t> after = Threads();
+    threads.push_back(worked.threads);
+    std::set_difference(after.begin(), after.end(), before.begin(), before.end(), std::back_inserter(threads.back()));
+  }
+  SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);  // until they have begun
+  const std::vector<pid_t> sender = {gettid()};
+  const std::int64_t turn_ns = core::kTick_ns / static_cast<std::int64_t>(channels.size());
+  const auto run = [&](bool sends) {
+    std::vector<double> used_us(channels.size());
+    for (std::size_t i = 0; i < channels.size(); ++i) used_us[i] = -ProcessorTime_us(threads[i]);
+    Order order(channels.size());
+    std::int64_t next_ns = core::MonotonicNow_ns();
+    for (std::int64_t round = 0; round < rounds; ++round) {
+      for (const std::size_t which : order.Next()) {
+        next_ns += turn_ns;
+        SleepUntil(next_ns);
+        if (!sends) continue;
+        used_us[which] -= ProcessorTime_us(sender);
+        channels[which].channel->Send(core::MonotonicNow_ns());
+        used_us[which] += ProcessorTime_us(sender);
+      }
+    }
+    SleepUntil(next_ns + core::kTick_ns);  // what is on its way
+    for (std::size_t i = 0; i < channels.size(); ++i) used_us[i] += ProcessorTime_us(threads[i]);
+    return used_us;
+  };
+  const std::vector<double> first_us = run(!is_idle_first);
+  const std::vector<double> second_us = run(is_idle_first);
+  std::vector<double> costs_us(channels.size());
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const double more_us = is_idle_first ? second_us[i] - first_us[i] : first_us[i] - second_us[i];
+    costs_us[i] = more_us / static_cast<double>(rounds);
+  }
+  return costs_us;
 }
 
 }  // namespace transport
