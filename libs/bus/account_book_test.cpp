@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "bus/bus_testing.hpp"
 #include "bus/detail/accounts.hpp"
 #include "bus/detail/event_log.hpp"
 
@@ -61,6 +62,52 @@ TEST(AccountBook, APeerThatJustWentIsNotFoldedForHavingBeenAwayBefore) {
     if (instance == 500) book.CloseAll(1);
   }
   EXPECT_EQ(OpenEvents(book, 1, 99).start, 10u);  // the same account
+}
+
+// Both ends of one LATEST topic: 10 were sent, 7 came, one of them as a copy, and 3 did not.
+testing::Books BothEnds() {
+  Account written;
+  written.topic = kPhysicsStateTopic;
+  written.topic_class = TopicClass::kLatest;
+  Account read = written;
+  written.is_writer = true;
+  written.peer = "haptic_node";
+  written.peer_instance = 2;
+  written.sent = 10;
+  written.life = {1, 9, 1, 10};
+  read.peer = "physics_node";
+  read.peer_instance = 1;
+  read.sent = 10;
+  read.received = 7;
+  read.dropped[static_cast<std::size_t>(DropReason::kLost)] = 3;
+  read.life = {1, 9, 1, 10, 6, 1, 3};
+  return {{"physics_node", {1, {written}}}, {"haptic_node", {2, {read}}}};
+}
+
+TEST(OpenAccounts, ALatestReaderThatCountsWrongIsFoundThoughItsOwnAccountCloses) {
+  EXPECT_EQ(testing::OpenAccounts(BothEnds()), std::vector<std::string>());
+  testing::Books books = BothEnds();
+  Account& read = books["haptic_node"].accounts[0];
+  read.sent = read.received = 13;  // each twice
+  read.dropped = {};
+  read.life.received = 12;
+  read.life.lost = 0;
+  EXPECT_TRUE(read.is_settled());
+  EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
+  books = BothEnds();
+  books["haptic_node"].accounts[0].life.lost = 2;  // one is forgotten
+  EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
+}
+
+TEST(OpenAccounts, WhatALatestWriterSentLastIsWaitedFor) {
+  testing::Books books = BothEnds();
+  books["physics_node"].accounts[0].life.last = 11;
+  EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
+  books = BothEnds();
+  books["haptic_node"].accounts[0].life.on_the_way = 1;
+  EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
+  books["haptic_node"].accounts.clear();
+  EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
 }
 
 TEST(EventLog, KeepsTheNewestByNumber) {

@@ -15,6 +15,7 @@
 
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
+#include "bus/detail/node_impl.hpp"
 #include "bus/detail/routed.hpp"
 #include "bus/envelope.hpp"
 #include "core/clock.hpp"
@@ -43,7 +44,8 @@ std::vector<std::uint8_t> Encode(const detail::Identity& identity, const oos::Bu
 bool Decode(const zmq::message_t& bytes, std::uint64_t session, oos::BulkMessage* message) {
   Envelope envelope;
   std::span<const std::uint8_t> payload;
-  return ReadEnvelope({bytes.data<std::uint8_t>(), bytes.size()}, &envelope, &payload) == EnvelopeStatus::kOk &&
+  return bytes.size() <= detail::kMaxMessageBytes &&
+         ReadEnvelope({bytes.data<std::uint8_t>(), bytes.size()}, &envelope, &payload) == EnvelopeStatus::kOk &&
          envelope.session == session && envelope.topic_class == TopicClass::kBulk &&
          message->ParseFromArray(payload.data(), static_cast<int>(payload.size()));
 }
@@ -112,6 +114,8 @@ struct BulkServer::Impl {
   std::thread thread;
   std::atomic<bool> is_stopping{false};
   std::atomic<std::uint64_t> num_chunks{0};
+  std::uint64_t refused_messages = 0;
+  std::shared_ptr<std::atomic<std::uint64_t>> refused;  // connections and messages; the node shows them
   std::mutex mutex;
   std::map<std::string, Block> blocks;         // by hash
   std::map<std::string, std::string> by_name;  // name -> hash
@@ -128,12 +132,15 @@ core::Result<std::unique_ptr<BulkServer>> BulkServer::Create(Node* node, const N
   if (!keys) return tl::unexpected(keys.error());
   impl->keys = std::move(*keys);
   impl->offers = node->WriteState<BulkOffer>(BulkTopic(options.name));
+  impl->refused = node->impl_->core.refused_bulk;
   try {
     impl->gate.Open(&impl->context, impl->keys);
     impl->router = zmq::socket_t(impl->context, zmq::socket_type::router);
     impl->router.set(zmq::sockopt::router_mandatory, true);
     impl->router.set(zmq::sockopt::linger, kLinger_ms);
-    impl->router.set(zmq::sockopt::sndhwm, static_cast<int>(2 * kChunkCredit));
+    // Far more than are ever asked for at once: libzmq learns late what of its queue has left, and a chunk that finds it
+    // full is asked for again only after a while.
+    impl->router.set(zmq::sockopt::sndhwm, static_cast<int>(16 * kChunkCredit));
     impl->gate.GuardListener(&impl->router);
     impl->router.bind("tcp://" + options.bind_address + ":*");
     impl->endpoint = impl->router.get(zmq::sockopt::last_endpoint);
@@ -178,6 +185,10 @@ std::uint64_t BulkServer::num_chunks() const {
   return impl_->num_chunks.load(std::memory_order_relaxed);
 }
 
+std::uint64_t BulkServer::num_refused() const {
+  return impl_->refused->load(std::memory_order_relaxed);
+}
+
 void BulkServer::Impl::Run() {
   std::vector<zmq::pollitem_t> items;
   while (!is_stopping.load()) {
@@ -188,6 +199,7 @@ void BulkServer::Impl::Run() {
     zmq_poll(items.data(), static_cast<int>(items.size()), -1);
     gate.Serve();
     Serve();
+    refused->store(gate.refused() + refused_messages, std::memory_order_relaxed);
   }
   router.close();
   gate.Close();
@@ -199,6 +211,8 @@ void BulkServer::Impl::Serve() {
     oos::BulkMessage message;
     if (Decode(bytes, options.session, &message) && message.has_request()) {
       Answer(routing.to_string(), message.request());
+    } else {
+      ++refused_messages;
     }
   }
 }
@@ -238,6 +252,7 @@ struct BulkFetch::Impl {
   core::Result<void> Connect();
   void Ask();
   std::string Take();  // why not, when the owner says no
+  std::string TellRefused() const;
 
   BulkOffer offer;
   std::string owner;
@@ -245,11 +260,11 @@ struct BulkFetch::Impl {
   std::optional<Keys> keys;
   detail::Identity identity;
   std::optional<zmq::context_t> context;
-  std::unique_ptr<detail::Gate> gate;
   zmq::socket_t dealer;
   std::vector<std::uint8_t> bytes;
   std::vector<Chunk> chunks;
   std::size_t num_here = 0;
+  std::uint64_t num_refused = 0;
   Account account;
 };
 
@@ -272,6 +287,10 @@ const Account& BulkFetch::account() const {
   return impl_->account;
 }
 
+std::uint64_t BulkFetch::num_refused() const {
+  return impl_->num_refused;
+}
+
 void BulkFetch::MoveTo(const std::string& endpoint) {
   impl_->dealer.close();
   impl_->offer.endpoint = endpoint;
@@ -283,14 +302,12 @@ core::Result<void> BulkFetch::Impl::Connect() {
   try {
     keys = std::move(*loaded);
     if (!context) context.emplace(1);
-    gate = std::make_unique<detail::Gate>();
-    gate->Open(&*context, keys);
     dealer = zmq::socket_t(*context, zmq::socket_type::dealer);
     dealer.set(zmq::sockopt::linger, kLinger_ms);
     dealer.set(zmq::sockopt::immediate, true);
     dealer.set(zmq::sockopt::reconnect_ivl, 20);
     dealer.set(zmq::sockopt::reconnect_ivl_max, 500);
-    gate->GuardConnection(&dealer, keys ? keys->PublicKeyOf(owner) : "");
+    detail::GuardConnection(&dealer, keys, keys ? keys->PublicKeyOf(owner) : "");
     dealer.connect(offer.endpoint);
   } catch (const zmq::error_t& error) {
     return core::Fail(core::ErrorCode::kIo, "BULK of " + owner + " at '" + offer.endpoint + "': " + error.what());
@@ -316,9 +333,9 @@ core::Result<std::vector<std::uint8_t>> BulkFetch::Run(std::int64_t timeout_ns) 
   while (it.num_here < it.chunks.size()) {
     const std::int64_t left = deadline - core::MonotonicNow_ns();
     if (left <= 0) {
-      return core::Fail(core::ErrorCode::kTimeout, what + ": " + std::to_string(it.num_here) + " of " +
-                                                       std::to_string(it.chunks.size()) + " chunks came within " +
-                                                       std::to_string(timeout_ns / 1'000'000) + " ms");
+      return core::Fail(core::ErrorCode::kTimeout,
+                        what + ": " + std::to_string(it.num_here) + " of " + std::to_string(it.chunks.size()) +
+                            " chunks came within " + std::to_string(timeout_ns / 1'000'000) + " ms" + it.TellRefused());
     }
     it.Ask();
     zmq::pollitem_t item{it.dealer.handle(), 0, ZMQ_POLLIN, 0};
@@ -331,6 +348,10 @@ core::Result<std::vector<std::uint8_t>> BulkFetch::Run(std::int64_t timeout_ns) 
     return core::Fail(core::ErrorCode::kIo, what + ": its content is not what its hash says; fetch it again");
   }
   return it.bytes;
+}
+
+std::string BulkFetch::Impl::TellRefused() const {
+  return num_refused == 0 ? "" : "; " + std::to_string(num_refused) + " messages from there were no chunks of a block";
 }
 
 void BulkFetch::Impl::Ask() {
@@ -360,13 +381,20 @@ std::string BulkFetch::Impl::Take() {
   zmq::message_t received;
   while (dealer.recv(received, zmq::recv_flags::dontwait)) {
     oos::BulkMessage message;
-    if (!Decode(received, options.session, &message) || !message.has_chunk()) continue;
+    if (!Decode(received, options.session, &message) || !message.has_chunk()) {
+      ++num_refused;
+      continue;
+    }
     const oos::BulkChunk& chunk = message.chunk();
-    if (chunk.hash() != offer.hash) continue;
-    if (!chunk.why().empty()) return chunk.why();
     const std::size_t place = static_cast<std::size_t>(chunk.offset() / kChunkBytes);
-    if (chunk.offset() % kChunkBytes != 0 || place >= chunks.size() || chunks[place].is_here) continue;
-    if (chunk.data().size() != std::min(kChunkBytes, offer.size - chunk.offset())) continue;
+    const bool is_of_block = chunk.hash() == offer.hash;
+    if (is_of_block && !chunk.why().empty()) return chunk.why();
+    if (!is_of_block || chunk.offset() % kChunkBytes != 0 || place >= chunks.size() ||
+        chunk.data().size() != std::min(kChunkBytes, offer.size - chunk.offset())) {
+      ++num_refused;
+      continue;
+    }
+    if (chunks[place].is_here) continue;
     std::copy(chunk.data().begin(), chunk.data().end(), bytes.begin() + static_cast<std::ptrdiff_t>(chunk.offset()));
     chunks[place].is_here = true;
     ++num_here;

@@ -42,6 +42,8 @@ class BulkServer {
   // queue to the bus thread is full.
   core::Result<BulkOffer> Offer(const std::string& name, std::vector<std::uint8_t> bytes);
   [[nodiscard]] std::uint64_t num_chunks() const;  // sent so far
+  // Connections and messages, as "bulk" among the node's own (Counters::refusals). Any thread.
+  [[nodiscard]] std::uint64_t num_refused() const;
 
  private:
   struct Impl;
@@ -63,7 +65,8 @@ class BulkFetch {
   core::Result<std::vector<std::uint8_t>> Run(std::int64_t timeout_ns);
   // The same content is served elsewhere, e.g. by the owner's next life.
   void MoveTo(const std::string& endpoint);
-  [[nodiscard]] const Account& account() const;  // chunks: asked for = received + lost
+  [[nodiscard]] const Account& account() const;     // chunks: asked for = received + lost
+  [[nodiscard]] std::uint64_t num_refused() const;  // messages that are no chunk of a block
 
  private:
   struct Impl;

@@ -1,16 +1,21 @@
 #include "bus/bulk.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <numeric>
+#include <zmq.hpp>
 
 #include "bus/bus_testing.hpp"
+#include "bus/detail/control.hpp"
+#include "bus/detail/gate.hpp"
+#include "bus/keys.hpp"
 
 namespace bus {
 namespace {
 
 using testing::kLong_ns;
-using testing::MakeRegistry;
 using testing::Until;
 using testing::WaitBriefly;
 
@@ -20,23 +25,35 @@ std::vector<std::uint8_t> MakeBytes(std::size_t size) {
   return bytes;
 }
 
-class Bulk : public ::testing::Test {
+// With keys and without.
+class Bulk : public ::testing::TestWithParam<bool> {
  protected:
-  static NodeOptions Options(const std::string& name, const std::string& registry) {
+  NodeOptions Options(const std::string& name) const {
     NodeOptions options;
     options.name = name;
-    options.registry = registry;
+    options.registry = registry_->endpoint();
     options.session = 7;
-    options.is_encrypted = false;
+    options.is_encrypted = GetParam();
+    options.keys = keys_;
     return options;
   }
   void SetUp() override {
-    registry_ = MakeRegistry();
-    owner_options_ = Options("logic_node", registry_->endpoint());
-    reader_options_ = Options("viewer", registry_->endpoint());
+    if (GetParam()) {
+      folder_ = std::filesystem::path(::testing::TempDir()) / ("bulk-" + std::to_string(getpid()));
+      ASSERT_TRUE(MakeKeys(folder_, {"logic_node", "viewer"}).has_value());
+      keys_ = folder_.string();
+    }
+    auto registry = Registry::Create({"tcp://127.0.0.1:0", 7, keys_, GetParam()});
+    ASSERT_TRUE(registry.has_value()) << registry.error().detail;
+    registry_ = std::move(*registry);
+    owner_options_ = Options("logic_node");
+    reader_options_ = Options("viewer");
     StartOwner();
   }
-  void TearDown() override { testing::ExpectAccountsClose({owner_.get()}); }
+  void TearDown() override {
+    testing::ExpectAccountsClose({owner_.get()});
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
   void StartOwner() {
     owner_ = std::move(*Node::Create(owner_options_));
     auto server = BulkServer::Create(owner_.get(), owner_options_);
@@ -44,6 +61,13 @@ class Bulk : public ::testing::Test {
     server_ = std::move(*server);
     ASSERT_TRUE(owner_->Start().has_value());
   }
+  // Keys of a member; none without encryption.
+  std::optional<Keys> KeysOf(const std::string& name) const {
+    return GetParam() ? std::optional<Keys>(*LoadKeys(keys_, name)) : std::nullopt;
+  }
+
+  std::filesystem::path folder_;
+  std::string keys_;
   std::unique_ptr<Registry> registry_;
   NodeOptions owner_options_, reader_options_;
   std::unique_ptr<Node> owner_;
@@ -51,7 +75,7 @@ class Bulk : public ::testing::Test {
   const std::vector<std::uint8_t> bytes_ = MakeBytes(3'000'001);  // 46 chunks
 };
 
-TEST_F(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
+TEST_P(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
   ASSERT_TRUE(server_->Offer("mesh", bytes_).has_value());
   ASSERT_TRUE(server_->Offer("nothing", {}).has_value());
   auto reader = std::move(*Node::Create(reader_options_));
@@ -73,7 +97,7 @@ TEST_F(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
   testing::ExpectAccountsClose({owner_.get(), reader.get()});
 }
 
-TEST_F(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {
+TEST_P(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {
   const auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   BulkFetch fetch(*offer, "logic_node", reader_options_);
@@ -103,7 +127,7 @@ TEST_F(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {
   EXPECT_TRUE(fetch.account().is_settled()) << Describe(fetch.account());
 }
 
-TEST_F(Bulk, ContentIsWhatItsHashSaysOrRefused) {
+TEST_P(Bulk, ContentIsWhatItsHashSaysOrRefused) {
   auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   BulkOffer other = *offer;
@@ -125,6 +149,78 @@ TEST_F(Bulk, ContentIsWhatItsHashSaysOrRefused) {
   // RFC 7693, appendix A is for 512 bits; this is the first 256-bit vector of the reference implementation's b2sum.
   EXPECT_EQ(BulkHash({}), "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8");
 }
+
+// A member that went wrong: nothing that it says is taken, all of it is counted, and others go on.
+TEST_P(Bulk, WhatIsNoRequestIsRefusedAndCountedByItsNode) {
+  const auto offer = server_->Offer("mesh", bytes_);
+  ASSERT_TRUE(offer.has_value());
+  const auto keys = KeysOf("viewer");
+  zmq::context_t context;
+  zmq::socket_t dealer(context, zmq::socket_type::dealer);
+  dealer.set(zmq::sockopt::linger, 0);
+  detail::GuardConnection(&dealer, keys, keys ? keys->PublicKeyOf("logic_node") : "");
+  dealer.connect(offer->endpoint);
+  dealer.send(zmq::str_buffer("no envelope"), zmq::send_flags::none);
+  EXPECT_TRUE(Until([&] { return server_->num_refused() == 1; }));
+  // A sound one but for its length.
+  const std::vector<char> large(detail::kMaxMessageBytes + 1);
+  dealer.send(zmq::buffer(large), zmq::send_flags::none);
+  EXPECT_TRUE(Until([&] { return server_->num_refused() == 2; }));
+  BulkFetch fetch(*offer, "logic_node", reader_options_);
+  EXPECT_TRUE(fetch.Run(kLong_ns).has_value());
+  EXPECT_EQ(fetch.num_refused(), 0u);
+  std::uint64_t told = 0;
+  for (const RefusalCount& refusal : owner_->counters().refusals) told += refusal.reason == "bulk" ? refusal.count : 0;
+  EXPECT_EQ(told, 2u);
+  EXPECT_GE(owner_->counters().refused, 2u);
+}
+
+TEST_P(Bulk, WhatIsNoChunkIsRefusedAndTold) {
+  const auto keys = KeysOf("logic_node");
+  zmq::context_t context;
+  zmq::socket_t owner(context, zmq::socket_type::router);
+  owner.set(zmq::sockopt::linger, 0);
+  if (keys) {
+    owner.set(zmq::sockopt::curve_server, true);
+    owner.set(zmq::sockopt::curve_secretkey, keys->own.secret_key);
+  }
+  owner.bind("tcp://127.0.0.1:*");
+  BulkFetch fetch({"mesh", BulkHash(bytes_), bytes_.size(), owner.get(zmq::sockopt::last_endpoint)}, "logic_node",
+                  reader_options_);
+  std::string why;
+  EXPECT_TRUE(Until([&] {
+    const auto fetched = fetch.Run(1'000'000);
+    if (!fetched) why = fetched.error().detail;
+    zmq::message_t routing, request;
+    while (owner.recv(routing, zmq::recv_flags::dontwait) && owner.recv(request, zmq::recv_flags::dontwait)) {
+      owner.send(routing, zmq::send_flags::sndmore);
+      owner.send(request, zmq::send_flags::none);  // its own words
+    }
+    return fetch.num_refused() >= 8 && !fetched;
+  }));
+  EXPECT_NE(why.find("were no chunks of a block"), std::string::npos) << why;
+  EXPECT_EQ(fetch.account().received, 0u);
+}
+
+// Who fetches lets nobody in, so it has no allow-list whose place the one before might still hold.
+TEST_P(Bulk, AFetchIsMovedAgainAndAgain) {
+  const auto offer = server_->Offer("mesh", bytes_);
+  ASSERT_TRUE(offer.has_value());
+  BulkFetch fetch(*offer, "logic_node", reader_options_);
+  for (int i = 0; i < 200; ++i) {
+    const auto fetched = fetch.Run(1);  // hardly time to connect
+    if (!fetched) {
+      ASSERT_NE(fetched.error().detail.find("chunks came within"), std::string::npos) << fetched.error().detail;
+    }
+    fetch.MoveTo(offer->endpoint);
+  }
+  const auto fetched = fetch.Run(kLong_ns);
+  ASSERT_TRUE(fetched.has_value()) << fetched.error().detail;
+  EXPECT_EQ(*fetched, bytes_);
+}
+
+INSTANTIATE_TEST_SUITE_P(Keys, Bulk, ::testing::Bool(),
+                         [](const auto& with) { return with.param ? "Encrypted" : "InTheClear"; });
 
 }  // namespace
 }  // namespace bus

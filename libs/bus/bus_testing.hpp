@@ -63,40 +63,52 @@ inline bool TakeEvent(Node& node, const std::string& name, const std::string& de
   return false;
 }
 
-// The reliable accounts of the nodes that do not close: of one end by itself, or because both ends of one connection
-// disagree about what was sent, received or dropped. Empty: all close.
-inline std::vector<std::string> OpenAccounts(const std::vector<Node*>& nodes) {
+// The books of one node, as it lives now.
+struct Book {
+  std::uint64_t instance = 0;
+  std::vector<Account> accounts;
+};
+using Books = std::map<std::string, Book>;  // by the node's name
+
+// What is wrong between the two ends of one LATEST topic, both in their present lives; empty: nothing. The reader has
+// counted what came and what did not, the writer what it sent, neither by what the other says.
+inline std::string LatestFault(const Account& written, const Account& read) {
+  const LatestLife& writer = written.life;
+  const LatestLife& reader = read.life;
+  if (reader.boot != writer.boot || reader.first != writer.first || reader.last != writer.last) {
+    return "the reader has not been told of the last that was sent";
+  }
+  if (reader.on_the_way != 0) return std::to_string(reader.on_the_way) + " on the way";
+  if (reader.counted() == writer.told()) return {};
+  return "sent " + std::to_string(writer.told()) + " from " + std::to_string(writer.first) + " on, but received " +
+         std::to_string(reader.received) + " + restored " + std::to_string(reader.restored) + " + lost " +
+         std::to_string(reader.lost) + ", " + std::to_string(reader.early) + " of them before";
+}
+
+// The accounts that do not close: of one end by itself, or because both ends of one connection disagree about what was
+// sent, received or dropped. Empty: all close.
+inline std::vector<std::string> OpenAccounts(const Books& books) {
   std::vector<std::string> open;
   // An account is one connection: topic, writer, reader, both in one of their lives. Instances are only known for
   // peers, so a node's own is what the others call it.
-  std::map<std::string, std::vector<Account>> books;
-  for (const Node* node : nodes) books[node->name()] = node->Accounts();
   for (const auto& [name, book] : books) {
-    for (const Account& mine : book) {
+    for (const Account& mine : book.accounts) {
       if (!mine.is_settled()) open.push_back(name + ": " + Describe(mine));
       const auto other = books.find(mine.peer);
       if (other == books.end() || mine.topic_class == TopicClass::kService) continue;
-      std::uint64_t instance = 0;  // of the peer, as it lives now
-      for (const Node* node : nodes) {
-        if (node->name() == mine.peer) instance = node->instance();
-      }
-      if (instance != mine.peer_instance) continue;
-      std::uint64_t own_instance = 0;
-      for (const Node* node : nodes) {
-        if (node->name() == name) own_instance = node->instance();
-      }
+      if (other->second.instance != mine.peer_instance) continue;
+      // The LATEST reader's holds earlier lives of the writer, too; it is compared from the writer's end.
+      if (mine.topic_class == TopicClass::kLatest && !mine.is_writer) continue;
       bool is_found = false;
-      for (const Account& theirs : other->second) {
-        if (theirs.peer != name || theirs.peer_instance != own_instance || theirs.topic != mine.topic ||
+      for (const Account& theirs : other->second.accounts) {
+        if (theirs.peer != name || theirs.peer_instance != book.instance || theirs.topic != mine.topic ||
             theirs.is_writer == mine.is_writer) {
           continue;
         }
         is_found = true;
         if (mine.topic_class == TopicClass::kLatest) {
-          // The reader counts all lives of the writer together, the writer its own; whatever it meant is in there.
-          const Account& written = mine.is_writer ? mine : theirs;
-          const Account& read = mine.is_writer ? theirs : mine;
-          if (read.sent < written.sent) open.push_back(name + ": " + Describe(mine) + "; but " + Describe(theirs));
+          const std::string fault = LatestFault(mine, theirs);
+          if (!fault.empty()) open.push_back(name + ": " + Describe(mine) + ": " + fault);
           continue;
         }
         if (theirs.sent != mine.sent || theirs.received != mine.received ||
@@ -104,12 +116,16 @@ inline std::vector<std::string> OpenAccounts(const std::vector<Node*>& nodes) {
           open.push_back(name + ": " + Describe(mine) + "; but " + mine.peer + ": " + Describe(theirs));
         }
       }
-      // A LATEST writer's account begins with the first message of its life; the reader's holds earlier lives too.
-      if (mine.topic_class == TopicClass::kLatest && !mine.is_writer) continue;
       if (!is_found && mine.sent > 0) open.push_back(name + ": " + Describe(mine) + "; unknown to " + mine.peer);
     }
   }
   return open;
+}
+
+inline std::vector<std::string> OpenAccounts(const std::vector<Node*>& nodes) {
+  Books books;
+  for (const Node* node : nodes) books[node->name()] = {node->instance(), node->Accounts()};
+  return OpenAccounts(books);
 }
 
 // At quiescence every account of these nodes closes exactly. Waits for what is on its way; nothing may be emitted.

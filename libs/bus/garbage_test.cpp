@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/bulk.hpp"
 #include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/keys.hpp"
@@ -20,6 +21,7 @@ namespace bus {
 namespace {
 
 using testing::ExpectAccountsClose;
+using testing::kLong_ns;
 using testing::Until;
 using testing::WaitBriefly;
 
@@ -105,7 +107,9 @@ struct LiveRun {
       of_node.is_encrypted = is_encrypted;
       of_node.keys = keys;
       *node = std::move(*Node::Create(of_node));
+      (node == &writer ? writer_options : reader_options) = of_node;
     }
+    bulk = std::move(*BulkServer::Create(writer.get(), writer_options));
     latest = writer->WriteLatest<core::PhysicsState>(kPhysicsStateTopic);
     latest_reader = &reader->ReadLatest<core::PhysicsState>(kPhysicsStateTopic);
     reader->ReadEvents();
@@ -117,6 +121,7 @@ struct LiveRun {
     }));
   }
   ~LiveRun() {
+    bulk.reset();
     reader.reset();
     writer.reset();
     registry.reset();
@@ -148,11 +153,19 @@ struct LiveRun {
       return has_come;
     }));
     EXPECT_FALSE(was_lost);
+    const auto offer = bulk->Offer("block", {1, 2, static_cast<std::uint8_t>(round)});
+    ASSERT_TRUE(offer.has_value()) << offer.error().detail;
+    const auto fetched = BulkFetch(*offer, "physics_node", reader_options).Run(kLong_ns);
+    EXPECT_TRUE(fetched.has_value()) << fetched.error().detail;
   }
   std::uint64_t refused_datagrams() const {
     std::uint64_t count = 0;
     for (const auto* node : {&writer, &reader}) {
-      for (const RefusalCount& refusal : (*node)->counters().refusals) count += refusal.count;
+      for (const RefusalCount& refusal : (*node)->counters().refusals) {
+        const bool is_of_zmq =
+            refusal.reason == "connection" || refusal.reason == "message" || refusal.reason == "bulk";
+        count += is_of_zmq ? 0 : refusal.count;
+      }
     }
     return count;
   }
@@ -160,6 +173,8 @@ struct LiveRun {
   std::filesystem::path folder;
   std::unique_ptr<Registry> registry;
   std::unique_ptr<Node> writer, reader;
+  NodeOptions writer_options, reader_options;
+  std::unique_ptr<BulkServer> bulk;
   LatestWriter<core::PhysicsState> latest;
   LatestReader<core::PhysicsState>* latest_reader = nullptr;
 };
@@ -174,7 +189,7 @@ TEST_P(GarbageAtEveryPort, IsCountedAndRefused) {
   std::size_t num_datagram_ports = 0;
   for (const Port& port : ports) num_datagram_ports += port.is_datagram ? 1 : 0;
   ASSERT_GE(num_datagram_ports, 4u);                 // data and heartbeats of two nodes
-  ASSERT_GE(ports.size() - num_datagram_ports, 3u);  // both nodes and the registry
+  ASSERT_GE(ports.size() - num_datagram_ports, 4u);  // both nodes, the registry, and BULK
 
   std::mt19937_64 random(1);
   std::uint64_t num_datagrams = 0;
@@ -196,6 +211,7 @@ TEST_P(GarbageAtEveryPort, IsCountedAndRefused) {
   })) << run.refused_datagrams() - before
       << " of " << num_datagrams;
   EXPECT_GT(run.registry->num_refused(), 0u);
+  EXPECT_GT(run.bulk->num_refused(), 0u);
   ExpectAccountsClose({run.writer.get(), run.reader.get()});
   EXPECT_EQ(run.registry->Names().size(), 2u);
 }

@@ -73,6 +73,12 @@ class Link {
     for (int i = 0; i < 2; ++i) receiver.Tell(sender.envelope.boot, sender.spans[0].first, sender.spans[0].last);
   }
 
+  // Meant for the reader, and neither here nor known to be lost.
+  std::uint64_t OnTheWay() const {
+    const LatestCounts counts = receiver.Counts();
+    return counts.meant - counts.received - counts.restored - counts.dropped;
+  }
+
   TypedSender<core::HapticProxy> sender{"haptic/right/proxy"};
   TypedReceiver<core::HapticProxy> receiver{"haptic/right/proxy", 10 * kMillisecond_ns};
   core::Trace trace;
@@ -244,10 +250,10 @@ TEST(Latest, WhatAWriterToldBeforeItWasGoneIsLostAndNotOnItsWayForGood) {
   Bytes bytes;
   for (int i = 0; i < 4; ++i) bytes = link.Send();
   link.receiver.Tell(9, 1, 5);
-  EXPECT_EQ(link.receiver.OnTheWay(), 4u);
+  EXPECT_EQ(link.OnTheWay(), 4u);
   EXPECT_EQ(link.receiver.Counts().dropped, 0u);
   link.receiver.Settle();
-  EXPECT_EQ(link.receiver.OnTheWay(), 0u);
+  EXPECT_EQ(link.OnTheWay(), 0u);
   EXPECT_EQ(link.receiver.Counts().dropped, 4u);
   EXPECT_EQ(link.Deliver(bytes), Refusal::kNone);  // it was in the reader's socket
   EXPECT_EQ(link.receiver.Counts().received, 2u);
@@ -261,15 +267,88 @@ TEST(Latest, ALifeWhoseEndWasLostIsCountedThoughTheNextOneSpeaksFirst) {
   // The next life is heard of before any message of it is here.
   link.receiver.Tell(10, 1, 2);
   EXPECT_EQ(link.receiver.Counts().dropped, 4u);
-  EXPECT_EQ(link.receiver.OnTheWay(), 2u);
+  EXPECT_EQ(link.OnTheWay(), 2u);
   link.receiver.Tell(9, 1, 6);  // overtaken on the way
   link.sender.envelope.boot = 10;
   link.sender.sequence = 1;
   EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
   link.receiver.Settle();
-  EXPECT_EQ(link.receiver.OnTheWay(), 0u);
+  EXPECT_EQ(link.OnTheWay(), 0u);
   EXPECT_EQ(link.receiver.Counts().received, 2u);
   EXPECT_EQ(link.receiver.Counts().dropped, 4u + 1u);
+}
+
+// What the reader has counted of the present life alone must be what the writer sent in it.
+TEST(Latest, AReaderCountsEachLifeOfTheWriterForItself) {
+  std::mt19937_64 random(3);
+  Link link;
+  for (std::uint64_t life = 0; life < 5; ++life) {
+    link.sender.envelope.boot = 9 + life;
+    link.sender.sequence = 100 * life;
+    link.sender.spans[0].instance = 0;  // as a new process has it
+    std::vector<Bytes> late;
+    for (std::uint64_t i = 0; i < 300; ++i) {
+      const Bytes bytes = link.Send();
+      if (random() % 4 == 0) continue;
+      if (random() % 8 == 0) {
+        late.push_back(bytes);
+      } else {
+        EXPECT_EQ(link.Deliver(bytes), Refusal::kNone);
+      }
+    }
+    link.Tell();
+    for (const Bytes& bytes : late) link.Deliver(bytes);
+    const LatestLife read = link.receiver.Life();
+    EXPECT_EQ(read.boot, 9 + life);
+    EXPECT_EQ(read.first, 100 * life + 1);
+    EXPECT_EQ(read.told(), 300u);
+    EXPECT_EQ(read.on_the_way, 0u);
+    EXPECT_EQ(read.received + read.restored + read.lost, 300u);
+    EXPECT_GT(read.lost, 0u);
+    const LatestCounts counts = link.receiver.Counts();
+    EXPECT_EQ(counts.meant, 300 * (life + 1));
+    EXPECT_EQ(counts.received + counts.restored + counts.dropped, 300 * (life + 1));
+  }
+}
+
+// A group's datagrams come to all who have joined it, also before they are meant for them.
+TEST(Latest, WhatCameForOthersOfTheGroupIsNotWhatTheWriterMeant) {
+  Link link(true, 0);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
+  link.sender.spans[0].first = 3;
+  link.Tell();
+  const LatestLife read = link.receiver.Life();
+  EXPECT_EQ(read.early, 2u);
+  EXPECT_EQ(read.counted(), read.told());
+}
+
+TEST(Latest, LateAndRestoredSamplesAreKeptByThisMachinesClock) {
+  constexpr std::int64_t kOffset_ns = 5 * kMillisecond_ns;
+  Link link;
+  link.receiver.clock_offset_ns = kOffset_ns;
+  link.trace.id = core::MakeTraceId(0, 1);
+  link.trace.origin_ns = 7 * kMillisecond_ns;
+  std::map<std::uint64_t, std::int64_t> published_ns;
+  const auto send = [&] {
+    const Bytes bytes = link.Send();
+    published_ns[link.sender.sequence] = link.sender.envelope.header.publish_ns;
+    return bytes;
+  };
+  EXPECT_EQ(link.Deliver(send()), Refusal::kNone);
+  send();  // lost: 2 comes with 4, and 3 is late
+  const Bytes third = send();
+  const std::vector<Bytes> rest = {send(), send(), send(), send(), send()};
+  EXPECT_EQ(link.Deliver(rest[0]), Refusal::kNone);
+  EXPECT_EQ(link.Deliver(rest[4]), Refusal::kNone);
+  EXPECT_EQ(link.Deliver(rest[1]), Refusal::kNone);  // late, and no copy of it has come
+  EXPECT_EQ(link.Deliver(third), Refusal::kNone);    // its copy was first
+  EXPECT_EQ(link.receiver.Counts().restored, 4u);
+  for (const std::uint64_t sequence : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    const core::HapticProxy* sample = link.receiver.reader.Sample(sequence);
+    ASSERT_NE(sample, nullptr) << sequence;
+    EXPECT_EQ(sample->header.publish_ns, published_ns[sequence] - kOffset_ns) << sequence;
+    EXPECT_EQ(sample->header.direct.origin_ns, link.trace.origin_ns - kOffset_ns) << sequence;
+  }
 }
 
 TEST(Latest, ALaterReaderInTheSameSlotHasAnAccountOfItsOwn) {

@@ -23,6 +23,7 @@ namespace bus {
 constexpr std::int64_t kDefaultStartTimeout_ns = 30'000'000'000;
 
 struct Account;
+class BulkServer;
 
 struct NodeOptions {
   std::string name;                        // unique in the session, e.g. "haptic_node"
@@ -56,7 +57,9 @@ struct Observation {
   std::uint64_t sequence = 0;
   std::int64_t publish_ns = 0;
   std::int64_t received_ns = 0;
-  std::size_t num_bytes = 0;  // on the wire, envelope included
+  // On the wire, envelope included. 0: the message's own datagram has not come, this is the copy that travelled with a
+  // later one, before which it is told.
+  std::size_t num_bytes = 0;
   MessageType type = MessageType::kNone;
   unsigned part = 0, num_parts = 1;  // of a message that was split
   std::string payload;               // protobuf
@@ -148,6 +151,7 @@ class Node {
   [[nodiscard]] std::uint64_t instance() const;  // differs after a restart
 
  private:
+  friend class BulkServer;  // counts what it refuses on the node's books
   struct Impl;
   explicit Node(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

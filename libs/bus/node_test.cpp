@@ -93,6 +93,42 @@ TEST(Node, AMessageOfNothingButDefaultsArrives) {
   ExpectAccountsClose({physics.get(), visual.get()});
 }
 
+// Nothing takes from the queues before Start().
+TEST(Node, WhatDoesNotGetAwayFromTheStepThreadIsCountedByTopic) {
+  auto node = MakeNode("physics_node", "tcp://127.0.0.1:1");
+  auto writer = node->WriteState<Figures>(FiguresTopic("physics_node"));
+  node->OwnParameters({"cap"});
+  const Figures figures{{{"n", 1.0}}};
+  const Figures large{{{std::string(100'000, 'x'), 1.0}}};
+  EXPECT_FALSE(writer.Set(large));
+  EXPECT_FALSE(writer.Set(large));
+  std::uint64_t states = 0, calls = 0, events = 0;
+  for (int i = 0; i < 1000; ++i) {
+    states += writer.Set(figures) ? 0 : 1;
+    calls += node->PostParameter("", {"cap", 1.0}) == 0 ? 1 : 0;
+    events += node->Emit({0, "physics_node", "count", ""}) ? 0 : 1;
+    node->AckParameter(1, 1, true);
+  }
+  const Counters counters = node->counters();
+  const auto find = [&counters](const std::string& topic, bool is_written) {
+    for (const TopicCounters& it : counters.topics) {
+      if (it.topic == topic && it.is_written == is_written) return it;
+    }
+    return TopicCounters{};
+  };
+  const TopicCounters state = find(FiguresTopic("physics_node"), true);
+  EXPECT_EQ(state.oversize, 2u);
+  EXPECT_GT(states, 0u);
+  EXPECT_EQ(state.overflows, states);
+  EXPECT_EQ(state.dropped, states + 2);
+  EXPECT_GT(calls, 0u);
+  EXPECT_EQ(find(kParameterTopic, true).overflows, calls);
+  EXPECT_EQ(find(kEventTopic, true).overflows, events);
+  const std::uint64_t answers = find(kParameterTopic, false).overflows;
+  EXPECT_EQ(answers, calls) << "both queues have the same room";
+  EXPECT_EQ(counters.dropped, states + 2 + calls + events + answers);
+}
+
 TEST(Node, StartsInAnyOrderAndTheRegistryLast) {
   std::string endpoint;
   endpoint = MakeRegistry()->endpoint();  // a port that is free again

@@ -93,11 +93,17 @@ template <class M>
 bool StateWriter<M>::Set(const M& value, const std::string& key) {
   if (sender_ == nullptr) return false;
   detail::StateItem* slot = sender_->core->states_out.BeginPush();
-  if (slot == nullptr) return false;
+  if (slot == nullptr) {
+    sender_->overflows.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
   slot->slot = sender_->slot;
   slot->key = key;
   EncodeState(value, &slot->bytes);
-  if (slot->bytes.size() > detail::kMaxStateBytes) return false;
+  if (slot->bytes.size() > detail::kMaxStateBytes) {
+    sender_->oversize.fetch_add(1, std::memory_order_relaxed);
+    return false;
+  }
   sender_->core->tap.WroteState(sender_->slot, key, slot->bytes);
   sender_->core->states_out.EndPush();
   sender_->core->Wake();

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <vector>
 
 #include "bus/detail/node_impl.hpp"
 #include "bus/node.hpp"
@@ -82,9 +83,37 @@ void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_
   const std::lock_guard lock(core.mutex);
   const auto known = core.known_topics.find(envelope.topic);
   if (known == core.known_topics.end() || !core.IsObserved(known->second.name)) return;
-  core.AddObservation({known->second.name, TopicClass::kLatest, known->second.type, known->second.writer,
-                       envelope.header.sequence, envelope.header.publish_ns, now_ns, num_bytes, envelope.part,
-                       envelope.num_parts, std::string(payload.begin(), payload.end())});
+  ObservedLife& life = observed[envelope.topic];
+  const auto add = [&](const core::Header& header, std::size_t bytes, std::span<const std::uint8_t> message) {
+    core.AddObservation({known->second.name, TopicClass::kLatest, known->second.type, known->second.writer,
+                         header.sequence, header.publish_ns, now_ns, bytes, envelope.part, envelope.num_parts,
+                         std::string(message.begin(), message.end())});
+  };
+  const bool is_new = IsNewToObserver(&life);
+  std::vector<detail::EarlierSample> missing;  // newest first, told in order
+  std::span<const std::uint8_t> blocks{payload.data() + payload.size(), envelope.history_bytes};
+  detail::EarlierSample sample;
+  while (envelope.boot == life.boot && detail::NextEarlierSample(envelope.header.sequence, &blocks, &sample)) {
+    if (!life.tracker.IsMissing(sample.header.sequence)) continue;
+    life.tracker.Restore(sample.header.sequence);
+    missing.push_back(sample);
+  }
+  for (auto it = missing.rbegin(); it != missing.rend(); ++it) add(it->header, 0, it->payload);
+  if (is_new) add(envelope.header, num_bytes, payload);
+}
+
+// Whether the datagram's message has not been told already, as a copy that came with a later one. What is so late that
+// nobody knows is not told; it counts as lost for a reader, too.
+bool Node::Impl::IsNewToObserver(ObservedLife* life) const {
+  if (envelope.boot < life->boot) return true;  // of an earlier life: what it says, whatever it is worth
+  if (envelope.boot > life->boot) *life = {envelope.boot, {}};
+  const bool is_first = envelope.header.sequence > life->tracker.newest();
+  if (envelope.num_parts > 1) {  // its parts come one by one, and never as a copy
+    if (is_first) life->tracker.Take(envelope.header.sequence);
+    return true;
+  }
+  const detail::SequenceTracker::Verdict verdict = life->tracker.Take(envelope.header.sequence);
+  return verdict == detail::SequenceTracker::Verdict::kNew || verdict == detail::SequenceTracker::Verdict::kLate;
 }
 
 void Node::Impl::TakeStates() {

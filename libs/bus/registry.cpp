@@ -168,7 +168,8 @@ void Registry::Impl::Receive() {
     Envelope envelope;
     std::span<const std::uint8_t> payload;
     oos::Control control;
-    if (ReadEnvelope({message.data<std::uint8_t>(), message.size()}, &envelope, &payload) != EnvelopeStatus::kOk ||
+    if (message.size() > detail::kMaxMessageBytes ||
+        ReadEnvelope({message.data<std::uint8_t>(), message.size()}, &envelope, &payload) != EnvelopeStatus::kOk ||
         !control.ParseFromArray(payload.data(), static_cast<int>(payload.size())) || !control.has_hello()) {
       refused_messages.fetch_add(1);
       continue;

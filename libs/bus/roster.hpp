@@ -16,15 +16,20 @@ struct TopicCounters {
   bool is_written = false;  // by this node; otherwise read
   std::uint64_t sent = 0;   // messages times subscribers
   std::uint64_t received = 0;
-  std::uint64_t dropped = 0;    // lost on the way (gaps in the sequence), or not accepted by the socket when sending
+  std::uint64_t dropped = 0;    // lost on the way (gaps in the sequence), not accepted by the socket when sending, or
+                                // not even by the queue before it: the last two lines
   std::uint64_t reordered = 0;  // LATEST: received after a newer one, so never shown as the newest
   std::uint64_t restored = 0;   // LATEST: lost, but for the copy that came with a later one
   std::uint64_t repeated = 0;   // LATEST: came again; not in `received`
+  std::uint64_t overflows = 0;  // not taken from the step thread: its queue to the bus thread was full
+  std::uint64_t oversize = 0;   // not taken from the step thread: STATE of more than 64 KiB
 };
 
-// Datagrams that were not taken.
+// What was not taken from others. Of datagrams: detail::NameOf(Refusal). "fenced": of an instance whose place another
+// has taken. "connection": its handshake failed, or it was one too many. "message": of ZeroMQ, not readable or not
+// allowed. "bulk": both of these at the BULK socket.
 struct RefusalCount {
-  std::string reason;  // detail::NameOf(Refusal)
+  std::string reason;
   std::uint64_t count = 0;
 };
 
@@ -34,8 +39,8 @@ struct Counters {
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;
   std::uint64_t refused = 0;           // in all: garbage, another session, not authentic, replayed, unknown topic, ...
-  std::vector<RefusalCount> refusals;  // of datagrams, by reason
-  std::vector<TopicCounters> topics;
+  std::vector<RefusalCount> refusals;  // the same by reason; not told of peers
+  std::vector<TopicCounters> topics;   // param/set: written are calls, read are answers; only what was dropped here
 };
 
 // One side's account of a topic (ledger.hpp) as a peer tells it.
@@ -46,6 +51,10 @@ struct ToldAccount {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;
+  // Between the present lives of both alone, which is what the two ends must agree about (told_accounts.hpp).
+  std::uint64_t life_sent = 0;
+  std::uint32_t peer_life = 0;  // low half of the other's instance; 0: there is none
+  std::int64_t told_ns = 0;     // when it was heard
 };
 
 // Another node as this one sees it.

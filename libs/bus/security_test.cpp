@@ -9,6 +9,7 @@
 #include <random>
 #include <zmq.hpp>
 
+#include "bus/bulk.hpp"
 #include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
@@ -61,6 +62,9 @@ class KeyedRun : public ::testing::Test {
     visual_ = Make("visual_node");
     ASSERT_TRUE(logic_ != nullptr && visual_ != nullptr);
     status_ = logic_->WriteState<core::LogicStatus>(kLogicStatusTopic);
+    auto bulk = BulkServer::Create(logic_.get(), OptionsFor("logic_node", keys_));
+    ASSERT_TRUE(bulk.has_value()) << bulk.error().detail;
+    bulk_ = std::move(*bulk);
     shown_ = &visual_->ReadState<core::LogicStatus>(kLogicStatusTopic);
     for (Node* node : {logic_.get(), visual_.get()}) {
       const auto started = node->Start(kLong_ns);
@@ -68,6 +72,9 @@ class KeyedRun : public ::testing::Test {
     }
     ASSERT_TRUE(visual_->WaitForPeers({"logic_node"}, kLong_ns).has_value());
     for (const PeerStatus& peer : visual_->Peers()) router_ = peer.router_endpoint;
+    const auto offer = bulk_->Offer("block", {1, 2, 3});
+    ASSERT_TRUE(offer.has_value()) << offer.error().detail;
+    offer_ = *offer;
   }
   void TearDown() override {
     testing::ExpectAccountsClose({logic_.get(), visual_.get()});
@@ -98,20 +105,35 @@ class KeyedRun : public ::testing::Test {
       return shown_->value().step == status.step;
     }));
   }
-  // One more connection is refused by the registry and by a node's router.
-  void ExpectBothRefuse(const std::function<void(const std::string& endpoint)>& disturb) {
+  // By the node's router, not by its BULK socket.
+  std::uint64_t RefusedByRouter() const {
+    std::uint64_t count = 0;
+    for (const RefusalCount& refusal : logic_->counters().refusals) {
+      count += refusal.reason == "connection" || refusal.reason == "message" ? refusal.count : 0;
+    }
+    return count;
+  }
+  // One more connection is refused by the registry, by a node's router and by its BULK socket.
+  void ExpectAllRefuse(const std::function<void(const std::string& endpoint)>& disturb) {
     const std::uint64_t before_registry = registry_->num_refused();
-    const std::uint64_t before_node = logic_->counters().refused;
+    const std::uint64_t before_node = RefusedByRouter();
+    const std::uint64_t before_bulk = bulk_->num_refused();
     disturb(registry_->endpoint());
     disturb(router_);
+    disturb(offer_.endpoint);
     EXPECT_TRUE(Until([&] { return registry_->num_refused() > before_registry; }));
-    EXPECT_TRUE(Until([&] { return logic_->counters().refused > before_node; }));
+    EXPECT_TRUE(Until([&] { return RefusedByRouter() > before_node; }));
+    EXPECT_TRUE(Until([&] { return bulk_->num_refused() > before_bulk; }));
     ExpectDataFlows();
+    const auto fetched = BulkFetch(offer_, "logic_node", OptionsFor("visual_node", keys_)).Run(kLong_ns);
+    EXPECT_TRUE(fetched.has_value()) << fetched.error().detail;
   }
 
   std::filesystem::path folder_, keys_;
   std::unique_ptr<Registry> registry_;
   std::unique_ptr<Node> logic_, visual_;
+  std::unique_ptr<BulkServer> bulk_;
+  BulkOffer offer_;
   StateWriter<core::LogicStatus> status_;
   StateReader<core::LogicStatus>* shown_ = nullptr;
   std::string router_;
@@ -141,7 +163,7 @@ TEST_F(KeyedRun, APeerWithoutAKeyIsRefused) {
   const auto started = stranger->Start(core::kNanosecondsPerSecond);
   ASSERT_FALSE(started.has_value());
   EXPECT_NE(started.error().detail.find("encryption and a key"), std::string::npos) << started.error().detail;
-  ExpectBothRefuse([](const std::string& endpoint) {
+  ExpectAllRefuse([](const std::string& endpoint) {
     zmq::context_t context;
     zmq::socket_t dealer(context, zmq::socket_type::dealer);
     dealer.set(zmq::sockopt::linger, 0);
@@ -168,7 +190,7 @@ TEST_F(KeyedRun, AKeyThatIsNotListedIsRefusedByName) {
   EXPECT_NE(started.error().detail.find("does not know the key of visual_node"), std::string::npos)
       << started.error().detail;
   EXPECT_TRUE(Until([&] { return registry_->num_refused() > before; }));
-  ExpectBothRefuse([&](const std::string& endpoint) {
+  ExpectAllRefuse([&](const std::string& endpoint) {
     zmq::context_t context;
     zmq::socket_t dealer(context, zmq::socket_type::dealer);
     zmq::socket_t monitor(context, zmq::socket_type::pair);
@@ -176,7 +198,8 @@ TEST_F(KeyedRun, AKeyThatIsNotListedIsRefusedByName) {
     monitor.connect("inproc://end");
     const auto mine = LoadKeys(others, "visual_node");
     dealer.set(zmq::sockopt::linger, 0);
-    dealer.set(zmq::sockopt::curve_serverkey, mine->PublicKeyOf(endpoint == router_ ? "logic_node" : kRegistryKeyName));
+    dealer.set(zmq::sockopt::curve_serverkey,
+               mine->PublicKeyOf(endpoint == registry_->endpoint() ? kRegistryKeyName : "logic_node"));
     dealer.set(zmq::sockopt::curve_publickey, mine->own.public_key);
     dealer.set(zmq::sockopt::curve_secretkey, mine->own.secret_key);
     dealer.connect(endpoint);
@@ -222,12 +245,12 @@ TEST_F(KeyedRun, GarbageOnThePortIsRefused) {
     garbage.push_back(std::move(noise));
   }
   for (const std::string& bytes : garbage) {
-    ExpectBothRefuse([&](const std::string& endpoint) { const RawConnection raw(endpoint, bytes); });
+    ExpectAllRefuse([&](const std::string& endpoint) { const RawConnection raw(endpoint, bytes); });
   }
 }
 
 TEST_F(KeyedRun, AnOversizedFrameBeforeTheHandshakeIsRefused) {
-  ExpectBothRefuse([](const std::string& endpoint) {
+  ExpectAllRefuse([](const std::string& endpoint) {
     // A command of 2^62 bytes.
     const RawConnection raw(endpoint, Greeting("CURVE") + "\x06\x40" + std::string(7, '\0') + std::string(1000, 'x'));
   });
@@ -282,6 +305,27 @@ TEST_F(KeyedRun, AMemberCannotSpeakInAnothersName) {
   const std::uint64_t before = logic_->counters().refused;
   dealer.send(zmq::buffer(bytes), zmq::send_flags::none);
   EXPECT_TRUE(Until([&] { return logic_->counters().refused == before + 1; }));
+  ExpectDataFlows();
+}
+
+TEST_F(KeyedRun, AnOversizedMessageToTheRegistryIsRefused) {
+  const auto mine = LoadKeys(keys_, "oos");
+  zmq::context_t context;
+  zmq::socket_t dealer(context, zmq::socket_type::dealer);
+  dealer.set(zmq::sockopt::linger, 0);
+  dealer.set(zmq::sockopt::routing_id, "oos-1#1");
+  detail::GuardConnection(&dealer, *mine, mine->PublicKeyOf(kRegistryKeyName));
+  dealer.connect(registry_->endpoint());
+  // It would be a HELLO if it were shorter.
+  oos::Control control;
+  control.mutable_hello()->mutable_node()->set_name("oos-1");
+  control.mutable_hello()->mutable_node()->set_session(7);
+  control.mutable_hello()->mutable_node()->add_observed_patterns(std::string(detail::kMaxMessageBytes, '*'));
+  const auto bytes = detail::EncodeControl({7, TopicId("oos-1"), 1}, TopicClass::kControl, control);
+  const std::uint64_t before = registry_->num_refused();
+  dealer.send(zmq::buffer(bytes), zmq::send_flags::none);
+  EXPECT_TRUE(Until([&] { return registry_->num_refused() > before; }));
+  EXPECT_EQ(registry_->Refusals().size(), 0u) << "nothing in it was looked at";
   ExpectDataFlows();
 }
 

@@ -4,11 +4,14 @@
 
 namespace oos {
 
+HeardTopic::HeardTopic(bool keeps_delays) : delays_(keeps_delays ? std::make_unique<bus::LatencyStats>() : nullptr) {}
+
 void HeardTopic::Add(const bus::Observation& observation, std::int64_t offset_ns, std::int64_t bound_ns) {
   topic_class_ = observation.topic_class;
   num_bytes_ += observation.num_bytes;
   open_bytes_ += observation.num_bytes;
-  if (observation.part + 1 == observation.num_parts) EndMessage();
+  const bool is_copy = observation.num_bytes == 0;  // of which the datagram did not come
+  if (observation.part + 1 == observation.num_parts && !is_copy) EndMessage();
   if (observation.part != 0) return;
   if (num_messages_ == 0) {
     first_ns_ = observation.received_ns;
@@ -22,7 +25,11 @@ void HeardTopic::Add(const bus::Observation& observation, std::int64_t offset_ns
     ++num_without_clock_;
     return;
   }
-  delays_ns_.push_back(observation.received_ns - (observation.publish_ns - offset_ns));
+  if (delays_ == nullptr) return;
+  const std::int64_t delay_ns = observation.received_ns - (observation.publish_ns - offset_ns);
+  smallest_delay_ns_ = delays_->count() == 0 ? delay_ns : std::min(smallest_delay_ns_, delay_ns);
+  largest_delay_ns_ = delays_->count() == 0 ? delay_ns : std::max(largest_delay_ns_, delay_ns);
+  delays_->Add(delay_ns);
   bound_ns_ = std::max(bound_ns_, bound_ns);
 }
 
@@ -43,17 +50,12 @@ double HeardTopic::mean_bytes() const {
 
 HeardTopic::Delay HeardTopic::delay() const {
   Delay delay;
-  delay.num = delays_ns_.size();
-  if (delay.num == 0) return delay;
-  std::vector<std::int64_t> sorted = delays_ns_;
-  std::sort(sorted.begin(), sorted.end());
-  const auto at_ms = [&sorted](double part) {
-    return static_cast<double>(sorted[static_cast<std::size_t>(part * static_cast<double>(sorted.size() - 1))]) * 1e-6;
-  };
-  delay.smallest_ms = at_ms(0.0);
-  delay.median_ms = at_ms(0.5);
-  delay.p99_ms = at_ms(0.99);
-  delay.largest_ms = at_ms(1.0);
+  if (delays_ == nullptr || delays_->count() == 0) return delay;
+  delay.num = delays_->count();
+  delay.smallest_ms = static_cast<double>(smallest_delay_ns_) * 1e-6;
+  delay.median_ms = delays_->p50_ns() * 1e-6;
+  delay.p99_ms = delays_->p99_ns() * 1e-6;
+  delay.largest_ms = static_cast<double>(largest_delay_ns_) * 1e-6;
   delay.bound_ms = static_cast<double>(bound_ns_) * 1e-6;
   return delay;
 }
@@ -65,7 +67,7 @@ void HeardTopics::Add(const bus::Observation& observation, const std::vector<bus
     offset_ns = peer.clock_offset_ns;
     bound_ns = peer.clock_bound_ns;
   }
-  all_[observation.topic].Add(observation, offset_ns, bound_ns);
+  all_.try_emplace(observation.topic, keeps_delays_).first->second.Add(observation, offset_ns, bound_ns);
 }
 
 }  // namespace oos

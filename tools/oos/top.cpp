@@ -18,17 +18,18 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
     std::printf("%.1f s  step %s  %s\n", static_cast<double>(status.value().time_ns) * 1e-9,
                 status.value().step.c_str(), status.value().hint.c_str());
   }
-  std::printf("%-16s %8s %8s %10s %12s %12s %9s\n", "node", "state", "age ms", "pid", "sent", "received", "dropped");
+  std::printf("%-16s %8s %8s %10s %12s %12s %9s %9s\n", "node", "state", "age ms", "pid", "sent", "received", "dropped",
+              "refused");
   for (const bus::PeerStatus& peer : node.Peers()) {
     if (peer.is_observer) continue;
-    std::printf("%-16s %8s %8.0f %10u %12llu %12llu %9llu\n", peer.name.c_str(),
-                !peer.is_alive    ? "LOST"
-                : peer.is_stalled ? "STALLED"
-                                  : "alive",
-                static_cast<double>(peer.age_ns) * 1e-6, peer.process_id,
-                static_cast<unsigned long long>(peer.counters.sent),
-                static_cast<unsigned long long>(peer.counters.received),
-                static_cast<unsigned long long>(peer.counters.dropped));
+    std::printf(
+        "%-16s %8s %8.0f %10u %12llu %12llu %9llu %9llu\n", peer.name.c_str(),
+        !peer.is_alive    ? "LOST"
+        : peer.is_stalled ? "STALLED"
+                          : "alive",
+        static_cast<double>(peer.age_ns) * 1e-6, peer.process_id, static_cast<unsigned long long>(peer.counters.sent),
+        static_cast<unsigned long long>(peer.counters.received), static_cast<unsigned long long>(peer.counters.dropped),
+        static_cast<unsigned long long>(peer.counters.refused));
     if (peer.clock_bound_ns == INT64_MAX) {
       std::printf("%-16s clock not compared yet\n", "");
     } else if (peer.clock_bound_ns > 0) {
@@ -36,6 +37,15 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
                   static_cast<double>(peer.clock_offset_ns) * 1e-9, static_cast<double>(peer.clock_bound_ns) * 1e-3,
                   peer.clock_drift_ppm);
     }
+  }
+  // Peers tell the sum; what came to this node is known by reason.
+  const bus::Counters own = node.counters();
+  if (own.refused > 0) {
+    std::printf("refused by %s:", node.name().c_str());
+    for (const bus::RefusalCount& refusal : own.refusals) {
+      std::printf("  %s %llu", refusal.reason.c_str(), static_cast<unsigned long long>(refusal.count));
+    }
+    std::printf("\n");
   }
   for (std::size_t i = 0; i < figures.size(); ++i) {
     if (!figures[i]->has_value()) continue;

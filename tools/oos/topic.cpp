@@ -3,6 +3,7 @@
 #include <set>
 
 #include "bus/schema.hpp"
+#include "bus/told_accounts.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/heard_topic.hpp"
@@ -65,9 +66,10 @@ void ShowList(const std::map<std::string, Ends>& topics) {
   }
 }
 
-// What went from whom to whom, as the readers count it: whatever has arrived or is known to be lost adds up to what the
-// writers say they have sent. False: somewhere more is missing than can be on its way.
-bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& pattern) {
+// What went from whom to whom, as the readers count it, all lives of the writers together; and where a writer's own
+// count says something else (told_accounts.hpp). False: it does, or a reader has settled more than it knows of.
+bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& pattern,
+                  const bus::ToldAccounts& joined) {
   bool do_close = true;
   std::printf("%-40s %-16s %-16s %12s %12s %10s %8s\n", "topic", "from", "to", "sent", "received", "dropped", "open");
   for (const bus::PeerStatus& reader : peers) {
@@ -81,7 +83,11 @@ bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& 
                   static_cast<unsigned long long>(account.dropped), open);
     }
   }
-  return do_close;
+  const std::vector<std::string> faults = joined.Disagreements();
+  for (const std::string& fault : faults) std::printf("%s\n", fault.c_str());
+  std::printf("%zu accounts compared with their writers' own counts, %zu disagree\n", joined.num_compared(),
+              faults.size());
+  return do_close && faults.empty();
 }
 
 void ShowInfo(const std::string& topic, const Ends& ends, const HeardTopics& heard) {
@@ -139,7 +145,7 @@ void ShowDelays(const HeardTopics& heard) {
 
 // By this machine's clock; a message from another machine is as old as the clocks' difference is known.
 std::string AgeText(const bus::Observation& observation, const std::vector<bus::PeerStatus>& peers) {
-  HeardTopics one;
+  HeardTopics one(true);
   bus::Observation alone = observation;
   alone.part = 0;
   alone.topic_class = bus::TopicClass::kLatest;
@@ -173,12 +179,15 @@ double DefaultSeconds(What what) {
     case What::kBw:
     case What::kDelay:
       return 5.0;
+    case What::kAccounts:  // a second until all have told theirs, and two looks at them
+      return 3.0;
     default:
       return 2.0;
   }
 }
 
-int Show(What what, const bus::Node& node, const std::string& pattern, const HeardTopics& heard, double seconds) {
+int Show(What what, const bus::Node& node, const std::string& pattern, const HeardTopics& heard,
+         const bus::ToldAccounts& joined, double seconds) {
   const std::vector<bus::PeerStatus> peers = node.Peers();
   const std::map<std::string, Ends> topics = Declared(peers, pattern);
   switch (what) {
@@ -191,7 +200,9 @@ int Show(What what, const bus::Node& node, const std::string& pattern, const Hea
       }
       return kHolds;
     case What::kAccounts:
-      return ShowAccounts(peers, pattern) ? kHolds : Complain("topic", "more arrived than was sent", kDoesNotHold);
+      return ShowAccounts(peers, pattern, joined)
+                 ? kHolds
+                 : Complain("topic", "writers and readers disagree by more than what is on its way", kDoesNotHold);
     case What::kHz:
       ShowRates(heard);
       break;
@@ -234,19 +245,21 @@ int Run(const Arguments& arguments) {
   const double limit_s = std::min(seconds->value_or(DefaultSeconds(*what)), 1e9);
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const std::int64_t end_ns = begin_ns + static_cast<std::int64_t>(limit_s * 1e9);
-  HeardTopics heard;
+  HeardTopics heard(*what == What::kDelay);
+  bus::ToldAccounts joined(pattern);
   std::uint64_t num_messages = 0;
   bus::Observation observation;
   while (interrupted.load() == 0 && core::MonotonicNow_ns() < end_ns && num_messages < limit_messages) {
     (*node)->Wait(core::MonotonicNow_ns() + kPoll_ns);
     const std::vector<bus::PeerStatus> peers = (*node)->Peers();
+    joined.Look(peers);
     while (num_messages < limit_messages && (*node)->PollObservation(&observation)) {
       ++num_messages;
       heard.Add(observation, peers);
       if (*what == What::kEcho) Echo(observation, peers);
     }
   }
-  return Show(*what, **node, pattern, heard, static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9);
+  return Show(*what, **node, pattern, heard, joined, static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9);
 }
 
 }  // namespace
@@ -255,7 +268,7 @@ Verb TopicVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--count", "N", "stop after N messages"});
   options.push_back(
-      {"--seconds", "S", "look for S seconds (list, info, accounts: 2, hz, bw, delay: 5, echo: until Ctrl-C)"});
+      {"--seconds", "S", "look for S seconds (list, info: 2, accounts: 3, hz, bw, delay: 5, echo: until Ctrl-C)"});
   return {"topic",
           "topics of the running session: which, what they say, how often, how late, and what of it arrived",
           "list|info|echo|hz|bw|delay|accounts [PATTERN]",

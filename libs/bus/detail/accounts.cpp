@@ -29,6 +29,7 @@ void AddWritten(const NodeCore& core, const LatestSender& sender, std::vector<Ac
     account.peer_instance = instance;
     account.start = first - 1;
     account.sent = last - first + 1;
+    account.life = {core.instance, sender.envelope.boot, first, last};
     all->push_back(std::move(account));
   }
 }
@@ -44,7 +45,8 @@ void AddRead(const NodeCore& core, const LatestReceiver& receiver, std::vector<A
   }
   account.received = counts.received + counts.restored;
   account.dropped[static_cast<std::size_t>(DropReason::kLost)] = counts.dropped;
-  account.sent = account.received + counts.dropped + receiver.OnTheWay();
+  account.sent = counts.meant;
+  account.life = receiver.Life();
   if (account.sent > 0) all->push_back(std::move(account));
 }
 
@@ -70,6 +72,22 @@ std::vector<Account> MergeByName(const std::vector<Account>& accounts) {
   std::vector<Account> merged;
   for (auto& [key, account] : sums) merged.push_back(std::move(account));
   return merged;
+}
+
+bool FindPresentLife(const NodeCore& core, const std::vector<Account>& accounts, const Account& merged,
+                     std::uint64_t* sent, std::uint64_t* peer_instance) {
+  // A service is asked again until it answers, and answers once.
+  const auto peer = core.peers.find(merged.peer);
+  if (peer == core.peers.end() || merged.topic_class == TopicClass::kService) return false;
+  *peer_instance = peer->second.instance;
+  const bool is_read_latest = merged.topic_class == TopicClass::kLatest && !merged.is_writer;
+  for (const Account& account : accounts) {
+    if (account.topic != merged.topic || account.is_writer != merged.is_writer) continue;
+    if (*peer_instance != (is_read_latest ? account.life.instance : account.peer_instance)) continue;
+    *sent = is_read_latest ? account.life.counted() : account.sent;
+    return true;
+  }
+  return false;
 }
 
 }  // namespace bus::detail

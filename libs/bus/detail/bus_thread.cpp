@@ -18,7 +18,9 @@
 namespace bus::detail {
 namespace {
 
-constexpr std::size_t kTopicsPerHeartbeat = 30;  // keeps a heartbeat within one datagram
+constexpr std::size_t kTopicsPerHeartbeat = 30;
+// A topic's figures take 60 bytes at most; a longer heartbeat would be refused, and its node be taken for dead.
+constexpr std::size_t kMaxBytesBeforeTopic = kMaxHeartbeatBytes - kEnvelopeFixedBytes - kSealBytes - 60;
 constexpr int kGoodbyeLinger_ms = 100;
 constexpr std::uint64_t kSettlingExchanges = 20;  // a second of heartbeats
 constexpr std::int64_t kClockPeriod_ns = 20 * kMillisecond_ns;
@@ -170,8 +172,10 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
   heartbeat->set_refused(counters.refused);
   heartbeat->set_is_goodbye(is_goodbye);
   AddCounts(heartbeat);
+  AddLatestSpans(*core_, &next_span_told_, heartbeat);
+  heartbeat->set_sent_ns(core::MonotonicNow_ns());  // for its size; the time comes below
   const std::size_t told = std::min(counters.topics.size(), kTopicsPerHeartbeat);
-  for (std::size_t i = 0; i < told; ++i) {
+  for (std::size_t i = 0; i < told && control.ByteSizeLong() < kMaxBytesBeforeTopic; ++i) {
     const TopicCounters& topic = counters.topics[next_topic_told_++ % counters.topics.size()];
     oos::TopicFigures* figures = heartbeat->add_topics();
     figures->set_topic(TopicId(topic.topic));
@@ -181,7 +185,6 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
     figures->set_dropped(topic.dropped);
     figures->set_reordered(topic.reordered);
   }
-  AddLatestSpans(*core_, &next_span_told_, heartbeat);
   heartbeat->set_sent_ns(core::MonotonicNow_ns());
   auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   core_->guard->SealControl(&bytes);

@@ -37,8 +37,8 @@ bool IsConnection(int fd) {
 
 void Gate::Open(zmq::context_t* context, const std::optional<Keys>& keys) {
   context_ = context;
-  keys_ = keys ? &*keys : nullptr;
-  if (keys_ == nullptr) return;
+  keys_ = &keys;
+  if (!has_keys()) return;
   allow_list_ = zmq::socket_t(*context, zmq::socket_type::rep);
   allow_list_.set(zmq::sockopt::linger, 0);
   allow_list_.bind(kAllowListEndpoint);
@@ -47,9 +47,9 @@ void Gate::Open(zmq::context_t* context, const std::optional<Keys>& keys) {
 void Gate::GuardListener(zmq::socket_t* socket) {
   socket->set(zmq::sockopt::handshake_ivl, kHandshakeLimit_ms);
   socket->set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
-  if (keys_ != nullptr) {
+  if (has_keys()) {
     socket->set(zmq::sockopt::curve_server, true);
-    socket->set(zmq::sockopt::curve_secretkey, keys_->own.secret_key);
+    socket->set(zmq::sockopt::curve_secretkey, (*keys_)->own.secret_key);
     socket->set(zmq::sockopt::zap_domain, kDomain);
   }
   Listener& listener = listeners_.emplace_back();
@@ -58,13 +58,17 @@ void Gate::GuardListener(zmq::socket_t* socket) {
                                        ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
 }
 
-void Gate::GuardConnection(zmq::socket_t* socket, const std::string& server_key) const {
+void GuardConnection(zmq::socket_t* socket, const std::optional<Keys>& keys, const std::string& server_key) {
   socket->set(zmq::sockopt::handshake_ivl, kHandshakeLimit_ms);
   socket->set(zmq::sockopt::maxmsgsize, kMaxFrameBytes);
-  if (keys_ == nullptr) return;
+  if (!keys) return;
   socket->set(zmq::sockopt::curve_serverkey, server_key);
-  socket->set(zmq::sockopt::curve_publickey, keys_->own.public_key);
-  socket->set(zmq::sockopt::curve_secretkey, keys_->own.secret_key);
+  socket->set(zmq::sockopt::curve_publickey, keys->own.public_key);
+  socket->set(zmq::sockopt::curve_secretkey, keys->own.secret_key);
+}
+
+void Gate::GuardConnection(zmq::socket_t* socket, const std::string& server_key) const {
+  detail::GuardConnection(socket, *keys_, server_key);
 }
 
 void Gate::GuardWatchedConnection(zmq::socket_t* socket, const std::string& server_key) {
@@ -115,8 +119,8 @@ void Gate::ServeAllowList() {
     if (question.size() == kQuestionFrames && question[5].to_string_view() == "CURVE" && question[6].size() == 32) {
       std::array<char, 41> text;
       zmq_z85_encode(text.data(), static_cast<const std::uint8_t*>(question[6].data()), 32);
-      const auto found = keys_->allowed.find(text.data());
-      if (found != keys_->allowed.end()) {
+      const auto found = (*keys_)->allowed.find(text.data());
+      if (found != (*keys_)->allowed.end()) {
         status = "200";
         name = found->second;
       }
@@ -189,13 +193,13 @@ void Gate::ServeWatched() {
     if (event == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
       trouble_.clear();
     } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) {
-      trouble_ = "it does not know the key of " + keys_->own_name + "; is this the key directory of that run?";
+      trouble_ = "it does not know the key of " + (*keys_)->own_name + "; is this the key directory of that run?";
       is_key_rejected_ = true;
     } else if (event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) {
-      trouble_ = keys_ != nullptr ? "it does not encrypt, or is no registry" : "it wants encryption and a key";
+      trouble_ = has_keys() ? "it does not encrypt, or is no registry" : "it wants encryption and a key";
     } else if (trouble_.empty()) {
-      trouble_ = keys_ != nullptr ? "the handshake fails; is this the key directory of that run?"
-                                  : "the handshake fails; it may want encryption and a key";
+      trouble_ = has_keys() ? "the handshake fails; is this the key directory of that run?"
+                            : "the handshake fails; it may want encryption and a key";
     }
   }
 }

@@ -18,6 +18,10 @@ constexpr int kHandshakeLimit_ms = 3'000;    // a connection that has not proven
 constexpr std::size_t kMaxConnections = 64;  // of one listener, those in their handshake included
 constexpr std::int64_t kMaxFrameBytes = std::int64_t{16} << 20;  // the connection of a larger one is closed
 
+// Limits of a socket that connects, and CURVE where there are keys. Before connect; throws zmq::error_t. Who connects
+// lets nobody in, so that is all it needs.
+void GuardConnection(zmq::socket_t* socket, const std::optional<Keys>& keys, const std::string& server_key);
+
 // Guards the ZeroMQ sockets of one context: CURVE on every link, the allow-list (a ZAP handler [ZeroMQ RFC 27], without
 // which libzmq lets every key in), the limits above, and the count of connections that were refused. All calls from the
 // thread that owns the sockets; refused() from any. Without keys only the limits are set.
@@ -57,10 +61,11 @@ class Gate {
   void ServeListener(Listener* listener);
   void TakeEvent(Listener* listener, std::uint16_t event, int fd);
   void ServeWatched();
+  [[nodiscard]] bool has_keys() const { return keys_->has_value(); }
   void CountRefused() { refused_.fetch_add(1, std::memory_order_relaxed); }
 
   zmq::context_t* context_ = nullptr;
-  const Keys* keys_ = nullptr;
+  const std::optional<Keys>* keys_ = nullptr;
   zmq::socket_t allow_list_;  // answers libzmq's questions
   std::vector<Listener> listeners_;
   zmq::socket_t watched_;

@@ -172,16 +172,10 @@ LatestReceiver::LatestReceiver(std::string topic_name, MessageType message_type)
     : topic(std::move(topic_name)), type(message_type), id(TopicId(topic)), digest(SchemaOf(type).digest) {}
 
 void LatestReceiver::Publish() noexcept {
-  const auto set = [](std::atomic<std::uint64_t>& to, std::uint64_t value) {
-    to.store(value, std::memory_order_relaxed);
-  };
-  set(shared_.boot, boot);
-  set(shared_.first, tracker.first());
-  set(shared_.newest, tracker.newest());
-  set(shared_.received, tracker.received());
-  set(shared_.restored, tracker.restored());
-  set(shared_.reordered, tracker.reordered());
-  set(shared_.repeated, tracker.repeated());
+  const std::uint64_t span = tracker.newest() == 0 ? 0 : tracker.newest() - tracker.first() + 1;
+  const Tally present{span,           tracker.received(),  tracker.restored(),
+                      tracker.lost(), tracker.reordered(), tracker.repeated()};
+  seen_.Write({boot, tracker.first(), tracker.newest(), present, past_});
 }
 
 namespace {
@@ -198,27 +192,26 @@ std::uint64_t Unseen(std::uint64_t first, std::uint64_t last, std::uint64_t seen
 
 // What is left open of the lives before the new one is closed: the one that was read, and one of which nothing came.
 void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
-  const auto add = [](std::atomic<std::uint64_t>& to, std::uint64_t value) {
-    to.fetch_add(value, std::memory_order_relaxed);
-  };
-  std::uint64_t lost = tracker.lost();
+  std::uint64_t unseen = 0;
   for (const Told& told : told_) {
     const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
     if (told_boot == 0 || told_boot < boot || told_boot >= new_boot) continue;
-    lost += Unseen(told.first.load(std::memory_order_relaxed), told.last.load(std::memory_order_relaxed),
-                   tracker.first(), told_boot == boot ? tracker.newest() : 0);
+    unseen += Unseen(told.first.load(std::memory_order_relaxed), told.last.load(std::memory_order_relaxed),
+                     tracker.first(), told_boot == boot ? tracker.newest() : 0);
   }
-  add(shared_.past_received, tracker.received());
-  add(shared_.past_restored, tracker.restored());
-  add(shared_.past_reordered, tracker.reordered());
-  add(shared_.past_repeated, tracker.repeated());
-  add(shared_.past_lost, lost);
+  past_.meant += unseen + (tracker.newest() == 0 ? 0 : tracker.newest() - tracker.first() + 1);
+  past_.received += tracker.received();
+  past_.restored += tracker.restored();
+  past_.lost += unseen + tracker.lost();
+  past_.reordered += tracker.reordered();
+  past_.repeated += tracker.repeated();
   tracker.Restart();
   boot = new_boot;
   Publish();
 }
 
-void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept {
+void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last,
+                          std::uint64_t instance) noexcept {
   Told& older =
       told_[told_[0].boot.load(std::memory_order_relaxed) <= told_[1].boot.load(std::memory_order_relaxed) ? 0 : 1];
   Told& newer = &older == told_.data() ? told_[1] : told_[0];
@@ -230,6 +223,7 @@ void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::u
     older.first.store(first, std::memory_order_relaxed);
     older.last.store(last, std::memory_order_relaxed);
     older.settled.store(0, std::memory_order_relaxed);
+    older.instance.store(instance, std::memory_order_relaxed);
     older.boot.store(writer_boot, std::memory_order_release);
     return;
   }
@@ -244,42 +238,53 @@ void LatestReceiver::Settle() noexcept {
   for (Told& told : told_) told.settled.store(told.last.load(std::memory_order_relaxed), std::memory_order_relaxed);
 }
 
-std::uint64_t LatestReceiver::UnseenOfOpenLives(std::atomic<std::uint64_t> Told::*last) const noexcept {
-  const std::uint64_t boot_read = shared_.boot.load(std::memory_order_relaxed);
+std::uint64_t LatestReceiver::UnseenOfOpenLives(const Seen& seen,
+                                                std::atomic<std::uint64_t> Told::*last) const noexcept {
   std::uint64_t unseen = 0;
   for (const Told& told : told_) {
     const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
-    if (told_boot == 0 || told_boot < boot_read) continue;
+    if (told_boot == 0 || told_boot < seen.boot) continue;
     unseen += Unseen(told.first.load(std::memory_order_relaxed), (told.*last).load(std::memory_order_relaxed),
-                     shared_.first.load(std::memory_order_relaxed),
-                     told_boot == boot_read ? shared_.newest.load(std::memory_order_relaxed) : 0);
+                     seen.first, told_boot == seen.boot ? seen.newest : 0);
   }
   return unseen;
 }
 
-std::uint64_t LatestReceiver::OnTheWay() const noexcept {
-  const std::uint64_t told = UnseenOfOpenLives(&Told::last);
-  return told - std::min(told, UnseenOfOpenLives(&Told::settled));
+LatestCounts LatestReceiver::Counts() const noexcept {
+  const Seen seen = seen_.Read();
+  LatestCounts counts;
+  counts.meant = seen.past.meant + seen.present.meant + UnseenOfOpenLives(seen, &Told::last);
+  counts.received = seen.past.received + seen.present.received;
+  counts.restored = seen.past.restored + seen.present.restored;
+  counts.dropped = seen.past.lost + seen.present.lost + UnseenOfOpenLives(seen, &Told::settled);
+  counts.reordered = seen.past.reordered + seen.present.reordered;
+  counts.repeated = seen.past.repeated + seen.present.repeated;
+  return counts;
 }
 
-LatestCounts LatestReceiver::Counts() const noexcept {
-  const auto get = [](const std::atomic<std::uint64_t>& from) { return from.load(std::memory_order_relaxed); };
-  const std::uint64_t first = get(shared_.first);
-  const std::uint64_t newest = get(shared_.newest);
-  const std::uint64_t received = get(shared_.received);
-  const std::uint64_t restored = get(shared_.restored);
-  LatestCounts counts;
-  counts.received = get(shared_.past_received) + received;
-  counts.restored = get(shared_.past_restored) + restored;
-  counts.reordered = get(shared_.past_reordered) + get(shared_.reordered);
-  counts.repeated = get(shared_.past_repeated) + get(shared_.repeated);
-  counts.dropped = get(shared_.past_lost) + UnseenOfOpenLives(&Told::settled);
-  // The step thread may be between two of its stores: then the sum is one message off, never below zero.
-  if (newest != 0) {
-    const std::uint64_t span = newest - first + 1;
-    counts.dropped += span - std::min(span, received + restored);
+LatestLife LatestReceiver::Life() const noexcept {
+  const Seen seen = seen_.Read();
+  const Told& told =
+      told_[told_[0].boot.load(std::memory_order_acquire) > told_[1].boot.load(std::memory_order_acquire) ? 0 : 1];
+  LatestLife life;
+  life.boot = told.boot.load(std::memory_order_acquire);
+  if (life.boot == 0) return life;
+  life.instance = told.instance.load(std::memory_order_relaxed);
+  life.first = told.first.load(std::memory_order_relaxed);
+  life.last = told.last.load(std::memory_order_relaxed);
+  const bool is_seen = seen.boot == life.boot && seen.newest != 0;
+  const std::uint64_t newest = is_seen ? seen.newest : 0;
+  const std::uint64_t settled = Unseen(life.first, told.settled.load(std::memory_order_relaxed), seen.first, newest);
+  if (is_seen) {
+    life.received = seen.present.received;
+    life.restored = seen.present.restored;
+    life.lost = seen.present.lost;
+    if (seen.first < life.first) life.early = std::min(life.first, seen.newest + 1) - seen.first;
   }
-  return counts;
+  life.lost += settled;
+  const std::uint64_t unseen = Unseen(life.first, life.last, seen.first, newest);
+  life.on_the_way = unseen - std::min(unseen, settled);
+  return life;
 }
 
 template <class M>
@@ -298,6 +303,7 @@ Refusal TypedReceiver<M>::Take(const Envelope& envelope, std::span<const std::ui
   if (sequence == 0 || envelope.num_parts > 64) return Refusal::kBadSchema;
   if (envelope.boot < boot) {  // from before the writer's restart
     CountStraggler();
+    Publish();
     return Refusal::kNone;
   }
   Refusal refusal = Refusal::kNone;
@@ -366,6 +372,7 @@ bool TypedReceiver<M>::Keep(const core::Header& header, std::span<const std::uin
   M* place = LatestAccess::Place(&reader, header.sequence, tracker.newest());
   if (place == nullptr || !codec_.Decode(payload, true, place)) return false;
   place->header = header;
+  ToOwnClock(clock_offset_ns.load(std::memory_order_relaxed), &place->header);
   return true;
 }
 

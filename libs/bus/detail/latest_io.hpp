@@ -12,10 +12,12 @@
 #include "bus/codec.hpp"
 #include "bus/detail/datagram_guard.hpp"
 #include "bus/detail/history.hpp"
+#include "bus/detail/published.hpp"
 #include "bus/detail/sequence_tracker.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/envelope.hpp"
 #include "bus/latest.hpp"
+#include "bus/ledger.hpp"
 #include "bus/log/tap.hpp"
 #include "bus/rt/latest_value.hpp"
 #include "bus/rt/spsc_ring.hpp"
@@ -105,8 +107,9 @@ struct TypedSender final : LatestSender {
   LatestCodec<M> codec_;
 };
 
-// Whenever nothing is on its way: sent = received + restored + dropped, for each writer and reader.
+// Whenever nothing is on its way: meant = received + restored + dropped, for each writer and reader.
 struct LatestCounts {
+  std::uint64_t meant = 0;      // by the sequences that came and that the writer told
   std::uint64_t received = 0;   // each message once, late ones included
   std::uint64_t restored = 0;   // came with a later one's datagram only
   std::uint64_t dropped = 0;    // lost on the way, or came too late to tell
@@ -126,12 +129,12 @@ struct LatestReceiver {
   [[nodiscard]] virtual bool keeps_history() const noexcept = 0;
 
   // Bus thread: what the writer says that it has meant for this reader.
-  void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last) noexcept;
+  void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last, std::uint64_t instance = 0) noexcept;
   // Bus thread: the writer is gone and will tell no more. What it told and is not here counts as lost, until it comes.
   void Settle() noexcept;
   [[nodiscard]] LatestCounts Counts() const noexcept;  // any thread
-  // Messages that the writer told at last, of which it is not known yet whether they arrive. Any thread.
-  [[nodiscard]] std::uint64_t OnTheWay() const noexcept;
+  // Of the writer's last life that it told of. Any thread.
+  [[nodiscard]] LatestLife Life() const noexcept;
 
   std::string topic;
   MessageType type;
@@ -144,30 +147,33 @@ struct LatestReceiver {
   std::atomic<std::uint32_t> other_digest{0};  // of a writer whose schema the registry found compatible
 
  protected:
-  void Publish() noexcept;  // the tracker's counts, for other threads
+  void Publish() noexcept;  // the counts, for other threads
+  void CountStraggler() noexcept { ++past_.reordered; }
   void Restart(std::uint64_t new_boot) noexcept;
 
   SequenceTracker tracker;
   std::uint64_t boot = 0;  // of the writer's life that is read
 
  private:
-  // Of this life of the writer, and of all earlier ones together.
-  struct Shared {
-    std::atomic<std::uint64_t> boot{0}, first{0}, newest{0}, received{0}, restored{0}, reordered{0}, repeated{0};
-    std::atomic<std::uint64_t> past_received{0}, past_restored{0}, past_reordered{0}, past_repeated{0}, past_lost{0};
-  } shared_;
+  struct Tally {
+    std::uint64_t meant = 0, received = 0, restored = 0, lost = 0, reordered = 0, repeated = 0;
+  };
+  // Of the life of the writer that is read, and of all earlier ones together.
+  struct Seen {
+    std::uint64_t boot = 0, first = 0, newest = 0;
+    Tally present, past;
+  };
+  Tally past_;  // step thread
+  Published<Seen> seen_;
   // The writer's word, of its last two lives: what an earlier one meant and is not here is not forgotten when a later
   // one speaks before its first message comes. `settled` is the last message that it told one heartbeat ago: by now it
   // is here or lost.
   struct Told {
-    std::atomic<std::uint64_t> boot{0}, first{0}, last{0}, settled{0};
+    std::atomic<std::uint64_t> boot{0}, first{0}, last{0}, settled{0}, instance{0};
   };
   std::array<Told, 2> told_;
   // Of the life that is read and of later ones: first .. told.*last, less what the tracker has accounts for.
-  std::uint64_t UnseenOfOpenLives(std::atomic<std::uint64_t> Told::*last) const noexcept;
-
- protected:
-  void CountStraggler() noexcept { shared_.past_reordered.fetch_add(1, std::memory_order_relaxed); }
+  std::uint64_t UnseenOfOpenLives(const Seen& seen, std::atomic<std::uint64_t> Told::*last) const noexcept;
 };
 
 struct LatestAccess {

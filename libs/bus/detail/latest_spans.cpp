@@ -35,7 +35,7 @@ void TakeLatestSpans(const oos::Heartbeat& heartbeat, NodeCore* core) {
   for (const oos::LatestSpan& span : heartbeat.latest_spans()) {
     if (span.reader() != core->instance) continue;
     for (const auto& receiver : core->receivers) {
-      if (receiver->id == span.topic()) receiver->Tell(span.boot(), span.first(), span.last());
+      if (receiver->id == span.topic()) receiver->Tell(span.boot(), span.first(), span.last(), heartbeat.instance());
     }
   }
 }

@@ -63,14 +63,16 @@ void NodeCore::AddObservation(RawObservation observation) {
 
 Counters NodeCore::CountAll() const {
   Counters counters;
-  counters.refused = refused.load(std::memory_order_relaxed) + refused_connections.load(std::memory_order_relaxed);
-  const std::uint64_t fenced = refused_fenced.load(std::memory_order_relaxed);
-  counters.refused += fenced;
-  if (fenced != 0) counters.refusals.push_back({"fenced", fenced});
-  for (std::size_t i = 1; i < kNumRefusals; ++i) {
-    const std::uint64_t count = guard->refusals.of(static_cast<Refusal>(i));
-    if (count != 0) counters.refusals.push_back({NameOf(static_cast<Refusal>(i)), count});
+  const auto refuse = [&counters](const char* reason, std::uint64_t count) {
+    if (count != 0) counters.refusals.push_back({reason, count});
     counters.refused += count;
+  };
+  refuse("message", refused.load(std::memory_order_relaxed));
+  refuse("connection", refused_connections.load(std::memory_order_relaxed));
+  refuse("bulk", refused_bulk->load(std::memory_order_relaxed));
+  refuse("fenced", refused_fenced.load(std::memory_order_relaxed));
+  for (std::size_t i = 1; i < kNumRefusals; ++i) {
+    refuse(NameOf(static_cast<Refusal>(i)), guard->refusals.of(static_cast<Refusal>(i)));
   }
   const auto add = [&counters](TopicCounters topic) {
     counters.sent += topic.sent;
@@ -88,16 +90,24 @@ Counters NodeCore::CountAll() const {
          counts.restored, counts.repeated});
   }
   for (const auto& sender : state_senders) {
-    add({sender->topic, TopicClass::kState, true, sender->sent.load(std::memory_order_relaxed), 0, 0, 0});
+    const std::uint64_t overflows = sender->overflows.load(std::memory_order_relaxed);
+    const std::uint64_t oversize = sender->oversize.load(std::memory_order_relaxed);
+    add({sender->topic, TopicClass::kState, true, sender->sent.load(std::memory_order_relaxed), 0, overflows + oversize,
+         0, 0, 0, overflows, oversize});
   }
   for (const auto& receiver : state_receivers) {
     add({receiver->topic, TopicClass::kState, false, 0, receiver->received.load(std::memory_order_relaxed), 0, 0});
   }
   add({kEventTopic, TopicClass::kEvent, true, events_sent.load(std::memory_order_relaxed), 0,
-       events_dropped.load(std::memory_order_relaxed) + events_out.overflows(), 0});
+       events_dropped.load(std::memory_order_relaxed) + events_out.overflows(), 0, 0, 0, events_out.overflows()});
   if (reads_events) {
     add({kEventTopic, TopicClass::kEvent, false, 0, events_received.load(std::memory_order_relaxed), 0, 0});
   }
+  const auto add_service = [&add](bool is_call, std::uint64_t overflows) {
+    add({kParameterTopic, TopicClass::kService, is_call, 0, 0, overflows, 0, 0, 0, overflows});
+  };
+  add_service(true, calls_out.overflows());
+  if (!parameter_names.empty()) add_service(false, answers_out.overflows());
   if (!observed_patterns.empty()) {
     add({"(observed)", TopicClass::kLatest, false, 0, 0, observations_dropped.load(std::memory_order_relaxed), 0});
   }

@@ -65,6 +65,8 @@ struct StateSender {
   std::uint32_t slot = 0;
   struct NodeCore* core = nullptr;
   std::atomic<std::uint64_t> sent{0};
+  std::atomic<std::uint64_t> overflows{0};  // step thread: the queue was full
+  std::atomic<std::uint64_t> oversize{0};   // step thread: more than kMaxStateBytes
 };
 
 struct StateReceiver {
@@ -170,8 +172,10 @@ struct NodeCore {
   SpscRing<ParameterAck> acks_in;
 
   std::atomic<std::uint64_t> wait_count{0};
-  std::atomic<std::uint64_t> refused{0};
+  std::atomic<std::uint64_t> refused{0};  // messages of ZeroMQ
   std::atomic<std::uint64_t> refused_connections{0};
+  // By its BULK socket, whose thread may outlive the node.
+  std::shared_ptr<std::atomic<std::uint64_t>> refused_bulk = std::make_shared<std::atomic<std::uint64_t>>(0);
   std::atomic<std::uint64_t> refused_fenced{0};  // from an instance whose place another has taken
   std::atomic<std::uint64_t> events_sent{0};     // times subscribers
   std::atomic<std::uint64_t> events_received{0};

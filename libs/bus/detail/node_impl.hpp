@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <span>
 #include <string>
 
@@ -13,7 +14,7 @@
 
 namespace bus {
 
-// For node.cpp, node_topics.cpp and node_wait.cpp.
+// For node.cpp, node_topics.cpp, node_wait.cpp and bulk.cpp.
 struct Node::Impl {
   detail::NodeCore core;
   detail::BusThread bus{&core};
@@ -25,6 +26,13 @@ struct Node::Impl {
   std::array<iovec, kBatch> vectors;
   std::array<mmsghdr, kBatch> headers;
   Envelope envelope;
+
+  // What an observer has heard of the life of a topic's writer. Not for the step thread of a node that is real-time.
+  struct ObservedLife {
+    std::uint64_t boot = 0;
+    detail::SequenceTracker tracker;
+  };
+  std::map<std::uint32_t, ObservedLife> observed;  // by topic
 
   Impl() {
     for (std::size_t i = 0; i < kBatch; ++i) {
@@ -57,6 +65,7 @@ struct Node::Impl {
   int TakeDatagrams(const detail::UdpSocket& socket);
   void TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns, bool is_of_group);
   void Observe(std::span<const std::uint8_t> payload, std::size_t num_bytes, std::int64_t now_ns);
+  bool IsNewToObserver(ObservedLife* life) const;
   void TakeStates();
 };
 

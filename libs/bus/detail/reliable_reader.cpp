@@ -334,7 +334,15 @@ void BusThread::TakeAccounts(const oos::Heartbeat& heartbeat, PeerStatus* status
       return told.topic == topic && told.peer == peer && told.is_writer == figures.is_writer();
     });
     ToldAccount& told = found != status->accounts.end() ? *found : status->accounts.emplace_back();
-    told = {topic, peer, figures.is_writer(), figures.sent(), figures.received(), figures.dropped()};
+    told = {topic,
+            peer,
+            figures.is_writer(),
+            figures.sent(),
+            figures.received(),
+            figures.dropped(),
+            figures.life_sent(),
+            figures.peer_life(),
+            core::MonotonicNow_ns()};
   }
 }
 

@@ -359,7 +359,8 @@ void BusThread::AddCounts(oos::Heartbeat* heartbeat) {
   core_->events_sent.store(events.sent, std::memory_order_relaxed);
   core_->events_dropped.store(events.dropped_in_all(), std::memory_order_relaxed);
 
-  const std::vector<Account> accounts = MergeByName(AllAccounts(*core_));
+  const std::vector<Account> all = AllAccounts(*core_);
+  const std::vector<Account> accounts = MergeByName(all);
   for (std::size_t i = 0; i < std::min(accounts.size(), kAccountsPerHeartbeat); ++i) {
     const Account& account = accounts[next_account_told_++ % accounts.size()];
     oos::AccountFigures* figures = heartbeat->add_accounts();
@@ -369,6 +370,10 @@ void BusThread::AddCounts(oos::Heartbeat* heartbeat) {
     figures->set_sent(account.sent);
     figures->set_received(account.received);
     figures->set_dropped(account.dropped_in_all());
+    std::uint64_t sent = 0, instance = 0;
+    if (!FindPresentLife(*core_, all, account, &sent, &instance)) continue;
+    figures->set_life_sent(sent);
+    figures->set_peer_life(static_cast<std::uint32_t>(instance));
   }
 }
 
