@@ -13,16 +13,24 @@
 namespace oos {
 namespace {
 
+constexpr std::int64_t kOfferPeriod_ns = 1'000'000;
+
+Outlet::Took TookIf(bool is_taken) {
+  return is_taken ? Outlet::Took::kYes : Outlet::Took::kNotNow;
+}
+
 template <class M>
 class LatestOutlet final : public Outlet {
  public:
   explicit LatestOutlet(bus::LatestWriter<M> writer) : writer_(writer) {}
 
-  void Take(const bus::log::Message& message) override {
+  Took Take(const bus::log::Message& message) override {
     const M* whole = message_.Take(bus::log::SplitRecorded(message.data));
-    if (whole == nullptr) return;
+    if (whole == nullptr) return message_.is_incomplete() ? Took::kYes : Took::kNever;
     sent_ = *whole;  // its header is written into
+    // LATEST is not repeated: what the socket has no room for is a loss as on any way, and in the node's accounts.
     writer_.Send(sent_);
+    return Took::kYes;
   }
 
  private:
@@ -35,11 +43,13 @@ template <class M>
 class StateOutlet final : public Outlet {
  public:
   StateOutlet(bus::StateWriter<M> writer, std::string key) : writer_(writer), key_(std::move(key)) {}
-  void Take(const bus::log::Message& message) override {
+  Took Take(const bus::log::Message& message) override {
     M value;
-    if (bus::DecodeState(std::string(message.data.begin(), message.data.end()), &value)) writer_.Set(value, key_);
+    if (!bus::DecodeState(std::string(message.data.begin(), message.data.end()), &value)) return Took::kNever;
+    return TookIf(writer_.Set(value, key_));
   }
   [[nodiscard]] bool is_state() const override { return true; }
+  Took Empty() override { return TookIf(writer_.Set(M{}, key_)); }
 
  private:
   bus::StateWriter<M> writer_;
@@ -49,10 +59,10 @@ class StateOutlet final : public Outlet {
 class EventOutlet final : public Outlet {
  public:
   explicit EventOutlet(bus::Node* node) : node_(node) {}
-  void Take(const bus::log::Message& message) override {
+  Took Take(const bus::log::Message& message) override {
     oos::Event event;
-    if (!event.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) return;
-    node_->Emit({event.time_ns(), event.source(), event.name(), event.detail()});
+    if (!event.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) return Took::kNever;
+    return TookIf(node_->Emit({event.time_ns(), event.source(), event.name(), event.detail()}));
   }
 
  private:
@@ -62,6 +72,13 @@ class EventOutlet final : public Outlet {
 std::string Text(const bus::log::TextMap& map, const char* key) {
   const auto found = map.find(key);
   return found == map.end() ? std::string() : found->second;
+}
+
+// Null: it is none that can be published again.
+const bus::TopicRule* FindPublished(const std::string& topic) {
+  const bus::TopicRule* rule = bus::FindTopicRule(topic);
+  if (rule == nullptr || rule->topic_class == bus::TopicClass::kService) return nullptr;
+  return rule->type == bus::MessageType::kBulkOffer ? nullptr : rule;
 }
 
 // One writer for all keys of a topic.
@@ -136,39 +153,44 @@ std::optional<ReplayCommand> ParseReplayCommand(const std::string& line) {
   return std::nullopt;
 }
 
-core::Result<std::unique_ptr<BusReplay>> BusReplay::Create(const std::filesystem::path& file, bus::Node* node) {
+core::Result<std::unique_ptr<BusReplay>> BusReplay::Open(const std::filesystem::path& file) {
   auto reader = bus::log::McapIndexedReader::Open(file);
   if (!reader) return tl::unexpected(reader.error());
   std::unique_ptr<BusReplay> replay(new BusReplay(std::move(*reader)));
-  if (auto done = replay->Declare(node); !done) return tl::unexpected(done.error());
-  if (replay->outlets_.empty()) {
+  if (auto done = replay->LookThrough(); !done) return tl::unexpected(done.error());
+  if (replay->sources_.empty()) {
     return core::Fail(core::ErrorCode::kNotFound,
                       file.string() + ": holds nothing that nodes published; 'oos info' tells what it holds");
   }
   return replay;
 }
 
-core::Result<void> BusReplay::Declare(bus::Node* node) {
-  Outlets outlets(node);
+core::Result<void> BusReplay::LookThrough() {
   std::set<std::string> topics;
   const auto see = [&](const bus::log::Channel& channel, const bus::log::Message& message) {
-    const std::string tap = Text(channel.metadata, "tap");
-    if (channel.message_encoding != "protobuf" || (!tap.empty() && tap != "sent")) return true;
-    if (outlets_.count(channel.id) == 0) {
-      const bus::TopicRule* rule = bus::FindTopicRule(channel.topic);
-      outlets_[channel.id] =
-          rule == nullptr ? nullptr : outlets.Make(*rule, channel.topic, Text(channel.metadata, "key"));
-      if (outlets_[channel.id] != nullptr) topics.insert(channel.topic);
+    const auto [place, is_new] = sources_.try_emplace(channel.id);
+    Source& source = place->second;
+    if (is_new) {
+      const std::string tap = Text(channel.metadata, "tap");
+      const bool is_published = channel.message_encoding == "protobuf" && (tap.empty() || tap == "sent");
+      source = {is_published ? FindPublished(channel.topic) : nullptr, channel.topic, Text(channel.metadata, "key"),
+                false, nullptr};
+      if (source.rule != nullptr) topics.insert(channel.topic);
     }
-    if (outlets_[channel.id] == nullptr) return true;
+    if (source.rule == nullptr) return true;
     if (first_ns_ == 0) first_ns_ = message.log_time_ns;
     last_ns_ = message.log_time_ns;
     return true;
   };
   if (auto done = reader_.ReadMessages(see); !done) return done;
-  std::erase_if(outlets_, [](const auto& outlet) { return outlet.second == nullptr; });
+  std::erase_if(sources_, [](const auto& source) { return source.second.rule == nullptr; });
   topics_.assign(topics.begin(), topics.end());
   return {};
+}
+
+void BusReplay::Declare(bus::Node* node) {
+  Outlets outlets(node);
+  for (auto& [id, source] : sources_) source.outlet = outlets.Make(*source.rule, source.topic, source.key);
 }
 
 core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
@@ -176,20 +198,30 @@ core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
   // The newest value of every state before that, in the order in which they came.
   std::map<std::uint16_t, bus::log::Message> newest;
   const auto see = [&](const bus::log::Channel& channel, const bus::log::Message& message) {
-    const auto outlet = outlets_.find(channel.id);
-    if (outlet != outlets_.end() && outlet->second->is_state()) newest[channel.id] = message;
+    const auto source = sources_.find(channel.id);
+    if (source != sources_.end() && source->second.outlet->is_state()) newest[channel.id] = message;
     return true;
   };
   if (from_ns > first_ns_) {
     if (auto done = reader_.ReadMessages(see, 0, from_ns); !done) return done;
   }
-  std::vector<bus::log::Message> state;
-  for (auto& [id, message] : newest) state.push_back(std::move(message));
-  std::stable_sort(state.begin(), state.end(), [](const bus::log::Message& a, const bus::log::Message& b) {
+  states_.clear();
+  // What the bus holds from a later time than this goes first: another channel may be of the same topic and key.
+  for (const auto& [id, source] : sources_) {
+    if (source.is_told && newest.count(id) == 0) states_.push_back({id, std::nullopt});
+  }
+  std::vector<bus::log::Message> values;
+  for (auto& [id, message] : newest) values.push_back(std::move(message));
+  std::stable_sort(values.begin(), values.end(), [](const bus::log::Message& a, const bus::log::Message& b) {
     return a.log_time_ns < b.log_time_ns;
   });
-  for (const bus::log::Message& message : state) outlets_.at(message.channel_id)->Take(message);
+  for (bus::log::Message& message : values) {
+    const std::uint16_t channel = message.channel_id;
+    states_.push_back({channel, std::move(message)});
+  }
   reader_.Seek(from_ns);
+  refused_ns_.reset();
+  num_steps_ = 0;
   position_ns_ = anchor_log_ns_ = from_ns;
   anchor_now_ns_ = now_ns;
   return Fetch();
@@ -204,7 +236,7 @@ core::Result<void> BusReplay::Fetch() {
       next_.reset();
       return {};
     }
-    if (outlets_.count(message.channel_id) == 0) continue;
+    if (sources_.count(message.channel_id) == 0) continue;
     next_ = std::move(message);
     return {};
   }
@@ -243,6 +275,7 @@ std::int64_t BusReplay::DueOf(std::uint64_t log_time_ns) const {
 }
 
 std::optional<std::int64_t> BusReplay::due_ns() const {
+  if (refused_ns_) return offered_ns_ + kOfferPeriod_ns;
   if (!next_ || is_paused_) return std::nullopt;
   return DueOf(next_->log_time_ns);
 }
@@ -251,19 +284,53 @@ double BusReplay::position_s() const {
   return static_cast<double>(position_ns_ - first_ns_) * 1e-9;
 }
 
-core::Result<void> BusReplay::Publish() {
+// False: it is to be offered again.
+bool BusReplay::IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* num_taken) {
+  offered_ns_ = now_ns;
+  if (took == Outlet::Took::kNotNow) {
+    if (!refused_ns_) refused_ns_ = now_ns;
+    if (now_ns - *refused_ns_ < kPatience_ns) return false;
+  }
+  refused_ns_.reset();
+  ++(took == Outlet::Took::kYes ? *num_taken : num_not_published_);
+  return true;
+}
+
+bool BusReplay::TellState(std::int64_t now_ns) {
+  const StateToTell& state = states_.front();
+  Source& source = sources_.at(state.channel);
+  std::uint64_t num_told = 0;  // told before, in the recording's time: not counted again
+  if (!IsDone(state.message ? source.outlet->Take(*state.message) : source.outlet->Empty(), now_ns, &num_told)) {
+    return false;
+  }
+  if (num_told > 0) source.is_told = state.message.has_value();
+  states_.pop_front();
+  return true;
+}
+
+core::Result<bool> BusReplay::Publish(std::int64_t now_ns) {
+  Source& source = sources_.at(next_->channel_id);
+  const std::uint64_t before = num_published_;
+  if (!IsDone(source.outlet->Take(*next_), now_ns, &num_published_)) return false;
+  source.is_told |= source.outlet->is_state() && num_published_ > before;
   position_ns_ = next_->log_time_ns;
-  outlets_.at(next_->channel_id)->Take(*next_);
-  ++num_published_;
-  return Fetch();
+  if (auto done = Fetch(); !done) return tl::unexpected(done.error());
+  return true;
 }
 
 core::Result<void> BusReplay::Advance(std::int64_t now_ns) {
-  for (; is_paused_ && num_steps_ > 0 && next_; --num_steps_) {
-    if (auto done = Publish(); !done) return done;
+  while (!states_.empty()) {
+    if (!TellState(now_ns)) return {};
   }
-  while (!is_paused_ && next_ && DueOf(next_->log_time_ns) <= now_ns) {
-    if (auto done = Publish(); !done) return done;
+  const auto is_due = [&] {
+    if (!next_) return false;
+    return is_paused_ ? num_steps_ > 0 : DueOf(next_->log_time_ns) <= now_ns;
+  };
+  while (is_due()) {
+    const auto is_done = Publish(now_ns);
+    if (!is_done) return tl::unexpected(is_done.error());
+    if (!*is_done) return {};
+    if (is_paused_) --num_steps_;
   }
   return {};
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -10,6 +11,8 @@
 
 #include "bus/log/mcap_indexed_reader.hpp"
 #include "bus/node.hpp"
+#include "bus/topics.hpp"
+#include "core/clock.hpp"
 #include "core/result.hpp"
 
 namespace oos {
@@ -18,9 +21,12 @@ namespace oos {
 class Outlet {
  public:
   virtual ~Outlet() = default;
+  enum class Took { kYes, kNotNow, kNever };  // kNotNow: the way to the bus is full; kNever: it cannot be read
   // A message of the channel. Parts of one that was split are put together first.
-  virtual void Take(const bus::log::Message& message) = 0;
+  virtual Took Take(const bus::log::Message& message) = 0;
   [[nodiscard]] virtual bool is_state() const { return false; }
+  // Of a state: tells an empty value, as a bus cannot take one back.
+  virtual Took Empty() { return Took::kNever; }
 };
 
 // What somebody asks a replay that runs: "pause", "play", "step [MESSAGES]", "seek SECONDS", "speed X", "quit".
@@ -39,38 +45,62 @@ std::optional<ReplayCommand> ParseReplayCommand(const std::string& line);
 // Time is given by the caller, so that a test needs no clock.
 class BusReplay {
  public:
-  // Declares the topics on `node`, which is not started yet. Errors: kIo, kDamaged; kNotFound when nothing in it can be
-  // published.
-  static core::Result<std::unique_ptr<BusReplay>> Create(const std::filesystem::path& file, bus::Node* node);
+  // A message that the bus does not take is offered again for this long, then left out and counted.
+  static constexpr std::int64_t kPatience_ns = core::kNanosecondsPerSecond;
 
-  // From now on, `from_s` after the first message. Whoever listens gets the state as of then first.
+  // Looks through the file. Errors: kIo, kDamaged; kNotFound when nothing in it can be published.
+  static core::Result<std::unique_ptr<BusReplay>> Open(const std::filesystem::path& file);
+  // Once, before anything below: declares the topics on `node`, which is not started yet and outlives this.
+  void Declare(bus::Node* node);
+
+  // From now on, `from_s` after the first message. Whoever listens gets the state as of then first: by Advance, also
+  // while it pauses. What this replay has told and what was not there yet at that time becomes an empty value.
   core::Result<void> Seek(double from_s, std::int64_t now_ns);
   void Obey(const ReplayCommand& command, std::int64_t now_ns);  // kSeek: by Seek
   // Publishes what is due. Errors: kDamaged.
   core::Result<void> Advance(std::int64_t now_ns);
 
-  [[nodiscard]] bool is_over() const { return !next_.has_value(); }
+  [[nodiscard]] bool is_over() const { return !next_.has_value() && states_.empty(); }
   [[nodiscard]] bool is_paused() const { return is_paused_; }
-  // When the next message is due; nothing while it pauses or is over.
+  // When the next message is due, or is offered again; nothing while it pauses or is over.
   [[nodiscard]] std::optional<std::int64_t> due_ns() const;
   [[nodiscard]] double position_s() const;  // of the last message, from the first one
   [[nodiscard]] double duration_s() const { return static_cast<double>(last_ns_ - first_ns_) * 1e-9; }
   [[nodiscard]] std::uint64_t num_published() const { return num_published_; }
+  // Which the bus would not take, or which cannot be read. Among them states that a seek had to tell.
+  [[nodiscard]] std::uint64_t num_not_published() const { return num_not_published_; }
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
 
  private:
   explicit BusReplay(bus::log::McapIndexedReader reader) : reader_(std::move(reader)) {}
-  core::Result<void> Declare(bus::Node* node);
+  // A channel that can be published.
+  struct Source {
+    const bus::TopicRule* rule = nullptr;
+    std::string topic, key;
+    bool is_told = false;  // a state of which the bus holds a value by now
+    std::shared_ptr<Outlet> outlet;
+  };
+  // What a seek has to tell before anything else.
+  struct StateToTell {
+    std::uint16_t channel = 0;
+    std::optional<bus::log::Message> message;  // nothing: an empty value
+  };
+  core::Result<void> LookThrough();
   core::Result<void> Fetch();
-  core::Result<void> Publish();
+  bool TellState(std::int64_t now_ns);
+  core::Result<bool> Publish(std::int64_t now_ns);
+  bool IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* num_taken);
   [[nodiscard]] std::int64_t DueOf(std::uint64_t log_time_ns) const;
 
   bus::log::McapIndexedReader reader_;
-  std::map<std::uint16_t, std::shared_ptr<Outlet>> outlets_;  // by channel
+  std::map<std::uint16_t, Source> sources_;  // by channel
   std::vector<std::string> topics_;
+  std::deque<StateToTell> states_;
   std::optional<bus::log::Message> next_;
   std::uint64_t first_ns_ = 0, last_ns_ = 0, position_ns_ = 0;
-  std::uint64_t num_published_ = 0;
+  std::uint64_t num_published_ = 0, num_not_published_ = 0;
+  std::optional<std::int64_t> refused_ns_;  // since when the bus does not take what comes next
+  std::int64_t offered_ns_ = 0;             // for the last time
   double speed_ = 1.0;
   bool is_paused_ = false;
   std::uint64_t num_steps_ = 0;      // still to be published though it pauses

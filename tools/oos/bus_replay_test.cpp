@@ -109,6 +109,21 @@ class BusReplayTest : public ::testing::Test {
     ASSERT_TRUE(recorder->Close(0, 0));
   }
 
+  // The procedure's step, over and over at one time.
+  void RecordManyStates(int num_states) {
+    std::filesystem::remove(first_);
+    auto recorder = std::move(*bus::log::Recorder::Create(first_, {}));
+    for (int i = 1; i <= num_states; ++i) {
+      core::LogicStatus status;
+      status.step = "step_" + std::to_string(i);
+      auto o = About("logic/status", bus::TopicClass::kState, bus::MessageType::kLogicStatus,
+                     static_cast<std::uint64_t>(i), kBegin_ns);
+      bus::EncodeState(status, &o.payload);
+      ASSERT_TRUE(recorder->Add(o));
+    }
+    ASSERT_TRUE(recorder->Close(0, 0));
+  }
+
   // A session with the replay and somebody who listens to everything; both know of each other when this returns.
   void Start() {
     registry_ = bus::testing::MakeRegistry();
@@ -116,9 +131,10 @@ class BusReplayTest : public ::testing::Test {
     listener_->Observe("*");
     ASSERT_TRUE(listener_->Start());
     node_ = bus::testing::MakeNode("replay", registry_->endpoint());
-    auto created = BusReplay::Create(first_, node_.get());
-    ASSERT_TRUE(created) << created.error().detail;
-    replay_ = std::move(*created);
+    auto opened = BusReplay::Open(first_);
+    ASSERT_TRUE(opened) << opened.error().detail;
+    replay_ = std::move(*opened);
+    replay_->Declare(node_.get());
     auto knock = node_->WriteLatest<core::DeviceState>("device/knock/state");
     ASSERT_TRUE(node_->Start());
     bool is_heard = false, is_event_heard = false;
@@ -223,6 +239,91 @@ TEST_F(BusReplayTest, SeekGivesTheStateAsOfThenAndGoesOnFromThere) {
   EXPECT_EQ(said.at("event").size(), 1U) << "events are not repeated";
   EXPECT_EQ(said.at("physics/state").front(), TextOf(StateAt(101)));
   EXPECT_EQ(said.at("physics/state").size(), kTicks - 100);
+}
+
+// A reader of a state, in the order in which its values came.
+class Steps {
+ public:
+  explicit Steps(bus::Node* node) : node_(node), status_(node->ReadState<core::LogicStatus>("logic/status")) {}
+  bool WaitFor(const std::string& step, bus::Node* other) {
+    return bus::testing::Until([&] {
+      bus::testing::WaitBriefly(*other);
+      bus::testing::WaitBriefly(*node_);
+      return status_.has_value() && status_.value().step == step;
+    });
+  }
+
+ private:
+  bus::Node* node_;
+  bus::StateReader<core::LogicStatus>& status_;
+};
+
+TEST_F(BusReplayTest, ASeekBackTakesBackWhatWasNotYetSaidAlsoForWhoeverComesLater) {
+  Start();
+  ASSERT_TRUE(replay_->Seek(0.1, 0));
+  ASSERT_TRUE(replay_->Advance(30'000'000));
+  auto early = bus::testing::MakeNode("early", registry_->endpoint());
+  Steps heard_early(early.get());
+  ASSERT_TRUE(early->Start());
+  EXPECT_TRUE(heard_early.WaitFor("step_120", node_.get()));
+  // Nothing is played on: time stands still at the start.
+  replay_->Obey({ReplayCommand::Kind::kPause}, 30'000'000);
+  ASSERT_TRUE(replay_->Seek(0.0, 30'000'000));
+  ASSERT_TRUE(replay_->Advance(30'000'000));
+  EXPECT_TRUE(heard_early.WaitFor("", node_.get())) << "it still believes in step_120";
+  auto late = bus::testing::MakeNode("late", registry_->endpoint());
+  Steps heard_late(late.get());
+  ASSERT_TRUE(late->Start());
+  EXPECT_TRUE(heard_late.WaitFor("", node_.get())) << "whoever comes later got a value of the future";
+}
+
+TEST_F(BusReplayTest, WhatTheBusDoesNotTakeIsOfferedAgainAndThenCounted) {
+  RecordManyStates(100);  // more than the way to the bus thread holds
+  node_ = bus::testing::MakeNode("replay", "tcp://127.0.0.1:1");
+  replay_ = std::move(*BusReplay::Open(first_));
+  replay_->Declare(node_.get());  // never started: nobody takes anything off that way
+  ASSERT_TRUE(replay_->Seek(0.0, 0));
+  ASSERT_TRUE(replay_->Advance(1'000'000'000));
+  const std::uint64_t taken = replay_->num_published();
+  EXPECT_GT(taken, 0U);
+  ASSERT_LT(taken, 100U);
+  EXPECT_EQ(replay_->num_not_published(), 0U);
+  ASSERT_TRUE(replay_->due_ns().has_value());
+  EXPECT_EQ(*replay_->due_ns(), 1'001'000'000) << "offered again a millisecond later";
+  ASSERT_TRUE(replay_->Advance(1'000'000'000 + BusReplay::kPatience_ns - 1));
+  EXPECT_EQ(replay_->num_not_published(), 0U) << "it is offered again for a second";
+  for (std::int64_t s = 2; !replay_->is_over() && s < 300; ++s) ASSERT_TRUE(replay_->Advance(s * 1'000'000'000));
+  EXPECT_TRUE(replay_->is_over());
+  EXPECT_EQ(replay_->num_published(), taken);
+  EXPECT_EQ(replay_->num_not_published(), 100 - taken);
+}
+
+TEST_F(BusReplayTest, MoreStatesThanTheBusTakesAtOnceAllArrive) {
+  RecordManyStates(100);
+  Start();
+  ASSERT_TRUE(replay_->Seek(0.0, 0));
+  const Said said = PlayToTheEnd(1'000'000'000);
+  EXPECT_EQ(replay_->num_published(), 100U);
+  EXPECT_EQ(replay_->num_not_published(), 0U);
+  core::LogicStatus status;
+  ASSERT_TRUE(bus::DecodeState(said.at("logic/status").back(), &status));
+  EXPECT_EQ(status.step, "step_100");
+}
+
+TEST_F(BusReplayTest, WhatCannotBeReadIsNotCountedAsPublished) {
+  std::filesystem::remove(first_);
+  auto recorder = std::move(*bus::log::Recorder::Create(first_, {}));
+  auto o = About("logic/status", bus::TopicClass::kState, bus::MessageType::kLogicStatus, 1, kBegin_ns);
+  o.payload = "\xff\xff\xff";
+  ASSERT_TRUE(recorder->Add(o));
+  ASSERT_TRUE(recorder->Close(0, 0));
+  node_ = bus::testing::MakeNode("replay", "tcp://127.0.0.1:1");
+  replay_ = std::move(*BusReplay::Open(first_));
+  replay_->Declare(node_.get());
+  ASSERT_TRUE(replay_->Seek(0.0, 0));
+  ASSERT_TRUE(replay_->Advance(1));
+  EXPECT_EQ(replay_->num_published(), 0U);
+  EXPECT_EQ(replay_->num_not_published(), 1U);
 }
 
 TEST_F(BusReplayTest, PausesStepsAndChangesItsSpeed) {

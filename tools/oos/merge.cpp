@@ -3,6 +3,7 @@
 
 #include "bus/log/compare_mcap.hpp"
 #include "bus/log/merge_mcap.hpp"
+#include "tools/oos/recording_memory.hpp"
 #include "tools/oos/verb.hpp"
 
 namespace oos {
@@ -54,7 +55,7 @@ Verb MergeVerb() {
           1,
           1000,
           {{"--out", "FILE", "must not exist"}},
-          Merge,
+          [](const Arguments& arguments) { return WithinMemory("merge", arguments, Merge); },
           "Times become those of the first file's machine, by the clock samples that nodes record of each other."};
 }
 
@@ -65,7 +66,7 @@ Verb DiffVerb() {
           2,
           3,
           {},
-          Diff,
+          [](const Arguments& arguments) { return WithinMemory("diff", arguments, Diff); },
           "Compares payloads by topic, writer and sequence number; times do not count."};
 }
 

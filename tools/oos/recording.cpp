@@ -6,6 +6,7 @@
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/payload_decoder.hpp"
 #include "bus/topics.hpp"
+#include "tools/oos/recording_memory.hpp"
 #include "tools/oos/verb.hpp"
 
 namespace oos {
@@ -108,18 +109,30 @@ int Recover(const Arguments& arguments) {
 }  // namespace
 
 Verb InfoVerb() {
-  return {"info", "what a recording holds: topics, rates, losses", "FILE", 1, 1, {}, Info};
+  return {"info", "what a recording holds: topics, rates, losses", "FILE", 1, 1, {}, [](const Arguments& arguments) {
+            return WithinMemory("info", arguments, Info);
+          }};
 }
 
 Verb CatVerb() {
-  return {"cat", "messages of a recording, one line of JSON each", "FILE [PATTERN]", 1, 2, {}, Cat};
+  return {"cat",
+          "messages of a recording, one line of JSON each",
+          "FILE [PATTERN]",
+          1,
+          2,
+          {},
+          [](const Arguments& arguments) { return WithinMemory("cat", arguments, Cat); }};
 }
 
 Verb RecoverVerb() {
-  return {"recover", "save what can be saved of a truncated or damaged recording",
-          "FROM TO", 2,
-          2,         {},
-          Recover,   "Exit status 0: every chunk was sound, 1: some were left out, 2: nothing could be saved."};
+  return {"recover",
+          "save what can be saved of a truncated or damaged recording",
+          "FROM TO",
+          2,
+          2,
+          {},
+          [](const Arguments& arguments) { return WithinMemory("recover", arguments, Recover); },
+          "Exit status 0: every chunk was sound, 1: some were left out, 2: nothing could be saved."};
 }
 
 }  // namespace oos

@@ -1,10 +1,14 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "bus/codec.hpp"
+#include "bus/log/mcap_writer.hpp"
 #include "bus/log/recorder.hpp"
 #include "tools/oos/verb.hpp"
 
@@ -70,6 +74,41 @@ TEST_F(RecordingVerbTest, RecoverMendsACutFileAndInfoSaysThatItWasCut) {
   EXPECT_NE(OutputOf({"info", file_.string()}, kHolds).find("NOT closed"), std::string::npos);
   EXPECT_NE(OutputOf({"recover", file_.string(), mended_.string()}, kHolds).find("3 messages"), std::string::npos);
   EXPECT_NE(OutputOf({"info", mended_.string()}, kHolds).find("complete"), std::string::npos);
+}
+
+// In a process that may allocate 8 MB more: reads what it says.
+TEST_F(RecordingVerbTest, WhatDoesNotFitIntoMemoryIsToldWithItsSizeAndARemedy) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer needs more memory than the limit of this test";
+#endif
+  std::filesystem::remove(file_);
+  auto writer = std::move(*bus::log::McapWriter::Create(file_, {"", "test"}));
+  ASSERT_TRUE(writer->Write(bus::log::Attachment{0, 0, "large", "text/plain", bus::log::Bytes(32 << 20, 7)}));
+  ASSERT_TRUE(writer->Close(bus::log::McapWriter::ToDisk::kLater));
+  int pipe_ends[2];
+  ASSERT_EQ(pipe(pipe_ends), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    dup2(pipe_ends[1], STDERR_FILENO);
+    std::ifstream statm("/proc/self/statm");
+    rlim_t pages = 0;
+    for (int field = 0; field < 6; ++field) statm >> pages;  // the sixth: data
+    const rlim_t most = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (8 << 20);
+    const rlimit limit{most, most};
+    if (setrlimit(RLIMIT_DATA, &limit) != 0) _exit(100);
+    _exit(RunCommandLine({"info", file_.string()}));
+  }
+  close(pipe_ends[1]);
+  std::string said;
+  char bytes[256];
+  for (ssize_t got = 0; (got = read(pipe_ends[0], bytes, sizeof bytes)) > 0;) said.append(bytes, std::size_t(got));
+  close(pipe_ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), kBadUsage);
+  EXPECT_NE(said.find(file_.string() + ": there is not enough memory for it (33 MB)"), std::string::npos) << said;
+  EXPECT_NE(said.find("--split_MB"), std::string::npos) << said;
 }
 
 TEST_F(RecordingVerbTest, AMissingFileIsBadUsage) {

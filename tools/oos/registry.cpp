@@ -2,12 +2,15 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bus/keys.hpp"
 #include "bus/node.hpp"
 #include "core/clock.hpp"
+#include "lab/lab.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/verb.hpp"
 
@@ -106,6 +109,14 @@ int Run(const Arguments& arguments) {
   options.session = std::strtoull(arguments.text("--session").c_str(), nullptr, 10);
   options.keys = arguments.text("--keys", "");
   options.is_encrypted = !arguments.has("--no_encryption");
+  if (arguments.has("--make_keys")) {
+    if (options.keys.empty()) return Complain("registry", "--make_keys wants --keys DIR: where to", kBadUsage);
+    std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
+    names.insert(names.end(), {"oos", "client"});
+    if (auto made = bus::MakeKeys(options.keys, names); !made) {
+      return Complain("registry", made.error().detail, kDoesNotHold);
+    }
+  }
   auto registry = bus::Registry::Create(options);
   if (!registry) return Complain("registry", registry.error().detail, kDoesNotHold);
   bus::NodeOptions node_options;
@@ -139,6 +150,7 @@ Verb RegistryVerb() {
           {{"--registry", "ENDPOINT", "where it listens, tcp://ADDRESS:PORT"},
            {"--session", "N", "number of the session"},
            {"--keys", "DIR", "key directory of the session"},
+           {"--make_keys", "", "makes the keys that are missing there; they stay when it ends"},
            {"--no_encryption", "", "it has no keys"}},
           Run,
           "Prints what happens on the bus, a line of JSON each: registered, ready, gone, refused, event, step."};

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "bus/ledger.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach.hpp"
 #include "tools/oos/bus_replay.hpp"
@@ -16,6 +17,8 @@ namespace oos {
 namespace {
 
 constexpr std::int64_t kPoll_ns = 10'000'000;
+// At the end, for what has been told to arrive.
+constexpr std::int64_t kDelivery_ns = 2 * core::kNanosecondsPerSecond;
 
 // Lines of standard input, as they come; the end of the input is no command.
 class CommandLines {
@@ -92,6 +95,21 @@ core::Result<void> Play(double from_s, bool loops, bus::Node* node, BusReplay* r
   return {};
 }
 
+// States and events of a slow reader may still wait for its word; they would go with this process. Returns the accounts
+// that stay open, for people.
+std::string WaitForDelivery(bus::Node* node) {
+  const std::int64_t end_ns = core::MonotonicNow_ns() + kDelivery_ns;
+  std::string open;
+  do {
+    node->Wait(core::MonotonicNow_ns() + kPoll_ns);
+    open.clear();
+    for (const bus::Account& account : node->Accounts()) {
+      if (account.is_writer && !account.is_settled()) open += (open.empty() ? "" : "; ") + bus::Describe(account);
+    }
+  } while (!open.empty() && core::MonotonicNow_ns() < end_ns);
+  return open;
+}
+
 }  // namespace
 
 int RunBusReplay(const Arguments& arguments) {
@@ -99,24 +117,35 @@ int RunBusReplay(const Arguments& arguments) {
   const auto from_s = arguments.number("--from");
   if (!speed || (*speed && !(**speed > 0.0))) return Complain("replay", "--speed wants a number above 0", kBadUsage);
   if (!from_s || (*from_s && **from_s < 0.0)) return Complain("replay", "--from wants seconds, 0 or more", kBadUsage);
+  auto replay = BusReplay::Open(arguments.positional()[0]);
+  if (!replay) return Complain("replay", replay.error().detail, kBadUsage);
   auto options = FindSession(arguments);
   if (!options) return Complain("replay", options.error().detail, kDoesNotHold);
-  options->name = "replay";
+  options->name = "oos-replay-" + std::to_string(getpid());  // a name for which the tools' key is good
   auto node = bus::Node::Create(*options);
   if (!node) return Complain("replay", node.error().detail, kDoesNotHold);
-  auto replay = BusReplay::Create(arguments.positional()[0], node->get());
-  if (!replay) return Complain("replay", replay.error().detail, kBadUsage);
+  (*replay)->Declare(node->get());
   if (const auto started = (*node)->Start(5'000'000'000); !started) {
     return Complain("replay", started.error().detail, kDoesNotHold);
   }
   std::printf("%zu topics, %.3f s\n", (*replay)->topics().size(), (*replay)->duration_s());
+  std::fflush(stdout);
   const std::int64_t now_ns = core::MonotonicNow_ns();
   if (*speed) (*replay)->Obey({ReplayCommand::Kind::kSpeed, **speed}, now_ns);
   if (arguments.has("--pause")) (*replay)->Obey({ReplayCommand::Kind::kPause}, now_ns);
   auto done = (*replay)->Seek(from_s->value_or(0.0), now_ns);
   if (done) done = Play(from_s->value_or(0.0), arguments.has("--loop"), node->get(), replay->get());
   if (!done) return Complain("replay", done.error().detail, kDoesNotHold);
+  const std::string open = WaitForDelivery(node->get());
   Tell(**replay, "ended");
+  if ((*replay)->num_not_published() > 0) {
+    return Complain("replay",
+                    std::to_string((*replay)->num_not_published()) +
+                        " messages were not published: the bus did not take them, or they cannot be read; see 'oos cat'"
+                        " for what they are, or replay with a smaller --speed",
+                    kDoesNotHold);
+  }
+  if (!open.empty()) return Complain("replay", "readers have not got everything: " + open, kDoesNotHold);
   return kHolds;
 }
 

@@ -1,5 +1,6 @@
 #include "bus/log/compare_mcap.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <tuple>
@@ -9,20 +10,27 @@
 #include "bus/log/payload_decoder.hpp"
 #include "bus/log/recorded_payload.hpp"
 #include "bus/topics.hpp"
+#include "core/hash.hpp"
 
 namespace bus::log {
 namespace {
 
-struct Said {
-  Bytes payload;
-  std::uint64_t log_time_ns = 0;
-};
 using ChannelKey = std::tuple<std::string, std::string, std::string>;  // topic, node, key
-// Sequence number, and the how manyth of it: parts of a split message, and what a restarted writer says again.
-using Messages = std::map<std::pair<std::uint32_t, std::uint32_t>, Said>;
+
+// A message, 24 bytes instead of itself: an hour of a session does not fit into memory. What two messages with the same
+// 64 bits say is taken for the same.
+struct Said {
+  std::uint32_t sequence = 0;
+  std::uint32_t place =
+      0;                   // the how manyth of that sequence number: a part of a split message, or a restarted writer's
+  std::uint64_t hash = 0;  // of the payload
+  std::uint64_t log_time_ns = 0;
+  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> number() const { return {sequence, place}; }
+};
 
 struct Recording {
-  std::map<ChannelKey, Messages> channels;
+  std::filesystem::path path;
+  std::map<ChannelKey, std::vector<Said>> channels;  // by number
   std::map<ChannelKey, Schema> schemas;
 };
 
@@ -36,72 +44,107 @@ bool IsCompared(const Channel& channel, std::string_view pattern) {
   return (tap.empty() || tap == "sent") && MatchesPattern(pattern, channel.topic);
 }
 
+ChannelKey KeyOf(const Channel& channel) {
+  return {channel.topic, ValueOf(channel.metadata, "writer"), ValueOf(channel.metadata, "key")};
+}
+
 core::Result<Recording> Load(const std::filesystem::path& path, std::string_view pattern) {
   Recording recording;
+  recording.path = path;
   auto reader = McapIndexedReader::Open(path);
   if (!reader) return tl::unexpected(reader.error());
-  std::map<std::pair<ChannelKey, std::uint32_t>, std::uint32_t> seen;
   const auto read = reader->ReadMessages([&](const Channel& channel, const Message& message) {
     if (!IsCompared(channel, pattern)) return true;
-    const ChannelKey key{channel.topic, ValueOf(channel.metadata, "writer"), ValueOf(channel.metadata, "key")};
-    const std::uint32_t place = seen[{key, message.sequence}]++;
+    const ChannelKey key = KeyOf(channel);
     const auto payload = SplitRecorded(message.data).payload;
-    recording.channels[key][{message.sequence, place}] = {Bytes(payload.begin(), payload.end()), message.log_time_ns};
+    recording.channels[key].push_back(
+        {message.sequence, 0, core::Hash64(payload.data(), payload.size()), message.log_time_ns});
     const auto schema = reader->schemas().find(channel.schema_id);
     if (schema != reader->schemas().end()) recording.schemas.try_emplace(key, schema->second);
     return true;
   });
   if (!read) return tl::unexpected(read.error());
+  for (auto& [key, messages] : recording.channels) {
+    std::stable_sort(messages.begin(), messages.end(),
+                     [](const Said& a, const Said& b) { return a.sequence < b.sequence; });
+    for (std::size_t i = 1; i < messages.size(); ++i) {
+      if (messages[i].sequence == messages[i - 1].sequence) messages[i].place = messages[i - 1].place + 1;
+    }
+  }
   return recording;
+}
+
+// The payload of one message, read again; all that have its log time are asked which of that number it is.
+core::Result<Bytes> PayloadOf(const Recording& recording, const ChannelKey& key, const Said& said) {
+  auto reader = McapIndexedReader::Open(recording.path);
+  if (!reader) return tl::unexpected(reader.error());
+  Bytes found;
+  const auto see = [&](const Channel& channel, const Message& message) {
+    if (message.sequence != said.sequence || KeyOf(channel) != key) return true;
+    const auto payload = SplitRecorded(message.data).payload;
+    if (core::Hash64(payload.data(), payload.size()) != said.hash) return true;
+    found.assign(payload.begin(), payload.end());
+    return false;
+  };
+  if (auto done = reader->ReadMessages(see, said.log_time_ns, said.log_time_ns + 1); !done) {
+    return tl::unexpected(done.error());
+  }
+  return found;
 }
 
 class Comparer {
  public:
   Comparer(const Recording& a, const Recording& b) : a_(a), b_(b) {}
 
-  McapComparison Compare() {
+  core::Result<McapComparison> Compare() {
     std::set<ChannelKey> keys;
     for (const auto* recording : {&a_, &b_}) {
       for (const auto& [key, messages] : recording->channels) keys.insert(key);
     }
     for (const ChannelKey& key : keys) CompareChannel(key);
-    if (first_at_) TellFirst();
+    if (first_at_) {
+      if (auto done = TellFirst(); !done) return tl::unexpected(done.error());
+    }
     return std::move(comparison_);
   }
 
  private:
   struct Place {
     ChannelKey key;
-    std::pair<std::uint32_t, std::uint32_t> sequence;
     std::uint64_t time_ns = 0;
     const Said* a = nullptr;  // not there: only b says it
     const Said* b = nullptr;
   };
 
-  static const Messages& MessagesOf(const Recording& recording, const ChannelKey& key) {
-    static const Messages none;
+  static const std::vector<Said>& MessagesOf(const Recording& recording, const ChannelKey& key) {
+    static const std::vector<Said> none;
     const auto found = recording.channels.find(key);
     return found == recording.channels.end() ? none : found->second;
   }
 
   void CompareChannel(const ChannelKey& key) {
-    const Messages& in_a = MessagesOf(a_, key);
-    const Messages& in_b = MessagesOf(b_, key);
+    const std::vector<Said>& in_a = MessagesOf(a_, key);
+    const std::vector<Said>& in_b = MessagesOf(b_, key);
     ChannelComparison channel{std::get<0>(key), std::get<1>(key), std::get<2>(key), in_a.size(), in_b.size(), 0, 0, 0};
-    for (const auto& [sequence, said] : in_a) {
-      const auto other = in_b.find(sequence);
-      if (other == in_b.end()) {
+    auto a = in_a.begin();
+    auto b = in_b.begin();
+    while (a != in_a.end() || b != in_b.end()) {
+      if (b == in_b.end() || (a != in_a.end() && a->number() < b->number())) {
         ++channel.num_only_a;
-        Note({key, sequence, said.log_time_ns, &said, nullptr});
-      } else if (other->second.payload != said.payload) {
-        ++channel.num_different;
-        Note({key, sequence, said.log_time_ns, &said, &other->second});
+        Note({key, a->log_time_ns, &*a, nullptr});
+        ++a;
+      } else if (a == in_a.end() || b->number() < a->number()) {
+        ++channel.num_only_b;
+        Note({key, b->log_time_ns, nullptr, &*b});
+        ++b;
+      } else {
+        if (a->hash != b->hash) {
+          ++channel.num_different;
+          Note({key, a->log_time_ns, &*a, &*b});
+        }
+        ++a;
+        ++b;
       }
-    }
-    for (const auto& [sequence, said] : in_b) {
-      if (in_a.count(sequence) != 0) continue;
-      ++channel.num_only_b;
-      Note({key, sequence, said.log_time_ns, nullptr, &said});
     }
     comparison_.channels.push_back(channel);
   }
@@ -110,19 +153,24 @@ class Comparer {
     if (!first_at_ || place.time_ns < first_at_->time_ns) first_at_ = place;
   }
 
-  void TellFirst() {
+  core::Result<void> TellFirst() {
     const Place& place = *first_at_;
-    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), place.sequence.first, place.time_ns, {}};
+    const Said& said = place.a == nullptr ? *place.b : *place.a;
+    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), said.sequence, place.time_ns, {}};
     if (place.a == nullptr || place.b == nullptr) {
       first.what = place.a == nullptr ? "only in the second file" : "only in the first file";
     } else {
+      const auto in_a = PayloadOf(a_, place.key, *place.a);
+      if (!in_a) return tl::unexpected(in_a.error());
+      const auto in_b = PayloadOf(b_, place.key, *place.b);
+      if (!in_b) return tl::unexpected(in_b.error());
       const auto schema = a_.schemas.find(place.key);
-      const auto fields = schema == a_.schemas.end()
-                              ? core::Result<std::string>("bytes differ")
-                              : PayloadDecoder().Difference(schema->second, place.a->payload, place.b->payload);
+      const auto fields = schema == a_.schemas.end() ? core::Result<std::string>("bytes differ")
+                                                     : PayloadDecoder().Difference(schema->second, *in_a, *in_b);
       first.what = fields ? *fields : fields.error().detail;
     }
     comparison_.first = first;
+    return {};
   }
 
   const Recording& a_;

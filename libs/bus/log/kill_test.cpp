@@ -17,6 +17,7 @@ TEST(KilledRecorder, LosesNothingThatIsOlderThan100ms) {
     ASSERT_GT(killed.saved_ns.size(), 0U) << i;
     EXPECT_LE(killed.lost_ns(), 100'000'000) << i;
     for (std::size_t n = 0; n < killed.saved_ns.size(); ++n) {
+      ASSERT_EQ(killed.saved[n], n + 1) << "a hole, kill " << i;
       ASSERT_EQ(killed.saved_ns[n], static_cast<std::int64_t>(n + 1) * 1'000'000) << "a hole, kill " << i;
     }
   }

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -21,6 +23,8 @@ namespace bus::log {
 struct KilledRecorder {
   std::int64_t died_ns = 0;            // by the clock of what it recorded
   std::vector<std::int64_t> saved_ns;  // times of the messages that its file still holds, in the file's order
+  std::vector<std::uint32_t> saved;    // their sequence numbers: it put 1, 2, 3, ...
+  std::int64_t unwritten_ns = 0;       // since when, at its death, it had written nothing to its file
   [[nodiscard]] std::int64_t lost_ns() const { return saved_ns.empty() ? died_ns : died_ns - saved_ns.back(); }
 };
 
@@ -29,6 +33,15 @@ inline std::filesystem::path KillFolder(const std::string& name) {
   const std::filesystem::path memory = "/dev/shm";
   return (std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path()) /
          (name + std::to_string(getpid()));
+}
+
+// By the kernel's clock of files.
+inline std::int64_t SinceLastWrite_ns(const std::filesystem::path& file) {
+  timespec now{};
+  struct stat status {};
+  clock_gettime(CLOCK_REALTIME_COARSE, &now);
+  if (stat(file.c_str(), &status) != 0) return 0;
+  return (now.tv_sec - status.st_mtim.tv_sec) * core::kNanosecondsPerSecond + now.tv_nsec - status.st_mtim.tv_nsec;
 }
 
 // Kills a child after it has put `num_messages` into its tap, one for each millisecond, wherever it happens to be then.
@@ -85,12 +98,14 @@ inline KilledRecorder RecordAndKill(const std::filesystem::path& folder, std::ui
   kill(child, SIGKILL);
   waitpid(child, &status, 0);
   KilledRecorder killed;
+  killed.unwritten_ns = SinceLastWrite_ns(file.path);
   killed.died_ns = shared->now_ns.load();
   munmap(memory, sizeof(Shared));
   const auto mended = folder / "mended.mcap";
   if (RecoverMcap(file.path, mended)) {
     (void)ReadMcap(mended, [&](const Channel&, const Message& message) {
       killed.saved_ns.push_back(static_cast<std::int64_t>(message.log_time_ns));
+      killed.saved.push_back(message.sequence);
     });
   }
   return killed;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "bus/log/mapped_file.hpp"
+
 namespace bus::log {
 namespace {
 
@@ -112,13 +114,45 @@ core::Result<bool> McapIndexedReader::ReadSummary() {
   return is_complete;
 }
 
+// By the times of its messages: no checksum covers those in its head.
+void McapIndexedReader::AddToIndex(std::span<const std::uint8_t> content, std::uint64_t chunk_start) {
+  constexpr std::size_t kTimeAt = 2 + 4;  // behind channel and sequence
+  Chunk chunk;
+  if (!ReadRecord(content, &chunk)) return;  // that is told where the file is checked
+  ChunkIndex index;
+  index.chunk_start = chunk_start;
+  index.chunk_length = kRecordHeadBytes + content.size();
+  index.first_ns = std::numeric_limits<std::uint64_t>::max();
+  ForEachRecord(chunk.records, [&index](Opcode opcode, std::span<const std::uint8_t> record, std::size_t) {
+    if (opcode != Opcode::kMessage || record.size() < kTimeAt + 8) return true;
+    const std::uint64_t time_ns = ReadLength(record.subspan(kTimeAt));
+    index.first_ns = std::min(index.first_ns, time_ns);
+    index.last_ns = std::max(index.last_ns, time_ns);
+    return true;
+  });
+  chunks_.push_back(std::move(index));
+}
+
+// Checks the whole file, and makes the index that it lacks. Messages outside of chunks have no place in one: a file
+// that has such is kept in memory.
 core::Result<void> McapIndexedReader::ReadAll() {
   chunks_.clear();
   schemas_.clear();
   channels_.clear();
   statistics_.reset();
+  const auto file = MappedFile::Open(path_);
+  if (!file) return tl::unexpected(file.error());
+  size_ = file->bytes().size();  // it may have grown
+  const std::size_t begin = std::min(kMcapMagic.size(), file->bytes().size());
+  ForEachRecord(file->bytes().subspan(begin),
+                [&](Opcode opcode, std::span<const std::uint8_t> content, std::size_t at) {
+                  if (opcode == Opcode::kMessage) is_in_memory_ = true;
+                  if (opcode == Opcode::kChunk) AddToIndex(content, begin + at);
+                  return opcode != Opcode::kDataEnd;
+                });
   const auto contents = ReadMcapRecords(path_, [this](const AnyRecord& record) {
-    if (const auto* message = std::get_if<Message>(&record)) messages_.push_back({*message, messages_.size()});
+    const auto* message = std::get_if<Message>(&record);
+    if (is_in_memory_ && message != nullptr) messages_.push_back({*message, messages_.size()});
     if (const auto* statistics = std::get_if<Statistics>(&record)) statistics_ = *statistics;
   });
   if (!contents) return tl::unexpected(contents.error());
@@ -126,6 +160,8 @@ core::Result<void> McapIndexedReader::ReadAll() {
   channels_ = contents->channels;
   metadata_ = contents->metadata;
   attachments_ = contents->attachments;
+  std::stable_sort(chunks_.begin(), chunks_.end(),
+                   [](const ChunkIndex& a, const ChunkIndex& b) { return a.first_ns < b.first_ns; });
   std::stable_sort(messages_.begin(), messages_.end(),
                    [](const Placed& a, const Placed& b) { return a.message.log_time_ns < b.message.log_time_ns; });
   return {};
@@ -183,7 +219,7 @@ void McapIndexedReader::Seek(std::uint64_t from_ns, std::uint64_t to_ns) {
 }
 
 core::Result<bool> McapIndexedReader::Next(Message* message) {
-  if (!has_index_) {
+  if (is_in_memory_) {
     while (next_ < messages_.size()) {
       const Message& next = messages_[next_++].message;
       if (next.log_time_ns < from_ns_ || next.log_time_ns >= to_ns_) continue;

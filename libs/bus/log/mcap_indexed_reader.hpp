@@ -15,8 +15,8 @@
 
 namespace bus::log {
 
-// Reads by a file's index: only the chunks that a question needs, messages by log time. A file without an index (its
-// writer died, or wrote none) is read from its front once, and kept in memory.
+// Reads by a file's index: only the chunks that a question needs, messages by log time. Of a file without an index (its
+// writer died, or wrote none) one is made when it is opened.
 class McapIndexedReader {
  public:
   // Errors: kIo; kDamaged; kUnsupported, as ReadMcap.
@@ -51,6 +51,7 @@ class McapIndexedReader {
   };
   core::Result<bool> ReadSummary();
   core::Result<void> ReadAll();
+  void AddToIndex(std::span<const std::uint8_t> content, std::uint64_t chunk_start);
   core::Result<Bytes> ReadAt(std::uint64_t offset, std::uint64_t length);
   core::Result<void> ReadChunk(const ChunkIndex& index);
   template <class Record>
@@ -60,7 +61,8 @@ class McapIndexedReader {
   std::filesystem::path path_;
   std::ifstream file_;
   std::uint64_t size_ = 0;
-  bool has_index_ = false;
+  bool has_index_ = false;     // of its own
+  bool is_in_memory_ = false;  // its messages
   std::map<std::uint16_t, Schema> schemas_;
   std::map<std::uint16_t, Channel> channels_;
   std::optional<Statistics> statistics_;
@@ -70,9 +72,9 @@ class McapIndexedReader {
   // What Next() has yet to give: of chunks that were opened, and from where on chunks are still closed.
   std::uint64_t from_ns_ = 0, to_ns_ = std::numeric_limits<std::uint64_t>::max();
   std::priority_queue<Placed, std::vector<Placed>, std::greater<>> waiting_;
-  std::size_t next_ = 0;  // chunk, or message
+  std::size_t next_ = 0;          // chunk, or message
+  std::vector<Placed> messages_;  // in memory
   // Without an index.
-  std::vector<Placed> messages_;
   std::vector<Metadata> metadata_;
   std::vector<Attachment> attachments_;
 };

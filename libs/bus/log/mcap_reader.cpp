@@ -2,20 +2,17 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "bus/log/channel_copier.hpp"
+#include "bus/log/mapped_file.hpp"
 #include "bus/log/mcap_writer.hpp"
-#include "core/read_file.hpp"
+#include "core/hash.hpp"
 
 namespace bus::log {
 namespace {
-
-core::Result<Bytes> ReadWhole(const std::filesystem::path& path) {
-  auto bytes = core::ReadFile(path);
-  if (!bytes) return core::Fail(core::ErrorCode::kIo, path.string() + ": " + bytes.error().detail);
-  return bytes;
-}
 
 bool HasMagic(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= kMcapMagic.size() && std::equal(kMcapMagic.begin(), kMcapMagic.end(), bytes.begin());
@@ -172,6 +169,8 @@ class StrictReader {
     return Finish(false);
   }
 
+  [[nodiscard]] const McapContents& so_far() const { return collector_.contents; }
+
  private:
   McapContents& contents() { return collector_.contents; }
   [[nodiscard]] tl::unexpected<core::Error> Damaged(std::size_t at, const std::string& what) const {
@@ -265,7 +264,7 @@ class Salvager {
   }
 
   McapRecovery recovery;
-  [[nodiscard]] const McapContents& contents() const { return collector_.contents; }
+  [[nodiscard]] const McapContents& so_far() const { return collector_.contents; }
 
  private:
   // Whether this can be a record: a length that was damaged leads into the middle of another.
@@ -322,77 +321,133 @@ class Salvager {
   Collector collector_;
 };
 
+// Of messages, one after the other.
+class Digest {
+ public:
+  void Add(const Channel& channel, const Message& message) {
+    const std::uint64_t numbers[] = {value_, message.sequence, message.log_time_ns, message.publish_time_ns};
+    value_ = core::Hash64(numbers, sizeof numbers, core::Hash64(channel.topic));
+    value_ = core::Hash64(message.data.data(), message.data.size(), value_);
+    ++count_;
+  }
+  [[nodiscard]] std::uint64_t count() const { return count_; }
+  bool operator==(const Digest&) const = default;
+
+ private:
+  std::uint64_t value_ = 0, count_ = 0;
+};
+
+// What RecoverMcap writes, message by message as they are found: a recording need not fit into memory.
+class RecoveredFile {
+ public:
+  explicit RecoveredFile(std::filesystem::path path) : path_(std::move(path)) {}
+  RecoveredFile(const RecoveredFile&) = delete;
+  RecoveredFile& operator=(const RecoveredFile&) = delete;
+  ~RecoveredFile() {
+    std::error_code error;
+    if (writer_ != nullptr && !is_good_) std::filesystem::remove(path_, error);  // half a recovery helps nobody
+  }
+
+  // `so_far`: what was found before the message, its schema among it.
+  void Add(const McapContents& so_far, const Channel& channel, const Message& message) {
+    if (error_) return;
+    if (writer_ == nullptr && !Note(Create(so_far.header))) return;
+    const auto schema = so_far.schemas.find(channel.schema_id);
+    const Schema* its = schema == so_far.schemas.end() ? nullptr : &schema->second;
+    if (Note(copier_->Copy(0, channel, its, message))) digest_.Add(channel, message);
+  }
+
+  // All messages have come. Reads again what was written. The number of messages; kDamaged: there was none.
+  core::Result<std::uint64_t> Finish(const McapContents& contents, const std::filesystem::path& from) {
+    if (error_) return tl::unexpected(*error_);
+    if (writer_ == nullptr) {
+      return core::Fail(core::ErrorCode::kDamaged, from.string() + ": not one message could be saved");
+    }
+    for (const Metadata& metadata : contents.metadata) {
+      if (auto done = writer_->Write(metadata); !done) return tl::unexpected(done.error());
+    }
+    for (const Attachment& attachment : contents.attachments) {
+      if (auto done = writer_->Write(attachment); !done) return tl::unexpected(done.error());
+    }
+    if (auto done = writer_->Close(); !done) return tl::unexpected(done.error());
+    Digest again;
+    const auto read =
+        ReadMcap(path_, [&](const Channel& channel, const Message& message) { again.Add(channel, message); });
+    if (!read) return tl::unexpected(read.error());
+    if (again != digest_ || !read->has_summary) {
+      return core::Fail(core::ErrorCode::kIo,
+                        path_.string() + ": does not read back as it was written; is the disk full?");
+    }
+    is_good_ = true;
+    return digest_.count();
+  }
+
+ private:
+  core::Result<void> Create(const Header& header) {
+    auto writer = McapWriter::Create(path_, header);
+    if (!writer) return tl::unexpected(writer.error());
+    writer_ = std::move(*writer);
+    copier_.emplace(writer_.get());
+    return {};
+  }
+  bool Note(core::Result<void> done) {
+    if (!done) error_ = done.error();
+    return done.has_value();
+  }
+
+  std::filesystem::path path_;
+  std::unique_ptr<McapWriter> writer_;
+  std::optional<ChannelCopier> copier_;
+  Digest digest_;
+  std::optional<core::Error> error_;
+  bool is_good_ = false;
+};
+
 }  // namespace
 
 core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit) {
-  const auto bytes = ReadWhole(path);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return StrictReader(path, *bytes, visit).Read();
+  const auto file = MappedFile::Open(path);
+  if (!file) return tl::unexpected(file.error());
+  return StrictReader(path, file->bytes(), visit).Read();
 }
 
 core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, const RecordVisitor& visit) {
-  const auto bytes = ReadWhole(path);
-  if (!bytes) return tl::unexpected(bytes.error());
+  const auto file = MappedFile::Open(path);
+  if (!file) return tl::unexpected(file.error());
   const MessageVisitor none;
-  return StrictReader(path, *bytes, none, visit).Read();
+  return StrictReader(path, file->bytes(), none, visit).Read();
 }
 
 core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to) {
-  const auto bytes = ReadWhole(from);
-  if (!bytes) return tl::unexpected(bytes.error());
-  std::vector<std::pair<Channel, Message>> messages;
-  const MessageVisitor keep = [&](const Channel& channel, const Message& message) {
-    messages.emplace_back(channel, message);
-  };
+  const auto file = MappedFile::Open(from);
+  if (!file) return tl::unexpected(file.error());
   // A whole file may hold private records, which the salvager would take for damage.
-  auto whole = StrictReader(from, *bytes, keep).Read();
-  const bool was_whole = whole && whole->has_summary;
+  const MessageVisitor none;
+  const auto whole = StrictReader(from, file->bytes(), none).Read();
   McapRecovery recovery;
-  McapContents contents;
-  if (was_whole) {
-    contents = std::move(*whole);
+  recovery.was_whole = whole && whole->has_summary;
+  RecoveredFile recovered(to);
+  const McapContents* so_far = nullptr;
+  const MessageVisitor copy = [&](const Channel& channel, const Message& message) {
+    recovered.Add(*so_far, channel, message);
+  };
+  core::Result<std::uint64_t> num_messages = std::uint64_t{0};
+  if (recovery.was_whole) {
+    StrictReader reader(from, file->bytes(), copy);
+    so_far = &reader.so_far();
+    const auto again = reader.Read();
+    if (!again) return tl::unexpected(again.error());
+    num_messages = recovered.Finish(*again, from);
   } else {
-    messages.clear();
-    Salvager salvager(*bytes, keep);
+    Salvager salvager(file->bytes(), copy);
+    so_far = &salvager.so_far();
     salvager.Salvage();
-    recovery = salvager.recovery;
-    contents = salvager.contents();
+    recovery.num_damaged_chunks = salvager.recovery.num_damaged_chunks;
+    recovery.num_skipped_bytes = salvager.recovery.num_skipped_bytes;
+    num_messages = recovered.Finish(salvager.so_far(), from);
   }
-  recovery.was_whole = was_whole;
-  if (messages.empty()) {
-    return core::Fail(core::ErrorCode::kDamaged, from.string() + ": not one message could be saved");
-  }
-  auto writer = McapWriter::Create(to, contents.header);
-  if (!writer) return tl::unexpected(writer.error());
-  ChannelCopier copier(writer->get());
-  for (const auto& [channel, message] : messages) {
-    const auto schema = contents.schemas.find(channel.schema_id);
-    const Schema* its = schema == contents.schemas.end() ? nullptr : &schema->second;
-    if (auto done = copier.Copy(0, channel, its, message); !done) return tl::unexpected(done.error());
-  }
-  for (const Metadata& metadata : contents.metadata) {
-    if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
-  }
-  for (const Attachment& attachment : contents.attachments) {
-    if (auto done = (*writer)->Write(attachment); !done) return tl::unexpected(done.error());
-  }
-  if (auto done = (*writer)->Close(); !done) return tl::unexpected(done.error());
-
-  // What was written must read back as what was saved.
-  std::size_t next = 0;
-  bool is_same = true;
-  const auto again = ReadMcap(to, [&](const Channel& channel, const Message& message) {
-    if (next >= messages.size() || messages[next].first.topic != channel.topic ||
-        messages[next].second.data != message.data) {
-      is_same = false;
-    }
-    ++next;
-  });
-  if (!again) return tl::unexpected(again.error());
-  if (!is_same || next != messages.size() || !again->has_summary) {
-    return core::Fail(core::ErrorCode::kIo, to.string() + ": does not read back as it was written; is the disk full?");
-  }
-  recovery.num_messages = messages.size();
+  if (!num_messages) return tl::unexpected(num_messages.error());
+  recovery.num_messages = *num_messages;
   return recovery;
 }
 

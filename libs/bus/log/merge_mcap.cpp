@@ -1,6 +1,7 @@
 #include "bus/log/merge_mcap.hpp"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <set>
 #include <tuple>
@@ -39,6 +40,7 @@ class Merger {
     for (const auto& path : from) {
       if (auto done = Open(path); !done) return tl::unexpected(done.error());
     }
+    PlaceOthers();
     if (auto done = clocks_.SetReference(inputs_.front().machine); !done) return tl::unexpected(done.error());
     auto writer = McapWriter::Create(to, {"", "vr-oos"});
     if (!writer) return tl::unexpected(writer.error());
@@ -73,9 +75,22 @@ class Merger {
       if (channel.topic == topic && sample.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) {
         clocks_.Add(input->node, sample.peer(),
                     {static_cast<std::int64_t>(message.log_time_ns), sample.offset_ns(), sample.bound_ns()});
+        std::int64_t& bound_ns = measured_peers_[{input->machine, sample.peer()}];
+        bound_ns = std::max(bound_ns, sample.bound_ns());
       }
       return true;
     });
+  }
+
+  // Nodes that have no recording of their own: the clocks of those that an onlooker heard are known all the same. A
+  // clock that is known exactly is the onlooker's own machine's; else the node stands for a machine.
+  void PlaceOthers() {
+    for (const auto& [pair, bound_ns] : measured_peers_) {
+      const auto& [machine, peer] = pair;
+      if (clocks_.MachineOf(peer)) continue;
+      others_.push_back(bound_ns == 0 ? machine : "the machine of " + peer);
+      clocks_.AddNode(peer, others_.back());
+    }
   }
 
   // What is known of all files, then what they say of themselves.
@@ -90,6 +105,9 @@ class Merger {
       machines.insert(input.machine);
     }
     merge_.num_machines = machines.size();
+    for (const std::string& machine : others_) {
+      if (machines.insert(machine).second) about[machine] = "bound_ns=" + std::to_string(clocks_.BoundOf(machine));
+    }
     about["clock"] = "CLOCK_MONOTONIC of " + inputs_.front().machine;
     if (auto done = writer_->Write(Metadata{"merged", about}); !done) return done;
     std::set<std::pair<std::string, TextMap>> said;
@@ -109,9 +127,14 @@ class Merger {
     return {};
   }
 
-  // Of a message that a node took, the publish time is by its writer's clock.
+  // Of a message that a node took, or an onlooker heard, the publish time is by its writer's clock.
   [[nodiscard]] std::string PublishersMachine(const Input& input) const {
     const Channel& channel = input.reader.channels().at(input.message.channel_id);
+    const auto writer = channel.metadata.find("writer");
+    if (channel.metadata.count("tap") == 0 && writer != channel.metadata.end() &&
+        input.message.publish_time_ns != input.message.log_time_ns) {
+      return clocks_.MachineOf(writer->second).value_or(input.machine);
+    }
     const auto schema = input.reader.schemas().find(channel.schema_id);
     oos::TakenSample sample;
     if (schema == input.reader.schemas().end() || schema->second.name != sample.GetTypeName() ||
@@ -165,6 +188,8 @@ class Merger {
 
   std::vector<Input> inputs_;
   ClockSeries clocks_;
+  std::vector<std::string> others_;  // machines that nodes without a recording stand for
+  std::map<std::pair<std::string, std::string>, std::int64_t> measured_peers_;  // machine and peer: widest bound
   std::unique_ptr<McapWriter> writer_;
   McapMerge merge_;
 };

@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bus/log/clock_series.hpp"
@@ -151,6 +153,45 @@ TEST_F(MergeTest, BringsAnotherMachinesTimesToTheFirstOnesClock) {
     EXPECT_EQ(message.log_time_ns, 4000U);
   }));
   EXPECT_TRUE(is_seen);
+}
+
+// An onlooker's recording has no taps: publish times are by the clocks of machines that have no recording of their own.
+TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
+  {
+    auto writer = std::move(*McapWriter::Create(File("heard.mcap"), {"", "test"}));
+    ASSERT_TRUE(writer->Write(Metadata{"recording", {{"node", "oos-record-1"}}}));
+    ASSERT_TRUE(writer->Write(Metadata{"host", {{"clock_id", "m1"}, {"node", "oos-record-1"}}}));
+    const auto schema =
+        writer->AddSchema("oos.ClockSample", "protobuf", BytesOf(DescriptorSetOf(*oos::ClockSample::descriptor())));
+    const auto clocks = writer->AddChannel(schema, "clock/oos-record-1", "protobuf", {{"tap", "clock"}});
+    const auto far = writer->AddChannel(0, "far", "protobuf", {{"writer", "physics_node"}, {"class", "LATEST"}});
+    const auto near = writer->AddChannel(0, "near", "protobuf", {{"writer", "logic_node"}, {"class", "LATEST"}});
+    const auto unknown = writer->AddChannel(0, "unknown", "protobuf", {{"writer", "x"}, {"class", "LATEST"}});
+    const auto tell = [&](const std::string& peer, std::int64_t offset_ns, std::int64_t bound_ns) {
+      oos::ClockSample sample;
+      sample.set_peer(peer);
+      sample.set_offset_ns(offset_ns);
+      sample.set_bound_ns(bound_ns);
+      return writer->Write(Message{clocks, 1, 1000, 1000, BytesOf(sample.SerializeAsString())}).has_value();
+    };
+    ASSERT_TRUE(tell("physics_node", 1'000'000'000, 40));
+    ASSERT_TRUE(tell("logic_node", 0, 0));
+    ASSERT_TRUE(writer->Write(Message{far, 1, 2000, 1'000'001'900, {}}));
+    ASSERT_TRUE(writer->Write(Message{near, 1, 2100, 2050, {}}));
+    ASSERT_TRUE(writer->Write(Message{unknown, 1, 2200, 2150, {}}));
+    ASSERT_TRUE(writer->Close());
+  }
+  const auto merge = MergeMcap({File("heard.mcap")}, File("merged.mcap"));
+  ASSERT_TRUE(merge) << merge.error().detail;
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> times;
+  const auto contents = ReadMcap(File("merged.mcap"), [&](const Channel& channel, const Message& message) {
+    times[channel.topic] = {message.log_time_ns, message.publish_time_ns};
+  });
+  ASSERT_TRUE(contents) << contents.error().detail;
+  EXPECT_EQ(times.at("far"), (std::pair<std::uint64_t, std::uint64_t>{2000, 1900}));
+  EXPECT_EQ(times.at("near"), (std::pair<std::uint64_t, std::uint64_t>{2100, 2050}));
+  EXPECT_EQ(times.at("unknown"), (std::pair<std::uint64_t, std::uint64_t>{2200, 2150}));
+  EXPECT_EQ(contents->metadata.at(0).entries.at("the machine of physics_node"), "bound_ns=40");
 }
 
 TEST_F(MergeTest, RefusesClocksThatNobodyCompared) {

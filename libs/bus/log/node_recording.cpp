@@ -13,8 +13,8 @@
 #include <iterator>
 #include <thread>
 
+#include "bus/log/recorder.hpp"
 #include "bus/schema.hpp"
-#include "core/clock.hpp"
 
 namespace bus::log {
 namespace {
@@ -125,13 +125,10 @@ core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& nod
   TapFile file;
   file.path = value("--record");
   file.node = node;
-  const double split_MB = std::strtod(value("--split_MB").c_str(), nullptr);
-  const double split_s = std::strtod(value("--split_s").c_str(), nullptr);
-  if (!(split_MB >= 0.0 && split_MB <= 1e9 && split_s >= 0.0 && split_s <= 1e9)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--split_MB and --split_s are not negative");
-  }
-  file.split_bytes = static_cast<std::uint64_t>(split_MB * 1e6);
-  file.split_ns = static_cast<std::int64_t>(split_s * 1e9);
+  const auto split = ReadSplit(value("--split_MB"), value("--split_s"));
+  if (!split) return tl::unexpected(split.error());
+  file.split_bytes = split->bytes;
+  file.split_ns = split->age_ns;
   file.metadata = DescribeProvenance(node);
   for (Metadata& metadata : more) {
     metadata.entries["node"] = node;

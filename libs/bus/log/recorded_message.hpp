@@ -32,6 +32,8 @@ class RecordedMessage {
     parts_ = 0;
     return &message_;
   }
+  // After Take gave nothing: parts are still to come. Otherwise it could not be decoded.
+  [[nodiscard]] bool is_incomplete() const { return parts_ != 0; }
 
  private:
   LatestCodec<M> codec_;

@@ -1,5 +1,8 @@
 #include "bus/log/recorder.hpp"
 
+#include <cstdlib>
+
+#include "bus/detail/tap_points.hpp"
 #include "bus/log/recorded_payload.hpp"
 #include "bus/schema.hpp"
 
@@ -12,15 +15,59 @@ Bytes BytesOf(const std::string& text) {
 
 }  // namespace
 
+core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& seconds) {
+  const auto read = [](const std::string& text, double* number) {
+    char* end = nullptr;
+    *number = text.empty() ? 0.0 : std::strtod(text.c_str(), &end);
+    return (text.empty() || (end != text.c_str() && *end == '\0')) && *number >= 0.0 && *number <= 1e9;
+  };
+  double split_MB = 0.0, split_s = 0.0;
+  if (!read(megabytes, &split_MB) || !read(seconds, &split_s)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--split_MB and --split_s want numbers from 0 to 1e9; 0: never");
+  }
+  return Split{static_cast<std::uint64_t>(split_MB * 1e6), static_cast<std::int64_t>(split_s * 1e9)};
+}
+
 core::Result<std::unique_ptr<Recorder>> Recorder::Create(const std::filesystem::path& path, const TextMap& about,
-                                                         const std::vector<Metadata>& more) {
+                                                         const std::vector<Metadata>& more, Split split) {
+  std::vector<Metadata> front = {{"recording", about}};
+  front.insert(front.end(), more.begin(), more.end());
+  std::unique_ptr<Recorder> recorder(new Recorder(path, std::move(front), split));
+  if (auto done = recorder->Open(); !done) return tl::unexpected(done.error());
+  return recorder;
+}
+
+core::Result<void> Recorder::Open() {
+  std::filesystem::path path = path_;
+  if (!files_.empty()) path.replace_extension("." + std::to_string(files_.size()) + path_.extension().string());
   auto writer = McapWriter::Create(path, {"", "vr-oos"});
   if (!writer) return tl::unexpected(writer.error());
-  if (auto done = (*writer)->Write(Metadata{"recording", about}); !done) return tl::unexpected(done.error());
-  for (const Metadata& metadata : more) {
-    if (auto done = (*writer)->Write(metadata); !done) return tl::unexpected(done.error());
+  if (writer_ != nullptr) num_bytes_before_ += writer_->num_bytes();
+  writer_ = std::move(*writer);
+  schemas_.clear();
+  channels_.clear();
+  clocks_.BeginFile();
+  begun_ns_ = 0;
+  front_.front().entries["part"] = std::to_string(files_.size());
+  for (const Metadata& metadata : front_) {
+    if (auto done = writer_->Write(metadata); !done) return done;
   }
-  return std::unique_ptr<Recorder>(new Recorder(std::move(*writer)));
+  files_.push_back(path);
+  return {};
+}
+
+core::Result<void> Recorder::Write(const Metadata& metadata) {
+  front_.push_back(metadata);
+  return writer_->Write(metadata);
+}
+
+core::Result<void> Recorder::Write(const Attachment& attachment) {
+  return writer_->Write(attachment);
+}
+
+core::Result<void> Recorder::WriteClocks(const Node& node, std::int64_t now_ns) {
+  if (!clocks_.is_due(now_ns)) return {};
+  return clocks_.Write(node.name(), detail::ClocksOf(node.Peers()), now_ns, writer_.get());
 }
 
 std::uint16_t Recorder::ChannelOf(const Observation& observation) {
@@ -53,6 +100,7 @@ core::Result<void> Recorder::Add(const Observation& observation) {
     envelope.header.publish_ns = observation.publish_ns;
     AppendEnvelope(envelope, &message.data);
   }
+  ++num_messages_;
   return writer_->Write(message);
 }
 
@@ -67,7 +115,14 @@ core::Result<void> Recorder::Tick(std::int64_t now_ns, std::uint64_t num_dropped
   }
   if (now_ns - flushed_ns_ < kFlushPeriod_ns / 2) return {};
   flushed_ns_ = now_ns;
-  return writer_->Flush();
+  if (auto done = writer_->Flush(); !done) return done;
+  if (begun_ns_ == 0) begun_ns_ = now_ns;
+  const bool is_full = split_.bytes != 0 && writer_->num_bytes() >= split_.bytes;
+  const bool is_old = split_.age_ns != 0 && now_ns - begun_ns_ >= split_.age_ns;
+  if (!is_full && !is_old) return {};
+  // Not brought to the disk here: that may take long, and the node would have to drop what comes meanwhile.
+  if (auto done = writer_->Close(McapWriter::ToDisk::kLater); !done) return done;
+  return Open();
 }
 
 core::Result<void> Recorder::Close(std::int64_t now_ns, std::uint64_t num_dropped) {

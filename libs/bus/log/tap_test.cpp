@@ -153,7 +153,7 @@ TEST_F(TapWriterTest, NamesChannelsByWhatHappened) {
   tap.Put(sent, 3, 2000, 2000, BytesOf(envelope), BytesOf(reaction.SerializeAsString()));
   tap.Put(state, 1, 3000, 3000, BytesOf(std::string("a")), {});
   tap.Put(state, 2, 4000, 4000, BytesOf(std::string("b")), {});
-  ASSERT_TRUE(writer->Close(TapWriter::kClockPeriod_ns));
+  ASSERT_TRUE(writer->Close(ClockChannel::kPeriod_ns));
 
   std::vector<std::string> heard;
   const auto contents = ReadMcap(file_.path, [&](const Channel& channel, const Message& message) {

@@ -64,7 +64,7 @@ core::Result<void> TapWriter::Open(std::int64_t now_ns) {
   writer_ = std::move(*writer);
   schemas_.clear();
   channels_.clear();
-  clock_channel_.reset();
+  clocks_.BeginFile();
   begun_ns_ = now_ns;
   const TextMap part = {{"node", file_.node},
                         {"part", std::to_string(files_.size())},
@@ -151,26 +151,6 @@ core::Result<void> TapWriter::WriteDrops(std::int64_t now_ns) {
   return writer_->Write(Metadata{"dropped", lost});
 }
 
-core::Result<void> TapWriter::WriteClocks(std::int64_t now_ns) {
-  for (const PeerClock& clock : tap_->Clocks()) {
-    oos::ClockSample sample;
-    sample.set_peer(clock.peer);
-    sample.set_peer_machine(clock.machine);
-    sample.set_offset_ns(clock.offset_ns);
-    sample.set_bound_ns(clock.bound_ns);
-    sample.set_drift(clock.drift);
-    if (!clock_channel_) {
-      clock_channel_ =
-          writer_->AddChannel(SchemaNamed("oos.ClockSample", DescriptorSetOf(*oos::ClockSample::descriptor())),
-                              "clock/" + file_.node, "protobuf", {{"writer", file_.node}, {"tap", "clock"}});
-    }
-    const auto time_ns = static_cast<std::uint64_t>(now_ns);
-    Message message{*clock_channel_, ++num_clocks_, time_ns, time_ns, BytesOf(sample.SerializeAsString())};
-    if (auto done = writer_->Write(message); !done) return done;
-  }
-  return {};
-}
-
 void TapWriter::Service(std::int64_t now_ns) {
   tap_->Drain([this](const TapHead& entry, std::span<const std::uint8_t> head, std::span<const std::uint8_t> payload) {
     if (!error_) Note(Write(entry, head, payload));
@@ -180,10 +160,7 @@ void TapWriter::Service(std::int64_t now_ns) {
   });
   Note(WriteDrops(now_ns));
   if (error_) return;
-  if (now_ns - clocked_ns_ >= kClockPeriod_ns) {
-    clocked_ns_ = now_ns;
-    Note(WriteClocks(now_ns));
-  }
+  if (clocks_.is_due(now_ns)) Note(clocks_.Write(file_.node, tap_->Clocks(), now_ns, writer_.get()));
   if (now_ns - flushed_ns_ < kFlushPeriod_ns) return;
   flushed_ns_ = now_ns;
   Note(writer_->Flush());

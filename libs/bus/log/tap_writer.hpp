@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/log/clock_channel.hpp"
 #include "bus/log/mcap_writer.hpp"
 #include "bus/log/tap.hpp"
 
@@ -31,7 +32,6 @@ class TapWriter {
   // With a service every kService_ns at least, no more than 100 ms of a killed node's recording are lost.
   static constexpr std::int64_t kService_ns = 10'000'000;
   static constexpr std::int64_t kFlushPeriod_ns = 40'000'000;
-  static constexpr std::int64_t kClockPeriod_ns = 500'000'000;  // of what the node knows of its peers' clocks
 
   // Errors: kIo, e.g. the file is there already.
   static core::Result<std::unique_ptr<TapWriter>> Create(TapFile file, Tap* tap, std::int64_t now_ns);
@@ -53,7 +53,6 @@ class TapWriter {
   std::uint16_t ChannelOf(std::uint16_t slot, const std::string& key);
   std::uint16_t SchemaNamed(const std::string& name, const std::string& descriptors);
   core::Result<void> WriteDrops(std::int64_t now_ns);
-  core::Result<void> WriteClocks(std::int64_t now_ns);
   void Note(core::Result<void> done);
 
   TapFile file_;
@@ -62,14 +61,12 @@ class TapWriter {
   std::vector<std::filesystem::path> files_;
   std::map<std::string, std::uint16_t> schemas_;                             // of this part
   std::map<std::pair<std::uint16_t, std::string>, std::uint16_t> channels_;  // slot, key
-  std::optional<std::uint16_t> clock_channel_;
-  std::uint32_t num_clocks_ = 0;
+  ClockChannel clocks_;
   std::vector<std::uint64_t> told_drops_;  // by slot
   std::vector<std::uint64_t> unwritten_;   // by slot, after an error
   std::optional<core::Error> error_;
   std::int64_t begun_ns_ = 0;
   std::int64_t flushed_ns_ = 0;
-  std::int64_t clocked_ns_ = 0;
   std::uint64_t num_messages_ = 0;
   std::uint64_t num_dropped_ = 0;
 };

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace bus::log {
+
+// The content of a file to read, as it was long when it was opened. A large one is mapped, so that the kernel may take
+// its pages back: a recording of an hour is larger than the memory. A small one is copied.
+//
+// Of a mapped file that somebody cuts off meanwhile the missing pages cannot be read: SIGBUS ends the process. Writers
+// of recordings only append, and who empties a file of that size while it is read wants it gone.
+class MappedFile {
+ public:
+  static constexpr std::size_t kMaxCopied = std::size_t{1} << 20;
+
+  // Errors: kIo; kResource when it cannot be mapped.
+  static core::Result<MappedFile> Open(const std::filesystem::path& path);
+  MappedFile(MappedFile&& other) noexcept : copy_(std::move(other.copy_)), mapped_(std::exchange(other.mapped_, {})) {}
+  MappedFile& operator=(MappedFile&&) = delete;
+  ~MappedFile();
+
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const { return mapped_.empty() ? copy_ : mapped_; }
+
+ private:
+  MappedFile() = default;
+
+  std::vector<std::uint8_t> copy_;
+  std::span<const std::uint8_t> mapped_;
+};
+
+}  // namespace bus::log
