@@ -67,7 +67,8 @@ export class Links extends EventEmitter {
   _udp(take) {
     return new Promise((resolve, reject) => {
       const udp = dgram.createSocket({ type: "udp4", recvBufferSize: 1 << 20 });
-      udp.on("message", take).once("error", reject);
+      // Once it is bound: a datagram that cannot go out (a pulled cable) is lost, as any may be.
+      udp.on("message", take).on("error", reject);
       udp.bind(0, this._options.bind, () => resolve(udp));
     });
   }

@@ -1,10 +1,11 @@
 // Who a node is and who the others are: registry, roster, heartbeats.
 
 import { readFileSync } from "node:fs";
+import { isIPv4 } from "node:net";
 import { LATEST, STATE, hash32 } from "./envelope.mjs";
 import { Links, PROTOCOL_VERSION } from "./links.mjs";
 import { makeOpener, makeSealer, senderKey } from "./security.mjs";
-import { canonical, ruleOf, typeOf } from "./topics.mjs";
+import { canonical, digestOf, findRule, ruleOf, typeOf } from "./topics.mjs";
 
 const HELLO_MS = 500, EAGER_HELLO_MS = 100, DEAD_AFTER_MS = 350;
 const MAX_TOPICS_TOLD = 30;  // keeps a heartbeat within one datagram
@@ -12,7 +13,13 @@ export const EVENT_TOPIC = hash32("event");
 
 // Nodes of one machine share a clock.
 const MACHINE_ID = process.env.OOS_MACHINE_ID || readFileSync("/proc/sys/kernel/random/boot_id", "utf8").trim();
-const addressOf = (endpoint) => ({ host: endpoint.split(":")[0], port: Number(endpoint.split(":")[1]) });
+
+// {host, port} of "127.0.0.1:4000".
+function addressOf(endpoint) {
+  const [host, port] = endpoint.split(":");
+  if (!isIPv4(host) || !(port > 0 && port < 65536)) throw new Error(`'${endpoint}' is no address`);
+  return { host, port: Number(port) };
+}
 
 export class Members extends Links {
   figures = new Map();  // LATEST, by topic: {isWritten, sent, received, dropped}
@@ -90,19 +97,29 @@ export class Members extends Links {
         (known && (known.record.instance === record.instance || record.boot <= known.record.boot))) {
       return;
     }
+    let places;
+    try {
+      places = { data: addressOf(record.dataEndpoint), heartbeat: addressOf(record.heartbeatEndpoint),
+        dealer: this._dealer(record.routerEndpoint, record.publicKey) };
+    } catch {  // no addresses
+      ++this.refused;
+      return;
+    }
     if (known) this._forget(known);
-    const dealer = this._dealer(record.routerEndpoint, record.publicKey);
     const opener = this._sessionKey && makeOpener(senderKey(this._sessionKey, record.instance));
-    const peer = { record, dealer, opener, node: hash32(record.name), data: addressOf(record.dataEndpoint),
-      heartbeat: addressOf(record.heartbeatEndpoint),
+    const peer = { record, ...places, opener, node: hash32(record.name),
       isAlive: false, isSubscribed: false, hasSnapshot: false, heardMs: 0, askedMs: -Infinity, repairedMs: -Infinity,
       inStepMs: 0, accounts: new Map(), stateVersion: 0n, toldVersion: 0n, toldEvents: 0n, acked: [0n, 0n] };
     this._peers.set(record.name, peer);
-    for (const topic of record.topics.filter((one) => one.isWritten)) {
-      this._topics.set(hash32(topic.name), { name: topic.name, writer: record.name, rule: ruleOf(topic.name),
-        isWanted: this._wants(topic.name) });
+    for (const { name, schemaDigest } of record.topics.filter((one) => one.isWritten)) {
+      const rule = findRule(name);
+      if (!rule) continue;
+      const type = typeOf(rule.type);
+      // Another schema than this client's is the writer's own, which the registry found to get along with it.
+      this._topics.set(hash32(name), { name, writer: record.name, type, digests: [digestOf(type), schemaDigest],
+        isWanted: this._wants(name) });
     }
-    this._receive(dealer.socket, (frames) => this._takePeer(peer, frames.at(-1)));
+    this._receive(peer.dealer.socket, (frames) => this._takePeer(peer, frames.at(-1)));
     this._beat();  // be heard by it at once
   }
 

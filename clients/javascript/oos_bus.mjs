@@ -8,11 +8,11 @@
 // The protocol (docs/reference/bus_protocol.md) is in links.mjs, members.mjs, reading.mjs and writing.mjs, each a layer
 // on the one before.
 
-import { readFileSync } from "node:fs";
+import { lstatSync, readFileSync } from "node:fs";
 import path from "node:path";
 import { toBinary } from "@bufbuild/protobuf";
 import { LATEST, MAX_DATAGRAM_BYTES, hash32, writeEnvelope } from "./envelope.mjs";
-import { canonical, ruleOf, typeOf } from "./topics.mjs";
+import { digestOf, ruleOf, typeOf } from "./topics.mjs";
 import { Writing } from "./writing.mjs";
 
 export * from "./envelope.mjs";
@@ -25,15 +25,15 @@ const HEARTBEAT_MS = 50;
 // {registry, session, keys} of the `oos run` of this user on this machine.
 export function runningSession() {
   const runtime = process.env.XDG_RUNTIME_DIR;
-  const folder = runtime ? path.join(runtime, "vr_oos") : `/tmp/vr_oos-${process.getuid()}`;
+  const folder = runtime ? path.join(runtime, "vr_oos") : `/tmp/vr_oos-${process.geteuid()}`;
+  const info = lstatSync(folder);
+  if (!info.isDirectory() || info.uid !== process.geteuid() || info.mode & 0o077) {
+    // Whoever can write there decides whom this client talks to.
+    throw new Error(`${folder} is not a directory (no link) of this user alone, as 'oos run' makes it; the session ` +
+      "noted there may be a trap: remove it, start the session again");
+  }
   const note = JSON.parse(readFileSync(path.join(folder, "session.json"), "utf8"));
   return { registry: note.registry, session: BigInt(note.session), keys: note.keys || null };
-}
-
-const digests = new Map();
-function digestOf(type) {
-  if (!digests.has(type)) digests.set(type, hash32(canonical(type)));
-  return digests.get(type);
 }
 
 // subscribe() and advertise() first, then await start(). Keys: the run's key directory; null is to say that nothing is

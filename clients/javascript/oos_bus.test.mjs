@@ -3,14 +3,16 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { chmodSync, chownSync, mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync, symlinkSync, unlinkSync,
+  writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { createInterface } from "node:readline";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { Node, canonical, hash32, matches, message, readEnvelope, typeOf, writeEnvelope } from "./oos_bus.mjs";
-import { makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
+import { LATEST, Node, canonical, create, digestOf, hash32, matches, message, readEnvelope, runningSession, toBinary,
+  typeOf, writeEnvelope } from "./oos_bus.mjs";
+import { loadKeys, makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
 
 const vectors = (name) => JSON.parse(readFileSync(new URL(`../vectors/${name}`, import.meta.url), "utf8"));
 const fromHex = (hex) => Buffer.from(hex, "hex");
@@ -71,6 +73,9 @@ test("the replay window takes each counter once", () => {
     [199, true], [80, false], [198, true], [198, false]]) {
     assert.equal(opener(1, nothing, sealed[n]) !== null, expected, `${n}`);
   }
+  const far = makeSealer(Buffer.alloc(32), [1n << 63n, 0n])(1, nothing, Buffer.from([0]));
+  assert.ok(opener(1, nothing, far), "no gap is too large");
+  assert.equal(opener(1, nothing, far), null);
 });
 
 test("keys are written in Z85", () => {
@@ -84,6 +89,52 @@ test("patterns", () => {
     assert.equal(matches(pattern, text), expected, `${pattern} ${text}`);
   }
 });
+
+const STRANGER = 65534;
+
+function withFolder(body) {
+  const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
+  try {
+    return body(folder);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+}
+
+test("the session is taken from a folder of this user alone", () => withFolder((folder) => {
+  const before = process.env.XDG_RUNTIME_DIR;
+  process.env.XDG_RUNTIME_DIR = folder;
+  try {
+    const place = path.join(folder, "vr_oos"), elsewhere = path.join(folder, "elsewhere");
+    mkdirSync(place, { mode: 0o700 });
+    writeFileSync(path.join(place, "session.json"), '{"registry": "tcp://127.0.0.1:1", "session": "7", "keys": ""}');
+    assert.deepEqual(runningSession(), { registry: "tcp://127.0.0.1:1", session: 7n, keys: null });
+    chmodSync(place, 0o755);
+    assert.throws(runningSession, /vr_oos is not a directory .* of this user alone/, "others may enter");
+    chmodSync(place, 0o700);
+    renameSync(place, elsewhere);
+    symlinkSync(elsewhere, place);
+    assert.throws(runningSession, /vr_oos is not a directory/, "a link");
+    unlinkSync(place);
+    if (process.geteuid() === 0) {
+      renameSync(elsewhere, place);
+      chownSync(place, STRANGER, STRANGER);
+    } else {
+      symlinkSync("/", place);
+    }
+    assert.throws(runningSession, /vr_oos is not a directory/, "another user's");
+  } finally {
+    if (before === undefined) delete process.env.XDG_RUNTIME_DIR;
+    else process.env.XDG_RUNTIME_DIR = before;
+  }
+}));
+
+test("keys of another user are refused", { skip: process.geteuid() !== 0 && "only root can give a file away" }, () =>
+  withFolder((folder) => {
+    for (const name of ["allowed", "client.key"]) writeFileSync(path.join(folder, name), "", { mode: 0o600 });
+    chownSync(path.join(folder, "client.key"), STRANGER, STRANGER);
+    assert.throws(() => loadKeys(folder, "client"), /client.key belongs to user 65534/);
+  }));
 
 let session;  // the peer's, as `oos run` notes down its own
 
@@ -168,6 +219,64 @@ async function everything(words) {
   });
 }
 
+test("a payload that is none is refused and counted", () => withPeer([], async (where) => {
+  const topic = "physics/state", type = typeOf("oos.PhysicsState");
+  const node = new Node({ name: "client", ...where });
+  for (const each of [topic, "logic/status"]) node.subscribe(each);
+  await node.start();
+  const first = await until(node, (m) => m.topic === topic);
+  const sound = toBinary(type, create(type, { tick: 1n }));
+  // Of a datagram that is sound but for what is in it.
+  const numRefused = (payload, fields = {}) => {
+    const before = node.refused, { boot, sequence } = node._newest.get(topic);
+    node._takeData(writeEnvelope({ topicClass: LATEST, topic: hash32(topic), digest: digestOf(type),
+      session: where.session, node: hash32("peer"), boot, sequence: sequence + 1n, publishNs: 0n, ...fields },
+      payload));
+    return node.refused - before;
+  };
+  assert.equal(numRefused(Buffer.from([255, 255, 255])), 1);
+  assert.equal(numRefused(sound, { digest: 1 }), 1, "another schema");
+  assert.equal(numRefused(sound, { part: 1, parts: 2 }), 0);
+  assert.equal(numRefused(sound, { part: 2, parts: 3 }), 1, "of two parts, or of three?");
+  const before = node.refused;
+  node._takeState("peer", { topic: "logic/status", key: "", value: Buffer.from([255, 255, 255]), version: 99n });
+  assert.equal(node.refused, before + 1);
+  const later = await until(node, (m) => m.topic === topic && m.sequence > first.sequence);
+  assert.equal(later.body.object.length, 40);
+  await node.close();
+}));
+
+test("whoever cannot be reached ends nobody", () => withPeer([], async (where) => {
+  const topic = "device/right/state";
+  const far = new Node({ name: "client-far", ...where });
+  const near = new Node({ name: "client-near", isObserver: false, ...where });
+  far.subscribe(topic);
+  near.advertise(topic);
+  const nowhere = "255.255.255.255:9";  // sending there is not permitted
+  far._record = () => ({ ...Node.prototype._record.call(far), dataEndpoint: nowhere, heartbeatEndpoint: nowhere });
+  await far.start();
+  await near.start();
+  while (!near.alive().includes("client-far")) await once(near, "roster");
+  assert.equal(near.publish(topic, message(topic, {})), 2, "the peer and the far one");
+  const figures = near.figures.get(topic);
+  while (figures.sent + figures.dropped < 2n) await new Promise(setImmediate);
+  assert.deepEqual([figures.sent, figures.dropped], [1n, 1n]);
+  await near.close();
+  await far.close();
+}));
+
+test("a record without addresses is refused", () => withPeer([], async (where) => {
+  const node = new Node({ name: "client", ...where });
+  await node.start();
+  for (const dataEndpoint of ["", "127.0.0.1", "127.0.0.1:port", "127.0.0.1:70000", "somewhere:4000"]) {
+    const before = node.refused;
+    node._add({ name: "nowhere", instance: 1n, boot: 1n, topics: [], observedPatterns: [], dataEndpoint,
+      heartbeatEndpoint: "127.0.0.1:4000", routerEndpoint: "tcp://127.0.0.1:4", publicKey: "" });
+    assert.equal(node.refused, before + 1, dataEndpoint);
+  }
+  await node.close();
+}));
+
 test("everything a client does, in the clear", () => everything([]));
 
 test("everything a client does, encrypted", async () => {
@@ -188,7 +297,7 @@ test("whoever has no key is not let in", async () => {
 // With the peer's session as the one that runs here, and on a machine with a clock of its own.
 function runExample(name, ...words) {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
-  mkdirSync(path.join(folder, "vr_oos"));
+  mkdirSync(path.join(folder, "vr_oos"), { mode: 0o700 });
   writeFileSync(path.join(folder, "vr_oos", "session.json"), session);
   const example = spawn(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
     { stdio: ["ignore", "pipe", "inherit"],

@@ -3,29 +3,12 @@
 import { fromBinary } from "@bufbuild/protobuf";
 import { LATEST, STATE, hash32, isLatest, readEnvelope } from "./envelope.mjs";
 import { EVENT_TOPIC, Members } from "./members.mjs";
-import { matches, mergeParts, ruleOf, typeOf } from "./topics.mjs";
+import { findRule, matches, mergeParts, message, typeOf } from "./topics.mjs";
 
 const ASK_AGAIN_MS = 300, BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
 
 const larger = (a, b) => (a > b ? a : b);
 export const settled = (account) => account.start + account.received + account.dropped;
-
-// A LATEST message. Its body is decoded when it is first asked for: whoever shows 30 a second does not pay for 1000. It
-// throws when the bytes are no such message.
-class Latest {
-  #type; #payloads; #body = null;
-
-  constructor({ name, writer, rule }, { sequence, publishNs }, parts) {
-    Object.assign(this, { topic: name, writer, sequence, publishNs });
-    this.#type = typeOf(rule.type);
-    this.#payloads = Array.from({ length: parts.size }, (_, i) => parts.get(i));
-  }
-
-  get body() {
-    this.#body ??= mergeParts(this.#type, this.#payloads.map((payload) => fromBinary(this.#type, payload)));
-    return this.#body;
-  }
-}
 
 export class Reading extends Members {
   _patterns = [];
@@ -125,17 +108,27 @@ export class Reading extends Members {
     if (sequence === settled(account) + 1n) {
       ++account.received;
       if (!this._wants("event")) return;
-      this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event });
+      this.emit("message", { topic: "event", writer: peer.record.name, sequence, body: event ?? message("event", {}) });
     } else if (now - peer.repairedMs > BETWEEN_REPAIRS_MS) {
       peer.repairedMs = now;
       this._acknowledge(peer, true);
     }
   }
 
+  // The message; null, and counted, when the bytes are none of that type.
+  _decode(type, bytes) {
+    try {
+      return fromBinary(type, bytes);
+    } catch {
+      ++this.refused;
+      return null;
+    }
+  }
+
   _takeState(writer, { topic, key, value, version }) {
-    if (!this._wants(topic)) return;
-    const body = fromBinary(typeOf(ruleOf(topic).type), value);
-    this.emit("message", { topic, writer, key, sequence: version, body });
+    const rule = this._wants(topic) && findRule(topic);
+    const body = rule && this._decode(typeOf(rule.type), value);
+    if (body) this.emit("message", { topic, writer, key, sequence: version, body });
   }
 
   _takeData(bytes) {
@@ -148,19 +141,31 @@ export class Reading extends Members {
     const topic = this._topics.get(envelope.topic);
     const isNewer = (a, b) => a.boot > b.boot || (a.boot === b.boot && a.sequence > b.sequence);
     if (!topic?.isWanted) return;
+    if (!topic.digests.includes(envelope.digest)) {
+      ++this.refused;
+      return;
+    }
     const newest = this._newest.get(topic.name);
     if (newest && !isNewer(envelope, newest)) return;  // overtaken by a newer one, or a repetition
     let partial = this._partial.get(topic.name);
     if (partial && isNewer(partial.envelope, envelope)) return;
     if (!partial || isNewer(envelope, partial.envelope)) partial = { envelope, parts: new Map() };
+    if (envelope.parts !== partial.envelope.parts) {
+      ++this.refused;
+      return;
+    }
+    const body = this._decode(topic.type, payload);
+    if (!body) return;
     this._partial.set(topic.name, partial);
-    partial.parts.set(envelope.part, payload);
+    partial.parts.set(envelope.part, body);
     if (partial.parts.size < envelope.parts) return;
     this._partial.delete(topic.name);
     const figures = this._figuresOf(topic.name, false);
     if (newest?.boot === envelope.boot) figures.dropped += envelope.sequence - newest.sequence - 1n;
     ++figures.received;
     this._newest.set(topic.name, envelope);
-    this.emit("message", new Latest(topic, envelope, partial.parts));
+    this.emit("message", { topic: topic.name, writer: topic.writer, sequence: envelope.sequence,
+      publishNs: envelope.publishNs,
+      body: mergeParts(topic.type, Array.from({ length: envelope.parts }, (_, i) => partial.parts.get(i))) });
   }
 }

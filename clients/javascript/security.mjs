@@ -54,7 +54,7 @@ export function makeOpener(key) {
       return null;
     }
     if (behind < 0n) {
-      window.seen = BigInt.asUintN(64, window.seen << -behind);
+      window.seen = -behind < 64n ? BigInt.asUintN(64, window.seen << -behind) : 0n;
       window.newest = counter;
     }
     window.seen |= 1n << (window.newest - counter);
@@ -72,7 +72,11 @@ export function loadKeys(directory, name) {
   }
   const files = [directory, path.join(directory, "allowed"), path.join(directory, `${stem}.key`)];
   for (const file of files) {
-    if (statSync(file).mode & 0o077) {
+    const { uid, mode } = statSync(file);
+    if (uid !== process.geteuid()) {
+      throw new Error(`${file} belongs to user ${uid}; take keys that user ${process.geteuid()} made, or chown them`);
+    }
+    if (mode & 0o077) {
       throw new Error(`${file} can be read by others; keys need chmod 700 (directory) and 600 (files)`);
     }
   }

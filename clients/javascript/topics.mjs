@@ -6,6 +6,7 @@ import path from "node:path";
 import { fileURLToPath } from "node:url";
 import { ScalarType, create, createFileRegistry, fromBinary } from "@bufbuild/protobuf";
 import { FileDescriptorSetSchema } from "@bufbuild/protobuf/wkt";
+import { hash32 } from "./envelope.mjs";
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 const STUBS = process.env.OOS_STUBS ?? path.join(ROOT, "build/release/clients/stubs");
@@ -17,11 +18,15 @@ const RULES = JSON.parse(readFileSync(path.join(ROOT, "clients/topics.json"), "u
 
 const found = new Map();
 
-// The first line of topics.json that matches.
+// The first line of topics.json that matches, if one does.
+export function findRule(topic) {
+  if (!found.has(topic)) found.set(topic, RULES.find((one) => matches(one.pattern, topic)));
+  return found.get(topic);
+}
+
 export function ruleOf(topic) {
-  const rule = found.get(topic) ?? RULES.find((one) => matches(one.pattern, topic));
-  if (rule) found.set(topic, rule);
-  else throw new Error(`no rule in clients/topics.json matches topic '${topic}'`);
+  const rule = findRule(topic);
+  if (!rule) throw new Error(`no rule in clients/topics.json matches topic '${topic}'`);
   return rule;
 }
 
@@ -43,6 +48,14 @@ export function canonical(message) {
     const kind = field.message ? `{${canonical(field.message)}}` : ScalarType[field.scalar].toLowerCase();
     return `${field.number}:${list}${kind}`;
   }).join(" ");
+}
+
+const digests = new Map();
+
+// A message type's schema digest.
+export function digestOf(type) {
+  if (!digests.has(type)) digests.set(type, hash32(canonical(type)));
+  return digests.get(type);
 }
 
 // '*' stands for any text, slashes included; every other character for itself.

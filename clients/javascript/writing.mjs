@@ -19,8 +19,10 @@ export class Writing extends Reading {
     const readers = [...this._peers.values()].filter((peer) => peer.isAlive &&
       (peer.record.topics.some((one) => one.name === topic && !one.isWritten) ||
        peer.record.observedPatterns.some((pattern) => matches(pattern, topic))));
-    for (const { data } of readers) this._data.send(bytes, data.port, data.host);
-    this._figuresOf(topic, true).sent += BigInt(readers.length);
+    const figures = this._figuresOf(topic, true);
+    for (const { data } of readers) {
+      this._data.send(bytes, data.port, data.host, (error) => { ++figures[error ? "dropped" : "sent"]; });
+    }
     return readers.length;
   }
 

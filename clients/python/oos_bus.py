@@ -14,6 +14,7 @@ oos_writing, each a layer on the one before.
 import json
 import os
 import pathlib
+import stat
 import time
 
 from oos_envelope import LATEST, MAX_DATAGRAM_BYTES, Envelope, hash32
@@ -28,7 +29,12 @@ __all__ = ["Message", "Node", "Refused", "running_session"]
 def running_session():
     """(registry, session, key directory) of the `oos run` of this user on this machine."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
-    folder = os.path.join(runtime, "vr_oos") if runtime else f"/tmp/vr_oos-{os.getuid()}"
+    folder = os.path.join(runtime, "vr_oos") if runtime else f"/tmp/vr_oos-{os.geteuid()}"
+    info = os.lstat(folder)
+    if not stat.S_ISDIR(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o077:
+        # Whoever can write there decides whom this client talks to.
+        raise PermissionError(f"{folder} is not a directory (no link) of this user alone, as 'oos run' makes it; the "
+                              "session noted there may be a trap: remove it, start the session again")
     note = json.loads(pathlib.Path(folder, "session.json").read_text())
     return note["registry"], int(note["session"]), note.get("keys") or None
 

@@ -8,11 +8,12 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import oos_bus
 import oos_envelope
 import oos_topics
-from proto import device_pb2
+from proto import bus_pb2, device_pb2, physics_pb2
 
 VECTORS = pathlib.Path(__file__).resolve().parents[1] / "vectors"
 PEER = sys.argv.pop(1)
@@ -80,6 +81,62 @@ class Vectors(unittest.TestCase):
                                         ("a*b*c", "a-b-c", True), ("a*b", "ab", True), ("ab*ba", "aba", False),
                                         ("device/*/state", "device/state", False)):
             self.assertEqual(oos_topics.matches(pattern, text), expected, (pattern, text))
+
+
+def foreign_folder(test):
+    """A folder that is another user's."""
+    if os.geteuid() != 0:
+        return pathlib.Path("/")
+    folder = tempfile.TemporaryDirectory()
+    test.addCleanup(folder.cleanup)
+    os.chown(folder.name, 65534, 65534)
+    return pathlib.Path(folder.name)
+
+
+class SessionNote(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.place = pathlib.Path(folder.name, "vr_oos")
+        self.enterContext(unittest.mock.patch.dict(os.environ, XDG_RUNTIME_DIR=folder.name))
+
+    def write(self, folder):
+        (folder / "session.json").write_text('{"registry": "tcp://127.0.0.1:1", "session": "7", "keys": ""}')
+
+    def test_is_taken_from_a_folder_of_this_user_alone(self):
+        self.place.mkdir(mode=0o700)
+        self.write(self.place)
+        self.assertEqual(oos_bus.running_session(), ("tcp://127.0.0.1:1", 7, None))
+
+    def test_is_not_taken_where_others_may_enter(self):
+        self.place.mkdir(mode=0o700)
+        self.write(self.place)
+        self.place.chmod(0o755)
+        with self.assertRaisesRegex(PermissionError, "vr_oos is not a directory .* of this user alone"):
+            oos_bus.running_session()
+
+    def test_is_not_taken_through_a_link_or_from_another_user(self):
+        elsewhere = self.place.with_name("elsewhere")
+        elsewhere.mkdir(mode=0o700)
+        self.write(elsewhere)
+        for target in (elsewhere, foreign_folder(self)):
+            self.place.symlink_to(target)
+            with self.assertRaisesRegex(PermissionError, "vr_oos is not a directory"):
+                oos_bus.running_session()
+            self.place.unlink()
+        if os.geteuid() == 0:
+            elsewhere.rename(self.place)
+            os.chown(self.place, 65534, 65534)
+            with self.assertRaisesRegex(PermissionError, "vr_oos is not a directory"):
+                oos_bus.running_session()
+
+
+class KeyDirectory(unittest.TestCase):
+    def test_of_another_user_is_refused(self):
+        folder = foreign_folder(self)
+        with unittest.mock.patch.object(pathlib.Path, "exists", return_value=True):
+            with self.assertRaisesRegex(PermissionError, "belongs to user"):
+                oos_envelope.Keys(folder, "client")
 
 
 class LivePeer:
@@ -166,6 +223,32 @@ class LivePeer:
         rest = self.peer.stdout.read()
         self.assertEqual(self.peer.wait(), 0, rest)
 
+    def test_whoever_cannot_be_reached_ends_nobody(self):
+        with self.node("client-far") as far, self.node("client-near", is_observer=False) as near:
+            far.subscribe("device/right/state")
+            near.advertise("device/right/state")
+            record = far._record()
+            record.data_endpoint = record.heartbeat_endpoint = "255.255.255.255:9"  # sendto: permission denied
+            far._record = lambda: record
+            near.start()
+            end = time.monotonic() + PATIENCE_S
+            while "client-far" not in near.alive():
+                far.poll(0.01)
+                near.poll(0.01)
+                self.assertLess(time.monotonic(), end, "they never met")
+            self.assertEqual(near.publish("device/right/state", device_pb2.DeviceState()), 1, "the peer")
+            self.assertEqual((near.sent["device/right/state"], near.dropped["device/right/state"]), (1, 1))
+
+    def test_a_record_without_addresses_is_refused(self):
+        with self.node() as node:
+            node.start()
+            for endpoint in ("", "127.0.0.1", "127.0.0.1:port", "127.0.0.1:70000", "somewhere:4000"):
+                before = node.refused
+                node._add(bus_pb2.NodeRecord(name="nowhere", instance=1, data_endpoint=endpoint,
+                                             heartbeat_endpoint="127.0.0.1:4000", router_endpoint="tcp://127.0.0.1:4"))
+                self.assertEqual(node.refused, before + 1, endpoint)
+            self.assertNotIn("nowhere", node._peers)
+
     def test_a_second_node_of_the_same_name_is_refused_by_name(self):
         with self.node("client-twin") as first:
             first.start()
@@ -191,6 +274,33 @@ class InTheClear(LivePeer, unittest.TestCase):
     def setUp(self):
         self.start_peer()
 
+    def test_a_payload_that_is_none_is_refused_and_counted(self):
+        topic = "physics/state"
+        with self.node() as node:
+            node.subscribe(topic)
+            node.start()
+            newest = self.until(node, lambda m: m.topic == topic)
+            sound = physics_pb2.PhysicsState(tick=1).SerializeToString()
+
+            def num_refused(payload, digest=oos_topics.digest_of(topic), **parts):
+                """Of a datagram that is sound but for what is in it."""
+                before, (boot, sequence) = node.refused, node._newest[topic]
+                node._take_data(oos_envelope.Envelope(
+                    oos_envelope.LATEST, oos_envelope.hash32(topic), digest, node.session, oos_envelope.hash32("peer"),
+                    boot, sequence + 1, **parts).write(payload))
+                return node.refused - before
+
+            self.assertEqual(num_refused(b"\xff\xff\xff"), 1)
+            self.assertEqual(num_refused(sound, digest=1), 1, "another schema")
+            self.assertEqual(num_refused(sound, part=1, parts=2), 0)
+            self.assertEqual(num_refused(sound, part=2, parts=3), 1, "of two parts, or of three?")
+            before = node.refused
+            node.subscribe("logic/status")
+            node._take_state(node._peers["peer"], bus_pb2.StateEntry(topic="logic/status", value=b"\xff\xff\xff"))
+            self.assertEqual(node.refused, before + 1)
+            later = self.until(node, lambda m: m.topic == topic and m.sequence > newest.sequence)
+            self.assertEqual(list(later.body.object), list(range(40)))
+
 
 class Encrypted(LivePeer, unittest.TestCase):
     def setUp(self):
@@ -203,7 +313,7 @@ class Encrypted(LivePeer, unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         place = pathlib.Path(folder.name, "vr_oos", "session.json")
-        place.parent.mkdir()
+        place.parent.mkdir(mode=0o700)
         place.write_text(json.dumps(self.where))
         example = subprocess.Popen([sys.executable, pathlib.Path(__file__).with_name(name), *words], text=True,
                                    stdout=subprocess.PIPE,

@@ -2,6 +2,7 @@
 
 import dataclasses
 import hmac
+import os
 import pathlib
 import struct
 import zlib
@@ -138,7 +139,11 @@ class Keys:
             if not dash:
                 raise FileNotFoundError(f"no key for {name} in {folder}; name the node client-SOMETHING?")
         for path in (folder, folder / "allowed", folder / f"{stem}.key"):
-            if path.stat().st_mode & 0o077:
+            info = path.stat()
+            if info.st_uid != os.geteuid():
+                raise PermissionError(f"{path} belongs to user {info.st_uid}; take keys that user {os.geteuid()} made, "
+                                      "or chown them")
+            if info.st_mode & 0o077:
                 raise PermissionError(f"{path} can be read by others; keys need chmod 700 (directory) and 600 (files)")
         self.public, self.secret = (line.encode() for line in (folder / f"{stem}.key").read_text().split())
         self.allowed = {key.encode(): owner for key, owner in

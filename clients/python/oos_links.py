@@ -1,6 +1,7 @@
 """Sockets of a node, and what goes through them: envelopes, keys."""
 
 import functools
+import ipaddress
 import os
 import pathlib
 import secrets
@@ -22,6 +23,14 @@ PROTOCOL_VERSION = 1
 def machine_id():
     """Nodes of one machine share a clock."""
     return os.environ.get("OOS_MACHINE_ID") or pathlib.Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+
+
+def udp_address(endpoint):
+    """("127.0.0.1", 4000) of "127.0.0.1:4000"; ValueError when it is none."""
+    host, _, port = endpoint.rpartition(":")
+    if not 0 < int(port) < 65536:
+        raise ValueError(f"no port in '{endpoint}'")
+    return str(ipaddress.IPv4Address(host)), int(port)
 
 
 class Links:
@@ -81,6 +90,15 @@ class Links:
             owner = self._keys.allowed.get(zmq.utils.z85.encode(key)) if mechanism == b"CURVE" else None
             self._allow_list.send_multipart([version, request, b"200" if owner else b"400", b"",
                                              (owner or "").encode(), b""])
+
+    @staticmethod
+    def _send_udp(udp, data, address):
+        """Whether it went out. One that cannot (a pulled cable, a full buffer) is lost, as any datagram may be."""
+        try:
+            udp.sendto(data, address)
+            return True
+        except OSError:
+            return False
 
     @staticmethod
     def _receive_udp(udp):

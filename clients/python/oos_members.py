@@ -6,7 +6,7 @@ import time
 import zmq
 
 from oos_envelope import LATEST, STATE, Opener, Sealer, hash32, sender_key
-from oos_links import PROTOCOL_VERSION, Links, machine_id
+from oos_links import PROTOCOL_VERSION, Links, machine_id, udp_address
 from oos_topics import TYPES, canonical, rule_of
 from proto import bus_pb2
 
@@ -15,11 +15,9 @@ EVENT_TOPIC = hash32("event")
 
 
 class Peer:
-    def __init__(self, record, dealer, opener):
-        self.record, self.dealer, self.opener, self.node = record, dealer, opener, hash32(record.name)
-        self.data, self.heartbeat = (
-            (host, int(port)) for host, port in (e.rsplit(":", 1) for e in (record.data_endpoint,
-                                                                            record.heartbeat_endpoint)))
+    def __init__(self, record, opener):
+        self.record, self.opener, self.node = record, opener, hash32(record.name)
+        self.data, self.heartbeat = udp_address(record.data_endpoint), udp_address(record.heartbeat_endpoint)
         self.is_alive = self.is_subscribed = self.has_snapshot = False
         self.heard_s = self.asked_s = self.repaired_s = self.in_step_s = 0.0
         self.accounts = {}  # topic id -> [count before the first that was meant for us, received, dropped]
@@ -38,7 +36,7 @@ class Peer:
 class Members(Links):
     def __init__(self, name, registry, session, keys, bind, is_observer):
         super().__init__(name, registry, session, keys, bind)
-        self.is_observer, self.topics = is_observer, {}  # topics: id -> name, writer
+        self.is_observer, self.topics = is_observer, {}  # topics: id -> name, writer, its schema digest
         self._peers, self._gone = {}, set()
         self._roster, self._is_welcomed, self._refusal, self._session_key = 0, False, None, None
         self._next_heartbeat = self._next_hello = 0.0
@@ -91,15 +89,20 @@ class Members(Links):
         if (record.name == self.name or record.instance in self._gone or
                 known and (known.record.instance == record.instance or record.boot <= known.record.boot)):
             return
+        opener = Opener(sender_key(self._session_key, record.instance)) if self._session_key else None
+        try:
+            peer = Peer(record, opener)
+            peer.dealer = self._dealer(record.router_endpoint, record.public_key.encode())
+        except (ValueError, zmq.ZMQError):  # no addresses
+            self.refused += 1
+            return
         if known:
             self._forget(known)
-        dealer = self._dealer(record.router_endpoint, record.public_key.encode())
-        self._poller.register(dealer, zmq.POLLIN)
-        opener = Opener(sender_key(self._session_key, record.instance)) if self._session_key else None
-        self._peers[record.name] = Peer(record, dealer, opener)
+        self._poller.register(peer.dealer, zmq.POLLIN)
+        self._peers[record.name] = peer
         for topic in record.topics:
             if topic.is_written:
-                self.topics[hash32(topic.name)] = (topic.name, record.name)
+                self.topics[hash32(topic.name)] = (topic.name, record.name, topic.schema_digest)
         self._next_heartbeat = 0.0  # be heard by it at once
 
     def _fence_off(self, instance):
@@ -127,7 +130,7 @@ class Members(Links):
             sent=self.sent.total(), received=self.received.total(), dropped=self.dropped.total(),
             counts=[bus_pb2.TopicCount(topic=EVENT_TOPIC, count=self._num_events)])), self._sealer)
         for peer in self._peers.values():
-            self._beats.sendto(beat, peer.heartbeat)
+            self._send_udp(self._beats, beat, peer.heartbeat)
 
     def _take_heartbeat(self, data):
         control = self._open(data, self._keys and self._unseal)
@@ -150,7 +153,7 @@ class Members(Links):
     def _answer_clock(self, peer, sent_ns):
         """What a node on another machine needs to compare the clocks."""
         now_ns = time.monotonic_ns()
-        self._beats.sendto(self._wrap(bus_pb2.Control(clock_echo=bus_pb2.ClockEcho(
+        self._send_udp(self._beats, self._wrap(bus_pb2.Control(clock_echo=bus_pb2.ClockEcho(
             name=self.name, instance=self.instance, heartbeat_sent_ns=sent_ns, received_ns=now_ns,
             answered_ns=now_ns)), self._sealer), peer.heartbeat)
 

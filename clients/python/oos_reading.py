@@ -6,7 +6,7 @@ import time
 
 from oos_envelope import LATEST, STATE, hash32, read_envelope
 from oos_members import EVENT_TOPIC, Members
-from oos_topics import TYPES, matches, merge_parts, rule_of
+from oos_topics import TYPES, digest_of, matches, merge_parts, rule_of
 from proto import bus_pb2
 
 ASK_AGAIN_S, BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.3, 0.2, 0.05
@@ -102,9 +102,16 @@ class Reading(Members):
             peer.repaired_s = now
             self._acknowledge(peer, True)
 
+    def _decode(self, topic, payload):
+        """The message; None, and counted, when the bytes are none of the topic's type."""
+        try:
+            return TYPES[rule_of(topic)["type"]].FromString(payload)
+        except Exception:  # DecodeError moves between versions of protobuf
+            self.refused += 1
+            return None
+
     def _take_state(self, peer, entry):
-        if self._wants(entry.topic):
-            body = TYPES[rule_of(entry.topic)["type"]].FromString(entry.value)
+        if self._wants(entry.topic) and (body := self._decode(entry.topic, entry.value)) is not None:
             self._inbox.append(Message(entry.topic, peer.record.name, entry.version, body, entry.key))
 
     def _take_data(self, data):
@@ -113,23 +120,32 @@ class Reading(Members):
             self.refused += 1
             return
         envelope, payload = found
-        topic, writer = self.topics.get(envelope.topic, (None, None))
-        age = (envelope.boot, envelope.sequence)
-        if topic is None or not self._wants(topic) or age <= self._newest.get(topic, (0, 0)):
-            return  # overtaken by a newer one, or a repetition
-        parts = self._partial.setdefault(topic, {})
-        if parts.get("age", age) > age:
+        topic, writer, digest = self.topics.get(envelope.topic, (None, None, None))
+        if topic is None or not self._wants(topic):
             return
-        if parts.get("age") != age:
-            parts.clear()
-            parts["age"] = age
-        parts[envelope.part] = TYPES[rule_of(topic)["type"]].FromString(payload)
-        if len(parts) == envelope.parts + 1:
+        # Another schema than this client's is the writer's own, which the registry found to get along with it.
+        if envelope.digest != digest and envelope.digest != digest_of(topic):
+            self.refused += 1
+            return
+        age = (envelope.boot, envelope.sequence)
+        partial_age, num_parts, parts = self._partial.get(topic, ((0, 0), 0, {}))
+        if age <= self._newest.get(topic, (0, 0)) or age < partial_age:
+            return  # overtaken by a newer one, or a repetition
+        if age > partial_age:
+            num_parts, parts = envelope.parts, {}
+        if envelope.parts != num_parts:
+            self.refused += 1
+            return
+        if (body := self._decode(topic, payload)) is None:
+            return
+        parts[envelope.part] = body
+        self._partial[topic] = age, num_parts, parts
+        if len(parts) == num_parts:
             newest = self._newest.get(topic, age)
             if newest[0] == envelope.boot:
                 self.dropped[topic] += max(0, envelope.sequence - newest[1] - 1)
             self.received[topic] += 1
             self._newest[topic] = age
-            body = merge_parts([parts[i] for i in range(envelope.parts)])
+            body = merge_parts([parts[i] for i in range(num_parts)])
             del self._partial[topic]
             self._inbox.append(Message(topic, writer, envelope.sequence, body, "", envelope.publish_ns))

@@ -12,6 +12,8 @@ import sys
 
 from google.protobuf import descriptor
 
+from oos_envelope import hash32
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "build/release/clients/stubs"))
 import proto  # noqa: E402
@@ -55,6 +57,15 @@ def rule_of(topic):
         if matches(rule["pattern"], topic):
             return rule
     raise ValueError(f"no rule in clients/topics.json matches topic '{topic}'")
+
+
+@functools.lru_cache(maxsize=None)
+def digest_of(topic):
+    """The digest of the schema that this client expects there; None of a topic that it does not know."""
+    try:
+        return hash32(canonical(TYPES[rule_of(topic)["type"]].DESCRIPTOR))
+    except (KeyError, ValueError):
+        return None
 
 
 def merge_parts(parts):

@@ -35,10 +35,10 @@ class Writing(Reading):
         readers = [peer for peer in self._peers.values() if peer.is_alive and (
             any(t.name == topic and not t.is_written for t in peer.record.topics) or
             any(matches(pattern, topic) for pattern in peer.record.observed_patterns))]
-        for peer in readers:
-            self._data.sendto(data, peer.data)
-        self.sent[topic] += len(readers)
-        return len(readers)
+        num_sent = sum(self._send_udp(self._data, data, peer.data) for peer in readers)
+        self.sent[topic] += num_sent
+        self.dropped[topic] += len(readers) - num_sent
+        return num_sent
 
     def _append(self, event):
         self._num_events += 1

@@ -14,9 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 
 core::Result<std::vector<std::uint8_t>> ReadBytes(const fs::path& path) {
+  std::error_code error;
+  const bool is_file = fs::is_regular_file(path, error);  // reading a folder throws
   std::ifstream file(path, std::ios::binary);
-  std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad()) {
+  std::vector<std::uint8_t> bytes;
+  if (is_file) bytes.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  if (!is_file || !file.is_open() || file.bad()) {
     return core::Fail(core::ErrorCode::kIo, path.string() + " cannot be read; does it exist, and is it readable?");
   }
   return bytes;

@@ -35,6 +35,11 @@ core::Result<void> CheckPrivate(const Path& path) {
     return core::Fail(core::ErrorCode::kNotFound,
                       "there is no " + path.string() + "; 'oos run' makes a run's key directory, keys/ in its folder");
   }
+  if (info.st_uid != geteuid()) {  // who could change it any time
+    return core::Fail(core::ErrorCode::kInvalidInput, path.string() + " belongs to user " +
+                                                          std::to_string(info.st_uid) + "; take keys that user " +
+                                                          std::to_string(geteuid()) + " made, or chown them");
+  }
   if ((info.st_mode & 077) == 0) return {};
   return core::Fail(core::ErrorCode::kInvalidInput,
                     path.string() + " can be read by others; keys need chmod 700 (directory) and 600 (files)");

@@ -38,7 +38,7 @@ struct Keys {
 core::Result<void> MakeKeys(const std::filesystem::path& directory, const std::vector<std::string>& names);
 
 // The keys of a node of that name: of its own, or of the longest beginning of its name that ends before a '-'. Refuses
-// files that others can read.
+// files that others can read, or that belong to another user.
 core::Result<Keys> LoadKeys(const std::filesystem::path& directory, const std::string& node_name);
 
 // Whether a key of one name is good for a node of the other.

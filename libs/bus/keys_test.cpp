@@ -83,6 +83,27 @@ TEST_F(KeyDirectory, IsRefusedWhenOthersCanReadIt) {
   EXPECT_TRUE(LoadKeys(keys, "a").has_value());
 }
 
+TEST_F(KeyDirectory, IsRefusedWhenItBelongsToAnotherUser) {
+  if (geteuid() != 0) {  // who cannot give files away finds others' at the root
+    const auto loaded = LoadKeys("/", "a");
+    ASSERT_FALSE(loaded.has_value());
+    EXPECT_NE(loaded.error().detail.find("belongs to user 0"), std::string::npos) << loaded.error().detail;
+    return;
+  }
+  constexpr uid_t kStranger = 65534;
+  const auto keys = folder_ / "keys";
+  ASSERT_TRUE(MakeKeys(keys, {"a"}).has_value());
+  for (const auto& path : {keys, keys / "allowed", keys / "a.key"}) {
+    ASSERT_EQ(chown(path.c_str(), kStranger, kStranger), 0);
+    const auto loaded = LoadKeys(keys, "a");
+    ASSERT_FALSE(loaded.has_value()) << path;
+    EXPECT_NE(loaded.error().detail.find(path.string() + " belongs to user 65534"), std::string::npos)
+        << loaded.error().detail;
+    ASSERT_EQ(chown(path.c_str(), 0, 0), 0);
+  }
+  EXPECT_TRUE(LoadKeys(keys, "a").has_value());
+}
+
 TEST_F(KeyDirectory, DamagedFilesAreNamed) {
   const auto keys = folder_ / "keys";
   ASSERT_TRUE(MakeKeys(keys, {"a"}).has_value());

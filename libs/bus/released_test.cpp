@@ -6,23 +6,28 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "proto/bulk.pb.h"
 #include "proto/bus.pb.h"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
+#include "proto/recording.pb.h"
 
 namespace bus {
 namespace {
 
 using google::protobuf::Descriptor;
 using google::protobuf::FieldDescriptor;
+using google::protobuf::FileDescriptor;
 
 constexpr const char* kRelease = VR_OOS_SOURCE_DIR "/proto/released/1.txt";
 
@@ -49,13 +54,22 @@ void List(const Descriptor& message, Listing* listing) {
   for (int i = 0; i < message.nested_type_count(); ++i) List(*message.nested_type(i), listing);
 }
 
+Listing ListFile(const FileDescriptor& file) {
+  Listing listing;
+  for (int i = 0; i < file.message_type_count(); ++i) List(*file.message_type(i), &listing);
+  return listing;
+}
+
+std::vector<const FileDescriptor*> Files() {
+  return {oos::BulkMessage::descriptor()->file(), oos::Control::descriptor()->file(),
+          oos::DeviceState::descriptor()->file(), oos::HapticProxy::descriptor()->file(),
+          oos::LogicStatus::descriptor()->file(), oos::PhysicsState::descriptor()->file(),
+          oos::TakenSample::descriptor()->file()};
+}
+
 Listing ListAll() {
   Listing listing;
-  for (const Descriptor* any :
-       {oos::Control::descriptor(), oos::DeviceState::descriptor(), oos::HapticProxy::descriptor(),
-        oos::LogicStatus::descriptor(), oos::PhysicsState::descriptor()}) {
-    for (int i = 0; i < any->file()->message_type_count(); ++i) List(*any->file()->message_type(i), &listing);
-  }
+  for (const FileDescriptor* file : Files()) listing.merge(ListFile(*file));
   return listing;
 }
 
@@ -95,6 +109,22 @@ TEST(Released, WhatIsOnTheWireKeepsItsMeaning) {
   const Listing released = Read(in);
   ASSERT_GT(released.size(), 100u) << kRelease;
   for (const std::string& line : FindBreaks(released, now)) ADD_FAILURE() << line;
+}
+
+TEST(Released, HoldsEveryFileOfProto) {
+  std::ifstream in(kRelease);
+  const Listing released = Read(in);
+  std::set<std::string> held;
+  for (const FileDescriptor* file : Files()) {
+    for (const auto& [field, text] : ListFile(*file)) {
+      if (released.count(field) != 0) held.insert(file->name());
+    }
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(VR_OOS_SOURCE_DIR "/proto")) {
+    const std::string name = "proto/" + entry.path().filename().string();
+    if (entry.path().extension() != ".proto" || name == "proto/foxglove.proto") continue;  // Foxglove's, not ours
+    EXPECT_EQ(held.count(name), 1u) << name << " can be changed without notice: list it here and in " << kRelease;
+  }
 }
 
 TEST(Released, BreaksAreNamedAndAdditionsAreNot) {

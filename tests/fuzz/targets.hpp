@@ -27,6 +27,7 @@ void FuzzStep(Input input);            // step.cpp
 void FuzzLab(Input input);             // lab.cpp
 void FuzzKeys(Input input);            // keys.cpp
 void FuzzTolerance(Input input);       // tolerance.cpp
+void FuzzBulk(Input input);            // bulk.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -51,6 +52,7 @@ inline constexpr std::array kTargets = {
     NamedTarget{"lab", FuzzLab},
     NamedTarget{"keys", FuzzKeys},
     NamedTarget{"tolerance", FuzzTolerance},
+    NamedTarget{"bulk", FuzzBulk},
 };
 
 }  // namespace fuzz

@@ -6,7 +6,6 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tools/oos/lab_session.hpp"
@@ -75,8 +74,9 @@ core::Result<bus::NodeOptions> FindSession(const Arguments& arguments) {
     options.keys = arguments.text("--keys", "");
     options.is_encrypted = !arguments.has("--no_encryption");
   } else {
-    std::ifstream file(SessionFile());
-    const nlohmann::json note = nlohmann::json::parse(file, nullptr, false);
+    const auto text = ReadSessionNote();
+    if (!text && text.error().code == core::ErrorCode::kInvalidInput) return tl::unexpected(text.error());
+    const nlohmann::json note = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
     if (!note.is_object() || !note.contains("registry") || !note.contains("session")) {
       return core::Fail(core::ErrorCode::kNotFound,
                         "no session runs here (" + SessionFile().string() +

@@ -26,7 +26,7 @@ bool WriteKey(const std::filesystem::path& file, const std::vector<std::string>&
 core::Result<std::filesystem::path> KeepKeys(const std::string& run, const Answer& answer) {
   const std::filesystem::path all = SessionFolder() / "lab_keys", folder = all / run;
   std::error_code error;
-  std::filesystem::create_directories(SessionFolder(), error);
+  if (const auto made = MakeSessionFolder(); !made) return tl::unexpected(made.error());
   std::filesystem::remove_all(all, error);
   if (mkdir(all.c_str(), 0700) != 0 || mkdir(folder.c_str(), 0700) != 0) {
     return core::Fail(core::ErrorCode::kIo, "cannot make " + folder.string() + " for the session's keys");

@@ -187,7 +187,7 @@ class Launch {
     if (const auto done = DoAll(write, "cannot write the run folder"); !done) return done;
     if (const auto done = PushKeys(); !done) return done;
     if (const auto done = streams_.Open(plan_.run, roots_, units, &remotes_); !done) return done;
-    NoteSession();
+    if (const auto noted = NoteSession(); !noted) return noted;
     comebacks_.emplace(plan_.run, hosts, &remotes_, &streams_);
     return DoAll(start, "the supervisor does not start");
   }
@@ -219,13 +219,14 @@ class Launch {
   }
 
   // So that `oos topic`, `top` and `set` find the session from here.
-  void NoteSession() {
-    std::error_code error;
-    std::filesystem::create_directories(SessionFolder(), error);
-    std::ofstream(SessionFile()) << "{\"registry\": \"" << plan_.registry << "\", \"session\": \"" << plan_.session
-                                 << "\", \"pid\": " << getpid() << ", \"out\": \"" << wanted_.out.string()
-                                 << "\", \"keys\": \"" << keys_.directory().string() << "\", \"scenario\": \""
-                                 << scenario_.file.string() << "\"}\n";
+  core::Result<void> NoteSession() {
+    const nlohmann::json note = {{"registry", plan_.registry},
+                                 {"session", std::to_string(plan_.session)},
+                                 {"pid", getpid()},
+                                 {"out", wanted_.out.string()},
+                                 {"keys", keys_.directory().string()},
+                                 {"scenario", scenario_.file.string()}};
+    return WriteSessionNote(note.dump() + "\n");
   }
 
   // Takes what the logs tell; `why_` is set when the run cannot go on.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <set>
+#include <sstream>
 
 #include "bus/keys.hpp"
 #include "bus/node.hpp"
@@ -28,21 +28,26 @@ constexpr std::int64_t kLinger_ns = 800'000'000;
 // Tells `topic`, `top` and `set` where the running session is; taken back at the end.
 class SessionNote {
  public:
-  SessionNote(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out,
-              const std::string& keys, const std::filesystem::path& scenario) {
-    std::error_code error;
-    std::filesystem::create_directories(SessionFolder(), error);
-    std::ofstream file(SessionFile());
-    file << "{\"registry\": \"" << endpoint << "\", \"session\": \"" << session << "\", \"pid\": " << getpid()
+  core::Result<void> Write(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out,
+                           const std::string& keys, const std::filesystem::path& scenario) {
+    std::ostringstream note;
+    note << "{\"registry\": \"" << endpoint << "\", \"session\": \"" << session << "\", \"pid\": " << getpid()
          << ", \"out\": \"" << out.string() << "\", \"keys\": \"" << keys << "\", \"scenario\": \"" << scenario.string()
          << "\"}\n";
+    auto written = WriteSessionNote(note.str());
+    is_written_ = written.has_value();
+    return written;
   }
+  SessionNote() = default;
   SessionNote(const SessionNote&) = delete;
   SessionNote& operator=(const SessionNote&) = delete;
   ~SessionNote() {
     std::error_code error;
-    std::filesystem::remove(SessionFile(), error);
+    if (is_written_) std::filesystem::remove(SessionFile(), error);
   }
+
+ private:
+  bool is_written_ = false;
 };
 
 // Fresh keys for the nodes, for the tools ("oos") and for clients that somebody attaches; gone with the run, so that
@@ -136,8 +141,9 @@ class Session {
     }
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
-    note_ =
-        std::make_unique<SessionNote>(registry_->endpoint(), session, options_.out, keys_.directory(), scenario_.file);
+    if (auto noted = note_.Write(registry_->endpoint(), session, options_.out, keys_.directory(), scenario_.file);
+        !noted)
+      return noted;
     return SpawnNodes(session);
   }
 
@@ -293,7 +299,7 @@ class Session {
   std::unique_ptr<bus::Node> node_;
   bus::StateReader<core::LogicStatus>* status_ = nullptr;
   bus::LatestReader<core::DeviceCommand>* command_ = nullptr;
-  std::unique_ptr<SessionNote> note_;
+  SessionNote note_;
   std::set<std::string> expected_;
   std::set<std::string> ready_;
   ProcessGroup group_;  // last member: stopped first

@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -116,8 +115,8 @@ class TextViewer {
 };
 
 nlohmann::json Note() {
-  std::ifstream file(SessionFile());
-  return nlohmann::json::parse(file, nullptr, false);
+  const auto text = ReadSessionNote();
+  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
 }
 
 bool IsSessionHere(const Arguments& arguments) {

@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
-import { LATEST, Node, ruleOf, runningSession } from "../../clients/javascript/oos_bus.mjs";
+import { LATEST, Node, findRule, ruleOf, runningSession } from "../../clients/javascript/oos_bus.mjs";
 import { SceneServer } from "./foxglove_server.mjs";
 import { PageServer } from "./page_server.mjs";
 import { Scene } from "./scene.mjs";
@@ -55,7 +55,9 @@ async function main() {
   foxglove.announce("event", "oos.Event");
   node.on("roster", () => {
     for (const { topics } of node.records()) {
-      for (const topic of topics.filter((one) => one.isWritten)) foxglove.announce(topic.name, ruleOf(topic.name).type);
+      for (const { name } of topics.filter((one) => one.isWritten && findRule(one.name))) {
+        foxglove.announce(name, ruleOf(name).type);
+      }
     }
   });
   // What comes a thousand times a second is looked at thirty times.

@@ -10,6 +10,8 @@ function shiftedAlongX([w, x, y, z, px, py, pz], shift) {
     pz + shift * 2 * (x * z - w * y)];
 }
 
+const isPose = (numbers) => numbers.length === 7 && numbers.every(Number.isFinite);
+
 // Linear to what screens show.
 export const toScreen = (linear) => linear.map((c) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
 const colorOf = (linear) => {
@@ -40,19 +42,25 @@ export class Scene {
     description.hands.forEach((hand, role) => this.#moveHand(role, hand.X_WD, hand.opening_m));
   }
 
+  #has(object) { return object < this.description.objects.length; }
+
   #moveHand(role, X_WP, opening) {
     this.description.objects.forEach((object, i) => {
       if (object.role_index === role) this.poses[i] = shiftedAlongX(X_WP, JAW_SIDE[object.part] * opening);
     });
   }
 
-  // Takes a message of the bus; true when the look of an entity has changed, not only its place.
+  // Takes a message of the bus; true when the look of an entity has changed, not only its place. What is said of objects
+  // that the scenario does not have is passed over.
   apply({ topic, body }) {
     if (topic === "physics/state") {
-      body.object.forEach((object, i) => { this.poses[object] = body.xWo.slice(7 * i, 7 * i + 7); });
-    } else if (topic.startsWith("haptic/") && topic.endsWith("/proxy")) {
+      body.object.forEach((object, i) => {
+        const pose = body.xWo.slice(7 * i, 7 * i + 7);
+        if (this.#has(object) && isPose(pose)) this.poses[object] = pose;
+      });
+    } else if (topic.startsWith("haptic/") && topic.endsWith("/proxy") && isPose(body.xWc)) {
       this.#moveHand(body.roleIndex, body.xWc, body.openingM);
-    } else if (topic.startsWith("physics/sheet/")) {
+    } else if (topic.startsWith("physics/sheet/") && this.#has(body.object)) {
       this.sheets.set(body.object, { numColumns: body.numColumns, positions: body.pW });
     } else if (topic === "logic/status") {
       for (const { object, red, green, blue } of body.lamps) this.lamps.set(object, [red, green, blue]);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bus/bulk.hpp"
 #include "bus/codec.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/history.hpp"
@@ -16,8 +17,10 @@
 #include "bus/log/mcap_writer.hpp"
 #include "bus/schema.hpp"
 #include "physics/checkpoint_file.hpp"
+#include "proto/bulk.pb.h"
 #include "replay/fields.hpp"
 #include "replay/step_codec.hpp"
+#include "tests/fuzz/bulk_blocks.hpp"
 
 // write_fuzz_seeds FOLDER: real messages and files as first inputs of the fuzzers, made by the code that writes them in
 // a run. Texts come from scenarios/.
@@ -269,6 +272,48 @@ void WriteKeys(const std::filesystem::path& folder) {
   std::filesystem::remove_all(keys);
 }
 
+void WriteBulk(const std::filesystem::path& folder) {
+  constexpr std::uint8_t kSmallOwner = 0, kLargeOwner = 1, kAsker = 2, kOffer = 3, kFolder = 4;
+  constexpr std::uint64_t kChunkBytes = std::uint64_t{64} << 10;
+  const std::string small = bus::BulkHash(fuzz::SmallBlock()), large = bus::BulkHash(fuzz::LargeBlock());
+  const auto chunk = [](const std::string& hash, std::uint64_t offset, const std::string& data) {
+    oos::BulkMessage message;
+    message.mutable_chunk()->set_hash(hash);
+    message.mutable_chunk()->set_offset(offset);
+    message.mutable_chunk()->set_data(data);
+    return message.SerializeAsString();
+  };
+  const auto request = [](const std::string& hash, std::uint64_t offset) {
+    oos::BulkMessage message;
+    message.mutable_request()->set_hash(hash);
+    message.mutable_request()->set_offset(offset);
+    return message.SerializeAsString();
+  };
+  const auto keep = [&folder](const std::string& name, std::uint8_t kind, const std::vector<std::string>& pieces) {
+    Bytes input{kind};
+    for (const std::string& piece : pieces) AppendPiece(piece, &input);
+    Keep(folder, name, input);
+  };
+  const auto keep_text = [&folder](const std::string& name, std::uint8_t kind, const std::string& text) {
+    Bytes input{kind};
+    input.insert(input.end(), text.begin(), text.end());
+    Keep(folder, name, input);
+  };
+  oos::BulkMessage no;
+  no.mutable_chunk()->set_hash(small);
+  no.mutable_chunk()->set_why("not any more");
+  keep("chunk", kSmallOwner, {chunk(small, 0, "mesh")});
+  keep("chunk_of_another_content", kSmallOwner, {chunk(small, 0, "hsem"), no.SerializeAsString()});
+  keep("last_chunk", kLargeOwner, {chunk(large, kChunkBytes, "mesh"), chunk(large, 2 * kChunkBytes, "mesh")});
+  keep("requests", kAsker, {request(large, 0), request(large, kChunkBytes), request(small, 0)});
+  std::string offer;
+  bus::EncodeState(bus::BulkOffer{"scenario/scenario.xml", small, 4, "tcp://127.0.0.1:4000"}, &offer);
+  keep_text("offer", kOffer, offer);
+  keep_text("folder", kFolder, "scenario.xml\nmeshes/module.obj\n");
+  keep_text("folder_above", kFolder, "meshes/../../outside\n");
+  keep_text("folder_elsewhere", kFolder, "/tmp/outside\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -286,5 +331,6 @@ int main(int argc, char** argv) {
   WriteSealed(corpus / "sealed");
   WriteSteps(corpus / "step");
   WriteKeys(corpus / "keys");
+  WriteBulk(corpus / "bulk");
   return 0;
 }

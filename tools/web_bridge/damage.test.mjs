@@ -1,0 +1,83 @@
+// The bridge goes on whatever a node of the session says. Environment variable CLIENTS_PEER: a registry and a node.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { createInterface } from "node:readline";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import protocol from "@foxglove/ws-protocol";
+import WebSocket from "ws";
+import { LATEST, Node, digestOf, hash32, message, typeOf, writeEnvelope } from "../../clients/javascript/oos_bus.mjs";
+
+const PATIENCE = { signal: AbortSignal.timeout(100_000) };
+const HAND = "device/left/state";
+const SHEETS = new Map([["physics/sheet/flag", 0], ["physics/sheet/ghost", 1000]]);  // object, which may not be there
+
+// A scenario of one object, as `oos check --json` tells it.
+const DESCRIPTION = { name: "one", title: "One", steps: [], hands: [], meshes: [],
+  objects: [{ name: "ball", mesh: 0, sheet_color: [1, 1, 1], X_WO: [1, 0, 0, 0, 0, 0, 0] }] };
+
+async function firstLineOf(child) {
+  const [line] = await once(createInterface({ input: child.stdout }), "line", PATIENCE);
+  return JSON.parse(line);
+}
+
+test("a payload that is none, or about nothing, does not end the bridge", PATIENCE, async (t) => {
+  const folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
+  const oos = path.join(folder, "oos");
+  writeFileSync(oos, `#!/bin/sh\necho '${JSON.stringify(DESCRIPTION)}'\n`, { mode: 0o700 });
+  const peer = spawn(process.env.CLIENTS_PEER, [], { stdio: ["ignore", "pipe", "inherit"] });
+  const children = [peer];
+  t.after(() => {
+    for (const child of children) child.kill("SIGKILL");
+    rmSync(folder, { recursive: true });
+  });
+  const where = await firstLineOf(peer);
+  const bridge = spawn(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), folder, "--oos", oos,
+    "--registry", where.registry, "--session", where.session, "--websocket_port", "0", "--page_port", "0"],
+  { stdio: ["ignore", "pipe", "inherit"] });
+  children.push(bridge);
+  const { websocket } = await firstLineOf(bridge);
+
+  const node = new Node({ name: "client", registry: where.registry, session: BigInt(where.session), keys: null,
+    isObserver: false });
+  t.after(() => node.close());
+  for (const topic of [HAND, ...SHEETS.keys()]) node.advertise(topic);
+  await node.start();
+
+  // Whoever looks on makes the bridge read what it takes.
+  const seen = new Map([[HAND, 0], ["physics/state", 0], ["/viz/transforms", 0], ["/viz/scene", 0]]);
+  const client = new protocol.FoxgloveClient({
+    ws: new WebSocket(websocket, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
+  const topics = new Map();
+  client.on("error", () => {});  // the bridge's end is told below
+  client.on("advertise", (channels) => {
+    for (const { id, topic } of channels.filter((one) => seen.has(one.topic))) topics.set(client.subscribe(id), topic);
+  });
+  client.on("message", ({ subscriptionId }) => {
+    const topic = topics.get(subscriptionId);
+    seen.set(topic, seen.get(topic) + 1);
+  });
+
+  const digest = digestOf(typeOf("oos.DeviceState"));
+  const garbage = () => writeEnvelope({ ...node._stamp(), topicClass: LATEST, topic: hash32(HAND), digest,
+    sequence: node._sequences.get(HAND) + 1n }, Buffer.from([255, 255, 255]));
+  const speaking = setInterval(() => {
+    node._sendToReaders(HAND, garbage());
+    node.publish(HAND, message(HAND, { isEngaged: true }));
+    for (const [topic, object] of SHEETS) node.publish(topic, message(topic, { object, numColumns: 1, pW: [0, 0, 0] }));
+  }, 10);
+  t.after(() => clearInterval(speaking));
+  let code = "it goes on";
+  bridge.once("exit", (status) => { code = `it ended with ${status}`; });
+  while (code === "it goes on" && [...seen.values()].some((count) => count < 5)) {
+    PATIENCE.signal.throwIfAborted();
+    await new Promise(setImmediate);
+  }
+  assert.equal(code, "it goes on", JSON.stringify([...seen]));
+  client.close();
+});
