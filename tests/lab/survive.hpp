@@ -66,6 +66,11 @@ class SurviveTest : public LabTest {
         40.0);
   }
 
+  // The same of a contact that has only just begun, and is not about to end by the hand's own doing.
+  bool UntilFeltAnew(double lasting_s) {
+    return Until([&] { return watch_->force_N() < kFelt_N; }, 40.0) && UntilFelt(lasting_s);
+  }
+
   // The machine's process of that program (and verb, of `oos`), as seen from outside; 0: none.
   static pid_t Find(const std::string& machine, const std::string& program, const std::string& verb = "") {
     std::error_code error;
@@ -81,6 +86,14 @@ class SurviveTest : public LabTest {
       return std::stoi(entry.path().filename().string());
     }
     return 0;
+  }
+
+  // SIGKILL; returns when. The clock is read afterwards, lest a test that is held up in between count the time against
+  // the node.
+  static std::int64_t Kill(pid_t process) {
+    EXPECT_GT(process, 0) << "there is no process to kill";
+    if (process > 0) kill(process, SIGKILL);
+    return core::MonotonicNow_ns();
   }
 
   // A living peer of that name, and another life of it than `instance`.
@@ -176,7 +189,7 @@ class SurviveTest : public LabTest {
     std::printf("  %s: force zero after %.0f ms, felt again after %.2f s\n", what.c_str(), 1e3 * GoneAfter_s(hit_ns),
                 BackAfter_s(hit_ns));
   }
-  // A force that fades is zero after 60 ms; the hand's own movements are slower than the time that is looked at.
+  // A force that fades is zero after 60 ms; a contact that has only just begun lasts longer than what is looked at.
   void ExpectForceStays(const std::string& what, std::int64_t hit_ns) const {
     const double before_N = LargestForce_N(hit_ns, -0.1, 0.0);
     EXPECT_GT(before_N, 1.0) << what << ": there was no contact to keep";

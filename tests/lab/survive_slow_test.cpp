@@ -37,25 +37,42 @@ void SlowDown(pid_t process, double seconds) {
 
 class SurviveBlow : public SurviveTest, public testing::WithParamInterface<Blow> {
  protected:
+  // Returns when, as Kill does.
+  static std::int64_t Stop(pid_t process) {
+    kill(process, SIGSTOP);
+    return core::MonotonicNow_ns();
+  }
+  // From `since_ns` until somebody on the bus found the node; until now when nobody had lost it.
+  [[nodiscard]] double FoundAfter_s(const std::string& node, std::int64_t since_ns) const {
+    for (const BusWatch::Heard& one : watch_->heard()) {
+      if (one.event.name != "node_found" || one.event.detail != node || one.time_ns < since_ns) continue;
+      return 1e-9 * static_cast<double>(one.time_ns - since_ns);
+    }
+    return Since_s(since_ns);
+  }
   // Returns when.
   std::int64_t Hit(const std::string& node) {
     const pid_t process = Find(MachineOf(node), node);
     EXPECT_GT(process, 0) << node;
     if (process <= 0) return 0;
     const std::uint64_t instance = InstanceOf(node);
-    const std::int64_t hit_ns = core::MonotonicNow_ns();
     if (GetParam() == Blow::kSlow) {
+      const std::int64_t begin_ns = core::MonotonicNow_ns();
       SlowDown(process, 1.0);
-      return hit_ns;
+      return begin_ns;
     }
-    kill(process, GetParam() == Blow::kKill ? SIGKILL : SIGSTOP);
+    const std::int64_t hit_ns = GetParam() == Blow::kKill ? Kill(process) : Stop(process);
     if (GetParam() == Blow::kStop) {
       Until([&] { return Since_s(hit_ns) > 1.0; });
       kill(process, SIGCONT);
     }
     EXPECT_TRUE(Until([&] { return IsBack(node, GetParam() == Blow::kKill ? instance : 0); })) << launcher_->out();
-    std::printf("  %s, %s: back after %.2f s\n", node.c_str(), testing::PrintToString(GetParam()).c_str(),
-                Since_s(hit_ns));
+    const double back_s = FoundAfter_s(node, hit_ns);
+    std::printf("  %s, %s: back after %.2f s\n", node.c_str(), testing::PrintToString(GetParam()).c_str(), back_s);
+    const bool is_force = node == "haptic_node" || node == "physics_node";
+    if (GetParam() == Blow::kKill && is_force) {
+      EXPECT_LE(back_s, 1.0) << node;
+    }
     return hit_ns;
   }
 };
@@ -65,8 +82,10 @@ TEST_P(SurviveBlow, EachNodeInTurn) {
   StartRun("survive_blow_" + std::to_string(static_cast<int>(GetParam())), {});
   if (HasFatalFailure()) return;
   std::map<std::string, std::int64_t> hits_ns;
-  for (const char* node : {"device_bridge", "logic_node", "visual_node", "haptic_node", "physics_node"}) {
-    ASSERT_TRUE(UntilFelt(0.12)) << "before " << node << "\n" << launcher_->out();
+  for (const std::string node : {"device_bridge", "logic_node", "visual_node", "haptic_node", "physics_node"}) {
+    const bool costs_no_force = node == "logic_node" || node == "visual_node";
+    ASSERT_TRUE(costs_no_force ? UntilFeltAnew(0.12) : UntilFelt(0.12)) << "before " << node << "\n"
+                                                                        << launcher_->out();
     hits_ns[node] = Hit(node);
   }
   if (GetParam() != Blow::kSlow) {
@@ -98,8 +117,7 @@ TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedI
     const std::string step = steps[static_cast<std::size_t>(attempt) % steps.size()];
     ASSERT_TRUE(Until([&] { return watch_->step() == step; }, 60.0)) << launcher_->out();
     ASSERT_TRUE(UntilFelt()) << launcher_->out();
-    const std::int64_t killed_ns = core::MonotonicNow_ns();
-    kill(Find("beta", "physics_node"), SIGKILL);
+    const std::int64_t killed_ns = Kill(Find("beta", "physics_node"));
     ASSERT_TRUE(Until([&] { return watch_->physics_heard_ns() > killed_ns + 50'000'000; }, 20.0)) << launcher_->out();
     back_s.push_back(1e-9 * static_cast<double>(watch_->physics_heard_ns() - killed_ns));
     watch_.reset();
@@ -126,8 +144,7 @@ TEST_F(SurviveSlow, ARegistryThatIsKilledCostsNoForce) {
   ASSERT_TRUE(UntilFelt(0.12));
   const pid_t registry = Find("beta", "oos", "registry");
   ASSERT_GT(registry, 0);
-  const std::int64_t hit_ns = core::MonotonicNow_ns();
-  kill(registry, SIGKILL);
+  const std::int64_t hit_ns = Kill(registry);
   ASSERT_TRUE(Until([&] {
     const pid_t again = Find("beta", "oos", "registry");
     return again != 0 && again != registry;
@@ -141,8 +158,7 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
   StartRun("survive_launcher");
   if (HasFatalFailure()) return;
   ASSERT_TRUE(UntilFelt(0.12));
-  const std::int64_t hit_ns = core::MonotonicNow_ns();
-  kill(launcher_->pid(), SIGKILL);
+  const std::int64_t hit_ns = Kill(launcher_->pid());
   WaitForEnd(launcher_.get());
   EXPECT_TRUE(watch_->WaitUntilFinal(60.0)) << "in step " << watch_->step();
   watch_.reset();
@@ -158,21 +174,47 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
 TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
   const std::string lab = WriteLab("survive_disk", OnThree(), "run_folder=\"/mnt/vr_oos\"", "min_free_MB=\"1\"");
   for (const char* machine : {"alpha", "beta", "gamma"}) {
-    // mkdir on the disk that all share: once is enough.
     const oos::Answer made = Run(machines_->On(
         machine, {"sh", "-c", "mountpoint -q /mnt || mount -t tmpfs -o size=400m tmpfs /mnt; mkdir -p /mnt/vr_oos"}));
     ASSERT_EQ(made.status, 0) << made.err;
   }
-  StartRun("survive_disk", {"--without", "visual_node", "--record", Folder("survive_disk_recorded").string()}, lab);
+  const std::filesystem::path recorded = Folder("survive_disk_recorded");
+  StartRun("survive_disk", {"--without", "visual_node", "--record", recorded.string()}, lab);
   if (HasFatalFailure()) return;
+  // All but the last 40 MB at once and beforehand, so that the disk is full within milliseconds and during a contact.
+  const oos::Answer most = Run(machines_->On(
+      "beta",
+      {"sh", "-c",
+       "free_kB=$(df -k --output=avail /mnt | tail -n 1); fallocate -l $(((free_kB - 40000) * 1024)) /mnt/most"}));
+  ASSERT_EQ(most.status, 0) << most.err;
   ASSERT_TRUE(UntilFelt(0.12));
-  const std::int64_t hit_ns = core::MonotonicNow_ns();
-  Run(machines_->On("beta", {"sh", "-c", "cat /dev/zero >/mnt/others 2>/dev/null; :"}));
-  ASSERT_TRUE(Until([&] { return Since_s(hit_ns) > 3.0; }));
-  Run(machines_->On("beta", {"rm", "/mnt/others"}));
+  const std::size_t said_before = launcher_->out().size();
+  const oos::Answer rest = Run(machines_->On("beta", {"sh", "-c", "cat /dev/zero >/mnt/rest"}));
+  const std::int64_t full_ns = core::MonotonicNow_ns();
+  EXPECT_NE(rest.status, 0);
+  EXPECT_THAT(rest.err, HasSubstr("No space left on device"));
+
+  ASSERT_TRUE(Until([&] { return Since_s(full_ns) > 3.0; }));
+  const std::string said = launcher_->out().substr(said_before);
+  EXPECT_THAT(said, HasSubstr("exited: recorder"));
+  EXPECT_THAT(said, testing::ContainsRegex("checkpoint .*/physics_node.checkpoint: cannot be written"));
+  EXPECT_THAT(said, HasSubstr("logic_node.checkpoint cannot be written"));
+  EXPECT_THAT(said, testing::Not(HasSubstr("force_faded")));
+
+  const auto room_again = std::filesystem::file_time_type::clock::now();
+  Run(machines_->On("beta", {"rm", "/mnt/most", "/mnt/rest"}));
   FinishRun();
-  ExpectForceStays("disk full", hit_ns);
-  std::printf("%s\n", launcher_->out().c_str());
+  ExpectForceStays("disk full", full_ns);
+  for (const char* node : {"physics_node", "logic_node"}) {
+    EXPECT_GT(std::filesystem::last_write_time(out_ / (std::string(node) + ".checkpoint")), room_again) << node;
+  }
+  EXPECT_GT(std::filesystem::file_size(recorded / "run.mcap"), 0u);
+  std::uintmax_t second_part_bytes = 0;  // tries for which there was no room left empty files
+  for (const auto& entry : std::filesystem::directory_iterator(recorded)) {
+    const bool is_later = entry.path().filename().string().rfind("run-", 0) == 0;
+    if (is_later) second_part_bytes = std::max(second_part_bytes, entry.file_size());
+  }
+  EXPECT_GT(second_part_bytes, 1'000'000u) << launcher_->out();
 }
 
 class SurviveReboot : public SurviveTest, public testing::WithParamInterface<const char*> {};
@@ -184,8 +226,7 @@ TEST_P(SurviveReboot, TheHostsPartComesBackAndTheProcedureIsFinished) {
   ASSERT_TRUE(UntilFelt(0.12));
   const pid_t first_process = std::stoi(FirstWord(machines_->folder() / (machine + ".pid")));
   const std::int64_t clock_ns = ClockOf("alpha");
-  const std::int64_t hit_ns = core::MonotonicNow_ns();
-  kill(first_process, SIGKILL);
+  const std::int64_t hit_ns = Kill(first_process);
   ASSERT_TRUE(WaitFor(launcher_.get(), "host " + machine + " is back")) << launcher_->out();
   std::printf("  %s is back after %.2f s\n", machine.c_str(), Since_s(hit_ns));
   FinishRun(240.0);

@@ -16,8 +16,7 @@ TEST_F(Survive, PhysicsThatIsKilledCostsTheForceFor60msAndComesBackFromItsCheckp
   const std::uint64_t tick = watch_->physics_tick();
   ASSERT_GT(physics, 0);
   ASSERT_GT(tick, 0u);
-  const std::int64_t killed_ns = core::MonotonicNow_ns();
-  kill(physics, SIGKILL);
+  const std::int64_t killed_ns = Kill(physics);
   ASSERT_TRUE(Until([&] { return watch_->physics_heard_ns() > killed_ns + 50'000'000; }, 20.0)) << launcher_->out();
   const double back_s = 1e-9 * static_cast<double>(watch_->physics_heard_ns() - killed_ns);
   EXPECT_GT(watch_->physics_tick() + 1000, tick) << "it began anew, and did not go on from a checkpoint";

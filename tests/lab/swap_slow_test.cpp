@@ -36,7 +36,7 @@ class Swap : public SurviveTest {
   // A viewer of the running session, started where the launcher stands; returns when it has the whole scene.
   struct Viewer {
     std::unique_ptr<oos::PipedChild> child;
-    double whole_after_s = -1.0;
+    double whole_after_s = -1.0;  // negative: it never had
   };
   Viewer View(std::vector<std::string> more) {
     more.insert(more.begin(), {"view"});
@@ -49,14 +49,15 @@ class Swap : public SurviveTest {
     const bool is_text = more.size() > 1 && more[1] == "--text";
     const std::string name = "visual_node-" + std::to_string(viewer.child->pid());
     // The text names every object once it has them all; a window tells that its first picture is finished.
-    Until(
+    const bool is_whole = Until(
         [&] {
           viewer.child->Poll();
           if (is_text) return viewer.child->out().find("  block ") != std::string::npos;
-          return watch_->HasHeard("ready", name);
+          return watch_->HasHeard("ready", name) && watch_->HasHeard("node_found", name);
         },
         15.0);
-    viewer.whole_after_s = Since_s(begin_ns);
+    EXPECT_TRUE(is_whole) << name << " never had the whole scene\n" << viewer.child->out() << viewer.child->err();
+    if (is_whole) viewer.whole_after_s = Since_s(begin_ns);
     return viewer;
   }
 };
@@ -76,11 +77,14 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
       if (HasFatalFailure()) return;
       while (!is_quiet && watch_->step() != "push_block") {
         Viewer text = View({"--text"});
+        ASSERT_GT(text.whole_after_s, 0.0);
         Viewer window = View({});
+        ASSERT_GT(window.whole_after_s, 0.0);
         text_s.push_back(text.whole_after_s);
         window_s.push_back(window.whole_after_s);
         joined_s.push_back(
             watch_->SecondsBetween("node_found", "ready", "visual_node-" + std::to_string(window.child->pid())));
+        EXPECT_GT(joined_s.back(), 0.0);
         kill(window.child->pid(), SIGKILL);
         kill(text.child->pid(), SIGTERM);
         WaitForEnd(window.child.get());
@@ -99,7 +103,8 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
             return watch_->step() == "push_block" && !steps.empty() && steps.back() == "push_block";
           },
           60.0));
-      EXPECT_EQ(steps, (std::vector<std::string>{"slide", "edge", "push_block"}));  // it joined during the first
+      if (!steps.empty() && steps.front() == "press") steps.erase(steps.begin());  // the watch may join after that
+      EXPECT_EQ(steps, (std::vector<std::string>{"slide", "edge", "push_block"}));
       for (const bus::PeerStatus& peer : watch_->peers()) {
         if (peer.name.find("visual") != std::string::npos) continue;
         EXPECT_EQ(peer.events_dropped, 0u) << peer.name;
@@ -116,6 +121,11 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
       "%.2f s, %.2f s; window, from when it was found on the bus: %.2f s, %.2f s\n",
       text_s.size(), text_s[text_s.size() / 2], text_s.back(), window_s[window_s.size() / 2], window_s.back(),
       joined_s[joined_s.size() / 2], joined_s.back());
+  EXPECT_LE(text_s.back(), 1.0);
+  // Drawing its first picture takes the window most of that. Without a GPU, on two cores that the run needs as well,
+  // its slowest start is known to exceed the second at times: the figure holds for the median, and the maximum is
+  // printed.
+  EXPECT_LE(window_s[window_s.size() / 2], 1.0);
   // A rate, per thousand cycles, with room for what one late cycle more means.
   EXPECT_LE(swapped.haptic / swapped.cycles, quiet.haptic / quiet.cycles + 1e-4);
   EXPECT_LE(swapped.physics / swapped.cycles, quiet.physics / quiet.cycles + 1e-4);

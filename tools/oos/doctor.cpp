@@ -1,11 +1,7 @@
-#include <sched.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,7 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "picture/glyph_atlas.hpp"
 #include "tools/oos/attach.hpp"
+#include "tools/oos/doctor_limits.hpp"
 #include "tools/oos/doctor_network.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -31,32 +29,6 @@ Finding CheckCores() {
   }
   return {"cores", Grade::kFail, "1 core: the haptic and the physics loop cannot run beside each other",
           "use 2 cores or more"};
-}
-
-Finding CheckRealTimePriority() {
-  // Tried for real and given back at once: limits alone do not tell whether a container allows it.
-  const sched_param before{};
-  sched_param wanted{};
-  wanted.sched_priority = 50;
-  if (sched_setscheduler(0, SCHED_FIFO, &wanted) == 0) {
-    sched_setscheduler(0, SCHED_OTHER, &before);
-    return {"realtime", Grade::kOk, "real-time priority (SCHED_FIFO 50) is allowed", ""};
-  }
-  return {"realtime", Grade::kWarn, std::string("no real-time priority: ") + std::strerror(errno),
-          "add '@realtime - rtprio 95' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
-          "--cap-add SYS_NICE"};
-}
-
-Finding CheckMemoryLock() {
-  rlimit limit{};
-  getrlimit(RLIMIT_MEMLOCK, &limit);
-  constexpr rlim_t kEnough = 512UL << 20;
-  if (geteuid() == 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= kEnough) {
-    return {"memlock", Grade::kOk, "memory can be locked", ""};
-  }
-  return {"memlock", Grade::kWarn,
-          "only " + std::to_string(limit.rlim_cur >> 10) + " kB can be locked: page faults cost cycles",
-          "add '@realtime - memlock unlimited' to /etc/security/limits.d/realtime.conf"};
 }
 
 Finding CheckClockSource() {
@@ -102,15 +74,17 @@ Finding CheckDrawing() {
   return {"drawing", Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
 }
 
-Finding CheckGovernor() {
-  std::string governor;
-  const bool is_known =
-      static_cast<bool>(std::ifstream("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor") >> governor);
-  if (!is_known || governor == "performance") {
-    return {"governor", Grade::kOk, is_known ? "cores keep their speed" : "no scaling of the cores' speed", ""};
+// Loaded as visual_node does it, which writes captions and does not start without.
+Finding CheckFonts() {
+  constexpr int kAnySize_px = 16;
+  for (const bool is_bold : {false, true}) {
+    const auto atlas = picture::GlyphAtlas::Create(kAnySize_px, is_bold);
+    if (atlas) continue;
+    const std::string& detail = atlas.error().detail;  // what is wrong; how to fix it
+    return {"drawing", Grade::kFail, "no captions can be drawn: " + detail.substr(0, detail.find("; ")),
+            "apt-get install fonts-dejavu-core"};
   }
-  return {"governor", Grade::kWarn, "cores change their speed (" + governor + "): cycles come late after idling",
-          "cpupower frequency-set -g performance"};
+  return {"drawing", Grade::kOk, "the font of the captions is here", ""};
 }
 
 Finding CheckCache() {
@@ -144,8 +118,9 @@ bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
 }
 
 int Run(const Arguments& arguments) {
-  std::vector<Finding> findings = {CheckCores(),    CheckRealTimePriority(), CheckMemoryLock(), CheckClockSource(),
-                                   CheckGovernor(), CheckDisplay(),          CheckDrawing(),    CheckCache()};
+  std::vector<Finding> findings = {CheckCores(),   CheckClockSource(), CheckDisplay(),
+                                   CheckDrawing(), CheckFonts(),       CheckCache()};
+  for (Finding& finding : CheckLimits()) findings.push_back(std::move(finding));
   for (Finding& finding : CheckNetwork(arguments)) findings.push_back(std::move(finding));
   bool any_fail = false;
   for (const Finding& finding : findings) {

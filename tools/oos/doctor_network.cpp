@@ -73,20 +73,19 @@ std::vector<Interface> Interfaces() {
   return all;
 }
 
-// What the bus asks for, and what the kernel grants.
-Finding CheckBuffers() {
-  auto socket = bus::detail::UdpSocket::Bind("127.0.0.1");
+// What the kernel grants of what the bus asks for.
+int GrantedBytes(const bus::detail::UdpSocket& socket, int option) {
   int granted = 0;
   socklen_t size = sizeof granted;
-  if (socket) getsockopt(socket->fd(), SOL_SOCKET, SO_RCVBUF, &granted, &size);
-  granted /= 2;  // the kernel doubles what it grants, for its own needs (man 7 socket)
-  if (granted >= bus::detail::kUdpBufferBytes) {
-    return {"buffers", Grade::kOk, "UDP buffers of " + std::to_string(granted >> 10) + " kB", ""};
-  }
-  return {"buffers", Grade::kWarn,
-          "UDP buffers of " + std::to_string(granted >> 10) + " kB only: a node that is held up loses messages",
-          "sysctl -w net.core.rmem_max=" + std::to_string(bus::detail::kUdpBufferBytes) +
-              " net.core.wmem_max=" + std::to_string(bus::detail::kUdpBufferBytes)};
+  getsockopt(socket.fd(), SOL_SOCKET, option, &granted, &size);
+  return granted / 2;  // the kernel doubles what it grants, for its own needs (man 7 socket)
+}
+
+std::vector<Finding> CheckBuffers() {
+  const auto socket = bus::detail::UdpSocket::Bind("127.0.0.1");
+  if (!socket) return {};  // CheckRoundTrip says why
+  return {JudgeBuffer(Buffer::kReceive, GrantedBytes(*socket, SO_RCVBUF)),
+          JudgeBuffer(Buffer::kSend, GrantedBytes(*socket, SO_SNDBUF))};
 }
 
 Finding CheckPorts() {
@@ -175,6 +174,18 @@ Finding JudgeInterface(const Interface& interface) {
               interface.name + " rx 4096"};
 }
 
+Finding JudgeBuffer(Buffer buffer, int granted_bytes) {
+  const bool is_receive = buffer == Buffer::kReceive;
+  const std::string what = std::string("UDP buffers of ") + std::to_string(granted_bytes >> 10) + " kB for " +
+                           (is_receive ? "what comes" : "what goes");
+  if (granted_bytes >= bus::detail::kUdpBufferBytes) return {"buffers", Grade::kOk, what, ""};
+  return {"buffers", Grade::kWarn,
+          what + " only: a node that " + (is_receive ? "is held up" : "says much at once") + " loses messages",
+          std::string("add 'net.core.") + (is_receive ? "rmem_max" : "wmem_max") + " = " +
+              std::to_string(bus::detail::kUdpBufferBytes) +
+              "' to /etc/sysctl.d/50-realtime.conf, then sysctl --system"};
+}
+
 Finding JudgePeer(const bus::PeerStatus& peer) {
   std::uint64_t sent = 0, lost = 0;
   for (const bus::ToldAccount& account : peer.accounts) {
@@ -216,7 +227,7 @@ std::vector<Finding> CheckNetwork(const Arguments& arguments) {
     findings.push_back({"interface", Grade::kFail, "no interface with an IPv4 address is up", "ip link set lo up"});
   }
   findings.push_back(CheckRoundTrip());
-  findings.push_back(CheckBuffers());
+  for (Finding& finding : CheckBuffers()) findings.push_back(std::move(finding));
   findings.push_back(CheckPorts());
   for (Finding& finding : CheckSession(arguments)) findings.push_back(std::move(finding));
   return findings;

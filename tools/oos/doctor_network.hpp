@@ -19,6 +19,10 @@ struct Interface {
 };
 Finding JudgeInterface(const Interface& interface);
 
+// What the kernel grants a UDP socket of the bus, by net.core.rmem_max and net.core.wmem_max.
+enum class Buffer { kReceive, kSend };
+Finding JudgeBuffer(Buffer buffer, int granted_bytes);
+
 // A node of the running session as an observer here sees it: alive, clock, what it lost.
 Finding JudgePeer(const bus::PeerStatus& peer);
 

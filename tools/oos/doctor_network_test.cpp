@@ -21,6 +21,16 @@ TEST(JudgeInterface, LossIsToldWithItsShare) {
   EXPECT_FALSE(finding.remedy.empty());
 }
 
+TEST(JudgeBuffer, EachOfTheTwoLimitsIsTold) {
+  EXPECT_EQ(JudgeBuffer(Buffer::kReceive, 1 << 20).grade, Grade::kOk);
+  EXPECT_EQ(JudgeBuffer(Buffer::kSend, 1 << 20).grade, Grade::kOk);
+  const Finding receive = JudgeBuffer(Buffer::kReceive, 212992), send = JudgeBuffer(Buffer::kSend, 212992);
+  EXPECT_EQ(receive.grade, Grade::kWarn);
+  EXPECT_NE(receive.remedy.find("net.core.rmem_max = 1048576"), std::string::npos) << receive.remedy;
+  EXPECT_EQ(send.grade, Grade::kWarn);
+  EXPECT_NE(send.remedy.find("net.core.wmem_max = 1048576"), std::string::npos) << send.remedy;
+}
+
 bus::PeerStatus Peer() {
   bus::PeerStatus peer;
   peer.name = "haptic_node";

@@ -36,7 +36,7 @@ std::string QuestionsFor(const lab::Lab& lab, const lab::Host& host) {
   // A display number that nobody uses, should a node have to draw on a server of its own.
   script +=
       "n=120; while [ -e /tmp/.X$n-lock ] || [ -e /tmp/.X11-unix/X$n ]; do n=$((n + 1)); done; echo display=:$n\n";
-  std::string tools = "rsync sha256sum tail awk taskset";
+  std::string tools = "rsync sha256sum tail awk taskset ip ss";
   tools += host.supervisor == lab::SupervisorKind::kSystemd ? " systemctl" : " supervisord supervisorctl";
   script += "for t in " + tools + "; do command -v $t >/dev/null || echo missing=$t; done\n";
   script += "ip -4 -o addr show | awk '{ split($4, a, \"/\"); print \"address=\" $2 \" \" a[1] }'\n";
@@ -69,13 +69,15 @@ void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab
   facts->home = answer.value("home");
   facts->display = answer.value("display");
   facts->bind = BindAddress(host, answer);
-  if (facts->bind.empty()) {
+  const std::vector<std::string> missing = answer.values("missing");
+  for (const std::string& tool : missing) {
+    complaints->Add(host.name, tool + " is missing; apt-get install supervisor rsync util-linux iproute2 there");
+  }
+  // Without `ip` it could not tell its addresses.
+  if (facts->bind.empty() && std::find(missing.begin(), missing.end(), "ip") == missing.end()) {
     complaints->Add(host.name,
                     (host.bind.empty() ? "its address towards us is not IPv4" : "it has no '" + host.bind + "'") +
                         "; give one of its IPv4 addresses or interfaces in bind");
-  }
-  for (const std::string& tool : answer.values("missing")) {
-    complaints->Add(host.name, tool + " is missing; apt-get install supervisor rsync util-linux iproute2 there");
   }
   const double free_MB = std::strtod(answer.value("free_kB").c_str(), nullptr) / 1024.0;
   if (free_MB < lab.min_free_MB) {
@@ -113,28 +115,46 @@ core::Result<Load> HashFiles(const std::filesystem::path& base, std::vector<std:
   return load;
 }
 
-core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
-  std::vector<std::filesystem::path> files = {scenario.file, scenario.procedure, scenario.operator_script};
-  for (const scene::Object& object : scenario.objects) {
-    files.push_back(object.visual_mesh);
-    files.push_back(object.collision_mesh);
-  }
-  // Beside what the file names there is what those files name.
+bool IsBelow(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
+}
+
+// Links to files are files. A link to a folder is followed when one of the `named` files is behind it: it may as well
+// lead anywhere.
+void AddFilesBelow(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& named,
+                   std::vector<std::filesystem::path>* files) {
   std::error_code error;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(scenario.folder, error)) {
-    if (entry.is_regular_file() && entry.path().filename().string().front() != '.') files.push_back(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::filesystem::path& path = entry.path();
+    if (entry.is_directory(error)) {
+      const bool is_named =
+          std::any_of(named.begin(), named.end(), [&path](const auto& file) { return IsBelow(file, path); });
+      if (!entry.is_symlink(error) || is_named) AddFilesBelow(path, named, files);
+    } else if (entry.is_regular_file(error) && path.filename().string().front() != '.') {
+      files->push_back(path);
+    }
   }
+}
+
+// Files keep the names that the scenario has for them, links or not, as the nodes there open them by these names.
+core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
+  std::vector<std::filesystem::path> named = {scenario.file};
+  for (const auto* file : {&scenario.procedure, &scenario.operator_script}) {
+    if (!file->empty()) named.push_back(*file);
+  }
+  for (const scene::Object& object : scenario.objects) {
+    for (const auto* file : {&object.visual_mesh, &object.collision_mesh}) {
+      if (!file->empty()) named.push_back(*file);
+    }
+  }
+  std::vector<std::filesystem::path> files = named;
+  AddFilesBelow(scenario.folder, named, &files);  // beside what the file names there is what those files name
   std::filesystem::path base = scenario.folder;
-  std::vector<std::filesystem::path> whole;
-  for (std::filesystem::path& file : files) {
-    if (file.empty()) continue;
-    file = std::filesystem::weakly_canonical(file, error);
-    base = whole.empty() ? file.parent_path() : base;
-    while (file.lexically_relative(base).string().rfind("..", 0) == 0) base = base.parent_path();
-    whole.push_back(file);
+  for (const std::filesystem::path& file : files) {
+    while (!IsBelow(file, base)) base = base.parent_path();
   }
   std::vector<std::string> names;
-  for (const std::filesystem::path& file : whole) names.push_back(file.lexically_relative(base).string());
+  for (const std::filesystem::path& file : files) names.push_back(file.lexically_relative(base).string());
   return HashFiles(base, names);
 }
 
@@ -159,10 +179,12 @@ core::Result<void> PushOne(const Load& load, const std::string& title, std::size
   options.say(name + ": bringing " + std::to_string(num_missing) + " of " + std::to_string(load.files.size()) +
               " files (" + title + ")");
   auto words = remotes->Rsync(host);
-  words.insert(words.end(),
-               {"--checksum", "--files-from=-", load.base.string() + "/", remotes->Target(host, folder + "/")});
+  // Links arrive as what they lead to. Names begin with "./", as rsync takes those with '#' or ';' for comments, and
+  // end with zeros, as they may hold anything else.
+  words.insert(words.end(), {"--checksum", "--copy-links", "--from0", "--files-from=-", load.base.string() + "/",
+                             remotes->Target(host, folder + "/")});
   std::string names;
-  for (const std::string& file : load.files) names += file + "\n";
+  for (const std::string& file : load.files) names += "./" + file + '\0';
   const auto sent = RunHere(words, names, 600.0);
   if (!sent) return tl::unexpected(sent.error());
   if (!sent->is_good()) return core::Fail(core::ErrorCode::kIo, "host " + name + ": rsync failed: " + sent->err);
@@ -264,9 +286,7 @@ core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions&
   if (!programs) return tl::unexpected(programs.error());
   const auto assets = LoadOfScenario(scenario);
   if (!assets) return tl::unexpected(assets.error());
-  std::error_code error;
-  const std::string scenario_name =
-      std::filesystem::weakly_canonical(scenario.file, error).lexically_relative(assets->base).string();
+  const std::string scenario_name = scenario.file.lexically_relative(assets->base).string();
   Complaints complaints;
   for (std::size_t i = 0; i < remotes->hosts().size(); ++i) {
     const lab::Host& host = remotes->hosts()[i];
@@ -301,7 +321,7 @@ core::Result<void> CheckHosts(const lab::Lab& lab, const PreflightOptions& optio
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const lab::Host& host = remotes->hosts()[i];
     for (const std::string& library : answers[i].values("library")) {
-      complaints.Add(host.name, library + "; apt-get install what apt.txt names there");
+      complaints.Add(host.name, library + "; apt-get install what docs/howto/lab.md names there");
     }
     for (const std::string& device : answers[i].values("device")) {
       complaints.Add(host.name,
