@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdio>
 #include <functional>
+#include <map>
 #include <memory>
 #include <sstream>
 
@@ -71,21 +72,80 @@ int Set(xmlNode* root, const GridAxis& axis, const std::string& value) {
   return count;
 }
 
-// Files above the scenario's folder come along under their own names.
-void BringFiles(xmlNode* root, const std::filesystem::path& from, const std::filesystem::path& to) {
-  ForEachElement(root, [&](xmlNode* element) {
-    for (const char* attribute : {"mesh", "file"}) {
-      const std::string value = AttributeOf(element, attribute);
-      if (!value.starts_with("..")) continue;
-      const std::filesystem::path name =
-          std::filesystem::path("from_elsewhere") / std::filesystem::path(value).filename();
-      std::error_code error;
-      std::filesystem::create_directories(to / name.parent_path(), error);
-      std::filesystem::copy_file(from / value, to / name, std::filesystem::copy_options::overwrite_existing, error);
-      if (!error) SetAttribute(element, attribute, name.string());
-    }
-  });
+std::unique_ptr<xmlDoc, FreeDocument> ReadDocument(const std::filesystem::path& file) {
+  return std::unique_ptr<xmlDoc, FreeDocument>(
+      xmlReadFile(file.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING));
 }
+
+core::Result<void> WriteDocument(xmlDoc* document, const std::filesystem::path& file) {
+  if (xmlSaveFile(file.c_str(), document) >= 0) return {};
+  return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string() + "; is the folder writable?");
+}
+
+// Files outside the scenario's folder come along, each into a folder of its own: files of one name stay apart.
+class FileBringer {
+ public:
+  FileBringer(std::filesystem::path from, std::filesystem::path to) : from_(std::move(from)), to_(std::move(to)) {}
+
+  // All that the elements of `file` refer to; relative paths are relative to the scenario's folder.
+  core::Result<void> BringAll(const std::filesystem::path& file, xmlNode* root) {
+    core::Result<void> result;
+    ForEachElement(root, [&](xmlNode* element) {
+      for (const char* attribute : {"mesh", "file", "links"}) {
+        const std::string value = AttributeOf(element, attribute);
+        if (value.empty() || !result) continue;
+        const auto place = Bring(value);
+        if (!place) {
+          result = core::Fail(place.error().code, file.string() + ":" + std::to_string(xmlGetLineNo(element)) + ": " +
+                                                      attribute + "=\"" + value + "\": " + place.error().detail);
+          continue;
+        }
+        if (*place != value) SetAttribute(element, attribute, *place);
+        if (attribute == std::string_view("links")) result = BringAllOf((from_ / value).lexically_normal(), *place);
+      }
+    });
+    return result;
+  }
+
+ private:
+  // Its path in the copy.
+  core::Result<std::string> Bring(const std::filesystem::path& value) {
+    const std::filesystem::path source = (from_ / value).lexically_normal();
+    const std::filesystem::path inside = source.lexically_relative(from_);
+    if (*inside.begin() != "..") return inside.string();
+    std::string& place = places_[source];
+    if (!place.empty()) return place;
+    if (source.extension() == ".gltf") {
+      return core::Fail(core::ErrorCode::kUnsupported,
+                        "a .gltf outside the scenario's folder cannot be copied, as parts of it are in other files; "
+                        "save it as .glb");
+    }
+    std::error_code error;
+    std::filesystem::path folder;
+    // A scenario that was itself a run of a sweep has some of these already.
+    for (int number = 1; folder.empty() || std::filesystem::exists(to_ / folder, error); ++number) {
+      folder = std::filesystem::path("from_elsewhere") / std::to_string(number);
+    }
+    std::filesystem::create_directories(to_ / folder, error);
+    std::filesystem::copy_file(source, to_ / folder / source.filename(), error);
+    if (error) {
+      return core::Fail(core::ErrorCode::kIo, "cannot copy " + source.string() + " to " + (to_ / folder).string() +
+                                                  ": " + error.message() + "; correct the path, or make the file");
+    }
+    return place = (folder / source.filename()).string();
+  }
+
+  // An arm's links are a file that refers to others.
+  core::Result<void> BringAllOf(const std::filesystem::path& links, const std::string& place) {
+    const auto document = ReadDocument(links);
+    if (!document) return core::Fail(core::ErrorCode::kIo, "cannot read " + links.string() + " as XML");
+    if (auto brought = BringAll(links, xmlDocGetRootElement(document.get())); !brought) return brought;
+    return WriteDocument(document.get(), to_ / place);
+  }
+
+  const std::filesystem::path from_, to_;
+  std::map<std::filesystem::path, std::string> places_;  // in the copy, by where they were
+};
 
 }  // namespace
 
@@ -153,7 +213,7 @@ std::vector<SweepRun> PlanRuns(const std::vector<GridAxis>& axes, unsigned num_s
 
 core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file, const std::vector<GridAxis>& axes,
                                      const std::vector<std::string>& values, const std::filesystem::path& folder) {
-  const std::filesystem::path from = scenario_file.parent_path();
+  const std::filesystem::path from = std::filesystem::absolute(scenario_file).lexically_normal().parent_path();
   std::error_code error;
   std::filesystem::create_directories(folder.parent_path(), error);
   std::filesystem::copy(from, folder, std::filesystem::copy_options::recursive, error);
@@ -161,8 +221,7 @@ core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file,
     return core::Fail(core::ErrorCode::kIo, "cannot copy " + from.string() + " to " + folder.string() + ": " +
                                                 error.message() + "; is there room, is the folder writable?");
   }
-  const std::unique_ptr<xmlDoc, FreeDocument> document(
-      xmlReadFile(scenario_file.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING));
+  const auto document = ReadDocument(scenario_file);
   if (!document) return core::Fail(core::ErrorCode::kIo, "cannot read " + scenario_file.string() + " as XML");
   xmlNode* const root = xmlDocGetRootElement(document.get());
   for (std::size_t a = 0; a < axes.size(); ++a) {
@@ -171,11 +230,9 @@ core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file,
                         "--grid " + axes[a].name + ": nothing in " + scenario_file.string() + " has it" + kForm);
     }
   }
-  BringFiles(root, from, folder);
+  if (auto brought = FileBringer(from, folder).BringAll(scenario_file, root); !brought) return brought;
   const std::filesystem::path file = folder / scenario_file.filename();
-  if (xmlSaveFile(file.c_str(), document.get()) < 0) {
-    return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string() + "; is the folder writable?");
-  }
+  if (auto written = WriteDocument(document.get(), file); !written) return written;
   if (const auto loaded = scene::LoadScenario(file); !loaded) {
     return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(loaded.error().front()));
   }

@@ -32,7 +32,8 @@ struct SweepRun {
 std::vector<SweepRun> PlanRuns(const std::vector<GridAxis>& axes, unsigned num_seeds);
 
 // A copy of the scenario with these values that needs nothing outside `folder`; whatever the file refers to elsewhere
-// is copied with it. Fails when an axis meets no attribute, or when the scenario cannot be loaded with the values.
+// is copied with it. `folder` is not inside the scenario's own. Fails when an axis meets no attribute, when a file
+// cannot be copied, or when the scenario cannot be loaded with the values.
 core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file, const std::vector<GridAxis>& axes,
                                      const std::vector<std::string>& values, const std::filesystem::path& folder);
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -25,18 +27,30 @@ double PlaceOf(const GridAxis& axis, const std::string& value) {
   return static_cast<double>(std::find(axis.values.begin(), axis.values.end(), value) - axis.values.begin());
 }
 
+double Number(const nlohmann::json& report, const char* key) {
+  const auto it = report.find(key);
+  return it != report.end() && it->is_number() ? it->get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string Text(const nlohmann::json& report, const char* key) {
+  const auto it = report.find(key);
+  return it != report.end() && it->is_string() ? it->get<std::string>() : "";
+}
+
 }  // namespace
 
 SweepOutcome ReadOutcome(const std::filesystem::path& run_folder) {
   std::ifstream in(run_folder / "out" / "report.json");
   const nlohmann::json report = nlohmann::json::parse(in, nullptr, false);
   SweepOutcome outcome;
-  if (!report.is_object()) return outcome;
+  if (!report.is_object() || !report.contains("completed") || !report["completed"].is_boolean()) return outcome;
+  outcome.is_completed = report["completed"].get<bool>();
+  if (!outcome.is_completed) outcome.why = Text(report, "why");
+  // The word of `oos run` for SIGINT and SIGTERM: of Ctrl-C, of a sweep that was killed, of a scheduler's time limit.
+  if (outcome.why == "interrupted") return {};
   outcome.has_report = true;
-  outcome.is_completed = report.value("completed", false);
-  outcome.seconds = report.value("seconds", 0.0);
-  outcome.peak_force_N = report.value("peak_force_N", 0.0);
-  if (!outcome.is_completed) outcome.why = report.value("why", "");
+  outcome.seconds = Number(report, "seconds");
+  outcome.peak_force_N = Number(report, "peak_force_N");
   return outcome;
 }
 
@@ -92,6 +106,7 @@ std::string ResultChart(const std::string& scenario, const std::vector<GridAxis>
         bench::ChartPoint point;
         point.x = x;
         point.y = value_of(mean);
+        if (!std::isfinite(point.y)) continue;  // a report without this figure
         series.points.push_back(point);
       }
       panel.series.push_back(std::move(series));

@@ -9,7 +9,8 @@
 
 namespace oos {
 
-// What one run's report.json says; missing when it has none.
+// What one run's report.json says. A report that cannot be read is none, and so is that of a run that was interrupted:
+// it has not ended.
 struct SweepOutcome {
   bool has_report = false;
   bool is_completed = false;
