@@ -138,8 +138,8 @@ core::Result<std::unique_ptr<BulkServer>> BulkServer::Create(Node* node, const N
     impl->router = zmq::socket_t(impl->context, zmq::socket_type::router);
     impl->router.set(zmq::sockopt::router_mandatory, true);
     impl->router.set(zmq::sockopt::linger, kLinger_ms);
-    // Far more than are ever asked for at once: libzmq learns late what of its queue has left, and a chunk that finds it
-    // full is asked for again only after a while.
+    // Far more than are ever asked for at once: libzmq learns late what of its queue has left, and a chunk that finds
+    // it full is asked for again only after a while.
     impl->router.set(zmq::sockopt::sndhwm, static_cast<int>(16 * kChunkCredit));
     impl->gate.GuardListener(&impl->router);
     impl->router.bind("tcp://" + options.bind_address + ":*");
