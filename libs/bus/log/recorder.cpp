@@ -17,9 +17,10 @@ Bytes BytesOf(const std::string& text) {
 
 core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& seconds) {
   const auto read = [](const std::string& text, double* number) {
+    if (text.empty()) return true;
     char* end = nullptr;
-    *number = text.empty() ? 0.0 : std::strtod(text.c_str(), &end);
-    return (text.empty() || (end != text.c_str() && *end == '\0')) && *number >= 0.0 && *number <= 1e9;
+    *number = std::strtod(text.c_str(), &end);
+    return end == text.c_str() + text.size() && *number >= 0.0 && *number <= 1e9;
   };
   double split_MB = 0.0, split_s = 0.0;
   if (!read(megabytes, &split_MB) || !read(seconds, &split_s)) {
