@@ -114,7 +114,7 @@ TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedI
     forces_.clear();
     StartRun("survive_ten", {"--without", "visual_node", "--seed", std::to_string(attempt + 1)});
     if (HasFatalFailure()) return;
-    const std::string step = steps[static_cast<std::size_t>(attempt) % steps.size()];
+    const std::string& step = steps[static_cast<std::size_t>(attempt) % steps.size()];
     ASSERT_TRUE(Until([&] { return watch_->step() == step; }, 60.0)) << launcher_->out();
     ASSERT_TRUE(UntilFelt()) << launcher_->out();
     const std::int64_t killed_ns = Kill(Find("beta", "physics_node"));

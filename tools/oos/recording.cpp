@@ -52,9 +52,9 @@ int Info(const Arguments& arguments) {
   for (const auto& [id, channel] : contents->channels) {
     const Heard& h = heard[id];
     const double span_s = static_cast<double>(h.last_ns - h.first_ns) * 1e-9;
-    const auto text = [&](const char* key) {
-      const auto found = channel.metadata.find(key);
-      return found == channel.metadata.end() ? std::string("-") : found->second;
+    const auto text = [&metadata = channel.metadata](const char* key) {
+      const auto found = metadata.find(key);
+      return found == metadata.end() ? std::string("-") : found->second;
     };
     const auto schema = contents->schemas.find(channel.schema_id);
     const std::string topic =
