@@ -9,24 +9,7 @@ namespace {
 
 using testing::HasSubstr;
 
-class OutageTest : public SurviveTest {
- protected:
-  // The machine's processes of that program, as seen from outside, the oldest first.
-  static std::vector<pid_t> FindAll(const std::string& machine, const std::string& program) {
-    std::vector<pid_t> all;
-    std::error_code error;
-    const auto keeper = "/proc/" + FirstWord(machines_->folder() / (machine + ".pid"));
-    const auto space = std::filesystem::read_symlink(keeper + "/ns/pid", error);
-    for (const auto& entry : std::filesystem::directory_iterator("/proc", error)) {
-      const auto its = std::filesystem::read_symlink(entry.path() / "ns/pid", error);
-      if (error || its != space) continue;
-      const auto exe = std::filesystem::read_symlink(entry.path() / "exe", error);
-      if (exe.filename() == program) all.push_back(std::stoi(entry.path().filename().string()));
-    }
-    std::sort(all.begin(), all.end());
-    return all;
-  }
-};
+class OutageTest : public SurviveTest {};
 
 TEST_F(OutageTest, StepsThatWereEnteredMeanwhileAreToldAfterwards) {
   StartRun("outage");

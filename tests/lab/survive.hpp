@@ -2,6 +2,7 @@
 
 #include <signal.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <sstream>
@@ -71,8 +72,11 @@ class SurviveTest : public LabTest {
     return Until([&] { return watch_->force_N() < kFelt_N; }, 40.0) && UntilFelt(lasting_s);
   }
 
-  // The machine's process of that program (and verb, of `oos`), as seen from outside; 0: none.
-  static pid_t Find(const std::string& machine, const std::string& program, const std::string& verb = "") {
+  // The machine's processes of that program (and verb, of `oos`), as seen from outside, the oldest first.
+  static std::vector<pid_t> FindAll(const std::string& machine, const std::string& program,
+                                    const std::string& verb = "") {
+    std::vector<pid_t> all;
+    const std::string word = verb.empty() ? std::string() : '\0' + verb;
     std::error_code error;
     const auto keeper = "/proc/" + FirstWord(machines_->folder() / (machine + ".pid"));
     const auto space = std::filesystem::read_symlink(keeper + "/ns/pid", error);
@@ -82,10 +86,16 @@ class SurviveTest : public LabTest {
       const auto exe = std::filesystem::read_symlink(entry.path() / "exe", error);
       std::ifstream in(entry.path() / "cmdline");
       std::string words{std::istreambuf_iterator<char>(in), {}};
-      if (exe.filename() != program || words.find('\0' + verb) == std::string::npos) continue;
-      return std::stoi(entry.path().filename().string());
+      if (exe.filename() != program || words.find(word) == std::string::npos) continue;
+      all.push_back(std::stoi(entry.path().filename().string()));
     }
-    return 0;
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  // The first of them; 0: none.
+  static pid_t Find(const std::string& machine, const std::string& program, const std::string& verb = "") {
+    const std::vector<pid_t> all = FindAll(machine, program, verb);
+    return all.empty() ? 0 : all.front();
   }
 
   // SIGKILL; returns when. The clock is read afterwards, lest a test that is held up in between count the time against
