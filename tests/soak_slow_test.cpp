@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -21,6 +22,8 @@
 namespace system_tests {
 namespace {
 
+constexpr double kLook_s = 0.5;
+constexpr std::size_t kLatelyLooks = 10;
 constexpr double kSettled_s = 15.0;  // of a run: everything has been touched, shown and connected
 constexpr double kMaxGrowth = 0.03;  // of a process's memory in a run, from then on
 constexpr long kPageNoise_kB = 2048;
@@ -77,6 +80,7 @@ Usage UsageOf(pid_t process, const std::map<long, long>& udp) {
 struct Course {
   Usage settled, last;
   long largest_queue_bytes = 0;
+  std::deque<long> lately_bytes;  // what waited at the latest looks
 };
 
 struct Loop {
@@ -122,12 +126,14 @@ Loop RunOnce(const scene::Scenario& scenario, const std::filesystem::path& out, 
   options.while_running = [&](oos::ProcessGroup& group, double seconds, double) {
     if (watch == nullptr) watch = std::make_unique<BusWatch>("/proc/self/ns/net", "127.0.0.1", "right");
     if (seconds < next_s) return;
-    next_s = seconds + 0.5;
+    next_s = seconds + kLook_s;
     const auto udp = UdpQueues();
     for (const oos::ProcessGroup::Child& child : group.children()) {
       Course& course = loop.courses[child.name];
       course.last = UsageOf(child.pid, udp);
       course.largest_queue_bytes = std::max(course.largest_queue_bytes, course.last.queue_bytes);
+      course.lately_bytes.push_back(course.last.queue_bytes);
+      if (course.lately_bytes.size() > kLatelyLooks) course.lately_bytes.pop_front();
       if (seconds < kSettled_s) course.settled = course.last;
     }
     CheckAccounts(watch->peers(), &loop);
@@ -169,7 +175,9 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
           << name;
       EXPECT_LE(course.last.descriptors, course.settled.descriptors + 1) << name;  // a checkpoint that is being written
       EXPECT_LE(course.last.threads, course.settled.threads) << name;
-      EXPECT_LT(course.last.queue_bytes, 200'000) << name;  // a fraction of a socket's room
+      // A viewer that got no processor for a moment has its datagrams waiting; one that cannot keep up is never done
+      // with them. A fraction of a socket's room:
+      EXPECT_LT(*std::min_element(course.lately_bytes.begin(), course.lately_bytes.end()), 200'000) << name;
       largest_queue_bytes = std::max(largest_queue_bytes, course.largest_queue_bytes);
       kept_kB[name].push_back(after_kB);
     }

@@ -4,7 +4,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <csignal>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "bus/bus_testing.hpp"
@@ -110,11 +113,29 @@ TEST(Liveness, AStallIsToldFromDeath) {
 }
 
 #if !defined(__SANITIZE_THREAD__)
-// The real thing: a node in another process, which reads events.
-pid_t StartElsewhere(const std::string& name, const std::string& registry) {
+// A node in another process, which reads events, and the registry of both.
+struct Elsewhere {
+  pid_t child = -1;
+  std::unique_ptr<Registry> registry;
+};
+
+// Forked while there is one thread: what locks of the allocator other threads hold, the child would find held for good.
+Elsewhere StartElsewhere(const std::string& name) {
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) return {};
   const pid_t child = fork();
-  if (child != 0) return child;
-  const auto node = MakeNode(name, registry);
+  if (child != 0) {
+    Elsewhere elsewhere{child, MakeRegistry()};
+    const std::string endpoint = elsewhere.registry->endpoint();
+    EXPECT_EQ(write(ends[1], endpoint.data(), endpoint.size()), static_cast<ssize_t>(endpoint.size()));
+    close(ends[0]);
+    close(ends[1]);
+    return elsewhere;
+  }
+  close(ends[1]);
+  std::array<char, 100> endpoint{};
+  if (read(ends[0], endpoint.data(), endpoint.size() - 1) <= 0) _exit(1);
+  const auto node = MakeNode(name, endpoint.data());
   node->ReadEvents();
   if (!node->Start()) _exit(1);
   for (core::Event event;;) {
@@ -125,10 +146,10 @@ pid_t StartElsewhere(const std::string& name, const std::string& registry) {
 }
 
 TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
-  const auto registry = MakeRegistry();
-  const std::string endpoint = registry->endpoint();
-  const pid_t child = StartElsewhere("physics_node", endpoint);
+  const Elsewhere elsewhere = StartElsewhere("physics_node");
+  const pid_t child = elsewhere.child;
   ASSERT_GE(child, 0);
+  const std::string endpoint = elsewhere.registry->endpoint();
   auto watcher = MakeNode("device_bridge", endpoint);
   ASSERT_TRUE(watcher->Start().has_value());
   const auto met = watcher->WaitForPeers({"physics_node"}, kLong_ns);
@@ -147,10 +168,10 @@ TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
 // A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes
 // back.
 TEST(Liveness, AStoppedEventReaderIsNamed) {
-  const auto registry = MakeRegistry();
-  const std::string endpoint = registry->endpoint();
-  const pid_t child = StartElsewhere("logic_node", endpoint);
+  const Elsewhere elsewhere = StartElsewhere("logic_node");
+  const pid_t child = elsewhere.child;
   ASSERT_GE(child, 0);
+  const std::string endpoint = elsewhere.registry->endpoint();
   auto physics = MakeNode("physics_node", endpoint);
   const auto started = physics->Start();
   const auto met = physics->WaitForPeers({"logic_node"}, kLong_ns);

@@ -34,9 +34,25 @@ WaitResult Node::Wait(std::int64_t deadline_ns) {
       result.datagrams = impl_->TakeDatagrams();
       break;
     }
+    core.guard->TakeSenders();
+    if (items[0].revents != 0) result.datagrams += impl_->TakeFirst(core.data_socket);
+    if (items[1].revents != 0) result.datagrams += impl_->TakeFirst(core.group_socket);
+    if (result.datagrams > 0) break;
   }
   impl_->TakeStates();
   return result;
+}
+
+// What has just ended a sleep, and the other parts of its message. Most often nothing else is there, which recvmmsg
+// would ask the kernel once more to find out: it takes 1 us longer than recv. What is there the next Wait finds at
+// once.
+int Node::Impl::TakeFirst(const detail::UdpSocket& socket) {
+  const ssize_t size = recv(socket.fd(), buffers[0].data(), buffers[0].size(), MSG_DONTWAIT);
+  if (size < 0) return 0;
+  envelope.num_parts = 1;
+  TakeDatagram({buffers[0].data(), static_cast<std::size_t>(size)}, core::MonotonicNow_ns(),
+               &socket == &core.group_socket);
+  return envelope.num_parts == 1 ? 1 : 1 + TakeDatagrams(socket);
 }
 
 int Node::Impl::TakeDatagrams() {

@@ -61,6 +61,7 @@ struct Node::Impl {
     return found != core.receivers.end() && (*found)->id == id ? found->get() : nullptr;
   }
 
+  int TakeFirst(const detail::UdpSocket& socket);
   int TakeDatagrams();
   int TakeDatagrams(const detail::UdpSocket& socket);
   void TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns, bool is_of_group);

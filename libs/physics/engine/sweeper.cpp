@@ -21,27 +21,20 @@ void Sweeper::Reserve(int num_bodies, int num_contacts, int num_rows) {
   grow(&rows_, num_rows);
 }
 
+Sweeper::Vector6 Sweeper::Pairs(const btVector3& linear, const btVector3& angular) {
+  return {Pair{linear[0], angular[0]}, Pair{linear[1], angular[1]}, Pair{linear[2], angular[2]}};
+}
+
 Sweeper::Vector6 Sweeper::ChangeOf(const btSolverBody& body) {
-  Vector6 change;
-  for (int i = 0; i < 3; ++i) {
-    change.linear[i] = body.m_deltaLinearVelocity[i];
-    change.angular[i] = body.m_deltaAngularVelocity[i];
-  }
-  return change;
+  return Pairs(body.m_deltaLinearVelocity, body.m_deltaAngularVelocity);
 }
 
 Sweeper::Side Sweeper::MakeSide(const btVector3& linear, const btVector3& angular, const btVector3& angular_component,
                                 int body, const btAlignedObjectArray<btSolverBody>& bodies) {
   const btSolverBody& its = bodies[body];
   Side side{};
-  const btVector3 per_Ns = linear * its.m_invMass;
-  for (int i = 0; i < 3; ++i) {
-    side.J.linear[i] = linear[i];
-    side.J.angular[i] = angular[i];
-    if (its.m_originalBody == nullptr) continue;  // it does not move
-    side.per_Ns.linear[i] = per_Ns[i];
-    side.per_Ns.angular[i] = angular_component[i];
-  }
+  side.J = Pairs(linear, angular);
+  if (its.m_originalBody != nullptr) side.per_Ns = Pairs(linear * its.m_invMass, angular_component);  // it moves
   side.change = &changes_[static_cast<std::size_t>(body)];
   *side.change = ChangeOf(its);
   return side;
@@ -82,8 +75,8 @@ void Sweeper::Load(std::span<btSolverConstraint* const> rows, const btConstraint
 // d lambda = rhs - cfm lambda - (J_a dv_a + J_b dv_b) / (J M^-1 J^T).
 inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_b) {
   const auto along = [](const Vector6& J, const Vector6& v) {
-    return (J.linear[0] * v.linear[0] + J.linear[1] * v.linear[1] + J.linear[2] * v.linear[2]) +
-           (J.angular[0] * v.angular[0] + J.angular[1] * v.angular[1] + J.angular[2] * v.angular[2]);
+    const Pair sums = J.x * v.x + J.y * v.y + J.z * v.z;
+    return sums[0] + sums[1];
   };
   double change = row->rhs - row->impulse * row->cfm;
   const double along_a = along(row->a.J, *change_a), along_b = along(row->b.J, *change_b);
@@ -100,8 +93,9 @@ inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_
   if (change == 0.0) return 0.0;  // a contact that does not touch: the next row need not wait for this one
   row->impulse = after;
   const auto push = [change](const Vector6& per_Ns, Vector6* v) {
-    for (int i = 0; i < 3; ++i) v->linear[i] += per_Ns.linear[i] * change;
-    for (int i = 0; i < 3; ++i) v->angular[i] += per_Ns.angular[i] * change;
+    v->x += per_Ns.x * change;
+    v->y += per_Ns.y * change;
+    v->z += per_Ns.z * change;
   };
   push(row->a.per_Ns, change_a);
   push(row->b.per_Ns, change_b);
@@ -114,10 +108,15 @@ double Sweeper::Sweep() {
   // for them.
   const PackedRow* last = nullptr;
   Vector6 a, b;
+  const auto copy = [](const Vector6& from, Vector6* to) {  // one by one, or the compiler keeps both in memory
+    to->x = from.x;
+    to->y = from.y;
+    to->z = from.z;
+  };
   const auto put_back = [&] {
     if (last == nullptr) return;
-    *last->a.change = a;
-    *last->b.change = b;
+    copy(a, last->a.change);
+    copy(b, last->b.change);
   };
   for (std::size_t i = 0; i < num_rows_; ++i) {
     PackedRow& row = rows_[i];
@@ -128,8 +127,8 @@ double Sweeper::Sweep() {
     }
     if (last == nullptr || row.a.change != last->a.change || row.b.change != last->b.change) {
       put_back();
-      a = *row.a.change;
-      b = *row.b.change;
+      copy(*row.a.change, &a);
+      copy(*row.b.change, &b);
       last = &row;
     }
     largest = std::max(largest, std::abs(Relax(&row, &a, &b)));
@@ -142,10 +141,9 @@ void Sweeper::Store(std::span<btSolverConstraint* const> rows, btAlignedObjectAr
   const auto store = [&](const Side& side, int body) {
     btSolverBody& its = (*bodies)[body];
     if (its.m_originalBody == nullptr) return;
-    for (int i = 0; i < 3; ++i) {
-      its.m_deltaLinearVelocity[i] = side.change->linear[i];
-      its.m_deltaAngularVelocity[i] = side.change->angular[i];
-    }
+    const auto& [x, y, z] = *side.change;
+    its.m_deltaLinearVelocity.setValue(x[0], y[0], z[0]);
+    its.m_deltaAngularVelocity.setValue(x[1], y[1], z[1]);
   };
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const PackedRow& row = rows_[i];

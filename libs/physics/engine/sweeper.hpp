@@ -24,8 +24,10 @@ class Sweeper {
   void Store(std::span<btSolverConstraint* const> rows, btAlignedObjectArray<btSolverBody>* bodies) const;
 
  private:
+  // A linear and an angular number: added and multiplied as one.
+  typedef double Pair __attribute__((vector_size(16)));
   struct Vector6 {
-    double linear[3] = {}, angular[3] = {};
+    Pair x{}, y{}, z{};
   };
   // One of the two bodies that a row acts on.
   struct Side {
@@ -40,6 +42,7 @@ class Sweeper {
     double friction;
     const double* normal_impulse;  // null: no friction row
   };
+  static Vector6 Pairs(const btVector3& linear, const btVector3& angular);
   static Vector6 ChangeOf(const btSolverBody& body);
   Side MakeSide(const btVector3& linear, const btVector3& angular, const btVector3& angular_component, int body,
                 const btAlignedObjectArray<btSolverBody>& bodies);

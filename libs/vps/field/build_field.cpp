@@ -11,6 +11,7 @@
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/crease.hpp"
 #include "vps/field/crease_cells.hpp"
+#include "vps/field/far_cells.hpp"
 #include "vps/field/field_plan.hpp"
 #include "vps/field/tile_bricks.hpp"
 #include "vps/field/triangle_rows.hpp"
@@ -26,6 +27,7 @@ constexpr std::size_t kTasksPerReport = 64;
 constexpr double kPreparedAt = 0.1;
 constexpr double kRasteredAt = 0.5;
 constexpr double kCreasesAt = 0.9;
+constexpr double kCoarseAt = 0.98;
 
 class FieldBuilder {
  public:
@@ -43,6 +45,7 @@ class FieldBuilder {
     FitCreases();
     bins_ = {};
     FillCoarse();
+    MendFarCells();
     triangles_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
@@ -255,7 +258,7 @@ class FieldBuilder {
     const glm::ivec3 n(field_.nx >> shift, field_.ny >> shift, field_.nz >> shift);
     field_.coarse.resize(static_cast<std::size_t>(n.x) * n.y * n.z);
     // A task is a row of cells along x: few enough to share out, and each cell's answer is a good guess for the next.
-    RunTasks("coarse grid", kCreasesAt, 1.0, static_cast<std::size_t>(n.y) * n.z, [&](std::size_t row) {
+    RunTasks("coarse grid", kCreasesAt, kCoarseAt, static_cast<std::size_t>(n.y) * n.z, [&](std::size_t row) {
       const glm::ivec3 start(0, static_cast<int>(row) % n.y, static_cast<int>(row) / n.y);
       std::uint32_t guess = 0;
       for (int x = 0; x < n.x; ++x) FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess);
@@ -275,6 +278,26 @@ class FieldBuilder {
     const TriangleField::Value value = triangles_->SignedValue(*guess, closest, p);
     cell->distance = static_cast<float>(value.distance);
     cell->gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
+  }
+
+  // A coarse cell's plane is the tangent at its centre. Beside an edge of the part, or beyond a thin wall, it comes
+  // near the surface, or through it, in voxels that are farther than the band, and tells of contact where there is
+  // none; in a notch it tells of more room, or more depth, than there is. Such voxels get planes of their own.
+  //
+  // In bricks that no sample of the band lies in, no plane reaches the surface: cells are no larger than the brick, the
+  // nearest surface point F is 2.1 voxels or more from it, and the plane's least value over the brick is that of F's
+  // projection.
+  void MendFarCells() {
+    ForEachBrick("far cells", kCoarseAt, 1.0, [&](std::size_t b) {
+      FarCells cells(field_, CornerOf(slots_[b]), &field_.words[FirstWord(b)]);
+      std::uint32_t guess = near_brick_[b];
+      while (const auto cell = cells.NextDoubtful()) {
+        const glm::dvec3 p = glm::dvec3(CornerOf(slots_[b]) + *cell) + 0.5;
+        const ClosestFeature closest = triangles_->ClosestOfAll(p, &guess);
+        const TriangleField::Value value = triangles_->SignedValue(guess, closest, p);
+        cells.Put(*cell, static_cast<float>(value.distance), glm::vec3(value.gradient));
+      }
+    });
   }
 
   [[nodiscard]] double reach() const { return half_thickness_ + DistanceField::kBandVoxels; }

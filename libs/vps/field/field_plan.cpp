@@ -12,7 +12,7 @@ constexpr double kCreaseBytesPerBrick = 700.0;  // of finely tessellated surface
 constexpr double kFewBytes = 3e4;               // the empty brick, and grids rounded up
 constexpr double kFewCoarseBytes = 1.5e6;       // the coarse grid's without asking: it stays in the second cache
 constexpr double kCoarsePart = 1.0 / 20.0;      // of the bricks' bytes beyond it
-constexpr int kMaxCoarseShift = 6;
+constexpr int kMaxCoarseShift = 3;              // no larger than a brick: see MendFarCells
 
 int RoundUp(double value, int step) {
   return static_cast<int>(std::ceil(value / step)) * step;

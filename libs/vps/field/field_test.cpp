@@ -154,6 +154,42 @@ TEST(DistanceField, NeverPromisesMoreRoomThanThereIs) {
   }
 }
 
+// Beyond the band, too, and beside edges, in notches and behind thin walls, where the tangent at a coarse cell's centre
+// goes through the surface in a voxel of it that is far, or away from it: contact in free space, or too much depth.
+TEST(DistanceField, WhatIsFarFromTheSurfaceIsOnTheRightSideAndFar) {
+  TriangleMesh turned = MakeBox({0.06, 0.05, 0.003});  // walls of 3 to 12 voxels
+  const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
+  for (glm::dvec3& v : turned.vertices) v = R * v;
+  const std::pair<TriangleMesh, double> cases[] = {{MakeBlockWithHole(0.05, 0.05, 0.01025, 128), 0.00025},
+                                                   {MakeBlockWithHole(0.03, 0.02, 0.01, 64), 0.001},
+                                                   {turned, 0.00025},
+                                                   {turned, 0.001},
+                                                   {MakeTorus(0.03, 0.004, 96, 48), 0.00025}};
+  Random random(11);
+  for (const auto& [mesh, voxel_size_m] : cases) {
+    const auto field = BuildField(mesh, voxel_size_m);
+    ASSERT_TRUE(field);
+    const oracle::MeshDistance exact(mesh);
+    int num_far = 0;
+    int num_off = 0;  // nearer than that, and off by more than 1.5 voxels
+    for (int i = 0; i < 20000; ++i) {
+      const auto corners = mesh.corners(i % mesh.triangles.size());
+      const double u = random.Unit();
+      const glm::dvec3 p = corners[0] + u * (corners[1] - corners[0]) +
+                           random.Unit() * (1.0 - u) * (corners[2] - corners[0]) + 9.0 * voxel_size_m * random.Vector();
+      const double d = exact.SignedDistance(p) / voxel_size_m;
+      const float told = SampleField(*field, InVoxels(*field, p)).distance;
+      num_off += std::abs(d) < 3.5 && std::abs(told - d) > 1.5 ? 1 : 0;
+      if (std::abs(d) < 4.0) continue;
+      ++num_far;
+      ASSERT_GT(d < 0.0 ? -told : told, 1.0f)
+          << "exact " << d << ", voxels of " << voxel_size_m << " m, shift " << field->coarse_shift;
+    }
+    EXPECT_GT(num_far, 1000);
+    EXPECT_LE(num_off, 5) << "shift " << field->coarse_shift;
+  }
+}
+
 // The bounds of a coarse cell hold for every point around it, creases and the edge of the band included.
 TEST(DistanceField, NoPointLiesBelowAPlaneByMoreThanTheCellSays) {
   for (const bool is_block : {true, false}) {

@@ -1,9 +1,10 @@
 // Sixteen lanes; compiled for x86-64-v4 and called only on processors that have it.
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
-// GCC 12 warns of the deliberately undefined values inside its own header (GCC bug 105593).
+#if !defined(__clang__)  // GCC 12 warns of the deliberately undefined values inside its own header (GCC bug 105593)
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
 #include <immintrin.h>
 
 #include "vps/walk/walk_kernel.hpp"

@@ -285,10 +285,13 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
         const F r = LoadF(block.r + at) * in.voxels_per_m;
         Leaves leaves{Fill(-1e30f), Fill(-1e30f)};
         if (level == 0) leaves = BoundLeaves<kWithSlack>(in, block, at, skin);
-        if (level != 0 || Bits(r + skin > kWideMargin) != 0) {
+        const I is_wide = level != 0 ? ~I{} : (I)(r + skin > kWideMargin);
+        if (Bits(is_wide) != 0) {
           const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
           const F reach = SampleAnywhere<true>(in, p) - r - kCullSlack;
-          leaves = {Max(leaves.reach, reach), Max(leaves.slack, reach - in.margin)};
+          // Not of the others, so that what survives does not depend on how many share a register.
+          leaves = {is_wide ? Max(leaves.reach, reach) : leaves.reach,
+                    is_wide ? Max(leaves.slack, reach - in.margin) : leaves.slack};
         }
         const I is_near = kWithSlack ? leaves.slack <= skin : leaves.reach <= in.margin;
         room = Min(room, is_near ? Fill(1e30f) : leaves.reach);
