@@ -33,6 +33,7 @@ export class Links extends EventEmitter {
   _context = new Context();
   _sealer = null;  // of datagrams, from the registry's session key
   _allowList = null;
+  _closing = null;  // close() has begun; resolves when it has ended
   _isClosed = false;
 
   constructor(options) {  // {name, registry, session, keys, bind, isObserver}
@@ -57,11 +58,11 @@ export class Links extends EventEmitter {
   }
 
   _closeLinks() {
-    this._router.socket.close();
-    this._registry.socket.close();
+    this._router?.socket.close();
+    this._registry?.socket.close();
     this._allowList?.close();
     this._data.close();
-    this._beats.close();
+    this._beats?.close();
   }
 
   _udp(take) {

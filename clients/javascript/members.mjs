@@ -64,6 +64,7 @@ export class Members extends Links {
   }
 
   _helloAgain(delayMs = 0) {
+    if (this._closing) return;
     clearTimeout(this._timers[1]);
     this._timers[1] = setTimeout(() => {
       this._hello(false);

@@ -106,14 +106,16 @@ export class Node extends Writing {
   }
 
   // Says goodbye, so that nobody takes the end for a death.
-  async close() {
-    if (this._isClosed) return;
+  close() { return (this._closing ??= this.#close()); }
+
+  async #close() {
+    if (!this._data) return;  // nothing was opened
     this._timers.forEach(clearTimeout);
     const bytes = this._wrap("heartbeat", this._heartbeat(true), this._sealer);
     await Promise.all([...this._peers.values()].map(({ heartbeat }) => new Promise((resolve) => {
       this._beats.send(bytes, heartbeat.port, heartbeat.host, resolve);
     })));
-    await this._hello(true);
+    if (this._registry) await this._hello(true);
     this._isClosed = true;
     for (const peer of this._peers.values()) peer.dealer.socket.close();
     this._closeLinks();

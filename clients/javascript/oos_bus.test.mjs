@@ -8,14 +8,27 @@ import { chmodSync, chownSync, mkdirSync, mkdtempSync, readFileSync, renameSync,
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { createInterface } from "node:readline";
-import { test } from "node:test";
+import { afterEach, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { LATEST, Node, canonical, create, digestOf, hash32, matches, message, readEnvelope, runningSession, toBinary,
-  typeOf, writeEnvelope } from "./oos_bus.mjs";
+import { LATEST, Node as BusNode, canonical, create, digestOf, hash32, matches, message, readEnvelope, runningSession,
+  toBinary, typeOf, writeEnvelope } from "./oos_bus.mjs";
 import { loadKeys, makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
 
 const vectors = (name) => JSON.parse(readFileSync(new URL(`../vectors/${name}`, import.meta.url), "utf8"));
 const fromHex = (hex) => Buffer.from(hex, "hex");
+
+// A node that a failed test leaves open would keep this process, and whoever waits for it, from ending.
+const open = new Set();
+class Node extends BusNode {
+  constructor(options) {
+    super(options);
+    open.add(this);
+  }
+}
+afterEach(async () => {
+  for (const node of open) await node.close();
+  open.clear();
+});
 
 test("ids and digests are those of the bus", () => {
   const { topics, schemas } = vectors("hashes.json");
@@ -256,13 +269,23 @@ test("whoever cannot be reached ends nobody", () => withPeer([], async (where) =
   far._record = () => ({ ...Node.prototype._record.call(far), dataEndpoint: nowhere, heartbeatEndpoint: nowhere });
   await far.start();
   await near.start();
-  while (!near.alive().includes("client-far")) await once(near, "roster");
+  while (near.alive().length < 2) await once(near, "roster");
   assert.equal(near.publish(topic, message(topic, {})), 2, "the peer and the far one");
   const figures = near.figures.get(topic);
   while (figures.sent + figures.dropped < 2n) await new Promise(setImmediate);
   assert.deepEqual([figures.sent, figures.dropped], [1n, 1n]);
   await near.close();
   await far.close();
+}));
+
+test("who hears a stranger while it closes still ends", () => withPeer([], async (where) => {
+  const node = new Node({ name: "client", ...where });
+  const stranger = new Node({ name: "client-stranger", ...where });
+  await node.start();
+  const closing = node.close(), timers = [...node._timers];
+  node._takeHeartbeat(stranger._wrap("heartbeat", stranger._heartbeat(false)));
+  await closing;
+  assert.deepEqual(node._timers, timers, "nothing asks the registry any more");
 }));
 
 test("a record without addresses is refused", () => withPeer([], async (where) => {
