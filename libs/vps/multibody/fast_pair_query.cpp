@@ -140,7 +140,8 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   const std::uint32_t lane = deepest_point % kBlock;
   result->signed_distance_m = -deepest_m;
   result->deepest_p_S = deepest_p_S;
-  result->deepest_n_S = {block.nx[lane], block.ny[lane], block.nz[lane]};
+  const glm::dvec3 n_S(block.nx[lane], block.ny[lane], block.nz[lane]);
+  result->deepest_n_S = n_S / std::max(glm::length(n_S), 1e-12);
 
   const double scale = AreaScale(volume_m3, square_m4, sampled.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{scratch->force_m3, scratch->moment_m4};

@@ -9,12 +9,12 @@ namespace vps {
 namespace {
 
 // The whole fades out between so many samples, weighted.
-constexpr float kFewSamples = 96.0f;
-constexpr float kManySamples = 192.0f;
-constexpr std::uint32_t kMostSamples = 384;
+constexpr float kFewSamples = 160.0f;
+constexpr float kManySamples = 320.0f;
+constexpr std::uint32_t kMostSamples = 640;
 static_assert(kMostSamples <= kMostBlocksAtOnce);
 
-// Samples no farther from G's surface, on either side, than their patch reaches. Returns how much of the refinement
+// Samples that may be inside G: those no farther outside than their patch reaches. Returns how much of the refinement
 // their number leaves.
 float FindSamples(const SampleTree& sampled, float voxel_m, const FieldWalkResult& walk,
                   const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
@@ -27,9 +27,10 @@ float FindSamples(const SampleTree& sampled, float voxel_m, const FieldWalkResul
     const float* const depths = walk_scratch.depths(i);
     for (std::uint32_t first = 0; first < kBlock; first += 4) {
       const F4 depth_m = LoadF4(depths + first) * voxel_m;
+      const F4 outside_m = depth_m < 0.0f ? depth_m : F4{};
       const F4 patch_m2 = LoadF4(block.area_m2 + first) * (kPatchReach * kPatchReach);
       const F4 reach_m2 = patch_m2 < most_m2 ? patch_m2 : F4{} + most_m2;
-      const F4 near = reach_m2 - depth_m * depth_m;
+      const F4 near = reach_m2 - outside_m * outside_m;
       const I4 is_near = near > 0.0f;
       if ((is_near[0] | is_near[1] | is_near[2] | is_near[3]) == 0) continue;
       const F4 weight = 2.0f * near / reach_m2;

@@ -77,6 +77,29 @@ TEST(RefineContact, SeesWhatSlipsBetweenTheSamples) {
   EXPECT_LT(worst, 0.2);
 }
 
+// A ball (the field) presses h below the middle of its bottom into a plate of few samples. At a distance r from the
+// axis the depth is R - sqrt(r^2 + (R - h)^2); over the disc of radius sqrt(R^2 - (R - h)^2) that is, with c = R - h,
+// pi (R (R^2 - c^2) - 2/3 (R^3 - c^3)).
+TEST(RefineContact, IsRightInTheMeanInsideARoundPart) {
+  constexpr double R = 0.01;
+  constexpr double h = 0.003;
+  constexpr double c = R - h;
+  const double exact = M_PI * (R * (R * R - c * c) - 2.0 / 3.0 * (R * R * R - c * c * c));
+  const DistanceField field = *BuildField(MakeSphere(R, 192), 2.5e-4);
+  const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.1, 0.1, 0.01}), 8192));
+  FastPairScratch scratch(samples);
+  PairResult result;
+  double mean = 0.0;
+  constexpr int kPlaces = 64;
+  for (int i = 0; i < kPlaces; ++i) {
+    const core::Pose X_GS = At(2.3e-4 * (i % 8), 2.9e-4 * (i / 8), R - h + 0.005);
+    QueryFastPair(samples, field, X_GS, X_GS, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
+    EXPECT_GT(scratch.refine.num_samples, 0U);
+    mean += glm::length(scratch.force_m3) / exact / kPlaces;
+  }
+  EXPECT_NEAR(mean, 1.0, 0.005);
+}
+
 // The weights of samples and of the whole change with the pose, and nothing jumps.
 TEST(RefineContact, ForceHasNoSteps) {
   RibAndPlate pair;

@@ -68,8 +68,7 @@ FineBlock MakeFineBlock(const std::vector<SurfacePanel>& panels, std::span<std::
   for (Group& group : groups) {
     area_m2 += group.area_m2;
     group.place = group.place / group.area_m2 - p;
-    const double length = glm::length(group.normal);
-    group.normal = length > 0.0 ? -group.normal / length - inward_normal : glm::dvec3(0.0);
+    group.normal = -group.normal / group.area_m2 - inward_normal;
     for (int i = 0; i < 3; ++i) {
       farthest_m = std::max(farthest_m, std::abs(group.place[i]));
       steepest = std::max(steepest, std::abs(group.normal[i]));

@@ -14,7 +14,7 @@ constexpr std::uint32_t kBlock = 16;
 
 struct alignas(64) PointBlock {
   float x[kBlock], y[kBlock], z[kBlock];     // mesh frame, m
-  float nx[kBlock], ny[kBlock], nz[kBlock];  // unit inward normals
+  float nx[kBlock], ny[kBlock], nz[kBlock];  // inward normals (SurfaceSamples)
   float area_m2[kBlock];
 };
 

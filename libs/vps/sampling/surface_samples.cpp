@@ -201,7 +201,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   for (const Cell& cell : cells) given_m2 += cell.area_m2;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     samples.points_m.push_back(places.points_m[i]);
-    samples.inward_normals.push_back(-places.normals[i]);
+    samples.inward_normals.push_back(cells[i].area_m2 > 0.0 ? -cells[i].normal / cells[i].area_m2 : -places.normals[i]);
     samples.areas_m2.push_back(cells[i].area_m2 * (area_m2 / given_m2));
   }
   for (std::size_t i = 0; i < panels.size(); ++i) {

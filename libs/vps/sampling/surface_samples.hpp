@@ -21,6 +21,8 @@ constexpr std::uint32_t kMaxFinePoints = 131072;
 // when one more comes into contact. Mesh frame, metres.
 struct SurfaceSamples {
   std::vector<glm::dvec3> points_m;
+  // Mean over the surface that the point stands for: shorter than one where that bends or is rough, so that area times
+  // normal is its vector area. A unit normal would tell a depth that is even over a rough patch as too large a force.
   std::vector<glm::dvec3> inward_normals;
   std::vector<double> areas_m2;  // sum: the area of the mesh
   std::vector<FineBlock> fine;   // of each point, up to kMaxFinePoints points; else empty
@@ -31,8 +33,8 @@ struct SurfaceSamples {
 // panels are kept by weighted sample elimination (Yuksel 2015) with radii that follow SampleSpacing: blue noise. Every
 // panel then belongs to the nearest point whose normal is within 45 degrees of its own, so that the faces of an edge
 // keep their own area; points move to the centroid of their panels, and once more (Lloyd), and take their mean normal.
-// Areas are exact; so is the integral of a depth that varies linearly over each cell. (On a surface of radius R the
-// centroid lies inside by spacing^2 / 12 R.) Deterministic. Errors: no area, too many points.
+// Areas and vector areas are exact; so is the integral of a depth that varies linearly over each cell. (On a surface of
+// radius R the centroid lies inside by spacing^2 / 12 R.) Deterministic. Errors: no area, too many points.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {});
 
