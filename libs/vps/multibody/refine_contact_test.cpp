@@ -92,7 +92,8 @@ TEST(RefineContact, IsRightInTheMeanInsideARoundPart) {
   double mean = 0.0;
   constexpr int kPlaces = 64;
   for (int i = 0; i < kPlaces; ++i) {
-    const core::Pose X_GS = At(2.3e-4 * (i % 8), 2.9e-4 * (i / 8), R - h + 0.005);
+    const int row = i / 8;
+    const core::Pose X_GS = At(2.3e-4 * (i % 8), 2.9e-4 * row, R - h + 0.005);
     QueryFastPair(samples, field, X_GS, X_GS, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
     EXPECT_GT(scratch.refine.num_samples, 0U);
     mean += glm::length(scratch.force_m3) / exact / kPlaces;
