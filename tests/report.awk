@@ -1,6 +1,6 @@
 # From CTest's log: every test that failed or was skipped, with what it said. Rooms that died or are no GoogleTest: what
 # they call "not ok" (TAP), and the end of their output.
-/^[0-9]+\/[0-9]+ Test: / { room = $3; open = said = wrong = ""; is_output = lines = num_wrong = 0 }
+/^[0-9]+\/[0-9]+ Test: / { room = $3; wrong = ""; open = said = is_output = lines = num_wrong = 0 }
 /^-+$/ && !is_output { is_output = 1; next }
 /^<end of output>$/ { is_output = 0 }
 /^Test Failed\.$/ || /^Test Timeout/ {
