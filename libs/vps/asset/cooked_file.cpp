@@ -127,6 +127,7 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.words);
     out.PutArray(field.creases);
     out.PutArray(field.coarse);
+    out.PutArray(field.bends);
   }
   if (object.samples) {
     const SampleTree& tree = *object.samples;
@@ -180,6 +181,7 @@ bool IsConsistent(const DistanceField& field) {
            static_cast<std::uint64_t>(field.nz >> shift);
   };
   if (field.bricks.size() != cells(3) || field.coarse.size() != cells(field.coarse_shift)) return false;
+  if (field.bends.size() != (cells(3) + 1) / 2 * 2) return false;
   if (field.words.empty() || field.words.size() % DistanceField::kBrickWords != 0) return false;
   for (const std::uint32_t first : field.bricks) {
     if (first % DistanceField::kBrickWords != 0 || first >= field.words.size()) return false;
@@ -253,6 +255,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     field.words = in.GetArray<std::uint32_t>();
     field.creases = in.GetArray<std::uint32_t>();
     field.coarse = in.GetArray<CoarseCell>();
+    field.bends = in.GetArray<std::int16_t>();
     is_consistent = is_consistent && IsConsistent(field);
     object.field = std::move(field);
   }

@@ -13,6 +13,7 @@
 #include "vps/field/crease_cells.hpp"
 #include "vps/field/far_cells.hpp"
 #include "vps/field/field_plan.hpp"
+#include "vps/field/surface_bends.hpp"
 #include "vps/field/tile_bricks.hpp"
 #include "vps/field/triangle_rows.hpp"
 
@@ -46,6 +47,7 @@ class FieldBuilder {
     bins_ = {};
     FillCoarse();
     MendFarCells();
+    field_.bends = SurfaceBends(*triangles_, field_);
     triangles_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();

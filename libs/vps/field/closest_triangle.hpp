@@ -39,6 +39,11 @@ class TriangleField {
   [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
   // Unit, out of the solid; 0 when the triangle has no area.
   [[nodiscard]] const glm::dvec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
+  // Of the triangle beyond the edge from corner k to k + 1, about unit; the sum of all where there are several.
+  [[nodiscard]] glm::dvec3 neighbour_normal(std::uint32_t triangle, int k) const {
+    return glm::dvec3(edge_normals_[triangle][static_cast<std::size_t>(k)]) - normals_[triangle];
+  }
+  [[nodiscard]] bool is_sheet() const { return sheet_half_thickness_ != 0.0; }
 
   // Of one triangle.
   [[nodiscard]] ClosestFeature Closest(std::uint32_t triangle, const glm::dvec3& p) const;

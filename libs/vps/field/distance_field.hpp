@@ -26,6 +26,9 @@ constexpr float kWideMargin = 4.0f;  // voxels; no more than a coarse cell
 constexpr float kCloseRadius = 0.75f;
 constexpr float kMostAnchorDistance = 1.25f;
 
+// What a brick says of the surface around it: the sum of its principal curvatures, per voxel, positive where it bulges.
+constexpr float kBendStep = 1.0f / 8192.0f;
+
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //
 // Lengths are in voxels of a grid whose voxel (i,j,k) spans [i,i+1] x ... from `origin_m` in the mesh frame. Near the
@@ -47,9 +50,10 @@ struct DistanceField {
   std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
+  std::vector<std::int16_t> bends;  // of each brick, padded to a whole word: SurfaceBends
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size();
+    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() + 2 * bends.size();
   }
 };
 

@@ -252,6 +252,25 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   return result;
 }
 
+namespace {
+
+// bend / 24 of the brick that the middle of a point block is in; rounded as the kernels round.
+float BendAt(const SampleTree& sampled, const DistanceField& field, const FieldTransform& T, std::uint32_t block) {
+  const SphereBlock& spheres = sampled.spheres[block / kBlock];
+  const std::uint32_t k = block % kBlock;
+  const glm::ivec3 n = glm::ivec3(field.nx, field.ny, field.nz);
+  glm::ivec3 brick;
+  for (int a = 0; a < 3; ++a) {
+    const float* const m = T.m[a];
+    const float p = std::fma(m[0], spheres.x[k], std::fma(m[1], spheres.y[k], std::fma(m[2], spheres.z[k], T.t[a])));
+    brick[a] = static_cast<int>(std::max(std::min(p, static_cast<float>(n[a]) - 0.5f), 0.0f)) >> 3;
+  }
+  const std::size_t at = static_cast<std::size_t>((brick.z * (n.y >> 3) + brick.y) * (n.x >> 3) + brick.x);
+  return static_cast<float>(field.bends[at]) * (kBendStep / 24.0f);
+}
+
+}  // namespace
+
 FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                               double margin_m) {
   FieldWalkResult result;
@@ -259,13 +278,18 @@ FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& fi
   const FieldTransform T(X_GS, field);
   const auto margin = static_cast<float>(margin_m / s);
   float deepest = -1e30f;
+  float bend = 0.0f;
   for (std::uint32_t i = 0; i < sampled.num_points; ++i) {
     const PointBlock& block = sampled.points[i / kBlock];
     const std::uint32_t k = i % kBlock;
-    const float d = SampleField(field, T.ToVoxels({block.x[k], block.y[k], block.z[k]})).distance;
+    if (k == 0) bend = BendAt(sampled, field, T, i / kBlock) / static_cast<float>(s * s);
+    const float at_point = SampleField(field, T.ToVoxels({block.x[k], block.y[k], block.z[k]})).distance;
     ++result.points_tested;
-    if (d > margin) continue;
+    if (at_point > margin) continue;
     ++result.num_near;
+    // MeanDepth of the kernels.
+    const float most = 0.5f * -at_point;
+    const float d = at_point < 0.0f ? at_point + std::clamp(block.area_m2[k] * bend, -most, most) : at_point;
     if (-d > deepest) {
       deepest = -d;
       result.deepest_point = i;

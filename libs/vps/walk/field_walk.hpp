@@ -13,9 +13,8 @@ namespace vps {
 
 enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 
-// Results of different sets agree to 1e-5 of a sum, unless a rounding puts a point into another cell (up to a
-// thousandth of a voxel there); those of AVX2 and AVX-512 to the
-// bit. The widest that this processor and this build have. VR_OOS_SIMD=portable|avx2|avx512 asks for less.
+// Results of all sets are the same bits. The widest that this processor and this build have.
+// VR_OOS_SIMD=portable|avx2|avx512 asks for less.
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 

@@ -21,6 +21,7 @@ WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS) {
   in.words = field.words.data();
   in.creases = field.creases.data();
   in.coarse = field.coarse.data();
+  in.bends = reinterpret_cast<const std::uint32_t*>(field.bends.data());
   in.nx = field.nx;
   in.ny = field.ny;
   in.nz = field.nz;

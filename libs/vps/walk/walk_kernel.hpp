@@ -16,6 +16,7 @@ struct WalkInput {
   const std::uint32_t* words;
   const std::uint32_t* creases;
   const CoarseCell* coarse;
+  const std::uint32_t* bends;  // two in a word
   std::int32_t nx, ny, nz, coarse_shift;
   // Tree.
   const PointBlock* points;
@@ -87,7 +88,7 @@ struct WalkChunk {
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
   std::uint32_t* near_blocks;
-  float (*near_depths)[kBlock];  // voxels, positive inside
+  float (*near_depths)[kBlock];  // MeanDepth, voxels, positive inside
 };
 
 struct WalkKernels {

@@ -13,6 +13,7 @@ constexpr float kRounder = 12582912.0f;
 // that a point rounds to its cell.
 struct Windows {
   alignas(64) std::uint32_t slot[kBatch];
+  alignas(64) float bend[kBatch];  // of the brick that the block's middle is in, / 24
   alignas(64) float t[3][kBatch];
 };
 
@@ -29,17 +30,23 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
     const F reach = (F)Gather(spheres + 3 * kBlock, at) * in.voxels_per_m + kPad;
     I fits = (I)(block != in.partial_block);
     I corner[3];
+    I middle[3];
     const F centre[3] = {c.x, c.y, c.z};
     for (int a = 0; a < 3; ++a) {
       const F low = centre[a] - reach;
+      const F end = Fill(static_cast<float>(8 * bricks[a]));
       const I limited = I{} + (bricks[a] - 2);
-      const I b = ToI(Max(Min(low, Fill(static_cast<float>(8 * bricks[a]))), F{})) >> 3;
+      const I b = ToI(Max(Min(low, end), F{})) >> 3;
+      middle[a] = ToI(Max(Min(centre[a], end - 0.5f), F{})) >> 3;
       corner[a] = b < limited ? b : limited;
       fits &= (low >= 0.0f) & (centre[a] + reach <= ToF(corner[a] * 8 + 16));
       StoreF(&out->t[a][i], in.t[a] - (ToF(corner[a] * 8) + 0.5f));
     }
     const I slot = (corner[2] * bricks[1] + corner[1]) * bricks[0] + corner[0];
     StoreU(&out->slot[i], (U)(fits ? slot : I{} - 1));
+    const I brick = (middle[2] * bricks[1] + middle[1]) * bricks[0] + middle[0];
+    const U both = Gather(in.bends, (U)(brick >> 1));
+    StoreF(&out->bend[i], ToF((I)((brick & 1) != 0 ? both : both << 16) >> 16) * (kBendStep / 24.0f));
   }
 }
 
@@ -149,10 +156,9 @@ inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uin
   }
 }
 
-// Depths of a batch.
-inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, float* depths) {
-  Windows windows;
-  FindWindows(in, blocks, count, &windows);
+// Depths of a batch at the points' places.
+inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
+                       float* depths) {
   Cells cells;
   FindCells(in, blocks, count, windows, &cells);
   // Without a branch on what is read: a wrong guess would wait for memory.
@@ -212,6 +218,17 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
     const Vec3 p{LoadF(coarse.x + k), LoadF(coarse.y + k), LoadF(coarse.z + k)};
     StoreDepths(CoarseAt<false>(in, p, I{} - 1), coarse.to + k, depths);
   }
+}
+
+// What a positive depth is in the mean over what the point stands for. The point is the middle of its patch, so that a
+// G with flat faces needs nothing more. Where G's surface bends, its distance from the points of the patch is, from the
+// mean point and to second order, more by 1/2 tr(H C), with H the distance's second derivatives, whose trace is the sum
+// of the curvatures, and C the patch's second moments, area / 12 in either direction. By half of the depth at most, so
+// that no force appears at once.
+inline F MeanDepth(const WalkInput& in, F depth, F area, float bend) {
+  const F less = area * (in.voxels_per_m * in.voxels_per_m * bend);
+  const F most = depth * 0.5f;
+  return depth > 0.0f ? depth - Max(Min(less, most), -most) : depth;
 }
 
 // Sums in float of the blocks whose numbers differ only in the last five bits, then added to the doubles: what a sum
@@ -282,7 +299,9 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     const std::uint32_t left = chunk.num_blocks - begin;
     const std::uint32_t count = left < kBatch ? left : kBatch;
     for (std::uint32_t k = 0; k < 2 * kBatch; ++k) ids[k] = chunk.blocks[begin + (k < left ? k : 0)];
-    FindDepths(in, ids, count, depths);
+    Windows windows;
+    FindWindows(in, ids, count, &windows);
+    FindDepths(in, ids, count, windows, depths);
     std::uint32_t num_near = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       unsigned near = 0;
@@ -297,13 +316,15 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     }
     for (std::uint32_t n = 0; n < num_near; ++n) {
       const std::uint32_t id = ids[near_at[n]];
+      const PointBlock& block = in.points[id];
       F depth[kParts];
       unsigned colliding = 0;
       float* const near_depths = chunk.near_depths[sums->num_near_blocks];
       chunk.near_blocks[sums->num_near_blocks++] = id;
       for (int j = 0; j < kParts; ++j) {
-        depth[j] = LoadF(depths + near_at[n] * kBlock + j * kLanes);
-        colliding |= LessBits(F{}, depth[j]) << j * kLanes;
+        const F at_point = LoadF(depths + near_at[n] * kBlock + j * kLanes);
+        colliding |= LessBits(F{}, at_point) << j * kLanes;
+        depth[j] = MeanDepth(in, at_point, LoadF(block.area_m2 + j * kLanes), windows.bend[near_at[n]]);
         StoreF(near_depths + j * kLanes, depth[j]);
         const I is_deeper = depth[j] > deepest[j];
         deepest[j] = is_deeper ? depth[j] : deepest[j];
@@ -315,7 +336,7 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
         Flush(&partial, sums);
         partial.group = id >> kSharedBits;
       }
-      AddBlock(in.points[id], depth, &partial);
+      AddBlock(block, depth, &partial);
     }
   }
   Flush(&partial, sums);
