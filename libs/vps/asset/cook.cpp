@@ -67,9 +67,9 @@ core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh&
       object.field = std::move(*field);
     }
     if (parameters.num_points != 0) {
-      const auto samples = SampleSurface(bounds, parameters.num_points, progress);
+      auto samples = BuildSampleTree(bounds, parameters.num_points, progress);
       if (!samples) return tl::unexpected(samples.error());
-      object.samples = BuildSampleTree(*samples);
+      object.samples = std::move(*samples);
     }
     return object;
   }

@@ -96,6 +96,22 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
+void Encode(const SampleTree& tree, ByteWriter* out) {
+  out->Put(tree.num_points);
+  out->Put(tree.area_m2);
+  out->Put(tree.centre_m);
+  out->Put(tree.radius_m);
+  out->PutArray(tree.points);
+  out->PutArray(tree.spheres);
+  out->Put(tree.level_begin);
+  out->Put(tree.num_levels);
+  out->PutArray(tree.fine);
+  out->Put(tree.refined_m);
+  out->Put(tree.reach_m);
+  out->Put(static_cast<std::uint32_t>(tree.coarser.size()));
+  for (const SampleTree& coarser : tree.coarser) Encode(coarser, out);
+}
+
 std::vector<char> Encode(const CookedObject& object) {
   ByteWriter out;
   out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0) |
@@ -130,18 +146,7 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.bends);
   }
   if (object.samples) {
-    const SampleTree& tree = *object.samples;
-    out.Put(tree.num_points);
-    out.Put(tree.area_m2);
-    out.Put(tree.centre_m);
-    out.Put(tree.radius_m);
-    out.PutArray(tree.points);
-    out.PutArray(tree.spheres);
-    out.Put(tree.level_begin);
-    out.Put(tree.num_levels);
-    out.PutArray(tree.fine);
-    out.Put(tree.refined_m);
-    out.Put(tree.reach_m);
+    Encode(*object.samples, &out);
   }
   return out.bytes();
 }
@@ -219,6 +224,27 @@ bool IsConsistent(const SampleTree& tree) {
   return below == 1 && begin == tree.spheres.size();
 }
 
+SampleTree DecodeSamples(ByteReader* in, bool is_coarser = false) {
+  SampleTree tree;
+  tree.num_points = in->Get<std::uint32_t>();
+  tree.area_m2 = in->Get<double>();
+  tree.centre_m = in->Get<glm::dvec3>();
+  tree.radius_m = in->Get<double>();
+  tree.points = in->GetArray<PointBlock>();
+  tree.spheres = in->GetArray<SphereBlock>();
+  tree.level_begin = in->Get<decltype(tree.level_begin)>();
+  tree.num_levels = in->Get<std::uint32_t>();
+  tree.fine = in->GetArray<FineBlock>();
+  tree.refined_m = in->Get<double>();
+  tree.reach_m = in->Get<double>();
+  const auto num_coarser = in->Get<std::uint32_t>();
+  // Coarser samples have none themselves.
+  for (std::uint32_t i = 0; i < num_coarser && in->is_ok() && !is_coarser; ++i) {
+    tree.coarser.push_back(DecodeSamples(in, true));
+  }
+  return tree;
+}
+
 core::Result<CookedObject> Decode(const std::vector<char>& payload) {
   ByteReader in(payload.data(), payload.size());
   CookedObject object;
@@ -260,20 +286,9 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     object.field = std::move(field);
   }
   if (flags & kHasSamples) {
-    SampleTree tree;
-    tree.num_points = in.Get<std::uint32_t>();
-    tree.area_m2 = in.Get<double>();
-    tree.centre_m = in.Get<glm::dvec3>();
-    tree.radius_m = in.Get<double>();
-    tree.points = in.GetArray<PointBlock>();
-    tree.spheres = in.GetArray<SphereBlock>();
-    tree.level_begin = in.Get<decltype(tree.level_begin)>();
-    tree.num_levels = in.Get<std::uint32_t>();
-    tree.fine = in.GetArray<FineBlock>();
-    tree.refined_m = in.Get<double>();
-    tree.reach_m = in.Get<double>();
-    is_consistent = is_consistent && IsConsistent(tree);
-    object.samples = std::move(tree);
+    object.samples = DecodeSamples(&in);
+    is_consistent = is_consistent && IsConsistent(*object.samples);
+    for (const SampleTree& tree : object.samples->coarser) is_consistent = is_consistent && IsConsistent(tree);
   }
   if (!in.is_ok() || !in.is_at_end() || !is_consistent) {
     return core::Fail(core::ErrorCode::kDamaged, "contents do not fit together");

@@ -63,6 +63,7 @@ struct CollisionWorld::Impl {
   // Of `fast`, per slot.
   enum class Fate : std::uint8_t { kOpen, kRuns, kLate };
   std::array<std::uint32_t, kMaxPairsAtOnce> num_chunks{};
+  std::array<bool, kMaxPairsAtOnce> is_walked{};
   std::array<std::atomic<Fate>, kMaxPairsAtOnce> fates{};
 
   core::Result<void> AddPair(const PairDescription& pair);
@@ -77,6 +78,7 @@ struct CollisionWorld::Impl {
   void TestPaper(std::size_t slot);
   void PrepareFast(std::size_t slot);
   void EvaluateFast(std::size_t index);
+  void ContinueFast(std::size_t slot);
   void FinishFast(std::size_t slot);
   void ShareOut(std::uint64_t budget_points);
   void TestSome(core::ParallelFor* workers);
@@ -289,15 +291,25 @@ void CollisionWorld::Impl::TestPaper(std::size_t slot) {
 void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   num_chunks[slot] = 0;
+  is_walked[slot] = false;
   fates[slot].store(IsTimeUp(slot) ? Fate::kLate : Fate::kOpen, std::memory_order_relaxed);
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   const PairDescription d = DescriptionNow(pair);
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
-  num_chunks[slot] = PrepareWalk(*objects[d.sampled]->samples, *objects[d.field]->field, pair.X_GS,
-                                 WalkMargin_m(*objects[d.sampled]->samples, d.look_ahead_m), BestInstructionSet(),
-                                 &fast_scratch[slot].walk);
+  const SampleTree& sampled = *objects[d.sampled]->samples;
+  num_chunks[slot] = fast_scratch[slot].levels.Begin(sampled, *objects[d.field]->field, pair.X_GS,
+                                                     WalkMargin_m(sampled, d.look_ahead_m), BestInstructionSet(),
+                                                     &fast_scratch[slot].walk);
+}
+
+// A pair without chunks that is not late has still to be closed.
+void CollisionWorld::Impl::ContinueFast(std::size_t slot) {
+  num_chunks[slot] = 0;
+  if (is_walked[slot] || fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
+  num_chunks[slot] = fast_scratch[slot].levels.Next();
+  is_walked[slot] = num_chunks[slot] == 0;
 }
 
 // Whoever comes first to a pair's chunks decides for all of them whether there is time.
@@ -323,8 +335,8 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.free_m = FinishFastPair(*objects[d.sampled]->samples, *objects[d.field]->field, schedule.X_WO(d.sampled),
                                pair.X_GS, d, rho, &fast_scratch[slot], &pair.result);
   pair.result.cycle = cycle;
-  pair.result.is_cut_short = fast_scratch[slot].walk.is_cut_short();
-  pair.points_due = fast_scratch[slot].walk.points_due();
+  pair.result.is_cut_short = fast_scratch[slot].levels.result().is_cut_short;
+  pair.points_due = fast_scratch[slot].levels.points_due();
 }
 
 // A pair that has not been tested yet is taken for a small one.
@@ -356,7 +368,13 @@ void CollisionWorld::Impl::TestSome(core::ParallelFor* workers) {
     return;
   }
   run.template operator()<&Impl::PrepareFast>(count);
-  run.template operator()<&Impl::EvaluateFast>(std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U));
+  std::uint32_t sum = 0;
+  do {
+    sum = std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U);
+    run.template operator()<&Impl::EvaluateFast>(sum);
+    run.template operator()<&Impl::ContinueFast>(count);
+    sum = std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U);
+  } while (sum > 0);
   run.template operator()<&Impl::FinishFast>(count);
 }
 

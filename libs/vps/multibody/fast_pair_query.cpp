@@ -92,16 +92,20 @@ double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                      PairResult* result) {
-  const std::uint32_t num_chunks =
-      PrepareWalk(sampled, field, X_GS, WalkMargin_m(sampled, pair.look_ahead_m), BestInstructionSet(), &scratch->walk);
-  for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
+  std::uint32_t num_chunks = scratch->levels.Begin(sampled, field, X_GS, WalkMargin_m(sampled, pair.look_ahead_m),
+                                                   BestInstructionSet(), &scratch->walk);
+  do {
+    for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
+    num_chunks = scratch->levels.Next();
+  } while (num_chunks > 0);
   return FinishFastPair(sampled, field, X_WS, X_GS, pair, rho, scratch, result);
 }
 
 double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                       const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                       PairResult* result) {
-  const FieldWalkResult walk = FinishWalk(&scratch->walk);
+  const FieldWalkResult& walk = scratch->levels.result();
+  const SampleTree& finest = scratch->levels.finest();
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
   result->is_in_contact = false;
   result->f_So_S = {};
@@ -114,13 +118,13 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     result->signed_distance_m = std::max(0.0, margin_m + walk.free_distance_m - sampled.reach_m);
     return walk.free_distance_m;
   }
-  RefineContact(sampled, field, X_GS, walk, scratch->walk, &scratch->refine);
+  RefineContact(finest, field, X_GS, walk, scratch->walk, &scratch->refine);
   const std::uint32_t num_finer = scratch->refine.num_samples;
   double volume_m3 = walk.volume_m3;
   double square_m4 = walk.square_m4;
   double deepest_m = walk.deepest_m;
   std::uint32_t deepest_point = walk.deepest_point;
-  glm::vec3 deepest_p_S = PointOf(sampled.points[deepest_point / kBlock], deepest_point % kBlock);
+  glm::vec3 deepest_p_S = PointOf(finest.points[deepest_point / kBlock], deepest_point % kBlock);
   result->counters.points_tested += std::uint64_t{num_finer} * kBlock;
   for (std::uint32_t j = 0; j < num_finer; ++j) {
     const FinerSample& finer = scratch->refine.samples[j];
@@ -136,7 +140,7 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     deepest_p_S = finer.change.p_S;
   }
   result->is_in_contact = result->counters.points_colliding > 0;
-  const PointBlock& block = sampled.points[deepest_point / kBlock];
+  const PointBlock& block = finest.points[deepest_point / kBlock];
   const std::uint32_t lane = deepest_point % kBlock;
   result->signed_distance_m = -deepest_m;
   result->deepest_p_S = deepest_p_S;
@@ -146,7 +150,7 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   const double scale = AreaScale(volume_m3, square_m4, sampled.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{scratch->force_m3, scratch->moment_m4};
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
-  const Front front{sampled, field, FieldTransform(X_GS, field)};
+  const Front front{finest, field, FieldTransform(X_GS, field)};
   const std::uint32_t num_patches = MakePatches(front, walk, scratch->walk, pair.look_ahead_m,
                                                 FinerSamples(scratch->refine, num_finer), scratch->patches.data());
   const ContactLoad load{scratch->force_m3, scratch->moment_m4, volume_m3, scale * pair.stiffness_N_per_m};

@@ -7,6 +7,7 @@
 #include "vps/multibody/collision_world.hpp"
 #include "vps/multibody/refine_contact.hpp"
 #include "vps/walk/field_walk.hpp"
+#include "vps/walk/level_walk.hpp"
 
 namespace vps {
 
@@ -19,6 +20,7 @@ constexpr std::uint32_t kMaxFastContacts = 128;
 struct FastPairScratch {
   explicit FastPairScratch(const SampleTree& tree) : walk(tree), patches(kMaxPatches) {}
   FieldWalkScratch walk;
+  LevelWalk levels;
   RefineScratch refine;
   std::vector<ContactPatch> patches;
   // Of the last query: the penalty integral over S's surface inside G before AreaScale, and its moment about S's mesh
@@ -49,7 +51,8 @@ double QueryFastPair(const SampleTree& sampled, const DistanceField& field, cons
 // surface can be in contact.
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m);
 
-// Its last part, after PrepareWalk with that margin and all its chunks.
+// The same in parts: scratch->levels.Begin with that margin, then Next until it is 0, each after all of its chunks,
+// then this.
 double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                       const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                       PairResult* result);

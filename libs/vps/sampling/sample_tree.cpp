@@ -141,4 +141,18 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   return tree;
 }
 
+core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
+                                         const std::function<void(std::string_view, double)>& progress) {
+  const auto samples = SampleSurface(mesh, num_points, progress);
+  if (!samples) return tl::unexpected(samples.error());
+  SampleTree tree = BuildSampleTree(*samples);
+  for (std::uint32_t n = num_points / 4; n >= kFewestCoarse; n /= 4) {
+    auto fewer = SampleSurface(mesh, n, progress);
+    if (!fewer) return tl::unexpected(fewer.error());
+    fewer->fine.clear();
+    tree.coarser.push_back(BuildSampleTree(*fewer));
+  }
+  return tree;
+}
+
 }  // namespace vps

@@ -2,9 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
+#include <string_view>
 #include <vector>
 
+#include "core/result.hpp"
+#include "vps/mesh/triangle_mesh.hpp"
 #include "vps/sampling/fine_block.hpp"
 #include "vps/sampling/surface_samples.hpp"
 
@@ -36,12 +40,21 @@ struct SampleTree {
   std::vector<FineBlock> fine;  // of each point, in their order; empty: the points are as fine as it gets
   double refined_m = 0.0;       // a sample farther than this from the other body is not taken finer; of a typical patch
   double reach_m = 0.0;         // no place of the surface is farther from the point that stands for it
+  std::vector<SampleTree> coarser;  // the same surface in a quarter of the points, in a sixteenth, ...: WalkLevels
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + fine.size() * sizeof(FineBlock);
+    std::size_t sum =
+        points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + fine.size() * sizeof(FineBlock);
+    for (const SampleTree& tree : coarser) sum += tree.num_bytes();
+    return sum;
   }
 };
 
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
+
+// Samples a surface, and again with fewer points as long as these are at least kFewestCoarse. Errors: SampleSurface.
+constexpr std::uint32_t kFewestCoarse = 8192;
+core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
+                                         const std::function<void(std::string_view, double)>& progress = {});
 
 }  // namespace vps

@@ -1,6 +1,7 @@
 #include "vps/walk/field_walk.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -47,7 +48,7 @@ WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const
 
 // At most so many chunks, so that their sums stay small beside the points.
 constexpr std::uint32_t kMostChunks = 64;
-constexpr std::uint32_t kSmallestChunkShift = 8;
+constexpr std::uint32_t kSmallestChunkShift = 7;
 
 double SumOf(const double (&lanes)[kBlock]) {
   double sum = 0.0;
@@ -201,6 +202,25 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
   scratch->kernels_.evaluate(scratch->input_, part, &chunk.sums);
 }
 
+std::uint32_t ProbeInside(FieldWalkScratch* scratch) {
+  constexpr std::uint32_t kStep = 8;
+  constexpr std::uint32_t kAtOnce = 64;
+  const auto num_blocks = static_cast<std::uint32_t>(scratch->tested_blocks().size());
+  std::uint32_t num_inside = 0;
+  for (std::uint32_t i = 0; i < num_blocks;) {
+    std::array<std::uint32_t, kAtOnce> blocks;
+    WalkChunk part{};
+    for (; part.num_blocks < kAtOnce && i < num_blocks; i += kStep) blocks[part.num_blocks++] = scratch->blocks_[i];
+    part.blocks = blocks.data();
+    part.near_blocks = scratch->chunk_near_.data();
+    part.near_depths = reinterpret_cast<float(*)[kBlock]>(scratch->near_depths.data());
+    WalkSums sums;
+    scratch->kernels_.evaluate(scratch->input_, part, &sums);
+    num_inside += sums.num_inside / kBlock;
+  }
+  return num_inside;
+}
+
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   FieldWalkResult result;
   result.spheres_tested = scratch->spheres_tested_;
@@ -225,6 +245,7 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
     if (chunk.sums.num_near == 0) continue;
     result.num_near += chunk.sums.num_near;
     result.num_colliding += chunk.sums.num_colliding;
+    result.num_inside += chunk.sums.num_inside;
     for (std::uint32_t k = 0; k < kBlock; ++k) {
       const std::uint32_t point = chunk.sums.depth_block[k] * kBlock + k;
       if (chunk.sums.depth[k] > deepest || (chunk.sums.depth[k] == deepest && point < result.deepest_point)) {

@@ -54,6 +54,7 @@ class FieldWalkScratch {
                                    FieldWalkScratch*);
   friend void EvaluateChunk(FieldWalkScratch*, std::uint32_t);
   friend FieldWalkResult FinishWalk(FieldWalkScratch*);
+  friend std::uint32_t ProbeInside(FieldWalkScratch*);
   struct Chunk {
     std::uint32_t begin, end;  // in blocks_
     WalkSums sums;
@@ -95,6 +96,7 @@ struct FieldWalkResult {
   std::uint32_t num_near_blocks = 0;  // valid entries in the scratch
   std::uint32_t num_near = 0;         // points within the margin
   std::uint32_t num_colliding = 0;
+  std::uint32_t num_inside = 0;  // of these, in blocks that collide with all of their points: not at a contact's rim
   std::uint32_t spheres_tested = 0;
   std::uint32_t points_tested = 0;
   bool is_cut_short = false;     // the budget ran out: sums and near points are of the blocks tested
@@ -115,6 +117,9 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
                           double margin_m, InstructionSet set, FieldWalkScratch* scratch);
 void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
+
+// Between PrepareWalk and its chunks: how many of every eighth block that they would test collide with all points.
+std::uint32_t ProbeInside(FieldWalkScratch* scratch);
 
 // The reference: every point, one after the other, with SampleField.
 FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,

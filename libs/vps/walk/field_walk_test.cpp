@@ -54,8 +54,8 @@ void ForPoses(const Pair& pair, int count, const std::function<void(const core::
 // limit.
 void ExpectSame(const FieldWalkResult& a, const FieldWalkResult& b, const Pair& pair) {
   const double s = pair.field.voxel_size_m;
-  // A point that a rounding puts into the next cell: a step of the planes' distance, 1/256 voxel, of its depth.
-  const double one_point = 4e-3 * s * pair.points.area_m2 / pair.points.num_points;
+  // A point that a rounding puts into the next cell: planes of neighbours and creases differ by so much of a voxel.
+  const double one_point = 0.06 * s * pair.points.area_m2 / pair.points.num_points;
   const double tolerance = 1e-5 * b.volume_m3 + one_point;
   EXPECT_LE(std::abs(static_cast<double>(a.num_near) - b.num_near), 1.0 + 1e-3 * b.num_near);
   EXPECT_LE(std::abs(static_cast<double>(a.num_colliding) - b.num_colliding), 1.0 + 1e-3 * b.num_colliding);

@@ -41,6 +41,7 @@ struct alignas(64) WalkSums {
   std::uint32_t depth_block[kBlock];
   float room;  // least distance of the points tested, voxels
   std::uint32_t num_near, num_colliding, num_near_blocks;
+  std::uint32_t num_inside;  // points of blocks that collide with all of their points
 };
 
 // Spheres survive when a point in them can be within the margin, with this to spare: the fitted planes of a crease may

@@ -5,7 +5,9 @@
 // put aside and done in full registers. Then, with all depths known, the sums.
 
 constexpr std::uint32_t kBatch = 32;
+// Of a block that may leave the grid, and of one that lies in it but in no two by two by two bricks.
 constexpr std::uint32_t kNoWindow = 0xffffffffU;
+constexpr std::uint32_t kWide = 0xfffffffeU;
 // Added to a float below 2^21, leaves the nearest integer in the low bits of its word.
 constexpr float kRounder = 12582912.0f;
 
@@ -28,7 +30,8 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
     const Vec3 c =
         ToVoxels(in, (F)Gather(spheres, at), (F)Gather(spheres + kBlock, at), (F)Gather(spheres + 2 * kBlock, at));
     const F reach = (F)Gather(spheres + 3 * kBlock, at) * in.voxels_per_m + kPad;
-    I fits = (I)(block != in.partial_block);
+    I is_inside = (I)(block != in.partial_block);
+    I fits = is_inside;
     I corner[3];
     I middle[3];
     const F centre[3] = {c.x, c.y, c.z};
@@ -39,11 +42,13 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
       const I b = ToI(Max(Min(low, end), F{})) >> 3;
       middle[a] = ToI(Max(Min(centre[a], end - 0.5f), F{})) >> 3;
       corner[a] = b < limited ? b : limited;
-      fits &= (low >= 0.0f) & (centre[a] + reach <= ToF(corner[a] * 8 + 16));
-      StoreF(&out->t[a][i], in.t[a] - (ToF(corner[a] * 8) + 0.5f));
+      is_inside &= (low >= 0.0f) & (centre[a] + reach <= end);
+      fits &= centre[a] + reach <= ToF(corner[a] * 8 + 16);
     }
+    fits &= is_inside;
+    for (int a = 0; a < 3; ++a) StoreF(&out->t[a][i], in.t[a] - ((fits ? ToF(corner[a] * 8) : F{}) + 0.5f));
     const I slot = (corner[2] * bricks[1] + corner[1]) * bricks[0] + corner[0];
-    StoreU(&out->slot[i], (U)(fits ? slot : I{} - 1));
+    StoreU(&out->slot[i], fits ? (U)slot : (is_inside ? U{} + kWide : U{} + kNoWindow));
     const I brick = (middle[2] * bricks[1] + middle[1]) * bricks[0] + middle[0];
     const U both = Gather(in.bends, (U)(brick >> 1));
     StoreF(&out->bend[i], ToF((I)((brick & 1) != 0 ? both : both << 16) >> 16) * (kBendStep / 24.0f));
@@ -107,18 +112,35 @@ struct WindowReader {
   }
   // Indices of the words of the points' cells; e: places in the cells.
   U Find(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, const Octet& octet, Vec3* e) const {
+    Vec3 r;
+    Round(block, at, windows, i, &r, e);
+    const U cell = PlaceOf(place_x, (U)r.x) + PlaceOf(place_y, (U)r.y) + PlaceOf(place_z, (U)r.z);
+    return LookUp(octet, cell >> kPlaceBrickShift) + cell;
+  }
+  // The same of a wide block, whose window is the grid.
+  U FindWide(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, Vec3* e) const {
+    Vec3 r;
+    Round(block, at, windows, i, &r, e);
+    const F zero = Fill(kRounder);
+    const I x = (I)r.x - (I)zero;
+    const I y = (I)r.y - (I)zero;
+    const I z = (I)r.z - (I)zero;
+    const I brick =
+        (z >> 3) * static_cast<std::int32_t>(stride_z) + (y >> 3) * static_cast<std::int32_t>(stride_y) + (x >> 3);
+    return Gather(bricks, (U)brick) + WordInBrickOf(x, y, z);
+  }
+
+ private:
+  // r: the window's cells plus kRounder.
+  void Round(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, Vec3* r, Vec3* e) const {
     const F x = LoadF(block.x + at);
     const F y = LoadF(block.y + at);
     const F z = LoadF(block.z + at);
     const Vec3 p{Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
                  Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
                  Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
-    const F rx = p.x + kRounder;
-    const F ry = p.y + kRounder;
-    const F rz = p.z + kRounder;
-    *e = {p.x - (rx - kRounder), p.y - (ry - kRounder), p.z - (rz - kRounder)};
-    const U cell = PlaceOf(place_x, (U)rx) + PlaceOf(place_y, (U)ry) + PlaceOf(place_z, (U)rz);
-    return LookUp(octet, cell >> kPlaceBrickShift) + cell;
+    *r = {p.x + kRounder, p.y + kRounder, p.z + kRounder};
+    *e = {p.x - (r->x - kRounder), p.y - (r->y - kRounder), p.z - (r->z - kRounder)};
   }
 };
 
@@ -128,6 +150,13 @@ struct Cells {
   alignas(64) std::uint32_t word[kBatch * kBlock];  // its index, then the word itself
   alignas(64) float x[kBatch * kBlock], y[kBatch * kBlock], z[kBatch * kBlock];
 };
+
+inline void StoreCells(std::uint32_t to, U index, const Vec3& e, Cells* cells) {
+  StoreU(cells->word + to, index);
+  StoreF(cells->x + to, e.x);
+  StoreF(cells->y + to, e.y);
+  StoreF(cells->z + to, e.z);
+}
 
 inline void Prefetch(const PointBlock& block) {
   __builtin_prefetch(block.x);
@@ -141,17 +170,21 @@ inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uin
   const WindowReader reader(in);
   for (std::uint32_t i = 0; i < count; ++i) {
     Prefetch(in.points[blocks[i + kAhead]]);
+    if (windows.slot[i] == kWide) {
+      for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+        Vec3 e;
+        const U index = reader.FindWide(in.points[blocks[i]], at, windows, i, &e);
+        StoreCells(i * kBlock + static_cast<std::uint32_t>(at), index, e, cells);
+      }
+      continue;
+    }
     const bool has_window = windows.slot[i] != kNoWindow;
     const Octet octet = LoadOctet(reader.bricks + (has_window ? windows.slot[i] : 0), reader.stride_y, reader.stride_z);
     const PointBlock& block = in.points[has_window ? blocks[i] : 0];
     for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
       Vec3 e;
       const U index = reader.Find(block, at, windows, i, octet, &e);
-      const std::uint32_t to = i * kBlock + static_cast<std::uint32_t>(at);
-      StoreU(cells->word + to, index);
-      StoreF(cells->x + to, e.x);
-      StoreF(cells->y + to, e.y);
-      StoreF(cells->z + to, e.z);
+      StoreCells(i * kBlock + static_cast<std::uint32_t>(at), index, e, cells);
     }
   }
 }
@@ -279,7 +312,7 @@ inline void AddBlock(const PointBlock& block, const F* depth, Partial* partial) 
 
 void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
   __builtin_memset(sums->of, 0, sizeof sums->of);
-  sums->num_near = sums->num_colliding = sums->num_near_blocks = 0;
+  sums->num_near = sums->num_colliding = sums->num_near_blocks = sums->num_inside = 0;
   Partial partial;
   __builtin_memset(&partial, 0, sizeof partial);
   partial.is_empty = true;
@@ -332,6 +365,7 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
       }
       if (colliding == 0) continue;
       sums->num_colliding += static_cast<std::uint32_t>(__builtin_popcount(colliding));
+      sums->num_inside += colliding == kAllSurvive ? kBlock : 0;
       if (id >> kSharedBits != partial.group) {
         Flush(&partial, sums);
         partial.group = id >> kSharedBits;

@@ -1,0 +1,100 @@
+#include "vps/walk/level_walk.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vps/walk/walk_memory.hpp"
+
+namespace vps {
+namespace {
+
+// With fewer blocks to test than this, a contact is not broad enough for coarser samples.
+constexpr std::uint32_t kBroadBlocks = 96;
+static_assert(kBroadBlocks * kBlock > kEnoughInside);
+// So many of every eighth block must be inside for the others to be worth a look: few of a thread's flanks are, and of
+// kTooFewInside points, which are side by side, four blocks are seen.
+constexpr std::uint32_t kLeastProbed = 1;
+
+}  // namespace
+
+std::uint32_t LevelWalk::Begin(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                               double margin_m, InstructionSet set, FieldWalkScratch* scratch) {
+  sampled_ = &sampled;
+  field_ = &field;
+  X_GS_ = X_GS;
+  margin_m_ = margin_m;
+  set_ = set;
+  scratch_ = scratch;
+  memory_ = scratch->memory;
+  left_ = 1.0;
+  is_broad_ = false;
+  scale_ = sampled.coarser.empty() ? 1.0 : std::sqrt(std::max(1.0, static_cast<double>(sampled.num_points) / kPointsForThat));
+  points_due_ = points_tested_ = spheres_tested_ = 0;
+  result_ = {};
+  const bool is_known = memory_ != nullptr && memory_->Knows(sampled, field, X_GS, margin_m);
+  level_ = is_known ? 1 : static_cast<std::uint32_t>(sampled.coarser.size()) + 1;
+  return Descend();
+}
+
+// Prepares the next level that is worth it.
+std::uint32_t LevelWalk::Descend() {
+  scratch_->memory = nullptr;  // is of the samples themselves
+  while (--level_ > 0) {
+    const std::uint32_t num_chunks = PrepareWalk(TreeAt(level_), *field_, X_GS_, margin_m_, set_, scratch_);
+    const std::uint32_t due = scratch_->points_due();
+    if (due == 0) {
+      level_ = 0;
+      break;
+    }
+    if (due < kBroadBlocks * kBlock) {
+      // Each finer level has at most about four times as many.
+      for (std::uint32_t next = 4 * due; next < kBroadBlocks * kBlock && level_ > 1; next *= 4) --level_;
+      continue;
+    }
+    if (scratch_->most_points != 0 && due > scratch_->most_points) continue;  // the deepest of the samples, then
+    is_broad_ = true;
+    if (ProbeInside(scratch_) >= kLeastProbed) return num_chunks;
+  }
+  // No list is made where the coarser samples may soon do: it would keep them from being asked.
+  scratch_->memory = is_broad_ ? nullptr : memory_;
+  return PrepareWalk(*sampled_, *field_, X_GS_, margin_m_, set_, scratch_);
+}
+
+void LevelWalk::Add(const FieldWalkResult& walk, double share) {
+  const FieldWalkResult sums = result_;
+  result_ = walk;
+  result_.force_m3 = sums.force_m3 + share * walk.force_m3;
+  result_.moment_m4 = sums.moment_m4 + share * walk.moment_m4;
+  result_.volume_m3 = sums.volume_m3 + share * walk.volume_m3;
+  result_.square_m4 = sums.square_m4 + share * walk.square_m4;
+}
+
+std::uint32_t LevelWalk::Next() {
+  for (;;) {
+    const FieldWalkResult walk = FinishWalk(scratch_);
+    points_due_ += scratch_->points_due();
+    points_tested_ += walk.points_tested;
+    spheres_tested_ += walk.spheres_tested;
+    double share = left_;
+    if (level_ > 0) {
+      const double inside = static_cast<double>(walk.num_inside) / scale_;
+      share *= std::clamp((inside - kTooFewInside) / (kEnoughInside - kTooFewInside), 0.0, 1.0);
+    } else if (!sampled_->coarser.empty() && walk.spheres_tested == 0 && walk.num_inside >= 3.0 * kTooFewInside * scale_) {
+      // A contact that was small when the list was made has become broad.
+      memory_->Forget();
+      level_ = static_cast<std::uint32_t>(sampled_->coarser.size()) + 1;
+      if (const std::uint32_t num_chunks = Descend(); num_chunks > 0) return num_chunks;
+      continue;
+    }
+    Add(walk, share);
+    left_ -= share;
+    if (level_ == 0 || !(left_ > 0.0)) break;
+    if (const std::uint32_t num_chunks = Descend(); num_chunks > 0) return num_chunks;
+  }
+  result_.points_tested = points_tested_;
+  result_.spheres_tested = spheres_tested_;
+  scratch_->memory = memory_;
+  return 0;
+}
+
+}  // namespace vps
