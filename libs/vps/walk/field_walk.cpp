@@ -111,8 +111,10 @@ std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
   cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
   cull.kept = kept;
   cull.skin = skin;
+  cull.most_spheres = ends_when_broad ? kBroadSpheres : 0xffffffffU;
   kernels_.cull(input_, &cull);
   spheres_tested_ += cull.spheres_tested;
+  is_broad_ = cull.is_broad;
   room_ = static_cast<double>(cull.room) - static_cast<double>(input_.margin);
   blocks_ = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
   return cull.num_blocks;
@@ -121,6 +123,7 @@ std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
 // The same by way of a list for the cycles to come.
 std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
   const std::uint32_t num_listed = FindBlocks(bounds_.data(), static_cast<float>(skin_voxels));
+  if (is_broad_) return FindBlocks();  // may be broad by the skin alone
   memory->KeepList(skin_voxels, room_, {blocks_, num_listed}, bounds_.data());
   std::uint32_t count = 0;
   auto room = static_cast<float>(room_);
@@ -158,7 +161,7 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   scratch->voxel_size_m_ = s;
   scratch->num_chunks_ = 0;
   scratch->spheres_tested_ = 0;
-  scratch->is_cut_short_ = false;
+  scratch->is_cut_short_ = scratch->is_broad_ = false;
   scratch->points_due_ = 0;
   Advice advice{Advice::kStartAnew, 0.0};
   if (scratch->memory != nullptr) advice = scratch->memory->Advise(sampled, field, X_GS, margin_m);

@@ -32,6 +32,10 @@ class FieldWalkScratch {
   // first that are deepest by estimate, 64 of them in any case, so that the deepest point stays; a larger budget tests
   // the same blocks and more, so what is missing of the integral of the depth only falls.
   std::uint32_t most_points = 0;
+  // Whether walks that use this scratch end, without a chunk, when more than kBroadSpheres spheres of 256 points may come
+  // near, found on the way to the points.
+  bool ends_when_broad = false;
+  static constexpr std::uint32_t kBroadSpheres = 48;
 
   // Blocks with a point within the margin, ascending, and where the depths of their points are.
   std::vector<std::uint32_t> near_blocks;
@@ -47,6 +51,7 @@ class FieldWalkScratch {
   // Of the last walk: whether the budget ran out, and how many points it would have tested without one.
   [[nodiscard]] bool is_cut_short() const { return is_cut_short_; }
   [[nodiscard]] std::uint32_t points_due() const { return points_due_; }
+  [[nodiscard]] bool is_broad() const { return is_broad_; }
   [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
 
  private:
@@ -77,6 +82,7 @@ class FieldWalkScratch {
   double voxel_size_m_ = 0.0;
   std::uint32_t spheres_tested_ = 0;
   bool is_cut_short_ = false;
+  bool is_broad_ = false;
   std::uint32_t points_due_ = 0;
   double room_ = 0.0;  // of what was culled, voxels
 };

@@ -11,9 +11,9 @@ namespace {
 // With fewer blocks to test than this, a contact is not broad enough for coarser samples.
 constexpr std::uint32_t kBroadBlocks = 96;
 static_assert(kBroadBlocks * kBlock > kEnoughInside);
-// So many of every eighth block must be inside for the others to be worth a look: few of a thread's flanks are, and of
-// kTooFewInside points, which are side by side, four blocks are seen.
-constexpr std::uint32_t kLeastProbed = 1;
+// So many of every eighth block must be inside for the others to be worth a look: of kTooFewInside points, which are
+// side by side, four blocks are seen.
+constexpr double kLeastProbed = 3.0;
 
 }  // namespace
 
@@ -27,36 +27,28 @@ std::uint32_t LevelWalk::Begin(const SampleTree& sampled, const DistanceField& f
   scratch_ = scratch;
   memory_ = scratch->memory;
   left_ = 1.0;
-  is_broad_ = false;
-  scale_ = sampled.coarser.empty() ? 1.0 : std::sqrt(std::max(1.0, static_cast<double>(sampled.num_points) / kPointsForThat));
+  const double ratio = static_cast<double>(sampled.num_points) / kPointsForThat;
+  scale_ = ratio > 1.0 ? std::sqrt(ratio) : 1.0;
   points_due_ = points_tested_ = spheres_tested_ = 0;
   result_ = {};
-  const bool is_known = memory_ != nullptr && memory_->Knows(sampled, field, X_GS, margin_m);
-  level_ = is_known ? 1 : static_cast<std::uint32_t>(sampled.coarser.size()) + 1;
-  return Descend();
+  level_ = 0;
+  scratch->ends_when_broad = !sampled.coarser.empty();
+  const std::uint32_t num_chunks = PrepareWalk(sampled, field, X_GS, margin_m, set, scratch);
+  scratch->ends_when_broad = false;
+  return scratch->is_broad() ? DescendFrom(static_cast<std::uint32_t>(sampled.coarser.size())) : num_chunks;
 }
 
-// Prepares the next level that is worth it.
-std::uint32_t LevelWalk::Descend() {
-  scratch_->memory = nullptr;  // is of the samples themselves
-  while (--level_ > 0) {
+// Prepares the coarsest level up to this that is worth it. Nothing is remembered of a broad contact: it would keep the
+// coarser samples from being asked.
+std::uint32_t LevelWalk::DescendFrom(std::uint32_t level) {
+  scratch_->memory = nullptr;
+  for (level_ = level; level_ > 0; --level_) {
     const std::uint32_t num_chunks = PrepareWalk(TreeAt(level_), *field_, X_GS_, margin_m_, set_, scratch_);
     const std::uint32_t due = scratch_->points_due();
-    if (due == 0) {
-      level_ = 0;
-      break;
-    }
-    if (due < kBroadBlocks * kBlock) {
-      // Each finer level has at most about four times as many.
-      for (std::uint32_t next = 4 * due; next < kBroadBlocks * kBlock && level_ > 1; next *= 4) --level_;
-      continue;
-    }
+    if (due < kBroadBlocks * kBlock) continue;
     if (scratch_->most_points != 0 && due > scratch_->most_points) continue;  // the deepest of the samples, then
-    is_broad_ = true;
-    if (ProbeInside(scratch_) >= kLeastProbed) return num_chunks;
+    if (ProbeInside(scratch_) >= kLeastProbed * scale_) return num_chunks;
   }
-  // No list is made where the coarser samples may soon do: it would keep them from being asked.
-  scratch_->memory = is_broad_ ? nullptr : memory_;
   return PrepareWalk(*sampled_, *field_, X_GS_, margin_m_, set_, scratch_);
 }
 
@@ -82,14 +74,13 @@ std::uint32_t LevelWalk::Next() {
     } else if (!sampled_->coarser.empty() && walk.spheres_tested == 0 && walk.num_inside >= 3.0 * kTooFewInside * scale_) {
       // A contact that was small when the list was made has become broad.
       memory_->Forget();
-      level_ = static_cast<std::uint32_t>(sampled_->coarser.size()) + 1;
-      if (const std::uint32_t num_chunks = Descend(); num_chunks > 0) return num_chunks;
+      if (const auto n = DescendFrom(static_cast<std::uint32_t>(sampled_->coarser.size())); n > 0) return n;
       continue;
     }
     Add(walk, share);
     left_ -= share;
     if (level_ == 0 || !(left_ > 0.0)) break;
-    if (const std::uint32_t num_chunks = Descend(); num_chunks > 0) return num_chunks;
+    if (const std::uint32_t num_chunks = DescendFrom(level_ - 1); num_chunks > 0) return num_chunks;
   }
   result_.points_tested = points_tested_;
   result_.spheres_tested = spheres_tested_;

@@ -36,7 +36,7 @@ class LevelWalk {
   [[nodiscard]] const SampleTree& TreeAt(std::uint32_t level) const {
     return level == 0 ? *sampled_ : sampled_->coarser[level - 1];
   }
-  std::uint32_t Descend();
+  std::uint32_t DescendFrom(std::uint32_t level);
   void Add(const FieldWalkResult& walk, double share);
 
   const SampleTree* sampled_ = nullptr;
@@ -48,7 +48,6 @@ class LevelWalk {
   FieldWalkMemory* memory_ = nullptr;
   std::uint32_t level_ = 0;  // 0: the samples themselves; k: coarser[k - 1]
   double left_ = 1.0;        // share of the levels that are yet to come
-  bool is_broad_ = false;
   double scale_ = 1.0;  // of kTooFewInside and kEnoughInside
   std::uint32_t points_due_ = 0, points_tested_ = 0, spheres_tested_ = 0;
   FieldWalkResult result_;

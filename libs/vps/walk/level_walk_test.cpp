@@ -136,7 +136,6 @@ TEST(LevelWalk, WhatIsRememberedOfASmallContactIsNotUsedForABroadOne) {
   FieldWalkMemory memory;
   scratch.memory = &memory;
   for (const double voxels : {0.48, 0.38, 0.37}) WalkField(plate, box, lifted(voxels), 0.0, &scratch);
-  EXPECT_TRUE(memory.Knows(plate, box, lifted(0.0), 0.0));
   LevelWalk levels;
   const FieldWalkResult with = Walk(plate, box, lifted(0.0), 0.0, &scratch, &levels);
   EXPECT_TRUE(levels.is_coarse());

@@ -77,11 +77,14 @@ struct WalkCull {
   // move before one of the block's can be near; without it is about the least distance of its points, voxels.
   float* kept;
   float skin;
+  // When more spheres of level 1 than this survive, the walk ends there: is_broad, no blocks.
+  std::uint32_t most_spheres;
   // Results: the point blocks that may come near, ascending, within the queue.
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
   std::uint32_t spheres_tested;
   float room;  // lower bound of the distance of everything that was culled, voxels
+  bool is_broad;
 };
 
 // Blocks of one chunk, ascending. near_blocks and near_depths have room for all of them.

@@ -319,6 +319,11 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
     queue = next;
     next = swapped;
     size = num_next;
+    cull->is_broad = level == 1 && size > cull->most_spheres;
+    if (cull->is_broad) {
+      size = 0;
+      break;
+    }
   }
   cull->blocks = queue;
   cull->num_blocks = size;

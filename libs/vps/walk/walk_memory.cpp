@@ -15,12 +15,6 @@ double FieldWalkMemory::Moved(const core::Pose& X_GS_before, const core::Pose& X
   return MotionBound(X_GS_before, X_GS_now, sampled_->centre_m, sampled_->radius_m) / field_->voxel_size_m + kRounding;
 }
 
-bool FieldWalkMemory::Knows(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                            double margin_m) const {
-  if (sampled_ != &sampled || field_ != &field || margin_m_ != margin_m || state_ == State::kNothing) return false;
-  return Moved(X_GS_, X_GS) < (state_ == State::kApart ? free_voxels_ : skin_voxels_);
-}
-
 FieldWalkMemory::Advice FieldWalkMemory::Advise(const SampleTree& sampled, const DistanceField& field,
                                                 const core::Pose& X_GS, double margin_m) {
   if (sampled_ != &sampled || field_ != &field || margin_m_ != margin_m) {

@@ -31,10 +31,6 @@ class FieldWalkMemory {
   static constexpr std::uint32_t kMostBlocks = 4096;
   FieldWalkMemory() : blocks_(kMostBlocks), slacks_(kMostBlocks) {}
 
-  // Whether a walk with it would need no tree.
-  [[nodiscard]] bool Knows(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                           double margin_m) const;
-
   // When the tree or the field it was used with is gone.
   void Forget() {
     sampled_ = nullptr;
