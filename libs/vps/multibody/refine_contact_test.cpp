@@ -119,7 +119,7 @@ TEST(RefineContact, ForceHasNoSteps) {
 // More samples than it is for: the walk's sums are left as they are.
 TEST(RefineContact, LeavesBroadContactsAlone) {
   const DistanceField field = *BuildField(MakeBox({0.06, 0.06, 0.02}), 1e-3);
-  const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.03, 0.03, 0.02}), 8192));
+  const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.03, 0.03, 0.02}), 16384));
   const core::Pose X_GS = At(0.001, 0.002, 0.02 - 2e-4);
   FastPairScratch scratch(samples);
   PairResult result;

@@ -32,8 +32,8 @@ class FieldWalkScratch {
   // first that are deepest by estimate, 64 of them in any case, so that the deepest point stays; a larger budget tests
   // the same blocks and more, so what is missing of the integral of the depth only falls.
   std::uint32_t most_points = 0;
-  // Whether walks that use this scratch end, without a chunk, when more than kBroadSpheres spheres of 256 points may come
-  // near, found on the way to the points.
+  // Whether walks that use this scratch end, without a chunk, when more than kBroadSpheres spheres of 256 points may
+  // come near, found on the way to the points.
   bool ends_when_broad = false;
   static constexpr std::uint32_t kBroadSpheres = 48;
 

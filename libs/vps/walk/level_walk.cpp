@@ -71,7 +71,8 @@ std::uint32_t LevelWalk::Next() {
     if (level_ > 0) {
       const double inside = static_cast<double>(walk.num_inside) / scale_;
       share *= std::clamp((inside - kTooFewInside) / (kEnoughInside - kTooFewInside), 0.0, 1.0);
-    } else if (!sampled_->coarser.empty() && walk.spheres_tested == 0 && walk.num_inside >= 3.0 * kTooFewInside * scale_) {
+    } else if (!sampled_->coarser.empty() && walk.spheres_tested == 0 &&
+               walk.num_inside >= 3.0 * kTooFewInside * scale_) {
       // A contact that was small when the list was made has become broad.
       memory_->Forget();
       if (const auto n = DescendFrom(static_cast<std::uint32_t>(sampled_->coarser.size())); n > 0) return n;

@@ -7,17 +7,17 @@
 namespace vps {
 
 // A broad contact needs fewer points than the samples that find a small one: where many points of SampleTree::coarser
-// are well inside, their sums are within a percent of those of all samples, at a quarter of the cost. What is lost is at
-// a contact's rim, so those count whose whole block collides (FieldWalkResult::num_inside): from kEnoughInside on the
-// coarser samples answer alone, below kTooFewInside the next finer ones, and all of them in the end; between the two
-// both do, in proportion, so that the sums stay continuous. They depend on the pose alone. Who gives more than
+// are well inside, their sums are within a percent of those of all samples, at a quarter of the cost. What is lost is
+// at a contact's rim, so those count whose whole block collides (FieldWalkResult::num_inside): from kEnoughInside on
+// the coarser samples answer alone, below kTooFewInside the next finer ones, and all of them in the end; between the
+// two both do, in proportion, so that the sums stay continuous. They depend on the pose alone. Who gives more than
 // kPointsForThat points wants more of the contact to be seen: both numbers grow with the root of the number of points.
 constexpr double kTooFewInside = 512.0;
 constexpr double kEnoughInside = 768.0;
 constexpr std::uint32_t kPointsForThat = 65536;
 
-// A walk by levels, in parts as FieldWalk's: chunks may be evaluated by several threads, EvaluateChunk(scratch, i) for i
-// below what Begin or Next returned.
+// A walk by levels, in parts as FieldWalk's: chunks may be evaluated by several threads, EvaluateChunk(scratch, i) for
+// i below what Begin or Next returned.
 class LevelWalk {
  public:
   // How many chunks are to be evaluated before Next.
@@ -48,7 +48,7 @@ class LevelWalk {
   FieldWalkMemory* memory_ = nullptr;
   std::uint32_t level_ = 0;  // 0: the samples themselves; k: coarser[k - 1]
   double left_ = 1.0;        // share of the levels that are yet to come
-  double scale_ = 1.0;  // of kTooFewInside and kEnoughInside
+  double scale_ = 1.0;       // of kTooFewInside and kEnoughInside
   std::uint32_t points_due_ = 0, points_tested_ = 0, spheres_tested_ = 0;
   FieldWalkResult result_;
 };
