@@ -37,19 +37,23 @@ class ByteWriter {
   template <class T>
   void Put(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const auto* bytes = reinterpret_cast<const char*>(&value);
-    bytes_.insert(bytes_.end(), bytes, bytes + sizeof(T));
+    Append(&value, sizeof(T));
   }
   template <class T>
   void PutArray(const std::vector<T>& values) {
     static_assert(std::is_trivially_copyable_v<T>);
     Put<std::uint64_t>(values.size());
-    const auto* bytes = reinterpret_cast<const char*>(values.data());
-    bytes_.insert(bytes_.end(), bytes, bytes + values.size() * sizeof(T));
+    Append(values.data(), values.size() * sizeof(T));
   }
   [[nodiscard]] const std::vector<char>& bytes() const { return bytes_; }
 
  private:
+  void Append(const void* from, std::size_t size) {
+    if (size == 0) return;
+    bytes_.resize(bytes_.size() + size);
+    std::memcpy(bytes_.data() + bytes_.size() - size, from, size);
+  }
+
   std::vector<char> bytes_;
 };
 

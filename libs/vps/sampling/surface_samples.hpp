@@ -34,7 +34,8 @@ struct SurfaceSamples {
 // panel then belongs to the nearest point whose normal is within 45 degrees of its own, so that the faces of an edge
 // keep their own area; points move to the centroid of their panels, and once more (Lloyd), and take their mean normal.
 // Areas and vector areas are exact; so is the integral of a depth that varies linearly over each cell. (On a surface of
-// radius R the centroid lies inside by spacing^2 / 12 R.) Deterministic. Errors: no area, too many points.
+// radius R the centroid lies inside by spacing^2 / 12 R; what that means beside a curved wall the walk puts right.)
+// Deterministic. Errors: no area, too many points.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {});
 

@@ -12,8 +12,8 @@ namespace {
 constexpr std::uint32_t kBroadBlocks = 96;
 static_assert(kBroadBlocks * kBlock > kEnoughInside);
 // So many of every eighth block must be inside for the others to be worth a look: of kTooFewInside points, which are
-// side by side, four blocks are seen.
-constexpr double kLeastProbed = 3.0;
+// side by side, six blocks are seen.
+constexpr double kLeastProbed = 5.0;
 
 }  // namespace
 

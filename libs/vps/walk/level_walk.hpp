@@ -12,8 +12,8 @@ namespace vps {
 // the coarser samples answer alone, below kTooFewInside the next finer ones, and all of them in the end; between the
 // two both do, in proportion, so that the sums stay continuous. They depend on the pose alone. Who gives more than
 // kPointsForThat points wants more of the contact to be seen: both numbers grow with the root of the number of points.
-constexpr double kTooFewInside = 512.0;
-constexpr double kEnoughInside = 768.0;
+constexpr double kTooFewInside = 768.0;
+constexpr double kEnoughInside = 1024.0;
 constexpr std::uint32_t kPointsForThat = 65536;
 
 // A walk by levels, in parts as FieldWalk's: chunks may be evaluated by several threads, EvaluateChunk(scratch, i) for
