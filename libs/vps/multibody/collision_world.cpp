@@ -368,13 +368,11 @@ void CollisionWorld::Impl::TestSome(core::ParallelFor* workers) {
     return;
   }
   run.template operator()<&Impl::PrepareFast>(count);
-  std::uint32_t sum = 0;
+  const auto sum = [&] { return std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U); };
   do {
-    sum = std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U);
-    run.template operator()<&Impl::EvaluateFast>(sum);
+    run.template operator()<&Impl::EvaluateFast>(sum());
     run.template operator()<&Impl::ContinueFast>(count);
-    sum = std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U);
-  } while (sum > 0);
+  } while (sum() > 0);
   run.template operator()<&Impl::FinishFast>(count);
 }
 

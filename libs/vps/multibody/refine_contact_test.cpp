@@ -116,6 +116,25 @@ TEST(RefineContact, ForceHasNoSteps) {
   EXPECT_GT(before, 0.5 * 3e-4 * 0.0015 * 0.02);
 }
 
+// A peg of few samples in a hole wider by c, its axis shifted by e (closed form: FieldWalk.AFewPointsTell*). The
+// contact is a few samples wide, and the whole free side is nearer than they are to each other.
+TEST(RefineContact, SeesTheRimOfAConformingContactOfFewSamples) {
+  constexpr double R = 0.01;
+  constexpr double c = 5e-5;
+  constexpr double L = 0.03;
+  const DistanceField field = *BuildField(MakeBlockWithHole(0.04, L, R + c, 256), 2.5e-4);
+  const SampleTree peg = BuildSampleTree(*SampleSurface(MakeCylinder(R, 0.04, 256), 2048));
+  FastPairScratch scratch(peg);
+  PairResult result;
+  for (const double e : {6.5e-5, 8e-5, 1.2e-4}) {
+    const double phi = std::acos(c / e);
+    const double force = R * L * (e * (phi + std::sin(phi) * std::cos(phi)) - 2.0 * c * std::sin(phi));
+    const core::Pose X_GS = At(e, 0.0, 0.0);
+    QueryFastPair(peg, field, X_GS, X_GS, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
+    EXPECT_NEAR(glm::length(scratch.force_m3) / force, 1.0, 0.02) << e;
+  }
+}
+
 // More samples than it is for: the walk's sums are left as they are.
 TEST(RefineContact, LeavesBroadContactsAlone) {
   const DistanceField field = *BuildField(MakeBox({0.06, 0.06, 0.02}), 1e-3);

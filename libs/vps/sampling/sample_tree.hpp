@@ -40,7 +40,7 @@ struct SampleTree {
   std::vector<FineBlock> fine;  // of each point, in their order; empty: the points are as fine as it gets
   double refined_m = 0.0;       // a sample farther than this from the other body is not taken finer; of a typical patch
   double reach_m = 0.0;         // no place of the surface is farther from the point that stands for it
-  std::vector<SampleTree> coarser;  // the same surface in a quarter of the points, in a sixteenth, ...: WalkLevels
+  std::vector<SampleTree> coarser;  // the same surface in a quarter of the points, in a sixteenth, ...: LevelWalk
 
   [[nodiscard]] std::size_t num_bytes() const {
     std::size_t sum =
