@@ -77,6 +77,7 @@ TEST(LevelWalk, NoStepAppearsWhereCoarserPointsTakeOver) {
   bool was_fine = false;
   bool was_coarse = false;
   double before = 0.0;
+  double step_before = 0.0;
   for (int i = 0; i < 160; ++i) {
     const double step_m = 1e-6;
     const FieldWalkResult result = Walk(Peg(), Hole(), Pressed(5e-5 + i * step_m), 0.0, &scratch, &levels);
@@ -86,6 +87,11 @@ TEST(LevelWalk, NoStepAppearsWhereCoarserPointsTakeOver) {
       EXPECT_LE(force - before, 2.0 * area_m2 * step_m) << i;
     }
     EXPECT_GE(force, before) << i;
+    const double step = force - before;
+    if (i > 20) {
+      EXPECT_NEAR(step / step_before, 1.0, 0.05) << i;  // 0.02; without blending 0.1 where the levels change
+    }
+    step_before = step;
     before = force;
     was_fine |= result.num_colliding > 0 && !levels.is_coarse();
     was_coarse |= levels.is_coarse();
