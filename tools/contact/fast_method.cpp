@@ -24,6 +24,7 @@ class FastMethod : public Method {
     }
     answer.contacts = result_.counters.points_colliding;
     answer.points_tested = result_.counters.points_tested;
+    if (answer.contacts == 0) return answer;
     answer.force_A = X_AB.rotate(scratch_.force_m3);
     answer.moment_A = X_AB.rotate(scratch_.moment_m4);
     return answer;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "vps/multibody/block_sums.hpp"
+#include "vps/walk/walk_memory.hpp"
 
 namespace vps {
 namespace {
@@ -83,6 +84,18 @@ std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const
   return count;
 }
 
+// Returns free_m: nothing of S comes within the margin while it moves no farther.
+double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
+                PairResult* result) {
+  scratch->force_m3 = scratch->moment_m4 = glm::dvec3(0.0);
+  result->is_in_contact = false;
+  result->f_So_S = {};
+  result->F_So_W = {};
+  result->planes.clear();
+  result->signed_distance_m = std::max(0.0, margin_m + free_m - sampled.reach_m);
+  return free_m;
+}
+
 }  // namespace
 
 double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
@@ -92,8 +105,15 @@ double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
 double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
                      PairResult* result) {
-  std::uint32_t num_chunks = scratch->levels.Begin(sampled, field, X_GS, WalkMargin_m(sampled, pair.look_ahead_m),
-                                                   BestInstructionSet(), &scratch->walk);
+  const double margin_m = WalkMargin_m(sampled, pair.look_ahead_m);
+  if (FieldWalkMemory* const memory = scratch->walk.memory; memory != nullptr) {
+    if (const double free_m = memory->FreeYet_m(sampled, field, X_GS, margin_m); free_m > 0.0) {
+      result->counters = {};
+      return SetApart(free_m, margin_m, sampled, scratch, result);
+    }
+  }
+  std::uint32_t num_chunks =
+      scratch->levels.Begin(sampled, field, X_GS, margin_m, BestInstructionSet(), &scratch->walk);
   do {
     for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
     num_chunks = scratch->levels.Next();
@@ -107,17 +127,11 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   const FieldWalkResult& walk = scratch->levels.result();
   const SampleTree& finest = scratch->levels.finest();
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
-  result->is_in_contact = false;
-  result->f_So_S = {};
-  result->F_So_W = {};
+  if (walk.num_near == 0) {
+    return SetApart(walk.free_distance_m, WalkMargin_m(sampled, pair.look_ahead_m), sampled, scratch, result);
+  }
   scratch->force_m3 = walk.force_m3;
   scratch->moment_m4 = walk.moment_m4;
-  const double margin_m = WalkMargin_m(sampled, pair.look_ahead_m);
-  if (walk.num_near == 0) {
-    result->planes.clear();
-    result->signed_distance_m = std::max(0.0, margin_m + walk.free_distance_m - sampled.reach_m);
-    return walk.free_distance_m;
-  }
   RefineContact(finest, field, X_GS, walk, scratch->walk, &scratch->refine);
   const std::uint32_t num_finer = scratch->refine.num_samples;
   double volume_m3 = walk.volume_m3;

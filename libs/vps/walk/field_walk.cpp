@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "vps/walk/find_room.hpp"
 #include "vps/walk/walk_input.hpp"
 #include "vps/walk/walk_kernel.hpp"
 #include "vps/walk/walk_memory.hpp"
@@ -137,6 +138,14 @@ std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
   return count;
 }
 
+// The more room a pair is known to have, the longer it is not looked at.
+bool FieldWalkScratch::IsFarApart() {
+  constexpr double kWorthWhile = 2.0;  // voxels; nearer the walk itself knows better
+  spheres_tested_ = FindRoom(input_, kernels_, &room_);
+  room_ -= static_cast<double>(input_.margin);
+  return room_ > kWorthWhile;
+}
+
 void FieldWalkScratch::RememberApart(double free_voxels) const {
   // What is remembered already is still true.
   if (memory != nullptr && spheres_tested_ > 0) memory->KeepApart(free_voxels);
@@ -163,25 +172,28 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   scratch->spheres_tested_ = 0;
   scratch->is_cut_short_ = scratch->is_broad_ = false;
   scratch->points_due_ = 0;
+  FieldWalkMemory* const memory = scratch->memory;
+  const bool was_apart = memory != nullptr && memory->is_apart();
   Advice advice{Advice::kStartAnew, 0.0};
-  if (scratch->memory != nullptr) advice = scratch->memory->Advise(sampled, field, X_GS, margin_m);
+  if (memory != nullptr) advice = memory->Advise(sampled, field, X_GS, margin_m);
   if (advice.what == Advice::kStayApart) {
     scratch->room_ = advice.voxels;
     return 0;
   }
-  if (advice.what != Advice::kUseList) {
+  if (advice.what != Advice::kUseList && !was_apart) {
     scratch->spheres_tested_ = 1;
     const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);
     scratch->room_ = RootRoom(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);
     if (scratch->room_ > 0.0) return 0;
   }
-  scratch->chunk_shift_ = kSmallestChunkShift;
-  while (sampled.points.size() >> scratch->chunk_shift_ >= kMostChunks) ++scratch->chunk_shift_;
   scratch->input_ = MakeInput(sampled, field, X_GS, margin_m);
   scratch->kernels_ = KernelsOf(set);
+  if (was_apart && scratch->IsFarApart()) return 0;
+  scratch->chunk_shift_ = kSmallestChunkShift;
+  while (sampled.points.size() >> scratch->chunk_shift_ >= kMostChunks) ++scratch->chunk_shift_;
   std::uint32_t num_blocks = 0;
   if (advice.what == Advice::kUseList) {
-    num_blocks = scratch->memory->Select(advice.voxels, scratch->queue_.data(), &scratch->room_);
+    num_blocks = memory->Select(advice.voxels, scratch->queue_.data(), &scratch->room_);
     scratch->blocks_ = scratch->queue_.data();
   } else {
     num_blocks = advice.what == Advice::kMakeList ? scratch->ListBlocks(advice.voxels) : scratch->FindBlocks();
@@ -190,7 +202,7 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   if (scratch->most_points != 0 && num_blocks * kBlock > scratch->most_points) {
     num_blocks = scratch->PickDeepest(scratch->most_points / kBlock);
   }
-  if (scratch->memory != nullptr) scratch->memory->num_tested_ = num_blocks;
+  if (memory != nullptr) memory->num_tested_ = num_blocks;
   scratch->CutIntoChunks(num_blocks);
   return scratch->num_chunks_;
 }

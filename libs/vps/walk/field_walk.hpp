@@ -75,6 +75,7 @@ class FieldWalkScratch {
   WalkKernels kernels_{};
   std::uint32_t FindBlocks(float* kept = nullptr, float skin = 0.0f);
   std::uint32_t ListBlocks(double skin_voxels);
+  bool IsFarApart();
   void RememberApart(double free_voxels) const;
   std::uint32_t PickDeepest(std::uint32_t most_blocks);
   void CutIntoChunks(std::uint32_t num_blocks);

@@ -95,9 +95,17 @@ struct WalkChunk {
   float (*near_depths)[kBlock];  // MeanDepth, voxels, positive inside
 };
 
+// Bounds as whole numbers with the lane in the last four bits, so that the least tells whose it is: voxels in steps of
+// 1 / kRoomSteps, rounded towards zero, no more than kMostRoom.
+constexpr std::int32_t kRoomSteps = 256;
+constexpr float kMostRoom = 1e5f;
+
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
+  // Of the sixteen spheres of a block, counted from level 0's: the keys of lower bounds of the distance of all that is
+  // in them.
+  void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
 };
 WalkKernels PortableWalkKernels();
 #if defined(__x86_64__)

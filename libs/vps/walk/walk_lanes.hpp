@@ -340,4 +340,26 @@ void Cull(const WalkInput& in, WalkCull* cull) {
   }
 }
 
+// From the coarse grid alone, so that little memory is touched. Outside the grid, which is convex, the angle at the
+// grid's nearest place q between p and any place of the surface is not acute: the distance is |p - q| and that of q, as
+// the sides of a right angle.
+void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) {
+  const SphereBlock& spheres = in.spheres[block];
+  for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+    const Vec3 p = ToVoxels(in, LoadF(spheres.x + at), LoadF(spheres.y + at), LoadF(spheres.z + at));
+    const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
+                 Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
+                 Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
+    const Vec3 out{p.x - q.x, p.y - q.y, p.z - q.z};
+    const F outside = Dot(out, out);
+    const F inside = CoarseAt<true>(in, q, ~I{});
+    const F at_least = Max(inside, F{});
+    const F d = outside > 0.0f ? Sqrt(Fma(at_least, at_least, outside)) : inside;
+    const F bound = Min(d - LoadF(spheres.r + at) * in.voxels_per_m - kCullSlack, Fill(kMostRoom));
+    const I steps = ToI(bound * static_cast<float>(kRoomSteps));
+    StoreU(reinterpret_cast<std::uint32_t*>(keys + at),
+           (U)(steps * 16) + LaneNumbers() + static_cast<std::uint32_t>(at));
+  }
+}
+
 #include "vps/walk/walk_points.hpp"

@@ -15,6 +15,25 @@ double FieldWalkMemory::Moved(const core::Pose& X_GS_before, const core::Pose& X
   return MotionBound(X_GS_before, X_GS_now, sampled_->centre_m, sampled_->radius_m) / field_->voxel_size_m + kRounding;
 }
 
+// Most pairs that are apart stay so: a bound with neither turns nor centres. The quaternions' difference is at least as
+// long as the vector of the relative one, (1 - w) + (1 - w) >= 1 - w^2. 0 where it may be too rough.
+double FieldWalkMemory::FreeAtLeast(const core::Pose& X_GS) const {
+  if (state_ != State::kApart) return 0.0;
+  const glm::dvec4 turn(X_GS.rotation.w - X_GS_.rotation.w, X_GS.rotation.x - X_GS_.rotation.x,
+                        X_GS.rotation.y - X_GS_.rotation.y, X_GS.rotation.z - X_GS_.rotation.z);
+  const double moved_m = glm::length(X_GS.translation - X_GS_.translation) + 2.0 * glm::length(turn) * farthest_m_;
+  const double free = free_voxels_ - (moved_m / field_->voxel_size_m + kRounding);
+  return std::max(free, 0.0);
+}
+
+double FieldWalkMemory::FreeYet_m(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                                  double margin_m) {
+  if (sampled_ != &sampled || field_ != &field || margin_m_ != margin_m) return 0.0;
+  const double free = FreeAtLeast(X_GS);
+  if (free > 0.0) X_GS_last_ = X_GS;
+  return free * field.voxel_size_m;
+}
+
 FieldWalkMemory::Advice FieldWalkMemory::Advise(const SampleTree& sampled, const DistanceField& field,
                                                 const core::Pose& X_GS, double margin_m) {
   if (sampled_ != &sampled || field_ != &field || margin_m_ != margin_m) {
@@ -26,17 +45,9 @@ FieldWalkMemory::Advice FieldWalkMemory::Advise(const SampleTree& sampled, const
     farthest_m_ = glm::length(sampled.centre_m) + sampled.radius_m;
     return {Advice::kStartAnew, 0.0};
   }
-  // Most pairs that are apart stay so: a bound with neither turns nor centres. The quaternions' difference is at least
-  // as long as the vector of the relative one, (1 - w) + (1 - w) >= 1 - w^2.
-  if (state_ == State::kApart) {
-    const glm::dvec4 turn(X_GS.rotation.w - X_GS_.rotation.w, X_GS.rotation.x - X_GS_.rotation.x,
-                          X_GS.rotation.y - X_GS_.rotation.y, X_GS.rotation.z - X_GS_.rotation.z);
-    const double moved_m = glm::length(X_GS.translation - X_GS_.translation) + 2.0 * glm::length(turn) * farthest_m_;
-    const double free = free_voxels_ - (moved_m / field.voxel_size_m + kRounding);
-    if (free > 0.5 * free_voxels_) {
-      X_GS_last_ = X_GS;
-      return {Advice::kStayApart, free};
-    }
+  if (const double free = FreeAtLeast(X_GS); free > 0.0) {
+    X_GS_last_ = X_GS;
+    return {Advice::kStayApart, free};
   }
   const core::Pose X_GS_last = X_GS_last_;
   X_GS_last_ = X_GS;

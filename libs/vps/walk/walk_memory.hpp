@@ -31,6 +31,10 @@ class FieldWalkMemory {
   static constexpr std::uint32_t kMostBlocks = 4096;
   FieldWalkMemory() : blocks_(kMostBlocks), slacks_(kMostBlocks) {}
 
+  // How far S may yet move, every point of it, before anything of this pair can come within the margin [m]; 0: that has
+  // to be found out. Quick, for the many calls in which nothing is near: what a walk would tell, and as if it had been
+  // asked.
+  double FreeYet_m(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m);
   // When the tree or the field it was used with is gone.
   void Forget() {
     sampled_ = nullptr;
@@ -54,7 +58,9 @@ class FieldWalkMemory {
   // The floats of a walk place a point with such an error, voxels.
   static constexpr double kRounding = 4e-3;
 
+  [[nodiscard]] bool is_apart() const { return state_ == State::kApart; }
   Advice Advise(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m);
+  [[nodiscard]] double FreeAtLeast(const core::Pose& X_GS) const;                 // voxels
   double Moved(const core::Pose& X_GS_before, const core::Pose& X_GS_now) const;  // voxels
   void KeepApart(double free_voxels);
   void KeepList(double skin_voxels, double free_voxels, std::span<const std::uint32_t> blocks, const float* slacks);

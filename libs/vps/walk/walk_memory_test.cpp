@@ -156,6 +156,42 @@ TEST(WalkMemory, WhatItCallsFreeIsFree) {
   EXPECT_GT(num_free, 500);
 }
 
+// Distance of the points from the torus that Tori's mesh is inscribed in, by its formula.
+double DistanceOfPoints_m(const SampleTree& points, const core::Pose& X_GS) {
+  double least = 1e30;
+  for (std::uint32_t i = 0; i < points.num_points; ++i) {
+    const PointBlock& block = points.points[i / kBlock];
+    const glm::dvec3 p = X_GS * glm::dvec3(block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]);
+    least = std::min(least, std::hypot(std::hypot(p.x, p.y) - 0.05, p.z) - 0.02);
+  }
+  return least;
+}
+
+// Two rings 20 to 60 mm apart that drift and turn by half a millimetre a cycle.
+TEST(WalkMemory, AFarPairIsSeldomLookedAtAndNeverTooLate) {
+  constexpr double kSag_m = 4e-4;  // of the mesh below the torus
+  const Couple& couple = Tori();
+  FieldWalkMemory memory;
+  FieldWalkScratch scratch(couple.points);
+  scratch.memory = &memory;
+  int num_looks = 0;
+  double best = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const glm::dquat turn = core::QuaternionFromRotationVector(glm::dvec3(0.004 * i, 0.2, 0.003 * i));
+    const glm::dvec3 place(0.19 * std::cos(0.002 * i), 0.19 * std::sin(0.002 * i), 0.03 * std::sin(0.01 * i));
+    const FieldWalkResult result = WalkField(couple.points, couple.field, {turn, place}, 0.002, &scratch);
+    ASSERT_EQ(result.num_near, 0U);
+    ASSERT_GT(result.free_distance_m, 0.0);
+    if (result.spheres_tested == 0 && i % 10 != 0) continue;
+    num_looks += result.spheres_tested > 0 ? 1 : 0;
+    const double distance_m = DistanceOfPoints_m(couple.points, {turn, place});
+    ASSERT_LE(result.free_distance_m + 0.002, distance_m + kSag_m);
+    best = std::max(best, (result.free_distance_m + 0.002) / distance_m);
+  }
+  EXPECT_LE(num_looks, 60);
+  EXPECT_GT(best, 0.75);
+}
+
 TEST(WalkMemory, NoPointMovesFartherThanTheMotionBound) {
   std::mt19937_64 random(6);
   double tightest = 1e30;

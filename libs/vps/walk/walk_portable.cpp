@@ -78,7 +78,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels PortableWalkKernels() {
-  return {Cull, Evaluate};
+  return {Cull, Evaluate, BoundSpheres};
 }
 
 }  // namespace vps
