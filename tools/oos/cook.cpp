@@ -99,8 +99,14 @@ void PrintBytes(const char* what, double stored, double peak) {
 }
 
 // Before anything is built. A voxelmap takes a byte for each voxel, and three more while it is built.
-core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::Box& box,
+// `solid`: of a sheet, what it is thickened to; else the mesh.
+core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::TriangleMesh& solid, const vps::Box& box,
                                const vps::CookParameters& parameters) {
+  if (parameters.method == vps::Method::kFast && parameters.num_points > 0) {
+    const auto estimate = vps::EstimateSampleTree(solid, parameters.num_points);
+    if (!estimate) return tl::unexpected(estimate.error());
+    PrintBytes("samples", estimate->stored_bytes, estimate->peak_bytes);
+  }
   if (parameters.voxel_size_m <= 0.0) return {};
   if (parameters.method == vps::Method::kFast) {
     const auto estimate = vps::EstimateField(mesh, parameters.voxel_size_m,
@@ -125,13 +131,14 @@ int CookOne(const Job& job) {
     return Complain("cook", good.error().detail, kBadUsage);
   }
   PrintMesh(job.title, checked->report);
-  const vps::FeatureSize size = vps::MeasureFeatures(
-      sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh);
+  const vps::TriangleMesh solid =
+      sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh;
+  const vps::FeatureSize size = vps::MeasureFeatures(solid);
   PrintFeatures(size);
   if (job.parameters.voxel_size_m > 0.0) {
     PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
   }
-  if (const auto told = PrintMemory(checked->mesh, checked->report.box, job.parameters); !told) {
+  if (const auto told = PrintMemory(checked->mesh, solid, checked->report.box, job.parameters); !told) {
     return Complain("cook", job.mesh.string() + ": " + told.error().detail, kBadUsage);
   }
   const std::int64_t begin_ns = core::MonotonicNow_ns();

@@ -141,6 +141,22 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   return tree;
 }
 
+core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points) {
+  const auto sampling_bytes = SamplingBytes(mesh, num_points);
+  if (!sampling_bytes) return tl::unexpected(sampling_bytes.error());
+  // Each sphere block holds sixteen blocks of points, and the levels above a fifteenth of that.
+  constexpr double kBlockBytes = sizeof(PointBlock) + sizeof(SphereBlock) * (1.0 / kBlock) * (1.0 + 1.0 / 15.0);
+  const auto tree_bytes = [&](std::uint32_t n) {
+    return kBlockBytes * std::ceil(static_cast<double>(n) / kBlock) + sizeof(SphereBlock) * SampleTree::kMaxLevels;
+  };
+  SampleTreeEstimate estimate;
+  estimate.stored_bytes = tree_bytes(num_points);
+  if (num_points <= kMaxFinePoints) estimate.stored_bytes += double{sizeof(FineBlock)} * num_points;
+  for (std::uint32_t n = num_points / 4; n >= kFewestCoarse; n /= 4) estimate.stored_bytes += tree_bytes(n);
+  estimate.peak_bytes = *sampling_bytes + estimate.stored_bytes;
+  return estimate;
+}
+
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress) {
   const auto samples = SampleSurface(mesh, num_points, progress);

@@ -52,6 +52,13 @@ struct SampleTree {
 
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
 
+// What BuildSampleTree will take, before it does. Errors: SamplingBytes.
+struct SampleTreeEstimate {
+  double stored_bytes = 0.0;  // of the tree and the coarser ones
+  double peak_bytes = 0.0;    // while they are built, they included, mesh not
+};
+core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
+
 // Samples a surface, and again with fewer points as long as these are at least kFewestCoarse. Errors: SampleSurface.
 constexpr std::uint32_t kFewestCoarse = 8192;
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,

@@ -56,6 +56,18 @@ TEST(SampleTree, SpheresHoldEverythingBelow) {
 }
 
 // A block of 16 points on a plane cannot be smaller than 16 shares of the area.
+TEST(SampleTree, TellsItsMemoryBefore) {
+  for (const std::uint32_t num_points : {1000U, 40000U, 140000U}) {
+    const TriangleMesh mesh = MakeTorus(0.05, 0.02, 48, 24);
+    const auto told = EstimateSampleTree(mesh, num_points);
+    ASSERT_TRUE(told);
+    const auto stored = static_cast<double>(BuildSampleTree(mesh, num_points)->num_bytes());
+    EXPECT_GE(told->stored_bytes, stored) << num_points;
+    EXPECT_LE(told->stored_bytes, 1.05 * stored + 4000.0) << num_points;
+    EXPECT_GT(told->peak_bytes, told->stored_bytes);
+  }
+}
+
 TEST(SampleTree, BlocksAreCompact) {
   const SampleTree tree = BuildSampleTree(*SampleSurface(MakeTorus(0.05, 0.02, 64, 32), 8000));
   const double ideal = std::sqrt(16.0 * tree.area_m2 / 8000.0 / 3.14159);

@@ -5,8 +5,10 @@
 namespace vps {
 namespace {
 
+// Calls take(panel) for each.
+template <class Take>
 void Divide(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& normal, const SampleSpacing& spacing,
-            const SampleSpacing::Nearby& nearby, std::vector<SurfacePanel>* panels) {
+            const SampleSpacing::Nearby& nearby, const Take& take) {
   const auto& [a, b, c] = corners;
   const glm::dvec3 centroid = (a + b + c) / 3.0;
   const double radius = std::max({glm::length(a - centroid), glm::length(b - centroid), glm::length(c - centroid)});
@@ -14,8 +16,7 @@ void Divide(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& normal, 
   const int k = static_cast<int>(std::max_element(sides, sides + 3) - sides);
   const double least_spacing = spacing.At(centroid, nearby, radius);
   if (sides[k] <= kPanelPerSpacing * least_spacing) {
-    panels->push_back(
-        {centroid, normal, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing.At(centroid, nearby)});
+    take({centroid, normal, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing.At(centroid, nearby)});
     return;
   }
   const glm::dvec3 from = corners[k];
@@ -24,14 +25,73 @@ void Divide(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& normal, 
   const glm::dvec3 middle = 0.5 * (from + to);
   const bool is_empty = nearby.segments.empty() && nearby.corners.empty();
   const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing.Narrow(nearby, centroid, radius);
-  Divide({from, middle, opposite}, normal, spacing, narrow, panels);
-  Divide({middle, to, opposite}, normal, spacing, narrow, panels);
+  Divide({from, middle, opposite}, normal, spacing, narrow, take);
+  Divide({middle, to, opposite}, normal, spacing, narrow, take);
 }
 
-}  // namespace
+// Halving the longest side keeps the shape: of a triangle of length l and height h it would make l / h times as many
+// panels as its area needs. One more than so many times as long as high is cut across first.
+constexpr double kSliver = 8.0;
+constexpr double kSlice = 4.0;  // what is no longer than so many of its heights is not cut further
 
-std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing) {
-  std::vector<SurfacePanel> panels;
+// A long thin triangle on its longest side: (0, 0), (length, 0), (foot, height), metres.
+class Sliver {
+ public:
+  explicit Sliver(const std::array<glm::dvec3, 3>& corners) {
+    const auto& [a, b, c] = corners;
+    const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
+    const std::size_t k = static_cast<std::size_t>(std::max_element(sides, sides + 3) - sides);
+    from_ = corners[k];
+    apex_ = corners[(k + 2) % 3];
+    length_ = sides[k];
+    along_ = (corners[(k + 1) % 3] - from_) / length_;
+    foot_ = std::clamp(glm::dot(apex_ - from_, along_), 0.0, length_);
+    upwards_ = apex_ - (from_ + foot_ * along_);
+  }
+  [[nodiscard]] double length_m() const { return length_; }
+  [[nodiscard]] double height_m() const { return glm::length(upwards_); }
+  [[nodiscard]] double HeightBetween(double x0, double x1) const {
+    return height_m() * (x0 <= foot_ && foot_ <= x1 ? 1.0 : std::max(Share(x0), Share(x1)));
+  }
+  // What lies between two places along the longest side: three to five corners.
+  [[nodiscard]] std::vector<glm::dvec3> Slice(double x0, double x1) const {
+    std::vector<glm::dvec3> corners = {Bottom(x0), Bottom(x1)};
+    if (x1 < length_) corners.push_back(Bottom(x1) + Share(x1) * upwards_);
+    if (x0 < foot_ && foot_ < x1) corners.push_back(apex_);
+    if (x0 > 0.0) corners.push_back(Bottom(x0) + Share(x0) * upwards_);
+    return corners;
+  }
+
+ private:
+  [[nodiscard]] glm::dvec3 Bottom(double x) const { return from_ + x * along_; }
+  [[nodiscard]] double Share(double x) const { return x < foot_ ? x / foot_ : (length_ - x) / (length_ - foot_); }
+
+  glm::dvec3 from_, apex_, along_, upwards_;
+  double length_ = 0.0, foot_ = 0.0;
+};
+
+template <class Take>
+void CutAcross(const Sliver& sliver, double x0, double x1, const glm::dvec3& normal, const SampleSpacing& spacing,
+               const SampleSpacing::Nearby& nearby, const Take& take) {
+  const std::vector<glm::dvec3> corners = sliver.Slice(x0, x1);
+  glm::dvec3 middle(0.0);
+  for (const glm::dvec3& p : corners) middle += p / static_cast<double>(corners.size());
+  double radius = 0.0;
+  for (const glm::dvec3& p : corners) radius = std::max(radius, glm::length(p - middle));
+  const bool is_stocky = x1 - x0 <= kSlice * sliver.HeightBetween(x0, x1);
+  if (is_stocky || 2.0 * radius <= kPanelPerSpacing * spacing.At(middle, nearby, radius)) {
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      Divide({corners[0], corners[i - 1], corners[i]}, normal, spacing, nearby, take);
+    }
+    return;
+  }
+  const SampleSpacing::Nearby narrow = spacing.Narrow(nearby, middle, radius);
+  CutAcross(sliver, x0, 0.5 * (x0 + x1), normal, spacing, narrow, take);
+  CutAcross(sliver, 0.5 * (x0 + x1), x1, normal, spacing, narrow, take);
+}
+
+template <class Take>
+void ForPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, const Take& take) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto corners = mesh.corners(t);
     const auto& [a, b, c] = corners;
@@ -39,9 +99,28 @@ std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpaci
     const double length = glm::length(n);
     if (!(length > 0.0)) continue;
     const Box box{glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
-    Divide(corners, n / length, spacing, spacing.Around(box), &panels);
+    const Sliver sliver(corners);
+    if (sliver.length_m() > kSliver * sliver.height_m()) {
+      CutAcross(sliver, 0.0, sliver.length_m(), n / length, spacing, spacing.Around(box), take);
+    } else {
+      Divide(corners, n / length, spacing, spacing.Around(box), take);
+    }
   }
+}
+
+}  // namespace
+
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing) {
+  std::vector<SurfacePanel> panels;
+  panels.reserve(CountPanels(mesh, spacing));
+  ForPanels(mesh, spacing, [&](const SurfacePanel& panel) { panels.push_back(panel); });
   return panels;
+}
+
+std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing) {
+  std::size_t count = 0;
+  ForPanels(mesh, spacing, [&](const SurfacePanel&) { ++count; });
+  return count;
 }
 
 }  // namespace vps

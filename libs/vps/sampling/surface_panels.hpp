@@ -16,8 +16,10 @@ struct SurfacePanel {
 };
 
 // The surface cut into panels whose longest side is at most kPanelPerSpacing of the samples' spacing, by halving the
-// longest side: areas and centroids are exact, so that sums over panels are.
+// longest side (a sliver is cut across first): areas and centroids are exact, so that sums over panels are.
 constexpr double kPanelPerSpacing = 0.6;
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing);
+// How many, without memory for them.
+std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing);
 
 }  // namespace vps

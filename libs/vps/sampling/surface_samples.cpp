@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -161,8 +162,9 @@ std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std
 
 }  // namespace
 
-core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
-                                           const Progress& progress) {
+namespace {
+
+core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num_points) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "the number of points must be between 1 and " + std::to_string(kMaxPoints));
@@ -173,6 +175,33 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
   }
   if (!(area_m2 > 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no area to sample");
+  return area_m2;
+}
+
+}  // namespace
+
+core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points) {
+  // A panel, its owner and its place in the owners' order; a point's candidates with their heap and grid, and what is
+  // kept of it.
+  constexpr double kBytesPerPanel = sizeof(SurfacePanel) + 2 * sizeof(std::uint32_t);
+  constexpr double kBytesPerPoint = 600.0;
+  const auto area_m2 = AreaToSample_m2(mesh, num_points);
+  if (!area_m2) return tl::unexpected(area_m2.error());
+  const std::size_t num_panels = CountPanels(mesh, SampleSpacing(mesh, *area_m2, num_points));
+  const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
+  if (bytes <= kMostSamplingBytes) return bytes;
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "%u points take about %.3g MB of memory while they are spread, more than the %.3g MB allowed: take fewer",
+      num_points, 1e-6 * bytes, 1e-6 * kMostSamplingBytes);
+  return core::Fail(core::ErrorCode::kResource, text);
+}
+
+core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
+                                           const Progress& progress) {
+  if (const auto bytes = SamplingBytes(mesh, num_points); !bytes) return tl::unexpected(bytes.error());
+  const double area_m2 = *AreaToSample_m2(mesh, num_points);
   if (progress) progress("points: panels", 0.0);
   const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, num_points));
   Places places = Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress);

@@ -8,6 +8,7 @@
 
 #include "vps/mesh/shapes.hpp"
 #include "vps/sampling/sharp_edges.hpp"
+#include "vps/sampling/surface_panels.hpp"
 
 namespace vps {
 namespace {
@@ -108,6 +109,39 @@ TEST(SurfaceSamples, AreasAndFirstMomentsAreExact) {
 }
 
 // A corner or an edge can be in contact with no more than a sliver of its faces.
+// The same cylinder in 64 and in 2,048 strips, each 1,300 times as long as wide. (These are narrower than a panel is
+// long, so there are more; halving the strips' longest sides would make thousands for a point.)
+TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
+  const auto panels_of = [](std::uint32_t num_strips) {
+    const TriangleMesh mesh = MakeCylinder(0.01, 0.04, num_strips);
+    double area_m2 = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto [a, b, c] = mesh.corners(t);
+      area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
+    }
+    const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, 65536));
+    double sum_m2 = 0.0;
+    double height = 0.0;
+    for (const SurfacePanel& panel : panels) {
+      sum_m2 += panel.area_m2;
+      height += panel.area_m2 * panel.centroid_m.z;
+      EXPECT_LE(panel.radius_m, kPanelPerSpacing * panel.spacing_m);
+    }
+    EXPECT_NEAR(sum_m2, area_m2, 1e-9 * area_m2);
+    const Box box = BoundingBox(mesh);
+    EXPECT_NEAR(height / sum_m2, 0.5 * (box.lower.z + box.upper.z), 1e-9);
+    return panels.size();
+  };
+  EXPECT_LT(panels_of(64), 30U * 65536U);
+  EXPECT_LT(panels_of(2048), 55U * 65536U);
+}
+
+TEST(SurfaceSamples, MoreMemoryThanAllowedIsRefusedBeforeItIsTaken) {
+  const auto samples = SampleSurface(MakeCylinder(0.01, 0.04, 4096), 4'000'000);
+  ASSERT_FALSE(samples);
+  EXPECT_NE(samples.error().detail.find("MB allowed: take fewer"), std::string::npos) << samples.error().detail;
+}
+
 TEST(SurfaceSamples, GrowDenserTowardsEdgesAndCorners) {
   const auto samples = SampleSurface(MakeBox({0.1, 0.1, 0.1}), 16384);
   const double mean_m = std::sqrt(0.06 / 16384);

@@ -125,7 +125,7 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
 void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
 
-// Between PrepareWalk and its chunks: how many of every eighth block that they would test collide with all points.
+// Between PrepareWalk and its chunks: how many of every seventh block that they would test collide with all points.
 std::uint32_t ProbeInside(FieldWalkScratch* scratch);
 
 // The reference: every point, one after the other, with SampleField.
