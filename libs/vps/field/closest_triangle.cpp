@@ -2,20 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace vps {
-namespace {
-
-constexpr std::uint32_t kLeafTriangles = 4;
-
-double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const glm::dvec3& upper) {
-  const glm::dvec3 d = glm::max(glm::max(lower - p, p - upper), glm::dvec3(0.0));
-  return glm::dot(d, d);
-}
-
-}  // namespace
 
 TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness, bool sign_by_winding)
     : sheet_half_thickness_(sheet_half_thickness) {
@@ -63,47 +52,13 @@ TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickn
     for (std::size_t i = begin; i < end; ++i) edge_normals_[sides[i].triangle][sides[i].k] = glm::vec3(sum);
   }
   sides = {};
-  order_.resize(indices_.size());
-  std::iota(order_.begin(), order_.end(), 0U);
-  nodes_.reserve(indices_.size());
-  nodes_.emplace_back();
-  if (!indices_.empty()) BuildNode(0, 0, static_cast<std::uint32_t>(indices_.size()));
-}
-
-void TriangleField::BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end) {
-  glm::dvec3 lower(1e300);
-  glm::dvec3 upper(-1e300);
-  glm::dvec3 centre_lower(1e300);
-  glm::dvec3 centre_upper(-1e300);
-  for (std::uint32_t i = begin; i < end; ++i) {
-    for (const glm::dvec3& corner : corners(order_[i])) {
-      lower = glm::min(lower, corner);
-      upper = glm::max(upper, corner);
-    }
-    centre_lower = glm::min(centre_lower, Centroid(order_[i]));
-    centre_upper = glm::max(centre_upper, Centroid(order_[i]));
+  std::vector<FloatBox> boxes;
+  boxes.reserve(indices_.size());
+  for (std::uint32_t i = 0; i < indices_.size(); ++i) {
+    const auto [a, b, c] = corners(i);
+    boxes.push_back(RoundedOutwards(glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))));
   }
-  nodes_[node].lower = lower;
-  nodes_[node].upper = upper;
-  if (end - begin <= kLeafTriangles) {
-    nodes_[node].first = begin;
-    nodes_[node].count = end - begin;
-    return;
-  }
-  const glm::dvec3 extent = centre_upper - centre_lower;
-  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
-  const std::uint32_t middle = begin + (end - begin) / 2;
-  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
-                   [&](std::uint32_t a, std::uint32_t b) {
-                     const double ca = Centroid(a)[axis];
-                     const double cb = Centroid(b)[axis];
-                     return ca != cb ? ca < cb : a < b;
-                   });
-  const auto first = static_cast<std::uint32_t>(nodes_.size());
-  nodes_[node].first = first;
-  nodes_.resize(nodes_.size() + 2);
-  BuildNode(first, begin, middle);
-  BuildNode(first + 1, middle, end);
+  tree_ = WideBoxTree(boxes);
 }
 
 // Voronoi regions of the triangle's corners, edges and face (Ericson 2005, section 5.1.5).
@@ -139,37 +94,12 @@ ClosestFeature TriangleField::Closest(std::uint32_t triangle, const glm::dvec3& 
 
 ClosestFeature TriangleField::ClosestOfAll(const glm::dvec3& p, std::uint32_t* triangle) const {
   ClosestFeature best = Closest(*triangle, p);
-  struct Entry {
-    std::uint32_t node;
-    double squared;
-  };
-  std::array<Entry, 64> stack;
-  std::size_t size = 0;
-  stack[size++] = {0, 0.0};
-  while (size > 0) {
-    const Entry entry = stack[--size];
-    if (entry.squared >= best.squared_distance) continue;
-    const Node& node = nodes_[entry.node];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-        const ClosestFeature candidate = Closest(order_[i], p);
-        if (candidate.squared_distance < best.squared_distance) {
-          best = candidate;
-          *triangle = order_[i];
-        }
-      }
-      continue;
-    }
-    const double left = SquaredDistanceToBox(p, nodes_[node.first].lower, nodes_[node.first].upper);
-    const double right = SquaredDistanceToBox(p, nodes_[node.first + 1].lower, nodes_[node.first + 1].upper);
-    const bool left_first = left <= right;
-    if (std::max(left, right) < best.squared_distance) {
-      stack[size++] = {node.first + (left_first ? 1U : 0U), std::max(left, right)};
-    }
-    if (std::min(left, right) < best.squared_distance) {
-      stack[size++] = {node.first + (left_first ? 0U : 1U), std::min(left, right)};
-    }
-  }
+  tree_.ForNearer(p, &best.squared_distance, [&](std::uint32_t candidate) {
+    const ClosestFeature here = Closest(candidate, p);
+    if (here.squared_distance >= best.squared_distance) return;
+    best = here;
+    *triangle = candidate;
+  });
   return best;
 }
 

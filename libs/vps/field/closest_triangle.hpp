@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "vps/field/wide_box_tree.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/mesh/trusted_normals.hpp"
 #include "vps/mesh/winding_number.hpp"
@@ -58,16 +59,6 @@ class TriangleField {
   [[nodiscard]] Value SignedValue(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p) const;
 
  private:
-  struct Node {
-    glm::dvec3 lower, upper;
-    std::uint32_t first = 0;  // child (the other follows) or first entry of order_
-    std::uint32_t count = 0;  // of triangles; 0: inner
-  };
-  [[nodiscard]] glm::dvec3 Centroid(std::uint32_t triangle) const {
-    const auto [a, b, c] = corners(triangle);
-    return (a + b + c) / 3.0;
-  }
-  void BuildNode(std::uint32_t node, std::uint32_t begin, std::uint32_t end);
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
   double sheet_half_thickness_ = 0.0;  // 0: a solid
@@ -78,8 +69,7 @@ class TriangleField {
   std::vector<glm::dvec3> normals_;                     // unit, per triangle; 0 when it has no area
   std::vector<glm::dvec3> vertex_normals_;              // angle-weighted sums
   std::vector<std::array<glm::vec3, 3>> edge_normals_;  // sums of the faces'
-  std::vector<std::uint32_t> order_;
-  std::vector<Node> nodes_;
+  WideBoxTree tree_;                                    // of the triangles
 };
 
 }  // namespace vps
