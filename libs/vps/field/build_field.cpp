@@ -1,34 +1,59 @@
 #include "vps/field/build_field.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "vps/field/bound_cells.hpp"
 #include "vps/field/brick_bins.hpp"
+#include "vps/field/brick_pool.hpp"
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/crease.hpp"
 #include "vps/field/crease_cells.hpp"
 #include "vps/field/far_cells.hpp"
 #include "vps/field/field_plan.hpp"
 #include "vps/field/surface_bends.hpp"
-#include "vps/field/tile_bricks.hpp"
+#include "vps/field/tile_brick.hpp"
 #include "vps/field/triangle_rows.hpp"
 
 namespace vps {
 namespace {
 
 constexpr std::uint32_t kNoTriangle = 0xffffffffU;
-constexpr std::size_t kBricksPerTask = 16;
-constexpr std::size_t kTasksPerReport = 64;
+constexpr std::size_t kBricksPerTask = 4;
+constexpr std::size_t kTasksAtOnce = 128;
+constexpr std::size_t kRowsPerReport = 64;
 
 // Where each stage ends in the whole build's time, as measured on finely tessellated meshes.
 constexpr double kPreparedAt = 0.1;
-constexpr double kRasteredAt = 0.5;
-constexpr double kCreasesAt = 0.9;
-constexpr double kCoarseAt = 0.98;
+constexpr double kCoarseAt = 0.2;
+constexpr double kBricksAt = 0.9;
+
+using BrickWords = std::array<std::uint32_t, DistanceField::kBrickWords>;
+
+constexpr BrickWords EmptyBrick() {
+  BrickWords words{};
+  for (std::uint32_t& word : words) word = kCoarseWord;
+  return words;
+}
+constexpr BrickWords kEmptyBrick = EmptyBrick();
+
+// A layer of bricks while it and its neighbours are worked on: planes of single samples.
+struct Layer {
+  BrickPool pool;
+  std::vector<std::uint32_t> first_word;     // of each place's brick in the pool
+  std::vector<std::uint32_t> near_triangle;  // of each of the layer's bricks, kNoTriangle: no sample in the band
+};
+
+// What a task makes of a brick, before it finds its place in the field.
+struct BrickDraft {
+  BrickWords words;
+  std::uint64_t hash = 0;              // of the words
+  std::uint32_t near = kNoTriangle;    // a triangle near a sample in the band
+  std::vector<std::uint32_t> records;  // of its creases; words number them from 0
+};
 
 class FieldBuilder {
  public:
@@ -41,19 +66,15 @@ class FieldBuilder {
   core::Result<DistanceField> Build() {
     Report("bricks", kPreparedAt);
     if (auto room = MakeBricks(); !room) return tl::unexpected(room.error());
-    RasterBricks();
-    DropEmptyBricks();
-    FitCreases();
-    bins_ = {};
     FillCoarse();
-    MendFarCells();
+    FillBricks();
+    bins_ = {};
     field_.bends = SurfaceBends(*triangles_, field_);
     triangles_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
-    TileBricks(&field_);
     BoundCells(&field_, options_.workers);
-    Report("coarse grid", 1.0);
+    Report("bounds", 1.0);
     return std::move(field_);
   }
 
@@ -62,58 +83,112 @@ class FieldBuilder {
     if (options_.progress) options_.progress(stage, fraction);
   }
 
-  // Calls work(task) for every task, sharing them out, and tells the progress between `begin` and `end`.
-  template <class Work>
-  void RunTasks(const char* stage, double begin, double end, std::size_t count, Work&& work) {
-    for (std::size_t first = 0; first < count; first += kTasksPerReport) {
-      core::ForEach(options_.workers, std::min(kTasksPerReport, count - first),
-                    [&](std::size_t i) { work(first + i); });
-      const double done = static_cast<double>(std::min(first + kTasksPerReport, count)) / static_cast<double>(count);
-      Report(stage, begin + (end - begin) * done);
-    }
+  [[nodiscard]] glm::ivec3 GridBricks() const { return glm::ivec3(field_.nx, field_.ny, field_.nz) >> 3; }
+  [[nodiscard]] std::size_t PlacesPerLayer() const {
+    return static_cast<std::size_t>(field_.nx >> 3) * static_cast<std::size_t>(field_.ny >> 3);
   }
-  template <class Work>
-  void ForEachBrick(const char* stage, double begin, double end, Work&& work) {
-    const std::size_t num_tasks = (slots_.size() + kBricksPerTask - 1) / kBricksPerTask;
-    RunTasks(stage, begin, end, num_tasks, [&](std::size_t task) {
-      const std::size_t last = std::min(slots_.size(), (task + 1) * kBricksPerTask);
-      for (std::size_t b = task * kBricksPerTask; b < last; ++b) work(b);
-    });
-  }
-
-  // First word of a brick; brick 0 of the words stands for every place without a sample in the band.
-  static std::size_t FirstWord(std::size_t brick) { return (brick + 1) * DistanceField::kBrickWords; }
-  [[nodiscard]] glm::ivec3 CornerOf(std::size_t slot) const {
+  [[nodiscard]] glm::ivec3 PlaceOf(std::size_t slot) const {
     const auto nx = static_cast<std::size_t>(field_.nx >> 3);
-    const auto ny = static_cast<std::size_t>(field_.ny >> 3);
-    return glm::ivec3(slot % nx, slot / nx % ny, slot / (nx * ny)) * DistanceField::kBrick;
+    return {slot % nx, slot % PlacesPerLayer() / nx, slot / PlacesPerLayer()};
   }
+  [[nodiscard]] glm::ivec3 CornerOf(std::size_t b) const { return PlaceOf(slots_[b]) * DistanceField::kBrick; }
 
   core::Result<void> MakeBricks() {
-    bins_ = BinTriangles(*triangles_, glm::ivec3(field_.nx, field_.ny, field_.nz) / DistanceField::kBrick, reach(),
-                         &field_.bricks);
+    bins_ = BinTriangles(*triangles_, GridBricks(), reach(), &field_.bricks);
     slots_ = std::move(bins_.slot_of_brick);
-    for (std::uint32_t& brick : field_.bricks) {
-      brick = brick == kNoBrick ? 0 : static_cast<std::uint32_t>(FirstWord(brick));
-    }
-    const std::size_t num_words = FirstWord(slots_.size());
+    const std::size_t num_words = (slots_.size() + 1) * DistanceField::kBrickWords;
     if (static_cast<double>(num_words) * 8.0 > options_.max_peak_bytes || num_words > 0xffffffffU) {
       return core::Fail(core::ErrorCode::kResource,
                         "the field needs more memory than allowed: take larger voxels, or check that the mesh is in "
                         "metres");
     }
-    field_.words.assign(num_words, kCoarseWord);
-    near_brick_.assign(slots_.size(), kNoTriangle);
     return {};
   }
 
-  void RasterBricks() {
-    ForEachBrick("triangles to bricks", kPreparedAt, kRasteredAt, [&](std::size_t b) { RasterBrick(b); });
+  // Layer by layer, so that of the single samples' planes only those of three are kept: a brick is examined beside the
+  // 26 around it.
+  void FillBricks() {
+    std::fill(field_.bricks.begin(), field_.bricks.end(), 0);
+    pool_.Reserve(slots_.size());
+    drafts_.resize(std::min(kTasksAtOnce * kBricksPerTask, slots_.size()));
+    const int num_layers = field_.nz >> 3;
+    RasterLayer(0);
+    for (int z = 0; z < num_layers; ++z) {
+      if (z + 1 < num_layers) RasterLayer(z + 1);
+      FinishLayer(z);
+      Report("bricks", kCoarseAt + (kBricksAt - kCoarseAt) * (z + 1) / num_layers);
+    }
+    drafts_ = {};
+    layers_ = {};
+    field_.words = pool_.TakeWords();
+    // Kernels may read whole records of lanes that have none.
+    if (field_.creases.empty()) field_.creases.assign(kPlanesPerCrease, 0);
   }
 
-  void RasterBrick(std::size_t b) {
-    const glm::ivec3 corner = CornerOf(slots_[b]);
-    const glm::dvec3 origin = glm::dvec3(corner) + 0.5;
+  // Numbers of a layer's bricks: the first and the end.
+  [[nodiscard]] std::pair<std::size_t, std::size_t> BricksOf(int z) const {
+    const auto number_of = [&](std::size_t slot) {
+      return static_cast<std::size_t>(std::lower_bound(slots_.begin(), slots_.end(), slot) - slots_.begin());
+    };
+    const std::size_t first = static_cast<std::size_t>(z) * PlacesPerLayer();
+    return {number_of(first), number_of(first + PlacesPerLayer())};
+  }
+
+  // Calls draft(b, &draft) for a layer's bricks, sharing them out, and keep(b, draft) for one after the other in order.
+  template <class Draft, class Keep>
+  void ForBricks(int z, Draft&& draft, Keep&& keep) {
+    const auto [begin, end] = BricksOf(z);
+    for (std::size_t first = begin; first < end; first += drafts_.size()) {
+      const std::size_t count = std::min(drafts_.size(), end - first);
+      core::ForEach(options_.workers, (count + kBricksPerTask - 1) / kBricksPerTask, [&](std::size_t task) {
+        const std::size_t last = std::min(count, (task + 1) * kBricksPerTask);
+        for (std::size_t i = task * kBricksPerTask; i < last; ++i) draft(first + i, &drafts_[i]);
+      });
+      for (std::size_t i = 0; i < count; ++i) keep(first + i, &drafts_[i]);
+    }
+  }
+
+  [[nodiscard]] Layer& LayerAt(int z) { return layers_[static_cast<std::size_t>(z % 3)]; }
+
+  void RasterLayer(int z) {
+    Layer& layer = LayerAt(z);
+    layer = {};
+    layer.first_word.assign(PlacesPerLayer(), 0);
+    ForBricks(
+        z, [&](std::size_t b, BrickDraft* draft) { RasterBrick(b, draft); },
+        [&](std::size_t b, BrickDraft* draft) {
+          layer.near_triangle.push_back(draft->near);
+          if (draft->near == kNoTriangle) return;  // bins are generous
+          layer.first_word[slots_[b] % PlacesPerLayer()] = layer.pool.Add(draft->words, draft->hash);
+        });
+  }
+
+  void FinishLayer(int z) {
+    const std::size_t begin = BricksOf(z).first;
+    ForBricks(
+        z,
+        [&](std::size_t b, BrickDraft* draft) {
+          draft->near = LayerAt(z).near_triangle[b - begin];
+          if (draft->near != kNoTriangle) FinishBrick(b, draft);
+        },
+        [&](std::size_t b, BrickDraft* draft) {
+          if (draft->near != kNoTriangle) field_.bricks[slots_[b]] = Keep(draft);
+        });
+  }
+
+  // Finds the finished brick its place in the field.
+  std::uint32_t Keep(BrickDraft* draft) {
+    if (draft->records.empty()) return pool_.Add(draft->words, draft->hash);
+    const std::size_t first = field_.creases.size() / kPlanesPerCrease;
+    for (std::uint32_t& word : draft->words) {
+      if (KindOf(word) == CellKind::kCrease) word = CreaseWord(RecordOf(word) + first);
+    }
+    field_.creases.insert(field_.creases.end(), draft->records.begin(), draft->records.end());
+    return pool_.AddDistinct(draft->words);
+  }
+
+  void RasterBrick(std::size_t b, BrickDraft* draft) const {
+    const glm::dvec3 origin = glm::dvec3(CornerOf(b)) + 0.5;
     NearestSamples samples;
     const auto reach_voxels = static_cast<float>(reach());
     std::fill(std::begin(samples.squared), std::end(samples.squared), reach_voxels * reach_voxels);
@@ -121,16 +196,18 @@ class FieldBuilder {
     const std::span<const std::uint32_t> numbers = bins_.of(b);
     const std::vector<RowTriangle> triangles = RowsOf(numbers, origin);
     for (std::uint32_t n = 0; n < numbers.size(); ++n) AddTriangle(triangles[n], n, reach_voxels, &samples);
-    std::uint32_t* const words = field_.words.data() + FirstWord(b);
+    draft->near = kNoTriangle;
+    draft->words = kEmptyBrick;
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
       const std::uint32_t n = samples.triangle[k];
       if (n == kNoTriangle) continue;
       const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
       const TangentPlane plane = TangentAt(*triangles_, {numbers[n], &triangles[n]}, origin, glm::vec3(place));
       if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
-      near_brick_[b] = numbers[n];
-      words[k] = EncodePlane(plane.distance, plane.gradient);
+      draft->near = numbers[n];
+      draft->words[k] = EncodePlane(plane.distance, plane.gradient);
     }
+    draft->hash = BrickPool::HashOf(draft->words);
   }
 
   // Of the triangles, about a brick's first sample.
@@ -145,80 +222,49 @@ class FieldBuilder {
     return triangles;
   }
 
-  // Bins are generous: bricks that no sample of the band lies in go.
-  void DropEmptyBricks() {
-    bin_of_brick_.resize(slots_.size());
-    std::iota(bin_of_brick_.begin(), bin_of_brick_.end(), 0U);
-    std::size_t kept = 0;
-    for (std::size_t b = 0; b < slots_.size(); ++b) {
-      if (near_brick_[b] == kNoTriangle) {
-        field_.bricks[slots_[b]] = 0;
-        continue;
-      }
-      if (kept != b) {
-        const std::size_t from = FirstWord(b);
-        const std::size_t to = FirstWord(kept);
-        std::copy_n(&field_.words[from], DistanceField::kBrickWords, &field_.words[to]);
-        near_brick_[kept] = near_brick_[b];
-        slots_[kept] = slots_[b];
-        bin_of_brick_[kept] = bin_of_brick_[b];
-        field_.bricks[slots_[kept]] = static_cast<std::uint32_t>(to);
-      }
-      ++kept;
+  // Of a brick with samples in the band, and of its neighbours, before anything is fitted.
+  [[nodiscard]] Neighbourhood NeighbourhoodOf(std::size_t b) {
+    const glm::ivec3 n = GridBricks();
+    const glm::ivec3 place = PlaceOf(slots_[b]);
+    Neighbourhood out;
+    out.fill(kEmptyBrick.data());
+    for (int k = 0; k < 27; ++k) {
+      const glm::ivec3 c = place + glm::ivec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      if (glm::any(glm::lessThan(c, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(c, n))) continue;
+      const Layer& layer = LayerAt(c.z);
+      out[static_cast<std::size_t>(k)] = layer.pool.brick(layer.first_word[static_cast<std::size_t>(c.y) * n.x + c.x]);
     }
-    slots_.resize(kept);
-    field_.words.resize(FirstWord(kept));
+    return out;
   }
 
-  void FitCreases() {
-    std::vector<ExaminedCells> cells(slots_.size());
-    ForEachBrick("creases", kRasteredAt, kRasteredAt + 0.1,
-                 [&](std::size_t b) { cells[b] = ExamineCells(field_.words, NeighbourhoodOf(field_, slots_[b])); });
-    // Records are numbered within their task first, so that the order of the tasks' ends does not matter.
-    const std::size_t num_tasks = (slots_.size() + kBricksPerTask - 1) / kBricksPerTask;
-    std::vector<std::vector<std::uint32_t>> records(num_tasks);
-    ForEachBrick("creases", kRasteredAt + 0.1, kCreasesAt, [&](std::size_t b) {
-      LiftPlanes(b, cells[b].lifts);
-      FitBrick(b, cells[b].creases, &records[b / kBricksPerTask]);
-    });
-    std::size_t sum = 0;
-    for (const auto& part : records) sum += part.size();
-    field_.creases.reserve(std::max<std::size_t>(sum, kPlanesPerCrease));
-    for (std::size_t task = 0; task < num_tasks; ++task) {
-      const std::size_t first = field_.creases.size() / kPlanesPerCrease;
-      field_.creases.insert(field_.creases.end(), records[task].begin(), records[task].end());
-      if (first == 0 || records[task].empty()) continue;
-      const std::size_t end = FirstWord(std::min(slots_.size(), (task + 1) * kBricksPerTask));
-      for (std::size_t i = FirstWord(task * kBricksPerTask); i < end; ++i) {
-        std::uint32_t& word = field_.words[i];
-        if (KindOf(word) == CellKind::kCrease) word = CreaseWord(RecordOf(word) + first);
-      }
+  void FinishBrick(std::size_t b, BrickDraft* draft) {
+    const Neighbourhood around = NeighbourhoodOf(b);
+    std::copy_n(around[13], DistanceField::kBrickWords, draft->words.begin());
+    draft->records.clear();
+    const ExaminedCells cells = ExamineCells(around);
+    for (std::size_t k = 0; k < cells.lifts.size(); ++k) {
+      if (cells.lifts[k] != 0) draft->words[k] = WithLift(draft->words[k], cells.lifts[k]);
     }
-    // Kernels may read whole records of lanes that have none.
-    if (field_.creases.empty()) field_.creases.assign(kPlanesPerCrease, 0);
-  }
-
-  void LiftPlanes(std::size_t b, const std::array<std::int8_t, DistanceField::kBrickWords>& lifts) {
-    std::uint32_t* const words = &field_.words[FirstWord(b)];
-    for (std::size_t k = 0; k < lifts.size(); ++k) {
-      if (lifts[k] != 0) words[k] = WithLift(words[k], lifts[k]);
-    }
+    FitBrick(b, cells.creases, draft);
+    MendFarCells(b, draft);
+    TileBrick(&draft->words);
+    if (draft->records.empty()) draft->hash = BrickPool::HashOf(draft->words);
   }
 
   // The nearest triangle of a point in a cell is nearer to the cell's centre than the centre's own by no more than
   // twice the way from the centre to the point.
   static constexpr float kAround = 2.0f * 0.84f;
 
-  void FitBrick(std::size_t b, const CreaseCells& cells, std::vector<std::uint32_t>* records) {
+  void FitBrick(std::size_t b, const CreaseCells& cells, BrickDraft* draft) const {
     if (std::all_of(cells.begin(), cells.end(), [](std::uint8_t row) { return row == 0; })) return;
-    const glm::dvec3 first_sample = glm::dvec3(CornerOf(slots_[b])) + 0.5;
-    const std::span<const std::uint32_t> numbers = bins_.of(bin_of_brick_[b]);
+    const glm::dvec3 first_sample = glm::dvec3(CornerOf(b)) + 0.5;
+    const std::span<const std::uint32_t> numbers = bins_.of(b);
     const std::vector<RowTriangle> triangles = RowsOf(numbers, first_sample);
     std::array<std::vector<NearTriangle>, kRow> near;
     for (int row = 0; row < 64; ++row) {
       const unsigned mask = cells[static_cast<std::size_t>(row)];
       if (mask == 0) continue;
-      std::uint32_t* const words = &field_.words[FirstWord(b) + static_cast<std::size_t>(row) * kRow];
+      std::uint32_t* const words = &draft->words[static_cast<std::size_t>(row) * kRow];
       FindNear(words, mask, row, numbers, triangles, &near);
       for (int x = 0; x < kRow; ++x) {
         if ((mask >> x & 1U) == 0 || near[static_cast<std::size_t>(x)].empty()) continue;
@@ -228,8 +274,8 @@ class FieldBuilder {
           if (std::isfinite(fit.largest_error)) words[x] = fit.planes[0];
           continue;
         }
-        words[x] = CreaseWord(records->size() / kPlanesPerCrease);
-        records->insert(records->end(), fit.planes.begin(), fit.planes.end());
+        words[x] = CreaseWord(draft->records.size() / kPlanesPerCrease);
+        draft->records.insert(draft->records.end(), fit.planes.begin(), fit.planes.end());
       }
     }
   }
@@ -260,21 +306,28 @@ class FieldBuilder {
     const glm::ivec3 n(field_.nx >> shift, field_.ny >> shift, field_.nz >> shift);
     field_.coarse.resize(static_cast<std::size_t>(n.x) * n.y * n.z);
     // A task is a row of cells along x: few enough to share out, and each cell's answer is a good guess for the next.
-    RunTasks("coarse grid", kCreasesAt, kCoarseAt, static_cast<std::size_t>(n.y) * n.z, [&](std::size_t row) {
-      const glm::ivec3 start(0, static_cast<int>(row) % n.y, static_cast<int>(row) / n.y);
-      std::uint32_t guess = 0;
-      for (int x = 0; x < n.x; ++x) FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess);
-    });
+    const std::size_t num_rows = static_cast<std::size_t>(n.y) * n.z;
+    for (std::size_t first = 0; first < num_rows; first += kRowsPerReport) {
+      const std::size_t count = std::min(kRowsPerReport, num_rows - first);
+      core::ForEach(options_.workers, count, [&](std::size_t i) {
+        const std::size_t row = first + i;
+        const glm::ivec3 start(0, static_cast<int>(row) % n.y, static_cast<int>(row) / n.y);
+        std::uint32_t guess = 0;
+        for (int x = 0; x < n.x; ++x)
+          FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess);
+      });
+      Report("coarse grid", kPreparedAt + (kCoarseAt - kPreparedAt) * static_cast<double>(first + count) /
+                                              static_cast<double>(num_rows));
+    }
   }
 
   void FillCoarseCell(const glm::ivec3& c, CoarseCell* cell, std::uint32_t* guess) const {
     const int shift = field_.coarse_shift;
-    const glm::ivec3 brick = ((c << shift) + (1 << shift >> 1)) >> 3;
-    const std::size_t slot =
-        (static_cast<std::size_t>(brick.z) * (field_.ny >> 3) + brick.y) * (field_.nx >> 3) + brick.x;
-    if (const std::uint32_t first = field_.bricks[slot]; first != 0) {
-      *guess = near_brick_[first / DistanceField::kBrickWords - 1];
-    }
+    const glm::ivec3 place = ((c << shift) + (1 << shift >> 1)) >> 3;
+    const glm::ivec3 n_bricks = GridBricks();
+    const std::uint32_t b =
+        field_.bricks[(static_cast<std::size_t>(place.z) * n_bricks.y + place.y) * n_bricks.x + place.x];
+    if (b != kNoBrick) *guess = bins_.of(b).front();
     const glm::dvec3 p = (glm::dvec3(c) + 0.5) * static_cast<double>(1 << shift);
     const ClosestFeature closest = triangles_->ClosestOfAll(p, guess);
     const TriangleField::Value value = triangles_->SignedValue(*guess, closest, p);
@@ -289,17 +342,15 @@ class FieldBuilder {
   // In bricks that no sample of the band lies in, no plane reaches the surface: cells are no larger than the brick, the
   // nearest surface point F is 2.1 voxels or more from it, and the plane's least value over the brick is that of F's
   // projection.
-  void MendFarCells() {
-    ForEachBrick("far cells", kCoarseAt, 1.0, [&](std::size_t b) {
-      FarCells cells(field_, CornerOf(slots_[b]), &field_.words[FirstWord(b)]);
-      std::uint32_t guess = near_brick_[b];
-      while (const auto cell = cells.NextDoubtful()) {
-        const glm::dvec3 p = glm::dvec3(CornerOf(slots_[b]) + *cell) + 0.5;
-        const ClosestFeature closest = triangles_->ClosestOfAll(p, &guess);
-        const TriangleField::Value value = triangles_->SignedValue(guess, closest, p);
-        cells.Put(*cell, static_cast<float>(value.distance), glm::vec3(value.gradient));
-      }
-    });
+  void MendFarCells(std::size_t b, BrickDraft* draft) const {
+    FarCells cells(field_, draft->records, CornerOf(b), draft->words.data());
+    std::uint32_t guess = draft->near;
+    while (const auto cell = cells.NextDoubtful()) {
+      const glm::dvec3 p = glm::dvec3(CornerOf(b) + *cell) + 0.5;
+      const ClosestFeature closest = triangles_->ClosestOfAll(p, &guess);
+      const TriangleField::Value value = triangles_->SignedValue(guess, closest, p);
+      cells.Put(*cell, static_cast<float>(value.distance), glm::vec3(value.gradient));
+    }
   }
 
   [[nodiscard]] double reach() const { return half_thickness_ + DistanceField::kBandVoxels; }
@@ -309,9 +360,10 @@ class FieldBuilder {
   const BuildFieldOptions& options_;
   DistanceField field_;
   BrickBins bins_;
-  std::vector<std::uint32_t> slots_;         // of the bricks, ascending
-  std::vector<std::uint32_t> bin_of_brick_;  // before bricks were dropped
-  std::vector<std::uint32_t> near_brick_;    // a triangle near each brick, kNoTriangle: no sample in the band
+  std::vector<std::uint32_t> slots_;  // of the bricks, ascending
+  std::array<Layer, 3> layers_;       // the one being finished and its neighbours
+  std::vector<BrickDraft> drafts_;
+  BrickPool pool_;
 };
 
 TriangleMesh InVoxels(TriangleMesh mesh, const glm::dvec3& origin_m, double voxel_size_m) {

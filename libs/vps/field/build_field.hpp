@@ -25,7 +25,8 @@ struct BuildFieldOptions {
   std::function<void(std::string_view stage, double fraction)> progress{};
 };
 
-// What a build will take, told from the mesh's area and size alone, in time proportional to its triangles.
+// What a build will take at most, told from the mesh's area and size alone, in time proportional to its triangles.
+// Equal bricks are kept once: a part with flat faces along the grid takes less, down to a tenth.
 struct FieldEstimate {
   double stored_bytes = 0.0;  // of the field
   double peak_bytes = 0.0;    // while it is built, field included, mesh not

@@ -53,14 +53,13 @@ using Ints = std::int32_t __attribute__((vector_size(8 * sizeof(std::int32_t))))
   Store(__builtin_convertvector((Ints)(words << 25), Lanes) * kGradientScale, apron->gz + at);
 }
 
-[[gnu::always_inline]] inline void Fill(std::span<const std::uint32_t> words, const Neighbourhood& bricks,
-                                        Apron* apron) {
+[[gnu::always_inline]] inline void Fill(const Neighbourhood& bricks, Apron* apron) {
   for (int z = -1; z <= 8; ++z) {
     for (int y = -1; y <= 8; ++y) {
       const int at = (z + 1) * Apron::kLayer + (y + 1) * Apron::kRow;
-      apron->Put(at, words[WordIndex(bricks, -1, y, z)]);
-      PutRow(at + 1, &words[WordIndex(bricks, 0, y, z)], apron);
-      apron->Put(at + 9, words[WordIndex(bricks, 8, y, z)]);
+      apron->Put(at, WordAt(bricks, -1, y, z));
+      PutRow(at + 1, &WordAt(bricks, 0, y, z), apron);
+      apron->Put(at + 9, WordAt(bricks, 8, y, z));
       apron->Put(at + 10, kCoarseWord);
       apron->Put(at + 11, kCoarseWord);
     }
@@ -164,25 +163,9 @@ inline float Threshold(int x, int y, int z) {
 
 }  // namespace
 
-Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot) {
-  const int nx = field.nx >> 3;
-  const int ny = field.ny >> 3;
-  const int nz = field.nz >> 3;
-  const int x = static_cast<int>(slot % static_cast<std::size_t>(nx));
-  const int y = static_cast<int>(slot / static_cast<std::size_t>(nx) % static_cast<std::size_t>(ny));
-  const int z = static_cast<int>(slot / (static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny)));
-  Neighbourhood out{};
-  for (int k = 0; k < 27; ++k) {
-    const glm::ivec3 c(x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1);
-    if (c.x < 0 || c.y < 0 || c.z < 0 || c.x >= nx || c.y >= ny || c.z >= nz) continue;
-    out[static_cast<std::size_t>(k)] = field.bricks[(static_cast<std::size_t>(c.z) * ny + c.y) * nx + c.x];
-  }
-  return out;
-}
-
-VPS_WIDE_CLONES ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks) {
+VPS_WIDE_CLONES ExaminedCells ExamineCells(const Neighbourhood& bricks) {
   Apron apron;
-  Fill(words, bricks, &apron);
+  Fill(bricks, &apron);
   ExaminedCells out;
   // Planes within a quarter of the tolerance of one miss their neighbours by less than it.
   if (MissOfOnePlane(apron) < 0.25f * kCreaseTolerance) return out;

@@ -2,20 +2,18 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "vps/field/distance_field.hpp"
 
 namespace vps {
 
-// First words of a brick and of the 26 around it, x fastest; those outside the grid are the empty brick 0.
-using Neighbourhood = std::array<std::uint32_t, 27>;
-Neighbourhood NeighbourhoodOf(const DistanceField& field, std::size_t slot);
+// A brick's words ([z * 64 + y * 8 + x]) and those of the 26 around it, x fastest.
+using Neighbourhood = std::array<const std::uint32_t*, 27>;
 
-// Index into the words of the cell (x, y, z), each in -1 ... 8, seen from the middle brick.
-inline std::size_t WordIndex(const Neighbourhood& bricks, int x, int y, int z) {
+// Word of the cell (x, y, z), each in -1 ... 8, seen from the middle brick.
+inline const std::uint32_t& WordAt(const Neighbourhood& bricks, int x, int y, int z) {
   const int brick = (((z + 8) >> 3) * 3 + ((y + 8) >> 3)) * 3 + ((x + 8) >> 3);
-  return bricks[static_cast<std::size_t>(brick)] + static_cast<std::size_t>((z & 7) << 6 | (y & 7) << 3 | (x & 7));
+  return bricks[static_cast<std::size_t>(brick)][(z & 7) << 6 | (y & 7) << 3 | (x & 7)];
 }
 
 // Cells of a brick whose plane may miss somewhere in the cell: [z * 8 + y], bit x.
@@ -29,6 +27,6 @@ struct ExaminedCells {
   // d + tr(H) / 24 over a cell of edge 1, and tr(H) is the sum of second differences of the centres' distances.
   std::array<std::int8_t, 512> lifts{};
 };
-ExaminedCells ExamineCells(std::span<const std::uint32_t> words, const Neighbourhood& bricks);
+ExaminedCells ExamineCells(const Neighbourhood& bricks);
 
 }  // namespace vps

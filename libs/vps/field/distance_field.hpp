@@ -46,7 +46,7 @@ struct DistanceField {
   double voxel_size_m = 0.0;
   std::int32_t nx = 0, ny = 0, nz = 0;  // voxels, multiples of the coarse cell and of 8
   std::int32_t coarse_shift = 2;
-  std::vector<std::uint32_t> bricks;   // first word of each brick, x fastest; empty bricks share the one at 0
+  std::vector<std::uint32_t> bricks;   // first word of each brick, x fastest; equal ones share, empty ones that at 0
   std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;

@@ -24,7 +24,9 @@ void FarCells::ForNeighbours(int cell, const Visit& visit) {
   }
 }
 
-FarCells::FarCells(const DistanceField& field, const glm::ivec3& corner, std::uint32_t* words) : words_(words) {
+FarCells::FarCells(const DistanceField& field, std::span<const std::uint32_t> creases, const glm::ivec3& corner,
+                   std::uint32_t* words)
+    : words_(words) {
   const int shift = field.coarse_shift;
   const auto half = 0.5f * static_cast<float>(1 << shift);
   for (int i = 0; i < kNumCells; ++i) {
@@ -34,7 +36,7 @@ FarCells::FarCells(const DistanceField& field, const glm::ivec3& corner, std::ui
         distance_[i] = DistanceOf(word);
         break;
       case CellKind::kCrease:  // nearer than the band: only the side is looked at
-        distance_[i] = DistanceOf(field.creases[std::size_t{RecordOf(word)} * kPlanesPerCrease]);
+        distance_[i] = DistanceOf(creases[std::size_t{RecordOf(word)} * kPlanesPerCrease]);
         break;
       case CellKind::kCoarse: {
         const glm::ivec3 voxel = corner + PlaceOf(i);

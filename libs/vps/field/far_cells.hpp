@@ -3,6 +3,7 @@
 #include <bitset>
 #include <glm/glm.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "vps/field/distance_field.hpp"
@@ -18,8 +19,10 @@ namespace vps {
 // from its rim, and hardly any voxel is asked for that is right.
 class FarCells {
  public:
-  // `words`: of the brick whose first voxel is `corner`, [z * 64 + y * 8 + x].
-  FarCells(const DistanceField& field, const glm::ivec3& corner, std::uint32_t* words);
+  // `words`: of the brick whose first voxel is `corner`, [z * 64 + y * 8 + x]; `creases`: the records that they name.
+  // Of the field only its coarse grid is asked.
+  FarCells(const DistanceField& field, std::span<const std::uint32_t> creases, const glm::ivec3& corner,
+           std::uint32_t* words);
 
   // Place in the brick; nothing: no more doubt.
   std::optional<glm::ivec3> NextDoubtful();

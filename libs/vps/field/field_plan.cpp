@@ -67,7 +67,7 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   const double index_bytes = num_voxels / DistanceField::kBrickWords * sizeof(std::uint32_t);
   const double creases = bricks * kCreaseBytesPerBrick;
   plan.estimate.stored_bytes = kFewBytes + brick_bytes + creases + index_bytes + coarse_bytes();
-  // Creases are kept twice for a moment, and so are the cells when empty bricks go.
+  // Cells and creases are kept twice for a moment, when room that was kept ready for more of them goes.
   plan.estimate.peak_bytes = plan.estimate.stored_bytes + std::max(creases, brick_bytes) +
                              kBytesPerTriangle * static_cast<double>(mesh.triangles.size());
   if (!(plan.estimate.peak_bytes <= options.max_peak_bytes) || !(std::max({wanted.x, wanted.y, wanted.z}) < 1e6)) {
