@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
+
+#include "vps/field/wide_clones.hpp"
 
 namespace vps {
 namespace {
@@ -17,14 +20,26 @@ constexpr std::uint32_t kDirectionBits = 0x1fffffU;
 constexpr std::uint32_t kNoDirection = 0x200000U;
 constexpr std::uint32_t kManyDirections = 0x400000U;
 
-constexpr std::int32_t kPlane = -1;
-constexpr std::int32_t kCoarse = -2;
+// A coarse cell's voxels and those around them: [(z * kWidth + y) * kWidth + x], and a row to spare for whole vectors.
+constexpr int kNumVoxels = kWidth * kWidth * kWidth;
+constexpr int kNumKept = (kNumVoxels + 2 * kMostSide - 1) / kMostSide * kMostSide;
+using Lanes = float __attribute__((vector_size(kMostSide * sizeof(float))));
+using Words = std::uint32_t __attribute__((vector_size(kMostSide * sizeof(std::uint32_t))));
+using Ints = std::int32_t __attribute__((vector_size(kMostSide * sizeof(std::int32_t))));
 
-struct Voxel {
-  float d = 0.0f;  // at its centre
-  glm::vec3 g{0.0f};
-  std::int32_t record = kPlane;  // of a crease
+struct Voxels {
+  std::uint32_t word[kNumKept] = {};
+  float d[kNumKept] = {};  // of planes, at their centres
+  float gx[kNumKept] = {}, gy[kNumKept] = {}, gz[kNumKept] = {};
 };
+
+template <class Vector, class Element>
+[[gnu::always_inline]] inline void Load(const Element* from, Vector* to) {
+  __builtin_memcpy(to, from, sizeof(Vector));
+}
+[[gnu::always_inline]] inline void Store(const Lanes& from, float* to) {
+  __builtin_memcpy(to, &from, sizeof(Lanes));
+}
 
 // A voxel's neighbour: of its box only what lies within kCloseRadius of the voxel.
 struct Neighbour {
@@ -44,6 +59,81 @@ std::array<Neighbour, 27> MakeNeighbours() {
   return all;
 }
 
+const std::array<Neighbour, 27> kNeighbours = MakeNeighbours();
+
+[[gnu::always_inline]] inline void Decode(Voxels* voxels) {
+  constexpr std::uint32_t kTop = 0xfe000000U;
+  for (int i = 0; i < kNumKept; i += kMostSide) {
+    Words word;
+    Load(voxels->word + i, &word);
+    Store(__builtin_convertvector((Ints)word, Lanes) * kWordScale, voxels->d + i);
+    Store(__builtin_convertvector((Ints)(word << 11 & kTop), Lanes) * kGradientScale, voxels->gx + i);
+    Store(__builtin_convertvector((Ints)(word << 18 & kTop), Lanes) * kGradientScale, voxels->gy + i);
+    Store(__builtin_convertvector((Ints)(word << 25), Lanes) * kGradientScale, voxels->gz + i);
+  }
+}
+
+// Of the voxels `at` ... `at` + 7, where they are planes and their neighbour is one, how far that lies below them.
+[[gnu::always_inline]] inline void FallBeside(const Voxels& voxels, int at, const Neighbour& n, Lanes* fall) {
+  const int other = at + (n.z * kWidth + n.y) * kWidth + n.x;
+  Lanes d, gx, gy, gz, ud, ux, uy, uz;
+  Load(voxels.d + at, &d);
+  Load(voxels.gx + at, &gx);
+  Load(voxels.gy + at, &gy);
+  Load(voxels.gz + at, &gz);
+  Load(voxels.d + other, &ud);
+  Load(voxels.gx + other, &ux);
+  Load(voxels.gy + other, &uy);
+  Load(voxels.gz + other, &uz);
+  Words word;
+  Load(voxels.word + other, &word);
+  const glm::vec3 from = n.centre - glm::vec3(n.x, n.y, n.z);
+  const Lanes mx = gx - ux;
+  const Lanes my = gy - uy;
+  const Lanes mz = gz - uz;
+  const Lanes most =
+      ((mx < 0.0f ? -mx : mx) * n.half.x + (my < 0.0f ? -my : my) * n.half.y) + (mz < 0.0f ? -mz : mz) * n.half.z;
+  const Lanes here = d - ud + ((gx * n.centre.x + gy * n.centre.y) + gz * n.centre.z) -
+                     ((ux * from.x + uy * from.y) + uz * from.z) + most;
+  const Lanes known = (word & 0x7fU) != kOtherKind ? here : Lanes{};
+  *fall = known > *fall ? known : *fall;
+}
+
+// What FindVoxelFalls tells of a coarse cell of `side` voxels whose planes have more than one gradient.
+VPS_WIDE_CLONES float LargestFall(const DistanceField& field, int side, Voxels* voxels) {
+  Decode(voxels);
+  float largest = -1.0f;
+  for (int z = 1; z <= side; ++z) {
+    for (int y = 1; y <= side; ++y) {
+      const int at = (z * kWidth + y) * kWidth + 1;
+      unsigned anchors = 0;
+      for (int x = 0; x < side; ++x) {
+        const bool is_anchor =
+            KindOf(voxels->word[at + x]) == CellKind::kPlane && std::abs(voxels->d[at + x]) <= kMostAnchorDistance;
+        anchors |= (is_anchor ? 1U : 0U) << x;
+      }
+      if (anchors == 0) continue;
+      Lanes falls{};
+      for (const Neighbour& n : kNeighbours) {
+        FallBeside(*voxels, at, n, &falls);
+        const int other = at + (n.z * kWidth + n.y) * kWidth + n.x;
+        for (unsigned left = anchors; left != 0; left &= left - 1) {
+          const int x = std::countr_zero(left);
+          const std::uint32_t word = voxels->word[other + x];
+          if ((word & 0x7fU) != kOtherKind) continue;
+          if (word == kCoarseWord) return kNone;
+          const glm::vec3 g(voxels->gx[at + x], voxels->gy[at + x], voxels->gz[at + x]);
+          largest = std::max(largest, MostAboveCrease(field, RecordOf(word), voxels->d[at + x] + glm::dot(g, n.centre),
+                                                      g, n.centre - glm::vec3(n.x, n.y, n.z), n.half));
+        }
+      }
+      for (unsigned left = anchors; left != 0; left &= left - 1)
+        largest = std::max(largest, falls[std::countr_zero(left)]);
+    }
+  }
+  return largest < 0.0f ? kNone : largest;
+}
+
 class VoxelFalls {
  public:
   explicit VoxelFalls(const DistanceField& field) : field_(field), side_(1 << field.coarse_shift) {}
@@ -56,81 +146,58 @@ class VoxelFalls {
       return kNone;
     }
     Read(begin);
-    if (largest_offset_ >= smallest_offset_) return largest_offset_ - smallest_offset_;
-    float fall = -1.0f;
-    for (int z = 1; z <= side_; ++z) {
-      for (int y = 1; y <= side_; ++y) {
-        for (int x = 1; x <= side_; ++x) {
-          const int at = (z * kWidth + y) * kWidth + x;
-          const Voxel& v = around_[static_cast<std::size_t>(at)];
-          if (v.record == kPlane && std::abs(v.d) <= kMostAnchorDistance) fall = std::max(fall, Beside(v, at));
-        }
-      }
-    }
-    return fall < 0.0f ? kNone : fall;
+    if (direction_ < kNoDirection) return SpreadOfOffsets();
+    return LargestFall(field_, side_, &voxels_);
   }
 
  private:
-  // Where all planes have one gradient g, one lies above another by e - e', e = d - g . centre: on flat faces the
-  // spread of e is all that has to be known. Coarse voxels do not count: none is beside an anchor, which is at most
-  // kMostAnchorDistance from the surface and its neighbours so nearer than kBandVoxels.
   void Read(const glm::ivec3& begin) {
-    std::uint32_t direction = kNoDirection;
-    largest_offset_ = -kNone;
-    smallest_offset_ = kNone;
+    direction_ = kNoDirection;
     for (int z = 0; z < side_ + 2; ++z) {
       for (int y = 0; y < side_ + 2; ++y) {
+        const glm::ivec3 v = begin + glm::ivec3(0, y, z);
+        const std::uint32_t* const bricks =
+            &field_.bricks[(static_cast<std::size_t>(v.z >> 3) * static_cast<std::size_t>(field_.ny >> 3) +
+                            static_cast<std::size_t>(v.y >> 3)) *
+                           static_cast<std::size_t>(field_.nx >> 3)];
+        std::uint32_t* const row = voxels_.word + (z * kWidth + y) * kWidth;
         for (int x = 0; x < side_ + 2; ++x) {
-          const glm::ivec3 v = begin + glm::ivec3(x, y, z);
-          const auto brick = (static_cast<std::size_t>(v.z >> 3) * static_cast<std::size_t>(field_.ny >> 3) +
-                              static_cast<std::size_t>(v.y >> 3)) *
-                                 static_cast<std::size_t>(field_.nx >> 3) +
-                             static_cast<std::size_t>(v.x >> 3);
-          const std::uint32_t word = field_.words[field_.bricks[brick] + WordInBrick(v.x, v.y, v.z)];
-          Voxel& voxel = around_[static_cast<std::size_t>((z * kWidth + y) * kWidth + x)];
-          voxel.record = kPlane;
-          if (word == kCoarseWord) {
-            voxel.record = kCoarse;
-          } else if (KindOf(word) == CellKind::kPlane) {
-            voxel.d = DistanceOf(word);
-            voxel.g = GradientOf(word);
-            if (direction == kNoDirection) direction = word & kDirectionBits;
-            if ((word & kDirectionBits) != direction) direction = kManyDirections;
-            const float offset = voxel.d - glm::dot(voxel.g, glm::vec3(x, y, z));
-            largest_offset_ = std::max(largest_offset_, offset);
-            smallest_offset_ = std::min(smallest_offset_, offset);
-          } else {
-            direction = kManyDirections;
-            voxel.record = static_cast<std::int32_t>(RecordOf(word));
-          }
+          const int vx = v.x + x;
+          row[x] = field_.words[bricks[vx >> 3] + WordInBrick(vx, v.y, v.z)];
+          if (row[x] == kCoarseWord) continue;
+          const bool is_plane = KindOf(row[x]) == CellKind::kPlane;
+          if (direction_ == kNoDirection && is_plane) direction_ = row[x] & kDirectionBits;
+          if (!is_plane || (row[x] & kDirectionBits) != direction_) direction_ = kManyDirections;
         }
       }
     }
-    if (direction >= kNoDirection) largest_offset_ = -kNone;
   }
 
-  [[nodiscard]] float Beside(const Voxel& v, int at) const {
-    float fall = 0.0f;
-    for (const Neighbour& n : neighbours_) {
-      const Voxel& u = around_[static_cast<std::size_t>(at + (n.z * kWidth + n.y) * kWidth + n.x)];
-      const glm::vec3 from(n.x, n.y, n.z);
-      if (u.record == kCoarse) return kNone;
-      if (u.record >= 0) {
-        fall = std::max(fall, MostAboveCrease(field_, static_cast<std::uint32_t>(u.record),
-                                              v.d + glm::dot(v.g, n.centre), v.g, n.centre - from, n.half));
-        continue;
+  // Where all planes have one gradient g, one lies above another by e - e', e = d - g . centre: on flat faces the
+  // spread of e is all that has to be known. Coarse voxels do not count: none is beside an anchor, which is at most
+  // kMostAnchorDistance from the surface and its neighbours so nearer than kBandVoxels.
+  [[nodiscard]] float SpreadOfOffsets() const {
+    const glm::vec3 g = GradientOf(direction_);
+    float largest = -kNone;
+    float smallest = kNone;
+    for (int z = 0; z < side_ + 2; ++z) {
+      for (int y = 0; y < side_ + 2; ++y) {
+        for (int x = 0; x < side_ + 2; ++x) {
+          const std::uint32_t word = voxels_.word[(z * kWidth + y) * kWidth + x];
+          if (word == kCoarseWord) continue;
+          const float offset = DistanceOf(word) - glm::dot(g, glm::vec3(x, y, z));
+          largest = std::max(largest, offset);
+          smallest = std::min(smallest, offset);
+        }
       }
-      fall = std::max(fall, v.d - u.d + glm::dot(v.g, n.centre) - glm::dot(u.g, n.centre - from) +
-                                glm::dot(glm::abs(v.g - u.g), n.half));
     }
-    return fall;
+    return largest - smallest;
   }
 
   const DistanceField& field_;
   int side_;
-  std::array<Neighbour, 27> neighbours_ = MakeNeighbours();
-  float largest_offset_ = 0.0f, smallest_offset_ = 0.0f;  // of e; the other way round when directions differ
-  std::array<Voxel, kWidth * kWidth * kWidth> around_;
+  std::uint32_t direction_ = kNoDirection;  // of all planes, or kNoDirection, kManyDirections
+  Voxels voxels_;
 };
 
 }  // namespace
