@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "vps/field/voxel_falls.hpp"
+#include "vps/field/wide_clones.hpp"
 
 namespace vps {
 namespace {
@@ -18,6 +19,65 @@ struct Plane {
   glm::vec3 gradient;
   glm::vec3 centre;
 };
+
+constexpr int kTile = 8;  // words of half a tile of WordInBrick: 4 x 2 voxels
+using Lanes = float __attribute__((vector_size(kTile * sizeof(float))));
+using Words = std::uint32_t __attribute__((vector_size(kTile * sizeof(std::uint32_t))));
+using Ints = std::int32_t __attribute__((vector_size(kTile * sizeof(std::int32_t))));
+
+// Most that `plane` lies above the planes of eight voxels anywhere in them; `begin`: lower corner of the first.
+[[gnu::always_inline]] inline float MostAboveTile(const Plane& plane, const std::uint32_t* words,
+                                                  const glm::vec3& begin) {
+  constexpr std::uint32_t kTop = 0xfe000000U;
+  constexpr Lanes kX = {0.5f, 1.5f, 2.5f, 3.5f, 0.5f, 1.5f, 2.5f, 3.5f};
+  constexpr Lanes kY = {0.5f, 0.5f, 0.5f, 0.5f, 1.5f, 1.5f, 1.5f, 1.5f};
+  Words word;
+  __builtin_memcpy(&word, words, sizeof word);
+  const Lanes d = __builtin_convertvector((Ints)word, Lanes) * kWordScale;
+  const Lanes mx = plane.gradient.x - __builtin_convertvector((Ints)(word << 11 & kTop), Lanes) * kGradientScale;
+  const Lanes my = plane.gradient.y - __builtin_convertvector((Ints)(word << 18 & kTop), Lanes) * kGradientScale;
+  const Lanes mz = plane.gradient.z - __builtin_convertvector((Ints)(word << 25), Lanes) * kGradientScale;
+  const Lanes slope = ((mx < 0.0f ? -mx : mx) * 0.5f + (my < 0.0f ? -my : my) * 0.5f) + (mz < 0.0f ? -mz : mz) * 0.5f;
+  const Lanes at_centre =
+      plane.distance +
+      ((plane.gradient.x * (kX + begin.x - plane.centre.x) + plane.gradient.y * (kY + begin.y - plane.centre.y)) +
+       plane.gradient.z * (0.5f + begin.z - plane.centre.z));
+  const Lanes here = at_centre - d + slope;
+  const Lanes most = (word & 0x7fU) != kOtherKind ? here : Lanes{};
+  float largest = 0.0f;
+  for (int i = 0; i < kTile; ++i) largest = std::max(largest, most[i]);
+  return largest;
+}
+
+// The same for the creases among them.
+[[gnu::always_inline]] inline float MostAboveCreases(const Plane& plane, const DistanceField& field,
+                                                     const std::uint32_t* words, const glm::vec3& begin) {
+  float largest = 0.0f;
+  for (int i = 0; i < kTile; ++i) {
+    if (KindOf(words[i]) != CellKind::kCrease) continue;
+    const glm::vec3 centre = begin + glm::vec3(i & 3, i >> 2, 0) + 0.5f;
+    const float d = plane.distance + glm::dot(plane.gradient, centre - plane.centre);
+    largest = std::max(largest,
+                       MostAboveCrease(field, RecordOf(words[i]), d, plane.gradient, glm::vec3(0.0f), glm::vec3(0.5f)));
+  }
+  return largest;
+}
+
+// Most that `plane` lies above what a cube of `step` voxels in a brick tells; `begin`: its first voxel.
+VPS_WIDE_CLONES float MostAboveBrick(const Plane& plane, const DistanceField& field, const std::uint32_t* words,
+                                     const glm::ivec3& begin, int step) {
+  float largest = 0.0f;
+  for (int z = begin.z; z < begin.z + step; ++z) {
+    for (int y = begin.y; y < begin.y + step; y += 2) {
+      for (int x = begin.x; x < begin.x + step; x += 4) {
+        const std::uint32_t* const tile = words + WordInBrick(x, y, z);
+        largest = std::max(largest, MostAboveTile(plane, tile, glm::vec3(x, y, z)));
+        largest = std::max(largest, MostAboveCreases(plane, field, tile, glm::vec3(x, y, z)));
+      }
+    }
+  }
+  return largest;
+}
 
 class Bounds {
  public:
@@ -69,9 +129,6 @@ class Bounds {
     return a.distance + glm::dot(a.gradient, centre - a.centre) - b.distance - glm::dot(b.gradient, centre - b.centre) +
            glm::dot(slope, half);
   }
-  static float MostAboveWord(const Plane& a, std::uint32_t word, const glm::vec3& centre) {
-    return MostAbove(a, {DistanceOf(word), GradientOf(word), centre}, centre, glm::vec3(0.5f));
-  }
   // How far the field of cell c falls below its plane within the cell.
   [[nodiscard]] float OwnFall(const glm::ivec3& c) const {
     const Plane plane = PlaneOf(c);
@@ -85,31 +142,12 @@ class Bounds {
                                                          static_cast<std::size_t>(field_->nx >> 3) +
                                                      static_cast<std::size_t>(x >> 3)];
           if (brick == 0) continue;  // nothing but coarse cells
-          fall = std::max(fall, FallInBrick(plane, &field_->words[brick], {x, y, z}, step));
+          fall = std::max(fall, MostAboveBrick(plane, *field_, &field_->words[brick], {x, y, z}, step));
         }
       }
     }
     return fall;
   }
-  float FallInBrick(const Plane& plane, const std::uint32_t* words, const glm::ivec3& begin, int step) const {
-    float fall = 0.0f;
-    for (int z = begin.z; z < begin.z + step; ++z) {
-      for (int y = begin.y; y < begin.y + step; ++y) {
-        for (int x = begin.x; x < begin.x + step; ++x) {
-          const std::uint32_t word = words[WordInBrick(x, y, z)];
-          if (word == kCoarseWord) continue;
-          const glm::vec3 centre = glm::vec3(x, y, z) + 0.5f;
-          fall = std::max(fall, KindOf(word) == CellKind::kPlane
-                                    ? MostAboveWord(plane, word, centre)
-                                    : MostAboveCrease(*field_, RecordOf(word),
-                                                      plane.distance + glm::dot(plane.gradient, centre - plane.centre),
-                                                      plane.gradient, glm::vec3(0.0f), glm::vec3(0.5f)));
-        }
-      }
-    }
-    return fall;
-  }
-
   // The same within `margin` of the cell, by way of the neighbours' planes.
   [[nodiscard]] float FallWithin(const glm::ivec3& c, float margin) const {
     const Plane plane = PlaneOf(c);

@@ -28,8 +28,8 @@ struct FloatBox {
 // Rounded to single precision so that nothing of it is lost.
 FloatBox RoundedOutwards(const glm::dvec3& lower, const glm::dvec3& upper);
 
-// Squared distances of a point to the boxes of a node, each no more than the exact one; bit i of the answer: lane i's is
-// less than `limit`. `slack`: how much the point's own rounding may have moved it.
+// Squared distances of a point to the boxes of a node, each no more than the exact one; bit i of the answer: lane i's
+// is less than `limit`. `slack`: how much the point's own rounding may have moved it.
 std::uint32_t FindNearer(const WideBoxNode& node, const glm::vec3& p, float slack, float limit, float* squared);
 
 // A tree of boxes with one item in each leaf, every node but those on the left rim full: what is near a point is found
