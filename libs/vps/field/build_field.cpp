@@ -189,10 +189,8 @@ class FieldBuilder {
 
   void RasterBrick(std::size_t b, BrickDraft* draft) const {
     const glm::dvec3 origin = glm::dvec3(CornerOf(b)) + 0.5;
-    NearestSamples samples;
     const auto reach_voxels = static_cast<float>(reach());
-    std::fill(std::begin(samples.squared), std::end(samples.squared), reach_voxels * reach_voxels);
-    std::fill(std::begin(samples.triangle), std::end(samples.triangle), kNoTriangle);
+    NearestSamples samples(reach_voxels, kNoTriangle);
     const std::span<const std::uint32_t> numbers = bins_.of(b);
     const std::vector<RowTriangle> triangles = RowsOf(numbers, origin);
     for (std::uint32_t n = 0; n < numbers.size(); ++n) AddTriangle(triangles[n], n, reach_voxels, &samples);
@@ -202,7 +200,7 @@ class FieldBuilder {
       const std::uint32_t n = samples.triangle[k];
       if (n == kNoTriangle) continue;
       const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
-      const TangentPlane plane = TangentAt(*triangles_, {numbers[n], &triangles[n]}, origin, glm::vec3(place));
+      const TangentPlane plane = TangentAt(*triangles_, numbers[n], triangles[n], origin, glm::vec3(place));
       if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
       draft->near = numbers[n];
       draft->words[k] = EncodePlane(plane.distance, plane.gradient);
@@ -260,12 +258,13 @@ class FieldBuilder {
     const glm::dvec3 first_sample = glm::dvec3(CornerOf(b)) + 0.5;
     const std::span<const std::uint32_t> numbers = bins_.of(b);
     const std::vector<RowTriangle> triangles = RowsOf(numbers, first_sample);
+    const TriangleBounds bounds(triangles);
     std::array<std::vector<NearTriangle>, kRow> near;
     for (int row = 0; row < 64; ++row) {
       const unsigned mask = cells[static_cast<std::size_t>(row)];
       if (mask == 0) continue;
       std::uint32_t* const words = &draft->words[static_cast<std::size_t>(row) * kRow];
-      FindNear(words, mask, row, numbers, triangles, &near);
+      FindNear(triangles, bounds, numbers, row & 7, row >> 3, ReachesOf(words, mask).data(), &near);
       for (int x = 0; x < kRow; ++x) {
         if ((mask >> x & 1U) == 0 || near[static_cast<std::size_t>(x)].empty()) continue;
         const CreaseFit fit =
@@ -280,25 +279,15 @@ class FieldBuilder {
     }
   }
 
-  // Triangles that may be nearest somewhere in a cell, for the marked cells of a row.
-  void FindNear(const std::uint32_t* words, unsigned mask, int row, std::span<const std::uint32_t> numbers,
-                const std::vector<RowTriangle>& triangles, std::array<std::vector<NearTriangle>, kRow>* near) const {
-    float reach[kRow];
-    float largest = 0.0f;
+  // How far from the centres of a row's marked cells the triangles are that may be nearest somewhere in them; of the
+  // others -1.
+  [[nodiscard]] std::array<float, kRow> ReachesOf(const std::uint32_t* words, unsigned mask) const {
+    std::array<float, kRow> reach;
     for (int x = 0; x < kRow; ++x) {
-      const bool is_marked = (mask >> x & 1U) != 0;
       const float d = std::abs(DistanceOf(words[x]) + static_cast<float>(half_thickness_));
-      reach[x] = is_marked ? (d + kAround) * (d + kAround) : -1.0f;
-      largest = std::max(largest, is_marked ? d + kAround : 0.0f);
-      (*near)[static_cast<std::size_t>(x)].clear();
+      reach[static_cast<std::size_t>(x)] = (mask >> x & 1U) != 0 ? d + kAround : -1.0f;
     }
-    for (std::size_t n = 0; n < triangles.size(); ++n) {
-      float squared[kRow];
-      if (!SampleDistances(triangles[n], row & 7, row >> 3, largest, squared)) continue;
-      for (int x = 0; x < kRow; ++x) {
-        if (squared[x] <= reach[x]) (*near)[static_cast<std::size_t>(x)].push_back({numbers[n], &triangles[n]});
-      }
-    }
+    return reach;
   }
 
   void FillCoarse() {

@@ -9,7 +9,7 @@
 namespace vps {
 namespace {
 
-constexpr int kRows = 3;
+constexpr int kRows = kNearRows;
 constexpr int kNumPlaces = kRows * kRow;
 
 // Corners, half way to the corners, middles of the faces, centre, and the centre once more to fill the rows.
@@ -53,9 +53,12 @@ struct Values {
   KeepLarger(v < 0.0f ? -v : v, largest);
 }
 [[gnu::always_inline]] inline float Largest(const Lanes& v) {
-  float largest = v[0];
-  for (int i = 1; i < kRow; ++i) largest = std::max(largest, v[i]);
-  return largest;
+  using Half = float __attribute__((vector_size(kRow / 2 * sizeof(float))));
+  Half low, high;
+  __builtin_memcpy(&low, &v, sizeof low);
+  __builtin_memcpy(&high, reinterpret_cast<const char*>(&v) + sizeof low, sizeof high);
+  const Half larger = low > high ? low : high;
+  return std::max(std::max(larger[0], larger[2]), std::max(larger[1], larger[3]));
 }
 
 // The exact distance at the places, as tangent planes.
@@ -68,23 +71,16 @@ struct Exact {
 
 [[gnu::always_inline]] inline void FindExact(const TriangleField& field, std::span<const NearTriangle> near,
                                              const glm::dvec3& first_sample, const glm::ivec3& cell, Exact* out) {
-  float squared[kNumPlaces];
-  std::uint32_t winner[kNumPlaces];
   const glm::vec3 centre(cell);
-  for (int row = 0; row < kRows; ++row) {
-    PointRow points = kPlaces.rows[row];
-    for (int i = 0; i < kRow; ++i) {
-      points.x[i] += centre.x;
-      points.y[i] += centre.y;
-      points.z[i] += centre.z;
-    }
-    FindNearest(near, points, squared + row * kRow, winner + row * kRow);
-  }
+  NearestOfPoints nearest;
+  FindNearest(near, centre, kPlaces.rows, &nearest);
   std::uint32_t last_face = 0xffffffffU;
   for (int i = 0; i < kNumPlaces; ++i) {
     const glm::vec3 place(kPlaces.x[i], kPlaces.y[i], kPlaces.z[i]);
-    const NearTriangle& triangle = near[winner[i]];
-    const TangentPlane plane = TangentAt(field, triangle, first_sample, centre + place);
+    const NearTriangle& triangle = near[nearest.triangle[i]];
+    const TangentPlane plane = field.side_is_sign() && nearest.is_over_face[i]
+                                   ? TangentPlane{nearest.height[i], triangle.rows->normal, true}
+                                   : TangentBeside(field, triangle.number, first_sample, centre + place);
     out->value.at[i] = plane.distance;
     out->gradient[i] = plane.gradient;
     out->at_centre[i] = plane.distance - glm::dot(plane.gradient, place);

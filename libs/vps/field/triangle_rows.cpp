@@ -1,7 +1,9 @@
 #include "vps/field/triangle_rows.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "vps/field/wide_clones.hpp"
@@ -16,11 +18,33 @@ using Numbers = std::uint32_t __attribute__((vector_size(kRow * sizeof(std::uint
   __builtin_memcpy(to, from, sizeof(Lanes));
 }
 
-// The nearest point is on the face when the point lies over it, else on one of the edges.
-[[gnu::always_inline]] inline void RowDistances(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
-                                                Lanes* squared) {
+using Ints = std::int32_t __attribute__((vector_size(kRow * sizeof(std::int32_t))));
+
+// Nearer triangles' tangents are not told apart; farther ones' are right to the other, voxels.
+constexpr float kClose = 0.25f;
+constexpr float kTangentRounding = 0.01f;
+constexpr float kBoundRounding = 2e-3f;  // of distances to boxes and planes, beside those to the triangles in them
+
+// Bit i: lane i of the comparison holds.
+[[gnu::always_inline]] inline std::uint32_t BitsOf(const Ints& comparison) {
+  constexpr Ints kLaneBits = {1, 2, 4, 8, 16, 32, 64, 128};
+  const Ints lanes = comparison & kLaneBits;
+  std::uint32_t bits = 0;
+  for (int i = 0; i < kRow; ++i) bits |= static_cast<std::uint32_t>(lanes[i]);
+  return bits;
+}
+
+// From the nearest points of the edges.
+struct EdgeDistances {
+  Lanes squared;
+  Lanes way_x, way_y, way_z;  // to the point
+  Lanes prism;                // least distance into the prism over the face
+};
+[[gnu::always_inline]] inline void FindEdgeDistances(const RowTriangle& t, const Lanes& x, const Lanes& y,
+                                                     const Lanes& z, EdgeDistances* out) {
   Lanes least = Lanes{} + std::numeric_limits<float>::max();
   Lanes prism = least;
+  out->way_x = out->way_y = out->way_z = Lanes{};
   for (const RowTriangle::Edge& e : t.edges) {
     const Lanes wx = x - e.start.x;
     const Lanes wy = y - e.start.y;
@@ -33,32 +57,49 @@ using Numbers = std::uint32_t __attribute__((vector_size(kRow * sizeof(std::uint
     const Lanes rz = wz - s * e.along.z;
     const Lanes here = (rx * rx + ry * ry) + rz * rz;
     const Lanes inside = (wx * e.inward.x + wy * e.inward.y) + wz * e.inward.z;
-    least = here < least ? here : least;
+    const auto is_nearer = here < least;
+    out->way_x = is_nearer ? rx : out->way_x;
+    out->way_y = is_nearer ? ry : out->way_y;
+    out->way_z = is_nearer ? rz : out->way_z;
+    least = is_nearer ? here : least;
     prism = inside < prism ? inside : prism;
   }
-  const Lanes height = ((x * t.normal.x + y * t.normal.y) + z * t.normal.z) - t.offset;
-  *squared = prism >= t.prism_margin ? height * height : least;
+  out->squared = least;
+  out->prism = prism;
 }
 
-// Whether some sample of the row may lie within reach of the triangle's box and of its plane.
-[[gnu::always_inline]] inline bool MayReach(const RowTriangle& t, float y, float z, float reach) {
-  const float dy = std::max(std::max(t.lower.y - y, y - t.upper.y), 0.0f);
+[[gnu::always_inline]] inline void FindHeights(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
+                                               Lanes* height) {
+  *height = ((x * t.normal.x + y * t.normal.y) + z * t.normal.z) - t.offset;
+}
+
+// The nearest point is on the face when the point lies over it, else on one of the edges.
+[[gnu::always_inline]] inline void RowDistances(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
+                                                Lanes* squared) {
+  EdgeDistances edges;
+  FindEdgeDistances(t, x, y, z, &edges);
+  Lanes height;
+  FindHeights(t, x, y, z, &height);
+  *squared = edges.prism >= t.prism_margin ? height * height : edges.squared;
+}
+
+// Bit y: some sample of the row (y, z) may lie within reach of the triangle's box and of its plane.
+[[gnu::always_inline]] inline std::uint32_t FindReachedRows(const RowTriangle& t, float z, float reach) {
+  constexpr Lanes kY = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
+  const float dx = std::max(std::max(t.lower.x - 7.0f, -t.upper.x), 0.0f);
   const float dz = std::max(std::max(t.lower.z - z, z - t.upper.z), 0.0f);
-  if (dy * dy + dz * dz > reach * reach) return false;
-  const float middle = ((t.normal.x * 3.5f + t.normal.y * y) + t.normal.z * z) - t.offset;
-  return std::abs(middle) <= std::abs(t.normal.x) * 3.5f + reach;
+  const Lanes below = t.lower.y - kY;
+  const Lanes above = kY - t.upper.y;
+  Lanes dy = below > above ? below : above;
+  dy = dy > 0.0f ? dy : Lanes{};
+  const Lanes middle = t.normal.y * kY + (t.normal.x * 3.5f + t.normal.z * z - t.offset);
+  const Lanes height = middle < 0.0f ? -middle : middle;
+  return BitsOf(((dx * dx + dz * dz) + dy * dy <= reach * reach) & (height <= std::abs(t.normal.x) * 3.5f + reach));
 }
 
 [[gnu::always_inline]] inline void SampleRow(const RowTriangle& t, float y, float z, Lanes* squared) {
   constexpr Lanes kX = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
   RowDistances(t, kX, Lanes{} + y, Lanes{} + z, squared);
-}
-
-// Where a triangle's distances are less than the least so far, they and its number are kept.
-[[gnu::always_inline]] inline void KeepNearer(const Lanes& here, std::uint32_t number, Lanes* least, Numbers* nearest) {
-  const auto is_nearer = here < *least;
-  *least = is_nearer ? here : *least;
-  *nearest = is_nearer ? Numbers{} + number : *nearest;
 }
 
 }  // namespace
@@ -83,53 +124,179 @@ RowTriangle::RowTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dv
   prism_margin = length > 0.0 ? 0.0f : std::numeric_limits<float>::infinity();
 }
 
-VPS_WIDE_CLONES void FindNearest(std::span<const NearTriangle> near, const PointRow& points, float* squared,
-                                 std::uint32_t* nearest) {
-  Lanes x, y, z;
-  Load(points.x, &x);
-  Load(points.y, &y);
-  Load(points.z, &z);
-  Lanes best = Lanes{} + std::numeric_limits<float>::max();
-  Numbers numbers{};
-  for (std::uint32_t n = 0; n < near.size(); ++n) {
-    Lanes here;
-    RowDistances(*near[n].rows, x, y, z, &here);
-    KeepNearer(here, n, &best, &numbers);
+TriangleBounds::TriangleBounds(std::span<const RowTriangle> triangles) : groups_((triangles.size() + kRow - 1) / kRow) {
+  for (std::size_t n = 0; n < kRow * groups_.size(); ++n) {
+    Group& group = groups_[n / kRow];
+    const std::size_t i = n % kRow;
+    const bool is_there = n < triangles.size();
+    for (int axis = 0; axis < 3; ++axis) {
+      group.lower[axis][i] = is_there ? triangles[n].lower[axis] : std::numeric_limits<float>::max();
+      group.upper[axis][i] = is_there ? triangles[n].upper[axis] : -std::numeric_limits<float>::max();
+      group.normal[axis][i] = is_there ? triangles[n].normal[axis] : 0.0f;
+    }
+    group.offset[i] = is_there ? triangles[n].offset : 0.0f;
   }
-  __builtin_memcpy(squared, &best, sizeof best);
-  __builtin_memcpy(nearest, &numbers, sizeof numbers);
 }
 
-VPS_WIDE_CLONES bool SampleDistances(const RowTriangle& triangle, int y, int z, float reach, float* squared) {
-  const auto fy = static_cast<float>(y);
-  const auto fz = static_cast<float>(z);
-  if (triangle.lower.x > 7.0f + reach || triangle.upper.x < -reach) return false;
-  if (!MayReach(triangle, fy, fz, reach)) return false;
-  Lanes out;
-  SampleRow(triangle, fy, fz, &out);
-  __builtin_memcpy(squared, &out, sizeof out);
-  return true;
+VPS_WIDE_CLONES std::uint32_t TriangleBounds::FindReaching(std::size_t group, float first_x, float last_x, float y,
+                                                           float z, float reach) const {
+  const Group& g = groups_[group];
+  const float first[3] = {first_x, y, z};
+  const float last[3] = {last_x, y, z};
+  Lanes squared{};
+  for (int axis = 0; axis < 3; ++axis) {
+    Lanes lower, upper;
+    Load(g.lower[axis], &lower);
+    Load(g.upper[axis], &upper);
+    const Lanes below = lower - last[axis];
+    const Lanes above = first[axis] - upper;
+    Lanes out = below > above ? below : above;
+    out = out > 0.0f ? out : Lanes{};
+    squared += out * out;
+  }
+  Lanes nx, ny, nz, offset;
+  Load(g.normal[0], &nx);
+  Load(g.normal[1], &ny);
+  Load(g.normal[2], &nz);
+  Load(g.offset, &offset);
+  const Lanes height = ((nx * (0.5f * (first_x + last_x)) + ny * y) + nz * z) - offset;
+  const Lanes size = height < 0.0f ? -height : height;
+  const Lanes slope = nx < 0.0f ? -nx : nx;
+  return BitsOf((squared <= reach * reach) & (size <= slope * (0.5f * (last_x - first_x)) + reach));
+}
+
+VPS_WIDE_CLONES void FindNear(std::span<const RowTriangle> triangles, const TriangleBounds& bounds,
+                              std::span<const std::uint32_t> numbers, int y, int z, const float* reach,
+                              std::array<std::vector<NearTriangle>, kRow>* near) {
+  constexpr Lanes kX = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
+  Lanes reaches;
+  Load(reach, &reaches);
+  const std::uint32_t wanted = BitsOf(reaches >= 0.0f);
+  const auto first_x = static_cast<float>(std::countr_zero(wanted));
+  const auto last_x = static_cast<float>(31 - std::countl_zero(wanted));
+  float largest = 0.0f;
+  for (int x = 0; x < kRow; ++x) largest = std::max(largest, reach[x]);
+  const Lanes limits = reaches >= 0.0f ? reaches * reaches : Lanes{} - 1.0f;
+  const Lanes fy = Lanes{} + static_cast<float>(y);
+  const Lanes fz = Lanes{} + static_cast<float>(z);
+  for (auto& list : *near) list.clear();
+  for (std::size_t group = 0; group < bounds.num_groups(); ++group) {
+    std::uint32_t left = bounds.FindReaching(group, first_x, last_x, fy[0], fz[0], largest + kBoundRounding);
+    for (; left != 0; left &= left - 1) {
+      const std::size_t n = group * kRow + static_cast<std::size_t>(std::countr_zero(left));
+      const RowTriangle& t = triangles[n];
+      EdgeDistances edges;
+      FindEdgeDistances(t, kX, fy, fz, &edges);
+      Lanes height;
+      FindHeights(t, kX, fy, fz, &height);
+      const auto is_over_face = edges.prism >= t.prism_margin;
+      const Lanes squared = is_over_face ? height * height : edges.squared;
+      std::uint32_t within = BitsOf(squared <= limits);
+      if (within == 0) continue;
+      const Lanes way_x = is_over_face ? height * t.normal.x : edges.way_x;
+      const Lanes way_y = is_over_face ? height * t.normal.y : edges.way_y;
+      const Lanes way_z = is_over_face ? height * t.normal.z : edges.way_z;
+      for (; within != 0; within &= within - 1) {
+        const int x = std::countr_zero(within);
+        NearTriangle found{numbers[n], &t, squared[x]};
+        if (squared[x] > kClose * kClose) {
+          const float distance = std::sqrt(squared[x]);
+          found.tangent = distance - kTangentRounding;
+          found.slope = glm::vec3(way_x[x], way_y[x], way_z[x]) * (1.0f / distance);
+        }
+        (*near)[static_cast<std::size_t>(x)].push_back(found);
+      }
+    }
+  }
+}
+
+namespace {
+
+// Nearest triangles so far of eight points.
+struct NearestRow {
+  Lanes x, y, z;  // of the points, from the centre
+  Lanes squared = Lanes{} + std::numeric_limits<float>::max();
+  Lanes height{};
+  Numbers triangle{};
+  Ints is_over_face{};
+};
+
+[[gnu::always_inline]] inline void KeepNearerOf(const RowTriangle& t, std::uint32_t n, const glm::vec3& centre,
+                                                NearestRow* row) {
+  const Lanes x = row->x + centre.x;
+  const Lanes y = row->y + centre.y;
+  const Lanes z = row->z + centre.z;
+  EdgeDistances edges;
+  FindEdgeDistances(t, x, y, z, &edges);
+  Lanes height;
+  FindHeights(t, x, y, z, &height);
+  const Ints is_over_face = edges.prism >= t.prism_margin;
+  const Lanes here = is_over_face ? height * height : edges.squared;
+  const Ints is_kept = (here < row->squared) | ((here == row->squared) & (Ints)(Numbers{} + n < row->triangle));
+  row->squared = is_kept ? here : row->squared;
+  row->height = is_kept ? height : row->height;
+  row->triangle = is_kept ? Numbers{} + n : row->triangle;
+  row->is_over_face = is_kept ? is_over_face : row->is_over_face;
+}
+
+// Whether by its tangent the triangle may be the nearest of a point, lane by lane.
+[[gnu::always_inline]] inline void FindDoubt(const NearTriangle& t, const NearestRow& row, Ints* doubt) {
+  Lanes tangent = ((row.x * t.slope.x + row.y * t.slope.y) + row.z * t.slope.z) + t.tangent;
+  tangent = tangent > 0.0f ? tangent : Lanes{};
+  *doubt = tangent * tangent <= row.squared;
+}
+
+}  // namespace
+
+VPS_WIDE_CLONES void FindNearest(std::span<const NearTriangle> near, const glm::vec3& centre, const PointRow* offsets,
+                                 NearestOfPoints* out) {
+  NearestRow rows[kNearRows];
+  std::uint32_t first = 0;  // a good one to begin with: most others are then left out
+  for (std::uint32_t n = 1; n < near.size(); ++n) first = near[n].squared < near[first].squared ? n : first;
+  for (int i = 0; i < kNearRows; ++i) {
+    Load(offsets[i].x, &rows[i].x);
+    Load(offsets[i].y, &rows[i].y);
+    Load(offsets[i].z, &rows[i].z);
+    KeepNearerOf(*near[first].rows, first, centre, &rows[i]);
+  }
+  for (std::uint32_t n = 0; n < near.size(); ++n) {
+    if (n == first) continue;
+    Ints doubt[kNearRows];
+    for (int i = 0; i < kNearRows; ++i) FindDoubt(near[n], rows[i], &doubt[i]);
+    if (BitsOf(doubt[0] | doubt[1] | doubt[2]) == 0) continue;
+    for (int i = 0; i < kNearRows; ++i) {
+      if (BitsOf(doubt[i]) != 0) KeepNearerOf(*near[n].rows, n, centre, &rows[i]);
+    }
+  }
+  for (int i = 0; i < kNearRows; ++i) {
+    __builtin_memcpy(out->height + i * kRow, &rows[i].height, sizeof rows[i].height);
+    __builtin_memcpy(out->triangle + i * kRow, &rows[i].triangle, sizeof rows[i].triangle);
+    for (int k = 0; k < kRow; ++k) out->is_over_face[i * kRow + k] = rows[i].is_over_face[k] != 0;
+  }
+}
+
+NearestSamples::NearestSamples(float reach, std::uint32_t none) {
+  std::fill(std::begin(squared), std::end(squared), reach * reach);
+  std::fill(std::begin(triangle), std::end(triangle), none);
 }
 
 VPS_WIDE_CLONES void AddTriangle(const RowTriangle& triangle, std::uint32_t number, float reach,
                                  NearestSamples* samples) {
-  const glm::vec3& lower = triangle.lower;
-  const glm::vec3& upper = triangle.upper;
-  if (lower.x > 7.0f + reach || upper.x < -reach) return;
-  const int first_z = std::max(0, static_cast<int>(std::ceil(lower.z - reach)));
-  const int last_z = std::min(7, static_cast<int>(std::floor(upper.z + reach)));
-  const int first_y = std::max(0, static_cast<int>(std::ceil(lower.y - reach)));
-  const int last_y = std::min(7, static_cast<int>(std::floor(upper.y + reach)));
+  const int first_z = std::max(0, static_cast<int>(std::ceil(triangle.lower.z - reach)));
+  const int last_z = std::min(7, static_cast<int>(std::floor(triangle.upper.z + reach)));
   for (int z = first_z; z <= last_z; ++z) {
-    for (int y = first_y; y <= last_y; ++y) {
-      if (!MayReach(triangle, static_cast<float>(y), static_cast<float>(z), reach)) continue;
+    std::uint32_t rows = FindReachedRows(triangle, static_cast<float>(z), reach + kBoundRounding);
+    for (; rows != 0; rows &= rows - 1) {
+      const int y = std::countr_zero(rows);
       const int at = (z * 8 + y) * 8;
       Lanes here, least;
       Numbers nearest;
       SampleRow(triangle, static_cast<float>(y), static_cast<float>(z), &here);
       Load(samples->squared + at, &least);
       __builtin_memcpy(&nearest, samples->triangle + at, sizeof nearest);
-      KeepNearer(here, number, &least, &nearest);
+      const auto is_nearer = here < least;
+      least = is_nearer ? here : least;
+      nearest = is_nearer ? Numbers{} + number : nearest;
       __builtin_memcpy(samples->squared + at, &least, sizeof least);
       __builtin_memcpy(samples->triangle + at, &nearest, sizeof nearest);
     }

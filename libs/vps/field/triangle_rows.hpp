@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <span>
+#include <vector>
 
 namespace vps {
 
@@ -40,26 +42,61 @@ struct RowTriangle {
 struct PointRow {
   float x[kRow], y[kRow], z[kRow];
 };
-// Squared distances of eight points to the nearest of the triangles, and its place in `near`.
+
+// A triangle near the centre of a cell. The distance to it is a convex function: it lies above its tangent there.
 struct NearTriangle {
   std::uint32_t number = 0;
   const RowTriangle* rows = nullptr;
+  float squared = 0.0f;  // distance from the centre
+  float tangent = 0.0f;  // a bit less than the distance; of the closest triangles 0, as is the slope: rounding may turn
+  glm::vec3 slope{0.0f};  // it
 };
-void FindNearest(std::span<const NearTriangle> near, const PointRow& points, float* squared, std::uint32_t* nearest);
 
-// Squared distances to the triangle of the samples (0 ... 7, y, z) of a brick. False when all of them are farther than
-// `reach`, by a quick test.
-bool SampleDistances(const RowTriangle& triangle, int y, int z, float reach, float* squared);
+// Of some triangles, boxes and planes side by side.
+class TriangleBounds {
+ public:
+  explicit TriangleBounds(std::span<const RowTriangle> triangles);
 
-// Nearest triangle of the samples of a brick, 0, 1, ..., 7 in each direction, x fastest. Starts with every distance at
-// the square of the reach.
+  // Bit i: triangle 8 * group + i may be within `reach` of the points (first_x ... last_x, y, z).
+  [[nodiscard]] std::uint32_t FindReaching(std::size_t group, float first_x, float last_x, float y, float z,
+                                           float reach) const;
+  [[nodiscard]] std::size_t num_groups() const { return groups_.size(); }
+
+ private:
+  struct Group {
+    float lower[3][kRow], upper[3][kRow];
+    float normal[3][kRow], offset[kRow];
+  };
+  std::vector<Group> groups_;
+};
+
+// Of the samples (0 ... 7, y, z) of a brick, of each with reach[x] not negative: the triangles within it, in their
+// order. `bounds`: of the triangles; `numbers`: what they are called.
+void FindNear(std::span<const RowTriangle> triangles, const TriangleBounds& bounds,
+              std::span<const std::uint32_t> numbers, int y, int z, const float* reach,
+              std::array<std::vector<NearTriangle>, kRow>* near);
+
+// Nearest triangles of points around the centre of a cell, eight to a row.
+constexpr int kNearRows = 3;
+struct NearestOfPoints {
+  float height[kNearRows * kRow];            // over the triangle's plane
+  std::uint32_t triangle[kNearRows * kRow];  // place in `near`; of several equally near ones the first
+  bool is_over_face[kNearRows * kRow];
+};
+// `offsets`: of the points from the centre, at most a voxel long.
+void FindNearest(std::span<const NearTriangle> near, const glm::vec3& centre, const PointRow* offsets,
+                 NearestOfPoints* out);
+
+// Nearest triangle of the samples of a brick, 0, 1, ..., 7 in each direction, x fastest.
 struct NearestSamples {
+  // None is nearer than `reach` yet; their triangle is `none`.
+  NearestSamples(float reach, std::uint32_t none);
+
   float squared[512];
   std::uint32_t triangle[512];
 };
 
-// Takes the triangle into account: where it is nearer than what was, its number is kept. Samples farther than `reach`
-// may be left out.
+// Takes the triangle into account: where it is nearer than what was, its number is kept.
 void AddTriangle(const RowTriangle& triangle, std::uint32_t number, float reach, NearestSamples* samples);
 
 }  // namespace vps
