@@ -200,9 +200,8 @@ VPS_WIDE_CLONES void FindNear(std::span<const RowTriangle> triangles, const Tria
         const int x = std::countr_zero(within);
         NearTriangle found{numbers[n], &t, squared[x]};
         if (squared[x] > kClose * kClose) {
-          const float distance = std::sqrt(squared[x]);
-          found.tangent = distance - kTangentRounding;
-          found.slope = glm::vec3(way_x[x], way_y[x], way_z[x]) * (1.0f / distance);
+          found.tangent = squared[x] - kTangentRounding * std::max(1.0f, squared[x]);
+          found.way = glm::vec3(way_x[x], way_y[x], way_z[x]);
         }
         (*near)[static_cast<std::size_t>(x)].push_back(found);
       }
@@ -239,11 +238,12 @@ struct NearestRow {
   row->is_over_face = is_kept ? is_over_face : row->is_over_face;
 }
 
-// Whether by its tangent the triangle may be the nearest of a point, lane by lane.
+// Whether by its tangent the triangle may be the nearest of a point, lane by lane: with w = way, the distance is at
+// least |w| + offset . w / |w|.
 [[gnu::always_inline]] inline void FindDoubt(const NearTriangle& t, const NearestRow& row, Ints* doubt) {
-  Lanes tangent = ((row.x * t.slope.x + row.y * t.slope.y) + row.z * t.slope.z) + t.tangent;
+  Lanes tangent = ((row.x * t.way.x + row.y * t.way.y) + row.z * t.way.z) + t.tangent;  // times |w|
   tangent = tangent > 0.0f ? tangent : Lanes{};
-  *doubt = tangent * tangent <= row.squared;
+  *doubt = tangent * tangent <= row.squared * t.squared;
 }
 
 }  // namespace

@@ -48,8 +48,8 @@ struct NearTriangle {
   std::uint32_t number = 0;
   const RowTriangle* rows = nullptr;
   float squared = 0.0f;  // distance from the centre
-  float tangent = 0.0f;  // a bit less than the distance; of the closest triangles 0, as is the slope: rounding may turn
-  glm::vec3 slope{0.0f};  // it
+  float tangent = 0.0f;  // a bit less than that; of the closest triangles 0, as is the way: rounding may turn it
+  glm::vec3 way{0.0f};   // to the centre from the triangle's nearest point
 };
 
 // Of some triangles, boxes and planes side by side.
