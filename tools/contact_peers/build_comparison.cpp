@@ -34,7 +34,7 @@ double StatusBytes(const char* name) {
 }
 
 struct Cost {
-  double time_s = 0.0, peak_bytes = 0.0, stored_bytes = 0.0;
+  double time_s = 0.0, stored_bytes = 0.0, peak_bytes = 0.0;
 };
 
 // `build` returns the bytes of its result, and has freed it by then.
@@ -68,31 +68,61 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-void Compare(const std::string& name, const vps::TriangleMesh& mesh, int voxels, int threads,
-             std::vector<BuildMeasurement>* out) {
+constexpr const char* kMethods[] = {"fast", "OpenVDB"};
+constexpr const char* kBlock = "block_with_hole";
+
+core::Result<vps::TriangleMesh> MeshCalled(const std::string& name, const std::filesystem::path& meshes) {
+  if (name == kBlock) return vps::MakeBlockWithHole(0.05, 0.05, 0.01025, 128);
+  return vps::LoadMesh(meshes / (name + ".obj"));
+}
+
+Cost MeasureBuild(const std::string& method, const vps::TriangleMesh& mesh, int voxels, int threads) {
   const vps::Box box = vps::BoundingBox(mesh);
   const glm::dvec3 size = box.upper - box.lower;
   const double voxel_size_m = std::max({size.x, size.y, size.z}) / voxels;
+  if (method == kMethods[0]) {
+    bus::WorkerPool workers(threads, "build");
+    return Measure([&] { return BuildFast(mesh, voxel_size_m, &workers); });
+  }
+  openvdb::initialize();
   std::vector<openvdb::Vec3s> points;
   for (const glm::dvec3& v : mesh.vertices) points.emplace_back(v.x, v.y, v.z);
   std::vector<openvdb::Vec3I> triangles;
   for (const auto& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  bus::WorkerPool workers(threads, "build");
+  return Measure([&] { return BuildOpenvdb(points, triangles, voxel_size_m); });
+}
+
+// In a process of its own: in one that has built before, the allocator serves from what was freed and gives nothing
+// back, so that a build's peak would tell of all that it ever freed and of the builds before.
+core::Result<Cost> MeasureApart(const std::string& method, const std::filesystem::path& meshes, const std::string& mesh,
+                                int voxels, int threads) {
+  const std::string command = "'" + std::filesystem::read_symlink("/proc/self/exe").string() + "' " + kBuildVerb + " " +
+                              method + " '" + meshes.string() + "' " + mesh + " " + std::to_string(voxels) + " " +
+                              std::to_string(threads);
+  std::FILE* const out = popen(command.c_str(), "r");
+  if (out == nullptr) return core::Fail(core::ErrorCode::kResource, "cannot run " + command);
+  Cost cost;
+  const int count = std::fscanf(out, "%lf %lf %lf", &cost.time_s, &cost.stored_bytes, &cost.peak_bytes);
+  if (pclose(out) != 0 || count != 3) return core::Fail(core::ErrorCode::kResource, command + " failed");
+  return cost;
+}
+
+core::Result<void> Compare(const std::string& name, const std::filesystem::path& meshes, int voxels, int threads,
+                           std::vector<BuildMeasurement>* out) {
   std::vector<double> times[2], peaks[2];
   double stored[2] = {0.0, 0.0};
   for (int round = 0; round < kRepetitions; ++round) {
     for (int k = 0; k < 2; ++k) {
-      const Cost cost = Measure([&] {
-        return k == 0 ? BuildFast(mesh, voxel_size_m, &workers) : BuildOpenvdb(points, triangles, voxel_size_m);
-      });
-      times[k].push_back(cost.time_s);
-      peaks[k].push_back(cost.peak_bytes);
-      stored[k] = cost.stored_bytes;
+      const auto cost = MeasureApart(kMethods[k], meshes, name, voxels, threads);
+      if (!cost) return tl::unexpected(cost.error());
+      times[k].push_back(cost->time_s);
+      peaks[k].push_back(cost->peak_bytes);
+      stored[k] = cost->stored_bytes;
     }
   }
   for (int k = 0; k < 2; ++k) {
-    out->push_back({name, k == 0 ? "fast" : "OpenVDB", voxels, threads, Median(times[k]), stored[k], Median(peaks[k])});
+    out->push_back({name, kMethods[k], voxels, threads, Median(times[k]), stored[k], Median(peaks[k])});
   }
   const BuildMeasurement& own = (*out)[out->size() - 2];
   const BuildMeasurement& vdb = out->back();
@@ -102,25 +132,30 @@ void Compare(const std::string& name, const vps::TriangleMesh& mesh, int voxels,
       name.c_str(), voxels, threads, own.time_s, 1e-6 * own.stored_bytes, 1e-6 * own.peak_bytes, vdb.time_s,
       1e-6 * vdb.stored_bytes, 1e-6 * vdb.peak_bytes, vdb.time_s / own.time_s);
   std::fflush(stdout);
+  return {};
 }
 
 }  // namespace
 
-core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes) {
-  openvdb::initialize();
-  // As in a process that builds once: large arrays come from the kernel and go back to it. Left alone, the allocator
-  // keeps more of them the larger those were that it has seen, and each build's peak would tell of the builds before.
+int BuildOnce(int argc, char** argv) {
+  if (argc != 7) return 2;
+  const auto mesh = MeshCalled(argv[4], argv[3]);
+  if (!mesh) return 1;
+  // Large arrays come from the kernel and go back to it, however large those were that the mesh took.
   mallopt(M_MMAP_THRESHOLD, kMmapThresholdBytes);
-  std::vector<std::pair<std::string, vps::TriangleMesh>> all;
-  all.emplace_back("block_with_hole", vps::MakeBlockWithHole(0.05, 0.05, 0.01025, 128));
-  for (const char* file : {"stanford_bunny.obj", "factory_nut_m16_tight_subdiv_3x.obj"}) {
-    auto mesh = vps::LoadMesh(meshes / file);
-    if (mesh) all.emplace_back(std::filesystem::path(file).stem().string(), std::move(*mesh));
-  }
+  const Cost cost = MeasureBuild(argv[2], *mesh, std::atoi(argv[5]), std::atoi(argv[6]));
+  std::printf("%.9g %.0f %.0f\n", cost.time_s, cost.stored_bytes, cost.peak_bytes);
+  return 0;
+}
+
+core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes) {
   std::vector<BuildMeasurement> out;
-  for (const auto& [name, mesh] : all) {
+  for (const char* name : {kBlock, "stanford_bunny", "factory_nut_m16_tight_subdiv_3x"}) {
+    if (!MeshCalled(name, meshes)) continue;
     for (const int voxels : {256, 512}) {
-      for (const int threads : {1, 2}) Compare(name, mesh, voxels, threads, &out);
+      for (const int threads : {1, 2}) {
+        if (auto done = Compare(name, meshes, voxels, threads, &out); !done) return tl::unexpected(done.error());
+      }
     }
   }
   return out;

@@ -19,8 +19,13 @@ struct BuildMeasurement {
 };
 
 // Builds the distance field of `fast` and OpenVDB's level set (meshToLevelSet) of the same meshes with the same voxels,
-// the same band (3 voxels to each side) and the same number of threads, turn about. Meshes: the bunny, the nut
-// and the bolt of the folder, those that are there, and a block with a hole.
+// the same band (3 voxels to each side) and the same number of threads, turn about, each in a process of its own.
+// Meshes: a block with a hole, and of the folder the bunny and the nut, those that are there.
 core::Result<std::vector<BuildMeasurement>> CompareBuilds(const std::filesystem::path& meshes);
+
+// What such a process does. Arguments: the program, kBuildVerb, method, folder of meshes, mesh, voxels, threads. Prints
+// time (s), bytes stored and peak bytes; returns the program's exit status.
+constexpr const char* kBuildVerb = "build-once";
+int BuildOnce(int argc, char** argv);
 
 }  // namespace contact_peers

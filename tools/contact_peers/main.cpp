@@ -1,12 +1,15 @@
 #include <cstdio>
+#include <string_view>
 
 #include "tools/contact/bench.hpp"
+#include "tools/contact_peers/build_comparison.hpp"
 #include "tools/contact_peers/peers.hpp"
 #include "tools/contact_peers/study_build.hpp"
 
 // `oos bench vps` runs this in its own place where it exists. Arguments: JSON file, plot folder, meshes, scenarios, one
-// pair or "".
+// pair or "". What StudyBuild compares it builds by running itself: kBuildVerb.
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == contact_peers::kBuildVerb) return contact_peers::BuildOnce(argc, argv);
   if (argc != 6) {
     std::fprintf(stderr, "oos_bench_peers: run `oos bench vps`, which runs this\n");
     return 2;
