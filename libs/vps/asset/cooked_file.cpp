@@ -148,6 +148,10 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.creases);
     out.PutArray(field.coarse);
     out.PutArray(field.bends);
+    out.PutArray(field.facets.blocks);
+    out.PutArray(field.facets.spheres);
+    out.Put(field.facets.level_begin);
+    out.Put(field.facets.num_levels);
   }
   if (object.samples) {
     Encode(*object.samples, &out);
@@ -178,8 +182,28 @@ bool IsConsistent(const PointTree& tree) {
   return true;
 }
 
+bool IsConsistent(const Facets& facets) {
+  if (facets.num_levels > Facets::kMaxLevels) return false;
+  if (facets.num_levels == 0) return facets.blocks.empty() && facets.spheres.empty();
+  std::size_t below = facets.blocks.size();
+  std::size_t begin = 0;
+  for (std::uint32_t level = 0; level < facets.num_levels; ++level) {
+    const std::size_t blocks = (below + kFacetLanes - 1) / kFacetLanes;
+    if (facets.level_begin[level] != begin || blocks == 0 || begin + blocks > facets.spheres.size()) return false;
+    // Unused spheres must be the fillers that no search enters.
+    const FacetSpheres& last = facets.spheres[begin + blocks - 1];
+    for (std::size_t lane = (below - 1) % kFacetLanes + 1; lane < kFacetLanes; ++lane) {
+      if (last.x[lane] != Facets::kFarAway || last.r[lane] != 0.0f) return false;
+    }
+    begin += blocks;
+    below = blocks;
+  }
+  return below == 1 && begin == facets.spheres.size();
+}
+
 // Every index that a kernel follows must lead somewhere.
 bool IsConsistent(const DistanceField& field) {
+  if (!IsConsistent(field.facets)) return false;
   if (field.coarse_shift < 2 || field.coarse_shift > 6 || !(field.voxel_size_m > 0.0)) return false;
   const int step = std::max(DistanceField::kBrick, 1 << field.coarse_shift);
   for (const std::int32_t n : {field.nx, field.ny, field.nz}) {
@@ -286,6 +310,10 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     field.creases = in.GetArray<std::uint32_t>();
     field.coarse = in.GetArray<CoarseCell>();
     field.bends = in.GetArray<std::int16_t>();
+    field.facets.blocks = in.GetArray<FacetBlock>();
+    field.facets.spheres = in.GetArray<FacetSpheres>();
+    field.facets.level_begin = in.Get<decltype(field.facets.level_begin)>();
+    field.facets.num_levels = in.Get<std::uint32_t>();
     is_consistent = is_consistent && IsConsistent(field);
     object.field = std::move(field);
   }

@@ -14,6 +14,7 @@
 #include "vps/field/crease_cells.hpp"
 #include "vps/field/far_cells.hpp"
 #include "vps/field/field_plan.hpp"
+#include "vps/field/pack_facets.hpp"
 #include "vps/field/surface_bends.hpp"
 #include "vps/field/tile_brick.hpp"
 #include "vps/field/triangle_rows.hpp"
@@ -55,6 +56,22 @@ struct BrickDraft {
   std::vector<std::uint32_t> records;  // of its creases; words number them from 0
 };
 
+// Where facets are much smaller than voxels their planes are means over many, and the facets take more than they give.
+constexpr double kFacetsShare = 0.5;  // of all the rest, at most
+// Where facets are wider than so many voxels each has planes of its own, and they are worth little.
+constexpr double kWideFacet = 2.0;
+constexpr double kWideFacetsShare = 0.01;
+
+double FacetsShare(const TriangleField& triangles) {
+  double area = 0.0;  // voxels^2
+  for (std::uint32_t i = 0; i < triangles.num_triangles(); ++i) {
+    const auto [a, b, c] = triangles.corners(i);
+    area += 0.5 * glm::length(glm::cross(b - a, c - a));
+  }
+  const double width = std::sqrt(area / static_cast<double>(triangles.num_triangles()));
+  return width > kWideFacet ? kWideFacetsShare : kFacetsShare;
+}
+
 class FieldBuilder {
  public:
   FieldBuilder(TriangleField triangles, const FieldPlan& plan, const BuildFieldOptions& options)
@@ -70,9 +87,11 @@ class FieldBuilder {
     FillBricks();
     bins_ = {};
     field_.bends = SurfaceBends(*triangles_, field_);
-    triangles_.reset();
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
+    field_.facets = PackFacets(
+        *triangles_, static_cast<std::size_t>(FacetsShare(*triangles_) * static_cast<double>(field_.num_bytes())));
+    triangles_.reset();
     BoundCells(&field_, options_.workers);
     Report("bounds", 1.0);
     return std::move(field_);

@@ -38,6 +38,10 @@ class TriangleField {
 
   // The side of a face on which a point lies tells its sign: neither a sheet nor a case for the winding number.
   [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
+  // The same of one face: also of what the winding number would not tell otherwise.
+  [[nodiscard]] bool side_is_sign(std::uint32_t triangle) const {
+    return sheet_half_thickness_ == 0.0 && (!winding_ || is_trusted_[triangle] != 0);
+  }
   // Unit, out of the solid; 0 when the triangle has no area.
   [[nodiscard]] const glm::dvec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   // Of the triangle beyond the edge from corner k to k + 1, about unit; the sum of all where there are several.

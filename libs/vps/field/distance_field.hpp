@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "vps/field/facets.hpp"
 #include "vps/field/field_word.hpp"
 
 namespace vps {
@@ -51,9 +52,11 @@ struct DistanceField {
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
   std::vector<std::int16_t> bends;  // of each brick, padded to a whole word: SurfaceBends
+  Facets facets;                    // the surface itself, where it is not much more than the rest: PackFacets
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() + 2 * bends.size();
+    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() + 2 * bends.size() +
+           facets.num_bytes();
   }
 };
 

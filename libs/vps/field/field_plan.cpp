@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kBytesPerTriangle = 320.0;     // prepared triangles, their tree and their places in bricks
 constexpr double kCreaseBytesPerBrick = 700.0;  // of finely tessellated surfaces
+constexpr double kBytesPerFacet = 16.0;         // packed triangles, halved ones among them
 constexpr double kFewBytes = 3e4;               // the empty brick, and grids rounded up
 constexpr double kFewCoarseBytes = 1.5e6;       // the coarse grid's without asking: it stays in the second cache
 constexpr double kCoarsePart = 1.0 / 20.0;      // of the bricks' bytes beyond it
@@ -67,6 +68,8 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   const double index_bytes = num_voxels / DistanceField::kBrickWords * sizeof(std::uint32_t);
   const double creases = bricks * kCreaseBytesPerBrick;
   plan.estimate.stored_bytes = kFewBytes + brick_bytes + creases + index_bytes + coarse_bytes();
+  plan.estimate.stored_bytes +=
+      std::min(kBytesPerFacet * static_cast<double>(mesh.triangles.size()), 0.5 * plan.estimate.stored_bytes);
   // Cells and creases are kept twice for a moment, when room that was kept ready for more of them goes.
   plan.estimate.peak_bytes = plan.estimate.stored_bytes + std::max(creases, brick_bytes) +
                              kBytesPerTriangle * static_cast<double>(mesh.triangles.size());

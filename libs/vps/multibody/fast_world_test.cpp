@@ -139,6 +139,8 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(read->field->words, object.field->words);
   EXPECT_EQ(read->field->bricks, object.field->bricks);
   EXPECT_EQ(read->field->creases, object.field->creases);
+  EXPECT_GT(object.field->facets.num_bytes(), 0U);
+  EXPECT_EQ(read->field->facets.num_bytes(), object.field->facets.num_bytes());
   FieldWalkScratch scratch(*object.samples);
   const core::Pose X_GS = At(0.003, 0.002, 0.018, {0.2, 0.1, 0.0});
   const FieldWalkResult built = WalkField(*object.samples, *object.field, X_GS, 0.001, &scratch);
@@ -154,6 +156,11 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   const auto refused = ReadCookedFile(file, 7);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, core::ErrorCode::kDamaged);
+  // So is a tree of facets whose levels do not fit together.
+  wrong = object;
+  wrong.field->facets.blocks.resize(wrong.field->facets.blocks.size() + kFacetLanes);
+  ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
+  EXPECT_FALSE(ReadCookedFile(file, 7));
   std::filesystem::remove(file);
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "vps/force/reduce_patches.hpp"
+#include "vps/multibody/exact_depths.hpp"
 #include "vps/walk/evaluate_points.hpp"
 #include "vps/walk/field_walk.hpp"
 
@@ -26,6 +27,7 @@ struct RefineScratch {
   std::vector<PointBlock> points;
   std::vector<SphereBlock> spheres;
   std::vector<BlockDepths> depths;
+  ExactDepths exact;
 };
 
 // Looks more closely at the samples of a walk that may be inside G: those at a depth d > -r, where r is how far the

@@ -30,4 +30,11 @@ void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint3
   KernelsOf(BestInstructionSet()).evaluate(in, chunk, &sums);
 }
 
+void MeasureDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
+                   std::span<FacetPoints> points, FacetScratch* scratch) {
+  if (field.facets.blocks.empty()) return;
+  KernelsOf(set).measure(MakeFieldInput(field, X_GS), points.data(), static_cast<std::uint32_t>(points.size()),
+                         scratch);
+}
+
 }  // namespace vps

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <span>
+
 #include "core/pose.hpp"
 #include "vps/field/distance_field.hpp"
 #include "vps/sampling/sample_tree.hpp"
+#include "vps/walk/field_walk.hpp"
+#include "vps/walk/walk_kernel.hpp"
 
 namespace vps {
 
@@ -15,5 +19,11 @@ struct alignas(64) BlockDepths {
 constexpr std::uint32_t kMostBlocksAtOnce = 640;
 void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint32_t num_blocks,
                 const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
+
+// Turns depths by the field at sixteen points each into exact ones, by the field's facets. `set`: the instructions to
+// use. Does not allocate. Points near more facets than kMostFacetBlocks hold, and those whose depth is off by more than
+// kMostFieldError, keep what they have.
+void MeasureDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
+                   std::span<FacetPoints> points, FacetScratch* scratch);
 
 }  // namespace vps

@@ -87,7 +87,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels Avx2WalkKernels() {
-  return {Cull, Evaluate, BoundSpheres};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets};
 }
 
 }  // namespace vps

@@ -67,7 +67,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels Avx512WalkKernels() {
-  return {Cull, Evaluate, BoundSpheres};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets};
 }
 
 }  // namespace vps

@@ -17,6 +17,10 @@ struct WalkInput {
   const std::uint32_t* creases;
   const CoarseCell* coarse;
   const std::uint32_t* bends;  // two in a word
+  const FacetBlock* facet_blocks;
+  const FacetSpheres* facet_spheres;
+  const std::uint32_t* facet_level_begin;
+  std::uint32_t num_facet_levels;
   std::int32_t nx, ny, nz, coarse_shift;
   // Tree.
   const PointBlock* points;
@@ -100,12 +104,54 @@ struct WalkChunk {
 constexpr std::int32_t kRoomSteps = 256;
 constexpr float kMostRoom = 1e5f;
 
+// Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
+// repeat it.
+struct alignas(64) FacetPoints {
+  float x[kBlock], y[kBlock], z[kBlock];  // S, m
+  float depth[kBlock];                    // voxels, positive inside
+};
+// The field is off by no more (0.3 at true edges, decision 6): triangles farther from a point than its distance by the
+// field and this are not looked at.
+constexpr float kMostFieldError = 0.5f;  // voxels
+constexpr float kUsualFieldError = 0.1f;
+constexpr float kUnmet = -1.0f;                  // of a squared distance: no triangle yet
+constexpr std::uint32_t kMostFacetBlocks = 128;  // near sixteen points; where there are more the field stands
+constexpr std::uint32_t kFacetSlots = 32;
+constexpr float kDoubt = 1e12f;  // voxels^2; taken off the squared distance
+
+// The triangles of a block in frames of their own.
+struct alignas(64) FacetFrames {
+  float ax[kFacetLanes], ay[kFacetLanes], az[kFacetLanes];  // corner A
+  float ux[kFacetLanes], uy[kFacetLanes], uz[kFacetLanes];  // towards B
+  float vx[kFacetLanes], vy[kFacetLanes], vz[kFacetLanes];  // in the plane, towards C
+  float nx[kFacetLanes], ny[kFacetLanes], nz[kFacetLanes];  // out of the solid
+  float b[kFacetLanes], cx[kFacetLanes], cy[kFacetLanes];   // B is at (b, 0), C at (cx, cy)
+  float inverse_bc[kFacetLanes], inverse_ca[kFacetLanes];   // one over the squared sides
+  float mx[kFacetLanes], my[kFacetLanes], half_x[kFacetLanes];
+  float doubt[kFacetLanes];  // kDoubt of a doubtful one, else 0
+};
+// Blocks of facets that come as near to c as `reach`, voxels, with their spheres; behind the last none.
+struct NearFacets {
+  alignas(64) std::uint32_t block[kMostFacetBlocks + 2 * kFacetLanes];
+  FacetSpheres spheres[kMostFacetBlocks / kFacetLanes];
+  std::uint32_t count;
+  float c[3];
+  float reach;
+};
+// Blocks unpacked last, each in the slot of its number's last bits.
+struct FacetScratch {
+  NearFacets near;
+  FacetFrames frames[kFacetSlots];
+  std::uint32_t block[kFacetSlots];
+};
+
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
   // Of the sixteen spheres of a block, counted from level 0's: the keys of lower bounds of the distance of all that is
   // in them.
   void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
+  void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
 };
 WalkKernels PortableWalkKernels();
 #if defined(__x86_64__)

@@ -362,4 +362,5 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
   }
 }
 
+#include "vps/walk/facet_lanes.hpp"
 #include "vps/walk/walk_points.hpp"

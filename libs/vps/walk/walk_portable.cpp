@@ -78,7 +78,7 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
 }  // namespace
 
 WalkKernels PortableWalkKernels() {
-  return {Cull, Evaluate, BoundSpheres};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets};
 }
 
 }  // namespace vps

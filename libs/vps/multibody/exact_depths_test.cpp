@@ -1,0 +1,195 @@
+#include "vps/multibody/exact_depths.hpp"
+
+#include <gtest/gtest.h>
+
+#include "vps/field/build_field.hpp"
+#include "vps/field/pack_facets.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
+#include "vps/multibody/rough_torus.hpp"
+#include "vps/oracle/contact_wrench.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kVoxel_m = 1e-3;
+constexpr double kRough_m = 6e-5;
+
+core::Pose At(double x, double y, double z, const glm::dvec3& turn = glm::dvec3(0.0)) {
+  return {core::QuaternionFromRotationVector(turn), {x, y, z}};
+}
+
+double Random(std::uint32_t* seed) {
+  *seed = *seed * 1664525U + 1013904223U;
+  return (*seed >> 8) / 16777216.0;
+}
+
+// Groups of sixteen neighbouring places within 0.6 voxel of the surface, with their depths by the field.
+std::vector<FacetPoints> PlacesNear(const TriangleMesh& mesh, const DistanceField& field, int count) {
+  std::vector<FacetPoints> groups;
+  const FieldTransform T(core::Pose{}, field);
+  std::uint32_t seed = 3;
+  for (int i = 0; i < count; ++i) {
+    const auto [a, b, c] =
+        mesh.corners(static_cast<std::size_t>(Random(&seed) * static_cast<double>(mesh.triangles.size())));
+    const glm::dvec3 n = glm::normalize(glm::cross(b - a, c - a));
+    const glm::dvec3 u(Random(&seed), Random(&seed), Random(&seed));
+    const glm::dvec3 middle = (a * u.x + b * u.y + c * u.z) / (u.x + u.y + u.z) + kVoxel_m * (Random(&seed) - 0.6) * n;
+    FacetPoints group;
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      const glm::vec3 p(middle + 0.2 * kVoxel_m * glm::dvec3(Random(&seed), Random(&seed), Random(&seed)));
+      group.x[k] = p.x;
+      group.y[k] = p.y;
+      group.z[k] = p.z;
+      group.depth[k] = -SampleField(field, T.ToVoxels(p)).distance;
+    }
+    groups.push_back(group);
+  }
+  return groups;
+}
+
+struct Misses {
+  double most = 0.0;
+  int many = 0;  // of more than 0.003 voxel
+};
+Misses MissesOf(const std::vector<FacetPoints>& groups, const oracle::MeshDistance& exact) {
+  Misses misses;
+  for (const FacetPoints& group : groups) {
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      const double depth = -exact.SignedDistance(glm::dvec3(group.x[k], group.y[k], group.z[k])) / kVoxel_m;
+      const double miss = std::abs(static_cast<double>(group.depth[k]) - depth);
+      misses.most = std::max(misses.most, miss);
+      misses.many += miss > 3e-3 ? 1 : 0;
+    }
+  }
+  return misses;
+}
+
+// Corners are rounded to 1/512 voxel, along each axis by half of that at most.
+TEST(Facets, TellTheExactDistance) {
+  const TriangleMesh rough = MakeRoughTorus(kRough_m);
+  const TriangleMesh box = MakeBox({0.2, 0.15, 0.01});  // longer than a block reaches
+  for (const TriangleMesh* mesh : {&rough, &box}) {
+    const DistanceField field = *BuildField(*mesh, kVoxel_m);
+    ASSERT_FALSE(field.facets.blocks.empty());
+    const oracle::MeshDistance exact(*mesh);
+    std::vector<FacetPoints> groups = PlacesNear(*mesh, field, 500);
+    const Misses before = MissesOf(groups, exact);
+    FacetScratch scratch;
+    MeasureDepths(field, {}, BestInstructionSet(), groups, &scratch);
+    const Misses after = MissesOf(groups, exact);
+    if (mesh == &rough) {
+      EXPECT_GT(before.many, 3000);
+    }
+    EXPECT_LE(after.many, 8);  // of 8000: beside a corner where the sides of three faces or more do not agree
+    EXPECT_LE(after.most, before.most);
+  }
+}
+
+TEST(Facets, EveryInstructionSetTellsTheSame) {
+  const TriangleMesh mesh = MakeRoughTorus(kRough_m);
+  const DistanceField field = *BuildField(mesh, kVoxel_m);
+  const std::vector<FacetPoints> groups = PlacesNear(mesh, field, 200);
+  const core::Pose X_GS = At(1e-4, -2e-4, 1e-4, {0.001, 0.002, 0.0});
+  FacetScratch scratch;
+  std::vector<FacetPoints> portable = groups;
+  MeasureDepths(field, X_GS, InstructionSet::kPortable, portable, &scratch);
+  for (const InstructionSet set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (!IsAvailable(set)) continue;
+    std::vector<FacetPoints> other = groups;
+    MeasureDepths(field, X_GS, set, other, &scratch);
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      for (std::uint32_t k = 0; k < kBlock; ++k) EXPECT_NEAR(other[i].depth[k], portable[i].depth[k], 1e-5f);
+    }
+  }
+}
+
+// So that no force appears when points come and go.
+TEST(Facets, APointsDepthDoesNotDependOnThePointsBesideIt) {
+  const TriangleMesh mesh = MakeRoughTorus(kRough_m);
+  const DistanceField field = *BuildField(mesh, kVoxel_m);
+  const std::vector<FacetPoints> groups = PlacesNear(mesh, field, 200);
+  FacetScratch scratch;
+  std::vector<FacetPoints> together = groups;
+  MeasureDepths(field, {}, BestInstructionSet(), together, &scratch);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    FacetPoints alone = groups[i];
+    for (std::uint32_t k = 1; k < kBlock; ++k) {
+      alone.x[k] = alone.x[0];
+      alone.y[k] = alone.y[0];
+      alone.z[k] = alone.z[0];
+      alone.depth[k] = alone.depth[0];
+    }
+    MeasureDepths(field, {}, BestInstructionSet(), {&alone, 1}, &scratch);
+    EXPECT_NEAR(alone.depth[0], together[i].depth[0], 1e-5f);
+  }
+}
+
+TEST(Facets, AreKeptOfSolidsThatHaveFewOfThemOnly) {
+  const TriangleMesh mesh = MakeRoughTorus(kRough_m);
+  EXPECT_TRUE(BuildField(mesh, kVoxel_m, {.sheet_half_thickness_m = 5e-4})->facets.blocks.empty());
+  EXPECT_TRUE(BuildField(mesh, 4e-3)->facets.blocks.empty());
+  const DistanceField field = *BuildField(mesh, kVoxel_m);
+  EXPECT_LT(field.facets.num_bytes(), 12.5 * static_cast<double>(mesh.triangles.size()));
+  EXPECT_LT(2 * field.facets.num_bytes(), field.num_bytes());
+}
+
+// A ball lies a twentieth of a voxel deep on a ring whose facets are as large as voxels.
+struct BallOnRoughRing {
+  TriangleMesh ring = MakeRoughTorus(kRough_m);
+  TriangleMesh ball = MakeSphere(0.02, 192);
+  DistanceField field = *BuildField(ring, kVoxel_m);
+  SampleTree samples = *BuildSampleTree(ball, 4096);
+  FastPairScratch scratch{samples};
+  PairDescription pair{.look_ahead_m = 0.0};
+  PairResult result;
+
+  // On the ring's outer side, at an angle.
+  static core::Pose Pressed(double depth_m, double angle) {
+    const double r = 0.03 + 0.012 + 0.02 - depth_m;
+    return At(r * std::cos(angle), r * std::sin(angle), 5e-4, {0.3, 0.2 * angle, 0.1});
+  }
+  glm::dvec3 Force(const core::Pose& X_GS) {
+    QueryFastPair(samples, field, X_GS, X_GS, pair, 0.01, &scratch, &result);
+    return X_GS.rotate(scratch.force_m3);
+  }
+};
+
+TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
+  BallOnRoughRing pair;
+  const oracle::MeshDistance A(pair.ring);
+  const oracle::MeshDistance B(pair.ball);
+  const auto worst_of = [&] {
+    double worst = 0.0;
+    for (int i = 0; i < 8; ++i) {
+      const core::Pose X = BallOnRoughRing::Pressed(5e-5, 0.7 * i);
+      const glm::dvec3 truth = oracle::IntegrateContactWrench(A, B, X, {1e-3}).force_A_m3;
+      worst = std::max(worst, glm::length(pair.Force(X) - truth) / glm::length(truth));
+    }
+    return worst;
+  };
+  const double with = worst_of();
+  pair.field.facets = {};
+  const double without = worst_of();
+  EXPECT_LT(with, 0.3);
+  EXPECT_GT(without, 2.0 * with);
+}
+
+// From the first touch until so many points are in contact that the field tells them alone.
+TEST(ExactDepths, ForceHasNoSteps) {
+  BallOnRoughRing pair;
+  glm::dvec3 before(0.0);
+  for (int i = 0; i <= 400; ++i) {
+    const double depth_m = -5e-5 + 1e-6 * i;
+    const glm::dvec3 force = pair.Force(BallOnRoughRing::Pressed(depth_m, 0.7));
+    // The area in contact grows with the depth: pi 2 R d, with R = R1 R2 / (R1 + R2) of the two rounds.
+    const double area_m2 = M_PI * 2.0 * 0.0075 * (std::max(depth_m, 0.0) + 2.0 * kRough_m);
+    if (i > 0) {
+      EXPECT_LT(glm::length(force - before), 4.0 * 1e-6 * area_m2) << i;
+    }
+    before = force;
+  }
+  EXPECT_GT(glm::length(before), 0.0);
+}
+
+}  // namespace
+}  // namespace vps

@@ -1,0 +1,321 @@
+// Exact distances to the surface's triangles; included by walk_lanes.hpp.
+//
+// A triangle lies in a frame of its own: corner A at the origin, B on the x axis, C beside it in the x-y plane, z out
+// of the solid. A block's sixteen are unpacked lane by lane; then each of them that can be nearest meets sixteen
+// points.
+
+inline Vec3 Minus(const Vec3& a, const Vec3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vec3 Times(const Vec3& a, F s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+inline Vec3 Cross(const Vec3& a, const Vec3& b) {
+  return {Fma(a.y, b.z, -(a.z * b.y)), Fma(a.z, b.x, -(a.x * b.z)), Fma(a.x, b.y, -(a.y * b.x))};
+}
+
+// The corners of a block and their numbers, widened.
+struct FacetCorners {
+  alignas(64) float at[3][kFacetLanes];
+  alignas(64) std::uint32_t number[kFacetLanes];
+};
+
+inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFrames* out) {
+  FacetCorners corners;
+  for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+    corners.at[0][k] = x + kFacetStep * static_cast<float>(block.x[k]);
+    corners.at[1][k] = y + kFacetStep * static_cast<float>(block.y[k]);
+    corners.at[2][k] = z + kFacetStep * static_cast<float>(block.z[k]);
+    corners.number[k] = block.corners[k];
+  }
+  Place places[3];
+  for (int i = 0; i < 3; ++i) places[i] = LoadPlace(reinterpret_cast<const std::uint32_t*>(corners.at[i]));
+  for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
+    const U number = LoadU(corners.number + at);
+    const auto corner = [&](int k) {
+      const U n = number >> 4 * k & 15U;
+      return Vec3{(F)PlaceOf(places[0], n), (F)PlaceOf(places[1], n), (F)PlaceOf(places[2], n)};
+    };
+    const Vec3 a = corner(0);
+    const Vec3 ab = Minus(corner(1), a);
+    const Vec3 ac = Minus(corner(2), a);
+    const F b = Length(ab);
+    const Vec3 u = Times(ab, 1.0f / b);
+    const F cx = Dot(ac, u);
+    const Vec3 across = Minus(ac, Times(u, cx));
+    const F cy = Max(Length(across), Fill(1e-6f));
+    const Vec3 v = Times(across, 1.0f / cy);
+    const Vec3 n = Cross(u, v);
+    const F ex = cx - b;
+    // Around all corners: the middle of the triangle's box in its own plane.
+    const F low = Min(cx, F{});
+    const F high = Max(cx, b);
+    const F mx = 0.5f * (low + high);
+    const F my = 0.5f * cy;
+    const F half = 0.5f * (high - low);
+    StoreF(out->ax + at, a.x);
+    StoreF(out->ay + at, a.y);
+    StoreF(out->az + at, a.z);
+    StoreF(out->ux + at, u.x);
+    StoreF(out->uy + at, u.y);
+    StoreF(out->uz + at, u.z);
+    StoreF(out->vx + at, v.x);
+    StoreF(out->vy + at, v.y);
+    StoreF(out->vz + at, v.z);
+    StoreF(out->nx + at, n.x);
+    StoreF(out->ny + at, n.y);
+    StoreF(out->nz + at, n.z);
+    StoreF(out->b + at, b);
+    StoreF(out->cx + at, cx);
+    StoreF(out->cy + at, cy);
+    StoreF(out->inverse_bc + at, 1.0f / Fma(ex, ex, cy * cy));
+    StoreF(out->inverse_ca + at, 1.0f / Fma(cx, cx, cy * cy));
+    StoreF(out->mx + at, mx);
+    StoreF(out->my + at, my);
+    StoreF(out->half_x + at, half);
+    StoreF(out->doubt + at, (I)(number & std::uint32_t{kDoubtful}) != 0 ? Fill(kDoubt) : F{});
+  }
+}
+
+// Of sixteen points: where they are, a sphere around them, and their nearest triangle so far.
+struct FacetTarget {
+  Vec3 p[kParts];
+  F key[kParts];      // squared distance, and a little more beside the face
+  F squared[kParts];  // the distance's; negative where there is none or it is of no use
+  F height[kParts];   // over the plane, which tells the side
+  float c[3];
+  float r;
+};
+
+// What a triangle's distance counts more by beside its face. Of triangles that share the nearest edge or corner the one
+// whose plane the point is farthest from tells its side.
+constexpr float kBeside = 1e-3f;
+
+inline void MeetFacet(const FacetFrames& f, std::uint32_t k, FacetTarget* to) {
+  const Vec3 a{Fill(f.ax[k]), Fill(f.ay[k]), Fill(f.az[k])};
+  const Vec3 u{Fill(f.ux[k]), Fill(f.uy[k]), Fill(f.uz[k])};
+  const Vec3 v{Fill(f.vx[k]), Fill(f.vy[k]), Fill(f.vz[k])};
+  const Vec3 n{Fill(f.nx[k]), Fill(f.ny[k]), Fill(f.nz[k])};
+  const F b = Fill(f.b[k]);
+  const F cx = Fill(f.cx[k]);
+  const F cy = Fill(f.cy[k]);
+  const F ex = cx - b;
+  const F one = Fill(1.0f);
+  for (int j = 0; j < kParts; ++j) {
+    const Vec3 d = Minus(to->p[j], a);
+    const F x = Dot(d, u);
+    const F y = Dot(d, v);
+    const F h = Dot(d, n);
+    const F wx = x - b;
+    const F off_ab = x - Max(Min(x, b), F{});
+    const F q_ab = Fma(off_ab, off_ab, y * y);
+    const F t_bc = Max(Min(Fma(wx, ex, y * cy) * f.inverse_bc[k], one), F{});
+    const F bc_x = Fma(-t_bc, ex, wx);
+    const F bc_y = Fma(-t_bc, cy, y);
+    const F q_bc = Fma(bc_x, bc_x, bc_y * bc_y);
+    const F t_ca = Max(Min(Fma(x, cx, y * cy) * f.inverse_ca[k], one), F{});
+    const F ca_x = Fma(-t_ca, cx, x);
+    const F ca_y = Fma(-t_ca, cy, y);
+    const F q_ca = Fma(ca_x, ca_x, ca_y * ca_y);
+    const I is_beside = (y < 0.0f) | (Fma(ex, y, -(cy * wx)) < 0.0f) | (Fma(cx, y, -(cy * x)) > 0.0f);
+    const F beside = is_beside ? Min(q_ab, Min(q_bc, q_ca)) : F{};
+    const F squared = Fma(h, h, beside);
+    const F key = Fma(beside, Fill(kBeside), squared);
+    const I is_nearer = key < to->key[j];
+    to->key[j] = is_nearer ? key : to->key[j];
+    to->squared[j] = is_nearer ? squared - f.doubt[k] : to->squared[j];
+    to->height[j] = is_nearer ? h : to->height[j];
+  }
+}
+
+// Lower bounds of the distances of a block's triangles from the target's sphere, squared; 0 where they reach it. A
+// triangle lies in the box of its frame, mx +- half_x by my +- my by 0.
+inline F BoundFacets(const FacetFrames& f, int at, const FacetTarget& to) {
+  const Vec3 d{to.c[0] - LoadF(f.ax + at), to.c[1] - LoadF(f.ay + at), to.c[2] - LoadF(f.az + at)};
+  const F x = Dot(d, {LoadF(f.ux + at), LoadF(f.uy + at), LoadF(f.uz + at)});
+  const F y = Dot(d, {LoadF(f.vx + at), LoadF(f.vy + at), LoadF(f.vz + at)});
+  const F h = Dot(d, {LoadF(f.nx + at), LoadF(f.ny + at), LoadF(f.nz + at)});
+  const F my = LoadF(f.my + at);
+  const F off_x = Max(Abs(x - LoadF(f.mx + at)) - LoadF(f.half_x + at), F{});
+  const F off_y = Max(Abs(y - my) - my, F{});
+  const F bound = Max(Sqrt(Fma(off_x, off_x, Fma(off_y, off_y, h * h))) - (to.r + 1e-3f), F{});
+  return bound * bound;
+}
+
+// The largest and the least of sixteen values.
+typedef float Four __attribute__((vector_size(16)));
+inline Four LoadFour(const float* p) {
+  Four v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+inline float MostOf(const float* v) {
+  Four most = LoadFour(v);
+  for (std::uint32_t k = 4; k < kBlock; k += 4) most = LoadFour(v + k) > most ? LoadFour(v + k) : most;
+  const float a = most[0] > most[1] ? most[0] : most[1];
+  const float b = most[2] > most[3] ? most[2] : most[3];
+  return a > b ? a : b;
+}
+inline float LeastOf(const float* v) {
+  Four least = LoadFour(v);
+  for (std::uint32_t k = 4; k < kBlock; k += 4) least = LoadFour(v + k) < least ? LoadFour(v + k) : least;
+  const float a = least[0] < least[1] ? least[0] : least[1];
+  const float b = least[2] < least[3] ? least[2] : least[3];
+  return a < b ? a : b;
+}
+
+// Of all points.
+inline float MostKey(const FacetTarget& to) {
+  alignas(64) float keys[kBlock];
+  for (int j = 0; j < kParts; ++j) StoreF(keys + j * kLanes, to.key[j]);
+  return MostOf(keys);
+}
+
+// The spheres of a block of them that come as near to a place as `reach`; appends their numbers.
+inline std::uint32_t TakeSpheres(const FacetSpheres& s, const float* c, float reach, U numbers, int at,
+                                 std::uint32_t* to) {
+  const Vec3 d{c[0] - LoadF(s.x + at), c[1] - LoadF(s.y + at), c[2] - LoadF(s.z + at)};
+  const F most = LoadF(s.r + at) + reach;
+  const unsigned lanes = LessBits(Dot(d, d), most * most);
+  if (lanes == 0) return 0;
+  Compress(to, numbers, lanes);
+  return static_cast<std::uint32_t>(__builtin_popcount(lanes));
+}
+
+// Blocks that come as near to a place as `reach`, with their spheres. False: there are more than there is room for.
+inline bool FindFacetBlocks(const WalkInput& in, const float* c, float reach, NearFacets* near) {
+  alignas(64) std::uint32_t queues[2][kMostFacetBlocks + 2 * kFacetLanes];
+  std::uint32_t size = 1;
+  queues[0][0] = 0;
+  const std::uint32_t* queue = queues[0];
+  for (std::uint32_t level = in.num_facet_levels; level-- > 0;) {
+    std::uint32_t* const next = level == 0 ? near->block : (queue == queues[0] ? queues[1] : queues[0]);
+    std::uint32_t num_next = 0;
+    for (std::uint32_t i = 0; i < size; ++i) {
+      const FacetSpheres& s = in.facet_spheres[in.facet_level_begin[level] + queue[i]];
+      for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
+        const U numbers = LaneNumbers() + (queue[i] * kFacetLanes + static_cast<std::uint32_t>(at));
+        num_next += TakeSpheres(s, c, reach, numbers, at, next + num_next);
+      }
+      if (num_next > kMostFacetBlocks) return false;
+    }
+    queue = next;
+    size = num_next;
+  }
+  for (std::uint32_t k = 0; k < (size + kFacetLanes - 1) / kFacetLanes * kFacetLanes; ++k) {
+    FacetSpheres& to = near->spheres[k / kFacetLanes];
+    const std::uint32_t lane = k % kFacetLanes;
+    const bool is_used = k < size;
+    const FacetSpheres& from = in.facet_spheres[is_used ? near->block[k] / kFacetLanes : 0];
+    const std::uint32_t from_lane = is_used ? near->block[k] % kFacetLanes : 0;
+    to.x[lane] = is_used ? from.x[from_lane] : Facets::kFarAway;
+    to.y[lane] = from.y[from_lane];
+    to.z[lane] = from.z[from_lane];
+    to.r[lane] = from.r[from_lane];
+  }
+  near->count = size;
+  near->reach = reach;
+  for (int i = 0; i < 3; ++i) near->c[i] = c[i];
+  return true;
+}
+
+inline void FindTarget(const WalkInput& in, const FacetPoints& points, FacetTarget* to) {
+  alignas(64) float at_axis[3][kBlock];
+  for (int j = 0; j < kParts; ++j) {
+    const int at = j * kLanes;
+    to->p[j] = ToVoxels(in, LoadF(points.x + at), LoadF(points.y + at), LoadF(points.z + at));
+    StoreF(at_axis[0] + at, to->p[j].x);
+    StoreF(at_axis[1] + at, to->p[j].y);
+    StoreF(at_axis[2] + at, to->p[j].z);
+  }
+  for (int i = 0; i < 3; ++i) to->c[i] = 0.5f * (LeastOf(at_axis[i]) + MostOf(at_axis[i]));
+  alignas(64) float squared[kBlock];
+  for (int j = 0; j < kParts; ++j) {
+    const Vec3 d{to->p[j].x - to->c[0], to->p[j].y - to->c[1], to->p[j].z - to->c[2]};
+    StoreF(squared + j * kLanes, Dot(d, d));
+  }
+  to->r = Sqrt(Fill(MostOf(squared)))[0];
+}
+
+// Starts the points of `lanes` with nothing nearer than their depth by the field and `slack`.
+inline void StartFacets(const FacetPoints& points, float slack, const I* lanes, FacetTarget* to) {
+  for (int j = 0; j < kParts; ++j) {
+    const F reach = Abs(LoadF(points.depth + j * kLanes)) + slack;
+    to->key[j] = lanes[j] ? reach * reach : F{};
+  }
+}
+
+inline void MeetBlock(const WalkInput& in, std::uint32_t block, FacetScratch* scratch, FacetTarget* to) {
+  const std::uint32_t slot = block % kFacetSlots;
+  FacetFrames& frames = scratch->frames[slot];
+  if (scratch->block[slot] != block) {
+    scratch->block[slot] = block;
+    const FacetSpheres& s = in.facet_spheres[block / kFacetLanes];
+    const std::uint32_t lane = block % kFacetLanes;
+    Unpack(in.facet_blocks[block], s.x[lane], s.y[lane], s.z[lane], &frames);
+  }
+  const F most = Fill(MostKey(*to));
+  unsigned near = 0;
+  for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
+    near |= LessBits(BoundFacets(frames, at, *to), most) << at;
+  }
+  for (; near != 0; near &= near - 1) MeetFacet(frames, static_cast<std::uint32_t>(__builtin_ctz(near)), to);
+}
+
+// The triangles that come as near as the points' keys say. False: too many. Groups that follow each other lie beside
+// each other: blocks are looked for around one of them so widely that the next ones need no search.
+inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* to) {
+  constexpr float kAround = 1.0f;  // voxels
+  const float reach = to->r + Sqrt(Fill(MostKey(*to)))[0];
+  NearFacets& near = scratch->near;
+  const float d[3] = {to->c[0] - near.c[0], to->c[1] - near.c[1], to->c[2] - near.c[2]};
+  const float room = near.reach - reach;
+  if (!(room > 0.0f) || d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > room * room) {
+    near.reach = 0.0f;
+    if (!FindFacetBlocks(in, to->c, reach + kAround, &near)) return false;
+  }
+  alignas(64) std::uint32_t blocks[kMostFacetBlocks + 2 * kFacetLanes];
+  std::uint32_t count = 0;
+  for (std::uint32_t k = 0; k < near.count; k += kFacetLanes) {
+    for (int at = 0; at < static_cast<int>(kFacetLanes); at += kLanes) {
+      const U numbers = LoadU(near.block + k + static_cast<std::uint32_t>(at));
+      count += TakeSpheres(near.spheres[k / kFacetLanes], to->c, reach, numbers, at, blocks + count);
+    }
+  }
+  for (std::uint32_t n = 0; n < count; ++n) MeetBlock(in, blocks[n], scratch, to);
+  return true;
+}
+
+// First with little slack: most points need no more, and then few triangles come into question.
+void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count, FacetScratch* scratch) {
+  for (std::uint32_t k = 0; k < kFacetSlots; ++k) scratch->block[k] = 0xffffffffU;
+  scratch->near.reach = 0.0f;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    FacetTarget target;
+    FindTarget(in, points[i], &target);
+    I is_open[kParts];
+    for (int j = 0; j < kParts; ++j) {
+      target.squared[j] = Fill(kUnmet);
+      target.height[j] = F{};
+      is_open[j] = ~I{};
+    }
+    bool is_found = true;
+    for (const float slack : {kUsualFieldError, kMostFieldError}) {
+      StartFacets(points[i], slack, is_open, &target);
+      is_found = is_found && MeetFacets(in, scratch, &target);
+      unsigned open = 0;
+      for (int j = 0; j < kParts; ++j) {
+        is_open[j] = target.squared[j] == kUnmet;
+        open |= Bits(is_open[j]);
+      }
+      if (open == 0) break;
+    }
+    if (!is_found) continue;
+    for (int j = 0; j < kParts; ++j) {
+      const F distance = Sqrt(Max(target.squared[j], F{}));
+      const F depth = target.height[j] < 0.0f ? distance : -distance;
+      const F before = LoadF(points[i].depth + j * kLanes);
+      StoreF(points[i].depth + j * kLanes, target.squared[j] < 0.0f ? before : depth);
+    }
+  }
+}
