@@ -131,6 +131,8 @@ TEST(Facets, AreKeptOfSolidsThatHaveFewOfThemOnly) {
   const DistanceField field = *BuildField(mesh, kVoxel_m);
   EXPECT_LT(field.facets.num_bytes(), 12.5 * static_cast<double>(mesh.triangles.size()));
   EXPECT_LT(2 * field.facets.num_bytes(), field.num_bytes());
+  // Facets several voxels wide are worth a hundredth of the field at most.
+  EXPECT_TRUE(BuildField(mesh, 0.3 * kVoxel_m)->facets.blocks.empty());
 }
 
 // A ball lies a twentieth of a voxel deep on a ring whose facets are as large as voxels.

@@ -131,7 +131,7 @@ TEST(FastWorld, ABudgetOfPointsCutsAHeavyPairShortAndKeepsItsDeepestPoint) {
 }
 
 TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
-  const CookedObject object = *Cook(MakeBlockWithHole(0.03, 0.02, 0.01, 32), {0.001, 3000, Method::kFast});
+  const CookedObject object = *Cook(MakeBlockWithHole(0.03, 0.02, 0.01, 1024), {0.001, 3000, Method::kFast});
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_test.vps";
   ASSERT_TRUE(WriteCookedFile(file, 7, object));
   const auto read = ReadCookedFile(file, 7);

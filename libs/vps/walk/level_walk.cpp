@@ -29,7 +29,7 @@ std::uint32_t LevelWalk::Begin(const SampleTree& sampled, const DistanceField& f
   memory_ = scratch->memory;
   left_ = 1.0;
   const double ratio = static_cast<double>(sampled.num_points) / kPointsForThat;
-  scale_ = ratio > 1.0 ? std::sqrt(ratio) : 1.0;
+  scale_ = std::sqrt(std::sqrt(std::max(ratio, 1.0)));
   points_due_ = points_tested_ = spheres_tested_ = 0;
   result_ = {};
   level_ = 0;

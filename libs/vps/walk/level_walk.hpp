@@ -11,7 +11,8 @@ namespace vps {
 // at a contact's rim, so those count whose whole block collides (FieldWalkResult::num_inside): from kEnoughInside on
 // the coarser samples answer alone, below kTooFewInside the next finer ones, and all of them in the end; between the
 // two both do, in proportion, so that the sums stay continuous. They depend on the pose alone. Who gives more than
-// kPointsForThat points wants more of the contact to be seen: both numbers grow with the root of the number of points.
+// kPointsForThat points wants more of the contact to be seen: both numbers grow with the fourth root of the number of
+// points.
 constexpr double kTooFewInside = 768.0;
 constexpr double kEnoughInside = 1024.0;
 constexpr std::uint32_t kPointsForThat = 65536;
