@@ -5,30 +5,6 @@
 namespace vps {
 namespace {
 
-// Calls take(panel) for each.
-template <class Take>
-void Divide(const std::array<glm::dvec3, 3>& corners, const glm::dvec3& normal, const SampleSpacing& spacing,
-            const SampleSpacing::Nearby& nearby, const Take& take) {
-  const auto& [a, b, c] = corners;
-  const glm::dvec3 centroid = (a + b + c) / 3.0;
-  const double radius = std::max({glm::length(a - centroid), glm::length(b - centroid), glm::length(c - centroid)});
-  const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
-  const int k = static_cast<int>(std::max_element(sides, sides + 3) - sides);
-  const double least_spacing = spacing.At(centroid, nearby, radius);
-  if (sides[k] <= kPanelPerSpacing * least_spacing) {
-    take({centroid, normal, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing.At(centroid, nearby)});
-    return;
-  }
-  const glm::dvec3 from = corners[k];
-  const glm::dvec3 to = corners[(k + 1) % 3];
-  const glm::dvec3 opposite = corners[(k + 2) % 3];
-  const glm::dvec3 middle = 0.5 * (from + to);
-  const bool is_empty = nearby.segments.empty() && nearby.corners.empty();
-  const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing.Narrow(nearby, centroid, radius);
-  Divide({from, middle, opposite}, normal, spacing, narrow, take);
-  Divide({middle, to, opposite}, normal, spacing, narrow, take);
-}
-
 // Halving the longest side keeps the shape: of a triangle of length l and height h it would make l / h times as many
 // panels as its area needs. One more than so many times as long as high is cut across first.
 constexpr double kSliver = 8.0;
@@ -70,56 +46,91 @@ class Sliver {
   double length_ = 0.0, foot_ = 0.0;
 };
 
+// Cuts triangles and calls take(panel) for each panel.
 template <class Take>
-void CutAcross(const Sliver& sliver, double x0, double x1, const glm::dvec3& normal, const SampleSpacing& spacing,
-               const SampleSpacing::Nearby& nearby, const Take& take) {
-  const std::vector<glm::dvec3> corners = sliver.Slice(x0, x1);
-  glm::dvec3 middle(0.0);
-  for (const glm::dvec3& p : corners) middle += p / static_cast<double>(corners.size());
-  double radius = 0.0;
-  for (const glm::dvec3& p : corners) radius = std::max(radius, glm::length(p - middle));
-  const bool is_stocky = x1 - x0 <= kSlice * sliver.HeightBetween(x0, x1);
-  if (is_stocky || 2.0 * radius <= kPanelPerSpacing * spacing.At(middle, nearby, radius)) {
-    for (std::size_t i = 2; i < corners.size(); ++i) {
-      Divide({corners[0], corners[i - 1], corners[i]}, normal, spacing, nearby, take);
-    }
-    return;
-  }
-  const SampleSpacing::Nearby narrow = spacing.Narrow(nearby, middle, radius);
-  CutAcross(sliver, x0, 0.5 * (x0 + x1), normal, spacing, narrow, take);
-  CutAcross(sliver, 0.5 * (x0 + x1), x1, normal, spacing, narrow, take);
-}
+class Cutter {
+ public:
+  Cutter(const SampleSpacing& spacing, double size, const Take& take) : spacing_(spacing), size_(size), take_(take) {}
 
-template <class Take>
-void ForPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, const Take& take) {
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto corners = mesh.corners(t);
+  void Cut(const std::array<glm::dvec3, 3>& corners) {
     const auto& [a, b, c] = corners;
     const glm::dvec3 n = glm::cross(b - a, c - a);
     const double length = glm::length(n);
-    if (!(length > 0.0)) continue;
+    if (!(length > 0.0)) return;
+    normal_ = n / length;
     const Box box{glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
     const Sliver sliver(corners);
     if (sliver.length_m() > kSliver * sliver.height_m()) {
-      CutAcross(sliver, 0.0, sliver.length_m(), n / length, spacing, spacing.Around(box), take);
+      CutAcross(sliver, 0.0, sliver.length_m(), spacing_.Around(box));
     } else {
-      Divide(corners, n / length, spacing, spacing.Around(box), take);
+      Divide(corners, spacing_.Around(box));
     }
   }
+
+ private:
+  void Divide(const std::array<glm::dvec3, 3>& corners, const SampleSpacing::Nearby& nearby) const {
+    const auto& [a, b, c] = corners;
+    const glm::dvec3 centroid = (a + b + c) / 3.0;
+    const double radius = std::max({glm::length(a - centroid), glm::length(b - centroid), glm::length(c - centroid)});
+    const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
+    const int k = static_cast<int>(std::max_element(sides, sides + 3) - sides);
+    const double least_spacing = spacing_.At(centroid, nearby, radius);
+    if (sides[k] <= size_ * least_spacing) {
+      take_({centroid, normal_, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing_.At(centroid, nearby)});
+      return;
+    }
+    const glm::dvec3 from = corners[k];
+    const glm::dvec3 to = corners[(k + 1) % 3];
+    const glm::dvec3 opposite = corners[(k + 2) % 3];
+    const glm::dvec3 middle = 0.5 * (from + to);
+    const bool is_empty = nearby.segments.empty() && nearby.corners.empty();
+    const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing_.Narrow(nearby, centroid, radius);
+    Divide({from, middle, opposite}, narrow);
+    Divide({middle, to, opposite}, narrow);
+  }
+
+  void CutAcross(const Sliver& sliver, double x0, double x1, const SampleSpacing::Nearby& nearby) const {
+    const std::vector<glm::dvec3> corners = sliver.Slice(x0, x1);
+    glm::dvec3 middle(0.0);
+    for (const glm::dvec3& p : corners) middle += p / static_cast<double>(corners.size());
+    double radius = 0.0;
+    for (const glm::dvec3& p : corners) radius = std::max(radius, glm::length(p - middle));
+    const bool is_stocky = x1 - x0 <= kSlice * sliver.HeightBetween(x0, x1);
+    if (is_stocky || 2.0 * radius <= size_ * spacing_.At(middle, nearby, radius)) {
+      for (std::size_t i = 2; i < corners.size(); ++i) {
+        Divide({corners[0], corners[i - 1], corners[i]}, nearby);
+      }
+      return;
+    }
+    const SampleSpacing::Nearby narrow = spacing_.Narrow(nearby, middle, radius);
+    CutAcross(sliver, x0, 0.5 * (x0 + x1), narrow);
+    CutAcross(sliver, 0.5 * (x0 + x1), x1, narrow);
+  }
+
+  const SampleSpacing& spacing_;
+  double size_;
+  const Take& take_;
+  glm::dvec3 normal_{0.0};  // of the triangle
+};
+
+template <class Take>
+void ForPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size, const Take& take) {
+  Cutter<Take> cutter(spacing, size, take);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) cutter.Cut(mesh.corners(t));
 }
 
 }  // namespace
 
-std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing) {
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size) {
   std::vector<SurfacePanel> panels;
-  panels.reserve(CountPanels(mesh, spacing));
-  ForPanels(mesh, spacing, [&](const SurfacePanel& panel) { panels.push_back(panel); });
+  panels.reserve(CountPanels(mesh, spacing, size));
+  ForPanels(mesh, spacing, size, [&](const SurfacePanel& panel) { panels.push_back(panel); });
   return panels;
 }
 
-std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing) {
+std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size) {
   std::size_t count = 0;
-  ForPanels(mesh, spacing, [&](const SurfacePanel&) { ++count; });
+  ForPanels(mesh, spacing, size, [&](const SurfacePanel&) { ++count; });
   return count;
 }
 

@@ -164,6 +164,10 @@ std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std
 
 namespace {
 
+double PanelSize(std::uint32_t num_points) {
+  return num_points <= kMaxFinePoints ? kFinePanelSize : kPanelSize;
+}
+
 core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num_points) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
@@ -187,7 +191,7 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   constexpr double kBytesPerPoint = 600.0;
   const auto area_m2 = AreaToSample_m2(mesh, num_points);
   if (!area_m2) return tl::unexpected(area_m2.error());
-  const std::size_t num_panels = CountPanels(mesh, SampleSpacing(mesh, *area_m2, num_points));
+  const std::size_t num_panels = CountPanels(mesh, SampleSpacing(mesh, *area_m2, num_points), PanelSize(num_points));
   const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
   if (bytes <= kMostSamplingBytes) return bytes;
   char text[200];
@@ -203,7 +207,8 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   if (const auto bytes = SamplingBytes(mesh, num_points); !bytes) return tl::unexpected(bytes.error());
   const double area_m2 = *AreaToSample_m2(mesh, num_points);
   if (progress) progress("points: panels", 0.0);
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, num_points));
+  const std::vector<SurfacePanel> panels =
+      MakePanels(mesh, SampleSpacing(mesh, area_m2, num_points), PanelSize(num_points));
   Places places = Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress);
 
   std::vector<std::uint32_t> owners;

@@ -34,13 +34,14 @@ struct SurfaceSamples {
 constexpr double kMostSamplingBytes = 12e9;
 core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// The surface is cut into panels (MakePanels), about twenty for each point. Exactly `num_points` of four times as many
-// panels are kept by weighted sample elimination (Yuksel 2015) with radii that follow SampleSpacing: blue noise. Every
-// panel then belongs to the nearest point whose normal is within 45 degrees of its own, so that the faces of an edge
-// keep their own area; points move to the centroid of their panels, and once more (Lloyd), and take their mean normal.
-// Areas and vector areas are exact; so is the integral of a depth that varies linearly over each cell. (On a surface of
-// radius R the centroid lies inside by spacing^2 / 12 R; what that means beside a curved wall the walk puts right.)
-// Deterministic. Errors: no area, too many points, more memory than kMostSamplingBytes.
+// The surface is cut into panels (MakePanels), about sixty for each point, twenty where there are no finer points.
+// Exactly `num_points` of four times as many panels are kept by weighted sample elimination (Yuksel 2015) with radii
+// that follow SampleSpacing: blue noise. Every panel then belongs to the nearest point whose normal is within 45
+// degrees of its own, so that the faces of an edge keep their own area; points move to the centroid of their panels,
+// and once more (Lloyd), and take their mean normal. Areas and vector areas are exact; so is the integral of a depth
+// that varies linearly over each cell. (On a surface of radius R the centroid lies inside by spacing^2 / 12 R; what
+// that means beside a curved wall the walk puts right.) Deterministic. Errors: no area, too many points, more memory
+// than kMostSamplingBytes.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {});
 

@@ -119,13 +119,13 @@ TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
       const auto [a, b, c] = mesh.corners(t);
       area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
     }
-    const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, 65536));
+    const std::vector<SurfacePanel> panels = MakePanels(mesh, SampleSpacing(mesh, area_m2, 65536), kPanelSize);
     double sum_m2 = 0.0;
     double height = 0.0;
     for (const SurfacePanel& panel : panels) {
       sum_m2 += panel.area_m2;
       height += panel.area_m2 * panel.centroid_m.z;
-      EXPECT_LE(panel.radius_m, kPanelPerSpacing * panel.spacing_m);
+      EXPECT_LE(panel.radius_m, kPanelSize * panel.spacing_m);
     }
     EXPECT_NEAR(sum_m2, area_m2, 1e-9 * area_m2);
     const Box box = BoundingBox(mesh);
