@@ -12,9 +12,9 @@ namespace {
 constexpr std::uint32_t kBroadBlocks = 96;
 static_assert(kBroadBlocks * kBlock > kEnoughInside);
 // So many of every seventh block must be inside for the others to be worth a look. Of kTooFewInside points seven blocks
-// are seen in the mean, four at worst in a peg; where the look was refused although the points are inside, the force
-// would step.
-constexpr double kLeastProbed = 2.0;
+// are seen in the mean, five at worst of 2,000 poses of a peg; where the look was refused although the points are
+// inside, the force would step.
+constexpr double kLeastProbed = 4.0;
 
 }  // namespace
 
