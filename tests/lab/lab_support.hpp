@@ -14,6 +14,18 @@
 
 namespace system_tests {
 
+// Until the child has said `text`; false when it ends or is silent for too long before.
+inline bool WaitFor(oos::PipedChild* child, const std::string& text, double patience_s = 90.0) {
+  const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+  while (core::MonotonicNow_ns() < deadline_ns) {
+    child->Poll();
+    if (child->out().find(text) != std::string::npos) return true;
+    if (child->has_ended()) return false;
+    oos::WaitForAny({child}, 50);
+  }
+  return false;
+}
+
 // Tests that launch on three machines, which stand as long as the suite.
 class LabTest : public testing::Test {
  protected:
@@ -74,17 +86,6 @@ class LabTest : public testing::Test {
     return answer ? *answer : oos::Answer{};
   }
 
-  // Until the child has said `text`; false when it ends or is silent for too long before.
-  static bool WaitFor(oos::PipedChild* child, const std::string& text, double patience_s = 90.0) {
-    const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
-    while (core::MonotonicNow_ns() < deadline_ns) {
-      child->Poll();
-      if (child->out().find(text) != std::string::npos) return true;
-      if (child->has_ended()) return false;
-      oos::WaitForAny({child}, 50);
-    }
-    return false;
-  }
   static void WaitForEnd(oos::PipedChild* child, double patience_s = 60.0) {
     const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
     while (!child->has_ended() && core::MonotonicNow_ns() < deadline_ns) {

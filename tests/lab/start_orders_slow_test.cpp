@@ -3,22 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 
-#include "core/clock.hpp"
+#include "tests/lab/lab_support.hpp"
 #include "tools/oos/process.hpp"
+#include "tools/oos/remote.hpp"
 #include "tools/oos/virtual_display.hpp"
 
 namespace system_tests {
 namespace {
 
-constexpr std::int64_t kPatience_ns = 60 * core::kNanosecondsPerSecond;
+constexpr double kPatience_s = 60.0;
 const std::string kBin = std::string(VR_OOS_BINARY_DIR) + "/bin/";
-
-std::string Read(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 class StartOrders : public testing::Test {
  protected:
@@ -29,27 +24,23 @@ class StartOrders : public testing::Test {
     display_ = *display;
   }
 
-  void Spawn(oos::ProcessGroup* group, const std::string& name, std::vector<std::string> arguments) {
+  static std::vector<std::string> Words(const std::string& program, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), kBin + program);
+    arguments.insert(arguments.end(), {"--registry", "tcp://127.0.0.1:7451", "--session", "7", "--no_encryption"});
+    return arguments;
+  }
+  void Spawn(oos::ProcessGroup* group, const std::string& name) {
     oos::Command command;
     command.name = name;
-    command.program = kBin + (name == "registry" ? "oos" : name);
-    command.arguments = std::move(arguments);
-    command.arguments.insert(command.arguments.end(),
-                             {"--registry", "tcp://127.0.0.1:7451", "--session", "7", "--no_encryption"});
+    std::vector<std::string> words = Words(
+        name,
+        {"--scenario", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch/scenario.xml", "--out", folder_.string()});
+    if (name == "visual_node") words.emplace_back("--headless");
+    command.program = words[0];
+    command.arguments.assign(words.begin() + 1, words.end());
     command.environment["DISPLAY"] = display_;
     command.log = folder_ / (name + ".log");
     ASSERT_TRUE(group->Spawn(command));
-  }
-
-  // Until the registry's log holds `text`.
-  [[nodiscard]] bool Told(const std::string& text) const {
-    const std::int64_t deadline_ns = core::MonotonicNow_ns() + kPatience_ns;
-    while (Read(folder_ / "registry.log").find(text) == std::string::npos) {
-      if (core::MonotonicNow_ns() > deadline_ns) return false;
-      const timespec pause{0, 5'000'000};
-      nanosleep(&pause, nullptr);
-    }
-    return true;
   }
 
   std::filesystem::path folder_ = std::filesystem::path(VR_OOS_BINARY_DIR) / "lab" / "orders";
@@ -62,19 +53,17 @@ TEST_F(StartOrders, All120ReachReady) {
   int order = 0;
   do {
     SCOPED_TRACE(testing::Message() << ++order << ": " << testing::PrintToString(names));
-    std::filesystem::remove(folder_ / "registry.log");
+    const auto registry = oos::PipedChild::Start(Words("oos", {"registry"}));
+    ASSERT_TRUE(registry);
+    ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"up\"", kPatience_s));
     oos::ProcessGroup group;
-    Spawn(&group, "registry", {"registry"});
-    ASSERT_TRUE(Told("\"is\":\"up\""));
     for (const std::string& name : names) {
-      std::vector<std::string> arguments = {
-          "--scenario", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch/scenario.xml", "--out", folder_.string()};
-      if (name == "visual_node") arguments.push_back("--headless");
-      Spawn(&group, name, arguments);
-      ASSERT_TRUE(Told("\"is\":\"registered\",\"node\":\"" + name + "\"")) << name;
+      Spawn(&group, name);
+      ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"registered\",\"node\":\"" + name + "\"", kPatience_s)) << name;
     }
     for (const std::string& name : names) {
-      EXPECT_TRUE(Told("\"is\":\"ready\",\"name\":\"ready\",\"node\":\"" + name + "\"")) << name;
+      EXPECT_TRUE(WaitFor(registry->get(), R"("is":"ready","name":"ready","node":")" + name + "\"", kPatience_s))
+          << name;
     }
     group.StopAll(5.0);
   } while (std::next_permutation(names.begin(), names.end()));

@@ -68,19 +68,19 @@ struct EdgeDistances {
   out->prism = prism;
 }
 
-[[gnu::always_inline]] inline void FindHeights(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
-                                               Lanes* height) {
-  *height = ((x * t.normal.x + y * t.normal.y) + z * t.normal.z) - t.offset;
-}
-
 // The nearest point is on the face when the point lies over it, else on one of the edges.
-[[gnu::always_inline]] inline void RowDistances(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
-                                                Lanes* squared) {
+struct TriangleDistances {
   EdgeDistances edges;
-  FindEdgeDistances(t, x, y, z, &edges);
-  Lanes height;
-  FindHeights(t, x, y, z, &height);
-  *squared = edges.prism >= t.prism_margin ? height * height : edges.squared;
+  Lanes height;  // over the plane
+  Ints is_over_face;
+  Lanes squared;
+};
+[[gnu::always_inline]] inline void FindDistances(const RowTriangle& t, const Lanes& x, const Lanes& y, const Lanes& z,
+                                                 TriangleDistances* out) {
+  FindEdgeDistances(t, x, y, z, &out->edges);
+  out->height = ((x * t.normal.x + y * t.normal.y) + z * t.normal.z) - t.offset;
+  out->is_over_face = out->edges.prism >= t.prism_margin;
+  out->squared = out->is_over_face ? out->height * out->height : out->edges.squared;
 }
 
 // Bit y: some sample of the row (y, z) may lie within reach of the triangle's box and of its plane.
@@ -99,7 +99,9 @@ struct EdgeDistances {
 
 [[gnu::always_inline]] inline void SampleRow(const RowTriangle& t, float y, float z, Lanes* squared) {
   constexpr Lanes kX = {0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f};
-  RowDistances(t, kX, Lanes{} + y, Lanes{} + z, squared);
+  TriangleDistances found;
+  FindDistances(t, kX, Lanes{} + y, Lanes{} + z, &found);
+  *squared = found.squared;
 }
 
 }  // namespace
@@ -185,17 +187,14 @@ VPS_WIDE_CLONES void FindNear(std::span<const RowTriangle> triangles, const Tria
     for (; left != 0; left &= left - 1) {
       const std::size_t n = group * kRow + static_cast<std::size_t>(std::countr_zero(left));
       const RowTriangle& t = triangles[n];
-      EdgeDistances edges;
-      FindEdgeDistances(t, kX, fy, fz, &edges);
-      Lanes height;
-      FindHeights(t, kX, fy, fz, &height);
-      const auto is_over_face = edges.prism >= t.prism_margin;
-      const Lanes squared = is_over_face ? height * height : edges.squared;
-      std::uint32_t within = BitsOf(squared <= limits);
+      TriangleDistances here;
+      FindDistances(t, kX, fy, fz, &here);
+      std::uint32_t within = BitsOf(here.squared <= limits);
       if (within == 0) continue;
-      const Lanes way_x = is_over_face ? height * t.normal.x : edges.way_x;
-      const Lanes way_y = is_over_face ? height * t.normal.y : edges.way_y;
-      const Lanes way_z = is_over_face ? height * t.normal.z : edges.way_z;
+      const Lanes squared = here.squared;
+      const Lanes way_x = here.is_over_face ? here.height * t.normal.x : here.edges.way_x;
+      const Lanes way_y = here.is_over_face ? here.height * t.normal.y : here.edges.way_y;
+      const Lanes way_z = here.is_over_face ? here.height * t.normal.z : here.edges.way_z;
       for (; within != 0; within &= within - 1) {
         const int x = std::countr_zero(within);
         NearTriangle found{numbers[n], &t, squared[x]};
@@ -222,20 +221,14 @@ struct NearestRow {
 
 [[gnu::always_inline]] inline void KeepNearerOf(const RowTriangle& t, std::uint32_t n, const glm::vec3& centre,
                                                 NearestRow* row) {
-  const Lanes x = row->x + centre.x;
-  const Lanes y = row->y + centre.y;
-  const Lanes z = row->z + centre.z;
-  EdgeDistances edges;
-  FindEdgeDistances(t, x, y, z, &edges);
-  Lanes height;
-  FindHeights(t, x, y, z, &height);
-  const Ints is_over_face = edges.prism >= t.prism_margin;
-  const Lanes here = is_over_face ? height * height : edges.squared;
-  const Ints is_kept = (here < row->squared) | ((here == row->squared) & (Ints)(Numbers{} + n < row->triangle));
-  row->squared = is_kept ? here : row->squared;
-  row->height = is_kept ? height : row->height;
+  TriangleDistances here;
+  FindDistances(t, row->x + centre.x, row->y + centre.y, row->z + centre.z, &here);
+  const Ints is_kept =
+      (here.squared < row->squared) | ((here.squared == row->squared) & (Ints)(Numbers{} + n < row->triangle));
+  row->squared = is_kept ? here.squared : row->squared;
+  row->height = is_kept ? here.height : row->height;
   row->triangle = is_kept ? Numbers{} + n : row->triangle;
-  row->is_over_face = is_kept ? is_over_face : row->is_over_face;
+  row->is_over_face = is_kept ? here.is_over_face : row->is_over_face;
 }
 
 // Whether by its tangent the triangle may be the nearest of a point, lane by lane: with w = way, the distance is at
