@@ -84,50 +84,67 @@ inline F PlaneAt(U word, const Vec3& e) {
   const Vec3 g{ToF((I)(word << 11 & kTop)), ToF((I)(word << 18 & kTop)), ToF((I)(word << 25))};
   return Fma(ToF((I)word), Fill(kWordScale / kGradientScale), Dot(g, e)) * kGradientScale;
 }
-inline F CreaseAt(const WalkInput& in, U record, const Vec3& e) {
-  const U first = Gather(in.creases, record * kPlanesPerCrease);
-  const U second = Gather(in.creases + 1, record * kPlanesPerCrease);
+// Of a record's four words.
+inline F CreaseFrom(U first, U second, U third, U fourth, const Vec3& e) {
   const F side = (I)(first << 10) < 0 ? Fill(-1.0f) : Fill(1.0f);
   const I is_nested = (I)(second << 10) < 0;
   const F u0 = side * PlaneAt(first, e);
   const F u1 = side * PlaneAt(second, e);
-  const F u2 = side * PlaneAt(Gather(in.creases + 2, record * kPlanesPerCrease), e);
-  const F u3 = side * PlaneAt(Gather(in.creases + 3, record * kPlanesPerCrease), e);
+  const F u2 = side * PlaneAt(third, e);
+  const F u3 = side * PlaneAt(fourth, e);
   const F a = is_nested ? Min(u0, u1) : Max(u0, u1);
   const F b = is_nested ? Min(u2, u3) : Max(u2, u3);
   return side * Max(a, b);
+}
+inline F CreaseAt(const WalkInput& in, U record, const Vec3& e) {
+  const U at = record * kPlanesPerCrease;
+  return CreaseFrom(Gather(in.creases, at), Gather(in.creases + 1, at), Gather(in.creases + 2, at),
+                    Gather(in.creases + 3, at), e);
 }
 
 inline U WordInBrickOf(I x, I y, I z) {
   return (U)((x & 3) | (y & 1) << 2 | (z & 1) << 3 | (x >> 2 & 1) << 4 | (y >> 1 & 3) << 5 | (z >> 1 & 3) << 7);
 }
 
-// The coarse grid's answer to points inside the grid, of the masked lanes.
-template <bool kBound>
-inline F CoarseAt(const WalkInput& in, const Vec3& q, I lanes) {
+// The coarse grid's cell that a place in the grid lies in, and the place from the cell's middle.
+inline U CoarseCellAt(const WalkInput& in, const Vec3& q, Vec3* e) {
   const int shift = in.coarse_shift;
   const I x = ToI(q.x) >> shift;
   const I y = ToI(q.y) >> shift;
   const I z = ToI(q.z) >> shift;
   const float half = static_cast<float>(1 << shift) * 0.5f;
-  const U at = (U)(lanes & (((z * (in.ny >> shift) + y) * (in.nx >> shift) + x) * 2));
-  const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
-  const Vec3 e{q.x - ToF(x << shift) - half, q.y - ToF(y << shift) - half, q.z - ToF(z << shift) - half};
-  const F centre = (F)Gather(cells, at);
-  if (kBound) return centre - Length(e);
-  const U code = Gather(cells + 1, at);
+  *e = {q.x - ToF(x << shift) - half, q.y - ToF(y << shift) - half, q.z - ToF(z << shift) - half};
+  return (U)((z * (in.ny >> shift) + y) * (in.nx >> shift) + x);
+}
+// The cell's model, from its distance and its gradient's code.
+inline F CoarseFrom(U distance, U code, const Vec3& e) {
   constexpr std::uint32_t kTop = 0xff000000U;
   const Vec3 g{ToF((I)(code << 24 & kTop)), ToF((I)(code << 16 & kTop)), ToF((I)(code << 8 & kTop))};
-  return Fma(Dot(g, e), Fill(kCoarseGradientScale), centre);
+  return Fma(Dot(g, e), Fill(kCoarseGradientScale), (F)distance);
+}
+// The coarse grid's answer to points inside the grid, of the masked lanes.
+template <bool kBound>
+inline F CoarseAt(const WalkInput& in, const Vec3& q, I lanes) {
+  Vec3 e;
+  const U at = ((U)lanes & CoarseCellAt(in, q, &e)) * 2;
+  const std::uint32_t* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
+  const U distance = Gather(cells, at);
+  if (kBound) return (F)distance - Length(e);
+  return CoarseFrom(distance, Gather(cells + 1, at), e);
+}
+
+// The grid's place nearest to p.
+inline Vec3 ClampToGrid(const WalkInput& in, const Vec3& p) {
+  return {Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
+          Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
+          Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
 }
 
 // Field at points in voxels, anywhere, as SampleField. kBound: lower bound of the distance by way of the cell's centre
 // (spheres); else the model's distance (points).
 template <bool kBound>
 inline F SampleAnywhere(const WalkInput& in, const Vec3& p) {
-  const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
-               Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
-               Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
+  const Vec3 q = ClampToGrid(in, p);
   const I cx = ToI(q.x);
   const I cy = ToI(q.y);
   const I cz = ToI(q.z);
@@ -188,9 +205,7 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
   const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
   const F r = LoadF(block.r + at) * in.voxels_per_m;
   const F h = LoadF(block.h + at) * in.voxels_per_m;
-  const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
-               Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
-               Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
+  const Vec3 q = ClampToGrid(in, p);
   const int shift = in.coarse_shift;
   const I vx = ToI(q.x);
   const I vy = ToI(q.y);
@@ -347,9 +362,7 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
   const SphereBlock& spheres = in.spheres[block];
   for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
     const Vec3 p = ToVoxels(in, LoadF(spheres.x + at), LoadF(spheres.y + at), LoadF(spheres.z + at));
-    const Vec3 q{Min(Max(p.x, F{}), Fill(static_cast<float>(in.nx) - 0.5f)),
-                 Min(Max(p.y, F{}), Fill(static_cast<float>(in.ny) - 0.5f)),
-                 Min(Max(p.z, F{}), Fill(static_cast<float>(in.nz) - 0.5f))};
+    const Vec3 q = ClampToGrid(in, p);
     const Vec3 out{p.x - q.x, p.y - q.y, p.z - q.z};
     const F outside = Dot(out, out);
     const F inside = CoarseAt<true>(in, q, ~I{});

@@ -5,9 +5,9 @@
 // put aside and done in full registers. Then, with all depths known, the sums.
 
 constexpr std::uint32_t kBatch = 32;
-// Of a block that may leave the grid, and of one that lies in it but in no two by two by two bricks.
-constexpr std::uint32_t kNoWindow = 0xffffffffU;
+// Of a block that lies in the grid but in no two by two by two bricks, and of one that may leave the grid.
 constexpr std::uint32_t kWide = 0xfffffffeU;
+constexpr std::uint32_t kLeaving = 0xffffffffU;
 // Added to a float below 2^21, leaves the nearest integer in the low bits of its word.
 constexpr float kRounder = 12582912.0f;
 
@@ -48,7 +48,7 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
     fits &= is_inside;
     for (int a = 0; a < 3; ++a) StoreF(&out->t[a][i], in.t[a] - ((fits ? ToF(corner[a] * 8) : F{}) + 0.5f));
     const I slot = (corner[2] * bricks[1] + corner[1]) * bricks[0] + corner[0];
-    StoreU(&out->slot[i], fits ? (U)slot : (is_inside ? U{} + kWide : U{} + kNoWindow));
+    StoreU(&out->slot[i], fits ? (U)slot : (is_inside ? U{} + kWide : U{} + kLeaving));
     const I brick = (middle[2] * bricks[1] + middle[1]) * bricks[0] + middle[0];
     const U both = Gather(in.bends, (U)(brick >> 1));
     StoreF(&out->bend[i], ToF((I)((brick & 1) != 0 ? both : both << 16) >> 16) * (kBendStep / 24.0f));
@@ -74,16 +74,18 @@ inline void PutAside(const Vec3& p, U to, unsigned lanes, Aside* aside) {
   aside->count = n + static_cast<std::uint32_t>(__builtin_popcount(lanes));
 }
 
-// The lanes behind the last repeat it.
-inline void FillUp(Aside* aside) {
+// The lanes behind the last repeat it. Returns how many there are with them.
+inline std::uint32_t FillUp(Aside* aside) {
   const std::uint32_t n = aside->count;
-  for (std::uint32_t k = n; k % kLanes != 0; ++k) {
+  std::uint32_t k = n;
+  for (; k % kLanes != 0; ++k) {
     aside->word[k] = aside->word[n - 1];
     aside->x[k] = aside->x[n - 1];
     aside->y[k] = aside->y[n - 1];
     aside->z[k] = aside->z[n - 1];
     aside->to[k] = aside->to[n - 1];
   }
+  return k;
 }
 
 inline void StoreDepths(F d, const std::uint32_t* to, float* depths) {
@@ -92,12 +94,71 @@ inline void StoreDepths(F d, const std::uint32_t* to, float* depths) {
   for (int k = 0; k < kLanes; ++k) depths[to[k]] = buffer[k];
 }
 
+// Whole records are read lane by lane: that takes the processors less time than a gather for each of their words.
+typedef std::uint32_t U4 __attribute__((vector_size(16)));
+inline U4 LoadU4(const std::uint32_t* p) {
+  U4 v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void StoreU4(std::uint32_t* p, U4 v) {
+  __builtin_memcpy(p, &v, sizeof v);
+}
+
+inline void EvaluateCreases(const WalkInput& in, Aside* creases, float* depths) {
+  static_assert(kPlanesPerCrease == 4);
+  alignas(64) std::uint32_t planes[4][Aside::kMost];
+  const std::uint32_t count = FillUp(creases);
+  for (std::uint32_t k = 0; k < count; k += 4) {
+    const U4 r0 = LoadU4(in.creases + (creases->word[k] >> 7) * 4);
+    const U4 r1 = LoadU4(in.creases + (creases->word[k + 1] >> 7) * 4);
+    const U4 r2 = LoadU4(in.creases + (creases->word[k + 2] >> 7) * 4);
+    const U4 r3 = LoadU4(in.creases + (creases->word[k + 3] >> 7) * 4);
+    const U4 low01 = __builtin_shufflevector(r0, r1, 0, 4, 1, 5);
+    const U4 low23 = __builtin_shufflevector(r2, r3, 0, 4, 1, 5);
+    const U4 high01 = __builtin_shufflevector(r0, r1, 2, 6, 3, 7);
+    const U4 high23 = __builtin_shufflevector(r2, r3, 2, 6, 3, 7);
+    StoreU4(planes[0] + k, __builtin_shufflevector(low01, low23, 0, 1, 4, 5));
+    StoreU4(planes[1] + k, __builtin_shufflevector(low01, low23, 2, 3, 6, 7));
+    StoreU4(planes[2] + k, __builtin_shufflevector(high01, high23, 0, 1, 4, 5));
+    StoreU4(planes[3] + k, __builtin_shufflevector(high01, high23, 2, 3, 6, 7));
+  }
+  for (std::uint32_t k = 0; k < count; k += kLanes) {
+    const Vec3 e{LoadF(creases->x + k), LoadF(creases->y + k), LoadF(creases->z + k)};
+    const F d = CreaseFrom(LoadU(planes[0] + k), LoadU(planes[1] + k), LoadU(planes[2] + k), LoadU(planes[3] + k), e);
+    StoreDepths(d, creases->to + k, depths);
+  }
+}
+
+inline void EvaluateCoarse(const WalkInput& in, Aside* coarse, float* depths) {
+  alignas(64) std::uint32_t distance[Aside::kMost];
+  const auto* const cells = reinterpret_cast<const std::uint32_t*>(in.coarse);
+  const std::uint32_t count = FillUp(coarse);
+  for (std::uint32_t k = 0; k < count; k += kLanes) {
+    Vec3 e;
+    StoreU(coarse->word + k, CoarseCellAt(in, {LoadF(coarse->x + k), LoadF(coarse->y + k), LoadF(coarse->z + k)}, &e));
+    StoreF(coarse->x + k, e.x);
+    StoreF(coarse->y + k, e.y);
+    StoreF(coarse->z + k, e.z);
+  }
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::uint32_t* const cell = cells + std::size_t{coarse->word[k]} * 2;
+    distance[k] = cell[0];
+    coarse->word[k] = cell[1];
+  }
+  for (std::uint32_t k = 0; k < count; k += kLanes) {
+    const Vec3 e{LoadF(coarse->x + k), LoadF(coarse->y + k), LoadF(coarse->z + k)};
+    StoreDepths(CoarseFrom(LoadU(distance + k), LoadU(coarse->word + k), e), coarse->to + k, depths);
+  }
+}
+
 // The field around the points of a window's block, kept in registers from block to block.
 struct WindowReader {
   F m[3][3];
   Place place_x, place_y, place_z;
   const std::uint32_t* bricks;
   std::size_t stride_y, stride_z;
+  float last[3];  // of the grid's cells
 
   explicit WindowReader(const WalkInput& in)
       : place_x(LoadPlace(kPlaceX)),
@@ -105,7 +166,8 @@ struct WindowReader {
         place_z(LoadPlace(kPlaceZ)),
         bricks(in.bricks),
         stride_y(static_cast<std::size_t>(in.nx >> 3)),
-        stride_z(stride_y * static_cast<std::size_t>(in.ny >> 3)) {
+        stride_z(stride_y * static_cast<std::size_t>(in.ny >> 3)),
+        last{static_cast<float>(in.nx - 1), static_cast<float>(in.ny - 1), static_cast<float>(in.nz - 1)} {
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) m[a][b] = Fill(in.m[a][b]);
     }
@@ -113,32 +175,40 @@ struct WindowReader {
   // Indices of the words of the points' cells; e: places in the cells.
   U Find(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, const Octet& octet, Vec3* e) const {
     Vec3 r;
-    Round(block, at, windows, i, &r, e);
+    Round(ToWindow(block, at, windows, i), &r, e);
     const U cell = PlaceOf(place_x, (U)r.x) + PlaceOf(place_y, (U)r.y) + PlaceOf(place_z, (U)r.z);
     return LookUp(octet, cell >> kPlaceBrickShift) + cell;
   }
-  // The same of a wide block, whose window is the grid.
-  U FindWide(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, Vec3* e) const {
+  // The same of a wide block, whose window is the grid, within the points' bricks; of a leaving one, for the grid's
+  // places nearest to its points. brick: where their first words' indices are.
+  U FindWide(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, U* brick, Vec3* e) const {
+    Vec3 p = ToWindow(block, at, windows, i);
+    if (windows.slot[i] == kLeaving) {
+      p = {Max(Min(p.x, Fill(last[0])), Fill(-0.5f)), Max(Min(p.y, Fill(last[1])), Fill(-0.5f)),
+           Max(Min(p.z, Fill(last[2])), Fill(-0.5f))};
+    }
     Vec3 r;
-    Round(block, at, windows, i, &r, e);
+    Round(p, &r, e);
     const F zero = Fill(kRounder);
     const I x = (I)r.x - (I)zero;
     const I y = (I)r.y - (I)zero;
     const I z = (I)r.z - (I)zero;
-    const I brick =
-        (z >> 3) * static_cast<std::int32_t>(stride_z) + (y >> 3) * static_cast<std::int32_t>(stride_y) + (x >> 3);
-    return Gather(bricks, (U)brick) + WordInBrickOf(x, y, z);
+    *brick =
+        (U)((z >> 3) * static_cast<std::int32_t>(stride_z) + (y >> 3) * static_cast<std::int32_t>(stride_y) + (x >> 3));
+    return WordInBrickOf(x, y, z);
   }
 
  private:
-  // r: the window's cells plus kRounder.
-  void Round(const PointBlock& block, int at, const Windows& windows, std::uint32_t i, Vec3* r, Vec3* e) const {
+  Vec3 ToWindow(const PointBlock& block, int at, const Windows& windows, std::uint32_t i) const {
     const F x = LoadF(block.x + at);
     const F y = LoadF(block.y + at);
     const F z = LoadF(block.z + at);
-    const Vec3 p{Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
-                 Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
-                 Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
+    return {Fma(m[0][0], x, Fma(m[0][1], y, Fma(m[0][2], z, Fill(windows.t[0][i])))),
+            Fma(m[1][0], x, Fma(m[1][1], y, Fma(m[1][2], z, Fill(windows.t[1][i])))),
+            Fma(m[2][0], x, Fma(m[2][1], y, Fma(m[2][2], z, Fill(windows.t[2][i]))))};
+  }
+  // r: the window's cells plus kRounder.
+  static void Round(const Vec3& p, Vec3* r, Vec3* e) {
     *r = {p.x + kRounder, p.y + kRounder, p.z + kRounder};
     *e = {p.x - (r->x - kRounder), p.y - (r->y - kRounder), p.z - (r->z - kRounder)};
   }
@@ -168,23 +238,36 @@ inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uin
                       Cells* cells) {
   constexpr std::uint32_t kAhead = 8;
   const WindowReader reader(in);
+  alignas(64) std::uint32_t wide_bricks[kBatch * kBlock];
+  std::uint32_t num_wide = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     Prefetch(in.points[blocks[i + kAhead]]);
-    if (windows.slot[i] == kWide) {
+    if (windows.slot[i] >= kWide) {
       for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
         Vec3 e;
-        const U index = reader.FindWide(in.points[blocks[i]], at, windows, i, &e);
+        U brick;
+        const U index = reader.FindWide(in.points[blocks[i]], at, windows, i, &brick, &e);
         StoreCells(i * kBlock + static_cast<std::uint32_t>(at), index, e, cells);
+        StoreU(wide_bricks + num_wide, brick);
+        num_wide += kLanes;
       }
       continue;
     }
-    const bool has_window = windows.slot[i] != kNoWindow;
-    const Octet octet = LoadOctet(reader.bricks + (has_window ? windows.slot[i] : 0), reader.stride_y, reader.stride_z);
-    const PointBlock& block = in.points[has_window ? blocks[i] : 0];
+    const Octet octet = LoadOctet(reader.bricks + windows.slot[i], reader.stride_y, reader.stride_z);
+    const PointBlock& block = in.points[blocks[i]];
     for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
       Vec3 e;
       const U index = reader.Find(block, at, windows, i, octet, &e);
       StoreCells(i * kBlock + static_cast<std::uint32_t>(at), index, e, cells);
+    }
+  }
+  std::uint32_t next = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    std::uint32_t* const word = cells->word + i * kBlock;
+    if (windows.slot[i] >= kWide) {
+      for (std::uint32_t k = 0; k < kBlock; ++k) word[k] = in.words[word[k] + in.bricks[wide_bricks[next++]]];
+    } else {
+      for (std::uint32_t k = 0; k < kBlock; ++k) word[k] = in.words[word[k]];
     }
   }
 }
@@ -202,8 +285,7 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
     unsigned found = 0;
     for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
       const std::uint32_t to = i * kBlock + static_cast<std::uint32_t>(at);
-      const U word = Gather(in.words, LoadU(cells.word + to));
-      StoreU(cells.word + to, word);
+      const U word = LoadU(cells.word + to);
       const U z_code = word << 25;
       constexpr std::uint32_t kTop = 0xfe000000U;
       const Vec3 g{ToF((I)(word << 11 & kTop)), ToF((I)(word << 18 & kTop)), ToF((I)z_code)};
@@ -212,7 +294,6 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
       StoreF(depths + to, depth);
       found |= EqualBits(z_code, U{} + (kOtherKind << 25)) << at;
     }
-    found = windows.slot[i] != kNoWindow ? found : kAllSurvive;
     odd[num_odd] = i;
     lanes_of[num_odd] = found;
     num_odd += found != 0 ? 1 : 0;
@@ -225,31 +306,29 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
     const PointBlock& block = in.points[blocks[i]];
     for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
       const std::uint32_t first = i * kBlock + static_cast<std::uint32_t>(at);
-      const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
-      if (windows.slot[i] == kNoWindow) {
-        StoreF(depths + first, -SampleAnywhere<false>(in, p));
-        continue;
-      }
+      const Vec3 q = ClampToGrid(in, ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at)));
       const U to = LaneNumbers() + first;
       const U word = LoadU(cells.word + first);
       const unsigned lanes = lanes_of[k] >> at & kAllLanes;
       const unsigned coarse_lanes = EqualBits(word, U{} + kCoarseWord);
-      if (coarse_lanes != 0) PutAside(p, to, coarse_lanes, &coarse);
+      if (coarse_lanes != 0) PutAside(q, to, coarse_lanes, &coarse);
       Compress(creases.word + creases.count, word, lanes & ~coarse_lanes);
       PutAside({LoadF(cells.x + first), LoadF(cells.y + first), LoadF(cells.z + first)}, to, lanes & ~coarse_lanes,
                &creases);
     }
   }
-  if (creases.count > 0) FillUp(&creases);
-  for (std::uint32_t k = 0; k < creases.count; k += kLanes) {
-    const Vec3 e{LoadF(creases.x + k), LoadF(creases.y + k), LoadF(creases.z + k)};
-    const F d = CreaseAt(in, LoadU(creases.word + k) >> 7, e);
-    StoreDepths(d, creases.to + k, depths);
-  }
-  if (coarse.count > 0) FillUp(&coarse);
-  for (std::uint32_t k = 0; k < coarse.count; k += kLanes) {
-    const Vec3 p{LoadF(coarse.x + k), LoadF(coarse.y + k), LoadF(coarse.z + k)};
-    StoreDepths(CoarseAt<false>(in, p, I{} - 1), coarse.to + k, depths);
+  if (creases.count > 0) EvaluateCreases(in, &creases, depths);
+  if (coarse.count > 0) EvaluateCoarse(in, &coarse, depths);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (windows.slot[i] != kLeaving) continue;
+    const PointBlock& block = in.points[blocks[i]];
+    for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
+      const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
+      const Vec3 q = ClampToGrid(in, p);
+      const F outside = Max(Max(Abs(p.x - q.x), Abs(p.y - q.y)), Abs(p.z - q.z));
+      float* const depth = depths + i * kBlock + at;
+      StoreF(depth, outside > 0.0f ? Min(LoadF(depth), -outside) : LoadF(depth));
+    }
   }
 }
 
