@@ -57,11 +57,14 @@ inline std::uint32_t FindDeepest(const float* depths) {
     at = d > deepest ? lanes : at;
     deepest = d > deepest ? d : deepest;
   }
-  int best = 0;
-  for (int j = 1; j < 4; ++j) {
-    if (deepest[j] > deepest[best]) best = j;
-  }
-  return static_cast<std::uint32_t>(at[best]);
+  // Without branches, which would be guessed.
+  const auto take = [&](const F4& other, const I4& other_at) {
+    at = other > deepest ? other_at : at;
+    deepest = other > deepest ? other : deepest;
+  };
+  take(__builtin_shufflevector(deepest, deepest, 2, 3, 2, 3), __builtin_shufflevector(at, at, 2, 3, 2, 3));
+  take(__builtin_shufflevector(deepest, deepest, 1, 1, 1, 1), __builtin_shufflevector(at, at, 1, 1, 1, 1));
+  return static_cast<std::uint32_t>(at[0]);
 }
 
 inline glm::vec3 PointOf(const PointBlock& block, std::uint32_t k) {
