@@ -100,8 +100,8 @@ struct WalkChunk {
 };
 
 // Bounds as whole numbers with the lane in the last four bits, so that the least tells whose it is: voxels in steps of
-// 1 / kRoomSteps, rounded towards zero, no more than kMostRoom.
-constexpr std::int32_t kRoomSteps = 256;
+// 1 / kRoomSteps, rounded towards zero, no more than kMostRoom. FindRoom adds four bits more.
+constexpr std::int32_t kRoomSteps = 32;
 constexpr float kMostRoom = 1e5f;
 
 // Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
