@@ -117,7 +117,8 @@ TEST_F(DamagedFile, OfTenMetresIsBuilt) {
   CookParameters parameters{0.1, 1000, Method::kFast};
   const auto cooked = Cook(Write(MakeTorus(4.0, 1.0, 64, 32)), parameters, folder_ / "cache");
   ASSERT_TRUE(cooked) << cooked.error().detail;
-  EXPECT_NEAR(DistanceAt(*cooked->field, {4.0, 0, 0}) * 0.1, -1.0, 0.03);
+  // Where depth has an edge it is told in the mean over a coarse cell.
+  EXPECT_NEAR(DistanceAt(*cooked->field, {4.0, 0, 0}) * 0.1, -1.0, 0.05);
 }
 
 TEST_F(DamagedFile, FacingInwardsIsTurned) {

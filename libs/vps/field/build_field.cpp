@@ -14,6 +14,7 @@
 #include "vps/field/crease_cells.hpp"
 #include "vps/field/far_cells.hpp"
 #include "vps/field/field_plan.hpp"
+#include "vps/field/mean_depths.hpp"
 #include "vps/field/pack_facets.hpp"
 #include "vps/field/surface_bends.hpp"
 #include "vps/field/tile_brick.hpp"
@@ -84,6 +85,7 @@ class FieldBuilder {
     Report("bricks", kPreparedAt);
     if (auto room = MakeBricks(); !room) return tl::unexpected(room.error());
     FillCoarse();
+    TakeMeanDepths(&field_);
     FillBricks();
     bins_ = {};
     field_.bends = SurfaceBends(*triangles_, field_);

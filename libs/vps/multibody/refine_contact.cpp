@@ -11,7 +11,7 @@ namespace {
 
 // The whole fades out between so many samples, weighted, and twice as many. Of a part that has few samples for all of
 // its surface, later: there a contact of as many is as broad as it gets, and its rim is all that they see.
-constexpr float kFewSamples = 160.0f;
+constexpr float kFewSamples = 320.0f;
 constexpr float kFewOfCoarsePart = 1280.0f;
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr std::uint32_t kMostSamples = 4096;
