@@ -21,15 +21,20 @@ struct Windows {
 
 inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, Windows* out) {
   constexpr float kPad = 0.1f;  // of a point from the window's faces
-  const auto* const spheres = reinterpret_cast<const std::uint32_t*>(in.spheres);
-  constexpr std::uint32_t kSphereWords = sizeof(SphereBlock) / 4;
   const std::int32_t bricks[3] = {in.nx >> 3, in.ny >> 3, in.nz >> 3};
+  alignas(64) float x[kBatch], y[kBatch], z[kBatch], r[kBatch];
+  for (std::uint32_t i = 0; i < (count + kLanes - 1) / kLanes * kLanes; ++i) {
+    const SphereBlock& spheres = in.spheres[blocks[i] / kBlock];
+    const std::uint32_t k = blocks[i] % kBlock;
+    x[i] = spheres.x[k];
+    y[i] = spheres.y[k];
+    z[i] = spheres.z[k];
+    r[i] = spheres.r[k];
+  }
   for (std::uint32_t i = 0; i < count; i += kLanes) {
     const U block = LoadU(blocks + i);
-    const U at = (block >> 4) * kSphereWords + (block & 15U);
-    const Vec3 c =
-        ToVoxels(in, (F)Gather(spheres, at), (F)Gather(spheres + kBlock, at), (F)Gather(spheres + 2 * kBlock, at));
-    const F reach = (F)Gather(spheres + 3 * kBlock, at) * in.voxels_per_m + kPad;
+    const Vec3 c = ToVoxels(in, LoadF(x + i), LoadF(y + i), LoadF(z + i));
+    const F reach = LoadF(r + i) * in.voxels_per_m + kPad;
     I is_inside = (I)(block != in.partial_block);
     I fits = is_inside;
     I corner[3];
@@ -360,7 +365,16 @@ inline void Flush(Partial* partial, WalkSums* sums) {
       StoreF(buffer + j * kLanes, partial->of[s][j]);
       partial->of[s][j] = F{};
     }
-    for (std::uint32_t k = 0; k < kBlock; ++k) sums->of[s][k] += static_cast<double>(buffer[k]);
+    for (std::uint32_t k = 0; k < kBlock; k += 4) {
+      typedef float Floats __attribute__((vector_size(16)));
+      typedef double Doubles __attribute__((vector_size(32)));
+      Floats part;
+      Doubles sum;
+      __builtin_memcpy(&part, buffer + k, sizeof part);
+      __builtin_memcpy(&sum, sums->of[s] + k, sizeof sum);
+      sum += __builtin_convertvector(part, Doubles);
+      __builtin_memcpy(sums->of[s] + k, &sum, sizeof sum);
+    }
   }
   partial->is_empty = true;
 }
