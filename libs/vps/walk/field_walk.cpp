@@ -217,23 +217,30 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
   scratch->kernels_.evaluate(scratch->input_, part, &chunk.sums);
 }
 
-std::uint32_t ProbeInside(FieldWalkScratch* scratch) {
+bool IsBroadInside(FieldWalkScratch* scratch, double least) {
   constexpr std::uint32_t kStep = 7;  // no divisor of a node's sixteen children
+  // Half of them first: of most broad contacts that is enough.
+  constexpr std::uint32_t kTurns[] = {0, 1};
   constexpr std::uint32_t kAtOnce = 64;
   const auto num_blocks = static_cast<std::uint32_t>(scratch->tested_blocks().size());
   std::uint32_t num_inside = 0;
-  for (std::uint32_t i = 0; i < num_blocks;) {
-    std::array<std::uint32_t, kAtOnce> blocks;
-    WalkChunk part{};
-    for (; part.num_blocks < kAtOnce && i < num_blocks; i += kStep) blocks[part.num_blocks++] = scratch->blocks_[i];
-    part.blocks = blocks.data();
-    part.near_blocks = scratch->chunk_near_.data();
-    part.near_depths = reinterpret_cast<float(*)[kBlock]>(scratch->near_depths.data());
-    WalkSums sums;
-    scratch->kernels_.evaluate(scratch->input_, part, &sums);
-    num_inside += sums.num_inside / kBlock;
+  for (const std::uint32_t turn : kTurns) {
+    for (std::uint32_t i = turn * kStep; i < num_blocks;) {
+      std::array<std::uint32_t, kAtOnce> blocks;
+      WalkChunk part{};
+      for (; part.num_blocks < kAtOnce && i < num_blocks; i += std::size(kTurns) * kStep) {
+        blocks[part.num_blocks++] = scratch->blocks_[i];
+      }
+      part.blocks = blocks.data();
+      part.near_blocks = scratch->chunk_near_.data();
+      part.near_depths = reinterpret_cast<float(*)[kBlock]>(scratch->near_depths.data());
+      WalkSums sums;
+      scratch->kernels_.evaluate(scratch->input_, part, &sums);
+      num_inside += sums.num_inside / kBlock;
+      if (num_inside >= least) return true;
+    }
   }
-  return num_inside;
+  return false;
 }
 
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {

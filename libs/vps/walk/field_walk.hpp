@@ -59,7 +59,7 @@ class FieldWalkScratch {
                                    FieldWalkScratch*);
   friend void EvaluateChunk(FieldWalkScratch*, std::uint32_t);
   friend FieldWalkResult FinishWalk(FieldWalkScratch*);
-  friend std::uint32_t ProbeInside(FieldWalkScratch*);
+  friend bool IsBroadInside(FieldWalkScratch*, double);
   struct Chunk {
     std::uint32_t begin, end;  // in blocks_
     WalkSums sums;
@@ -125,8 +125,9 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
 void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
 
-// Between PrepareWalk and its chunks: how many of every seventh block that they would test collide with all points.
-std::uint32_t ProbeInside(FieldWalkScratch* scratch);
+// Between PrepareWalk and its chunks: whether of every seventh block that they would test at least so many collide with
+// all points.
+bool IsBroadInside(FieldWalkScratch* scratch, double least);
 
 // The reference: every point, one after the other, with SampleField.
 FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,

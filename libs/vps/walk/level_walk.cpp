@@ -48,7 +48,7 @@ std::uint32_t LevelWalk::DescendFrom(std::uint32_t level) {
     const std::uint32_t due = scratch_->points_due();
     if (due < kBroadBlocks * kBlock) continue;
     if (scratch_->most_points != 0 && due > scratch_->most_points) continue;  // the deepest of the samples, then
-    if (ProbeInside(scratch_) >= kLeastProbed * scale_) return num_chunks;
+    if (IsBroadInside(scratch_, kLeastProbed * scale_)) return num_chunks;
   }
   return PrepareWalk(*sampled_, *field_, X_GS_, margin_m_, set_, scratch_);
 }
