@@ -55,7 +55,7 @@ TEST_F(StartOrders, All120ReachReady) {
     SCOPED_TRACE(testing::Message() << ++order << ": " << testing::PrintToString(names));
     const auto registry = oos::PipedChild::Start(Words("oos", {"registry"}));
     ASSERT_TRUE(registry);
-    ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"up\"", kPatience_s));
+    ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"up\"", kPatience_s)) << (*registry)->err();
     oos::ProcessGroup group;
     for (const std::string& name : names) {
       Spawn(&group, name);

@@ -1,7 +1,7 @@
 // The point tests of the walk kernels; included by walk_lanes.hpp.
 //
 // Blocks go through in batches. First every block: where its points lie in two by two by two bricks, the offsets of
-// those eight are one register, and a lane's word is one lookup there and one gather. Lanes whose cell is no plane are
+// those eight are one register, and where a lane's word is takes one lookup there. Lanes whose cell is no plane are
 // put aside and done in full registers. Then, with all depths known, the sums.
 
 constexpr std::uint32_t kBatch = 32;
