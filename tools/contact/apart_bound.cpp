@@ -2,19 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <queue>
+
+#include "vps/walk/walk_input.hpp"
 
 namespace contact {
 namespace {
 
 constexpr float kRounding = 0.02f;    // of distances stored in words, voxels
 constexpr float kWorstInBand = 0.5f;  // of fitted planes, voxels
-constexpr int kMostWalks = 8;
-
-struct Candidate {
-  double bound_m;
-  std::uint32_t point;
-};
 
 struct Centre {
   float distance;  // at the centre
@@ -59,52 +55,132 @@ float DistanceAtLeast(const vps::DistanceField& field, const glm::vec3& p) {
   return std::max(to_box, std::hypot(glm::length(p - q), std::max(least, 0.0f)));
 }
 
-double ApartBound_m(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS,
-                    vps::FieldWalkScratch* scratch) {
-  // Widens the walk until it lists every sample whose patch can be the nearest.
-  double margin_m = 2.0 * sampled.reach_m;
-  vps::FieldWalkResult walk;
-  for (int i = 0; i < kMostWalks; ++i) {
-    walk = vps::WalkField(sampled, field, X_GS, margin_m, scratch);
-    const double wanted_m = walk.num_near > 0 ? -walk.deepest_m + sampled.reach_m + field.voxel_size_m
-                                              : 1.1 * (margin_m + walk.free_distance_m) + 2.0 * sampled.reach_m;
-    if (walk.num_near > 0 && wanted_m <= margin_m) break;
-    margin_m = wanted_m;
+namespace {
+
+// Something of S and a lower bound of its distance from G, voxels: the samples in a sphere, by the coarse grid alone or
+// by all that the field says of the sphere's centre; a sample's patch, or the same by its finer points.
+struct Part {
+  enum Kind : std::uint8_t { kSphere, kSphereLookedAt, kPatch, kFinerPatch };
+  float bound;
+  Kind kind;
+  std::uint32_t level;                                                     // of a sphere
+  std::uint32_t number;                                                    // of the sphere in its level; of the sample
+  bool operator<(const Part& other) const { return bound > other.bound; }  // the nearest comes first
+};
+
+class Search {
+ public:
+  Search(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS)
+      : sampled_(sampled),
+        field_(field),
+        T_(X_GS, field),
+        in_(vps::MakeFieldInput(field, X_GS)),
+        kernels_(vps::KernelsOf(vps::BestInstructionSet())),
+        voxels_per_m_(static_cast<float>(1.0 / field.voxel_size_m)) {
+    in_.spheres = sampled.spheres.data();
   }
-  if (walk.num_near == 0) return std::max(0.0, margin_m + walk.free_distance_m - sampled.reach_m);
-  const double s = field.voxel_size_m;
-  const vps::FieldTransform T(X_GS, field);
-  const auto reach_m = [&](std::uint32_t point) {
-    return sampled.fine.empty() ? sampled.reach_m : static_cast<double>(sampled.fine[point].reach_m);
-  };
-  std::vector<Candidate> candidates;
-  for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
-    const std::uint32_t at = scratch->near_blocks[i];
-    for (std::uint32_t k = 0; k < vps::kBlock && at * vps::kBlock + k < sampled.num_points; ++k) {
-      const std::uint32_t point = at * vps::kBlock + k;
-      const float distance = DistanceAtLeast(field, T.ToVoxels(PointOf(sampled.points[at], k)));
-      candidates.push_back({static_cast<double>(distance) * s - reach_m(point), point});
+
+  // Voxels.
+  float Run() {
+    least_ = Dive();
+    Look(sampled_.num_levels - 1, 0);
+    while (!parts_.empty()) {
+      const Part part = parts_.top();
+      parts_.pop();
+      // Nothing is nearer than the nearest that is left.
+      if (part.kind == Part::kFinerPatch || part.bound >= least_ - kTolerance * least_) return part.bound;
+      Split(part);
+    }
+    return 0.0f;
+  }
+
+ private:
+  void Look(std::uint32_t level, std::uint32_t block) {
+    std::int32_t keys[vps::kBlock];
+    kernels_.bound(in_, sampled_.level_begin[level] + block, keys);
+    for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
+      const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(vps::kRoomSteps);
+      parts_.push({bound - InVoxels(sampled_.reach_m), Part::kSphere, level, block * vps::kBlock + k});
     }
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.bound_m < b.bound_m; });
-  double least_m = margin_m - sampled.reach_m;  // of the samples that were not listed
-  for (const Candidate& candidate : candidates) {
-    if (candidate.bound_m >= least_m) break;
-    double bound_m = candidate.bound_m;
-    if (!sampled.fine.empty()) {
-      const vps::FineBlock& fine = sampled.fine[candidate.point];
-      vps::PointBlock points;
-      vps::Unpack(fine, sampled.points[candidate.point / vps::kBlock], candidate.point % vps::kBlock, 1.0f, &points);
-      float nearest = 1e30f;
-      for (std::uint32_t j = 0; j < vps::kBlock; ++j) {
-        if (fine.share[j] > 0) nearest = std::min(nearest, DistanceAtLeast(field, T.ToVoxels(PointOf(points, j))));
+  void Split(const Part& part) {
+    switch (part.kind) {
+      case Part::kSphere: {
+        const vps::SphereBlock& spheres =
+            sampled_.spheres[sampled_.level_begin[part.level] + part.number / vps::kBlock];
+        const std::uint32_t k = part.number % vps::kBlock;
+        const float bound = AtLeast({spheres.x[k], spheres.y[k], spheres.z[k]}) - InVoxels(sampled_.reach_m) -
+                            InVoxels(static_cast<double>(spheres.r[k]));
+        parts_.push({std::max(bound, part.bound), Part::kSphereLookedAt, part.level, part.number});
+        return;
       }
-      bound_m = std::max(bound_m, static_cast<double>(nearest) * s - static_cast<double>(fine.cover_m));
+      case Part::kSphereLookedAt:
+        if (part.level > 0) {
+          Look(part.level - 1, part.number);
+          return;
+        }
+        for (std::uint32_t i = part.number * vps::kBlock;
+             i < std::min(sampled_.num_points, (part.number + 1) * vps::kBlock); ++i) {
+          Push({std::max(BoundOf(i), part.bound), sampled_.fine.empty() ? Part::kFinerPatch : Part::kPatch, 0, i});
+        }
+        return;
+      case Part::kPatch:
+        Push({std::max(FinerBound(part.number), part.bound), Part::kFinerPatch, 0, part.number});
+        return;
+      case Part::kFinerPatch:
+        return;
     }
-    least_m = std::min(least_m, bound_m);
   }
-  return std::max(0.0, least_m);
+  // Of a sample that is about the nearest.
+  float Dive() const {
+    std::uint32_t number = 0;
+    for (std::uint32_t level = sampled_.num_levels; level-- > 0;) {
+      std::int32_t keys[vps::kBlock];
+      kernels_.bound(in_, sampled_.level_begin[level] + number, keys);
+      number =
+          number * vps::kBlock + static_cast<std::uint32_t>(*std::min_element(keys, keys + vps::kBlock)) % vps::kBlock;
+    }
+    return sampled_.fine.empty() ? BoundOf(number * vps::kBlock) : FinerBound(number * vps::kBlock);
+  }
+  float BoundOf(std::uint32_t sample) const {
+    const double reach_m =
+        sampled_.fine.empty() ? sampled_.reach_m : static_cast<double>(sampled_.fine[sample].reach_m);
+    return AtLeast(PointOf(sampled_.points[sample / vps::kBlock], sample % vps::kBlock)) - InVoxels(reach_m);
+  }
+  float FinerBound(std::uint32_t sample) const {
+    const vps::FineBlock& fine = sampled_.fine[sample];
+    vps::PointBlock points;
+    vps::Unpack(fine, sampled_.points[sample / vps::kBlock], sample % vps::kBlock, 1.0f, &points);
+    float nearest = 1e30f;
+    for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
+      if (fine.share[k] > 0) nearest = std::min(nearest, AtLeast(PointOf(points, k)));
+    }
+    return nearest - InVoxels(static_cast<double>(fine.cover_m));
+  }
+  void Push(const Part& part) {
+    parts_.push(part);
+    if (part.kind == Part::kFinerPatch) least_ = std::min(least_, part.bound);
+  }
+  [[nodiscard]] float AtLeast(const glm::vec3& p_S) const { return DistanceAtLeast(field_, T_.ToVoxels(p_S)); }
+  [[nodiscard]] float InVoxels(double length_m) const { return static_cast<float>(length_m) * voxels_per_m_; }
+
+  // Of the nearest found so far: what is nearer by no more is not looked for.
+  static constexpr float kTolerance = 0.02f;
+
+  const vps::SampleTree& sampled_;
+  const vps::DistanceField& field_;
+  vps::FieldTransform T_;
+  vps::WalkInput in_;
+  vps::WalkKernels kernels_;
+  float voxels_per_m_;
+  std::priority_queue<Part> parts_;
+  float least_ = 1e30f;
+};
+
+}  // namespace
+
+double ApartBound_m(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS) {
+  return std::max(0.0, static_cast<double>(Search(sampled, field, X_GS).Run()) * field.voxel_size_m);
 }
 
 }  // namespace contact

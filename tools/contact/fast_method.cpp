@@ -20,7 +20,7 @@ class FastMethod : public Method {
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
     if (bounds_distance_ && !result_.is_in_contact) {
-      answer.signed_distance_m = ApartBound_m(*B_->samples, *A_->field, X_AB, &scratch_.walk);
+      answer.signed_distance_m = ApartBound_m(*B_->samples, *A_->field, X_AB);
     }
     answer.contacts = result_.counters.points_colliding;
     answer.points_tested = result_.counters.points_tested;

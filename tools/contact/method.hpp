@@ -49,7 +49,7 @@ core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A
 
 // Method `fast`: the product's pair query; the depth integral and its moment. From cooked objects its distance when
 // apart is the query's own, that of the nearest sample; from meshes a lower bound of the surfaces' (ApartBound_m),
-// looked for with more walks.
+// looked for besides.
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution);
