@@ -124,7 +124,7 @@ F4 SharesOfExact(const F4& depth, const F4& area_m2) {
   const F4 deep = kExactInside - depth;
   const F4 least = outside < deep ? outside : deep;
   const F4 share = least < 1.0f ? least : F4{} + 1.0f;
-  return (share > 0.0f) & (area_m2 > 0.0f) ? share : F4{};
+  return ((share > 0.0f) & (area_m2 > 0.0f)) ? share : F4{};
 }
 
 // How many exact depths these samples ask for by their weights: one if the patch is small, else as many as finer points
