@@ -63,9 +63,11 @@ struct Part {
   enum Kind : std::uint8_t { kSphere, kSphereLookedAt, kPatch, kFinerPatch };
   float bound;
   Kind kind;
-  std::uint32_t level;                                                     // of a sphere
-  std::uint32_t number;                                                    // of the sphere in its level; of the sample
-  bool operator<(const Part& other) const { return bound > other.bound; }  // the nearest comes first
+  std::uint32_t level;   // of a sphere
+  std::uint32_t number;  // of the sphere in its level; of the sample
+
+  // The nearest comes first.
+  bool operator<(const Part& other) const { return bound > other.bound; }
 };
 
 class Search {
@@ -100,6 +102,7 @@ class Search {
     kernels_.bound(in_, sampled_.level_begin[level] + block, keys);
     for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
       const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(vps::kRoomSteps);
+      if (bound > vps::kMostRoom) continue;
       parts_.push({bound - InVoxels(sampled_.reach_m), Part::kSphere, level, block * vps::kBlock + k});
     }
   }

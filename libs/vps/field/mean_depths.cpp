@@ -17,7 +17,7 @@ void TakeMeanDepths(DistanceField* field) {
     if (!(d < 0.0f)) continue;
     // Over a cube of side a, sum_k d_kk x_k^2 / 2 is sum_k d_kk a^2 / 24 in the mean, and d_kk a^2 is about the second
     // difference of the centres' values. Where an edge of the medial axis goes through, that is right in the mean over
-    // where it may lie: a kink by 2 a in the slope at t from the centre lifts the mean by (a / 2 - |t|)^2 / a and the
+    // where it may lie: a kink by 2 in the slope at t from the centre lifts the mean by (a / 2 - |t|)^2 / a and the
     // second difference / 24 by (a - |t|) / 12, whose integrals over t are both a^2 / 12.
     float sum = 0.0f;
     for (const std::size_t step : steps) {

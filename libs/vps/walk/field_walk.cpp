@@ -218,17 +218,16 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
 }
 
 bool IsBroadInside(FieldWalkScratch* scratch, double least) {
-  constexpr std::uint32_t kStep = 7;  // no divisor of a node's sixteen children
-  // Half of them first: of most broad contacts that is enough.
-  constexpr std::uint32_t kTurns[] = {0, 1};
+  constexpr std::uint32_t kStep = 7;   // no divisor of a node's sixteen children
+  constexpr std::uint32_t kTurns = 2;  // half of them first: of most broad contacts that is enough
   constexpr std::uint32_t kAtOnce = 64;
   const auto num_blocks = static_cast<std::uint32_t>(scratch->tested_blocks().size());
   std::uint32_t num_inside = 0;
-  for (const std::uint32_t turn : kTurns) {
+  for (std::uint32_t turn = 0; turn < kTurns; ++turn) {
     for (std::uint32_t i = turn * kStep; i < num_blocks;) {
       std::array<std::uint32_t, kAtOnce> blocks;
       WalkChunk part{};
-      for (; part.num_blocks < kAtOnce && i < num_blocks; i += std::size(kTurns) * kStep) {
+      for (; part.num_blocks < kAtOnce && i < num_blocks; i += kTurns * kStep) {
         blocks[part.num_blocks++] = scratch->blocks_[i];
       }
       part.blocks = blocks.data();

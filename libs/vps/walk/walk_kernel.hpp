@@ -103,6 +103,7 @@ struct WalkChunk {
 // 1 / kRoomSteps, rounded towards zero, no more than kMostRoom. FindRoom adds four bits more.
 constexpr std::int32_t kRoomSteps = 32;
 constexpr float kMostRoom = 1e5f;
+constexpr float kNoSphere = 2e5f;  // of the places that are filled: they have no children
 
 // Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
 // repeat it.

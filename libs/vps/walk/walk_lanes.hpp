@@ -361,14 +361,16 @@ void Cull(const WalkInput& in, WalkCull* cull) {
 void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) {
   const SphereBlock& spheres = in.spheres[block];
   for (int at = 0; at < static_cast<int>(kBlock); at += kLanes) {
-    const Vec3 p = ToVoxels(in, LoadF(spheres.x + at), LoadF(spheres.y + at), LoadF(spheres.z + at));
+    const F x = LoadF(spheres.x + at);
+    const Vec3 p = ToVoxels(in, x, LoadF(spheres.y + at), LoadF(spheres.z + at));
     const Vec3 q = ClampToGrid(in, p);
     const Vec3 out{p.x - q.x, p.y - q.y, p.z - q.z};
     const F outside = Dot(out, out);
     const F inside = CoarseAt<true>(in, q, ~I{});
     const F at_least = Max(inside, F{});
     const F d = outside > 0.0f ? Sqrt(Fma(at_least, at_least, outside)) : inside;
-    const F bound = Min(d - LoadF(spheres.r + at) * in.voxels_per_m - kCullSlack, Fill(kMostRoom));
+    const F room = Min(d - LoadF(spheres.r + at) * in.voxels_per_m - kCullSlack, Fill(kMostRoom));
+    const F bound = x < SampleTree::kFarAway_m ? room : Fill(kNoSphere);
     const I steps = ToI(bound * static_cast<float>(kRoomSteps));
     StoreU(reinterpret_cast<std::uint32_t*>(keys + at),
            (U)(steps * 16) + LaneNumbers() + static_cast<std::uint32_t>(at));

@@ -239,7 +239,7 @@ inline void Prefetch(const PointBlock& block) {
   __builtin_prefetch(block.z);
 }
 
-inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
+inline void ReadCells(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
                       Cells* cells) {
   constexpr std::uint32_t kAhead = 8;
   const WindowReader reader(in);
@@ -281,7 +281,7 @@ inline void FindCells(const WalkInput& in, const std::uint32_t* blocks, std::uin
 inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
                        float* depths) {
   Cells cells;
-  FindCells(in, blocks, count, windows, &cells);
+  ReadCells(in, blocks, count, windows, &cells);
   // Without a branch on what is read: a wrong guess would wait for memory.
   alignas(64) std::uint32_t odd[kBatch];
   unsigned lanes_of[kBatch];
