@@ -100,16 +100,22 @@ class ByteReader {
   bool is_ok_ = true;
 };
 
+void Encode(const SphereTree& tree, ByteWriter* out) {
+  out->PutArray(tree.spheres);
+  out->Put(tree.level_begin);
+  out->Put(tree.num_levels);
+}
+
 void Encode(const SampleTree& tree, ByteWriter* out) {
   out->Put(tree.num_points);
   out->Put(tree.area_m2);
   out->Put(tree.centre_m);
   out->Put(tree.radius_m);
   out->PutArray(tree.points);
-  out->PutArray(tree.spheres);
-  out->Put(tree.level_begin);
-  out->Put(tree.num_levels);
+  Encode(static_cast<const SphereTree&>(tree), out);
   out->PutArray(tree.fine);
+  out->PutArray(tree.pieces.pieces);
+  Encode(static_cast<const SphereTree&>(tree.pieces), out);
   out->Put(tree.refined_m);
   out->Put(tree.reach_m);
   out->Put(static_cast<std::uint32_t>(tree.coarser.size()));
@@ -229,27 +235,19 @@ bool IsConsistent(const DistanceField& field) {
 
 bool IsConsistent(const SampleTree& tree) {
   if (tree.num_points == 0 || tree.points.size() != (std::size_t{tree.num_points} + kBlock - 1) / kBlock) return false;
-  if (tree.num_levels == 0 || tree.num_levels > SampleTree::kMaxLevels) return false;
   if (!tree.fine.empty() && tree.fine.size() != tree.num_points) return false;
-  std::size_t below = tree.points.size();
-  std::size_t begin = 0;
-  for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
-    if (tree.level_begin[level] != begin) return false;
-    below = (below + kBlock - 1) / kBlock;
-    begin += below;
-  }
-  // Unused spheres of a block must be the fillers that no walk enters.
-  std::size_t spheres = tree.points.size();
-  for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
-    const std::size_t blocks = (spheres + kBlock - 1) / kBlock;
-    if (tree.level_begin[level] + blocks > tree.spheres.size()) return false;
-    const SphereBlock& last = tree.spheres[tree.level_begin[level] + blocks - 1];
-    for (std::size_t lane = (spheres - 1) % kBlock + 1; lane < kBlock; ++lane) {
-      if (last.x[lane] != SampleTree::kFarAway_m || last.r[lane] != 0.0f) return false;
-    }
-    spheres = blocks;
-  }
-  return below == 1 && begin == tree.spheres.size();
+  const SurfacePieces& pieces = tree.pieces;
+  const bool has_sound_pieces =
+      pieces.pieces.empty() ? pieces.num_levels == 0 : IsConsistent(pieces, pieces.pieces.size());
+  return has_sound_pieces && IsConsistent(tree, tree.points.size());
+}
+
+SphereTree DecodeSpheres(ByteReader* in) {
+  SphereTree tree;
+  tree.spheres = in->GetArray<SphereBlock>();
+  tree.level_begin = in->Get<decltype(tree.level_begin)>();
+  tree.num_levels = in->Get<std::uint32_t>();
+  return tree;
 }
 
 SampleTree DecodeSamples(ByteReader* in, bool is_coarser = false) {
@@ -259,10 +257,10 @@ SampleTree DecodeSamples(ByteReader* in, bool is_coarser = false) {
   tree.centre_m = in->Get<glm::dvec3>();
   tree.radius_m = in->Get<double>();
   tree.points = in->GetArray<PointBlock>();
-  tree.spheres = in->GetArray<SphereBlock>();
-  tree.level_begin = in->Get<decltype(tree.level_begin)>();
-  tree.num_levels = in->Get<std::uint32_t>();
+  static_cast<SphereTree&>(tree) = DecodeSpheres(in);
   tree.fine = in->GetArray<FineBlock>();
+  tree.pieces.pieces = in->GetArray<SurfacePiece>();
+  static_cast<SphereTree&>(tree.pieces) = DecodeSpheres(in);
   tree.refined_m = in->Get<double>();
   tree.reach_m = in->Get<double>();
   const auto num_coarser = in->Get<std::uint32_t>();

@@ -20,6 +20,15 @@ Box BoundingBox(const TriangleMesh& mesh) {
   return box;
 }
 
+double SurfaceArea_m2(const TriangleMesh& mesh) {
+  double area_m2 = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
+  }
+  return area_m2;
+}
+
 TriangleMesh MergeDuplicateVertices(const TriangleMesh& mesh) {
   struct Hasher {
     std::size_t operator()(const glm::dvec3& p) const { return core::Hash64(&p, sizeof(p)); }

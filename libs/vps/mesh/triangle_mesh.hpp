@@ -26,6 +26,8 @@ struct Box {
 // Smallest box, parallel to the axes, of the vertices that triangles use.
 Box BoundingBox(const TriangleMesh& mesh);
 
+double SurfaceArea_m2(const TriangleMesh& mesh);
+
 // One vertex per distinct position (STL repeats corners, OBJ and glTF split them at seams); triangles that collapse to
 // a line or a point are dropped, and so are vertices that no triangle uses.
 TriangleMesh MergeDuplicateVertices(const TriangleMesh& mesh);

@@ -14,10 +14,9 @@ namespace vps {
 // How much of a depth by the field is to be made exact: all of it at the surface, nothing where it is deeper than
 // kExactInside, since there the field's error is small beside it, or farther outside than kExactOutside. Voxels.
 constexpr float kExactInside = 2.0f;
-constexpr float kExactOutside = 0.05f;
-constexpr float kExactFade = 0.05f;
+constexpr float kExactOutside = 0.1f;
 inline float ShareOfExact(float depth) {
-  const float outside = (depth + kExactOutside) * (1.0f / kExactFade);
+  const float outside = (depth + kExactOutside) * (1.0f / 0.05f);
   return std::clamp(std::min(outside, kExactInside - depth), 0.0f, 1.0f);
 }
 
@@ -27,32 +26,31 @@ class ExactDepths {
  public:
   ExactDepths();
 
-  // Begins with a field that has facets, and so much of every correction to be made.
-  void Begin(const DistanceField& field, const core::Pose& X_GS, float share, BlockDepths* depths);
-  // The depth of one point of a block, or with `lane` kBlock that of all of the block's by what one point near them is
-  // off by. p_S: m; depth: by the field, voxels.
+  // Begins with a field that has facets.
+  void Begin(const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
+  // The depth of one point of a block. p_S: m; depth: by the field, voxels.
   void Add(const glm::vec3& p_S, float depth, std::uint32_t block, std::uint32_t lane);
   void End();
 
  private:
   static constexpr std::uint32_t kMostGroups = 32;
+  static constexpr std::uint32_t kOpen = 4;
   struct Target {
     float before = 0.0f;
     std::uint32_t block = 0;
     std::uint32_t lane = 0;
   };
-  void CloseGroup();
+  void Fill(std::uint32_t group);
   void Flush();
 
   const DistanceField* field_ = nullptr;
   core::Pose X_GS_;
-  float share_ = 0.0f;
   float group_m_ = 0.0f;
   BlockDepths* depths_ = nullptr;
   std::vector<FacetPoints> groups_;
   std::vector<Target> targets_;
   std::array<std::uint32_t, kMostGroups> sizes_{};
-  std::uint32_t num_groups_ = 0;  // the last may be open
+  std::uint32_t num_groups_ = 0;  // the last kOpen may be open
   std::unique_ptr<FacetScratch> scratch_;
 };
 

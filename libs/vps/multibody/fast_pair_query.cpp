@@ -1,6 +1,7 @@
 #include "vps/multibody/fast_pair_query.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "vps/multibody/block_sums.hpp"
 #include "vps/walk/walk_memory.hpp"
@@ -19,6 +20,13 @@ void Place(const Front& front, const glm::vec3& p_S, float depth_m, ContactPatch
   patch->p_S = p_S;
   patch->n_G = SampleField(front.field, front.T.ToVoxels(p_S)).gradient;
   patch->penetration_m = depth_m;
+}
+
+void Scale(float factor, ContactPatch* patch) {
+  patch->force_m3 *= factor;
+  patch->moment_m4 *= factor;
+  patch->volume_m3 *= factor;
+  patch->square_m4 *= factor;
 }
 
 // The finer samples of a walk, taken in its order.
@@ -50,7 +58,7 @@ class FinerSamples {
 
 // Patches of the points that a walk found near.
 std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const FieldWalkScratch& scratch,
-                          double look_ahead_m, FinerSamples finer, ContactPatch* patches) {
+                          double look_ahead_m, FinerSamples finer, float weight, ContactPatch* patches) {
   const auto voxel_m = static_cast<float>(front.field.voxel_size_m);
   const auto least_m = static_cast<float>(-look_ahead_m);
   const bool takes_all = walk.num_near <= kMaxSinglePoints;
@@ -78,10 +86,22 @@ std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const
       finer.AddTo(i, takes_all ? k : 0, takes_all ? k : kBlock - 1, &patch, &p_S, &depth_m);
       if (depth_m < least_m) continue;
       Place(front, p_S, depth_m, &patch);
+      Scale(weight, &patch);
       ++count;
     }
   }
   return count;
+}
+
+// How much of a contact is told by SmallContact, which has been asked then.
+double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, const core::Pose& X_GS,
+                        FastPairScratch* scratch) {
+  const RefineScratch& refine = scratch->refine;
+  if (!(refine.share_of_small > 0.0f)) return 0.0;
+  const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
+  const bool is_told =
+      scratch->small.Integrate(finest.pieces, field, X_GS, spacing_m, static_cast<double>(refine.inside_m2));
+  return is_told ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 
 // Returns free_m: nothing of S comes within the margin while it moves no farther.
@@ -153,20 +173,44 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     deepest_point = scratch->walk.near_blocks[finer.near_block] * kBlock + finer.lane;
     deepest_p_S = finer.change.p_S;
   }
-  result->is_in_contact = result->counters.points_colliding > 0;
   const PointBlock& block = finest.points[deepest_point / kBlock];
   const std::uint32_t lane = deepest_point % kBlock;
+  glm::dvec3 n_S(block.nx[lane], block.ny[lane], block.nz[lane]);
+  const double small_share = IntegrateIfSmall(finest, field, X_GS, scratch);
+  if (small_share > 0.0) {
+    const SmallContact::Sums& small = scratch->small.sums();
+    const auto mix = [&](auto* of, const auto& with) { *of = (1.0 - small_share) * *of + small_share * with; };
+    mix(&scratch->force_m3, small.force_m3);
+    mix(&scratch->moment_m4, small.moment_m4);
+    mix(&volume_m3, small.volume_m3);
+    mix(&square_m4, small.square_m4);
+    result->counters.points_tested += small.places_tested;
+    result->counters.points_colliding += small.places_inside;
+    if (small.deepest_m > 0.0f) {
+      mix(&deepest_m, static_cast<double>(small.deepest_m));
+      deepest_p_S = small.deepest_p_S;
+      n_S = small.deepest_n_S;
+    }
+  }
+  result->is_in_contact = volume_m3 > 0.0;
   result->signed_distance_m = -deepest_m;
   result->deepest_p_S = deepest_p_S;
-  const glm::dvec3 n_S(block.nx[lane], block.ny[lane], block.nz[lane]);
   result->deepest_n_S = n_S / std::max(glm::length(n_S), 1e-12);
 
   const double scale = AreaScale(volume_m3, square_m4, sampled.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{scratch->force_m3, scratch->moment_m4};
   result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
   const Front front{finest, field, FieldTransform(X_GS, field)};
-  const std::uint32_t num_patches = MakePatches(front, walk, scratch->walk, pair.look_ahead_m,
-                                                FinerSamples(scratch->refine, num_finer), scratch->patches.data());
+  std::uint32_t num_patches =
+      MakePatches(front, walk, scratch->walk, pair.look_ahead_m, FinerSamples(scratch->refine, num_finer),
+                  static_cast<float>(1.0 - small_share), scratch->patches.data());
+  if (small_share > 0.0) {
+    for (const ContactPatch& part : scratch->small.patches()) {
+      ContactPatch& patch = scratch->patches[num_patches++] = part;
+      Place(front, part.p_S, part.penetration_m, &patch);
+      Scale(static_cast<float>(small_share), &patch);
+    }
+  }
   const ContactLoad load{scratch->force_m3, scratch->moment_m4, volume_m3, scale * pair.stiffness_N_per_m};
   ReducePatches({scratch->patches.data(), num_patches}, X_GS, load, pair.stiffness_N_per_m, pair.look_ahead_m,
                 2.0 * field.voxel_size_m, &result->planes, 0.25 * field.voxel_size_m);

@@ -6,6 +6,7 @@
 #include "vps/force/reduce_patches.hpp"
 #include "vps/multibody/collision_world.hpp"
 #include "vps/multibody/refine_contact.hpp"
+#include "vps/multibody/small_contact.hpp"
 #include "vps/walk/field_walk.hpp"
 #include "vps/walk/level_walk.hpp"
 
@@ -22,6 +23,7 @@ struct FastPairScratch {
   FieldWalkScratch walk;
   LevelWalk levels;
   RefineScratch refine;
+  SmallContact small;
   std::vector<ContactPatch> patches;
   // Of the last query: the penalty integral over S's surface inside G before AreaScale, and its moment about S's mesh
   // origin, in S.

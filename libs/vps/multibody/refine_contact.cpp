@@ -5,6 +5,7 @@
 #include <span>
 
 #include "vps/multibody/block_sums.hpp"
+#include "vps/multibody/exact_depths.hpp"
 
 namespace vps {
 namespace {
@@ -77,17 +78,6 @@ float FindSamples(const SampleTree& sampled, float voxel_m, const FieldWalkResul
   return std::clamp((2.0f * few - sum) / few, 0.0f, 1.0f);
 }
 
-// Depths are made exact while so many of them are wanted, and less and less up to kManyDepths: then the field's errors
-// average out, and exact depths would take longer than all the rest.
-constexpr float kFewDepths = 112.0f;
-constexpr float kManyDepths = 144.0f;
-// A patch smaller than this is told by the depth at its sample: the field's error hardly changes across it.
-constexpr float kSmallPatch = 0.4f;  // voxels
-
-bool IsSmall(float area_m2, float voxel_m) {
-  return area_m2 < kSmallPatch * kSmallPatch * voxel_m * voxel_m;
-}
-
 // The finer points of a sample, as number j of those evaluated together.
 void Place(const SampleTree& sampled, std::uint32_t at, const FinerSample& sample, std::uint32_t j,
            RefineScratch* scratch) {
@@ -112,65 +102,68 @@ void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const
              scratch->depths.data());
 }
 
-// How much longer an exact depth takes than in a small patch: the farther points lie apart, the more facets come into
-// question for some of those that share a register.
-float Effort(float area_m2, float voxel_m) {
-  return 1.0f + 0.5f * area_m2 / (voxel_m * voxel_m);
+// Of four depths: how much counts as inside.
+F4 SharesInside(const F4& depth) {
+  const F4 share = (depth + kExactOutside) * (1.0f / kExactOutside);
+  return share > 0.0f ? (share < 1.0f ? share : F4{} + 1.0f) : F4{};
 }
 
-// Of four depths at points of these areas.
-F4 SharesOfExact(const F4& depth, const F4& area_m2) {
-  const F4 outside = (depth + kExactOutside) * (1.0f / kExactFade);
-  const F4 deep = kExactInside - depth;
-  const F4 least = outside < deep ? outside : deep;
-  const F4 share = least < 1.0f ? least : F4{} + 1.0f;
-  return ((share > 0.0f) & (area_m2 > 0.0f)) ? share : F4{};
-}
+// Between the finer points the depth may rise by what it varies, by what the surfaces bend, and by the field's error.
+constexpr float kBending = 0.25f;  // per voxel
+constexpr float kFieldError = 0.15f;
 
-// How many exact depths these samples ask for by their weights: one if the patch is small, else as many as finer points
-// lie inside. May end when it is kManyDepths.
-float CountWanted(const SampleTree& sampled, float voxel_m, const FieldWalkScratch& walk_scratch,
-                  std::span<const FinerSample> samples, const RefineScratch& scratch) {
-  float wanted = 0.0f;
-  for (std::uint32_t j = 0; j < samples.size() && wanted < kManyDepths; ++j) {
-    const float* const depths = scratch.depths[j].of;
-    const float* const areas_m2 = scratch.points[j].area_m2;
-    F4 sum{};
-    F4 most{};
-    for (std::uint32_t k = 0; k < kBlock; k += 4) {
-      const F4 share = SharesOfExact(LoadF4(depths + k), LoadF4(areas_m2 + k));
-      sum += share;
-      most = share > most ? share : most;
-    }
-    const float area_m2 = sampled.points[walk_scratch.near_blocks[samples[j].near_block]].area_m2[samples[j].lane];
-    const float largest = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
-    wanted += samples[j].weight * (IsSmall(area_m2, voxel_m) ? largest : Effort(area_m2, voxel_m) * SumOfLanes(sum));
-  }
-  return wanted;
-}
-
-// Takes away the field's error at the finer points of these samples, which are the first of scratch->points.
-void CorrectDepths(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                   const FieldWalkScratch& walk_scratch, std::span<const FinerSample> samples, float share,
-                   RefineScratch* scratch) {
-  const auto voxel_m = static_cast<float>(field.voxel_size_m);
-  scratch->exact.Begin(field, X_GS, share, scratch->depths.data());
+void Survey(const SampleTree& sampled, float voxel_m, const FieldWalkScratch& walk_scratch,
+            std::span<const FinerSample> samples, RefineScratch* scratch) {
   for (std::uint32_t j = 0; j < samples.size(); ++j) {
-    const FinerSample& sample = samples[j];
     const float* const depths = scratch->depths[j].of;
-    const PointBlock& points = scratch->points[j];
-    const PointBlock& block = sampled.points[walk_scratch.near_blocks[sample.near_block]];
-    const bool is_small = IsSmall(block.area_m2[sample.lane], voxel_m);
-    for (std::uint32_t k = 0; k < kBlock; ++k) {
-      if (!(points.area_m2[k] > 0.0f) || !(ShareOfExact(depths[k]) > 0.0f)) continue;
-      if (is_small) {
-        scratch->exact.Add(PointOf(block, sample.lane), sample.depth_m / voxel_m, j, kBlock);
-        break;
-      }
-      scratch->exact.Add(PointOf(points, k), depths[k], j, k);
+    const float* const areas_m2 = scratch->points[j].area_m2;
+    F4 inside_m2{};
+    F4 inside{};
+    F4 volume_m2{};
+    F4 most = LoadF4(depths);
+    F4 least = most;
+    for (std::uint32_t k = 0; k < kBlock; k += 4) {
+      const F4 depth = LoadF4(depths + k);
+      const F4 area_m2 = LoadF4(areas_m2 + k);
+      const F4 share = area_m2 > 0.0f ? SharesInside(depth) : F4{};
+      inside += share;
+      inside_m2 += share * area_m2;
+      volume_m2 += (depth > 0.0f ? depth : F4{}) * area_m2;
+      most = depth > most ? depth : most;
+      least = depth < least ? depth : least;
     }
+    scratch->inside_m2 += SumOfLanes(inside_m2);
+    scratch->num_inside += samples[j].weight * SumOfLanes(inside);
+    scratch->volume_m3 += SumOfLanes(volume_m2) * voxel_m;
+    if (scratch->may_touch) continue;
+    const float highest = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+    const float lowest = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+    const std::size_t at = std::size_t{walk_scratch.near_blocks[samples[j].near_block]} * kBlock + samples[j].lane;
+    const float way = sampled.fine[at].cover_m / voxel_m;
+    const float rise = std::min(way, 0.5f * (highest - lowest) + kBending * way * way);
+    scratch->may_touch = highest + rise + kFieldError > 0.0f;
   }
-  scratch->exact.End();
+}
+
+// Fades out from 1 at `begin` to 0 at `begin` + `width`.
+float FadeOut(float value, float begin, float width) {
+  return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
+}
+
+// Contacts of so few finer points, and less and less up to twice as many, are right by chance only.
+constexpr float kFewInside = 80.0f;
+// Mean depths at which the field's error counts, if the contact is no broader than so many samples; up to half as much
+// again, and up to twice as many.
+constexpr float kShallow = 0.12f;  // voxels
+constexpr float kBroad = 48.0f;    // samples
+
+float ShareOfSmall(const SampleTree& sampled, float voxel_m, const RefineScratch& scratch) {
+  if (!scratch.may_touch || sampled.pieces.pieces.empty()) return 0.0f;
+  const auto sample_m2 = static_cast<float>(sampled.area_m2 / sampled.num_points);
+  const float depth = scratch.inside_m2 > 0.0f ? scratch.volume_m3 / (scratch.inside_m2 * voxel_m) : 0.0f;
+  const float shallow =
+      FadeOut(depth, kShallow, 0.5f * kShallow) * FadeOut(scratch.inside_m2 / sample_m2, kBroad, kBroad);
+  return std::max(shallow, FadeOut(scratch.num_inside, kFewInside, kFewInside));
 }
 
 // What the finer points at these depths change in what the sample, a point of `block`, tells.
@@ -201,6 +194,9 @@ RefineScratch::RefineScratch()
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
   scratch->num_samples = 0;
+  scratch->num_inside = scratch->inside_m2 = scratch->volume_m3 = 0.0f;
+  scratch->may_touch = false;
+  scratch->share_of_small = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
   const float share = FindSamples(sampled, voxel_m, walk, walk_scratch, scratch);
@@ -210,30 +206,17 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   }
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
   for (FinerSample& sample : samples) sample.weight *= share;
-  // The samples go through in chunks, but how many exact depths are wanted has to be known of all of them. Nearly
-  // always there is one chunk, or the first one says enough: then it is not done twice.
-  const auto chunk_at = [&](std::size_t begin) {
-    return samples.subspan(begin, std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin));
-  };
-  float wanted = field.facets.blocks.empty() ? kManyDepths : 0.0f;
-  std::size_t placed = samples.size();  // the chunk whose depths are at hand
-  for (std::size_t begin = 0; begin < samples.size() && wanted < kManyDepths; begin += kMostBlocksAtOnce) {
-    FindFineDepths(sampled, field, X_GS, walk_scratch, chunk_at(begin), scratch);
-    // Before the finer points of a broad contact fade out: else they would ask for little just where they are many.
-    wanted += CountWanted(sampled, voxel_m, walk_scratch, chunk_at(begin), *scratch) / share;
-    placed = begin;
-  }
-  const float share_of_exact = std::clamp((kManyDepths - wanted) / (kManyDepths - kFewDepths), 0.0f, 1.0f);
   for (std::size_t begin = 0; begin < samples.size(); begin += kMostBlocksAtOnce) {
-    const std::span<FinerSample> chunk = chunk_at(begin);
-    if (placed != begin) FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
-    placed = begin;
-    if (share_of_exact > 0.0f) CorrectDepths(sampled, field, X_GS, walk_scratch, chunk, share_of_exact, scratch);
+    const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
+    const std::span<FinerSample> chunk = samples.subspan(begin, count);
+    FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
+    Survey(sampled, voxel_m, walk_scratch, chunk, scratch);
     for (std::uint32_t j = 0; j < chunk.size(); ++j) {
       const PointBlock& block = sampled.points[walk_scratch.near_blocks[chunk[j].near_block]];
       FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
     }
   }
+  scratch->share_of_small = ShareOfSmall(sampled, voxel_m, *scratch);
 }
 
 }  // namespace vps

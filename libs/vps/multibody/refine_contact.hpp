@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "vps/force/reduce_patches.hpp"
-#include "vps/multibody/exact_depths.hpp"
 #include "vps/walk/evaluate_points.hpp"
 #include "vps/walk/field_walk.hpp"
 
@@ -23,11 +22,19 @@ struct FinerSample {
 struct RefineScratch {
   RefineScratch();
   std::uint32_t num_samples = 0;  // that the last call filled, in the walk's order
+  // Of the finer points that are inside G, or just outside and then less: how many there are, by their samples'
+  // weights, how much surface they stand for, and the integral of their depth; whether any of that surface may be
+  // inside.
+  float num_inside = 0.0f;
+  float inside_m2 = 0.0f;
+  float volume_m3 = 0.0f;
+  bool may_touch = false;
+  // How much of the contact SmallContact is to tell.
+  float share_of_small = 0.0f;
   std::vector<FinerSample> samples;
   std::vector<PointBlock> points;
   std::vector<SphereBlock> spheres;
   std::vector<BlockDepths> depths;
-  ExactDepths exact;
 };
 
 // Looks more closely at the samples of a walk that may be inside G: those at a depth d > -r, where r is how far the
@@ -37,6 +44,7 @@ struct RefineScratch {
 // Deep samples, too: one sample tells too little where the depth bends upwards, as it does where G's surface cuts the
 // patch, and too much where it bends downwards, as inside a round G (by h^2 / 12 R for a spacing h). Of a whole contact
 // the two nearly cancel. To mend the first alone makes the force of a deep contact of few samples 5 % too large.
+// The smallest and shallowest contacts need more than that: SmallContact.
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch);
 

@@ -173,11 +173,7 @@ core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "the number of points must be between 1 and " + std::to_string(kMaxPoints));
   }
-  double area_m2 = 0.0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = mesh.corners(t);
-    area_m2 += 0.5 * glm::length(glm::cross(b - a, c - a));
-  }
+  const double area_m2 = SurfaceArea_m2(mesh);
   if (!(area_m2 > 0.0)) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no area to sample");
   return area_m2;
 }

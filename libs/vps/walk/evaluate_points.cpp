@@ -9,6 +9,7 @@ namespace vps {
 namespace {
 
 constexpr float kEverything = 1e9f;  // voxels
+constexpr std::uint32_t kOneLevel[1] = {0};
 
 }  // namespace
 
@@ -28,6 +29,25 @@ void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint3
   chunk.near_depths = reinterpret_cast<float(*)[kBlock]>(depths);
   WalkSums sums;
   KernelsOf(BestInstructionSet()).evaluate(in, chunk, &sums);
+}
+
+SphereSieve::SphereSieve(const DistanceField& field, const core::Pose& X_GS)
+    : kernels_(KernelsOf(BestInstructionSet())), in_(MakeFieldInput(field, X_GS)) {
+  in_.level_begin = kOneLevel;
+  in_.num_levels = 1;
+}
+
+unsigned SphereSieve::MayBeInside(const SphereBlock& block) {
+  std::array<std::uint32_t, 4 * kBlock> queue;
+  in_.spheres = &block;
+  WalkCull cull{};
+  cull.queue = queue.data();
+  cull.queue_half = 2 * kBlock;
+  cull.most_spheres = 0xffffffffU;
+  kernels_.cull(in_, &cull);
+  unsigned lanes = 0;
+  for (std::uint32_t i = 0; i < cull.num_blocks; ++i) lanes |= 1U << cull.blocks[i];
+  return lanes;
 }
 
 void MeasureDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,

@@ -20,6 +20,18 @@ constexpr std::uint32_t kMostBlocksAtOnce = 640;
 void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint32_t num_blocks,
                 const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
 
+// Tells of spheres which of them may hold a place inside: what a walk asks of the spheres of a tree. Slabs count.
+class SphereSieve {
+ public:
+  SphereSieve(const DistanceField& field, const core::Pose& X_GS);
+  // The lanes of a block that may, as bits.
+  [[nodiscard]] unsigned MayBeInside(const SphereBlock& block);
+
+ private:
+  WalkKernels kernels_;
+  WalkInput in_;
+};
+
 // Turns depths by the field at sixteen points each into exact ones, by the field's facets. `set`: the instructions to
 // use. Does not allocate. Points near more facets than kMostFacetBlocks hold, and those whose depth is off by more than
 // kMostFieldError, keep what they have.

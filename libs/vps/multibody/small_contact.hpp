@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "vps/force/reduce_patches.hpp"
+#include "vps/multibody/exact_depths.hpp"
+#include "vps/sampling/surface_pieces.hpp"
+#include "vps/walk/evaluate_points.hpp"
+
+namespace vps {
+
+// The penalty integral of a contact that samples are too few for, over S's surface itself. Allocated once.
+//
+// The pieces of S that may be inside G are halved to one size. Sixteen places of each tell the depth by the field; four
+// of them, each the middle of a quarter, are told exactly where they are near G's surface, and what that differs by
+// from the field counts for the quarter: with depths f by the field and e exact,
+//   integral of depth = sum over 16 of a f+ + sum over 4 of 4 a (e+ - f+).
+// The many places follow the rim of the contact, and the few correct the field, whose error changes less from place to
+// place. The size is such that a contact has between kFewestPlaces and twice as many of the exact ones; where it goes
+// from one size to the next both are taken and mixed, so that force and moment are continuous.
+class SmallContact {
+ public:
+  struct Sums {
+    glm::dvec3 force_m3{0.0};
+    glm::dvec3 moment_m4{0.0};
+    double volume_m3 = 0.0;
+    double square_m4 = 0.0;
+    float deepest_m = -1e30f;
+    glm::vec3 deepest_p_S{0.0f};
+    glm::vec3 deepest_n_S{0.0f};  // inward
+    std::uint64_t places_tested = 0;
+    std::uint64_t places_inside = 0;
+  };
+
+  SmallContact();
+
+  // inside_m2: about how much of S's surface is inside G or at its surface; spacing_m: of S's samples. False: more
+  // pieces come into question than there is room for, and there is no result.
+  bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, double spacing_m,
+                 double inside_m2);
+  // Of the last call, which was true.
+  [[nodiscard]] const Sums& sums() const { return sums_; }
+  // In at most kMostPatches parts.
+  [[nodiscard]] std::span<const ContactPatch> patches() const { return {patches_.data(), num_patches_}; }
+  static constexpr std::uint32_t kMostPatches = 64;
+
+  // Triangles, coordinate by coordinate: those of corner c begin at [3 c]. m.
+  struct Triangles {
+    static constexpr std::uint32_t kMost = 2048;
+    std::array<std::vector<float>, 9> of;
+    std::uint32_t count = 0;
+
+    Triangles();
+  };
+
+ private:
+  bool FindCandidates(const SurfacePieces& S, SphereSieve* sieve);
+  bool Divide(float longest_m, const DistanceField& field, const core::Pose& X_GS);
+  void PlaceOnCandidates();
+  bool SortCandidates(float longest_m, float voxel_m);
+  void PlaceOnPieces();
+  void FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS);
+  void AddPieces(float voxel_m, float weight);
+  void AddPiece(std::uint32_t i, float voxel_m, float weight, ContactPatch* patch);
+
+  std::vector<std::uint32_t> queue_, next_queue_;
+  Triangles candidates_, halves_, pieces_;
+  std::vector<float> sides_m2_;         // of candidates: the longest, squared
+  std::vector<std::int32_t> longest_;   // the corner at which it begins
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> order_;  // of pieces with exact places: on the curve, number
+  std::vector<glm::vec3> inwards_;      // of pieces: unit normal
+  std::vector<PointBlock> points_;      // normals are not used
+  std::vector<SphereBlock> spheres_;
+  std::vector<BlockDepths> depths_, exact_;
+  ExactDepths exact_depths_;
+  std::vector<ContactPatch> patches_;
+  std::uint32_t num_patches_ = 0;
+  Sums sums_;
+};
+
+}  // namespace vps

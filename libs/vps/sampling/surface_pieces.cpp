@@ -1,0 +1,87 @@
+#include "vps/sampling/surface_pieces.hpp"
+
+#include <cmath>
+
+namespace vps {
+namespace {
+
+float SquaredSide(const SurfacePiece& piece, int k) {
+  const glm::vec3 side = piece.corners[(k + 1) % 3] - piece.corners[k];
+  return glm::dot(side, side);
+}
+
+// The side from corner k to k + 1.
+int LongestSide(const SurfacePiece& piece) {
+  int k = SquaredSide(piece, 1) > SquaredSide(piece, 0) ? 1 : 0;
+  if (SquaredSide(piece, 2) > SquaredSide(piece, k)) k = 2;
+  return k;
+}
+
+glm::vec3 AreaVector(const SurfacePiece& piece) {
+  return glm::cross(piece.corners[1] - piece.corners[0], piece.corners[2] - piece.corners[0]);
+}
+
+// False: take() had enough.
+template <class Take>
+bool Cut(const SurfacePiece& piece, float longest_m, const Take& take) {
+  if (LongestSide_m(piece) <= longest_m) return take(piece);
+  const PieceHalves halves = Halve(piece);
+  return Cut(halves.of[0], longest_m, take) && Cut(halves.of[1], longest_m, take);
+}
+
+template <class Take>
+bool CutAll(const TriangleMesh& mesh, double longest_m, const Take& take) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    const SurfacePiece piece{{glm::vec3(a), glm::vec3(b), glm::vec3(c)}};
+    if (AreaVector(piece) == glm::vec3(0.0f)) continue;
+    if (!Cut(piece, static_cast<float>(longest_m), take)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+float LongestSide_m(const SurfacePiece& piece) {
+  return std::sqrt(SquaredSide(piece, LongestSide(piece)));
+}
+
+PieceHalves Halve(const SurfacePiece& piece) {
+  const int k = LongestSide(piece);
+  const glm::vec3& from = piece.corners[k];
+  const glm::vec3& to = piece.corners[(k + 1) % 3];
+  const glm::vec3& apex = piece.corners[(k + 2) % 3];
+  const glm::vec3 middle = 0.5f * (from + to);
+  return {{{{from, middle, apex}}, {{middle, to, apex}}}};
+}
+
+std::size_t CountPieces(const TriangleMesh& mesh, double longest_m) {
+  std::size_t count = 0;
+  const bool is_all = CutAll(mesh, longest_m, [&](const SurfacePiece&) { return ++count <= kMostPieces; });
+  return is_all ? count : 0;
+}
+
+SurfacePieces CutIntoPieces(const TriangleMesh& mesh, double longest_m) {
+  std::vector<SurfacePiece> pieces;
+  pieces.reserve(CountPieces(mesh, longest_m));
+  if (pieces.capacity() == 0) return {};
+  CutAll(mesh, longest_m, [&](const SurfacePiece& piece) {
+    pieces.push_back(piece);
+    return true;
+  });
+  std::vector<glm::dvec3> middles;
+  for (const SurfacePiece& p : pieces) middles.emplace_back((p.corners[0] + p.corners[1] + p.corners[2]) / 3.0f);
+  SurfacePieces out;
+  std::vector<glm::vec3> corners;
+  for (const std::uint32_t i : OrderInRuns(middles)) {
+    out.pieces.push_back(pieces[i]);
+    for (const glm::vec3& p : pieces[i].corners) corners.push_back(p);
+  }
+  static_cast<SphereTree&>(out) = BuildSphereTree(corners, 3, [&](std::size_t i) {
+    const glm::vec3 n = AreaVector(out.pieces[i]);
+    return n / glm::length(n);
+  });
+  return out;
+}
+
+}  // namespace vps

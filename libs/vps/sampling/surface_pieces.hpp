@@ -1,0 +1,39 @@
+#pragma once
+
+#include "vps/mesh/triangle_mesh.hpp"
+#include "vps/sampling/sphere_tree.hpp"
+
+namespace vps {
+
+// A triangle of a surface, or a part of one. Mesh frame, metres.
+struct SurfacePiece {
+  glm::vec3 corners[3];
+};
+
+// The sampled surface itself, for contacts that samples are too few for (SmallContact). Sphere j of level 0 holds
+// piece j. Triangles without area are left out.
+struct SurfacePieces : SphereTree {
+  std::vector<SurfacePiece> pieces;
+
+  [[nodiscard]] std::size_t num_bytes() const {
+    return pieces.size() * sizeof(SurfacePiece) + spheres.size() * sizeof(SphereBlock);
+  }
+};
+
+// Of a mesh with more there are none: 68 bytes each.
+constexpr std::size_t kMostPieces = 262'144;
+
+// Halves triangles across their longest side until that is at most `longest_m`. Empty when there would be more than
+// kMostPieces.
+SurfacePieces CutIntoPieces(const TriangleMesh& mesh, double longest_m);
+// How many CutIntoPieces will keep, without memory for them.
+std::size_t CountPieces(const TriangleMesh& mesh, double longest_m);
+
+// The same for one piece: its halves.
+struct PieceHalves {
+  SurfacePiece of[2];
+};
+float LongestSide_m(const SurfacePiece& piece);
+PieceHalves Halve(const SurfacePiece& piece);
+
+}  // namespace vps
