@@ -21,7 +21,8 @@ inline float ShareOfExact(float depth) {
 }
 
 // Takes points one by one and corrects depths by the field at them, in groups that fill registers and are no larger
-// than a few voxels: what a point is told does not depend on the points that it is told with. Allocated once.
+// than a few voxels, each point in one of the last few groups if it lies near enough: what a point is told does not
+// depend on the points that it is told with. Allocated once.
 class ExactDepths {
  public:
   ExactDepths();

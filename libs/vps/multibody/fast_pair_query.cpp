@@ -100,7 +100,7 @@ double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, co
   if (!(refine.share_of_small > 0.0f)) return 0.0;
   const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
   const bool is_told =
-      scratch->small.Integrate(finest.pieces, field, X_GS, spacing_m, static_cast<double>(refine.inside_m2));
+      scratch->small.Integrate(finest.pieces, field, X_GS, spacing_m, static_cast<double>(refine.near_m2));
   return is_told ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 

@@ -102,46 +102,30 @@ void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const
              scratch->depths.data());
 }
 
-// Of four depths: how much counts as inside.
-F4 SharesInside(const F4& depth) {
-  const F4 share = (depth + kExactOutside) * (1.0f / kExactOutside);
+// Of four depths: how much counts as inside, or near enough for SmallContact to look there.
+constexpr float kNear = 0.2f;  // voxels outside
+constexpr float kNearFade = 0.08f;
+F4 SharesNear(const F4& depth) {
+  const F4 share = (depth + kNear) * (1.0f / kNearFade);
   return share > 0.0f ? (share < 1.0f ? share : F4{} + 1.0f) : F4{};
 }
 
-// Between the finer points the depth may rise by what it varies, by what the surfaces bend, and by the field's error.
-constexpr float kBending = 0.25f;  // per voxel
-constexpr float kFieldError = 0.15f;
-
-void Survey(const SampleTree& sampled, float voxel_m, const FieldWalkScratch& walk_scratch,
-            std::span<const FinerSample> samples, RefineScratch* scratch) {
+void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* scratch) {
   for (std::uint32_t j = 0; j < samples.size(); ++j) {
-    const float* const depths = scratch->depths[j].of;
-    const float* const areas_m2 = scratch->points[j].area_m2;
-    F4 inside_m2{};
-    F4 inside{};
+    F4 near_m2{};
+    F4 near{};
     F4 volume_m2{};
-    F4 most = LoadF4(depths);
-    F4 least = most;
     for (std::uint32_t k = 0; k < kBlock; k += 4) {
-      const F4 depth = LoadF4(depths + k);
-      const F4 area_m2 = LoadF4(areas_m2 + k);
-      const F4 share = area_m2 > 0.0f ? SharesInside(depth) : F4{};
-      inside += share;
-      inside_m2 += share * area_m2;
+      const F4 depth = LoadF4(scratch->depths[j].of + k);
+      const F4 area_m2 = LoadF4(scratch->points[j].area_m2 + k);
+      const F4 share = area_m2 > 0.0f ? SharesNear(depth) : F4{};
+      near += share;
+      near_m2 += share * area_m2;
       volume_m2 += (depth > 0.0f ? depth : F4{}) * area_m2;
-      most = depth > most ? depth : most;
-      least = depth < least ? depth : least;
     }
-    scratch->inside_m2 += SumOfLanes(inside_m2);
-    scratch->num_inside += samples[j].weight * SumOfLanes(inside);
+    scratch->near_m2 += SumOfLanes(near_m2);
+    scratch->num_near += samples[j].weight * SumOfLanes(near);
     scratch->volume_m3 += SumOfLanes(volume_m2) * voxel_m;
-    if (scratch->may_touch) continue;
-    const float highest = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
-    const float lowest = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
-    const std::size_t at = std::size_t{walk_scratch.near_blocks[samples[j].near_block]} * kBlock + samples[j].lane;
-    const float way = sampled.fine[at].cover_m / voxel_m;
-    const float rise = std::min(way, 0.5f * (highest - lowest) + kBending * way * way);
-    scratch->may_touch = highest + rise + kFieldError > 0.0f;
   }
 }
 
@@ -151,19 +135,23 @@ float FadeOut(float value, float begin, float width) {
 }
 
 // Contacts of so few finer points, and less and less up to twice as many, are right by chance only.
-constexpr float kFewInside = 80.0f;
+constexpr float kFewNear = 112.0f;
+constexpr float kNone = 2.0f;  // fewer are not looked at, or less
 // Mean depths at which the field's error counts, if the contact is no broader than so many samples; up to half as much
 // again, and up to twice as many.
-constexpr float kShallow = 0.12f;  // voxels
-constexpr float kBroad = 48.0f;    // samples
+constexpr float kShallow = 0.1f;  // voxels
+constexpr float kBroad = 96.0f;   // samples
+// Where finer points fade out, this fades later.
+constexpr float kLateFade = 3.0f;
 
 float ShareOfSmall(const SampleTree& sampled, float voxel_m, const RefineScratch& scratch) {
-  if (!scratch.may_touch || sampled.pieces.pieces.empty()) return 0.0f;
+  if (!(scratch.num_near > 0.0f) || sampled.pieces.pieces.empty()) return 0.0f;
   const auto sample_m2 = static_cast<float>(sampled.area_m2 / sampled.num_points);
-  const float depth = scratch.inside_m2 > 0.0f ? scratch.volume_m3 / (scratch.inside_m2 * voxel_m) : 0.0f;
+  const float depth = scratch.volume_m3 / (scratch.near_m2 * voxel_m);
   const float shallow =
-      FadeOut(depth, kShallow, 0.5f * kShallow) * FadeOut(scratch.inside_m2 / sample_m2, kBroad, kBroad);
-  return std::max(shallow, FadeOut(scratch.num_inside, kFewInside, kFewInside));
+      FadeOut(depth, kShallow, 0.5f * kShallow) * FadeOut(scratch.near_m2 / sample_m2, kBroad, kBroad);
+  const float few = FadeOut(scratch.num_near, kFewNear, kFewNear);
+  return std::max(shallow, few) * std::min(1.0f, scratch.num_near / kNone);
 }
 
 // What the finer points at these depths change in what the sample, a point of `block`, tells.
@@ -194,8 +182,7 @@ RefineScratch::RefineScratch()
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
   scratch->num_samples = 0;
-  scratch->num_inside = scratch->inside_m2 = scratch->volume_m3 = 0.0f;
-  scratch->may_touch = false;
+  scratch->num_near = scratch->near_m2 = scratch->volume_m3 = 0.0f;
   scratch->share_of_small = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
@@ -210,13 +197,17 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
     const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
     const std::span<FinerSample> chunk = samples.subspan(begin, count);
     FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
-    Survey(sampled, voxel_m, walk_scratch, chunk, scratch);
+    Survey(voxel_m, chunk, scratch);
     for (std::uint32_t j = 0; j < chunk.size(); ++j) {
       const PointBlock& block = sampled.points[walk_scratch.near_blocks[chunk[j].near_block]];
       FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
     }
   }
-  scratch->share_of_small = ShareOfSmall(sampled, voxel_m, *scratch);
+  // Of all, whatever weight they have.
+  scratch->num_near /= share;
+  scratch->near_m2 /= share;
+  scratch->volume_m3 /= share;
+  scratch->share_of_small = std::min(1.0f, kLateFade * share) * ShareOfSmall(sampled, voxel_m, *scratch);
 }
 
 }  // namespace vps

@@ -23,12 +23,10 @@ struct RefineScratch {
   RefineScratch();
   std::uint32_t num_samples = 0;  // that the last call filled, in the walk's order
   // Of the finer points that are inside G, or just outside and then less: how many there are, by their samples'
-  // weights, how much surface they stand for, and the integral of their depth; whether any of that surface may be
-  // inside.
-  float num_inside = 0.0f;
-  float inside_m2 = 0.0f;
+  // weights, how much surface they stand for, and the integral of their depth.
+  float num_near = 0.0f;
+  float near_m2 = 0.0f;
   float volume_m3 = 0.0f;
-  bool may_touch = false;
   // How much of the contact SmallContact is to tell.
   float share_of_small = 0.0f;
   std::vector<FinerSample> samples;

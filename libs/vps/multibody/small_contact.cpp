@@ -9,7 +9,7 @@ namespace vps {
 namespace {
 
 // Exact places of a contact: between so many and twice as many.
-constexpr double kFewestPlaces = 112.0;
+constexpr double kFewestPlaces = 240.0;
 // A quarter of a piece is so much of the square of the longest side that pieces may have, about.
 constexpr double kQuarter = 0.05;
 constexpr double kFinest = 0.25;  // of the samples' spacing
@@ -109,7 +109,8 @@ std::uint32_t PlaceInCurve(const glm::vec3& p, double voxel_m) {
   std::uint32_t place = 0;
   const auto per_m = static_cast<float>(2.0 / voxel_m);
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    auto bits = static_cast<std::uint32_t>(static_cast<std::int32_t>(p[static_cast<int>(axis)] * per_m) + 0x8000) & 0x3ffU;
+    auto bits =
+        static_cast<std::uint32_t>(static_cast<std::int32_t>(p[static_cast<int>(axis)] * per_m) + 0x8000) & 0x3ffU;
     bits = (bits | bits << 16) & 0x030000ffU;
     bits = (bits | bits << 8) & 0x0300f00fU;
     bits = (bits | bits << 4) & 0x030c30c3U;
@@ -253,8 +254,8 @@ void SmallContact::PlaceOnPieces() {
     const Corners b = Load(pieces_, 1, i);
     const Corners c = Load(pieces_, 2, i);
     const Corners middle = MiddleOf(a, b, c);
-    const F4 reach_m2 = Greater(Dot(a - middle, a - middle),
-                                Greater(Dot(b - middle, b - middle), Dot(c - middle, c - middle)));
+    const F4 reach_m2 =
+        Greater(Dot(a - middle, a - middle), Greater(Dot(b - middle, b - middle), Dot(c - middle, c - middle)));
     const Corners u = b - a;
     const Corners v = c - a;
     const Corners n{v.y * u.z - v.z * u.y, v.z * u.x - v.x * u.z, v.x * u.y - v.y * u.x};
@@ -290,8 +291,8 @@ void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Po
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < pieces_.count; ++i) {
     const float* const d = depths_[i].of;
-    const float share = std::max(std::max(ShareOfExact(d[0]), ShareOfExact(d[4])),
-                                 std::max(ShareOfExact(d[8]), ShareOfExact(d[12])));
+    const float share =
+        std::max(std::max(ShareOfExact(d[0]), ShareOfExact(d[4])), std::max(ShareOfExact(d[8]), ShareOfExact(d[12])));
     if (share > 0.0f) order_[count++] = {PlaceInCurve(PointOf(points_[i], 0), field.voxel_size_m), i};
   }
   std::sort(order_.begin(), order_.begin() + count);
@@ -364,12 +365,12 @@ void SmallContact::AddPieces(float voxel_m, float weight) {
 }
 
 bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS,
-                             double spacing_m, double inside_m2) {
+                             double spacing_m, double near_m2) {
   sums_ = {};
   num_patches_ = 0;
   SphereSieve sieve(field, X_GS);
   // The size that would have just kFewestPlaces, in steps from the finest.
-  const double wanted_m = std::sqrt(inside_m2 / (kFewestPlaces * kQuarter));
+  const double wanted_m = std::sqrt(near_m2 / (kFewestPlaces * kQuarter));
   const double steps = std::max(0.0, 2.0 * std::log2(wanted_m / (kFinest * spacing_m)));
   const double step = std::floor(steps);
   const auto to_next = static_cast<float>(std::clamp((steps - step - (1.0 - kBlend)) / kBlend, 0.0, 1.0));

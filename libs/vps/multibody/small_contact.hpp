@@ -36,10 +36,10 @@ class SmallContact {
 
   SmallContact();
 
-  // inside_m2: about how much of S's surface is inside G or at its surface; spacing_m: of S's samples. False: more
-  // pieces come into question than there is room for, and there is no result.
+  // near_m2: about how much of S's surface is inside G or near enough to be looked at; spacing_m: of S's samples.
+  // False: more pieces come into question than there is room for, and there is no result.
   bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, double spacing_m,
-                 double inside_m2);
+                 double near_m2);
   // Of the last call, which was true.
   [[nodiscard]] const Sums& sums() const { return sums_; }
   // In at most kMostPatches parts.
@@ -67,11 +67,11 @@ class SmallContact {
 
   std::vector<std::uint32_t> queue_, next_queue_;
   Triangles candidates_, halves_, pieces_;
-  std::vector<float> sides_m2_;         // of candidates: the longest, squared
-  std::vector<std::int32_t> longest_;   // the corner at which it begins
+  std::vector<float> sides_m2_;                                 // of candidates: the longest, squared
+  std::vector<std::int32_t> longest_;                           // the corner at which it begins
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order_;  // of pieces with exact places: on the curve, number
-  std::vector<glm::vec3> inwards_;      // of pieces: unit normal
-  std::vector<PointBlock> points_;      // normals are not used
+  std::vector<glm::vec3> inwards_;                              // of pieces: unit normal
+  std::vector<PointBlock> points_;                              // normals are not used
   std::vector<SphereBlock> spheres_;
   std::vector<BlockDepths> depths_, exact_;
   ExactDepths exact_depths_;

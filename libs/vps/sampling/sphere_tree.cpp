@@ -83,7 +83,7 @@ SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::size_t leaf
     y.push_back(p.y);
     z.push_back(p.z);
   }
-  std::size_t run = leaf_size;                           // places under one sphere of this level
+  std::size_t run = leaf_size;                                // places under one sphere of this level
   std::size_t num_spheres = (n + leaf_size - 1) / leaf_size;  // of this level
   while (true) {
     tree.level_begin[tree.num_levels++] = static_cast<std::uint32_t>(tree.spheres.size());

@@ -2,49 +2,12 @@
 
 #include <algorithm>
 
+#include "vps/sampling/sliver.hpp"
+
 namespace vps {
 namespace {
 
-// Halving the longest side keeps the shape: of a triangle of length l and height h it would make l / h times as many
-// panels as its area needs. One more than so many times as long as high is cut across first.
-constexpr double kSliver = 8.0;
 constexpr double kSlice = 4.0;  // what is no longer than so many of its heights is not cut further
-
-// A long thin triangle on its longest side: (0, 0), (length, 0), (foot, height), metres.
-class Sliver {
- public:
-  explicit Sliver(const std::array<glm::dvec3, 3>& corners) {
-    const auto& [a, b, c] = corners;
-    const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
-    const std::size_t k = static_cast<std::size_t>(std::max_element(sides, sides + 3) - sides);
-    from_ = corners[k];
-    apex_ = corners[(k + 2) % 3];
-    length_ = sides[k];
-    along_ = (corners[(k + 1) % 3] - from_) / length_;
-    foot_ = std::clamp(glm::dot(apex_ - from_, along_), 0.0, length_);
-    upwards_ = apex_ - (from_ + foot_ * along_);
-  }
-  [[nodiscard]] double length_m() const { return length_; }
-  [[nodiscard]] double height_m() const { return glm::length(upwards_); }
-  [[nodiscard]] double HeightBetween(double x0, double x1) const {
-    return height_m() * (x0 <= foot_ && foot_ <= x1 ? 1.0 : std::max(Share(x0), Share(x1)));
-  }
-  // What lies between two places along the longest side: three to five corners.
-  [[nodiscard]] std::vector<glm::dvec3> Slice(double x0, double x1) const {
-    std::vector<glm::dvec3> corners = {Bottom(x0), Bottom(x1)};
-    if (x1 < length_) corners.push_back(Bottom(x1) + Share(x1) * upwards_);
-    if (x0 < foot_ && foot_ < x1) corners.push_back(apex_);
-    if (x0 > 0.0) corners.push_back(Bottom(x0) + Share(x0) * upwards_);
-    return corners;
-  }
-
- private:
-  [[nodiscard]] glm::dvec3 Bottom(double x) const { return from_ + x * along_; }
-  [[nodiscard]] double Share(double x) const { return x < foot_ ? x / foot_ : (length_ - x) / (length_ - foot_); }
-
-  glm::dvec3 from_, apex_, along_, upwards_;
-  double length_ = 0.0, foot_ = 0.0;
-};
 
 // Cuts triangles and calls take(panel) for each panel.
 template <class Take>
@@ -60,7 +23,7 @@ class Cutter {
     normal_ = n / length;
     const Box box{glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))};
     const Sliver sliver(corners);
-    if (sliver.length_m() > kSliver * sliver.height_m()) {
+    if (sliver.is_thin()) {
       CutAcross(sliver, 0.0, sliver.length_m(), spacing_.Around(box));
     } else {
       Divide(corners, spacing_.Around(box));

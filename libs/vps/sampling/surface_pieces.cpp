@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "vps/sampling/sliver.hpp"
+
 namespace vps {
 namespace {
 
@@ -29,13 +31,33 @@ bool Cut(const SurfacePiece& piece, float longest_m, const Take& take) {
   return Cut(halves.of[0], longest_m, take) && Cut(halves.of[1], longest_m, take);
 }
 
+// A thin triangle is cut across first.
+template <class Take>
+bool CutTriangle(const std::array<glm::dvec3, 3>& corners, double longest_m, const Take& take) {
+  const auto longest = static_cast<float>(longest_m);
+  const auto cut = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+    const SurfacePiece piece{{glm::vec3(a), glm::vec3(b), glm::vec3(c)}};
+    return AreaVector(piece) == glm::vec3(0.0f) || Cut(piece, longest, take);
+  };
+  const Sliver sliver(corners);
+  if (!sliver.is_thin()) return cut(corners[0], corners[1], corners[2]);
+  constexpr double kSlice = 0.95;  // so that its diagonals are not too long
+  const double num_slices = std::ceil(sliver.length_m() / (kSlice * longest_m));
+  const double step_m = sliver.length_m() / num_slices;
+  for (double i = 0.0; i < num_slices; i += 1.0) {
+    const double end_m = i + 1.0 < num_slices ? (i + 1.0) * step_m : sliver.length_m();
+    const std::vector<glm::dvec3> slice = sliver.Slice(i * step_m, end_m);
+    for (std::size_t k = 2; k < slice.size(); ++k) {
+      if (!cut(slice[0], slice[k - 1], slice[k])) return false;
+    }
+  }
+  return true;
+}
+
 template <class Take>
 bool CutAll(const TriangleMesh& mesh, double longest_m, const Take& take) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [a, b, c] = mesh.corners(t);
-    const SurfacePiece piece{{glm::vec3(a), glm::vec3(b), glm::vec3(c)}};
-    if (AreaVector(piece) == glm::vec3(0.0f)) continue;
-    if (!Cut(piece, static_cast<float>(longest_m), take)) return false;
+    if (!CutTriangle(mesh.corners(t), longest_m, take)) return false;
   }
   return true;
 }

@@ -23,8 +23,8 @@ struct SurfacePieces : SphereTree {
 // Of a mesh with more there are none: 68 bytes each.
 constexpr std::size_t kMostPieces = 262'144;
 
-// Halves triangles across their longest side until that is at most `longest_m`. Empty when there would be more than
-// kMostPieces.
+// Cuts thin triangles across, and halves the rest across their longest side, until that is at most `longest_m`. Empty
+// when there would be more than kMostPieces.
 SurfacePieces CutIntoPieces(const TriangleMesh& mesh, double longest_m);
 // How many CutIntoPieces will keep, without memory for them.
 std::size_t CountPieces(const TriangleMesh& mesh, double longest_m);

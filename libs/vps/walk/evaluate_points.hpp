@@ -16,7 +16,7 @@ namespace vps {
 struct alignas(64) BlockDepths {
   float of[kBlock];
 };
-constexpr std::uint32_t kMostBlocksAtOnce = 640;
+constexpr std::uint32_t kMostBlocksAtOnce = 1024;
 void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint32_t num_blocks,
                 const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
 
