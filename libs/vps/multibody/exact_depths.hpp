@@ -15,8 +15,9 @@ namespace vps {
 // kExactInside, since there the field's error is small beside it, or farther outside than kExactOutside. Voxels.
 constexpr float kExactInside = 2.0f;
 constexpr float kExactOutside = 0.1f;
+constexpr float kExactFade = 0.05f;
 inline float ShareOfExact(float depth) {
-  const float outside = (depth + kExactOutside) * (1.0f / 0.05f);
+  const float outside = (depth + kExactOutside) * (1.0f / kExactFade);
   return std::clamp(std::min(outside, kExactInside - depth), 0.0f, 1.0f);
 }
 

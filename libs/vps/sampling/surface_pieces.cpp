@@ -42,10 +42,10 @@ bool CutTriangle(const std::array<glm::dvec3, 3>& corners, double longest_m, con
   const Sliver sliver(corners);
   if (!sliver.is_thin()) return cut(corners[0], corners[1], corners[2]);
   constexpr double kSlice = 0.95;  // so that its diagonals are not too long
-  const double num_slices = std::ceil(sliver.length_m() / (kSlice * longest_m));
+  const auto num_slices = static_cast<std::uint32_t>(std::ceil(sliver.length_m() / (kSlice * longest_m)));
   const double step_m = sliver.length_m() / num_slices;
-  for (double i = 0.0; i < num_slices; i += 1.0) {
-    const double end_m = i + 1.0 < num_slices ? (i + 1.0) * step_m : sliver.length_m();
+  for (std::uint32_t i = 0; i < num_slices; ++i) {
+    const double end_m = i + 1 < num_slices ? (i + 1) * step_m : sliver.length_m();
     const std::vector<glm::dvec3> slice = sliver.Slice(i * step_m, end_m);
     for (std::size_t k = 2; k < slice.size(); ++k) {
       if (!cut(slice[0], slice[k - 1], slice[k])) return false;

@@ -24,8 +24,8 @@ double Longest_m(const SurfacePiece& piece) {
 
 TEST(SurfacePieces, AreTheSurfaceInPartsNoLongerThanAsked) {
   constexpr double kLongest_m = 3e-3;
-  for (const TriangleMesh& mesh : {MakeBox({0.04, 0.03, 0.02}), MakeTorus(0.05, 0.02, 48, 24),
-                                   MakeBlockWithHole(0.05, 0.05, 0.01, 512)}) {
+  for (const TriangleMesh& mesh :
+       {MakeBox({0.04, 0.03, 0.02}), MakeTorus(0.05, 0.02, 48, 24), MakeBlockWithHole(0.05, 0.05, 0.01, 512)}) {
     const SurfacePieces pieces = CutIntoPieces(mesh, kLongest_m);
     ASSERT_FALSE(pieces.pieces.empty());
     EXPECT_EQ(pieces.pieces.size(), CountPieces(mesh, kLongest_m));
@@ -38,7 +38,8 @@ TEST(SurfacePieces, AreTheSurfaceInPartsNoLongerThanAsked) {
   }
 }
 
-// A cylinder of 2048 strips 0.06 mm wide: two triangles for each 3 mm of a strip, where halving makes ten times as many.
+// A cylinder of 2048 strips 0.06 mm wide: two triangles for each 3 mm of a strip, where halving makes ten times as
+// many.
 TEST(SurfacePieces, OfThinTrianglesAreFew) {
   const TriangleMesh cylinder = MakeCylinder(0.02, 0.1, 2048);
   const std::size_t slices = 35;
