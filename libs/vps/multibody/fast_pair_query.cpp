@@ -185,9 +185,11 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     mix(&volume_m3, small.volume_m3);
     mix(&square_m4, small.square_m4);
     result->counters.points_tested += small.places_tested;
-    result->counters.points_colliding += small.places_inside;
-    if (small.deepest_m > 0.0f) {
-      mix(&deepest_m, static_cast<double>(small.deepest_m));
+    if (small.places_inside > 0 && result->counters.points_colliding == 0) result->counters.points_colliding = 1;
+    const bool is_inside = small.deepest_m > 0.0f;
+    if (is_inside) deepest_m = std::max(deepest_m, 0.0);
+    mix(&deepest_m, is_inside ? static_cast<double>(small.deepest_m) : std::min(deepest_m, 0.0));
+    if (is_inside) {
       deepest_p_S = small.deepest_p_S;
       n_S = small.deepest_n_S;
     }
