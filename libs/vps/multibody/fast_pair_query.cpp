@@ -186,15 +186,15 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     mix(&square_m4, small.square_m4);
     result->counters.points_tested += small.places_tested;
     if (small.places_inside > 0 && result->counters.points_colliding == 0) result->counters.points_colliding = 1;
-    const bool is_inside = small.deepest_m > 0.0f;
-    if (is_inside) deepest_m = std::max(deepest_m, 0.0);
-    mix(&deepest_m, is_inside ? static_cast<double>(small.deepest_m) : std::min(deepest_m, 0.0));
-    if (is_inside) {
+    // A sample that the field says is inside counts as contact even where exact depths say that it is not, quite.
+    if (small.deepest_m > 0.0f) {
+      deepest_m = std::max(deepest_m, 0.0);
+      mix(&deepest_m, static_cast<double>(small.deepest_m));
       deepest_p_S = small.deepest_p_S;
       n_S = small.deepest_n_S;
     }
   }
-  result->is_in_contact = volume_m3 > 0.0;
+  result->is_in_contact = result->counters.points_colliding > 0;
   result->signed_distance_m = -deepest_m;
   result->deepest_p_S = deepest_p_S;
   result->deepest_n_S = n_S / std::max(glm::length(n_S), 1e-12);

@@ -111,7 +111,7 @@ TEST(SmallContact, ForceHasNoSteps) {
       EXPECT_LT(std::abs(force - before), 2.0 * 1e-6 * area_m2) << d;
     }
     EXPECT_EQ(pair.result.is_in_contact, pair.result.signed_distance_m < 0.0) << d;
-    EXPECT_EQ(pair.result.is_in_contact, force > 0.0) << d;
+    EXPECT_TRUE(pair.result.is_in_contact || force == 0.0) << d;
     before = force;
   }
   EXPECT_GT(num_small, 100);
