@@ -273,15 +273,6 @@ core::Result<void> CloseHoles(bool is_sheet, Work* work, MeshReport* report) {
   return {};
 }
 
-double SurfaceOf(const TriangleMesh& mesh) {
-  double area = 0.0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto [a, b, c] = mesh.corners(i);
-    area += 0.5 * glm::length(glm::cross(b - a, c - a));
-  }
-  return area;
-}
-
 double VolumeOf(const TriangleMesh& mesh, const Box& box) {
   const glm::dvec3 centre = 0.5 * (box.lower + box.upper);
   double volume = 0.0;
@@ -333,7 +324,7 @@ core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
   report.num_triangles = mesh.triangles.size();
   Work work = Weld(mesh);
   report.num_zero_area = mesh.triangles.size() - work.mesh.triangles.size() + DropNeedles(&work);
-  if (work.mesh.triangles.empty() || !(SurfaceOf(work.mesh) > 0.0)) {
+  if (work.mesh.triangles.empty() || !(SurfaceArea_m2(work.mesh) > 0.0)) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "holds no triangle with an area: all " + std::to_string(mesh.triangles.size()) +
                           " have collapsed to a line or a point; export the mesh again, with more digits");
@@ -348,7 +339,7 @@ core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {
   };
   if (work.mesh.triangles.empty()) return no_volume();
   report.num_vertices = work.mesh.vertices.size();
-  report.area_m2 = SurfaceOf(work.mesh);
+  report.area_m2 = SurfaceArea_m2(work.mesh);
   FindManySidedEdges(work, &report);
 
   const Orientation orientation = OrientParts(&work.mesh);
