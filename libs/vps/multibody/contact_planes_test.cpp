@@ -12,7 +12,7 @@ namespace {
 
 struct Engine {
   Engine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
-      : field(*BuildField(A, voxel_size_m)), samples(BuildSampleTree(*SampleSurface(B, num_points))), scratch(samples) {
+      : field(*BuildField(A, voxel_size_m)), samples(*BuildSampleTree(B, num_points)), scratch(samples) {
     pair.look_ahead_m = 5e-4;
   }
   const PairResult& Query(const core::Pose& X_AB) {

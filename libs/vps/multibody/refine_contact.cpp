@@ -5,7 +5,6 @@
 #include <span>
 
 #include "vps/multibody/block_sums.hpp"
-#include "vps/multibody/exact_depths.hpp"
 
 namespace vps {
 namespace {

@@ -382,7 +382,10 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
     FindDepthsOfPieces(field, X_GS);
     AddPieces(static_cast<float>(field.voxel_size_m), weight);
   }
-  if (sums_.volume_m3 < 0.0) sums_ = {.places_tested = sums_.places_tested};
+  if (sums_.volume_m3 < 0.0) {
+    sums_ = {.places_tested = sums_.places_tested};
+    num_patches_ = 0;
+  }
   return true;
 }
 

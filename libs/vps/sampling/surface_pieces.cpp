@@ -23,12 +23,16 @@ glm::vec3 AreaVector(const SurfacePiece& piece) {
   return glm::cross(piece.corners[1] - piece.corners[0], piece.corners[2] - piece.corners[0]);
 }
 
-// False: take() had enough.
+// Halves across the longest side. False: take() had enough.
 template <class Take>
 bool Cut(const SurfacePiece& piece, float longest_m, const Take& take) {
-  if (LongestSide_m(piece) <= longest_m) return take(piece);
-  const PieceHalves halves = Halve(piece);
-  return Cut(halves.of[0], longest_m, take) && Cut(halves.of[1], longest_m, take);
+  const int k = LongestSide(piece);
+  if (SquaredSide(piece, k) <= longest_m * longest_m) return take(piece);
+  const glm::vec3& from = piece.corners[k];
+  const glm::vec3& to = piece.corners[(k + 1) % 3];
+  const glm::vec3& apex = piece.corners[(k + 2) % 3];
+  const glm::vec3 middle = 0.5f * (from + to);
+  return Cut({{from, middle, apex}}, longest_m, take) && Cut({{middle, to, apex}}, longest_m, take);
 }
 
 // A thin triangle is cut across first.
@@ -63,19 +67,6 @@ bool CutAll(const TriangleMesh& mesh, double longest_m, const Take& take) {
 }
 
 }  // namespace
-
-float LongestSide_m(const SurfacePiece& piece) {
-  return std::sqrt(SquaredSide(piece, LongestSide(piece)));
-}
-
-PieceHalves Halve(const SurfacePiece& piece) {
-  const int k = LongestSide(piece);
-  const glm::vec3& from = piece.corners[k];
-  const glm::vec3& to = piece.corners[(k + 1) % 3];
-  const glm::vec3& apex = piece.corners[(k + 2) % 3];
-  const glm::vec3 middle = 0.5f * (from + to);
-  return {{{{from, middle, apex}}, {{middle, to, apex}}}};
-}
 
 std::size_t CountPieces(const TriangleMesh& mesh, double longest_m) {
   std::size_t count = 0;

@@ -29,11 +29,4 @@ SurfacePieces CutIntoPieces(const TriangleMesh& mesh, double longest_m);
 // How many CutIntoPieces will keep, without memory for them.
 std::size_t CountPieces(const TriangleMesh& mesh, double longest_m);
 
-// The same for one piece: its halves.
-struct PieceHalves {
-  SurfacePiece of[2];
-};
-float LongestSide_m(const SurfacePiece& piece);
-PieceHalves Halve(const SurfacePiece& piece);
-
 }  // namespace vps
