@@ -154,6 +154,7 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.creases);
     out.PutArray(field.coarse);
     out.PutArray(field.bends);
+    out.PutArray(field.errors);
     out.PutArray(field.facets.blocks);
     out.PutArray(field.facets.spheres);
     out.Put(field.facets.level_begin);
@@ -220,7 +221,7 @@ bool IsConsistent(const DistanceField& field) {
            static_cast<std::uint64_t>(field.nz >> shift);
   };
   if (field.bricks.size() != cells(3) || field.coarse.size() != cells(field.coarse_shift)) return false;
-  if (field.bends.size() != (cells(3) + 1) / 2 * 2) return false;
+  if (field.bends.size() != (cells(3) + 1) / 2 * 2 || field.errors.size() != cells(3)) return false;
   if (field.words.empty() || field.words.size() % DistanceField::kBrickWords != 0) return false;
   for (const std::uint32_t first : field.bricks) {
     if (first % DistanceField::kBrickWords != 0 || first >= field.words.size()) return false;
@@ -308,6 +309,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     field.creases = in.GetArray<std::uint32_t>();
     field.coarse = in.GetArray<CoarseCell>();
     field.bends = in.GetArray<std::int16_t>();
+    field.errors = in.GetArray<std::uint8_t>();
     field.facets.blocks = in.GetArray<FacetBlock>();
     field.facets.spheres = in.GetArray<FacetSpheres>();
     field.facets.level_begin = in.Get<decltype(field.facets.level_begin)>();

@@ -17,6 +17,7 @@
 #include "vps/field/mean_depths.hpp"
 #include "vps/field/pack_facets.hpp"
 #include "vps/field/surface_bends.hpp"
+#include "vps/field/surface_errors.hpp"
 #include "vps/field/tile_brick.hpp"
 #include "vps/field/triangle_rows.hpp"
 
@@ -89,6 +90,7 @@ class FieldBuilder {
     FillBricks();
     bins_ = {};
     field_.bends = SurfaceBends(*triangles_, field_);
+    field_.errors = SurfaceErrors(*triangles_, field_);
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     field_.facets = PackFacets(

@@ -30,6 +30,9 @@ constexpr float kMostAnchorDistance = 1.25f;
 // What a brick says of the surface around it: the sum of its principal curvatures, per voxel, positive where it bulges.
 constexpr float kBendStep = 1.0f / 8192.0f;
 
+// And how far the field is off there, voxels.
+constexpr float kErrorStep = 1.0f / 1024.0f;
+
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //
 // Lengths are in voxels of a grid whose voxel (i,j,k) spans [i,i+1] x ... from `origin_m` in the mesh frame. Near the
@@ -51,12 +54,13 @@ struct DistanceField {
   std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
-  std::vector<std::int16_t> bends;  // of each brick, padded to a whole word: SurfaceBends
-  Facets facets;                    // the surface itself, where it is not much more than the rest: PackFacets
+  std::vector<std::int16_t> bends;   // of each brick, padded to a whole word: SurfaceBends
+  std::vector<std::uint8_t> errors;  // of each brick: SurfaceErrors
+  Facets facets;                     // the surface itself, where it is not much more than the rest: PackFacets
 
   [[nodiscard]] std::size_t num_bytes() const {
     return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() + 2 * bends.size() +
-           facets.num_bytes();
+           errors.size() + facets.num_bytes();
   }
 };
 

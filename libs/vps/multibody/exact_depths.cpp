@@ -12,9 +12,10 @@ constexpr float kWidestGroup = 1.5f;  // voxels from its first point
 ExactDepths::ExactDepths()
     : groups_(kMostGroups), targets_(kMostGroups * kBlock), scratch_(std::make_unique<FacetScratch>()) {}
 
-void ExactDepths::Begin(const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths) {
+void ExactDepths::Begin(const DistanceField& field, const core::Pose& X_GS, float share, BlockDepths* depths) {
   field_ = &field;
   X_GS_ = X_GS;
+  share_ = share;
   group_m_ = kWidestGroup * static_cast<float>(field.voxel_size_m);
   depths_ = depths;
   num_groups_ = 0;
@@ -67,7 +68,7 @@ void ExactDepths::Flush() {
     for (std::uint32_t k = 0; k < sizes_[i]; ++k) {
       const Target& target = targets_[i * kBlock + k];
       const float change = std::clamp(groups_[i].depth[k] - target.before, -kMostFieldError, kMostFieldError);
-      depths_[target.block].of[target.lane] += ShareOfExact(target.before) * change;
+      depths_[target.block].of[target.lane] += share_ * ShareOfExact(target.before) * change;
     }
   }
   num_groups_ = 0;

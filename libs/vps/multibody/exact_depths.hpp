@@ -28,8 +28,8 @@ class ExactDepths {
  public:
   ExactDepths();
 
-  // Begins with a field that has facets.
-  void Begin(const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
+  // Begins with a field that has facets. share: of the way from depths by the field to exact ones.
+  void Begin(const DistanceField& field, const core::Pose& X_GS, float share, BlockDepths* depths);
   // The depth of one point of a block. p_S: m; depth: by the field, voxels.
   void Add(const glm::vec3& p_S, float depth, std::uint32_t block, std::uint32_t lane);
   void End();
@@ -47,6 +47,7 @@ class ExactDepths {
 
   const DistanceField* field_ = nullptr;
   core::Pose X_GS_;
+  float share_ = 1.0f;
   float group_m_ = 0.0f;
   BlockDepths* depths_ = nullptr;
   std::vector<FacetPoints> groups_;

@@ -176,6 +176,26 @@ TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
   EXPECT_GT(without, 2.0 * with);
 }
 
+// Exactly, or as the field does where it is none of the places with exact depths.
+TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
+  BallOnRoughRing pair;
+  const oracle::MeshDistance A(pair.ring);
+  int num_exact = 0;
+  for (int i = 0; i < 16; ++i) {
+    const core::Pose X = BallOnRoughRing::Pressed(5e-5, 0.35 * i);
+    pair.Force(X);
+    const glm::vec3 p_S = pair.result.deepest_p_S;
+    const double exact_m = A.SignedDistance(X * glm::dvec3(p_S));
+    const float field = SampleField(pair.field, FieldTransform(X, pair.field).ToVoxels(p_S)).distance;
+    const bool is_exact = std::abs(pair.result.signed_distance_m - exact_m) < 3e-3 * kVoxel_m;
+    num_exact += is_exact ? 1 : 0;
+    if (!is_exact) {
+      EXPECT_NEAR(pair.result.signed_distance_m, static_cast<double>(field) * kVoxel_m, 1e-4 * kVoxel_m) << i;
+    }
+  }
+  EXPECT_GT(num_exact, 3);
+}
+
 // From the first touch until so many points are in contact that the field tells them alone.
 TEST(ExactDepths, ForceHasNoSteps) {
   BallOnRoughRing pair;

@@ -148,6 +148,8 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(read->field->creases, object.field->creases);
   EXPECT_GT(object.field->facets.num_bytes(), 0U);
   EXPECT_EQ(read->field->facets.num_bytes(), object.field->facets.num_bytes());
+  EXPECT_GT(object.samples->pieces.num_bytes(), 0U);
+  EXPECT_EQ(read->samples->pieces.num_bytes(), object.samples->pieces.num_bytes());
   FieldWalkScratch scratch(*object.samples);
   const core::Pose X_GS = At(0.003, 0.002, 0.018, {0.2, 0.1, 0.0});
   const FieldWalkResult built = WalkField(*object.samples, *object.field, X_GS, 0.001, &scratch);
@@ -168,6 +170,38 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   wrong.field->facets.blocks.resize(wrong.field->facets.blocks.size() + kFacetLanes);
   ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
   EXPECT_FALSE(ReadCookedFile(file, 7));
+  std::filesystem::remove(file);
+}
+
+// Even when the checksum is right.
+TEST(FastWorld, TheCacheRefusesDamagedPieces) {
+  const CookedObject object = *Cook(MakeTorus(0.03, 0.01, 96, 48), {0.0, 3000, Method::kFast});
+  ASSERT_GE(object.samples->pieces.num_levels, 3U);
+  void (*const damages[])(SurfacePieces*) = {
+      [](SurfacePieces* p) { p->pieces.resize(p->pieces.size() + kBlock); },
+      [](SurfacePieces* p) { p->pieces.pop_back(); },
+      [](SurfacePieces* p) { p->pieces.clear(); },
+      [](SurfacePieces* p) { p->spheres.clear(); },
+      [](SurfacePieces* p) { p->spheres.pop_back(); },
+      [](SurfacePieces* p) { p->spheres.push_back(p->spheres.back()); },
+      [](SurfacePieces* p) { p->spheres.back().x[kBlock - 1] = 0.0f; },
+      [](SurfacePieces* p) { p->spheres.back().r[kBlock - 1] = 1.0f; },
+      [](SurfacePieces* p) { ++p->level_begin[1]; },
+      [](SurfacePieces* p) { p->num_levels = 0; },
+      [](SurfacePieces* p) { p->num_levels = SphereTree::kMaxLevels + 1; },
+      [](SurfacePieces* p) { p->spheres.resize(p->level_begin[--p->num_levels]); },
+  };
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_damaged_test.vps";
+  ASSERT_TRUE(WriteCookedFile(file, 7, object));
+  EXPECT_TRUE(ReadCookedFile(file, 7));
+  for (std::size_t i = 0; i < std::size(damages); ++i) {
+    CookedObject wrong = object;
+    damages[i](&wrong.samples->pieces);
+    ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
+    const auto refused = ReadCookedFile(file, 7);
+    ASSERT_FALSE(refused) << i;
+    EXPECT_EQ(refused.error().code, core::ErrorCode::kDamaged);
+  }
   std::filesystem::remove(file);
 }
 

@@ -4,19 +4,25 @@
 #include <cmath>
 #include <span>
 
+#include "vps/field/surface_errors.hpp"
 #include "vps/multibody/block_sums.hpp"
 
 namespace vps {
 namespace {
 
-// The whole fades out between so many samples, weighted, and twice as many. Of a part that has few samples for all of
+// The whole fades out between so many samples, weighted, and a third more. Of a part that has few samples for all of
 // its surface, later: there a contact of as many is as broad as it gets, and its rim is all that they see.
-constexpr float kFewSamples = 320.0f;
-constexpr float kFewOfCoarsePart = 1280.0f;
+constexpr float kFewSamples = 480.0f;
+constexpr float kFewOfCoarsePart = 1920.0f;
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr std::uint32_t kMostSamples = 4096;
 
 // How far the depth may vary within a patch, beside what it varies within the whole block of samples.
+// Fades out from 1 at `begin` to 0 at `begin` + `width`.
+float FadeOut(float value, float begin, float width) {
+  return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
+}
+
 constexpr float kSteeper = 3.0f;
 constexpr float kLeastSlope = 0.02f;
 
@@ -36,19 +42,25 @@ float Spread(const PointBlock& block, const float* depths) {
 // surface counts by how steeply the depth changes there, seen from the samples of its block: in a conforming contact
 // the whole free side is nearer than its samples are to each other. Returns how much of the refinement their number
 // leaves.
-float FindSamples(const SampleTree& sampled, float voxel_m, const FieldWalkResult& walk,
-                  const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
+float FindSamples(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+                  const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
+  const FieldTransform to_field(X_GS, field);
+  const auto voxel_m = static_cast<float>(field.voxel_size_m);
   const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
   const float few = sampled.num_points <= kCoarsePart ? kFewOfCoarsePart : kFewSamples;
+  const float width = few / 3.0f;
   float sum = 0.0f;
+  float error = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
     const std::uint32_t at = walk_scratch.near_blocks[i];
     const PointBlock& block = sampled.points[at];
     const float* const depths = walk_scratch.depths(i);
-    const float radius_m = sampled.spheres[at / kBlock].r[at % kBlock];
-    const float slope = Spread(block, depths) * voxel_m / (2.0f * radius_m);
+    const SphereBlock& spheres = sampled.spheres[at / kBlock];
+    const std::uint32_t lane = at % kBlock;
+    const float slope = Spread(block, depths) * voxel_m / (2.0f * spheres.r[lane]);
     const float steep = std::min(1.0f, kSteeper * slope + kLeastSlope);
+    float sum_of_block = 0.0f;
     for (std::uint32_t first = 0; first < kBlock; first += 4) {
       const F4 depth_m = LoadF4(depths + first) * voxel_m;
       const F4 outside_m = depth_m < 0.0f ? depth_m : F4{};
@@ -66,15 +78,20 @@ float FindSamples(const SampleTree& sampled, float voxel_m, const FieldWalkResul
         sample.lane = first + j;
         sample.depth_m = depth_m[j];
         sample.weight = std::min(weight[j], 1.0f);
-        sum += sample.weight;
+        sum_of_block += sample.weight;
         const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[std::size_t{at} * kBlock + first + j]);
         for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
       }
     }
-    if (sum >= 2.0f * few) return 0.0f;
+    if (!(sum_of_block > 0.0f)) continue;
+    sum += sum_of_block;
+    if (sum >= few + width) return 0.0f;
+    const glm::vec3 middle(spheres.x[lane], spheres.y[lane], spheres.z[lane]);
+    error += sum_of_block * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }
   scratch->num_samples = count;
-  return std::clamp((2.0f * few - sum) / few, 0.0f, 1.0f);
+  scratch->error = count > 0 ? error / sum : 0.0f;
+  return FadeOut(sum, few, width);
 }
 
 // The finer points of a sample, as number j of those evaluated together.
@@ -102,8 +119,8 @@ void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const
 }
 
 // Of four depths: how much counts as inside, or near enough for SmallContact to look there.
-constexpr float kNear = 0.2f;  // voxels outside
-constexpr float kNearFade = 0.08f;
+constexpr float kNear = 0.12f;  // voxels outside
+constexpr float kNearFade = 0.12f;
 F4 SharesNear(const F4& depth) {
   const F4 share = (depth + kNear) * (1.0f / kNearFade);
   return share > 0.0f ? (share < 1.0f ? share : F4{} + 1.0f) : F4{};
@@ -128,29 +145,32 @@ void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* 
   }
 }
 
-// Fades out from 1 at `begin` to 0 at `begin` + `width`.
-float FadeOut(float value, float begin, float width) {
-  return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
-}
-
 // Contacts of so few finer points, and less and less up to twice as many, are right by chance only.
 constexpr float kFewNear = 112.0f;
 constexpr float kNone = 2.0f;  // fewer are not looked at, or less
-// Mean depths at which the field's error counts, if the contact is no broader than so many samples; up to half as much
-// again, and up to twice as many.
-constexpr float kShallow = 0.1f;  // voxels
-constexpr float kBroad = 96.0f;   // samples
+// Mean depths, over the field's error, at which that counts, up to half as much again: so much that contacts of many
+// finer points are looked at again, and so much that few are looked at exactly.
+constexpr float kShallow = 9.0f;
+constexpr float kInexact = 13.0f;
 // Where finer points fade out, this fades later.
 constexpr float kLateFade = 3.0f;
+// Contacts of so many pieces, up to half as many again, take too long.
+constexpr float kBroad = 128.0f;
 
-float ShareOfSmall(const SampleTree& sampled, float voxel_m, const RefineScratch& scratch) {
-  if (!(scratch.num_near > 0.0f) || sampled.pieces.pieces.empty()) return 0.0f;
-  const auto sample_m2 = static_cast<float>(sampled.area_m2 / sampled.num_points);
-  const float depth = scratch.volume_m3 / (scratch.near_m2 * voxel_m);
-  const float shallow =
-      FadeOut(depth, kShallow, 0.5f * kShallow) * FadeOut(scratch.near_m2 / sample_m2, kBroad, kBroad);
-  const float few = FadeOut(scratch.num_near, kFewNear, kFewNear);
-  return std::max(shallow, few) * std::min(1.0f, scratch.num_near / kNone);
+void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScratch* scratch) {
+  if (!(scratch->num_near > 0.0f) || sampled.pieces.pieces.empty()) return;
+  const float depth = scratch->volume_m3 / (scratch->near_m2 * voxel_m);
+  const auto share_of = [&](float limit) {
+    const float until = limit * scratch->error;
+    return until > 0.0f ? FadeOut(depth, until, 0.5f * until) : 0.0f;
+  };
+  const float num_pieces =
+      scratch->near_m2 * static_cast<float>(static_cast<double>(sampled.pieces.pieces.size()) / sampled.area_m2);
+  const float shallow = share_of(kShallow) * FadeOut(num_pieces, kBroad, 0.5f * kBroad);
+  const float few = FadeOut(scratch->num_near, kFewNear, kFewNear);
+  scratch->share_of_small =
+      std::min(1.0f, kLateFade * share) * std::max(shallow, few) * std::min(1.0f, scratch->num_near / kNone);
+  scratch->share_of_exact = share_of(kInexact);
 }
 
 // What the finer points at these depths change in what the sample, a point of `block`, tells.
@@ -182,10 +202,10 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
   scratch->num_samples = 0;
   scratch->num_near = scratch->near_m2 = scratch->volume_m3 = 0.0f;
-  scratch->share_of_small = 0.0f;
+  scratch->share_of_small = scratch->share_of_exact = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
-  const float share = FindSamples(sampled, voxel_m, walk, walk_scratch, scratch);
+  const float share = FindSamples(sampled, field, X_GS, walk, walk_scratch, scratch);
   if (!(share > 0.0f)) {
     scratch->num_samples = 0;
     return;
@@ -206,7 +226,7 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->num_near /= share;
   scratch->near_m2 /= share;
   scratch->volume_m3 /= share;
-  scratch->share_of_small = std::min(1.0f, kLateFade * share) * ShareOfSmall(sampled, voxel_m, *scratch);
+  FindShares(sampled, voxel_m, share, scratch);
 }
 
 }  // namespace vps

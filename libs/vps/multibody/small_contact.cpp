@@ -9,10 +9,13 @@ namespace vps {
 namespace {
 
 // Exact places of a contact: between so many and twice as many.
-constexpr double kFewestPlaces = 240.0;
+constexpr double kFewestPlaces = 130.0;
 // A quarter of a piece is so much of the square of the longest side that pieces may have, about.
 constexpr double kQuarter = 0.05;
 constexpr double kFinest = 0.25;  // of the samples' spacing
+// Where there are too many of a size, so much coarser ones will do, up to those that S is cut to.
+constexpr double kCoarser = 4.0;
+constexpr double kCoarsest = 8.0;
 // Sizes follow each other by a factor of the root of 2; both are taken over so much of the way from one to the next.
 constexpr double kBlend = 0.1;
 
@@ -282,11 +285,11 @@ void SmallContact::PlaceOnPieces() {
   }
 }
 
-void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS) {
+void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS, float exact_share) {
   PlaceOnPieces();
   FindDepths(points_.data(), spheres_.data(), pieces_.count, field, X_GS, depths_.data());
   std::copy_n(depths_.begin(), pieces_.count, exact_.begin());
-  if (field.facets.blocks.empty()) return;
+  if (field.facets.blocks.empty() || !(exact_share > 0.0f)) return;
   // Neighbours share registers, and the fewer facets come into question for them the nearer they are.
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < pieces_.count; ++i) {
@@ -296,7 +299,7 @@ void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Po
     if (share > 0.0f) order_[count++] = {PlaceInCurve(PointOf(points_[i], 0), field.voxel_size_m), i};
   }
   std::sort(order_.begin(), order_.begin() + count);
-  exact_depths_.Begin(field, X_GS, exact_.data());
+  exact_depths_.Begin(field, X_GS, exact_share, exact_.data());
   for (std::uint32_t j = 0; j < count; ++j) {
     const std::uint32_t i = order_[j].second;
     for (std::uint32_t k = 0; k < kBlock; k += 4) {
@@ -310,21 +313,21 @@ void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Po
 // All places of a piece have one normal, so that their moment is that of their middle.
 void SmallContact::AddPiece(std::uint32_t i, float voxel_m, float weight, ContactPatch* patch) {
   const PointBlock& block = points_[i];
-  const F4 first = {4.0f, 0.0f, 0.0f, 0.0f};  // of a quarter's places the middle, which stands for all four
   F4 depth{};
   F4 square{};
   F4 at[3] = {};
-  F4 deepest = LoadF4(exact_[i].of);
+  F4 deepest = F4{} - 1e9f;
   for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 field = Positive(LoadF4(depths_[i].of + k));
-    const F4 exact = Positive(LoadF4(exact_[i].of + k));
-    const F4 corrected = field + first * (exact - field);
-    deepest = Greater(deepest, exact);
-    depth += corrected;
-    square += field * field + first * (exact * exact - field * field);
-    at[0] += corrected * LoadF4(block.x + k);
-    at[1] += corrected * LoadF4(block.y + k);
-    at[2] += corrected * LoadF4(block.z + k);
+    const float change = exact_[i].of[k] - depths_[i].of[k];
+    const F4 corrected = LoadF4(depths_[i].of + k) + change;
+    StoreF4(exact_[i].of + k, corrected);
+    deepest = Greater(deepest, corrected);
+    const F4 inside = Positive(corrected);
+    depth += inside;
+    square += inside * inside;
+    at[0] += inside * LoadF4(block.x + k);
+    at[1] += inside * LoadF4(block.y + k);
+    at[2] += inside * LoadF4(block.z + k);
   }
   const float scale = weight * block.area_m2[0] * voxel_m;
   const float volume_m3 = scale * SumOfLanes(depth);
@@ -365,7 +368,7 @@ void SmallContact::AddPieces(float voxel_m, float weight) {
 }
 
 bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS,
-                             double spacing_m, double near_m2) {
+                             double spacing_m, double near_m2, float exact_share) {
   sums_ = {};
   num_patches_ = 0;
   SphereSieve sieve(field, X_GS);
@@ -378,8 +381,13 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
     const float weight = i == 0 ? 1.0f - to_next : to_next;
     if (!(weight > 0.0f)) continue;
     const double longest_m = kFinest * spacing_m * std::exp2(0.5 * (step + i));
-    if (!FindCandidates(S, &sieve) || !Divide(static_cast<float>(longest_m), field, X_GS)) return false;
-    FindDepthsOfPieces(field, X_GS);
+    bool is_divided = false;
+    for (double l = longest_m; !is_divided && l < kCoarsest * spacing_m; l *= kCoarser) {
+      if (!FindCandidates(S, &sieve)) return false;
+      is_divided = Divide(static_cast<float>(l), field, X_GS);
+    }
+    if (!is_divided) return false;
+    FindDepthsOfPieces(field, X_GS, exact_share);
     AddPieces(static_cast<float>(field.voxel_size_m), weight);
   }
   if (sums_.volume_m3 < 0.0) {

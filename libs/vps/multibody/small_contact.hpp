@@ -15,8 +15,8 @@ namespace vps {
 //
 // The pieces of S that may be inside G are halved to one size. Sixteen places of each tell the depth by the field; four
 // of them, each the middle of a quarter, are told exactly where they are near G's surface, and what that differs by
-// from the field counts for the quarter: with depths f by the field and e exact,
-//   integral of depth = sum over 16 of a f+ + sum over 4 of 4 a (e+ - f+).
+// from the field counts for the quarter: with depths f by the field, f0 of them and e exact in the middle,
+//   integral of depth = sum over 16 of a (f + e - f0)+.
 // The many places follow the rim of the contact, and the few correct the field, whose error changes less from place to
 // place. The size is such that a contact has between kFewestPlaces and twice as many of the exact ones; where it goes
 // from one size to the next both are taken and mixed, so that force and moment are continuous.
@@ -37,9 +37,10 @@ class SmallContact {
   SmallContact();
 
   // near_m2: about how much of S's surface is inside G or near enough to be looked at; spacing_m: of S's samples.
+  // exact_share: how far e goes from f to the exact depth; 0 takes half the time.
   // False: more pieces come into question than there is room for, and there is no result.
   bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, double spacing_m,
-                 double near_m2);
+                 double near_m2, float exact_share);
   // Of the last call, which was true.
   [[nodiscard]] const Sums& sums() const { return sums_; }
   // In at most kMostPatches parts.
@@ -61,7 +62,7 @@ class SmallContact {
   void PlaceOnCandidates();
   bool SortCandidates(float longest_m, float voxel_m);
   void PlaceOnPieces();
-  void FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS);
+  void FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS, float exact_share);
   void AddPieces(float voxel_m, float weight);
   void AddPiece(std::uint32_t i, float voxel_m, float weight, ContactPatch* patch);
 

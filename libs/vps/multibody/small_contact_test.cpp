@@ -88,7 +88,9 @@ TEST(SmallContact, TellsTheDeepestPlaceOfACorner) {
     pair.Force(X);
     EXPECT_TRUE(pair.result.is_in_contact);
     EXPECT_NEAR(pair.result.signed_distance_m, -3e-4, 6e-5);
-    EXPECT_LT((X * glm::dvec3(pair.result.deepest_p_S)).z, kSurface_m);
+    const glm::dvec3 p_S(pair.result.deepest_p_S);
+    EXPECT_NEAR((X * p_S).z - kSurface_m, pair.result.signed_distance_m, 1e-7);
+    EXPECT_NEAR(glm::dot(p_S, glm::dvec3(pair.result.deepest_n_S)), -0.5 * kSize_m, 1e-7);  // on a face
   }
 }
 
@@ -118,16 +120,88 @@ TEST(SmallContact, ForceHasNoSteps) {
   EXPECT_GT(num_others, 50);
 }
 
-// A face a hair above a plate: more pieces than there is room for. The samples' answer stands.
+// A cube comes down on its corner. With the plate's normal n in the cube's frame, the sides inside are d / n_i long and
+// the mean depth of the triangles is d / 3: their forces add up to d^3 / (6 n_x n_y n_z) along n. First the corner is
+// between samples too few to see it; then it is deep, and the samples come to tell it.
+TEST(SmallContact, ForceOfACornerHasNoSteps) {
+  constexpr double kSize_m = 0.04;
+  constexpr double kStep_m = 2e-6;
+  struct Way {
+    std::uint32_t num_points;
+    double begin_m, end_m;
+    float share_at_begin, share_at_end;
+  };
+  for (const Way& way : {Way{512, 0.0, 6e-4, 0.0f, 1.0f}, Way{2048, 1.1e-3, 2.1e-3, 1.0f, 0.0f}}) {
+    OnPlate pair(MakeBox(glm::dvec3(kSize_m)), way.num_points);
+    double before = 0.0;
+    const int num_steps = static_cast<int>(std::lround((way.end_m - way.begin_m) / kStep_m));
+    for (int i = 0; i <= num_steps; ++i) {
+      const double d = way.begin_m + kStep_m * i;
+      std::uint32_t seed = 9;
+      const core::Pose X = OnItsCorner(kSize_m, d, &seed);
+      const double n3 = std::abs(X.rotate({1, 0, 0}).z * X.rotate({0, 1, 0}).z * X.rotate({0, 0, 1}).z);
+      const double force = glm::length(pair.Force(X));
+      if (i == 0) {
+        EXPECT_EQ(pair.scratch.refine.share_of_small, way.share_at_begin);
+      } else {
+        EXPECT_LE(std::abs(force - before), 4.0 * kStep_m * d * d / (2.0 * n3)) << d;
+      }
+      before = force;
+      if (i < num_steps) continue;
+      EXPECT_EQ(pair.scratch.refine.share_of_small, way.share_at_end);
+      EXPECT_NEAR(force * 6.0 * n3 / (d * d * d), 1.0, 0.02);
+    }
+  }
+}
+
+struct BeamOnPlate : OnPlate {
+  BeamOnPlate(double tilt_rad, std::uint32_t num_points)
+      : OnPlate(MakeBox({kLength_m, kWidth_m, kWidth_m}), num_points), tilt(tilt_rad) {}
+  // On its edge.
+  [[nodiscard]] core::Pose Pressed(double depth_m) const {
+    const double half_height_m = 0.5 * kWidth_m * (std::sin(tilt) + std::cos(tilt));
+    return At(2e-4, 3e-4, kSurface_m + half_height_m - depth_m, {tilt, 0.0, 0.0});
+  }
+  static constexpr double kLength_m = 0.09;
+  static constexpr double kWidth_m = 0.02;
+  double tilt;
+};
+
+// The force is L d^2 / (2 sin cos) of the tilt, until so many samples are near that they tell it alone.
+TEST(SmallContact, ForceOfAnEdgeHasNoSteps) {
+  constexpr double kStep_m = 1e-6;
+  BeamOnPlate pair(0.3, 9000);
+  const double area_per_m = BeamOnPlate::kLength_m / (std::sin(pair.tilt) * std::cos(pair.tilt));
+  double before = 0.0;
+  int num_small = 0;
+  int num_others = 0;
+  for (int i = 0; i <= 150; ++i) {
+    const double d = kStep_m * i;
+    const double force = glm::length(pair.Force(pair.Pressed(d)));
+    (pair.scratch.refine.share_of_small > 0.0f ? num_small : num_others) += 1;
+    EXPECT_LE(std::abs(force - before), 2.0 * kStep_m * area_per_m * d) << d;
+    before = force;
+  }
+  EXPECT_GT(num_small, 50);
+  EXPECT_GT(num_others, 25);
+}
+
+// More pieces come into question than there is room for: of a face a hair above a plate, or farther above it, where in
+// the end none counts; of a long edge at its first touch. The samples' answer stands.
 TEST(SmallContact, LeavesWhatIsNearEverywhereToTheSamples) {
-  const TriangleMesh block = MakeBox({0.09, 0.09, 0.01});
-  OnPlate pair(block, 65536);
+  BeamOnPlate beam(0.4, 4096);
+  const SurfacePieces block = CutIntoPieces(MakeBox({0.09, 0.09, 0.01}), 1e-3);
   SmallContact small;
-  const core::Pose X = At(0.0, 0.0, kSurface_m + 0.005 + 5e-5);
-  EXPECT_FALSE(small.Integrate(pair.samples.pieces, pair.field, X, 5e-4, 0.0));
-  const glm::dvec3 force = pair.Force(At(0.0, 0.0, kSurface_m + 0.005 - 5e-5, {1e-3, 0.0, 0.0}));
-  pair.samples.pieces = {};
-  EXPECT_EQ(force, pair.Force(At(0.0, 0.0, kSurface_m + 0.005 - 5e-5, {1e-3, 0.0, 0.0})));
+  for (const double gap_m : {5e-5, 2e-4}) {
+    const core::Pose X = At(0.0, 0.0, kSurface_m + 0.005 + gap_m);
+    EXPECT_FALSE(small.Integrate(block, beam.field, X, 5e-4, 0.0, 1.0f)) << gap_m;
+  }
+  const core::Pose X = beam.Pressed(1e-5);
+  const glm::dvec3 force = beam.Force(X);
+  EXPECT_EQ(beam.scratch.refine.share_of_small, 1.0f);
+  EXPECT_GT(glm::length(force), 0.0);
+  beam.samples.pieces = {};
+  EXPECT_EQ(force, beam.Force(X));
 }
 
 TEST(SphereSieve, LeavesOutNothingThatIsInside) {
