@@ -176,24 +176,24 @@ TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
   EXPECT_GT(without, 2.0 * with);
 }
 
-// Exactly, or as the field does where it is none of the places with exact depths.
 TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
   BallOnRoughRing pair;
   const oracle::MeshDistance A(pair.ring);
-  int num_exact = 0;
+  int num_contacts = 0;
+  float worst_of_field = 0.0f;
   for (int i = 0; i < 16; ++i) {
     const core::Pose X = BallOnRoughRing::Pressed(5e-5, 0.35 * i);
     pair.Force(X);
+    if (!(pair.result.signed_distance_m < 0.0)) continue;
+    ++num_contacts;
     const glm::vec3 p_S = pair.result.deepest_p_S;
     const double exact_m = A.SignedDistance(X * glm::dvec3(p_S));
+    EXPECT_NEAR(pair.result.signed_distance_m, exact_m, 2e-3 * kVoxel_m) << i;  // facets are kept to 1e-3
     const float field = SampleField(pair.field, FieldTransform(X, pair.field).ToVoxels(p_S)).distance;
-    const bool is_exact = std::abs(pair.result.signed_distance_m - exact_m) < 3e-3 * kVoxel_m;
-    num_exact += is_exact ? 1 : 0;
-    if (!is_exact) {
-      EXPECT_NEAR(pair.result.signed_distance_m, static_cast<double>(field) * kVoxel_m, 1e-4 * kVoxel_m) << i;
-    }
+    worst_of_field = std::max(worst_of_field, std::abs(field - static_cast<float>(exact_m / kVoxel_m)));
   }
-  EXPECT_GT(num_exact, 3);
+  EXPECT_GT(num_contacts, 8);
+  EXPECT_GT(worst_of_field, 0.01f);
 }
 
 // From the first touch until so many points are in contact that the field tells them alone.

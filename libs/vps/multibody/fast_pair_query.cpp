@@ -99,8 +99,9 @@ double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, co
   const RefineScratch& refine = scratch->refine;
   if (!(refine.share_of_small > 0.0f)) return 0.0;
   const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
-  const bool is_told = scratch->small.Integrate(finest.pieces, field, X_GS, spacing_m,
-                                                static_cast<double>(refine.near_m2), refine.share_of_exact);
+  const double rim = static_cast<double>(refine.rim_m3) / std::max(static_cast<double>(refine.volume_m3), 1e-30);
+  const bool is_told = scratch->small.Integrate(
+      finest.pieces, field, X_GS, {spacing_m, static_cast<double>(refine.near_m2), rim, refine.share_of_exact});
   return is_told ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 
@@ -189,9 +190,16 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     // A sample that the field says is inside counts as contact even where exact depths say that it is not, quite.
     if (small.deepest_m > 0.0f) {
       deepest_m = std::max(deepest_m, 0.0);
-      mix(&deepest_m, static_cast<double>(small.deepest_m));
-      deepest_p_S = small.deepest_p_S;
-      n_S = small.deepest_n_S;
+      auto small_m = static_cast<double>(small.deepest_m);
+      const auto share_of_exact = static_cast<double>(scratch->refine.share_of_exact);
+      // Samples lie on sharp edges, which is where the deepest place may be, but by the field.
+      const bool is_at_a_sample = small_m < deepest_m && share_of_exact < 0.5;
+      if (small_m < deepest_m) small_m = std::lerp(deepest_m, small_m, share_of_exact);
+      mix(&deepest_m, small_m);
+      if (!is_at_a_sample) {
+        deepest_p_S = small.deepest_p_S;
+        n_S = small.deepest_n_S;
+      }
     }
   }
   result->is_in_contact = result->counters.points_colliding > 0;

@@ -126,6 +126,31 @@ F4 SharesNear(const F4& depth) {
   return share > 0.0f ? (share < 1.0f ? share : F4{} + 1.0f) : F4{};
 }
 
+// What sixteen points that share a patch of surface evenly miss of the integral of depth, about: the share of one that
+// lies at the rim of the contact is inside in part, which its middle does not tell. Over a share the depth varies by a
+// quarter of what it varies over the whole, sigma; as evenly as over +-h, h = sqrt(3) sigma / 4, its positive part is
+// (d + h)^2 / 4 h in the mean, (h - |d|)^2 / 4 h more than that of the middle. In voxels m^2.
+float RimVolume_m2(const PointBlock& points, const float* depths) {
+  F4 sum{};
+  F4 sum_of_squares{};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 depth = LoadF4(depths + k);
+    sum += depth;
+    sum_of_squares += depth * depth;
+  }
+  const float mean = SumOfLanes(sum) / kBlock;
+  const float variance = SumOfLanes(sum_of_squares) / kBlock - mean * mean;
+  if (!(variance > 1e-8f)) return 0.0f;
+  const float h = 0.433f * std::sqrt(variance);
+  F4 missing_m2{};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 depth = LoadF4(depths + k);
+    const F4 part = h - (depth < 0.0f ? -depth : depth);
+    missing_m2 += (part > 0.0f ? part * part : F4{}) * LoadF4(points.area_m2 + k);
+  }
+  return SumOfLanes(missing_m2) / (4.0f * h);
+}
+
 void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* scratch) {
   for (std::uint32_t j = 0; j < samples.size(); ++j) {
     F4 near_m2{};
@@ -142,11 +167,16 @@ void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* 
     scratch->near_m2 += SumOfLanes(near_m2);
     scratch->num_near += samples[j].weight * SumOfLanes(near);
     scratch->volume_m3 += SumOfLanes(volume_m2) * voxel_m;
+    if (SumOfLanes(volume_m2) > 0.0f) {
+      scratch->rim_m3 += RimVolume_m2(scratch->points[j], scratch->depths[j].of) * voxel_m;
+    }
   }
 }
 
 // Contacts of so few finer points, and less and less up to twice as many, are right by chance only.
 constexpr float kFewNear = 112.0f;
+// And those of which finer points may miss so much at their rim, less and less down to half as much.
+constexpr float kRim = 0.05f;
 constexpr float kNone = 2.0f;  // fewer are not looked at, or less
 // Mean depths, over the field's error, at which that counts, up to half as much again: so much that contacts of many
 // finer points are looked at again, and so much that few are looked at exactly.
@@ -167,7 +197,8 @@ void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScr
   const float num_pieces =
       scratch->near_m2 * static_cast<float>(static_cast<double>(sampled.pieces.pieces.size()) / sampled.area_m2);
   const float shallow = share_of(kShallow) * FadeOut(num_pieces, kBroad, 0.5f * kBroad);
-  const float few = FadeOut(scratch->num_near, kFewNear, kFewNear);
+  const float rough = 1.0f - FadeOut(scratch->rim_m3 / std::max(scratch->volume_m3, 1e-30f), 0.5f * kRim, 0.5f * kRim);
+  const float few = std::max(rough, FadeOut(scratch->num_near, kFewNear, kFewNear));
   scratch->share_of_small =
       std::min(1.0f, kLateFade * share) * std::max(shallow, few) * std::min(1.0f, scratch->num_near / kNone);
   scratch->share_of_exact = share_of(kInexact);
@@ -201,7 +232,7 @@ RefineScratch::RefineScratch()
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
   scratch->num_samples = 0;
-  scratch->num_near = scratch->near_m2 = scratch->volume_m3 = 0.0f;
+  scratch->num_near = scratch->near_m2 = scratch->volume_m3 = scratch->rim_m3 = 0.0f;
   scratch->share_of_small = scratch->share_of_exact = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
@@ -226,6 +257,7 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->num_near /= share;
   scratch->near_m2 /= share;
   scratch->volume_m3 /= share;
+  scratch->rim_m3 /= share;
   FindShares(sampled, voxel_m, share, scratch);
 }
 

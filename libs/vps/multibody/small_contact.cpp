@@ -12,9 +12,10 @@ namespace {
 constexpr double kFewestPlaces = 130.0;
 // A quarter of a piece is so much of the square of the longest side that pieces may have, about.
 constexpr double kQuarter = 0.05;
+constexpr double kMissing = 0.03;
 constexpr double kFinest = 0.25;  // of the samples' spacing
 // Where there are too many of a size, so much coarser ones will do, up to those that S is cut to.
-constexpr double kCoarser = 4.0;
+constexpr double kCoarser = 2.0;
 constexpr double kCoarsest = 8.0;
 // Sizes follow each other by a factor of the root of 2; both are taken over so much of the way from one to the next.
 constexpr double kBlend = 0.1;
@@ -105,6 +106,14 @@ void FillUp(SmallContact::Triangles* triangles) {
   for (std::vector<float>& coordinate : triangles->of) {
     for (std::uint32_t i = n; i % kAtOnce != 0; ++i) coordinate[i] = coordinate[n - 1];
   }
+}
+
+// The longest side that pieces should have: there are kFewestPlaces, and of a narrow strip they miss kMissing. They are
+// about a ninth of it apart, and what points miss at a rim grows with the square of their distance.
+double WantedSide_m(const SmallContact::Request& request) {
+  const double side_m = std::sqrt(request.near_m2 / (kFewestPlaces * kQuarter));
+  const double apart_m = 0.25 * request.spacing_m * std::sqrt(kMissing / std::max(request.rim, 1e-9));
+  return std::min(side_m, apart_m / 0.112);
 }
 
 // Number on a space-filling curve (Morton) through cells of half a voxel; what is farther than 256 voxels away repeats.
@@ -343,15 +352,37 @@ void SmallContact::AddPiece(std::uint32_t i, float voxel_m, float weight, Contac
     patch->penetration_m = deepest_m;
     patch->p_S = PointOf(block, FindDeepest(exact_[i].of));
   }
-  if (deepest_m > sums_.deepest_m) {
-    sums_.deepest_m = deepest_m;
-    sums_.deepest_p_S = PointOf(block, FindDeepest(exact_[i].of));
-    sums_.deepest_n_S = inwards_[i];
+  if (deepest_m > deepest_of_pieces_m_) {
+    deepest_of_pieces_m_ = deepest_m;
+    deepest_piece_ = i;
   }
+  for (std::uint32_t k = 0; k < kBlock; k += 4) OfferAsDeepest(i, k, voxel_m);
+}
+
+void SmallContact::OfferAsDeepest(std::uint32_t piece, std::uint32_t place, float voxel_m) {
+  const float depth_m = exact_[piece].of[place] * voxel_m;
+  if (!(depth_m > 0.0f) || depth_m <= sums_.deepest_m) return;
+  sums_.deepest_m = depth_m;
+  sums_.deepest_p_S = PointOf(points_[piece], place);
+  sums_.deepest_n_S = inwards_[piece];
+}
+
+// All places of the piece that seems to hold it are measured: of many that are off the deepest is off most.
+void SmallContact::FindDeepestPlace(const DistanceField& field, const core::Pose& X_GS, float exact_share) {
+  if (!(deepest_of_pieces_m_ > 0.0f)) return;
+  const std::uint32_t i = deepest_piece_;
+  exact_[i] = depths_[i];
+  if (!field.facets.blocks.empty() && exact_share > 0.0f) {
+    exact_depths_.Begin(field, X_GS, exact_share, exact_.data());
+    for (std::uint32_t k = 0; k < kBlock; ++k) exact_depths_.Add(PointOf(points_[i], k), depths_[i].of[k], i, k);
+    exact_depths_.End();
+  }
+  for (std::uint32_t k = 0; k < kBlock; ++k) OfferAsDeepest(i, k, static_cast<float>(field.voxel_size_m));
 }
 
 // Adds the pieces, times weight, to the sums and as patches.
 void SmallContact::AddPieces(float voxel_m, float weight) {
+  deepest_of_pieces_m_ = 0.0f;
   const std::uint32_t in_patch = (pieces_.count + kMostPatches / 2 - 1) / (kMostPatches / 2);
   for (std::uint32_t begin = 0; begin < pieces_.count; begin += in_patch) {
     ContactPatch patch;
@@ -368,27 +399,28 @@ void SmallContact::AddPieces(float voxel_m, float weight) {
 }
 
 bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS,
-                             double spacing_m, double near_m2, float exact_share) {
+                             const Request& request) {
   sums_ = {};
   num_patches_ = 0;
   SphereSieve sieve(field, X_GS);
-  // The size that would have just kFewestPlaces, in steps from the finest.
-  const double wanted_m = std::sqrt(near_m2 / (kFewestPlaces * kQuarter));
-  const double steps = std::max(0.0, 2.0 * std::log2(wanted_m / (kFinest * spacing_m)));
+  // The size, in steps from the finest.
+  const double finest_m = kFinest * request.spacing_m;
+  const double steps = std::max(0.0, 2.0 * std::log2(WantedSide_m(request) / finest_m));
   const double step = std::floor(steps);
   const auto to_next = static_cast<float>(std::clamp((steps - step - (1.0 - kBlend)) / kBlend, 0.0, 1.0));
   for (int i = 0; i < 2; ++i) {
     const float weight = i == 0 ? 1.0f - to_next : to_next;
     if (!(weight > 0.0f)) continue;
-    const double longest_m = kFinest * spacing_m * std::exp2(0.5 * (step + i));
     bool is_divided = false;
-    for (double l = longest_m; !is_divided && l < kCoarsest * spacing_m; l *= kCoarser) {
+    for (double longest_m = finest_m * std::exp2(0.5 * (step + i));
+         !is_divided && longest_m < kCoarsest * request.spacing_m; longest_m *= kCoarser) {
       if (!FindCandidates(S, &sieve)) return false;
-      is_divided = Divide(static_cast<float>(l), field, X_GS);
+      is_divided = Divide(static_cast<float>(longest_m), field, X_GS);
     }
     if (!is_divided) return false;
-    FindDepthsOfPieces(field, X_GS, exact_share);
+    FindDepthsOfPieces(field, X_GS, request.exact_share);
     AddPieces(static_cast<float>(field.voxel_size_m), weight);
+    FindDeepestPlace(field, X_GS, request.exact_share);
   }
   if (sums_.volume_m3 < 0.0) {
     sums_ = {.places_tested = sums_.places_tested};

@@ -36,11 +36,14 @@ class SmallContact {
 
   SmallContact();
 
-  // near_m2: about how much of S's surface is inside G or near enough to be looked at; spacing_m: of S's samples.
-  // exact_share: how far e goes from f to the exact depth; 0 takes half the time.
+  struct Request {
+    double spacing_m = 0.0;    // of S's samples
+    double near_m2 = 0.0;      // about how much of S's surface is inside G or near enough to be looked at
+    double rim = 0.0;          // what points a quarter of the spacing apart miss of the integral at the rim, over it
+    float exact_share = 1.0f;  // how far e goes from f to the exact depth; 0 takes half the time
+  };
   // False: more pieces come into question than there is room for, and there is no result.
-  bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, double spacing_m,
-                 double near_m2, float exact_share);
+  bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, const Request& request);
   // Of the last call, which was true.
   [[nodiscard]] const Sums& sums() const { return sums_; }
   // In at most kMostPatches parts.
@@ -64,6 +67,8 @@ class SmallContact {
   void PlaceOnPieces();
   void FindDepthsOfPieces(const DistanceField& field, const core::Pose& X_GS, float exact_share);
   void AddPieces(float voxel_m, float weight);
+  void FindDeepestPlace(const DistanceField& field, const core::Pose& X_GS, float exact_share);
+  void OfferAsDeepest(std::uint32_t piece, std::uint32_t place, float voxel_m);
   void AddPiece(std::uint32_t i, float voxel_m, float weight, ContactPatch* patch);
 
   std::vector<std::uint32_t> queue_, next_queue_;
@@ -78,6 +83,8 @@ class SmallContact {
   ExactDepths exact_depths_;
   std::vector<ContactPatch> patches_;
   std::uint32_t num_patches_ = 0;
+  float deepest_of_pieces_m_ = 0.0f;
+  std::uint32_t deepest_piece_ = 0;
   Sums sums_;
 };
 

@@ -116,7 +116,7 @@ TEST(SmallContact, ForceHasNoSteps) {
     EXPECT_TRUE(pair.result.is_in_contact || force == 0.0) << d;
     before = force;
   }
-  EXPECT_GT(num_small, 100);
+  EXPECT_GT(num_small, 60);
   EXPECT_GT(num_others, 50);
 }
 
@@ -186,17 +186,36 @@ TEST(SmallContact, ForceOfAnEdgeHasNoSteps) {
   EXPECT_GT(num_others, 25);
 }
 
+// A twentieth of a voxel deep, a strip narrower than the finer points of its samples are apart: they miss a third.
+TEST(SmallContact, TellsANarrowStripOfALongEdge) {
+  BeamOnPlate pair(0.4, 4096);
+  const auto worst_of = [&] {
+    double worst = 0.0;
+    for (const double d : {4e-5, 6e-5, 9e-5}) {
+      const double exact = BeamOnPlate::kLength_m * d * d / (2.0 * std::sin(pair.tilt) * std::cos(pair.tilt));
+      worst = std::max(worst, std::abs(glm::length(pair.Force(pair.Pressed(d))) / exact - 1.0));
+      EXPECT_NEAR(pair.result.signed_distance_m, -d, 5e-6);
+    }
+    return worst;
+  };
+  EXPECT_LT(worst_of(), 0.15);
+  pair.samples.pieces = {};
+  EXPECT_GT(worst_of(), 0.4);
+}
+
 // More pieces come into question than there is room for: of a face a hair above a plate, or farther above it, where in
-// the end none counts; of a long edge at its first touch. The samples' answer stands.
+// the end none counts; along an edge that is cut finely. The samples' answer stands.
 TEST(SmallContact, LeavesWhatIsNearEverywhereToTheSamples) {
   BeamOnPlate beam(0.4, 4096);
   const SurfacePieces block = CutIntoPieces(MakeBox({0.09, 0.09, 0.01}), 1e-3);
   SmallContact small;
   for (const double gap_m : {5e-5, 2e-4}) {
     const core::Pose X = At(0.0, 0.0, kSurface_m + 0.005 + gap_m);
-    EXPECT_FALSE(small.Integrate(block, beam.field, X, 5e-4, 0.0, 1.0f)) << gap_m;
+    EXPECT_FALSE(small.Integrate(block, beam.field, X, {.spacing_m = 5e-4})) << gap_m;
   }
-  const core::Pose X = beam.Pressed(1e-5);
+  beam.samples.pieces = CutIntoPieces(beam.part, 3.5e-4);
+  ASSERT_FALSE(beam.samples.pieces.pieces.empty());
+  const core::Pose X = beam.Pressed(5e-5);
   const glm::dvec3 force = beam.Force(X);
   EXPECT_EQ(beam.scratch.refine.share_of_small, 1.0f);
   EXPECT_GT(glm::length(force), 0.0);
