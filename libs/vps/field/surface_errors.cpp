@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kLongestPart = 4.0;  // voxels
 
+// Errors of places average out in a contact, all of one sign do not.
+constexpr double kOneWay = 6.0;
+
 // Evenly over the unit square, folded into a triangle (Roberts' sequence of two dimensions).
 glm::dvec2 PlaceInTriangle(std::uint32_t i) {
   const glm::dvec2 place = glm::fract(glm::dvec2(0.7548776662466927, 0.5698402909980532) * (i + 0.5));
@@ -19,6 +22,7 @@ glm::dvec2 PlaceInTriangle(std::uint32_t i) {
 }  // namespace
 
 std::vector<std::uint8_t> SurfaceErrors(const TriangleField& triangles, const DistanceField& field) {
+  BrickMeans means(field);
   BrickMeans squares(field);
   std::uint32_t count = 0;
   for (std::uint32_t t = 0; t < triangles.num_triangles() && !triangles.is_sheet(); ++t) {
@@ -28,12 +32,14 @@ std::vector<std::uint8_t> SurfaceErrors(const TriangleField& triangles, const Di
       const glm::dvec3 p = a + place.x * (b - a) + place.y * (c - a);
       const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
       const auto error = static_cast<double>(SampleField(field, glm::vec3(p)).distance);
+      means.Add(p, area, area * error);
       squares.Add(p, area, area * error * error);
     });
   }
   std::vector<std::uint8_t> errors(squares.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    const double steps = std::sqrt(squares.mean(i)) / static_cast<double>(kErrorStep);
+    const double error = std::max(std::sqrt(squares.mean(i)), kOneWay * std::abs(means.mean(i)));
+    const double steps = error / static_cast<double>(kErrorStep);
     errors[i] = static_cast<std::uint8_t>(std::min(255.0, std::round(steps)));
   }
   return errors;

@@ -196,6 +196,19 @@ TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
   EXPECT_GT(worst_of_field, 0.01f);
 }
 
+// Not where the contact is deep beside what the field is off, nor where the field is right.
+TEST(ExactDepths, AreAskedForWhereTheFieldIsOff) {
+  BallOnRoughRing pair;
+  pair.Force(BallOnRoughRing::Pressed(5e-5, 0.35));
+  EXPECT_EQ(pair.scratch.refine.share_of_exact, 1.0f);
+  pair.Force(BallOnRoughRing::Pressed(2e-3, 0.35));
+  EXPECT_EQ(pair.scratch.refine.share_of_exact, 0.0f);
+  pair.field = *BuildField(MakeBox({0.084, 0.084, 0.04}), kVoxel_m);
+  pair.Force(At(0.0, 0.0, 0.02 + 0.02 - 5e-5));
+  EXPECT_GT(pair.scratch.refine.share_of_small, 0.0f);
+  EXPECT_EQ(pair.scratch.refine.share_of_exact, 0.0f);
+}
+
 // From the first touch until so many points are in contact that the field tells them alone.
 TEST(ExactDepths, ForceHasNoSteps) {
   BallOnRoughRing pair;

@@ -190,13 +190,13 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     // A sample that the field says is inside counts as contact even where exact depths say that it is not, quite.
     if (small.deepest_m > 0.0f) {
       deepest_m = std::max(deepest_m, 0.0);
-      auto small_m = static_cast<double>(small.deepest_m);
-      const auto share_of_exact = static_cast<double>(scratch->refine.share_of_exact);
-      // Samples lie on sharp edges, which is where the deepest place may be, but by the field.
-      const bool is_at_a_sample = small_m < deepest_m && share_of_exact < 0.5;
-      if (small_m < deepest_m) small_m = std::lerp(deepest_m, small_m, share_of_exact);
-      mix(&deepest_m, small_m);
-      if (!is_at_a_sample) {
+      const auto small_m = static_cast<double>(small.deepest_m);
+      // Samples lie on sharp edges, which is where the deepest place may be.
+      const double sample_m = small_m < deepest_m ? scratch->small.MeasureDepth_m(field, X_GS, deepest_p_S, deepest_m,
+                                                                                  scratch->refine.share_of_exact)
+                                                  : 0.0;
+      mix(&deepest_m, std::max(small_m, sample_m));
+      if (!(sample_m > small_m)) {
         deepest_p_S = small.deepest_p_S;
         n_S = small.deepest_n_S;
       }

@@ -180,8 +180,8 @@ constexpr float kRim = 0.05f;
 constexpr float kNone = 2.0f;  // fewer are not looked at, or less
 // Mean depths, over the field's error, at which that counts, up to half as much again: so much that contacts of many
 // finer points are looked at again, and so much that few are looked at exactly.
-constexpr float kShallow = 9.0f;
-constexpr float kInexact = 13.0f;
+constexpr float kShallow = 10.5f;
+constexpr float kInexact = 14.0f;
 // Where finer points fade out, this fades later.
 constexpr float kLateFade = 3.0f;
 // Contacts of so many pieces, up to half as many again, take too long.

@@ -367,6 +367,16 @@ void SmallContact::OfferAsDeepest(std::uint32_t piece, std::uint32_t place, floa
   sums_.deepest_n_S = inwards_[piece];
 }
 
+double SmallContact::MeasureDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S,
+                                    double depth_m, float exact_share) {
+  if (field.facets.blocks.empty() || !(exact_share > 0.0f)) return depth_m;
+  exact_[0].of[0] = static_cast<float>(depth_m / field.voxel_size_m);
+  exact_depths_.Begin(field, X_GS, exact_share, exact_.data());
+  exact_depths_.Add(p_S, exact_[0].of[0], 0, 0);
+  exact_depths_.End();
+  return static_cast<double>(exact_[0].of[0]) * field.voxel_size_m;
+}
+
 // All places of the piece that seems to hold it are measured: of many that are off the deepest is off most.
 void SmallContact::FindDeepestPlace(const DistanceField& field, const core::Pose& X_GS, float exact_share) {
   if (!(deepest_of_pieces_m_ > 0.0f)) return;

@@ -44,7 +44,10 @@ class SmallContact {
   };
   // False: more pieces come into question than there is room for, and there is no result.
   bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, const Request& request);
-  // Of the last call, which was true.
+  // Makes a depth by the field exact, by so much of the way.
+  double MeasureDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S, double depth_m,
+                        float exact_share);
+  // Of the last call of Integrate, which was true.
   [[nodiscard]] const Sums& sums() const { return sums_; }
   // In at most kMostPatches parts.
   [[nodiscard]] std::span<const ContactPatch> patches() const { return {patches_.data(), num_patches_}; }

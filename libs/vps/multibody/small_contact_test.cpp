@@ -213,7 +213,7 @@ TEST(SmallContact, LeavesWhatIsNearEverywhereToTheSamples) {
     const core::Pose X = At(0.0, 0.0, kSurface_m + 0.005 + gap_m);
     EXPECT_FALSE(small.Integrate(block, beam.field, X, {.spacing_m = 5e-4})) << gap_m;
   }
-  beam.samples.pieces = CutIntoPieces(beam.part, 3.5e-4);
+  beam.samples.pieces = CutIntoPieces(beam.part, 5e-4);
   ASSERT_FALSE(beam.samples.pieces.pieces.empty());
   const core::Pose X = beam.Pressed(5e-5);
   const glm::dvec3 force = beam.Force(X);

@@ -1,0 +1,80 @@
+#include "vps/field/surface_errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/shapes.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kVoxel_m = 1e-3;
+
+// Unit sphere's points by the golden angle.
+glm::dvec3 OnUnitSphere(int i, int n) {
+  const double z = 1.0 - (2.0 * i + 1.0) / n;
+  const double r = std::sqrt(1.0 - z * z);
+  return {r * std::cos(2.39996 * i), r * std::sin(2.39996 * i), z};
+}
+
+// Words tell distances in steps of a 256th of a voxel. Where that is the same for a whole face nothing averages out.
+TEST(SurfaceErrors, OfFlatFacesAreOfRounding) {
+  const auto in_the_middle = [](const glm::dvec3& size_m) {
+    const DistanceField field = *BuildField(MakeBox(size_m), kVoxel_m);
+    return SurfaceErrorAt(field, glm::vec3((glm::dvec3(0.0, 0.0, 0.5 * size_m.z) - field.origin_m) / kVoxel_m));
+  };
+  const glm::dvec3 whole_voxels(0.06, 0.06, 0.02);
+  EXPECT_EQ(in_the_middle(whole_voxels), 0.0f);
+  EXPECT_NEAR(in_the_middle(whole_voxels + glm::dvec3(0.0, 0.0, kVoxel_m / 512.0)), 6.0f / 1024.0f, 1e-3f);
+}
+
+// The root of the mean square around each place is what SampleField is off there, by places that are not those that it
+// was measured at; of one sign a little more.
+TEST(SurfaceErrors, AreWhatTheFieldIsOffAtTheSurface) {
+  const TriangleMesh mesh = MakeSphere(0.02, 24);
+  const DistanceField field = *BuildField(mesh, kVoxel_m);
+  double squares = 0.0;
+  double told = 0.0;
+  std::size_t count = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    const double area_m2 = 0.5 * glm::length(glm::cross(b - a, c - a));
+    const int places = static_cast<int>(area_m2 / (0.1 * kVoxel_m * kVoxel_m));
+    for (int i = 0; i < places; ++i) {
+      const double u = std::sqrt((i + 0.5) / places);
+      const double v = glm::fract(0.6180339887 * i);
+      const glm::dvec3 p = a + u * ((1.0 - v) * (b - a) + v * (c - a));
+      const glm::vec3 q((p - field.origin_m) / kVoxel_m);
+      squares += std::pow(static_cast<double>(SampleField(field, q).distance), 2);
+      told += std::pow(static_cast<double>(SurfaceErrorAt(field, q)), 2);
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 10'000U);
+  EXPECT_GT(std::sqrt(squares / static_cast<double>(count)), 0.002);
+  EXPECT_GT(std::sqrt(told / squares), 0.85);
+  EXPECT_LT(std::sqrt(told / squares), 1.3);
+}
+
+TEST(SurfaceErrors, HaveNoSteps) {
+  const DistanceField field = *BuildField(MakeTorus(0.02, 0.007, 20, 10), kVoxel_m);
+  for (int i = 0; i < 200; ++i) {
+    const glm::vec3 p = glm::vec3((0.02 * OnUnitSphere(i, 200) - field.origin_m) / kVoxel_m);
+    for (int k = 0; k < 64; ++k) {
+      const glm::vec3 at = p + glm::vec3(0.25f * static_cast<float>(k), 0.0f, 0.0f);
+      const float step = SurfaceErrorAt(field, at + glm::vec3(1e-3f, 0.0f, 0.0f)) - SurfaceErrorAt(field, at);
+      EXPECT_LT(std::abs(step), 1e-3f * 255.0f * kErrorStep / 8.0f + 1e-6f);
+    }
+  }
+}
+
+TEST(SurfaceErrors, OfASheetAreNotMeasured) {
+  const DistanceField field = *BuildField(MakeTorus(0.02, 0.007, 20, 10), kVoxel_m, {.sheet_half_thickness_m = 5e-4});
+  for (const std::uint8_t error : field.errors) EXPECT_EQ(error, 0);
+}
+
+}  // namespace
+}  // namespace vps
