@@ -155,6 +155,8 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   scratch->moment_m4 = walk.moment_m4;
   RefineContact(finest, field, X_GS, walk, scratch->walk, &scratch->refine);
   const std::uint32_t num_finer = scratch->refine.num_samples;
+  const double small_share = IntegrateIfSmall(finest, field, X_GS, scratch);
+  if (small_share < 1.0) FindChangesOfSums(finest, field, scratch->walk, &scratch->refine);
   double volume_m3 = walk.volume_m3;
   double square_m4 = walk.square_m4;
   double deepest_m = walk.deepest_m;
@@ -177,7 +179,6 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   const PointBlock& block = finest.points[deepest_point / kBlock];
   const std::uint32_t lane = deepest_point % kBlock;
   glm::dvec3 n_S(block.nx[lane], block.ny[lane], block.nz[lane]);
-  const double small_share = IntegrateIfSmall(finest, field, X_GS, scratch);
   if (small_share > 0.0) {
     const SmallContact::Sums& small = scratch->small.sums();
     const auto mix = [&](auto* of, const auto& with) { *of = (1.0 - small_share) * *of + small_share * with; };

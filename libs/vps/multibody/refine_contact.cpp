@@ -204,21 +204,32 @@ void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScr
   scratch->share_of_exact = share_of(kInexact);
 }
 
+void FindDeepestOf(const PointBlock& points, const float* depths, float voxel_m, FinerSample* sample) {
+  const std::uint32_t k = FindDeepest(depths);
+  sample->change = {.p_S = PointOf(points, k), .penetration_m = depths[k] * voxel_m};
+}
+
 // What the finer points at these depths change in what the sample, a point of `block`, tells.
 void FindChange(const PointBlock& block, const PointBlock& points, const float* depths, float voxel_m,
                 FinerSample* sample) {
-  const std::uint32_t k = FindDeepest(depths);
-  sample->change.p_S = PointOf(points, k);
-  sample->change.penetration_m = depths[k] * voxel_m;
-  if (depths[k] > 0.0f) {
-    SetSums(points, depths, voxel_m, &sample->change);
-  } else {
-    SetSums(points, 0U, 0.0f, &sample->change);
-  }
+  if (sample->change.penetration_m > 0.0f) SetSums(points, depths, voxel_m, &sample->change);
   if (!(sample->depth_m > 0.0f)) return;
   ContactPatch coarse;
   SetSums(block, sample->lane, sample->depth_m, &coarse);
   AddSums(coarse, -sample->weight, &sample->change);
+}
+
+// Of these samples, whose finer points are those of the last evaluation.
+void FindChanges(const SampleTree& sampled, float voxel_m, const FieldWalkScratch& walk_scratch,
+                 std::span<FinerSample> samples, RefineScratch* scratch) {
+  for (std::uint32_t j = 0; j < samples.size(); ++j) {
+    const PointBlock& block = sampled.points[walk_scratch.near_blocks[samples[j].near_block]];
+    FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &samples[j]);
+  }
+}
+
+bool FitsAtOnce(const RefineScratch& scratch) {
+  return scratch.num_samples <= kMostBlocksAtOnce;
 }
 
 }  // namespace
@@ -249,9 +260,9 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
     FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
     Survey(voxel_m, chunk, scratch);
     for (std::uint32_t j = 0; j < chunk.size(); ++j) {
-      const PointBlock& block = sampled.points[walk_scratch.near_blocks[chunk[j].near_block]];
-      FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
+      FindDeepestOf(scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
     }
+    if (!FitsAtOnce(*scratch)) FindChanges(sampled, voxel_m, walk_scratch, chunk, scratch);
   }
   // Of all, whatever weight they have.
   scratch->num_near /= share;
@@ -259,6 +270,13 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->volume_m3 /= share;
   scratch->rim_m3 /= share;
   FindShares(sampled, voxel_m, share, scratch);
+}
+
+void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
+                       RefineScratch* scratch) {
+  if (!FitsAtOnce(*scratch)) return;
+  const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
+  FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
 }
 
 }  // namespace vps

@@ -15,7 +15,7 @@ struct FinerSample {
   std::uint32_t lane = 0;
   float depth_m = 0.0f;  // of the sample
   float weight = 0.0f;   // share that its finer points have in what the sample stands for
-  // Deepest of its finer points, and what they change in the sums.
+  // Deepest of its finer points, and, of FindChangesOfSums, what they change in the sums.
   ContactPatch change;
 };
 
@@ -48,5 +48,10 @@ struct RefineScratch {
 // The smallest and shallowest contacts need more than that: SmallContact.
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch);
+
+// After RefineContact, which leaves this out because SmallContact may tell all of it: what the finer points change in
+// the sums.
+void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
+                       RefineScratch* scratch);
 
 }  // namespace vps
