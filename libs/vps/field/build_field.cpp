@@ -9,6 +9,7 @@
 #include "vps/field/bound_cells.hpp"
 #include "vps/field/brick_bins.hpp"
 #include "vps/field/brick_pool.hpp"
+#include "vps/field/brick_traits.hpp"
 #include "vps/field/closest_triangle.hpp"
 #include "vps/field/crease.hpp"
 #include "vps/field/crease_cells.hpp"
@@ -16,8 +17,6 @@
 #include "vps/field/field_plan.hpp"
 #include "vps/field/mean_depths.hpp"
 #include "vps/field/pack_facets.hpp"
-#include "vps/field/surface_bends.hpp"
-#include "vps/field/surface_errors.hpp"
 #include "vps/field/tile_brick.hpp"
 #include "vps/field/triangle_rows.hpp"
 
@@ -89,8 +88,7 @@ class FieldBuilder {
     TakeMeanDepths(&field_);
     FillBricks();
     bins_ = {};
-    field_.bends = SurfaceBends(*triangles_, field_);
-    field_.errors = SurfaceErrors(*triangles_, field_);
+    TakeBrickTraits(*triangles_, &field_);
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     field_.facets = PackFacets(

@@ -54,8 +54,8 @@ struct DistanceField {
   std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
-  std::vector<std::int16_t> bends;   // of each brick, padded to a whole word: SurfaceBends
-  std::vector<std::uint8_t> errors;  // of each brick: SurfaceErrors
+  std::vector<std::int16_t> bends;   // of each brick, padded to a whole word: TakeBrickTraits
+  std::vector<std::uint8_t> errors;  // of each brick: TakeBrickTraits
   Facets facets;                     // the surface itself, where it is not much more than the rest: PackFacets
 
   [[nodiscard]] std::size_t num_bytes() const {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "vps/field/surface_errors.hpp"
+#include "vps/field/brick_traits.hpp"
 #include "vps/multibody/block_sums.hpp"
 
 namespace vps {

@@ -1,10 +1,9 @@
-#include "vps/field/surface_errors.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "vps/field/brick_traits.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/shapes.hpp"
 

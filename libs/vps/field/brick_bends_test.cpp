@@ -1,10 +1,9 @@
-#include "vps/field/surface_bends.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
+#include "vps/field/brick_traits.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/shapes.hpp"
 
