@@ -17,12 +17,12 @@ constexpr float kFewOfCoarsePart = 1920.0f;
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr std::uint32_t kMostSamples = 4096;
 
-// How far the depth may vary within a patch, beside what it varies within the whole block of samples.
 // Fades out from 1 at `begin` to 0 at `begin` + `width`.
 float FadeOut(float value, float begin, float width) {
   return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
 }
 
+// How far the depth may vary within a patch, beside what it varies within the whole block of samples.
 constexpr float kSteeper = 3.0f;
 constexpr float kLeastSlope = 0.02f;
 
@@ -178,8 +178,8 @@ constexpr float kFewNear = 112.0f;
 // And those of which finer points may miss so much at their rim, less and less down to half as much.
 constexpr float kRim = 0.05f;
 constexpr float kNone = 2.0f;  // fewer are not looked at, or less
-// Mean depths, over the field's error, at which that counts, up to half as much again: so much that contacts of many
-// finer points are looked at again, and so much that few are looked at exactly.
+// Mean depths, over the field's error, at which that counts, up to half as much again: so much that SmallContact is
+// asked although finer points are many, and so much that it is asked for exact depths.
 constexpr float kShallow = 10.5f;
 constexpr float kInexact = 14.0f;
 // Where finer points fade out, this fades later.

@@ -12,6 +12,7 @@ namespace {
 constexpr double kFewestPlaces = 130.0;
 // A quarter of a piece is so much of the square of the longest side that pieces may have, about.
 constexpr double kQuarter = 0.05;
+// Of the integral, at the rim, places may miss so much.
 constexpr double kMissing = 0.03;
 constexpr double kFinest = 0.25;  // of the samples' spacing
 // Where there are too many of a size, so much coarser ones will do, up to those that S is cut to.

@@ -18,8 +18,9 @@ namespace vps {
 // from the field counts for the quarter: with depths f by the field, f0 of them and e exact in the middle,
 //   integral of depth = sum over 16 of a (f + e - f0)+.
 // The many places follow the rim of the contact, and the few correct the field, whose error changes less from place to
-// place. The size is such that a contact has between kFewestPlaces and twice as many of the exact ones; where it goes
-// from one size to the next both are taken and mixed, so that force and moment are continuous.
+// place. The size is such that a contact has between kFewestPlaces and twice as many of the middles, more where it is
+// narrower than they are apart; where it goes from one size to the next both are taken and mixed, so that force and
+// moment are continuous.
 class SmallContact {
  public:
   struct Sums {
