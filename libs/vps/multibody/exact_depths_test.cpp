@@ -213,7 +213,9 @@ TEST(ExactDepths, AreAskedForWhereTheFieldIsOff) {
 TEST(ExactDepths, ForceHasNoSteps) {
   BallOnRoughRing pair;
   glm::dvec3 before(0.0);
-  for (int i = 0; i <= 400; ++i) {
+  float share_before = 0.0f;
+  float exact_before = 0.0f;
+  for (int i = 0; i <= 650; ++i) {
     const double depth_m = -5e-5 + 1e-6 * i;
     const glm::dvec3 force = pair.Force(BallOnRoughRing::Pressed(depth_m, 0.7));
     // The area in contact grows with the depth: pi 2 R d, with R = R1 R2 / (R1 + R2) of the two rounds.
@@ -221,9 +223,19 @@ TEST(ExactDepths, ForceHasNoSteps) {
     if (i > 0) {
       EXPECT_LT(glm::length(force - before), 4.0 * 1e-6 * area_m2) << i;
     }
+    // Nor does what it is made of.
+    const RefineScratch& refine = pair.scratch.refine;
+    if (refine.num_near > 10.0f) {
+      EXPECT_LT(std::abs(refine.share_of_small - share_before), 0.2f) << i;
+      EXPECT_LT(std::abs(refine.share_of_exact - exact_before), 0.2f) << i;
+    }
+    share_before = refine.share_of_small;
+    exact_before = refine.share_of_exact;
     before = force;
   }
   EXPECT_GT(glm::length(before), 0.0);
+  EXPECT_EQ(share_before, 0.0f);
+  EXPECT_EQ(exact_before, 0.0f);
 }
 
 }  // namespace

@@ -146,6 +146,8 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(read->field->words, object.field->words);
   EXPECT_EQ(read->field->bricks, object.field->bricks);
   EXPECT_EQ(read->field->creases, object.field->creases);
+  EXPECT_EQ(read->field->bends, object.field->bends);
+  EXPECT_EQ(read->field->errors, object.field->errors);
   EXPECT_GT(object.field->facets.num_bytes(), 0U);
   EXPECT_EQ(read->field->facets.num_bytes(), object.field->facets.num_bytes());
   EXPECT_GT(object.samples->pieces.num_bytes(), 0U);
@@ -168,6 +170,11 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   // So is a tree of facets whose levels do not fit together.
   wrong = object;
   wrong.field->facets.blocks.resize(wrong.field->facets.blocks.size() + kFacetLanes);
+  ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
+  EXPECT_FALSE(ReadCookedFile(file, 7));
+  // And errors that are not those of all bricks.
+  wrong = object;
+  wrong.field->errors.pop_back();
   ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
   EXPECT_FALSE(ReadCookedFile(file, 7));
   std::filesystem::remove(file);
