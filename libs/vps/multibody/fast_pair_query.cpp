@@ -99,9 +99,8 @@ double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, co
   const RefineScratch& refine = scratch->refine;
   if (!(refine.share_of_small > 0.0f)) return 0.0;
   const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
-  const double rim = static_cast<double>(refine.rim_m3) / std::max(static_cast<double>(refine.volume_m3), 1e-30);
   const bool is_told = scratch->small.Integrate(
-      finest.pieces, field, X_GS, {spacing_m, static_cast<double>(refine.near_m2), rim, refine.share_of_exact});
+      finest.pieces, field, X_GS, {spacing_m, static_cast<double>(refine.near_m2), refine.share_of_exact});
   return is_told ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 

@@ -12,8 +12,6 @@ namespace {
 constexpr double kFewestPlaces = 130.0;
 // A quarter of a piece is so much of the square of the longest side that pieces may have, about.
 constexpr double kQuarter = 0.05;
-// Of the integral, at the rim, places may miss so much.
-constexpr double kMissing = 0.03;
 constexpr double kFinest = 0.25;  // of the samples' spacing
 // Where there are too many of a size, so much coarser ones will do, up to those that S is cut to.
 constexpr double kCoarser = 2.0;
@@ -107,14 +105,6 @@ void FillUp(SmallContact::Triangles* triangles) {
   for (std::vector<float>& coordinate : triangles->of) {
     for (std::uint32_t i = n; i % kAtOnce != 0; ++i) coordinate[i] = coordinate[n - 1];
   }
-}
-
-// The longest side that pieces should have: there are kFewestPlaces, and of a narrow strip they miss kMissing. They are
-// about a ninth of it apart, and what points miss at a rim grows with the square of their distance.
-double WantedSide_m(const SmallContact::Request& request) {
-  const double side_m = std::sqrt(request.near_m2 / (kFewestPlaces * kQuarter));
-  const double apart_m = 0.25 * request.spacing_m * std::sqrt(kMissing / std::max(request.rim, 1e-9));
-  return std::min(side_m, apart_m / 0.112);
 }
 
 // Number on a space-filling curve (Morton) through cells of half a voxel; what is farther than 256 voxels away repeats.
@@ -414,9 +404,10 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
   sums_ = {};
   num_patches_ = 0;
   SphereSieve sieve(field, X_GS);
-  // The size, in steps from the finest.
+  // The size that would have just kFewestPlaces, in steps from the finest.
   const double finest_m = kFinest * request.spacing_m;
-  const double steps = std::max(0.0, 2.0 * std::log2(WantedSide_m(request) / finest_m));
+  const double wanted_m = std::sqrt(request.near_m2 / (kFewestPlaces * kQuarter));
+  const double steps = std::max(0.0, 2.0 * std::log2(wanted_m / finest_m));
   const double step = std::floor(steps);
   const auto to_next = static_cast<float>(std::clamp((steps - step - (1.0 - kBlend)) / kBlend, 0.0, 1.0));
   for (int i = 0; i < 2; ++i) {

@@ -18,9 +18,8 @@ namespace vps {
 // from the field counts for the quarter: with depths f by the field, f0 of them and e exact in the middle,
 //   integral of depth = sum over 16 of a (f + e - f0)+.
 // The many places follow the rim of the contact, and the few correct the field, whose error changes less from place to
-// place. The size is such that a contact has between kFewestPlaces and twice as many of the middles, more where it is
-// narrower than they are apart; where it goes from one size to the next both are taken and mixed, so that force and
-// moment are continuous.
+// place. The size is such that a contact has between kFewestPlaces and twice as many of the middles; where it goes
+// from one size to the next both are taken and mixed, so that force and moment are continuous.
 class SmallContact {
  public:
   struct Sums {
@@ -40,7 +39,6 @@ class SmallContact {
   struct Request {
     double spacing_m = 0.0;    // of S's samples
     double near_m2 = 0.0;      // about how much of S's surface is inside G or near enough to be looked at
-    double rim = 0.0;          // what points a quarter of the spacing apart miss of the integral at the rim, over it
     float exact_share = 1.0f;  // how far e goes from f to the exact depth; 0 takes half the time
   };
   // False: more pieces come into question than there is room for, and there is no result.
