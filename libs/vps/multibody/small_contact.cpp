@@ -424,10 +424,6 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
     AddPieces(static_cast<float>(field.voxel_size_m), weight);
     FindDeepestPlace(field, X_GS, request.exact_share);
   }
-  if (sums_.volume_m3 < 0.0) {
-    sums_ = {.places_tested = sums_.places_tested};
-    num_patches_ = 0;
-  }
   return true;
 }
 
