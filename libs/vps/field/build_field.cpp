@@ -57,8 +57,6 @@ struct BrickDraft {
   std::vector<std::uint32_t> records;  // of its creases; words number them from 0
 };
 
-// Where facets are much smaller than voxels their planes are means over many, and the facets take more than they give.
-constexpr double kFacetsShare = 0.5;  // of all the rest, at most
 // Where facets are wider than so many voxels each has planes of its own, and they are worth little.
 constexpr double kWideFacet = 2.0;
 constexpr double kWideFacetsShare = 0.01;
@@ -70,7 +68,7 @@ double FacetsShare(const TriangleField& triangles) {
     area += 0.5 * glm::length(glm::cross(b - a, c - a));
   }
   const double width = std::sqrt(area / static_cast<double>(triangles.num_triangles()));
-  return width > kWideFacet ? kWideFacetsShare : kFacetsShare;
+  return width > kWideFacet ? kWideFacetsShare : kMostFacetsShare;
 }
 
 class FieldBuilder {

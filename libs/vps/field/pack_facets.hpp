@@ -7,6 +7,10 @@
 
 namespace vps {
 
+// What facets may take, in the field's other bytes: those of a sixth of a voxel and less take more, and are too many to
+// look at near a point (kMostFacetBlocks).
+constexpr double kMostFacetsShare = 4.0;
+
 // Of a solid, triangles in voxels; nothing of a sheet.
 // Triangles that are longer than a block reaches are halved until they are not. Nothing if that takes more than
 // `most_bytes`.

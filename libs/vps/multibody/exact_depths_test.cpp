@@ -127,19 +127,24 @@ TEST(Facets, APointsDepthDoesNotDependOnThePointsBesideIt) {
 TEST(Facets, AreKeptOfSolidsThatHaveFewOfThemOnly) {
   const TriangleMesh mesh = MakeRoughTorus(kRough_m);
   EXPECT_TRUE(BuildField(mesh, kVoxel_m, {.sheet_half_thickness_m = 5e-4})->facets.blocks.empty());
-  EXPECT_TRUE(BuildField(mesh, 4e-3)->facets.blocks.empty());
-  const DistanceField field = *BuildField(mesh, kVoxel_m);
-  EXPECT_LT(field.facets.num_bytes(), 12.5 * static_cast<double>(mesh.triangles.size()));
-  EXPECT_LT(2 * field.facets.num_bytes(), field.num_bytes());
+  EXPECT_TRUE(BuildField(mesh, 8e-3)->facets.blocks.empty());
+  for (const double voxel_m : {kVoxel_m, 4e-3}) {
+    const DistanceField field = *BuildField(mesh, voxel_m);
+    EXPECT_FALSE(field.facets.blocks.empty());
+    EXPECT_LT(field.facets.num_bytes(), 12.5 * static_cast<double>(mesh.triangles.size()));
+    EXPECT_LE(static_cast<double>(field.facets.num_bytes()),
+              kMostFacetsShare / (1.0 + kMostFacetsShare) * static_cast<double>(field.num_bytes()));
+  }
   // Facets several voxels wide are worth a hundredth of the field at most.
   EXPECT_TRUE(BuildField(mesh, 0.3 * kVoxel_m)->facets.blocks.empty());
 }
 
-// A ball lies a twentieth of a voxel deep on a ring whose facets are as large as voxels.
+// A ball lies a twentieth of a millimetre deep on a ring whose facets are 1 mm large, or so.
 struct BallOnRoughRing {
+  explicit BallOnRoughRing(double voxel_m = kVoxel_m) : field(*BuildField(ring, voxel_m)) {}
   TriangleMesh ring = MakeRoughTorus(kRough_m);
   TriangleMesh ball = MakeSphere(0.02, 192);
-  DistanceField field = *BuildField(ring, kVoxel_m);
+  DistanceField field;
   SampleTree samples = *BuildSampleTree(ball, 4096);
   FastPairScratch scratch{samples};
   PairDescription pair{.look_ahead_m = 0.0};
@@ -156,24 +161,30 @@ struct BallOnRoughRing {
   }
 };
 
+// A few finer points: where they happen to lie. Of voxels that hold several facets each fewer are near.
 TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
-  BallOnRoughRing pair;
-  const oracle::MeshDistance A(pair.ring);
-  const oracle::MeshDistance B(pair.ball);
-  const auto worst_of = [&] {
-    double worst = 0.0;
-    for (int i = 0; i < 8; ++i) {
-      const core::Pose X = BallOnRoughRing::Pressed(5e-5, 0.7 * i);
-      const glm::dvec3 truth = oracle::IntegrateContactWrench(A, B, X, {1e-3}).force_A_m3;
-      worst = std::max(worst, glm::length(pair.Force(X) - truth) / glm::length(truth));
-    }
-    return worst;
+  struct Case {
+    double voxel_m, most;
   };
-  const double with = worst_of();
-  pair.field.facets = {};
-  const double without = worst_of();
-  EXPECT_LT(with, 0.4);  // a few finer points: where they happen to lie
-  EXPECT_GT(without, 2.0 * with);
+  for (const auto& [voxel_m, most] : {Case{kVoxel_m, 0.4}, Case{2.0 * kVoxel_m, 0.6}}) {
+    BallOnRoughRing pair(voxel_m);
+    const oracle::MeshDistance A(pair.ring);
+    const oracle::MeshDistance B(pair.ball);
+    const auto worst_of = [&] {
+      double worst = 0.0;
+      for (int i = 0; i < 8; ++i) {
+        const core::Pose X = BallOnRoughRing::Pressed(5e-5, 0.7 * i);
+        const glm::dvec3 truth = oracle::IntegrateContactWrench(A, B, X, {1e-3}).force_A_m3;
+        worst = std::max(worst, glm::length(pair.Force(X) - truth) / glm::length(truth));
+      }
+      return worst;
+    };
+    const double with = worst_of();
+    pair.field.facets = {};
+    const double without = worst_of();
+    EXPECT_LT(with, most);
+    EXPECT_GT(without, 2.0 * with);
+  }
 }
 
 TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
@@ -196,13 +207,21 @@ TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
   EXPECT_GT(worst_of_field, 0.01f);
 }
 
-// Not where the contact is deep beside what the field is off, nor where the field is right.
+// Not where the contact is deep beside what the field is off, nor where the field is right, nor where nothing tells
+// more than the field.
 TEST(ExactDepths, AreAskedForWhereTheFieldIsOff) {
   BallOnRoughRing pair;
   pair.Force(BallOnRoughRing::Pressed(5e-5, 0.35));
   EXPECT_EQ(pair.scratch.refine.share_of_exact, 1.0f);
   pair.Force(BallOnRoughRing::Pressed(2e-3, 0.35));
   EXPECT_EQ(pair.scratch.refine.share_of_exact, 0.0f);
+  pair.Force(BallOnRoughRing::Pressed(3e-4, 0.35));
+  EXPECT_GT(pair.scratch.refine.error, 0.01f);
+  EXPECT_GT(pair.scratch.refine.share_of_small, 0.0f);
+  pair.field.facets = {};
+  pair.Force(BallOnRoughRing::Pressed(3e-4, 0.35));
+  EXPECT_EQ(pair.scratch.refine.error, 0.0f);
+  EXPECT_EQ(pair.scratch.refine.share_of_small, 0.0f);
   pair.field = *BuildField(MakeBox({0.084, 0.084, 0.04}), kVoxel_m);
   pair.Force(At(0.0, 0.0, 0.02 + 0.02 - 5e-5));
   EXPECT_GT(pair.scratch.refine.share_of_small, 0.0f);

@@ -49,6 +49,9 @@ float FindSamples(const SampleTree& sampled, const DistanceField& field, const c
   const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
   const float few = sampled.num_points <= kCoarsePart ? kFewOfCoarsePart : kFewSamples;
   const float width = few / 3.0f;
+  // Each that collides has a weight of 1.
+  if (static_cast<float>(walk.num_colliding) >= few + width) return 0.0f;
+  const bool can_be_exact = !field.facets.blocks.empty();
   float sum = 0.0f;
   float error = 0.0f;
   std::uint32_t count = 0;
@@ -86,6 +89,7 @@ float FindSamples(const SampleTree& sampled, const DistanceField& field, const c
     if (!(sum_of_block > 0.0f)) continue;
     sum += sum_of_block;
     if (sum >= few + width) return 0.0f;
+    if (!can_be_exact) continue;
     const glm::vec3 middle(spheres.x[lane], spheres.y[lane], spheres.z[lane]);
     error += sum_of_block * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }

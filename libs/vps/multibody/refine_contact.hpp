@@ -28,7 +28,7 @@ struct RefineScratch {
   float near_m2 = 0.0f;
   float volume_m3 = 0.0f;
   float rim_m3 = 0.0f;  // what the finer points may miss of it at the contact's rim
-  float error = 0.0f;   // of the field around the samples, voxels
+  float error = 0.0f;   // of the field around the samples, voxels; 0 where there are no facets to tell more
   // How much of the contact SmallContact is to tell, and how far it is to go from the field's depths to exact ones.
   float share_of_small = 0.0f;
   float share_of_exact = 0.0f;
