@@ -162,12 +162,13 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   std::uint32_t deepest_point = walk.deepest_point;
   glm::vec3 deepest_p_S = PointOf(finest.points[deepest_point / kBlock], deepest_point % kBlock);
   result->counters.points_tested += std::uint64_t{num_finer} * kBlock;
+  const auto stand_for = static_cast<double>(scratch->refine.stand_for);
   for (std::uint32_t j = 0; j < num_finer; ++j) {
     const FinerSample& finer = scratch->refine.samples[j];
-    scratch->force_m3 += glm::dvec3(finer.change.force_m3);
-    scratch->moment_m4 += glm::dvec3(finer.change.moment_m4);
-    volume_m3 += static_cast<double>(finer.change.volume_m3);
-    square_m4 += static_cast<double>(finer.change.square_m4);
+    scratch->force_m3 += stand_for * glm::dvec3(finer.change.force_m3);
+    scratch->moment_m4 += stand_for * glm::dvec3(finer.change.moment_m4);
+    volume_m3 += stand_for * static_cast<double>(finer.change.volume_m3);
+    square_m4 += stand_for * static_cast<double>(finer.change.square_m4);
     if (!(finer.weight > 0.0f)) continue;
     if (finer.change.penetration_m > 0.0f && finer.depth_m <= 0.0f) ++result->counters.points_colliding;
     if (static_cast<double>(finer.change.penetration_m) <= deepest_m) continue;

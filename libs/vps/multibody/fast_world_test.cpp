@@ -130,7 +130,8 @@ TEST(FastWorld, ABudgetOfPointsCutsAHeavyPairShortAndKeepsItsDeepestPoint) {
     const StepReport& report = cut->Step(&serial, 0, 640);
     num_cut += report.pairs_cut_short;
     ASSERT_EQ(report.pairs_cut_short == 1, cut->result(0).is_cut_short);
-    ASSERT_NEAR(cut->result(0).signed_distance_m, whole->result(0).signed_distance_m, 5e-6);  // a hundredth of a voxel
+    // To what the depth changes by between two samples, 0.04 voxel: of more of them others are looked at closely.
+    ASSERT_NEAR(cut->result(0).signed_distance_m, whole->result(0).signed_distance_m, 2e-5);
     ASSERT_LE(cut->result(0).counters.points_tested, whole->result(0).counters.points_tested);
     cut->Step(&serial, 0, 10'000'000);
   }

@@ -10,12 +10,22 @@
 namespace vps {
 namespace {
 
-// The whole fades out between so many samples, weighted, and a third more. Of a part that has few samples for all of
-// its surface, later: there a contact of as many is as broad as it gets, and its rim is all that they see.
-constexpr float kFewSamples = 480.0f;
-constexpr float kFewOfCoarsePart = 1920.0f;
+// How many of the samples near the surface, weighted, have their finer points looked at: all, up to `all`; where there
+// are more, fewer and fewer of them down to `chosen`, evenly, each of which stands for others. It fades out from `near`
+// of them on, or from `inside` of these inside, up to a third more: a contact of so many is broad.
+struct Limits {
+  float all, chosen, near, inside;
+};
+constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 960.0f};
+// Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
+// all that they see.
 constexpr std::uint32_t kCoarsePart = 8192;
-constexpr std::uint32_t kMostSamples = 4096;
+constexpr Limits kLimitsOfCoarsePart{1920.0f, 1920.0f, 1920.0f, 1920.0f};
+constexpr std::uint32_t kMostNear = 8192;
+// Samples count as inside in full where they are so much of the spacing deep.
+constexpr float kInside = 0.05f;
+// Of those chosen so many are so in full, the others in part: none comes or goes at once.
+constexpr float kInFull = 0.9f;
 
 // Fades out from 1 at `begin` to 0 at `begin` + `width`.
 float FadeOut(float value, float begin, float width) {
@@ -42,17 +52,19 @@ float Spread(const PointBlock& block, const float* depths) {
 // surface counts by how steeply the depth changes there, seen from the samples of its block: in a conforming contact
 // the whole free side is nearer than its samples are to each other. Returns how much of the refinement their number
 // leaves.
-float FindSamples(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                  const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
+float FindNear(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
+               const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, const Limits& limits,
+               RefineScratch* scratch) {
+  const float most = limits.near * 4.0f / 3.0f;
+  const float most_inside = limits.inside * 4.0f / 3.0f;
+  if (static_cast<float>(walk.num_colliding) >= most) return 0.0f;  // each has a weight of 1
   const FieldTransform to_field(X_GS, field);
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
   const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
-  const float few = sampled.num_points <= kCoarsePart ? kFewOfCoarsePart : kFewSamples;
-  const float width = few / 3.0f;
-  // Each that collides has a weight of 1.
-  if (static_cast<float>(walk.num_colliding) >= few + width) return 0.0f;
+  const float inside_per_m = 1.0f / (kInside * static_cast<float>(sampled.refined_m));
   const bool can_be_exact = !field.facets.blocks.empty();
   float sum = 0.0f;
+  float inside = 0.0f;
   float error = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
@@ -75,27 +87,55 @@ float FindSamples(const SampleTree& sampled, const DistanceField& field, const c
       const F4 weight = 2.0f * near / reach_m2;
       for (std::uint32_t j = 0; j < 4; ++j) {
         if (is_near[j] == 0) continue;
-        if (count == kMostSamples) return 0.0f;
-        FinerSample& sample = scratch->samples[count++];
-        sample.near_block = i;
-        sample.lane = first + j;
-        sample.depth_m = depth_m[j];
-        sample.weight = std::min(weight[j], 1.0f);
-        sum_of_block += sample.weight;
-        const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[std::size_t{at} * kBlock + first + j]);
-        for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
+        if (count == kMostNear) return 0.0f;
+        scratch->near[count] = {i, first + j, depth_m[j], std::min(weight[j], 1.0f)};
+        sum_of_block += scratch->near[count++].weight;
+        inside += std::clamp(depth_m[j] * inside_per_m, 0.0f, 1.0f);
       }
     }
     if (!(sum_of_block > 0.0f)) continue;
     sum += sum_of_block;
-    if (sum >= few + width) return 0.0f;
+    if (sum >= most || inside >= most_inside) return 0.0f;
     if (!can_be_exact) continue;
     const glm::vec3 middle(spheres.x[lane], spheres.y[lane], spheres.z[lane]);
     error += sum_of_block * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }
-  scratch->num_samples = count;
+  scratch->num_near_samples = count;
+  scratch->sum_of_weights = sum;
   scratch->error = count > 0 ? error / sum : 0.0f;
-  return FadeOut(sum, few, width);
+  return FadeOut(sum, limits.near, limits.near / 3.0f) * FadeOut(inside, limits.inside, limits.inside / 3.0f);
+}
+
+// Of a number, in [0, 1): those of following numbers lie evenly (by the golden ratio), and so do those below a limit of
+// samples that follow each other along the surface.
+float Rank(std::uint32_t i) {
+  return static_cast<float>(i * 2654435769U >> 8) * 0x1p-24f;
+}
+
+// Whose finer points are looked at.
+void ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scratch, const Limits& limits, float share,
+                   RefineScratch* scratch) {
+  const float sum = scratch->sum_of_weights;
+  const float wanted = std::max(limits.chosen, std::min(limits.all, 3.0f * limits.all - 2.0f * sum));
+  const float limit = wanted / (kInFull * sum);
+  float chosen = 0.0f;
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < scratch->num_near_samples; ++i) {
+    const NearSample& near = scratch->near[i];
+    const std::uint32_t at = walk_scratch.near_blocks[near.near_block] * kBlock + near.lane;
+    const float weight = near.weight * FadeOut(Rank(at), kInFull * limit, (1.0f - kInFull) * limit);
+    if (!(weight > 0.0f)) continue;
+    FinerSample& sample = scratch->samples[count++];
+    sample.near_block = near.near_block;
+    sample.lane = near.lane;
+    sample.depth_m = near.depth_m;
+    sample.weight = share * weight;
+    chosen += weight;
+    const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[at]);
+    for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
+  }
+  scratch->num_samples = count;
+  scratch->stand_for = chosen > 0.0f ? sum / chosen : 0.0f;
 }
 
 // The finer points of a sample, as number j of those evaluated together.
@@ -239,7 +279,8 @@ bool FitsAtOnce(const RefineScratch& scratch) {
 }  // namespace
 
 RefineScratch::RefineScratch()
-    : samples(kMostSamples),
+    : near(kMostNear),
+      samples(kMostNear),
       points(kMostBlocksAtOnce),
       spheres(kMostBlocksAtOnce / kBlock),
       depths(kMostBlocksAtOnce) {}
@@ -251,13 +292,11 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->share_of_small = scratch->share_of_exact = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
-  const float share = FindSamples(sampled, field, X_GS, walk, walk_scratch, scratch);
-  if (!(share > 0.0f)) {
-    scratch->num_samples = 0;
-    return;
-  }
+  const Limits& limits = sampled.num_points <= kCoarsePart ? kLimitsOfCoarsePart : kLimits;
+  const float share = FindNear(sampled, field, X_GS, walk, walk_scratch, limits, scratch);
+  if (!(share > 0.0f)) return;
+  ChooseSamples(sampled, walk_scratch, limits, share, scratch);
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
-  for (FinerSample& sample : samples) sample.weight *= share;
   for (std::size_t begin = 0; begin < samples.size(); begin += kMostBlocksAtOnce) {
     const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
     const std::span<FinerSample> chunk = samples.subspan(begin, count);
@@ -269,10 +308,11 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
     if (!FitsAtOnce(*scratch)) FindChanges(sampled, voxel_m, walk_scratch, chunk, scratch);
   }
   // Of all, whatever weight they have.
-  scratch->num_near /= share;
-  scratch->near_m2 /= share;
-  scratch->volume_m3 /= share;
-  scratch->rim_m3 /= share;
+  const float factor = scratch->stand_for / share;
+  scratch->num_near *= factor;
+  scratch->near_m2 *= factor;
+  scratch->volume_m3 *= factor;
+  scratch->rim_m3 *= factor;
   FindShares(sampled, voxel_m, share, scratch);
 }
 

@@ -19,9 +19,20 @@ struct FinerSample {
   ContactPatch change;
 };
 
+struct NearSample {
+  std::uint32_t near_block, lane;
+  float depth_m, weight;
+};
+
 struct RefineScratch {
   RefineScratch();
-  std::uint32_t num_samples = 0;  // that the last call filled, in the walk's order
+  // Samples that may be inside G, in the walk's order, and the sum of their weights.
+  std::uint32_t num_near_samples = 0;
+  float sum_of_weights = 0.0f;
+  std::vector<NearSample> near;
+  // Of these, those whose finer points the last call looked at, and how many each of them stands for.
+  std::uint32_t num_samples = 0;
+  float stand_for = 1.0f;
   // Of the finer points that are inside G, or just outside and then less: how many there are, by their samples'
   // weights, how much surface they stand for, and the integral of their depth.
   float num_near = 0.0f;
