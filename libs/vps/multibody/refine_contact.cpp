@@ -16,7 +16,7 @@ namespace {
 struct Limits {
   float all, chosen, near, inside;
 };
-constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 960.0f};
+constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 720.0f};
 // Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
 // all that they see.
 constexpr std::uint32_t kCoarsePart = 8192;

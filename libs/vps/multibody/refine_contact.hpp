@@ -50,8 +50,9 @@ struct RefineScratch {
 };
 
 // Looks more closely at the samples of a walk that may be inside G: those at a depth d > -r, where r is how far the
-// patch reaches towards G. The finer points' weight fades out towards -r, and all of it as such samples become many,
-// since the errors of single ones then average out. So force and moment stay continuous.
+// patch reaches towards G. The finer points' weight fades out towards -r. Where such samples are many, a share of them
+// is looked at and stands for all: what single ones are off by averages out, but not what all of them miss, as along an
+// edge. Of a broad contact, of many samples inside, none is. Force and moment stay continuous.
 //
 // Deep samples, too: one sample tells too little where the depth bends upwards, as it does where G's surface cuts the
 // patch, and too much where it bends downwards, as inside a round G (by h^2 / 12 R for a spacing h). Of a whole contact

@@ -139,7 +139,7 @@ TEST(RefineContact, FadesOutWithoutSteps) {
     before = force;
   }
   EXPECT_LT(most_looked_at, 600U);
-  EXPECT_GT(most_refined, 1200U);
+  EXPECT_GT(most_refined, 900U);
   EXPECT_EQ(scratch.refine.num_samples, 0U);
 }
 

@@ -188,6 +188,24 @@ TEST(SmallContact, ForceOfAnEdgeHasNoSteps) {
   }
 }
 
+// Deeper than that the finer points of some of the samples tell for all that are near.
+TEST(SmallContact, LeavesALongEdgeToFinerPointsOfSomeSamples) {
+  BeamOnPlate pair(0.3, 16384);
+  const auto worst_of = [&] {
+    double worst = 0.0;
+    for (const double d : {9e-5, 1e-4, 1.1e-4}) {
+      const double exact = BeamOnPlate::kLength_m * d * d / (2.0 * std::sin(pair.tilt) * std::cos(pair.tilt));
+      worst = std::max(worst, std::abs(glm::length(pair.Force(pair.Pressed(d))) / exact - 1.0));
+      EXPECT_EQ(pair.scratch.refine.share_of_small, 0.0f);
+    }
+    return worst;
+  };
+  EXPECT_LT(worst_of(), 0.03);
+  EXPECT_GT(pair.scratch.refine.stand_for, 3.0f);
+  pair.samples.fine = {};
+  EXPECT_GT(worst_of(), 0.1);
+}
+
 // A twentieth of a voxel deep, a strip narrower than the finer points of its samples are apart: they miss a third.
 TEST(SmallContact, TellsANarrowStripOfALongEdge) {
   for (const std::uint32_t num_samples : {4096U, 16384U}) {
