@@ -70,8 +70,8 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   const double index_bytes = num_voxels / DistanceField::kBrickWords * sizeof(std::uint32_t);
   const double creases = bricks * kCreaseBytesPerBrick;
   plan.estimate.stored_bytes = kFewBytes + brick_bytes + creases + index_bytes + coarse_bytes();
-  plan.estimate.stored_bytes +=
-      std::min(kBytesPerFacet * static_cast<double>(mesh.triangles.size()), kMostFacetsShare * plan.estimate.stored_bytes);
+  plan.estimate.stored_bytes += std::min(kBytesPerFacet * static_cast<double>(mesh.triangles.size()),
+                                         kMostFacetsShare * plan.estimate.stored_bytes);
   // Cells and creases are kept twice for a moment, when room that was kept ready for more of them goes.
   plan.estimate.peak_bytes = plan.estimate.stored_bytes + std::max(creases, brick_bytes) +
                              kBytesPerTriangle * static_cast<double>(mesh.triangles.size());
