@@ -202,6 +202,10 @@ TEST(SmallContact, LeavesALongEdgeToFinerPointsOfSomeSamples) {
   };
   EXPECT_LT(worst_of(), 0.03);
   EXPECT_GT(pair.scratch.refine.stand_for, 3.0f);
+  BeamOnPlate few(0.3, 4096);
+  few.Force(few.Pressed(1.1e-4));
+  EXPECT_NEAR(few.scratch.refine.stand_for, 1.0f, 1e-5f);
+  EXPECT_NEAR(pair.scratch.refine.near_m2 / few.scratch.refine.near_m2, 1.0f, 0.2f);
   pair.samples.fine = {};
   EXPECT_GT(worst_of(), 0.1);
 }
