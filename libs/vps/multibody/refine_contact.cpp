@@ -16,13 +16,14 @@ namespace {
 struct Limits {
   float all, chosen, near, inside;
 };
-constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 720.0f};
+constexpr Limits kLimits{480.0f, 160.0f, 3072.0f, 720.0f};
 // Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
 // all that they see.
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr Limits kLimitsOfCoarsePart{1920.0f, 1920.0f, 1920.0f, 1920.0f};
+// There is room for twice as many as it fades out at: those at the end of their reach weigh little.
 constexpr std::uint32_t kMostNear = 8192;
-// Samples count as inside in full where they are so much of the spacing deep.
+// Samples count as inside in full where they are so much of SampleTree::refined_m, about the spacing, deep.
 constexpr float kInside = 0.05f;
 // Of those chosen so many are so in full, the others in part: none comes or goes at once.
 constexpr float kInFull = 0.9f;
