@@ -17,6 +17,10 @@ inline F4 LoadF4(const float* from) {
   return lanes;
 }
 
+inline void StoreF4(float* to, const F4& lanes) {
+  std::memcpy(to, &lanes, sizeof lanes);
+}
+
 inline float SumOfLanes(const F4& lanes) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }

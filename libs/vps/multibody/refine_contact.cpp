@@ -16,13 +16,14 @@ namespace {
 struct Limits {
   float all, chosen, near, inside;
 };
-constexpr Limits kLimits{480.0f, 160.0f, 3072.0f, 720.0f};
+constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 720.0f};
 // Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
 // all that they see.
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr Limits kLimitsOfCoarsePart{1920.0f, 1920.0f, 1920.0f, 1920.0f};
-// There is room for twice as many as it fades out at: those at the end of their reach weigh little.
-constexpr std::uint32_t kMostNear = 8192;
+// There is room for four times as many as it fades out at: those at the end of their reach weigh little.
+constexpr std::uint32_t kMostNearBlocks = 2048;
+constexpr std::uint32_t kMostSamples = 8192;
 // Samples count as inside in full where they are so much of SampleTree::refined_m, about the spacing, deep.
 constexpr float kInside = 0.05f;
 // Of those chosen so many are so in full, the others in part: none comes or goes at once.
@@ -33,20 +34,81 @@ float FadeOut(float value, float begin, float width) {
   return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
 }
 
+// In standard errors.
+constexpr double kBeyondChance = 2.5;
+
 // How far the depth may vary within a patch, beside what it varies within the whole block of samples.
 constexpr float kSteeper = 3.0f;
 constexpr float kLeastSlope = 0.02f;
 
 // Of the depths of a block's points.
-float Spread(const PointBlock& block, const float* depths) {
-  float least = 1e30f;
-  float most = -1e30f;
-  for (std::uint32_t k = 0; k < kBlock; ++k) {
-    const bool is_point = block.area_m2[k] > 0.0f;
-    least = std::min(least, is_point ? depths[k] : least);
-    most = std::max(most, is_point ? depths[k] : most);
+struct DepthRange {
+  float least, most;
+};
+
+DepthRange RangeOf(const PointBlock& block, const float* depths) {
+  F4 least = F4{} + 1e30f;
+  F4 most = F4{} - 1e30f;
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 depth = LoadF4(depths + k);
+    const I4 is_point = LoadF4(block.area_m2 + k) > 0.0f;
+    const F4 low = is_point ? depth : least;
+    const F4 high = is_point ? depth : most;
+    least = low < least ? low : least;
+    most = high > most ? high : most;
   }
-  return most - least;
+  return {std::min(std::min(least[0], least[1]), std::min(least[2], least[3])),
+          std::max(std::max(most[0], most[1]), std::max(most[2], most[3]))};
+}
+
+F4 UpToOne(const F4& lanes) {
+  return lanes > 0.0f ? (lanes < 1.0f ? lanes : F4{} + 1.0f) : F4{};
+}
+
+// Of four depths: how much counts as inside, or near enough for SmallContact to look there, from so much outside on.
+constexpr float kNear = 0.12f;  // voxels
+constexpr float kNearFade = 0.12f;
+F4 SharesNear(const F4& depth, float outside = kNear) {
+  return UpToOne((depth + outside) * (1.0f / kNearFade));
+}
+
+// What weights of samples are in all, and how many of these are inside.
+struct NearSum {
+  float weight, inside;
+};
+
+// Of a block's samples, into `weights`: those count that are no farther outside than their patch, `steep` as much of
+// it, reaches.
+NearSum WeighSamples(const PointBlock& block, const float* depths, float voxel_m, const SampleTree& sampled,
+                     float steep, float* weights) {
+  const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
+  const float inside_per_m = 1.0f / (kInside * static_cast<float>(sampled.refined_m));
+  F4 sum{};
+  F4 sum_inside{};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 depth_m = LoadF4(depths + k) * voxel_m;
+    const F4 outside_m = depth_m < 0.0f ? depth_m : F4{};
+    const F4 patch_m2 = LoadF4(block.area_m2 + k) * (kPatchReach * kPatchReach);
+    const F4 reach_m2 = (patch_m2 < most_m2 ? patch_m2 : F4{} + most_m2) * (steep * steep);
+    const F4 near = reach_m2 - outside_m * outside_m;
+    const F4 weight = near > 0.0f ? UpToOne(2.0f * near / reach_m2) : F4{};
+    StoreF4(weights + k, weight);
+    sum += weight;
+    sum_inside += near > 0.0f ? UpToOne(depth_m * inside_per_m) : F4{};
+  }
+  return {SumOfLanes(sum), SumOfLanes(sum_inside)};
+}
+
+// Of a block: how many samples will soon count as near though these weights leave their finer points out. Soon: before
+// the first of the finer points of others does.
+constexpr float kNearUnseen = kNear + kNearFade;
+float CountUnseen(const PointBlock& block, const float* depths, const float* weights) {
+  F4 sum{};
+  for (std::uint32_t k = 0; k < kBlock; k += 4) {
+    const F4 left_out = SharesNear(LoadF4(depths + k), kNearUnseen) * (1.0f - LoadF4(weights + k));
+    sum += LoadF4(block.area_m2 + k) > 0.0f ? left_out : F4{};
+  }
+  return SumOfLanes(sum);
 }
 
 // Samples that may be inside G: those no farther outside than their patch reaches towards G. Its reach along the
@@ -61,11 +123,10 @@ float FindNear(const SampleTree& sampled, const DistanceField& field, const core
   if (static_cast<float>(walk.num_colliding) >= most) return 0.0f;  // each has a weight of 1
   const FieldTransform to_field(X_GS, field);
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
-  const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
-  const float inside_per_m = 1.0f / (kInside * static_cast<float>(sampled.refined_m));
   const bool can_be_exact = !field.facets.blocks.empty();
   float sum = 0.0f;
   float inside = 0.0f;
+  float unseen = 0.0f;
   float error = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
@@ -74,69 +135,71 @@ float FindNear(const SampleTree& sampled, const DistanceField& field, const core
     const float* const depths = walk_scratch.depths(i);
     const SphereBlock& spheres = sampled.spheres[at / kBlock];
     const std::uint32_t lane = at % kBlock;
-    const float slope = Spread(block, depths) * voxel_m / (2.0f * spheres.r[lane]);
+    const DepthRange range = RangeOf(block, depths);
+    const float slope = (range.most - range.least) * voxel_m / (2.0f * spheres.r[lane]);
     const float steep = std::min(1.0f, kSteeper * slope + kLeastSlope);
-    float sum_of_block = 0.0f;
-    for (std::uint32_t first = 0; first < kBlock; first += 4) {
-      const F4 depth_m = LoadF4(depths + first) * voxel_m;
-      const F4 outside_m = depth_m < 0.0f ? depth_m : F4{};
-      const F4 patch_m2 = LoadF4(block.area_m2 + first) * (kPatchReach * kPatchReach);
-      const F4 reach_m2 = (patch_m2 < most_m2 ? patch_m2 : F4{} + most_m2) * (steep * steep);
-      const F4 near = reach_m2 - outside_m * outside_m;
-      const I4 is_near = near > 0.0f;
-      if ((is_near[0] | is_near[1] | is_near[2] | is_near[3]) == 0) continue;
-      const F4 weight = 2.0f * near / reach_m2;
-      for (std::uint32_t j = 0; j < 4; ++j) {
-        if (is_near[j] == 0) continue;
-        if (count == kMostNear) return 0.0f;
-        scratch->near[count] = {i, first + j, depth_m[j], std::min(weight[j], 1.0f)};
-        sum_of_block += scratch->near[count++].weight;
-        inside += std::clamp(depth_m[j] * inside_per_m, 0.0f, 1.0f);
-      }
-    }
-    if (!(sum_of_block > 0.0f)) continue;
-    sum += sum_of_block;
+    if (count == kMostNearBlocks) return 0.0f;
+    NearSamples& near = scratch->near[count];
+    near.near_block = i;
+    const NearSum of_block = WeighSamples(block, depths, voxel_m, sampled, steep, near.weights);
+    if (range.most > -kNearUnseen) unseen += CountUnseen(block, depths, near.weights);
+    if (!(of_block.weight > 0.0f)) continue;
+    ++count;
+    sum += of_block.weight;
+    inside += of_block.inside;
     if (sum >= most || inside >= most_inside) return 0.0f;
     if (!can_be_exact) continue;
     const glm::vec3 middle(spheres.x[lane], spheres.y[lane], spheres.z[lane]);
-    error += sum_of_block * SurfaceErrorAt(field, to_field.ToVoxels(middle));
+    error += of_block.weight * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }
-  scratch->num_near_samples = count;
+  scratch->num_near_blocks = count;
+  scratch->num_unseen = unseen;
   scratch->sum_of_weights = sum;
   scratch->error = count > 0 ? error / sum : 0.0f;
   return FadeOut(sum, limits.near, limits.near / 3.0f) * FadeOut(inside, limits.inside, limits.inside / 3.0f);
 }
 
-// Of a number, in [0, 1): those of following numbers lie evenly (by the golden ratio), and so do those below a limit of
-// samples that follow each other along the surface.
-float Rank(std::uint32_t i) {
-  return static_cast<float>(i * 2654435769U >> 8) * 0x1p-24f;
+// Of four following numbers, in [0, 1): those of following numbers lie evenly (by the golden ratio), and so do those
+// below a limit of samples that follow each other along the surface.
+F4 Ranks(std::uint32_t first) {
+  using U4 = std::uint32_t __attribute__((vector_size(16)));
+  const U4 i = U4{0, 1, 2, 3} + first;
+  return __builtin_convertvector(reinterpret_cast<I4>(i * 2654435769U >> 8), F4) * 0x1p-24f;
 }
 
-// Whose finer points are looked at.
-void ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scratch, const Limits& limits, float share,
-                   RefineScratch* scratch) {
+// Whose finer points are looked at. Returns whether there is room for them.
+bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scratch, float voxel_m, const Limits& limits,
+                   float share, RefineScratch* scratch) {
   const float sum = scratch->sum_of_weights;
   const float wanted = std::max(limits.chosen, std::min(limits.all, 3.0f * limits.all - 2.0f * sum));
   const float limit = wanted / (kInFull * sum);
+  const float per_rank = 1.0f / ((1.0f - kInFull) * limit);
   float chosen = 0.0f;
   std::uint32_t count = 0;
-  for (std::uint32_t i = 0; i < scratch->num_near_samples; ++i) {
-    const NearSample& near = scratch->near[i];
-    const std::uint32_t at = walk_scratch.near_blocks[near.near_block] * kBlock + near.lane;
-    const float weight = near.weight * FadeOut(Rank(at), kInFull * limit, (1.0f - kInFull) * limit);
-    if (!(weight > 0.0f)) continue;
-    FinerSample& sample = scratch->samples[count++];
-    sample.near_block = near.near_block;
-    sample.lane = near.lane;
-    sample.depth_m = near.depth_m;
-    sample.weight = share * weight;
-    chosen += weight;
-    const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[at]);
-    for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
+  for (std::uint32_t i = 0; i < scratch->num_near_blocks; ++i) {
+    const NearSamples& near = scratch->near[i];
+    const std::uint32_t first = walk_scratch.near_blocks[near.near_block] * kBlock;
+    for (std::uint32_t k = 0; k < kBlock; k += 4) {
+      const F4 weight = LoadF4(near.weights + k) * UpToOne((limit - Ranks(first + k)) * per_rank);
+      const I4 is_chosen = weight > 0.0f;
+      if ((is_chosen[0] | is_chosen[1] | is_chosen[2] | is_chosen[3]) == 0) continue;
+      for (std::uint32_t j = 0; j < 4; ++j) {
+        if (is_chosen[j] == 0) continue;
+        if (count == kMostSamples) return false;
+        FinerSample& sample = scratch->samples[count++];
+        sample.near_block = near.near_block;
+        sample.lane = k + j;
+        sample.depth_m = walk_scratch.depths(near.near_block)[k + j] * voxel_m;
+        sample.weight = share * weight[j];
+        chosen += weight[j];
+        const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[first + k + j]);
+        for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
+      }
+    }
   }
   scratch->num_samples = count;
   scratch->stand_for = chosen > 0.0f ? sum / chosen : 0.0f;
+  return true;
 }
 
 // The finer points of a sample, as number j of those evaluated together.
@@ -161,14 +224,6 @@ void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const
   }
   FindDepths(scratch->points.data(), scratch->spheres.data(), static_cast<std::uint32_t>(samples.size()), field, X_GS,
              scratch->depths.data());
-}
-
-// Of four depths: how much counts as inside, or near enough for SmallContact to look there.
-constexpr float kNear = 0.12f;  // voxels outside
-constexpr float kNearFade = 0.12f;
-F4 SharesNear(const F4& depth) {
-  const F4 share = (depth + kNear) * (1.0f / kNearFade);
-  return share > 0.0f ? (share < 1.0f ? share : F4{} + 1.0f) : F4{};
 }
 
 // What sixteen points that share a patch of surface evenly miss of the integral of depth, about: the share of one that
@@ -227,6 +282,9 @@ constexpr float kNone = 2.0f;  // fewer are not looked at, or less
 // asked although finer points are many, and so much that it is asked for exact depths.
 constexpr float kShallow = 10.5f;
 constexpr float kInexact = 14.0f;
+// And those of which so many samples, up to twice as many, come near without their finer points: a face along G's, too
+// wide to be cut into pieces.
+constexpr float kManyUnseen = 512.0f;
 // Where finer points fade out, this fades later.
 constexpr float kLateFade = 3.0f;
 // Contacts of so many pieces, up to half as many again, take too long.
@@ -244,8 +302,9 @@ void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScr
   const float shallow = share_of(kShallow) * FadeOut(num_pieces, kBroad, 0.5f * kBroad);
   const float rough = 1.0f - FadeOut(scratch->rim_m3 / std::max(scratch->volume_m3, 1e-30f), 0.5f * kRim, 0.5f * kRim);
   const float few = std::max(rough, FadeOut(scratch->num_near, kFewNear, kFewNear));
-  scratch->share_of_small =
-      std::min(1.0f, kLateFade * share) * std::max(shallow, few) * std::min(1.0f, scratch->num_near / kNone);
+  scratch->share_of_small = std::min(1.0f, kLateFade * share) * std::max(shallow, few) *
+                            std::min(1.0f, scratch->num_near / kNone) *
+                            FadeOut(scratch->num_unseen, kManyUnseen, kManyUnseen);
   scratch->share_of_exact = share_of(kInexact);
 }
 
@@ -273,6 +332,23 @@ void FindChanges(const SampleTree& sampled, float voxel_m, const FieldWalkScratc
   }
 }
 
+// Of what the finer points of some samples change in the force, how much is more than chance. All samples lie more
+// evenly than some of them and tell it better, unless all miss something, as along an edge. The sum S of n of f n
+// changes c, drawn at random, is off by the square root of (1 - 1/f) sum |c|^2, its standard error E: if S is below k
+// E, nothing is left of it, and 1 - (k E / S)^2 beyond that (as James and Stein shrink a mean).
+double ShareBeyondChance(std::span<const FinerSample> samples, float stand_for) {
+  glm::dvec3 sum_m3(0.0);
+  double squares_m6 = 0.0;
+  for (const FinerSample& sample : samples) {
+    const glm::dvec3 change_m3(sample.change.force_m3);
+    sum_m3 += change_m3;
+    squares_m6 += glm::dot(change_m3, change_m3);
+  }
+  const double chance_m6 = kBeyondChance * kBeyondChance * (1.0 - 1.0 / static_cast<double>(stand_for)) * squares_m6;
+  const double sum_m6 = glm::dot(sum_m3, sum_m3);
+  return sum_m6 > chance_m6 ? 1.0 - chance_m6 / sum_m6 : 0.0;
+}
+
 bool FitsAtOnce(const RefineScratch& scratch) {
   return scratch.num_samples <= kMostBlocksAtOnce;
 }
@@ -280,8 +356,8 @@ bool FitsAtOnce(const RefineScratch& scratch) {
 }  // namespace
 
 RefineScratch::RefineScratch()
-    : near(kMostNear),
-      samples(kMostNear),
+    : near(kMostNearBlocks),
+      samples(kMostSamples),
       points(kMostBlocksAtOnce),
       spheres(kMostBlocksAtOnce / kBlock),
       depths(kMostBlocksAtOnce) {}
@@ -296,7 +372,7 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   const Limits& limits = sampled.num_points <= kCoarsePart ? kLimitsOfCoarsePart : kLimits;
   const float share = FindNear(sampled, field, X_GS, walk, walk_scratch, limits, scratch);
   if (!(share > 0.0f)) return;
-  ChooseSamples(sampled, walk_scratch, limits, share, scratch);
+  if (!ChooseSamples(sampled, walk_scratch, voxel_m, limits, share, scratch)) return;
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
   for (std::size_t begin = 0; begin < samples.size(); begin += kMostBlocksAtOnce) {
     const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
@@ -319,9 +395,13 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
 
 void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
                        RefineScratch* scratch) {
-  if (!FitsAtOnce(*scratch)) return;
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
-  FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
+  if (FitsAtOnce(*scratch)) {
+    FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
+  }
+  if (scratch->stand_for > 1.0f) {
+    scratch->stand_for *= static_cast<float>(ShareBeyondChance(samples, scratch->stand_for));
+  }
 }
 
 }  // namespace vps

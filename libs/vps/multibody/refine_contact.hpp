@@ -19,18 +19,21 @@ struct FinerSample {
   ContactPatch change;
 };
 
-struct NearSample {
-  std::uint32_t near_block, lane;
-  float depth_m, weight;
+// Of a block, those that may be inside G: each sample's weight.
+struct NearSamples {
+  std::uint32_t near_block = 0;  // of the walk's
+  float weights[kBlock] = {};
 };
 
 struct RefineScratch {
   RefineScratch();
   // Samples that may be inside G, in the walk's order, and the sum of their weights.
-  std::uint32_t num_near_samples = 0;
+  std::uint32_t num_near_blocks = 0;
   float sum_of_weights = 0.0f;
-  std::vector<NearSample> near;
-  // Of these, those whose finer points the last call looked at, and how many each of them stands for.
+  float num_unseen = 0.0f;  // others, of faces that lie along G's so near that SmallContact would look at them
+  std::vector<NearSamples> near;
+  // Of these, those whose finer points the last call looked at, and how many each of them stands for (after
+  // FindChangesOfSums, what its changes count in the sums).
   std::uint32_t num_samples = 0;
   float stand_for = 1.0f;
   // Of the finer points that are inside G, or just outside and then less: how many there are, by their samples'
@@ -52,7 +55,8 @@ struct RefineScratch {
 // Looks more closely at the samples of a walk that may be inside G: those at a depth d > -r, where r is how far the
 // patch reaches towards G. The finer points' weight fades out towards -r. Where such samples are many, a share of them
 // is looked at and stands for all: what single ones are off by averages out, but not what all of them miss, as along an
-// edge. Of a broad contact, of many samples inside, none is. Force and moment stay continuous.
+// edge; what may be chance is left out. Of a broad contact, of many samples inside, none is. Force and moment stay
+// continuous.
 //
 // Deep samples, too: one sample tells too little where the depth bends upwards, as it does where G's surface cuts the
 // patch, and too much where it bends downwards, as inside a round G (by h^2 / 12 R for a spacing h). Of a whole contact

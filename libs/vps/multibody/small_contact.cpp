@@ -50,9 +50,6 @@ constexpr Places MakePlaces() {
 }
 constexpr Places kPlaces = MakePlaces();
 
-void StoreF4(float* to, const F4& lanes) {
-  std::memcpy(to, &lanes, sizeof lanes);
-}
 F4 Positive(const F4& v) {
   return v > 0.0f ? v : F4{};
 }
