@@ -18,9 +18,9 @@ struct Limits {
 };
 constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 720.0f};
 // Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
-// all that they see.
+// all that they see. All are looked at until it has faded out.
 constexpr std::uint32_t kCoarsePart = 8192;
-constexpr Limits kLimitsOfCoarsePart{1920.0f, 1920.0f, 1920.0f, 1920.0f};
+constexpr Limits kLimitsOfCoarsePart{2560.0f, 1920.0f, 1920.0f, 1920.0f};
 // There is room for four times as many as it fades out at: those at the end of their reach weigh little.
 constexpr std::uint32_t kMostNearBlocks = 2048;
 constexpr std::uint32_t kMostSamples = 8192;
@@ -34,8 +34,10 @@ float FadeOut(float value, float begin, float width) {
   return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
 }
 
-// In standard errors.
-constexpr double kBeyondChance = 2.5;
+// Samples along sharp edges stand for less surface than others (SampleSpacing): up to so much of what all do in the
+// mean, plain ones for more than that.
+constexpr float kEdgeArea = 0.5f;
+constexpr float kPlainArea = 0.75f;
 
 // How far the depth may vary within a patch, beside what it varies within the whole block of samples.
 constexpr float kSteeper = 3.0f;
@@ -167,18 +169,25 @@ F4 Ranks(std::uint32_t first) {
   return __builtin_convertvector(reinterpret_cast<I4>(i * 2654435769U >> 8), F4) * 0x1p-24f;
 }
 
-// Whose finer points are looked at. Returns whether there is room for them.
+// Whose finer points are looked at, and how much of what they change counts. Where they stand for others that is less
+// and less of plain samples: what single ones miss is chance, which averages out over all of them better than over some
+// with their finer points. Samples along a sharp edge lie in rows, and a whole row may miss what the edge presses.
+// Returns whether there is room for them.
 bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scratch, float voxel_m, const Limits& limits,
                    float share, RefineScratch* scratch) {
   const float sum = scratch->sum_of_weights;
   const float wanted = std::max(limits.chosen, std::min(limits.all, 3.0f * limits.all - 2.0f * sum));
   const float limit = wanted / (kInFull * sum);
   const float per_rank = 1.0f / ((1.0f - kInFull) * limit);
+  const float plain = FadeOut(sum, limits.all, 0.5f * (limits.all - limits.chosen));
+  const auto per_m2 = static_cast<float>(sampled.num_points / (sampled.area_m2 * (kPlainArea - kEdgeArea)));
   float chosen = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < scratch->num_near_blocks; ++i) {
     const NearSamples& near = scratch->near[i];
-    const std::uint32_t first = walk_scratch.near_blocks[near.near_block] * kBlock;
+    const std::uint32_t at = walk_scratch.near_blocks[near.near_block];
+    const PointBlock& block = sampled.points[at];
+    const std::uint32_t first = at * kBlock;
     for (std::uint32_t k = 0; k < kBlock; k += 4) {
       const F4 weight = LoadF4(near.weights + k) * UpToOne((limit - Ranks(first + k)) * per_rank);
       const I4 is_chosen = weight > 0.0f;
@@ -191,6 +200,8 @@ bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scrat
         sample.lane = k + j;
         sample.depth_m = walk_scratch.depths(near.near_block)[k + j] * voxel_m;
         sample.weight = share * weight[j];
+        const float along_edge = kPlainArea / (kPlainArea - kEdgeArea) - per_m2 * block.area_m2[k + j];
+        sample.told = std::max(plain, std::clamp(along_edge, 0.0f, 1.0f));
         chosen += weight[j];
         const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[first + k + j]);
         for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
@@ -316,11 +327,13 @@ void FindDeepestOf(const PointBlock& points, const float* depths, float voxel_m,
 // What the finer points at these depths change in what the sample, a point of `block`, tells.
 void FindChange(const PointBlock& block, const PointBlock& points, const float* depths, float voxel_m,
                 FinerSample* sample) {
-  if (sample->change.penetration_m > 0.0f) SetSums(points, depths, voxel_m, &sample->change);
-  if (!(sample->depth_m > 0.0f)) return;
+  if (!(sample->told > 0.0f)) return;
+  ContactPatch fine;
   ContactPatch coarse;
-  SetSums(block, sample->lane, sample->depth_m, &coarse);
-  AddSums(coarse, -sample->weight, &sample->change);
+  if (sample->change.penetration_m > 0.0f) SetSums(points, depths, voxel_m, &fine);
+  if (sample->depth_m > 0.0f) SetSums(block, sample->lane, sample->depth_m, &coarse);
+  AddSums(coarse, -sample->weight, &fine);
+  AddSums(fine, sample->told, &sample->change);
 }
 
 // Of these samples, whose finer points are those of the last evaluation.
@@ -330,23 +343,6 @@ void FindChanges(const SampleTree& sampled, float voxel_m, const FieldWalkScratc
     const PointBlock& block = sampled.points[walk_scratch.near_blocks[samples[j].near_block]];
     FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &samples[j]);
   }
-}
-
-// Of what the finer points of some samples change in the force, how much is more than chance. All samples lie more
-// evenly than some of them and tell it better, unless all miss something, as along an edge. The sum S of n of f n
-// changes c, drawn at random, is off by the square root of (1 - 1/f) sum |c|^2, its standard error E: if S is below k
-// E, nothing is left of it, and 1 - (k E / S)^2 beyond that (as James and Stein shrink a mean).
-double ShareBeyondChance(std::span<const FinerSample> samples, float stand_for) {
-  glm::dvec3 sum_m3(0.0);
-  double squares_m6 = 0.0;
-  for (const FinerSample& sample : samples) {
-    const glm::dvec3 change_m3(sample.change.force_m3);
-    sum_m3 += change_m3;
-    squares_m6 += glm::dot(change_m3, change_m3);
-  }
-  const double chance_m6 = kBeyondChance * kBeyondChance * (1.0 - 1.0 / static_cast<double>(stand_for)) * squares_m6;
-  const double sum_m6 = glm::dot(sum_m3, sum_m3);
-  return sum_m6 > chance_m6 ? 1.0 - chance_m6 / sum_m6 : 0.0;
 }
 
 bool FitsAtOnce(const RefineScratch& scratch) {
@@ -395,13 +391,9 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
 
 void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
                        RefineScratch* scratch) {
+  if (!FitsAtOnce(*scratch)) return;
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
-  if (FitsAtOnce(*scratch)) {
-    FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
-  }
-  if (scratch->stand_for > 1.0f) {
-    scratch->stand_for *= static_cast<float>(ShareBeyondChance(samples, scratch->stand_for));
-  }
+  FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
 }
 
 }  // namespace vps

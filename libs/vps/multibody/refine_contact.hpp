@@ -15,6 +15,7 @@ struct FinerSample {
   std::uint32_t lane = 0;
   float depth_m = 0.0f;  // of the sample
   float weight = 0.0f;   // share that its finer points have in what the sample stands for
+  float told = 1.0f;     // how much of what they change counts
   // Deepest of its finer points, and, of FindChangesOfSums, what they change in the sums.
   ContactPatch change;
 };
@@ -32,8 +33,7 @@ struct RefineScratch {
   float sum_of_weights = 0.0f;
   float num_unseen = 0.0f;  // others, of faces that lie along G's so near that SmallContact would look at them
   std::vector<NearSamples> near;
-  // Of these, those whose finer points the last call looked at, and how many each of them stands for (after
-  // FindChangesOfSums, what its changes count in the sums).
+  // Of these, those whose finer points the last call looked at, and how many each of them stands for.
   std::uint32_t num_samples = 0;
   float stand_for = 1.0f;
   // Of the finer points that are inside G, or just outside and then less: how many there are, by their samples'
@@ -54,9 +54,9 @@ struct RefineScratch {
 
 // Looks more closely at the samples of a walk that may be inside G: those at a depth d > -r, where r is how far the
 // patch reaches towards G. The finer points' weight fades out towards -r. Where such samples are many, a share of them
-// is looked at and stands for all: what single ones are off by averages out, but not what all of them miss, as along an
-// edge; what may be chance is left out. Of a broad contact, of many samples inside, none is. Force and moment stay
-// continuous.
+// is looked at and stands for all. What single ones are off by averages out then and is left alone; what whole rows of
+// them miss along a sharp edge does not, and is told. Of a broad contact, of many samples inside, none is looked at.
+// Force and moment stay continuous.
 //
 // Deep samples, too: one sample tells too little where the depth bends upwards, as it does where G's surface cuts the
 // patch, and too much where it bends downwards, as inside a round G (by h^2 / 12 R for a spacing h). Of a whole contact
