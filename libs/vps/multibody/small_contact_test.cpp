@@ -260,7 +260,8 @@ TEST(SmallContact, IsNotAskedAboutAFaceThatComes) {
   std::uint32_t most_looked_at = 0;
   for (const double turn : {0.0, 0.003}) {
     const double lowest_m = 0.01 * std::cos(turn) + 0.04 * std::sin(turn);
-    for (double gap_m = 0.0; gap_m < 1.4e-4; gap_m += 2e-6) {
+    for (int i = 0; i < 70; ++i) {
+      const double gap_m = 2e-6 * i;
       const core::Pose X = At(2e-4, 3e-4, kSurface_m + lowest_m + gap_m, {turn, 0.0, 0.0});
       QueryFastPair(samples, plate, X, X, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
       EXPECT_EQ(scratch.refine.share_of_small, 0.0f) << turn << ", " << gap_m;
