@@ -2,6 +2,7 @@
 
 #include <OpenMesh/Core/IO/MeshIO.hh>
 #include <OpenMesh/Core/Utils/color_cast.hh>
+#include <mutex>
 
 #include "vps/mesh/check_text.hpp"
 
@@ -92,10 +93,14 @@ class TriangleImporter final : public OpenMesh::IO::BaseImporter {
   int num_faces_ = 0;
 };
 
+// OpenMesh has one reader for each format, which keeps the file's folder and materials while it reads.
+std::mutex open_mesh_readers;
+
 }  // namespace
 
 core::Result<TriangleMesh> LoadOpenMeshTriangles(const std::filesystem::path& file, double scale) {
   if (const auto good = CheckTextNumbers(file); !good) return tl::unexpected(good.error());
+  const std::lock_guard only_one(open_mesh_readers);
   omlog().disable();  // OpenMesh reports on the standard streams; here an error is returned instead
   omout().disable();
   omerr().disable();

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <thread>
 
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/mass_properties.hpp"
@@ -27,6 +28,25 @@ TEST(LoadMesh, ReadsObjAndScalesIt) {
   EXPECT_EQ(mesh->triangles.size(), 4U);
   EXPECT_NEAR(BoundingBox(*mesh).upper.x, 0.001, 1e-9);
   EXPECT_EQ(CountOpenEdges(*mesh), 0U);
+}
+
+// OpenMesh keeps the folder of the file that it reads in what all files of a format share.
+TEST(LoadMesh, ReadsSideBySide) {
+  constexpr int kTimes = 2000;
+  std::filesystem::create_directories(std::filesystem::path(testing::TempDir()) / "vps_folder_with_a_name_on_the_heap");
+  const std::filesystem::path file = Write("folder_with_a_name_on_the_heap/tetra.obj", kTetrahedronObj);
+  std::vector<int> num_read(4, 0);
+  std::vector<std::thread> threads;
+  for (int& n : num_read) {
+    threads.emplace_back([&n, &file] {
+      for (int i = 0; i < kTimes; ++i) {
+        const auto mesh = LoadMesh(file, 0.001);
+        n += mesh.has_value() && mesh->triangles.size() == 4U ? 1 : 0;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(num_read, std::vector<int>(4, kTimes));
 }
 
 TEST(LoadMesh, MergesTheRepeatedCornersOfStl) {
