@@ -1,8 +1,8 @@
 #include "bus/log/mcap_records.hpp"
 
-#include <zlib.h>
-
 #include <type_traits>
+
+#include "core/hash.hpp"
 
 namespace bus::log {
 namespace {
@@ -180,7 +180,7 @@ class Reader {
 }  // namespace
 
 std::uint32_t Crc32(std::span<const std::uint8_t> bytes, std::uint32_t start) {
-  return static_cast<std::uint32_t>(crc32_z(start, bytes.data(), bytes.size()));
+  return core::Crc32(bytes.data(), bytes.size(), start);
 }
 
 template <class Record>
