@@ -2,6 +2,8 @@
 #
 # Files: *_test.cpp become one GoogleTest executable per room, *_slow_test.cpp and *_realtime_test.cpp one each with that
 # label, *_bench.cpp one Google Benchmark executable, main.cpp the node's executable; everything else is the library.
+# What only tests and benchmarks need lies in the room's folder testing/ and becomes the library <room>_testing, which
+# links the room. The room's own tests link it; others name it in TEST_DEPS. check_shipped.cmake keeps it out of programs.
 # A folder inside with a CMakeLists.txt of its own is another room.
 
 # Sanitizers make the tests some five times slower.
@@ -9,6 +11,17 @@ set(VR_OOS_TEST_SECONDS 300)
 if(VR_OOS_SANITIZE)
   math(EXPR VR_OOS_TEST_SECONDS "5 * ${VR_OOS_TEST_SECONDS}")
 endif()
+
+# add_room_library(<name> <deps> <sources>...): without sources it is a library of headers.
+function(add_room_library name deps)
+  if(ARGN)
+    add_library(${name} STATIC ${ARGN})
+    target_link_libraries(${name} PUBLIC ${deps})
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE ${deps})
+  endif()
+endfunction()
 
 function(add_test_group name room label seconds deps)
   if(ARGN)
@@ -23,15 +36,19 @@ endfunction()
 # add_room(<name> [DEPS <targets>...] [TEST_DEPS <targets>...] [TEST_LABEL <label>])
 function(add_room name)
   cmake_parse_arguments(ROOM "" "TEST_LABEL" "DEPS;TEST_DEPS" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
-  file(GLOB_RECURSE rooms_inside "${CMAKE_CURRENT_SOURCE_DIR}/*/CMakeLists.txt")
+  set(here "${CMAKE_CURRENT_SOURCE_DIR}")
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS RELATIVE "${here}" "${here}/*.cpp")
+  file(GLOB_RECURSE rooms_inside RELATIVE "${here}" "${here}/*/CMakeLists.txt")
   foreach(inside ${rooms_inside})
     get_filename_component(inside "${inside}" DIRECTORY)
     list(FILTER sources EXCLUDE REGEX "^${inside}/")
   endforeach()
   set(tests ${sources})
   set(benches ${sources})
-  list(FILTER sources EXCLUDE REGEX "(_test|_bench|/main)\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "(_test|_bench|(^|/)main)\\.cpp$")
+  set(testing ${sources})
+  list(FILTER testing INCLUDE REGEX "^testing/")
+  list(FILTER sources EXCLUDE REGEX "^testing/")
   list(FILTER benches INCLUDE REGEX "_bench\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
   set(slow_tests ${tests})
@@ -40,12 +57,10 @@ function(add_room name)
   list(FILTER realtime_tests INCLUDE REGEX "_realtime_test\\.cpp$")
   list(FILTER tests EXCLUDE REGEX "_(slow|realtime)_test\\.cpp$")
 
-  if(sources)
-    add_library(${name} STATIC ${sources})
-    target_link_libraries(${name} PUBLIC vr_oos_flags ${ROOM_DEPS})
-  else()
-    add_library(${name} INTERFACE)
-    target_link_libraries(${name} INTERFACE vr_oos_flags ${ROOM_DEPS})
+  add_room_library(${name} "vr_oos_flags;${ROOM_DEPS}" ${sources})
+  if(IS_DIRECTORY "${here}/testing")
+    add_room_library(${name}_testing ${name} ${testing})
+    list(APPEND ROOM_TEST_DEPS ${name}_testing)
   endif()
 
   set(label unit)

@@ -13,11 +13,11 @@
 
 #include "bus/bulk.hpp"
 #include "bus/bulk_folder.hpp"
-#include "bus/bus_testing.hpp"
 #include "bus/codec.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorder.hpp"
 #include "bus/node.hpp"
+#include "bus/testing/make_node.hpp"
 #include "core/clock.hpp"
 #include "proto/recording.pb.h"
 #include "tools/oos/remote.hpp"

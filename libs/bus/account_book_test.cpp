@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "bus/bus_testing.hpp"
 #include "bus/detail/accounts.hpp"
 #include "bus/detail/event_log.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus::detail {
 namespace {

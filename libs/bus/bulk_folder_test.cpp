@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "bus/bus_testing.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <zmq.hpp>
 
-#include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
 #include "bus/keys.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

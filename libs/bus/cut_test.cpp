@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "bus/bus_testing.hpp"
 #include "bus/figures.hpp"
-#include "bus/own_network_testing.hpp"
+#include "bus/testing/make_node.hpp"
+#include "bus/testing/own_network.hpp"
 
 // What a reader has after its connection broke, or the network was away.
 namespace bus {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <csignal>
 
-#include "bus/bus_testing.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

@@ -5,11 +5,11 @@
 #include <random>
 #include <vector>
 
-#include "bus/bus_testing.hpp"
 #include "bus/codec.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/envelope.hpp"
 #include "bus/schema.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "bus/bulk.hpp"
-#include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/keys.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

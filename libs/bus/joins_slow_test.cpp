@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <random>
 
-#include "bus/joins_testing.hpp"
+#include "bus/testing/joins.hpp"
 
 namespace bus {
 namespace {

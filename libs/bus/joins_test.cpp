@@ -1,8 +1,8 @@
+#include "bus/testing/joins.hpp"
+
 #include <gtest/gtest.h>
 
 #include <random>
-
-#include "bus/joins_testing.hpp"
 
 namespace bus {
 namespace {

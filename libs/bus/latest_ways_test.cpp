@@ -6,9 +6,9 @@
 
 #include <filesystem>
 
-#include "bus/bus_testing.hpp"
 #include "bus/keys.hpp"
-#include "bus/own_network_testing.hpp"
+#include "bus/testing/make_node.hpp"
+#include "bus/testing/own_network.hpp"
 
 namespace bus {
 namespace {

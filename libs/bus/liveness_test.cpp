@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/bus_testing.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

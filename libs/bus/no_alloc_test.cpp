@@ -10,10 +10,10 @@
 #include <mutex>
 #include <thread>
 
-#include "bus/bus_testing.hpp"
 #include "bus/detail/datagram_guard.hpp"
 #include "bus/log/tap_recorder.hpp"
-#include "bus/rt/step_guard.hpp"
+#include "bus/testing/make_node.hpp"
+#include "bus/testing/step_guard.hpp"
 #include "core/clock.hpp"
 
 namespace bus {

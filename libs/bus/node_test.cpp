@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "bus/bus_testing.hpp"
 #include "bus/schema.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

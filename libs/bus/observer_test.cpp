@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "bus/bus_testing.hpp"
 #include "bus/detail/latest_io.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

@@ -6,9 +6,9 @@
 #include <thread>
 #include <zmq.hpp>
 
-#include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/figures.hpp"
+#include "bus/testing/make_node.hpp"
 
 // STATE, EVENT and SERVICE: what one end sends, the other has or knows that it has not.
 namespace bus {

@@ -10,11 +10,11 @@
 #include <zmq.hpp>
 
 #include "bus/bulk.hpp"
-#include "bus/bus_testing.hpp"
 #include "bus/detail/control.hpp"
 #include "bus/detail/gate.hpp"
 #include "bus/detail/udp_socket.hpp"
 #include "bus/keys.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

@@ -1,4 +1,4 @@
-#include "bus/soak_testing.hpp"
+#include "bus/testing/soak.hpp"
 
 namespace bus {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bus/bus_testing.hpp"
+#include "bus/testing/make_node.hpp"
 
 namespace bus {
 namespace {

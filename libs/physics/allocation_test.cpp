@@ -8,7 +8,7 @@
 #include "physics/hinge.hpp"
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace {
 std::atomic<long> g_allocations{0};

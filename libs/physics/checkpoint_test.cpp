@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/trials/busy.hpp"
+#include "physics/testing/trials/busy.hpp"
 
 namespace physics {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "physics/trials/rebound.hpp"
+#include "physics/testing/trials/rebound.hpp"
 
 namespace physics {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace physics {
 namespace {

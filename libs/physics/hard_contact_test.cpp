@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace physics {
 namespace {

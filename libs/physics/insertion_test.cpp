@@ -2,7 +2,7 @@
 
 #include "physics/snap.hpp"
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace physics {
 namespace {

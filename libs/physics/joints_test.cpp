@@ -2,11 +2,11 @@
 #include <numbers>
 
 #include "physics/chain/chain.hpp"
-#include "physics/chain/chain_samples.hpp"
 #include "physics/hinge.hpp"
 #include "physics/slider.hpp"
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
+#include "physics/testing/chain_samples.hpp"
 
 namespace physics {
 namespace {

@@ -8,8 +8,8 @@
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
-#include "physics/trials/snaps.hpp"
+#include "physics/testing/bodies.hpp"
+#include "physics/testing/trials/snaps.hpp"
 
 namespace physics {
 namespace {

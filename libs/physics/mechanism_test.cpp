@@ -5,7 +5,7 @@
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace physics {
 namespace {

@@ -1,18 +1,18 @@
 // The world against the exact answers of closed_form/.
-#include "physics/trials/reference.hpp"
+#include "physics/testing/trials/reference.hpp"
 
 #include <cmath>
 #include <vector>
 
-#include "physics/closed_form/contact_laws.hpp"
-#include "physics/closed_form/free_rotation.hpp"
-#include "physics/closed_form/impact.hpp"
-#include "physics/closed_form/snap_work.hpp"
 #include "physics/snap.hpp"
 #include "physics/spring_coupling.hpp"
-#include "physics/test_support.hpp"
-#include "physics/trials/build.hpp"
-#include "physics/trials/heavy_on_light.hpp"
+#include "physics/testing/bodies.hpp"
+#include "physics/testing/closed_form/contact_laws.hpp"
+#include "physics/testing/closed_form/free_rotation.hpp"
+#include "physics/testing/closed_form/impact.hpp"
+#include "physics/testing/closed_form/snap_work.hpp"
+#include "physics/testing/trials/build.hpp"
+#include "physics/testing/trials/heavy_on_light.hpp"
 
 namespace physics {
 namespace {

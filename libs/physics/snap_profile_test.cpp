@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "physics/snap.hpp"
-#include "physics/test_support.hpp"
+#include "physics/testing/bodies.hpp"
 
 namespace physics {
 namespace {

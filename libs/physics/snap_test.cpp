@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/closed_form/snap_work.hpp"
-#include "physics/trials/build.hpp"
-#include "physics/trials/snaps.hpp"
+#include "physics/testing/closed_form/snap_work.hpp"
+#include "physics/testing/trials/build.hpp"
+#include "physics/testing/trials/snaps.hpp"
 
 namespace physics {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 #if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
-#include "bus/rt/step_guard.hpp"
+#include "bus/testing/step_guard.hpp"
 #define VR_OOS_HAS_GUARD
 #endif
 

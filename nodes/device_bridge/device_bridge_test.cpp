@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "nodes/device_bridge/toy_world.hpp"
+#include "nodes/device_bridge/testing/toy_world.hpp"
 
 namespace device_bridge {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "nodes/visual_node/gl_context.hpp"
 #include "view/projection.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/mesh/vertex_normals.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace visual_node {
 namespace {

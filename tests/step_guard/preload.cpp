@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "bus/rt/step_guard.hpp"
+#include "bus/testing/step_guard.hpp"
 
 namespace {
 

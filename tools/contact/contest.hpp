@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/contact/method.hpp"
+#include "tools/contact/methods/method.hpp"
 #include "tools/contact/report.hpp"
 #include "tools/contact/stopwatch.hpp"
 #include "tools/contact/workload.hpp"

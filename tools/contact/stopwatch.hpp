@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/bench/one_core.hpp"
-#include "tools/contact/method.hpp"
+#include "tools/contact/methods/method.hpp"
 
 namespace contact {
 

@@ -5,9 +5,9 @@
 #include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
 #include "tools/contact/studies.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/collision_world.hpp"
-#include "vps/multibody/many_objects.hpp"
+#include "vps/testing/many_objects.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace contact {
 namespace {

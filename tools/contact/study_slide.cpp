@@ -3,8 +3,8 @@
 #include <cstdio>
 
 #include "tools/contact/studies.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/closed_form.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace contact {
 namespace {

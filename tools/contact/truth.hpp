@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "tools/contact/method.hpp"
+#include "tools/contact/methods/method.hpp"
 #include "tools/contact/workload.hpp"
 
 namespace contact {

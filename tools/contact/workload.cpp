@@ -7,7 +7,7 @@
 #include "tools/contact/approach.hpp"
 #include "tools/contact/smooth_walk.hpp"
 #include "vps/mesh/load_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace contact {
 namespace {

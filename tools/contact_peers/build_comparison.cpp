@@ -15,7 +15,7 @@
 #include "core/clock.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/load_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace contact_peers {
 namespace {

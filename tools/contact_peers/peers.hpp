@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tools/contact/method.hpp"
+#include "tools/contact/methods/method.hpp"
 #include "tools/contact/structures.hpp"
 
 namespace contact_peers {

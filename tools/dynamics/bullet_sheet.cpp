@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "physics/trials/build.hpp"
+#include "physics/testing/trials/build.hpp"
 
 namespace dynamics {
 

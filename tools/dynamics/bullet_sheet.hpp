@@ -1,6 +1,6 @@
 #pragma once
 
-#include "physics/cloth/drape.hpp"
+#include "physics/testing/trials/drape.hpp"
 
 namespace dynamics {
 

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "physics/trials/build.hpp"
-#include "physics/trials/heavy_on_light.hpp"
+#include "physics/testing/trials/build.hpp"
+#include "physics/testing/trials/heavy_on_light.hpp"
 
 namespace dynamics {
 namespace {

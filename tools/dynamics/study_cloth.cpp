@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/closed_form/hanging_sheet.hpp"
-#include "physics/cloth/drape.hpp"
+#include "physics/testing/closed_form/hanging_sheet.hpp"
+#include "physics/testing/trials/drape.hpp"
 #include "tools/dynamics/bullet_sheet.hpp"
 #include "tools/dynamics/studies.hpp"
 #include "tools/dynamics/turns.hpp"

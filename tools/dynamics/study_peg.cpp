@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/closed_form/contact_laws.hpp"
-#include "physics/trials/peg.hpp"
+#include "physics/testing/closed_form/contact_laws.hpp"
+#include "physics/testing/trials/peg.hpp"
 #include "tools/dynamics/studies.hpp"
 
 namespace dynamics {

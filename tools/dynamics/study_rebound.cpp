@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/closed_form/contact_laws.hpp"
-#include "physics/trials/rebound.hpp"
+#include "physics/testing/closed_form/contact_laws.hpp"
+#include "physics/testing/trials/rebound.hpp"
 #include "tools/dynamics/bullet_rebound.hpp"
 #include "tools/dynamics/studies.hpp"
 

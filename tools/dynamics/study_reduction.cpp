@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/contact_points.hpp"
-#include "physics/trials/reference.hpp"
+#include "physics/testing/contact_points.hpp"
+#include "physics/testing/trials/reference.hpp"
 #include "tools/dynamics/studies.hpp"
 #include "tools/dynamics/turns.hpp"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/closed_form/free_rotation.hpp"
+#include "physics/testing/closed_form/free_rotation.hpp"
 #include "tools/dynamics/studies.hpp"
 #include "tools/dynamics/turns.hpp"
 

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/closed_form/contact_laws.hpp"
-#include "physics/closed_form/snap_work.hpp"
-#include "physics/trials/build.hpp"
-#include "physics/trials/busy.hpp"
-#include "physics/trials/reference.hpp"
-#include "physics/trials/snaps.hpp"
+#include "physics/testing/closed_form/contact_laws.hpp"
+#include "physics/testing/closed_form/snap_work.hpp"
+#include "physics/testing/trials/build.hpp"
+#include "physics/testing/trials/busy.hpp"
+#include "physics/testing/trials/reference.hpp"
+#include "physics/testing/trials/snaps.hpp"
 #include "tools/dynamics/studies.hpp"
 
 namespace dynamics {

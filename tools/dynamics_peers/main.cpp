@@ -1,7 +1,7 @@
 // `oos bench physics` with MuJoCo. Started by oos: JSON, PLOT, NAMES.
 #include <cstdio>
 
-#include "physics/chain/mujoco_arm.hpp"
+#include "physics/testing/mujoco_arm.hpp"
 #include "tools/dynamics/bench.hpp"
 #include "tools/dynamics_peers/peers.hpp"
 

@@ -1,7 +1,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "physics/chain/mujoco_arm.hpp"
+#include "physics/testing/mujoco_arm.hpp"
 #include "tools/dynamics_peers/peers.hpp"
 
 namespace dynamics_peers {

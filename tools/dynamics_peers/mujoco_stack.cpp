@@ -2,9 +2,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "physics/chain/mujoco_arm.hpp"
-#include "physics/trials/build.hpp"
-#include "physics/trials/heavy_on_light.hpp"
+#include "physics/testing/mujoco_arm.hpp"
+#include "physics/testing/trials/build.hpp"
+#include "physics/testing/trials/heavy_on_light.hpp"
 #include "tools/dynamics_peers/peers.hpp"
 
 namespace dynamics_peers {

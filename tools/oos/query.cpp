@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "core/clock.hpp"
-#include "tools/contact/answer_table.hpp"
-#include "tools/contact/method.hpp"
-#include "tools/contact/pose_table.hpp"
+#include "tools/contact/methods/answer_table.hpp"
+#include "tools/contact/methods/method.hpp"
+#include "tools/contact/methods/pose_table.hpp"
 #include "tools/oos/verb.hpp"
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"

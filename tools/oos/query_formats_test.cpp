@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "tools/oos/verb.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace oos {
 namespace {

@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "tools/oos/verb.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/closed_form.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace oos {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "bus/log/killed_recorder.hpp"
+#include "bus/testing/killed_recorder.hpp"
 
 namespace bus::log {
 namespace {

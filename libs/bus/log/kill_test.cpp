@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "bus/log/killed_recorder.hpp"
+#include "bus/testing/killed_recorder.hpp"
 
 namespace bus::log {
 namespace {

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "bus/bus_testing.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/payload_decoder.hpp"
 #include "bus/registry.hpp"
 #include "bus/schema.hpp"
+#include "bus/testing/make_node.hpp"
 #include "proto/physics.pb.h"
 #include "proto/recording.pb.h"
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "bus/bus_testing.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorded_message.hpp"
 #include "bus/log/tap_recorder.hpp"
+#include "bus/testing/make_node.hpp"
 #include "core/clock.hpp"
 #include "proto/bus.pb.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/chain/mujoco_arm.hpp"
+#include "physics/testing/mujoco_arm.hpp"
 
 namespace physics {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <limits>
 
-#include "physics/chain/chain_samples.hpp"
-#include "physics/closed_form/two_link_arm.hpp"
+#include "physics/testing/chain_samples.hpp"
+#include "physics/testing/closed_form/two_link_arm.hpp"
 
 namespace physics {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "physics/cloth/drape.hpp"
+#include "physics/testing/trials/drape.hpp"
 
 namespace physics {
 namespace {

@@ -13,8 +13,8 @@
 #include "vps/asset/cooked_object.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/check_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

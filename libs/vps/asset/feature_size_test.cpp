@@ -7,7 +7,7 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 
 namespace vps {

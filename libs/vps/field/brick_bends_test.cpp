@@ -5,7 +5,7 @@
 
 #include "vps/field/brick_traits.hpp"
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

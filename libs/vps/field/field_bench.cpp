@@ -3,7 +3,7 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 
 // Time to build the distance field, beside the layers of `paper` at the same voxel size.

@@ -13,9 +13,9 @@
 #include "core/pose.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/load_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/exact_distance.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

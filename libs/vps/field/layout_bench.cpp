@@ -5,8 +5,8 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 // Two layouts of the same distances, one point after the other: the field's 32-bit planes with creases, and 16-bit
 // distances at the voxels' centres, interpolated trilinearly, in bricks of 9^3 so that one brick answers a point.

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "vps/mesh/self_intersection.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/mesh/winding_number.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

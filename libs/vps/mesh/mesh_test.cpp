@@ -7,7 +7,7 @@
 
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/mass_properties.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

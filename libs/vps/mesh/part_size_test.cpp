@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/mass_properties.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/mesh_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

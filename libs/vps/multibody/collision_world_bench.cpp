@@ -7,8 +7,8 @@
 #include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
 #include "vps/mesh/load_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
-#include "vps/multibody/many_objects.hpp"
+#include "vps/testing/many_objects.hpp"
+#include "vps/testing/shapes.hpp"
 
 // Whole cycles: poses set, Step, as haptic_node does it. Same objects, points, voxels and motion for both methods; the
 // ratios are what counts. Run with --benchmark_enable_random_interleaving.

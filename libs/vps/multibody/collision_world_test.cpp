@@ -7,8 +7,8 @@
 #include <thread>
 #include <vector>
 
-#include "vps/mesh/shapes.hpp"
-#include "vps/query/brute_force.hpp"
+#include "vps/testing/brute_force.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "vps/field/build_field.hpp"
-#include "vps/multibody/contact_cases.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/testing/contact_cases.hpp"
 
 namespace vps {
 namespace {

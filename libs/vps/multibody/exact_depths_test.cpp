@@ -5,8 +5,8 @@
 #include "vps/field/build_field.hpp"
 #include "vps/field/pack_facets.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
-#include "vps/multibody/rough_torus.hpp"
 #include "vps/oracle/contact_wrench.hpp"
+#include "vps/testing/rough_torus.hpp"
 
 namespace vps {
 namespace {

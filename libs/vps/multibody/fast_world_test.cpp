@@ -6,9 +6,9 @@
 #include <random>
 
 #include "vps/asset/cooked_file.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/collision_world.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/testing/shapes.hpp"
 
 // The method `fast` behind the interface of CollisionWorld.
 namespace vps {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/collision_world.hpp"
+#include "vps/testing/shapes.hpp"
 
 // The whole chain of one hand: voxelmap, pointshell, tree walk, reduction, virtual coupling.
 namespace vps {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/collision_world.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -1,4 +1,4 @@
-#include "vps/multibody/many_objects.hpp"
+#include "vps/testing/many_objects.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/oracle/contact_wrench.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

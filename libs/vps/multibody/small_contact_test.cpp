@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/oracle/contact_wrench.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "vps/multibody/wild_motion.hpp"
+#include "vps/testing/wild_motion.hpp"
 
 namespace vps {
 namespace {

@@ -1,4 +1,4 @@
-#include "vps/multibody/wild_motion.hpp"
+#include "vps/testing/wild_motion.hpp"
 
 #include <gtest/gtest.h>
 

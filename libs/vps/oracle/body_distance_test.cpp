@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/closed_form.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps::oracle {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/closed_form.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps::oracle {
 namespace {

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "vps/mesh/load_mesh.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/exact_distance.hpp"
 #include "vps/pointshell/pointshell.hpp"
-#include "vps/query/brute_force.hpp"
+#include "vps/testing/brute_force.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 #include "vps/voxmap/distance_transform.hpp"
 

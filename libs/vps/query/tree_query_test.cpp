@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "vps/mesh/shapes.hpp"
-#include "vps/query/brute_force.hpp"
+#include "vps/testing/brute_force.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/tree/build_tree.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

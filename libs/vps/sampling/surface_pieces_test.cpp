@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 #include <vector>
 
-#include "vps/mesh/shapes.hpp"
 #include "vps/sampling/sharp_edges.hpp"
 #include "vps/sampling/surface_panels.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

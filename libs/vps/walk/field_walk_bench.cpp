@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/query/tree_query.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/tree/build_tree.hpp"
 #include "vps/voxmap/build_voxmap.hpp"
 #include "vps/walk/field_walk.hpp"

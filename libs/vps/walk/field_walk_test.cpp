@@ -7,8 +7,8 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
 #include "vps/oracle/exact_distance.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/walk/field_walk.hpp"
 #include "vps/walk/walk_input.hpp"
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/walk/walk_memory.hpp"
 
 namespace vps {

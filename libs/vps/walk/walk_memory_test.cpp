@@ -6,7 +6,7 @@
 #include <random>
 
 #include "vps/field/build_field.hpp"
-#include "vps/mesh/shapes.hpp"
+#include "vps/testing/shapes.hpp"
 #include "vps/walk/field_walk.hpp"
 
 namespace vps {

@@ -1,0 +1,60 @@
+#include "tools/contact/methods/apart_bound.hpp"
+#include "tools/contact/methods/method.hpp"
+#include "vps/multibody/fast_pair_query.hpp"
+#include "vps/walk/walk_memory.hpp"
+
+namespace contact {
+namespace {
+
+class FastMethod : public Method {
+ public:
+  FastMethod(Cooked A, Cooked B, bool bounds_distance)
+      : A_(std::move(A)), B_(std::move(B)), bounds_distance_(bounds_distance), scratch_(*B_->samples) {
+    pair_.look_ahead_m = 0.0;
+    scratch_.walk.memory = &memory_;
+  }
+
+  Answer Query(const core::Pose& X_AB) override {
+    // World: A's frame.
+    vps::QueryFastPair(*B_->samples, *A_->field, X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
+    Answer answer;
+    answer.signed_distance_m = result_.signed_distance_m;
+    if (bounds_distance_ && !result_.is_in_contact) {
+      answer.signed_distance_m = ApartBound_m(*B_->samples, *A_->field, X_AB);
+    }
+    answer.contacts = result_.counters.points_colliding;
+    answer.points_tested = result_.counters.points_tested;
+    if (answer.contacts == 0) return answer;
+    answer.force_A = X_AB.rotate(scratch_.force_m3);
+    answer.moment_A = X_AB.rotate(scratch_.moment_m4);
+    return answer;
+  }
+
+ private:
+  Cooked A_;
+  Cooked B_;
+  bool bounds_distance_;
+  vps::PairDescription pair_;
+  vps::PairResult result_;
+  vps::FastPairScratch scratch_;
+  vps::FieldWalkMemory memory_;  // helps with consecutive poses
+};
+
+}  // namespace
+
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B) {
+  return std::make_unique<FastMethod>(std::move(A), std::move(B), false);
+}
+
+core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
+                                                     const Resolution& resolution) {
+  const Resolution resolved = ResolveResolution(A, B, resolution);
+  auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kFast});
+  if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
+  auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kFast});
+  if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
+  return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
+                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), true);
+}
+
+}  // namespace contact
