@@ -1,0 +1,51 @@
+"""Tables of tables: what charts show in many CSV files, in one that people can read. Written by figures.py."""
+import csv
+
+PAIRS = ["ball_on_box", "peg_pressed", "peg_free", "gear_on_pin", "nut_pressed", "ring_on_ring", "bunny_light", "bunny_near",
+         "bunny_deep", "fandisk_on_bunny", "module_on_bracket"]
+MESHES = {"block_with_hole": "block with a hole", "factory_nut_m16_tight_subdiv_3x": "M16 nut", "stanford_bunny": "bunny"}
+
+
+def read(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def short(value):
+    return f"{float(value):.3g}" if value else ""
+
+
+def contact_pairs(folder):
+    """Time and error of both methods at voxel size s and 65,536 points; times are of consecutive poses."""
+    rows = [["pair", "`paper`, µs", "`fast`, µs", "`fast` is faster by", "`fast`, 99th percentile, µs",
+             "force off, `paper`: median, worst, %", "force off, `fast`: median, worst, %"]]
+    for pair in PAIRS:
+        of = {row["method"]: row for row in read(folder / f"{pair}.csv") if row["setting"] == "s; 65536 points"}
+        times = [float(of[method]["consecutive_p50_us"]) for method in ("paper", "fast")]
+        rows.append([pair.replace("_", " "), *(short(time) for time in times), short(times[0] / times[1]),
+                     short(of["fast"]["consecutive_p99_us"])])
+        for method in ("paper", "fast"):
+            parts = [of[method][f"magnitude_error_{part}"] for part in ("p50", "max")]
+            rows[-1].append(", ".join(short(100 * float(part)) for part in parts) if all(parts) else "")
+    return rows
+
+
+def builds(folder):
+    """Build time and memory of a field beside OpenVDB's level set of the same voxels, band and threads."""
+    of = {(row["mesh"], row["voxels"], row["threads"], row["method"]): row for row in read(folder / "build.csv")}
+    rows = [["mesh", "voxels", "threads", "times as fast as OpenVDB", "stored, MB", "OpenVDB, MB", "peak over stored"]]
+    for (mesh, voxels, threads, method), ours in of.items():
+        if method == "OpenVDB":
+            continue
+        other = of[mesh, voxels, threads, "OpenVDB"]
+        stored = float(ours["stored_bytes"])
+        rows.append([MESHES.get(mesh, mesh), voxels, threads, short(float(other["time_s"]) / float(ours["time_s"])),
+                     short(stored / 1e6), short(float(other["stored_bytes"]) / 1e6), short(float(ours["peak_bytes"]) / stored)])
+    return rows
+
+
+def tables(performance):
+    """Path and text of each summary."""
+    for name, rows in (("pairs", contact_pairs), ("builds", builds)):
+        if (performance / "vps").is_dir():
+            yield performance / "vps" / f"{name}.csv", rows(performance / "vps")
