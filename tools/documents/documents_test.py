@@ -59,6 +59,15 @@ class Figures(Tree):
         self.write("libs/bus/README.md", "<!--figure:hop_us-->18.4<!--/figure--> µs, or 12 us.\n")
         self.assertIn("or 12 us", figures.update(self.root, True)[0])
 
+    def test_a_measured_figure_without_a_mark_is_named_in_the_results_too(self):
+        self.write("docs/performance/bus.md", "It takes 12 µs.\n")
+        self.assertIn("It takes 12 µs.", figures.update(self.root, True)[0])
+
+    def test_what_is_not_measured_needs_no_mark(self):
+        self.write("docs/decisions/D07-bus.md", "Then it took 12 µs.\n")
+        self.write("docs/performance/bus.md", "A tick of 1 ms.\n")
+        self.assertEqual(figures.update(self.root, True), [])
+
     def test_numbers_inside_text_are_cells_too(self):
         self.assertEqual(figures.cell(self.root, "bus/hop.csv|transport=LATEST|words#2"), "17.2")
 

@@ -97,8 +97,9 @@ def brought_up_to_date(root, text, values, quoted):
 
 
 def without_marks(root, path, text):
-    """Lines of a room's document with a measured figure that no command can bring up to date."""
-    if path.name not in ("README.md", "LEDGER.md") or path.is_relative_to(root / "docs"):
+    """Lines with a measured figure that no command can bring up to date: of the documents of rooms, and of docs/performance."""
+    of_room = path.name in ("README.md", "LEDGER.md") and not path.is_relative_to(root / "docs")
+    if not of_room and path.parent != performance(root):
         return []
     bare = TABLE.sub("", FIGURE.sub("", text))
     return [line.strip() for line in bare.splitlines() if MEASURED.search(line)]
