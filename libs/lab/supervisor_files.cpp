@@ -11,7 +11,7 @@ std::string Escape(const std::string& text) {
 }
 
 // Words of a command are split as a shell does it.
-std::string Quote(const std::string& word) {
+std::string QuoteForSupervisor(const std::string& word) {
   return word.find_first_of(" ;\t\"") == std::string::npos && !word.empty() ? word : "'" + word + "'";
 }
 
@@ -21,7 +21,7 @@ std::string CommandOf(const Unit& unit) {
   if (unit.nice != 0) command += "nice -n " + std::to_string(unit.nice) + " ";
   std::string blank;
   for (const std::string& word : WordsOf(unit)) {
-    command += blank + Quote(word);
+    command += blank + QuoteForSupervisor(word);
     blank = " ";
   }
   return Escape(command);

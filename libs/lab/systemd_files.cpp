@@ -3,7 +3,7 @@
 namespace lab {
 namespace {
 
-std::string Quote(const std::string& word) {
+std::string QuoteForSystemd(const std::string& word) {
   std::string escaped;
   for (const char c : word) escaped += c == '%' ? "%%" : c == '$' ? "$$" : std::string(1, c);
   return escaped.find_first_of(" ;\t\"") == std::string::npos && !escaped.empty() ? escaped : "'" + escaped + "'";
@@ -19,11 +19,12 @@ std::string UnitText(const Unit& unit, const HostPlan& plan) {
   text += "\nStartLimitIntervalSec=10\nStartLimitBurst=4\n\n[Service]\nType=exec\nExecStart=";
   std::string blank;
   for (const std::string& word : WordsOf(unit)) {
-    text += blank + Quote(word);
+    text += blank + QuoteForSystemd(word);
     blank = " ";
   }
   text += "\nWorkingDirectory=" + plan.run_folder + "\n";
-  for (const auto& [name, value] : unit.environment) text += "Environment=" + Quote(name + "=" + value) + "\n";
+  for (const auto& [name, value] : unit.environment)
+    text += "Environment=" + QuoteForSystemd(name + "=" + value) + "\n";
   text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
   // A node that ends with 0 has done its work; what ends otherwise comes back at once.
   text += "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=3\nKillMode=control-group\n";

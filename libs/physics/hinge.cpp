@@ -7,7 +7,7 @@
 namespace physics {
 namespace {
 
-enum HingeRow : std::size_t { kX, kY, kZ, kTiltX, kTiltY };
+enum HingeRow : std::size_t { kHingeX, kHingeY, kHingeZ, kTiltX, kTiltY };
 
 // Angle about z: the twist part of the relative rotation, in (-pi, pi].
 double AngleAbout_z(const glm::dquat& R_JpJc) {
@@ -64,9 +64,9 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   const auto point_bias = [&](const glm::dvec3& axis_W) {
     return -rate * glm::dot(axis_W, error_W) - 0.5 * dt_s * glm::dot(axis_W, curvature_W);
   };
-  SetHard(&rows()[kX], x_W, glm::dvec3(0.0), p_W, point_bias(x_W));
-  SetHard(&rows()[kY], y_W, glm::dvec3(0.0), p_W, point_bias(y_W));
-  SetHard(&rows()[kZ], z_W, glm::dvec3(0.0), p_W, point_bias(z_W));
+  SetHard(&rows()[kHingeX], x_W, glm::dvec3(0.0), p_W, point_bias(x_W));
+  SetHard(&rows()[kHingeY], y_W, glm::dvec3(0.0), p_W, point_bias(y_W));
+  SetHard(&rows()[kHingeZ], z_W, glm::dvec3(0.0), p_W, point_bias(z_W));
 
   // Tilt of the child's z away from the parent's: t = z_p x z_c is the rotation vector for a small one. Its second
   // derivative is z_p'' x z_c + 2 z_p' x z_c' + z_p x z_c'', where an axis moves like a point at its tip.

@@ -3,7 +3,7 @@
 namespace physics {
 namespace {
 
-enum SliderRow : std::size_t { kX, kY, kTurnX, kTurnY, kTurnZ };
+enum SliderRow : std::size_t { kSliderX, kSliderY, kTurnX, kTurnY, kTurnZ };
 
 }  // namespace
 
@@ -34,7 +34,7 @@ void Slider::Prepare(const BodyView& parent, const BodyView& child, double dt_s)
                                  2.0 * glm::cross(w_W, v_child_W - v_parent_W);
   for (std::size_t i = 0; i < 2; ++i) {
     const double bias = -rate * glm::dot(axes_W[i], offset_W) - 0.5 * dt_s * glm::dot(axes_W[i], curvature_W);
-    SetHard(&rows()[kX + i], axes_W[i], glm::dvec3(0.0), p_W, bias);
+    SetHard(&rows()[kSliderX + i], axes_W[i], glm::dvec3(0.0), p_W, bias);
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const double bias =

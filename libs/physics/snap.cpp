@@ -7,7 +7,7 @@
 namespace physics {
 namespace {
 
-enum SnapRow : std::size_t { kX, kY, kZ, kRotX, kRotY, kRotZ, kNumRows };
+enum SnapRow : std::size_t { kSnapX, kSnapY, kSnapZ, kRotX, kRotY, kRotZ, kNumRows };
 
 // Lever by which the scenario's damping [N s/m] becomes an angular one [N m s/rad].
 constexpr double kDampingLever_m = 0.05;
@@ -150,8 +150,8 @@ void Snap::SetAxial(const glm::dvec3& axis_W, const glm::dvec3& p_W, double z_m,
   }
   // Along the guide the child slides freely; the snap's own damping acts where the snap acts.
   const double d = state_ == 1 || z_m < params_.travel_m ? params_.damping_N_s_per_m : 0.0;
-  SetSpring(&rows()[kZ], axis_W, p_W, 0.0, 0.0, d + slope_N_s_per_m);
-  rows()[kZ].force = force_N + slope_N_s_per_m * v_m_per_s;
+  SetSpring(&rows()[kSnapZ], axis_W, p_W, 0.0, 0.0, d + slope_N_s_per_m);
+  rows()[kSnapZ].force = force_N + slope_N_s_per_m * v_m_per_s;
   acted_damping_N_s_per_m_ = d;
   v_m_per_s_ = v_m_per_s;
 }
@@ -179,8 +179,8 @@ void Snap::Prepare(const BodyView& parent, const BodyView& child, double dt_s) {
   const double k_t = hold * params_.stiffness_Nm_per_rad;
   const double d = hold * params_.damping_N_s_per_m;
   const double d_t = d * kDampingLever_m * kDampingLever_m;
-  SetSpring(&rows()[kX], axes_W[0], p_W, place.offset_m.x, k, d);
-  SetSpring(&rows()[kY], axes_W[1], p_W, place.offset_m.y, k, d);
+  SetSpring(&rows()[kSnapX], axes_W[0], p_W, place.offset_m.x, k, d);
+  SetSpring(&rows()[kSnapY], axes_W[1], p_W, place.offset_m.y, k, d);
   for (std::size_t i = 0; i < 3; ++i) {
     SetAngularSpring(&rows()[kRotX + i], axes_W[i], place.turn_rad[static_cast<int>(i)], k_t, d_t);
   }
@@ -188,7 +188,7 @@ void Snap::Prepare(const BodyView& parent, const BodyView& child, double dt_s) {
 }
 
 void Snap::Finish(double dt_s) {
-  force_ = rows()[kZ].impulse / dt_s;
+  force_ = rows()[kSnapZ].impulse / dt_s;
 }
 
 double Snap::StoredEnergy_J(const BodyView& parent, const BodyView& child) const {

@@ -9,9 +9,9 @@
 namespace scene {
 namespace {
 
-class Checker {
+class ScenarioChecker {
  public:
-  Checker(const Scenario& scenario, std::vector<Diagnostic>* diagnostics)
+  ScenarioChecker(const Scenario& scenario, std::vector<Diagnostic>* diagnostics)
       : scenario_(scenario), diagnostics_(diagnostics) {}
 
   void Check() {
@@ -146,7 +146,7 @@ class Checker {
 }  // namespace
 
 void CheckScenario(const Scenario& scenario, std::vector<Diagnostic>* diagnostics) {
-  Checker(scenario, diagnostics).Check();
+  ScenarioChecker(scenario, diagnostics).Check();
 }
 
 }  // namespace scene

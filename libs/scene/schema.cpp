@@ -86,10 +86,10 @@ std::string Title(const XmlElement& element) {
   return "<" + element.name + ">";
 }
 
-class Checker {
+class SchemaChecker {
  public:
-  Checker(const std::vector<ElementRule>& rules, const std::filesystem::path& file,
-          std::vector<Diagnostic>* diagnostics)
+  SchemaChecker(const std::vector<ElementRule>& rules, const std::filesystem::path& file,
+                std::vector<Diagnostic>* diagnostics)
       : rules_(rules), file_(file), diagnostics_(diagnostics) {}
 
   void Check(const XmlElement& element, const ElementRule& rule) {
@@ -176,7 +176,7 @@ void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file
                             "put the content into <" + root_name + ">"});
     return;
   }
-  Checker(rules, file, diagnostics).Check(root, *FindRule(rules, root_name));
+  SchemaChecker(rules, file, diagnostics).Check(root, *FindRule(rules, root_name));
 }
 
 bool ParseNumber(const std::string& text, double* value) {

@@ -1,5 +1,6 @@
 #include <string>
 
+#include "nodes/physics_node/location_text.hpp"
 #include "nodes/physics_node/sheet_keeper.hpp"
 #include "vps/asset/cooked_object.hpp"
 #include "vps/field/distance_field.hpp"
@@ -26,10 +27,6 @@ class FieldShape final : public physics::ClothShape {
   vps::DistanceField field_;
 };
 
-std::string Where(const scene::Location& location) {
-  return location.file.empty() ? std::string() : location.file.string() + ":" + std::to_string(location.line) + ": ";
-}
-
 }  // namespace
 
 class SheetKeeper::Builder {
@@ -53,7 +50,7 @@ class SheetKeeper::Builder {
     const scene::Object& object = scenario_.objects[index];
     const scene::Sheet& given = *object.sheet;
     const auto fail = [&](const core::Error& error) {
-      return core::Fail(error.code, Where(given.location) + "sheet of '" + object.name + "': " + error.detail);
+      return core::Fail(error.code, LocationPrefix(given.location) + "sheet of '" + object.name + "': " + error.detail);
     };
     physics::ClothParams params;
     params.size_x_m = given.size_x_m;
@@ -157,7 +154,8 @@ class SheetKeeper::Builder {
       if (body == kNone) body = sheet->ground;
       const auto bond = sheet->cloth->AddBond({body, m.stiffness_N_per_m, m.damping, m.release_force_N}, points_W);
       if (!bond) {
-        return core::Fail(bond.error().code, Where(m.location) + "mechanism '" + m.name + "': " + bond.error().detail);
+        return core::Fail(bond.error().code,
+                          LocationPrefix(m.location) + "mechanism '" + m.name + "': " + bond.error().detail);
       }
       sheet->hooks.push_back({i, *bond, keeper_.built_->sheet_hooks[i], m.release_force_N});
     }

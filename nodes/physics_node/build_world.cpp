@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "nodes/physics_node/location_text.hpp"
+
 namespace physics_node {
 namespace {
 
@@ -74,10 +76,6 @@ int FindPair(const scene::Scenario& scenario, int a, int b) {
   return kNone;
 }
 
-std::string Where(const scene::Location& location) {
-  return location.file.empty() ? std::string() : location.file.string() + ":" + std::to_string(location.line) + ": ";
-}
-
 core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<physics::MassProperties>& masses,
                              BuiltWorld* built) {
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
@@ -92,7 +90,7 @@ core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<
     const auto body = built->world->AddBody(params);
     if (!body) {
       return core::Fail(body.error().code,
-                        Where(object.location) + "object '" + object.name + "': " + body.error().detail);
+                        LocationPrefix(object.location) + "object '" + object.name + "': " + body.error().detail);
     }
     built->body_of_object.push_back(*body);
   }
@@ -110,7 +108,7 @@ core::Result<void> AddPairs(const scene::Scenario& scenario, BuiltWorld* built) 
     }
     const auto contact =
         built->world->AddContactPair(built->body_of_object[pair.sampled], built->body_of_object[pair.field], kind);
-    if (!contact) return core::Fail(contact.error().code, Where(pair.location) + contact.error().detail);
+    if (!contact) return core::Fail(contact.error().code, LocationPrefix(pair.location) + contact.error().detail);
     built->contact_of_pair.push_back(*contact);
   }
   return {};
@@ -157,7 +155,8 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
     };
     const auto index = built->world->AddMechanism(body_of(m.parent), body_of(m.child), std::move(mechanism));
     if (!index) {
-      return core::Fail(index.error().code, Where(m.location) + "mechanism '" + m.name + "': " + index.error().detail);
+      return core::Fail(index.error().code,
+                        LocationPrefix(m.location) + "mechanism '" + m.name + "': " + index.error().detail);
     }
     built->mechanism_of.push_back(*index);
   }

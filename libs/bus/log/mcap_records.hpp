@@ -38,6 +38,10 @@ enum class Opcode : std::uint8_t {
 using Bytes = std::vector<std::uint8_t>;
 using TextMap = std::map<std::string, std::string>;
 
+inline Bytes ToBytes(const std::string& text) {
+  return {text.begin(), text.end()};
+}
+
 struct Header {
   static constexpr Opcode kOpcode = Opcode::kHeader;
   std::string profile, library;

@@ -21,10 +21,6 @@
 namespace bus::log {
 namespace {
 
-Bytes BytesOf(const std::string& text) {
-  return {text.begin(), text.end()};
-}
-
 class MergeTest : public ::testing::Test {
  protected:
   MergeTest() { std::filesystem::create_directories(folder_); }
@@ -48,7 +44,7 @@ class MergeTest : public ::testing::Test {
     EXPECT_TRUE(writer->Write(Metadata{"recording", {{"node", o.node}}}));
     EXPECT_TRUE(writer->Write(Metadata{"host", {{"clock_id", o.clock_id}, {"node", o.node}}}));
     EXPECT_TRUE(writer->Write(Attachment{0, 0, "scenario.xml", "application/xml", {'<', '>'}}));
-    const auto schema = writer->AddSchema("oos.Reaction", "protobuf", BytesOf(DescriptorSetOf(MessageType::kReaction)));
+    const auto schema = writer->AddSchema("oos.Reaction", "protobuf", ToBytes(DescriptorSetOf(MessageType::kReaction)));
     const auto reactions = writer->AddChannel(schema, "physics/right/reaction", "protobuf",
                                               {{"writer", o.node}, {"tap", "sent"}, {"class", "LATEST"}});
     std::uint32_t sequence = 0;
@@ -56,27 +52,27 @@ class MergeTest : public ::testing::Test {
       oos::Reaction reaction;
       reaction.set_tick(o.first_tick + sequence);
       const auto time = static_cast<std::uint64_t>(time_ns);
-      EXPECT_TRUE(writer->Write(Message{reactions, ++sequence, time, time, BytesOf(reaction.SerializeAsString())}));
+      EXPECT_TRUE(writer->Write(Message{reactions, ++sequence, time, time, ToBytes(reaction.SerializeAsString())}));
     }
     if (!o.peer.empty()) {
       const auto clocks =
-          writer->AddSchema("oos.ClockSample", "protobuf", BytesOf(DescriptorSetOf(*oos::ClockSample::descriptor())));
+          writer->AddSchema("oos.ClockSample", "protobuf", ToBytes(DescriptorSetOf(*oos::ClockSample::descriptor())));
       const auto channel = writer->AddChannel(clocks, "clock/" + o.node, "protobuf", {{"tap", "clock"}});
       oos::ClockSample sample;
       sample.set_peer(o.peer);
       sample.set_offset_ns(o.offset_ns);
       sample.set_bound_ns(25);
       const auto time = static_cast<std::uint64_t>(o.times_ns.front());
-      EXPECT_TRUE(writer->Write(Message{channel, 1, time, time, BytesOf(sample.SerializeAsString())}));
+      EXPECT_TRUE(writer->Write(Message{channel, 1, time, time, ToBytes(sample.SerializeAsString())}));
     }
     if (o.taken_ns != 0) {
       const auto taken =
-          writer->AddSchema("oos.TakenSample", "protobuf", BytesOf(DescriptorSetOf(*oos::TakenSample::descriptor())));
+          writer->AddSchema("oos.TakenSample", "protobuf", ToBytes(DescriptorSetOf(*oos::TakenSample::descriptor())));
       const auto channel = writer->AddChannel(taken, "taken/" + o.node + "/x", "protobuf", {{"tap", "taken"}});
       oos::TakenSample sample;
       sample.set_node(TopicId(o.peer));
       EXPECT_TRUE(writer->Write(Message{channel, 9, static_cast<std::uint64_t>(o.times_ns.back()),
-                                        static_cast<std::uint64_t>(o.taken_ns), BytesOf(sample.SerializeAsString())}));
+                                        static_cast<std::uint64_t>(o.taken_ns), ToBytes(sample.SerializeAsString())}));
     }
     if (o.is_closed) {
       EXPECT_TRUE(writer->Close());
@@ -162,7 +158,7 @@ TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
     ASSERT_TRUE(writer->Write(Metadata{"recording", {{"node", "oos-record-1"}}}));
     ASSERT_TRUE(writer->Write(Metadata{"host", {{"clock_id", "m1"}, {"node", "oos-record-1"}}}));
     const auto schema =
-        writer->AddSchema("oos.ClockSample", "protobuf", BytesOf(DescriptorSetOf(*oos::ClockSample::descriptor())));
+        writer->AddSchema("oos.ClockSample", "protobuf", ToBytes(DescriptorSetOf(*oos::ClockSample::descriptor())));
     const auto clocks = writer->AddChannel(schema, "clock/oos-record-1", "protobuf", {{"tap", "clock"}});
     const auto far = writer->AddChannel(0, "far", "protobuf", {{"writer", "physics_node"}, {"class", "LATEST"}});
     const auto near = writer->AddChannel(0, "near", "protobuf", {{"writer", "logic_node"}, {"class", "LATEST"}});
@@ -172,7 +168,7 @@ TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
       sample.set_peer(peer);
       sample.set_offset_ns(offset_ns);
       sample.set_bound_ns(bound_ns);
-      return writer->Write(Message{clocks, 1, 1000, 1000, BytesOf(sample.SerializeAsString())}).has_value();
+      return writer->Write(Message{clocks, 1, 1000, 1000, ToBytes(sample.SerializeAsString())}).has_value();
     };
     ASSERT_TRUE(tell("physics_node", 1'000'000'000, 40));
     ASSERT_TRUE(tell("logic_node", 0, 0));

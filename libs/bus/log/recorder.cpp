@@ -7,14 +7,6 @@
 #include "bus/schema.hpp"
 
 namespace bus::log {
-namespace {
-
-Bytes BytesOf(const std::string& text) {
-  return {text.begin(), text.end()};
-}
-
-}  // namespace
-
 core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& seconds) {
   const auto read = [](const std::string& text, double* number) {
     if (text.empty()) return true;
@@ -77,7 +69,7 @@ std::uint16_t Recorder::ChannelOf(const Observation& observation) {
   const auto [schema, is_new_schema] = schemas_.try_emplace(observation.type, std::uint16_t{0});
   if (is_new_schema && observation.type != MessageType::kNone) {
     schema->second =
-        writer_->AddSchema(SchemaOf(observation.type).name, "protobuf", BytesOf(DescriptorSetOf(observation.type)));
+        writer_->AddSchema(SchemaOf(observation.type).name, "protobuf", ToBytes(DescriptorSetOf(observation.type)));
   }
   channel->second =
       writer_->AddChannel(schema->second, observation.topic, "protobuf",
@@ -89,7 +81,7 @@ core::Result<void> Recorder::Add(const Observation& observation) {
   const auto log_ns = static_cast<std::uint64_t>(observation.received_ns);
   const auto publish_ns = observation.publish_ns > 0 ? static_cast<std::uint64_t>(observation.publish_ns) : log_ns;
   Message message{ChannelOf(observation), static_cast<std::uint32_t>(observation.sequence), log_ns, publish_ns,
-                  BytesOf(observation.payload)};
+                  ToBytes(observation.payload)};
   if (observation.topic_class == TopicClass::kLatest) {
     Envelope envelope;
     envelope.part = static_cast<std::uint8_t>(observation.part);

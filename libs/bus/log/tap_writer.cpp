@@ -15,10 +15,6 @@ namespace {
 
 static_assert(std::is_trivially_copyable_v<Envelope>, "it lies in the tap as in memory");
 
-Bytes BytesOf(const std::string& text) {
-  return {text.begin(), text.end()};
-}
-
 std::string ChannelName(const TapTopic& topic, const std::string& node) {
   switch (topic.kind) {
     case TapKind::kSent:
@@ -86,7 +82,7 @@ core::Result<void> TapWriter::Open(std::int64_t now_ns) {
 std::uint16_t TapWriter::SchemaNamed(const std::string& name, const std::string& descriptors) {
   if (name.empty()) return 0;
   const auto [schema, is_new] = schemas_.try_emplace(name, std::uint16_t{0});
-  if (is_new) schema->second = writer_->AddSchema(name, "protobuf", BytesOf(descriptors));
+  if (is_new) schema->second = writer_->AddSchema(name, "protobuf", ToBytes(descriptors));
   return schema->second;
 }
 
@@ -122,7 +118,7 @@ core::Result<void> TapWriter::Write(const TapHead& entry, std::span<const std::u
     if (topic.kind == TapKind::kSent) {
       AppendEnvelope(envelope, &message.data);
     } else {
-      message.data = BytesOf(SampleOf(envelope, entry).SerializeAsString());
+      message.data = ToBytes(SampleOf(envelope, entry).SerializeAsString());
     }
   }
   message.channel_id = ChannelOf(entry.slot, key);
