@@ -148,7 +148,7 @@ def update(root, is_check):
 
 def note_run(root, folder, command):
     path = performance(root) / "runs.csv"
-    rows = [row for row in read_rows(path) if row["folder"] != folder]
+    rows = [row for row in read_rows(path) if row["folder"].split("/")[0] != folder]
     cpuinfo = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
     cpu = [line for line in cpuinfo.splitlines() if line.startswith("model name")]
     rows.append({

@@ -34,7 +34,8 @@ LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" els
 STEPS = [("haptic step in contact, µs, " + part, ["haptic", f"contact_{part}_us"]) for part in ["p50", "p99", "max"]]
 STEPS += [("every haptic step, µs, " + part, ["haptic", f"{part}_us"]) for part in ["p50", "p99", "max"]]
 ROWS = {
-    "lockstep": [("completed", ["completed"])] + STEPS + [("cycles in contact", ["haptic", "contact_cycles"])],
+    # Without real-time priority the tails are those of the machine.
+    "lockstep": [("completed", ["completed"]), STEPS[0], STEPS[3], ("cycles in contact", ["haptic", "contact_cycles"])],
     "methods": [("completed", ["completed"])] + STEPS + LATENCIES[:4] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("peak force on the hand, N", ["peak_force_N"])],
@@ -47,7 +48,9 @@ ROWS = {
 def value(report, path):
     for key in path:
         report = report.get(key) if isinstance(report, dict) else None
-    return {True: "yes", False: "no", None: ""}.get(report, report)
+    if isinstance(report, bool):
+        return "yes" if report else "no"
+    return f"{report:.6g}" if isinstance(report, float) else "" if report is None else report
 
 
 def reports(oos, scenario, options):
