@@ -1,0 +1,13 @@
+#include <gtest/gtest.h>
+
+#include "tools/contact/testing/published_wrenches.hpp"
+
+namespace contact {
+namespace {
+
+TEST(SlowPublishedAccuracy, HoldsForTwoBunniesDeepInEachOther) {
+  ExpectPublishedWrenches("bunnies", "bunny_deep");
+}
+
+}  // namespace
+}  // namespace contact
