@@ -7,6 +7,7 @@
 #include "bus/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
+#include "core/messages/reserve_texts.hpp"
 #include "nodes/device_bridge/report.hpp"
 
 namespace device_bridge {
@@ -36,6 +37,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
     figures_.items.push_back({name, 0.0});
   }
   lost_.reserve(64);
+  core::ReserveTexts(&heard_event_);
 }
 
 void NodeLoop::Declare() {

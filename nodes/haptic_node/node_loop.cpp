@@ -7,6 +7,7 @@
 
 #include "bus/clock_bounds.hpp"
 #include "core/clock.hpp"
+#include "core/messages/reserve_texts.hpp"
 
 namespace haptic_node {
 namespace {
@@ -35,6 +36,8 @@ void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nl
 NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node)
     : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
+  for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
+  core::ReserveTexts(&heard_);
   lost_.reserve(64);
   for (const char* name :
        {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us", "pairs_tested",
@@ -113,9 +116,7 @@ void NodeLoop::TakeParameters() {
 void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
     const bool is_accepted = haptic_->AcceptsParameter(changes_[i]);
-    node_->AckParameter(
-        tickets_[i], haptic_->cycle(), is_accepted,
-        is_accepted ? std::string() : "haptic_node refuses it: the value must be 0 or more, and is taken at once");
+    node_->AckParameter(tickets_[i], haptic_->cycle(), is_accepted, is_accepted ? no_refusal_ : refusal_);
   }
 }
 

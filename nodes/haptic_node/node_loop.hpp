@@ -72,6 +72,8 @@ class NodeLoop {
   std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
+  const std::string no_refusal_;
+  const std::string refusal_ = "haptic_node refuses it: the value must be 0 or more, and is taken at once";
   std::size_t num_changes_ = 0;
   core::Event heard_;
   std::vector<std::string> lost_;  // nodes that were lost, by name

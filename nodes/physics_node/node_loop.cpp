@@ -8,6 +8,7 @@
 
 #include "bus/clock_bounds.hpp"
 #include "core/clock.hpp"
+#include "core/messages/reserve_texts.hpp"
 
 namespace physics_node {
 namespace {
@@ -43,7 +44,8 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::N
       changes_(kMaxChangesPerTick),
       tickets_(kMaxChangesPerTick),
       stepped_cycle_(scenario.devices.size()) {
-  outputs_.events.reserve(kMaxEventsPerTick);
+  for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
+  core::ReserveTexts(&heard_);
   for (const char* name : {"ticks", "step_p50_us", "step_p99_us", "impulse_balance", "timer_ticks", "dropped_ticks"}) {
     figures_.items.push_back({name, 0.0});
   }
@@ -157,10 +159,7 @@ void NodeLoop::TakeParameters() {
 void NodeLoop::AnswerParameters() {
   for (std::size_t i = 0; i < num_changes_; ++i) {
     const ChangeOutcome& outcome = outcomes_[i];
-    node_->AckParameter(tickets_[i], first_tick_, outcome.is_accepted,
-                        outcome.is_accepted ? std::string()
-                                            : "physics_node refuses it: the value must be finite, and 0 or more unless "
-                                              "it is a motor's speed; only figures of mechanisms are ramped or held",
+    node_->AckParameter(tickets_[i], first_tick_, outcome.is_accepted, outcome.is_accepted ? no_refusal_ : refusal_,
                         outcome.injected_J, outcome.is_pending);
   }
 }

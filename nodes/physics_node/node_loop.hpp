@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "bus/node.hpp"
@@ -95,6 +96,10 @@ class NodeLoop {
   std::vector<core::ContactSet> contact_sets_;
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
+  const std::string no_refusal_;
+  const std::string refusal_ =
+      "physics_node refuses it: the value must be finite, and 0 or more unless it is a motor's speed; only figures of "
+      "mechanisms are ramped or held";
   core::FixedVector<ChangeOutcome, kMaxChangesPerTick> outcomes_;
   std::size_t num_changes_ = 0;
   std::uint64_t first_tick_ = 0;              // at whose top the newest changes were applied

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
@@ -63,7 +65,7 @@ struct PhysicsNode::Impl {
       char text[96];
       std::snprintf(text, sizeof text, " settled at tick %llu, injected %.9g J",
                     static_cast<unsigned long long>(report.last_tick), report.injected_J);
-      Emit(outputs, "parameter_settled", name + text);
+      Emit(outputs, "parameter_settled", {name, text});
     });
   }
 
@@ -77,8 +79,8 @@ struct PhysicsNode::Impl {
       const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
       if (change == GraspKeeper::Change::kUnchanged) continue;
       Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",
-           scenario.devices[static_cast<std::size_t>(h.role)].role + " " +
-               scenario.objects[static_cast<std::size_t>(h.object)].name);
+           {scenario.devices[static_cast<std::size_t>(h.role)].role, " ",
+            scenario.objects[static_cast<std::size_t>(h.object)].name});
     }
   }
 
@@ -94,7 +96,7 @@ struct PhysicsNode::Impl {
       for (const auto& [object, name] : {std::pair{before, "grasp_detached"}, std::pair{now, "grasp_attached"}}) {
         if (object == kNone) continue;
         Emit(outputs, name,
-             scenario.devices[role].role + " " + scenario.objects[static_cast<std::size_t>(object)].name);
+             {scenario.devices[role].role, " ", scenario.objects[static_cast<std::size_t>(object)].name});
       }
     }
   }
@@ -113,9 +115,16 @@ struct PhysicsNode::Impl {
     return 0.5 * (origin(device.jaw_left) + origin(device.jaw_right));
   }
 
-  void Emit(Outputs* outputs, const char* name, std::string detail) const {
-    if (outputs->events.size() >= kMaxEventsPerTick) return;
-    outputs->events.push_back({now_ns, "physics_node", name, std::move(detail)});
+  // The detail is the parts, one after the other.
+  void Emit(Outputs* outputs, const char* name, std::initializer_list<std::string_view> parts) const {
+    if (outputs->events.full()) return;
+    outputs->events.resize(outputs->events.size() + 1);
+    core::Event& event = outputs->events.back();
+    event.time_ns = now_ns;
+    event.source = "physics_node";
+    event.name = name;
+    event.detail.clear();
+    for (const std::string_view part : parts) event.detail += part;
   }
 
   void ReportMechanisms(Outputs* outputs) {
@@ -128,7 +137,7 @@ struct PhysicsNode::Impl {
                          : m.state() == 1                                                    ? "snap_engaged"
                                                                                              : "snap_released";
       snap_states[i] = m.state();
-      Emit(outputs, name, scenario.mechanisms[i].name);
+      Emit(outputs, name, {scenario.mechanisms[i].name});
     }
   }
 

@@ -45,7 +45,7 @@ class PhysicsNode {
   PhysicsNode& operator=(const PhysicsNode&) = delete;
 
   // Stamps of the proxies' direct traces are passed on as they are: who calls adds kPhysicsReceive and kPhysicsStart
-  // before and kPhysicsSend after. Allocates only the text of the rare events.
+  // before and kPhysicsSend after. Does not allocate, lock or log.
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
 
   // Parameters (scenarios/README.md): those of this node, and whether one is its own and can have this value.

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <vector>
-
 #include "core/fixed_vector.hpp"
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
+#include "core/messages/reserve_texts.hpp"
 
 namespace physics_node {
 
@@ -30,10 +29,17 @@ struct Inputs {
 };
 
 struct Outputs {
+  Outputs() {
+    events.resize(kMaxEventsPerTick);
+    for (core::Event& event : events) core::ReserveTexts(&event);
+    events.clear();
+  }
+
   core::PhysicsState state;
   core::FixedVector<core::Reaction, kMaxRoles> reactions;
   core::FixedVector<ChangeOutcome, kMaxChangesPerTick> outcomes;  // one per change of the inputs
-  std::vector<core::Event> events;  // attach, detach, engage, release: rare; cleared by the node each tick
+  // Attach, detach, engage, release: rare. A step writes into the texts that are there already, without allocating.
+  core::FixedVector<core::Event, kMaxEventsPerTick> events;
 };
 
 }  // namespace physics_node

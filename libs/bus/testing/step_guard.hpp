@@ -1,8 +1,8 @@
 #pragma once
 
 // For tests only, and for exactly one source file of an executable or of a library to preload: stands in front of the C
-// library's allocator and of what a thread can block on, and counts what the calling thread does there while it is
-// armed. Nothing here allocates or locks by itself.
+// library's allocator, of what a thread can block on and of its output streams, and counts what the calling thread does
+// there while it is armed. Nothing here allocates or locks by itself.
 
 #include <dlfcn.h>
 #include <execinfo.h>
@@ -17,12 +17,16 @@
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 
 namespace bus::step_guard {
 
 struct Counts {
   std::uint64_t allocations = 0;  // and releases
   std::uint64_t locks = 0;        // mutex, read-write lock, semaphore, condition, futex wait
+  std::uint64_t logs = 0;         // writes to a C stream, which printf and std::cout are too
+
+  [[nodiscard]] std::uint64_t sum() const { return allocations + locks + logs; }
 };
 
 constexpr int kMaxFrames = 24;
@@ -110,9 +114,10 @@ void free(void* memory) noexcept {
 }
 
 // One line for each call that may block: count it, then let the C library do it.
-#define VR_OOS_GUARDED(name, parameters, arguments)               \
-  int name parameters {                                           \
-    bus::step_guard::Note(&bus::step_guard::Counts::locks);       \
+#define VR_OOS_GUARDED(name, parameters, arguments) VR_OOS_COUNTED(locks, int, name, parameters, arguments)
+#define VR_OOS_COUNTED(what, type, name, parameters, arguments)   \
+  type name parameters {                                          \
+    bus::step_guard::Note(&bus::step_guard::Counts::what);        \
     static const auto next = bus::step_guard::Next(&name, #name); \
     return next arguments;                                        \
   }
@@ -130,6 +135,29 @@ VR_OOS_GUARDED(pthread_cond_clockwait,
 VR_OOS_GUARDED(sem_wait, (sem_t * semaphore), (semaphore))
 VR_OOS_GUARDED(sem_timedwait, (sem_t * semaphore, const timespec* until), (semaphore, until))
 #undef VR_OOS_GUARDED
+
+VR_OOS_COUNTED(logs, int, puts, (const char* text), (text))
+VR_OOS_COUNTED(logs, int, fputs, (const char* text, FILE* file), (text, file))
+VR_OOS_COUNTED(logs, std::size_t, fwrite, (const void* data, std::size_t size, std::size_t count, FILE* file),
+               (data, size, count, file))
+#undef VR_OOS_COUNTED
+
+int printf(const char* format, ...) {
+  bus::step_guard::Note(&bus::step_guard::Counts::logs);
+  std::va_list list;
+  va_start(list, format);
+  const int written = vprintf(format, list);
+  va_end(list);
+  return written;
+}
+int fprintf(FILE* file, const char* format, ...) {
+  bus::step_guard::Note(&bus::step_guard::Counts::logs);
+  std::va_list list;
+  va_start(list, format);
+  const int written = vfprintf(file, format, list);
+  va_end(list);
+  return written;
+}
 
 // std::atomic::wait and the like.
 long syscall(long number, ...) noexcept {
