@@ -34,9 +34,10 @@ void EndStep() {
   if (++num_batches < kWarmSteps) return;
   if (thread.is_armed) {
     ++total.steps;
-    if (thread.counts.allocations + thread.counts.locks != 0) ++total.dirty_steps;
+    if (thread.counts.sum() != 0) ++total.dirty_steps;
     total.counts.allocations += thread.counts.allocations;
     total.counts.locks += thread.counts.locks;
+    total.counts.logs += thread.counts.logs;
     if (total.num_frames == 0 && thread.num_frames != 0) {
       total.first = thread.first;
       total.num_frames = thread.num_frames;
@@ -53,7 +54,8 @@ struct Report {
     const std::string file = std::string(folder) + "/" + program_invocation_short_name + ".txt";
     const int fd = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC | O_CLOEXEC, 0600);
     if (fd < 0) return;
-    dprintf(fd, "%lu %lu %lu %lu\n", total.steps, total.dirty_steps, total.counts.allocations, total.counts.locks);
+    dprintf(fd, "%lu %lu %lu %lu %lu\n", total.steps, total.dirty_steps, total.counts.allocations, total.counts.locks,
+            total.counts.logs);
     if (total.num_frames != 0) backtrace_symbols_fd(total.first.data(), total.num_frames, fd);
     close(fd);
   }

@@ -68,6 +68,13 @@ class Lockstep {
   void StepHaptic();
   void StepPhysics();
   void StepLogic();
+  // Node::Step, watched.
+  template <class Node, class Inputs, class Outputs>
+  void StepNode(std::string_view name, Node* node, const Inputs& inputs, Outputs* outputs) {
+    if (options_.watch_steps) options_.watch_steps(name, true);
+    node->Step(inputs, outputs);
+    if (options_.watch_steps) options_.watch_steps(name, false);
+  }
   void FollowSteps();
   void TellProgress() const;
   void WriteTraceRow();
@@ -201,7 +208,7 @@ void Lockstep::StepBridge() {
   inputs.physics = last_state_.header.sequence != 0 ? &last_state_ : nullptr;
   for (const core::Reaction& reaction : last_reactions_) inputs.grasped_objects.push_back(reaction.grasped_object);
   inputs.logic = &logic_out_.status;
-  bridge_->Step(inputs, &bridge_out_);
+  StepNode("device_bridge", bridge_.get(), inputs, &bridge_out_);
   for (core::DeviceState& state : bridge_out_.states) {
     state.header.sequence = outcome_.ticks + 1;
     state.header.publish_ns = now_ns_;
@@ -221,7 +228,7 @@ void Lockstep::StepHaptic() {
   inputs.changes = changes_.data();
   inputs.num_changes = changes_.size();
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  haptic_->Step(inputs, &haptic_out_);
+  StepNode("haptic_node", haptic_.get(), inputs, &haptic_out_);
   const std::int64_t took_ns = core::MonotonicNow_ns() - begin_ns;
   if (steps_ != nullptr) steps_->haptic.Record(haptic_->cycle(), now_ns_, haptic_step_);
   haptic_ns_.Add(took_ns);
@@ -268,7 +275,7 @@ void Lockstep::StepPhysics() {
   inputs.changes = changes_.data();
   inputs.num_changes = changes_.size();
   const std::int64_t begin_ns = core::ThreadCpuNow_ns();
-  physics_->Step(inputs, &physics_out_);
+  StepNode("physics_node", physics_.get(), inputs, &physics_out_);
   physics_ns_.Add(core::ThreadCpuNow_ns() - begin_ns);
   if (steps_ != nullptr) steps_->physics.Record(physics_->tick(), now_ns_, physics_step_);
   physics_out_.state.header.sequence = outcome_.ticks + 1;
@@ -292,7 +299,7 @@ void Lockstep::StepLogic() {
   for (const core::Reaction& reaction : last_reactions_) inputs.grasped_objects.push_back(reaction.grasped_object);
   inputs.events = events_;
   events_.clear();
-  logic_->Step(inputs, &logic_out_);
+  StepNode("logic_node", logic_.get(), inputs, &logic_out_);
   if (steps_ != nullptr) steps_->logic.Record(outcome_.ticks / kLogicPeriod_ticks + 1, now_ns_, logic_step_);
   changes_ = logic_out_.changes;
   FollowSteps();

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/messages/logic.hpp"
@@ -29,6 +30,8 @@ struct LockstepOptions {
   std::filesystem::path steps;                    // every step of the nodes, for `oos replay`; empty: none
   double steps_from_s = 0.0;                      // the recording begins there, with checkpoints and a new haptic_node
   std::function<void(const core::PhysicsState&)> follow;  // sees every tick's state
+  // Called right before and right after each node's Step, on its thread.
+  std::function<void(std::string_view node, bool is_beginning)> watch_steps;
   const std::atomic<int>* interrupted = nullptr;
   std::function<void(const std::string&)> say;  // progress for people
 };
