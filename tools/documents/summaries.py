@@ -12,12 +12,12 @@ def read(path):
 
 
 def short(value):
-    return f"{float(value):.3g}" if value else ""
+    return f"{float(f'{float(value):.3g}'):g}" if value else ""
 
 
 def contact_pairs(folder):
     """Time and error of both methods at voxel size s and 65,536 points; times are of consecutive poses."""
-    rows = [["pair", "`paper`, µs", "`fast`, µs", "`fast` is faster by", "`fast`, 99th percentile, µs",
+    rows = [["pair", "`paper`, µs", "`fast`, µs", "`fast` is faster, times", "`fast`, 99th percentile, µs",
              "force off, `paper`: median, worst, %", "force off, `fast`: median, worst, %"]]
     for pair in PAIRS:
         of = {row["method"]: row for row in read(folder / f"{pair}.csv") if row["setting"] == "s; 65536 points"}
