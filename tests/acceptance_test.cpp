@@ -27,13 +27,13 @@ void ExpectCleanSteps(const StepWatch& watch) {
   }
 }
 
-oos::LockstepOutcome RunWith(scene::Scenario scenario, scene::ContactInput input, std::uint64_t seed) {
+lockstep::Outcome RunWith(scene::Scenario scenario, scene::ContactInput input, std::uint64_t seed) {
   scenario.contact_input = input;
-  oos::LockstepOptions options;
+  lockstep::Options options;
   options.seed = seed;
   StepWatch watch;
   watch.Watch(&options);
-  const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+  const lockstep::Outcome outcome = InLockstep(scenario, options);
   ExpectSound(scenario, outcome);
   ExpectCleanSteps(watch);
   return outcome;
@@ -83,7 +83,7 @@ TEST(Acceptance, PegsWithTheMethodFast) {
 
 // No hand takes part.
 TEST(Acceptance, FreeCollision) {
-  const oos::LockstepOutcome outcome = RunWith(Load("free_collision"), scene::ContactInput::kPlanes, 1);
+  const lockstep::Outcome outcome = RunWith(Load("free_collision"), scene::ContactInput::kPlanes, 1);
   EXPECT_TRUE(outcome.is_completed) << outcome.why;
 }
 

@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "tests/support/scenario_copy.hpp"
-#include "tools/oos/check_scenario.hpp"
-#include "tools/oos/verb.hpp"
+#include "tools/oos/check/check_scenario.hpp"
+#include "tools/oos/verb/verb.hpp"
 
 namespace system_tests {
 namespace {

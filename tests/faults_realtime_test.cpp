@@ -10,7 +10,7 @@
 
 #include "core/clock.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/session.hpp"
+#include "tools/oos/run/session.hpp"
 
 namespace system_tests {
 namespace {
@@ -65,9 +65,9 @@ KilledRun RunAndKill(const std::string& node, int signal = SIGKILL) {
   if (node != "visual_node") options.without = {"visual_node"};
   options.program_folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
   options.duration_s = 25.0;
-  options.while_running = [&](oos::ProcessGroup& group, double, double force_N) {
+  options.while_running = [&](process::Group& group, double, double force_N) {
     if (run.kill_ns != 0 || force_N < kFelt_N) return;
-    for (const oos::ProcessGroup::Child& child : group.children()) {
+    for (const process::Group::Child& child : group.children()) {
       if (child.name != node) continue;
       run.kill_ns = core::MonotonicNow_ns();
       kill(child.pid, signal);

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "nodes/lockstep/replay_steps.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/replay_steps.hpp"
 
 namespace system_tests {
 
@@ -17,13 +17,13 @@ inline std::filesystem::path GoldenFile() {
   return GoldenFolder() / "module_replacement.mcap";
 }
 
-inline oos::RecordedNode GoldenNode(const std::string& name) {
-  const auto nodes = oos::ReadRecordedNodes(GoldenFile());
+inline lockstep::RecordedNode GoldenNode(const std::string& name) {
+  const auto nodes = lockstep::ReadRecordedNodes(GoldenFile());
   if (!nodes) {
     ADD_FAILURE() << nodes.error().detail;
     return {};
   }
-  for (const oos::RecordedNode& node : *nodes) {
+  for (const lockstep::RecordedNode& node : *nodes) {
     if (node.node == name) return node;
   }
   ADD_FAILURE() << "no steps of " << name;

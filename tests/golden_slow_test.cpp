@@ -12,12 +12,13 @@ namespace {
 
 constexpr int kRepetitions = 100;
 
-std::set<std::uint64_t> DigestsOf(const oos::RecordedNode& recorded, const scene::Scenario& scenario, double speed) {
+std::set<std::uint64_t> DigestsOf(const lockstep::RecordedNode& recorded, const scene::Scenario& scenario,
+                                  double speed) {
   std::set<std::uint64_t> digests;
   for (int i = 0; i < kRepetitions; ++i) {
-    oos::StepsOptions options;
+    lockstep::StepsOptions options;
     options.speed = speed;
-    const auto outcome = oos::ReplaySteps(GoldenFile(), recorded, scenario, options);
+    const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, scenario, options);
     digests.insert(outcome ? outcome->digest : 0);
   }
   return digests;
@@ -26,7 +27,7 @@ std::set<std::uint64_t> DigestsOf(const oos::RecordedNode& recorded, const scene
 TEST(Golden, AHundredReplaysAtThreeSpeedsHaveOneDigest) {
   const scene::Scenario scenario = Load("module_replacement");
   for (const char* node : {"logic_node", "physics_node", "haptic_node"}) {
-    const oos::RecordedNode recorded = GoldenNode(node);
+    const lockstep::RecordedNode recorded = GoldenNode(node);
     std::set<std::uint64_t> digests[3];
     std::vector<std::thread> threads;
     // Side by side: at the recording's own speed a replay mostly waits.

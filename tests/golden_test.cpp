@@ -15,8 +15,8 @@ namespace {
 
 // Bit for bit where libm and compiler are those of the recording; else within the tolerance, and said so.
 void ExpectEqual(const std::string& node) {
-  const oos::RecordedNode recorded = GoldenNode(node);
-  oos::StepsOptions options;
+  const lockstep::RecordedNode recorded = GoldenNode(node);
+  lockstep::StepsOptions options;
   const bool has_same_bits = replay::GivesSameBits(recorded.about, replay::DescribePlatform());
   if (!has_same_bits) {
     auto tolerance = replay::Tolerance::Read(GoldenFolder() / "module_replacement.tolerance");
@@ -24,11 +24,11 @@ void ExpectEqual(const std::string& node) {
     options.tolerance = *tolerance;
     std::printf("recorded with another libm or compiler: compared within the tolerance, not bit for bit\n");
   }
-  const auto outcome = oos::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), options);
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), options);
   ASSERT_TRUE(outcome) << outcome.error().detail;
-  std::printf("%s", oos::Describe(recorded, *outcome).c_str());
+  std::printf("%s", lockstep::Describe(recorded, *outcome).c_str());
   EXPECT_GE(outcome->num_steps, 100U);
-  EXPECT_EQ(outcome->num_different, 0U) << oos::Describe(recorded, *outcome);
+  EXPECT_EQ(outcome->num_different, 0U) << lockstep::Describe(recorded, *outcome);
   if (has_same_bits) {
     EXPECT_EQ(outcome->num_inexact, 0U);
   }
@@ -57,8 +57,8 @@ TEST(Golden, IsSmallAndStatesWhereItsBitsComeFrom) {
 // The stretch holds what it is for.
 TEST(Golden, HoldsAContactThatTheHandFeels) {
   bool is_touching = false;
-  const oos::RecordedNode recorded = GoldenNode("haptic_node");
-  auto node = oos::ReplayedNode::Create(recorded, Load("module_replacement"), {});
+  const lockstep::RecordedNode recorded = GoldenNode("haptic_node");
+  auto node = lockstep::ReplayedNode::Create(recorded, Load("module_replacement"), {});
   ASSERT_TRUE(node) << node.error().detail;
   const auto read = bus::log::ReadMcap(GoldenFile(), [&](const bus::log::Channel& channel, const bus::log::Message& m) {
     if (channel.topic != "replay/haptic_node/step" || is_touching) return;
@@ -72,11 +72,11 @@ TEST(Golden, HoldsAContactThatTheHandFeels) {
 }
 
 // With a constant changed by a thousandth the replay must not be equal, and the difference must have a name.
-oos::StepsOutcome WithScenario(const std::string& node, const scene::Scenario& scenario,
-                               const oos::StepsOptions& options = {}) {
-  const auto outcome = oos::ReplaySteps(GoldenFile(), GoldenNode(node), scenario, options);
+lockstep::StepsOutcome WithScenario(const std::string& node, const scene::Scenario& scenario,
+                                    const lockstep::StepsOptions& options = {}) {
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), GoldenNode(node), scenario, options);
   EXPECT_TRUE(outcome) << outcome.error().detail;
-  return outcome.value_or(oos::StepsOutcome{});
+  return outcome.value_or(lockstep::StepsOutcome{});
 }
 
 TEST(Golden, AHeavierHandleIsCaughtAndNamed) {
@@ -85,7 +85,7 @@ TEST(Golden, AHeavierHandleIsCaughtAndNamed) {
   ASSERT_GE(handle, 0);
   scenario.objects[static_cast<std::size_t>(handle)].mass_kg *= 1.001;
   scenario.objects[static_cast<std::size_t>(handle)].density_kg_per_m3 *= 1.001;
-  const oos::StepsOutcome outcome = WithScenario("physics_node", scenario);
+  const lockstep::StepsOutcome outcome = WithScenario("physics_node", scenario);
   EXPECT_GT(outcome.num_different, 10U);
   EXPECT_TRUE(outcome.name.starts_with("physics/")) << outcome.name;
   EXPECT_FALSE(outcome.first.path.empty());
@@ -97,10 +97,10 @@ TEST(Golden, AChangedSpringOfTheSnapIsCaughtAndNamed) {
   const scene::Scenario scenario = Load("module_replacement");
   const int snap = scenario.FindMechanism("hook_old");
   ASSERT_GE(snap, 0);
-  oos::StepsOptions options;
+  lockstep::StepsOptions options;
   options.mutations = {
       {"hook_old.stiffness_N_per_m", 1.001 * scenario.mechanisms[static_cast<std::size_t>(snap)].stiffness_N_per_m}};
-  const oos::StepsOutcome outcome = WithScenario("physics_node", scenario, options);
+  const lockstep::StepsOutcome outcome = WithScenario("physics_node", scenario, options);
   EXPECT_GT(outcome.num_different, 10U);
   EXPECT_TRUE(outcome.name.starts_with("physics/state:bodies[")) << outcome.name;
   EXPECT_EQ(outcome.thing, "handle");
@@ -110,23 +110,23 @@ TEST(Golden, AChangedSpringOfTheSnapIsCaughtAndNamed) {
 TEST(Golden, AChangedSpringOfTheCouplingIsCaughtAndNamed) {
   scene::Scenario scenario = Load("module_replacement");
   scenario.coupling.stiffness_N_per_m *= 1.001;
-  const oos::StepsOutcome outcome = WithScenario("haptic_node", scenario);
+  const lockstep::StepsOutcome outcome = WithScenario("haptic_node", scenario);
   EXPECT_GT(outcome.num_different, 10U);
   EXPECT_TRUE(outcome.name.starts_with("contacts/haptic_node/")) << outcome.name;
   EXPECT_NE(outcome.name.find("stiffness_N_per_m"), std::string::npos) << outcome.name;
 }
 
 TEST(Golden, AParameterThatIsChangedInTheReplayIsCaught) {
-  oos::StepsOptions options;
+  lockstep::StepsOptions options;
   options.mutations = {{"force_cap_N", 0.5}};
-  const oos::StepsOutcome outcome = WithScenario("haptic_node", Load("module_replacement"), options);
+  const lockstep::StepsOutcome outcome = WithScenario("haptic_node", Load("module_replacement"), options);
   EXPECT_GT(outcome.num_different, 10U);
   EXPECT_TRUE(outcome.name.starts_with("device/right/command:F_Do_W.force_N")) << outcome.name;
 }
 
 TEST(Golden, SpeedDoesNotMatter) {
   for (const char* node : {"logic_node", "physics_node"}) {
-    oos::StepsOptions options;
+    lockstep::StepsOptions options;
     const std::uint64_t digest = WithScenario(node, Load("module_replacement"), options).digest;
     options.speed = 10.0;
     EXPECT_EQ(WithScenario(node, Load("module_replacement"), options).digest, digest) << node;
@@ -134,24 +134,24 @@ TEST(Golden, SpeedDoesNotMatter) {
 }
 
 TEST(Golden, StepsOfAnotherVersionAreRefusedByName) {
-  oos::RecordedNode recorded = GoldenNode("logic_node");
+  lockstep::RecordedNode recorded = GoldenNode("logic_node");
   recorded.fields += "status.mood f64\n";
-  const auto outcome = oos::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.error().code, core::ErrorCode::kUnsupported);
   EXPECT_NE(outcome.error().detail.find("logic_node"), std::string::npos) << outcome.error().detail;
 }
 
 TEST(Golden, WithoutItsCheckpointItIsRefused) {
-  oos::RecordedNode recorded = GoldenNode("physics_node");
+  lockstep::RecordedNode recorded = GoldenNode("physics_node");
   recorded.checkpoint.clear();
-  const auto outcome = oos::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
   ASSERT_FALSE(outcome);
   EXPECT_NE(outcome.error().detail.find("stands at tick 0"), std::string::npos) << outcome.error().detail;
 }
 
 TEST(Golden, ACheckpointOfAnotherSceneIsRefused) {
-  const auto outcome = oos::ReplaySteps(GoldenFile(), GoldenNode("physics_node"), Load("touch"), {});
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), GoldenNode("physics_node"), Load("touch"), {});
   ASSERT_FALSE(outcome);
 }
 

@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
+#include "nodes/lockstep/replay_steps.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/replay_steps.hpp"
-#include "tools/oos/session.hpp"
+#include "tools/oos/run/session.hpp"
 
 namespace system_tests {
 namespace {
@@ -26,17 +26,17 @@ TEST(LiveSteps, WhatRunningNodesDidIsDoneAgainBitForBit) {
   ASSERT_TRUE(oos::RunSession(scenario, options));
   for (const std::string node : {"logic_node", "physics_node", "haptic_node"}) {
     const std::filesystem::path file = options.steps / (node + ".mcap");
-    const auto recorded = oos::ReadRecordedNodes(file);
+    const auto recorded = lockstep::ReadRecordedNodes(file);
     ASSERT_TRUE(recorded) << recorded.error().detail;
     ASSERT_EQ(recorded->size(), 1U);
-    const auto outcome = oos::ReplaySteps(file, recorded->front(), scenario, {});
+    const auto outcome = lockstep::ReplaySteps(file, recorded->front(), scenario, {});
     if (!outcome && outcome.error().detail.find("time ran short") != std::string::npos) {
       std::printf("%s: %s\n", node.c_str(), outcome.error().detail.c_str());  // a busy machine; said, not passed over
       continue;
     }
     ASSERT_TRUE(outcome) << outcome.error().detail;
     EXPECT_GT(outcome->num_steps, 100U);
-    EXPECT_EQ(outcome->num_inexact, 0U) << oos::Describe(recorded->front(), *outcome);
+    EXPECT_EQ(outcome->num_inexact, 0U) << lockstep::Describe(recorded->front(), *outcome);
   }
 }
 

@@ -5,8 +5,8 @@
 namespace system_tests {
 namespace {
 
-const oos::StepOutcome* FirstMissed(const oos::LockstepOutcome& outcome) {
-  for (const oos::StepOutcome& step : outcome.steps) {
+const lockstep::StepOutcome* FirstMissed(const lockstep::Outcome& outcome) {
+  for (const lockstep::StepOutcome& step : outcome.steps) {
     if (!step.is_completed) return &step;
   }
   return nullptr;
@@ -14,12 +14,12 @@ const oos::StepOutcome* FirstMissed(const oos::LockstepOutcome& outcome) {
 
 TEST(Lockstep, SameSeedIsBitForBitTheSameWithOneAndTwoWorkers) {
   const scene::Scenario scenario = Load("touch");
-  oos::LockstepOptions options;
+  lockstep::Options options;
   options.duration_s = 8.0;
-  const oos::LockstepOutcome first = InLockstep(scenario, options);
-  const oos::LockstepOutcome again = InLockstep(scenario, options);
+  const lockstep::Outcome first = InLockstep(scenario, options);
+  const lockstep::Outcome again = InLockstep(scenario, options);
   options.workers = 2;
-  const oos::LockstepOutcome two_workers = InLockstep(scenario, options);
+  const lockstep::Outcome two_workers = InLockstep(scenario, options);
   EXPECT_GT(first.contact_cycles, 500u);
   EXPECT_EQ(first.hash, again.hash);
   EXPECT_EQ(first.hash, two_workers.hash);
@@ -28,7 +28,7 @@ TEST(Lockstep, SameSeedIsBitForBitTheSameWithOneAndTwoWorkers) {
 
 TEST(Lockstep, AnotherSeedIsAnotherRun) {
   const scene::Scenario scenario = Load("touch");
-  oos::LockstepOptions options;
+  lockstep::Options options;
   options.duration_s = 2.0;
   options.seed = 1;
   const std::uint64_t one = InLockstep(scenario, options).hash;
@@ -40,9 +40,9 @@ TEST(Lockstep, WithoutThePairTheBlockIsNotPushed) {
   scene::Scenario scenario = Load("touch");
   scenario.stall_limit_s = 10.0;
   scenario.pairs[PairOf(scenario, "ball", "block")].is_active = false;
-  const oos::LockstepOutcome outcome = InLockstep(scenario);
+  const lockstep::Outcome outcome = InLockstep(scenario);
   EXPECT_FALSE(outcome.is_completed);
-  const oos::StepOutcome* missed = FirstMissed(outcome);
+  const lockstep::StepOutcome* missed = FirstMissed(outcome);
   ASSERT_NE(missed, nullptr);
   EXPECT_EQ(missed->name, "push_block");
   EXPECT_FALSE(missed->why.empty());

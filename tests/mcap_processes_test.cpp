@@ -20,7 +20,7 @@
 #include "bus/testing/make_node.hpp"
 #include "core/clock.hpp"
 #include "proto/recording.pb.h"
-#include "tools/oos/remote.hpp"
+#include "tools/oos/attach/remote.hpp"
 
 namespace system_tests {
 namespace {

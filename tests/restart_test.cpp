@@ -10,12 +10,12 @@ namespace system_tests {
 namespace {
 
 struct TickRun {
-  oos::LockstepOutcome outcome;
+  lockstep::Outcome outcome;
   std::vector<std::uint64_t> hashes;  // of physics, per tick
   std::uint64_t first_contact = 0;    // tick
 };
 
-TickRun Follow(const scene::Scenario& scenario, oos::LockstepOptions options) {
+TickRun Follow(const scene::Scenario& scenario, lockstep::Options options) {
   TickRun run;
   options.follow = [&run](const core::PhysicsState& state) {
     run.hashes.push_back(state.state_hash);
@@ -46,7 +46,7 @@ TEST(Restart, FromACheckpointEveryTickIsThatOfTheUninterruptedRun) {
   for (const Case& c : {Case{"touch", 300}, Case{"peg_in_hole", 2500}, Case{"free_collision", 5}}) {
     SCOPED_TRACE(c.scenario);
     const scene::Scenario scenario = Load(c.scenario);
-    oos::LockstepOptions options;
+    lockstep::Options options;
     const TickRun whole = Follow(scenario, options);
     ASSERT_GT(whole.first_contact, 0u);
     options.restart_physics_tick = whole.first_contact + c.ticks_after_contact;
@@ -60,7 +60,7 @@ TEST(Restart, OneTwoAndFourWorkersGiveTheSameTicks) {
   for (const char* name : {"peg_in_hole", "free_collision"}) {
     SCOPED_TRACE(name);
     const scene::Scenario scenario = Load(name);
-    oos::LockstepOptions options;
+    lockstep::Options options;
     options.duration_s = 3.0;
     const TickRun one = Follow(scenario, options);
     for (const unsigned workers : {2u, 4u}) {

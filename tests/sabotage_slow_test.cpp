@@ -32,7 +32,7 @@ TEST(SlowSabotage, WithoutContactBetweenModuleAndCavityNoSeedInserts) {
   scene::Scenario scenario = Load("module_replacement");
   scenario.pairs[PairOf(scenario, "module_new", "cavity_a")].is_active = false;
   for (std::uint64_t seed = 2; seed <= 5; ++seed) {
-    oos::LockstepOptions options;
+    lockstep::Options options;
     options.seed = seed;
     ExpectFailedIn(RunSabotaged(scenario, options), kModuleSteps, "insert_new", "latch_a_new");
   }

@@ -44,7 +44,7 @@ TEST(Sabotage, WithoutContactBetweenJawsAndHandleItIsNotGrasped) {
 
 // Whatever touches whatever: nothing of it reaches physics_node.
 TEST(Sabotage, WithoutContactsAtPhysicsTheFirstStepFails) {
-  oos::LockstepOptions options;
+  lockstep::Options options;
   options.loses_physics_wrench = true;
   ExpectFailedIn(RunSabotaged(Load("module_replacement"), options), kModuleSteps, "cover", "cover_hold");
   ExpectFailedIn(RunSabotaged(Load("peg_in_hole"), options), kPegSteps, "grasp", "peg");

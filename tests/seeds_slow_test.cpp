@@ -12,9 +12,9 @@ TEST(SlowSeeds, AtLeastNineOfTenCompleteTheModuleReplacement) {
   const scene::Scenario scenario = Load("module_replacement");
   int num_completed = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    oos::LockstepOptions options;
+    lockstep::Options options;
     options.seed = seed;
-    const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+    const lockstep::Outcome outcome = InLockstep(scenario, options);
     ExpectSound(scenario, outcome);
     EXPECT_EQ(outcome.steps.size(), kModuleSteps.size());
     num_completed += outcome.is_completed ? 1 : 0;
@@ -30,9 +30,9 @@ TEST(SlowSeeds, TouchAndPegInHoleWithBothContactInputs) {
       scene::Scenario scenario = Load(name);
       scenario.contact_input = input;
       for (std::uint64_t seed = 2; seed <= 5; ++seed) {
-        oos::LockstepOptions options;
+        lockstep::Options options;
         options.seed = seed;
-        const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+        const lockstep::Outcome outcome = InLockstep(scenario, options);
         ExpectSound(scenario, outcome);
         EXPECT_TRUE(outcome.is_completed) << name << ", seed " << seed << ": " << outcome.why;
       }

@@ -17,7 +17,7 @@
 #include "core/clock.hpp"
 #include "tests/support.hpp"
 #include "tests/support/bus_watch.hpp"
-#include "tools/oos/session.hpp"
+#include "tools/oos/run/session.hpp"
 
 namespace system_tests {
 namespace {
@@ -123,12 +123,12 @@ Loop RunOnce(const scene::Scenario& scenario, const std::filesystem::path& out, 
   options.seed = seed;
   options.is_headless = true;
   options.program_folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
-  options.while_running = [&](oos::ProcessGroup& group, double seconds, double) {
+  options.while_running = [&](process::Group& group, double seconds, double) {
     if (watch == nullptr) watch = std::make_unique<BusWatch>("/proc/self/ns/net", "127.0.0.1", "right");
     if (seconds < next_s) return;
     next_s = seconds + kLook_s;
     const auto udp = UdpQueues();
-    for (const oos::ProcessGroup::Child& child : group.children()) {
+    for (const process::Group::Child& child : group.children()) {
       Course& course = loop.courses[child.name];
       course.last = UsageOf(child.pid, udp);
       course.largest_queue_bytes = std::max(course.largest_queue_bytes, course.last.queue_bytes);

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "tests/support.hpp"
-#include "tools/oos/session.hpp"
+#include "tools/oos/run/session.hpp"
 
 namespace system_tests {
 namespace {

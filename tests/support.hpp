@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "nodes/lockstep/lockstep.hpp"
 #include "scene/load_scenario.hpp"
-#include "tools/oos/lockstep.hpp"
 
 namespace system_tests {
 
@@ -20,8 +20,8 @@ inline scene::Scenario Load(const std::string& name) {
   return *scenario;
 }
 
-inline oos::LockstepOutcome InLockstep(const scene::Scenario& scenario, const oos::LockstepOptions& options = {}) {
-  const auto outcome = oos::RunLockstep(scenario, options);
+inline lockstep::Outcome InLockstep(const scene::Scenario& scenario, const lockstep::Options& options = {}) {
+  const auto outcome = lockstep::Run(scenario, options);
   if (!outcome) {
     ADD_FAILURE() << outcome.error().detail;
     return {};

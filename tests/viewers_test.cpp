@@ -15,7 +15,7 @@
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/process.hpp"
+#include "tools/process/group.hpp"
 #include "view/scene_digest.hpp"
 #include "view/scene_mirror.hpp"
 
@@ -129,7 +129,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
 
   // Returns the name that it has on the bus.
   std::string StartViewer(const std::string& suffix = "") {
-    oos::Command command;
+    process::Command command;
     command.name = "visual_node" + suffix;
     command.log = out_ / (command.name + ".log");
     const std::filesystem::path bin = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin";
@@ -196,7 +196,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
   double wanted_ = 0.0;
   std::map<std::string, bus::Figures> shown_;  // by topic
   std::map<std::string, pid_t> pid_of_;
-  oos::ProcessGroup viewers_;
+  process::Group viewers_;
 };
 
 TEST_P(VisualNode, HasTheWholeSceneThoughItJoinsLate) {

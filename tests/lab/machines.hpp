@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/oos/remote.hpp"
+#include "tools/oos/attach/remote.hpp"
 
 namespace system_tests {
 

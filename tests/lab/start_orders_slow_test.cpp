@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "tests/lab/lab_support.hpp"
-#include "tools/oos/process.hpp"
-#include "tools/oos/remote.hpp"
-#include "tools/oos/virtual_display.hpp"
+#include "tools/oos/attach/remote.hpp"
+#include "tools/oos/run/virtual_display.hpp"
+#include "tools/process/group.hpp"
 
 namespace system_tests {
 namespace {
@@ -29,8 +29,8 @@ class StartOrders : public testing::Test {
     arguments.insert(arguments.end(), {"--registry", "tcp://127.0.0.1:7451", "--session", "7", "--no_encryption"});
     return arguments;
   }
-  void Spawn(oos::ProcessGroup* group, const std::string& name) {
-    oos::Command command;
+  void Spawn(process::Group* group, const std::string& name) {
+    process::Command command;
     command.name = name;
     std::vector<std::string> words = Words(
         name,
@@ -44,7 +44,7 @@ class StartOrders : public testing::Test {
   }
 
   std::filesystem::path folder_ = std::filesystem::path(VR_OOS_BINARY_DIR) / "lab" / "orders";
-  oos::ProcessGroup display_group_;
+  process::Group display_group_;
   std::string display_;
 };
 
@@ -56,7 +56,7 @@ TEST_F(StartOrders, All120ReachReady) {
     const auto registry = oos::PipedChild::Start(Words("oos", {"registry"}));
     ASSERT_TRUE(registry);
     ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"up\"", kPatience_s)) << (*registry)->err();
-    oos::ProcessGroup group;
+    process::Group group;
     for (const std::string& name : names) {
       Spawn(&group, name);
       ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"registered\",\"node\":\"" + name + "\"", kPatience_s)) << name;

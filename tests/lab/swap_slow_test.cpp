@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/lab/survive.hpp"
-#include "tools/oos/virtual_display.hpp"
+#include "tools/oos/run/virtual_display.hpp"
 
 namespace system_tests {
 namespace {
@@ -63,7 +63,7 @@ class Swap : public SurviveTest {
 };
 
 TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
-  oos::ProcessGroup display_group;
+  process::Group display_group;
   const auto display = oos::StartVirtualDisplay(&display_group, Folder("swap_display.log"));
   if (!display) GTEST_SKIP() << display.error().detail;
   setenv("DISPLAY", display->c_str(), 1);

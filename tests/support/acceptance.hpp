@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "nodes/lockstep/lockstep.hpp"
 #include "scene/scenario.hpp"
-#include "tools/oos/lockstep.hpp"
 
 namespace system_tests {
 
@@ -18,7 +18,7 @@ inline const StepNames kPegSteps{"grasp", "insert"};
 inline const StepNames kModuleSteps{"cover",    "switch_off", "grasp",    "insert_handle",
                                     "pull_out", "insert_new", "switch_on"};
 
-inline std::string Describe(const oos::LockstepOutcome& outcome) {
+inline std::string Describe(const lockstep::Outcome& outcome) {
   char line[200];
   std::snprintf(line, sizeof line, "seed %llu: %s, %.1f s simulated in %.1f s, peak %.1f N, impulse balance %.1g",
                 static_cast<unsigned long long>(outcome.seed), outcome.is_completed ? "completed" : "not completed",
@@ -28,7 +28,7 @@ inline std::string Describe(const oos::LockstepOutcome& outcome) {
 
 // What holds for every run, also for one that fails: the force on the hand under the cap in every tick, and no momentum
 // made up. Prints the run's figures.
-inline void ExpectSound(const scene::Scenario& scenario, const oos::LockstepOutcome& outcome) {
+inline void ExpectSound(const scene::Scenario& scenario, const lockstep::Outcome& outcome) {
   std::printf("  %s, %s\n", scenario.name.c_str(), Describe(outcome).c_str());
   std::fflush(stdout);
   EXPECT_LE(outcome.peak_force_N, scenario.force_cap_N * (1.0 + 1e-12));  // the filter cuts at the cap
@@ -36,7 +36,7 @@ inline void ExpectSound(const scene::Scenario& scenario, const oos::LockstepOutc
 }
 
 // The procedure's steps, all of them, by these names and in this order.
-inline void ExpectCompleted(const oos::LockstepOutcome& outcome, const StepNames& names) {
+inline void ExpectCompleted(const lockstep::Outcome& outcome, const StepNames& names) {
   EXPECT_TRUE(outcome.is_completed) << outcome.why;
   EXPECT_TRUE(outcome.why.empty()) << outcome.why;
   EXPECT_GT(outcome.contact_cycles, 100u) << "nothing was touched";
@@ -44,7 +44,7 @@ inline void ExpectCompleted(const oos::LockstepOutcome& outcome, const StepNames
   ASSERT_EQ(outcome.steps.size(), names.size());
   double seconds = 0.0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const oos::StepOutcome& step = outcome.steps[i];
+    const lockstep::StepOutcome& step = outcome.steps[i];
     EXPECT_EQ(step.name, names[i]);
     EXPECT_TRUE(step.is_completed) << step.name << ": " << step.why;
     EXPECT_TRUE(step.why.empty()) << step.name << ": " << step.why;
@@ -56,14 +56,14 @@ inline void ExpectCompleted(const oos::LockstepOutcome& outcome, const StepNames
 
 // The steps before `name` are complete, `name` is the one that failed and says why with `word`, those behind it were
 // not reached, and the run says the same.
-inline void ExpectFailedIn(const oos::LockstepOutcome& outcome, const StepNames& names, const std::string& name,
+inline void ExpectFailedIn(const lockstep::Outcome& outcome, const StepNames& names, const std::string& name,
                            const std::string& word) {
   EXPECT_FALSE(outcome.is_completed) << "the broken run completed";
   EXPECT_NE(outcome.why.find(name), std::string::npos) << outcome.why;
   ASSERT_EQ(outcome.steps.size(), names.size());
   bool is_before = true;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const oos::StepOutcome& step = outcome.steps[i];
+    const lockstep::StepOutcome& step = outcome.steps[i];
     EXPECT_EQ(step.name, names[i]);
     if (step.name == name) {
       is_before = false;

@@ -24,7 +24,7 @@
 #include "core/messages/device.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
-#include "tools/oos/places.hpp"
+#include "tools/oos/attach/places.hpp"
 
 namespace system_tests {
 

@@ -8,9 +8,9 @@ namespace system_tests {
 // An operator that gets nowhere is given up earlier than in a run for people; no step that works takes longer.
 inline constexpr double kStallLimit_s = 20.0;
 
-inline oos::LockstepOutcome RunSabotaged(scene::Scenario scenario, const oos::LockstepOptions& options = {}) {
+inline lockstep::Outcome RunSabotaged(scene::Scenario scenario, const lockstep::Options& options = {}) {
   scenario.stall_limit_s = kStallLimit_s;
-  const oos::LockstepOutcome outcome = InLockstep(scenario, options);
+  const lockstep::Outcome outcome = InLockstep(scenario, options);
   ExpectSound(scenario, outcome);
   return outcome;
 }

@@ -25,7 +25,7 @@ bool StepWatch::is_possible() {
   return true;
 }
 
-void StepWatch::Watch(oos::LockstepOptions* options) {
+void StepWatch::Watch(lockstep::Options* options) {
   options->watch_steps = [this](std::string_view node, bool is_beginning) {
     if (is_beginning) {
       if (!steps_.contains(node)) steps_.emplace(node, Steps{});
@@ -57,7 +57,7 @@ namespace system_tests {
 bool StepWatch::is_possible() {
   return false;
 }
-void StepWatch::Watch(oos::LockstepOptions*) {}
+void StepWatch::Watch(lockstep::Options*) {}
 
 }  // namespace system_tests
 

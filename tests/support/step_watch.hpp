@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/oos/lockstep.hpp"
+#include "nodes/lockstep/lockstep.hpp"
 
 namespace system_tests {
 
@@ -26,7 +26,7 @@ class StepWatch {
   };
 
   // Sees the runs of these options; must outlive them.
-  void Watch(oos::LockstepOptions* options);
+  void Watch(lockstep::Options* options);
   [[nodiscard]] const Steps& of(std::string_view node) const;
   // False in sanitizer builds, which have an allocator of their own.
   static bool is_possible();

@@ -1,0 +1,68 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "tools/oos/attach/places.hpp"
+#include "tools/oos/bench/verbs.hpp"
+
+namespace oos {
+namespace {
+
+constexpr std::string_view kDetails =
+    R"(vps: every query figure of the contact engine, on one core, with the goals that it must hold. For every pair of
+parts, hands' motions of consecutive poses and independent poses: times (median, 99th percentile, worst; contenders take turns) and
+errors of force direction, magnitude, torque and depth against the exact answer. Then scaling with points and with
+pairs, the walk beside a flat scan and the machine's random reads, instruction sets, the field's accuracy, the ripple of
+a slide. Tables go to stdout, all of it to the JSON file, and a CSV beside each SVG chart to the plot folder. Parts whose
+meshes are missing are named and skipped. FCL, Bullet and OpenVDB take part when `oos_bench_peers` stands beside this
+program: `./dev bench` builds it.
+
+physics: the dynamics beside closed forms and Bullet: rotation, rebound under delay, reduction of contacts, mass ratio,
+a peg that jams, sheets. MuJoCo takes part when `oos_bench_dynamics_peers` stands beside this program.
+
+bus: one hop by transport and size, classes of topics, the age of the newest sample while packets are lost between two network
+namespaces (root), throughput, processor time and blocks: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
+takes part when `oos_bench_transport_peers` stands beside this program.)";
+
+// The studies and their charts are a program of their own: who runs simulations need not link or build them.
+int RunBench(const Arguments& arguments) {
+  const std::filesystem::path program = ProgramFolder() / "oos_bench";
+  std::vector<std::string> words = {program.string()};
+  for (const Option& option : BenchVerb().options) {
+    for (const std::string& value : arguments.texts(option.name)) {
+      words.emplace_back(option.name);
+      words.push_back(value);
+    }
+  }
+  words.insert(words.end(), arguments.positional().begin(), arguments.positional().end());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  execv(program.c_str(), pointers.data());
+  return Complain("bench",
+                  "cannot run " + program.string() + ": " + std::strerror(errno) +
+                      "; build it with: cmake --build build/release --target oos_bench",
+                  kBadUsage);
+}
+
+}  // namespace
+
+Verb BenchVerb() {
+  return {"bench",
+          "times and errors of contact queries, of the dynamics or of the bus, charted against exact answers and other "
+          "libraries",
+          "vps|physics|bus",
+          1,
+          1,
+          {{"--json", "FILE", "where all numbers go"},
+           {"--plot", "DIR", "folder for the charts (SVG) and their tables (CSV)"},
+           {"--meshes", "DIR", "public meshes; default ../shared/data/meshes"},
+           {"--scenarios", "DIR", "folder of the scenarios; default scenarios"},
+           {"--pair", "NAMES", "only these parts or studies, with commas; a wrong name lists all"}},
+          RunBench,
+          kDetails};
+}
+
+}  // namespace oos

@@ -1,0 +1,27 @@
+#include "tools/oos/command_line.hpp"
+
+#include "tools/oos/bench/verbs.hpp"
+#include "tools/oos/check/verbs.hpp"
+#include "tools/oos/doctor/verbs.hpp"
+#include "tools/oos/launch/verbs.hpp"
+#include "tools/oos/live/verbs.hpp"
+#include "tools/oos/meshes/verbs.hpp"
+#include "tools/oos/record/verbs.hpp"
+#include "tools/oos/replay/verbs.hpp"
+#include "tools/oos/run/verbs.hpp"
+#include "tools/oos/sweep/verbs.hpp"
+
+namespace oos {
+
+std::vector<Verb> AllVerbs() {
+  return {RunVerb(),    CheckVerb(),  CookVerb(),    DoctorVerb(),   TopicVerb(), TopVerb(),    ViewVerb(),
+          SweepVerb(),  SetVerb(),    LatencyVerb(), InspectVerb(),  QueryVerb(), BenchVerb(),  RecordVerb(),
+          InfoVerb(),   CatVerb(),    RecoverVerb(), MergeVerb(),    DiffVerb(),  ExportVerb(), LaunchVerb(),
+          StatusVerb(), AttachVerb(), StopVerb(),    RegistryVerb(), ClockVerb(), ReplayVerb(), FetchVerb()};
+}
+
+int RunCommandLine(const std::vector<std::string>& words) {
+  return RunVerbs(AllVerbs(), words);
+}
+
+}  // namespace oos

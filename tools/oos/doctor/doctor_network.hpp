@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bus/roster.hpp"
+#include "tools/oos/doctor/doctor_finding.hpp"
+#include "tools/oos/verb/arguments.hpp"
+
+namespace oos {
+
+// What the kernel says of a network interface.
+struct Interface {
+  std::string name, address;
+  unsigned mtu = 0;
+  std::uint64_t num_packets = 0;  // received
+  std::uint64_t num_lost = 0;     // of these, dropped or damaged
+};
+Finding JudgeInterface(const Interface& interface);
+
+// What the kernel grants a UDP socket of the bus, by net.core.rmem_max and net.core.wmem_max.
+enum class Buffer { kReceive, kSend };
+Finding JudgeBuffer(Buffer buffer, int granted_bytes);
+
+// A node of the running session as an observer here sees it: alive, clock, what it lost.
+Finding JudgePeer(const bus::PeerStatus& peer);
+
+// Interfaces, buffers, ports, round trip and loss of this machine, and the nodes of the session that runs here or that
+// the arguments name.
+std::vector<Finding> CheckNetwork(const Arguments& arguments);
+
+}  // namespace oos

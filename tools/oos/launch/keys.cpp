@@ -1,0 +1,47 @@
+#include "tools/oos/launch/keys.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "bus/keys.hpp"
+
+namespace oos {
+
+LaunchKeys::~LaunchKeys() {
+  std::error_code error;
+  if (!directory_.empty()) std::filesystem::remove_all(directory_, error);
+}
+
+core::Result<void> LaunchKeys::Make(const std::filesystem::path& directory) {
+  std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
+  names.insert(names.end(), {"oos", "client"});
+  std::error_code error;
+  std::filesystem::create_directories(directory.parent_path(), error);
+  directory_ = directory;
+  std::filesystem::remove_all(directory_, error);
+  return bus::MakeKeys(directory_, names);
+}
+
+core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const {
+  std::set<std::string> files = {"allowed"};
+  for (const lab::Unit& unit : plan.units) {
+    if (unit.name == "display") continue;
+    const bool is_tool = unit.name == "registry" || unit.name == "recorder";
+    if (is_tool) files.insert("oos.key");
+    // For whoever looks on from another machine (lab_session.hpp).
+    if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
+    if (unit.name != "recorder") files.insert(unit.name + ".key");
+  }
+  const std::string folder = lab::KeyFolder(plan.facts);
+  std::string script = "umask 077\nrm -rf " + folder + "\nmkdir -p " + folder + " && cd " + folder + " || exit 1\n";
+  for (const std::string& name : files) {
+    std::ifstream in(directory_ / name);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (text.empty()) return core::Fail(core::ErrorCode::kIo, "cannot read " + (directory_ / name).string());
+    script += "cat >" + name + " <<'END_OF_KEY'\n" + text + (text.back() == '\n' ? "" : "\n") + "END_OF_KEY\n";
+  }
+  return script;
+}
+
+}  // namespace oos

@@ -1,0 +1,209 @@
+// Another pair of eyes on a running session: a second window, or lines of text. Nothing waits for it.
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/clock.hpp"
+#include "scene/load_scenario.hpp"
+#include "tools/oos/attach/attach.hpp"
+#include "tools/oos/attach/places.hpp"
+#include "tools/oos/live/verbs.hpp"
+#include "view/bus_feed.hpp"
+#include "view/scene_digest.hpp"
+
+namespace oos {
+namespace {
+
+constexpr std::int64_t kWait_ns = 10'000'000;
+constexpr std::int64_t kFiguresPeriod_ns = 100'000'000;
+constexpr std::int64_t kLinePeriod_ns = core::kNanosecondsPerSecond;
+constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is told of
+constexpr std::int64_t kSilence_ns = 2 * core::kNanosecondsPerSecond;
+
+// The scene in words: all of it once, then what changes.
+class TextViewer {
+ public:
+  TextViewer(const scene::Scenario& scenario, bus::Node* node)
+      : scenario_(scenario),
+        node_(node),
+        mirror_(scenario),
+        feed_(scenario, node),
+        figures_(node->WriteState<bus::Figures>(bus::FiguresTopic(node->name()))) {}
+
+  // Until interrupted, or `seconds` of bus time have passed.
+  void Run(const std::atomic<int>& interrupted, double seconds) {
+    begin_ns_ = core::MonotonicNow_ns();
+    const std::int64_t end_ns = begin_ns_ + static_cast<std::int64_t>(1e9 * std::min(seconds, 1e9));
+    while (interrupted.load() == 0 && core::MonotonicNow_ns() < end_ns) {
+      node_->Wait(core::MonotonicNow_ns() + kWait_ns);
+      const std::int64_t now_ns = core::MonotonicNow_ns();
+      if (feed_.Apply(now_ns, &mirror_)) last_state_ns_ = now_ns;
+      mirror_.Refresh(now_ns);
+      TellProcedure();
+      if (now_ns >= next_line_ns_) TellMotion(now_ns);
+      if (now_ns >= next_figures_ns_) TellFigures(now_ns);
+    }
+  }
+
+ private:
+  void TellProcedure() {
+    const view::Scene& scene = mirror_.scene();
+    if (scene.step != step_) {
+      step_ = scene.step;
+      const std::string& hint = feed_.logic().value().hint;
+      std::printf("step %s%s%s%s\n", step_.c_str(), hint.empty() ? "" : ": ", hint.c_str(),
+                  scene.is_failed  ? " (failed)"
+                  : scene.is_final ? " (done)"
+                                   : "");
+    }
+    for (const view::Lamp& lamp : scene.lamps) {
+      glm::vec3& shown = lamps_.try_emplace(lamp.instance, glm::vec3(-1.0f)).first->second;
+      if (shown == lamp.color) continue;
+      shown = lamp.color;
+      std::printf("lamp %s: red %.2f green %.2f blue %.2f\n", NameOf(lamp.instance), static_cast<double>(lamp.color.r),
+                  static_cast<double>(lamp.color.g), static_cast<double>(lamp.color.b));
+    }
+    std::fflush(stdout);
+  }
+
+  void TellMotion(std::int64_t now_ns) {
+    // The first line comes with the first state.
+    if (last_state_ns_ == 0 && now_ns - begin_ns_ < kSilence_ns) return;
+    next_line_ns_ = now_ns + kLinePeriod_ns;
+    const view::Scene& scene = mirror_.scene();
+    if (last_state_ns_ == 0 || now_ns - last_state_ns_ > kSilence_ns) {
+      std::printf("physics_node is silent\n");
+    } else {
+      std::printf("t %.1f s  %zu contact arrows\n", 1e-9 * static_cast<double>(scene.time_ns), scene.arrows.size());
+      for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const glm::dvec3& p_W = scene.instances[i].X_WM.translation;
+        const auto [told, is_first] = told_.try_emplace(i, p_W);
+        if (!is_first && glm::distance(told->second, p_W) < kMoved_m) continue;
+        told->second = p_W;
+        std::printf("  %-24s %8.3f %8.3f %8.3f m\n", NameOf(i), p_W.x, p_W.y, p_W.z);
+      }
+    }
+    std::fflush(stdout);
+  }
+
+  void TellFigures(std::int64_t now_ns) {
+    next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+    bus::Figures figures;
+    figures.items = {{view::kSceneDigestFigure, static_cast<double>(view::SceneDigest(mirror_.scene()))},
+                     {"dropped", static_cast<double>(node_->counters().dropped)}};
+    figures_.Set(figures);
+  }
+
+  [[nodiscard]] const char* NameOf(std::size_t object) const { return scenario_.objects[object].name.c_str(); }
+
+  const scene::Scenario& scenario_;
+  bus::Node* node_;
+  view::SceneMirror mirror_;
+  view::BusFeed feed_;
+  bus::StateWriter<bus::Figures> figures_;
+  std::string step_;
+  std::map<std::uint32_t, glm::vec3> lamps_;
+  std::map<std::size_t, glm::dvec3> told_;
+  std::int64_t begin_ns_ = 0;
+  std::int64_t last_state_ns_ = 0;
+  std::int64_t next_line_ns_ = 0;
+  std::int64_t next_figures_ns_ = 0;
+};
+
+nlohmann::json Note() {
+  const auto text = ReadSessionNote();
+  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+}
+
+bool IsSessionHere(const Arguments& arguments) {
+  return !arguments.has("--registry") && !arguments.has("--lab");
+}
+
+// Replaces this process by a visual_node of its own name.
+int OpenWindow(const Arguments& arguments, const std::string& scenario) {
+  const auto session = FindSession(arguments);
+  if (!session) return Complain("view", session.error().detail, kDoesNotHold);
+  const std::string name = "visual_node-" + std::to_string(getpid());
+  const nlohmann::json note = Note();
+  const bool is_noted = note.is_object() && IsSessionHere(arguments);
+  const std::filesystem::path out = std::filesystem::path(is_noted ? note.value("out", "out") : "out") / name;
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  std::vector<std::string> words = {(ProgramFolder() / "visual_node").string(),
+                                    "--name",
+                                    name,
+                                    "--scenario",
+                                    scenario,
+                                    "--registry",
+                                    session->registry,
+                                    "--session",
+                                    std::to_string(session->session),
+                                    "--bind",
+                                    session->bind_address,
+                                    "--out",
+                                    out.string()};
+  if (session->keys.empty()) {
+    words.emplace_back("--no_encryption");
+  } else {
+    words.insert(words.end(), {"--keys", session->keys});
+  }
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  execv(pointers[0], pointers.data());
+  return Complain("view", "cannot start " + words[0] + "; build it, or use --text", kDoesNotHold);
+}
+
+int Run(const Arguments& arguments) {
+  const auto seconds = arguments.number("--seconds");
+  if (!seconds) return Complain("view", seconds.error().detail, kBadUsage);
+  std::string file;
+  if (!arguments.positional().empty()) {
+    file = arguments.positional()[0];
+  } else if (const nlohmann::json note = Note(); note.is_object() && IsSessionHere(arguments)) {
+    file = note.value("scenario", "");
+  } else {
+    return Complain("view", "no session runs here, so name its scenario: oos view SCENARIO --lab LAB.xml", kBadUsage);
+  }
+  const auto scenario = scene::LoadScenario(file);
+  if (!scenario) {
+    for (const scene::Diagnostic& diagnostic : scenario.error()) {
+      std::fprintf(stderr, "%s\n", scene::Format(diagnostic).c_str());
+    }
+    return kBadUsage;
+  }
+  if (!arguments.has("--text")) return OpenWindow(arguments, scenario->file.string());
+  auto node = Attach(arguments, "view");
+  if (!node) return Complain("view", node.error().detail, kDoesNotHold);
+  TextViewer viewer(*scenario, node->get());
+  if (const auto started = (*node)->Start(5'000'000'000); !started) {
+    return Complain("view", started.error().detail, kDoesNotHold);
+  }
+  viewer.Run(CatchInterrupt(), seconds->value_or(1e9));
+  return kHolds;
+}
+
+}  // namespace
+
+Verb ViewVerb() {
+  std::vector<Option> options = {{"--text", "", "in words, without a window"},
+                                 {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"}};
+  const std::vector<Option>& attach = AttachOptions();
+  options.insert(options.end(), attach.begin(), attach.end());
+  return {
+      "view",
+      "another viewer of the running session: a window, or text",
+      "[SCENARIO]",
+      0,
+      1,
+      options,
+      Run,
+      "Joins and leaves at any time and has the whole scene at once; several viewers may look at the same session.\n"
+      "SCENARIO: that of the session, when it does not run on this machine."};
+}
+
+}  // namespace oos

@@ -1,0 +1,239 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "bus/rt/worker_pool.hpp"
+#include "core/clock.hpp"
+#include "scene/load_scenario.hpp"
+#include "tools/oos/meshes/mesh_lines.hpp"
+#include "tools/oos/meshes/verbs.hpp"
+#include "vps/asset/cooked_object.hpp"
+#include "vps/field/build_field.hpp"
+#include "vps/mesh/part_size.hpp"
+#include "vps/mesh/thicken_sheet.hpp"
+
+namespace oos {
+namespace {
+
+constexpr std::string_view kDetails =
+    R"(Of each mesh: what is wrong with it and what was mended (places in the mesh's own frame; triangles counted from 0),
+its thinnest wall and narrowest gap, what voxels of this size show of them, the memory that the build will take (before
+it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures.)";
+
+struct Job {
+  std::string title;
+  std::filesystem::path mesh;
+  vps::CookParameters parameters;
+};
+
+// One line that is written over on a terminal; elsewhere a line for each stage.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string title) : title_(std::move(title)) {}
+  ~ProgressLine() {
+    if (is_terminal_) std::printf("\r\033[K");
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void Tell(std::string_view stage, double fraction) {
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    // A fraction that falls belongs to another part of the work.
+    if (fraction < last_fraction_) begin_ns_ = now_ns;
+    last_fraction_ = fraction;
+    if (!is_terminal_) {
+      if (stage == last_stage_) return;
+      last_stage_ = stage;
+      std::printf("  %s\n", last_stage_.c_str());
+      return;
+    }
+    char left[32] = "";
+    const double spent_s = 1e-9 * static_cast<double>(now_ns - begin_ns_);
+    if (fraction > 0.02 && spent_s > 0.5) {
+      std::snprintf(left, sizeof left, ", %.0f s left", spent_s * (1.0 - fraction) / fraction);
+    }
+    std::printf("\r\033[K%s: %.*s %3.0f %%%s", title_.c_str(), static_cast<int>(stage.size()), stage.data(),
+                100.0 * fraction, left);
+    std::fflush(stdout);
+  }
+
+ private:
+  std::string title_;
+  std::string last_stage_;
+  bool is_terminal_ = isatty(STDOUT_FILENO) != 0;
+  double last_fraction_ = 0.0;
+  std::int64_t begin_ns_ = core::MonotonicNow_ns();
+};
+
+void PrintParts(const vps::CookedObject& cooked) {
+  if (cooked.voxmap) {
+    const vps::Voxmap& map = *cooked.voxmap;
+    std::printf("  voxelmap: %d x %d x %d voxels of %.3g mm, %.1f MB\n", map.nx, map.ny, map.nz, 1e3 * map.voxel_size_m,
+                static_cast<double>(map.num_voxels()) * 1e-6);
+  }
+  if (cooked.field) {
+    const vps::DistanceField& field = *cooked.field;
+    std::printf("  distance field: %d x %d x %d voxels of %.3g mm, %zu bricks, %zu crease cells, %.1f MB\n", field.nx,
+                field.ny, field.nz, 1e3 * field.voxel_size_m, field.words.size() / vps::DistanceField::kBrickWords,
+                field.creases.size() / vps::kPlanesPerCrease, static_cast<double>(field.num_bytes()) * 1e-6);
+  }
+  if (cooked.samples) {
+    const vps::SampleTree& tree = *cooked.samples;
+    std::printf("  samples: %u points on %.4g m2, %.3g mm apart, %.1f MB\n", tree.num_points, tree.area_m2,
+                1e3 * std::sqrt(tree.area_m2 / tree.num_points), static_cast<double>(tree.num_bytes()) * 1e-6);
+  }
+  if (cooked.points) {
+    const vps::PointTree& tree = *cooked.points;
+    const std::size_t num_bytes = tree.x.size() * 6 * sizeof(float) + tree.clusters.size() * sizeof(vps::Cluster);
+    std::printf("  pointshell: %u points in %zu clusters, %.1f MB\n", tree.num_points, tree.clusters.size(),
+                static_cast<double>(num_bytes) * 1e-6);
+  }
+}
+
+void PrintBytes(const char* what, double stored, double peak) {
+  std::printf("  memory: %s %.3g MB, %.3g MB while it is built\n", what, 1e-6 * stored, 1e-6 * peak);
+}
+
+// Before anything is built. A voxelmap takes a byte for each voxel, and three more while it is built.
+// `solid`: of a sheet, what it is thickened to; else the mesh.
+core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::TriangleMesh& solid, const vps::Box& box,
+                               const vps::CookParameters& parameters) {
+  if (parameters.method == vps::Method::kFast && parameters.num_points > 0) {
+    const auto estimate = vps::EstimateSampleTree(solid, parameters.num_points);
+    if (!estimate) return tl::unexpected(estimate.error());
+    PrintBytes("samples", estimate->stored_bytes, estimate->peak_bytes);
+  }
+  if (parameters.voxel_size_m <= 0.0) return {};
+  if (parameters.method == vps::Method::kFast) {
+    const auto estimate = vps::EstimateField(mesh, parameters.voxel_size_m,
+                                             {.sheet_half_thickness_m = parameters.sheet_half_thickness_m});
+    if (!estimate) return tl::unexpected(estimate.error());
+    PrintBytes("distance field", estimate->stored_bytes, estimate->peak_bytes);
+    return {};
+  }
+  const double border = std::clamp(std::ceil(vps::Voxmap::kBorder_m / parameters.voxel_size_m),
+                                   double(vps::Voxmap::kMinBorderLayers), double(vps::Voxmap::kMaxBorderLayers));
+  const glm::dvec3 counts = glm::floor((box.upper - box.lower) / parameters.voxel_size_m) + 2.0 * border + 2.0;
+  const double num_voxels = counts.x * counts.y * counts.z;
+  PrintBytes("voxelmap", num_voxels, 4.0 * num_voxels);
+  return {};
+}
+
+int CookOne(const Job& job) {
+  const double sheet_thickness_m = 2.0 * job.parameters.sheet_half_thickness_m;
+  const auto checked = vps::LoadCheckedMesh(job.mesh, 1.0, sheet_thickness_m > 0.0);
+  if (!checked) return Complain("cook", checked.error().detail, kBadUsage);
+  if (const auto good = vps::CheckPartSize(job.mesh.string(), checked->report.box); !good) {
+    return Complain("cook", good.error().detail, kBadUsage);
+  }
+  PrintMesh(job.title, checked->report);
+  const vps::TriangleMesh solid =
+      sheet_thickness_m > 0.0 ? vps::ThickenSheet(checked->mesh, sheet_thickness_m) : checked->mesh;
+  const vps::FeatureSize size = vps::MeasureFeatures(solid);
+  PrintFeatures(size);
+  if (job.parameters.voxel_size_m > 0.0) {
+    PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
+  }
+  if (const auto told = PrintMemory(checked->mesh, solid, checked->report.box, job.parameters); !told) {
+    return Complain("cook", job.mesh.string() + ": " + told.error().detail, kBadUsage);
+  }
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const auto cooked = [&] {
+    ProgressLine line(job.title);
+    bus::WorkerPool workers(std::max(std::thread::hardware_concurrency(), 1U), "cook");
+    return vps::Cook(
+        job.mesh, job.parameters, {}, [&](std::string_view stage, double fraction) { line.Tell(stage, fraction); },
+        &workers);
+  }();
+  if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);
+  const double seconds = static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9;
+  if (!cooked->cache_note.empty()) std::printf("  warning: %s\n", cooked->cache_note.c_str());
+  std::printf("  %s in %.2f s, bounding radius %.4f m\n", cooked->is_from_cache ? "taken from the cache" : "built",
+              seconds, cooked->bounding_radius_m);
+  PrintParts(*cooked);
+  return kHolds;
+}
+
+// The sides of every object that its pairs ask for.
+core::Result<std::vector<Job>> JobsOf(const std::string& path, vps::Method method) {
+  const auto scenario = scene::LoadScenario(path);
+  if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
+  std::vector<Job> jobs;
+  for (std::size_t i = 0; i < scenario->objects.size(); ++i) {
+    const scene::Object& object = scenario->objects[i];
+    Job job{object.name + " (" + object.collision_mesh.filename().string() + ")", object.collision_mesh, {}};
+    job.parameters.method = method;
+    job.parameters.sheet_half_thickness_m = 0.5 * object.sheet_thickness_m;
+    for (const scene::Pair& pair : scenario->pairs) {
+      if (pair.field == i) job.parameters.voxel_size_m = object.voxel_size_m;
+      if (pair.sampled == i) job.parameters.num_points = object.num_points;
+    }
+    if (job.parameters.voxel_size_m > 0.0 || job.parameters.num_points > 0) jobs.push_back(job);
+  }
+  return jobs;
+}
+
+core::Result<vps::CookParameters> ReadParameters(const Arguments& arguments) {
+  vps::CookParameters parameters;
+  const auto voxel = arguments.number("--voxel_m");
+  const auto points = arguments.number("--points");
+  const auto sheet = arguments.number("--sheet_thickness_m");
+  for (const auto* value : {&voxel, &points, &sheet}) {
+    if (!*value) return tl::unexpected(value->error());
+    if (!((*value)->value_or(0.0) >= 0.0 && (*value)->value_or(0.0) <= 4e9)) {
+      return core::Fail(core::ErrorCode::kInvalidInput, "--voxel_m, --points and --sheet_thickness_m are above 0");
+    }
+  }
+  parameters.voxel_size_m = voxel->value_or(0.0);
+  parameters.num_points = static_cast<std::uint32_t>(points->value_or(0.0));
+  parameters.sheet_half_thickness_m = 0.5 * sheet->value_or(0.0);
+  const std::string method = arguments.text("--method", "paper");
+  if (!vps::MethodFromName(method)) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--method is paper or fast, not '" + method + "'");
+  }
+  parameters.method = *vps::MethodFromName(method);
+  return parameters;
+}
+
+int Run(const Arguments& arguments) {
+  const auto parameters = ReadParameters(arguments);
+  if (!parameters) return Complain("cook", parameters.error().detail, kBadUsage);
+  int status = kHolds;
+  for (const std::string& path : arguments.positional()) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error) || std::filesystem::path(path).extension() == ".xml") {
+      const auto jobs = JobsOf(path, parameters->method);
+      if (!jobs) return Complain("cook", jobs.error().detail, kBadUsage);
+      for (const Job& job : *jobs) status = std::max(status, CookOne(job));
+      continue;
+    }
+    if (parameters->voxel_size_m <= 0.0 && parameters->num_points == 0) {
+      return Complain("cook", "nothing to build: give --voxel_m, --points or both", kBadUsage);
+    }
+    status = std::max(status, CookOne({path, path, *parameters}));
+  }
+  std::printf("cache: %s\n", vps::DefaultCacheFolder().c_str());
+  return status;
+}
+
+}  // namespace
+
+Verb CookVerb() {
+  return {"cook",
+          "checks meshes, builds what collision needs of them and keeps it in the cache",
+          "MESH|SCENARIO...",
+          1,
+          1000,
+          {{"--voxel_m", "SIZE", "edge of a voxel, m; none: no field side"},
+           {"--points", "N", "points on the surface; none: no sampled side"},
+           {"--sheet_thickness_m", "T", "the mesh is a sheet with two sides, T thick"},
+           {"--method", "paper|fast", "whose structures; default: paper"}},
+          Run,
+          kDetails};
+}
+
+}  // namespace oos

@@ -1,0 +1,218 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tools/oos/meshes/verbs.hpp"
+#include "vps/oracle/closed_form.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace oos {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct Row {
+  double distance_m = 0.0;
+  glm::dvec3 force{0.0};
+  glm::dvec3 moment{0.0};
+  double contacts = 0.0;
+  double points = 0.0;
+  double time_us = 0.0;
+};
+
+class QueryVerbTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / "oos_query";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+
+  std::string Write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  std::string WriteMesh(const std::string& name, const vps::TriangleMesh& mesh) const {
+    std::ostringstream text;
+    text.precision(17);
+    for (const auto& v : mesh.vertices) text << "v " << v.x << ' ' << v.y << ' ' << v.z << '\n';
+    for (const auto& t : mesh.triangles) text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+    return Write(name, text.str());
+  }
+
+  std::string out() const { return (folder_ / "out.csv").string(); }
+
+  std::vector<Row> ReadOut() const {
+    std::ifstream stream(out());
+    std::string line;
+    std::getline(stream, line);
+    EXPECT_EQ(line, "signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us");
+    std::vector<Row> rows;
+    while (std::getline(stream, line)) {
+      std::replace(line.begin(), line.end(), ',', ' ');
+      std::istringstream fields(line);
+      Row r;
+      fields >> r.distance_m >> r.force.x >> r.force.y >> r.force.z >> r.moment.x >> r.moment.y >> r.moment.z >>
+          r.contacts >> r.points >> r.time_us;
+      EXPECT_TRUE(fields) << line;
+      rows.push_back(r);
+    }
+    return rows;
+  }
+
+  // Runs and returns what went to stderr; nothing may be left where the answer was to be.
+  std::string ComplaintOf(const std::vector<std::string>& words) const {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, words), kBadUsage);
+    EXPECT_FALSE(fs::exists(out()));
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr("partial")));
+    }
+    std::string text = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    return text;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(QueryVerbTest, OracleGivesTheClosedFormsOfABoxOnABox) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.4, 0.4, 0.2}));
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.06, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv",
+                                  "px,py,pz,qw,qx,qy,qz\n0,0,0.112,1,0,0,0\n0.05,0.02,0.107,1,0,0,0\n"
+                                  "0,0,0.107,0.70710678118654757,0,0,0.70710678118654757\n");
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", ground, box, "--poses", poses, "--out", out(), "--method", "oracle"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_NEAR(rows[0].distance_m, 0.002, 1e-8);
+  EXPECT_EQ(rows[0].force, glm::dvec3(0.0));
+  const double force = vps::oracle::PlateOnHalfSpaceForce(0.06 * 0.04, 0.003);
+  for (int i = 1; i < 3; ++i) {
+    EXPECT_NEAR(rows[i].distance_m, -0.003, 3e-6);
+    EXPECT_LT(glm::distance(rows[i].force, {0.0, 0.0, force}), 1e-3 * force);
+    EXPECT_LT(glm::length(rows[i].moment), 1e-3 * force * 0.05);
+    EXPECT_GT(rows[i].contacts, 0.0);
+    EXPECT_GT(rows[i].time_us, 0.0);
+  }
+}
+
+TEST_F(QueryVerbTest, OracleGivesTheCapOfASphereInMillimetres) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({200, 200, 100}));
+  const std::string ball = WriteMesh("ball.obj", vps::MakeSphere(30.0, 128));
+  const std::string poses = Write("poses.csv", "0,0,0.076,1,0,0,0\n");
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", ground, ball, "--poses", poses, "--out", out(), "--method=oracle", "--scale", "0.001"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 1U);
+  const double force = vps::oracle::SphereOnHalfSpaceForce(0.03, 0.004);
+  EXPECT_NEAR(rows[0].distance_m, -0.004, 4e-6);
+  EXPECT_NEAR(rows[0].force.z, force, 0.01 * force);
+}
+
+// Eq. 1-2: all points of the face are V = depth deep, so lambda sum V n is the depth, in metres, along the normal.
+TEST_F(QueryVerbTest, PaperReportsItsOwnSums) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.1, 0.1, 0.1}));
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv", "0,0,0.0595,1,0,0,0\n0,0,0.07,1,0,0,0\n");
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, {"query", ground, box, "--poses", poses, "--out", out(),
+                                                                "--voxel_m", "0.001", "--points", "8000"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_NEAR(rows[0].distance_m, -0.0005, 0.001);
+  EXPECT_GT(rows[0].contacts, 2000.0);
+  EXPECT_NEAR(rows[0].force.z, 0.0005, 0.0002);
+  EXPECT_GT(rows[1].distance_m, 0.0);
+  EXPECT_LE(rows[1].distance_m, 0.01);
+  EXPECT_EQ(rows[1].contacts, 0.0);
+}
+
+TEST_F(QueryVerbTest, FastGivesTheIntegral) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.1, 0.1, 0.1}));
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv", "0.01,0,0.0595,1,0,0,0\n0,0,0.07,1,0,0,0\n");
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", ground, box, "--poses", poses, "--out", out(), "--method", "fast", "--voxel_m", "0.001",
+                      "--points", "8000"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_NEAR(rows[0].distance_m, -0.0005, 2e-5);
+  const double force = vps::oracle::PlateOnHalfSpaceForce(0.04 * 0.04, 0.0005);
+  EXPECT_LT(glm::distance(rows[0].force, {0.0, 0.0, force}), 0.02 * force);
+  EXPECT_GT(rows[1].distance_m, 0.0);
+  EXPECT_LE(rows[1].distance_m, 0.01);
+}
+
+// A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap.
+TEST_F(QueryVerbTest, AnOpenMeshIsASheetWithTwoSides) {
+  vps::TriangleMesh plate{{{-0.05, -0.05, 0}, {0.05, -0.05, 0}, {0.05, 0.05, 0}, {-0.05, 0.05, 0}},
+                          {{0, 1, 2}, {0, 2, 3}}};
+  const std::string sheet = WriteMesh("sheet.obj", plate);
+  const std::string ball = WriteMesh("ball.obj", vps::MakeSphere(0.02, 128));
+  const std::string poses = Write("poses.csv", "0,0,0.021,1,0,0,0\n0,0,-0.021,1,0,0,0\n0,0,0.03,1,0,0,0\n");
+  const double force = vps::oracle::SphereOnHalfSpaceForce(0.02, 0.001);
+  for (const char* method : {"oracle", "fast"}) {
+    ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                       {"query", sheet, ball, "--poses", poses, "--out", out(), "--method", method, "--voxel_m",
+                        "0.001", "--points", "40000", "--sheet_thickness_m", "0.004"}),
+              kHolds);
+    const auto rows = ReadOut();
+    ASSERT_EQ(rows.size(), 3U);
+    for (int side = 0; side < 2; ++side) {
+      EXPECT_NEAR(rows[side].distance_m, -0.001, 5e-5) << method;
+      const glm::dvec3 expected(0, 0, side == 0 ? force : -force);
+      EXPECT_LT(glm::distance(rows[side].force, expected), 0.03 * force) << method << " " << rows[side].force.z / force;
+    }
+    EXPECT_GT(rows[2].distance_m, 0.0);
+  }
+}
+
+TEST_F(QueryVerbTest, AMeshInTheWrongUnitGivesOneLine) {
+  const std::string poses = Write("poses.csv", "0,0,1,1,0,0,0\n");
+  const std::string metres = WriteMesh("metres.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string millimetres = WriteMesh("millimetres.obj", vps::MakeBox({15.0, 9.0, 9.0}));
+  const std::string large = WriteMesh("large.obj", vps::MakeBox({80.0, 9.0, 9.0}));
+  EXPECT_THAT(ComplaintOf({"query", metres, large, "--poses", poses, "--out", out()}),
+              testing::AllOf(HasSubstr("large.obj"), HasSubstr("80 m"), HasSubstr("--scale 0.001")));
+  EXPECT_THAT(ComplaintOf({"query", metres, millimetres, "--poses", poses, "--out", out()}),
+              testing::AllOf(HasSubstr("millimetres.obj"), HasSubstr("15 m"), HasSubstr("--scale")));
+  EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", large, large, "--poses", poses, "--out", out(), "--scale", "0.001"}),
+            kHolds);
+}
+
+TEST_F(QueryVerbTest, BadInputGivesOneLineAndLeavesNothing) {
+  const std::string box = WriteMesh("box.obj", vps::MakeBox({0.04, 0.04, 0.02}));
+  const std::string poses = Write("poses.csv", "0,0,1,1,0,0,0\n");
+  const std::string open = Write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_THAT(ComplaintOf({"query", box, open, "--poses", poses, "--out", out()}), HasSubstr("3 open edges"));
+  const std::string bad = Write("bad.csv", "0,0,1,1,0,0,0\n0,0,1,2,0,0,0\n");
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", bad, "--out", out()}), HasSubstr("bad.csv:2: the quaternion"));
+  EXPECT_THAT(ComplaintOf({"query", box, "/no/mesh.obj", "--poses", poses, "--out", out()}), HasSubstr("/no/mesh.obj"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", "/no/p.csv", "--out", out()}), HasSubstr("/no/p.csv"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses}), HasSubstr("--out"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", "/no/folder/out.csv"}),
+              HasSubstr("/no/folder/out.csv"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--method", "quick"}),
+              HasSubstr("no such method"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--voxel_m", "-1"}),
+              HasSubstr("--voxel_m"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--voxel_m", "1e-6"}),
+              HasSubstr("voxel"));
+  EXPECT_THAT(ComplaintOf({"query", box, box, "--poses", poses, "--out", out(), "--accuracy_m", "1", "--points", "9"}),
+              HasSubstr("alone"));
+}
+
+}  // namespace
+}  // namespace oos

@@ -1,0 +1,144 @@
+#include <cstdio>
+#include <cstdlib>
+
+#include "nodes/lockstep/replay_steps.hpp"
+#include "replay/open_step_log.hpp"
+#include "replay/platform.hpp"
+#include "scene/load_scenario.hpp"
+#include "tools/oos/attach/attach.hpp"
+#include "tools/oos/replay/replay_bus.hpp"
+#include "tools/oos/replay/verbs.hpp"
+#include "vps/asset/cooked_object.hpp"
+
+namespace oos {
+namespace {
+
+std::string Text(const bus::log::TextMap& map, const char* key) {
+  const auto found = map.find(key);
+  return found == map.end() ? "unknown" : found->second;
+}
+
+// From --scenario; else as the recording names it, from here or from beside the recording.
+core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std::filesystem::path& file,
+                                           const lockstep::RecordedNode& recorded) {
+  std::filesystem::path path = arguments.text("--scenario", Text(recorded.about, "scenario"));
+  std::error_code error;
+  if (!arguments.has("--scenario") && !std::filesystem::exists(path, error)) path = file.parent_path() / path;
+  auto scenario = scene::LoadScenario(path);
+  if (!scenario) {
+    return core::Fail(core::ErrorCode::kNotFound,
+                      scene::Format(scenario.error().front()) + "; name the scenario of the recording with --scenario");
+  }
+  return *scenario;
+}
+
+void TellWhatDiffers(const lockstep::RecordedNode& recorded, const scene::Scenario& scenario) {
+  const bus::log::TextMap here = replay::DescribeRun(scenario);
+  if (Text(recorded.about, "scenario_digest") != here.at("scenario_digest")) {
+    std::printf("%s: NOTE the scenario is not the one that was recorded (digest %s, now %s)\n", recorded.node.c_str(),
+                Text(recorded.about, "scenario_digest").c_str(), here.at("scenario_digest").c_str());
+  }
+  if (replay::GivesSameBits(recorded.about, here)) return;
+  std::printf("%s: NOTE recorded with %s, %s, %s; here are %s, %s, %s: numbers may differ by rounding\n",
+              recorded.node.c_str(), Text(recorded.about, "simd").c_str(), Text(recorded.about, "libm").c_str(),
+              Text(recorded.about, "compiler").c_str(), here.at("simd").c_str(), here.at("libm").c_str(),
+              here.at("compiler").c_str());
+}
+
+core::Result<lockstep::StepsOptions> ReadOptions(const Arguments& arguments) {
+  lockstep::StepsOptions options;
+  options.node.cache = vps::DefaultCacheFolder();
+  const std::string speed = arguments.text("--speed", "max");
+  if (speed != "max") {
+    const auto number = arguments.number("--speed");
+    if (!number || !*number || !(**number > 0.0)) {
+      return core::Fail(core::ErrorCode::kInvalidInput, "--speed wants max or a number above 0");
+    }
+    options.speed = **number;
+  }
+  if (arguments.has("--tolerance")) {
+    auto tolerance = replay::Tolerance::Read(arguments.text("--tolerance"));
+    if (!tolerance) return tl::unexpected(tolerance.error());
+    options.tolerance = std::move(*tolerance);
+  }
+  for (const std::string& text : arguments.texts("--set")) {
+    const std::size_t equals = text.rfind('=');
+    char* end = nullptr;
+    const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
+    const double value = std::strtod(number.c_str(), &end);
+    if (number.empty() || *end != '\0') {
+      return core::Fail(core::ErrorCode::kInvalidInput, "--set wants PARAM=NUMBER, not '" + text + "'");
+    }
+    options.mutations.push_back({text.substr(0, equals), value});
+  }
+  return options;
+}
+
+int RunSteps(const Arguments& arguments) {
+  const std::filesystem::path file = arguments.positional()[0];
+  const auto nodes = lockstep::ReadRecordedNodes(file);
+  if (!nodes) return Complain("replay", nodes.error().detail, kBadUsage);
+  const auto options = ReadOptions(arguments);
+  if (!options) return Complain("replay", options.error().detail, kBadUsage);
+  const std::string wanted = arguments.text("--node");
+  int worst = kHolds;
+  bool is_there = false;
+  for (const lockstep::RecordedNode& recorded : *nodes) {
+    if (!wanted.empty() && recorded.node != wanted) continue;
+    is_there = true;
+    const auto scenario = FindScenario(arguments, file, recorded);
+    if (!scenario) return Complain("replay", scenario.error().detail, kBadUsage);
+    TellWhatDiffers(recorded, *scenario);
+    const auto outcome = lockstep::ReplaySteps(file, recorded, *scenario, *options);
+    if (!outcome) {
+      worst = Complain("replay", file.string() + ", " + recorded.node + ": " + outcome.error().detail, kBadUsage);
+      continue;
+    }
+    std::printf("%s", Describe(recorded, *outcome).c_str());
+    std::fflush(stdout);
+    if (outcome->num_different > 0) worst = std::max(worst, kDoesNotHold);
+  }
+  if (is_there) return worst;
+  return Complain("replay",
+                  file.string() + ": no steps of " + (wanted.empty() ? "any node" : wanted) +
+                      " are in it; 'oos run --lockstep --steps FILE' and the nodes' option --steps FILE record them",
+                  kBadUsage);
+}
+
+int Run(const Arguments& arguments) {
+  return arguments.has("--node") || arguments.has("--check") ? RunSteps(arguments) : RunBusReplay(arguments);
+}
+
+std::vector<Option> Options() {
+  std::vector<Option> options = {
+      {"--node", "NODE", "logic_node, physics_node or haptic_node: feeds it with what it read, compares what it makes"},
+      {"--check", "", "the same for every node whose steps are in the file"},
+      {"--speed", "X|max", "times real time; default: max with --node and --check, else 1"},
+      {"--tolerance", "FILE", "lines of PATTERN abs=N rel=N or PATTERN ignore for 'topic:field'; default: bit for bit"},
+      {"--scenario", "FILE", "default: the one that the recording names"},
+      {"--set", "PARAM=VALUE", "changes a parameter at the first step, to see what comes of it (repeatable)"},
+      {"--from", "S", "on the bus: begins there, with the state as of then"},
+      {"--loop", "", "on the bus: again and again"},
+      {"--pause", "", "on the bus: waits for 'play' or 'step'"}};
+  options.insert(options.end(), AttachOptions().begin(), AttachOptions().end());
+  return options;
+}
+
+}  // namespace
+
+Verb ReplayVerb() {
+  return {
+      "replay",
+      "a recording again: on the bus, or node by node and compared",
+      "FILE",
+      1,
+      1,
+      Options(),
+      Run,
+      "With --node or --check nodes are fed step by step with what they read, without a bus, and what they make is\n"
+      "compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"
+      "Else what nodes published is published again, in a session that runs ('oos registry' makes one). Lines of\n"
+      "standard input: pause, play, step [MESSAGES], seek SECONDS, speed X, quit."};
+}
+
+}  // namespace oos

@@ -1,0 +1,302 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <limits>
+
+#include "bus/log/merge_mcap.hpp"
+#include "nodes/lockstep/lockstep.hpp"
+#include "scene/load_scenario.hpp"
+#include "tools/oos/attach/attach.hpp"
+#include "tools/oos/attach/places.hpp"
+#include "tools/oos/check/check_scenario.hpp"
+#include "tools/oos/run/latency_table.hpp"
+#include "tools/oos/run/report.hpp"
+#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/verbs.hpp"
+#include "vps/asset/cooked_object.hpp"
+
+namespace oos {
+namespace {
+
+void Print(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+std::filesystem::path NewRunFolder(const std::string& scenario) {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char stamp[32];
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
+  return std::filesystem::absolute("out") / (scenario + "-" + stamp);
+}
+
+// "name=value" of --set.
+core::Result<core::ParameterChange> ParseChange(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  char* end = nullptr;
+  const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const double value = std::strtod(number.c_str(), &end);
+  if (equals == 0 || number.empty() || *end != '\0') {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--set wants PARAM=NUMBER, not '" + text + "'");
+  }
+  return core::ParameterChange{text.substr(0, equals), value};
+}
+
+struct Wanted {
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+  unsigned workers = 1;
+  std::filesystem::path out;
+  std::vector<core::ParameterChange> changes;
+};
+
+core::Result<Wanted> ReadWanted(const Arguments& arguments, const std::string& scenario) {
+  Wanted wanted;
+  const auto seed = arguments.count("--seed", 0, kLargestSeed), workers = arguments.count("--workers", 1, kMostWorkers);
+  const auto duration = arguments.positive("--duration");
+  if (!seed) return tl::unexpected(seed.error());
+  if (!workers) return tl::unexpected(workers.error());
+  if (!duration) return tl::unexpected(duration.error());
+  if (const auto known = CheckNodeNames(arguments.texts("--without")); !known) return tl::unexpected(known.error());
+  wanted.seed = *seed;
+  wanted.duration_s = *duration;
+  wanted.workers = static_cast<unsigned>(workers->value_or(1));
+  wanted.out = arguments.has("--out") ? std::filesystem::absolute(arguments.text("--out")) : NewRunFolder(scenario);
+  for (const std::string& text : arguments.texts("--set")) {
+    const auto change = ParseChange(text);
+    if (!change) return core::Fail(change.error().code, change.error().detail);
+    wanted.changes.push_back(*change);
+  }
+  return wanted;
+}
+
+nlohmann::json LockstepReport(const scene::Scenario& scenario, const lockstep::Outcome& outcome,
+                              const std::filesystem::path& out) {
+  RunFacts facts;
+  facts.is_completed = outcome.is_completed;
+  facts.why = outcome.why;
+  facts.seed = outcome.seed;
+  facts.seconds = outcome.simulated_s;
+  facts.is_lockstep = true;
+  nlohmann::json report = MergeReport(scenario, facts, out);
+  report["steps"] = nlohmann::json::array();
+  for (const lockstep::StepOutcome& step : outcome.steps) {
+    nlohmann::json row = {{"name", step.name}, {"completed", step.is_completed}, {"seconds", step.seconds}};
+    if (!step.is_completed) row["why"] = step.why;
+    report["steps"].push_back(row);
+  }
+  report["peak_force_N"] = outcome.peak_force_N;
+  // Without a real clock there is no tick to be late for.
+  report["haptic"] = {{"cycles", outcome.ticks},
+                      {"misses", nullptr},
+                      {"p50_us", outcome.haptic_p50_us},
+                      {"p99_us", outcome.haptic_p99_us},
+                      {"max_us", outcome.haptic_max_us},
+                      {"contact_cycles", outcome.contact_cycles},
+                      {"contact_misses", nullptr},
+                      {"contact_p50_us", outcome.contact_p50_us},
+                      {"contact_p99_us", outcome.contact_p99_us},
+                      {"contact_max_us", outcome.contact_max_us}};
+  report["impulse_balance"] = outcome.impulse_balance;
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(outcome.hash));
+  report["state_hash"] = hash;
+  report["wall_seconds"] = outcome.wall_s;
+  return report;
+}
+
+int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
+                  nlohmann::json* report) {
+  lockstep::Options options;
+  if (wanted.seed) options.seed = *wanted.seed;
+  options.duration_s = wanted.duration_s;
+  options.workers = wanted.workers;
+  options.cache = vps::DefaultCacheFolder();
+  if (arguments.has("--trace")) options.trace = arguments.text("--trace");
+  options.steps = arguments.text("--steps");
+  const auto steps_from_s = arguments.number("--steps_from");
+  if (!steps_from_s) return Complain("run", steps_from_s.error().detail, kBadUsage);
+  options.steps_from_s = steps_from_s->value_or(0.0);
+  options.parameters = wanted.changes;
+  options.interrupted = &CatchInterrupt();
+  options.say = Print;
+  const auto outcome = lockstep::Run(scenario, options);
+  if (!outcome) return Complain("run", outcome.error().detail, kBadUsage);
+  std::error_code error;
+  std::filesystem::create_directories(wanted.out, error);
+  *report = LockstepReport(scenario, *outcome, wanted.out);
+  if (!WriteReport(*report, wanted.out)) return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
+  Print(Summarise(*report));
+  std::printf(
+      "%.1f s simulated in %.1f s (%.1f times real time), physics step p50 %.0f, p99 %.0f us, impulse balance %.2g\n",
+      outcome->simulated_s, outcome->wall_s, outcome->simulated_s / outcome->wall_s, outcome->physics_p50_us,
+      outcome->physics_p99_us, outcome->impulse_balance);
+  std::printf("state hash %s\nreport in %s\n", (*report)["state_hash"].get<std::string>().c_str(), wanted.out.c_str());
+  return outcome->is_completed ? kHolds : kDoesNotHold;
+}
+
+// The nodes' files as one; says what became of it.
+bool MergeRecordings(const std::filesystem::path& folder, const std::filesystem::path& to) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  const auto merge = bus::log::MergeMcap(files, to);
+  if (!merge) {
+    Complain("run", "the nodes' recordings in " + folder.string() + " stay apart: " + merge.error().detail,
+             kDoesNotHold);
+    return false;
+  }
+  std::printf("recording in %s: %llu messages of %zu files\n", to.c_str(),
+              static_cast<unsigned long long>(merge->num_messages), files.size());
+  for (const std::string& file : merge->incomplete) Print("its writer died: " + file);
+  return true;
+}
+
+int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
+                 nlohmann::json* report) {
+  if (!wanted.changes.empty()) {
+    return Complain("run", "--set goes with --lockstep; for a running system use 'oos set NODE.PARAM VALUE'",
+                    kBadUsage);
+  }
+  SessionOptions options;
+  options.out = wanted.out;
+  if (wanted.seed) options.seed = *wanted.seed;
+  options.duration_s = wanted.duration_s;
+  options.without = arguments.texts("--without");
+  options.is_headless = arguments.has("--headless");
+  options.is_encrypted = !arguments.has("--no_encryption");
+  options.tcp_topics = arguments.text("--tcp_topics");
+  options.multicast = arguments.text("--multicast");
+  options.rt = arguments.text("--rt", "try");
+  options.workers = wanted.workers;
+  options.program_folder = ProgramFolder();
+  options.interrupted = &CatchInterrupt();
+  options.say = Print;
+  const std::string recording = arguments.text("--record");
+  options.is_recorded = !recording.empty();
+  if (arguments.has("--steps")) {
+    options.steps = std::filesystem::absolute(arguments.text("--steps"));
+    std::error_code error;
+    std::filesystem::create_directories(options.steps, error);
+    if (error) return Complain("run", options.steps.string() + ": " + error.message(), kBadUsage);
+  }
+  options.split_MB = arguments.text("--split_MB");
+  options.split_s = arguments.text("--split_s");
+  if (options.is_recorded && std::filesystem::exists(recording)) {
+    return Complain("run", recording + ": is there already; name another file, or remove it", kBadUsage);
+  }
+  const auto outcome = RunSession(scenario, options);
+  if (!outcome) return Complain("run", outcome.error().detail, kDoesNotHold);
+  if (options.is_recorded && !MergeRecordings(RecordingFolder(options.out), recording)) return kDoesNotHold;
+  if (const auto merged = MergeLatencyTables(options.out); !merged) Print(merged.error().detail);
+  RunFacts facts;
+  facts.is_completed = outcome->is_final;
+  facts.why = outcome->why;
+  facts.seed = outcome->seed;
+  facts.seconds = outcome->seconds;
+  facts.dead = outcome->dead;
+  facts.missing_nodes = options.without;
+  *report = MergeReport(scenario, facts, options.out);
+  if (!WriteReport(*report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
+  Print(Summarise(*report));
+  Print("report in " + options.out.string());
+  return outcome->is_final ? kHolds : kDoesNotHold;
+}
+
+int RunOnce(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted, nlohmann::json* report) {
+  return arguments.has("--lockstep") ? RunInLockstep(arguments, scenario, wanted, report)
+                                     : RunProcesses(arguments, scenario, wanted, report);
+}
+
+// One run after the other, each with a folder of its own, and a table of both.
+int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
+  std::vector<nlohmann::json> reports;
+  int worst = kHolds;
+  for (const char* method : {"paper", "fast"}) {
+    scene::Scenario one = scenario;
+    one.method = method;
+    Wanted its = wanted;
+    its.out = wanted.out / one.method;
+    Print("method " + one.method);
+    nlohmann::json report;
+    worst = std::max(worst, RunOnce(arguments, one, its, &report));
+    if (report.is_null()) return worst;
+    reports.push_back(std::move(report));
+  }
+  if (!WriteComparison(reports, wanted.out)) {
+    return Complain("run", "cannot write " + wanted.out.string(), kDoesNotHold);
+  }
+  Print(CompareMethods(reports) + "both methods in " + (wanted.out / "report.md").string());
+  return worst;
+}
+
+int Run(const Arguments& arguments) {
+  const std::string& path = arguments.positional()[0];
+  const CheckOutcome check = CheckScenario(path);
+  for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!check.scenario || !check.problems.empty()) {
+    return Complain("run", "the scenario is broken, nothing was started", kBadUsage);
+  }
+  scene::Scenario scenario = *check.scenario;
+  const std::string method = arguments.text("--method", scenario.method);
+  const bool is_both = method == "both";
+  if (!is_both && !vps::MethodFromName(method)) {
+    return Complain("run", "--method is paper, fast or both, not '" + method + "'", kBadUsage);
+  }
+  if (!is_both) scenario.method = method;
+  const auto wanted = ReadWanted(arguments, scenario.name);
+  if (!wanted) return Complain("run", wanted.error().detail, kBadUsage);
+  if (const std::string rt = arguments.text("--rt", "try"); rt != "try" && rt != "off") {
+    return Complain("run", "--rt is try or off, not '" + rt + "'", kBadUsage);
+  }
+  if (arguments.has("--trace") && (is_both || !arguments.has("--lockstep"))) {
+    return Complain("run", "--trace goes with --lockstep and one method", kBadUsage);
+  }
+  if (arguments.has("--record") && (is_both || arguments.has("--lockstep"))) {
+    return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
+                    kBadUsage);
+  }
+  if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
+  if (is_both) return RunBothMethods(arguments, scenario, *wanted);
+  nlohmann::json report;
+  return RunOnce(arguments, scenario, *wanted, &report);
+}
+
+}  // namespace
+
+Verb RunVerb() {
+  return {
+      "run",
+      "starts all nodes on this machine, waits for the procedure's end, reports",
+      "SCENARIO",
+      1,
+      1,
+      {{"--headless", "", "render pictures but show no window"},
+       {"--seed", "N", "of the simulated operator; default: the scenario's"},
+       {"--duration", "S", "limit; default: the scenario's"},
+       {"--out", "DIR", "of the report and the logs; default: out/<scenario>-<time>"},
+       {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},
+       {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
+       {"--workers", "N", "threads of the collision computation; default: 1"},
+       {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
+       {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
+       {"--record", "FILE.mcap", "what every node sends and takes; each node's own file stays in DIR/recording"},
+       {"--split_MB", "N", "with --record: nodes begin a new file at that size"},
+       {"--split_s", "N", "with --record: and at that age"},
+       {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
+       {"--steps", "PATH", "every step of the nodes, for 'oos replay': a folder; with --lockstep one file, .mcap"},
+       {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},
+       {"--no_encryption", "", "no keys: anybody on the network may listen in and speak"},
+       {"--tcp_topics", "PATTERNS", "LATEST topics that go by ZeroMQ instead of UDP, e.g. 'physics/*,contacts/*'"},
+       {"--multicast", "GROUP:PORT", "LATEST goes once to a group, e.g. 239.255.74.50:7450; default: to each reader"},
+       {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
+      Run};
+}
+
+}  // namespace oos

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "tools/oos/verb/verb.hpp"
+
+namespace oos {
+
+Verb RunVerb();
+Verb LatencyVerb();
+
+}  // namespace oos

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "core/result.hpp"
+#include "tools/process/group.hpp"
+
+namespace oos {
+
+// Starts an X server without a screen (Xvfb) in the group; returns its DISPLAY, e.g. ":7". The server picks a free
+// number itself and tells it when it accepts clients, so there is no race and nothing to wait for.
+core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::filesystem::path& log);
+
+}  // namespace oos

@@ -1,0 +1,70 @@
+// The studies behind `oos bench`: the contact engine, the dynamics and the bus, measured and charted.
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/contact/bench.hpp"
+#include "tools/dynamics/bench.hpp"
+#include "tools/oos/attach/places.hpp"
+#include "tools/oos/bench/verbs.hpp"
+#include "tools/transport/bench.hpp"
+
+namespace {
+
+// Runs in place of this program if it stands beside it; else returns.
+void RunPeers(const char* name, std::vector<std::string> words) {
+  const std::filesystem::path program = oos::ProgramFolder() / name;
+  if (access(program.c_str(), X_OK) != 0) return;
+  words.insert(words.begin(), program.string());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  execv(program.c_str(), pointers.data());
+  oos::Complain("bench", program.string() + ": cannot be run; going on without it", oos::kBadUsage);
+}
+
+bench::BenchOptions OptionsOf(const oos::Arguments& arguments) {
+  return {arguments.text("--json"), arguments.text("--plot"), arguments.text("--pair")};
+}
+
+int RunPhysics(const oos::Arguments& arguments) {
+  const bench::BenchOptions options = OptionsOf(arguments);
+  RunPeers("oos_bench_dynamics_peers", {options.json, options.plot, options.only});
+  return dynamics::BenchMain(options, {});
+}
+
+int RunBus(const oos::Arguments& arguments) {
+  const bench::BenchOptions options = OptionsOf(arguments);
+  RunPeers("oos_bench_transport_peers", {options.json, options.plot, options.only});
+  return transport::BenchMain(options, {});
+}
+
+int RunStudies(const oos::Arguments& arguments) {
+  if (arguments.positional()[0] == "physics") return RunPhysics(arguments);
+  if (arguments.positional()[0] == "bus") return RunBus(arguments);
+  if (arguments.positional()[0] != "vps") {
+    return oos::Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus",
+                         oos::kBadUsage);
+  }
+  contact::BenchOptions options;
+  options.json = arguments.text("--json");
+  options.plot = arguments.text("--plot");
+  options.places = {arguments.text("--scenarios", "scenarios"), arguments.text("--meshes", "../shared/data/meshes")};
+  options.only = arguments.text("--pair");
+  RunPeers("oos_bench_peers",
+           {options.json, options.plot, options.places.meshes, options.places.scenarios, options.only});
+  return contact::BenchMain(options, {});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  oos::Verb verb = oos::BenchVerb();
+  verb.run = RunStudies;
+  std::vector<std::string> words = {std::string(verb.name)};
+  words.insert(words.end(), argv + 1, argv + argc);
+  return oos::RunVerbs({verb}, words);
+}
