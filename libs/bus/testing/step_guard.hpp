@@ -114,10 +114,11 @@ void free(void* memory) noexcept {
 }
 
 // One line for each call that may block: count it, then let the C library do it.
-#define VR_OOS_GUARDED(name, parameters, arguments) VR_OOS_COUNTED(locks, int, name, parameters, arguments)
+#define VR_OOS_GUARDED(name, parameters, arguments) \
+  VR_OOS_COUNTED(&bus::step_guard::Counts::locks, int, name, parameters, arguments)
 #define VR_OOS_COUNTED(what, type, name, parameters, arguments)   \
   type name parameters {                                          \
-    bus::step_guard::Note(&bus::step_guard::Counts::what);        \
+    bus::step_guard::Note(what);                                  \
     static const auto next = bus::step_guard::Next(&name, #name); \
     return next arguments;                                        \
   }
@@ -136,10 +137,10 @@ VR_OOS_GUARDED(sem_wait, (sem_t * semaphore), (semaphore))
 VR_OOS_GUARDED(sem_timedwait, (sem_t * semaphore, const timespec* until), (semaphore, until))
 #undef VR_OOS_GUARDED
 
-VR_OOS_COUNTED(logs, int, puts, (const char* text), (text))
-VR_OOS_COUNTED(logs, int, fputs, (const char* text, FILE* file), (text, file))
-VR_OOS_COUNTED(logs, std::size_t, fwrite, (const void* data, std::size_t size, std::size_t count, FILE* file),
-               (data, size, count, file))
+VR_OOS_COUNTED(&bus::step_guard::Counts::logs, int, puts, (const char* text), (text))
+VR_OOS_COUNTED(&bus::step_guard::Counts::logs, int, fputs, (const char* text, FILE* file), (text, file))
+VR_OOS_COUNTED(&bus::step_guard::Counts::logs, std::size_t, fwrite,
+               (const void* data, std::size_t size, std::size_t count, FILE* file), (data, size, count, file))
 #undef VR_OOS_COUNTED
 
 int printf(const char* format, ...) {
