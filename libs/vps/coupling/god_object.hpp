@@ -1,0 +1,55 @@
+#pragma once
+
+#include <span>
+
+#include "core/pose.hpp"
+#include "core/wrench.hpp"
+#include "vps/coupling/contact_memory.hpp"
+#include "vps/coupling/nearest_point.hpp"
+#include "vps/coupling/tool_metric.hpp"
+
+namespace vps {
+
+// What collision found with the tool at X_WC.
+struct ToolContact {
+  double free_distance_m = 1e9;  // lower bound of the distance beyond the points that `planes` stand for
+  core::FixedVector<ToolPlane, kMaxToolPlanes> planes;
+};
+
+// The hand as contact allows it: the tool's pose that is nearest to the device's, in the metric A, under all contact
+// planes and with friction at those that carry. See god_object.cpp for the equations. One per hand. Allocates nothing,
+// and its results depend on nothing but what it was given since Reset.
+class GodObject {
+ public:
+  explicit GodObject(const GodObjectParameters& parameters = {}) : parameters_(parameters), metric_(parameters) {}
+
+  // Puts C on D: at the start, or when the hand is let go.
+  void Reset(const core::Pose& X_WD);
+
+  // Pose at which collision is to be evaluated next, and at which viewers draw the hand.
+  [[nodiscard]] const core::Pose& X_WC() const { return X_WC_; }
+  [[nodiscard]] const GodObjectParameters& parameters() const { return parameters_; }
+  // Of the last Step, with the forces on the tool, at its new pose.
+  [[nodiscard]] std::span<const HeldContact> contacts() const { return memory_.contacts(); }
+
+  // One haptic cycle: `contact` was found at X_WC() with the bodies at X_WO; moves C and returns F_Do_W, zero when C is
+  // on D.
+  core::Wrench Step(const core::Pose& X_WD, const ToolContact& contact, std::span<const core::Pose> X_WO) noexcept;
+
+ private:
+  struct Pass;
+  [[nodiscard]] core::Pose FreePose(const core::Pose& X_WD) const;
+  [[nodiscard]] double Travel_m(const Vector6& y) const;
+  bool KeepWithin(double free_m, const Vector6& out, Vector6* way) const;
+  [[nodiscard]] core::Wrench CouplingWrench(const core::Pose& X_WC_found, const core::Pose& X_WD) const;
+
+  GodObjectParameters parameters_;
+  ToolMetric metric_;
+  ContactMemory memory_;
+  core::Pose X_WC_;
+  // Of the last cycle; a tool with mass has the velocity between the two.
+  core::Pose X_WC_before_;
+  core::Pose X_WD_before_;
+};
+
+}  // namespace vps

@@ -1,0 +1,107 @@
+#include "vps/coupling/stick_slip.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace vps {
+namespace {
+
+constexpr double kFree = std::numeric_limits<double>::infinity();
+
+FrictionContact OnPlaneZ(double friction) {
+  FrictionContact c;
+  c.normal = {0, 0, 1, 0, 0, 0};
+  c.tangents = {Vector6{1, 0, 0, 0, 0, 0}, Vector6{0, 1, 0, 0, 0, 0}};
+  c.friction = friction;
+  c.most_N = kFree;
+  return c;
+}
+
+TEST(StickSlip, SticksInsideTheConeAndSlipsOnItsRim) {
+  for (const double friction : {0.1, 0.3, 0.5}) {
+    std::vector<FrictionContact> sticks{OnPlaneZ(friction)};
+    Vector6 y = SolveStickSlip({0.6 * friction, 0.7 * friction, -1, 0, 0, 0}, sticks, 30);
+    EXPECT_NEAR(std::hypot(y[0], y[1], y[2]), 0.0, 1e-12);
+    EXPECT_NEAR(sticks[0].tangent_N[0], -0.6 * friction, 1e-12);
+
+    std::vector<FrictionContact> slips{OnPlaneZ(friction)};
+    y = SolveStickSlip({0.8, 0.6, -1, 0, 0, 0}, slips, 30);
+    EXPECT_NEAR(slips[0].tangent_N[0], -0.8 * friction, 1e-12);
+    EXPECT_NEAR(slips[0].tangent_N[1], -0.6 * friction, 1e-12);
+    EXPECT_NEAR(y[0], 0.8 * (1 - friction), 1e-12);
+  }
+}
+
+TEST(StickSlip, GivesUpNoMoreThanTheLimitOfAFadingContact) {
+  std::vector<FrictionContact> contacts{OnPlaneZ(0.0)};
+  contacts[0].most_N = 0.25;
+  const Vector6 y = SolveStickSlip({0, 0, -1, 0, 0, 0}, contacts, 30);
+  EXPECT_NEAR(contacts[0].normal_N, 0.25, 1e-12);
+  EXPECT_NEAR(y[2], -0.75, 1e-12);
+}
+
+TEST(StickSlip, HoldsCoulombsLawAtEveryContactOfRandomTools) {
+  std::mt19937_64 rng(3);
+  std::normal_distribution<double> normal;
+  int num_sticking = 0;
+  int num_slipping = 0;
+  for (int round = 0; round < 500; ++round) {
+    std::vector<FrictionContact> contacts(1 + rng() % 4);
+    for (FrictionContact& c : contacts) {
+      // Places at about one radius from the centre, so that turning and shifting weigh alike.
+      const std::array<double, 3> r{normal(rng), normal(rng), normal(rng)};
+      std::array<std::array<double, 3>, 3> axes{};
+      axes[0] = {0.3 * normal(rng), 0.3 * normal(rng), 1.0};
+      axes[1] = {1.0, 0.0, -axes[0][0]};
+      for (std::size_t k = 0; k < 2; ++k) {
+        const double norm = std::hypot(axes[k][0], axes[k][1], axes[k][2]);
+        for (double& x : axes[k]) x /= norm;
+      }
+      axes[2] = {axes[0][1] * axes[1][2] - axes[0][2] * axes[1][1], axes[0][2] * axes[1][0] - axes[0][0] * axes[1][2],
+                 axes[0][0] * axes[1][1] - axes[0][1] * axes[1][0]};
+      std::array<Vector6, 3> rows;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto& d = axes[k];
+        rows[k] = {d[0], d[1], d[2], r[1] * d[2] - r[2] * d[1], r[2] * d[0] - r[0] * d[2], r[0] * d[1] - r[1] * d[0]};
+      }
+      c.normal = rows[0];
+      c.tangents = {rows[1], rows[2]};
+      c.friction = 0.3;
+      c.bound = -0.1;
+      c.most_N = kFree;
+      c.slip_m = {0.01 * normal(rng), 0.01 * normal(rng)};
+    }
+    Vector6 target;
+    for (double& x : target) x = 0.3 * normal(rng);
+    target[2] -= 1.0;
+    const Vector6 y = SolveStickSlip(target, contacts, 3000);
+    for (const FrictionContact& c : contacts) {
+      const double gap = Dot(c.normal, y) - c.bound;
+      EXPECT_GT(gap, -1e-4);
+      EXPECT_GE(c.normal_N, 0.0);
+      EXPECT_LT(c.normal_N * gap, 1e-4);
+      const double force = std::hypot(c.tangent_N[0], c.tangent_N[1]);
+      const double limit = c.friction * c.normal_N;
+      EXPECT_LE(force, limit + 1e-4);
+      const std::array<double, 2> slip{c.slip_m[0] + Dot(c.tangents[0], y), c.slip_m[1] + Dot(c.tangents[1], y)};
+      const double slipped = std::hypot(slip[0], slip[1]);
+      if (force < limit - 1e-3) {
+        EXPECT_LT(slipped, 1e-3);
+        ++num_sticking;
+      } else if (slipped > 0.01 && force > 0.01) {
+        const double along = (slip[0] * c.tangent_N[0] + slip[1] * c.tangent_N[1]) / (slipped * force);
+        EXPECT_LT(along, -0.999);
+        ++num_slipping;
+      }
+    }
+  }
+  EXPECT_GT(num_sticking, 50);
+  EXPECT_GT(num_slipping, 50);
+}
+
+}  // namespace
+}  // namespace vps
