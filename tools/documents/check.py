@@ -12,7 +12,7 @@ import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 TEST = re.compile(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)")
-NAMED_TEST = re.compile(r"`([A-Z]\w+)\.(\w*\*?)`")
+NAMED_TEST = re.compile(r"`(?:\w+/)?([A-Z]\w+)\.(\w*\*?)`")
 CODE_NAME = re.compile(r"`((?:\w+::)*[A-Z][a-z]\w+(?:::\w+)*)`")
 CITED = re.compile(r"\bD(\d{1,2})\b(?=[ ,.;:)])|\bdecisions? (\d{1,2})\b|decisions/(\d{4})")
 ROOM = re.compile(r"^\s*add_(?:room|node)\(", re.M)
