@@ -169,7 +169,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
   }
 
   [[nodiscard]] bool ShowsWhatWasTold(const std::string& viewer) {
-    const double* digest = shown_[bus::FiguresTopic(viewer)].Find(view::kSceneDigestFigure);
+    const double* digest = bus::FindFigure(shown_[bus::FiguresTopic(viewer)], view::kSceneDigestFigure);
     return digest != nullptr && *digest == wanted_;
   }
   [[nodiscard]] bool Shows(const std::string& viewer) {

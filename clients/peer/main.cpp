@@ -11,6 +11,7 @@
 #include "bus/keys.hpp"
 #include "bus/node.hpp"
 #include "bus/registry.hpp"
+#include "bus/schema.hpp"
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "core/messages/device.hpp"
@@ -48,6 +49,16 @@ class Deeds {
  private:
   std::set<std::string> done_;
 };
+
+// As JSON: the schema digest of every message type by its name.
+std::string Digests() {
+  std::string text;
+  for (int i = 1; i <= static_cast<int>(bus::kLastMessageType); ++i) {
+    const bus::PayloadSchema& schema = bus::SchemaOf(static_cast<bus::MessageType>(i));
+    text += (i == 1 ? "\"" : ", \"") + schema.name + "\": " + std::to_string(schema.digest);
+  }
+  return "{" + text + "}";
+}
 
 core::PhysicsState StateOfTick(std::uint64_t tick) {
   core::PhysicsState state;
@@ -98,7 +109,7 @@ int main(int argc, char** argv) {
   logic.step = "before anybody came";
   status.Set(logic);
   Say(R"({"registry": ")" + options.registry + R"(", "session": ")" + std::to_string(session) + R"(", "keys": ")" +
-      keys + "\"}");
+      keys + "\", \"digests\": " + Digests() + "}");
 
   Deeds deeds;
   const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;

@@ -67,24 +67,6 @@ std::string BulkHash(std::span<const std::uint8_t> bytes) {
   return text.data();
 }
 
-template <>
-void EncodeState(const BulkOffer& value, std::string* bytes) {
-  oos::BulkOffer p;
-  p.set_name(value.name);
-  p.set_hash(value.hash);
-  p.set_size(value.size);
-  p.set_endpoint(value.endpoint);
-  p.SerializeToString(bytes);
-}
-
-template <>
-bool DecodeState(const std::string& bytes, BulkOffer* value) {
-  oos::BulkOffer p;
-  if (!p.ParseFromString(bytes)) return false;
-  *value = {p.name(), p.hash(), p.size(), p.endpoint()};
-  return true;
-}
-
 // --- Server
 
 struct BulkServer::Impl {

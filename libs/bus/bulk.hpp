@@ -10,19 +10,11 @@
 #include "bus/ledger.hpp"
 #include "bus/node.hpp"
 
-// BULK: blocks of bytes that nobody waits for in real time (scenario files, meshes, pictures). A node tells by STATE
-// what it has; who wants one fetches it by the hash of its content, over sockets that carry nothing else.
+// BULK: blocks of bytes that nobody waits for in real time (scenario files, meshes, pictures). A node lists by STATE
+// what it has; a reader fetches a block by the hash of its content, over sockets that carry nothing else.
 namespace bus {
 
-struct BulkOffer {         // of topic bulk/<node>, key: name
-  std::string name;        // "scenario/meshes/module.obj"
-  std::string hash;        // of the content, see BulkHash
-  std::uint64_t size = 0;  // bytes
-  std::string endpoint;    // where it is served
-};
-
-template <>
-inline constexpr MessageType kMessageTypeOf<BulkOffer> = MessageType::kBulkOffer;
+using core::BulkOffer;
 
 constexpr std::uint64_t kMaxBulkBytes = std::uint64_t{256} << 20;
 

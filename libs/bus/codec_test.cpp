@@ -281,9 +281,9 @@ TEST(Codec, KeepsStateValues) {
   Figures figures{{{"step_p50_us", 12.5}, {"misses", 3}}}, figures_out;
   EncodeState(figures, &bytes);
   ASSERT_TRUE(DecodeState(bytes, &figures_out));
-  ASSERT_NE(figures_out.Find("misses"), nullptr);
-  EXPECT_EQ(*figures_out.Find("misses"), 3);
-  EXPECT_EQ(figures_out.Find("nothing"), nullptr);
+  ASSERT_NE(FindFigure(figures_out, "misses"), nullptr);
+  EXPECT_EQ(*FindFigure(figures_out, "misses"), 3);
+  EXPECT_EQ(FindFigure(figures_out, "nothing"), nullptr);
 }
 
 // Payloads that a sound checksum lets through but that contradict themselves.

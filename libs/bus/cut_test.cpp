@@ -61,7 +61,7 @@ class Pair {
     EXPECT_TRUE(Until([&] {
       Look();
       return last_ == emitted_ &&
-             (values_ == nullptr || (values_->has_value() && *values_->value().Find("n") == changed_));
+             (values_ == nullptr || (values_->has_value() && *FindFigure(values_->value(), "n") == changed_));
     })) << last_
         << " of " << emitted_ << " events";
   }

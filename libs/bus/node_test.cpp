@@ -212,7 +212,7 @@ TEST(Node, LateJoinerGetsTheCompleteStateThenEveryChange) {
     WaitBriefly(*visual);
     return status_reader.value().step == "grasp" && figures_reader.values().size() == 2;
   }));
-  EXPECT_EQ(*figures_reader.values().at("b").Find("two"), 2.0);
+  EXPECT_EQ(*FindFigure(figures_reader.values().at("b"), "two"), 2.0);
   for (int i = 0; i < 200; ++i) {
     status.step = "step " + std::to_string(i);
     ASSERT_TRUE(Until([&] { return status_writer.Set(status); }));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "bus/bulk.hpp"
 #include "bus/detail/node_impl.hpp"
 #include "bus/node.hpp"
 
@@ -120,28 +119,14 @@ void Node::Observe(const std::string& pattern) {
   impl_->core.observed_patterns.push_back(pattern);
 }
 
-template LatestWriter<core::DeviceState> Node::WriteLatest(const std::string&);
-template LatestWriter<core::DeviceCommand> Node::WriteLatest(const std::string&);
-template LatestWriter<core::HapticProxy> Node::WriteLatest(const std::string&);
-template LatestWriter<core::ContactSet> Node::WriteLatest(const std::string&);
-template LatestWriter<core::PhysicsState> Node::WriteLatest(const std::string&);
-template LatestWriter<core::Reaction> Node::WriteLatest(const std::string&);
-template LatestWriter<core::SheetState> Node::WriteLatest(const std::string&);
-template LatestReader<core::DeviceState>& Node::ReadLatest(const std::string&);
-template LatestReader<core::DeviceCommand>& Node::ReadLatest(const std::string&);
-template LatestReader<core::HapticProxy>& Node::ReadLatest(const std::string&);
-template LatestReader<core::ContactSet>& Node::ReadLatest(const std::string&);
-template LatestReader<core::PhysicsState>& Node::ReadLatest(const std::string&);
-template LatestReader<core::Reaction>& Node::ReadLatest(const std::string&);
-template LatestReader<core::SheetState>& Node::ReadLatest(const std::string&);
-template StateWriter<core::LogicStatus> Node::WriteState(const std::string&);
-template StateWriter<Figures> Node::WriteState(const std::string&);
-template StateWriter<BulkOffer> Node::WriteState(const std::string&);
-template StateReader<core::LogicStatus>& Node::ReadState(const std::string&);
-template StateReader<Figures>& Node::ReadState(const std::string&);
-template StateReader<BulkOffer>& Node::ReadState(const std::string&);
-template class StateWriter<core::LogicStatus>;
-template class StateWriter<Figures>;
-template class StateWriter<BulkOffer>;
+#define LATEST_TOPICS(Message)                                                \
+  template LatestWriter<core::Message> Node::WriteLatest(const std::string&); \
+  template LatestReader<core::Message>& Node::ReadLatest(const std::string&);
+BUS_LATEST_MESSAGES(LATEST_TOPICS)
+#define STATE_TOPICS(Message)                                               \
+  template StateWriter<core::Message> Node::WriteState(const std::string&); \
+  template StateReader<core::Message>& Node::ReadState(const std::string&); \
+  template class StateWriter<core::Message>;
+BUS_STATE_MESSAGES(STATE_TOPICS)
 
 }  // namespace bus

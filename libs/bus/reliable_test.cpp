@@ -116,7 +116,7 @@ TEST_F(OneWriterOneReader, EveryEventAndChangeIsOnBothBooks) {
   const Account figures = AccountOf(*reader_, FiguresTopic("physics_node"), "physics_node", false);
   EXPECT_EQ(figures.sent, 500u);
   EXPECT_EQ(figures.received + figures.dropped_for(DropReason::kSuperseded), 500u);
-  EXPECT_EQ(*values_->values().at("b").Find("n"), 500.0);
+  EXPECT_EQ(*FindFigure(values_->values().at("b"), "n"), 500.0);
   // Lookers-on see it too.
   EXPECT_TRUE(Until([&] {
     WaitBriefly(*writer_);
@@ -142,7 +142,7 @@ TEST_F(OneWriterOneReader, ALateReadersNewestValueIsTheOneThatWasSetLast) {
     WaitBriefly(*writer_);
     return values_->values().size() == 2;
   }));
-  EXPECT_EQ(*values_->value().Find("n"), 2.0);
+  EXPECT_EQ(*FindFigure(values_->value(), "n"), 2.0);
   EXPECT_EQ(values_->version(), 2u);
   ExpectAccountsClose({writer_.get(), reader_.get()});
 }

@@ -25,30 +25,11 @@ using google::protobuf::FieldDescriptor;
 
 const google::protobuf::Message* Prototype(MessageType type) {
   switch (type) {
-    case MessageType::kDeviceState:
-      return &oos::DeviceState::default_instance();
-    case MessageType::kDeviceCommand:
-      return &oos::DeviceCommand::default_instance();
-    case MessageType::kHapticProxy:
-      return &oos::HapticProxy::default_instance();
-    case MessageType::kContactSet:
-      return &oos::ContactSet::default_instance();
-    case MessageType::kPhysicsState:
-      return &oos::PhysicsState::default_instance();
-    case MessageType::kReaction:
-      return &oos::Reaction::default_instance();
-    case MessageType::kLogicStatus:
-      return &oos::LogicStatus::default_instance();
-    case MessageType::kFigures:
-      return &oos::Figures::default_instance();
-    case MessageType::kEvent:
-      return &oos::Event::default_instance();
-    case MessageType::kParameterChange:
-      return &oos::ParameterChange::default_instance();
-    case MessageType::kSheetState:
-      return &oos::SheetState::default_instance();
-    case MessageType::kBulkOffer:
-      return &oos::BulkOffer::default_instance();
+#define PROTOTYPE(Message)      \
+  case MessageType::k##Message: \
+    return &oos::Message::default_instance();
+    BUS_MESSAGES(PROTOTYPE)
+#undef PROTOTYPE
     case MessageType::kNone:
       break;
   }
@@ -116,12 +97,38 @@ bool AreCompatible(const std::string& canonical_a, const std::string& canonical_
   return true;
 }
 
+// proto/options.proto is for proto/generate.py alone: readers of recordings need neither the file nor its options.
+constexpr const char* kOptionsFile = "proto/options.proto";
+
+template <class Described>
+void RemoveOwnOptions(Described* described) {
+  if (!described->has_options()) return;
+  auto* options = described->mutable_options();
+  std::vector<const FieldDescriptor*> set;
+  options->GetReflection()->ListFields(*options, &set);
+  for (const FieldDescriptor* field : set) {
+    if (field->is_extension()) options->GetReflection()->ClearField(options, field);
+  }
+  if (options->ByteSizeLong() == 0) described->clear_options();
+}
+
+void RemoveOwnOptions(google::protobuf::FileDescriptorProto* file) {
+  auto* dependencies = file->mutable_dependency();
+  dependencies->erase(std::remove(dependencies->begin(), dependencies->end(), kOptionsFile), dependencies->end());
+  for (google::protobuf::DescriptorProto& message : *file->mutable_message_type()) {
+    RemoveOwnOptions<google::protobuf::DescriptorProto>(&message);
+    for (google::protobuf::FieldDescriptorProto& field : *message.mutable_field()) RemoveOwnOptions(&field);
+  }
+}
+
 // A file behind those that it imports, each once.
 void AddFile(const google::protobuf::FileDescriptor& file, std::set<std::string>* known,
              google::protobuf::FileDescriptorSet* set) {
-  if (!known->insert(file.name()).second) return;
+  if (file.name() == kOptionsFile || !known->insert(file.name()).second) return;
   for (int i = 0; i < file.dependency_count(); ++i) AddFile(*file.dependency(i), known, set);
-  file.CopyTo(set->add_file());
+  google::protobuf::FileDescriptorProto* added = set->add_file();
+  file.CopyTo(added);
+  RemoveOwnOptions(added);
 }
 
 }  // namespace

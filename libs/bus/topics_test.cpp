@@ -1,5 +1,6 @@
 #include "bus/topics.hpp"
 
+#include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
 #include <set>
@@ -49,6 +50,18 @@ TEST(Schema, EveryMessageHasItsOwnDigest) {
     digests.insert(schema.digest);
   }
   EXPECT_EQ(digests.size(), static_cast<std::size_t>(kLastMessageType));
+}
+
+// Readers of recordings have neither proto/options.proto nor a use for what it holds.
+TEST(Schema, RecordingsCarryNoOptionsForCpp) {
+  for (int i = 1; i <= static_cast<int>(kLastMessageType); ++i) {
+    google::protobuf::FileDescriptorSet set;
+    ASSERT_TRUE(set.ParseFromString(DescriptorSetOf(static_cast<MessageType>(i))));
+    for (const auto& file : set.file()) {
+      EXPECT_EQ(file.dependency_size(), 0) << file.name();
+      EXPECT_EQ(file.DebugString().find("options"), std::string::npos) << file.DebugString();
+    }
+  }
 }
 
 TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {

@@ -14,7 +14,8 @@
 namespace replay {
 
 // The fields of a message, one after the other, by name: what writes a step, reads it, compares two and names their
-// fields all see the same fields in the same order.
+// fields all see the same fields in the same order. Those of messages are described by core::FieldsOf; here are those
+// of the types that they are made of.
 //
 // A visitor V has
 //   static constexpr bool kReads        fields are to be filled
@@ -22,9 +23,8 @@ namespace replay {
 //   void Text(name, std::string&)
 //   std::size_t Count(name, n)          of items that follow; when reading, how many were written
 //   void Enter(name), Enter(name, index), Leave()
-//   bool tells_transport                false: sequence numbers, send times and stamps are left out. They are of the
-//   way
-//                                       between nodes, not of what a node computed.
+//   bool tells_transport                false: sequence numbers, send times and stamps are left out. They belong to the
+//                                       way between nodes, not to what a node computed.
 template <class V, class T>
 void Field(V& v, std::string_view name, T& value);
 
@@ -113,135 +113,27 @@ void Visit(V& v, core::Header& header) {
   Field(v, "through_physics", header.through_physics);
 }
 
-template <class V>
-void Visit(V& v, core::DeviceState& state) {
-  Field(v, "header", state.header);
-  v.Value("role_index", state.role_index);
-  v.Value("sample_ns", state.sample_ns);
-  Field(v, "X_WD", state.X_WD);
-  Field(v, "V_WD", state.V_WD);
-  v.Value("opening_m", state.opening_m);
-  v.Value("opening_velocity_m_per_s", state.opening_velocity_m_per_s);
-  v.Value("is_engaged", state.is_engaged);
-  v.Value("is_simulated", state.is_simulated);
+template <class V, class T>
+void VisitMember(V& v, std::string_view name, T& value) {
+  if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+    v.Value(name, value);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    v.Text(name, value);
+  } else if constexpr (requires {
+                         value.size();
+                         value[0];
+                         value.resize(0);
+                       }) {
+    Items(v, name, value);
+  } else {
+    Field(v, name, value);
+  }
 }
 
-template <class V>
-void Visit(V& v, core::DeviceCommand& command) {
-  Field(v, "header", command.header);
-  v.Value("role_index", command.role_index);
-  Field(v, "F_Do_W", command.F_Do_W);
-  v.Value("grip_force_N", command.grip_force_N);
-  v.Value("validity_ns", command.validity_ns);
-}
-
-template <class V>
-void Visit(V& v, core::HapticProxy& proxy) {
-  Field(v, "header", proxy.header);
-  v.Value("role_index", proxy.role_index);
-  v.Value("cycle", proxy.cycle);
-  Field(v, "X_WD", proxy.X_WD);
-  Field(v, "V_WD", proxy.V_WD);
-  Field(v, "X_WC", proxy.X_WC);
-  v.Value("opening_m", proxy.opening_m);
-  v.Value("is_in_contact", proxy.is_in_contact);
-  v.Value("is_engaged", proxy.is_engaged);
-  Field(v, "F_Do_W", proxy.F_Do_W);
-}
-
-template <class V>
-void Visit(V& v, core::ContactPlane& plane) {
-  v.Value("id", plane.id);
-  Field(v, "p_S", plane.p_S);
-  Field(v, "q_G", plane.q_G);
-  Field(v, "n_G", plane.n_G);
-  v.Value("stiffness_N_per_m", plane.stiffness_N_per_m);
-}
-
-template <class V>
-void Visit(V& v, core::ContactSet& set) {
-  Field(v, "header", set.header);
-  v.Value("pair_index", set.pair_index);
-  v.Value("sampled_body", set.sampled_body);
-  v.Value("field_body", set.field_body);
-  v.Value("cycle", set.cycle);
-  v.Value("signed_distance_m", set.signed_distance_m);
-  v.Value("is_in_contact", set.is_in_contact);
-  Field(v, "F_So_W", set.F_So_W);
-  v.Value("damping_N_s_per_m", set.damping_N_s_per_m);
-  v.Value("friction", set.friction);
-  Items(v, "planes", set.planes);
-}
-
-template <class V>
-void Visit(V& v, core::BodyState& body) {
-  v.Value("object", body.object);
-  Field(v, "X_WO", body.X_WO);
-  Field(v, "V_WO", body.V_WO);
-}
-
-template <class V>
-void Visit(V& v, core::MechanismState& mechanism) {
-  v.Value("mechanism", mechanism.mechanism);
-  v.Value("state", mechanism.state);
-  v.Value("position", mechanism.position);
-  v.Value("force", mechanism.force);
-}
-
-template <class V>
-void Visit(V& v, core::PhysicsState& state) {
-  Field(v, "header", state.header);
-  v.Value("tick", state.tick);
-  v.Value("time_ns", state.time_ns);
-  v.Value("is_in_contact", state.is_in_contact);
-  Items(v, "bodies", state.bodies);
-  Items(v, "mechanisms", state.mechanisms);
-  v.Value("state_hash", state.state_hash);  // last: what differs shall be named by a figure first
-}
-
-template <class V>
-void Visit(V& v, core::Reaction& reaction) {
-  Field(v, "header", reaction.header);
-  v.Value("role_index", reaction.role_index);
-  v.Value("tick", reaction.tick);
-  v.Value("grasped_object", reaction.grasped_object);
-  Field(v, "F_Do_W", reaction.F_Do_W);
-}
-
-template <class V>
-void Visit(V& v, core::LampState& lamp) {
-  v.Value("object", lamp.object);
-  v.Value("red", lamp.red);
-  v.Value("green", lamp.green);
-  v.Value("blue", lamp.blue);
-}
-
-template <class V>
-void Visit(V& v, core::LogicStatus& status) {
-  v.Value("time_ns", status.time_ns);
-  v.Text("step", status.step);
-  v.Text("hint", status.hint);
-  Items(v, "active_states", status.active_states);
-  Items(v, "lamps", status.lamps);
-  v.Value("is_final", status.is_final);
-  v.Value("is_failed", status.is_failed);
-  v.Text("why", status.why);
-}
-
-template <class V>
-void Visit(V& v, core::ParameterChange& change) {
-  v.Text("name", change.name);
-  v.Value("value", change.value);
-  v.Value("manner", change.manner);
-  v.Value("ramp_s", change.ramp_s);
-}
-
-template <class V>
-void Visit(V& v, core::Event& event) {
-  v.Value("time_ns", event.time_ns);
-  v.Text("source", event.source);
-  v.Text("name", event.name);
-  v.Text("detail", event.detail);
+template <class V, core::HasFields M>
+void Visit(V& v, M& message) {
+  if constexpr (requires { message.header; }) Field(v, "header", message.header);
+  core::ForEachField<M>([&](auto field) { VisitMember(v, field.name, field.Of(message)); });
 }
 
 template <class V, class T>

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <glm/gtc/constants.hpp>
 
-#include "core/messages/sheet.hpp"
+#include "core/messages/physics.hpp"
 #include "scene/read_scenario.hpp"
 #include "scene/schema.hpp"
 

@@ -7,7 +7,6 @@
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
-#include "core/messages/sheet.hpp"
 #include "view/scene.hpp"
 
 namespace view {

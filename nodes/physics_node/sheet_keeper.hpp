@@ -7,7 +7,7 @@
 
 #include "collision/owned_world.hpp"
 #include "core/messages/haptic.hpp"
-#include "core/messages/sheet.hpp"
+#include "core/messages/physics.hpp"
 #include "nodes/physics_node/build_world.hpp"
 #include "nodes/physics_node/ports.hpp"
 #include "physics/cloth/cloth.hpp"

@@ -8,7 +8,7 @@
 #include "core/clock.hpp"
 #include "core/messages/device.hpp"
 #include "core/messages/haptic.hpp"
-#include "core/messages/sheet.hpp"
+#include "core/messages/physics.hpp"
 
 namespace transport {
 namespace {

@@ -376,20 +376,10 @@ bool TypedReceiver<M>::Keep(const core::Header& header, std::span<const std::uin
   return true;
 }
 
-template struct TypedSender<core::DeviceState>;
-template struct TypedSender<core::DeviceCommand>;
-template struct TypedSender<core::HapticProxy>;
-template struct TypedSender<core::ContactSet>;
-template struct TypedSender<core::PhysicsState>;
-template struct TypedSender<core::Reaction>;
-template struct TypedSender<core::SheetState>;
-template struct TypedReceiver<core::DeviceState>;
-template struct TypedReceiver<core::DeviceCommand>;
-template struct TypedReceiver<core::HapticProxy>;
-template struct TypedReceiver<core::ContactSet>;
-template struct TypedReceiver<core::PhysicsState>;
-template struct TypedReceiver<core::Reaction>;
-template struct TypedReceiver<core::SheetState>;
+#define LATEST_ENDS(Message)                  \
+  template struct TypedSender<core::Message>; \
+  template struct TypedReceiver<core::Message>;
+BUS_LATEST_MESSAGES(LATEST_ENDS)
 
 }  // namespace detail
 
@@ -405,12 +395,7 @@ bool LatestWriter<M>::has_subscribers() const noexcept {
   return !sender_->subscribers.value().empty();
 }
 
-template class LatestWriter<core::DeviceState>;
-template class LatestWriter<core::DeviceCommand>;
-template class LatestWriter<core::HapticProxy>;
-template class LatestWriter<core::ContactSet>;
-template class LatestWriter<core::PhysicsState>;
-template class LatestWriter<core::Reaction>;
-template class LatestWriter<core::SheetState>;
+#define LATEST_WRITER(Message) template class LatestWriter<core::Message>;
+BUS_LATEST_MESSAGES(LATEST_WRITER)
 
 }  // namespace bus

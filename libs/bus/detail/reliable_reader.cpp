@@ -21,10 +21,6 @@ constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: its en
 constexpr std::size_t kMaxEventsForStep = 2'000;
 constexpr std::size_t kMaxStatesForStep = 1'000;
 
-core::Event ToCore(const oos::Event& event) {
-  return {event.time_ns(), event.source(), event.name(), event.detail()};
-}
-
 }  // namespace
 
 bool BusThread::ReadsFrom(const Peer& peer) const {
@@ -297,7 +293,7 @@ void BusThread::TakeEvent(Peer& peer, const oos::EventItem& item) {
   }
   ++events->received;
   core_->events_received.fetch_add(1, std::memory_order_relaxed);
-  if (core_->reads_events) events_for_step_.push_back(ToCore(item.event()));
+  if (core_->reads_events) DecodeState(item.event().SerializeAsString(), &events_for_step_.emplace_back());
   if (core_->IsObserved(kEventTopic)) {
     core_->AddObservation({kEventTopic, TopicClass::kEvent, MessageType::kEvent, peer.record.name(), item.sequence(),
                            item.event().time_ns(), core::MonotonicNow_ns(), item.ByteSizeLong(), 0, 1,

@@ -321,10 +321,9 @@ void BusThread::AppendEvent(const core::Event& event) {
   oos::Control control;
   oos::EventItem* item = control.mutable_event();
   item->set_sequence(event_log_.newest() + 1);
-  item->mutable_event()->set_time_ns(event.time_ns);
-  item->mutable_event()->set_source(event.source);
-  item->mutable_event()->set_name(event.name);
-  item->mutable_event()->set_detail(event.detail);
+  std::string bytes;
+  EncodeState(event, &bytes);
+  item->mutable_event()->ParseFromString(bytes);
   event_log_.Append(EncodeControl(core_->identity, TopicClass::kEvent, control));
   for (auto& [routing, subscription] : subscriptions_) {
     if (subscription.events == nullptr) continue;

@@ -51,10 +51,7 @@ void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequ
     return;
   }
   slot->ticket = next_ticket_++;
-  slot->change.name = request.change().name();
-  slot->change.value = request.change().value();
-  slot->change.manner = static_cast<core::ChangeManner>(request.change().manner());
-  slot->change.ramp_s = request.change().ramp_s();
+  DecodeState(request.change().SerializeAsString(), &slot->change);
   slot->deadline_ns = request.time_left_ns() == 0 ? 0 : core::MonotonicNow_ns() + request.time_left_ns();
   tickets_[slot->ticket] = {request.caller_instance(), request.request()};
   core_->parameters_in.EndPush();
@@ -178,10 +175,9 @@ bool BusThread::SendRequest(const ParameterCall& call, Peer& owner) {
   request->set_caller(core_->options.name);
   request->set_caller_instance(core_->instance);
   request->set_time_left_ns(std::max<std::int64_t>(1, call.deadline_ns - core::MonotonicNow_ns()));
-  request->mutable_change()->set_name(call.change.name);
-  request->mutable_change()->set_value(call.change.value);
-  request->mutable_change()->set_manner(static_cast<std::uint32_t>(call.change.manner));
-  request->mutable_change()->set_ramp_s(call.change.ramp_s);
+  std::string bytes;
+  EncodeState(call.change, &bytes);
+  request->mutable_change()->ParseFromString(bytes);
   return SendToPeer(owner, control);
 }
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
+#include "bus/detail/encode.hpp"
 #include "bus/detail/node_core.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
@@ -14,71 +14,61 @@ namespace {
 
 constexpr const char* kAckTopic = "param/ack";
 
-// A small protobuf message without an allocation: fields of proto/logic.proto and proto/bus.proto by their numbers.
-// Values of 0 and empty texts are left out, as proto3 does.
-class Encoder {
+// Texts are cut, so that a message has a largest size.
+class CuttingWriter : public WireWriter {
  public:
-  void Number(unsigned field, std::uint64_t value) {
-    if (value == 0) return;
-    Varint(field << 3);
-    Varint(value);
-  }
-  void Signed(unsigned field, std::int64_t value) {  // sint64: zigzag
-    Number(field, static_cast<std::uint64_t>(value) << 1 ^ static_cast<std::uint64_t>(value >> 63));
-  }
-  void Real(unsigned field, double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value);
-    if (bits == 0) return;
-    Varint(field << 3 | 1);
-    for (unsigned i = 0; i < 8; ++i) Byte(static_cast<std::uint8_t>(bits >> 8 * i));
-  }
-  void Text(unsigned field, const std::string& text) {
-    const std::size_t size = std::min(text.size(), kMaxEventText);
-    if (size == 0) return;
-    Varint(field << 3 | 2);
-    Varint(size);
-    for (std::size_t i = 0; i < size; ++i) Byte(static_cast<std::uint8_t>(text[i]));
+  using WireWriter::WireWriter;
+  void Text(std::uint32_t number, std::string_view text) { WireWriter::Text(number, text.substr(0, kMaxEventText)); }
+};
+
+template <class M>
+constexpr std::size_t MaxCutBytes() {
+  std::size_t bytes = 0;
+  core::ForEachField<M>([&bytes](auto field) {
+    using F = decltype(field);
+    bytes += TagBytes(F::kNumber);
+    if constexpr (F::kWire == Wire::kString) {
+      bytes += VarintBytes(kMaxEventText) + kMaxEventText;
+    } else {
+      bytes += MaxValueBytes<F::kWire, typename F::Type>();
+    }
+  });
+  return bytes;
+}
+
+// A small message without an allocation.
+template <std::size_t capacity>
+class SmallMessage {
+ public:
+  template <class Write>
+  explicit SmallMessage(Write&& write) {
+    CuttingWriter writer(bytes_.data());
+    write(&writer);
+    size_ = static_cast<std::size_t>(writer.end() - bytes_.data());
   }
   [[nodiscard]] std::span<const std::uint8_t> bytes() const { return std::span(bytes_).first(size_); }
 
  private:
-  void Varint(std::uint64_t value) {
-    for (; value >= 0x80; value >>= 7) Byte(static_cast<std::uint8_t>(value | 0x80));
-    Byte(static_cast<std::uint8_t>(value));
-  }
-  void Byte(std::uint8_t value) { bytes_[size_++] = value; }
-  std::array<std::uint8_t, 3 * (kMaxEventText + 4) + 64> bytes_;  // three texts and some numbers
+  std::array<std::uint8_t, capacity> bytes_;
   std::size_t size_ = 0;
 };
 
-Encoder Encode(const core::Event& event) {
-  Encoder e;
-  e.Signed(1, event.time_ns);
-  e.Text(2, event.source);
-  e.Text(3, event.name);
-  e.Text(4, event.detail);
-  return e;
+template <class M>  // core::Event or core::ParameterChange
+auto Encode(const M& message) {
+  return SmallMessage<MaxCutBytes<M>()>([&message](CuttingWriter* writer) { WriteFields(message, {}, writer); });
 }
 
-Encoder Encode(const core::ParameterChange& change) {
-  Encoder e;
-  e.Text(1, change.name);
-  e.Real(2, change.value);
-  e.Number(3, static_cast<std::uint64_t>(change.manner));
-  e.Real(4, change.ramp_s);
-  return e;
-}
-
-template <class Answer>  // ParameterAnswer or ParameterAck
-Encoder EncodeReply(std::uint64_t request, const Answer& answer) {
-  Encoder e;
-  e.Number(1, request);
-  e.Number(2, answer.is_accepted ? 1 : 0);
-  e.Number(3, answer.tick);
-  e.Text(4, answer.why);
-  e.Real(5, answer.injected_J);
-  e.Number(6, answer.is_pending ? 1 : 0);
-  return e;
+template <class Answer>  // ParameterAnswer or ParameterAck, as oos.ParameterReply
+auto EncodeReply(std::uint64_t request, const Answer& answer) {
+  constexpr std::size_t kNumberBytes = 11;
+  return SmallMessage<5 * kNumberBytes + 4 + kMaxEventText>([&](CuttingWriter* writer) {
+    WriteNumberField<Wire::kUint64>(1, request, writer);
+    WriteNumberField<Wire::kBool>(2, answer.is_accepted, writer);
+    WriteNumberField<Wire::kUint64>(3, answer.tick, writer);
+    if (!answer.why.empty()) writer->Text(4, answer.why);
+    WriteNumberField<Wire::kDouble>(5, answer.injected_J, writer);
+    WriteNumberField<Wire::kBool>(6, answer.is_pending, writer);
+  });
 }
 
 std::span<const std::uint8_t> BytesOf(std::span<const char> text) {

@@ -167,7 +167,7 @@ class Joins {
   static double Value(const Reader& reader, std::size_t w, std::size_t key) {
     const auto& values = reader.figures[w]->values();
     const auto found = values.find("key " + std::to_string(key));
-    return found == values.end() ? 0.0 : *found->second.Find("n");
+    return found == values.end() ? 0.0 : *FindFigure(found->second, "n");
   }
   static bool IsComplete(const Reader& reader) {
     for (std::size_t w = 0; w < kWriters; ++w) {

@@ -3,7 +3,6 @@
 #include "bus/codec.hpp"
 #include "bus/envelope.hpp"
 #include "tests/fuzz/claim.hpp"
-#include "tests/fuzz/quiet_protobuf.hpp"
 #include "tests/fuzz/reader.hpp"
 
 namespace fuzz {
@@ -43,32 +42,33 @@ void CheckState(const std::string& bytes) {
   Claim(bus::DecodeState(written, &again), "a value that was written can be read");
 }
 
+// Checks the message of that index among M. False: there are not so many.
+template <class... M>
+struct CheckLatest {
+  static bool Run(std::size_t index, const Reader& reader) {
+    std::size_t i = 0;
+    return ((i++ == index && (Check<M>(reader), true)) || ...);
+  }
+  static constexpr std::size_t kCount = sizeof...(M);
+};
+template <class... M>
+struct CheckReliable {
+  static bool Run(std::size_t index, const std::string& bytes) {
+    std::size_t i = 0;
+    return ((i++ == index && (CheckState<M>(bytes), true)) || ...);
+  }
+  static constexpr std::size_t kCount = sizeof...(M);
+};
+using Latest = bus::LatestMessages<CheckLatest>;
+using Reliable = bus::ReliableMessages<CheckReliable>;
+
 }  // namespace
 
-// The first byte tells the message; then come parts.
+// The first byte chooses the message; then come parts, or the bytes of a value.
 void FuzzLatestCodec(Input input) {
-  QuietProtobuf();
   Reader reader(input);
-  switch (reader.Byte() % 9) {
-    case 0:
-      return Check<core::DeviceState>(reader);
-    case 1:
-      return Check<core::DeviceCommand>(reader);
-    case 2:
-      return Check<core::HapticProxy>(reader);
-    case 3:
-      return Check<core::ContactSet>(reader);
-    case 4:
-      return Check<core::PhysicsState>(reader);
-    case 5:
-      return Check<core::Reaction>(reader);
-    case 6:
-      return Check<core::SheetState>(reader);
-    case 7:
-      return CheckState<core::LogicStatus>(TextOf(reader.Rest()));
-    case 8:
-      return CheckState<bus::Figures>(TextOf(reader.Rest()));
-  }
+  const std::size_t index = reader.Byte() % (Latest::kCount + Reliable::kCount);
+  if (!Latest::Run(index, reader)) Reliable::Run(index - Latest::kCount, TextOf(reader.Rest()));
 }
 
 }  // namespace fuzz

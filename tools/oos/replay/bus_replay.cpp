@@ -5,10 +5,10 @@
 #include <functional>
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "bus/codec.hpp"
 #include "bus/log/recorded_message.hpp"
-#include "proto/logic.pb.h"
 
 namespace oos {
 namespace {
@@ -60,9 +60,9 @@ class EventOutlet final : public Outlet {
  public:
   explicit EventOutlet(bus::Node* node) : node_(node) {}
   Took Take(const bus::log::Message& message) override {
-    oos::Event event;
-    if (!event.ParseFromArray(message.data.data(), static_cast<int>(message.data.size()))) return Took::kNever;
-    return TookIf(node_->Emit({event.time_ns(), event.source(), event.name(), event.detail()}));
+    core::Event event;
+    if (!bus::DecodeState(std::string(message.data.begin(), message.data.end()), &event)) return Took::kNever;
+    return TookIf(node_->Emit(event));
   }
 
  private:
@@ -87,33 +87,33 @@ class Outlets {
   explicit Outlets(bus::Node* node) : node_(node) {}
 
   std::shared_ptr<Outlet> Make(const bus::TopicRule& rule, const std::string& topic, const std::string& key) {
-    switch (rule.type) {
-      case bus::MessageType::kDeviceState:
-        return Latest<core::DeviceState>(topic);
-      case bus::MessageType::kDeviceCommand:
-        return Latest<core::DeviceCommand>(topic);
-      case bus::MessageType::kHapticProxy:
-        return Latest<core::HapticProxy>(topic);
-      case bus::MessageType::kContactSet:
-        return Latest<core::ContactSet>(topic);
-      case bus::MessageType::kPhysicsState:
-        return Latest<core::PhysicsState>(topic);
-      case bus::MessageType::kReaction:
-        return Latest<core::Reaction>(topic);
-      case bus::MessageType::kSheetState:
-        return Latest<core::SheetState>(topic);
-      case bus::MessageType::kLogicStatus:
-        return State<core::LogicStatus>(topic, key, &logic_writers_);
-      case bus::MessageType::kFigures:
-        return State<bus::Figures>(topic, key, &figures_writers_);
-      case bus::MessageType::kEvent:
-        return std::make_shared<EventOutlet>(node_);
-      default:
-        return nullptr;
-    }
+    if (rule.topic_class == bus::TopicClass::kEvent) return std::make_shared<EventOutlet>(node_);
+    if (rule.topic_class == bus::TopicClass::kLatest)
+      return bus::LatestMessages<LatestOf>::Make(this, rule.type, topic);
+    return bus::StateMessages<StateOf>::Make(this, rule.type, topic, key);
   }
 
  private:
+  template <class... M>
+  struct LatestOf {
+    static std::shared_ptr<Outlet> Make(Outlets* outlets, bus::MessageType type, const std::string& topic) {
+      std::shared_ptr<Outlet> made;
+      (void)((type == bus::kMessageTypeOf<M> && (made = outlets->Latest<M>(topic)) != nullptr) || ...);
+      return made;
+    }
+  };
+  template <class... M>
+  struct StateOf {
+    static std::shared_ptr<Outlet> Make(Outlets* outlets, bus::MessageType type, const std::string& topic,
+                                        const std::string& key) {
+      std::shared_ptr<Outlet> made;
+      (void)((type == bus::kMessageTypeOf<M> && (made = outlets->State<M>(topic, key)) != nullptr) || ...);
+      return made;
+    }
+  };
+  template <class... M>
+  using WritersOf = std::tuple<std::map<std::string, bus::StateWriter<M>>...>;  // by topic
+
   template <class M>
   std::shared_ptr<Outlet> Latest(const std::string& topic) {
     std::shared_ptr<Outlet>& outlet = latest_[topic];
@@ -121,16 +121,15 @@ class Outlets {
     return outlet;
   }
   template <class M>
-  std::shared_ptr<Outlet> State(const std::string& topic, const std::string& key,
-                                std::map<std::string, bus::StateWriter<M>>* writers) {
-    if (writers->count(topic) == 0) (*writers)[topic] = node_->WriteState<M>(topic);
-    return std::make_shared<StateOutlet<M>>(writers->at(topic), key);
+  std::shared_ptr<Outlet> State(const std::string& topic, const std::string& key) {
+    auto& writers = std::get<std::map<std::string, bus::StateWriter<M>>>(state_writers_);
+    if (writers.count(topic) == 0) writers[topic] = node_->WriteState<M>(topic);
+    return std::make_shared<StateOutlet<M>>(writers.at(topic), key);
   }
 
   bus::Node* node_;
   std::map<std::string, std::shared_ptr<Outlet>> latest_;
-  std::map<std::string, bus::StateWriter<core::LogicStatus>> logic_writers_;
-  std::map<std::string, bus::StateWriter<bus::Figures>> figures_writers_;
+  bus::StateMessages<WritersOf> state_writers_;
 };
 
 }  // namespace
