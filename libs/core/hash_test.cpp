@@ -10,7 +10,7 @@
 namespace core {
 namespace {
 
-TEST(Crc32, IsTheStandardsCheckValueAndZlibsForEverySizeAndStart) {
+TEST(Crc32, MatchesTheStandardCheckValueAndZlibForEverySizeAndStart) {
   EXPECT_EQ(Crc32("123456789", 9), 0xcbf43926u);
   EXPECT_EQ(Crc32("", 0), 0u);
   std::mt19937_64 random(2);

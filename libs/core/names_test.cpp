@@ -5,7 +5,7 @@
 namespace core {
 namespace {
 
-TEST(NearestName, FindsSlipsAndNothingElse) {
+TEST(NearestName, FindsTypingErrorsAndNothingElse) {
   EXPECT_EQ(NearestName("stifness_N_per_m", {"mass_kg", "stiffness_N_per_m"}), "stiffness_N_per_m");
   EXPECT_EQ(NearestName("lamp", {"satellite", "module"}), "");
 }

@@ -5,8 +5,8 @@
 
 namespace core {
 
-// Runs body(context, i) for i in [0, count). Libraries take one of these and create no thread themselves.
-// Implementations may run bodies in any order and at the same time; a body must write only to its own slot.
+// Runs body(context, i) for i in [0, count). Libraries take a ParallelFor from their caller and create no threads.
+// Bodies may run in any order and concurrently, so a body writes only to data of its own index.
 class ParallelFor {
  public:
   using Body = void (*)(void* context, std::size_t index);
@@ -22,7 +22,7 @@ class SerialFor final : public ParallelFor {
   }
 };
 
-// The same for a callable. Without workers everything runs on the calling thread.
+// Runs callable(i) for i in [0, count). A null `workers` runs everything on the calling thread.
 template <class Callable>
 void ForEach(ParallelFor* workers, std::size_t count, Callable&& callable) {
   const auto body = [](void* context, std::size_t index) {

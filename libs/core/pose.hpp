@@ -26,8 +26,9 @@ inline glm::dvec3 operator*(const Pose& X_AB, const glm::dvec3& p_BQ) {
   return X_AB.rotation * p_BQ + X_AB.translation;
 }
 
-// Rotation vector (axis times angle, rad, angle in [0, pi]) of a unit quaternion: the SO(3) logarithm.
-// For a small angle, 2 asin(|v|)/|v| -> 2, so the division is replaced by its limit.
+// Rotation vector phi (axis times angle, rad, angle in [0, pi]) of a unit quaternion q = (w, v): the SO(3) logarithm,
+//   phi = 2 atan2(|v|, w) v / |v|,   with w >= 0 (q and -q are the same rotation).
+// The factor tends to 2 as |v| -> 0. Below 1e-12 the limit replaces the division: its error is of order |v|^3 there.
 inline glm::dvec3 RotationVector(glm::dquat q) {
   if (q.w < 0.0) q = -q;
   const glm::dvec3 v(q.x, q.y, q.z);
@@ -36,7 +37,8 @@ inline glm::dvec3 RotationVector(glm::dquat q) {
   return (2.0 * std::atan2(norm, q.w) / norm) * v;
 }
 
-// Unit quaternion of a rotation vector [rad]: the SO(3) exponential.
+// Unit quaternion of a rotation vector phi [rad]: the SO(3) exponential,
+//   q = (cos(|phi| / 2), sin(|phi| / 2) phi / |phi|).   Below 1e-12 rad its first-order expansion (1, phi / 2).
 inline glm::dquat QuaternionFromRotationVector(const glm::dvec3& phi) {
   const double angle = glm::length(phi);
   if (angle < 1e-12) return glm::normalize(glm::dquat(1.0, 0.5 * phi.x, 0.5 * phi.y, 0.5 * phi.z));

@@ -15,7 +15,7 @@ TEST(Pose, ComposesByAdjacency) {
   EXPECT_LT(glm::length((kX_AB * kX_BC) * p_CQ - kX_AB * (kX_BC * p_CQ)), 1e-15);
 }
 
-TEST(Pose, InverseUndoes) {
+TEST(Pose, InverseTimesPoseIsIdentity) {
   const glm::dvec3 p_BQ(0.2, 0.7, -0.4);
   EXPECT_LT(glm::length(kX_AB.inverse() * (kX_AB * p_BQ) - p_BQ), 1e-15);
 }

@@ -11,12 +11,12 @@
 namespace core {
 namespace {
 
-tl::unexpected<Error> Refuse() {
+tl::unexpected<Error> ReadError() {
   return Fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
               std::string("cannot be read: ") + std::strerror(errno));
 }
 
-// What is there to be read by now: a file may grow meanwhile.
+// Reads to the end, whatever size fstat reports: a file may grow meanwhile, and files in /proc report 0.
 bool ReadAll(int fd, std::vector<std::uint8_t>* bytes) {
   struct stat status {};
   if (fstat(fd, &status) != 0) return false;
@@ -38,13 +38,13 @@ bool ReadAll(int fd, std::vector<std::uint8_t>* bytes) {
 
 Result<std::vector<std::uint8_t>> ReadFile(const std::filesystem::path& file) {
   const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return Refuse();
+  if (fd < 0) return ReadError();
   std::vector<std::uint8_t> bytes;
   const bool is_read = ReadAll(fd, &bytes);
   const int error = errno;
   close(fd);
   errno = error;
-  if (!is_read) return Refuse();
+  if (!is_read) return ReadError();
   return bytes;
 }
 

@@ -8,7 +8,7 @@
 
 namespace core {
 
-// The whole content. Errors: kNotFound; kIo (also a folder). The detail says why, and does not repeat the path.
+// The whole content. Errors: kNotFound; kIo (also for a folder). The detail gives the reason without the path.
 Result<std::vector<std::uint8_t>> ReadFile(const std::filesystem::path& file);
 
 }  // namespace core

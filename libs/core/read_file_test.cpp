@@ -7,7 +7,7 @@
 namespace core {
 namespace {
 
-TEST(ReadFile, GivesEveryByte) {
+TEST(ReadFile, ReturnsEveryByte) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "read_file_test";
   const std::vector<std::uint8_t> bytes{0, 255, 10, 13, 0};
   std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), 5);
@@ -17,13 +17,13 @@ TEST(ReadFile, GivesEveryByte) {
   std::filesystem::remove(file);
 }
 
-TEST(ReadFile, RefusesAFolderAndWhatIsMissing) {
+TEST(ReadFile, RefusesAFolderAndAMissingFile) {
   EXPECT_EQ(ReadFile(testing::TempDir()).error().code, ErrorCode::kIo);
   EXPECT_EQ(ReadFile("/no/such/file").error().code, ErrorCode::kNotFound);
 }
 
-// Its size is told as 0.
-TEST(ReadFile, ReadsAFileOfTheKernel) {
+// fstat reports size 0 for it.
+TEST(ReadFile, ReadsAFileInProc) {
   EXPECT_FALSE(ReadFile("/proc/self/cmdline").value().empty());
 }
 

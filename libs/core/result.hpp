@@ -14,7 +14,7 @@ struct Error {
   std::string detail;
 };
 
-// Errors at setup. Inside a real-time step a status bit set is used instead.
+// The return type of everything that can fail at setup. A real-time step returns status bits instead.
 template <typename T>
 using Result = tl::expected<T, Error>;
 

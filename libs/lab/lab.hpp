@@ -9,9 +9,9 @@
 
 namespace lab {
 
-// Who starts, restarts and ends the processes of a host.
+// The program that starts, restarts and stops the processes of a host.
 enum class SupervisorKind {
-  kSupervisor,  // Debian's supervisor, with a configuration and a socket of the run's own
+  kSupervisor,  // Debian's supervisor, with a configuration and a socket for this run alone
   kSystemd,     // systemd user units
 };
 
@@ -22,15 +22,15 @@ struct Host {
   std::uint16_t ssh_port = 0;        // 0: ssh's own choice
   std::filesystem::path ssh_config;  // empty: ssh's own; else absolute
   std::filesystem::path identity;    // private key's file; empty: ssh's own choice
-  std::string bind;  // IPv4 address or interface that the others reach; empty: what `address` resolves to
+  std::string bind;  // IPv4 address or interface that the other hosts reach; empty: what `address` resolves to
   std::string run_folder = "vr_oos";  // on the host; relative: to the home of the user
-  std::string programs;  // folder with the nodes' executables on the host; empty: the launcher's are pushed
-  std::string cache;     // folder of cooked structures on the host; empty: the user's own
+  std::string programs;  // folder with the nodes' executables on the host; empty: the launcher copies its own there
+  std::string cache;     // folder of cooked structures on the host; empty: the user's default
   SupervisorKind supervisor = SupervisorKind::kSupervisor;
   scene::Location where;
 };
 
-// A file on the host that the node must be able to open for a role's device.
+// A device file that the node must be able to open on its host.
 struct DeviceAccess {
   std::string role;
   std::string path;
@@ -47,7 +47,7 @@ struct Placement {
   scene::Location where;
 };
 
-// The machines of a laboratory, and which of them runs what. Whatever the scenario.
+// The machines of a laboratory and the placement of the nodes on them, for any scenario.
 struct Lab {
   std::string name;
   std::filesystem::path file;  // absolute
@@ -55,12 +55,15 @@ struct Lab {
   std::vector<Placement> placements;
   std::string registry_host;
   std::uint16_t registry_port = 7450;
-  double max_clock_bound_ms = 20.0;  // beyond it the times of two machines tell nothing of each other
-  double min_free_MB = 500.0;        // for logs and recordings, on each host
-  std::string tcp_topics;            // LATEST topics that go by ZeroMQ, as bus::NodeOptions::tcp_topics; empty: none
-  std::string multicast;             // group and port for LATEST, as bus::NodeOptions::multicast; empty: none
+  // Largest accepted error bound of a host's clock offset. 20 ms is chosen without a study: latencies between machines
+  // are of that order, so with a larger error they mean nothing. docs/howto/lab_example.xml uses 2 ms.
+  double max_clock_bound_ms = 20.0;
+  double min_free_MB = 500.0;  // for logs and recordings, on each host; chosen, not measured
+  std::string tcp_topics;      // LATEST topics that go by ZeroMQ, as bus::NodeOptions::tcp_topics; empty: none
+  std::string multicast;       // group and port for LATEST, as bus::NodeOptions::multicast; empty: none
 
-  [[nodiscard]] const Host* FindHost(const std::string& host_name) const;  // null: none
+  // Null when there is none.
+  [[nodiscard]] const Host* FindHost(const std::string& host_name) const;
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
 };
 

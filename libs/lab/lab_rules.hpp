@@ -6,7 +6,7 @@
 
 namespace lab {
 
-// The form of a lab file: elements, attributes and their kinds; the first is the root.
+// Schema of a lab file: elements, attributes and their kinds. The first rule is the root element's.
 const std::vector<scene::ElementRule>& LabRules();
 
 }  // namespace lab

@@ -42,7 +42,7 @@ class Reader {
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
+  void Report(int line, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({{lab_.file, line}, std::move(what), std::move(why), std::move(fix)});
   }
 
@@ -50,9 +50,9 @@ class Reader {
     lab_.tcp_topics = root.Get("tcp_topics");
     const std::string pattern_characters = std::string(kPlainCharacters) + "*,";
     if (lab_.tcp_topics.find_first_not_of(pattern_characters) != std::string::npos) {
-      Say(root.LineOf("tcp_topics"), "tcp_topics is '" + lab_.tcp_topics + "'",
-          "it becomes part of the nodes' commands",
-          "write patterns with commas between them, such as physics/*,contacts/*");
+      Report(root.LineOf("tcp_topics"), "tcp_topics is '" + lab_.tcp_topics + "'",
+             "it becomes part of the nodes' commands",
+             "write patterns with commas between them, such as physics/*,contacts/*");
     }
     lab_.multicast = root.Get("multicast");
     in_addr group{};
@@ -62,8 +62,9 @@ class Reader {
                           IN_MULTICAST(ntohl(group.s_addr)) && colon < lab_.multicast.size() &&
                           scene::ParseCount(lab_.multicast.substr(colon + 1), &port) && port >= 1 && port <= 65535;
     if (!lab_.multicast.empty() && !is_group) {
-      Say(root.LineOf("multicast"), "multicast is '" + lab_.multicast + "'",
-          "groups are from 224.0.0.0 to 239.255.255.255, with a port", "write for instance 239.255.74.50:7450");
+      Report(root.LineOf("multicast"), "multicast is '" + lab_.multicast + "'",
+             "it must be a group from 224.0.0.0 to 239.255.255.255 and a port",
+             "write for instance 239.255.74.50:7450");
     }
   }
 
@@ -71,8 +72,8 @@ class Reader {
     std::uint64_t value = 0;
     if (element.Find("port") == nullptr || !scene::ParseCount(element.Get("port"), &value)) return;
     if (value < 1 || value > 65535) {
-      Say(element.LineOf("port"), element.name + ": port is " + element.Get("port"), "ports are from 1 to 65535",
-          "write such a number");
+      Report(element.LineOf("port"), element.name + ": port is " + element.Get("port"), "ports are from 1 to 65535",
+             "choose a number in that range");
       return;
     }
     *port = static_cast<std::uint16_t>(value);
@@ -83,8 +84,9 @@ class Reader {
     if (text.empty()) return {};
     std::filesystem::path file = (lab_.file.parent_path() / text).lexically_normal();
     if (!std::filesystem::is_regular_file(file)) {
-      Say(element.LineOf(attribute), "host '" + element.Get("name") + "': " + attribute + " '" + text + "' is no file",
-          "ssh would not find it", "give its path, absolute or relative to the lab file's folder");
+      Report(element.LineOf(attribute),
+             "host '" + element.Get("name") + "': " + attribute + " '" + text + "' is not a file",
+             "ssh would not find it", "give its path, absolute or relative to the lab file's folder");
     }
     return file;
   }
@@ -105,26 +107,26 @@ class Reader {
     ReadPort(element, &host.ssh_port);
     for (const char* option : {"name", "address", "user"}) {
       if (element.Get(option).rfind('-', 0) == 0) {
-        Say(element.LineOf(option), "host: " + std::string(option) + " is '" + element.Get(option) + "'",
-            "ssh would take it for an option", "let it begin with a letter or a digit");
+        Report(element.LineOf(option), "host: " + std::string(option) + " is '" + element.Get(option) + "'",
+               "ssh would take it for an option", "let it begin with a letter or a digit");
       }
     }
     for (const char* attribute : {"name", "address", "user", "bind", "run_folder", "programs", "cache"}) {
       const std::string text = element.Get(attribute);
       if (text.rfind('-', 0) != 0 && text.find_first_not_of(kPlainCharacters) != std::string::npos) {
-        Say(element.LineOf(attribute), "host '" + host.name + "': " + attribute + " is '" + text + "'",
-            "it becomes part of commands and unit files", "use letters, digits and / . _ + @ : - alone");
+        Report(element.LineOf(attribute), "host '" + host.name + "': " + attribute + " is '" + text + "'",
+               "it becomes part of commands and unit files", "use only letters, digits and / . _ + @ : -");
       }
     }
     for (const char* folder : {"programs", "cache"}) {
       if (const std::string text = element.Get(folder); !text.empty() && text.front() != '/') {
-        Say(element.LineOf(folder), "host '" + host.name + "': " + folder + " is '" + text + "'",
-            "it is a folder of that host, whatever the home is there", "write an absolute path");
+        Report(element.LineOf(folder), "host '" + host.name + "': " + folder + " is '" + text + "'",
+               "a relative folder would depend on the user's home on that host", "write an absolute path");
       }
     }
     if (const Host* first = lab_.FindHost(host.name)) {
-      Say(element.LineOf("name"), "host '" + host.name + "' is there twice",
-          "line " + std::to_string(first->where.line) + " has it already", "rename or remove one");
+      Report(element.LineOf("name"), "host '" + host.name + "' is declared twice",
+             "the first is in line " + std::to_string(first->where.line), "rename or remove one");
       return;
     }
     lab_.hosts.push_back(std::move(host));
@@ -135,8 +137,8 @@ class Reader {
     if (name.empty() || lab_.FindHost(name) != nullptr) return;
     std::vector<std::string> known;
     for (const Host& host : lab_.hosts) known.push_back(host.name);
-    Say(element.LineOf("host"), title + ": unknown host '" + name + "'", "no <host> of the file has that name",
-        core::SuggestName(name, known));
+    Report(element.LineOf("host"), title + ": unknown host '" + name + "'", "the file has no <host> of that name",
+           core::SuggestName(name, known));
   }
 
   void ReadNode(const scene::XmlElement& element) {
@@ -149,28 +151,29 @@ class Reader {
     node.display = element.Get("display");
     CheckHost(element, node.node);
     if (node.cores.find_first_not_of("0123456789,-") != std::string::npos) {
-      Say(element.LineOf("cores"), node.node + ": cores is '" + node.cores + "'", "it is a list of CPU numbers",
-          "write for instance 2,3 or 2-5");
+      Report(element.LineOf("cores"), node.node + ": cores is '" + node.cores + "'", "it is a list of CPU numbers",
+             "write for instance 2,3 or 2-5");
     }
     if (!node.display.empty() && node.node != "visual_node") {
-      Say(element.LineOf("display"), node.node + " has a display", "only visual_node draws", "remove it");
+      Report(element.LineOf("display"), node.node + " has a display", "only visual_node draws", "remove it");
     }
     for (const scene::XmlElement& device : element.children) {
       node.devices.push_back({device.Get("role"), device.Get("path"), {lab_.file, device.line}});
       const std::string& path = node.devices.back().path;
       if (path.find_first_not_of(kPlainCharacters) != std::string::npos || path.rfind('/', 0) != 0) {
-        Say(device.LineOf("path"), "device path '" + path + "'", "it names a file of that host",
-            "write an absolute path of letters, digits and / . _ + @ : -, such as /dev/hidraw0");
+        Report(device.LineOf("path"), "device path '" + path + "'", "it names a file of that host",
+               "write an absolute path of letters, digits and / . _ + @ : -, such as /dev/hidraw0");
       }
     }
     if (!node.devices.empty() && node.node != "device_bridge") {
-      Say(element.children.front().line, node.node + " has a <device>", "only device_bridge opens devices",
-          "move it to device_bridge");
+      Report(element.children.front().line, node.node + " has a <device>", "only device_bridge opens devices",
+             "move it to device_bridge");
     }
     if (const Placement* first = lab_.FindPlacement(node.node)) {
       const std::string fix = first->host == node.host ? "remove one" : "choose " + first->host + " or " + node.host;
-      Say(element.line, node.node + " is placed twice, on " + first->host + " and on " + node.host,
-          "its topics have one writer (line " + std::to_string(first->where.line) + " places it already)", fix);
+      Report(element.line, node.node + " is placed twice, on " + first->host + " and on " + node.host,
+             "its topics have one writer (the first placement is in line " + std::to_string(first->where.line) + ")",
+             fix);
       return;
     }
     lab_.placements.push_back(std::move(node));
@@ -216,7 +219,7 @@ std::vector<Diagnostic> CheckAgainst(const Lab& lab, const scene::Scenario& scen
       continue;
     diagnostics.push_back(
         {{lab.file, 1},
-         std::string(node) + " is nowhere",
+         std::string(node) + " is not placed on a host",
          "the scenario needs it",
          "add <node name=\"" + std::string(node) + "\" host=\"...\"/>, or leave it out with --without " + node});
   }

@@ -51,7 +51,7 @@ TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
   EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
 }
 
-TEST(LoadLab, TheExampleOfTheHowToIsGood) {
+TEST(LoadLab, TheExampleInTheDocumentationIsValid) {
   const auto lab = LoadLab(std::filesystem::path(VR_OOS_SOURCE_DIR) / "docs" / "howto" / "lab_example.xml");
   ASSERT_TRUE(lab) << scene::Format(lab.error().front());
   const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "touch");
@@ -69,7 +69,7 @@ struct BadLab {
 
 class LoadLabBad : public testing::TestWithParam<BadLab> {};
 
-TEST_P(LoadLabBad, OneMessageWithItsLine) {
+TEST_P(LoadLabBad, YieldsOneMessageWithItsLine) {
   const auto lab = LoadLab(Write(Replace(kGood, GetParam().from, GetParam().to)));
   ASSERT_FALSE(lab);
   ASSERT_EQ(lab.error().size(), 1u) << scene::Format(lab.error().back());
@@ -85,12 +85,12 @@ INSTANTIATE_TEST_SUITE_P(
                     BadLab{"NodeTwice", "\"logic_node\"", "\"physics_node\"", 10, "physics_node is placed twice"},
                     BadLab{"UnknownNode", "\"logic_node\"", "\"logics_node\"", 10, "one of"},
                     BadLab{"HostTwice", "<registry", "<host name=\"haptics\" address=\"x\"/><registry", 4,
-                           "is there twice"},
+                           "is declared twice"},
                     BadLab{"UnknownAttribute", "display", "displey", 11, "unknown attribute 'displey'"},
                     BadLab{"NoAddress", " address=\"sim.lab\"", "", 3, "'address' is missing"},
                     BadLab{"AddressIsAnOption", "sim.lab", "-oProxyCommand=x", 3, "ssh would take it for an option"},
                     BadLab{"PortTooLarge", "7500", "75000", 4, "from 1 to 65535"},
-                    BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is no file"},
+                    BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is not a file"},
                     BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
                     BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
                     BadLab{"RunFolderWithSemicolon", "/var/tmp/oos", "/var/tmp/a;b", 2, "letters, digits"},
@@ -105,13 +105,13 @@ INSTANTIATE_TEST_SUITE_P(
                     BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
     [](const auto& one) { return one.param.name; });
 
-TEST(LoadLab, UnknownHostsOfTwoHostFileAreAllTold) {
+TEST(LoadLab, ReportsEveryReferenceToAnUnknownHost) {
   const auto lab = LoadLab(Write(Replace(kGood, "host name=\"sim\"", "host name=\"other\"")));
   ASSERT_FALSE(lab);
   EXPECT_EQ(lab.error().size(), 4u);  // the registry and three nodes
 }
 
-TEST(LoadLab, TellsOfNodesThatAreNowhereAndRolesThatAreNot) {
+TEST(LoadLab, ReportsMissingPlacementsAndUnknownRoles) {
   const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "touch");
   ASSERT_TRUE(scenario);
   std::string text = Replace(kGood, "<node name=\"logic_node\" host=\"sim\"/>", "");
@@ -120,7 +120,7 @@ TEST(LoadLab, TellsOfNodesThatAreNowhereAndRolesThatAreNot) {
   ASSERT_TRUE(lab) << scene::Format(lab.error().front());
   const auto diagnostics = CheckAgainst(*lab, *scenario, {});
   ASSERT_EQ(diagnostics.size(), 2u);
-  EXPECT_THAT(scene::Format(diagnostics[0]), testing::HasSubstr("logic_node is nowhere"));
+  EXPECT_THAT(scene::Format(diagnostics[0]), testing::HasSubstr("logic_node is not placed on a host"));
   EXPECT_THAT(scene::Format(diagnostics[1]), testing::HasSubstr("op9/arm"));
   EXPECT_EQ(CheckAgainst(*lab, *scenario, {"logic_node"}).size(), 1u);
 }

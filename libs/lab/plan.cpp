@@ -5,8 +5,9 @@
 namespace lab {
 namespace {
 
-constexpr int kNiceOfPictures = 10;
-constexpr int kComebackPatience_s = 120;  // that a procedure has with a node: a computer boots in less
+constexpr int kVisualNodeNice = 10;  // below the nodes of the force loop; chosen without a study
+// How long a procedure waits for a node that has ended. Chosen, not measured: a computer boots in less.
+constexpr int kComebackPatience_s = 120;
 
 class Planner {
  public:
@@ -39,7 +40,7 @@ class Planner {
     unit.name = name;
     unit.program = plan.facts.programs + "/" + program;
     unit.log = plan.run_folder + "/" + name + ".log";
-    unit.environment["OOS_RUN"] = options_.run;  // by which whatever is left of a run is recognised
+    unit.environment["OOS_RUN"] = options_.run;  // identifies processes that are left over from a run
     if (!plan.host.cache.empty()) unit.environment["VR_OOS_CACHE"] = plan.host.cache;
     return unit;
   }
@@ -99,9 +100,9 @@ class Planner {
     plan->units.push_back(std::move(unit));
   }
 
-  // Without a display there is one that nobody sees, as a unit of its own: it ends after those who draw on it.
+  // Without a display, an X server without a screen is a unit of its own, listed first so that it ends last.
   void AddDisplay(const Placement& placement, Unit* unit, HostPlan* plan) const {
-    unit->nice = kNiceOfPictures;
+    unit->nice = kVisualNodeNice;
     unit->environment["LP_NUM_THREADS"] = "1";
     unit->environment["DISPLAY"] = placement.display.empty() ? plan->facts.display : placement.display;
     if (!placement.display.empty()) return;

@@ -10,14 +10,15 @@
 
 namespace lab {
 
-// What a host told of itself before the plan is made; for a plan that is only shown, what can be said without asking.
+// Facts about a host, collected from it before the plan is made. For a plan that is only printed they are assumed from
+// the lab file, without contacting the host.
 struct HostFacts {
   std::string root;      // absolute run folder of the host
   std::string bind;      // IPv4 address of its sockets
   std::string programs;  // folder with the executables
   std::string scenario;  // the scenario's file there
   std::string home;      // of the user, for systemd's unit folder
-  std::string display;   // of an X server that may be started there, e.g. ":120"
+  std::string display;   // free display number for an X server there, e.g. ":120"
 };
 
 struct PlanOptions {
@@ -27,7 +28,7 @@ struct PlanOptions {
   std::uint64_t seed = 0;
   unsigned workers = 1;
   bool is_recorded = false;
-  bool records_steps = false;  // of the nodes that can be replayed, into the run folder's steps/
+  bool records_steps = false;  // the nodes that can be replayed record their steps into the run folder's steps/
   bool has_keys = false;
   std::vector<std::string> without;
 };
@@ -40,7 +41,7 @@ struct Unit {
   std::map<std::string, std::string> environment;
   std::string cores;  // empty: all
   int nice = 0;
-  std::string socket;  // is started when this is there; empty: at once
+  std::string socket;  // the unit starts when this socket exists; empty: at once
   std::string log;     // absolute
 };
 
@@ -55,19 +56,19 @@ struct Plan {
   std::string run;
   std::string registry;  // endpoint
   std::uint64_t session = 0;
-  std::vector<HostPlan> hosts;  // those that run something, in the lab file's order
+  std::vector<HostPlan> hosts;  // those with at least one unit, in the lab file's order
 };
 
-// Where each host keeps the keys of the session that runs there; never collected.
+// Folder in which a host keeps the keys of its running session. Its content is never collected with the results.
 std::string KeyFolder(const HostFacts& facts);
 
-// Where the nodes will find the registry. `facts` holds its host.
+// Endpoint of the registry. `facts` must contain its host.
 std::string RegistryEndpoint(const Lab& lab, const std::map<std::string, HostFacts>& facts);
 
-// Which process runs where and with which command line. `facts` holds every host of the lab.
+// Assigns processes and their command lines to hosts. `facts` must contain every host of the lab.
 Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options);
 
-// For people: hosts, units and their commands.
+// Readable text: hosts, units and their commands.
 std::string Describe(const Plan& plan);
 
 }  // namespace lab

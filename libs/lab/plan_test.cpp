@@ -33,7 +33,7 @@ Lab TwoHosts(SupervisorKind kind) {
   return lab;
 }
 
-// `program_folder`: systemd-analyze looks whether the programs are there.
+// `program_folder`: systemd-analyze checks that the programs exist.
 Plan PlanOf(const Lab& lab, const std::string& program_folder = "/opt/oos") {
   const std::map<std::string, HostFacts> facts = {
       {"a", {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u", ":120"}},
@@ -69,7 +69,7 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   EXPECT_THAT(text, testing::Not(HasSubstr("steps/device_bridge.mcap")));
 }
 
-TEST(Plan, WhoeverWritesLatestHearsOfTheLabsNetwork) {
+TEST(Plan, WritersOfLatestTopicsGetTheNetworkOptionsOfTheLab) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   lab.tcp_topics = "physics/*,contacts/*";
   lab.multicast = "239.255.74.50:7450";
@@ -84,7 +84,7 @@ TEST(Plan, WhoeverWritesLatestHearsOfTheLabsNetwork) {
   }
 }
 
-TEST(Plan, AHostWithoutWorkIsLeftAlone) {
+TEST(Plan, LeavesOutAHostWithoutUnits) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";
   const Plan plan = PlanOf(lab);
@@ -92,7 +92,7 @@ TEST(Plan, AHostWithoutWorkIsLeftAlone) {
   EXPECT_EQ(plan.hosts[0].host.name, "b");
 }
 
-TEST(SupervisorFiles, EveryUnitComesBackAndIsStoppedAsAGroup) {
+TEST(SupervisorFiles, EveryUnitRestartsOnFailureAndIsStoppedAsAGroup) {
   const Plan plan = PlanOf(TwoHosts(SupervisorKind::kSupervisor));
   const std::string text = SupervisorFiles(plan.hosts[1]).files.at("supervisord.conf");
   for (const char* name : {"registry", "recorder", "physics_node", "display", "visual_node"}) {
@@ -106,9 +106,8 @@ TEST(SupervisorFiles, EveryUnitComesBackAndIsStoppedAsAGroup) {
                               "\"$0\" \"$@\"' /opt/oos/visual_node --scenario"));
 }
 
-// The units are read by systemd's own checker; that they run is not tested here, where systemd is not the first
-// process.
-TEST(SystemdFiles, SystemdItselfFindsNothingWrong) {
+// Checked by systemd-analyze. Running the units is not tested: that needs systemd as the first process.
+TEST(SystemdFiles, PassSystemdsOwnVerification) {
   if (std::system("command -v systemd-analyze >/dev/null") != 0) GTEST_SKIP() << "systemd-analyze is not installed";
   const auto folder = std::filesystem::path(testing::TempDir()) / "units";
   std::filesystem::remove_all(folder);
@@ -117,7 +116,7 @@ TEST(SystemdFiles, SystemdItselfFindsNothingWrong) {
   std::string files;
   for (const HostPlan& host : plan.hosts) {
     for (auto [name, text] : SystemdFiles(host).files) {
-      // Only programs that exist pass; any one does.
+      // systemd-analyze accepts any program that exists.
       for (const Unit& unit : host.units) {
         const std::size_t at = text.find("ExecStart=" + unit.program);
         if (at != std::string::npos) text.replace(at + 10, unit.program.size(), "/bin/true");

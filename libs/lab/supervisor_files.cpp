@@ -10,7 +10,7 @@ std::string Escape(const std::string& text) {
   return escaped;
 }
 
-// Words of a command are split as a shell does it.
+// supervisor splits a command into words as a shell does.
 std::string QuoteForSupervisor(const std::string& word) {
   return word.find_first_of(" ;\t\"") == std::string::npos && !word.empty() ? word : "'" + word + "'";
 }
@@ -32,7 +32,7 @@ std::string ProgramSection(const Unit& unit, const HostPlan& plan, int priority)
   for (const auto& [name, value] : unit.environment) {
     environment += (environment.empty() ? "" : ",") + name + "=\"" + Escape(value) + "\"";
   }
-  // A node that ends with 0 has done its work; what ends otherwise comes back at once.
+  // A node that exits with 0 is finished; any other exit restarts it at once.
   return "\n[program:" + unit.name + "]\ncommand=" + CommandOf(unit) + "\ndirectory=" + plan.run_folder +
          "\nenvironment=" + environment + "\npriority=" + std::to_string(priority) +
          "\nautostart=true\nautorestart=unexpected\nexitcodes=0\nstartsecs=1\nstartretries=5\nstopsignal=TERM\n"
@@ -59,7 +59,7 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
   result.files["supervisord.conf"] = text;
   const std::string control = "supervisorctl -c " + config;
   result.start = "supervisord -c " + config + "\n";
-  // What a power cut left of its socket and process number is cleared away by supervisord itself.
+  // supervisord itself removes a stale socket and pid file after a power failure.
   result.resume = control + " pid >/dev/null 2>&1 || " + result.start;
   result.stop = "if [ -S " + socket + " ]; then\n  pid=$(cat " + pid_file + ")\n  " + control + " shutdown\n" +
                 "  timeout 20 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";

@@ -26,9 +26,9 @@ std::string UnitText(const Unit& unit, const HostPlan& plan) {
   for (const auto& [name, value] : unit.environment)
     text += "Environment=" + QuoteForSystemd(name + "=" + value) + "\n";
   text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
-  // A node that ends with 0 has done its work; what ends otherwise comes back at once.
+  // A node that exits with 0 is finished; any other exit restarts it at once.
   text += "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=3\nKillMode=control-group\n";
-  // As far as the user's own limits go (limits.d, or user@.service.d): systemd does not raise them.
+  // Effective up to the user's own limits (limits.d, or user@.service.d), which systemd does not raise.
   text += "LimitRTPRIO=95\nLimitMEMLOCK=infinity\n";
   if (!unit.cores.empty()) text += "CPUAffinity=" + unit.cores + "\n";
   if (unit.nice != 0) text += "Nice=" + std::to_string(unit.nice) + "\n";
@@ -48,7 +48,7 @@ UnitFiles SystemdFiles(const HostPlan& plan) {
   const std::string bus = "export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/run/user/$(id -u)}\n";
   result.start = bus + "mkdir -p " + folder + "\ncd " + plan.run_folder + " && cp" + names + " " + folder +
                  "\nsystemctl --user daemon-reload && systemctl --user start" + names + "\n";
-  result.resume = bus + "systemctl --user start" + names + "\n";  // nothing for those that run
+  result.resume = bus + "systemctl --user start" + names + "\n";  // no effect on units that are running
   result.stop = bus + "systemctl --user stop" + names + "\nsystemctl --user reset-failed" + names +
                 " 2>/dev/null\ncd " + folder + " && rm -f" + names + "\nsystemctl --user daemon-reload\n";
   result.status =

@@ -26,7 +26,7 @@ using Face = std::unique_ptr<std::remove_pointer_t<FT_Face>, CloseFace>;
 core::Result<GlyphAtlas> GlyphAtlas::Create(int size_px, bool is_bold) {
   FT_Library raw_library = nullptr;
   if (FT_Init_FreeType(&raw_library) != 0) {
-    return core::Fail(core::ErrorCode::kResource, "cannot start FreeType: is memory left?");
+    return core::Fail(core::ErrorCode::kResource, "cannot start FreeType; is the memory exhausted?");
   }
   const Library library(raw_library);
   const char* file = is_bold ? kBold : kRegular;

@@ -20,10 +20,12 @@ class GlyphAtlas {
     int advance = 0;
   };
 
+  // Errors: kNotFound without the font's file, kResource when FreeType does not start.
   static core::Result<GlyphAtlas> Create(int size_px, bool is_bold = false);
 
-  // Text is UTF-8; characters beyond Latin-1 show as '?'.
+  // The Latin-1 characters of a UTF-8 text; control characters become blanks, characters beyond Latin-1 '?'.
   [[nodiscard]] static std::vector<std::uint8_t> Characters(std::string_view utf8);
+  // Advance of the whole text [px].
   [[nodiscard]] int Width(std::string_view utf8) const;
   [[nodiscard]] int line_height() const { return line_height_; }
   [[nodiscard]] int ascent() const { return ascent_; }
@@ -32,7 +34,7 @@ class GlyphAtlas {
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 
-  // Draws on a picture, the line's top left corner at (x, y).
+  // Blends the text over a picture, the line's top left corner at (x, y) [px]; pixels outside are clipped.
   void Draw(std::string_view utf8, int x, int y, const std::array<std::uint8_t, 3>& rgb, Image& image) const;
 
  private:

@@ -25,12 +25,14 @@ struct Image {
   }
 };
 
-// Mean of factor x factor pixels: how stills are smoothed. Sizes are whole multiples of the factor.
+// Downsamples: each pixel is the mean of factor x factor pixels (supersampling anti-aliasing of stills). Both sizes are
+// multiples of the factor.
 Image Shrink(const Image& image, int factor);
 
-// Copies `from` into `to` with its top left corner at (x, y); what lies outside is cut off.
+// Copies `from` into `to` with its top left corner at (x, y) [px]; pixels outside are clipped.
 void Paste(const Image& from, int x, int y, Image& to);
 
+// Creates the folder when it is missing. Error: kIo.
 core::Result<void> WritePng(const Image& image, const std::filesystem::path& file);
 
 }  // namespace picture

@@ -21,12 +21,13 @@ class ScenarioChecker {
     for (const Mechanism& mechanism : scenario_.mechanisms) CheckMechanism(mechanism);
     CheckCounts();
     if (glm::length(scenario_.sun_direction_W) < 1e-6) {
-      Say({scenario_.file, 0}, "sun: direction has no length", "light must come from somewhere", "write a direction");
+      Report({scenario_.file, 0}, "sun: direction has no length", "it must be a direction in W",
+             "write a vector other than 0 0 0");
     }
   }
 
  private:
-  void Say(const Location& where, std::string what, std::string why, std::string fix) {
+  void Report(const Location& where, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({where, std::move(what), std::move(why), std::move(fix)});
   }
 
@@ -36,8 +37,8 @@ class ScenarioChecker {
     for (const T& item : items) {
       const auto [it, is_new] = first_lines.emplace(name_of(item), item.location.line);
       if (is_new || it->first.empty()) continue;
-      Say(item.location, "a second " + std::string(title) + " '" + it->first + "'",
-          "the name is taken by line " + std::to_string(it->second), "rename one of them");
+      Report(item.location, "a second " + std::string(title) + " '" + it->first + "'",
+             "the name is taken by line " + std::to_string(it->second), "rename one of them");
     }
   }
 
@@ -50,8 +51,9 @@ class ScenarioChecker {
   void CheckMesh(const Object& object, const std::filesystem::path& mesh) {
     static const std::set<std::string> kKnown{".obj", ".stl", ".ply", ".off", ".gltf", ".glb"};
     if (mesh.empty() || kKnown.count(mesh.extension().string()) > 0) return;
-    Say(object.location, "object '" + object.name + "': mesh '" + mesh.filename().string() + "' has an unknown form",
-        "meshes are read from OBJ, STL, PLY, OFF, glTF and GLB", "convert the mesh to one of these");
+    Report(object.location,
+           "object '" + object.name + "': mesh '" + mesh.filename().string() + "' has an unknown format",
+           "meshes are read from OBJ, STL, PLY, OFF, glTF and GLB", "convert the mesh to one of these");
   }
 
   void CheckObject(const Object& object) {
@@ -60,34 +62,35 @@ class ScenarioChecker {
     if (object.collision_mesh != object.visual_mesh) CheckMesh(object, object.collision_mesh);
     if (object.owner == Owner::kPhysics) {
       if (object.visual_mesh.empty() && object.collision_mesh.empty() && !object.inertia) {
-        Say(object.location, title + "no mesh", "its inertia follows from the mesh", "add <visual mesh=\"...\"/>");
+        Report(object.location, title + "no mesh", "its inertia follows from the mesh", "add <visual mesh=\"...\"/>");
       }
     }
     if (object.voxel_size_m != 0.0 &&
         (object.voxel_size_m < kMinVoxelSize_m || object.voxel_size_m > kMaxVoxelSize_m)) {
-      Say(object.location, title + "voxel_size_m is " + std::to_string(object.voxel_size_m),
-          "voxels from 0.02 mm to 100 mm make sense", "write the size in metres, a quarter of the clearance or less");
+      Report(object.location, title + "voxel_size_m is " + std::to_string(object.voxel_size_m),
+             "it must lie between 0.02 mm and 100 mm", "write the size in metres, a quarter of the clearance or less");
     }
     if (object.num_points != 0 && (object.num_points < kMinPoints || object.num_points > kMaxPoints)) {
-      Say(object.location, title + std::to_string(object.num_points) + " points", "a pointshell has 16 to 4,000,000",
-          "write points=\"16384\", more for larger parts");
+      Report(object.location, title + std::to_string(object.num_points) + " points", "a pointshell has 16 to 4,000,000",
+             "write points=\"16384\", more for larger parts");
     }
   }
 
   void CheckDevice(const Device& device) {
     const std::string title = "device '" + device.role + "': ";
     if (device.palm < 0) {
-      Say(device.location, title + "no palm", "a hand is a palm, with two jaws or none",
-          "add an <object owner=\"hand\" part=\"palm\" role=\"" + device.role + "\">");
+      Report(device.location, title + "no palm", "a hand is a palm, with two jaws or none",
+             "add an <object owner=\"hand\" part=\"palm\" role=\"" + device.role + "\">");
     }
     if ((device.jaw_left < 0) != (device.jaw_right < 0)) {
       const std::string part = device.jaw_left < 0 ? "jaw_left" : "jaw_right";
-      Say(device.location, title + part + " is missing", "a gripper has two jaws",
+      Report(
+          device.location, title + part + " is missing", "a gripper has two jaws",
           "add an <object owner=\"hand\" part=\"" + part + "\" role=\"" + device.role + "\">, or remove the other jaw");
     }
     if (device.opening_start_m > device.opening_max_m) {
-      Say(device.location, title + "opening_start_m is above opening_max_m", "the jaws cannot open that far",
-          "lower opening_start_m or raise opening_max_m");
+      Report(device.location, title + "opening_start_m is above opening_max_m", "the jaws cannot open that far",
+             "lower opening_start_m or raise opening_max_m");
     }
   }
 
@@ -101,26 +104,26 @@ class ScenarioChecker {
     const Object* child = At(mechanism.child);
     if (child == nullptr) return;  // reported when it was read
     if (parent == child) {
-      Say(mechanism.location, title + "parent and child are both '" + child->name + "'", "a mechanism joins two bodies",
-          "name another parent");
+      Report(mechanism.location, title + "parent and child are both '" + child->name + "'",
+             "a mechanism joins two bodies", "name another parent");
       return;
     }
     if (child->owner != Owner::kPhysics) {
-      Say(mechanism.location, title + "child '" + child->name + "' is not moved by physics",
-          "the mechanism's forces act on an object with owner=\"physics\"",
-          "write owner=\"physics\" on it, or swap parent and child");
+      Report(mechanism.location, title + "child '" + child->name + "' is not moved by physics",
+             "the mechanism's forces act on an object with owner=\"physics\"",
+             "write owner=\"physics\" on it, or swap parent and child");
     }
     if (parent != nullptr && parent->owner == Owner::kHand) {
-      Say(mechanism.location, title + "parent '" + parent->name + "' is a part of a hand",
-          "hands hold objects by grasping only", "name another parent");
+      Report(mechanism.location, title + "parent '" + parent->name + "' is a part of a hand",
+             "hands hold objects by grasping only", "name another parent");
     }
     if (mechanism.kind == MechanismKind::kSnap && mechanism.release_force_N <= 0.0) {
-      Say(mechanism.location, title + "release_force_N is zero", "it could not hold anything",
-          "write the pull in newton at which it lets go");
+      Report(mechanism.location, title + "release_force_N is zero", "such a snap holds nothing",
+             "write the axial force in newton at which it releases");
     }
     if (mechanism.kind == MechanismKind::kSnap && mechanism.stiffness_N_per_m <= 0.0) {
-      Say(mechanism.location, title + "stiffness_N_per_m is zero", "it could not guide or hold anything",
-          "write the stiffness in N/m, 2000 to 20000 is usual");
+      Report(mechanism.location, title + "stiffness_N_per_m is zero", "such a snap neither guides nor holds the child",
+             "write the stiffness in N/m, 2000 to 20000 is usual");
     }
   }
 
@@ -135,8 +138,8 @@ class ScenarioChecker {
 
   void CheckCount(const char* what, std::size_t count, std::size_t limit) {
     if (count <= limit) return;
-    Say({scenario_.file, 0}, std::to_string(count) + " " + what, "messages have room for " + std::to_string(limit),
-        "use fewer");
+    Report({scenario_.file, 0}, std::to_string(count) + " " + what, "messages have room for " + std::to_string(limit),
+           "use fewer");
   }
 
   const Scenario& scenario_;

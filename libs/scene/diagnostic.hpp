@@ -6,11 +6,11 @@
 
 namespace scene {
 
-// One thing that is wrong in a file, for the person who edits it.
+// One error in a file, for the person who edits it.
 struct Diagnostic {
   Location where;
-  std::string what;  // the thing that is wrong, e.g. "object 'block': mass_kg is -1"
-  std::string why;   // the rule that it breaks
+  std::string what;  // the error, e.g. "object 'block': mass_kg is -1"
+  std::string why;   // the rule that it violates
   std::string fix;   // what to write instead
 };
 

@@ -12,8 +12,8 @@ namespace scene {
 
 constexpr double kRadPerDeg = glm::pi<double>() / 180.0;
 
-// Typed access to one element's attributes. A value that is absent or unreadable leaves the target alone: the rules of
-// schema.hpp have reported it.
+// Typed access to one element's attributes. An absent or malformed value leaves the target unchanged; the check against
+// the rules of schema.hpp has reported it already. Angles are converted from degrees to radians.
 class ElementReader {
  public:
   explicit ElementReader(const XmlElement& element) : element_(element) {}

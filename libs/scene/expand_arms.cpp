@@ -17,12 +17,14 @@ std::string Numbers(const glm::dvec3& v) {
   return Number(v.x) + " " + Number(v.y) + " " + Number(v.z);
 }
 
-// Angles about fixed x, y, z: R = Rz Ry Rx. With y at a right angle z and x turn about the same axis; z is then 0.
+// Roll, pitch and yaw [rad] about the fixed axes x, y, z: R = Rz(yaw) Ry(pitch) Rx(roll), of which the entries are
+//   R_xx = cos(pitch) cos(yaw), R_yx = cos(pitch) sin(yaw), R_zx = -sin(pitch), R_zy = cos(pitch) sin(roll), ...
+// At a pitch of 90 degrees roll and yaw turn about the same axis (gimbal lock), and yaw is set to 0.
 glm::dvec3 RollPitchYaw(const glm::dquat& rotation) {
   const glm::dmat3 R = glm::mat3_cast(rotation);  // [column][row]
-  const double level = std::hypot(R[0][0], R[0][1]);
-  const double pitch = std::atan2(-R[0][2], level);
-  if (level < 1e-8) return {std::atan2(-R[2][1], R[1][1]), pitch, 0.0};
+  const double cos_pitch = std::hypot(R[0][0], R[0][1]);
+  const double pitch = std::atan2(-R[0][2], cos_pitch);
+  if (cos_pitch < 1e-8) return {std::atan2(-R[2][1], R[1][1]), pitch, 0.0};
   return {std::atan2(R[1][2], R[2][2]), pitch, std::atan2(R[0][1], R[0][0])};
 }
 
@@ -59,7 +61,7 @@ class Expander {
       return;
     }
     start_deg.resize(links->children.size(), 0.0);
-    core::Pose X_WL = ElementReader(arm).Pose();  // of the link before
+    core::Pose X_WL = ElementReader(arm).Pose();  // the previous link, at first the mount
     std::string parent = arm.Get("base");
     for (std::size_t i = 0; i < links->children.size(); ++i) {
       const XmlElement& link = links->children[i];
@@ -85,7 +87,7 @@ class Expander {
     }
   }
 
-  // Links do not collide with what carries the arm: they are of its group.
+  // Links are in the group of the arm's base, so that they are not tested against it or each other.
   std::string GroupOf(const XmlElement& arm) const {
     for (const XmlElement& element : root_->children) {
       if (element.name == "object" && element.Get("name") == arm.Get("base")) {

@@ -11,8 +11,8 @@ bool CanSample(const Object& sampled, const Object& field) {
   return sampled.num_points > 0 && field.voxel_size_m > 0.0;
 }
 
-// Whether `a` rather than `b` is sampled when both could be: a hand's part first (the paper's haptic object), then what
-// physics moves before what is fixed. Equal rank: file order, a being the earlier.
+// When both objects of a pair could be sampled, the one of lower rank is: a hand's part (the paper's haptic object)
+// before an object that physics moves, before a fixed one. Equal rank: the one that comes first in the file.
 int SampledRank(const Object& object) {
   if (object.owner == Owner::kHand) return 0;
   return object.owner == Owner::kPhysics ? 1 : 2;
@@ -35,7 +35,7 @@ class Generator {
  private:
   using Key = std::pair<int, int>;  // object indices, the lower first
 
-  void Say(const PairElement& element, const std::string& what, std::string why, std::string fix) {
+  void Report(const PairElement& element, const std::string& what, std::string why, std::string fix) {
     diagnostics_->push_back({element.figures.location, "pair " + element.a + "/" + element.b + ": " + what,
                              std::move(why), std::move(fix)});
   }
@@ -45,8 +45,8 @@ class Generator {
     if (index < 0 && !name.empty()) {
       std::vector<std::string> names;
       for (const Object& object : scenario_.objects) names.push_back(object.name);
-      Say(element, "unknown object '" + name + "'", "a and b must name an <object> of this file",
-          core::SuggestName(name, names));
+      Report(element, "unknown object '" + name + "'", "a and b must name an <object> of this file",
+             core::SuggestName(name, names));
     }
     return index;
   }
@@ -56,29 +56,29 @@ class Generator {
     const int b = ObjectOf(element, element.b);
     if (a < 0 || b < 0) return;
     if (a == b) {
-      Say(element, "an object with itself", "a pair is of two objects", "name another object");
+      Report(element, "an object with itself", "a pair is of two objects", "name another object");
       return;
     }
     if (!elements_.emplace(Key{std::min(a, b), std::max(a, b)}, &element).second) {
-      Say(element, "named twice", "one <pair> says all about two objects", "merge the two elements");
+      Report(element, "named twice", "one <pair> element holds all settings of two objects", "merge the two elements");
       return;
     }
     if (!element.is_collide) return;
     const Object& object_a = scenario_.objects[static_cast<std::size_t>(a)];
     const Object& object_b = scenario_.objects[static_cast<std::size_t>(b)];
     if (object_a.group == object_b.group) {
-      Say(element, "both are in group '" + object_a.group + "'", "members of a group are never tested",
-          "change a group, or remove the pair");
+      Report(element, "both are in group '" + object_a.group + "'", "members of a group are never tested",
+             "change a group, or remove the pair");
     } else if (object_a.owner == Owner::kFixed && object_b.owner == Owner::kFixed) {
-      Say(element, "both are fixed", "they cannot come to touch", "remove the pair");
+      Report(element, "both are fixed", "neither can move into contact", "remove the pair");
     } else if (!CanSample(object_a, object_b) && !CanSample(object_b, object_a)) {
-      Say(element, "no pointshell against a voxelmap",
-          "one of them needs <collision points=\"...\">, the other <collision voxel_size_m=\"...\">",
-          "add points to one and voxel_size_m to the other, or remove the pair");
+      Report(element, "no pointshell against a voxelmap",
+             "one of them needs <collision points=\"...\">, the other <collision voxel_size_m=\"...\">",
+             "add points to one and voxel_size_m to the other, or remove the pair");
     } else if (element.figures.owner == PairOwner::kPhysics &&
                (object_a.owner == Owner::kHand || object_b.owner == Owner::kHand)) {
-      Say(element, "owner=\"physics\" on a pair of a hand",
-          "a hand's contact is felt, so haptic_node computes it in its own cycle", "remove the attribute");
+      Report(element, "owner=\"physics\" on a pair of a hand",
+             "a hand's contact is felt, so haptic_node computes it in its own cycle", "remove the attribute");
     }
   }
 
@@ -96,7 +96,7 @@ class Generator {
       const PairElement& element = *it->second;
       if (!element.is_collide) return;
       pair = element.figures;
-      if (can_sample_a && can_sample_b) is_a_sampled = element.a == a.name;  // the person's word
+      if (can_sample_a && can_sample_b) is_a_sampled = element.a == a.name;  // the file's choice overrides the rank
     }
     pair.sampled = is_a_sampled ? i : j;
     pair.field = is_a_sampled ? j : i;

@@ -47,7 +47,7 @@ class JointsTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(JointsTest, ASliderHasItsAxisLimitsMotorAndLock) {
+TEST_F(JointsTest, ReadsAxisLimitsMotorAndLockOfASlider) {
   const auto scenario = Load(R"(<slider name="drawer" parent="body" child="part" position="0 0 0.5" rpy_deg="0 90 0"
       lower_m="-0.1" upper_m="0.2" damping="3" motor_m_per_s="0.05" motor_force_N="12" locked="true"/>)");
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
@@ -65,7 +65,7 @@ TEST_F(JointsTest, ASliderHasItsAxisLimitsMotorAndLock) {
   EXPECT_LT(glm::distance(slider.X_CJ.translation, glm::dvec3(0, 0, 0.5)), 1e-12);
 }
 
-TEST_F(JointsTest, AScrewdriversBitIsAHingeWithAMotor) {
+TEST_F(JointsTest, ReadsTheMotorOfAHinge) {
   const auto scenario = Load(R"(<hinge name="bit" parent="body" child="part" position="0 0 0" motor_deg_per_s="-720"
       motor_torque_Nm="0.8"/>)");
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
@@ -81,7 +81,7 @@ constexpr const char* kLinks = R"(<links>
 </links>
 )";
 
-TEST_F(JointsTest, AnArmIsItsLinksAndHingesInItsStartingPosture) {
+TEST_F(JointsTest, AnArmExpandsToLinksAndHingesInItsStartPosture) {
   std::ofstream(folder_ / "links.xml") << kLinks;
   const auto scenario =
       Load(R"(<arm name="left" links="links.xml" base="body" position="0 0 1" rpy_deg="0 0 90" start_deg="30 -45"/>)");
@@ -111,7 +111,7 @@ TEST_F(JointsTest, AnArmIsItsLinksAndHingesInItsStartingPosture) {
   EXPECT_LT(glm::distance(core::RotationVector(X_JpJc.rotation), glm::dvec3(0, 0, glm::radians(-45.0))), 1e-12);
 }
 
-TEST_F(JointsTest, RefusesArmsWithMistakesInTheirOwnFile) {
+TEST_F(JointsTest, RefusesArmsWithErrorsInTheirLinksFile) {
   std::ofstream(folder_ / "links.xml") << kLinks;
   ExpectRefusal(5, "start_deg has 3 angles", R"(<arm name="a" links="links.xml" base="body" start_deg="0 0 0"/>)");
   ExpectRefusal(5, "it starts outside its limits",
@@ -125,7 +125,7 @@ TEST_F(JointsTest, RefusesArmsWithMistakesInTheirOwnFile) {
   EXPECT_THAT(all, HasSubstr("links.xml:3: "));
 }
 
-TEST_F(JointsTest, RefusesJointsThatMakeNoSense) {
+TEST_F(JointsTest, RefusesInconsistentJoints) {
   ExpectRefusal(5, "parent and child are both 'part'",
                 R"(<slider name="s" parent="part" child="part" position="0 0 0"/>)");
   ExpectRefusal(5, "parent and child are both 'part'",
@@ -142,7 +142,7 @@ TEST_F(JointsTest, RefusesJointsThatMakeNoSense) {
                 R"(><frame name="a"/></object><object name="more" owner="fixed")");
 }
 
-TEST_F(JointsTest, ASnapsProfileHasTwoWellsOrIsRefused) {
+TEST_F(JointsTest, RefusesASnapProfileWithoutTwoWells) {
   const auto snap = [](const std::string& profile) {
     return R"(<snap name="s" parent="socket" parent_frame="seat" child="part" child_frame="seat" release_force_N="20"
       stiffness_N_per_m="20000" )" +
@@ -164,7 +164,7 @@ TEST_F(JointsTest, ASnapsProfileHasTwoWellsOrIsRefused) {
                 frames);
 }
 
-TEST_F(JointsTest, AnInertiaTakesThePlaceOfTheMeshes) {
+TEST_F(JointsTest, AGivenInertiaReplacesThatOfTheMesh) {
   const auto scenario = Load("", R"(inertia_kg_m2="0.1 0.2 0.25 0.01 -0.02 0.03" center_of_mass_m="0 0 0.1")");
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
   ASSERT_TRUE(scenario->objects[1].inertia.has_value());
@@ -175,7 +175,7 @@ TEST_F(JointsTest, AnInertiaTakesThePlaceOfTheMeshes) {
   EXPECT_FALSE(scenario->objects[0].inertia.has_value());
 }
 
-TEST_F(JointsTest, RefusesInertiasAndMassesThatNoBodyHas) {
+TEST_F(JointsTest, RefusesPhysicallyImpossibleInertiasAndMasses) {
   ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="1 1 2.1 0 0 0")");  // 1 + 1 < 2.1
   ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="1 1 1 0.9 0 0")");  // moments 0.1, 1, 1.9
   ExpectRefusal(4, "not that of a real body", "", R"(inertia_kg_m2="-1 -1 -1 0 0 0")");

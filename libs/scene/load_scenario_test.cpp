@@ -65,7 +65,7 @@ std::string Join(std::initializer_list<std::string> parts) {
   return text;
 }
 
-TEST_F(LoadScenarioTest, VoxelsFollowFromTheAccuracyAskedFor) {
+TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {
   const auto scenario =
       Load(R"(<object name="plate" owner="fixed"><visual mesh="mesh.obj"/><collision accuracy_m="0.0002"/></object>)");
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
@@ -119,7 +119,8 @@ TEST_F(LoadScenarioTest, HandPartsStartAtTheirDevice) {
 TEST_F(LoadScenarioTest, PairsComeFromGroupsInFileOrder) {
   const auto scenario = Load(Join({kPlate, kBlock, kHand}));
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
-  // Plate has no points; the palm has points only; block could be sampled by nobody but be either against the palm.
+  // The plate has no points and the palm no voxels, so the block is sampled against the plate and the palm against
+  // both.
   ASSERT_EQ(scenario->pairs.size(), 3U);
   EXPECT_EQ(scenario->PairName(0), "block/plate");
   EXPECT_EQ(scenario->PairName(1), "palm/plate");
@@ -157,7 +158,7 @@ TEST_F(LoadScenarioTest, HingeFramesCoincideAtAngleZeroAndChildStartsInItsDetent
   EXPECT_LT(glm::distance(turn, glm::dvec3(0, 0, 20.0 * glm::pi<double>() / 180.0)), 1e-12);
 }
 
-TEST_F(LoadScenarioTest, SnapFramesAreTheNamedOnes) {
+TEST_F(LoadScenarioTest, ASnapUsesTheNamedFrames) {
   const std::string parts = Join({
       R"(<object name="cavity" owner="fixed"><frame name="seat" position="0 0 0.1"/></object>)",
       R"(<object name="module" owner="physics" mass_kg="1" position="0 0 0.3"><visual mesh="mesh.obj"/><frame name="seat" position="0 0 -0.2"/></object>)",
@@ -175,7 +176,7 @@ TEST_F(LoadScenarioTest, SnapFramesAreTheNamedOnes) {
               Contains(testing::AllOf(HasSubstr(At(5)), HasSubstr("100.0"), HasSubstr("Fix:"))));
 }
 
-TEST_F(LoadScenarioTest, MalformedXmlNamesTheParsersLine) {
+TEST_F(LoadScenarioTest, ReportsTheLineOfMalformedXml) {
   Write("scenario.xml", "<scenario name=\"test\">\n<object name=\"a\">\n</scenario>\n");
   const auto scenario = LoadScenario(folder_);
   ASSERT_FALSE(scenario);
@@ -185,27 +186,27 @@ TEST_F(LoadScenarioTest, MalformedXmlNamesTheParsersLine) {
   EXPECT_THAT(Format(scenario.error()[0]), HasSubstr("object line 2"));
 }
 
-TEST_F(LoadScenarioTest, MissingFileIsNamed) {
+TEST_F(LoadScenarioTest, ReportsTheNameOfAMissingFile) {
   const auto scenario = LoadScenario(folder_ / "nowhere.xml");
   ASSERT_FALSE(scenario);
   EXPECT_THAT(Format(scenario.error()[0]), HasSubstr("nowhere.xml"));
 }
 
-TEST_F(LoadScenarioTest, MissingMeshNamesLineOfTheAttribute) {
+TEST_F(LoadScenarioTest, ReportsTheLineOfAMissingMesh) {
   const auto complaints = Complaints("<object name=\"a\" owner=\"fixed\">\n<visual\n  mesh=\"gone.obj\"/></object>");
   ASSERT_EQ(complaints.size(), 1U);
   EXPECT_THAT(complaints[0], testing::StartsWith(At(5) + "mesh 'gone.obj' is missing"));
   EXPECT_THAT(complaints[0], HasSubstr("Fix: "));
 }
 
-TEST_F(LoadScenarioTest, UnknownObjectInPairIsNamedWithTheNearest) {
+TEST_F(LoadScenarioTest, SuggestsTheNearestObjectForAnUnknownOne) {
   const auto complaints = Complaints(Join({kPlate, kBlock, R"(<pair a="blok" b="plate"/>)"}));
   ASSERT_EQ(complaints.size(), 1U);
   EXPECT_THAT(complaints[0], testing::StartsWith(At(5) + "pair blok/plate: unknown object 'blok'"));
   EXPECT_THAT(complaints[0], HasSubstr("did you mean 'block'"));
 }
 
-TEST_F(LoadScenarioTest, NegativeMassIsRefusedOnItsLineAndOnlyOnce) {
+TEST_F(LoadScenarioTest, ReportsANegativeMassOnceWithItsLine) {
   const auto complaints =
       Complaints("<object name=\"a\" owner=\"physics\"\n  mass_kg=\"-1\"><visual mesh=\"mesh.obj\"/></object>");
   ASSERT_EQ(complaints.size(), 1U);
@@ -221,7 +222,7 @@ struct BadCase {
 
 class LoadScenarioBadCases : public LoadScenarioTest, public testing::WithParamInterface<BadCase> {};
 
-TEST_P(LoadScenarioBadCases, NamesLineAndCause) {
+TEST_P(LoadScenarioBadCases, ReportsLineAndCause) {
   const auto complaints = Complaints(GetParam().lines);
   EXPECT_THAT(complaints,
               Contains(testing::AllOf(testing::StartsWith(At(GetParam().line)), HasSubstr(GetParam().says))));
@@ -241,7 +242,7 @@ const BadCase kBadCases[] = {
     {"MassAndDensity", "<object name='a' owner='physics' mass_kg='1' density_kg_per_m3='2'/>", 3, "one of them"},
     {"SameName", "<object name='a' owner='fixed'/>\n<object name='a' owner='fixed'/>", 4, "taken by line 3"},
     {"EmptyCollision", "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision/></object>", 3,
-     "would build nothing"},
+     "neither a field nor points"},
     {"AccuracyAndVoxel",
      "<object name='a' owner='fixed'><visual mesh='mesh.obj'/><collision voxel_size_m='0.001' "
      "accuracy_m='1e-4'/></object>",
@@ -312,7 +313,7 @@ const BadCase kBadCases[] = {
 INSTANTIATE_TEST_SUITE_P(All, LoadScenarioBadCases, testing::ValuesIn(kBadCases),
                          [](const auto& param_info) { return std::string(param_info.param.title); });
 
-TEST_F(LoadScenarioTest, AllProblemsAreCollectedInLineOrder) {
+TEST_F(LoadScenarioTest, ReportsAllErrorsInLineOrder) {
   const auto scenario = Load(Join({R"(<object name="a" owner="physics" mass_kg="-1"/>)", R"(<pair a="x" b="y"/>)",
                                    R"(<camera name="c" eye_m="0 0 0"/>)"}));
   ASSERT_FALSE(scenario);

@@ -7,7 +7,7 @@
 namespace scene {
 namespace {
 
-constexpr std::size_t kMaxProfilePoints = 16;
+constexpr std::size_t kMaxProfilePoints = 16;  // chosen: more than a measured profile of one barrier needs
 
 class MechanismReader {
  public:
@@ -22,19 +22,19 @@ class MechanismReader {
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
+  void Report(int line, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({{file_, line}, std::move(what), std::move(why), std::move(fix)});
   }
 
-  // Index of the object that an attribute names; -1 and a message when there is none.
+  // Index of the object that an attribute names; -1, with a diagnostic, when there is none.
   int ObjectOf(const XmlElement& element, const char* attribute) {
     const std::string name = element.Get(attribute);
     const int index = scenario_->FindObject(name);
     if (index < 0 && !name.empty()) {
       std::vector<std::string> names;
       for (const Object& object : scenario_->objects) names.push_back(object.name);
-      Say(element.LineOf(attribute), element.name + " '" + element.Get("name") + "': unknown object '" + name + "'",
-          std::string(attribute) + " must name an <object> of this file", core::SuggestName(name, names));
+      Report(element.LineOf(attribute), element.name + " '" + element.Get("name") + "': unknown object '" + name + "'",
+             std::string(attribute) + " must name an <object> of this file", core::SuggestName(name, names));
     }
     return index;
   }
@@ -54,8 +54,8 @@ class MechanismReader {
     return mechanism;
   }
 
-  // J is given in W with the child at angle 0: X_PJ = X_WP^-1 X_WJ and X_CJ = X_WC^-1 X_WJ. A toggle switch then starts
-  // in its detent, another hinge at start_deg; the child's first pose is turned there: X_WC = X_WJ Rz(angle) X_CJ^-1.
+  // J is given in W with the child at angle 0: X_PJ = X_WP^-1 X_WJ and X_CJ = X_WC^-1 X_WJ. The child starts at an
+  // angle q, which is the initial detent of a toggle switch, start_deg of another hinge: X_WC = X_WJ Rz(q) X_CJ^-1.
   void ReadHinge(const XmlElement& element) {
     const ElementReader read(element);
     Mechanism hinge = Start(element, MechanismKind::kHinge);
@@ -90,16 +90,16 @@ class MechanismReader {
                  const char* limit) {
     const std::string title = element.name + " '" + joint.name + "': ";
     if (joint.lower >= joint.upper) {
-      Say(element.LineOf(lower), title + lower + " is not below the upper limit",
-          "the " + element.name + " could not move", "swap the limits or widen them");
+      Report(element.LineOf(lower), title + lower + " is not below the upper limit",
+             "the " + element.name + " could not move", "swap the limits or widen them");
     }
     if (element.Find(speed) != nullptr && joint.motor_limit <= 0.0) {
-      Say(element.LineOf(speed), title + speed + " without " + limit, "a motor without torque or force turns nothing",
-          std::string("add ") + limit);
+      Report(element.LineOf(speed), title + speed + " without " + limit,
+             "without a torque or force the motor has no effect", std::string("add ") + limit);
     }
   }
 
-  // As a hinge: J is given in W with the child at position 0, which is where it starts.
+  // As for a hinge, J is given in W with the child at position 0, where it starts.
   void ReadSlider(const XmlElement& element) {
     const ElementReader read(element);
     Mechanism slider = Start(element, MechanismKind::kSlider);
@@ -121,31 +121,32 @@ class MechanismReader {
     double start_rad = 0.0;
     ElementReader(element).Degrees("start_deg", &start_rad);
     if (hinge.detents_rad.empty() && (start_rad < hinge.lower || start_rad > hinge.upper)) {
-      Say(element.LineOf("start_deg"), title + "it starts outside its limits", "the first step would throw it back",
-          "give a start_deg between lower_deg and upper_deg");
+      Report(element.LineOf("start_deg"), title + "it starts outside its limits",
+             "the limit would accelerate it in the first step", "give a start_deg between lower_deg and upper_deg");
     }
     if (element.Find("start_deg") != nullptr && !hinge.detents_rad.empty()) {
-      Say(element.LineOf("start_deg"), title + "start_deg on a switch", "a switch starts in its initial_detent",
-          "remove start_deg");
+      Report(element.LineOf("start_deg"), title + "start_deg on a switch", "a switch starts in its initial_detent",
+             "remove start_deg");
     }
     const std::vector<double>& detents = hinge.detents_rad;
     if (!detents.empty() && detents.size() != 2) {
-      Say(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",
-          "a hinge has none or two, the two stable positions of a switch", "give two angles or remove detents_deg");
+      Report(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",
+             "a hinge has no detents, or two, the stable positions of a switch",
+             "give two angles or remove detents_deg");
     } else if (detents.size() == 2 && detents[0] >= detents[1]) {
-      Say(element.LineOf("detents_deg"), title + "detents are not ascending", "detent 0 is the lower angle",
-          "write the lower angle first");
+      Report(element.LineOf("detents_deg"), title + "detents are not ascending", "detent 0 is the lower angle",
+             "write the lower angle first");
     } else if (detents.size() == 2 && (detents[0] < hinge.lower || detents[1] > hinge.upper)) {
-      Say(element.LineOf("detents_deg"), title + "a detent is outside the limits", "the lever could never rest there",
-          "widen lower_deg and upper_deg to hold both detents");
+      Report(element.LineOf("detents_deg"), title + "a detent is outside the limits", "the lever cannot reach it",
+             "widen lower_deg and upper_deg to hold both detents");
     }
     if (initial_detent > 1 || (initial_detent == 1 && detents.empty())) {
-      Say(element.LineOf("initial_detent"), title + "initial_detent is " + std::to_string(initial_detent),
-          "it is 0 or 1, the index in detents_deg", "write 0 or 1 and give two detents");
+      Report(element.LineOf("initial_detent"), title + "initial_detent is " + std::to_string(initial_detent),
+             "it is 0 or 1, the index in detents_deg", "write 0 or 1 and give two detents");
     }
   }
 
-  // Index of a named frame of an object; nullptr and a message when there is none.
+  // The frame of an object that an attribute names; null, with a diagnostic, when there is none.
   const Frame* FrameOf(const XmlElement& element, const char* attribute, int object_index) {
     if (object_index < 0) return nullptr;
     const Object& object = scenario_->objects[static_cast<std::size_t>(object_index)];
@@ -154,11 +155,11 @@ class MechanismReader {
       if (frame.name == element.Get(attribute)) return &frame;
       names.push_back(frame.name);
     }
-    Say(element.LineOf(attribute),
-        element.name + " '" + element.Get("name") + "': object '" + object.name + "' has no frame '" +
-            element.Get(attribute) + "'",
-        std::string(attribute) + " must name a <frame> of that object",
-        core::SuggestName(element.Get(attribute), names));
+    Report(element.LineOf(attribute),
+           element.name + " '" + element.Get("name") + "': object '" + object.name + "' has no frame '" +
+               element.Get(attribute) + "'",
+           std::string(attribute) + " must name a <frame> of that object",
+           core::SuggestName(element.Get(attribute), names));
     return nullptr;
   }
 
@@ -183,15 +184,15 @@ class MechanismReader {
     scenario_->mechanisms.push_back(std::move(snap));
   }
 
-  // A snap is two wells with a barrier between: the seat, and the place where it no longer acts.
+  // A snap's potential has two wells, the seat and the free position outside, with a barrier between them.
   void ReadProfile(const XmlElement& element, Mechanism* snap) {
     std::vector<double> numbers;
     if (element.Find("profile") == nullptr || !ParseNumbers(element.Get("profile"), &numbers)) return;
     const std::string title = "snap '" + snap->name + "': profile ";
     const int line = element.LineOf("profile");
     if (numbers.size() % 2 != 0 || numbers.size() < 6 || numbers.size() > 2 * kMaxProfilePoints) {
-      Say(line, title + "has " + std::to_string(numbers.size()) + " numbers",
-          "it is 3 to 16 points, each a distance from the seat in m and a force in N", "give z F for every point");
+      Report(line, title + "has " + std::to_string(numbers.size()) + " numbers",
+             "it is 3 to 16 points, each a distance from the seat in m and a force in N", "give z F for every point");
       return;
     }
     double largest_N = 0.0;
@@ -199,46 +200,46 @@ class MechanismReader {
       snap->profile.emplace_back(numbers[i], numbers[i + 1]);
       largest_N = std::max(largest_N, numbers[i + 1]);
       if (numbers[i] <= (i == 0 ? 0.0 : numbers[i - 2]) || numbers[i + 1] < 0.0) {
-        Say(line, title + "is out of order at point " + std::to_string(i / 2 + 1),
-            "distances grow from above zero, forces that resist pushing in are not negative",
-            "sort and correct the points");
+        Report(line, title + "is out of order at point " + std::to_string(i / 2 + 1),
+               "distances must be positive and ascending, forces zero or above", "sort and correct the points");
         return;
       }
     }
     if (largest_N == 0.0) {
-      Say(line, title + "has one well only", "without a force that resists pushing in nothing parts the two wells",
-          "give the barrier's force between the first and the last point");
+      Report(line, title + "has one well only", "without a force that resists insertion there is no barrier",
+             "give the barrier's force between the first and the last point");
     } else if (snap->profile.back().y != 0.0) {
-      Say(line, title + "has no second well: " + std::to_string(snap->profile.back().y) + " N at its outer end",
-          "beyond its end the part is free, so the force falls to zero there", "end it with a point of force 0");
+      Report(line, title + "has no second well: " + std::to_string(snap->profile.back().y) + " N at its outer end",
+             "the part is free beyond the outer end, so the force must be zero there",
+             "end it with a point of force 0");
     } else if (snap->profile.front().y != 0.0) {
-      Say(line, title + "has no first well: " + std::to_string(snap->profile.front().y) + " N at its inner end",
-          "there the seat takes over, so the force falls to zero", "begin it with a point of force 0");
+      Report(line, title + "has no first well: " + std::to_string(snap->profile.front().y) + " N at its inner end",
+             "the seat's spring begins there, so the force must be zero", "begin it with a point of force 0");
     }
     for (const char* attribute : {"engage_force_N", "travel_m"}) {
       if (element.Find(attribute) == nullptr) continue;
-      Say(element.LineOf(attribute), "snap '" + snap->name + "': both " + attribute + " and profile",
-          "it follows from the profile", std::string("remove ") + attribute);
+      Report(element.LineOf(attribute), "snap '" + snap->name + "': both " + attribute + " and profile",
+             "the profile determines it", std::string("remove ") + attribute);
     }
     snap->engage_force_N = largest_N;
     snap->travel_m = snap->profile.back().x;
   }
 
-  // An engaged snap that starts away from its seat would throw the child: X_JpJc must be the identity, nearly.
+  // An engaged snap that starts away from its seat would accelerate the child: X_JpJc must be the identity within the
+  // snap's own tolerances.
   void CheckEngaged(const XmlElement& element, const Mechanism& snap) {
     const core::Pose X_JpJc = (PoseOf(snap.parent) * snap.X_PJ).inverse() * (PoseOf(snap.child) * snap.X_CJ);
     const double distance_m = glm::length(X_JpJc.translation);
     const double tilt_rad = glm::length(core::RotationVector(X_JpJc.rotation));
     if (distance_m <= snap.travel_m && tilt_rad <= snap.tilt_tolerance_rad) return;
-    Say(element.LineOf("engaged"),
-        "snap '" + snap.name + "': engaged, but its frames are " + std::to_string(distance_m * 1e3) + " mm and " +
-            std::to_string(tilt_rad / kRadPerDeg) + " degrees apart",
-        "an engaged snap starts in its seat: within travel_m and tilt_tolerance_deg",
-        "place the child so that its frame lies on the parent's, or write engaged=\"false\"");
+    Report(element.LineOf("engaged"),
+           "snap '" + snap.name + "': engaged, but its frames are " + std::to_string(distance_m * 1e3) + " mm and " +
+               std::to_string(tilt_rad / kRadPerDeg) + " degrees apart",
+           "an engaged snap starts in its seat: within travel_m and tilt_tolerance_deg",
+           "place the child so that its frame lies on the parent's, or write engaged=\"false\"");
   }
 
-  // Patches are points of the parent; J is the parent's mesh frame, and the child's copy of it is where that lies at
-  // start.
+  // Patches are points of the parent. J is the parent's mesh frame; fixed in the child, it starts at the same pose.
   void ReadHookAndLoop(const XmlElement& element) {
     const ElementReader read(element);
     Mechanism patches = Start(element, MechanismKind::kHookAndLoop);
@@ -248,9 +249,9 @@ class MechanismReader {
     std::vector<double> numbers;
     ParseNumbers(element.Get("patches_m"), &numbers);
     if (numbers.empty() || numbers.size() % 3 != 0) {
-      Say(element.LineOf("patches_m"),
-          "hook_and_loop '" + patches.name + "': patches_m has " + std::to_string(numbers.size()) + " numbers",
-          "each patch is a point of three", "give x y z for every patch");
+      Report(element.LineOf("patches_m"),
+             "hook_and_loop '" + patches.name + "': patches_m has " + std::to_string(numbers.size()) + " numbers",
+             "each patch is a point of three coordinates", "give x y z for every patch");
     }
     for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
       patches.patches_m.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);

@@ -37,11 +37,11 @@ class Builder {
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
+  void Report(int line, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({{file_, line}, std::move(what), std::move(why), std::move(fix)});
   }
 
-  // Absolute path of a file attribute; says so when it is not there.
+  // Absolute path of a file attribute; adds a diagnostic when the file does not exist.
   std::filesystem::path File(const XmlElement& element, const char* attribute) {
     const std::string value = element.Get(attribute);
     if (value.empty()) return {};
@@ -49,11 +49,11 @@ class Builder {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) {
       const bool is_mesh = std::string_view(attribute) == "mesh";
-      Say(element.LineOf(attribute),
-          std::string(is_mesh ? "mesh" : element.name + " file") + " '" + value + "' is missing",
-          "there is no file " + path.string(),
-          is_mesh ? "make the mesh (see the sources beside it) or correct the path"
-                  : "write the file or correct the path");
+      Report(element.LineOf(attribute),
+             std::string(is_mesh ? "mesh" : element.name + " file") + " '" + value + "' is missing",
+             path.string() + " does not exist",
+             is_mesh ? "make the mesh (see the sources beside it) or correct the path"
+                     : "write the file or correct the path");
     }
     return path;
   }
@@ -120,8 +120,8 @@ class Builder {
         read_child.Number("voxel_size_m", &object.voxel_size_m);
         if (child.Find("accuracy_m") != nullptr) {
           if (child.Find("voxel_size_m") != nullptr) {
-            Say(child.line, "object '" + object.name + "': <collision> with accuracy_m and voxel_size_m",
-                "the accuracy decides the voxels' size", "give one of them");
+            Report(child.line, "object '" + object.name + "': <collision> with accuracy_m and voxel_size_m",
+                   "the voxel size is computed from the accuracy", "give one of them");
           }
           double accuracy_m = 0.0;
           read_child.Number("accuracy_m", &accuracy_m);
@@ -132,9 +132,9 @@ class Builder {
             static_cast<std::uint32_t>(std::min<std::uint64_t>(read_child.Count("points", 0), UINT32_MAX));
         if (object.voxel_size_m <= 0.0 && object.num_points == 0 && child.Find("voxel_size_m") == nullptr &&
             child.Find("accuracy_m") == nullptr) {
-          Say(child.line, "object '" + object.name + "': <collision> without voxel_size_m and points",
-              "it would build nothing",
-              "give voxel_size_m or accuracy_m for a field, points for a pointshell, or both");
+          Report(child.line, "object '" + object.name + "': <collision> without voxel_size_m and points",
+                 "it describes neither a field nor points",
+                 "give voxel_size_m or accuracy_m for a field, points for a pointshell, or both");
         }
       } else if (child.name == "frame") {
         ReadFrame(child, &object);
@@ -148,28 +148,30 @@ class Builder {
     if ((object.voxel_size_m > 0.0 || object.num_points > 0) && object.collision_mesh.empty()) {
       object.collision_mesh = object.visual_mesh;
       if (object.visual_mesh.empty()) {
-        Say(element.line, "object '" + object.name + "': <collision> has no mesh",
-            "neither <collision> nor <visual> names one", "add mesh=\"...\" to <collision>");
+        Report(element.line, "object '" + object.name + "': <collision> has no mesh",
+               "neither <collision> nor <visual> names one", "add mesh=\"...\" to <collision>");
       }
     }
     CheckOwner(element, object);
     scenario_.objects.push_back(std::move(object));
   }
 
-  // A given inertia takes the place of the mesh's. It must be that of some body: with the second moments
-  // S = tr(I) / 2 - I of its mass, positive in every direction, which is the triangle inequality of its moments.
+  // A given inertia tensor I [kg m^2] about the centre of mass replaces that of the mesh. It must be that of a real
+  // mass distribution: the second moments of mass S = tr(I) / 2 E - I must be positive semidefinite, which is the
+  // triangle inequality of the principal moments; checked by the principal minors, to 1e-9 for rounding of the file's
+  // numbers.
   void ReadInertia(const XmlElement& element, Object* object) {
     std::vector<double> v;
     if (element.Find("inertia_kg_m2") == nullptr || !ParseNumbers(element.Get("inertia_kg_m2"), &v)) return;
     const std::string title = "object '" + object->name + "': ";
     const int line = element.LineOf("inertia_kg_m2");
     if (v.size() != 6) {
-      Say(line, title + "inertia_kg_m2 has " + std::to_string(v.size()) + " numbers",
-          "a symmetric tensor about the centre of mass has six: xx yy zz xy xz yz", "give all six");
+      Report(line, title + "inertia_kg_m2 has " + std::to_string(v.size()) + " numbers",
+             "a symmetric tensor about the centre of mass has six: xx yy zz xy xz yz", "give all six");
       return;
     }
     if (object->mass_kg <= 0.0) {
-      Say(line, title + "inertia_kg_m2 without mass_kg", "an inertia belongs to a mass", "add mass_kg");
+      Report(line, title + "inertia_kg_m2 without mass_kg", "an inertia belongs to a mass", "add mass_kg");
     }
     Inertia inertia;
     inertia.I_Cm_O_kg_m2 = glm::dmat3(v[0], v[3], v[4], v[3], v[1], v[5], v[4], v[5], v[2]);
@@ -179,48 +181,48 @@ class Builder {
     const double minor = S[0][0] * S[1][1] - S[0][1] * S[0][1];
     if (scale <= 0.0 || S[0][0] < 0.0 || S[1][1] < 0.0 || S[2][2] < 0.0 || minor < -1e-9 * scale * scale ||
         glm::determinant(S) < -1e-9 * scale * scale * scale || glm::determinant(inertia.I_Cm_O_kg_m2) <= 0.0) {
-      Say(line, title + "inertia_kg_m2 is not that of a real body",
-          "each of its principal moments is above zero and at most the sum of the other two",
-          "correct the numbers (xx yy zz xy xz yz), or leave inertia_kg_m2 away: it then follows from the mesh");
+      Report(line, title + "inertia_kg_m2 is not that of a real body",
+             "each of its principal moments is above zero and at most the sum of the other two",
+             "correct the numbers (xx yy zz xy xz yz), or omit inertia_kg_m2 to compute it from the mesh");
     }
     object->inertia = inertia;
   }
 
-  // Attributes that an owner asks for or rules out. A value that is wrong in itself counts as given: one message is
-  // enough.
+  // Attributes that an owner requires or excludes. A malformed value counts as given, as it has been reported already.
   void CheckOwner(const XmlElement& element, const Object& object) {
     const std::string title = "object '" + object.name + "': ";
     const bool has_mass = element.Find("mass_kg") != nullptr;
     const bool has_density = element.Find("density_kg_per_m3") != nullptr;
     if (has_mass && has_density) {
-      Say(element.LineOf("density_kg_per_m3"), title + "both mass_kg and density_kg_per_m3",
-          "mass follows from density and the mesh's volume, so one of them is too many", "remove one");
+      Report(element.LineOf("density_kg_per_m3"), title + "both mass_kg and density_kg_per_m3",
+             "density and the mesh's volume determine the mass", "remove one of them");
     } else if (object.owner == Owner::kPhysics && !has_mass && !has_density) {
-      Say(element.line, title + "no mass", "an object that physics moves needs one above zero",
-          "add mass_kg or density_kg_per_m3");
+      Report(element.line, title + "no mass", "an object that physics moves needs one above zero",
+             "add mass_kg or density_kg_per_m3");
     }
     for (const char* attribute : {"velocity_m_per_s", "spin_rad_per_s"}) {
       if (object.owner != Owner::kPhysics && element.Find(attribute) != nullptr) {
-        Say(element.LineOf(attribute), title + attribute + " on an object that physics does not move",
-            "it stands still or follows a device", "remove it or write owner=\"physics\"");
+        Report(element.LineOf(attribute), title + attribute + " on an object that physics does not move",
+               "it is at rest or follows a device", "remove it or write owner=\"physics\"");
       }
     }
     const bool is_hand = object.owner == Owner::kHand;
     for (const char* attribute : {"part", "role"}) {
       const bool is_given = element.Find(attribute) != nullptr;
       if (is_hand && !is_given) {
-        Say(element.line, "object '" + object.name + "': " + attribute + " is missing",
-            "an object with owner=\"hand\" is a part of one device's hand",
-            "add " + std::string(attribute) + "=\"...\"");
+        Report(element.line, "object '" + object.name + "': " + attribute + " is missing",
+               "an object with owner=\"hand\" is a part of one device's hand",
+               "add " + std::string(attribute) + "=\"...\"");
       } else if (!is_hand && is_given) {
-        Say(element.LineOf(attribute), "object '" + object.name + "': " + attribute + " on an object that is no hand",
-            "only parts of a hand have it", "remove " + std::string(attribute) + " or write owner=\"hand\"");
+        Report(element.LineOf(attribute),
+               "object '" + object.name + "': " + attribute + " on an object that is not part of a hand",
+               "only parts of a hand have it", "remove " + std::string(attribute) + " or write owner=\"hand\"");
       }
     }
     for (const char* attribute : {"position", "rpy_deg"}) {
       if (is_hand && element.Find(attribute) != nullptr) {
-        Say(element.LineOf(attribute), "object '" + object.name + "': " + attribute + " on a part of a hand",
-            "its pose follows the device", "remove it and set the start pose on <device>");
+        Report(element.LineOf(attribute), "object '" + object.name + "': " + attribute + " on a part of a hand",
+               "its pose follows the device", "remove it and set the start pose on <device>");
       }
     }
   }
@@ -229,8 +231,8 @@ class Builder {
     Frame frame{element.Get("name"), ElementReader(element).Pose()};
     for (const Frame& other : object->frames) {
       if (other.name == frame.name) {
-        Say(element.line, "object '" + object->name + "': a second frame '" + frame.name + "'",
-            "names of frames are unique in an object", "rename one of them");
+        Report(element.line, "object '" + object->name + "': a second frame '" + frame.name + "'",
+               "names of frames are unique in an object", "rename one of them");
       }
     }
     object->frames.push_back(std::move(frame));
@@ -282,8 +284,8 @@ class Builder {
     ElementReader(element).Number("value", &parameter.value);
     for (const Parameter& other : scenario_.parameters) {
       if (other.name == parameter.name) {
-        Say(element.line, "a second parameter '" + parameter.name + "'", "names of parameters are unique",
-            "remove one of them");
+        Report(element.line, "a second parameter '" + parameter.name + "'", "names of parameters are unique",
+               "remove one of them");
       }
     }
     scenario_.parameters.push_back(std::move(parameter));
@@ -297,22 +299,23 @@ class Builder {
     read.Vector("target_m", &camera.target_m);
     read.Degrees("vertical_fov_deg", &camera.vertical_fov_rad);
     if (camera.vertical_fov_rad > 170.0 * kRadPerDeg) {
-      Say(element.LineOf("vertical_fov_deg"), "camera '" + camera.name + "': vertical_fov_deg is above 170",
-          "such a picture shows nothing of use", "write an angle in degrees, 30 to 60 is usual");
+      Report(element.LineOf("vertical_fov_deg"), "camera '" + camera.name + "': vertical_fov_deg is above 170",
+             "such a perspective is too distorted to be useful", "write an angle in degrees, 30 to 60 is usual");
     }
     if (glm::distance(camera.eye_m, camera.target_m) < 1e-6) {
-      Say(element.line, "camera '" + camera.name + "': eye and target coincide", "it has no direction to look in",
-          "move eye_m or target_m");
+      Report(element.line, "camera '" + camera.name + "': eye and target coincide", "the view direction is undefined",
+             "move eye_m or target_m");
     }
     for (const Camera& other : scenario_.cameras) {
       if (other.name == camera.name) {
-        Say(element.line, "a second camera '" + camera.name + "'", "names of cameras are unique", "rename one of them");
+        Report(element.line, "a second camera '" + camera.name + "'", "names of cameras are unique",
+               "rename one of them");
       }
     }
     scenario_.cameras.push_back(std::move(camera));
   }
 
-  // Parts find their device by role; their first pose follows from the device's.
+  // Assigns hand parts to devices by role, and computes their initial poses from the device's.
   void ReadHands(const XmlElement& root) {
     std::vector<std::string> roles;
     for (const Device& device : scenario_.devices) roles.push_back(device.role);
@@ -324,9 +327,9 @@ class Builder {
       if (object.owner != Owner::kHand || element.Find("role") == nullptr) continue;
       object.role = scenario_.FindRole(element.Get("role"));
       if (object.role < 0) {
-        Say(element.LineOf("role"),
-            "object '" + object.name + "': no device has the role '" + element.Get("role") + "'",
-            "a hand's parts belong to a <device>", core::SuggestName(element.Get("role"), roles));
+        Report(element.LineOf("role"),
+               "object '" + object.name + "': no device has the role '" + element.Get("role") + "'",
+               "a hand's parts belong to a <device>", core::SuggestName(element.Get("role"), roles));
         continue;
       }
       Device& device = scenario_.devices[static_cast<std::size_t>(object.role)];
@@ -337,10 +340,10 @@ class Builder {
       if (object.part == HandPart::kJawRight) slot = &device.jaw_right;
       if (slot == nullptr) continue;
       if (*slot >= 0) {
-        Say(element.line,
-            "object '" + object.name + "': role '" + device.role + "' has this part already, '" +
-                scenario_.objects[static_cast<std::size_t>(*slot)].name + "'",
-            "a hand has one palm and one jaw on each side", "change its part or its role");
+        Report(element.line,
+               "object '" + object.name + "': role '" + device.role + "' has this part already, '" +
+                   scenario_.objects[static_cast<std::size_t>(*slot)].name + "'",
+               "a hand has one palm and one jaw on each side", "change its part or its role");
         continue;
       }
       *slot = object_index;

@@ -10,36 +10,37 @@
 
 namespace scene {
 
-// A <pair> element as written: names are resolved when pairs are generated.
+// A <pair> element with its names as written; GeneratePairs resolves them.
 struct PairElement {
   std::string a;
   std::string b;
   bool is_collide = true;
-  Pair figures;  // stiffness and so on; object indices not set
+  Pair figures;  // stiffness and so on; the object indices are not set
 };
 
-// Steps of LoadScenario, one file each. All append to `diagnostics` and go on.
+// Steps of LoadScenario, one file each. Each appends errors to `diagnostics` and continues.
 
-// Puts the objects and hinges of every <arm> behind what is in the file; they count as written in the arm's line.
+// Appends the objects and hinges of every <arm> to the root's children, with the line of the <arm>.
 void ExpandArms(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics);
 
-// XML tree -> Scenario without pairs. Values that break the rules of schema.hpp keep their defaults here.
+// Builds the Scenario, without its pairs, from the XML tree. Values that violate the rules of schema.hpp keep their
+// defaults.
 Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file, std::vector<PairElement>* pairs,
                       std::vector<Diagnostic>* diagnostics);
 
-// A <sheet> of the object given.
+// Reads a <sheet> element of the given object.
 Sheet ReadSheet(const XmlElement& element, const Object& object, const std::filesystem::path& file,
                 std::vector<Diagnostic>* diagnostics);
 
-// Mechanisms in file order, whatever their kind: the order is the id on the bus. Adds to `scenario`, whose objects must
-// have their poses; a toggle switch's lever is turned to its detent.
+// Adds the mechanisms to `scenario` in file order (the index is the id on the bus), after all objects have their poses.
+// Moves a hinge's child to its start angle.
 void ReadMechanisms(const XmlElement& root, const std::filesystem::path& file, Scenario* scenario,
                     std::vector<Diagnostic>* diagnostics);
 
-// What holds between elements: names, ownership, masses, hands, mechanisms, files.
+// Checks the rules between elements: names, ownership, masses, hands, mechanisms, files.
 void CheckScenario(const Scenario& scenario, std::vector<Diagnostic>* diagnostics);
 
-// Contact pairs from groups, changed by the <pair> elements; see scenarios/README.md for the rule.
+// Adds the contact pairs that follow from the groups, modified by the <pair> elements; rule in scenarios/README.md.
 void GeneratePairs(const std::vector<PairElement>& elements, Scenario* scenario, std::vector<Diagnostic>* diagnostics);
 
 }  // namespace scene

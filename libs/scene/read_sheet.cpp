@@ -23,9 +23,9 @@ class SheetReader {
     sheet.X_OS.rotation = core::QuaternionFromRollPitchYaw(rpy_deg * (glm::pi<double>() / 180.0));
     double cells_x = 0.0;
     double cells_y = 0.0;
-    Two("size_m", &sheet.size_x_m, &sheet.size_y_m);
-    Two("cells", &cells_x, &cells_y);
-    Two("seam_size_m", &sheet.seam_x_m, &sheet.seam_y_m);
+    ReadTwoPositive("size_m", &sheet.size_x_m, &sheet.size_y_m);
+    ReadTwoPositive("cells", &cells_x, &cells_y);
+    ReadTwoPositive("seam_size_m", &sheet.seam_x_m, &sheet.seam_y_m);
     sheet.cells_x = static_cast<int>(std::clamp(cells_x, 0.0, 1e4));
     sheet.cells_y = static_cast<int>(std::clamp(cells_y, 0.0, 1e4));
     Number("density_kg_per_m2", &sheet.density_kg_per_m2);
@@ -52,7 +52,7 @@ class SheetReader {
   }
 
  private:
-  void Say(const char* attribute, const std::string& what, std::string why, std::string fix) {
+  void Report(const char* attribute, const std::string& what, std::string why, std::string fix) {
     diagnostics_->push_back({{file_, element_.LineOf(attribute)},
                              "sheet of '" + object_.name + "': " + what,
                              std::move(why),
@@ -66,12 +66,12 @@ class SheetReader {
       *value = Vec(numbers[0], numbers[1], numbers[2]);
     }
   }
-  void Two(const char* name, double* x, double* y) {
+  void ReadTwoPositive(const char* name, double* x, double* y) {
     std::vector<double> numbers;
-    if (!ParseNumbers(element_.Get(name), &numbers)) return;  // the rules of schema.hpp have said so
+    if (!ParseNumbers(element_.Get(name), &numbers)) return;  // reported by the check against schema.hpp
     if (numbers.size() != 2 || numbers[0] <= 0.0 || numbers[1] <= 0.0) {
-      Say(name, std::string(name) + " is not two numbers above zero", "it is given along x and along y",
-          "write two numbers");
+      Report(name, std::string(name) + " is not two numbers above zero", "it holds a value along x and one along y",
+             "write two positive numbers");
       return;
     }
     *x = numbers[0];
@@ -80,21 +80,22 @@ class SheetReader {
 
   void Check(const Sheet& sheet) {
     if (object_.owner != Owner::kPhysics) {
-      Say("size_m", "the object is not moved by physics", "a sheet hangs on something that moves with it",
-          "write owner=\"physics\" on the object");
+      Report("size_m", "the object is not moved by physics", "a sheet is attached to a body that reacts to it",
+             "write owner=\"physics\" on the object");
     }
     if (sheet.size_x_m <= 0.0 || sheet.cells_x <= 0) return;  // reported above
     const int nodes = (sheet.cells_x + 1) * (sheet.cells_y + 1);
     if (sheet.cells_x < 2 || sheet.cells_y < 2 || nodes > static_cast<int>(core::kMaxSheetNodes)) {
-      Say("cells", std::to_string(nodes) + " nodes",
-          "a sheet has at least 2 cells along each side and messages have room for " +
-              std::to_string(core::kMaxSheetNodes) + " nodes",
-          "20 cells along the longer side are usual");
+      Report("cells", std::to_string(nodes) + " nodes",
+             "a sheet has at least 2 cells along each side and messages have room for " +
+                 std::to_string(core::kMaxSheetNodes) + " nodes",
+             "20 cells along the longer side are usual");
     }
+    // The lattice's edge springs are positive for ratios from 1/sqrt(3) to sqrt(3) (physics/cloth/cloth_grid.hpp).
     const double ratio = sheet.size_x_m / sheet.cells_x * sheet.cells_y / sheet.size_y_m;
     if (ratio > 1.7 || ratio < 1.0 / 1.7) {
-      Say("cells", "a cell is " + std::to_string(ratio) + " times as long as wide", "the lattice holds for 0.6 to 1.7",
-          "change the number of cells along a side");
+      Report("cells", "a cell is " + std::to_string(ratio) + " times as long as wide",
+             "the springs of the lattice need a ratio from 0.6 to 1.7", "change the number of cells along a side");
     }
   }
 

@@ -47,7 +47,7 @@ TEST_F(ReadSheetTest, ReadsEveryFigure) {
   EXPECT_FALSE(sheet.is_active);
 }
 
-TEST_F(ReadSheetTest, RefusesWhatIsNoSheetWithItsLine) {
+TEST_F(ReadSheetTest, ReportsInvalidValuesWithTheirLine) {
   const auto complaint = [&](const char* name, const char* value) {
     Read({{name, value}});
     EXPECT_EQ(diagnostics_.size(), 1u) << name;

@@ -11,25 +11,28 @@
 
 namespace scene {
 
-// The checked model of a scenario file. Plain data in SI units and radians; nothing runs here. Indices into `objects`,
-// `pairs` and `mechanisms` are the ids used on the bus, in file order, so every process that reads the same file
-// agrees.
+// The checked model of a scenario file. Plain data in SI units and radians. Indices into `objects`, `pairs` and
+// `mechanisms` are the ids used on the bus; they are in file order, so processes that read the same file agree.
+//
+// Defaults are choices for hand-sized parts of about a kilogram at 1 kHz, and the scenarios' starting point; no study
+// selected them. Where a value comes from elsewhere, its line says so.
 
-// Who owns an object's pose: nobody (fixed), physics_node, or haptic_node (a part of a hand).
+// Which node owns an object's pose: none (fixed), physics_node, or haptic_node (a part of a hand).
 enum class Owner { kFixed, kPhysics, kHand };
 
 // A hand is a palm and two jaws. At opening w the jaws stand at -w/2 and +w/2 along the palm's x axis;
 // at opening 0 the three mesh frames coincide.
 enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
 
-// The paper's first way; its second way, hard contact; compliant planes with look-ahead (architecture D5).
+// How physics_node uses contacts: the paper's first way (wrench), its second way (hard contact), or compliant planes
+// with look-ahead (architecture D5).
 enum class ContactInput { kWrench, kManifold, kPlanes };
 
-// Which node computes a pair's contact: haptic_node, which feels it and tells physics_node, or physics_node itself,
-// where the planes are of the very poses that they push (no delay). A hand's contact is always the former's.
+// Which node computes a pair's contact: haptic_node, which sends it to physics_node, or physics_node itself, without
+// transport delay. Pairs of a hand's part are always haptic_node's.
 enum class PairOwner { kHaptic, kPhysics };
 
-struct Location {  // where in a file something was said
+struct Location {  // line of a file, for diagnostics
   std::filesystem::path file;
   int line = 0;
 };
@@ -38,7 +41,7 @@ struct Material {
   glm::vec3 base_color{0.8f};
   float metallic = 0.0f;
   float roughness = 0.6f;
-  bool is_given = false;  // false: the glTF file's own material counts
+  bool is_given = false;  // false: the glTF file's own material is used
 };
 
 // A named frame fixed in an object's mesh frame, e.g. a tool tip or a socket; operator scripts and snaps refer to it.
@@ -48,8 +51,8 @@ struct Frame {
 };
 
 // A deformable sheet that is sewn to an object, as a cover is to its tab: flat at the start, in the xy plane of S.
-// Inside the seam, a rectangle about the object's origin, it hangs on the object; the stiffness is that of the whole
-// seam. A hook_and_loop whose child is the object holds the sheet, not the object.
+// Nodes inside the seam, a rectangle about the object's origin, are held to the object by springs whose total stiffness
+// is given. A hook_and_loop whose child is the object acts on the sheet instead of the object.
 struct Sheet {
   core::Pose X_OS;
   double size_x_m = 0.0;
@@ -66,10 +69,10 @@ struct Sheet {
   double seam_y_m = 0.0;
   double seam_stiffness_N_per_m = 1000.0;
   double seam_damping_N_s_per_m = 8.0;
-  double grip_stiffness_N_per_m = 1000.0;  // of jaws that pinch it, all gripped nodes together
+  double grip_stiffness_N_per_m = 1000.0;  // of jaws that pinch the sheet: total over all gripped nodes
   double grip_damping_N_s_per_m = 8.0;
   Material material;
-  bool is_active = true;  // initial; asleep it neither moves nor pulls
+  bool is_active = true;  // initial; an inactive sheet neither moves nor exerts forces
   Location location;
 };
 
@@ -91,13 +94,13 @@ struct Object {
   core::Twist V_WO;      // initial velocity of its origin; physics objects
   double mass_kg = 0.0;  // one of mass and density is given for physics objects
   double density_kg_per_m3 = 0.0;
-  std::optional<Inertia> inertia;  // none: it follows from the mesh
+  std::optional<Inertia> inertia;  // none: computed from the mesh
   double voxel_size_m = 0.0;       // 0: no voxelmap
   std::uint32_t num_points = 0;    // 0: no pointshell
   double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
   std::vector<Frame> frames;
   std::optional<Sheet> sheet;
-  bool is_lamp = false;  // its colour follows logic
+  bool is_lamp = false;  // logic_node sets its colour
   glm::vec3 lamp_color{0.0f};
   Location location;
 };
@@ -117,17 +120,19 @@ struct Pair {
 
 enum class MechanismKind { kHinge, kSlider, kSnap, kHookAndLoop };
 
-// Hinge: J frames coincide at angle 0, rotation about z of J, from parent to child. The child's X_WO in the model is
-// that at the initial detent.
-// With two detents it is a toggle switch: torque pulls to the nearer detent, is zero half way, and peaks at
-// `detent_torque_Nm`. Without, it turns freely between its limits.
+// Hinge: J frames coincide at angle 0; rotation about z of J, from parent to child. The child's X_WO in the model is
+// that at its start angle. With two detents it is a toggle switch: the torque acts towards the nearer detent, is zero
+// half way, and peaks at `detent_torque_Nm`. Without detents it turns freely between its limits.
+//
 // Slider: J frames coincide at position 0; the child moves along z of J.
-// Snap: J_child's origin is pulled to J_parent's origin; z of J_parent points out of the socket, `position` is the
+//
+// Snap: pulls the origin of J_child to that of J_parent; z of J_parent points out of the socket, `position` is the
 // child's z coordinate in J_parent. It acts while the child is within `guide_length_m` of the seat and inside the
-// lateral and tilt tolerance: over the guide it is a slider (lateral and angular springs), near the seat it has the
-// snap profile: pushing in past `travel_m` costs up to `engage_force_N`, pulling out up to `release_force_N`. While
-// engaged it holds the child with all six springs. Hook-and-loop: patches at points given in the parent's frame, each a
-// spring that breaks at `release_force_N`.
+// lateral and tilt tolerances. Along the guide it is a slider (lateral and angular springs). Near the seat it has the
+// snap profile: insertion past `travel_m` takes up to `engage_force_N`, removal up to `release_force_N`. While engaged,
+// springs in all six degrees of freedom hold the child.
+//
+// Hook-and-loop: patches at points given in the parent's frame, each a spring that breaks at `release_force_N`.
 struct Mechanism {
   std::string name;
   MechanismKind kind = MechanismKind::kHinge;
@@ -135,14 +140,14 @@ struct Mechanism {
   int child = -1;
   core::Pose X_PJ;       // J in the parent's mesh frame (world for -1)
   core::Pose X_CJ;       // J in the child's mesh frame
-  double damping = 0.0;  // hinge: Nm s/rad; others: N s/m (angular by lever of 0.05 m)
+  double damping = 0.0;  // hinge: Nm s/rad; others: N s/m (about an axis: times the square of a lever of 0.05 m)
 
   // hinge (rad, rad/s, Nm) and slider (m, m/s, N)
   double lower = -1e9;
   double upper = 1e9;
-  double motor_speed = 0.0;  // wanted, of the child against the parent
-  double motor_limit = 0.0;  // largest torque or force of the motor; 0: none
-  bool is_locked = false;    // held where it starts
+  double motor_speed = 0.0;  // target speed of the child relative to the parent
+  double motor_limit = 0.0;  // largest torque or force of the motor; 0: no motor
+  bool is_locked = false;    // held at its start position
 
   // hinge
   std::vector<double> detents_rad;  // none or two, ascending
@@ -153,8 +158,8 @@ struct Mechanism {
   double engage_force_N = 0.0;
   double release_force_N = 0.0;
   double travel_m = 0.003;
-  // Force in N against pushing in at distances in m from the seat, instead of half a sine of engage_force_N over
-  // travel_m, which are then its largest force and its end.
+  // Measured force profile, as points (distance from the seat [m], force against insertion [N]). Empty: half a sine of
+  // amplitude engage_force_N over travel_m. With a profile these two are its largest force and its last distance.
   std::vector<glm::dvec2> profile;
   double guide_length_m = 0.0;
   double lateral_tolerance_m = 0.001;
@@ -169,7 +174,7 @@ struct Mechanism {
   Location location;
 };
 
-// A hand device and the role that it plays. Role names are free ("op1/arm.left").
+// A hand device and its role. Role names are chosen by the scenario ("op1/arm.left").
 struct Device {
   std::string role;
   std::string type = "simulated_arm";
@@ -177,32 +182,33 @@ struct Device {
   int jaw_left = -1;
   int jaw_right = -1;
   core::Pose X_WD_start;
-  double mass_kg = 1.5;  // apparent, with feed-forward (assumed; research: no published figure for HUG)
+  double mass_kg = 1.5;  // apparent, with feed-forward; assumed, as no figure for the HUG device is published
   double inertia_kg_m2 = 0.03;
   double damping_N_s_per_m = 5.0;
   double damping_Nm_s_per_rad = 0.05;
   double opening_max_m = 0.08;
   double opening_start_m = 0.06;
   double command_delay_s = 0.0;           // configurable transport delay of the arm
-  double hand_stiffness_N_per_m = 800.0;  // the operator's arm impedance
+  double hand_stiffness_N_per_m = 800.0;  // impedance of the operator's arm; assumed
   double hand_damping_N_s_per_m = 60.0;
   double hand_stiffness_Nm_per_rad = 25.0;
   double hand_damping_Nm_s_per_rad = 1.2;
-  double max_force_N = 50.0;  // safety filter
+  double max_force_N = 50.0;  // limits of the safety filter (nodes/device_bridge/safety_filter.hpp)
   double max_torque_Nm = 8.0;
   double max_force_rate_N_per_s = 20000.0;
   Location location;
 };
 
-// Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6].
+// Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6]. The paper sets eta, sigma, rho and alpha
+// empirically to the values here; it gives no stiffness.
 struct Coupling {
-  double stiffness_N_per_m = 2500.0;   // k_f
-  double stiffness_Nm_per_rad = 30.0;  // k_t
-  double eta = 0.2;
-  double sigma_m2 = 0.035;
-  double rho = 0.01;
-  double alpha = 2.0;
-  double grasp_stiffness_N_per_m = 3000.0;  // grasp spring between gripper and object (architecture, ownership)
+  double stiffness_N_per_m = 2500.0;        // k_f
+  double stiffness_Nm_per_rad = 30.0;       // k_t
+  double eta = 0.2;                         // filter constant of Eq. 3
+  double sigma_m2 = 0.035;                  // inertia over mass in Eq. 4
+  double rho = 0.01;                        // expected fraction of colliding points in Eq. 2
+  double alpha = 2.0;                       // exponent of Eq. 2
+  double grasp_stiffness_N_per_m = 3000.0;  // spring between gripper and grasped object (architecture, ownership)
   double grasp_damping_N_s_per_m = 40.0;
   double grasp_stiffness_Nm_per_rad = 40.0;
   double grasp_damping_Nm_s_per_rad = 0.6;
@@ -232,8 +238,8 @@ struct Scenario {
   ContactInput contact_input = ContactInput::kPlanes;
   std::uint64_t seed = 1;
   double duration_limit_s = 120.0;
-  double stall_limit_s = 20.0;  // a step that takes longer is a failure, named
-  double force_cap_N = 40.0;    // initial value of the parameter of that name; logic may lower it per state
+  double stall_limit_s = 20.0;  // a procedure step that takes longer is reported as a failure
+  double force_cap_N = 40.0;    // initial value of the parameter of that name; logic_node may lower it in a state
   glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // towards the sun
   Coupling coupling;
   std::vector<Device> devices;
@@ -241,19 +247,20 @@ struct Scenario {
   std::vector<Pair> pairs;
   std::vector<Mechanism> mechanisms;
   std::vector<Camera> cameras;
-  std::vector<Parameter> parameters;  // initial values of named parameters beyond the above
+  std::vector<Parameter> parameters;  // initial values of further named parameters
 
-  [[nodiscard]] int FindObject(const std::string& object_name) const;  // -1: none
+  // Indices; -1: none.
+  [[nodiscard]] int FindObject(const std::string& object_name) const;
   [[nodiscard]] int FindMechanism(const std::string& mechanism_name) const;
   [[nodiscard]] int FindRole(const std::string& role) const;
   [[nodiscard]] std::string PairName(std::size_t pair_index) const;    // "sampled/field"
-  [[nodiscard]] const char* PairSource(std::size_t pair_index) const;  // the node that computes and tells it
+  [[nodiscard]] const char* PairSource(std::size_t pair_index) const;  // the node that computes and publishes it
 };
 
-// Figures of a mechanism that can be changed while it runs, as parameters "<mechanism>.<figure>".
+// Names of a mechanism's quantities that can be changed at run time as parameters "<mechanism>.<name>".
 std::vector<const char*> LiveFigures(const Mechanism& mechanism);
 
-// Poses of a hand's parts for a palm pose and an opening; see HandPart.
+// Pose X_WPart of a hand's part, for the palm's pose and an opening [m]; see HandPart.
 core::Pose PartPose(HandPart part, const core::Pose& X_WPalm, double opening_m);
 
 }  // namespace scene

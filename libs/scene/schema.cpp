@@ -41,8 +41,8 @@ bool IsName(const std::string& text) {
          text.back() != '/';
 }
 
-// Empty when the text is of the kind; else what the kind asks for.
-std::string Violation(const AttributeRule& rule, const std::string& text) {
+// Empty when the text is valid for the rule; else what the rule requires.
+std::string FindViolation(const AttributeRule& rule, const std::string& text) {
   double number = 0.0;
   std::uint64_t count = 0;
   bool truth = false;
@@ -78,7 +78,7 @@ std::string Violation(const AttributeRule& rule, const std::string& text) {
   return {};
 }
 
-// "object 'block'" or "coupling": how messages name an element.
+// Name of an element in messages: "object 'block'" or "<coupling>".
 std::string Title(const XmlElement& element) {
   for (const char* key : {"name", "role"}) {
     if (const XmlAttribute* attribute = element.Find(key)) return element.name + " '" + attribute->value + "'";
@@ -96,13 +96,13 @@ class SchemaChecker {
     CheckAttributes(element, rule);
     CheckChildren(element, rule);
     if (!element.text.empty()) {
-      Say(element.line, Title(element) + " holds the text '" + element.text.substr(0, 40) + "'",
-          "such a file has attributes and elements only", "remove the text or make it a comment <!-- ... -->");
+      Report(element.line, Title(element) + " contains the text '" + element.text.substr(0, 40) + "'",
+             "the format has attributes and elements only", "remove the text or make it a comment <!-- ... -->");
     }
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
+  void Report(int line, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({{file_, line}, std::move(what), std::move(why), std::move(fix)});
   }
 
@@ -110,24 +110,25 @@ class SchemaChecker {
     std::vector<std::string> known;
     for (const AttributeRule& attribute : rule.attributes) known.push_back(attribute.name);
     for (const XmlAttribute& attribute : element.attributes) {
-      if (attribute.name_space == "http://www.w3.org/2001/XMLSchema-instance") continue;  // where editors find the XSD
+      if (attribute.name_space == "http://www.w3.org/2001/XMLSchema-instance")
+        continue;  // the XSD's location, for editors
       const auto it = std::find_if(rule.attributes.begin(), rule.attributes.end(),
                                    [&](const AttributeRule& candidate) { return candidate.name == attribute.name; });
       if (it == rule.attributes.end()) {
-        Say(attribute.line, Title(element) + ": unknown attribute '" + attribute.name + "'",
-            "<" + rule.name + "> does not have it", core::SuggestName(attribute.name, known));
+        Report(attribute.line, Title(element) + ": unknown attribute '" + attribute.name + "'",
+               "<" + rule.name + "> does not have it", core::SuggestName(attribute.name, known));
         continue;
       }
-      const std::string violation = Violation(*it, attribute.value);
+      const std::string violation = FindViolation(*it, attribute.value);
       if (!violation.empty()) {
-        Say(attribute.line, Title(element) + ": " + attribute.name + " is '" + attribute.value + "'",
-            "it must be " + violation, "write " + violation + " in " + attribute.name);
+        Report(attribute.line, Title(element) + ": " + attribute.name + " is '" + attribute.value + "'",
+               "it must be " + violation, "write " + violation + " in " + attribute.name);
       }
     }
     for (const AttributeRule& attribute : rule.attributes) {
       if (attribute.is_required && element.Find(attribute.name) == nullptr) {
-        Say(element.line, Title(element) + ": attribute '" + attribute.name + "' is missing",
-            "<" + rule.name + "> needs it: " + rule.meaning, "add " + attribute.name + "=\"...\"");
+        Report(element.line, Title(element) + ": attribute '" + attribute.name + "' is missing",
+               "<" + rule.name + "> needs it: " + rule.meaning, "add " + attribute.name + "=\"...\"");
       }
     }
   }
@@ -140,12 +141,12 @@ class SchemaChecker {
       const auto it = std::find_if(rule.children.begin(), rule.children.end(),
                                    [&](const ChildRule& candidate) { return candidate.name == child.name; });
       if (it == rule.children.end()) {
-        Say(child.line, "unknown element <" + child.name + "> in " + Title(element),
-            "<" + rule.name + "> does not hold such an element", core::SuggestName(child.name, known));
+        Report(child.line, "unknown element <" + child.name + "> in " + Title(element),
+               "<" + rule.name + "> cannot contain it", core::SuggestName(child.name, known));
         continue;
       }
       if (it->max_count > 0 && ++counts[child.name] > it->max_count) {
-        Say(child.line, "a second <" + child.name + "> in " + Title(element), "there can be only one", "remove one");
+        Report(child.line, "a second <" + child.name + "> in " + Title(element), "there can be only one", "remove one");
       }
       Check(child, *FindRule(rules_, child.name));
     }
@@ -153,9 +154,8 @@ class SchemaChecker {
       const auto count = std::count_if(element.children.begin(), element.children.end(),
                                        [&](const XmlElement& candidate) { return candidate.name == child.name; });
       if (static_cast<std::size_t>(count) < child.min_count) {
-        Say(element.line, "<" + child.name + "> is missing in " + Title(element),
-            "without it there is nothing to run: " + FindRule(rules_, child.name)->meaning,
-            "add a <" + child.name + ">");
+        Report(element.line, "<" + child.name + "> is missing in " + Title(element),
+               "it is required: " + FindRule(rules_, child.name)->meaning, "add a <" + child.name + ">");
       }
     }
   }
@@ -172,7 +172,7 @@ void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file
   if (root.name != root_name) {
     diagnostics->push_back({{file, root.line},
                             "the root element is <" + root.name + ">",
-                            "such a file starts with <" + root_name + ">",
+                            "it must be <" + root_name + ">",
                             "put the content into <" + root_name + ">"});
     return;
   }

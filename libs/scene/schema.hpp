@@ -9,8 +9,8 @@
 
 namespace scene {
 
-// The form of scenario.xml. This table is the one source of truth: the loader checks against it, and
-// scenarios/scenario.xsd (for editors and xmllint) is written from it by WriteXsd(); a test compares the two.
+// The schema of scenario.xml. The loader checks files against this table, and WriteXsd() generates
+// scenarios/scenario.xsd (for editors and xmllint) from it; a test compares the two.
 
 enum class ValueKind {
   kText,
@@ -50,16 +50,16 @@ struct ElementRule {
 // Rules of every element; the first is the root.
 const std::vector<ElementRule>& ScenarioRules();
 
-// Elements, attributes and values against the rules: everything that can be said of one element alone.
-// `root_name`: what the file must start with.
+// Checks elements, attributes and values against the rules: everything that concerns one element alone. `root_name` is
+// the required root element.
 void CheckAgainstRules(const XmlElement& root, const std::filesystem::path& file, std::vector<Diagnostic>* diagnostics,
                        const std::string& root_name = "scenario",
                        const std::vector<ElementRule>& rules = ScenarioRules());
 
-// The XML Schema of the rules.
+// The text of the XML Schema (XSD 1.0) generated from ScenarioRules().
 std::string WriteXsd();
 
-// Value of an attribute's text. Return false and leave *value alone when the text is not of that kind.
+// Parse an attribute's text. On malformed text they return false and leave *value unchanged.
 bool ParseNumber(const std::string& text, double* value);
 bool ParseCount(const std::string& text, std::uint64_t* value);
 bool ParseNumbers(const std::string& text, std::vector<double>* values);

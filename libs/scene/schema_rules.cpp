@@ -16,7 +16,7 @@ AttributeRule Required(const char* name, ValueKind kind) {
 
 ElementRule RunRule() {
   return {"run",
-          "how the scenario runs",
+          "settings of the run",
           {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
            {"contact_input", ValueKind::kChoice, false, {"planes", "manifold", "wrench"}},
            Optional("seed", ValueKind::kCount),
@@ -39,7 +39,7 @@ ElementRule CouplingRule() {
 
 ElementRule ObjectRule() {
   return {"object",
-          "a thing in the scene; pose of its mesh frame in W",
+          "an object of the scene; pose of its mesh frame in W",
           {Required("name", ValueKind::kName),
            {"owner", ValueKind::kChoice, true, {"fixed", "physics", "hand"}},
            {"part", ValueKind::kChoice, false, {"palm", "jaw_left", "jaw_right"}},
@@ -74,7 +74,7 @@ ElementRule SheetRule() {
 
 ElementRule DeviceRule() {
   return {"device",
-          "a hand device and the role that it plays",
+          "a hand device and its role",
           {Required("role", ValueKind::kName),
            {"type", ValueKind::kChoice, false, {"simulated_arm", "simulated_hug"}},
            Optional("position", ValueKind::kVector),
@@ -112,7 +112,7 @@ ElementRule HingeRule() {
 
 ElementRule ArmRule() {
   return {"arm",
-          "a chain of links that hinges join; pose of its mount in W",
+          "a chain of links joined by hinges; pose of its mount in W",
           {Required("name", ValueKind::kName), Required("links", ValueKind::kFile), Optional("base", ValueKind::kText),
            Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
            Optional("start_deg", ValueKind::kNumbers)},
@@ -121,7 +121,7 @@ ElementRule ArmRule() {
 
 ElementRule LinkRule() {
   return {"link",
-          "a link turns about z of its frame, whose pose is given in the link before",
+          "a link turns about z of its frame, whose pose is given in the previous link's frame",
           {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
            Required("mass_kg", kAboveZero), Optional("inertia_kg_m2", ValueKind::kNumbers),
            Optional("center_of_mass_m", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
@@ -145,7 +145,7 @@ ElementRule SliderRule() {
 
 ElementRule SnapRule() {
   return {"snap",
-          "pulls the child's frame into the parent's; engages and releases",
+          "a snap that pulls the child's frame into the parent's; it engages and releases",
           {Required("name", ValueKind::kName), Required("parent", ValueKind::kName),
            Required("parent_frame", ValueKind::kName), Required("child", ValueKind::kName),
            Required("child_frame", ValueKind::kName), Optional("engage_force_N", kAtLeastZero),
@@ -188,7 +188,7 @@ std::vector<ElementRule> MakeRules() {
         {"camera", 0, 0},
         {"sun", 0, 1}}},
       RunRule(),
-      {"procedure", "the SCXML file of what shall happen", {Required("file", ValueKind::kFile)}, {}},
+      {"procedure", "the SCXML file of the procedure", {Required("file", ValueKind::kFile)}, {}},
       {"operator", "the simulated operator's script", {Required("file", ValueKind::kFile)}, {}},
       CouplingRule(),
       ObjectRule(),
@@ -198,9 +198,9 @@ std::vector<ElementRule> MakeRules() {
         Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero)},
        {}},
       {"collision",
-       "field, points or both; accuracy_m, the largest error of a depth, in place of voxel_size_m; mesh: the visual "
-       "one "
-       "unless named; an open mesh is a sheet of sheet_thickness_m",
+       "a field, points or both, of the visual mesh unless mesh names another; accuracy_m, the largest error of a "
+       "depth, "
+       "replaces voxel_size_m; an open mesh is a sheet of sheet_thickness_m",
        {Optional("mesh", ValueKind::kFile), Optional("voxel_size_m", kAboveZero), Optional("accuracy_m", kAboveZero),
         Optional("points", ValueKind::kCount), Optional("sheet_thickness_m", kAboveZero)},
        {}},
@@ -209,11 +209,11 @@ std::vector<ElementRule> MakeRules() {
        {Required("name", ValueKind::kName), Optional("position", ValueKind::kVector),
         Optional("rpy_deg", ValueKind::kVector)},
        {}},
-      {"lamp", "the object's colour follows logic", {Optional("color", ValueKind::kColor)}, {}},
+      {"lamp", "the object is a lamp whose colour logic_node sets", {Optional("color", ValueKind::kColor)}, {}},
       SheetRule(),
       DeviceRule(),
       {"pair",
-       "changes the figures of a contact pair or drops it; a is sampled if it has points",
+       "changes the parameters of a contact pair or removes it; a is sampled if it has points",
        {Required("a", ValueKind::kName),
         Required("b", ValueKind::kName),
         Optional("stiffness_N_per_m", kAboveZero),

@@ -14,7 +14,7 @@ namespace {
 
 const std::filesystem::path kXsdFile = std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / "scenario.xsd";
 
-// libxml2's own schema processor as the judge: true when `xml` is valid by WriteXsd().
+// Whether libxml2's schema processor accepts `xml` by the schema of WriteXsd().
 bool IsValid(const std::string& xml) {
   const std::string xsd = WriteXsd();
   const std::unique_ptr<xmlSchemaParserCtxt, decltype(&xmlSchemaFreeParserCtxt)> parser(
@@ -35,7 +35,7 @@ std::string Wrap(const std::string& inner) {
   return "<scenario name='t'><procedure file='p'/><object name='a' owner='fixed'/>" + inner + "</scenario>";
 }
 
-TEST(Schema, CheckedInXsdIsTheOneWrittenFromTheRules) {
+TEST(Schema, CheckedInXsdMatchesTheRules) {
   if (std::getenv("VR_OOS_WRITE_XSD") != nullptr) std::ofstream(kXsdFile) << WriteXsd();
   std::ifstream stream(kXsdFile);
   std::stringstream text;
@@ -76,7 +76,7 @@ TEST(Schema, XsdAndRulesAgreeOnValues) {
   }
 }
 
-TEST(Schema, XsdKnowsReferences) {
+TEST(Schema, XsdChecksReferences) {
   EXPECT_FALSE(IsValid(Wrap("<pair a='a' b='gone'/>")));
   EXPECT_TRUE(IsValid(Wrap("<object name='b' owner='fixed'/><pair a='a' b='b'/>")));
   EXPECT_FALSE(IsValid(Wrap("<object name='a' owner='fixed'/>")));
@@ -91,7 +91,7 @@ TEST(Schema, NumbersAreFiniteAndUseAPointInEveryLocale) {
   }
 }
 
-TEST(ReadXml, KnowsLinesOfElementsAndAttributesOverSeveralLines) {
+TEST(ReadXml, FindsTheLinesOfElementsAndAttributesOverSeveralLines) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "vr_oos_xml_test.xml";
   std::ofstream(file)
       << "<?xml version='1.0'?>\n<a\n  x='1'\n  xmlns:n='urn:n'\n  n:x='<2'\n>\n<!-- <b -->\n<b\n\n y='\n3'/></a>\n";

@@ -3,7 +3,7 @@
 namespace scene {
 namespace {
 
-// Types of the attribute kinds. Number excludes INF and NaN, which xs:double would allow.
+// XSD types of the attribute kinds. `number` excludes INF and NaN, which xs:double allows.
 constexpr const char* kTypes = R"(
   <xs:simpleType name="name">
     <xs:restriction base="xs:string"><xs:pattern value="[^\s/]([^\s]*[^\s/])?"/></xs:restriction>
@@ -102,7 +102,7 @@ std::string WriteType(const ElementRule& rule) {
   std::string text = "\n  <xs:complexType name=\"" + rule.name + "_type\">\n";
   text += "    <xs:annotation><xs:documentation>" + rule.meaning + "</xs:documentation></xs:annotation>\n";
   if (!rule.children.empty()) {
-    // Elements come in any order; XSD 1.0 cannot say "any order, this one once", so counts are the loader's to check.
+    // Elements come in any order. XSD 1.0 cannot limit counts then, so only the loader checks them.
     text += "    <xs:choice minOccurs=\"0\" maxOccurs=\"unbounded\">\n";
     for (const ChildRule& child : rule.children) {
       text += "      <xs:element name=\"" + child.name + "\" type=\"" + child.name + "_type\"/>\n";
@@ -119,7 +119,7 @@ std::string WriteXsd() {
   std::string text =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
       "<!-- Written by scene::WriteXsd() from the rules in libs/scene/schema_rules.cpp; change those, then run\n"
-      "     `scene_test` with VR_OOS_WRITE_XSD=1. `oos check` checks against the same rules, and more. -->\n"
+      "     `scene_test` with VR_OOS_WRITE_XSD=1. `oos check` applies the same rules and more. -->\n"
       "<xs:schema xmlns:xs=\"http://www.w3.org/2001/XMLSchema\">\n";
   text += kTypes;
   for (const ElementRule& rule : ScenarioRules()) text += WriteType(rule);

@@ -28,7 +28,7 @@ struct ParseError {
   std::string message;
 };
 
-// libxml2 calls this for every error of the context; the first is the cause, the others follow from it.
+// libxml2 calls this for every error. Only the first is kept; the others follow from it.
 #if LIBXML_VERSION >= 21200
 void KeepFirstError(void* user_data, const xmlError* error) {
 #else
@@ -57,7 +57,7 @@ std::string Trimmed(const std::string& text) {
   return {begin, end};
 }
 
-// libxml2 knows only the line on which a start tag ends. This finds the lines of '<' and of each attribute in the text.
+// Finds the line of each start tag and attribute in the text; libxml2 knows only the line on which a start tag ends.
 class LineFinder {
  public:
   explicit LineFinder(std::string_view text) : text_(text) {
@@ -142,7 +142,7 @@ XmlElement Convert(xmlNode* node, const LineFinder& lines) {
   return element;
 }
 
-tl::unexpected<std::vector<Diagnostic>> Refuse(Diagnostic diagnostic) {
+tl::unexpected<std::vector<Diagnostic>> SingleError(Diagnostic diagnostic) {
   return tl::unexpected<std::vector<Diagnostic>>({std::move(diagnostic)});
 }
 
@@ -168,10 +168,10 @@ int XmlElement::LineOf(std::string_view attribute) const {
 tl::expected<XmlElement, std::vector<Diagnostic>> ReadXml(const std::filesystem::path& file) {
   const auto bytes = core::ReadFile(file);
   if (!bytes) {
-    return Refuse({{file, 0},
-                   "cannot open '" + file.string() + "'",
-                   "it " + bytes.error().detail,
-                   "give the path of a file that exists"});
+    return SingleError({{file, 0},
+                        "cannot open '" + file.string() + "'",
+                        "it " + bytes.error().detail,
+                        "give the path of a file that exists"});
   }
   const std::string text(bytes->begin(), bytes->end());
 
@@ -184,10 +184,11 @@ tl::expected<XmlElement, std::vector<Diagnostic>> ReadXml(const std::filesystem:
                         XML_PARSE_NONET | XML_PARSE_BIG_LINES));
   if (document == nullptr || !first_error.message.empty()) {
     if (text.empty()) first_error.message = "the file is empty";
-    return Refuse({{file, first_error.line},
-                   "malformed XML",
-                   first_error.message,
-                   "correct the XML on this line or above it: each element must be closed, each attribute quoted"});
+    return SingleError(
+        {{file, first_error.line},
+         "malformed XML",
+         first_error.message,
+         "correct the XML on this line or above it: each element must be closed, each attribute quoted"});
   }
   return Convert(xmlDocGetRootElement(document.get()), LineFinder(text));
 }

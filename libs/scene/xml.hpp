@@ -10,7 +10,7 @@
 
 namespace scene {
 
-// A read-only XML tree with the line of every element and attribute, for messages that name the place.
+// A read-only XML tree with the line of every element and attribute, for diagnostics.
 
 struct XmlAttribute {
   std::string name_space;  // URI; empty: none
@@ -34,8 +34,8 @@ struct XmlElement {
   [[nodiscard]] int LineOf(std::string_view attribute) const;
 };
 
-// Reads a file and returns its root element. A missing file or malformed XML gives the parser's own line and message.
-// Neither external entities nor the network are used.
+// Reads a file and returns its root element, or one diagnostic for a missing file or malformed XML (with the parser's
+// line and message). Neither external entities nor the network are used.
 tl::expected<XmlElement, std::vector<Diagnostic>> ReadXml(const std::filesystem::path& file);
 
 }  // namespace scene

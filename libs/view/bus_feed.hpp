@@ -9,18 +9,18 @@
 
 namespace view {
 
-// Fills a scene from the bus: all that a viewer reads, whatever it draws with. Poses, contacts and sheets come whole in
-// every message, and the procedure's state is retained, so a viewer that joins late has the whole scene with the first
-// message of each.
+// Reads every topic that a viewer needs and applies it to a scene, for any renderer. Each message of poses, contacts
+// and sheets is complete, and the procedure's state is retained by the bus, so a viewer that joins late has the whole
+// scene after the first message of each topic.
 class BusFeed {
  public:
-  // Declares what is read: before the node's Start. Both must outlive the feed.
+  // Declares the topics that it reads, so it is built before the node's Start. `node` must outlive the feed.
   BusFeed(const scene::Scenario& scenario, bus::Node* node);
 
-  // After the node's Wait: applies what it brought. True when a physics state was among it.
+  // Applies the messages that the node's last Wait received. True when a physics state was among them.
   bool Apply(std::int64_t now_ns, SceneMirror* mirror) const;
 
-  // The newest of what Apply told of.
+  // The newest messages.
   [[nodiscard]] const bus::LatestReader<core::PhysicsState>& physics() const { return *physics_; }
   [[nodiscard]] const bus::StateReader<core::LogicStatus>& logic() const { return *logic_; }
 

@@ -5,8 +5,10 @@
 
 namespace view {
 
+// In spherical coordinates about the target T, with distance d, azimuth a and elevation e [rad]:
+//   p_TE = d (cos e cos a, cos e sin a, sin e).
 void FreeCamera::Orbit(double azimuth_rad, double elevation_rad) {
-  constexpr double kMaxElevation_rad = 1.5533;  // 89 degrees: beyond it up would flip
+  constexpr double kMaxElevation_rad = 1.5533;  // 89 degrees: at 90 the view's up direction is undefined
   const glm::dvec3 p_TE = camera_.eye_m - camera_.target_m;
   const double distance_m = glm::length(p_TE);
   if (distance_m <= 0.0) return;

@@ -4,7 +4,8 @@
 
 namespace view {
 
-// A camera that a person steers: orbit and zoom about the target, fly with eye and target together. No window here.
+// A camera that a person steers: orbit and zoom about the target, or translate eye and target together. Independent of
+// any window.
 class FreeCamera {
  public:
   explicit FreeCamera(const scene::Camera& start) : camera_(start) {}

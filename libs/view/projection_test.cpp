@@ -17,7 +17,7 @@ scene::Camera Front() {
   return camera;
 }
 
-TEST(Projection, PinholeByHand) {
+TEST(Projection, PinholeAgreesWithHandComputedPixels) {
   // Looking along +y with z up, x is to the right. At depth 2 m, 1 m is half the height: 100 px.
   const glm::dvec3 centre = ProjectToPixel(Front(), 400, 200, {0, 0, 0});
   EXPECT_NEAR(centre.x, 200.0, 1e-9);
@@ -37,14 +37,14 @@ TEST(Projection, MatricesAgreeWithThePinhole) {
   EXPECT_NEAR(100.0 * (1.0 - clip.y / clip.w), pixel.y, 1e-9);
 }
 
-TEST(Projection, SunMatrixHoldsTheSphere) {
+TEST(Projection, SunMatrixContainsTheSphere) {
   const glm::dvec3 centre(1.0, 2.0, 3.0);
   const glm::dmat4 clip_W = SunMatrix({0.3, 0.4, 0.85}, centre, 0.5);
   for (const glm::dvec3& d : {glm::dvec3(0.5, 0, 0), glm::dvec3(0, -0.5, 0), glm::dvec3(0, 0, 0.5)}) {
     const glm::dvec4 clip = clip_W * glm::dvec4(centre + d, 1.0);
     for (int k = 0; k < 3; ++k) EXPECT_LE(std::abs(clip[k]), 1.0);
   }
-  // What is nearer to the sun has the smaller depth.
+  // A point nearer to the sun has the smaller depth.
   const glm::dvec4 near = clip_W * glm::dvec4(centre + 0.1 * glm::normalize(glm::dvec3(0.3, 0.4, 0.85)), 1.0);
   EXPECT_LT(near.z, (clip_W * glm::dvec4(centre, 1.0)).z);
 }
@@ -59,7 +59,7 @@ TEST(FreeCamera, OrbitKeepsTheDistanceAndTheTarget) {
   EXPECT_NEAR(glm::length(camera.camera().eye_m), 1.0, 1e-12);
 }
 
-TEST(FreeCamera, FlyMovesAlongItsOwnAxes) {
+TEST(FreeCamera, FlyMovesAlongTheAxesOfTheView) {
   FreeCamera camera(Front());
   camera.Fly(0.1, 0.2, 0.3);
   EXPECT_NEAR(glm::length(camera.camera().eye_m - glm::dvec3(0.1, -1.7, 0.2)), 0.0, 1e-12);

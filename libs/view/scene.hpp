@@ -13,7 +13,7 @@
 
 namespace view {
 
-// What can be seen, without a word about how it is drawn (architecture D17). A renderer reads a Scene and nothing else.
+// What is visible, independent of how it is drawn (architecture D17). A renderer reads a Scene and nothing else.
 // SI units, world frame W with z up. Colours are linear RGB.
 
 struct Material {
@@ -23,31 +23,31 @@ struct Material {
   glm::vec3 emissive{0.0f};
 };
 
-// One mesh in the world. Plain data: a scene is copied at the rate of the bus.
+// One mesh in the world. Plain data, because a scene is copied at the rate of the bus.
 struct Instance {
   std::uint32_t mesh = 0;  // index into Assets::meshes
   core::Pose X_WM;         // M: the mesh frame
   Material material;
-  bool is_material_given = false;  // false: the mesh file's own materials count (emissive is added all the same)
+  bool is_material_given = false;  // false: the mesh file's own materials are used, with `emissive` added
   bool is_visible = true;
   bool is_movable = false;  // may move from frame to frame
 };
 
-// A deformable sheet: nodes in W, row by row. Both of its sides are seen.
+// A deformable sheet: nodes in W, row by row. Both of its sides are visible.
 struct Sheet {
   std::uint32_t num_columns = 0;
   std::vector<glm::vec3> p_W;
   Material material;
-  std::uint64_t version = 0;  // another one for other nodes
+  std::uint64_t version = 0;  // changes whenever p_W does
 };
 
-// A small light that people read: it glows and tints what is near.
+// A signal lamp: it glows and lights what is near.
 struct Lamp {
   std::uint32_t instance = 0;
   glm::vec3 color{0.0f};
 };
 
-// From tail to tail + vector, in W.
+// From p_WTail to p_WTail + vector_W.
 struct Arrow {
   glm::dvec3 p_WTail{0.0};
   glm::dvec3 vector_W{0.0};
@@ -65,7 +65,7 @@ struct TextLine {
   std::string text;
 };
 
-// What stays the same for the whole run; shared by all copies of a scene.
+// Constant for the whole run; shared by all copies of a scene.
 struct Assets {
   std::vector<std::filesystem::path> meshes;
   std::vector<std::string> instance_names;
@@ -81,13 +81,13 @@ struct Scene {
   std::vector<Arrow> arrows;
   std::vector<TextLine> texts;
 
-  // Which moment it shows.
+  // The moment that the scene shows.
   std::string step;  // active procedure step
   bool is_final = false;
   bool is_failed = false;
   std::int64_t time_ns = 0;     // simulated time of the newest physics state
   core::Trace direct;           // of the newest physics state, stamped up to kVisualApply
-  core::Trace through_physics;  // likewise
+  core::Trace through_physics;  // of the same state
 };
 
 // Index of the camera of that name; -1: none.

@@ -7,7 +7,7 @@
 namespace view {
 namespace {
 
-constexpr double kPlacesPerM = 1e6;
+constexpr double kStepsPerM = 1e6;     // rounds lengths to 1 um
 constexpr double kStepsPerUnit = 1e6;  // of quaternions and colours
 
 class Digest {
@@ -20,7 +20,7 @@ class Digest {
     for (int i = 0; i < 3; ++i) Add(v[i], steps);
   }
   void Add(const core::Pose& X) {
-    Add(X.translation, kPlacesPerM);
+    Add(X.translation, kStepsPerM);
     const glm::dquat q = X.rotation.w < 0.0 ? -X.rotation : X.rotation;  // q and -q are one rotation
     for (const double part : {q.w, q.x, q.y, q.z}) Add(part, kStepsPerUnit);
   }
@@ -37,7 +37,7 @@ std::uint64_t SceneDigest(const Scene& scene) {
   Digest digest;
   for (const Instance& instance : scene.instances) digest.Add(instance.X_WM);
   for (const Sheet& sheet : scene.sheets) {
-    for (const glm::vec3& p_W : sheet.p_W) digest.Add(glm::dvec3(p_W), kPlacesPerM);
+    for (const glm::vec3& p_W : sheet.p_W) digest.Add(glm::dvec3(p_W), kStepsPerM);
   }
   for (const Lamp& lamp : scene.lamps) {
     digest.Add(static_cast<double>(lamp.instance), 1.0);

@@ -12,7 +12,7 @@ constexpr glm::vec3 kAmber{1.0f, 0.62f, 0.12f};
 constexpr glm::vec3 kCyan{0.25f, 0.80f, 0.95f};
 constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
 constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
-constexpr float kLampOff = 0.02f;  // an unlit lamp still shows what colour it would have
+constexpr float kLampOff = 0.02f;  // least base colour of a lamp: one that is off is dark grey. By eye.
 
 Material MaterialOf(const scene::Material& given) {
   return {given.base_color, given.metallic, given.roughness, glm::vec3(0.0f)};
@@ -33,7 +33,7 @@ Sheet FlatSheet(const scene::Object& object) {
   return sheet;
 }
 
-// A lamp that glows shows its own light, not what falls on it.
+// A glowing lamp shows its own light rather than reflections. The factors are chosen by eye.
 void Light(Instance& instance, const glm::vec3& color) {
   instance.material.base_color = glm::max(color * 0.3f, glm::vec3(kLampOff));
   instance.material.metallic = 0.0f;
@@ -159,16 +159,17 @@ void SceneMirror::Refresh(std::int64_t now_ns) {
   WriteTexts();
 }
 
-// A plane's force is re-evaluated with the bodies' own newest poses (architecture D5):
-// gap = n_G . (X_GS p_S - q_G), force = stiffness * max(0, -gap) along n, from G to S.
-// The gap takes the hand where the device holds it (there it penetrates); the arrow starts where the hand is drawn.
+// A plane's force is evaluated with the bodies' newest poses (architecture D5):
+//   gap [m] = n_G . (X_GS p_S - q_G),   force [N] = stiffness * max(0, -gap) along n, from G to S.
+// The gap is computed with the hand at the device's pose X_WD, where it penetrates; the arrow starts at the pose X_WC
+// at which the hand is drawn.
 void SceneMirror::AddArrows(const PairContacts& contacts) {
   const core::ContactSet& set = contacts.set;
   const core::Pose& X_WS = X_WH_[set.sampled_body];
   const core::Pose& X_WG = X_WH_[set.field_body];
   const core::Pose X_GS = X_WG.inverse() * X_WS;
-  // Planes that stand close together and push alike are one contact to the eye: one arrow with their summed force at
-  // their centre of pressure.
+  // Neighbouring planes with similar normals (within 37 degrees, acos 0.8) share an arrow: their summed force at their
+  // centre of pressure, p = sum(force_i p_i) / sum(force_i). Limits chosen by eye.
   struct Patch {
     glm::dvec3 force_W{0.0};
     glm::dvec3 weighted_W{0.0};  // sum of force times point
@@ -198,8 +199,9 @@ void SceneMirror::AddArrows(const PairContacts& contacts) {
     AddArrow(patch.weighted_W / patch.weight_N, patch.force_W, glm::length(patch.force_W));
   }
   if (!set.planes.empty()) return;
-  // Only a wrench F_So: its axis is nearest to So at p = f x tau / |f|^2 (of all points with p x f = the part of tau
-  // across f, the shortest), so the arrow starts there.
+  // A set with a wrench F_So = (f, tau) alone: the arrow starts at the point of the wrench's axis that is nearest to
+  // So,
+  //   p_SoAxis = f x tau / |f|^2,   the shortest p with p x f = the part of tau perpendicular to f.
   const double square = glm::dot(set.F_So_W.force_N, set.F_So_W.force_N);
   if (square < 1e-12) return;
   const glm::dvec3 p_SoAxis_W = glm::cross(set.F_So_W.force_N, set.F_So_W.torque_Nm) / square;

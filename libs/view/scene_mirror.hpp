@@ -11,7 +11,7 @@
 
 namespace view {
 
-// Figures for the line that tells the latency while it runs.
+// Figures for the line of text with the current latency.
 struct LiveFigures {
   double frames_per_s = 0.0;
   double t2_state_ms = 0.0;  // recent mean; 0: none yet
@@ -19,36 +19,38 @@ struct LiveFigures {
   std::uint64_t dropped = 0;
 };
 
-// The scene as the bus tells it: made from a scenario, then each message moves what it owns. Pure: the same messages in
-// the same order give the same scene. One thread at a time.
+// The scene, built from a scenario and then updated by each message that comes from the bus. Deterministic: the same
+// messages in the same order give the same scene. Not thread-safe.
 class SceneMirror {
  public:
   explicit SceneMirror(const scene::Scenario& scenario);
 
-  // Poses of bodies that physics_node owns, and the two traces. Bodies unknown to the scenario are passed over.
+  // Poses of bodies that physics_node owns, and the two traces. Bodies unknown to the scenario are ignored.
   void Apply(const core::PhysicsState& state);
-  // The hand's parts at X_WC, where the contact holds the hand [VR-OOS, Eq. 3-5], not at X_WD, where the device is.
+  // The hand's parts at the coupling pose X_WC [VR-OOS, Eq. 3-5], not at the device's pose X_WD.
   void Apply(const core::HapticProxy& proxy);
-  // Nodes of an object's sheet. One of another size than the scenario's is passed over.
+  // Nodes of an object's sheet. Ignored when their number is not the scenario's.
   void Apply(const core::SheetState& sheet);
-  // Arrows of one pair, by the set's pair_index. They stay until the pair says otherwise or falls silent.
+  // Arrows of one pair, by the set's pair_index. They stay until the pair's next set, at most kContactAge_ns.
   void Apply(const core::ContactSet& contacts, std::int64_t now_ns);
   // Lamps' colours, step, hint, end.
   void Apply(const core::LogicStatus& status);
   void Apply(const LiveFigures& figures);
 
-  // Brings arrows and lines of text up to date: positions follow the bodies, pairs silent for kContactAge are dropped.
-  // To be called before the scene is read.
+  // Recomputes arrows and lines of text from the newest poses; drops pairs without a set for kContactAge_ns. Call it
+  // before reading the scene.
   void Refresh(std::int64_t now_ns);
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
+  // Chosen for the eye, without a study. 100 ms is longer than any pause between the sets of a running pair, and short
+  // enough that an arrow does not outlive a node that has ended.
   static constexpr std::int64_t kContactAge_ns = 100'000'000;
-  // Length of an arrow: 15 mm for a touch, growing with the force, at most 150 mm.
+  // Length of an arrow [m] = min(max, base + force / N * per_newton): 15 mm for a touch, at most 150 mm, from 34 N on.
   static constexpr double kArrowBase_m = 0.015;
   static constexpr double kArrowPerNewton_m = 0.004;
   static constexpr double kArrowMax_m = 0.15;
-  static constexpr double kPatch_m = 0.03;  // contact points nearer than this share an arrow if they push alike
+  static constexpr double kPatch_m = 0.03;  // contact points nearer than this share an arrow if their normals agree
 
  private:
   struct PairContacts {
@@ -64,9 +66,9 @@ class SceneMirror {
 
   scene::Scenario scenario_;
   Scene scene_;
-  std::vector<core::Pose> X_WH_;  // per object: pose that its contacts are computed with (a hand part: at X_WD)
+  std::vector<core::Pose> X_WH_;  // per object: the pose for contact gaps (a hand part: at X_WD)
   std::vector<PairContacts> pairs_;
-  std::vector<std::uint16_t> sheet_objects_;  // object of each of the scene's sheets
+  std::vector<std::uint16_t> sheet_objects_;  // index of each sheet's object
   core::LogicStatus status_;
   LiveFigures figures_;
   double felt_force_N_ = 0.0;

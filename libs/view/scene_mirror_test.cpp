@@ -66,7 +66,7 @@ bool HasText(const Scene& scene, const std::string& part) {
   return false;
 }
 
-TEST(SceneMirror, StartsAsTheScenarioStands) {
+TEST(SceneMirror, StartsAtThePosesOfTheScenario) {
   const SceneMirror mirror(SmallScenario());
   const Scene& scene = mirror.scene();
   ASSERT_EQ(scene.instances.size(), 6u);
@@ -114,7 +114,7 @@ TEST(SceneMirror, UnknownBodiesPairsAndRolesChangeNothing) {
   EXPECT_NEAR(mirror.scene().instances[2].X_WM.translation.z, 1.0, 1e-12);
 }
 
-TEST(SceneMirror, HandIsDrawnWhereTheContactHoldsItAndJawsFollowTheOpening) {
+TEST(SceneMirror, HandIsDrawnAtTheCouplingPoseAndJawsFollowTheOpening) {
   SceneMirror mirror(SmallScenario());
   core::HapticProxy proxy;
   proxy.X_WD.translation = {0.0, 0.0, -0.01};
@@ -173,7 +173,7 @@ TEST(SceneMirror, LampsFollowLogic) {
   EXPECT_TRUE(HasText(mirror.scene(), "Turn off the switch"));
 }
 
-TEST(SceneMirror, ArrowsComeAndGoWithContact) {
+TEST(SceneMirror, ArrowsAppearAndDisappearWithContact) {
   SceneMirror mirror(SmallScenario());
   mirror.Apply(BlockOnPlate(0.002), 1'000);
   mirror.Refresh(1'000);
@@ -187,7 +187,7 @@ TEST(SceneMirror, ArrowsComeAndGoWithContact) {
   EXPECT_TRUE(mirror.scene().arrows.empty());
 }
 
-TEST(SceneMirror, PointsThatPushAlikeShareAnArrow) {
+TEST(SceneMirror, NeighbouringPointsWithTheSameNormalShareAnArrow) {
   SceneMirror mirror(SmallScenario());
   core::ContactSet set = BlockOnPlate(0.002);
   core::ContactPlane plane = set.planes[0];
@@ -244,7 +244,7 @@ TEST(SceneMirror, ArrowOfAWrenchStartsOnItsAxis) {
   EXPECT_NEAR(glm::length(mirror.scene().arrows[0].p_WTail - glm::dvec3(0.1, 0.2, 0.0)), 0.0, 1e-12);
 }
 
-TEST(SceneMirror, SaysWhatIsSimulatedAndHowLateItIs) {
+TEST(SceneMirror, ShowsWhetherTheArmIsSimulatedAndTheLatency) {
   SceneMirror mirror(SmallScenario());
   EXPECT_TRUE(HasText(mirror.scene(), "SIMULATED"));
   mirror.Apply(LiveFigures{.frames_per_s = 20.0, .t2_state_ms = 3.4, .t2_image_ms = 41.0, .dropped = 2});
@@ -255,7 +255,7 @@ TEST(SceneMirror, SaysWhatIsSimulatedAndHowLateItIs) {
   EXPECT_FALSE(HasText(SceneMirror(real).scene(), "SIMULATED"));
 }
 
-TEST(SceneMirror, AFailureIsCaptionedWithItsReason) {
+TEST(SceneMirror, ShowsAFailureWithItsReason) {
   SceneMirror mirror(SmallScenario());
   core::LogicStatus status;
   status.step = "insert_new";

@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadLab{"UnknownHost", "name=\"logic_node\" host=\"beta\"", "name=\"logic_node\" host=\"delta\"",
                "unknown host 'delta'"},
-        BadLab{"NodeNowhere", "<node name=\"logic_node\" host=\"beta\"/>", "", "logic_node is nowhere"},
+        BadLab{"NodeNowhere", "<node name=\"logic_node\" host=\"beta\"/>", "", "logic_node is not placed on a host"},
         BadLab{"NobodyListens", "name=\"beta\" address", "name=\"beta\" port=\"2222\" address",
                "host beta (10.77.0.12) does not let us in"},
         BadLab{"WrongKey", "/ssh_config", "/wrong_config", "does not let us in: root@10.77.0.11: Permission denied"},
