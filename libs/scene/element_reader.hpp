@@ -23,7 +23,7 @@ class ElementReader {
     double value_deg = 0.0;
     if (ParseNumber(element_.Get(name), &value_deg)) *value_rad = value_deg * kRadPerDeg;
   }
-  void Truth(const char* name, bool* value) const { ParseTruth(element_.Get(name), value); }
+  void Boolean(const char* name, bool* value) const { ParseBoolean(element_.Get(name), value); }
   [[nodiscard]] std::uint64_t Count(const char* name, std::uint64_t fallback) const {
     std::uint64_t value = fallback;
     ParseCount(element_.Get(name), &value);

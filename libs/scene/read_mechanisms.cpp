@@ -66,7 +66,7 @@ class MechanismReader {
     read.Degrees("upper_deg", &hinge.upper);
     read.Degrees("motor_deg_per_s", &hinge.motor_speed);
     read.Number("motor_torque_Nm", &hinge.motor_limit);
-    read.Truth("locked", &hinge.is_locked);
+    read.Boolean("locked", &hinge.is_locked);
     std::vector<double> detents_deg;
     ParseNumbers(element.Get("detents_deg"), &detents_deg);
     for (const double detent_deg : detents_deg) hinge.detents_rad.push_back(detent_deg * kRadPerDeg);
@@ -110,7 +110,7 @@ class MechanismReader {
     read.Number("upper_m", &slider.upper);
     read.Number("motor_m_per_s", &slider.motor_speed);
     read.Number("motor_force_N", &slider.motor_limit);
-    read.Truth("locked", &slider.is_locked);
+    read.Boolean("locked", &slider.is_locked);
     CheckAxis(element, slider, "lower_m", "motor_m_per_s", "motor_force_N");
     scenario_->mechanisms.push_back(std::move(slider));
   }
@@ -179,7 +179,7 @@ class MechanismReader {
     read.Degrees("tilt_tolerance_deg", &snap.tilt_tolerance_rad);
     read.Number("stiffness_N_per_m", &snap.stiffness_N_per_m);
     read.Number("stiffness_Nm_per_rad", &snap.stiffness_Nm_per_rad);
-    read.Truth("engaged", &snap.is_initially_engaged);
+    read.Boolean("engaged", &snap.is_initially_engaged);
     if (snap.is_initially_engaged && parent_frame != nullptr && child_frame != nullptr) CheckEngaged(element, snap);
     scenario_->mechanisms.push_back(std::move(snap));
   }

@@ -272,8 +272,8 @@ class Builder {
     read.Number("damping_N_s_per_m", &pair.figures.damping_N_s_per_m);
     read.Number("friction", &pair.figures.friction);
     read.Number("look_ahead_m", &pair.figures.look_ahead_m);
-    read.Truth("active", &pair.figures.is_active);
-    read.Truth("collide", &pair.is_collide);
+    read.Boolean("active", &pair.figures.is_active);
+    read.Boolean("collide", &pair.is_collide);
     if (element.Get("owner") == "physics") pair.figures.owner = PairOwner::kPhysics;
     pairs->push_back(std::move(pair));
   }

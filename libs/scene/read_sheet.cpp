@@ -46,7 +46,7 @@ class SheetReader {
     Number("roughness", &roughness);
     sheet.material.metallic = static_cast<float>(metallic);
     sheet.material.roughness = static_cast<float>(roughness);
-    ParseTruth(element_.Get("active"), &sheet.is_active);
+    ParseBoolean(element_.Get("active"), &sheet.is_active);
     Check(sheet);
     return sheet;
   }

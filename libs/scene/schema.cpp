@@ -62,8 +62,8 @@ std::string FindViolation(const AttributeRule& rule, const std::string& text) {
       return ParseNumber(text, &number) && number > 0.0 ? "" : "a finite number above zero";
     case ValueKind::kCount:
       return ParseCount(text, &count) ? "" : "a whole number, zero or above";
-    case ValueKind::kTruth:
-      return ParseTruth(text, &truth) ? "" : "true or false";
+    case ValueKind::kBoolean:
+      return ParseBoolean(text, &truth) ? "" : "true or false";
     case ValueKind::kVector:
       return ParseNumbers(text, &numbers) && numbers.size() == 3 ? "" : "three finite numbers separated by blanks";
     case ValueKind::kColor:
@@ -209,7 +209,7 @@ bool ParseNumbers(const std::string& text, std::vector<double>* values) {
   return true;
 }
 
-bool ParseTruth(const std::string& text, bool* value) {
+bool ParseBoolean(const std::string& text, bool* value) {
   if (text != "true" && text != "false" && text != "1" && text != "0") return false;
   *value = text == "true" || text == "1";
   return true;

@@ -20,7 +20,7 @@ enum class ValueKind {
   kNonNegative,  // finite, >= 0
   kPositive,     // finite, > 0
   kCount,        // integer >= 0
-  kTruth,        // true | false | 1 | 0
+  kBoolean,      // true | false | 1 | 0
   kVector,       // three finite numbers
   kColor,        // three numbers in [0, 1]
   kNumbers,      // any number of finite numbers
@@ -63,6 +63,6 @@ std::string WriteXsd();
 bool ParseNumber(const std::string& text, double* value);
 bool ParseCount(const std::string& text, std::uint64_t* value);
 bool ParseNumbers(const std::string& text, std::vector<double>* values);
-bool ParseTruth(const std::string& text, bool* value);
+bool ParseBoolean(const std::string& text, bool* value);
 
 }  // namespace scene

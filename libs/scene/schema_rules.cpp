@@ -57,19 +57,19 @@ ElementRule ObjectRule() {
 }
 
 ElementRule SheetRule() {
-  return {
-      "sheet",
-      "a deformable sheet sewn to the object; pose of its middle in the object's mesh frame",
-      {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
-       Required("size_m", ValueKind::kNumbers), Required("cells", ValueKind::kNumbers),
-       Required("seam_size_m", ValueKind::kNumbers), Optional("density_kg_per_m2", kAboveZero),
-       Optional("stretch_stiffness_N_per_m", kAboveZero), Optional("bending_stiffness_Nm", kAtLeastZero),
-       Optional("thickness_m", kAtLeastZero), Optional("friction", kAtLeastZero),
-       Optional("damping_per_s", kAtLeastZero), Optional("seam_stiffness_N_per_m", kAboveZero),
-       Optional("seam_damping_N_s_per_m", kAtLeastZero), Optional("grip_stiffness_N_per_m", kAboveZero),
-       Optional("grip_damping_N_s_per_m", kAtLeastZero), Optional("base_color", ValueKind::kColor),
-       Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero), Optional("active", ValueKind::kTruth)},
-      {}};
+  return {"sheet",
+          "a deformable sheet sewn to the object; pose of its middle in the object's mesh frame",
+          {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+           Required("size_m", ValueKind::kNumbers), Required("cells", ValueKind::kNumbers),
+           Required("seam_size_m", ValueKind::kNumbers), Optional("density_kg_per_m2", kAboveZero),
+           Optional("stretch_stiffness_N_per_m", kAboveZero), Optional("bending_stiffness_Nm", kAtLeastZero),
+           Optional("thickness_m", kAtLeastZero), Optional("friction", kAtLeastZero),
+           Optional("damping_per_s", kAtLeastZero), Optional("seam_stiffness_N_per_m", kAboveZero),
+           Optional("seam_damping_N_s_per_m", kAtLeastZero), Optional("grip_stiffness_N_per_m", kAboveZero),
+           Optional("grip_damping_N_s_per_m", kAtLeastZero), Optional("base_color", ValueKind::kColor),
+           Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero),
+           Optional("active", ValueKind::kBoolean)},
+          {}};
 }
 
 ElementRule DeviceRule() {
@@ -106,7 +106,7 @@ ElementRule HingeRule() {
        Optional("detents_deg", ValueKind::kNumbers), Optional("detent_torque_Nm", kAtLeastZero),
        Optional("initial_detent", ValueKind::kCount), Optional("start_deg", kPlainNumber),
        Optional("damping", kAtLeastZero), Optional("motor_deg_per_s", kPlainNumber),
-       Optional("motor_torque_Nm", kAtLeastZero), Optional("locked", ValueKind::kTruth)},
+       Optional("motor_torque_Nm", kAtLeastZero), Optional("locked", ValueKind::kBoolean)},
       {}};
 }
 
@@ -127,7 +127,7 @@ ElementRule LinkRule() {
            Optional("center_of_mass_m", ValueKind::kVector), Optional("lower_deg", kPlainNumber),
            Optional("upper_deg", kPlainNumber), Optional("damping", kAtLeastZero),
            Optional("motor_deg_per_s", kPlainNumber), Optional("motor_torque_Nm", kAtLeastZero),
-           Optional("locked", ValueKind::kTruth)},
+           Optional("locked", ValueKind::kBoolean)},
           {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}}};
 }
 
@@ -139,7 +139,7 @@ ElementRule SliderRule() {
        Required("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
        Optional("lower_m", kPlainNumber), Optional("upper_m", kPlainNumber), Optional("damping", kAtLeastZero),
        Optional("motor_m_per_s", kPlainNumber), Optional("motor_force_N", kAtLeastZero),
-       Optional("locked", ValueKind::kTruth)},
+       Optional("locked", ValueKind::kBoolean)},
       {}};
 }
 
@@ -153,7 +153,7 @@ ElementRule SnapRule() {
            Optional("profile", ValueKind::kNumbers), Optional("guide_length_m", kAtLeastZero),
            Optional("lateral_tolerance_m", kAboveZero), Optional("tilt_tolerance_deg", kAboveZero),
            Optional("stiffness_N_per_m", kAtLeastZero), Optional("stiffness_Nm_per_rad", kAtLeastZero),
-           Optional("damping", kAtLeastZero), Optional("engaged", ValueKind::kTruth)},
+           Optional("damping", kAtLeastZero), Optional("engaged", ValueKind::kBoolean)},
           {}};
 }
 
@@ -220,8 +220,8 @@ std::vector<ElementRule> MakeRules() {
         Optional("damping_N_s_per_m", kAtLeastZero),
         Optional("friction", kAtLeastZero),
         Optional("look_ahead_m", kAtLeastZero),
-        Optional("active", ValueKind::kTruth),
-        Optional("collide", ValueKind::kTruth),
+        Optional("active", ValueKind::kBoolean),
+        Optional("collide", ValueKind::kBoolean),
         {"owner", ValueKind::kChoice, false, {"haptic", "physics"}}},
        {}},
       HingeRule(),

@@ -71,7 +71,7 @@ const char* TypeName(ValueKind kind) {
       return "positive";
     case ValueKind::kCount:
       return "xs:nonNegativeInteger";
-    case ValueKind::kTruth:
+    case ValueKind::kBoolean:
       return "truth";
     case ValueKind::kVector:
       return "vector";

@@ -27,7 +27,7 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     if (device.type != "simulated_arm" && device.type != "simulated_hug") {
       return core::Fail(core::ErrorCode::kUnsupported, device.location.file.string() + ":" +
                                                            std::to_string(device.location.line) + ": device '" +
-                                                           device.role + "': there is no type '" + device.type +
+                                                           device.role + "': unknown type '" + device.type +
                                                            "'. Fix: type=\"simulated_arm\" or \"simulated_hug\".");
     }
     const core::Result<SafetyFilter> filter = SafetyFilter::Create(FilterLimits::From(device, scenario.force_cap_N));
@@ -86,7 +86,7 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
     trace->Add(core::Stage::kDeviceReceive, received_ns);
     trace->Add(core::Stage::kDeviceWrite, written_ns);
   }
-  echo_log_.Written(header, Now(now_ns));  // its own look at the clock
+  echo_log_.RecordWrite(header, Now(now_ns));  // reads the clock itself: the log must not depend on the stamps
 }
 
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
@@ -135,7 +135,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     outputs->states.push_back(state);
     outputs->applied.push_back(role.written.F_Do_W());
     outputs->filter_status.push_back(role.filter.status());
-    echo_log_.Sent(static_cast<unsigned>(i), role.sample_sequence, inputs.now_ns);
+    echo_log_.RecordSample(static_cast<unsigned>(i), role.sample_sequence, inputs.now_ns);
   }
 }
 

@@ -16,35 +16,36 @@ namespace device_bridge {
 
 struct Options {
   OperatorOptions operator_options;
-  // Time of a stamp or a write between ticks. Null: virtual time, now_ns of the step or of the call.
+  // Clock for stamps and for writes between ticks. Null: virtual time, which is now_ns of the step or of the call.
   std::int64_t (*clock)() = nullptr;
-  // Echoes that are kept; 0: enough for the scenario's duration limit.
+  // Capacity for echoes; 0: enough for the scenario's duration limit.
   std::size_t num_echoes = 0;
 };
 
-// Per role, over the run.
+// Statistics of one role over the run.
 struct RoleFigures {
   double peak_force_N = 0.0;
   double peak_torque_Nm = 0.0;
   double peak_grip_force_N = 0.0;
-  std::uint64_t writes = 0;              // every one is a sample of the force
-  std::uint64_t samples_over_limit = 0;  // of force above the limit; the filter's promise is 0
-  std::uint64_t samples_in_force = 0;    // above 0.1 N
+  std::uint64_t writes = 0;              // number of force samples
+  std::uint64_t samples_over_limit = 0;  // samples above the force limit; 0 unless the filter fails
+  std::uint64_t samples_in_force = 0;    // samples above 0.1 N, well above the rounding of a zero force
   std::uint64_t commands_accepted = 0;
   std::uint64_t commands_refused = 0;
   std::uint64_t status_samples[32] = {};  // writes with bit i of FilterStatus set
-  std::uint64_t link_losses = 0;          // times the force was faded out for silence
-  // Age of the newest accepted command at the latest sample that still had force: below 60 ms in every run.
+  std::uint64_t link_losses = 0;          // times that the force was faded out because commands stopped
+  // Largest age of the newest accepted command in a sample with force: below 60 ms in every run.
   double oldest_force_ms = 0.0;
   std::uint32_t first_cause = 0;
   std::int64_t first_cause_ns = 0;
 };
 
-// The node without socket, clock or thread: devices, safety filter, simulated operator and echo log. Step once per
-// tick; between ticks AcceptCommand brings a command to the device as soon as it has arrived.
+// The node without sockets, clock or threads: devices, safety filter, simulated operator and echo log. Call Step once
+// per tick; between ticks AcceptCommand passes a command to the device as soon as it has arrived.
 class DeviceBridge {
  public:
-  // Fails for a device type that does not exist, unusable limits, or a script with mistakes (all are listed).
+  // Errors: kUnsupported for an unknown device type or too many devices; kInvalidInput for invalid limits or a script
+  // with errors (all are listed).
   static core::Result<std::unique_ptr<DeviceBridge>> Create(const scene::Scenario& scenario, std::uint64_t seed,
                                                             const Options& options = {});
   static core::Result<std::unique_ptr<DeviceBridge>> Create(const scene::Scenario& scenario) {
@@ -53,12 +54,13 @@ class DeviceBridge {
   DeviceBridge(const DeviceBridge&) = delete;
   DeviceBridge& operator=(const DeviceBridge&) = delete;
 
-  // One tick: new commands, device to now_ns, operator, filter, write, sample. Real-time: no allocation, lock, throw,
-  // log. The outputs' states carry a direct trace whose origin is the sample time.
+  // One tick: accepts new commands, advances the devices to now_ns, filters and writes the force, steps the operator,
+  // samples. Real-time: no allocation, lock, throw or log. The outputs' states carry a direct trace whose origin is the
+  // sample time.
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
 
-  // A command off the socket, between ticks. Goes through the filter to the device at once. A message that was passed
-  // before (same sequence and arrival) is ignored, so the newest one may be passed again and again.
+  // Passes a command through the filter to the device at once, between ticks. A message that was passed before (same
+  // sequence and arrival) is ignored, so the caller may pass the newest one repeatedly.
   void AcceptCommand(std::size_t role, const core::DeviceCommand& command, std::int64_t received_ns,
                      std::int64_t now_ns) noexcept;
 
@@ -88,7 +90,7 @@ class DeviceBridge {
 
   DeviceBridge(const scene::Scenario& scenario, const Options& options, std::size_t num_samples)
       : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
-  // Filter, write, and the books.
+  // Reads, filters, writes, and updates the statistics.
   void Write(Role* role, std::int64_t now_ns) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
@@ -100,8 +102,10 @@ class DeviceBridge {
   std::vector<std::unique_ptr<Role>> roles_;
   std::unique_ptr<SimulatedOperator> operator_;
   std::uint64_t ticks_ = 0;
-  std::uint64_t physics_sequence_ = 0;  // last one seen, and when it was new; a force without physics behind it fades
-  std::int64_t physics_alive_ns_ = std::numeric_limits<std::int64_t>::max();  // not heard of yet: no say
+  // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
+  // physics does not limit the force.
+  std::uint64_t physics_sequence_ = 0;
+  std::int64_t physics_alive_ns_ = std::numeric_limits<std::int64_t>::max();
 };
 
 }  // namespace device_bridge

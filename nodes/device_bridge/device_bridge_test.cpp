@@ -20,14 +20,14 @@ ToyWorld Pressing(double wall_N_per_m = 5000.0) {
   return world;
 }
 
-// All that the wall answers; the hand, which pressed with more than 15 N, has let go meanwhile and rests on it.
+// The device applies the wall's full force; the hand, which pressed with more than 15 N, has relaxed and rests on it.
 void ExpectForceIsBack(ToyWorld* world) {
   world->Run(1.0);
   EXPECT_GT(world->outputs.applied[0].force_N.z, 3.0);
   EXPECT_NEAR(world->outputs.applied[0].force_N.z, world->command.F_Do_W.force_N.z, 0.1);
 }
 
-TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandIsNotFlung) {
+TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandStaysSlow) {
   ToyWorld world = Pressing();
   ASSERT_GT(world.outputs.applied[0].force_N.z, 15.0);
   world.is_linked = false;
@@ -54,7 +54,7 @@ TEST(DeviceBridge, ForceIsZeroWithin60MsAfterTheLastCommandAndTheHandIsNotFlung)
   EXPECT_NE(world.bridge->figures(0).first_cause & kDegraded, 0U);
 }
 
-TEST(DeviceBridge, ForceIsZeroWithin60MsAfterThePhysicsBehindItDied) {
+TEST(DeviceBridge, ForceIsZeroWithin60MsAfterPhysicsNodeEnded) {
   ToyWorld world = Pressing();
   ASSERT_GT(world.outputs.applied[0].force_N.z, 15.0);
   world.has_physics = false;  // the haptic node goes on sending
@@ -69,7 +69,7 @@ TEST(DeviceBridge, ForceIsZeroWithin60MsAfterThePhysicsBehindItDied) {
   ExpectForceIsBack(&world);
 }
 
-TEST(DeviceBridge, ForceComesBackWithARampWhenTheSourceIsBack) {
+TEST(DeviceBridge, ForceReturnsWithARampWhenCommandsResume) {
   ToyWorld world = Pressing();
   world.is_linked = false;
   world.Run(0.2);
@@ -81,7 +81,7 @@ TEST(DeviceBridge, ForceComesBackWithARampWhenTheSourceIsBack) {
   ExpectForceIsBack(&world);
 }
 
-TEST(DeviceBridge, WhatLimitsTheForceIsTheSmallerOfDeviceAndCap) {
+TEST(DeviceBridge, TheForceLimitIsTheSmallerOfDeviceLimitAndCap) {
   ToyWorld world("step a\nwait 100\n", 1, [](scene::Scenario& scenario) {
     scenario.devices[0].max_force_N = 50.0;
     scenario.force_cap_N = 12.0;
@@ -95,7 +95,7 @@ TEST(DeviceBridge, WhatLimitsTheForceIsTheSmallerOfDeviceAndCap) {
   EXPECT_GT(figures.status_samples[4], 0U);  // kForceLimited
 }
 
-TEST(DeviceBridge, EverySampleCarriesItsTraceAndTheEchoLogClosesTheLoop) {
+TEST(DeviceBridge, EverySampleCarriesItsTraceAndTheEchoLogMeasuresTheLoop) {
   ToyWorld world("step a\nwait 100\n");
   world.Run(0.5);
   const core::Header& header = world.outputs.states[0].header;
@@ -126,24 +126,24 @@ TEST(DeviceBridge, ACommandBetweenTicksReachesTheDeviceAtOnce) {
   EXPECT_GT(world.bridge->figures(0).peak_force_N, 4.0);
 }
 
-TEST(EchoLog, CountsOnlyTheFirstEchoOfASampleAndNoStranger) {
+TEST(EchoLog, CountsOnlyTheFirstEchoOfAKnownSample) {
   EchoLog log(1, 100);
   core::Header header;
-  for (std::uint64_t i = 1; i <= 10; ++i) log.Sent(0, i, static_cast<std::int64_t>(i) * 1'000'000);
+  for (std::uint64_t i = 1; i <= 10; ++i) log.RecordSample(0, i, static_cast<std::int64_t>(i) * 1'000'000);
   header.direct.id = core::MakeTraceId(0, 3);
   header.through_physics.id = core::MakeTraceId(0, 2);
-  log.Written(header, 4'000'000);
-  log.Written(header, 5'000'000);
+  log.RecordWrite(header, 4'000'000);
+  log.RecordWrite(header, 5'000'000);
   header.direct.id = core::MakeTraceId(0, 77);          // never sent
   header.through_physics.id = core::MakeTraceId(2, 1);  // no such role
-  log.Written(header, 5'000'000);
+  log.RecordWrite(header, 5'000'000);
   EXPECT_EQ(log.Summary(EchoLog::Chain::kDirect).n, 1U);
   EXPECT_DOUBLE_EQ(log.Summary(EchoLog::Chain::kDirect).mean_ms, 1.0);
   EXPECT_DOUBLE_EQ(log.Summary(EchoLog::Chain::kThroughPhysics).mean_ms, 2.0);
   EXPECT_EQ(log.num_unknown(), 2U);
 }
 
-TEST(DeviceBridge, RefusesAScriptWithMistakesAndAnUnknownDevice) {
+TEST(DeviceBridge, RefusesAScriptWithErrorsAndAnUnknownDevice) {
   ToyWorld world("step a\nwait 1\n");
   scene::Scenario scenario = world.scenario;
   scenario.devices[0].type = "hug";

@@ -6,7 +6,8 @@
 namespace device_bridge {
 namespace {
 
-// The direct loop closes with every sample; every fourth of its stamped traces is enough for its hop table.
+// Every sample returns by the direct chain; one in four of its stamped traces suffices for the percentiles of the hop
+// table. Both values bound memory and file size; they are chosen, not measured.
 constexpr std::size_t kDirectStride = 4;
 constexpr std::size_t kMaxEchoes = 65536;
 
@@ -21,17 +22,17 @@ EchoLog::EchoLog(std::size_t num_roles, std::size_t num_samples) {
   logs_[1].echoes.reserve(std::min(num_samples, kMaxEchoes));
 }
 
-void EchoLog::Sent(unsigned role_index, std::uint64_t sequence, std::int64_t sample_ns) noexcept {
+void EchoLog::RecordSample(unsigned role_index, std::uint64_t sequence, std::int64_t sample_ns) noexcept {
   if (role_index >= departures_.size()) return;
   departures_[role_index][sequence % kWindow] = {core::MakeTraceId(role_index, sequence), sample_ns, {false, false}};
 }
 
-void EchoLog::Written(const core::Header& header, std::int64_t write_ns) noexcept {
-  Return(Chain::kDirect, header.direct, write_ns);
-  Return(Chain::kThroughPhysics, header.through_physics, write_ns);
+void EchoLog::RecordWrite(const core::Header& header, std::int64_t write_ns) noexcept {
+  RecordEcho(Chain::kDirect, header.direct, write_ns);
+  RecordEcho(Chain::kThroughPhysics, header.through_physics, write_ns);
 }
 
-void EchoLog::Return(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept {
+void EchoLog::RecordEcho(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept {
   if (!trace.valid()) return;
   const std::uint64_t role = (trace.id >> 56) - 1;
   const std::uint64_t sequence = trace.id & 0x00ff'ffff'ffff'ffffULL;
@@ -67,7 +68,7 @@ LatencySummary EchoLog::Summary(Chain chain) const {
   std::sort(sorted.begin(), sorted.end());
   double sum_ns = 0.0;
   for (const std::int64_t latency_ns : sorted) sum_ns += static_cast<double>(latency_ns);
-  // Nearest rank: the smallest value that at least this part of all does not exceed.
+  // Nearest-rank percentile: the smallest value that at least this fraction of the samples does not exceed.
   const auto percentile_ms = [&](double fraction) {
     const auto rank = static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(sorted.size())));
     return static_cast<double>(sorted[std::max<std::size_t>(rank, 1) - 1]) * 1e-6;

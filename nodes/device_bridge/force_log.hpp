@@ -9,8 +9,8 @@
 
 namespace device_bridge {
 
-// What the device was given at every tick: the last word on how much force there was and when it was gone. Memory is
-// taken at construction; what is beyond is counted, not kept.
+// The filtered force at every tick, to verify forces and the time at which they fell to zero. Memory is allocated at
+// construction; samples beyond it are counted but not kept.
 class ForceLog {
  public:
   explicit ForceLog(std::size_t num_samples) { samples_.reserve(num_samples); }
@@ -24,7 +24,7 @@ class ForceLog {
                         static_cast<float>(glm::length(applied.torque_Nm)), role});
   }
 
-  // time_ns (CLOCK_MONOTONIC), role, force_N, torque_Nm: a row per tick and role.
+  // CSV with one row per tick and role: time_ns (CLOCK_MONOTONIC), role, force_N, torque_Nm. Error: kIo.
   core::Result<void> Write(const std::filesystem::path& file) const;
   [[nodiscard]] std::uint64_t num_not_kept() const { return num_not_kept_; }
 

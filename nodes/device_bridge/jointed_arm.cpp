@@ -7,21 +7,23 @@
 namespace device_bridge {
 namespace {
 
-constexpr double kApparentShare = 0.3;
-constexpr double kLongestStep_s = 2.5e-4;
+constexpr double kApparentShare = 0.3;  // inertia that remains after feed-forward, as published for HUG
+constexpr double kMaxStep_s = 2.5e-4;   // the grip's spring is explicit: gains less than 5 % energy (jointed_arm_test)
 constexpr double kDeg = glm::pi<double>() / 180.0;
 
 struct LinkFigures {
-  double along_m;   // from the joint before
-  double roll_deg;  // of the joint against the one before, about x
+  double along_m;   // distance from the previous joint
+  double roll_deg;  // rotation relative to the previous joint's frame, about x
   double mass_kg;
   double length_m;  // of the link's tube, along the arm
   double limit_deg;
-  double rotor_kg_m2;  // apparent
-  double middle_deg;   // posture
+  double rotor_kg_m2;  // apparent inertia of the rotor; assumed
+  double middle_deg;   // joint angle of the middle posture
 };
 
-// Joint to joint 0.31, 0.40, 0.39 and 0.08 m; axes along and across the arm in turn.
+// Lengths (0.31, 0.40, 0.39 and 0.08 m from joint to joint) and joint limits of a KUKA LWR4+, and the total mass
+// of 14.4 kg of its predecessor LWR I, rounded; the axes lie along and across the arm in turn. The distribution of the
+// mass over the links is assumed.
 constexpr LinkFigures kLinks[] = {
     {0.11, 0.0, 2.7, 0.20, 170.0, 0.30, 0.0},   {0.20, 90.0, 2.7, 0.20, 120.0, 0.30, 40.0},
     {0.20, -90.0, 2.7, 0.20, 170.0, 0.15, 0.0}, {0.20, 90.0, 2.7, 0.20, 120.0, 0.15, 80.0},
@@ -31,7 +33,7 @@ constexpr LinkFigures kLinks[] = {
 
 physics::Chain MakeChain() {
   std::vector<physics::ChainLink> links;
-  bool is_across = false;  // the link before runs along y of its frame, not z
+  bool is_across = false;  // the previous link runs along y of its frame, not z
   for (const LinkFigures& figures : kLinks) {
     physics::ChainLink link;
     link.parent = static_cast<int>(links.size()) - 1;
@@ -48,7 +50,7 @@ physics::Chain MakeChain() {
     link.upper = figures.limit_deg * kDeg;
     links.push_back(link);
   }
-  return std::move(*physics::Chain::Create(std::move(links)));  // of figures that are right
+  return std::move(*physics::Chain::Create(std::move(links)));  // cannot fail: the table above is valid
 }
 
 }  // namespace
@@ -57,16 +59,19 @@ JointedArm::JointedArm(const core::Pose& X_WD)
     : chain_(MakeChain()), state_(chain_.MakeState()), wrenches_(kLast + 1), motors_(kLast + 1) {
   for (std::size_t i = 0; i <= kLast; ++i) state_.position[i] = kLinks[i].middle_deg * kDeg;
   chain_.Place(state_);
-  state_.X_WB = X_WD * chain_.X_WL(kLast).inverse();  // with the base at the origin that is X_BD
+  state_.X_WB = X_WD * chain_.X_WL(kLast).inverse();  // the base is at the origin so far, so X_WL(kLast) is X_BD
   chain_.Place(state_);
 }
 
+// Wrench on D, with the target T of the hand, stiffness K, damping B and drag b (all about D, in W):
+//   f   = F + K_f (p_T - p_D) + B_f (v_T - v_D) - b_f v_D,
+//   tau = T - K_t Log(R_WD R_WT^-1) + B_t (w_T - w_D) - b_t w_D.
 void JointedArm::Advance(double dt_s, const core::Wrench& F_Do_W, const Grip& grip) noexcept {
-  const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kLongestStep_s - 1e-9)));
+  const int steps = std::max(1, static_cast<int>(std::ceil(dt_s / kMaxStep_s - 1e-9)));
   const double step_s = dt_s / steps;
   core::Pose X_WT = grip.X_WT;
   for (int i = 0; i < steps; ++i) {
-    // Half a step ahead, where the target is on average.
+    // The target in the middle of the step, its mean pose.
     const core::Pose X_WTm{
         core::QuaternionFromRotationVector(0.5 * step_s * grip.V_WT.angular_rad_per_s) * X_WT.rotation,
         X_WT.translation + 0.5 * step_s * grip.V_WT.linear_m_per_s};

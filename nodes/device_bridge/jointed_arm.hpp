@@ -8,18 +8,18 @@
 
 namespace device_bridge {
 
-// A SIMULATED arm of seven joints under torque control, as one of HUG's two [Hulin et al. 2011]: lengths and joint
-// limits of a light-weight robot, its weight compensated, and what remains of its inertia after feed-forward (30 % of
-// the links; rotors as below: assumed, nothing is published). Unlike a point mass it resists differently in every
-// direction and posture, and its joints end.
+// A SIMULATED arm of seven joints under torque control, like one arm of the HUG device [Hulin et al. 2011]: lengths and
+// joint limits of a light-weight robot, weight compensated, 30 % of the links' inertia left after feed-forward. The
+// rotors' inertias are assumed, as none are published. Unlike a point mass, its apparent inertia depends on direction
+// and posture, and its joints have limits.
 class JointedArm {
  public:
   // The arm is mounted so that in its middle posture the hand frame D is at X_WD.
   explicit JointedArm(const core::Pose& X_WD);
 
-  // Spring and damper of who holds the arm, and drag of the device, all at D.
+  // Spring and damper of the hand that holds the arm, and drag of the device, all about D.
   struct Grip {
-    core::Pose X_WT;  // where the hand pulls to, moving at V_WT
+    core::Pose X_WT;  // target of the hand's spring, moving at V_WT
     core::Twist V_WT;
     double stiffness_N_per_m = 0.0;
     double damping_N_s_per_m = 0.0;
@@ -28,7 +28,8 @@ class JointedArm {
     double drag_N_s_per_m = 0.0;
     double drag_Nm_s_per_rad = 0.0;
   };
-  // Moves on by dt in steps of at most 0.25 ms; the motors' wrench on D is held, the grip follows. No allocation.
+  // Integrates over dt in steps of at most 0.25 ms. The motors' wrench on D is constant; the grip is evaluated in each
+  // step. No allocation.
   void Advance(double dt_s, const core::Wrench& F_Do_W, const Grip& grip) noexcept;
 
   [[nodiscard]] const core::Pose& X_WD() const { return chain_.X_WL(kLast); }
@@ -43,7 +44,7 @@ class JointedArm {
   physics::Chain chain_;
   physics::ChainState state_;
   std::vector<core::Wrench> wrenches_;
-  std::vector<double> motors_;  // beside the wrench: none
+  std::vector<double> motors_;  // joint torques beside the wrench: zero
 };
 
 }  // namespace device_bridge

@@ -19,7 +19,7 @@ JointedArm::Grip Hand(const core::Pose& X_WT) {
 
 const core::Pose kStart{core::QuaternionFromRollPitchYaw({0.3, -0.2, 1.0}), {0.1, -0.3, 0.4}};
 
-TEST(JointedArm, StartsWithItsHandFrameWhereItIsWantedAndStaysThere) {
+TEST(JointedArm, StartsAtTheGivenPoseAndStaysThere) {
   JointedArm arm(kStart);
   EXPECT_LT(glm::length(arm.X_WD().translation - kStart.translation), 1e-12);
   EXPECT_LT(glm::length(core::RotationVector(arm.X_WD().rotation * glm::conjugate(kStart.rotation))), 1e-12);
@@ -27,7 +27,7 @@ TEST(JointedArm, StartsWithItsHandFrameWhereItIsWantedAndStaysThere) {
   EXPECT_LT(glm::length(arm.X_WD().translation - kStart.translation), 1e-9);
 }
 
-TEST(JointedArm, SettlesWhereTheHandsSpringBalancesTheMotors) {
+TEST(JointedArm, ComesToRestWhereTheHandsSpringBalancesTheMotors) {
   JointedArm arm(kStart);
   const core::Wrench push{{5.0, -3.0, 8.0}, {0.1, 0.2, -0.1}};
   for (int i = 0; i < 5000; ++i) arm.Advance(1e-3, push, Hand(kStart));
@@ -48,8 +48,8 @@ TEST(JointedArm, FollowsAMovingHandWithoutDelayWhenItsTargetMovesSteadily) {
   EXPECT_LT(glm::length(arm.X_WD().translation - grip.X_WT.translation), 2e-3);
 }
 
-TEST(JointedArm, IsHeavierAlongTheArmThanAcross) {
-  // A point mass would answer a push of any direction alike.
+TEST(JointedArm, ApparentMassDependsOnTheDirection) {
+  // That of a point mass does not.
   double least = 1e9;
   double most = 0.0;
   for (int i = 0; i < 3; ++i) {
@@ -66,7 +66,7 @@ TEST(JointedArm, IsHeavierAlongTheArmThanAcross) {
   EXPECT_GT(most, 1.2 * least);
 }
 
-TEST(JointedArm, EndsAtItsJointsLimitsHoweverHardItIsPulled) {
+TEST(JointedArm, StaysWithinItsJointLimitsUnderLargeForces) {
   JointedArm arm(kStart);
   core::Pose away = kStart;
   away.translation += glm::dvec3(3.0, 0.5, -0.4);
@@ -81,7 +81,7 @@ TEST(JointedArm, EndsAtItsJointsLimitsHoweverHardItIsPulled) {
   EXPECT_LT(arm.kinetic_energy_J(), 0.5);
 }
 
-TEST(JointedArm, GivesBackNoMoreThanItWasGiven) {
+TEST(JointedArm, GainsLessThanFivePercentEnergyWithoutDamping) {
   JointedArm arm(kStart);
   JointedArm::Grip grip = Hand(kStart);
   grip.damping_N_s_per_m = 0.0;
@@ -95,7 +95,7 @@ TEST(JointedArm, GivesBackNoMoreThanItWasGiven) {
     const glm::dvec3 turn = core::RotationVector(arm.X_WD().rotation * glm::conjugate(grip.X_WT.rotation));
     largest = std::max(largest, arm.kinetic_energy_J() + 400.0 * glm::dot(off, off) + 12.5 * glm::dot(turn, turn));
   }
-  EXPECT_LT(largest, 1.05 * stored_J);  // a spring held over a step of 0.25 ms is late by half of it
+  EXPECT_LT(largest, 1.05 * stored_J);  // a spring force held over a step of 0.25 ms is late by half of the step
 }
 
 }  // namespace

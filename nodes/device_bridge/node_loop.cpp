@@ -13,8 +13,8 @@
 namespace device_bridge {
 namespace {
 
-constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
-constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;
+constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;  // fast enough for a display that people read
+constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;    // a later sample is closer to the next tick
 
 std::size_t NumForceSamples(const scene::Scenario& scenario) {
   const double seconds = std::clamp(scenario.duration_limit_s + 10.0, 10.0, 3600.0);
@@ -27,7 +27,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
-      told_status_(scenario.devices.size(), kNoCommand),
+      reported_status_(scenario.devices.size(), kNoCommand),
       silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
       back_event_{0, "device_bridge", "force_back", "commands arrive again"},
       fault_event_{0, "device_bridge", "filter_fault",
@@ -56,10 +56,10 @@ void NodeLoop::Declare() {
 void NodeLoop::Run(const std::atomic<bool>& stop) {
   bus::PeriodicLoop loop(core::kTick_ns);
   while (!stop.load(std::memory_order_relaxed)) {
-    // Until the next tick: each command goes to the device as it comes.
+    // Until the next tick, pass each command to the device as soon as it arrives.
     while (core::MonotonicNow_ns() < loop.next_due_ns()) {
       node_->Wait(loop.next_due_ns());
-      TakeCommands();
+      ForwardCommands();
     }
     const bus::TickInfo tick = loop.Advance(core::MonotonicNow_ns());
     ++ticks_;
@@ -68,12 +68,12 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     if (tick.woke_ns - tick.scheduled_ns > kMiss_ns) ++misses_;
     Step();
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    TellFaults(now_ns);
-    TellFigures(now_ns);
+    ReportFaults(now_ns);
+    PublishFigures(now_ns);
   }
 }
 
-void NodeLoop::TakeCommands() {
+void NodeLoop::ForwardCommands() {
   for (std::size_t role = 0; role < commands_.size(); ++role) {
     if (!commands_[role]->is_fresh()) continue;
     bridge_->AcceptCommand(role, commands_[role]->value(), commands_[role]->received_ns(), core::MonotonicNow_ns());
@@ -101,30 +101,30 @@ void NodeLoop::Step() {
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
 }
 
-// Rare, and after the samples have left.
-void NodeLoop::TellFaults(std::int64_t now_ns) {
+// Runs after the samples were sent, and prints only when a fault begins or ends.
+void NodeLoop::ReportFaults(std::int64_t now_ns) {
   for (std::size_t role = 0; role < outputs_.filter_status.size(); ++role) {
     const std::uint32_t status = outputs_.filter_status[role];
-    const std::uint32_t changed = status ^ told_status_[role];
-    told_status_[role] = status;
-    const auto tell = [&](core::Event* event) {
+    const std::uint32_t changed = status ^ reported_status_[role];
+    reported_status_[role] = status;
+    const auto report = [&](core::Event* event) {
       event->time_ns = now_ns;
       node_->Emit(*event);
       std::printf("%s: %s\n", scenario_.devices[role].role.c_str(), event->detail.c_str());
       std::fflush(stdout);
     };
-    if ((changed & kSilent) != 0) tell((status & kSilent) != 0 ? &silent_event_ : &back_event_);
-    if ((changed & kNotFinite) != 0 && (status & kNotFinite) != 0) tell(&fault_event_);
+    if ((changed & kSilent) != 0) report((status & kSilent) != 0 ? &silent_event_ : &back_event_);
+    if ((changed & kNotFinite) != 0 && (status & kNotFinite) != 0) report(&fault_event_);
   }
-  while (node_->PollEvent(&heard_event_)) {
-    if (heard_event_.name != "node_lost") continue;
-    if (lost_.size() < lost_.capacity()) lost_.push_back(heard_event_.detail);
-    std::printf("lost: %s\n", heard_event_.detail.c_str());
+  while (node_->PollEvent(&received_event_)) {
+    if (received_event_.name != "node_lost") continue;
+    if (lost_.size() < lost_.capacity()) lost_.push_back(received_event_.detail);
+    std::printf("lost: %s\n", received_event_.detail.c_str());
     std::fflush(stdout);
   }
 }
 
-void NodeLoop::TellFigures(std::int64_t now_ns) {
+void NodeLoop::PublishFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_ || outputs_.applied.empty()) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
   double peak_N = 0.0;
@@ -159,7 +159,7 @@ core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bo
   std::ofstream stream(file);
   stream << report.dump(2) << '\n';
   stream.flush();
-  if (!stream) return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot be written. Is the folder there?");
+  if (!stream) return core::Fail(core::ErrorCode::kIo, file.string() + ": cannot be written. Does the folder exist?");
   if (auto written = force_log_.Write(folder / "device_bridge_force.csv"); !written) return written;
   return WriteLatencyTable(bridge_->echo_log(), folder / "device_bridge_latency.csv");
 }

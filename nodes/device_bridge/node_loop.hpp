@@ -13,13 +13,13 @@
 
 namespace device_bridge {
 
-// Ties a DeviceBridge to the bus: samples at 1 kHz of absolute time, and between the ticks brings every command to the
-// device the moment it arrives.
+// Connects a DeviceBridge to the bus: samples at 1 kHz of absolute time, and between ticks passes every command to the
+// device as soon as it arrives.
 class NodeLoop {
  public:
   NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::Node* node);
 
-  // Declares what is read and written; before bus::Node::Start.
+  // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
   // Runs until `stop` is set.
   void Run(const std::atomic<bool>& stop);
@@ -28,10 +28,10 @@ class NodeLoop {
   core::Result<void> WriteReport(const std::filesystem::path& folder, bool is_realtime) const;
 
  private:
-  void TakeCommands();
+  void ForwardCommands();
   void Step();
-  void TellFaults(std::int64_t now_ns);
-  void TellFigures(std::int64_t now_ns);
+  void ReportFaults(std::int64_t now_ns);
+  void PublishFigures(std::int64_t now_ns);
 
   const scene::Scenario& scenario_;
   DeviceBridge* bridge_;
@@ -47,18 +47,18 @@ class NodeLoop {
 
   Inputs inputs_;
   Outputs outputs_;
-  std::vector<std::uint32_t> told_status_;  // per role
+  std::vector<std::uint32_t> reported_status_;  // per role
   core::Event silent_event_, back_event_, fault_event_;
-  core::Event heard_event_;
-  std::vector<std::string> lost_;  // nodes that were lost, by name
+  core::Event received_event_;
+  std::vector<std::string> lost_;  // names of lost nodes
   std::int64_t next_figures_ns_ = 0;
 
   ForceLog force_log_;
   bus::LatencyStats step_duration_;
   bus::LatencyStats wake_delay_;
   std::uint64_t ticks_ = 0;
-  std::uint64_t misses_ = 0;   // samples taken later than half a millisecond after their tick
-  std::uint64_t skipped_ = 0;  // ticks that never were
+  std::uint64_t misses_ = 0;   // samples taken more than half a period after their tick
+  std::uint64_t skipped_ = 0;  // ticks without a sample
 };
 
 }  // namespace device_bridge

@@ -29,8 +29,8 @@ nlohmann::json ReadJson(const std::filesystem::path& file) {
   return nlohmann::json::parse(stream);
 }
 
-// Over the real bus: a source of commands that echoes every sample, presses with 10 N, and falls silent.
-TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenItsSourceFallsSilent) {
+// Over the real bus, with a source that answers every sample with a command of 10 N and then stops.
+TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   scene::Scenario scenario;
   scenario.name = "bus";
   scenario.duration_limit_s = 10.0;
@@ -60,7 +60,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenItsSourceFallsSilent) 
   std::thread thread([&] { loop.Run(stop); });
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   std::uint64_t echoed = 0;
-  // As many samples as a second has, however slow the machine is (30 s at most).
+  // The number of samples of one second, however slow the machine is (30 s at most).
   while (echoed < 1000 && core::MonotonicNow_ns() - begin_ns < 30'000'000'000) {
     (*source)->Wait(core::MonotonicNow_ns() + 10'000'000);
     if (!states.is_fresh()) continue;
@@ -71,7 +71,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenItsSourceFallsSilent) 
     writer.Send(command);
     ++echoed;
   }
-  // Silent now, until the bridge says that it has noticed.
+  // Send nothing until the bridge reports it.
   core::Event event;
   bool has_faded = false;
   const std::int64_t silent_ns = core::MonotonicNow_ns();

@@ -23,7 +23,7 @@ std::vector<std::string> SplitWords(std::string_view line) {
   return words;
 }
 
-// One line's words, read from the left. The first thing that is wrong is kept; what follows it is then moot.
+// Reads the words of one line from left to right. Keeps the first error and ignores the rest of the line.
 class LineReader {
  public:
   LineReader(const std::vector<std::string>& words, const scene::Scenario& scenario)
@@ -42,7 +42,7 @@ class LineReader {
     fix_ = fix;
   }
 
-  // True, and the word taken, if it comes next.
+  // Consumes `word` if it is the next one.
   bool Take(std::string_view word) {
     if (at_end() || words_[position_] != word) return false;
     ++position_;
@@ -84,7 +84,7 @@ class LineReader {
     if (object < 0) {
       std::vector<std::string> names;
       for (const scene::Object& o : scenario_.objects) names.push_back(o.name);
-      Fail("no object '" + name + "'", "the scenario has none of that name", core::SuggestName(name, names));
+      Fail("no object '" + name + "'", "the scenario has no object of that name", core::SuggestName(name, names));
     }
     return object;
   }
@@ -97,7 +97,7 @@ class LineReader {
       reference.is_hand = true;
       return reference;
     }
-    // Object names may hold dots; the frame's name stands after the last one. The whole word may be an object, too.
+    // Object names may contain dots, so the frame's name follows the last one; the whole word may also be an object.
     reference.object = scenario_.FindObject(word);
     if (reference.object >= 0) return reference;
     const std::size_t dot = word.rfind('.');
@@ -128,10 +128,10 @@ class LineReader {
     if (mechanism < 0) {
       std::vector<std::string> names;
       for (const scene::Mechanism& m : scenario_.mechanisms) names.push_back(m.name);
-      Fail("no mechanism '" + name + "'", "the scenario has none of that name", core::SuggestName(name, names));
+      Fail("no mechanism '" + name + "'", "the scenario has no mechanism of that name", core::SuggestName(name, names));
     } else if (must_be_snap &&
                scenario_.mechanisms[static_cast<std::size_t>(mechanism)].kind != scene::MechanismKind::kSnap) {
-      Fail("'" + name + "' is not a snap", "only a snap engages and comes free", "use 'state " + name + " N'");
+      Fail("'" + name + "' is not a snap", "only a snap can be engaged or free", "use 'state " + name + " N'");
     }
     return mechanism;
   }
@@ -160,9 +160,9 @@ class LineReader {
     return condition;
   }
 
-  // Everything must have been used up.
+  // Fails if words are left over.
   void ExpectEnd(const std::string& allowed) {
-    if (!at_end()) Fail("'" + words_[position_] + "' is too much", "here may stand " + allowed, "remove it");
+    if (!at_end()) Fail("unexpected '" + words_[position_] + "'", "allowed here: " + allowed, "remove it");
   }
   [[nodiscard]] std::string Next() const { return at_end() ? std::string() : words_[position_]; }
 
@@ -196,10 +196,10 @@ void ReadPush(LineReader& reader, OperatorLine* line) {
   const glm::dvec3 direction = reader.Vector("the direction", 1e6, "push 0 0 -1 by 0.05");
   const double length = glm::length(direction);
   if (!reader.has_failed() && length < 1e-9) {
-    reader.Fail("the direction is 0 0 0", "a push goes somewhere", "write e.g. 'push 0 0 -1 by 0.05'");
+    reader.Fail("the direction is 0 0 0", "a push needs a direction", "write e.g. 'push 0 0 -1 by 0.05'");
   }
   if (!reader.Take("by")) {
-    reader.Fail("'by' is missing", "a push says how far it goes at most", "write e.g. 'push 0 0 -1 by 0.05'");
+    reader.Fail("'by' is missing", "a push needs its largest distance", "write e.g. 'push 0 0 -1 by 0.05'");
   }
   line->distance_m = reader.Number("the distance", 0.0001, 5.0, "by 0.05");
   line->speed_m_per_s = 0.05;
@@ -225,7 +225,7 @@ void ReadLine(LineReader& reader, const std::string& verb, const scene::Scenario
     line->goal = reader.Frame("reach handle.grip");
     ReadMotionOptions(reader, line);
     if (!reader.has_failed() && line->goal.is_hand) {
-      reader.Fail("'hand' cannot be reached", "the hand is what moves", "name a frame of an object");
+      reader.Fail("'hand' cannot be reached", "it is the hand itself that moves", "name a frame of an object");
     }
   } else if (verb == "carry") {
     line->verb = Verb::kCarry;
@@ -239,7 +239,7 @@ void ReadLine(LineReader& reader, const std::string& verb, const scene::Scenario
     line->goal = reader.Frame("carry handle.tip to module.socket");
     ReadMotionOptions(reader, line);
     if (!reader.has_failed() && line->goal.is_hand) {
-      reader.Fail("'hand' cannot be carried to", "the hand is what moves", "name a frame of an object");
+      reader.Fail("'hand' cannot be carried to", "it is the hand itself that moves", "name a frame of an object");
     }
   } else if (verb == "push") {
     line->verb = Verb::kPush;
@@ -295,31 +295,31 @@ ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::files
         const auto same = [&](const OperatorStep& step) { return step.name == name; };
         const auto before = std::find_if(parsed.script.steps.begin(), parsed.script.steps.end(), same);
         if (before != parsed.script.steps.end()) {
-          reader.Fail("step '" + name + "' is there twice", "its lines started in line " + std::to_string(before->line),
+          reader.Fail("step '" + name + "' is defined twice", "the first is in line " + std::to_string(before->line),
                       "put all lines of a step together");
         } else if (!step_names.empty() && std::find(step_names.begin(), step_names.end(), name) == step_names.end()) {
-          reader.Fail("no step '" + name + "'", "the procedure has none of that name",
+          reader.Fail("no step '" + name + "'", "the procedure has no step of that name",
                       core::SuggestName(name, step_names));
         }
       }
-      parsed.script.steps.push_back({name, number, {}});  // also a wrong one: its lines are read for their own errors
+      parsed.script.steps.push_back({name, number, {}});  // even a wrong one, so that its lines are checked too
     } else if (verb == "role") {
       const std::string name = reader.Word("the role's name", "role right");
       reader.ExpectEnd("one name");
       if (!reader.has_failed()) {
         const int found = scenario.FindRole(name);
         if (found < 0) {
-          reader.Fail("no role '" + name + "'", "no device has it", core::SuggestName(name, roles));
+          reader.Fail("no role '" + name + "'", "no device has that role", core::SuggestName(name, roles));
         } else {
           role = found;
         }
       }
     } else if (role < 0) {
       reader.Fail(
-          "it is not said whose hand moves", "the scenario has " + std::to_string(roles.size()) + " devices",
+          "the role is missing", "the scenario has " + std::to_string(roles.size()) + " devices",
           roles.empty() ? "add a <device> to the scenario" : "write 'role NAME' above; " + core::ListNames(roles));
     } else if (parsed.script.steps.empty()) {
-      reader.Fail("'" + verb + "' stands before the first step", "lines are carried out in a step",
+      reader.Fail("'" + verb + "' stands before the first step", "every line belongs to a step",
                   "write 'step NAME' above it");
     } else {
       OperatorLine line;

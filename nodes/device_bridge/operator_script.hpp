@@ -11,9 +11,9 @@
 
 namespace device_bridge {
 
-// How the simulated operator goes about each procedure step; the format is in scenarios/README.md, "operator.txt".
+// Script of the simulated operator: what it does in each procedure step. Format: scenarios/README.md, "operator.txt".
 
-// OBJECT.FRAME; without frame (`OBJECT`) the mesh frame itself. `hand`: the palm of the role that the line moves.
+// Reference to a frame: `OBJECT.FRAME`, `OBJECT` for the mesh frame itself, or `hand` for the palm of the line's role.
 struct FrameReference {
   int object = -1;
   bool is_hand = false;
@@ -62,22 +62,21 @@ struct OperatorScript {
 
 struct ParsedOperatorScript {
   OperatorScript script;
-  std::vector<scene::Diagnostic> diagnostics;  // empty: the script can be carried out
+  std::vector<scene::Diagnostic> diagnostics;  // empty: the script is valid
 };
 
-// `step_names`: the procedure's steps, for the check of `step NAME`; empty: not checked.
+// Parses a script. `step_names`: the procedure's steps, to check `step NAME`; empty: not checked.
 ParsedOperatorScript ParseOperatorScript(std::string_view text, const std::filesystem::path& file,
                                          const scene::Scenario& scenario, const std::vector<std::string>& step_names);
 
-// Ids of the states directly inside the `procedure` region: the steps of the report. Empty when the file cannot be read
-// (logic_node says why) or has no such region.
+// Ids of the states directly inside the `procedure` region, which are the steps of the report. Empty when the file
+// cannot be read (logic_node reports why) or has no such region.
 std::vector<std::string> ReadStepNames(const std::filesystem::path& procedure);
 
-// The scenario's script; an empty one when the scenario names none. The error's detail holds all diagnostics, a line
-// each.
+// The scenario's script; an empty one when the scenario names none. Error: kInvalidInput, with one line per diagnostic.
 core::Result<OperatorScript> LoadOperatorScript(const scene::Scenario& scenario);
 
-// All that is wrong with the scenario's script: for `oos check`.
+// All errors of the scenario's script, for `oos check`.
 std::vector<scene::Diagnostic> CheckOperatorScript(const scene::Scenario& scenario);
 
 }  // namespace device_bridge

@@ -86,7 +86,7 @@ step insert
   EXPECT_EQ(insert[5].until.state, 1);
 }
 
-TEST(OperatorScript, NamesLineCauseAndRemedyOfEveryMistake) {
+TEST(OperatorScript, ReportsLineCauseAndRemedyOfEveryError) {
   EXPECT_EQ(OnlyError("step a\nreach handle.gripp\n"), scene::Format({{"operator.txt", 2},
                                                                       "object 'handle' has no frame 'gripp'",
                                                                       "a frame must be named in scenario.xml",
@@ -106,18 +106,18 @@ TEST(OperatorScript, NamesLineCauseAndRemedyOfEveryMistake) {
   EXPECT_THAT(OnlyError("step a\npush 0 0 1 by nan"), HasSubstr("'nan' is not a number"));
   EXPECT_THAT(OnlyError("step a\npush 0 0 1x by 1"), HasSubstr("'1x' is not a number"));
   EXPECT_THAT(OnlyError("step a\nreach handle.grip speed -1"), HasSubstr("must be from"));
-  EXPECT_THAT(OnlyError("step a\nreach handle.grip fast"), HasSubstr("'fast' is too much"));
+  EXPECT_THAT(OnlyError("step a\nreach handle.grip fast"), HasSubstr("unexpected 'fast'"));
   EXPECT_THAT(OnlyError("step a\ngrip 0.5"), HasSubstr("the opening is 0.5"));
   EXPECT_THAT(OnlyError("step a\ncarry handle.grip module.hook"), HasSubstr("'to' is missing"));
   EXPECT_THAT(OnlyError("step a\nreach"), HasSubstr("is missing"));
   EXPECT_THAT(OnlyError("step"), HasSubstr("the step's name is missing"));
 }
 
-TEST(OperatorScript, ReportsAllMistakesAtOnce) {
+TEST(OperatorScript, ReportsAllErrorsAtOnce) {
   EXPECT_EQ(Parse("stepp a\nstep a\nreach nothing.here\nwait\n").diagnostics.size(), 3U);
 }
 
-TEST(OperatorScript, ANeededRoleMustBeSaid) {
+TEST(OperatorScript, ARoleIsRequiredWithTwoDevices) {
   scene::Scenario scenario = SmallScenario();
   scenario.devices.resize(2);
   scenario.devices[1].role = "left";
@@ -128,7 +128,7 @@ TEST(OperatorScript, ANeededRoleMustBeSaid) {
   EXPECT_EQ(parsed.script.steps[0].lines[1].role, 0);
 }
 
-TEST(OperatorScript, TakesTheStepsFromTheProcedureRegion) {
+TEST(OperatorScript, ReadsTheStepsOfTheProcedureRegion) {
   const std::string file = ::testing::TempDir() + "operator_script_test.scxml";
   std::ofstream(file) << R"(<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0"><parallel id="all">
     <state id="procedure"><state id="first"><state id="inner"/></state><state id="second"/><final id="done"/></state>
@@ -139,7 +139,7 @@ TEST(OperatorScript, TakesTheStepsFromTheProcedureRegion) {
 
 TEST(OperatorScript, AMissingFileIsRefused) {
   scene::Scenario scenario = SmallScenario();
-  EXPECT_TRUE(LoadOperatorScript(scenario).has_value());  // none named: an operator who does nothing
+  EXPECT_TRUE(LoadOperatorScript(scenario).has_value());  // none named: an operator without work
   scenario.operator_script = "/nonexistent/operator.txt";
   const auto script = LoadOperatorScript(scenario);
   ASSERT_FALSE(script);

@@ -2,7 +2,7 @@
 
 namespace device_bridge {
 
-// One axis m y'' + c y' + k y = f with f constant over a step: a mass on a spring and a damper.
+// Mass on a spring and a damper: m y'' + c y' + k y = f, with f constant over a step.
 struct Oscillator {
   double mass = 1.0;       // kg or kg m2, > 0
   double damping = 0.0;    // N s/m or Nm s/rad, >= 0
@@ -14,9 +14,8 @@ struct OscillatorState {
   double velocity = 0.0;
 };
 
-// State after dt_s under the constant force: the exact zero-order-hold solution, not an integration, so it is stable
-// at any stiffness and any step length. Accurate to rounding in every regime (free, pure damper, under-, over- and
-// critically damped).
+// State after dt_s under a constant force [N or Nm]: the exact zero-order-hold solution, hence stable for any stiffness
+// and step length. Accurate to rounding in every regime (free, pure damper, under-, over- and critically damped).
 OscillatorState StepExactly(const Oscillator& axis, const OscillatorState& state, double force, double dt_s);
 
 }  // namespace device_bridge

@@ -8,7 +8,7 @@
 namespace device_bridge {
 namespace {
 
-// Independent solution in long double from the complex roots (distinct) of the characteristic equation.
+// Independent solution in long double, from the distinct complex roots of the characteristic equation.
 OscillatorState ByComplexRoots(const Oscillator& axis, const OscillatorState& state, double force, double t) {
   using C = std::complex<long double>;
   const long double a = 0.5L * axis.damping / axis.mass;
@@ -48,7 +48,7 @@ TEST(Oscillator, ZeroOrderHoldStepEqualsTheClosedFormTo1e12) {
   }
 }
 
-TEST(Oscillator, FreeMassAndPureDamperAreCovered) {
+TEST(Oscillator, IsExactForAFreeMassAPureDamperAndCriticalDamping) {
   const OscillatorState fall = StepExactly({2.0, 0.0, 0.0}, {0.1, 0.3}, 4.0, 0.5);
   EXPECT_NEAR(fall.position, 0.1 + 0.3 * 0.5 + 0.5 * 2.0 * 0.25, 1e-14);
   EXPECT_NEAR(fall.velocity, 1.3, 1e-14);
@@ -64,7 +64,7 @@ TEST(Oscillator, FreeMassAndPureDamperAreCovered) {
   EXPECT_NEAR(critical.position, (0.01 + (0.2 + a * 0.01) * 0.02) * std::exp(-a * 0.02), 1e-14);
 }
 
-TEST(Oscillator, TwoHalfStepsAreOneStep) {
+TEST(Oscillator, TwoStepsEqualOneStepOfTheirLength) {
   const Oscillator axis{1.5, 65.0, 800.0};
   const OscillatorState once = StepExactly(axis, {0.02, 0.1}, -3.0, 1e-2);
   const OscillatorState twice = StepExactly(axis, StepExactly(axis, {0.02, 0.1}, -3.0, 4e-3), -3.0, 6e-3);
@@ -72,7 +72,7 @@ TEST(Oscillator, TwoHalfStepsAreOneStep) {
   EXPECT_NEAR(once.velocity, twice.velocity, 1e-14);
 }
 
-TEST(Oscillator, NeverGrowsAtAnyStiffness) {
+TEST(Oscillator, EnergyNeverGrowsAtAnyStiffness) {
   for (const double stiffness : {1e3, 1e6, 1e9, 1e12}) {
     const Oscillator axis{1.5, 1.0, stiffness};
     OscillatorState state{0.01, 0.0};

@@ -12,7 +12,7 @@ std::int64_t Nanoseconds(double seconds) {
   return static_cast<std::int64_t>(std::llround(seconds * 1e9));
 }
 
-// Twice what 1 kHz needs, so that a burst of late ticks does not push out what is still to be seen.
+// Twice the size that 1 kHz needs, so that a burst of late ticks does not overwrite samples within the delay.
 std::size_t RingSize(std::int64_t delay_ns) {
   return static_cast<std::size_t>(2 * delay_ns / core::kTick_ns + 64);
 }
@@ -42,7 +42,7 @@ void DelayedSight::Record(const Inputs& inputs, const core::FixedVector<DeviceRe
   Sighting& sighting = ring_[newest_];
   sighting.time_ns = inputs.now_ns;
   sighting.step = step;
-  // What no message tells about stays as it was seen last.
+  // Without a message everything keeps its last state.
   std::copy(previous.X_WO.begin(), previous.X_WO.end(), sighting.X_WO.begin());
   std::copy(previous.is_visible.begin(), previous.is_visible.end(), sighting.is_visible.begin());
   std::copy(previous.mechanisms.begin(), previous.mechanisms.end(), sighting.mechanisms.begin());

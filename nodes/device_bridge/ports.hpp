@@ -10,20 +10,21 @@ namespace device_bridge {
 
 constexpr std::size_t kMaxRoles = 4;
 
-// What one tick of the bridge reads. A message with header.sequence 0 has never arrived.
+// Inputs of one tick. A message with header.sequence 0 has never arrived.
 struct Inputs {
   std::int64_t now_ns = 0;
   core::FixedVector<core::DeviceCommand, kMaxRoles> commands;      // newest per role
   core::FixedVector<std::int64_t, kMaxRoles> command_received_ns;  // on this node's clock
-  core::FixedVector<core::HapticProxy, kMaxRoles> proxies;         // seen by the simulated operator, delayed
-  const core::PhysicsState* physics = nullptr;                     // seen by the simulated operator, delayed
-  core::FixedVector<std::uint16_t, kMaxRoles> grasped_objects;     // seen by the simulated operator, delayed
-  const core::LogicStatus* logic = nullptr;                        // step and lamps, seen delayed
+  // Only for the simulated operator, which sees them delayed.
+  core::FixedVector<core::HapticProxy, kMaxRoles> proxies;
+  const core::PhysicsState* physics = nullptr;
+  core::FixedVector<std::uint16_t, kMaxRoles> grasped_objects;
+  const core::LogicStatus* logic = nullptr;
 };
 
 struct Outputs {
   core::FixedVector<core::DeviceState, kMaxRoles> states;     // one per role
-  core::FixedVector<core::Wrench, kMaxRoles> applied;         // after the safety filter: what the device was given
+  core::FixedVector<core::Wrench, kMaxRoles> applied;         // written to the device, after the safety filter
   core::FixedVector<std::uint32_t, kMaxRoles> filter_status;  // FilterStatus bit set
 };
 

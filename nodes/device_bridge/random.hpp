@@ -7,8 +7,8 @@
 
 namespace device_bridge {
 
-// Seeded random figures that are the same with every standard library: the engine is specified bit for bit, the
-// distributions of <random> are not.
+// Seeded random numbers that are the same with every standard library: the standard specifies the engine bit for bit,
+// but not the distributions.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -17,7 +17,8 @@ class Random {
     return least + (greatest - least) * (static_cast<double>(engine_() >> 11) * 0x1.0p-53);
   }
 
-  // Box-Muller; the second figure is left unused, so one call always takes two draws.
+  // Standard normal, by Box-Muller: sqrt(-2 ln u) cos(2 pi v). The second number of the pair is discarded, so that
+  // every call takes two draws.
   double Gaussian() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform(0.0, 1.0)));
     return radius * std::cos(6.283185307179586 * Uniform(0.0, 1.0));

@@ -102,7 +102,7 @@ core::Result<void> WriteLatencyTable(const EchoLog& log, const std::filesystem::
   stream.flush();
   if (!stream) {
     return core::Fail(core::ErrorCode::kIo,
-                      file.string() + ": cannot be written. Is the folder there, and the disk not full?");
+                      file.string() + ": cannot be written. Does the folder exist, and has the disk space left?");
   }
   return {};
 }

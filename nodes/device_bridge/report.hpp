@@ -8,11 +8,11 @@
 
 namespace device_bridge {
 
-// The bridge's part of a run's report: forces, filter, echo log, what the operator did. Without bus and timing figures.
+// The bridge's part of a run's report: forces, filter, echo log, lines of the operator. Without bus and timing figures.
 nlohmann::json MakeReport(const DeviceBridge& bridge);
 
-// One row per stamped trace that came back: chain (direct or t1), trace id, origin, this log's own measurement, then
-// stage number and offset from the origin for each stamp.
+// CSV with one row per stamped trace that returned: chain (direct or t1), trace id, origin, this log's latency, then
+// stage number and offset from the origin [ns] of each stamp. Error: kIo.
 core::Result<void> WriteLatencyTable(const EchoLog& log, const std::filesystem::path& file);
 
 // Names of the bits that are set, e.g. {"degraded", "dead_man"}.

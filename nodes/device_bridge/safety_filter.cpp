@@ -7,17 +7,21 @@
 namespace device_bridge {
 namespace {
 
-// Beyond these no device of this project may be set, whatever a scenario says.
+// Upper bounds for the limits of any device, whatever a scenario says. 150 N is the static force limit of ISO
+// 10218-1:2006 for collaborative robots; torque and rate are chosen by judgement.
 constexpr double kAbsoluteMaxForce_N = 150.0;
 constexpr double kAbsoluteMaxTorque_Nm = 20.0;
 constexpr double kAbsoluteMaxRate_N_per_s = 1.0e6;
+// Ascending sequence numbers that identify a restarted source. Judgement: stray old datagrams rarely come in order, and
+// 3 ticks of delay are short against the restart ramp.
 constexpr int kRestartStreak = 3;
 
 bool IsFinite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Shortens v to the limit, direction kept. Scaled by its largest component first: 1e300 squared would overflow.
+// Scales v down to the limit, keeping its direction: v min(1, limit / |v|). It divides by the largest component first,
+// since the square of 1e300 overflows.
 glm::dvec3 Shorten(const glm::dvec3& v, double limit, bool* is_limited) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (largest <= 0.0) return v;
@@ -25,11 +29,11 @@ glm::dvec3 Shorten(const glm::dvec3& v, double limit, bool* is_limited) {
   const double norm = glm::length(scaled);  // in [1, sqrt 3]
   if (norm * largest <= limit) return v;
   *is_limited = true;
-  // A hair below, so that rounding cannot lift the length over the limit.
+  // 1e-14 below the limit, so that rounding cannot exceed it.
   return scaled * (limit * (1.0 - 1e-14) / norm);
 }
 
-// From `from` towards `to`, at most `step` far.
+// Moves from `from` towards `to` by at most `step`.
 glm::dvec3 Approach(const glm::dvec3& from, const glm::dvec3& to, double step, bool* is_limited) {
   const glm::dvec3 change = to - from;
   bool is_far = false;
@@ -77,7 +81,7 @@ core::Result<SafetyFilter> SafetyFilter::Create(const FilterLimits& limits) {
   if (!check(limits.brake_N_s_per_m, 1e4)) return fail("brake_N_s_per_m", limits.brake_N_s_per_m, 1e4, "N s/m");
   if (!check(limits.brake_Nm_s_per_rad, 1e3))
     return fail("brake_Nm_s_per_rad", limits.brake_Nm_s_per_rad, 1e3, "Nm s/rad");
-  // Silence must end in no force after 60 ms at the latest.
+  // Times may only be shortened: without commands the force must be zero after 60 ms at the latest.
   SafetyFilter filter(FilterLimits{});
   FilterLimits taken = limits;
   taken.hold_ns = std::clamp<std::int64_t>(limits.hold_ns, 0, filter.limits_.hold_ns);
@@ -109,14 +113,15 @@ void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t recei
                           std::int64_t backed_until_ns) noexcept {
   was_accepted_ = false;
   const std::uint64_t sequence = command.header.sequence;
-  if (sequence == 0) return;  // "has never arrived"
-  // Higher than ever is new. After silence a restarted source, which counts from 1 again, is believed once it has
-  // counted up kRestartStreak times in a row: stray old datagrams do not.
+  if (sequence == 0) return;  // has never arrived
+  // A number above all before is new. A restarted source counts from 1 again: after silence it is accepted once its
+  // numbers have ascended kRestartStreak times in a row, which stray old datagrams do not.
   restart_streak_ = sequence > streak_sequence_ ? restart_streak_ + 1 : 1;
   streak_sequence_ = sequence;
   const bool is_restart = may_restart_ && sequence != last_sequence_ && restart_streak_ >= kRestartStreak;
   const bool is_new = sequence > last_sequence_ || is_restart;
-  // The sample that the command was computed from; one from the future is not believed.
+  // The command counts as fresh from its arrival, or from the device sample that it was computed from plus the hold,
+  // whichever is earlier. So a sample time in the future has no effect.
   std::int64_t alive_ns = std::min(received_ns, backed_until_ns);
   if (command.header.direct.valid()) alive_ns = std::min(alive_ns, command.header.direct.origin_ns + limits_.hold_ns);
   const bool is_older = has_command_ && alive_ns < alive_ns_;
@@ -142,8 +147,8 @@ void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t recei
   ++num_accepted_;
 }
 
-// 1 while the newest command is fresh, then linearly to 0; 0 for good once reached, until a new command restarts the
-// ramp.
+// With the command's age t: 1 for t <= hold, then 1 - (t - hold) / fade, and 0 from hold + fade on. It stays 0 until a
+// new command starts the ramp.
 double SafetyFilter::AgeFactor(std::int64_t now_ns) noexcept {
   if (!has_command_) {
     status_ |= kNoCommand;
@@ -154,7 +159,7 @@ double SafetyFilter::AgeFactor(std::int64_t now_ns) noexcept {
   status_ |= kDegraded;
   if (over_ns < limits_.fade_ns) return 1.0 - static_cast<double>(over_ns) / static_cast<double>(limits_.fade_ns);
   status_ |= kSilent;
-  // Whoever speaks next may be a restarted source that counts from 1 again.
+  // The next command may come from a restarted source that counts from 1 again.
   may_restart_ = true;
   gain_ = 0.0;
   is_restart_ = true;
@@ -181,12 +186,12 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
   status_ = was_refused_ ? kRefused : kFilterOk;
   was_refused_ = false;
 
-  // 1 Finite. A device that reads nonsense gets no force either.
+  // 1 Finite. A device whose reading is not finite gets no force either.
   const double speed = glm::length(reading.V_WD.linear_m_per_s);
   const bool is_reading_finite =
       std::isfinite(speed) && IsFinite(reading.V_WD.angular_rad_per_s) && IsFinite(reading.X_WD.translation);
   if (!is_reading_finite) has_fault_ = true;
-  if (!reading.is_engaged && is_reading_finite && gain_ <= 0.0) has_fault_ = false;  // let go: a fault may be cleared
+  if (!reading.is_engaged && is_reading_finite && gain_ <= 0.0) has_fault_ = false;  // releasing clears a fault
   if (has_fault_) status_ |= kNotFinite;
   if (!reading.is_engaged) status_ |= kDeadMan;
 
@@ -205,7 +210,7 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
   if (is_torque_limited) status_ |= kTorqueLimited;
   if (std::abs(grip_command_N_) > limits_.max_grip_force_N) status_ |= kGripLimited;
 
-  // 5 Rate. While force is being taken away the rate is at least what empties it in the release time.
+  // 5 Rate. While the force is withdrawn, the rate is at least that which removes it within the release time.
   const double dt_s = static_cast<double>(dt_ns) * 1e-9;
   const bool is_taking_away = (status_ & (kDegraded | kDeadMan | kNotFinite)) != 0;
   double rate =
@@ -219,7 +224,7 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
   double grip_out_N = std::clamp(grip_N, grip_output_N_ - grip_step_N, grip_output_N_ + grip_step_N);
   if (is_rate_limited || grip_out_N != grip_N) status_ |= kRateLimited;
 
-  // 6 Power into the hand, F.v + tau.w (+ grip): both are shortened alike.
+  // 6 Power into the hand, P = F.v + tau.w [W]; force and torque are scaled by the same factor P_max / P.
   FilteredForce result;
   if (is_reading_finite) {
     const double power_W =
@@ -228,7 +233,7 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
       out = (limits_.max_power_W / power_W) * out;
       status_ |= kPowerLimited;
     }
-    // 7 Velocity: above the soft limit the device brakes itself, above the hard one it gets nothing but the brake.
+    // 7 Velocity: above the soft limit the device brakes, above the hard limit it gets the brake alone.
     if (speed > limits_.soft_speed_m_per_s) {
       status_ |= kVelocityBraked;
       result.brake_N_s_per_m_ = limits_.brake_N_s_per_m;
@@ -244,7 +249,7 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
     result.brake_Nm_s_per_rad_ = limits_.brake_Nm_s_per_rad;
   }
 
-  // 8 Once more, whatever came before: silence is zero, and the norms hold.
+  // 8 Check the result again, independently of the stages above: zero without commands, norms within their limits.
   if ((status_ & (kSilent | kNoCommand)) != 0 || !is_reading_finite || !IsFinite(out.force_N) ||
       !IsFinite(out.torque_Nm)) {
     out = core::Wrench{};

@@ -36,7 +36,7 @@ SafetyFilter Running(const glm::dvec3& force_N, std::int64_t* now_ns, std::uint6
   return filter;
 }
 
-TEST(SafetyFilter, PassesAGoodCommandUnchanged) {
+TEST(SafetyFilter, PassesAValidCommandUnchanged) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({3, -4, 12}, &now_ns, &sequence);
@@ -82,7 +82,7 @@ TEST(SafetyFilter, SilenceHoldsThenFadesToZeroWithin60Ms) {
   EXPECT_EQ(filter.first_cause(), kDegraded);
 }
 
-TEST(SafetyFilter, TheFirstCauseIsKept) {
+TEST(SafetyFilter, KeepsTheFirstCauseOfALossOfForce) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({0, 0, 24}, &now_ns, &sequence);
@@ -94,7 +94,7 @@ TEST(SafetyFilter, TheFirstCauseIsKept) {
   EXPECT_EQ(filter.first_cause_ns(), first_ns);
 }
 
-TEST(SafetyFilter, RepeatingAnOldForceIsSilenceToo) {
+TEST(SafetyFilter, ARepeatedOldForceCountsAsSilence) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({0, 0, 24}, &now_ns, &sequence);
@@ -111,7 +111,7 @@ TEST(SafetyFilter, RepeatingAnOldForceIsSilenceToo) {
   EXPECT_EQ(force_N, 0.0);
 }
 
-TEST(SafetyFilter, DuplicatesAndReorderedCommandsDoNotCountAsLife) {
+TEST(SafetyFilter, DuplicateAndReorderedCommandsCountAsSilence) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({5, 0, 0}, &now_ns, &sequence);
@@ -123,12 +123,12 @@ TEST(SafetyFilter, DuplicatesAndReorderedCommandsDoNotCountAsLife) {
     EXPECT_TRUE(filter.status() & kRefused);
   }
   EXPECT_EQ(filter.Apply(now_ns, Held()).F_Do_W().force_N.x, 0.0);
-  // The very same datagram again, after silence, is still no life.
+  // The same datagram again is refused after silence too.
   filter.Accept(Command(sequence, {-40, 0, 0}), now_ns);
   EXPECT_FALSE(filter.was_accepted());
 }
 
-TEST(SafetyFilter, ARestartedSourceIsTakenAfterSilenceWithARamp) {
+TEST(SafetyFilter, AcceptsARestartedSourceAfterSilenceWithARamp) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({5, 0, 0}, &now_ns, &sequence);
@@ -146,7 +146,7 @@ TEST(SafetyFilter, ARestartedSourceIsTakenAfterSilenceWithARamp) {
   EXPECT_EQ(last, 5.0);
 }
 
-TEST(SafetyFilter, ANotFiniteCommandIsAFaultUntilTheDeadManIsPressedAgain) {
+TEST(SafetyFilter, ACommandThatIsNotFiniteIsAFaultUntilTheDeadManIsPressedAgain) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
@@ -173,7 +173,7 @@ TEST(SafetyFilter, ANotFiniteCommandIsAFaultUntilTheDeadManIsPressedAgain) {
   }
 }
 
-TEST(SafetyFilter, ReleasingTheDeadManEmptiesTheForceWithin20Ms) {
+TEST(SafetyFilter, ReleasingTheDeadManRemovesTheForceWithin20Ms) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   SafetyFilter filter = Running({30, 0, 0}, &now_ns, &sequence);
@@ -207,7 +207,7 @@ TEST(SafetyFilter, LimitsTheRate) {
   EXPECT_TRUE(filter.status() & kRateLimited);
 }
 
-TEST(SafetyFilter, LimitsThePowerIntoTheHandButNotTheResistance) {
+TEST(SafetyFilter, LimitsPowerIntoTheHandButNotResistance) {
   std::int64_t now_ns = 0;
   std::uint64_t sequence = 0;
   FilterLimits limits;
@@ -252,7 +252,7 @@ TEST(SafetyFilter, CanBeTightenedButNeverLoosened) {
   EXPECT_EQ(filter.limits().max_force_N, 12.0);
 }
 
-TEST(SafetyFilter, RefusesUnusableLimits) {
+TEST(SafetyFilter, RefusesInvalidLimits) {
   FilterLimits limits;
   limits.max_force_N = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(SafetyFilter::Create(limits));
@@ -332,7 +332,7 @@ TEST(SafetyFilter, HoldsItsLimitsInEverySampleOf100000RandomCommandStreams) {
       if (latest_ns - last_good_ns >= 60 * kMs) {
         ASSERT_EQ(norm_N, 0.0);
       }
-      // The rate may be exceeded only where force is taken away for safety.
+      // The rate may be exceeded only where the force is withdrawn for safety.
       const std::uint32_t kTakenAway = kDegraded | kSilent | kDeadMan | kNotFinite | kVelocityBraked | kPowerLimited;
       if ((filter.status() & kTakenAway) == 0) {
         const double dt_s = std::max<double>(0.0, static_cast<double>(latest_ns - previous_ns)) * 1e-9;
@@ -342,7 +342,7 @@ TEST(SafetyFilter, HoldsItsLimitsInEverySampleOf100000RandomCommandStreams) {
       previous_ns = latest_ns;
     }
   }
-  EXPECT_GT(num_acting, num_samples / 10) << "the test would hold for a filter that never lets anything through";
+  EXPECT_GT(num_acting, num_samples / 10) << "otherwise the test would pass with a filter that blocks everything";
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void SimulatedArm::Write(std::int64_t now_ns, const FilteredForce& force) noexce
     force_ = force;
     return;
   }
-  if (pending_size_ == kMaxPending) {  // a delay longer than the line: the oldest comes early rather than being lost
+  if (pending_size_ == kMaxPending) {  // the delay exceeds the queue: apply the oldest early rather than lose it
     force_ = pending_[pending_begin_].force;
     pending_begin_ = (pending_begin_ + 1) % kMaxPending;
     --pending_size_;
@@ -65,7 +65,7 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
     time_ns_ = now_ns;
     last_write_ns_ = now_ns;
   }
-  // The step is split where a delayed command becomes due and where the watchdog bites, so neither is rounded to a
+  // The step is split where a delayed command becomes due and where the watchdog expires, so neither is rounded to a
   // tick.
   while (time_ns_ < now_ns) {
     std::int64_t until_ns = now_ns;
@@ -74,7 +74,7 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
       const FilteredForce none;
       force_ = none;
       pending_size_ = 0;
-      // Whoever does not write does not move the hand either: it stays where it pressed.
+      // A bridge that does not write does not move the hand's target either, so that stands still.
       is_braked_ = true;
       hand_.V_WT = core::Twist{};
       hand_.opening_velocity_m_per_s = 0.0;
@@ -130,6 +130,7 @@ void SimulatedArm::MoveTarget(double dt_s) noexcept {
       glm::normalize(core::QuaternionFromRotationVector(hand_.V_WT.angular_rad_per_s * dt_s) * hand_.X_WT.rotation);
 }
 
+// The equations of simulated_arm.hpp, solved exactly for a step with constant F and v_T.
 void SimulatedArm::AdvancePoint(double dt_s) noexcept {
   const HandImpedance& hand = parameters_.hand;
   const double drag_N_s_per_m = Drag_N_s_per_m();
@@ -158,8 +159,9 @@ void SimulatedArm::AdvancePoint(double dt_s) noexcept {
   state_.X_WD.rotation = glm::normalize(core::QuaternionFromRotationVector(phi_next) * hand_.X_WT.rotation);
 }
 
-// The fingers pull as a spring as long as it is weaker than their strength, else with just their strength. Which of the
-// two holds is decided at the start of a step; each is stepped exactly.
+// With the opening o [m], its target o_T, finger stiffness K and strength S, the fingers' force is
+//   K (o_T - o) while |K (o_T - o)| <= S, else S sign(o_T - o), plus damping.
+// The case is decided at the start of a step; each case is solved exactly.
 void SimulatedArm::AdvanceOpening(double dt_s) noexcept {
   const HandImpedance& hand = parameters_.hand;
   const double drag = parameters_.jaw_damping_N_s_per_m + force_.brake_N_s_per_m();

@@ -11,18 +11,17 @@
 
 namespace device_bridge {
 
-// What the operator's arm and fingers are set to: the target of their spring-damper. The only thing a simulated
-// operator can write.
+// Target of the spring-dampers of the operator's arm and fingers: the only output of the simulated operator.
 struct HandTarget {
   core::Pose X_WT;
-  core::Twist V_WT;  // velocity of the target, so that a moving hand does not trail behind
+  core::Twist V_WT;  // velocity of the target, so that a moving hand has no lag
   double opening_m = 0.0;
   double opening_velocity_m_per_s = 0.0;
-  double grip_strength_N = 20.0;  // the fingers' limit, both ways
+  double grip_strength_N = 20.0;  // largest force of the fingers, opening and closing
   bool holds_dead_man = true;
 };
 
-// Impedance of the operator's arm and fingers.
+// Impedance of the operator's arm and fingers: a firm grip, assumed. A softer hand penetrates less and reacts slower.
 struct HandImpedance {
   double stiffness_N_per_m = 800.0;
   double damping_N_s_per_m = 60.0;
@@ -41,10 +40,10 @@ struct ArmParameters {
   double jaw_damping_N_s_per_m = 2.0;
   double opening_max_m = 0.08;
   double opening_start_m = 0.06;
-  bool is_jointed = false;  // seven joints in place of a point mass; mass_kg and inertia_kg_m2 do not count then
+  bool is_jointed = false;  // seven joints instead of a point mass; mass_kg and inertia_kg_m2 are then unused
   std::int64_t command_delay_ns = 0;
-  std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the device drops the force and brakes itself
-  double brake_N_s_per_m = 400.0;         // then
+  std::int64_t watchdog_ns = 60'000'000;  // without a Write for this long the device drops the force and brakes
+  double brake_N_s_per_m = 400.0;         // of the watchdog; as in FilterLimits
   double brake_Nm_s_per_rad = 4.0;
   core::Pose X_WD_start;
   HandImpedance hand;
@@ -52,26 +51,27 @@ struct ArmParameters {
   static ArmParameters From(const scene::Device& device);
 };
 
-// What the operator feels.
+// Forces that the operator feels.
 struct FeltForce {
   core::Wrench F_Do_W;          // the arm on the hand
   core::Wrench hand_F_Do_W;     // the hand's own spring and damper on the arm
   double grip_force_N = 0.0;    // the jaws on the fingers, positive when they are pushed open
   double finger_force_N = 0.0;  // the fingers on the jaws, positive opens
   double opening_m = 0.0;
-  bool is_off = false;  // the device has taken its force away, and shows it, or is giving it back
+  bool is_off = false;  // the device has withdrawn its force, or is ramping it up again, and indicates this
 };
 
-// A SIMULATED hand device: DLR's HUG as a rigid point, 6-DoF mass and damper with the operator's hand on it as a
-// spring-damper to its target, and a gripper axis. Every axis is stepped by the exact zero-order-hold solution
-// (no integration error), with commands delayed by any time, also fractions of a step.
+// A SIMULATED hand device: DLR's HUG as a rigid body with 6-DoF mass and damping, a gripper axis, and the operator's
+// hand as a spring-damper to its target. Every axis is advanced by the exact zero-order-hold solution (no integration
+// error), with commands delayed by any time, also fractions of a step.
 //
-// Translation, per axis of W, with y = x - x_T, x_T moving at v_T over the step:
-//   m y'' + (b + brake + B_h) y' + K_h y = F - (b + brake) v_T
-// Rotation the same with y the rotation vector of R_WD R_WT^-1 in W and an isotropic inertia; exact while the axis of
-// rotation stays, which holds as long as the hand is near its target.
+// Translation, per axis of W, with y = x - x_T [m], x_T moving at v_T over the step, device drag b [N s/m] (with brake)
+// and the hand's stiffness K_h [N/m] and damping B_h [N s/m]:
+//   m y'' + (b + B_h) y' + K_h y = F - b v_T
+// Rotation the same, with y = Log(R_WD R_WT^-1) in W and an isotropic inertia. That is exact while the axis of rotation
+// is constant, which holds as long as the hand is near its target.
 //
-// Or, for device type "simulated_hug", an arm of seven joints in place of the point (JointedArm), integrated.
+// For device type "simulated_hug" an integrated arm of seven joints replaces the rigid body (JointedArm).
 class SimulatedArm final : public Device {
  public:
   explicit SimulatedArm(const ArmParameters& parameters);
@@ -83,7 +83,7 @@ class SimulatedArm final : public Device {
     return jointed_ ? "simulated arm (seven joints, gripper axis)" : "simulated arm (6-DoF mass-damper, gripper axis)";
   }
 
-  // From the time of the last Read on.
+  // Takes effect from the time of the last Read on.
   void SetHand(const HandTarget& target) noexcept;
   [[nodiscard]] const HandTarget& hand() const { return hand_; }
   [[nodiscard]] FeltForce Felt() const noexcept;
@@ -93,7 +93,7 @@ class SimulatedArm final : public Device {
     std::int64_t due_ns = 0;
     FilteredForce force;
   };
-  static constexpr std::size_t kMaxPending = 512;
+  static constexpr std::size_t kMaxPending = 512;  // delays of up to 0.5 s at 1 kHz
 
   void AdvanceTo(std::int64_t now_ns) noexcept;
   [[nodiscard]] double Drag_N_s_per_m() const noexcept;
@@ -116,7 +116,7 @@ class SimulatedArm final : public Device {
   std::size_t pending_size_ = 0;
   std::int64_t time_ns_ = 0;
   std::int64_t last_write_ns_ = 0;
-  bool is_braked_ = false;  // by its own watchdog
+  bool is_braked_ = false;  // by the device's own watchdog
   bool is_started_ = false;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-// Only a filter can make a force: one that is wide open and past its ramps.
+// Creates forces through a filter with the widest limits and without ramps.
 class Motor {
  public:
   Motor() : filter_(*SafetyFilter::Create(WideOpen())) { filter_.Apply(-10 * kMs, Held()); }
@@ -65,7 +65,7 @@ TEST(SimulatedArm, FreeArmUnderConstantForceFollowsNewton) {
   EXPECT_NEAR(reading.V_WD.angular_rad_per_s.z, 2.0 * 0.05, 1e-12);
 }
 
-TEST(SimulatedArm, CommandsAreDelayedAlsoByFractionsOfAStep) {
+TEST(SimulatedArm, DelaysCommandsByFractionsOfAStep) {
   ArmParameters p = FreeArm();
   p.command_delay_ns = 2'800'000;
   SimulatedArm arm(p);
@@ -92,8 +92,8 @@ TEST(SimulatedArm, ItsOwnWatchdogDropsTheForceAfter60MsAndBrakes) {
   EXPECT_EQ(arm.Felt().F_Do_W.force_N.x, 0.0);
 }
 
-// The bridge's process stands still while the hand presses on.
-TEST(SimulatedArm, AHandThatNobodyMovesStaysNearWhereItPressed) {
+// The bridge's process hangs while the hand presses.
+TEST(SimulatedArm, StaysNearTheContactWhenTheBridgeHangs) {
   SimulatedArm arm(ArmParameters{});
   Motor motor;
   HandTarget hand;
@@ -128,7 +128,7 @@ TEST(SimulatedArm, BallOnAPlaneSettlesAtTheClosedFormDepth) {
   EXPECT_NEAR(arm.Felt().hand_F_Do_W.force_N.z, -force_N, 1e-6);
 }
 
-TEST(SimulatedArm, WithJointsItSettlesWhereThePointMassDoes) {
+TEST(SimulatedArm, TheJointedArmComesToRestWhereThePointMassDoes) {
   for (const bool is_jointed : {false, true}) {
     ArmParameters p;
     p.is_jointed = is_jointed;
@@ -149,7 +149,8 @@ TEST(SimulatedArm, WithJointsItSettlesWhereThePointMassDoes) {
   }
 }
 
-// Grows or decays when a mass on a sampled wall K, B (backward difference) with a delay of `delay_ticks` is let go?
+// Whether the motion of a mass decays on a sampled wall with stiffness K = alpha m / T^2, damping B = beta m / T
+// (backward difference) and a delay of `delay_ticks`.
 bool IsStable(double alpha, double beta, int delay_ticks) {
   const double m = 1.5;
   const double T = 1e-3;
@@ -176,7 +177,7 @@ bool IsStable(double alpha, double beta, int delay_ticks) {
   return late < early;
 }
 
-TEST(SimulatedArm, StabilityBoundaryOfASampledDelayedWallIsTheExactOne) {
+TEST(SimulatedArm, ReproducesTheExactStabilityBoundaryOfASampledDelayedWall) {
   // The exact boundary of an undamped device for integer delays d: alpha = 4 tan^2(th/2) cos((d+1) th),
   // beta = 2 sin(th/2) sin((d+1/2) th) / cos^2(th/2), and its peaks: d = 1: 0.14447 at 0.42456, d = 2: 0.06243 at
   // 0.29141.
@@ -209,7 +210,7 @@ TEST(SimulatedArm, TracksAMovingTargetInFreeSpace) {
   EXPECT_NEAR(lag_m, 5.0 * 0.1 / 800.0, 1e-6);
 }
 
-TEST(SimulatedArm, TheFingersAreAsStrongAsTheyAreAndTheJawsStayInTheirRange) {
+TEST(SimulatedArm, LimitsTheFingersForceAndTheJawsOpening) {
   ArmParameters p;
   SimulatedArm arm(p);
   Motor motor;
@@ -233,7 +234,7 @@ TEST(SimulatedArm, TheFingersAreAsStrongAsTheyAreAndTheJawsStayInTheirRange) {
   EXPECT_EQ(arm.Read(4000 * kMs).opening_m, p.opening_max_m);
 }
 
-TEST(SimulatedArm, SaysThatItIsSimulated) {
+TEST(SimulatedArm, ReportsThatItIsSimulated) {
   const SimulatedArm arm{ArmParameters{}};
   const Device& device = arm;
   EXPECT_TRUE(device.is_simulated());

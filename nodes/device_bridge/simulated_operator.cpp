@@ -9,25 +9,27 @@
 namespace device_bridge {
 namespace {
 
+// Behaviour of the operator. No study selected these values; they are plausible for a person, and the procedures of
+// scenarios/ succeed with them (tests/acceptance). Shorter times and larger leads make it faster and less careful.
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kShortestStroke_s = 0.2;
-constexpr double kWithin_s = 0.1;              // the seen error stays in tolerance for this long
-constexpr double kStillSpeed_m_per_s = 0.015;  // a hand seen slower than this has arrived
-constexpr double kLongestLook_s = 0.6;         // then a correction comes even if the hand is not still
-constexpr double kLongestLead_m = 0.03;        // of the target before the seen hand when it is blocked
-constexpr double kLongestTurnLead_rad = 0.35;
-constexpr double kLever_m = 0.05;  // turns a tolerance in metres into one in radians
-constexpr double kSearchRadius_m = 0.0015;
+constexpr double kWithin_s = 0.1;              // the seen error must stay within the tolerance for this long
+constexpr double kStillSpeed_m_per_s = 0.015;  // below this seen speed the hand counts as at rest
+constexpr double kMaxObservation_s = 0.6;      // after this time a correction starts even if the hand is not at rest
+constexpr double kMaxLead_m = 0.03;            // of the target ahead of the seen hand when it is blocked
+constexpr double kMaxTurnLead_rad = 0.35;
+constexpr double kLever_m = 0.05;           // converts an angle into a length for comparison with a tolerance
+constexpr double kSearchRadius_m = 0.0015;  // of the order of the scenarios' clearances and lateral tolerances
 constexpr double kSearch_Hz = 1.0;
 constexpr double kSearchGrowth_s = 3.0;  // from the centre to the full radius, then again from the centre
-constexpr double kStall_s = 0.5;
+constexpr double kStall_s = 0.5;  // stalled: progress below kStallProgress_m for this time, against kStallForce_N
 constexpr double kStallProgress_m = 0.0005;
 constexpr double kStallForce_N = 2.0;
-constexpr double kPushRise_s = 0.2;
-constexpr double kPushBraking_m_per_s2 = 0.5;
-constexpr double kLongestSearch_s = 8.0;  // after the distance is used up
-constexpr double kComfort = 0.85;         // share of the force cap beyond which nobody pushes on
-constexpr double kTryAgain_s = 4.0;       // after the last line of a step that is not left
+constexpr double kPushRise_s = 0.2;            // of the speed of a push
+constexpr double kPushBraking_m_per_s2 = 0.5;  // deceleration before the end of its distance
+constexpr double kMaxSearch_s = 8.0;           // after the whole distance was pushed
+constexpr double kMaxPushShare = 0.85;         // of the force limit; the operator pushes no further above it
+constexpr double kRetryDelay_s = 4.0;          // after the last line of a step that does not end
 constexpr std::size_t kMaxRecords = 4096;
 
 glm::dvec3 Shortened(const glm::dvec3& v, double limit) {
@@ -49,7 +51,7 @@ SimulatedOperator::SimulatedOperator(const scene::Scenario& scenario, OperatorSc
     hand.X_WB = device.X_WD_start;
     hand.opening_from_m = device.opening_start_m;
     hand.stiffness_N_per_m = std::max(1.0, device.hand_stiffness_N_per_m);
-    hand.force_limit_N = kComfort * std::min(device.max_force_N, scenario.force_cap_N);
+    hand.force_limit_N = kMaxPushShare * std::min(device.max_force_N, scenario.force_cap_N);
     for (int i = 0; i < 3; ++i) {
       hand.tremor_hz[i] = random_.Uniform(8.0, 12.0);
       hand.tremor_phase_rad[i] = random_.Uniform(0.0, kTwoPi);
@@ -79,8 +81,8 @@ void SimulatedOperator::Step(const Inputs& inputs, const core::FixedVector<FeltF
   bool waits = false;
   for (Hand& hand : hands_) {
     const FeltForce felt_then = hand.touch.At(now_ns);
-    if (felt_then.is_off && !hand.has_let_go) LetGo(&hand, felt_then);
-    hand.has_let_go = felt_then.is_off;
+    if (felt_then.is_off && !hand.is_relaxed) RelaxHand(&hand, felt_then);
+    hand.is_relaxed = felt_then.is_off;
     waits = waits || felt_then.is_off;
   }
   if (seen != nullptr && current_ != nullptr && !waits) CarryOutLine(*seen, now_ns, dt_s);
@@ -104,9 +106,11 @@ bool SimulatedOperator::IsVisible(const FrameReference& frame, const Sighting& s
   return frame.is_hand || seen.is_visible[static_cast<std::size_t>(frame.object)] != 0;
 }
 
-// reach: M is the hand, so X_WHand_goal = X_WF X_FG. carry: the hand keeps the seen relation to the held frame M,
-// X_MHand = X_WM^-1 X_WHand, so that X_WHand_goal = X_WF X_FG X_MHand brings M to the goal frame.
-SimulatedOperator::Aim SimulatedOperator::TakeAim(const OperatorLine& line, const Sighting& seen) const noexcept {
+// The moved frame M (reach: the hand itself; carry: a frame of the held object) shall coincide with the goal G, which
+// is given in the seen frame F: X_WM_goal = X_WF X_FG. With the seen relation X_MHand = X_WM^-1 X_WHand the hand's goal
+// is
+//   X_WHand_goal = X_WF X_FG X_MHand.
+SimulatedOperator::Aim SimulatedOperator::ComputeAim(const OperatorLine& line, const Sighting& seen) const noexcept {
   Aim aim;
   aim.X_WHand = seen.X_WHand[static_cast<std::size_t>(line.role)];
   if (!IsVisible(line.goal, seen)) return aim;
@@ -125,7 +129,7 @@ SimulatedOperator::Aim SimulatedOperator::TakeAim(const OperatorLine& line, cons
   return aim;
 }
 
-bool SimulatedOperator::Holds(const Condition& condition, const Sighting& seen, int role) const noexcept {
+bool SimulatedOperator::IsSatisfied(const Condition& condition, const Sighting& seen, int role) const noexcept {
   const auto mechanism = [&] { return seen.mechanisms[static_cast<std::size_t>(condition.mechanism)].state; };
   const std::uint16_t grasped = seen.grasped[static_cast<std::size_t>(role)];
   switch (condition.kind) {
@@ -155,8 +159,8 @@ void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) no
   if (current_ != nullptr || step_ < 0) return;
   const std::vector<OperatorLine>& lines = script_.steps[static_cast<std::size_t>(step_)].lines;
   if (next_line_ >= lines.size()) {
-    // All is done and the step is not over: a node may have been away meanwhile. Whoever sees that tries again.
-    if (lines.empty() || static_cast<double>(now_ns - record_.end_ns) * 1e-9 < kTryAgain_s) return;
+    // All lines are done but the step goes on, e.g. because a node was away meanwhile: start again.
+    if (lines.empty() || static_cast<double>(now_ns - record_.end_ns) * 1e-9 < kRetryDelay_s) return;
     next_line_ = 0;
   }
   current_ = &lines[next_line_++];
@@ -167,10 +171,10 @@ void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) no
   EnterPhase(Phase::kBegin);
 }
 
-// A push is let go first, else its target would stay beyond the hand and press on through the lines that follow.
+// A push is relaxed first, else its target would stay beyond the hand and press on during the lines that follow.
 void SimulatedOperator::Abandon(std::int64_t now_ns) noexcept {
   const bool is_push = current_->verb == Verb::kPush;
-  if (is_push && phase_ == Phase::kRelax) return;  // it was done, and ends by itself
+  if (is_push && phase_ == Phase::kRelax) return;  // its relaxation ends by itself
   if (is_push && phase_ == Phase::kPush) {
     EndPush(*current_, hands_[static_cast<std::size_t>(current_->role)].touch.At(now_ns));
     outcome_ = LineOutcome::kAbandoned;
@@ -195,8 +199,8 @@ void SimulatedOperator::EndLine(LineOutcome outcome, std::int64_t now_ns) noexce
   is_searching_ = false;
 }
 
-// Nobody presses against nothing: the target goes back to where the hand is, F/K behind it (as in EndPush).
-void SimulatedOperator::LetGo(Hand* hand, const FeltForce& felt) noexcept {
+// Without resistance a person stops pressing: moves the target back by F / K to the hand's pose (see EndPush).
+void SimulatedOperator::RelaxHand(Hand* hand, const FeltForce& felt) noexcept {
   const glm::dvec3 lead_W = felt.hand_F_Do_W.force_N / hand->stiffness_N_per_m;
   hand->V_WB = core::Twist{};
   hand->stroke = Stroke(hand->X_WB, -lead_W, glm::dvec3(0.0), 0.1);
@@ -213,7 +217,7 @@ void SimulatedOperator::CarryOutLine(const Sighting& seen, std::int64_t now_ns, 
   if (seen.time_ns > seen_before_ns_) {
     const double seen_dt_s = static_cast<double>(seen.time_ns - seen_before_ns_) * 1e-9;
     const double speed = glm::length(X_WHand.translation - X_WHand_before_.translation) / seen_dt_s;
-    // Eyes do not see single milliseconds: averaged over some 20 ms.
+    // First-order low-pass of 20 ms, as vision does not resolve single milliseconds. Assumed.
     seen_speed_m_per_s_ += std::min(1.0, seen_dt_s / 0.02) * (speed - seen_speed_m_per_s_);
     X_WHand_before_ = X_WHand;
     seen_before_ns_ = seen.time_ns;
@@ -231,7 +235,7 @@ void SimulatedOperator::CarryOutLine(const Sighting& seen, std::int64_t now_ns, 
       break;
     case Verb::kWait:
       if (line.until.kind != ConditionKind::kNone) {
-        is_line_over_ = Holds(line.until, seen, line.role);
+        is_line_over_ = IsSatisfied(line.until, seen, line.role);
       } else {
         is_line_over_ = line_s_ >= line.seconds;
       }
@@ -245,8 +249,9 @@ void SimulatedOperator::CarryOutLine(const Sighting& seen, std::int64_t now_ns, 
 
 void SimulatedOperator::BeginStroke(const OperatorLine& line, const Aim& aim, bool is_first) noexcept {
   Hand& hand = hands_[static_cast<std::size_t>(line.role)];
-  // The first stroke goes from where the target is to the goal itself; a correction adds what is seen to be missing, so
-  // a steady offset between target and hand (a load, a contact) is made up for. Blocked, the target does not run away.
+  // The first stroke moves the target to the goal. A correction adds the seen error to the target instead, so it also
+  // compensates a steady offset between target and hand (a load, a contact); its lead over the hand is limited, in case
+  // the hand is blocked.
   glm::dvec3 way_W = aim.way_W;
   glm::dvec3 turn_W = aim.turn_W;
   if (is_first) {
@@ -255,11 +260,11 @@ void SimulatedOperator::BeginStroke(const OperatorLine& line, const Aim& aim, bo
                                   glm::conjugate(hand.X_WB.rotation));
   } else {
     const glm::dvec3 lead_W = hand.X_WB.translation + way_W - aim.X_WHand.translation;
-    const double longest_m = std::max(kLongestLead_m, glm::length(aim.way_W));
+    const double longest_m = std::max(kMaxLead_m, glm::length(aim.way_W));
     way_W = aim.X_WHand.translation + Shortened(lead_W, longest_m) - hand.X_WB.translation;
     const glm::dvec3 turn_lead_W = core::RotationVector(core::QuaternionFromRotationVector(turn_W) *
                                                         hand.X_WB.rotation * glm::conjugate(aim.X_WHand.rotation));
-    const double widest_rad = std::max(kLongestTurnLead_rad, glm::length(aim.turn_W));
+    const double widest_rad = std::max(kMaxTurnLead_rad, glm::length(aim.turn_W));
     turn_W = core::RotationVector(core::QuaternionFromRotationVector(Shortened(turn_lead_W, widest_rad)) *
                                   aim.X_WHand.rotation * glm::conjugate(hand.X_WB.rotation));
   }
@@ -274,8 +279,8 @@ void SimulatedOperator::BeginStroke(const OperatorLine& line, const Aim& aim, bo
 
 void SimulatedOperator::Move(const OperatorLine& line, const Sighting& seen, double dt_s) noexcept {
   Hand& hand = hands_[static_cast<std::size_t>(line.role)];
-  const Aim aim = TakeAim(line, seen);
-  if (!aim.is_valid) return;  // looks until it sees both
+  const Aim aim = ComputeAim(line, seen);
+  if (!aim.is_valid) return;  // waits until both frames are visible
   if (phase_ == Phase::kBegin) {
     within_s_ = 0.0;
     num_in_vain_ = 0;
@@ -283,8 +288,8 @@ void SimulatedOperator::Move(const OperatorLine& line, const Sighting& seen, dou
     BeginStroke(line, aim, true);
     return;
   }
-  if (phase_ == Phase::kStroke && hand.stroke.is_over()) EnterPhase(Phase::kLook);
-  if (phase_ != Phase::kLook) return;
+  if (phase_ == Phase::kStroke && hand.stroke.is_over()) EnterPhase(Phase::kObserve);
+  if (phase_ != Phase::kObserve) return;
 
   const double error_m = std::max(aim.distance_m, kLever_m * aim.angle_rad);
   const bool is_still = seen_speed_m_per_s_ < kStillSpeed_m_per_s;
@@ -294,8 +299,8 @@ void SimulatedOperator::Move(const OperatorLine& line, const Sighting& seen, dou
     return;
   }
   if (within_s_ > 0.0) return;
-  // What is seen must show the end of the last stroke, else the correction would correct it twice.
-  if (phase_s_ < options_.visual_delay_s + 0.05 || (!is_still && phase_s_ < kLongestLook_s)) return;
+  // The seen scene must show the end of the last stroke, else the correction would be made twice.
+  if (phase_s_ < options_.visual_delay_s + 0.05 || (!is_still && phase_s_ < kMaxObservation_s)) return;
   if (line.verb == Verb::kCarry) {
     num_in_vain_ = error_m > 0.85 * best_error_m_ ? num_in_vain_ + 1 : 0;
     const bool is_blocked = glm::length(hand.touch.At(last_ns_).F_Do_W.force_N) > kStallForce_N;
@@ -328,9 +333,9 @@ void SimulatedOperator::Push(const OperatorLine& line, const Sighting& seen, con
   const double resistance_N = -glm::dot(felt.F_Do_W.force_N, line.direction_W);
 
   if (line.until_felt_N > 0.0 && resistance_N >= line.until_felt_N) return EndPush(line, felt);
-  if (Holds(line.until, seen, line.role)) return EndPush(line, felt);
+  if (IsSatisfied(line.until, seen, line.role)) return EndPush(line, felt);
 
-  // Constant speed after a minimum-jerk start, braking before the end; nobody pushes on against too much force.
+  // Speed: a minimum-jerk rise to v, braking v = sqrt(2 a d) over the remaining distance d, zero above the force limit.
   push_time_s_ += dt_s;
   const double remaining_m = line.distance_m - pushed_m_;
   double speed = line.speed_m_per_s * MinimumJerk(push_time_s_ / kPushRise_s);
@@ -341,7 +346,7 @@ void SimulatedOperator::Push(const OperatorLine& line, const Sighting& seen, con
   hand.X_WB.translation += way_m * line.direction_W;
   hand.V_WB.linear_m_per_s = speed * line.direction_W;
 
-  // Stuck short of what is to be seen: search.
+  // Stalled before the condition is satisfied: search.
   const double progress_m = glm::dot(X_WHand.translation - p_push_begin_, line.direction_W);
   const bool has_moved = progress_m > progress_m_ + kStallProgress_m;
   stalled_s_ = has_moved ? 0.0 : stalled_s_ + dt_s;
@@ -354,20 +359,20 @@ void SimulatedOperator::Push(const OperatorLine& line, const Sighting& seen, con
   }
 
   if (remaining_m - way_m > 1e-6) return;
-  // The distance is used up. What it brought about is seen and felt only later.
+  // The whole distance was pushed; its effect is seen and felt only after the delays.
   hand.V_WB = core::Twist{};
   used_up_s_ += dt_s;
   const bool has_condition = line.until_felt_N > 0.0 || line.until.kind != ConditionKind::kNone;
   const double patience_s = !has_condition  ? 0.0
-                            : is_searching_ ? kLongestSearch_s
+                            : is_searching_ ? kMaxSearch_s
                                             : options_.visual_delay_s + options_.reaction_s + kStall_s;
   if (used_up_s_ < patience_s) return;
   if (has_condition) outcome_ = LineOutcome::kDistanceUsedUp;
   is_line_over_ = true;
 }
 
-// Takes the target back to where the hand is, so that pressing stops growing. Nobody sees that place in time; but the
-// hand stands F/K before its target, and F is felt.
+// Moves the target back to the hand's pose, so that the pressing force does not persist. Vision is too slow to see that
+// pose, but the hand is F / K behind its target (K: the hand's stiffness), and F is felt.
 void SimulatedOperator::EndPush(const OperatorLine& line, const FeltForce& felt) noexcept {
   Hand& hand = hands_[static_cast<std::size_t>(line.role)];
   is_searching_ = false;
@@ -393,7 +398,7 @@ void SimulatedOperator::Grip(const OperatorLine& line, const FeltForce& felt, do
     return;
   }
   if (hand.opening_elapsed_s < hand.opening_duration_s) return;
-  // Settled: the jaws are felt to stand still, on the object or at the opening wanted.
+  // Settled: the opening has not changed by 0.2 mm for kWithin_s, on the object or at the given opening.
   within_s_ = std::abs(felt.opening_m - progress_m_) < 2e-4 ? within_s_ + dt_s : 0.0;
   if (within_s_ == 0.0) progress_m_ = felt.opening_m;
   const bool has_settled = within_s_ >= kWithin_s;
@@ -409,7 +414,7 @@ void SimulatedOperator::UpdateTarget(Hand* hand, double dt_s) noexcept {
   hand->target.X_WT = hand->X_WB;
   hand->target.V_WT = hand->V_WB;
 
-  // Tremor on the three axes.
+  // Physiological tremor: one sine of 8 to 12 Hz per axis.
   const double amplitude_m = options_.tremor_m / std::sqrt(3.0);
   for (int i = 0; i < 3; ++i) {
     const double omega = kTwoPi * hand->tremor_hz[i];
@@ -418,7 +423,8 @@ void SimulatedOperator::UpdateTarget(Hand* hand, double dt_s) noexcept {
     hand->target.V_WT.linear_m_per_s[i] += amplitude_m * omega * std::cos(angle);
   }
 
-  // Search: a spiral in the plane across the way, faded in and out within 0.2 s.
+  // Search: the spiral r(t) (cos(2 pi f t) u + sin(2 pi f t) v) in the plane normal to the way, faded in and out in 0.2
+  // s.
   const bool searches =
       is_searching_ && current_ != nullptr && hand == &hands_[static_cast<std::size_t>(current_->role)];
   hand->search_gain = std::clamp(hand->search_gain + (searches ? dt_s : -dt_s) / 0.2, 0.0, 1.0);

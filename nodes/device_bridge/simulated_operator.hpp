@@ -10,18 +10,21 @@
 
 namespace device_bridge {
 
+// Typical of people: visual correction after about 0.2 s, reaction to a felt force after about 0.15 s, tremor of 8 to
+// 12 Hz and 0.1 to 0.2 mm, end-point errors of 5 to 10 % of a stroke's length [Woodworth 1899; Meyer et al. 1988]. The
+// two speeds are assumed.
 struct OperatorOptions {
   double visual_delay_s = 0.2;
   double reaction_s = 0.15;           // to a felt force
   double tremor_m = 0.00015;          // amplitude, 8 to 12 Hz; 0: none
-  double end_point_error = -1.0;      // sd over the distance of a stroke; negative: 0.05 to 0.08, drawn from the seed
-  double turn_speed_rad_per_s = 1.5;  // peak, of a stroke
+  double end_point_error = -1.0;      // sd / length of a stroke; negative: drawn from 0.05 to 0.08 by the seed
+  double turn_speed_rad_per_s = 1.5;  // peak of a stroke
   double opening_speed_m_per_s = 0.15;
 };
 
 enum class LineOutcome { kDone, kDistanceUsedUp, kAbandoned };
 
-// One line of the script that was carried out, for the run's report.
+// Outcome of one line of the script, for the run's report.
 struct LineRecord {
   int step = 0;  // index into the script
   int line = 0;  // in the file
@@ -31,23 +34,23 @@ struct LineRecord {
   LineOutcome outcome = LineOutcome::kDone;
 };
 
-// A SIMULATED human operator, closed loop: carries out the lines of the step that logic shows. It knows the scene only
-// through DelayedSight, force only through DelayedTouch, and writes only the targets of its hands' impedance, so what
-// it does to the scene goes through the same force loop as a person's doing.
+// A SIMULATED human operator in closed loop: carries out the script's lines of the active procedure step. It sees the
+// scene only through DelayedSight, feels forces only through DelayedTouch, and outputs only the targets of its hands'
+// impedance; so it acts on the scene through the same force loop as a person.
 //
-// Movement: minimum-jerk strokes with an end-point error in proportion to their length, each followed by a look and,
-// while the seen error is too large, a corrective stroke [Woodworth 1899; Meyer et al. 1988; Flash and Hogan 1985].
-// When a push or a carried object is stuck, the hand searches in a spiral of at most 1.5 mm around the way. While a
-// device gives no force, its hand does not push and waits. The same
-// seed and the same inputs give the same movement, bit for bit.
+// Movement: minimum-jerk strokes with an end-point error in proportion to their length, each followed by an observation
+// and, while the seen error exceeds the tolerance, a corrective stroke [Woodworth 1899; Meyer et al. 1988; Flash and
+// Hogan 1985]. When a push or a carried object is blocked, the hand searches in a spiral of at most 1.5 mm. While a
+// device applies no force, its hand waits without pushing. The same seed and inputs give the same movement, bit for
+// bit.
 class SimulatedOperator {
  public:
   SimulatedOperator(const scene::Scenario& scenario, OperatorScript script, std::uint64_t seed,
                     const OperatorOptions& options);
-  SimulatedOperator(const SimulatedOperator&) = delete;  // the line in hand points into the script
+  SimulatedOperator(const SimulatedOperator&) = delete;  // current_ points into script_
   SimulatedOperator& operator=(const SimulatedOperator&) = delete;
 
-  // One tick. `felt` and `readings` per role; `readings` are only shown to the delayed eyes. Real-time: no allocation.
+  // One tick. `felt` and `readings` are per role; `readings` enter only the delayed vision. Real-time: no allocation.
   void Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
             const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
 
@@ -58,7 +61,7 @@ class SimulatedOperator {
   [[nodiscard]] bool is_searching() const { return is_searching_; }
 
  private:
-  enum class Phase { kBegin, kStroke, kLook, kPush, kRelax, kGrip, kWait };
+  enum class Phase { kBegin, kStroke, kObserve, kPush, kRelax, kGrip, kWait };
 
   struct Hand {
     core::Pose X_WB;  // base of the target: without tremor and search
@@ -76,29 +79,29 @@ class SimulatedOperator {
     DelayedTouch touch;
     double stiffness_N_per_m = 800.0;
     double force_limit_N = 40.0;
-    bool has_let_go = false;
+    bool is_relaxed = false;  // because the device applies no force
     explicit Hand(double reaction_s) : touch(reaction_s) {}
   };
 
-  // Where a hand should go, from what is seen.
+  // Motion of a hand to its goal, computed from the seen scene.
   struct Aim {
     bool is_valid = false;
-    glm::dvec3 way_W{0.0};  // of the hand, seen pose to goal
-    glm::dvec3 turn_W{0.0};
-    double distance_m = 0.0;  // of the frame that counts, to its goal
+    glm::dvec3 way_W{0.0};    // displacement of the hand from its seen pose to the goal [m]
+    glm::dvec3 turn_W{0.0};   // rotation vector of the same motion [rad]
+    double distance_m = 0.0;  // of the moved frame to its goal
     double angle_rad = 0.0;
-    core::Pose X_WHand;  // seen
+    core::Pose X_WHand;  // seen pose
   };
 
   [[nodiscard]] int StepIndex(const core::LogicStatus* logic) const noexcept;
   [[nodiscard]] core::Pose SeenPose(const FrameReference& frame, const Sighting& seen, int role) const noexcept;
   [[nodiscard]] bool IsVisible(const FrameReference& frame, const Sighting& seen) const noexcept;
-  [[nodiscard]] Aim TakeAim(const OperatorLine& line, const Sighting& seen) const noexcept;
-  [[nodiscard]] bool Holds(const Condition& condition, const Sighting& seen, int role) const noexcept;
+  [[nodiscard]] Aim ComputeAim(const OperatorLine& line, const Sighting& seen) const noexcept;
+  [[nodiscard]] bool IsSatisfied(const Condition& condition, const Sighting& seen, int role) const noexcept;
 
   void FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept;
   void Abandon(std::int64_t now_ns) noexcept;
-  void LetGo(Hand* hand, const FeltForce& felt) noexcept;
+  void RelaxHand(Hand* hand, const FeltForce& felt) noexcept;
   void CarryOutLine(const Sighting& seen, std::int64_t now_ns, double dt_s) noexcept;
   void Move(const OperatorLine& line, const Sighting& seen, double dt_s) noexcept;
   void BeginStroke(const OperatorLine& line, const Aim& aim, bool is_first) noexcept;
@@ -118,7 +121,7 @@ class SimulatedOperator {
 
   std::int64_t last_ns_ = 0;
   bool has_started_ = false;
-  double time_s_ = 0.0;  // since the first tick: tremor and search run on it
+  double time_s_ = 0.0;  // since the first tick: the time of tremor and search
   int step_ = -1;
   std::size_t next_line_ = 0;
   const OperatorLine* current_ = nullptr;
@@ -132,7 +135,7 @@ class SimulatedOperator {
   bool is_line_over_ = false;
 
   // reach and carry
-  core::Pose X_WHand_before_;  // seen in the tick before: how fast the hand is seen to move
+  core::Pose X_WHand_before_;  // seen in the previous tick, for the seen speed
   std::int64_t seen_before_ns_ = 0;
   double seen_speed_m_per_s_ = 0.0;
   double within_s_ = 0.0;

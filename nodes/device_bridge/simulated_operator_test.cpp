@@ -38,7 +38,7 @@ TEST(SimulatedOperator, MovesWithAMinimumJerkStrokeOfTheGivenPeakSpeed) {
   EXPECT_NEAR(peak, 0.3, 0.02);
 }
 
-TEST(SimulatedOperator, TheSameSeedMovesTheSameAndAnotherDoesNot) {
+TEST(SimulatedOperator, MovementIsReproducibleAndDependsOnTheSeed) {
   const auto run = [](std::uint64_t seed) {
     ToyWorld world("step a\nreach thing.spot\n", seed);
     world.physics.bodies[0].X_WO.translation = {0.2, 0, 0};
@@ -51,8 +51,8 @@ TEST(SimulatedOperator, TheSameSeedMovesTheSameAndAnotherDoesNot) {
   EXPECT_NE(first, run(8));
 }
 
-TEST(SimulatedOperator, SeesNothingSoonerThan200Ms) {
-  // Two worlds, the same up to t0; then everything that can be seen changes in one of them.
+TEST(SimulatedOperator, ReactsToNothingSeenSoonerThan200Ms) {
+  // Two worlds, equal up to t0; then one visible quantity changes in one of them.
   const std::string script =
       "step a\nreach thing.spot\npush 0 0 1 by 0.5 until state switch 1\nstep b\nreach goal.spot\n";
   for (int change = 0; change < 3; ++change) {
@@ -87,7 +87,7 @@ TEST(SimulatedOperator, SeesNothingSoonerThan200Ms) {
   }
 }
 
-TEST(SimulatedOperator, ActsOnTheDeviceThroughTheHandsForceAlone) {
+TEST(SimulatedOperator, ActsOnTheDeviceOnlyThroughTheHandsForce) {
   ToyWorld world("step a\nreach thing.spot\ngrip 0.01\n", 1, [](scene::Scenario& scenario) {
     scenario.devices[0].hand_stiffness_N_per_m = 0.0;
     scenario.devices[0].hand_damping_N_s_per_m = 0.0;
@@ -96,7 +96,7 @@ TEST(SimulatedOperator, ActsOnTheDeviceThroughTheHandsForceAlone) {
   });
   world.physics.bodies[0].X_WO.translation = {0.2, 0, 0};
   world.Run(3.0);
-  EXPECT_GT(glm::length(world.bridge->simulated_operator().target(0).X_WT.translation), 0.1);  // it would like to
+  EXPECT_GT(glm::length(world.bridge->simulated_operator().target(0).X_WT.translation), 0.1);  // the target moved
   EXPECT_LT(glm::length(world.X_WD().translation), 1e-12);
 }
 
@@ -106,7 +106,7 @@ core::Wrench Wall(const core::DeviceState& state, double z_m, double K = 2500.0,
   return {{0, 0, std::max(0.0, K * depth_m - B * state.V_WD.linear_m_per_s.z)}, glm::dvec3(0.0)};
 }
 
-TEST(SimulatedOperator, PushesUntilItFeelsTheForceAndThenNoHarder) {
+TEST(SimulatedOperator, StopsPushingWhenItFeelsTheGivenForce) {
   ToyWorld world("step a\nwait 1\npush 0 0 -1 by 0.1 speed 0.05 until felt 8\nwait 2\n");
   world.contact = [](const core::DeviceState& state) { return Wall(state, -0.02); };
   ASSERT_TRUE(world.RunLines(2, 10.0));
@@ -119,32 +119,32 @@ TEST(SimulatedOperator, PushesUntilItFeelsTheForceAndThenNoHarder) {
   EXPECT_LT(world.bridge->figures(0).peak_force_N, 8.0 + 0.05 * 0.2 * 800.0);
 }
 
-// Force goes while the hand presses, twice: for a second, and for no longer than the source takes to speak again.
-TEST(SimulatedOperator, ItsHandStaysAtTheWallWhenTheForceGoesAndGoesOnWhenItIsBack) {
+// The force vanishes while the hand presses: for a second, and for just longer than the hold and fade.
+TEST(SimulatedOperator, StaysAtTheWallWhileTheForceIsLostAndContinuesAfterwards) {
   for (const double away_s : {1.0, 0.07}) {
     ToyWorld world("step a\npush 0 0 -1 by 0.2 speed 0.05 until felt 20\nwait 1\n");
     world.contact = [](const core::DeviceState& state) { return Wall(state, -0.02); };
     while (world.outputs.applied.empty() || world.outputs.applied[0].force_N.z < 16.0) world.Tick();
     const double before_m = world.X_WD().translation.z;
     double deepest_m = before_m;
-    const auto look = [&](double seconds) {
+    const auto observe = [&](double seconds) {
       for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
         world.Tick();
         deepest_m = std::min(deepest_m, world.X_WD().translation.z);
       }
     };
     world.is_linked = false;
-    look(away_s);
+    observe(away_s);
     world.is_linked = true;
-    look(0.5);
-    // Its spring would take it 16 N / 800 N/m = 20 mm on.
+    observe(0.5);
+    // Its spring alone would move it by 16 N / 800 N/m = 20 mm.
     EXPECT_GT(deepest_m, before_m - 0.009) << away_s;
     ASSERT_TRUE(world.RunLines(1, 10.0));
     EXPECT_EQ(world.records()[0].outcome, LineOutcome::kDone) << away_s;
   }
 }
 
-TEST(SimulatedOperator, ReportsADistanceThatIsUsedUp) {
+TEST(SimulatedOperator, ReportsAPushThatEndsWithoutItsCondition) {
   ToyWorld world("step a\npush 0 0 -1 by 0.03 speed 0.1 until felt 8\npush 1 0 0 by 0.02\n");
   ASSERT_TRUE(world.RunLines(2, 10.0));
   EXPECT_EQ(world.records()[0].outcome, LineOutcome::kDistanceUsedUp);
@@ -164,8 +164,8 @@ TEST(SimulatedOperator, NeverPushesHarderThanItsShareOfTheCap) {
   EXPECT_EQ(world.bridge->figures(0).samples_over_limit, 0U);
 }
 
-TEST(SimulatedOperator, FindsAHoleByTheSpiralSearch) {
-  // A wall with a hole of 0.4 mm radius, 1 mm beside where the hand pushes.
+TEST(SimulatedOperator, FindsAHoleBySpiralSearch) {
+  // A wall with a hole of 0.4 mm radius, 1 mm beside the line of the push.
   for (const bool has_hole : {true, false}) {
     ToyWorld world("step a\npush 0 0 -1 by 0.03 speed 0.05 until engaged latch\n", 5);
     bool is_in_hole = false;
@@ -182,7 +182,7 @@ TEST(SimulatedOperator, FindsAHoleByTheSpiralSearch) {
   }
 }
 
-TEST(SimulatedOperator, CarriesTheHeldFrameToTheOtherOneWithTheRightTurn) {
+TEST(SimulatedOperator, CarriesTheHeldFrameToTheGoalFrameWithItsOrientation) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     ToyWorld world("step a\ncarry thing.spot to goal.spot offset 0 0 0.03 speed 0.3\n", seed);
     const core::Pose X_DThing{core::QuaternionFromRollPitchYaw({0.4, 0.1, -0.3}), {0.01, -0.02, 0.06}};
@@ -211,7 +211,7 @@ TEST(SimulatedOperator, GripsWithTheGivenForceAndWaitsUntilItHolds) {
   EXPECT_TRUE(world.RunLines(5, 0.4));
 }
 
-TEST(SimulatedOperator, ANewStepEndsTheLinesOfTheOldOne) {
+TEST(SimulatedOperator, ANewStepEndsTheLinesOfThePreviousOne) {
   ToyWorld world("step a\nwait 100\nwait 1\nstep b\npush 1 0 0 by 0.02 speed 0.1\n");
   world.Run(1.0);
   EXPECT_TRUE(world.records().empty());
@@ -224,7 +224,7 @@ TEST(SimulatedOperator, ANewStepEndsTheLinesOfTheOldOne) {
   EXPECT_TRUE(world.bridge->simulated_operator().is_idle());
 }
 
-TEST(SimulatedOperator, TriesAgainWhenAStepIsNotLeft) {
+TEST(SimulatedOperator, RepeatsItsLinesWhenAStepDoesNotEnd) {
   ToyWorld world("step a\nwait 0.5\nwait 0.2\n");
   ASSERT_TRUE(world.RunLines(2, 2.0));
   world.Run(3.5);
@@ -233,7 +233,7 @@ TEST(SimulatedOperator, TriesAgainWhenAStepIsNotLeft) {
   EXPECT_EQ(world.records()[2].line, world.records()[0].line);
 }
 
-TEST(SimulatedOperator, APushThatANewStepCutsOffPressesNoLonger) {
+TEST(SimulatedOperator, RelaxesAPushThatANewStepInterrupts) {
   for (const char* next : {"wait 2\n", "push 1 0 0 by 0.02 speed 0.02\n"}) {
     ToyWorld world(std::string("step a\npush 0 0 -1 by 0.1 speed 0.05 until engaged latch\nstep b\n") + next);
     world.contact = [](const core::DeviceState& state) { return Wall(state, -0.02); };

@@ -7,8 +7,8 @@
 
 namespace device_bridge {
 
-// Minimum-jerk course from 0 to 1 over u in [0, 1] and its derivative by u (Flash and Hogan 1985):
-//   s = 10 u^3 - 15 u^4 + 6 u^5, s' = 30 u^2 (1 - u)^2, peak s' = 1.875 at u = 1/2.
+// Minimum-jerk profile from 0 to 1 over u in [0, 1], and its derivative [Flash and Hogan 1985]:
+//   s = 10 u^3 - 15 u^4 + 6 u^5,   s' = 30 u^2 (1 - u)^2,   largest s' = 1.875 at u = 1/2.
 constexpr double kMinimumJerkPeak = 1.875;
 inline double MinimumJerk(double u) {
   u = std::clamp(u, 0.0, 1.0);
@@ -19,7 +19,7 @@ inline double MinimumJerkRate(double u) {
   return 30.0 * u * u * (1.0 - u) * (1.0 - u);
 }
 
-// Duration in which a way of the given length has the given peak speed.
+// Duration [s] of a stroke with the given length and peak speed: T = 1.875 length / peak (m and m/s, or rad and rad/s).
 inline double StrokeDuration(double length, double peak_speed) {
   return kMinimumJerkPeak * length / peak_speed;
 }
@@ -50,7 +50,7 @@ class Stroke {
   glm::dvec3 way_W_{0.0};
   glm::dvec3 turn_W_{0.0};
   double duration_s_ = 1e-3;
-  double elapsed_s_ = 1e-3;  // a stroke that was never begun is over
+  double elapsed_s_ = 1e-3;  // a default stroke is over
 };
 
 }  // namespace device_bridge

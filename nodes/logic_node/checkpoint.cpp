@@ -15,7 +15,7 @@ constexpr char kMagic[8] = {'O', 'O', 'S', 'L', 'O', 'G', 'I', '1'};
 
 struct Head {
   char magic[8];
-  std::uint64_t checksum = 0;  // of all behind the head, and of what follows here
+  std::uint64_t checksum = 0;  // of the bytes behind the head, and of the next field
   std::uint64_t state_bytes = 0;
 };
 
@@ -58,7 +58,7 @@ core::Result<Checkpoint> ReadCheckpoint(const std::filesystem::path& file) {
   const std::size_t body = bytes->size() - std::min(bytes->size(), sizeof head);
   if (bytes->size() < sizeof head || std::memcmp(head.magic, kMagic, sizeof kMagic) != 0 || head.state_bytes > body ||
       head.checksum != Checksum(bytes->data() + sizeof head, body, head.state_bytes)) {
-    return core::Fail(core::ErrorCode::kDamaged, file.string() + " is no checkpoint of logic_node, or damaged");
+    return core::Fail(core::ErrorCode::kDamaged, file.string() + " is not a checkpoint of logic_node, or is damaged");
   }
   Checkpoint checkpoint;
   const auto state = bytes->begin() + sizeof head;

@@ -9,7 +9,7 @@ namespace {
 
 const std::filesystem::path kFile = std::filesystem::path(testing::TempDir()) / "logic_node.checkpoint";
 
-TEST(LogicCheckpoint, ComesBackAsItWasWritten) {
+TEST(LogicCheckpoint, ReadsBackWhatWasWritten) {
   const Checkpoint written = {{1, 2, 0, 255, '\n'}, {{"haptic_node", "force_cap_N", 0.1}, {"*", "a.b", -1e300}}};
   ASSERT_TRUE(WriteCheckpoint(written, kFile));
   const auto read = ReadCheckpoint(kFile);
@@ -21,7 +21,7 @@ TEST(LogicCheckpoint, ComesBackAsItWasWritten) {
   EXPECT_EQ(read->applied[1].value, -1e300);
 }
 
-TEST(LogicCheckpoint, CutOrChangedAnywhereItIsRefused) {
+TEST(LogicCheckpoint, RefusesATruncatedOrModifiedFile) {
   ASSERT_TRUE(WriteCheckpoint({{1, 2, 3}, {{"o", "p", 1.0}}}, kFile));
   std::string good;
   {
@@ -38,7 +38,7 @@ TEST(LogicCheckpoint, CutOrChangedAnywhereItIsRefused) {
   }
 }
 
-TEST(LogicCheckpoint, ThatCannotBeWrittenIsAnError) {
+TEST(LogicCheckpoint, ReportsAFileThatCannotBeWritten) {
   EXPECT_FALSE(WriteCheckpoint({}, "/no_such_folder/logic_node.checkpoint"));
 }
 

@@ -9,7 +9,7 @@
 namespace logic_node {
 namespace {
 
-// Without these the procedure cannot go on; without others it can.
+// The procedure needs these nodes; it continues without others.
 constexpr std::array<std::string_view, 3> kNeededNodes{"device_bridge", "haptic_node", "physics_node"};
 
 bool IsNeeded(const std::string& node) {
@@ -83,7 +83,7 @@ void LogicNode::Step(const Inputs& inputs, Outputs* outputs) {
   outputs->changes.clear();
   outputs->events.clear();
   const core::LogicStatus before = status_;
-  HearOfNodes(inputs);
+  UpdateLostNodes(inputs);
   if (!status_.is_failed && !status_.is_final && (is_started_ || HasArrived(inputs.physics))) {
     signals_.Update(inputs);
     if (!is_started_) {
@@ -102,7 +102,7 @@ void LogicNode::Step(const Inputs& inputs, Outputs* outputs) {
   outputs_ = nullptr;
 }
 
-void LogicNode::HearOfNodes(const Inputs& inputs) {
+void LogicNode::UpdateLostNodes(const Inputs& inputs) {
   for (const core::Event& event : inputs.events) {
     const auto lost = std::find(lost_nodes_.begin(), lost_nodes_.end(), event.detail);
     if (event.name == "node_found" && lost != lost_nodes_.end()) lost_nodes_.erase(lost);
@@ -111,13 +111,13 @@ void LogicNode::HearOfNodes(const Inputs& inputs) {
     if (event.name != kNodeGone || status_.is_final || status_.is_failed || !IsNeeded(event.detail)) continue;
     const StepTimes* step = ActiveStep();
     Fail((step != nullptr ? "step " + step->record.name + ": " : "") + event.detail +
-         " was lost, it no longer answers");
+         " was lost: it no longer answers");
   }
 }
 
 void LogicNode::CheckProgress(const Inputs& inputs) {
   if (interpreter_->is_circling()) {
-    Fail("the procedure runs in a circle: its transitions lead to each other without end at " +
+    Fail("the procedure does not come to rest: its transitions trigger each other endlessly at " +
          scxml::FormatNumber(Seconds(interpreter_->time_ns())) + " s");
     return;
   }
@@ -128,7 +128,7 @@ void LogicNode::CheckProgress(const Inputs& inputs) {
   if (status_.is_final) {
     for (const StepTimes& step : steps_) {
       if (step.record.is_entered && !step.record.is_completed) {
-        Fail("step " + step.record.name + ": the procedure ended though it was not completed; " + step.record.why);
+        Fail("step " + step.record.name + ": the procedure ended before it was completed; " + step.record.why);
         return;
       }
     }
@@ -137,11 +137,11 @@ void LogicNode::CheckProgress(const Inputs& inputs) {
   const StepTimes* step = ActiveStep();
   if (step == nullptr) return;
   if (std::any_of(lost_nodes_.begin(), lost_nodes_.end(), IsNeeded)) last_lost_ns_ = inputs.now_ns;
-  // Whoever waits for a lost node does not stall; once it is back, the step has its whole time again.
+  // Waiting for a lost node is no stall; when it has returned, the step has its full time again.
   const double seconds = Seconds(inputs.now_ns - std::max(step->entered_ns, last_lost_ns_));
   if (seconds > scenario_.stall_limit_s) {
     const std::string wait = DescribeWait(step->state);
-    Fail("step " + step->record.name + ": not left for " + scxml::FormatNumber(scenario_.stall_limit_s) + " s" +
+    Fail("step " + step->record.name + ": no progress for " + scxml::FormatNumber(scenario_.stall_limit_s) + " s" +
          (wait.empty() ? "" : "; waiting for " + wait));
   }
 }
@@ -154,7 +154,8 @@ void LogicNode::Fail(const std::string& why) {
   outputs_->events.push_back({interpreter_->time_ns(), "logic_node", "procedure_failed", why});
 }
 
-// What the step waits for: its completing transitions, from the innermost active state outwards; without such, all.
+// Unmet conditions of the step's completing transitions, from the innermost active state outwards; if it has none, of
+// all its transitions.
 std::string LogicNode::DescribeWait(int step) const {
   std::vector<std::string> waits;
   for (const bool is_completing : {true, false}) {
@@ -234,7 +235,7 @@ void LogicNode::OnAction(const scxml::Action& action, double value) {
       return;
     }
     default:
-      return;  // the interpreter's own
+      return;  // handled by the interpreter
   }
 }
 
@@ -289,7 +290,7 @@ std::vector<std::uint8_t> LogicNode::Save() const {
   constexpr std::size_t kMaxFields = 65536;
   replay::StepEncoder encoder(kMaxFields);
   encoder.Begin(0);
-  const_cast<LogicNode*>(this)->VisitState(encoder);  // writing leaves it alone
+  const_cast<LogicNode*>(this)->VisitState(encoder);  // an encoder only reads the state
   const auto bytes = encoder.Finish(0);
   return {bytes.begin(), bytes.end()};
 }
@@ -302,7 +303,7 @@ core::Result<void> LogicNode::Restore(const std::vector<std::uint8_t>& state) {
   if (!decoder.Finish() || signals_.values().size() != num_values || status_.lamps.size() != num_lamps ||
       !interpreter_->FitsChart()) {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "logic_node: the saved state is not one of this scenario and program; start without it");
+                      "logic_node: the saved state is of another scenario or program version; start without it");
   }
   interpreter_->set_signals(&signals_.values());
   return {};

@@ -13,36 +13,36 @@
 
 namespace logic_node {
 
-constexpr std::int64_t kStepPeriod_ns = 10'000'000;  // 100 Hz of bus time
+constexpr std::int64_t kStepPeriod_ns = 10'000'000;  // 100 Hz of bus time; chosen: short for people, cheap for the CPU
 
-// How a procedure step went, for the run's report.
+// Outcome of a procedure step, for the run's report.
 struct StepRecord {
   std::string name;
   bool is_completed = false;
   bool is_entered = false;
-  double seconds = 0.0;  // of bus time, all visits together
+  double seconds = 0.0;  // bus time, summed over all visits
   std::string why;       // when not completed
 };
 
-// Event of the node's loop: a node was lost or left, and has not come back in time. A procedure that needs it fails.
+// Event of the node's loop: a node was lost or left and has not returned in time. A procedure that needs it fails.
 constexpr const char* kNodeGone = "node_gone";
 
-// Runs the scenario's procedure on bus time: sees the published state, shows step, hint and lamps, and changes
-// parameters. The chart begins with the first physics state that arrives, so that no condition is judged on values
-// nobody sent. Events reach the chart as "name.detail" (or "name" when the detail holds blanks), e.g. "engage.latch_a".
+// Runs the scenario's procedure on bus time: reads the published state, publishes step, hint and lamps, and changes
+// parameters. The chart starts with the first physics state that arrives, so no condition is evaluated on default
+// values. Events reach the chart as "name.detail", blanks replaced by dots, e.g. "snap_engaged.latch_a".
 class LogicNode final : private scxml::Host {
  public:
-  // The error lists every diagnostic, a line each.
+  // Error: kInvalidInput, with one line per diagnostic of the procedure.
   static core::Result<std::unique_ptr<LogicNode>> Create(const scene::Scenario& scenario);
 
   void Step(const Inputs& inputs, Outputs* outputs);
 
-  // Between steps: all that the next step depends on, for a node of the same scenario to go on from. A failed Restore
-  // leaves a node that is of no use.
+  // The complete state between steps, from which a node of the same scenario continues. After a failed Restore
+  // (kInvalidInput) the node must not be used.
   [[nodiscard]] std::vector<std::uint8_t> Save() const;
   core::Result<void> Restore(const std::vector<std::uint8_t>& state);
 
-  // Steps in document order, up to date after each Step.
+  // Steps in document order, as of the last Step.
   [[nodiscard]] std::vector<StepRecord> steps() const;
   [[nodiscard]] const core::LogicStatus& status() const { return status_; }
 
@@ -62,7 +62,7 @@ class LogicNode final : private scxml::Host {
 
   template <class V>
   void VisitState(V& v);
-  void HearOfNodes(const Inputs& inputs);
+  void UpdateLostNodes(const Inputs& inputs);
   void CheckProgress(const Inputs& inputs);
   void Fail(const std::string& why);
   void UpdateStatus(const Inputs& inputs);
@@ -76,7 +76,7 @@ class LogicNode final : private scxml::Host {
   std::unique_ptr<scxml::Interpreter> interpreter_;
   std::vector<StepTimes> steps_;
   std::vector<std::string> lost_nodes_;
-  std::int64_t last_lost_ns_ = 0;  // bus time when a needed one was last among them
+  std::int64_t last_lost_ns_ = 0;  // last bus time at which a needed node was lost
   std::string hint_;
   core::LogicStatus status_;
   Outputs* outputs_ = nullptr;  // of the current Step
@@ -84,7 +84,7 @@ class LogicNode final : private scxml::Host {
   int region_ = -1;
 };
 
-// Event name for the chart, see LogicNode.
+// Name of an event in the chart, see LogicNode.
 std::string EventName(const core::Event& event);
 
 }  // namespace logic_node

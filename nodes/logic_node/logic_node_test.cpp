@@ -122,7 +122,7 @@ TEST_F(LogicNodeTest, WaitsForTheFirstPhysicsState) {
   EXPECT_EQ(Step().step, "switch_off");
 }
 
-TEST_F(LogicNodeTest, CarriesOutTheProcedure) {
+TEST_F(LogicNodeTest, RunsTheProcedureToItsEnd) {
   Load(kProcedure);
   Step();
   EXPECT_EQ(outputs_.status.step, "switch_off");
@@ -162,7 +162,7 @@ TEST_F(LogicNodeTest, CarriesOutTheProcedure) {
   for (const StepRecord& step : steps) EXPECT_TRUE(step.is_completed && step.why.empty()) << step.name;
 }
 
-TEST_F(LogicNodeTest, StallNamesTheStepAndWhatItWaitsFor) {
+TEST_F(LogicNodeTest, AStallReportsTheStepAndItsUnmetCondition) {
   Load(kProcedure);
   physics_.mechanisms[0].state = 0;
   physics_.bodies[0].X_WO.translation = {0.95, 0.0, 0.0};
@@ -170,20 +170,20 @@ TEST_F(LogicNodeTest, StallNamesTheStepAndWhatItWaitsFor) {
   for (int i = 0; i < 2000; ++i) EXPECT_FALSE(Step().is_failed) << i;
   Step();
   EXPECT_TRUE(outputs_.status.is_failed);
-  EXPECT_EQ(outputs_.status.why, "step insert_new: not left for 20 s; waiting for latch_a.state == 1, which is 0");
+  EXPECT_EQ(outputs_.status.why, "step insert_new: no progress for 20 s; waiting for latch_a.state == 1, which is 0");
   const auto steps = node_->steps();
   EXPECT_TRUE(steps[0].is_completed);
   EXPECT_FALSE(steps[1].is_completed);
   EXPECT_EQ(steps[1].why, outputs_.status.why);
   EXPECT_EQ(steps[2].why, "not reached");
-  // Failed is failed: what comes later changes nothing.
+  // A failure is final.
   physics_.mechanisms[1].state = 1;
   Step();
   EXPECT_EQ(outputs_.status.step, "insert_new");
   EXPECT_TRUE(outputs_.status.is_failed);
 }
 
-TEST_F(LogicNodeTest, EndWithoutCompletionIsAFailureOfThatStep) {
+TEST_F(LogicNodeTest, EndingWithoutCompletionIsAFailureOfThatStep) {
   Load(kProcedure);
   physics_.mechanisms[0].state = 0;
   Step();
@@ -195,7 +195,7 @@ TEST_F(LogicNodeTest, EndWithoutCompletionIsAFailureOfThatStep) {
   EXPECT_THAT(node_->steps()[1].why, HasSubstr("does not complete it"));
 }
 
-TEST_F(LogicNodeTest, LostNodeIsNamed) {
+TEST_F(LogicNodeTest, ALostNodeIsReportedAndAGoneOneFailsTheProcedure) {
   Load(kProcedure);
   Step();
   inputs_.events.push_back({0, "bus", "node_lost", "visual_node"});
@@ -204,7 +204,7 @@ TEST_F(LogicNodeTest, LostNodeIsNamed) {
   EXPECT_EQ(outputs_.status.hint, "visual_node is lost; Switch it off");
   inputs_.events.push_back({0, "bus", "node_found", "visual_node"});
   EXPECT_EQ(Step().hint, "Switch it off");
-  // Bus time stands still without physics_node: the news alone must do.
+  // Bus time stands still without physics_node: the event alone must suffice.
   inputs_.events.push_back({0, "bus", "node_lost", "physics_node"});
   Step(0);
   EXPECT_FALSE(outputs_.status.is_failed);
@@ -212,7 +212,7 @@ TEST_F(LogicNodeTest, LostNodeIsNamed) {
   inputs_.events.push_back({0, "logic_node", kNodeGone, "physics_node"});
   Step(0);
   EXPECT_TRUE(outputs_.status.is_failed);
-  EXPECT_EQ(outputs_.status.why, "step switch_off: physics_node was lost, it no longer answers");
+  EXPECT_EQ(outputs_.status.why, "step switch_off: physics_node was lost: it no longer answers");
   EXPECT_THAT(outputs_.status.hint, HasSubstr("physics_node is lost"));
 }
 
@@ -228,7 +228,7 @@ TEST_F(LogicNodeTest, AStepDoesNotStallWhileANodeThatItNeedsIsLost) {
   EXPECT_TRUE(Step(limit_ns).is_failed);
 }
 
-TEST_F(LogicNodeTest, NodesThatLeaveAfterTheEndAreNoFailure) {
+TEST_F(LogicNodeTest, ANodeThatLeavesAfterTheEndIsNoFailure) {
   Load(kProcedure);
   physics_.mechanisms[0].state = 0;
   physics_.mechanisms[1].state = 1;
@@ -246,15 +246,15 @@ TEST_F(LogicNodeTest, EventsAreNamedWithTheirDetail) {
   EXPECT_EQ(EventName({0, "x", "give_up", ""}), "give_up");
 }
 
-TEST_F(LogicNodeTest, CircleIsAFailureNotAHang) {
+TEST_F(LogicNodeTest, AnEndlessLoopOfTransitionsIsAFailure) {
   Load(R"(<state id="procedure"><state id="a"><transition cond="switch_a.state == 1" target="b" vr:completes="true"/>
     </state><state id="b"><transition cond="switch_a.state == 1" target="a" vr:completes="true"/>
     <transition event="e" target="done"/></state><final id="done"/></state>)");
   EXPECT_TRUE(Step().is_failed);
-  EXPECT_THAT(outputs_.status.why, HasSubstr("circle"));
+  EXPECT_THAT(outputs_.status.why, HasSubstr("endlessly"));
 }
 
-TEST(Procedure, NamesOfOtherThingsAreRefusedWithLineAndRemedy) {
+TEST(Procedure, RefusesUnknownNamesWithLineAndRemedy) {
   scene::Scenario scenario = MakeScenario();
   scenario.procedure =
       std::filesystem::path(testing::TempDir()) / ("vr_oos_procedure_" + std::to_string(::getpid()) + ".scxml");
@@ -284,10 +284,10 @@ TEST(Procedure, NamesOfOtherThingsAreRefusedWithLineAndRemedy) {
   EXPECT_THAT(complaint(signal("left.grasped.module")), HasSubstr("unknown name"));
   EXPECT_THAT(complaint(set("pair.module/cavty.active")), HasSubstr("did you mean 'pair.module/cavity.active'"));
   EXPECT_THAT(complaint(set("switch_a.release_force_N")), HasSubstr("unknown parameter"));
-  EXPECT_THAT(complaint("<onentry><vr:lamp object='cavity' color='1 0 0'/></onentry>"), HasSubstr("no lamp"));
+  EXPECT_THAT(complaint("<onentry><vr:lamp object='cavity' color='1 0 0'/></onentry>"), HasSubstr("not a lamp"));
 }
 
-TEST(Procedure, ThoseOfTheScenariosAreSound) {
+TEST(Procedure, ThoseOfTheShippedScenariosAreValid) {
   for (const char* name : {"touch", "peg_in_hole", "module_replacement"}) {
     const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
     ASSERT_TRUE(scenario) << scene::Format(scenario.error().front());

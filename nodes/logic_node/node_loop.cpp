@@ -12,7 +12,9 @@
 namespace logic_node {
 namespace {
 
-constexpr std::int64_t kStatusPeriod_ns = 1'000'000'000;  // at least this often, so that its time shows life
+// Chosen without a study. Retries last 2 s in total, longer than an owner needs to start; a checkpoint that is 0.1 s
+// old loses at most 0.1 s of the procedure's timers.
+constexpr std::int64_t kStatusPeriod_ns = 1'000'000'000;  // at least this often, as a sign of life
 constexpr std::int64_t kRetry_ns = 200'000'000;
 constexpr int kMaxTries = 10;
 constexpr std::int64_t kCheckpointPeriod_ns = 100'000'000;
@@ -47,14 +49,14 @@ void NodeLoop::Run(const std::atomic<bool>& stop, const std::filesystem::path& r
   std::int64_t next_ns = core::MonotonicNow_ns();
   bool was_over = false;
   while (!stop.load(std::memory_order_relaxed)) {
-    // Sleeping, not waiting for datagrams: they come a thousand times a second and a hundredth of them is enough.
+    // Sleeps instead of waiting for datagrams: they arrive at 1 kHz, and this loop needs 100 Hz.
     next_ns = std::max(next_ns + kStepPeriod_ns, core::MonotonicNow_ns());
     std::this_thread::sleep_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(next_ns)));
     node_->Poll();
-    Listen();
+    ReceiveEvents();
     MakeStep();
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    TakeAnswers(now_ns);
+    ReceiveAcks(now_ns);
     SendChanges(now_ns);
     SaveCheckpoint(now_ns);
     const bool is_over = logic_->status().is_final || logic_->status().is_failed;
@@ -63,7 +65,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop, const std::filesystem::path& r
   }
 }
 
-void NodeLoop::Listen() {
+void NodeLoop::ReceiveEvents() {
   inputs_.events.clear();
   core::Event event;
   while (node_->PollEvent(&event)) {
@@ -72,20 +74,20 @@ void NodeLoop::Listen() {
       std::fflush(stdout);
     }
     inputs_.events.push_back(event);
-    FollowNode(event);
+    TrackNode(event);
   }
-  GiveUpLostNodes();
+  ReportGoneNodes();
 }
 
-void NodeLoop::FollowNode(const core::Event& event) {
+void NodeLoop::TrackNode(const core::Event& event) {
   if (event.name == "node_lost" || event.name == "node_left") {
     lost_since_ns_.try_emplace(event.detail, core::MonotonicNow_ns());
   } else if (event.name == "node_found" && lost_since_ns_.erase(event.detail) != 0) {
-    Remind(event.detail);
+    ResendParameters(event.detail);
   }
 }
 
-void NodeLoop::GiveUpLostNodes() {
+void NodeLoop::ReportGoneNodes() {
   const std::int64_t now_ns = core::MonotonicNow_ns();
   for (auto lost = lost_since_ns_.begin(); lost != lost_since_ns_.end();) {
     if (now_ns - lost->second < patience_ns_) {
@@ -97,12 +99,12 @@ void NodeLoop::GiveUpLostNodes() {
   }
 }
 
-// An owner that was away may have begun anew: it is told the newest value of each of its parameters.
-void NodeLoop::Remind(const std::string& owner) {
-  std::set<std::string> reminded;
+// An owner that was lost may have restarted, so the newest value of each of its parameters is sent again.
+void NodeLoop::ResendParameters(const std::string& owner) {
+  std::set<std::string> resent;
   for (auto change = changes_.rbegin(); change != changes_.rend(); ++change) {
-    const bool is_its = change->owner == owner || change->owner.empty();
-    if (!is_its || !change->is_accepted || !reminded.insert(change->change.name).second) continue;
+    const bool is_owned = change->owner == owner || change->owner.empty();
+    if (!is_owned || !change->is_accepted || !resent.insert(change->change.name).second) continue;
     change->is_answered = change->is_accepted = false;
     change->tries = 0;
   }
@@ -111,7 +113,7 @@ void NodeLoop::Remind(const std::string& owner) {
 std::vector<AppliedChange> NodeLoop::Applied() const {
   std::vector<AppliedChange> applied;
   for (const Change& change : changes_) {
-    // What is still on its way counts: it is sent again.
+    // Includes changes without an answer so far: a restarted node sends them again.
     if (change.is_accepted || !change.is_answered) {
       applied.push_back({change.owner.empty() ? "*" : change.owner, change.change.name, change.change.value});
     }
@@ -149,7 +151,7 @@ void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
 }
 
 void NodeLoop::MakeStep() {
-  // Everyone who applies a parameter must be there before the first one is set.
+  // All owners of parameters must be present before the first parameter is set.
   const bool are_owners_there = node_->IsAlive("haptic_node") && node_->IsAlive("physics_node");
   const bool is_running = inputs_.physics != nullptr;
   inputs_.physics = physics_->has_value() && (are_owners_there || is_running) ? &physics_->value() : nullptr;
@@ -172,7 +174,7 @@ void NodeLoop::MakeStep() {
     node_->Emit(event);
   }
   for (const core::ParameterChange& change : outputs_.changes) {
-    // A newer value of the same parameter replaces one that is still on its way.
+    // A newer value of the same parameter replaces one that is not answered yet.
     for (Change& other : changes_) {
       if (other.change.name != change.name || other.is_answered) continue;
       other.is_answered = true;
@@ -194,7 +196,7 @@ void NodeLoop::SendChanges(std::int64_t now_ns) {
   }
 }
 
-void NodeLoop::TakeAnswers(std::int64_t now_ns) {
+void NodeLoop::ReceiveAcks(std::int64_t now_ns) {
   bus::ParameterAck ack;
   while (node_->PollAck(&ack)) {
     for (Change& change : changes_) {

@@ -15,31 +15,32 @@
 
 namespace logic_node {
 
-// The node that owns a parameter and applies its changes; empty: any that knows it.
+// The node that owns a parameter and applies its changes; empty: every node that knows it.
 std::string OwnerOf(const scene::Scenario& scenario, const std::string& parameter);
 
-// Ties a LogicNode to the bus: 100 steps a second, each at the newest bus time, which is that of physics/state.
+// Connects a LogicNode to the bus: 100 steps per second, each at the newest bus time, which is that of physics/state.
 class NodeLoop {
  public:
   NodeLoop(const scene::Scenario& scenario, LogicNode* logic, bus::Node* node);
 
-  // Declares what is read and written; before bus::Node::Start.
+  // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
-  // From now on every step is written down, with all that it reads.
+  // Records every following step with all its inputs.
   void RecordSteps(bus::log::StepSink* sink);
-  // A node that was lost may come back for this long before the procedure fails; 0: nobody starts it again.
+  // How long a lost node may take to return before the procedure fails; 0: no supervisor restarts it.
   void WaitForLostNodes(std::int64_t patience_ns) { patience_ns_ = patience_ns; }
-  // Writes there what a later life goes on from, at each change and ten times a second.
+  // Writes a checkpoint to this file at each change and ten times per second.
   void KeepCheckpoints(std::filesystem::path file) { checkpoint_ = std::move(file); }
-  // Goes on from there; parameters are given to their owners again, which may have come back themselves.
+  // Continues from a checkpoint. Sends the parameters again, since their owners may have restarted too. Errors: as
+  // ReadCheckpoint and LogicNode::Restore.
   core::Result<void> Resume(const std::filesystem::path& file);
-  // Runs until `stop` is set. The report is written whenever the procedure ends, and at the end.
+  // Runs until `stop` is set. Writes the report when the procedure ends.
   void Run(const std::atomic<bool>& stop, const std::filesystem::path& report);
-  // The procedure's part of the run's report.
+  // Writes the procedure's part of the run's report.
   [[nodiscard]] bool WriteReport(const std::filesystem::path& file) const;
 
  private:
-  // A change on its way to its owner: sent again until the owner has answered, since owners may start later.
+  // A parameter change and its delivery: sent again until the owner has answered, since owners may start later.
   struct Change {
     std::int64_t time_ns = 0;  // bus time
     core::ParameterChange change;
@@ -49,19 +50,19 @@ class NodeLoop {
     int tries = 0;
     bool is_answered = false;
     bool is_accepted = false;
-    std::uint64_t tick = 0;  // of the owner, at whose top it was applied
+    std::uint64_t tick = 0;  // of the owner, at the start of which it was applied
     std::string why;
   };
 
-  void Listen();
-  void FollowNode(const core::Event& event);
-  void GiveUpLostNodes();
-  void Remind(const std::string& owner);
+  void ReceiveEvents();
+  void TrackNode(const core::Event& event);
+  void ReportGoneNodes();
+  void ResendParameters(const std::string& owner);
   void SaveCheckpoint(std::int64_t now_ns);
   [[nodiscard]] std::vector<AppliedChange> Applied() const;
   void MakeStep();
   void SendChanges(std::int64_t now_ns);
-  void TakeAnswers(std::int64_t now_ns);
+  void ReceiveAcks(std::int64_t now_ns);
 
   const scene::Scenario& scenario_;
   LogicNode* logic_;

@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr std::uint64_t kSession = 77;
-constexpr std::int64_t kPatience_ns = 20'000'000'000;  // never used up unless something is broken
+constexpr std::int64_t kPatience_ns = 20'000'000'000;  // exceeded only if something is broken
 
 std::unique_ptr<bus::Node> MakeNode(const std::string& name, const std::string& registry) {
   bus::NodeOptions options;
@@ -33,7 +33,7 @@ std::unique_ptr<bus::Node> MakeNode(const std::string& name, const std::string& 
   return std::move(*node);
 }
 
-// Two steps, and a parameter of each owner. The procedure's file is the caller's to remove.
+// Two steps, and a parameter of each owner. The caller removes the procedure's file.
 scene::Scenario TwoSteps() {
   scene::Scenario scenario;
   scenario.mechanisms.resize(1);
@@ -52,8 +52,8 @@ scene::Scenario TwoSteps() {
   return scenario;
 }
 
-// The real loop on the real bus, among two nodes that this test plays.
-TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
+// The real loop on the real bus; the test plays the other two nodes.
+TEST(NodeLoop, RunsAProcedureSetsParametersAndFailsWhenANodeIsLost) {
   scene::Scenario scenario = TwoSteps();
   const std::filesystem::path report = scenario.procedure.string() + ".json";
   auto logic = LogicNode::Create(scenario);
@@ -116,7 +116,7 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   const std::int64_t lost_ns = core::MonotonicNow_ns();
   EXPECT_TRUE(play_until([&] { return status.value().is_failed; }));
   EXPECT_LT(core::MonotonicNow_ns() - lost_ns, 2 * core::kNanosecondsPerSecond);
-  EXPECT_EQ(status.value().why, "step two: physics_node was lost, it no longer answers");
+  EXPECT_EQ(status.value().why, "step two: physics_node was lost: it no longer answers");
 
   stop.store(true);
   thread.join();
@@ -131,9 +131,9 @@ TEST(NodeLoop, RunsAProcedureSetsParametersAtTheirOwnersAndMissesALostNode) {
   for (const auto& change : written.at("changes")) EXPECT_TRUE(change.at("accepted").get<bool>()) << change.dump();
 }
 
-// A supervisor starts the lost node again: it is waited for, told its parameters, and the procedure goes on; a
-// logic_node that dies itself goes on from its checkpoint.
-TEST(NodeLoop, WaitsForALostNodeRemindsItAndGoesOnFromACheckpoint) {
+// A supervisor restarts the lost node: the loop waits for it, resends its parameters, and continues. A restarted
+// logic_node continues from its checkpoint.
+TEST(NodeLoop, WaitsForALostNodeResendsItsParametersAndResumesFromACheckpoint) {
   scene::Scenario scenario = TwoSteps();
   const std::filesystem::path report = scenario.procedure.string() + ".json";
   const std::filesystem::path checkpoint = scenario.procedure.string() + ".checkpoint";

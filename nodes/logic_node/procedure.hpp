@@ -10,14 +10,14 @@
 
 namespace logic_node {
 
-// Every parameter that can be changed while the scenario runs, see scenarios/README.md.
+// Names of all parameters that can be changed at run time, see scenarios/README.md.
 std::vector<std::string> ParameterNames(const scene::Scenario& scenario);
 
-// The scenario's procedure as a checked chart; its signals get slots in `signals`.
+// Loads the scenario's procedure as a checked chart; its signals get slots in `signals`.
 tl::expected<scxml::Chart, std::vector<scene::Diagnostic>> LoadProcedure(const scene::Scenario& scenario,
                                                                          Signals* signals);
 
-// All that is wrong with the scenario's procedure; empty: nothing. Used by `oos check`.
+// All errors of the scenario's procedure, for `oos check`.
 std::vector<scene::Diagnostic> CheckProcedure(const scene::Scenario& scenario);
 
 }  // namespace logic_node

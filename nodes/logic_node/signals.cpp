@@ -13,7 +13,7 @@ Signals::Signals(const scene::Scenario& scenario)
   for (const scene::Object& object : scenario.objects) p_WO_.push_back(object.X_WO.translation);
 }
 
-// Logic hears of objects through physics/state; a hand's part is the haptic node's.
+// Logic knows the poses of objects from physics/state, which does not contain hand parts.
 int Signals::MovedObject(const std::string& name) const {
   const int object = scenario_.FindObject(name);
   if (object < 0 || scenario_.objects[static_cast<std::size_t>(object)].owner == scene::Owner::kHand) return -1;
@@ -21,7 +21,7 @@ int Signals::MovedObject(const std::string& name) const {
 }
 
 std::optional<Signals::Signal> Signals::Parse(const std::string& name) const {
-  // Names may hold dots themselves, so every dot is tried as the one before the property.
+  // Names may contain dots, so every dot is tried as the separator between name and property.
   for (std::size_t dot = name.find('.'); dot != std::string::npos; dot = name.find('.', dot + 1)) {
     const std::string owner = name.substr(0, dot);
     const std::string property = name.substr(dot + 1);

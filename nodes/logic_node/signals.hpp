@@ -11,25 +11,25 @@
 
 namespace logic_node {
 
-// The published values that conditions see, see scenarios/README.md: <mechanism>.state, <mechanism>.position,
+// The published values that conditions can read (scenarios/README.md): <mechanism>.state, <mechanism>.position,
 // <role>.grasped.<object>, <object>.x|y|z (W, m), <object>.distance.<object2> (between mesh origins, m).
 class Signals {
  public:
   // The scenario must outlive the table.
   explicit Signals(const scene::Scenario& scenario);
 
-  // The signal of that name, with a slot in values(); nothing when the scenario has no such signal.
+  // The signal of that name, with a slot in values(); nullopt when the scenario has no such signal.
   std::optional<scxml::Symbol> Find(const std::string& name);
 
   // Remedy for an unknown name.
   [[nodiscard]] std::string Suggest(const std::string& name) const;
 
-  // Takes over what has arrived. Objects that no message moves keep their pose from the scenario.
+  // Updates the values from the newest messages. Objects without a message keep their pose from the scenario.
   void Update(const Inputs& inputs);
 
   [[nodiscard]] const std::vector<double>& values() const { return values_; }
 
-  // What arrived so far (replay/fields.hpp).
+  // The complete state (replay/fields.hpp).
   template <class V>
   void VisitState(V& v) {
     replay::Items(v, "p_WO", p_WO_);

@@ -5,11 +5,11 @@
 
 namespace logic_node {
 
-// A step as it is recorded and replayed: all that it read and made.
+// A recorded step: its inputs and outputs.
 struct Step {
   Inputs inputs;
   Outputs outputs;
-  core::PhysicsState physics;  // what the inputs point to when they were read from a recording
+  core::PhysicsState physics;  // storage for inputs.physics when read from a recording
 };
 
 template <class V>

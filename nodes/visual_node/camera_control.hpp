@@ -9,19 +9,19 @@ struct GLFWwindow;
 
 namespace visual_node {
 
-// From where the scene is seen: the camera named after the procedure step if there is one, else the first, until
-// somebody chooses: --view NAME, number keys for the named views, mouse (left: orbit, wheel: zoom), WASD and QE to fly,
-// 0 to follow the steps again.
+// Chooses the camera: the one named after the procedure step, else the first. A person overrides it with --view NAME,
+// the number keys (named views), the mouse (left: orbit, wheel: zoom) or WASD and QE (fly); 0 follows the steps again.
 class CameraControl {
  public:
   CameraControl(const view::Assets& assets, const std::string& fixed_view);
 
-  // Takes the window's keys and mouse; once, before the first frame. Without it only --view and the steps count.
+  // Registers for the window's keys and mouse; once, before the first frame. Without it only --view and the steps have
+  // an effect.
   void Attach(GLFWwindow* window);
-  // Before each frame; dt_s since the last.
+  // The camera of the next frame; dt_s since the last one.
   const scene::Camera& Update(const view::Assets& assets, const std::string& step, double dt_s);
 
-  // The named view for a step's picture, whatever somebody looks at.
+  // The camera for a step's picture, independent of keys and mouse.
   [[nodiscard]] const scene::Camera& ForStep(const view::Assets& assets, const std::string& step) const;
   [[nodiscard]] bool TakeScreenshotKey();
 
@@ -34,7 +34,7 @@ class CameraControl {
   std::string fixed_view_;
   bool follows_steps_ = true;
   bool is_screenshot_wanted_ = false;
-  int wanted_view_ = -1;  // by number key
+  int wanted_view_ = -1;  // chosen by a number key
   double last_x_ = 0.0, last_y_ = 0.0;
   double scroll_ = 0.0;
 };

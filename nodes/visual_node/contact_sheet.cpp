@@ -17,7 +17,8 @@ void ContactSheet::Add(const std::string& name, const Image& picture) {
 
 core::Result<Image> ContactSheet::Compose() const {
   constexpr int kGap_px = 8;
-  if (tiles_.empty()) return core::Fail(core::ErrorCode::kNotFound, "no picture was taken: the procedure never ran");
+  if (tiles_.empty())
+    return core::Fail(core::ErrorCode::kNotFound, "no picture was taken: the procedure entered no step");
   const auto font = picture::GlyphAtlas::Create(18, true);
   if (!font) return tl::unexpected(font.error());
   const int strip_px = font->line_height() + 8;

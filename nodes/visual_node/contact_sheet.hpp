@@ -11,16 +11,18 @@ namespace visual_node {
 
 using picture::Image;
 
-// One picture per procedure step, tiled in order of time with the steps' names below: the story of a run on one page.
+// One picture per procedure step, tiled in order of time with the steps' names below: a run on one page.
 class ContactSheet {
  public:
   static constexpr int kColumns = 3;
 
-  // Pictures of the same name replace each other, so that a step which is entered again shows its last end.
+  // A picture replaces the previous one of the same name, so a step that is entered again shows its last end.
   void Add(const std::string& name, const Image& picture);
 
   [[nodiscard]] std::size_t size() const { return tiles_.size(); }
-  [[nodiscard]] core::Result<Image> Compose() const;  // the error names a missing font
+  // Errors: kNotFound without a picture or when the font is missing.
+  [[nodiscard]] core::Result<Image> Compose() const;
+  // Composes and writes a PNG file.
   core::Result<void> Write(const std::filesystem::path& file) const;
 
  private:

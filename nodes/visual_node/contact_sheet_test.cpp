@@ -14,7 +14,7 @@ Image Plain(std::uint8_t red) {
   return image;
 }
 
-TEST(ContactSheet, TilesStandInTheOrderOfTheSteps) {
+TEST(ContactSheet, TilesAreInTheOrderOfTheSteps) {
   ContactSheet sheet;
   for (int i = 0; i < 4; ++i) sheet.Add("step_" + std::to_string(i), Plain(static_cast<std::uint8_t>(60 * i + 40)));
   const auto image = sheet.Compose();
@@ -48,7 +48,7 @@ TEST(ContactSheet, AStepEnteredAgainKeepsItsPlace) {
   EXPECT_EQ(image->Pixel(8 + 32, 8 + 18)[0], 30);
 }
 
-TEST(ContactSheet, NothingToShowIsAnError) {
+TEST(ContactSheet, ReportsAnErrorWithoutPictures) {
   EXPECT_FALSE(ContactSheet().Compose());
 }
 
@@ -61,7 +61,7 @@ TEST(Image, ShrinkTakesTheMean) {
   EXPECT_EQ(Shrink(image, 2).Pixel(0, 0)[0], 25);
 }
 
-TEST(Image, PasteCutsWhatLiesOutside) {
+TEST(Image, PasteClipsAtTheBorder) {
   Image image(4, 4);
   Paste(Plain(99), 2, -34, image);
   EXPECT_EQ(image.Pixel(3, 1)[0], 99);

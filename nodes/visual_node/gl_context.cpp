@@ -1,7 +1,7 @@
 #include "nodes/visual_node/gl_context.hpp"
 
 #include <epoxy/gl.h>
-// epoxy first: GLFW must not bring its own GL header.
+// epoxy comes first, as GLFW must not include its own GL header.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -32,7 +32,7 @@ core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions&
                                                          "; install libgl1-mesa-dri for software rendering");
   }
   glfwMakeContextCurrent(context->window_);
-  glfwSwapInterval(0);  // latency is told without the wait for the screen
+  glfwSwapInterval(0);  // latencies are measured without the wait for vsync
   context->renderer_name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   return context;
 }

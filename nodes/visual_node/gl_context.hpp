@@ -13,18 +13,19 @@ struct ContextOptions {
   int width = 640;
   int height = 360;
   std::string title = "VR-OOS";
-  bool is_visible = true;  // false: pictures only; still needs an X display (Xvfb does)
+  bool is_visible = true;  // false: pictures only; still needs an X display, such as Xvfb
 };
 
 // A window and its OpenGL 4.5 core context, current on the calling thread. One per process.
 class GlContext {
  public:
+  // Errors: kResource without a display, kUnsupported without OpenGL 4.5.
   static core::Result<std::unique_ptr<GlContext>> Create(const ContextOptions& options);
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  // The window stays until the process ends, which closes it.
+  // Does not close the window on destruction; the end of the process closes it.
   void LeaveToKernel() { is_left_ = true; }
 
   [[nodiscard]] GLFWwindow* window() const { return window_; }

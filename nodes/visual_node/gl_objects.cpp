@@ -18,7 +18,7 @@ core::Result<GLuint> Compile(const std::string& name, GLenum kind, const char* s
   glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
   log.resize(static_cast<std::size_t>(length));
   glDeleteShader(shader);
-  return core::Fail(core::ErrorCode::kUnsupported, "the driver refuses shader '" + name + "': " + log);
+  return core::Fail(core::ErrorCode::kUnsupported, "the driver cannot compile shader '" + name + "': " + log);
 }
 
 }  // namespace
@@ -26,7 +26,7 @@ core::Result<GLuint> Compile(const std::string& name, GLenum kind, const char* s
 GlBuffer MakeBuffer(const void* data, std::size_t num_bytes) {
   GLuint id = 0;
   glCreateBuffers(1, &id);
-  // A buffer of no bytes is an error in OpenGL; an empty mesh is not one here.
+  // OpenGL refuses a buffer of size 0; an empty mesh is allowed here.
   glNamedBufferStorage(id, static_cast<GLsizeiptr>(std::max<std::size_t>(num_bytes, 1)), num_bytes > 0 ? data : nullptr,
                        GL_DYNAMIC_STORAGE_BIT);
   return GlBuffer(id);

@@ -58,17 +58,17 @@ GlBuffer MakeBuffer(const void* data, std::size_t num_bytes);
 GlVertexArray MakeVertexArray();
 GlTexture MakeTexture(GLenum format, int width, int height);
 
-// Compiles and links; the error holds the driver's log.
+// Compiles and links. Error: kUnsupported, with the driver's log.
 core::Result<GlProgram> MakeProgram(const std::string& name, const char* vertex_source, const char* fragment_source);
 
-// What a frame is drawn into, of any size and without a window.
+// Off-screen framebuffer of any size.
 class RenderTarget {
  public:
   RenderTarget(int width, int height);
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] GLuint framebuffer() const { return framebuffer_.id(); }
-  [[nodiscard]] Image Read() const;  // waits until the frame is done
+  [[nodiscard]] Image Read() const;  // waits until the frame is finished
 
  private:
   int width_;

@@ -5,10 +5,10 @@
 namespace visual_node {
 namespace {
 
-constexpr std::uint64_t kDirectStride = 4;  // there is one with every state; the statistics take all of them
+constexpr std::uint64_t kDirectStride = 4;  // every state has one, and only one in four gets a row; bounds the file
 
-// One writer per mean.
-void Blend(std::atomic<double>& mean_ms, double sample_ms, double weight) {
+// Exponential moving average m <- (1 - w) m + w x, starting with the first sample. Each mean has one writing thread.
+void UpdateMean(std::atomic<double>& mean_ms, double sample_ms, double weight) {
   const double old_ms = mean_ms.load(std::memory_order_relaxed);
   mean_ms.store(old_ms == 0.0 ? sample_ms : (1.0 - weight) * old_ms + weight * sample_ms, std::memory_order_relaxed);
 }
@@ -42,7 +42,7 @@ void LatencyLog::AddState(const core::Trace& direct, const core::Trace& through_
   if (through_physics.valid() && !through_physics.stamps.empty() && through_physics.id != last_through_id_) {
     last_through_id_ = through_physics.id;
     state_.Add(through_physics.stamps.back().offset_ns);
-    Blend(recent_state_ms_, 1e-6 * through_physics.stamps.back().offset_ns, 1.0 / 250.0);
+    UpdateMean(recent_state_ms_, 1e-6 * through_physics.stamps.back().offset_ns, 1.0 / 250.0);
     rows_.Push({"t2_state", through_physics});
   }
 }
@@ -51,7 +51,7 @@ void LatencyLog::AddFrame(const core::Trace& trace) {
   if (!trace.valid() || trace.stamps.empty() || trace.id == last_frame_id_) return;
   last_frame_id_ = trace.id;
   image_.Add(trace.stamps.back().offset_ns);
-  Blend(recent_image_ms_, 1e-6 * trace.stamps.back().offset_ns, 1.0 / 8.0);
+  UpdateMean(recent_image_ms_, 1e-6 * trace.stamps.back().offset_ns, 1.0 / 8.0);
   Write("t2_image", trace);
 }
 

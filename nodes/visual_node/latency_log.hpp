@@ -12,30 +12,30 @@
 
 namespace visual_node {
 
-// t2 as this node sees it, in two parts (architecture section 1). One row per sample, as every node writes them:
+// Measures the latency t2 in two parts (architecture section 1). One CSV row per sample, in the format of all nodes:
 //   chain,trace_id,origin_ns,echo_ns,stage,offset_ns,stage,offset_ns,...
-// with the numbers of core::Stage in the order of the hops, offsets since the device took the sample, and echo_ns -1:
-// no second clock has measured it. Chains: t2_state (through a physics step in contact, until the state is applied),
-// t2_state_direct (newest sample that physics had heard of, contact or not; every fourth has a row), t2_image (until
-// the first frame that shows it is finished).
-// Two threads share it without a lock: the receiving one must never wait for a disk or for a preempted drawing thread.
+// with the numbers of core::Stage in the order of the hops, offsets from the device's sample, and echo_ns -1, as there
+// is no independent measurement. Chains: t2_state (from a sample that acted on physics in contact until its state is
+// applied), t2_state_direct (from the newest sample that physics had received; one in four has a row), t2_image (until
+// the first frame that shows the state is finished). Two threads share the log without a lock, because the receiving
+// thread must never wait for the disk or for the drawing thread.
 class LatencyLog {
  public:
   core::Result<void> Open(const std::filesystem::path& file);
 
-  // --- Receiving thread. A state was applied. Ids that were there before count once; a trace without id does not.
+  // --- Receiving thread. Records an applied state. Each trace id counts once, a trace without id not at all.
   void AddState(const core::Trace& direct, const core::Trace& through_physics);
 
-  // --- Drawing thread. A frame was finished that shows this newest state; stamped with kFrameStart and kFrameDone.
+  // --- Drawing thread. Records a finished frame that shows this state, stamped with kFrameStart and kFrameDone.
   void AddFrame(const core::Trace& through_physics);
-  // Writes the rows of the states that were applied since.
+  // Writes the rows of the states that were applied since the last call.
   void Drain();
 
   // Moving means over about 250 states and 8 frames [ms]; 0 before the first. Any thread.
   [[nodiscard]] double recent_state_ms() const { return recent_state_ms_.load(std::memory_order_relaxed); }
   [[nodiscard]] double recent_image_ms() const { return recent_image_ms_.load(std::memory_order_relaxed); }
 
-  // --- When both threads are done. All samples, also those whose rows found no room.
+  // --- After both threads have ended. All samples, including those without a row for lack of room.
   [[nodiscard]] const bus::LatencyStats& state() const { return state_; }
   [[nodiscard]] const bus::LatencyStats& state_direct() const { return state_direct_; }
   [[nodiscard]] const bus::LatencyStats& image() const { return image_; }
@@ -48,7 +48,7 @@ class LatencyLog {
   };
   void Write(const char* chain, const core::Trace& trace);
 
-  static constexpr std::size_t kMaxRowsWaiting = 4096;  // more than 3 s of states
+  static constexpr std::size_t kMaxRowsWaiting = 4096;  // over 3 s of states at 1.25 rows each: longer than any frame
   std::ofstream file_;
   bus::SpscRing<Row> rows_{kMaxRowsWaiting};
   bus::LatencyStats state_;

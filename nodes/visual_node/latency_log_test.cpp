@@ -17,7 +17,7 @@ core::Trace TraceOf(std::uint64_t sequence, std::int32_t applied_ns) {
   return trace;
 }
 
-TEST(LatencyLog, ASampleCountsOnceHoweverManyStatesCarryIt) {
+TEST(LatencyLog, ASampleInSeveralStatesCountsOnce) {
   LatencyLog log;
   log.AddState({}, TraceOf(1, 2'000'000));
   log.AddState({}, TraceOf(1, 3'000'000));
@@ -37,7 +37,7 @@ TEST(LatencyLog, OnlyTheFirstFrameThatShowsASampleCounts) {
   EXPECT_DOUBLE_EQ(log.recent_image_ms(), 30.0);
 }
 
-TEST(LatencyLog, RowsNameEveryHop) {
+TEST(LatencyLog, RowsContainEveryHop) {
   const std::filesystem::path file = std::filesystem::path(VR_OOS_BINARY_DIR) / "latency_log_test.csv";
   {
     LatencyLog log;

@@ -7,7 +7,7 @@
 
 namespace visual_node {
 
-// The pose as OpenGL takes it: formed in double, handed over in float.
+// Homogeneous matrix [R_AB p_AB; 0 1] of a pose, computed in double and converted to float for OpenGL.
 inline glm::mat4 ToMatrix(const core::Pose& X_AB) {
   glm::dmat4 matrix = glm::mat4_cast(X_AB.rotation);
   matrix[3] = glm::dvec4(X_AB.translation, 1.0);

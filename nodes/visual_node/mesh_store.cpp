@@ -70,7 +70,7 @@ void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu) {
 
 namespace {
 
-// Ring at z = 0 of radius 1 joined to a ring at z = 1 of the given radius, the ends closed.
+// Closed frustum from a ring of radius 1 at z = 0 to a ring of the given radius at z = 1.
 vps::VisualMesh MakeFrustum(std::uint32_t num_sides, double top_radius) {
   vps::TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, 1}};

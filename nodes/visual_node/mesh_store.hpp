@@ -8,7 +8,7 @@
 
 namespace visual_node {
 
-// A mesh on the GPU, with the box and the sphere that hold it.
+// A mesh on the GPU, with its bounding box and bounding sphere.
 struct GpuMesh {
   struct Part {  // a run of indices with one material
     GLsizei num_indices = 0;
@@ -21,17 +21,17 @@ struct GpuMesh {
   GlBuffer indices;
   std::vector<Part> parts;
   GLsizei num_indices = 0;
-  glm::vec3 centre_M{0.0f};  // of both
+  glm::vec3 centre_M{0.0f};  // of box and sphere
   glm::vec3 half_size_m{0.0f};
   float radius_m = 0.0f;
 };
 
 GpuMesh Upload(const vps::VisualMesh& mesh);
 
-// Other positions and normals for a mesh of one primitive with the same vertices.
+// Replaces positions and normals of a mesh with one primitive; the number of vertices must be the same.
 void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu);
 
-// Overlay parts along +z from 0 to 1, radius 1: a shaft and an arrow head.
+// Shaft and head of an arrow, along +z from 0 to 1, radius 1.
 vps::VisualMesh MakeCylinder(std::uint32_t num_sides);
 vps::VisualMesh MakeCone(std::uint32_t num_sides);
 

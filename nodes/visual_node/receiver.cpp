@@ -10,9 +10,11 @@
 namespace visual_node {
 namespace {
 
+// Chosen, not measured: the first bounds the time to stop, the second is fast enough for a display, and the third is
+// half of a frame at 60 Hz.
 constexpr std::int64_t kWait_ns = 10'000'000;
 constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
-constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // for what comes without a physics state
+constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // publishes changes that come without a physics state
 
 }  // namespace
 
@@ -40,8 +42,8 @@ std::vector<std::string> Receiver::TakeScreenshotRequests() {
 }
 
 void Receiver::Run() {
-  // The process is started with low priority because of its drawing; this thread does little and should not wait for
-  // that. Without the right to raise it again, it stays as it is.
+  // The process has a low priority because of its drawing. This thread does little and should not wait for the drawing,
+  // so it raises its priority where it may.
   setpriority(PRIO_PROCESS, 0, 0);
   while (!is_stopping_.load(std::memory_order_acquire)) {
     node_->Wait(core::MonotonicNow_ns() + kWait_ns);
@@ -52,11 +54,11 @@ void Receiver::Run() {
       num_states_.fetch_add(1, std::memory_order_relaxed);
       log_->AddState(direct_, through_physics_);
     }
-    if (now_ns >= next_figures_ns_) TellFigures(now_ns);
+    if (now_ns >= next_figures_ns_) PublishFigures(now_ns);
   }
 }
 
-// True when a physics state was among it.
+// Applies all received messages. True when a physics state was among them.
 bool Receiver::ApplyAll(std::int64_t now_ns) {
   const bool is_state_fresh = feed_->Apply(now_ns, &mirror_);
   core::Event event;
@@ -77,7 +79,7 @@ bool Receiver::ApplyAll(std::int64_t now_ns) {
 void Receiver::Publish(std::int64_t now_ns) {
   mirror_.Refresh(now_ns);
   view::Scene& slot = newest_.BeginWrite();
-  slot = mirror_.scene();  // into buffers that are there already
+  slot = mirror_.scene();  // reuses the slot's buffers
   const std::int64_t applied_ns = core::MonotonicNow_ns();
   for (core::Trace* trace : {&direct_, &through_physics_}) {
     const bool is_stamped = !trace->stamps.empty() && trace->stamps.back().stage == core::Stage::kVisualApply;
@@ -89,14 +91,14 @@ void Receiver::Publish(std::int64_t now_ns) {
   next_publish_ns_ = now_ns + kQuietPublish_ns;
 }
 
-void Receiver::TellFigures(std::int64_t now_ns) {
+void Receiver::PublishFigures(std::int64_t now_ns) {
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
-  if (is_ready_.load(std::memory_order_acquire) && !is_ready_told_) {
+  if (is_ready_.load(std::memory_order_acquire) && !is_ready_announced_) {
     core::Event event;
     event.time_ns = now_ns;
     event.source = node_->name();
     event.name = "ready";
-    is_ready_told_ = node_->Emit(event);
+    is_ready_announced_ = node_->Emit(event);
   }
   view::LiveFigures live;
   live.frames_per_s = frames_per_s_.load(std::memory_order_relaxed);

@@ -20,8 +20,8 @@
 
 namespace visual_node {
 
-// Takes messages off the bus in its own thread and applies each to the scene at once, never waiting for a frame:
-// t2_state must not measure how fast pictures are drawn. The drawing thread takes the newest complete scene.
+// Receives messages in a thread of its own and applies each to the scene at once, without waiting for a frame, so that
+// t2_state does not depend on the speed of drawing. The drawing thread takes the newest complete scene.
 class Receiver {
  public:
   Receiver(const scene::Scenario& scenario, LatencyLog* log) : scenario_(scenario), mirror_(scenario), log_(log) {}
@@ -29,17 +29,17 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  // Two viewers of one session have different names.
+  // Viewers of one session need different names.
   core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
 
-  // Drawing thread: true when a newer scene than before has been taken over.
+  // Drawing thread: takes the newest scene. True when it is newer than the one before.
   bool Update() { return newest_.Update(); }
   [[nodiscard]] const view::Scene& scene() const { return newest_.value(); }
-  // Names of pictures asked for by event `screenshot` since the last call (detail: the name).
+  // Names of the pictures requested by events `screenshot` since the last call (the event's detail is the name).
   std::vector<std::string> TakeScreenshotRequests();
   void SetFramesPerSecond(double value) { frames_per_s_.store(value, std::memory_order_relaxed); }
-  // The drawing thread is ready to show: told to the others once.
+  // The drawing thread has drawn a frame: announces it once by the event `ready`.
   void SetReady() { is_ready_.store(true, std::memory_order_release); }
   void SetFrames(std::uint64_t frames) { frames_.store(frames, std::memory_order_relaxed); }
 
@@ -51,7 +51,7 @@ class Receiver {
   void Run();
   bool ApplyAll(std::int64_t now_ns);
   void Publish(std::int64_t now_ns);
-  void TellFigures(std::int64_t now_ns);
+  void PublishFigures(std::int64_t now_ns);
 
   const scene::Scenario& scenario_;
   view::SceneMirror mirror_;
@@ -63,7 +63,7 @@ class Receiver {
   core::Trace through_physics_;
   std::int64_t next_figures_ns_ = 0;
   std::int64_t next_publish_ns_ = 0;
-  bool is_ready_told_ = false;
+  bool is_ready_announced_ = false;
 
   bus::LatestValue<view::Scene> newest_;
   std::mutex requests_mutex_;

@@ -95,15 +95,15 @@ TEST_F(ReceiverTest, AStateReachesTheSceneWithItsStamps) {
   EXPECT_LE(trace.stamps[1].offset_ns, trace.stamps[2].offset_ns);
 }
 
-TEST_F(ReceiverTest, StatesAreCountedWhetherOrNotAFrameShowsThem) {
-  // Nobody draws here; every state that arrived is still applied and measured.
+TEST_F(ReceiverTest, MeasuresEveryStateEvenWithoutAFrame) {
+  // Nothing is drawn here; every state that arrives is applied and measured.
   ASSERT_TRUE(PublishUntil([&](const view::Scene&) { return receiver_.num_states() >= 50; }));
   receiver_.Stop();
   EXPECT_EQ(log_.state().count(), receiver_.num_states());
   EXPECT_EQ(log_.image().count(), 0u);
 }
 
-TEST_F(ReceiverTest, TheStepAndAScreenshotRequestArrive) {
+TEST_F(ReceiverTest, ReceivesTheStepAndAScreenshotRequest) {
   core::LogicStatus status;
   status.step = "cover";
   ASSERT_TRUE(logic_.Set(status));

@@ -12,7 +12,9 @@
 namespace visual_node {
 namespace {
 
-constexpr std::size_t kMaxLamps = 4;
+constexpr std::size_t kMaxLamps = 4;  // size of the shader's arrays
+// Clip planes: a hand's width in front of the eye, and far beyond any scenario. A ratio of 6000 leaves a 24-bit depth
+// buffer a resolution of d^2 / (2^24 near): 6 um at 1 m.
 constexpr double kNear_m = 0.01;
 constexpr double kFar_m = 60.0;
 
@@ -25,7 +27,7 @@ void SetMatrix(GLint location, const glm::mat4& matrix) {
 core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scene, const MeshLoader& load_mesh) {
   std::unique_ptr<Renderer> renderer(new Renderer);
   for (const std::filesystem::path& path : scene.assets->meshes) {
-    if (path.empty()) {  // an object that is not seen
+    if (path.empty()) {  // an invisible object
       renderer->meshes_.push_back(Upload({}));
       continue;
     }
@@ -75,7 +77,7 @@ core::Result<void> Renderer::MakePrograms() {
   return {};
 }
 
-// The sphere about the box of all instances, with 10 % room to move in.
+// Fits the shadow map to the sphere around the bounding box of all instances, 10 % larger so that they can move.
 void Renderer::FitShadow(const view::Scene& scene) {
   glm::dvec3 low(1e9), high(-1e9);
   for (const view::Instance& instance : scene.instances) {
@@ -94,7 +96,7 @@ void Renderer::FitShadow(const view::Scene& scene) {
   shadow_.Fit(scene.sun_direction_W, 0.5 * (low + high), radius_m);
 }
 
-void Renderer::FollowSheets(const view::Scene& scene) {
+void Renderer::UpdateSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
     if (sheet_versions_[i] == scene.sheets[i].version) continue;
     sheet_versions_[i] = scene.sheets[i].version;
@@ -105,7 +107,7 @@ void Renderer::FollowSheets(const view::Scene& scene) {
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                                   bool with_texts) {
   if (scene.sun_direction_W != shadow_sun_W_) FitShadow(scene);
-  FollowSheets(scene);
+  UpdateSheets(scene);
   shadow_.Update(scene, meshes_, sheets_);
 
   const glm::dmat4 view_W = view::ViewMatrix(camera);
@@ -126,7 +128,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDepthMask(GL_TRUE);
-  const float far = 1.0f;  // colour needs no clearing: the sky fills what is left
+  const float far = 1.0f;  // colour needs no clearing, as the sky fills the rest
   glClearBufferfv(GL_DEPTH, 0, &far);
   DrawSurfaces(scene, view);
   DrawSheets(scene);
@@ -154,6 +156,7 @@ void Renderer::SetLamps(const view::Scene& scene) const {
   glUniform1i(16, count);
 }
 
+// Nearest instances first, so that the depth test rejects hidden fragments before they are shaded.
 void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   order_.clear();
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -183,14 +186,14 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
       const glm::vec3 emissive = instance.is_material_given ? m.emissive : m.emissive + instance.material.emissive;
       glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
       glUniform4f(5, emissive.r, emissive.g, emissive.b, m.roughness);
-      // OpenGL takes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+      // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
       const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
       glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
     }
   }
 }
 
-// With the program and the uniforms of DrawSurfaces.
+// Uses the program and the uniforms that DrawSurfaces has set.
 void Renderer::DrawSheets(const view::Scene& scene) const {
   SetMatrix(0, glm::mat4(1.0f));
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
@@ -213,7 +216,7 @@ void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
     if (!instance.is_visible) continue;
     const GpuMesh& mesh = meshes_[instance.mesh];
     const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
-    // In front of the lamp itself, so that only other things hide it.
+    // The quad is in front of the lamp, so that only other objects hide it.
     const glm::vec3 quad_W = centre_W + 1.2f * mesh.radius_m * glm::normalize(view.eye_W - centre_W);
     const float reach_m = 3.2f * mesh.radius_m;
     glUniform3fv(1, 1, glm::value_ptr(quad_W));
@@ -225,7 +228,7 @@ void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
   glDisable(GL_BLEND);
 }
 
-// Twice: faint without depth test, so that an arrow inside a part is seen through it, then solid with it.
+// Draws the arrows twice: faint without depth test, so that they show through parts, then solid with depth test.
 void Renderer::DrawArrows(const view::Scene& scene, const View& view) const {
   if (scene.arrows.empty()) return;
   glUseProgram(overlay_.id());
@@ -255,7 +258,7 @@ void Renderer::DrawArrows(const view::Scene& scene, const View& view) const {
       const glm::vec3 z(glm::normalize(arrow.vector_W));
       const glm::vec3 x = glm::normalize(glm::cross(std::abs(z.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0), z));
       const glm::mat3 R_WA(x, glm::cross(z, x), z);
-      // As thick on the screen from near as from far.
+      // The radius is proportional to the distance, so the thickness on the screen is constant.
       const float radius_m = std::min(0.0025f * glm::distance(p_W, view.eye_W), 0.08f * length_m);
       const float head_m = std::min(9.0f * radius_m, 0.5f * length_m);
       glUniform4f(2, arrow.color.r, arrow.color.g, arrow.color.b, is_solid ? 1.0f : 0.30f);

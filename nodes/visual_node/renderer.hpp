@@ -18,13 +18,13 @@ namespace visual_node {
 
 using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
 
-// Draws a view::Scene with OpenGL 4.5 core. The context must be current on the calling thread, always the same.
+// Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
 class Renderer {
  public:
-  // Loads every mesh that the scene's assets name; the error names the file.
+  // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
   static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
 
-  // Draws one picture. `with_texts` false leaves out what is written over it.
+  // Draws one picture. `with_texts` false leaves out the lines of text.
   core::Result<void> Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                           bool with_texts = true);
 
@@ -45,7 +45,7 @@ class Renderer {
   Renderer() = default;
   core::Result<void> MakePrograms();
   void FitShadow(const view::Scene& scene);
-  void FollowSheets(const view::Scene& scene);
+  void UpdateSheets(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene) const;
   void DrawGlow(const view::Scene& scene, const View& view) const;
@@ -60,7 +60,7 @@ class Renderer {
   GlProgram surface_;
   GlProgram glow_;
   GlProgram overlay_;
-  GlVertexArray nothing_;  // core profile wants one bound, also when a shader makes its own vertices
+  GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
   ShadowMap shadow_;
   Sky sky_;
   glm::dvec3 shadow_sun_W_{0.0};

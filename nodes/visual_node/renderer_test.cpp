@@ -18,7 +18,7 @@ namespace {
 constexpr int kWidth = 640;
 constexpr int kHeight = 360;
 
-// Meshes 0 floor, 1 ball (radius 0.1), 2 box, 3 lamp. The names stand for shapes, no file is read.
+// Meshes: 0 floor, 1 ball (radius 0.1), 2 box, 3 lamp. The names denote generated shapes; no file is read.
 core::Result<vps::VisualMesh> MakeShape(const std::filesystem::path& name) {
   const auto shaded = [](const vps::TriangleMesh& mesh) { return vps::VisualMesh{{vps::SplitAtCreases(mesh, 0.6)}}; };
   if (name == "floor") return shaded(vps::MakeBox({1.6, 1.2, 0.02}));
@@ -28,7 +28,7 @@ core::Result<vps::VisualMesh> MakeShape(const std::filesystem::path& name) {
   return core::Fail(core::ErrorCode::kNotFound, "no shape called " + name.string());
 }
 
-scene::Camera LookDownOnIt() {
+scene::Camera FrontCamera() {
   scene::Camera camera;
   camera.name = "front";
   camera.eye_m = {0.0, -1.3, 0.75};
@@ -43,7 +43,7 @@ view::Scene TestScene() {
   auto assets = std::make_shared<view::Assets>();
   assets->meshes = {"floor", "ball", "box", "lamp"};
   assets->instance_names = {"floor", "ball", "box", "lamp"};
-  assets->cameras = {LookDownOnIt()};
+  assets->cameras = {FrontCamera()};
   scene.assets = assets;
   scene.sun_direction_W = {0.0, 0.0, 1.0};
   const glm::dvec3 positions[4] = {{0, 0, -0.01}, {-0.3, 0, 0.1}, {0.25, 0.1, 0.1}, {0.25, 0.1, 0.22}};
@@ -67,8 +67,8 @@ int Luma(const std::uint8_t* p) {
   return (2 * p[0] + 5 * p[1] + p[2]) / 8;
 }
 
-// The leak checker names a leak's library only while it is loaded, and Mesa unloads its driver with the display: what
-// tests/sanitizers/lsan.supp says of the driver would not be found.
+// The leak checker finds a leak's library only while it is loaded. Mesa unloads its driver with the display, so the
+// suppressions for the driver in tests/sanitizers/lsan.supp would have no effect.
 void KeepDriverLoaded() {
 #if defined(__SANITIZE_ADDRESS__)
   std::string driver;
@@ -83,7 +83,7 @@ void KeepDriverLoaded() {
 #endif
 }
 
-// One display for all tests here; without one they are skipped, by name and with the reason.
+// One display for all tests of the suite; without one they are skipped with the reason.
 class RendererTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -108,13 +108,13 @@ class RendererTest : public testing::Test {
     target_ = std::make_unique<RenderTarget>(kWidth, kHeight);
   }
   Image Draw(bool with_texts = false) {
-    const auto drawn = renderer_->Draw(scene_, LookDownOnIt(), *target_, with_texts);
+    const auto drawn = renderer_->Draw(scene_, FrontCamera(), *target_, with_texts);
     EXPECT_TRUE(drawn) << drawn.error().detail;
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     return target_->Read();
   }
   static glm::ivec2 At(const glm::dvec3& p_W) {
-    const glm::dvec3 pixel = view::ProjectToPixel(LookDownOnIt(), kWidth, kHeight, p_W);
+    const glm::dvec3 pixel = view::ProjectToPixel(FrontCamera(), kWidth, kHeight, p_W);
     return {static_cast<int>(pixel.x), static_cast<int>(pixel.y)};
   }
 
@@ -130,7 +130,7 @@ TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
   for (const std::size_t i : {0u, 2u, 3u}) scene_.instances[i].is_visible = false;
   scene_.lamps.clear();
   const Image image = Draw();
-  const scene::Camera camera = LookDownOnIt();
+  const scene::Camera camera = FrontCamera();
   const glm::dmat4 X_WE = glm::inverse(view::ViewMatrix(camera));
   const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera.vertical_fov_rad);
   int inside = 0, wrong = 0;
@@ -151,15 +151,15 @@ TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(RendererTest, TheSunsShadowFallsStraightBelow) {
+TEST_F(RendererTest, TheShadowOfAVerticalSunIsStraightBelow) {
   const Image image = Draw();
-  // Of the floor under the ball (centre at x = -0.3, radius 0.1) the camera sees what lies in front of it.
+  // The camera sees the part of the floor in front of the ball (centre at x = -0.3, radius 0.1).
   const glm::ivec2 dark = At({-0.3, -0.075, 0.0});
   const glm::ivec2 lit = At({-0.3, -0.125, 0.0});
   EXPECT_LT(Luma(image.Pixel(dark.x, dark.y)), 0.75 * Luma(image.Pixel(lit.x, lit.y)));
 }
 
-TEST_F(RendererTest, TheShadowFollowsWhatMovesAndIsDrawnOnlyThen) {
+TEST_F(RendererTest, TheShadowMapIsUpdatedOnlyWhenSomethingMoves) {
   Draw();
   const int updates = renderer_->num_shadow_updates();
   Draw();
@@ -184,7 +184,7 @@ TEST_F(RendererTest, ALampShowsItsColour) {
   EXPECT_LT(image.Pixel(at.x, at.y)[1], 120);
 }
 
-TEST_F(RendererTest, AnArrowStandsWhereTheContactIs) {
+TEST_F(RendererTest, AnArrowIsDrawnAtItsContact) {
   const Image before = Draw();
   scene_.arrows.push_back({{0.0, -0.2, 0.0}, {0.0, 0.0, 0.12}, {0.1f, 0.9f, 0.2f}});
   const Image after = Draw();
@@ -195,7 +195,7 @@ TEST_F(RendererTest, AnArrowStandsWhereTheContactIs) {
   }
 }
 
-TEST_F(RendererTest, TextsStandAtTheirCorners) {
+TEST_F(RendererTest, TextsAreDrawnAtTheirAnchors) {
   scene_.texts.push_back({view::Anchor::kBottomLeft, view::TextStyle::kTitle, glm::vec3(1.0f), "switch_off"});
   scene_.texts.push_back({view::Anchor::kTopRight, view::TextStyle::kBadge, glm::vec3(1.0f, 0.6f, 0.1f), "SIMULATED"});
   const Image without = Draw(false);
@@ -216,12 +216,12 @@ TEST_F(RendererTest, TextsStandAtTheirCorners) {
   EXPECT_LT(renderer_->placed_lines()[1].y, kHeight / 4);
 }
 
-TEST_F(RendererTest, TheSamePictureTwice) {
+TEST_F(RendererTest, DrawingTwiceGivesEqualPictures) {
   const Image first = Draw(true);
   EXPECT_EQ(first.rgba, Draw(true).rgba);
 }
 
-TEST_F(RendererTest, AMissingMeshIsNamed) {
+TEST_F(RendererTest, ReportsTheNameOfAMissingMesh) {
   auto assets = std::make_shared<view::Assets>(*scene_.assets);
   assets->meshes.emplace_back("nowhere.glb");
   scene_.assets = assets;
@@ -230,8 +230,8 @@ TEST_F(RendererTest, AMissingMeshIsNamed) {
   EXPECT_NE(renderer.error().detail.find("nowhere.glb"), std::string::npos);
 }
 
-// With VISUAL_NODE_TEST_PICTURE=FILE the scene of these tests is kept for a look.
-TEST_F(RendererTest, AStillIsSmoothedFromMoreSamples) {
+// With VISUAL_NODE_TEST_PICTURE=FILE the picture is written to that file.
+TEST_F(RendererTest, ASupersampledStillHasTheSameMeansAsAPlainPicture) {
   scene_.sun_direction_W = glm::normalize(glm::dvec3(-0.4, -0.5, 0.9));
   scene_.arrows.push_back({{-0.3, -0.06, 0.02}, {0.0, -0.05, 0.12}, {0.2f, 0.95f, 0.35f}});
   scene_.texts = {
@@ -240,14 +240,14 @@ TEST_F(RendererTest, AStillIsSmoothedFromMoreSamples) {
       {view::Anchor::kBottomLeft, view::TextStyle::kTitle, glm::vec3(0.9f), "press"},
       {view::Anchor::kBottomLeft, view::TextStyle::kBody, glm::vec3(0.6f), "Press the ball on the plane"}};
   const RenderTarget big(2 * kWidth, 2 * kHeight);
-  ASSERT_TRUE(renderer_->Draw(scene_, LookDownOnIt(), big));
+  ASSERT_TRUE(renderer_->Draw(scene_, FrontCamera(), big));
   const Image still = Shrink(big.Read(), 2);
   ASSERT_EQ(still.width, kWidth);
   if (const char* file = std::getenv("VISUAL_NODE_TEST_PICTURE")) {
     const auto written = WritePng(still, file);
     EXPECT_TRUE(written) << written.error().detail;
   }
-  // The same scene at once, less smooth: every tile of 64 x 40 pixels has nearly the same mean.
+  // The same scene without supersampling: every tile of 64 x 40 pixels has nearly the same mean.
   const Image plain = Draw(true);
   for (int ty = 0; ty < kHeight; ty += 40) {
     for (int tx = 0; tx < kWidth; tx += 64) {

@@ -2,9 +2,10 @@
 
 namespace visual_node {
 
-// GLSL 4.5. Explicit locations, so no name is looked up at run time. Colours are linear until the last line.
+// GLSL 4.5. Locations are explicit, so no names are resolved at run time. Colours are linear until the last line of a
+// shader. Strengths of lights and materials without a source are chosen by eye on the scenarios' pictures.
 
-// --- Depth from the sun.
+// --- Depth as seen from the sun.
 constexpr const char* kShadowVertex = R"(#version 450 core
 layout(location = 0) in vec3 a_p_M;
 layout(location = 0) uniform mat4 u_X_WM;
@@ -30,15 +31,20 @@ void main() {
   vec4 p_W = u_X_WM * vec4(a_p_M, 1.0);
   v_p_W = p_W.xyz;
   v_n_W = mat3(u_X_WM) * a_n_M;
-  // Looked up a texel and a half outside the surface: no shadow of a surface on itself.
+  // The map is sampled 1.5 texels outside the surface, against self-shadowing (normal offset).
   vec4 sun = u_sun_W * vec4(p_W.xyz + u_shadow_offset_m * v_n_W, 1.0);
   v_sun = 0.5 * sun.xyz + 0.5;
   gl_Position = u_clip_W * p_W;
 }
 )";
-// GGX distribution, height-correlated Smith visibility in Hammon's approximation, Schlick Fresnel, as in appendix B of
-// the glTF 2.0 specification; Karis' approximation of the environment term. The environment is analytic: black sky,
-// Earth, and soft lights as round a stage from behind the eye so that what the sun does not reach can still be read.
+// Reflectance for light direction l, view direction v, half vector h, normal n and a = roughness^2, as in appendix B of
+// the glTF 2.0 specification:
+//   f = (1 - metallic) base / pi (1 - F) + F D V,
+//   D = a^2 / (pi ((n.h)^2 (a^2 - 1) + 1)^2)                      GGX distribution [Walter et al. 2007],
+//   V = 0.5 / lerp(2 n.l n.v, n.l + n.v, a)                       Smith visibility [Hammon 2017],
+//   F = F0 + (1 - F0) (1 - h.v)^5                                 Fresnel factor [Schlick 1994].
+// Environment light by Karis' analytic approximation of the split sum [Karis 2014]. The environment itself is analytic:
+// black sky, Earth, and soft lights so that surfaces in the sun's shadow remain readable.
 constexpr const char* kSurfaceFragment = R"(#version 450 core
 layout(location = 4) uniform vec4 u_base_metallic;
 layout(location = 5) uniform vec4 u_emissive_roughness;
@@ -109,7 +115,7 @@ void main() {
 }
 )";
 
-// --- A lamp's glow: a quad that faces the eye, added.
+// --- A lamp's glow: a quad facing the eye, blended additively.
 constexpr const char* kGlowVertex = R"(#version 450 core
 layout(location = 0) uniform mat4 u_clip_W;
 layout(location = 1) uniform vec3 u_centre_W;
@@ -131,7 +137,7 @@ void main() {
 }
 )";
 
-// --- Overlay bodies (arrows): one colour, shaded by the eye's own light.
+// --- Overlay bodies (arrows): one colour, lit from the eye.
 constexpr const char* kOverlayVertex = R"(#version 450 core
 layout(location = 0) in vec3 a_p_M;
 layout(location = 1) in vec3 a_n_M;
@@ -142,7 +148,7 @@ out vec3 v_n_W;
 void main() {
   vec4 p_W = u_A_WM * vec4(a_p_M, 1.0);
   v_p_W = p_W.xyz;
-  // Columns are orthogonal, so the inverse transpose is the columns over their squared lengths.
+  // The columns are orthogonal, so the inverse transpose has the columns divided by their squared lengths.
   mat3 m = mat3(u_A_WM);
   v_n_W = m[0] * (a_n_M.x / dot(m[0], m[0])) + m[1] * (a_n_M.y / dot(m[1], m[1])) + m[2] * (a_n_M.z / dot(m[2], m[2]));
   gl_Position = u_clip_W * p_W;

@@ -60,8 +60,10 @@ bool ShadowMap::HasMoved(const view::Scene& scene) const {
   if (drawn_.size() != scene.instances.size() || drawn_sheets_ != VersionOfSheets(scene)) return true;
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
     const core::Pose& X_WM = scene.instances[i].X_WM;
+    // Motion below 0.1 mm or 0.9 mrad is far smaller than a texel. With the unit quaternions' product c the angle
+    // between two rotations is 2 acos |c|.
     if (glm::distance(X_WM.translation, drawn_[i].translation) > 1e-4) return true;
-    if (std::abs(glm::dot(X_WM.rotation, drawn_[i].rotation)) < 1.0 - 1e-7) return true;  // 0.9 mrad
+    if (std::abs(glm::dot(X_WM.rotation, drawn_[i].rotation)) < 1.0 - 1e-7) return true;
   }
   return false;
 }

@@ -8,18 +8,18 @@
 
 namespace visual_node {
 
-// Depth of the scene from the sun. What cannot move is drawn once; what can is drawn over a copy of that, and only
-// when something has moved: on a software renderer this is most of a frame's vertices.
+// Shadow map: depth of the scene as seen from the sun. Fixed objects are drawn once; movable ones are drawn over a
+// copy, and only after something has moved. On a software renderer this saves most of a frame's vertices.
 class ShadowMap {
  public:
-  static constexpr int kSize = 1024;
+  static constexpr int kSize = 1024;  // texels per side; chosen by eye: larger is sharper and slower to copy
 
   static core::Result<ShadowMap> Create();
 
-  // Fits the map to the sphere (centre, radius) and forgets what was drawn. Set again when the sun or the meshes
+  // Fits the map to the sphere (centre, radius) and discards its content. Call it again when the sun or the meshes
   // change.
   void Fit(const glm::dvec3& sun_direction_W, const glm::dvec3& centre_W, double radius_m);
-  // `sheets`: one mesh per sheet of the scene, in W.
+  // Draws what has moved since the last update. `sheets`: one mesh per sheet of the scene, in W.
   void Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes, const std::vector<GpuMesh>& sheets);
 
   [[nodiscard]] GLuint texture() const { return depth_.id(); }
@@ -42,7 +42,7 @@ class ShadowMap {
   bool is_static_drawn_ = false;
   int num_updates_ = 0;
   std::vector<core::Pose> drawn_;   // poses of the last update
-  std::uint64_t drawn_sheets_ = 0;  // sum of their versions
+  std::uint64_t drawn_sheets_ = 0;  // sum of the sheets' versions
 };
 
 }  // namespace visual_node

@@ -7,9 +7,9 @@
 namespace visual_node {
 namespace {
 
-constexpr float kDent = 0.22f;  // of the unit normal, to either side
+constexpr float kDent = 0.22f;  // largest tilt of the unit normal per direction; by eye, as all figures of the dents
 
-// A number in [-1, 1] of a point of a lattice.
+// Hash of a lattice point, in [-1, 1].
 float Noise(int x, int y, std::uint32_t layer) {
   std::uint32_t h =
       static_cast<std::uint32_t>(x) * 0x9E3779B1u ^ static_cast<std::uint32_t>(y) * 0x85EBCA77u ^ layer * 0xC2B2AE3Du;
@@ -19,7 +19,7 @@ float Noise(int x, int y, std::uint32_t layer) {
   return static_cast<float>(h & 0xffffu) / 32767.5f - 1.0f;
 }
 
-// Between the lattice's points without a bend at them.
+// Value noise: interpolates between lattice points with 3 t^2 - 2 t^3, so that its slope is continuous.
 float SmoothNoise(float u, float v, std::uint32_t layer) {
   const float fx = std::floor(u);
   const float fy = std::floor(v);
@@ -32,7 +32,8 @@ float SmoothNoise(float u, float v, std::uint32_t layer) {
                   glm::mix(Noise(x, y + 1, layer), Noise(x + 1, y + 1, layer), s), t);
 }
 
-// Weights of Catmull and Rom's curve through four neighbours, between the second and the third.
+// Weights of the Catmull-Rom spline [Catmull and Rom 1974] for a point t in [0, 1] between the second and third of four
+// nodes: ((-t^3 + 2 t^2 - t), (3 t^3 - 5 t^2 + 2), (-3 t^3 + 4 t^2 + t), (t^3 - t^2)) / 2.
 std::array<float, 4> Weights(float t) {
   const float t2 = t * t;
   const float t3 = t2 * t;
@@ -50,7 +51,7 @@ class Surface {
   [[nodiscard]] int columns() const { return columns_; }
   [[nodiscard]] int rows() const { return rows_; }
 
-  // u, v in cells.
+  // Point at (s, t) in [0, 1]^2 of cell (i, j).
   [[nodiscard]] glm::vec3 At(int i, int j, float s, float t) const {
     const std::array<float, 4> a = Weights(s);
     const std::array<float, 4> b = Weights(t);
@@ -64,7 +65,7 @@ class Surface {
   }
 
  private:
-  // Beyond the border the sheet goes straight on.
+  // Nodes beyond the border are extrapolated linearly.
   [[nodiscard]] glm::vec3 Node(int i, int j) const {
     if (i < 0) return 2.0f * Node(0, j) - Node(1, j);
     if (i >= columns_) return 2.0f * Node(columns_ - 1, j) - Node(columns_ - 2, j);

@@ -5,10 +5,10 @@
 
 namespace visual_node {
 
-// A sheet as triangles in W, kSheetRefinement to a cell along each side: a smooth surface through the nodes, whose
-// normals are dented as those of crumpled foil. The dents belong to the material, so they move with it. The number of
-// vertices and the triangles depend on the number of nodes only.
-constexpr int kSheetRefinement = 3;
+// A sheet as triangles in W, kSheetRefinement per cell along each side: a smooth surface through the nodes, with
+// normals perturbed like those of crumpled foil. The perturbation is fixed in the material. The number of vertices and
+// the triangles depend only on the number of nodes.
+constexpr int kSheetRefinement = 3;  // by eye; vertices grow with its square
 vps::VisualPrimitive MakeSheetMesh(const view::Sheet& sheet);
 
 }  // namespace visual_node

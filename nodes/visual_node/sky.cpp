@@ -10,25 +10,28 @@
 namespace visual_node {
 namespace {
 
+// Sizes and numbers are chosen by eye and for the time to start (the Earth is computed per pixel); kGlowRadius follows
+// from kEarthFragment.
 constexpr int kFace_px = 768;
 constexpr int kTile_px = 48;
 constexpr int kTiles = kFace_px / kTile_px;
-constexpr double kGlowRadius_rad = 0.61;  // farther from the Earth's direction its air adds less than half of 1/255
+constexpr double kGlowRadius_rad =
+    0.61;  // beyond this angle from the Earth's direction its air adds less than 0.5 / 255
 constexpr int kStars = 900;
-constexpr double kAirRadius_rad = 0.49;  // stars nearer than this to the Earth's direction are behind it
+constexpr double kAirRadius_rad = 0.49;  // stars within this angle of the Earth's direction are hidden
 
-// As in kEarthFragment.
+// The same direction as in kEarthFragment.
 glm::dvec3 EarthDirection() {
   return glm::normalize(glm::dvec3(-0.82, 0.27, -0.50));
 }
 
-// The colour of kEarthFragment far from the Earth.
+// The colour that kEarthFragment gives far from the Earth.
 glm::vec4 EmptySpace() {
   return {glm::pow(glm::vec3(0.0012f, 0.0018f, 0.0036f), glm::vec3(1.0f / 2.2f)), 1.0f};
 }
 
-// Whether the Earth or its air may reach into a tile of a face of the cube, given by centre, right and down. A face is
-// 2 wide at distance 1, so its tiles are seen under at most their diagonal.
+// Whether the Earth or its air may be visible in a tile of a cube face (given by centre, right and down). A face is 2
+// wide at distance 1, so the angle from a tile's centre to its corner is at most half of the tile's diagonal.
 bool IsNearEarth(const glm::vec3 (&face)[3], int column, int row) {
   const double tile = 2.0 / kTiles;
   const glm::dvec3 centre = glm::dvec3(face[0]) + ((column + 0.5) * tile - 1.0) * glm::dvec3(face[1]) +
@@ -37,7 +40,7 @@ bool IsNearEarth(const glm::vec3 (&face)[3], int column, int row) {
   return angle_rad < kGlowRadius_rad + 0.5 * tile * std::sqrt(2.0);
 }
 
-// SplitMix64.
+// SplitMix64 [Steele et al. 2014], scaled to [0, 1).
 double NextUnit(std::uint64_t& state) {
   std::uint64_t z = (state += 0x9e3779b97f4a7c15ULL);
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -77,12 +80,12 @@ core::Result<void> Sky::Bake(const glm::dvec3& sun_direction_W) {
   const GlFramebuffer framebuffer(framebuffer_id);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  glEnable(GL_SCISSOR_TEST);  // a software renderer computes the Earth for every pixel that it is asked for
+  glEnable(GL_SCISSOR_TEST);  // spares a software renderer the Earth's shader in tiles without it
   glViewport(0, 0, kFace_px, kFace_px);
   glUseProgram(earth->id());
   glUniform3fv(3, 1, glm::value_ptr(glm::vec3(glm::normalize(sun_direction_W))));
   glBindVertexArray(nothing_.id());
-  // Centre, right and down of each face, as OpenGL lays them out.
+  // Centre, right and down of each face in OpenGL's cube map layout.
   const glm::vec3 faces[6][3] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
                                  {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
                                  {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};

@@ -7,14 +7,15 @@
 
 namespace visual_node {
 
-// What is behind the scene: black space, a few stars, the Earth with its thin air. The Earth is computed once, at the
-// start, into a cube map; a frame only looks it up where nothing else is. The same picture everywhere: no random
-// source.
+// The background: black space, stars, and the Earth with its atmosphere. The Earth is computed once, at the start, into
+// a cube map, which a frame samples where nothing else is drawn. The stars have a fixed seed, so pictures are
+// reproducible.
 class Sky {
  public:
   static core::Result<Sky> Create(const glm::dvec3& sun_direction_W);
 
-  // After the surfaces: fills what is still at the far plane. `clip_sky` is the clip matrix without the eye's position.
+  // Call it after the surfaces: fills the pixels at the far plane. `clip_sky` is the clip matrix without the
+  // translation of the eye.
   void Draw(const glm::mat4& clip_sky, int target_height) const;
 
  private:
@@ -24,7 +25,7 @@ class Sky {
   GlProgram background_;
   GlProgram star_;
   GlTexture cube_;
-  GlVertexArray nothing_;  // core profile wants one bound, also when a shader makes its own vertices
+  GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
   GlVertexArray star_layout_;
   GlBuffer star_vertices_;
   int num_stars_ = 0;

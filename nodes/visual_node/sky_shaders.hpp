@@ -2,7 +2,10 @@
 
 namespace visual_node {
 
-// --- The Earth, once per face of the cube map: a ball of angular radius 0.45 rad with clouds from value noise.
+// --- The Earth, once per face of the cube map: a ball of angular radius 0.45 rad with clouds from value noise (six
+// octaves). With the ball's centre e at distance 1 and radius r = sin 0.45, a ray d hits at the distance
+// d.e - sqrt(r^2 - m^2), where m = sqrt(1 - (d.e)^2) is its distance from the centre. The air's brightness falls
+// exponentially with the height (m - r) / r above the limb. Colours and figures are chosen by eye.
 constexpr const char* kEarthVertex = R"(#version 450 core
 layout(location = 0) uniform vec3 u_centre;
 layout(location = 1) uniform vec3 u_right;
@@ -71,7 +74,7 @@ void main() {
 }
 )";
 
-// --- Behind everything: the cube map at the far plane.
+// --- Background: the cube map at the far plane.
 constexpr const char* kSkyVertex = R"(#version 450 core
 layout(location = 0) uniform mat4 u_sky_clip;  // direction from clip space
 out vec3 v_direction;

@@ -7,10 +7,10 @@
 
 namespace visual_node {
 
-// The scenario as it starts, once from each named camera, to OUT/<camera>.png. No bus, no window.
+// Renders the scenario's initial state from each named camera to OUT/<camera>.png, without bus or window.
 core::Result<void> RenderStills(const Options& options, const scene::Scenario& scenario);
 
-// A picture smoothed from 2 x 2 samples per pixel.
+// Renders a picture with 2 x 2 samples per pixel (supersampling).
 core::Result<Image> RenderSmooth(Renderer& renderer, const view::Scene& scene, const scene::Camera& camera, int width,
                                  int height);
 

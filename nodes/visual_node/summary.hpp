@@ -11,7 +11,7 @@
 
 namespace visual_node {
 
-// visual_node.json: this node's part of the run's report.
+// This node's part of the run's report, visual_node.json.
 struct Summary {
   std::string scenario;
   std::string gl_renderer;

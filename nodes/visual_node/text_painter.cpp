@@ -8,7 +8,7 @@
 namespace visual_node {
 namespace {
 
-constexpr std::array<int, 4> kSizeAt360 = {10, 13, 18, 10};  // by TextStyle
+constexpr std::array<int, 4> kSizeAt360 = {10, 13, 18, 10};  // letter size [px] by TextStyle, at a height of 360 px
 constexpr std::array<bool, 4> kIsBold = {false, false, true, true};
 
 glm::vec3 ToDisplay(const glm::vec3& linear) {
@@ -29,7 +29,7 @@ core::Result<std::unique_ptr<TextPainter>> TextPainter::Create() {
     glVertexArrayAttribFormat(layout, attribute, 4, GL_FLOAT, GL_FALSE, attribute * 4 * sizeof(float));
     glVertexArrayAttribBinding(layout, attribute, 0);
   }
-  const auto fonts = painter->FontsFor(360);  // a missing font is found now, not in the middle of a run
+  const auto fonts = painter->FontsFor(360);  // reports a missing font at the start rather than during the run
   if (!fonts) return tl::unexpected(fonts.error());
   return painter;
 }
@@ -102,7 +102,7 @@ core::Result<void> TextPainter::Draw(const std::vector<view::TextLine>& lines, i
   if (!fonts) return tl::unexpected(fonts.error());
   Place(lines, width, height, **fonts);
 
-  // Panels first: a dark strip behind the caption, a filled one behind a badge. Then the lines, font by font.
+  // Panels first: a dark strip behind the caption, a filled one behind each badge. Then the lines, by font.
   batch_.clear();
   const auto scale = static_cast<float>(height) / 360.0f;
   float caption_top = static_cast<float>(height);

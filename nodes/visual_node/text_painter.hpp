@@ -14,21 +14,21 @@ namespace visual_node {
 
 using picture::GlyphAtlas;
 
-// A line of text with the place it was given, in pixels of the target.
+// A line of text with its rectangle in pixels of the target.
 struct PlacedLine {
   view::TextLine line;
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-// Draws a scene's lines over the picture. Letter size follows the height of the target: 11 px small at 360 rows.
+// Draws a scene's lines of text over the picture. The letter size is proportional to the height of the target.
 class TextPainter {
  public:
   static core::Result<std::unique_ptr<TextPainter>> Create();
 
-  // Into the framebuffer that is bound. The error names a missing font.
+  // Draws into the bound framebuffer. Error: kNotFound for a missing font.
   core::Result<void> Draw(const std::vector<view::TextLine>& lines, int width, int height);
 
-  // Where the last Draw put them.
+  // The lines of the last Draw with their places.
   [[nodiscard]] const std::vector<PlacedLine>& placed() const { return placed_; }
 
  private:

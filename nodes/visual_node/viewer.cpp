@@ -26,23 +26,24 @@
 namespace visual_node {
 namespace {
 
-constexpr int kDrawingNice = 10;
+constexpr int kDrawingNice = 10;  // as lab's kVisualNodeNice; chosen without a study
 
-// The calling thread and those that it makes from now on (llvmpipe's) give way to the force loop.
-void GiveWay() {
+// Lowers the priority of the calling thread and of those that it creates later (llvmpipe's), in favour of the force
+// loop.
+void LowerPriority() {
   const sched_param none{};
   sched_setscheduler(0, SCHED_BATCH, &none);
   if (getpriority(PRIO_PROCESS, 0) < kDrawingNice) setpriority(PRIO_PROCESS, 0, kDrawingNice);
 }
 
-// Of all threads of this process.
+// CPU time of all threads of this process [s].
 double CpuTime_s() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// A picture's name comes over the bus: only what is safe in a file name is kept.
+// A picture's name comes over the bus, so only characters that are safe in a file name are kept.
 std::string SafeName(const std::string& name, std::uint64_t number) {
   std::string safe;
   for (const char c : name) {
@@ -71,7 +72,7 @@ class Viewer {
     if (!recording) return tl::unexpected(recording.error());
     recording_ = std::move(*recording);
     if (auto started = receiver_.Start(bus::log::WithTap(node_options, recording_.get())); !started) return started;
-    GiveWay();
+    LowerPriority();
     auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());
     context_ = std::move(*context);
@@ -131,8 +132,8 @@ class Viewer {
     return {};
   }
 
-  // The newest scene, as late as possible before drawing. When the step has changed, this scene is what the old step
-  // has achieved: it is kept for the contact sheet, under the old step's caption.
+  // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of
+  // the previous step and is added to the contact sheet with that step's caption.
   core::Result<void> TakeScene(const CameraControl& control) {
     is_new_scene_ = receiver_.Update();
     if (!is_new_scene_) return {};
@@ -197,7 +198,7 @@ class Viewer {
   core::Result<void> Finish() {
     summary_.cpu_s = CpuTime_s() - first_frame_cpu_s_;
     summary_.seconds = 1e-9 * static_cast<double>(core::MonotonicNow_ns() - first_frame_ns_);
-    // The last word of the procedure may have come after the last frame.
+    // The procedure's last status may have arrived after the last frame.
     const CameraControl control(*shown_.assets, options_.view);
     core::Result<void> result = TakeScene(control);
     if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
@@ -212,8 +213,7 @@ class Viewer {
     summary_.clock_bounds_ns = receiver_.clock_bounds_ns();
     summary_.contact_sheet_tiles = sheet_.size();
     if (auto written = summary_.Write(options_.out / "visual_node.json"); !written) return written;
-    // A virtual display may have been stopped together with this node: asking it to close the window would then end the
-    // process as failed.
+    // A virtual display may have been stopped together with this node; closing the window would then abort the process.
     if (options_.is_headless) context_->LeaveToKernel();
     return result;
   }

@@ -16,8 +16,8 @@ struct Signals {
   volatile std::sig_atomic_t is_screenshot_wanted = 0;
 };
 
-// Shows the scenario live until it is told to stop or its window is closed. Leaves in OUT: frames/<step>.png and
-// contact_sheet.png (each step as it looked when it ended), pictures asked for, latency_visual.csv, visual_node.json.
+// Shows the scenario live until a stop signal or the closing of its window. Writes to OUT: frames/<step>.png and
+// contact_sheet.png (each step at its end), requested pictures, latency_visual.csv and visual_node.json.
 core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals);
 
 }  // namespace visual_node

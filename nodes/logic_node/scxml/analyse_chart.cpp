@@ -16,7 +16,7 @@ class Walk {
   }
 
  private:
-  // Marks a state that is entered, and what is entered with it. Each state is expanded once.
+  // Marks a state and the states that are entered with it as reachable. Expands each state once.
   void Enter(int state) {
     if (state < 0 || is_reachable_[static_cast<std::size_t>(state)] != 0) return;
     is_reachable_[static_cast<std::size_t>(state)] = 1;
@@ -33,8 +33,8 @@ class Walk {
     }
   }
 
-  // A target is entered with its default content; a state entered only as an ancestor is not. What a history remembers
-  // was entered before, so its default is all that it adds.
+  // A target is entered with its default children, a state entered only as an ancestor without. A history restores
+  // states that were entered before, so it adds only its default.
   void EnterByDefault(int state) {
     Enter(state);
     if (has_default_[static_cast<std::size_t>(state)] != 0) return;
@@ -58,11 +58,11 @@ class Analysis {
   std::vector<scene::Diagnostic> Run() {
     for (std::size_t i = 0; i < chart_.states.size(); ++i) {
       const State& state = chart_.states[i];
-      // One message for a whole branch: its topmost state.
+      // One message for a whole unreachable branch, at its topmost state.
       if (is_reachable_[i] != 0 || is_reachable_[static_cast<std::size_t>(state.parent)] == 0) continue;
-      Say(state.line, "state " + Name(state) + " cannot be reached",
-          "no transition that can be taken leads to it and it is nobody's initial state",
-          "add a transition with target=\"" + state.id + "\", or remove the state");
+      Report(state.line, "state " + Name(state) + " cannot be reached",
+             "no reachable transition leads to it and it is not an initial state",
+             "add a transition with target=\"" + state.id + "\", or remove the state");
     }
     CheckProcedure();
     std::stable_sort(diagnostics_.begin(), diagnostics_.end(),
@@ -71,28 +71,28 @@ class Analysis {
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
+  void Report(int line, std::string what, std::string why, std::string fix) {
     diagnostics_.push_back({{chart_.file, line}, std::move(what), std::move(why), std::move(fix)});
   }
 
   void CheckProcedure() {
     const int region = chart_.Find(kProcedureRegion);
     if (region < 0 || !chart_.At(region).is_compound()) {
-      Say(chart_.states[0].line, "no state 'procedure' with steps in it",
-          "its child states are the steps of the report and its final ends the run",
-          "add <state id=\"procedure\"> with a state per step and a <final>");
+      Report(chart_.states[0].line, "no state 'procedure' with steps in it",
+             "its child states are the steps of the report, and its final state ends the run",
+             "add <state id=\"procedure\"> with a state per step and a <final>");
       return;
     }
     const std::vector<int>& children = chart_.At(region).children;
     const auto is_final = [&](int child) { return chart_.At(child).kind == StateKind::kFinal; };
     if (std::none_of(children.begin(), children.end(), is_final)) {
-      Say(chart_.At(region).line, "the procedure has no final state", "the run would never end by itself",
-          "add <final id=\"done\"/> to 'procedure' and a transition to it");
+      Report(chart_.At(region).line, "the procedure has no final state", "the run would never end",
+             "add <final id=\"done\"/> to 'procedure' and a transition to it");
       return;
     }
     if (FindSteps(chart_).empty()) {
-      Say(chart_.At(region).line, "the procedure has no steps", "there is nothing to do or to report",
-          "add a <state> for each step to 'procedure'");
+      Report(chart_.At(region).line, "the procedure has no steps", "the report would be empty",
+             "add a <state> for each step to 'procedure'");
     }
     for (const int step : FindSteps(chart_)) CheckStep(step, region);
   }
@@ -100,7 +100,7 @@ class Analysis {
   void CheckStep(int step, int region) {
     const State& state = chart_.At(step);
     if (state.id.empty()) {
-      Say(state.line, "a step without id", "the report names steps by their ids", "add id=\"...\"");
+      Report(state.line, "a step without id", "the report names steps by their ids", "add id=\"...\"");
     }
     if (is_reachable_[static_cast<std::size_t>(step)] == 0) return;  // reported
     bool is_completable = false;
@@ -109,13 +109,13 @@ class Analysis {
           is_completable || (transition.is_completing && IsInside(transition.source, step) && Leaves(transition, step));
     }
     if (!is_completable) {
-      Say(state.line, "step " + Name(state) + " can never be completed",
-          "no transition out of it is marked vr:completes=\"true\"",
-          "mark the one that is taken when the step is done");
+      Report(state.line, "step " + Name(state) + " can never be completed",
+             "no transition out of it is marked vr:completes=\"true\"",
+             "mark the one that is taken when the step is done");
     }
     if (!LeadsToFinal(step, region)) {
-      Say(state.line, "no way leads from step " + Name(state) + " to the procedure's final",
-          "the run would stall there", "add a transition from it towards the final");
+      Report(state.line, "no path leads from step " + Name(state) + " to the procedure's final state",
+             "the run would stall there", "add a transition from it towards the final state");
     }
   }
 
@@ -127,7 +127,7 @@ class Analysis {
                        [&](int target) { return !IsInside(target, step); });
   }
 
-  // Breadth-first over children of the region: from one to another when a transition inside or above leads there.
+  // Breadth-first search over the region's children; an edge is a transition from inside or above a child to another.
   [[nodiscard]] bool LeadsToFinal(int step, int region) const {
     std::vector<int> reached{step};
     for (std::size_t i = 0; i < reached.size(); ++i) {

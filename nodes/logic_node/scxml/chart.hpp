@@ -11,8 +11,8 @@
 
 namespace logic_node::scxml {
 
-// A loaded chart: the W3C SCXML subset with compiled expressions. States are numbered in document order, 0 is <scxml>;
-// an entry set sorted by number is therefore in the recommendation's entry order, and reversed in exit order.
+// A loaded chart: a subset of W3C SCXML with compiled expressions. States are numbered in document order, 0 is <scxml>;
+// so ascending numbers are the recommendation's entry order, descending numbers its exit order.
 
 enum class StateKind { kScxml, kState, kParallel, kFinal, kHistory };
 
@@ -32,7 +32,7 @@ struct Action {
   double ramp_s = 0.0;                                      // kSetParameter
   int index = -1;                                           // kAssign: variable; kLamp: object
   std::array<float, 3> color{};                             // kLamp
-  std::vector<Branch> branches;                             // kIf: the first whose condition holds
+  std::vector<Branch> branches;                             // kIf: the first with a true condition is executed
   int line = 0;
 };
 
@@ -65,7 +65,7 @@ struct State {
   std::vector<Action> on_exit;
   int line = 0;
 
-  // Has child states of which exactly one is active.
+  // Has child states, exactly one of which is active.
   [[nodiscard]] bool is_compound() const {
     return (kind == StateKind::kState || kind == StateKind::kScxml) && !children.empty();
   }

@@ -132,7 +132,7 @@ class Parser {
       if (at_ < text_.size()) {
         const bool is_assignment = text_[at_] == '=';
         Fail("unexpected '" + std::string(text_.substr(at_, 10)) + "'",
-             is_assignment ? "'=' is no comparison" : "the expression ended before it",
+             is_assignment ? "'=' does not compare" : "the expression ended before it",
              is_assignment ? "write == to compare" : "add an operator or remove it");
       }
     }
@@ -154,8 +154,9 @@ class Parser {
       {"<=", Op::kLessEqual, 3}, {">=", Op::kGreaterEqual, 3}, {"<", Op::kLess, 3},     {">", Op::kGreater, 3},
       {"+", Op::kAdd, 4},        {"-", Op::kSubtract, 4},      {"*", Op::kMultiply, 5}, {"/", Op::kDivide, 5}};
   static constexpr int kUnaryLevel = 6;
+  // Parsing and evaluation recurse; these limits bound the stack, far above any expression in use.
   static constexpr int kMaxDepth = 64;
-  static constexpr std::size_t kMaxNodes = 1000;  // evaluation descends into a chain of operators once for each
+  static constexpr std::size_t kMaxNodes = 1000;
 
   static bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
   static bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -210,14 +211,14 @@ class Parser {
     return quoted.append(text).append(1, '\'');
   }
 
-  bool Demand(int index, Type type, std::string_view sign) {
+  bool RequireType(int index, Type type, std::string_view sign) {
     const Type given = At(index).type;
     if (given == type || given == Type::kFlag) return true;
     const std::string part = expression_.TextOf(At(index));
-    if (type == Type::kTruth) {
-      Fail("'" + part + "' is a number", Quoted(sign) + " joins truths", "compare it, as in " + part + " == 1");
+    if (type == Type::kBoolean) {
+      Fail("'" + part + "' is a number", Quoted(sign) + " needs booleans", "compare it, as in " + part + " == 1");
     } else {
-      Fail("'" + part + "' is a truth", Quoted(sign) + " works on numbers", "use its parts instead");
+      Fail("'" + part + "' is a boolean", Quoted(sign) + " needs numbers", "use its parts instead");
     }
     return false;
   }
@@ -229,14 +230,15 @@ class Parser {
     node.right = right;
     node.begin = At(left).begin;
     node.end = At(right).end;
-    node.type = found.level >= 4 ? Type::kNumber : Type::kTruth;
+    node.type = found.level >= 4 ? Type::kNumber : Type::kBoolean;
     if (found.level == 2) {
-      // Equality compares two of a kind; a flag is of both kinds.
+      // Equality compares operands of the same type; a flag is of both types.
       const Type type = At(left).type == Type::kFlag ? At(right).type : At(left).type;
-      if (type != Type::kFlag && (!Demand(left, type, found.sign) || !Demand(right, type, found.sign))) return -1;
+      if (type != Type::kFlag && (!RequireType(left, type, found.sign) || !RequireType(right, type, found.sign)))
+        return -1;
     } else {
-      const Type type = found.level < 2 ? Type::kTruth : Type::kNumber;
-      if (!Demand(left, type, found.sign) || !Demand(right, type, found.sign)) return -1;
+      const Type type = found.level < 2 ? Type::kBoolean : Type::kNumber;
+      if (!RequireType(left, type, found.sign) || !RequireType(right, type, found.sign)) return -1;
     }
     return Add(node);
   }
@@ -251,10 +253,10 @@ class Parser {
     if (c == '!' || c == '-') {
       ++at_;
       const int operand = ParseUnary();
-      if (operand >= 0 && Demand(operand, c == '!' ? Type::kTruth : Type::kNumber, std::string_view(&c, 1))) {
+      if (operand >= 0 && RequireType(operand, c == '!' ? Type::kBoolean : Type::kNumber, std::string_view(&c, 1))) {
         Node node;
         node.op = c == '!' ? Op::kNot : Op::kNegate;
-        node.type = c == '!' ? Type::kTruth : Type::kNumber;
+        node.type = c == '!' ? Type::kBoolean : Type::kNumber;
         node.left = operand;
         node.begin = begin;
         node.end = At(operand).end;
@@ -294,18 +296,20 @@ class Parser {
     Node node;
     node.begin = at_;
     const auto [end, status] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), node.value);
-    if (status != std::errc()) return Fail("not a number", "digits, a point, an exponent make one", "correct it");
+    if (status != std::errc()) {
+      return Fail("not a number", "a number has digits, a point and an exponent", "correct it");
+    }
     at_ = static_cast<std::size_t>(end - text_.data());
     if (at_ < text_.size() && IsLetter(text_[at_])) {
       return Fail("a unit or name stands right after " + std::string(text_.substr(node.begin, at_ - node.begin)),
-                  "all figures are SI, without units", "convert it and remove the letters");
+                  "all numbers are SI, without units", "convert it and remove the letters");
     }
     node.end = at_;
     return Add(node);
   }
 
   int ParseWord() {
-    // Names of roles may hold '/' and '-', which are operators too: the longest known name wins.
+    // Names of roles may contain '/' and '-', which are operators too: take the longest known name.
     std::size_t end = at_;
     while (end < text_.size() && (IsWord(text_[end]) || text_[end] == '/' || text_[end] == '-')) ++end;
     std::size_t short_end = at_;
@@ -326,7 +330,7 @@ class Parser {
     const std::string word(text_.substr(at_, short_end - at_));
     if (word == "true" || word == "false") {
       Node node;
-      node.type = Type::kTruth;
+      node.type = Type::kBoolean;
       node.value = word == "true" ? 1.0 : 0.0;
       node.begin = at_;
       node.end = at_ = short_end;
@@ -334,13 +338,13 @@ class Parser {
     }
     if (word == "In") return ParseIn(short_end);
     const std::string fix = scope_.suggest ? scope_.suggest(word) : "use a known name";
-    return Fail("unknown name '" + word + "'", "it is no signal of this scenario and no <data>", fix);
+    return Fail("unknown name '" + word + "'", "it is neither a signal of this scenario nor a <data>", fix);
   }
 
   int ParseIn(std::size_t after) {
     Node node;
     node.op = Op::kIn;
-    node.type = Type::kTruth;
+    node.type = Type::kBoolean;
     node.begin = at_;
     at_ = after;
     SkipBlanks();
@@ -349,7 +353,7 @@ class Parser {
     const std::size_t second = first == std::string_view::npos ? first : text_.find(text_[first], first + 1);
     const std::size_t close = second == std::string_view::npos ? second : text_.find(')', second);
     if (open >= text_.size() || text_[open] != '(' || close == std::string_view::npos) {
-      return Fail("In without a state", "it asks whether a state is active", "write In('id')");
+      return Fail("In without a state", "In('id') is true while the state id is active", "write In('id')");
     }
     const std::string id(text_.substr(first + 1, second - first - 1));
     const auto state = scope_.find_state ? scope_.find_state(id) : std::nullopt;

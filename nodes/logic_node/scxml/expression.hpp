@@ -9,11 +9,11 @@
 
 namespace logic_node::scxml {
 
-// Typed expressions of a procedure: numbers, truths, signals, variables, In('state'), && || ! == != < <= > >= + - * / (
-// ). Types are checked when an expression is compiled, so that evaluation cannot fail.
+// Typed expressions of a procedure: numbers, booleans, signals, variables, In('state'), parentheses and the operators
+// && || ! == != < <= > >= + - * /. Types are checked at compile time, so evaluation cannot fail.
 
-// kFlag is a signal that is 0 or 1: it stands where a number or a truth is asked for.
-enum class Type { kNumber, kTruth, kFlag };
+// kFlag is a signal that is 0 or 1: it is accepted as a number and as a boolean.
+enum class Type { kNumber, kBoolean, kFlag };
 
 enum class SymbolKind { kSignal, kVariable };
 
@@ -23,14 +23,14 @@ struct Symbol {
   int slot = 0;  // into Environment::signals or Environment::variables
 };
 
-// What names mean while compiling.
+// Meaning of names at compile time.
 struct Scope {
   std::function<std::optional<Symbol>(const std::string& name)> find_symbol;
   std::function<std::optional<int>(const std::string& id)> find_state;
   std::function<std::string(const std::string& name)> suggest;  // remedy for an unknown name
 };
 
-// What names are worth while evaluating.
+// Values of names at evaluation.
 struct Environment {
   const std::vector<double>* signals = nullptr;
   const std::vector<double>* variables = nullptr;
@@ -46,23 +46,23 @@ struct ExpressionError {
 
 class Expression {
  public:
-  // A number or truth that is always the same.
+  // A constant number or boolean.
   static Expression Constant(double value);
   static tl::expected<Expression, ExpressionError> Compile(std::string_view text, const Scope& scope);
 
-  [[nodiscard]] Type type() const { return nodes_.empty() ? Type::kTruth : nodes_[root()].type; }
+  [[nodiscard]] Type type() const { return nodes_.empty() ? Type::kBoolean : nodes_[root()].type; }
   [[nodiscard]] const std::string& text() const { return text_; }
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
 
-  // Truths are 1 and 0. An empty expression is true: a transition without condition.
+  // Booleans are 1 and 0. An empty expression is true: a transition without condition.
   [[nodiscard]] double Evaluate(const Environment& environment) const;
   [[nodiscard]] bool IsTrue(const Environment& environment) const { return Evaluate(environment) != 0.0; }
 
-  // The value when it does not depend on anything that changes.
+  // The value if it depends on no signal, variable or state.
   [[nodiscard]] std::optional<double> ConstantValue() const;
 
-  // Says for people which parts of a conjunction do not hold, with the values that they hang on:
-  // "latch_a.state == 1, which is 0". Empty when all hold.
+  // Describes the false parts of a conjunction with the values of their names: "latch_a.state == 1, which is 0". Empty
+  // when all are true.
   [[nodiscard]] std::string DescribeUnmet(const Environment& environment) const;
 
  private:
@@ -109,7 +109,7 @@ class Expression {
   std::vector<Node> nodes_;
 };
 
-// Six significant digits, no trailing zeros: numbers in messages.
+// Formats a number for messages: six significant digits, no trailing zeros.
 std::string FormatNumber(double value);
 
 }  // namespace logic_node::scxml

@@ -45,7 +45,7 @@ std::string Complaint(const std::string& text) {
   return expression ? "" : expression.error().what + ": " + expression.error().why + ". " + expression.error().fix;
 }
 
-TEST(Expression, BindsAsInC) {
+TEST(Expression, OperatorsHaveThePrecedenceOfC) {
   EXPECT_EQ(Value("1 + 2 * 3"), 7.0);
   EXPECT_EQ(Value("(1 + 2) * 3"), 9.0);
   EXPECT_EQ(Value("10 - 4 - 3"), 3.0);
@@ -61,29 +61,29 @@ TEST(Expression, BindsAsInC) {
   EXPECT_EQ(Value("1<=1 && 1>=1 && !(1<1) && 1!=2"), 1.0);
 }
 
-TEST(Expression, SeesSignalsVariablesAndStates) {
+TEST(Expression, ReadsSignalsVariablesAndStates) {
   EXPECT_EQ(Value("latch_a.state"), 0.0);
   EXPECT_EQ(Value("block.x * 4 + count"), 8.0);
   EXPECT_EQ(Value("In('on') && !In(\"off\")"), 1.0);
 }
 
-TEST(Expression, LongestKnownNameWinsOverOperators) {
+TEST(Expression, PrefersTheLongestKnownNameToOperators) {
   EXPECT_EQ(Value("op1/arm.left.grasped.tool"), 1.0);
   EXPECT_EQ(Value("op1/count"), 3.0 / 7.0);
   EXPECT_EQ(Value("op1/2"), 1.5);
   EXPECT_EQ(Value("count-op1"), 4.0);
 }
 
-TEST(Expression, FlagIsNumberAndTruth) {
+TEST(Expression, AFlagIsANumberAndABoolean) {
   EXPECT_EQ(Value("op1/arm.left.grasped.tool == 1"), 1.0);
   EXPECT_EQ(Value("op1/arm.left.grasped.tool && true"), 1.0);
   EXPECT_EQ(Value("op1/arm.left.grasped.tool == true"), 1.0);
 }
 
-TEST(Expression, RefusesWhatHasNoMeaning) {
+TEST(Expression, RefusesTypeErrorsUnknownNamesAndBrokenSyntax) {
   EXPECT_THAT(Complaint("latch_a.state && true"), HasSubstr("'latch_a.state' is a number"));
   EXPECT_THAT(Complaint("latch_a.state && true"), HasSubstr("latch_a.state == 1"));
-  EXPECT_THAT(Complaint("(1 < 2) + 1"), HasSubstr("is a truth"));
+  EXPECT_THAT(Complaint("(1 < 2) + 1"), HasSubstr("is a boolean"));
   EXPECT_THAT(Complaint("1 == true"), HasSubstr("is a"));
   EXPECT_THAT(Complaint("latch_a.state = 1"), HasSubstr("write == to compare"));
   EXPECT_THAT(Complaint("latch_b.state == 1"), HasSubstr("unknown name 'latch_b.state'"));
@@ -96,13 +96,12 @@ TEST(Expression, RefusesWhatHasNoMeaning) {
   }
 }
 
-TEST(Expression, DeepNestingIsRefusedNotCrashed) {
+TEST(Expression, RefusesDeepNesting) {
   EXPECT_NE(Complaint(std::string(100000, '(')), "");
   EXPECT_NE(Complaint(std::string(100000, '!') + "true"), "");
 }
 
-// Any text at all is either compiled or refused with a reason.
-TEST(Expression, FuzzedTextNeverBreaksTheParser) {
+TEST(Expression, RandomTextIsCompiledOrRefusedWithAReason) {
   const std::string alphabet = "01.e+-*/()<>=!&| InCount'op1/latch_a.state\"";
   std::mt19937_64 random(3);
   int num_compiled = 0;
@@ -123,7 +122,7 @@ TEST(Expression, FuzzedTextNeverBreaksTheParser) {
   EXPECT_GT(num_compiled, 50);
 }
 
-TEST(Expression, SaysWhatIsUnmet) {
+TEST(Expression, DescribesUnmetConditions) {
   const auto unmet = [](const char* text) {
     return Expression::Compile(text, MakeScope())->DescribeUnmet(MakeEnvironment());
   };
@@ -135,13 +134,13 @@ TEST(Expression, SaysWhatIsUnmet) {
             "In('off'), which is not so and block.x * block.x < 0.01, which is 0.25");
 }
 
-TEST(Expression, KnowsWhatIsConstant) {
+TEST(Expression, FindsConstantExpressions) {
   EXPECT_EQ(Expression::Compile("1 == 2", MakeScope())->ConstantValue(), 0.0);
   EXPECT_EQ(Expression::Compile("count == 2", MakeScope())->ConstantValue(), std::nullopt);
 }
 
-// Evaluation descends once for each operator of a chain.
-TEST(Expression, AnEndlessChainIsRefused) {
+// Evaluation recurses once for each operator of a chain.
+TEST(Expression, RefusesAChainOfMoreThan1000Nodes) {
   std::string text = "1";
   for (int i = 0; i < 400; ++i) text += " + 1";
   EXPECT_EQ(Expression::Compile(text, MakeScope())->ConstantValue(), 401.0);

@@ -36,7 +36,7 @@ void Interpreter::Advance(std::int64_t now_ns, const std::vector<std::string>& e
       return a.due_ns != b.due_ns ? a.due_ns < b.due_ns : a.order < b.order;
     });
     if (first == timers_.end() || first->due_ns > now_ns) break;
-    // The chart's clock stands at the due time meanwhile: a chain of delays adds up whatever the step width.
+    // The event is processed at its due time, so that delays add up exactly for any step width.
     time_ns_ = std::max(time_ns_, first->due_ns);
     const std::string event = first->event;
     timers_.erase(first);
@@ -57,7 +57,7 @@ void Interpreter::Deliver(const std::string& event) {
   DeliverSent();
 }
 
-// Sends without delay: external events, after everything internal.
+// Events sent without delay are external: they are processed after all internal ones.
 void Interpreter::DeliverSent() {
   for (int count = 0; is_running_ && !sent_events_.empty(); ++count) {
     if (count >= kMaxMicrosteps) {
@@ -99,8 +99,8 @@ std::vector<int> Interpreter::Configuration() const {
   return states;
 }
 
-// selectTransitions and selectEventlessTransitions: per atomic state in document order, the first enabled transition of
-// it or its nearest ancestor.
+// selectTransitions and selectEventlessTransitions: for each atomic state in document order, the first enabled
+// transition of the state or its nearest ancestor with one.
 std::vector<int> Interpreter::Select(const std::string* event) const {
   std::vector<int> enabled;
   const Environment values = environment();
@@ -128,14 +128,15 @@ std::vector<int> Interpreter::Select(const std::string* event) const {
   return WithoutConflicts(enabled);
 }
 
-// removeConflictingTransitions: of two that exit a common state the inner source wins, else the earlier one.
+// removeConflictingTransitions: of two transitions that exit a common state, the one with the inner source is kept,
+// else the earlier one.
 std::vector<int> Interpreter::WithoutConflicts(const std::vector<int>& enabled) const {
   std::vector<int> kept;
   for (const int candidate : enabled) {
     const Transition& t1 = chart_.transitions[static_cast<std::size_t>(candidate)];
     const std::vector<int> exits1 = ExitSet(t1);
     bool is_preempted = false;
-    std::vector<int> beaten;
+    std::vector<int> overridden;
     for (const int other : kept) {
       const Transition& t2 = chart_.transitions[static_cast<std::size_t>(other)];
       const std::vector<int> exits2 = ExitSet(t2);
@@ -143,14 +144,14 @@ std::vector<int> Interpreter::WithoutConflicts(const std::vector<int>& enabled) 
           std::find_first_of(exits1.begin(), exits1.end(), exits2.begin(), exits2.end()) != exits1.end();
       if (!is_conflict) continue;
       if (chart_.IsDescendant(t1.source, t2.source)) {
-        beaten.push_back(other);
+        overridden.push_back(other);
       } else {
         is_preempted = true;
         break;
       }
     }
     if (is_preempted) continue;
-    for (const int other : beaten) kept.erase(std::find(kept.begin(), kept.end(), other));
+    for (const int other : overridden) kept.erase(std::find(kept.begin(), kept.end(), other));
     kept.push_back(candidate);
   }
   return kept;
@@ -162,7 +163,7 @@ void Interpreter::Microstep(const std::vector<int>& transitions) {
   Enter(transitions);
 }
 
-// getEffectiveTargetStates: histories replaced by what they remember, or by their default.
+// getEffectiveTargetStates: histories are replaced by the states that they stored, or by their default.
 std::vector<int> Interpreter::EffectiveTargets(const Transition& transition) const {
   std::vector<int> targets;
   const auto add = [&](int state) {
@@ -181,7 +182,7 @@ std::vector<int> Interpreter::EffectiveTargets(const Transition& transition) con
   return targets;
 }
 
-// getTransitionDomain: the compound state that stays active around the change; -1: nothing changes.
+// getTransitionDomain: the innermost compound state that stays active during the transition; -1: no state changes.
 int Interpreter::Domain(const Transition& transition) const {
   const std::vector<int> targets = EffectiveTargets(transition);
   if (targets.empty()) return -1;
@@ -272,7 +273,7 @@ void Interpreter::AddAncestors(int state, int ancestor) {
   }
 }
 
-// Every region of a parallel state that nothing in the entry set lies in is entered by default.
+// Every region of a parallel state without a descendant in the entry set is entered by default.
 void Interpreter::AddMissingRegions(int parallel) {
   for (const int child : chart_.At(parallel).children) {
     bool is_entered = false;
@@ -284,7 +285,7 @@ void Interpreter::AddMissingRegions(int parallel) {
 }
 
 void Interpreter::EnterMarked() {
-  // Actions on entry cannot change the entry set: they only queue events.
+  // Entry actions only queue events, so they cannot change the entry set.
   for (std::size_t i = 0; i < to_enter_.size(); ++i) {
     if (to_enter_[i] == 0) continue;
     const State& state = chart_.states[i];
@@ -358,7 +359,7 @@ void Interpreter::Execute(const Action& action) {
     case ActionKind::kSetParameter:
     case ActionKind::kLog: {
       const double value = action.value.Evaluate(environment());
-      // A division by zero must not reach another process.
+      // The result of a division by zero must not reach another process.
       if (action.kind == ActionKind::kSetParameter && !std::isfinite(value)) {
         internal_events_.push_back("error.execution");
         return;

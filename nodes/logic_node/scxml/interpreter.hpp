@@ -11,7 +11,7 @@
 
 namespace logic_node::scxml {
 
-// What a chart does to the world.
+// Receives the effects of a chart.
 class Host {
  public:
   virtual ~Host() = default;
@@ -22,34 +22,35 @@ class Host {
   virtual void OnAction(const Action& action, double value) = 0;
 };
 
-// Runs a chart by the algorithm of the SCXML recommendation, appendix D: run to completion, transitions selected in
-// document order, conflicts won by the inner source, exits innermost first. Time is given, never read: delays count
-// bus time, so a run replays exactly.
+// Runs a chart by the algorithm of the W3C SCXML recommendation, appendix D: run to completion, transitions selected in
+// document order, the inner source preferred in conflicts, exits innermost first. Time is an argument, never read from
+// a clock: delays count bus time, so a run replays exactly.
 class Interpreter {
  public:
   // Both must outlive the interpreter.
   Interpreter(const Chart& chart, Host* host);
 
-  // Enters the initial states. `signals` is the vector that expressions refer to, kept up to date by the caller.
+  // Enters the initial states. Expressions read `signals`, which the caller updates.
   void Start(std::int64_t now_ns, const std::vector<double>* signals);
 
   // One step: delayed sends that are due (each at its own time), then `events` in order, then eventless transitions,
-  // each to completion.
+  // each run to completion.
   void Advance(std::int64_t now_ns, const std::vector<std::string>& events);
 
   [[nodiscard]] bool IsActive(int state) const { return active_[static_cast<std::size_t>(state)] != 0; }
   [[nodiscard]] bool is_running() const { return is_running_; }
-  // The chart did not come to rest within kMaxMicrosteps: it runs in a circle. It is stopped then.
+  // The chart did not come to rest within kMaxMicrosteps, so it was stopped: its transitions trigger each other
+  // endlessly.
   [[nodiscard]] bool is_circling() const { return is_circling_; }
   [[nodiscard]] std::vector<int> Configuration() const;  // active states in document order
   [[nodiscard]] Environment environment() const { return {signals_, &variables_, &active_}; }
   [[nodiscard]] std::int64_t time_ns() const { return time_ns_; }
   [[nodiscard]] double variable(std::size_t index) const { return variables_[index]; }
 
-  static constexpr int kMaxMicrosteps = 1000;  // per event
+  static constexpr int kMaxMicrosteps = 1000;  // per event; far above the number of states of any chart in use
 
-  // All that the next step depends on (replay/fields.hpp). Of an interpreter of the same chart, between steps; one that
-  // was read is given its signals anew.
+  // The complete state between steps (replay/fields.hpp), for an interpreter of the same chart. After reading it, call
+  // set_signals.
   template <class V>
   void VisitState(V& v);
   [[nodiscard]] bool FitsChart() const {
@@ -60,7 +61,7 @@ class Interpreter {
  private:
   struct Timer {
     std::int64_t due_ns = 0;
-    std::uint64_t order = 0;  // of sending: ties go first come, first served
+    std::uint64_t order = 0;  // of sending; decides among timers with equal due time
     std::string event;
     std::string send_id;
   };
@@ -92,7 +93,7 @@ class Interpreter {
   Host* host_;
   const std::vector<double>* signals_ = nullptr;
   std::vector<double> variables_;
-  std::vector<char> active_;                 // per state; char, since expressions point into it
+  std::vector<char> active_;                 // per state; char rather than bool, as expressions hold pointers to it
   std::map<int, std::vector<int>> history_;  // by history state
   std::deque<std::string> internal_events_;
   std::deque<std::string> sent_events_;
@@ -139,7 +140,7 @@ void Interpreter::VisitState(V& v) {
   v.Value("is_circling", is_circling_);
 }
 
-// SCXML 3.12.1: a descriptor matches an event when its tokens are a prefix of the event's.
+// SCXML 3.12.1: a descriptor matches an event if its dot-separated tokens are a prefix of the event's.
 bool Matches(const std::string& descriptor, const std::string& event);
 
 }  // namespace logic_node::scxml

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-// Runs a chart and writes down all that it does. Signals: `x` and `y`.
+// Runs a chart and logs its effects. Signals: `x` and `y`.
 class Runner final : private Host {
  public:
   explicit Runner(const std::string& body) {
@@ -44,7 +44,7 @@ class Runner final : private Host {
     interpreter_->Start(0, &signals_);
   }
 
-  // Events at the present time; then what the chart did since the last call.
+  // Sends events at the current time; returns the log since the last call.
   std::vector<std::string> Send(const std::vector<std::string>& events) {
     interpreter_->Advance(now_ns_, events);
     return Log();
@@ -89,7 +89,7 @@ TEST(Interpreter, EntersOuterBeforeInnerAndExitsInnerBeforeOuter) {
   EXPECT_THAT(run.Send({"go"}), ElementsAre("out a1", "-a1", "out a", "-a", "go", "+b"));
 }
 
-TEST(Interpreter, FirstTransitionInDocumentOrderWins) {
+TEST(Interpreter, TakesTheFirstEnabledTransitionInDocumentOrder) {
   Runner run(R"(>
     <state id="a"><transition event="e" cond="x == 1" target="b"/><transition event="e" target="c"/>
                   <transition event="e" target="b"/></state>
@@ -132,7 +132,7 @@ TEST(Interpreter, ParallelRegionsRunSideBySide) {
   EXPECT_THAT(run.Send({"e"}), ElementsAre("-b1", "-a1", "+a2", "+b2"));
 }
 
-TEST(Interpreter, ConflictOfRegionsIsWonByTheEarlierOne) {
+TEST(Interpreter, InAConflictOfRegionsTheEarlierOneIsTaken) {
   Runner run(R"(>
     <parallel id="p">
       <state id="a"><transition event="e" target="out_a"/></state>
@@ -143,7 +143,7 @@ TEST(Interpreter, ConflictOfRegionsIsWonByTheEarlierOne) {
 }
 
 TEST(Interpreter, InnerSourcePreemptsOuterSourceOfAnotherRegion) {
-  // t of a1 exits the region b with everything else; t of p's own region b1 is inside what p's transition exits.
+  // The transition of s would exit b1, so it conflicts with that of b1, whose source is inside s.
   Runner run(R"(>
     <state id="s" initial="p"><transition event="e" target="out"/>
       <parallel id="p">
@@ -173,7 +173,7 @@ TEST(Interpreter, SeveralTargetsEnterSeveralRegions) {
   EXPECT_THAT(run.Active(), ElementsAre("p", "a", "a2", "b", "b2"));
 }
 
-TEST(Interpreter, DoneOfParallelComesWhenEveryRegionIsFinal) {
+TEST(Interpreter, AParallelStateIsDoneWhenEveryRegionIsFinal) {
   Runner run(R"(>
     <state id="s" initial="p"><transition event="done.state.p" target="out"/>
       <parallel id="p">
@@ -186,7 +186,7 @@ TEST(Interpreter, DoneOfParallelComesWhenEveryRegionIsFinal) {
   EXPECT_THAT(run.Active(), ElementsAre("out"));
 }
 
-TEST(Interpreter, ShallowHistoryRemembersTheChildNotTheGrandchild) {
+TEST(Interpreter, ShallowHistoryRestoresTheChildNotTheGrandchild) {
   Runner run(R"(>
     <state id="a"><history id="h"><transition target="a1"><log label="default"/></transition></history>
       <transition event="leave" target="b"/>
@@ -200,7 +200,7 @@ TEST(Interpreter, ShallowHistoryRemembersTheChildNotTheGrandchild) {
   EXPECT_THAT(run.Send({"back"}), ElementsAre("-b", "+a", "+a2", "+a21"));
 }
 
-TEST(Interpreter, HistoryWithoutMemoryTakesItsDefaultAndItsContent) {
+TEST(Interpreter, AnEmptyHistoryTakesItsDefaultTransitionWithItsActions) {
   Runner run(R"(initial="b">
     <state id="a"><history id="h"><transition target="a2"><log label="default"/></transition></history>
       <state id="a1"/><state id="a2"/></state>
@@ -284,8 +284,8 @@ TEST(Interpreter, DueEventsComeInTheOrderOfTheirTimesThenOfSending) {
   EXPECT_THAT(run.Wait(5 * kSecond_ns), ElementsAre("a", "b", "c"));
 }
 
-// A chain of delays ends at their sum, whatever the step: the chart's clock stands at each due time.
-TEST(Interpreter, TenMinutesOfProcedureAddUpExactly) {
+// A chain of delays ends at their sum for any step, since each event is processed at its due time.
+TEST(Interpreter, DelaysOfTenMinutesAddUpExactly) {
   for (const std::int64_t step_ns : {std::int64_t{10'000'000}, 7 * kSecond_ns, 700 * kSecond_ns}) {
     Runner run(R"(>
       <datamodel><data id="n" expr="0"/></datamodel>
@@ -311,7 +311,7 @@ TEST(Interpreter, TopLevelFinalEndsTheRun) {
   EXPECT_FALSE(run.interpreter_->is_running());
 }
 
-TEST(Interpreter, CircleIsNoticedNotFollowed) {
+TEST(Interpreter, StopsAnEndlessLoopOfTransitions) {
   Runner run(R"(>
     <state id="a"><transition cond="x == 1" target="b"/></state><state id="b"><transition cond="x == 1" target="a"/></state>)");
   EXPECT_FALSE(run.interpreter_->is_circling());
@@ -321,7 +321,7 @@ TEST(Interpreter, CircleIsNoticedNotFollowed) {
   EXPECT_FALSE(run.interpreter_->is_running());
 }
 
-TEST(Interpreter, ParameterThatIsNoNumberIsNotSentButRaisesAnError) {
+TEST(Interpreter, AParameterThatIsNotFiniteRaisesAnErrorInsteadOfBeingSent) {
   Runner run(R"(>
     <state id="a"><transition event="e"><vr:set name="p" value="1 / x"/></transition>
       <transition event="error.execution" target="b"/></state><state id="b"/>)");
@@ -330,7 +330,8 @@ TEST(Interpreter, ParameterThatIsNoNumberIsNotSentButRaisesAnError) {
   EXPECT_THAT(run.Active(), ElementsAre("b"));
 }
 
-// Exactly one child of each active compound state, all of each active parallel, none of what is inactive.
+// A legal configuration: exactly one child of each active compound state, all children of each active parallel state,
+// none of an inactive state.
 void ExpectLegal(const Runner& run) {
   for (std::size_t i = 0; i < run.chart_.states.size(); ++i) {
     const State& state = run.chart_.states[i];
@@ -400,7 +401,7 @@ TEST(Interpreter, RandomEventsKeepEveryConfigurationLegal) {
   }
 }
 
-TEST(Interpreter, SameEventsGiveTheSameRun) {
+TEST(Interpreter, EqualEventsGiveEqualRuns) {
   std::vector<std::vector<std::string>> logs;
   for (int run_index = 0; run_index < 2; ++run_index) {
     Runner run(kTangle);

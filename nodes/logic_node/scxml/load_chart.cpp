@@ -34,13 +34,13 @@ class Loader {
     const auto root = scene::ReadXml(chart_.file);
     if (!root) return tl::unexpected(root.error());
     if (root->name != "scxml" || root->name_space != kScxmlNamespace) {
-      Say(root->line, "the root element is <" + root->name + ">", "a procedure is an SCXML document",
-          "start with <scxml xmlns=\"" + std::string(kScxmlNamespace) + "\" xmlns:vr=\"" + kProcedureNamespace +
-              "\" version=\"1.0\">");
+      Report(root->line, "the root element is <" + root->name + ">", "a procedure is an SCXML document",
+             "start with <scxml xmlns=\"" + std::string(kScxmlNamespace) + "\" xmlns:vr=\"" + kProcedureNamespace +
+                 "\" version=\"1.0\">");
       return tl::unexpected(std::move(diagnostics_));
     }
     CheckElements(*root);
-    AddStates(*root, -1);  // first all ids, since targets and In() may look ahead
+    AddStates(*root, -1);  // all ids first, since targets and In() may refer to later states
     ReadData(*root);
     for (std::size_t i = 0; i < chart_.states.size(); ++i) ReadState(static_cast<int>(i), *elements_[i]);
     if (!diagnostics_.empty()) {
@@ -52,16 +52,16 @@ class Loader {
   }
 
  private:
-  void Say(int line, std::string what, std::string why, std::string fix) {
-    actions_.Say(line, std::move(what), std::move(why), std::move(fix));
+  void Report(int line, std::string what, std::string why, std::string fix) {
+    actions_.Report(line, std::move(what), std::move(why), std::move(fix));
   }
 
-  // Elements and attributes that the interpreter does not know would be silently without effect: they are refused.
+  // Refuses elements and attributes that the interpreter does not implement; they would silently have no effect.
   void CheckElements(const XmlElement& element) {
     static const std::map<std::string, std::string> kRefused{
-        {"script", "procedures run no scripts, so that every run can be repeated exactly"},
+        {"script", "procedures run no scripts, so that every run is reproducible"},
         {"invoke", "procedures start no other services"},
-        {"foreach", "the data of a procedure are single numbers"},
+        {"foreach", "variables of a procedure are single numbers"},
         {"param", "events carry no data"},
         {"content", "events carry no data"},
         {"donedata", "events carry no data"},
@@ -73,16 +73,17 @@ class Loader {
     if (known == KnownAttributes().end() || !is_known_space) {
       const auto refused = kRefused.find(element.name);
       if (refused != kRefused.end() && is_known_space) {
-        Say(element.line, "<" + tag + "> is not supported", refused->second,
-            "express it with states, transitions, <assign>, <send> and <vr:set>");
+        Report(element.line, "<" + tag + "> is not supported", refused->second,
+               "express it with states, transitions, <assign>, <send> and <vr:set>");
         return;
       }
       std::vector<std::string> tags;
       for (const auto& [name, attributes] : KnownAttributes()) tags.push_back(name);
-      Say(element.line, "unknown element <" + tag + ">",
-          is_known_space ? "it is not in the SCXML subset that procedures are written in"
-                         : "its namespace '" + element.name_space + "' is neither SCXML's nor " + kProcedureNamespace,
-          is_known_space ? core::SuggestName(tag, tags) : "correct xmlns or the prefix");
+      Report(element.line, "unknown element <" + tag + ">",
+             is_known_space
+                 ? "it is not in the SCXML subset for procedures"
+                 : "its namespace '" + element.name_space + "' is neither SCXML's nor " + kProcedureNamespace,
+             is_known_space ? core::SuggestName(tag, tags) : "correct xmlns or the prefix");
       return;
     }
     for (const scene::XmlAttribute& attribute : element.attributes) {
@@ -94,8 +95,8 @@ class Loader {
       std::vector<std::string> names = known->second;
       if (tag == "transition") names.emplace_back("vr:completes");
       const std::string prefix = attribute.name_space == kProcedureNamespace ? "vr:" : "";
-      Say(attribute.line, "<" + tag + ">: unknown attribute '" + prefix + attribute.name + "'",
-          "it is not in the SCXML subset that procedures are written in", core::SuggestName(attribute.name, names));
+      Report(attribute.line, "<" + tag + ">: unknown attribute '" + prefix + attribute.name + "'",
+             "it is not in the SCXML subset for procedures", core::SuggestName(attribute.name, names));
     }
     for (const XmlElement& child : element.children) CheckElements(child);
   }
@@ -120,12 +121,12 @@ class Loader {
     if (!state.id.empty()) {
       const int other = chart_.Find(state.id);
       if (other >= 0) {
-        Say(element.LineOf("id"), "a second state '" + state.id + "'",
-            "the id is taken by line " + std::to_string(chart_.At(other).line), "rename one of them");
+        Report(element.LineOf("id"), "a second state '" + state.id + "'",
+               "the id is taken by line " + std::to_string(chart_.At(other).line), "rename one of them");
       }
       if (state.id.find_first_of(" \t\n") != std::string::npos) {
-        Say(element.LineOf("id"), "the id '" + state.id + "' holds a blank", "blanks separate ids in lists",
-            "replace it by '_'");
+        Report(element.LineOf("id"), "the id '" + state.id + "' contains a blank", "blanks separate ids in lists",
+               "replace it by '_'");
       }
     }
     if (parent >= 0) {
@@ -142,8 +143,8 @@ class Loader {
                                                        : own == StateKind::kState || (own == StateKind::kParallel &&
                                                                                       *kind != StateKind::kFinal);
       if (!is_allowed || *kind == StateKind::kScxml) {
-        Say(child.line, "<" + child.name + "> inside <" + element.name + ">", "SCXML does not allow it there",
-            "move it into a <state>");
+        Report(child.line, "<" + child.name + "> inside <" + element.name + ">", "SCXML does not allow it there",
+               "move it into a <state>");
         continue;
       }
       AddStates(child, index);
@@ -179,8 +180,8 @@ class Loader {
       }
       if (child.name == "transition") {
         if (chart_.At(index).kind == StateKind::kScxml || chart_.At(index).kind == StateKind::kFinal) {
-          Say(child.line, "<transition> inside <" + element.name + ">", "only states have transitions",
-              "move it into a <state>");
+          Report(child.line, "<transition> inside <" + element.name + ">", "only states have transitions",
+                 "move it into a <state>");
           continue;
         }
         const int transition = ReadTransition(index, child, false);
@@ -196,8 +197,8 @@ class Loader {
 
   void ReadInitialElement(int index, const XmlElement& element) {
     if (element.children.size() != 1 || element.children[0].name != "transition") {
-      Say(element.line, "<initial> without a transition", "it holds exactly one, which says where to begin",
-          "write <initial><transition target=\"...\"/></initial>");
+      Report(element.line, "<initial> without a transition", "it needs exactly one, to the initial state",
+             "write <initial><transition target=\"...\"/></initial>");
       return;
     }
     const int transition_index = ReadTransition(index, element.children[0], true);
@@ -213,7 +214,8 @@ class Loader {
     State& state = chart_.states[static_cast<std::size_t>(index)];
     const scene::XmlAttribute* attribute = element.Find("initial");
     if (attribute != nullptr && num_initial_elements > 0) {
-      Say(attribute->line, "initial twice", "the attribute and the element say the same thing", "remove one of them");
+      Report(attribute->line, "initial given twice", "the attribute and the element have the same meaning",
+             "remove one of them");
       return;
     }
     if (attribute != nullptr) {
@@ -221,7 +223,7 @@ class Loader {
       CheckInside(index, state.initial, attribute->line, "initial");
     }
     if (state.kind == StateKind::kScxml && state.children.empty()) {
-      Say(element.line, "<scxml> without states", "there is nothing to run", "add a <state>");
+      Report(element.line, "<scxml> without states", "a chart needs at least one", "add a <state>");
     } else if (state.is_compound() && state.initial.empty() && num_initial_elements == 0) {
       state.initial = {state.children.front()};
     }
@@ -230,24 +232,24 @@ class Loader {
   void CheckInside(int index, const std::vector<int>& targets, int line, const std::string& title) {
     for (const int target : targets) {
       if (chart_.IsDescendant(target, index)) continue;
-      Say(line, title + ": '" + chart_.At(target).id + "' is not inside the state", "a state begins in one of its own",
-          "name a state inside '" + chart_.At(index).id + "'");
+      Report(line, title + ": '" + chart_.At(target).id + "' is not inside the state",
+             "the initial state must be a descendant", "name a state inside '" + chart_.At(index).id + "'");
     }
   }
 
   void ReadHistory(int index, const XmlElement& element) {
     if (const std::string type = element.Get("type", "shallow"); type != "shallow") {
-      Say(element.LineOf("type"), "history of type '" + type + "'", "only shallow histories are supported",
-          "write type=\"shallow\", or one history per level");
+      Report(element.LineOf("type"), "history of type '" + type + "'", "only shallow histories are supported",
+             "write type=\"shallow\", or one history per level");
     }
     std::vector<const XmlElement*> transitions;
     for (const XmlElement& child : element.children) {
       if (child.name == "transition") transitions.push_back(&child);
     }
     if (transitions.size() != 1) {
-      Say(element.line,
-          "history '" + chart_.At(index).id + "' with " + std::to_string(transitions.size()) + " transitions",
-          "it needs one, for the time when there is nothing to remember", "add <transition target=\"...\"/>");
+      Report(element.line,
+             "history '" + chart_.At(index).id + "' with " + std::to_string(transitions.size()) + " transitions",
+             "it needs one as its default", "add <transition target=\"...\"/>");
       return;
     }
     const int transition = ReadTransition(index, *transitions[0], true);
@@ -256,7 +258,7 @@ class Loader {
     chart_.states[static_cast<std::size_t>(index)].transitions.push_back(transition);
   }
 
-  // A default transition (of <initial> and <history>) has neither event nor condition, but a target.
+  // A default transition (of <initial> and <history>) has a target, but neither event nor condition.
   int ReadTransition(int source, const XmlElement& element, bool is_default) {
     Transition transition;
     transition.source = source;
@@ -266,27 +268,27 @@ class Loader {
       CheckDoneEvent(element, event);
       transition.events.push_back(std::move(event));
     }
-    transition.condition = actions_.Compile(element, "cond", false, Type::kTruth);
+    transition.condition = actions_.Compile(element, "cond", false, Type::kBoolean);
     transition.targets = Targets(element.Get("target"), element.LineOf("target"));
     const std::string type = element.Get("type", "external");
     if (type != "internal" && type != "external") {
-      Say(element.LineOf("type"), "transition of type '" + type + "'", "it is internal or external",
-          "write one of them");
+      Report(element.LineOf("type"), "transition of type '" + type + "'", "it is internal or external",
+             "write one of them");
     }
     transition.is_internal = type == "internal";
     if (const scene::XmlAttribute* completes = element.Find("completes", kProcedureNamespace)) {
-      if (!scene::ParseTruth(completes->value, &transition.is_completing)) {
-        Say(completes->line, "vr:completes is '" + completes->value + "'", "it is true or false", "write \"true\"");
+      if (!scene::ParseBoolean(completes->value, &transition.is_completing)) {
+        Report(completes->line, "vr:completes is '" + completes->value + "'", "it is true or false", "write \"true\"");
       }
     }
     const bool has_condition = !transition.events.empty() || element.Find("cond") != nullptr;
     if (is_default && (has_condition || element.Find("target") == nullptr)) {
-      Say(element.line, "a default transition with event or cond, or without target", "it is always taken",
-          "write <transition target=\"...\"/>");
+      Report(element.line, "a default transition with event or cond, or without target", "it is always taken",
+             "write <transition target=\"...\"/>");
     }
     if (!is_default && !has_condition && element.Find("target") == nullptr) {
-      Say(element.line, "a transition without event, cond and target", "it would be taken for ever",
-          "say when it is taken, or where it leads");
+      Report(element.line, "a transition without event, cond and target", "it would be taken endlessly",
+             "add an event, a condition or a target");
     }
     transition.actions = actions_.ReadActions(element);
     chart_.transitions.push_back(std::move(transition));
@@ -296,9 +298,9 @@ class Loader {
   void CheckDoneEvent(const XmlElement& element, const std::string& event) {
     constexpr std::string_view kDone = "done.state.";
     if (event.compare(0, kDone.size(), kDone) != 0 || chart_.Find(event.substr(kDone.size())) >= 0) return;
-    Say(element.LineOf("event"), "event '" + event + "': no state '" + event.substr(kDone.size()) + "'",
-        "done.state.ID tells that the state ID has reached its final",
-        core::SuggestName(event.substr(kDone.size()), Ids()));
+    Report(element.LineOf("event"), "event '" + event + "': no state '" + event.substr(kDone.size()) + "'",
+           "done.state.ID is raised when the state ID reaches its final state",
+           core::SuggestName(event.substr(kDone.size()), Ids()));
   }
 
   [[nodiscard]] std::vector<std::string> Ids() const {
@@ -314,8 +316,8 @@ class Loader {
     for (const std::string& id : Words(text)) {
       const int state = chart_.Find(id);
       if (state < 0) {
-        Say(line, "unknown target '" + id + "'", "it must be the id of a state in this file",
-            core::SuggestName(id, Ids()));
+        Report(line, "unknown target '" + id + "'", "it must be the id of a state in this file",
+               core::SuggestName(id, Ids()));
         continue;
       }
       for (const int other : targets) CheckBothActive(other, state, line);
@@ -324,13 +326,13 @@ class Loader {
     return targets;
   }
 
-  // Several targets must be in different regions of one parallel state, or they could not be active together.
+  // Several targets must be in different regions of one parallel state, else they cannot be active together.
   void CheckBothActive(int a, int b, int line) {
     int ancestor = a;
     while (ancestor > 0 && !chart_.IsDescendant(b, ancestor)) ancestor = chart_.At(ancestor).parent;
     if (chart_.At(ancestor).kind == StateKind::kParallel && ancestor != a && ancestor != b) return;
-    Say(line, "targets '" + chart_.At(a).id + "' and '" + chart_.At(b).id + "' cannot be active together",
-        "they are not in different regions of a <parallel>", "name one target, or one per region");
+    Report(line, "targets '" + chart_.At(a).id + "' and '" + chart_.At(b).id + "' cannot be active together",
+           "they are not in different regions of a <parallel>", "name one target, or one per region");
   }
 
   Chart chart_;

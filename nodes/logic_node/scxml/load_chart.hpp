@@ -15,7 +15,7 @@ namespace logic_node::scxml {
 constexpr const char* kScxmlNamespace = "http://www.w3.org/2005/07/scxml";
 constexpr const char* kProcedureNamespace = "urn:vr-oos:procedure";
 
-// What a chart may speak of: the scenario's names. Absent functions know nothing.
+// Names of the scenario that a chart may use. An absent function knows no name.
 struct Vocabulary {
   std::function<std::optional<Symbol>(const std::string& name)> find_signal;
   std::function<std::string(const std::string& name)> suggest_signal;
@@ -26,8 +26,8 @@ struct Vocabulary {
 };
 
 // Reads the SCXML subset: scxml, state, parallel, initial, final, history (shallow), transition, onentry, onexit, log,
-// raise, send, cancel, assign, if, elseif, else, datamodel, data, and vr:set, vr:lamp, vr:hint. Everything else is
-// refused here, with its line; so are unknown targets, names, parameters and lamps. Collects all problems.
+// raise, send, cancel, assign, if, elseif, else, datamodel, data, and vr:set, vr:lamp, vr:hint. Refuses everything else
+// with its line, and unknown targets, names, parameters and lamps. Returns all errors.
 tl::expected<Chart, std::vector<scene::Diagnostic>> LoadChart(const std::filesystem::path& file,
                                                               const Vocabulary& vocabulary);
 

@@ -39,7 +39,7 @@ const std::string kGood = R"(<state id="procedure">
   <state id="two"><transition event="e" target="done" vr:completes="true"/></state>
   <final id="done"/></state>)";
 
-TEST(LoadChart, GoodProcedureHasNothingToSay) {
+TEST(LoadChart, AValidProcedureHasNoDiagnostics) {
   EXPECT_THAT(Complaints(kGood), testing::IsEmpty());
 }
 
@@ -52,7 +52,7 @@ struct BadCase {
 
 class LoadChartBadCases : public testing::TestWithParam<BadCase> {};
 
-TEST_P(LoadChartBadCases, NamesLineAndCause) {
+TEST_P(LoadChartBadCases, ReportsLineAndCause) {
   const std::string lines = GetParam().lines + std::string("\n") + kGood;
   EXPECT_THAT(Complaints(lines),
               Contains(AllOf(testing::StartsWith(std::to_string(GetParam().line) + ": "), HasSubstr(GetParam().says))));
@@ -79,7 +79,7 @@ const BadCase kBadCases[] = {
      "when is 'soon'"},
     {"UnknownParameter", "<state id='s'><onentry>\n<vr:set name='p' value='1'/></onentry></state>", 3,
      "unknown parameter 'p'"},
-    {"UnknownLamp", "<state id='s'><onentry>\n<vr:lamp object='l' color='1 0 0'/></onentry></state>", 3, "no lamp"},
+    {"UnknownLamp", "<state id='s'><onentry>\n<vr:lamp object='l' color='1 0 0'/></onentry></state>", 3, "not a lamp"},
     {"BadColor", "<state id='s'><onentry>\n<vr:lamp object='l' color='red'/></onentry></state>", 3, "color is 'red'"},
     {"BadDelay", "<state id='s'><onentry>\n<send event='e' delay='3 minutes'/></onentry></state>", 3, "delay"},
     {"NegativeDelay", "<state id='s'><onentry>\n<send event='e' delay='-1s'/></onentry></state>", 3, "delay"},
@@ -92,7 +92,7 @@ const BadCase kBadCases[] = {
     {"TargetsTogether", "<state id='s'><transition event='e' target='one two'/></state>", 2, "active together"},
     {"UnknownDone", "<state id='s'><transition event='done.state.procedur' target='one'/></state>", 2,
      "did you mean 'procedure'"},
-    {"EndlessTransition", "<state id='s'><transition/></state>", 2, "taken for ever"},
+    {"EndlessTransition", "<state id='s'><transition/></state>", 2, "taken endlessly"},
     {"BadCompletes", "<state id='s'><transition event='e' target='one' vr:completes='yes'/></state>", 2,
      "true or false"},
     {"HistoryAtTop", "<history id='h'><transition target='one'/></history>", 2, "does not allow"},
@@ -103,7 +103,7 @@ const BadCase kBadCases[] = {
 INSTANTIATE_TEST_SUITE_P(All, LoadChartBadCases, testing::ValuesIn(kBadCases),
                          [](const auto& param_info) { return std::string(param_info.param.title); });
 
-TEST(AnalyseChart, UnreachableStateIsNamedWithItsLine) {
+TEST(AnalyseChart, ReportsAnUnreachableStateWithItsLine) {
   EXPECT_THAT(Complaints(R"(<state id="procedure">
     <state id="one"><transition event="e" target="done" vr:completes="true"/></state>
     <state id="lost"><transition event="e" target="done" vr:completes="true"/></state>
@@ -111,7 +111,7 @@ TEST(AnalyseChart, UnreachableStateIsNamedWithItsLine) {
               testing::ElementsAre(HasSubstr("4: state 'lost' cannot be reached")));
 }
 
-TEST(AnalyseChart, ConditionThatNeverHoldsLeadsNowhere) {
+TEST(AnalyseChart, ATransitionWithAFalseConditionReachesNothing) {
   EXPECT_THAT(Complaints(R"(<state id="procedure">
     <state id="one"><transition event="e" target="done" vr:completes="true"/>
        <transition cond="1 == 2" target="lost"/></state>
@@ -120,7 +120,7 @@ TEST(AnalyseChart, ConditionThatNeverHoldsLeadsNowhere) {
               testing::ElementsAre(HasSubstr("5: state 'lost' cannot be reached")));
 }
 
-TEST(AnalyseChart, WholeUnreachableBranchGivesOneMessage) {
+TEST(AnalyseChart, ReportsAnUnreachableBranchOnce) {
   EXPECT_THAT(Complaints(kGood + "<state id='x'><state id='y'/><state id='z'/></state>"),
               testing::ElementsAre(HasSubstr("'x'")));
 }
@@ -134,7 +134,7 @@ TEST(AnalyseChart, StatesReachedThroughParallelAndHistoryAreReachable) {
               testing::IsEmpty());
 }
 
-TEST(AnalyseChart, MissingProcedureOrFinalOrWayOut) {
+TEST(AnalyseChart, ReportsAMissingProcedureFinalStateOrPath) {
   EXPECT_THAT(Complaints("<state id='other'/>"), Contains(HasSubstr("no state 'procedure'")));
   EXPECT_THAT(Complaints("<state id='procedure'><state id='one'/></state>"), Contains(HasSubstr("no final state")));
   EXPECT_THAT(Complaints("<state id='procedure'>\n<state id='one'><transition event='e' target='done'/></state>"
@@ -143,10 +143,10 @@ TEST(AnalyseChart, MissingProcedureOrFinalOrWayOut) {
   EXPECT_THAT(Complaints("<state id='procedure'>\n<state id='one'><transition event='e' target='done' "
                          "vr:completes='true'/><transition event='f' target='pit' vr:completes='true'/></state>\n"
                          "<state id='pit'/>\n<final id='done'/></state>"),
-              Contains(HasSubstr("4: no way leads from step 'pit'")));
+              Contains(HasSubstr("4: no path leads from step 'pit'")));
 }
 
-TEST(LoadChart, MalformedXmlNamesTheParsersLine) {
+TEST(LoadChart, ReportsMalformedXml) {
   EXPECT_THAT(Complaints("<state id='procedure'>\n<state>\n</state>"), Contains(HasSubstr("malformed XML")));
 }
 

@@ -16,7 +16,7 @@ std::string TagOf(const XmlElement& element) {
 
 namespace {
 
-// Start of a message about an element.
+// Prefix of a message about an element.
 std::string InTag(const XmlElement& element) {
   return std::string(1, '<').append(TagOf(element)).append(">: ");
 }
@@ -39,15 +39,15 @@ ActionReader::ActionReader(const Vocabulary& vocabulary, Chart* chart, std::vect
   scope_.suggest = vocabulary_.suggest_signal;
 }
 
-void ActionReader::Say(int line, std::string what, std::string why, std::string fix) {
+void ActionReader::Report(int line, std::string what, std::string why, std::string fix) {
   diagnostics_.push_back({{chart_.file, line}, std::move(what), std::move(why), std::move(fix)});
 }
 
 void ActionReader::ReadVariable(const XmlElement& data) {
   const std::string id = data.Get("id");
   if (id.empty() || variables_.count(id) > 0) {
-    Say(data.line, id.empty() ? "<data> without id" : "a second <data> '" + id + "'", "data are found by their id",
-        "give each <data> an id of its own");
+    Report(data.line, id.empty() ? "<data> without id" : "a second <data> '" + id + "'",
+           "expressions refer to data by id", "give each <data> a unique id");
     return;
   }
   Variable variable{id, Compile(data, "expr", true)};
@@ -60,22 +60,24 @@ Expression ActionReader::Compile(const XmlElement& element, const char* attribut
   const std::string text = element.Get(attribute);
   if (text.empty()) {
     if (is_required || element.Find(attribute) != nullptr) {
-      Say(element.LineOf(attribute), InTag(element) + attribute + " is missing", "it needs a value",
-          "add " + std::string(attribute) + "=\"...\"");
+      Report(element.LineOf(attribute), InTag(element) + attribute + " is missing", "it needs a value",
+             "add " + std::string(attribute) + "=\"...\"");
     }
     return {};
   }
   auto expression = Expression::Compile(text, scope_);
   if (!expression) {
     const ExpressionError& error = expression.error();
-    Say(element.LineOf(attribute), std::string(attribute) + " \"" + text + "\": " + error.what, error.why, error.fix);
+    Report(element.LineOf(attribute), std::string(attribute) + " \"" + text + "\": " + error.what, error.why,
+           error.fix);
     return {};
   }
   if (wanted && expression->type() != *wanted && expression->type() != Type::kFlag) {
-    const bool is_truth = *wanted == Type::kTruth;
-    Say(element.LineOf(attribute), std::string(attribute) + " \"" + text + "\" is a " + (is_truth ? "number" : "truth"),
-        is_truth ? "a condition holds or does not hold" : "a number is needed here",
-        is_truth ? "compare it, as in " + text + " == 1" : "write a number");
+    const bool is_boolean = *wanted == Type::kBoolean;
+    Report(element.LineOf(attribute),
+           std::string(attribute) + " \"" + text + "\" is a " + (is_boolean ? "number" : "boolean"),
+           is_boolean ? "a condition must be a boolean" : "a number is needed here",
+           is_boolean ? "compare it, as in " + text + " == 1" : "write a number");
   }
   return std::move(*expression);
 }
@@ -91,8 +93,8 @@ std::vector<Action> ActionReader::ReadActions(const XmlElement& element) {
 std::string ActionReader::Required(const XmlElement& element, const char* attribute) {
   const std::string value = element.Get(attribute);
   if (value.empty()) {
-    Say(element.line, InTag(element) + attribute + " is missing", "it has no effect without",
-        "add " + std::string(attribute) + "=\"...\"");
+    Report(element.line, InTag(element) + attribute + " is missing", "the element has no effect without it",
+           "add " + std::string(attribute) + "=\"...\"");
   }
   return value;
 }
@@ -126,7 +128,8 @@ std::optional<Action> ActionReader::ReadAction(const XmlElement& element) {
     action.text = element.Get("text");
   } else {
     if (KnownAttributes().count(tag) > 0) {
-      Say(element.line, "<" + tag + "> is no executable content", "actions only stand here", "move it into a <state>");
+      Report(element.line, "<" + tag + "> is not executable content", "only actions are allowed here",
+             "move it into a <state>");
     }
     return std::nullopt;
   }
@@ -140,8 +143,8 @@ void ActionReader::ReadSend(const XmlElement& element, Action* action) {
   const std::string target = element.Get("target");
   action->is_internal = target == "#_internal";
   if (!target.empty() && !action->is_internal) {
-    Say(element.LineOf("target"), "<send>: target '" + target + "'", "events go to the chart itself",
-        "remove target, or write \"#_internal\"");
+    Report(element.LineOf("target"), "<send>: target '" + target + "'", "events are sent only to the chart itself",
+           "remove target, or write \"#_internal\"");
   }
   const std::string delay = element.Get("delay");
   if (delay.empty()) return;
@@ -151,13 +154,13 @@ void ActionReader::ReadSend(const XmlElement& element, Action* action) {
   double amount = 0.0;
   if ((!is_ms && !is_s) || !scene::ParseNumber(delay.substr(0, delay.size() - (is_ms ? 2 : 1)), &amount) ||
       amount < 0.0 || amount > 1e6) {
-    Say(element.LineOf("delay"), "<send>: delay is '" + delay + "'", "it is a time of 0 or more",
-        "write \"3s\" or \"200ms\"");
+    Report(element.LineOf("delay"), "<send>: delay is '" + delay + "'", "it must be a time of 0 or more",
+           "write \"3s\" or \"200ms\"");
     return;
   }
   if (action->is_internal) {
-    Say(element.LineOf("delay"), "<send>: delay on an internal event", "internal events are for the same step",
-        "remove delay or target");
+    Report(element.LineOf("delay"), "<send>: delay on an internal event",
+           "internal events are processed in the same step", "remove delay or target");
   }
   action->delay_ns = std::llround(amount * (is_ms ? 1e6 : 1e9));
 }
@@ -170,27 +173,27 @@ void ActionReader::ReadAssign(const XmlElement& element, Action* action) {
   for (const auto& [name, index] : variables_) names.push_back(name);
   if (it == variables_.end()) {
     if (!location.empty()) {
-      Say(element.LineOf("location"), "<assign>: unknown location '" + location + "'", "it must be the id of a <data>",
-          core::SuggestName(location, names));
+      Report(element.LineOf("location"), "<assign>: unknown location '" + location + "'",
+             "it must be the id of a <data>", core::SuggestName(location, names));
     }
     return;
   }
   action->index = it->second;
   const Type type = chart_.variables[static_cast<std::size_t>(it->second)].initial.type();
-  action->value = Compile(element, "expr", true, type == Type::kTruth ? Type::kTruth : Type::kNumber);
+  action->value = Compile(element, "expr", true, type == Type::kBoolean ? Type::kBoolean : Type::kNumber);
 }
 
 void ActionReader::ReadIf(const XmlElement& element, Action* action) {
   action->kind = ActionKind::kIf;
-  action->branches.push_back({Compile(element, "cond", true, Type::kTruth), {}});
+  action->branches.push_back({Compile(element, "cond", true, Type::kBoolean), {}});
   bool has_else = false;
   for (const XmlElement& child : element.children) {
     if (child.name == "elseif" || child.name == "else") {
       if (has_else) {
-        Say(child.line, "<" + child.name + "> after <else>", "<else> is the last branch", "move it before <else>");
+        Report(child.line, "<" + child.name + "> after <else>", "<else> is the last branch", "move it before <else>");
       }
       has_else = child.name == "else";
-      action->branches.push_back({has_else ? Expression() : Compile(child, "cond", true, Type::kTruth), {}});
+      action->branches.push_back({has_else ? Expression() : Compile(child, "cond", true, Type::kBoolean), {}});
     } else if (const auto inner = ReadAction(child)) {
       action->branches.back().actions.push_back(*inner);
     }
@@ -201,9 +204,9 @@ void ActionReader::ReadSet(const XmlElement& element, Action* action) {
   action->kind = ActionKind::kSetParameter;
   action->text = Required(element, "name");
   if (!action->text.empty() && (!vocabulary_.is_parameter || !vocabulary_.is_parameter(action->text))) {
-    Say(element.LineOf("name"), "<vr:set>: unknown parameter '" + action->text + "'",
-        "no node has a parameter of that name in this scenario",
-        vocabulary_.suggest_parameter ? vocabulary_.suggest_parameter(action->text) : "correct the name");
+    Report(element.LineOf("name"), "<vr:set>: unknown parameter '" + action->text + "'",
+           "no node has a parameter of that name in this scenario",
+           vocabulary_.suggest_parameter ? vocabulary_.suggest_parameter(action->text) : "correct the name");
   }
   action->value = Compile(element, "value", true, Type::kNumber);
   ReadManner(element, action);
@@ -213,18 +216,18 @@ void ActionReader::ReadManner(const XmlElement& element, Action* action) {
   const std::string over = element.Get("over_s");
   const std::string when = element.Get("when");
   if (!over.empty() && !when.empty()) {
-    Say(element.line, "<vr:set>: both over_s and when", "a change is ramped or held", "remove one of them");
+    Report(element.line, "<vr:set>: both over_s and when", "a change is either ramped or held", "remove one of them");
   } else if (!over.empty()) {
     action->manner = core::ChangeManner::kRamped;
     if (!scene::ParseNumber(over, &action->ramp_s) || !(action->ramp_s > 0.0)) {
-      Say(element.LineOf("over_s"), "<vr:set>: over_s is '" + over + "'", "it is a time above 0 in seconds",
-          "write for example \"0.5\"");
+      Report(element.LineOf("over_s"), "<vr:set>: over_s is '" + over + "'", "it must be a time above 0 in seconds",
+             "write for example \"0.5\"");
     }
   } else if (when == "separated") {
     action->manner = core::ChangeManner::kWhenSeparated;
   } else if (!when.empty()) {
-    Say(element.LineOf("when"), "<vr:set>: when is '" + when + "'", "the only choice is \"separated\"",
-        "write when=\"separated\", or remove it");
+    Report(element.LineOf("when"), "<vr:set>: when is '" + when + "'", "the only choice is \"separated\"",
+           "write when=\"separated\", or remove it");
   }
 }
 
@@ -235,14 +238,15 @@ void ActionReader::ReadLamp(const XmlElement& element, Action* action) {
   if (lamp) {
     action->index = *lamp;
   } else if (!object.empty()) {
-    Say(element.LineOf("object"), "<vr:lamp>: '" + object + "' is no lamp", "it must be an <object> with a <lamp>",
-        vocabulary_.suggest_lamp ? vocabulary_.suggest_lamp(object) : "correct the name");
+    Report(element.LineOf("object"), "<vr:lamp>: '" + object + "' is not a lamp",
+           "it must be an <object> with a <lamp>",
+           vocabulary_.suggest_lamp ? vocabulary_.suggest_lamp(object) : "correct the name");
   }
   std::vector<double> color;
   if (!scene::ParseNumbers(element.Get("color"), &color) || color.size() != 3 ||
       std::any_of(color.begin(), color.end(), [](double part) { return part < 0.0 || part > 1.0; })) {
-    Say(element.LineOf("color"), "<vr:lamp>: color is '" + element.Get("color") + "'",
-        "it is red, green and blue from 0 to 1", "write for example \"0 1 0\"");
+    Report(element.LineOf("color"), "<vr:lamp>: color is '" + element.Get("color") + "'",
+           "it must be red, green and blue from 0 to 1", "write for example \"0 1 0\"");
     return;
   }
   for (std::size_t i = 0; i < 3; ++i) action->color[i] = static_cast<float>(color[i]);

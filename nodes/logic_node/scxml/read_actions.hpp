@@ -10,16 +10,16 @@
 
 namespace logic_node::scxml {
 
-// The part of LoadChart that reads expressions and executable content. States must be in the chart before, since In()
-// and messages refer to them; data before what uses them.
+// The part of LoadChart that reads expressions and executable content. States must be in the chart already, since In()
+// and diagnostics refer to them; likewise data before the expressions that use them.
 class ActionReader {
  public:
-  // All three must outlive the reader; problems are appended to `diagnostics`.
+  // All three must outlive the reader, which appends errors to `diagnostics`.
   ActionReader(const Vocabulary& vocabulary, Chart* chart, std::vector<scene::Diagnostic>* diagnostics);
 
-  void Say(int line, std::string what, std::string why, std::string fix);
+  void Report(int line, std::string what, std::string why, std::string fix);
   void ReadVariable(const scene::XmlElement& data);
-  // Compiles an attribute. Absent: an empty expression, and a message when it is required.
+  // Compiles an attribute. Absent: an empty expression, and a diagnostic if it is required.
   Expression Compile(const scene::XmlElement& element, const char* attribute, bool is_required,
                      std::optional<Type> wanted = std::nullopt);
   // Executable content directly inside the element.
@@ -42,7 +42,7 @@ class ActionReader {
   std::map<std::string, int> variables_;
 };
 
-// The element's name as procedures write it: "vr:" before those of the project's own namespace.
+// Name of an element as written in procedures, with "vr:" for the project's own namespace.
 std::string TagOf(const scene::XmlElement& element);
 
 // Attributes of each element of the subset, by tag.
