@@ -1,4 +1,4 @@
-// Setup of HapticNode: the collision world of its pairs, and the roles.
+// Setup of HapticNode: the collision world of its pairs, and its roles.
 
 #include <algorithm>
 
@@ -53,7 +53,8 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
     Role& role = roles_[r];
     role.device = scenario_.devices[r];
     role.is_hand_part.assign(scenario_.objects.size(), 0);
-    // All points of the hand lie within this radius about the palm's origin, whatever the opening.
+    // Radius about the palm's origin that contains all points of the hand for any opening: r = max(|c| + r_c + w_max /
+    // 2) over its parts with bounding sphere (c, r_c); the term of the opening w applies to jaws only.
     double radius_m = 0.0;
     for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
       const scene::Object& object = scenario_.objects[i];

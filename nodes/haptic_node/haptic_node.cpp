@@ -7,29 +7,31 @@
 namespace haptic_node {
 namespace {
 
-// Of the budget of time: the rest is for what does not grow with the points, and for the machine's moods.
-constexpr double kShareForPoints = 0.75;
-constexpr std::int64_t kEver_ns = 3600'000'000'000;
-constexpr double kFewPoints = 2048;  // fewer say nothing about what one takes
-constexpr double kPointTimeGain = 0.02;
-constexpr double kMostDelay_cycles = 100.0;
-constexpr double kDelayFade = 0.999;  // a cycle: a delay is remembered for about a second
+// These values are chosen, not derived. A larger share for points uses more of the budget and is late more often;
+// larger gains follow a change of the machine's speed sooner and are noisier.
+constexpr double kShareForPoints = 0.75;  // of the time budget; the rest is for work that does not grow with the points
+constexpr std::int64_t kUnlimited_ns = 3600'000'000'000;
+constexpr double kMinPointsToMeasure = 2048;  // with fewer, the fixed costs dominate the time per point
+constexpr double kPointTimeGain = 0.02;       // of the moving average of the time per point
+constexpr double kMaxDelay_cycles = 100.0;
+constexpr double kDelayDecay = 0.999;  // per cycle: the largest delay decays with a time constant of 1 s
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
-double Approach(double gain, bool is_trusted, std::int64_t elapsed_ns) {
+// Linear fade of a gain: up to 1 within kFadeIn while its source is trusted, down to 0 within kFade otherwise.
+double FadeGain(double gain, bool is_trusted, std::int64_t elapsed_ns) {
   const auto elapsed = static_cast<double>(elapsed_ns);
   const double next = is_trusted ? gain + elapsed / kFadeIn_ns : gain - elapsed / static_cast<double>(kFade_ns);
   return std::clamp(next, 0.0, 1.0);
 }
 
-// Scaled so that the force is not above the cap; the torque with it, so the line along which it acts stays.
-core::Wrench Cap(const core::Wrench& F, double cap_N) {
+// Scales force and torque by min(1, cap / |f|), which keeps the wrench's axis.
+core::Wrench LimitForce(const core::Wrench& F, double cap_N) {
   const double force_N = glm::length(F.force_N);
   return force_N > cap_N ? (cap_N / force_N) * F : F;
 }
 
-// Direction of the penalty force on S in W; zero without contact.
-glm::dvec3 PushOnSampled_W(const vps::PairResult& result, const core::Pose& X_WS) {
+// Unit direction of the penalty force on S, in W; zero without contact.
+glm::dvec3 ForceDirectionOnSampled_W(const vps::PairResult& result, const core::Pose& X_WS) {
   const double length = glm::length(result.f_So_S.sum_m);
   if (!result.is_in_contact || length <= 0.0) return glm::dvec3(0.0);
   return X_WS.rotate(result.f_So_S.sum_m / length);
@@ -51,7 +53,7 @@ bool HapticNode::AcceptsParameter(const core::ParameterChange& change) const {
   if (change.name == "force_cap_N") return change.value >= 0.0;
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {
     if (change.name == pair_active_names_[i]) return true;
-    // A hand's pair has the stiffness of the coupling.
+    // The stiffness of a hand's pair is that of the coupling, so it cannot be set.
     if (change.name == pair_stiffness_names_[i]) {
       return change.value >= 0.0 && pair_roles_[i].sampled_role < 0 && pair_roles_[i].field_role < 0;
     }
@@ -71,8 +73,8 @@ void HapticNode::ApplyChange(const core::ParameterChange& change) {
 void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   ++cycle_;
   for (std::size_t i = 0; i < inputs.num_changes; ++i) ApplyChange(inputs.changes[i]);
-  TakeDevices(inputs);
-  TakePhysics(inputs);
+  UpdateDevices(inputs);
+  UpdatePhysics(inputs);
   PlaceObjects();
   const vps::StepReport& report = StepWorld(inputs.budget_points, &outputs->counters);
   for (Role& role : roles_) StepCoupling(&role);
@@ -97,29 +99,30 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   last_step_ns_ = inputs.now_ns;
 }
 
-// With a budget of time, heavy pairs are cut short rather than late: the points that fit into it go first to where the
-// contact is deepest. What a point takes, with its share of everything else, is measured as the node runs.
+// With a time budget T, pairs with many points are tested in part rather than late, the deepest places first. The
+// number of points is n = share T / t_p, with the time per point t_p (including all other work) measured at run time as
+// a moving average.
 const vps::StepReport& HapticNode::StepWorld(std::uint64_t budget_points, Counters* counters) {
   counters->budget_points = budget_points;
-  // Repeated: the same points, in the order that a budget of time makes, however long it takes.
-  if (budget_points != 0) return world_->Step(&workers_, kEver_ns, budget_points);
+  // Replay: the same points in the same order as with the recorded budget, without a time limit.
+  if (budget_points != 0) return world_->Step(&workers_, kUnlimited_ns, budget_points);
   if (options_.budget_ns == 0) return world_->Step(&workers_);
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   counters->budget_points =
       static_cast<std::uint64_t>(kShareForPoints * static_cast<double>(options_.budget_ns) / point_time_ns_);
   const vps::StepReport& report = world_->Step(&workers_, options_.budget_ns, counters->budget_points);
   const auto num_points = static_cast<double>(report.counters.points_tested);
-  if (num_points < kFewPoints) return report;
+  if (num_points < kMinPointsToMeasure) return report;
   const double point_time_ns = static_cast<double>(core::MonotonicNow_ns() - begin_ns) / num_points;
   point_time_ns_ += kPointTimeGain * (std::clamp(point_time_ns, 1.0, 100.0) - point_time_ns_);
   return report;
 }
 
-void HapticNode::TakeDevices(const Inputs& inputs) {
+void HapticNode::UpdateDevices(const Inputs& inputs) {
   for (const core::DeviceState& device : inputs.devices) {
     if (device.header.sequence == 0 || device.role_index >= roles_.size()) continue;
     Role& role = roles_[device.role_index];
-    role.device_freshness.Note(device.header.sequence, inputs.now_ns);
+    role.device_freshness.Update(device.header.sequence, inputs.now_ns);
     role.sample = device;
   }
   for (Role& role : roles_) {
@@ -130,42 +133,43 @@ void HapticNode::TakeDevices(const Inputs& inputs) {
   }
 }
 
-void HapticNode::TakePhysics(const Inputs& inputs) {
+void HapticNode::UpdatePhysics(const Inputs& inputs) {
   const std::int64_t elapsed_ns = cycle_ == 1 ? 0 : std::max<std::int64_t>(inputs.now_ns - last_step_ns_, 0);
   if (inputs.physics != nullptr && inputs.physics->header.sequence != 0) {
-    physics_freshness_.Note(inputs.physics->header.sequence, inputs.now_ns);
+    physics_freshness_.Update(inputs.physics->header.sequence, inputs.now_ns);
     for (const core::BodyState& body : inputs.physics->bodies) {
       if (body.object < X_WO_.size()) X_WO_[body.object] = body.X_WO;
     }
-    NoteDelay(inputs.physics->header.direct);
+    UpdateDelay(inputs.physics->header.direct);
   }
-  // Objects whose owner is silent are not where they seem to be: neither contact with them nor a grasp may push on.
+  // While physics_node is silent the poses of its objects are outdated, so neither contacts nor grasps may exert
+  // forces.
   const bool is_silent =
       physics_freshness_.has_arrived() && physics_freshness_.is_stale(inputs.now_ns, kPhysicsStale_ns);
-  physics_gain_ = Approach(physics_gain_, !is_silent, elapsed_ns);
+  physics_gain_ = FadeGain(physics_gain_, !is_silent, elapsed_ns);
 
   for (const core::Reaction& reaction : inputs.reactions) {
     if (reaction.header.sequence == 0 || reaction.role_index >= roles_.size()) continue;
     Role& role = roles_[reaction.role_index];
-    role.reaction_freshness.Note(reaction.header.sequence, inputs.now_ns);
+    role.reaction_freshness.Update(reaction.header.sequence, inputs.now_ns);
     role.reaction = reaction;
   }
   for (Role& role : roles_) {
     const bool is_trusted =
         role.reaction_freshness.has_arrived() && !role.reaction_freshness.is_stale(inputs.now_ns, kPhysicsStale_ns);
-    // A reaction is trusted from its first message on: fading in would tear at what is held.
-    role.reaction_gain = is_trusted ? 1.0 : Approach(role.reaction_gain, false, elapsed_ns);
+    // A reaction acts in full from its first message on: while it faded in, hand and held object would separate.
+    role.reaction_gain = is_trusted ? 1.0 : FadeGain(role.reaction_gain, false, elapsed_ns);
   }
 }
 
-// A device sample's way through physics and back is longer than that of planes, from a body's pose to their use. Both
-// ends are read off the device's clock.
-void HapticNode::NoteDelay(const core::Trace& sample) {
+// Upper bound of the delay from a body's pose to the use of planes computed from it: the round trip of a device sample
+// through physics, both ends taken from the device's clock. d <- max(d_measured, 0.999 d).
+void HapticNode::UpdateDelay(const core::Trace& sample) {
   std::int64_t newest_ns = 0;
   for (const Role& role : roles_) newest_ns = std::max(newest_ns, role.sample.header.direct.origin_ns);
   if (!sample.valid() || newest_ns == 0) return;
   const double cycles = static_cast<double>(newest_ns - sample.origin_ns) / static_cast<double>(core::kTick_ns);
-  delay_cycles_ = std::max(std::clamp(cycles, 0.0, kMostDelay_cycles), kDelayFade * delay_cycles_);
+  delay_cycles_ = std::max(std::clamp(cycles, 0.0, kMaxDelay_cycles), kDelayDecay * delay_cycles_);
   world_->SetDelay(delay_cycles_);
 }
 
@@ -209,9 +213,9 @@ void HapticNode::StepCoupling(Role* role) {
   }
 }
 
-// Force that opens the jaws, on the gripper's one axis. Virtual work: when the opening w grows by dw, each jaw moves by
-// dw/2 outwards, so normal forces N_l and N_r on the jaws do the work (N_l + N_r) dw/2.
-// N = jaw_stiffness * penetration, of which the part along the axis counts.
+// Opening force on the gripper's axis [N], positive opens, by virtual work: when the opening w grows by dw, each jaw
+// moves outwards by dw/2, so normal forces N_l and N_r on the jaws do the work Q dw = (N_l + N_r) dw/2, with
+//   N = k_jaw [N/m] * penetration [m] * max(0, cos(angle between contact force and outward axis)).
 double HapticNode::JawForce_N(std::size_t role_index) const {
   const Role& role = roles_[role_index];
   if (!role.is_following) return 0.0;
@@ -225,7 +229,7 @@ double HapticNode::JawForce_N(std::size_t role_index) const {
       const std::uint16_t part = is_sampled ? pair.sampled : pair.field;
       const bool is_left = static_cast<int>(part) == role.device.jaw_left;
       if (!is_left && static_cast<int>(part) != role.device.jaw_right) continue;
-      const glm::dvec3 push_W = (is_sampled ? 1.0 : -1.0) * PushOnSampled_W(result, X_WO_[pair.sampled]);
+      const glm::dvec3 push_W = (is_sampled ? 1.0 : -1.0) * ForceDirectionOnSampled_W(result, X_WO_[pair.sampled]);
       const double outwards = (is_left ? -1.0 : 1.0) * glm::dot(push_W, axis_W);
       sum_N +=
           scenario_.coupling.jaw_stiffness_N_per_m * std::max(-result.signed_distance_m, 0.0) * std::max(outwards, 0.0);
@@ -240,7 +244,7 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   const core::Trace* newest = role.reaction.header.through_physics.valid() ? &role.reaction.header.through_physics
                               : inputs.physics != nullptr                  ? &inputs.physics->header.through_physics
                                                                            : nullptr;
-  // Once per sample: the chain closes with the first command that holds its effect.
+  // Echo each sample once: its chain ends with the first command that contains its effect.
   if (newest != nullptr && newest->valid() && newest->id != role.last_trace_through_physics) {
     through_physics = *newest;
     role.last_trace_through_physics = newest->id;
@@ -252,7 +256,7 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   command.role_index = static_cast<std::uint8_t>(role_index);
   if (role.is_following) {
     const core::Wrench F = role.F_Do_W + role.reaction_gain * role.reaction.F_Do_W;
-    command.F_Do_W = physics_gain_ * Cap(F, force_cap_N_);
+    command.F_Do_W = physics_gain_ * LimitForce(F, force_cap_N_);
     command.grip_force_N = physics_gain_ * JawForce_N(role_index);
   }
   outputs->commands.push_back(command);
@@ -286,8 +290,9 @@ void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
   }
 }
 
-// What the coupling makes the hand feel is shared among the pairs that made it, in proportion to their penetration
-// sums: together the objects get the opposite of the hand's force, not a multiple of it.
+// Distributes the coupling's wrench F_Do over the hand's contact pairs i in proportion to their penetration sums,
+//   F_i = F_Do |s_i| / sum_j |s_j|,
+// so that the objects together receive the opposite of the hand's wrench.
 void HapticNode::ShareHandContact(std::size_t pair, const PairRole& pair_role, core::ContactSet* set) const {
   const int role_index = std::max(pair_role.sampled_role, pair_role.field_role);
   if (role_index < 0) return;

@@ -18,32 +18,35 @@ namespace haptic_node {
 
 struct Options {
   collision::Options collision;
-  std::int64_t budget_ns = 0;  // of collision in one step; 0: no limit, and results independent of the machine's speed
+  std::int64_t budget_ns =
+      0;  // for collision in one step; 0: no limit, so results do not depend on the machine's speed
 };
 
-// A source that has been silent for this long on this node's own clock is not trusted any more.
+// A source is stale after this time without a message, by this node's clock. Its force then fades out within kFade and,
+// when messages return, fades in within five times that. 20 + 20 ms keeps below the limit of 60 ms for a force without
+// a source (safety_filter.hpp) with 20 ms to spare; the values within that limit are chosen.
 constexpr std::int64_t kPhysicsStale_ns = 20'000'000;
 constexpr std::int64_t kDeviceStale_ns = 10'000'000;
-// Then its force is faded out in this time (and, when it comes back, in within five times as much), so that the force
-// is gone well before the 60 ms after which it has to be.
 constexpr std::int64_t kFade_ns = 20'000'000;
 
-// The hands: collision of all pairs, what each hand feels, what each object is pushed by.
+// Computes the collision of all pairs of haptic_node, the force on each hand, and the contacts for each object.
 //
 // Every step: parameters, poses (objects from physics/state, hand parts at the proxy pose C), collision of the active
-// pairs, then per hand the virtual coupling [VR-OOS, Eq. 3-6], the force on the jaws, the reaction from physics, the
-// cap. Step neither allocates, locks, throws nor logs, and its results do not depend on the number of workers.
+// pairs, then per hand the virtual coupling [VR-OOS, Eq. 3-6], the force on the jaws, the reaction from physics, and
+// the force limit. Step neither allocates, locks, throws nor logs, and its results do not depend on the number of
+// workers.
 class HapticNode {
  public:
-  // Cooks (or takes from the cache) the structures of every object that can collide. `workers` must outlive the node.
+  // Cooks the structures of every object that can collide, or loads them from the cache. `workers` must outlive the
+  // node. Errors: kUnsupported for too many devices, and those of cooking.
   static core::Result<std::unique_ptr<HapticNode>> Create(const scene::Scenario& scenario, core::ParallelFor& workers,
                                                           const Options& options);
 
-  // Makes room for one slot per pair; once, before the first Step.
+  // Allocates one slot per pair; call it once, before the first Step.
   void PrepareOutputs(Outputs* outputs) const;
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
 
-  // Whether this node has a parameter of that name, and would take that value.
+  // Names of this node's parameters; whether it has the parameter and accepts the value.
   [[nodiscard]] std::vector<std::string> ParameterNames() const;
   [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
   [[nodiscard]] std::uint64_t cycle() const { return cycle_; }
@@ -51,11 +54,11 @@ class HapticNode {
   [[nodiscard]] std::array<std::uint32_t, vps::kNumPairStates> CountPairs() const { return world_->CountStates(); }
 
  private:
-  // Tells how long ago a message last changed, by the clock of this node: publishers' clocks are not compared with.
+  // Time since a message last changed, by this node's clock; publishers' clocks do not matter.
   struct Freshness {
     std::uint64_t sequence = 0;
     std::int64_t seen_ns = 0;
-    void Note(std::uint64_t now_sequence, std::int64_t now_ns) {
+    void Update(std::uint64_t now_sequence, std::int64_t now_ns) {
       if (now_sequence == sequence) return;
       sequence = now_sequence;
       seen_ns = now_ns;
@@ -73,21 +76,21 @@ class HapticNode {
     core::DeviceState sample;  // newest
     Freshness device_freshness;
     Freshness reaction_freshness;
-    bool is_following = false;  // C follows contact; false: C stands on D
+    bool is_following = false;  // the coupling is active; false: C equals D
     double reaction_gain = 0.0;
     core::Reaction reaction;
     vps::CouplingContact contact;
     core::Wrench F_Do_W;            // of the coupling
-    double sum_of_weights_m = 0.0;  // of the pairs that entered the coupling
+    double sum_of_weights_m = 0.0;  // sum of |penetration sum| over the pairs of the coupling
     std::uint64_t last_trace_through_physics = 0;
   };
 
-  // How a pair of this node's world enters; a pair of two hands enters both couplings and concerns no other node.
+  // Role of a pair of this node's world. A pair of two hands enters both couplings and is not published.
   struct PairRole {
     std::uint16_t scenario_pair = 0;
     int sampled_role = -1;  // role whose hand S is part of
     int field_role = -1;
-    bool is_published = false;  // an object of physics_node is in it, or a viewer may want to see it
+    bool is_published = false;  // for physics_node and viewers
     int empty_sets_left = 0;    // still to send after the contact has ended
   };
 
@@ -103,9 +106,9 @@ class HapticNode {
   [[nodiscard]] int IgnoredObject(const Role& role) const;
 
   void ApplyChange(const core::ParameterChange& change);
-  void TakeDevices(const Inputs& inputs);
-  void TakePhysics(const Inputs& inputs);
-  void NoteDelay(const core::Trace& sample);
+  void UpdateDevices(const Inputs& inputs);
+  void UpdatePhysics(const Inputs& inputs);
+  void UpdateDelay(const core::Trace& sample);
   void PlaceObjects();
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
   void StepCoupling(Role* role);
@@ -119,16 +122,16 @@ class HapticNode {
   Options options_;
   std::unique_ptr<vps::CollisionWorld> world_;
   std::vector<Role> roles_;
-  std::vector<PairRole> pair_roles_;               // per pair of the world, as all that follows about pairs
+  std::vector<PairRole> pair_roles_;               // per pair of the world, as are the next two
   std::vector<std::string> pair_active_names_;     // "pair.<a>/<b>.active"
   std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
   Freshness physics_freshness_;
-  double delay_cycles_ = 0.0;  // from a pose to the use of planes made from it, at most
-  double physics_gain_ = 1.0;  // 0: physics is silent, its objects are not where they seem to be
+  double delay_cycles_ = 0.0;  // bound of the delay from a pose to the use of planes computed from it
+  double physics_gain_ = 1.0;  // 0: physics_node is silent
   double force_cap_N_ = 0.0;
   std::int64_t last_step_ns_ = 0;
-  double point_time_ns_ = 10.0;  // of collision, all in all; slow at first: a budget is rather kept than used up
+  double point_time_ns_ = 10.0;  // time per point; the initial value is high, so that the first steps keep the budget
   std::uint64_t cycle_ = 0;
 };
 

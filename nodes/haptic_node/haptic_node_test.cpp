@@ -14,7 +14,7 @@ namespace {
 std::atomic<std::uint64_t> num_allocations{0};
 }
 
-// Not inlined, else GCC sees free() on memory from new and warns.
+// Not inlined, else GCC warns about free() on memory from new.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   num_allocations.fetch_add(1, std::memory_order_relaxed);
   void* memory = std::malloc(size);
@@ -169,7 +169,7 @@ TEST(HapticNode, APressedHandFeelsTheCouplingSpringAndItsProxyStaysOnTheSurface)
   EXPECT_TRUE(bench.out.proxies[0].is_in_contact);
 }
 
-TEST(HapticNode, OneHandsContactIsNotFeltByTheOther) {
+TEST(HapticNode, AContactOfOneHandDoesNotActOnTheOther) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(1, 0.004);
@@ -188,7 +188,7 @@ TEST(HapticNode, TheCapLimitsTheNormAndKeepsTheDirection) {
   EXPECT_GT(glm::dot(glm::normalize(bench.force(0).force_N), before), 0.999);
 }
 
-TEST(HapticNode, SwitchingOffThePairTakesTheForceAway) {
+TEST(HapticNode, DeactivatingThePairRemovesTheForce) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(0, 0.004);
@@ -197,7 +197,7 @@ TEST(HapticNode, SwitchingOffThePairTakesTheForceAway) {
   EXPECT_NEAR(glm::length(bench.force(0).force_N), 0.0, 1e-9);
 }
 
-TEST(HapticNode, TakesItsOwnParametersOnly) {
+TEST(HapticNode, AcceptsOnlyItsOwnParameters) {
   core::SerialFor serial;
   Bench bench(serial);
   EXPECT_TRUE(bench.node_->AcceptsParameter({"force_cap_N", 10.0}));
@@ -241,7 +241,7 @@ TEST(HapticNode, SilentPhysicsFadesTheForceOutWithinFiftyMilliseconds) {
   EXPECT_EQ(glm::length(bench.force(0).force_N), 0.0);
 }
 
-TEST(HapticNode, TheReactionOfPhysicsIsFelt) {
+TEST(HapticNode, TheReactionOfPhysicsActsOnTheHand) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.inputs.reactions[1].F_Do_W = {{3.0, -4.0, 0.0}, {0.0, 0.0, 0.1}};
@@ -250,7 +250,7 @@ TEST(HapticNode, TheReactionOfPhysicsIsFelt) {
   EXPECT_EQ(bench.force(0).force_N, glm::dvec3(0.0));
 }
 
-TEST(HapticNode, AHeldObjectIsFeltThroughTheReactionOnly) {
+TEST(HapticNode, AHeldObjectActsOnTheHandOnlyByTheReaction) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(0, 0.004, 0.5);
@@ -258,12 +258,12 @@ TEST(HapticNode, AHeldObjectIsFeltThroughTheReactionOnly) {
   bench.inputs.reactions[0].grasped_object = 1;
   bench.Run(200);
   EXPECT_NEAR(glm::length(bench.force(0).force_N), 0.0, 1e-9);
-  // Its contact still goes to physics_node, which has to see that it is touched.
+  // Its contact is still sent to physics_node, which needs to know that the object is touched.
   EXPECT_EQ(bench.out.contacts_updated[1], 1);
   EXPECT_TRUE(bench.out.contacts[1].is_in_contact);
 }
 
-TEST(HapticNode, WhatTheHandFeelsIsWhatTheObjectGets) {
+TEST(HapticNode, ForcesOnHandAndObjectAreOpposite) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(0, 0.004, 0.5);
@@ -282,7 +282,7 @@ TEST(HapticNode, WhatTheHandFeelsIsWhatTheObjectGets) {
   EXPECT_NEAR(sum_N.z, set.F_So_W.force_N.z, 0.25 * set.F_So_W.force_N.z);
 }
 
-TEST(HapticNode, TheEndOfAContactIsTold) {
+TEST(HapticNode, PublishesTheEndOfAContact) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(0, 0.004, 0.5);
@@ -299,7 +299,7 @@ TEST(HapticNode, TheEndOfAContactIsTold) {
   EXPECT_LT(num_empty, 20);
 }
 
-TEST(HapticNode, ASampleIsEchoedDirectlyAndOnceThroughPhysics) {
+TEST(HapticNode, EchoesASampleDirectlyAndOnceThroughPhysics) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.inputs.devices[0].header.direct = {core::MakeTraceId(0, 7), 5, {}};

@@ -12,11 +12,11 @@
 namespace haptic_node {
 namespace {
 
-constexpr std::int64_t kGather_ns = 200'000;     // after the first role's sample
-constexpr std::int64_t kSilence_ns = 2'000'000;  // then the timer takes over
+constexpr std::int64_t kGather_ns = 200'000;     // wait for other roles after the first sample: a fifth of the period
+constexpr std::int64_t kSilence_ns = 2'000'000;  // without samples for two periods the timer takes over
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
 constexpr std::size_t kMaxChangesPerStep = 32;
-// A sample older than this on arrival has another host's clock: its arrival is taken instead.
+// A sample older than this on arrival was stamped by another host's clock, so its arrival time is used.
 constexpr std::int64_t kPlausibleAge_ns = 20'000'000;
 
 double Microseconds(double ns) {
@@ -71,8 +71,8 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     TakeParameters();
     MakeCycle(tick);
     AnswerParameters();
-    HearOfNodes();
-    TellFigures(core::MonotonicNow_ns());
+    ReportLostNodes();
+    PublishFigures(core::MonotonicNow_ns());
   }
 }
 
@@ -80,7 +80,7 @@ NodeLoop::Tick NodeLoop::WaitForTick(const std::atomic<bool>& stop) {
   std::uint32_t arrived = 0;
   const std::uint32_t all = (1U << devices_.size()) - 1U;
   std::int64_t first_ns = 0;
-  // The timer's next tick: 2 ms after the last step while devices speak, 1 ms while they are silent.
+  // The timer's next tick: 2 ms after the last step while samples arrive, 1 ms while they do not.
   const std::int64_t timer_ns = last_step_begin_ns_ + (timer_steps_ == 0 ? kSilence_ns : core::kTick_ns);
   while (!stop.load(std::memory_order_relaxed)) {
     node_->Wait(first_ns == 0 ? timer_ns : first_ns + kGather_ns);
@@ -127,7 +127,7 @@ void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
 void NodeLoop::Record() {
   if (recorder_ == nullptr) return;
   step_.pairs_late = outputs_.counters.pairs_late;
-  inputs_.budget_points = outputs_.counters.budget_points;  // as a replay has to be given it
+  inputs_.budget_points = outputs_.counters.budget_points;  // so that a replay uses the same budget
   recorder_->Record(haptic_->cycle(), inputs_.now_ns, step_);
   inputs_.budget_points = 0;
 }
@@ -145,15 +145,15 @@ void NodeLoop::MakeCycle(const Tick& tick) {
   haptic_->Step(inputs_, &outputs_);
   const std::int64_t end_ns = core::MonotonicNow_ns();
   Send(start_ns, end_ns);
-  Record();  // after all is sent: nobody waits for it
+  Record();  // after sending, as no other node waits for it
   Count(tick, start_ns, end_ns);
   last_step_begin_ns_ = tick.is_timer ? tick.begin_ns : start_ns;
-  // Late by more than a period: the timer's missed ticks are gone.
+  // Late by more than a period: drop the timer's missed ticks.
   if (end_ns - last_step_begin_ns_ > kSilence_ns) last_step_begin_ns_ = end_ns;
 }
 
-// Commands go first, they close the loop; then contacts; the proxies last, because they start a physics step, which is
-// to find the contacts of the same cycle.
+// Commands are sent first, as they close the force loop; then contacts; proxies last, because they trigger a physics
+// step, which needs the contacts of the same cycle.
 void NodeLoop::Send(std::int64_t start_ns, std::int64_t end_ns) {
   for (std::size_t r = 0; r < outputs_.commands.size(); ++r) {
     if (!devices_[r]->has_value()) continue;
@@ -210,17 +210,17 @@ void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_n
   work_.points_colliding += now.points_colliding;
 }
 
-// Rare: a node was lost or came back. Said by name in the log and in the report.
-void NodeLoop::HearOfNodes() {
-  while (node_->PollEvent(&heard_)) {
-    if (heard_.name != "node_lost" && heard_.name != "node_found") continue;
-    if (heard_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(heard_.detail);
-    std::printf("%s: %s\n", heard_.name == "node_lost" ? "lost" : "found", heard_.detail.c_str());
+// Prints, and notes for the report, which nodes were lost or found again.
+void NodeLoop::ReportLostNodes() {
+  while (node_->PollEvent(&event_)) {
+    if (event_.name != "node_lost" && event_.name != "node_found") continue;
+    if (event_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(event_.detail);
+    std::printf("%s: %s\n", event_.name == "node_lost" ? "lost" : "found", event_.detail.c_str());
     std::fflush(stdout);
   }
 }
 
-void NodeLoop::TellFigures(std::int64_t now_ns) {
+void NodeLoop::PublishFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
   const auto pairs = haptic_->CountPairs();

@@ -14,32 +14,32 @@
 
 namespace haptic_node {
 
-// What the report says about haptic cycles: all of them, and those with at least one pair in contact.
+// Timing of haptic cycles in the report: of all cycles, and of those with at least one pair in contact.
 struct CycleStatistics {
-  bus::LatencyStats durations;  // of the computation, without sending
+  bus::LatencyStats durations;  // computation without sending
   std::uint64_t misses = 0;     // steps that ended later than 1 ms after their tick
 };
 
-// Ties a HapticNode to the bus: one step per tick of the device bridge.
+// Connects a HapticNode to the bus: one step per tick of the device bridge.
 //
-// A tick begins when the first role's sample of it arrives; the step runs when all roles have arrived, or 200 us later.
-// When no device has spoken for 2 ms a 1 kHz timer takes over, so that proxies keep coming and forces fade.
+// A tick begins when the first role's sample arrives; the step runs when the samples of all roles have arrived, or 200
+// us later. Without a sample for 2 ms a 1 kHz timer takes over, so that proxies continue and forces fade.
 class NodeLoop {
  public:
   NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node);
 
-  // Declares what is read and written; before bus::Node::Start.
+  // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
-  // From now on every cycle is written down, with all that it reads.
+  // Records every following cycle with all its inputs.
   void RecordSteps(bus::log::StepSink* sink);
   // Runs until `stop` is set.
   void Run(const std::atomic<bool>& stop);
-  // The figures of the report.
+  // Writes the report haptic_node.json; false when it cannot be written.
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
  private:
   struct Tick {
-    std::int64_t begin_ns = 0;  // instant of the device sample on this host's clock; of the timer when silent
+    std::int64_t begin_ns = 0;  // time of the device sample by this host's clock, or of the timer's tick
     bool is_timer = false;
   };
 
@@ -51,8 +51,8 @@ class NodeLoop {
   void Send(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
   void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
-  void HearOfNodes();
-  void TellFigures(std::int64_t now_ns);
+  void ReportLostNodes();
+  void PublishFigures(std::int64_t now_ns);
 
   scene::Scenario scenario_;
   HapticNode* haptic_;
@@ -73,14 +73,14 @@ class NodeLoop {
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   const std::string no_refusal_;
-  const std::string refusal_ = "haptic_node refuses it: the value must be 0 or more, and is taken at once";
+  const std::string refusal_ = "haptic_node refuses it: the value must be 0 or more, without ramp or hold";
   std::size_t num_changes_ = 0;
-  core::Event heard_;
-  std::vector<std::string> lost_;  // nodes that were lost, by name
+  core::Event event_;
+  std::vector<std::string> lost_;  // names of lost nodes
   std::int64_t last_step_begin_ns_ = 0;
   std::int64_t next_figures_ns_ = 0;
   std::uint64_t timer_steps_ = 0;
-  Counters work_;  // summed
+  Counters work_;  // sums over all cycles
   CycleStatistics all_;
   CycleStatistics in_contact_;
 };

@@ -17,10 +17,10 @@ struct Inputs {
   core::FixedVector<core::DeviceState, kMaxRoles> devices;  // newest per role; header.sequence 0: never arrived
   const core::PhysicsState* physics = nullptr;
   core::FixedVector<core::Reaction, kMaxRoles> reactions;  // newest per role
-  const core::ParameterChange* changes = nullptr;          // to apply at the top of this step
+  const core::ParameterChange* changes = nullptr;          // applied at the start of this step
   std::size_t num_changes = 0;
-  // Of collision in this step, of a node that has a budget: when replaying, what the recorded step had. 0: what the
-  // measured speed of the machine allows.
+  // Budget of points for collision in this step, if the node has a time budget. In a replay, that of the recorded step;
+  // 0: computed from the measured speed of the machine.
   std::uint64_t budget_points = 0;
 };
 
@@ -28,13 +28,13 @@ struct Inputs {
 struct Counters {
   std::uint32_t pairs_considered = 0;
   std::uint32_t pairs_inactive = 0;  // by state matrix
-  std::uint32_t pairs_coherent = 0;  // skipped: cannot touch yet
+  std::uint32_t pairs_coherent = 0;  // skipped, as they cannot touch yet (temporal coherence)
   std::uint32_t pairs_tested = 0;
   std::uint32_t pairs_in_contact = 0;
-  std::uint32_t pairs_cut_short = 0;  // tested where they are deepest only, time ran short
-  std::uint32_t pairs_late = 0;       // left for the next cycle, time ran short; oldest first then
+  std::uint32_t pairs_cut_short = 0;  // for lack of time, tested only at their deepest places
+  std::uint32_t pairs_late = 0;       // for lack of time, postponed to the next cycle, which takes the oldest first
   std::uint32_t oldest_result_cycles = 0;
-  std::uint64_t budget_points = 0;  // that it had for collision; 0: no limit
+  std::uint64_t budget_points = 0;  // for collision; 0: no limit
   std::uint64_t spheres_tested = 0;
   std::uint64_t points_tested = 0;
   std::uint64_t points_colliding = 0;
@@ -44,7 +44,7 @@ struct Outputs {
   core::FixedVector<core::DeviceCommand, kMaxRoles> commands;
   core::FixedVector<core::HapticProxy, kMaxRoles> proxies;
   std::vector<core::ContactSet> contacts;      // one slot per scenario pair, allocated once
-  std::vector<std::uint8_t> contacts_updated;  // 1: slot written this step (send it)
+  std::vector<std::uint8_t> contacts_updated;  // 1: written in this step, to be sent
   bool is_in_contact = false;
   Counters counters;
 };

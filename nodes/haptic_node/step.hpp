@@ -8,14 +8,13 @@
 
 namespace haptic_node {
 
-// A cycle as it is recorded and replayed: all that it read and made. Inputs::budget_points is what the measured speed
-// of the machine allowed.
+// A recorded cycle: its inputs and outputs. Inputs::budget_points is the budget that the cycle used.
 struct Step {
   Inputs inputs;
   Outputs outputs;
-  std::uint32_t pairs_late = 0;  // left for the next cycle because time ran short: such a cycle cannot be repeated
+  std::uint32_t pairs_late = 0;  // pairs postponed for lack of time; such a cycle cannot be replayed exactly
 
-  // What the inputs point to when they were read from a recording.
+  // Storage for the inputs' pointers when read from a recording.
   core::PhysicsState physics;
   std::vector<core::ParameterChange> changes;
 };
@@ -32,7 +31,7 @@ void VisitInputs(V& v, Step& step) {
   v.Value("pairs_late", step.pairs_late);
 }
 
-// Of the contacts those that were to be sent.
+// Of the contacts, only those that were to be sent.
 template <class V>
 void VisitOutputs(V& v, Step& step) {
   Outputs& outputs = step.outputs;

@@ -8,9 +8,9 @@
 namespace physics_node {
 namespace {
 
-constexpr double kFinestVoxel_m = 0.001;  // nodes are many millimetres apart
+constexpr double kFinestVoxel_m = 0.001;  // nodes are many millimetres apart; finer voxels only cost memory
 
-// The distance field of a part as method `fast` has it.
+// The distance field of a part, as for method `fast`.
 class FieldShape final : public physics::ClothShape {
  public:
   explicit FieldShape(vps::CookedObject&& data)
@@ -85,7 +85,8 @@ class SheetKeeper::Builder {
     return {};
   }
 
-  // Everything that can be touched, and what the sheet hangs on. Members of its group do not touch it.
+  // Adds every object that the sheet can touch, and the one that it is sewn to. Members of the object's group do not
+  // touch the sheet.
   core::Result<int> AddBody(std::size_t index, std::size_t sheet_object, physics::Cloth* cloth) {
     const scene::Object& object = scenario_.objects[index];
     const bool touches = object.group != scenario_.objects[sheet_object].group && !object.collision_mesh.empty();
@@ -120,7 +121,7 @@ class SheetKeeper::Builder {
     return shapes_[index];
   }
 
-  // Nodes inside the seam hang on the object.
+  // Bonds the nodes inside the seam to the object.
   core::Result<void> Sew(const scene::Object& object, const scene::Sheet& given, Sheet* sheet) {
     const core::Pose X_SW = (object.X_WO * given.X_OS).inverse();
     const glm::dvec3 middle_S = X_SW * object.X_WO.translation;
@@ -130,10 +131,11 @@ class SheetKeeper::Builder {
       if (d.x <= 0.5 * given.seam_x_m && d.y <= 0.5 * given.seam_y_m) points_W.push_back(p_W);
     }
     if (points_W.size() < 3) {
-      return core::Fail(core::ErrorCode::kInvalidInput,
-                        std::to_string(points_W.size()) +
-                            " nodes lie in its seam, it needs three; place the sheet under the object's origin or give "
-                            "a larger seam_size_m");
+      return core::Fail(
+          core::ErrorCode::kInvalidInput,
+          std::to_string(points_W.size()) +
+              " nodes are inside its seam, which needs three; move the sheet under the object's origin or "
+              "give a larger seam_size_m");
     }
     const auto count = static_cast<double>(points_W.size());
     const int body = sheet->body_of_object[static_cast<std::size_t>(sheet->object)];

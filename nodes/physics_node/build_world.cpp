@@ -67,7 +67,7 @@ bool IsPhysics(const scene::Scenario& scenario, int object) {
   return scenario.objects[static_cast<std::size_t>(object)].owner == scene::Owner::kPhysics;
 }
 
-// Scenario pair between two objects, either way round.
+// Scenario pair of two objects, in either order.
 int FindPair(const scene::Scenario& scenario, int a, int b) {
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
     const scene::Pair& pair = scenario.pairs[i];
@@ -163,8 +163,8 @@ core::Result<void> AddMechanisms(const scene::Scenario& scenario, BuiltWorld* bu
   return {};
 }
 
-// A lever: a hinge holds it on something that does not move freely. Jaws push it, with their contacts; a grasp would
-// weld the hand to a body with one degree of freedom, and pull it off its axis.
+// A lever hangs by a hinge on something that does not move freely. Jaws move it by their contacts; a grasp would couple
+// all six degrees of freedom of the hand to a body with one, and load its axis.
 bool IsLever(const scene::Scenario& scenario, int object) {
   return std::any_of(scenario.mechanisms.begin(), scenario.mechanisms.end(), [&](const scene::Mechanism& m) {
     return m.kind == scene::MechanismKind::kHinge && m.child == object &&

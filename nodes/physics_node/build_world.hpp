@@ -16,8 +16,8 @@ namespace physics_node {
 
 constexpr int kNone = -1;
 
-// A scenario as a physics::World, with the way back from the scenario's indices. Indices are kNone where physics has
-// nothing: objects are bodies one to one, but only pairs with a physics-owned object are contact pairs here.
+// A scenario as a physics::World, with maps from the scenario's indices to the world's. Every object is a body; only
+// pairs with a physics-owned object are contact pairs, the others map to kNone.
 struct BuiltWorld {
   std::unique_ptr<physics::World> world;
   std::vector<int> body_of_object;
@@ -28,7 +28,7 @@ struct BuiltWorld {
   std::vector<physics::HookAndLoop*> patches;
   std::vector<physics::ClothHooks*> sheet_hooks;  // hook-and-loop that holds a sheet
 
-  // What a gripper could hold: one for every role and physics-owned object that both jaws have a contact pair with.
+  // A possible grasp: one for every role and physics-owned object that has a contact pair with both jaws.
   struct Holdable {
     int role = 0;
     int object = 0;
@@ -36,21 +36,22 @@ struct BuiltWorld {
     int right_pair = kNone;
     int mechanism = kNone;
     physics::SpringCoupling* coupling = nullptr;
-    std::vector<int> hand_contacts;  // World contact pairs of all hand parts with the object: muted while held
+    std::vector<int> hand_contacts;  // contact pairs of all hand parts with the object: without force while held
   };
   std::vector<Holdable> holdables;
 };
 
-// `mass_of_object` has one entry per object; only those of physics-owned objects are used.
+// `mass_of_object` has one entry per object; only those of physics-owned objects are used. Errors name file, line and
+// object.
 core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
                                     const std::vector<physics::MassProperties>& mass_of_object);
 
-// Of what a world is built from, as far as a checkpoint depends on it.
+// Digest of the data that a world is built from, as far as a checkpoint depends on them.
 std::uint64_t ContentDigest(const scene::Scenario& scenario,
                             const std::vector<physics::MassProperties>& mass_of_object);
 
-// Mass and inertia of every physics-owned object from its mesh: of its density, or scaled to its mass. An open mesh
-// (a sheet) with a given mass gets the inertia of its bounding box.
+// Mass properties of every physics-owned object: as given, or from its mesh with the given density or scaled to the
+// given mass. An open mesh (a sheet) with a given mass gets the inertia of its bounding box.
 core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scenario& scenario);
 
 }  // namespace physics_node

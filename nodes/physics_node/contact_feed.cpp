@@ -9,7 +9,7 @@ ContactFeed::ContactFeed(const scene::Scenario& scenario, BuiltWorld* built)
   for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].is_active = scenario.pairs[i].is_active;
 }
 
-void ContactFeed::TakeSent(const Inputs& inputs, const Hands& hands) {
+void ContactFeed::ApplyReceived(const Inputs& inputs, const Hands& hands) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (built_->contact_of_pair[i] == kNone || scenario_.pairs[i].owner != scene::PairOwner::kHaptic) continue;
     const int slot = built_->contact_of_pair[i];
@@ -35,7 +35,7 @@ void ContactFeed::Feed(int slot, const core::ContactSet& set) {
   }
 }
 
-void ContactFeed::MakeOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns) {
+void ContactFeed::ApplyOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns) {
   if (own->num_pairs() == 0) return;
   for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
     own->SetPose(i, built_->world->X_WO(built_->body_of_object[i]));
@@ -57,16 +57,17 @@ GraspKeeper::JawContact ContactFeed::Jaw(const Inputs& inputs, int pair, const H
   jaw.is_reported = contacts_[i].is_fresh;
   if (!jaw.is_reported) return jaw;
   const core::ContactSet& set = inputs.contacts[i];
-  // Direction in which the object pushes S when it pushes the jaw outwards.
+  // Direction of the force on S when the object pushes the jaw outwards.
   const bool is_jaw_sampled = scenario_.objects[scenario_.pairs[i].sampled].owner == scene::Owner::kHand;
   const glm::dvec3 direction_W = hand.X_WD.rotate({is_jaw_sampled ? outwards : -outwards, 0.0, 0.0});
   if (!set.planes.empty()) {
-    // Planes tell the gap at the present poses. The wrench does not tell a squeeze: it is the jaw's share of what the
-    // whole hand feels, in which two jaws that press against each other cancel.
+    // Planes give the gap at the current poses. The wrench cannot show a squeeze: it is the jaw's share of the force on
+    // the whole hand, in which the forces of two opposing jaws cancel.
     jaw.gap_m = built_->world->SmallestGap_m(built_->contact_of_pair[i]);
     jaw.is_squeezed = built_->world->SmallestGapAlong_m(built_->contact_of_pair[i], direction_W) < 0.0;
   } else {
-    // Without planes there is only what was known when the force was computed.
+    // Without planes only the gap at the time of the computation is known. The force must be within 60 degrees of the
+    // outward direction (cosine 0.5; judgement).
     jaw.gap_m = set.signed_distance_m;
     const double force_N = glm::length(set.F_So_W.force_N);
     jaw.is_squeezed = set.is_in_contact && force_N > 0.0 && glm::dot(set.F_So_W.force_N, direction_W) > 0.5 * force_N;

@@ -13,27 +13,27 @@
 
 namespace physics_node {
 
-// Brings the pairs' contacts into the world: those that haptic_node sends while they are fresh, and those that this
-// node computes itself.
+// Feeds contacts into the world: those that haptic_node sends, while they are fresh, and those that this node computes
+// itself.
 class ContactFeed {
  public:
   // All of them must outlive the feed.
   ContactFeed(const scene::Scenario& scenario, BuiltWorld* built);
 
   void SetActive(std::size_t pair, bool is_active) { contacts_[pair].is_active = is_active; }
-  // Planes stay with the world until a newer set replaces them or they are too old.
-  void TakeSent(const Inputs& inputs, const Hands& hands);
-  // Tests the pairs that are this node's own at the poses of now.
-  void MakeOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns);
+  // Applies the received sets. Planes stay in the world until a newer set replaces them or they are stale.
+  void ApplyReceived(const Inputs& inputs, const Hands& hands);
+  // Computes and applies this node's own pairs at the current poses.
+  void ApplyOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns);
 
-  // How a jaw of `hand` touches, by `pair`; `outwards` is -1 for the left jaw, +1 for the right one.
+  // Contact of a jaw of `hand` in `pair`; `outwards` is -1 for the left jaw, +1 for the right one.
   [[nodiscard]] GraspKeeper::JawContact Jaw(const Inputs& inputs, int pair, const Hand& hand, double outwards) const;
 
   void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:
   struct Contact {
-    std::uint64_t sequence = 0;  // of the set that the world has
+    std::uint64_t sequence = 0;  // of the set in the world
     bool is_active = true;
     bool is_fresh = false;
   };

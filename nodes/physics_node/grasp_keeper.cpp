@@ -15,8 +15,8 @@ GraspKeeper::Change GraspKeeper::Update(std::size_t holdable, const JawContact& 
   const int held = held_[static_cast<std::size_t>(h.role)];
 
   if (held != static_cast<int>(holdable)) {
-    const bool presses = left.is_reported && left.is_squeezed && right.is_reported && right.is_squeezed;
-    watch.press_ticks = presses && held == kNone ? watch.press_ticks + 1 : 0;
+    const bool is_squeezed = left.is_reported && left.is_squeezed && right.is_reported && right.is_squeezed;
+    watch.press_ticks = is_squeezed && held == kNone ? watch.press_ticks + 1 : 0;
     return watch.press_ticks >= kPressTicks ? Attach(holdable, opening_m, p_W) : Change::kUnchanged;
   }
 

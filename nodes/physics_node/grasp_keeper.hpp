@@ -13,13 +13,18 @@ namespace physics_node {
 // Decides, once per tick, which object each gripper holds (architecture section 1: a grasp is a 6-DoF spring-damper
 // between gripper and object, enabled while both jaws press on it).
 //
-// Attach: both jaws have pressed on the same object for kPressTicks, each pushed outwards by it along the jaws' axis:
-// fingertips that both stand on one face are no grip. While held, the object's contacts with the hand
-// do not push: the spring stands for them.
-// Detach: the opening is kOpenMargin_m wider than at the attachment, or a jaw has lost the object for kLostTicks. The
-// spring is soft beside the jaws, so under load the object moves between them and leaves a jaw without being let go;
-// therefore a jaw has lost it only when its gap is wider than the spring's deflection by kLostMargin_m, or when it is
-// no longer reported at all and the jaws have opened.
+// Attach: both jaws have pressed on the object for kPressTicks, and it pushes each of them outwards along the jaws'
+// axis, so fingertips on one face do not grasp. While held, the object's contacts with the hand exert no force; the
+// spring replaces them.
+//
+// Detach: the opening exceeds that at the attachment by kOpenMargin_m, or a jaw has lost the object for kLostTicks. The
+// spring is softer than the jaws, so under load the object moves between them and may leave a jaw while it is held.
+// Therefore a jaw has lost the object only if gap > |deflection of the spring| + kLostMargin_m, or, without a reported
+// contact, if the opening exceeds that at the attachment by kReopenMargin_m.
+//
+// The values are chosen: 5 ms of pressing rejects a brief touch, 20 ms of loss bridges stale contacts (kMaxAgeTicks),
+// and the margins are above the jaws' compliance and below a deliberate opening. physics_node_test holds both
+// directions.
 class GraspKeeper {
  public:
   static constexpr int kPressTicks = 5;
@@ -28,7 +33,7 @@ class GraspKeeper {
   static constexpr double kLostMargin_m = 0.0005;
   static constexpr double kReopenMargin_m = 0.001;
 
-  // A jaw's contact with an object as seen this tick.
+  // Contact of a jaw with an object in this tick.
   struct JawContact {
     bool is_reported = false;  // a fresh contact set exists
     bool is_squeezed = false;  // pushed outwards along the jaws' axis
@@ -38,13 +43,13 @@ class GraspKeeper {
 
   explicit GraspKeeper(BuiltWorld* built);
 
-  // One call per holdable and tick. Opening is the role's; `p_W` the grip point to use if it is grasped now.
+  // One call per holdable and tick, with the role's opening and the grip point for an attachment in this tick.
   Change Update(std::size_t holdable, const JawContact& left, const JawContact& right, double opening_m,
                 const glm::dvec3& p_W);
 
   void ExchangeState(physics::Checkpoint* checkpoint);
 
-  // kNone: nothing. Index into BuiltWorld::holdables.
+  // Index into BuiltWorld::holdables; kNone: nothing.
   [[nodiscard]] int held_by(std::size_t role) const { return held_[role]; }
 
  private:

@@ -9,7 +9,7 @@
 namespace physics_node {
 namespace {
 
-// Jaws faster than this are a glitch of the opening, not a motion.
+// Bounds the estimated speed of the jaws, in case the opening jumps. Chosen: far above the fastest deliberate motion.
 constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
 
 bool IsFinite(const core::HapticProxy& proxy) {
@@ -30,14 +30,14 @@ Hands::Hands(const scene::Scenario& scenario)
   }
 }
 
-void Hands::Take(const Inputs& inputs, std::uint64_t tick) {
+void Hands::Update(const Inputs& inputs, std::uint64_t tick) {
   for (const core::HapticProxy& proxy : inputs.proxies) {
     if (proxy.role_index < num_hands_ && proxy.header.sequence != 0 && IsFinite(proxy)) TakeProxy(proxy, tick);
   }
   are_all_silent_ = true;
   for (std::size_t i = 0; i < num_hands_; ++i) {
     Hand& hand = hands_[i];
-    hand.is_silent = !hand.is_known || tick - hand.heard_tick > PhysicsNode::kMaxAgeTicks;
+    hand.is_silent = !hand.is_known || tick - hand.received_tick > PhysicsNode::kMaxAgeTicks;
     if (hand.is_silent) {
       hand.V_WD = {};
       hand.opening_speed_m_per_s = 0.0;
@@ -50,7 +50,7 @@ void Hands::Take(const Inputs& inputs, std::uint64_t tick) {
 void Hands::TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick) {
   Hand& hand = hands_[proxy.role_index];
   if (hand.is_known && proxy.header.sequence == hand.sequence) return;
-  // The opening's rate is not on the wire; cycles are 1 ms apart.
+  // The message has no rate of the opening, so it is estimated by a backward difference; cycles are 1 ms apart.
   hand.opening_speed_m_per_s = 0.0;
   if (hand.is_known && proxy.cycle > hand.cycle && proxy.cycle - hand.cycle <= PhysicsNode::kMaxAgeTicks) {
     const double speed =
@@ -60,7 +60,7 @@ void Hands::TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick) {
   hand.is_known = true;
   hand.sequence = proxy.header.sequence;
   hand.cycle = proxy.cycle;
-  hand.heard_tick = tick;
+  hand.received_tick = tick;
   hand.X_WD = {glm::normalize(proxy.X_WD.rotation), proxy.X_WD.translation};
   hand.V_WD = proxy.V_WD;
   hand.opening_m = proxy.opening_m;

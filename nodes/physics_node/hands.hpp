@@ -10,13 +10,13 @@
 
 namespace physics_node {
 
-// What is known of one hand.
+// State of one hand.
 struct Hand {
   std::uint64_t sequence = 0;  // of the newest proxy
   std::uint64_t cycle = 0;
-  std::uint64_t heard_tick = 0;
+  std::uint64_t received_tick = 0;
   bool is_known = false;
-  bool is_silent = true;  // nothing was heard for PhysicsNode::kMaxAgeTicks
+  bool is_silent = true;  // no message for PhysicsNode::kMaxAgeTicks
   core::Pose X_WD;
   core::Twist V_WD;
   double opening_m = 0.0;
@@ -24,18 +24,18 @@ struct Hand {
   core::Trace direct;
 };
 
-// The hands as haptic_node tells of them, one per device, and their parts as kinematic bodies of the world.
+// The hands, one per device, from the messages of haptic_node; their parts are kinematic bodies of the world.
 class Hands {
  public:
   explicit Hands(const scene::Scenario& scenario);
 
-  // Takes what is new and finite; hands that were not heard of for long stand still.
-  void Take(const Inputs& inputs, std::uint64_t tick);
+  // Applies messages that are new and finite; sets the velocity of silent hands to zero.
+  void Update(const Inputs& inputs, std::uint64_t tick);
   // Sets pose and velocity of every body that is a part of a hand.
   void Place(BuiltWorld* built) const;
 
   [[nodiscard]] const Hand& operator[](std::size_t role) const { return hands_[role]; }
-  // Of the haptic cycle that told of a hand last.
+  // Haptic cycle of the newest message about any hand.
   [[nodiscard]] std::uint64_t newest_cycle() const { return newest_cycle_; }
   [[nodiscard]] bool are_all_silent() const { return are_all_silent_; }
 

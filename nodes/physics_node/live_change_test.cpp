@@ -55,7 +55,7 @@ struct Swing {
   [[nodiscard]] double offset_m() const { return outputs.state.bodies[0].X_WO.translation.x; }
 };
 
-TEST(LiveChange, AtOnceIsAnsweredWithTheEnergyThatItInjects) {
+TEST(LiveChange, AnImmediateChangeReportsItsInjectedEnergy) {
   Swing swing;
   swing.Run(15);
   const double x_m = swing.offset_m();
@@ -70,7 +70,7 @@ TEST(LiveChange, AtOnceIsAnsweredWithTheEnergyThatItInjects) {
   EXPECT_TRUE(swing.events.empty());
 }
 
-TEST(LiveChange, RampTellsItsEndOnceWithTickAndEnergy) {
+TEST(LiveChange, ARampReportsItsEndOnceWithTickAndEnergy) {
   Swing swing;
   swing.Run(15);
   const core::ParameterChange change{"latch.stiffness_N_per_m", 3.0 * Swing::kStiffness, core::ChangeManner::kRamped,
@@ -84,7 +84,7 @@ TEST(LiveChange, RampTellsItsEndOnceWithTickAndEnergy) {
       << swing.events[0].detail;
 }
 
-TEST(LiveChange, HeldUntilSeparatedInjectsNothing) {
+TEST(LiveChange, AChangeHeldUntilSeparationInjectsNoEnergy) {
   Swing swing;
   swing.Run(15);
   const core::ParameterChange change{"latch.stiffness_N_per_m", 0.0, core::ChangeManner::kWhenSeparated};
@@ -97,7 +97,7 @@ TEST(LiveChange, HeldUntilSeparatedInjectsNothing) {
   EXPECT_EQ(swing.events.back().name, "parameter_settled");
 }
 
-TEST(LiveChange, OnlyWhatMakesSenseIsAccepted) {
+TEST(LiveChange, RefusesInvalidValuesAndManners) {
   Swing swing;
   using enum core::ChangeManner;
   EXPECT_TRUE(swing.node->AcceptsParameter({"latch.damping", 3.0, kRamped, 1.0}));
@@ -110,7 +110,7 @@ TEST(LiveChange, OnlyWhatMakesSenseIsAccepted) {
 }
 
 // A node restored in the middle of a ramp ends it at the same tick and in the same state.
-TEST(LiveChange, RampGoesOnInARestoredNode) {
+TEST(LiveChange, ARampContinuesInARestoredNode) {
   Swing swing;
   swing.Run(15);
   const core::ParameterChange change{"latch.stiffness_N_per_m", 3.0 * Swing::kStiffness, core::ChangeManner::kRamped,

@@ -7,7 +7,7 @@
 namespace physics_node {
 namespace {
 
-// Of the box around the mesh; each side at least 1 mm, so that a sheet has an inertia about every axis.
+// Mass properties of the mesh's bounding box; each side at least 1 mm, so that a sheet has an inertia about every axis.
 physics::MassProperties BoundingBoxMass(const vps::TriangleMesh& mesh, double mass_kg) {
   glm::dvec3 low(1e30);
   glm::dvec3 high(-1e30);
@@ -20,7 +20,7 @@ physics::MassProperties BoundingBoxMass(const vps::TriangleMesh& mesh, double ma
   return mass;
 }
 
-// The surface of what the object is made of. A mesh that bounds nothing comes as it is.
+// The boundary of the object's volume. A mesh that bounds no volume is returned unchanged.
 core::Result<vps::TriangleMesh> LoadSolid(const std::filesystem::path& file, double sheet_thickness_m) {
   const auto checked = vps::LoadCheckedMesh(file, 1.0, sheet_thickness_m > 0.0);
   if (!checked) return vps::LoadMesh(file);
@@ -48,7 +48,7 @@ core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scena
     if (!solid) {
       if (!is_mass_given) {
         return core::Fail(solid.error().code,
-                          where + solid.error().detail + "; close the mesh, or give mass_kg in place of a density");
+                          where + solid.error().detail + "; close the mesh, or give mass_kg instead of a density");
       }
       masses[i] = BoundingBoxMass(*mesh, object.mass_kg);
       continue;

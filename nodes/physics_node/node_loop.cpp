@@ -28,7 +28,7 @@ int TickPlan::Plan(std::int64_t now_ns, bool is_new_cycle) {
   if (is_new_cycle) {
     count = owed <= -kMaxAhead ? 0 : std::clamp<std::int64_t>(owed, 1, kMaxCatchUp);
   } else if (owed >= kPatience) {
-    // One stays owed, for the cycle that may still come.
+    // Leaves one tick for the cycle that may still come.
     count = std::min(owed - kPatience + 1, kMaxCatchUp);
     timer_ticks_ += static_cast<std::uint64_t>(count);
   }
@@ -82,7 +82,7 @@ void NodeLoop::KeepCheckpoints(const std::filesystem::path& file, std::int64_t p
   writer_ = std::make_unique<SnapshotWriter>(file, physics_->content_digest());
   checkpoint_ticks_ = static_cast<std::uint64_t>(std::max(period_ns, core::kTick_ns) / core::kTick_ns);
   next_checkpoint_ = physics_->tick() + checkpoint_ticks_;
-  Fill(writer_->Begin());  // makes room, so that the step thread need not
+  Fill(writer_->Begin());  // allocates here rather than in the step thread
 }
 
 void NodeLoop::Fill(Snapshot* snapshot) {
@@ -93,7 +93,7 @@ void NodeLoop::Fill(Snapshot* snapshot) {
 
 void NodeLoop::Checkpoint() {
   if (writer_ == nullptr || physics_->tick() < next_checkpoint_) return;
-  // A tick in which no sheet has to be waited for comes soon.
+  // Prefer a tick without a sheet step in progress, for at most one more period.
   if (!physics_->is_quiet() && physics_->tick() < next_checkpoint_ + checkpoint_ticks_) return;
   next_checkpoint_ = physics_->tick() + checkpoint_ticks_;
   Snapshot* snapshot = writer_->Begin();
@@ -116,8 +116,8 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     MakeTicks(num_ticks);
     AnswerParameters();
     Checkpoint();
-    HearOfNodes();
-    TellFigures(core::MonotonicNow_ns());
+    ReportLostNodes();
+    PublishFigures(core::MonotonicNow_ns());
   }
 }
 
@@ -190,7 +190,7 @@ void NodeLoop::MakeTicks(int num_ticks) {
   inputs_.num_changes = num_changes_;
   for (int i = 0; i < num_ticks; ++i) {
     if (i > 0) {
-      Record();  // the tick before, whose results are not sent
+      Record();  // the previous tick, whose results are not sent
       inputs_.num_changes = 0;
     }
     physics_->Step(inputs_, &outputs_);
@@ -207,7 +207,7 @@ void NodeLoop::MakeTicks(int num_ticks) {
     header->direct.Add(core::Stage::kPhysicsSend, end_ns);
     header->through_physics.Add(core::Stage::kPhysicsSend, end_ns);
   };
-  // Reactions first: they are what a hand waits for.
+  // Reactions first, as they close the force loop.
   for (std::size_t r = 0; r < outputs_.reactions.size(); ++r) {
     stamp(&outputs_.reactions[r].header);
     reaction_writers_[r].Send(outputs_.reactions[r]);
@@ -217,22 +217,22 @@ void NodeLoop::MakeTicks(int num_ticks) {
   sheets_.Send(physics_->sheets(), physics_->tick());
   OwnContacts& own = physics_->own_contacts();
   for (std::size_t i = 0; i < own.num_pairs(); ++i) {
-    if (own.is_told(i)) own_contact_writers_[i].Send(own.set(i));
+    if (own.is_published(i)) own_contact_writers_[i].Send(own.set(i));
   }
-  Record();  // after all is sent: nobody waits for it
+  Record();  // after sending, as no other node waits for it
 }
 
-// Rare: a node was lost or came back. Said by name in the log and in the report.
-void NodeLoop::HearOfNodes() {
-  while (node_->PollEvent(&heard_)) {
-    if (heard_.name != "node_lost" && heard_.name != "node_found") continue;
-    if (heard_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(heard_.detail);
-    std::printf("%s: %s\n", heard_.name == "node_lost" ? "lost" : "found", heard_.detail.c_str());
+// Prints, and notes for the report, which nodes were lost or found again.
+void NodeLoop::ReportLostNodes() {
+  while (node_->PollEvent(&event_)) {
+    if (event_.name != "node_lost" && event_.name != "node_found") continue;
+    if (event_.name == "node_lost" && lost_.size() < lost_.capacity()) lost_.push_back(event_.detail);
+    std::printf("%s: %s\n", event_.name == "node_lost" ? "lost" : "found", event_.detail.c_str());
     std::fflush(stdout);
   }
 }
 
-void NodeLoop::TellFigures(std::int64_t now_ns) {
+void NodeLoop::PublishFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
   const double values[] = {static_cast<double>(physics_->tick()),

@@ -17,11 +17,14 @@
 
 namespace physics_node {
 
-// How many ticks to make now, so that simulated time keeps to real time while each haptic cycle gets its tick at once.
+// Schedules ticks so that simulated time follows real time while each haptic cycle gets its tick at once.
 //
-// Owed ticks are those whose time has come but which have not been made. A new haptic cycle makes one tick, or up to
-// kMaxCatchUp when some are owed; it makes none when physics is already kMaxAhead ahead (cycles that come in a burst).
-// Without a cycle, the timer makes ticks once kPatience are owed. After a long stall the time is dropped.
+// A tick is owed when its time has come but it has not been made. A new haptic cycle makes one tick, up to kMaxCatchUp
+// if more are owed, and none if physics is kMaxAhead ahead already (cycles in a burst). Without cycles, the timer makes
+// ticks once kPatience are owed. After a stall of more than kStall ticks the owed time is dropped.
+//
+// The numbers of ticks are chosen: small ones bound the jitter and the length of a catch-up; 50 ms is below the 60 ms
+// after which the device's watchdog drops the force.
 class TickPlan {
  public:
   static constexpr std::int64_t kMaxAhead = 2;
@@ -32,7 +35,7 @@ class TickPlan {
   explicit TickPlan(std::int64_t start_ns) : epoch_ns_(start_ns) {}
 
   [[nodiscard]] int Plan(std::int64_t now_ns, bool is_new_cycle);
-  // When the timer takes over if no cycle comes.
+  // Time at which the timer makes a tick if no cycle comes.
   [[nodiscard]] std::int64_t deadline_ns() const { return epoch_ns_ + (made_ + kPatience) * core::kTick_ns; }
   [[nodiscard]] std::uint64_t timer_ticks() const { return timer_ticks_; }
   [[nodiscard]] std::uint64_t dropped_ticks() const { return dropped_ticks_; }
@@ -44,24 +47,24 @@ class TickPlan {
   std::uint64_t dropped_ticks_ = 0;
 };
 
-// Ties a PhysicsNode to the bus: a tick when all roles' proxies of a new haptic cycle have arrived (contacts are sent
-// before them), by the timer otherwise.
+// Connects a PhysicsNode to the bus: makes a tick when the proxies of all roles of a new haptic cycle have arrived
+// (contacts are sent before them), or by the timer.
 class NodeLoop {
  public:
   NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node);
 
-  void Declare();  // before bus::Node::Start
-  // Goes on from a snapshot that PhysicsNode has taken: with the contact sets that it had.
+  void Declare();  // call it before bus::Node::Start
+  // Restores the contact sets of a snapshot that PhysicsNode::Restore has read.
   void Restore(Snapshot* snapshot);
-  // From now on a checkpoint is written to `file` each `period_ns` of simulated time, if the last one is done.
+  // Writes a checkpoint to `file` every `period_ns` of simulated time, unless the previous one is still being written.
   void KeepCheckpoints(const std::filesystem::path& file, std::int64_t period_ns);
-  // From now on every tick is written down, with all that it reads.
+  // Records every following tick with all its inputs.
   void RecordSteps(bus::log::StepSink* sink);
   void Run(const std::atomic<bool>& stop);
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
  private:
-  // Waits until ticks are due; returns how many.
+  // Waits until ticks are due; returns their number.
   int WaitForTicks(const std::atomic<bool>& stop);
   void TakeFresh();
   bool IsNewCycle() const;
@@ -71,8 +74,8 @@ class NodeLoop {
   void Record();
   void Checkpoint();
   void Fill(Snapshot* snapshot);
-  void HearOfNodes();
-  void TellFigures(std::int64_t now_ns);
+  void ReportLostNodes();
+  void PublishFigures(std::int64_t now_ns);
 
   scene::Scenario scenario_;
   PhysicsNode* physics_;
@@ -84,33 +87,33 @@ class NodeLoop {
   SheetOutlet sheets_;
   std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
   bus::StateWriter<bus::Figures> figures_writer_;
-  core::Event heard_;
-  std::vector<std::string> lost_;  // nodes that were lost, by name
+  core::Event event_;
+  std::vector<std::string> lost_;  // names of lost nodes
   bus::Figures figures_;
 
   Step step_;
   Inputs& inputs_ = step_.inputs;
   Outputs& outputs_ = step_.outputs;
   std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
-  std::uint64_t num_late_ = 0;                            // steps of sheets, as of the last tick
+  std::uint64_t num_late_ = 0;                            // late steps of sheets up to the last tick
   std::vector<core::ContactSet> contact_sets_;
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   const std::string no_refusal_;
   const std::string refusal_ =
-      "physics_node refuses it: the value must be finite, and 0 or more unless it is a motor's speed; only figures of "
-      "mechanisms are ramped or held";
+      "physics_node refuses it: the value must be finite, and 0 or more unless it is a motor's speed; only values of "
+      "mechanisms can be ramped or held";
   core::FixedVector<ChangeOutcome, kMaxChangesPerTick> outcomes_;
   std::size_t num_changes_ = 0;
-  std::uint64_t first_tick_ = 0;              // at whose top the newest changes were applied
+  std::uint64_t first_tick_ = 0;              // tick at the start of which the newest changes were applied
   std::vector<std::uint64_t> stepped_cycle_;  // per role: cycle of the last tick
   TickPlan plan_{0};
   std::int64_t next_figures_ns_ = 0;
   bus::LatencyStats durations_;
   std::unique_ptr<SnapshotWriter> writer_;  // null: no checkpoints
-  std::uint64_t checkpoint_ticks_ = 0;      // from one to the next
+  std::uint64_t checkpoint_ticks_ = 0;      // interval
   std::uint64_t next_checkpoint_ = 0;       // tick
-  std::uint64_t checkpoints_skipped_ = 0;   // the last one was still being written
+  std::uint64_t checkpoints_skipped_ = 0;   // because the previous one was still being written
   bus::LatencyStats checkpoint_durations_;  // of the step thread's part
 };
 

@@ -21,9 +21,9 @@ void OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
     const auto scenario_pair = owned_.scenario_pair[i];
-    pair.is_told = collision::TellContact(*owned_.world, i, scenario_pair, &pair.empty_sets_left, &pair.set);
-    pair.is_near = pair.is_told && !pair.set.planes.empty();
-    if (!pair.is_told) continue;
+    pair.is_published = collision::TellContact(*owned_.world, i, scenario_pair, &pair.empty_sets_left, &pair.set);
+    pair.is_near = pair.is_published && !pair.set.planes.empty();
+    if (!pair.is_published) continue;
     pair.set.cycle = tick;
     pair.set.header.sequence = tick;
     pair.set.header.publish_ns = now_ns;
@@ -39,6 +39,8 @@ void OwnContacts::SetActive(std::size_t scenario_pair, bool is_active) {
   if (const std::size_t i = IndexOf(scenario_pair); i < pairs_.size()) owned_.world->SetActive(i, is_active);
 }
 
+// Springs of stiffness k at the gaps g_i < 0 store E = sum_i k_i g_i^2 / 2 [J]; scaling all k_i by k'/k adds E (k'/k -
+// 1).
 double OwnContacts::SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m, const core::Pose& X_WS,
                                  const core::Pose& X_WG) {
   const std::size_t i = IndexOf(scenario_pair);

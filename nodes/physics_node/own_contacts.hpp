@@ -9,16 +9,16 @@
 
 namespace physics_node {
 
-// Contact that physics_node computes itself (pairs with owner="physics"), by the same code as haptic_node. Planes are
-// of the poses at the start of the very tick in which they push: there is no delay.
+// Contacts that physics_node computes itself (pairs with owner="physics"), by the same code as haptic_node. The planes
+// are computed at the poses of the start of the tick in which they act, so there is no delay.
 class OwnContacts {
  public:
-  // `workers` must outlive it. Without such a pair there is nothing to cook and a step does nothing.
+  // `workers` must outlive it. Without such pairs nothing is cooked, and Step does nothing.
   static core::Result<std::unique_ptr<OwnContacts>> Create(const scene::Scenario& scenario, core::ParallelFor& workers,
                                                            const collision::Options& options);
 
   void SetPose(std::size_t object, const core::Pose& X_WO) { owned_.world->SetPose(object, X_WO); }
-  // Tests every pair that is due: no time limit, so that results do not depend on the speed of the machine.
+  // Tests every pair that is due, without a time limit, so that results do not depend on the speed of the machine.
   void Step(std::uint64_t tick, std::int64_t now_ns);
   [[nodiscard]] const vps::StepReport& report() const { return report_; }  // work of the last step
 
@@ -26,26 +26,26 @@ class OwnContacts {
   [[nodiscard]] std::size_t scenario_pair(std::size_t pair) const { return owned_.scenario_pair[pair]; }
   [[nodiscard]] const core::ContactSet& set(std::size_t pair) const { return pairs_[pair].set; }
   core::ContactSet& set(std::size_t pair) { return pairs_[pair].set; }  // sending stamps its header
-  // The last step has something to tell other nodes about the pair.
-  [[nodiscard]] bool is_told(std::size_t pair) const { return pairs_[pair].is_told; }
-  // The set stands for the poses of the last step; otherwise the pair is apart and its set is an old one.
+  // The pair's set of the last step is to be sent to other nodes.
+  [[nodiscard]] bool is_published(std::size_t pair) const { return pairs_[pair].is_published; }
+  // The pair's set belongs to the poses of the last step; otherwise the pair is apart and its set is outdated.
   [[nodiscard]] bool is_near(std::size_t pair) const { return pairs_[pair].is_near; }
 
-  // By scenario pair; of other nodes' pairs nothing happens.
+  // By scenario pair; no effect for pairs of other nodes.
   void SetActive(std::size_t scenario_pair, bool is_active);
-  // Returns the energy that this injects: the penetrating planes' springs hold sum(k gap^2 / 2) at these poses.
+  // Returns the injected energy [J]: the change of sum(k gap^2 / 2) over the penetrating planes at these poses.
   double SetStiffness(std::size_t scenario_pair, double stiffness_N_per_m, const core::Pose& X_WS,
                       const core::Pose& X_WG);
 
-  // What has been changed since it was made, and the last planes, which the next ones depend on. All other results
-  // follow from the poses.
+  // Saves or restores the changed parameters and the last planes, on which the next ones depend. All else follows from
+  // the poses.
   void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:
   struct Pair {
     core::ContactSet set;
     int empty_sets_left = 0;
-    bool is_told = false;
+    bool is_published = false;
     bool is_near = false;
   };
 

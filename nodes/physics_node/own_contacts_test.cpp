@@ -20,7 +20,7 @@ scene::Scenario FreeCollision() {
 
 struct Collision {
   explicit Collision(const scene::Scenario& scenario) : node(std::move(*PhysicsNode::Create(scenario))) {}
-  // Until both have met and parted; returns whether they have.
+  // Runs until the bodies have collided and separated; returns whether they have.
   bool Run() {
     for (int tick = 0; tick < 2000; ++tick) {
       node->Step(inputs, &outputs);
@@ -41,7 +41,7 @@ struct Collision {
   int last_contact = 0;
 };
 
-// No haptic node is there: the contact is physics_node's own.
+// Without haptic_node: the contact is computed by physics_node.
 TEST(OwnContacts, TwoFreeBodiesReboundAndKeepTheirMomentum) {
   Collision collision(FreeCollision());
   collision.node->Step(collision.inputs, &collision.outputs);
@@ -56,7 +56,7 @@ TEST(OwnContacts, TwoFreeBodiesReboundAndKeepTheirMomentum) {
   EXPECT_NEAR(std::sqrt(collision.energy_J() / before_J), 1.0, 0.03) << "undamped: next to nothing is lost or gained";
 }
 
-TEST(OwnContacts, WithoutItsPairTheBodyPassesThrough) {
+TEST(OwnContacts, WithoutAnActivePairTheBodyPassesThrough) {
   scene::Scenario scenario = FreeCollision();
   scenario.pairs[0].is_active = false;
   Collision collision(scenario);
@@ -64,7 +64,7 @@ TEST(OwnContacts, WithoutItsPairTheBodyPassesThrough) {
   EXPECT_EQ(collision.outputs.state.bodies[1].V_WO.linear_m_per_s, glm::dvec3(0.0));
 }
 
-TEST(OwnContacts, PairOfTheHapticNodeIsNotComputedHere) {
+TEST(OwnContacts, DoesNotComputePairsOfTheHapticNode) {
   scene::Scenario scenario = FreeCollision();
   scenario.pairs[0].owner = scene::PairOwner::kHaptic;
   Collision collision(scenario);
@@ -72,9 +72,9 @@ TEST(OwnContacts, PairOfTheHapticNodeIsNotComputedHere) {
   EXPECT_FALSE(collision.Run());
 }
 
-// 50 free parts, 3 m away, each able to touch everything: the contact of the one mover costs the same to the last
-// sphere, and both bodies move the same to the last bit.
-TEST(OwnContacts, FarPartsAddNoWork) {
+// With 50 free parts 3 m away, each with pairs to everything, the contact of the moving body needs exactly the same
+// number of sphere tests, and both bodies move bit for bit as without them.
+TEST(OwnContacts, DistantPartsAddNoWork) {
   const scene::Scenario scenario = FreeCollision();
   scene::Scenario crowded = scenario;
   const auto add_pair = [&](std::size_t sampled, std::size_t field) {
@@ -112,23 +112,23 @@ TEST(OwnContacts, FarPartsAddNoWork) {
   EXPECT_TRUE(has_met);
 }
 
-// While they touch, the sets that viewers get are of the tick; then a few empty ones end the contact.
-TEST(OwnContacts, TellsItsPlanesAndTheEnd) {
+// During contact the published sets belong to the tick; then a few empty ones mark its end.
+TEST(OwnContacts, PublishesItsPlanesAndTheEndOfTheContact) {
   Collision collision(FreeCollision());
-  int told_with_planes = 0;
-  int told_empty = 0;
+  int num_with_planes = 0;
+  int num_empty = 0;
   for (int tick = 0; tick < 1500; ++tick) {
     collision.node->Step(collision.inputs, &collision.outputs);
     const OwnContacts& own = collision.node->own_contacts();
-    if (!own.is_told(0)) continue;
+    if (!own.is_published(0)) continue;
     EXPECT_EQ(own.set(0).cycle, collision.outputs.state.tick);
-    ++(own.set(0).planes.empty() ? told_empty : told_with_planes);
+    ++(own.set(0).planes.empty() ? num_empty : num_with_planes);
   }
-  EXPECT_GT(told_with_planes, 10);
-  EXPECT_EQ(told_empty, 5);
+  EXPECT_GT(num_with_planes, 10);
+  EXPECT_EQ(num_empty, 5);
 }
 
-TEST(OwnContacts, StiffnessChangedInContactInjectsItsShare) {
+TEST(OwnContacts, ReportsTheEnergyOfAStiffnessChangeInContact) {
   Collision collision(FreeCollision());
   while (!collision.outputs.state.is_in_contact) collision.node->Step(collision.inputs, &collision.outputs);
   for (int i = 0; i < 10; ++i) collision.node->Step(collision.inputs, &collision.outputs);

@@ -20,31 +20,32 @@ struct ParameterSlot {
   int tunable = kNone;    // its place there
 };
 
-// The figures that can be changed while the node runs (scenarios/README.md), by name.
+// The parameters that can be changed at run time (scenarios/README.md), by name.
 class Parameters {
  public:
   Parameters(const scene::Scenario& scenario, const BuiltWorld& built);
 
   [[nodiscard]] std::vector<std::string> Names() const;  // ascending
   [[nodiscard]] const ParameterSlot* Find(const std::string& name) const;
-  // A parameter of this node that can have this value in this manner. Only figures of mechanisms can be ramped or held.
+  // Whether this node has the parameter and accepts the value and the manner of the change. Only values of mechanisms
+  // can be ramped or held.
   [[nodiscard]] bool Accepts(const physics::World& world, const core::ParameterChange& change) const;
 
  private:
   std::unordered_map<std::string, ParameterSlot> slots_;
 };
 
-// Changes of mechanisms' figures that are ramped or held, until they have settled.
+// Tracks changes of mechanisms' values that are ramped or held, until they have settled.
 class LiveChanges {
  public:
   LiveChanges(physics::World* world, const Parameters& parameters);
 
-  // A change that Parameters accepts. No allocation.
+  // Begins a change that Parameters accepts. No allocation.
   ChangeOutcome Begin(const ParameterSlot& slot, const core::ParameterChange& change);
-  // After a step: calls tell(name, report) for every change that has reached its value in it.
-  template <typename Tell>
-  void TellSettled(Tell&& tell);
-  // After the world was restored: takes up what was under way in it.
+  // After a step: calls report(name, change) for every change that has reached its value in it.
+  template <typename Report>
+  void ReportSettled(Report&& report);
+  // Call it after restoring the world: finds the changes that are in progress.
   void FindPending();
 
  private:
@@ -59,16 +60,16 @@ class LiveChanges {
   int num_pending_ = 0;
 };
 
-template <typename Tell>
-void LiveChanges::TellSettled(Tell&& tell) {
+template <typename Report>
+void LiveChanges::ReportSettled(Report&& report) {
   if (num_pending_ == 0) return;
   for (Figure& figure : figures_) {
     if (!figure.is_pending) continue;
-    const physics::ChangeReport& report = world_->change_report(figure.mechanism, figure.tunable);
-    if (report.last_tick == 0) continue;
+    const physics::ChangeReport& change = world_->change_report(figure.mechanism, figure.tunable);
+    if (change.last_tick == 0) continue;
     figure.is_pending = false;
     --num_pending_;
-    tell(figure.name, report);
+    report(figure.name, change);
   }
 }
 

@@ -60,8 +60,8 @@ struct PhysicsNode::Impl {
 
   [[nodiscard]] core::Pose X_WO(std::size_t object) const { return built.world->X_WO(built.body_of_object[object]); }
 
-  void TellSettled(Outputs* outputs) {
-    changes.TellSettled([&](const std::string& name, const physics::ChangeReport& report) {
+  void ReportSettled(Outputs* outputs) {
+    changes.ReportSettled([&](const std::string& name, const physics::ChangeReport& report) {
       char text[96];
       std::snprintf(text, sizeof text, " settled at tick %llu, injected %.9g J",
                     static_cast<unsigned long long>(report.last_tick), report.injected_J);
@@ -73,7 +73,7 @@ struct PhysicsNode::Impl {
     for (std::size_t i = 0; i < built.holdables.size(); ++i) {
       const BuiltWorld::Holdable& h = built.holdables[i];
       const Hand& hand = hands[static_cast<std::size_t>(h.role)];
-      if (hand.is_silent) continue;  // nothing is taken or let go on old data
+      if (hand.is_silent) continue;  // no grasp changes on outdated data
       const GraspKeeper::JawContact left = feed.Jaw(inputs, h.left_pair, hand, -1.0);
       const GraspKeeper::JawContact right = feed.Jaw(inputs, h.right_pair, hand, 1.0);
       const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
@@ -141,7 +141,7 @@ struct PhysicsNode::Impl {
     }
   }
 
-  // Every force that physics makes on this hand: the grasp, and mechanisms that hang on a part of it.
+  // Wrench of physics on this hand about D: the grasp, sheets, and mechanisms attached to one of its parts.
   [[nodiscard]] core::Wrench ReactionOn(std::size_t role) const {
     core::Wrench F_Do_W;
     const Hand& hand = hands[role];
@@ -164,7 +164,7 @@ struct PhysicsNode::Impl {
     return F_Do_W;
   }
 
-  // A hand moves something that can move: its sample has reached this state through physics.
+  // Whether the hand acts on a movable object, so that its sample has reached this state through physics.
   [[nodiscard]] bool TouchesMovingObject(std::size_t role) const {
     if (keeper.held_by(role) != kNone || sheets->pinched_by(role) != kNone) return true;
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
@@ -250,7 +250,7 @@ struct PhysicsNode::Impl {
   Hands hands;
   ContactFeed feed;
   std::unique_ptr<SheetKeeper> sheets;
-  std::array<int, kMaxRoles> pinched{};  // object per role, as last told
+  std::array<int, kMaxRoles> pinched{};  // object per role, as last reported
   Parameters parameters;
   LiveChanges changes;
   std::vector<int> snap_states;  // per mechanism, as last reported
@@ -305,14 +305,14 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   outputs->events.clear();
   outputs->outcomes.clear();
   for (std::size_t i = 0; i < inputs.num_changes; ++i) outputs->outcomes.push_back(n.Apply(inputs.changes[i]));
-  n.hands.Take(inputs, n.tick);
+  n.hands.Update(inputs, n.tick);
   n.hands.Place(&n.built);
-  n.feed.TakeSent(inputs, n.hands);
-  n.feed.MakeOwn(n.own.get(), n.tick, n.now_ns);
+  n.feed.ApplyReceived(inputs, n.hands);
+  n.feed.ApplyOwn(n.own.get(), n.tick, n.now_ns);
   n.UpdateGrasps(inputs, outputs);
   n.StepSheets(inputs, outputs);
   n.built.world->Step(core::kTick_s);
-  n.TellSettled(outputs);
+  n.ReportSettled(outputs);
   n.Fill(outputs);
   outputs->state.state_hash = StateHash();
 }
@@ -346,7 +346,7 @@ core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
   Save(&here);
   if (here.node.bytes().size() != snapshot->node.bytes().size()) {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "checkpoint: it is of another program than this one; start without it");
+                      "checkpoint: it was written by another version of the program; start without it");
   }
   if (auto restored = impl_->built.world->Restore(&snapshot->world); !restored) return restored;
   snapshot->node.BeginReading();

@@ -9,7 +9,7 @@
 namespace physics_node {
 namespace {
 
-// A two-finger gripper and a free 40 mm block between its jaws; planes stand for the collision detection.
+// A two-finger gripper and a free 40 mm block between its jaws; given planes replace collision detection.
 struct Bench {
   enum Object : std::uint16_t { kPalm, kJawLeft, kJawRight, kBlock, kWall };
   enum PairIndex : std::size_t { kLeft, kRight, kBlockWall, kNumPairs };
@@ -141,7 +141,7 @@ struct Bench {
   [[nodiscard]] std::uint16_t held() const { return outputs.reactions[0].grasped_object; }
 };
 
-TEST(PhysicsNode, ReportsEveryPhysicsObjectAndNothingElse) {
+TEST(PhysicsNode, ReportsExactlyThePhysicsObjects) {
   Bench bench;
   bench.Tick();
   ASSERT_EQ(bench.outputs.state.bodies.size(), 1u);
@@ -152,7 +152,7 @@ TEST(PhysicsNode, ReportsEveryPhysicsObjectAndNothingElse) {
   EXPECT_EQ(bench.held(), core::kNoObject);
 }
 
-TEST(PhysicsNode, GraspsWithBothJawsCarriesAndLetsGo) {
+TEST(PhysicsNode, GraspsWithBothJawsCarriesAndReleases) {
   Bench bench;
   bench.MoveJaws(0.038, 0.05);
   bench.Run(50);
@@ -192,8 +192,8 @@ TEST(PhysicsNode, JawsTurnALeverWithoutHoldingIt) {
   EXPECT_NEAR(glm::length(bench.block().X_WO.translation - hinge.X_PJ.translation), 0.1, 1e-4);
 }
 
-// Panels that hinge on each other are carried like anything else.
-TEST(PhysicsNode, WhatHingesOnAFreeBodyIsHeld) {
+// E.g. two panels joined by a hinge.
+TEST(PhysicsNode, ABodyHingedOnAFreeBodyCanBeHeld) {
   scene::Scenario scenario = Bench::MakeScenario();
   scene::Object panel;
   panel.name = "panel";
@@ -219,7 +219,7 @@ TEST(PhysicsNode, OneJawPushesButDoesNotHold) {
   EXPECT_GT(bench.block().X_WO.translation.x, 0.0004);
 }
 
-TEST(PhysicsNode, FingertipsThatStandOnOneFaceDoNotHold) {
+TEST(PhysicsNode, FingertipsOnOneFaceDoNotHold) {
   Bench bench;
   bench.sends_contacts = false;
   for (int i = 0; i < 100; ++i) {
@@ -248,8 +248,8 @@ TEST(PhysicsNode, HeldObjectStaysHeldUnderLoadAcrossTheJaws) {
   bench.MoveJaws(0.0385, 0.05);
   bench.Run(30);
   ASSERT_EQ(bench.held(), Bench::kBlock);
-  // The wall holds the block back along the jaws' axis while the hand pulls 10 mm on: 30 N in the spring, and the
-  // object has left one jaw by far more than the lost margin.
+  // The wall holds the block back along the jaws' axis while the hand moves on by 10 mm: 30 N in the spring, and the
+  // gap to one jaw is far above the lost margin.
   const auto hold = [&] {
     core::ContactSet& set = bench.contacts[Bench::kBlockWall];
     set.header.sequence = bench.cycle + 1;
@@ -275,7 +275,7 @@ TEST(PhysicsNode, HeldObjectStaysHeldUnderLoadAcrossTheJaws) {
   EXPECT_NEAR(bench.outputs.reactions[0].F_Do_W.force_N.x, -3000.0 * 0.0099, 1.0);
 }
 
-TEST(PhysicsNode, ReactionOfTheGraspIsOppositeToTheObjectsChangeOfMomentum) {
+TEST(PhysicsNode, TheReactionOfAGraspIsOppositeToTheObjectsChangeOfMomentum) {
   Bench bench;
   bench.MoveJaws(0.0385, 0.05);
   bench.Run(50);
@@ -345,7 +345,7 @@ TEST(PhysicsNode, InactivePairDoesNotPush) {
   EXPECT_EQ(bench.block().V_WO.linear_m_per_s, glm::dvec3(0.0));
 }
 
-TEST(PhysicsNode, WrenchInputPushesWithThePapersForce) {
+TEST(PhysicsNode, WrenchInputAppliesTheForceOfThePaper) {
   scene::Scenario scenario = Bench::MakeScenario();
   scenario.contact_input = scene::ContactInput::kWrench;
   Bench bench(scenario);
@@ -361,8 +361,8 @@ TEST(PhysicsNode, WrenchInputPushesWithThePapersForce) {
   EXPECT_NEAR(bench.block().V_WO.linear_m_per_s.x, 2.0 * 0.1 / 0.5, 1e-9);
 }
 
-// What jaws that press against each other make the hand feel cancels, so the wrench in the message cannot tell a grip.
-TEST(PhysicsNode, WrenchInputGraspsCarriesAndLetsGoToo) {
+// The forces of opposing jaws on the hand cancel, so the wrench in the message cannot show a grasp.
+TEST(PhysicsNode, WrenchInputGraspsCarriesAndReleasesToo) {
   scene::Scenario scenario = Bench::MakeScenario();
   scenario.contact_input = scene::ContactInput::kWrench;
   Bench bench(scenario);
@@ -408,7 +408,7 @@ TEST(PhysicsNode, ChangedReleaseForceActsFromTheNextTickAndIsAnEvent) {
   EXPECT_EQ(bench.events.back().detail, "latch");
 }
 
-TEST(PhysicsNode, TwoRunsAreBitForBitEqual) {
+TEST(PhysicsNode, TwoRunsAreEqualBitForBit) {
   const auto run = [] {
     Bench bench;
     bench.MoveJaws(0.038, 0.05);
@@ -430,7 +430,7 @@ TEST(PhysicsNode, NonFiniteDevicePoseIsIgnored) {
   EXPECT_TRUE(std::isfinite(bench.block().X_WO.translation.x));
 }
 
-TEST(PhysicsNode, MechanismBetweenFixedObjectsIsRefusedByName) {
+TEST(PhysicsNode, RefusesAMechanismBetweenFixedObjectsByName) {
   scene::Scenario scenario = Bench::MakeScenario();
   scene::Mechanism hinge;
   hinge.name = "dead_hinge";

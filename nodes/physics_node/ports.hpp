@@ -12,11 +12,11 @@ constexpr std::size_t kMaxRoles = 4;
 constexpr std::size_t kMaxEventsPerTick = 16;
 constexpr std::size_t kMaxChangesPerTick = 32;
 
-// What came of a change, at the tick at whose top it was to be applied.
+// Result of a parameter change, in the tick at the start of which it was applied.
 struct ChangeOutcome {
   bool is_accepted = false;
-  bool is_pending = false;  // ramped or held: the event parameter_settled will tell its end
-  double injected_J = 0.0;  // energy that it has given the scene
+  bool is_pending = false;  // ramped or held: the event parameter_settled reports its end
+  double injected_J = 0.0;  // energy that it has injected into the scene
 };
 
 struct Inputs {
@@ -24,7 +24,7 @@ struct Inputs {
   core::FixedVector<core::HapticProxy, kMaxRoles> proxies;  // newest per role
   const core::ContactSet* contacts = nullptr;  // newest per scenario pair (index = pair); sequence 0: never
   std::size_t num_contacts = 0;
-  const core::ParameterChange* changes = nullptr;  // to apply at the top of this tick
+  const core::ParameterChange* changes = nullptr;  // applied at the start of this tick
   std::size_t num_changes = 0;
 };
 

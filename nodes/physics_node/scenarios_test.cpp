@@ -11,7 +11,7 @@ namespace {
 
 class Scenarios : public testing::TestWithParam<const char*> {};
 
-// Untouched, everything that physics owns stays where the file puts it: mechanisms start in equilibrium, switches in
+// Without contact every physics-owned object stays at its initial pose: mechanisms start in equilibrium, switches in
 // their detents, latched parts in their seats.
 TEST_P(Scenarios, StayAtRestUntouched) {
   const std::filesystem::path folder = std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / GetParam();

@@ -8,7 +8,8 @@
 namespace physics_node {
 namespace {
 
-// Of the gripper's pads, in the palm's frame: y to both sides, z about the origin.
+// Half sizes of the gripper's pads along y and z of the palm's frame, about its origin. From
+// scenarios/parts/gripper.scad (pad 20 x 15 mm).
 constexpr double kPadHalfWidth_m = 0.010;
 constexpr double kPadHalfHeight_m = 0.0075;
 
@@ -32,7 +33,7 @@ void SheetKeeper::Step(std::uint64_t tick, const Inputs& inputs, const std::arra
     ++num_late_;
     return;
   }
-  TakeResults();
+  ApplyResults();
   for (const core::HapticProxy& proxy : inputs.proxies) {
     if (proxy.role_index >= kMaxRoles || proxy.header.sequence == 0) continue;
     hands_[proxy.role_index] = {{glm::normalize(proxy.X_WC.rotation), proxy.X_WC.translation}, proxy.opening_m};
@@ -66,12 +67,12 @@ void SheetKeeper::Run() {
   }
 }
 
-void SheetKeeper::TakeResults() {
+void SheetKeeper::ApplyResults() {
   std::fill(loads_.begin(), loads_.end(), core::Wrench{});
   pinched_.fill(kNone);
   for (Sheet& sheet : sheets_) {
     sheet.F_Hand_W.fill({});
-    if (!sheet.has_stepped) continue;  // asleep
+    if (!sheet.has_stepped) continue;  // inactive
     sheet.has_stepped = false;
     const physics::Cloth& cloth = *sheet.cloth;
     for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
@@ -98,7 +99,7 @@ void SheetKeeper::TakeResults() {
   }
 }
 
-// Bodies as they are now: those that physics moves start there, hands are led there over the step.
+// Sets the current poses of the bodies: those that physics moves start the step there, hands reach theirs at its end.
 void SheetKeeper::Place(Sheet* sheet) {
   for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
     const int body = sheet->body_of_object[i];
@@ -114,7 +115,7 @@ void SheetKeeper::Place(Sheet* sheet) {
   }
 }
 
-// Jaws that have closed on the sheet and on nothing else hold the nodes between their pads.
+// Jaws that have closed on the sheet and on no object grip the nodes between their pads.
 void SheetKeeper::Pinch(Sheet* sheet, const std::array<bool, kMaxRoles>& is_hand_full) {
   for (std::size_t role = 0; role < scenario_.devices.size() && role < kMaxRoles; ++role) {
     const int palm = scenario_.devices[role].palm;

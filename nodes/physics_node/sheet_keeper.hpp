@@ -15,29 +15,30 @@
 
 namespace physics_node {
 
-// Carries out one step of all sheets: at once, or on a thread of its own.
+// Runs one step of all sheets: at once, or on a thread of its own.
 class SheetRunner {
  public:
   virtual ~SheetRunner() = default;
   virtual void Start(void (*step)(void*), void* context) = 0;
-  [[nodiscard]] virtual bool IsIdle() const = 0;  // what the step wrote can be read
+  [[nodiscard]] virtual bool IsIdle() const = 0;  // the step's results can be read
   virtual void WaitUntilIdle() = 0;
 };
 
-// The sheets of a scenario beside its world, at their own rate: every kPeriod_ticks they are told where bodies and
-// hands are and make one step, whose forces act from the next period on. So a tick never waits for a sheet, and the
-// result does not depend on when within the period the step was carried out. When it was not done in time the old
-// forces stay and the period is counted as late; a runner that steps at once is never late.
+// Steps the sheets of a scenario beside its world, at their own rate: every kPeriod_ticks they get the poses of bodies
+// and hands and make one step, whose forces act from the next period on. So a tick never waits for a sheet, and the
+// result does not depend on when within the period the step runs. When a step is not finished in time, the old forces
+// stay and the period is counted as late; a runner that steps at once is never late.
 //
-// Sheets touch hands where these are drawn, at the coupling pose X_WC: there they do not reach into parts.
-// A sheet that is asleep is not stepped, pulls at nothing and costs nothing.
+// Sheets touch hands at the coupling pose X_WC, where these do not penetrate parts. An inactive sheet is not stepped,
+// exerts no forces and costs no time.
 class SheetKeeper {
  public:
+  // Chosen: twice the period halves the cost and doubles the delay of the sheets' forces. The gaps form a hysteresis.
   static constexpr std::uint64_t kPeriod_ticks = 2;
-  static constexpr double kPinch_m = 0.003;  // jaws this near to the sheet's faces pinch it
-  static constexpr double kLoose_m = 0.006;  // and this far let go
+  static constexpr double kPinch_m = 0.003;  // jaws pinch the sheet when their gap to its faces is below this
+  static constexpr double kLoose_m = 0.006;  // and release it above this
 
-  // `options` say where distance fields of the parts are cached. Errors: file, line and what to do.
+  // `options` give the cache for the parts' distance fields. Errors name file, line and remedy.
   static core::Result<std::unique_ptr<SheetKeeper>> Create(const scene::Scenario& scenario,
                                                            const std::vector<physics::MassProperties>& mass_of_object,
                                                            BuiltWorld* built, const collision::Options& options,
@@ -49,12 +50,12 @@ class SheetKeeper {
   // Null: steps are made at once. Must outlive the keeper.
   void set_runner(SheetRunner* runner) { runner_ = runner; }
 
-  // Before the world's step of this tick. `is_hand_full`: per role, the jaws hold an object.
+  // Call it before the world's step of the tick. `is_hand_full`: per role, the jaws hold an object.
   void Step(std::uint64_t tick, const Inputs& inputs, const std::array<bool, kMaxRoles>& is_hand_full);
 
-  // Force of sheets on a hand about a point, from contact and pinching.
+  // Wrench of all sheets on a hand about a point in W, from contact and pinching.
   [[nodiscard]] core::Wrench ForceOnHand(std::size_t role, const glm::dvec3& p_WDo) const;
-  // Object whose sheet the role's jaws pinch; kNone.
+  // Object whose sheet the role's jaws pinch; kNone: none.
   [[nodiscard]] int pinched_by(std::size_t role) const { return pinched_[role]; }
 
   void SetActive(int object, bool is_active);
@@ -63,13 +64,13 @@ class SheetKeeper {
   [[nodiscard]] std::size_t num_sheets() const { return sheets_.size(); }
   [[nodiscard]] int object(std::size_t sheet) const { return sheets_[sheet].object; }
   [[nodiscard]] bool is_active(std::size_t sheet) const { return sheets_[sheet].is_active; }
-  // Where its nodes were at the end of the newest step that was taken over; the header is left alone.
+  // Nodes at the end of the newest finished step; does not change the header.
   void FillState(std::size_t sheet, std::uint64_t tick, core::SheetState* state) const;
   [[nodiscard]] std::uint64_t num_steps() const { return num_steps_; }
   [[nodiscard]] std::uint64_t num_late() const { return num_late_; }
 
-  [[nodiscard]] bool is_idle() const { return runner_ == nullptr || runner_->IsIdle(); }  // no step is under way
-  // Between ticks; waits for a step under way.
+  [[nodiscard]] bool is_idle() const { return runner_ == nullptr || runner_->IsIdle(); }  // no step is in progress
+  // Between ticks; waits for a step in progress.
   void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:
@@ -88,7 +89,7 @@ class SheetKeeper {
     std::vector<Hooks> hooks;
     bool is_active = true;
     bool is_resting = false;
-    bool has_stepped = false;  // since its results were taken over
+    bool has_stepped = false;  // since its results were applied
     std::vector<glm::vec3> p_W;
     std::array<core::Wrench, kMaxRoles> F_Hand_W;  // about the origin of W
     std::array<int, kMaxRoles> num_pinched{};
@@ -100,7 +101,7 @@ class SheetKeeper {
   class Builder;
 
   explicit SheetKeeper(const scene::Scenario& scenario, BuiltWorld* built);
-  void TakeResults();
+  void ApplyResults();
   void Place(Sheet* sheet);
   void Pinch(Sheet* sheet, const std::array<bool, kMaxRoles>& is_hand_full);
   void Run();

@@ -14,8 +14,8 @@
 namespace physics_node {
 namespace {
 
-// The cover of module_replacement, with the hand wherever a test puts it. Contact planes are not needed: sheets find
-// what they touch by themselves.
+// The cover of module_replacement, with the hand at the test's poses. No contact planes are needed: sheets detect their
+// own contacts.
 class SheetTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -89,7 +89,7 @@ class SheetTest : public testing::Test {
   int cover_ = -1;
 };
 
-TEST_F(SheetTest, JawsPinchItPeelItOffAndFeelItsPull) {
+TEST_F(SheetTest, JawsPinchTheSheetPeelItOffAndFeelItsForce) {
   PinchBorder();
   EXPECT_EQ(outputs_.reactions[0].grasped_object, cover_);
   EXPECT_EQ(StateOf("cover_hold"), 2);
@@ -109,7 +109,7 @@ TEST_F(SheetTest, JawsPinchItPeelItOffAndFeelItsPull) {
   EXPECT_EQ(events_.back(), "grasp_detached right cover");
 }
 
-TEST_F(SheetTest, TheHandPressesOnItWithoutGoingThrough) {
+TEST_F(SheetTest, TheHandPressesOnTheSheetWithoutPenetrating) {
   opening_m_ = 0.0;
   X_WD_.translation = {0.04, 0.0, 0.1};
   for (int i = 0; i < 10; ++i) Tick();
@@ -122,7 +122,7 @@ TEST_F(SheetTest, TheHandPressesOnItWithoutGoingThrough) {
   EXPECT_LT(lowest, 0.0125f + 0.002f);  // pushed down with the fingertips
 }
 
-TEST_F(SheetTest, AsleepItNeitherMovesNorPullsNorIsStepped) {
+TEST_F(SheetTest, AnInactiveSheetNeitherMovesNorExertsForcesNorIsStepped) {
   PinchBorder();
   MoveTo(X_WD_.translation + glm::dvec3(0.0, 0.0, 0.01), 100);
   ASSERT_GT(glm::length(outputs_.reactions[0].F_Do_W.force_N), 0.05);
@@ -140,7 +140,7 @@ TEST_F(SheetTest, AsleepItNeitherMovesNorPullsNorIsStepped) {
   for (std::size_t i = 0; i < before.p_W.size(); ++i) ASSERT_EQ(before.p_W[i], after.p_W[i]);
 }
 
-TEST_F(SheetTest, OnItsOwnThreadTheResultIsTheSame) {
+TEST_F(SheetTest, TheResultOnAThreadOfItsOwnIsTheSame) {
   PinchBorder();
   MoveTo(X_WD_.translation + glm::dvec3(0.0, 0.0, 0.03), 200);
   const std::uint64_t at_once = node_->StateHash();
@@ -189,7 +189,7 @@ TEST_F(SheetTest, ALateStepKeepsItsForcesAndIsCounted) {
   node_.reset();
 }
 
-TEST_F(SheetTest, ARestoredNodeGoesOnBitForBit) {
+TEST_F(SheetTest, ARestoredNodeContinuesBitForBit) {
   PinchBorder();
   Snapshot snapshot;
   node_->Save(&snapshot);
@@ -205,7 +205,7 @@ TEST_F(SheetTest, ARestoredNodeGoesOnBitForBit) {
   for (std::size_t i = 0; i < shown.p_W.size(); ++i) ASSERT_EQ(shown.p_W[i], Shown().p_W[i]);
 }
 
-TEST_F(SheetTest, APatchBesideTheSheetIsRefusedWithItsLine) {
+TEST_F(SheetTest, RefusesAPatchBesideTheSheetWithItsLine) {
   scenario_.mechanisms[static_cast<std::size_t>(scenario_.FindMechanism("cover_hold_b"))].patches_m.push_back(
       {1, 1, 0});
   const auto made = PhysicsNode::Create(scenario_);

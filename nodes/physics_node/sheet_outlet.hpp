@@ -7,8 +7,8 @@
 
 namespace physics_node {
 
-// Tells where the sheets are, at the rate of pictures: 60 times a second while they are awake, twice a second asleep,
-// for those who come late.
+// Publishes the sheets' nodes: at the rate of a display, 60 Hz, while they are active; at 2 Hz while inactive, for
+// viewers that join late.
 class SheetOutlet {
  public:
   static constexpr std::uint64_t kAwake_ticks = 16;

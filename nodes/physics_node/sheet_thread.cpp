@@ -5,7 +5,7 @@ namespace physics_node {
 SheetThread::SheetThread(bus::RealTimeMode mode, int fifo_priority) {
   bus::ThreadSetup setup;
   setup.name = "sheets";
-  // The world's thread has said already what it got; where a right is missing, this one runs as an ordinary thread.
+  // The world's thread has reported missing rights already; without them this one runs as an ordinary thread.
   setup.mode = mode == bus::RealTimeMode::kEnforce ? bus::RealTimeMode::kTry : mode;
   setup.fifo_priority = fifo_priority;
   thread_ = std::thread([this, setup] { Run(setup); });

@@ -9,7 +9,7 @@
 
 namespace physics_node {
 
-// Steps sheets on a thread of its own, below the world's: while it works, ticks go on.
+// Steps sheets on a thread of its own, with a lower priority than the world's, so that ticks do not wait for it.
 class SheetThread final : public SheetRunner {
  public:
   explicit SheetThread(bus::RealTimeMode mode, int fifo_priority);

@@ -12,19 +12,19 @@
 namespace physics_node {
 namespace {
 
-// A file name of nobody else, removed at the end.
-struct PassingFile {
-  PassingFile() {
+// A temporary file with a unique name, removed at the end.
+struct TemporaryFile {
+  TemporaryFile() {
     static std::atomic<int> count{0};
     path = std::filesystem::temp_directory_path() /
            ("vr_oos_checkpoint_" + std::to_string(::getpid()) + "_" + std::to_string(count.fetch_add(1)));
   }
-  ~PassingFile() {
+  ~TemporaryFile() {
     std::error_code error;
     std::filesystem::remove(path, error);
   }
-  PassingFile(const PassingFile&) = delete;
-  PassingFile& operator=(const PassingFile&) = delete;
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
   std::filesystem::path path;
 };
 

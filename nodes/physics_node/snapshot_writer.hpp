@@ -11,7 +11,7 @@
 
 namespace physics_node {
 
-// Writes snapshots to a file on a thread of its own, so that the step thread never waits for a disk.
+// Writes snapshots to a file on a thread of its own, so that the step thread never waits for the disk.
 class SnapshotWriter {
  public:
   SnapshotWriter(std::filesystem::path file, std::uint64_t content);
@@ -19,8 +19,8 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  // Step thread: the snapshot to fill, or null while the last one is still being written. Commit hands it over. Neither
-  // locks nor allocates.
+  // Step thread: the snapshot to fill, or null while the previous one is still being written. Commit starts writing.
+  // Neither locks nor allocates.
   Snapshot* Begin() { return is_busy_.load(std::memory_order_acquire) ? nullptr : &snapshot_; }
   void Commit();
 

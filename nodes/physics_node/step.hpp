@@ -8,13 +8,13 @@
 
 namespace physics_node {
 
-// A tick as it is recorded and replayed: all that it read and made, and what the clock decided in it.
+// A recorded tick: its inputs, its outputs, and whether the sheets were late.
 struct Step {
   Inputs inputs;
   Outputs outputs;
-  bool is_sheet_late = false;  // the sheets' step was due, and the one before was still under way
+  bool is_sheet_late = false;  // a sheet step was due while the previous one was in progress
 
-  // What the inputs point to when they were read from a recording.
+  // Storage for the inputs' pointers when read from a recording.
   std::vector<core::ContactSet> contacts;
   std::vector<core::ParameterChange> changes;
 };
@@ -26,7 +26,7 @@ void Visit(V& v, ChangeOutcome& outcome) {
   v.Value("injected_J", outcome.injected_J);
 }
 
-constexpr std::size_t kMaxSlots = 16384;  // more are no recording's
+constexpr std::size_t kMaxSlots = 16384;  // more mean a damaged recording
 
 // Contact sets that have never arrived are left out.
 template <class V>

@@ -7,13 +7,13 @@ namespace {
 
 constexpr std::int64_t kMs = core::kTick_ns;
 
-TEST(TickPlan, OneTickPerCycleWhenCyclesComeOnTime) {
+TEST(TickPlan, MakesOneTickPerCycleWhenCyclesAreOnTime) {
   TickPlan plan(0);
   for (int i = 1; i <= 1000; ++i) EXPECT_EQ(plan.Plan(i * kMs + (i % 3) * 100'000, true), 1);
   EXPECT_EQ(plan.timer_ticks(), 0u);
 }
 
-TEST(TickPlan, TimerKeepsSimulatedTimeAtRealTimeWithoutCycles) {
+TEST(TickPlan, WithoutCyclesTheTimerKeepsSimulatedTimeAtRealTime) {
   TickPlan plan(0);
   int made = 0;
   std::int64_t now = 0;
@@ -24,7 +24,7 @@ TEST(TickPlan, TimerKeepsSimulatedTimeAtRealTimeWithoutCycles) {
   EXPECT_NEAR(made, 1000, 2);
 }
 
-TEST(TickPlan, LateCycleIsCaughtUpAndABurstDoesNotRunAhead) {
+TEST(TickPlan, CatchesUpALateCycleAndDoesNotRunAheadInABurst) {
   TickPlan plan(0);
   int made = plan.Plan(1 * kMs, true);
   made += plan.Plan(5 * kMs, true);  // haptic_node stalled for 4 ms
@@ -33,7 +33,7 @@ TEST(TickPlan, LateCycleIsCaughtUpAndABurstDoesNotRunAhead) {
   EXPECT_LE(made, 5 + TickPlan::kMaxAhead);
 }
 
-TEST(TickPlan, LongStallDropsTimeInsteadOfRunningAfterIt) {
+TEST(TickPlan, DropsTheTimeOfALongStall) {
   TickPlan plan(0);
   EXPECT_EQ(plan.Plan(10'000 * kMs, true), 1);
   EXPECT_EQ(plan.dropped_ticks(), 9999u);
