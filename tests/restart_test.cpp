@@ -90,8 +90,8 @@ TEST(Restart, ADamagedOrForeignCheckpointIsRefusedWithOneReason) {
     return result ? std::string() : result.error().detail;
   };
   EXPECT_EQ(complaint(good), "");
-  EXPECT_NE(complaint("").find("is no checkpoint"), std::string::npos);
-  EXPECT_NE(complaint("<scenario/>").find("is no checkpoint"), std::string::npos);
+  EXPECT_NE(complaint("").find("is not a checkpoint"), std::string::npos);
+  EXPECT_NE(complaint("<scenario/>").find("is not a checkpoint"), std::string::npos);
   for (const std::size_t at : {std::size_t{20}, good.size() / 2, good.size() - 1}) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x10);

@@ -7,11 +7,11 @@
 
 namespace physics {
 
-// State of a world as bytes, written and read by the same code, so that the two cannot differ. Meant for the program
-// that wrote it: a restart goes on bit for bit, in a world that was built in the same way.
+// The state of a world as bytes. The same code writes and reads it, so the two cannot differ. A world that is built in
+// the same way by the same program continues from it bit for bit.
 class Checkpoint {
  public:
-  // Begins anew in either direction; what was written stays for reading.
+  // Start again at the first byte, for writing or for reading what was written.
   void BeginWriting() {
     bytes_.clear();
     is_writing_ = true;

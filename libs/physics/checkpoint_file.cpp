@@ -14,16 +14,16 @@ namespace {
 
 constexpr char kMagic[8] = {'O', 'O', 'S', 'C', 'H', 'K', 'P', 'T'};
 
-// At the start of the file, before the parts, each of which is its size (64 bit) and its bytes.
+// Start of the file. The parts follow, each as its size (64 bit) and its bytes.
 struct Header {
   char magic[8] = {};
   std::uint32_t format = 0;
   std::uint32_t num_parts = 0;
   std::uint64_t content = 0;
   std::uint64_t tick = 0;
-  std::uint64_t checksum = 0;  // of all that follows, seeded with that of the header's fields above
+  std::uint64_t checksum = 0;  // of all bytes that follow, seeded with the checksum of the fields above
 };
-static_assert(sizeof(Header) == 40, "no padding, so that the checksum is of values only");
+static_assert(sizeof(Header) == 40, "without padding, so that the checksum covers values only");
 
 std::uint64_t Checksum(const Header& header, const void* parts, std::size_t num_bytes) {
   return core::Hash64(parts, num_bytes, core::Hash64(&header, offsetof(Header, checksum)));
@@ -33,7 +33,7 @@ tl::unexpected<core::Error> Refuse(const std::filesystem::path& file, core::Erro
   return core::Fail(code, "checkpoint " + file.string() + ": " + why);
 }
 
-bool TakeParts(const std::vector<std::uint8_t>& bytes, std::span<Checkpoint* const> parts) {
+bool ReadParts(const std::vector<std::uint8_t>& bytes, std::span<Checkpoint* const> parts) {
   std::size_t at = sizeof(Header);
   for (Checkpoint* part : parts) {
     std::uint64_t size = 0;
@@ -95,11 +95,11 @@ core::Result<std::uint64_t> ReadCheckpointFile(const std::filesystem::path& file
   Header header;
   if (bytes.size() >= sizeof(Header)) std::memcpy(&header, bytes.data(), sizeof(Header));
   if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0) {
-    return Refuse(file, core::ErrorCode::kInvalidInput, "it is no checkpoint of physics_node; name another file");
+    return Refuse(file, core::ErrorCode::kInvalidInput, "it is not a checkpoint of physics_node; name another file");
   }
   if (header.format != kCheckpointFormat) {
     return Refuse(file, core::ErrorCode::kInvalidInput,
-                  "it is of format " + std::to_string(header.format) + ", this program reads format " +
+                  "it has format " + std::to_string(header.format) + ", but this program reads format " +
                       std::to_string(kCheckpointFormat) + "; start without it");
   }
   if (header.checksum != Checksum(header, bytes.data() + sizeof(Header), bytes.size() - sizeof(Header))) {
@@ -109,7 +109,7 @@ core::Result<std::uint64_t> ReadCheckpointFile(const std::filesystem::path& file
     return Refuse(file, core::ErrorCode::kInvalidInput,
                   "it is of another scenario, or the scenario has changed since; start without it");
   }
-  if (header.num_parts != parts.size() || !TakeParts(bytes, parts)) {
+  if (header.num_parts != parts.size() || !ReadParts(bytes, parts)) {
     return Refuse(file, core::ErrorCode::kInvalidInput, "its parts are not those of this program; start without it");
   }
   return header.tick;

@@ -9,16 +9,17 @@
 
 namespace physics {
 
-// Grows with every change of what is in a part.
+// Incremented with every change of a part's content.
 constexpr std::uint32_t kCheckpointFormat = 1;
 
-// The parts of a checkpoint on disk. Appears whole or not at all: it is written beside `file` and renamed, so whoever
-// reads finds the old one or the new one, also when the writer is killed. `content` says what it is of.
+// Writes the parts of a checkpoint to a file, atomically: it is written under another name and renamed, so a reader
+// finds the old or the new file even if the writer is killed. `content`: digest of what the checkpoint belongs to.
+// Error: kIo.
 core::Result<void> WriteCheckpointFile(const std::filesystem::path& file, std::uint64_t content, std::uint64_t tick,
                                        std::span<const Checkpoint* const> parts);
 
-// Fills the parts, of which the file must have as many, and returns the tick. Refused: a file that is none, one of
-// another format or content, one with a wrong checksum.
+// Fills the parts and returns the tick. Errors: kNotFound; kInvalidInput for a file that is not a checkpoint, or has
+// another format, content or number of parts; kDamaged for a wrong checksum.
 core::Result<std::uint64_t> ReadCheckpointFile(const std::filesystem::path& file, std::uint64_t content,
                                                std::span<Checkpoint* const> parts);
 

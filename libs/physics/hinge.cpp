@@ -9,7 +9,7 @@ namespace {
 
 enum HingeRow : std::size_t { kHingeX, kHingeY, kHingeZ, kTiltX, kTiltY };
 
-// Angle about z: the twist part of the relative rotation, in (-pi, pi].
+// Rotation angle about z, 2 atan2(q_z, q_w): the twist of the swing-twist decomposition, in (-pi, pi].
 double AngleAbout_z(const glm::dquat& R_JpJc) {
   double angle = 2.0 * std::atan2(R_JpJc.z, R_JpJc.w);
   if (angle > std::numbers::pi) angle -= 2.0 * std::numbers::pi;
@@ -57,7 +57,8 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   const double angle = AngleAbout_z(glm::conjugate(X_WJp.rotation) * X_WJc.rotation);
   position_ = angle;
 
-  // Anchors: e + dt e' + dt^2 e'' / 2 = 0 at the end of the step, with e' the row's speed there.
+  // The anchors coincide at the end of the step: their distance e [m] satisfies e + dt e' + dt^2 e'' / 2 = 0, with e'
+  // the row's speed at the end. So e' = -e / dt - dt e'' / 2 (SHAKE).
   const double rate = kErrorReduction / dt_s;
   const glm::dvec3 curvature_W =
       PointAcceleration(child, p_W - child.p_WCm) - PointAcceleration(parent, X_WJp.translation - parent.p_WCm);
@@ -68,7 +69,7 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   SetHard(&rows()[kHingeY], y_W, glm::dvec3(0.0), p_W, point_bias(y_W));
   SetHard(&rows()[kHingeZ], z_W, glm::dvec3(0.0), p_W, point_bias(z_W));
 
-  // Tilt of the child's z away from the parent's: t = z_p x z_c is the rotation vector for a small one. Its second
+  // Tilt of the child's z axis relative to the parent's: t = z_p x z_c, the rotation vector to first order. Its second
   // derivative is z_p'' x z_c + 2 z_p' x z_c' + z_p x z_c'', where an axis moves like a point at its tip.
   const glm::dvec3 tilt_W = glm::cross(z_W, zc_W);
   const glm::dvec3 tilt_curvature_W =
@@ -88,7 +89,7 @@ void Hinge::Prepare(const BodyView& parent, const BodyView& child, double dt_s) 
   const double d0 = params_.detents_rad[0];
   const double d1 = params_.detents_rad[1];
   axis.force = DetentTorque(angle, d0, d1, params_.detent_torque_Nm);
-  // Slope of the profile, -dT/dtheta, where it is stabilising.
+  // Stiffness -dT/dtheta = T_peak omega cos(2 pi u), omega = 2 pi / (d1 - d0), where it is positive (stable).
   const double u = (angle - d0) / (d1 - d0);
   if (u > -0.25 && u < 1.25) {
     const double omega = 2.0 * std::numbers::pi / (d1 - d0);

@@ -8,17 +8,18 @@ namespace physics {
 struct HingeParams {
   core::Pose X_PJ;
   core::Pose X_CJ;
-  JointAxisParams axis;  // rad, Nm; the angle is within (-pi, pi]: limits beyond that are none
+  JointAxisParams axis;  // rad, Nm; the angle is within (-pi, pi], so limits beyond that have no effect
   bool has_detents = false;
   double detents_rad[2] = {0.0, 0.0};  // ascending
   double detent_torque_Nm = 0.0;
 };
 
-// Torque of a two-position detent at angle theta, on the child: -peak sin(2 pi u), u = (theta - d0) / (d1 - d0).
-// Zero at both detents (stable) and half way (unstable), pulling to the nearer one in between, at most `peak`.
-// Beyond a detent it goes on to a quarter period, where it peaks, and stays there.
+// Torque [Nm] of a two-position detent on the child: T = -peak sin(2 pi u), u = (theta - d0) / (d1 - d0). It is zero at
+// both detents (stable) and half way (unstable), and acts towards the nearer detent. Beyond a quarter period outside of
+// a detent it stays at the peak.
 double DetentTorque(double theta_rad, double d0_rad, double d1_rad, double peak_Nm);
-// Its potential, zero at the detents: peak (d1 - d0) (1 - cos(2 pi u)) / (2 pi), and linear beyond a quarter period.
+// Its potential [J], zero at the detents: V = peak (d1 - d0) (1 - cos(2 pi u)) / (2 pi), linear beyond a quarter
+// period.
 double DetentEnergy_J(double theta_rad, double d0_rad, double d1_rad, double peak_Nm);
 
 // Pose of the child's mesh frame in the parent's at a given angle.

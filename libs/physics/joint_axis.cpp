@@ -35,9 +35,10 @@ void JointAxis::Prepare(const JointAxisParams& params, std::span<Row> rows, cons
   passive.stiffness = 0.0;
   passive.damping = params.damping;
 
-  // Limits: at the end of the step lower <= position <= upper, pushing only back inside. The row stops the approach in
-  // time (bias: distance per step) and removes what is violated. Farther away than a step can bring it, it rests.
-  const double speed = std::max(1.0, 1e-2 / dt_s);  // rad/s or m/s: 10 per s at 1 ms
+  // Limits: lower <= position <= upper at the end of the step, by a row that only pushes inwards. Its speed condition
+  // v >= -distance / dt stops the approach in time and removes a violation. The row is inactive while the limit is
+  // farther away than one step at `speed` [rad/s or m/s], which is 10 per s at 1 ms: chosen, above any motion in use.
+  const double speed = std::max(1.0, 1e-2 / dt_s);
   const auto limit = [&](Row* row, double sign, double inside) {
     SetHard(row, sign * linear_W, sign * angular_W, p_W, -inside / dt_s);
     row->lower = 0.0;
@@ -53,7 +54,7 @@ void JointAxis::Prepare(const JointAxisParams& params, std::span<Row> rows, cons
   rows[kLock].is_active = is_locked;
 
   SetHard(&rows[kMotor], linear_W, angular_W, p_W, params.motor_speed);
-  rows[kMotor].is_active = params.motor_limit > 0.0 && !is_locked;  // two rows that want one thing have no one answer
+  rows[kMotor].is_active = params.motor_limit > 0.0 && !is_locked;  // redundant rows would have no unique solution
   rows[kMotor].lower = -params.motor_limit;
   rows[kMotor].upper = params.motor_limit;
 }

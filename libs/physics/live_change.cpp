@@ -8,7 +8,8 @@
 namespace physics {
 namespace {
 
-// A change that was held is applied where it injects less than this: a spring of 20 kN/m deflected by 0.3 um.
+// A held change is applied when it injects less energy than this, that of a spring of 20 kN/m deflected by 0.3 um.
+// Chosen: far below any energy of interest, above the residual deflection of a part at rest.
 constexpr double kNoEnergy_J = 1e-9;
 
 }  // namespace
@@ -33,7 +34,7 @@ const ChangeReport& Mechanism::BeginChange(std::size_t index, const Change& chan
   return tunable.state.report;
 }
 
-void Mechanism::CarryOnChanges(const BodyView& parent, const BodyView& child, std::uint64_t tick, double dt_s) {
+void Mechanism::AdvanceChanges(const BodyView& parent, const BodyView& child, std::uint64_t tick, double dt_s) {
   for (Tunable& tunable : tunables_) {
     Tunable::State& state = tunable.state;
     if (!state.is_pending) continue;

@@ -6,10 +6,10 @@
 
 namespace physics {
 
-// When a figure of a mechanism takes its new value.
-//   kAtOnce         in the next step, all of it.
-//   kRamped         linearly over `ramp_s`, a part at the top of each step.
-//   kWhenSeparated  held until the change gives the mechanism no energy: it does not act, or is where it stores none.
+// When a mechanism's value changes.
+//   kAtOnce         in the next step.
+//   kRamped         linearly over `ramp_s`, at the start of each step.
+//   kWhenSeparated  held until the change injects no energy: the mechanism does not act, or stores none at its pose.
 enum class ChangeMode : std::uint8_t { kAtOnce, kRamped, kWhenSeparated };
 
 struct Change {
@@ -18,21 +18,20 @@ struct Change {
   double ramp_s = 0.0;
 };
 
-// What a change has done so far. Springs that are deflected by x hold k x^2 / 2, so that a change of k gives
-// (k' - k) x^2 / 2 to the scene; `injected_J` is the mechanism's stored energy with the new value less that with the
-// old one at the same poses, summed over a ramp. Negative when it took energy out. Damping, locks and motors store
-// none.
+// State of a change. `injected_J` is the mechanism's stored energy with the new value minus that with the old one at
+// the same poses, summed over a ramp: (k' - k) x^2 / 2 for a spring with deflection x. It is negative when energy is
+// removed. Damping, locks and motors store none.
 struct ChangeReport {
-  std::uint64_t first_tick = 0;  // the first step that runs with another value; 0: held until now
-  std::uint64_t last_tick = 0;   // the first step that runs with the wanted value; 0: not yet
+  std::uint64_t first_tick = 0;  // the first step with a changed value; 0: held until now
+  std::uint64_t last_tick = 0;   // the first step with the final value; 0: not yet
   double injected_J = 0.0;
 };
 
-// A figure of a mechanism that can be changed while the world runs, and the change that is under way.
+// A value of a mechanism that can be changed at run time, and its change in progress.
 struct Tunable {
-  const char* name = nullptr;  // as the parameter's in scenarios/README.md, after "<mechanism>."
+  const char* name = nullptr;  // name of the parameter in scenarios/README.md, after "<mechanism>."
   double* value = nullptr;
-  bool is_signed = false;  // else it must not be negative
+  bool is_signed = false;  // false: must not be negative
 
   struct State {
     bool is_pending = false;

@@ -8,7 +8,7 @@ namespace physics {
 PrincipalInertia DiagonalizeInertia(const glm::dmat3& I_O_kg_m2) {
   glm::dmat3 a = I_O_kg_m2;
   glm::dmat3 v(1.0);  // columns: eigenvectors
-  // Jacobi converges quadratically; 3x3 needs 4-6 sweeps, 32 is a bound that is never reached.
+  // Jacobi's method converges quadratically: a 3x3 matrix needs 4 to 6 sweeps, so 32 is a bound that is never reached.
   for (int sweep = 0; sweep < 32; ++sweep) {
     const double off = std::abs(a[1][0]) + std::abs(a[2][0]) + std::abs(a[2][1]);
     const double scale = std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]);

@@ -18,13 +18,13 @@ struct PrincipalInertia {
   glm::dvec3 moments_kg_m2{1.0};
 };
 
-// Cyclic Jacobi rotations; a diagonal tensor keeps its axes, so an axis-aligned body stays axis-aligned bit for bit.
+// By cyclic Jacobi rotations. A diagonal tensor keeps its axes, so an axis-aligned body stays axis-aligned bit for bit.
 PrincipalInertia DiagonalizeInertia(const glm::dmat3& I_O_kg_m2);
 
-// A tensor that a real body can have: finite, positive moments that satisfy the triangle inequality.
+// Whether a real body can have these properties: finite, with positive moments that satisfy the triangle inequality.
 bool IsPhysical(const MassProperties& properties);
 
-// Homogeneous box, for tests and for parts without a mesh.
+// Homogeneous box with edges along the axes, centred at the origin; for tests and for parts without a mesh.
 MassProperties BoxMass(double mass_kg, const glm::dvec3& size_m);
 
 }  // namespace physics

@@ -10,15 +10,16 @@
 
 namespace physics {
 
-// One scalar line of action between a child and a parent: a force along `linear_W` at the common point `p_W` and a
-// torque along `angular_W`, on the child; the opposite acts on the parent at the same point, so momentum is conserved.
+// Constraint row: one scalar line of action between a child and a parent. A force along `linear_W` at the common point
+// `p_W` and a torque along `angular_W` act on the child, the opposite on the parent at the same point, so momentum is
+// conserved.
 //
 // Soft row, with v the relative speed along the row (child minus parent) at the end of the step of length dt:
 //   F = force - (stiffness dt + damping) v
-// which is a spring and damper taken implicitly: `force` is the spring's force at the start of the step and
-// `stiffness` its slope, so F is the force at the end. An implicit spring is stable for every mass and every k dt^2/m;
-// an explicit one would need k dt^2 < 4 m (0.2 kg at 200 kN/m, 1 ms).
-// Hard row: v = `velocity_bias` at the end of the step, whatever force within the limits that takes.
+// an implicit spring and damper: `force` is the spring's force at the start of the step and `stiffness` its slope, so F
+// is the force at the end. It is stable for every mass; an explicit spring would need k dt^2 < 4 m (k dt^2 is 0.2 kg
+// for 200 kN/m at 1 ms).
+// Hard row: v = `velocity_bias` at the end of the step, by any force within the limits.
 struct Row {
   bool is_active = false;
   bool is_hard = false;
@@ -26,12 +27,12 @@ struct Row {
   glm::dvec3 angular_W{0.0};
   glm::dvec3 p_W{0.0};
   double force = 0.0;      // N, or Nm for an angular row
-  double stiffness = 0.0;  // >= 0; a falling force profile is taken explicitly instead
+  double stiffness = 0.0;  // >= 0; a falling force profile is explicit instead
   double damping = 0.0;
   double velocity_bias = 0.0;
   double lower = -1e30;  // limits of the force
   double upper = 1e30;
-  double impulse = 0.0;  // result of the last step, also its warm start; 0 when the row was inactive
+  double impulse = 0.0;  // result of the last step and warm start of the next; 0 when the row was inactive
 };
 
 struct BodyView {
@@ -41,8 +42,8 @@ struct BodyView {
   glm::dvec3 alpha_W{0.0};  // angular acceleration without torque: I^-1 (L x w)
 };
 
-// A device that pushes between two bodies through rows. Prepare sets the rows from the poses at the start of the
-// step, Finish reads the impulses. Neither allocates.
+// Exerts forces between two bodies by constraint rows. Prepare sets the rows from the poses at the start of the step,
+// Finish reads the impulses. Neither allocates.
 class Mechanism {
  public:
   explicit Mechanism(std::size_t num_rows) : rows_(num_rows) {}
@@ -53,20 +54,20 @@ class Mechanism {
   virtual void Prepare(const BodyView& parent, const BodyView& child, double dt_s) = 0;
   virtual void Finish(double dt_s) = 0;
 
-  // Potential energy of its springs at these poses, in its present state.
+  // Potential energy [J] of its springs at these poses, in its present state.
   [[nodiscard]] virtual double StoredEnergy_J(const BodyView& /*parent*/, const BodyView& /*child*/) const {
     return 0.0;
   }
 
-  // What can be changed while running. A newer change of the same figure replaces an older one that is under way.
+  // Values that can be changed at run time. A newer change of the same value replaces one in progress.
   [[nodiscard]] const std::vector<Tunable>& tunables() const { return tunables_; }
-  // Between steps; `next_tick` is the number of the coming step. At once is done on return.
+  // Between steps; `next_tick` is the number of the coming step. An immediate change is complete on return.
   const ChangeReport& BeginChange(std::size_t tunable, const Change& change, const BodyView& parent,
                                   const BodyView& child, std::uint64_t next_tick);
-  // At the top of step `tick`: carries ramps on and applies what was held.
-  void CarryOnChanges(const BodyView& parent, const BodyView& child, std::uint64_t tick, double dt_s);
+  // At the start of step `tick`: advances ramps and applies held changes whose condition is satisfied.
+  void AdvanceChanges(const BodyView& parent, const BodyView& child, std::uint64_t tick, double dt_s);
 
-  // All that the next step depends on, also what can be changed while running.
+  // The complete state between steps, including the tunable values.
   virtual void ExchangeState(Checkpoint* checkpoint) {
     for (Row& row : rows_) checkpoint->Exchange(&row);
     for (Tunable& tunable : tunables_) tunable.ExchangeState(checkpoint);
@@ -87,12 +88,12 @@ class Mechanism {
   void DeactivateAll() {
     for (Row& row : rows_) row.is_active = false;
   }
-  // Linear spring along axis_W at p_W: `offset` is how far the child has gone along the axis.
+  // Linear spring along axis_W at p_W; `offset` is the child's displacement along the axis.
   static void SetSpring(Row* row, const glm::dvec3& axis_W, const glm::dvec3& p_W, double offset_m, double stiffness,
                         double damping);
   static void SetAngularSpring(Row* row, const glm::dvec3& axis_W, double angle_rad, double stiffness, double damping);
 
-  // For constructors: names a figure that can be changed while running.
+  // For constructors: declares a value that can be changed at run time.
   void AddTunable(const char* name, double* value, bool is_signed = false) {
     tunables_.push_back({name, value, is_signed, {}});
   }

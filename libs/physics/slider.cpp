@@ -23,8 +23,9 @@ void Slider::Prepare(const BodyView& parent, const BodyView& child, double dt_s)
   const glm::dvec3 axes_W[3] = {X_WJp.rotate({1, 0, 0}), X_WJp.rotate({0, 1, 0}), X_WJp.rotate({0, 0, 1})};
   position_ = glm::dot(axes_W[2], offset_W);
 
-  // Seen from the turning parent, with w and alpha of the parent and u the child's speed along the guide: the child's
-  // point must end on the guide, so beside the accelerations of both points at the same place there is 2 w x u.
+  // The child's point must be on the guide at the end of the step. In the parent's rotating frame its acceleration is
+  // the difference of the accelerations of both bodies at that point minus the Coriolis term 2 w x u, with w of the
+  // parent and u the relative velocity. As for a hinge, v = -e / dt - dt e'' / 2 (SHAKE).
   const double rate = kErrorReduction / dt_s;
   const glm::dvec3& w_W = parent.V_WO.angular_rad_per_s;
   const glm::dvec3 v_child_W = core::PointVelocity(child.V_WO, p_W - child.X_WO.translation);

@@ -9,16 +9,18 @@ namespace {
 
 enum SnapRow : std::size_t { kSnapX, kSnapY, kSnapZ, kRotX, kRotY, kRotZ, kNumRows };
 
-// Lever by which the scenario's damping [N s/m] becomes an angular one [N m s/rad].
+// These values are chosen; no study compared others.
+// Lever that converts the scenario's damping d [N s/m] into an angular one, d lever^2 [N m s/rad].
 constexpr double kDampingLever_m = 0.05;
-// Below this part of a step's way the profile is as good as straight.
+// For shorter ways in a step the force at z is used, as the quotient work / way would lose its digits.
 constexpr double kShortest_m = 1e-9;
-// Once guided, the child is let go only well outside the tolerance at which it was taken: no chatter at the edge.
+// Hysteresis: a guided child is released at this multiple of the tolerances, which avoids chatter at their edge.
 constexpr double kLeaveFactor = 4.0;
-// The guide takes hold over this part of its length, so that an off-centre child is not hit by the full stiffness.
+// The guide's springs rise to their full stiffness over this part of its length, which avoids a jump of force on an
+// off-centre child.
 constexpr double kMouth = 0.25;
 
-// A guide shorter than this could not hold the snap's own travel.
+// Length of the guide: at least twice the snap's travel, so that it covers that.
 double GuideLength_m(const SnapParams& params) {
   return std::max(params.guide_length_m, 2.0 * params.travel_m);
 }
@@ -100,8 +102,8 @@ double Snap::Hold(double z_m) const {
   return state_ == 1 ? 1.0 : std::clamp((guide - z_m) / (kMouth * guide), 0.0, 1.0);
 }
 
-// Guide and state at the start of the step, a half a step before; the ledger of the last step with it.
-void Snap::Take(const Place& place, double a_m, double v_m_per_s) {
+// Updates the guide, the state at a = z - dt v / 2, and the ledger with the work of the last step.
+void Snap::UpdateState(const Place& place, double a_m, double v_m_per_s) {
   const glm::dvec3& offset = place.offset_m;
   const double z = offset.z;
   const double lateral = std::hypot(offset.x, offset.y);
@@ -124,14 +126,14 @@ void Snap::Take(const Place& place, double a_m, double v_m_per_s) {
   } else {
     ledger_J_ = 0.0;
   }
-  static_cast<void>(SnapWork_J(params_, a_m, a_m, &is_engaged));  // figures that were changed since
+  static_cast<void>(SnapWork_J(params_, a_m, a_m, &is_engaged));  // with parameters that may have changed since
   state_ = is_guided_ && is_engaged ? 1 : 0;
 }
 
 void Snap::SetAxial(const glm::dvec3& axis_W, const glm::dvec3& p_W, double z_m, double v_m_per_s, double dt_s) {
   const double b_m = z_m + 0.5 * dt_s * v_m_per_s;
   const double way_m = b_m - a_m_;
-  // A change of state is foreseen when the part gets there at its speed and also if it goes on speeding up or braking.
+  // A change of state is expected if the part reaches it at its present speed and also with its present acceleration.
   bool changes = state_ == 1;
   bool is_engaged = state_ == 1;
   static_cast<void>(SnapWork_J(params_, a_m_, z_m + 0.5 * dt_s * (2.0 * v_m_per_s - v_m_per_s_), &changes));
@@ -144,11 +146,11 @@ void Snap::SetAxial(const glm::dvec3& axis_W, const glm::dvec3& p_W, double z_m,
         may_change ? SnapWork_J(params_, a_m_, b_m, &is_engaged)
                    : SnapAxialEnergy_J(params_, is_engaged, a_m_) - SnapAxialEnergy_J(params_, is_engaged, b_m);
     force_N = work_J / way_m;
-    const double from_N = std::min(force_N, -params_.release_force_N);  // what is paid makes no new peak
+    const double from_N = std::min(force_N, -params_.release_force_N);  // the correction must not exceed the peaks
     const double to_N = std::max(force_N, params_.engage_force_N);
     force_N = std::clamp(force_N - ledger_J_ / way_m, from_N, to_N);
   }
-  // Along the guide the child slides freely; the snap's own damping acts where the snap acts.
+  // Along the guide the child slides freely; the snap's damping acts only within its travel.
   const double d = state_ == 1 || z_m < params_.travel_m ? params_.damping_N_s_per_m : 0.0;
   SetSpring(&rows()[kSnapZ], axis_W, p_W, 0.0, 0.0, d + slope_N_s_per_m);
   rows()[kSnapZ].force = force_N + slope_N_s_per_m * v_m_per_s;
@@ -166,7 +168,7 @@ void Snap::Prepare(const BodyView& parent, const BodyView& child, double dt_s) {
                                            core::PointVelocity(parent.V_WO, p_W - parent.X_WO.translation));
   const double a = z - 0.5 * dt_s * v;
   position_ = z;
-  Take(place, a, v);
+  UpdateState(place, a, v);
   has_acted_ = is_guided_;
   a_m_ = a;
   acted_params_ = params_;
@@ -198,7 +200,7 @@ double Snap::StoredEnergy_J(const BodyView& parent, const BodyView& child) const
   const double sideways_J = params_.stiffness_N_per_m * (offset.x * offset.x + offset.y * offset.y) +
                             params_.stiffness_Nm_per_rad * glm::dot(place.turn_rad, place.turn_rad);
   bool is_engaged = state_ == 1;
-  static_cast<void>(SnapWork_J(params_, offset.z, offset.z, &is_engaged));  // as the next step will find it
+  static_cast<void>(SnapWork_J(params_, offset.z, offset.z, &is_engaged));  // the state at the start of the next step
   return SnapAxialEnergy_J(params_, is_engaged, offset.z) + 0.5 * Hold(offset.z) * sideways_J;
 }
 

@@ -4,11 +4,11 @@
 
 namespace physics {
 
-// Force against pushing a snap in, over z, the distance of the seat, as points joined by straight lines; nothing
-// outside. Forces are parts of the largest, so that it can be scaled.
+// Force against insertion of a snap over the distance z from the seat, piecewise linear, zero outside. Forces are
+// relative to the largest one, so that the profile can be scaled.
 struct SnapProfile {
   static constexpr int kMaxPoints = 16;
-  int num_points = 0;                      // 0: none given; else at least 3, the first and the last without force
+  int num_points = 0;                      // 0: no profile; else at least 3, the first and the last with force 0
   std::array<double, kMaxPoints> z_m{};    // ascending
   std::array<double, kMaxPoints> share{};  // 0 to 1
 

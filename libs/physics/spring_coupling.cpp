@@ -13,7 +13,7 @@ glm::dvec3 SpringCoupling::Offset_W(const BodyView& parent, const BodyView& chil
   return child.X_WO * p_CGrip_m_ - parent.X_WO * p_PGrip_m_;
 }
 
-// Rotation from where the child should be (X_WP X_PC) to where it is, expressed in W.
+// Rotation vector from the child's target pose (X_WP X_PC) to its pose, in W [rad].
 glm::dvec3 SpringCoupling::Turn_W(const BodyView& parent, const BodyView& child) const {
   const glm::dquat wanted = parent.X_WO.rotation * X_PC_.rotation;
   return core::RotationVector(child.X_WO.rotation * glm::conjugate(wanted));
@@ -55,7 +55,7 @@ void SpringCoupling::Prepare(const BodyView& parent, const BodyView& child, doub
 void SpringCoupling::Finish(double dt_s) {
   F_Po_W_ = {};
   if (!is_attached_) return;
-  // Rows act on the child; the parent gets the opposite at the same point.
+  // Rows act on the child; the parent receives the opposite at the same point.
   for (const Row& row : rows()) {
     const glm::dvec3 impulse_W = row.impulse * row.linear_W;
     F_Po_W_.force_N -= impulse_W / dt_s;

@@ -11,9 +11,9 @@ struct SpringCouplingParams {
   double damping_Nm_s_per_rad = 0.6;
 };
 
-// 6-DoF spring-damper that holds the child where it was when it was attached: the grasp of architecture section 1,
-// with the gripper as parent. The linear spring sits at the point given at the attachment (between the jaws), so
-// that turning the held object about the grip meets the angular spring only.
+// 6-DoF spring-damper that holds the child at its relative pose of the attachment: the grasp of architecture section 1,
+// with the gripper as parent. The linear spring acts at the grip point given at the attachment (between the jaws), so a
+// rotation of the held object about it is opposed by the angular spring only.
 // Tunables: stiffness_N_per_m, damping_N_s_per_m, stiffness_Nm_per_rad, damping_Nm_s_per_rad.
 class SpringCoupling final : public Mechanism {
  public:
@@ -29,9 +29,9 @@ class SpringCoupling final : public Mechanism {
   [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
 
-  // Of the last step, on the parent, about the origin of the parent's frame at the start of that step, in W.
+  // Wrench on the parent in the last step, about the origin of the parent's frame at the start of that step, in W.
   [[nodiscard]] const core::Wrench& F_Po_W() const { return F_Po_W_; }
-  // How far the grip point is from where the parent holds it, in the parent's axes.
+  // Displacement of the child's grip point from the parent's, in the parent's axes [m].
   [[nodiscard]] const glm::dvec3& deflection_P_m() const { return deflection_P_m_; }
 
  private:

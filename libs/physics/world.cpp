@@ -92,10 +92,10 @@ void World::Step(double dt_s) {
   for (MechanismSlot& slot : w.mechanisms) {
     const BodyView parent = w.View(slot.parent);
     const BodyView child = w.View(slot.child);
-    slot.mechanism->CarryOnChanges(parent, child, w.num_steps, dt_s);
+    slot.mechanism->AdvanceChanges(parent, child, w.num_steps, dt_s);
     slot.mechanism->Prepare(parent, child, dt_s);
   }
-  w.world.stepSimulation(dt_s, 0);  // 0: exactly one step; otherwise Bullet keeps its own clock and drops time
+  w.world.stepSimulation(dt_s, 0);  // 0: exactly one step; otherwise Bullet uses its own clock and drops time
   w.Collect(dt_s);
   for (RigidBody& body : w.bodies) {
     if (body.kind != BodyKind::kDynamic) continue;
@@ -234,9 +234,10 @@ core::Result<void> World::Restore(Checkpoint* checkpoint) {
   Save(&here);
   if (here.bytes().size() != checkpoint->bytes().size() ||
       !std::equal(here.bytes().begin(), here.bytes().begin() + 3 * sizeof(std::size_t), checkpoint->bytes().begin())) {
-    return core::Fail(core::ErrorCode::kInvalidInput,
-                      "checkpoint: it is of another world (bodies, pairs or mechanisms differ); restore it into one "
-                      "built from the same scenario by the same program");
+    return core::Fail(
+        core::ErrorCode::kInvalidInput,
+        "checkpoint: it belongs to another world (bodies, pairs or mechanisms differ); restore it into one "
+        "built from the same scenario by the same program");
   }
   checkpoint->BeginReading();
   impl_->ExchangeState(checkpoint);

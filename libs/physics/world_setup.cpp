@@ -1,4 +1,4 @@
-// What a world is made of: bodies, contact pairs and mechanisms.
+// Setup of a world: bodies, contact pairs and mechanisms.
 
 #include <string>
 
@@ -18,11 +18,11 @@ core::Result<int> World::AddBody(const BodyParams& params) {
   btVector3 moments(0, 0, 0);
   if (params.kind == BodyKind::kDynamic) {
     if (!IsPhysical(params.mass)) {
-      return core::Fail(core::ErrorCode::kInvalidInput,
-                        name + ": mass or inertia is not that of a real body (mass " +
-                            std::to_string(params.mass.mass_kg) +
-                            " kg; moments must be positive and obey the triangle inequality); close the mesh, or give "
-                            "another density or mass");
+      return core::Fail(
+          core::ErrorCode::kInvalidInput,
+          name + ": mass or inertia is not that of a real body (mass " + std::to_string(params.mass.mass_kg) +
+              " kg; moments must be positive and satisfy the triangle inequality); close the mesh, or give "
+              "another density or mass");
     }
     const PrincipalInertia principal = DiagonalizeInertia(params.mass.I_Cm_O_kg_m2);
     body.mass_kg = params.mass.mass_kg;
@@ -48,7 +48,7 @@ core::Result<int> World::AddBody(const BodyParams& params) {
   info.m_angularSleepingThreshold = 0.0;
   body.engine = std::make_unique<btRigidBody>(info);
   body.engine->setActivationState(DISABLE_DEACTIVATION);
-  body.engine->setFlags(0);  // no gyroscopic term: Integrate has it
+  body.engine->setFlags(0);  // no gyroscopic term, as Integrate includes it
   body.engine->setDamping(0.0, 0.0);
   if (params.kind == BodyKind::kKinematic) {
     int flags = body.engine->getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT;

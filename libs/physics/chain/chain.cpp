@@ -29,7 +29,7 @@ core::Result<Chain> Chain::Create(std::vector<ChainLink> links, std::optional<Ma
       return refuse(i, "its parent does not come before it; order links from the base outwards");
     }
     if (!IsPhysical(link.mass)) {
-      return refuse(i, "mass or inertia is not that of a real body; moments must obey the triangle inequality");
+      return refuse(i, "mass or inertia is not that of a real body; moments must satisfy the triangle inequality");
     }
     if (!IsFinite(link.X_PJ)) return refuse(i, "pose of its joint is not finite");
     if (!(link.lower < link.upper)) return refuse(i, "lower limit is not below the upper one");
@@ -91,8 +91,13 @@ void Chain::Place(const ChainState& state) {
   }
 }
 
-// Featherstone 2008, Table 7.1, with the base of Table 9.4. The common point is where the base's origin is now, at rest
-// in W, so that velocities about it are the plain spatial ones.
+// Articulated-body algorithm [Featherstone 2008, Table 7.1, floating base of Table 9.4]. For each link, from the tips
+// to the base, with joint axis S, rigid inertia I, velocity v, joint force tau [N or Nm], rotor inertia J_r and damping
+// d:
+//   pA = v x* I v - F_ext,   U = IA S,   D = S.U + J_r,   u = tau - d q' - S.pA,
+//   Ia = IA - U U^T / D,     pa = pA + Ia c + U u / D,   added to IA and pA of the parent;
+// then from the base to the tips, a' = a_parent + c, q'' = (u - U.a') / D, a = a' + S q''. All spatial quantities are
+// about the current position of the base's origin, a point at rest in W.
 void Chain::Accelerate(const ChainState& state, std::span<const double> force, std::span<const core::Wrench> F_Lo_W,
                        ChainAcceleration* acceleration) {
   Place(state);
@@ -132,11 +137,11 @@ void Chain::Accelerate(const ChainState& state, std::span<const double> force, s
     w.a = a + acceleration->joint[i] * w.S;
   }
   acceleration->base_angular_W = a_base.angular;
-  // Of the point that moves with the base: the spatial one is of the place.
+  // The spatial acceleration is that at a fixed place. The acceleration of the base's origin has w x v in addition.
   acceleration->base_linear_W = a_base.linear + glm::cross(v_base_.angular, v_base_.linear);
 }
 
-// to = from moved by dt with the speeds of `rate_state` and these accelerations.
+// Computes to = from + dt * rates, with the speeds of `rate_state` and these accelerations.
 void Chain::Move(const ChainState& from, const ChainState& rate_state, const ChainAcceleration& acceleration,
                  double dt_s, ChainState* to) const {
   for (std::size_t i = 0; i < links_.size(); ++i) {
@@ -147,7 +152,7 @@ void Chain::Move(const ChainState& from, const ChainState& rate_state, const Cha
   to->V_WB = from.V_WB;
   if (!base_) return;
   to->X_WB.translation = from.X_WB.translation + dt_s * rate_state.V_WB.linear_m_per_s;
-  // q' = (0, w) q / 2.
+  // Rate of a unit quaternion: q' = (0, w) q / 2.
   const glm::dvec3& w = rate_state.V_WB.angular_rad_per_s;
   const glm::dquat rate = 0.5 * (glm::dquat(0.0, w.x, w.y, w.z) * rate_state.X_WB.rotation);
   to->X_WB.rotation = from.X_WB.rotation + dt_s * rate;
@@ -164,7 +169,7 @@ void Chain::Step(double dt_s, std::span<const double> force, std::span<const cor
   Accelerate(stages_[1], force, F_Lo_W, &accelerations_[2]);
   Move(*state, stages_[1], accelerations_[2], dt_s, &stages_[2]);
   Accelerate(stages_[2], force, F_Lo_W, &accelerations_[3]);
-  // The state moves by a sixth, a third, a third and a sixth of the step with each stage's rates.
+  // Runge-Kutta: x(t + h) = x + h (k1 + 2 k2 + 2 k3 + k4) / 6.
   const double shares[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   mean_ = *state;
   for (int i = 0; i < 4; ++i) {
@@ -176,8 +181,9 @@ void Chain::Step(double dt_s, std::span<const double> force, std::span<const cor
   StopAtLimits(state);
 }
 
-// An impulse on joint k changes all speeds by its column of the inverse inertia: what the chain at rest answers to a
-// unit force there, less what it does without one (no forces, no speeds: nothing).
+// An impulse lambda on joint k changes the speeds by M^-1 e_k lambda; lambda = -q'_k / (M^-1)_kk stops joint k. The
+// column M^-1 e_k is the acceleration of the chain at rest under a unit force on joint k. Stopping one joint may set
+// another in motion, so this repeats; 20 rounds bound the time, and chains in use need one or two.
 void Chain::StopAtLimits(ChainState* state) {
   const auto is_beyond = [&](std::size_t k) {
     return (state->position[k] <= links_[k].lower && state->speed[k] < 0.0) ||

@@ -11,14 +11,14 @@
 
 namespace physics {
 
-// A link L and the joint that carries it: z of J turns it (or pushes it, when prismatic), J is fixed in the parent
-// link, and L coincides with J at position 0.
+// A link L and its joint: L turns about z of J (or moves along it, when prismatic), J is fixed in the parent link, and
+// L coincides with J at position 0.
 struct ChainLink {
   int parent = -1;  // an earlier link; -1: the base
   bool is_prismatic = false;
   core::Pose X_PJ;
-  MassProperties mass;       // in the axes of L; a motor's rotor is not in it
-  double rotor_kg_m2 = 0.0;  // seen at the joint's output (kg for a prismatic one)
+  MassProperties mass;       // in the axes of L, without the motor's rotor
+  double rotor_kg_m2 = 0.0;  // inertia of the rotor at the joint's output (kg for a prismatic joint)
   double damping = 0.0;      // Nm s/rad or N s/m
   double lower = -1e9;       // rad or m; the joint stops there without rebound
   double upper = 1e9;
@@ -26,7 +26,7 @@ struct ChainLink {
 
 struct ChainState {
   core::Pose X_WB;   // base
-  core::Twist V_WB;  // of its origin; zero when it is fixed
+  core::Twist V_WB;  // zero when the base is fixed
   std::vector<double> position;
   std::vector<double> speed;
 };
@@ -37,13 +37,13 @@ struct ChainAcceleration {
   glm::dvec3 base_linear_W{0.0};  // of the base's origin
 };
 
-// Serial chains and trees of links in reduced coordinates: joints cannot come apart. The base is fixed or free.
-// Accelerations by Featherstone's articulated-body algorithm (2008, ch. 7 and 9.4), about 1 us for seven joints.
-// Nothing allocates after Create.
+// Serial chains and trees of links in reduced coordinates, so joints cannot drift apart. The base is fixed or free.
+// Accelerations by the articulated-body algorithm [Featherstone 2008, ch. 7 and 9.4], about 1 us for seven joints.
+// Allocates only in Create.
 class Chain {
  public:
-  // `base`: mass of a free base; none: it is fixed. Fails on a parent that does not come before, on a mass that no body
-  // can have, on limits that are not in order, and on poses that are not finite.
+  // `base`: mass of a free base; none: the base is fixed. Error: kInvalidInput for a parent that is not an earlier
+  // link, a physically impossible mass, limits that are not in order, and poses that are not finite.
   static core::Result<Chain> Create(std::vector<ChainLink> links, std::optional<MassProperties> base = std::nullopt);
 
   [[nodiscard]] std::size_t num_joints() const { return links_.size(); }
@@ -51,22 +51,23 @@ class Chain {
   [[nodiscard]] bool is_free() const { return base_.has_value(); }
   [[nodiscard]] ChainState MakeState() const;  // at rest at position 0
 
-  // Pose and velocity of a link's origin, as of the last call of a function below that takes a state.
+  // Pose and velocity of a link's origin, for the state of the last call of a function below.
   [[nodiscard]] const core::Pose& X_WL(std::size_t i) const { return works_[i].X_WL; }
   [[nodiscard]] core::Twist V_WL(std::size_t i) const;
 
   void Place(const ChainState& state);
-  // `force`: of the motors, Nm or N per joint. `F_Lo_W`: on each link about its origin, in W; none when empty.
+  // Computes the accelerations. `force`: of the motors, Nm or N per joint. `F_Lo_W`: wrench on each link about its
+  // origin, in W; empty: none.
   void Accelerate(const ChainState& state, std::span<const double> force, std::span<const core::Wrench> F_Lo_W,
                   ChainAcceleration* acceleration);
-  // One step of the classical Runge-Kutta method with forces held; then joints beyond a limit are set back to it and
-  // stopped by an impulse that the rest of the chain feels.
+  // One step of the classical fourth-order Runge-Kutta method with constant forces. Then joints beyond a limit are set
+  // back to it and stopped by an impulse that acts on the whole chain.
   void Step(double dt_s, std::span<const double> force, std::span<const core::Wrench> F_Lo_W, ChainState* state);
 
-  // Of base (when free) and links, about the origin of W.
+  // Sums over a free base and all links; momentum is about the origin of W.
   [[nodiscard]] double KineticEnergy_J(const ChainState& state);
   [[nodiscard]] Force Momentum(const ChainState& state);
-  // Column k: velocity of link i's origin in W, angular then linear, per speed of joint k. 6 x num_joints numbers.
+  // Column k: velocity of link i's origin in W, angular then linear, per unit speed of joint k. 6 x num_joints numbers.
   void Jacobian(std::size_t i, std::span<double> columns) const;
 
  private:

@@ -6,8 +6,8 @@
 
 namespace physics {
 
-// Spatial vectors and inertias [Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 2], all in world axes about one
-// common point, so that no transforms are needed between links.
+// Spatial vectors and inertias [Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 2]. All are in world axes about
+// one common point, so no transforms between links are needed.
 
 struct Motion {  // velocity or acceleration
   glm::dvec3 angular{0.0};
@@ -36,7 +36,7 @@ inline Force operator*(double s, const Force& a) {
 inline double Dot(const Motion& m, const Force& f) {
   return glm::dot(m.angular, f.torque) + glm::dot(m.linear, f.force);
 }
-// v x m and v x* f (Featherstone Eq. 2.31, 2.32).
+// v x m and v x* f [Featherstone 2008, Eq. 2.31, 2.32].
 inline Motion Cross(const Motion& v, const Motion& m) {
   return {glm::cross(v.angular, m.angular), glm::cross(v.angular, m.linear) + glm::cross(v.linear, m.angular)};
 }
@@ -63,7 +63,7 @@ struct SpatialInertia {
     C += other.C;
     return *this;
   }
-  // Less U U^T / d.
+  // Subtracts U U^T / d.
   void Subtract(const Force& U, double d) {
     A -= glm::outerProduct(U.torque, U.torque) / d;
     B -= glm::outerProduct(U.torque, U.force) / d;
@@ -71,14 +71,15 @@ struct SpatialInertia {
   }
 };
 
-// Of a rigid body with its centre of mass at c from the common point and inertia I_Cm about it in world axes
-// (Eq. 2.63).
+// Inertia of a rigid body with its centre of mass at c from the common point and inertia tensor I_Cm about it, in world
+// axes [Featherstone 2008, Eq. 2.63]: A = I_Cm + m cx cx^T, B = m cx, C = m E.
 inline SpatialInertia RigidInertia(double mass_kg, const glm::dvec3& c, const glm::dmat3& I_Cm_W) {
   const glm::dmat3 cx = CrossMatrix(c);
   return {I_Cm_W + mass_kg * cx * glm::transpose(cx), mass_kg * cx, glm::dmat3(mass_kg)};
 }
 
-// x with I x = f, by Schur's complement of C; I must be positive definite.
+// Solves I x = f for a positive definite I by the Schur complement of C:
+//   (A - B C^-1 B^T) angular = torque - B C^-1 force,   linear = C^-1 (force - B^T angular).
 inline Motion Solve(const SpatialInertia& I, const Force& f) {
   const glm::dmat3 C_inverse = glm::inverse(I.C);
   const glm::dmat3 schur = I.A - I.B * C_inverse * glm::transpose(I.B);

@@ -9,8 +9,8 @@
 namespace physics {
 namespace {
 
-constexpr std::size_t kMaxGrips = 128;       // nodes in grips
-constexpr std::size_t kContactsPerNode = 3;  // room for contacts; a node in a corner of three bodies
+constexpr std::size_t kMaxGrips = 128;       // gripped nodes; chosen, far above those between two pads
+constexpr std::size_t kContactsPerNode = 3;  // capacity for contacts: a node in a corner of three bodies
 
 }  // namespace
 
@@ -54,18 +54,18 @@ core::Result<int> Cloth::AddBody(const ClothBodyParams& params) {
 
 core::Result<int> Cloth::AddBond(const ClothBondParams& params, const std::vector<glm::dvec3>& points_W) {
   if (params.body < 0 || static_cast<std::size_t>(params.body) >= bodies_.size()) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "cloth: a bond to a body that was not added");
+    return core::Fail(core::ErrorCode::kInvalidInput, "cloth: a bond refers to a body that does not exist");
   }
   const core::Pose X_SW = params_.X_WS.inverse();
   const Body& body = bodies_[static_cast<std::size_t>(params.body)];
   for (std::size_t i = 0; i < points_W.size(); ++i) {
     const glm::dvec3 p_S = X_SW * points_W[i];
-    // In cells from the lower corner; a hair outside is a rounding of the border itself.
+    // Position in cells from the lower corner. A hundredth of a cell outside is accepted as rounding of the border.
     const double u = (p_S.x / params_.size_x_m + 0.5) * params_.cells_x;
     const double v = (p_S.y / params_.size_y_m + 0.5) * params_.cells_y;
     if (u < -0.01 || v < -0.01 || u > params_.cells_x + 0.01 || v > params_.cells_y + 0.01) {
       return core::Fail(core::ErrorCode::kInvalidInput,
-                        "cloth: point " + std::to_string(i) + " of a bond is beside the sheet, at " +
+                        "cloth: point " + std::to_string(i) + " of a bond is outside the sheet, at " +
                             std::to_string(p_S.x) + " " + std::to_string(p_S.y) + " m from its middle");
     }
     const int ci = std::clamp(static_cast<int>(u), 0, params_.cells_x - 1);
@@ -219,7 +219,7 @@ void Cloth::ExchangeState(Checkpoint* checkpoint) {
   for (glm::dvec3& x : x_W_) checkpoint->Exchange(&x);
   for (glm::dvec3& v : v_W_) checkpoint->Exchange(&v);
   for (SpringState& s : spring_states_) checkpoint->Exchange(&s.impulse_Ns);
-  // Room for all grips, so that a checkpoint is of one size.
+  // Writes the full capacity of grips, so that all checkpoints have the same size.
   std::size_t num_holds = holds_.size();
   checkpoint->Exchange(&num_holds);
   const std::size_t most = num_bonded_ + kMaxGrips;

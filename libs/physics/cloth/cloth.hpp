@@ -14,8 +14,8 @@
 
 namespace physics {
 
-// Something that a cloth touches or hangs on. A dynamic body is moved by the cloth's impulses within a step, so that
-// the two exchange no more than its inertia allows; who owns it takes the wrench and sets its state before the next.
+// A body that a cloth touches or is attached to. Within a step the cloth's impulses move a dynamic body, so that its
+// inertia limits the forces between them; its owner applies the mean wrench and sets its state before the next step.
 struct ClothBodyParams {
   BodyKind kind = BodyKind::kFixed;
   core::Pose X_WO;
@@ -23,39 +23,46 @@ struct ClothBodyParams {
   std::shared_ptr<const ClothShape> shape;  // null: nodes pass through it
 };
 
-// Springs between points of the sheet and points of a body. Hook-and-loop when they can break.
+// Springs between points of the sheet and points of a body. With a release force they are hook-and-loop.
 struct ClothBondParams {
   int body = 0;
-  double stiffness_N_per_m = 0.0;  // of each point
+  double stiffness_N_per_m = 0.0;  // per point
   double damping_N_s_per_m = 0.0;
-  double release_force_N = 1e30;  // a point that pulls with more breaks for good
+  double release_force_N = 1e30;  // a point breaks for good when its spring exceeds this
 };
 
-// A deformable sheet in zero gravity: nodes joined by springs that are implicit along their line, as a world's rows,
-// and by explicit bending forces; contacts and bonds are rows of the same sequential-impulse solver. Every impulse acts
-// along a line through the positions at the start of a substep, so linear and angular momentum are kept exactly however
-// far the solver has converged (Sheet: x' = x + h v' and sum x cross impulse = 0 give x' cross m v' = x cross m v).
-// Energy swings about a value that falls: springs lose a little, as implicit ones do, and bending as an explicit force
-// of a symplectic step neither gains nor loses in the mean.
+// A deformable sheet: nodes joined by stretch springs that are implicit along their line, like a world's soft rows, and
+// by explicit bending forces. Contacts and bonds are constraint rows of the same projected Gauss-Seidel solver
+// (sequential impulses).
 //
-// Same inputs, same bits. Step does not allocate, lock or throw.
+// Momentum: every pair of opposite impulses acts along a line through positions at the start of a substep, so linear
+// and angular momentum are exact for any number of sweeps: with x' = x + h v' and sum x x p = 0 over the impulses p,
+// sum x' x m v' = sum x x m v.
+//
+// Energy: the implicit springs dissipate a little; bending, an explicit force in a symplectic step, neither gains nor
+// loses energy in the mean.
+//
+// Equal inputs give equal bits. Step does not allocate, lock or throw.
 class Cloth {
  public:
+  // Errors: those of BuildClothGrid.
   static core::Result<std::unique_ptr<Cloth>> Create(const ClothParams& params);
 
-  // Setup. Points are where they are on the flat sheet at the start, in W; they are bonded to the body as they lie.
+  // Setup, with the sheet flat and the bodies at their initial poses. Points are given in W; a bond has zero force
+  // there.
   core::Result<int> AddBody(const ClothBodyParams& params);
-  // One bond of points (index for held()). Errors: no such body, a point off the sheet.
+  // Adds a bond of several points and returns its index. Error: kInvalidInput for an unknown body or a point off the
+  // sheet.
   core::Result<int> AddBond(const ClothBondParams& params, const std::vector<glm::dvec3>& points_W);
 
-  // Between steps. A kinematic body moves to the pose given, evenly over the next step; a dynamic one starts there with
-  // the velocity of its mesh-frame origin.
+  // Between steps. A kinematic body moves to this pose at constant velocity over the next step; a dynamic one starts
+  // there with this velocity of its mesh-frame origin.
   void SetBody(int body, const core::Pose& X_WO, const core::Twist& V_WO = {});
-  // Stops every node; bodies are placed anew by their next SetBody instead of being led there.
+  // Stops every node. The next SetBody places a body at once instead of moving it there.
   void Rest();
   void SetReleaseForce(int bond, double release_force_N);
-  // Holds every node inside a box of the body's mesh frame where it is now; returns how many. One grip per body;
-  // CountInside tells how many there are. Gripped nodes do not touch kinematic bodies.
+  // Grips all nodes inside a box of the body's mesh frame at their current positions and returns their number, which
+  // CountInside computes without gripping. One grip per body. Gripped nodes do not touch kinematic bodies.
   [[nodiscard]] int CountInside(int body, const glm::dvec3& lower_O, const glm::dvec3& upper_O) const;
   int Grip(const ClothBondParams& params, const glm::dvec3& lower_O, const glm::dvec3& upper_O);
   void Release(int body);
@@ -67,10 +74,10 @@ class Cloth {
   [[nodiscard]] const std::vector<glm::dvec3>& velocities_W() const { return v_W_; }
   [[nodiscard]] int cells_x() const { return params_.cells_x; }
   [[nodiscard]] int cells_y() const { return params_.cells_y; }
-  [[nodiscard]] int held(int bond) const;  // points that still hold
-  // Of the last step: mean wrench on a body about a point fixed in W.
+  [[nodiscard]] int held(int bond) const;  // points that are not broken
+  // Mean wrench on a body over the last step, about a point fixed in W.
   [[nodiscard]] core::Wrench MeanWrenchOn(int body, const glm::dvec3& p_W) const;
-  // Mean force with which a bond pulled on its body in the last step.
+  // Mean force of a bond on its body over the last step.
   [[nodiscard]] glm::dvec3 BondForce_W(int bond) const;
 
   [[nodiscard]] glm::dvec3 momentum_Ns() const;
@@ -99,9 +106,9 @@ class Cloth {
     glm::dvec3 impulse_Ns{0.0};
     glm::dvec3 moment_Nms{0.0};  // about the origin of W
     double duration_s = 0.0;
-    double share = 0.0;  // of the points that hold the sheet, by number
+    double share = 0.0;  // fraction of the holding points that are on this body
   };
-  // A point of the sheet, of up to four nodes, on a spring to a body.
+  // A spring from a point of the sheet, interpolated from up to four nodes, to a body.
   struct Hold {
     std::array<std::uint32_t, 4> node{};
     std::array<double, 4> weight{};
@@ -132,7 +139,7 @@ class Cloth {
     double push_Ns = 0.0;
     glm::dvec3 friction_Ns{0.0};
   };
-  struct RigidMotion {  // that carries the sheet's momentum
+  struct RigidMotion {  // the rigid motion with the sheet's momentum and angular momentum
     glm::dvec3 p_WCm{0.0};
     glm::dvec3 v_W{0.0};
     glm::dvec3 w_W{0.0};
@@ -145,7 +152,7 @@ class Cloth {
                               const glm::dvec3& upper_O) const;
   void StartBodies(double dt_s);
   void FindContacts(double dt_s);
-  void TouchBody(int body, double dt_s);
+  void FindContactsWith(int body, double dt_s);
   void Substep(double h_s);
   void ApplyBending(double h_s);
   void PrepareSprings(double h_s);
@@ -179,14 +186,14 @@ class Cloth {
   // Scratch of a substep.
   struct SpringState {
     glm::dvec3 direction_W{0.0};
-    double target_Ns = 0.0;    // impulse at rest
-    double per_speed = 0.0;    // change of it with the speed, N s per m/s
-    double per_impulse = 0.0;  // and with the impulse so far
+    double target_Ns = 0.0;    // impulse at speed 0
+    double per_speed = 0.0;    // its derivative by the speed, N s per m/s
+    double per_impulse = 0.0;  // and by the impulse before the update
     double impulse_Ns = 0.0;
   };
-  double spring_h_s_ = 0.0;  // substep that the two factors hold for
+  double spring_h_s_ = 0.0;  // substep for which the two derivatives were computed
   std::vector<SpringState> spring_states_;
-  int num_holding_ = 0;  // points that hold the sheet
+  int num_holding_ = 0;  // points of bonds and grips that hold the sheet
 };
 
 }  // namespace physics

@@ -28,8 +28,10 @@ core::Result<void> Check(const ClothParams& p) {
   if (!is_positive(p.max_substep_s)) return fail("max_substep_s is not above zero");
   const double ratio = (p.size_x_m / p.cells_x) / (p.size_y_m / p.cells_y);
   if (ratio > 1.7 || ratio < 1.0 / 1.7) {
-    return fail("its cells are " + std::to_string(ratio) +
-                " times as long as wide, the lattice holds for 0.6 to 1.7; change the number of cells along a side");
+    return fail(
+        "its cells are " + std::to_string(ratio) +
+        " times as long as wide, but the springs of the lattice need a ratio from 0.6 to 1.7; change the number "
+        "of cells along a side");
   }
   return {};
 }
@@ -49,7 +51,7 @@ class Builder {
 
  private:
   [[nodiscard]] std::uint32_t Node(int i, int j) const { return static_cast<std::uint32_t>(j * (p_.cells_x + 1) + i); }
-  // Share of a line of nodes in the cells beside it: a border has cells on one side only.
+  // Share of a line of nodes in the cells beside it: 1/2 at a border, which has cells on one side only.
   static double Share(int index, int cells) { return index == 0 || index == cells ? 0.5 : 1.0; }
 
   void AddNodes() {
@@ -62,19 +64,21 @@ class Builder {
     }
   }
 
-  // Springs of a cell a x b whose strain energy is that of a sheet with membrane stiffness Y and Poisson's ratio 1/3.
-  // A spring k of length l along n adds k (n'En)^2 l^2 / (2 a b) to the energy density. Diagonals d = sqrt(a^2 + b^2):
+  // Springs of a cell a x b [m] whose strain energy is that of a sheet with membrane stiffness Y [N/m] and Poisson's
+  // ratio 1/3, the only ratio that a lattice of central forces can have. A spring k of length l along n adds k (n'En)^2
+  // l^2 / (2 a b) to the energy density. Diagonals d = sqrt(a^2 + b^2):
   //   C12 = C66 = 2 kd a b / d^2,  C11 = (kx a^2 + 2 kd a^4/d^2) / (a b),  C22 likewise,
   // to be 3Y/8, 9Y/8 and 9Y/8 (plane stress, nu = 1/3: C11 = Y / (1 - nu^2), C12 = nu C11, C66 = (C11 - C12) / 2):
   //   kd = 3Y d^2 / (16 a b),  kx = 9Y b / (8 a) - 3Y a / (8 b),  ky = 9Y a / (8 b) - 3Y b / (8 a).
-  // An edge belongs to two cells, half of kx to each; at a border it has one.
+  // kx > 0 and ky > 0 require 1/sqrt(3) < a/b < sqrt(3), hence the check for 0.6 to 1.7. An inner edge gets half of kx
+  // from each of its two cells, a border edge from one.
   void AddSprings() {
     const double Y = p_.stretch_stiffness_N_per_m;
     const double d = std::hypot(a_, b_);
     const double kd = 3.0 * Y * d * d / (16.0 * a_ * b_);
     const double kx = 9.0 * Y * b_ / (8.0 * a_) - 3.0 * Y * a_ / (8.0 * b_);
     const double ky = 9.0 * Y * a_ / (8.0 * b_) - 3.0 * Y * b_ / (8.0 * a_);
-    // Springs that follow each other share no node, so that a processor can work at several of them at once.
+    // Consecutive springs share no node, so that the processor can compute several at once.
     for (int first = 0; first < 2; ++first) {
       for (int j = 0; j <= p_.cells_y; ++j) {
         for (int i = first; i < p_.cells_x; i += 2) {
@@ -93,8 +97,9 @@ class Builder {
     }
   }
 
-  // Plate energy D/2 (kxx^2 + kyy^2 + 2 kxy^2) per area with curvatures as second differences of positions: on a sheet
-  // that is not stretched their length is the curvature, and the energy does not change when all turns.
+  // Plate energy D/2 (kxx^2 + kyy^2 + 2 kxy^2) per area, D [Nm], with the curvatures [1/m] as second differences of
+  // positions: on an unstretched sheet their length is the curvature, and a rotation of the whole leaves the energy
+  // unchanged.
   //   kxx = (x_(i-1) - 2 x_i + x_(i+1)) / a^2 over an area a b;  kxy = (x00 - x10 - x01 + x11) / (a b) over a cell.
   void AddBends() {
     const double D = p_.bending_stiffness_Nm;
@@ -119,7 +124,8 @@ class Builder {
     }
   }
 
-  // omega^2 is an eigenvalue of M^-1 K, of which no row's sum of magnitudes is smaller than the largest eigenvalue.
+  // Bound on the frequencies of bending, which are omega^2 = eigenvalues of M^-1 K: by Gershgorin's theorem none
+  // exceeds the largest sum of magnitudes of a row, max_i sum_j |K_ij| / m_i.
   void BoundFrequency() {
     std::vector<double> sums(grid_.p_W.size(), 0.0);
     for (const ClothGrid::Bend& bend : grid_.bends) {

@@ -10,8 +10,10 @@
 
 namespace physics {
 
-// A thin rectangular sheet, flat at the start, of what is stretched and bent alike in all directions. Poisson's ratio
-// is 1/3 in the plane (foil: 0.34), which is what a lattice of springs has; bending is that of a plate with ratio 0.
+// A thin rectangular isotropic sheet, flat at the start. Poisson's ratio is 1/3 in the plane, that of a lattice of
+// springs (aluminium foil: 0.34); bending is that of a plate with ratio 0.
+//
+// Defaults are chosen for a multi-layer insulation blanket; scenarios give their own.
 struct ClothParams {
   double size_x_m = 0.1;
   double size_y_m = 0.1;
@@ -22,9 +24,9 @@ struct ClothParams {
   double stretch_stiffness_N_per_m = 4000.0;  // Y = Young's modulus times thickness
   double bending_stiffness_Nm = 1e-3;         // D: moment per metre of width over curvature
   double damping_per_s = 4.0;                 // of the motion relative to what holds the sheet, or to its rigid motion
-  double thickness_m = 0.001;                 // nodes keep half of it away from what they touch
+  double thickness_m = 0.001;                 // nodes keep a distance of half of it from bodies
   double friction = 0.3;
-  double max_substep_s = 2.5e-4;
+  double max_substep_s = 2.5e-4;   // shorter: less numerical damping of the implicit springs, more time; no study
   glm::dvec3 acceleration_W{0.0};  // of the frame: 0 in free flight, -9.81 z on the ground
 };
 
@@ -48,10 +50,10 @@ struct ClothGrid {
   std::vector<double> mass_kg;
   std::vector<Spring> springs;
   std::vector<Bend> bends;
-  double highest_bending_rad_per_s = 0.0;  // bound on the frequencies of bending, by Gershgorin's circles
+  double highest_bending_rad_per_s = 0.0;  // bound on the frequencies of bending, by Gershgorin's theorem
 };
 
-// Errors: sizes, cells, stiffnesses and density that are no sheet's, cells too long for the lattice.
+// Error: kInvalidInput for impossible sizes, cells, stiffnesses or density, and for cells too long for the lattice.
 core::Result<ClothGrid> BuildClothGrid(const ClothParams& params);
 
 }  // namespace physics

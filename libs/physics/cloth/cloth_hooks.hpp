@@ -4,8 +4,8 @@
 
 namespace physics {
 
-// A hook-and-loop mechanism that holds a cloth: the cloth has the springs, this tells a world's readers how they are.
-// state and position are the points that still hold, force the magnitude of their sum.
+// A hook-and-loop mechanism that holds a cloth. The cloth has the springs; this mechanism only reports their state to
+// readers of the world: state and position are the number of points that hold, force the magnitude of their sum.
 class ClothHooks final : public Mechanism {
  public:
   explicit ClothHooks(int num_points) : Mechanism(0) { Set(num_points, 0.0); }

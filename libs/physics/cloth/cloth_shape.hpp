@@ -4,7 +4,7 @@
 
 namespace physics {
 
-// Surface of a body as a signed distance, which a cloth's nodes collide with.
+// Surface of a body for the contacts of a cloth's nodes, as a signed distance.
 class ClothShape {
  public:
   ClothShape(const glm::dvec3& centre_O, double radius_m) : centre_O_(centre_O), radius_m_(radius_m) {}
@@ -15,7 +15,7 @@ class ClothShape {
   // Distance [m] of a point of the mesh frame O, negative inside, and its gradient (unit, away from the body).
   virtual double Distance(const glm::dvec3& p_O, glm::dvec3* gradient_O) const = 0;
 
-  // Ball that holds the whole surface.
+  // Bounding sphere of the surface.
   [[nodiscard]] const glm::dvec3& centre_O() const { return centre_O_; }
   [[nodiscard]] double radius_m() const { return radius_m_; }
 

@@ -4,7 +4,7 @@
 
 #include "core/pose.hpp"
 
-// Only inside libs/physics: no Bullet type appears in a public header.
+// For use inside libs/physics only: no Bullet type appears in a public header.
 namespace physics {
 
 inline btVector3 ToBullet(const glm::dvec3& v) {

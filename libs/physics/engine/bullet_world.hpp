@@ -6,9 +6,8 @@
 namespace physics {
 
 // Bullet's world reduced to its constraint solver: collision detection, islands, sleeping and pose integration are
-// bypassed. One solver call sees all bodies, manifolds and constraints, so that a body can never be solved twice
-// (islands are built from the broadphase, not from injected manifolds: with split islands a body in two of them gets
-// its external impulse once per island).
+// bypassed. One solver call gets all bodies, manifolds and constraints. Bullet builds islands from its broad phase, not
+// from the manifolds given here, so a body could be in two of them and receive its external impulse twice.
 class BulletWorld final : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
@@ -17,7 +16,7 @@ class BulletWorld final : public btDiscreteDynamicsWorld {
   void updateAabbs() override {}
   void computeOverlappingPairs() override {}
 
-  // Bodies in the order they were added, also fixed and kinematic ones.
+  // All bodies in the order of addition, including fixed and kinematic ones.
   void set_bodies(btAlignedObjectArray<btCollisionObject*>* bodies) { bodies_ = bodies; }
 
  protected:

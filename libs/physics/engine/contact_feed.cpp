@@ -50,7 +50,8 @@ void ContactFeed::Rest() {
 
 void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
   num_injected_ = num_planes_;
-  // The pair's damping is shared in proportion to stiffness among the planes that penetrate, as the stiffness is.
+  // The pair's damping is distributed over the penetrating planes in proportion to their stiffness: d_i = d k_i / sum
+  // k.
   std::array<double, core::kMaxContactPlanes> gaps{};
   double pushing_stiffness = 0.0;
   double largest_stiffness = 0.0;
@@ -74,10 +75,10 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     const double d = total_stiffness > 0.0 ? damping_ * k / total_stiffness : 0.0;
     btManifoldPoint& point = PointOf(i);
     point = btManifoldPoint();
-    // One common point: equal and opposite impulses there conserve angular momentum too.
+    // The same point for both bodies: equal and opposite impulses at one point conserve angular momentum.
     point.m_positionWorldOnA = ToBullet(X_WS * glm::dvec3(plane.p_S));
     point.m_positionWorldOnB = point.m_positionWorldOnA;
-    // Unit again in double: a float normal is off by 1e-7, which would scale impulses.
+    // Normalised again in double: a float normal's length is off by 1e-7, which would scale impulses.
     point.m_normalWorldOnB = ToBullet(glm::normalize(X_WG.rotate(glm::dvec3(plane.n_G))));
     point.m_appliedImpulseLateral1 = 0.0;
     point.m_appliedImpulseLateral2 = 0.0;

@@ -15,25 +15,26 @@ class btRigidBody;
 
 namespace physics {
 
-// Planes of one pair (architecture D5) as Bullet manifolds. Several manifolds per pair carry more than the four
-// points that fit one; they are made once and refilled each step, so a step does not allocate. Points are written
-// directly: addManifoldPoint would merge and drop neighbours by distance.
+// Planes of one pair (architecture D5) as Bullet manifolds. A manifold has room for four points, so each pair has
+// several; they are created once and refilled in each step, so a step does not allocate. Points are written directly,
+// as addManifoldPoint would merge and drop neighbours.
 class ContactFeed {
  public:
   ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, bool is_hard);
   ContactFeed(ContactFeed&& other) noexcept = default;
 
   void Set(const core::ContactSet& set);
-  // Planes with their impulses; what stands in the manifolds is made of them at each step.
+  // The planes with their impulses; the manifolds are filled from them in each step.
   void ExchangeState(Checkpoint* checkpoint);
   void Clear();
-  void Rest();  // takes the points out of the solver, keeps the planes
+  void Rest();  // removes the points from the solver, keeps the planes
   [[nodiscard]] bool empty() const { return num_planes_ == 0; }
 
-  // Re-evaluates every gap with the poses at the start of the step and fills the manifolds. All planes go in, also
-  // those with a positive gap: the solver then lets the bodies come no closer than the gap within this step.
+  // Evaluates every gap at the poses of the start of the step, g = n . (X_WS p_S - X_WG q_G) [m], and fills the
+  // manifolds. Planes with a positive gap are included, so that contact can begin within the step.
   void Inject(const core::Pose& X_WS, const core::Pose& X_WG);
-  // Reads impulses back (warm start) and calls visit(p_W, impulse on S in W) for each point that pushed.
+  // Reads the impulses back, for the warm start, and calls visit(p_W, impulse on S in W) for each point with an
+  // impulse.
   template <typename Visit>
   void Collect(Visit&& visit);
 
@@ -48,7 +49,7 @@ class ContactFeed {
     }
   }
 
-  // Over the planes whose normal lies within 60 degrees of `along_W`, or over all when it is null.
+  // Smallest gap [m] over the planes whose normal is within 60 degrees of `along_W`, or over all if that is null.
   [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
                                    const glm::dvec3* along_W = nullptr) const;
 
@@ -68,7 +69,7 @@ class ContactFeed {
 
   std::array<btPersistentManifold*, kNumManifolds> manifolds_{};
   std::array<Plane, core::kMaxContactPlanes> planes_{};
-  std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them through the points
+  std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them via the points
   int num_planes_ = 0;
   int num_injected_ = 0;
   bool is_hard_ = false;

@@ -5,12 +5,17 @@
 namespace physics {
 namespace {
 
+// Range of s = k dt^2 / m over which the force changes from energy-keeping to implicit. At 0.5 a contact lasts
+// pi / sqrt(s) = 4.4 steps, too few to resolve it. The upper end is chosen; restitution over s is charted by
+// `oos bench physics --pair rebound` (docs/performance/physics.md): 0.89 at 0.67, 0.67 at 1, 0.27 at 2.
 constexpr double kFirstImplicit = 0.5;
 constexpr double kAllImplicit = 2.0;
+// Recovery from overlap of hard contacts. Chosen: faster recovery leaves more motion behind.
 constexpr double kPartingShare = 0.2;
 constexpr double kPartingSpeed_m_per_s = 0.02;
 
-// -(V(b) - V(a)) / (b - a) and its slope -dF/db. Convex in b, and smooth where b changes sign.
+// F = -(V(b) - V(a)) / (b - a) for V(g) = k min(g, 0)^2 / 2, and its slope -dF/db. F is convex in b, and its derivative
+// is continuous where b changes sign.
 ForceLine DiscreteGradient(double k, double a, double b) {
   if (a >= 0.0) {
     if (b >= 0.0) return {};
@@ -32,7 +37,7 @@ double ImplicitShare(double pair_stiffness_N_per_m, double inverse_mass_per_kg, 
 ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s) {
   const double k = law.stiffness_N_per_m;
   const double share = ImplicitShare(law.pair_stiffness_N_per_m, inverse_mass_per_kg, dt_s);
-  // Left as it is where it would pull: a line that is cut off outside converges in one go.
+  // Not cut off where it would pull: for a linear law one Newton step suffices, and the row's limit excludes tension.
   ForceLine line{-k * (law.gap_m + dt_s * v1), k * dt_s};
   if (share < 1.0) {
     const ForceLine exact =

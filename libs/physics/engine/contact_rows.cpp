@@ -1,4 +1,4 @@
-// RowSolver's part that makes contact rows.
+// The part of RowSolver that creates contact rows.
 #include <algorithm>
 #include <cmath>
 
@@ -8,11 +8,15 @@
 namespace physics {
 namespace {
 
+// Newton's method ends when the law and its tangent agree to this speed: a hundred times the solver's tolerance, and
+// far below any speed of interest.
 constexpr double kLineTolerance_m_per_s = 1e-9;
-constexpr int kGuesses = 4;
-// A row whose law has no slope here would leave Bullet's residual undefined; so much of its inverse mass is added.
+constexpr int kGuesses = 4;  // Newton steps for a row alone, to start near its solution; chosen
+// Softness added to a row whose law has slope 0, relative to its effective mass: Bullet divides by it. It changes
+// forces by one part in 10^9.
 constexpr double kLeastSlope = 1e-9;
-// Hard contacts that contradict each other (a body between two hands) get a force of this softness, not infinity.
+// Compliance of hard contacts relative to the row's inverse mass: bounds the force of contradicting contacts (a body
+// between two hands). Chosen: the error of other contacts is one part in 10^6.
 constexpr double kHardSoftness = 1e-6;
 
 double StartSpeed(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
@@ -42,8 +46,9 @@ RowSolver::ContactRow RowSolver::MakeContactRow(const btSolverConstraint& row) c
   return made;
 }
 
-// The row of the law's line at the end speed v*. With lambda = dt (F* + z v*) - dt z v1 =: A - B v1 and
-// v1 = v_free + J dv, Bullet's update d lambda = rhs - cfm lambda - D J dv makes the row exact in one go for
+// Sets the row to the tangent of the law at the end speed v*, with force F* [N] and slope z [N s/m]. With the impulse
+// lambda = dt (F* + z v*) - dt z v1 =: A - B v1 [N s], v1 = v_free + J dv and the inverse effective mass W [1/kg],
+// Bullet's update d lambda = rhs - cfm lambda - D J dv solves the row in one step for
 //   D = B / (1 + B W),  cfm = 1 / (1 + B W),  rhs = (A - B v_free) / (1 + B W).
 void RowSolver::SetLine(ContactRow* made, double at_m_per_s, btSolverConstraint* row) const {
   const ContactRow& from = *made;
@@ -95,15 +100,15 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
       row.m_jacDiagABInv = row.m_rhs = row.m_cfm = 0.0;  // neither body can move
       continue;
     }
-    // First line: where the row alone would end.
+    // First tangent: at the end speed of the row alone.
     double speed = from.free_m_per_s;
     for (int guess = 0; guess < kGuesses; ++guess) {
       SetLine(&from, speed, &row);
       speed = from.free_m_per_s + from.inverse_mass_per_kg * std::max(0.0, static_cast<double>(row.m_rhs));
     }
   }
-  // Bullet's friction rows leave out what outer torques do within the step, and last step's friction: its directions
-  // follow the sliding and are others in each step.
+  // Bullet's friction rows ignore external torques within the step. They also lack a warm start, as their directions
+  // follow the sliding and change in each step; so the last friction is projected onto the new directions.
   for (int i = 0; i < m_tmpSolverContactFrictionConstraintPool.size(); ++i) {
     btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
     const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
@@ -113,7 +118,7 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
   }
 }
 
-// Moves the lines of compliant rows that have left their law; false when none has.
+// Newton step: sets the tangents of compliant rows to the speeds found. False when all tangents agree with their law.
 bool RowSolver::MoveLines(const Island& island) {
   bool any = false;
   for (int i = 0; i < island.num_rows; ++i) {
@@ -124,7 +129,7 @@ bool RowSolver::MoveLines(const Island& island) {
     const double speed = SolvedSpeed(from, row);
     const ForceLine line = CompliantForce(*from.law, from.inverse_mass_per_kg, from.start_m_per_s, speed, dt_s_);
     const double impulse = dt_s_ * std::max(0.0, line.force_N);
-    // A - B v1 of the present line, not the row's impulse: that may be wrong since solving has not converged.
+    // The tangent's value A - B v1 rather than the row's impulse, which is not exact before the solver has converged.
     const double of_row = std::max(0.0, (row.m_rhs - row.m_jacDiagABInv * (speed - from.free_m_per_s)) / row.m_cfm);
     if (std::abs(impulse - of_row) * from.inverse_mass_per_kg <= kLineTolerance_m_per_s) continue;
     SetLine(&from, speed, &row);

@@ -6,11 +6,11 @@
 namespace physics {
 namespace {
 
-constexpr int kMaxPivots = 30;  // most take one to three; those that take more than this rarely end
-constexpr int kPatience = 3;
-constexpr double kTolerance = 1e-10;  // relative to the largest lambda
+constexpr int kMaxPivots = 30;        // most systems take one to three; those that take more than this rarely converge
+constexpr int kPatience = 3;          // iterations without progress before single pivots; chosen
+constexpr double kTolerance = 1e-10;  // relative to the largest lambda: far above rounding, below the solver's accuracy
 
-// Four sums side by side: a single one waits for each addition.
+// Scalar product with four independent sums, since a single one waits for each addition. Fixes the order of summation.
 double Dot(const double* a, const double* b, int n) {
   double sums[4] = {0.0, 0.0, 0.0, 0.0};
   int i = 0;
@@ -47,7 +47,8 @@ void DirectSolver::BoundFriction(int num_rows) {
   }
 }
 
-// Rows at a bound take its value; the others follow from A_FF lambda_F = b_F - A_FB lambda_B.
+// Rows at a bound (B) take its value; the free ones (F) follow from A_FF lambda_F = b_F - A_FB lambda_B, by Cholesky's
+// factorisation A_FF = L L^T.
 bool DirectSolver::SolveFree(int num_rows) {
   int n = 0;
   for (int i = 0; i < num_rows; ++i) {
@@ -65,8 +66,8 @@ bool DirectSolver::SolveFree(int num_rows) {
       if (states_[static_cast<std::size_t>(j)] == State::kFree) continue;
       right -= (j < i ? A(i, j) : A(j, i)) * result_[static_cast<std::size_t>(j)];
     }
-    // Row r of Cholesky's L, and forward substitution with it. Rows that share no body do not couple: what is left of a
-    // row's first coupling is zero in L too, which makes chains of joints cheap.
+    // Row r of L, and forward substitution with it. Rows without a common body do not couple; the zeros of A to the
+    // left of a row's first coupling are zeros of L too (skyline), which makes chains of joints cheap.
     double* row = &L_[At(r, 0)];
     int first = 0;
     while (first < r && A(i, free_[static_cast<std::size_t>(first)]) == 0.0) ++first;
@@ -92,11 +93,11 @@ bool DirectSolver::SolveFree(int num_rows) {
   return true;
 }
 
-// Where a row belongs by what is known of it.
-DirectSolver::State DirectSolver::Wanted(int i, int num_rows, double scale) const {
+// The state that a row should have by the present solution (complementarity conditions of the header).
+DirectSolver::State DirectSolver::FindState(int i, int num_rows, double scale) const {
   const auto at = static_cast<std::size_t>(i);
   const int normal = bounds_[at].normal;
-  // Friction of a contact that does not push is zero, whatever it slides.
+  // Friction of a contact without normal force is zero.
   if (normal != kNoNormal && states_[static_cast<std::size_t>(normal)] != State::kFree) return State::kLower;
   if (states_[at] == State::kFree) {
     const double slack = kTolerance * scale;
@@ -112,7 +113,7 @@ DirectSolver::State DirectSolver::Wanted(int i, int num_rows, double scale) cons
   return states_[at];
 }
 
-// Moves the rows that contradict their state, all of them or only the last one; how many they were.
+// Changes the state of the rows that violate their conditions, of all or only of the last one. Returns their number.
 int DirectSolver::Pivot(int num_rows, bool only_last) {
   double scale = 0.0;
   for (int i = 0; i < num_rows; ++i) scale = std::max(scale, std::abs(result_[static_cast<std::size_t>(i)]));
@@ -120,7 +121,7 @@ int DirectSolver::Pivot(int num_rows, bool only_last) {
   int last = 0;
   for (int i = 0; i < num_rows; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    wanted_[at] = Wanted(i, num_rows, scale);
+    wanted_[at] = FindState(i, num_rows, scale);
     if (wanted_[at] == states_[at]) continue;
     last = i;
     ++num_wrong;
@@ -130,7 +131,7 @@ int DirectSolver::Pivot(int num_rows, bool only_last) {
     if (wanted_[at] == states_[at]) continue;
     states_[at] = wanted_[at];
     const bool pushes = wanted_[at] == State::kFree && bounds_[at].normal == kNoNormal;
-    // What begins to push is guessed to stick.
+    // A contact that begins to push is assumed to stick.
     for (int j = 0; j < num_rows && pushes; ++j) {
       if (bounds_[static_cast<std::size_t>(j)].normal == i) {
         states_[static_cast<std::size_t>(j)] = wanted_[static_cast<std::size_t>(j)] = State::kFree;
@@ -152,14 +153,14 @@ void DirectSolver::GuessStates(int num_rows) {
   }
 }
 
-// A sliding row's lambda per lambda of its normal; 0 for other rows.
+// d lambda / d lambda_normal of a sliding friction row, +-mu; 0 for other rows.
 double DirectSolver::Slope(int i) const {
   const auto at = static_cast<std::size_t>(i);
   if (bounds_[at].normal == kNoNormal || states_[at] == State::kFree) return 0.0;
   return states_[at] == State::kUpper ? bounds_[at].friction : -bounds_[at].friction;
 }
 
-// L_ x = work_, both overwritten; row pivoting.
+// Solves L_ x = work_ by Gaussian elimination with row pivoting; overwrites both.
 bool DirectSolver::Eliminate(int num_free) {
   for (int c = 0; c < num_free; ++c) {
     int best = c;
@@ -186,7 +187,8 @@ bool DirectSolver::Eliminate(int num_free) {
   return true;
 }
 
-// As SolveFree, with the rows t that slide on a free normal n in the equations: column n has + slope_t A(., t).
+// As SolveFree, for friction rows t that slide on a free normal n: lambda_t = slope_t lambda_n is inserted into the
+// equations, so column n becomes A(., n) + sum_t slope_t A(., t). The matrix is then not symmetric.
 bool DirectSolver::SolveSliding(int num_rows) {
   int n = 0;
   for (int i = 0; i < num_rows; ++i) {
@@ -241,8 +243,8 @@ bool DirectSolver::SolveStates(int num_rows) {
   return true;
 }
 
-// Rows that contradict their state are moved all at once as long as they become fewer; after three times without, one
-// at a time (Murty's rule), until they are fewer than ever.
+// Changes all violating rows at once as long as their number decreases. After kPatience iterations without progress it
+// changes one at a time (Murty's rule, which cannot cycle), until there are fewer than ever before.
 bool DirectSolver::Solve(int num_rows) {
   GuessStates(num_rows);
   int fewest = num_rows + 1;

@@ -5,17 +5,17 @@
 
 namespace physics {
 
-// A lambda = b within bounds: for each row either lo < lambda < hi and (A lambda - b) = 0, or lambda = lo and
-// (A lambda - b) >= 0, or lambda = hi and (A lambda - b) <= 0. Rows of friction have bounds -+ friction * lambda of
-// their normal row. A is symmetric positive definite (softness on its diagonal).
+// Solves A lambda = b within bounds, a mixed linear complementarity problem: for each row either lo < lambda < hi and
+// A lambda - b = 0, or lambda = lo and A lambda - b >= 0, or lambda = hi and A lambda - b <= 0. Friction rows have the
+// bounds -+ friction * lambda of their normal row. A is symmetric positive definite (compliance on its diagonal).
 //
-// Block principal pivoting [Judice and Pires 1994]: guess which rows are at a bound, solve the others by Cholesky's
-// factors, move the rows that contradict the guess, again. A row of friction at its bound is +-friction times its
-// normal's lambda, which goes into the equations (no longer symmetric, so by elimination). It is not sure to end: Solve
-// then says so after 30 guesses and leaves lambda as it was.
+// Block principal pivoting [Judice and Pires 1994]: guess which rows are at a bound, solve for the others by Cholesky's
+// factorisation, change the rows that violate their conditions, repeat. A sliding friction row is +-friction times its
+// normal's lambda, which is inserted into the equations (then not symmetric, solved by elimination). Convergence is not
+// guaranteed: after 30 iterations Solve returns false and leaves lambda unchanged.
 class DirectSolver {
  public:
-  static constexpr int kMaxRows = 128;
+  static constexpr int kMaxRows = 128;  // 40 contacts with friction; chosen: a solve costs n^3 / 6 operations
   static constexpr int kNoNormal = -1;
 
   struct Bounds {
@@ -31,7 +31,7 @@ class DirectSolver {
   [[nodiscard]] double& A(int i, int j) { return A_[At(i, j)]; }
   [[nodiscard]] double& b(int i) { return b_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] Bounds& bounds(int i) { return bounds_[static_cast<std::size_t>(i)]; }
-  // In: first guess. Out: solution.
+  // In: initial guess. Out: solution.
   [[nodiscard]] double& lambda(int i) { return lambda_[static_cast<std::size_t>(i)]; }
 
   // num_rows <= kMaxRows. Does not allocate.
@@ -48,15 +48,15 @@ class DirectSolver {
   bool SolveSliding(int num_rows);
   bool SolveStates(int num_rows);
   bool SolveFree(int num_rows);
-  [[nodiscard]] State Wanted(int i, int num_rows, double scale) const;
+  [[nodiscard]] State FindState(int i, int num_rows, double scale) const;
   int Pivot(int num_rows, bool only_last);
 
   std::vector<double> A_, L_, b_, lambda_, result_, work_;
   std::vector<Bounds> bounds_;
   std::vector<State> states_, wanted_;
   std::vector<int> free_;
-  std::vector<int> first_;  // column of L that a free row begins with
-  std::vector<int> place_;  // of a row among the free ones, or -1
+  std::vector<int> first_;  // first nonzero column of a free row in L
+  std::vector<int> place_;  // index of a row among the free ones; -1: not free
 };
 
 }  // namespace physics

@@ -17,8 +17,8 @@ struct ImpulseMagnitude {
   double Nms = 0.0;
 };
 
-// One body's impulses of a step against its change of momentum, both about the world origin. What is left over is
-// booked under contacts when one pushed in that step, else under joints when one did, else under outer forces.
+// Compares one body's impulses of a step with its change of momentum, both about the world origin. The residual is
+// attributed to contacts if one acted in that step, else to joints if one did, else to external forces.
 class ImpulseAccount {
  public:
   void Add(ImpulseSource source, const glm::dvec3& impulse_Ns, const glm::dvec3& angular_Nms) {

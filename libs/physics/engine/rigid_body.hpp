@@ -11,9 +11,8 @@
 
 namespace physics {
 
-// Our own state of a body beside Bullet's. B is the body frame: origin at the centre of mass Cm, axes along the
-// principal axes of inertia. Angular momentum, not angular velocity, is the state that is carried: it is what a free
-// body conserves.
+// State of a body beside Bullet's. B is the body frame: origin at the centre of mass Cm, axes along the principal axes
+// of inertia. The state is the angular momentum rather than the angular velocity, as a free body conserves the former.
 struct RigidBody {
   BodyKind kind = BodyKind::kFixed;
   double mass_kg = 0.0;
@@ -26,9 +25,9 @@ struct RigidBody {
   glm::dvec3 v_WCm{0.0};
   glm::dvec3 L_W{0.0};     // about Cm
   glm::dvec3 w_W{0.0};     // given for kinematic bodies, else I^-1 L
-  core::Wrench load_Bo_W;  // from outside, about the mesh origin
+  core::Wrench load_Bo_W;  // external, about the mesh origin
 
-  // Bookkeeping of ImpulseBalance.
+  // For ImpulseBalance.
   glm::dvec3 start_p_Ns{0.0};
   glm::dvec3 start_L_Nms{0.0};
   glm::dvec3 impulses_Ns{0.0};
@@ -59,9 +58,9 @@ struct RigidBody {
     account.ExchangeState(checkpoint);
     checkpoint->Exchange(&load_Bo_W);
   }
-  // Puts pose and velocity into the solver's body; mesh-frame pose and twist for bodies that are not dynamic.
+  // Copies pose and velocity to the solver's body; mesh-frame pose and twist for bodies that are not dynamic.
   void Push() const;
-  // Takes the solver's velocities and moves the body by one step.
+  // Takes the solver's velocities and integrates the pose over one step.
   void Integrate(double dt_s);
 };
 

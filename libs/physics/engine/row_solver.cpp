@@ -7,8 +7,8 @@
 namespace physics {
 namespace {
 
-// Softness of a row without spring and damper would be infinite; this bounds it without changing its force by more
-// than one part in 10^9 for any inertia above 1e-12 kg (m^2).
+// Lower bound of a row's impedance k dt + d [N s/m], since the compliance of a row without spring and damper would be
+// infinite. It changes the force by less than one part in 10^9 for any inertia above 1e-12 kg (m^2).
 constexpr double kSmallestImpedance = 1e-9;
 
 double Impedance(const Row& row, double dt) {
@@ -43,7 +43,8 @@ void RowConstraint::getInfo2(btConstraintInfo2* info) {
       info->cfm[at] = 0.0;
       info->m_constraintError[at] = row.velocity_bias;
     } else {
-      // lambda = dt F, F = F0 - z v with z the impedance  =>  v + gamma lambda = gamma dt F0, gamma = 1 / (dt z).
+      // With the impulse lambda = dt F and F = F0 - z v, z the impedance: v + gamma lambda = gamma dt F0, where
+      // gamma = 1 / (dt z) is the row's compliance (Bullet's constraint force mixing).
       const double gamma = 1.0 / (dt * Impedance(row, dt));
       info->cfm[at] = gamma;
       info->m_constraintError[at] = gamma * dt * row.force;

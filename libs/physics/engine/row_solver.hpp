@@ -32,24 +32,23 @@ class RowConstraint final : public btTypedConstraint {
   Mechanism* mechanism_;
 };
 
-// Bullet's sequential-impulse solver with soft rows done right.
+// Bullet's sequential-impulse solver (projected Gauss-Seidel) with corrected soft rows and a direct solver.
 //
-// Bullet relaxes a joint row with softness gamma by d lambda = (rhs - J dv) / (J M^-1 J^T) - cfm lambda, that is
-// without gamma in the denominator: for one row lambda_{n+1} = rhs - cfm lambda_n, which diverges as soon as
-// gamma > J M^-1 J^T, i.e. for every spring softer than m/dt^2 (2 kg at 1 ms: 2 MN/m). Dividing by
-// (J M^-1 J^T + gamma), as Bullet itself does for contacts, makes each row's update exact. Rows also start from their
-// last impulse, and their results are handed back for measurement.
+// Soft rows. Bullet updates a joint row with compliance gamma by d lambda = (rhs - J dv) / (J M^-1 J^T) - cfm lambda,
+// without gamma in the denominator. For one row that is lambda_{n+1} = rhs - cfm lambda_n, which diverges for
+// gamma > J M^-1 J^T, i.e. for every spring softer than m/dt^2 (2 kg at 1 ms: 2 MN/m). Dividing by J M^-1 J^T + gamma,
+// as Bullet itself does for contacts, makes each row's update exact. Rows are warm started from their last impulse, and
+// their impulses are returned for measurement.
 //
-// Contact rows follow their ContactLaw, which is not linear where contact begins or ends: rows are lines through it,
-// and solving alternates with moving the lines to the speeds found until they agree within 1e-9 m/s (Newton's method).
+// Contact rows follow their ContactLaw, which is not linear where contact begins or ends. Rows are tangents of the law;
+// solving alternates with moving the tangents to the speeds found, until they agree within 1e-9 m/s (Newton's method).
 //
-// Solver rule. Bodies that can move and are joined by rows make an island; islands are solved one by one, so that a far
-// part costs nothing here. An island gets as many sweeps of sequential impulses as it has rows, at least 20 and at most
-// the limit; most converge in a few. One that does not is solved directly from there on, if it has at most
-// DirectSolver::kMaxRows rows, and is solved directly at once in the next 32 steps, from the last step's impulses:
-// those tell which contacts push, so that the first guess is mostly right. Where the direct solver fails it is left out
-// for 4 steps. Without it the sweeps go on to the limit; what is then wrong by more than 1e-6 m/s is counted as a
-// fallback.
+// Solver rule. Bodies that can move and are joined by rows form an island; islands are solved one by one, so distant
+// parts add no work. An island gets as many sweeps as it has rows, at least 20 and at most the limit; most converge in
+// a few. One that does not is solved directly, if it has at most DirectSolver::kMaxRows rows, and again directly in the
+// next 32 steps, warm started: the last impulses show which contacts push, so the first guess is mostly right. After a
+// failure the direct solver is not tried for 4 steps. Without it the sweeps continue to the limit; a remaining residual
+// above 1e-6 m/s is counted as a fallback.
 class RowSolver final : public btSequentialImpulseConstraintSolver {
  public:
   void Reserve(int num_bodies, int num_contacts, int num_rows);
@@ -84,20 +83,20 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   [[nodiscard]] bool IsFriction(const btSolverConstraint& row) const;
   double Violation(const btSolverConstraint& row);
   bool Sweep(const Island& island, int most, double tolerance_m_per_s);
-  bool IsWrong(const Island& island);
+  bool HasResidual(const Island& island);
   bool ChooseDirect(const Island& island);
   void FillDirect();
   void Push(btSolverConstraint* row, double impulse);
   bool SolveDirectly(const Island& island);
   void SolveOnce(const Island& island, int max_sweeps, double tolerance_m_per_s);
 
-  // What a contact row is made from. Speeds along it: `start` at the start of the step, `free` after all outer forces.
+  // Data of a contact row. Speeds along it: `start` at the start of the step, `free` after all external forces.
   struct ContactRow {
     const ContactLaw* law = nullptr;
     double start_m_per_s = 0.0;
     double free_m_per_s = 0.0;
     double inverse_mass_per_kg = 0.0;
-    bool is_idle = false;  // no force here, and none a little deeper
+    bool is_idle = false;  // force and slope are zero
   };
   ContactRow MakeContactRow(const btSolverConstraint& row) const;
   void WarmStart(btSolverConstraint* friction);
@@ -113,12 +112,12 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
   std::vector<ContactRow> contact_rows_;
   double dt_s_ = 0.0;
   std::vector<int> root_of_body_;
-  std::vector<int> rows_of_root_;          // where the next row of that root goes
-  std::vector<std::int8_t> direct_steps_;  // by root: so many steps more directly at once; negative: not at all
+  std::vector<int> rows_of_root_;          // place of the root's next row in rows_
+  std::vector<std::int8_t> direct_steps_;  // by root: remaining steps to solve directly; negative: steps without it
   std::vector<btSolverConstraint*> rows_;
   std::vector<Island> islands_;
   SolverWork work_;
-  int num_contacts_ = 0;  // room for
+  int num_contacts_ = 0;  // capacity
   int num_rows_ = 0;
   btTypedConstraint** constraints_ = nullptr;
   int num_constraints_ = 0;

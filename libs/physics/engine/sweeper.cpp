@@ -60,7 +60,7 @@ void Sweeper::Load(std::span<btSolverConstraint* const> rows, const btConstraint
     row.friction = from.m_friction;
     row.normal_impulse = nullptr;
     if (IsOf(frictions, rows[i])) {
-      // A contact that is no row of the island cannot change; Bullet's own row tells its impulse.
+      // The impulse of a contact that is not in the island cannot change; it is in Bullet's own row.
       const btSolverConstraint& contact = contacts[from.m_frictionIndex];
       const bool is_swept = contact.m_jacDiagABInv > 0.0;
       row.normal_impulse = is_swept ? normal_impulses_[static_cast<std::size_t>(from.m_frictionIndex)]
@@ -71,8 +71,9 @@ void Sweeper::Load(std::span<btSolverConstraint* const> rows, const btConstraint
   }
 }
 
-// The row's impulse is changed by what its condition misses, within its limits, and both bodies' velocities with it:
-// d lambda = rhs - cfm lambda - (J_a dv_a + J_b dv_b) / (J M^-1 J^T).
+// Projected Gauss-Seidel update of one row: changes its impulse by its residual within its limits, and the velocities
+// of both bodies by M^-1 J^T d lambda:
+//   d lambda = rhs - cfm lambda - (J_a dv_a + J_b dv_b) / (J M^-1 J^T).
 inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_b) {
   const auto along = [](const Vector6& J, const Vector6& v) {
     const Pair sums = J.x * v.x + J.y * v.y + J.z * v.z;
@@ -90,7 +91,7 @@ inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_
     after = row->upper;
     change = after - row->impulse;
   }
-  if (change == 0.0) return 0.0;  // a contact that does not touch: the next row need not wait for this one
+  if (change == 0.0) return 0.0;  // an open contact: spares the next row a wait for the velocities
   row->impulse = after;
   const auto push = [change](const Vector6& per_Ns, Vector6* v) {
     v->x += per_Ns.x * change;
@@ -104,8 +105,7 @@ inline double Sweeper::Relax(PackedRow* row, Vector6* change_a, Vector6* change_
 
 double Sweeper::Sweep() {
   double largest = 0.0;
-  // Most rows act on the same two bodies as the one before: their velocities stay in registers, since each row waits
-  // for them.
+  // Most rows act on the same two bodies as the previous one, so the bodies' velocities stay in registers.
   const PackedRow* last = nullptr;
   Vector6 a, b;
   const auto copy = [](const Vector6& from, Vector6* to) {  // one by one, or the compiler keeps both in memory
@@ -123,7 +123,7 @@ double Sweeper::Sweep() {
     if (row.normal_impulse != nullptr) {
       row.upper = row.friction * std::max(0.0, *row.normal_impulse);
       row.lower = -row.upper;
-      if (row.upper == 0.0 && row.impulse == 0.0) continue;  // nothing to rub on
+      if (row.upper == 0.0 && row.impulse == 0.0) continue;  // no normal force, no friction
     }
     if (last == nullptr || row.a.change != last->a.change || row.b.change != last->b.change) {
       put_back();

@@ -7,9 +7,10 @@
 
 namespace physics {
 
-// Sequential impulses over the rows of one island, on a packed copy of what they need: Bullet's rows and bodies are
-// spread over half a kilobyte each, and most of a step's time is spent here. Same operations in the same order as
-// btSequentialImpulseConstraintSolver::resolveSingleConstraintRowGeneric, so the same bits.
+// Projected Gauss-Seidel sweeps (sequential impulses) over the rows of one island, on a packed copy of their data:
+// Bullet's rows and bodies take half a kilobyte each, and a step spends most of its time here. The operations and their
+// order are those of btSequentialImpulseConstraintSolver::resolveSingleConstraintRowGeneric, so the results are the
+// same bits.
 class Sweeper {
  public:
   void Reserve(int num_bodies, int num_contacts, int num_rows);
@@ -18,13 +19,13 @@ class Sweeper {
   // `contacts`.
   void Load(std::span<btSolverConstraint* const> rows, const btConstraintArray& contacts,
             const btConstraintArray& frictions, const btAlignedObjectArray<btSolverBody>& bodies);
-  // One pass; the largest change of speed (m/s or rad/s) that a row asked for.
+  // One pass over all rows; returns the largest change of a row's speed (m/s or rad/s).
   double Sweep();
-  // Impulses, friction's limits and velocities back to where they came from.
+  // Copies impulses, friction limits and velocities back to Bullet's rows and bodies.
   void Store(std::span<btSolverConstraint* const> rows, btAlignedObjectArray<btSolverBody>* bodies) const;
 
  private:
-  // A linear and an angular number: added and multiplied as one.
+  // A linear and an angular component in one SIMD register.
   typedef double Pair __attribute__((vector_size(16)));
   struct Vector6 {
     Pair x{}, y{}, z{};
@@ -32,8 +33,8 @@ class Sweeper {
   // One of the two bodies that a row acts on.
   struct Side {
     Vector6 J;        // row of the Jacobian
-    Vector6 per_Ns;   // M^-1 J^T: what a unit of impulse changes
-    Vector6* change;  // of the body's velocity in this step
+    Vector6 per_Ns;   // M^-1 J^T: change of velocity per unit impulse
+    Vector6* change;  // change of the body's velocity in this step
   };
   struct PackedRow {
     Side a, b;

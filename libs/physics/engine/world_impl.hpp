@@ -18,7 +18,7 @@
 
 namespace physics {
 
-constexpr int kMaxBodies = 512;  // that a world holds
+constexpr int kMaxBodies = 512;  // capacity of a world
 
 struct PairSlot {
   int sampled = 0;
@@ -53,7 +53,7 @@ struct World::Impl {
   ~Impl() {
     for (MechanismSlot& slot : mechanisms) world.removeConstraint(slot.constraint.get());
     for (RigidBody& body : bodies) world.removeRigidBody(body.engine.get());
-    // Bullet frees those of its pool only.
+    // Bullet frees only manifolds of its own pool.
     while (dispatcher.getNumManifolds() > 0) dispatcher.releaseManifold(dispatcher.getManifoldByIndexInternal(0));
   }
 
@@ -157,7 +157,7 @@ struct World::Impl {
   btCollisionDispatcher dispatcher;
   btSimpleBroadphase broadphase;
   RowSolver solver;
-  btSphereShape shape{0.01};  // Bullet wants one; nothing ever looks at it
+  btSphereShape shape{0.01};  // required by Bullet, never used
   std::vector<RigidBody> bodies;
   btAlignedObjectArray<btCollisionObject*> collision_objects;
   std::vector<PairSlot> pairs;
