@@ -9,11 +9,11 @@ namespace {
 
 using trials::Busy;
 
-TEST(Checkpoint, RestoredRunGoesOnBitForBit) {
+TEST(Checkpoint, RestoredRunContinuesBitForBit) {
   EXPECT_EQ(trials::StepsThatDifferAfterRestore(700), 0);
 }
 
-TEST(Checkpoint, ImpulseBalanceGoesOnToo) {
+TEST(Checkpoint, ImpulseBalanceContinuesBitForBit) {
   Busy whole;
   whole.Run(333);
   Checkpoint checkpoint;
@@ -26,7 +26,7 @@ TEST(Checkpoint, ImpulseBalanceGoesOnToo) {
 }
 
 TEST(Checkpoint, PosesAndVelocitiesAloneAreNotEnough) {
-  // What the impulses of the last step are for: without them the next one differs.
+  // A checkpoint also holds the impulses of the last step (warm start): without them the next step differs.
   Busy whole;
   whole.Run(333);
   Checkpoint checkpoint;
@@ -40,7 +40,7 @@ TEST(Checkpoint, PosesAndVelocitiesAloneAreNotEnough) {
   EXPECT_NE(restored.world.StateHash(), whole.world.StateHash());
 }
 
-TEST(Checkpoint, OfAnotherWorldIsRefused) {
+TEST(Checkpoint, RefusesACheckpointOfAnotherWorld) {
   Busy whole;
   Checkpoint checkpoint;
   whole.world.Save(&checkpoint);

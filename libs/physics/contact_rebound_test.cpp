@@ -1,4 +1,4 @@
-// Undamped rebounds under delay: total energy after against before, for flat, edge and curved contact with rotation.
+// Undamped rebounds under delay: total energy after over before, for flat, edge and curved contact with rotation.
 #include <gtest/gtest.h>
 
 #include <algorithm>

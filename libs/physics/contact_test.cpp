@@ -63,7 +63,7 @@ TEST(Contact, ReboundNeverGainsEnergyForAnyMass) {
   }
 }
 
-TEST(Contact, FastLightBodyIsStoppedWithinTheStepThatWouldCarryItThrough) {
+TEST(Contact, FastLightBodyDoesNotTunnelThroughThePlane) {
   // 2 m/s and 1 ms: 2 mm per step, four times the gap; no penetrating plane exists before it is too late.
   BallOnPlane scene(0.05, 0.0005, {0, 0, -2.0}, 2.0e6, 0.0);
   double deepest = 0.0;
@@ -94,7 +94,7 @@ TEST(Contact, CoulombFrictionStopsASlidingBallPatchAtMuTimesForce) {
     Push(&world, push, {0, 0, -10.0});
     for (int i = 0; i < 500; ++i) world.Step(kDt);
     Push(&world, push, {side_N, 0, -10.0});
-    // Pushed at the centre while friction acts 10 mm lower: tips by a hair, does not matter for the sum.
+    // The push acts at the centre and friction 10 mm lower: the small tilt does not change the sum of forces.
     for (int i = 0; i < 1000; ++i) world.Step(kDt);
     const double v = world.V_WO(plate).linear_m_per_s.x;
     if (side_N < 2.0) {
@@ -105,9 +105,9 @@ TEST(Contact, CoulombFrictionStopsASlidingBallPatchAtMuTimesForce) {
   }
 }
 
-TEST(Contact, TwoFreeBodiesGetAnInjectedContactForceOnce) {
-  // The split-islands trap: bodies united by nothing but an injected contact must be solved together, once. A wrench
-  // of 10 N on one of them, in contact or not, must appear once in the sum of momenta.
+TEST(Contact, ContactForceActsOnceOnEachOfTwoFreeBodies) {
+  // Two bodies that only an injected contact joins must be in one island and be solved once: a force of 10 N on one of
+  // them, in contact or not, appears once in the sum of momenta.
   World world;
   const int a = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, 0}}, BoxMass(1.0, {0.1, 0.1, 0.1}));
   const int b = test::AddDynamic(&world, {{1, 0, 0, 0}, {0.1, 0, 0}}, BoxMass(2.0, {0.1, 0.1, 0.1}));
@@ -193,7 +193,7 @@ TEST(Contact, KinematicHandPushesAFreeBlockAlongWithItsOwnSpeed) {
     x += 0.1 * kDt;
     world.SetKinematic(hand, {{1, 0, 0, 0}, {x, 0, 0}}, {{}, {0.1, 0, 0}});
     world.Step(kDt);
-    // No gravity: the block leaves at most with twice the hand's speed (elastic), never more.
+    // The block leaves with at most twice the hand's speed, that of an elastic impact.
     EXPECT_LE(world.V_WO(block).linear_m_per_s.x, 0.2 + 1e-9);
   }
   EXPECT_GT(world.V_WO(block).linear_m_per_s.x, 0.09);

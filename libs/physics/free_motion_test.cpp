@@ -10,7 +10,7 @@ using test::Triaxial;
 
 TEST(FreeMotion, StraightDriftOfTenMinutesIsExact) {
   World world;
-  // 2^-k velocities add without rounding, so any damping, sleeping or lost time shows.
+  // Velocities that are powers of two add without rounding, so any damping, sleeping or lost time shows.
   const int body = test::AddDynamic(&world, {}, BoxMass(2.0, {0.1, 0.2, 0.3}), {{}, {0.125, -0.0625, 0.5}});
   for (int i = 0; i < 600000; ++i) world.Step(kDt);
   const glm::dvec3 p = world.X_WO(body).translation;
@@ -93,8 +93,9 @@ TEST(FreeMotion, InertiaWithProductsIsTurnedToPrincipalAxes) {
   }
 }
 
-// A load at the mesh origin, beside the centre of mass: it pushes, turns, and is in the balance; held until replaced.
-TEST(FreeMotion, ALoadPushesAndTurnsTheBody) {
+// A force at the mesh origin, beside the centre of mass, accelerates and turns the body, counts in the impulse balance,
+// and acts until it is replaced.
+TEST(FreeMotion, AWrenchAcceleratesAndTurnsTheBody) {
   World world;
   MassProperties mass = BoxMass(2.0, {0.1, 0.2, 0.3});
   mass.p_OCm_m = {0.1, 0.0, 0.0};

@@ -26,7 +26,7 @@ struct HardBox {
   }
 };
 
-TEST(HardContact, StopsTheBodyAtTheSurfaceAndTakesItsEnergy) {
+TEST(HardContact, StopsTheBodyAtTheSurfaceWithoutRebound) {
   HardBox scene(0.00123, {{}, {0, 0, -0.7}});  // 0.7 mm a step: it would be 0.17 mm deep after the second
   for (int i = 0; i < 100; ++i) {
     scene.world.Step(kDt);
@@ -36,7 +36,7 @@ TEST(HardContact, StopsTheBodyAtTheSurfaceAndTakesItsEnergy) {
   EXPECT_NEAR(scene.world.V_WO(scene.box).linear_m_per_s.z, 0.0, 1e-6);
 }
 
-TEST(HardContact, PushesOutWhatOverlapsNoFasterThanItSays) {
+TEST(HardContact, CorrectsOverlapNoFasterThanTheGivenSpeed) {
   HardBox scene(-0.003, {});
   for (int i = 0; i < 200; ++i) {
     scene.world.Step(kDt);
@@ -45,14 +45,14 @@ TEST(HardContact, PushesOutWhatOverlapsNoFasterThanItSays) {
   EXPECT_GT(scene.world.SmallestGap_m(scene.pair), -1e-6);
 }
 
-TEST(HardContact, LetsGoWithoutPulling) {
+TEST(HardContact, NeverPullsASeparatingBody) {
   HardBox scene(0.0, {{}, {0, 0, 0.1}});
   scene.world.Step(kDt);
   EXPECT_EQ(scene.world.contact(scene.pair).num_pushing, 0);
   EXPECT_DOUBLE_EQ(scene.world.V_WO(scene.box).linear_m_per_s.z, 0.1);
 }
 
-TEST(HardContact, SlidingBodyStopsAfterTheWayThatFrictionAllows) {
+TEST(HardContact, SlidingBodyStopsAfterTheCoulombDistance) {
   HardBox scene(0.0, {{}, {0.3, 0.1, 0}}, 0.25);
   const int load = scene.world.AddContactPair(scene.box, scene.world.world_body()).value();
   scene.world.SetContactWrench(load, {{0, 0, -0.2 * 9.81}, {}});
@@ -63,7 +63,7 @@ TEST(HardContact, SlidingBodyStopsAfterTheWayThatFrictionAllows) {
   EXPECT_LT(glm::length(scene.world.V_WO(scene.box).linear_m_per_s), 1e-9);
 }
 
-// Two hands that close on a body have no solution: the force is then large but bounded, and the body does not fly off.
+// Two hands that close on a body leave no solution without overlap: the force must stay bounded and the body in place.
 TEST(HardContact, BodySqueezedBetweenTwoHandsStaysBetweenThem) {
   World world;
   const int box = test::AddDynamic(&world, {}, BoxMass(0.2, {0.1, 0.1, 0.1}));

@@ -9,10 +9,11 @@ namespace {
 
 using test::kDt;
 
-// The main scenario's hard part, with analytic planes in place of collision detection: a 2 kg module of 80 x 80 x 100
-// mm on a 0.3 kg handle (snapped on), held through a grasp spring of 3 kN/m by a hand that moves along a given path,
-// goes into a cavity with 1.6 mm total clearance and snaps into its latch. Contacts are the module's eight corners
-// against the cavity's four walls where the corner is inside the cavity, and its floor; 20 kN/m for the pair.
+// The insertion of the scenario module_replacement, with analytic planes in place of collision detection. A 2 kg module
+// of 80 x 80 x 100 mm on a 0.3 kg handle (snapped on) is held through a grasp spring of 3 kN/m by a hand that moves
+// along a given path. It enters a cavity with 1.6 mm total clearance and snaps into its latch. Contacts are the
+// module's eight corners against the cavity's four walls, for corners inside the cavity, and its floor; 20 kN/m for the
+// pair.
 struct InsertionScene {
   static constexpr double kHalf = 0.04;         // module half width
   static constexpr double kLength = 0.1;        // module length along z
@@ -26,7 +27,7 @@ struct InsertionScene {
   SpringCoupling* grasp = nullptr;
   core::Pose X_WHand;
   double largest_grasp_N = 0.0;
-  double largest_jump_N = 0.0;  // of the grasp force from one tick to the next: what the operator would feel as a kick
+  double largest_jump_N = 0.0;  // largest change of the grasp force from one tick to the next; a jolt for the operator
   double largest_depth = 0.0;
 
   explicit InsertionScene(const core::Pose& start_error) {
@@ -56,7 +57,7 @@ struct InsertionScene {
     hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, X_WHand, {}, {}});
     grasp = trials::AddMechanism<SpringCoupling>(&world, hand, handle, SpringCouplingParams{});
     grasp->Attach(X_WHand, X_WHandle, X_WHand.translation);
-    // The operator's aim is off by this much all along.
+    // The hand is offset by this much on its whole path.
     X_WHand = start_error * X_WHand;
     cavity_pair = world.AddContactPair(module, world.world_body()).value();
   }
@@ -114,11 +115,11 @@ struct InsertionScene {
   }
 };
 
-TEST(Insertion, ModuleOnAHandleSlidesInAndSnapsSmoothly) {
+TEST(Insertion, ModuleOnAHandleSlidesInAndSnapsWithoutJolts) {
   for (const double offset : {0.0, 0.0006, -0.001}) {
     for (const double tilt : {0.0, 0.003}) {
       InsertionScene scene({core::QuaternionFromRotationVector({tilt, 0.5 * tilt, 0}), {offset, 0.5 * offset, 0}});
-      // The tilt is about the world origin: bring the hand back over the cavity.
+      // The tilt turns about the world origin: move the hand back over the cavity.
       scene.X_WHand.translation.x = offset;
       scene.X_WHand.translation.y = 0.5 * offset;
       scene.MoveHand({}, 0.3);
@@ -149,7 +150,7 @@ TEST(Insertion, PullsOutOfTheLatchWhileTheHookHolds) {
   EXPECT_GT(scene.world.X_WO(scene.module).translation.z, 0.1);
 }
 
-TEST(Insertion, ModuleTooWideForItsCavityDoesNotGoIn) {
+TEST(Insertion, ModuleTooWideForItsCavityStaysOut) {
   InsertionScene scene({});
   // Its corners meet the rim of the cavity: planes across the mouth under all four.
   core::ContactSet rim;

@@ -54,7 +54,7 @@ TEST(Joints, APendulumWithoutFrictionKeepsItsEnergy) {
   EXPECT_NEAR(world.mechanism(0).position(), turns, 5e-3);
 }
 
-// The links of a chain as bodies of a world that hinges and sliders hold together.
+// The links of a chain as bodies of a world, connected by hinges and sliders.
 struct BodyArm {
   World world;
   int base = 0;
@@ -84,7 +84,7 @@ Chain MakeChain(std::vector<ChainLink> links, std::optional<MassProperties> base
   return std::move(*chain);
 }
 
-TEST(Joints, AnArmOfBodiesMovesLikeTheChainInReducedCoordinates) {
+TEST(Joints, ArmOfJointedBodiesMovesLikeTheChainInReducedCoordinates) {
   test::Draws draws(21);
   for (const bool is_free : {false, true}) {
     std::vector<ChainLink> links = test::RandomArm(&draws);
@@ -229,7 +229,7 @@ TEST(Motor, TurnsAtItsSpeedUpToItsTorqueAndStallsBeyond) {
   driver.world.Step(kDt);
   EXPECT_NEAR(driver.world.mechanism(0).force(), 0.8, 1e-9);
   EXPECT_LT(driver.Spin(), 10.0);
-  // What the body gets is the motor's reaction: together they change by the screw's torque alone.
+  // The body receives the motor's reaction: the total angular momentum changes by the screw's torque alone.
   EXPECT_LT(glm::length(AngularMomentum_Nms(driver.world) - before - glm::dvec3(0, 0, -2.0 * kDt)), 1e-12);
 }
 
@@ -242,7 +242,7 @@ TEST(Motor, RestsWhileItsAxisIsLocked) {
   driver.world.SetContactWrench(driver.resistance, {{}, {0, 0, -2.0}});
   for (int i = 0; i < 200; ++i) driver.world.Step(kDt);
   EXPECT_NEAR(driver.world.mechanism(0).position(), held, 1e-9);
-  EXPECT_GT(driver.world.mechanism(0).force(), 1.0);  // what the screw's torque leaves for the bit to pass on
+  EXPECT_GT(driver.world.mechanism(0).force(), 1.0);  // the torque that the stalled bit still transmits
 }
 
 TEST(Motor, ReversesWhenItsSpeedIsChangedWhileRunning) {

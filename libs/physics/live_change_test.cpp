@@ -17,7 +17,7 @@ namespace {
 using test::kDt;
 using trials::LoadedSnap;
 
-TEST(LiveChange, AStiffnessStepUnderLoadInjectsHalfDkTimesXSquaredAndTheMotionHasIt) {
+TEST(LiveChange, StiffnessStepUnderLoadAddsHalfDkTimesXSquaredToTheMotion) {
   for (const double factor : {0.5, 1.5, 2.0, 2.9}) {
     const trials::StiffnessStepError error = trials::StepOfStiffness(factor);
     EXPECT_LE(error.reported, 1e-6) << factor;
@@ -25,7 +25,7 @@ TEST(LiveChange, AStiffnessStepUnderLoadInjectsHalfDkTimesXSquaredAndTheMotionHa
   }
 }
 
-TEST(LiveChange, AChangeAtOnceIsDoneOnReturnWithTheNumberOfTheNextTick) {
+TEST(LiveChange, ImmediateChangeIsReportedForTheNextTick) {
   LoadedSnap scene(20.0);
   scene.Run(50);
   const ChangeReport report = scene.world.BeginChange(0, scene.stiffness, {1.5 * scene.params.stiffness_N_per_m});
@@ -33,8 +33,8 @@ TEST(LiveChange, AChangeAtOnceIsDoneOnReturnWithTheNumberOfTheNextTick) {
   EXPECT_EQ(report.last_tick, report.first_tick);
 }
 
-TEST(LiveChange, ARampReportsTheSumOfWhatItInjectedOnItsWay) {
-  LoadedSnap scene(20.0, 0.02);  // in motion: every part of the ramp meets another deflection
+TEST(LiveChange, RampReportsItsTotalInjectedEnergy) {
+  LoadedSnap scene(20.0, 0.02);  // in motion: the deflection differs at every step of the ramp
   const double k = scene.params.stiffness_N_per_m;
   double energy_J = scene.Energy_J(k);
   double injected_J = 0.0;
@@ -52,11 +52,11 @@ TEST(LiveChange, ARampReportsTheSumOfWhatItInjectedOnItsWay) {
   EXPECT_EQ(report.first_tick, 1u);
   EXPECT_NEAR(report.injected_J / injected_J, 1.0, 1e-9);
   EXPECT_EQ(*scene.world.mechanism(0).tunables()[static_cast<std::size_t>(scene.stiffness)].value, 1.5 * k);
-  // The motion has it up to what the poses move within half a step.
+  // The motion has that energy, up to the motion within half a step.
   EXPECT_NEAR((scene.Energy_J(1.5 * k) - energy_J) / injected_J, 1.0, 0.01);
 }
 
-TEST(LiveChange, WhatWaitsForSeparationComesWithTheStepThatFindsItAndInjectsNothing) {
+TEST(LiveChange, ChangeAtSeparationComesWithTheStepThatFindsItAndInjectsNoEnergy) {
   World world;
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {}, {}, {}});
   const int part = test::AddDynamic(&world, {}, BoxMass(0.5, {0.1, 0.1, 0.1}));
@@ -95,7 +95,7 @@ TEST(LiveChange, AnAxisCanBeLockedAndFreed) {
   EXPECT_GT(world.mechanism(0).position(), held + 0.1);
 }
 
-TEST(LiveChange, ARampGoesOnBitForBitFromACheckpoint) {
+TEST(LiveChange, RampContinuesBitForBitFromACheckpoint) {
   LoadedSnap straight(20.0, 0.02);
   straight.world.BeginChange(0, straight.stiffness, {3.0e4, ChangeMode::kRamped, 0.2});
   straight.Run(70);
@@ -110,7 +110,7 @@ TEST(LiveChange, ARampGoesOnBitForBitFromACheckpoint) {
             straight.world.change_report(0, straight.stiffness).injected_J);
 }
 
-TEST(LiveChange, RefusesWhatMakesNoSense) {
+TEST(LiveChange, RefusesInvalidChanges) {
   LoadedSnap scene(0.0);
   EXPECT_EQ(scene.world.FindTunable(0, "colour"), -1);
   EXPECT_TRUE(scene.world.CanChange(0, scene.stiffness, {1.0}));

@@ -43,7 +43,7 @@ struct Switch {
   }
 };
 
-TEST(Hinge, DetentSwitchRestsInEitherOfTwoPositionsAndNowhereElse) {
+TEST(Hinge, DetentSwitchRestsInItsTwoPositionsOnly) {
   for (const double start : {-21.0, -12.0, -3.0, 3.0, 11.0, 21.0}) {
     Switch s(start);
     s.Run(3000);
@@ -54,7 +54,7 @@ TEST(Hinge, DetentSwitchRestsInEitherOfTwoPositionsAndNowhereElse) {
 
 TEST(Hinge, SwitchFlipsAboveItsDetentTorqueOnly) {
   Switch s(-20.0);
-  for (int i = 0; i < 1000; ++i) {  // ramped: the lever must not swing over by its momentum
+  for (int i = 0; i < 1000; ++i) {  // a ramp, so that the lever does not swing over by its momentum
     s.Torque(0.19 * i / 1000.0);
     s.Run(1);
   }
@@ -80,7 +80,7 @@ TEST(Hinge, KeepsItsAxisAndLimitsUnderAHardPush) {
   EXPECT_LT(glm::length(s.world.X_WO(s.lever).translation - wanted.translation), 2e-6);
 }
 
-TEST(Hinge, StuckSwitchStays) {
+TEST(Hinge, StuckSwitchDoesNotMove) {
   Switch s(-20.0, true);
   s.Torque(1.0);
   s.Run(2000);
@@ -176,7 +176,7 @@ TEST(Snap, ReleaseForceCanBeChangedWhileEngaged) {
   EXPECT_EQ(scene.snap->state(), 0);
 }
 
-TEST(Snap, DoesNotTakeAPartThatComesOffCentreOrTilted) {
+TEST(Snap, DoesNotEngageAPartThatIsOffCentreOrTilted) {
   World world;
   const SnapParams p = Handle();
   const int off =
@@ -188,11 +188,11 @@ TEST(Snap, DoesNotTakeAPartThatComesOffCentreOrTilted) {
   for (int i = 0; i < 1000; ++i) world.Step(kDt);
   EXPECT_EQ(first->state(), 0);
   EXPECT_EQ(second->state(), 0);
-  EXPECT_NEAR(world.X_WO(off).translation.z, -0.04, 1e-9);  // went by, untouched
+  EXPECT_NEAR(world.X_WO(off).translation.z, -0.04, 1e-9);  // passed without any force
 }
 
 TEST(Snap, PassivePartNeverGainsEnergyHoweverItIsThrownIn) {
-  // Free part, no hand: kinetic energy after any number of passes is at most that of the throw.
+  // A free part, no hand: after any number of passes its kinetic energy is at most the initial one.
   for (const double speed : {0.05, 0.2, 0.35, 0.5, 1.0}) {
     for (const double mass : {0.02, 0.3, 3.0}) {
       World world;
@@ -207,15 +207,15 @@ TEST(Snap, PassivePartNeverGainsEnergyHoweverItIsThrownIn) {
         world.Step(kDt);
         largest = std::max(largest, world.kinetic_energy_J(part));
       }
-      // Taking hold of a part 0.5 mm off centre over the mouth of the guide may add its spring energy k x^2 / 2.
+      // When the guide catches a part 0.5 mm off centre, its spring may add the energy k x^2 / 2.
       EXPECT_LE(largest, before + 0.5 * 2.0e4 * 0.0005 * 0.0005) << speed << " " << mass;
     }
   }
 }
 
-TEST(Snap, SlowCycleNeverGivesEnergyForAnyReleaseForce) {
+TEST(Snap, SlowCycleNeverGainsEnergyForAnyReleaseForce) {
   SnapParams p = Handle();
-  // Quasi-static work of the profile over a cycle, in by 1 um steps and out again: never negative.
+  // Quasi-static work over a cycle, in and out again by steps of 1 um: never negative.
   for (const double release : {0.0, 5.0, 20.0, 100.0}) {
     p.release_force_N = release;
     bool engaged = false;
@@ -301,7 +301,7 @@ TEST(Springs, StiffSpringOnALightBodyIsStableAtOneMillisecond) {
   EXPECT_NEAR(world.X_WO(part).translation.x, -0.005, 1e-6);
 }
 
-TEST(HookAndLoop, PatchesBreakOneAfterTheOtherAndForGood) {
+TEST(HookAndLoop, PatchesBreakOneByOneAndStayBroken) {
   HookAndLoopParams p;
   p.p_PPatch_m = {{-0.1, -0.1, 0}, {-0.1, 0.1, 0}, {0.1, -0.1, 0}, {0.1, 0.1, 0}};
   p.release_force_N = 4.0;
@@ -329,7 +329,7 @@ TEST(HookAndLoop, PatchesBreakOneAfterTheOtherAndForGood) {
   EXPECT_EQ(held->force(), 0.0);
 }
 
-TEST(Grasp, ReactionOnTheHandIsOppositeToWhatTheObjectGets) {
+TEST(Grasp, ReactionOnTheHandIsOppositeToTheForceOnTheObject) {
   World world;
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {{1, 0, 0, 0}, {0.1, 0, 0}}, {}, {}});
   MassProperties mass = BoxMass(0.3, {0.03, 0.03, 0.1});

@@ -1,4 +1,4 @@
-// The world against the exact answers of closed_form/.
+// The world against the closed forms of testing/closed_form/.
 #include "physics/testing/trials/reference.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST(Reference, DriftOfTenMinutesAtAnySpeedIsExact) {
   EXPECT_LE(worst, 1e-10);
 }
 
-TEST(Reference, TumblingFlipsWhenTheEllipticFunctionsDo) {
+TEST(Reference, TumblingFlipsAtTheTimesOfTheEllipticFunctions) {
   World world;
   const glm::dvec3 moments(1, 2, 3);
   const glm::dvec3 w(0.01, 2.0, 0.01);
@@ -51,7 +51,7 @@ TEST(Reference, TumblingFlipsWhenTheEllipticFunctionsDo) {
   EXPECT_LE(worst_s, 1e-3);
 }
 
-TEST(Reference, StiffPlaneMakesTheImpactOfNewtonsLawWithoutRestitution) {
+TEST(Reference, StiffPlaneImpactEqualsNewtonsLawWithoutRestitution) {
   World world;
   const MassProperties mass_a = BoxMass(1.0, {0.1, 0.12, 0.08});
   const MassProperties mass_b = BoxMass(0.3, {0.1, 0.07, 0.1});
@@ -74,7 +74,7 @@ TEST(Reference, StiffPlaneMakesTheImpactOfNewtonsLawWithoutRestitution) {
   EXPECT_LT(glm::length(world.spin_Nms(b) - mass_b.I_Cm_O_kg_m2 * exact_b.w_W), 1e-7);
 }
 
-TEST(Reference, MomentumIsKeptThroughAMinuteOfImpactsAndJoints) {
+TEST(Reference, MomentumIsConservedThroughAMinuteOfImpactsAndJoints) {
   const trials::MomentumResidual residual = trials::MixedContacts(60.0);
   EXPECT_GT(residual.num_pushes, 100);
   RecordProperty("linear_e15", std::to_string(residual.linear * 1e15));
@@ -105,12 +105,12 @@ TEST(Reference, BlockSticksBelowTheAngleOfFrictionAndSlidesByCoulombAbove) {
   ExpectCoulombsLaw(ContactKind::kCompliant);
 }
 
-TEST(Reference, BlockOnHardContactSticksAndSlidesToo) {
+TEST(Reference, BlockOnHardContactSticksAndSlidesByCoulomb) {
   ExpectCoulombsLaw(ContactKind::kHard);
 }
 
-// A part on a snap, moved by a kinematic hand through a spring far stiffer than the snap's slopes: the hand's force is
-// the snap's. (Where the snap's force jumps by dF the hand's spring k loses dF^2 / 2k: 0.04 % of a cycle here.)
+// A part on a snap, moved by a kinematic hand through a spring far stiffer than the snap, so that the hand's force
+// equals the snap's. (Where the snap's force jumps by dF, the hand's spring k loses dF^2 / 2k: 0.04 % of a cycle here.)
 struct SlowSnap {
   World world;
   SnapParams params;
@@ -148,9 +148,9 @@ struct SlowSnap {
   }
 };
 
-TEST(Reference, SnapPeaksAndLoopWorkAreThoseOfItsFile) {
+TEST(Reference, SnapPeaksAndLoopWorkEqualThoseOfItsProfile) {
   SlowSnap scene(2.0);
-  scene.Move(-0.0005, 0.0005);  // slow: what is lost to the step of 1 ms goes with the speed
+  scene.Move(-0.0005, 0.0005);  // slow: the error of the 1 ms step is proportional to the speed
   scene.Move(0.006, 0.0005);
   EXPECT_NEAR(scene.peak_in_N, 15.0, 0.15);
   EXPECT_NEAR(scene.peak_out_N, 20.0, 0.2);
@@ -159,8 +159,8 @@ TEST(Reference, SnapPeaksAndLoopWorkAreThoseOfItsFile) {
   EXPECT_NEAR(scene.work_J / exact, 1.0, 0.01);
 }
 
-TEST(Reference, SnapGivesNoEnergyInAThousandCycles) {
-  // Fast cycles without any damping in the snap: each must take at least what the profile alone takes.
+TEST(Reference, SnapGainsNoEnergyInAThousandCycles) {
+  // Fast cycles without damping in the snap: each must dissipate at least the loop work of the profile.
   SlowSnap scene(0.0);
   const double exact = closed_form::SnapCycleWork_J(scene.params);
   double least = 1e9;
@@ -194,7 +194,7 @@ TEST(Reference, HeavyOnLightRestsOnHardContact) {
   for (const double ratio : {1000.0, 5000.0}) ExpectHeavyOnLightRests(ratio, ContactKind::kHard);
 }
 
-TEST(Reference, FiftyFarPartsAddNoWorkToTheSolver) {
+TEST(Reference, FiftyDistantPartsAddNoWorkToTheSolver) {
   const SolverWork alone = trials::WorkOfAMover(0);
   const SolverWork among = trials::WorkOfAMover(50);
   EXPECT_GT(alone.num_rows, 0u);

@@ -24,7 +24,7 @@ SnapParams Measured() {
   return p;
 }
 
-TEST(MeasuredSnap, ForceGoesThroughThePointsAndEnergyIsItsArea) {
+TEST(MeasuredSnap, ForcePassesThroughThePointsAndEnergyIsItsIntegral) {
   const SnapParams p = Measured();
   EXPECT_NEAR(SnapAxialForce(p, false, 0.001).force_N, 9.0, 1e-12);
   EXPECT_NEAR(SnapAxialForce(p, false, 0.0015).force_N, 12.0, 1e-12);
@@ -41,9 +41,8 @@ TEST(MeasuredSnap, ForceGoesThroughThePointsAndEnergyIsItsArea) {
   }
 }
 
-TEST(MeasuredSnap, APartThrownInLosesWhatTheProfileTakes) {
-  // 50 mJ against a barrier of 21.9 mJ: engages, and what it has then is its throw less the barrier and the well's
-  // start.
+TEST(MeasuredSnap, APartThrownInLosesTheLoopWorkOfTheProfile) {
+  // 50 mJ against a barrier of 21.9 mJ: it engages, with its initial energy less the barrier and the well's start.
   SnapParams p = Measured();
   World world;
   const int part = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, 0.006}}, BoxMass(0.3, {0.03, 0.03, 0.1}),
@@ -59,7 +58,7 @@ TEST(MeasuredSnap, APartThrownInLosesWhatTheProfileTakes) {
     if (!snap->is_engaged()) continue;
     has_engaged = true;
     const double z = world.X_WO(part).translation.z - 0.5 * kDt * world.V_WO(part).linear_m_per_s.z;
-    if (z > 0.0 || world.V_WO(part).linear_m_per_s.z > 0.0) continue;  // on its way down, past the ledger
+    if (z > 0.0 || world.V_WO(part).linear_m_per_s.z > 0.0) continue;  // moving in, past the engage point
     EXPECT_NEAR(world.kinetic_energy_J(part) + SnapAxialEnergy_J(p, true, z), left_J, 0.002 * left_J);
   }
   EXPECT_TRUE(has_engaged);

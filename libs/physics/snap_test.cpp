@@ -15,7 +15,7 @@ namespace {
 using trials::kDt;
 using trials::MovedPart;
 
-TEST(SnapProfile, LoopWorkIsThatOfTheProfileAtEverySpeed) {
+TEST(SnapProfile, LoopWorkEqualsThatOfTheProfileAtEverySpeed) {
   for (const double speed : {0.002, 0.01, 0.05, 0.2, 0.5}) {
     MovedPart scene;
     ASSERT_TRUE(scene.Cycle(speed));
@@ -23,7 +23,7 @@ TEST(SnapProfile, LoopWorkIsThatOfTheProfileAtEverySpeed) {
   }
 }
 
-TEST(SnapProfile, PeaksAreThoseOfTheFileAtHandsSpeeds) {
+TEST(SnapProfile, PeaksEqualThoseOfTheProfileAtHandSpeeds) {
   for (const double speed : {0.002, 0.01, 0.05}) {
     MovedPart scene;
     ASSERT_TRUE(scene.Cycle(speed));
@@ -33,7 +33,7 @@ TEST(SnapProfile, PeaksAreThoseOfTheFileAtHandsSpeeds) {
   }
 }
 
-TEST(SnapProfile, NoCycleOfAThousandGivesEnergy) {
+TEST(SnapProfile, NoneOfAThousandCyclesGainsEnergy) {
   for (const double speed : {0.25, 0.37}) {
     MovedPart scene(0.1);
     const double exact = closed_form::SnapCycleWork_J(scene.params);
@@ -45,8 +45,8 @@ TEST(SnapProfile, NoCycleOfAThousandGivesEnergy) {
   }
 }
 
-TEST(SnapProfile, ATremblingHandGetsNoEnergyOutOfIt) {
-  // To and fro over both ends of the hysteresis with steps that the mechanism cannot foresee.
+TEST(SnapProfile, ATremblingHandGainsNoEnergy) {
+  // Random steps to and fro over both ends of the hysteresis, which the mechanism cannot predict.
   MovedPart scene;
   std::uint64_t random = 1;
   double most_J = -1e9;
@@ -59,7 +59,7 @@ TEST(SnapProfile, ATremblingHandGetsNoEnergyOutOfIt) {
     const int before = scene.snap->state();
     scene.Step(wish - 20.0 * (scene.z_m - centre_m));
     if (scene.snap->state() != before) ++changes;
-    // What the snap has turned to heat so far, with its energy at the place that belongs to the speed.
+    // Energy dissipated by the snap so far, with its potential at the position that matches the time of the speed.
     const double z =
         scene.world.X_WO(scene.part).translation.z - 0.5 * kDt * scene.world.V_WO(scene.part).linear_m_per_s.z;
     bool is_engaged = scene.snap->is_engaged();
@@ -69,15 +69,15 @@ TEST(SnapProfile, ATremblingHandGetsNoEnergyOutOfIt) {
     largest_drop_J = std::max(largest_drop_J, most_J - lost_J);
   }
   EXPECT_GT(changes, 100);
-  // Half the changes are releases, and each cycle takes what the profile takes.
+  // Half the changes are releases, and each cycle dissipates the loop work of the profile.
   EXPECT_NEAR(most_J / (changes / 2 * closed_form::SnapCycleWork_J(scene.params)), 1.0, 0.02);
-  // A release goes from the well to the bump's higher potential; beyond that there is what one step did not foresee.
+  // A release moves from the well to the bump's higher potential; the rest is the error of one step.
   const double z_r = SnapReleasePoint_m(scene.params);
   const double step_up_J = SnapAxialEnergy_J(scene.params, false, z_r) - SnapAxialEnergy_J(scene.params, true, z_r);
   EXPECT_LT(largest_drop_J, step_up_J + 0.003);
 }
 
-TEST(SnapProfile, WorkOverAWayDoesNotDependOnItsPieces) {
+TEST(SnapProfile, WorkOverAPathIsTheSumOverItsPieces) {
   SnapParams p;
   p.engage_force_N = 15.0;
   p.release_force_N = 20.0;
@@ -88,7 +88,7 @@ TEST(SnapProfile, WorkOverAWayDoesNotDependOnItsPieces) {
   for (int i = 0; i < 70; ++i) sum_J += SnapWork_J(p, 0.006 - 1e-4 * i, 0.006 - 1e-4 * (i + 1), &pieces);
   EXPECT_TRUE(once && pieces);
   EXPECT_NEAR(in_one_J, sum_J, 1e-15);
-  // And the way back; the two are the hysteresis loop.
+  // The way back; both together are the hysteresis loop.
   const double out_J = SnapWork_J(p, -0.001, 0.006, &once);
   EXPECT_FALSE(once);
   EXPECT_NEAR(-(in_one_J + out_J), closed_form::SnapCycleWork_J(p), 1e-15);

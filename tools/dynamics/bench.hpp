@@ -9,15 +9,16 @@
 
 namespace dynamics {
 
-// What other libraries add to the bench.
+// Measurements with other libraries, added to the bench where those are installed.
 struct Peers {
   std::vector<SpinnerMaker> spinners;
   std::vector<StackMaker> stacks;
-  // Worst joint acceleration of ours against theirs, relative, over 1,000 random states of 7-joint arms; may be empty.
+  // Largest relative difference between our joint accelerations and theirs, over 1,000 random states of 7-joint arms;
+  // may be empty.
   std::function<double()> arm_error;
 };
 
-// Everything `oos bench physics` measures, see bench::RunStudies.
+// Runs every study of `oos bench physics`, see bench::RunStudies.
 int BenchMain(const bench::BenchOptions& options, const Peers& peers);
 
 }  // namespace dynamics

@@ -16,13 +16,13 @@ std::string Read(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(DynamicsBench, NamesTheStudiesWhenAskedForOneThatIsNone) {
+TEST(DynamicsBench, RefusesAnUnknownStudyAndNamesTheKnownOnes) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(BenchMain({{}, {}, "rotation,colour"}, {}), 2);
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no 'colour' to measure; known: rotation"));
 }
 
-TEST(DynamicsBench, WritesChartTableAndGoalsOfTheStudiesAskedFor) {
+TEST(DynamicsBench, WritesChartTableAndGoalsOfTheChosenStudies) {
   const auto folder = std::filesystem::temp_directory_path() / ("vr_oos_dynamics_" + std::to_string(::getpid()));
   testing::internal::CaptureStdout();
   EXPECT_EQ(BenchMain({folder / "all.json", folder, "rebound"}, {}), 0);

@@ -23,7 +23,8 @@ double BulletReboundRatio(double mass_kg, double stiffness_N_per_m, double speed
   plate.getWorldTransform().setOrigin({0, 0, 0.0143});
   plate.setLinearVelocity({0, 0, -speed_m_per_s});
   plate.setActivationState(DISABLE_DEACTIVATION);
-  // Each of the four corners is a contact of its own; the two bodies' springs are in series and their dampings add.
+  // Each of the four corners is a separate contact; Bullet puts the two bodies' springs in series and adds their
+  // dampings.
   plate.setContactStiffnessAndDamping(stiffness_N_per_m / 4.0, 0.0);
   ground.setContactStiffnessAndDamping(1e18, 0.0);
   ground.setFriction(0.0);

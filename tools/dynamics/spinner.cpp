@@ -32,7 +32,7 @@ class OurSpinner final : public Spinner {
   int first_;
 };
 
-// Bullet's world as it comes, but for gravity and sleeping.
+// Bullet's world with its default settings, but without gravity and sleeping.
 class BulletSpinner final : public Spinner {
  public:
   BulletSpinner(const SpinnerParams& params, int flags)

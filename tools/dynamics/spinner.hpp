@@ -9,7 +9,7 @@
 
 namespace dynamics {
 
-// Free bodies that tumble, far apart and alike. The first one is looked at.
+// Equal free bodies that tumble, far apart. The accessors return the state of the first one.
 class Spinner {
  public:
   virtual ~Spinner() = default;
@@ -30,7 +30,7 @@ struct SpinnerMaker {
   std::function<std::unique_ptr<Spinner>(const SpinnerParams&)> make;
 };
 
-// Ours, then Bullet with its default and its other modes of rotation.
+// This project's world, then Bullet's with its default and its other modes of rotation.
 std::vector<SpinnerMaker> OwnSpinners();
 
 }  // namespace dynamics

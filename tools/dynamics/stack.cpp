@@ -35,7 +35,7 @@ class BulletStack final : public Stack {
     world_ = std::make_unique<btDiscreteDynamicsWorld>(&dispatcher_, &broadphase_, solver_.get(), &configuration_);
     world_->setGravity({0, 0, -physics::trials::kGravity});
     world_->getSolverInfo().m_numIterations = sweeps;
-    // Without it Dantzig's method fails on coplanar contacts and returns what sequential impulses found.
+    // Without it Dantzig's method fails on coplanar contacts and falls back to sequential impulses.
     if (solver == Solver::kDantzig) world_->getSolverInfo().m_globalCfm = 1e-6;
     Add(0.0, &ground_shape_, -5.0);
     Add(HeavyOnLight::kLight_kg, &shape_, kHalf);
@@ -64,7 +64,7 @@ class BulletStack final : public Stack {
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     world_->addRigidBody(bodies_.back().get());
   }
-  // Lowest corner of the lower face; middle of the upper face.
+  // The lowest corner of the lower face, and the middle of the upper face.
   [[nodiscard]] double Lowest_m(std::size_t body) const {
     double lowest = 1e9;
     for (const double x : {-kHalf, kHalf}) {

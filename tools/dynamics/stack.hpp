@@ -7,8 +7,8 @@
 
 namespace dynamics {
 
-// A heavy block on a light one on the ground: physics::trials::HeavyOnLight, or the same by another library with its
-// own contacts of boxes.
+// A heavy block on a light one on the ground: physics::trials::HeavyOnLight, or the same scene in another library with
+// that library's own box contacts.
 class Stack {
  public:
   virtual ~Stack() = default;
@@ -21,7 +21,7 @@ struct StackMaker {
   std::function<std::unique_ptr<Stack>(double ratio)> make;
 };
 
-// Ours, hard and compliant, then Bullet's solvers.
+// This project's hard and compliant contact, then Bullet's solvers.
 std::vector<StackMaker> OwnStacks();
 
 }  // namespace dynamics

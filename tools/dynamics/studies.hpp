@@ -13,7 +13,7 @@ using bench::Series;
 using bench::Short;
 using bench::Table;
 
-// Each adds its tables, charts and goals.
+// Each study adds its tables, charts and goals to the report.
 void StudyRotation(const Peers& peers, Report* report);
 void StudyRebound(const Peers& peers, Report* report);
 void StudyReduction(const Peers& peers, Report* report);

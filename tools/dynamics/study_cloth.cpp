@@ -1,4 +1,4 @@
-// A sheet over a wire: what coarser cells do to its answer, and what finer ones cost.
+// A sheet over a wire: error of the sag and computing time against the number of cells.
 #include <cmath>
 #include <cstdio>
 

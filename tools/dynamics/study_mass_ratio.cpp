@@ -1,4 +1,4 @@
-// Heavy on light: what the solver makes of a large mass ratio.
+// A heavy block on a light one: the solver's residual against the mass ratio.
 #include <cstdio>
 
 #include "tools/dynamics/studies.hpp"

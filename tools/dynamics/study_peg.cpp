@@ -1,4 +1,4 @@
-// A peg in a hole: the moment at which it jams, against theory.
+// A peg in a hole: the jamming moment against Whitney's theory.
 #include <cmath>
 #include <cstdio>
 

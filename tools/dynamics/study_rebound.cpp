@@ -1,4 +1,4 @@
-// Rebound under delay: what a contact makes of a body's energy when its news comes late.
+// Rebound under delay: energy gained or lost in an impact when contact data arrive late.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -71,7 +71,7 @@ Panel MakePanel(const std::string& title, const char* x_title, bool x_log, bool 
   return panel;
 }
 
-// Three masses, delays 0 to 7 ms, all on the one axis that matters.
+// Three masses, delays 0 to 7 ms, all over the dimensionless delay w tau.
 Panel AgainstPhase(const std::string& title, const Shape& shape, double spin_rad_per_s, Table* table) {
   Panel panel = MakePanel(title, "delay times sqrt(stiffness / mass)", false, true);
   panel.y_low = 0.3;
@@ -100,7 +100,7 @@ Panel AgainstPhase(const std::string& title, const Shape& shape, double spin_rad
   return panel;
 }
 
-// Bullet's own compliant rows, which know the contact at once.
+// Bullet's own compliant rows, without any delay.
 void AddBullet(Table* table, Panel* panel) {
   Series series{"Bullet, not late", {}, false};
   for (const double mass_kg : kMasses_kg) {
@@ -114,7 +114,7 @@ void AddBullet(Table* table, Panel* panel) {
   panel->series.push_back(series);
 }
 
-// Stiffness at one mass and delay.
+// Over the stiffness, at one mass and delay.
 Panel AgainstStiffness(Table* table) {
   Panel panel = MakePanel("stiffness: 0.2 kg, 3 ms late", "N/m", true, true);
   panel.y_low = 0.3;
@@ -139,7 +139,7 @@ Panel AgainstStiffness(Table* table) {
   return panel;
 }
 
-// Planes alone: the worst of the masses, for every shape.
+// With planes only: the worst of the masses for every shape.
 Panel OfShapes(Table* table, double* worst) {
   Panel panel = MakePanel("shapes, 0 to 2 rad/s", "delay [ms]", false, false);
   panel.y_low = 0.95;
@@ -167,7 +167,7 @@ Panel OfShapes(Table* table, double* worst) {
   return panel;
 }
 
-// Where it fails: a round part that turns fast, seen late.
+// The limit of the method: a round part that turns fast, with delayed planes.
 Panel OfSpin(Table* table) {
   Panel panel = MakePanel("a ball on the floor that turns", "delay [ms]", false, false);
   panel.y_low = 0.9;

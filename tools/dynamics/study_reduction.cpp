@@ -1,4 +1,4 @@
-// Reduction of contacts: how few pushes do the work of ten thousand.
+// Contact reduction: error of the wrench when few contacts stand for 10,000.
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
@@ -59,7 +59,7 @@ std::vector<Scene> Scenes() {
           {"peg in its hole", PegInHole()}};
 }
 
-// A small motion of the body: to first order, as the gaps change.
+// Contacts after a small motion of the body; gaps change to first order.
 struct Motion {
   glm::dvec3 way_m{0.0};
   glm::dvec3 turn_rad{0.0};
@@ -90,7 +90,7 @@ double Error(const Points& all, const Points& few, const Motion& motion) {
          force_N;
 }
 
-// By up to 50 um and 1 mrad: what a body does until the next contacts come.
+// Motions of up to 50 um and 1 mrad, those of a body until the next contacts arrive.
 double ErrorOnTheMove(const Points& all, const Points& few) {
   double worst = 0.0;
   for (const double z : {-5e-5, 0.0, 5e-5}) {
@@ -114,7 +114,7 @@ void Ours(const Points& all, Points* few) {
   }
 }
 
-// The deepest ones share the stiffness of all that push.
+// Keeps the deepest contacts, which share the stiffness of all penetrating ones.
 void Deepest(const Points& all, std::size_t count, Points* few) {
   few->assign(all.begin(), all.end());
   double stiffness = 0.0;
@@ -125,7 +125,7 @@ void Deepest(const Points& all, std::size_t count, Points* few) {
   for (ContactPoint& p : *few) p.stiffness_N_per_m = stiffness / static_cast<double>(count);
 }
 
-// One of every so many, evenly; each stands for those left out.
+// Keeps an even subset; each contact stands for those left out.
 void Thinned(const Points& all, std::size_t count, Points* few) {
   few->clear();
   const int side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(count))));
@@ -139,7 +139,7 @@ void Thinned(const Points& all, std::size_t count, Points* few) {
   }
 }
 
-// Bullet's cache of four points, fed with one point after the other as its collision detection does.
+// Bullet's cache of four points, filled point by point as by its collision detection.
 void BulletCache(const Points& all, Points* few) {
   btPersistentManifold manifold(nullptr, nullptr, 0, 0.02, 1e30);
   double stiffness = 0.0;

@@ -12,13 +12,13 @@ namespace {
 constexpr double kSeconds = 60.0;
 
 struct Errors {
-  double energy = 0.0;    // largest relative error on the way
-  double momentum = 0.0;  // of the vector
+  double energy = 0.0;    // largest relative error during the run
+  double momentum = 0.0;  // the same, of the vector of angular momentum
   int flips = 0;
-  double flip_s = 0.0;  // worst, of those that both have
+  double flip_s = 0.0;  // largest error of a flip's time, over the flips that both have
 };
 
-// A flip that is missing or too many leaves its partner at the wrong end, so that its time is far off as well.
+// A missing or an extra flip turns the axis to the other side, so that later times are far off as well.
 Errors Follow(const SpinnerMaker& maker, const SpinnerParams& params) {
   const auto spinner = maker.make(params);
   const glm::dvec3& I = params.moments_kg_m2;

@@ -1,4 +1,4 @@
-// The figures that have no chart of their own, by the scenes of the tests.
+// Figures without a chart, from the scenes of the tests.
 #include <algorithm>
 #include <cmath>
 

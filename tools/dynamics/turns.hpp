@@ -5,9 +5,9 @@
 
 namespace dynamics {
 
-// Times of several pieces of work on one core, which take turns: a change of the machine's speed meets all of them.
-// Processor time of the thread, so what other programs take does not count. Each piece runs `calls` times a turn, after
-// a tenth as many that do not count; of every piece the median over the turns in us per call.
+// Measures several pieces of work on one core, which take turns so that a change of the machine's speed affects all of
+// them alike. The clock is the thread's processor time, so other programs do not count. In a turn each piece runs
+// `calls` times, after a warm-up of a tenth as many. Returns for every piece the median over the turns in us per call.
 std::vector<double> TakeTurns(const std::vector<std::function<void()>>& pieces, int calls, int turns);
 
 }  // namespace dynamics

@@ -7,7 +7,7 @@ namespace dynamics_peers {
 
 // MuJoCo with its three integrators of rotation.
 std::vector<dynamics::SpinnerMaker> MujocoSpinners();
-// MuJoCo's contacts of boxes, as they come and with the stiffest setting that it documents for this step.
+// MuJoCo's box contacts, with default settings and with the stiffest that it documents for this step.
 std::vector<dynamics::StackMaker> MujocoStacks();
 
 }  // namespace dynamics_peers

@@ -18,7 +18,7 @@ Chain Make(std::vector<ChainLink> links, std::optional<MassProperties> base = st
   return std::move(*chain);
 }
 
-TEST(Chain, AccelerationsOfAPlanarArmAreTheClosedForm) {
+TEST(Chain, AccelerationsOfAPlanarArmEqualTheClosedForm) {
   Draws draws(3);
   for (int i = 0; i < 1000; ++i) {
     closed_form::TwoLinkArm arm;
@@ -49,7 +49,7 @@ TEST(Chain, AccelerationsOfAPlanarArmAreTheClosedForm) {
   }
 }
 
-TEST(Chain, AForceOnALinkIsItsTorqueThroughTheJacobian) {
+TEST(Chain, AForceOnALinkActsAsJacobianTransposedTimesForce) {
   Draws draws(4);
   Chain chain = Make(test::RandomArm(&draws));
   for (int i = 0; i < 50; ++i) {
@@ -99,7 +99,7 @@ TEST(Chain, AFreeTwoArmedRobotKeepsEnergyAndMomentum) {
   EXPECT_LT(glm::length(after.torque - momentum.torque), 1e-9 * glm::length(momentum.torque));
 }
 
-TEST(Chain, WorkOfMotorsAndForcesIsTheChangeOfEnergy) {
+TEST(Chain, WorkOfMotorsAndForcesEqualsTheChangeOfEnergy) {
   Draws draws(6);
   Chain chain = Make(test::RandomArm(&draws));
   ChainState state = chain.MakeState();
@@ -114,7 +114,7 @@ TEST(Chain, WorkOfMotorsAndForcesIsTheChangeOfEnergy) {
   EXPECT_NEAR(chain.KineticEnergy_J(state) / work_J, 1.0, 1e-6);
 }
 
-TEST(Chain, JointsStopAtTheirLimitsAndTheRestFeelsIt) {
+TEST(Chain, JointLimitsStopJointsWithoutChangingMomentum) {
   Draws draws(7);
   std::vector<ChainLink> links = test::RandomArm(&draws);
   for (ChainLink& link : links) {
@@ -131,7 +131,7 @@ TEST(Chain, JointsStopAtTheirLimitsAndTheRestFeelsIt) {
   for (int i = 0; i < 2000; ++i) {
     chain.Step(1e-3, none, {}, &state);
     const double now_J = chain.KineticEnergy_J(state);
-    EXPECT_LE(now_J, energy_J * (1.0 + 1e-4));  // setting a position back to its limit moves inertia by a hair
+    EXPECT_LE(now_J, energy_J * (1.0 + 1e-4));  // resetting a position to its limit changes the inertia slightly
     if (now_J < 0.9999 * energy_J) ++stops;
     energy_J = now_J;
     for (const double position : state.position) ASSERT_LE(std::abs(position), 0.3);
@@ -140,7 +140,7 @@ TEST(Chain, JointsStopAtTheirLimitsAndTheRestFeelsIt) {
   EXPECT_LT(glm::length(chain.Momentum(state).force - momentum.force), 2e-2 * glm::length(momentum.force));
 }
 
-TEST(Chain, RefusesWhatIsNoArm) {
+TEST(Chain, RefusesInvalidParameters) {
   Draws draws(8);
   const std::vector<ChainLink> good = test::RandomArm(&draws);
   auto links = good;

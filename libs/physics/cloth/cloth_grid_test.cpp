@@ -19,8 +19,8 @@ ClothParams Sheet() {
   return params;
 }
 
-// Energy per area of the sheet brought into a shape, over its middle half: away from the borders, whose lines of nodes
-// end before they do. A line of nodes on the half's rim counts by half.
+// Energy per area of a deformed sheet, over its middle half: bending terms are missing at the borders. Nodes on the rim
+// of that half count by half.
 double MiddleBending(const ClothParams& params, const std::function<double(double, double)>& z) {
   constexpr glm::dvec2 kHalf_m(0.075, 0.05);
   const auto grid = BuildClothGrid(params);
@@ -45,7 +45,7 @@ double MiddleBending(const ClothParams& params, const std::function<double(doubl
 }
 
 // Plate energy D/2 (kxx^2 + kyy^2 + 2 kxy^2) of the three shapes of constant curvature.
-TEST(ClothGrid, BendingHasThePlatesEnergy) {
+TEST(ClothGrid, BendingEnergyEqualsThatOfThePlate) {
   const double k = 0.7;
   const double half = 0.5 * kBending_Nm * k * k;
   EXPECT_NEAR(MiddleBending(Sheet(), [&](double x, double) { return 0.5 * k * x * x; }) / half, 1.0, 1e-9);
@@ -53,9 +53,9 @@ TEST(ClothGrid, BendingHasThePlatesEnergy) {
   EXPECT_NEAR(MiddleBending(Sheet(), [&](double x, double y) { return k * x * y; }) / (2.0 * half), 1.0, 1e-9);
 }
 
-// Energy density of a uniform strain, by the lattice and by plane stress with Poisson's ratio 1/3: exact, also where
-// cells are not square.
-TEST(ClothGrid, StretchingHasTheSheetsEnergy) {
+// Energy density of a uniform strain, of the lattice and of plane stress with Poisson's ratio 1/3: equal, also with
+// cells that are not square.
+TEST(ClothGrid, StretchingEnergyEqualsThatOfTheSheet) {
   const ClothParams params = Sheet();
   const auto grid = BuildClothGrid(params);
   ASSERT_TRUE(grid.has_value());
@@ -77,7 +77,7 @@ TEST(ClothGrid, StretchingHasTheSheetsEnergy) {
   }
 }
 
-TEST(ClothGrid, HasTheMassOfTheSheet) {
+TEST(ClothGrid, NodeMassesAddUpToTheMassOfTheSheet) {
   const auto grid = BuildClothGrid(Sheet());
   ASSERT_TRUE(grid.has_value());
   double sum_kg = 0.0;

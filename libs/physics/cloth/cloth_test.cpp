@@ -23,7 +23,7 @@ class Ball final : public ClothShape {
   }
 };
 
-// All of z < 0 within a ball of a metre.
+// The floor: the half space z < 0, reported within a sphere of 1 m.
 class Floor final : public ClothShape {
  public:
   Floor() : ClothShape(glm::dvec3(0.0), 1.0) {}
@@ -62,7 +62,7 @@ int Bond(Cloth* cloth, int body, const std::vector<glm::dvec3>& points_W, double
   return bond.value_or(0);
 }
 
-// A sheet that was swung about by a corner and let go: folded, stretched and tumbling.
+// A sheet that was swung by a corner and released: folded, stretched and tumbling.
 std::unique_ptr<Cloth> Thrown(double damping_per_s) {
   ClothParams params = Square();
   params.damping_per_s = damping_per_s;
@@ -80,7 +80,7 @@ std::unique_ptr<Cloth> Thrown(double damping_per_s) {
   return cloth;
 }
 
-TEST(Cloth, InFreeFlightMomentumStays) {
+TEST(Cloth, MomentumIsConservedInFreeFlight) {
   auto cloth = Thrown(4.0);
   const glm::dvec3 p = cloth->momentum_Ns();
   const glm::dvec3 L = cloth->angular_momentum_Nms();
@@ -91,7 +91,7 @@ TEST(Cloth, InFreeFlightMomentumStays) {
   EXPECT_LT(glm::length(cloth->angular_momentum_Nms() - L), 1e-9 * glm::length(L));
 }
 
-TEST(Cloth, InFreeFlightEnergyNeverGrows) {
+TEST(Cloth, EnergyNeverGrowsInFreeFlight) {
   for (const double loss : {0.0, 4.0}) {
     auto cloth = Thrown(loss);
     double before_J = cloth->energy_J();  // then the most of the last fifth of a second
@@ -104,14 +104,14 @@ TEST(Cloth, InFreeFlightEnergyNeverGrows) {
       ASSERT_LE(most_J, before_J) << "after " << window * 0.2 << " s";
       before_J = most_J;
     }
-    // What is left is at least the motion of the whole.
+    // Damping cannot take the motion of the sheet as a whole.
     const double whole_J = 0.5 * glm::dot(cloth->momentum_Ns(), cloth->momentum_Ns()) / cloth->mass_kg();
     EXPECT_GT(before_J, whole_J);
   }
 }
 
-// A free ball flies into the sheet: what one gains the other loses, about any point.
-TEST(Cloth, AndABallExchangeMomentum) {
+// A free ball flies into the sheet: the sum of momenta and of angular momenta is conserved.
+TEST(Cloth, ExchangesMomentumWithABall) {
   auto cloth = Make(Square());
   ClothBodyParams params;
   params.kind = BodyKind::kDynamic;
@@ -127,7 +127,7 @@ TEST(Cloth, AndABallExchangeMomentum) {
   for (int i = 0; i < 400; ++i) {
     cloth->SetBody(ball, X_WO, V_WO);
     cloth->Step(kDt);
-    // The ball's owner: takes the impulse at its start pose, then moves.
+    // The ball's owner applies the impulse at the pose of the step's start, then moves the ball.
     const core::Wrench F = cloth->MeanWrenchOn(ball, X_WO.translation);
     has_touched = has_touched || glm::length(F.force_N) > 0.0;
     V_WO.linear_m_per_s += kDt / params.mass.mass_kg * F.force_N;
@@ -138,14 +138,14 @@ TEST(Cloth, AndABallExchangeMomentum) {
   const glm::dvec3 p = params.mass.mass_kg * V_WO.linear_m_per_s;
   EXPECT_GT(glm::length(p - start_p), 1e-3);
   EXPECT_LT(glm::length(p + cloth->momentum_Ns() - start_p), 1e-12);
-  // The ball's lever moves within a step while its owner applies the impulse at the start: the difference is the way
-  // of one step times the impulse.
+  // The contact point moves within a step, while the owner applies the impulse at the start of it: the error is the
+  // distance of one step times the impulse.
   const glm::dvec3 L = glm::cross(X_WO.translation, p) + params.mass.I_Cm_O_kg_m2 * V_WO.angular_rad_per_s;
   EXPECT_LT(glm::length(L + cloth->angular_momentum_Nms() - start_L), 1e-3 * glm::length(p - start_p));
 }
 
 // The middle third of a strip that is pulled at both ends, where the ends' clamps no longer matter.
-TEST(Cloth, AStretchedStripHasTheStiffnessAskedFor) {
+TEST(Cloth, AStretchedStripHasTheGivenStiffness) {
   for (const int cells : {4, 8}) {
     ClothParams params;
     params.size_x_m = 0.3;
@@ -204,7 +204,7 @@ double CantileverSag(int cells, double* expected_m) {
   return -cloth->positions_W()[static_cast<std::size_t>(cells)].z;
 }
 
-TEST(Cloth, ACantileverBendsAsTheClosedFormSays) {
+TEST(Cloth, ACantileverBendsLikeTheClosedForm) {
   double expected_m = 0.0;
   const double coarse_m = CantileverSag(8, &expected_m);
   const double coarse_error = std::abs(coarse_m / expected_m - 1.0);
@@ -215,7 +215,7 @@ TEST(Cloth, ACantileverBendsAsTheClosedFormSays) {
   EXPECT_LT(fine_error, 0.5 * coarse_error);
 }
 
-TEST(Cloth, AHookBreaksAtItsForceAndNotBefore) {
+TEST(Cloth, AHookBreaksAtItsBreakingForceOnly) {
   ClothParams params = Square();
   auto cloth = Make(params);
   const int post = Add(cloth.get(), BodyKind::kFixed);
@@ -235,8 +235,8 @@ TEST(Cloth, AHookBreaksAtItsForceAndNotBefore) {
   EXPECT_EQ(cloth->BondForce_W(hook), glm::dvec3(0.0));
 }
 
-// A ball presses the sheet on a floor, down to where the sheet just fits between the two, and wipes along it.
-TEST(Cloth, NodesNeverEndInsideAPart) {
+// A ball presses the sheet on a floor until the gap equals the sheet's thickness, and wipes along it.
+TEST(Cloth, NodesNeverEndAStepInsideAPart) {
   ClothParams params = Square();
   params.thickness_m = 0.002;
   params.X_WS.translation.z = 0.004;
@@ -259,10 +259,10 @@ TEST(Cloth, NodesNeverEndInsideAPart) {
     has_touched = has_touched || glm::length(cloth->MeanWrenchOn(ball, {}).force_N) > 0.0;
   }
   EXPECT_TRUE(has_touched);
-  EXPECT_GT(deepest_m, 0.0005);  // half of the half thickness that they should keep
+  EXPECT_GT(deepest_m, 0.0005);  // half of the half thickness, the distance that nodes should keep
 }
 
-TEST(Cloth, ADrapeConvergesWithItsCells) {
+TEST(Cloth, ADrapeConvergesAsItsCellsShrink) {
   const DrapeResult finest = Drape(24);
   EXPECT_LT(finest.speed_m_per_s, 5e-4);
   const double coarse = std::abs(Drape(6).sag_m / finest.sag_m - 1.0);
@@ -271,7 +271,7 @@ TEST(Cloth, ADrapeConvergesWithItsCells) {
   EXPECT_LT(finer, 0.4 * coarse);
 }
 
-TEST(Cloth, ARestoredRunGoesOnBitForBit) {
+TEST(Cloth, ARestoredRunContinuesBitForBit) {
   auto first = Thrown(4.0);
   Checkpoint checkpoint;
   checkpoint.BeginWriting();
@@ -290,7 +290,7 @@ TEST(Cloth, ARestoredRunGoesOnBitForBit) {
   EXPECT_NE(first->StateHash(), second->StateHash());
 }
 
-TEST(Cloth, RefusesWhatIsNoSheet) {
+TEST(Cloth, RefusesInvalidParameters) {
   const auto is_refused = [](const std::function<void(ClothParams*)>& change) {
     ClothParams params;
     change(&params);
@@ -305,7 +305,7 @@ TEST(Cloth, RefusesWhatIsNoSheet) {
   auto cloth = Make(ClothParams{});
   EXPECT_FALSE(cloth->AddBond({0, 100.0, 1.0}, {{0, 0, 0}}).has_value());  // no body
   const int body = Add(cloth.get(), BodyKind::kFixed);
-  EXPECT_FALSE(cloth->AddBond({body, 100.0, 1.0}, {{1, 0, 0}}).has_value());  // beside the sheet
+  EXPECT_FALSE(cloth->AddBond({body, 100.0, 1.0}, {{1, 0, 0}}).has_value());  // not on the sheet
 }
 
 }  // namespace

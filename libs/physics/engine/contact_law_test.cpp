@@ -15,7 +15,7 @@ double Potential(double k, double gap) {
   return 0.5 * k * depth * depth;
 }
 
-// A mass that meets a plane: m (v1 - v0) = dt F(v1), by bisection.
+// A mass that hits a plane: solves m (v1 - v0) = dt F(v1) for v1 by bisection.
 double EndSpeed(const ContactLaw& law, double mass, double v0) {
   double low = v0;
   double high = v0 + 1e3;
@@ -31,7 +31,7 @@ ContactLaw Spring(double gap, double k, double d = 0.0) {
   return {gap, k, d, k, false};
 }
 
-TEST(ContactLaw, KeepsEnergyInEveryStepWhateverItsPhase) {
+TEST(ContactLaw, ConservesEnergyWhereverInTheStepContactBegins) {
   const double k = 1e4;
   const double m = 0.2;
   for (const double gap : {3e-4, 1e-4, 1e-6, 0.0, -1e-5, -2e-4, -1e-3}) {
@@ -44,7 +44,7 @@ TEST(ContactLaw, KeepsEnergyInEveryStepWhateverItsPhase) {
   }
 }
 
-TEST(ContactLaw, SlopeIsTheDerivative) {
+TEST(ContactLaw, SlopeEqualsTheDerivativeOfTheForce) {
   for (const double k : {1e4, 1e5, 1e7}) {  // lossless, between, implicit at 0.2 kg
     for (const double gap : {2e-4, -1e-6, -2e-4}) {
       for (const double v0 : {-0.5, -0.05, 0.3}) {
@@ -61,7 +61,7 @@ TEST(ContactLaw, SlopeIsTheDerivative) {
   }
 }
 
-TEST(ContactLaw, GoesOverToTheImplicitSpringWithoutAJump) {
+TEST(ContactLaw, TransitionToTheImplicitSpringIsContinuous) {
   const double m = 0.2;
   const double gap = -1e-4;
   const double v0 = -0.1;
@@ -79,7 +79,7 @@ TEST(ContactLaw, GoesOverToTheImplicitSpringWithoutAJump) {
   EXPECT_NEAR(EndSpeed(Spring(gap, k), m, v0), (m * v0 - kDt * k * gap) / (m + kDt * kDt * k), 1e-12);
 }
 
-TEST(ContactLaw, HardContactTouchesAtTheEndOfTheStepAndPartsSlowly) {
+TEST(ContactLaw, HardContactTouchesAtTheEndOfTheStepAndSeparatesSlowly) {
   EXPECT_DOUBLE_EQ(HardSpeed_m_per_s(1e-4, kDt), -0.1);
   EXPECT_DOUBLE_EQ(HardSpeed_m_per_s(0.0, kDt), 0.0);
   EXPECT_DOUBLE_EQ(HardSpeed_m_per_s(-1e-5, kDt), 0.002);

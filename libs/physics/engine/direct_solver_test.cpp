@@ -12,7 +12,7 @@ double Uniform(std::mt19937_64* random) {
   return static_cast<double>((*random)() >> 11) * 0x1p-53;
 }
 
-TEST(DirectSolver, AnswerMeetsTheConditionsForRandomMatricesAndBounds) {
+TEST(DirectSolver, SolutionMeetsTheComplementarityConditionsForRandomProblems) {
   std::mt19937_64 random(3);
   DirectSolver solver;
   for (int trial = 0; trial < 200; ++trial) {
@@ -45,7 +45,7 @@ TEST(DirectSolver, AnswerMeetsTheConditionsForRandomMatricesAndBounds) {
   }
 }
 
-TEST(DirectSolver, FrictionStopsAtTheConesEdge) {
+TEST(DirectSolver, FrictionIsLimitedByTheCone) {
   // One block, normal and friction uncoupled: pressed with 10, pushed with 2 or 5 at mu = 0.3.
   for (const double push : {2.0, 5.0}) {
     DirectSolver solver;
@@ -62,8 +62,9 @@ TEST(DirectSolver, FrictionStopsAtTheConesEdge) {
   }
 }
 
-// A block on `n` points with normal and one direction of friction each, pressed and pulled: coupled through the block.
-TEST(DirectSolver, SlidingFrictionFollowsItsNormalForRandomContacts) {
+// A block on `n` points, each with a normal and one friction row, pressed and pulled; the rows couple through the
+// block.
+TEST(DirectSolver, SlidingFrictionIsProportionalToTheNormalForceForRandomContacts) {
   std::mt19937_64 random(5);
   DirectSolver solver;
   int num_solved = 0;
@@ -117,7 +118,7 @@ TEST(DirectSolver, SlidingFrictionFollowsItsNormalForRandomContacts) {
   EXPECT_GT(num_sliding, 100);
 }
 
-TEST(DirectSolver, SaysWhenThereIsNoAnswer) {
+TEST(DirectSolver, ReportsWhenThereIsNoSolution) {
   DirectSolver solver;
   solver.A(0, 0) = -1.0;
   solver.b(0) = 1.0;

@@ -7,7 +7,7 @@
 
 namespace physics::test {
 
-// Equal on every machine, unlike the distributions of <random>.
+// Random numbers that are the same on every machine, unlike those of the distributions of <random>.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : engine_(seed) {}
@@ -23,9 +23,8 @@ class Draws {
   std::mt19937_64 engine_;
 };
 
-// An arm of seven joints with masses of a light-weight robot's links, no two axes parallel, centres of mass off the
-// axes.
-// `inertias`, when given: what the links' tensors are made of.
+// An arm of seven joints with link masses of a light-weight robot (0.5 to 3 kg), no two axes parallel, centres of mass
+// off the axes. `inertias`, when given, receives the principal inertias of the links.
 inline std::vector<ChainLink> RandomArm(Draws* draws, std::vector<PrincipalInertia>* inertias = nullptr) {
   std::vector<ChainLink> links(7);
   for (std::size_t i = 0; i < links.size(); ++i) {

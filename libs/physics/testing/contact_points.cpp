@@ -9,8 +9,14 @@ namespace {
 
 constexpr int kMaxGroups = 4;
 constexpr int kNodesPerGroup = static_cast<int>(core::kMaxContactPlanes) / kMaxGroups;
-constexpr double kSameDirection = 0.94;  // cosine; 20 degrees
-constexpr double kLeastExtent_m = 1e-6;  // what is narrower is a line or a point
+// Normals within 20 degrees (cos 20 = 0.94) form one group. Chosen, no study: larger merges faces whose forces then
+// lose their moments about the mean normal, smaller runs out of groups on curved contact.
+constexpr double kSameDirection = 0.94;
+// A narrower group is a line or a point. Far above the rounding of a position sent as float (1e-8 m at 0.1 m), far
+// below any face.
+constexpr double kLeastExtent_m = 1e-6;
+// Largest correlation of u and v at which tangents stay as they are. Chosen, no study: turning to the principal axes
+// removes the covariance, which the nodes cannot represent; keeping the axes keeps the planes' ids for warm starting.
 constexpr double kCorrelated = 0.1;
 
 double Force_N(const ContactPoint& point) {
@@ -29,7 +35,8 @@ int GroupOf(const Directions& directions_W, const glm::dvec3& n_W) {
   return best;
 }
 
-// Normals of the strongest point, of the strongest that looks elsewhere, and so on; the nearest where none pushes.
+// Normals of the point with the largest force, then of the largest with another direction, and so on; without any
+// force the nearest points count.
 Directions ChooseDirections(std::span<const ContactPoint> points) {
   Directions directions_W;
   while (directions_W.size() < kMaxGroups) {
@@ -53,7 +60,7 @@ struct Axes {
   glm::dvec3 n, u, v;
 };
 
-// Tangents that do not turn with the points: from the least of the normal's components in G.
+// Tangents that depend on the normal alone, not on the points: from the smallest of its components in G.
 Axes TangentsOf(const glm::dvec3& n_W, const core::Pose& X_WG) {
   const glm::dvec3 n_G = glm::conjugate(X_WG.rotation) * n_W;
   int least = 0;
@@ -118,7 +125,7 @@ Spread Measure(const Group& group, Axes* axes, Weight&& weight) {
   };
   spread();
   if (s.cov * s.cov > kCorrelated * kCorrelated * s.var_u * s.var_v) {
-    // Along the principal axes instead.
+    // Turn to the principal axes: tan(2 angle) = 2 cov / (var_u - var_v).
     const double angle = 0.5 * std::atan2(2.0 * s.cov, s.var_u - s.var_v);
     const glm::dvec3 u = std::cos(angle) * axes->u + std::sin(angle) * axes->v;
     axes->v = glm::cross(axes->n, u);
@@ -203,7 +210,7 @@ DepthLine FitForces(const Group& group, const Axes& axes, const Spread& s) {
   return line;
 }
 
-// As deep as the points are (negative: apart), by least squares.
+// Depths of the points (negative: apart) as a line in u and v, by least squares weighted with the stiffness.
 DepthLine FitGaps(const Group& group, const Axes& axes, const Spread& s) {
   DepthLine line;
   double sum = 0.0;

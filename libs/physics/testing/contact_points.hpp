@@ -17,21 +17,23 @@ struct ContactPoint {
   double stiffness_N_per_m = 0.0;
 };
 
-// Reduces any number of contact points of a pair to at most core::kMaxContactPlanes planes that push with the same
-// force and, but for moments about the mean normals, the same torque, and resist tilting alike.
+// Reduces any number of contact points of a pair to at most core::kMaxContactPlanes planes with the same force, the
+// same torque (but for moments about the mean normals) and the same stiffness against tilting.
 //
-// Points are put into up to four groups of like normals. The points of a group that push become four or five planes
-// along the direction of their sum of forces, at nodes whose weights have the same sum, mean and variances as the
-// points' stiffness, and which do not reach beyond them: with sigma^2 the variance along an axis and lo < 0 < hi the
-// points' ends, both from the mean, sigma^2 <= -lo hi (Bhatia and Davis 2000), so that each rule below has weights >=
-// 0.
-//   cross:  nodes lo, hi on each axis and the mean; weights sigma^2 / (-lo (hi - lo)), sigma^2 / (hi (hi - lo)), the
-//   rest square: two nodes -sigma q, sigma / q on each axis, q = sqrt(-lo / hi); where the cross would have no rest
-// Their gaps are the line through the points' forces in both directions: force and torque are exact. Where that would
-// make a node pull, nodes are made from the points' forces in place of their stiffness, all as deep as the mean. A
-// group that only comes near becomes planes in the same way, none farther than its gaps tell.
+// Points are put into up to four groups of similar normals. The penetrating points of a group become four or five
+// planes along the direction of their summed force. They lie at nodes whose weights have the same sum, mean and
+// variances as the points' stiffness, within the points' extent. With sigma^2 the variance along an axis and
+// lo < 0 < hi the ends of the points, both from the mean, sigma^2 <= -lo hi (Bhatia and Davis 2000); so the weights of
+// both rules are >= 0:
+//   cross:   nodes lo and hi on each axis, with the weights sigma^2 / (-lo (hi - lo)) and sigma^2 / (hi (hi - lo)),
+//            and the mean with the remaining weight;
+//   square:  two nodes -sigma q, sigma / q on each axis, q = sqrt(-lo / hi); used where the cross would leave the mean
+//            a negative weight.
+// Node depths are a line in both directions, fitted to the points' force and torque, which are then exact. Where that
+// line would make a node pull, nodes are placed by the points' forces in place of their stiffness, all at the mean
+// depth. A group without penetrating points becomes planes in the same way, none farther off than its nearest point.
 //
-// Ids follow direction and node. Takes two passes over the points for each group and does not allocate.
+// Ids follow direction and node. Takes a few passes over the points for each group and does not allocate.
 void ReduceContactPoints(std::span<const ContactPoint> points, const core::Pose& X_WS, const core::Pose& X_WG,
                          core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>* planes);
 

@@ -15,7 +15,7 @@ using Planes = core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>;
 struct Sum {
   glm::dvec3 force_N{0.0};
   glm::dvec3 torque_Nm{0.0};  // about S's origin
-  double moment_Nm = 0.0;     // sum of magnitudes, to judge a torque that cancels
+  double moment_Nm = 0.0;     // sum of magnitudes: the scale of a torque whose parts cancel
   void Add(const glm::dvec3& lever, const glm::dvec3& force) {
     force_N += force;
     torque_Nm += glm::cross(lever, force);
@@ -71,7 +71,7 @@ void ExpectSameWrench(const char* name, const std::vector<ContactPoint>& points)
                 std::to_string(glm::length(few.torque_Nm - all.torque_Nm) / glm::length(all.torque_Nm)));
 }
 
-TEST(ContactPoints, FewPlanesPushLikeTenThousandPoints) {
+TEST(ContactPoints, FewPlanesActLikeTenThousandPoints) {
   ExpectSameWrench("flat", Grid([](double, double) { return -1e-4; }));
   ExpectSameWrench("tilted", Grid([](double x, double y) { return -1e-4 + 0.001 * x - 0.0005 * y; }));
   ExpectSameWrench("one_edge", Grid([](double x, double) { return 0.0045 - 0.1 * x; }));
@@ -81,7 +81,7 @@ TEST(ContactPoints, FewPlanesPushLikeTenThousandPoints) {
   ExpectSameWrench("two_feet", Grid([](double x, double) { return 4e-4 - 0.01 * std::abs(x - 0.01); }));
 }
 
-TEST(ContactPoints, FewPlanesPushLikeCurvedContact) {
+TEST(ContactPoints, FewPlanesActLikeCurvedContact) {
   std::vector<ContactPoint> ball;  // pressed 1 mm into a socket that is 20 mm wider
   std::vector<ContactPoint> peg;   // in a hole, pressed aside and tilted
   for (int i = 0; i < 100; ++i) {
@@ -109,7 +109,7 @@ TEST(ContactPoints, PlanesResistTiltingLikeThePoints) {
   EXPECT_NEAR(few / all, 1.0, 1e-3);
 }
 
-TEST(ContactPoints, WhatComesNearIsToldToo) {
+TEST(ContactPoints, ApproachingPointsAreIncluded) {
   Planes planes;
   ReduceContactPoints(Grid([](double x, double) { return 1e-3 + 0.01 * x; }), {}, {}, &planes);
   ASSERT_FALSE(planes.empty());

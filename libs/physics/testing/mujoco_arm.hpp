@@ -18,7 +18,7 @@
 // Only where MuJoCo is installed (VR_OOS_PEERS).
 namespace physics::test {
 
-// Inertias by their principal axes: MuJoCo finds those of a full tensor to some 1e-7 only.
+// The model as MJCF. Inertias are given in their principal axes: MuJoCo diagonalises a full tensor to about 1e-7 only.
 inline std::string Mjcf(const std::vector<ChainLink>& links, const std::vector<PrincipalInertia>& inertias) {
   std::ostringstream out;
   out.precision(17);
@@ -47,7 +47,7 @@ inline std::string Mjcf(const std::vector<ChainLink>& links, const std::vector<P
 using MujocoModel = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 using MujocoData = std::unique_ptr<mjData, void (*)(mjData*)>;
 
-// MuJoCo reads models from files only. Null when it does not take it.
+// MuJoCo reads models from files only. Null when MuJoCo refuses the model.
 inline MujocoModel LoadMujoco(const std::string& mjcf) {
   const auto file = std::filesystem::temp_directory_path() / ("vr_oos_" + std::to_string(::getpid()) + ".xml");
   std::ofstream(file) << mjcf;
@@ -57,8 +57,8 @@ inline MujocoModel LoadMujoco(const std::string& mjcf) {
   return model;
 }
 
-// Worst joint acceleration against MuJoCo's, of the largest of its arm, over 1,000 random states of 20 arms; NaN when
-// a model is not taken.
+// Largest difference of a joint acceleration from MuJoCo's, relative to the largest acceleration of the same arm, over
+// 1,000 random states of 20 arms; NaN when MuJoCo refuses a model.
 inline double WorstArmError() {
   Draws draws(11);
   double worst = 0.0;

@@ -7,9 +7,10 @@ namespace physics::closed_form {
 double SlopeAcceleration_m_per_s2(double angle_rad, double friction, double gravity_m_per_s2);
 
 // Speed after over speed before of a mass that meets an undamped spring whose force comes late by `delay`:
-//   m x'' = -k x(t - tau).  x = exp(s t) gives s^2 + w^2 exp(-s tau) = 0, s = i w + w^2 tau / 2 + O(tau^2), and the
-// contact lasts half a period pi / w, so the ratio is exp(pi w tau / 2). First order in w tau: 1 % off at w tau = 0.1
-// and 4 % at 0.35. A negative delay is an implicit spring's: it takes its force dt ahead and loses as much.
+//   m x'' = -k x(t - tau).  x = exp(s t), w^2 = k / m: s^2 + w^2 exp(-s tau) = 0, s = i w + w^2 tau / 2 + O(tau^2).
+// The contact lasts half a period pi / w, so the ratio is exp(pi w tau / 2). First order in w tau: 1 % off at
+// w tau = 0.1 and 4 % at 0.35. A negative delay describes an implicit spring: its force is that of the next step, and
+// it loses as much energy.
 double DelayedReboundRatio(double stiffness_N_per_m, double mass_kg, double delay_s);
 
 // Peg in a hole in plane two-point contact [Whitney 1982]: the peg (half width r) is in by the depth l, touches the

@@ -9,7 +9,7 @@
 namespace physics::closed_form {
 namespace {
 
-TEST(Slope, EnergyLostIsTheFrictionsWork) {
+TEST(Slope, EnergyLossEqualsTheWorkOfFriction) {
   // v^2 / 2 = a s must equal g h - mu g cos(angle) s with h = s sin(angle); at the angle of friction all is lost.
   constexpr double kMu = 0.3;
   constexpr double kG = 9.81;
@@ -22,13 +22,13 @@ TEST(Slope, EnergyLostIsTheFrictionsWork) {
   EXPECT_NEAR(std::atan(kMu) * 180.0 / std::numbers::pi, 16.70, 5e-3);
 }
 
-// The delayed equation itself, integrated at 1/2000 of the delay by Heun's rule.
+// The delayed equation itself, integrated with steps of 1/2000 of the delay by Heun's method.
 double IntegratedRebound(double stiffness, double mass, double delay) {
   const double h = delay / 2000.0;
   std::deque<double> late(2001, 0.0);  // depths, oldest first
   double x = 0.0;
   double v = 1.0;
-  // The force acts until the late depth is back at zero: a contact that is over, as the receiver sees it.
+  // The force acts until the delayed depth is back at zero.
   for (int i = 0; i < 100000000; ++i) {
     const double a0 = -stiffness / mass * late[0];
     const double a1 = -stiffness / mass * late[1];
@@ -41,7 +41,7 @@ double IntegratedRebound(double stiffness, double mass, double delay) {
   return -v;
 }
 
-TEST(DelayedRebound, IsThatOfTheIntegratedDelayEquation) {
+TEST(DelayedRebound, EqualsTheIntegratedDelayEquation) {
   for (const double w_tau : {0.01, 0.05, 0.1}) {
     const double stiffness = 1e4;
     const double mass = 2.0;
@@ -52,7 +52,7 @@ TEST(DelayedRebound, IsThatOfTheIntegratedDelayEquation) {
   }
 }
 
-TEST(DelayedRebound, AnImplicitSpringLosesWhatADelayOfOneStepGains) {
+TEST(DelayedRebound, AnImplicitSpringLosesTheEnergyThatADelayOfOneStepGains) {
   // Backward Euler: the depth is multiplied by 1 / (1 - i w dt) per step, |.| = (1 + w^2 dt^2)^-1/2, over pi / (w dt).
   for (const double w_dt : {0.01, 0.05}) {
     const double exact = std::pow(1.0 + w_dt * w_dt, -0.5 * std::numbers::pi / w_dt);
@@ -60,7 +60,7 @@ TEST(DelayedRebound, AnImplicitSpringLosesWhatADelayOfOneStepGains) {
   }
 }
 
-// Is there a set of forces within the friction cones that holds the peg? Found by trying mouth forces.
+// Whether some forces within the friction cones hold the peg; searched over the forces at the mouth.
 bool HoldsByBruteForce(double l, double r, double mu, double F_x, double F_z, double M) {
   for (int i = 0; i <= 400000; ++i) {
     const double N_mouth = i * 1e-3;

@@ -15,7 +15,7 @@ double Complement(double modulus) {
   return std::sqrt(1.0 - modulus * modulus);
 }
 
-TEST(JacobiElliptic, IntegralsAreThoseOfTheStandardLibrary) {
+TEST(JacobiElliptic, IntegralsEqualThoseOfTheStandardLibrary) {
   for (const double k : {0.0, 0.1, 0.5, 0.9, 0.999}) {
     EXPECT_NEAR(CompleteEllipticK(Complement(k)), std::comp_ellint_1(k), 1e-12) << k;
     for (const double phi : {-1.5, -0.3, 0.0, 0.7, 1.2, 1.57, 2.0, 4.0, -7.0}) {
@@ -35,7 +35,7 @@ TEST(JacobiElliptic, FunctionsInvertTheIntegral) {
   }
 }
 
-TEST(JacobiElliptic, AreTrigonometricAndHyperbolicAtTheEnds) {
+TEST(JacobiElliptic, BecomeTrigonometricAndHyperbolicAtTheLimits) {
   for (const double u : {-2.0, 0.3, 1.0, 4.0}) {
     EXPECT_NEAR(EvaluateJacobi(u, 1.0).sn, std::sin(u), 1e-14);
     EXPECT_NEAR(EvaluateJacobi(u, 1.0).cn, std::cos(u), 1e-14);
@@ -48,7 +48,7 @@ glm::dvec3 EulerRates(const glm::dvec3& I, const glm::dvec3& w) {
   return glm::cross(I * w, w) / I;
 }
 
-// The other way to the same: Euler's equations by Runge and Kutta's fourth order at 0.1 ms.
+// An independent solution: Euler's equations, integrated by the Runge-Kutta method of fourth order at 0.1 ms.
 glm::dvec3 Integrate(const glm::dvec3& I, glm::dvec3 w, double t_s) {
   const int n = static_cast<int>(std::lround(t_s / 1e-4));
   for (int i = 0; i < n; ++i) {

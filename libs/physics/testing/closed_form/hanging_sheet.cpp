@@ -30,7 +30,8 @@ glm::dvec3 Integrate(double L, double load, double curvature) {
 
 double HangingSheetSag_m(double half_m, double weight_N_per_m2, double bending_stiffness_Nm) {
   const double load = weight_N_per_m2 / bending_stiffness_Nm;
-  // The curvature at the wire is at most that of a sheet that stays level, w L^2 / 2 D; more leaves some at the edge.
+  // The curvature at the wire is at most that of a sheet that stays level, w L^2 / 2 D; with more the free edge would
+  // still be curved.
   double low = 0.0;
   double high = 0.5 * load * half_m * half_m;
   for (int i = 0; i < 60; ++i) {

@@ -12,7 +12,7 @@ TEST(HangingSheet, BendsLikeAClampedBeamWhereItIsStiff) {
   EXPECT_NEAR(sag / (2.0 * std::pow(0.1, 4) / (8.0 * 0.05)), 1.0, 1e-4);
 }
 
-TEST(HangingSheet, HangsLowerTheLimperItIsAndNeverBelowItsLength) {
+TEST(HangingSheet, HangsLowerWithLessStiffnessAndNeverBelowItsLength) {
   double before = 0.0;
   for (const double bending : {1e-1, 1e-3, 1e-4, 1e-5}) {
     const double sag = HangingSheetSag_m(0.1, 1.0, bending);
@@ -20,7 +20,7 @@ TEST(HangingSheet, HangsLowerTheLimperItIsAndNeverBelowItsLength) {
     EXPECT_LT(sag, 0.1) << bending;
     before = sag;
   }
-  EXPECT_GT(before, 0.085);  // what the bend takes is some (D / w L^3)^(1/2) of the length at most
+  EXPECT_GT(before, 0.085);  // the bend shortens it by about (D / w L^3)^(1/2) of its length at most
 }
 
 }  // namespace

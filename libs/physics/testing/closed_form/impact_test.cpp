@@ -10,7 +10,7 @@ double Energy(const ImpactBody& body, const glm::dmat3& inertia) {
          0.5 * glm::dot(body.w_W, inertia * body.w_W);
 }
 
-TEST(Impact, CentralImpactIsThatOfTwoPointsOnALine) {
+TEST(Impact, CentralImpactEqualsThatOfTwoPointMassesOnALine) {
   // v1' = (m1 v1 + m2 v2 - m2 e (v1 - v2)) / (m1 + m2)
   for (const double e : {0.0, 0.5, 1.0}) {
     ImpactBody a{1.0 / 2.0, glm::dmat3(1.0), {0, 0, 0}, {-1.5, 0.2, 0}, {}};
@@ -22,7 +22,7 @@ TEST(Impact, CentralImpactIsThatOfTwoPointsOnALine) {
   }
 }
 
-TEST(Impact, EccentricElasticImpactKeepsEnergyMomentumAndAngularMomentum) {
+TEST(Impact, EccentricElasticImpactConservesEnergyMomentumAndAngularMomentum) {
   const glm::dmat3 I_a(glm::dvec3(0.02, 0.001, 0), glm::dvec3(0.001, 0.03, 0.002), glm::dvec3(0, 0.002, 0.04));
   const glm::dmat3 I_b(glm::dvec3(0.5, 0, 0.01), glm::dvec3(0, 0.4, 0), glm::dvec3(0.01, 0, 0.3));
   ImpactBody a{1.0 / 2.0, glm::inverse(I_a), {0.05, 0.02, -0.1}, {-0.7, 0.3, 0.1}, {0.4, -1.0, 2.0}};

@@ -5,7 +5,7 @@
 namespace physics::closed_form {
 namespace {
 
-// Sum of force times way over the profile as the mechanism reads it, midpoints of 0.1 um.
+// Work over the profile by the midpoint rule with steps of 0.1 um.
 double SummedWork_J(const SnapParams& p) {
   constexpr double kStep = 1e-7;
   double work = 0.0;
@@ -22,7 +22,7 @@ double SummedWork_J(const SnapParams& p) {
   return work;
 }
 
-TEST(SnapWork, IsTheSumOverTheProfile) {
+TEST(SnapWork, EqualsTheIntegralOverTheProfile) {
   for (const double release_N : {5.0, 20.0, 45.0, 100.0}) {
     SnapParams p;
     p.engage_force_N = 15.0;
@@ -32,7 +32,7 @@ TEST(SnapWork, IsTheSumOverTheProfile) {
   }
 }
 
-TEST(SnapWork, WithoutABumpIsTheWellsDifference) {
+TEST(SnapWork, WithoutABumpEqualsTheDifferenceOfTheWells) {
   SnapParams p;
   p.engage_force_N = 0.0;
   p.release_force_N = 20.0;

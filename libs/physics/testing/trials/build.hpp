@@ -6,12 +6,12 @@
 #include "core/messages/haptic.hpp"
 #include "physics/world.hpp"
 
-// Scenes whose right answer is known, run by the tests and by `oos bench physics`. Setup errors of such a scene are
-// errors of the program: `value()` throws.
+// Scenes whose exact answer is known, run by the tests and by `oos bench physics`. A setup error of such a scene is an
+// error of the program: `value()` throws.
 namespace physics::trials {
 
 constexpr double kDt = 1e-3;
-constexpr double kGravity = 9.81;  // a load of trials; scenes are without
+constexpr double kGravity = 9.81;  // m/s^2, applied as a load; the worlds themselves have no gravity
 
 inline int AddDynamic(World* world, const core::Pose& X_WO, const MassProperties& mass, const core::Twist& V_WO = {}) {
   return world->AddBody({BodyKind::kDynamic, X_WO, V_WO, mass}).value();

@@ -5,18 +5,19 @@
 
 namespace physics::trials {
 
-// Everything at once: stacked blocks in frictional contact under load, a lever, a snap, patches, a grasp.
+// A world with every kind of state: stacked blocks in frictional contact under load, a lever, a snap, hook-and-loop
+// patches, a grasp.
 struct Busy {
   World world;
   int low = -1, pair = -1, push = -1;
 
   Busy();
-  static core::ContactSet Feet(double top_m);  // of a block on a face at this height
+  static core::ContactSet Feet(double top_m);  // contact planes of a block that stands on a face at this height
   void Run(int steps);
 };
 
-// How many of `steps` steps differ in any bit of the state between a run and another that was restored from it, in a
-// world that had been elsewhere.
+// Counts the steps, of `steps`, after which the state differs in any bit between a run and a second one that was
+// restored from the first one's checkpoint; the second had run on its own before.
 int StepsThatDifferAfterRestore(int steps);
 
 }  // namespace physics::trials

@@ -4,14 +4,13 @@
 
 namespace physics {
 
-// What the number of cells does to a cloth's answer and its cost: a square sheet of 0.25 m, held along its
-// middle line as if laid over a wire, both halves hanging at 1 g, until it is at rest. Deterministic; who calls it
-// takes the time.
+// How the number of cells changes a cloth's sag and cost: a square sheet of 0.25 m, held along its middle line as if
+// laid over a wire, both halves hanging at 1 g, until it is at rest. Deterministic; the caller measures the time.
 struct DrapeResult {
   int num_nodes = 0;
   std::uint64_t num_steps = 0;  // of 1 ms
-  double sag_m = 0.0;           // of the free edges, below the wire
-  double speed_m_per_s = 0.0;   // largest of any node at the end
+  double sag_m = 0.0;           // mean depth of the free edges below the wire
+  double speed_m_per_s = 0.0;   // largest speed of any node at the end: the residual motion
 };
 
 constexpr double kDrapeSide_m = 0.25;

@@ -7,7 +7,7 @@
 namespace physics {
 namespace {
 
-TEST(Drape, ComesToTheElasticaWithTheSquareOfTheCell) {
+TEST(Drape, ConvergesToTheElasticaWithTheSquareOfTheCellSize) {
   const double exact_m =
       closed_form::HangingSheetSag_m(0.5 * kDrapeSide_m, kDrapeWeight_N_per_m2, kDrapeBendingStiffness_Nm);
   const double coarse = Drape(8).sag_m / exact_m - 1.0;

@@ -4,8 +4,9 @@
 
 namespace physics::trials {
 
-// A heavy block on one of 0.2 kg on the ground, each on four corners with friction, with their weight at 1 g from the
-// first step on. Stiffness is that of rock, so that overlap is the solver's error alone.
+// A heavy block on a block of 0.2 kg on the ground, each on four corners with friction, under their weight at 1 g from
+// the first step on. The contact stiffness of 1e12 N/m deflects by nanometres, so that larger overlap is the
+// solver's residual.
 class HeavyOnLight {
  public:
   static constexpr double kLight_kg = 0.2;
@@ -14,8 +15,8 @@ class HeavyOnLight {
   HeavyOnLight(double ratio, ContactKind kind);
   void Step();
   [[nodiscard]] const World& world() const { return world_; }
-  [[nodiscard]] double deepest_m() const { return deepest_m_; }  // overlap of any pair so far
-  // Of the ground's force on the light block, against the weights.
+  [[nodiscard]] double deepest_m() const { return deepest_m_; }  // largest overlap of any pair so far
+  // The ground's force on the light block over the weight of both blocks; 1 when they rest.
   [[nodiscard]] double ForceRatio() const;
 
  private:

@@ -48,7 +48,7 @@ bool PegSlidesIn(const PegParams& p, double moment_Nm) {
     ++id;
     AddPlane(&at_tip, id, {-r, y, 0}, {-wall, y, 0}, {1, 0, 0}, 0.5 * p.stiffness_N_per_m);
     AddPlane(&at_tip, id + 10, {r, y, 0}, {wall, y, 0}, {-1, 0, 0}, 0.5 * p.stiffness_N_per_m);
-    // Of the mouth's edges on the peg's sides: the normal points from the peg to the hole.
+    // The mouth's edges on the peg's sides: here the normal points from the peg to the hole.
     AddPlane(&at_mouth, id, {wall, y, 0}, {r, y, 0}, {1, 0, 0}, 0.5 * p.stiffness_N_per_m);
     AddPlane(&at_mouth, id + 10, {-wall, y, 0}, {-r, y, 0}, {-1, 0, 0}, 0.5 * p.stiffness_N_per_m);
   }
@@ -56,7 +56,7 @@ bool PegSlidesIn(const PegParams& p, double moment_Nm) {
   world.SetContactPlanes(mouth, at_mouth);
   world.SetLoad(peg, {{p.F_x_N, 0, -p.F_z_N}, {0, moment_Nm, 0}});
   const auto depth_m = [&] { return -(world.X_WO(peg) * corner_S).z; };
-  // Compliant contact gives way by as much as the load presses it in; what goes in after that is sliding.
+  // Compliant contact first deflects under the load; motion after that is sliding.
   for (int i = 0; i < (p.kind == ContactKind::kHard ? 10 : 200); ++i) world.Step(kDt);
   const double settled_m = depth_m();
   for (int i = 0; i < 50; ++i) world.Step(kDt);

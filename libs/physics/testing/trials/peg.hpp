@@ -4,9 +4,9 @@
 
 namespace physics::trials {
 
-// A peg in two-point contact with a hole, in the plane y = 0: its tip's edge at the wall on the -x side, the mouth's
-// edge at its +x side, so planes are carried by both bodies. It is in by `depth_m` and tilted by what the clearance
-// allows. A force F_z into the hole, F_x aside and a moment push it, all about the centre of its tip.
+// A peg in two-point contact with a hole, in the plane y = 0: the edge of its tip touches the wall on the -x side, and
+// the edge of the mouth touches the peg's +x side, so both bodies carry contact planes. It is inserted by `depth_m` and
+// tilted as far as the clearance allows. Loads act at the centre of its tip: F_z into the hole, F_x sideways, a moment.
 struct PegParams {
   double depth_m = 0.03;
   double half_width_m = 0.01;
@@ -18,9 +18,9 @@ struct PegParams {
   double stiffness_N_per_m = 2e4;  // of the pair, when compliant
 };
 
-// Whether it goes in, from rest, by more than what compliant contacts give way.
+// Whether it slides in from rest, by more than the deflection of compliant contacts.
 bool PegSlidesIn(const PegParams& params, double moment_Nm);
-// Moment above which it jams, by bisection to a thousandth; the closed form is closed_form::JammingMoment_Nm.
+// Smallest moment at which it jams, by bisection to a thousandth of the closed form, closed_form::JammingMoment_Nm.
 double FindJammingMoment_Nm(const PegParams& params);
 
 }  // namespace physics::trials

@@ -7,8 +7,8 @@
 namespace physics::trials {
 namespace {
 
-// Planes carried by both bodies, friction at the edge of sticking: the moment is that of Whitney's theory.
-TEST(Peg, OfTightFitJamsWhereTheoryTells) {
+// Both bodies carry planes, friction is at its limit: the jamming moment equals that of Whitney's theory.
+TEST(Peg, TightFitJamsWhereTheoryPredicts) {
   for (const double friction : {0.1, 0.25}) {
     for (const double depth_m : {0.015, 0.05}) {
       for (const double side_N : {0.0, 1.0}) {

@@ -11,8 +11,8 @@ enum class ReboundShape {
 };
 enum class ReboundInput { kWrench, kHard, kPlanes };
 
-// A free body meets the floor or another free body; no damping, no friction, exact geometry. What is seen of the
-// contact comes late by whole steps of 1 ms and is then held, as over a bus.
+// A free body hits the floor or another free body; no damping, no friction, exact geometry. The contact data are
+// delayed by whole steps of 1 ms and then held, as over a bus.
 struct ReboundParams {
   ReboundShape shape = ReboundShape::kFlat;
   ReboundInput input = ReboundInput::kPlanes;
@@ -23,7 +23,8 @@ struct ReboundParams {
   double speed_m_per_s = 0.1;
 };
 
-// Root of total energy after over before, once the bodies have parted; NaN when they have not met or not parted.
+// sqrt(E_after / E_before) of the total kinetic energy, once the bodies have separated; NaN when they have not touched
+// or not separated.
 double ReboundRatio(const ReboundParams& params);
 
 }  // namespace physics::trials

@@ -95,7 +95,7 @@ SlopeFigures BlockOnSlope(double tangent, double friction, ContactKind kind) {
     for (const double y : {-0.05, 0.05}) AddPlane(&set, ++id, {x, y, -0.02}, {0, 0, 0}, {0, 0, 1}, 2.5e4);
   }
   world.SetContactPlanes(pair, set);
-  // The slope is the plane z = 0, down it is +x; the weight is turned.
+  // The slope is the plane z = 0 with +x downhill; the weight is turned instead.
   const double angle = std::atan(tangent);
   world.SetLoad(block, {kMass * kGravity * glm::dvec3(std::sin(angle), 0, -std::cos(angle)), {}});
   const auto run = [&](int steps) {
@@ -158,7 +158,7 @@ double RockingOfAPress_m(double seconds) {
     set.damping_N_s_per_m = 100.0f;
     ReduceContactPoints(points, X_WS, {}, &set.planes);
     world.SetContactPlanes(pair, set);
-    // Off the centre by 15 mm and, at the foot, sideways with a third of what friction can hold.
+    // 15 mm off the centre; at the foot a sideways force of a third of the friction limit (0.3 x 60 N).
     const glm::dvec3 force_W(6.0 * std::sin(0.02 * t), 0, -60.0);
     const glm::dvec3 at(0.01, 0.012, -0.02);
     world.SetContactWrench(load, {force_W, glm::cross(at, force_W)});
