@@ -158,11 +158,11 @@ TEST(NodeLoop, WaitsForALostNodeResendsItsParametersAndResumesFromACheckpoint) {
 
   core::PhysicsState state;
   state.mechanisms.push_back({0, 0, 0.0, 0.0});
-  std::map<std::string, double> told;
+  std::map<std::string, double> received;
   std::unique_ptr<bus::Node> physics;
   bus::LatestWriter<core::PhysicsState> state_writer;
   const auto begin = [&] {
-    told.clear();
+    received.clear();
     physics = MakeNode("physics_node", endpoint);
     state_writer = physics->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
     physics->OwnParameters({"switch_a.detent_torque_Nm"});
@@ -178,7 +178,7 @@ TEST(NodeLoop, WaitsForALostNodeResendsItsParametersAndResumesFromACheckpoint) {
       if (physics == nullptr) continue;
       physics->Poll();
       while (physics->PollParameter(&change, &ticket)) {
-        told[change.name] = change.value;
+        received[change.name] = change.value;
         physics->AckParameter(ticket, state.tick, true);
       }
       ++state.tick;
@@ -188,15 +188,15 @@ TEST(NodeLoop, WaitsForALostNodeResendsItsParametersAndResumesFromACheckpoint) {
     return is_reached();
   };
   ASSERT_TRUE(begin());
-  EXPECT_TRUE(play_until([&] { return !told.empty() && status.has_value() && status.value().step == "one"; }));
+  EXPECT_TRUE(play_until([&] { return !received.empty() && status.has_value() && status.value().step == "one"; }));
   state.mechanisms[0].state = 1;
   EXPECT_TRUE(play_until([&] { return status.value().step == "two"; }));
   physics.reset();
   EXPECT_TRUE(play_until([&] { return status.value().hint.find("physics_node is lost") == 0; }));
   EXPECT_FALSE(status.value().is_failed);
   ASSERT_TRUE(begin());
-  EXPECT_TRUE(play_until([&] { return told.count("switch_a.detent_torque_Nm") == 1; }));
-  EXPECT_EQ(told["switch_a.detent_torque_Nm"], 0.5);
+  EXPECT_TRUE(play_until([&] { return received.count("switch_a.detent_torque_Nm") == 1; }));
+  EXPECT_EQ(received["switch_a.detent_torque_Nm"], 0.5);
   EXPECT_TRUE(play_until([&] { return status.value().hint.empty(); }));
 
   stop.store(true);

@@ -123,7 +123,7 @@ void StudyRows(const Peers& peers, Report* report) {
     report->goals.push_back({arm, "within 1e-8", "needs `./dev bench`", bench::Verdict::kNotMeasured});
   }
   report->goals.push_back({"world step of `module_replacement`, sheet included: p99", "<= 500 us",
-                           "`oos run scenarios/module_replacement --lockstep` tells", bench::Verdict::kNotMeasured});
+                           "see `oos run scenarios/module_replacement --lockstep`", bench::Verdict::kNotMeasured});
 }
 
 }  // namespace dynamics
