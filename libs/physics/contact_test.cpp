@@ -179,7 +179,7 @@ TEST(Contact, WrenchActsAtTheSamePointOnBothBodies) {
   EXPECT_NEAR(world.momentum_Ns(a).y, 0.2, 1e-12);
 }
 
-TEST(Contact, KinematicHandPushesAFreeBlockAlongWithItsOwnSpeed) {
+TEST(Contact, KinematicHandMovesAFreeBlockAtItsOwnSpeed) {
   World world;
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {}, {}, {}});
   const int block = test::AddDynamic(&world, {{1, 0, 0, 0}, {0.1, 0, 0}}, BoxMass(0.5, {0.1, 0.1, 0.1}));
