@@ -131,7 +131,7 @@ class MechanismReader {
     const std::vector<double>& detents = hinge.detents_rad;
     if (!detents.empty() && detents.size() != 2) {
       Report(element.LineOf("detents_deg"), title + std::to_string(detents.size()) + " detents",
-             "a hinge has no detents, or two, the stable positions of a switch",
+             "a hinge has either none or two, the stable positions of a switch",
              "give two angles or remove detents_deg");
     } else if (detents.size() == 2 && detents[0] >= detents[1]) {
       Report(element.LineOf("detents_deg"), title + "detents are not ascending", "detent 0 is the lower angle",
