@@ -37,7 +37,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
     figures_.items.push_back({name, 0.0});
   }
   lost_.reserve(64);
-  core::ReserveTexts(&heard_event_);
+  core::ReserveTexts(&received_event_);
 }
 
 void NodeLoop::Declare() {

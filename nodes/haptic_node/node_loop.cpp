@@ -37,7 +37,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Nod
     : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
-  core::ReserveTexts(&heard_);
+  core::ReserveTexts(&event_);
   lost_.reserve(64);
   for (const char* name :
        {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us", "pairs_tested",

@@ -45,7 +45,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::N
       tickets_(kMaxChangesPerTick),
       stepped_cycle_(scenario.devices.size()) {
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
-  core::ReserveTexts(&heard_);
+  core::ReserveTexts(&event_);
   for (const char* name : {"ticks", "step_p50_us", "step_p99_us", "impulse_balance", "timer_ticks", "dropped_ticks"}) {
     figures_.items.push_back({name, 0.0});
   }

@@ -44,14 +44,14 @@ core::Result<void> ReadSnapshot(const std::filesystem::path& file, std::uint64_t
 }
 
 core::Result<std::vector<std::uint8_t>> EncodeSnapshot(std::uint64_t content, const Snapshot& snapshot) {
-  const PassingFile file;
+  const TemporaryFile file;
   if (auto done = WriteSnapshot(file.path, content, snapshot); !done) return tl::unexpected(done.error());
   std::ifstream stream(file.path, std::ios::binary);
   return std::vector<std::uint8_t>(std::istreambuf_iterator<char>(stream), {});
 }
 
 core::Result<void> DecodeSnapshot(const std::vector<std::uint8_t>& bytes, std::uint64_t content, Snapshot* snapshot) {
-  const PassingFile file;
+  const TemporaryFile file;
   std::ofstream stream(file.path, std::ios::binary);
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   stream.close();
