@@ -20,6 +20,7 @@
 #include "bus/envelope.hpp"
 #include "core/clock.hpp"
 #include "proto/bulk.pb.h"
+#include "proto/bus.pb.h"
 
 namespace bus {
 namespace {

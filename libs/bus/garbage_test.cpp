@@ -16,6 +16,7 @@
 #include "bus/detail/control.hpp"
 #include "bus/keys.hpp"
 #include "bus/testing/make_node.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus {
 namespace {

@@ -20,6 +20,7 @@
 #include "bus/detail/session_key.hpp"
 #include "bus/schema.hpp"
 #include "core/clock.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus {
 namespace {

@@ -9,6 +9,7 @@
 #include "bus/detail/control.hpp"
 #include "bus/figures.hpp"
 #include "bus/testing/make_node.hpp"
+#include "proto/bus.pb.h"
 
 // STATE, EVENT and SERVICE: what one end sends, the other has or knows that it has not.
 namespace bus {

@@ -15,6 +15,7 @@
 #include "bus/detail/udp_socket.hpp"
 #include "bus/keys.hpp"
 #include "bus/testing/make_node.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "bus/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"

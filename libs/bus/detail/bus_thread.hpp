@@ -16,6 +16,7 @@
 #include "bus/detail/gate.hpp"
 #include "bus/detail/node_core.hpp"
 #include "bus/detail/reliable.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus::detail {
 

@@ -2,6 +2,7 @@
 
 #include "bus/detail/node_core.hpp"
 #include "core/clock.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus::detail {
 

@@ -7,7 +7,10 @@
 
 #include "bus/detail/latest_io.hpp"
 #include "bus/envelope.hpp"
-#include "proto/bus.pb.h"
+
+namespace oos {
+class Control;
+}
 
 namespace bus::detail {
 

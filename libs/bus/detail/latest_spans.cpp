@@ -1,6 +1,7 @@
 #include "bus/detail/latest_spans.hpp"
 
 #include "bus/detail/node_core.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus::detail {
 namespace {

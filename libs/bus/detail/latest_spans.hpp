@@ -2,7 +2,9 @@
 
 #include <cstddef>
 
-#include "proto/bus.pb.h"
+namespace oos {
+class Heartbeat;
+}
 
 namespace bus::detail {
 

@@ -18,6 +18,7 @@
 #include "bus/schema.hpp"
 #include "physics/checkpoint_file.hpp"
 #include "proto/bulk.pb.h"
+#include "proto/bus.pb.h"
 #include "replay/fields.hpp"
 #include "replay/step_codec.hpp"
 #include "tests/fuzz/bulk_blocks.hpp"

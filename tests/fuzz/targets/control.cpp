@@ -1,5 +1,6 @@
 #include "bus/detail/control.hpp"
 
+#include "proto/bus.pb.h"
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/quiet_protobuf.hpp"
 #include "tests/fuzz/targets.hpp"
