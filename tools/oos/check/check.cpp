@@ -3,6 +3,7 @@
 #include "tools/oos/check/check_scenario.hpp"
 #include "tools/oos/check/scene_json.hpp"
 #include "tools/oos/check/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 
 namespace oos {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 int Run(const Arguments& arguments) {
   int status = kHolds;
   for (const std::string& path : arguments.positional()) {
-    const CheckOutcome outcome = CheckScenario(path);
+    const CheckOutcome outcome = CheckScenario(FindScenario(path));
     // With --json, standard output is for the program that reads it.
     std::FILE* out = arguments.has("--json") ? stderr : stdout;
     for (const std::string& problem : outcome.problems) std::fprintf(out, "%s\n", problem.c_str());

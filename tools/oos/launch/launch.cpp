@@ -23,6 +23,7 @@
 #include "tools/oos/launch/watch.hpp"
 #include "tools/oos/run/latency_table.hpp"
 #include "tools/oos/run/report.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/method.hpp"
 
 namespace oos {
@@ -494,7 +495,7 @@ core::Result<Wanted> ReadWanted(const Arguments& arguments, const scene::Scenari
 }
 
 int Run(const Arguments& arguments) {
-  const CheckOutcome check = CheckScenario(arguments.positional()[0]);
+  const CheckOutcome check = CheckScenario(FindScenario(arguments.positional()[0]));
   for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
   if (!check.scenario || !check.problems.empty()) {
     return Complain("launch", "the scenario is broken, nothing was started", kBadUsage);

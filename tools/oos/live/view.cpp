@@ -12,6 +12,7 @@
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/live/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "view/bus_feed.hpp"
 #include "view/scene_digest.hpp"
 
@@ -163,7 +164,7 @@ int Run(const Arguments& arguments) {
   if (!seconds) return Complain("view", seconds.error().detail, kBadUsage);
   std::string file;
   if (!arguments.positional().empty()) {
-    file = arguments.positional()[0];
+    file = FindScenario(arguments.positional()[0]).string();
   } else if (const nlohmann::json note = Note(); note.is_object() && IsSessionHere(arguments)) {
     file = note.value("scenario", "");
   } else {

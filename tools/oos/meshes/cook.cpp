@@ -11,6 +11,7 @@
 #include "scene/load_scenario.hpp"
 #include "tools/oos/meshes/mesh_lines.hpp"
 #include "tools/oos/meshes/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/cooked_object.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/part_size.hpp"
@@ -203,7 +204,8 @@ int Run(const Arguments& arguments) {
   const auto parameters = ReadParameters(arguments);
   if (!parameters) return Complain("cook", parameters.error().detail, kBadUsage);
   int status = kHolds;
-  for (const std::string& path : arguments.positional()) {
+  for (const std::string& given : arguments.positional()) {
+    const std::string path = FindScenario(given).string();
     std::error_code error;
     if (std::filesystem::is_directory(path, error) || std::filesystem::path(path).extension() == ".xml") {
       const auto jobs = JobsOf(path, parameters->method);

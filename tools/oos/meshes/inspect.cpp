@@ -9,6 +9,7 @@
 #include "tools/inspect/slices.hpp"
 #include "tools/oos/meshes/mesh_lines.hpp"
 #include "tools/oos/meshes/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/feature_size.hpp"
 #include "vps/mesh/part_size.hpp"
 #include "vps/mesh/thicken_sheet.hpp"
@@ -51,7 +52,7 @@ core::Result<Request> FindObject(const std::string& what) {
     request.mesh_file = what;
     return request;
   }
-  const auto scenario = scene::LoadScenario(what.substr(0, colon));
+  const auto scenario = scene::LoadScenario(FindScenario(what.substr(0, colon)));
   if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
   std::string known;
   for (const scene::Object& object : scenario->objects) {

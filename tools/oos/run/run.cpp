@@ -16,6 +16,7 @@
 #include "tools/oos/run/report.hpp"
 #include "tools/oos/run/session.hpp"
 #include "tools/oos/run/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace oos {
@@ -237,7 +238,7 @@ int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, 
 }
 
 int Run(const Arguments& arguments) {
-  const std::string& path = arguments.positional()[0];
+  const std::filesystem::path path = FindScenario(arguments.positional()[0]);
   const CheckOutcome check = CheckScenario(path);
   for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
   if (!check.scenario || !check.problems.empty()) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -14,6 +15,7 @@
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "tools/oos/attach/places.hpp"
+#include "tools/oos/run/log_tail.hpp"
 #include "tools/oos/run/virtual_display.hpp"
 
 namespace oos {
@@ -22,6 +24,7 @@ namespace {
 constexpr std::int64_t kPollPeriod_ns = 20'000'000;
 constexpr double kStopPatience_s = 3.0;
 constexpr double kProgressPeriod_s = 2.0;
+constexpr std::int64_t kStartProgressPeriod_ns = 1'000'000'000;
 // After a node has died the others get this long to notice and to say so before they are stopped.
 constexpr std::int64_t kLinger_ns = 800'000'000;
 
@@ -230,8 +233,15 @@ class Session {
     Say("starting " + std::to_string(expected_.size()) + " nodes; the first run of a scene cooks its structures");
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     std::set<std::string> told;
+    std::map<std::string, LogTail> logs;
+    for (const std::string& name : expected_) logs.emplace(name, options_.out / (name + ".log"));
+    std::int64_t next_progress_ns = begin_ns + kStartProgressPeriod_ns;
     while (outcome_.why.empty() && !AreAllReady()) {
       Listen();
+      if (core::MonotonicNow_ns() >= next_progress_ns) {
+        next_progress_ns += kStartProgressPeriod_ns;
+        SayWhatNodesDo(&logs);
+      }
       for (const std::string& name : ready_) {
         if (told.insert(name).second) Say(name + " is ready");
       }
@@ -244,6 +254,14 @@ class Session {
       }
     }
     return core::MonotonicNow_ns();
+  }
+
+  // Cooking takes a while, and the nodes write in their logs how far they are.
+  void SayWhatNodesDo(std::map<std::string, LogTail>* logs) const {
+    for (auto& [name, log] : *logs) {
+      const std::string line = log.NewestLine();
+      if (ready_.count(name) == 0 && !line.empty()) Say(name + ": " + line);
+    }
   }
 
   [[nodiscard]] double Force_N() const {

@@ -23,6 +23,7 @@
 #include "tools/oos/sweep/sweep_plan.hpp"
 #include "tools/oos/sweep/sweep_results.hpp"
 #include "tools/oos/sweep/verbs.hpp"
+#include "tools/oos/verb/find_scenario.hpp"
 
 namespace oos {
 namespace {
@@ -245,7 +246,7 @@ int Run(const Arguments& arguments) {
     if (!axis) return Complain("sweep", axis.error().detail, kBadUsage);
     axes.push_back(std::move(*axis));
   }
-  const auto scenario = scene::LoadScenario(arguments.positional()[0]);
+  const auto scenario = scene::LoadScenario(FindScenario(arguments.positional()[0]));
   if (!scenario) {
     for (const scene::Diagnostic& diagnostic : scenario.error()) {
       std::fprintf(stderr, "%s\n", scene::Format(diagnostic).c_str());
