@@ -9,22 +9,23 @@
 namespace collision {
 namespace {
 
+// Empty sets sent after a contact. Not derived: all have to be lost for its end to go unnoticed.
 constexpr int kEmptySets = 5;
 
 vps::Method MethodOf(const scene::Scenario& scenario) {
   return vps::MethodFromName(scenario.method).value_or(vps::Method::kPaper);
 }
 
-// Says each stage, then every tenth of it.
-vps::Progress Tell(const std::string& name, const std::function<void(const std::string&)>& say) {
-  if (!say) return {};
-  return [name, say, told = -1.0](std::string_view stage, double fraction) mutable {
-    if (fraction < told + 0.1 && fraction >= told) return;
-    told = fraction;
+// Reports the start of each stage and every tenth of it as a line.
+vps::Progress MakeProgress(const std::string& name, const std::function<void(const std::string&)>& report) {
+  if (!report) return {};
+  return [name, report, reported = -1.0](std::string_view stage, double fraction) mutable {
+    if (fraction < reported + 0.1 && fraction >= reported) return;
+    reported = fraction;
     char line[160];
     std::snprintf(line, sizeof line, "cook %s: %.*s %3.0f %%", name.c_str(), static_cast<int>(stage.size()),
                   stage.data(), 100.0 * fraction);
-    say(line);
+    report(line);
   };
 }
 
@@ -37,12 +38,12 @@ class Cooker {
         is_sampled_(scenario.objects.size()),
         is_field_(scenario.objects.size()) {}
 
-  void Ask(const scene::Pair& pair) {
+  void Require(const scene::Pair& pair) {
     is_sampled_[pair.sampled] = 1;
     is_field_[pair.field] = 1;
   }
 
-  // Null when no pair asked for the object. Objects of one mesh and one fineness share their structures.
+  // Null when no pair requires the object. Objects of one mesh, voxel size and number of points share their structures.
   core::Result<std::shared_ptr<const vps::CookedObject>> Cook(std::size_t i) {
     const scene::Object& object = scenario_.objects[i];
     vps::CookParameters parameters;
@@ -55,8 +56,8 @@ class Cooker {
                   parameters.sheet_half_thickness_m};
     std::shared_ptr<const vps::CookedObject>& data = cooked_[key];
     if (data != nullptr) return data;
-    auto result =
-        vps::Cook(object.collision_mesh, parameters, options_.cache, Tell(object.name, options_.progress), &workers_);
+    auto result = vps::Cook(object.collision_mesh, parameters, options_.cache,
+                            MakeProgress(object.name, options_.progress), &workers_);
     if (!result) return core::Fail(result.error().code, "object '" + object.name + "': " + result.error().detail);
     data = std::make_shared<const vps::CookedObject>(std::move(*result));
     return data;
@@ -99,7 +100,7 @@ core::Result<OwnedWorld> BuildOwnedWorld(const scene::Scenario& scenario, scene:
   Cooker cooker(scenario, workers, options);
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
     if (scenario.pairs[i].owner != owner) continue;
-    cooker.Ask(scenario.pairs[i]);
+    cooker.Require(scenario.pairs[i]);
     owned.scenario_pair.push_back(static_cast<std::uint16_t>(i));
     description.pairs.push_back(Describe(scenario, scenario.pairs[i]));
   }
@@ -115,12 +116,12 @@ core::Result<OwnedWorld> BuildOwnedWorld(const scene::Scenario& scenario, scene:
   return owned;
 }
 
-bool TellContact(const vps::CollisionWorld& world, std::size_t pair, std::uint16_t scenario_pair, int* empty_sets_left,
-                 core::ContactSet* set) {
+bool FillContactUpdate(const vps::CollisionWorld& world, std::size_t pair, std::uint16_t scenario_pair,
+                       int* empty_sets_left, core::ContactSet* set) {
   const vps::PairResult& result = world.result(pair);
   const bool is_near = world.is_active(pair) && (result.is_in_contact || !result.planes.empty());
   if (is_near) {
-    if (!world.is_fresh(pair)) return false;  // late in this cycle: what was sent before still counts
+    if (!world.is_fresh(pair)) return false;  // late in this cycle: the last set sent still holds
     *empty_sets_left = kEmptySets;
   } else {
     if (*empty_sets_left == 0) return false;

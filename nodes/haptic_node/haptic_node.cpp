@@ -282,7 +282,7 @@ void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
     core::ContactSet& set = outputs->contacts[slot];
     outputs->contacts_updated[slot] = 0;
     if (!pair_role.is_published) continue;
-    if (!collision::TellContact(*world_, i, slot, &pair_role.empty_sets_left, &set)) continue;
+    if (!collision::FillContactUpdate(*world_, i, slot, &pair_role.empty_sets_left, &set)) continue;
     set.cycle = cycle_;
     if (inputs.physics != nullptr) set.header.through_physics = inputs.physics->header.through_physics;
     ShareHandContact(i, pair_role, &set);

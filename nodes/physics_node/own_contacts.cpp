@@ -21,7 +21,7 @@ void OwnContacts::Step(std::uint64_t tick, std::int64_t now_ns) {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Pair& pair = pairs_[i];
     const auto scenario_pair = owned_.scenario_pair[i];
-    pair.is_published = collision::TellContact(*owned_.world, i, scenario_pair, &pair.empty_sets_left, &pair.set);
+    pair.is_published = collision::FillContactUpdate(*owned_.world, i, scenario_pair, &pair.empty_sets_left, &pair.set);
     pair.is_near = pair.is_published && !pair.set.planes.empty();
     if (!pair.is_published) continue;
     pair.set.cycle = tick;

@@ -18,7 +18,7 @@
 namespace vps {
 namespace {
 
-// Inward normals and look-ahead planes point the wrong way on a mesh whose faces look inwards.
+// On a mesh with inward faces the points' normals and the look-ahead planes would point the wrong way.
 bool IsInsideOut(const TriangleMesh& mesh) {
   if (CountOpenEdges(mesh) != 0) return false;
   const Box box = BoundingBox(mesh);
@@ -108,7 +108,7 @@ core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const Co
                                 core::ParallelFor* workers) {
   const auto triangles = LoadTriangles(mesh_file);
   if (!triangles) return tl::unexpected(triangles.error());
-  // The loaded triangles stand for the file's bytes: a .gltf may keep its vertices in another file.
+  // Hashed are the loaded triangles, not the file's bytes: a .gltf may keep its vertices in another file.
   const std::uint64_t mesh_hash = HashOf(*triangles);
   const std::uint64_t key = CookedKey(&mesh_hash, sizeof(mesh_hash), parameters);
   char digits[17];

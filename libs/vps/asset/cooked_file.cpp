@@ -153,7 +153,7 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.words);
     out.PutArray(field.creases);
     out.PutArray(field.coarse);
-    out.PutArray(field.bends);
+    out.PutArray(field.curvatures);
     out.PutArray(field.errors);
     out.PutArray(field.facets.blocks);
     out.PutArray(field.facets.spheres);
@@ -208,7 +208,7 @@ bool IsConsistent(const Facets& facets) {
   return below == 1 && begin == facets.spheres.size();
 }
 
-// Every index that a kernel follows must lead somewhere.
+// Every index that a kernel follows must be in range.
 bool IsConsistent(const DistanceField& field) {
   if (!IsConsistent(field.facets)) return false;
   if (field.coarse_shift < 2 || field.coarse_shift > 6 || !(field.voxel_size_m > 0.0)) return false;
@@ -221,7 +221,7 @@ bool IsConsistent(const DistanceField& field) {
            static_cast<std::uint64_t>(field.nz >> shift);
   };
   if (field.bricks.size() != cells(3) || field.coarse.size() != cells(field.coarse_shift)) return false;
-  if (field.bends.size() != (cells(3) + 1) / 2 * 2 || field.errors.size() != cells(3)) return false;
+  if (field.curvatures.size() != (cells(3) + 1) / 2 * 2 || field.errors.size() != cells(3)) return false;
   if (field.words.empty() || field.words.size() % DistanceField::kBrickWords != 0) return false;
   for (const std::uint32_t first : field.bricks) {
     if (first % DistanceField::kBrickWords != 0 || first >= field.words.size()) return false;
@@ -308,7 +308,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     field.words = in.GetArray<std::uint32_t>();
     field.creases = in.GetArray<std::uint32_t>();
     field.coarse = in.GetArray<CoarseCell>();
-    field.bends = in.GetArray<std::int16_t>();
+    field.curvatures = in.GetArray<std::int16_t>();
     field.errors = in.GetArray<std::uint8_t>();
     field.facets.blocks = in.GetArray<FacetBlock>();
     field.facets.spheres = in.GetArray<FacetSpheres>();

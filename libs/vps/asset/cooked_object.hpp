@@ -19,7 +19,7 @@
 
 namespace vps {
 
-// Everything that collision needs to know of one object, built once and shared read-only. Mesh frame, metres.
+// The collision data of one object, built once and shared read-only. Mesh frame, metres.
 struct CookedObject {
   std::optional<Voxmap> voxmap;        // field side, method paper
   std::optional<PointTree> points;     // sampled side, method paper
@@ -55,9 +55,9 @@ struct CookParameters {
   double sheet_half_thickness_m = 0.0;
 };
 
-// Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors also: a sheet thinner than
-// what voxels of this size show (LimitsOf).
-// `workers` share the field's build; the result is the same without.
+// Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors: those of the builders, an inside-out
+// mesh, and a sheet thinner than voxels of this size resolve (LimitsOf). `workers` share the field's build; the result
+// is the same without.
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
                                 const Progress& progress = {}, core::ParallelFor* workers = nullptr);
 

@@ -89,7 +89,7 @@ TEST_F(DamagedFile, WithACornerThatIsNoNumberIsRefused) {
   EXPECT_THAT(Refusal(mesh, {0.01, 100}), HasSubstr("part.off:6: a corner is not a finite number"));
 }
 
-TEST_F(DamagedFile, InMillimetresIsRefusedAndSoIsOneDividedTwice) {
+TEST_F(DamagedFile, InTheWrongUnitIsRefused) {
   EXPECT_THAT(Refusal(MakeBox({80, 50, 30}), {0.001, 100}), HasSubstr("80 m"));
   EXPECT_THAT(Refusal(MakeBox({8e-5, 5e-5, 3e-5}), {1e-6, 100}), HasSubstr("8e-05 m"));
 }
@@ -117,7 +117,7 @@ TEST_F(DamagedFile, OfTenMetresIsBuilt) {
   CookParameters parameters{0.1, 1000, Method::kFast};
   const auto cooked = Cook(Write(MakeTorus(4.0, 1.0, 64, 32)), parameters, folder_ / "cache");
   ASSERT_TRUE(cooked) << cooked.error().detail;
-  // Where depth has an edge it is told in the mean over a coarse cell.
+  // On the medial axis the field holds the mean depth over a coarse cell (decision 13).
   EXPECT_NEAR(DistanceAt(*cooked->field, {4.0, 0, 0}) * 0.1, -1.0, 0.05);
 }
 
@@ -159,7 +159,7 @@ void ExpectSignsOfTheWindingNumber(const TriangleMesh& mesh, const CheckedMesh& 
   }
 }
 
-// Where solids of one mesh pass through each other, inside is what the winding number says.
+// Where solids of one mesh pass through each other, the winding number determines the inside.
 TEST(FieldOfOverlappingSolids, HasTheSignsOfTheWindingNumber) {
   const TriangleMesh mesh =
       Together(MakeBox({0.06, 0.04, 0.03}), MakeSphere(0.025, 32), glm::dvec3(0.021, 0.007, 0.011));
@@ -277,8 +277,8 @@ Damage LoseHalf(TriangleMesh* mesh, Random* random) {
   return {{}, true};
 }
 
-// Away from the damage the signs are those of the sound shape, or there is one error that says something.
-TEST(DamagedMesh, IsMendedOrRefusedWhateverHappenedToIt) {
+// Away from the damage the signs are those of the sound shape, or there is one error in a sentence.
+TEST(DamagedMesh, IsRepairedOrRefusedWithOneError) {
   constexpr Wrecker kWreckers[] = {LoseATriangle,     TurnATriangle, TurnAll,           DoubleATriangle,
                                    CollapseATriangle, PushACorner,   AddALooseTriangle, SplitCorners,
                                    PutANan,           PointAstray,   LoseHalf};
@@ -320,7 +320,7 @@ TEST(DamagedMesh, IsMendedOrRefusedWhateverHappenedToIt) {
 }
 
 // The public meshes, where they are.
-TEST(PublicMeshes, AreMendedIntoSolids) {
+TEST(PublicMeshes, AreRepairedIntoSolids) {
   const fs::path folder = fs::path(VR_OOS_SOURCE_DIR) / "../shared/data/meshes";
   if (!fs::exists(folder)) GTEST_SKIP() << "no " << folder;
   for (const auto& entry : fs::directory_iterator(folder)) {

@@ -30,7 +30,7 @@ std::vector<Probe> Spread(const TriangleMesh& mesh, std::size_t num_probes) {
     const auto [a, b, c] = mesh.corners(t);
     const glm::dvec3 n = glm::cross(b - a, c - a);
     if (!(glm::length(n) > 0.0)) return;
-    // Off the edges: a ball that touches there has no room.
+    // Off the edges, where the largest ball shrinks to nothing. By 0.1 of the triangle: not derived.
     constexpr double kInset = 0.1;
     u = kInset / 3.0 + (1.0 - kInset) * u;
     v = kInset / 3.0 + (1.0 - kInset) * v;
@@ -52,8 +52,8 @@ std::vector<Probe> Spread(const TriangleMesh& mesh, std::size_t num_probes) {
   return probes;
 }
 
-// From the probe to the wall across, by the largest ball that touches at the probe on the side of `direction`; or
-// kNone.
+// Distance from the probe to the opposite wall, by the largest ball that touches the surface at the probe on the side
+// of `direction` and holds no surface; kNone when that ball sits in an edge or a corner.
 double LargestBall(const TriangleField& field, const Probe& probe, const glm::dvec3& direction, double largest_m) {
   double radius = 0.5 * largest_m;
   std::uint32_t guess = probe.triangle;
@@ -73,8 +73,9 @@ double LargestBall(const TriangleField& field, const Probe& probe, const glm::dv
     if (i == 39) return kNone;
   }
   if (!has_shrunk) return kNone;
-  // A touching point u (unit, from the centre) with direction . u = cos b is at most 1 - 0.5 cos b radii away from the
-  // place half a radius ahead of the centre: b <= 60 degrees where that is at most 3/4. Straight across to it.
+  // A touching point u (unit, from the centre) with direction . u = cos b is sqrt(5/4 - cos b) radii away from the
+  // place half a radius ahead of the centre: at most 3/4 of a radius only if cos b >= 11/16, b <= 47 degrees. The
+  // nearest surface to that place straight ahead is the wall.
   const ClosestFeature ahead = field.ClosestOfAll(probe.p_m + 1.5 * radius * direction, &guess);
   const double distance = std::sqrt(ahead.squared_distance);
   return distance <= 0.75 * radius ? 1.5 * radius + distance : kNone;
@@ -107,7 +108,8 @@ FeatureSize MeasureFeatures(const TriangleMesh& mesh, std::size_t num_probes) {
 }
 
 FeatureLimits LimitsOf(Method method, double voxel_size_m) {
-  // fast: FeatureLimits.* measures walls and gaps of any tilt; the clearance is the largest error near a surface.
+  // fast: walls and gaps at seven tilts, FeatureLimitsTest.HoldForTheFieldOfFast; the clearance is the largest error
+  // near a surface (DistanceField.NearTheSurface*).
   if (method == Method::kFast) return {1.0 * voxel_size_m, 1.0 * voxel_size_m, 0.1 * voxel_size_m};
   // paper: a place in the middle of a wall or gap shows when its voxel is no surface voxel. Along the normal a voxel
   // reaches up to its diagonal, sqrt(3), from the place: that much is needed on both sides. A point in a surface voxel

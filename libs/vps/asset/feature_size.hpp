@@ -17,11 +17,11 @@ struct FeatureSize {
 
 // Measured at up to `num_probes` places spread over the surface and as many middles of triangles: the diameter of the
 // largest ball that touches the surface there and does not reach through it [shrinking ball, Ma et al. 2012], inside
-// for the thickness, outside for the gap. Balls that touch at less than 120 degrees sit in an edge or a corner and do
-// not count. Features narrower than the probes' spacing can be missed.
+// for the thickness, outside for the gap. Balls with touching points less than 133 degrees apart sit in an edge or a
+// corner and do not count. Features narrower than the probes' spacing can be missed.
 FeatureSize MeasureFeatures(const TriangleMesh& mesh, std::size_t num_probes = 2000);
 
-// What a field with voxels of this size can show, metres.
+// What a field with voxels of this size resolves, metres. Derived in the .cpp.
 struct FeatureLimits {
   double thickness_m = 0.0;  // a wall this thick has an inside everywhere
   double gap_m = 0.0;        // a gap this wide is free in its middle everywhere

@@ -10,7 +10,7 @@ namespace vps {
 // vector walk. Both give the same kind of results for the same scenes.
 enum class Method : std::uint32_t { kPaper = 0, kFast = 1 };
 
-// "paper" and "fast", as scenarios and command lines say it.
+// "paper" and "fast", as in scenarios and command lines.
 constexpr std::optional<Method> MethodFromName(std::string_view name) {
   if (name == "paper") return Method::kPaper;
   if (name == "fast") return Method::kFast;

@@ -7,8 +7,8 @@
 namespace vps {
 namespace {
 
-constexpr int kMaxIterations = 60;  // Gauss-Seidel sweeps; a peg in a hole converges in about 20
-constexpr double kConvergence_m = 1e-9;
+constexpr int kMaxIterations = 60;       // Gauss-Seidel sweeps: three times the 20 of a peg in a hole
+constexpr double kConvergence_m = 1e-9;  // 2.5 uN at the default stiffness
 
 // Small rigid motion: translation [m] and rotation vector [rad], in W.
 struct Motion {

@@ -8,10 +8,10 @@
 namespace vps {
 
 struct CouplingParameters {
-  double stiffness_N_per_m = 2500.0;   // k_f
-  double stiffness_Nm_per_rad = 30.0;  // k_t
-  double eta = 0.2;                    // filter constant of Eq. 3
-  double sigma_m2 = 0.035;             // inertia per mass of Eq. 4; also the metric of the advance
+  double stiffness_N_per_m = 2500.0;   // k_f of Eq. 6; limited by the device, scenarios set their own
+  double stiffness_Nm_per_rad = 30.0;  // k_t of Eq. 6; likewise
+  double eta = 0.2;                    // filter constant of Eq. 3; the paper's value
+  double sigma_m2 = 0.035;             // inertia per mass of Eq. 4, the paper's value; also the metric of the advance
   double rest_penetration_m = 2.5e-4;  // p0 that a lasting contact keeps; half a voxel of the field
   double bounding_radius_m = 0.1;      // of all hand parts, about the hand frame's origin
 };
@@ -23,13 +23,13 @@ struct CouplingPlane {
   double gap_m = 0.0;       // negative: penetrating
 };
 
-constexpr std::size_t kMaxCouplingPlanes = 96;
+constexpr std::size_t kMaxCouplingPlanes = 96;  // not derived: almost five pairs of kMaxContactPlanes each
 
-// What the collision engine found with the hand at X_WC, all its pairs together. CollisionWorld::HandContact fills it.
+// Result of the collision query with the hand at X_WC, all its pairs together. CollisionWorld::HandContact fills it.
 struct CouplingContact {
   PenetrationSum f_Co_W;               // f_VPS, t_VPS on the hand about its frame's origin, in W, summed in pair order
   double deepest_penetration_m = 0.0;  // p of Eq. 3; used when is_in_contact
-  double free_distance_m = 1e9;        // lower bound of the distance beyond the points that `planes` stand for
+  double free_distance_m = 1e9;        // lower bound of the distance of all points that `planes` do not cover
   bool is_in_contact = false;
   core::FixedVector<CouplingPlane, kMaxCouplingPlanes> planes;  // penetrating and near ones
 };
@@ -56,7 +56,8 @@ class VirtualCoupling {
   core::Pose X_WC_;
 };
 
-// Eq. 4 in the form that stays finite: Delta x (a unitless vector, at most 1 long) and Delta phi [1/m].
+// Eq. 4 in the form that stays finite (derived in the .cpp): Delta x (a unitless vector, at most 1 long) and Delta phi
+// [1/m], from f [m] and its moment [m^2] in one frame.
 struct SeparationStep {
   glm::dvec3 delta_x{0.0};
   glm::dvec3 delta_phi_per_m{0.0};

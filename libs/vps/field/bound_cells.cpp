@@ -12,7 +12,8 @@ namespace vps {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr float kRounding = 2e-3f;  // of the walk's floats, voxels
+// Rounding of the walk's floats, voxels: four times 2^-24 of a coordinate of 8,000 voxels. Not derived more closely.
+constexpr float kRounding = 2e-3f;
 
 struct Plane {
   float distance;
@@ -25,7 +26,9 @@ using Lanes = float __attribute__((vector_size(kTile * sizeof(float))));
 using Words = std::uint32_t __attribute__((vector_size(kTile * sizeof(std::uint32_t))));
 using Ints = std::int32_t __attribute__((vector_size(kTile * sizeof(std::int32_t))));
 
-// Most that `plane` lies above the planes of eight voxels anywhere in them; `begin`: lower corner of the first.
+// Largest value of `plane` minus a voxel's own plane, over eight voxels; `begin`: lower corner of the first. Of two
+// planes a and b over a box |p - c| <= h it is  a(c) - b(c) + |g_a - g_b| . h,  g their gradients, at one of the
+// corners.
 [[gnu::always_inline]] inline float MostAboveTile(const Plane& plane, const std::uint32_t* words,
                                                   const glm::vec3& begin) {
   constexpr std::uint32_t kTop = 0xfe000000U;
@@ -63,7 +66,7 @@ using Ints = std::int32_t __attribute__((vector_size(kTile * sizeof(std::int32_t
   return largest;
 }
 
-// Most that `plane` lies above what a cube of `step` voxels in a brick tells; `begin`: its first voxel.
+// Largest value of `plane` minus the field over a cube of `step` voxels in a brick; `begin`: its first voxel.
 VPS_WIDE_CLONES float MostAboveBrick(const Plane& plane, const DistanceField& field, const std::uint32_t* words,
                                      const glm::ivec3& begin, int step) {
   float largest = 0.0f;
@@ -89,7 +92,7 @@ class Bounds {
         fall_(field->coarse.size(), kNone) {}
 
   void Find() {
-    // Beyond, the distance at the centre of a cell tells enough.
+    // Farther cells are culled by the distance at their centre alone.
     const float near = DistanceField::kBandVoxels + 2.0f * static_cast<float>(side_);
     ForCells([&](const glm::ivec3& c, std::size_t i) {
       if (std::abs(field_->coarse[i].distance) < near) fall_[i] = OwnFall(c);
@@ -148,7 +151,8 @@ class Bounds {
     }
     return fall;
   }
-  // The same within `margin` of the cell, by way of the neighbours' planes.
+  // The same within `margin` of the cell. In a neighbour n the field is at least its plane b less its own fall, so
+  //   a - field <= max over the shared box of (a - b) + fall(n).
   [[nodiscard]] float FallWithin(const glm::ivec3& c, float margin) const {
     const Plane plane = PlaneOf(c);
     const float half = 0.5f * static_cast<float>(side_);
@@ -160,7 +164,7 @@ class Bounds {
           glm::any(glm::greaterThanEqual(other, n_))) {
         continue;
       }
-      // What the grown cell and the neighbour share.
+      // The box shared by the grown cell and the neighbour.
       const glm::vec3 along(glm::abs(step));
       const glm::vec3 centre = plane.centre + glm::vec3(step) * (half + 0.5f * margin);
       const glm::vec3 extent = half * (1.0f - along) + 0.5f * margin * along;

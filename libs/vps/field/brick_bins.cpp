@@ -27,7 +27,7 @@ void ForEachBrick(const TriangleField& triangles, std::uint32_t t, const glm::iv
     first[axis] = std::max(static_cast<int>(std::ceil(brick_of(lower[axis]) - 0.5)), 0);
     last[axis] = std::min(static_cast<int>(std::floor(brick_of(upper[axis]) - 0.5)), grid[axis] - 1);
   }
-  const glm::dvec3 n = triangles.normal(t);  // zero without an area: then the plane tells nothing
+  const glm::dvec3 n = triangles.normal(t);  // zero for a triangle without area, whose plane is undefined
   const double offset = glm::dot(n, a);
   const double slab = reach + kHalf * (std::abs(n.x) + std::abs(n.y) + std::abs(n.z));
   const double sphere = reach + kHalf * 1.7320508075688773;

@@ -19,8 +19,8 @@ glm::dvec3 OnUnitSphere(int i, int n) {
   return {r * std::cos(2.39996 * i), r * std::sin(2.39996 * i), z};
 }
 
-// Words tell distances in steps of a 256th of a voxel. Where that is the same for a whole face nothing averages out.
-TEST(SurfaceErrors, OfFlatFacesAreOfRounding) {
+// Words hold distances in steps of 1/256 voxel. On a flat face all are rounded alike, so that nothing averages out.
+TEST(SurfaceErrors, OfFlatFacesAreRoundingAlone) {
   const auto in_the_middle = [](const glm::dvec3& size_m) {
     const DistanceField field = *BuildField(MakeBox(size_m), kVoxel_m);
     return SurfaceErrorAt(field, glm::vec3((glm::dvec3(0.0, 0.0, 0.5 * size_m.z) - field.origin_m) / kVoxel_m));
@@ -30,13 +30,13 @@ TEST(SurfaceErrors, OfFlatFacesAreOfRounding) {
   EXPECT_NEAR(in_the_middle(whole_voxels + glm::dvec3(0.0, 0.0, kVoxel_m / 512.0)), 6.0f / 1024.0f, 1e-3f);
 }
 
-// The root of the mean square around each place is what SampleField is off there, by places that are not those that it
-// was measured at; of one sign a little more.
-TEST(SurfaceErrors, AreWhatTheFieldIsOffAtTheSurface) {
+// The stored error is the root mean square error of SampleField, here at places other than those of the build; a little
+// more where errors have one sign.
+TEST(SurfaceErrors, EqualTheFieldsErrorAtTheSurface) {
   const TriangleMesh mesh = MakeSphere(0.02, 24);
   const DistanceField field = *BuildField(mesh, kVoxel_m);
   double squares = 0.0;
-  double told = 0.0;
+  double stored = 0.0;
   std::size_t count = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto [a, b, c] = mesh.corners(t);
@@ -48,17 +48,17 @@ TEST(SurfaceErrors, AreWhatTheFieldIsOffAtTheSurface) {
       const glm::dvec3 p = a + u * ((1.0 - v) * (b - a) + v * (c - a));
       const glm::vec3 q((p - field.origin_m) / kVoxel_m);
       squares += std::pow(static_cast<double>(SampleField(field, q).distance), 2);
-      told += std::pow(static_cast<double>(SurfaceErrorAt(field, q)), 2);
+      stored += std::pow(static_cast<double>(SurfaceErrorAt(field, q)), 2);
       ++count;
     }
   }
   EXPECT_GT(count, 10'000U);
   EXPECT_GT(std::sqrt(squares / static_cast<double>(count)), 0.002);
-  EXPECT_GT(std::sqrt(told / squares), 0.85);
-  EXPECT_LT(std::sqrt(told / squares), 1.3);
+  EXPECT_GT(std::sqrt(stored / squares), 0.85);
+  EXPECT_LT(std::sqrt(stored / squares), 1.3);
 }
 
-TEST(SurfaceErrors, HaveNoSteps) {
+TEST(SurfaceErrors, AreContinuous) {
   const DistanceField field = *BuildField(MakeTorus(0.02, 0.007, 20, 10), kVoxel_m);
   for (int i = 0; i < 200; ++i) {
     const glm::vec3 p = glm::vec3((0.02 * OnUnitSphere(i, 200) - field.origin_m) / kVoxel_m);

@@ -13,7 +13,7 @@ std::uint64_t BrickPool::HashOf(Brick brick) {
 
 std::uint32_t BrickPool::Add(Brick brick, std::uint64_t hash) {
   const auto [entry, is_new] = first_of_hash_.try_emplace(hash, static_cast<std::uint32_t>(words_.size()));
-  // Two bricks of one hash that differ are both kept; later ones are looked for at the first only.
+  // Two bricks of one hash that differ are both kept; later ones are compared with the first only.
   if (!is_new && std::equal(brick.begin(), brick.end(), &words_[entry->second])) return entry->second;
   return AddDistinct(brick);
 }

@@ -17,13 +17,13 @@ class BrickPool {
 
   BrickPool() : words_(DistanceField::kBrickWords, kCoarseWord) {}
 
-  // For so many bricks without moving those that are there; memory is taken when they come.
+  // Reserves address space for so many bricks, so that adding does not move them.
   void Reserve(std::size_t num_bricks) { words_.reserve((num_bricks + 1) * DistanceField::kBrickWords); }
 
   static std::uint64_t HashOf(Brick brick);
-  // First word of the equal brick that is there, or of a copy made. `hash`: HashOf the brick.
+  // First word of an equal brick already stored, or of the copy made. `hash`: HashOf(brick).
   std::uint32_t Add(Brick brick, std::uint64_t hash);
-  // The copy of a brick that none equals.
+  // Stores a brick known to equal none; first word of the copy.
   std::uint32_t AddDistinct(Brick brick);
 
   [[nodiscard]] const std::uint32_t* brick(std::uint32_t first_word) const { return &words_[first_word]; }

@@ -5,20 +5,23 @@
 
 namespace vps {
 
-// What the surface around each brick of a field is like, in the mean weighted by area and by a tent two bricks wide.
-// Triangles in voxels. A sheet has none of both: its two sides cancel everywhere, and its errors are not measured.
+// Curvature and reconstruction error of the surface around each brick of a field, as means weighted by area and by a
+// trilinear tent two bricks wide. Triangles in voxels; `field` with its bricks and coarse grid ready. Of a sheet both
+// are 0: the curvatures of its two sides cancel everywhere, and its errors are not measured.
 //
-// field->bends: the sum of the principal curvatures, in steps of kBendStep; 0 where there is no surface. Of a mesh it
-// is exact in the mean: all curvature is at the edges, and the surface's integral of it is that of the turn of the
-// normal along them, the sum of angle times length (Cohen-Steiner and Morvan 2003). Sharp edges, of more than 25
-// degrees, do not count. Where two sides of a thin wall are in one brick they cancel.
+// field->curvatures: the sum of the principal curvatures k1 + k2 [1/voxel], in steps of kCurvatureStep; 0 where there
+// is no surface. The curvature of a mesh is all at its edges; its integral over a region B of the surface is
 //
-// field->errors: what the field, whose bricks are ready, tells at places of the surface itself, where it should tell 0:
-// the root of the mean square or, if that is more, six times the mean, since of many places' errors a contact keeps
-// what is of one sign; in steps of kErrorStep.
-void TakeBrickTraits(const TriangleField& triangles, DistanceField* field);
+//   integral of (k1 + k2) dA = sum over edges of angle(e) length(e in B)   (Cohen-Steiner and Morvan 2003),
+//
+// angle > 0 where the surface bulges. Sharp edges, of more than 25 degrees, do not count. Where two sides of a thin
+// wall are in one brick they cancel.
+//
+// field->errors: the field at places of the surface itself, where it should be 0: the larger of the root mean square
+// and six times the mean, since errors of one sign do not average out in a contact; in steps of kErrorStep.
+void ComputeBrickTraits(const TriangleField& triangles, DistanceField* field);
 
-// The field's error between the bricks around p, both in voxels.
+// The reconstruction error at p [voxels], interpolated between the bricks around it; p in voxels.
 float SurfaceErrorAt(const DistanceField& field, const glm::vec3& p);
 
 }  // namespace vps

@@ -24,11 +24,12 @@ namespace vps {
 namespace {
 
 constexpr std::uint32_t kNoTriangle = 0xffffffffU;
+// Not derived: tasks long against handing them out, and 512 drafts of bricks (2 KB each) in memory at once.
 constexpr std::size_t kBricksPerTask = 4;
 constexpr std::size_t kTasksAtOnce = 128;
 constexpr std::size_t kRowsPerReport = 64;
 
-// Where each stage ends in the whole build's time, as measured on finely tessellated meshes.
+// Progress at the end of each stage: its share of the build's time, as measured on finely tessellated meshes.
 constexpr double kPreparedAt = 0.1;
 constexpr double kCoarseAt = 0.2;
 constexpr double kBricksAt = 0.9;
@@ -49,7 +50,7 @@ struct Layer {
   std::vector<std::uint32_t> near_triangle;  // of each of the layer's bricks, kNoTriangle: no sample in the band
 };
 
-// What a task makes of a brick, before it finds its place in the field.
+// A brick as its task leaves it, before it is stored in the field.
 struct BrickDraft {
   BrickWords words;
   std::uint64_t hash = 0;              // of the words
@@ -57,7 +58,8 @@ struct BrickDraft {
   std::vector<std::uint32_t> records;  // of its creases; words number them from 0
 };
 
-// Where facets are wider than so many voxels each has planes of its own, and they are worth little.
+// Facets wider than so many voxels have cells of their own and gain little from exact distances: they are kept only if
+// they take 1 % of the field (decision 12, consequences).
 constexpr double kWideFacet = 2.0;
 constexpr double kWideFacetsShare = 0.01;
 
@@ -83,10 +85,10 @@ class FieldBuilder {
     Report("bricks", kPreparedAt);
     if (auto room = MakeBricks(); !room) return tl::unexpected(room.error());
     FillCoarse();
-    TakeMeanDepths(&field_);
+    ComputeMeanDepths(&field_);
     FillBricks();
     bins_ = {};
-    TakeBrickTraits(*triangles_, &field_);
+    ComputeBrickTraits(*triangles_, &field_);
     field_.words.shrink_to_fit();
     field_.creases.shrink_to_fit();
     field_.facets = PackFacets(
@@ -195,7 +197,7 @@ class FieldBuilder {
         });
   }
 
-  // Finds the finished brick its place in the field.
+  // Stores the finished brick in the field; its first word.
   std::uint32_t Keep(BrickDraft* draft) {
     if (draft->records.empty()) return pool_.Add(draft->words, draft->hash);
     const std::size_t first = field_.creases.size() / kPlanesPerCrease;
@@ -263,13 +265,13 @@ class FieldBuilder {
       if (cells.lifts[k] != 0) draft->words[k] = WithLift(draft->words[k], cells.lifts[k]);
     }
     FitBrick(b, cells.creases, draft);
-    MendFarCells(b, draft);
+    RepairFarCells(b, draft);
     TileBrick(&draft->words);
     if (draft->records.empty()) draft->hash = BrickPool::HashOf(draft->words);
   }
 
-  // The nearest triangle of a point in a cell is nearer to the cell's centre than the centre's own by no more than
-  // twice the way from the centre to the point.
+  // The nearest triangle t of a point p in a cell with centre c has  d(c, t) <= d(c) + 2 |p - c|  (triangle inequality,
+  // twice). The places of FitCrease are at most 0.48 sqrt(3) = 0.832 from c.
   static constexpr float kAround = 2.0f * 0.84f;
 
   void FitBrick(std::size_t b, const CreaseCells& cells, BrickDraft* draft) const {
@@ -298,8 +300,8 @@ class FieldBuilder {
     }
   }
 
-  // How far from the centres of a row's marked cells the triangles are that may be nearest somewhere in them; of the
-  // others -1.
+  // Radius about the centre of each marked cell of a row that holds every triangle that may be nearest somewhere in the
+  // cell; -1 for the others.
   [[nodiscard]] std::array<float, kRow> ReachesOf(const std::uint32_t* words, unsigned mask) const {
     std::array<float, kRow> reach;
     for (int x = 0; x < kRow; ++x) {
@@ -343,14 +345,14 @@ class FieldBuilder {
     cell->gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
   }
 
-  // A coarse cell's plane is the tangent at its centre. Beside an edge of the part, or beyond a thin wall, it comes
-  // near the surface, or through it, in voxels that are farther than the band, and tells of contact where there is
-  // none; in a notch it tells of more room, or more depth, than there is. Such voxels get planes of their own.
+  // A coarse cell's plane is the tangent at its centre. Beside an edge of the part, or beyond a thin wall, it can come
+  // near the surface, or pass through it, in voxels that are farther than the band: false contact. In a notch it can
+  // overestimate the distance or the depth. Such voxels get planes of their own.
   //
   // In bricks that no sample of the band lies in, no plane reaches the surface: cells are no larger than the brick, the
   // nearest surface point F is 2.1 voxels or more from it, and the plane's least value over the brick is that of F's
   // projection.
-  void MendFarCells(std::size_t b, BrickDraft* draft) const {
+  void RepairFarCells(std::size_t b, BrickDraft* draft) const {
     FarCells cells(field_, draft->records, CornerOf(b), draft->words.data());
     std::uint32_t guess = draft->near;
     while (const auto cell = cells.NextDoubtful()) {

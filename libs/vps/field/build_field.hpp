@@ -19,14 +19,15 @@ struct BuildFieldOptions {
   bool sign_by_winding = false;
   // A build whose estimated peak is larger is refused before anything is allocated.
   double max_peak_bytes = 8e9;
-  // Share the work out; none: the calling thread does it. The field is the same, bit for bit.
+  // Share the work; null: the calling thread does all of it. The field is the same, bit for bit.
   core::ParallelFor* workers = nullptr;
-  // From the calling thread, at most some hundred times: the part of the whole build's time that is done, in [0, 1].
+  // Called on the calling thread, at most some hundred times, with the share of the build's time that is done, in [0,
+  // 1].
   std::function<void(std::string_view stage, double fraction)> progress{};
 };
 
-// What a build will take at most, told from the mesh's area and size alone, in time proportional to its triangles.
-// Equal bricks are kept once: a part with flat faces along the grid takes less, down to a tenth.
+// Upper estimate of a build's memory from the mesh's area and size, in time proportional to its triangles. Equal bricks
+// are stored once: a part with flat faces along the grid takes less, down to a tenth.
 struct FieldEstimate {
   double stored_bytes = 0.0;  // of the field
   double peak_bytes = 0.0;    // while it is built, field included, mesh not

@@ -22,8 +22,8 @@ struct ClosestFeature {
 // A mesh prepared for closest-point queries with a sign. Lengths are those of the mesh given.
 //
 // The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
-// exact for a closed, consistently oriented surface without self-intersections. `sign_by_winding` asks the winding
-// number instead, which also holds for solids that overlap or pass through themselves, and takes longer.
+// exact for a closed, consistently oriented surface without self-intersections. With `sign_by_winding` it comes from
+// the winding number, which also holds for solids that overlap or pass through themselves, and takes longer.
 //
 // With a half thickness the mesh is a sheet with two sides and no inside: the solid is everything nearer than that.
 class TriangleField {
@@ -36,9 +36,9 @@ class TriangleField {
     return {vertices_[a], vertices_[b], vertices_[c]};
   }
 
-  // The side of a face on which a point lies tells its sign: neither a sheet nor a case for the winding number.
+  // Whether the side of the nearest face on which a point lies is its sign: no sheet, and no winding number needed.
   [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
-  // The same of one face: also of what the winding number would not tell otherwise.
+  // The same of one face: true also where the winding number agrees with its normal (FindTrustedNormals).
   [[nodiscard]] bool side_is_sign(std::uint32_t triangle) const {
     return sheet_half_thickness_ == 0.0 && (!winding_ || is_trusted_[triangle] != 0);
   }

@@ -42,7 +42,7 @@ double LeastSquared(const TriangleField& field, const glm::dvec3& p) {
 }
 
 // From one triangle to several levels of boxes, from within and from far outside, where single precision is coarse.
-TEST(ClosestTriangle, OfTheTreeIsThatOfAll) {
+TEST(ClosestTriangle, FromTheTreeEqualsExhaustiveSearch) {
   Random random;
   for (const int num_triangles : {1, 2, 8, 9, 64, 65, 700}) {
     const TriangleField field(Soup(num_triangles, 200.0, 20.0, &random));
@@ -58,8 +58,8 @@ TEST(ClosestTriangle, OfTheTreeIsThatOfAll) {
   }
 }
 
-// What their tangents leave out is no point's nearest triangle.
-TEST(NearTriangles, HoldTheNearestOfEveryPointAroundACell) {
+// The tangent bound never excludes a point's nearest triangle.
+TEST(NearTriangles, IncludeTheNearestOfEveryPointAroundACell) {
   Random random;
   std::size_t count = 0;
   for (int round = 0; round < 200; ++round) {
@@ -84,7 +84,7 @@ TEST(NearTriangles, HoldTheNearestOfEveryPointAroundACell) {
     }
     float reach[kRow];
     std::fill(std::begin(reach), std::end(reach), -1.0f);
-    reach[3] = distance + 1.75f;  // twice the way to a corner of the cell, and some rounding
+    reach[3] = distance + 1.75f;  // twice the distance of a corner of the cell, and some rounding
     std::array<std::vector<NearTriangle>, kRow> near;
     FindNear(rows, TriangleBounds(rows), numbers, 2, 1, reach, &near);
     EXPECT_TRUE(near[2].empty());

@@ -8,10 +8,11 @@
 namespace vps {
 namespace {
 
-// A neighbour's distance may differ from the cell's tangent plane by this much times the squared distance of the two
-// centres (a radius of curvature of 6 voxels) before the cell is examined as a crease.
+// A neighbour's distance may differ from the cell's tangent plane by this times r^2, r the distance of the two centres,
+// before the cell is examined as a crease: r^2 / 2R of a radius of curvature R of 6 voxels. Table of decision 6.
 constexpr float kCreaseTolerance = 0.08f;
-// Farther cells than this hold no point within 1.5 voxels of the surface: they keep their planes.
+// Farther cells keep their planes: none of their points is within 1.5 voxels of the surface (half a diagonal is 0.87),
+// where errors are measured.
 constexpr float kFarthest = 1.5f + 0.87f;
 constexpr float kNone = 1e30f;
 
@@ -66,8 +67,8 @@ using Ints = std::int32_t __attribute__((vector_size(8 * sizeof(std::int32_t))))
   }
 }
 
-// How far the distances of all cells in the band are from one plane at most. Nine tenths of a machined part's bricks
-// are done with it: its slopes come from the farthest cells along each axis from the one nearest to the surface.
+// Largest deviation of the distances of all cells in the band from one plane, whose slopes come from the farthest cells
+// along each axis from the cell nearest to the surface. Settles nine tenths of a machined part's bricks.
 [[gnu::always_inline]] inline float MissOfOnePlane(const Apron& apron) {
   const auto at = [](int x, int y, int z) { return (z + 1) * Apron::kLayer + (y + 1) * Apron::kRow + x + 1; };
   glm::ivec3 middle(0);
@@ -117,8 +118,8 @@ using Ints = std::int32_t __attribute__((vector_size(8 * sizeof(std::int32_t))))
   return largest;
 }
 
-// By how much the planes of a row of cells miss those at the offset (x, y, z) more than is tolerated; at most 0 where
-// there are none.
+// How far the planes of a row of cells miss the distances at the offset (x, y, z), less the tolerance; 0 where there
+// are none.
 [[gnu::always_inline]] inline void AddExcess(const Apron& apron, int at, int x, int y, int z, Lanes* excess) {
   const int other = at + z * Apron::kLayer + y * Apron::kRow + x;
   const float tolerance = kCreaseTolerance * static_cast<float>(x * x + y * y + z * z);
@@ -135,8 +136,8 @@ using Ints = std::int32_t __attribute__((vector_size(8 * sizeof(std::int32_t))))
   *excess = size > *excess ? size : *excess;
 }
 
-// In [0, 1), evenly spread over the cells of any surface (the additive sequence of Roberts 2018 in three dimensions):
-// lifts of less than a step are right in the mean.
+// Dither in [0, 1), evenly spread over the cells of any surface (the additive sequence of Roberts 2018 in three
+// dimensions): lifts of less than a step are right in the mean.
 inline float Threshold(int x, int y, int z) {
   const float sum =
       0.8191725f * static_cast<float>(x) + 0.6710436f * static_cast<float>(y) + 0.5497005f * static_cast<float>(z);
@@ -174,7 +175,7 @@ VPS_WIDE_CLONES ExaminedCells ExamineCells(const Neighbourhood& bricks) {
     unsigned near = 0;
     for (int i = 0; i < 8; ++i) near |= (std::abs(apron.d[at + i]) <= kFarthest ? 1U : 0U) << i;
     if (near == 0) continue;
-    Lanes excess{};  // of the plane's miss over what is tolerated
+    Lanes excess{};  // of the plane's error over the tolerance
     for (int k = 0; k < 27; ++k) {
       if (k != 13) AddExcess(apron, at, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1, &excess);
     }

@@ -19,7 +19,7 @@ inline const std::uint32_t& WordAt(const Neighbourhood& bricks, int x, int y, in
 // Cells of a brick whose plane may miss somewhere in the cell: [z * 8 + y], bit x.
 using CreaseCells = std::array<std::uint8_t, 64>;
 
-// What the planes of a brick and of the cells around it, before any crease is fitted, tell about its cells.
+// Cells of a brick, examined by the planes of the brick and of the cells around it, before any crease is fitted.
 struct ExaminedCells {
   CreaseCells creases{};
   // Of the other cells near the surface: what to add to the distance of the plane, 1/256 voxel, [z * 64 + y * 8 + x].

@@ -10,39 +10,44 @@
 
 namespace vps {
 
-// Exact distance and gradient at the centre of a coarse cell, in voxels, and two bounds of how far the field falls, by
-// BoundCells, for walks to leave out points that face a surface closely without touching it; (code - 1) / 64 voxel, or
-// 0: not known.
-// - In the distance's last eight bits, which changes it by less than 2^-15 of itself: at any point of the cell grown by
-//   kWideMargin the field lies below the cell's own plane by no more.
-// - In the gradient's bits 24-31: at any point within kCloseRadius of a voxel of the cell that is a plane with a
-// distance
-//   within kMostAnchorDistance, the field lies below that voxel's plane by no more.
+// Exact distance and gradient at the centre of a coarse cell, in voxels, and two conservative bounds by BoundCells of
+// how far the field lies below a plane ("fall"). With them walks cull points that face a surface closely without
+// touching it. A bound is (code - 1) / kFallSteps voxels; code 0: not known.
+// - Wide, in the distance's last eight bits (which changes it by less than 2^-15 of itself):
+//     field(p) >= plane of the cell(p) - wide   at any point p of the cell grown by kWideMargin.
+// - Close, in the gradient's bits 24-31:
+//     field(p) >= plane of the voxel(p) - close   at any point p within kCloseRadius of a voxel of the cell that is a
+//   plane with |distance| <= kMostAnchorDistance.
 struct CoarseCell {
   float distance = 0.0f;
   std::uint32_t gradient = 0;  // EncodeCoarseGradient
 };
-constexpr float kFallSteps = 64.0f;
-constexpr float kWideMargin = 4.0f;  // voxels; no more than a coarse cell
-constexpr float kCloseRadius = 0.75f;
+constexpr float kFallSteps = 64.0f;    // codes reach 254 / 64 = 4 voxels, kWideMargin at a slope of 1
+constexpr float kWideMargin = 4.0f;    // voxels; the edge of the smallest coarse cell, so that neighbours are enough
+constexpr float kCloseRadius = 0.75f;  // voxels; not derived: below 1 for neighbours to be enough, holds a dense block
+// Voxels: 1.25 + sqrt(3) < kBandVoxels, so that all neighbours of an anchor are in the band.
 constexpr float kMostAnchorDistance = 1.25f;
 
-// What a brick says of the surface around it: the sum of its principal curvatures, per voxel, positive where it bulges.
-constexpr float kBendStep = 1.0f / 8192.0f;
+// Step of DistanceField::curvatures, the sum of the principal curvatures [1/voxel], positive where the surface bulges:
+// 16 bits reach +-4, a ball of half a voxel.
+constexpr float kCurvatureStep = 1.0f / 8192.0f;
 
-// And how far the field is off there, voxels.
+// Step of DistanceField::errors [voxels]: a quarter of the step of words; eight bits reach a quarter of a voxel.
 constexpr float kErrorStep = 1.0f / 1024.0f;
 
 // Signed distance to a closed surface (negative inside), made to be read by many points at once.
 //
 // Lengths are in voxels of a grid whose voxel (i,j,k) spans [i,i+1] x ... from `origin_m` in the mesh frame. Near the
 // surface cells are voxels, kept in bricks of 8^3: a tangent plane each (field_word.hpp), or up to four where the
-// distance has a crease. Everywhere else the coarse grid of cells of `1 << coarse_shift` voxels answers, so that points
-// deep inside get their depth and direction, and far spheres a bound for culling.
+// distance has a crease. Everywhere else the coarse grid, cells of `1 << coarse_shift` voxels, holds the field, so that
+// points deep inside get their depth and direction, and far spheres a bound for culling. Decisions 5, 6, 13.
 struct DistanceField {
   static constexpr int kBrick = 8;
   static constexpr std::uint32_t kBrickWords = 512;
-  static constexpr float kBandVoxels = 3.0f;  // every sample nearer than this is in a brick
+  // Half width of the narrow band: every sample nearer than this is in a brick. OpenVDB's default; more takes memory in
+  // proportion, less leaves more of the depths to coarse cells (decision 13).
+  static constexpr float kBandVoxels = 3.0f;
+  // The grid's border around the mesh, the larger of the two: as Voxmap.
   static constexpr int kMinBorder = 8;
   static constexpr double kBorder_m = 2.5e-3;
 
@@ -54,13 +59,13 @@ struct DistanceField {
   std::vector<std::uint32_t> words;    // [brick + WordInBrick(x, y, z)]
   std::vector<std::uint32_t> creases;  // kPlanesPerCrease each
   std::vector<CoarseCell> coarse;
-  std::vector<std::int16_t> bends;   // of each brick, padded to a whole word: TakeBrickTraits
-  std::vector<std::uint8_t> errors;  // of each brick: TakeBrickTraits
-  Facets facets;                     // the surface itself, where it is not much more than the rest: PackFacets
+  std::vector<std::int16_t> curvatures;  // of each brick, padded to a whole word: ComputeBrickTraits
+  std::vector<std::uint8_t> errors;      // of each brick: ComputeBrickTraits
+  Facets facets;                         // the surface itself, where it is not much more than the rest: PackFacets
 
   [[nodiscard]] std::size_t num_bytes() const {
-    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() + 2 * bends.size() +
-           errors.size() + facets.num_bytes();
+    return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() +
+           2 * curvatures.size() + errors.size() + facets.num_bytes();
   }
 };
 
@@ -75,12 +80,13 @@ constexpr std::uint32_t WordInBrick(std::int32_t x, std::int32_t y, std::int32_t
 struct FieldSample {
   float distance = 0.0f;         // voxels
   glm::vec3 gradient{0, 0, 1};   // about unit
-  float cell = 1.0f;             // edge of the cell that answered, voxels
+  float cell = 1.0f;             // edge of the cell, voxels
   float centre_distance = 0.0f;  // exact distance at that cell's centre (plane cells and coarse cells), voxels
   float centre_offset = 0.0f;    // how far the point is from it, voxels
 };
 
-// Outside the grid the surface is farther than both the grid's border and the border cell's distance.
+// The field at p [voxels]: d(c) + g . (p - c) of the cell with centre c, creases combined as field_word.hpp defines.
+// Outside the grid the larger of the distance from the grid and the border cell's: the surface is farther than both.
 // Reference for the kernels of walk/, which differ by rounding.
 inline FieldSample SampleField(const DistanceField& field, const glm::vec3& p) {
   const glm::vec3 last(static_cast<float>(field.nx) - 0.5f, static_cast<float>(field.ny) - 0.5f,

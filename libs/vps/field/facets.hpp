@@ -8,14 +8,14 @@
 namespace vps {
 
 constexpr std::uint32_t kFacetLanes = 16;    // triangles of a block, corners of a block, spheres of a block
-constexpr float kFacetStep = 1.0f / 512.0f;  // voxels; half of it is what a corner may be off along each axis
+constexpr float kFacetStep = 1.0f / 512.0f;  // voxels; rounding is half of it along each axis, 16 bits reach 64 voxels
 
-// The side of the triangle on which a point lies does not tell whether it is inside.
+// The side of the triangle on which a point lies does not determine whether it is inside.
 constexpr std::uint16_t kDoubtful = 1U << 12;
 
-// Up to sixteen neighbouring triangles that share up to sixteen corners. Corners are told from the middle of the
-// block's sphere in steps of kFacetStep, and such a middle is a whole number of steps itself: a corner that two blocks
-// share is the same place in both.
+// Up to sixteen neighbouring triangles that share up to sixteen corners. Corners are relative to the middle of the
+// block's sphere in steps of kFacetStep; the middle is a whole number of steps itself, so that a corner shared by two
+// blocks is the same place in both.
 struct alignas(64) FacetBlock {
   std::int16_t x[kFacetLanes], y[kFacetLanes], z[kFacetLanes];
   // Of each triangle three numbers of four bits, and kDoubtful; the last triangle is repeated.
@@ -27,9 +27,9 @@ struct alignas(64) FacetSpheres {
   float x[kFacetLanes], y[kFacetLanes], z[kFacetLanes], r[kFacetLanes];  // voxels
 };
 
-// The surface's triangles for exact distances at a few points, packed: about ten bytes a triangle. Places are in
-// voxels of the field that they belong to. Sphere j of level 0 holds block j, sphere j of level k the spheres of block
-// j of level k - 1; the last level is one block. Unused spheres are far away and have no radius.
+// The surface's triangles for exact distances at a few points, packed: about ten bytes a triangle. In voxels of the
+// field. Sphere j of level 0 holds block j, sphere j of level k the spheres of block j of level k - 1; the last level
+// is one block. Unused spheres are far away and have no radius.
 struct Facets {
   static constexpr std::uint32_t kMaxLevels = 6;
   static constexpr float kFarAway = 1e9f;

@@ -9,13 +9,16 @@
 namespace vps {
 namespace {
 
+// Memory, rounded up from measured builds: DistanceField.EstimatesItsMemoryFromAbove holds that it is enough, and at
+// most 2.5 times as much as needed when no two bricks are alike.
 constexpr double kBytesPerTriangle = 320.0;     // prepared triangles, their tree and their places in bricks
 constexpr double kCreaseBytesPerBrick = 700.0;  // of finely tessellated surfaces
 constexpr double kBytesPerFacet = 16.0;         // packed triangles, halved ones among them
 constexpr double kFewBytes = 3e4;               // the empty brick, and grids rounded up
-constexpr double kFewCoarseBytes = 1.5e6;       // the coarse grid's without asking: it stays in the second cache
-constexpr double kCoarsePart = 1.0 / 20.0;      // of the bricks' bytes beyond it
-constexpr int kMaxCoarseShift = 3;              // no larger than a brick: see MendFarCells
+// The coarse grid is made coarser only while it takes more than both; neither is derived.
+constexpr double kFewCoarseBytes = 1.5e6;   // stays in a second-level cache
+constexpr double kCoarsePart = 1.0 / 20.0;  // of the bricks' bytes
+constexpr int kMaxCoarseShift = 3;          // no larger than a brick: see RepairFarCells
 
 int RoundUp(double value, int step) {
   return static_cast<int>(std::ceil(value / step)) * step;
@@ -35,7 +38,7 @@ double EstimateBricks(const TriangleMesh& mesh, double voxel_size_m, double band
   }
   const double width = 2.0 * band + side;
   const double edges = 4.0 * (size.x + size.y + size.z) * width * width / 4.0 + width * width * width;
-  constexpr double kMargin = 1.15;
+  constexpr double kMargin = 1.15;  // not derived; the same test
   return kMargin * (volume + edges) / DistanceField::kBrickWords;
 }
 
@@ -72,7 +75,7 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   plan.estimate.stored_bytes = kFewBytes + brick_bytes + creases + index_bytes + coarse_bytes();
   plan.estimate.stored_bytes += std::min(kBytesPerFacet * static_cast<double>(mesh.triangles.size()),
                                          kMostFacetsShare * plan.estimate.stored_bytes);
-  // Cells and creases are kept twice for a moment, when room that was kept ready for more of them goes.
+  // Words and creases exist twice for a moment, when their vectors are shrunk to fit.
   plan.estimate.peak_bytes = plan.estimate.stored_bytes + std::max(creases, brick_bytes) +
                              kBytesPerTriangle * static_cast<double>(mesh.triangles.size());
   if (!(plan.estimate.peak_bytes <= options.max_peak_bytes) || !(std::max({wanted.x, wanted.y, wanted.z}) < 1e6)) {

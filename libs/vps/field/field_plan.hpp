@@ -5,7 +5,7 @@
 
 namespace vps {
 
-// The grid of a field, and what it takes.
+// The grid of a field, and the memory that it takes.
 struct FieldPlan {
   DistanceField layout;   // origin, voxel size, counts; no cells yet
   double half_thickness;  // of a sheet, voxels; 0: a solid

@@ -101,7 +101,7 @@ TEST(DistanceField, ATurnedBoxHasSharpEdgesInsideAndOut) {
   ExpectAccurate("turned box", box, 0.001);
 }
 
-// Scanned parts: several facets in every cell, none of which speaks for the cell.
+// Scanned parts: several facets in every cell, none of which represents the cell.
 TEST(DistanceField, RoughFacetsSmallerThanAVoxelKeepTheBoundsAndCauseNoBias) {
   constexpr double kVoxel = 0.001;
   TriangleMesh rough = MakeSphere(0.012, 96);  // facets of 0.8 voxel
@@ -120,10 +120,9 @@ TEST(DistanceField, RoughFacetsSmallerThanAVoxelKeepTheBoundsAndCauseNoBias) {
   EXPECT_LE(std::abs(bias), 0.004);
 }
 
-// Middles of the cells are exact but for the encoding, wherever the cell is a plane.
-// A tangent plane misses the mean over its voxel by the curvature / 24, here a third of the step in which planes keep
-// their distance: 1/1200 voxel, one percent of the depth of a peg that touches its hole by a tenth of a voxel.
-TEST(DistanceField, AGentlyCurvedWallIsNotMoved) {
+// A tangent plane differs from the mean over its voxel by the curvature / 24, here a third of the step in which words
+// hold distances: 1/1200 voxel, one percent of the depth of a peg that touches its hole by a tenth of a voxel.
+TEST(DistanceField, ReconstructsAGentlyCurvedWallWithoutBias) {
   const TriangleMesh block = MakeBlockWithHole(0.03, 0.02, 0.01, 512);
   const double s = 3e-4;
   const DistanceField field = *BuildField(block, s);
@@ -158,8 +157,8 @@ TEST(DistanceField, DeepInsideAndFarOutsideDepthAndDirectionAreRight) {
   }
 }
 
-// What culling relies on: the exact distance differs from that at the cell's centre by no more than the way there.
-TEST(DistanceField, NeverPromisesMoreRoomThanThereIs) {
+// The bound of culling: the exact distance differs from that at the cell's centre by no more than the distance between.
+TEST(DistanceField, CentreDistanceIsAConservativeBound) {
   const TriangleMesh mesh = MakeBlockWithHole(0.03, 0.02, 0.01, 64);
   const auto field = BuildField(mesh, 0.0005);
   ASSERT_TRUE(field);
@@ -174,9 +173,9 @@ TEST(DistanceField, NeverPromisesMoreRoomThanThereIs) {
   }
 }
 
-// Beyond the band, too, and beside edges, in notches and behind thin walls, where the tangent at a coarse cell's centre
-// goes through the surface in a voxel of it that is far, or away from it: contact in free space, or too much depth.
-TEST(DistanceField, WhatIsFarFromTheSurfaceIsOnTheRightSideAndFar) {
+// Beyond the band, too: beside edges, in notches and behind thin walls, where the tangent at a coarse cell's centre
+// passes through the surface in one of its far voxels: contact in free space, or too much depth.
+TEST(DistanceField, FarPointsHaveTheRightSignAndAreFar) {
   TriangleMesh turned = MakeBox({0.06, 0.05, 0.003});  // walls of 3 to 12 voxels
   const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
   for (glm::dvec3& v : turned.vertices) v = R * v;
@@ -198,11 +197,11 @@ TEST(DistanceField, WhatIsFarFromTheSurfaceIsOnTheRightSideAndFar) {
       const glm::dvec3 p = corners[0] + u * (corners[1] - corners[0]) +
                            random.Unit() * (1.0 - u) * (corners[2] - corners[0]) + 9.0 * voxel_size_m * random.Vector();
       const double d = exact.SignedDistance(p) / voxel_size_m;
-      const float told = SampleField(*field, InVoxels(*field, p)).distance;
-      num_off += std::abs(d) < 3.5 && std::abs(told - d) > 1.5 ? 1 : 0;
+      const float sampled = SampleField(*field, InVoxels(*field, p)).distance;
+      num_off += std::abs(d) < 3.5 && std::abs(sampled - d) > 1.5 ? 1 : 0;
       if (std::abs(d) < 4.0) continue;
       ++num_far;
-      ASSERT_GT(d < 0.0 ? -told : told, 1.0f)
+      ASSERT_GT(d < 0.0 ? -sampled : sampled, 1.0f)
           << "exact " << d << ", voxels of " << voxel_size_m << " m, shift " << field->coarse_shift;
     }
     EXPECT_GT(num_far, 1000);
@@ -210,8 +209,8 @@ TEST(DistanceField, WhatIsFarFromTheSurfaceIsOnTheRightSideAndFar) {
   }
 }
 
-// Deep inside, where tangent planes of coarse cells answer: each alone would tell too much, since depth is the least of
-// several distances. Without TakeMeanDepths the mean is off by 0.04 to 0.09 voxel.
+// Deep inside, in coarse cells: tangent planes overestimate the depth, which is the least of several distances. Without
+// ComputeMeanDepths the mean is off by 0.04 to 0.09 voxel.
 TEST(DistanceField, DepthsBeyondTheBandAreRightInTheMean) {
   TriangleMesh turned = MakeBox({0.05, 0.04, 0.03});
   const glm::dmat3 R = glm::mat3_cast(core::QuaternionFromRotationVector({0.3, 0.5, 0.7}));
@@ -237,7 +236,7 @@ TEST(DistanceField, DepthsBeyondTheBandAreRightInTheMean) {
 }
 
 // The bounds of a coarse cell hold for every point around it, creases and the edge of the band included.
-TEST(DistanceField, NoPointLiesBelowAPlaneByMoreThanTheCellSays) {
+TEST(DistanceField, CellBoundsHoldAtEveryPoint) {
   for (const bool is_block : {true, false}) {
     const auto field = is_block ? BuildField(MakeBlockWithHole(0.03, 0.02, 0.01, 64), 0.0005)
                                 : BuildField(MakeTorus(0.03, 0.01, 64, 32), 0.0005);
@@ -315,7 +314,7 @@ TEST(DistanceField, ASheetHasTwoSidesAndNoInside) {
   EXPECT_FALSE(BuildField(plate, 0.001, {.sheet_half_thickness_m = -1.0}));
 }
 
-// Runs the bodies of a range backwards on as many threads as asked for.
+// Runs the bodies of a range backwards on `count` threads.
 class BackwardThreads final : public core::ParallelFor {
  public:
   explicit BackwardThreads(std::size_t count) : count_(count) {}
@@ -366,9 +365,9 @@ TEST(DistanceField, KeepsEqualBricksOnce) {
   EXPECT_GT(CountUsedPlaces(*field), 4 * bricks.size());
 }
 
-// What is told before is enough, and not absurdly much unless bricks are alike, from a part of a few bricks to one of
-// thousands.
-TEST(DistanceField, TellsItsMemoryBefore) {
+// The estimate is enough, and at most 2.5 times as much as needed unless bricks are alike, from a part of a few bricks
+// to one of thousands.
+TEST(DistanceField, EstimatesItsMemoryFromAbove) {
   struct Case {
     const char* name;
     TriangleMesh mesh;
@@ -404,13 +403,13 @@ TEST(DistanceField, RefusesMoreMemoryThanAllowed) {
 }
 
 TEST(DistanceField, ProgressRunsFromNothingToAll) {
-  std::vector<double> told;
+  std::vector<double> reported;
   ASSERT_TRUE(BuildField(MakeSphere(0.02, 32), 0.0005,
-                         {.progress = [&](std::string_view, double fraction) { told.push_back(fraction); }}));
-  ASSERT_GT(told.size(), 4U);
-  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-  EXPECT_EQ(told.front(), 0.0);
-  EXPECT_EQ(told.back(), 1.0);
+                         {.progress = [&](std::string_view, double fraction) { reported.push_back(fraction); }}));
+  ASSERT_GT(reported.size(), 4U);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  EXPECT_EQ(reported.front(), 0.0);
+  EXPECT_EQ(reported.back(), 1.0);
 }
 
 TEST(DistanceField, RefusesWhatCannotBeBuilt) {

@@ -18,14 +18,14 @@ namespace vps {
 // The distance is read from the whole word as one integer, so the gradient's bits are its fraction: the encoder takes
 // the distance code that makes the whole nearest. A gradient's z of -64, which no plane has, marks the other kinds:
 // bits 7-31 are all set in a coarse cell and are the index of its record of four planes (words as above) in a crease
-// cell. The last bit of the distance of the record's first two words tells how the planes combine: with u_k = side *
+// cell. The last bit of the distance of the record's first two words defines how the planes combine: with u_k = side *
 // plane_k,
 //   distance = side * max(A, B), A of u_0 and u_1, B of u_2 and u_3,
 // side = -1 if the first has it set; A and B are the smaller of their two if the second has it set, else the larger.
 enum class CellKind : std::uint32_t {
   kPlane = 0,
   kCrease = 1,
-  kCoarse = 2,  // farther than the band: ask the coarse grid
+  kCoarse = 2,  // farther than the band: the coarse grid holds it
 };
 constexpr std::uint32_t kOtherKind = 0x40;  // in bits 0-6
 constexpr std::uint32_t kCoarseWord = 0xffffff80U | kOtherKind;
@@ -58,8 +58,8 @@ inline std::uint32_t CreaseWord(std::size_t record) {
 inline std::uint32_t RecordOf(std::uint32_t crease_word) {
   return crease_word >> 7;
 }
-// The word with its last bit of the distance as wanted: 1/256 voxel up or down where it is not, as often the one as the
-// other by the gradient's last bits, so that a surface of many such words is not moved.
+// The word with the last bit of its distance set or cleared: where it has to change, by 1/256 voxel up or down. The
+// gradient's last bits decide which, equally often, so that a surface of many such words is not biased.
 inline std::uint32_t WithCombineBit(std::uint32_t word, bool is_set) {
   if (((word & kCombineBit) != 0) == is_set) return word;
   return ((word ^ word >> 7 ^ word >> 14) & 1U) != 0 ? word + kCombineBit : word - kCombineBit;

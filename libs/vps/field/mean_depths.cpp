@@ -5,7 +5,7 @@
 
 namespace vps {
 
-void TakeMeanDepths(DistanceField* field) {
+void ComputeMeanDepths(DistanceField* field) {
   const int shift = field->coarse_shift;
   const glm::ivec3 n(field->nx >> shift, field->ny >> shift, field->nz >> shift);
   const auto side = static_cast<float>(1 << shift);
@@ -23,7 +23,7 @@ void TakeMeanDepths(DistanceField* field) {
     for (const std::size_t step : steps) {
       const float before = at_centres[i - step].distance - d;
       const float after = at_centres[i + step].distance - d;
-      // No distance changes by more: a side that was taken wrongly.
+      // No distance changes by more than the step: larger differences come from a wrong sign.
       if (std::abs(before) <= side && std::abs(after) <= side) sum += before + after;
     }
     field->coarse[i].distance = std::min(d + sum / 24.0f, 0.0f);

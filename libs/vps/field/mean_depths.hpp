@@ -4,11 +4,13 @@
 
 namespace vps {
 
-// Of coarse cells inside the solid, takes the depth in the mean over the cell for that at its centre. Within a convex
-// part depth is the least of several distances, so away from the centre it is less than its tangent there: points
-// strewn over a deep contact would be told too deep (decision 13).
+// Replaces the distance at the centre of coarse cells inside the solid by its mean over the cell (decision 13),
 //
-// Lower bounds of the distance are not concerned: at such centres there is none above zero.
-void TakeMeanDepths(DistanceField* field);
+//   mean d = d + sum over axes of (second difference of the centres' distances) / 24   [voxels],
+//
+// derived in the .cpp. Within a convex part depth is the least of several distances and so less than its tangent
+// plane: points of a deep contact would get too much depth. Conservative bounds of the distance are not affected: at
+// centres inside none is above zero.
+void ComputeMeanDepths(DistanceField* field);
 
 }  // namespace vps

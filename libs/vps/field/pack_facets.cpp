@@ -16,10 +16,10 @@ struct Facet {
   const Corner& operator[](std::size_t k) const { return corners[k]; }
 };
 
-// A block's corners lie within 64 voxels of its middle; of a triangle no larger than this in every direction they do
-// whatever its block's middle.
+// Steps. A block's corners lie within 32,767 (64 voxels) of its middle; those of a triangle no larger than this along
+// each axis do, wherever in it the middle lies.
 constexpr int kLongest = 30000;
-// Triangles of a block: sixteen that hang together often have more than sixteen corners.
+// Triangles aimed at for a block: sixteen connected ones often have more than sixteen corners. Not derived.
 constexpr std::size_t kWanted = 14;
 constexpr double kSteps = 1.0 / static_cast<double>(kFacetStep);
 
@@ -160,6 +160,7 @@ glm::vec4 Around(const FacetSpheres& block) {
   return {middle, r};
 }
 
+// Covers the rounding of a radius computed in floats, some of 2^-24 = 6e-8 each, with a margin that is not derived.
 constexpr float kPad = 1.0f + 1e-5f;
 
 }  // namespace

@@ -7,13 +7,12 @@
 
 namespace vps {
 
-// What facets may take, in the field's other bytes: those of a sixth of a voxel and less take more, and are too many to
-// look at near a point (kMostFacetBlocks).
+// Largest memory of facets as a multiple of the rest of the field (decision 12, "at coarse voxels, too"). Facets of
+// less than a sixth of a voxel take more, and are too many near one point (kMostFacetBlocks).
 constexpr double kMostFacetsShare = 4.0;
 
-// Of a solid, triangles in voxels; nothing of a sheet.
-// Triangles that are longer than a block reaches are halved until they are not. Nothing if that takes more than
-// `most_bytes`.
+// Packs the triangles of a solid, in voxels. Triangles longer than a block reaches are halved until they fit. Empty for
+// a sheet, or if it takes more than `most_bytes`.
 Facets PackFacets(const TriangleField& triangles, std::size_t most_bytes);
 
 }  // namespace vps

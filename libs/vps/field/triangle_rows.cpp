@@ -20,10 +20,12 @@ using Numbers = std::uint32_t __attribute__((vector_size(kRow * sizeof(std::uint
 
 using Ints = std::int32_t __attribute__((vector_size(kRow * sizeof(std::int32_t))));
 
-// Nearer triangles' tangents are not told apart; farther ones' are right to the other, voxels.
+// Triangles nearer than kClose [voxels] to a cell's centre get no tangent bound: rounding may turn its direction. Of
+// farther ones it is lowered by kTangentRounding of the squared distance, at least by that. Not derived: ten times the
+// errors of RowTriangle.
 constexpr float kClose = 0.25f;
 constexpr float kTangentRounding = 0.01f;
-constexpr float kBoundRounding = 2e-3f;  // of distances to boxes and planes, beside those to the triangles in them
+constexpr float kBoundRounding = 2e-3f;  // of distances to boxes and planes: twice the error of RowTriangle
 
 // Bit i: lane i of the comparison holds.
 [[gnu::always_inline]] inline std::uint32_t BitsOf(const Ints& comparison) {
@@ -231,9 +233,10 @@ struct NearestRow {
   row->is_over_face = is_kept ? here.is_over_face : row->is_over_face;
 }
 
-// Whether by its tangent the triangle may be the nearest of a point, lane by lane: with w = way, the distance is at
-// least |w| + offset . w / |w|.
-[[gnu::always_inline]] inline void FindDoubt(const NearTriangle& t, const NearestRow& row, Ints* doubt) {
+// Whether the triangle may be the nearest of a point, lane by lane. The distance is convex, so it is at least its
+// tangent at the centre: with w from the triangle's nearest point to the centre,  d(centre + offset) >= |w| + offset .
+// w / |w|.
+[[gnu::always_inline]] inline void FindPossiblyNearer(const NearTriangle& t, const NearestRow& row, Ints* doubt) {
   Lanes tangent = ((row.x * t.way.x + row.y * t.way.y) + row.z * t.way.z) + t.tangent;  // times |w|
   tangent = tangent > 0.0f ? tangent : Lanes{};
   *doubt = tangent * tangent <= row.squared * t.squared;
@@ -255,7 +258,7 @@ VPS_WIDE_CLONES void FindNearest(std::span<const NearTriangle> near, const glm::
   for (std::uint32_t n = 0; n < near.size(); ++n) {
     if (n == first) continue;
     Ints doubt[kNearRows];
-    for (int i = 0; i < kNearRows; ++i) FindDoubt(near[n], rows[i], &doubt[i]);
+    for (int i = 0; i < kNearRows; ++i) FindPossiblyNearer(near[n], rows[i], &doubt[i]);
     if (BitsOf(doubt[0] | doubt[1] | doubt[2]) == 0) continue;
     for (int i = 0; i < kNearRows; ++i) {
       if (BitsOf(doubt[i]) != 0) KeepNearerOf(*near[n].rows, n, centre, &rows[i]);

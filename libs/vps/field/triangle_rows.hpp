@@ -48,11 +48,11 @@ struct NearTriangle {
   std::uint32_t number = 0;
   const RowTriangle* rows = nullptr;
   float squared = 0.0f;  // distance from the centre
-  float tangent = 0.0f;  // a bit less than that; of the closest triangles 0, as is the way: rounding may turn it
+  float tangent = 0.0f;  // the same, lowered for rounding; 0 of triangles too close for a tangent bound, whose way is 0
   glm::vec3 way{0.0f};   // to the centre from the triangle's nearest point
 };
 
-// Of some triangles, boxes and planes side by side.
+// Boxes and planes of some triangles, eight side by side.
 class TriangleBounds {
  public:
   explicit TriangleBounds(std::span<const RowTriangle> triangles);
@@ -70,8 +70,8 @@ class TriangleBounds {
   std::vector<Group> groups_;
 };
 
-// Of the samples (0 ... 7, y, z) of a brick, of each with reach[x] not negative: the triangles within it, in their
-// order. `bounds`: of the triangles; `numbers`: what they are called.
+// For each sample (x, y, z), x = 0 ... 7, of a brick with reach[x] >= 0: the triangles within reach[x], in their order.
+// `bounds`: of the triangles; `numbers`: their indices in the mesh.
 void FindNear(std::span<const RowTriangle> triangles, const TriangleBounds& bounds,
               std::span<const std::uint32_t> numbers, int y, int z, const float* reach,
               std::array<std::vector<NearTriangle>, kRow>* near);
@@ -96,7 +96,7 @@ struct NearestSamples {
   std::uint32_t triangle[512];
 };
 
-// Takes the triangle into account: where it is nearer than what was, its number is kept.
+// Keeps the triangle's number where it is nearer than the nearest so far.
 void AddTriangle(const RowTriangle& triangle, std::uint32_t number, float reach, NearestSamples* samples);
 
 }  // namespace vps

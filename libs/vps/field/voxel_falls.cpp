@@ -99,7 +99,7 @@ const std::array<Neighbour, 27> kNeighbours = MakeNeighbours();
   *fall = known > *fall ? known : *fall;
 }
 
-// What FindVoxelFalls tells of a coarse cell of `side` voxels whose planes have more than one gradient.
+// The close bound of a coarse cell of `side` voxels whose planes have more than one gradient.
 VPS_WIDE_CLONES float LargestFall(const DistanceField& field, int side, Voxels* voxels) {
   Decode(voxels);
   float largest = -1.0f;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::max();
 
-// Parts a range into as few pieces of `unit` as there are, each of them near itself; the last may be smaller.
+// Splits a range into compact pieces of `unit` items; the last may be smaller.
 template <class Item, class Visit>
 void Part(std::span<Item> items, std::size_t unit, const Visit& visit) {
   const std::size_t num_units = (items.size() + unit - 1) / unit;

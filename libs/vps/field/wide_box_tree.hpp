@@ -32,8 +32,8 @@ FloatBox RoundedOutwards(const glm::dvec3& lower, const glm::dvec3& upper);
 // is less than `limit`. `slack`: how much the point's own rounding may have moved it.
 std::uint32_t FindNearer(const WideBoxNode& node, const glm::vec3& p, float slack, float limit, float* squared);
 
-// A tree of boxes with one item in each leaf, every node but those on the left rim full: what is near a point is found
-// with few tests of whole items. Fewer than 2^31 items.
+// A tree of boxes with one item in each leaf, eight children to a node, all nodes full but those on the left rim. Fewer
+// than 2^31 items.
 class WideBoxTree {
  public:
   WideBoxTree() = default;

@@ -11,10 +11,12 @@ namespace vps {
 namespace {
 
 constexpr std::size_t kNumBins = kNumDirectionBins;
-constexpr std::size_t kNumExtremes = 4;
+constexpr std::size_t kNumExtremes = 4;  // along +u, +v, -u, -v, which holds a flat face at its corners
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-// Planes that are still apart keep this share of a penetrating one's stiffness.
+// Least stiffness of a plane that is still apart, as a share of a penetrating one's; the share rises linearly to 1 over
+// the last quarter of the band. Not derived: more takes stiffness from the planes in contact, less makes a new contact
+// softer in its first cycle.
 constexpr float kLeastShare = 0.05f;
 
 struct Bin {

@@ -23,7 +23,8 @@ using ContactPlanes = core::FixedVector<core::ContactPlane, core::kMaxContactPla
 // contacts that lie farthest out in four directions of its tangent plane and within `band_m` of the deepest, so that a
 // face cannot rock. All planes of a bin have the mean normal of its contacts, weighted by how near they are to the
 // deepest: a single normal carries the rounding of the layers. Together they have `stiffness_N_per_m`, those that
-// penetrate an equal share each, those still apart the less the farther they are.
+// penetrate an equal share each, those still apart less with distance. Positions in S's mesh frame, normals and the
+// planes' points in G's, metres.
 // Bins with the deepest contacts come first; when planes run out, shallower bins lose their outer contacts, never their
 // deepest, and the shallowest bins are left out. Ids are bin and slot, so they are the same from cycle to cycle as long
 // as the direction stays in contact. `planes` holds the result of the last cycle on entry: its contacts keep their

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxPlanes = core::kMaxContactPlanes;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr float kLeastShare = 0.05f;  // of the stiffness, of a guard far away
+constexpr float kLeastShare = 0.05f;  // of the stiffness, of a guard far away: as ReduceContacts
 
 // Slots of a bin's planes: id = 16 bin + slot.
 constexpr std::uint32_t kSlots = 16;
@@ -97,7 +97,8 @@ struct Bin {
     const float sum = glm::dot(whole.place, tangent);
     return square - sum * sum / whole.volume;
   }
-  // Wider than an even patch of `width_m` would be.
+  // Along each tangent: whether the load is wider than a uniform one of width w = `width_m`, whose variance is w^2
+  // / 12. A bin that was cut stays cut down to 0.7 w (not derived), so that planes do not come and go.
   void Cut(float width_m) {
     const auto is_wide = [&](const glm::vec3& tangent, float square, bool was_cut) {
       const float limit = width_m * (was_cut ? 0.7f : 1.0f);
@@ -140,8 +141,9 @@ struct Carrier {
   double depth_m = 0.0;
 };
 
-// Of a gathering: its force along the unit n, at the place on the axis next to the middle, p = c + f x (m - c x f) /
-// f^2; the middle itself where forces cancel and the axis lies far away.
+// The carrier of a group with force F [m^3], moment M [m^4] and load centre c [m]: its force f = (n . F) n along the
+// unit n, at the point of the force's axis nearest to c, p = c + f x (M - c x F) / f^2; at c itself where forces nearly
+// cancel and the axis lies farther away than reach_m. Depth d = (integral of depth^2) / (integral of depth).
 Carrier Gather(std::uint32_t id, const Sums& sums, const glm::vec3& first_p_S, const glm::dvec3& n, double reach_m) {
   const glm::dvec3 force(sums.force);
   const double volume = sums.volume;
@@ -153,7 +155,8 @@ Carrier Gather(std::uint32_t id, const Sums& sums, const glm::vec3& first_p_S, c
   return carrier;
 }
 
-// Changes the forces by little so that they add up to the load.
+// Distributes what the carriers lack of the load, force l and moment m about their mean place, as derived in the
+// header: df_i = w_i (l + a x r_i),  w_i = |f_i| / sum |f|,  [sum w (r^2 I - r r^T)] a = m.
 void Balance(const ContactLoad& load, std::span<Carrier> carriers) {
   double total = 0.0;
   for (const Carrier& c : carriers) total += glm::length(c.force);
@@ -174,7 +177,8 @@ void Balance(const ContactLoad& load, std::span<Carrier> carriers) {
   const double size = inertia[0][0] + inertia[1][1] + inertia[2][2];
   glm::dvec3 turn(0.0);
   if (size > 0.0) turn = glm::inverse(inertia + 1e-6 * size * glm::dmat3(1.0)) * moment;
-  // By at most a quarter of the forces: a moment that places so close together cannot carry is left.
+  // |a x r_i| is limited to a quarter of the mean force (not derived): the rest of a moment that places so close
+  // together cannot carry is dropped. 1e-6 of the trace keeps the inertia of places in one line invertible.
   double most = 0.0;
   for (const Carrier& c : carriers) most = std::max(most, glm::length(glm::cross(turn, c.place - mean)) / total);
   if (most > 0.25) turn *= 0.25 / most;
@@ -300,7 +304,7 @@ void ReducePatches(std::span<const ContactPatch> patches, const core::Pose& X_GS
       carriers[num_carriers++] = Gather(bin.direction * kSlots + quarter, sums, bin.first_p_S, n, reach_m);
     }
   }
-  // Patches may stand for others that were left out.
+  // Patches may represent others that were left out: scaled to the whole load.
   for (std::size_t c = 0; c < num_carriers; ++c) carriers[c].force *= load.volume_m3 / total_volume;
   Balance(load, {carriers.data(), num_carriers});
   for (std::size_t c = 0; c < num_carriers; ++c) {

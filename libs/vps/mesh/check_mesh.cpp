@@ -14,9 +14,11 @@
 namespace vps {
 namespace {
 
-// A triangle whose height is below this share of its longest edge has no area to speak of.
+// A triangle lower than this share of its longest edge counts as one without area. Not derived: between the rounding of
+// double (2e-16) and that of files with floats (6e-8).
 constexpr double kNoHeight = 1e-12;
-// A volume below this times area^1.5 is none (a ball has 0.094, a plate of 1:1000 has 2e-4).
+// A surface with |volume| below this times area^1.5 encloses no volume. Not derived: a ball has 0.094, a square plate
+// of 1:1000 has 3.5e-4.
 constexpr double kNoVolume = 1e-7;
 
 bool HasArea(const TriangleMesh& mesh, std::size_t triangle) {
@@ -212,7 +214,9 @@ void AddLid(const std::vector<std::uint32_t>& loop, const Lid& lid, TriangleMesh
   }
 }
 
-// A ring-shaped face is missing between two loops in one plane: lids would close what the inner one leaves open.
+// A ring-shaped face is missing between two loops in one plane: lids would close what the inner one leaves open. Loops
+// are such a pair when their middles are nearer than 0.3 sqrt(outer area) and their area normals more than 120 degrees
+// apart; neither limit is derived (test CheckMesh.RefusesAMissingRing).
 const Lid* FindNested(const std::vector<Lid>& lids) {
   for (const Lid& outer : lids) {
     for (const Lid& inner : lids) {
@@ -227,7 +231,7 @@ const Lid* FindNested(const std::vector<Lid>& lids) {
 }
 
 constexpr const char* kSheetFix =
-    "; close the mesh, or, if the part is a thin sheet, say so by its thickness (sheet_thickness_m)";
+    "; close the mesh, or, if the part is a thin sheet, give its thickness (sheet_thickness_m)";
 
 // First triangle of the file at each loop.
 void NameTriangles(const Work& work, const std::vector<std::vector<std::uint32_t>>& loops, std::vector<Lid>* lids) {
@@ -286,7 +290,7 @@ double VolumeOf(const TriangleMesh& mesh, const Box& box) {
 void FindCrossingPlaces(Work* work, std::size_t num_own, MeshReport* report) {
   const auto crossings = FindCrossings(work->mesh, MeshReport::kMaxCrossings);
   report->num_crossings = crossings.size();
-  // Places apart from each other say more than eight neighbours.
+  // Reported places are at least 2 % of the box's diagonal apart (not derived): eight neighbours would be one place.
   const double apart_m = 0.02 * glm::length(report->box.upper - report->box.lower);
   for (const Crossing& crossing : crossings) {
     const bool is_near = std::any_of(report->crossings.begin(), report->crossings.end(), [&](const MeshPlace& place) {
@@ -313,7 +317,7 @@ bool IsSimpleSolid(const TriangleMesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (!HasArea(mesh, i)) return false;
   }
-  return !mesh.triangles.empty() && !IsTangled(mesh);
+  return !mesh.triangles.empty() && !HasSelfIntersection(mesh);
 }
 
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet) {

@@ -62,20 +62,22 @@ struct CheckedMesh {
   MeshReport report;
 };
 
-// Border corners nearer to each other than this share of the box's diagonal are one.
+// Border corners nearer to each other than this share of the box's diagonal are merged. Not derived: 17 roundings of a
+// float (2^-24), which corners of one place written separately can differ by.
 constexpr double kWeldRatio = 1e-6;
-// Holes whose lids add less than this share of the surface are closed; a surface with larger ones is open.
+// Holes whose lids add less than this share of the surface are closed; a surface with larger ones is refused as open.
+// Not derived: larger would invent surface, smaller refuses scans with gaps.
 constexpr double kLargestHoles = 0.1;
 
 // Welds, drops what has no area, turns triangles so that solids face outwards, and closes small holes by lids (a fan
 // from the hole's middle), so that what comes back bounds a volume. `is_sheet`: the mesh is a sheet with two sides; its
-// holes stay. Self-intersections are found and left: the winding number tells inside from outside there. Errors, with
+// holes stay. Self-intersections are reported and kept: there the winding number determines the inside. Errors, with
 // places: no triangle, none with an area, a corner that is not finite, an index out of range, a surface too open to be
 // a solid or with a ring-shaped face missing, one that encloses no volume.
 core::Result<CheckedMesh> CheckMesh(const TriangleMesh& mesh, bool is_sheet = false);
 
-// Closed, every edge with two triangles that agree, none without area, none through or upon another: the normals tell
-// inside from outside everywhere.
+// Closed, every edge with two consistently oriented triangles, none without area, none that intersects or lies on
+// another: the normals determine inside and outside everywhere.
 bool IsSimpleSolid(const TriangleMesh& mesh);
 
 // The same as CheckMesh from a file (LoadTriangles); errors begin with its name.

@@ -330,7 +330,7 @@ TEST(CheckMesh, NamesWhereSolidsPassThroughEachOther) {
   EXPECT_NEAR(winding.At({-0.4, 0, 0}), 1.0, 0.05);
 }
 
-TEST(FindCrossings, AgreesWithTryingEveryPairOnBallsAndStopsAtItsBound) {
+TEST(FindCrossings, FindsTheCircleWhereTwoBallsMeetAndStopsAtItsBound) {
   EXPECT_TRUE(FindCrossings(MakeSphere(1, 48), 1000).empty());
   const auto two = Joined(MakeSphere(1, 48), Moved(MakeSphere(1, 48), {0.77, 0.13, 0.31}));
   const auto crossings = FindCrossings(two, 100000);
@@ -343,31 +343,31 @@ TEST(FindCrossings, AgreesWithTryingEveryPairOnBallsAndStopsAtItsBound) {
   EXPECT_EQ(FindCrossings(two, 10).size(), 10U);
 }
 
-TEST(FindTangled, NamesWhatPassesThroughOrLiesUponAnother) {
+TEST(FindIntersectingTriangles, MarksCrossingsAndCoplanarOverlaps) {
   const TriangleMesh plate = MakeBox({1, 1, 0.2});
-  EXPECT_FALSE(IsTangled(plate));
-  EXPECT_FALSE(IsTangled(MakeTorus(0.1, 0.03, 48, 24)));
+  EXPECT_FALSE(HasSelfIntersection(plate));
+  EXPECT_FALSE(HasSelfIntersection(MakeTorus(0.1, 0.03, 48, 24)));
   // Beside each other in one plane, with a gap, and touching along an edge.
-  EXPECT_FALSE(IsTangled(Joined(plate, Moved(plate, {1.5, 0, 0}))));
-  EXPECT_FALSE(IsTangled(Joined(plate, Moved(plate, {1.0, 1.0, 0}))));
+  EXPECT_FALSE(HasSelfIntersection(Joined(plate, Moved(plate, {1.5, 0, 0}))));
+  EXPECT_FALSE(HasSelfIntersection(Joined(plate, Moved(plate, {1.0, 1.0, 0}))));
   // A small block upon it: its two lower triangles, and those of the plate's face that they cover.
   const auto standing = Joined(plate, Moved(MakeBox({0.1, 0.1, 0.5}), {0.3, -0.2, 0.35}));
-  EXPECT_TRUE(IsTangled(standing));
+  EXPECT_TRUE(HasSelfIntersection(standing));
   EXPECT_TRUE(FindCrossings(standing, 10).empty());
-  const auto is_tangled = FindTangled(standing);
+  const auto is_intersecting = FindIntersectingTriangles(standing);
   for (std::uint32_t t = 0; t < standing.triangles.size(); ++t) {
     const auto corners = standing.corners(t);
     const bool is_in_the_plane =
         std::all_of(corners.begin(), corners.end(), [](const glm::dvec3& p) { return std::abs(p.z - 0.1) < 1e-12; });
     const bool is_of_the_block = t >= plate.triangles.size();
     if (!is_in_the_plane || is_of_the_block) {
-      EXPECT_EQ(is_tangled[t] != 0, is_in_the_plane) << t;
+      EXPECT_EQ(is_intersecting[t] != 0, is_in_the_plane) << t;
     }
   }
-  EXPECT_EQ(std::count(is_tangled.begin(), is_tangled.end(), 1), 3);  // the face's other half is free
+  EXPECT_EQ(std::count(is_intersecting.begin(), is_intersecting.end(), 1), 3);  // the face's other half is free
 }
 
-TEST(WindingNumber, TellsInsideFromOutsideEverywhere) {
+TEST(WindingNumber, IsOneInsideAndZeroOutside) {
   const auto mesh = MakeTorus(0.1, 0.03, 96, 48);
   const WindingNumber winding(mesh);
   std::mt19937_64 engine(5);

@@ -25,7 +25,7 @@ bool IsFinite(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
 }
 
-bool NamesNoNumber(std::string_view word) {
+bool IsNonFinite(std::string_view word) {
   if (!word.empty() && (word.front() == '-' || word.front() == '+')) word.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -33,7 +33,7 @@ bool NamesNoNumber(std::string_view word) {
 }
 
 // "v x y z" of OBJ and "vertex x y z" of STL must hold three numbers; OFF and PLY have bare numbers in their lines.
-bool IsGood(std::string_view line) {
+bool IsValidLine(std::string_view line) {
   const std::string_view first = NextWord(&line);
   if (first == "v" || first == "vertex") {
     for (int k = 0; k < 3; ++k) {
@@ -41,10 +41,10 @@ bool IsGood(std::string_view line) {
     }
     return true;
   }
-  if (NamesNoNumber(first)) return false;
+  if (IsNonFinite(first)) return false;
   if (!IsFinite(first)) return true;  // a keyword, a comment
   for (std::string_view word = NextWord(&line); !word.empty(); word = NextWord(&line)) {
-    if (NamesNoNumber(word)) return false;
+    if (IsNonFinite(word)) return false;
   }
   return true;
 }
@@ -56,7 +56,7 @@ core::Result<void> CheckTextNumbers(const std::filesystem::path& file) {
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     if (line.find('\0') != std::string::npos || line.find("format binary") == 0) return {};
-    if (IsGood(line)) continue;
+    if (IsValidLine(line)) continue;
     return core::Fail(core::ErrorCode::kInvalidInput, file.string() + ":" + std::to_string(number) +
                                                           ": a corner is not a finite number ('" + line.substr(0, 60) +
                                                           "'); export the mesh again");

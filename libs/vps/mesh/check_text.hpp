@@ -6,8 +6,8 @@
 
 namespace vps {
 
-// Corners that are no finite numbers in an OBJ, OFF, STL or PLY file that is text, by line: readers skip such a corner
-// without a word, and every face after it names another one. Binary files pass.
+// Refuses corners that are not finite numbers in a text OBJ, OFF, STL or PLY file. The error names the line. Readers
+// skip such a corner silently, so that every later face refers to the wrong corner. Binary files pass.
 core::Result<void> CheckTextNumbers(const std::filesystem::path& file);
 
 }  // namespace vps

@@ -17,7 +17,7 @@ std::string Text(const char* format, ...) {
 }
 
 std::string Places(const std::vector<MeshPlace>& places, std::size_t num_all) {
-  constexpr std::size_t kShown = 3;
+  constexpr std::size_t kShown = 3;  // fits a line of a terminal
   std::string text;
   for (std::size_t i = 0; i < places.size() && i < kShown; ++i) text += (i == 0 ? "" : "; ") + Describe(places[i]);
   return num_all > kShown ? text + "; ..." : text;
@@ -33,7 +33,7 @@ std::string Describe(const MeshPlace& place) {
 
 std::vector<std::string> DescribeDefects(const MeshReport& r) {
   std::vector<std::string> lines;
-  if (r.num_zero_area > 0) lines.push_back(Text("%zu triangles without area count for nothing", r.num_zero_area));
+  if (r.num_zero_area > 0) lines.push_back(Text("%zu triangles without area ignored", r.num_zero_area));
   if (r.num_doubled > 0) lines.push_back(Text("%zu doubled triangles dropped", r.num_doubled));
   if (r.num_welded_near > 0) {
     lines.push_back(
@@ -47,8 +47,9 @@ std::vector<std::string> DescribeDefects(const MeshReport& r) {
                     Places(r.turned, r.num_triangles_turned));
   }
   if (r.num_conflicts > 0) {
-    lines.push_back(Text("%zu triangles cannot agree with all neighbours on a side: at ", r.num_conflicts) +
-                    Places(r.conflicts, r.num_conflicts));
+    lines.push_back(
+        Text("%zu triangles cannot be oriented consistently with all their neighbours: at ", r.num_conflicts) +
+        Places(r.conflicts, r.num_conflicts));
   }
   if (r.num_many_sided_edges > 0) {
     lines.push_back(Text("%zu edges have more than two triangles: at ", r.num_many_sided_edges) +

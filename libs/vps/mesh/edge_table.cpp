@@ -45,8 +45,8 @@ std::vector<std::vector<std::uint32_t>> BoundaryLoops(const TriangleMesh& mesh) 
   }
   std::sort(steps.begin(), steps.end(),
             [](const Step& a, const Step& b) { return a.from != b.from ? a.from < b.from : a.to < b.to; });
-  // Every vertex is left as often as it is entered, so that a walk ends where it began; where it comes by a vertex a
-  // second time, the loop between is cut out.
+  // Every vertex has as many outgoing as incoming steps, so that a walk ends where it began; where it meets a vertex
+  // for the second time, the loop between is cut out.
   std::vector<std::vector<std::uint32_t>> loops;
   std::vector<std::int64_t> place(mesh.vertices.size(), -1);  // in the walk
   for (Step& first : steps) {

@@ -23,7 +23,7 @@ std::size_t EndOfEdge(const std::vector<EdgeUse>& edges, std::size_t begin);
 
 // The boundary of the surface as closed loops of vertices. Where n triangles pass an edge one way and m the other, it
 // counts n - m times; this boundary of the sum of all triangles has no boundary itself, so that loops always close,
-// however badly the triangles hang together. Loops run as the triangles do: surface on the left seen from outside.
+// however badly the triangles are connected. Loops run as the triangles do: surface on the left seen from outside.
 std::vector<std::vector<std::uint32_t>> BoundaryLoops(const TriangleMesh& mesh);
 
 }  // namespace vps

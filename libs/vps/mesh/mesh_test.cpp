@@ -30,8 +30,8 @@ TEST(LoadMesh, ReadsObjAndScalesIt) {
   EXPECT_EQ(CountOpenEdges(*mesh), 0U);
 }
 
-// OpenMesh keeps the folder of the file that it reads in what all files of a format share.
-TEST(LoadMesh, ReadsSideBySide) {
+// OpenMesh keeps the folder of the file that it reads in a reader that all files of one format share.
+TEST(LoadMesh, ReadsOnFourThreadsAtOnce) {
   constexpr int kTimes = 2000;
   std::filesystem::create_directories(std::filesystem::path(testing::TempDir()) / "vps_folder_with_a_name_on_the_heap");
   const std::filesystem::path file = Write("folder_with_a_name_on_the_heap/tetra.obj", kTetrahedronObj);
@@ -110,8 +110,8 @@ TEST(LoadMesh, NamesFileAndCause) {
   EXPECT_FALSE(LoadMesh(Write("far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")).has_value());
 }
 
-TEST(LoadMesh, NamesTheLineOfACornerThatIsNoNumber) {
-  // Readers of these formats skip such a corner without a word and shift all that follow.
+TEST(LoadMesh, NamesTheLineOfANonFiniteCorner) {
+  // Readers of these formats skip such a corner silently and shift all that follow.
   const std::pair<const char*, const char*> files[] = {
       {"nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 0 0 1\nv 5 5 5\nf 1 2 3\n"},
       {"word.obj", "v 0 0 0\nv 1,5 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n"},

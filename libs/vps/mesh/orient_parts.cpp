@@ -11,9 +11,10 @@
 namespace vps {
 namespace {
 
-// Parts are looked for inside each other up to this many parts; in a larger heap every part stands alone.
+// Nesting is resolved for meshes of at most so many parts; in larger ones every part counts as outermost. Not derived:
+// bounds the time, which grows with the square of the number of parts.
 constexpr std::size_t kMaxNestedParts = 256;
-// A volume smaller than this times area^1.5 has no sign to trust (a ball has 0.094).
+// The sign of a volume smaller than this times area^1.5 is not trusted (a ball has 0.094). Not derived.
 constexpr double kFlatness = 1e-4;
 
 struct Part {

@@ -40,7 +40,7 @@ core::Result<void> CheckSameUnit(const std::string& name_A, const Box& A, const 
                         Meters(std::max(size_A, size_B)) + ", that of " + (is_A_large ? name_B : name_A) + " is " +
                         Meters(std::min(size_A, size_B)) +
                         ": is one of them in millimetres? Export both in metres; --scale 0.001 reads both as "
-                        "millimetres, --scale 1 vouches for these sizes");
+                        "millimetres, --scale 1 accepts these sizes");
 }
 
 }  // namespace vps

@@ -7,13 +7,13 @@
 
 namespace vps {
 
-// Longest side of the box around a part that a hand can have to do with. A mesh outside was most likely drawn in
-// another unit.
+// Range of a part's longest side; a mesh outside it was most likely drawn in another unit. Half the smallest and twice
+// the largest part of PartSize.TakesAMillimetreAndTenMetres: not derived otherwise.
 constexpr double kSmallestPart_m = 0.0005;
 constexpr double kLargestPart_m = 20.0;
 
-// Two parts that meet each other differ in size by less than this: a part in millimetres read as metres is 1000 times
-// too large.
+// Two parts of a pair differ in size by less than this: a part in millimetres read as metres is 1000 times too large.
+// Not derived: the margin below 1000 is for parts that differ by themselves.
 constexpr double kLargestSizeRatio = 300.0;
 
 double LongestSide_m(const Box& box);

@@ -8,9 +8,10 @@
 namespace vps {
 namespace {
 
-// Relative to the triangles' own size: what is nearer than this only touches.
+// Relative to the triangles' size: an edge that passes a plane by less only touches. Not derived: two roundings of a
+// float.
 constexpr double kTouch = 1e-7;
-// Likewise, of what lies in one plane: files hold few digits.
+// Likewise for coplanarity (angle, and distance over size). Not derived: coarser, since text files hold few digits.
 constexpr double kInPlane = 1e-5;
 
 // Where the open segment p q pierces the inside of the triangle.
@@ -104,7 +105,7 @@ void ForNearPairs(const TriangleMesh& mesh, Visit&& visit) {
   }
 }
 
-bool AreTangled(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
+bool Intersect(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
   if (LieOnEachOther(mesh.corners(a), mesh.corners(b))) return true;
   return SharedVertices(mesh.triangles[a], mesh.triangles[b]) < 2 && Cross(mesh, a, b).has_value();
 }
@@ -122,19 +123,20 @@ std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_cr
   return crossings;
 }
 
-std::vector<std::uint8_t> FindTangled(const TriangleMesh& mesh) {
-  std::vector<std::uint8_t> is_tangled(mesh.triangles.size());
+std::vector<std::uint8_t> FindIntersectingTriangles(const TriangleMesh& mesh) {
+  std::vector<std::uint8_t> is_intersecting(mesh.triangles.size());
   ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) {
-    if ((is_tangled[a] & is_tangled[b]) == 0 && AreTangled(mesh, a, b)) is_tangled[a] = is_tangled[b] = 1;
+    if ((is_intersecting[a] & is_intersecting[b]) == 0 && Intersect(mesh, a, b))
+      is_intersecting[a] = is_intersecting[b] = 1;
     return true;
   });
-  return is_tangled;
+  return is_intersecting;
 }
 
-bool IsTangled(const TriangleMesh& mesh) {
-  bool is_tangled = false;
-  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) { return !(is_tangled = AreTangled(mesh, a, b)); });
-  return is_tangled;
+bool HasSelfIntersection(const TriangleMesh& mesh) {
+  bool is_intersecting = false;
+  ForNearPairs(mesh, [&](std::uint32_t a, std::uint32_t b) { return !(is_intersecting = Intersect(mesh, a, b)); });
+  return is_intersecting;
 }
 
 }  // namespace vps

@@ -18,9 +18,9 @@ struct Crossing {
 // `max_crossings`.
 std::vector<Crossing> FindCrossings(const TriangleMesh& mesh, std::size_t max_crossings);
 
-// Of each triangle: 1 where it passes through another one, or lies upon one: in one plane with it, over some area, as
-// where a part of an assembly stands on another. Its normal does not tell inside from outside there.
-std::vector<std::uint8_t> FindTangled(const TriangleMesh& mesh);
-bool IsTangled(const TriangleMesh& mesh);  // whether any is
+// Of each triangle: 1 where it crosses another one or overlaps one in its plane, as where a part of an assembly stands
+// on another. Its normal does not determine inside and outside there.
+std::vector<std::uint8_t> FindIntersectingTriangles(const TriangleMesh& mesh);
+bool HasSelfIntersection(const TriangleMesh& mesh);  // whether any is
 
 }  // namespace vps

@@ -7,10 +7,10 @@
 
 namespace vps {
 
-// Mends a surface whose pieces meet in space but not in its lists. `origin[i]`, the number that triangle i has for
-// people, goes along. Both return how many corners took part.
+// Repairs of a surface whose pieces coincide in space without sharing vertices. `origin[i]`, the number of triangle i
+// in its file, is kept up to date. Both return the number of corners merged or inserted.
 
-// Puts corners of the border (of edges with one triangle) together that are no farther apart than `reach_m`.
+// Merges corners of the border (of edges with one triangle) that are at most `reach_m` apart.
 std::size_t WeldBorder(double reach_m, TriangleMesh* mesh, std::vector<std::uint32_t>* origin);
 
 // Splits triangles at border corners that lie on their border edges: where one piece has a long edge and its neighbour

@@ -62,7 +62,7 @@ TEST(ThickenSheet, StaysHalfAThicknessAroundACurvedSheet) {
   }
 }
 
-TEST(ThickenSheet, ClosesWhatNoOrientationMakesAgree) {
+TEST(ThickenSheet, ClosesSheetsThatCannotBeOriented) {
   // Three wings on one edge.
   TriangleMesh wings{{{0, 0, 0}, {0, 1, 0}, {1, 0.5, 0}, {-1, 0.5, 0.5}, {-1, 0.5, -0.5}},
                      {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}}};

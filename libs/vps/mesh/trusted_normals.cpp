@@ -9,8 +9,8 @@
 namespace vps {
 namespace {
 
-constexpr double kStep = 1e-6;       // off the surface, of the box's diagonal
-constexpr double kTolerance = 0.25;  // of a winding number
+constexpr double kStep = 1e-6;       // off the surface, of the box's diagonal; as kWeldRatio
+constexpr double kTolerance = 0.25;  // of a winding number; five times the error of its dipoles, half way to 0.5
 
 bool IsOnBorder(const TriangleMesh& mesh, const WindingNumber& winding, std::size_t triangle, double step_m) {
   const auto [a, b, c] = mesh.corners(triangle);
@@ -28,8 +28,8 @@ std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const Win
   const double step_m = kStep * glm::length(box.upper - box.lower);
   std::vector<std::uint8_t> is_good(mesh.triangles.size());
   for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0;
-  const std::vector<std::uint8_t> is_tangled = FindTangled(mesh);
-  for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] &= 1 - is_tangled[t];
+  const std::vector<std::uint8_t> is_intersecting = FindIntersectingTriangles(mesh);
+  for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] &= 1 - is_intersecting[t];
   const std::vector<EdgeUse> edges = SortedEdges(mesh);
   for (std::size_t i = 0; i < edges.size();) {
     const std::size_t end = EndOfEdge(edges, i);

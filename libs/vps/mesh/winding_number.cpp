@@ -8,7 +8,9 @@
 namespace vps {
 namespace {
 
-constexpr double kFarRatio = 2.5;  // distance over radius from which a group is a dipole
+// Distance over radius from which a group of triangles is approximated by a dipole. Not derived: keeps the error of the
+// sum below 0.05 (test WindingNumber.IsOneInsideAndZeroOutside, 20 000 points).
+constexpr double kFarRatio = 2.5;
 
 }  // namespace
 

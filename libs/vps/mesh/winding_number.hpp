@@ -6,9 +6,13 @@
 
 namespace vps {
 
-// How many times a surface winds around a point [Jacobson et al. 2013]: 1 inside a closed outward mesh, 0 outside, 2
-// where two solids of one mesh overlap; between these near holes. Far groups of triangles count as one dipole [Barill
-// et al. 2018], which moves the sum by less than 0.05: enough to tell inside from outside.
+// How many times a surface winds around a point p [Jacobson et al. 2013]: 1 inside a closed outward mesh, 0 outside, 2
+// where two solids of one mesh overlap; between these near holes.
+//
+//   w(p) = sum over triangles of solid angle / 4 pi,   of a far group  r . m / (4 pi |r|^3)
+//
+// with m the group's sum of area times normal [m^2] and r [m] from p to its centroid: one dipole [Barill et al. 2018].
+// That moves the sum by less than 0.05, so that 0.5 separates inside from outside.
 class WindingNumber {
  public:
   explicit WindingNumber(const TriangleMesh& mesh);
@@ -20,14 +24,15 @@ class WindingNumber {
   struct Dipole {
     glm::dvec3 centre{0.0};     // mean of the triangles' centroids, weighted by area
     glm::dvec3 moment_m2{0.0};  // sum of area times normal
-    double reach = 0.0;         // beyond this distance from the centre the dipole stands for the triangles
+    double reach = 0.0;         // beyond this distance from the centre the dipole replaces the triangles
   };
   std::vector<std::array<glm::dvec3, 3>> triangles_;  // in the tree's order
   BoxTree tree_;
   std::vector<Dipole> dipoles_;  // one for each node
 };
 
-// Signed solid angle of a triangle seen from p over 4 pi [Van Oosterom and Strackee 1983].
+// Signed solid angle W of a triangle a, b, c (relative to p) over 4 pi [Van Oosterom and Strackee 1983]:
+//   tan(W / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|).
 double WindingOfTriangle(const std::array<glm::dvec3, 3>& triangle, const glm::dvec3& p);
 
 }  // namespace vps

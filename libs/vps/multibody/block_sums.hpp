@@ -25,7 +25,8 @@ inline float SumOfLanes(const F4& lanes) {
   return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
 }
 
-// The penalty integral over the points of a block, depths in voxels.
+// The penalty integral over the points of a block (depths d in voxels, areas A as quadrature weights, positive parts):
+//   volume = sum A d,  square = sum A d^2,  force = sum A d n,  moment = sum p x A d n.
 inline void SetSums(const PointBlock& block, const float* depths, float voxel_m, ContactPatch* patch) {
   F4 force[3] = {};
   F4 moment[3] = {};
@@ -61,7 +62,7 @@ inline std::uint32_t FindDeepest(const float* depths) {
     at = d > deepest ? lanes : at;
     deepest = d > deepest ? d : deepest;
   }
-  // Without branches, which would be guessed.
+  // Without branches: they would be mispredicted.
   const auto take = [&](const F4& other, const I4& other_at) {
     at = other > deepest ? other_at : at;
     deepest = other > deepest ? other : deepest;

@@ -15,9 +15,9 @@
 namespace vps {
 namespace {
 
-// At most this many pairs are tested at the same time; their memory is sized for the largest object.
+// Pairs tested at the same time; the memory of each is sized for the largest object. Not derived: bounds memory.
 constexpr std::size_t kMaxPairsAtOnce = 32;
-// At most this many pairs are remembered from cycle to cycle; the others' walks start anew, with the same sums.
+// Pairs with a memory from cycle to cycle (32 KB each); other walks start anew, with the same sums. Not derived.
 constexpr std::size_t kMaxRemembered = 64;
 
 struct PairEntry {
@@ -233,8 +233,8 @@ void CollisionWorld::Impl::SetApart(std::size_t i, double free_m) {
   ++report.pairs_bounded;
 }
 
-// What is to be done with a pair that has to be looked at: nothing, if its result is still that of this pose; its
-// spheres, if they are apart; else its trees.
+// Classifies a selected pair: its result still holds at this pose; its bounding spheres are apart; or its trees have to
+// be tested.
 void CollisionWorld::Impl::Sort(std::size_t i) {
   PairEntry& pair = pairs[i];
   pair.is_late = false;
@@ -264,9 +264,9 @@ bool CollisionWorld::Impl::IsTimeUp(std::size_t slot) const {
 }
 
 double CollisionWorld::Impl::LookAhead_m(const PairDescription& pair) const {
-  if (method != Method::kPaper) return pair.look_ahead_m;  // its field is exact to two voxels beyond the surface only
+  if (method != Method::kPaper) return pair.look_ahead_m;  // the field of `fast` is exact only up to two voxels outside
   const double covered_m = (schedule.Pace_m(pair.sampled) + schedule.Pace_m(pair.field)) * (delay_cycles + 2.0);
-  // In steps: the planes depend on it, and shall not be others in each cycle.
+  // In steps, so that the planes, which depend on it, do not change in every cycle.
   return pair.look_ahead_m * (covered_m <= pair.look_ahead_m ? 1.0 : covered_m <= 2.0 * pair.look_ahead_m ? 2.0 : 4.0);
 }
 
@@ -312,7 +312,7 @@ void CollisionWorld::Impl::ContinueFast(std::size_t slot) {
   is_walked[slot] = num_chunks[slot] == 0;
 }
 
-// Whoever comes first to a pair's chunks decides for all of them whether there is time.
+// The first worker at a pair's chunks decides for all of them whether there is time.
 void CollisionWorld::Impl::EvaluateFast(std::size_t index) {
   std::size_t slot = 0;
   for (; index >= num_chunks[slot]; ++slot) index -= num_chunks[slot];
@@ -339,7 +339,8 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.points_due = fast_scratch[slot].levels.points_due();
 }
 
-// A pair that has not been tested yet is taken for a small one.
+// Distributes the budget in proportion to the points that each pair's last walk had to test; at least kSmall are
+// assumed, and for pairs that have not been tested yet. Not derived.
 void CollisionWorld::Impl::ShareOut(std::uint64_t budget_points) {
   constexpr std::uint32_t kSmall = 1024;
   constexpr std::uint64_t kMost = 0xffffffffU;
@@ -385,7 +386,7 @@ void CollisionWorld::Impl::Settle(std::size_t i) {
   }
 }
 
-// Takes what Test found into the schedule and the report.
+// Enters the result of a test into the schedule and the report.
 void CollisionWorld::Impl::Take(std::size_t i) {
   PairEntry& pair = pairs[i];
   if (pair.is_late) {
@@ -406,7 +407,7 @@ void CollisionWorld::Impl::Take(std::size_t i) {
   report.counters.points_colliding += pair.result.counters.points_colliding;
 }
 
-// In pair order, whoever computed it.
+// In pair order, so that the bits do not depend on the workers.
 void CollisionWorld::Impl::Sum() {
   std::fill(F_Oo_W.begin(), F_Oo_W.end(), core::Wrench{});
   touching.ForEach([this](std::size_t i) {
@@ -425,11 +426,11 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
   w.deadline_ns = budget_ns > 0 ? core::MonotonicNow_ns() + budget_ns : 0;
   w.report = {};
   w.due.clear();
-  const std::vector<std::uint32_t>& looked_at = w.schedule.Collect();
-  for (const std::uint32_t i : looked_at) w.Sort(i);
+  const std::vector<std::uint32_t>& selected = w.schedule.Collect();
+  for (const std::uint32_t i : selected) w.Sort(i);
   w.report.pairs_considered = static_cast<std::uint32_t>(w.pairs.size());
   w.report.pairs_inactive = w.num_inactive;
-  w.report.pairs_coherent = w.report.pairs_considered - w.num_inactive - static_cast<std::uint32_t>(looked_at.size());
+  w.report.pairs_coherent = w.report.pairs_considered - w.num_inactive - static_cast<std::uint32_t>(selected.size());
   if (w.deadline_ns != 0) {  // oldest result first [VR-OOS, section 3]; without a budget the order changes nothing
     std::sort(w.due.begin(), w.due.end(), [&](std::uint32_t a, std::uint32_t b) {
       const std::uint64_t age_a = w.pairs[a].result.cycle;
@@ -459,7 +460,7 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
         std::min(contact->free_distance_m,
                  result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : w.pairs[i].description.look_ahead_m);
     if (result.planes.empty()) continue;
-    // Everything below is what the hand feels: of the sampled side as it is, of the field side the opposite.
+    // The wrench on the hand: as it is if the hand is the sampled side, its opposite if it is the field.
     const double side = is_hand_part[s] != 0 ? 1.0 : -1.0;
     const core::Pose& X_WS = w.schedule.X_WO(s);
     const core::Pose& X_WG = w.schedule.X_WO(g);
@@ -475,7 +476,7 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
       row.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(plane.q_G));
       row.p_CoQ_W = p_W - X_WC.translation;
       row.n_W = side * n_W;
-      // When the hand has more planes than fit, those that are farthest from touching give way.
+      // When the hand has more planes than fit, those with the largest gaps are dropped.
       if (contact->planes.push_back(row)) continue;
       auto* loosest = std::max_element(contact->planes.begin(), contact->planes.end(),
                                        [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
@@ -528,7 +529,7 @@ bool CollisionWorld::is_fresh(std::size_t pair) const {
 double CollisionWorld::signed_distance_m(std::size_t i) const {
   const PairEntry& pair = impl_->pairs[i];
   if (!pair.description.is_active || !pair.result.planes.empty()) return pair.result.signed_distance_m;
-  return pair.description.look_ahead_m + impl_->schedule.Room(i);
+  return pair.description.look_ahead_m + impl_->schedule.FreeDistance_m(i);
 }
 PairState CollisionWorld::state(std::size_t pair) const {
   const PairState phase = impl_->phases[pair];

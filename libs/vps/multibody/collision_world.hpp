@@ -20,7 +20,8 @@ struct ObjectDescription {
   core::Pose X_WO;
 };
 
-// S's pointshell against G's voxelmap. Groups are resolved into pairs before.
+// S's points against G's field. Groups are resolved into pairs by libs/scene. Defaults are those of scenarios that set
+// nothing; not derived.
 struct PairDescription {
   std::uint16_t sampled = 0;
   std::uint16_t field = 0;
@@ -50,7 +51,7 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
-  bool is_cut_short = false;       // of `fast`: the points' budget ran out, and went to where contact is deepest
+  bool is_cut_short = false;       // `fast`: the budget of points ran out; the deepest parts of the contact were tested
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
@@ -60,22 +61,22 @@ struct PairResult {
   QueryCounters counters;
 };
 
-// What a pair costs. Inactive: switched off by the state matrix. Asleep: neither object has moved, nothing is done.
-// Far: the spheres around the two objects say how far they can move before they can touch. Near: their trees say it, or
-// points are within the look-ahead. Contact.
+// Stages of the broad and narrow phase, by cost. Inactive: switched off by the state matrix. Asleep: neither object has
+// moved, nothing is done. Far: the bounding spheres of the two objects bound their distance. Near: their trees bound
+// it, or points are within the look-ahead. Contact.
 enum class PairState : std::uint8_t { kInactive, kAsleep, kFar, kNear, kContact };
 constexpr std::size_t kNumPairStates = 5;
 
 struct StepReport {
   std::uint32_t pairs_considered = 0;
   std::uint32_t pairs_inactive = 0;   // by state matrix
-  std::uint32_t pairs_coherent = 0;   // left alone: motion since the last look is less than the distance found then
+  std::uint32_t pairs_coherent = 0;   // not tested: motion since the last test is less than the distance found then
   std::uint32_t pairs_bounded = 0;    // the spheres around the two objects were compared, and are apart
   std::uint32_t pairs_unchanged = 0;  // relative pose bitwise the same: the result was kept
   std::uint32_t pairs_tested = 0;     // by their trees
   std::uint32_t pairs_in_contact = 0;
   std::uint32_t pairs_cut_short = 0;       // tested, with fewer points than they have near
-  std::uint32_t pairs_late = 0;            // left for the next cycle, time ran short
+  std::uint32_t pairs_late = 0;            // deferred to the next cycle: out of time
   std::uint32_t oldest_result_cycles = 0;  // greatest age of a result that should have been renewed
   QueryCounters counters;                  // of the pairs tested in this step
 };
@@ -83,7 +84,7 @@ struct StepReport {
 // The multi-object framework of VR-OOS, Fig. 8 and 9. Create it with everything that can collide; then once per cycle
 // set poses and Step. Step neither allocates, locks nor throws.
 //
-// Coherence: a pair that was found apart is left alone until the real displacements of its two objects, rotation
+// Coherence: a pair that was found apart is not tested again until the real displacements of its two objects, rotation
 // included, have used up the distance found (PairSchedule). No speed is assumed, so a contact cannot be late.
 class CollisionWorld {
  public:
@@ -98,14 +99,14 @@ class CollisionWorld {
   // both objects cover in the delay and two cycles, if four times do.
   void SetDelay(double delay_cycles);
   // Planes keep their ids and places from cycle to cycle, so a pair's planes depend on those of its last cycle. A world
-  // that is to go on where another one stood gets these: what result(pair) held there.
+  // that continues another one gets them here: the planes of the other's result(pair).
   void SetLastPlanes(std::size_t pair, const core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>& planes);
   [[nodiscard]] bool is_active(std::size_t pair) const;
 
-  // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first and those that the time
-  // does not reach keep their old result, its age counted.
-  // `budget_points`: of `fast`; 0: as many as there are. Otherwise the points that may be tested in this step, shared
-  // out among the due pairs by what each of them had to test last; see FieldWalkScratch::most_points.
+  // Budget 0: every due pair is tested. Otherwise the pairs with the oldest results go first; those that run out of
+  // time keep their old result, its age counted. `budget_points`, of `fast`: the points that may be tested in this
+  // step, shared among the due pairs in proportion to what each of them had to test last
+  // (FieldWalkScratch::most_points); 0: unlimited.
   const StepReport& Step(core::ParallelFor* workers, std::int64_t budget_ns = 0, std::uint64_t budget_points = 0);
 
   [[nodiscard]] std::size_t num_objects() const;
@@ -124,7 +125,7 @@ class CollisionWorld {
   // Penalty wrench summed over the object's active pairs in pair order, about its mesh origin, in W.
   [[nodiscard]] const core::Wrench& ObjectWrench(std::size_t object) const;
 
-  // Everything that touches one hand, for VirtualCoupling: sums over the active pairs in which exactly one side is
+  // All contacts of one hand, for VirtualCoupling: sums over the active pairs in which exactly one side is
   // marked in `is_hand_part` (num_objects entries), about the hand frame's origin at X_WC. Pairs with `ignored_object`
   // (-1: none) are left out: an object that the hand holds is felt through the grasp spring, not through the coupling.
   void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC, CouplingContact* contact,

@@ -88,7 +88,7 @@ bus::WorkerPool& Pool(unsigned num_workers) {
   return *pool;
 }
 
-// Every fifth pose of a motion, and in the figures what a cycle has to do.
+// Every fifth pose of a motion; the counters are averages per cycle.
 template <typename Scene>
 void RunCycles(benchmark::State& state, Scene* scene, core::ParallelFor* workers) {
   int step = 0;

@@ -247,7 +247,7 @@ TEST(CollisionWorld, RefusesPairsWithoutStructures) {
   EXPECT_FALSE(CollisionWorld::Create(description).has_value());
 }
 
-TEST(CollisionWorld, HandFeelsTheOppositeOnTheFieldSide) {
+TEST(CollisionWorld, TheHandGetsTheOppositeWrenchOnTheFieldSide) {
   WorldDescription description;
   description.objects = {{Torus(), {}}, {Torus(), At(0.06, 0.01, 0)}};
   description.pairs = {{.sampled = 1, .field = 0}};

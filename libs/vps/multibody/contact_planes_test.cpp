@@ -26,7 +26,7 @@ struct Engine {
   PairResult result;
 };
 
-// What the planes push with at this pose, on B about its mesh origin, in A.
+// Wrench of the planes at this pose, on B about its mesh origin, in A.
 core::Wrench WrenchOf(const ContactPlanes& planes, const core::Pose& X_AB) {
   core::Wrench sum;
   for (const core::ContactPlane& plane : planes) {

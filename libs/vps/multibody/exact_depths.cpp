@@ -5,7 +5,8 @@
 namespace vps {
 namespace {
 
-constexpr float kWidestGroup = 1.5f;  // voxels from its first point
+// Radius of a group about its first point, voxels. Not derived: wider groups are fuller, but near more facets.
+constexpr float kWidestGroup = 1.5f;
 
 }  // namespace
 
@@ -49,7 +50,7 @@ void ExactDepths::End() {
   Flush();
 }
 
-// The last point stands for those that are missing.
+// Fills a group up with its last point.
 void ExactDepths::Fill(std::uint32_t i) {
   FacetPoints& group = groups_[i];
   const std::uint32_t last = sizes_[i] - 1;
@@ -63,7 +64,7 @@ void ExactDepths::Fill(std::uint32_t i) {
 
 void ExactDepths::Flush() {
   for (std::uint32_t i = 0; i < num_groups_; ++i) Fill(i);
-  MeasureDepths(*field_, X_GS_, BestInstructionSet(), {groups_.data(), num_groups_}, scratch_.get());
+  ComputeExactDepths(*field_, X_GS_, BestInstructionSet(), {groups_.data(), num_groups_}, scratch_.get());
   for (std::uint32_t i = 0; i < num_groups_; ++i) {
     for (std::uint32_t k = 0; k < sizes_[i]; ++k) {
       const Target& target = targets_[i * kBlock + k];

@@ -11,8 +11,9 @@
 
 namespace vps {
 
-// How much of a depth by the field is to be made exact: all of it at the surface, nothing where it is deeper than
-// kExactInside, since there the field's error is small beside it, or farther outside than kExactOutside. Voxels.
+// Weight of the exact depth against the field's depth d [voxels]: 1 at the surface, 0 where d > kExactInside, since
+// there the field's error is small against d, and where the point is farther outside than kExactOutside; linear
+// between, so that the corrected depth is continuous. Not derived: more takes time for depths that change little.
 constexpr float kExactInside = 2.0f;
 constexpr float kExactOutside = 0.1f;
 constexpr float kExactFade = 0.05f;
@@ -21,21 +22,22 @@ inline float ShareOfExact(float depth) {
   return std::clamp(std::min(outside, kExactInside - depth), 0.0f, 1.0f);
 }
 
-// Takes points one by one and corrects depths by the field at them, in groups that fill registers and are no larger
-// than a few voxels, each point in one of the last few groups if it lies near enough: what a point is told does not
-// depend on the points that it is told with. Allocated once.
+// Corrects depths by the field towards exact ones, point by point. Points are collected in groups that fill registers
+// and are no larger than a few voxels; each goes to one of the last kOpen groups if it lies near enough. The result of
+// a point does not depend on the others in its group. Allocated once.
 class ExactDepths {
  public:
   ExactDepths();
 
-  // Begins with a field that has facets. share: of the way from depths by the field to exact ones.
+  // Begins with a field that has facets. share, in [0, 1]: weight of the exact depths, times ShareOfExact. Corrections
+  // are added to `depths`, [block].of[lane], voxels.
   void Begin(const DistanceField& field, const core::Pose& X_GS, float share, BlockDepths* depths);
   // The depth of one point of a block. p_S: m; depth: by the field, voxels.
   void Add(const glm::vec3& p_S, float depth, std::uint32_t block, std::uint32_t lane);
   void End();
 
  private:
-  static constexpr std::uint32_t kMostGroups = 32;
+  static constexpr std::uint32_t kMostGroups = 32;  // kMostGroups and kOpen: not derived
   static constexpr std::uint32_t kOpen = 4;
   struct Target {
     float before = 0.0f;

@@ -65,7 +65,7 @@ Misses MissesOf(const std::vector<FacetPoints>& groups, const oracle::MeshDistan
 }
 
 // Corners are rounded to 1/512 voxel, along each axis by half of that at most.
-TEST(Facets, TellTheExactDistance) {
+TEST(Facets, GiveTheExactDistance) {
   const TriangleMesh rough = MakeRoughTorus(kRough_m);
   const TriangleMesh box = MakeBox({0.2, 0.15, 0.01});  // longer than a block reaches
   for (const TriangleMesh* mesh : {&rough, &box}) {
@@ -75,7 +75,7 @@ TEST(Facets, TellTheExactDistance) {
     std::vector<FacetPoints> groups = PlacesNear(*mesh, field, 500);
     const Misses before = MissesOf(groups, exact);
     FacetScratch scratch;
-    MeasureDepths(field, {}, BestInstructionSet(), groups, &scratch);
+    ComputeExactDepths(field, {}, BestInstructionSet(), groups, &scratch);
     const Misses after = MissesOf(groups, exact);
     if (mesh == &rough) {
       EXPECT_GT(before.many, 3000);
@@ -85,32 +85,32 @@ TEST(Facets, TellTheExactDistance) {
   }
 }
 
-TEST(Facets, EveryInstructionSetTellsTheSame) {
+TEST(Facets, EveryInstructionSetGivesTheSame) {
   const TriangleMesh mesh = MakeRoughTorus(kRough_m);
   const DistanceField field = *BuildField(mesh, kVoxel_m);
   const std::vector<FacetPoints> groups = PlacesNear(mesh, field, 200);
   const core::Pose X_GS = At(1e-4, -2e-4, 1e-4, {0.001, 0.002, 0.0});
   FacetScratch scratch;
   std::vector<FacetPoints> portable = groups;
-  MeasureDepths(field, X_GS, InstructionSet::kPortable, portable, &scratch);
+  ComputeExactDepths(field, X_GS, InstructionSet::kPortable, portable, &scratch);
   for (const InstructionSet set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!IsAvailable(set)) continue;
     std::vector<FacetPoints> other = groups;
-    MeasureDepths(field, X_GS, set, other, &scratch);
+    ComputeExactDepths(field, X_GS, set, other, &scratch);
     for (std::size_t i = 0; i < groups.size(); ++i) {
       for (std::uint32_t k = 0; k < kBlock; ++k) EXPECT_NEAR(other[i].depth[k], portable[i].depth[k], 1e-5f);
     }
   }
 }
 
-// So that no force appears when points come and go.
+// So that the force does not change when points come and go.
 TEST(Facets, APointsDepthDoesNotDependOnThePointsBesideIt) {
   const TriangleMesh mesh = MakeRoughTorus(kRough_m);
   const DistanceField field = *BuildField(mesh, kVoxel_m);
   const std::vector<FacetPoints> groups = PlacesNear(mesh, field, 200);
   FacetScratch scratch;
   std::vector<FacetPoints> together = groups;
-  MeasureDepths(field, {}, BestInstructionSet(), together, &scratch);
+  ComputeExactDepths(field, {}, BestInstructionSet(), together, &scratch);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     FacetPoints alone = groups[i];
     for (std::uint32_t k = 1; k < kBlock; ++k) {
@@ -119,12 +119,12 @@ TEST(Facets, APointsDepthDoesNotDependOnThePointsBesideIt) {
       alone.z[k] = alone.z[0];
       alone.depth[k] = alone.depth[0];
     }
-    MeasureDepths(field, {}, BestInstructionSet(), {&alone, 1}, &scratch);
+    ComputeExactDepths(field, {}, BestInstructionSet(), {&alone, 1}, &scratch);
     EXPECT_NEAR(alone.depth[0], together[i].depth[0], 1e-5f);
   }
 }
 
-TEST(Facets, AreKeptOfSolidsThatHaveFewOfThemOnly) {
+TEST(Facets, AreKeptOnlyOfSolidsAndWhereTheyAreFew) {
   const TriangleMesh mesh = MakeRoughTorus(kRough_m);
   EXPECT_TRUE(BuildField(mesh, kVoxel_m, {.sheet_half_thickness_m = 5e-4})->facets.blocks.empty());
   EXPECT_TRUE(BuildField(mesh, 8e-3)->facets.blocks.empty());
@@ -161,8 +161,8 @@ struct BallOnRoughRing {
   }
 };
 
-// A few finer points: where they happen to lie. Of voxels that hold several facets each fewer are near.
-TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
+// With few finer points the force depends on where they happen to lie; with larger voxels fewer facets are near.
+TEST(ExactDepths, IntegrateAShallowContactOnRoughFacets) {
   struct Case {
     double voxel_m, most;
   };
@@ -187,7 +187,7 @@ TEST(ExactDepths, TellAShallowContactOnRoughFacets) {
   }
 }
 
-TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
+TEST(ExactDepths, AreUsedForTheDeepestPoint) {
   BallOnRoughRing pair;
   const oracle::MeshDistance A(pair.ring);
   int num_contacts = 0;
@@ -207,9 +207,8 @@ TEST(ExactDepths, TellTheDepthOfTheDeepestPlace) {
   EXPECT_GT(worst_of_field, 0.01f);
 }
 
-// Not where the contact is deep beside what the field is off, nor where the field is right, nor where nothing tells
-// more than the field.
-TEST(ExactDepths, AreAskedForWhereTheFieldIsOff) {
+// Not where the contact is deep against the field's error, nor where the field has none, nor where there are no facets.
+TEST(ExactDepths, AreUsedWhereTheFieldHasErrors) {
   BallOnRoughRing pair;
   pair.Force(BallOnRoughRing::Pressed(5e-5, 0.35));
   EXPECT_EQ(pair.scratch.refine.share_of_exact, 1.0f);
@@ -228,8 +227,8 @@ TEST(ExactDepths, AreAskedForWhereTheFieldIsOff) {
   EXPECT_EQ(pair.scratch.refine.share_of_exact, 0.0f);
 }
 
-// From the first touch until so many points are in contact that the field tells them alone.
-TEST(ExactDepths, ForceHasNoSteps) {
+// From the first touch until so many points are in contact that the field alone is used.
+TEST(ExactDepths, ForceIsContinuous) {
   BallOnRoughRing pair;
   glm::dvec3 before(0.0);
   float share_before = 0.0f;
@@ -242,7 +241,7 @@ TEST(ExactDepths, ForceHasNoSteps) {
     if (i > 0) {
       EXPECT_LT(glm::length(force - before), 4.0 * 1e-6 * area_m2) << i;
     }
-    // Nor does what it is made of.
+    // Nor do the shares of the methods.
     const RefineScratch& refine = pair.scratch.refine;
     if (refine.num_near > 10.0f) {
       EXPECT_LT(std::abs(refine.share_of_small - share_before), 0.2f) << i;

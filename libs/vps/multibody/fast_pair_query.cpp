@@ -35,8 +35,8 @@ class FinerSamples {
   FinerSamples(const RefineScratch& scratch, std::uint32_t count)
       : next_(scratch.samples.data()), end_(next_ + count) {}
 
-  // Adds what they change to the patch of a point, or of all points of a block; the deepest place goes to *p_S and
-  // *depth_m if it is deeper.
+  // Adds their corrections to the patch of a point, or of all points of a block; *p_S and *depth_m become the deepest
+  // place and its depth if that is deeper.
   void AddTo(std::uint32_t near_block, std::uint32_t first_lane, std::uint32_t last_lane, ContactPatch* patch,
              glm::vec3* p_S, float* depth_m) {
     while (next_ < end_ && IsBefore(near_block, first_lane)) ++next_;
@@ -93,15 +93,15 @@ std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const
   return count;
 }
 
-// How much of a contact is told by SmallContact, which has been asked then.
+// Share of a contact that SmallContact integrates, which has run then; 0: it was not needed or gave up.
 double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, const core::Pose& X_GS,
                         FastPairScratch* scratch) {
   const RefineScratch& refine = scratch->refine;
   if (!(refine.share_of_small > 0.0f)) return 0.0;
   const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
-  const bool is_told = scratch->small.Integrate(
+  const bool is_integrated = scratch->small.Integrate(
       finest.pieces, field, X_GS, {spacing_m, static_cast<double>(refine.near_m2), refine.share_of_exact});
-  return is_told ? static_cast<double>(refine.share_of_small) : 0.0;
+  return is_integrated ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 
 // Returns free_m: nothing of S comes within the margin while it moves no farther.
@@ -127,7 +127,7 @@ double QueryFastPair(const SampleTree& sampled, const DistanceField& field, cons
                      PairResult* result) {
   const double margin_m = WalkMargin_m(sampled, pair.look_ahead_m);
   if (FieldWalkMemory* const memory = scratch->walk.memory; memory != nullptr) {
-    if (const double free_m = memory->FreeYet_m(sampled, field, X_GS, margin_m); free_m > 0.0) {
+    if (const double free_m = memory->RemainingFreeDistance_m(sampled, field, X_GS, margin_m); free_m > 0.0) {
       result->counters = {};
       return SetApart(free_m, margin_m, sampled, scratch, result);
     }
@@ -162,13 +162,13 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   std::uint32_t deepest_point = walk.deepest_point;
   glm::vec3 deepest_p_S = PointOf(finest.points[deepest_point / kBlock], deepest_point % kBlock);
   result->counters.points_tested += std::uint64_t{num_finer} * kBlock;
-  const auto stand_for = static_cast<double>(scratch->refine.stand_for);
+  const auto num_represented = static_cast<double>(scratch->refine.num_represented);
   for (std::uint32_t j = 0; j < num_finer; ++j) {
     const FinerSample& finer = scratch->refine.samples[j];
-    scratch->force_m3 += stand_for * glm::dvec3(finer.change.force_m3);
-    scratch->moment_m4 += stand_for * glm::dvec3(finer.change.moment_m4);
-    volume_m3 += stand_for * static_cast<double>(finer.change.volume_m3);
-    square_m4 += stand_for * static_cast<double>(finer.change.square_m4);
+    scratch->force_m3 += num_represented * glm::dvec3(finer.change.force_m3);
+    scratch->moment_m4 += num_represented * glm::dvec3(finer.change.moment_m4);
+    volume_m3 += num_represented * static_cast<double>(finer.change.volume_m3);
+    square_m4 += num_represented * static_cast<double>(finer.change.square_m4);
     if (!(finer.weight > 0.0f)) continue;
     if (finer.change.penetration_m > 0.0f && finer.depth_m <= 0.0f) ++result->counters.points_colliding;
     if (static_cast<double>(finer.change.penetration_m) <= deepest_m) continue;
@@ -188,14 +188,15 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
     mix(&square_m4, small.square_m4);
     result->counters.points_tested += small.places_tested;
     if (small.places_inside > 0 && result->counters.points_colliding == 0) result->counters.points_colliding = 1;
-    // A sample that the field says is inside counts as contact even where exact depths say that it is not, quite.
+    // A sample inside by the field counts as contact even where its exact depth is just outside.
     if (small.deepest_m > 0.0f) {
       deepest_m = std::max(deepest_m, 0.0);
       const auto small_m = static_cast<double>(small.deepest_m);
-      // Samples lie on sharp edges, which is where the deepest place may be.
-      const double sample_m = small_m < deepest_m ? scratch->small.MeasureDepth_m(field, X_GS, deepest_p_S, deepest_m,
-                                                                                  scratch->refine.share_of_exact)
-                                                  : 0.0;
+      // Samples lie on sharp edges, where the deepest place may be.
+      const double sample_m =
+          small_m < deepest_m
+              ? scratch->small.ComputeExactDepth_m(field, X_GS, deepest_p_S, deepest_m, scratch->refine.share_of_exact)
+              : 0.0;
       mix(&deepest_m, std::max(small_m, sample_m));
       if (!(sample_m > small_m)) {
         deepest_p_S = small.deepest_p_S;

@@ -60,7 +60,7 @@ TEST(FastWorld, ABoxPressedFlatFeelsStiffnessTimesDepth) {
   }
 }
 
-TEST(FastWorld, ForceOfABallGrowsWithoutSteps) {
+TEST(FastWorld, ForceOfABallGrowsContinuously) {
   const auto world = OnPlate(MakeSphere(0.01, 96), 4000);
   core::SerialFor serial;
   double before = 0.0;
@@ -130,7 +130,7 @@ TEST(FastWorld, ABudgetOfPointsCutsAHeavyPairShortAndKeepsItsDeepestPoint) {
     const StepReport& report = cut->Step(&serial, 0, 640);
     num_cut += report.pairs_cut_short;
     ASSERT_EQ(report.pairs_cut_short == 1, cut->result(0).is_cut_short);
-    // To what the depth changes by between two samples, 0.04 voxel: of more of them others are looked at closely.
+    // Within the difference of depth between two samples, 0.04 voxel: of more samples others are refined.
     ASSERT_NEAR(cut->result(0).signed_distance_m, whole->result(0).signed_distance_m, 2e-5);
     ASSERT_LE(cut->result(0).counters.points_tested, whole->result(0).counters.points_tested);
     cut->Step(&serial, 0, 10'000'000);
@@ -147,7 +147,7 @@ TEST(FastWorld, TheCacheGivesBackWhatWasBuilt) {
   EXPECT_EQ(read->field->words, object.field->words);
   EXPECT_EQ(read->field->bricks, object.field->bricks);
   EXPECT_EQ(read->field->creases, object.field->creases);
-  EXPECT_EQ(read->field->bends, object.field->bends);
+  EXPECT_EQ(read->field->curvatures, object.field->curvatures);
   EXPECT_EQ(read->field->errors, object.field->errors);
   EXPECT_GT(object.field->facets.num_bytes(), 0U);
   EXPECT_EQ(read->field->facets.num_bytes(), object.field->facets.num_bytes());

@@ -34,12 +34,12 @@ struct Approach {
   }
 };
 
-TEST(LookAhead, HoldsWhatABodyCoversInTheDelay) {
+TEST(LookAhead, CoversTheMotionDuringTheDelay) {
   Approach approach(Method::kPaper);
-  EXPECT_LT(approach.FirstGap_m(0.0003), 0.0015) << "no delay was told";
+  EXPECT_LT(approach.FirstGap_m(0.0003), 0.0015) << "no delay was set";
   approach.world->SetDelay(7.0);
   EXPECT_LT(approach.FirstGap_m(0.0001), 0.0015) << "slow";
-  EXPECT_GT(approach.FirstGap_m(0.0003), 0.0003 * 9.0) << "what it covers in nine cycles";
+  EXPECT_GT(approach.FirstGap_m(0.0003), 0.0003 * 9.0) << "the motion of nine cycles";
   approach.world->SetDelay(50.0);
   EXPECT_LT(approach.FirstGap_m(0.0005), 0.0045) << "four times at most";
 }

@@ -10,7 +10,8 @@
 namespace vps {
 
 // At most about this many contacts of a pair enter the reduction to planes. Beyond it every second, fourth ... point of
-// the tree counts (neighbours in the tree are neighbours on the surface), always the same ones, and the deepest.
+// the tree counts (neighbours in the tree are neighbours on the surface), always the same ones, and the deepest. Not
+// derived: bounds the time of ReduceContacts.
 constexpr std::uint32_t kMaxReducedContacts = 1024;
 
 // Memory of one pair, allocated once.

@@ -7,7 +7,7 @@ namespace {
 
 // Sums of odometers are rounded; after a year at 1 m/s by a nanometre.
 constexpr double kRounding_m = 1e-8;
-// An object at rest gets a share as if it moved by this much a cycle.
+// Least pace that the free distance is shared by, so that an object at rest gets a share, too. Not derived: 1 mm/s.
 constexpr double kLeastPace_m = 1e-6;
 
 }  // namespace
@@ -40,13 +40,13 @@ void PairSchedule::AddPair(std::uint32_t a, std::uint32_t b, double zone_m) {
 }
 
 void PairSchedule::Finish() {
-  passed_ = woken_ = held_ = looked_at_ = PairBits(pairs_.size());
+  passed_ = woken_ = held_ = selected_ = PairBits(pairs_.size());
   due_.reserve(pairs_.size());
   for (std::size_t i = 0; i < pairs_.size(); ++i) Wake(i);
 }
 
-// The largest displacement of any point of a ball of radius r around c when its body turns by angle a and c moves by d
-// is at most d + 2 sin(a/2) r; for the turn q the vector part has the length sin(a/2).
+// Odometer: a point of a ball of radius r around c moves by at most |dc| + 2 sin(a / 2) r when its body turns by the
+// angle a and c moves by dc; the vector part of the turn's quaternion has the length sin(a / 2).
 void PairSchedule::SetPose(std::size_t index, const core::Pose& X_WO) {
   Object& object = objects_[index];
   if (object.X_WO.rotation == X_WO.rotation && object.X_WO.translation == X_WO.translation) return;
@@ -66,12 +66,12 @@ const std::vector<std::uint32_t>& PairSchedule::Collect() {
     object.travel_then_m = object.travel_m;
     if (!(object.travel_m < object.least_reading_m)) FindPassed(&object);
   }
-  passed_.ForEach([this](std::size_t pair) { ShareOut(pair, Room(pair)); });
+  passed_.ForEach([this](std::size_t pair) { ShareOut(pair, FreeDistance_m(pair)); });
   passed_.ClearAll();
-  looked_at_ = woken_;
-  looked_at_.Add(held_);
+  selected_ = woken_;
+  selected_.Add(held_);
   due_.clear();
-  looked_at_.ForEach([this](std::size_t pair) { due_.push_back(static_cast<std::uint32_t>(pair)); });
+  selected_.ForEach([this](std::size_t pair) { due_.push_back(static_cast<std::uint32_t>(pair)); });
   return due_;
 }
 
@@ -96,10 +96,10 @@ void PairSchedule::SetReadings(const Pair& pair, double a_m, double b_m) {
   B.least_reading_m = std::min(B.least_reading_m, b_m);
 }
 
-void PairSchedule::ShareOut(std::size_t index, double room_m) {
+void PairSchedule::ShareOut(std::size_t index, double free_distance_m) {
   const Pair& pair = pairs_[index];
-  room_m -= kRounding_m;
-  if (!(room_m > 0.0)) {
+  free_distance_m -= kRounding_m;
+  if (!(free_distance_m > 0.0)) {
     SetReadings(pair, kNever, kNever);
     woken_.Set(index);
     return;
@@ -107,8 +107,8 @@ void PairSchedule::ShareOut(std::size_t index, double room_m) {
   const Object& A = objects_[pair.a];
   const Object& B = objects_[pair.b];
   const double pace_a_m = A.pace_m + kLeastPace_m;
-  const double share_a_m = room_m * (pace_a_m / (pace_a_m + B.pace_m + kLeastPace_m));
-  SetReadings(pair, A.travel_m + share_a_m, B.travel_m + (room_m - share_a_m));
+  const double share_a_m = free_distance_m * (pace_a_m / (pace_a_m + B.pace_m + kLeastPace_m));
+  SetReadings(pair, A.travel_m + share_a_m, B.travel_m + (free_distance_m - share_a_m));
 }
 
 void PairSchedule::Rest(std::size_t index, double free_m) {

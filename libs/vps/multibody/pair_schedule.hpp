@@ -9,23 +9,24 @@
 
 namespace vps {
 
-// Tells which pairs of moving objects have to be looked at in a cycle, without touching the others.
+// Broad phase by temporal coherence: selects the pairs of moving objects that have to be tested in a cycle, without
+// touching the others.
 //
-// Every object has an odometer: the length of the way of its fastest point, rotation included. A pair that was found
-// apart by d [m] cannot touch before the two odometers have together advanced by d. That room is shared out: each of
-// the two objects gets a reading up to which it may run, and remembers the least of all its pairs' readings. So a cycle
-// compares one number per object; only when an odometer passes its least reading are that object's pairs gone through,
-// and those whose reading is passed get the room that is left shared out anew, or, when none is left, are looked at.
-// The faster object gets the larger share. Only real displacements count, no speed or acceleration is assumed: an
-// object that is thrown, jumps or turns faster than before passes its readings in that very cycle.
+// Every object has an odometer: the path length of its fastest point, rotation included. A pair that was found apart by
+// d [m] cannot touch before the two odometers have together advanced by d. That free distance is shared: each of the
+// two objects gets a reading up to which it may run, and keeps the least of all its pairs' readings. So a cycle
+// compares one number per object; only when an odometer passes its least reading are that object's pairs visited. Pairs
+// whose reading is passed share the rest of their free distance anew, or, when none is left, are selected. The faster
+// object gets the larger share. Only real displacements count, no speed or acceleration is assumed: an object that is
+// thrown, jumps or turns faster than before passes its readings in that very cycle.
 //
-// Proof: odometers only grow. While a < a0 + x and b < b0 + y with x + y <= d, the distance of no two points has
-// shrunk by d.
+// Proof, with odometers a and b that stood at a0 and b0: they only grow, so while a < a0 + x and b < b0 + y with
+// x + y <= d, the distance of no two points has shrunk by d.
 class PairSchedule {
  public:
   // Adds an object whose points lie within `radius_m` around `centre_m` (object frame).
   void AddObject(const core::Pose& X_WO, const glm::dvec3& centre_m, double radius_m);
-  // Adds a pair; what counts as touching reaches `zone_m` beyond the surface of `b`. Its first cycle looks at it.
+  // Adds a pair; contact reaches `zone_m` beyond the surface of `b`. It is selected in its first cycle.
   void AddPair(std::uint32_t a, std::uint32_t b, double zone_m);
   // Once, after the last pair.
   void Finish();
@@ -33,16 +34,16 @@ class PairSchedule {
   void SetPose(std::size_t object, const core::Pose& X_WO);
   [[nodiscard]] const core::Pose& X_WO(std::size_t object) const { return objects_[object].X_WO; }
 
-  // The pairs to look at, ascending; valid until the next call. One call a cycle, after the poses are set.
+  // The pairs to test, ascending; valid until the next call. One call a cycle, after the poses are set.
   const std::vector<std::uint32_t>& Collect();
-  // What was found when looking. Until the next word about it, the pair is ...
-  void Rest(std::size_t pair, double free_m);  // left alone until its objects have used up `free_m` > 0
-  void Hold(std::size_t pair);                 // looked at in every cycle
-  void Wake(std::size_t pair);                 // looked at in the next cycle, and not forgotten before Rest, Hold, Stop
-  void Stop(std::size_t pair);                 // never looked at
+  // Sets the state of a pair, which holds until the next of these calls for it. The pair is selected ...
+  void Rest(std::size_t pair, double free_m);  // when its objects have used up `free_m` > 0
+  void Hold(std::size_t pair);                 // in every cycle
+  void Wake(std::size_t pair);                 // in the next cycle and until Rest, Hold or Stop
+  void Stop(std::size_t pair);                 // never
 
-  // Room that is left to a resting pair [m]; of a held one 0 less the way since Hold.
-  [[nodiscard]] double Room(std::size_t pair) const {
+  // Free distance left to a resting pair [m]; of a held one minus the travel since Hold.
+  [[nodiscard]] double FreeDistance_m(std::size_t pair) const {
     const Pair& p = pairs_[pair];
     return p.free_m - (objects_[p.a].travel_m + objects_[p.b].travel_m - p.travel_m);
   }
@@ -52,7 +53,7 @@ class PairSchedule {
   [[nodiscard]] bool HasMoved(std::size_t pair) const {
     return objects_[pairs_[pair].a].has_moved || objects_[pairs_[pair].b].has_moved;
   }
-  // Way of the object's fastest point in the last cycle, rotation included.
+  // Path length of the object's fastest point in the last cycle, rotation included.
   [[nodiscard]] double Pace_m(std::size_t object) const {
     return objects_[object].has_moved ? objects_[object].pace_m : 0.0;
   }
@@ -90,14 +91,14 @@ class PairSchedule {
 
   void FindPassed(Object* object);
   void SetReadings(const Pair& pair, double a_m, double b_m);
-  void ShareOut(std::size_t pair, double room_m);
+  void ShareOut(std::size_t pair, double free_distance_m);
 
   std::vector<Object> objects_;
   std::vector<Pair> pairs_;
   PairBits passed_;  // a reading of theirs was passed in this cycle
-  PairBits woken_;   // room used up, or woken
+  PairBits woken_;   // free distance used up, or woken
   PairBits held_;
-  PairBits looked_at_;
+  PairBits selected_;
   std::vector<std::uint32_t> due_;
 };
 

@@ -26,7 +26,7 @@ std::vector<std::uint32_t> Pairs(std::initializer_list<std::uint32_t> pairs) {
   return pairs;
 }
 
-TEST(PairSchedule, LooksAtEveryPairUntilItIsToldWhatItIs) {
+TEST(PairSchedule, SelectsEveryPairUntilItsStateIsSet) {
   PairSchedule schedule = ThreeBalls();
   EXPECT_EQ(schedule.Collect(), Pairs({0, 1, 2}));
   schedule.Rest(0, 0.5);
@@ -38,8 +38,8 @@ TEST(PairSchedule, LooksAtEveryPairUntilItIsToldWhatItIs) {
   EXPECT_EQ(schedule.Collect(), Pairs({0, 2}));
 }
 
-TEST(PairSchedule, RestsForAsLongAsTheWayOfBothIsLessThanTheRoom) {
-  for (const double share : {0.0, 0.1, 0.5, 1.0}) {  // of the way that object 0 takes on itself
+TEST(PairSchedule, RestsWhileBothTravelLessThanTheFreeDistance) {
+  for (const double share : {0.0, 0.1, 0.5, 1.0}) {  // of the travel, by object 0
     PairSchedule schedule = ThreeBalls();
     schedule.Collect();
     for (std::size_t i = 0; i < 3; ++i) schedule.Stop(i);
@@ -68,18 +68,18 @@ TEST(PairSchedule, AJumpAndATurnWakeAtOnce) {
   EXPECT_EQ(schedule.Collect(), Pairs({0}));
 }
 
-TEST(PairSchedule, RoomIsWhatTheOdometersLeave) {
+TEST(PairSchedule, TheOdometersUseUpTheFreeDistance) {
   PairSchedule schedule = ThreeBalls();
   schedule.Collect();
   schedule.Rest(0, 0.8);
   schedule.SetPose(0, At(0.1));
   schedule.SetPose(1, At(1.2));
   schedule.SetPose(1, At(1.1));
-  EXPECT_NEAR(schedule.Room(0), 0.4, 1e-9);
+  EXPECT_NEAR(schedule.FreeDistance_m(0), 0.4, 1e-9);
   EXPECT_NEAR(schedule.BallGap(0), 0.8, 1e-12);
 }
 
-TEST(PairSchedule, KnowsWhatStandsStill) {
+TEST(PairSchedule, DetectsPairsAtRest) {
   PairSchedule schedule = ThreeBalls();
   schedule.Collect();
   schedule.SetPose(2, At(2.1));

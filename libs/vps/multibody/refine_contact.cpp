@@ -10,23 +10,26 @@
 namespace vps {
 namespace {
 
-// How many of the samples near the surface, weighted, have their finer points looked at: all, up to `all`; where there
-// are more, fewer and fewer of them down to `chosen`, evenly, each of which stands for others. It fades out from `near`
-// of them on, or from `inside` of these inside, up to a third more: a contact of so many is broad.
+// Numbers of samples near the surface (sums of weights) that decide how many of them are refined: all, up to `all`;
+// with more, fewer and fewer of them down to `chosen`, evenly, each of which represents others. Refinement fades out
+// from `near` on, or from `inside` of them inside, over a third more: such a contact is broad. Tables of decision 9
+// ("up to 640 samples", "some of many") and decision 16.
 struct Limits {
   float all, chosen, near, inside;
 };
 constexpr Limits kLimits{480.0f, 160.0f, 6144.0f, 720.0f};
-// Of a part that has few samples for all of its surface: a contact of as many is as broad as it gets, and its rim is
-// all that they see. All are looked at until it has faded out.
+// Of a part with few samples in all: its contacts have no more, and the error is at their rim. All are refined until
+// refinement has faded out. Decision 9 ("which samples are near"), doubled in decision 16.
 constexpr std::uint32_t kCoarsePart = 8192;
 constexpr Limits kLimitsOfCoarsePart{2560.0f, 1920.0f, 1920.0f, 1920.0f};
-// There is room for four times as many as it fades out at: those at the end of their reach weigh little.
+// Memory, not derived: samples at the end of their reach have small weights, so that there are more than `near`.
 constexpr std::uint32_t kMostNearBlocks = 2048;
 constexpr std::uint32_t kMostSamples = 8192;
-// Samples count as inside in full where they are so much of SampleTree::refined_m, about the spacing, deep.
+// Depth at which a sample counts fully as inside, as a share of SampleTree::refined_m (about the spacing). Not derived:
+// makes the number of samples inside continuous.
 constexpr float kInside = 0.05f;
-// Of those chosen so many are so in full, the others in part: none comes or goes at once.
+// Share of the chosen samples with full weight; the others have part of it, so that the choice is continuous. Not
+// derived.
 constexpr float kInFull = 0.9f;
 
 // Fades out from 1 at `begin` to 0 at `begin` + `width`.
@@ -34,12 +37,14 @@ float FadeOut(float value, float begin, float width) {
   return std::clamp((begin + width - value) / width, 0.0f, 1.0f);
 }
 
-// Samples along sharp edges stand for less surface than others (SampleSpacing): up to so much of what all do in the
-// mean, plain ones for more than that.
+// Samples along sharp edges have smaller areas than others (SampleSpacing): below kEdgeArea of the mean a sample counts
+// as one, above kPlainArea as plain (decision 9, "some of many").
 constexpr float kEdgeArea = 0.5f;
 constexpr float kPlainArea = 0.75f;
 
-// How far the depth may vary within a patch, beside what it varies within the whole block of samples.
+// Bound of the depth's slope within a patch: kSteeper times that within the block of samples, plus kLeastSlope.
+// Decision 9
+// ("which samples are near"); the second is not derived.
 constexpr float kSteeper = 3.0f;
 constexpr float kLeastSlope = 0.02f;
 
@@ -67,20 +72,22 @@ F4 UpToOne(const F4& lanes) {
   return lanes > 0.0f ? (lanes < 1.0f ? lanes : F4{} + 1.0f) : F4{};
 }
 
-// Of four depths: how much counts as inside, or near enough for SmallContact to look there, from so much outside on.
+// Weight in [0, 1] of four points with these depths as near the surface: from kNear outside on, full kNearFade further
+// in. These are the places that SmallContact would test (decision 16).
 constexpr float kNear = 0.12f;  // voxels
 constexpr float kNearFade = 0.12f;
 F4 SharesNear(const F4& depth, float outside = kNear) {
   return UpToOne((depth + outside) * (1.0f / kNearFade));
 }
 
-// What weights of samples are in all, and how many of these are inside.
+// Sum of the weights of samples, and the number of them inside.
 struct NearSum {
   float weight, inside;
 };
 
-// Of a block's samples, into `weights`: those count that are no farther outside than their patch, `steep` as much of
-// it, reaches.
+// Weights of a block's samples: 0 where the depth d < -r, with r = steep * (radius of the patch) the reach of the patch
+// towards G, 1 from d = -r / sqrt(2) on,
+//   weight = clamp(2 (r^2 - d^2) / r^2, 0, 1)   for d < 0.
 NearSum WeighSamples(const PointBlock& block, const float* depths, float voxel_m, const SampleTree& sampled,
                      float steep, float* weights) {
   const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
@@ -101,22 +108,21 @@ NearSum WeighSamples(const PointBlock& block, const float* depths, float voxel_m
   return {SumOfLanes(sum), SumOfLanes(sum_inside)};
 }
 
-// Of a block: how many samples will soon count as near though these weights leave their finer points out. Soon: before
-// the first of the finer points of others does.
-constexpr float kNearUnseen = kNear + kNearFade;
-float CountUnseen(const PointBlock& block, const float* depths, const float* weights) {
+// Number of a block's samples that come near without being refined by these weights. The limit is twice that of finer
+// points, so that they count before the first finer point of another sample does.
+constexpr float kNearUnrefined = kNear + kNearFade;
+float CountUnrefined(const PointBlock& block, const float* depths, const float* weights) {
   F4 sum{};
   for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 left_out = SharesNear(LoadF4(depths + k), kNearUnseen) * (1.0f - LoadF4(weights + k));
+    const F4 left_out = SharesNear(LoadF4(depths + k), kNearUnrefined) * (1.0f - LoadF4(weights + k));
     sum += LoadF4(block.area_m2 + k) > 0.0f ? left_out : F4{};
   }
   return SumOfLanes(sum);
 }
 
-// Samples that may be inside G: those no farther outside than their patch reaches towards G. Its reach along the
-// surface counts by how steeply the depth changes there, seen from the samples of its block: in a conforming contact
-// the whole free side is nearer than its samples are to each other. Returns how much of the refinement their number
-// leaves.
+// Finds samples that may be inside G: those no farther outside than their patch reaches towards G. The reach is the
+// patch's radius times the slope of the depth, estimated from the samples of its block: in a conforming contact the
+// whole free side is nearer than its samples are to each other. Returns the weight of refinement, in [0, 1].
 float FindNear(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, const Limits& limits,
                RefineScratch* scratch) {
@@ -128,7 +134,7 @@ float FindNear(const SampleTree& sampled, const DistanceField& field, const core
   const bool can_be_exact = !field.facets.blocks.empty();
   float sum = 0.0f;
   float inside = 0.0f;
-  float unseen = 0.0f;
+  float unrefined = 0.0f;
   float error = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
@@ -144,7 +150,7 @@ float FindNear(const SampleTree& sampled, const DistanceField& field, const core
     NearSamples& near = scratch->near[count];
     near.near_block = i;
     const NearSum of_block = WeighSamples(block, depths, voxel_m, sampled, steep, near.weights);
-    if (range.most > -kNearUnseen) unseen += CountUnseen(block, depths, near.weights);
+    if (range.most > -kNearUnrefined) unrefined += CountUnrefined(block, depths, near.weights);
     if (!(of_block.weight > 0.0f)) continue;
     ++count;
     sum += of_block.weight;
@@ -155,24 +161,24 @@ float FindNear(const SampleTree& sampled, const DistanceField& field, const core
     error += of_block.weight * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }
   scratch->num_near_blocks = count;
-  scratch->num_unseen = unseen;
+  scratch->num_unrefined = unrefined;
   scratch->sum_of_weights = sum;
   scratch->error = count > 0 ? error / sum : 0.0f;
   return FadeOut(sum, limits.near, limits.near / 3.0f) * FadeOut(inside, limits.inside, limits.inside / 3.0f);
 }
 
-// Of four following numbers, in [0, 1): those of following numbers lie evenly (by the golden ratio), and so do those
-// below a limit of samples that follow each other along the surface.
+// Low-discrepancy ranks in [0, 1) of four consecutive numbers (multiples of the golden ratio): samples with ranks below
+// a limit are evenly spread along the surface.
 F4 Ranks(std::uint32_t first) {
   using U4 = std::uint32_t __attribute__((vector_size(16)));
   const U4 i = U4{0, 1, 2, 3} + first;
   return __builtin_convertvector(reinterpret_cast<I4>(i * 2654435769U >> 8), F4) * 0x1p-24f;
 }
 
-// Whose finer points are looked at, and how much of what they change counts. Where they stand for others that is less
-// and less of plain samples: what single ones miss is chance, which averages out over all of them better than over some
-// with their finer points. Samples along a sharp edge lie in rows, and a whole row may miss what the edge presses.
-// Returns whether there is room for them.
+// Chooses the samples to refine and the share of their correction that is applied. Where they represent others the
+// share of plain samples falls to 0: their errors are random and average out better over all samples than over some
+// with finer points. Samples along a sharp edge lie in rows, and a whole row may miss the edge's contact. False: too
+// many.
 bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scratch, float voxel_m, const Limits& limits,
                    float share, RefineScratch* scratch) {
   const float sum = scratch->sum_of_weights;
@@ -201,7 +207,7 @@ bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scrat
         sample.depth_m = walk_scratch.depths(near.near_block)[k + j] * voxel_m;
         sample.weight = share * weight[j];
         const float along_edge = kPlainArea / (kPlainArea - kEdgeArea) - per_m2 * block.area_m2[k + j];
-        sample.told = std::max(plain, std::clamp(along_edge, 0.0f, 1.0f));
+        sample.applied = std::max(plain, std::clamp(along_edge, 0.0f, 1.0f));
         chosen += weight[j];
         const auto* const fine = reinterpret_cast<const char*>(&sampled.fine[first + k + j]);
         for (std::size_t line = 0; line < sizeof(FineBlock); line += 64) __builtin_prefetch(fine + line);
@@ -209,7 +215,7 @@ bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scrat
     }
   }
   scratch->num_samples = count;
-  scratch->stand_for = chosen > 0.0f ? sum / chosen : 0.0f;
+  scratch->num_represented = chosen > 0.0f ? sum / chosen : 0.0f;
   return true;
 }
 
@@ -237,10 +243,12 @@ void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const
              scratch->depths.data());
 }
 
-// What sixteen points that share a patch of surface evenly miss of the integral of depth, about: the share of one that
-// lies at the rim of the contact is inside in part, which its middle does not tell. Over a share the depth varies by a
-// quarter of what it varies over the whole, sigma; as evenly as over +-h, h = sqrt(3) sigma / 4, its positive part is
-// (d + h)^2 / 4 h in the mean, (h - |d|)^2 / 4 h more than that of the middle. In voxels m^2.
+// Estimate of the quadrature error of sixteen points at the rim of a contact [voxels m^2]: the share of surface of a
+// point at the rim is inside in part. The depth d has the standard deviation sigma over the patch and a quarter of it
+// over a share; uniform over d +- h with h = sqrt(3) sigma / 4, its positive part has the mean (d + h)^2 / 4 h, which
+// is
+//
+//   (h - |d|)^2 / 4 h   more than max(d, 0),  |d| < h.
 float RimVolume_m2(const PointBlock& points, const float* depths) {
   F4 sum{};
   F4 sum_of_squares{};
@@ -262,7 +270,7 @@ float RimVolume_m2(const PointBlock& points, const float* depths) {
   return SumOfLanes(missing_m2) / (4.0f * h);
 }
 
-void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* scratch) {
+void AddEstimates(float voxel_m, std::span<const FinerSample> samples, RefineScratch* scratch) {
   for (std::uint32_t j = 0; j < samples.size(); ++j) {
     F4 near_m2{};
     F4 near{};
@@ -284,24 +292,25 @@ void Survey(float voxel_m, std::span<const FinerSample> samples, RefineScratch* 
   }
 }
 
-// Contacts of so few finer points, and less and less up to twice as many, are right by chance only.
+// SmallContact is used for contacts of few finer points: fully below kFewNear, fading out at twice as many (decision
+// 12, table; decision 15).
 constexpr float kFewNear = 112.0f;
-// And those of which finer points may miss so much at their rim, less and less down to half as much.
+// And where the rim error of finer points exceeds kRim of the integral, fading out down to half of that (decision 16).
 constexpr float kRim = 0.05f;
-constexpr float kNone = 2.0f;  // fewer are not looked at, or less
-// Mean depths, over the field's error, at which that counts, up to half as much again: so much that SmallContact is
-// asked although finer points are many, and so much that it is asked for exact depths.
+constexpr float kNone = 2.0f;  // it fades in between no finer point near and two (decision 15)
+// Mean depth over the field's error below which the field's error counts, fading out at half as much again: kShallow
+// for the use of SmallContact although finer points are many, kInexact for exact depths in it (decision 16).
 constexpr float kShallow = 10.5f;
 constexpr float kInexact = 14.0f;
-// And those of which so many samples, up to twice as many, come near without their finer points: a face along G's, too
-// wide to be cut into pieces.
-constexpr float kManyUnseen = 512.0f;
-// Where finer points fade out, this fades later.
+// It is not used where so many samples, fading up to twice as many, come near without being refined: a face along G's,
+// too wide to be cut into pieces (decision 9, "faces that come").
+constexpr float kManyUnrefined = 512.0f;
+// It fades out later than finer points do. Not derived.
 constexpr float kLateFade = 3.0f;
-// Contacts of so many pieces, up to half as many again, take too long.
+// Contacts of so many pieces, fading up to half as many again, take too long (decision 16).
 constexpr float kBroad = 128.0f;
 
-void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScratch* scratch) {
+void ComputeShares(const SampleTree& sampled, float voxel_m, float share, RefineScratch* scratch) {
   if (!(scratch->num_near > 0.0f) || sampled.pieces.pieces.empty()) return;
   const float depth = scratch->volume_m3 / (scratch->near_m2 * voxel_m);
   const auto share_of = [&](float limit) {
@@ -315,7 +324,7 @@ void FindShares(const SampleTree& sampled, float voxel_m, float share, RefineScr
   const float few = std::max(rough, FadeOut(scratch->num_near, kFewNear, kFewNear));
   scratch->share_of_small = std::min(1.0f, kLateFade * share) * std::max(shallow, few) *
                             std::min(1.0f, scratch->num_near / kNone) *
-                            FadeOut(scratch->num_unseen, kManyUnseen, kManyUnseen);
+                            FadeOut(scratch->num_unrefined, kManyUnrefined, kManyUnrefined);
   scratch->share_of_exact = share_of(kInexact);
 }
 
@@ -324,16 +333,17 @@ void FindDeepestOf(const PointBlock& points, const float* depths, float voxel_m,
   sample->change = {.p_S = PointOf(points, k), .penetration_m = depths[k] * voxel_m};
 }
 
-// What the finer points at these depths change in what the sample, a point of `block`, tells.
+// Correction of a sample, a point of `block`, by its finer points at these depths:
+//   change = applied * (sums over finer points - weight * sums of the sample).
 void FindChange(const PointBlock& block, const PointBlock& points, const float* depths, float voxel_m,
                 FinerSample* sample) {
-  if (!(sample->told > 0.0f)) return;
+  if (!(sample->applied > 0.0f)) return;
   ContactPatch fine;
   ContactPatch coarse;
   if (sample->change.penetration_m > 0.0f) SetSums(points, depths, voxel_m, &fine);
   if (sample->depth_m > 0.0f) SetSums(block, sample->lane, sample->depth_m, &coarse);
   AddSums(coarse, -sample->weight, &fine);
-  AddSums(fine, sample->told, &sample->change);
+  AddSums(fine, sample->applied, &sample->change);
 }
 
 // Of these samples, whose finer points are those of the last evaluation.
@@ -374,19 +384,19 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
     const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
     const std::span<FinerSample> chunk = samples.subspan(begin, count);
     FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
-    Survey(voxel_m, chunk, scratch);
+    AddEstimates(voxel_m, chunk, scratch);
     for (std::uint32_t j = 0; j < chunk.size(); ++j) {
       FindDeepestOf(scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
     }
     if (!FitsAtOnce(*scratch)) FindChanges(sampled, voxel_m, walk_scratch, chunk, scratch);
   }
-  // Of all, whatever weight they have.
-  const float factor = scratch->stand_for / share;
+  // Estimates for all near samples, without the weight of refinement.
+  const float factor = scratch->num_represented / share;
   scratch->num_near *= factor;
   scratch->near_m2 *= factor;
   scratch->volume_m3 *= factor;
   scratch->rim_m3 *= factor;
-  FindShares(sampled, voxel_m, share, scratch);
+  ComputeShares(sampled, voxel_m, share, scratch);
 }
 
 void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,

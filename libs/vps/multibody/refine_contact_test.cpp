@@ -14,7 +14,7 @@ core::Pose At(double x, double y, double z, const glm::dvec3& turn = glm::dvec3(
   return {core::QuaternionFromRotationVector(turn), {x, y, z}};
 }
 
-TEST(FineBlock, StandsForItsSample) {
+TEST(FineBlock, CoversItsSamplesPatch) {
   const SurfaceSamples samples = *SampleSurface(MakeTorus(0.03, 0.012, 64, 32), 2048);
   const SampleTree tree = BuildSampleTree(samples);
   ASSERT_EQ(tree.fine.size(), tree.num_points);
@@ -55,7 +55,7 @@ struct RibAndPlate {
   void Query(const core::Pose& X_GS) { QueryFastPair(samples, field, X_GS, X_GS, pair, 0.01, &scratch, &result); }
 };
 
-TEST(RefineContact, SeesWhatSlipsBetweenTheSamples) {
+TEST(RefineContact, ResolvesARibBetweenTheSamples) {
   RibAndPlate pair;
   const oracle::MeshDistance A(pair.rib);
   const oracle::MeshDistance B(pair.plate);
@@ -80,7 +80,7 @@ TEST(RefineContact, SeesWhatSlipsBetweenTheSamples) {
 // A ball (the field) presses h below the middle of its bottom into a plate of few samples. At a distance r from the
 // axis the depth is R - sqrt(r^2 + (R - h)^2); over the disc of radius sqrt(R^2 - (R - h)^2) that is, with c = R - h,
 // pi (R (R^2 - c^2) - 2/3 (R^3 - c^3)).
-TEST(RefineContact, IsRightInTheMeanInsideARoundPart) {
+TEST(RefineContact, IsUnbiasedInsideARoundPart) {
   constexpr double R = 0.01;
   constexpr double h = 0.003;
   constexpr double c = R - h;
@@ -102,7 +102,7 @@ TEST(RefineContact, IsRightInTheMeanInsideARoundPart) {
 }
 
 // The weights of samples and of the whole change with the pose, and nothing jumps.
-TEST(RefineContact, ForceHasNoSteps) {
+TEST(RefineContact, ForceIsContinuous) {
   RibAndPlate pair;
   double before = 0.0;
   double largest = 0.0;
@@ -116,15 +116,15 @@ TEST(RefineContact, ForceHasNoSteps) {
   EXPECT_GT(before, 0.5 * 3e-4 * 0.0015 * 0.02);
 }
 
-// From where finer points of all samples tell of a ball's contact until none is looked at.
-TEST(RefineContact, FadesOutWithoutSteps) {
+// From where all samples of a ball's contact are refined until none is.
+TEST(RefineContact, FadesOutContinuously) {
   constexpr double R = 0.06;
   const DistanceField field = *BuildField(MakeSphere(R, 192), 1e-3);
   const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.1, 0.1, 0.02}), 24576));
   FastPairScratch scratch(samples);
   PairResult result;
   double before = 0.0;
-  std::uint32_t most_looked_at = 0;
+  std::uint32_t most_refined_samples = 0;
   std::uint64_t most_refined = 0;
   for (int i = 0; i <= 1600; ++i) {
     const double h = 1.5e-3 + 4e-6 * i;
@@ -134,18 +134,18 @@ TEST(RefineContact, FadesOutWithoutSteps) {
     if (i > 0) {
       EXPECT_LT(std::abs(force - before), 1.5 * 4e-6 * M_PI * 2.0 * R * h) << i;
     }
-    most_looked_at = std::max(most_looked_at, scratch.refine.num_samples);
+    most_refined_samples = std::max(most_refined_samples, scratch.refine.num_samples);
     if (scratch.refine.num_samples > 0) most_refined = std::max(most_refined, result.counters.points_colliding);
     before = force;
   }
-  EXPECT_LT(most_looked_at, 600U);
+  EXPECT_LT(most_refined_samples, 600U);
   EXPECT_GT(most_refined, 900U);
   EXPECT_EQ(scratch.refine.num_samples, 0U);
 }
 
-// A peg of few samples in a hole wider by c, its axis shifted by e (closed form: FieldWalk.AFewPointsTell*). The
+// A peg of few samples in a hole wider by c, its axis shifted by e (closed form: FieldWalk.AFewPointsIntegrate*). The
 // contact is a few samples wide, and the whole free side is nearer than they are to each other.
-TEST(RefineContact, SeesTheRimOfAConformingContactOfFewSamples) {
+TEST(RefineContact, ResolvesTheRimOfAConformingContactOfFewSamples) {
   constexpr double R = 0.01;
   constexpr double c = 5e-5;
   constexpr double L = 0.03;
@@ -164,9 +164,9 @@ TEST(RefineContact, SeesTheRimOfAConformingContactOfFewSamples) {
 
 // An edge of L (the field) presses d into a plate, turned by a about the edge, and cuts a strip of W = d / sin cos of
 // its face. Depth there is that to the nearer of the faces that meet at the edge, min(x sin, (W - x) cos): its integral
-// is W^2 sin cos / 2 (sin + cos). The strip is two samples wide and crosses hundreds: all of them tell it better than
-// the finer points of some, by which nothing is found that they miss.
-TEST(RefineContact, LeavesAStripOfManySamplesToThem) {
+// is W^2 sin cos / 2 (sin + cos). The strip is two samples wide and crosses hundreds: all of them integrate it better
+// than the finer points of some.
+TEST(RefineContact, DoesNotCorrectAStripOfManySamples) {
   constexpr double kLength_m = 0.4;
   constexpr double kTurn = 0.1;
   constexpr double kHalf_m = 0.01;
@@ -196,8 +196,8 @@ TEST(RefineContact, LeavesAStripOfManySamplesToThem) {
   EXPECT_LT(error, 0.03);
 }
 
-// More samples than it is for: the walk's sums are left as they are.
-TEST(RefineContact, LeavesBroadContactsAlone) {
+// Above its limit of samples the walk's sums are unchanged.
+TEST(RefineContact, DoesNotRefineBroadContacts) {
   const DistanceField field = *BuildField(MakeBox({0.06, 0.06, 0.02}), 1e-3);
   const SampleTree samples = BuildSampleTree(*SampleSurface(MakeBox({0.03, 0.03, 0.02}), 16384));
   const core::Pose X_GS = At(0.001, 0.002, 0.02 - 2e-4);

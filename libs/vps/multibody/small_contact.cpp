@@ -8,25 +8,27 @@
 namespace vps {
 namespace {
 
-// Exact places of a contact: between so many and twice as many.
+// Exact places of a contact: between so many and twice as many (decision 16).
 constexpr double kFewestPlaces = 130.0;
-// A quarter of a piece is so much of the square of the longest side that pieces may have, about.
+// Area of a quarter of a piece over the square of the longest side allowed. Halving leaves sides between 0.7 and 1 of
+// that length, and a piece with the longest side l has about 0.25 to 0.4 l^2: about 0.2 in the mean, a quarter of it.
 constexpr double kQuarter = 0.05;
-constexpr double kFinest = 0.25;  // of the samples' spacing
-// Where there are too many of a size, so much coarser ones will do, up to those that S is cut to.
+constexpr double kFinest = 0.25;  // of the samples' spacing; that of the finer points
+// Where there are too many pieces of a size, twice as large ones are tried, up to twice those that S is cut to.
 constexpr double kCoarser = 2.0;
 constexpr double kCoarsest = 8.0;
-// Sizes follow each other by a factor of the root of 2; both are taken over so much of the way from one to the next.
+// Sizes differ by a factor of sqrt(2); over this share of the way from one to the next both are used and blended. Not
+// derived: a wider blend takes time, a narrower one makes the force steeper there.
 constexpr double kBlend = 0.1;
-
-// Of a piece that is bent or faces a bent surface, per voxel; what depths by the field may jump by from cell to cell.
+// Bounds for culling, not derived: deviation of the depth from its linear variation over a piece, times the square of
+// half the side in voxels [1/voxel]; and steps of the field from cell to cell [voxels].
 constexpr float kBending = 0.25f;
 constexpr float kCellSteps = 0.02f;
 
 constexpr std::uint32_t kAtOnce = 4;  // lanes of an F4
 
-// The sixteen places of a piece: of each quarter its middle, then those of its own quarters at the corners. As shares
-// of the sides from corner 0 to 1 and to 2.
+// The sixteen places of a piece, in barycentric coordinates u, v (shares of the sides from corner 0 to 1 and to 2): of
+// each quarter its centroid, then those of its own quarters at the corners.
 struct Places {
   float u[kBlock], v[kBlock];
 };
@@ -96,7 +98,7 @@ void Append(const Corner& a, const Corner& b, const Corner& c, SmallContact::Tri
   ++to->count;
 }
 
-// The last one stands for those that are missing to whole registers.
+// Fills up to whole registers with the last one.
 void FillUp(SmallContact::Triangles* triangles) {
   const std::uint32_t n = triangles->count;
   for (std::vector<float>& coordinate : triangles->of) {
@@ -104,7 +106,7 @@ void FillUp(SmallContact::Triangles* triangles) {
   }
 }
 
-// Number on a space-filling curve (Morton) through cells of half a voxel; what is farther than 256 voxels away repeats.
+// Number on a Morton curve through cells of half a voxel; periodic with 512 voxels.
 std::uint32_t PlaceInCurve(const glm::vec3& p, double voxel_m) {
   std::uint32_t place = 0;
   const auto per_m = static_cast<float>(2.0 / voxel_m);
@@ -200,8 +202,9 @@ void SmallContact::PlaceOnCandidates() {
 }
 
 // Candidates that may be inside become pieces where they are small enough, else two candidates of the next round.
-// Between the tested places the depth may rise by what it varies, by what the surfaces bend, and in any case by no more
-// than the way.
+// Between the tested places the depth rises by at most its variation plus a term for curvature, and in any case by no
+// more than the distance to the nearest tested place (half the longest side):
+//   rise = min((largest - least) / 4 + kBending l^2 / 4, l / 2)   with the longest side l in voxels.
 bool SmallContact::SortCandidates(float longest_m, float voxel_m) {
   halves_.count = 0;
   for (std::uint32_t i = 0; i < candidates_.count; i += kAtOnce) {
@@ -287,7 +290,7 @@ void SmallContact::FindDepthsOfPieces(const DistanceField& field, const core::Po
   FindDepths(points_.data(), spheres_.data(), pieces_.count, field, X_GS, depths_.data());
   std::copy_n(depths_.begin(), pieces_.count, exact_.begin());
   if (field.facets.blocks.empty() || !(exact_share > 0.0f)) return;
-  // Neighbours share registers, and the fewer facets come into question for them the nearer they are.
+  // Neighbours share registers; the closer they are, the fewer facets have to be tested for them.
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < pieces_.count; ++i) {
     const float* const d = depths_[i].of;
@@ -355,8 +358,8 @@ void SmallContact::OfferAsDeepest(std::uint32_t piece, std::uint32_t place, floa
   sums_.deepest_n_S = inwards_[piece];
 }
 
-double SmallContact::MeasureDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S,
-                                    double depth_m, float exact_share) {
+double SmallContact::ComputeExactDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S,
+                                         double depth_m, float exact_share) {
   if (field.facets.blocks.empty() || !(exact_share > 0.0f)) return depth_m;
   exact_[0].of[0] = static_cast<float>(depth_m / field.voxel_size_m);
   exact_depths_.Begin(field, X_GS, exact_share, exact_.data());
@@ -365,7 +368,8 @@ double SmallContact::MeasureDepth_m(const DistanceField& field, const core::Pose
   return static_cast<double>(exact_[0].of[0]) * field.voxel_size_m;
 }
 
-// All places of the piece that seems to hold it are measured: of many that are off the deepest is off most.
+// Takes exact depths at all places of the piece with the deepest one: the largest of many depths with errors is biased
+// (0.04 voxel; so 0.002: decision 16).
 void SmallContact::FindDeepestPlace(const DistanceField& field, const core::Pose& X_GS, float exact_share) {
   if (!(deepest_of_pieces_m_ > 0.0f)) return;
   const std::uint32_t i = deepest_piece_;

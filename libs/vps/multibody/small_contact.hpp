@@ -11,15 +11,19 @@
 
 namespace vps {
 
-// The penalty integral of a contact that samples are too few for, over S's surface itself. Allocated once.
+// The penalty integral of a contact smaller than the samples resolve, over S's surface itself (decisions 15, 16).
+// Allocated once.
 //
-// The pieces of S that may be inside G are halved to one size. Sixteen places of each tell the depth by the field; four
-// of them, each the middle of a quarter, are told exactly where they are near G's surface, and what that differs by
-// from the field counts for the quarter: with depths f by the field, f0 of them and e exact in the middle,
-//   integral of depth = sum over 16 of a (f + e - f0)+.
-// The many places follow the rim of the contact, and the few correct the field, whose error changes less from place to
-// place. The size is such that a contact has between kFewestPlaces and twice as many of the middles; where it goes
-// from one size to the next both are taken and mixed, so that force and moment are continuous.
+// The pieces of S that may be inside G are halved to one size. The depth by the field is taken at sixteen places of
+// each; four of them, the centroids of its quarters, get exact depths where they are near G's surface, and the
+// difference is added for the whole quarter. With the weight a [m^2] of a place, depths f by the field, f0 and e by the
+// field and exact at the quarter's centroid [voxels],
+//
+//   integral of depth = sum over places of a max(f + e - f0, 0).
+//
+// The many places resolve the rim of the contact, and the few correct the field, whose error varies less. The size is
+// chosen so that a contact has between kFewestPlaces and twice as many centroids; between two sizes both are used and
+// blended, so that force and moment are continuous.
 class SmallContact {
  public:
   struct Sums {
@@ -38,15 +42,16 @@ class SmallContact {
 
   struct Request {
     double spacing_m = 0.0;    // of S's samples
-    double near_m2 = 0.0;      // about how much of S's surface is inside G or near enough to be looked at
-    float exact_share = 1.0f;  // how far e goes from f to the exact depth; 0 takes half the time
+    double near_m2 = 0.0;      // estimate of S's surface inside G or near it: RefineScratch::near_m2
+    float exact_share = 1.0f;  // weight of exact depths in e against f0; 0 takes half the time
   };
-  // False: more pieces come into question than there is room for, and there is no result.
+  // False: more pieces may be inside than there is room for, and there is no result. X_GS: pose of S in G; sums about
+  // S's mesh origin, in S.
   bool Integrate(const SurfacePieces& S, const DistanceField& field, const core::Pose& X_GS, const Request& request);
-  // Makes a depth by the field exact, by so much of the way.
-  double MeasureDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S, double depth_m,
-                        float exact_share);
-  // Of the last call of Integrate, which was true.
+  // The depth at p_S [m], corrected from the field's depth_m towards the exact one with the weight exact_share.
+  double ComputeExactDepth_m(const DistanceField& field, const core::Pose& X_GS, const glm::vec3& p_S, double depth_m,
+                             float exact_share);
+  // Of the last call of Integrate that returned true.
   [[nodiscard]] const Sums& sums() const { return sums_; }
   // In at most kMostPatches parts.
   [[nodiscard]] std::span<const ContactPatch> patches() const { return {patches_.data(), num_patches_}; }
@@ -54,7 +59,7 @@ class SmallContact {
 
   // Triangles, coordinate by coordinate: those of corner c begin at [3 c]. m.
   struct Triangles {
-    static constexpr std::uint32_t kMost = 2048;
+    static constexpr std::uint32_t kMost = 2048;  // decision 15; not derived
     std::array<std::vector<float>, 9> of;
     std::uint32_t count = 0;
 

@@ -57,7 +57,7 @@ core::Pose OnItsCorner(double size_m, double depth_m, std::uint32_t* seed) {
 }
 
 // Two hundredths of a voxel deep: the surface of two samples.
-TEST(SmallContact, TellsABarePressureThatSamplesTellByChance) {
+TEST(SmallContact, IntegratesAContactOfTwoSamples) {
   constexpr double kRadius_m = 0.02;
   OnPlate pair(MakeSphere(kRadius_m, 96), 4096);
   ASSERT_FALSE(pair.samples.pieces.pieces.empty());
@@ -79,7 +79,7 @@ TEST(SmallContact, TellsABarePressureThatSamplesTellByChance) {
   EXPECT_GT(worst_of(), 0.06);
 }
 
-TEST(SmallContact, TellsTheDeepestPlaceOfACorner) {
+TEST(SmallContact, FindsTheDeepestPointOfACorner) {
   constexpr double kSize_m = 0.04;
   OnPlate pair(MakeBox(glm::dvec3(kSize_m)), 4096);
   std::uint32_t seed = 9;
@@ -95,8 +95,8 @@ TEST(SmallContact, TellsTheDeepestPlaceOfACorner) {
 }
 
 // A ball comes down on a plate: its force is the volume of its cap, pi d^2 (R - d / 3), and grows by its circle's area,
-// through all sizes of pieces and until the samples tell it.
-TEST(SmallContact, ForceHasNoSteps) {
+// through all sizes of pieces and until the samples alone are used.
+TEST(SmallContact, ForceIsContinuous) {
   constexpr double kRadius_m = 0.02;
   OnPlate pair(MakeSphere(kRadius_m, 192), 16384);
   double before = 0.0;
@@ -122,8 +122,8 @@ TEST(SmallContact, ForceHasNoSteps) {
 
 // A cube comes down on its corner. With the plate's normal n in the cube's frame, the sides inside are d / n_i long and
 // the mean depth of the triangles is d / 3: their forces add up to d^3 / (6 n_x n_y n_z) along n. First the corner is
-// between samples too few to see it; then it is deep, and the samples come to tell it.
-TEST(SmallContact, ForceOfACornerHasNoSteps) {
+// smaller than the samples resolve; then it is deep, and the samples take over.
+TEST(SmallContact, ForceOfACornerIsContinuous) {
   constexpr double kSize_m = 0.04;
   constexpr double kStep_m = 2e-6;
   struct Way {
@@ -167,8 +167,8 @@ struct BeamOnPlate : OnPlate {
   double tilt;
 };
 
-// The force is L d^2 / (2 sin cos) of the tilt, until so many samples are near that they tell it alone.
-TEST(SmallContact, ForceOfAnEdgeHasNoSteps) {
+// The force is L d^2 / (2 sin cos) of the tilt, until so many samples are near that they alone are used.
+TEST(SmallContact, ForceOfAnEdgeIsContinuous) {
   constexpr double kStep_m = 1e-6;
   for (const std::uint32_t num_samples : {9000U, 16384U}) {
     BeamOnPlate pair(0.3, num_samples);
@@ -188,8 +188,8 @@ TEST(SmallContact, ForceOfAnEdgeHasNoSteps) {
   }
 }
 
-// Deeper than that the finer points of some of the samples tell for all that are near.
-TEST(SmallContact, LeavesALongEdgeToFinerPointsOfSomeSamples) {
+// Deeper than that the finer points of some of the samples represent all that are near.
+TEST(SmallContact, IsNotUsedForADeepLongEdge) {
   BeamOnPlate pair(0.3, 16384);
   const auto worst_of = [&] {
     double worst = 0.0;
@@ -201,17 +201,17 @@ TEST(SmallContact, LeavesALongEdgeToFinerPointsOfSomeSamples) {
     return worst;
   };
   EXPECT_LT(worst_of(), 0.05);
-  EXPECT_GT(pair.scratch.refine.stand_for, 3.0f);
+  EXPECT_GT(pair.scratch.refine.num_represented, 3.0f);
   BeamOnPlate few(0.3, 4096);
   few.Force(few.Pressed(1.1e-4));
-  EXPECT_NEAR(few.scratch.refine.stand_for, 1.0f, 1e-5f);
+  EXPECT_NEAR(few.scratch.refine.num_represented, 1.0f, 1e-5f);
   EXPECT_NEAR(pair.scratch.refine.near_m2 / few.scratch.refine.near_m2, 1.0f, 0.2f);
   pair.samples.fine = {};
   EXPECT_GT(worst_of(), 0.1);
 }
 
 // A twentieth of a voxel deep, a strip narrower than the finer points of its samples are apart: they miss a third.
-TEST(SmallContact, TellsANarrowStripOfALongEdge) {
+TEST(SmallContact, IntegratesANarrowStripAlongAnEdge) {
   for (const std::uint32_t num_samples : {4096U, 16384U}) {
     BeamOnPlate pair(0.4, num_samples);
     const auto worst_of = [&] {
@@ -230,9 +230,9 @@ TEST(SmallContact, TellsANarrowStripOfALongEdge) {
   }
 }
 
-// More pieces come into question than there is room for: of a face a hair above a plate, or farther above it, where in
-// the end none counts; along an edge that is cut finely. The samples' answer stands.
-TEST(SmallContact, LeavesWhatIsNearEverywhereToTheSamples) {
+// More pieces may be inside than there is room for: of a face just above a plate, or farther above it, where none is in
+// the end; along an edge that is cut finely. The samples' result is kept.
+TEST(SmallContact, KeepsTheSamplesResultWhereTooManyPiecesAreNear) {
   BeamOnPlate beam(0.4, 4096);
   const SurfacePieces block = CutIntoPieces(MakeBox({0.09, 0.09, 0.01}), 1e-3);
   SmallContact small;
@@ -251,13 +251,13 @@ TEST(SmallContact, LeavesWhatIsNearEverywhereToTheSamples) {
 }
 
 // The face of a block comes towards a plate, even or turned a little. Its edges' finer points are few, but all of the
-// face is so near that more pieces would come into question than there is room for.
-TEST(SmallContact, IsNotAskedAboutAFaceThatComes) {
+// face is so near that there would be more pieces than there is room for.
+TEST(SmallContact, IsNotUsedForAnApproachingFace) {
   const DistanceField plate = *BuildField(MakeBox({0.1, 0.1, 2.0 * kSurface_m}), kVoxel_m);
   const SampleTree samples = *BuildSampleTree(MakeBox({0.09, 0.08, 0.02}), 65536);
   FastPairScratch scratch(samples);
   PairResult result;
-  std::uint32_t most_looked_at = 0;
+  std::uint32_t most_refined_samples = 0;
   for (const double turn : {0.0, 0.003}) {
     const double lowest_m = 0.01 * std::cos(turn) + 0.04 * std::sin(turn);
     for (int i = 0; i < 70; ++i) {
@@ -265,13 +265,13 @@ TEST(SmallContact, IsNotAskedAboutAFaceThatComes) {
       const core::Pose X = At(2e-4, 3e-4, kSurface_m + lowest_m + gap_m, {turn, 0.0, 0.0});
       QueryFastPair(samples, plate, X, X, {.look_ahead_m = 0.0}, 0.01, &scratch, &result);
       EXPECT_EQ(scratch.refine.share_of_small, 0.0f) << turn << ", " << gap_m;
-      most_looked_at = std::max(most_looked_at, scratch.refine.num_samples);
+      most_refined_samples = std::max(most_refined_samples, scratch.refine.num_samples);
     }
   }
-  EXPECT_GT(most_looked_at, 100U);
+  EXPECT_GT(most_refined_samples, 100U);
 }
 
-TEST(SphereSieve, LeavesOutNothingThatIsInside) {
+TEST(SphereSieve, KeepsEverySphereWithAPlaceInside) {
   const TriangleMesh mesh = MakeBlockWithHole(0.05, 0.05, 0.01, 64);
   const DistanceField field = *BuildField(mesh, kVoxel_m);
   const oracle::MeshDistance exact(mesh);

@@ -87,7 +87,7 @@ class DeepestSearch {
   DeepestSearch(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB) : A_(A), B_(B), X_AB_(X_AB) {}
 
   Deepest Run() {
-    constexpr std::uint64_t kMaxRegions = 50'000;
+    constexpr std::uint64_t kMaxRegions = 50'000;  // not derived; what is left is in error_bound_m
     if (B_.triangles().empty()) return {};
     tolerance_ = 1e-9 * B_.nodes()[0].radius_m;
     PushNode(0);
@@ -138,8 +138,8 @@ class DeepestSearch {
     Push({node.radius_m - A_.SignedDistance(X_AB_ * node.centre_m), index, {}, 0});
   }
 
-  // Nor is it greater than the distance to any one triangle of A, which is convex: its maximum over the piece is at a
-  // corner. For flat faces that face each other this bound is sharp at once.
+  // Another bound of the depth is the distance to any one triangle of A, which is convex: its maximum over the piece is
+  // at a corner. For parallel flat faces this bound is sharp at once.
   void PushPiece(const Triangle& t) {
     const glm::dvec3 c = Centroid(t);
     double bound = Radius(t, c) - Try(c);

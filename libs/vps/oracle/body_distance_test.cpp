@@ -22,7 +22,7 @@ struct Uniform {
   }
 };
 
-TEST(MeshDistance, GivesTheAnswersOfEveryTriangleTested) {
+TEST(MeshDistance, EqualsExhaustiveSearch) {
   for (const TriangleMesh& mesh : {MakeTorus(0.1, 0.04, 40, 20), MakeBlockWithHole(0.3, 0.2, 0.1, 32)}) {
     const MeshDistance fast(mesh);
     const ExactDistance slow(mesh);
@@ -64,7 +64,7 @@ TEST(MeshDistance, AnOpenSheetHasTwoSidesAndNoInside) {
   EXPECT_NEAR(sheet.SignedDistance({0.2, 0.1, -0.05}), 0.05, 1e-15);
 }
 
-TEST(MeshDistance, ASmallHoleDoesNotTurnASolidOutside) {
+TEST(MeshDistance, IsNegativeInsideASolidWithASmallHole) {
   TriangleMesh mesh = MakeSphere(0.1, 32);
   mesh.triangles.erase(mesh.triangles.begin() + 40);
   const MeshDistance sphere(mesh);
@@ -72,7 +72,7 @@ TEST(MeshDistance, ASmallHoleDoesNotTurnASolidOutside) {
   EXPECT_GT(sphere.SignedDistance({0.11, 0.0, 0.0}), 0.0);
 }
 
-TEST(TriangleDistance, SeesCrossingsFacesEdgesAndCorners) {
+TEST(TriangleDistance, CoversCrossingsFacesEdgesAndCorners) {
   const Triangle t{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
   EXPECT_EQ(TriangleDistance(t, {{{0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.3, 0.9, 1}}}), 0.0);
   EXPECT_NEAR(TriangleDistance(t, {{{0.2, 0.2, 0.5}, {0.2, 0.2, 1}, {0.3, 0.3, 1}}}), 0.5, 1e-15);
@@ -117,7 +117,7 @@ TEST(BodyDistance, CountsPenetrationOfEitherSurface) {
   EXPECT_FALSE(swapped.is_deepest_in_A);
 }
 
-TEST(BodyDistance, SeesABodyThatIsSwallowed) {
+TEST(BodyDistance, OfABodyInsideTheOtherIsItsDepth) {
   const MeshDistance A(MakeBox({0.2, 0.2, 0.2}));
   const MeshDistance B(MakeSphere(0.02, 64));
   EXPECT_NEAR(SignedBodyDistance(A, B, At(0.0, 0.0, 0.03)).signed_distance_m, -0.09, 9e-5);

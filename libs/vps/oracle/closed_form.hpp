@@ -67,7 +67,7 @@ inline double SphereOnHalfSpaceForce(double radius_m, double depth_m) {
 // around the peg's axis the depth at angle a from the direction of the shift e is, with peg radius r and hole radius R,
 // |r (cos a, sin a) + (e, 0)| - R. Integrated by the midpoint rule, which is spectrally accurate up to the kinks.
 inline double PegInHoleForce(double shift_m, double peg_radius_m, double hole_radius_m, double length_m) {
-  constexpr int kSteps = 200'000;
+  constexpr int kSteps = 200'000;  // more than doubles can use: a kink costs about (2 pi / kSteps)^2 = 1e-9
   double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double a = 2.0 * std::numbers::pi * (i + 0.5) / kSteps;

@@ -49,7 +49,7 @@ double Area(const Triangle& t) {
   return 0.5 * glm::length(glm::cross(t[1] - t[0], t[2] - t[0]));
 }
 
-// Halves the longest edge, and that of each half: pieces become neither slivers nor stay ones.
+// Halves the longest edge, and that of each half, so that pieces do not become or stay slivers.
 std::array<Triangle, 2> Halve(const Triangle& t) {
   int k = 0;  // the corner opposite the longest edge
   for (int i = 1; i < 3; ++i) {
@@ -142,7 +142,7 @@ class Integrator {
     pieces_.push_back(piece);
   }
 
-  // Samples the four children and says how far the piece is from settled.
+  // Samples the four children and estimates the piece's error: the change from its own estimate to the sum of theirs.
   void Complete(Piece* piece) {
     piece->fine = {};
     const std::array<Triangle, 4> children = Split(piece->t);
@@ -153,8 +153,8 @@ class Integrator {
     }
     const glm::dvec3 moment_change = piece->fine.moment - piece->coarse.moment;
     piece->error = std::max(std::abs(piece->fine.depth - piece->coarse.depth), glm::length(moment_change) / arm_);
-    // A surface that cuts off a corner between the samples: their spacing is about a quarter of the radius, so the
-    // part is no deeper than that and no larger than a share of the area.
+    // A surface may cut off a corner between the samples. Their spacing is about a quarter of the radius, so that the
+    // part is no deeper than that and a fraction of the area; 1 / 50 of area times radius is not derived further.
     if (piece->side == Side::kCrossing && !piece->fine.has_depth) {
       piece->error = std::max(piece->error, Area(piece->t) * Radius(piece->t, Centroid(piece->t)) / 50.0);
     }
@@ -230,7 +230,7 @@ class Integrator {
   const MeshDistance& B_;
   const core::Pose X_AB_;
   double arm_ = 1e-300;  // greatest distance of B's surface from its origin
-  double floor_ = 0.0;   // 1e-10 of B's area times its radius: less than that is as good as nothing
+  double floor_ = 0.0;   // 1e-10 of B's area times its radius: counts as zero
   std::vector<Piece> pieces_;
   std::uint64_t num_samples_ = 0;
 };

@@ -31,7 +31,7 @@ TEST(ExactDistance, EqualsTheClosedFormOfABox) {
   }
 }
 
-TEST(ExactDistance, WindingNumberTellsInsideFromOutside) {
+TEST(ExactDistance, WindingNumberIsOneInsideAndZeroOutside) {
   const ExactDistance oracle(UnitBox());
   EXPECT_NEAR(oracle.WindingNumber({0.3, -0.2, 0.9}), 1.0, 1e-12);
   EXPECT_NEAR(oracle.WindingNumber({0.3, -0.2, 1.1}), 0.0, 1e-12);

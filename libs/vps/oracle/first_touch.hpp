@@ -8,9 +8,9 @@
 
 namespace vps::oracle {
 
-// Where B, turned by `R_AB` and coming along -from_A (unit) from far away with its box's middle aimed at the middle of
-// A's box, first touches A, found by sphere tracing: moving by the distance cannot pass through. X_AB(depth) is the
-// pose `depth_m` beyond the touch; negative: before it.
+// First contact of B, turned by `R_AB` and moving along -from_A (unit) from far away with the middle of its box aimed
+// at the middle of A's box; by sphere tracing: a step of the distance cannot pass through. Beyond(depth_m) is the pose
+// `depth_m` beyond the touch; negative: before it.
 struct FirstTouch {
   core::Pose X_AB;
   glm::dvec3 from_A{0.0};

@@ -10,7 +10,7 @@
 namespace vps::oracle {
 namespace {
 
-constexpr std::uint32_t kLeafTriangles = 4;
+constexpr std::uint32_t kLeafTriangles = 4;  // not derived; results do not depend on it
 
 double SquaredDistanceToBox(const glm::dvec3& p, const glm::dvec3& lower, const glm::dvec3& upper) {
   const glm::dvec3 gap = glm::max(glm::max(lower - p, p - upper), glm::dvec3(0.0));
@@ -80,8 +80,9 @@ void MeshDistance::FindParts(const TriangleMesh& mesh) {
   }
 }
 
-// Then every face has winding number 1 on its inner and 0 on its outer side: no triangle meets one that shares no
-// corner with it, and each connected part winds half a time around a point of its own surface (the mean of both sides).
+// Whether every face has winding number 1 on its inner and 0 on its outer side: the mesh is closed, no triangle meets
+// one that shares no corner with it, and each connected part winds half a time around a point of its own surface (the
+// mean of both sides).
 bool MeshDistance::IsSimpleSolid(const TriangleMesh& mesh) const {
   if (CountOpenEdges(mesh) != 0) return false;
   for (const glm::dvec3& c : part_centroids_) {
@@ -90,8 +91,8 @@ bool MeshDistance::IsSimpleSolid(const TriangleMesh& mesh) const {
   return std::none_of(triangles_.begin(), triangles_.end(), [this](const Triangle& t) { return Meets(t, true); });
 }
 
-// Baerentzen and Aanaes 2005: seen from p, the sum of the faces' normals around the nearest edge or corner, at a corner
-// weighted by the faces' angles there, tells inside from outside as a face's normal does.
+// Baerentzen and Aanaes 2005: with the sum m of the faces' normals around the nearest edge or corner q, at a corner
+// weighted by the faces' angles there, the sign of m . (p - q) is right for inside and outside, as a face's normal is.
 void MeshDistance::ComputeNormals(const TriangleMesh& mesh, const std::vector<std::uint32_t>& order) {
   std::vector<glm::dvec3> corner(mesh.vertices.size(), glm::dvec3(0.0));
   std::map<std::pair<std::uint32_t, std::uint32_t>, glm::dvec3> edge;
@@ -221,8 +222,9 @@ double MeshDistance::WindingNumber(const glm::dvec3& p) const {
   return sum / (4.0 * std::numbers::pi);
 }
 
-// A far group of triangles acts like one dipole at its centre: solid angle = sum(area n) . r / |r|^3 (Barill et al.
-// 2018, first order). Beyond 2.5 radii the error of a group is a few per cent of a share that is itself small.
+// Solid angle of a far group of triangles as one dipole at its centre: sum(area n) . r / |r|^3 (Barill et al. 2018,
+// first order). From 2.5 radii on, not derived: IsInside allows for an error of 0.3 and takes the exact sum nearer to
+// 0.5.
 double MeshDistance::FarFieldWinding(const glm::dvec3& p) const {
   constexpr double kFar = 2.5;
   double sum = 0.0;
@@ -245,7 +247,7 @@ double MeshDistance::FarFieldWinding(const glm::dvec3& p) const {
   return sum / (4.0 * std::numbers::pi);
 }
 
-// On a simple solid the normal of the nearest face, edge or corner gives the winding number's answer.
+// On a simple solid the normal of the nearest face, edge or corner gives the same sign as the winding number.
 bool MeshDistance::IsInside(const glm::dvec3& p, const Nearest& nearest) const {
   if (sides_ == Sides::kSheet) return false;
   if (!is_simple_solid_) return IsInside(p);
@@ -271,7 +273,7 @@ bool MeshDistance::IsInside(const glm::dvec3& p, const Nearest& nearest) const {
 
 bool MeshDistance::IsInside(const glm::dvec3& p) const {
   if (sides_ == Sides::kSheet) return false;
-  // The approximation decides where it is far from the threshold, the exact sum near it.
+  // The approximation is used where it is far from the threshold, the exact sum near it.
   const double winding = FarFieldWinding(p);
   return std::abs(winding - 0.5) < 0.3 ? WindingNumber(p) > 0.5 : winding > 0.5;
 }

@@ -10,10 +10,10 @@
 
 namespace vps::oracle {
 
-// The answers of ExactDistance from a tree of boxes, in double precision: O(log triangles) per point. Mesh frame, m.
+// ExactDistance from a tree of boxes, in double precision: O(log triangles) per point. Mesh frame, m.
 class MeshDistance {
  public:
-  // kSolid: inside where the surface winds around a point more than half a time; small holes do no harm. kSheet: an
+  // kSolid: inside where the winding number exceeds 1/2, so that small holes do no harm. kSheet: an
   // open surface with two sides and no inside, every distance is positive.
   enum class Sides { kSolid, kSheet };
 
@@ -31,7 +31,7 @@ class MeshDistance {
     std::uint32_t triangle = 0;  // index into triangles()
     glm::dvec3 point_m{0.0};
   };
-  // Nothing when no surface point is nearer than `limit_m`.
+  // Nullopt when no surface point is nearer than `limit_m`.
   [[nodiscard]] std::optional<Nearest> FindNearest(const glm::dvec3& p,
                                                    double limit_m = std::numeric_limits<double>::infinity()) const;
   // Does any triangle share a point with `t`? `skip_neighbours`: none that shares a corner with it counts.
@@ -72,7 +72,7 @@ class MeshDistance {
   std::vector<glm::dvec3> part_centroids_;  // of one triangle of each part
   std::vector<Normals> normals_;            // of a simple solid
   Sides sides_;
-  bool is_simple_solid_ = false;  // closed, oriented, free of self-intersection: normals tell inside from outside
+  bool is_simple_solid_ = false;  // closed, oriented, free of self-intersection: normals determine inside and outside
 };
 
 }  // namespace vps::oracle

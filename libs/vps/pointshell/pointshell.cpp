@@ -12,6 +12,8 @@
 namespace vps {
 namespace {
 
+// Not derived: more candidates spread the points more evenly (test Pointshell.KeepsItsPointsApart) and take time in
+// proportion.
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 
 // Candidate k lies at the share (k + 1/2) / count of the total area, in triangle order: every triangle gets its share

@@ -19,11 +19,12 @@ struct Pointshell {
   std::vector<glm::dvec3> inward_normals;
 };
 
-constexpr std::uint32_t kMaxPoints = 4'000'000;
+constexpr std::uint32_t kMaxPoints = 4'000'000;  // not derived; bounds memory and time
 
 // Exactly `num_points` points: area-uniform candidates, four for each point wanted, are thinned by weighted sample
 // elimination (Yuksel 2015), which leaves blue noise: the most crowded candidate is taken away until the number is
-// right. Candidates on faces that look away from each other do not crowd each other, so thin walls keep both sides.
+// right. Candidates whose normals are more than 120 degrees apart do not crowd each other, so thin walls keep both
+// sides.
 // Deterministic. Errors: no area, too many points.
 core::Result<Pointshell> BuildPointshell(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress = {});

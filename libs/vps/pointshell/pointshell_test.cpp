@@ -9,7 +9,7 @@
 namespace vps {
 namespace {
 
-TEST(Pointshell, HasTheNumberAskedForOnTheSurfaceWithInwardNormals) {
+TEST(Pointshell, HasTheRequestedNumberOfPointsOnTheSurfaceWithInwardNormals) {
   const auto shell = BuildPointshell(MakeSphere(0.05, 64), 5000);
   ASSERT_TRUE(shell.has_value());
   ASSERT_EQ(shell->points_m.size(), 5000U);

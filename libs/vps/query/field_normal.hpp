@@ -7,9 +7,13 @@ namespace vps {
 
 // Direction in which the layers of G fall, that is out of G, at a point in voxel units: the derivative of a contact's
 // gap with respect to the point, which is what a contact plane needs (the point's own normal, which Eq. 1 uses, is 45
-// degrees off when an edge of S touches a face of G). Per axis the least-squares slope over three voxels to each side,
-// which averages the rounding of the layers. Returns false where the field has no direction (middle of a slot, beyond
-// the last layer) or near the border of the grid.
+// degrees off when an edge of S touches a face of G). Per axis the least-squares slope of the layers v over three
+// voxels to each side, which averages their rounding:
+//
+//   slope = sum over k = 1 ... 3 of k (v(-k) - v(k)) / 28,   28 = 2 (1 + 4 + 9).
+//
+// Returns false where the field has no direction (middle of a slot, beyond the last layer: a slope below 0.3, not
+// derived) or near the border of the grid.
 inline bool FieldNormal(const Voxmap& field, const float p[3], glm::vec3* n_G) {
   constexpr int kReach = 3;
   const int x = static_cast<int>(p[0]);
@@ -27,7 +31,7 @@ inline bool FieldNormal(const Voxmap& field, const float p[3], glm::vec3* n_G) {
   }
   const glm::vec3 n(static_cast<float>(slope[0]), static_cast<float>(slope[1]), static_cast<float>(slope[2]));
   const float length = glm::length(n);
-  if (length < 0.3f * 28.0f) return false;  // 28 = 2 (1 + 4 + 9): the slope of a plain distance
+  if (length < 0.3f * 28.0f) return false;
   *n_G = n / length;
   return true;
 }

@@ -86,7 +86,7 @@ void ExpectWithinLayerError(const TriangleMesh& mesh, double voxel_size_m, const
   testing::Test::RecordProperty(std::string(name) + "_rms_voxels", std::to_string(e.rms_voxels));
   std::printf("%-10s error of V in voxels: mean %+.3f, rms %.3f, max %.3f\n", name, e.mean_voxels, e.rms_voxels,
               e.max_voxels);
-  // What integer layers give: half a voxel of rounding, up to sqrt(3)/2 of surface thickness.
+  // The error of integer layers: half a voxel of rounding, up to sqrt(3)/2 of surface thickness.
   EXPECT_LT(e.rms_voxels, 0.75) << name;
   EXPECT_LT(e.max_voxels, 1.75) << name;
 }

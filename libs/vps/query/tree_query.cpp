@@ -70,8 +70,8 @@ Field MakeField(const Voxmap& v) {
           static_cast<float>(v.border_layers)};
 }
 
-// What has to be taken off a layer number to bound the way to the nearest hit; see the header. The last digits cover
-// float rounding of the transformed centre.
+// Voxels to subtract from a layer number for a lower bound of the distance to the nearest hit: m + 1 + sqrt(3), derived
+// in the header. The last 0.01 covers the float rounding of the transformed centre.
 float SphereSlack(double margin_m, double voxel_size_m) {
   return static_cast<float>(OutermostLayer(margin_m, voxel_size_m)) + 1.0f + 1.7321f + 0.01f;
 }

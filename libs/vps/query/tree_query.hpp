@@ -48,6 +48,9 @@ struct QueryResult {
 // distance of two voxel centres, which is at most |P - c| + 2 sqrt(3)/2. So no hit is closer to c than
 // |v| - m - 1 - 1.7321 voxels; the sphere is skipped when its radius is less. Outside the grid the distance to the
 // surface voxels' box takes the place of |v| - 1/2.
+//
+// `sampled` is S's tree, `field` G's grid, X_GS the pose of S in G, margin_m >= 0 the look-ahead. The result is
+// complete; nothing is allocated.
 QueryResult QueryTree(const PointTree& sampled, const Voxmap& field, const core::Pose& X_GS, double margin_m,
                       QueryScratch* scratch);
 

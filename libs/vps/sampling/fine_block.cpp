@@ -91,7 +91,7 @@ FineBlock MakeFineBlock(const std::vector<SurfacePanel>& panels, std::span<std::
     fine.nx[k] = static_cast<std::int8_t>(std::clamp(steps(group.normal.x, fine.normal_step), -127L, 127L));
     fine.ny[k] = static_cast<std::int8_t>(std::clamp(steps(group.normal.y, fine.normal_step), -127L, 127L));
     fine.nz[k] = static_cast<std::int8_t>(std::clamp(steps(group.normal.z, fine.normal_step), -127L, 127L));
-    // What rounding takes from one the next ones get.
+    // The next points get what rounding took from this one.
     const long share =
         k + 1 == groups.size() ? left : std::lround(static_cast<double>(left) * group.area_m2 / area_left_m2);
     fine.share[k] = static_cast<std::uint16_t>(share);

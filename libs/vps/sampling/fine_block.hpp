@@ -18,26 +18,26 @@ struct alignas(64) PointBlock {
   float area_m2[kBlock];
 };
 
-// The surface that one sample stands for in up to sixteen finer ones, for contacts that few samples see. Packed, since
-// there is one for every sample: places and normals beside those of the sample, areas as shares of its own.
+// Refinement of one sample's patch into up to sixteen finer points, for contacts of few samples (decision 9). Packed,
+// since there is one for every sample: places and normals relative to the sample's, areas as shares of its own.
 struct alignas(64) FineBlock {
   std::int16_t x[kBlock], y[kBlock], z[kBlock];    // from the sample, in steps of place_step_m
   std::int8_t nx[kBlock], ny[kBlock], nz[kBlock];  // from its normal, in steps of normal_step
   std::uint16_t share[kBlock];                     // of its area, in 1 / kShares; they add up to kShares
   float place_step_m = 0.0f;
   float normal_step = 0.0f;
-  float reach_m = 0.0f;  // no place of the surface that the sample stands for is farther from it
-  float cover_m = 0.0f;  // ... from the nearest of these points
+  float reach_m = 0.0f;  // radius of the sample's patch about the sample
+  float cover_m = 0.0f;  // covering radius: no place of the patch is farther from the nearest of these points
 };
 static_assert(sizeof(FineBlock) == 192);
 constexpr float kShares = 65535.0f;
 
-// How far about the patch of a sample reaches from it, beside the root of its area: between a hexagon's 0.62 and what
-// patches have in their corners.
+// Typical radius of a patch over the root of its area: a regular hexagon has 0.62 (radius of its corners), patches have
+// longer corners. Not derived further.
 constexpr float kPatchReach = 0.7f;
 
-// Gathers the panels that a sample stands for (indices into `panels`, which are sorted) into sixteen compact groups of
-// about equal numbers of panels.
+// Groups the panels of a sample's patch (indices into `panels`; reordered) into sixteen compact groups of about equal
+// numbers of panels. p [m] and inward_normal: the sample's.
 FineBlock MakeFineBlock(const std::vector<SurfacePanel>& panels, std::span<std::uint32_t> cell, const glm::dvec3& p,
                         const glm::dvec3& inward_normal);
 

@@ -20,10 +20,12 @@ BoxTree TreeOf(const std::vector<std::array<glm::dvec3, 2>>& segments) {
 
 }  // namespace
 
-// Points on both sides of an edge of length l, beyond the even ones: at distance x the spacing is max(e, x) up to f, so
-// 2 l [int_0^e dx / e^2 + int_e^f dx / x^2 - f / f^2] = 4 l (1 / e - 1 / f).
+// Numbers of points, for spacings c at corners, e at edges and f on faces [m]: the integral of dA / h^2.
+// On both sides of an edge of length l, beyond the even ones: at distance x the spacing is max(e, x) up to f, so
+//   2 l [int_0^e dx / e^2 + int_e^f dx / x^2 - f / f^2] = 4 l (1 / e - 1 / f).
 // Around a corner of three faces of 90 degrees, at distance x with spacing x / 2 from 2 c to 2 e:
-// 3 [pi / 4 (2 c)^2 / c^2 + int pi / 2 x dx / (x / 2)^2] = 3 pi (1 + 2 ln(e / c)).
+//   3 [pi / 4 (2 c)^2 / c^2 + int pi / 2 x dx / (x / 2)^2] = 3 pi (1 + 2 ln(e / c)).
+// Corners are graded while they take less than a quarter of the share of edges (not derived).
 SampleSpacing::SampleSpacing(const TriangleMesh& mesh, double area_m2, std::uint32_t num_points)
     : sharp_(FindSharpEdges(mesh)) {
   const double wanted = num_points;

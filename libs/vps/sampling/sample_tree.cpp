@@ -18,7 +18,8 @@ glm::vec3 MeanNormal(const PointBlock& points) {
   return length > 0.0f ? sum / length : glm::vec3(0.0f);
 }
 
-// Pieces longer than this against the samples' spacing would be found near too often.
+// Longest piece: four spacings of the samples (decision 15). Not derived: longer pieces are found near too often,
+// shorter ones take memory.
 double LongestPiece_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);
 }

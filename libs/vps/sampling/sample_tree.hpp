@@ -16,18 +16,18 @@
 namespace vps {
 
 // Surface samples in the order of a tree: point block b holds points 16 b ... 16 b + 15, sphere j of level 0 holds
-// point block j. Points that share a block are neighbours. Places without a point are filled with points of no area,
-// far away.
+// point block j. Points that share a block are neighbours. Blocks are filled up with points of no area, far away. Mesh
+// frame, metres.
 struct SampleTree : SphereTree {
   std::uint32_t num_points = 0;
   double area_m2 = 0.0;
   glm::dvec3 centre_m{0.0};  // sphere around all
   double radius_m = 0.0;
   std::vector<PointBlock> points;
-  std::vector<FineBlock> fine;  // of each point, in their order; empty: the points are as fine as it gets
-  SurfacePieces pieces;         // the surface itself, where there are finer points and it has not too many triangles
-  double refined_m = 0.0;       // a sample farther than this from the other body is not taken finer; of a typical patch
-  double reach_m = 0.0;         // no place of the surface is farther from the point that stands for it
+  std::vector<FineBlock> fine;      // refinement of each point, in their order; empty: none
+  SurfacePieces pieces;             // the surface itself, where there are finer points and at most kMostPieces pieces
+  double refined_m = 0.0;           // samples farther from the other body are not refined: 1.2 radii of a typical patch
+  double reach_m = 0.0;             // largest radius of a patch about its point
   std::vector<SampleTree> coarser;  // the same surface in a quarter of the points, in a sixteenth, ...: LevelWalk
 
   [[nodiscard]] std::size_t num_bytes() const {
@@ -41,14 +41,15 @@ struct SampleTree : SphereTree {
 
 SampleTree BuildSampleTree(const SurfaceSamples& samples);
 
-// What BuildSampleTree will take, before it does. Errors: SamplingBytes.
+// Upper estimate of BuildSampleTree's memory. Errors: SamplingBytes.
 struct SampleTreeEstimate {
   double stored_bytes = 0.0;  // of the tree and the coarser ones
   double peak_bytes = 0.0;    // while they are built, they included, mesh not
 };
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// Samples a surface, and again with fewer points as long as these are at least kFewestCoarse. Errors: SampleSurface.
+// Samples a surface, and again with a quarter of the points, ..., down to kFewestCoarse (decision 11: with fewer the
+// error of a broad contact grows). Errors: SampleSurface.
 constexpr std::uint32_t kFewestCoarse = 8192;
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress = {});

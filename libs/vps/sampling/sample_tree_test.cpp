@@ -55,19 +55,19 @@ TEST(SampleTree, SpheresHoldEverythingBelow) {
   }
 }
 
-// A block of 16 points on a plane cannot be smaller than 16 shares of the area.
-TEST(SampleTree, TellsItsMemoryBefore) {
+TEST(SampleTree, EstimatesItsMemoryFromAbove) {
   for (const std::uint32_t num_points : {1000U, 40000U, 140000U}) {
     const TriangleMesh mesh = MakeTorus(0.05, 0.02, 48, 24);
-    const auto told = EstimateSampleTree(mesh, num_points);
-    ASSERT_TRUE(told);
+    const auto estimate = EstimateSampleTree(mesh, num_points);
+    ASSERT_TRUE(estimate);
     const auto stored = static_cast<double>(BuildSampleTree(mesh, num_points)->num_bytes());
-    EXPECT_GE(told->stored_bytes, stored) << num_points;
-    EXPECT_LE(told->stored_bytes, 1.05 * stored + 4000.0) << num_points;
-    EXPECT_GT(told->peak_bytes, told->stored_bytes);
+    EXPECT_GE(estimate->stored_bytes, stored) << num_points;
+    EXPECT_LE(estimate->stored_bytes, 1.05 * stored + 4000.0) << num_points;
+    EXPECT_GT(estimate->peak_bytes, estimate->stored_bytes);
   }
 }
 
+// A block of 16 points on a plane cannot be smaller than 16 shares of the area.
 TEST(SampleTree, BlocksAreCompact) {
   const SampleTree tree = BuildSampleTree(*SampleSurface(MakeTorus(0.05, 0.02, 64, 32), 8000));
   const double ideal = std::sqrt(16.0 * tree.area_m2 / 8000.0 / 3.14159);

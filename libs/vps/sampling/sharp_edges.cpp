@@ -39,7 +39,7 @@ SharpEdges FindSharpEdges(const TriangleMesh& mesh) {
   const auto meet = [&](std::uint32_t vertex, const glm::dvec3& direction) {
     Meeting& meeting = meetings[vertex];
     if (++meeting.count == 1) meeting.first = direction;
-    // A straight edge leaves the way it came.
+    // Along a straight edge the two directions are opposite.
     if (meeting.count == 2) meeting.is_bent = glm::dot(meeting.first, direction) > -kCosSharp;
   };
   const std::vector<EdgeUse> edges = SortedEdges(mesh);

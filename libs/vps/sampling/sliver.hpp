@@ -21,15 +21,15 @@ class Sliver {
     foot_ = std::clamp(glm::dot(apex_ - from_, along_), 0.0, length_);
     upwards_ = apex_ - (from_ + foot_ * along_);
   }
-  // Halving the longest side keeps the shape: of a triangle of length l and height h it would make l / h times as many
-  // parts as its area needs. Such a one is to be cut across first.
+  // Halving the longest side keeps the shape: a triangle of length l and height h gives l / h times as many parts as
+  // its area needs. A thin one is cut across first. The limit of 8 is not derived.
   [[nodiscard]] bool is_thin() const { return length_ > 8.0 * height_m(); }
   [[nodiscard]] double length_m() const { return length_; }
   [[nodiscard]] double height_m() const { return glm::length(upwards_); }
   [[nodiscard]] double HeightBetween(double x0, double x1) const {
     return height_m() * (x0 <= foot_ && foot_ <= x1 ? 1.0 : std::max(Share(x0), Share(x1)));
   }
-  // What lies between two places along the longest side: three to five corners.
+  // The polygon between two places along the longest side: three to five corners.
   [[nodiscard]] std::vector<glm::dvec3> Slice(double x0, double x1) const {
     std::vector<glm::dvec3> corners = {Bottom(x0), Bottom(x1)};
     if (x1 < length_) corners.push_back(Bottom(x1) + Share(x1) * upwards_);

@@ -40,7 +40,7 @@ SphereBlock FarBlock() {
   return block;
 }
 
-// Some rounding errors of a float of this size.
+// Padded by some roundings (2^-24) of floats of this size.
 float Padded(float length, const glm::vec3& centre) {
   return length * (1.0f + 1e-6f) + 4e-7f * glm::length(centre);
 }
@@ -109,7 +109,7 @@ bool IsConsistent(const SphereTree& tree, std::size_t num_leaves) {
   for (std::uint32_t level = 0; level < tree.num_levels; ++level) {
     const std::size_t blocks = (spheres + kBlock - 1) / kBlock;
     if (tree.level_begin[level] != begin || begin + blocks > tree.spheres.size()) return false;
-    // Unused spheres of a block must be the fillers that no walk enters.
+    // Unused spheres of a block must be fillers, which no walk enters.
     const SphereBlock& last = tree.spheres[begin + blocks - 1];
     for (std::size_t lane = (spheres - 1) % kBlock + 1; lane < kBlock; ++lane) {
       if (last.x[lane] != SphereTree::kFarAway_m || last.r[lane] != 0.0f) return false;

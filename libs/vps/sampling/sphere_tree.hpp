@@ -19,7 +19,7 @@ struct alignas(64) SphereBlock {
 };
 
 // Spheres of an implicit tree with sixteen children: sphere j of level 0 holds leaf j, sphere j of level k the sphere
-// block j of level k - 1. The last level is one block. Places without a sphere are far away.
+// block j of level k - 1. The last level is one block. Blocks are filled up with spheres far away.
 struct SphereTree {
   static constexpr std::uint32_t kMaxLevels = 7;
   static constexpr float kFarAway_m = 1e6f;
@@ -37,10 +37,10 @@ std::vector<std::uint32_t> OrderInRuns(const std::vector<glm::dvec3>& places_m);
 SphereTree BuildSphereTree(std::span<const glm::vec3> places_m, std::size_t leaf_size,
                            const std::function<glm::vec3(std::size_t leaf)>& leaf_normal);
 
-// Whether the blocks and fillers of a tree over so many leaves are where they must be.
+// Whether levels, blocks and fillers fit a tree over so many leaves.
 bool IsConsistent(const SphereTree& tree, std::size_t num_leaves);
 
-// One sphere of a block, around these places at a centre, and the slab across n; padded against rounding.
+// Sets sphere `lane` of a block: around the places, about the centre, with the slab across n; padded against rounding.
 void PutSphere(std::span<const glm::vec3> places_m, const glm::vec3& centre_m, const glm::vec3& n, std::size_t lane,
                SphereBlock* block);
 

@@ -7,7 +7,7 @@
 namespace vps {
 namespace {
 
-constexpr double kSlice = 4.0;  // what is no longer than so many of its heights is not cut further
+constexpr double kSlice = 4.0;  // a slice no longer than so many of its heights is not cut further; not derived
 
 // Cuts triangles and calls take(panel) for each panel.
 template <class Take>

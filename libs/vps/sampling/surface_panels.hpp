@@ -17,11 +17,13 @@ struct SurfacePanel {
 
 // The surface cut into panels whose longest side is at most `size` of the samples' spacing, by halving the longest side
 // (a sliver is cut across first): areas and centroids are exact, so that sums over panels are.
+// Twenty to a sample, enough for areas and centroids: not derived.
 constexpr double kPanelSize = 0.6;
-// Where a sample's finer points are made of them too: some sixty for the sixteen of each.
+
+// Sixty to a sample, where its sixteen finer points are made of them too (decision 9, "of finer panels").
 constexpr double kFinePanelSize = 0.35;
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
-// How many, without memory for them.
+// The number of MakePanels' panels, without storing them.
 std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
 
 }  // namespace vps

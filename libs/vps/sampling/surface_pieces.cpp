@@ -23,7 +23,7 @@ glm::vec3 AreaVector(const SurfacePiece& piece) {
   return glm::cross(piece.corners[1] - piece.corners[0], piece.corners[2] - piece.corners[0]);
 }
 
-// Halves across the longest side. False: take() had enough.
+// Halves across the longest side. False: take() ended it.
 template <class Take>
 bool Cut(const SurfacePiece& piece, float longest_m, const Take& take) {
   const int k = LongestSide(piece);

@@ -22,7 +22,7 @@ double Longest_m(const SurfacePiece& piece) {
   return longest;
 }
 
-TEST(SurfacePieces, AreTheSurfaceInPartsNoLongerThanAsked) {
+TEST(SurfacePieces, CoverTheSurfaceWithSidesWithinTheLimit) {
   for (const TriangleMesh& mesh :
        {MakeBox({0.04, 0.03, 0.02}), MakeTorus(0.05, 0.02, 48, 24), MakeBlockWithHole(0.05, 0.05, 0.01, 512)}) {
     for (const double longest_m : {2.2e-3, 3e-3}) {
@@ -49,7 +49,7 @@ TEST(SurfacePieces, OfThinTrianglesAreFew) {
   EXPECT_LT(count, 512 * (4 * slices + 32));
 }
 
-TEST(SurfacePieces, AreHeldByTheSpheresOfTheirTree) {
+TEST(SurfacePieces, LieInTheSpheresOfTheirTree) {
   const SurfacePieces pieces = CutIntoPieces(MakeTorus(0.05, 0.02, 48, 24), 3e-3);
   ASSERT_TRUE(IsConsistent(pieces, pieces.pieces.size()));
   std::size_t run = 1;  // pieces under a sphere
@@ -71,7 +71,7 @@ TEST(SurfacePieces, AreHeldByTheSpheresOfTheirTree) {
   }
 }
 
-TEST(SurfacePieces, OfWhichThereWouldBeTooManyThereAreNone) {
+TEST(SurfacePieces, AreEmptyAboveTheLimit) {
   const TriangleMesh box = MakeBox({1.0, 1.0, 1.0});
   EXPECT_EQ(CountPieces(box, 1e-3), 0U);
   EXPECT_TRUE(CutIntoPieces(box, 1e-3).pieces.empty());

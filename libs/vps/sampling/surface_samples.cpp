@@ -16,7 +16,9 @@
 namespace vps {
 namespace {
 
-constexpr double kSameFace = 0.7071;  // cosine of 45 degrees
+// None of the three is derived: panels whose normal differs by more belong to another face (cosine of 45 degrees); more
+// candidates and rounds spread the points more evenly and take time.
+constexpr double kSameFace = 0.7071;
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 constexpr int kRelaxations = 2;
 
@@ -100,8 +102,8 @@ Places Thin(const Places& candidates, std::size_t num_points, const Progress& pr
 
 constexpr std::uint32_t kNobody = 0xffffffffU;
 
-// Of every panel the point it belongs to. Where the surface bends sharply without a point near that looks the same way,
-// the nearest point at all.
+// For each panel the point it belongs to: the nearest whose normal is within 45 degrees of its own; where there is none
+// near, the nearest of all.
 std::vector<std::uint32_t> Assign(const std::vector<SurfacePanel>& panels, const Places& places) {
   const GradedGrid grid(places.points_m, places.spacings_m);
   std::vector<std::uint32_t> owners;
@@ -137,7 +139,7 @@ struct Cell {
   glm::dvec3 normal{0.0};  // times area
 };
 
-// What each point stands for, finer.
+// The refinement of each point's patch.
 std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
                               const SurfaceSamples& samples) {
   // Panels sorted by their owner.

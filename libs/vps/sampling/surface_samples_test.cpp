@@ -56,7 +56,7 @@ TEST(SurfaceSamples, IntegralsDoNotDependOnTheirNumber) {
   }
 }
 
-// A corrugated plate under an even depth is pushed by its plan area, however few samples see its ridges.
+// A corrugated plate under an even depth is pushed by its plan area, however few samples there are to a ridge.
 TEST(SurfaceSamples, VectorAreasAreExact) {
   constexpr int kRidges = 40;
   TriangleMesh plate;
@@ -78,7 +78,7 @@ TEST(SurfaceSamples, VectorAreasAreExact) {
   }
 }
 
-TEST(SurfaceSamples, NoPointStandsForFarMoreThanItsShare) {
+TEST(SurfaceSamples, NoWeightIsTwiceTheMean) {
   const auto samples = SampleSurface(MakeTorus(0.05, 0.02, 96, 48), 4000);
   double area = 0.0;
   double largest = 0.0;
@@ -108,7 +108,6 @@ TEST(SurfaceSamples, AreasAndFirstMomentsAreExact) {
   EXPECT_LT(glm::length(moment), 1e-13);
 }
 
-// A corner or an edge can be in contact with no more than a sliver of its faces.
 // The same cylinder in 64 and in 2,048 strips, each 1,300 times as long as wide. (These are narrower than a panel is
 // long, so there are more; halving the strips' longest sides would make thousands for a point.)
 TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
@@ -142,6 +141,7 @@ TEST(SurfaceSamples, MoreMemoryThanAllowedIsRefusedBeforeItIsTaken) {
   EXPECT_NE(samples.error().detail.find("MB allowed: take fewer"), std::string::npos) << samples.error().detail;
 }
 
+// A corner or an edge can be in contact with no more than a sliver of its faces.
 TEST(SurfaceSamples, GrowDenserTowardsEdgesAndCorners) {
   const auto samples = SampleSurface(MakeBox({0.1, 0.1, 0.1}), 16384);
   const double mean_m = std::sqrt(0.06 / 16384);

@@ -40,8 +40,8 @@ class CaseRandom {
   std::mt19937_64 engine_;
 };
 
-// B, turned at random, comes from a random side towards A's middle and goes `depth` beyond the first touch (negative:
-// stops before it).
+// `count` poses X_AB. B, at a random attitude, moves from a random side towards A's middle and stops at a random depth
+// within the bounds past the first touch (negative: before it).
 inline std::vector<core::Pose> ApproachPoses(const TriangleMesh& mesh_A, const TriangleMesh& mesh_B, double least_m,
                                              double greatest_m, int count, CaseRandom* random) {
   const oracle::MeshDistance A(mesh_A);
@@ -102,8 +102,8 @@ inline core::Result<ContactCase> ModuleCase(const std::filesystem::path& source,
   return c;
 }
 
-// The bolt stands on z = 0, the nut's file places it on its axis too; 10 mm up (five turns of 2 mm) both flanks are 8
-// um away. A turn by phi rises by 2 mm phi / 2 pi.
+// Both files have the thread's axis on z. With the nut 10 mm up (five turns of 2 mm) both flanks are 8 um away. A turn
+// by phi rises by 2 mm phi / (2 pi).
 inline core::Result<ContactCase> NutCase(const std::filesystem::path& meshes, int count) {
   auto A = LoadMesh(meshes / "factory_bolt_m16_tight.obj");
   if (!A) return tl::unexpected(A.error());

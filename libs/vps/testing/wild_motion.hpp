@@ -11,7 +11,7 @@
 #include "vps/testing/shapes.hpp"
 #include "vps/walk/field_walk.hpp"
 
-// For tests: bodies that move as badly as they can, and what is true of their contacts.
+// For tests: a scene whose motion is hard on coherence, with reference answers for its contacts.
 namespace vps::test {
 
 struct WildBody {
@@ -25,7 +25,7 @@ struct WildBody {
   int steps_left = 0;
   glm::dvec3 velocity_W{0.0};  // m/s
   glm::dvec3 spin_W{0.0};      // rad/s
-  glm::dvec3 pivot_m{0.0};     // what a swing leaves in W's origin
+  glm::dvec3 pivot_m{0.0};     // body's point that a swing keeps at W's origin
 
   // Exact distance of a point of W from the surface.
   [[nodiscard]] double Distance(const glm::dvec3& p_W) const {
@@ -162,11 +162,11 @@ class WildScene {
 
 struct WildCounts {
   std::uint64_t contacts = 0;
-  std::uint64_t begins = 0;  // of contacts
-  std::uint64_t left_alone = 0;
+  std::uint64_t begins = 0;   // of contacts
+  std::uint64_t skipped = 0;  // pairs not walked thanks to coherence
   std::uint64_t late = 0;     // touching, and not found in this cycle
-  std::uint64_t too_far = 0;  // a ball is closer than its signed distance says
-  std::uint64_t unseen = 0;   // a ball is deeper than points and field can miss, and not found
+  std::uint64_t too_far = 0;  // two balls are nearer than the signed distance by more than the method's error
+  std::uint64_t missed = 0;   // two balls are deeper than the method's error, and not found
 };
 
 inline WildCounts RunWildly(Method method, std::uint64_t seed, int num_steps) {
@@ -175,12 +175,12 @@ inline WildCounts RunWildly(Method method, std::uint64_t seed, int num_steps) {
   WildCounts counts;
   CollisionWorld& world = scene.world();
   std::vector<std::uint8_t> was_touching(world.num_pairs(), 0);
-  // 400 points on a ball of 50 mm leave holes of 9 mm radius, so two balls may come (9 mm)^2 / 50 mm = 1.6 mm closer
-  // than the points say, and 0.5 mm for the facets of the meshes; a layer of `paper` is off by a voxel, 4 mm.
-  const double unseen_m = method == Method::kFast ? 0.003 : 0.006;
+  // Error of a distance of two balls: 400 points on a ball of 50 mm leave holes of 9 mm radius, so (9 mm)^2 / 50 mm =
+  // 1.6 mm, and 0.5 mm for the facets of the meshes; `paper` adds a voxel, 4 mm.
+  const double max_error_m = method == Method::kFast ? 0.003 : 0.006;
   for (int step = 0; step < num_steps; ++step) {
     scene.Advance();
-    counts.left_alone += world.Step(&serial).pairs_coherent;
+    counts.skipped += world.Step(&serial).pairs_coherent;
     for (std::size_t i = 0; i < world.num_pairs(); ++i) {
       const bool is_found = world.result(i).is_in_contact;
       const bool is_touching = scene.IsTouching(i);
@@ -188,8 +188,8 @@ inline WildCounts RunWildly(Method method, std::uint64_t seed, int num_steps) {
       counts.contacts += is_touching ? 1 : 0;
       counts.begins += is_touching && was_touching[i] == 0 ? 1 : 0;
       counts.late += is_touching && !is_found ? 1 : 0;
-      counts.unseen += exact_m < -unseen_m && !is_found ? 1 : 0;
-      if (exact_m < 1e8 && !is_found && world.signed_distance_m(i) > exact_m + unseen_m) ++counts.too_far;
+      counts.missed += exact_m < -max_error_m && !is_found ? 1 : 0;
+      if (exact_m < 1e8 && !is_found && world.signed_distance_m(i) > exact_m + max_error_m) ++counts.too_far;
       was_touching[i] = is_touching ? 1 : 0;
     }
   }

@@ -68,7 +68,7 @@ core::Result<Voxmap> BuildVoxmap(const TriangleMesh& mesh, double voxel_size_m,
   const glm::dvec3 counts = glm::floor((box.upper - grid.origin_m) / voxel_size_m) + double(grid.border_layers + 1);
   if (!(counts.x * counts.y * counts.z <= static_cast<double>(kMaxVoxels))) {
     return core::Fail(core::ErrorCode::kResource,
-                      "a voxel of " + std::to_string(voxel_size_m * 1e3) + " mm asks for " +
+                      "a voxel of " + std::to_string(voxel_size_m * 1e3) + " mm takes " +
                           std::to_string(counts.x * counts.y * counts.z / 1e6) +
                           " million voxels, more than 1000; take larger voxels or split the object");
   }

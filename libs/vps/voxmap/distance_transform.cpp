@@ -7,7 +7,8 @@ namespace {
 
 constexpr int kFar = kDistanceLimit * kDistanceLimit;
 
-// Columns are copied, a block of neighbours at a time, so that memory is read along x whatever the axis.
+// Columns are copied a block of neighbours at a time, so that memory is read along x on every axis. 32 distances of 16
+// bits are one cache line.
 constexpr int kBlock = 32;
 
 class Envelope {

@@ -7,6 +7,7 @@ namespace vps {
 namespace {
 
 // Slack, in voxels, that keeps the test conservative under rounding: a surface on a voxel border belongs to both sides.
+// Not derived: far above the rounding of double (1e-12 at 1e4 voxels), far below any effect on the layers.
 constexpr double kSlack = 1e-7;
 
 }  // namespace

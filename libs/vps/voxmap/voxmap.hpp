@@ -15,8 +15,9 @@ namespace vps {
 // different length: three layers deep behind a surface of normal (1,1,1) it is 1.5 voxels short.)
 //
 // Bytes: layers[(z * ny + y) * nx + x], x fastest; voxel (0,0,0) spans [origin, origin + voxel_size] in the mesh frame.
-// The grid is padded by border_layers voxels on every side of the mesh's box: at least 2.5 mm, the look-ahead of usual
-// pairs. Points outside the grid are farther away than that.
+// The grid is padded by border_layers voxels on every side of the mesh's box. Points outside the grid are farther from
+// the surface than that: kBorder_m covers the look-ahead of usual pairs (2 mm). The limits of 8 and 24 layers are not
+// derived; more layers take memory, fewer make the bounds of far spheres shorter.
 struct Voxmap {
   static constexpr int kMaxLayer = 127;
   static constexpr int kMinBorderLayers = 8;

@@ -50,8 +50,8 @@ unsigned SphereSieve::MayBeInside(const SphereBlock& block) {
   return lanes;
 }
 
-void MeasureDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
-                   std::span<FacetPoints> points, FacetScratch* scratch) {
+void ComputeExactDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
+                        std::span<FacetPoints> points, FacetScratch* scratch) {
   if (field.facets.blocks.empty()) return;
   KernelsOf(set).measure(MakeFieldInput(field, X_GS), points.data(), static_cast<std::uint32_t>(points.size()),
                          scratch);

@@ -10,21 +10,23 @@
 
 namespace vps {
 
-// Depths, in voxels and positive inside, of blocks of points that no tree leads to, by the widest kernel. Sphere j
-// holds block j's points (centre and radius count; sixteen to a SphereBlock). At most kMostBlocksAtOnce. Does not
-// allocate.
+// Depths, in voxels and positive inside, of blocks of points without a tree, by the field and the widest kernel. Points
+// in S's mesh frame, metres. Sphere j holds block j's points (only centre and radius are read; sixteen to a
+// SphereBlock). At most kMostBlocksAtOnce. Does not allocate.
 struct alignas(64) BlockDepths {
   float of[kBlock];
 };
-constexpr std::uint32_t kMostBlocksAtOnce = 1024;
+constexpr std::uint32_t kMostBlocksAtOnce = 1024;  // not derived; bounds the index lists on the stack to 8 KB
 void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint32_t num_blocks,
                 const DistanceField& field, const core::Pose& X_GS, BlockDepths* depths);
 
-// Tells of spheres which of them may hold a place inside: what a walk asks of the spheres of a tree. Slabs count.
+// Culls spheres that hold no place inside, by the conservative bounds that a walk uses for the leaves of a tree, slabs
+// included.
 class SphereSieve {
  public:
   SphereSieve(const DistanceField& field, const core::Pose& X_GS);
-  // The lanes of a block that may, as bits.
+
+  // Bit k: sphere k of the block may hold a place inside.
   [[nodiscard]] unsigned MayBeInside(const SphereBlock& block);
 
  private:
@@ -32,10 +34,10 @@ class SphereSieve {
   WalkInput in_;
 };
 
-// Turns depths by the field at sixteen points each into exact ones, by the field's facets. `set`: the instructions to
-// use. Does not allocate. Points near more facets than kMostFacetBlocks hold, and those whose depth is off by more than
-// kMostFieldError, keep what they have.
-void MeasureDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
-                   std::span<FacetPoints> points, FacetScratch* scratch);
+// Replaces depths by the field, sixteen points at a time, by exact ones from the field's facets. `set`: the
+// instructions to use. Does not allocate. Points near more facets than kMostFacetBlocks hold, and those whose depth is
+// off by more than kMostFieldError, keep the field's depth.
+void ComputeExactDepths(const DistanceField& field, const core::Pose& X_GS, InstructionSet set,
+                        std::span<FacetPoints> points, FacetScratch* scratch);
 
 }  // namespace vps

@@ -77,18 +77,20 @@ inline void Unpack(const FacetBlock& block, float x, float y, float z, FacetFram
   }
 }
 
-// Of sixteen points: where they are, a sphere around them, and their nearest triangle so far.
+// Sixteen points, a sphere around them, and their nearest triangles so far.
 struct FacetTarget {
   Vec3 p[kParts];
   F key[kParts];      // squared distance, and a little more beside the face
-  F squared[kParts];  // the distance's; negative where there is none or it is of no use
-  F height[kParts];   // over the plane, which tells the side
+  F squared[kParts];  // squared distance; negative where there is none yet or its side is doubtful
+  F height[kParts];   // over the plane: its sign is the side
   float c[3];
   float r;
 };
 
-// What a triangle's distance counts more by beside its face. Of triangles that share the nearest edge or corner the one
-// whose plane the point is farthest from tells its side.
+// Penalty on the squared distance beside a triangle's face: key = squared + kBeside * (squared distance within the
+// plane). Of triangles that share the nearest edge or corner, squared distances are equal, so that the one whose plane
+// is farthest from the point wins: its side is the sign. Not derived: above the rounding of floats, below any
+// difference that matters.
 constexpr float kBeside = 1e-3f;
 
 inline void MeetFacet(const FacetFrames& f, std::uint32_t k, FacetTarget* to) {
@@ -182,7 +184,7 @@ inline std::uint32_t TakeSpheres(const FacetSpheres& s, const float* c, float re
   return static_cast<std::uint32_t>(__builtin_popcount(lanes));
 }
 
-// Blocks that come as near to a place as `reach`, with their spheres. False: there are more than there is room for.
+// Blocks that come as near to a place as `reach`, with their spheres. False: more than kMostFacetBlocks.
 inline bool FindFacetBlocks(const WalkInput& in, const float* c, float reach, NearFacets* near) {
   alignas(64) std::uint32_t queues[2][kMostFacetBlocks + 2 * kFacetLanes];
   std::uint32_t size = 1;
@@ -237,7 +239,7 @@ inline void FindTarget(const WalkInput& in, const FacetPoints& points, FacetTarg
   to->r = Sqrt(Fill(MostOf(squared)))[0];
 }
 
-// Starts the points of `lanes` with nothing nearer than their depth by the field and `slack`.
+// Initial search radius of the points of `lanes`: |depth by the field| + slack.
 inline void StartFacets(const FacetPoints& points, float slack, const I* lanes, FacetTarget* to) {
   for (int j = 0; j < kParts; ++j) {
     const F reach = Abs(LoadF(points.depth + j * kLanes)) + slack;
@@ -262,8 +264,8 @@ inline void MeetBlock(const WalkInput& in, std::uint32_t block, FacetScratch* sc
   for (; near != 0; near &= near - 1) MeetFacet(frames, static_cast<std::uint32_t>(__builtin_ctz(near)), to);
 }
 
-// The triangles that come as near as the points' keys say. False: too many. Groups that follow each other lie beside
-// each other: blocks are looked for around one of them so widely that the next ones need no search.
+// Tests the triangles within the points' keys. False: too many. Consecutive groups are neighbours: the search around
+// one is kAround voxels wider, so that the next ones need none. Not derived.
 inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* to) {
   constexpr float kAround = 1.0f;  // voxels
   const float reach = to->r + Sqrt(Fill(MostKey(*to)))[0];
@@ -286,7 +288,7 @@ inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* 
   return true;
 }
 
-// First with little slack: most points need no more, and then few triangles come into question.
+// First with little slack, enough for most points: few triangles are within it.
 void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count, FacetScratch* scratch) {
   for (std::uint32_t k = 0; k < kFacetSlots; ++k) scratch->block[k] = 0xffffffffU;
   scratch->near.reach = 0.0f;

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "vps/walk/find_room.hpp"
+#include "vps/walk/bound_free_distance.hpp"
 #include "vps/walk/walk_input.hpp"
 #include "vps/walk/walk_kernel.hpp"
 #include "vps/walk/walk_memory.hpp"
@@ -25,14 +25,15 @@ InstructionSet FindBest() {
   return best;
 }
 
-// Lower bound of the distance of a sphere's points less `needed`, voxels. The sphere around everything comes first:
-// most pairs are far apart. Outside the grid its box says enough.
-double RootRoom(const DistanceField& field, const glm::dvec3& centre, double needed) {
-  const double room =
+// Lower bound of the distance of the points of the root sphere less `needed`, voxels. Outside the grid the distance to
+// the grid's box is enough: most pairs are far apart.
+double BoundFreeDistanceOfRoot(const DistanceField& field, const glm::dvec3& centre, double needed) {
+  const double free_distance =
       glm::length(centre - glm::clamp(centre, glm::dvec3(0.0), glm::dvec3(field.nx, field.ny, field.nz))) - needed;
-  if (room > 0.0) return room;
+  if (free_distance > 0.0) return free_distance;
   const FieldSample root = SampleField(field, glm::vec3(centre));
-  return std::max(room, static_cast<double>(root.centre_distance) - static_cast<double>(root.centre_offset) - needed);
+  return std::max(free_distance,
+                  static_cast<double>(root.centre_distance) - static_cast<double>(root.centre_offset) - needed);
 }
 
 WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m) {
@@ -47,7 +48,8 @@ WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const
   return in;
 }
 
-// At most so many chunks, so that their sums stay small beside the points.
+// At most so many chunks of at least 2^7 blocks (2,048 points). Not derived: the sums of a chunk (1.2 KB) stay small
+// beside its points, and a chunk long against handing it to a worker.
 constexpr std::uint32_t kMostChunks = 64;
 constexpr std::uint32_t kSmallestChunkShift = 7;
 
@@ -116,38 +118,38 @@ std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
   kernels_.cull(input_, &cull);
   spheres_tested_ += cull.spheres_tested;
   is_broad_ = cull.is_broad;
-  room_ = static_cast<double>(cull.room) - static_cast<double>(input_.margin);
+  free_distance_ = static_cast<double>(cull.free_distance) - static_cast<double>(input_.margin);
   blocks_ = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
   return cull.num_blocks;
 }
 
-// The same by way of a list for the cycles to come.
+// The same, and keeps a list for the next cycles.
 std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
   const std::uint32_t num_listed = FindBlocks(bounds_.data(), static_cast<float>(skin_voxels));
   if (is_broad_) return FindBlocks();  // may be broad by the skin alone
-  memory->KeepList(skin_voxels, room_, {blocks_, num_listed}, bounds_.data());
+  memory->KeepList(skin_voxels, free_distance_, {blocks_, num_listed}, bounds_.data());
   std::uint32_t count = 0;
-  auto room = static_cast<float>(room_);
+  auto free_distance = static_cast<float>(free_distance_);
   for (std::uint32_t i = 0; i < num_listed; ++i) {
     const bool is_due = bounds_[i] <= 0.0f;
     blocks_[count] = blocks_[i];
     count += is_due ? 1 : 0;
-    room = is_due ? room : std::min(room, bounds_[i]);
+    free_distance = is_due ? free_distance : std::min(free_distance, bounds_[i]);
   }
-  room_ = static_cast<double>(room);
+  free_distance_ = static_cast<double>(free_distance);
   return count;
 }
 
-// The more room a pair is known to have, the longer it is not looked at.
+// A larger lower bound of the distance lets a pair rest for more cycles.
 bool FieldWalkScratch::IsFarApart() {
-  constexpr double kWorthWhile = 2.0;  // voxels; nearer the walk itself knows better
-  spheres_tested_ = FindRoom(input_, kernels_, &room_);
-  room_ -= static_cast<double>(input_.margin);
-  return room_ > kWorthWhile;
+  constexpr double kWorthWhile = 2.0;  // voxels, not derived: nearer pairs get the walk's better bound
+  spheres_tested_ = BoundFreeDistance(input_, kernels_, &free_distance_);
+  free_distance_ -= static_cast<double>(input_.margin);
+  return free_distance_ > kWorthWhile;
 }
 
 void FieldWalkScratch::RememberApart(double free_voxels) const {
-  // What is remembered already is still true.
+  // Without a sphere tested the memory still holds.
   if (memory != nullptr && spheres_tested_ > 0) memory->KeepApart(free_voxels);
 }
 
@@ -177,14 +179,14 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   Advice advice{Advice::kStartAnew, 0.0};
   if (memory != nullptr) advice = memory->Advise(sampled, field, X_GS, margin_m);
   if (advice.what == Advice::kStayApart) {
-    scratch->room_ = advice.voxels;
+    scratch->free_distance_ = advice.voxels;
     return 0;
   }
   if (advice.what != Advice::kUseList && !was_apart) {
     scratch->spheres_tested_ = 1;
     const double needed = sampled.radius_m / s + margin_m / s + static_cast<double>(kCullSlack);
-    scratch->room_ = RootRoom(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);
-    if (scratch->room_ > 0.0) return 0;
+    scratch->free_distance_ = BoundFreeDistanceOfRoot(field, (X_GS * sampled.centre_m - field.origin_m) / s, needed);
+    if (scratch->free_distance_ > 0.0) return 0;
   }
   scratch->input_ = MakeInput(sampled, field, X_GS, margin_m);
   scratch->kernels_ = KernelsOf(set);
@@ -193,7 +195,7 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   while (sampled.points.size() >> scratch->chunk_shift_ >= kMostChunks) ++scratch->chunk_shift_;
   std::uint32_t num_blocks = 0;
   if (advice.what == Advice::kUseList) {
-    num_blocks = memory->Select(advice.voxels, scratch->queue_.data(), &scratch->room_);
+    num_blocks = memory->Select(advice.voxels, scratch->queue_.data(), &scratch->free_distance_);
     scratch->blocks_ = scratch->queue_.data();
   } else {
     num_blocks = advice.what == Advice::kMakeList ? scratch->ListBlocks(advice.voxels) : scratch->FindBlocks();
@@ -218,9 +220,9 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
 }
 
 bool IsBroadInside(FieldWalkScratch* scratch, double least) {
-  constexpr std::uint32_t kStep = 7;   // no divisor of a node's sixteen children
-  constexpr std::uint32_t kTurns = 2;  // half of them first: of most broad contacts that is enough
-  constexpr std::uint32_t kAtOnce = 64;
+  constexpr std::uint32_t kStep = 7;     // no divisor of a node's sixteen children (decision 11)
+  constexpr std::uint32_t kTurns = 2;    // half of them first, which suffices for most broad contacts
+  constexpr std::uint32_t kAtOnce = 64;  // blocks of one kernel call; not derived
   const auto num_blocks = static_cast<std::uint32_t>(scratch->tested_blocks().size());
   std::uint32_t num_inside = 0;
   for (std::uint32_t turn = 0; turn < kTurns; ++turn) {
@@ -247,18 +249,19 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   result.spheres_tested = scratch->spheres_tested_;
   result.is_cut_short = scratch->is_cut_short_;
   if (scratch->num_chunks_ == 0) {
-    scratch->RememberApart(scratch->room_);
-    result.free_distance_m = std::max(0.0, scratch->room_ * scratch->voxel_size_m_);
+    scratch->RememberApart(scratch->free_distance_);
+    result.free_distance_m = std::max(0.0, scratch->free_distance_ * scratch->voxel_size_m_);
     return result;
   }
-  double room = scratch->room_;
+  double free_distance = scratch->free_distance_;
   float deepest = -1e30f;
   double sums[WalkSums::kNumSums][kBlock] = {};
   for (std::uint32_t i = 0; i < scratch->num_chunks_; ++i) {
     const FieldWalkScratch::Chunk& chunk = scratch->chunks_[i];
     result.points_tested += (chunk.end - chunk.begin) * kBlock;
-    room = std::min(room,
-                    static_cast<double>(std::min(chunk.sums.room - kModelSlack, kBeyondBand) - scratch->input_.margin));
+    free_distance = std::min(
+        free_distance,
+        static_cast<double>(std::min(chunk.sums.free_distance - kModelSlack, kBeyondBand) - scratch->input_.margin));
     for (std::uint32_t k = 0; k < chunk.sums.num_near_blocks; ++k) {
       scratch->near_blocks[result.num_near_blocks] = scratch->chunk_near_[chunk.begin + k];
       scratch->near_slots[result.num_near_blocks++] = chunk.begin + k;
@@ -281,8 +284,8 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   }
   const double s = scratch->voxel_size_m_;
   if (result.num_near == 0) {
-    scratch->RememberApart(room);
-    result.free_distance_m = std::max(0.0, room * s);
+    scratch->RememberApart(free_distance);
+    result.free_distance_m = std::max(0.0, free_distance * s);
     return result;
   }
   result.deepest_m = static_cast<double>(deepest) * s;
@@ -296,8 +299,8 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
 
 namespace {
 
-// bend / 24 of the brick that the middle of a point block is in; rounded as the kernels round.
-float BendAt(const SampleTree& sampled, const DistanceField& field, const FieldTransform& T, std::uint32_t block) {
+// (k1 + k2) / 24 [1/voxel] of the brick that the middle of a point block is in; rounded as the kernels round.
+float CurvatureAt(const SampleTree& sampled, const DistanceField& field, const FieldTransform& T, std::uint32_t block) {
   const SphereBlock& spheres = sampled.spheres[block / kBlock];
   const std::uint32_t k = block % kBlock;
   const glm::ivec3 n = glm::ivec3(field.nx, field.ny, field.nz);
@@ -308,7 +311,7 @@ float BendAt(const SampleTree& sampled, const DistanceField& field, const FieldT
     brick[a] = static_cast<int>(std::max(std::min(p, static_cast<float>(n[a]) - 0.5f), 0.0f)) >> 3;
   }
   const std::size_t at = static_cast<std::size_t>((brick.z * (n.y >> 3) + brick.y) * (n.x >> 3) + brick.x);
-  return static_cast<float>(field.bends[at]) * (kBendStep / 24.0f);
+  return static_cast<float>(field.curvatures[at]) * (kCurvatureStep / 24.0f);
 }
 
 }  // namespace
@@ -320,18 +323,18 @@ FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& fi
   const FieldTransform T(X_GS, field);
   const auto margin = static_cast<float>(margin_m / s);
   float deepest = -1e30f;
-  float bend = 0.0f;
+  float curvature = 0.0f;
   for (std::uint32_t i = 0; i < sampled.num_points; ++i) {
     const PointBlock& block = sampled.points[i / kBlock];
     const std::uint32_t k = i % kBlock;
-    if (k == 0) bend = BendAt(sampled, field, T, i / kBlock) / static_cast<float>(s * s);
+    if (k == 0) curvature = CurvatureAt(sampled, field, T, i / kBlock) / static_cast<float>(s * s);
     const float at_point = SampleField(field, T.ToVoxels({block.x[k], block.y[k], block.z[k]})).distance;
     ++result.points_tested;
     if (at_point > margin) continue;
     ++result.num_near;
     // MeanDepth of the kernels.
     const float most = 0.5f * -at_point;
-    const float d = at_point < 0.0f ? at_point + std::clamp(block.area_m2[k] * bend, -most, most) : at_point;
+    const float d = at_point < 0.0f ? at_point + std::clamp(block.area_m2[k] * curvature, -most, most) : at_point;
     if (-d > deepest) {
       deepest = -d;
       result.deepest_point = i;

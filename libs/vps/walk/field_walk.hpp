@@ -13,8 +13,8 @@ namespace vps {
 
 enum class InstructionSet { kPortable, kAvx2, kAvx512 };
 
-// Results of all sets are the same bits. The widest that this processor and this build have.
-// VR_OOS_SIMD=portable|avx2|avx512 asks for less.
+// The widest set that this processor and this build have, or the smaller one of VR_OOS_SIMD=portable|avx2|avx512. All
+// sets give the same bits.
 InstructionSet BestInstructionSet();
 [[nodiscard]] bool IsAvailable(InstructionSet set);
 
@@ -26,14 +26,14 @@ class FieldWalkScratch {
  public:
   explicit FieldWalkScratch(const SampleTree& tree);
 
-  // What the walks that use this scratch remember of their pair from one to the next; null: nothing, each starts anew.
+  // Memory of the pair from one walk to the next; null: each walk starts anew.
   FieldWalkMemory* memory = nullptr;
-  // Budget of a walk that uses this scratch, points; 0: as many as it takes. If there are more to test, those blocks go
-  // first that are deepest by estimate, 64 of them in any case, so that the deepest point stays; a larger budget tests
-  // the same blocks and more, so what is missing of the integral of the depth only falls.
+  // Budget of a walk that uses this scratch, points; 0: unlimited. If there are more to test, the blocks that are
+  // deepest by estimate are tested, at least 64 of them, so that the deepest point stays; a larger budget tests the
+  // same blocks and more, so that the missing part of the integral of the depth only shrinks.
   std::uint32_t most_points = 0;
   // Whether walks that use this scratch end, without a chunk, when more than kBroadSpheres spheres of 256 points may
-  // come near, found on the way to the points.
+  // come near (decision 11).
   bool ends_when_broad = false;
   static constexpr std::uint32_t kBroadSpheres = 48;
 
@@ -85,14 +85,17 @@ class FieldWalkScratch {
   bool is_cut_short_ = false;
   bool is_broad_ = false;
   std::uint32_t points_due_ = 0;
-  double room_ = 0.0;  // of what was culled, voxels
+  double free_distance_ = 0.0;  // of what was culled, voxels
 };
 
-// Integrals of powers of the depth over S's surface inside G are continuous in the pose also as sums over points; the
-// area in contact is not: a point that comes in brings its area at once.
+// The penalty integral over the part of S's surface inside G, by quadrature over the samples i with weights A_i (area),
+// depths d_i > 0 and inward normals n_i, at places p_i; about S's mesh origin, in S:
 //
-// The penalty integral over S's surface inside G, depth times inward normal dA, by quadrature over the samples; about
-// S's mesh origin, in S.
+//   force  = integral of d n dA      = sum A_i d_i n_i         [m^3]
+//   moment = integral of p x d n dA  = sum p_i x A_i d_i n_i   [m^4]
+//
+// Integrals of powers of the depth are continuous in the pose also as sums over points; the area in contact is not: the
+// area of a point counts at once when it comes in.
 struct FieldWalkResult {
   glm::dvec3 force_m3{0.0};
   glm::dvec3 moment_m4{0.0};
@@ -107,11 +110,11 @@ struct FieldWalkResult {
   std::uint32_t spheres_tested = 0;
   std::uint32_t points_tested = 0;
   bool is_cut_short = false;     // the budget ran out: sums and near points are of the blocks tested
-  double free_distance_m = 0.0;  // nothing near: S may move so far, every point of it, before something can be
+  double free_distance_m = 0.0;  // nothing near: every point of S may move so far before one can be near
 };
 
 // Tests the tree's spheres level by level against the field (one vector instruction for all children of a node) and
-// the points of every block whose sphere comes within `margin_m` of G. Does not allocate.
+// the points of every block whose sphere may come within `margin_m` >= 0 of G. X_GS: pose of S in G. Does not allocate.
 FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                           double margin_m, FieldWalkScratch* scratch);
 FieldWalkResult WalkField(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
@@ -125,8 +128,8 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
 void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
 
-// Between PrepareWalk and its chunks: whether of every seventh block that they would test at least so many collide with
-// all points.
+// Between PrepareWalk and its chunks: whether, of every seventh block that they would test, at least `least` collide
+// with all their points.
 bool IsBroadInside(FieldWalkScratch* scratch, double least);
 
 // The reference: every point, one after the other, with SampleField.

@@ -146,8 +146,7 @@ VPS_BENCH_PAIR(Light);
 VPS_BENCH_PAIR(Near);
 VPS_BENCH_PAIR(Idle);
 
-// The least that a walk of this field and these points can cost: reading the words of the points that it tests, the
-// indices known before.
+// Lower bound of a walk's time: reading the words of the points that it tests, their indices known.
 void BM_Gather(benchmark::State& state, const Contact& (*contact)()) {
   const Contact& c = contact();
   FieldWalkScratch scratch(c.samples);

@@ -50,8 +50,7 @@ void ForPoses(const Pair& pair, int count, const std::function<void(const core::
   }
 }
 
-// Two ways to the same result: sums equal within 1e-5, the same points but for those whose depth is a rounding from the
-// limit.
+// Sums equal within 1e-5, and the same points but for those whose depth is within a rounding of the limit.
 void ExpectSame(const FieldWalkResult& a, const FieldWalkResult& b, const Pair& pair) {
   const double s = pair.field.voxel_size_m;
   // A point that a rounding puts into the next cell: planes of neighbours and creases differ by so much of a voxel.
@@ -135,8 +134,8 @@ TEST(FieldWalk, ChunksGiveTheSameBitsInAnyOrder) {
   EXPECT_GT(most_chunks, 4U);
 }
 
-// What is missing of the integral of the depth falls with the budget, whatever the pose; the deepest point stays, or
-// one less deep by a tenth of a voxel at most.
+// The missing part of the integral of the depth falls with the budget at every pose; the deepest point stays, or one
+// less deep by a tenth of a voxel at most.
 TEST(FieldWalk, ErrorFallsWithTheBudgetAndTheDeepestPointStays) {
   struct Case {
     const char* name;
@@ -248,7 +247,8 @@ TEST(FieldWalk, ForceDoesNotJumpWhenPointsTouch) {
     core::Pose X_GS;
     X_GS.translation = {0.0, 0.0, 0.02 + r - h};
     const double force = WalkField(ball, plate, X_GS, 0.0, &scratch).force_m3.z;
-    // dF/dh = pi h (2 r - h): the area of the cut; a few points stand for it, so half of one more is allowed.
+    // dF/dh = pi h (2 r - h), the area of the cut, which is sampled by few points: half a point's area is allowed
+    // besides.
     const double smooth = M_PI * h * (2.0 * r - h) * 1e-6;
     if (i > 0) {
       ASSERT_LE(std::abs(force - before), 2.0 * smooth + 1e-6 * ball.area_m2 / 4096.0) << h;
@@ -277,7 +277,7 @@ TEST(FieldWalk, DeepContactPushesTheRightWay) {
 // phi_0:
 //   F = R L (e (phi_0 + sin(phi_0) cos(phi_0)) - 2 c sin(phi_0)),  cos(phi_0) = c / e.
 // Points lie inside their patch of the peg, by its area / 24 R, a tenth of the depth and more with so few.
-TEST(FieldWalk, AFewPointsTellThePressureOnACurvedWall) {
+TEST(FieldWalk, AFewPointsIntegrateThePressureOnACurvedWall) {
   const double R = 0.01;
   const double c = 5e-5;
   const double L = 0.03;

@@ -8,12 +8,13 @@
 namespace vps {
 namespace {
 
-// With fewer blocks to test than this, a contact is not broad enough for coarser samples.
+// With fewer blocks to test than this, a contact is not broad enough for coarser samples. Not derived: 1.5 times the
+// blocks of kEnoughInside.
 constexpr std::uint32_t kBroadBlocks = 96;
 static_assert(kBroadBlocks * kBlock > kEnoughInside);
-// So many of every seventh block must be inside for the others to be worth a look. Of kTooFewInside points seven blocks
-// are seen in the mean, five at worst of 2,000 poses of a peg; where the look was refused although the points are
-// inside, the force would step.
+// Least number of blocks inside, of every seventh one, for a level to be evaluated. With kTooFewInside points inside,
+// 48 blocks, the probe finds seven in the mean and five at worst of 2,000 poses of a peg. It must not refuse a level
+// that has kTooFewInside: there the force would step.
 constexpr double kLeastProbed = 4.0;
 
 }  // namespace
@@ -39,15 +40,16 @@ std::uint32_t LevelWalk::Begin(const SampleTree& sampled, const DistanceField& f
   return scratch->is_broad() ? DescendFrom(static_cast<std::uint32_t>(sampled.coarser.size())) : num_chunks;
 }
 
-// Prepares the coarsest level up to this that is worth it. Nothing is remembered of a broad contact: it would keep the
-// coarser samples from being asked.
+// Prepares the coarsest level up to this that passes. A broad contact leaves no memory: a list would bypass the coarser
+// samples.
 std::uint32_t LevelWalk::DescendFrom(std::uint32_t level) {
   scratch_->memory = nullptr;
   for (level_ = level; level_ > 0; --level_) {
     const std::uint32_t num_chunks = PrepareWalk(TreeAt(level_), *field_, X_GS_, margin_m_, set_, scratch_);
     const std::uint32_t due = scratch_->points_due();
     if (due < kBroadBlocks * kBlock) continue;
-    if (scratch_->most_points != 0 && due > scratch_->most_points) continue;  // the deepest of the samples, then
+    if (scratch_->most_points != 0 && due > scratch_->most_points)
+      continue;  // over budget: the finest samples' deepest
     if (IsBroadInside(scratch_, kLeastProbed * scale_)) return num_chunks;
   }
   return PrepareWalk(*sampled_, *field_, X_GS_, margin_m_, set_, scratch_);

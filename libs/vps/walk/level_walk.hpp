@@ -6,25 +6,27 @@
 
 namespace vps {
 
-// A broad contact needs fewer points than the samples that find a small one: where many points of SampleTree::coarser
-// are well inside, their sums are within a percent of those of all samples, at a quarter of the cost. What is lost is
-// at a contact's rim, so those count whose whole block collides (FieldWalkResult::num_inside): from kEnoughInside on
-// the coarser samples answer alone, below kTooFewInside the next finer ones, and all of them in the end; between the
-// two both do, in proportion, so that the sums stay continuous. They depend on the pose alone. Who gives more than
-// kPointsForThat points wants more of the contact to be seen: both numbers grow with the fourth root of the number of
-// points.
+// Adaptive number of points: a broad contact needs fewer than a small one. Where many points of SampleTree::coarser are
+// well inside, their sums are within a percent of those of all samples, at a quarter of the cost. The error is at a
+// contact's rim, so that the criterion counts the points n whose whole block collides (FieldWalkResult::num_inside).
+// The coarsest level with n > kTooFewInside counts with the weight
+//
+//   w = clamp((n / c - kTooFewInside) / (kEnoughInside - kTooFewInside), 0, 1),   c = max(1, N / kPointsForThat)^(1/4),
+//
+// and the next finer one with the rest, so that the sums are continuous. They depend on the pose alone. With more than
+// kPointsForThat samples N more is wanted, by c: more points give more accuracy. The numbers: table of decision 11.
 constexpr double kTooFewInside = 768.0;
 constexpr double kEnoughInside = 1024.0;
 constexpr std::uint32_t kPointsForThat = 65536;
 
-// A walk by levels, in parts as FieldWalk's: chunks may be evaluated by several threads, EvaluateChunk(scratch, i) for
-// i below what Begin or Next returned.
+// A walk by levels, in parts as WalkField's: chunks may be evaluated by several threads, EvaluateChunk(scratch, i) for
+// i below the number that Begin or Next returned.
 class LevelWalk {
  public:
-  // How many chunks are to be evaluated before Next.
+  // The number of chunks to evaluate before Next.
   std::uint32_t Begin(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS, double margin_m,
                       InstructionSet set, FieldWalkScratch* scratch);
-  // 0: done. Else so many chunks of finer samples are to be evaluated first.
+  // The number of chunks of finer samples to evaluate before the next call; 0: done.
   std::uint32_t Next();
 
   // When done: sums of all levels that took part, everything else of the finest of them.

@@ -38,7 +38,7 @@ FieldWalkResult Walk(const SampleTree& sampled, const DistanceField& field, cons
   return levels->result();
 }
 
-TEST(LevelWalk, AQuarterOfThePointsTellsABroadContact) {
+TEST(LevelWalk, AQuarterOfThePointsIntegratesABroadContact) {
   ASSERT_EQ(Peg().coarser.size(), 1U);
   FieldWalkScratch scratch(Peg());
   LevelWalk levels;
@@ -52,7 +52,7 @@ TEST(LevelWalk, AQuarterOfThePointsTellsABroadContact) {
   }
 }
 
-TEST(LevelWalk, AllPointsTellASmallContact) {
+TEST(LevelWalk, ASmallContactUsesAllPoints) {
   const DistanceField box = *BuildField(MakeBox({0.05, 0.05, 0.02}), 0.0005);
   const SampleTree ball = *BuildSampleTree(MakeSphere(0.02, 96), 40000);
   FieldWalkScratch scratch(ball);
@@ -71,7 +71,7 @@ TEST(LevelWalk, AllPointsTellASmallContact) {
 
 // While the peg is pressed in from nothing the coarser points take over. The force grows by the area that touches times
 // the step; where they take over it may not change by more than twice that.
-TEST(LevelWalk, NoStepAppearsWhereCoarserPointsTakeOver) {
+TEST(LevelWalk, TheForceIsContinuousWhereCoarserPointsTakeOver) {
   FieldWalkScratch scratch(Peg());
   LevelWalk levels;
   bool was_fine = false;
@@ -126,9 +126,9 @@ TEST(LevelWalk, DependsOnThePoseAlone) {
   EXPECT_LT(num_coarse, 350);
 }
 
-// A tilted plate touches with one corner, a list of what may touch next is made, and within its skin the plate comes to
-// lie flat.
-TEST(LevelWalk, WhatIsRememberedOfASmallContactIsNotUsedForABroadOne) {
+// A tilted plate touches with one corner, a list of blocks that may touch next is made, and within the list's skin the
+// plate comes to lie flat.
+TEST(LevelWalk, TheMemoryOfASmallContactIsNotUsedForABroadOne) {
   const double s = 5e-4;
   const DistanceField box = *BuildField(MakeBox({0.06, 0.06, 0.02}), s);
   const SampleTree plate = *BuildSampleTree(MakeBox({0.04, 0.04, 0.01}), 60000);
@@ -151,7 +151,7 @@ TEST(LevelWalk, WhatIsRememberedOfASmallContactIsNotUsedForABroadOne) {
   EXPECT_EQ(with.num_colliding, without.num_colliding);
 }
 
-TEST(LevelWalk, ABudgetKeepsToThePointsThemselves) {
+TEST(LevelWalk, ABudgetUsesTheFinestPoints) {
   FieldWalkScratch scratch(Peg());
   scratch.most_points = 2048;
   LevelWalk levels;

@@ -5,7 +5,9 @@
 namespace vps {
 namespace {
 
-constexpr std::uint32_t kLevels = 256;
+constexpr std::uint32_t kLevels = 256;  // of a bucket sort
+// Blocks tested whatever the budget. Not derived: with 64 the deepest point was found to a tenth of a voxel
+// (FieldWalk.ErrorFallsWithTheBudgetAndTheDeepestPointStays).
 constexpr std::uint32_t kAlways = 64;
 
 // Ranks of blocks by their least distance, in so many equal steps.
@@ -47,8 +49,8 @@ class Ranks {
 
 }  // namespace
 
-// The blocks that are deepest by estimate, some in any case: they hold the deepest point unless the field is rougher
-// than a block. A proof by bounds would need nine tenths of a pressed peg's blocks.
+// The blocks that are deepest by estimate, at least kAlways: they hold the deepest point unless the field is rougher
+// than a block. Proven bounds instead would need nine tenths of a pressed peg's blocks.
 std::uint32_t FieldWalkScratch::PickDeepest(std::uint32_t most_blocks) {
   const std::uint32_t num_blocks = FindBlocks(bounds_.data());
   most_blocks = std::max(most_blocks, kAlways);

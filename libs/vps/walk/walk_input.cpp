@@ -21,7 +21,7 @@ WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS) {
   in.words = field.words.data();
   in.creases = field.creases.data();
   in.coarse = field.coarse.data();
-  in.bends = reinterpret_cast<const std::uint32_t*>(field.bends.data());
+  in.curvatures = reinterpret_cast<const std::uint32_t*>(field.curvatures.data());
   in.facet_blocks = field.facets.blocks.data();
   in.facet_spheres = field.facets.spheres.data();
   in.facet_level_begin = field.facets.level_begin.data();

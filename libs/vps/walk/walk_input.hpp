@@ -10,7 +10,7 @@ namespace vps {
 // The kernels that were compiled for `set`; portable ones where the machine is another.
 WalkKernels KernelsOf(InstructionSet set);
 
-// What a kernel has to know of the field and of where the points are in it; everything else is zero.
+// The field's part of a kernel's input, with the transform of the points; everything else is zero.
 WalkInput MakeFieldInput(const DistanceField& field, const core::Pose& X_GS);
 
 }  // namespace vps

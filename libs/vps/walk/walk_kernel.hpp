@@ -7,7 +7,7 @@
 
 namespace vps {
 
-// What the kernels see: plain pointers and numbers. The kernels are compiled once per instruction set; they must not
+// Input of the kernels: plain pointers and numbers. The kernels are compiled once per instruction set; they must not
 // use inline functions or templates that other files use too, or the linker could put their code into a program that
 // runs on an older processor.
 struct WalkInput {
@@ -16,7 +16,7 @@ struct WalkInput {
   const std::uint32_t* words;
   const std::uint32_t* creases;
   const CoarseCell* coarse;
-  const std::uint32_t* bends;  // two in a word
+  const std::uint32_t* curvatures;  // two in a word
   const FacetBlock* facet_blocks;
   const FacetSpheres* facet_spheres;
   const std::uint32_t* facet_level_begin;
@@ -36,23 +36,23 @@ struct WalkInput {
   float margin;  // voxels: points nearer than this are reported
 };
 
-// What one chunk of blocks adds up to: sixteen lanes of everything that is summed, whatever the width of the registers,
-// so that every instruction set adds in the same order.
+// Sums of one chunk of blocks: sixteen lanes each, whatever the width of the registers, so that every instruction set
+// adds in the same order.
 struct alignas(64) WalkSums {
   enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kNumSums };
   double of[kNumSums][kBlock];  // voxels * m^2, voxels * m^3, voxels * m^2, voxels^2 * m^2
   float depth[kBlock];          // deepest of each lane, voxels
   std::uint32_t depth_block[kBlock];
-  float room;  // least distance of the points tested, voxels
+  float free_distance;  // least distance of the points tested, voxels
   std::uint32_t num_near, num_colliding, num_near_blocks;
   std::uint32_t num_inside;  // points of blocks that collide with all of their points
 };
 
-// Spheres survive when a point in them can be within the margin, with this to spare: the fitted planes of a crease may
-// be off by 0.3 voxel, a curved cell by a few hundredths.
+// Reconstruction error, voxels, that bounds by the distance at a cell's centre allow for: the fitted planes of a crease
+// are off by up to 0.3 (decision 6), a curved cell by a few hundredths; the rest is margin.
 constexpr float kCullSlack = 0.5f;
-// A plane model differs from the distance by no more than the distance of two points of the cell, twice: sqrt(3).
-// Points in no cell of the band are farther than its 3 voxels less half a cell's diagonal, 0.87.
+// Plane and distance agree at a cell's centre, each changes by at most the distance from it, half a diagonal: they
+// differ by at most sqrt(3). Points in no cell of the band are farther than its 3 voxels less half a diagonal, 0.87.
 constexpr float kModelSlack = 1.7321f;
 constexpr float kBeyondBand = 2.1f;
 
@@ -77,8 +77,8 @@ struct WalkCull {
   std::uint32_t* queue;  // twice `queue_half` entries, each half as many as point blocks
   std::uint32_t queue_half;
   // Not null: one number for each of the resulting blocks, in their order; room for every block. With a skin the blocks
-  // are those that may come near while no point moves by more than so many voxels, and the number is how far points may
-  // move before one of the block's can be near; without it is about the least distance of its points, voxels.
+  // are those that may come near while no point moves by more than `skin` voxels, and the number is how far points may
+  // move before one of the block's can be near; without one it estimates the least distance of its points, voxels.
   float* kept;
   float skin;
   // When more spheres of level 1 than this survive, the walk ends there: is_broad, no blocks.
@@ -87,7 +87,7 @@ struct WalkCull {
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
   std::uint32_t spheres_tested;
-  float room;  // lower bound of the distance of everything that was culled, voxels
+  float free_distance;  // lower bound of the distance of everything that was culled, voxels
   bool is_broad;
 };
 
@@ -99,11 +99,12 @@ struct WalkChunk {
   float (*near_depths)[kBlock];  // MeanDepth, voxels, positive inside
 };
 
-// Bounds as whole numbers with the lane in the last four bits, so that the least tells whose it is: voxels in steps of
-// 1 / kRoomSteps, rounded towards zero, no more than kMostRoom. FindRoom adds four bits more.
-constexpr std::int32_t kRoomSteps = 32;
-constexpr float kMostRoom = 1e5f;
-constexpr float kNoSphere = 2e5f;  // of the places that are filled: they have no children
+// Bounds as whole numbers with the lane in the last four bits, so that the least one identifies its sphere: voxels in
+// steps of 1 / kFreeDistanceSteps, rounded towards zero, no more than kMaxFreeDistance. BoundFreeDistance adds four
+// bits more: kNoSphere 32 2^8 is below 2^31.
+constexpr std::int32_t kFreeDistanceSteps = 32;
+constexpr float kMaxFreeDistance = 1e5f;
+constexpr float kNoSphere = 2e5f;  // of fillers, which have no children
 
 // Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
 // repeat it.
@@ -111,14 +112,15 @@ struct alignas(64) FacetPoints {
   float x[kBlock], y[kBlock], z[kBlock];  // S, m
   float depth[kBlock];                    // voxels, positive inside
 };
-// The field is off by no more (0.3 at true edges, decision 6): triangles farther from a point than its distance by the
-// field and this are not looked at.
-constexpr float kMostFieldError = 0.5f;  // voxels
+// Largest error of the field, voxels (0.3 at true edges, decision 6): triangles farther from a point than its distance
+// by the field plus this are not tested. First the usual error is tried, not derived: the p95 is 0.03.
+constexpr float kMostFieldError = 0.5f;
 constexpr float kUsualFieldError = 0.1f;
-constexpr float kUnmet = -1.0f;                  // of a squared distance: no triangle yet
-constexpr std::uint32_t kMostFacetBlocks = 128;  // near sixteen points; where there are more the field stands
-constexpr std::uint32_t kFacetSlots = 32;
-constexpr float kDoubt = 1e12f;  // voxels^2; taken off the squared distance
+constexpr float kUnmet = -1.0f;  // of a squared distance: no triangle yet
+// Near sixteen points; where there are more the field's depth is kept. Not derived: bounds the time of one exact depth.
+constexpr std::uint32_t kMostFacetBlocks = 128;
+constexpr std::uint32_t kFacetSlots = 32;  // unpacked blocks kept, 1.3 KB each; not derived
+constexpr float kDoubt = 1e12f;            // voxels^2; taken off the squared distance
 
 // The triangles of a block in frames of their own.
 struct alignas(64) FacetFrames {
@@ -149,8 +151,7 @@ struct FacetScratch {
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
-  // Of the sixteen spheres of a block, counted from level 0's: the keys of lower bounds of the distance of all that is
-  // in them.
+  // The keys of the sixteen spheres of a block, counted from level 0's: lower bounds of the distance of their contents.
   void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
   void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
 };

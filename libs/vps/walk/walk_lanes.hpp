@@ -122,7 +122,7 @@ inline F CoarseFrom(U distance, U code, const Vec3& e) {
   const Vec3 g{ToF((I)(code << 24 & kTop)), ToF((I)(code << 16 & kTop)), ToF((I)(code << 8 & kTop))};
   return Fma(Dot(g, e), Fill(kCoarseGradientScale), (F)distance);
 }
-// The coarse grid's answer to points inside the grid, of the masked lanes.
+// The coarse grid's distance of points inside the grid, of the masked lanes.
 template <bool kBound>
 inline F CoarseAt(const WalkInput& in, const Vec3& q, I lanes) {
   Vec3 e;
@@ -181,8 +181,9 @@ inline F PlaneAndGradient(U word, const Vec3& e, Vec3* g) {
   return Dot(*g, e) + WordDistance(word);
 }
 
-// How far below the plane with gradient g the points of a sphere's slab can be, from its centre: r across the normal n
-// and h along it, r |g - (g n) n| + h |g n|; and what that grows by when both grow by one.
+// How far the points of a sphere's slab can lie below its centre in the plane with gradient g: the slab reaches r
+// across its unit normal n and h along it, so  depth = r |g - (g . n) n| + h |g . n|;  rate: its growth when r and h
+// grow by 1.
 struct Sink {
   F depth, rate;
 };
@@ -192,10 +193,10 @@ inline Sink FindSink(const WalkInput& in, const Vec3& g, const Vec3& n, F r, F h
   return {Fma(r, along, h * across), along + across};
 }
 
-// Of the spheres of level 0. reach: lower bounds of the field, less kCullSlack where they do not follow from the
-// field's own bounds: by the distance at the coarse cell's centre; by that cell's plane; by the plane of the voxel that
-// the centre is in. slack: how far, up to `skin`, all points may move before the first of them can come within the
-// margin, whatever the rest of the field; not positive where reach is within it. Points that have moved by x lie in a
+// Conservative bounds of the spheres of level 0. reach: lower bound of the field, the largest of three: by the distance
+// at the coarse cell's centre (less kCullSlack); by that cell's plane and its wide bound; by the plane of the voxel
+// that the centre is in and the close bound (CoarseCell). slack: how far, up to `skin`, all points may move before the
+// first of them can come within the margin; not positive where reach is within it. Points that have moved by x lie in a
 // sphere and a slab wider by x.
 struct Leaves {
   F reach, slack;
@@ -251,10 +252,10 @@ inline Leaves BoundLeaves(const WalkInput& in, const SphereBlock& block, int at,
   return {reach, slack};
 }
 
-constexpr std::uint32_t kMostLeap = 4;
+constexpr std::uint32_t kMostLeap = 4;  // blocks of spheres taken untested; not derived
 
-// About the least distance of the points of each sphere of level 0: the field at its centre, less how far the slab is
-// tilted towards the surface there.
+// Estimate of the least distance of the points of each sphere of level 0: the field at its centre, less the depth of
+// the slab towards the surface there.
 inline F EstimateLeaves(const WalkInput& in, const SphereBlock& block, int at) {
   const Vec3 p = ToVoxels(in, LoadF(block.x + at), LoadF(block.y + at), LoadF(block.z + at));
   const F d = SampleAnywhere<false>(in, p);
@@ -268,7 +269,7 @@ inline F EstimateLeaves(const WalkInput& in, const SphereBlock& block, int at) {
   return d - FindSink(in, g, n, r, LoadF(block.h + at) * in.voxels_per_m).depth;
 }
 
-// kSlack: what may come near within the skin survives, and its slack is kept. kEstimate: its estimate is kept.
+// kSlack: spheres that may come near within the skin survive, and their slack is kept. kEstimate: the estimate is kept.
 enum class Kept { kNothing, kSlack, kEstimate };
 template <Kept kKept>
 inline void CullBy(const WalkInput& in, WalkCull* cull) {
@@ -276,7 +277,7 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
   std::uint32_t* next = cull->queue + cull->queue_half;
   std::uint32_t size = 1;
   queue[0] = 0;
-  F room = Fill(1e30f);
+  F free_distance = Fill(1e30f);
   cull->spheres_tested = 0;
   constexpr bool kWithSlack = kKept == Kept::kSlack;
   const float skin = kWithSlack ? cull->skin : 0.0f;
@@ -309,7 +310,7 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
                     is_wide ? Max(leaves.slack, reach - in.margin) : leaves.slack};
         }
         const I is_near = kWithSlack ? leaves.slack <= skin : leaves.reach <= in.margin;
-        room = Min(room, is_near ? Fill(1e30f) : leaves.reach);
+        free_distance = Min(free_distance, is_near ? Fill(1e30f) : leaves.reach);
         unsigned lanes = Bits(is_near);
         survivors |= lanes << at;
         if (kKept != Kept::kNothing && level == 0) {
@@ -342,7 +343,7 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
   }
   cull->blocks = queue;
   cull->num_blocks = size;
-  cull->room = Least(room);
+  cull->free_distance = Least(free_distance);
 }
 
 void Cull(const WalkInput& in, WalkCull* cull) {
@@ -369,9 +370,9 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
     const F inside = CoarseAt<true>(in, q, ~I{});
     const F at_least = Max(inside, F{});
     const F d = outside > 0.0f ? Sqrt(Fma(at_least, at_least, outside)) : inside;
-    const F room = Min(d - LoadF(spheres.r + at) * in.voxels_per_m - kCullSlack, Fill(kMostRoom));
-    const F bound = x < SampleTree::kFarAway_m ? room : Fill(kNoSphere);
-    const I steps = ToI(bound * static_cast<float>(kRoomSteps));
+    const F free_distance = Min(d - LoadF(spheres.r + at) * in.voxels_per_m - kCullSlack, Fill(kMaxFreeDistance));
+    const F bound = x < SampleTree::kFarAway_m ? free_distance : Fill(kNoSphere);
+    const I steps = ToI(bound * static_cast<float>(kFreeDistanceSteps));
     StoreU(reinterpret_cast<std::uint32_t*>(keys + at),
            (U)(steps * 16) + LaneNumbers() + static_cast<std::uint32_t>(at));
   }

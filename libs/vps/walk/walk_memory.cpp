@@ -15,8 +15,9 @@ double FieldWalkMemory::Moved(const core::Pose& X_GS_before, const core::Pose& X
   return MotionBound(X_GS_before, X_GS_now, sampled_->centre_m, sampled_->radius_m) / field_->voxel_size_m + kRounding;
 }
 
-// Most pairs that are apart stay so: a bound with neither turns nor centres. The quaternions' difference is at least as
-// long as the vector of the relative one, (1 - w) + (1 - w) >= 1 - w^2. 0 where it may be too rough.
+// Quick bound for pairs that stay apart, from translations and quaternions alone. MotionBound needs |v|, the vector
+// part of the relative quaternion with scalar w; the difference of the two quaternions has the squared length 2 (1 - w)
+// >= 1 - w^2 = |v|^2. 0 where the bound may be too rough.
 double FieldWalkMemory::FreeAtLeast(const core::Pose& X_GS) const {
   if (state_ != State::kApart) return 0.0;
   const glm::dvec4 turn(X_GS.rotation.w - X_GS_.rotation.w, X_GS.rotation.x - X_GS_.rotation.x,
@@ -26,8 +27,8 @@ double FieldWalkMemory::FreeAtLeast(const core::Pose& X_GS) const {
   return std::max(free, 0.0);
 }
 
-double FieldWalkMemory::FreeYet_m(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                                  double margin_m) {
+double FieldWalkMemory::RemainingFreeDistance_m(const SampleTree& sampled, const DistanceField& field,
+                                                const core::Pose& X_GS, double margin_m) {
   if (sampled_ != &sampled || field_ != &field || margin_m_ != margin_m) return 0.0;
   const double free = FreeAtLeast(X_GS);
   if (free > 0.0) X_GS_last_ = X_GS;

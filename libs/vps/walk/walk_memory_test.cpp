@@ -106,7 +106,7 @@ TEST(WalkMemory, GivesTheSameSumsBitForBitOverSmoothMotions) {
 
 // Creeps in one direction by far less than the skin each cycle; swings at about the skin's size; stands still and
 // jumps; turns about a place far away.
-TEST(WalkMemory, GivesTheSameSumsBitForBitOverMotionsMadeToDeceiveIt) {
+TEST(WalkMemory, GivesTheSameSumsBitForBitOverAdversarialMotions) {
   const Couple& couple = Tori();
   const double s = couple.field.voxel_size_m;
   Beside beside(couple, 0.0);
@@ -135,7 +135,7 @@ TEST(WalkMemory, GivesTheSameSumsBitForBitOverMotionsMadeToDeceiveIt) {
   EXPECT_GT(beside.num_remembered, 300);
 }
 
-TEST(WalkMemory, WhatItCallsFreeIsFree) {
+TEST(WalkMemory, FreeDistanceIsFree) {
   const Couple& couple = Tori();
   FieldWalkMemory memory;
   FieldWalkScratch scratch(couple.points);
@@ -168,13 +168,13 @@ double DistanceOfPoints_m(const SampleTree& points, const core::Pose& X_GS) {
 }
 
 // Two rings 20 to 60 mm apart that drift and turn by half a millimetre a cycle.
-TEST(WalkMemory, AFarPairIsSeldomLookedAtAndNeverTooLate) {
+TEST(WalkMemory, AFarPairIsSeldomWalkedAndNeverTooLate) {
   constexpr double kSag_m = 4e-4;  // of the mesh below the torus
   const Couple& couple = Tori();
   FieldWalkMemory memory;
   FieldWalkScratch scratch(couple.points);
   scratch.memory = &memory;
-  int num_looks = 0;
+  int num_walks = 0;
   double best = 0.0;
   for (int i = 0; i < 1000; ++i) {
     const glm::dquat turn = core::QuaternionFromRotationVector(glm::dvec3(0.004 * i, 0.2, 0.003 * i));
@@ -183,12 +183,12 @@ TEST(WalkMemory, AFarPairIsSeldomLookedAtAndNeverTooLate) {
     ASSERT_EQ(result.num_near, 0U);
     ASSERT_GT(result.free_distance_m, 0.0);
     if (result.spheres_tested == 0 && i % 10 != 0) continue;
-    num_looks += result.spheres_tested > 0 ? 1 : 0;
+    num_walks += result.spheres_tested > 0 ? 1 : 0;
     const double distance_m = DistanceOfPoints_m(couple.points, {turn, place});
     ASSERT_LE(result.free_distance_m + 0.002, distance_m + kSag_m);
     best = std::max(best, (result.free_distance_m + 0.002) / distance_m);
   }
-  EXPECT_LE(num_looks, 60);
+  EXPECT_LE(num_walks, 60);
   EXPECT_GT(best, 0.75);
 }
 

@@ -4,7 +4,7 @@
 // those eight are one register, and where a lane's word is takes one lookup there. Lanes whose cell is no plane are
 // put aside and done in full registers. Then, with all depths known, the sums.
 
-constexpr std::uint32_t kBatch = 32;
+constexpr std::uint32_t kBatch = 32;  // blocks; not derived, measured as a whole in decision 14
 // Of a block that lies in the grid but in no two by two by two bricks, and of one that may leave the grid.
 constexpr std::uint32_t kWide = 0xfffffffeU;
 constexpr std::uint32_t kLeaving = 0xffffffffU;
@@ -15,7 +15,7 @@ constexpr float kRounder = 12582912.0f;
 // that a point rounds to its cell.
 struct Windows {
   alignas(64) std::uint32_t slot[kBatch];
-  alignas(64) float bend[kBatch];  // of the brick that the block's middle is in, / 24
+  alignas(64) float curvature[kBatch];  // (k1 + k2) / 24 [1/voxel] of the brick that the block's middle is in
   alignas(64) float t[3][kBatch];
 };
 
@@ -55,8 +55,8 @@ inline void FindWindows(const WalkInput& in, const std::uint32_t* blocks, std::u
     const I slot = (corner[2] * bricks[1] + corner[1]) * bricks[0] + corner[0];
     StoreU(&out->slot[i], fits ? (U)slot : (is_inside ? U{} + kWide : U{} + kLeaving));
     const I brick = (middle[2] * bricks[1] + middle[1]) * bricks[0] + middle[0];
-    const U both = Gather(in.bends, (U)(brick >> 1));
-    StoreF(&out->bend[i], ToF((I)((brick & 1) != 0 ? both : both << 16) >> 16) * (kBendStep / 24.0f));
+    const U both = Gather(in.curvatures, (U)(brick >> 1));
+    StoreF(&out->curvature[i], ToF((I)((brick & 1) != 0 ? both : both << 16) >> 16) * (kCurvatureStep / 24.0f));
   }
 }
 
@@ -241,7 +241,7 @@ inline void Prefetch(const PointBlock& block) {
 
 inline void ReadCells(const WalkInput& in, const std::uint32_t* blocks, std::uint32_t count, const Windows& windows,
                       Cells* cells) {
-  constexpr std::uint32_t kAhead = 8;
+  constexpr std::uint32_t kAhead = 8;  // blocks prefetched ahead; not derived
   const WindowReader reader(in);
   alignas(64) std::uint32_t wide_bricks[kBatch * kBlock];
   std::uint32_t num_wide = 0;
@@ -337,19 +337,21 @@ inline void FindDepths(const WalkInput& in, const std::uint32_t* blocks, std::ui
   }
 }
 
-// What a positive depth is in the mean over what the point stands for. The point is the middle of its patch, so that a
-// G with flat faces needs nothing more. Where G's surface bends, its distance from the points of the patch is, from the
-// mean point and to second order, more by 1/2 tr(H C), with H the distance's second derivatives, whose trace is the sum
-// of the curvatures, and C the patch's second moments, area / 12 in either direction. By half of the depth at most, so
-// that no force appears at once.
-inline F MeanDepth(const WalkInput& in, F depth, F area, float bend) {
-  const F less = area * (in.voxels_per_m * in.voxels_per_m * bend);
+// Mean depth over a point's patch, of a positive depth d at its centroid (decision 10). To second order the distance of
+// G has the mean  d_G + tr(H C) / 2  over the patch: H are its second derivatives with the trace k1 + k2 (the principal
+// curvatures, k1 + k2 [1/voxel]), C the patch's second moments, about area / 12 in both directions of the surface, so
+//
+//   mean depth = d - area (k1 + k2) / 24   [voxels],
+//
+// changed by at most half of d, so that the force is continuous at d = 0.
+inline F MeanDepth(const WalkInput& in, F depth, F area, float curvature) {
+  const F less = area * (in.voxels_per_m * in.voxels_per_m * curvature);
   const F most = depth * 0.5f;
   return depth > 0.0f ? depth - Max(Min(less, most), -most) : depth;
 }
 
-// Sums in float of the blocks whose numbers differ only in the last five bits, then added to the doubles: what a sum
-// gives does not depend on the blocks without contact that were tested besides.
+// Sums in float of the blocks whose numbers differ only in the last five bits, then added to the doubles: the sums do
+// not depend on which blocks without contact were tested as well.
 constexpr int kSharedBits = 5;
 struct Partial {
   F of[WalkSums::kNumSums][kParts];
@@ -450,7 +452,7 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
       for (int j = 0; j < kParts; ++j) {
         const F at_point = LoadF(depths + near_at[n] * kBlock + j * kLanes);
         colliding |= LessBits(F{}, at_point) << j * kLanes;
-        depth[j] = MeanDepth(in, at_point, LoadF(block.area_m2 + j * kLanes), windows.bend[near_at[n]]);
+        depth[j] = MeanDepth(in, at_point, LoadF(block.area_m2 + j * kLanes), windows.curvature[near_at[n]]);
         StoreF(near_depths + j * kLanes, depth[j]);
         const I is_deeper = depth[j] > deepest[j];
         deepest[j] = is_deeper ? depth[j] : deepest[j];
@@ -471,5 +473,5 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
     StoreF(sums->depth + j * kLanes, deepest[j]);
     StoreU(sums->depth_block + j * kLanes, (U)deepest_block[j]);
   }
-  sums->room = -Most(shallowest);
+  sums->free_distance = -Most(shallowest);
 }

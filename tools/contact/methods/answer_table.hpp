@@ -8,14 +8,15 @@
 
 namespace contact {
 
-// Answers as CSV. Rows go to a file beside the wanted one, which appears whole, by renaming, with Commit, or not at
-// all.
+// Answers as CSV, a row for each pose; lengths in m, forces in m^3 or m, moments in m^4 or m^2 (Answer), time in us.
+// Rows go to a temporary file beside `file`; Commit renames it, so that `file` is complete or not there at all.
 class AnswerTable {
  public:
+  // Errors: the file cannot be written.
   static core::Result<AnswerTable> Create(const std::filesystem::path& file);
   AnswerTable(AnswerTable&&) noexcept = default;
   AnswerTable& operator=(AnswerTable&&) = delete;
-  ~AnswerTable();
+  ~AnswerTable();  // removes the temporary file
 
   void Add(const Answer& answer, double time_us);
   core::Result<void> Commit();

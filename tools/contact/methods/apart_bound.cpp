@@ -9,14 +9,18 @@
 namespace contact {
 namespace {
 
-constexpr float kRounding = 0.02f;    // of distances stored in words, voxels
-constexpr float kWorstInBand = 0.5f;  // of fitted planes, voxels
+// Bound of the rounding of a stored distance [voxels]: 1/512 in the band (field_word.hpp), 2^-15 of the distance in the
+// coarse grid, which is 0.02 at 650 voxels.
+constexpr float kRounding = 0.02f;
+// Bound of the error of fitted planes [voxels]: at most 0.3 is measured (DistanceField.NearTheSurface*); the rest is a
+// margin that is not derived.
+constexpr float kWorstInBand = 0.5f;
 
 struct Centre {
-  float distance;  // at the centre
-  glm::vec3 centre;
+  float distance;    // signed, at the centre [voxels]; -1e30 inside the band
+  glm::vec3 centre;  // [voxels]
 };
-// Of the coarse cell that answers at a place.
+// Of the coarse cell that holds p.
 Centre CentreOf(const vps::DistanceField& field, const glm::vec3& p) {
   const vps::FieldSample sample = vps::SampleField(field, p);
   return {sample.cell > 1.0f ? sample.centre_distance : -1e30f, (glm::floor(p / sample.cell) + 0.5f) * sample.cell};
@@ -28,17 +32,18 @@ glm::vec3 PointOf(const vps::PointBlock& block, std::uint32_t k) {
 
 }  // namespace
 
-float DistanceAtLeast(const vps::DistanceField& field, const glm::vec3& p) {
+float LowerBoundOfDistance(const vps::DistanceField& field, const glm::vec3& p) {
   const vps::FieldSample sample = vps::SampleField(field, p);
   const glm::vec3 last(static_cast<float>(field.nx) - 0.5f, static_cast<float>(field.ny) - 0.5f,
                        static_cast<float>(field.nz) - 0.5f);
   const glm::vec3 q = glm::clamp(p, glm::vec3(0.0f), last);
   const bool is_in_band = sample.cell == 1.0f;
   const bool is_crease = is_in_band && sample.centre_offset == 0.0f;
-  // Distances of two places differ by no more than the places lie apart.
+  // Distance is 1-Lipschitz: d(q) >= d(c) - |q - c| for the cell's centre c.
   float least = is_crease ? -1e30f : sample.centre_distance - sample.centre_offset - kRounding;
   if (is_in_band) least = std::max(least, sample.distance - kWorstInBand);
-  // A cell farther out, at a and l along and across the gradient, loses no more than l^2 / 2 a: d >= d(c) - |q - c|.
+  // The same from cells farther out along the gradient. From a centre at a along and l across it the bound loses
+  // sqrt(a^2 + l^2) - a <= l^2 / (2 a), less the farther the centre.
   if (!is_in_band) {
     for (const float ahead : {1.0f, 2.0f, 4.0f, 8.0f}) {
       const glm::vec3 at = q + ahead * sample.cell * glm::normalize(sample.gradient);
@@ -48,8 +53,9 @@ float DistanceAtLeast(const vps::DistanceField& field, const glm::vec3& p) {
     }
   }
   if (p == q) return least;
-  // The surface keeps clear of the grid's faces. And q is the place of the grid, which is convex, that is nearest to p:
-  // the angle at q between p and any place of the surface is not acute.
+  // p is outside the grid, q its nearest place there. The surface keeps kMinBorder voxels from the grid's faces, so
+  // d(p) is at least the distance to that smaller box. And the grid is convex: for x on the surface the angle at q
+  // between p and x is at least 90 degrees, so |p - x|^2 >= |p - q|^2 + |q - x|^2.
   const glm::vec3 border(static_cast<float>(vps::DistanceField::kMinBorder) - 0.5f);
   const float to_box = glm::length(p - glm::clamp(p, border, last - border));
   return std::max(to_box, std::hypot(glm::length(p - q), std::max(least, 0.0f)));
@@ -57,16 +63,17 @@ float DistanceAtLeast(const vps::DistanceField& field, const glm::vec3& p) {
 
 namespace {
 
-// Something of S and a lower bound of its distance from G, voxels: the samples in a sphere, by the coarse grid alone or
-// by all that the field says of the sphere's centre; a sample's patch, or the same by its finer points.
+// A node of the branch and bound: a part of S with a lower bound of its distance from G [voxels]. A sphere of the tree,
+// bounded by the coarse grid (kSphere), then by LowerBoundOfDistance at its centre (kSphereRefined); a sample's patch,
+// bounded from the sample (kPatch), then from its finer points (kFinerPatch), which is final.
 struct Part {
-  enum Kind : std::uint8_t { kSphere, kSphereLookedAt, kPatch, kFinerPatch };
+  enum Kind : std::uint8_t { kSphere, kSphereRefined, kPatch, kFinerPatch };
   float bound;
   Kind kind;
   std::uint32_t level;   // of a sphere
   std::uint32_t number;  // of the sphere in its level; of the sample
 
-  // The nearest comes first.
+  // std::priority_queue takes the greatest: the nearest part.
   bool operator<(const Part& other) const { return bound > other.bound; }
 };
 
@@ -82,14 +89,14 @@ class Search {
     in_.spheres = sampled.spheres.data();
   }
 
-  // Voxels.
+  // The bound [voxels].
   float Run() {
-    least_ = Dive();
-    Look(sampled_.num_levels - 1, 0);
+    least_ = BoundOfANearSample();
+    PushChildren(sampled_.num_levels - 1, 0);
     while (!parts_.empty()) {
       const Part part = parts_.top();
       parts_.pop();
-      // Nothing is nearer than the nearest that is left.
+      // All other parts have bounds at least as great.
       if (part.kind == Part::kFinerPatch || part.bound >= least_ - kTolerance * least_) return part.bound;
       Split(part);
     }
@@ -97,12 +104,13 @@ class Search {
   }
 
  private:
-  void Look(std::uint32_t level, std::uint32_t block) {
+  // Pushes the 16 spheres of a block, bounded by the coarse grid.
+  void PushChildren(std::uint32_t level, std::uint32_t block) {
     std::int32_t keys[vps::kBlock];
     kernels_.bound(in_, sampled_.level_begin[level] + block, keys);
     for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
-      const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(vps::kRoomSteps);
-      if (bound > vps::kMostRoom) continue;
+      const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(vps::kFreeDistanceSteps);
+      if (bound > vps::kMaxFreeDistance) continue;
       parts_.push({bound - InVoxels(sampled_.reach_m), Part::kSphere, level, block * vps::kBlock + k});
     }
   }
@@ -114,12 +122,12 @@ class Search {
         const std::uint32_t k = part.number % vps::kBlock;
         const float bound = AtLeast({spheres.x[k], spheres.y[k], spheres.z[k]}) - InVoxels(sampled_.reach_m) -
                             InVoxels(static_cast<double>(spheres.r[k]));
-        parts_.push({std::max(bound, part.bound), Part::kSphereLookedAt, part.level, part.number});
+        parts_.push({std::max(bound, part.bound), Part::kSphereRefined, part.level, part.number});
         return;
       }
-      case Part::kSphereLookedAt:
+      case Part::kSphereRefined:
         if (part.level > 0) {
-          Look(part.level - 1, part.number);
+          PushChildren(part.level - 1, part.number);
           return;
         }
         for (std::uint32_t i = part.number * vps::kBlock;
@@ -134,8 +142,8 @@ class Search {
         return;
     }
   }
-  // Of a sample that is about the nearest.
-  float Dive() const {
+  // The bound of the sample found by descending to the nearest child at each level: prunes the rest.
+  float BoundOfANearSample() const {
     std::uint32_t number = 0;
     for (std::uint32_t level = sampled_.num_levels; level-- > 0;) {
       std::int32_t keys[vps::kBlock];
@@ -164,10 +172,11 @@ class Search {
     parts_.push(part);
     if (part.kind == Part::kFinerPatch) least_ = std::min(least_, part.bound);
   }
-  [[nodiscard]] float AtLeast(const glm::vec3& p_S) const { return DistanceAtLeast(field_, T_.ToVoxels(p_S)); }
+  [[nodiscard]] float AtLeast(const glm::vec3& p_S) const { return LowerBoundOfDistance(field_, T_.ToVoxels(p_S)); }
   [[nodiscard]] float InVoxels(double length_m) const { return static_cast<float>(length_m) * voxels_per_m_; }
 
-  // Of the nearest found so far: what is nearer by no more is not looked for.
+  // Relative: the search ends when no part is nearer than (1 - kTolerance) of the nearest found. Not derived: tightness
+  // against parts split.
   static constexpr float kTolerance = 0.02f;
 
   const vps::SampleTree& sampled_;

@@ -10,7 +10,7 @@
 namespace contact {
 namespace {
 
-// From touching to far apart, at random attitudes: never above the true distance, and near it.
+// From touching to far apart, at random attitudes: never above the true distance, and within 10 mm of it.
 TEST(ApartBound, IsNeverAboveTheTrueDistance) {
   const vps::TriangleMesh torus = vps::MakeTorus(0.03, 0.012, 32, 16);
   const vps::TriangleMesh box = vps::MakeBox({0.03, 0.02, 0.04});
@@ -35,7 +35,7 @@ TEST(ApartBound, IsNeverAboveTheTrueDistance) {
       widest_m = std::max(widest_m, truth.signed_distance_m - answer.signed_distance_m);
     }
     EXPECT_GT(num_apart, 10);
-    EXPECT_LT(widest_m, 1e-2);  // far off; near, half a voxel and what the patch of a point may hide
+    EXPECT_LT(widest_m, 1e-2);  // far apart; near contact it is half a voxel and a sample's support radius
   }
 }
 

@@ -15,7 +15,7 @@ class FastMethod : public Method {
   }
 
   Answer Query(const core::Pose& X_AB) override {
-    // World: A's frame.
+    // The world frame is A's.
     vps::QueryFastPair(*B_->samples, *A_->field, X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
@@ -37,7 +37,7 @@ class FastMethod : public Method {
   vps::PairDescription pair_;
   vps::PairResult result_;
   vps::FastPairScratch scratch_;
-  vps::FieldWalkMemory memory_;  // helps with consecutive poses
+  vps::FieldWalkMemory memory_;  // saves work when consecutive poses are near each other
 };
 
 }  // namespace

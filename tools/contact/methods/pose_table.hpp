@@ -14,7 +14,7 @@ namespace contact {
 // finite, a quaternion whose length is more than 1e-3 off 1, no rows at all.
 core::Result<std::vector<core::Pose>> ReadPoseTable(const std::filesystem::path& file);
 
-// The same from text; `name` stands for the file in messages.
+// The same from text; errors name `name` instead of a file.
 core::Result<std::vector<core::Pose>> ParsePoseTable(std::string_view text, std::string_view name);
 
 }  // namespace contact

@@ -22,7 +22,7 @@ TEST(PoseTable, NormalisesARoundedQuaternion) {
   EXPECT_NEAR(glm::length((*poses)[0].rotation), 1.0, 1e-15);
 }
 
-TEST(PoseTable, NamesFileAndLineOfWhatIsWrong) {
+TEST(PoseTable, ErrorsNameFileAndLine) {
   const auto detail = [](std::string_view text) { return ParsePoseTable(text, "p.csv").error().detail; };
   EXPECT_THAT(detail("0,0,0,1,0,0,0\n0,0,0,1,0,0\n"), HasSubstr("p.csv:2: "));
   EXPECT_THAT(detail("0,0,0,1,0,0,0\n\n0,0,x,1,0,0,0\n"), HasSubstr("p.csv:3: field 3"));

@@ -10,7 +10,7 @@
 namespace vps {
 namespace {
 
-// Calls visit(middle of the brick in the mesh frame, its bend in 1 / m) for every brick.
+// Calls visit(middle of the brick in the mesh frame, its curvature in 1 / m) for every brick.
 void ForBricks(const DistanceField& field, const std::function<void(const glm::dvec3&, double)>& visit) {
   const glm::ivec3 n = glm::ivec3(field.nx, field.ny, field.nz) / DistanceField::kBrick;
   for (int z = 0; z < n.z; ++z) {
@@ -18,44 +18,45 @@ void ForBricks(const DistanceField& field, const std::function<void(const glm::d
       for (int x = 0; x < n.x; ++x) {
         const auto at = static_cast<std::size_t>((z * n.y + y) * n.x + x);
         const glm::dvec3 middle = field.origin_m + (glm::dvec3(x, y, z) + 0.5) * 8.0 * field.voxel_size_m;
-        visit(middle, static_cast<double>(field.bends[at]) * static_cast<double>(kBendStep) / field.voxel_size_m);
+        visit(middle,
+              static_cast<double>(field.curvatures[at]) * static_cast<double>(kCurvatureStep) / field.voxel_size_m);
       }
     }
   }
 }
 
-TEST(SurfaceBends, OfABallIsTwoOverItsRadius) {
+TEST(SurfaceCurvature, OfABallIsTwoOverItsRadius) {
   const double R = 0.02;
   int count = 0;
-  ForBricks(*BuildField(MakeSphere(R, 128), 0.0005), [&](const glm::dvec3& p, double bend) {
+  ForBricks(*BuildField(MakeSphere(R, 128), 0.0005), [&](const glm::dvec3& p, double curvature) {
     if (std::abs(glm::length(p) - R) > 0.002) return;
-    EXPECT_NEAR(bend * R, 2.0, 0.1) << p.x << " " << p.y << " " << p.z;
+    EXPECT_NEAR(curvature * R, 2.0, 0.1) << p.x << " " << p.y << " " << p.z;
     ++count;
   });
   EXPECT_GT(count, 100);
 }
 
-TEST(SurfaceBends, OfAHoleIsNegativeAndItsRimDoesNotCount) {
+TEST(SurfaceCurvature, OfAHoleIsNegativeAndItsRimDoesNotCount) {
   const double R = 0.01;
   int count = 0;
-  ForBricks(*BuildField(MakeBlockWithHole(0.06, 0.04, R, 128), 0.00025), [&](const glm::dvec3& p, double bend) {
+  ForBricks(*BuildField(MakeBlockWithHole(0.06, 0.04, R, 128), 0.00025), [&](const glm::dvec3& p, double curvature) {
     if (std::abs(std::hypot(p.x, p.y) - R) > 0.001 || std::abs(p.z) > 0.015) return;
-    EXPECT_NEAR(bend * R, -1.0, 0.05) << p.x << " " << p.y << " " << p.z;
+    EXPECT_NEAR(curvature * R, -1.0, 0.05) << p.x << " " << p.y << " " << p.z;
     ++count;
   });
   EXPECT_GT(count, 100);
 }
 
-TEST(SurfaceBends, OfABoxIsNone) {
+TEST(SurfaceCurvature, OfABoxIsZero) {
   ForBricks(*BuildField(MakeBox({0.02, 0.03, 0.04}), 0.0005),
-            [](const glm::dvec3&, double bend) { EXPECT_EQ(bend, 0.0); });
+            [](const glm::dvec3&, double curvature) { EXPECT_EQ(curvature, 0.0); });
 }
 
-TEST(SurfaceBends, AnOpenBorderDoesNotCount) {
+TEST(SurfaceCurvature, AnOpenBorderDoesNotCount) {
   TriangleMesh quad;
   quad.vertices = {{0.0, 0.0, 0.0}, {0.02, 0.0, 0.0}, {0.02, 0.02, 0.001}, {0.0, 0.02, 0.0}};
   quad.triangles = {{0, 1, 2}};
-  ForBricks(*BuildField(quad, 0.0005), [](const glm::dvec3&, double bend) { EXPECT_EQ(bend, 0.0); });
+  ForBricks(*BuildField(quad, 0.0005), [](const glm::dvec3&, double curvature) { EXPECT_EQ(curvature, 0.0); });
 }
 
 }  // namespace

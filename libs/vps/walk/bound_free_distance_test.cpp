@@ -1,4 +1,4 @@
-#include "vps/walk/find_room.hpp"
+#include "vps/walk/bound_free_distance.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@
 namespace vps {
 namespace {
 
-// At 300 m, more than bounds can tell, all spheres are equally far: places of the tree without a sphere must not be
-// taken for one of them, since they have no children.
-TEST(FindRoom, PlacesWithoutASphereAreFartherThanAnySphere) {
+// At 300 m, beyond the range of bounds, all spheres are equally far: fillers of the tree must not be taken for one of
+// them, since they have no children.
+TEST(BoundFreeDistance, FillersAreFartherThanAnySphere) {
   const DistanceField field = *BuildField(MakeSphere(0.02, 16), 0.001);
   const SampleTree tree = *BuildSampleTree(MakeSphere(0.02, 16), 300);
   ASSERT_EQ(tree.num_levels, 2U);
@@ -29,18 +29,18 @@ TEST(FindRoom, PlacesWithoutASphereAreFartherThanAnySphere) {
       std::int32_t keys[kBlock];
       kernels.bound(in, tree.level_begin[1], keys);
       for (std::uint32_t k = 0; k < kBlock; ++k) {
-        const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(kRoomSteps);
+        const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(kFreeDistanceSteps);
         if (tree.spheres[tree.level_begin[1]].x[k] < SampleTree::kFarAway_m) {
-          EXPECT_LE(bound, std::min(kMostRoom, static_cast<float>(distance_m / field.voxel_size_m)));
+          EXPECT_LE(bound, std::min(kMaxFreeDistance, static_cast<float>(distance_m / field.voxel_size_m)));
         } else {
-          EXPECT_GT(bound, kMostRoom) << k;
+          EXPECT_GT(bound, kMaxFreeDistance) << k;
         }
       }
-      double room = 0.0;
-      FindRoom(in, kernels, &room);
+      double free_distance = 0.0;
+      BoundFreeDistance(in, kernels, &free_distance);
       const double truth = (distance_m - 0.04) / field.voxel_size_m;
-      EXPECT_GT(room, std::min(static_cast<double>(kMostRoom) - 1.0, 0.7 * truth));
-      EXPECT_LE(room, truth + 0.1);
+      EXPECT_GT(free_distance, std::min(static_cast<double>(kMaxFreeDistance) - 1.0, 0.7 * truth));
+      EXPECT_LE(free_distance, truth + 0.1);
     }
   }
 }

@@ -1,4 +1,4 @@
-#include "vps/walk/find_room.hpp"
+#include "vps/walk/bound_free_distance.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,8 +32,8 @@ constexpr std::int32_t kReplaced = std::numeric_limits<std::int32_t>::max() / kB
 
 }  // namespace
 
-std::uint32_t FindRoom(const WalkInput& in, const WalkKernels& kernels, double* room) {
-  static_assert(kMostLooks + 2 < kBlock);
+std::uint32_t BoundFreeDistance(const WalkInput& in, const WalkKernels& kernels, double* free_distance) {
+  static_assert(kMostSphereBlocks + 2 < kBlock);
   std::array<Keys, kBlock> blocks;
   std::array<std::uint32_t, kBlock> levels;
   std::array<std::uint32_t, kBlock> numbers;
@@ -61,8 +61,8 @@ std::uint32_t FindRoom(const WalkInput& in, const WalkKernels& kernels, double* 
     for (; num_next < 2; ++num_next) {
       const std::int32_t key = least.least();
       const std::uint32_t from = static_cast<std::uint32_t>(key) % kBlock;
-      if (num_next == 0) *room = static_cast<double>(key >> 8) / kRoomSteps;
-      if (num_blocks > kMostLooks || levels[from] == 0) break;
+      if (num_next == 0) *free_distance = static_cast<double>(key >> 8) / kFreeDistanceSteps;
+      if (num_blocks > kMostSphereBlocks || levels[from] == 0) break;
       const std::uint32_t lane = static_cast<std::uint32_t>(key >> 4) % kBlock;
       blocks[from].Set(lane, kReplaced);
       renew(from);
