@@ -30,7 +30,7 @@ std::map<std::string, std::vector<double>> PublishedRows() {
   return rows;
 }
 
-// The published table of accuracy holds: what is measured now is not worse than it says.
+// The published errors are upper bounds of those measured now, within 20 % and a small absolute margin.
 TEST(PublishedAccuracy, HoldsForTheRings) {
   const auto published = PublishedRows();
   const auto made = MakeParts("rings", {});
@@ -50,7 +50,7 @@ TEST(PublishedAccuracy, HoldsForTheRings) {
   }
 }
 
-// So does the table of whole wrenches, sampling included.
+// The same for whole wrenches, sampling included.
 TEST(PublishedAccuracy, HoldsForWholeWrenches) {
   const auto published = PublishedWrenches();
   for (const char* name : {"ball_and_box", "rings"}) {
@@ -82,8 +82,7 @@ TEST(PublishedAccuracy, HoldsForTheFandiskOnTheBunny) {
   ExpectPublishedWrenches("fandisk", "fandisk_on_bunny");
 }
 
-// The same poses and exact answers however often they are asked for.
-TEST(Workload, IsAlwaysTheSame) {
+TEST(Workload, HasTheSamePosesAtEveryCall) {
   const auto first = MakeParts("peg", {});
   const auto second = MakeParts("peg", {});
   ASSERT_TRUE(first && second);

@@ -20,8 +20,8 @@ std::string MachineText() {
   return bench::ProcessorText() + "; walk: " + name;
 }
 
-// Adds the rows of the file that the table would replace that are about parts not measured this time: the first cell
-// names them.
+// Keeps, of the CSV file that the table will replace, the rows of parts that were not measured this time. The first
+// cell of a row names the parts.
 void KeepOtherRows(const std::filesystem::path& folder, Table* table) {
   std::ifstream file(folder / (table->name + ".csv"));
   std::string line;
@@ -44,7 +44,7 @@ struct Figures {
   std::vector<FieldFigures> fields;
 };
 
-// Everything that needs the same parts.
+// Runs all measurements that share these parts' fields and samples.
 void MeasureParts(const PartsAndWorkloads& made, const std::vector<Contender>& contenders, Figures* figures,
                   Report* report) {
   Structures structures(*made.parts);
@@ -83,7 +83,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
     return only->empty() || std::find(only->begin(), only->end(), name) != only->end();
   };
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  const auto tell = [&](const std::string& what) {
+  const auto print_progress = [&](const std::string& what) {
     std::printf("\n[%.0f s] %s\n", 1e-9 * static_cast<double>(core::MonotonicNow_ns() - begin_ns), what.c_str());
   };
   std::vector<Contender> contenders = OwnContenders();
@@ -92,7 +92,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   Report report;
   for (const std::string& name : PartsNames()) {
     if (!is_wanted(name)) continue;
-    tell(name);
+    print_progress(name);
     const auto made = MakeParts(name, options.places);
     if (!made) {
       report.skipped.push_back(name + ": " + made.error().detail);
@@ -110,7 +110,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
       {"slide", StudySlide}, {"scene", StudyScene}, {"reads", StudyReads}};
   for (const auto& [name, study] : studies) {
     if (!is_wanted(name)) continue;
-    tell(name);
+    print_progress(name);
     study(&report);
   }
   if (peers.study_build && is_wanted("build")) peers.study_build(options.places, &report);
@@ -121,7 +121,7 @@ core::Result<void> RunBench(const BenchOptions& options, const Peers& peers) {
   }
   report.tables.push_back(bench::GoalTable(report.goals));
   bench::PrintGoals(report.goals);
-  tell("done");
+  print_progress("done");
   return bench::WriteReport(options.json, options.plot, {"vps", "Goals of contact queries, measured", MachineText()},
                             report);
 }

@@ -14,19 +14,20 @@ struct BenchOptions {
   std::filesystem::path json;  // empty: none
   std::filesystem::path plot;  // folder; empty: none
   Places places;
-  std::string only;  // names of parts and studies, with commas; empty: all
+  std::string only;  // names of parts and studies, separated by commas; empty: all
 };
 
-// What other libraries add to the bench.
+// Methods and studies of other libraries.
 struct Peers {
   std::vector<Contender> contenders;
   std::function<void(const Places&, Report*)> study_build;  // against OpenVDB; may be empty
 };
 
-// Everything `oos bench vps` measures: prints it, writes JSON, and to the plot folder a CSV beside each SVG.
+// Runs all measurements of `oos bench vps`, prints them, writes the JSON file, and a CSV beside each SVG to the plot
+// folder. Errors: an unknown name in `only`, a file or folder that cannot be written.
 core::Result<void> RunBench(const BenchOptions& options, const Peers& peers);
 
-// Returns an exit status.
+// RunBench as a program: prints an error and returns the exit status, 0 or 2.
 int BenchMain(const BenchOptions& options, const Peers& peers);
 
 }  // namespace contact

@@ -11,10 +11,13 @@
 namespace contact {
 namespace {
 
+// Not derived: they trade the length of a whole run against the scatter of the medians.
 constexpr int kPasses = 5;
-constexpr double kSecondsEach = 0.35;        // of one contender on one kind of poses
-constexpr double kSecondsOfTheMiddle = 1.0;  // of those whose ratios count
-constexpr double kLeastError = 1e-4;  // of the charts: what is less has no meaning beside the exact answer's own error
+constexpr double kSecondsEach = 0.35;        // for one contender on one kind of poses
+constexpr double kSecondsOfTheMiddle = 1.0;  // at the middle resolution, whose ratios the goals use
+// Lower end of the logarithmic axes, in each panel's unit. Not derived; differences so small are the exact answers'
+// own.
+constexpr double kLeastError = 1e-4;
 
 double AngleDeg(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180.0 / 3.14159265358979323846;
@@ -64,7 +67,7 @@ void Compare(const Parts& parts, const Workload& workload, const std::vector<Ans
 
 namespace {
 
-// The first steps of every walk, as many as there is time for, at least two.
+// The first n poses of every walk, n = seconds / (passes times time per query times number of walks), at least two.
 std::vector<core::Pose> Shortened(const Workload& workload, double query_s, double seconds) {
   std::vector<core::Pose> poses;
   const double wanted = seconds / (kPasses * std::max(query_s, 1e-9) * static_cast<double>(workload.walks.size()));
@@ -202,10 +205,10 @@ Chart ContestChart(const Workload& workload, const std::vector<Measurement>& row
     }
     if (!p.series.empty()) chart.panels.push_back(std::move(p));
   };
-  panel("Force direction", "off the exact one, median [degrees]", &Measurement::direction_deg, 1.0);
-  panel("Force magnitude", "off the exact one, median [%]", &Measurement::magnitude, 100.0);
-  panel("Torque", "off, median [% of force times radius]", &Measurement::torque, 100.0);
-  panel("Deepest penetration", "off the exact one, median [mm]", &Measurement::depth_m, 1e3);
+  panel("Force direction", "error, median [degrees]", &Measurement::direction_deg, 1.0);
+  panel("Force magnitude", "error, median [%]", &Measurement::magnitude, 100.0);
+  panel("Torque", "error, median [% of force times radius]", &Measurement::torque, 100.0);
+  panel("Deepest penetration", "error, median [mm]", &Measurement::depth_m, 1e3);
   return chart;
 }
 

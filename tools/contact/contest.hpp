@@ -17,12 +17,12 @@ struct Contender {
   std::string setting;  // a point of the series
   std::string mark;     // short for charts; empty: at the middle resolution
   std::function<core::Result<std::unique_ptr<Method>>(const Parts&, Structures&)> make;
-  bool has_magnitude = true;  // its force is the depth integral; else only its direction means something
+  bool has_magnitude = true;  // its force is the depth integral; false: only the direction of its force is compared
 };
 
-// Over poses.
+// Quantiles over poses of an absolute error.
 struct Errors {
-  double p50, p95, max;  // NaN: the method does not say
+  double p50, p95, max;  // NaN: the method does not compute the quantity
 };
 
 // One contender on one workload. Times over all poses that it had time for; errors against the exact answers at the
@@ -37,25 +37,29 @@ struct Measurement {
   std::vector<std::uint64_t> contacts;
 };
 
-// The errors of a method against the exact answers at the independent poses, into *m.
+// Compares a method with the exact answers at the independent poses. Sets the errors, `missed`, `points_tested`,
+// `forces` and `contacts` of *m.
 void Compare(const Parts& parts, const Workload& workload, const std::vector<Answer>& truth, bool has_magnitude,
              Method* method, Measurement* m);
 
-// Contenders that could be made, with the method that each has made of these parts.
+// The contenders that could be built for these parts, each with its method. MakeTeam prints the ones that it leaves
+// out.
 struct Team {
   std::vector<const Contender*> contenders;
   std::vector<std::unique_ptr<Method>> methods;
 };
 Team MakeTeam(const Parts& parts, const std::vector<Contender>& contenders, Structures* structures);
 
-// Exact answers, errors, and a race over consecutive, then over independent poses.
+// Computes the exact answers and the errors of every contender, then times all of them over the consecutive and over
+// the independent poses. One row for each contender.
 std::vector<Measurement> Contest(const Parts& parts, const Workload& workload, const Team& team);
 
 Table ContestTable(const std::string& name, const std::vector<Measurement>& rows);
-// Time to the right, error upwards, one panel for each kind of error.
+// x: time, y: error; one panel for each kind of error.
 Chart ContestChart(const Workload& workload, const std::vector<Measurement>& rows);
 void PrintContest(const Workload& workload, const std::vector<Measurement>& rows);
 
+// The middle resolution, at which the goals are set.
 constexpr std::uint32_t kMiddlePoints = 65536;
 constexpr const char* kMiddle = "s; 65536 points";
 

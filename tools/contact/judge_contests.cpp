@@ -18,7 +18,7 @@ class Judge {
     return nullptr;
   }
 
-  // How many times faster `fast` is than another at the middle resolution.
+  // Adds the goal that `fast` is `wanted` times faster than method `than` at the middle resolution.
   void Faster(const std::string& what, const std::string& workload, const std::string& than, double wanted) {
     const Measurement* fast = Find(workload, "fast", kMiddle);
     const Measurement* other = Find(workload, than, than == "paper" || than == "OpenVDB" ? kMiddle : "");
@@ -49,7 +49,7 @@ class Judge {
     Spread(workload);
   }
 
-  // Of the force between 4k, 16k and 64k points, at poses where 200 points touch at 4k.
+  // Adds the goal for max F / min F - 1 over 4k, 16k and 64k points, at poses where 200 points or more touch at 4k.
   void Spread(const std::string& workload) {
     const Measurement* few = Find(workload, "fast", "s; 4096 points");
     const Measurement* some = Find(workload, "fast", "s; 16384 points");
@@ -69,7 +69,7 @@ class Judge {
   void Idle() {
     const Measurement* fast = Find("bunny_apart", "fast", kMiddle);
     if (fast == nullptr) return;
-    report_->AddGoal("idle pair asked alone (bunny_apart)", "<= 30 ns", Short(1e3 * fast->consecutive.p50_us) + " ns",
+    report_->AddGoal("idle pair queried alone (bunny_apart)", "<= 30 ns", Short(1e3 * fast->consecutive.p50_us) + " ns",
                      fast->consecutive.p50_us <= 0.03);
   }
 

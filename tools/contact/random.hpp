@@ -7,7 +7,8 @@
 
 namespace contact {
 
-// Own arithmetic on the engine's bits: the same numbers on every machine.
+// Random numbers that are the same on every machine: only the engine is the standard library's, whose distributions are
+// not specified to the bit.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -15,7 +16,7 @@ class Random {
   double Uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
   }
-  // Sum of twelve uniform numbers: mean 0, variance 1, never beyond 6.
+  // Approximately normal (Irwin-Hall): the sum of twelve uniform numbers less 6. Mean 0, variance 1, at most 6.
   double Normal() {
     double sum = -6.0;
     for (int i = 0; i < 12; ++i) sum += Uniform(0.0, 1.0);

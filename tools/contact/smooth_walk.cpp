@@ -6,10 +6,12 @@ namespace contact {
 
 std::vector<Coordinates> SmoothWalk(const Coordinates& start, const Coordinates& mean_step, int count,
                                     const std::function<bool(const Coordinates&)>& is_allowed, Random* random) {
-  constexpr double kKeep = 0.95;
-  constexpr int kMaxTries = 200;
-  const double renew = std::sqrt(1.0 - kKeep * kKeep);  // keeps the variance
-  constexpr double kMeanOfNormal = 0.7979;              // mean of |x| of a normal x of variance 1
+  // v' = a v + sqrt(1 - a^2) s x, x normal of variance 1: v keeps the variance s^2, and its correlation after n steps
+  // is a^n. The mean of |v| is s sqrt(2 / pi), which sets s.
+  constexpr double kKeep = 0.95;  // a; halves in ln 0.5 / ln 0.95 = 13.5 steps; not derived
+  constexpr int kMaxTries = 200;  // not derived
+  const double renew = std::sqrt(1.0 - kKeep * kKeep);
+  constexpr double kMeanOfNormal = 0.7979;  // sqrt(2 / pi)
   Coordinates velocity{};
   for (std::size_t k = 0; k < velocity.size(); ++k) velocity[k] = mean_step[k] / kMeanOfNormal * random->Normal();
   std::vector<Coordinates> path = {start};

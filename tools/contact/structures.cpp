@@ -76,7 +76,8 @@ vps::SurfaceSamples EvenSamples(const vps::TriangleMesh& mesh, std::uint32_t num
   for (std::uint32_t k = 0; k < num_points; ++k) {
     while (triangle + 1 < until.size() && until[triangle] < (k + 0.5) * area / num_points) ++triangle;
     const auto [a, b, c] = mesh.corners(triangle);
-    // Roberts' R2 sequence, folded from the square to the triangle.
+    // Roberts' R2 sequence: frac(1/2 + k / g), frac(1/2 + k / g^2), with g^3 = g + 1; folded from the square to the
+    // triangle.
     double u = std::fmod(0.5 + k * 0.7548776662466927, 1.0);
     double v = std::fmod(0.5 + k * 0.5698402909980532, 1.0);
     if (u + v > 1.0) {

@@ -12,14 +12,14 @@
 
 namespace contact {
 
-// Two meshes that are held against each other.
+// Two meshes whose contact is measured. A is the field's side, B the sampled one.
 struct Parts {
   std::string name;
   vps::TriangleMesh A, B;
-  double voxel_size_m = 1e-3;  // of A's field, in the middle of the sweep
+  double voxel_size_m = 1e-3;  // of A's field at the middle resolution
 };
 
-// What collision needs of two meshes, built when first asked for, then shared by all who ask for the same.
+// Cooked objects of two meshes, built at the first request and then shared by all requests of the same key.
 class Structures {
  public:
   struct Key {
@@ -27,16 +27,16 @@ class Structures {
     vps::Method method = vps::Method::kPaper;
     double voxel_size_m = 0.0;     // 0: no field
     std::uint32_t num_points = 0;  // 0: no points
-    // Points by EvenSamples instead of the product's blue noise, which takes a minute for a million.
+    // Points by EvenSamples instead of SampleSurface's blue noise, which takes a minute for a million points.
     bool is_even = false;
     auto operator<=>(const Key&) const = default;
   };
   using Cooked = core::Result<std::shared_ptr<const vps::CookedObject>>;
 
   explicit Structures(const Parts& parts) : parts_(parts) {}
-  // Any thread.
+  // Thread-safe. Errors: those of vps::Cook.
   Cooked Get(const Key& key);
-  // Builds all of them on two threads; what fails is told by Get.
+  // Builds all keys on two threads. Get returns the errors.
   void Prepare(const std::vector<Key>& keys);
 
  private:
@@ -45,8 +45,8 @@ class Structures {
   std::map<Key, Cooked> built_;
 };
 
-// Points at even steps of area through the triangles in file order, at low-discrepancy places in each, of equal areas:
-// quick for millions, but without blue noise.
+// Quasi-random points of equal areas: point k lies in the triangle in which the area summed in file order reaches
+// (k + 1/2) A / n, at the k-th place of Roberts' R2 sequence. Fast for millions of points, but not blue noise.
 vps::SurfaceSamples EvenSamples(const vps::TriangleMesh& mesh, std::uint32_t num_points);
 
 }  // namespace contact

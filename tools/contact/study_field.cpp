@@ -11,10 +11,11 @@
 namespace contact {
 namespace {
 
-constexpr std::uint32_t kPoints = 16384;
+constexpr std::uint32_t kPoints = 16384;  // of A for depths, of B for directions; not derived
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// V(P) of Eq. 1 with the inward normal n: (v s) + n . (centre - P); no value where the layers do not reach.
+// Depth of P [VR-OOS, Eq. 1]: V(P) = v s + n . (c - P), v the layer's value, s the voxel size [m], c the voxel's centre
+// [m], n the inward normal. NaN outside the grid.
 double PaperDepth_m(const vps::Voxmap& map, const glm::dvec3& p, const glm::dvec3& n) {
   const glm::dvec3 v = (p - map.origin_m) / map.voxel_size_m;
   const glm::ivec3 c(glm::floor(v));
@@ -23,6 +24,7 @@ double PaperDepth_m(const vps::Voxmap& map, const glm::dvec3& p, const glm::dvec
   return map.voxel_size_m * map.at(c.x, c.y, c.z) + glm::dot(n, centre - p);
 }
 
+// -s d(P), d the field's signed distance [voxels].
 double FastDepth_m(const vps::DistanceField& field, const glm::dvec3& p) {
   const glm::vec3 v((p - field.origin_m) / field.voxel_size_m);
   return -field.voxel_size_m * static_cast<double>(vps::SampleField(field, v).distance);
@@ -31,14 +33,15 @@ double FastDepth_m(const vps::DistanceField& field, const glm::dvec3& p) {
 struct Comparison {
   const Parts* parts;
   const vps::oracle::MeshDistance* A;
-  const vps::Voxmap* map;  // one of both
-  const vps::DistanceField* field;
+  const vps::Voxmap* map;           // of `paper`; nullptr: the field is compared
+  const vps::DistanceField* field;  // of `fast`
   [[nodiscard]] double Depth_m(const glm::dvec3& p, const glm::dvec3& n) const {
     return map != nullptr ? PaperDepth_m(*map, p, n) : FastDepth_m(*field, p);
   }
 };
 
-// Points within 1.5 voxels of A's surface, moved off it at random.
+// Mean (as p50), 95th percentile and maximum of |depth + exact signed distance| / s, at points of A's surface moved by
+// up to 1.5 voxels in random directions.
 Errors DepthErrors(const Comparison& c, double voxel_size_m) {
   Random random(7);
   const vps::SurfaceSamples samples = EvenSamples(c.parts->A, kPoints);
@@ -56,6 +59,8 @@ Errors DepthErrors(const Comparison& c, double voxel_size_m) {
   return {sum / static_cast<double>(errors.size()), Quantile(errors, 0.95), Quantile(errors, 1.0)};
 }
 
+// Angle between sum d a n with the field's depths and with exact depths, over samples of B with area a [m^2] and inward
+// normal n.
 double DirectionError_deg(const Comparison& c, const vps::SurfaceSamples& samples, const core::Pose& X_AB,
                           double voxel_size_m) {
   glm::dvec3 got(0.0), exact(0.0);
@@ -63,7 +68,7 @@ double DirectionError_deg(const Comparison& c, const vps::SurfaceSamples& sample
     const glm::dvec3 p = X_AB * samples.points_m[i];
     const glm::dvec3 n = X_AB.rotate(samples.inward_normals[i]);
     const double depth = c.Depth_m(p, n);
-    if (!(depth > -3.0 * voxel_size_m)) continue;  // nor exactly inside
+    if (!(depth > -3.0 * voxel_size_m)) continue;  // outside exactly too: errors are below a voxel
     if (depth > 0.0) got += depth * samples.areas_m2[i] * n;
     const double d = c.A->SignedDistance(p);
     if (d < 0.0) exact -= d * samples.areas_m2[i] * n;
@@ -93,6 +98,7 @@ Errors DirectionErrors(const Comparison& c, const Workload& workload, double vox
   return {Quantile(job.errors, 0.5), Quantile(job.errors, 0.95), Quantile(job.errors, 1.0)};
 }
 
+// Share of samples of B with depth > 0, over all independent poses.
 double WrongContacts(const Comparison& c, const Workload& workload) {
   const vps::SurfaceSamples samples = EvenSamples(c.parts->B, kPoints);
   std::size_t wrong = 0;
@@ -109,7 +115,7 @@ double WrongContacts(const Comparison& c, const Workload& workload) {
 std::vector<FieldFigures> StudyField(const PartsAndWorkloads& made, Structures* structures) {
   const Parts& parts = *made.parts;
   const vps::oracle::MeshDistance exact(parts.A);
-  // The goal for light contact is at s = 1 mm.
+  // The goal for light contact is set at s = 1 mm.
   const double s = parts.name == "bunnies" ? 1e-3 : parts.voxel_size_m;
   std::vector<FieldFigures> rows;
   for (const vps::Method method : {vps::Method::kPaper, vps::Method::kFast}) {
@@ -122,7 +128,7 @@ std::vector<FieldFigures> StudyField(const PartsAndWorkloads& made, Structures* 
       if (workload.name == "peg_free") figures.wrong_contacts = WrongContacts(c, workload);
       if (&workload == &made.workloads.front()) figures.direction_deg = DirectionErrors(c, workload, s);
     }
-    std::printf("%s, field of %s: depth off by mean %s, p95 %s, max %s voxels; direction %s / %s deg\n",
+    std::printf("%s, field of %s: depth error: mean %s, p95 %s, max %s voxels; direction error: %s / %s deg\n",
                 parts.name.c_str(), figures.method.c_str(), Short(figures.depth_voxels.p50).c_str(),
                 Short(figures.depth_voxels.p95).c_str(), Short(figures.depth_voxels.max).c_str(),
                 Short(figures.direction_deg.p50).c_str(), Short(figures.direction_deg.p95).c_str());

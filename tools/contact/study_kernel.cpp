@@ -10,11 +10,12 @@
 namespace contact {
 namespace {
 
+// Not derived: length of a run against scatter of the medians.
 constexpr int kPasses = 7;
 constexpr std::size_t kPosesOfWalk = 30;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// The walk alone, without planes, with one instruction set.
+// The walk alone, without contact planes, with one instruction set.
 class WalkMethod : public Method {
  public:
   WalkMethod(const vps::SampleTree& samples, const vps::DistanceField& field, vps::InstructionSet set)
@@ -34,7 +35,7 @@ class WalkMethod : public Method {
   vps::FieldWalkScratch scratch_;
 };
 
-// The same points under spheres that reach everything: nothing is culled, all points are tested, by the same kernel.
+// The same points under spheres of 1 km: none is culled, so the same kernel tests all points.
 vps::SampleTree WithoutCulling(vps::SampleTree samples) {
   for (vps::SphereBlock& block : samples.spheres) {
     for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
@@ -45,8 +46,8 @@ vps::SampleTree WithoutCulling(vps::SampleTree samples) {
   return samples;
 }
 
-// Places in the field's words of the points that a query tests, as many as it says: those of the blocks that are
-// nearest to the surface.
+// Indices into the field's words of `num_tested` points: those of the blocks nearest to the surface, which a query
+// tests.
 std::vector<std::uint32_t> TestedWords(const vps::SampleTree& samples, const vps::DistanceField& field,
                                        const core::Pose& X_AB, std::uint64_t num_tested) {
   const vps::FieldTransform T(X_AB, field);
@@ -77,7 +78,7 @@ std::vector<std::uint32_t> TestedWords(const vps::SampleTree& samples, const vps
   return words;
 }
 
-// Time to read and add those words, their places known beforehand.
+// Median time to read and add those words, the indices computed beforehand.
 double GatherTime_us(const vps::DistanceField& field, const std::vector<std::vector<std::uint32_t>>& words) {
   const OneCore pinned;
   std::vector<double> times;
@@ -96,7 +97,7 @@ double GatherTime_us(const vps::DistanceField& field, const std::vector<std::vec
   return Quantile(times, 0.5);
 }
 
-// Worst of a's median over b's at the same pose, the machine's interrupts left out by taking turns.
+// max over poses of (median time of a - median time of b). Both take turns, so that interrupts fall on both alike.
 double WorstExcess_us(Method* a, Method* b, const std::vector<core::Pose>& poses) {
   const OneCore pinned;
   std::vector<std::vector<double>> of_a(poses.size()), of_b(poses.size());

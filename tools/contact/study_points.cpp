@@ -6,6 +6,7 @@
 namespace contact {
 namespace {
 
+// Not derived: length of a run against scatter of the medians.
 constexpr int kPasses = 3;
 constexpr double kSecondsEach = 0.5;
 
@@ -33,7 +34,7 @@ std::vector<PointScaling> StudyPoints(const Workload& workload, const Parts& par
     const bool is_fast = key.method == vps::Method::kFast;
     methods.push_back(is_fast ? MakeFastMethod(*A, *B) : MakePaperMethod(*A, *B, SurfaceArea(parts.B), true));
     std::vector<core::Pose> poses;
-    // A slow one goes fewer steps of every walk.
+    // Fewer poses of every walk for the slower method and for many points.
     const std::size_t steps = is_fast ? 50 : key.num_points > 100'000 ? 3 : 12;
     for (const auto& walk : workload.walks) {
       poses.insert(poses.end(), walk.begin(), walk.begin() + static_cast<std::ptrdiff_t>(std::min(steps, walk.size())));
@@ -56,10 +57,8 @@ void ReportPoints(const std::vector<PointScaling>& rows, Report* report) {
   if (rows.empty()) return;
   Table table{"points", {"workload", "method", "points", "p50_us", "p99_us", "max_us"}, {}};
   Chart chart{"Time of a query against the number of points",
-              "consecutive poses; mark: median, line to the right is not shown; dotted lines of other workloads are "
-              "other panels",
+              "median over consecutive poses, even points (no blue noise), both methods at the same voxel size",
               {}};
-  chart.subtitle = "median over consecutive poses, even points (no blue noise), both methods at the same voxel size";
   const auto find = [&](const std::string& workload, const std::string& method, std::uint32_t n) -> const Times* {
     for (const PointScaling& row : rows) {
       if (row.workload == workload && row.method == method && row.num_points == n) return &row.times;

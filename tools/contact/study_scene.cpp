@@ -12,17 +12,17 @@
 namespace contact {
 namespace {
 
-constexpr std::uint32_t kPoints = 65536;
+constexpr std::uint32_t kPoints = 65536;  // of each of the ten parts, as the goal says
 constexpr double kVoxel_m = 5e-4;
-constexpr int kCycles = 200;
+constexpr int kCycles = 200;  // of a round: a fifth of a second of motion; not derived
 constexpr double kPi = 3.14159265358979323846;
 
 std::shared_ptr<const vps::CookedObject> CookShared(const vps::TriangleMesh& mesh, vps::Method method) {
   return std::make_shared<const vps::CookedObject>(*vps::Cook(mesh, {kVoxel_m, kPoints, method}));
 }
 
-// Ten objects, 45 pairs: a peg pressed in a block's hole is the heavy pair, two balls touch the peg, six parts circle
-// beside them. One step is 1 ms.
+// Ten objects, 45 pairs: a peg pressed in a block's hole is the pair with most contact, two balls touch the peg, six
+// parts circle beside them. A step is 1 ms.
 class TenParts {
  public:
   explicit TenParts(vps::Method method) {
@@ -88,7 +88,7 @@ void StudyTen(Table* table, Report* report) {
   std::vector<double> of_paper, of_fast, of_two;
   {
     const OneCore pinned;
-    for (int round = 0; round < 6; ++round) {  // turns of a fifth of a second of motion
+    for (int round = 0; round < 6; ++round) {
       Append(&of_paper, CycleTimes_us(&paper, &serial, round * kCycles, kCycles, 1));
       Append(&of_fast, CycleTimes_us(&fast, &serial, round * kCycles, kCycles, 1));
     }
@@ -115,7 +115,7 @@ void StudyTen(Table* table, Report* report) {
                   one_us / two_us >= 1.6);
 }
 
-// All of 100 objects move, none near another.
+// 100 objects that all move, far from each other: time of a step divided by its pairs.
 void StudyIdle(Report* report) {
   constexpr std::uint16_t kObjects = 100;
   constexpr double kPairs = 0.5 * kObjects * (kObjects - 1);
@@ -159,7 +159,7 @@ void StudyMany(Table* table, Chart* chart, Report* report) {
       ManyObjects scene(method, parts, count, 0);
       const OneCore pinned;
       CycleTimes_us(&scene, &serial, 0, 20, 5);
-      // Of every pose the best of five passes: what the operating system does in between is not the engine's.
+      // A pose's time is the smallest of five passes, which leaves out interrupts of the operating system.
       std::vector<double> best(ManyObjects::kPeriod / 10, 1e30);
       for (int pass = 0; pass < 5; ++pass) {
         const auto times = CycleTimes_us(&scene, &serial, 0, static_cast<int>(best.size()), 10);

@@ -9,6 +9,7 @@
 namespace contact {
 namespace {
 
+// The goals are set at these figures.
 constexpr double kVoxel_m = 1e-3;
 constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
 constexpr int kSteps = 200;
@@ -27,7 +28,7 @@ vps::TriangleMesh Turned(vps::TriangleMesh mesh, const glm::dquat& q) {
   return mesh;
 }
 
-// A plate that lies askew to its voxels.
+// A plate that is not aligned with its voxels.
 Slide Plane() {
   const glm::dquat q = core::QuaternionFromRotationVector({0.3, 0.5, 0.2});
   Slide slide{
@@ -39,7 +40,7 @@ Slide Plane() {
   return slide;
 }
 
-// Around a cylinder; the ball keeps its attitude to it.
+// Around a cylinder's axis; the ball turns with its position, so that it always touches with the same samples.
 Slide Curved() {
   Slide slide{"cylinder, R = 25 s",
               {"cylinder", vps::MakeCylinder(kCylinder_m, 0.06, 1024), vps::MakeSphere(0.01, 128), kVoxel_m},
@@ -70,7 +71,7 @@ void StudySlide(Report* report) {
     Structures structures(slide.parts);
     Panel panel;
     panel.title = slide.name;
-    panel.x_title = "way [mm]";
+    panel.x_title = "distance slid [mm]";
     panel.y_title = "force over its mean";
     panel.x_log = panel.y_log = false;
     double ripple[2] = {0.0, 0.0};
@@ -91,7 +92,8 @@ void StudySlide(Report* report) {
           panel.series.back().points.push_back({1e3 * kStep_m * static_cast<double>(i), forces[i] / mean, ""});
       }
       if (!is_fast || slide.parts.name != "plane") continue;
-      // Closer by 1 um a step, from 20 to 200 um deep: against the change of the cap's volume.
+      // From 20 to 200 um deep by 1 um a step: |F(h) - F(h - 1 um)| over the change of the cap's volume,
+      // V(h) = pi h^2 (R - h / 3) (SphereOnHalfSpaceForce).
       double worst = 0.0;
       double before = 0.0;
       const glm::dvec3 normal = core::QuaternionFromRotationVector({0.3, 0.5, 0.2}) * glm::dvec3(0, 0, 1);

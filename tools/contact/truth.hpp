@@ -7,9 +7,10 @@
 
 namespace contact {
 
-// Exact answers at the independent poses, computed on two threads. Conforming contact: exact distances at 200,000 even
-// points of B's surface, at most 1 mm deep, since refining the integral of a whole pressed side takes half a minute a
-// pose; its depth is that of B's points. Else vps/oracle's refined integral to 1e-3 and the depth of both surfaces.
+// Reference answers at the independent poses, computed on two threads. Conforming contact: quadrature over 200,000 even
+// points of B's surface with exact depths up to 1 mm, because adaptive refinement over a whole pressed side takes half
+// a minute a pose; the depth is the greatest of B's points. Other contact: vps/oracle's adaptive integral, to a
+// relative 1e-3, and the greatest depth of both surfaces.
 std::vector<Answer> ExactAnswers(const Parts& parts, const Workload& workload);
 
 }  // namespace contact

@@ -12,6 +12,7 @@
 namespace contact {
 namespace {
 
+// Not derived: more poses take longer and scatter less. Published tables hold for these poses only.
 constexpr std::uint64_t kSeed = 12345;
 constexpr int kWalks = 8;
 constexpr int kSteps = 100;
@@ -55,7 +56,7 @@ vps::TriangleMesh Closed(vps::TriangleMesh mesh) {
   return mesh;
 }
 
-// Workload whose poses come from approaches of B from all sides and hands' motions that go on from there.
+// Workload of independent poses by Approach and of walks by WanderInBand that start there, `slack_m` beyond the band.
 Workload FreeWorkload(const Parts& parts, std::string name, std::string description, Fit fit, double step_m,
                       double least_m, double greatest_m, double slack_m) {
   Random random(kSeed);
@@ -66,8 +67,8 @@ Workload FreeWorkload(const Parts& parts, std::string name, std::string descript
   return w;
 }
 
-// Workload of parts that fit into each other: X_AB = pose_of(coordinates), every coordinate within its bounds, and
-// `is_allowed` besides.
+// Workload of parts that fit into each other: X_AB = pose_of(c) for coordinates with |c_k| <= bound_k that `is_allowed`
+// accepts.
 Workload FittedWorkload(std::string name, std::string description, Fit fit, const Coordinates& bound,
                         const Coordinates& mean_step, const std::function<bool(const Coordinates&)>& is_allowed,
                         const std::function<core::Pose(const Coordinates&)>& pose_of) {
@@ -107,7 +108,7 @@ core::Result<PartsAndWorkloads> Load(const std::string& name, const std::filesys
 
 core::Result<PartsAndWorkloads> BallAndBox() {
   const Parts parts{"ball_and_box", vps::MakeBox({0.1, 0.1, 0.05}), vps::MakeSphere(0.02, 128), 1e-3};
-  // The ball's middle above the box's upper face, away from its edges.
+  // The ball's centre is above the box's upper face, away from its edges.
   Workload w = FittedWorkload(
       "ball_on_box", "a ball of 20 mm radius pressed 0.2 to 0.8 mm into a box", Fit::kLight,
       {0.02, 0.02, 3e-4, 3.0, 3.0, 3.0}, {1e-4, 1e-4, 2e-5, 5e-3, 5e-3, 5e-3}, [](const Coordinates&) { return true; },
@@ -125,8 +126,8 @@ core::Result<PartsAndWorkloads> Rings() {
                     Fit::kLight, 4e-4, 2e-4, 8e-4, 3e-4)}};
 }
 
-// A peg of 20 mm in a hole 0.1 mm wider, 40 mm long: with the axis shifted by e and tilted by t, the peg's side is at
-// most e + t 20 mm - 0.05 mm deep.
+// A peg of 20 mm in a hole 0.1 mm wider, 40 mm long. With the axis shifted by e [m] and tilted by t [rad], the greatest
+// depth is e + t 20 mm - 0.05 mm: half the hole's length times the tilt, less the radial clearance.
 core::Result<PartsAndWorkloads> PegInHole() {
   const Parts parts{"peg", vps::MakeBlockWithHole(0.06, 0.04, 0.01005, 256), vps::MakeCylinder(0.01, 0.06, 256),
                     2.5e-4};
@@ -147,9 +148,9 @@ core::Result<PartsAndWorkloads> PegInHole() {
   return PartsAndWorkloads{std::make_shared<const Parts>(parts), {pressed, free}};
 }
 
-// The bolt stands on z = 0; the nut's file places it on its axis too. With both as they are but for 10 mm along z (five
-// turns of the M16's 2 mm pitch) the thread's clearance of 8 um is the same above and below: found by trying angles and
-// heights with exact distances. A turn by phi rises by 2 mm phi / 2 pi.
+// Both files have the thread's axis on z. With the nut 10 mm up (five turns of the M16's 2 mm pitch) the thread's
+// clearance of 8 um is the same above and below: found by exact distances over angles and heights. A turn by phi rises
+// by 2 mm phi / (2 pi).
 core::Result<PartsAndWorkloads> NutOnBolt(const Places& places) {
   return Load("nut", places.meshes / "factory_bolt_m16_tight.obj",
               places.meshes / "factory_nut_m16_tight_subdiv_3x.obj", 2.5e-4, {}, [](const Parts&) {
@@ -161,7 +162,7 @@ core::Result<PartsAndWorkloads> NutOnBolt(const Places& places) {
                     [](const Coordinates& c) {
                       return core::Pose{core::QuaternionFromRotationVector({c[3], c[4], 0.0}) *
                                             core::QuaternionFromRotationVector({0.0, 0.0, c[5]}),
-                                        // Tilted about the nut's own middle, 22.5 mm up its axis.
+                                        // Tilted about the nut's centre, 22.5 mm up its axis.
                                         glm::dvec3(c[0], c[1], 0.01 + 0.002 * c[5] / (2.0 * kPi) + c[2]) +
                                             glm::dvec3(-0.0225 * c[4], 0.0225 * c[3], 0.0)};
                     });
@@ -213,7 +214,7 @@ core::Result<PartsAndWorkloads> ModuleOnBracket(const Places& places) {
   });
 }
 
-// Both files are in the assembly's frame: as they are, the gear is on its pin, which has 0.5 mm of clearance.
+// Both files are in the assembly's frame: at X_AB = identity the gear is on its pin, which has 0.5 mm of clearance.
 core::Result<PartsAndWorkloads> GearOnPin(const Places& places) {
   return Load("gear", places.meshes / "factory_gear_base_loose_space_5e-4_subdiv_4x.obj",
               places.meshes / "factory_gear_small_space_5e-4.obj", 2.5e-4, {}, [](const Parts& parts) {

@@ -12,16 +12,16 @@ namespace contact {
 
 enum class Fit {
   kConforming,  // along whole faces
-  kLight,       // a patch
-  kDeep,        // far into each other, as no part should be
+  kLight,       // in a patch, below 1 mm deep
+  kDeep,        // 5 to 15 mm deep
   kNear,        // within a millimetre, not touching
   kApart,       // 50 mm apart
 };
 
-// Poses X_AB of two parts. Consecutive ones are a hand's motion sampled at 1 kHz; independent ones have nothing to do
-// with each other, so that what a method remembers of the last query is of no use.
+// Poses X_AB of two parts. Consecutive ones are a hand's motion sampled at 1 kHz. Independent ones are drawn
+// separately, so that a method gains nothing from coherence with its last query.
 struct Workload {
-  std::string name;         // a file's name can be made of it
+  std::string name;         // used in file names
   std::string description;  // one sentence
   Fit fit = Fit::kLight;
   std::vector<core::Pose> independent;
@@ -45,10 +45,11 @@ struct Places {
   std::filesystem::path meshes;  // public ones
 };
 
-// Names of all, in order, each made on request by MakeParts: poses are searched for, which takes seconds.
+// Names that MakeParts takes, in the order of the bench.
 const std::vector<std::string>& PartsNames();
 
-// Errors: a file that is missing. Always the same poses.
+// Loads or makes the meshes and searches for the poses, which takes seconds. The same poses at every call. Errors: an
+// unknown name, a mesh file that is missing or refused.
 core::Result<PartsAndWorkloads> MakeParts(const std::string& name, const Places& places);
 
 }  // namespace contact

@@ -20,10 +20,10 @@
 namespace contact_peers {
 namespace {
 
-constexpr int kRepetitions = 3;
-constexpr int kMmapThresholdBytes = 128 * 1024;  // the allocator's own, to begin with
+constexpr int kRepetitions = 3;                  // the median of three leaves out one disturbed run; not derived
+constexpr int kMmapThresholdBytes = 128 * 1024;  // glibc's default, which it otherwise raises as large blocks are freed
 
-// Of /proc/self/status, bytes.
+// A line of /proc/self/status, which is in kB, in bytes.
 double StatusBytes(const char* name) {
   std::ifstream in("/proc/self/status");
   std::string line;
@@ -37,11 +37,11 @@ struct Cost {
   double time_s = 0.0, stored_bytes = 0.0, peak_bytes = 0.0;
 };
 
-// `build` returns the bytes of its result, and has freed it by then.
+// `build` builds, frees the result, and returns the size that it had [bytes].
 Cost Measure(const std::function<double()>& build) {
   malloc_trim(0);
   const double before = StatusBytes("VmRSS");
-  std::ofstream("/proc/self/clear_refs") << "5";  // the high-water mark begins anew
+  std::ofstream("/proc/self/clear_refs") << "5";  // resets VmHWM, the peak
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   Cost cost;
   cost.stored_bytes = build();
@@ -93,8 +93,8 @@ Cost MeasureBuild(const std::string& method, const vps::TriangleMesh& mesh, int 
   return Measure([&] { return BuildOpenvdb(points, triangles, voxel_size_m); });
 }
 
-// In a process of its own: in one that has built before, the allocator serves from what was freed and gives nothing
-// back, so that a build's peak would tell of all that it ever freed and of the builds before.
+// In a process of its own: in one that has built before, the allocator reuses freed memory that still counts as
+// resident, so that the peak would include the builds before.
 core::Result<Cost> MeasureApart(const std::string& method, const std::filesystem::path& meshes, const std::string& mesh,
                                 int voxels, int threads) {
   const std::string command = "'" + std::filesystem::read_symlink("/proc/self/exe").string() + "' " + kBuildVerb + " " +
@@ -141,7 +141,7 @@ int BuildOnce(int argc, char** argv) {
   if (argc != 7) return 2;
   const auto mesh = MeshCalled(argv[4], argv[3]);
   if (!mesh) return 1;
-  // Large arrays come from the kernel and go back to it, however large those were that the mesh took.
+  // Fixed, so that large arrays are returned to the kernel when freed, whatever sizes loading the mesh has freed.
   mallopt(M_MMAP_THRESHOLD, kMmapThresholdBytes);
   const Cost cost = MeasureBuild(argv[2], *mesh, std::atoi(argv[5]), std::atoi(argv[6]));
   std::printf("%.9g %.0f %.0f\n", cost.time_s, cost.stored_bytes, cost.peak_bytes);

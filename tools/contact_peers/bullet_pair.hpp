@@ -6,7 +6,7 @@
 
 namespace contact_peers {
 
-// Two collision objects in a Bullet world, asked for all their contacts. The objects must outlive the pair.
+// Two collision objects in a Bullet world of their own. The objects must outlive the pair.
 class BulletPair {
  public:
   BulletPair(btCollisionObject* a, btCollisionObject* b);
@@ -14,7 +14,8 @@ class BulletPair {
   BulletPair(const BulletPair&) = delete;
   BulletPair& operator=(const BulletPair&) = delete;
 
-  // Sums of the manifolds' contacts: depth times normal, each at its point on B.
+  // Force: sum of depth times normal over all manifold points [m]; moment: about B's origin, each at its point on B
+  // [m^2].
   contact::Answer Query(const core::Pose& X_AB);
   [[nodiscard]] btCollisionDispatcher* dispatcher() { return &dispatcher_; }
 

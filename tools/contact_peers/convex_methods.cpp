@@ -17,7 +17,8 @@
 namespace contact_peers {
 namespace {
 
-constexpr std::size_t kMaxTriangles = 3000;  // for HACD
+// Not derived: HACD's time grows from seconds to minutes with its triangles, and it does not end on some meshes.
+constexpr std::size_t kMaxTriangles = 3000;
 constexpr std::size_t kMinParts = 8;
 constexpr unsigned kMaxSeconds = 4;
 
@@ -30,7 +31,8 @@ btTransform ToBullet(const core::Pose& X) {
   return btTransform(btQuaternion(btScalar(q.x), btScalar(q.y), btScalar(q.z), btScalar(q.w)), ToBullet(X.translation));
 }
 
-// Corners within a cell of a grid become their mean; the finest grid that leaves few enough triangles.
+// Vertex clustering: vertices in one cell of a grid become their mean. The finest grid, from 128 cells along the
+// longest side by factors of 4/5, that leaves at most kMaxTriangles.
 vps::TriangleMesh Thinned(const vps::TriangleMesh& mesh) {
   if (mesh.triangles.size() <= kMaxTriangles) return mesh;
   const vps::Box box = vps::BoundingBox(mesh);
@@ -106,7 +108,7 @@ std::vector<std::vector<glm::dvec3>> Decompose(const vps::TriangleMesh& mesh) {
   return parts;
 }
 
-// In a process of its own, which is ended after kMaxSeconds: on some meshes the decomposition never comes back.
+// Decompose in a process of its own, which is ended after kMaxSeconds; empty when it is ended.
 std::vector<std::vector<glm::dvec3>> DecomposeInTime(const vps::TriangleMesh& mesh) {
   int ends[2];
   if (pipe(ends) != 0) return {};
@@ -193,8 +195,7 @@ class HullMethod : public contact::Method {
 core::Result<std::unique_ptr<contact::Method>> MakeConvexPartsMethod(const vps::TriangleMesh& A,
                                                                      const vps::TriangleMesh& B) {
   auto method = std::make_unique<ConvexPartsMethod>(A, B);
-  if (!method->has_parts())
-    return core::Fail(core::ErrorCode::kInvalidInput, "HACD does not come back in 4 s, or gives no parts");
+  if (!method->has_parts()) return core::Fail(core::ErrorCode::kInvalidInput, "HACD gives no parts within 4 s");
   return method;
 }
 

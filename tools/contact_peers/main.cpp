@@ -6,8 +6,8 @@
 #include "tools/contact_peers/peers.hpp"
 #include "tools/contact_peers/study_build.hpp"
 
-// `oos bench vps` runs this in its own place where it exists. Arguments: JSON file, plot folder, meshes, scenarios, one
-// pair or "". What StudyBuild compares it builds by running itself: kBuildVerb.
+// `oos bench vps` runs this program instead of itself where it is installed. Arguments: JSON file, plot folder, meshes,
+// scenarios, names of parts and studies or "". StudyBuild runs this program again with kBuildVerb.
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == contact_peers::kBuildVerb) return contact_peers::BuildOnce(argc, argv);
   if (argc != 6) {

@@ -4,7 +4,7 @@
 
 namespace contact_peers {
 
-// Time and memory of building the field, beside OpenVDB's (CompareBuilds), as table, chart and goals.
+// Time and memory of building the field beside OpenVDB's (CompareBuilds): adds a table, a chart and three goals.
 void StudyBuild(const contact::Places& places, contact::Report* report);
 
 }  // namespace contact_peers

@@ -7,6 +7,7 @@
 namespace inspect {
 namespace {
 
+// Chosen by eye.
 constexpr int kSmall_px = 15;
 constexpr int kTitle_px = 19;
 
@@ -106,7 +107,7 @@ void Canvas::Frame(int x0, int y0, int x1, int y1, const Color& color) {
   FillBox(x1 - 1, y0, x1, y1, color);
 }
 
-// Coverage of a pixel: how far its middle is inside the rim, in pixels.
+// Antialiased: a pixel's coverage is radius + 1/2 less the distance of its centre from (x, y), within [0, 1].
 void Canvas::Dot(double x, double y, double radius_px, const Color& color, double share) {
   for (int j = static_cast<int>(y - radius_px - 1); j <= static_cast<int>(y + radius_px + 1); ++j) {
     for (int i = static_cast<int>(x - radius_px - 1); i <= static_cast<int>(x + radius_px + 1); ++i) {

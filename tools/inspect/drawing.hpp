@@ -18,10 +18,10 @@ constexpr Color kInk{32, 34, 38};
 constexpr Color kGrey{120, 124, 130};
 constexpr Color kPaper{250, 250, 248};
 
-// `share` of b over a.
+// (1 - share) a + share b, share clamped to [0, 1].
 Color Mix(const Color& a, const Color& b, double share);
 
-// Dark violet over green to yellow, t in [0, 1]: even steps look even, also in grey.
+// Perceptually uniform colour map (viridis at five stops), dark violet over green to yellow, t clamped to [0, 1].
 Color Ramp(double t);
 
 // The largest of 1, 2, 5 times a power of ten that is not above x.
@@ -30,9 +30,9 @@ double RoundStep(double x);
 // "25 mm", "0.4 mm", "1.2 m".
 std::string Length(double length_m);
 
-// A parallel view onto the mesh frame: pixel = middle + scale (right . p, -up . p).
+// An orthographic view of the mesh frame: pixel = (x, y) + pixels_per_m (right . r, -up . r), r = p - centre_m.
 struct View {
-  glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1};  // `toward` the onlooker
+  glm::dvec3 right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1};  // `toward` the viewer
   glm::dvec3 centre_m{0.0};
   double pixels_per_m = 1.0;
   double x = 0.0, y = 0.0;  // pixel of centre_m
@@ -46,16 +46,16 @@ struct View {
   }
 };
 
-// Looks along an axis of the mesh frame: 0 from +x (y right, z up), 1 from -y (x right, z up), 2 from +z (x right,
-// y up). 3: from above at a slant.
+// The view from: 0 +x (y right, z up), 1 -y (x right, z up), 2 +z (x right, y up), 3 above, at a slant.
 View MakeView(int direction);
 
-// Makes the box fill the square of `side_px` pixels around (x, y), seen so.
+// Sets centre and scale so that the box fills the square of `side_px` pixels around (x, y).
 void Fit(const vps::Box& box, double x, double y, double side_px, View* view);
 
 // A picture with text.
 class Canvas {
  public:
+  // Errors: those of GlyphAtlas::Create (no font).
   static core::Result<Canvas> Create(int width, int height);
 
   picture::Image image;

@@ -10,21 +10,22 @@
 namespace inspect {
 namespace {
 
+// Layout, chosen by eye, as are kFill and kLargestAreaRatio.
 constexpr int kPanel_px = 560;
 constexpr int kGap_px = 24;
 constexpr int kHead_px = 64;
 constexpr int kLegend_px = 170;
-constexpr double kFill = 0.92;  // of a panel
-constexpr double kLargestAreaRatio = 2.0;
+constexpr double kFill = 0.92;             // of a panel
+constexpr double kLargestAreaRatio = 2.0;  // upper end of the colour scale, over the mean area
 
-// Light from the onlooker's upper left.
+// Lambert's cosine law with light from the viewer's upper left, over 35 % ambient light.
 double Shade(const View& view, const glm::dvec3& outward) {
   const glm::dvec3 light = glm::normalize(view.toward + 0.5 * view.up - 0.4 * view.right);
   return 0.35 + 0.65 * std::max(0.0, glm::dot(light, outward));
 }
 
-// Points that face the onlooker, nearest last.
-std::vector<const SurfacePoint*> Seen(const std::vector<SurfacePoint>& points, const View& view) {
+// Points that face the viewer, nearest last.
+std::vector<const SurfacePoint*> FindFacing(const std::vector<SurfacePoint>& points, const View& view) {
   std::vector<const SurfacePoint*> seen;
   for (const SurfacePoint& point : points) {
     if (glm::dot(point.outward, view.toward) > 0.0) seen.push_back(&point);
@@ -35,7 +36,7 @@ std::vector<const SurfacePoint*> Seen(const std::vector<SurfacePoint>& points, c
   return seen;
 }
 
-// Half a spacing in pixels, so that the dots of a surface nearly touch and hide what lies behind.
+// 0.6 of the mean spacing sqrt(area / points), in pixels: dots overlap a little and hide what lies behind.
 double DotRadius(const std::vector<SurfacePoint>& points, const vps::Box& box, double pixels_per_m) {
   double area = 0.0;
   for (const SurfacePoint& point : points) area += point.area_m2;
@@ -130,7 +131,7 @@ core::Result<picture::Image> DrawPoints(const std::string& title, const std::vec
     View view = MakeView(kDirections[i]);
     Fit(box, x0 + 0.5 * kPanel_px, y0 + 0.5 * kPanel_px, kFill * kPanel_px, &view);
     const double radius = DotRadius(points, box, view.pixels_per_m);
-    for (const SurfacePoint* point : Seen(points, view)) {
+    for (const SurfacePoint* point : FindFacing(points, view)) {
       const glm::dvec2 at = view.Pixel(point->p_m);
       const Color color = has_areas ? Ramp(point->area_m2 / (kLargestAreaRatio * mean)) : Color{86, 140, 200};
       const Color shaded = Mix({20, 22, 30}, color, Shade(view, point->outward));
@@ -168,7 +169,7 @@ core::Result<picture::Image> DrawTree(const std::string& title, const std::vecto
     View view = MakeView(3);
     Fit(box, x0 + 0.5 * kPanel_px, y0 + 0.5 * kPanel_px, 0.84 * kPanel_px, &view);
     const double radius = std::min(1.2, DotRadius(points, box, view.pixels_per_m));
-    for (const SurfacePoint* point : Seen(points, view)) {
+    for (const SurfacePoint* point : FindFacing(points, view)) {
       const glm::dvec2 at = view.Pixel(point->p_m);
       canvas->Dot(at.x, at.y, radius, Mix({150, 154, 160}, {225, 226, 228}, Shade(view, point->outward)));
     }
@@ -187,7 +188,7 @@ core::Result<picture::Image> DrawTree(const std::string& title, const std::vecto
       const double share = spheres.size() > 400 ? 0.45 : 0.9;
       canvas->Circle(at.x, at.y, sphere.radius_m * view.pixels_per_m, color, share);
     }
-    // What sticks out of the panel would run into its neighbour.
+    // Clears what is drawn beyond the panel, into its neighbours.
     canvas->FillBox(x0 - kGap_px, y0 - 24, x0, y0 + kPanel_px + kGap_px, kPaper);
     canvas->FillBox(x0 + kPanel_px, y0 - 24, x0 + kPanel_px + kGap_px, y0 + kPanel_px + kGap_px, kPaper);
     canvas->Frame(x0, y0, x0 + kPanel_px, y0 + kPanel_px, kGrey);

@@ -13,7 +13,7 @@ namespace inspect {
 struct SurfacePoint {
   glm::dvec3 p_m{0.0};
   glm::dvec3 outward{0.0};
-  double area_m2 = 0.0;  // 0: the method knows none
+  double area_m2 = 0.0;  // quadrature weight; 0: the method has none
 };
 std::vector<SurfacePoint> PointsOf(const vps::SampleTree& tree);
 std::vector<SurfacePoint> PointsOf(const vps::PointTree& tree);
@@ -26,11 +26,12 @@ struct TreeSphere {
 std::vector<std::vector<TreeSphere>> LevelsOf(const vps::SampleTree& tree);
 std::vector<std::vector<TreeSphere>> LevelsOf(const vps::PointTree& tree);
 
-// From four sides, those that face the onlooker: coloured by area against the mean, or by how they face.
+// From four sides, the points that face the viewer: coloured by area over the mean area, or shaded alone. Errors: those
+// of Canvas::Create.
 core::Result<picture::Image> DrawPoints(const std::string& title, const std::vector<SurfacePoint>& points,
                                         const vps::Box& box);
 
-// A panel for each level: its spheres over the points.
+// A panel for each level: its spheres over the points. Errors: those of Canvas::Create.
 core::Result<picture::Image> DrawTree(const std::string& title, const std::vector<std::vector<TreeSphere>>& levels,
                                       const std::vector<SurfacePoint>& points, const vps::Box& box);
 

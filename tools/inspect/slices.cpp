@@ -9,6 +9,7 @@
 namespace inspect {
 namespace {
 
+// Layout and colours, chosen by eye.
 constexpr int kPanel_px = 640;
 constexpr int kGap_px = 24;
 constexpr int kHead_px = 64;
@@ -34,7 +35,7 @@ struct Panel {
   double range_m = 1.0, step_m = 1.0;
 };
 
-// Distances on pixel middles of the panel and one row and column more.
+// The field at the centres of the panel's pixels and of one row and column more.
 std::vector<FieldPlace> Sample(const FieldView& field, const Panel& panel) {
   std::vector<FieldPlace> places;
   places.reserve(static_cast<std::size_t>(kPanel_px + 1) * (kPanel_px + 1));
@@ -71,7 +72,7 @@ void DrawPanel(const FieldView& field, const Panel& panel, Canvas* canvas) {
       canvas->Set(panel.x0 + x, panel.y0 + y, color);
     }
   }
-  // The surface last and two pixels wide, so that nothing covers it.
+  // The surface is drawn last and two pixels wide, so that nothing covers it.
   for (int y = 0; y < kPanel_px; ++y) {
     for (int x = 0; x < kPanel_px; ++x) {
       const bool is_inside = at(x, y).distance_m < 0.0;
@@ -136,7 +137,7 @@ FieldView ViewOf(const vps::Voxmap& map) {
             const glm::ivec3 c(glm::floor((p_m - map.origin_m) / map.voxel_size_m));
             const glm::ivec3 q = glm::clamp(c, glm::ivec3(0), glm::ivec3(map.nx, map.ny, map.nz) - 1);
             FieldPlace place;
-            // Surface voxels (0) belong to the inside: a point in one touches.
+            // A point in a surface voxel (layer 0) is in contact, so the quarter makes its distance negative too.
             place.distance_m = -(map.at(q.x, q.y, q.z) + 0.25) * map.voxel_size_m;
             place.is_fine = false;  // no bricks
             place.voxel = c;
@@ -183,11 +184,11 @@ core::Result<picture::Image> DrawSlices(const FieldView& field, const vps::Box& 
   const Panel whole = panel;
   panel.x0 = left[1];
   panel.y0 = top[1];
-  // Looks along the axis that is most square to the direction across.
+  // The view is along the axis with the smallest component of the normal.
   const glm::dvec3 across = glm::abs(close_up.across);
   const int along = across.z <= across.x && across.z <= across.y ? 0 : (across.y <= across.x ? 1 : 2);
   panel.view = MakeView(kDirection[along]);
-  constexpr double kCloseVoxels = 32.0;
+  constexpr double kCloseVoxels = 32.0;  // side of the close-up; chosen by eye: cells and the band are both visible
   panel.view.centre_m = close_up.centre_m;
   panel.view.pixels_per_m = kPanel_px / (kCloseVoxels * field.voxel_size_m);
   panel.view.x = panel.x0 + 0.5 * kPanel_px;

@@ -9,32 +9,35 @@
 
 namespace inspect {
 
-// What a field says of a place in the mesh frame.
+// A field's value at a place in the mesh frame.
 struct FieldPlace {
   double distance_m = 0.0;  // negative inside
   bool is_crease = false;   // the cell holds several tangent planes
-  bool is_fine = true;      // a voxel answers, not the coarse grid
-  glm::ivec3 voxel{0};
+  bool is_fine = true;      // the value is a voxel's, not the coarse grid's
+  glm::ivec3 voxel{0};      // that holds the place
 };
 
-// Either field behind one face.
+// Either method's field as a function of the place.
 struct FieldView {
   std::string title;
   double voxel_size_m = 0.0;
   vps::Box box;  // of the grid
   std::function<FieldPlace(const glm::dvec3& p_m)> at;
 };
+// Both must outlive the view. Of a voxelmap the distance is minus the layer's value [VR-OOS, section 3], in steps of a
+// voxel.
 FieldView ViewOf(const vps::DistanceField& field);
-FieldView ViewOf(const vps::Voxmap& map);  // distance: V with its sign turned, in steps of a voxel
+FieldView ViewOf(const vps::Voxmap& map);
 
-// A place to look at closely, and the direction across the surface there.
+// Centre of the close-up, and the direction across the surface there (its normal).
 struct CloseUp {
   glm::dvec3 centre_m{0.0};
   glm::dvec3 across{0.0, 0.0, 1.0};
 };
 
-// Three slices through the middle of the box along the axes, and a close-up in the plane that cuts the surface there
-// most squarely: distance in colour with iso-lines, the surface bold, crease cells and brick borders.
+// Three slices through the middle of the box along the axes, and a close-up in the axis plane that is nearest to
+// perpendicular to the surface: distance in colour with iso-lines, the surface bold, crease cells and brick borders.
+// Errors: those of Canvas::Create.
 core::Result<picture::Image> DrawSlices(const FieldView& field, const vps::Box& box, const CloseUp& close_up);
 
 }  // namespace inspect
