@@ -60,6 +60,11 @@ struct Slot<F> {
   bool Take(const WireField& field, bool* is_sound) {
     constexpr std::size_t kBytesEach = sizeof(numbers[0]);
     if (field.Is(F::kNumber, kBytes)) {
+      if (count == 0 && field.bytes.size() == sizeof(numbers)) {  // as a rule it comes whole
+        std::memcpy(numbers.data(), field.bytes.data(), sizeof(numbers));
+        count = numbers.size();
+        return true;
+      }
       const std::size_t added = field.bytes.size() / kBytesEach;
       *is_sound = *is_sound && field.bytes.size() % kBytesEach == 0 && added <= numbers.size() - count;
       if (!*is_sound) return true;
@@ -131,7 +136,8 @@ requires(!IsNumberField<F> && !IsCompoundField<F> && !IsTextField<F> && !F::kIsL
   }
 };
 
-// --- Lists: their columns are counted and checked as they come, and read again once all of them are sound.
+// --- Lists: their columns are counted and checked as they come, and read again once all of them are sound. As a rule a
+// column comes in one piece, which is remembered.
 
 // Whether it is the field of a column, packed or not.
 template <class C>
@@ -180,8 +186,9 @@ class ColumnFiller {
  public:
   ColumnFiller(Items* items, std::size_t first) : items_(items), at_(first) {}
 
-  void Take(const WireField& field) {
-    if (!IsOf<C>(field)) return;
+  // False: it is not of this column.
+  bool Take(const WireField& field) {
+    if (!IsOf<C>(field)) return false;
     if constexpr (C::kWire == Wire::kString) {
       C::Of((*items_)[at_++]) = TextOf(field.bytes);
     } else if constexpr (IsCompound<typename C::Type>) {
@@ -192,6 +199,7 @@ class ColumnFiller {
         return true;
       });
     }
+    return true;
   }
 
  private:
@@ -201,6 +209,11 @@ class ColumnFiller {
   }
   void TakeBytes(std::span<const std::uint8_t> left) {
     auto* const bytes = reinterpret_cast<std::uint8_t*>(numbers_.data());
+    while (num_bytes_ == 0 && left.size() >= sizeof(numbers_)) {  // as a rule whole items come
+      std::memcpy(bytes, left.data(), sizeof(numbers_));
+      left = left.subspan(sizeof(numbers_));
+      Assign(numbers_, &C::Of((*items_)[at_++]));
+    }
     while (!left.empty()) {
       const std::size_t taken = std::min(sizeof(numbers_) - num_bytes_, left.size());
       std::memcpy(bytes + num_bytes_, left.data(), taken);
@@ -232,7 +245,9 @@ requires(F::kIsList) struct Slot<F> {
   static constexpr auto kColumns = ColumnsOf<F>();
   static constexpr std::size_t kNumColumns = std::tuple_size_v<decltype(kColumns)>;
   std::uint32_t size = 0, first = 0;
-  std::array<std::size_t, kNumColumns> counts{};  // of numbers
+  std::array<std::size_t, kNumColumns> counts{};      // of numbers
+  std::array<std::size_t, kNumColumns> num_pieces{};  // fields that a column came in
+  std::array<WireField, kNumColumns> pieces{};        // the last one of each column
 
   bool Take(const WireField& field, bool* is_sound) {
     if (F::kSizeNumber != 0 && field.Is(F::kSizeNumber, kVarint)) {
@@ -244,8 +259,8 @@ requires(F::kIsList) struct Slot<F> {
       return true;
     }
     std::size_t i = 0;
-    return std::apply(
-        [&](auto... column) { return (TakeColumn<decltype(column)>(field, &counts[i++], is_sound) || ...); }, kColumns);
+    return std::apply([&](auto... column) { return (TakeColumn<decltype(column)>(field, i++, is_sound) || ...); },
+                      kColumns);
   }
 
   // A part's items lie inside the list whose whole size it says, and each has all of its values.
@@ -271,10 +286,15 @@ requires(F::kIsList) struct Slot<F> {
     std::apply(
         [&](auto... column) {
           std::tuple fillers{ColumnFiller<decltype(column), Items>(&items, first)...};
+          if (std::all_of(num_pieces.begin(), num_pieces.end(), [](std::size_t n) { return n == 1; })) {
+            std::size_t i = 0;
+            std::apply([&](auto&... filler) { (filler.Take(pieces[i++]), ...); }, fillers);
+            return;
+          }
           WireReader reader(in);
           WireField field;
           while (reader.Next(&field)) {
-            std::apply([&field](auto&... filler) { (filler.Take(field), ...); }, fillers);
+            std::apply([&field](auto&... filler) { (void)(filler.Take(field) || ...); }, fillers);
           }
         },
         kColumns);
@@ -284,9 +304,11 @@ requires(F::kIsList) struct Slot<F> {
 
  private:
   template <class C>
-  static bool TakeColumn(const WireField& field, std::size_t* count, bool* is_sound) {
+  bool TakeColumn(const WireField& field, std::size_t i, bool* is_sound) {
     if (!IsOf<C>(field)) return false;
-    *is_sound = CountColumn<C>(field, count) && *is_sound;
+    ++num_pieces[i];
+    pieces[i] = field;
+    *is_sound = CountColumn<C>(field, &counts[i]) && *is_sound;
     return true;
   }
   [[nodiscard]] std::size_t num_items() const {
