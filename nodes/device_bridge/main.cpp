@@ -1,87 +1,61 @@
-// device_bridge --scenario FILE --registry ENDPOINT --session N --out DIR [--seed N] [--rt try|off|enforce]
-//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
-//   [--bind ADDRESS]  of this machine, where the others reach it
-
-#include <atomic>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
-#include <string>
+#include <limits>
+#include <memory>
+#include <optional>
 
-#include "bus/log/node_recording.hpp"
-#include "bus/node_arguments.hpp"
-#include "bus/rt/thread_setup.hpp"
 #include "core/clock.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
 #include "nodes/device_bridge/node_loop.hpp"
-#include "scene/load_scenario.hpp"
+#include "nodes/run_node/run_node.hpp"
 
 namespace {
 
-// Above the haptic node: a sample or a write takes some microseconds and starts or closes the loop.
-constexpr int kPriority = 85;
+class DeviceBridgeBody final : public run_node::Body {
+ public:
+  core::Result<void> Build(const run_node::Setting& setting) override {
+    setting_ = &setting;
+    seed_ = setting.arguments.has("--seed") ? setting.arguments.checked_count("--seed") : setting.scenario.seed;
+    device_bridge::Options options;
+    options.clock = core::MonotonicNow_ns;
+    auto bridge = device_bridge::DeviceBridge::Create(setting.scenario, seed_, options);
+    if (!bridge) return tl::unexpected(bridge.error());
+    bridge_ = std::move(*bridge);
+    return {};
+  }
+  core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
+    loop_.emplace(setting_->scenario, bridge_.get(), node);
+    loop_->Declare();
+    return {};
+  }
+  void OnStart() override {
+    const auto& devices = setting_->scenario.devices;
+    for (std::size_t role = 0; role < devices.size(); ++role) {
+      std::printf("role %s: %s\n", devices[role].role.c_str(), bridge_->device(role).description());
+    }
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed_));
+  }
+  void Run(const std::atomic<bool>& stop) override { loop_->Run(stop); }
+  core::Result<void> WriteReport(bool is_realtime) override { return loop_->WriteReport(setting_->out, is_realtime); }
 
-std::atomic<bool> stop{false};
-void OnSignal(int) {
-  stop.store(true);
-}
-
-int Complain(const std::string& what, int status) {
-  std::fprintf(stderr, "device_bridge: %s\n", what.c_str());
-  return status;
-}
+ private:
+  const run_node::Setting* setting_ = nullptr;
+  std::uint64_t seed_ = 0;
+  std::unique_ptr<device_bridge::DeviceBridge> bridge_;
+  std::optional<device_bridge::NodeLoop> loop_;
+};
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bus::NodeArguments defaults = {{"--rt", "try"}};
-  auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
-  if (!parsed) return Complain(parsed.error().detail, 2);
-  bus::NodeArguments& options = *parsed;
-  bus::RealTimeMode mode{};
-  if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
-  std::signal(SIGTERM, OnSignal);
-  std::signal(SIGINT, OnSignal);
-
-  const auto scenario = scene::LoadScenario(options["--scenario"]);
-  if (!scenario) {
-    for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
-    return 2;
-  }
-  const std::uint64_t seed =
-      options.count("--seed") != 0 ? std::strtoull(options["--seed"].c_str(), nullptr, 10) : scenario->seed;
-  device_bridge::Options bridge_options;
-  bridge_options.clock = core::MonotonicNow_ns;
-  auto bridge = device_bridge::DeviceBridge::Create(*scenario, seed, bridge_options);
-  if (!bridge) return Complain(bridge.error().detail, 2);
-
-  const bus::NodeOptions node_options = bus::MakeNodeOptions("device_bridge", options);
-  auto recording = bus::log::StartRecording(node_options.name, options);
-  if (!recording) return Complain(recording.error().detail, 1);
-  auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));
-  if (!node) return Complain(node.error().detail, 1);
-  device_bridge::NodeLoop loop(*scenario, bridge->get(), node->get());
-  loop.Declare();
-  if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
-
-  bus::ThreadSetup setup;
-  setup.name = "device-rt";
-  setup.mode = mode;
-  setup.fifo_priority = kPriority;
-  const bus::ThreadReport thread = bus::SetUpThread(setup);
-  std::printf("%s\n", thread.text.c_str());
-  for (std::size_t role = 0; role < scenario->devices.size(); ++role) {
-    std::printf("role %s: %s\n", scenario->devices[role].role.c_str(), (*bridge)->device(role).description());
-  }
-  std::printf("seed %llu\nready\n", static_cast<unsigned long long>(seed));
-  std::fflush(stdout);
-  if (!thread.is_ok) return 1;
-  (*node)->Emit({core::MonotonicNow_ns(), "device_bridge", "ready", "devices are simulated"});
-  loop.Run(stop);
-  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
-    return Complain(stopped.error().detail, 1);
-  if (const auto written = loop.WriteReport(options["--out"], thread.is_fifo); !written) {
-    return Complain(written.error().detail, 1);
-  }
-  return 0;
+  run_node::Program program;
+  program.name = "device_bridge";
+  program.summary = "the devices of the operators' hands, simulated, behind the safety filter; 1 kHz";
+  program.options = {{"--seed", "N", "of the simulated operator; default: the scenario's", "",
+                      cli::Count(0, std::numeric_limits<std::uint64_t>::max())}};
+  program.thread = "device-rt";
+  // Above the haptic node: a sample or a write takes some microseconds and starts or closes the loop.
+  program.fifo_priority = 85;
+  program.can_record_steps = false;
+  program.ready = "devices are simulated";
+  return run_node::RunNode(argc, argv, program, std::make_unique<DeviceBridgeBody>());
 }

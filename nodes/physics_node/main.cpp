@@ -1,154 +1,107 @@
-// physics_node --scenario FILE --registry ENDPOINT --session N --out DIR [--name physics_node] [--rt try|off|enforce]
-//   --keys DIR | --no_encryption  keys of the run, bus/keys.hpp
-//   [--workers 1] [--method paper|fast] [--cache DIR]  for the pairs that it computes itself
-//   [--checkpoint_period_s 0.1]  0: none; they are written to DIR/physics_node.checkpoint
-//   [--steps FILE]               every tick with all that it reads, for `oos replay`
-//   [--checkpoint FILE]          goes on from there, instead of the scenario's beginning
-//   [--resume DIR]               the same, from the checkpoint that an earlier life left in DIR, if it left one
-//   [--bind ADDRESS]             of this machine, where the others reach it
-
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <optional>
-#include <string>
 
-#include "bus/log/node_recording.hpp"
-#include "bus/node_arguments.hpp"
-#include "bus/rt/thread_setup.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "nodes/physics_node/node_loop.hpp"
 #include "nodes/physics_node/sheet_thread.hpp"
+#include "nodes/run_node/run_node.hpp"
 #include "replay/field_list.hpp"
-#include "replay/open_step_log.hpp"
-#include "replay/platform.hpp"
-#include "scene/load_scenario.hpp"
 
 namespace {
 
 constexpr int kSheetPriority = 60;  // below the world, which does not wait for it
 constexpr int kPriority = 75;       // below haptic_node, which gives the beat
+constexpr const char* kCheckpoint = "physics_node.checkpoint";
 
-std::atomic<bool> stop{false};
-void OnSignal(int) {
-  stop.store(true);
-}
-
-int Complain(const std::string& what, int status) {
-  std::fprintf(stderr, "physics_node: %s\n", what.c_str());
-  return status;
-}
-
-core::Result<std::unique_ptr<bus::log::StepLog>> OpenSteps(const std::string& file, const scene::Scenario& scenario,
-                                                           const physics_node::PhysicsNode& physics) {
-  std::vector<std::uint8_t> checkpoint;
-  if (physics.tick() > 0) {
-    physics_node::Snapshot snapshot;
-    physics.Save(&snapshot);
-    auto encoded = physics_node::EncodeSnapshot(physics.content_digest(), snapshot);
-    if (!encoded) return tl::unexpected(encoded.error());
-    checkpoint = std::move(*encoded);
+class PhysicsBody final : public run_node::Body {
+ public:
+  core::Result<void> Build(const run_node::Setting& setting) override {
+    setting_ = &setting;
+    pool_.emplace(static_cast<unsigned>(setting.arguments.checked_count("--workers")), "physics-work",
+                  setting.mode == bus::RealTimeMode::kOff ? 0 : kPriority);
+    physics_node::Options options;
+    options.workers = &*pool_;
+    options.collision.cache = setting.arguments.text("--cache");
+    options.collision.progress = run_node::PrintLine;
+    auto physics = physics_node::PhysicsNode::Create(setting.scenario, options);
+    if (!physics) return tl::unexpected(physics.error());
+    physics_ = std::move(*physics);
+    if (physics_->sheets().num_sheets() > 0) {
+      sheet_thread_.emplace(setting.mode, kSheetPriority);
+      physics_->sheets().set_runner(&*sheet_thread_);
+    }
+    return Restore();
   }
-  bus::log::TextMap about = replay::DescribeRun(scenario);
-  about["denormals"] = "flushed";  // by SetUpThread
-  about["content"] = std::to_string(physics.content_digest());
-  return replay::OpenStepLog(file, "physics_node", replay::DescribeFields<physics_node::Step>(), about, checkpoint);
-}
+  core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
+    loop_.emplace(setting_->scenario, physics_.get(), node);
+    loop_->Declare();
+    if (is_restored_) {
+      loop_->Restore(&snapshot_);
+      std::printf("goes on from tick %llu\n", static_cast<unsigned long long>(snapshot_.tick));
+    }
+    const double period_s = setting_->arguments.checked_number("--checkpoint_period_s");
+    if (period_s > 0.0) loop_->KeepCheckpoints(setting_->out / kCheckpoint, static_cast<std::int64_t>(period_s * 1e9));
+    return {};
+  }
+  core::Result<run_node::StepFormat> DescribeSteps() override {
+    run_node::StepFormat format{replay::DescribeFields<physics_node::Step>(), {}, {}};
+    format.about["content"] = std::to_string(physics_->content_digest());
+    if (physics_->tick() == 0) return format;
+    physics_node::Snapshot snapshot;
+    physics_->Save(&snapshot);
+    auto encoded = physics_node::EncodeSnapshot(physics_->content_digest(), snapshot);
+    if (!encoded) return tl::unexpected(encoded.error());
+    format.checkpoint = std::move(*encoded);
+    return format;
+  }
+  void RecordSteps(bus::log::StepSink* sink) override { loop_->RecordSteps(sink); }
+  void Run(const std::atomic<bool>& stop) override { loop_->Run(stop); }
+  core::Result<void> WriteReport(bool is_realtime) override {
+    return run_node::CheckWritten(loop_->WriteReport(setting_->out / "physics_node.json", is_realtime), setting_->out);
+  }
+
+ private:
+  // From --checkpoint, or from what an earlier life left in the folder of --resume.
+  core::Result<void> Restore() {
+    std::filesystem::path file = setting_->arguments.text("--checkpoint");
+    if (setting_->arguments.has("--resume")) {
+      const auto left = std::filesystem::path(setting_->arguments.text("--resume")) / kCheckpoint;
+      if (std::filesystem::exists(left)) file = left;
+    }
+    if (file.empty()) return {};
+    is_restored_ = true;
+    auto restored = physics_node::ReadSnapshot(file, physics_->content_digest(), &snapshot_);
+    return restored ? physics_->Restore(&snapshot_) : restored;
+  }
+
+  const run_node::Setting* setting_ = nullptr;
+  std::optional<bus::WorkerPool> pool_;
+  std::optional<physics_node::SheetThread> sheet_thread_;  // outlives the node that it works for
+  std::unique_ptr<physics_node::PhysicsNode> physics_;
+  physics_node::Snapshot snapshot_;
+  bool is_restored_ = false;
+  std::optional<physics_node::NodeLoop> loop_;
+};
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bus::NodeArguments defaults = {
-      {"--rt", "try"}, {"--name", "physics_node"},       {"--workers", "1"},   {"--method", ""},
-      {"--cache", ""}, {"--checkpoint_period_s", "0.1"}, {"--checkpoint", ""}, {"--steps", ""},
-  };
-  auto parsed = bus::ParseNodeArguments(argc, argv, defaults);
-  if (!parsed) return Complain(parsed.error().detail, 2);
-  bus::NodeArguments& options = *parsed;
-  bus::RealTimeMode mode{};
-  if (!bus::ParseRealTimeMode(options["--rt"], &mode)) return Complain("--rt is off, try or enforce", 2);
-  const long workers = std::strtol(options["--workers"].c_str(), nullptr, 10);
-  if (workers < 1 || workers > 64) return Complain("--workers is from 1 to 64", 2);
-  if (options.count("--resume") != 0) {
-    const auto left = std::filesystem::path(options["--resume"]) / "physics_node.checkpoint";
-    if (std::filesystem::exists(left)) options["--checkpoint"] = left.string();
-  }
-  const double period_s = std::strtod(options["--checkpoint_period_s"].c_str(), nullptr);
-  if (!(period_s >= 0.0 && period_s <= 3600.0)) return Complain("--checkpoint_period_s is from 0 to 3600", 2);
-  std::signal(SIGTERM, OnSignal);
-  std::signal(SIGINT, OnSignal);
-
-  auto scenario = scene::LoadScenario(options["--scenario"]);
-  if (!scenario) {
-    for (const scene::Diagnostic& diagnostic : scenario.error()) Complain(scene::Format(diagnostic), 2);
-    return 2;
-  }
-  if (!options["--method"].empty()) scenario->method = options["--method"];
-  bus::WorkerPool pool(static_cast<unsigned>(workers), "physics-work", mode == bus::RealTimeMode::kOff ? 0 : kPriority);
-  physics_node::Options physics_options;
-  physics_options.workers = &pool;
-  physics_options.collision.cache = options["--cache"];
-  physics_options.collision.progress = [](const std::string& line) {
-    std::printf("%s\n", line.c_str());
-    std::fflush(stdout);
-  };
-  std::optional<physics_node::SheetThread> sheet_thread;  // outlives the node that it works for
-  auto physics = physics_node::PhysicsNode::Create(*scenario, physics_options);
-  if (!physics) return Complain(physics.error().detail, 1);
-  if ((*physics)->sheets().num_sheets() > 0) {
-    sheet_thread.emplace(mode, kSheetPriority);
-    (*physics)->sheets().set_runner(&*sheet_thread);
-  }
-  physics_node::Snapshot snapshot;
-  if (!options["--checkpoint"].empty()) {
-    auto restored = physics_node::ReadSnapshot(options["--checkpoint"], (*physics)->content_digest(), &snapshot);
-    if (restored) restored = (*physics)->Restore(&snapshot);
-    if (!restored) return Complain(restored.error().detail, 1);
-  }
-
-  const bus::NodeOptions node_options = bus::MakeNodeOptions(options["--name"], options);
-  auto recording = bus::log::StartRecording(node_options.name, options, {{"platform", replay::DescribePlatform()}});
-  if (!recording) return Complain(recording.error().detail, 1);
-  auto node = bus::Node::Create(bus::log::WithTap(node_options, recording->get()));
-  if (!node) return Complain(node.error().detail, 1);
-  physics_node::NodeLoop loop(*scenario, physics->get(), node->get());
-  loop.Declare();
-  if (!options["--checkpoint"].empty()) {
-    loop.Restore(&snapshot);
-    std::printf("goes on from tick %llu\n", static_cast<unsigned long long>(snapshot.tick));
-  }
-  if (period_s > 0.0) {
-    loop.KeepCheckpoints(std::filesystem::path(options["--out"]) / "physics_node.checkpoint",
-                         static_cast<std::int64_t>(period_s * 1e9));
-  }
-  std::unique_ptr<bus::log::StepLog> steps;
-  if (!options["--steps"].empty()) {
-    auto opened = OpenSteps(options["--steps"], *scenario, **physics);
-    if (!opened) return Complain(opened.error().detail, 1);
-    steps = std::move(*opened);
-    loop.RecordSteps(steps.get());
-  }
-  if (const auto started = (*node)->Start(); !started) return Complain(started.error().detail, 1);
-
-  bus::ThreadSetup setup;
-  setup.name = "physics-rt";
-  setup.mode = mode;
-  setup.fifo_priority = kPriority;
-  const bus::ThreadReport thread = bus::SetUpThread(setup);
-  std::printf("%s\nready\n", thread.text.c_str());
-  std::fflush(stdout);
-  if (!thread.is_ok) return 1;
-  (*node)->Emit({0, node_options.name, "ready", "masses known, loop starts"});
-  loop.Run(stop);
-  if (const auto stopped = bus::log::StopRecording(recording->get()); !stopped)
-    return Complain(stopped.error().detail, 1);
-  if (steps != nullptr) {
-    if (const auto closed = steps->Close(); !closed) return Complain(closed.error().detail, 1);
-    std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps->num_lost()));
-  }
-  if (!loop.WriteReport(std::filesystem::path(options["--out"]) / "physics_node.json", thread.is_fifo)) {
-    return Complain("cannot write its report to " + options["--out"], 1);
-  }
-  return 0;
+  run_node::Program program;
+  program.name = "physics_node";
+  program.summary = "the world: bodies, joints, sheets and their contacts; 1 kHz";
+  program.options = {
+      {"--name", "NAME", "on the bus", "physics_node"},
+      run_node::WorkersOption(),
+      run_node::MethodOption(),
+      run_node::CacheOption(),
+      {"--checkpoint_period_s", "S", "from one checkpoint in DIR to the next, 0: none", "0.1",
+       cli::Number(0.0, 3600.0)},
+      {"--checkpoint", "FILE", "goes on from there, instead of the scenario's beginning"},
+      {"--resume", "DIR", "the same, from the checkpoint that an earlier life left there, if it left one"}};
+  program.thread = "physics-rt";
+  program.fifo_priority = kPriority;
+  program.ready = "masses known, loop starts";
+  return run_node::RunNode(argc, argv, program, std::make_unique<PhysicsBody>());
 }

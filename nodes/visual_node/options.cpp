@@ -1,76 +1,66 @@
 #include "nodes/visual_node/options.hpp"
 
-#include <charconv>
-#include <cstdlib>
-#include <string_view>
+#include <algorithm>
+
+#include "nodes/run_node/command_line.hpp"
 
 namespace visual_node {
 namespace {
 
-template <typename T>
-bool Parse(std::string_view text, T& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
+constexpr int kLeastSize = 64, kMostSize = 8192;  // pixels
 
-bool ParseSize(std::string_view text, Options& options) {
-  const std::size_t x = text.find('x');
-  return x != std::string_view::npos && Parse(text.substr(0, x), options.width) &&
-         Parse(text.substr(x + 1), options.height) && options.width >= 64 && options.height >= 64 &&
-         options.width <= 8192 && options.height <= 8192;
+// "640x360"
+core::Result<void> ReadSize(const std::string& text, Options* options) {
+  const std::size_t x = std::min(text.find('x'), text.size());
+  const auto width = cli::ReadCount(text.substr(0, x));
+  const auto height = cli::ReadCount(text.substr(std::min(x + 1, text.size())));
+  const auto is_good = [](const auto& pixels) { return pixels && *pixels >= kLeastSize && *pixels <= kMostSize; };
+  if (!is_good(width) || !is_good(height)) {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "--size needs WIDTHxHEIGHT, each from 64 to 8192, not '" + text + "'");
+  }
+  options->width = static_cast<int>(*width);
+  options->height = static_cast<int>(*height);
+  return {};
 }
 
 }  // namespace
 
-core::Result<Options> ParseOptions(int argc, char** argv) {
+cli::Syntax CommandLineSyntax() {
+  cli::Syntax syntax;
+  syntax.program = "visual_node";
+  syntax.summary = "shows the scenario as it runs";
+  syntax.options = {{"--scenario", "FILE", "what is shown"},
+                    {"--out", "DIR", "of pictures and the report", "."},
+                    {"--still", "FILE", "each named camera of this scenario once, to DIR; without a bus"},
+                    {"--name", "NAME", "on the bus", "visual_node"},
+                    {"--size", "WIDTHxHEIGHT", "of a picture", "640x360"},
+                    {"--view", "NAME", "camera to stay with; default: the one named after the step, else the first"},
+                    {"--headless", "", "renders pictures but shows no window"},
+                    {"--fps", "N", "most pictures per second", "30", cli::Number(1.0, 1000.0)}};
+  for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
+  syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
+  return syntax;
+}
+
+core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   Options options;
-  const auto fail = [](const std::string& what) { return core::Fail(core::ErrorCode::kInvalidInput, what); };
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view name = argv[i];
-    if (name == "--headless") {
-      options.is_headless = true;
-      continue;
-    }
-    if (name == "--no_encryption") {
-      options.is_encrypted = false;
-      continue;
-    }
-    if (i + 1 >= argc) return fail(std::string(name) + " wants a value, or is unknown");
-    const std::string value = argv[++i];
-    bool is_good = true;
-    if (name == "--scenario" || name == "--still") {
-      options.scenario = value;
-      options.is_still = options.is_still || name == "--still";
-    } else if (name == "--name") {
-      options.name = value;
-    } else if (name == "--record" || name == "--split_MB" || name == "--split_s") {
-      options.recording[std::string(name)] = value;
-    } else if (name == "--registry") {
-      options.registry = value;
-    } else if (name == "--session") {
-      is_good = Parse(value, options.session);
-    } else if (name == "--keys") {
-      options.keys = value;
-    } else if (name == "--bind") {
-      options.bind_address = value;
-    } else if (name == "--out") {
-      options.out = value;
-    } else if (name == "--size") {
-      is_good = ParseSize(value, options);
-    } else if (name == "--view") {
-      options.view = value;
-    } else if (name == "--fps") {
-      is_good = Parse(value, options.max_frames_per_s) && options.max_frames_per_s >= 1.0 &&
-                options.max_frames_per_s <= 1000.0;
-    } else {
-      return fail("unknown option " + std::string(name));
-    }
-    if (!is_good) return fail("'" + value + "' is no value for " + std::string(name));
-  }
+  options.is_still = arguments.has("--still");
+  options.scenario = arguments.text(options.is_still ? "--still" : "--scenario");
+  options.node = run_node::MakeNodeOptions(arguments.text("--name"), arguments);
+  options.out = arguments.text("--out");
+  options.recording = run_node::MakeRecordingOptions(arguments);
+  options.recording.scenario.clear();  // the other nodes' recordings have it
+  options.view = arguments.text("--view");
+  options.is_headless = arguments.has("--headless");
+  options.max_frames_per_s = arguments.checked_number("--fps");
+  if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
+  const auto fail = [](const char* what) { return core::Fail(core::ErrorCode::kInvalidInput, what); };
+  if (options.is_still) return options;
   if (options.scenario.empty()) return fail("--scenario FILE is missing");
-  if (!options.is_still && options.registry.empty()) return fail("--registry ENDPOINT is missing");
-  if (!options.is_still && options.is_encrypted == options.keys.empty()) {
-    return fail("either --keys DIRECTORY or --no_encryption must be given");
+  if (options.node.registry.empty()) return fail("--registry ENDPOINT is missing");
+  if (options.node.is_encrypted == options.node.keys.empty()) {
+    return fail("either --keys DIR or --no_encryption must be given");
   }
   return options;
 }

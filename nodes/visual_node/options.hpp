@@ -1,24 +1,20 @@
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <string>
 
+#include "bus/log/node_recording.hpp"
+#include "bus/node.hpp"
+#include "cli/arguments.hpp"
 #include "core/result.hpp"
 
 namespace visual_node {
 
 struct Options {
   std::filesystem::path scenario;
-  std::string name = "visual_node";  // on the bus; a second viewer of the session: "visual_node-2"
-  std::string registry;
-  std::uint64_t session = 0;
-  std::string bind_address = "127.0.0.1";
-  std::string keys;  // key directory of the run, bus/keys.hpp
-  bool is_encrypted = true;
+  bus::NodeOptions node;  // a second viewer of the session has another name, "visual_node-2"
   std::filesystem::path out = ".";
-  std::map<std::string, std::string> recording;  // --record FILE, --split_MB N, --split_s N: bus/log/node_recording.hpp
+  bus::log::RecordingOptions recording;
   int width = 640;
   int height = 360;
   std::string view;  // camera to stay with; empty: the camera named after the step, else the first
@@ -27,11 +23,9 @@ struct Options {
   bool is_still = false;  // --still: each named camera once, without any bus
 };
 
-constexpr const char* kUsage =
-    "visual_node --scenario FILE --registry ENDPOINT --session N --out DIR --keys DIR | --no_encryption\n"
-    "            [--size 640x360] [--view NAME] [--headless] [--fps 30] [--bind ADDRESS] [--name NAME]\n"
-    "visual_node --still SCENARIO --out DIR [--size 640x360]   each named camera once, without a bus\n";
+cli::Syntax CommandLineSyntax();
 
-core::Result<Options> ParseOptions(int argc, char** argv);
+// From a command line of that syntax. Errors: kInvalidInput, when options that belong together are not all there.
+core::Result<Options> ReadOptions(const cli::Arguments& arguments);
 
 }  // namespace visual_node

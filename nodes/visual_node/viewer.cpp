@@ -61,17 +61,10 @@ class Viewer {
 
   core::Result<void> Run(const scene::Scenario& scenario) {
     if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
-    bus::NodeOptions node_options;
-    node_options.name = options_.name;
-    node_options.registry = options_.registry;
-    node_options.session = options_.session;
-    node_options.bind_address = options_.bind_address;
-    node_options.keys = options_.keys;
-    node_options.is_encrypted = options_.is_encrypted;
-    auto recording = bus::log::StartRecording(options_.name, options_.recording);
+    auto recording = bus::log::StartRecording(options_.node.name, options_.recording);
     if (!recording) return tl::unexpected(recording.error());
     recording_ = std::move(*recording);
-    if (auto started = receiver_.Start(bus::log::WithTap(node_options, recording_.get())); !started) return started;
+    if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
     LowerPriority();
     auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());

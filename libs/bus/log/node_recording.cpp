@@ -114,18 +114,13 @@ std::vector<Metadata> DescribeProvenance(const std::string& node) {
   return records;
 }
 
-core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& node,
-                                                          const std::map<std::string, std::string>& arguments,
+core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& node, const RecordingOptions& options,
                                                           std::vector<Metadata> more) {
-  const auto value = [&arguments](const char* name) {
-    const auto found = arguments.find(name);
-    return found == arguments.end() ? std::string() : found->second;
-  };
-  if (value("--record").empty()) return std::unique_ptr<TapRecorder>();
+  if (options.file.empty()) return std::unique_ptr<TapRecorder>();
   TapFile file;
-  file.path = value("--record");
+  file.path = options.file;
   file.node = node;
-  const auto split = ReadSplit(value("--split_MB"), value("--split_s"));
+  const auto split = ReadSplit(options.split_MB, options.split_s);
   if (!split) return tl::unexpected(split.error());
   file.split_bytes = split->bytes;
   file.split_ns = split->age_ns;
@@ -134,8 +129,8 @@ core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& nod
     metadata.entries["node"] = node;
     file.metadata.push_back(std::move(metadata));
   }
-  if (!value("--scenario").empty()) {
-    const std::filesystem::path scenario = std::filesystem::absolute(value("--scenario"));
+  if (!options.scenario.empty()) {
+    const std::filesystem::path scenario = std::filesystem::absolute(options.scenario);
     file.metadata.push_back({"scenario", {{"node", node}, {"file", scenario.string()}}});
     file.attachments = Texts(scenario);
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,11 +12,15 @@ namespace bus::log {
 // What a node's recording says of where it comes from: host, versions, the table of topics.
 std::vector<Metadata> DescribeProvenance(const std::string& node);
 
-// A node's command line asks for a recording by --record FILE, with --split_MB N and --split_s N for files of that size
-// or age; the scenario's texts (--scenario) are attached. Null when it does not ask. `more`: what else is to be said,
-// e.g. of the platform. Errors: kIo; kInvalidInput.
-core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& node,
-                                                          const std::map<std::string, std::string>& arguments,
+// Which recording of its own a node is asked for. As given on its command line.
+struct RecordingOptions {
+  std::string file;               // empty: none
+  std::string split_MB, split_s;  // a new file at that size or age; empty: one file
+  std::string scenario;           // its texts are attached; empty: none
+};
+
+// Null when none is wanted. `more`: further metadata, e.g. of the platform. Errors: kIo; kInvalidInput.
+core::Result<std::unique_ptr<TapRecorder>> StartRecording(const std::string& node, const RecordingOptions& options,
                                                           std::vector<Metadata> more = {});
 
 // The options of a node that leaves what it does in the recorder's tap; null: as they are. The recorder outlives the

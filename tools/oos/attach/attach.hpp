@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bus/node.hpp"
-#include "tools/oos/verb/arguments.hpp"
+#include "tools/oos/verb/verb.hpp"
 
 namespace oos {
 

@@ -6,7 +6,7 @@
 
 #include "bus/roster.hpp"
 #include "tools/oos/doctor/doctor_finding.hpp"
-#include "tools/oos/verb/arguments.hpp"
+#include "tools/oos/verb/verb.hpp"
 
 namespace oos {
 

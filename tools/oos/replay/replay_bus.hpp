@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tools/oos/verb/arguments.hpp"
+#include "tools/oos/verb/verb.hpp"
 
 namespace oos {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/names.hpp"
+
 namespace oos {
 namespace {
 
@@ -15,15 +17,24 @@ void PrintHelp(const std::vector<Verb>& verbs) {
       "\n'oos VERB --help' says more. Exit status: 0 what was asked for holds, 1 it does not, 2 bad usage or input.\n");
 }
 
-void PrintVerbHelp(const Verb& verb) {
-  std::printf("usage: oos %s %s%s\n%s\n", std::string(verb.name).c_str(), std::string(verb.positional).c_str(),
-              verb.options.empty() ? "" : " [options]", std::string(verb.summary).c_str());
-  for (const Option& option : verb.options) {
-    const std::string left =
-        std::string(option.name) + (option.value_name.empty() ? "" : " " + std::string(option.value_name));
-    std::printf("  %-24s %s\n", left.c_str(), std::string(option.help).c_str());
-  }
-  if (!verb.details.empty()) std::printf("\n%s\n", std::string(verb.details).c_str());
+int RefuseVerb(const std::vector<Verb>& verbs, const std::string& word) {
+  std::vector<std::string> names;
+  for (const Verb& verb : verbs) names.emplace_back(verb.name);
+  const std::string nearest = core::NearestName(word, names);
+  const std::string remedy = nearest.empty() ? "" : "did you mean '" + nearest + "'? ";
+  const char* kind = word.rfind('-', 0) == 0 ? "unknown option" : "no verb";
+  std::fprintf(stderr, "oos: %s '%s'; %s'oos --help' lists the verbs\n", kind, word.c_str(), remedy.c_str());
+  return kBadUsage;
+}
+
+cli::Syntax SyntaxOf(const Verb& verb) {
+  return {"oos " + std::string(verb.name),
+          verb.summary,
+          verb.positional,
+          verb.min_positional,
+          verb.max_positional,
+          verb.options,
+          verb.details};
 }
 
 }  // namespace
@@ -39,21 +50,13 @@ int RunVerbs(const std::vector<Verb>& verbs, const std::vector<std::string>& wor
     return words.empty() ? kBadUsage : kHolds;
   }
   const auto verb = std::find_if(verbs.begin(), verbs.end(), [&](const Verb& v) { return v.name == words[0]; });
-  if (verb == verbs.end()) {
-    std::fprintf(stderr, "oos: no verb '%s'; 'oos --help' lists them\n", words[0].c_str());
-    return kBadUsage;
-  }
-  const std::vector<std::string> rest(words.begin() + 1, words.end());
-  if (std::find(rest.begin(), rest.end(), "--help") != rest.end()) {
-    PrintVerbHelp(*verb);
-    return kHolds;
-  }
-  const core::Result<Arguments> arguments = Arguments::Parse(rest, verb->options);
+  if (verb == verbs.end()) return RefuseVerb(verbs, words[0]);
+  const cli::Syntax syntax = SyntaxOf(*verb);
+  const auto arguments = Arguments::Parse({words.begin() + 1, words.end()}, syntax);
   if (!arguments) return Complain(verb->name, arguments.error().detail, kBadUsage);
-  const std::size_t count = arguments->positional().size();
-  if (count < verb->min_positional || count > verb->max_positional) {
-    return Complain(verb->name, "usage: oos " + std::string(verb->name) + " " + std::string(verb->positional),
-                    kBadUsage);
+  if (arguments->wants_help()) {
+    std::printf("%s", cli::Help(syntax).c_str());
+    return kHolds;
   }
   return verb->run(*arguments);
 }

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "tools/oos/verb/arguments.hpp"
+#include "cli/arguments.hpp"
 
 namespace oos {
+
+using cli::Arguments;
+using cli::Option;
 
 // Exit status of every verb.
 constexpr int kHolds = 0;        // what was asked for holds

@@ -1,0 +1,168 @@
+#include "nodes/run_node/run_node.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <memory>
+
+#include "bus/log/node_recording.hpp"
+#include "bus/log/step_log.hpp"
+#include "core/clock.hpp"
+#include "nodes/run_node/command_line.hpp"
+#include "replay/open_step_log.hpp"
+#include "replay/platform.hpp"
+
+namespace run_node {
+namespace {
+
+std::atomic<bool> is_stop_wanted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+void WantStop(int /*signal*/) {
+  is_stop_wanted.store(true);
+}
+
+cli::Syntax SyntaxOf(const Program& program) {
+  cli::Syntax syntax;
+  syntax.program = program.name;
+  syntax.summary = program.summary;
+  syntax.options = {{"--scenario", "FILE", "what is simulated"}, {"--out", "DIR", "of the report"}};
+  for (const cli::Option& option : BusOptions()) syntax.options.push_back(option);
+  syntax.options.push_back({"--tcp_topics", "PATTERNS", "LATEST topics that go by ZeroMQ instead of UDP, with commas"});
+  syntax.options.push_back({"--multicast", "GROUP:PORT", "LATEST goes once to a group; default: to each reader"});
+  if (!program.thread.empty()) {
+    syntax.options.push_back({"--rt", "try|off|enforce", "real-time priority", "try", cli::OneOf("off|try|enforce")});
+  }
+  if (program.can_record_steps) {
+    syntax.options.push_back({"--steps", "FILE.mcap", "every step with all that it reads, for 'oos replay'"});
+  }
+  syntax.options.insert(syntax.options.end(), program.options.begin(), program.options.end());
+  syntax.details = "'oos run' and 'oos launch' start the nodes of a run.";
+  return syntax;
+}
+
+// One run of the process, between the command line and the exit status.
+class Life {
+ public:
+  Life(const Program& program, const Setting& setting, std::unique_ptr<Body> body)
+      : program_(program), setting_(setting), body_(std::move(body)) {}
+
+  core::Result<void> Run() {
+    if (auto built = body_->Build(setting_); !built) return built;
+    if (auto joined = Join(); !joined) return joined;
+    if (auto opened = OpenSteps(); !opened) return opened;
+    if (auto started = node_->Start(); !started) return started;
+    const bus::ThreadReport thread = SetUpThread();
+    if (!thread.is_ok) return core::Fail(core::ErrorCode::kResource, "no real-time priority: " + thread.text);
+    body_->OnStart();
+    std::printf("ready\n");
+    std::fflush(stdout);
+    node_->Emit({core::MonotonicNow_ns(), node_->name(), "ready", std::string(program_.ready)});
+    body_->Run(is_stop_wanted);
+    return Finish(thread.is_fifo);
+  }
+
+ private:
+  [[nodiscard]] std::string Text(std::string_view option) const { return setting_.arguments.text(option); }
+
+  core::Result<void> Join() {
+    const bus::NodeOptions options =
+        MakeNodeOptions(setting_.arguments.text("--name", program_.name), setting_.arguments);
+    std::vector<bus::log::Metadata> about;
+    if (program_.can_record_steps) about.push_back({"platform", replay::DescribePlatform()});
+    auto recording = bus::log::StartRecording(options.name, MakeRecordingOptions(setting_.arguments), std::move(about));
+    if (!recording) return tl::unexpected(recording.error());
+    recording_ = std::move(*recording);
+    auto node = bus::Node::Create(bus::log::WithTap(options, recording_.get()));
+    if (!node) return tl::unexpected(node.error());
+    node_ = std::move(*node);
+    return body_->Connect(node_.get(), options);
+  }
+
+  core::Result<void> OpenSteps() {
+    if (Text("--steps").empty()) return {};
+    auto format = body_->DescribeSteps();
+    if (!format) return tl::unexpected(format.error());
+    bus::log::TextMap about = replay::DescribeRun(setting_.scenario);
+    for (auto& [name, value] : format->about) about[name] = std::move(value);
+    if (!program_.thread.empty()) about["denormals"] = "flushed";  // by SetUpThread
+    auto steps = replay::OpenStepLog(Text("--steps"), program_.name, format->fields, about, format->checkpoint);
+    if (!steps) return tl::unexpected(steps.error());
+    steps_ = std::move(*steps);
+    body_->RecordSteps(steps_.get());
+    return {};
+  }
+
+  [[nodiscard]] bus::ThreadReport SetUpThread() const {
+    if (program_.thread.empty()) return {};
+    bus::ThreadSetup setup;
+    setup.name = program_.thread;
+    setup.mode = setting_.mode;
+    setup.fifo_priority = program_.fifo_priority;
+    bus::ThreadReport report = bus::SetUpThread(setup);
+    std::printf("%s\n", report.text.c_str());
+    return report;
+  }
+
+  core::Result<void> Finish(bool is_realtime) {
+    if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped) return stopped;
+    if (steps_ != nullptr) {
+      if (auto closed = steps_->Close(); !closed) return closed;
+      std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps_->num_lost()));
+    }
+    return body_->WriteReport(is_realtime);
+  }
+
+  const Program& program_;
+  const Setting& setting_;
+  // Each outlives the next, which uses it.
+  std::unique_ptr<bus::log::TapRecorder> recording_;
+  std::unique_ptr<bus::Node> node_;
+  std::unique_ptr<bus::log::StepLog> steps_;
+  std::unique_ptr<Body> body_;
+};
+
+}  // namespace
+
+int RunNode(int argc, char** argv, const Program& program, std::unique_ptr<Body> body) {
+  int status = kDone;
+  const auto arguments = ReadCommandLine(argc, argv, SyntaxOf(program), &status);
+  if (!arguments) return status;
+  if (const auto good = CheckBusOptions(*arguments); !good) {
+    return Report(program.name, good.error().detail, kBadUsage);
+  }
+  std::signal(SIGTERM, WantStop);
+  std::signal(SIGINT, WantStop);
+  auto scenario = ReadScenario(program.name, arguments->text("--scenario"));
+  if (!scenario) return kBadUsage;
+  if (const std::string method = arguments->text("--method"); !method.empty()) scenario->method = method;
+  Setting setting{*arguments, *scenario, bus::RealTimeMode::kOff, arguments->text("--out")};
+  bus::ParseRealTimeMode(arguments->text("--rt", "off"), &setting.mode);
+  const auto done = Life(program, setting, std::move(body)).Run();
+  if (done) return kDone;
+  return Report(program.name, done.error().detail,
+                done.error().code == core::ErrorCode::kInvalidInput ? kBadUsage : kFailed);
+}
+
+void PrintLine(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+core::Result<void> CheckWritten(bool is_written, const std::filesystem::path& out) {
+  if (is_written) return {};
+  return core::Fail(core::ErrorCode::kIo, "cannot write its report to " + out.string() + "; is the folder writable?");
+}
+
+cli::Option WorkersOption() {
+  return {"--workers", "N", "threads of the collision computation", "1", cli::Count(1, 64)};
+}
+
+cli::Option MethodOption() {
+  return {"--method", "paper|fast", "collision method; default: the scenario's"};
+}
+
+cli::Option CacheOption() {
+  return {"--cache", "DIR", "of cooked collision structures"};
+}
+
+}  // namespace run_node
