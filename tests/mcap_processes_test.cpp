@@ -20,7 +20,7 @@
 #include "bus/testing/make_node.hpp"
 #include "core/clock.hpp"
 #include "proto/recording.pb.h"
-#include "tools/oos/attach/remote.hpp"
+#include "tools/process/piped_child.hpp"
 
 namespace system_tests {
 namespace {
@@ -38,7 +38,7 @@ class McapProcesses : public ::testing::Test {
         Start({"registry", "--registry", "tcp://127.0.0.1:0", "--session", kSession, "--keys", keys(), "--make_keys"});
     ASSERT_NE(registry_, nullptr);
     ASSERT_TRUE(bus::testing::Until([&] {
-      oos::WaitForAny({registry_.get()}, 10);
+      process::WaitForAny({registry_.get()}, 10);
       registry_->Poll();
       for (const std::string& line : registry_->TakeLines()) {
         const auto told = nlohmann::json::parse(line, nullptr, false);
@@ -53,14 +53,14 @@ class McapProcesses : public ::testing::Test {
   [[nodiscard]] std::filesystem::path File(const std::string& name) const { return folder_ / name; }
   [[nodiscard]] std::string keys() const { return (folder_ / "keys").string(); }
 
-  static std::unique_ptr<oos::PipedChild> Start(std::vector<std::string> words) {
+  static std::unique_ptr<process::PipedChild> Start(std::vector<std::string> words) {
     words.insert(words.begin(), kOos);
-    auto child = oos::PipedChild::Start(words);
+    auto child = process::PipedChild::Start(words);
     EXPECT_TRUE(child) << child.error().detail;
     return child ? std::move(*child) : nullptr;
   }
   // The same in the session of the test.
-  [[nodiscard]] std::unique_ptr<oos::PipedChild> StartAttached(std::vector<std::string> words) const {
+  [[nodiscard]] std::unique_ptr<process::PipedChild> StartAttached(std::vector<std::string> words) const {
     words.insert(words.end(), {"--registry", endpoint_, "--session", kSession, "--keys", keys()});
     return Start(words);
   }
@@ -97,7 +97,7 @@ class McapProcesses : public ::testing::Test {
  private:
   std::filesystem::path folder_ =
       std::filesystem::path(::testing::TempDir()) / ("mcap_processes" + std::to_string(::getpid()));
-  std::unique_ptr<oos::PipedChild> registry_;
+  std::unique_ptr<process::PipedChild> registry_;
   std::string endpoint_;
 };
 
@@ -109,7 +109,7 @@ class Onlooker {
     const auto started = node_->Start();
     EXPECT_TRUE(started) << started.error().detail;
   }
-  ::testing::AssertionResult Sees(const std::string& step, oos::PipedChild* writer) {
+  ::testing::AssertionResult Sees(const std::string& step, process::PipedChild* writer) {
     const bool is_seen = bus::testing::Until([&] {
       bus::testing::WaitBriefly(*node_);
       return status_.has_value() && status_.value().step == step;
@@ -126,9 +126,9 @@ class Onlooker {
   bus::StateReader<core::LogicStatus>& status_;
 };
 
-int WaitForEnd(oos::PipedChild* child) {
+int WaitForEnd(process::PipedChild* child) {
   EXPECT_TRUE(bus::testing::Until([&] {
-    oos::WaitForAny({child}, 10);
+    process::WaitForAny({child}, 10);
     child->Poll();
     return child->has_ended();
   }));
@@ -156,8 +156,9 @@ TEST_F(McapProcesses, AReplayJoinsAnEncryptedSessionAndSeekZeroTakesBackWhatCame
 }
 
 TEST_F(McapProcesses, AReplayLooksAtItsFileBeforeAnythingElse) {
-  const auto answer = oos::RunHere({kOos, "replay", File("missing.mcap").string(), "--registry", "tcp://127.0.0.1:1",
-                                    "--session", kSession, "--keys", File("nowhere").string()});
+  const auto answer =
+      process::RunHere({kOos, "replay", File("missing.mcap").string(), "--registry", "tcp://127.0.0.1:1", "--session",
+                        kSession, "--keys", File("nowhere").string()});
   ASSERT_TRUE(answer) << answer.error().detail;
   EXPECT_EQ(answer->status, 2);
   EXPECT_NE(answer->err.find("missing.mcap: cannot be read"), std::string::npos) << answer->err;

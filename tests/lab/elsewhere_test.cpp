@@ -23,8 +23,9 @@ class ElsewhereTest : public LabTest {
     std::ofstream(file) << text.replace(at, from.size(), to);
     return file;
   }
-  static std::unique_ptr<oos::PipedChild> StartWithoutPictures(const std::string& lab, const std::string& name) {
-    auto launcher = oos::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", Folder(name).string()}));
+  static std::unique_ptr<process::PipedChild> StartWithoutPictures(const std::string& lab, const std::string& name) {
+    auto launcher =
+        process::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", Folder(name).string()}));
     EXPECT_TRUE(launcher) << launcher.error().detail;
     if (!launcher) return nullptr;
     EXPECT_TRUE(WaitFor(launcher->get(), "all 4 nodes are ready")) << (*launcher)->out() << (*launcher)->err();
@@ -46,13 +47,13 @@ TEST_F(ElsewhereTest, AnotherMachineLooksOnAndStopsTheRunUnderItsLivingLauncher)
   const auto launcher = StartWithoutPictures(lab, "elsewhere");
   ASSERT_TRUE(launcher);
 
-  const oos::Answer view = Run(OosOnGamma(
+  const process::Answer view = Run(OosOnGamma(
       {"view", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch", "--text", "--seconds", "3", "--lab", lab}));
   EXPECT_EQ(view.status, 0) << view.err;
   EXPECT_THAT(view.out, HasSubstr("  block "));
 
   const auto out = Folder("elsewhere_collected");
-  const oos::Answer stop = Run(OosOnGamma({"stop", "--lab", lab, "--out", out.string()}));
+  const process::Answer stop = Run(OosOnGamma({"stop", "--lab", lab, "--out", out.string()}));
   EXPECT_EQ(stop.status, 0) << stop.out << stop.err;
   EXPECT_THAT(stop.out, HasSubstr("stopped; what it left is in " + out.string()));
   EXPECT_TRUE(std::filesystem::exists(out / "physics_node.log"));
@@ -61,7 +62,7 @@ TEST_F(ElsewhereTest, AnotherMachineLooksOnAndStopsTheRunUnderItsLivingLauncher)
   EXPECT_THAT(launcher->out(), HasSubstr("ends: stopped from elsewhere by "));
   EXPECT_TRUE(std::filesystem::exists(precious));
   ExpectNothingIsLeft();
-  const oos::Answer status = Run(Oos({"status", "--lab", lab}));
+  const process::Answer status = Run(Oos({"status", "--lab", lab}));
   for (const char* free : {"alpha: free", "beta: free", "gamma: free"}) EXPECT_THAT(status.out, HasSubstr(free));
 }
 
@@ -72,11 +73,11 @@ TEST_F(ElsewhereTest, AHostThatDoesNotAnswerKeepsTheOthersFromNothing) {
   ASSERT_TRUE(launcher);
   kill(launcher->pid(), SIGKILL);
   WaitForEnd(launcher.get());
-  const oos::Answer status = Run(Oos({"status", "--lab", lab}));
+  const process::Answer status = Run(Oos({"status", "--lab", lab}));
   EXPECT_EQ(status.status, 1);
   EXPECT_THAT(status.out, testing::ContainsRegex("physics_node +(running|starting)"));
   EXPECT_THAT(status.out, HasSubstr("host delta (10.77.0.99) does not let us in"));
-  const oos::Answer stop = Run(Oos({"stop", "--lab", lab}));
+  const process::Answer stop = Run(Oos({"stop", "--lab", lab}));
   EXPECT_EQ(stop.status, 1);
   EXPECT_THAT(stop.out, HasSubstr("host delta (10.77.0.99) does not let us in"));
   EXPECT_THAT(stop.out, HasSubstr("stopped; what it left is in "));
@@ -86,7 +87,7 @@ TEST_F(ElsewhereTest, AHostThatDoesNotAnswerKeepsTheOthersFromNothing) {
 TEST_F(ElsewhereTest, AViewerThatCannotStartEndsNothing) {
   const std::string lab = Replaced(WriteLab("no_display", OnThree()), "<node name=\"visual_node\"",
                                    "<node name=\"visual_node\" display=\":977\"");
-  const oos::Answer answer = Run(Launch(lab, {"--out", Folder("no_display").string()}), 200.0);
+  const process::Answer answer = Run(Launch(lab, {"--out", Folder("no_display").string()}), 200.0);
   EXPECT_EQ(answer.status, 0) << answer.out << answer.err;
   EXPECT_THAT(answer.out, HasSubstr("exited: visual_node"));
   EXPECT_THAT(answer.out, HasSubstr("no process of the run is left on 3 hosts"));

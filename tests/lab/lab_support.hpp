@@ -15,13 +15,13 @@
 namespace system_tests {
 
 // Until the child has said `text`; false when it ends or is silent for too long before.
-inline bool WaitFor(oos::PipedChild* child, const std::string& text, double patience_s = 90.0) {
+inline bool WaitFor(process::PipedChild* child, const std::string& text, double patience_s = 90.0) {
   const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
   while (core::MonotonicNow_ns() < deadline_ns) {
     child->Poll();
     if (child->out().find(text) != std::string::npos) return true;
     if (child->has_ended()) return false;
-    oos::WaitForAny({child}, 50);
+    process::WaitForAny({child}, 50);
   }
   return false;
 }
@@ -80,16 +80,16 @@ class LabTest : public testing::Test {
     more.insert(more.begin(), {"launch", std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch", "--lab", lab});
     return Oos(more);
   }
-  static oos::Answer Run(const std::vector<std::string>& words, double patience_s = 120.0) {
-    const auto answer = oos::RunHere(words, "", patience_s);
+  static process::Answer Run(const std::vector<std::string>& words, double patience_s = 120.0) {
+    const auto answer = process::RunHere(words, "", patience_s);
     if (!answer) ADD_FAILURE() << answer.error().detail;
-    return answer ? *answer : oos::Answer{};
+    return answer ? *answer : process::Answer{};
   }
 
-  static void WaitForEnd(oos::PipedChild* child, double patience_s = 60.0) {
+  static void WaitForEnd(process::PipedChild* child, double patience_s = 60.0) {
     const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
     while (!child->has_ended() && core::MonotonicNow_ns() < deadline_ns) {
-      oos::WaitForAny({child}, 50);
+      process::WaitForAny({child}, 50);
       child->Poll();
     }
     EXPECT_TRUE(child->has_ended());

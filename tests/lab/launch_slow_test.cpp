@@ -21,8 +21,8 @@ TEST_F(LaunchSlow, TwentyOfTwentyStartsAreReadyAndLeaveNothing) {
   const std::string lab = WriteLab("twenty", OnThree());
   std::vector<double> seconds;
   for (int start = 0; start < 20; ++start) {
-    const oos::Answer answer = Run(Launch(lab, {"--duration", "0.2", "--out", Folder("twenty").string(), "--record",
-                                                Folder("twenty_recorded").string()}));
+    const process::Answer answer = Run(Launch(lab, {"--duration", "0.2", "--out", Folder("twenty").string(), "--record",
+                                                    Folder("twenty_recorded").string()}));
     std::smatch match;
     ASSERT_TRUE(std::regex_search(answer.out, match, std::regex("all 5 nodes are ready, ([0-9.]+) s")))
         << "start " << start << ": " << answer.out << answer.err;
@@ -49,7 +49,7 @@ TEST_F(LaunchSlow, FilesBehindLinksAndThoseOfEditorsAreBroughtUnderTheirNames) {
   scenario.Write(";notes", "a comment, were it a line of a list");
   std::filesystem::create_symlink("anna@desk.4711:1763740000", scenario.folder() / ".#scenario.xml");  // Emacs' lock
 
-  const oos::Answer answer =
+  const process::Answer answer =
       Run(Oos({"launch", scenario.folder().string(), "--lab", WriteLab("links", OnThree()), "--without", "visual_node",
                "--duration", "0.2", "--out", Folder("links").string()}));
   EXPECT_THAT(answer.out, HasSubstr("all 4 nodes are ready")) << answer.err;
@@ -59,7 +59,7 @@ TEST_F(LaunchSlow, FilesBehindLinksAndThoseOfEditorsAreBroughtUnderTheirNames) {
 
 TEST_F(LaunchSlow, AHostThatCannotTellItsPortsIsRefused) {
   ASSERT_EQ(Run(machines_->On("beta", {"mount", "--bind", "/dev/null", "/usr/bin/ss"})).status, 0);
-  const oos::Answer answer = Run(Launch(WriteLab("no_ss", OnThree()), {"--without", "visual_node"}));
+  const process::Answer answer = Run(Launch(WriteLab("no_ss", OnThree()), {"--without", "visual_node"}));
   EXPECT_EQ(Run(machines_->On("beta", {"umount", "/usr/bin/ss"})).status, 0);
   EXPECT_NE(answer.status, 0);
   EXPECT_THAT(answer.err, HasSubstr("host beta: ss is missing; apt-get install"));
@@ -72,7 +72,7 @@ TEST_F(LaunchSlow, TheSameScenarioIsFinishedOnOneAndOnThreeMachines) {
   for (auto& [node, host] : on_one) host = "beta";
   for (const auto& [name, hosts] : {std::pair{"finished_one", on_one}, std::pair{"finished_three", OnThree()}}) {
     SCOPED_TRACE(name);
-    const oos::Answer answer = Run(Launch(WriteLab(name, hosts), {"--out", Folder(name).string()}), 240.0);
+    const process::Answer answer = Run(Launch(WriteLab(name, hosts), {"--out", Folder(name).string()}), 240.0);
     EXPECT_EQ(answer.status, 0) << answer.out << answer.err;
     EXPECT_THAT(answer.out, HasSubstr("no process of the run is left"));
     ExpectNothingIsLeft();
@@ -82,28 +82,28 @@ TEST_F(LaunchSlow, TheSameScenarioIsFinishedOnOneAndOnThreeMachines) {
 TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
   const std::string lab = WriteLab("killed", OnThree());
   const auto out = Folder("killed");
-  auto launcher = oos::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", out.string()}));
+  auto launcher = process::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", out.string()}));
   ASSERT_TRUE(launcher) << launcher.error().detail;
   ASSERT_TRUE(WaitFor(launcher->get(), "all 4 nodes are ready")) << (*launcher)->out() << (*launcher)->err();
   kill((*launcher)->pid(), SIGKILL);
   WaitForEnd(launcher->get());
 
   // Supervisor calls a program running once it has lived for a second.
-  oos::Answer status;
+  process::Answer status;
   for (const std::int64_t start = core::MonotonicNow_ns();
        status.out.find("starting") != std::string::npos || status.out.empty();) {
     ASSERT_LT(core::MonotonicNow_ns() - start, 20 * core::kNanosecondsPerSecond) << status.out << status.err;
     status = Run(Oos({"status", "--lab", lab}));
   }
   EXPECT_THAT(status.out, testing::ContainsRegex("physics_node +running"));
-  auto attached = oos::PipedChild::Start(Oos({"attach", "--lab", lab}));
+  auto attached = process::PipedChild::Start(Oos({"attach", "--lab", lab}));
   ASSERT_TRUE(attached);
   EXPECT_TRUE(WaitFor(attached->get(), "[beta] bus: step press"));
   kill((*attached)->pid(), SIGINT);
   WaitForEnd(attached->get());
   EXPECT_THAT((*attached)->out(), HasSubstr("the run goes on"));
 
-  const oos::Answer stop = Run(Oos({"stop", "--lab", lab}));
+  const process::Answer stop = Run(Oos({"stop", "--lab", lab}));
   EXPECT_EQ(stop.status, 0) << stop.out << stop.err;
   EXPECT_TRUE(std::filesystem::exists(out / "physics_node.log"));
   ExpectNothingIsLeft();
@@ -111,7 +111,7 @@ TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
 
 TEST_F(LaunchSlow, ASweepIsRunOnTwoHostsAndCollected) {
   const auto out = Folder("sweep");
-  const oos::Answer answer =
+  const process::Answer answer =
       Run(machines_->AtLauncher(
               {"env", "PARALLEL_SSH=ssh -F " + (machines_->folder() / "ssh_config").string(),
                std::string("OOS=") + VR_OOS_BINARY_DIR + "/bin/oos", std::string(VR_OOS_BINARY_DIR) + "/bin/oos",
@@ -138,9 +138,9 @@ double MeanOf(const nlohmann::json& report, const std::string& chain) {
 // The hand and its bridge on one machine, physics on another, pictures on a third.
 TEST_F(LaunchSlow, LatenciesOnThreeMachinesAreThoseOfThePaperAndAddUp) {
   const auto out = Folder("latency");
-  const oos::Answer run = Run(Launch(WriteLab("latency", OnThree()), {"--out", out.string()}), 240.0);
+  const process::Answer run = Run(Launch(WriteLab("latency", OnThree()), {"--out", out.string()}), 240.0);
   EXPECT_EQ(run.status, 0) << run.out << run.err;
-  const oos::Answer latency = Run(Oos({"latency", out.string()}));
+  const process::Answer latency = Run(Oos({"latency", out.string()}));
   std::printf("%s%s", latency.out.c_str(), latency.err.c_str());
   EXPECT_EQ(latency.status, 0) << "hops and the bridge's own log are more than 5 % apart";
   EXPECT_THAT(latency.out, HasSubstr("several machines"));

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 class LaunchTest : public LabTest {};
 
 // The launcher below nsenter, which runs it in its own place: same process.
-void Signal(const oos::PipedChild& child, int number) {
+void Signal(const process::PipedChild& child, int number) {
   kill(child.pid(), number);
 }
 
@@ -28,7 +28,7 @@ int Count(const std::string& text, const std::string& part) {
 
 TEST_F(LaunchTest, RunsOnThreeMachinesRecordsAndLeavesNothing) {
   const auto out = Folder("three");
-  const oos::Answer answer = Run(
+  const process::Answer answer = Run(
       Launch(WriteLab("three", OnThree()), {"--duration", "2", "--method", "fast", "--out", out.string(), "--record",
                                             (out / "rec").string(), "--steps", (out / "steps").string()}));
   EXPECT_THAT(answer.out, HasSubstr("all 5 nodes are ready"));
@@ -48,9 +48,10 @@ TEST_F(LaunchTest, RunsOnThreeMachinesRecordsAndLeavesNothing) {
   ASSERT_TRUE(report.is_object());
   EXPECT_EQ(report["method"], "fast");  // what ran, not what the scenario's file says
   for (const char* node : {"logic_node", "physics_node", "haptic_node"}) {
-    const oos::Answer replay = Run({std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "replay",
-                                    (out / "steps" / (node + std::string(".mcap"))).string(), "--check", "--scenario",
-                                    std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch/scenario.xml"});
+    const process::Answer replay =
+        Run({std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "replay",
+             (out / "steps" / (node + std::string(".mcap"))).string(), "--check", "--scenario",
+             std::string(VR_OOS_SOURCE_DIR) + "/scenarios/touch/scenario.xml"});
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
   }
 }
@@ -58,22 +59,22 @@ TEST_F(LaunchTest, RunsOnThreeMachinesRecordsAndLeavesNothing) {
 TEST_F(LaunchTest, ASecondLauncherIsRefusedByNameAndAnyTerminalCanStop) {
   const std::string lab = WriteLab("two_launchers", OnThree());
   auto first =
-      oos::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", Folder("two_launchers").string()}));
+      process::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", Folder("two_launchers").string()}));
   ASSERT_TRUE(first) << first.error().detail;
   ASSERT_TRUE(WaitFor(first->get(), "all 4 nodes are ready")) << (*first)->out() << (*first)->err();
 
-  const oos::Answer second = Run(Launch(lab, {"--without", "visual_node"}));
+  const process::Answer second = Run(Launch(lab, {"--without", "visual_node"}));
   EXPECT_EQ(second.status, 1);
   EXPECT_THAT(second.err, HasSubstr("host alpha is in use"));
   EXPECT_THAT(second.err, HasSubstr("(process " + std::to_string((*first)->pid()) + ")"));
   EXPECT_THAT(second.err, HasSubstr("nothing was started"));
 
-  const oos::Answer status = Run(Oos({"status", "--lab", lab}));
+  const process::Answer status = Run(Oos({"status", "--lab", lab}));
   EXPECT_EQ(status.status, 0);
   // A node may be ready before supervisord, which watches it for its first second, calls it running.
   EXPECT_THAT(status.out, testing::ContainsRegex("physics_node +(running|starting)"));
 
-  const oos::Answer stop = Run(Oos({"stop", "--lab", lab}));
+  const process::Answer stop = Run(Oos({"stop", "--lab", lab}));
   EXPECT_EQ(stop.status, 0) << stop.err;
   WaitForEnd(first->get());
   EXPECT_THAT((*first)->out(), HasSubstr("no process of the run is left on 2 hosts"));
@@ -83,7 +84,7 @@ TEST_F(LaunchTest, ASecondLauncherIsRefusedByNameAndAnyTerminalCanStop) {
 
 TEST_F(LaunchTest, CtrlCLeavesNothing) {
   const auto out = Folder("ctrl_c");
-  auto launcher = oos::PipedChild::Start(
+  auto launcher = process::PipedChild::Start(
       Launch(WriteLab("ctrl_c", OnThree()), {"--out", out.string(), "--record", (out / "rec").string()}));
   ASSERT_TRUE(launcher) << launcher.error().detail;
   ASSERT_TRUE(WaitFor(launcher->get(), "physics_node: ready")) << (*launcher)->out() << (*launcher)->err();
@@ -97,7 +98,7 @@ TEST_F(LaunchTest, CtrlCLeavesNothing) {
 TEST_F(LaunchTest, AMissingAssetIsNamedAndNothingIsStarted) {
   const ScenarioCopy scenario("touch", "lab_asset");
   std::filesystem::remove(scenario.folder() / "meshes/ball.obj");
-  const oos::Answer answer =
+  const process::Answer answer =
       Run(Oos({"launch", scenario.folder().string(), "--lab", WriteLab("missing_asset", OnThree())}));
   EXPECT_NE(answer.status, 0);
   EXPECT_THAT(answer.err, HasSubstr("meshes/ball.obj"));
@@ -131,13 +132,13 @@ TEST_P(LaunchRefuses, WithOneMessageAndNothingStarted) {
   std::ofstream(machines_->folder() / "wrong_config")
       << "UserKnownHostsFile " << (machines_->folder() / "known_hosts").string()
       << "\nIdentitiesOnly yes\nIdentityFile /no_such_key\n";
-  const auto listener = oos::PipedChild::Start(
+  const auto listener = process::PipedChild::Start(
       machines_->InNetworkOf("beta", {std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "registry", "--registry",
                                       "tcp://10.77.0.12:7999", "--session", "1", "--no_encryption"}));
   ASSERT_TRUE(listener);
   ASSERT_TRUE(WaitFor(listener->get(), "\"up\"")) << (*listener)->err();
 
-  const oos::Answer answer = Run(Launch(file, {"--without", "visual_node", "--out", Folder("refused").string()}));
+  const process::Answer answer = Run(Launch(file, {"--without", "visual_node", "--out", Folder("refused").string()}));
   EXPECT_NE(answer.status, 0);
   EXPECT_THAT(answer.err, HasSubstr(bad.message));
   EXPECT_THAT(answer.err, HasSubstr("nothing was started"));

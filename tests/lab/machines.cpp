@@ -41,8 +41,8 @@ void RemoveLeftovers() {
 std::string Machines::WhyNot() {
   if (geteuid() != 0) return "network, process and time namespaces need root";
   const auto made =
-      oos::RunHere({"unshare", "--net", "--pid", "--mount", "--uts", "--time", "--monotonic", "1", "--fork", "sh", "-c",
-                    "ip link add lab type bridge && ip link add to-a type veth peer name to-b"});
+      process::RunHere({"unshare", "--net", "--pid", "--mount", "--uts", "--time", "--monotonic", "1", "--fork", "sh",
+                        "-c", "ip link add lab type bridge && ip link add to-a type veth peer name to-b"});
   if (!made || !made->is_good()) return "this kernel has no namespaces with bridges: " + (made ? made->err : "");
   for (const char* program : {"/usr/sbin/sshd", "/usr/bin/supervisord", "/usr/bin/rsync", "/usr/bin/nsenter"}) {
     if (access(program, X_OK) != 0) return std::string(program) + " is not installed";
@@ -55,7 +55,7 @@ Machines::Machines(const std::vector<std::string>& names)
   RemoveLeftovers();
   std::vector<std::string> words = {std::string(VR_OOS_SOURCE_DIR) + "/tests/lab/machines", folder_.string()};
   words.insert(words.end(), names.begin(), names.end());
-  auto keeper = oos::PipedChild::Start(words);
+  auto keeper = process::PipedChild::Start(words);
   if (!keeper) {
     ADD_FAILURE() << keeper.error().detail;
     return;
@@ -64,7 +64,7 @@ Machines::Machines(const std::vector<std::string>& names)
   const std::int64_t deadline_ns = core::MonotonicNow_ns() + kPatience_ns;
   while (!std::filesystem::exists(folder_ / "up") && !keeper_->has_ended() && core::MonotonicNow_ns() < deadline_ns) {
     keeper_->Poll();
-    oos::WaitForAny({keeper_.get()}, 10);
+    process::WaitForAny({keeper_.get()}, 10);
   }
   EXPECT_TRUE(std::filesystem::exists(folder_ / "up")) << keeper_->err();
 }
@@ -92,7 +92,7 @@ std::vector<std::string> Machines::InNetworkOf(const std::string& name, std::vec
 }
 
 std::vector<std::string> Machines::ProcessesOf(const std::string& name) const {
-  const auto answer = oos::RunHere(On(name, {"ps", "-eo", "args", "--no-headers"}));
+  const auto answer = process::RunHere(On(name, {"ps", "-eo", "args", "--no-headers"}));
   std::vector<std::string> processes;
   if (!answer || !answer->is_good()) return {"cannot look: " + (answer ? answer->err : answer.error().detail)};
   std::istringstream lines(answer->out);

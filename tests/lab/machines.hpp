@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/oos/attach/remote.hpp"
+#include "tools/process/piped_child.hpp"
 
 namespace system_tests {
 
@@ -31,7 +31,7 @@ class Machines {
 
  private:
   std::filesystem::path folder_;
-  std::unique_ptr<oos::PipedChild> keeper_;
+  std::unique_ptr<process::PipedChild> keeper_;
 };
 
 }  // namespace system_tests

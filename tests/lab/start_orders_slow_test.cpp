@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "tests/lab/lab_support.hpp"
-#include "tools/oos/attach/remote.hpp"
 #include "tools/oos/run/virtual_display.hpp"
 #include "tools/process/group.hpp"
+#include "tools/process/piped_child.hpp"
 
 namespace system_tests {
 namespace {
@@ -53,7 +53,7 @@ TEST_F(StartOrders, All120ReachReady) {
   int order = 0;
   do {
     SCOPED_TRACE(testing::Message() << ++order << ": " << testing::PrintToString(names));
-    const auto registry = oos::PipedChild::Start(Words("oos", {"registry"}));
+    const auto registry = process::PipedChild::Start(Words("oos", {"registry"}));
     ASSERT_TRUE(registry);
     ASSERT_TRUE(WaitFor(registry->get(), "\"is\":\"up\"", kPatience_s)) << (*registry)->err();
     process::Group group;

@@ -34,7 +34,7 @@ class SurviveTest : public LabTest {
     out_ = Folder(name);
     more.insert(more.end(), {"--out", out_.string()});
     lab_ = lab_file.empty() ? WriteLab(name, OnThree()) : lab_file;
-    auto launcher = oos::PipedChild::Start(Launch(lab_, more));
+    auto launcher = process::PipedChild::Start(Launch(lab_, more));
     ASSERT_TRUE(launcher) << launcher.error().detail;
     launcher_ = std::move(*launcher);
     ASSERT_TRUE(WaitFor(launcher_.get(), "nodes are ready")) << launcher_->out() << launcher_->err();
@@ -49,7 +49,7 @@ class SurviveTest : public LabTest {
     while (!holds()) {
       launcher_->Poll();
       if (Since_s(begin_ns) > patience_s || launcher_->has_ended()) return false;
-      oos::WaitForAny({launcher_.get()}, 1);
+      process::WaitForAny({launcher_.get()}, 1);
     }
     return true;
   }
@@ -239,7 +239,7 @@ class SurviveTest : public LabTest {
 
   std::filesystem::path out_;
   std::string lab_;
-  std::unique_ptr<oos::PipedChild> launcher_;
+  std::unique_ptr<process::PipedChild> launcher_;
   std::unique_ptr<BusWatch> watch_;
   std::vector<GivenForce> forces_;
 };

@@ -162,7 +162,7 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
   WaitForEnd(launcher_.get());
   EXPECT_TRUE(watch_->WaitUntilFinal(60.0)) << "in step " << watch_->step();
   watch_.reset();
-  const oos::Answer stop = Run(Oos({"stop", "--lab", lab_}));
+  const process::Answer stop = Run(Oos({"stop", "--lab", lab_}));
   EXPECT_EQ(stop.status, 0) << stop.out << stop.err;
   ExpectNothingIsLeft();
   ReadForces();
@@ -174,7 +174,7 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
 TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
   const std::string lab = WriteLab("survive_disk", OnThree(), "run_folder=\"/mnt/vr_oos\"", "min_free_MB=\"1\"");
   for (const char* machine : {"alpha", "beta", "gamma"}) {
-    const oos::Answer made = Run(machines_->On(
+    const process::Answer made = Run(machines_->On(
         machine, {"sh", "-c", "mountpoint -q /mnt || mount -t tmpfs -o size=400m tmpfs /mnt; mkdir -p /mnt/vr_oos"}));
     ASSERT_EQ(made.status, 0) << made.err;
   }
@@ -182,14 +182,14 @@ TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
   StartRun("survive_disk", {"--without", "visual_node", "--record", recorded.string()}, lab);
   if (HasFatalFailure()) return;
   // All but the last 40 MB at once and beforehand, so that the disk is full within milliseconds and during a contact.
-  const oos::Answer most = Run(machines_->On(
+  const process::Answer most = Run(machines_->On(
       "beta",
       {"sh", "-c",
        "free_kB=$(df -k --output=avail /mnt | tail -n 1); fallocate -l $(((free_kB - 40000) * 1024)) /mnt/most"}));
   ASSERT_EQ(most.status, 0) << most.err;
   ASSERT_TRUE(UntilFelt(0.12));
   const std::size_t said_before = launcher_->out().size();
-  const oos::Answer rest = Run(machines_->On("beta", {"sh", "-c", "cat /dev/zero >/mnt/rest"}));
+  const process::Answer rest = Run(machines_->On("beta", {"sh", "-c", "cat /dev/zero >/mnt/rest"}));
   const std::int64_t full_ns = core::MonotonicNow_ns();
   EXPECT_NE(rest.status, 0);
   EXPECT_THAT(rest.err, HasSubstr("No space left on device"));

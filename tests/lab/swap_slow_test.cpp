@@ -35,14 +35,14 @@ class Swap : public SurviveTest {
  protected:
   // A viewer of the running session, started where the launcher stands; returns when it has the whole scene.
   struct Viewer {
-    std::unique_ptr<oos::PipedChild> child;
+    std::unique_ptr<process::PipedChild> child;
     double whole_after_s = -1.0;  // negative: it never had
   };
   Viewer View(std::vector<std::string> more) {
     more.insert(more.begin(), {"view"});
     Viewer viewer;
     const std::int64_t begin_ns = core::MonotonicNow_ns();
-    auto child = oos::PipedChild::Start(Oos(more));
+    auto child = process::PipedChild::Start(Oos(more));
     EXPECT_TRUE(child);
     if (!child) return viewer;
     viewer.child = std::move(*child);

@@ -2,28 +2,27 @@
 
 #include <unistd.h>
 
-#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/contact/bench.hpp"
 #include "tools/dynamics/bench.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/bench/verbs.hpp"
+#include "tools/process/spawn.hpp"
 #include "tools/transport/bench.hpp"
 
 namespace {
 
 // Runs in place of this program if it stands beside it; else returns.
 void RunPeers(const char* name, std::vector<std::string> words) {
-  const std::filesystem::path program = oos::ProgramFolder() / name;
-  if (access(program.c_str(), X_OK) != 0) return;
-  words.insert(words.begin(), program.string());
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  execv(program.c_str(), pointers.data());
-  oos::Complain("bench", program.string() + ": cannot be run; going on without it", oos::kBadUsage);
+  process::Command peers;
+  peers.name = name;
+  peers.program = oos::ProgramFolder() / name;
+  if (access(peers.program.c_str(), X_OK) != 0) return;
+  peers.arguments = std::move(words);
+  oos::Complain("bench", process::Replace(peers).value().detail + "; going on without it", oos::kBadUsage);
 }
 
 bench::BenchOptions OptionsOf(const oos::Arguments& arguments) {

@@ -1,11 +1,6 @@
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/bench/verbs.hpp"
+#include "tools/process/spawn.hpp"
 
 namespace oos {
 namespace {
@@ -28,22 +23,17 @@ takes part when `oos_bench_transport_peers` stands beside this program.)";
 
 // The studies and their charts are a program of their own: who runs simulations need not link or build them.
 int RunBench(const Arguments& arguments) {
-  const std::filesystem::path program = ProgramFolder() / "oos_bench";
-  std::vector<std::string> words = {program.string()};
+  process::Command studies;
+  studies.name = "oos_bench";
+  studies.program = ProgramFolder() / "oos_bench";
   for (const Option& option : BenchVerb().options) {
     for (const std::string& value : arguments.texts(option.name)) {
-      words.emplace_back(option.name);
-      words.push_back(value);
+      studies.arguments.insert(studies.arguments.end(), {std::string(option.name), value});
     }
   }
-  words.insert(words.end(), arguments.positional().begin(), arguments.positional().end());
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  execv(program.c_str(), pointers.data());
+  studies.arguments.insert(studies.arguments.end(), arguments.positional().begin(), arguments.positional().end());
   return Complain("bench",
-                  "cannot run " + program.string() + ": " + std::strerror(errno) +
-                      "; build it with: cmake --build build/release --target oos_bench",
+                  process::Replace(studies).value().detail + ": cmake --build build/release --target oos_bench",
                   kBadUsage);
 }
 

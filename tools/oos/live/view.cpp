@@ -5,14 +5,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
+#include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/live/verbs.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
+#include "tools/process/spawn.hpp"
 #include "view/bus_feed.hpp"
 #include "view/scene_digest.hpp"
 
@@ -115,11 +116,6 @@ class TextViewer {
   std::int64_t next_figures_ns_ = 0;
 };
 
-nlohmann::json Note() {
-  const auto text = ReadSessionNote();
-  return text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
-}
-
 bool IsSessionHere(const Arguments& arguments) {
   return !arguments.has("--registry") && !arguments.has("--lab");
 }
@@ -129,34 +125,26 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
   const auto session = FindSession(arguments);
   if (!session) return Complain("view", session.error().detail, kDoesNotHold);
   const std::string name = "visual_node-" + std::to_string(getpid());
-  const nlohmann::json note = Note();
-  const bool is_noted = note.is_object() && IsSessionHere(arguments);
-  const std::filesystem::path out = std::filesystem::path(is_noted ? note.value("out", "out") : "out") / name;
+  const auto note = FindSessionNote();
+  const bool is_noted = note && !note->out.empty() && IsSessionHere(arguments);
+  const std::filesystem::path out = std::filesystem::path(is_noted ? note->out : "out") / name;
   std::error_code error;
   std::filesystem::create_directories(out, error);
-  std::vector<std::string> words = {(ProgramFolder() / "visual_node").string(),
-                                    "--name",
-                                    name,
-                                    "--scenario",
-                                    scenario,
-                                    "--registry",
-                                    session->registry,
-                                    "--session",
-                                    std::to_string(session->session),
-                                    "--bind",
-                                    session->bind_address,
-                                    "--out",
-                                    out.string()};
+  process::Command window;
+  window.name = "visual_node";
+  window.program = ProgramFolder() / "visual_node";
+  window.arguments = {"--name",     name,
+                      "--scenario", scenario,
+                      "--registry", session->registry,
+                      "--session",  std::to_string(session->session),
+                      "--bind",     session->bind_address,
+                      "--out",      out.string()};
   if (session->keys.empty()) {
-    words.emplace_back("--no_encryption");
+    window.arguments.emplace_back("--no_encryption");
   } else {
-    words.insert(words.end(), {"--keys", session->keys});
+    window.arguments.insert(window.arguments.end(), {"--keys", session->keys});
   }
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  execv(pointers[0], pointers.data());
-  return Complain("view", "cannot start " + words[0] + "; build it, or use --text", kDoesNotHold);
+  return Complain("view", process::Replace(window).value().detail + ", or use --text", kDoesNotHold);
 }
 
 int Run(const Arguments& arguments) {
@@ -165,8 +153,8 @@ int Run(const Arguments& arguments) {
   std::string file;
   if (!arguments.positional().empty()) {
     file = FindScenario(arguments.positional()[0]).string();
-  } else if (const nlohmann::json note = Note(); note.is_object() && IsSessionHere(arguments)) {
-    file = note.value("scenario", "");
+  } else if (const auto note = FindSessionNote(); note && IsSessionHere(arguments)) {
+    file = note->scenario;
   } else {
     return Complain("view", "no session runs here, so name its scenario: oos view SCENARIO --lab LAB.xml", kBadUsage);
   }

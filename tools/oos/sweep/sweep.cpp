@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,6 +22,7 @@
 #include "tools/oos/sweep/sweep_results.hpp"
 #include "tools/oos/sweep/verbs.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
+#include "tools/process/spawn.hpp"
 
 namespace oos {
 namespace {
@@ -190,38 +189,33 @@ core::Result<std::size_t> WriteJobs(const std::vector<SweepRun>& runs, const std
 // GNU parallel over jobs.txt. It gets Ctrl-C with this process, and SIGINT from the kernel when this process is killed:
 // on both it ends its runs (SIGTERM it does not heed before the first of them).
 core::Result<void> RunJobs(const Arguments& arguments, const FolderLock& lock, const std::filesystem::path& out) {
-  std::vector<std::string> words = {"parallel", "--will-cite", "--joblog", "jobs.log", "--arg-file", "jobs.txt"};
-  if (arguments.has("--jobs")) words.insert(words.end(), {"--jobs", arguments.text("--jobs")});
+  process::Command parallel;
+  parallel.name = "GNU parallel";
+  parallel.program = "parallel";
+  parallel.folder = out;
+  parallel.inherited_fd = lock.fd();
+  parallel.arguments = {"--will-cite", "--joblog", "jobs.log", "--arg-file", "jobs.txt"};
+  if (arguments.has("--jobs"))
+    parallel.arguments.insert(parallel.arguments.end(), {"--jobs", arguments.text("--jobs")});
   if (arguments.has("--hosts")) {
-    words.insert(words.end(), {"--sshlogin", arguments.text("--hosts"), "--workdir", "...", "--transferfile", "{}",
+    parallel.arguments.insert(parallel.arguments.end(),
+                              {"--sshlogin", arguments.text("--hosts"), "--workdir", "...", "--transferfile", "{}",
                                "--return", "{}/out", "--return", "{}/log.txt", "--cleanup", "--env", "OOS"});
   }
-  words.emplace_back("{}/run.sh");
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  const pid_t parent = getpid();
-  const pid_t child = fork();
-  if (child == 0) {
-    signal(SIGINT, SIG_DFL);  // a shell that starts in the background without job control has it ignored
-    prctl(PR_SET_PDEATHSIG, SIGINT);
-    if (getppid() != parent) _exit(126);  // the parent died before prctl took effect
-    fcntl(lock.fd(), F_SETFD, 0);
-    if (chdir(out.c_str()) != 0) _exit(126);
-    execvp(pointers[0], pointers.data());
-    _exit(127);
-  }
-  if (child < 0) return core::Fail(core::ErrorCode::kResource, std::string("cannot fork: ") + std::strerror(errno));
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) {
+  parallel.arguments.emplace_back("{}/run.sh");
+  process::Bond bond;
+  bond.group = process::Bond::Group::kCallers;
+  bond.signal_at_owners_end = SIGINT;
+  const auto child = process::Spawn(parallel, bond);
+  if (!child && child.error().code == core::ErrorCode::kNotFound) {
     return core::Fail(core::ErrorCode::kNotFound,
                       "GNU parallel cannot be started; install Debian's package 'parallel', or run the folders of " +
                           (out / "jobs.txt").string() + " by other means");
   }
+  if (!child) return tl::unexpected(child.error());
+  const process::Exit exit = process::Wait(*child);
   // Its exit status counts the runs that were not completed.
-  if (WIFEXITED(status) && WEXITSTATUS(status) < 126) return {};
+  if (exit.signal == 0 && exit.status < 126) return {};
   return core::Fail(core::ErrorCode::kResource, "stopped before the end; the same command goes on from here");
 }
 
