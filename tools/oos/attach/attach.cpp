@@ -6,10 +6,10 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "tools/oos/attach/lab_session.hpp"
 #include "tools/oos/attach/places.hpp"
+#include "tools/oos/attach/session_note.hpp"
 
 namespace oos {
 namespace {
@@ -74,17 +74,16 @@ core::Result<bus::NodeOptions> FindSession(const Arguments& arguments) {
     options.keys = arguments.text("--keys", "");
     options.is_encrypted = !arguments.has("--no_encryption");
   } else {
-    const auto text = ReadSessionNote();
-    if (!text && text.error().code == core::ErrorCode::kInvalidInput) return tl::unexpected(text.error());
-    const nlohmann::json note = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
-    if (!note.is_object() || !note.contains("registry") || !note.contains("session")) {
+    const auto note = FindSessionNote();
+    if (!note && note.error().code == core::ErrorCode::kInvalidInput) return tl::unexpected(note.error());
+    if (!note) {
       return core::Fail(core::ErrorCode::kNotFound,
                         "no session runs here (" + SessionFile().string() +
                             "); start one with 'oos run SCENARIO', or name one with --registry and --session");
     }
-    options.registry = note["registry"].get<std::string>();
-    options.session = std::strtoull(note["session"].get<std::string>().c_str(), nullptr, 10);
-    options.keys = note.value("keys", "");
+    options.registry = note->registry;
+    options.session = std::strtoull(note->session.c_str(), nullptr, 10);
+    options.keys = note->keys;
     options.is_encrypted = !options.keys.empty();
   }
   options.bind_address = AddressTowards(options.registry);

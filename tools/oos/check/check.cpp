@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "tools/oos/check/check_scenario.hpp"
 #include "tools/oos/check/scene_json.hpp"

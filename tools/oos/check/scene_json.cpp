@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "nodes/logic_node/logic_node.hpp"
 #include "vps/mesh/load_mesh.hpp"

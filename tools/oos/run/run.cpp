@@ -5,6 +5,7 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "bus/log/merge_mcap.hpp"
 #include "nodes/lockstep/lockstep.hpp"

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <set>
-#include <sstream>
 
 #include "bus/keys.hpp"
 #include "bus/node.hpp"
@@ -15,6 +14,7 @@
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "tools/oos/attach/places.hpp"
+#include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/run/log_tail.hpp"
 #include "tools/oos/run/virtual_display.hpp"
 
@@ -28,23 +28,18 @@ constexpr std::int64_t kStartProgressPeriod_ns = 1'000'000'000;
 // After a node has died the others get this long to notice and to say so before they are stopped.
 constexpr std::int64_t kLinger_ns = 800'000'000;
 
-// Tells `topic`, `top` and `set` where the running session is; taken back at the end.
-class SessionNote {
+// The note for the verbs that look into the session; removed at the end.
+class NoteKeeper {
  public:
-  core::Result<void> Write(const std::string& endpoint, std::uint64_t session, const std::filesystem::path& out,
-                           const std::string& keys, const std::filesystem::path& scenario) {
-    std::ostringstream note;
-    note << "{\"registry\": \"" << endpoint << "\", \"session\": \"" << session << "\", \"pid\": " << getpid()
-         << ", \"out\": \"" << out.string() << "\", \"keys\": \"" << keys << "\", \"scenario\": \"" << scenario.string()
-         << "\"}\n";
-    auto written = WriteSessionNote(note.str());
+  core::Result<void> Write(const SessionNote& note) {
+    auto written = WriteSessionNote(ToJson(note));
     is_written_ = written.has_value();
     return written;
   }
-  SessionNote() = default;
-  SessionNote(const SessionNote&) = delete;
-  SessionNote& operator=(const SessionNote&) = delete;
-  ~SessionNote() {
+  NoteKeeper() = default;
+  NoteKeeper(const NoteKeeper&) = delete;
+  NoteKeeper& operator=(const NoteKeeper&) = delete;
+  ~NoteKeeper() {
     std::error_code error;
     if (is_written_) std::filesystem::remove(SessionFile(), error);
   }
@@ -144,9 +139,9 @@ class Session {
     }
     node_->ReadEvents();
     if (const auto started = node_->Start(); !started) return started;
-    if (auto noted = note_.Write(registry_->endpoint(), session, options_.out, keys_.directory(), scenario_.file);
-        !noted)
-      return noted;
+    SessionNote note{registry_->endpoint(), std::to_string(session), getpid(),
+                     options_.out.string(), keys_.directory(),       scenario_.file.string()};
+    if (auto noted = note_.Write(note); !noted) return noted;
     return SpawnNodes(session);
   }
 
@@ -205,7 +200,7 @@ class Session {
     command->arguments.push_back(value);
   }
 
-  // Takes what the bus and the kernel have to tell; `outcome_.why` is set when the run cannot go on.
+  // Takes events of the bus and ends of processes; `outcome_.why` is set when the run cannot go on.
   void Listen() {
     node_->Wait(core::MonotonicNow_ns() + kPollPeriod_ns);
     core::Event event;
@@ -232,7 +227,7 @@ class Session {
   std::int64_t WaitUntilReady() {
     Say("starting " + std::to_string(expected_.size()) + " nodes; the first run of a scene cooks its structures");
     const std::int64_t begin_ns = core::MonotonicNow_ns();
-    std::set<std::string> told;
+    std::set<std::string> announced;
     std::map<std::string, LogTail> logs;
     for (const std::string& name : expected_) logs.emplace(name, options_.out / (name + ".log"));
     std::int64_t next_progress_ns = begin_ns + kStartProgressPeriod_ns;
@@ -243,7 +238,7 @@ class Session {
         SayWhatNodesDo(&logs);
       }
       for (const std::string& name : ready_) {
-        if (told.insert(name).second) Say(name + " is ready");
+        if (announced.insert(name).second) Say(name + " is ready");
       }
       if (static_cast<double>(core::MonotonicNow_ns() - begin_ns) * 1e-9 > options_.start_patience_s) {
         std::string missing;
@@ -317,7 +312,7 @@ class Session {
   std::unique_ptr<bus::Node> node_;
   bus::StateReader<core::LogicStatus>* status_ = nullptr;
   bus::LatestReader<core::DeviceCommand>* command_ = nullptr;
-  SessionNote note_;
+  NoteKeeper note_;
   std::set<std::string> expected_;
   std::set<std::string> ready_;
   process::Group group_;  // last member: stopped first
