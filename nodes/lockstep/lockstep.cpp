@@ -76,7 +76,7 @@ class Lockstep {
     if (options_.watch_steps) options_.watch_steps(name, false);
   }
   void FollowSteps();
-  void TellProgress() const;
+  void ReportProgress() const;
   void WriteTraceRow();
   void Finish(std::int64_t begin_ns);
 
@@ -315,7 +315,7 @@ void Lockstep::FollowSteps() {
     next_progress_s_ = now_s() + kProgressPeriod_s;
   } else if (now_s() >= next_progress_s_) {
     next_progress_s_ += kProgressPeriod_s;
-    TellProgress();
+    ReportProgress();
   }
   if (status.is_failed) {
     outcome_.why = status.why.empty() ? "failed in step " + status.step : status.why;
@@ -324,7 +324,7 @@ void Lockstep::FollowSteps() {
   }
 }
 
-void Lockstep::TellProgress() const {
+void Lockstep::ReportProgress() const {
   const core::LogicStatus& status = logic_out_.status;
   std::string text;
   char part[200];

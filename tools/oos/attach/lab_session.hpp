@@ -7,7 +7,7 @@
 
 namespace oos {
 
-// A session that somebody launched, as the hosts of the lab tell of it over ssh: from any machine that may log in
+// A session that somebody launched, as the hosts of the lab describe it over ssh: from any machine that may log in
 // there.
 struct LabSession {
   std::string registry, session;

@@ -43,7 +43,7 @@ core::Result<void> CheckFree(Remotes* remotes);
 // On all hosts or on none. The error names who has the host.
 core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>& roots, Remotes* remotes);
 
-// Tells the run's launcher, should it live, that `who` ends the run and collects what it leaves.
+// Lets the run's launcher know, if it lives, that `who` ends the run and collects what it leaves.
 void MarkStopping(const std::string& run, const std::string& who, const std::vector<std::string>& roots,
                   Remotes* remotes);
 // Only those of the run, with its keys.

@@ -15,7 +15,7 @@ constexpr int kWantedPriority = 85;  // of device-rt, the highest of all nodes
 constexpr int kWantedNice = -5;      // of the threads that serve the bus and write recordings
 
 Finding CheckRealTimePriority() {
-  // Tried for real and given back at once: limits alone do not tell whether a container allows it.
+  // Tried for real and given back at once: limits alone do not show whether a container allows it.
   sched_param before{}, wanted{};
   const int policy_before = sched_getscheduler(0);
   sched_getparam(0, &before);

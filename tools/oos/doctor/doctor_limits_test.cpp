@@ -11,7 +11,7 @@
 namespace oos {
 namespace {
 
-TEST(JudgeRealTimeShare, ATimeInWhichRealTimeThreadsMayNotRunIsTold) {
+TEST(JudgeRealTimeShare, WarnsOfATimeInWhichRealTimeThreadsMayNotRun) {
   EXPECT_EQ(JudgeRealTimeShare(-1, 1'000'000).grade, Grade::kOk);
   EXPECT_EQ(JudgeRealTimeShare(1'000'000, 1'000'000).grade, Grade::kOk);
   const Finding finding = JudgeRealTimeShare(950'000, 1'000'000);
@@ -20,7 +20,7 @@ TEST(JudgeRealTimeShare, ATimeInWhichRealTimeThreadsMayNotRunIsTold) {
   EXPECT_NE(finding.remedy.find("kernel.sched_rt_runtime_us = -1"), std::string::npos) << finding.remedy;
 }
 
-TEST(JudgeGovernor, CoresThatChangeTheirSpeedAreTold) {
+TEST(JudgeGovernor, WarnsOfCoresThatChangeTheirSpeed) {
   EXPECT_EQ(JudgeGovernor("").grade, Grade::kOk);
   EXPECT_EQ(JudgeGovernor("performance").grade, Grade::kOk);
   const Finding finding = JudgeGovernor("schedutil");
@@ -35,22 +35,22 @@ TEST(CheckLimits, LeavesTheProcessAsItWas) {
   EXPECT_EQ(getpriority(PRIO_PROCESS, 0), nice);
 }
 
-// Exit status of a child that is nobody, whom no limits are raised for: 0 when each of its limits is told.
+// Exit status of a child that runs as nobody, without raised limits: 0 when each of its limits is reported.
 int CheckLimitsOfNobody() {
   const rlimit nothing{0, 0};
   const uid_t nobody = 65534;
   if (setrlimit(RLIMIT_RTPRIO, &nothing) != 0 || setrlimit(RLIMIT_NICE, &nothing) != 0) return 2;
   if (setrlimit(RLIMIT_MEMLOCK, &nothing) != 0 || setpriority(PRIO_PROCESS, 0, 0) != 0 || setuid(nobody) != 0) return 2;
-  std::set<std::string> told;
+  std::set<std::string> reported;
   for (const Finding& finding : CheckLimits()) {
     if (finding.grade == Grade::kWarn && finding.remedy.find("limits.d") != std::string::npos) {
-      told.insert(finding.subject);
+      reported.insert(finding.subject);
     }
   }
-  return told == std::set<std::string>{"realtime", "memlock", "nice"} ? 0 : 1;
+  return reported == std::set<std::string>{"realtime", "memlock", "nice"} ? 0 : 1;
 }
 
-TEST(CheckLimits, WhoHasNoneIsToldOfEachWithARemedy) {
+TEST(CheckLimits, ReportsEachMissingLimitWithARemedy) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can become nobody";
   const pid_t child = fork();
   if (child == 0) _exit(CheckLimitsOfNobody());

@@ -140,7 +140,7 @@ std::vector<Finding> CheckSession(const Arguments& arguments) {
   if (!node) {
     if (!arguments.has("--registry")) {
       return {
-          {"session", Grade::kOk, "no session runs here; clocks and losses of nodes are looked at while one does", ""}};
+          {"session", Grade::kOk, "no session runs here; clocks and losses of nodes are checked while one does", ""}};
     }
     return {{"session", Grade::kFail, node.error().detail, "name the session that runs, and its key directory"}};
   }

@@ -14,14 +14,14 @@ TEST(JudgeInterface, ALargestDatagramMustFit) {
   EXPECT_NE(finding.remedy.find("ip link set eth1 mtu"), std::string::npos);
 }
 
-TEST(JudgeInterface, LossIsToldWithItsShare) {
+TEST(JudgeInterface, ReportsLossWithItsShare) {
   const Finding finding = JudgeInterface({"eth1", "10.0.0.1", 1500, 1000, 20});
   EXPECT_EQ(finding.grade, Grade::kWarn);
   EXPECT_NE(finding.what.find("2.00 % of 1000"), std::string::npos) << finding.what;
   EXPECT_FALSE(finding.remedy.empty());
 }
 
-TEST(JudgeBuffer, EachOfTheTwoLimitsIsTold) {
+TEST(JudgeBuffer, ReportsEachOfTheTwoLimits) {
   EXPECT_EQ(JudgeBuffer(Buffer::kReceive, 1 << 20).grade, Grade::kOk);
   EXPECT_EQ(JudgeBuffer(Buffer::kSend, 1 << 20).grade, Grade::kOk);
   const Finding receive = JudgeBuffer(Buffer::kReceive, 212992), send = JudgeBuffer(Buffer::kSend, 212992);
@@ -47,7 +47,7 @@ TEST(JudgePeer, AHealthyNodeNeedsNoRemedy) {
   EXPECT_TRUE(finding.remedy.empty());
 }
 
-TEST(JudgePeer, EveryTroubleIsToldWithARemedy) {
+TEST(JudgePeer, ReportsEveryProblemWithARemedy) {
   struct Case {
     const char* what;
     void (*spoil)(bus::PeerStatus*);

@@ -231,7 +231,7 @@ class Launch {
     return WriteSessionNote(note.dump() + "\n");
   }
 
-  // Takes what the logs tell; `why_` is set when the run cannot go on.
+  // Takes what the logs say; `why_` is set when the run cannot go on.
   void Listen() {
     streams_.Poll(kPoll_ms, [this](const std::string& host, const std::string& unit, const std::string& line) {
       if (unit == "registry") {
@@ -449,7 +449,7 @@ class Launch {
   std::string why_;
 };
 
-// The plan as far as it can be told without asking the hosts.
+// The plan as far as it is known without the hosts.
 void ShowPlan(const lab::Lab& lab, const scene::Scenario& scenario, const Wanted& wanted) {
   std::map<std::string, lab::HostFacts> facts;
   for (const lab::Host& host : lab.hosts) {

@@ -55,7 +55,7 @@ core::Result<Found> FindRun(const Arguments& arguments) {
 }
 
 // Returns whether all hosts answer.
-bool TellWhoIsSilent(const Found& found) {
+bool ReportSilentHosts(const Found& found) {
   for (const std::string& complaint : found.complaints) std::printf("%s\n", complaint.c_str());
   return found.complaints.empty();
 }
@@ -76,7 +76,7 @@ int Status(const Arguments& arguments) {
                 state.lease.values.empty() ? "free" : state.lease.Describe().c_str());
     std::printf("%s", answers[i].out.c_str());
   }
-  const bool do_all_answer = TellWhoIsSilent(*found);
+  const bool do_all_answer = ReportSilentHosts(*found);
   return found->lease.values.empty() || !do_all_answer ? kDoesNotHold : kHolds;
 }
 
@@ -106,7 +106,7 @@ int Stop(const Arguments& arguments) {
   if (!found) return Complain("stop", found.error().detail, kBadUsage);
   if (found->lease.values.empty()) {
     std::printf("nothing runs in this lab%s\n", found->complaints.empty() ? "" : ", as far as it answers");
-    return TellWhoIsSilent(*found) ? kHolds : kDoesNotHold;
+    return ReportSilentHosts(*found) ? kHolds : kDoesNotHold;
   }
   const std::string run = found->lease.value("run");
   std::printf("stopping %s\n", found->lease.Describe().c_str());
@@ -123,7 +123,7 @@ int Stop(const Arguments& arguments) {
   const auto collected = Collect(run, found->roots, out, found->remotes.get());
   ReleaseLeases(run, found->roots, found->remotes.get());
   for (const std::string& other : found->others) std::printf("%s; it goes on\n", other.c_str());
-  const bool do_all_answer = TellWhoIsSilent(*found);
+  const bool do_all_answer = ReportSilentHosts(*found);
   if (!collected) return Complain("stop", collected.error().detail, kDoesNotHold);
   std::printf("stopped; what it left is in %s\n", out.c_str());
   if (!do_all_answer) std::printf("what runs on hosts that do not answer goes on; ask again when they do\n");
@@ -133,7 +133,7 @@ int Stop(const Arguments& arguments) {
 int Follow(const Arguments& arguments) {
   auto found = FindRun(arguments);
   if (!found) return Complain("attach", found.error().detail, kBadUsage);
-  TellWhoIsSilent(*found);
+  ReportSilentHosts(*found);
   if (found->lease.values.empty()) return Complain("attach", "nothing runs in this lab", kDoesNotHold);
   std::printf("%s\n", found->lease.Describe().c_str());
   const std::string run = found->lease.value("run");

@@ -73,7 +73,7 @@ void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab
   for (const std::string& tool : missing) {
     complaints->Add(host.name, tool + " is missing; apt-get install supervisor rsync util-linux iproute2 there");
   }
-  // Without `ip` it could not tell its addresses.
+  // Without `ip` its addresses are not known.
   if (facts->bind.empty() && std::find(missing.begin(), missing.end(), "ip") == missing.end()) {
     complaints->Add(host.name,
                     (host.bind.empty() ? "its address towards us is not IPv4" : "it has no '" + host.bind + "'") +

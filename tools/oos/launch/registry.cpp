@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t kPoll_ns = 20'000'000;
 
-void Tell(nlohmann::json line) {
+void PrintRecord(nlohmann::json line) {
   line["time_ns"] = core::MonotonicNow_ns();
   std::printf("%s\n", line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   std::fflush(stdout);
@@ -44,50 +44,50 @@ class Watcher {
     node_->Wait(core::MonotonicNow_ns() + kPoll_ns);
     core::Event event;
     while (node_->PollEvent(&event)) {
-      Tell({{"is", event.name == "ready" ? "ready" : "event"},
-            {"node", event.source},
-            {"name", event.name},
-            {"detail", event.detail}});
+      PrintRecord({{"is", event.name == "ready" ? "ready" : "event"},
+                   {"node", event.source},
+                   {"name", event.name},
+                   {"detail", event.detail}});
     }
-    TellOfNames();
-    TellOfRefusals();
-    if (status_->has_value()) TellOfLogic(status_->value());
+    PrintNames();
+    PrintRefusals();
+    if (status_->has_value()) PrintLogic(status_->value());
   }
 
  private:
-  void TellOfNames() {
+  void PrintNames() {
     const std::vector<std::string> names = registry_->Names();
     const std::set<std::string> now(names.begin(), names.end());
     for (const std::string& name : now) {
-      if (registered_.count(name) == 0) Tell({{"is", "registered"}, {"node", name}});
+      if (registered_.count(name) == 0) PrintRecord({{"is", "registered"}, {"node", name}});
     }
     for (const std::string& name : registered_) {
-      if (now.count(name) == 0) Tell({{"is", "gone"}, {"node", name}});
+      if (now.count(name) == 0) PrintRecord({{"is", "gone"}, {"node", name}});
     }
     registered_ = now;
   }
 
-  void TellOfRefusals() {
+  void PrintRefusals() {
     const std::vector<std::string> refusals = registry_->Refusals();
     for (; num_refusals_ < refusals.size(); ++num_refusals_) {
-      Tell({{"is", "refused"}, {"detail", refusals[num_refusals_]}});
+      PrintRecord({{"is", "refused"}, {"detail", refusals[num_refusals_]}});
     }
   }
 
-  void TellOfLogic(const core::LogicStatus& status) {
+  void PrintLogic(const core::LogicStatus& status) {
     const bool runs = status.time_ns > 0;
     if (status.step == step_ && runs == runs_ && status.is_final == is_final_ && status.is_failed == is_failed_) return;
     step_ = status.step;
     runs_ = runs;
     is_final_ = status.is_final;
     is_failed_ = status.is_failed;
-    Tell({{"is", "step"},
-          {"step", status.step},
-          {"detail", status.hint},
-          {"runs", runs},
-          {"final", status.is_final},
-          {"failed", status.is_failed},
-          {"why", status.why}});
+    PrintRecord({{"is", "step"},
+                 {"step", status.step},
+                 {"detail", status.hint},
+                 {"runs", runs},
+                 {"final", status.is_final},
+                 {"failed", status.is_failed},
+                 {"why", status.why}});
   }
 
   bus::Registry* registry_;
@@ -133,9 +133,9 @@ int Run(const Arguments& arguments) {
   if (const auto started = (*node)->Start(); !started) {
     return Complain("registry", started.error().detail, kDoesNotHold);
   }
-  Tell({{"is", "up"}, {"endpoint", (*registry)->endpoint()}});
+  PrintRecord({{"is", "up"}, {"endpoint", (*registry)->endpoint()}});
   while (interrupted.load() == 0) watcher.Watch();
-  Tell({{"is", "down"}});
+  PrintRecord({{"is", "down"}});
   return kHolds;
 }
 

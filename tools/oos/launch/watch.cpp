@@ -60,7 +60,7 @@ void LogStreams::TakeLines(Stream* stream, PipedChild* child, std::string* unit,
   if (child == nullptr) return;
   child->Poll();
   for (const std::string& line : child->TakeLines()) {
-    // tail tells whose lines follow: "==> NAME.log <==".
+    // tail names the file whose lines follow: "==> NAME.log <==".
     if (line.rfind("==> ", 0) == 0 && line.size() > 12 && line.compare(line.size() - 8, 8, ".log <==") == 0) {
       *unit = line.substr(4, line.size() - 12);
     } else if (!line.empty()) {

@@ -19,8 +19,8 @@ class LogStreams {
   // `units`: of each host, in the order of the hosts.
   core::Result<void> Open(const std::string& run, const std::vector<std::string>& roots,
                           const std::vector<std::vector<std::string>>& units, Remotes* remotes);
-  // Of one host that was away: the registry's log from where it broke off, so that nothing of what the bus told is
-  // missed; the others from now on.
+  // Of one host that was away: the registry's log from where it broke off, so that nothing of what happened on the bus
+  // is missed; the others from now on.
   core::Result<void> Reopen(std::size_t host, const std::string& run, const std::string& root,
                             const std::vector<std::string>& units, Remotes* remotes);
   // Waits at most `timeout_ms` for lines.
@@ -39,7 +39,7 @@ class LogStreams {
   std::vector<Stream> streams_;  // in the order of the hosts
 };
 
-// What the registry's log has told of the run.
+// What is known of the run from the registry's log.
 class BusStory {
  public:
   // Returns what people should read of the line; empty: nothing.

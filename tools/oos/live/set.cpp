@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int64_t kPatience_ns = 2'000'000'000;
 
-void Tell(const core::ParameterChange& change, const bus::ParameterAck& ack) {
+void PrintChange(const core::ParameterChange& change, const bus::ParameterAck& ack) {
   const auto tick = static_cast<unsigned long long>(ack.tick);
   if (!ack.is_pending) {
     std::printf("%s = %g, applied at tick %llu of %s", change.name.c_str(), change.value, tick, ack.owner.c_str());
@@ -21,9 +21,8 @@ void Tell(const core::ParameterChange& change, const bus::ParameterAck& ack) {
     std::printf("%s goes to %g in %g s from tick %llu of %s\n", change.name.c_str(), change.value, change.ramp_s, tick,
                 ack.owner.c_str());
   } else {
-    std::printf(
-        "%s = %g is held at tick %llu of %s, until it gives no energy; the event parameter_settled tells when\n",
-        change.name.c_str(), change.value, tick, ack.owner.c_str());
+    std::printf("%s = %g is held at tick %llu of %s, until it gives no energy; the event parameter_settled says when\n",
+                change.name.c_str(), change.value, tick, ack.owner.c_str());
   }
   std::fflush(stdout);
 }
@@ -73,7 +72,7 @@ int Run(const Arguments& arguments) {
     return Complain("set", started.error().detail, kDoesNotHold);
   }
   const std::string owner = path.substr(0, dot);
-  // The registry has told of every node by now; observers like this one have no parameters.
+  // The registry has named every node by now; observers like this one have no parameters.
   std::vector<std::string> nodes;
   for (const bus::PeerStatus& peer : (*node)->Peers()) {
     if (!peer.is_observer) nodes.push_back(peer.name);
@@ -86,7 +85,7 @@ int Run(const Arguments& arguments) {
   }
   const auto ack = (*node)->SetParameter(owner, change, 2'000'000'000);
   if (!ack) return Complain("set", ack.error().detail, kDoesNotHold);
-  Tell(change, *ack);
+  PrintChange(change, *ack);
   if (ack->is_pending && change.manner == core::ChangeManner::kRamped) return AwaitEnd(node->get(), change);
   return kHolds;
 }

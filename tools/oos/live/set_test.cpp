@@ -66,7 +66,7 @@ class SetVerbTest : public testing::Test {
   std::string out_, error_;
 };
 
-TEST_F(SetVerbTest, TellsTheTickOfAChange) {
+TEST_F(SetVerbTest, PrintsTheTickOfAChange) {
   EXPECT_EQ(Set("haptic_node.force_cap_N", "12.5"), kHolds) << error_;
   EXPECT_EQ(out_, "force_cap_N = 12.5, applied at tick 42 of haptic_node\n");
 }

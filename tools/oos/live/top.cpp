@@ -38,7 +38,7 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
                   peer.clock_drift_ppm);
     }
   }
-  // Peers tell the sum; what came to this node is known by reason.
+  // Peers report the sum; what came to this node is known by reason.
   const bus::Counters own = node.counters();
   if (own.refused > 0) {
     std::printf("refused by %s:", node.name().c_str());

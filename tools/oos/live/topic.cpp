@@ -179,7 +179,7 @@ double DefaultSeconds(What what) {
     case What::kBw:
     case What::kDelay:
       return 5.0;
-    case What::kAccounts:  // a second until all have told theirs, and two looks at them
+    case What::kAccounts:  // a second until all have sent theirs, and two comparisons
       return 3.0;
     default:
       return 2.0;

@@ -23,7 +23,7 @@ namespace {
 constexpr std::int64_t kWait_ns = 10'000'000;
 constexpr std::int64_t kFiguresPeriod_ns = 100'000'000;
 constexpr std::int64_t kLinePeriod_ns = core::kNanosecondsPerSecond;
-constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is told of
+constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is printed
 constexpr std::int64_t kSilence_ns = 2 * core::kNanosecondsPerSecond;
 
 // The scene in words: all of it once, then what changes.
@@ -45,14 +45,14 @@ class TextViewer {
       const std::int64_t now_ns = core::MonotonicNow_ns();
       if (feed_.Apply(now_ns, &mirror_)) last_state_ns_ = now_ns;
       mirror_.Refresh(now_ns);
-      TellProcedure();
-      if (now_ns >= next_line_ns_) TellMotion(now_ns);
-      if (now_ns >= next_figures_ns_) TellFigures(now_ns);
+      PrintProcedure();
+      if (now_ns >= next_line_ns_) PrintMotion(now_ns);
+      if (now_ns >= next_figures_ns_) PublishFigures(now_ns);
     }
   }
 
  private:
-  void TellProcedure() {
+  void PrintProcedure() {
     const view::Scene& scene = mirror_.scene();
     if (scene.step != step_) {
       step_ = scene.step;
@@ -72,7 +72,7 @@ class TextViewer {
     std::fflush(stdout);
   }
 
-  void TellMotion(std::int64_t now_ns) {
+  void PrintMotion(std::int64_t now_ns) {
     // The first line comes with the first state.
     if (last_state_ns_ == 0 && now_ns - begin_ns_ < kSilence_ns) return;
     next_line_ns_ = now_ns + kLinePeriod_ns;
@@ -83,16 +83,16 @@ class TextViewer {
       std::printf("t %.1f s  %zu contact arrows\n", 1e-9 * static_cast<double>(scene.time_ns), scene.arrows.size());
       for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const glm::dvec3& p_W = scene.instances[i].X_WM.translation;
-        const auto [told, is_first] = told_.try_emplace(i, p_W);
-        if (!is_first && glm::distance(told->second, p_W) < kMoved_m) continue;
-        told->second = p_W;
+        const auto [printed, is_first] = printed_.try_emplace(i, p_W);
+        if (!is_first && glm::distance(printed->second, p_W) < kMoved_m) continue;
+        printed->second = p_W;
         std::printf("  %-24s %8.3f %8.3f %8.3f m\n", NameOf(i), p_W.x, p_W.y, p_W.z);
       }
     }
     std::fflush(stdout);
   }
 
-  void TellFigures(std::int64_t now_ns) {
+  void PublishFigures(std::int64_t now_ns) {
     next_figures_ns_ = now_ns + kFiguresPeriod_ns;
     bus::Figures figures;
     figures.items = {{view::kSceneDigestFigure, static_cast<double>(view::SceneDigest(mirror_.scene()))},
@@ -109,7 +109,7 @@ class TextViewer {
   bus::StateWriter<bus::Figures> figures_;
   std::string step_;
   std::map<std::uint32_t, glm::vec3> lamps_;
-  std::map<std::size_t, glm::dvec3> told_;
+  std::map<std::size_t, glm::dvec3> printed_;
   std::int64_t begin_ns_ = 0;
   std::int64_t last_state_ns_ = 0;
   std::int64_t next_line_ns_ = 0;

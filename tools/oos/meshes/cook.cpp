@@ -41,7 +41,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  void Tell(std::string_view stage, double fraction) {
+  void Report(std::string_view stage, double fraction) {
     const std::int64_t now_ns = core::MonotonicNow_ns();
     // A fraction that falls belongs to another part of the work.
     if (fraction < last_fraction_) begin_ns_ = now_ns;
@@ -139,15 +139,15 @@ int CookOne(const Job& job) {
   if (job.parameters.voxel_size_m > 0.0) {
     PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
   }
-  if (const auto told = PrintMemory(checked->mesh, solid, checked->report.box, job.parameters); !told) {
-    return Complain("cook", job.mesh.string() + ": " + told.error().detail, kBadUsage);
+  if (const auto printed = PrintMemory(checked->mesh, solid, checked->report.box, job.parameters); !printed) {
+    return Complain("cook", job.mesh.string() + ": " + printed.error().detail, kBadUsage);
   }
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto cooked = [&] {
     ProgressLine line(job.title);
     bus::WorkerPool workers(std::max(std::thread::hardware_concurrency(), 1U), "cook");
     return vps::Cook(
-        job.mesh, job.parameters, {}, [&](std::string_view stage, double fraction) { line.Tell(stage, fraction); },
+        job.mesh, job.parameters, {}, [&](std::string_view stage, double fraction) { line.Report(stage, fraction); },
         &workers);
   }();
   if (!cooked) return Complain("cook", cooked.error().detail, kBadUsage);

@@ -37,7 +37,7 @@ struct Request {
   std::string method;
   contact::Resolution resolution;
   double scale = 1.0;
-  bool is_size_vouched = false;  // --scale was given: whoever gave it has looked at the sizes
+  bool is_size_vouched = false;  // --scale was given: the user has checked the sizes
   double sheet_thickness_m = 0.0;
 };
 

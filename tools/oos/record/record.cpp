@@ -119,7 +119,7 @@ int Run(const Arguments& arguments) {
                                               {"clock",
                                                "CLOCK_MONOTONIC of the recorder's machine; publish times are by their "
                                                "writers' clocks, clock/" +
-                                                   name + " tells the offsets"}},
+                                                   name + " gives the offsets"}},
                                              more, *split);
   if (!recorder) return Complain("record", recorder.error().detail, kBadUsage);
   const auto duration_ns = static_cast<std::int64_t>(std::min(seconds->value_or(1e9), 1e9) * 1e9);

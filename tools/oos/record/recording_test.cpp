@@ -78,7 +78,7 @@ TEST_F(RecordingVerbTest, RecoverMendsACutFileAndInfoSaysThatItWasCut) {
 }
 
 // In a process that may allocate 8 MB more: reads what it says.
-TEST_F(RecordingVerbTest, WhatDoesNotFitIntoMemoryIsToldWithItsSizeAndARemedy) {
+TEST_F(RecordingVerbTest, WhatDoesNotFitIntoMemoryIsRefusedWithItsSizeAndARemedy) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer needs more memory than the limit of this test";
 #endif

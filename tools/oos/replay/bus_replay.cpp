@@ -159,7 +159,7 @@ core::Result<std::unique_ptr<BusReplay>> BusReplay::Open(const std::filesystem::
   if (auto done = replay->LookThrough(); !done) return tl::unexpected(done.error());
   if (replay->sources_.empty()) {
     return core::Fail(core::ErrorCode::kNotFound,
-                      file.string() + ": holds nothing that nodes published; 'oos info' tells what it holds");
+                      file.string() + ": holds nothing that nodes published; 'oos info' lists what it holds");
   }
   return replay;
 }
@@ -207,7 +207,7 @@ core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
   states_.clear();
   // What the bus holds from a later time than this goes first: another channel may be of the same topic and key.
   for (const auto& [id, source] : sources_) {
-    if (source.is_told && newest.count(id) == 0) states_.push_back({id, std::nullopt});
+    if (source.is_published && newest.count(id) == 0) states_.push_back({id, std::nullopt});
   }
   std::vector<bus::log::Message> values;
   for (auto& [id, message] : newest) values.push_back(std::move(message));
@@ -295,14 +295,14 @@ bool BusReplay::IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* nu
   return true;
 }
 
-bool BusReplay::TellState(std::int64_t now_ns) {
+bool BusReplay::PublishState(std::int64_t now_ns) {
   const StateToTell& state = states_.front();
   Source& source = sources_.at(state.channel);
-  std::uint64_t num_told = 0;  // told before, in the recording's time: not counted again
-  if (!IsDone(state.message ? source.outlet->Take(*state.message) : source.outlet->Empty(), now_ns, &num_told)) {
+  std::uint64_t num_before = 0;  // published before, in the recording's time: not counted again
+  if (!IsDone(state.message ? source.outlet->Take(*state.message) : source.outlet->Empty(), now_ns, &num_before)) {
     return false;
   }
-  if (num_told > 0) source.is_told = state.message.has_value();
+  if (num_before > 0) source.is_published = state.message.has_value();
   states_.pop_front();
   return true;
 }
@@ -311,7 +311,7 @@ core::Result<bool> BusReplay::Publish(std::int64_t now_ns) {
   Source& source = sources_.at(next_->channel_id);
   const std::uint64_t before = num_published_;
   if (!IsDone(source.outlet->Take(*next_), now_ns, &num_published_)) return false;
-  source.is_told |= source.outlet->is_state() && num_published_ > before;
+  source.is_published |= source.outlet->is_state() && num_published_ > before;
   position_ns_ = next_->log_time_ns;
   if (auto done = Fetch(); !done) return tl::unexpected(done.error());
   return true;
@@ -319,7 +319,7 @@ core::Result<bool> BusReplay::Publish(std::int64_t now_ns) {
 
 core::Result<void> BusReplay::Advance(std::int64_t now_ns) {
   while (!states_.empty()) {
-    if (!TellState(now_ns)) return {};
+    if (!PublishState(now_ns)) return {};
   }
   const auto is_due = [&] {
     if (!next_) return false;

@@ -25,7 +25,7 @@ class Outlet {
   // A message of the channel. Parts of one that was split are put together first.
   virtual Took Take(const bus::log::Message& message) = 0;
   [[nodiscard]] virtual bool is_state() const { return false; }
-  // Of a state: tells an empty value, as a bus cannot take one back.
+  // Of a state: publishes an empty value, as a bus cannot take one back.
   virtual Took Empty() { return Took::kNever; }
 };
 
@@ -54,7 +54,7 @@ class BusReplay {
   void Declare(bus::Node* node);
 
   // From now on, `from_s` after the first message. Whoever listens gets the state as of then first: by Advance, also
-  // while it pauses. What this replay has told and what was not there yet at that time becomes an empty value.
+  // while it pauses. What this replay has published and did not exist yet at that time becomes an empty value.
   core::Result<void> Seek(double from_s, std::int64_t now_ns);
   void Obey(const ReplayCommand& command, std::int64_t now_ns);  // kSeek: by Seek
   // Publishes what is due. Errors: kDamaged.
@@ -67,7 +67,7 @@ class BusReplay {
   [[nodiscard]] double position_s() const;  // of the last message, from the first one
   [[nodiscard]] double duration_s() const { return static_cast<double>(last_ns_ - first_ns_) * 1e-9; }
   [[nodiscard]] std::uint64_t num_published() const { return num_published_; }
-  // Which the bus would not take, or which cannot be read. Among them states that a seek had to tell.
+  // Which the bus would not take, or which cannot be read. Among them states that a seek had to publish.
   [[nodiscard]] std::uint64_t num_not_published() const { return num_not_published_; }
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
 
@@ -77,17 +77,17 @@ class BusReplay {
   struct Source {
     const bus::TopicRule* rule = nullptr;
     std::string topic, key;
-    bool is_told = false;  // a state of which the bus holds a value by now
+    bool is_published = false;  // a state of which the bus holds a value by now
     std::shared_ptr<Outlet> outlet;
   };
-  // What a seek has to tell before anything else.
+  // What a seek has to publish before anything else.
   struct StateToTell {
     std::uint16_t channel = 0;
     std::optional<bus::log::Message> message;  // nothing: an empty value
   };
   core::Result<void> LookThrough();
   core::Result<void> Fetch();
-  bool TellState(std::int64_t now_ns);
+  bool PublishState(std::int64_t now_ns);
   core::Result<bool> Publish(std::int64_t now_ns);
   bool IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* num_taken);
   [[nodiscard]] std::int64_t DueOf(std::uint64_t log_time_ns) const;

@@ -32,7 +32,7 @@ core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std
   return *scenario;
 }
 
-void TellWhatDiffers(const lockstep::RecordedNode& recorded, const scene::Scenario& scenario) {
+void ReportPlatformDifferences(const lockstep::RecordedNode& recorded, const scene::Scenario& scenario) {
   const bus::log::TextMap here = replay::DescribeRun(scenario);
   if (Text(recorded.about, "scenario_digest") != here.at("scenario_digest")) {
     std::printf("%s: NOTE the scenario is not the one that was recorded (digest %s, now %s)\n", recorded.node.c_str(),
@@ -88,7 +88,7 @@ int RunSteps(const Arguments& arguments) {
     is_there = true;
     const auto scenario = FindScenario(arguments, file, recorded);
     if (!scenario) return Complain("replay", scenario.error().detail, kBadUsage);
-    TellWhatDiffers(recorded, *scenario);
+    ReportPlatformDifferences(recorded, *scenario);
     const auto outcome = lockstep::ReplaySteps(file, recorded, *scenario, *options);
     if (!outcome) {
       worst = Complain("replay", file.string() + ", " + recorded.node + ": " + outcome.error().detail, kBadUsage);

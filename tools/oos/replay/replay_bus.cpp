@@ -17,7 +17,7 @@ namespace oos {
 namespace {
 
 constexpr std::int64_t kPoll_ns = 10'000'000;
-// At the end, for what has been told to arrive.
+// At the end, for what was published to arrive.
 constexpr std::int64_t kDelivery_ns = 2 * core::kNanosecondsPerSecond;
 
 // Lines of standard input, as they come; the end of the input is no command.
@@ -49,7 +49,7 @@ class CommandLines {
   bool is_closed_ = false;
 };
 
-void Tell(const BusReplay& replay, const char* what) {
+void PrintState(const BusReplay& replay, const char* what) {
   std::printf("%s at %.3f of %.3f s, %llu messages\n", what, replay.position_s(), replay.duration_s(),
               static_cast<unsigned long long>(replay.num_published()));
   std::fflush(stdout);
@@ -71,7 +71,7 @@ core::Result<bool> Obey(const std::string& line, BusReplay* replay) {
     replay->Obey(*command, now_ns);
   }
   if (auto done = replay->Advance(now_ns); !done) return tl::unexpected(done.error());
-  Tell(*replay, replay->is_paused() ? "paused" : "playing");
+  PrintState(*replay, replay->is_paused() ? "paused" : "playing");
   return true;
 }
 
@@ -137,7 +137,7 @@ int RunBusReplay(const Arguments& arguments) {
   if (done) done = Play(from_s->value_or(0.0), arguments.has("--loop"), node->get(), replay->get());
   if (!done) return Complain("replay", done.error().detail, kDoesNotHold);
   const std::string open = WaitForDelivery(node->get());
-  Tell(**replay, "ended");
+  PrintState(**replay, "ended");
   if ((*replay)->num_not_published() > 0) {
     return Complain("replay",
                     std::to_string((*replay)->num_not_published()) +

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMaxDisagreement = 0.05;
 
-// Times of two clocks without a bound tell nothing, and are not printed.
+// Times of two clocks without a bound mean nothing and are not printed.
 void PrintRow(const std::string& name, const Distribution& d, std::optional<std::int64_t> bound_ns) {
   if (!bound_ns) {
     std::printf("  %-36s the clocks were not compared\n", name.c_str());

@@ -9,7 +9,7 @@
 
 namespace oos {
 
-// What a run of either kind (processes, lock-step) tells beside the nodes' own files.
+// What is known of a run of either kind (processes, lock-step) beside the nodes' own files.
 struct RunFacts {
   bool is_completed = false;
   std::string why;  // when not

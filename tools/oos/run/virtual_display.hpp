@@ -8,7 +8,7 @@
 namespace oos {
 
 // Starts an X server without a screen (Xvfb) in the group; returns its DISPLAY, e.g. ":7". The server picks a free
-// number itself and tells it when it accepts clients, so there is no race and nothing to wait for.
+// number itself and reports it when it accepts clients, so there is no race and nothing to wait for.
 core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::filesystem::path& log);
 
 }  // namespace oos

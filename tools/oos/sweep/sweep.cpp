@@ -129,7 +129,7 @@ core::Result<void> WriteRun(const scene::Scenario& scenario, const std::vector<G
   return {};
 }
 
-// Folders of runs appear once all are good and the plan tells what they are: what is in `runs` is never of another
+// Folders of runs appear once all are good and the plan is written: what is in `runs` is never of another
 // plan. A folder that has them already keeps them.
 core::Result<void> WriteFolders(const scene::Scenario& scenario, const std::vector<GridAxis>& axes,
                                 const std::vector<SweepRun>& runs, const std::filesystem::path& out) {

@@ -313,13 +313,13 @@ class Process {
   int fd_;
 };
 
-// A sweep in a process of its own, whose processes tell of themselves through one pipe and stay until the test lets go
+// A sweep in a process of its own, whose processes announce themselves through one pipe and stay until the test lets go
 // of another.
 class KilledSweep : public Sweep {
  protected:
   void SetUp() override {
     Sweep::SetUp();
-    for (const auto& [fd, file] : {std::pair{&told_fd_, told_}, {&stay_fd_, stay_}}) {
+    for (const auto& [fd, file] : {std::pair{&announced_fd_, announced_}, {&stay_fd_, stay_}}) {
       ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
       *fd = open(file.c_str(), O_RDWR | O_CLOEXEC);
       ASSERT_GE(*fd, 0);
@@ -328,16 +328,16 @@ class KilledSweep : public Sweep {
   void TearDown() override {
     sweep_.reset();
     // In this order nobody begins to wait any more.
-    std::filesystem::remove(told_);
+    std::filesystem::remove(announced_);
     std::filesystem::remove(stay_);
-    close(told_fd_);
+    close(announced_fd_);
     close(stay_fd_);
     Sweep::TearDown();
   }
 
   [[nodiscard]] std::string Stays() const {
     // What is ignored stays so across exec.
-    return "trap '' TERM INT HUP\necho $$ > '" + told_.string() + "'\nexec cat '" + stay_.string() + "'";
+    return "trap '' TERM INT HUP\necho $$ > '" + announced_.string() + "'\nexec cat '" + stay_.string() + "'";
   }
   void Start(std::vector<std::string> more = {}) {
     std::vector<std::string> words = {std::string(VR_OOS_BINARY_DIR) + "/bin/oos", "sweep",
@@ -348,15 +348,15 @@ class KilledSweep : public Sweep {
     ASSERT_TRUE(child) << child.error().detail;
     sweep_ = std::move(*child);
   }
-  // The next process that tells of itself.
+  // The next process that announces itself.
   std::unique_ptr<Process> Next() {
     std::string line;
-    for (char c = 0; IsTold(30'000) && read(told_fd_, &c, 1) == 1 && c != '\n';) line += c;
+    for (char c = 0; IsAnnounced(30'000) && read(announced_fd_, &c, 1) == 1 && c != '\n';) line += c;
     EXPECT_NE(line, "") << "nothing was started";
     return line.empty() ? nullptr : std::make_unique<Process>(std::stoi(line));
   }
-  [[nodiscard]] bool IsTold(int timeout_ms) const {
-    pollfd p{told_fd_, POLLIN, 0};
+  [[nodiscard]] bool IsAnnounced(int timeout_ms) const {
+    pollfd p{announced_fd_, POLLIN, 0};
     return poll(&p, 1, timeout_ms) == 1;
   }
   [[nodiscard]] std::unique_ptr<Process> Child() const {
@@ -368,8 +368,8 @@ class KilledSweep : public Sweep {
 
   static constexpr int kPatience_ms = 20'000;
   const std::vector<std::string> words_ = {"--grid", "run.method=paper,fast", "--seeds", "2"};
-  const std::filesystem::path told_ = folder_ / "told", stay_ = folder_ / "stay";
-  int told_fd_ = -1, stay_fd_ = -1;
+  const std::filesystem::path announced_ = folder_ / "announced", stay_ = folder_ / "stay";
+  int announced_fd_ = -1, stay_fd_ = -1;
   std::unique_ptr<PipedChild> sweep_;
 };
 
