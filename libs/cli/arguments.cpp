@@ -66,19 +66,17 @@ tl::unexpected<core::Error> Refuse(const std::string& why) {
   return core::Fail(core::ErrorCode::kInvalidInput, why);
 }
 
-// CLI11 names the option in its own words; ours name what is accepted.
+// CLI11 names the option first, with or without its dashes, and then what is wrong in its own words.
 std::string Reword(const CLI::ParseError& error, const Syntax& syntax) {
-  const std::string said = error.what();
+  const std::string message = error.what();
+  const std::size_t begin = std::min(message.find_first_not_of('-'), message.size());
+  const std::string named = "--" + message.substr(begin, message.find_first_of(": ", begin) - begin);
   for (const Option& option : syntax.options) {
-    const std::string name(option.name);
-    const bool is_named = said.rfind(name, 0) == 0 &&
-                          (said.size() == name.size() || !std::isalnum(said[name.size()])) &&
-                          said.compare(name.size(), 1, "_") != 0 && said.compare(name.size(), 1, "-") != 0;
-    if (!is_named) continue;
-    if (option.value_name.empty()) return name + " takes no value";
-    return name + " needs a value: " + std::string(option.value_name);
+    if (option.name != named) continue;
+    return named +
+           (option.value_name.empty() ? " takes no value" : " needs a value: " + std::string(option.value_name));
   }
-  return said;
+  return message;
 }
 
 bool IsUnknownOption(const std::string& word) {
