@@ -12,6 +12,26 @@ TEST(CommandLine, BadUsageIsStatusTwo) {
   EXPECT_EQ(RunCommandLine({"run", "/nonexistent/scenario.xml"}), kBadUsage);
 }
 
+TEST(CommandLine, EveryVerbRefusesAnUnknownOption) {
+  for (const Verb& verb : AllVerbs()) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(RunCommandLine({std::string(verb.name), "--no_such_option_anywhere"}), kBadUsage) << verb.name;
+    const std::string complaint = testing::internal::GetCapturedStderr();
+    EXPECT_NE(complaint.find("unknown option --no_such_option_anywhere"), std::string::npos) << complaint;
+  }
+}
+
+TEST(CommandLine, AMisspelledVerbOrOptionBringsTheNearestRightOne) {
+  const auto complaint = [](const std::vector<std::string>& words) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(RunCommandLine(words), kBadUsage);
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_NE(complaint({"rnu"}).find("did you mean 'run'?"), std::string::npos);
+  EXPECT_NE(complaint({"run", "touch", "--wrokers", "2"}).find("unknown option --wrokers; did you mean --workers?"),
+            std::string::npos);
+}
+
 TEST(CommandLine, EveryVerbExplainsItself) {
   for (const Verb& verb : AllVerbs()) {
     EXPECT_EQ(RunCommandLine({std::string(verb.name), "--help"}), kHolds) << verb.name;
