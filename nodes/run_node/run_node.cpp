@@ -30,7 +30,7 @@ cli::Syntax SyntaxOf(const Program& program) {
   syntax.options.push_back({"--tcp_topics", "PATTERNS", "LATEST topics that go by ZeroMQ instead of UDP, with commas"});
   syntax.options.push_back({"--multicast", "GROUP:PORT", "LATEST goes once to a group; default: to each reader"});
   if (!program.thread.empty()) {
-    syntax.options.push_back({"--rt", "try|off|enforce", "real-time priority", "try", cli::OneOf("off|try|enforce")});
+    syntax.options.push_back({"--rt", "try|off|enforce", "real-time priority", "try", cli::OneOf("try|off|enforce")});
   }
   if (program.can_record_steps) {
     syntax.options.push_back({"--steps", "FILE.mcap", "every step with all that it reads, for 'oos replay'"});
