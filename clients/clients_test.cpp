@@ -1,4 +1,5 @@
-// topics.json is the clients' copy of libs/bus/topics.hpp, vectors/envelopes.json what both sides read and write alike.
+// The clients' tables and test vectors against the bus in C++: topics.json is a copy of libs/bus/topics.hpp;
+// vectors/envelopes.json holds messages that every implementation must read and write alike.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,7 +38,7 @@ std::string ToHex(std::span<const std::uint8_t> bytes) {
   return hex;
 }
 
-TEST(ClientTopics, AreTheTopicTable) {
+TEST(ClientTopics, EqualTheTopicTableOfTheBus) {
   json rules = json::array();
   for (const bus::TopicRule& rule : bus::kTopicRules) {
     rules.push_back({{"pattern", rule.pattern},
@@ -49,7 +50,7 @@ TEST(ClientTopics, AreTheTopicTable) {
   EXPECT_EQ(ReadJson("topics.json").at("rules"), rules) << "clients/topics.json should be:\n" << rules.dump(1);
 }
 
-TEST(ClientVectors, DigestsAndIdsAreThoseOfTheBus) {
+TEST(ClientVectors, DigestsAndIdsEqualThoseOfTheBus) {
   const json vectors = ReadJson("vectors/hashes.json");
   for (const json& topic : vectors.at("topics")) {
     EXPECT_EQ(bus::TopicId(topic.at("name").get<std::string>()), topic.at("id")) << topic;

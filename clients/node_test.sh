@@ -1,8 +1,8 @@
 #!/bin/sh
-# node_test.sh FOLDER TEST [OTHER_FOLDER...]: runs FOLDER/TEST with the packages that the folders' package-lock.json name;
-# those that are not there are installed. Exit status 77 (skipped) when npm's registry cannot be reached for them.
+# node_test.sh FOLDER TEST [OTHER_FOLDER...]: runs FOLDER/TEST with the packages that each folder's package-lock.json
+# names; missing ones are installed. Exit status 77 (skipped) when they are missing and npm's registry is unreachable.
 set -eu
-# An unreachable registry is found out in seconds, not minutes.
+# Short timeouts: an unreachable registry is noticed in seconds, not minutes.
 export NPM_CONFIG_FETCH_RETRY_MINTIMEOUT=1000 NPM_CONFIG_FETCH_RETRY_MAXTIMEOUT=5000
 folder=$1 test=$2
 shift 2

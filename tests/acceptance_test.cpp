@@ -1,4 +1,5 @@
-// The scenarios from start to end in lock-step: what a run must hold, and what a step of a node must not do.
+// Every scenario from start to end in lock-step: the procedure completes, force and momentum stay within their bounds,
+// and no step of a real-time node allocates, locks or logs.
 
 #include "tests/support/acceptance.hpp"
 
@@ -39,19 +40,19 @@ lockstep::Outcome RunWith(scene::Scenario scenario, scene::ContactInput input, s
   return outcome;
 }
 
-TEST(Acceptance, TouchWithPlanes) {
+TEST(Acceptance, CompletesTouchWithPlanes) {
   ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kPlanes, 1), kTouchSteps);
 }
 
-TEST(Acceptance, TouchWithThePapersWrench) {
+TEST(Acceptance, CompletesTouchWithThePapersWrench) {
   ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kWrench, 1), kTouchSteps);
 }
 
-TEST(Acceptance, TouchWithHardContact) {
+TEST(Acceptance, CompletesTouchWithHardContact) {
   ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kManifold, 1), kTouchSteps);
 }
 
-TEST(Acceptance, TouchWithAnArmOfSevenJoints) {
+TEST(Acceptance, CompletesTouchWithAnArmOfSevenJoints) {
   scene::Scenario scenario = Load("touch");
   scenario.devices.at(0).type = "simulated_hug";
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kTouchSteps);
@@ -61,19 +62,19 @@ TEST(Acceptance, ServiceRobotYieldsToAPushAndHoldsWhenLocked) {
   ExpectCompleted(RunWith(Load("service_robot"), scene::ContactInput::kPlanes, 1), {"push", "lock"});
 }
 
-TEST(Acceptance, PegInHoleWithPlanes) {
+TEST(Acceptance, CompletesPegInHoleWithPlanes) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kPlanes, 1), kPegSteps);
 }
 
-TEST(Acceptance, PegInHoleWithThePapersWrench) {
+TEST(Acceptance, CompletesPegInHoleWithThePapersWrench) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kWrench, 1), kPegSteps);
 }
 
-TEST(Acceptance, PegInHoleWithHardContact) {
+TEST(Acceptance, CompletesPegInHoleWithHardContact) {
   ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kManifold, 1), kPegSteps);
 }
 
-TEST(Acceptance, PegsWithTheMethodFast) {
+TEST(Acceptance, CompletesBothPegsWithTheMethodFast) {
   for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {  // 0.5 and 0.1 mm of clearance
     scene::Scenario scenario = Load(name);
     scenario.method = "fast";
@@ -81,25 +82,25 @@ TEST(Acceptance, PegsWithTheMethodFast) {
   }
 }
 
-// No hand takes part.
-TEST(Acceptance, FreeCollision) {
+// Without a haptic device.
+TEST(Acceptance, CompletesFreeCollision) {
   const lockstep::Outcome outcome = RunWith(Load("free_collision"), scene::ContactInput::kPlanes, 1);
   EXPECT_TRUE(outcome.is_completed) << outcome.why;
 }
 
-TEST(Acceptance, ModuleReplacementWithTheMethodPaper) {
+TEST(Acceptance, CompletesModuleReplacementWithTheMethodPaper) {
   scene::Scenario scenario = Load("module_replacement");
   ASSERT_EQ(scenario.method, "paper");
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
-TEST(Acceptance, ModuleReplacementWithTheMethodFast) {
+TEST(Acceptance, CompletesModuleReplacementWithTheMethodFast) {
   scene::Scenario scenario = Load("module_replacement");
   scenario.method = "fast";
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
-TEST(Acceptance, RunsEveryScenario) {
+TEST(Acceptance, CoversEveryScenario) {
   const std::set<std::string> run{"touch", "service_robot", "peg_in_hole", "free_collision", "module_replacement"};
   std::set<std::string> shipped;
   for (const auto& entry : std::filesystem::directory_iterator(VR_OOS_SOURCE_DIR "/scenarios")) {

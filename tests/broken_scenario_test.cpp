@@ -1,5 +1,5 @@
-// `oos check` on scenarios with one mistake each: the first thing it says names the file, the line, what is wrong, why,
-// and a remedy. The mistakes are made in copies of the project's own scenarios.
+// `oos check` on scenarios with one mistake each: its first message names the file, the line, what is wrong, why, and a
+// remedy. The mistakes are made in copies of the project's own scenarios.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -22,7 +22,7 @@ struct Mistake {
   std::string file;  // that holds the mistake
   std::string from;  // occurs once
   std::string to;
-  std::string at;      // text in the line that is to be named, after the change
+  std::string at;      // text in the line that the message must name, after the change
   std::string cause;   // in the message
   std::string remedy;  // behind "Fix:"
 };
@@ -77,14 +77,14 @@ TEST_P(BrokenScenario, IsNamedWithFileLineCauseAndRemedy) {
 INSTANTIATE_TEST_SUITE_P(Mistakes, BrokenScenario, ::testing::ValuesIn(kMistakes),
                          [](const auto& test) { return test.param.name; });
 
-TEST(SoundScenario, TheScenariosOfTheProjectAre) {
+TEST(SoundScenario, HasNoProblemsInAnyScenarioOfTheProject) {
   for (const char* name : {"touch", "peg_in_hole", "module_replacement"}) {
     const oos::CheckOutcome outcome = oos::CheckScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios" / name);
     EXPECT_TRUE(outcome.problems.empty()) << outcome.problems.front();
   }
 }
 
-TEST(BrokenScenarioMesh, DamagedIsNamed) {
+TEST(BrokenScenarioMesh, IsNamedWhenDamaged) {
   ScenarioCopy copy("peg_in_hole", "damaged");
   copy.Write("meshes/peg.obj", "no mesh at all\n");
   const oos::CheckOutcome outcome = oos::CheckScenario(copy.folder());
@@ -92,7 +92,7 @@ TEST(BrokenScenarioMesh, DamagedIsNamed) {
   ExpectSaid(outcome.problems.front(), "scenario.xml:", "peg.obj", "");
 }
 
-TEST(BrokenScenarioMesh, InMillimetresIsNamed) {
+TEST(BrokenScenarioMesh, IsNamedWhenInMillimetres) {
   ScenarioCopy copy("peg_in_hole", "millimetres");
   std::istringstream in(copy.Read("meshes/peg.obj"));
   std::ostringstream out;

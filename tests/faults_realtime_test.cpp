@@ -1,4 +1,4 @@
-// Kills nodes of a running system in the middle of a contact. Real processes, real time.
+// Nodes of a running system are killed during a contact. Real processes, real time.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -23,7 +23,7 @@ struct ForceSample {
   double force_N = 0.0;
 };
 
-// The bridge's own log: what the device was given at each tick.
+// The force commanded to the device at each tick, from the log of device_bridge.
 std::vector<ForceSample> ReadForces(const std::filesystem::path& folder) {
   std::ifstream in(folder / "device_bridge_force.csv");
   std::vector<ForceSample> samples;
@@ -90,7 +90,7 @@ double LargestForceBetween(const KilledRun& run, double from_s, double to_s) {
   return largest_N;
 }
 
-// Largest change from one tick to the next: the operator's own pressing is slow, a fault is not.
+// Largest change from one tick to the next: the operator presses slowly, so a large one comes from a fault.
 double LargestJumpBetween(const KilledRun& run, double from_s, double to_s) {
   double largest_N = 0.0;
   for (std::size_t i = 1; i < run.forces.size(); ++i) {
@@ -156,7 +156,7 @@ TEST(Faults, KillingTheHapticNodeTakesTheForceAwayWithin60ms) {
 TEST(Faults, KillingThePhysicsNodeTakesTheForceAwayWithin60ms) {
   ExpectForceIsGone("physics_node");
 }
-// A process that is stopped sends nothing and closes nothing: for its peers that is a link that was cut.
+// A stopped process sends nothing and closes no socket: to its peers it looks like a cut link.
 TEST(Faults, CuttingTheLinkToTheHapticNodeTakesTheForceAwayWithin60ms) {
   ExpectForceIsGone("haptic_node", SIGSTOP);
 }

@@ -13,7 +13,7 @@
 namespace system_tests {
 namespace {
 
-// Bit for bit where libm and compiler are those of the recording; else within the tolerance, and said so.
+// Bit for bit where libm and compiler are those of the recording; else within the tolerance, with a note in the output.
 void ExpectEqual(const std::string& node) {
   const lockstep::RecordedNode recorded = GoldenNode(node);
   lockstep::StepsOptions options;
@@ -54,7 +54,7 @@ TEST(Golden, IsSmallAndStatesWhereItsBitsComeFrom) {
   }
 }
 
-// The stretch holds what it is for.
+// A stretch without contact would test little.
 TEST(Golden, HoldsAContactThatTheHandFeels) {
   bool is_touching = false;
   const lockstep::RecordedNode recorded = GoldenNode("haptic_node");
@@ -71,7 +71,7 @@ TEST(Golden, HoldsAContactThatTheHandFeels) {
   EXPECT_TRUE(is_touching);
 }
 
-// With a constant changed by a thousandth the replay must not be equal, and the difference must have a name.
+// With a constant changed by a thousandth the replay must differ, and the report must name the field that does.
 lockstep::StepsOutcome WithScenario(const std::string& node, const scene::Scenario& scenario,
                                     const lockstep::StepsOptions& options = {}) {
   const auto outcome = lockstep::ReplaySteps(GoldenFile(), GoldenNode(node), scenario, options);
@@ -92,7 +92,7 @@ TEST(Golden, AHeavierHandleIsCaughtAndNamed) {
   EXPECT_FALSE(outcome.growth.empty());
 }
 
-// A checkpoint holds the figures that can be changed while the scene runs, so those of mechanisms are changed in there.
+// Mechanism parameters can change during a run, so the checkpoint holds them: they are changed there.
 TEST(Golden, AChangedSpringOfTheSnapIsCaughtAndNamed) {
   const scene::Scenario scenario = Load("module_replacement");
   const int snap = scenario.FindMechanism("hook_old");
@@ -116,7 +116,7 @@ TEST(Golden, AChangedSpringOfTheCouplingIsCaughtAndNamed) {
   EXPECT_NE(outcome.name.find("stiffness_N_per_m"), std::string::npos) << outcome.name;
 }
 
-TEST(Golden, AParameterThatIsChangedInTheReplayIsCaught) {
+TEST(Golden, AParameterChangedInTheReplayIsCaught) {
   lockstep::StepsOptions options;
   options.mutations = {{"force_cap_N", 0.5}};
   const lockstep::StepsOutcome outcome = WithScenario("haptic_node", Load("module_replacement"), options);
@@ -124,7 +124,7 @@ TEST(Golden, AParameterThatIsChangedInTheReplayIsCaught) {
   EXPECT_TRUE(outcome.name.starts_with("device/right/command:F_Do_W.force_N")) << outcome.name;
 }
 
-TEST(Golden, SpeedDoesNotMatter) {
+TEST(Golden, ReplaySpeedChangesNoResult) {
   for (const char* node : {"logic_node", "physics_node"}) {
     lockstep::StepsOptions options;
     const std::uint64_t digest = WithScenario(node, Load("module_replacement"), options).digest;
@@ -142,7 +142,7 @@ TEST(Golden, StepsOfAnotherVersionAreRefusedByName) {
   EXPECT_NE(outcome.error().detail.find("logic_node"), std::string::npos) << outcome.error().detail;
 }
 
-TEST(Golden, WithoutItsCheckpointItIsRefused) {
+TEST(Golden, StepsWithoutTheirCheckpointAreRefused) {
   lockstep::RecordedNode recorded = GoldenNode("physics_node");
   recorded.checkpoint.clear();
   const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});

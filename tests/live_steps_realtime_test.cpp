@@ -11,7 +11,7 @@
 namespace system_tests {
 namespace {
 
-TEST(LiveSteps, WhatRunningNodesDidIsDoneAgainBitForBit) {
+TEST(LiveSteps, OfRunningNodesReplayBitForBit) {
   const std::filesystem::path out = std::filesystem::path(VR_OOS_BINARY_DIR) / "live_steps";
   std::filesystem::remove_all(out);
   std::filesystem::create_directories(out / "steps");
@@ -31,7 +31,7 @@ TEST(LiveSteps, WhatRunningNodesDidIsDoneAgainBitForBit) {
     ASSERT_EQ(recorded->size(), 1U);
     const auto outcome = lockstep::ReplaySteps(file, recorded->front(), scenario, {});
     if (!outcome && outcome.error().detail.find("time ran short") != std::string::npos) {
-      std::printf("%s: %s\n", node.c_str(), outcome.error().detail.c_str());  // a busy machine; said, not passed over
+      std::printf("%s: %s\n", node.c_str(), outcome.error().detail.c_str());  // a busy machine: reported, no failure
       continue;
     }
     ASSERT_TRUE(outcome) << outcome.error().detail;

@@ -28,7 +28,7 @@ namespace {
 constexpr const char* kOos = VR_OOS_BINARY_DIR "/bin/oos";
 constexpr const char* kSession = "7";
 
-// `oos registry` with keys that it has made, in a folder that goes with the test; what joins it is encrypted.
+// Starts `oos registry` with keys of its own, in a folder that is removed with the test. The session is encrypted.
 class McapProcesses : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -41,8 +41,8 @@ class McapProcesses : public ::testing::Test {
       process::WaitForAny({registry_.get()}, 10);
       registry_->Poll();
       for (const std::string& line : registry_->TakeLines()) {
-        const auto told = nlohmann::json::parse(line, nullptr, false);
-        if (told.is_object() && told.value("is", "") == "up") endpoint_ = told.value("endpoint", "");
+        const auto report = nlohmann::json::parse(line, nullptr, false);
+        if (report.is_object() && report.value("is", "") == "up") endpoint_ = report.value("endpoint", "");
       }
       return !endpoint_.empty() || registry_->has_ended();
     }));
@@ -59,7 +59,7 @@ class McapProcesses : public ::testing::Test {
     EXPECT_TRUE(child) << child.error().detail;
     return child ? std::move(*child) : nullptr;
   }
-  // The same in the session of the test.
+  // Starts `oos` with these words and the options that join the test's session.
   [[nodiscard]] std::unique_ptr<process::PipedChild> StartAttached(std::vector<std::string> words) const {
     words.insert(words.end(), {"--registry", endpoint_, "--session", kSession, "--keys", keys()});
     return Start(words);
@@ -101,10 +101,10 @@ class McapProcesses : public ::testing::Test {
   std::string endpoint_;
 };
 
-// A node that looks at the procedure's step.
-class Onlooker {
+// A node that reads the procedure's step from the bus.
+class StepObserver {
  public:
-  explicit Onlooker(std::unique_ptr<bus::Node> node)
+  explicit StepObserver(std::unique_ptr<bus::Node> node)
       : node_(std::move(node)), status_(node_->ReadState<core::LogicStatus>("logic/status")) {
     const auto started = node_->Start();
     EXPECT_TRUE(started) << started.error().detail;
@@ -135,17 +135,17 @@ int WaitForEnd(process::PipedChild* child) {
   return child->status();
 }
 
-TEST_F(McapProcesses, AReplayJoinsAnEncryptedSessionAndSeekZeroTakesBackWhatCameLater) {
+TEST_F(McapProcesses, AReplayJoinsAnEncryptedSessionAndSeekZeroUndoesLaterStates) {
   RecordSteps(File("steps.mcap"), 3);
   const auto replay = StartAttached({"replay", File("steps.mcap").string(), "--pause"});
   ASSERT_NE(replay, nullptr);
-  Onlooker early(Join("client-early"));
+  StepObserver early(Join("client-early"));
   replay->Write("step 2\n");
   ASSERT_TRUE(early.Sees("step_2", replay.get()));
   replay->Write("seek 0\n");
   ASSERT_TRUE(early.Sees("", replay.get()));
-  Onlooker late(Join("client-late"));
-  ASSERT_TRUE(late.Sees("", replay.get())) << "whoever comes later must not see the future";
+  StepObserver late(Join("client-late"));
+  ASSERT_TRUE(late.Sees("", replay.get())) << "a node that joins after the seek must not see later states";
   replay->Write("step\n");
   ASSERT_TRUE(early.Sees("step_1", replay.get()));
   ASSERT_TRUE(late.Sees("step_1", replay.get()));
@@ -155,7 +155,7 @@ TEST_F(McapProcesses, AReplayJoinsAnEncryptedSessionAndSeekZeroTakesBackWhatCame
   EXPECT_NE(replay->out().find("ended at 0.002 of 0.002 s"), std::string::npos) << replay->out();
 }
 
-TEST_F(McapProcesses, AReplayLooksAtItsFileBeforeAnythingElse) {
+TEST_F(McapProcesses, AReplayReadsItsFileBeforeItJoinsTheSession) {
   const auto answer =
       process::RunHere({kOos, "replay", File("missing.mcap").string(), "--registry", "tcp://127.0.0.1:1", "--session",
                         kSession, "--keys", File("nowhere").string()});
@@ -164,7 +164,7 @@ TEST_F(McapProcesses, AReplayLooksAtItsFileBeforeAnythingElse) {
   EXPECT_NE(answer->err.find("missing.mcap: cannot be read"), std::string::npos) << answer->err;
 }
 
-// Sequence numbers of what one writer emitted, as a file holds them by now.
+// Sequence numbers of one writer's events that the file holds so far.
 std::vector<std::uint32_t> SequencesOf(const std::filesystem::path& file, const std::string& writer) {
   std::vector<std::uint32_t> sequences;
   if (!std::filesystem::exists(file)) return sequences;
@@ -182,7 +182,7 @@ TEST_F(McapProcesses, AKilledOosRecordKeepsWhatItHadFlushedWithoutAHole) {
   ASSERT_NE(recorder, nullptr);
   const auto source = Join("client-source");
   ASSERT_TRUE(source->Start());
-  // Reading the file over and over would keep the recorder from its processor: it is looked at when it has grown.
+  // The file is read again only when it has grown: reading it all the time would take the processor from the recorder.
   std::uintmax_t size = 0;
   std::vector<std::uint32_t> flushed;
   std::uint64_t num_emitted = 0;
@@ -214,7 +214,7 @@ TEST_F(McapProcesses, AKilledOosRecordKeepsWhatItHadFlushedWithoutAHole) {
   }
 }
 
-TEST_F(McapProcesses, WhatAnOnlookerRecordsTellsScenarioPlatformHostsAndClocks) {
+TEST_F(McapProcesses, AnObserversRecordingHoldsScenarioPlatformHostsAndClocks) {
   bus::NodeOptions options;
   const auto logic = Join("logic_node", &options);
   auto bulk = bus::BulkServer::Create(logic.get(), options);
@@ -225,7 +225,7 @@ TEST_F(McapProcesses, WhatAnOnlookerRecordsTellsScenarioPlatformHostsAndClocks) 
   ASSERT_TRUE(offered) << offered.error().detail;
   const auto recorder = StartAttached({"record", File("run.mcap").string(), "--split_s", "1000"});
   ASSERT_NE(recorder, nullptr);
-  // Until it has all that it is to have; a file that is being written can be read.
+  // Reads the file while it is being written, until it holds everything expected.
   std::set<std::string> texts;
   std::map<std::string, bus::log::TextMap> said;
   std::uint64_t num_samples = 0;

@@ -1,5 +1,5 @@
-# From CTest's log: every test that failed or was skipped, with what it said. Rooms that died or are no GoogleTest: what
-# they call "not ok" (TAP), and the end of their output.
+# Reads CTest's log and prints every test that failed or was skipped, with its output. For programs that crashed or do not
+# use GoogleTest: their "not ok" lines (TAP) and the end of their output.
 /^[0-9]+\/[0-9]+ Test: / { room = $3; wrong = ""; open = said = is_output = lines = num_wrong = 0 }
 /^-+$/ && !is_output { is_output = 1; next }
 /^<end of output>$/ { is_output = 0 }

@@ -37,11 +37,11 @@ void ExpectSameTicks(const TickRun& a, const TickRun& b) {
   EXPECT_EQ(a.outcome.hash, b.outcome.hash);
 }
 
-// Physics ends in the middle of contact and grasp; what is restored from the file alone goes on bit for bit.
-TEST(Restart, FromACheckpointEveryTickIsThatOfTheUninterruptedRun) {
+// Physics ends during contact and grasp; restored from the checkpoint file alone, it continues bit for bit.
+TEST(Restart, FromACheckpointEveryTickEqualsTheUninterruptedRun) {
   struct Case {
     const char* scenario;
-    std::uint64_t ticks_after_contact;  // 0 and a few: warm starts; many: while something is held
+    std::uint64_t ticks_after_contact;  // few: the solver's warm start matters; many: an object is being held
   };
   for (const Case& c : {Case{"touch", 300}, Case{"peg_in_hole", 2500}, Case{"free_collision", 5}}) {
     SCOPED_TRACE(c.scenario);

@@ -1,4 +1,4 @@
-// More of what sabotage_test.cpp does, and whether it holds for other seeds.
+// More cases of sabotage_test.cpp, and its central case for other seeds.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ TEST(SlowSabotage, WithoutContactBetweenJawsAndCoverItStays) {
   ExpectFailedIn(RunSabotaged(scenario), kModuleSteps, "cover", "cover_hold");
 }
 
-// No luck of one seed: others do not find the latch blindly either.
+// The fast test's failure is no property of its seed: other operators do not find the latch without contact either.
 TEST(SlowSabotage, WithoutContactBetweenModuleAndCavityNoSeedInserts) {
   scene::Scenario scenario = Load("module_replacement");
   scenario.pairs[PairOf(scenario, "module_new", "cavity_a")].is_active = false;

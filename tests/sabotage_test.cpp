@@ -1,4 +1,4 @@
-// One thing is broken on purpose, and the run fails in the step that needs it.
+// One thing is broken on purpose, and the run must fail in the step that needs it.
 
 #include "tests/support/sabotage.hpp"
 
@@ -42,7 +42,7 @@ TEST(Sabotage, WithoutContactBetweenJawsAndHandleItIsNotGrasped) {
   ExpectFailedIn(RunSabotaged(scenario), kModuleSteps, "grasp", "handle");
 }
 
-// Whatever touches whatever: nothing of it reaches physics_node.
+// No contact force reaches physics_node.
 TEST(Sabotage, WithoutContactsAtPhysicsTheFirstStepFails) {
   lockstep::Options options;
   options.loses_physics_wrench = true;

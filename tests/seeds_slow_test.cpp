@@ -1,4 +1,4 @@
-// Ten operators that move, err and tremble differently carry out the module replacement.
+// The module replacement by ten simulated operators, whose motion, errors and tremor differ by their seed.
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ TEST(SlowSeeds, AtLeastNineOfTenCompleteTheModuleReplacement) {
   EXPECT_GE(num_completed, 9);
 }
 
-// With the paper's wrench the small scenarios hold for other seeds, too.
+// The small scenarios for other seeds, with planes and with the paper's wrench.
 TEST(SlowSeeds, TouchAndPegInHoleWithBothContactInputs) {
   for (const char* name : {"touch", "peg_in_hole"}) {
     for (const scene::ContactInput input : {scene::ContactInput::kPlanes, scene::ContactInput::kWrench}) {

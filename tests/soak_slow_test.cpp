@@ -1,5 +1,5 @@
-// module_replacement again and again, as long as VR_OOS_SOAK_MINUTES says (default 3): nothing grows, and the books of
-// every run are exact. For an hour: VR_OOS_SOAK_MINUTES=60 system_tests_slow_test --gtest_filter='Soak.*'
+// Repeats module_replacement for VR_OOS_SOAK_MINUTES (default 3): no process grows, and in every run the bus's message
+// counts add up. For an hour: VR_OOS_SOAK_MINUTES=60 system_tests_slow_test --gtest_filter='Soak.*'
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -22,8 +22,8 @@
 namespace system_tests {
 namespace {
 
-constexpr double kLook_s = 0.5;
-constexpr std::size_t kLatelyLooks = 10;
+constexpr double kSamplePeriod_s = 0.5;
+constexpr std::size_t kNumRecentSamples = 10;
 constexpr double kSettled_s = 15.0;  // of a run: everything has been touched, shown and connected
 constexpr double kMaxGrowth = 0.03;  // of a process's memory in a run, from then on
 constexpr long kPageNoise_kB = 2048;
@@ -76,11 +76,11 @@ Usage UsageOf(pid_t process, const std::map<long, long>& udp) {
   return usage;
 }
 
-// Of one process in one run.
+// The usage of one process in one run.
 struct Course {
   Usage settled, last;
   long largest_queue_bytes = 0;
-  std::deque<long> lately_bytes;  // what waited at the latest looks
+  std::deque<long> recent_queue_bytes;  // in the newest samples
 };
 
 struct Loop {
@@ -90,17 +90,17 @@ struct Loop {
   std::uint64_t num_accounts = 0;
 };
 
-// Reliable topics: whatever was sent has arrived. LATEST: arrived, or dropped for a reason; what is on its way at the
-// moment of the look is not on the books yet, so a stream may be some messages ahead.
+// Reliable topics: sent = received + dropped exactly. LATEST: the same but for messages still under way when the counts
+// are read.
 void CheckAccounts(const std::vector<bus::PeerStatus>& peers, Loop* loop) {
-  constexpr std::uint64_t kUnderWay = 200;  // of 0.1 s at 1 kHz, both ends' heartbeats
+  constexpr std::uint64_t kUnderWay = 200;  // the counts of the two ends are up to 0.1 s old each, at 1 kHz
   loop->open_accounts.clear();
   loop->num_accounts = 0;
   for (const bus::PeerStatus& peer : peers) {
     for (const bus::ToldAccount& account : peer.accounts) {
       const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
       const bool is_latest = rule != nullptr && rule->topic_class == bus::TopicClass::kLatest;
-      // Who writes LATEST never learns what arrived: the reader's account has both.
+      // A writer of LATEST does not know what arrived: the reader's account has both counts.
       if (is_latest && account.is_writer) continue;
       const std::uint64_t arrived = account.received + account.dropped;
       const std::uint64_t apart = arrived > account.sent ? arrived - account.sent : account.sent - arrived;
@@ -126,14 +126,14 @@ Loop RunOnce(const scene::Scenario& scenario, const std::filesystem::path& out, 
   options.while_running = [&](process::Group& group, double seconds, double) {
     if (watch == nullptr) watch = std::make_unique<BusWatch>("/proc/self/ns/net", "127.0.0.1", "right");
     if (seconds < next_s) return;
-    next_s = seconds + kLook_s;
+    next_s = seconds + kSamplePeriod_s;
     const auto udp = UdpQueues();
     for (const process::Group::Child& child : group.children()) {
       Course& course = loop.courses[child.name];
       course.last = UsageOf(child.pid, udp);
       course.largest_queue_bytes = std::max(course.largest_queue_bytes, course.last.queue_bytes);
-      course.lately_bytes.push_back(course.last.queue_bytes);
-      if (course.lately_bytes.size() > kLatelyLooks) course.lately_bytes.pop_front();
+      course.recent_queue_bytes.push_back(course.last.queue_bytes);
+      if (course.recent_queue_bytes.size() > kNumRecentSamples) course.recent_queue_bytes.pop_front();
       if (seconds < kSettled_s) course.settled = course.last;
     }
     CheckAccounts(watch->peers(), &loop);
@@ -147,7 +147,7 @@ Loop RunOnce(const scene::Scenario& scenario, const std::filesystem::path& out, 
   return loop;
 }
 
-TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
+TEST(Soak, RepeatedModuleReplacementGrowsNoProcess) {
   const char* minutes_text = std::getenv("VR_OOS_SOAK_MINUTES");
   const double minutes = minutes_text != nullptr ? std::strtod(minutes_text, nullptr) : 3.0;
   ASSERT_GT(minutes, 0.0);
@@ -175,9 +175,9 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
           << name;
       EXPECT_LE(course.last.descriptors, course.settled.descriptors + 1) << name;  // a checkpoint that is being written
       EXPECT_LE(course.last.threads, course.settled.threads) << name;
-      // A viewer that got no processor for a moment has its datagrams waiting; one that cannot keep up is never done
-      // with them. A fraction of a socket's room:
-      EXPECT_LT(*std::min_element(course.lately_bytes.begin(), course.lately_bytes.end()), 200'000) << name;
+      // Datagrams wait while a process gets no processor for a moment; in one that cannot keep up they always wait. The
+      // bound is a fraction of a socket's buffer.
+      EXPECT_LT(*std::min_element(course.recent_queue_bytes.begin(), course.recent_queue_bytes.end()), 200'000) << name;
       largest_queue_bytes = std::max(largest_queue_bytes, course.largest_queue_bytes);
       kept_kB[name].push_back(after_kB);
     }
@@ -191,9 +191,8 @@ TEST(Soak, ModuleReplacementAgainAndAgainGrowsNowhere) {
     }
     std::fflush(stdout);
   }
-  // Loops differ: the launcher's threads take one of the allocator's arenas each, of which some are new until all are
-  // in use, and the driver's caches hold what was drawn. What counts is whether the second half needs more than the
-  // first.
+  // Memory differs between loops: each thread of the launcher takes an arena of the allocator, new ones until all are
+  // in use, and the driver caches what was drawn. A leak shows when the second half needs more than the first.
   for (const auto& [name, kB] : kept_kB) {
     if (kB.size() < 6) break;
     const auto half = kB.begin() + static_cast<std::ptrdiff_t>(kB.size() / 2);

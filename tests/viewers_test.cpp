@@ -1,5 +1,5 @@
-// What every visual node must do, whatever it draws with. Real processes of the viewers; the test is the rest of the
-// system. A viewer's figures tell what it shows (view/scene_digest.hpp).
+// Requirements on every visual node, whatever it draws with. The viewers are real processes; the test plays the rest of
+// the system. A viewer publishes a digest of what it shows among its figures (view/scene_digest.hpp).
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -28,14 +28,14 @@ constexpr std::uint64_t kSession = 4711;
 
 enum class Kind { kOpenGl, kText };
 
-// All that a scene is told of, other in every version.
-struct Told {
+// All messages that a viewer shows, with different values in every version.
+struct ShownContent {
   core::PhysicsState state;
   std::vector<core::HapticProxy> proxies;
   std::vector<core::SheetState> sheets;
   core::LogicStatus status;
 
-  Told(const scene::Scenario& scenario, int version) {
+  ShownContent(const scene::Scenario& scenario, int version) {
     const glm::dvec3 shift(0.01 * version, -0.02 * version, 0.003 * version);
     for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
       const scene::Object& object = scenario.objects[i];
@@ -93,7 +93,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
     StartSystem();
   }
 
-  // physics_node, haptic_node and logic_node in one.
+  // Starts one node that plays physics_node, haptic_node and logic_node.
   void StartSystem() {
     bus::NodeOptions options;
     options.name = "physics_node";
@@ -117,14 +117,14 @@ class VisualNode : public testing::TestWithParam<Kind> {
     node_->Observe("figures/*");
     const auto started = node_->Start();
     ASSERT_TRUE(started.has_value()) << started.error().detail;
-    Tell(1);
+    SetContent(1);
   }
 
-  // What is shown from now on. The procedure's state is said once, as logic_node does: it is retained.
-  void Tell(int version) {
-    told_ = std::make_unique<Told>(scenario_, version);
-    wanted_ = told_->Digest(scenario_);
-    ASSERT_TRUE(logic_.Set(told_->status));
+  // Sets what viewers must show from now on. The procedure's state is sent once, as by logic_node: the bus retains it.
+  void SetContent(int version) {
+    content_ = std::make_unique<ShownContent>(scenario_, version);
+    wanted_ = content_->Digest(scenario_);
+    ASSERT_TRUE(logic_.Set(content_->status));
   }
 
   // Returns the name that it has on the bus.
@@ -150,13 +150,13 @@ class VisualNode : public testing::TestWithParam<Kind> {
     return GetParam() == Kind::kText ? "oos-view-" + std::to_string(pid.value_or(0)) : command.name;
   }
 
-  // Publishes at 500 Hz until the condition holds; how long that took, or nothing.
+  // Publishes at 500 Hz until the condition holds; returns how long that took [s], or nothing if it never held.
   std::optional<double> PublishUntil(const std::function<bool()>& holds) {
     const std::int64_t start_ns = core::MonotonicNow_ns();
     while (core::MonotonicNow_ns() - start_ns < kPatience_ns) {
-      physics_.Send(told_->state);
-      for (std::size_t i = 0; i < proxies_.size(); ++i) proxies_[i].Send(told_->proxies[i]);
-      for (std::size_t i = 0; i < sheets_.size(); ++i) sheets_[i].Send(told_->sheets[i]);
+      physics_.Send(content_->state);
+      for (std::size_t i = 0; i < proxies_.size(); ++i) proxies_[i].Send(content_->proxies[i]);
+      for (std::size_t i = 0; i < sheets_.size(); ++i) sheets_[i].Send(content_->sheets[i]);
       node_->Wait(core::MonotonicNow_ns() + kPeriod_ns);
       bus::Observation seen;
       while (node_->PollObservation(&seen)) EXPECT_TRUE(bus::DecodeState(seen.payload, &shown_[seen.topic]));
@@ -192,15 +192,15 @@ class VisualNode : public testing::TestWithParam<Kind> {
   std::vector<bus::LatestWriter<core::HapticProxy>> proxies_;
   std::vector<bus::LatestWriter<core::SheetState>> sheets_;
   bus::StateWriter<core::LogicStatus> logic_;
-  std::unique_ptr<Told> told_;
+  std::unique_ptr<ShownContent> content_;
   double wanted_ = 0.0;
   std::map<std::string, bus::Figures> shown_;  // by topic
   std::map<std::string, pid_t> pid_of_;
   process::Group viewers_;
 };
 
-TEST_P(VisualNode, HasTheWholeSceneThoughItJoinsLate) {
-  Tell(2);
+TEST_P(VisualNode, ShowsTheWholeSceneWhenItJoinsLate) {
+  SetContent(2);
   ASSERT_TRUE(PublishUntil([] { return true; }));
   const std::string viewer = StartViewer();
   EXPECT_TRUE(Shows(viewer));
@@ -210,18 +210,18 @@ TEST_P(VisualNode, FollowsPosesLampsStepAndEnd) {
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   for (const int version : {2, 3}) {
-    Tell(version);
+    SetContent(version);
     EXPECT_TRUE(Shows(viewer)) << "version " << version;
   }
 }
 
-TEST_P(VisualNode, IsSwappedWhileTheOthersRun) {
+TEST_P(VisualNode, CanBeReplacedWhileTheOthersRun) {
   const std::string first = StartViewer();
   ASSERT_TRUE(Shows(first));
   const std::string second = StartViewer("-2");
   ASSERT_TRUE(Shows(second)) << "both side by side";
   End("", SIGKILL);
-  Tell(2);
+  SetContent(2);
   EXPECT_TRUE(Shows(second));
   shown_.clear();
   const std::string again = StartViewer("-3");
@@ -233,12 +233,12 @@ TEST_P(VisualNode, SurvivesARestartOfPhysics) {
   ASSERT_TRUE(Shows(viewer));
   node_.reset();
   StartSystem();
-  Tell(3);
+  SetContent(3);
   shown_.clear();
   EXPECT_TRUE(Shows(viewer));
 }
 
-TEST_P(VisualNode, EndsCleanlyWhenAsked) {
+TEST_P(VisualNode, EndsCleanlyOnSigterm) {
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   End("", SIGTERM);

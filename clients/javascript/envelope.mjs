@@ -1,4 +1,4 @@
-// What every message of the bus is wrapped in: docs/reference/bus_protocol.md, "Envelope".
+// The envelope of every message of the bus: docs/reference/bus_protocol.md, "Envelope".
 
 import { createXXHash3 } from "hash-wasm";
 
@@ -31,8 +31,8 @@ function checksum(bytes) {
 
 const NONE = Buffer.alloc(0);
 
-// Fields: topicClass, topic, digest, session, node, boot, sequence, publishNs, and where they are not these: part 0,
-// parts 1, stamps, numStamps, traces, history. 64-bit numbers are BigInts. `seal` encrypts what is behind the stamps:
+// Required fields: topicClass, topic, digest, session, node, boot, sequence, publishNs. Optional: part (0), parts (1),
+// stamps, numStamps, traces, history (none). 64-bit numbers are BigInts. `seal` encrypts all behind the stamps:
 // (topicClass, clear, body) => Buffer.
 export function writeEnvelope(e, payload, seal) {
   const { part = 0, parts = 1, numStamps = [0, 0], traces = [0n, 0n, 0n, 0n], stamps = NONE, history = NONE } = e;
@@ -62,13 +62,13 @@ export function writeEnvelope(e, payload, seal) {
   return bytes;
 }
 
-// Whether a message says that it is of class LATEST; readEnvelope tells whether it is sound.
+// Whether the class field says LATEST; the rest is not checked (readEnvelope does that).
 export function isLatest(data) {
   return data.length <= MAX_DATAGRAM_BYTES && data.toString("latin1", 0, 4) === "VOOS" && data[5] === LATEST;
 }
 
-// {envelope, payload}, or null for whatever is no sound envelope. With `unseal` ((envelope, clear, body) => Buffer or
-// null) only sealed ones are sound, without it only those in the clear.
+// {envelope, payload}, or null if the bytes are no sound envelope. With `unseal` ((envelope, clear, body) => Buffer or
+// null) only sealed messages are accepted; without it only those in the clear.
 export function readEnvelope(data, unseal) {
   const bytes = Buffer.from(data.buffer, data.byteOffset, data.length);
   if (bytes.length < HEAD_BYTES || bytes.readUInt32LE(0) !== MAGIC || bytes[4] !== VERSION) return null;

@@ -1,5 +1,4 @@
-// A scripted hand in place of device_bridge: draws a circle of 5 cm, some 500 samples a second, and tells when it is
-// done.
+// A scripted hand in place of device_bridge: draws a circle of 5 cm at some 500 samples a second, then emits an event.
 //
 //   oos run SCENARIO --without device_bridge
 //   node example_publish.mjs ROLE [TURNS]

@@ -1,4 +1,4 @@
-// Sockets of a node, and what goes through them: envelopes, keys.
+// A node's sockets, and sending and receiving envelopes through them, encrypted or not.
 
 import dgram from "node:dgram";
 import { randomBytes } from "node:crypto";
@@ -15,7 +15,7 @@ const Control = typeOf("oos.Control");
 const classOf = (body) => body.startsWith("sub") || body.startsWith("state") ? STATE
   : body.startsWith("ev") ? EVENT : body.startsWith("parameter") ? SERVICE : CONTROL;
 
-// ZeroMQ allows one send at a time on a socket; these are quick or are dropped.
+// A socket and the queue of its sends: ZeroMQ allows one at a time. A send that cannot proceed is dropped.
 class Link {
   #busy = Promise.resolve();
   constructor(socket) { this.socket = socket; }
@@ -38,7 +38,7 @@ export class Links extends EventEmitter {
 
   constructor(options) {  // {name, registry, session, keys, bind, isObserver}
     super();
-    if (options.keys === undefined) throw new Error("keys: a run's key directory, or null to say that there is none");
+    if (options.keys === undefined) throw new Error("keys: give the run's key directory, or null if it has none");
     this._options = { bind: "127.0.0.1", isObserver: true, ...options };
     this._keys = options.keys && loadKeys(options.keys, options.name);
   }
@@ -50,7 +50,7 @@ export class Links extends EventEmitter {
     this._router = new Link(new Router({ context: this._context, mandatory: true, handover: true, linger: 100,
       maxMessageSize: 16 << 20, sendTimeout: 0,
       ...(this._keys && { curveServer: true, curveSecretKey: this._keys.secretKey, zapDomain: "bus" }) }));
-    if (this._keys) await this._answerWhoMayComeIn();
+    if (this._keys) await this._answerAuthentication();
     await this._router.socket.bind(`tcp://${bind}:*`);
     this._registry = this._dealer(registry, this._keys?.registryKey);
     this._receive(this._router.socket, ([routing, ...rest]) => this._takeRouter(routing, rest.at(-1)));
@@ -68,14 +68,14 @@ export class Links extends EventEmitter {
   _udp(take) {
     return new Promise((resolve, reject) => {
       const udp = dgram.createSocket({ type: "udp4", recvBufferSize: 1 << 20 });
-      // Once it is bound: a datagram that cannot go out (a pulled cable) is lost, as any may be.
+      // Errors after the binding are ignored: a datagram that cannot be sent (a pulled cable) is lost, as any may be.
       udp.on("message", take).on("error", reject);
       udp.bind(0, this._options.bind, () => resolve(udp));
     });
   }
 
-  // libzmq asks whether a key that its owner has proven may come in [ZeroMQ RFC 27].
-  async _answerWhoMayComeIn() {
+  // libzmq's authentication requests: whether the owner of a key, who has proven to own it, may connect [ZeroMQ RFC 27].
+  async _answerAuthentication() {
     this._allowList = new Reply({ context: this._context, linger: 0 });
     await this._allowList.bind("inproc://zeromq.zap.01");
     this._receive(this._allowList, ([version, request, , , , mechanism, key]) => {
@@ -111,7 +111,7 @@ export class Links extends EventEmitter {
       toBinary(Control, create(Control, { body: { case: kind, value } })), sealer);
   }
 
-  // The body of a Control in a sound envelope of this session, else an empty one, counted.
+  // The body of the Control in a sound envelope of this session; otherwise an empty one, and `refused` counts it.
   _open(bytes, unsealer) {
     const found = readEnvelope(bytes, unsealer);
     if (found && found.envelope.session === this._options.session && found.envelope.topicClass !== LATEST) {

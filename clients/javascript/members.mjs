@@ -8,7 +8,7 @@ import { makeOpener, makeSealer, senderKey } from "./security.mjs";
 import { canonical, digestOf, findRule, ruleOf, typeOf } from "./topics.mjs";
 
 const HELLO_MS = 500, EAGER_HELLO_MS = 100, DEAD_AFTER_MS = 350;
-const MAX_TOPICS_TOLD = 30;  // keeps a heartbeat within one datagram
+const MAX_TOPICS_IN_HEARTBEAT = 30;  // keeps a heartbeat within one datagram
 export const EVENT_TOPIC = hash32("event");
 
 // Nodes of one machine share a clock.
@@ -17,7 +17,7 @@ const MACHINE_ID = process.env.OOS_MACHINE_ID || readFileSync("/proc/sys/kernel/
 // {host, port} of "127.0.0.1:4000".
 function addressOf(endpoint) {
   const [host, port] = endpoint.split(":");
-  if (!isIPv4(host) || !(port > 0 && port < 65536)) throw new Error(`'${endpoint}' is no address`);
+  if (!isIPv4(host) || !(port > 0 && port < 65536)) throw new Error(`'${endpoint}' is not IPv4:PORT`);
   return { host, port: Number(port) };
 }
 
@@ -32,7 +32,7 @@ export class Members extends Links {
   _isWelcomed = false;
   _welcome = null;
 
-  // For readEnvelope, with keys: opens a datagram with the key of the node that it says it is from.
+  // With keys, the `unseal` of readEnvelope: opens a datagram with the key of the node named in its envelope.
   _unsealer() {
     return this._keys && ((envelope, clear, body) => [...this._peers.values()].find((peer) =>
       peer.node === envelope.node)?.opener?.(envelope.topicClass, clear, body));
@@ -109,22 +109,22 @@ export class Members extends Links {
     if (known) this._forget(known);
     const opener = this._sessionKey && makeOpener(senderKey(this._sessionKey, record.instance));
     const peer = { record, ...places, opener, node: hash32(record.name),
-      isAlive: false, isSubscribed: false, hasSnapshot: false, heardMs: 0, askedMs: -Infinity, repairedMs: -Infinity,
-      inStepMs: 0, accounts: new Map(), stateVersion: 0n, toldVersion: 0n, toldEvents: 0n, acked: [0n, 0n] };
+      isAlive: false, isSubscribed: false, hasSnapshot: false, heardMs: 0, subscribedMs: -Infinity, repairedMs: -Infinity,
+      inStepMs: 0, accounts: new Map(), stateVersion: 0n, announcedVersion: 0n, announcedEvents: 0n, acked: [0n, 0n] };
     this._peers.set(record.name, peer);
     for (const { name, schemaDigest } of record.topics.filter((one) => one.isWritten)) {
       const rule = findRule(name);
       if (!rule) continue;
       const type = typeOf(rule.type);
-      // Another schema than this client's is the writer's own, which the registry found to get along with it.
+      // The digest may also be that of the writer's schema, which the registry found compatible with this client's.
       this._topics.set(hash32(name), { name, writer: record.name, type, digests: [digestOf(type), schemaDigest],
         isWanted: this._wants(name) });
     }
     this._receive(peer.dealer.socket, (frames) => this._takePeer(peer, frames.at(-1)));
-    this._beat();  // be heard by it at once
+    this._beat();  // so that it knows of this node at once
   }
 
-  // Another has taken its place: nothing of it counts any more.
+  // Ignores that instance from now on: another node has taken its name.
   _fenceOff(instance) {
     this._gone.add(instance);
     for (const peer of [...this._peers.values()].filter((one) => one.record.instance === instance)) this._forget(peer);
@@ -145,7 +145,7 @@ export class Members extends Links {
   }
 
   _heartbeat(isGoodbye) {
-    const topics = [...this.figures].slice(0, MAX_TOPICS_TOLD).map(([name, of]) => ({ topic: hash32(name), ...of }));
+    const topics = [...this.figures].slice(0, MAX_TOPICS_IN_HEARTBEAT).map(([name, of]) => ({ topic: hash32(name), ...of }));
     const total = (kind) => [...this.figures.values()].reduce((sum, of) => sum + of[kind], 0n);
     return { name: this._options.name, instance: this._instance, waitCount: BigInt(Math.round(performance.now())),
       isGoodbye, sentNs: process.hrtime.bigint(), topics, refused: BigInt(this.refused), sent: total("sent"),
@@ -163,7 +163,7 @@ export class Members extends Links {
         peer.isAlive = peer.isSubscribed = false;
         this.emit("roster", this.alive());
       }
-      this._ask(peer, now);
+      this._subscribeIfDue(peer, now);
     }
   }
 
@@ -172,7 +172,7 @@ export class Members extends Links {
     if (kind !== "heartbeat" || this._gone.has(heartbeat.instance)) return;
     const peer = this._peers.get(heartbeat.name);
     if (!peer || peer.record.instance !== heartbeat.instance) {
-      this._roster = 0n;  // ask who that is
+      this._roster = 0n;  // request the roster: it has the sender's record
       this._helloAgain(20);
     } else if (heartbeat.isGoodbye) {
       this._gone.add(heartbeat.instance);
@@ -182,14 +182,14 @@ export class Members extends Links {
       peer.isAlive = true;
       peer.heardMs = performance.now();
       if (peer.record.machineId && peer.record.machineId !== MACHINE_ID) this._answerClock(peer, heartbeat.sentNs);
-      peer.toldVersion = heartbeat.stateVersion;
-      peer.toldEvents = heartbeat.counts.find((one) => one.topic === EVENT_TOPIC)?.count ?? 0n;
+      peer.announcedVersion = heartbeat.stateVersion;
+      peer.announcedEvents = heartbeat.counts.find((one) => one.topic === EVENT_TOPIC)?.count ?? 0n;
       if (isNew) this.emit("roster", this.alive());
-      this._ask(peer, peer.heardMs);
+      this._subscribeIfDue(peer, peer.heardMs);
     }
   }
 
-  // What a node on another machine needs to compare the clocks.
+  // Answers a heartbeat from another machine with the times that comparing the clocks needs.
   _answerClock(peer, heartbeatSentNs) {
     const now = process.hrtime.bigint();
     const bytes = this._wrap("clockEcho", { name: this._options.name, instance: this._instance, heartbeatSentNs,

@@ -28,7 +28,7 @@ export function runningSession() {
   const folder = runtime ? path.join(runtime, "vr_oos") : `/tmp/vr_oos-${process.geteuid()}`;
   const info = lstatSync(folder);
   if (!info.isDirectory() || info.uid !== process.geteuid() || info.mode & 0o077) {
-    // Whoever can write there decides whom this client talks to.
+    // Who can write there can direct this client to a session of their own.
     throw new Error(`${folder} is not a directory (no link) of this user alone, as 'oos run' makes it; the session ` +
       "noted there may be a trap: remove it, start the session again");
   }
@@ -36,20 +36,20 @@ export function runningSession() {
   return { registry: note.registry, session: BigInt(note.session), keys: note.keys || null };
 }
 
-// subscribe() and advertise() first, then await start(). Keys: the run's key directory; null is to say that nothing is
-// encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1". Emits "message" ({topic,
-// writer, sequence, body, key, publishNs}), "roster" (names of the living) when somebody comes or goes, and "refused"
-// (why).
+// subscribe() and advertise() first, then await start(). Keys: the run's key directory, or null if the run is not
+// encrypted. With keys, the name is a key's name, or that and a '-' and more: "client-1". Emits "message" ({topic,
+// writer, sequence, body, key, publishNs}), "roster" (names of the live nodes) when a node joins or leaves, and
+// "refused" (the reason).
 export class Node extends Writing {
   #nextRequest = 0n;
 
-  // LATEST, STATE or "event"; with a '*' in it, whatever matches.
+  // Receives a LATEST or STATE topic, or "event"; a '*' stands for any text.
   subscribe(topic) {
     if (topic.includes("*")) this._patterns.push(topic);
     else this._read.add((ruleOf(topic), topic));
   }
 
-  // A LATEST topic for publish().
+  // Declares a LATEST topic that publish() will write.
   advertise(topic) {
     if (ruleOf(topic).class !== LATEST) throw new Error(`topic '${topic}' is not LATEST`);
     this._sequences.set(topic, 0n);
@@ -69,7 +69,7 @@ export class Node extends Writing {
   records() { return [...this._peers.values()].map((peer) => ({ ...peer.record, isAlive: peer.isAlive })); }
   get numEventReaders() { return this._readers.size; }
 
-  // Sends a LATEST message to everybody who reads it; returns how many. It has to fit into one datagram.
+  // Sends a LATEST message to all its readers; returns their number. Throws if it exceeds one datagram.
   publish(topic, body) {
     const sequence = this._sequences.get(topic) + 1n;
     this._sequences.set(topic, sequence);
@@ -80,13 +80,13 @@ export class Node extends Writing {
     return this._sendToReaders(topic, bytes);
   }
 
-  // Sends an event to all readers of events. The last 4096 are kept for a reader that lost some.
+  // Sends an event to all readers of events. The last 4096 are kept to be sent again to a reader that lost some.
   emitEvent(name, detail = "") {
     const event = { timeNs: process.hrtime.bigint(), source: this._options.name, name, detail };
     this._append(event);
   }
 
-  // The owner's ParameterReply; rejects with its reason when it refuses.
+  // Sets a parameter. Resolves to the owner's ParameterReply; rejects with the reason if it refuses or does not answer.
   async setParameter(owner, name, value, { manner = 0, rampS = 0, timeoutMs = 1000 } = {}) {
     const request = ++this.#nextRequest;
     const peer = this._peers.get(owner);
@@ -105,7 +105,7 @@ export class Node extends Writing {
     return answer.finally(() => this._calls.delete(request));
   }
 
-  // Says goodbye, so that nobody takes the end for a death.
+  // Sends a goodbye, so that the others see that the node left and did not fail.
   close() { return (this._closing ??= this.#close()); }
 
   async #close() {

@@ -17,7 +17,7 @@ import { loadKeys, makeOpener, makeSealer, senderKey, z85 } from "./security.mjs
 const vectors = (name) => JSON.parse(readFileSync(new URL(`../vectors/${name}`, import.meta.url), "utf8"));
 const fromHex = (hex) => Buffer.from(hex, "hex");
 
-// A node that a failed test leaves open would keep this process, and whoever waits for it, from ending.
+// Closes the nodes that a failed test leaves open: they would keep this process from ending.
 const open = new Set();
 class Node extends BusNode {
   constructor(options) {
@@ -30,7 +30,7 @@ afterEach(async () => {
   open.clear();
 });
 
-test("ids and digests are those of the bus", () => {
+test("ids and digests equal those of the bus", () => {
   const { topics, schemas } = vectors("hashes.json");
   for (const topic of topics) assert.equal(hash32(topic.name), topic.id);
   for (const schema of schemas) {
@@ -45,11 +45,11 @@ test("envelopes are read and written alike", () => {
   for (const row of sound) {
     const { envelope, payload } = readEnvelope(fromHex(row.bytes));
     assert.equal(payload.toString("hex"), row.payload);
-    const told = { class: envelope.topicClass, part: envelope.part, parts: envelope.parts, topic: envelope.topic,
+    const fields = { class: envelope.topicClass, part: envelope.part, parts: envelope.parts, topic: envelope.topic,
       digest: envelope.digest, session: `${envelope.session}`, node: envelope.node, boot: `${envelope.boot}`,
       sequence: `${envelope.sequence}`, publish_ns: `${envelope.publishNs}`, num_stamps: envelope.numStamps,
       traces: envelope.traces.map(String), history: envelope.history.toString("hex") };
-    for (const [field, value] of Object.entries(told)) assert.deepEqual(value, row[field], `${row.name}: ${field}`);
+    for (const [field, value] of Object.entries(fields)) assert.deepEqual(value, row[field], `${row.name}: ${field}`);
     assert.equal(writeEnvelope(envelope, payload).toString("hex"), row.bytes);
   }
   for (const row of refused) assert.equal(readEnvelope(fromHex(row.bytes)), null, row.name);
@@ -95,7 +95,7 @@ test("keys are written in Z85", () => {
   assert.equal(z85(fromHex("864fd26fb559f75b")), "HelloWorld");  // the example of ZeroMQ RFC 32
 });
 
-test("patterns", () => {
+test("a star in a pattern stands for any text", () => {
   for (const [pattern, text, expected] of [["device/*/state", "device/right/state", true], ["*", "", true],
     ["contacts/*", "contacts/a/b", true], ["event", "events", false], ["a*b*c", "a-b-c", true], ["a*b", "ab", true],
     ["ab*ba", "aba", false], ["device/*/state", "device/state", false], ["a.c", "abc", false]]) {
@@ -196,7 +196,7 @@ async function everything(words) {
     await proxy;
 
     // STATE is there for a late joiner; LATEST comes whole although it takes several datagrams.
-    assert.equal((await logic).body.step, "before anybody came");
+    assert.equal((await logic).body.step, "before the client joined");
     const { body, sequence } = await physics;
     assert.deepEqual(body.object, Array.from({ length: 40 }, (_, i) => i));
     assert.deepEqual(body.xWo.slice(7 * 39 + 4), [39, 0.5 * Number(body.tick % 100n), -1]);
@@ -233,14 +233,14 @@ async function everything(words) {
   });
 }
 
-test("a payload that is none is refused and counted", () => withPeer([], async (where) => {
+test("a malformed payload is refused and counted", () => withPeer([], async (where) => {
   const topic = "physics/state", type = typeOf("oos.PhysicsState");
   const node = new Node({ name: "client", ...where });
   for (const each of [topic, "logic/status"]) node.subscribe(each);
   await node.start();
   const first = await until(node, (m) => m.topic === topic);
   const sound = toBinary(type, create(type, { tick: 1n }));
-  // Of a datagram that is sound but for what is in it.
+  // Refusals caused by a datagram with a sound envelope and this content.
   const numRefused = (payload, fields = {}) => {
     const before = node.refused, { boot, sequence } = node._newest.get(topic);
     node._takeData(writeEnvelope({ topicClass: LATEST, topic: hash32(topic), digest: digestOf(type),
@@ -260,7 +260,7 @@ test("a payload that is none is refused and counted", () => withPeer([], async (
   await node.close();
 }));
 
-test("whoever cannot be reached ends nobody", () => withPeer([], async (where) => {
+test("an unreachable peer does not stop a client", () => withPeer([], async (where) => {
   const topic = "device/right/state";
   const far = new Node({ name: "client-far", ...where });
   const near = new Node({ name: "client-near", isObserver: false, ...where });
@@ -279,14 +279,14 @@ test("whoever cannot be reached ends nobody", () => withPeer([], async (where) =
   await far.close();
 }));
 
-test("who hears a stranger while it closes still ends", () => withPeer([], async (where) => {
+test("a node that receives an unknown node's heartbeat while it closes still ends", () => withPeer([], async (where) => {
   const node = new Node({ name: "client", ...where });
   const stranger = new Node({ name: "client-stranger", ...where });
   await node.start();
   const closing = node.close(), timers = [...node._timers];
   node._takeHeartbeat(stranger._wrap("heartbeat", stranger._heartbeat(false)));
   await closing;
-  assert.deepEqual(node._timers, timers, "nothing asks the registry any more");
+  assert.deepEqual(node._timers, timers, "no new request to the registry is scheduled");
 }));
 
 test("a record without addresses is refused", () => withPeer([], async (where) => {
@@ -301,14 +301,14 @@ test("a record without addresses is refused", () => withPeer([], async (where) =
   await node.close();
 }));
 
-test("everything a client does, in the clear", () => everything([]));
+test("a client receives and sends every class of message in the clear", () => everything([]));
 
-test("everything a client does, encrypted", async () => {
+test("a client receives and sends every class of message encrypted", async () => {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
   await everything([path.join(folder, "keys")]).finally(() => rmSync(folder, { recursive: true }));
 });
 
-test("whoever has no key is not let in", async () => {
+test("a client without a key is not let in", async () => {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
   await withPeer([path.join(folder, "keys")], async (where) => {
     const stranger = new Node({ name: "client", ...where, keys: null });
@@ -318,7 +318,7 @@ test("whoever has no key is not let in", async () => {
   }).finally(() => rmSync(folder, { recursive: true }));
 });
 
-// With the peer's session as the one that runs here, and on a machine with a clock of its own.
+// Runs an example with the peer's session as the running one, and as if on another machine (own clock).
 function runExample(name, ...words) {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
   mkdirSync(path.join(folder, "vr_oos"), { mode: 0o700 });
@@ -335,13 +335,13 @@ function runExample(name, ...words) {
   });
 }
 
-test("the example that follows", () => withPeer([], async () => {
+test("the following example prints the step and the poses", () => withPeer([], async () => {
   const said = await runExample("example_follow.mjs", "1");
-  assert.match(said, /step before anybody came/);
+  assert.match(said, /step before the client joined/);
   assert.match(said, /tick \d+  object 0 at 0.000 \d.*object 39 at 39.000 [\d.]+ -1.000 m/);
 }));
 
-test("the example that publishes", () => withPeer([], async (where) => {
+test("the publishing example moves on its circle", () => withPeer([], async (where) => {
   const node = new Node({ name: "client-watch", ...where });
   node.subscribe("device/right/state");
   await node.start();

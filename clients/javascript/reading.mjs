@@ -1,11 +1,11 @@
-// What a node reads from its peers: LATEST by datagrams, STATE and EVENT by subscription.
+// Receiving from peers: LATEST by datagrams, STATE and EVENT by subscription.
 
 import { fromBinary } from "@bufbuild/protobuf";
 import { LATEST, STATE, hash32, isLatest, readEnvelope } from "./envelope.mjs";
 import { EVENT_TOPIC, Members } from "./members.mjs";
 import { findRule, matches, mergeParts, message, typeOf } from "./topics.mjs";
 
-const ASK_AGAIN_MS = 300, BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
+const RESUBSCRIBE_AFTER_MS = 300, BEHIND_TOO_LONG_MS = 200, BETWEEN_REPAIRS_MS = 50;
 
 const larger = (a, b) => (a > b ? a : b);
 export const settled = (account) => account.start + account.received + account.dropped;
@@ -19,21 +19,21 @@ export class Reading extends Members {
 
   _wants(topic) { return this._read.has(topic) || this._patterns.some((pattern) => matches(pattern, topic)); }
 
-  // Subscribes, and once more when changes or events that the peer tells of have not come for a while.
-  _ask(peer, now) {
+  // Subscribes, and again when changes or events that the peer's heartbeat announces stay away too long.
+  _subscribeIfDue(peer, now) {
     const wantsState = peer.record.topics.some((one) =>
       one.isWritten && one.topicClass === STATE && this._wants(one.name));
     const wantsEvents = this._wants("event");
     if (!peer.isAlive || !(wantsState || wantsEvents)) return;
-    if (peer.toldVersion <= peer.stateVersion && peer.toldEvents <= this._place(peer)) peer.inStepMs = now;
+    if (peer.announcedVersion <= peer.stateVersion && peer.announcedEvents <= this._place(peer)) peer.inStepMs = now;
     else if (now - peer.inStepMs > BEHIND_TOO_LONG_MS) peer.isSubscribed = false;
-    if (peer.isSubscribed || now - peer.askedMs < ASK_AGAIN_MS) return;
-    peer.askedMs = now;
+    if (peer.isSubscribed || now - peer.subscribedMs < RESUBSCRIBE_AFTER_MS) return;
+    peer.subscribedMs = now;
     this._send(peer.dealer, "subscribe", { name: this._options.name, instance: this._instance, wantsState, wantsEvents,
       readings: this._readings(peer) });
   }
 
-  // The last event of the peer that is settled: received, or given up.
+  // Sequence number of the peer's last event that is settled: received, or counted as lost.
   _place(peer) {
     const account = peer.accounts.get(EVENT_TOPIC);
     return account ? settled(account) : 0n;
@@ -66,13 +66,13 @@ export class Reading extends Members {
         this._takeState(peer.record.name, value);
       } else {  // a gap: a new snapshot repairs it
         peer.isSubscribed = false;
-        peer.askedMs = -Infinity;
+        peer.subscribedMs = -Infinity;
       }
     } else if (kind === "event" && events && value.sequence > settled(events)) {
       this._takeEvent(peer, events, value);
-    } else if (kind === "eviction") {  // too slow for the writer; asks again after a while
+    } else if (kind === "eviction") {  // was too slow for the writer; subscribes again after RESUBSCRIBE_AFTER_MS
       peer.isSubscribed = false;
-      peer.askedMs = performance.now();
+      peer.subscribedMs = performance.now();
     } else if (kind === "parameterReply") {
       this._calls.get(value.request)?.(value);
     }
@@ -82,7 +82,7 @@ export class Reading extends Members {
   _takeSubscribeAck(peer, { starts, nextEvent }) {
     peer.isSubscribed = true;
     peer.inStepMs = performance.now();
-    peer.acked = [-1n, -1n];  // is asked how far it is
+    peer.acked = [-1n, -1n];  // acknowledge at once
     for (const { topic, start } of starts) {
       if (!peer.accounts.has(topic)) peer.accounts.set(topic, { start, received: 0n, dropped: 0n });
     }
@@ -115,7 +115,7 @@ export class Reading extends Members {
     }
   }
 
-  // The message; null, and counted, when the bytes are none of that type.
+  // The message, or null if the bytes are not of that type; `refused` counts those.
   _decode(type, bytes) {
     try {
       return fromBinary(type, bytes);

@@ -1,4 +1,4 @@
-// Who may take part, and what datagrams are encrypted with: docs/reference/bus_protocol.md, "Security".
+// Keys, the list of allowed members, and sealed datagrams: docs/reference/bus_protocol.md, "Security".
 
 import { createCipheriv, createDecipheriv, createHmac } from "node:crypto";
 import { existsSync, readFileSync, statSync } from "node:fs";
@@ -15,15 +15,15 @@ function nonceOf(channel, counter) {
   return nonce;
 }
 
-// What one node's datagrams are sealed with.
+// The key that seals one node's datagrams.
 export function senderKey(sessionKey, instance) {
   const number = Buffer.alloc(8);
   number.writeBigUInt64LE(instance);
   return createHmac("sha256", sessionKey).update("VR-OOS datagram").update(number).digest();
 }
 
-// For writeEnvelope: encrypts what is behind an envelope's stamps and authenticates all; counts, so that no nonce comes
-// twice.
+// The `seal` of writeEnvelope: encrypts all behind an envelope's stamps and authenticates the whole; a counter keeps each
+// nonce unique.
 export function makeSealer(key, counters = [0n, 0n]) {
   return (topicClass, clear, body) => {
     const channel = channelOf(topicClass);
@@ -34,7 +34,7 @@ export function makeSealer(key, counters = [0n, 0n]) {
   };
 }
 
-// The other end, for one sender: takes each counter once, of the newest and the 63 before it.
+// The `unseal` of readEnvelope, for one sender. Accepts each counter once, and none older than 63 before the newest.
 export function makeOpener(key) {
   const windows = [{ newest: 0n, seen: 0n }, { newest: 0n, seen: 0n }];
   return (topicClass, clear, sealed) => {
@@ -62,7 +62,7 @@ export function makeOpener(key) {
   };
 }
 
-// A member's CURVE keys and whom it lets in, from a run's key directory.
+// A member's CURVE keys and the keys it admits, from a run's key directory.
 export function loadKeys(directory, name) {
   let stem = name;
   while (!existsSync(path.join(directory, `${stem}.key`))) {  // a key named K is for nodes called K or K-anything

@@ -1,5 +1,5 @@
-// Topics of the bus, their message types, and the types' shapes. The types come from what protoc makes of the
-// repository's proto/: in the folder that OOS_STUBS names, or where `./dev build` leaves it.
+// Topics of the bus, their message types, and the types' shapes. The types come from the descriptors that protoc makes
+// of the repository's proto/: in the folder that OOS_STUBS names, or where `./dev build` puts them.
 
 import { readFileSync } from "node:fs";
 import path from "node:path";

@@ -1,4 +1,4 @@
-// What peers read from a node: LATEST, and its events; it owns no states and no parameters.
+// Sending to peers: LATEST and events. A client owns no STATE and no parameters.
 
 import { EVENT_TOPIC } from "./members.mjs";
 import { Reading, settled } from "./reading.mjs";
@@ -12,7 +12,7 @@ const smaller = (a, b) => (a < b ? a : b);
 export class Writing extends Reading {
   _sequences = new Map();
   _readers = new Map();  // of its events
-  _emitted = [];         // the last that this node emitted
+  _emitted = [];         // the newest events, kept to be sent again
   _numEvents = 0n;       // how many in all
 
   _sendToReaders(topic, bytes) {
@@ -55,7 +55,7 @@ export class Writing extends Reading {
     }
   }
 
-  // Goes on after event `place`, or with the oldest that is kept.
+  // Sends again from the event after `place`, or from the oldest that is kept.
   _rewind(routing, reader, place) {
     reader.sent = larger(this._numEvents - BigInt(this._emitted.length), smaller(place, this._numEvents));
     reader.acked = reader.sent;
@@ -66,7 +66,7 @@ export class Writing extends Reading {
 
   _pump(routing, reader) {
     const oldest = this._numEvents - BigInt(this._emitted.length) + 1n;
-    if (reader.sent + 1n < oldest) {  // nobody waited for it
+    if (reader.sent + 1n < oldest) {  // it is too far behind: the events between are no longer kept
       this._rewind(routing, reader, reader.sent);
       return;
     }

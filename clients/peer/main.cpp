@@ -1,6 +1,6 @@
 // A registry and one node, "peer", for the tests of the clients in other languages: clients_peer [KEY DIRECTORY]. With
-// one, it makes keys there and everything is encrypted. Line by line on standard output: where the registry is (JSON),
-// then what the client did, then whether it did everything (exit status 0).
+// a key directory, it makes keys there and everything is encrypted. Standard output has one line for the registry's
+// address (JSON) and one for each thing the client does. Exit status 0: the client did all that it must.
 
 #include <unistd.h>
 
@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t kPeriod_ns = 5'000'000;
 constexpr std::int64_t kPatience_ns = 100'000'000'000;
-constexpr int kNumBodies = 40;  // of several datagrams
+constexpr int kNumBodies = 40;  // enough that one message takes several datagrams
 
 void Say(const std::string& line) {
   std::printf("%s\n", line.c_str());
@@ -106,7 +106,7 @@ int main(int argc, char** argv) {
   node.OwnParameters({"gain"});
   if (const auto started = node.Start(); !started) return Fail(started.error().detail);
   core::LogicStatus logic;
-  logic.step = "before anybody came";
+  logic.step = "before the client joined";
   status.Set(logic);
   Say(R"({"registry": ")" + options.registry + R"(", "session": ")" + std::to_string(session) + R"(", "keys": ")" +
       keys + "\", \"digests\": " + Digests() + "}");
@@ -134,7 +134,8 @@ int main(int argc, char** argv) {
         node.Emit({core::MonotonicNow_ns(), "peer", "greeting", "hello, " + event.source});
       }
       if (event.name == "node_left" && event.detail == "client") deeds.Add("goodbye");
-      if (event.name == "node_lost") Say("lost " + event.detail);  // a busy machine may hold it up
+      if (event.name == "node_lost")
+        Say("lost " + event.detail);  // no failure: a busy machine may delay its heartbeats
     }
     core::ParameterChange change;
     std::uint64_t ticket = 0;

@@ -1,4 +1,4 @@
-"""A scripted hand in place of device_bridge: draws a circle of 5 cm, 500 samples a second, and says when it is done.
+"""A scripted hand in place of device_bridge: draws a circle of 5 cm at 500 samples a second, then emits an event.
 
     oos run SCENARIO --without device_bridge
     example_publish.py ROLE [TURNS]

@@ -32,7 +32,7 @@ def running_session():
     folder = os.path.join(runtime, "vr_oos") if runtime else f"/tmp/vr_oos-{os.geteuid()}"
     info = os.lstat(folder)
     if not stat.S_ISDIR(info.st_mode) or info.st_uid != os.geteuid() or info.st_mode & 0o077:
-        # Whoever can write there decides whom this client talks to.
+        # Who can write there can direct this client to a session of their own.
         raise PermissionError(f"{folder} is not a directory (no link) of this user alone, as 'oos run' makes it; the "
                               "session noted there may be a trap: remove it, start the session again")
     note = json.loads(pathlib.Path(folder, "session.json").read_text())
@@ -40,19 +40,19 @@ def running_session():
 
 
 class Refused(Exception):
-    """The registry, or the owner of a parameter, said no; the text says why."""
+    """The registry, or the owner of a parameter, refused; the text gives the reason."""
 
 
 class Node(Writing):
-    """subscribe() and advertise() first, then start(), then poll() in a loop. Keys: the run's key directory; None is to
-    say that nothing is encrypted. With keys, the name is that of a key, or begins with it and a '-': "client-1"."""
+    """subscribe() and advertise() first, then start(), then poll() in a loop. Keys: the run's key directory, or None if
+    the run is not encrypted. With keys, the name is a key's name, or that and a '-' and more: "client-1"."""
 
     def __init__(self, name, registry, session, keys, bind="127.0.0.1", is_observer=True):
         super().__init__(name, registry, session, keys, bind, is_observer)
         self._next_request = 0
 
     def subscribe(self, topic):
-        """LATEST, STATE or "event"; with a '*' in it, whatever matches."""
+        """Receives a LATEST or STATE topic, or "event"; a '*' stands for any text."""
         if "*" in topic:
             self._patterns.append(topic)
         else:
@@ -60,7 +60,7 @@ class Node(Writing):
             self._read.add(topic)
 
     def advertise(self, topic):
-        """A LATEST topic for publish()."""
+        """Declares a LATEST topic that publish() will write."""
         if rule_of(topic)["class"] != LATEST:
             raise ValueError(f"topic '{topic}' is not LATEST")
         self._written[hash32(topic)] = topic
@@ -76,7 +76,7 @@ class Node(Writing):
                 raise TimeoutError(f"no answer from the registry in {timeout_s} s; is `oos run` still there?")
 
     def poll(self, timeout_s=0.05):
-        """The messages that have arrived; waits for the first of them."""
+        """The messages that have arrived; waits at most `timeout_s` for the first of them."""
         end = time.monotonic() + timeout_s
         self._polls += 1
         if self._refusal is not None:  # another has taken this node's place
@@ -91,7 +91,7 @@ class Node(Writing):
         return {name for name, peer in self._peers.items() if peer.is_alive}
 
     def publish(self, topic, body):
-        """Sends a LATEST message to everybody who reads it; returns how many. It has to fit into one datagram."""
+        """Sends a LATEST message to all its readers; returns their number. ValueError if it exceeds one datagram."""
         self._sequences[topic] += 1
         envelope = Envelope(LATEST, hash32(topic), hash32(canonical(body.DESCRIPTOR)), self.session, hash32(self.name),
                             self.boot, self._sequences[topic], time.monotonic_ns())
@@ -101,12 +101,13 @@ class Node(Writing):
         return self._send_to_readers(topic, data)
 
     def emit(self, name, detail=""):
-        """Sends an event to all readers of events. The last 4096 are kept for a reader that lost some."""
+        """Sends an event to all readers of events. The last 4096 are kept to be sent again to a reader that lost some."""
         event = logic_pb2.Event(time_ns=time.monotonic_ns(), source=self.name, name=name, detail=detail)
         self._append(event)
 
     def set_parameter(self, owner, name, value, manner=0, ramp_s=0.0, timeout_s=1.0):
-        """The owner's bus_pb2.ParameterReply, or Refused. Messages that arrive meanwhile stay for poll()."""
+        """Sets a parameter; returns the owner's bus_pb2.ParameterReply or raises Refused; TimeoutError without an answer.
+        Messages that arrive meanwhile stay for poll()."""
         self._next_request += 1
         change = logic_pb2.ParameterChange(name=name, value=value, manner=manner, ramp_s=ramp_s)
         request = bus_pb2.ParameterRequest(request=self._next_request, caller=self.name, change=change,
@@ -125,7 +126,7 @@ class Node(Writing):
         return reply
 
     def close(self):
-        """Says goodbye, so that nobody takes the end for a death."""
+        """Sends a goodbye, so that the others see that the node left and did not fail."""
         self._send_heartbeats(True)
         self._hello(True)
         self._close_links()

@@ -35,11 +35,11 @@ class Vectors(unittest.TestCase):
         for row in vectors["sound"]:
             envelope, payload = oos_envelope.read_envelope(bytes.fromhex(row["bytes"]))
             self.assertEqual(payload.hex(), row["payload"])
-            told = (envelope.topic_class, envelope.part, envelope.parts, envelope.topic, envelope.digest,
+            fields = (envelope.topic_class, envelope.part, envelope.parts, envelope.topic, envelope.digest,
                     str(envelope.session), envelope.node, str(envelope.boot), str(envelope.sequence),
                     str(envelope.publish_ns), list(envelope.num_stamps), [str(t) for t in envelope.traces],
                     envelope.history.hex())
-            self.assertEqual(told, tuple(row[k] for k in (
+            self.assertEqual(fields, tuple(row[k] for k in (
                 "class", "part", "parts", "topic", "digest", "session", "node", "boot", "sequence", "publish_ns",
                 "num_stamps", "traces", "history")))
             self.assertEqual(envelope.write(payload).hex(), row["bytes"])
@@ -75,7 +75,7 @@ class Vectors(unittest.TestCase):
                             (199, True), (80, False), (198, True), (198, False)):
             self.assertEqual(opener(oos_envelope.LATEST, b"", sealed[n]) is not None, expected, n)
 
-    def test_patterns(self):
+    def test_a_star_in_a_pattern_stands_for_any_text(self):
         for pattern, text, expected in (("device/*/state", "device/right/state", True), ("*", "", True),
                                         ("contacts/*", "contacts/a/b", True), ("event", "events", False),
                                         ("a*b*c", "a-b-c", True), ("a*b", "ab", True), ("ab*ba", "aba", False),
@@ -140,7 +140,7 @@ class KeyDirectory(unittest.TestCase):
 
 
 class LivePeer:
-    """Once in the clear, once encrypted."""
+    """The tests that run twice: in the clear and encrypted."""
 
     def start_peer(self, *words):
         self.peer = subprocess.Popen([PEER, *words], stdout=subprocess.PIPE, text=True)
@@ -174,7 +174,7 @@ class LivePeer:
         self.assertEqual({name: oos_envelope.hash32(oos_topics.canonical(oos_topics.TYPES[name].DESCRIPTOR))
                           for name in self.where["digests"]}, self.where["digests"])
 
-    def test_everything_a_client_does(self):
+    def test_a_client_receives_and_sends_every_class_of_message(self):
         node = self.node(is_observer=False)
         for topic in ("physics/state", "haptic/right/proxy", "logic/status", "event"):
             node.subscribe(topic)
@@ -183,7 +183,7 @@ class LivePeer:
 
         # STATE is there for a late joiner; LATEST comes whole although it takes several datagrams.
         logic = self.until(node, lambda m: m.topic == "logic/status")
-        self.assertEqual((logic.body.step, logic.writer), ("before anybody came", "peer"))
+        self.assertEqual((logic.body.step, logic.writer), ("before the client joined", "peer"))
         physics = self.until(node, lambda m: m.topic == "physics/state")
         self.assertEqual(list(physics.body.object), list(range(40)))
         self.assertEqual(physics.body.x_wo[7 * 39 + 4:7 * 40], [39.0, 0.5 * (physics.body.tick % 100), -1.0])
@@ -227,7 +227,7 @@ class LivePeer:
         rest = self.peer.stdout.read()
         self.assertEqual(self.peer.wait(), 0, rest)
 
-    def test_whoever_cannot_be_reached_ends_nobody(self):
+    def test_an_unreachable_peer_does_not_stop_a_client(self):
         with self.node("client-far") as far, self.node("client-near", is_observer=False) as near:
             far.subscribe("device/right/state")
             near.advertise("device/right/state")
@@ -278,7 +278,7 @@ class InTheClear(LivePeer, unittest.TestCase):
     def setUp(self):
         self.start_peer()
 
-    def test_a_payload_that_is_none_is_refused_and_counted(self):
+    def test_a_malformed_payload_is_refused_and_counted(self):
         topic = "physics/state"
         with self.node() as node:
             node.subscribe(topic)
@@ -287,7 +287,7 @@ class InTheClear(LivePeer, unittest.TestCase):
             sound = physics_pb2.PhysicsState(tick=1).SerializeToString()
 
             def num_refused(payload, digest=oos_topics.digest_of(topic), **parts):
-                """Of a datagram that is sound but for what is in it."""
+                """Refusals caused by a datagram with a sound envelope and this content."""
                 before, (boot, sequence) = node.refused, node._newest[topic]
                 node._take_data(oos_envelope.Envelope(
                     oos_envelope.LATEST, oos_envelope.hash32(topic), digest, node.session, oos_envelope.hash32("peer"),
@@ -313,7 +313,7 @@ class Encrypted(LivePeer, unittest.TestCase):
         self.start_peer(folder.name + "/keys")
 
     def run_example(self, name, *words):
-        """With the peer's session as the one that runs here, and on a machine with a clock of its own."""
+        """Runs an example with the peer's session as the running one, and as if on another machine (own clock)."""
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         place = pathlib.Path(folder.name, "vr_oos", "session.json")
@@ -327,12 +327,12 @@ class Encrypted(LivePeer, unittest.TestCase):
         self.addCleanup(example.kill)
         return example
 
-    def test_the_example_that_follows(self):
+    def test_the_following_example_prints_the_step_and_the_poses(self):
         said, _ = self.run_example("example_follow.py", "0.7").communicate(timeout=PATIENCE_S)
-        self.assertIn("step before anybody came", said)
+        self.assertIn("step before the client joined", said)
         self.assertRegex(said, r"tick \d+  object 0 at 0.000 \d.*object 39 at 39.000 [\d.]+ -1.000 m")
 
-    def test_the_example_that_publishes(self):
+    def test_the_publishing_example_moves_on_its_circle(self):
         with self.node("client-watch") as node:
             node.subscribe("device/right/state")
             node.start()
@@ -344,12 +344,12 @@ class Encrypted(LivePeer, unittest.TestCase):
                 node.poll(0.02)
             self.assertEqual(example.returncode, 0)
 
-    def test_whoever_has_no_key_is_not_let_in(self):
+    def test_a_client_without_a_key_is_not_let_in(self):
         with oos_bus.Node("client", self.where["registry"], int(self.where["session"]), None) as stranger:
             with self.assertRaises(TimeoutError):
                 stranger.start(timeout_s=1.0)
 
-    def test_a_key_is_good_for_its_own_name_only(self):
+    def test_a_key_is_valid_for_its_own_name_only(self):
         with self.assertRaisesRegex(FileNotFoundError, "intruder"):
             self.node("intruder")
 

@@ -1,4 +1,4 @@
-"""What every message of the VR-OOS bus is wrapped in, and what it is encrypted with: docs/reference/bus_protocol.md."""
+"""The envelope of every message of the VR-OOS bus, and its encryption: docs/reference/bus_protocol.md."""
 
 import dataclasses
 import hmac
@@ -57,13 +57,13 @@ class Envelope:
 
 
 def is_latest(data):
-    """Whether a message says that it is of class LATEST; read_envelope tells whether it is sound."""
+    """Whether the class field says LATEST; the rest is not checked (read_envelope does that)."""
     return len(data) <= MAX_DATAGRAM_BYTES and data[:4] == b"VOOS" and data[5:6] == bytes([LATEST])
 
 
 def read_envelope(data, unseal=None):
-    """(Envelope, payload), or None for whatever is no sound envelope. With `unseal`, (envelope, clear, body) -> bytes
-    or None, only sealed ones are sound, without it only those in the clear."""
+    """(Envelope, payload), or None if the bytes are no sound envelope. With `unseal`, (envelope, clear, body) -> bytes
+    or None, only sealed messages are accepted; without it only those in the clear."""
     if len(data) < HEAD.size:
         return None
     (magic, version, topic_class, part, parts, topic, digest, session, node, direct, other, flags, boot, sequence,
@@ -88,12 +88,12 @@ def read_envelope(data, unseal=None):
 
 
 def sender_key(session_key, instance):
-    """What one node's datagrams are sealed with."""
+    """The key that seals one node's datagrams."""
     return hmac.digest(session_key, b"VR-OOS datagram" + struct.pack("<Q", instance), "sha256")
 
 
 class Sealer:
-    """Encrypts what is behind an envelope's stamps and authenticates all; counts, so that no nonce comes twice."""
+    """Encrypts all behind an envelope's stamps and authenticates the whole; a counter keeps each nonce unique."""
 
     def __init__(self, key):
         self.cipher, self.counters = AESGCM(key), [0, 0]
@@ -106,7 +106,7 @@ class Sealer:
 
 
 class Opener:
-    """The other end, for one sender: takes each counter once, of the newest and the 63 before it."""
+    """Opens what one sender sealed. Accepts each counter once, and none older than 63 before the newest."""
 
     def __init__(self, key):
         self.cipher, self.newest, self.seen = AESGCM(key), [0, 0], [0, 0]
@@ -129,7 +129,7 @@ class Opener:
 
 
 class Keys:
-    """A member's CURVE keys and whom it lets in, from a run's key directory."""
+    """A member's CURVE keys and the keys it admits, from a run's key directory."""
 
     def __init__(self, directory, name):
         folder = pathlib.Path(directory)

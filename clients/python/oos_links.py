@@ -1,4 +1,4 @@
-"""Sockets of a node, and what goes through them: envelopes, keys."""
+"""A node's sockets, and sending and receiving envelopes through them, encrypted or not."""
 
 import functools
 import ipaddress
@@ -84,7 +84,7 @@ class Links:
         dealer.connect(endpoint)
         return dealer
 
-    def _answer_who_may_come_in(self):
+    def _answer_authentication(self):
         while self._allow_list.getsockopt(zmq.EVENTS) & zmq.POLLIN:
             version, request, _, _, _, mechanism, key = self._allow_list.recv_multipart()
             owner = self._keys.allowed.get(zmq.utils.z85.encode(key)) if mechanism == b"CURVE" else None
@@ -93,7 +93,7 @@ class Links:
 
     @staticmethod
     def _send_udp(udp, data, address):
-        """Whether it went out. One that cannot (a pulled cable, a full buffer) is lost, as any datagram may be."""
+        """Whether it was sent. A datagram that cannot be (a pulled cable, a full buffer) is lost, as any may be."""
         try:
             udp.sendto(data, address)
             return True
@@ -108,7 +108,7 @@ class Links:
             return None
 
     def _open(self, data, unseal=None):
-        """The Control of a sound envelope of this session, else None, counted."""
+        """The Control in a sound envelope of this session; otherwise None, and `refused` counts it."""
         found = read_envelope(data, unseal)
         if found and found[0].session == self.session and found[0].topic_class != LATEST:
             try:

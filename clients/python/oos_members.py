@@ -10,7 +10,7 @@ from oos_links import PROTOCOL_VERSION, Links, machine_id, udp_address
 from oos_topics import TYPES, canonical, rule_of
 from proto import bus_pb2
 
-MAX_TOPICS_TOLD = 30  # keeps a heartbeat within one datagram
+MAX_TOPICS_IN_HEARTBEAT = 30  # keeps a heartbeat within one datagram
 EVENT_TOPIC = hash32("event")
 
 
@@ -19,13 +19,13 @@ class Peer:
         self.record, self.opener, self.node = record, opener, hash32(record.name)
         self.data, self.heartbeat = udp_address(record.data_endpoint), udp_address(record.heartbeat_endpoint)
         self.is_alive = self.is_subscribed = self.has_snapshot = False
-        self.heard_s = self.asked_s = self.repaired_s = self.in_step_s = 0.0
+        self.heard_s = self.subscribed_s = self.repaired_s = self.in_step_s = 0.0
         self.accounts = {}  # topic id -> [count before the first that was meant for us, received, dropped]
-        self.state_version = self.told_version = self.told_events = 0
+        self.state_version = self.announced_version = self.announced_events = 0
         self.acked = (0, 0)
 
     def place(self):
-        """The last event that is settled: received, or given up."""
+        """Sequence number of the last event that is settled: received, or counted as lost."""
         return sum(self.accounts.get(EVENT_TOPIC, (0,)))
 
     def readings(self):
@@ -103,10 +103,10 @@ class Members(Links):
         for topic in record.topics:
             if topic.is_written:
                 self.topics[hash32(topic.name)] = (topic.name, record.name, topic.schema_digest)
-        self._next_heartbeat = 0.0  # be heard by it at once
+        self._next_heartbeat = 0.0  # so that it knows of this node at once
 
     def _fence_off(self, instance):
-        """Another has taken its place: nothing of it counts any more."""
+        """Ignores that instance from now on: another node has taken its name."""
         self._gone.add(instance)
         for peer in [peer for peer in self._peers.values() if peer.record.instance == instance]:
             self._forget(peer)
@@ -126,7 +126,7 @@ class Members(Links):
                    for topic in (*self._sequences, *self.received)]
         beat = self._wrap(bus_pb2.Control(heartbeat=bus_pb2.Heartbeat(
             name=self.name, instance=self.instance, wait_count=self._polls, refused=self.refused,
-            is_goodbye=is_goodbye, sent_ns=time.monotonic_ns(), topics=figures[:MAX_TOPICS_TOLD],
+            is_goodbye=is_goodbye, sent_ns=time.monotonic_ns(), topics=figures[:MAX_TOPICS_IN_HEARTBEAT],
             sent=self.sent.total(), received=self.received.total(), dropped=self.dropped.total(),
             counts=[bus_pb2.TopicCount(topic=EVENT_TOPIC, count=self._num_events)])), self._sealer)
         for peer in self._peers.values():
@@ -147,11 +147,11 @@ class Members(Links):
             peer.is_alive, peer.heard_s = True, time.monotonic()
             if peer.record.machine_id not in ("", machine_id()):
                 self._answer_clock(peer, control.heartbeat.sent_ns)
-            peer.told_version = control.heartbeat.state_version
-            peer.told_events = max((c.count for c in control.heartbeat.counts if c.topic == EVENT_TOPIC), default=0)
+            peer.announced_version = control.heartbeat.state_version
+            peer.announced_events = max((c.count for c in control.heartbeat.counts if c.topic == EVENT_TOPIC), default=0)
 
     def _answer_clock(self, peer, sent_ns):
-        """What a node on another machine needs to compare the clocks."""
+        """Answers a heartbeat from another machine with the times that comparing the clocks needs."""
         now_ns = time.monotonic_ns()
         self._send_udp(self._beats, self._wrap(bus_pb2.Control(clock_echo=bus_pb2.ClockEcho(
             name=self.name, instance=self.instance, heartbeat_sent_ns=sent_ns, received_ns=now_ns,

@@ -1,4 +1,4 @@
-"""What a node reads from its peers: LATEST by datagrams, STATE and EVENT by subscription."""
+"""Receiving from peers: LATEST by datagrams, STATE and EVENT by subscription."""
 
 import collections
 import dataclasses
@@ -9,7 +9,7 @@ from oos_members import EVENT_TOPIC, Members
 from oos_topics import TYPES, digest_of, matches, merge_parts, rule_of
 from proto import bus_pb2
 
-ASK_AGAIN_S, BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.3, 0.2, 0.05
+RESUBSCRIBE_AFTER_S, BEHIND_TOO_LONG_S, BETWEEN_REPAIRS_S = 0.3, 0.2, 0.05
 
 
 @dataclasses.dataclass
@@ -32,22 +32,22 @@ class Reading(Members):
     def _wants(self, topic):
         return topic in self._read or any(matches(pattern, topic) for pattern in self._patterns)
 
-    def _ask(self, peer, now):
-        """Subscribes, and once more when changes or events that the peer tells of have not come for a while."""
+    def _subscribe_if_due(self, peer, now):
+        """Subscribes, and again when changes or events that the peer's heartbeat announces stay away too long."""
         wants_state = any(t.is_written and t.topic_class == STATE and self._wants(t.name) for t in peer.record.topics)
         wants_events = self._wants("event")
         if not peer.is_alive or not (wants_state or wants_events):
             return
-        if peer.told_version <= peer.state_version and peer.told_events <= peer.place():
+        if peer.announced_version <= peer.state_version and peer.announced_events <= peer.place():
             peer.in_step_s = now
         elif now - peer.in_step_s > BEHIND_TOO_LONG_S:
             peer.is_subscribed = False
-        if peer.is_subscribed or now - peer.asked_s < ASK_AGAIN_S:
+        if peer.is_subscribed or now - peer.subscribed_s < RESUBSCRIBE_AFTER_S:
             return
         if self._send(peer.dealer, bus_pb2.Control(subscribe=bus_pb2.Subscribe(
                 name=self.name, instance=self.instance, wants_state=wants_state, wants_events=wants_events,
                 readings=peer.readings()))):
-            peer.asked_s = now
+            peer.subscribed_s = now
 
     def _acknowledge(self, peer, resend):
         acked = (peer.place(), peer.state_version)
@@ -59,7 +59,7 @@ class Reading(Members):
     def _take_peer(self, peer, control):
         body = control.WhichOneof("body")
         if body == "subscribe_ack":
-            peer.is_subscribed, peer.in_step_s, peer.acked = True, time.monotonic(), None  # is asked how far it is
+            peer.is_subscribed, peer.in_step_s, peer.acked = True, time.monotonic(), None  # acknowledge at once
             for reading in control.subscribe_ack.starts:
                 peer.accounts.setdefault(reading.topic, [reading.start, 0, 0])
             if EVENT_TOPIC in peer.accounts:  # what the writer does not keep any more is lost
@@ -73,11 +73,11 @@ class Reading(Members):
                 account[1] += 1
                 self._take_state(peer, control.state_delta)
             else:  # a gap: a new snapshot repairs it
-                peer.is_subscribed, peer.asked_s = False, 0.0
+                peer.is_subscribed, peer.subscribed_s = False, 0.0
         elif body == "event" and EVENT_TOPIC in peer.accounts and control.event.sequence > peer.place():
             self._take_event(peer, control.event)
         elif body == "eviction":  # too slow for the writer; asks again after a while
-            peer.is_subscribed, peer.asked_s = False, time.monotonic()
+            peer.is_subscribed, peer.subscribed_s = False, time.monotonic()
         elif body == "parameter_reply":
             self._replies[control.parameter_reply.request] = control.parameter_reply
 
@@ -103,7 +103,7 @@ class Reading(Members):
             self._acknowledge(peer, True)
 
     def _decode(self, topic, payload):
-        """The message; None, and counted, when the bytes are none of the topic's type."""
+        """The message, or None if the bytes are not of the topic's type; `refused` counts those."""
         try:
             return TYPES[rule_of(topic)["type"]].FromString(payload)
         except Exception:  # DecodeError moves between versions of protobuf
@@ -123,7 +123,7 @@ class Reading(Members):
         topic, writer, digest = self.topics.get(envelope.topic, (None, None, None))
         if topic is None or not self._wants(topic):
             return
-        # Another schema than this client's is the writer's own, which the registry found to get along with it.
+        # The digest may also be that of the writer's schema, which the registry found compatible with this client's.
         if envelope.digest != digest and envelope.digest != digest_of(topic):
             self.refused += 1
             return

@@ -61,7 +61,7 @@ def rule_of(topic):
 
 @functools.lru_cache(maxsize=None)
 def digest_of(topic):
-    """The digest of the schema that this client expects there; None of a topic that it does not know."""
+    """The digest of the schema that this client expects on the topic; None if it does not know the topic."""
     try:
         return hash32(canonical(TYPES[rule_of(topic)["type"]].DESCRIPTOR))
     except (KeyError, ValueError):

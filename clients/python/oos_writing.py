@@ -1,4 +1,4 @@
-"""What peers read from a node: LATEST, and its events; it owns no states and no parameters. And the loop over it all."""
+"""Sending to peers: LATEST and events (a client owns no STATE and no parameters), and one turn of the node's loop."""
 
 import collections
 import dataclasses
@@ -17,7 +17,7 @@ HEARTBEAT_S, HELLO_S, EAGER_HELLO_S, DEAD_AFTER_S = 0.05, 0.5, 0.1, 0.35
 
 @dataclasses.dataclass
 class _Reader:
-    """Somebody who reads this node's events."""
+    """A peer that reads this node's events."""
     start: int
     instance: int
     sent: int = 0
@@ -48,7 +48,7 @@ class Writing(Reading):
 
     @staticmethod
     def _is_key_of(key_name, routing):
-        """A routing id, "<name>#<instance>", is the sender's own word; its key is not."""
+        """Whether a key of that name allows the name in a routing id, "<name>#<instance>": the sender chose the id itself."""
         return f"{routing.rpartition(b'#')[0].decode(errors='replace')}-".startswith(f"{key_name}-")
 
     def _take_router(self):
@@ -86,7 +86,7 @@ class Writing(Reading):
         self._pump(routing, reader)
 
     def _rewind(self, routing, reader, place):
-        """Goes on after event `place`, or with the oldest that is kept."""
+        """Sends again from the event after `place`, or from the oldest that is kept."""
         reader.sent = reader.acked = max(self._num_events - len(self._events), min(place, self._num_events))
         self._reply(routing, bus_pb2.Control(subscribe_ack=bus_pb2.SubscribeAck(
             instance=self.instance, next_event=reader.sent + 1,
@@ -95,7 +95,7 @@ class Writing(Reading):
 
     def _pump(self, routing, reader):
         oldest = self._num_events - len(self._events) + 1
-        if reader.sent + 1 < oldest:  # nobody waited for it
+        if reader.sent + 1 < oldest:  # it is too far behind: the events between are no longer kept
             self._rewind(routing, reader, reader.sent)
             return
         while reader.sent < self._num_events and reader.sent < reader.acked + EVENT_CREDIT and \
@@ -107,7 +107,7 @@ class Writing(Reading):
         due = max(0.0, min(self._next_heartbeat, self._next_hello) - now)
         self._poller.poll(1000 * min(timeout_s, due))
         if self._keys:
-            self._answer_who_may_come_in()
+            self._answer_authentication()
         for udp, take in ((self._data, self._take_data), (self._beats, self._take_heartbeat)):
             for data in iter(lambda: self._receive_udp(udp), None):
                 take(data)
@@ -127,4 +127,4 @@ class Writing(Reading):
         for peer in self._peers.values():
             if peer.is_alive and now - peer.heard_s > DEAD_AFTER_S:
                 peer.is_alive = peer.is_subscribed = False
-            self._ask(peer, now)
+            self._subscribe_if_due(peer, now)

@@ -6,7 +6,7 @@
 
 namespace fuzz {
 
-// Blocks that FuzzBulk offers and fetches, and that its seeds are about: of one chunk, and of one and a bit.
+// The blocks of FuzzBulk and its seeds: one that fits into a chunk and one that does not.
 inline std::vector<std::uint8_t> SmallBlock() {
   constexpr std::string_view kText = "mesh";
   return {kText.begin(), kText.end()};

@@ -5,7 +5,7 @@
 
 namespace fuzz {
 
-// What a target says of a parser's answer. Aborts, so that the engine keeps the input.
+// Checks a property of a parser's result. Aborts if it does not hold, so that the engine keeps the input.
 inline void Claim(bool holds, const char* what) {
   if (holds) return;
   std::fprintf(stderr, "claim broken: %s\n", what);

@@ -9,8 +9,8 @@
 
 #include "tests/fuzz/targets.hpp"
 
-// The kept inputs of every fuzzer, in a build without one: each as it is, cut short and with single bits flipped. A
-// target aborts when a claim is broken.
+// Runs the stored inputs of every fuzzer in an ordinary build: unchanged, cut short and with single bits flipped. A
+// target aborts when a claim does not hold.
 
 namespace fuzz {
 namespace {
@@ -40,7 +40,7 @@ TEST_P(FuzzCorpus, IsTakenWhole) {
   }
 }
 
-// Spread over the input, so that the time does not grow with its size.
+// The damaged places are spread over the input; their number does not grow with its size.
 TEST_P(FuzzCorpus, IsTakenDamaged) {
   constexpr std::size_t kNumDamages = 16;
   for (const auto& file : InputsOf(GetParam().name)) {

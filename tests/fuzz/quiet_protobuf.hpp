@@ -4,7 +4,7 @@
 
 namespace fuzz {
 
-// Protobuf tells of every refused text on stderr: millions of lines.
+// Silences protobuf, which would report every malformed text on stderr: millions of lines.
 inline void QuietProtobuf() {
   [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
 }

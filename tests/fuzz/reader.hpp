@@ -9,7 +9,7 @@
 
 namespace fuzz {
 
-// Cuts an input into numbers and pieces; at its end everything is zero or empty.
+// Cuts an input into numbers and pieces; after its end numbers are zero and pieces empty.
 class Reader {
  public:
   explicit Reader(Input input) : rest_(input) {}

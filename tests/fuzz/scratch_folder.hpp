@@ -6,7 +6,7 @@
 
 namespace fuzz {
 
-// A folder in memory for parsers that read files; it goes with the process.
+// A folder in memory for parsers that read files; it is removed when the process ends.
 class ScratchFolder {
  public:
   ScratchFolder();

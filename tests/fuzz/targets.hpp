@@ -6,9 +6,8 @@
 
 namespace fuzz {
 
-// One entry point for each parser that reads what others wrote. Whatever the bytes, a target returns: no crash, no
-// leak, no more memory than a small multiple of the input. It aborts when a claim about the parser's answer does not
-// hold.
+// One entry point for each parser that reads foreign data. For any bytes a target must return without a crash or a
+// leak, within memory of a small multiple of the input. It aborts when a claim about the parser's result does not hold.
 using Input = std::span<const std::uint8_t>;
 
 void FuzzEnvelope(Input input);        // envelope.cpp

@@ -6,7 +6,7 @@ fail() { echo "FAILED: $*"; exit 1; }
 
 rm -rf "$scratch/prefix" "$scratch/example" "$scratch/wrench"
 "$cmake" --install "$build" --prefix "$scratch/prefix" --component development >/dev/null
-# A copy: nothing of the source tree is near.
+# The example is copied, so that it cannot find anything of the source tree beside it.
 mkdir -p "$scratch/example"
 cp "$source"/examples/wrench/* "$scratch/example"
 "$cmake" -S "$scratch/example" -B "$scratch/wrench" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
@@ -14,7 +14,7 @@ cp "$source"/examples/wrench/* "$scratch/example"
 "$cmake" --build "$scratch/wrench"
 if grep -rqF "$source" "$scratch/prefix/lib" --include='*.cmake'; then fail "the installed package names the source tree"; fi
 
-# The ball of 10 mm stands on the plate's top, z = 0: 1 mm deep it is pushed up, 5 mm above it nothing is felt.
+# The plate's top is z = 0. A ball of 10 mm that is 1 mm deep is pushed straight up; 5 mm above, the force is zero.
 export VR_OOS_CACHE=$scratch/cooked
 meshes=$source/scenarios/touch/meshes
 deep=$("$scratch/wrench/wrench" "$meshes/ball.obj" "$meshes/plate.obj" 0 0 0.009)

@@ -1,4 +1,4 @@
-// A launched run as others see it: from another machine, with a host that does not answer, without a picture.
+// A launched run observed and stopped from another machine, with a host that does not answer, and without a display.
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -31,16 +31,16 @@ class ElsewhereTest : public LabTest {
     EXPECT_TRUE(WaitFor(launcher->get(), "all 4 nodes are ready")) << (*launcher)->out() << (*launcher)->err();
     return std::move(*launcher);
   }
-  // On gamma, where nothing of the run is.
+  // The command on gamma, a machine without any part of the run.
   static std::vector<std::string> OosOnGamma(std::vector<std::string> words) {
     words.insert(words.begin(), std::string(VR_OOS_BINARY_DIR) + "/bin/oos");
     return machines_->On("gamma", words);
   }
 };
 
-TEST_F(ElsewhereTest, AnotherMachineLooksOnAndStopsTheRunUnderItsLivingLauncher) {
+TEST_F(ElsewhereTest, AnotherMachineViewsAndStopsTheRunWhileItsLauncherLives) {
   const std::string lab = WriteLab("elsewhere", OnThree());
-  // A host that the run does not use: what is in the home there is not the run's.
+  // Gamma is not used by the run: nothing in its home belongs to the run.
   const auto precious = machines_->folder() / "gamma/home/keys/precious";
   std::filesystem::create_directories(precious.parent_path());
   std::ofstream(precious) << "mine\n";
@@ -66,7 +66,7 @@ TEST_F(ElsewhereTest, AnotherMachineLooksOnAndStopsTheRunUnderItsLivingLauncher)
   for (const char* free : {"alpha: free", "beta: free", "gamma: free"}) EXPECT_THAT(status.out, HasSubstr(free));
 }
 
-TEST_F(ElsewhereTest, AHostThatDoesNotAnswerKeepsTheOthersFromNothing) {
+TEST_F(ElsewhereTest, AHostThatDoesNotAnswerHindersNoOther) {
   const std::string lab = Replaced(WriteLab("silent", OnThree()), "  <registry",
                                    "  <host name=\"delta\" address=\"10.77.0.99\"/>\n  <registry");
   const auto launcher = StartWithoutPictures(lab, "silent");

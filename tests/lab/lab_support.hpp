@@ -14,7 +14,7 @@
 
 namespace system_tests {
 
-// Until the child has said `text`; false when it ends or is silent for too long before.
+// Waits until the child has printed `text`; false if it ends or does not within `patience_s`.
 inline bool WaitFor(process::PipedChild* child, const std::string& text, double patience_s = 90.0) {
   const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
   while (core::MonotonicNow_ns() < deadline_ns) {
@@ -26,7 +26,7 @@ inline bool WaitFor(process::PipedChild* child, const std::string& text, double 
   return false;
 }
 
-// Tests that launch on three machines, which stand as long as the suite.
+// Tests that launch on three machines, which exist as long as the suite.
 class LabTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -46,7 +46,7 @@ class LabTest : public testing::Test {
     return folder;
   }
 
-  // A lab file; `more` is added to every host, `hosts` tells where the nodes are.
+  // Writes a lab file; `more` is added to every host, `hosts` maps each node to its host.
   static std::string WriteLab(const std::string& name, const std::map<std::string, std::string>& hosts,
                               const std::string& more = "", const std::string& lab_attributes = "") {
     const std::filesystem::path file = Folder(name + ".xml");

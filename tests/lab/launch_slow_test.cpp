@@ -1,4 +1,4 @@
-// What takes minutes: many starts, the whole procedure, launchers and nodes that die.
+// Launches that take minutes: many starts, the whole procedure, launchers that are killed.
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -37,7 +37,7 @@ TEST_F(LaunchSlow, TwentyOfTwentyStartsAreReadyAndLeaveNothing) {
   EXPECT_LE(seconds.back(), 5.0);
 }
 
-TEST_F(LaunchSlow, FilesBehindLinksAndThoseOfEditorsAreBroughtUnderTheirNames) {
+TEST_F(LaunchSlow, FilesBehindLinksAndThoseOfEditorsAreCopiedUnderTheirNames) {
   ScenarioCopy scenario("touch", "lab_links");
   const std::filesystem::path elsewhere = scenario.folder().parent_path();
   std::filesystem::rename(scenario.folder() / "meshes", elsewhere / "shapes");
@@ -57,7 +57,7 @@ TEST_F(LaunchSlow, FilesBehindLinksAndThoseOfEditorsAreBroughtUnderTheirNames) {
   ExpectNothingIsLeft();
 }
 
-TEST_F(LaunchSlow, AHostThatCannotTellItsPortsIsRefused) {
+TEST_F(LaunchSlow, AHostThatCannotListItsPortsIsRefused) {
   ASSERT_EQ(Run(machines_->On("beta", {"mount", "--bind", "/dev/null", "/usr/bin/ss"})).status, 0);
   const process::Answer answer = Run(Launch(WriteLab("no_ss", OnThree()), {"--without", "visual_node"}));
   EXPECT_EQ(Run(machines_->On("beta", {"umount", "/usr/bin/ss"})).status, 0);
@@ -67,7 +67,7 @@ TEST_F(LaunchSlow, AHostThatCannotTellItsPortsIsRefused) {
   ExpectNothingIsLeft();
 }
 
-TEST_F(LaunchSlow, TheSameScenarioIsFinishedOnOneAndOnThreeMachines) {
+TEST_F(LaunchSlow, TheSameScenarioCompletesOnOneAndOnThreeMachines) {
   std::map<std::string, std::string> on_one = OnThree();
   for (auto& [node, host] : on_one) host = "beta";
   for (const auto& [name, hosts] : {std::pair{"finished_one", on_one}, std::pair{"finished_three", OnThree()}}) {
@@ -79,7 +79,7 @@ TEST_F(LaunchSlow, TheSameScenarioIsFinishedOnOneAndOnThreeMachines) {
   }
 }
 
-TEST_F(LaunchSlow, ALauncherThatIsKilledLeavesTheRunToAnotherTerminal) {
+TEST_F(LaunchSlow, AnotherTerminalCanControlTheRunOfAKilledLauncher) {
   const std::string lab = WriteLab("killed", OnThree());
   const auto out = Folder("killed");
   auto launcher = process::PipedChild::Start(Launch(lab, {"--without", "visual_node", "--out", out.string()}));
@@ -135,8 +135,8 @@ double MeanOf(const nlohmann::json& report, const std::string& chain) {
   return report.contains(chain) ? report[chain].value("mean", -1.0) : -1.0;
 }
 
-// The hand and its bridge on one machine, physics on another, pictures on a third.
-TEST_F(LaunchSlow, LatenciesOnThreeMachinesAreThoseOfThePaperAndAddUp) {
+// Device bridge and haptic rendering on one machine, physics on another, the viewer on a third.
+TEST_F(LaunchSlow, LatenciesOnThreeMachinesAreAtMostThePapersAndAddUp) {
   const auto out = Folder("latency");
   const process::Answer run = Run(Launch(WriteLab("latency", OnThree()), {"--out", out.string()}), 240.0);
   EXPECT_EQ(run.status, 0) << run.out << run.err;

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class LaunchTest : public LabTest {};
 
-// The launcher below nsenter, which runs it in its own place: same process.
+// Signals the launcher. nsenter replaces itself by the launcher, so they are one process.
 void Signal(const process::PipedChild& child, int number) {
   kill(child.pid(), number);
 }
@@ -128,7 +128,7 @@ TEST_P(LaunchRefuses, WithOneMessageAndNothingStarted) {
   const std::size_t at = text.find(bad.from);
   ASSERT_NE(at, std::string::npos);
   std::ofstream(file) << text.replace(at, std::string(bad.from).size(), bad.to);
-  // What some of the cases need: no key that the machines know; a port in use.
+  // Needed by some of the cases: a key that the machines do not accept; a port in use.
   std::ofstream(machines_->folder() / "wrong_config")
       << "UserKnownHostsFile " << (machines_->folder() / "known_hosts").string()
       << "\nIdentitiesOnly yes\nIdentityFile /no_such_key\n";

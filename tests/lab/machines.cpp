@@ -21,7 +21,7 @@ std::string FirstLine(const std::filesystem::path& file) {
   return line;
 }
 
-// What tests left that were killed: their machines end with them, but folders stay.
+// Removes what killed tests left: their machines ended with them, but the folders stay.
 void RemoveLeftovers() {
   const std::string prefix = "oos-machines-";
   std::error_code error;
@@ -70,7 +70,7 @@ Machines::Machines(const std::vector<std::string>& names)
 }
 
 Machines::~Machines() {
-  if (keeper_) kill(keeper_->pid(), SIGKILL);  // unshare heeds nothing less; the kernel takes all the rest with it
+  if (keeper_) kill(keeper_->pid(), SIGKILL);  // unshare ignores other signals; the kernel then ends all its processes
   keeper_.reset();
   std::error_code error;
   std::filesystem::remove_all(folder_, error);

@@ -1,4 +1,5 @@
-// The launcher loses its way to a host for a while, the run goes on: what the bus told meanwhile is not missed.
+// The launcher loses its connection to a host for a while; the run goes on, and the launcher reports the missed events
+// afterwards.
 
 #include <gmock/gmock.h>
 
@@ -11,13 +12,13 @@ using testing::HasSubstr;
 
 class OutageTest : public SurviveTest {};
 
-TEST_F(OutageTest, StepsThatWereEnteredMeanwhileAreToldAfterwards) {
+TEST_F(OutageTest, StepsEnteredDuringAnOutageAreReportedAfterwards) {
   StartRun("outage");
   if (HasFatalFailure()) return;
   ASSERT_TRUE(Until([&] { return watch_->step() == "slide"; }, 60.0));
   std::vector<pid_t> sshd = FindAll("beta", "sshd");
   ASSERT_GE(sshd.size(), 2u);
-  kill(sshd[0], SIGSTOP);  // who listens: nobody is let in
+  kill(sshd[0], SIGSTOP);  // the listening process: no connection is accepted
   for (std::size_t i = 1; i < sshd.size(); ++i) kill(sshd[i], SIGKILL);
   const bool has_gone_on = Until([&] { return watch_->step() == "push_block"; }, 60.0);
   const std::string before = launcher_->out();

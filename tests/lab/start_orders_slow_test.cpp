@@ -1,4 +1,4 @@
-// The nodes may come in any order: all 120, each node started when the one before has reached the registry.
+// The nodes may start in any order. Tests all 120 orders; each node starts when the one before has registered.
 
 #include <gtest/gtest.h>
 

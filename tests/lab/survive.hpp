@@ -13,7 +13,7 @@
 
 namespace system_tests {
 
-// What the device was given in a tick, from the bridge's own log; times by the test's clock.
+// The force commanded to the device in a tick, from the log of device_bridge; times by the test's clock.
 struct GivenForce {
   std::int64_t time_ns = 0;
   double force_N = 0.0;
@@ -23,7 +23,7 @@ inline double Since_s(std::int64_t since_ns) {
   return static_cast<double>(core::MonotonicNow_ns() - since_ns) * 1e-9;
 }
 
-// Tests that hurt a run of `touch` on three machines and look at what the hand is given.
+// Tests that injure a run of `touch` on three machines and check the force commanded to the hand.
 class SurviveTest : public LabTest {
  protected:
   static constexpr double kFelt_N = 3.0;
@@ -43,7 +43,7 @@ class SurviveTest : public LabTest {
     ASSERT_EQ(watch_->trouble(), "");
   }
 
-  // Until the condition holds; false when it does not in time, or the run has ended.
+  // Waits until the condition holds; false if it does not in time, or the run has ended.
   bool Until(const std::function<bool()>& holds, double patience_s = 30.0) {
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     while (!holds()) {
@@ -53,7 +53,7 @@ class SurviveTest : public LabTest {
     }
     return true;
   }
-  // Until the hand has felt something for `lasting_s` on end.
+  // Waits until a force on the hand has lasted for `lasting_s` without a gap.
   bool UntilFelt(double lasting_s = 0.15) {
     std::int64_t since_ns = 0;
     return Until(
@@ -67,12 +67,12 @@ class SurviveTest : public LabTest {
         40.0);
   }
 
-  // The same of a contact that has only just begun, and is not about to end by the hand's own doing.
+  // The same for a contact that has only just begun, so that the operator will not end it soon.
   bool UntilFeltAnew(double lasting_s) {
     return Until([&] { return watch_->force_N() < kFelt_N; }, 40.0) && UntilFelt(lasting_s);
   }
 
-  // The machine's processes of that program (and verb, of `oos`), as seen from outside, the oldest first.
+  // Process ids, outside the machine, of its processes of that program (and verb, of `oos`), the oldest first.
   static std::vector<pid_t> FindAll(const std::string& machine, const std::string& program,
                                     const std::string& verb = "") {
     std::vector<pid_t> all;
@@ -98,15 +98,15 @@ class SurviveTest : public LabTest {
     return all.empty() ? 0 : all.front();
   }
 
-  // SIGKILL; returns when. The clock is read afterwards, lest a test that is held up in between count the time against
-  // the node.
+  // Sends SIGKILL; returns the time. The clock is read afterwards, so that a delay of the test in between does not
+  // count against the node.
   static std::int64_t Kill(pid_t process) {
     EXPECT_GT(process, 0) << "there is no process to kill";
     if (process > 0) kill(process, SIGKILL);
     return core::MonotonicNow_ns();
   }
 
-  // A living peer of that name, and another life of it than `instance`.
+  // Whether a live peer has that name and another instance id than `instance`: the node was restarted.
   [[nodiscard]] bool IsBack(const std::string& node, std::uint64_t instance) const {
     for (const bus::PeerStatus& peer : watch_->peers()) {
       if (peer.name == node) return peer.is_alive && !peer.is_stalled && peer.instance != instance;
@@ -120,7 +120,7 @@ class SurviveTest : public LabTest {
     return 0;
   }
 
-  // The run to its end, and what must hold in any case: completed, nothing left, no sample above cap or rate.
+  // Waits for the run's end and checks what always holds: completed, no process left, no sample above cap or rate.
   void FinishRun(double patience_s = 120.0) {
     watch_.reset();
     WaitForEnd(launcher_.get(), patience_s);
@@ -155,7 +155,7 @@ class SurviveTest : public LabTest {
     for (std::size_t i = 1; i < forces_.size(); ++i) {
       const double dt_s = 1e-9 * static_cast<double>(forces_[i].time_ns - forces_[i - 1].time_ns);
       largest_N = std::max(largest_N, forces_[i].force_N);
-      // A tick that comes late is followed by one that comes early: the filter allows a rate per nominal tick at least.
+      // The filter limits the change per nominal tick or longer. A tick after a late one is shorter than nominal.
       const double step_N = std::abs(forces_[i].force_N - forces_[i - 1].force_N);
       fastest_N_per_s = std::max(fastest_N_per_s, step_N / std::max(dt_s, core::kTick_s));
     }
@@ -165,7 +165,7 @@ class SurviveTest : public LabTest {
                 fastest_N_per_s, device.max_force_rate_N_per_s);
   }
 
-  // Of the samples between two times, seconds after `zero_ns`.
+  // Over the samples between two times, in seconds after `zero_ns`.
   [[nodiscard]] double LargestForce_N(std::int64_t zero_ns, double from_s, double to_s) const {
     double largest_N = 0.0;
     for (const GivenForce& sample : forces_) {
@@ -174,7 +174,7 @@ class SurviveTest : public LabTest {
     }
     return largest_N;
   }
-  // When the force came to zero after `zero_ns`, and when it was felt again [s]; negative: not.
+  // When the force became zero after `zero_ns`, and when it returned [s]; negative if it did not.
   [[nodiscard]] double GoneAfter_s(std::int64_t zero_ns) const {
     for (const GivenForce& sample : forces_) {
       if (sample.time_ns > zero_ns && sample.force_N == 0.0)
@@ -199,7 +199,8 @@ class SurviveTest : public LabTest {
     std::printf("  %s: force zero after %.0f ms, felt again after %.2f s\n", what.c_str(), 1e3 * GoneAfter_s(hit_ns),
                 BackAfter_s(hit_ns));
   }
-  // A force that fades is zero after 60 ms; a contact that has only just begun lasts longer than what is looked at.
+  // A force that fades is zero after 60 ms, and a contact that has only just begun lasts longer than the 120 ms
+  // checked.
   void ExpectForceStays(const std::string& what, std::int64_t hit_ns) const {
     const double before_N = LargestForce_N(hit_ns, -0.1, 0.0);
     EXPECT_GT(before_N, 1.0) << what << ": there was no contact to keep";
@@ -214,7 +215,8 @@ class SurviveTest : public LabTest {
   }
 
   void ExpectSaid(const std::string& text) const {
-    EXPECT_NE(launcher_->out().find(text), std::string::npos) << "nobody said '" << text << "':\n" << launcher_->out();
+    EXPECT_NE(launcher_->out().find(text), std::string::npos) << "the launcher did not print '" << text << "':\n"
+                                                              << launcher_->out();
   }
   void ExpectShown(const std::string& text) const {
     std::string all;
@@ -228,7 +230,7 @@ class SurviveTest : public LabTest {
     in >> word;
     return word;
   }
-  // Its CLOCK_MONOTONIC minus ours, exactly: they are views of one clock.
+  // The machine's CLOCK_MONOTONIC minus ours [ns], exactly: both derive from the kernel's one clock.
   static std::int64_t ClockOf(const std::string& machine) {
     std::ifstream in("/proc/" + FirstWord(machines_->folder() / (machine + ".pid")) + "/timens_offsets");
     std::string clock;

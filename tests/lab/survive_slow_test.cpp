@@ -1,5 +1,5 @@
-// Every failure of docs/reference/survival.md, in runs on three machines: what the hand is given is read from the
-// bridge's own log, a sample every millisecond, and the procedure must be finished afterwards.
+// Every failure of docs/reference/survival.md, in runs on three machines. The force commanded to the hand is read from
+// the log of device_bridge, a sample every millisecond; the procedure must complete afterwards.
 
 #include <gmock/gmock.h>
 
@@ -23,7 +23,7 @@ void PrintTo(Blow blow, std::ostream* out) {
   *out << (blow == Blow::kKill ? "kill -9" : blow == Blow::kStop ? "stopped for 1 s" : "half as fast for 1 s");
 }
 
-// Until the moment; of every 10 ms the process has the first 5.
+// For `seconds` the process runs only in the first 5 of every 10 ms.
 void SlowDown(pid_t process, double seconds) {
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const timespec pause{0, 5'000'000};
@@ -37,12 +37,12 @@ void SlowDown(pid_t process, double seconds) {
 
 class SurviveBlow : public SurviveTest, public testing::WithParamInterface<Blow> {
  protected:
-  // Returns when, as Kill does.
+  // Applies the blow; returns the time, as Kill does.
   static std::int64_t Stop(pid_t process) {
     kill(process, SIGSTOP);
     return core::MonotonicNow_ns();
   }
-  // From `since_ns` until somebody on the bus found the node; until now when nobody had lost it.
+  // Seconds from `since_ns` until a node on the bus found it again; until now if none had lost it.
   [[nodiscard]] double FoundAfter_s(const std::string& node, std::int64_t since_ns) const {
     for (const BusWatch::Heard& one : watch_->heard()) {
       if (one.event.name != "node_found" || one.event.detail != node || one.time_ns < since_ns) continue;
@@ -77,8 +77,8 @@ class SurviveBlow : public SurviveTest, public testing::WithParamInterface<Blow>
   }
 };
 
-// device_bridge first: the log of what the hand is given begins with its second life.
-TEST_P(SurviveBlow, EachNodeInTurn) {
+// device_bridge first: its restart begins a new log of forces, which the checks of the others read.
+TEST_P(SurviveBlow, EachNodeRecovers) {
   StartRun("survive_blow_" + std::to_string(static_cast<int>(GetParam())), {});
   if (HasFatalFailure()) return;
   std::map<std::string, std::int64_t> hits_ns;
@@ -95,7 +95,7 @@ TEST_P(SurviveBlow, EachNodeInTurn) {
   }
   FinishRun();
   for (const char* node : {"logic_node", "visual_node"}) ExpectForceStays(node, hits_ns[node]);
-  if (GetParam() == Blow::kSlow) return;  // the others' force may fade and come back; it is within its limits
+  if (GetParam() == Blow::kSlow) return;  // the force may fade and return; Finish has checked its limits
   for (const char* node : {"haptic_node", "physics_node"}) ExpectForceFades(node, hits_ns[node], 0.3);
 }
 
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(, SurviveBlow, testing::Values(Blow::kKill, Blow::kStop
 
 class SurviveSlow : public SurviveTest {};
 
-TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedInNineOfTenTries) {
+TEST_F(SurviveSlow, KilledPhysicsComesBackInTimeAndNineOfTenProceduresComplete) {
   const std::vector<std::string> steps = {"press", "slide", "edge", "push_block"};
   int num_finished = 0;
   std::vector<double> back_s, gone_s;
@@ -138,7 +138,7 @@ TEST_F(SurviveSlow, PhysicsThatIsKilledComesBackInTimeAndTheProcedureIsFinishedI
   EXPECT_LE(back_s.back(), 1.0);
 }
 
-TEST_F(SurviveSlow, ARegistryThatIsKilledCostsNoForce) {
+TEST_F(SurviveSlow, KillingTheRegistryChangesNoForce) {
   StartRun("survive_registry");
   if (HasFatalFailure()) return;
   ASSERT_TRUE(UntilFelt(0.12));
@@ -154,7 +154,7 @@ TEST_F(SurviveSlow, ARegistryThatIsKilledCostsNoForce) {
   ExpectSaid("exited: registry (terminated by SIGKILL; not expected)");
 }
 
-TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
+TEST_F(SurviveSlow, KillingTheLauncherChangesNothingAndAnyTerminalCanCleanUp) {
   StartRun("survive_launcher");
   if (HasFatalFailure()) return;
   ASSERT_TRUE(UntilFelt(0.12));
@@ -170,8 +170,8 @@ TEST_F(SurviveSlow, ALauncherThatIsKilledCostsNothingAndAnyTerminalTidiesUp) {
   ExpectForceStays("launcher, SIGKILL", hit_ns);
 }
 
-// All that the run writes on the recorder's machine is on a disk of its own, which is then filled by others.
-TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
+// The run writes to a separate disk on the recorder's machine, and the test fills that disk.
+TEST_F(SurviveSlow, AFullDiskCostsOnlyTheRecording) {
   const std::string lab = WriteLab("survive_disk", OnThree(), "run_folder=\"/mnt/vr_oos\"", "min_free_MB=\"1\"");
   for (const char* machine : {"alpha", "beta", "gamma"}) {
     const process::Answer made = Run(machines_->On(
@@ -181,7 +181,7 @@ TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
   const std::filesystem::path recorded = Folder("survive_disk_recorded");
   StartRun("survive_disk", {"--without", "visual_node", "--record", recorded.string()}, lab);
   if (HasFatalFailure()) return;
-  // All but the last 40 MB at once and beforehand, so that the disk is full within milliseconds and during a contact.
+  // All but 40 MB are filled beforehand, so that the rest takes milliseconds and the disk gets full during a contact.
   const process::Answer most = Run(machines_->On(
       "beta",
       {"sh", "-c",
@@ -219,7 +219,7 @@ TEST_F(SurviveSlow, AFullDiskCostsTheRecordingAndNothingElse) {
 
 class SurviveReboot : public SurviveTest, public testing::WithParamInterface<const char*> {};
 
-TEST_P(SurviveReboot, TheHostsPartComesBackAndTheProcedureIsFinished) {
+TEST_P(SurviveReboot, TheHostsNodesComeBackAndTheProcedureCompletes) {
   const std::string machine = GetParam();
   StartRun("survive_reboot_" + machine, {});
   if (HasFatalFailure()) return;
@@ -258,7 +258,7 @@ class SurviveLink : public SurviveTest {
     std::ofstream(beside) << figures << "\n";
     std::filesystem::rename(beside, file);
   }
-  // What a unit said, in order, of lines of the launcher "... [HOST] UNIT: TEXT".
+  // The texts that a unit printed, in order, from the launcher's lines "... [HOST] UNIT: TEXT".
   [[nodiscard]] std::vector<std::string> SaidBy(const std::string& unit, const std::vector<std::string>& words) const {
     std::vector<std::string> said;
     std::istringstream lines(launcher_->out());
@@ -278,12 +278,12 @@ TEST_F(SurviveLink, PulledForHalfASecondThenLosing5PercentWithJitter) {
   if (HasFatalFailure()) return;
   ASSERT_TRUE(UntilFelt(0.12));
   SetLink("0 0 0 beta");
-  const std::int64_t hit_ns = core::MonotonicNow_ns() + 2'000'000;  // the relay looks every 2 ms
+  const std::int64_t hit_ns = core::MonotonicNow_ns() + 2'000'000;  // the relay reads its settings every 2 ms
   ASSERT_TRUE(Until([&] { return Since_s(hit_ns) > 0.5; }));
   SetLink("0.2 1.0 5");
   ASSERT_TRUE(Until([&] { return watch_->step() == "push_block"; }, 90.0)) << launcher_->out();
   FinishRun(180.0);
-  // EVENT in order and complete: what the bridge wrote into its own log, and what the registry heard of it by the bus.
+  // EVENT arrives in order and complete: the bridge's events in its own log equal those that the registry received.
   const auto written = SaidBy("device_bridge", {"no command for 60 ms", "commands arrive again"});
   const auto heard = SaidBy("bus", {"no command for 60 ms", "commands arrive again"});
   EXPECT_GE(written.size(), 2u);

@@ -1,5 +1,5 @@
-// The one failure that costs the operator most, in the fast tests; the others: survive_slow_test.cpp, and what each
-// looks like to the operator: docs/reference/survival.md.
+// The failure that costs the operator most, among the fast tests. The others are in survive_slow_test.cpp;
+// docs/reference/survival.md describes what the operator notices of each.
 
 #include "tests/lab/survive.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 
 class Survive : public SurviveTest {};
 
-TEST_F(Survive, PhysicsThatIsKilledCostsTheForceFor60msAndComesBackFromItsCheckpoint) {
+TEST_F(Survive, KilledPhysicsTakesTheForceAwayWithin60msAndComesBackFromItsCheckpoint) {
   StartRun("survive_physics");
   if (HasFatalFailure()) return;
   ASSERT_TRUE(UntilFelt()) << launcher_->out();
@@ -19,7 +19,7 @@ TEST_F(Survive, PhysicsThatIsKilledCostsTheForceFor60msAndComesBackFromItsCheckp
   const std::int64_t killed_ns = Kill(physics);
   ASSERT_TRUE(Until([&] { return watch_->physics_heard_ns() > killed_ns + 50'000'000; }, 20.0)) << launcher_->out();
   const double back_s = 1e-9 * static_cast<double>(watch_->physics_heard_ns() - killed_ns);
-  EXPECT_GT(watch_->physics_tick() + 1000, tick) << "it began anew, and did not go on from a checkpoint";
+  EXPECT_GT(watch_->physics_tick() + 1000, tick) << "it started from the beginning, not from a checkpoint";
   FinishRun();
   ExpectForceFades("physics_node, SIGKILL", killed_ns, 0.3);
   std::printf("  physics_node is back after %.2f s\n", back_s);

@@ -1,4 +1,4 @@
-// Viewers come, go and die during runs on three machines, turn about with runs that are left in peace.
+// Viewers join, leave and die during runs on three machines, alternating with runs without such changes.
 
 #include <nlohmann/json.hpp>
 
@@ -33,10 +33,10 @@ struct Misses {
 
 class Swap : public SurviveTest {
  protected:
-  // A viewer of the running session, started where the launcher stands; returns when it has the whole scene.
+  // Starts a viewer of the running session beside the launcher; returns when it has the whole scene.
   struct Viewer {
     std::unique_ptr<process::PipedChild> child;
-    double whole_after_s = -1.0;  // negative: it never had
+    double whole_after_s = -1.0;  // negative: never
   };
   Viewer View(std::vector<std::string> more) {
     more.insert(more.begin(), {"view"});
@@ -48,7 +48,7 @@ class Swap : public SurviveTest {
     viewer.child = std::move(*child);
     const bool is_text = more.size() > 1 && more[1] == "--text";
     const std::string name = "visual_node-" + std::to_string(viewer.child->pid());
-    // The text names every object once it has them all; a window tells that its first picture is finished.
+    // The text viewer prints the objects once it has them all; a window emits "ready" with its first picture.
     const bool is_whole = Until(
         [&] {
           viewer.child->Poll();
@@ -62,7 +62,7 @@ class Swap : public SurviveTest {
   }
 };
 
-TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
+TEST_F(Swap, ViewersThatJoinLeaveOrDieDelayNoOtherNode) {
   process::Group display_group;
   const auto display = oos::StartVirtualDisplay(&display_group, Folder("swap_display.log"));
   if (!display) GTEST_SKIP() << display.error().detail;
@@ -95,7 +95,7 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
       }
       std::vector<std::string> steps;
       EXPECT_TRUE(Until(
-          [&] {  // STATE tells of the step before EVENT does, or after
+          [&] {  // the step arrives by STATE and by EVENT, in either order
             steps.clear();
             for (const auto& [event, heard_ns] : watch_->heard()) {
               if (event.name == "step_entered") steps.push_back(event.detail);
@@ -122,11 +122,10 @@ TEST_F(Swap, ViewersComeGoAndDieAndNobodyElseNotices) {
       text_s.size(), text_s[text_s.size() / 2], text_s.back(), window_s[window_s.size() / 2], window_s.back(),
       joined_s[joined_s.size() / 2], joined_s.back());
   EXPECT_LE(text_s.back(), 1.0);
-  // Drawing its first picture takes the window most of that. Without a GPU, on two cores that the run needs as well,
-  // its slowest start is known to exceed the second at times: the figure holds for the median, and the maximum is
-  // printed.
+  // Most of a window's time is for drawing the first picture. Without a GPU, on two cores shared with the run, its
+  // slowest start sometimes exceeds one second: the limit applies to the median, and the maximum is printed.
   EXPECT_LE(window_s[window_s.size() / 2], 1.0);
-  // A rate, per thousand cycles, with room for what one late cycle more means.
+  // Late cycles per thousand, with a margin for one late cycle more.
   EXPECT_LE(swapped.haptic / swapped.cycles, quiet.haptic / quiet.cycles + 1e-4);
   EXPECT_LE(swapped.physics / swapped.cycles, quiet.physics / quiet.cycles + 1e-4);
 }

@@ -31,14 +31,14 @@ export function Inputs(firstChannel) {
 
 function MakesSense(features, records) {
   const has = (...types) => records.some((record) => types.includes(record.type));
-  const asks = (feature) => features.has(feature);
-  if (asks("ax") && !has("Attachment")) return false;
-  if (asks("mdx") && !has("Metadata")) return false;
-  if (asks("rsh") && !has("Schema")) return false;
-  if (asks("rch") && !has("Channel")) return false;
-  if (asks("ch") && !has("Message", "Channel", "Schema")) return false;
-  if ((asks("mx") || asks("chx")) && !asks("ch")) return false;
-  if (asks("sum") && !["chx", "rsh", "rch", "mdx", "ax", "st"].some(asks)) return false;
+  const uses = (feature) => features.has(feature);
+  if (uses("ax") && !has("Attachment")) return false;
+  if (uses("mdx") && !has("Metadata")) return false;
+  if (uses("rsh") && !has("Schema")) return false;
+  if (uses("rch") && !has("Channel")) return false;
+  if (uses("ch") && !has("Message", "Channel", "Schema")) return false;
+  if ((uses("mx") || uses("chx")) && !uses("ch")) return false;
+  if (uses("sum") && !["chx", "rsh", "rch", "mdx", "ax", "st"].some(uses)) return false;
   return true;
 }
 
@@ -55,7 +55,7 @@ export function* Variants(firstChannel = 1) {
 export function Build(features, records) {
   const builder = new McapRecordBuilder({ padRecords: features.has("pad") });
   const expected = [];
-  // Writes a record; the place and length of it.
+  // Writes a record; returns its offset and length in bytes.
   const put = (type, content) => {
     const offset = BigInt(builder.length);
     builder[`write${type}`](content);
@@ -173,7 +173,7 @@ export function Plain({ type, ...fields }) {
   return { type, fields: Object.fromEntries(Object.entries(fields).map(([key, v]) => [SnakeCase(key), Value(v)])) };
 }
 
-// What an indexed reader is to tell of them.
+// The expected output of an indexed reader for these records.
 export function PlainIndexed(expected) {
   const messages = expected.filter((record) => record.type === "Message");
   messages.sort((a, b) => (a.logTime < b.logTime ? -1 : a.logTime > b.logTime ? 1 : 0));  // stable

@@ -52,8 +52,8 @@ test("our indexed reader agrees on all 416", () => {
   cases.forEach(({ expected, name }, i) => assert.deepEqual(found[i], PlainIndexed(expected), name));
 });
 
-// Our writer has one way of writing. What differs from file to file is what stands in it and where chunks end, so each
-// input is written whole, with a flush between any two records, and all inputs one behind the other.
+// Our writer has no options. Files differ only in their records and in where chunks end. So each input is written in one
+// piece and with a flush between any two records, and all inputs are written one after another into one file.
 test("our writer gives the same bytes as the builder", () => {
   const inputs = Inputs(0);
   const everything = [...inputs.OneMetadata, ...inputs.TenMessages, { type: "Flush" }, ...inputs.OneAttachment,

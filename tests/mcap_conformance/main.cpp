@@ -1,6 +1,6 @@
-// The recording library as seen from @mcap/core (conformance.test.mjs):
-//   mcap_driver streamed|indexed FILE...   what its readers find, one line of JSON a file
-//   mcap_driver write OUT < CASE.json      what its writer makes of the same records
+// Runs our reader and writer of MCAP for conformance.test.mjs, which compares them with @mcap/core:
+//   mcap_driver streamed|indexed FILE...   prints what our reader finds, one line of JSON for each file
+//   mcap_driver write OUT < CASE.json      writes the case's records to OUT by our writer
 
 #include <cstdio>
 #include <cstring>

@@ -2,7 +2,7 @@
 # node_test.sh FROM TO TEST: runs FROM/TEST from the folder TO, with the packages that FROM/package-lock.json names; installs
 # them there when they are missing. Exit status 77 (skipped) when npm's registry cannot be reached.
 set -eu
-# An unreachable registry is found out in seconds, not minutes.
+# Short timeouts: an unreachable registry is noticed in seconds, not minutes.
 export NPM_CONFIG_FETCH_RETRY_MINTIMEOUT=1000 NPM_CONFIG_FETCH_RETRY_MAXTIMEOUT=5000
 mkdir -p "$2"
 cp "$1"/*.mjs "$1"/package.json "$2"

@@ -1,5 +1,5 @@
-// Recordings as others read them. node --test; OOS names the built oos, SCENARIO a scenario to run, WORK_DIR a folder to
-// write to.
+// Our recordings read by MCAP's own library. node --test; OOS names the built oos, SCENARIO a scenario to run, WORK_DIR a
+// folder to write to.
 import { before, test } from "node:test";
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -66,7 +66,7 @@ async function* messagesOf(path) {
   }
 }
 
-test("every file is read from its front with all checksums on, and says as much as by its index", async () => {
+test("reading from the front with all checksums finds the same as reading by the index", async () => {
   const files = recordings();
   assert.ok(files.length > 6, `several files of some nodes: ${files}`);
   for (const path of files) {
@@ -86,7 +86,7 @@ test("every file is read from its front with all checksums on, and says as much 
   }
 });
 
-test("payloads decode by the embedded descriptors to what they mean", async () => {
+test("payloads decode by the embedded descriptors to plausible values", async () => {
   const seen = new Map();
   for await (const { channel, content } of messagesOf(run)) {
     seen.set(channel.topic, (seen.get(channel.topic) ?? 0) + 1);
@@ -102,7 +102,7 @@ test("payloads decode by the embedded descriptors to what they mean", async () =
   }
 });
 
-test("what a node took is what its writer sent", async () => {
+test("messages recorded by a reader equal those recorded by their writer", async () => {
   const sent = new Set();
   const taken = [];
   for await (const { channel, message, content } of messagesOf(run)) {
@@ -117,7 +117,7 @@ test("what a node took is what its writer sent", async () => {
   }
 });
 
-test("the file says where it comes from", async () => {
+test("a recording names its scenario, platform and hosts", async () => {
   const reader = await open(run);
   const names = new Set(reader.metadataIndexes.map(({ name }) => name));
   for (const name of ["merged", "recording", "host", "versions", "topics", "scenario", "platform"]) {
@@ -128,7 +128,7 @@ test("the file says where it comes from", async () => {
   assert.ok(attachments.includes("scenario.xml"), `${attachments}`);
 });
 
-// "double x = 1" and so on, of a message in the text of a .proto file.
+// The fields ("double x = 1" and so on) of a message in the text of a .proto file.
 const kField = /^\s*(?:repeated )?([\w.]+) (\w+) = (\d+)(?: \[packed=\w+\])?;/gm;
 const theirFields = (name) => new Map([...generateProto(foxgloveMessageSchemas[name], []).matchAll(kField)]
   .map(([, type, field, number]) => [field, { type: type.replace("foxglove.", ""), number: Number(number) }]));
@@ -155,7 +155,7 @@ test("view channels have the names, fields and numbers of Foxglove's schemas", a
   assert.ok(compared > 40, `${compared} fields`);
 });
 
-test("the view is a scene that moves: meshes in frames, frames at 30 to 60 Hz, events", async () => {
+test("the exported view has meshes, frames at 30 to 60 Hz and events", async () => {
   const frames = new Map();
   const times = [];
   let models, lines = 0;

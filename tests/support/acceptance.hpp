@@ -26,8 +26,8 @@ inline std::string Describe(const lockstep::Outcome& outcome) {
   return outcome.why.empty() ? line : line + (": " + outcome.why);
 }
 
-// What holds for every run, also for one that fails: the force on the hand under the cap in every tick, and no momentum
-// made up. Prints the run's figures.
+// Holds for every run, also for one that fails: the force on the hand is under the cap in every tick, and momentum is
+// conserved. Prints the run's figures.
 inline void ExpectSound(const scene::Scenario& scenario, const lockstep::Outcome& outcome) {
   std::printf("  %s, %s\n", scenario.name.c_str(), Describe(outcome).c_str());
   std::fflush(stdout);
@@ -35,12 +35,12 @@ inline void ExpectSound(const scene::Scenario& scenario, const lockstep::Outcome
   EXPECT_LE(outcome.impulse_balance, 1e-9);
 }
 
-// The procedure's steps, all of them, by these names and in this order.
+// The run completed exactly these steps, in this order.
 inline void ExpectCompleted(const lockstep::Outcome& outcome, const StepNames& names) {
   EXPECT_TRUE(outcome.is_completed) << outcome.why;
   EXPECT_TRUE(outcome.why.empty()) << outcome.why;
-  EXPECT_GT(outcome.contact_cycles, 100u) << "nothing was touched";
-  EXPECT_GT(outcome.peak_force_N, 1.0) << "nothing was felt";
+  EXPECT_GT(outcome.contact_cycles, 100u) << "there was no contact";
+  EXPECT_GT(outcome.peak_force_N, 1.0) << "there was no force on the hand";
   ASSERT_EQ(outcome.steps.size(), names.size());
   double seconds = 0.0;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -54,8 +54,8 @@ inline void ExpectCompleted(const lockstep::Outcome& outcome, const StepNames& n
   EXPECT_NEAR(seconds, outcome.simulated_s, 0.05);  // nothing happens between steps
 }
 
-// The steps before `name` are complete, `name` is the one that failed and says why with `word`, those behind it were
-// not reached, and the run says the same.
+// The steps before `name` are complete; `name` failed, and its reason contains `word`; later steps were not reached.
+// The run reports the same.
 inline void ExpectFailedIn(const lockstep::Outcome& outcome, const StepNames& names, const std::string& name,
                            const std::string& word) {
   EXPECT_FALSE(outcome.is_completed) << "the broken run completed";

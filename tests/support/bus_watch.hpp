@@ -14,10 +14,10 @@
 
 namespace system_tests {
 
-// An observer of a launched run, on a thread that stands in another network than the test. Its times are the test's.
+// Observes a launched run from a thread in another network namespace than the test. Times are by the test's clock.
 class BusWatch {
  public:
-  // `network`: /proc/PID/ns/net of the place that launched; `bind`: an address of it; `role`: whose force is watched.
+  // `network`: /proc/PID/ns/net of the launcher; `bind`: an address there; `role`: the device whose force is observed.
   BusWatch(const std::filesystem::path& network, const std::string& bind, const std::string& role);
   ~BusWatch();
   BusWatch(const BusWatch&) = delete;
@@ -35,9 +35,9 @@ class BusWatch {
     std::int64_t time_ns = 0;
   };
   [[nodiscard]] std::vector<Heard> heard() const;
-  // An event of a node, or about it.
+  // An event that a node emitted, or that the registry emitted about it.
   [[nodiscard]] bool HasHeard(const std::string& event, const std::string& node) const;
-  // From the last `from` that names the node to the last `to` of it [s].
+  // Seconds from the node's last event `from` to its last event `to`.
   [[nodiscard]] double SecondsBetween(const std::string& from, const std::string& to, const std::string& node) const;
   [[nodiscard]] std::vector<bus::PeerStatus> peers() const;
   [[nodiscard]] const std::string& trouble() const { return trouble_; }  // why it cannot watch; empty: it does

@@ -5,7 +5,8 @@
 
 namespace system_tests {
 
-// An operator that gets nowhere is given up earlier than in a run for people; no step that works takes longer.
+// Simulated seconds without progress after which a run has failed: less than in a run for people, but more than any
+// successful step takes.
 inline constexpr double kStallLimit_s = 20.0;
 
 inline lockstep::Outcome RunSabotaged(scene::Scenario scenario, const lockstep::Options& options = {}) {

@@ -14,14 +14,14 @@
 
 namespace system_tests {
 
-// A copy of one of the project's scenarios in a temporary folder, to change its files before it is loaded. Whatever
-// goes wrong in here is a failure of the test that asked for it.
+// A copy of one of the project's scenarios in a temporary folder, to change its files before it is loaded. An error in
+// here fails the test that uses it.
 class ScenarioCopy {
  public:
   // `variant`: unique among the tests, it names the folder.
   ScenarioCopy(const std::string& scenario, const std::string& variant);
 
-  // The copy stays when the test has failed, to be looked at.
+  // Removes the copy, unless the test has failed: then it stays for inspection.
   ~ScenarioCopy();
   ScenarioCopy(const ScenarioCopy&) = delete;
   ScenarioCopy& operator=(const ScenarioCopy&) = delete;

@@ -10,14 +10,14 @@
 
 namespace system_tests {
 
-// What the steps of the nodes in a lock-step run allocate, lock and log. Each node's first steps make its buffers and
-// are not counted.
+// Counts allocations, locks and log lines in the steps of the nodes of a lock-step run. The first steps of each node
+// allocate its buffers and are not counted.
 class StepWatch {
  public:
   static constexpr std::uint64_t kWarmSteps = 1000;
 
   struct Steps {
-    std::uint64_t count = 0;  // with the first ones
+    std::uint64_t count = 0;  // the first ones included
     std::uint64_t dirty = 0;
     std::uint64_t allocations = 0;  // and releases
     std::uint64_t locks = 0;
@@ -25,7 +25,7 @@ class StepWatch {
     std::string first;  // where the first dirty one did it
   };
 
-  // Sees the runs of these options; must outlive them.
+  // Counts in the runs of these options; must outlive them.
   void Watch(lockstep::Options* options);
   [[nodiscard]] const Steps& of(std::string_view node) const;
   // False in sanitizer builds, which have an allocator of their own.

@@ -23,8 +23,8 @@
 #include "replay/step_codec.hpp"
 #include "tests/fuzz/bulk_blocks.hpp"
 
-// write_fuzz_seeds FOLDER: real messages and files as first inputs of the fuzzers, made by the code that writes them in
-// a run. Texts come from scenarios/.
+// write_fuzz_seeds FOLDER: writes valid messages and files as first inputs of the fuzzers, by the code that writes them
+// in a run. Texts come from scenarios/.
 
 namespace {
 
@@ -274,7 +274,7 @@ void WriteKeys(const std::filesystem::path& folder) {
 }
 
 void WriteBulk(const std::filesystem::path& folder) {
-  constexpr std::uint8_t kSmallOwner = 0, kLargeOwner = 1, kAsker = 2, kOffer = 3, kFolder = 4;
+  constexpr std::uint8_t kSmallOwner = 0, kLargeOwner = 1, kRequester = 2, kOffer = 3, kFolder = 4;
   constexpr std::uint64_t kChunkBytes = std::uint64_t{64} << 10;
   const std::string small = bus::BulkHash(fuzz::SmallBlock()), large = bus::BulkHash(fuzz::LargeBlock());
   const auto chunk = [](const std::string& hash, std::uint64_t offset, const std::string& data) {
@@ -306,7 +306,7 @@ void WriteBulk(const std::filesystem::path& folder) {
   keep("chunk", kSmallOwner, {chunk(small, 0, "mesh")});
   keep("chunk_of_another_content", kSmallOwner, {chunk(small, 0, "hsem"), no.SerializeAsString()});
   keep("last_chunk", kLargeOwner, {chunk(large, kChunkBytes, "mesh"), chunk(large, 2 * kChunkBytes, "mesh")});
-  keep("requests", kAsker, {request(large, 0), request(large, kChunkBytes), request(small, 0)});
+  keep("requests", kRequester, {request(large, 0), request(large, kChunkBytes), request(small, 0)});
   std::string offer;
   bus::EncodeState(bus::BulkOffer{"scenario/scenario.xml", small, 4, "tcp://127.0.0.1:4000"}, &offer);
   keep_text("offer", kOffer, offer);

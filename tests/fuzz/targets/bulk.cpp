@@ -31,7 +31,7 @@ constexpr int kMaxPieces = 6;  // fewer than would fill a socket's queue
 bus::NodeOptions Options(const std::string& name) {
   bus::NodeOptions options;
   options.name = name;
-  options.registry = "tcp://127.0.0.1:9";  // is never asked
+  options.registry = "tcp://127.0.0.1:9";  // never used
   options.session = kSession;
   options.is_encrypted = false;
   return options;
@@ -52,7 +52,7 @@ Bytes InEnvelope(const oos::BulkMessage& message) {
   return InEnvelope(Input(reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()));
 }
 
-// The engine's clock interrupts whatever waits.
+// Repeats a call that the engine's timer signal has interrupted.
 template <class Call>
 auto Again(const Call& call) {
   for (;;) {
@@ -64,7 +64,7 @@ auto Again(const Call& call) {
   }
 }
 
-// Somebody who offers a block and then sends whatever the input says.
+// Offers a block to the code under test, which fetches it, and answers with the input's bytes.
 class Owner {
  public:
   explicit Owner(const Bytes& block) : offer_{"block", bus::BulkHash(block), block.size(), {}} {
@@ -73,7 +73,7 @@ class Owner {
     offer_.endpoint = router_.get(zmq::sockopt::last_endpoint);
   }
 
-  // The last message says no in words of its own, so that it is known when all of them were taken.
+  // The last message is a refusal with a unique text: when it arrives, all messages before have been processed.
   void Send(Reader* input) {
     if (!fetch_) Meet();
     for (int i = 0; i < kMaxPieces && !input->is_at_end(); ++i) {
@@ -94,7 +94,7 @@ class Owner {
         fetch_.reset();
         return;
       }
-      Claim(fetched.error().code != core::ErrorCode::kTimeout, "every message is taken");
+      Claim(fetched.error().code != core::ErrorCode::kTimeout, "every message is processed");
       if (fetched.error().detail.ends_with(end)) return;
     }
   }
@@ -128,10 +128,10 @@ class Owner {
   std::uint64_t num_inputs_ = 0;
 };
 
-// The code that offers, and somebody who asks it for whatever the input says.
-class Asker {
+// Sends the input's bytes as requests to the code under test, which offers a block.
+class Requester {
  public:
-  Asker()
+  Requester()
       : node_(*bus::Node::Create(Options("owner"))), server_(*bus::BulkServer::Create(node_.get(), Options("owner"))) {
     endpoint_ = server_->Offer("block", block_)->endpoint;
     dealer_.set(zmq::sockopt::linger, 0);
@@ -139,7 +139,7 @@ class Asker {
     dealer_.connect(endpoint_);
   }
 
-  void Ask(Reader* input) {
+  void SendRequests(Reader* input) {
     for (int i = 0; i < kMaxPieces && !input->is_at_end(); ++i) {
       const Input piece = input->Piece();
       Send(Bytes(piece.begin(), piece.end()));
@@ -152,20 +152,19 @@ class Asker {
     }
   }
 
-  // A list of files as a folder's owner tells it, and what it offers; whatever they are called, all stays in the
-  // folder.
+  // Fetches a folder whose owner sends this list of files. Whatever their names, nothing may be written outside.
   void FetchFolder(const std::string& list) {
     static const ScratchFolder scratch;
     const fs::path inside = scratch.path() / "inside";
     const bus::BulkOffer nothing{"", bus::BulkHash({}), 0, endpoint_};
     list_.assign(list.begin(), list.end());
-    (void)server_->Offer("folder", list_);  // announced or not, it is served
+    (void)server_->Offer("folder", list_);  // served even if the announcement fails
     bus::StateReader<bus::BulkOffer> offers;
     const auto accept = [&offers](const std::string& name, const bus::BulkOffer& offer) {
       bus::detail::StateAccess::Accept(&offers, name, 1, offer);
     };
     accept("folder", {"folder", bus::BulkHash(list_), list_.size(), endpoint_});
-    // Not offered, so that nothing is overwritten out there when the claim does not hold.
+    // Files outside are not offered: nothing there is overwritten even when the claim does not hold.
     bool is_all_inside = true;
     std::istringstream lines(list);
     for (std::string line; std::getline(lines, line);) {
@@ -179,7 +178,7 @@ class Asker {
     const auto fetched =
         bus::FetchFolder(node_.get(), offers, Options("viewer"), "owner", "folder", inside, kPatience_ns);
     Claim(fetched || fetched.error().code != core::ErrorCode::kTimeout,
-          "a path that leaves its folder is not asked for");
+          "a path that leaves its folder is not requested");
     Claim(!fetched || is_all_inside, "a path that leaves its folder is refused");
     fs::remove_all(inside);
     Claim(fs::is_empty(scratch.path()), "nothing is written beside the folder");
@@ -210,7 +209,7 @@ class Asker {
   }
 
   const Bytes block_ = LargeBlock();
-  Bytes list_;  // of the last folder; it is offered, too
+  Bytes list_;  // the file list of the last folder; also offered as a block
   std::unique_ptr<bus::Node> node_;
   std::unique_ptr<bus::BulkServer> server_;
   std::string endpoint_;
@@ -221,13 +220,13 @@ class Asker {
 
 }  // namespace
 
-// What another machine says as the owner of a block, as one who asks for it, by its offer, by a folder's list. The
-// first byte tells which.
+// The input's first byte selects what a foreign machine sends: the chunks of a block (small or large), requests for
+// one, an offer, or a folder's file list.
 void FuzzBulk(Input input) {
   QuietProtobuf();
   static Owner small(SmallBlock());
   static Owner large(LargeBlock());
-  static Asker asker;
+  static Requester requester;
   Reader reader(input);
   switch (reader.Byte() % 5) {
     case 0:
@@ -235,7 +234,7 @@ void FuzzBulk(Input input) {
     case 1:
       return large.Send(&reader);
     case 2:
-      return asker.Ask(&reader);
+      return requester.SendRequests(&reader);
     case 3: {
       bus::BulkOffer offer, again;
       if (!bus::DecodeState(TextOf(reader.Rest()), &offer)) return;
@@ -247,7 +246,7 @@ void FuzzBulk(Input input) {
       return;
     }
     case 4:
-      return asker.FetchFolder(TextOf(reader.Rest()));
+      return requester.FetchFolder(TextOf(reader.Rest()));
   }
 }
 

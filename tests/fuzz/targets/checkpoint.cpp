@@ -29,7 +29,7 @@ void Check(const ScratchFolder& folder, Input bytes) {
 
 }  // namespace
 
-// As it is, and with its checksum put right.
+// The input unchanged, and with its checksum corrected.
 void FuzzCheckpoint(Input input) {
   static const ScratchFolder folder;
   Check(folder, input);

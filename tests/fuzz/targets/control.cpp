@@ -7,7 +7,7 @@
 
 namespace fuzz {
 
-// A payload in a sound envelope: what a peer that knows the session can say.
+// The input as the payload of a sound envelope, as a peer of the session can send it.
 void FuzzControl(Input input) {
   QuietProtobuf();
   constexpr std::uint64_t kSession = 7;

@@ -28,12 +28,12 @@ void Check(Input bytes) {
   std::memset(again.data(), 0, head);
   Claim(bus::WriteEnvelope(envelope, payload.size(), again.data()) == bytes.size() &&
             std::memcmp(again.data(), bytes.data(), bytes.size()) == 0,
-        "what was read is written as it stood");
+        "an envelope that was read is written with the same bytes");
 }
 
 }  // namespace
 
-// As it is, and with its length and checksum put right, so that what is behind the checksum is reached.
+// The input unchanged, and with its length and checksum corrected, to reach the code behind the checksum.
 void FuzzEnvelope(Input input) {
   Check(input);
   if (input.size() < bus::kEnvelopeFixedBytes) return;

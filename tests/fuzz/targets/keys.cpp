@@ -6,7 +6,7 @@
 
 namespace fuzz {
 
-// The files of a key directory: who is allowed, and a node's own pair.
+// The files of a key directory: the list of allowed keys, and a node's own key pair.
 void FuzzKeys(Input input) {
   static const ScratchFolder folder;
   Reader reader(input);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kBudget = bus::kMaxDatagramBytes - bus::kEnvelopeFixedBytes;
 
-// Every part goes into one message, as a receiver does it; then the message is sent on and must arrive.
+// Decodes all parts into one message, as a receiver does; the message must survive encoding and decoding.
 template <class M>
 void Check(Reader input) {
   static bus::LatestCodec<M> codec;
@@ -42,7 +42,7 @@ void CheckState(const std::string& bytes) {
   Claim(bus::DecodeState(written, &again), "a value that was written can be read");
 }
 
-// Checks the message of that index among M. False: there are not so many.
+// Checks the message type of that index among M. False if there are fewer.
 template <class... M>
 struct CheckLatest {
   static bool Run(std::size_t index, const Reader& reader) {
@@ -64,7 +64,7 @@ using Reliable = bus::ReliableMessages<CheckReliable>;
 
 }  // namespace
 
-// The first byte chooses the message; then come parts, or the bytes of a value.
+// The first byte selects the message type; the parts, or the bytes of a value, follow.
 void FuzzLatestCodec(Input input) {
   Reader reader(input);
   const std::size_t index = reader.Byte() % (Latest::kCount + Reliable::kCount);

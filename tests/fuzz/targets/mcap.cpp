@@ -5,7 +5,7 @@
 
 namespace fuzz {
 
-// A whole file. What the reader takes, recovery saves; what recovery writes, the reader takes.
+// The input as a file. Recovery keeps all that the reader accepts, and the reader accepts all that recovery writes.
 void FuzzMcap(Input input) {
   static const ScratchFolder folder;
   const std::filesystem::path file = folder.Write("in.mcap", input);

@@ -14,7 +14,7 @@ void Check(Input content) {
   AppendRecord(record, &bytes);
 }
 
-// Each kind of record by itself: few inputs of the whole reader get that far.
+// The parser of each kind of record alone: few inputs of the whole reader reach it.
 void CheckRecords(Input content) {
   Check<Header>(content);
   Check<Footer>(content);

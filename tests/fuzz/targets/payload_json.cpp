@@ -5,7 +5,7 @@
 
 namespace fuzz {
 
-// A payload of one of this build's messages, or one with a descriptor of its own, as a recording may carry it.
+// The payload of one of this build's messages, or of a message with its own descriptor, as a recording may contain.
 void FuzzPayloadJson(Input input) {
   QuietProtobuf();
   Reader reader(input);

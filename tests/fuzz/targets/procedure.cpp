@@ -41,7 +41,7 @@ class CountingHost : public scxml::Host {
 
 }  // namespace
 
-// A procedure is read; one that is accepted runs ten steps with changing signals.
+// The input as a procedure. If accepted, it runs ten steps with changing signals.
 void FuzzProcedure(Input input) {
   static const ScratchFolder folder;
   static const scxml::Vocabulary vocabulary = MakeVocabulary();
@@ -62,7 +62,7 @@ void FuzzProcedure(Input input) {
     for (const scxml::Transition& transition : chart->transitions) {
       (void)transition.condition.DescribeUnmet(interpreter.environment());
     }
-    Claim(!interpreter.is_running() || !interpreter.Configuration().empty(), "a running chart is somewhere");
+    Claim(!interpreter.is_running() || !interpreter.Configuration().empty(), "a running chart has an active state");
   }
 }
 

@@ -5,8 +5,8 @@
 
 namespace fuzz {
 
-// A scenario.xml beside files of the names that the corpus uses. The scenario itself stands in for the arm's file too,
-// so that it can name itself.
+// The input as a scenario.xml, beside files of the names that the corpus uses. It is also the arm's file, so that a
+// scenario can include itself.
 void FuzzScenario(Input input) {
   static const ScratchFolder folder;
   [[maybe_unused]] static const bool is_ready = [] {

@@ -13,7 +13,7 @@ void FuzzSchema(Input input) {
   const std::string b = TextOf(reader.Piece());
   std::string why;
   if (!bus::AreCompatible(a, b, &why)) Claim(!why.empty(), "a refusal says why");
-  Claim(bus::AreCompatible(a, a, &why), "a schema gets along with itself");
+  Claim(bus::AreCompatible(a, a, &why), "a schema is compatible with itself");
   const std::string pattern = TextOf(reader.Piece());
   const std::string topic = TextOf(reader.Piece());
   (void)bus::MatchesPattern(pattern, topic);

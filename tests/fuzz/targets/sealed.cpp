@@ -22,19 +22,19 @@ KnownSenders OneSender() {
   return senders;
 }
 
-// What travels behind a payload, block by block.
+// Reads the earlier samples behind a payload, block by block.
 void WalkHistory(const bus::Envelope& envelope, Input payload) {
   Input blocks{payload.data() + payload.size(), envelope.history_bytes};
   EarlierSample sample;
   while (NextEarlierSample(envelope.header.sequence, &blocks, &sample)) {
-    Claim(sample.header.sequence < envelope.header.sequence, "an earlier sample is earlier");
-    Claim(sample.payload.data() >= payload.data() + payload.size(), "it is behind the payload");
+    Claim(sample.header.sequence < envelope.header.sequence, "an earlier sample has a lower sequence number");
+    Claim(sample.payload.data() >= payload.data() + payload.size(), "it lies behind the payload");
   }
 }
 
 }  // namespace
 
-// A datagram as it is; sealed with the right key, so that what a member may send is reached; the same once more.
+// The input as a datagram; sealed with the right key, as a member can send it; and that one a second time.
 void FuzzSealed(Input input) {
   static const KnownSenders senders = OneSender();
   Opener opener(kSession, true);
@@ -42,21 +42,21 @@ void FuzzSealed(Input input) {
   bus::Envelope envelope;
   Input payload;
   std::vector<std::uint8_t> raw(input.begin(), input.end());
-  Claim(opener.Open(raw, &envelope, &payload) != Refusal::kNone, "nobody guesses a key");
+  Claim(opener.Open(raw, &envelope, &payload) != Refusal::kNone, "a datagram without the key is refused");
   Opener in_the_clear(kSession, false);
   in_the_clear.SetSenders(senders);
   raw.assign(input.begin(), input.end());
   if (in_the_clear.Open(raw, &envelope, &payload) == Refusal::kNone) WalkHistory(envelope, payload);
 
   if (input.size() < bus::kEnvelopeFixedBytes || input.size() > bus::kMaxDatagramBytes - bus::kSealBytes) return;
-  // A member may seal any nonsense, but only behind the head that it claims.
+  // A member may seal any bytes, but only behind the header and as many stamps as that counts.
   if (input.size() < bus::kEnvelopeFixedBytes + bus::kStampBytes * (std::size_t{input[28]} + input[29])) return;
   std::vector<std::uint8_t> sealed(input.begin(), input.end());
   sealed[kFlagsAt + 1] |= 0x80;
   sealed.resize(sealed.size() + bus::kSealBytes);
   Sealer sealer;
   sealer.SetKey(senders[0].key);
-  Claim(sealer.Seal(sealed.data(), input.size()) == sealed.size(), "the seal has its room");
+  Claim(sealer.Seal(sealed.data(), input.size()) == sealed.size(), "the seal adds its fixed size");
   std::vector<std::uint8_t> again = sealed;
   if (opener.Open(sealed, &envelope, &payload) != Refusal::kNone) return;
   WalkHistory(envelope, payload);

@@ -1,9 +1,9 @@
-// relay FOLDER NAME=PID...  a switch between the machines of tests that delays and loses frames.
+// relay FOLDER NAME=PID...  a network switch between the test machines that delays and loses frames.
 //
-// Makes a TAP device for each machine, moves it into the network of process PID as eth0, and keeps one, "lab", for
-// the place that launches. Every frame is delivered DELAY + a random part of JITTER later, or lost; frames may overtake
-// each other. FOLDER/link holds the figures, "delay_ms jitter_ms loss_percent [NAME of a machine that is cut off]", and
-// is read anew every 2 ms.
+// Makes a TAP device for each machine, moves it into the network of process PID as eth0, and keeps one, "lab", for the
+// launcher. Every frame is delivered after DELAY + a random part of JITTER, or lost; frames may overtake each other.
+// FOLDER/link holds the settings, "delay_ms jitter_ms loss_percent [NAME of a machine that is cut off]", and is read
+// again every 2 ms.
 
 #include <fcntl.h>
 #include <linux/if.h>
@@ -134,7 +134,7 @@ class Relay {
   void Deliver(std::int64_t now_ns) {
     while (!frames_.empty() && frames_.top().due_ns <= now_ns) {
       const Frame& frame = frames_.top();
-      // A full queue of the device loses the frame, as that of a real one does.
+      // A full queue of the device drops the frame, as a real switch does.
       [[maybe_unused]] const ssize_t put = write(ports_[frame.port].fd, frame.bytes.data(), frame.bytes.size());
       frames_.pop();
     }
