@@ -1,5 +1,5 @@
-# Nothing that is installed links a <room>_testing library: configuring fails, with the way that leads there. Headers
-# need no linking: the test `shipped_includes` reads the sources.
+# No installed program may link a <room>_testing library: configuring fails with the chain of links. Headers need no
+# linking, so the test `shipped_includes` reads the sources' #include lines.
 
 # check_ships_no_testing(<executables>...)
 function(check_ships_no_testing)

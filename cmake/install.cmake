@@ -2,7 +2,7 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# The programs find each other and version.txt beside themselves; in the path is a link.
+# Programs find each other and version.txt in their own folder, so /usr/bin gets only a link.
 set(program_folder "${CMAKE_INSTALL_LIBEXECDIR}/vr-oos")
 install(TARGETS oos device_bridge haptic_node physics_node logic_node visual_node DESTINATION "${program_folder}" COMPONENT runtime)
 install(FILES "${CMAKE_BINARY_DIR}/bin/version.txt" DESTINATION "${program_folder}" COMPONENT runtime OPTIONAL)
@@ -46,7 +46,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME vr-oos)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
-# Not linked: opened at run time, started, or read.
+# Packages that no program links but that are loaded, started or read at run time.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "libgl1, libgl1-mesa-dri, xvfb, fonts-dejavu-core")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME vr-oos-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

@@ -15,13 +15,13 @@ set(VR_OOS_SANITIZE "" CACHE STRING "address,undefined or thread (presets asan, 
 
 option(VR_OOS_FUZZERS "libFuzzer's executables of tests/fuzz; needs clang (preset fuzz, packages of apt-slow.txt)" OFF)
 
-# ccache takes precompiled headers only when it need not compare their times.
+# ccache caches compilations with precompiled headers only if it may ignore their time stamps.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime" "${CCACHE_PROGRAM}")
 endif()
 
-# For the project's own targets: whoever links an installed library has flags of his own.
+# For the project's own targets only: users of an installed library choose their own flags.
 add_library(vr_oos_flags INTERFACE)
 function(project_compile_options)
   target_compile_options(vr_oos_flags INTERFACE "$<BUILD_INTERFACE:${ARGN}>")
@@ -33,11 +33,11 @@ project_compile_options($<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
 if(VR_OOS_PCH AND CCACHE_PROGRAM AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   project_compile_options(-fpch-preprocess)
 endif()
-# In a unity build every file is included by another one, so that GCC takes it for a header.
+# In a unity build every file is included by another one, so GCC treats it as a header and warns.
 if(CMAKE_UNITY_BUILD)
   project_compile_options(-Wno-subobject-linkage)
 endif()
-# x86-64-v2 (SSE4.2) is the oldest CPU that Debian 12's users of a 1 kHz loop have.
+# x86-64-v2 (SSE4.2) is the oldest CPU level that can run the 1 kHz loop.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
   project_compile_options(-march=x86-64-v2)
 endif()

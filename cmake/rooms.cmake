@@ -2,8 +2,8 @@
 #
 # Files: *_test.cpp become one GoogleTest executable per room, *_slow_test.cpp and *_realtime_test.cpp one each with that
 # label, *_bench.cpp one Google Benchmark executable, main.cpp the node's executable; everything else is the library.
-# What only tests and benchmarks need lies in the room's folder testing/ and becomes the library <room>_testing, which
-# links the room. The room's own tests link it; others name it in TEST_DEPS. check_shipped.cmake keeps it out of programs.
+# Test equipment is in the room's folder testing/ and becomes the library <room>_testing, which links the room. The room's
+# own tests link it; others name it in TEST_DEPS. check_shipped.cmake keeps it out of installed programs.
 # A folder inside with a CMakeLists.txt of its own is another room.
 
 # Sanitizers make the tests some five times slower.
@@ -52,7 +52,7 @@ endfunction()
 function(add_test_group name room label seconds deps)
   if(ARGN)
     add_executable(${name}_test ${ARGN})
-    # Most of a test's compile is the parser's; what it measures or computes lies in the libraries.
+    # -O1: compiling tests is mostly parsing, and the code that computes is in the libraries.
     target_compile_options(${name}_test PRIVATE -O1)
     use_precompiled(${name}_test precompiled_for_tests)
     target_link_libraries(${name}_test PRIVATE ${room} GTest::gtest GTest::gmock GTest::gtest_main ${deps})

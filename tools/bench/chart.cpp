@@ -152,7 +152,7 @@ class Labels {
                Escape(text) + "</text>\n";
       }
     }
-    return "";  // no room: the legend and the pointer tell
+    return "";  // no room: the legend and the tooltip name the point
   }
 
  private:

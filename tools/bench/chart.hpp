@@ -8,7 +8,7 @@ namespace bench {
 
 struct ChartPoint {
   double x = 0.0, y = 0.0;
-  std::string mark;  // small text beside it; empty: none, the series' name may stand here
+  std::string mark;  // small text beside it; empty: none, and the series' name may be placed here
   // A whisker to the right, with a tick at its end; NaN: none.
   double x_high = std::numeric_limits<double>::quiet_NaN();
   double x_tick = std::numeric_limits<double>::quiet_NaN();
@@ -27,7 +27,7 @@ struct Bar {
   std::string series;  // its colour
 };
 
-// A part of the plot across its whole width that is tinted: where a goal fails, say.
+// A tinted band over the plot's whole width, for example where a goal fails.
 struct Band {
   double y_low = 0.0, y_high = 0.0;  // may reach beyond the axis
   std::string label;
@@ -43,7 +43,7 @@ struct Panel {
                                     // unless all values are near each other
   std::vector<Bar> bars;            // along x
   std::vector<Band> bands{};
-  // Ends of the y axis; NaN: chosen. Points beyond stand at the border.
+  // Ends of the y axis; NaN: chosen from the values. Points beyond are drawn at the border.
   double y_low = std::numeric_limits<double>::quiet_NaN();
   double y_high = std::numeric_limits<double>::quiet_NaN();
 };
@@ -54,7 +54,8 @@ struct Chart {
   std::vector<Panel> panels;  // two a row
 };
 
-// A picture as SVG text. A series has one colour and one mark in all panels and its name beside one of its points.
+// Draws the chart as SVG text. A series has one colour and one mark in all panels, and its name beside one of its
+// points.
 std::string DrawSvg(const Chart& chart);
 
 }  // namespace bench

@@ -57,7 +57,7 @@ TEST(Chart, DrawsBarsWithTheirNotes) {
   EXPECT_THAT(DrawSvg({"t", "", {panel}}), HasSubstr(">2 us<"));
 }
 
-TEST(Chart, TintsABandUpToTheBorderAndKeepsToTheAxisAskedFor) {
+TEST(Chart, TintsABandUpToTheBorderAndKeepsTheGivenAxis) {
   Panel panel = MakePanel({{"a", {At(0, 1), At(1, 9)}, true}}, false);
   panel.y_low = 0.0;
   panel.y_high = 2.0;

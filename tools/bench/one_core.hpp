@@ -19,7 +19,7 @@ class OneCore {
   bool is_pinned_ = false;
 };
 
-// NaN of nothing.
+// The value below which the part `q` of the values lies; NaN if there are none.
 double Quantile(std::vector<double> values, double q);
 
 }  // namespace bench

@@ -13,7 +13,7 @@ namespace bench {
 
 enum class Verdict { kMet, kPartly, kMissed, kNotMeasured };
 
-// One line of what must hold.
+// A requirement on a measured figure, and whether it is met.
 struct Goal {
   std::string what;
   std::string wanted;
@@ -25,7 +25,7 @@ struct Report {
   std::vector<Goal> goals;
   std::vector<Table> tables;
   std::vector<std::pair<std::string, Chart>> charts;  // by file name
-  std::vector<std::string> skipped;                   // what and why
+  std::vector<std::string> skipped;                   // each with its reason
 
   void AddGoal(std::string what, std::string wanted, std::string measured, bool is_met) {
     goals.push_back(
@@ -33,7 +33,7 @@ struct Report {
   }
 };
 
-// What is written at the head of a report.
+// The head of a report.
 struct Heading {
   std::string bench;    // as in `oos bench NAME`
   std::string title;    // of the page of goals
@@ -42,11 +42,11 @@ struct Heading {
 
 const char* ToText(Verdict verdict);
 Table GoalTable(const std::vector<Goal>& goals);
-// Processor and compiler.
+// Names the processor and the compiler.
 std::string ProcessorText();
 void PrintGoals(const std::vector<Goal>& goals);
-// To the plot folder a CSV of every table, an SVG of every chart and goals.md, a page of Markdown; to the JSON file all
-// tables. An empty path: not.
+// Writes into the plot folder a CSV of every table, an SVG of every chart and the goals as goals.md; into the JSON file
+// all tables. An empty path writes nothing.
 core::Result<void> WriteReport(const std::filesystem::path& json, const std::filesystem::path& plot,
                                const Heading& heading, const Report& report);
 

@@ -21,13 +21,13 @@ struct Study {
 };
 
 std::vector<std::string> SplitAtCommas(const std::string& text);
-// Names with commas; one that is not among the known is an error that lists them.
+// The studies that `only` names, with commas between them; an unknown name is an error that lists the known ones.
 core::Result<std::vector<std::string>> ReadNames(const std::string& text, const std::vector<std::string>& known);
-// Makes the plot folder if there is to be one.
+// Makes the plot folder unless `plot` is empty.
 core::Result<void> MakePlotFolder(const std::filesystem::path& plot);
 
-// Runs the studies that are asked for, prints what they find, writes JSON, and to the plot folder a CSV beside each SVG
-// and the goals. Returns an exit status. `missing_peer`: the library that is not part of this program; empty: none.
+// Runs the selected studies, prints their results, and writes the JSON file and the plot folder (Write in report.hpp).
+// Returns an exit status. `missing_peer`: the library that is not part of this program; empty: none.
 int RunStudies(const BenchOptions& options, const Heading& heading, const std::vector<Study>& studies,
                const std::string& missing_peer);
 

@@ -8,9 +8,9 @@
 
 namespace bench {
 
-// Rows of text and numbers, for CSV and JSON. An empty cell: the figure does not exist.
+// Rows of text and numbers, for CSV and JSON. An empty cell means that there is no value.
 struct Table {
-  std::string name;  // a file's name can be made of it
+  std::string name;  // valid as a file's name
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;
 
@@ -19,7 +19,7 @@ struct Table {
 
 // Six significant digits; "" for NaN.
 std::string Cell(double value);
-// Three significant digits without exponents where they can be avoided, "-" for NaN: for people.
+// For people: three significant digits, without an exponent where possible; "-" for NaN.
 std::string Short(double value);
 
 std::string ToCsv(const Table& table);
@@ -27,7 +27,7 @@ std::string ToCsv(const Table& table);
 std::string ToJson(const Table& table, const std::string& indent);
 std::string QuoteJson(const std::string& text);
 
-// Appears whole, by renaming, or not at all.
+// Writes a temporary file and renames it: readers see the whole file or none.
 core::Result<void> WriteFile(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace bench

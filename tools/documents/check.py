@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What documents claim of the tree that they stand in, a line for each claim that does not hold.
+"""Checks what documents claim about the tree; prints a line for each claim that does not hold.
 
 Relative links lead somewhere. Tests and code that a document names in `backticks` exist. Decisions that code cites are written down. Every
 room has a README.md.
@@ -17,7 +17,7 @@ CODE_NAME = re.compile(r"`((?:\w+::)*[A-Z][a-z]\w+(?:::\w+)*)`")
 CITED = re.compile(r"\bD(\d{1,2})\b(?=[ ,.;:)])|\bdecisions? (\d{1,2})\b|decisions/(\d{4})")
 ROOM = re.compile(r"^\s*add_(?:room|node)\(", re.M)
 SOURCES = {".cpp", ".hpp", ".py", ".mjs", ".proto"}
-# Of these every name of code is checked, not only tests: they say where an equation is and what holds it.
+# In these every name of code is checked, not only tests: they say which code implements an equation and which test holds it.
 LEDGERS = ("libs/vps/LEDGER.md", "libs/vps/README.md")
 
 
@@ -31,13 +31,13 @@ def broken_links(root, path, text):
         if re.match(r"\w+:|#", target):
             continue
         if not (path.parent / target.split("#")[0]).exists():
-            yield f"{path.relative_to(root)}: nothing is at {target}"
+            yield f"{path.relative_to(root)}: link to a missing file, {target}"
 
 
 def unknown_tests(root, path, text, tests):
     suites = {suite for suite, _ in tests}
     for suite, name in NAMED_TEST.findall(text):
-        # `report.json`, `Node.Wait`: only what is a suite, or looks like a pattern of tests, is one.
+        # Others, such as `Node.Wait`, are no tests: a test's name begins with a known suite or ends in a star.
         if suite not in suites and not name.endswith("*"):
             continue
         start = name.rstrip("*")

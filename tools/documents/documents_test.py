@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The checks themselves, on trees that are made for them: what is right passes, what is wrong is named."""
+"""Tests of the checks on small trees: a correct tree passes, and each mistake is named."""
 import pathlib
 import subprocess
 import tempfile
@@ -53,7 +53,7 @@ class Figures(Tree):
 
     def test_a_figure_that_nobody_quotes_is_named(self):
         self.write("libs/bus/README.md", "Fast.\n")
-        self.assertIn("nobody quotes hop_us", figures.update(self.root, True)[0])
+        self.assertIn("no document quotes hop_us", figures.update(self.root, True)[0])
 
     def test_a_measured_figure_without_a_mark_is_named(self):
         self.write("libs/bus/README.md", "<!--figure:hop_us-->18.4<!--/figure--> µs, or 12 us.\n")
@@ -100,7 +100,7 @@ class Check(Tree):
 
     def test_a_broken_link_is_named(self):
         self.write("docs/a.md", "[b](b.md), [c](https://example.org), [d](#here)\n")
-        self.assertEqual(self.found(), ["docs/a.md: nothing is at b.md"])
+        self.assertEqual(self.found(), ["docs/a.md: link to a missing file, b.md"])
 
     def test_a_test_that_was_renamed_is_named(self):
         self.write("docs/a.md", "`Walk.Loses*`, `Walk.FindsEveryPoint`\n")

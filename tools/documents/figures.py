@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measured figures: from the files that benchmarks write into the documents that quote them.
+"""Copies measured figures from the files that benchmarks write into the documents that quote them.
 
   figures.py                      fills in docs/performance/figures.csv, then every document
   figures.py --check              changes nothing; names what is stale, and figures that stand in a README without a mark
@@ -23,7 +23,7 @@ import summaries
 FIGURE = re.compile(r"<!--figure:([\w.]+)-->(.*?)<!--/figure-->", re.S)
 TABLE = re.compile(r"(<!--table:([\w./]+)-->\n)(.*?)(<!--/table-->)", re.S)
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-# What only a measurement can say: short times, speed-ups, shares. Milliseconds are mostly limits that somebody chose.
+# Text that can only come from a measurement: short times, speed-ups, shares. Milliseconds are mostly limits, not measured.
 MEASURED = re.compile(r"\d ?(?:us|µs|ns)\b|\d (?:times as (?:fast|long)|% off)\b")
 
 
@@ -97,7 +97,7 @@ def brought_up_to_date(root, text, values, quoted):
 
 
 def without_marks(root, path, text):
-    """Lines with a measured figure that no command can bring up to date: of the documents of rooms, and of docs/performance."""
+    """Lines with a measured figure outside marks, which no command can update; in rooms' documents and docs/performance."""
     of_room = path.name in ("README.md", "LEDGER.md") and not path.is_relative_to(root / "docs")
     if not of_room and path.parent != performance(root):
         return []
@@ -106,7 +106,7 @@ def without_marks(root, path, text):
 
 
 def update(root, is_check):
-    """What is stale, a line each; without is_check it is mended."""
+    """Returns a line for each stale item; without is_check it also updates them."""
     stale = []
     for path, rows in summaries.tables(performance(root)):
         text = "".join(",".join(f'"{cell}"' if "," in cell else cell for cell in row) + "\n" for row in rows)
@@ -142,7 +142,7 @@ def update(root, is_check):
             if not is_check:
                 document.write_text(fresh, encoding="utf-8")
         stale += [f"{name}: without a mark: {line}" for line in without_marks(root, document, text)]
-    stale += [f"docs/performance/figures.csv: nobody quotes {name}" for name in sorted(set(values) - quoted)]
+    stale += [f"docs/performance/figures.csv: no document quotes {name}" for name in sorted(set(values) - quoted)]
     return stale
 
 
@@ -171,12 +171,12 @@ def main():
         note_run(arguments.root, *arguments.ran)
         return 0
     stale = update(arguments.root, arguments.check)
-    if not arguments.check:  # what no command can mend is left
+    if not arguments.check:  # what is still stale needs a person
         stale = update(arguments.root, True)
     for line in stale:
         print(line)
     if stale:
-        print("./dev figures brings quoted figures up to date" if arguments.check else "mend the lines above by hand")
+        print("./dev figures updates quoted figures" if arguments.check else "correct the lines above by hand")
     return 1 if stale else 0
 
 

@@ -34,7 +34,7 @@ LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" els
 STEPS = [("haptic step in contact, µs, " + part, ["haptic", f"contact_{part}_us"]) for part in ["p50", "p99", "max"]]
 STEPS += [("every haptic step, µs, " + part, ["haptic", f"{part}_us"]) for part in ["p50", "p99", "max"]]
 ROWS = {
-    # Without real-time priority the tails are those of the machine.
+    # Without real-time priority the tails come from the machine's other load.
     "lockstep": [("completed", ["completed"]), STEPS[0], STEPS[3], ("cycles in contact", ["haptic", "contact_cycles"])],
     "methods": [("completed", ["completed"])] + STEPS + LATENCIES[:4] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),

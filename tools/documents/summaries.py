@@ -1,4 +1,4 @@
-"""Tables of tables: what charts show in many CSV files, in one that people can read. Written by figures.py."""
+"""Summary tables over many CSV files, for people to read; figures.py writes them."""
 import csv
 
 PAIRS = ["ball_on_box", "peg_pressed", "peg_free", "gear_on_pin", "nut_pressed", "ring_on_ring", "bunny_light", "bunny_near",

@@ -10,7 +10,7 @@
 
 namespace transport {
 
-// Another library's channel of so many bytes; null: not on this machine.
+// Makes a channel of another library for messages of `num_bytes`; null if it does not work on this machine.
 using ChannelMaker = std::function<std::unique_ptr<Channel>(std::size_t num_bytes)>;
 
 struct Peer {
@@ -18,8 +18,8 @@ struct Peer {
   ChannelMaker make;
 };
 
-// Everything `oos bench bus` measures, see bench::RunStudies. `effort` is the part of the messages that a whole run
-// sends: tests ask for less.
+// Everything that `oos bench bus` measures (see bench::RunStudies). `effort` scales the number of messages: 1 for a
+// whole run, less in tests.
 int BenchMain(const bench::BenchOptions& options, const std::vector<Peer>& peers, double effort = 1.0);
 
 }  // namespace transport

@@ -16,13 +16,13 @@ std::string Read(const std::filesystem::path& file) {
   return text.str();
 }
 
-TEST(TransportBench, NamesTheStudiesWhenAskedForOneThatIsNone) {
+TEST(TransportBench, RefusesAnUnknownStudyAndNamesTheKnown) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(BenchMain({{}, {}, "hop,colour"}, {}), 2);
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no 'colour' to measure; known: hop"));
 }
 
-TEST(TransportBench, WritesChartTableAndGoalsOfTheStudiesAskedFor) {
+TEST(TransportBench, WritesChartTableAndGoalsOfTheSelectedStudies) {
   const auto folder = std::filesystem::temp_directory_path() / ("vr_oos_bus_" + std::to_string(::getpid()));
   testing::internal::CaptureStdout();
   EXPECT_EQ(BenchMain({folder / "all.json", folder, "hop"}, {}, 0.01), 0);

@@ -98,7 +98,7 @@ class StateChannel final : public Channel {
   std::int64_t Receive() override {
     const std::int64_t end_ns = Soon();
     do {
-      link_->far->Wait(core::MonotonicNow_ns() + kLook_ns);
+      link_->far->Wait(core::MonotonicNow_ns() + kPollPeriod_ns);
       if (reader_->is_fresh()) return reader_->value().time_ns;
     } while (core::MonotonicNow_ns() < end_ns);
     return 0;
@@ -131,7 +131,7 @@ class EventChannel final : public Channel {
       while (link_->far->PollEvent(&event)) {
         if (event.name == event_.name) return event.time_ns;
       }
-      link_->far->Wait(core::MonotonicNow_ns() + kLook_ns);
+      link_->far->Wait(core::MonotonicNow_ns() + kPollPeriod_ns);
     } while (core::MonotonicNow_ns() < end_ns);
     return 0;
   }

@@ -9,7 +9,7 @@
 
 namespace transport {
 
-// A way from one thread to another that carries messages of one size, the time of sending inside.
+// Carries messages of one size from one thread to another. Each contains the time of its sending.
 class Channel {
  public:
   Channel(std::string name, std::size_t num_bytes) : name_(std::move(name)), num_bytes_(num_bytes) {}
@@ -20,9 +20,10 @@ class Channel {
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::size_t num_bytes() const { return num_bytes_; }  // of a message on the wire
 
-  // Sender's thread. `now_ns`: CLOCK_MONOTONIC. False: not taken.
+  // Called by the sender's thread. `now_ns`: CLOCK_MONOTONIC. False if the message was not accepted.
   virtual bool Send(std::int64_t now_ns) = 0;
-  // Receiver's thread; waits 10 ms at most. When the newest that came was sent; 0: nothing came.
+  // Called by the receiver's thread; waits 10 ms at most. Returns when the newest received message was sent [ns]; 0 if
+  // none was received.
   virtual std::int64_t Receive() = 0;
 
  private:

@@ -8,11 +8,12 @@
 
 namespace transport {
 
-// What was measured of each contender, a value a round; NaN: nothing.
+// Measured values by contender, one for each round; NaN if there is none.
 using ByRound = std::map<std::string, std::vector<double>>;
 
-// For every contender that has a twin ", not encrypted": a row in the report's table `encryption`, and a line to
-// stdout, of what encryption costs, round by round. It counts only beyond its scatter.
+// Adds the cost of encryption to the report's table `encryption` and prints it, for every contender measured both ways
+// (the other one's name ends in ", not encrypted"). The differences are taken round by round; a difference within its
+// scatter counts as none.
 void AddCostOfEncryption(const std::string& what, const std::string& unit, const ByRound& rounds, Report* report);
 
 }  // namespace transport

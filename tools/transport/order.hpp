@@ -8,8 +8,8 @@
 
 namespace transport {
 
-// Whose turn it is: 0 to size - 1 in another order every time, so that a busy moment of the machine hits all alike and
-// nobody always follows the same other one. The same orders in every run.
+// Permutations of 0 to size - 1, a new one each time, so that a busy moment of the machine affects all contenders alike
+// and none always follows the same other one. Every run has the same sequence.
 class Order {
  public:
   explicit Order(std::size_t size) : turns_(size) { std::iota(turns_.begin(), turns_.end(), std::size_t{0}); }

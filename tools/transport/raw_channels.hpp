@@ -8,12 +8,12 @@
 
 namespace transport {
 
-// The bare transports to compare with, on loopback of the calling thread's network. Null: not on this machine.
+// Bare transports to compare with, on the loopback of the calling thread's network. Null if one does not work here.
 
 std::unique_ptr<Channel> MakeUdp(std::size_t num_bytes);
 // `endpoint`: "tcp://127.0.0.1:*" or "ipc://*".
 std::unique_ptr<Channel> MakeZeroMq(const std::string& name, const std::string& endpoint, std::size_t num_bytes);
-// Memory that both see, a counter, and the kernel's futex to sleep on: what no transport between processes can beat.
+// Shared memory, a counter, and the kernel's futex to sleep on: the lower bound for transports between processes.
 std::unique_ptr<Channel> MakeSharedMemory(std::size_t num_bytes);
 
 }  // namespace transport

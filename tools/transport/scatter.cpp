@@ -9,8 +9,8 @@
 namespace transport {
 namespace {
 
-// From either end of `count` sorted values, the place of the bound: beyond it the true median lies one time of 40.
-// 0: there is none.
+// Place of the bound, counted from either end of `count` sorted values: the true median lies beyond it with probability
+// at most 1/40. 0 if there is no such place.
 std::size_t PlaceOfBound(std::size_t count) {
   double probability = std::pow(0.5, static_cast<double>(count));  // that just `place` values lie below the median
   double sum = 0.0;

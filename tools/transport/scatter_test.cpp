@@ -36,7 +36,7 @@ TEST(Scatter, HoldsTheTrueMedianNineteenTimesOfTwenty) {
   EXPECT_GE(num_held, kTrials * 95 / 100);
 }
 
-TEST(Scatter, OfADifferenceLeavesOutWhatBothShareInARound) {
+TEST(Scatter, OfADifferenceIsFreeOfWhatBothShareInARound) {
   const std::vector<double> one = {11, 22, 13, 31, 17, 26, 19, 14}, other = {10, 21, 12, 30, 16, 25, 18, 13};
   EXPECT_EQ(DifferenceText(ScatterOfDifference(one, other), "us"), "1 us (1 to 1)");
   EXPECT_EQ(DifferenceText(ScatterOfDifference({1, 2, 1, 2, 1, 2}, {2, 1, 2, 1, 2, 1}), "us"),

@@ -1,5 +1,5 @@
-// How old the newest sample is that a reader has when packets are lost between two machines: LATEST, encrypted and not,
-// beside ZeroMQ over TCP, which carry the same samples at the same time through the same filter.
+// Age of the newest sample that a reader has while packets are lost between two machines. LATEST, encrypted and not,
+// and ZeroMQ over TCP carry the same samples at the same time through the same lossy filter.
 #include <unistd.h>
 
 #include <array>
@@ -27,12 +27,12 @@ namespace {
 
 constexpr std::int64_t kStart_ns = 10 * core::kNanosecondsPerSecond;
 constexpr int kPerMille[] = {0, 1, 10, 50};
-// The reader's clock goes a thousandth slower than the writer's, so that its tick sweeps over all phases of the
-// writer's once a second.
-constexpr std::int64_t kLookPeriod_ns = core::kTick_ns + core::kTick_ns / 1000;
-constexpr std::int64_t kRunIn = 50;  // samples, before the first look
+// The reader's period is a thousandth longer than the writer's, so that its ticks sweep over all phases of the writer's
+// once a second.
+constexpr std::int64_t kReaderPeriod_ns = core::kTick_ns + core::kTick_ns / 1000;
+constexpr std::int64_t kRunIn = 50;  // samples sent before the reader's first tick
 
-// One way of the samples across the network. Its two ends belong to one thread each.
+// A transport that carries the samples across the network. One thread sends, another one reads.
 class Contender {
  public:
   explicit Contender(std::string name) : name_(std::move(name)) {}
@@ -42,8 +42,8 @@ class Contender {
 
   [[nodiscard]] const std::string& name() const { return name_; }
   virtual void Send() = 0;
-  // When the newest sample that has come by now was published [ns]; 0: none ever came.
-  virtual std::int64_t Look() = 0;
+  // When the newest sample received so far was published [ns]; 0 if none was received.
+  virtual std::int64_t NewestPublished_ns() = 0;
 
  private:
   std::string name_;
@@ -56,7 +56,7 @@ class LatestContender final : public Contender {
   explicit LatestContender(bool is_encrypted)
       : Contender(is_encrypted ? "LATEST" : "LATEST, not encrypted"), is_encrypted_(is_encrypted) {}
 
-  // False: something cannot be set up.
+  // False if something cannot be set up.
   bool SetUp(const LossyNetwork& network) {
     link_.is_encrypted = is_encrypted_;
     if (is_encrypted_) {
@@ -92,7 +92,7 @@ class LatestContender final : public Contender {
     return true;
   }
   void Send() override { writer_.Send(state_); }
-  std::int64_t Look() override {
+  std::int64_t NewestPublished_ns() override {
     link_.far->Poll();
     return reader_->has_value() ? reader_->value().header.publish_ns : 0;
   }
@@ -144,7 +144,7 @@ class TcpContender final : public Contender {
     std::memcpy(message.data(), &now_ns, sizeof(now_ns));
     push_.send(message, zmq::send_flags::dontwait);
   }
-  std::int64_t Look() override {
+  std::int64_t NewestPublished_ns() override {
     zmq::message_t message;
     while (pull_.recv(message, zmq::recv_flags::dontwait)) std::memcpy(&newest_ns_, message.data(), sizeof(newest_ns_));
     return newest_ns_;
@@ -156,7 +156,7 @@ class TcpContender final : public Contender {
   std::int64_t newest_ns_ = 0;
 };
 
-// Empty: something cannot be set up.
+// Empty if something cannot be set up.
 Contenders MakeContenders(const LossyNetwork& network) {
   auto sealed = std::make_unique<LatestContender>(true), plain = std::make_unique<LatestContender>(false);
   auto tcp = std::make_unique<TcpContender>();
@@ -168,17 +168,17 @@ Contenders MakeContenders(const LossyNetwork& network) {
   return contenders;
 }
 
-struct Watched {
+struct AgeSamples {
   std::vector<std::vector<double>> ages_ms;            // by contender
-  std::vector<double> writer_late_ms, reader_late_ms;  // how long after they were due the two threads woke up
+  std::vector<double> writer_late_ms, reader_late_ms;  // wake-up delay of the two threads
 };
 
-// A thread in one network sends a sample each ms, one in the other looks at its own ticks. An age is from when the
-// newest sample that the reader has was published to when the reader has looked, by the clock that both share: it holds
-// the hop, and every delay of either thread.
-Watched Watch(const LossyNetwork& network, const Contenders& contenders, std::int64_t num_looks) {
-  Watched watched;
-  watched.ages_ms.resize(contenders.size());
+// A thread in one network sends a sample each ms; a thread in the other reads at ticks of its own. The age is the time
+// of the reading minus the publish time of the newest sample, by the clock that both share. It includes the hop and
+// every delay of either thread.
+AgeSamples MeasureAges(const LossyNetwork& network, const Contenders& contenders, std::int64_t num_samples) {
+  AgeSamples samples;
+  samples.ages_ms.resize(contenders.size());
   const auto wake_up = [](std::int64_t due_ns, std::vector<double>* late_ms) {
     SleepUntil(due_ns);
     late_ms->push_back(1e-6 * static_cast<double>(core::MonotonicNow_ns() - due_ns));
@@ -189,25 +189,25 @@ Watched Watch(const LossyNetwork& network, const Contenders& contenders, std::in
     network.DoNear([&] {
       Order order(contenders.size());
       for (std::int64_t tick = 0; !is_done.load(std::memory_order_relaxed); ++tick) {
-        wake_up(start_ns + tick * core::kTick_ns, &watched.writer_late_ms);
+        wake_up(start_ns + tick * core::kTick_ns, &samples.writer_late_ms);
         for (const std::size_t which : order.Next()) contenders[which]->Send();
       }
     });
   });
   network.DoFar([&] {
     Order order(contenders.size());
-    for (std::int64_t look = 0; look < num_looks; ++look) {
-      wake_up(start_ns + kRunIn * core::kTick_ns + look * kLookPeriod_ns, &watched.reader_late_ms);
+    for (std::int64_t sample = 0; sample < num_samples; ++sample) {
+      wake_up(start_ns + kRunIn * core::kTick_ns + sample * kReaderPeriod_ns, &samples.reader_late_ms);
       for (const std::size_t which : order.Next()) {
-        const std::int64_t published_ns = contenders[which]->Look();
+        const std::int64_t published_ns = contenders[which]->NewestPublished_ns();
         const std::int64_t now_ns = core::MonotonicNow_ns();
-        if (published_ns != 0) watched.ages_ms[which].push_back(1e-6 * static_cast<double>(now_ns - published_ns));
+        if (published_ns != 0) samples.ages_ms[which].push_back(1e-6 * static_cast<double>(now_ns - published_ns));
       }
     }
   });
   is_done.store(true);
   writer.join();
-  return watched;
+  return samples;
 }
 
 }  // namespace
@@ -232,12 +232,12 @@ void StudyAge(const Setting& setting, Report* report) {
   std::vector<double> p99_at_1_ms(contenders.size());
   for (const int per_mille : kPerMille) {
     (*network)->Lose(per_mille);
-    const Watched watched = Watch(**network, contenders, setting.Rounds(8'000));
+    const AgeSamples samples = MeasureAges(**network, contenders, setting.Rounds(8'000));
     const double loss_percent = 0.1 * per_mille;
-    const double writer_late_ms = bench::Quantile(watched.writer_late_ms, 0.99);
-    const double reader_late_ms = bench::Quantile(watched.reader_late_ms, 0.99);
+    const double writer_late_ms = bench::Quantile(samples.writer_late_ms, 0.99);
+    const double reader_late_ms = bench::Quantile(samples.reader_late_ms, 0.99);
     for (std::size_t i = 0; i < contenders.size(); ++i) {
-      const std::vector<double>& of = watched.ages_ms[i];
+      const std::vector<double>& of = samples.ages_ms[i];
       const double p99_ms = bench::Quantile(of, 0.99);
       const double max_ms = bench::Quantile(of, 1.0);
       table.Add({contenders[i]->name(), Cell(loss_percent), std::to_string(of.size()), Cell(bench::Quantile(of, 0.5)),
@@ -251,8 +251,8 @@ void StudyAge(const Setting& setting, Report* report) {
       if (per_mille == 10) p99_at_1_ms[i] = p99_ms;
     }
     std::printf("the writer woke up %.3f ms late in one of 100 ticks (worst %.3f ms), the reader %.3f ms (%.3f ms)\n",
-                writer_late_ms, bench::Quantile(watched.writer_late_ms, 1.0), reader_late_ms,
-                bench::Quantile(watched.reader_late_ms, 1.0));
+                writer_late_ms, bench::Quantile(samples.writer_late_ms, 1.0), reader_late_ms,
+                bench::Quantile(samples.reader_late_ms, 1.0));
   }
   report->tables.push_back(table);
   report->charts.emplace_back("age", Chart{"Age of the newest sample while packets are lost",

@@ -25,10 +25,9 @@ double Since_ms(std::int64_t begin_ns) {
   return 1e-6 * static_cast<double>(core::MonotonicNow_ns() - begin_ns);
 }
 
-// NaN: not on this machine.
-struct Carried {
+struct Carried {  // NaN: not possible on this machine
   double took_ms = std::nan("");
-  std::uint64_t asked_again = 0;  // chunks that had not come 0.3 s after they were asked for
+  std::uint64_t resent_requests = 0;  // chunks that had not arrived 0.3 s after their request
 };
 
 // A node that offers blocks, and one that fetches them.
@@ -40,7 +39,7 @@ class BulkLink {
     if (!server || !link_->Start()) return;
     server_ = std::move(*server);
   }
-  // Another content each time, or it need not be fetched.
+  // The content differs in each round: known content would not be fetched again.
   Carried Fetch(std::uint8_t round) {
     Carried carried;
     if (server_ == nullptr) return carried;
@@ -49,7 +48,7 @@ class BulkLink {
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     bus::BulkFetch fetch(*offer, "near", link_->far_options);
     if (fetch.Run(30 * core::kNanosecondsPerSecond)) carried.took_ms = Since_ms(begin_ns);
-    carried.asked_again = fetch.account().dropped[static_cast<std::size_t>(bus::DropReason::kLost)];
+    carried.resent_requests = fetch.account().dropped[static_cast<std::size_t>(bus::DropReason::kLost)];
     return carried;
   }
 
@@ -58,7 +57,7 @@ class BulkLink {
   std::unique_ptr<bus::BulkServer> server_;
 };
 
-// The same as one message; the receiver has its own copy in the end, as with BULK.
+// Sends the block as one message; in the end the receiver has its own copy, as with BULK.
 Carried SendByZeroMq(std::uint8_t round) {
   zmq::context_t context;
   zmq::socket_t push(context, zmq::socket_type::push), pull(context, zmq::socket_type::pull);
@@ -83,7 +82,7 @@ void StudyBulk(const Setting& setting, Report* report) {
   struct Way {
     const char* name;
     std::function<Carried(std::uint8_t)> carry;
-    std::uint64_t asked_again = 0;
+    std::uint64_t resent_requests = 0;
   };
   Way ways[] = {{"BULK", [&](std::uint8_t round) { return sealed.Fetch(round); }},
                 {"BULK, not encrypted", [&](std::uint8_t round) { return plain.Fetch(round); }},
@@ -94,9 +93,9 @@ void StudyBulk(const Setting& setting, Report* report) {
     for (const std::size_t which : order.Next()) {
       Way& way = ways[which];
       const Carried carried = way.carry(static_cast<std::uint8_t>(round + 1));
-      if (round == 0) continue;  // the first asks the kernel for its memory
+      if (round == 0) continue;  // includes the allocation of the memory
       took_ms[way.name].push_back(carried.took_ms);
-      way.asked_again += carried.asked_again;
+      way.resent_requests += carried.resent_requests;
     }
   }
   Table table{"bulk", {"way", "bytes", "median_MB_per_s", "worst_MB_per_s", "best_MB_per_s", "chunks_asked_again"}, {}};
@@ -105,10 +104,10 @@ void StudyBulk(const Setting& setting, Report* report) {
     const auto speed = [&](double quantile) { return 1e3 * kMegabytes / bench::Quantile(took_ms[way.name], quantile); };
     const double median = speed(0.5);
     table.Add({way.name, std::to_string(kBlockBytes), Cell(median), Cell(speed(1.0)), Cell(speed(0.0)),
-               std::to_string(way.asked_again)});
+               std::to_string(way.resent_requests)});
     panel.bars.push_back({way.name, median, Short(median), "speed"});
-    std::printf("%-24s %7.0f MB/s (%.0f to %.0f), %llu chunks asked for again\n", way.name, median, speed(1.0),
-                speed(0.0), static_cast<unsigned long long>(way.asked_again));
+    std::printf("%-24s %7.0f MB/s (%.0f to %.0f), %llu chunks requested again\n", way.name, median, speed(1.0),
+                speed(0.0), static_cast<unsigned long long>(way.resent_requests));
   }
   report->tables.push_back(table);
   report->charts.emplace_back("bulk",

@@ -1,4 +1,5 @@
-// STATE, EVENT and SERVICE, which go through the bus thread and are seen when the reader's step thread looks.
+// Latency of STATE, EVENT and SERVICE, which pass through the bus thread and are delivered when the reader's step
+// thread calls Wait.
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -16,7 +17,7 @@
 namespace transport {
 namespace {
 
-// There and back: a parameter is set and the owner's acknowledgement has come.
+// Round trip: from setting a parameter to the owner's acknowledgement.
 class Service {
  public:
   explicit Service(bool is_encrypted)
@@ -27,7 +28,7 @@ class Service {
     if (!link_->Start()) link_.reset();
   }
   [[nodiscard]] const std::string& name() const { return name_; }
-  // Nothing where this machine cannot.
+  // Empty if this machine cannot run it.
   bus::LatencyStats Call(std::int64_t rounds) const {
     bus::LatencyStats latency;
     if (link_ == nullptr) return latency;
@@ -36,7 +37,7 @@ class Service {
       core::ParameterChange change;
       std::uint64_t ticket = 0;
       while (!is_done.load(std::memory_order_relaxed)) {
-        link_->far->Wait(core::MonotonicNow_ns() + kLook_ns);
+        link_->far->Wait(core::MonotonicNow_ns() + kPollPeriod_ns);
         while (link_->far->PollParameter(&change, &ticket)) link_->far->AckParameter(ticket, 1, true);
       }
     });
@@ -87,7 +88,7 @@ void StudyClasses(const Setting& setting, Report* report) {
     take(MakeEvent(is_encrypted));
   }
   const Service services[] = {Service(true), Service(false)};
-  // One at a time in short turns: readers that look every 50 us would keep each other from the processor.
+  // One at a time in short turns: readers that poll every 50 us would compete for the processor.
   std::vector<bus::LatencyStats> latencies(channels.size() + std::size(services));
   const auto name_of = [&](std::size_t which) {
     return which < channels.size() ? channels[which]->name() : services[which - channels.size()].name();
@@ -113,7 +114,7 @@ void StudyClasses(const Setting& setting, Report* report) {
   report->tables.push_back(table);
   report->charts.emplace_back("classes",
                               Chart{"Classes of topics on the same machine, about 200 B",
-                                    "1 kHz, in turns; the reader of STATE, EVENT and SERVICE looks every 50 us",
+                                    "1 kHz, in turns; the reader of STATE, EVENT and SERVICE polls every 50 us",
                                     {median, tail}});
   AddCostOfEncryption("latency of about 200 B", "us", medians_us, report);
 }

@@ -1,4 +1,4 @@
-// One hop at 1 kHz by transport and size, all in turns, the receiver asleep until something comes.
+// Latency of one hop at 1 kHz by transport and size. All take turns; each receiver sleeps until a message arrives.
 #include <cmath>
 #include <cstdio>
 #include <map>

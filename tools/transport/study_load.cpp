@@ -1,4 +1,4 @@
-// How much goes through, and what a message costs the processor.
+// Throughput, and processor time of a message.
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
@@ -19,14 +19,15 @@ namespace {
 constexpr int kCostTurns = 24;
 constexpr std::int64_t kCostRounds = 150;  // three periods of the heartbeats, which go on meanwhile
 constexpr int kFloodTurns = 6;
-constexpr double kFlood_s = 0.1;  // shorter than the silence that makes the others' nodes think each other dead
+constexpr double kFlood_s = 0.1;  // shorter than the silence after which starved nodes declare each other dead
 
 struct Contender {
   std::unique_ptr<Channel> channel;
-  std::vector<pid_t> threads;  // that came with it
+  std::vector<pid_t> threads;  // that the channel started
 };
 
-// Who is measured at the same time, message by message. Readers that look every 50 us are alone.
+// Groups of channels that are measured together, in turns message by message. A reader that polls every 50 us is
+// measured alone.
 std::vector<std::vector<Worked>> GroupsOf(const std::vector<Contender>& contenders) {
   std::vector<std::vector<Worked>> groups(1);
   for (const Contender& contender : contenders) {

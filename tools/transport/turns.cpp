@@ -17,9 +17,10 @@
 namespace transport {
 namespace {
 
-constexpr std::int64_t kQuiet_ns = 20'000'000;  // so long nothing has come: nothing is on its way any more
+constexpr std::int64_t kQuiet_ns = 20'000'000;  // after this time without a message, none is under way
 
-// By the clock that pthread_getcpuclockid() would name, had we the handles of a library's threads.
+// The clock id is computed as by pthread_getcpuclockid(), which needs a pthread_t; libraries' threads are known by
+// pid_t only.
 double ProcessorTime_us(const std::vector<pid_t>& threads) {
   double sum_us = 0.0;
   for (const pid_t thread : threads) {
@@ -30,7 +31,7 @@ double ProcessorTime_us(const std::vector<pid_t>& threads) {
   return sum_us;
 }
 
-// Receives until told to end.
+// A thread that receives until the object is destroyed.
 class Receiver {
  public:
   Receiver(Channel* channel, bus::LatencyStats* latency)
@@ -95,7 +96,8 @@ Load Flood(Channel* channel, double seconds) {
   const double took_s = 1e-9 * static_cast<double>(now_ns - begin_ns);
   std::uint64_t received = receiver.num_received();
   const Load load{static_cast<double>(sent) / took_s, static_cast<double>(received) / took_s};
-  // Not left to the next turn: what lies there would be received first, and EVENT evicts who does not take it.
+  // Drains the channel: the next turn would receive the old messages first, and EVENT evicts a reader that does not
+  // take them.
   do {
     received = receiver.num_received();
     SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);
@@ -124,7 +126,7 @@ std::vector<double> ProcessorTimePerMessage_us(const std::vector<Worked>& channe
     threads.push_back(worked.threads);
     std::set_difference(after.begin(), after.end(), before.begin(), before.end(), std::back_inserter(threads.back()));
   }
-  SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);  // until they have begun
+  SleepUntil(core::MonotonicNow_ns() + kQuiet_ns);  // until the receivers have started
   const std::vector<pid_t> sender = {gettid()};
   const std::int64_t turn_ns = core::kTick_ns / static_cast<std::int64_t>(channels.size());
   const auto run = [&](bool sends) {
@@ -142,7 +144,7 @@ std::vector<double> ProcessorTimePerMessage_us(const std::vector<Worked>& channe
         used_us[which] += ProcessorTime_us(sender);
       }
     }
-    SleepUntil(next_ns + core::kTick_ns);  // what is on its way
+    SleepUntil(next_ns + core::kTick_ns);  // until the last messages have arrived
     for (std::size_t i = 0; i < channels.size(); ++i) used_us[i] += ProcessorTime_us(threads[i]);
     return used_us;
   };

@@ -10,7 +10,7 @@
 
 namespace transport {
 
-// Until then by CLOCK_MONOTONIC; comes back at once when it is over.
+// Sleeps until that time of CLOCK_MONOTONIC; returns at once if it has passed.
 void SleepUntil(std::int64_t time_ns);
 
 struct Hops {
@@ -18,8 +18,8 @@ struct Hops {
   std::uint64_t sent = 0;
 };
 
-// Every channel carries a message once in `period_ns`, `rounds` times; they take turns in an order that changes. Each
-// has a receiver's thread that sleeps.
+// Every channel carries one message in each `period_ns`, `rounds` times. They take turns, in an order that changes.
+// Each has a receiver thread, which sleeps until a message arrives.
 std::vector<Hops> TakeTurns(const Channels& channels, std::int64_t rounds, std::int64_t period_ns);
 
 struct Load {
@@ -27,7 +27,8 @@ struct Load {
   double received_per_s = 0.0;
 };
 
-// As fast as one thread can send for so long, to one that receives. Afterwards nothing is on its way.
+// One thread sends as fast as it can for that time and another one receives. When this returns, no message is under
+// way.
 Load Flood(Channel* channel, double seconds);
 
 // Ids of this process's threads, in rising order.
@@ -38,10 +39,10 @@ struct Worked {
   std::vector<pid_t> threads;  // its own
 };
 
-// Processor time [us] of a message at 1 kHz by channel, without that of the same time idle: so many rounds sending and
-// as many idle. It is that of the call which sends, of the receiver and of the channel's own threads. The channels take
-// turns message by message, so that what the machine does meanwhile costs all the same. Which of sending and idle comes
-// first is the caller's choice: not always the same.
+// Processor time [us] of a message at 1 kHz, by channel: that of the sending call, the receiver and the channel's own
+// threads over `rounds` messages, minus that of the same threads over an equally long idle time. The channels take
+// turns message by message, so that other load on the machine affects all alike. The caller chooses whether sending or
+// idle comes first, and should alternate.
 std::vector<double> ProcessorTimePerMessage_us(const std::vector<Worked>& channels, std::int64_t rounds,
                                                bool is_idle_first);
 

@@ -61,7 +61,7 @@ std::unique_ptr<transport::Channel> MakeLcm(std::size_t num_bytes) {
     return nullptr;
   }
   auto channel = std::make_unique<LcmChannel>(num_bytes, near, far);
-  // Without a way for multicast nothing ever arrives.
+  // Without a route for multicast no message ever arrives.
   for (int attempt = 0; attempt < 20; ++attempt) {
     channel->Send(core::MonotonicNow_ns());
     if (channel->Receive() != 0) return channel;

@@ -1,5 +1,5 @@
-// Shows a running session: to Foxglove or Lichtblick over foxglove.websocket.v1, and to web browsers on a page of its
-// own. It joins the bus as an observer and writes nothing. See README.md.
+// Shows a running session to Foxglove or Lichtblick (foxglove.websocket.v1) and to web browsers (a page of its own). It
+// joins the bus as an observer and writes nothing. See README.md.
 
 import { execFileSync } from "node:child_process";
 import path from "node:path";
@@ -12,16 +12,16 @@ import { Scene } from "./scene.mjs";
 import { Status } from "./status.mjs";
 
 const USAGE = `usage: node bridge.mjs SCENARIO [options]
-  --registry ENDPOINT --session N   of the session; default: the one that runs here
-  --keys DIR                        its key directory, with --registry; without: it has none
-  --host ADDRESS                    to serve on; default: 127.0.0.1 (this machine only)
-  --websocket_port N                for Foxglove; default: 8765
-  --page_port N                     of the page; default: 8080
-  --oos FILE                        the program; default: build/release/bin/oos
-  --topics PATTERNS                 what to show of the bus, with commas between; default: *
+  --registry ENDPOINT --session N   the session to show; default: the one running on this machine
+  --keys DIR                        with --registry: the session's key directory; default: not encrypted
+  --host ADDRESS                    address to serve on; default: 127.0.0.1 (this machine only)
+  --websocket_port N                port for Foxglove; default: 8765
+  --page_port N                     port of the page; default: 8080
+  --oos FILE                        the program oos; default: build/release/bin/oos
+  --topics PATTERNS                 topics to show, separated by commas; default: *
 `;
 
-const LOOKS_HZ = 30;
+const APPLY_HZ = 30;
 const STRING = { type: "string" };
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 
@@ -60,7 +60,7 @@ async function main() {
       }
     }
   });
-  // What comes a thousand times a second is looked at thirty times.
+  // LATEST messages arrive at 1 kHz; the newest of each topic is applied at APPLY_HZ.
   const newest = new Map();
   const take = (message) => {
     try {
@@ -70,10 +70,10 @@ async function main() {
       console.error(`web_bridge: ${message.topic} of ${message.writer}: ${error.message}`);
     }
   };
-  const looking = setInterval(() => {
+  const applying = setInterval(() => {
     newest.forEach(take);
     newest.clear();
-  }, 1000 / LOOKS_HZ);
+  }, 1000 / APPLY_HZ);
   node.on("message", (message) => {
     if (ruleOf(message.topic).class === LATEST) newest.set(message.topic, message);
     else take(message);
@@ -84,7 +84,7 @@ async function main() {
     page: `http://${wanted.host}:${page.port}/` }));
 
   const stop = async () => {
-    clearInterval(looking);
+    clearInterval(applying);
     foxglove.close();
     page.close();
     await node.close();

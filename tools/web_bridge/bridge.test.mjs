@@ -1,4 +1,4 @@
-// The bridge on a live run of scenarios/touch: what a Foxglove client and a browser get of it. Environment variable OOS:
+// The bridge on a live run of scenarios/touch, as a Foxglove client and a browser receive it. Environment variable OOS:
 // the program, beside the nodes.
 
 import assert from "node:assert/strict";
@@ -53,9 +53,9 @@ after(async () => {
   rmSync(folder, { recursive: true });
 });
 
-// Subscribes to the channels named and gives every message to take(topic, message), decoded by the descriptors that the
-// channel itself brings along, until that returns true.
-async function look(topics, take) {
+// Subscribes to these channels and calls take(topic, message) for every message until it returns true. Messages are
+// decoded by the descriptors that the channel advertises.
+async function receive(topics, take) {
   const socket = new WebSocket(where.websocket, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
   const client = new protocol.FoxgloveClient({ ws: socket });
   const types = new Map();
@@ -77,9 +77,9 @@ async function look(topics, take) {
   client.close();
 }
 
-test("the ball moves for a Foxglove client", PATIENCE, async () => {
+test("a Foxglove client sees the ball move", PATIENCE, async () => {
   let first, meshes, ticks = 0, moved = 0;
-  await look(["/viz/scene", "/viz/transforms", "physics/state"], (topic, message) => {
+  await receive(["/viz/scene", "/viz/transforms", "physics/state"], (topic, message) => {
     if (topic === "physics/state") ++ticks;
     if (topic === "/viz/scene") meshes = message.entities;
     if (topic === "/viz/transforms") {
@@ -98,13 +98,13 @@ test("the ball moves for a Foxglove client", PATIENCE, async () => {
   for (const { x, y, z } of points) assert.ok(Math.abs(Math.hypot(x, y, z) - 0.01) < 2e-4, "20 mm across");
 });
 
-test("the procedure's state is there for whoever comes late", PATIENCE, async () => {
+test("a client that joins late receives the procedure's state", PATIENCE, async () => {
   let status;
-  await look(["logic/status"], (_, message) => (status = message).step !== "");
+  await receive(["logic/status"], (_, message) => (status = message).step !== "");
   assert.ok(["press", "slide", "edge", "push_block"].includes(status.step), status.step);
 });
 
-test("a browser gets the page, the scene and what happens", PATIENCE, async () => {
+test("a browser gets the page, the scene and live updates", PATIENCE, async () => {
   const page = await fetch(where.page);
   assert.match(await page.text(), /<title>VR-OOS/);
   const scene = await (await fetch(`${where.page}scene.json`)).json();

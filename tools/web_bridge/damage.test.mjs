@@ -1,4 +1,4 @@
-// The bridge goes on whatever a node of the session says. Environment variable CLIENTS_PEER: a registry and a node.
+// The bridge survives malformed messages of a node. Environment variable CLIENTS_PEER: a registry and a node.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -17,7 +17,7 @@ const PATIENCE = { signal: AbortSignal.timeout(100_000) };
 const HAND = "device/left/state";
 const SHEETS = new Map([["physics/sheet/flag", 0], ["physics/sheet/ghost", 1000]]);  // object, which may not be there
 
-// A scenario of one object, as `oos check --json` tells it.
+// A scenario of one object, as `oos check --json` prints it.
 const DESCRIPTION = { name: "one", title: "One", steps: [], hands: [], meshes: [],
   objects: [{ name: "ball", mesh: 0, sheet_color: [1, 1, 1], X_WO: [1, 0, 0, 0, 0, 0, 0] }] };
 
@@ -26,7 +26,7 @@ async function firstLineOf(child) {
   return JSON.parse(line);
 }
 
-test("a payload that is none, or about nothing, does not end the bridge", PATIENCE, async (t) => {
+test("a malformed payload, or one about an unknown object, does not end the bridge", PATIENCE, async (t) => {
   const folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
   const oos = path.join(folder, "oos");
   writeFileSync(oos, `#!/bin/sh\necho '${JSON.stringify(DESCRIPTION)}'\n`, { mode: 0o700 });
@@ -49,12 +49,12 @@ test("a payload that is none, or about nothing, does not end the bridge", PATIEN
   for (const topic of [HAND, ...SHEETS.keys()]) node.advertise(topic);
   await node.start();
 
-  // Whoever looks on makes the bridge read what it takes.
+  // A client's subscriptions make the bridge decode these messages.
   const seen = new Map([[HAND, 0], ["physics/state", 0], ["/viz/transforms", 0], ["/viz/scene", 0]]);
   const client = new protocol.FoxgloveClient({
     ws: new WebSocket(websocket, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
   const topics = new Map();
-  client.on("error", () => {});  // the bridge's end is told below
+  client.on("error", () => {});  // an end of the bridge is reported below
   client.on("advertise", (channels) => {
     for (const { id, topic } of channels.filter((one) => seen.has(one.topic))) topics.set(client.subscribe(id), topic);
   });
@@ -72,12 +72,12 @@ test("a payload that is none, or about nothing, does not end the bridge", PATIEN
     for (const [topic, object] of SHEETS) node.publish(topic, message(topic, { object, numColumns: 1, pW: [0, 0, 0] }));
   }, 10);
   t.after(() => clearInterval(speaking));
-  let code = "it goes on";
-  bridge.once("exit", (status) => { code = `it ended with ${status}`; });
-  while (code === "it goes on" && [...seen.values()].some((count) => count < 5)) {
+  let state = "running";
+  bridge.once("exit", (status) => { state = `it ended with ${status}`; });
+  while (state === "running" && [...seen.values()].some((count) => count < 5)) {
     PATIENCE.signal.throwIfAborted();
     await new Promise(setImmediate);
   }
-  assert.equal(code, "it goes on", JSON.stringify([...seen]));
+  assert.equal(state, "running", JSON.stringify([...seen]));
   client.close();
 });

@@ -1,11 +1,11 @@
-// foxglove.websocket.v1: a channel for every topic of the bus, as it is there, and the scene for the 3D panel.
+// A server of foxglove.websocket.v1: a channel with the unchanged messages of every topic, and the scene for the 3D panel.
 
 import protocol from "@foxglove/ws-protocol";
 import { WebSocketServer } from "ws";
 import { create, descriptors, toBinary, typeOf, wkt } from "../../clients/javascript/oos_bus.mjs";
 
 const { FoxgloveServer } = protocol;
-const MAX_WAITING_BYTES = 16 << 20;  // for one looker-on; what is beyond is dropped
+const MAX_WAITING_BYTES = 16 << 20;  // for one client; messages beyond it are dropped
 const VIEWS = { "/viz/scene": "foxglove.SceneUpdate", "/viz/transforms": "foxglove.FrameTransforms" };
 const SCENE_HZ = 30, SHEET_HZ = 10;
 
@@ -13,7 +13,7 @@ const base64 = (bytes) => Buffer.from(bytes).toString("base64");
 const wallClockNs = () => BigInt(Date.now()) * 1_000_000n;
 const timestampOf = (ns) => ({ seconds: ns / 1_000_000_000n, nanos: Number(ns % 1_000_000_000n) });
 
-// The file of a message type behind those that it imports.
+// Descriptors of a message type's file, after those of the files that it imports.
 function descriptorsOf(type) {
   const files = new Map(descriptors.file.map((file) => [file.name, file]));
   const wanted = new Map();
@@ -35,7 +35,7 @@ export class SceneServer {
     this.#server = new FoxgloveServer({ name, supportedEncodings: [] });
     this.#server.on("subscribe", (id) => this.#watched.add(id));
     this.#server.on("unsubscribe", (id) => this.#watched.delete(id));
-    this.#server.on("error", (error) => console.error(`web_bridge: a looker-on: ${error.message}`));
+    this.#server.on("error", (error) => console.error(`web_bridge: a Foxglove client: ${error.message}`));
     this.#sockets = new WebSocketServer({ host, port, maxPayload: 1 << 20,
       handleProtocols: (protocols) => this.#server.handleProtocols(protocols) });
     this.#sockets.on("connection", (socket, request) => this.#admit(socket, request));
@@ -48,7 +48,6 @@ export class SceneServer {
 
   listening() { return new Promise((resolve, reject) => this.#sockets.once("listening", resolve).once("error", reject)); }
   get port() { return this.#sockets.address().port; }
-  get numLookersOn() { return this.#sockets.clients.size; }
 
   #admit(socket, request) {
     const send = socket.send.bind(socket);
@@ -57,7 +56,7 @@ export class SceneServer {
       else send(data);
     };
     this.#server.handleConnection(socket, request.socket.remoteAddress ?? "?");
-    // The meshes come once, so whoever subscribes later gets them again.
+    // The meshes are sent once, so they are sent again for a client that subscribes later.
     socket.on("message", (data, isBinary) => {
       if (!isBinary && data.includes('"subscribe"')) setImmediate(() => this.sendMeshes());
     });
@@ -73,7 +72,7 @@ export class SceneServer {
 
   sendMeshes() { this.#view("/viz/scene", (t) => this.scene.meshes(t)); }
 
-  // A topic that somebody on the bus writes.
+  // Adds a channel for a topic that a node of the bus writes.
   announce(topic, typeName) {
     if (this.#channels.has(topic)) return;
     this.#channels.set(topic, this.#server.addChannel({ topic, encoding: "protobuf", schemaName: typeName,

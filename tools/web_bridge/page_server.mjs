@@ -1,4 +1,4 @@
-// The page for lookers-on: three files, the scene once, and what changes as server-sent events.
+// Serves the page: three files, the scene once, and changes as server-sent events.
 
 import { readFileSync } from "node:fs";
 import http from "node:http";
@@ -8,7 +8,7 @@ const STATUS_HZ = 20;
 const FILES = { "/": ["index.html", "text/html"], "/status.js": ["status.js", "text/javascript"],
   "/view.js": ["view.js", "text/javascript"] };
 
-// With colours as screens show them.
+// The scene with its linear colours converted to sRGB.
 function sceneForPage(description) {
   return JSON.stringify({ ...description,
     objects: description.objects.map((object) =>

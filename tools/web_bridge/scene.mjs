@@ -1,4 +1,4 @@
-// Where everything of a scenario is right now, by what the bus told, and the same as Foxglove's messages.
+// The present state of a scenario's objects, from the bus's messages, and the same as Foxglove's messages.
 // A pose is [w, x, y, z, px, py, pz], as in `oos check --json` and on the bus.
 
 const WORLD = "world";
@@ -12,7 +12,7 @@ function shiftedAlongX([w, x, y, z, px, py, pz], shift) {
 
 const isPose = (numbers) => numbers.length === 7 && numbers.every(Number.isFinite);
 
-// Linear to what screens show.
+// Linear colour to sRGB.
 export const toScreen = (linear) => linear.map((c) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055));
 const colorOf = (linear) => {
   const [r, g, b] = toScreen(linear);
@@ -50,8 +50,8 @@ export class Scene {
     });
   }
 
-  // Takes a message of the bus; true when the look of an entity has changed, not only its place. What is said of objects
-  // that the scenario does not have is passed over.
+  // Applies a message of the bus; true if an entity's appearance has changed, not only its pose. Ignores objects that the
+  // scenario does not have.
   apply({ topic, body }) {
     if (topic === "physics/state") {
       body.object.forEach((object, i) => {
@@ -92,7 +92,7 @@ export class Scene {
       indices: gridIndices(positions.length / 3, numColumns), base_color: this.description.objects[object].sheet_color }));
   }
 
-  // foxglove.SceneUpdate of them.
+  // foxglove.SceneUpdate of the sheets.
   sheetUpdate(timestamp) {
     return { entities: this.sheetMeshes().map(({ positions, indices, base_color }, i) => ({
       timestamp, frameId: WORLD, id: `sheet ${i}`,

@@ -1,4 +1,4 @@
-// What the page for lookers-on shows, kept up to date from the bus.
+// The content of the page, kept up to date from the bus.
 
 const MAX_EVENTS = 30;
 const norm = (values) => Math.hypot(...values);
@@ -19,7 +19,7 @@ export class Status {
     else if (kind === "device" && topic.endsWith("/command")) this.#force(role).force = norm(body.fDoW.slice(0, 3));
     else if (kind === "haptic") this.#force(role).isInContact = body.isInContact;
     else if (kind === "figures") this.#figures.set(writer, body.name.map((name, i) => [name, body.value[i]]));
-    else if (topic === "event") this.#tell(body.source, body.name, body.detail);
+    else if (topic === "event") this.#addEvent(body.source, body.name, body.detail);
   }
 
   #force(role) {
@@ -29,7 +29,7 @@ export class Status {
 
   #seconds() { return (performance.now() - this.#beginMs) / 1000; }
 
-  #tell(source, name, detail) {
+  #addEvent(source, name, detail) {
     this.#events.push({ time_s: this.#seconds(), source, name, detail });
     if (this.#events.length > MAX_EVENTS) this.#events.shift();
   }
@@ -39,7 +39,7 @@ export class Status {
     this.#logic = body;
   }
 
-  // A step is done when the procedure has gone on to a later one, or to its end.
+  // A step is done once the procedure is in a later one or at its end.
   #steps() {
     const names = this.scene?.description.steps ?? [...this.#entered.keys()];
     const now = names.indexOf(this.#logic?.step);

@@ -76,7 +76,7 @@ function show(status) {
   fill(byId("steps"), status.steps.map(({ name, state }) => [state, MARKS[state], name.replaceAll("_", " ")]));
   status.hands.forEach(showHand);
   fill(byId("nodes"), status.nodes.map(({ name, isAlive, isObserver }) =>
-    [isAlive ? "alive" : "dead", isAlive ? "●" : "○", name + (isAlive ? (isObserver ? " (looks on)" : "") : " (lost)")]));
+    [isAlive ? "alive" : "dead", isAlive ? "●" : "○", name + (isAlive ? (isObserver ? " (observer)" : "") : " (lost)")]));
   const events = byId("events");
   if (fill(events, status.events.map(({ time_s, source, name, detail }) =>
     ["", time_s.toFixed(1), `${source}: ${name} ${detail}`]))) {

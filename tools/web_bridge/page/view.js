@@ -1,4 +1,4 @@
-// The scene in WebGL: plain shading, one light; drag turns about the scenario's target, the wheel comes closer.
+// The scene in WebGL: plain shading, one light. Dragging turns about the scenario's target, the wheel zooms.
 
 const VERTEX = `#version 300 es
 in vec3 p_M; in vec3 n_M;
@@ -13,7 +13,7 @@ void main() {
   shown = vec4(color * mix(clamp(light, 0.12, 1.15), 1.0, glow), 1.0);
 }`;
 
-// Column by column, as WebGL takes it.
+// A 4x4 matrix from a pose, in column order as WebGL expects.
 function matrixOf([w, x, y, z, px, py, pz]) {
   return [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0,
     2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0,
@@ -24,7 +24,7 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => a.map((value) => value / Math.hypot(...a));
 
-// Flat shading: each triangle has corners of its own, with its normal.
+// For flat shading: each triangle has its own three corners, with the triangle's normal.
 function corners({ positions, indices }) {
   const at = (i) => positions.slice(3 * i, 3 * i + 3);
   const out = [];
@@ -38,7 +38,7 @@ function corners({ positions, indices }) {
 }
 
 export class View {
-  // Null without a scene or without WebGL: the page is of use all the same.
+  // Null without a scene or without WebGL; the rest of the page works without it.
   static async create(canvas, scene) {
     const gl = scene && canvas.getContext("webgl2", { antialias: true });
     return gl ? new View(canvas, gl, scene) : null;
@@ -74,7 +74,7 @@ export class View {
     new ResizeObserver(() => this.#redraw()).observe(canvas);
   }
 
-  // With the next frame, and only when something has changed.
+  // Draws with the next frame; called only when something has changed.
   #redraw() {
     this.frame ??= requestAnimationFrame(() => {
       this.frame = null;
@@ -89,7 +89,7 @@ export class View {
     this.#redraw();
   }
 
-  // Into the buffers of an earlier part, where there is one.
+  // Reuses the buffers of an earlier part if there is one.
   #upload(part, { array, buffer } = {}) {
     const { gl } = this;
     const data = corners(part);
@@ -114,7 +114,7 @@ export class View {
     this.#redraw();
   }
 
-  // clip_W for a camera that looks at its target, z of W up.
+  // Clip matrix clip_W of the camera: view direction towards its target, z of W up.
   #clip() {
     const { target, fov, distance, azimuth, height } = this.camera;
     const back = [Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height)];
