@@ -97,7 +97,7 @@ void CheckAccounts(const std::vector<bus::PeerStatus>& peers, Loop* loop) {
   loop->open_accounts.clear();
   loop->num_accounts = 0;
   for (const bus::PeerStatus& peer : peers) {
-    for (const bus::ToldAccount& account : peer.accounts) {
+    for (const bus::ReportedAccount& account : peer.accounts) {
       const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
       const bool is_latest = rule != nullptr && rule->topic_class == bus::TopicClass::kLatest;
       // A writer of LATEST does not know what arrived: the reader's account has both counts.

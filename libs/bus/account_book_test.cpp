@@ -13,7 +13,7 @@ Account& OpenEvents(AccountBook& book, std::uint64_t instance, std::uint64_t sta
   return book.Open(kEventTopic, TopicClass::kEvent, "logic_node", instance, true, start);
 }
 
-TEST(AccountBook, WhatIsOnItsWayWhenAPeerGoesIsDroppedAndOpenAgainWhenItReturns) {
+TEST(AccountBook, UnsettledMessagesOfAGonePeerCountAsDroppedUntilItReturns) {
   AccountBook book;
   Account& events = OpenEvents(book, 1, 10);
   events.sent = 5;
@@ -51,7 +51,7 @@ TEST(AccountBook, SumsStayExactWhenManyReadersHaveComeAndGone) {
   EXPECT_EQ(MergeByName(book.All()).size(), 2u);  // the last ones by name, and the earlier ones
 }
 
-TEST(AccountBook, APeerThatJustWentIsNotFoldedForHavingBeenAwayBefore) {
+TEST(AccountBook, AnAccountThatClosesAgainIsFoldedLast) {
   AccountBook book;
   OpenEvents(book, 1, 10);
   book.CloseAll(1);
@@ -84,7 +84,7 @@ testing::Books BothEnds() {
   return {{"physics_node", {1, {written}}}, {"haptic_node", {2, {read}}}};
 }
 
-TEST(OpenAccounts, ALatestReaderThatCountsWrongIsFoundThoughItsOwnAccountCloses) {
+TEST(OpenAccounts, FindsALatestReaderThatMiscountsThoughItsOwnAccountCloses) {
   EXPECT_EQ(testing::OpenAccounts(BothEnds()), std::vector<std::string>());
   testing::Books books = BothEnds();
   Account& read = books["haptic_node"].accounts[0];
@@ -99,7 +99,7 @@ TEST(OpenAccounts, ALatestReaderThatCountsWrongIsFoundThoughItsOwnAccountCloses)
   EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);
 }
 
-TEST(OpenAccounts, WhatALatestWriterSentLastIsWaitedFor) {
+TEST(OpenAccounts, TheLastMessagesOfALatestWriterAreWaitedFor) {
   testing::Books books = BothEnds();
   books["physics_node"].accounts[0].life.last = 11;
   EXPECT_EQ(testing::OpenAccounts(books).size(), 1u);

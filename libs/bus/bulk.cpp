@@ -26,8 +26,9 @@ namespace bus {
 namespace {
 
 constexpr std::uint64_t kChunkBytes = std::uint64_t{64} << 10;
-constexpr std::size_t kChunkCredit = 8;  // asked for and not here yet
-constexpr std::int64_t kAskAgainAfter_ns = 300'000'000;
+constexpr std::size_t kChunkCredit = 8;  // requested and not here yet: 512 KiB in flight fill a gigabit link over 4 ms
+// Long against 512 KiB on a slow link, so that chunks that are only late do not travel twice.
+constexpr std::int64_t kRequestAgainAfter_ns = 300'000'000;
 constexpr int kLinger_ms = 0;
 
 std::vector<std::uint8_t> Encode(const detail::Identity& identity, const oos::BulkMessage& message) {
@@ -121,8 +122,8 @@ core::Result<std::unique_ptr<BulkServer>> BulkServer::Create(Node* node, const N
     impl->router = zmq::socket_t(impl->context, zmq::socket_type::router);
     impl->router.set(zmq::sockopt::router_mandatory, true);
     impl->router.set(zmq::sockopt::linger, kLinger_ms);
-    // Far more than are ever asked for at once: libzmq learns late what of its queue has left, and a chunk that finds
-    // it full is asked for again only after a while.
+    // Far more than one reader's credit: libzmq notices late which messages have left its queue, and a chunk that finds
+    // the queue full is lost until its repeated request.
     impl->router.set(zmq::sockopt::sndhwm, static_cast<int>(16 * kChunkCredit));
     impl->gate.GuardListener(&impl->router);
     impl->router.bind("tcp://" + options.bind_address + ":*");
@@ -133,7 +134,7 @@ core::Result<std::unique_ptr<BulkServer>> BulkServer::Create(Node* node, const N
   }
   impl->wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (impl->wake_fd < 0) return core::Fail(core::ErrorCode::kResource, "eventfd: too many open files");
-  sigset_t all, before;  // signals are for the node's own threads
+  sigset_t all, before;  // signals go to the node's other threads
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
   impl->thread = std::thread([raw = impl.get()] { raw->Run(); });
@@ -218,7 +219,7 @@ void BulkServer::Impl::Answer(const std::string& routing, const oos::BulkRequest
     chunk->set_data(block->data() + request.offset(), size);
   }
   const auto bytes = Encode(identity, message);
-  try {  // who is too slow, or gone, asks again
+  try {  // a reader that is too slow requests it again
     if (!router.send(zmq::buffer(routing), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) return;
     if (router.send(zmq::buffer(bytes), zmq::send_flags::dontwait)) num_chunks.fetch_add(1, std::memory_order_relaxed);
   } catch (const zmq::error_t&) {
@@ -229,13 +230,13 @@ void BulkServer::Impl::Answer(const std::string& routing, const oos::BulkRequest
 
 struct BulkFetch::Impl {
   struct Chunk {
-    std::int64_t asked_ns = 0;  // 0: not yet
+    std::int64_t requested_ns = 0;  // 0: not yet
     bool is_here = false;
   };
   core::Result<void> Connect();
-  void Ask();
-  std::string Take();  // why not, when the owner says no
-  std::string TellRefused() const;
+  void RequestChunks();
+  std::string Take();  // the owner's reason when it refuses
+  std::string DescribeRefused() const;
 
   BulkOffer offer;
   std::string owner;
@@ -309,18 +310,19 @@ core::Result<std::vector<std::uint8_t>> BulkFetch::Run(std::int64_t timeout_ns) 
   it.chunks.resize((it.offer.size + kChunkBytes - 1) / kChunkBytes);
   if (!it.dealer) {
     if (auto connected = it.Connect(); !connected) return tl::unexpected(connected.error());
-    for (Impl::Chunk& chunk : it.chunks) chunk.asked_ns = chunk.is_here ? chunk.asked_ns : 0;
+    for (Impl::Chunk& chunk : it.chunks) chunk.requested_ns = chunk.is_here ? chunk.requested_ns : 0;
     it.account.dropped[static_cast<std::size_t>(DropReason::kLost)] = it.account.sent - it.account.received;
   }
   const std::int64_t deadline = core::MonotonicNow_ns() + timeout_ns;
   while (it.num_here < it.chunks.size()) {
     const std::int64_t left = deadline - core::MonotonicNow_ns();
     if (left <= 0) {
-      return core::Fail(core::ErrorCode::kTimeout,
-                        what + ": " + std::to_string(it.num_here) + " of " + std::to_string(it.chunks.size()) +
-                            " chunks came within " + std::to_string(timeout_ns / 1'000'000) + " ms" + it.TellRefused());
+      return core::Fail(core::ErrorCode::kTimeout, what + ": " + std::to_string(it.num_here) + " of " +
+                                                       std::to_string(it.chunks.size()) + " chunks came within " +
+                                                       std::to_string(timeout_ns / 1'000'000) + " ms" +
+                                                       it.DescribeRefused());
     }
-    it.Ask();
+    it.RequestChunks();
     zmq::pollitem_t item{it.dealer.handle(), 0, ZMQ_POLLIN, 0};
     zmq_poll(&item, 1, static_cast<long>(std::clamp<std::int64_t>(left / 1'000'000, 1, 20)));
     if (const std::string why = it.Take(); !why.empty()) return core::Fail(core::ErrorCode::kIo, what + ": " + why);
@@ -328,23 +330,23 @@ core::Result<std::vector<std::uint8_t>> BulkFetch::Run(std::int64_t timeout_ns) 
   if (BulkHash(it.bytes) != it.offer.hash) {
     it.chunks.assign(it.chunks.size(), {});  // none of it can be trusted
     it.num_here = 0;
-    return core::Fail(core::ErrorCode::kIo, what + ": its content is not what its hash says; fetch it again");
+    return core::Fail(core::ErrorCode::kIo, what + ": its content does not match its hash; fetch it again");
   }
   return it.bytes;
 }
 
-std::string BulkFetch::Impl::TellRefused() const {
-  return num_refused == 0 ? "" : "; " + std::to_string(num_refused) + " messages from there were no chunks of a block";
+std::string BulkFetch::Impl::DescribeRefused() const {
+  return num_refused == 0 ? "" : "; " + std::to_string(num_refused) + " messages from there were not chunks of a block";
 }
 
-void BulkFetch::Impl::Ask() {
+void BulkFetch::Impl::RequestChunks() {
   const std::int64_t now = core::MonotonicNow_ns();
   std::size_t on_their_way = 0;
   for (std::size_t i = 0; i < chunks.size() && on_their_way < kChunkCredit; ++i) {
     Chunk& chunk = chunks[i];
     if (chunk.is_here) continue;
     ++on_their_way;
-    if (chunk.asked_ns != 0 && now - chunk.asked_ns < kAskAgainAfter_ns) continue;
+    if (chunk.requested_ns != 0 && now - chunk.requested_ns < kRequestAgainAfter_ns) continue;
     oos::BulkMessage message;
     message.mutable_request()->set_hash(offer.hash);
     message.mutable_request()->set_offset(i * kChunkBytes);
@@ -354,9 +356,9 @@ void BulkFetch::Impl::Ask() {
     } catch (const zmq::error_t&) {
       return;
     }
-    if (chunk.asked_ns != 0) ++account.dropped[static_cast<std::size_t>(DropReason::kLost)];
+    if (chunk.requested_ns != 0) ++account.dropped[static_cast<std::size_t>(DropReason::kLost)];
     ++account.sent;
-    chunk.asked_ns = now;
+    chunk.requested_ns = now;
   }
 }
 

@@ -36,7 +36,7 @@ core::Result<void> WriteBytes(const fs::path& path, const std::vector<std::uint8
                     path.string() + " cannot be written; is there room, and may you write there?");
 }
 
-// Names come from another machine and become paths here: none may lead out of the folder.
+// The names come from another machine and become paths here: none may leave the folder.
 bool StaysInside(const fs::path& path) {
   return !path.empty() && path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
 }

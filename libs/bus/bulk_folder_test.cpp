@@ -57,7 +57,7 @@ class BulkFolder : public ::testing::Test {
   const StateReader<BulkOffer>* offers_ = nullptr;
 };
 
-TEST_F(BulkFolder, ComesOutTheSameAndOnlyWhatIsMissingTravels) {
+TEST_F(BulkFolder, ArrivesUnchangedAndTransfersOnlyMissingFiles) {
   ASSERT_TRUE(OfferFolder(root_ / "from", "scenario", server_.get()).has_value());
   const auto fetched = Fetch();
   ASSERT_TRUE(fetched.has_value()) << fetched.error().detail;
@@ -89,7 +89,7 @@ TEST_F(BulkFolder, APathThatLeavesTheFolderIsRefused) {
   }
 }
 
-TEST_F(BulkFolder, WhatNobodyOffersIsNamed) {
+TEST_F(BulkFolder, AMissingOfferIsNamed) {
   const auto fetched = Fetch(core::kNanosecondsPerSecond / 10);
   ASSERT_FALSE(fetched.has_value());
   EXPECT_NE(fetched.error().detail.find("does not offer 'scenario'"), std::string::npos) << fetched.error().detail;

@@ -75,7 +75,7 @@ class Bulk : public ::testing::TestWithParam<bool> {
   const std::vector<std::uint8_t> bytes_ = MakeBytes(3'000'001);  // 46 chunks
 };
 
-TEST_P(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
+TEST_P(Bulk, AnOfferIsFoundByNameAndFetchedByContentHash) {
   ASSERT_TRUE(server_->Offer("mesh", bytes_).has_value());
   ASSERT_TRUE(server_->Offer("nothing", {}).has_value());
   auto reader = std::move(*Node::Create(reader_options_));
@@ -97,7 +97,7 @@ TEST_P(Bulk, WhatIsOfferedIsFoundByNameAndFetchedByContent) {
   testing::ExpectAccountsClose({owner_.get(), reader.get()});
 }
 
-TEST_P(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {
+TEST_P(Bulk, ResumesAfterTheOwnerRestarts) {
   const auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   BulkFetch fetch(*offer, "logic_node", reader_options_);
@@ -127,7 +127,7 @@ TEST_P(Bulk, GoesOnWhereItWasWithTheOwnersNextLife) {
   EXPECT_TRUE(fetch.account().is_settled()) << Describe(fetch.account());
 }
 
-TEST_P(Bulk, ContentIsWhatItsHashSaysOrRefused) {
+TEST_P(Bulk, ContentThatDoesNotMatchItsHashIsRefused) {
   auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   BulkOffer other = *offer;
@@ -139,7 +139,7 @@ TEST_P(Bulk, ContentIsWhatItsHashSaysOrRefused) {
   shorter.size = 2 * 65'536;
   const auto cut = BulkFetch(shorter, "logic_node", reader_options_).Run(kLong_ns);
   ASSERT_FALSE(cut.has_value());
-  EXPECT_NE(cut.error().detail.find("not what its hash says"), std::string::npos) << cut.error().detail;
+  EXPECT_NE(cut.error().detail.find("does not match its hash"), std::string::npos) << cut.error().detail;
   BulkOffer huge = *offer;
   huge.size = kMaxBulkBytes + 1;
   EXPECT_FALSE(BulkFetch(huge, "logic_node", reader_options_).Run(kLong_ns).has_value());
@@ -150,8 +150,8 @@ TEST_P(Bulk, ContentIsWhatItsHashSaysOrRefused) {
   EXPECT_EQ(BulkHash({}), "0e5751c026e543b2e8ab2eb06099daa1d1e5df47778f7787faab45cdf12fe3a8");
 }
 
-// A member that went wrong: nothing that it says is taken, all of it is counted, and others go on.
-TEST_P(Bulk, WhatIsNoRequestIsRefusedAndCountedByItsNode) {
+// A misbehaving member: all of its messages are refused and counted, and others are not disturbed.
+TEST_P(Bulk, MalformedRequestsAreRefusedAndCountedByTheirNode) {
   const auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   const auto keys = KeysOf("viewer");
@@ -162,20 +162,21 @@ TEST_P(Bulk, WhatIsNoRequestIsRefusedAndCountedByItsNode) {
   dealer.connect(offer->endpoint);
   dealer.send(zmq::str_buffer("no envelope"), zmq::send_flags::none);
   EXPECT_TRUE(Until([&] { return server_->num_refused() == 1; }));
-  // A sound one but for its length.
+  // Valid except for its length.
   const std::vector<char> large(detail::kMaxMessageBytes + 1);
   dealer.send(zmq::buffer(large), zmq::send_flags::none);
   EXPECT_TRUE(Until([&] { return server_->num_refused() == 2; }));
   BulkFetch fetch(*offer, "logic_node", reader_options_);
   EXPECT_TRUE(fetch.Run(kLong_ns).has_value());
   EXPECT_EQ(fetch.num_refused(), 0u);
-  std::uint64_t told = 0;
-  for (const RefusalCount& refusal : owner_->counters().refusals) told += refusal.reason == "bulk" ? refusal.count : 0;
-  EXPECT_EQ(told, 2u);
+  std::uint64_t num_refused = 0;
+  for (const RefusalCount& refusal : owner_->counters().refusals)
+    num_refused += refusal.reason == "bulk" ? refusal.count : 0;
+  EXPECT_EQ(num_refused, 2u);
   EXPECT_GE(owner_->counters().refused, 2u);
 }
 
-TEST_P(Bulk, WhatIsNoChunkIsRefusedAndTold) {
+TEST_P(Bulk, MalformedChunksAreRefusedAndReported) {
   const auto keys = KeysOf("logic_node");
   zmq::context_t context;
   zmq::socket_t owner(context, zmq::socket_type::router);
@@ -194,16 +195,17 @@ TEST_P(Bulk, WhatIsNoChunkIsRefusedAndTold) {
     zmq::message_t routing, request;
     while (owner.recv(routing, zmq::recv_flags::dontwait) && owner.recv(request, zmq::recv_flags::dontwait)) {
       owner.send(routing, zmq::send_flags::sndmore);
-      owner.send(request, zmq::send_flags::none);  // its own words
+      owner.send(request, zmq::send_flags::none);  // the request itself comes back
     }
     return fetch.num_refused() >= 8 && !fetched;
   }));
-  EXPECT_NE(why.find("were no chunks of a block"), std::string::npos) << why;
+  EXPECT_NE(why.find("were not chunks of a block"), std::string::npos) << why;
   EXPECT_EQ(fetch.account().received, 0u);
 }
 
-// Who fetches lets nobody in, so it has no allow-list whose place the one before might still hold.
-TEST_P(Bulk, AFetchIsMovedAgainAndAgain) {
+// A fetch accepts no connections, so it must not need the inproc address of an allow-list, which the previous one may
+// still hold.
+TEST_P(Bulk, AFetchMayChangeItsServerRepeatedly) {
   const auto offer = server_->Offer("mesh", bytes_);
   ASSERT_TRUE(offer.has_value());
   BulkFetch fetch(*offer, "logic_node", reader_options_);

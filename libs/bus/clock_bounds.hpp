@@ -11,8 +11,8 @@
 
 namespace bus {
 
-// For reports: by name of a peer, within how much this node knew its clock throughout [ns]; 0: the same machine. A peer
-// whose clock was never compared for long enough is left out.
+// For reports: the largest bound of each peer's clock offset during the run [ns], by name; 0: the same machine. Peers
+// whose clock was not compared for 1 s are left out.
 inline std::map<std::string, std::int64_t> ClockBounds(const std::vector<PeerStatus>& peers) {
   std::map<std::string, std::int64_t> bounds;
   for (const PeerStatus& peer : peers) {

@@ -14,7 +14,7 @@ class SimulatedPeer {
   SimulatedPeer(std::uint64_t seed, double drift, double wobble) : random_(seed), drift_(drift), wobble_(wobble) {
     start_offset_ns_ = static_cast<double>(static_cast<std::int64_t>(random_()) / 1000);
   }
-  // Some delays are short, some long, one way longer than the other for as long as it pleases.
+  // Short and long delays; the two ways are asymmetric for random periods.
   double Delay_ns(double base_ns) {
     const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
     const bool is_late = random_() % 16 == 0;
@@ -63,7 +63,7 @@ TEST(ClockEstimate, TheTrueOffsetIsAlwaysWithinTheBound) {
   }
 }
 
-TEST(ClockEstimate, TheBoundIsHalfTheShortestRoundTripAndTheDrift) {
+TEST(ClockEstimate, TheBoundIsHalfTheShortestRoundTripPlusDrift) {
   SimulatedPeer peer(3, 50e-6, 0.0);
   ClockEstimate estimate;
   std::int64_t shortest = INT64_MAX, now = 0;
@@ -81,11 +81,11 @@ TEST(ClockEstimate, TheBoundIsHalfTheShortestRoundTripAndTheDrift) {
   EXPECT_LE(std::abs(peer.Offset_ns(static_cast<double>(now)) - static_cast<double>(reading.offset_ns)), 40e3);
 }
 
-TEST(ClockEstimate, KnowsNothingBeforeTheFirstExchange) {
+TEST(ClockEstimate, IsUnknownBeforeTheFirstExchange) {
   EXPECT_EQ(ClockEstimate().At(5).bound_ns, kUnknownBound_ns);
 }
 
-TEST(ClockEstimate, RefusesWhatContradictsCausality) {
+TEST(ClockEstimate, RefusesExchangesThatViolateCausality) {
   ClockEstimate estimate;
   EXPECT_FALSE(estimate.Add({100, 50, 60, 90}));             // came back before it left
   EXPECT_FALSE(estimate.Add({100, 60, 50, 200}));            // was answered before it arrived
@@ -93,7 +93,7 @@ TEST(ClockEstimate, RefusesWhatContradictsCausality) {
   EXPECT_EQ(estimate.num_exchanges(), 0u);
 }
 
-TEST(ClockEstimate, StartsAnewWhenAClockJumps) {
+TEST(ClockEstimate, RestartsWhenAClockJumps) {
   ClockEstimate estimate;
   for (std::int64_t i = 1; i <= 20; ++i)
     ASSERT_TRUE(estimate.Add({i * 1000000, i * 1000000 + 500, i * 1000000 + 500, i * 1000000 + 1000}));

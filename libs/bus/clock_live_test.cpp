@@ -25,7 +25,7 @@ using testing::WaitBriefly;
 constexpr std::int64_t kAhead_s = 4711;
 constexpr int kNoTimeNamespace = 77;
 
-TEST(Clock, NodesOfOneMachineHaveNoOffsetAtAll) {
+TEST(Clock, NodesOfOneMachineHaveZeroOffset) {
   const auto registry = MakeRegistry();
   auto here = MakeNode("here", registry->endpoint());
   auto there = MakeNode("there", registry->endpoint());
@@ -63,7 +63,7 @@ TEST(Clock, NodesOfOneMachineHaveNoOffsetAtAll) {
   _exit(WIFEXITED(status) ? WEXITSTATUS(status) : 1);
 }
 
-TEST(Clock, TheOffsetOfATimeNamespaceIsFoundWithinItsBound) {
+TEST(Clock, TheOffsetOfATimeNamespaceIsEstimatedWithinItsBound) {
   const auto registry = MakeRegistry();
   const pid_t other = fork();
   ASSERT_GE(other, 0);

@@ -10,7 +10,7 @@
 
 namespace bus {
 
-// What writing a payload returns when there is not enough room. A message of nothing but defaults takes 0 bytes.
+// Returned when a payload does not fit. (A message of default values takes 0 bytes.)
 constexpr std::size_t kDoesNotFit = ~std::size_t{0};
 
 // Payload of one LATEST message, in one or more parts. Does not allocate. `header` is the envelope's and is neither
@@ -23,16 +23,16 @@ class LatestCodec {
   // Returns the payload's size, or kDoesNotFit.
   std::size_t Encode(const M& message, int part, std::size_t budget, std::uint8_t* out,
                      std::size_t capacity) const noexcept;
-  // Adds one part to `message`. `is_first`: of this message to arrive; resizes its lists. False, with `message` as it
-  // was, when the bytes are not such a payload or contradict themselves.
+  // Adds one part to `message`. `is_first`: the first part of this message to arrive; resizes the lists. False, with
+  // `message` unchanged, when the bytes are not such a payload or are inconsistent.
   bool Decode(std::span<const std::uint8_t> payload, bool is_first, M* message) const noexcept;
 };
 
-// Values of STATE topics, events and parameter changes. EncodeState replaces the content of `bytes`, and takes no
-// memory when that has room.
+// Values of STATE topics, events and parameter changes. EncodeState replaces the content of `bytes`; it allocates only
+// when the capacity is too small.
 template <class M>
 void EncodeState(const M& value, std::string* bytes);
-// False, with `value` as it was, when the bytes are no such value.
+// False, with `value` unchanged, when the bytes are not such a value.
 template <class M>
 bool DecodeState(const std::string& bytes, M* value);
 

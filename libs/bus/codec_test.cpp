@@ -219,7 +219,7 @@ TEST(Codec, SplitsLargeMessagesIntoDatagramsThatFit) {
     for (const std::size_t num_bodies : {0, 1, 7, 8, 9, 20, 48}) {
       for (const std::size_t num_mechanisms : {0, 1, 5, 32}) {
         const core::PhysicsState state = FullState(numbers, num_bodies, num_mechanisms);
-        core::PhysicsState state_out = FullState(numbers, 3, 2);  // what was there before must not shine through
+        core::PhysicsState state_out = FullState(numbers, 3, 2);  // must be overwritten completely
         const auto state_sizes = RoundTrip(state, &state_out, budget, is_reversed);
         for (const std::size_t size : state_sizes) EXPECT_LE(size, budget);
         ExpectSame(state, state_out);

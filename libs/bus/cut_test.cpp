@@ -6,7 +6,7 @@
 #include "bus/testing/make_node.hpp"
 #include "bus/testing/own_network.hpp"
 
-// What a reader has after its connection broke, or the network was away.
+// A reader after its connection broke, or the network was cut.
 namespace bus {
 namespace {
 
@@ -22,7 +22,8 @@ constexpr std::int64_t kTenth_ns = core::kNanosecondsPerSecond / 10;
 
 class Pair {
  public:
-  // With STATE a gap makes the reader subscribe again, which repairs its events too; without, they repair themselves.
+  // With STATE, a gap makes the reader subscribe again, which repairs its events too; without, events repair
+  // themselves.
   explicit Pair(bool has_state)
       : registry_(MakeRegistry()),
         writer_(MakeNode("physics_node", registry_->endpoint())),
@@ -32,7 +33,7 @@ class Pair {
     if (has_state) values_ = &reader_->ReadState<Figures>(FiguresTopic("physics_node"));
     EXPECT_TRUE(writer_->Start().has_value());
     EXPECT_TRUE(reader_->Start().has_value());
-    // The first event that comes through is the one that all later ones are counted from.
+    // Later events are counted from the first one that arrives.
     EXPECT_TRUE(Until([&] {
       Step();
       return last_ != 0;
@@ -41,9 +42,9 @@ class Pair {
   void Step() {
     if (writer_->Emit({0, "physics_node", "count", std::to_string(emitted_ + 1)})) ++emitted_;
     if (figures_.Set({{{"n", static_cast<double>(changed_ + 1)}}})) ++changed_;
-    Look();
+    Poll();
   }
-  void Look() {
+  void Poll() {
     WaitBriefly(*reader_);
     core::Event event;
     while (writer_->PollEvent(&event)) num_lost_ += event.name == "node_lost" ? 1 : 0;
@@ -59,7 +60,7 @@ class Pair {
   }
   void ExpectLastHasArrived() {
     EXPECT_TRUE(Until([&] {
-      Look();
+      Poll();
       return last_ == emitted_ &&
              (values_ == nullptr || (values_->has_value() && *FindFigure(values_->value(), "n") == changed_));
     })) << last_
@@ -69,9 +70,9 @@ class Pair {
     ExpectLastHasArrived();
     ExpectAccountsClose({writer_.get(), reader_.get()});
   }
-  void LookFor(std::int64_t duration_ns) {
+  void PollFor(std::int64_t duration_ns) {
     const std::int64_t end = core::MonotonicNow_ns() + duration_ns;
-    while (core::MonotonicNow_ns() < end) Look();
+    while (core::MonotonicNow_ns() < end) Poll();
   }
   void Run(std::int64_t duration_ns) {
     const std::int64_t end = core::MonotonicNow_ns() + duration_ns;
@@ -111,8 +112,8 @@ TEST_P(BrokenConnections, LoseNothing) {
 INSTANTIATE_TEST_SUITE_P(Cut, BrokenConnections, ::testing::Bool(),
                          [](const auto& with) { return with.param ? "OfStateAndEvents" : "OfEventsAlone"; });
 
-// The event arrives; what the reader says of it does not, and is forgotten with the connection.
-TEST(Cut, AnAcknowledgementThatWasLostIsAskedFor) {
+// The event arrives; its acknowledgement does not, and is lost with the connection.
+TEST(Cut, ALostAcknowledgementIsRequestedAgain) {
   const std::string why = OwnNetwork::Run([](OwnNetwork& network) {
     Pair pair(false);
     pair.ExpectAllIsThere();
@@ -120,20 +121,20 @@ TEST(Cut, AnAcknowledgementThatWasLostIsAskedFor) {
     pair.Step();
     pair.ExpectLastHasArrived();
     ASSERT_TRUE(network.BreakConnections());
-    pair.LookFor(10 * kTenth_ns);  // TCP tries again by then, and is refused
+    pair.PollFor(10 * kTenth_ns);  // TCP tries again by then, and is refused
     ASSERT_TRUE(network.Mend());
     pair.ExpectAllIsThere();
   });
   if (!why.empty()) GTEST_SKIP() << why;
 }
 
-TEST(Cut, AReaderThatWasTakenForDeadGoesOnWhereItWas) {
+TEST(Cut, AReaderDeclaredDeadByMistakeResumesWhereItStopped) {
   const std::string why = OwnNetwork::Run([](OwnNetwork& network) {
     Pair pair(true);
     ASSERT_TRUE(network.Cut());
     pair.Run(3 * kTenth_ns);
-    ASSERT_TRUE(Until([&] {  // says nothing more: the log must not run over, however long this takes
-      pair.Look();
+    ASSERT_TRUE(Until([&] {  // emits nothing more: the log must not overflow, however long this takes
+      pair.Poll();
       return pair.num_lost() == 1;
     }));
     ASSERT_TRUE(network.Mend());

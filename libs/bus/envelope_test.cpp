@@ -96,7 +96,7 @@ TEST(Envelope, RefusesEveryFlippedBit) {
   }
 }
 
-TEST(Envelope, RefusesRandomBytesAlsoBehindASoundStart) {
+TEST(Envelope, RefusesRandomBytesEvenAfterAValidStart) {
   std::mt19937_64 random(7);
   std::vector<std::uint8_t> bytes;
   for (int round = 0; round < 20'000; ++round) {

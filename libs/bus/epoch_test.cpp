@@ -1,4 +1,4 @@
-// Names and written topics have one holder: who takes the place of another fences it off.
+// Names and written topics have one holder; its successor fences it off.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -65,13 +65,13 @@ TEST(Epoch, AnExplicitTakeoverFencesTheLivingHolderOff) {
     return FindEvent(*watcher, "node_fenced");
   }));
 
-  // It is told, and does not send any more.
+  // It is notified, and stops sending.
   EXPECT_TRUE(Until([&] {
     WaitBriefly(*first);
     return FindEvent(*first, "fenced");
   }));
   EXPECT_TRUE(Until([&] { return !first_writer.has_subscribers(); }));
-  // What it asks for is refused and counted, not done.
+  // Its requests are refused and counted.
   EXPECT_NE(first->PostParameter("logic_node", {"cap", 1.0}), 0u);
   EXPECT_TRUE(Until([&] { return CountFenced(*watcher) > 0; }));
   core::ParameterChange change;
@@ -89,7 +89,7 @@ TEST(Epoch, AnExplicitTakeoverFencesTheLivingHolderOff) {
   ExpectAccountsClose({watcher.get(), second.get()});
 }
 
-TEST(Epoch, AFencedInstanceIsNotLetInAgainAndANewOneOfItsNameIs) {
+TEST(Epoch, AFencedInstanceStaysOutAndANewOneOfItsNameMayJoin) {
   const auto registry = MakeRegistry();
   auto first = MakeNode("physics_node", registry->endpoint());
   ASSERT_TRUE(first->Start().has_value());
@@ -106,8 +106,8 @@ TEST(Epoch, AFencedInstanceIsNotLetInAgainAndANewOneOfItsNameIs) {
 }
 
 #if !defined(__SANITIZE_THREAD__)
-// A process that stands still, like one whose machine is suspended, is replaced, and comes back. With `restarts` the
-// registry has been replaced meanwhile, too, and knows nothing of it.
+// A suspended process is replaced, and then resumed. With `restarts` the registry, too, was replaced meanwhile and does
+// not know it.
 void ReplaceAZombie(bool restarts) {
   // The child must not inherit the registry's socket: its port would stay taken.
   const std::string endpoint = MakeRegistry()->endpoint();
@@ -152,12 +152,12 @@ void ReplaceAZombie(bool restarts) {
   kill(zombie, SIGCONT);
   int status = 0;
   bool is_old_shown = false;
-  const bool is_told = Until([&] {
+  const bool is_notified = Until([&] {
     WaitBriefly(*watcher);
     is_old_shown = is_old_shown || reader.value().tick == 1;
     return waitpid(zombie, &status, WNOHANG) == zombie;
   });
-  if (!is_told) {
+  if (!is_notified) {
     kill(zombie, SIGKILL);
     waitpid(zombie, nullptr, 0);
   }
@@ -166,14 +166,14 @@ void ReplaceAZombie(bool restarts) {
   ASSERT_TRUE(started.has_value()) << started.error().detail;
   EXPECT_TRUE(is_replaced);
   EXPECT_FALSE(is_old_shown);
-  EXPECT_TRUE(is_told && WIFEXITED(status) && WEXITSTATUS(status) == kWasFenced) << status;
+  EXPECT_TRUE(is_notified && WIFEXITED(status) && WEXITSTATUS(status) == kWasFenced) << status;
   const std::vector<PeerStatus> peers = watcher->Peers();
   ASSERT_EQ(peers.size(), 1u);
   EXPECT_EQ(peers[0].restarts, 1u);
   ExpectAccountsClose({watcher.get(), successor.get()});
 }
 
-TEST(Epoch, AZombieThatComesBackIsFencedOffAndTold) {
+TEST(Epoch, AResumedZombieIsFencedOffAndNotified) {
   ReplaceAZombie(false);
 }
 

@@ -9,7 +9,7 @@ namespace bus {
 using core::Figure;
 using core::Figures;
 
-// Null: there is none of that name.
+// Null: no figure of that name.
 inline const double* FindFigure(const Figures& figures, std::string_view name) {
   for (const Figure& figure : figures.items) {
     if (figure.name == name) return &figure.value;

@@ -1,4 +1,4 @@
-// Datagrams that no writer sent: out of order, of another life, of another session, garbage.
+// Forged datagrams: out of order, of another life, of another session, garbage.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using testing::kLong_ns;
 using testing::MakeNode;
 using testing::MakeRegistry;
 
-// Speaks to a node's data socket with datagrams made here.
+// Sends forged datagrams to a node's data socket.
 class Forger {
  public:
   Forger(const std::string& endpoint, const std::string& topic) : socket_(*detail::UdpSocket::Bind("127.0.0.1")) {
@@ -58,11 +58,11 @@ class ForgedTraffic : public ::testing::Test {
     ASSERT_TRUE(watcher_->Start().has_value());
     ASSERT_TRUE(watcher_->WaitForPeers({"physics_node"}, kLong_ns).has_value());
     ASSERT_TRUE(node_->WaitForPeers({"watcher"}, kLong_ns).has_value());
-    refused_before_ = node_->counters().refused;  // the watcher may have spoken before it was known
+    refused_before_ = node_->counters().refused;  // the watcher may have sent before it was known
     forger_ = std::make_unique<Forger>(watcher_->Peers()[0].udp_endpoint, HapticProxyTopic("right"));
   }
   void TearDown() override { testing::ExpectAccountsClose({watcher_.get(), node_.get()}); }
-  // Loopback delivers before sendto returns, so one look is enough.
+  // Loopback delivers before sendto returns, so one poll is enough.
   const TopicCounters& Take() {
     node_->Wait(core::MonotonicNow_ns() + kLong_ns);
     counters_ = node_->counters();

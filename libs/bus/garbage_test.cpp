@@ -31,7 +31,7 @@ struct Port {
   bool is_datagram = false;
 };
 
-// The sockets of this process that take something in from anybody: whatever a node opens is found, not listed by hand.
+// All sockets of this process that accept input from outside; found by the system, so that none is forgotten.
 std::vector<Port> OpenPorts() {
   std::vector<Port> ports;
   DIR* const folder = opendir("/proc/self/fd");
@@ -59,7 +59,7 @@ std::string RandomBytes(std::mt19937_64* random, std::size_t size) {
   return bytes;
 }
 
-// One of each kind of what nobody should send.
+// One of each kind of malformed input.
 std::vector<std::string> Garbage(std::mt19937_64* random) {
   const detail::Identity stranger{7, 99, 1};
   oos::Control control;
@@ -129,7 +129,7 @@ struct LiveRun {
     if (!folder.empty()) std::filesystem::remove_all(folder);
   }
 
-  // Every class still gets through, and nobody was taken for dead.
+  // Every class still gets through, and no node was declared dead.
   void ExpectGoesOn(std::uint64_t round) {
     core::PhysicsState state;
     state.tick = round;

@@ -7,7 +7,7 @@
 namespace bus {
 namespace {
 
-TEST(Joins, WhoeverComesAndGoesHasTheWholeStateOnce) {
+TEST(Joins, EveryJoinerGetsTheCompleteStateOnce) {
   const std::uint64_t seed = std::random_device()();
   SCOPED_TRACE("seed " + std::to_string(seed));
   testing::Joins joins(seed);

@@ -35,7 +35,7 @@ core::Result<void> CheckPrivate(const Path& path) {
     return core::Fail(core::ErrorCode::kNotFound,
                       "there is no " + path.string() + "; 'oos run' makes a run's key directory, keys/ in its folder");
   }
-  if (info.st_uid != geteuid()) {  // who could change it any time
+  if (info.st_uid != geteuid()) {  // the owner could change it at any time
     return core::Fail(core::ErrorCode::kInvalidInput, path.string() + " belongs to user " +
                                                           std::to_string(info.st_uid) + "; take keys that user " +
                                                           std::to_string(geteuid()) + " made, or chown them");
@@ -98,7 +98,8 @@ core::Result<void> MakeKeys(const Path& directory, const std::vector<std::string
   for (const std::string& name : all) {
     const Path file = directory / (name + ".key");
     if (!IsName(name)) {
-      return core::Fail(core::ErrorCode::kInvalidInput, "'" + name + "' is no name for a key: no spaces, no slashes");
+      return core::Fail(core::ErrorCode::kInvalidInput,
+                        "'" + name + "' is not a name for a key: no spaces, no slashes");
     }
     if (std::filesystem::exists(file)) continue;
     std::array<char, kKeyCharacters + 1> public_key, secret_key;
@@ -117,8 +118,8 @@ core::Result<Keys> LoadKeys(const Path& directory, const std::string& node_name)
   if (!detail::CanSeal()) {
     return core::Fail(
         core::ErrorCode::kInvalidInput,
-        "this machine's processor has no AES instructions, which encrypt what nodes tell each other; run on another, "
-        "or say --no_encryption");
+        "this machine's processor has no AES instructions, which encryption needs; use another machine, or give "
+        "--no_encryption");
   }
   if (auto is_private = CheckPrivate(directory); !is_private) return tl::unexpected(is_private.error());
   auto allowed = ReadAllowed(directory);

@@ -10,14 +10,14 @@
 
 namespace bus {
 
-// Who may take part in a run. Its key directory (mode 0700, files 0600) is made by whoever launches it:
+// The members of a run. The launcher makes its key directory (mode 0700, files 0600):
 //
 //   allowed        one line for each member: "<public key> <name>"
 //   <name>.key     two lines: public key, secret key
 //
-// A host needs `allowed` and the .key files of those members only that run on it. Keys are CURVE25519 in Z85, 40
-// characters. The registry is the member "registry". A key named K is for nodes called K or K-anything: every tool of
-// `oos` uses the key "oos".
+// A host needs `allowed` and the .key files of its own members only. Keys are CURVE25519 in Z85, 40 characters. The
+// registry is the member "registry". A key named K is valid for nodes named K or K-anything: every tool of `oos` uses
+// the key "oos".
 
 constexpr const char* kRegistryKeyName = "registry";
 
@@ -34,14 +34,14 @@ struct Keys {
   [[nodiscard]] std::string PublicKeyOf(const std::string& name) const;  // empty: no such member
 };
 
-// Makes the directory when it is missing, and a key pair for "registry" and each name that has none yet.
+// Creates the directory if missing, and a key pair for "registry" and each name that has none yet.
 core::Result<void> MakeKeys(const std::filesystem::path& directory, const std::vector<std::string>& names);
 
-// The keys of a node of that name: of its own, or of the longest beginning of its name that ends before a '-'. Refuses
-// files that others can read, or that belong to another user.
+// Loads the key of a node: the one of its name, or of the longest prefix of its name before a '-'. Refuses files that
+// others can read, or that belong to another user.
 core::Result<Keys> LoadKeys(const std::filesystem::path& directory, const std::string& node_name);
 
-// Whether a key of one name is good for a node of the other.
+// Whether a key of that name is valid for that node.
 bool IsKeyFor(const std::string& key_name, const std::string& node_name);
 
 }  // namespace bus

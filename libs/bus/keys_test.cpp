@@ -54,7 +54,7 @@ TEST_F(KeyDirectory, KeepsTheKeysThatAreThereWhenMembersAreAdded) {
   EXPECT_EQ(after->allowed.size(), 3u);
 }
 
-TEST_F(KeyDirectory, ANameMayGrowBehindADash) {
+TEST_F(KeyDirectory, ANameMayHaveASuffixAfterADash) {
   const auto keys = folder_ / "keys";
   ASSERT_TRUE(MakeKeys(keys, {"oos"}).has_value());
   const auto found = LoadKeys(keys, "oos-topic-echo-4711");
@@ -84,7 +84,7 @@ TEST_F(KeyDirectory, IsRefusedWhenOthersCanReadIt) {
 }
 
 TEST_F(KeyDirectory, IsRefusedWhenItBelongsToAnotherUser) {
-  if (geteuid() != 0) {  // who cannot give files away finds others' at the root
+  if (geteuid() != 0) {  // without root: "/" belongs to another user
     const auto loaded = LoadKeys("/", "a");
     ASSERT_FALSE(loaded.has_value());
     EXPECT_NE(loaded.error().detail.find("belongs to user 0"), std::string::npos) << loaded.error().detail;

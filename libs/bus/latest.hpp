@@ -31,35 +31,35 @@ class LatestWriter {
 
 // Reading end: the newest message by (boot id of the writer, sequence). Older arrivals are counted, not shown.
 //
-// How old the value is when it is read: the writer sends one message a period T and a datagram needs the time h to
-// arrive. If the last k messages were lost, age by publish time <= (k + 1) T + h.
+// Age of the value when it is read: with one message per period T, a hop of at most h and the last k messages lost,
+// age by publish time <= (k + 1) T + h.
 template <class M>
 class LatestReader {
  public:
-  [[nodiscard]] const M& value() const { return value_; }  // header.sequence 0: nothing has ever arrived
+  [[nodiscard]] const M& value() const { return value_; }  // header.sequence 0: nothing has arrived yet
   [[nodiscard]] bool has_value() const { return value_.header.sequence != 0; }
   [[nodiscard]] bool is_fresh() const { return is_fresh_; }                // the last Wait() brought it
   [[nodiscard]] std::int64_t received_ns() const { return received_ns_; }  // CLOCK_MONOTONIC of this host
-  // Since it arrived here.
+  // Time since it arrived here [ns]; INT64_MAX: no value.
   [[nodiscard]] std::int64_t age_ns(std::int64_t now_ns) const {
     return has_value() ? now_ns - received_ns_ : std::numeric_limits<std::int64_t>::max();
   }
-  // Since it was published. `clock_offset_ns` is this host's clock less the writer's (0 on one machine); the age is as
-  // uncertain as the offset.
+  // Time since it was published [ns]; INT64_MAX: no value. `clock_offset_ns` is this host's clock minus the writer's (0
+  // on one machine); the age is as uncertain as the offset.
   [[nodiscard]] std::int64_t publish_age_ns(std::int64_t now_ns, std::int64_t clock_offset_ns = 0) const {
     return has_value() ? now_ns - (value_.header.publish_ns + clock_offset_ns)
                        : std::numeric_limits<std::int64_t>::max();
   }
-  // From the topic table; a stale value must not be acted on.
+  // Older than the topic table allows: a stale value must not be acted on.
   [[nodiscard]] bool is_stale(std::int64_t now_ns) const { return max_age_ns_ > 0 && age_ns(now_ns) > max_age_ns_; }
   [[nodiscard]] std::uint32_t restarts() const { return restarts_; }  // of the writer, seen by this reader
 
-  // For whoever needs every sample (derivatives, records): keeps the newest `num_samples` by sequence, and asks the
-  // writer to send the one or two samples before the newest along with it where they fit into its datagram, so that one
-  // loss, or two in a row, leave no gap. Before Node::Start(); allocates.
+  // For readers that need every sample (derivatives, recordings): keeps the newest `num_samples` by sequence. It also
+  // makes the writer repeat the one or two previous samples in each datagram that has room for them, so that up to two
+  // consecutive losses leave no gap. Before Node::Start(); allocates.
   void KeepHistory(std::size_t num_samples) { history_.resize(num_samples); }
   [[nodiscard]] bool keeps_history() const { return !history_.empty(); }
-  // Null: lost, not kept any more, or from before the start of the writer.
+  // Null: lost, no longer kept, or from before the writer's start.
   [[nodiscard]] const M* Sample(std::uint64_t sequence) const {
     if (history_.empty() || sequence == 0) return nullptr;
     const M& sample = history_[sequence % history_.size()];

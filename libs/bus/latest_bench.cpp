@@ -139,7 +139,7 @@ void BM_EncodeDecode(benchmark::State& state, M message) {
   state.counters["bytes"] = static_cast<double>(size);
 }
 
-// What sealing costs by itself: one side seals, the other opens.
+// The cost of sealing alone: one side seals, the other opens.
 void BM_SealOpen(benchmark::State& state) {
   detail::DatagramGuard writer(7, true), reader(7, true);
   const detail::SessionKey key{1, 2, 3};
@@ -188,7 +188,7 @@ void RunTurns(std::vector<std::unique_ptr<Channel>>* channels, std::int64_t roun
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937_64 random(1);
   for (std::int64_t round = 0; round < rounds; ++round) {
-    // Nobody comes always after the same other one.
+    // Random order, so that no contender always follows the same other one.
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
     for (const std::size_t which : order) {
       next_ns += turn_ns;

@@ -1,5 +1,4 @@
-// LATEST without nodes: a writer's end and a reader's end, and a network in between that the test plays. Time is the
-// test's own.
+// LATEST without nodes: a writer's end, a reader's end, and a network simulated by the test in simulated time.
 
 #include "bus/latest.hpp"
 
@@ -68,12 +67,12 @@ class Link {
     return refusal == Refusal::kNone ? receiver.Take(envelope, payload, now_ns) : refusal;
   }
 
-  // The writer's word, as two heartbeats bring it.
-  void Tell() {
-    for (int i = 0; i < 2; ++i) receiver.Tell(sender.envelope.boot, sender.spans[0].first, sender.spans[0].last);
+  // The writer's report, as two heartbeats bring it.
+  void ReportSpan() {
+    for (int i = 0; i < 2; ++i) receiver.TakeReport(sender.envelope.boot, sender.spans[0].first, sender.spans[0].last);
   }
 
-  // Meant for the reader, and neither here nor known to be lost.
+  // Sent to the reader, and neither here nor known to be lost.
   std::uint64_t OnTheWay() const {
     const LatestCounts counts = receiver.Counts();
     return counts.meant - counts.received - counts.restored - counts.dropped;
@@ -138,7 +137,7 @@ TEST(SequenceTracker, PutsEveryMessageIntoExactlyOneAccount) {
   }
 }
 
-TEST(Latest, OneLossOrTwoInARowLoseNothingForAReaderThatKeepsHistory) {
+TEST(Latest, HistoryRestoresUpToTwoConsecutiveLosses) {
   Link link;
   link.trace.id = core::MakeTraceId(0, 1);
   link.trace.Add(core::Stage::kDeviceSend, 5);
@@ -170,7 +169,7 @@ TEST(Latest, OneLossOrTwoInARowLoseNothingForAReaderThatKeepsHistory) {
   EXPECT_EQ(link.receiver.reader.value().cycle, 14u);
 }
 
-TEST(Latest, EarlierSamplesTravelOnlyWhereAReaderAsksAndNeverBeyondADatagram) {
+TEST(Latest, EarlierSamplesAreSentOnlyOnRequestAndWithinTheDatagram) {
   Link without(true, 0);
   Link with;
   const std::size_t size = without.Send().size();
@@ -203,7 +202,7 @@ TEST(Latest, AccountsCloseUnderLossDuplicationAndReordering) {
         if (random() % 50 != 0) on_their_way.erase(on_their_way.begin() + static_cast<std::ptrdiff_t>(which));
       }
     }
-    link.Tell();
+    link.ReportSpan();
     const LatestCounts counts = link.receiver.Counts();
     EXPECT_EQ(link.sender.sent.load(), kMessages);
     EXPECT_EQ(counts.received + counts.restored + counts.dropped, kMessages);
@@ -220,7 +219,7 @@ TEST(Latest, AccountsCloseUnderLossDuplicationAndReordering) {
   }
 }
 
-TEST(Latest, WhatWasLostBeforeTheFirstAndAfterTheLastIsToldByTheWriter) {
+TEST(Latest, TheWritersReportRevealsLossesBeforeTheFirstAndAfterTheLastArrival) {
   Link link(true, 0);
   for (std::uint64_t sequence = 1; sequence <= 10; ++sequence) {
     const Bytes bytes = link.Send();
@@ -229,10 +228,10 @@ TEST(Latest, WhatWasLostBeforeTheFirstAndAfterTheLastIsToldByTheWriter) {
     }
   }
   EXPECT_EQ(link.receiver.Counts().dropped, 1u);
-  // What the newest heartbeat tells may still be on its way.
-  link.receiver.Tell(9, 1, 8);
+  // Messages in the newest report may still be under way.
+  link.receiver.TakeReport(9, 1, 8);
   EXPECT_EQ(link.receiver.Counts().dropped, 4u - 3u);
-  link.Tell();
+  link.ReportSpan();
   EXPECT_EQ(link.receiver.Counts().dropped, 1u + 3u + 3u);
   EXPECT_EQ(link.receiver.Counts().received, 3u);
   // The writer starts again: its earlier life stays as it was.
@@ -244,12 +243,12 @@ TEST(Latest, WhatWasLostBeforeTheFirstAndAfterTheLastIsToldByTheWriter) {
   EXPECT_EQ(link.receiver.reader.restarts(), 1u);
 }
 
-TEST(Latest, WhatAWriterToldBeforeItWasGoneIsLostAndNotOnItsWayForGood) {
+TEST(Latest, ReportedMessagesOfAGoneWriterCountAsLost) {
   Link link(true, 0);
   EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
   Bytes bytes;
   for (int i = 0; i < 4; ++i) bytes = link.Send();
-  link.receiver.Tell(9, 1, 5);
+  link.receiver.TakeReport(9, 1, 5);
   EXPECT_EQ(link.OnTheWay(), 4u);
   EXPECT_EQ(link.receiver.Counts().dropped, 0u);
   link.receiver.Settle();
@@ -260,15 +259,15 @@ TEST(Latest, WhatAWriterToldBeforeItWasGoneIsLostAndNotOnItsWayForGood) {
   EXPECT_EQ(link.receiver.Counts().dropped, 3u);
 }
 
-TEST(Latest, ALifeWhoseEndWasLostIsCountedThoughTheNextOneSpeaksFirst) {
+TEST(Latest, TheLostTailOfALifeIsCountedWhenTheNextReportsFirst) {
   Link link(true, 0);
   EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
-  link.receiver.Tell(9, 1, 5);
-  // The next life is heard of before any message of it is here.
-  link.receiver.Tell(10, 1, 2);
+  link.receiver.TakeReport(9, 1, 5);
+  // The next life is reported before any of its messages arrives.
+  link.receiver.TakeReport(10, 1, 2);
   EXPECT_EQ(link.receiver.Counts().dropped, 4u);
   EXPECT_EQ(link.OnTheWay(), 2u);
-  link.receiver.Tell(9, 1, 6);  // overtaken on the way
+  link.receiver.TakeReport(9, 1, 6);  // overtaken on the way
   link.sender.envelope.boot = 10;
   link.sender.sequence = 1;
   EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
@@ -278,7 +277,7 @@ TEST(Latest, ALifeWhoseEndWasLostIsCountedThoughTheNextOneSpeaksFirst) {
   EXPECT_EQ(link.receiver.Counts().dropped, 4u + 1u);
 }
 
-// What the reader has counted of the present life alone must be what the writer sent in it.
+// The reader's count of the present life must equal what the writer sent in it.
 TEST(Latest, AReaderCountsEachLifeOfTheWriterForItself) {
   std::mt19937_64 random(3);
   Link link;
@@ -296,12 +295,12 @@ TEST(Latest, AReaderCountsEachLifeOfTheWriterForItself) {
         EXPECT_EQ(link.Deliver(bytes), Refusal::kNone);
       }
     }
-    link.Tell();
+    link.ReportSpan();
     for (const Bytes& bytes : late) link.Deliver(bytes);
     const LatestLife read = link.receiver.Life();
     EXPECT_EQ(read.boot, 9 + life);
     EXPECT_EQ(read.first, 100 * life + 1);
-    EXPECT_EQ(read.told(), 300u);
+    EXPECT_EQ(read.reported(), 300u);
     EXPECT_EQ(read.on_the_way, 0u);
     EXPECT_EQ(read.received + read.restored + read.lost, 300u);
     EXPECT_GT(read.lost, 0u);
@@ -311,18 +310,18 @@ TEST(Latest, AReaderCountsEachLifeOfTheWriterForItself) {
   }
 }
 
-// A group's datagrams come to all who have joined it, also before they are meant for them.
-TEST(Latest, WhatCameForOthersOfTheGroupIsNotWhatTheWriterMeant) {
+// All members of a group receive its datagrams, even before the writer counts them as readers.
+TEST(Latest, DatagramsForOtherReadersOfTheGroupAreCountedApart) {
   Link link(true, 0);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(link.Deliver(link.Send()), Refusal::kNone);
   link.sender.spans[0].first = 3;
-  link.Tell();
+  link.ReportSpan();
   const LatestLife read = link.receiver.Life();
   EXPECT_EQ(read.early, 2u);
-  EXPECT_EQ(read.counted(), read.told());
+  EXPECT_EQ(read.counted(), read.reported());
 }
 
-TEST(Latest, LateAndRestoredSamplesAreKeptByThisMachinesClock) {
+TEST(Latest, LateAndRestoredSamplesHaveTimesOfThisMachinesClock) {
   constexpr std::int64_t kOffset_ns = 5 * kMillisecond_ns;
   Link link;
   link.receiver.clock_offset_ns = kOffset_ns;
@@ -361,18 +360,18 @@ TEST(Latest, ALaterReaderInTheSameSlotHasAnAccountOfItsOwn) {
   link.sender.SetReaders(readers);  // all slots are needed, so the first reader's goes
   core::HapticProxy proxy;
   EXPECT_EQ(link.sender.Send(&proxy), static_cast<int>(kMaxSubscribers));
-  std::set<std::uint64_t> told;
+  std::set<std::uint64_t> reported;
   for (const SpanAccount& span : link.sender.spans) {
-    told.insert(span.instance);
+    reported.insert(span.instance);
     EXPECT_EQ(span.first, 3u);
     EXPECT_EQ(span.last, 3u);
   }
-  EXPECT_EQ(told.size(), kMaxSubscribers);
-  EXPECT_EQ(told.count(kReader), 0u);
+  EXPECT_EQ(reported.size(), kMaxSubscribers);
+  EXPECT_EQ(reported.count(kReader), 0u);
 }
 
-// A writer with period T, hops of at most h, losses at random; a reader that looks at any time: what it sees was
-// published no longer ago than (k + 1) T + h when the k newest of the messages that are due were lost.
+// Period T, hops of at most h, random losses, reads at any time: when the k newest messages that are due were lost, the
+// value read was published at most (k + 1) T + h ago.
 TEST(Latest, AgeIsAtMostConsecutiveLossesPlusOnePeriodsPlusHop) {
   constexpr std::int64_t kPeriod_ns = kMillisecond_ns;
   constexpr std::int64_t kMaxHop_ns = 300'000;
@@ -410,14 +409,14 @@ TEST(Latest, AgeIsAtMostConsecutiveLossesPlusOnePeriodsPlusHop) {
       ASSERT_LE(reader.age_ns(now_ns), age_ns);
       worst_ns = std::max(worst_ns, age_ns);
     }
-    EXPECT_GT(worst_ns, kPeriod_ns);  // the bound is not idle
+    EXPECT_GT(worst_ns, kPeriod_ns);  // the bound is tight enough to matter
     if (loss_per_mille == 0) {
       EXPECT_LE(worst_ns, kPeriod_ns + kMaxHop_ns);
     }
   }
 }
 
-TEST(Latest, AgeByPublishTakesTheClocksOffsetIntoAccount) {
+TEST(Latest, PublishAgeIncludesTheClockOffset) {
   Link link;
   ASSERT_EQ(link.Deliver(link.Send(), 1'000), Refusal::kNone);
   const auto& reader = link.receiver.reader;
@@ -429,7 +428,7 @@ TEST(Latest, AgeByPublishTakesTheClocksOffsetIntoAccount) {
   EXPECT_TRUE(reader.is_stale(1'001 + 10 * kMillisecond_ns));
 }
 
-TEST(EarlierSamples, NoBytesLeadTheReaderBeyondThem) {
+TEST(EarlierSamples, ParsingStaysWithinTheBytes) {
   std::mt19937_64 random(9);
   for (int round = 0; round < 100'000; ++round) {
     Bytes bytes(random() % 300);

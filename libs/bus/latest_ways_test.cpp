@@ -1,5 +1,4 @@
-// LATEST by other ways than a datagram to each reader: by ZeroMQ where the network lets no datagrams through, and by a
-// multicast group.
+// LATEST without unicast datagrams: by ZeroMQ where the network blocks datagrams, and by a multicast group.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -23,7 +22,7 @@ constexpr const char* kGroup = "239.255.74.50:7450";
 
 class LatestWays : public ::testing::TestWithParam<bool> {
  protected:
-  // With the parameter it is encrypted.
+  // Encrypted if the parameter is true.
   LatestWays() {
     if (GetParam()) {
       EXPECT_TRUE(MakeKeys(folder_, {"physics_node", "haptic_node", "visual_node", "logic_node"}).has_value());
@@ -62,7 +61,7 @@ unsigned PortOf(const Node& of, const std::string& peer) {
   return 0;
 }
 
-TEST_P(LatestWays, ATopicByZeroMqArrivesWhereNoDatagramOfItsWriterDoes) {
+TEST_P(LatestWays, ATcpTopicArrivesWhereItsDatagramsAreBlocked) {
   const std::string why = OwnNetwork::Run([this](OwnNetwork& network) {
     const auto registry = MakeRegistry();
     auto writer = MakeNode({.name = "physics_node", .registry = {}, .tcp_topics = {"physics/s*"}}, *registry);
@@ -102,7 +101,7 @@ TEST_P(LatestWays, ATopicByZeroMqArrivesWhereNoDatagramOfItsWriterDoes) {
   if (!why.empty()) GTEST_SKIP() << why;
 }
 
-TEST_P(LatestWays, AGroupGetsOneDatagramForAllAndWhoIsNotInItItsOwn) {
+TEST_P(LatestWays, AGroupGetsOneDatagramAndOtherReadersUnicast) {
   const std::string why = OwnNetwork::Run([this](OwnNetwork&) {
     const auto registry = MakeRegistry();
     auto writer = MakeNode({.name = "physics_node", .registry = {}, .multicast = kGroup}, *registry);
@@ -128,7 +127,7 @@ TEST_P(LatestWays, AGroupGetsOneDatagramForAllAndWhoIsNotInItItsOwn) {
       refused.push_back(Refused(*reader));
     }
     writer->Poll();
-    const std::uint64_t refused_by_writer = Refused(*writer);  // whoever spoke before it was known
+    const std::uint64_t refused_by_writer = Refused(*writer);  // from senders that were not known yet
     core::Reaction reaction;
     for (state.tick = 1; state.tick <= 100; ++state.tick) {
       EXPECT_EQ(states.Send(state), 2);

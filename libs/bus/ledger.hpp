@@ -11,12 +11,12 @@
 
 namespace bus {
 
-// Why a message did not arrive by itself.
+// Why a message was not delivered on its own.
 enum class DropReason : std::uint8_t {
   kSuperseded,  // STATE: its value, or a newer one, came with a snapshot
   kOverrun,     // EVENT: the reader was away or too slow for longer than the writer keeps events
   kReaderGone,  // not acknowledged when the reader left or died (it may have arrived)
-  kWriterGone,  // told by the writer, but not here when it left or died
+  kWriterGone,  // reported by the writer, but not here when it left or died
   kLost,        // LATEST: lost on the way, or came after a newer one
   kUnanswered,  // SERVICE: no answer before the deadline
 };
@@ -28,40 +28,40 @@ constexpr std::string_view NameOf(DropReason reason) {
   return kNames[static_cast<std::size_t>(reason)];
 }
 
-// LATEST between one life of the writer and one of the reader. Its writer knows only what it meant for the reader; the
-// reader counts what became of each message, so that, whenever nothing is on its way and both speak of the same boot,
+// A LATEST topic between one life of the writer and one of the reader. The writer knows only which sequences it sent to
+// the reader, first .. last; the reader counts what became of each. Whenever nothing is under way and both ends refer
+// to the same boot, the two independent counts satisfy
 //
-//   (last - first + 1 of the writer) + early = received + restored + lost (of the reader)
-//
-// tests what both have counted.
+//   (last - first + 1 of the writer) + early = received + restored + lost (of the reader).
 struct LatestLife {
   std::uint64_t instance = 0;  // of the writer
-  std::uint64_t boot = 0;      // of its envelopes; 0: the writer has not told of any
-  std::uint64_t first = 0;     // meant for the reader: first .. last
+  std::uint64_t boot = 0;      // of its envelopes; 0: the writer has not reported any
+  std::uint64_t first = 0;     // sent to the reader: first .. last
   std::uint64_t last = 0;
   std::uint64_t received = 0;
   std::uint64_t restored = 0;    // came as a copy with a later one
-  std::uint64_t lost = 0;        // that many sequences are known not to have come
-  std::uint64_t early = 0;       // before the first that was meant for it: came for others of its multicast group
-  std::uint64_t on_the_way = 0;  // told, but not settled yet
+  std::uint64_t lost = 0;        // sequences known to be missing
+  std::uint64_t early = 0;       // before `first`: datagrams for other readers of its multicast group
+  std::uint64_t on_the_way = 0;  // reported by the writer, but neither here nor known to be lost
 
-  [[nodiscard]] std::uint64_t told() const { return boot == 0 ? 0 : last - first + 1; }
-  // What the reader knows to have been meant for it, by its own count.
+  // Messages that the writer reports to have sent.
+  [[nodiscard]] std::uint64_t reported() const { return boot == 0 ? 0 : last - first + 1; }
+  // Messages sent to the reader, by the reader's own count.
   [[nodiscard]] std::uint64_t counted() const { return received + restored + lost + on_the_way - early; }
 };
 
-// What went from one writer to one reader on one topic, as one of the two counts it. Whenever nothing is on its way,
-// sent = received + dropped, exactly, and the accounts of both ends agree. LATEST: the reader's account holds all lives
-// of the writer together, which the writer's cannot; what both must agree about is in `life`.
+// Messages from one writer to one reader on one topic, as one of the two counts them. Whenever nothing is under way,
+// sent = received + dropped, exactly, and the accounts of both ends agree. LATEST: the reader's account sums over all
+// lives of the writer, which the writer's cannot; the part on which both must agree is `life`.
 struct Account {
   std::string topic;
   TopicClass topic_class = TopicClass::kEvent;
   std::string peer;  // the other end
   std::uint64_t peer_instance = 0;
-  bool is_writer = false;      // this node is the writer of the two
-  std::uint64_t start = 0;     // messages of the topic before the first that was meant for the reader
-  std::uint64_t sent = 0;      // meant for the reader; its end knows it from messages and heartbeats
-  std::uint64_t received = 0;  // LATEST: also what came only as a copy with a later message; the writer never knows
+  bool is_writer = false;      // this node is the writer, `peer` the reader
+  std::uint64_t start = 0;     // messages of the topic before the first one for this reader
+  std::uint64_t sent = 0;      // to this reader; the reader learns it from messages and heartbeats
+  std::uint64_t received = 0;  // LATEST: includes restored copies; stays 0 at the writer, which gets no acknowledgement
   std::array<std::uint64_t, kNumDropReasons> dropped{};
   LatestLife life{};  // LATEST: the writer's last life
 
@@ -74,7 +74,7 @@ struct Account {
   }
 };
 
-// "event from physics_node: sent 12 = received 10 + overrun 2", for people.
+// For people: "event from physics_node: sent 12 = received 10 + overrun 2".
 std::string Describe(const Account& account);
 
 }  // namespace bus

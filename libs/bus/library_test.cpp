@@ -1,4 +1,4 @@
-// The codec against protobuf's library, which the format is from.
+// The codec against protobuf's library, the reference of the format.
 
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ namespace {
 
 class Values {
  public:
-  // Often zero, sometimes minus zero: what proto3 leaves out, and what it does not.
+  // Often zero, which proto3 leaves out, and sometimes minus zero, which it does not.
   double Double() {
     const std::uint64_t kind = random_() % 6;
     return kind == 0 ? 0.0 : kind == 1 ? -0.0 : static_cast<double>(static_cast<std::int64_t>(random_())) * 1e-17;
@@ -117,7 +117,7 @@ core::Reaction Fill(Values& v, oos::Reaction* p) {
   return m;
 }
 
-// --- Messages in parts, field by field and by the bounds that they have been split by since the first release.
+// --- Messages in parts, split field by field at the bounds of the first release.
 
 using Doubles = google::protobuf::RepeatedField<double>;
 using Floats = google::protobuf::RepeatedField<float>;
@@ -346,7 +346,7 @@ TYPED_TEST(LibraryTest, WritesTheSameBytesAndReadsThemBack) {
   }
 }
 
-// Damaged bytes: what the library reads and finds complete is read the same, everything else is refused.
+// Damaged bytes: those that the library accepts as complete give the same message, all others are refused.
 TYPED_TEST(LibraryTest, AgreesOnDamagedBytes) {
   Values values;
   auto& random = values.random_;
@@ -401,7 +401,7 @@ void ExpectSameParts(const M& message, std::size_t budget) {
   }
 }
 
-TEST(Library, MessagesAreSplitWhereTheyAlwaysWere) {
+TEST(Library, MessagesAreSplitAsInTheFirstRelease) {
   Values values;
   for (int round = 0; round < 2'000; ++round) {
     const std::size_t budget = 30 + values.random_() % 1'200;
@@ -484,7 +484,7 @@ TEST(Library, FiguresAreTheSameBytes) {
   }
 }
 
-// What protobuf's library reads of random bytes of a message P, and writes again, is what the codec does.
+// Reading and writing random bytes of a message P gives the same with the codec as with protobuf's library.
 template <class P, class M>
 void ExpectAgreement(const P& sound) {
   std::mt19937_64 random{5};

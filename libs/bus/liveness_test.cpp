@@ -1,4 +1,4 @@
-// Who lives, who stands still, who has died or left: told by name, by every node on its own.
+// Every node detects by itself, and reports by name, which peers live, stall, die or leave.
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -60,9 +60,8 @@ TEST(Liveness, ASilentPeerIsReportedByNameWithinHalfASecondAndWelcomedBack) {
   ExpectAccountsClose({watcher.get()});
 }
 
-// Its last messages wait in the reader's socket when the writer says goodbye: lost by the reader's book, until they are
-// taken.
-TEST(Liveness, WhatALeavingWriterToldIsSettledAtOnce) {
+// The writer's last messages wait in the reader's socket when it leaves: they count as lost until they are read.
+TEST(Liveness, TheAccountOfALeavingWriterIsSettledAtOnce) {
   const auto registry = MakeRegistry();
   auto reader = MakeNode("device_bridge", registry->endpoint());
   reader->ReadLatest<core::HapticProxy>("haptic/right/proxy");
@@ -90,8 +89,8 @@ TEST(Liveness, WhatALeavingWriterToldIsSettledAtOnce) {
   EXPECT_EQ(book().dropped_in_all(), 0u);
 }
 
-// A node whose step thread hangs is told from one that died and one that was started again.
-TEST(Liveness, AStallIsToldFromDeath) {
+// A node whose step thread hangs is distinguished from one that died or restarted.
+TEST(Liveness, AStallIsDistinguishedFromDeath) {
   const auto registry = MakeRegistry();
   auto watcher = MakeNode("logic_node", registry->endpoint());
   auto worker = MakeNode("haptic_node", registry->endpoint());
@@ -119,7 +118,7 @@ struct Elsewhere {
   std::unique_ptr<Registry> registry;
 };
 
-// Forked while there is one thread: what locks of the allocator other threads hold, the child would find held for good.
+// Forks while there is only one thread: allocator locks held by other threads would stay locked in the child.
 Elsewhere StartElsewhere(const std::string& name) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) return {};
@@ -165,9 +164,8 @@ TEST(Liveness, AKilledProcessIsReportedWithinHalfASecond) {
   ExpectAccountsClose({watcher.get()});
 }
 
-// A reader whose whole process stands still is evicted, by name, when the writer cannot keep more for it; it comes
-// back.
-TEST(Liveness, AStoppedEventReaderIsNamed) {
+// A reader whose process is stopped is evicted, by name, when the writer's log is full; then it resumes.
+TEST(Liveness, AStoppedEventReaderIsEvictedByName) {
   const Elsewhere elsewhere = StartElsewhere("logic_node");
   const pid_t child = elsewhere.child;
   ASSERT_GE(child, 0);
@@ -195,7 +193,7 @@ TEST(Liveness, AStoppedEventReaderIsNamed) {
     return is_named || !physics->IsAlive("logic_node");
   });
   kill(child, SIGCONT);
-  // It subscribes again, is told what it missed, and has its credit back: more than a whole credit gets through.
+  // It subscribes again, learns what it missed, and has its credit back: more than one credit gets through.
   const std::uint64_t received_before = events().received;
   const bool is_resumed = Until([&] {
     physics->Emit({0, "physics_node", "count", ""});

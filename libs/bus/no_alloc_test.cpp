@@ -1,4 +1,4 @@
-// What a real-time thread calls neither allocates nor locks once warm.
+// The calls of a real-time thread neither allocate nor lock once warm.
 
 #if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
 
@@ -62,7 +62,7 @@ TEST(StepGuard, SeesAllocationsReleasesAndLocksOfItsOwnThreadOnly) {
 
 TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   const auto registry = std::move(*Registry::Create({.is_encrypted = false}));
-  // With taps on: recording is a real-time call's work too.
+  // With taps: recording is part of the real-time calls.
   const auto folder = std::filesystem::temp_directory_path() / ("no_alloc" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   const auto haptic_recorder = std::move(*log::TapRecorder::Create({folder / "h.mcap", "haptic_node", {}, {}, 0, 0}));
@@ -136,7 +136,7 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   std::filesystem::remove_all(folder);
 }
 
-// Taking over a new roster is the step thread's work too.
+// The step thread also takes over new rosters.
 TEST(DatagramGuard, SealsOpensAndTakesKeysOverWithoutAllocationOrLock) {
   detail::DatagramGuard writer(7, true), reader(7, true);
   const detail::SessionKey key{1, 2, 3};

@@ -43,7 +43,7 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   if (options.is_encrypted) {
     if (options.keys.empty()) {
       return core::Fail(core::ErrorCode::kInvalidInput,
-                        "node " + options.name + " has no key directory; give --keys DIR, or say --no_encryption");
+                        "node " + options.name + " has no key directory; give --keys DIR or --no_encryption");
     }
     auto keys = LoadKeys(options.keys, options.name);
     if (!keys) return tl::unexpected(keys.error());
@@ -54,7 +54,7 @@ core::Result<std::unique_ptr<Node>> Node::Create(const NodeOptions& options) {
   core.identity.session = options.session;
   core.guard = std::make_unique<detail::DatagramGuard>(options.session, options.is_encrypted);
   core.identity.node = TopicId(options.name);
-  // A proposal: the registry grants a later one where this machine's clock is behind.
+  // A proposal: the registry grants a later epoch if this machine's clock is behind.
   core.identity.boot =
       static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1));
   for (detail::UdpSocket* socket : {&core.data_socket, &core.heartbeat_socket}) {
@@ -170,7 +170,7 @@ bool Node::PollParameter(core::ParameterChange* change, std::uint64_t* ticket) {
 void Node::AckParameter(std::uint64_t ticket, std::uint64_t tick, bool is_accepted, const std::string& why,
                         double injected_J, bool is_pending) {
   detail::ParameterAnswer* slot = impl_->core.answers_out.BeginPush();
-  if (slot == nullptr) return;  // the caller's deadline tells it
+  if (slot == nullptr) return;  // the call then ends at its deadline
   slot->ticket = ticket;
   slot->tick = tick;
   slot->is_accepted = is_accepted;

@@ -63,7 +63,7 @@ TEST(Node, LatestArrivesCompleteWithTraceAndCounts) {
   EXPECT_EQ(physics->counters().sent, 100u);
   EXPECT_EQ(visual->counters().received, 100u);
   EXPECT_EQ(visual->counters().dropped, 0u);
-  // The figures of the other side come with its heartbeats.
+  // The counters of the other side come with its heartbeats.
   EXPECT_TRUE(Until([&] {
     WaitBriefly(*physics);
     const auto peers = physics->Peers();
@@ -73,7 +73,7 @@ TEST(Node, LatestArrivesCompleteWithTraceAndCounts) {
   ExpectAccountsClose({physics.get(), visual.get()});
 }
 
-// Which takes not one byte of payload.
+// Its payload has 0 bytes.
 TEST(Node, AMessageOfNothingButDefaultsArrives) {
   const auto registry = MakeRegistry();
   auto physics = MakeNode("physics_node", registry->endpoint());
@@ -94,7 +94,7 @@ TEST(Node, AMessageOfNothingButDefaultsArrives) {
 }
 
 // Nothing takes from the queues before Start().
-TEST(Node, WhatDoesNotGetAwayFromTheStepThreadIsCountedByTopic) {
+TEST(Node, OverflowsOfTheStepThreadsQueuesAreCountedByTopic) {
   auto node = MakeNode("physics_node", "tcp://127.0.0.1:1");
   auto writer = node->WriteState<Figures>(FiguresTopic("physics_node"));
   node->OwnParameters({"cap"});
@@ -157,7 +157,7 @@ TEST(Node, StartsInAnyOrderAndTheRegistryLast) {
   ExpectAccountsClose({nodes[0].get(), nodes[1].get(), nodes[2].get()});
 }
 
-TEST(Node, DataFlowsOnWithoutTheRegistryAndANewOneIsFilledAgain) {
+TEST(Node, DataFlowsWithoutTheRegistryAndANewOneLearnsAllNodes) {
   auto registry = MakeRegistry();
   const std::string endpoint = registry->endpoint();
   auto source = MakeNode("haptic_node", endpoint);
@@ -243,7 +243,7 @@ TEST(Node, EventsArriveOnceAndInOrder) {
     }
     return false;
   }));
-  // More on their way than the reader has credit for: the credit must hold up who emits, not lose events.
+  // More than the reader's credit in flight: the credit must hold the emitter back, not lose events.
   constexpr int kOnTheirWay = 1500;
   int sent = 0;
   int expected = 0;
@@ -366,7 +366,7 @@ TEST(Node, RegistryRefusesWithNames) {
   EXPECT_GE(registry->Refusals().size(), 3u);
 }
 
-TEST(Node, WrongDeclarationsAreToldAtStart) {
+TEST(Node, WrongDeclarationsAreReportedAtStart) {
   const auto registry = MakeRegistry();
   auto node = MakeNode("confused", registry->endpoint());
   node->WriteLatest<core::Reaction>(kPhysicsStateTopic);
@@ -438,7 +438,7 @@ TEST(Node, ObserverSeesTopicsByPatternAsText) {
     return has_proxy && has_figures;
   })) << has_proxy
       << has_figures;
-  observer.reset();  // its end is no event for the others
+  observer.reset();  // its end is not reported to the others
   EXPECT_TRUE(Until([&] {
     WaitBriefly(*haptic);
     return haptic->Peers().empty();

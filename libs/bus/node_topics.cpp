@@ -1,4 +1,4 @@
-// What a node says before Start() that it writes and reads.
+// The declarations of topics that a node writes and reads, before Start().
 
 #include <algorithm>
 

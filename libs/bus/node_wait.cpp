@@ -1,4 +1,4 @@
-// What Node::Wait does: datagrams and values of STATE into their readers, on the step thread.
+// Node::Wait: takes datagrams and values of STATE into their readers, on the step thread.
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -43,9 +43,9 @@ WaitResult Node::Wait(std::int64_t deadline_ns) {
   return result;
 }
 
-// What has just ended a sleep, and the other parts of its message. Most often nothing else is there, which recvmmsg
-// would ask the kernel once more to find out: it takes 1 us longer than recv. What is there the next Wait finds at
-// once.
+// Takes the datagram that ended a sleep, and the other parts of its message. Usually nothing else has arrived, and
+// recvmmsg would need a second pass in the kernel to find that out: it takes 1 us longer than recv. Further datagrams
+// end the next Wait at once.
 int Node::Impl::TakeFirst(const detail::UdpSocket& socket) {
   const ssize_t size = recv(socket.fd(), buffers[0].data(), buffers[0].size(), MSG_DONTWAIT);
   if (size < 0) return 0;
@@ -88,7 +88,7 @@ void Node::Impl::TakeDatagram(std::span<std::uint8_t> bytes, std::int64_t now_ns
     if (is_observing) Observe(payload, bytes.size(), now_ns);
     if (receiver != nullptr) {
       refusal = receiver->Take(envelope, payload, now_ns);
-    } else if (!is_observing && !is_of_group) {  // a group gets what any of its members reads
+    } else if (!is_observing && !is_of_group) {  // a group receives topics that any of its members reads
       refusal = detail::Refusal::kUnknownTopic;
     }
   }
@@ -106,7 +106,7 @@ void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_
                          std::string(message.begin(), message.end())});
   };
   const bool is_new = IsNewToObserver(&life);
-  std::vector<detail::EarlierSample> missing;  // newest first, told in order
+  std::vector<detail::EarlierSample> missing;  // newest first; observed in order
   std::span<const std::uint8_t> blocks{payload.data() + payload.size(), envelope.history_bytes};
   detail::EarlierSample sample;
   while (envelope.boot == life.boot && detail::NextEarlierSample(envelope.header.sequence, &blocks, &sample)) {
@@ -118,13 +118,13 @@ void Node::Impl::Observe(std::span<const std::uint8_t> payload, std::size_t num_
   if (is_new) add(envelope.header, num_bytes, payload);
 }
 
-// Whether the datagram's message has not been told already, as a copy that came with a later one. What is so late that
-// nobody knows is not told; it counts as lost for a reader, too.
+// Whether the datagram's message has not been observed already, as a copy in a later datagram. One that is older than
+// the window is skipped; it counts as lost for a reader, too.
 bool Node::Impl::IsNewToObserver(ObservedLife* life) const {
-  if (envelope.boot < life->boot) return true;  // of an earlier life: what it says, whatever it is worth
+  if (envelope.boot < life->boot) return true;  // of an earlier life: always shown
   if (envelope.boot > life->boot) *life = {envelope.boot, {}};
   const bool is_first = envelope.header.sequence > life->tracker.newest();
-  if (envelope.num_parts > 1) {  // its parts come one by one, and never as a copy
+  if (envelope.num_parts > 1) {  // its parts arrive one by one, never as copies
     if (is_first) life->tracker.Take(envelope.header.sequence);
     return true;
   }

@@ -1,4 +1,4 @@
-// Who looks on gets what was lost on the way to it, too, where a copy travels with a later message.
+// An observer, too, gets lost messages restored from copies in later datagrams.
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -59,7 +59,7 @@ class Observer : public ::testing::Test {
     payloads_.emplace_back(payload.begin(), payload.end());
     return bytes;
   }
-  // The sequences that the observer tells of, in its order.
+  // The sequences that the observer gets, in its order.
   std::vector<std::uint64_t> Deliver(const Bytes& bytes) {
     EXPECT_TRUE(wire_.Send(watcher_address_, bytes.data(), bytes.size()));
     EXPECT_TRUE(Until([&] { return watcher_->Wait(core::MonotonicNow_ns() + core::kTick_ns).datagrams > 0; }));
@@ -91,7 +91,7 @@ class Observer : public ::testing::Test {
 
 using Sequences = std::vector<std::uint64_t>;
 
-TEST_F(Observer, GetsWhatWasLostWithALaterMessageEachOnceAndInOrder) {
+TEST_F(Observer, GetsLostMessagesFromLaterCopiesOnceAndInOrder) {
   EXPECT_EQ(Deliver(Send()), (Sequences{1}));
   const Bytes second = Send();
   EXPECT_EQ(Deliver(Send()), (Sequences{2, 3}));
@@ -103,10 +103,10 @@ TEST_F(Observer, GetsWhatWasLostWithALaterMessageEachOnceAndInOrder) {
   Send();
   Send();
   EXPECT_EQ(Deliver(Send()), (Sequences{8, 9, 10}));
-  EXPECT_EQ(Deliver(seventh), (Sequences{7}));  // late, and nothing of it had come
+  EXPECT_EQ(Deliver(seventh), (Sequences{7}));  // late, and no copy of it had come
 }
 
-TEST_F(Observer, GetsNothingTwiceWhenTheWriterStartsAgain) {
+TEST_F(Observer, GetsNothingTwiceAfterAWriterRestart) {
   for (std::uint64_t i = 1; i <= 3; ++i) EXPECT_EQ(Deliver(Send()), (Sequences{i}));
   sender_.envelope.boot = 10;
   sender_.sequence = 0;

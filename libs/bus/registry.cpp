@@ -26,8 +26,10 @@ namespace bus {
 namespace {
 
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
-constexpr std::int64_t kSilentAfter_ns = 1'500 * kMillisecond_ns;  // three HELLOs missed: dropped from the roster
-constexpr std::int64_t kYieldsAfter_ns = 800 * kMillisecond_ns;    // a silent node gives way to one that conflicts
+// Three HELLO periods of 0.5 s: a silent node is dropped from the roster.
+constexpr std::int64_t kSilentAfter_ns = 1'500 * kMillisecond_ns;
+// One HELLO period and 0.3 s of jitter: a silent node gives way to a newcomer that conflicts with it.
+constexpr std::int64_t kYieldsAfter_ns = 800 * kMillisecond_ns;
 
 struct Entry {
   oos::NodeRecord record;
@@ -56,9 +58,9 @@ struct Registry::Impl {
   std::map<std::string, Entry> entries;  // by name
   std::vector<std::string> refusals;
   std::uint64_t version = 0;
-  std::map<std::uint64_t, std::int64_t> first_asked_ns;  // instance that conflicts with a node that may be dead
-  std::map<std::uint64_t, std::string> fenced;           // superseded instance -> who took its place
-  std::map<std::string, std::uint64_t> last_epoch;       // of each name and written topic
+  std::map<std::uint64_t, std::int64_t> first_request_ns;  // instance that conflicts with a node that may be dead
+  std::map<std::uint64_t, std::string> fenced;             // superseded instance -> who took its place
+  std::map<std::string, std::uint64_t> last_epoch;         // of each name and written topic
 
   ~Impl() {
     if (thread.joinable()) {
@@ -175,7 +177,7 @@ void Registry::Impl::Receive() {
       refused_messages.fetch_add(1);
       continue;
     }
-    identity.session = envelope.session;  // an answer is read only in the asker's own session
+    identity.session = envelope.session;  // the node reads only answers of its own session
     TakeHello(routing.to_string(), detail::Gate::KeyNameOf(message), control.hello());
     identity.session = options.session;
   }
@@ -223,7 +225,7 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
   bool is_exclusive = false;
   const std::string conflict = FindConflict(record, schemas, &other, &is_exclusive);
   if (!conflict.empty()) {
-    // Both were let in, by different lives of the registry, or the other while this one could not be heard.
+    // Both were admitted: by different lives of the registry, or the other one while this one could not be heard.
     if (is_exclusive && hello.is_member() && record.boot() < other->record.boot()) {
       fenced[record.instance()] = other->record.name();
       Refuse(routing, record.name() + " is fenced off: " + other->record.name() + " has taken its place", true);
@@ -234,12 +236,11 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
       TakeHello(routing, key_name, hello);
       return;
     }
-    // The other may have been killed a moment ago. It is alive when it says HELLO after the newcomer did; it has gone
-    // when it stays silent for longer than its period; until one of the two is clear, the newcomer gets no answer and
-    // asks again.
-    const auto [asked, is_first_time] = first_asked_ns.try_emplace(record.instance(), now);
-    if (other == nullptr || other->last_hello_ns > asked->second) {
-      first_asked_ns.erase(asked);
+    // The other may have been killed a moment ago. A HELLO later than the newcomer's shows that it is alive; silence of
+    // kYieldsAfter_ns shows that it is dead. Until either is known, the newcomer gets no answer and repeats its HELLO.
+    const auto [first_request, is_first_time] = first_request_ns.try_emplace(record.instance(), now);
+    if (other == nullptr || other->last_hello_ns > first_request->second) {
+      first_request_ns.erase(first_request);
       Refuse(routing, conflict);
       return;
     }
@@ -252,9 +253,9 @@ void Registry::Impl::TakeHello(const std::string& routing, const std::string& ke
     TakeHello(routing, key_name, hello);  // there may be a second conflict
     return;
   }
-  first_asked_ns.erase(record.instance());
+  first_request_ns.erase(record.instance());
   const std::uint64_t epoch = GrantEpoch(record);
-  if (hello.is_member() && epoch != record.boot()) {  // its successor has come and gone
+  if (hello.is_member() && epoch != record.boot()) {  // its successor has come and left
     fenced[record.instance()] = "a later instance";
     Refuse(routing, record.name() + " is fenced off: a later instance has had its place", true);
     return;
@@ -313,13 +314,13 @@ std::string Registry::Impl::FindConflict(const oos::NodeRecord& record,
   return {};
 }
 
-// `other` is of `entries`. Its connection stays: it is told when it speaks again.
+// `other` is in `entries`. Its connection stays, so that its next HELLO can be refused.
 void Registry::Impl::Supersede(const Entry& other, const std::string& by) {
   fenced[other.record.instance()] = by;
   entries.erase(std::string(other.record.name()));
 }
 
-// The node's own proposal is the time when it began; later than every earlier holder's in any case.
+// The node proposes the time of its start; the granted epoch is later than that of every earlier holder.
 std::uint64_t Registry::Impl::GrantEpoch(const oos::NodeRecord& record) {
   std::vector<std::string> places = {"node " + record.name()};
   for (const oos::TopicDeclaration& topic : record.topics()) {
@@ -347,7 +348,7 @@ void Registry::Impl::Send(const std::string& routing, const oos::Control& contro
     if (router.send(zmq::buffer(routing), zmq::send_flags::sndmore | zmq::send_flags::dontwait)) {
       router.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
     }
-  } catch (const zmq::error_t&) {  // gone; it is dropped when its HELLOs stay away
+  } catch (const zmq::error_t&) {  // disconnected; it is dropped when its HELLOs stop
   }
 }
 

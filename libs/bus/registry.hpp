@@ -13,18 +13,18 @@ struct RegistryOptions {
   std::string endpoint = "tcp://127.0.0.1:0";  // port 0: any free one, see endpoint()
   std::uint64_t session = 0;
   std::string keys = {};     // key directory of the run, see bus/keys.hpp
-  bool is_encrypted = true;  // false, said explicitly: no keys
+  bool is_encrypted = true;  // false must be set explicitly: no keys
 };
 
-// Where nodes find each other: it takes their HELLO and pushes the roster to all. No data passes through it, and data
-// goes on flowing when it dies; a new one is filled again by the periodic HELLO of every node (2 per second).
-// It refuses, with names: a second live node of the same name, a LATEST or STATE topic with two live writers, a schema
-// that contradicts the one another node has for the same topic, another session, another protocol version.
+// Introduces the nodes to each other: it takes their HELLO and pushes the roster to all. No data passes through it, so
+// data flows on when it dies; a new registry learns all nodes from their periodic HELLO (2 per second). It refuses,
+// with names: a second live node of the same name, a LATEST or STATE topic with two live writers, a schema incompatible
+// with another node's for the same topic, another session, another protocol version.
 //
-// Names and written topics have one holder. Each holder has an epoch (NodeRecord.boot), which grows from one to the
-// next. Whoever takes the place of one that died (silent for 0.8 s), or takes it over explicitly, fences it off: a
-// fenced instance is told so at its next HELLO, for good, its peers drop its connections, and what still comes from it
-// is refused and counted. Of two that were let in by different lives of the registry, the later epoch stays.
+// Each name and written topic has one holder, and each holder an epoch (NodeRecord.boot), which grows from one holder
+// to the next. A node that replaces a dead one (silent for 0.8 s), or takes over explicitly, fences it off for good:
+// the registry refuses its next HELLO, its peers close its connections, and what it still sends is refused and counted.
+// Of two holders admitted by different lives of the registry, the later epoch stays.
 class Registry {
  public:
   static core::Result<std::unique_ptr<Registry>> Create(const RegistryOptions& options);

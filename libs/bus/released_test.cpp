@@ -1,4 +1,4 @@
-// proto/ against its last release: fields may be added, nothing that was released may change its meaning.
+// proto/ against its last release: fields may be added; released ones keep their meaning.
 //
 //   OOS_WRITE_RELEASE=proto/released/2.txt bus_test --gtest_filter='Released.*'   writes a new one
 

@@ -11,7 +11,7 @@
 #include "bus/testing/make_node.hpp"
 #include "proto/bus.pb.h"
 
-// STATE, EVENT and SERVICE: what one end sends, the other has or knows that it has not.
+// STATE, EVENT and SERVICE: every message arrives, or both ends count it as dropped.
 namespace bus {
 namespace {
 
@@ -67,8 +67,8 @@ class OneWriterOneReader : public ::testing::Test {
     ASSERT_TRUE(writer_->Start().has_value());
     StartReader();
   }
-  void StartReader(bool says_goodbye = true) {
-    reader_ = MakeNode("logic_node", registry_->endpoint(), says_goodbye);
+  void StartReader(bool sends_goodbye = true) {
+    reader_ = MakeNode("logic_node", registry_->endpoint(), sends_goodbye);
     reader_->ReadEvents();
     values_ = &reader_->ReadState<Figures>(FiguresTopic("physics_node"));
     ASSERT_TRUE(reader_->Start(kLong_ns).has_value());
@@ -96,7 +96,7 @@ class OneWriterOneReader : public ::testing::Test {
   StateReader<Figures>* values_ = nullptr;
 };
 
-TEST_F(OneWriterOneReader, EveryEventAndChangeIsOnBothBooks) {
+TEST_F(OneWriterOneReader, EveryEventAndChangeIsInBothAccounts) {
   std::uint64_t emitted = 0;
   CountReader count;
   int changes = 0;
@@ -118,12 +118,13 @@ TEST_F(OneWriterOneReader, EveryEventAndChangeIsOnBothBooks) {
   EXPECT_EQ(figures.sent, 500u);
   EXPECT_EQ(figures.received + figures.dropped_for(DropReason::kSuperseded), 500u);
   EXPECT_EQ(*FindFigure(values_->values().at("b"), "n"), 500.0);
-  // Lookers-on see it too.
+  // Observers see it too.
   EXPECT_TRUE(Until([&] {
     WaitBriefly(*writer_);
     for (const PeerStatus& peer : writer_->Peers()) {
-      for (const ToldAccount& told : peer.accounts) {
-        if (told.topic == kEventTopic && told.peer == "physics_node" && !told.is_writer && told.received == 5'000) {
+      for (const ReportedAccount& account : peer.accounts) {
+        if (account.topic == kEventTopic && account.peer == "physics_node" && !account.is_writer &&
+            account.received == 5'000) {
           return true;
         }
       }
@@ -148,8 +149,8 @@ TEST_F(OneWriterOneReader, ALateReadersNewestValueIsTheOneThatWasSetLast) {
   ExpectAccountsClose({writer_.get(), reader_.get()});
 }
 
-// Its bus thread lives, so nobody can tell from outside; but it does not take its events.
-TEST_F(OneWriterOneReader, AHungReaderIsEvictedByNameAndToldExactlyWhatItMissed) {
+// Its bus thread lives, so it seems alive from outside; but its step thread does not take events.
+TEST_F(OneWriterOneReader, AHungReaderIsEvictedByNameAndLearnsExactlyWhatItMissed) {
   std::uint64_t emitted = 0;
   bool is_named = false;
   ASSERT_TRUE(Until([&] {
@@ -161,7 +162,7 @@ TEST_F(OneWriterOneReader, AHungReaderIsEvictedByNameAndToldExactlyWhatItMissed)
     }
     return is_named;
   }));
-  // From now on it holds nobody up.
+  // From now on it delays nobody.
   const std::uint64_t before = emitted;
   ASSERT_TRUE(Until([&] {
     EmitCount(*writer_, &emitted);
@@ -185,7 +186,7 @@ TEST_F(OneWriterOneReader, AHungReaderIsEvictedByNameAndToldExactlyWhatItMissed)
 
 TEST_F(OneWriterOneReader, AReaderThatRestartsGoesOnWithANewAccount) {
   std::uint64_t emitted = 0;
-  for (const bool says_goodbye : {true, false, true}) {
+  for (const bool sends_goodbye : {true, false, true}) {
     CountReader count;
     count.next = emitted + 1;
     const std::uint64_t first = emitted;
@@ -199,7 +200,7 @@ TEST_F(OneWriterOneReader, AReaderThatRestartsGoesOnWithANewAccount) {
     EXPECT_GE(emitted, first + 20);
     reader_.reset();
     EmitCount(*writer_, &emitted);  // to nobody, or to one that is dead
-    StartReader(says_goodbye);
+    StartReader(sends_goodbye);
     ExpectAccountsClose({writer_.get(), reader_.get()});
   }
   const Account events = AccountOf(*writer_, kEventTopic, "logic_node", true);
@@ -213,9 +214,9 @@ TEST_F(OneWriterOneReader, AWriterThatRestartsIsReadFromItsFirstStateOn) {
     WaitBriefly(*reader_);
     return values_->values().count("old") == 1;
   }));
-  for (const bool says_goodbye : {true, false}) {
+  for (const bool sends_goodbye : {true, false}) {
     writer_.reset();
-    writer_ = MakeNode("physics_node", registry_->endpoint(), says_goodbye);
+    writer_ = MakeNode("physics_node", registry_->endpoint(), sends_goodbye);
     figures_ = writer_->WriteState<Figures>(FiguresTopic("physics_node"));
     ASSERT_TRUE(writer_->Start(kLong_ns).has_value());
     ASSERT_TRUE(figures_.Set({{{"n", 2.0}}}, "new"));
@@ -223,7 +224,7 @@ TEST_F(OneWriterOneReader, AWriterThatRestartsIsReadFromItsFirstStateOn) {
       WaitBriefly(*reader_);
       return values_->values().count("new") == 1 && IsSubscribed();
     }));
-    EXPECT_EQ(values_->values().size(), 1u) << "what the writer's earlier life said is void";
+    EXPECT_EQ(values_->values().size(), 1u) << "values of the writer's earlier life are void";
     std::uint64_t emitted = 0;
     CountReader count;
     ASSERT_TRUE(Until([&] {
@@ -239,7 +240,7 @@ TEST_F(OneWriterOneReader, AWriterThatRestartsIsReadFromItsFirstStateOn) {
 
 // --- SERVICE
 
-// A caller made here, so that it can ask twice and in vain.
+// A caller without a node, which can repeat requests and make late ones.
 class RawCaller {
  public:
   RawCaller(const std::string& endpoint, std::uint64_t session) : identity_{session, TopicId("caller"), 1} {
@@ -247,15 +248,15 @@ class RawCaller {
     socket_.set(zmq::sockopt::linger, 0);
     socket_.connect(endpoint);
   }
-  void Ask(std::uint64_t request, double value, std::int64_t time_left_ns) {
+  void Request(std::uint64_t request, double value, std::int64_t time_left_ns) {
     oos::Control control;
-    oos::ParameterRequest* asked = control.mutable_parameter_request();
-    asked->set_request(request);
-    asked->set_caller("caller");
-    asked->set_caller_instance(1);
-    asked->set_time_left_ns(time_left_ns);
-    asked->mutable_change()->set_name("gain");
-    asked->mutable_change()->set_value(value);
+    oos::ParameterRequest* sent_request = control.mutable_parameter_request();
+    sent_request->set_request(request);
+    sent_request->set_caller("caller");
+    sent_request->set_caller_instance(1);
+    sent_request->set_time_left_ns(time_left_ns);
+    sent_request->mutable_change()->set_name("gain");
+    sent_request->mutable_change()->set_value(value);
     const auto bytes = detail::EncodeControl(identity_, TopicClass::kService, control);
     socket_.send(zmq::buffer(bytes), zmq::send_flags::none);
   }
@@ -303,14 +304,14 @@ class Service : public ::testing::Test {
 
 TEST_F(Service, ARepeatedRequestIsAnsweredFromMemoryAndAppliedOnce) {
   oos::ParameterReply first, again;
-  caller_->Ask(1, 2.5, kLong_ns);
-  caller_->Ask(1, 2.5, kLong_ns);  // before it is applied
+  caller_->Request(1, 2.5, kLong_ns);
+  caller_->Request(1, 2.5, kLong_ns);  // before it is applied
   ASSERT_TRUE(Until([&] {
     WaitBriefly(*owner_);
     Apply();
     return caller_->TakeReply(&first);
   }));
-  caller_->Ask(1, 2.5, kLong_ns);  // after
+  caller_->Request(1, 2.5, kLong_ns);  // after
   ASSERT_TRUE(Until([&] {
     WaitBriefly(*owner_);
     Apply();
@@ -319,7 +320,7 @@ TEST_F(Service, ARepeatedRequestIsAnsweredFromMemoryAndAppliedOnce) {
   EXPECT_EQ(value_, 2.5);
   EXPECT_TRUE(first.is_accepted());
   EXPECT_EQ(first.SerializeAsString(), again.SerializeAsString());
-  caller_->Ask(2, 1.0, kLong_ns);  // another request
+  caller_->Request(2, 1.0, kLong_ns);  // another request
   ASSERT_TRUE(Until([&] {
     WaitBriefly(*owner_);
     Apply();
@@ -328,9 +329,9 @@ TEST_F(Service, ARepeatedRequestIsAnsweredFromMemoryAndAppliedOnce) {
   EXPECT_EQ(value_, 3.5);
 }
 
-TEST_F(Service, WhatComesAfterTheCallersDeadlineIsNotApplied) {
+TEST_F(Service, ARequestAfterTheCallersDeadlineIsNotApplied) {
   oos::ParameterReply reply;
-  caller_->Ask(1, 2.5, 1);  // 1 ns left
+  caller_->Request(1, 2.5, 1);  // 1 ns left
   ASSERT_TRUE(Until([&] {
     WaitBriefly(*owner_);
     Apply();
@@ -341,7 +342,7 @@ TEST_F(Service, WhatComesAfterTheCallersDeadlineIsNotApplied) {
   EXPECT_NE(reply.why().find("too late"), std::string::npos) << reply.why();
 }
 
-TEST_F(Service, CallsAreOnBothBooks) {
+TEST_F(Service, CallsAreInBothAccounts) {
   std::atomic<bool> is_done{false};
   std::thread step([&] {
     while (!is_done.load()) {
@@ -357,10 +358,10 @@ TEST_F(Service, CallsAreOnBothBooks) {
   // Nobody applies this one.
   EXPECT_FALSE(other_->SetParameter("physics_node", {"gain", 1.0}, core::kNanosecondsPerSecond / 5).has_value());
   EXPECT_EQ(value_, 20.0);
-  const Account asked = AccountOf(*other_, kParameterTopic, "physics_node", true);
-  EXPECT_EQ(asked.sent, 22u);
-  EXPECT_EQ(asked.received, 21u);
-  EXPECT_EQ(asked.dropped_for(DropReason::kUnanswered), 1u);
+  const Account sent_request = AccountOf(*other_, kParameterTopic, "physics_node", true);
+  EXPECT_EQ(sent_request.sent, 22u);
+  EXPECT_EQ(sent_request.received, 21u);
+  EXPECT_EQ(sent_request.dropped_for(DropReason::kUnanswered), 1u);
   EXPECT_EQ(AccountOf(*owner_, kParameterTopic, "logic_node", false).received, 22u);
 }
 

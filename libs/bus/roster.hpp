@@ -16,45 +16,46 @@ struct TopicCounters {
   bool is_written = false;  // by this node; otherwise read
   std::uint64_t sent = 0;   // messages times subscribers
   std::uint64_t received = 0;
-  std::uint64_t dropped = 0;    // lost on the way (gaps in the sequence), not accepted by the socket when sending, or
-                                // not even by the queue before it: the last two lines
-  std::uint64_t reordered = 0;  // LATEST: received after a newer one, so never shown as the newest
-  std::uint64_t restored = 0;   // LATEST: lost, but for the copy that came with a later one
-  std::uint64_t repeated = 0;   // LATEST: came again; not in `received`
-  std::uint64_t overflows = 0;  // not taken from the step thread: its queue to the bus thread was full
-  std::uint64_t oversize = 0;   // not taken from the step thread: STATE of more than 64 KiB
+  std::uint64_t dropped = 0;    // lost on the way (sequence gaps), refused by the socket when sending, or counted in
+                                // `overflows` and `oversize` below
+  std::uint64_t reordered = 0;  // LATEST: received after a newer one, so never the newest value
+  std::uint64_t restored = 0;   // LATEST: lost, but restored from the copy in a later datagram
+  std::uint64_t repeated = 0;   // LATEST: duplicates; not in `received`
+  std::uint64_t overflows = 0;  // refused to the step thread: its queue to the bus thread was full
+  std::uint64_t oversize = 0;   // refused to the step thread: a STATE value of more than 64 KiB
 };
 
-// What was not taken from others. Of datagrams: detail::NameOf(Refusal). "fenced": of an instance whose place another
-// has taken. "connection": its handshake failed, or it was one too many. "message": of ZeroMQ, not readable or not
-// allowed. "bulk": both of these at the BULK socket.
+// Input that was refused, by reason. Datagrams: the names of detail::Refusal. "fenced": from a fenced instance.
+// "connection": its handshake failed, or the limit was reached. "message": a ZeroMQ message that is unreadable or not
+// allowed. "bulk": connections and messages refused by the BULK socket.
 struct RefusalCount {
   std::string reason;
   std::uint64_t count = 0;
 };
 
-// Whenever nothing is on its way, for each LATEST topic: sent = received + restored + dropped.
+// Whenever nothing is under way, for each LATEST topic: sent = received + restored + dropped.
 struct Counters {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;
-  std::uint64_t refused = 0;           // in all: garbage, another session, not authentic, replayed, unknown topic, ...
-  std::vector<RefusalCount> refusals;  // the same by reason; not told of peers
-  std::vector<TopicCounters> topics;   // param/set: written are calls, read are answers; only what was dropped here
+  std::uint64_t refused = 0;           // total: garbage, another session, not authentic, replayed, unknown topic, ...
+  std::vector<RefusalCount> refusals;  // the same by reason; empty for peers (heartbeats carry the total only)
+  std::vector<TopicCounters>
+      topics;  // param/set: calls are written, answers are read; `dropped` counts local drops only
 };
 
-// One side's account of a topic (ledger.hpp) as a peer tells it.
-struct ToldAccount {
+// One end's account of a topic (ledger.hpp), as a peer reports it in its heartbeats.
+struct ReportedAccount {
   std::string topic;
-  std::string peer;  // the other end; empty: peers of earlier days, summed up
+  std::string peer;  // the other end; empty: the sum over peers that left long ago
   bool is_writer = false;
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
   std::uint64_t dropped = 0;
-  // Between the present lives of both alone, which is what the two ends must agree about (told_accounts.hpp).
+  // Between the present lives of both ends, on which the two must agree (reported_accounts.hpp).
   std::uint64_t life_sent = 0;
-  std::uint32_t peer_life = 0;  // low half of the other's instance; 0: there is none
-  std::int64_t told_ns = 0;     // when it was heard
+  std::uint32_t peer_life = 0;  // low half of the other's instance; 0: none
+  std::int64_t heard_ns = 0;    // when the report arrived, CLOCK_MONOTONIC of this node
 };
 
 // Another node as this one sees it.
@@ -71,13 +72,13 @@ struct PeerStatus {
   std::int64_t clock_offset_ns = 0;
   std::int64_t clock_bound_ns = 0;
   double clock_drift_ppm = 0.0;
-  // The largest bound while it was alive, from 1 s after its clock was first compared; no reading yet: INT64_MAX.
+  // The largest bound while it was alive, from 1 s after the first clock comparison on; none yet: INT64_MAX.
   std::int64_t largest_clock_bound_ns = 0;
-  std::string udp_endpoint;           // "127.0.0.1:41234"
-  std::string router_endpoint;        // "tcp://127.0.0.1:41235"
-  Counters counters;                  // as told by its heartbeats
-  std::uint64_t events_dropped = 0;   // events that it missed because it was away or too slow
-  std::vector<ToldAccount> accounts;  // as told by its heartbeats
+  std::string udp_endpoint;               // "127.0.0.1:41234"
+  std::string router_endpoint;            // "tcp://127.0.0.1:41235"
+  Counters counters;                      // from its heartbeats
+  std::uint64_t events_dropped = 0;       // events that it missed because it was away or too slow
+  std::vector<ReportedAccount> accounts;  // from its heartbeats
 };
 
 }  // namespace bus

@@ -21,12 +21,12 @@ struct PayloadSchema {
 
 const PayloadSchema& SchemaOf(MessageType type);
 
-// Two shapes get along when every field number that both know has the same type: proto3 readers skip what they do not
-// know. Otherwise false, and `why` names the first field that differs.
+// Two shapes are compatible when every field number that both have has the same type: proto3 readers skip unknown
+// fields. Otherwise false, and `why` names the first field that differs.
 bool AreCompatible(const std::string& canonical_a, const std::string& canonical_b, std::string* why);
 
-// A serialized FileDescriptorSet that holds the payload's message and all that it refers to: what a recording carries
-// so that others can read it.
+// A serialized FileDescriptorSet with the payload's message and all that it refers to; a recording carries it so that
+// any reader can decode its payloads.
 std::string DescriptorSetOf(MessageType type);
 std::string DescriptorSetOf(const google::protobuf::Descriptor& message);
 

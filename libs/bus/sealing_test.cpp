@@ -70,8 +70,8 @@ std::string Hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-// The expected bytes come from Python's hmac and cryptography packages.
-TEST(Sealing, IsWhatAnotherImplementationOfTheSameStandardsWrites) {
+// The expected bytes were computed with Python's packages hmac and cryptography.
+TEST(Sealing, MatchesAnIndependentImplementation) {
   EXPECT_EQ(Hex(DeriveSenderKey(MakeSessionKey(), kInstance)),
             "5e92f5e22635a13b69341822fcfd655e6879d304a1f50e483003c4af7b2092e0");
   Ends ends;
@@ -82,7 +82,7 @@ TEST(Sealing, IsWhatAnotherImplementationOfTheSameStandardsWrites) {
             "f9d23bbb163b9cdbd2f905e6bd9d73e6");
 }
 
-TEST(Sealing, GivesBackWhatWasSealedAndShowsNothingOfIt) {
+TEST(Sealing, RoundTripsAndHidesThePayload) {
   Ends ends;
   const auto bytes = ends.Make("where the hand is");
   EXPECT_EQ(std::search(bytes.begin(), bytes.end(), "hand", "hand" + 4), bytes.end());
@@ -124,7 +124,7 @@ TEST(Sealing, NamesTheReasonOfARefusal) {
   EXPECT_EQ(ends.Open(sound), Refusal::kReplayed);
 }
 
-TEST(Sealing, RefusesWhatIsInTheClearAndTheOtherWayRound) {
+TEST(Sealing, SealedAndClearReceiversRefuseEachOthersDatagrams) {
   Ends ends;
   std::vector<std::uint8_t> clear(kEnvelopeFixedBytes);
   WriteEnvelope(MakeEnvelope(), 0, clear.data());

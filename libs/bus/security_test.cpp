@@ -1,4 +1,4 @@
-// CURVE on every ZeroMQ link: who has no listed key gets nowhere, is counted, and disturbs nobody.
+// CURVE on every ZeroMQ link: a peer without a listed key is refused and counted, and disturbs nobody.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace {
 using testing::kLong_ns;
 using testing::Until;
 
-// A connection that does not speak as libzmq does.
+// A raw TCP connection, without libzmq.
 class RawConnection {
  public:
   RawConnection(const std::string& endpoint, const std::string& bytes) : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -209,7 +209,7 @@ TEST_F(KeyedRun, AKeyThatIsNotListedIsRefusedByName) {
   });
 }
 
-TEST_F(KeyedRun, ARegistryWithAnotherKeyIsNotBelieved) {
+TEST_F(KeyedRun, ARegistryWithAnotherKeyIsRejected) {
   const auto others = folder_ / "other_run";
   ASSERT_TRUE(MakeKeys(others, {"visual_node"}).has_value());
   auto impostor = std::move(*Registry::Create({"tcp://127.0.0.1:0", 7, others}));
@@ -257,8 +257,7 @@ TEST_F(KeyedRun, AnOversizedFrameBeforeTheHandshakeIsRefused) {
   });
 }
 
-// A member that went wrong: what is too long is refused; what is longer than any buffer should be closes its
-// connection.
+// A misbehaving member: too long a message is refused; a frame above kMaxFrameBytes closes its connection.
 TEST_F(KeyedRun, AnOversizedFrameOfAMemberClosesItsConnection) {
   const auto mine = LoadKeys(keys_, "oos");
   ASSERT_TRUE(mine.has_value());
@@ -286,7 +285,7 @@ TEST_F(KeyedRun, AnOversizedFrameOfAMemberClosesItsConnection) {
   ExpectDataFlows();
 }
 
-// A routing id is the sender's own word; a member that takes another's is refused.
+// A sender chooses its routing id freely; a member that takes another's is refused.
 TEST_F(KeyedRun, AMemberCannotSpeakInAnothersName) {
   const auto mine = LoadKeys(keys_, "oos");
   zmq::context_t context;
@@ -326,7 +325,7 @@ TEST_F(KeyedRun, AnOversizedMessageToTheRegistryIsRefused) {
   const std::uint64_t before = registry_->num_refused();
   dealer.send(zmq::buffer(bytes), zmq::send_flags::none);
   EXPECT_TRUE(Until([&] { return registry_->num_refused() > before; }));
-  EXPECT_EQ(registry_->Refusals().size(), 0u) << "nothing in it was looked at";
+  EXPECT_EQ(registry_->Refusals().size(), 0u) << "it was not parsed";
   ExpectDataFlows();
 }
 

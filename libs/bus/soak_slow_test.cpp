@@ -4,7 +4,7 @@ namespace bus {
 namespace {
 
 // "Accounting": exact after ten minutes of loss, restarts and a slow subscriber.
-TEST(Soak, BooksCloseAfterTenMinutesOfTrouble) {
+TEST(Soak, AccountsCloseAfterTenMinutesOfTrouble) {
   testing::RunSoak(600 * core::kNanosecondsPerSecond);
 }
 

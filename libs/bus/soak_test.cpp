@@ -3,7 +3,7 @@
 namespace bus {
 namespace {
 
-TEST(Soak, BooksCloseAfterSecondsOfTrouble) {
+TEST(Soak, AccountsCloseAfterSecondsOfTrouble) {
   testing::RunSoak(6 * core::kNanosecondsPerSecond);
 }
 

@@ -11,8 +11,8 @@ struct StateSender;
 struct StateAccess;
 }  // namespace detail
 
-// Writing end of a STATE topic (M: core::LogicStatus or bus::Figures): keeps the last value of each key for whoever
-// comes later. A handle, for the step thread.
+// Writing end of a STATE topic (M: core::LogicStatus or bus::Figures): retains the last value of each key for late
+// joiners. A handle, for the step thread.
 template <class M>
 class StateWriter {
  public:
@@ -25,13 +25,13 @@ class StateWriter {
   detail::StateSender* sender_ = nullptr;
 };
 
-// Reading end: the complete state, whenever it joined. Updated by Node::Wait().
+// Reading end: a snapshot when it joins, then deltas, so it holds the complete state. Updated by Node::Wait().
 template <class M>
 class StateReader {
  public:
   [[nodiscard]] const M& value() const { return value_; }  // of the key that changed last
   [[nodiscard]] bool has_value() const { return !values_.empty(); }
-  [[nodiscard]] bool is_fresh() const { return is_fresh_; }                         // the last Wait() brought something
+  [[nodiscard]] bool is_fresh() const { return is_fresh_; }                         // the last Wait() brought a change
   [[nodiscard]] const std::map<std::string, M>& values() const { return values_; }  // by key
   [[nodiscard]] std::uint64_t version() const { return version_; }  // of the writer, grows with every change
 

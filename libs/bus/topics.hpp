@@ -8,8 +8,8 @@
 
 namespace bus {
 
-// '*' in the pattern matches any text, also none. Patterns come from other processes: only the last star is ever tried
-// again, so the time is at most the product of the lengths.
+// '*' in the pattern matches any text, also none. Patterns come from other processes: only the last star is
+// retried, so the time is at most the product of the lengths.
 constexpr bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0, t = 0;
   std::size_t star = std::string_view::npos, after_star = 0;  // the last star, and the text that it does not cover
@@ -39,7 +39,7 @@ constexpr const TopicRule* FindTopicRule(std::string_view topic) {
   return nullptr;
 }
 
-// Topic id on the wire: a hash of the name, so that nobody has to hand out numbers. The registry refuses collisions.
+// Topic id on the wire: a hash of the name, so that no central numbering is needed. The registry refuses collisions.
 inline std::uint32_t TopicId(std::string_view topic) {
   return static_cast<std::uint32_t>(core::Hash64(topic));
 }

@@ -34,8 +34,8 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule("no/such/topic"), nullptr);
 }
 
-// One that tries every way to share the text among the stars does not come back in a lifetime.
-TEST(Topics, APatternOfManyStarsIsJudged) {
+// A matcher that backtracks over all stars would take exponential time.
+TEST(Topics, MatchingAPatternOfManyStarsIsFast) {
   std::string pattern;
   for (int i = 0; i < 40; ++i) pattern += "*a";
   EXPECT_FALSE(MatchesPattern(pattern + "b", std::string(4000, 'a')));
@@ -52,7 +52,7 @@ TEST(Schema, EveryMessageHasItsOwnDigest) {
   EXPECT_EQ(digests.size(), static_cast<std::size_t>(kLastMessageType));
 }
 
-// Readers of recordings have neither proto/options.proto nor a use for what it holds.
+// Readers of recordings do not have proto/options.proto, and do not need it.
 TEST(Schema, RecordingsCarryNoOptionsForCpp) {
   for (int i = 1; i <= static_cast<int>(kLastMessageType); ++i) {
     google::protobuf::FileDescriptorSet set;
@@ -64,7 +64,7 @@ TEST(Schema, RecordingsCarryNoOptionsForCpp) {
   }
 }
 
-TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {
+TEST(Schema, AddedFieldsAreCompatibleAndChangedTypesAreNot) {
   std::string why;
   EXPECT_TRUE(AreCompatible("1:double 2:uint32", "1:double 2:uint32 3:bool", &why));
   EXPECT_TRUE(AreCompatible("1:repeated_{1:float}", "1:repeated_{1:float 2:float}", &why));
@@ -74,7 +74,7 @@ TEST(Schema, AddedFieldsGetAlongAndChangedTypesDoNot) {
   EXPECT_FALSE(AreCompatible("1:double", "1:repeated_double", &why));
 }
 
-// A peer can send what it likes: one that follows every nesting runs out of stack.
+// A hostile peer may send any nesting; unlimited recursion would overflow the stack.
 TEST(Schema, EndlessNestingIsRefused) {
   std::string open, close;
   for (int i = 0; i < 2000; ++i) {

@@ -84,7 +84,7 @@ core::Result<Tolerance> Tolerance::Parse(const std::string& text, const std::str
     }
     if (!says_something) {
       return core::Fail(core::ErrorCode::kInvalidInput,
-                        file + ":" + std::to_string(number) + ": say abs=NUMBER, rel=NUMBER or ignore");
+                        file + ":" + std::to_string(number) + ": give abs=NUMBER, rel=NUMBER or ignore");
     }
     tolerance.rules_.push_back(rule);
   }
@@ -107,7 +107,7 @@ bool Tolerance::IsWithin(const std::string& name, const Leaf& expected, const Le
   if (expected.bits == got.bits) return true;
   const Rule* rule = Find(name);
   if (rule == nullptr) return false;
-  // Written so that a NaN is never within.
+  // In this form a NaN is never within.
   return rule->is_ignored ||
          std::abs(got.number - expected.number) <= rule->absolute + rule->relative * std::abs(expected.number);
 }

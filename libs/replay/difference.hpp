@@ -12,7 +12,7 @@
 
 namespace replay {
 
-// Digest of the outputs of a step: equal for equal bits, in the order of their fields.
+// Digest of the outputs of a step: equal bits in the same order of fields give equal digests.
 class Digest {
  public:
   static constexpr bool kReads = false;
@@ -35,7 +35,7 @@ class Digest {
   }
   [[nodiscard]] std::uint64_t value() const { return value_; }
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   std::uint64_t value_ = 0x5eed'0f57'e9d1'6e57ULL;
@@ -51,7 +51,7 @@ struct Leaf {
   std::string text;        // of a text
 };
 
-// All fields with their names. For comparing and telling; not for a real-time step.
+// Collects all fields with their names, for comparison and reports. Not real-time.
 class Leaves {
  public:
   static constexpr bool kReads = false;
@@ -69,7 +69,7 @@ class Leaves {
   void Leave();
   [[nodiscard]] const std::vector<Leaf>& all() const { return leaves_; }
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   [[nodiscard]] std::string PathOf(std::string_view name) const;
@@ -79,7 +79,7 @@ class Leaves {
   std::vector<Leaf> leaves_;
 };
 
-// How far numbers may be apart, by the names of fields. A line of the file is
+// Tolerances by names of fields. A line of the file is
 //     PATTERN abs=1e-9 rel=1e-6      or      PATTERN ignore
 // where '*' in PATTERN stands for any text; '#' begins a comment. The first line that matches counts; a field without
 // one must be equal bit for bit. A number is within when |got - expected| <= abs + rel |expected|.
@@ -125,7 +125,7 @@ std::vector<FieldDifference> Compare(const std::vector<Leaf>& expected, const st
       differences.push_back(DifferenceOf(&leaf, other));
     }
   };
-  // As a rule both have the same fields.
+  // Usually both have the same fields.
   if (std::equal(expected.begin(), expected.end(), got.begin(), got.end(),
                  [](const Leaf& a, const Leaf& b) { return a.path == b.path; })) {
     for (std::size_t i = 0; i < expected.size(); ++i) compare(expected[i], &got[i]);

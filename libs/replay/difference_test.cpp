@@ -48,7 +48,7 @@ TEST(Compare, IsExactToTheLastBit) {
   EXPECT_EQ(Between(a, b).size(), 1U);
 }
 
-TEST(Compare, ListsOfDifferentLengthTellWhatIsMissing) {
+TEST(Compare, ListsOfDifferentLengthReportMissingItems) {
   core::LogicStatus a, b;
   a.active_states = {"one", "two"};
   b.active_states = {"one"};

@@ -8,8 +8,8 @@
 
 namespace replay {
 
-// The names and types of all fields, a line each, with one item in every list: what a recording's steps are made of. A
-// step is read by a build that has the same list, and by no other.
+// The names and types of all fields of a step, one a line, with one item in every list. A recording stores it: only a
+// build with the same list can read its steps.
 class FieldList {
  public:
   static constexpr bool kReads = true;
@@ -38,7 +38,7 @@ class FieldList {
   void Fail() {}
   [[nodiscard]] const std::string& text() const { return text_; }
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   void Add(std::string_view name, char kind, std::size_t size) {
@@ -59,7 +59,7 @@ std::string DescribeFields() {
   Step step;
   FieldList list;
   VisitInputs(list, step);
-  list.tells_transport = false;
+  list.includes_transport = false;
   VisitOutputs(list, step);
   return list.text();
 }

@@ -13,17 +13,17 @@
 
 namespace replay {
 
-// The fields of a message, one after the other, by name: what writes a step, reads it, compares two and names their
-// fields all see the same fields in the same order. Those of messages are described by core::FieldsOf; here are those
-// of the types that they are made of.
+// Visits the fields of a message by name, so that encoding, decoding, comparing and listing a step all see the same
+// fields in the same order. core::FieldsOf describes the messages; here are the types that they consist of.
 //
 // A visitor V has
-//   static constexpr bool kReads        fields are to be filled
+//   static constexpr bool kReads        the visitor fills the fields
 //   void Value(name, T&)                a number, enumeration or truth value
 //   void Text(name, std::string&)
-//   std::size_t Count(name, n)          of items that follow; when reading, how many were written
+//   std::size_t Count(name, n)          number of items that follow; when reading, the number that was written
 //   void Enter(name), Enter(name, index), Leave()
-//   bool tells_transport                false: sequence numbers, send times and stamps are left out. They belong to the
+//   bool includes_transport                false: sequence numbers, send times and stamps are left out. They belong to
+//   the
 //                                       way between nodes, not to what a node computed.
 template <class V, class T>
 void Field(V& v, std::string_view name, T& value);
@@ -100,12 +100,12 @@ template <class V>
 void Visit(V& v, core::Trace& trace) {
   v.Value("id", trace.id);
   v.Value("origin_ns", trace.origin_ns);
-  if (v.tells_transport) Items(v, "stamps", trace.stamps);
+  if (v.includes_transport) Items(v, "stamps", trace.stamps);
 }
 
 template <class V>
 void Visit(V& v, core::Header& header) {
-  if (v.tells_transport) {
+  if (v.includes_transport) {
     v.Value("sequence", header.sequence);
     v.Value("publish_ns", header.publish_ns);
   }

@@ -33,7 +33,7 @@ class DistinctValues {
   void Leave() {}
   void Fail() { FAIL() << "a list of two is too long"; }
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   bool truth_;
@@ -51,7 +51,7 @@ void SendAndReceive(const M& sent, M* received) {
     const std::size_t size = codec.Encode(sent, part, kBudget, bytes.data(), bytes.size());
     ASSERT_TRUE(codec.Decode({bytes.data(), size}, part == 0, received));
   }
-  received->header = sent.header;  // travels in the envelope
+  received->header = sent.header;  // carried by the envelope
 }
 
 template <class M>
@@ -92,11 +92,11 @@ TEST(Messages, EveryFieldSurvivesTheWire) {
   bus::ReliableMessages<ForAll>::Run();
 }
 
-// In the order in which a comparison of steps names them; a recording is read by builds with the same list alone.
+// In the order of a comparison of steps; only a build with the same list can read a recording.
 TEST(Messages, EveryFieldHasItsName) {
   core::DeviceState state;
   Leaves leaves;
-  leaves.tells_transport = false;
+  leaves.includes_transport = false;
   Visit(leaves, state);
   std::string names;
   for (const Leaf& leaf : leaves.all()) names += leaf.path + "\n";

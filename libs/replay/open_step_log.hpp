@@ -12,15 +12,15 @@
 
 namespace replay {
 
-// What a recording of a node's steps says about the run: "scenario" (its file, relative to the working folder when it
+// Metadata of the run in a recording of steps: "scenario" (its file, relative to the working folder when it
 // is below that), "scenario_digest", "method", "seed", and DescribePlatform().
 bus::log::TextMap DescribeRun(const scene::Scenario& scenario);
 
-// Of the bytes of everything that a scenario is made of: its file, procedure, operator script and meshes.
+// Digest of the bytes of a scenario's file, procedure, operator script and meshes.
 std::uint64_t DigestOf(const scene::Scenario& scenario);
 
-// `checkpoint`: where the node stands as the recording begins, attached as "<node>.checkpoint"; empty: at its
-// beginning. Errors: kIo.
+// `checkpoint`: the node's state at the start of the recording, attached as "<node>.checkpoint"; empty: the initial
+// state. Errors: kIo.
 core::Result<std::unique_ptr<bus::log::StepLog>> OpenStepLog(const std::filesystem::path& file, const std::string& node,
                                                              const std::string& fields, const bus::log::TextMap& about,
                                                              const std::vector<std::uint8_t>& checkpoint);

@@ -38,31 +38,32 @@ T FromBits(std::uint64_t bits) {
 
 // A step of a node as bytes (little endian):
 //
-//    0 u8  1: complete in itself; 0: the fields that are left out are those of the step before
+//    0 u8  1: key step, complete in itself; 0: omitted fields have the values of the step before
 //    1 u8[3] 0
 //    4 u32 number of fields
 //    8 u64 tick
 //   16 u64 digest of the outputs (OutputDigest)
-//   24 one bit per field, least significant first: it is there
-//      then the fields that are there: a byte w and the lowest w bytes of its 64 bits, exclusive or those of the step
+//   24 one bit per field, least significant first: 1 if present
+//      then the present fields: a byte w and the lowest w bytes of its 64 bits, exclusive or those of the step
 //      before (neighbours in time share sign, exponent and first digits, so the upper bytes are zero)
 //
-// Fields are known by their place: where lists grow or shrink, places shift, which costs bytes but never exactness.
-// What is beyond the step before, and everything in a complete step, counts from zero.
+// Fields are identified by position: where lists grow or shrink, positions shift, which costs bytes but never
+// exactness. The predecessor of a field beyond the step before, and of every field in a key step, is zero.
 constexpr std::size_t kStepHeadBytes = 24;
 
 class StepEncoder {
  public:
   static constexpr bool kReads = false;
-  static constexpr std::uint64_t kKeyPeriod = 500;  // steps from one that is complete in itself to the next
+  static constexpr std::uint64_t kKeyPeriod =
+      500;  // steps between key steps: 0.5 s at 1 kHz to decode before a step; adds 1/500 of a key step to each
 
-  // Room for so many fields; a step with more is refused. All memory is taken here.
+  // `max_fields`: a step with more is refused. All memory is allocated here.
   explicit StepEncoder(std::size_t max_fields);
 
   void Begin(std::uint64_t tick);
   // The step's bytes, valid until the next Begin; empty when it had too many fields (the next one is complete then).
   [[nodiscard]] std::span<const std::uint8_t> Finish(std::uint64_t digest);
-  // The last step was lost on its way: the next one must be complete in itself.
+  // The last step was lost: the next one becomes a key step.
   void Forget() { is_key_next_ = true; }
 
   template <class T>
@@ -78,7 +79,7 @@ class StepEncoder {
   void Enter(std::string_view, std::size_t) {}
   void Leave() {}
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   void Put(std::uint64_t bits) {
@@ -107,7 +108,7 @@ class StepDecoder {
  public:
   static constexpr bool kReads = true;
 
-  // False: damaged, or not complete in itself though nothing precedes it.
+  // False: damaged, or the first step is not a key step.
   bool Begin(std::span<const std::uint8_t> step);
   // True when all fields were read, no more and no fewer.
   [[nodiscard]] bool Finish();
@@ -130,7 +131,7 @@ class StepDecoder {
   void Leave() {}
   void Fail() { is_damaged_ = true; }
 
-  bool tells_transport = true;
+  bool includes_transport = true;
 
  private:
   std::uint64_t Take();

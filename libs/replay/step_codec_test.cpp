@@ -66,7 +66,7 @@ std::uint64_t DigestOf(Step step) {
   return digest.value();
 }
 
-TEST(StepCodec, GivesBackEveryBitWhateverGrowsAndShrinks) {
+TEST(StepCodec, RoundTripsEveryBitAsListsGrowAndShrink) {
   StepEncoder encoder(1000);
   StepDecoder decoder;
   std::size_t num_bytes = 0;
@@ -82,7 +82,7 @@ TEST(StepCodec, GivesBackEveryBitWhateverGrowsAndShrinks) {
   EXPECT_LT(num_bytes, 1200U * 200U);
 }
 
-TEST(StepCodec, AStepLikeTheOneBeforeTakesItsHeadAndABitPerField) {
+TEST(StepCodec, AnUnchangedStepTakesItsHeadAndOneBitPerField) {
   StepEncoder encoder(1000);
   const std::size_t whole = Encode(&encoder, 3, MakeStep(3)).size();
   const std::size_t same = Encode(&encoder, 3, MakeStep(3)).size();
@@ -120,7 +120,7 @@ TEST(StepCodec, DamagedStepsAreRefused) {
     Step got;
     EXPECT_FALSE(Decode(&decoder, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)}, &got)) << size;
   }
-  // With any bit flipped: refused, or read as something, but never out of bounds (sanitizers look on).
+  // With any bit flipped: refused, or decoded to other values, but never out of bounds (checked by sanitizers).
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     std::vector<std::uint8_t> flipped = bytes;
     flipped[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));

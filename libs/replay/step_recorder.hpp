@@ -9,7 +9,7 @@
 
 namespace replay {
 
-// Writes down what a node's step read and made. Step is the node's description of both (step.hpp of its folder), with
+// Records the inputs and outputs of a node's step. Step describes both (step.hpp in the node's folder), with
 //   template <class V> void VisitInputs(V&, Step&)   and   VisitOutputs(V&, Step&)
 // Record neither locks nor allocates.
 template <class Step>
@@ -21,12 +21,12 @@ class StepRecorder {
 
   void Record(std::uint64_t tick, std::int64_t now_ns, Step& step) noexcept {
     Digest digest;
-    digest.tells_transport = false;
+    digest.includes_transport = false;
     VisitOutputs(digest, step);
     encoder_.Begin(tick);
-    encoder_.tells_transport = true;
+    encoder_.includes_transport = true;
     VisitInputs(encoder_, step);
-    encoder_.tells_transport = false;
+    encoder_.includes_transport = false;
     VisitOutputs(encoder_, step);
     const auto bytes = encoder_.Finish(digest.value());
     if (bytes.empty() || !sink_->Push(tick, now_ns, bytes)) encoder_.Forget();

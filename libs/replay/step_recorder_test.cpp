@@ -82,14 +82,14 @@ TEST_F(StepLogTest, EveryStepIsInTheFileWithoutAnAllocationOrLockOfTheStepThread
     Fill(tick, &expected);
     ASSERT_TRUE(decoder.Begin(m.data)) << tick;
     VisitInputs(decoder, got);
-    decoder.tells_transport = false;
+    decoder.includes_transport = false;
     VisitOutputs(decoder, got);
-    decoder.tells_transport = true;
+    decoder.includes_transport = true;
     ASSERT_TRUE(decoder.Finish()) << tick;
     EXPECT_EQ(decoder.tick(), tick);
     EXPECT_EQ(got.events.at(0).name, step.events[0].name);
     Digest left, right;
-    left.tells_transport = right.tells_transport = false;
+    left.includes_transport = right.includes_transport = false;
     VisitOutputs(left, got);
     VisitOutputs(right, expected);
     EXPECT_EQ(left.value(), right.value());
@@ -112,7 +112,7 @@ class LossySink final : public bus::log::StepSink {
   std::vector<std::vector<std::uint8_t>> steps;
 };
 
-TEST(StepRecorder, WhatFollowsALossCanBeRead) {
+TEST(StepRecorder, StepsAfterALossAreReadable) {
   LossySink sink;
   StepRecorder<Step> recorder(&sink);
   Step step;
@@ -126,7 +126,7 @@ TEST(StepRecorder, WhatFollowsALossCanBeRead) {
     Step got;
     ASSERT_TRUE(decoder.Begin(sink.steps[i]));
     VisitInputs(decoder, got);
-    decoder.tells_transport = false;
+    decoder.includes_transport = false;
     VisitOutputs(decoder, got);
     ASSERT_TRUE(decoder.Finish());
     EXPECT_EQ(got.state.tick, 3 * (i + 1));

@@ -54,9 +54,9 @@ class TypedNode : public ReplayedNode {
 
   bool Read(std::span<const std::uint8_t> step) override {
     if (!decoder_.Begin(step)) return false;
-    decoder_.tells_transport = true;
+    decoder_.includes_transport = true;
     VisitInputs(decoder_, recorded_);
-    decoder_.tells_transport = false;
+    decoder_.includes_transport = false;
     VisitOutputs(decoder_, recorded_);
     return decoder_.Finish();
   }
@@ -65,7 +65,7 @@ class TypedNode : public ReplayedNode {
   [[nodiscard]] std::uint64_t recorded_digest() const override { return decoder_.digest(); }
   [[nodiscard]] std::uint64_t digest() const override {
     replay::Digest digest;
-    digest.tells_transport = false;
+    digest.includes_transport = false;
     VisitOutputs(digest, const_cast<StepType&>(got_));
     return digest.value();
   }
@@ -90,7 +90,7 @@ class TypedNode : public ReplayedNode {
  protected:
   static std::vector<replay::Leaf> LeavesOf(StepType& step) {
     replay::Leaves leaves;
-    leaves.tells_transport = false;
+    leaves.includes_transport = false;
     VisitOutputs(leaves, step);
     return leaves.all();
   }

@@ -27,7 +27,7 @@ std::unique_ptr<bus::Node> MakeNode(const std::string& name, const std::string& 
   options.registry = registry;
   options.session = kSession;
   options.is_encrypted = false;
-  options.says_goodbye = false;
+  options.sends_goodbye = false;
   auto node = bus::Node::Create(options);
   EXPECT_TRUE(node) << (node ? "" : node.error().detail);
   return std::move(*node);

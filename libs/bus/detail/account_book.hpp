@@ -11,20 +11,20 @@
 
 namespace bus::detail {
 
-// The accounts of one node. One is closed when its peer leaves or dies, and what is on its way then is dropped for that
-// reason; it is opened again when the same instance of the peer comes back. Addresses of accounts are stable until a
-// closed one is folded: the oldest closed ones are summed up by topic and side (peer ""), so that a node whose readers
-// come and go for days does not grow.
+// The accounts of one node. An account is closed when its peer leaves or dies, and messages under way then count as
+// dropped for that reason; it is reopened when the same instance of the peer returns. Addresses of accounts are stable
+// until a closed one is folded: the oldest closed ones are summed up by topic and side (peer ""), so that memory stays
+// bounded while readers come and go for days.
 class AccountBook {
  public:
-  // Found, or made with this start. Open from then on.
+  // Finds the account, or creates it with this start; it is open afterwards.
   Account& Open(const std::string& topic, TopicClass topic_class, const std::string& peer, std::uint64_t instance,
                 bool is_writer, std::uint64_t start);
   [[nodiscard]] Account* Find(std::uint32_t topic, std::uint64_t instance, bool is_writer);
   void CloseAll(std::uint64_t instance);
-  // Closed ones show what was on its way as dropped.
+  // In closed ones, messages that were under way count as dropped.
   [[nodiscard]] std::vector<Account> All() const;
-  // Of one topic and side, over all peers, folded ones included.
+  // The sum over all peers of one topic and side, folded ones included.
   [[nodiscard]] Account Total(const std::string& topic, bool is_writer) const;
 
  private:
@@ -34,7 +34,8 @@ class AccountBook {
     [[nodiscard]] Account Shown() const;
   };
   using Key = std::tuple<std::uint64_t, bool, std::uint32_t>;  // instance, is the writer, topic
-  static constexpr std::size_t kMaxClosed = 512;
+  static constexpr std::size_t kMaxClosed =
+      512;  // bounds memory to some 200 KB; a peer that returns later has lost its account
 
   void Fold(const Key& key);
   std::map<Key, Entry> entries_;

@@ -76,7 +76,7 @@ std::vector<Account> MergeByName(const std::vector<Account>& accounts) {
 
 bool FindPresentLife(const NodeCore& core, const std::vector<Account>& accounts, const Account& merged,
                      std::uint64_t* sent, std::uint64_t* peer_instance) {
-  // A service is asked again until it answers, and answers once.
+  // A request is repeated until it is answered, so the two ends count differently.
   const auto peer = core.peers.find(merged.peer);
   if (peer == core.peers.end() || merged.topic_class == TopicClass::kService) return false;
   *peer_instance = peer->second.instance;

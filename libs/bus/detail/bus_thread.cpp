@@ -18,11 +18,13 @@
 namespace bus::detail {
 namespace {
 
-constexpr std::size_t kTopicsPerHeartbeat = 30;
-// A topic's figures take 60 bytes at most; a longer heartbeat would be refused, and its node be taken for dead.
+constexpr std::size_t kTopicsPerHeartbeat = 30;  // in turn, as far as the bytes below allow
+// A topic's counters take 60 bytes at most. A heartbeat beyond the limit would be refused, and its sender declared
+// dead.
 constexpr std::size_t kMaxBytesBeforeTopic = kMaxHeartbeatBytes - kEnvelopeFixedBytes - kSealBytes - 60;
-constexpr int kGoodbyeLinger_ms = 100;
-constexpr std::uint64_t kSettlingExchanges = 20;  // a second of heartbeats
+constexpr int kGoodbyeLinger_ms = 100;  // for the last messages to leave; a peer that is gone delays the end by this
+constexpr std::uint64_t kSettlingExchanges = 20;  // a second of heartbeats until largest_clock_bound_ns starts
+// Extrapolation over it costs kMaxDrift * 20 ms = 10 us of the bound at most.
 constexpr std::int64_t kClockPeriod_ns = 20 * kMillisecond_ns;
 
 }  // namespace
@@ -86,7 +88,7 @@ int BusThread::PollTimeout_ms() const {
 void BusThread::Run() {
   prctl(PR_SET_TIMERSLACK, 1UL);
   // Never real-time, whatever the thread was that started the node; but a little before other work where that is
-  // allowed, so that a busy machine does not look like a dead node.
+  // allowed, so that a busy machine is not taken for a dead node.
   const sched_param normal{};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), -5);
@@ -108,11 +110,11 @@ void BusThread::Run() {
   }
   const std::lock_guard lock(core_->mutex);
   DrainStepThread();
-  if (core_->options.says_goodbye) {
+  if (core_->options.sends_goodbye) {
     SendHeartbeats(true);
     SendHello(true);
   }
-  for (auto& [name, peer] : peers_) {  // what it has taken up to now, for the writers' accounts
+  for (auto& [name, peer] : peers_) {  // a last acknowledgement, for the writers' accounts
     if (!peer.reading.is_subscribed) continue;
     Acknowledge(peer, false);
     peer.dealer.set(zmq::sockopt::linger, kGoodbyeLinger_ms);
@@ -127,7 +129,7 @@ void BusThread::RunOnce() {
   std::uint64_t wakes = 0;
   [[maybe_unused]] const ssize_t got = read(core_->wake_fd, &wakes, sizeof(wakes));
 
-  // Everything that has arrived comes first: after a hold-up of this thread nobody is declared dead for it.
+  // Input first: after this thread was held up, waiting heartbeats must count before liveness is judged.
   gate_.Serve();
   core_->refused_connections.store(gate_.refused(), std::memory_order_relaxed);
   core_->registry_trouble = gate_.trouble();
@@ -141,7 +143,7 @@ void BusThread::RunOnce() {
 
   const std::int64_t now = core::MonotonicNow_ns();
   if (now >= next_hello_ns_) {
-    // Not connected yet: tried again at once, so that a newcomer is in as soon as it can be.
+    // Not connected yet: retried at once, so that a newcomer joins as soon as possible.
     const bool is_sent = SendHello(false);
     next_hello_ns_ = now + (core_->is_welcomed ? kHelloPeriod_ns : is_sent ? kEagerHelloPeriod_ns : kConnectPeriod_ns);
   }
@@ -172,11 +174,11 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
   heartbeat->set_refused(counters.refused);
   heartbeat->set_is_goodbye(is_goodbye);
   AddCounts(heartbeat);
-  AddLatestSpans(*core_, &next_span_told_, heartbeat);
-  heartbeat->set_sent_ns(core::MonotonicNow_ns());  // for its size; the time comes below
-  const std::size_t told = std::min(counters.topics.size(), kTopicsPerHeartbeat);
-  for (std::size_t i = 0; i < told && control.ByteSizeLong() < kMaxBytesBeforeTopic; ++i) {
-    const TopicCounters& topic = counters.topics[next_topic_told_++ % counters.topics.size()];
+  AddLatestSpans(*core_, &next_span_, heartbeat);
+  heartbeat->set_sent_ns(core::MonotonicNow_ns());  // reserves its bytes; the time is set below
+  const std::size_t num_sent = std::min(counters.topics.size(), kTopicsPerHeartbeat);
+  for (std::size_t i = 0; i < num_sent && control.ByteSizeLong() < kMaxBytesBeforeTopic; ++i) {
+    const TopicCounters& topic = counters.topics[next_topic_++ % counters.topics.size()];
     oos::TopicFigures* figures = heartbeat->add_topics();
     figures->set_topic(TopicId(topic.topic));
     figures->set_is_written(topic.is_written);
@@ -188,8 +190,8 @@ void BusThread::SendHeartbeats(bool is_goodbye) {
   heartbeat->set_sent_ns(core::MonotonicNow_ns());
   auto bytes = EncodeControl(core_->identity, TopicClass::kControl, control);
   core_->guard->SealControl(&bytes);
-  // One stamp for all is early for who comes last: the way there would look longer than the way back. As in an answer,
-  // which is stamped before it is sealed, a message's own work counts as part of its way.
+  // One stamp for all peers would be too early for the last one, whose way there would seem longer than the way back.
+  // As in an answer, which is stamped before it is sealed, encoding counts as part of the way.
   const std::int64_t work_ns = core::MonotonicNow_ns() - heartbeat->sent_ns();
   for (auto& [name, peer] : peers_) {
     peer.heartbeats_sent[peer.num_heartbeats_sent++ % peer.heartbeats_sent.size()] = {
@@ -208,7 +210,7 @@ void BusThread::ReceiveHeartbeats() {
     std::span<const std::uint8_t> payload;
     const Refusal refusal =
         core_->guard->OpenControl({bytes.data(), static_cast<std::size_t>(size)}, &envelope, &payload);
-    if (refusal == Refusal::kUnknownSender) AskForRoster();
+    if (refusal == Refusal::kUnknownSender) RequestRoster();
     if (refusal != Refusal::kNone) continue;
     oos::Control control;
     const bool is_read = control.ParseFromArray(payload.data(), static_cast<int>(payload.size()));
@@ -229,8 +231,8 @@ void BusThread::SendUnreliably(const Peer& peer, const oos::Control& control) {
   core_->heartbeat_socket.Send(peer.heartbeat_address, bytes.data(), bytes.size());
 }
 
-// The four stamps of a clock comparison: a heartbeat left there, came here; the answer leaves here at once, and comes
-// there.
+// The four stamps of a clock comparison: a heartbeat left the peer and arrived here; the answer leaves here at once and
+// arrives at the peer.
 void BusThread::AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t received_ns) {
   const auto found = peers_.find(heartbeat.name());
   if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) return;
@@ -259,13 +261,13 @@ void BusThread::TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_
     }
     return;
   }
-  core_->guard->refusals.Add(Refusal::kBadSchema);  // answers what was not asked, or long ago
+  core_->guard->refusals.Add(Refusal::kBadSchema);  // an echo of no recent heartbeat of this node
 }
 
-// To who looks on, and to the readers of what it writes.
-void BusThread::TellClock(Peer& peer, std::int64_t now) {
-  if (now - peer.clock_told_ns < kClockPeriod_ns) return;
-  peer.clock_told_ns = now;
+// Publishes the clock estimate of a peer: in its PeerStatus, and to the readers of its LATEST topics.
+void BusThread::PublishClock(Peer& peer, std::int64_t now) {
+  if (now - peer.clock_published_ns < kClockPeriod_ns) return;
+  peer.clock_published_ns = now;
   const ClockReading clock = IsElsewhere(peer) ? peer.clock.At(now) : ClockReading{};
   PeerStatus& status = StatusOf(peer);
   status.clock_offset_ns = clock.offset_ns;
@@ -293,7 +295,7 @@ void BusThread::TakeHeartbeat(const oos::Heartbeat& heartbeat) {
   const auto found = peers_.find(heartbeat.name());
   if (found == peers_.end() || found->second.record.instance() != heartbeat.instance()) {
     core_->guard->refusals.Add(Refusal::kUnknownSender);
-    AskForRoster();
+    RequestRoster();
     return;
   }
   Peer& peer = found->second;
@@ -366,11 +368,11 @@ void BusThread::CheckLiveness() {
         continue;
       }
     }
-    if (!peer.was_heard && !peer.is_missing_told && now - peer.since_ns > kMissingAfter_ns) {
-      peer.is_missing_told = true;
+    if (!peer.was_heard && !peer.is_missing_reported && now - peer.since_ns > kMissingAfter_ns) {
+      peer.is_missing_reported = true;
       if (!peer.record.is_observer()) Announce("node_lost", peer.record.name());
     }
-    TellClock(peer, now);
+    PublishClock(peer, now);
     // A step thread that never called Wait() does not use the data socket at all.
     const bool is_stalled = status.is_alive && peer.wait_count > 0 && now - peer.wait_changed_ns > kStalledAfter_ns;
     if (is_stalled != status.is_stalled) {

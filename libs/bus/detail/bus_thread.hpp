@@ -21,12 +21,14 @@
 namespace bus::detail {
 
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
+// A peer is dead after seven missed heartbeats. Shorter would take a busy machine for a dead node; longer would break
+// the limit of 0.4 s for node_lost.
 constexpr std::int64_t kHeartbeatPeriod_ns = 50 * kMillisecond_ns;
-constexpr std::int64_t kDeadAfter_ns = 350 * kMillisecond_ns;  // plus one heartbeat period: noticed within 0.4 s
-constexpr std::int64_t kStalledAfter_ns = 400 * kMillisecond_ns;
+constexpr std::int64_t kDeadAfter_ns = 350 * kMillisecond_ns;       // reported within one heartbeat period more: 0.4 s
+constexpr std::int64_t kStalledAfter_ns = 400 * kMillisecond_ns;    // no Node::Wait: as long as until node_lost
 constexpr std::int64_t kMissingAfter_ns = 1'000 * kMillisecond_ns;  // in the roster, but never heard
-constexpr std::int64_t kHelloPeriod_ns = 500 * kMillisecond_ns;
-constexpr std::int64_t kConnectPeriod_ns = 5 * kMillisecond_ns;
+constexpr std::int64_t kHelloPeriod_ns = 500 * kMillisecond_ns;     // a new registry knows all nodes after that
+constexpr std::int64_t kConnectPeriod_ns = 5 * kMillisecond_ns;     // retry while a ZeroMQ handshake is under way
 constexpr std::int64_t kEagerHelloPeriod_ns = 100 * kMillisecond_ns;  // until the registry has answered
 
 // The one thread that touches ZeroMQ sockets: registry, roster, heartbeats, STATE, EVENT and SERVICE.
@@ -54,23 +56,23 @@ class BusThread {
     zmq::socket_t dealer;
     bool was_heard = false;
     bool has_left = false;
-    bool is_missing_told = false;
+    bool is_missing_reported = false;
     std::int64_t since_ns = 0;  // known since
     std::int64_t last_heard_ns = 0;
     std::uint64_t wait_count = 0;  // its step thread's
     std::int64_t wait_changed_ns = 0;
-    std::uint64_t events_before =
-        0;  // this node's newest when it came to know the peer, or lost it: what follows is for it
+    // This node's newest event when it learned of the peer, or lost it: later events are for the peer.
+    std::uint64_t events_before = 0;
     std::map<std::pair<std::uint32_t, bool>, std::size_t> topic_slots;  // id, is written -> place in its counters
     PeerReading reading;
     ClockEstimate clock;  // of another machine
-    std::int64_t clock_told_ns = 0;
+    std::int64_t clock_published_ns = 0;
     // The newest heartbeats to it: their stamp, which its echo names, and when each left for this peer.
     std::array<std::pair<std::int64_t, std::int64_t>, 16> heartbeats_sent{};
     std::size_t num_heartbeats_sent = 0;
   };
 
-  struct Asked {
+  struct OwnerRequest {
     std::uint64_t instance = 0;
     std::int64_t sent_ns = 0;
     bool has_answered = false;
@@ -78,11 +80,11 @@ class BusThread {
   struct OpenCall {
     ParameterCall call;
     std::int64_t created_ns = 0;
-    std::map<std::string, Asked> asked;  // by the peer's name
-    ParameterAck result;                 // of a call that somebody waits for
+    std::map<std::string, OwnerRequest> requests;  // by the peer's name
+    ParameterAck result;                           // of a SetParameter call
   };
 
-  // A request that this node was asked, kept for its repetitions.
+  // A request that this node received; kept to answer its repetitions.
   struct Served {
     std::string routing;
     bool is_answered = false;
@@ -99,7 +101,7 @@ class BusThread {
   void AddPeer(const oos::NodeRecord& record, std::uint32_t restarts);
   void FenceOff(std::uint64_t instance);
   void TakeFence(const std::string& why);
-  void AskForRoster();
+  void RequestRoster();
   void UpdateSenders();
 
   // bus_thread.cpp: heartbeats, clocks, liveness.
@@ -113,23 +115,23 @@ class BusThread {
   void SendUnreliably(const Peer& peer, const oos::Control& control);
   void AnswerClock(const oos::Heartbeat& heartbeat, std::int64_t received_ns);
   void TakeClockEcho(const oos::ClockEcho& echo, std::int64_t received_ns);
-  void TellClock(Peer& peer, std::int64_t now);
+  void PublishClock(Peer& peer, std::int64_t now);
   void Lose(Peer& peer, bool has_left);
   void CheckLiveness();
   void Announce(const std::string& name, const std::string& detail);
   PeerStatus& StatusOf(const Peer& peer) { return core_->peers[peer.record.name()]; }
 
-  // latest_ways.cpp: readers of LATEST, and the way to them.
+  // latest_ways.cpp: readers of LATEST, and the detour by ZeroMQ.
   void UpdateSubscribers();
   void DrainDetours();
   bool TakeDetoured(std::span<const std::uint8_t> bytes);
 
-  // reliable_reader.cpp: what this node reads by STATE and EVENT.
+  // reliable_reader.cpp: the reading end of STATE and EVENT.
   bool ReadsFrom(const Peer& peer) const;
   void MaintainReading();
   void Subscribe(Peer& peer, bool wants_state, bool wants_events);
   void AddReadings(const Peer& peer, google::protobuf::RepeatedPtrField<oos::Reading>* readings);
-  void AskForMissing(Peer& peer);
+  void RequestMissing(Peer& peer);
   void ReceiveFromPeer(Peer& peer);
   void TakeSubscribeAck(Peer& peer, const oos::SubscribeAck& ack);
   void TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot);
@@ -144,13 +146,13 @@ class BusThread {
   std::uint64_t EventPlace(const Peer& peer);
   bool SendToPeer(Peer& peer, const oos::Control& control);
 
-  // reliable_writer.cpp: who reads from this node by STATE and EVENT.
+  // reliable_writer.cpp: the writing end of STATE and EVENT.
   void ReceiveFromRouter();
   void TakeSubscribe(const std::string& routing, const oos::Subscribe& subscribe);
   void TakeReading(const oos::Reading& reading, std::uint64_t instance);
   void RewindEvents(Subscription& subscription, std::uint64_t place);
   bool AckSubscription(const std::string& routing, const Subscription& subscription);
-  void AskHowFar(const std::string& routing, Subscription* subscription, std::int64_t now_ns);
+  void RequestAcknowledgement(const std::string& routing, Subscription* subscription, std::int64_t now_ns);
   void SendSnapshot(const std::string& routing, Subscription& subscription);
   void TakeEventAck(const std::string& routing, const oos::EventAck& ack);
   void Evict(const std::string& routing, Subscription& subscription, const std::string& why);
@@ -175,14 +177,14 @@ class BusThread {
   void SendReplies();
   void OpenParameterCall(const ParameterCall& call);
   void ServeCalls();
-  void AskOwners(OpenCall& open);
+  void CallOwners(OpenCall& open);
   bool SendRequest(const ParameterCall& call, Peer& owner);
   void TakeReply(const Peer& peer, const oos::ParameterReply& reply);
   void AnswerCall(OpenCall& open, const std::string& owner, const oos::ParameterReply& reply);
 
   NodeCore* core_;
   zmq::context_t context_{1};
-  Gate gate_;  // closed before the context is
+  Gate gate_;  // closed before context_
   zmq::socket_t router_;
   zmq::socket_t registry_;
   std::string router_endpoint_;
@@ -192,17 +194,17 @@ class BusThread {
 
   std::map<std::string, Peer> peers_;  // by name
   std::set<std::uint64_t> gone_;       // instances that said goodbye
-  std::set<std::uint64_t> fenced_;     // instances whose place another has taken
+  std::set<std::uint64_t> fenced_;     // instances that another has replaced
   bool is_fenced_ = false;             // this one
   std::string machine_id_;
   std::uint64_t roster_version_ = 0;
   std::int64_t next_heartbeat_ns_ = 0;
   std::int64_t next_hello_ns_ = 0;
-  std::size_t next_topic_told_ = 0;
-  std::size_t next_span_told_ = 0;
-  std::size_t next_account_told_ = 0;
+  std::size_t next_topic_ = 0;
+  std::size_t next_span_ = 0;
+  std::size_t next_account_ = 0;
   bool are_subscribers_outdated_ = true;
-  bool is_connecting_ = false;  // a subscription waits for its connection
+  bool is_connecting_ = false;  // a SUBSCRIBE waits for its connection
   EventLog event_log_;
   std::uint64_t own_state_version_ = 0;
   std::map<std::uint32_t, std::uint64_t> own_counts_;                        // changes of each STATE topic

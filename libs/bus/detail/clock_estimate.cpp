@@ -7,8 +7,8 @@
 namespace bus::detail {
 namespace {
 
-constexpr std::int64_t kBucket_ns = 500'000'000;  // the fit takes the best sample of each
-constexpr int kMinBuckets = 4;
+constexpr std::int64_t kBucket_ns = 500'000'000;  // of the fit, which takes the best sample of each: ten heartbeats
+constexpr int kMinBuckets = 4;                    // for a slope: 2 s of heartbeats
 
 }  // namespace
 
@@ -17,7 +17,7 @@ bool ClockEstimate::Add(const ClockExchange& exchange) {
   const std::int64_t held = exchange.peer_sent_ns - exchange.peer_received_ns;
   const double slack = kMaxDrift * static_cast<double>(std::max<std::int64_t>(span, 0));
   if (span < 0 || held < 0 || static_cast<double>(held - span) > slack) return false;
-  // Differences first: clocks count from whenever, and their sum need not fit.
+  // Differences first: the clocks have arbitrary origins, and a sum of two stamps may overflow.
   const std::int64_t there = exchange.peer_received_ns - exchange.sent_ns;
   const std::int64_t back = exchange.peer_sent_ns - exchange.received_ns;
   Sample sample;
@@ -49,7 +49,8 @@ ClockEstimate::Interval ClockEstimate::Intersect(std::int64_t time_ns) const {
   return all;
 }
 
-// Weighted least squares over the best sample of each bucket, weight 1/bound^2. Too few: the best of all, and no slope.
+// Weighted least squares over the best sample of each bucket, weight 1/bound^2. With fewer than kMinBuckets: the best
+// sample of all, and slope 0.
 ClockEstimate::Line ClockEstimate::Fit() const {
   const Sample& last = newest();
   double weight = 0.0, sum_t = 0.0, sum_o = 0.0, sum_tt = 0.0, sum_to = 0.0;

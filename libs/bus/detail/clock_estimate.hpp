@@ -6,7 +6,7 @@
 
 namespace bus::detail {
 
-// One exchange with a peer, after NTP [RFC 5905, section 8]. Each pair of stamps is of one clock.
+// One exchange with a peer, as in NTP [RFC 5905, section 8]. t1 and t4 are of our clock, t2 and t3 of the peer's.
 struct ClockExchange {
   std::int64_t sent_ns = 0;           // t1, ours
   std::int64_t peer_received_ns = 0;  // t2, the peer's
@@ -16,13 +16,13 @@ struct ClockExchange {
 
 struct ClockReading {
   std::int64_t offset_ns = 0;  // peer's clock minus ours
-  std::int64_t bound_ns = 0;   // the true offset is within offset_ns +- bound_ns; kUnknownBound_ns: nothing is known
-  double drift_ppm = 0.0;      // of the peer's clock against ours, fitted; only an estimate
+  std::int64_t bound_ns = 0;   // the true offset is within offset_ns +- bound_ns; kUnknownBound_ns: unknown
+  double drift_ppm = 0.0;      // of the peer's clock against ours, fitted; an estimate without bound
 };
 constexpr std::int64_t kUnknownBound_ns = INT64_MAX;
 
-// Quartz is within 100 ppm, and NTP slews it by some more: two clocks are taken to differ in rate by no more than this.
-// A violation shows, as intervals that contradict each other, and starts the estimate anew.
+// Assumed limit of the difference in rate between two clocks [s/s]: quartz is within 100 ppm, and NTP slews by up to
+// 500 ppm. A violation shows as intervals without intersection, and restarts the estimate.
 constexpr double kMaxDrift = 5e-4;
 
 // Offset of a peer's clock with a bound that holds whatever the path does.
@@ -34,15 +34,15 @@ constexpr double kMaxDrift = 5e-4;
 //   ((t2 - t1) + (t3 - t4)) / 2 = (d1 - d2) / 2 + (theta(s2) + theta(s3)) / 2
 //   rtt = (t4 - t1) - (t3 - t2) = d1 + d2 - (theta(s3) - theta(s2))
 //
-// so the left side of the second line differs from theta(t4) by at most rtt/2 + rho (s3 - s2)/2 + rho (t4 - s2), hence
-// by
+// so the left side of the second line differs from theta(t4) by at most rtt/2 + rho (s3 - s2)/2 + rho (t4 - s2), that
+// is by at most
 //
 //   rtt/2 + 3/2 rho (t4 - t1),                                                                                   (1)
 //
-// and by rho (t - t4) more at a later t. Every exchange gives such an interval; all hold at once, so theta lies in
-// their intersection. Those with the smallest round trip are the narrow ones: the intersection is the minimum filter of
-// NTP with a proof. Within it the estimate follows a line fitted to the best exchange of each half second, which takes
-// the drift out; where the line leaves the intersection it is cut.
+// and by rho (t - t4) more at a later t. Every exchange gives such an interval, and theta lies in the intersection of
+// all. Exchanges with a short round trip give the narrow intervals, so the intersection is NTP's minimum filter with a
+// proven bound. Within it the estimate follows a line fitted to the best exchange of each half second, which removes
+// the drift; where the line leaves the intersection, the estimate is clamped to it.
 class ClockEstimate {
  public:
   // Exchanges that contradict causality (a negative round trip) are refused: false.
@@ -58,10 +58,10 @@ class ClockEstimate {
     double bound_ns = 0.0;  // by (1)
   };
   struct Interval {
-    double low = 0.0, high = 0.0;  // of the offset, against the newest sample's
+    double low = 0.0, high = 0.0;  // of the offset, relative to the newest sample's
   };
   struct Line {
-    double offset_ns = 0.0;  // against the newest sample's, at its time
+    double offset_ns = 0.0;  // relative to the newest sample's, at its time
     double slope = 0.0;
   };
   [[nodiscard]] const Sample& newest() const { return samples_[(next_ + kWindow - 1) % kWindow]; }

@@ -16,13 +16,13 @@ namespace bus::detail {
 
 constexpr std::size_t kMaxMessageBytes = std::size_t{8} << 20;
 
-// The bus's own messages: an envelope with one oos.Control. Not real-time.
+// Messages of the bus protocol itself: an envelope with one oos.Control. Not real-time.
 std::vector<std::uint8_t> EncodeControl(const Identity& identity, TopicClass topic_class, const oos::Control& control);
 
-// False when the bytes are too many, damaged, of another session, or no oos.Control.
+// False: too long, damaged, of another session, or not an oos.Control.
 bool DecodeControl(std::span<const std::uint8_t> bytes, std::uint64_t session, oos::Control* control);
 
-// Class of the message that is inside.
+// The class by which such a message travels.
 TopicClass ClassOf(const oos::Control& control);
 
 }  // namespace bus::detail

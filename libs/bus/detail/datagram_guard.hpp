@@ -9,13 +9,13 @@
 
 namespace bus::detail {
 
-constexpr std::size_t kMaxHeartbeatBytes = 1472;  // one Ethernet frame
+constexpr std::size_t kMaxHeartbeatBytes = 1472;  // fits one Ethernet frame: 1500 - 20 (IP) - 8 (UDP)
 
-// Both UDP sockets of one node: what they seal with, whom they take datagrams from, and what they refused. The bus
-// thread learns keys and peers; the step thread takes them over without a lock.
+// Seals and opens the datagrams of one node's two UDP sockets: keys, accepted senders and counts of refusals. The bus
+// thread sets keys and senders; the step thread takes them over without a lock.
 class DatagramGuard {
  public:
-  // Not sealed: only when the node was told so explicitly.
+  // `is_sealed` false only where NodeOptions::is_encrypted is false.
   DatagramGuard(std::uint64_t session, bool is_sealed)
       : is_sealed_(is_sealed),
         data_opener_(session, is_sealed),
@@ -23,13 +23,13 @@ class DatagramGuard {
 
   [[nodiscard]] bool is_sealed() const { return is_sealed_; }
 
-  // --- Bus thread. The session key first, once; it is the same from a registry that was started again. Nothing is sent
-  // before: a node learns its readers with the key.
+  // --- Bus thread. The session key comes first, once; a restarted registry gives the same one. Nothing is sent before,
+  // because a node learns its readers together with the key.
   void SetSessionKey(const SessionKey& key, std::uint64_t own_instance);
   [[nodiscard]] bool has_session_key() const { return has_session_key_; }
-  [[nodiscard]] KnownSender Know(std::uint32_t node, std::uint64_t instance) const;  // with the key that it seals with
+  [[nodiscard]] KnownSender Know(std::uint32_t node, std::uint64_t instance) const;  // with its sealing key
   void SetSenders(const KnownSenders& senders);
-  // A heartbeat that is ready but for its seal.
+  // Seals a complete heartbeat.
   void SealControl(std::vector<std::uint8_t>* datagram) noexcept;
   Refusal OpenControl(std::span<std::uint8_t> datagram, Envelope* envelope,
                       std::span<const std::uint8_t>* payload) noexcept;

@@ -9,18 +9,18 @@
 
 #include "bus/detail/encode.hpp"
 
-// Bytes to messages, by their fields (core/messages/fields.hpp): what protobuf's library reads, too, and what fits the
-// struct. All of it is checked before anything of the message is written. What a message does not hold is zero,
-// whatever the struct begins with; fields of later versions are skipped.
+// Decodes messages by their fields (core/messages/fields.hpp). Accepts what protobuf's library accepts and the struct
+// can hold. All bytes are checked before the message is written. Fields that are absent become zero, whatever the
+// struct's defaults; unknown fields are skipped.
 namespace bus::detail {
 
 template <class M>
 bool DecodeMessage(std::span<const std::uint8_t> in, bool is_first, M* message);
 
-// What came for a field F, until the whole message is known to be sound.
-//   Take     false: it is another field. May set *is_sound to false.
-//   IsSound  the value is complete; `message` is what has come in other parts
-//   Store    into the message
+// Holds the value of a field F until the whole message has proven sound.
+//   Take     false: the bytes are of another field. May set *is_sound to false.
+//   IsSound  whether the value is complete; `message` has what other parts brought
+//   Store    writes it into the message
 template <class F>
 struct Slot;
 
@@ -60,7 +60,7 @@ struct Slot<F> {
   bool Take(const WireField& field, bool* is_sound) {
     constexpr std::size_t kBytesEach = sizeof(numbers[0]);
     if (field.Is(F::kNumber, kBytes)) {
-      if (count == 0 && field.bytes.size() == sizeof(numbers)) {  // as a rule it comes whole
+      if (count == 0 && field.bytes.size() == sizeof(numbers)) {  // usually in one piece
         std::memcpy(numbers.data(), field.bytes.data(), sizeof(numbers));
         count = numbers.size();
         return true;
@@ -136,10 +136,10 @@ requires(!IsNumberField<F> && !IsCompoundField<F> && !IsTextField<F> && !F::kIsL
   }
 };
 
-// --- Lists: their columns are counted and checked as they come, and read again once all of them are sound. As a rule a
-// column comes in one piece, which is remembered.
+// --- Lists: the columns are counted and checked first, and read in a second pass once all are sound. Usually a column
+// comes in one piece, which is remembered.
 
-// Whether it is the field of a column, packed or not.
+// Whether the field is of column C, packed or not.
 template <class C>
 bool IsOf(const WireField& field) {
   return field.number == C::kNumber && (field.type == kBytes || field.type == std::uint32_t{TypeOf(C::kWire)});
@@ -186,7 +186,7 @@ class ColumnFiller {
  public:
   ColumnFiller(Items* items, std::size_t first) : items_(items), at_(first) {}
 
-  // False: it is not of this column.
+  // False: the field is of another column.
   bool Take(const WireField& field) {
     if (!IsOf<C>(field)) return false;
     if constexpr (C::kWire == Wire::kString) {
@@ -209,7 +209,7 @@ class ColumnFiller {
   }
   void TakeBytes(std::span<const std::uint8_t> left) {
     auto* const bytes = reinterpret_cast<std::uint8_t*>(numbers_.data());
-    while (num_bytes_ == 0 && left.size() >= sizeof(numbers_)) {  // as a rule whole items come
+    while (num_bytes_ == 0 && left.size() >= sizeof(numbers_)) {  // usually whole items
       std::memcpy(bytes, left.data(), sizeof(numbers_));
       left = left.subspan(sizeof(numbers_));
       Assign(numbers_, &C::Of((*items_)[at_++]));
@@ -227,7 +227,7 @@ class ColumnFiller {
 
   Items* items_;
   std::size_t at_;
-  typename Unfinished<typename C::Type>::Type numbers_{};  // of an item that has come in part
+  typename Unfinished<typename C::Type>::Type numbers_{};  // of an item split over two pieces
   std::size_t num_bytes_ = 0;
 };
 
@@ -263,7 +263,7 @@ requires(F::kIsList) struct Slot<F> {
                       kColumns);
   }
 
-  // A part's items lie inside the list whose whole size it says, and each has all of its values.
+  // A part's items must lie within the total size that it declares, and each must have all of its values.
   template <class M>
   [[nodiscard]] bool IsSound(const M& message, bool is_first) const {
     std::size_t i = 0;

@@ -7,7 +7,7 @@
 
 #include "bus/detail/values.hpp"
 
-// Messages to bytes, by their fields (core/messages/fields.hpp): byte for byte what protobuf's library writes.
+// Encodes messages by their fields (core/messages/fields.hpp): byte for byte what protobuf's library writes.
 namespace bus::detail {
 
 struct Range {
@@ -24,7 +24,7 @@ constexpr std::size_t CountLists(const std::tuple<F...>&) {
 template <class M>
 constexpr std::size_t kNumLists = CountLists(core::FieldsOf<M>::kAll);
 
-// What one part of a message holds of each list.
+// The range of each list that one part of a message holds.
 template <class M>
 using Part = std::array<Range, kNumLists<M>>;
 
@@ -68,7 +68,7 @@ constexpr std::size_t TagBytes(std::uint32_t number) {
   return VarintBytes(std::uint64_t{number} << 3);
 }
 
-// Most bytes of all that is not an item of a list; a length of a packed array takes 2 within a datagram.
+// Upper bound of the bytes of everything but list items; a packed array's length takes at most 2 within a datagram.
 template <class M>
 constexpr std::size_t MaxBytesBesideItems() {
   std::size_t bytes = 0;

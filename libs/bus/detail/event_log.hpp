@@ -5,10 +5,10 @@
 
 namespace bus::detail {
 
-// The last events of a writer, encoded, numbered from 1: what a reader that lost some is sent again.
+// The newest kKept events of a writer, encoded and numbered from 1, for retransmission.
 class EventLog {
  public:
-  static constexpr std::uint64_t kKept = 4096;
+  static constexpr std::uint64_t kKept = 4096;  // four credits of a reader; 4 s at 1000 events per second
 
   // `bytes` holds event newest() + 1.
   void Append(std::vector<std::uint8_t> bytes) {

@@ -13,7 +13,7 @@ constexpr const char* kAllowListEndpoint = "inproc://zeromq.zap.01";
 constexpr const char* kDomain = "bus";
 constexpr std::size_t kQuestionFrames = 7;  // version, request, domain, address, identity, mechanism, key
 
-// All frames of one message; empty: none waits.
+// All frames of one message; empty: none has arrived.
 std::vector<zmq::message_t> ReceiveAll(zmq::socket_t* socket) {
   std::vector<zmq::message_t> frames;
   do {
@@ -82,7 +82,7 @@ zmq::socket_t Gate::Watch(zmq::socket_t* socket, int events) {
   if (zmq_socket_monitor(socket->handle(), endpoint.c_str(), events) != 0) throw zmq::error_t();
   zmq::socket_t monitor(*context_, zmq::socket_type::pair);
   monitor.set(zmq::sockopt::linger, 0);
-  monitor.set(zmq::sockopt::rcvhwm, 0);  // an event that is lost would spoil the count
+  monitor.set(zmq::sockopt::rcvhwm, 0);  // unlimited: a lost event would falsify the count
   monitor.connect(endpoint);
   return monitor;
 }
@@ -110,7 +110,7 @@ std::string Gate::KeyNameOf(zmq::message_t& message) {
   return name == nullptr ? std::string() : std::string(name);
 }
 
-// libzmq asks whether a key that its owner has proven may come in; the answer carries the name that goes with it.
+// libzmq sends each proven key as a ZAP request; the answer admits or refuses it, and carries the name of the key.
 void Gate::ServeAllowList() {
   for (;;) {
     const std::vector<zmq::message_t> question = ReceiveAll(&allow_list_);
@@ -138,7 +138,7 @@ void Gate::ServeListener(Listener* listener) {
   for (;;) {
     const std::vector<zmq::message_t> frames = ReceiveAll(&listener->monitor);
     if (frames.empty()) return;
-    // u16 event, u32 value: the socket, where there is one.
+    // Frame 1: u16 event, u32 value (the file descriptor, where there is one).
     std::uint16_t event = 0;
     std::int32_t value = 0;
     if (frames[0].size() != sizeof(event) + sizeof(value)) continue;
@@ -172,7 +172,7 @@ void Gate::TakeEvent(Listener* listener, std::uint16_t event, int fd) {
       if (found != in_handshake.end()) {
         in_handshake.erase(found);
         CountRefused();
-      } else if (listener->has_failed) {  // taken for a good one: it was another
+      } else if (listener->has_failed) {  // its handshake was assumed to have succeeded
         if (!in_handshake.empty()) in_handshake.erase(in_handshake.begin());
         CountRefused();
       }

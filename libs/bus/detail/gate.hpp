@@ -13,29 +13,31 @@
 
 namespace bus::detail {
 
-// What a listening socket is protected by.
-constexpr int kHandshakeLimit_ms = 3'000;    // a connection that has not proven its key by then is closed
-constexpr std::size_t kMaxConnections = 64;  // of one listener, those in their handshake included
-constexpr std::int64_t kMaxFrameBytes = std::int64_t{16} << 20;  // the connection of a larger one is closed
+// Limits that protect a listening socket.
+constexpr int kHandshakeLimit_ms = 3'000;  // until a connection has proven its key; otherwise it is closed
+constexpr std::size_t kMaxConnections =
+    64;  // of one listener, handshakes included; a run needs one for each of its five nodes and each tool
+constexpr std::int64_t kMaxFrameBytes = std::int64_t{16}
+                                        << 20;  // twice kMaxMessageBytes; a larger frame closes its connection
 
-// Limits of a socket that connects, and CURVE where there are keys. Before connect; throws zmq::error_t. Who connects
-// lets nobody in, so that is all it needs.
+// Sets limits, and CURVE where there are keys, on a socket that connects. Before connect; throws zmq::error_t. A
+// connecting socket accepts nobody, so it needs no allow-list.
 void GuardConnection(zmq::socket_t* socket, const std::optional<Keys>& keys, const std::string& server_key);
 
-// Guards the ZeroMQ sockets of one context: CURVE on every link, the allow-list (a ZAP handler [ZeroMQ RFC 27], without
-// which libzmq lets every key in), the limits above, and the count of connections that were refused. All calls from the
-// thread that owns the sockets; refused() from any. Without keys only the limits are set.
+// Guards the ZeroMQ sockets of one context: CURVE on every link, the allow-list (a ZAP handler [ZeroMQ RFC 27]; without
+// one libzmq accepts every key), the limits above, and a count of refused connections. All calls from the thread that
+// owns the sockets; refused() from any. Without keys only the limits apply.
 class Gate {
  public:
-  // First of all. `keys` outlives the gate. Throws zmq::error_t, as the next three do.
+  // Before every other call. `keys` outlives the gate. Throws zmq::error_t, as the next three do.
   void Open(zmq::context_t* context, const std::optional<Keys>& keys);
   void GuardListener(zmq::socket_t* socket);                                         // before bind
   void GuardConnection(zmq::socket_t* socket, const std::string& server_key) const;  // before connect
-  // As GuardConnection; trouble() then tells why it does not come about.
+  // As GuardConnection; if it fails, trouble() gives the reason.
   void GuardWatchedConnection(zmq::socket_t* socket, const std::string& server_key);
 
   void AddPollItems(std::vector<zmq::pollitem_t>* items);
-  void Serve();  // does what waits, without waiting
+  void Serve();  // handles what has arrived; does not block
   void Close();  // after the guarded sockets
 
   // Connections that were closed before they had proven their key, or over the limit.
@@ -46,14 +48,14 @@ class Gate {
   [[nodiscard]] static std::string KeyNameOf(zmq::message_t& message);
 
  private:
-  // Connections of one listener. A handshake's success does not tell which connection it was, so the oldest is taken,
-  // and a failure told afterwards of a connection that was taken for a good one puts that right: the count is exact as
-  // soon as as many have ended as have failed.
+  // Connections of one listener. libzmq reports a successful handshake without its socket, so the oldest connection is
+  // assumed; a later failure of that connection corrects the assumption. The count of refusals is exact once every
+  // failed connection has ended.
   struct Listener {
     zmq::socket_t monitor;
     std::vector<int> in_handshake;  // sockets, oldest first
     std::set<int> open;
-    bool has_failed = false;  // the next that ends has failed
+    bool has_failed = false;  // the next one that ends counts as failed
   };
 
   zmq::socket_t Watch(zmq::socket_t* socket, int events);
@@ -66,7 +68,7 @@ class Gate {
 
   zmq::context_t* context_ = nullptr;
   const std::optional<Keys>* keys_ = nullptr;
-  zmq::socket_t allow_list_;  // answers libzmq's questions
+  zmq::socket_t allow_list_;  // answers libzmq's ZAP requests
   std::vector<Listener> listeners_;
   zmq::socket_t watched_;
   std::string trouble_;

@@ -46,7 +46,7 @@ void LatestSender::SetReaders(const Subscribers& readers) {
   list = readers;
   for (Subscriber& reader : list) {
     auto slot = std::find(slots.begin(), slots.end(), reader.instance);
-    // A reader that was away finds its account again, unless others needed the slot.
+    // A reader that returns finds its account again, unless others needed the slot.
     if (slot == slots.end()) slot = std::find(slots.begin(), slots.end(), std::uint64_t{0});
     if (slot == slots.end()) slot = std::find_if_not(slots.begin(), slots.end(), reads);
     *slot = reader.instance;
@@ -75,7 +75,7 @@ std::uint64_t LatestSender::SendToAll(const Subscribers& readers, std::span<cons
     *datagrams += static_cast<int>(readers.size());
     return 0;
   }
-  // One datagram for all who are in the group.
+  // One datagram for all members of the group.
   const bool has_group = std::any_of(readers.begin(), readers.end(), [](const Subscriber& r) { return r.is_in_group; });
   const bool is_grouped = has_group && socket->Send(group, datagram.data(), datagram.size());
   *datagrams += is_grouped ? 1 : 0;
@@ -139,7 +139,7 @@ int TypedSender<M>::Send(M* message) noexcept {
   const int parts = codec_.NumParts(*message, budget);
   envelope.num_parts = static_cast<std::uint8_t>(parts);
   std::array<std::uint8_t, kMaxDatagramBytes> bytes;
-  std::uint64_t missed = 0;  // bit per reader that did not get every part
+  std::uint64_t missed = 0;  // bit per reader for which the socket refused a part
   int datagrams = 0;
   for (int part = 0; part < parts; ++part) {
     envelope.part = static_cast<std::uint8_t>(part);
@@ -155,7 +155,7 @@ int TypedSender<M>::Send(M* message) noexcept {
 
 // --- Receiving
 
-// Stamps are shown by this machine's clock; of a clock that is not known, none is.
+// Converts the stamps to this machine's clock; removes them when the writer's clock is not known.
 void ToOwnClock(std::int64_t offset_ns, core::Header* header) noexcept {
   if (offset_ns == kUnknownClock) {
     header->publish_ns = 0;
@@ -180,7 +180,7 @@ void LatestReceiver::Publish() noexcept {
 
 namespace {
 
-// What of first .. last lies outside of what the tracker has accounts for.
+// How many of first .. last lie outside of the range that the tracker accounts for.
 std::uint64_t Unseen(std::uint64_t first, std::uint64_t last, std::uint64_t seen_first, std::uint64_t seen_newest) {
   if (first == 0 || last < first) return 0;
   if (seen_newest == 0) return last - first + 1;
@@ -190,14 +190,14 @@ std::uint64_t Unseen(std::uint64_t first, std::uint64_t last, std::uint64_t seen
 
 }  // namespace
 
-// What is left open of the lives before the new one is closed: the one that was read, and one of which nothing came.
+// Closes the accounts of the earlier lives: the one that was read, and one of which nothing arrived.
 void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
   std::uint64_t unseen = 0;
-  for (const Told& told : told_) {
-    const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
-    if (told_boot == 0 || told_boot < boot || told_boot >= new_boot) continue;
-    unseen += Unseen(told.first.load(std::memory_order_relaxed), told.last.load(std::memory_order_relaxed),
-                     tracker.first(), told_boot == boot ? tracker.newest() : 0);
+  for (const WriterReport& report : reported_) {
+    const std::uint64_t reported_boot = report.boot.load(std::memory_order_acquire);
+    if (reported_boot == 0 || reported_boot < boot || reported_boot >= new_boot) continue;
+    unseen += Unseen(report.first.load(std::memory_order_relaxed), report.last.load(std::memory_order_relaxed),
+                     tracker.first(), reported_boot == boot ? tracker.newest() : 0);
   }
   past_.meant += unseen + (tracker.newest() == 0 ? 0 : tracker.newest() - tracker.first() + 1);
   past_.received += tracker.received();
@@ -210,14 +210,16 @@ void LatestReceiver::Restart(std::uint64_t new_boot) noexcept {
   Publish();
 }
 
-void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last,
-                          std::uint64_t instance) noexcept {
-  Told& older =
-      told_[told_[0].boot.load(std::memory_order_relaxed) <= told_[1].boot.load(std::memory_order_relaxed) ? 0 : 1];
-  Told& newer = &older == told_.data() ? told_[1] : told_[0];
+void LatestReceiver::TakeReport(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last,
+                                std::uint64_t instance) noexcept {
+  WriterReport& older =
+      reported_[reported_[0].boot.load(std::memory_order_relaxed) <= reported_[1].boot.load(std::memory_order_relaxed)
+                    ? 0
+                    : 1];
+  WriterReport& newer = &older == reported_.data() ? reported_[1] : reported_[0];
   const std::uint64_t newest_boot = newer.boot.load(std::memory_order_relaxed);
   if (writer_boot < newest_boot) return;  // overtaken on the way
-  if (writer_boot > newest_boot) {        // the earlier life says no more
+  if (writer_boot > newest_boot) {        // the earlier life reports no more
     Settle();
     older.boot.store(0, std::memory_order_release);
     older.first.store(first, std::memory_order_relaxed);
@@ -227,25 +229,26 @@ void LatestReceiver::Tell(std::uint64_t writer_boot, std::uint64_t first, std::u
     older.boot.store(writer_boot, std::memory_order_release);
     return;
   }
-  const std::uint64_t told_last = newer.last.load(std::memory_order_relaxed);
-  if (last < told_last) return;  // overtaken on the way
-  newer.settled.store(told_last, std::memory_order_relaxed);
+  const std::uint64_t reported_last = newer.last.load(std::memory_order_relaxed);
+  if (last < reported_last) return;  // overtaken on the way
+  newer.settled.store(reported_last, std::memory_order_relaxed);
   newer.first.store(first, std::memory_order_relaxed);
   newer.last.store(last, std::memory_order_relaxed);
 }
 
 void LatestReceiver::Settle() noexcept {
-  for (Told& told : told_) told.settled.store(told.last.load(std::memory_order_relaxed), std::memory_order_relaxed);
+  for (WriterReport& report : reported_)
+    report.settled.store(report.last.load(std::memory_order_relaxed), std::memory_order_relaxed);
 }
 
 std::uint64_t LatestReceiver::UnseenOfOpenLives(const Seen& seen,
-                                                std::atomic<std::uint64_t> Told::*last) const noexcept {
+                                                std::atomic<std::uint64_t> WriterReport::*last) const noexcept {
   std::uint64_t unseen = 0;
-  for (const Told& told : told_) {
-    const std::uint64_t told_boot = told.boot.load(std::memory_order_acquire);
-    if (told_boot == 0 || told_boot < seen.boot) continue;
-    unseen += Unseen(told.first.load(std::memory_order_relaxed), (told.*last).load(std::memory_order_relaxed),
-                     seen.first, told_boot == seen.boot ? seen.newest : 0);
+  for (const WriterReport& report : reported_) {
+    const std::uint64_t reported_boot = report.boot.load(std::memory_order_acquire);
+    if (reported_boot == 0 || reported_boot < seen.boot) continue;
+    unseen += Unseen(report.first.load(std::memory_order_relaxed), (report.*last).load(std::memory_order_relaxed),
+                     seen.first, reported_boot == seen.boot ? seen.newest : 0);
   }
   return unseen;
 }
@@ -253,10 +256,10 @@ std::uint64_t LatestReceiver::UnseenOfOpenLives(const Seen& seen,
 LatestCounts LatestReceiver::Counts() const noexcept {
   const Seen seen = seen_.Read();
   LatestCounts counts;
-  counts.meant = seen.past.meant + seen.present.meant + UnseenOfOpenLives(seen, &Told::last);
+  counts.meant = seen.past.meant + seen.present.meant + UnseenOfOpenLives(seen, &WriterReport::last);
   counts.received = seen.past.received + seen.present.received;
   counts.restored = seen.past.restored + seen.present.restored;
-  counts.dropped = seen.past.lost + seen.present.lost + UnseenOfOpenLives(seen, &Told::settled);
+  counts.dropped = seen.past.lost + seen.present.lost + UnseenOfOpenLives(seen, &WriterReport::settled);
   counts.reordered = seen.past.reordered + seen.present.reordered;
   counts.repeated = seen.past.repeated + seen.present.repeated;
   return counts;
@@ -264,17 +267,19 @@ LatestCounts LatestReceiver::Counts() const noexcept {
 
 LatestLife LatestReceiver::Life() const noexcept {
   const Seen seen = seen_.Read();
-  const Told& told =
-      told_[told_[0].boot.load(std::memory_order_acquire) > told_[1].boot.load(std::memory_order_acquire) ? 0 : 1];
+  const WriterReport& report =
+      reported_[reported_[0].boot.load(std::memory_order_acquire) > reported_[1].boot.load(std::memory_order_acquire)
+                    ? 0
+                    : 1];
   LatestLife life;
-  life.boot = told.boot.load(std::memory_order_acquire);
+  life.boot = report.boot.load(std::memory_order_acquire);
   if (life.boot == 0) return life;
-  life.instance = told.instance.load(std::memory_order_relaxed);
-  life.first = told.first.load(std::memory_order_relaxed);
-  life.last = told.last.load(std::memory_order_relaxed);
+  life.instance = report.instance.load(std::memory_order_relaxed);
+  life.first = report.first.load(std::memory_order_relaxed);
+  life.last = report.last.load(std::memory_order_relaxed);
   const bool is_seen = seen.boot == life.boot && seen.newest != 0;
   const std::uint64_t newest = is_seen ? seen.newest : 0;
-  const std::uint64_t settled = Unseen(life.first, told.settled.load(std::memory_order_relaxed), seen.first, newest);
+  const std::uint64_t settled = Unseen(life.first, report.settled.load(std::memory_order_relaxed), seen.first, newest);
   if (is_seen) {
     life.received = seen.present.received;
     life.restored = seen.present.restored;
@@ -325,7 +330,7 @@ Refusal TypedReceiver<M>::TakeNewer(const Envelope& envelope, std::span<const st
   const std::uint64_t sequence = envelope.header.sequence;
   const bool is_restart = envelope.boot > boot;
   const bool is_first = is_restart || sequence != staging_sequence_;
-  // Overtaken by a message that is not complete yet; lost when that one is.
+  // Older than a message that is being assembled; lost once that one is complete.
   if (!is_restart && sequence < staging_sequence_) return Refusal::kNone;
   M& staging = LatestAccess::Staging(&reader);
   if (!codec_.Decode(payload, is_first, &staging)) return Refusal::kBadSchema;
@@ -351,14 +356,14 @@ Refusal TypedReceiver<M>::TakeNewer(const Envelope& envelope, std::span<const st
 
 template <class M>
 void TypedReceiver<M>::TakeOlder(const Envelope& envelope, std::span<const std::uint8_t> payload) noexcept {
-  // Only a whole message can be told late or repeated; of one in parts that was overtaken the rest is not looked at.
+  // Only a message in one part is counted as late or repeated; the parts of an older split message are ignored.
   if (envelope.num_parts != 1) return;
   if (tracker.Take(envelope.header.sequence) == SequenceTracker::Verdict::kLate) Keep(envelope.header, payload);
 }
 
 template <class M>
 void TypedReceiver<M>::TakeEarlier(std::uint64_t sequence, std::span<const std::uint8_t> blocks) noexcept {
-  if (!reader.keeps_history()) return;  // it travels for another reader
+  if (!reader.keeps_history()) return;  // requested by another reader
   EarlierSample sample;
   while (NextEarlierSample(sequence, &blocks, &sample)) {
     if (tracker.IsMissing(sample.header.sequence) && Keep(sample.header, sample.payload)) {

@@ -32,6 +32,7 @@ struct Identity {
   std::uint64_t boot = 0;
 };
 
+// Readers of one LATEST topic: five nodes and some observers; fixed, so that sending never allocates.
 constexpr std::size_t kMaxSubscribers = 16;
 
 struct Subscriber {
@@ -39,41 +40,41 @@ struct Subscriber {
   std::uint64_t instance = 0;
   std::size_t slot = 0;  // of the sender's accounts
   bool wants_history = false;
-  bool is_in_group = false;  // gets what is sent to the session's multicast group
+  bool is_in_group = false;  // a member of the session's multicast group
 };
 using Subscribers = core::FixedVector<Subscriber, kMaxSubscribers>;
 
-// What a writer has meant for one reader: the messages first .. last, whatever became of them. Written by the thread
-// that sends.
+// What a writer has sent to one reader: the messages first .. last, whatever became of them. Written by the thread that
+// sends.
 struct SpanAccount {
-  std::atomic<std::uint64_t> instance{0};  // of the reader; 0: nobody yet
+  std::atomic<std::uint64_t> instance{0};  // of the reader; 0: none yet
   std::atomic<std::uint64_t> first{0};
   std::atomic<std::uint64_t> last{0};
 };
 
-// Whether a datagram says that it is of that node; nothing else of it is looked at.
+// Whether a datagram's envelope names that node as its sender; nothing else is checked.
 bool IsFromNode(std::uint32_t node, std::span<const std::uint8_t> datagram) noexcept;
 
-// A datagram on its way by ZeroMQ, to these instances (latest_ways.cpp).
+// A datagram sent by ZeroMQ instead of UDP, to these instances (latest_ways.cpp).
 struct DetouredDatagram {
   std::array<std::uint8_t, kMaxDatagramBytes> bytes;
   std::size_t size = 0;
   core::FixedVector<std::uint64_t, kMaxSubscribers> readers;
 };
 using Detour = SpscRing<DetouredDatagram>;
-constexpr std::size_t kDetourCapacity = 64;
+constexpr std::size_t kDetourCapacity = 64;  // 64 ms of a 1 kHz topic while the bus thread is held up
 
 struct LatestSender {
   LatestSender(std::string topic_name, MessageType message_type);
   virtual ~LatestSender() = default;
-  // Bus thread: who reads from now on; at most kMaxSubscribers. Sets their slots.
+  // Bus thread: the readers from now on; at most kMaxSubscribers. Sets their slots.
   void SetReaders(const Subscribers& readers);
 
   std::string topic;
   MessageType type;
   Envelope envelope;  // all but the header is set once
   const UdpSocket* socket = nullptr;
-  sockaddr_in group{};             // where readers in the session's multicast group are reached
+  sockaddr_in group{};             // address of the session's multicast group
   std::unique_ptr<Detour> detour;  // null: it goes by UDP
   int wake_fd = -1;                // of the bus thread, for the detour
   DatagramGuard* guard = nullptr;
@@ -89,7 +90,8 @@ struct LatestSender {
 
  protected:
   void CountFor(const Subscriber& reader) noexcept;
-  // To every reader. Returns a bit for each that it did not get away to; adds to *datagrams what was handed to sockets.
+  // To every reader. Returns a bit for each reader for which the socket refused it; adds the accepted ones to
+  // *datagrams.
   std::uint64_t SendToAll(const Subscribers& readers, std::span<const std::uint8_t> datagram, int* datagrams) noexcept;
 
  private:
@@ -107,14 +109,14 @@ struct TypedSender final : LatestSender {
   LatestCodec<M> codec_;
 };
 
-// Whenever nothing is on its way: meant = received + restored + dropped, for each writer and reader.
+// Whenever nothing is under way: meant = received + restored + dropped, for each writer and reader.
 struct LatestCounts {
-  std::uint64_t meant = 0;      // by the sequences that came and that the writer told
+  std::uint64_t meant = 0;      // by the sequences that arrived or that the writer reported
   std::uint64_t received = 0;   // each message once, late ones included
   std::uint64_t restored = 0;   // came with a later one's datagram only
-  std::uint64_t dropped = 0;    // lost on the way, or came too late to tell
-  std::uint64_t reordered = 0;  // came after a newer one
-  std::uint64_t repeated = 0;   // came again
+  std::uint64_t dropped = 0;    // lost on the way, or too late to be told from a duplicate
+  std::uint64_t reordered = 0;  // arrived after a newer one
+  std::uint64_t repeated = 0;   // duplicates
 };
 
 constexpr std::int64_t kUnknownClock = INT64_MIN;
@@ -128,12 +130,13 @@ struct LatestReceiver {
   virtual void ClearFresh() noexcept = 0;
   [[nodiscard]] virtual bool keeps_history() const noexcept = 0;
 
-  // Bus thread: what the writer says that it has meant for this reader.
-  void Tell(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last, std::uint64_t instance = 0) noexcept;
-  // Bus thread: the writer is gone and will tell no more. What it told and is not here counts as lost, until it comes.
+  // Bus thread: the writer reports that it has sent first .. last to this reader.
+  void TakeReport(std::uint64_t writer_boot, std::uint64_t first, std::uint64_t last,
+                  std::uint64_t instance = 0) noexcept;
+  // Bus thread: the writer is gone and reports no more. What it reported and is not here counts as lost until it comes.
   void Settle() noexcept;
   [[nodiscard]] LatestCounts Counts() const noexcept;  // any thread
-  // Of the writer's last life that it told of. Any thread.
+  // Of the writer's latest reported life. Any thread.
   [[nodiscard]] LatestLife Life() const noexcept;
 
   std::string topic;
@@ -152,28 +155,28 @@ struct LatestReceiver {
   void Restart(std::uint64_t new_boot) noexcept;
 
   SequenceTracker tracker;
-  std::uint64_t boot = 0;  // of the writer's life that is read
+  std::uint64_t boot = 0;  // of the life of the writer that is being read
 
  private:
   struct Tally {
     std::uint64_t meant = 0, received = 0, restored = 0, lost = 0, reordered = 0, repeated = 0;
   };
-  // Of the life of the writer that is read, and of all earlier ones together.
+  // Counts of the life of the writer that is being read, and of all earlier ones together.
   struct Seen {
     std::uint64_t boot = 0, first = 0, newest = 0;
     Tally present, past;
   };
   Tally past_;  // step thread
   Published<Seen> seen_;
-  // The writer's word, of its last two lives: what an earlier one meant and is not here is not forgotten when a later
-  // one speaks before its first message comes. `settled` is the last message that it told one heartbeat ago: by now it
-  // is here or lost.
-  struct Told {
+  // The writer's reports of its last two lives: when the later life reports before its first message arrives, losses at
+  // the end of the earlier one still count. `settled` is the last sequence reported one heartbeat ago: by now that
+  // message is here or lost.
+  struct WriterReport {
     std::atomic<std::uint64_t> boot{0}, first{0}, last{0}, settled{0}, instance{0};
   };
-  std::array<Told, 2> told_;
-  // Of the life that is read and of later ones: first .. told.*last, less what the tracker has accounts for.
-  std::uint64_t UnseenOfOpenLives(const Seen& seen, std::atomic<std::uint64_t> Told::*last) const noexcept;
+  std::array<WriterReport, 2> reported_;
+  // Over the life that is being read and later ones: first .. reported.*last, less what the tracker accounts for.
+  std::uint64_t UnseenOfOpenLives(const Seen& seen, std::atomic<std::uint64_t> WriterReport::*last) const noexcept;
 };
 
 struct LatestAccess {
@@ -189,7 +192,7 @@ struct LatestAccess {
   static M& Staging(LatestReader<M>* reader) {
     return reader->staging_;
   }
-  // Where a sample of that sequence is kept; null: nowhere.
+  // The slot of that sequence in the history; null: too old, or no history.
   template <class M>
   static M* Place(LatestReader<M>* reader, std::uint64_t sequence, std::uint64_t newest) {
     const std::size_t size = reader->history_.size();

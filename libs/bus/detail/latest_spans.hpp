@@ -10,8 +10,8 @@ namespace bus::detail {
 
 struct NodeCore;
 
-// What each LATEST writer has meant for each reader travels in heartbeats, a few spans at a time; so the reader knows
-// of messages that were lost before the first and after the last that it got.
+// The span of messages that each LATEST writer has sent to each reader travels in heartbeats, a few spans at a time. It
+// reveals to the reader losses before its first and after its last arrival.
 void AddLatestSpans(const NodeCore& core, std::size_t* next, oos::Heartbeat* heartbeat);
 void TakeLatestSpans(const oos::Heartbeat& heartbeat, NodeCore* core);
 

@@ -1,9 +1,9 @@
-// LATEST as far as the bus thread has to do with it: who reads what, and the detour by ZeroMQ of topics that are not to
-// go by UDP. A detoured datagram is the one that would have gone by UDP, sealed and numbered as ever:
+// The bus thread's part of LATEST: the readers of each topic, and the detour by ZeroMQ for NodeOptions::tcp_topics. A
+// detoured datagram is exactly the one that would have gone by UDP, sealed and numbered:
 //
 //   step thread --ring--> bus thread --ROUTER, DEALER--> the reader's bus thread --loopback--> its data socket
 //
-// so that the reader's step thread finds it where it finds all others, and checks and counts it in the same way.
+// so the reader's step thread receives, checks and counts it like all others.
 
 #include <algorithm>
 #include <cstring>
@@ -55,7 +55,7 @@ void BusThread::DrainDetours() {
         const std::uint64_t instance = peer.record.instance();
         const auto& readers = datagram->readers;
         if (std::find(readers.begin(), readers.end(), instance) == readers.end()) continue;
-        // What does not get through is a gap in the sequence, which its reader counts.
+        // One that does not get through is a sequence gap, which its reader counts.
         SendBytesToRouted(name + "#" + std::to_string(instance), {datagram->bytes.data(), datagram->size});
       }
       sender->detour->EndPop();
@@ -63,7 +63,7 @@ void BusThread::DrainDetours() {
   }
 }
 
-// False: it is none.
+// False: not a detoured datagram.
 bool BusThread::TakeDetoured(std::span<const std::uint8_t> bytes) {
   std::uint32_t magic = 0;
   if (bytes.size() < kEnvelopeFixedBytes || bytes.size() > kMaxDatagramBytes) return false;

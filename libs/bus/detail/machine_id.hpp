@@ -4,8 +4,8 @@
 
 namespace bus::detail {
 
-// Nodes with the same id share a kernel and its CLOCK_MONOTONIC: the kernel's boot id, or OOS_MACHINE_ID of the
-// environment, for machines that are made of namespaces of one kernel.
+// Nodes with the same id share a kernel, and so CLOCK_MONOTONIC: the kernel's boot id, or the environment variable
+// OOS_MACHINE_ID where namespaces of one kernel stand for several machines.
 std::string MachineId();
 
 }  // namespace bus::detail

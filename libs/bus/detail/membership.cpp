@@ -1,4 +1,4 @@
-// Who this node says it is, whom the registry says there is, and whom it lets in.
+// Membership: this node's HELLO, the registry's roster, and the admission of peers.
 
 #include <unistd.h>
 
@@ -71,7 +71,7 @@ bool BusThread::SendHello(bool is_goodbye) {
   }
 }
 
-// A routing id is the sender's own word, "<name>#<instance>"; its key is not.
+// A sender chooses its routing id, "<name>#<instance>", freely; its key is proven.
 bool BusThread::IsAdmitted(const std::string& routing, zmq::message_t& message) const {
   const std::size_t mark = routing.rfind('#');
   const std::uint64_t instance = mark == std::string::npos ? 0 : std::strtoull(routing.c_str() + mark + 1, nullptr, 10);
@@ -111,7 +111,7 @@ void BusThread::TakeRoster(const oos::Roster& roster) {
   roster_version_ = roster.version();
   for (const std::uint64_t instance : roster.fenced()) FenceOff(instance);
   for (const oos::NodeRecord& record : roster.nodes()) {
-    // A roster only ever adds: a registry that was started again does not know everybody yet.
+    // A roster only adds peers: a registry that was restarted does not know all of them yet.
     if (record.name() == core_->options.name || gone_.count(record.instance()) != 0) continue;
     if (fenced_.count(record.instance()) != 0) continue;
     const auto known = peers_.find(record.name());
@@ -128,7 +128,7 @@ void BusThread::TakeRoster(const oos::Roster& roster) {
   UpdateSenders();
 }
 
-// Another has taken its place. Under the same name the new one's record replaces it, see TakeRoster.
+// Another instance has replaced it. One of the same name also replaces its record, see TakeRoster.
 void BusThread::FenceOff(std::uint64_t instance) {
   if (instance == core_->instance || !fenced_.insert(instance).second) return;
   for (auto& [name, peer] : peers_) {
@@ -136,7 +136,7 @@ void BusThread::FenceOff(std::uint64_t instance) {
     Lose(peer, false);
     Announce("node_fenced", name);
     peer.dealer.close();
-    try {  // nothing of it is read any more
+    try {  // nothing from it is read any more
       peer.dealer = zmq::socket_t(context_, zmq::socket_type::dealer);
       peer.dealer.set(zmq::sockopt::linger, 0);
     } catch (const zmq::error_t&) {
@@ -145,7 +145,7 @@ void BusThread::FenceOff(std::uint64_t instance) {
   std::erase_if(subscriptions_, [instance](const auto& item) { return item.second.instance == instance; });
 }
 
-// This node is the one that was superseded, while it stood still or could not be heard. It sends nothing any more.
+// This node was superseded while it was suspended or cut off. It sends nothing any more.
 void BusThread::TakeFence(const std::string& why) {
   if (is_fenced_) return;
   is_fenced_ = true;
@@ -167,7 +167,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
     peer.dealer = zmq::socket_t(context_, zmq::socket_type::dealer);
     peer.dealer.set(zmq::sockopt::routing_id, core_->options.name + "#" + std::to_string(core_->instance));
     peer.dealer.set(zmq::sockopt::linger, 0);
-    peer.dealer.set(zmq::sockopt::immediate, true);  // nothing piles up for a peer that is gone
+    peer.dealer.set(zmq::sockopt::immediate, true);  // no queue grows for a peer that is gone
     peer.dealer.set(zmq::sockopt::reconnect_ivl, 20);
     peer.dealer.set(zmq::sockopt::reconnect_ivl_max, 500);
     gate_.GuardConnection(&peer.dealer, record.public_key());
@@ -186,7 +186,7 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
   status.restarts = restarts;
   if (IsElsewhere(peer)) status.clock_bound_ns = status.largest_clock_bound_ns = kUnknownBound_ns;
   if (const auto earlier = core_->peers.find(record.name()); earlier != core_->peers.end()) {
-    status.largest_clock_bound_ns = earlier->second.largest_clock_bound_ns;  // of the run, whatever its lives
+    status.largest_clock_bound_ns = earlier->second.largest_clock_bound_ns;  // over the whole run, restarts included
   }
   status.udp_endpoint = record.data_endpoint();
   status.router_endpoint = record.router_endpoint();
@@ -199,19 +199,19 @@ void BusThread::AddPeer(const oos::NodeRecord& record, std::uint32_t restarts) {
     if (!topic.is_written()) continue;
     core_->known_topics[id] = {topic.name(), type, record.name()};
     for (const auto& receiver : core_->receivers) {
-      // The registry has let both in, so the schemas get along.
+      // The registry admitted both, so their schemas are compatible.
       if (receiver->id == id) receiver->other_digest.store(topic.schema_digest(), std::memory_order_relaxed);
     }
   }
   core_->peers[record.name()] = std::move(status);
   peers_[record.name()] = std::move(peer);
-  TellClock(peers_[record.name()], core::MonotonicNow_ns());
+  PublishClock(peers_[record.name()], core::MonotonicNow_ns());
   are_subscribers_outdated_ = true;
   next_heartbeat_ns_ = 0;  // be heard by it at once
 }
 
-// Somebody speaks whom this node does not know.
-void BusThread::AskForRoster() {
+// An unknown sender: the roster here is out of date.
+void BusThread::RequestRoster() {
   roster_version_ = 0;
   next_hello_ns_ = std::min(next_hello_ns_, core::MonotonicNow_ns() + 20 * kMillisecond_ns);
 }

@@ -5,7 +5,7 @@
 namespace bus::detail {
 namespace {
 
-// Strings get their room up front, so that filling a slot does not allocate.
+// Reserves the strings, so that filling a slot does not allocate.
 void PrepareEvent(core::Event& event) {
   for (std::string* text : {&event.source, &event.name, &event.detail}) text->reserve(kMaxEventText);
 }
@@ -42,7 +42,7 @@ NodeCore::NodeCore()
 
 void NodeCore::Wake() const noexcept {
   const std::uint64_t one = 1;
-  // Only a counter at its limit can refuse this, and then the bus thread is awake anyway.
+  // It fails only when the counter is at its limit, and then the bus thread is awake anyway.
   [[maybe_unused]] const ssize_t written = write(wake_fd, &one, sizeof(one));
 }
 
@@ -117,9 +117,8 @@ Counters NodeCore::CountAll() const {
 }  // namespace bus::detail
 
 #if defined(__SANITIZE_THREAD__)
-// libzmq of the distribution is not instrumented: its own locks are invisible to the sanitizer, and what its threads do
-// would look like races. Everything that is compiled here stays checked. Environment variable TSAN_OPTIONS still counts
-// on top.
+// Debian's libzmq is not instrumented: the sanitizer does not see its locks, and would report its threads as races. All
+// code compiled here stays checked. The environment variable TSAN_OPTIONS still applies.
 extern "C" const char* __tsan_default_options() {  // NOLINT(bugprone-reserved-identifier): the sanitizer's name
   return "ignore_noninstrumented_modules=1:halt_on_error=0";
 }

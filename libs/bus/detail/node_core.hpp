@@ -21,8 +21,8 @@
 
 namespace bus::detail {
 
-// What the step thread and the bus thread of one node share. Between them only rings and atomics; the mutex is for the
-// bus thread and for callers that may wait (Peers, SetParameter, PollObservation).
+// Data shared by the step thread and the bus thread of one node. The two exchange through rings and atomics only; the
+// mutex is for the bus thread and for callers that may block (Peers, SetParameter, PollObservation).
 
 constexpr std::uint32_t kProtocolVersion = 1;
 constexpr std::size_t kMaxEventText = 255;
@@ -33,7 +33,7 @@ struct StateItem {         // one value of a STATE topic, in either direction
   std::string key;
   std::string bytes;
   std::uint64_t version = 0;
-  bool is_reset = false;  // no value: the writer started again, what its earlier life said is void
+  bool is_reset = false;  // no value: the writer restarted, values of its earlier life are void
 };
 
 struct ParameterItem {
@@ -114,7 +114,7 @@ struct TypedStateReceiver final : StateReceiver {
   StateReader<M> reader;
 };
 
-// An observed message before it is made readable.
+// An observed message, not decoded yet.
 struct RawObservation {
   std::string topic;
   TopicClass topic_class = TopicClass::kLatest;
@@ -176,7 +176,7 @@ struct NodeCore {
   std::atomic<std::uint64_t> refused_connections{0};
   // By its BULK socket, whose thread may outlive the node.
   std::shared_ptr<std::atomic<std::uint64_t>> refused_bulk = std::make_shared<std::atomic<std::uint64_t>>(0);
-  std::atomic<std::uint64_t> refused_fenced{0};  // from an instance whose place another has taken
+  std::atomic<std::uint64_t> refused_fenced{0};  // from a fenced instance
   std::atomic<std::uint64_t> events_sent{0};     // times subscribers
   std::atomic<std::uint64_t> events_received{0};
   std::atomic<std::uint64_t> events_dropped{0};
@@ -188,8 +188,8 @@ struct NodeCore {
   std::condition_variable changed;
   bool is_welcomed = false;
   std::string refusal;                      // of the registry
-  std::string registry_trouble;             // why the connection to it does not come about
-  std::map<std::string, PeerStatus> peers;  // age_ns holds the time last heard
+  std::string registry_trouble;             // why the connection to it fails
+  std::map<std::string, PeerStatus> peers;  // age_ns holds the time of the last heartbeat
   std::string session_key;                  // of UDP datagrams, from the registry; empty: they are in the clear
   AccountBook book;
   std::map<std::uint32_t, KnownTopic> known_topics;

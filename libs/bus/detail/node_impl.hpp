@@ -21,13 +21,13 @@ struct Node::Impl {
 
   static constexpr std::size_t kBatch = 32;  // datagrams taken by one system call
 
-  // Where recvmmsg puts a batch.
+  // Buffers of recvmmsg.
   std::array<std::array<std::uint8_t, kMaxDatagramBytes + 1>, kBatch> buffers;
   std::array<iovec, kBatch> vectors;
   std::array<mmsghdr, kBatch> headers;
   Envelope envelope;
 
-  // What an observer has heard of the life of a topic's writer. Not for the step thread of a node that is real-time.
+  // What an observer has received of the present life of a topic's writer. Not real-time.
   struct ObservedLife {
     std::uint64_t boot = 0;
     detail::SequenceTracker tracker;
@@ -43,7 +43,7 @@ struct Node::Impl {
     }
   }
 
-  // Null, with the reason kept for Start(), when the topic is not of this kind.
+  // The rule of the topic; null, with the error kept for Start(), when its class or type is another.
   const TopicRule* CheckTopic(const std::string& topic, TopicClass topic_class, MessageType type) {
     const TopicRule* rule = FindTopicRule(topic);
     if (rule != nullptr && rule->topic_class == topic_class && rule->type == type) return rule;

@@ -9,15 +9,15 @@
 
 namespace bus::detail {
 
-// A small value that one thread writes and any number of others read, whole. Writing is wait-free; a reader that meets
-// the writer in the middle tries again. T: trivially copyable, of 64-bit words.
+// A sequence lock: one thread writes a small value, any number of threads read it untorn. Writing is wait-free; a
+// reader that overlaps a write retries. T: trivially copyable, a whole number of 64-bit words.
 template <class T>
 class Published {
  public:
   void Write(const T& value) noexcept {
     const auto words = std::bit_cast<Words>(value);
     const std::uint64_t version = version_.load(std::memory_order_relaxed);
-    version_.store(version + 1, std::memory_order_relaxed);  // odd: not whole
+    version_.store(version + 1, std::memory_order_relaxed);  // odd: a write is under way
     for (std::size_t i = 0; i < kNumWords; ++i) words_[i].store(words[i], std::memory_order_release);
     version_.store(version + 2, std::memory_order_release);
   }

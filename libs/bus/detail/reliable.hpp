@@ -9,26 +9,28 @@
 
 namespace bus::detail {
 
-constexpr std::uint64_t kEventCredit = 1024;  // events on their way to one reader that it has not acknowledged
-constexpr std::uint64_t kStateCredit = 1024;  // the same for changes of STATE
+// Unacknowledged events (changes of STATE) in flight to one reader. A quarter of the writer's log (EventLog::kKept), so
+// that several credits fit before a reader that stopped holds the writer up.
+constexpr std::uint64_t kEventCredit = 1024;
+constexpr std::uint64_t kStateCredit = 1024;
 
-// What a node reads from one peer by the reliable classes.
+// The reading end of STATE and EVENT towards one peer.
 struct PeerReading {
   bool is_subscribed = false;
   bool has_snapshot = false;
-  bool is_held = false;  // the step thread's queue was full: what came was left for later
-  std::int64_t asked_ns = 0;
-  std::int64_t asked_again_ns = 0;  // for events that are missing
+  bool is_held = false;                  // the step thread's queue was full: events were left for a retransmission
+  std::int64_t subscribed_ns = 0;        // last SUBSCRIBE or eviction; the next one waits
+  std::int64_t resend_requested_ns = 0;  // last request for a retransmission of events
   std::uint64_t state_version = 0;
-  std::uint64_t told_version = 0;  // by its heartbeat
+  std::uint64_t announced_version = 0;  // newest version by its heartbeat
   std::int64_t state_behind_since_ns = 0;
-  std::uint64_t seen_event = 0;  // place at the last look, and when it was reached
+  std::uint64_t seen_event = 0;  // EventPlace at the last check, and when it was reached
   std::int64_t seen_event_ns = 0;
   std::uint64_t acked_event = 0;
   std::uint64_t acked_state = 0;
 };
 
-// Somebody who reads from us.
+// The writing end of STATE and EVENT towards one reader.
 struct Subscription {
   std::string name;
   std::uint64_t instance = 0;
@@ -39,10 +41,10 @@ struct Subscription {
   std::uint64_t acked_event = 0;
   std::uint64_t sent_state = 0;  // version
   std::uint64_t acked_state = 0;
-  bool is_state_behind = false;       // gets no changes until it has taken what it was sent; then a snapshot
+  bool is_state_behind = false;       // out of credit: no more changes until it has acknowledged all; then a snapshot
   bool is_evicted = false;            // gets nothing until it subscribes again
-  std::int64_t starved_since_ns = 0;  // something waits for its acknowledgement; 0: nothing does
-  std::uint64_t heard_acks = 0;       // acknowledged events and changes at the last look, and when that was first seen
+  std::int64_t starved_since_ns = 0;  // since when it holds the writer up; 0: it does not
+  std::uint64_t heard_acks = 0;       // acknowledged events and changes at the last check, and when first seen
   std::int64_t heard_acks_ns = 0;
   Account* events = nullptr;
   std::map<std::uint32_t, Account*> states;  // by topic

@@ -1,10 +1,10 @@
-// What this node reads from its peers by STATE and EVENT. All on the bus thread, with the node's mutex held.
+// The reading end of STATE and EVENT: what this node reads from its peers. All on the bus thread, with the node's mutex
+// held.
 //
-//   subscribe (where it goes on) -> ack (where its accounts start), snapshot -> changes, events -> acknowledgements
+//   subscribe (last event received) -> ack (start of the accounts), snapshot -> deltas, events -> acknowledgements
 //
-// Changes and events are numbered without gaps, so a gap is seen by the next one, or by the counts in the writer's
-// heartbeats. Missing events are sent again in order from the writer's log; missing changes are made good by a
-// snapshot.
+// Deltas and events have consecutive sequence numbers, so a gap shows at the next one, or by the totals in the writer's
+// heartbeats. Lost events are retransmitted in order from the writer's log; a lost delta is repaired by a snapshot.
 
 #include <algorithm>
 
@@ -14,10 +14,16 @@
 namespace bus::detail {
 namespace {
 
-constexpr std::int64_t kAskAgainAfter_ns = 300 * kMillisecond_ns;
+// Several round trips of a slow network, so that a SUBSCRIBE that is only late is not repeated; and the pause that an
+// evicted reader gets to catch up.
+constexpr std::int64_t kResubscribeAfter_ns = 300 * kMillisecond_ns;
+// Four heartbeats: a sequence gap that lasts longer is a loss, not a message still under way.
 constexpr std::int64_t kBehindTooLong_ns = 200 * kMillisecond_ns;
+// One retransmission arrives before the next one is requested.
 constexpr std::int64_t kBetweenRepairs_ns = 50 * kMillisecond_ns;
-constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: its end may be far
+constexpr std::uint64_t kAckEvery = kEventCredit / 4;  // within a burst: the writer must not run out of credit
+// Room for a step thread that stalls. Events beyond it are retransmitted later; of STATE the newest value of each key
+// stays.
 constexpr std::size_t kMaxEventsForStep = 2'000;
 constexpr std::size_t kMaxStatesForStep = 1'000;
 
@@ -34,7 +40,7 @@ bool BusThread::ReadsFrom(const Peer& peer) const {
   return false;
 }
 
-// Null before the peer has acknowledged the subscription.
+// The account of the peer's events; null until it has acknowledged the subscription.
 Account* BusThread::EventsOf(const Peer& peer) {
   static const std::uint32_t id = TopicId(kEventTopic);
   return core_->book.Find(id, peer.record.instance(), false);
@@ -56,15 +62,15 @@ void BusThread::MaintainReading() {
     const bool wants_state = ReadsFrom(peer);
     if (!wants_state && !wants_events) continue;
     if (reading.is_subscribed && wants_state) {
-      if (reading.told_version <= reading.state_version) {
+      if (reading.announced_version <= reading.state_version) {
         reading.state_behind_since_ns = now;
       } else if (now - reading.state_behind_since_ns > kBehindTooLong_ns) {
         reading.is_subscribed = false;
       }
     }
-    if (reading.is_subscribed && wants_events) AskForMissing(peer);
+    if (reading.is_subscribed && wants_events) RequestMissing(peer);
     const bool is_full = reading.is_held && events_for_step_.size() >= kMaxEventsForStep / 2;
-    if (!reading.is_subscribed && !is_full && now - reading.asked_ns >= kAskAgainAfter_ns) {
+    if (!reading.is_subscribed && !is_full && now - reading.subscribed_ns >= kResubscribeAfter_ns) {
       Subscribe(peer, wants_state, wants_events);
     }
   }
@@ -79,9 +85,9 @@ void BusThread::Subscribe(Peer& peer, bool wants_state, bool wants_events) {
   subscribe->set_wants_events(wants_events);
   AddReadings(peer, subscribe->mutable_readings());
   if (SendToPeer(peer, control)) {
-    peer.reading.asked_ns = core::MonotonicNow_ns();
+    peer.reading.subscribed_ns = core::MonotonicNow_ns();
   } else {
-    is_connecting_ = is_connecting_ || !peer.was_heard || StatusOf(peer).is_alive;  // tried again soon
+    is_connecting_ = is_connecting_ || !peer.was_heard || StatusOf(peer).is_alive;  // retried soon
   }
 }
 
@@ -101,8 +107,9 @@ void BusThread::AddReadings(const Peer& peer, google::protobuf::RepeatedPtrField
   }
 }
 
-// Events that were left for later because the step thread's queue was full, and those whose loss no later event tells.
-void BusThread::AskForMissing(Peer& peer) {
+// Requests a retransmission of events that were left out because the step thread's queue was full, and of lost events
+// that no later event reveals as a gap.
+void BusThread::RequestMissing(Peer& peer) {
   PeerReading& reading = peer.reading;
   const std::int64_t now = core::MonotonicNow_ns();
   const Account* events = EventsOf(peer);
@@ -114,15 +121,15 @@ void BusThread::AskForMissing(Peer& peer) {
   }
   const bool has_room = events_for_step_.size() < kMaxEventsForStep / 2;
   const bool is_missing = now - reading.seen_event_ns > kBehindTooLong_ns;
-  if (!has_room || (!reading.is_held && !is_missing) || now - reading.asked_again_ns < kBetweenRepairs_ns) return;
+  if (!has_room || (!reading.is_held && !is_missing) || now - reading.resend_requested_ns < kBetweenRepairs_ns) return;
   reading.is_held = false;
-  reading.asked_again_ns = now;
+  reading.resend_requested_ns = now;
   Acknowledge(peer, true);
 }
 
 void BusThread::ReceiveFromPeer(Peer& peer) {
   zmq::message_t message;
-  bool is_asked = false;
+  bool is_ack_due = false;
   while (peer.dealer.recv(message, zmq::recv_flags::dontwait)) {
     const std::span<const std::uint8_t> bytes(message.data<std::uint8_t>(), message.size());
     if (TakeDetoured(bytes)) continue;
@@ -134,7 +141,7 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
     switch (control.body_case()) {
       case oos::Control::kSubscribeAck:
         TakeSubscribeAck(peer, control.subscribe_ack());
-        is_asked = true;  // how far it is: the writer has not heard of it for a while, or never
+        is_ack_due = true;  // the writer has had no acknowledgement for a while, or ever
         break;
       case oos::Control::kStateSnapshot:
         TakeSnapshot(peer, control.state_snapshot());
@@ -145,9 +152,9 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
       case oos::Control::kEvent:
         TakeEvent(peer, control.event());
         break;
-      case oos::Control::kEviction:  // asks again after a while: whoever is slow should not be drowned at once
+      case oos::Control::kEviction:  // waits before it subscribes again: it needs time to catch up
         peer.reading.is_subscribed = false;
-        peer.reading.asked_ns = core::MonotonicNow_ns();
+        peer.reading.subscribed_ns = core::MonotonicNow_ns();
         break;
       case oos::Control::kParameterReply:
         TakeReply(peer, control.parameter_reply());
@@ -159,7 +166,7 @@ void BusThread::ReceiveFromPeer(Peer& peer) {
     if (EventPlace(peer) >= reading.acked_event + kAckEvery || reading.state_version >= reading.acked_state + kAckEvery)
       Acknowledge(peer, false);
   }
-  if (is_asked || EventPlace(peer) > peer.reading.acked_event ||
+  if (is_ack_due || EventPlace(peer) > peer.reading.acked_event ||
       peer.reading.state_version > peer.reading.acked_state) {
     Acknowledge(peer, false);
   }
@@ -199,7 +206,7 @@ void BusThread::TakeSubscribeAck(Peer& peer, const oos::SubscribeAck& ack) {
   Account* events = EventsOf(peer);
   const std::uint64_t next = EventPlace(peer) + 1;
   if (events == nullptr || ack.next_event() <= next) return;
-  // Away for so long that the writer does not keep all of it any more.
+  // It was away for longer than the writer's log reaches back.
   const std::uint64_t missed = ack.next_event() - next;
   events->dropped[static_cast<std::size_t>(DropReason::kOverrun)] += missed;
   events->sent = std::max(events->sent, events->received + events->dropped_in_all());
@@ -209,7 +216,7 @@ void BusThread::TakeSubscribeAck(Peer& peer, const oos::SubscribeAck& ack) {
 void BusThread::TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot) {
   PeerReading& reading = peer.reading;
   if (!reading.is_subscribed || (reading.has_snapshot && snapshot.version() < reading.state_version)) return;
-  if (!reading.has_snapshot) {  // whoever wrote these topics before is not there any more
+  if (!reading.has_snapshot) {  // values of an earlier writer are void
     for (std::uint32_t slot = 0; slot < core_->state_receivers.size(); ++slot) {
       for (const oos::TopicCount& count : snapshot.counts()) {
         if (TopicId(core_->state_receivers[slot]->topic) == count.topic()) PushState({slot, {}, {}, 0, true});
@@ -229,9 +236,9 @@ void BusThread::TakeSnapshot(Peer& peer, const oos::StateSnapshot& snapshot) {
     Account* account = core_->book.Find(count.topic(), peer.record.instance(), false);
     if (account == nullptr || count.count() < account->start) continue;
     const std::uint64_t settled = account->received + account->dropped_in_all();
-    const std::uint64_t told = count.count() - account->start;
-    if (told > settled) account->dropped[static_cast<std::size_t>(DropReason::kSuperseded)] += told - settled;
-    account->sent = std::max(account->sent, told);
+    const std::uint64_t counted = count.count() - account->start;
+    if (counted > settled) account->dropped[static_cast<std::size_t>(DropReason::kSuperseded)] += counted - settled;
+    account->sent = std::max(account->sent, counted);
   }
 }
 
@@ -241,7 +248,7 @@ void BusThread::TakeDelta(Peer& peer, const oos::StateEntry& entry) {
   Account* account = core_->book.Find(TopicId(entry.topic()), peer.record.instance(), false);
   if (account == nullptr || entry.version() != reading.state_version + 1) {
     reading.is_subscribed = false;
-    reading.asked_ns = 0;
+    reading.subscribed_ns = 0;
     return;
   }
   reading.state_version = entry.version();
@@ -264,7 +271,7 @@ void BusThread::TakeState(Peer& peer, const oos::StateEntry& entry) {
   }
 }
 
-// A step thread that does not come back for a long time finds the newest value of each key, not every one in between.
+// A step thread that was stalled for long gets the newest value of each key, not every value in between.
 void BusThread::PushState(StateItem item) {
   if (states_for_step_.size() >= kMaxStatesForStep) {
     std::erase_if(states_for_step_, [&item](const StateItem& other) {
@@ -286,8 +293,8 @@ void BusThread::TakeEvent(Peer& peer, const oos::EventItem& item) {
   }
   if (item.sequence() > next) {
     const std::int64_t now = core::MonotonicNow_ns();
-    if (now - peer.reading.asked_again_ns < kBetweenRepairs_ns) return;
-    peer.reading.asked_again_ns = now;
+    if (now - peer.reading.resend_requested_ns < kBetweenRepairs_ns) return;
+    peer.reading.resend_requested_ns = now;
     Acknowledge(peer, true);
     return;
   }
@@ -301,9 +308,9 @@ void BusThread::TakeEvent(Peer& peer, const oos::EventItem& item) {
   }
 }
 
-// What the writer says it has written: more than has come is on its way, or missing.
+// The writer's totals: the excess over what has arrived is under way, or lost.
 void BusThread::TakeCounts(Peer& peer, const oos::Heartbeat& heartbeat) {
-  peer.reading.told_version = heartbeat.state_version();
+  peer.reading.announced_version = heartbeat.state_version();
   for (const oos::TopicCount& count : heartbeat.counts()) {
     Account* account = core_->book.Find(count.topic(), peer.record.instance(), false);
     if (account != nullptr && count.count() > account->start) {
@@ -312,7 +319,7 @@ void BusThread::TakeCounts(Peer& peer, const oos::Heartbeat& heartbeat) {
   }
 }
 
-// For whoever looks on. Names are known by their hashes; what nobody here knows is left out.
+// The accounts that the peer reports, for observers. Names come as hashes; unknown ones are left out.
 void BusThread::TakeAccounts(const oos::Heartbeat& heartbeat, PeerStatus* status) const {
   for (const oos::AccountFigures& figures : heartbeat.accounts()) {
     std::string topic = figures.topic() == TopicId(kEventTopic)       ? kEventTopic
@@ -326,19 +333,20 @@ void BusThread::TakeAccounts(const oos::Heartbeat& heartbeat, PeerStatus* status
     }
     if (core_->identity.node == figures.peer()) peer = core_->options.name;
     if (topic.empty() || (peer.empty() && figures.peer() != 0)) continue;
-    const auto found = std::find_if(status->accounts.begin(), status->accounts.end(), [&](const ToldAccount& told) {
-      return told.topic == topic && told.peer == peer && told.is_writer == figures.is_writer();
-    });
-    ToldAccount& told = found != status->accounts.end() ? *found : status->accounts.emplace_back();
-    told = {topic,
-            peer,
-            figures.is_writer(),
-            figures.sent(),
-            figures.received(),
-            figures.dropped(),
-            figures.life_sent(),
-            figures.peer_life(),
-            core::MonotonicNow_ns()};
+    const auto found =
+        std::find_if(status->accounts.begin(), status->accounts.end(), [&](const ReportedAccount& entry) {
+          return entry.topic == topic && entry.peer == peer && entry.is_writer == figures.is_writer();
+        });
+    ReportedAccount& account = found != status->accounts.end() ? *found : status->accounts.emplace_back();
+    account = {topic,
+               peer,
+               figures.is_writer(),
+               figures.sent(),
+               figures.received(),
+               figures.dropped(),
+               figures.life_sent(),
+               figures.peer_life(),
+               core::MonotonicNow_ns()};
   }
 }
 

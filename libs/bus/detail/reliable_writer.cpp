@@ -1,4 +1,4 @@
-// Who reads from this node by STATE and EVENT. All on the bus thread, with the node's mutex held.
+// The writing end of STATE and EVENT: the readers of this node. All on the bus thread, with the node's mutex held.
 
 #include <algorithm>
 
@@ -10,9 +10,13 @@
 namespace bus::detail {
 namespace {
 
+// A reader on a busy machine may be scheduled out for tens of ms; a longer one would hold up the others.
 constexpr std::int64_t kSlowAfter_ns = 100 * kMillisecond_ns;
-constexpr std::int64_t kAskHowFarAfter_ns = 500 * kMillisecond_ns;
+// Far above a round trip and the interval of acknowledgements, so that it is sent only when one was lost.
+constexpr std::int64_t kRequestAckAfter_ns = 500 * kMillisecond_ns;
+// A subscriber that stays out of the roster that long (20 HELLO periods) is forgotten.
 constexpr std::int64_t kUnknownTooLong_ns = 10'000 * kMillisecond_ns;
+// In turn; 20 heartbeats a second carry 160 accounts (kMaxHeartbeatBytes limits a heartbeat).
 constexpr std::size_t kAccountsPerHeartbeat = 8;
 
 }  // namespace
@@ -39,7 +43,7 @@ void BusThread::ReceiveFromRouter() {
   }
 }
 
-// What the reader says about an account that it shares with us. It knows better what arrived.
+// The reader's end of an account replaces this node's counts: the reader knows what arrived.
 void BusThread::TakeReading(const oos::Reading& reading, std::uint64_t instance) {
   Account* account = core_->book.Find(reading.topic(), instance, true);
   if (account == nullptr) return;
@@ -50,7 +54,7 @@ void BusThread::TakeReading(const oos::Reading& reading, std::uint64_t instance)
 }
 
 void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& subscribe) {
-  // A restarted reader comes with a new routing id; what the old one had is of no use any more.
+  // A restarted reader has a new routing id; its old subscription is void.
   std::vector<std::uint64_t> earlier;
   for (const auto& [other, subscription] : subscriptions_) {
     if (subscription.name == subscribe.name() && subscription.instance != subscribe.instance()) {
@@ -84,8 +88,8 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
     }
   }
   if (subscription.wants_events) {
-    // From when it was known here, which is before anybody is told that it lives: what is emitted then is not lost on
-    // it.
+    // Starts with the first event after the reader became known here, which is before node_found is reported: what is
+    // emitted in answer to node_found reaches it.
     const auto peer = peers_.find(subscription.name);
     const bool is_known = peer != peers_.end() && peer->second.record.instance() == subscription.instance;
     const std::uint64_t start = is_known ? peer->second.events_before : event_log_.newest();
@@ -93,7 +97,7 @@ void BusThread::TakeSubscribe(const std::string& routing, const oos::Subscribe& 
     subscription.events = core_->book.Find(TopicId(kEventTopic), subscription.instance, true);
     RewindEvents(subscription, events->start + events->received + events->dropped_in_all());
   }
-  // What does not get through is asked for again.
+  // If it does not get through, the reader subscribes again.
   if (!AckSubscription(routing, subscription)) return;
   if (subscription.wants_state) SendSnapshot(routing, subscription);
   PumpEvents(routing, subscription);
@@ -166,7 +170,7 @@ void BusThread::Evict(const std::string& routing, Subscription& subscription, co
   subscription.starved_since_ns = 0;
   oos::Control control;
   control.mutable_eviction()->set_why(why);
-  SendToRouted(routing, control);  // if it is not told now, it sees from heartbeats that it is behind
+  SendToRouted(routing, control);  // if this is lost, its heartbeats show it the gap
   const core::Event event{core::MonotonicNow_ns(), core_->options.name, "peer_evicted", subscription.name};
   Announce(event.name, event.detail);
   AppendEvent(event);
@@ -185,7 +189,7 @@ void BusThread::MaintainSubscriptions() {
     }
     if (subscription.is_evicted) continue;
     PumpEvents(routing, subscription);
-    AskHowFar(routing, &subscription, now);
+    RequestAcknowledgement(routing, &subscription, now);
     if (!subscription.is_state_behind) continue;
     if (subscription.acked_state >= subscription.sent_state) {
       SendSnapshot(routing, subscription);
@@ -196,14 +200,14 @@ void BusThread::MaintainSubscriptions() {
   for (const auto& [name, instance] : strangers) ForgetReader(name, instance);
 }
 
-// An acknowledgement that was lost with its connection is missed by nobody but us: the reader has everything.
-void BusThread::AskHowFar(const std::string& routing, Subscription* subscription, std::int64_t now_ns) {
+// When an acknowledgement was lost with its connection, only the writer can notice: the reader has everything.
+void BusThread::RequestAcknowledgement(const std::string& routing, Subscription* subscription, std::int64_t now_ns) {
   const std::uint64_t acks = subscription->acked_event + subscription->acked_state;
   if (acks != subscription->heard_acks || acks >= subscription->sent_event + subscription->sent_state) {
     subscription->heard_acks = acks;
     subscription->heard_acks_ns = now_ns;
   }
-  if (now_ns - subscription->heard_acks_ns < kAskHowFarAfter_ns || FindReader(*subscription) == nullptr) return;
+  if (now_ns - subscription->heard_acks_ns < kRequestAckAfter_ns || FindReader(*subscription) == nullptr) return;
   subscription->heard_acks_ns = now_ns;
   AckSubscription(routing, *subscription);
 }
@@ -266,9 +270,10 @@ void BusThread::DrainEvents() {
   core_->Wake();
 }
 
-// The log keeps what a reader may ask for again. When it is full of events that a reader has not acknowledged, new ones
-// stay in the step thread's ring, and a full ring is told to who emits. A reader on a busy machine catches up within
-// kSlowAfter_ns; one that does not is slow: it is evicted, by name, and holds nobody up until it subscribes again.
+// Back-pressure: the log keeps what may need retransmission. When it is full of events that a reader has not
+// acknowledged, new ones stay in the step thread's ring, and once that is full Emit() returns false. A reader on a busy
+// machine catches up within kSlowAfter_ns; a slower one is evicted, by name, and delays nobody until it subscribes
+// again.
 bool BusThread::IsHeldUpByReaders() {
   const std::int64_t now = core::MonotonicNow_ns();
   bool is_held_up = false;
@@ -278,7 +283,7 @@ bool BusThread::IsHeldUpByReaders() {
       if (!subscription.is_state_behind) subscription.starved_since_ns = 0;
       continue;
     }
-    if (FindReader(subscription) == nullptr) continue;  // nobody is there to wait for
+    if (FindReader(subscription) == nullptr) continue;  // dead: not waited for
     if (subscription.starved_since_ns == 0) subscription.starved_since_ns = now;
     if (now - subscription.starved_since_ns < kSlowAfter_ns) {
       is_held_up = true;
@@ -334,7 +339,7 @@ void BusThread::AppendEvent(const core::Event& event) {
 
 void BusThread::PumpEvents(const std::string& routing, Subscription& subscription) {
   if (!subscription.wants_events || subscription.is_evicted) return;
-  if (subscription.sent_event + 1 < event_log_.oldest()) {  // nobody waited for it
+  if (subscription.sent_event + 1 < event_log_.oldest()) {  // the log has moved past it
     RewindEvents(subscription, subscription.sent_event);
     if (!AckSubscription(routing, subscription)) return;
   }
@@ -344,12 +349,12 @@ void BusThread::PumpEvents(const std::string& routing, Subscription& subscriptio
   }
 }
 
-// Into a heartbeat: how much there is of each reliable topic, and some accounts for whoever looks on.
+// Adds the total of each reliable topic and, in turn, some accounts for observers to a heartbeat.
 void BusThread::AddCounts(oos::Heartbeat* heartbeat) {
   const auto add = [heartbeat](std::uint32_t topic, std::uint64_t count) {
-    oos::TopicCount* told = heartbeat->add_counts();
-    told->set_topic(topic);
-    told->set_count(count);
+    oos::TopicCount* total = heartbeat->add_counts();
+    total->set_topic(topic);
+    total->set_count(count);
   };
   add(TopicId(kEventTopic), event_log_.newest());
   for (const auto& [topic, count] : own_counts_) add(topic, count);
@@ -361,7 +366,7 @@ void BusThread::AddCounts(oos::Heartbeat* heartbeat) {
   const std::vector<Account> all = AllAccounts(*core_);
   const std::vector<Account> accounts = MergeByName(all);
   for (std::size_t i = 0; i < std::min(accounts.size(), kAccountsPerHeartbeat); ++i) {
-    const Account& account = accounts[next_account_told_++ % accounts.size()];
+    const Account& account = accounts[next_account_++ % accounts.size()];
     oos::AccountFigures* figures = heartbeat->add_accounts();
     figures->set_topic(TopicId(account.topic));
     figures->set_peer(account.peer.empty() ? 0 : TopicId(account.peer));

@@ -4,8 +4,8 @@
 
 namespace bus::detail {
 
-// The next message at a ROUTER, with its sender's routing id; false: none waits. We send one frame behind the id: what
-// has none is passed over, what has more is cut.
+// The next message at a ROUTER, with its sender's routing id; false: none has arrived. Nodes send one frame after the
+// id: messages without one are skipped, further frames are dropped.
 inline bool ReceiveRouted(zmq::socket_t* router, zmq::message_t* routing, zmq::message_t* message) {
   while (router->recv(*routing, zmq::recv_flags::dontwait)) {
     if (!routing->more() || !router->recv(*message, zmq::recv_flags::dontwait)) continue;

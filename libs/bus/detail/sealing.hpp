@@ -12,45 +12,45 @@
 
 namespace bus::detail {
 
-// Authenticated encryption of UDP datagrams: AES-256-GCM [NIST SP 800-38D], which processors have instructions for: a
-// datagram is sealed and opened in a quarter of what ChaCha20-Poly1305 takes.
+// Authenticated encryption of UDP datagrams: AES-256-GCM [NIST SP 800-38D]. With the processor's AES instructions it
+// takes a quarter of the time of ChaCha20-Poly1305.
 //
 // The registry hands one secret to every node of a session, over CURVE. Each sender seals with a key of its own,
 //
 //   key = HMAC-SHA-256(session key, "VR-OOS datagram" | u64 instance),
 //
-// so a counter that starts again with the process never meets the same key twice. A sealed datagram is
+// so a counter that restarts with the process is never used twice with one key. A sealed datagram is
 //
 //   envelope and stamps (in the clear, authenticated) | encrypted payload and history | u64 counter | 16 bytes of tag
 //
-// with the nonce u32 channel | u64 counter, all little endian. A node's two sockets count apart (channel 0: class
-// LATEST, 1: everything else), and a receiver takes each counter once.
+// with the nonce u32 channel | u64 counter, all little endian. A node's two sockets count separately (channel 0: class
+// LATEST, 1: everything else), and a receiver accepts each counter once.
 using SessionKey = std::array<std::uint8_t, 32>;
 using SenderKey = std::array<std::uint8_t, 32>;
-using ExpandedKey = crypto_aead_aes256gcm_state;  // what can be computed of a key beforehand
+using ExpandedKey = crypto_aead_aes256gcm_state;  // the precomputed key schedule
 
-// Whether this processor has the instructions.
+// Whether this processor has AES instructions.
 bool CanSeal();
 // Not real-time (the first call sets the library up).
 SenderKey DeriveSenderKey(const SessionKey& session_key, std::uint64_t instance);
 
-// Why a datagram was not taken. The order is on the wire of figures: append only.
+// Why a datagram was refused. The order is on the wire, in published figures: append only.
 enum class Refusal : std::uint8_t {
   kNone,
   kOversized,      // longer than any datagram of the bus
   kTruncated,      // length differs from the length written inside
-  kGarbage,        // not an envelope, or its checksum differs
+  kGarbage,        // not an envelope, or a wrong checksum
   kWrongSession,   // of another run
   kUnknownSender,  // not in the roster
-  kNotAuthentic,   // tag differs (also from an earlier life of the sender), or the one is sealed and the other is not
-  kReplayed,       // came before, or too old to know
-  kUnknownTopic,   // nobody here reads it
-  kBadSchema,      // payload is not what the topic carries
+  kNotAuthentic,   // wrong tag (also of an earlier life of the sender), or not sealed exactly where it must be
+  kReplayed,       // received before, or too old for the window
+  kUnknownTopic,   // not read by this node
+  kBadSchema,      // the payload is not of the topic's schema
 };
 constexpr std::size_t kNumRefusals = 10;
 const char* NameOf(Refusal refusal);
 
-// Two threads count into one, any thread reads.
+// Counts by reason: two threads add, any thread reads.
 class RefusalCounts {
  public:
   void Add(Refusal refusal) noexcept {
@@ -65,7 +65,7 @@ class RefusalCounts {
   std::array<std::atomic<std::uint64_t>, kNumRefusals> counts_{};
 };
 
-// One sender's socket. SetKey before the first Seal, from whichever thread; then one key for life.
+// The sending end of one socket. SetKey once, before the first Seal, from any thread.
 class Sealer {
  public:
   void SetKey(const SenderKey& key);
@@ -78,15 +78,15 @@ class Sealer {
   std::atomic<std::uint64_t> counter_{0};
 };
 
-// Which of a sender's counters have come: the newest and the 63 before it.
+// A sliding window over a sender's counters: which of the newest and the 63 before it have arrived.
 class ReplayWindow {
  public:
   [[nodiscard]] bool IsNew(std::uint64_t counter) const;
-  void Take(std::uint64_t counter);  // is new
+  void Take(std::uint64_t counter);  // only after IsNew
 
  private:
   std::uint64_t newest_ = 0;
-  std::uint64_t seen_ = 0;  // bit i: newest - i has come
+  std::uint64_t seen_ = 0;  // bit i: newest - i has arrived
 };
 
 constexpr std::size_t kMaxSenders = 128;
@@ -99,12 +99,12 @@ using KnownSenders = core::FixedVector<KnownSender, kMaxSenders>;
 // Receiving end of one socket, for its thread. No allocation, no lock.
 class Opener {
  public:
-  // `is_sealed`: nothing else is taken. Otherwise only what is in the clear.
+  // `is_sealed`: accepts sealed datagrams only; otherwise clear ones only.
   Opener(std::uint64_t session, bool is_sealed, std::size_t max_bytes = kMaxDatagramBytes)
       : session_(session), is_sealed_(is_sealed), max_bytes_(max_bytes) {}
-  // Senders that stay keep their replay window.
+  // Senders that are kept keep their replay window.
   void SetSenders(const KnownSenders& senders) noexcept;
-  // Decrypts in place. With kNone, envelope and payload are as its sender wrote them, once.
+  // Decrypts in place. Refusal::kNone: envelope and payload are authentic, and have not been accepted before.
   Refusal Open(std::span<std::uint8_t> datagram, Envelope* envelope, std::span<const std::uint8_t>* payload) noexcept;
 
  private:

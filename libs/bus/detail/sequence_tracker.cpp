@@ -6,7 +6,7 @@ namespace bus::detail {
 
 SequenceTracker::Place SequenceTracker::PlaceOf(std::uint64_t sequence) const {
   if (sequence > newest_) return Place::kNewer;
-  if (sequence < first_) return Place::kThere;  // from before this reader's time
+  if (sequence < first_) return Place::kThere;  // before this reader's first arrival
   const std::uint64_t behind = newest_ - sequence;
   if (behind >= 64) return Place::kUnknown;
   return (seen_ >> behind & 1) != 0 ? Place::kThere : Place::kMissing;
@@ -41,7 +41,7 @@ void SequenceTracker::GoOnTo(std::uint64_t sequence) {
     return;
   }
   const std::uint64_t step = sequence - newest_;
-  // Places 64 - step .. 63 are left behind, and whatever lies between them and the new ones.
+  // Bits 64 - step .. 63 leave the window, and so do all sequences skipped beyond it.
   const std::uint64_t staying = step < 64 ? ~std::uint64_t{0} >> step : 0;
   left_behind_ += NumMissing(seen_ | staying) + (step > 64 ? step - 64 : 0);
   seen_ = (step < 64 ? seen_ << step : 0) | 1;

@@ -1,7 +1,7 @@
 // SERVICE: parameter calls, both ends. All on the bus thread, with the node's mutex held.
 //
-// A request that stays without an answer is sent again. Its number and the caller's instance tell the owner that it is
-// a repetition: it gets the same answer, and the change is applied once. After the caller's deadline it is not applied.
+// A request without an answer is sent again. The owner recognizes a repetition by the caller's instance and request
+// number: it repeats its answer and applies the change once. After the caller's deadline it does not apply it.
 
 #include <algorithm>
 
@@ -12,8 +12,11 @@
 namespace bus::detail {
 namespace {
 
+// Ten heartbeats: an owner in the roster that has just started becomes alive within that time.
 constexpr std::int64_t kWaitForOwners_ns = 500 * kMillisecond_ns;
+// Well above a round trip with an owner's tick in it; ten tries fit the default deadline of 1 s.
 constexpr std::int64_t kRepeatAfter_ns = 100 * kMillisecond_ns;
+// Answers kept for repetitions: with the default deadline of 1 s, all of them up to a thousand calls per second.
 constexpr std::size_t kMaxServed = 1'024;
 
 }  // namespace
@@ -57,7 +60,7 @@ void BusThread::TakeRequest(const std::string& routing, const oos::ParameterRequ
   core_->parameters_in.EndPush();
 }
 
-// Empty when the step thread shall see the request.
+// Why the request is refused without the step thread; empty: it is not.
 std::string BusThread::FindFault(const oos::ParameterRequest& request) const {
   const std::vector<std::string>& names = core_->parameter_names;
   if (std::find(names.begin(), names.end(), request.change().name()) == names.end()) {
@@ -75,7 +78,7 @@ void BusThread::SendReply(Served& served) {
   served.is_answered = true;
   oos::Control control;
   *control.mutable_parameter_reply() = served.reply;
-  SendToRouted(served.routing, control);  // if it is lost, the caller asks again
+  SendToRouted(served.routing, control);  // if it is lost, the caller repeats its request
 }
 
 void BusThread::SendReplies() {
@@ -110,25 +113,25 @@ void BusThread::ServeCalls() {
   for (auto item = open_calls_.begin(); item != open_calls_.end();) {
     OpenCall& open = item->second;
     const ParameterCall& call = open.call;
-    if (open.asked.empty()) AskOwners(open);
+    if (open.requests.empty()) CallOwners(open);
     const bool is_late = now >= call.deadline_ns;
-    for (auto& [name, asked] : open.asked) {
-      if (asked.has_answered) continue;
+    for (auto& [name, request] : open.requests) {
+      if (request.has_answered) continue;
       const auto peer = peers_.find(name);
-      const bool is_dead =
-          peer == peers_.end() || peer->second.record.instance() != asked.instance || !StatusOf(peer->second).is_alive;
+      const bool is_dead = peer == peers_.end() || peer->second.record.instance() != request.instance ||
+                           !StatusOf(peer->second).is_alive;
       if (is_dead || is_late) {
         oos::ParameterReply reply;
         reply.set_why(name + (is_dead ? " died before it answered" : " did not answer in time"));
-        Account* account = core_->book.Find(TopicId(kParameterTopic), asked.instance, true);
+        Account* account = core_->book.Find(TopicId(kParameterTopic), request.instance, true);
         if (account != nullptr) ++account->dropped[static_cast<std::size_t>(DropReason::kUnanswered)];
         AnswerCall(open, name, reply);
-      } else if (now - asked.sent_ns > kRepeatAfter_ns) {
+      } else if (now - request.sent_ns > kRepeatAfter_ns) {
         SendRequest(open.call, peer->second);
-        asked.sent_ns = now;
+        request.sent_ns = now;
       }
     }
-    if (open.asked.empty() && is_late) {
+    if (open.requests.empty() && is_late) {
       std::string alive;
       for (const auto& [name, status] : core_->peers) {
         if (status.is_alive) alive += (alive.empty() ? "" : ", ") + name;
@@ -139,14 +142,14 @@ void BusThread::ServeCalls() {
       AnswerCall(open, call.owner, reply);
     }
     const bool is_done =
-        !open.asked.empty() &&
-        std::all_of(open.asked.begin(), open.asked.end(), [](const auto& asked) { return asked.second.has_answered; });
+        !open.requests.empty() && std::all_of(open.requests.begin(), open.requests.end(),
+                                              [](const auto& request) { return request.second.has_answered; });
     if (is_done && call.is_waited_for) core_->finished_calls[call.request] = open.result;
     item = is_done ? open_calls_.erase(item) : std::next(item);
   }
 }
 
-void BusThread::AskOwners(OpenCall& open) {
+void BusThread::CallOwners(OpenCall& open) {
   const std::int64_t now = core::MonotonicNow_ns();
   bool are_all_alive = true;
   std::vector<Peer*> owners;
@@ -156,13 +159,13 @@ void BusThread::AskOwners(OpenCall& open) {
     if (StatusOf(peer).is_alive) {
       owners.push_back(&peer);
     } else {
-      are_all_alive = are_all_alive && peer.was_heard;  // just started: give it a moment
+      are_all_alive = are_all_alive && peer.was_heard;  // known, but not heard yet
     }
   }
   if (!are_all_alive && now - open.created_ns <= kWaitForOwners_ns) return;
   for (Peer* owner : owners) {
     if (!SendRequest(open.call, *owner)) continue;
-    open.asked[owner->record.name()] = {owner->record.instance(), now, false};
+    open.requests[owner->record.name()] = {owner->record.instance(), now, false};
     ++core_->book.Open(kParameterTopic, TopicClass::kService, owner->record.name(), owner->record.instance(), true, 0)
           .sent;
   }
@@ -184,22 +187,22 @@ bool BusThread::SendRequest(const ParameterCall& call, Peer& owner) {
 void BusThread::TakeReply(const Peer& peer, const oos::ParameterReply& reply) {
   const auto open = open_calls_.find(reply.request());
   if (open == open_calls_.end()) return;
-  const auto asked = open->second.asked.find(peer.record.name());
-  if (asked == open->second.asked.end() || asked->second.has_answered) return;
+  const auto request = open->second.requests.find(peer.record.name());
+  if (request == open->second.requests.end() || request->second.has_answered) return;
   Account* account = core_->book.Find(TopicId(kParameterTopic), peer.record.instance(), true);
   if (account != nullptr) ++account->received;
   AnswerCall(open->second, peer.record.name(), reply);
 }
 
 void BusThread::AnswerCall(OpenCall& open, const std::string& owner, const oos::ParameterReply& reply) {
-  open.asked[owner].has_answered = true;
+  open.requests[owner].has_answered = true;
   const ParameterAck ack{open.call.request, owner, reply.is_accepted(), reply.tick(), reply.why(), reply.injected_j(),
                          reply.is_pending()};
   if (!open.call.is_waited_for) {
     acks_for_step_.push_back(ack);
     return;
   }
-  // One that accepts is enough; otherwise all reasons are told.
+  // One acceptance is enough; otherwise all reasons are given.
   if (ack.is_accepted && !open.result.is_accepted) {
     open.result = ack;
   } else if (!ack.is_accepted && !open.result.is_accepted) {

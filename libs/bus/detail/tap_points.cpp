@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kAckTopic = "param/ack";
 
-// Texts are cut, so that a message has a largest size.
+// Cuts texts, so that the size of a message is bounded.
 class CuttingWriter : public WireWriter {
  public:
   using WireWriter::WireWriter;
@@ -36,7 +36,7 @@ constexpr std::size_t MaxCutBytes() {
   return bytes;
 }
 
-// A small message without an allocation.
+// Encodes a small message without allocation.
 template <std::size_t capacity>
 class SmallMessage {
  public:

@@ -13,11 +13,11 @@ namespace bus::detail {
 struct StateItem;
 struct ParameterAnswer;
 
-// What is known of the clocks of those that are alive.
+// Clock offsets, bounds and drifts of the live peers.
 std::vector<log::PeerClock> ClocksOf(const std::vector<PeerStatus>& peers);
 
-// The node's end of its tap. All calls are of the step thread, in the order in which it sends and takes; without a tap
-// they do nothing. None waits, locks or allocates, but those that declare.
+// Writes what a node sends and receives to its tap. All calls are of the step thread, in the order in which it sends
+// and receives; without a tap they do nothing. Except the declarations, none blocks, locks or allocates.
 class TapPoints {
  public:
   void Attach(log::Tap* tap);  // before anything is declared

@@ -35,7 +35,7 @@ core::Result<UdpSocket> UdpSocket::Bind(const std::string& address) {
   if (udp.fd_ < 0) return fail("opening");
   setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
   setsockopt(udp.fd_, SOL_SOCKET, SO_SNDBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
-  constexpr int kExpeditedForwarding = 46 << 2;  // DSCP EF: force data goes first where the network cares
+  constexpr int kExpeditedForwarding = 46 << 2;  // DSCP EF: priority for force data where the network honours it
   setsockopt(udp.fd_, IPPROTO_IP, IP_TOS, &kExpeditedForwarding, sizeof(kExpeditedForwarding));
   if (bind(udp.fd_, reinterpret_cast<const sockaddr*>(&bound), sizeof(bound)) != 0) return fail("binding");
   socklen_t size = sizeof(bound);
@@ -56,7 +56,7 @@ core::Result<UdpSocket> UdpSocket::Join(const std::string& group, const std::str
   UdpSocket udp;
   udp.fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   udp.endpoint_ = group;
-  constexpr int kYes = 1;  // every node of a machine has one
+  constexpr int kYes = 1;  // every node of a machine binds the same port
   setsockopt(udp.fd_, SOL_SOCKET, SO_REUSEADDR, &kYes, sizeof(kYes));
   setsockopt(udp.fd_, SOL_SOCKET, SO_RCVBUF, &kUdpBufferBytes, sizeof(kUdpBufferBytes));
   if (bind(udp.fd_, reinterpret_cast<const sockaddr*>(&bound), sizeof(bound)) != 0 ||

@@ -10,14 +10,14 @@
 
 namespace bus::detail {
 
-// A burst of one haptic cycle to several peers must fit while the receiver is held up for some milliseconds.
+// About 800 datagrams: must hold the bursts of several haptic cycles while the receiver is held up for milliseconds.
 constexpr int kUdpBufferBytes = 1 << 20;
 
 // A non-blocking UDP socket bound to a free port of one address.
 class UdpSocket {
  public:
   static core::Result<UdpSocket> Bind(const std::string& address);
-  // One that gets what is sent to a multicast group, "239.255.74.50:7450", by the interface of that address.
+  // A socket that receives a multicast group, "239.255.74.50:7450", on the interface with that address.
   static core::Result<UdpSocket> Join(const std::string& group, const std::string& address);
   UdpSocket() = default;
   UdpSocket(UdpSocket&& other) noexcept;
@@ -26,9 +26,9 @@ class UdpSocket {
 
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }  // "127.0.0.1:41234"
-  // What it sends to a group goes out by the interface of that address, and not beyond the next router.
+  // Sends multicast by the interface with that address, with TTL 1.
   core::Result<void> SendToGroupsBy(const std::string& address);
-  // False: not taken by the socket (buffer full, no route).
+  // False: refused by the socket (buffer full, no route).
   bool Send(const sockaddr_in& to, const std::uint8_t* data, std::size_t size) const noexcept;
 
  private:

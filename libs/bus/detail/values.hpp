@@ -12,7 +12,7 @@
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
 
-// A field's value in memory and on the wire.
+// Conversions of a field's value between memory and wire.
 namespace bus::detail {
 
 using core::Wire;
@@ -96,7 +96,7 @@ constexpr std::uint64_t MaxOf() {
   }
 }
 
-// Of a uint32 the low bits count, as with the library; a smaller type in memory must hold them.
+// Of a uint32 the low 32 bits count, as in protobuf's library; they must fit the type in memory.
 template <Wire wire, IsNumber T>
 bool IsInRange(std::uint64_t bits) {
   if constexpr (wire == Wire::kUint32 || wire == Wire::kFixed32) return static_cast<std::uint32_t>(bits) <= MaxOf<T>();
@@ -123,7 +123,7 @@ T FromBits(std::uint64_t bits) {
   }
 }
 
-// Most bytes of a value, without its tag.
+// Upper bound of the bytes of a value, without its tag.
 template <Wire wire, class T>
 constexpr std::size_t MaxValueBytes() {
   if constexpr (IsCompound<T>) {
@@ -137,7 +137,7 @@ constexpr std::size_t MaxValueBytes() {
   }
 }
 
-// take(bits) for each number of a field, which may be packed. False: these are no such numbers.
+// Calls take(bits) for each number of a field, which may be packed. False: damaged, or take returned false.
 template <Wire wire, class Take>
 bool ForEachNumber(const WireField& field, Take&& take) {
   if (field.type != kBytes) return take(field.value);

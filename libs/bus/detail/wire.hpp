@@ -8,8 +8,8 @@
 #include <span>
 #include <string_view>
 
-// Protobuf's wire format [Protocol Buffers encoding] without protobuf's code: at a thousand messages a second the
-// library's code and tables are out of the processor's caches each time they are needed.
+// Protobuf's wire format [Protocol Buffers encoding] without protobuf's library: at a thousand messages a second the
+// library's code and tables have left the processor's caches each time they are needed.
 namespace bus::detail {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they stand in memory");
@@ -20,7 +20,7 @@ constexpr std::size_t VarintBytes(std::uint64_t value) {
   return (static_cast<std::size_t>(std::bit_width(value | 1)) + 6) / 7;
 }
 
-// Has the functions of WireWriter, and counts the bytes that it would write.
+// The interface of WireWriter; only counts the bytes.
 class WireCounter {
  public:
   void Tag(std::uint32_t number, WireType) { bytes_ += VarintBytes(std::uint64_t{number} << 3); }
@@ -40,7 +40,7 @@ class WireCounter {
   std::size_t bytes_ = 0;
 };
 
-// The caller has counted: there is room.
+// Does not check bounds: the caller has counted the bytes.
 class WireWriter {
  public:
   explicit WireWriter(std::uint8_t* out) : at_(out) {}
@@ -95,7 +95,7 @@ struct WireField {
   }
 };
 
-// One field after the other. Groups, which no .proto file here has, count as damage.
+// Reads field after field. Groups, which no .proto file here has, count as damage.
 class WireReader {
  public:
   explicit WireReader(std::span<const std::uint8_t> in) : left_(in) {}

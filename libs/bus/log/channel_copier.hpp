@@ -10,12 +10,12 @@
 
 namespace bus::log {
 
-// Brings messages of other files into one: channels that say the same become one, and so do schemas.
+// Copies messages of several files into one. Identical channels become one, and so do identical schemas.
 class ChannelCopier {
  public:
   explicit ChannelCopier(McapWriter* to) : to_(to) {}
 
-  // `from`: the file, as a number. `schema` null: it has none.
+  // `from`: number of the source file. `schema` null: the channel has none.
   core::Result<void> Copy(std::size_t from, const Channel& channel, const Schema* schema, Message message) {
     const auto [known, is_new] = by_file_.try_emplace({from, channel.id}, std::uint16_t{0});
     if (is_new) known->second = ChannelLike(channel, schema);

@@ -10,17 +10,17 @@
 
 namespace bus::log {
 
-// "clock/<node>" of a recording: what the node knows of its peers' clocks, now and then.
+// The channel "clock/<node>" of a recording: offset, bound and drift of the peers' clocks, every kPeriod_ns.
 class ClockChannel {
  public:
-  static constexpr std::int64_t kPeriod_ns = 500'000'000;
+  static constexpr std::int64_t kPeriod_ns = 500'000'000;  // drift within it stays below 0.25 ms (kMaxDrift)
 
   [[nodiscard]] bool is_due(std::int64_t now_ns) const { return now_ns - written_ns_ >= kPeriod_ns; }
 
   core::Result<void> Write(const std::string& node, const std::vector<PeerClock>& clocks, std::int64_t now_ns,
                            McapWriter* to);
 
-  // Another file from here on.
+  // Starts in another file.
   void BeginFile() { channel_.reset(); }
 
  private:

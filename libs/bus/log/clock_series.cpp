@@ -6,7 +6,7 @@
 namespace bus::log {
 namespace {
 
-// Straight between samples, level outside.
+// Linear between samples, constant outside.
 std::int64_t OffsetAt(const std::vector<ClockSeries::Sample>& samples, std::int64_t time_ns) {
   const auto after = std::lower_bound(samples.begin(), samples.end(), time_ns,
                                       [](const auto& sample, std::int64_t t) { return sample.time_ns < t; });
@@ -30,7 +30,7 @@ void ClockSeries::Add(const std::string& node, const std::string& peer, const Sa
 }
 
 core::Result<void> ClockSeries::SetReference(const std::string& machine) {
-  // Machine to machine, in both directions of what was measured.
+  // From machine to machine: each measurement in both directions.
   std::map<std::pair<std::string, std::string>, std::vector<Sample>> links;
   for (const auto& [pair, samples] : measured_) {
     const auto from = machines_.find(pair.first);
@@ -58,8 +58,8 @@ core::Result<void> ClockSeries::SetReference(const std::string& machine) {
   for (const auto& [node, its] : machines_) {
     if (ways_.count(its) == 0) {
       return core::Fail(core::ErrorCode::kInvalidInput,
-                        "nothing tells how the clock of " + node +
-                            "'s machine compares with the first file's: no node "
+                        "the clock of " + node +
+                            "'s machine cannot be compared with the first file's: no node "
                             "has recorded samples between the two; record with all nodes' taps on");
     }
   }

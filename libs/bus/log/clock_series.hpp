@@ -11,8 +11,8 @@
 
 namespace bus::log {
 
-// How machines' clocks compare, from the clock samples of recordings: what one node measured of another at times of its
-// own clock. The true offset is within the bound.
+// Offsets between machines' clocks over time, from the clock samples of recordings: each is measured by one node of a
+// peer, at a time of its own clock. The true offset is within the bound.
 class ClockSeries {
  public:
   struct Sample {
@@ -21,18 +21,18 @@ class ClockSeries {
     std::int64_t bound_ns = 0;
   };
 
-  // `node` runs on `machine`.
+  // Declares that `node` runs on `machine`.
   void AddNode(const std::string& node, const std::string& machine);
   void Add(const std::string& node, const std::string& peer, const Sample& sample);
 
-  // Chooses the machine whose clock counts. Errors: kInvalidInput, naming a machine of which no node has measured the
-  // way to it.
+  // Chooses the machine whose clock is the reference. Errors: kInvalidInput, naming a machine that no chain of
+  // measurements connects to it.
   core::Result<void> SetReference(const std::string& machine);
 
-  // A time of this node's (or machine's) clock as the reference's.
+  // Converts a time of the machine's clock to the reference's [ns].
   [[nodiscard]] std::int64_t ToReference(const std::string& machine, std::int64_t time_ns) const;
   [[nodiscard]] std::optional<std::string> MachineOf(const std::string& node) const;
-  // Largest bound of the samples that lead from the machine to the reference; 0 for one machine.
+  // Largest bound of the samples that connect the machine to the reference [ns]; 0 for the reference itself.
   [[nodiscard]] std::int64_t BoundOf(const std::string& machine) const;
 
  private:

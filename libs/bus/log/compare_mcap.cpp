@@ -17,12 +17,12 @@ namespace {
 
 using ChannelKey = std::tuple<std::string, std::string, std::string>;  // topic, node, key
 
-// A message, 24 bytes instead of itself: an hour of a session does not fit into memory. What two messages with the same
-// 64 bits say is taken for the same.
-struct Said {
+// 24 bytes for a message, because an hour of a session does not fit into memory. Payloads with the same 64-bit hash are
+// taken as equal.
+struct Summary {
   std::uint32_t sequence = 0;
-  std::uint32_t place =
-      0;                   // the how manyth of that sequence number: a part of a split message, or a restarted writer's
+  // Index among the messages with that sequence number: parts of a split message, or of a restarted writer.
+  std::uint32_t place = 0;
   std::uint64_t hash = 0;  // of the payload
   std::uint64_t log_time_ns = 0;
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> number() const { return {sequence, place}; }
@@ -30,7 +30,7 @@ struct Said {
 
 struct Recording {
   std::filesystem::path path;
-  std::map<ChannelKey, std::vector<Said>> channels;  // by number
+  std::map<ChannelKey, std::vector<Summary>> channels;  // by number
   std::map<ChannelKey, Schema> schemas;
 };
 
@@ -66,7 +66,7 @@ core::Result<Recording> Load(const std::filesystem::path& path, std::string_view
   if (!read) return tl::unexpected(read.error());
   for (auto& [key, messages] : recording.channels) {
     std::stable_sort(messages.begin(), messages.end(),
-                     [](const Said& a, const Said& b) { return a.sequence < b.sequence; });
+                     [](const Summary& a, const Summary& b) { return a.sequence < b.sequence; });
     for (std::size_t i = 1; i < messages.size(); ++i) {
       if (messages[i].sequence == messages[i - 1].sequence) messages[i].place = messages[i - 1].place + 1;
     }
@@ -74,19 +74,19 @@ core::Result<Recording> Load(const std::filesystem::path& path, std::string_view
   return recording;
 }
 
-// The payload of one message, read again; all that have its log time are asked which of that number it is.
-core::Result<Bytes> PayloadOf(const Recording& recording, const ChannelKey& key, const Said& said) {
+// Reads the payload of one message again: the one of its log time with the same sequence number and hash.
+core::Result<Bytes> PayloadOf(const Recording& recording, const ChannelKey& key, const Summary& summary) {
   auto reader = McapIndexedReader::Open(recording.path);
   if (!reader) return tl::unexpected(reader.error());
   Bytes found;
   const auto see = [&](const Channel& channel, const Message& message) {
-    if (message.sequence != said.sequence || KeyOf(channel) != key) return true;
+    if (message.sequence != summary.sequence || KeyOf(channel) != key) return true;
     const auto payload = SplitRecorded(message.data).payload;
-    if (core::Hash64(payload.data(), payload.size()) != said.hash) return true;
+    if (core::Hash64(payload.data(), payload.size()) != summary.hash) return true;
     found.assign(payload.begin(), payload.end());
     return false;
   };
-  if (auto done = reader->ReadMessages(see, said.log_time_ns, said.log_time_ns + 1); !done) {
+  if (auto done = reader->ReadMessages(see, summary.log_time_ns, summary.log_time_ns + 1); !done) {
     return tl::unexpected(done.error());
   }
   return found;
@@ -103,7 +103,7 @@ class Comparer {
     }
     for (const ChannelKey& key : keys) CompareChannel(key);
     if (first_at_) {
-      if (auto done = TellFirst(); !done) return tl::unexpected(done.error());
+      if (auto done = ReportFirst(); !done) return tl::unexpected(done.error());
     }
     return std::move(comparison_);
   }
@@ -112,19 +112,19 @@ class Comparer {
   struct Place {
     ChannelKey key;
     std::uint64_t time_ns = 0;
-    const Said* a = nullptr;  // not there: only b says it
-    const Said* b = nullptr;
+    const Summary* a = nullptr;  // null: only in b
+    const Summary* b = nullptr;
   };
 
-  static const std::vector<Said>& MessagesOf(const Recording& recording, const ChannelKey& key) {
-    static const std::vector<Said> none;
+  static const std::vector<Summary>& MessagesOf(const Recording& recording, const ChannelKey& key) {
+    static const std::vector<Summary> none;
     const auto found = recording.channels.find(key);
     return found == recording.channels.end() ? none : found->second;
   }
 
   void CompareChannel(const ChannelKey& key) {
-    const std::vector<Said>& in_a = MessagesOf(a_, key);
-    const std::vector<Said>& in_b = MessagesOf(b_, key);
+    const std::vector<Summary>& in_a = MessagesOf(a_, key);
+    const std::vector<Summary>& in_b = MessagesOf(b_, key);
     ChannelComparison channel{std::get<0>(key), std::get<1>(key), std::get<2>(key), in_a.size(), in_b.size(), 0, 0, 0};
     auto a = in_a.begin();
     auto b = in_b.begin();
@@ -153,10 +153,10 @@ class Comparer {
     if (!first_at_ || place.time_ns < first_at_->time_ns) first_at_ = place;
   }
 
-  core::Result<void> TellFirst() {
+  core::Result<void> ReportFirst() {
     const Place& place = *first_at_;
-    const Said& said = place.a == nullptr ? *place.b : *place.a;
-    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), said.sequence, place.time_ns, {}};
+    const Summary& summary = place.a == nullptr ? *place.b : *place.a;
+    MessageDifference first{std::get<0>(place.key), std::get<1>(place.key), summary.sequence, place.time_ns, {}};
     if (place.a == nullptr || place.b == nullptr) {
       first.what = place.a == nullptr ? "only in the second file" : "only in the first file";
     } else {

@@ -14,7 +14,7 @@ namespace bus::log {
 // One topic of one node (and key) in two recordings.
 struct ChannelComparison {
   std::string topic;
-  std::string node;  // that wrote it
+  std::string node;  // the writer
   std::string key;
   std::uint64_t num_a = 0, num_b = 0;
   std::uint64_t num_only_a = 0, num_only_b = 0;  // sequence numbers that the other does not have
@@ -37,8 +37,8 @@ struct McapComparison {
   [[nodiscard]] bool is_same() const { return !first; }
 };
 
-// Compares what was said, by topic, writer and sequence number, not when: payloads without the envelopes behind them.
-// What nodes took, their steps and clocks are left out. Errors: kIo, kDamaged.
+// Compares payloads (without envelopes) by topic, writer and sequence number; times do not matter. Channels "taken/",
+// steps and clocks are left out. Errors: kIo, kDamaged.
 core::Result<McapComparison> CompareMcap(const std::filesystem::path& a, const std::filesystem::path& b,
                                          std::string_view pattern = "*");
 

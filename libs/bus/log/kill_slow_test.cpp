@@ -24,11 +24,11 @@ TEST(KilledRecorderSlow, LosesNothingThatIsOlderThan100msInAThousandKills) {
   std::filesystem::remove_all(folder);
 }
 
-// What a kill may cost: the writer comes round every 10 ms, writes what is older than 40 ms, and the other half is for
-// a busy machine.
+// Allowed loss of a kill: the writer is serviced every 10 ms and flushes what is older than 40 ms; the other half is
+// margin for a busy machine.
 constexpr std::int64_t kMaxLost_ns = 100'000'000;
-// Nothing written for twice the flush period: the machine did not let the writer run, which is no fault of it. Such a
-// kill says nothing and is done again, but not for ever: a writer that never writes looks the same.
+// Nothing written for twice the flush period: the machine did not schedule the writer, which is not its fault. Such a
+// kill proves nothing and is repeated, a limited number of times: a writer that never writes shows the same.
 constexpr std::int64_t kHeldUp_ns = 2 * TapWriter::kFlushPeriod_ns;
 constexpr int kMaxHeldUp = 20;
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint32_t kNumMessages = 800;
 constexpr std::size_t kMessageBytes = std::size_t{64} << 10;
-// A third of what the messages take.
+// A third of the size of all messages.
 constexpr std::size_t kSpareBytes = std::size_t{16} << 20;
 
 std::size_t DataBytes() {
@@ -62,7 +62,7 @@ class LargeFile : public ::testing::Test {
   ~LargeFile() override { std::filesystem::remove_all(folder_); }
   [[nodiscard]] std::filesystem::path File(const std::string& name) const { return folder_ / name; }
 
-  // `different`: number of a message that says something else.
+  // `different`: number of a message with another payload.
   [[nodiscard]] std::filesystem::path Write(const std::string& name, bool is_closed,
                                             std::uint32_t different = 0) const {
     auto writer = std::move(*McapWriter::Create(File(name), {"", "test"}));
@@ -133,7 +133,7 @@ TEST_F(LargeFile, WhoseWriterDiedIsReadByTimeAndMergedWithoutHoldingItInMemory) 
   }));
 }
 
-// Nobody else has recoveries that were begun: they stand in the way of the next.
+// A file of an unfinished recovery would make the next recovery fail.
 TEST_F(LargeFile, ARecoveryThatFailsLeavesNoFile) {
   const auto a = Write("a.mcap", true);
   const pid_t child = fork();
@@ -145,7 +145,7 @@ TEST_F(LargeFile, ARecoveryThatFailsLeavesNoFile) {
   }
   int status = 0;
   waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0) << "it says that it wrote more than it may";
+  EXPECT_EQ(status, 0) << "it reports more bytes than the limit allows";
   EXPECT_FALSE(std::filesystem::exists(File("b.mcap")));
 }
 

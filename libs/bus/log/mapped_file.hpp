@@ -10,11 +10,11 @@
 
 namespace bus::log {
 
-// The content of a file to read, as it was long when it was opened. A large one is mapped, so that the kernel may take
-// its pages back: a recording of an hour is larger than the memory. A small one is copied.
+// The content of a file, with its length when it was opened. A large file is mapped, so that the kernel may reclaim its
+// pages: a recording of an hour is larger than the memory. A small one is copied.
 //
-// Of a mapped file that somebody cuts off meanwhile the missing pages cannot be read: SIGBUS ends the process. Writers
-// of recordings only append, and who empties a file of that size while it is read wants it gone.
+// If a mapped file is truncated meanwhile, reading the missing pages ends the process (SIGBUS). That is accepted:
+// writers of recordings only append.
 class MappedFile {
  public:
   static constexpr std::size_t kMaxCopied = std::size_t{1} << 20;

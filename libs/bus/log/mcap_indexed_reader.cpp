@@ -16,7 +16,7 @@ std::uint64_t ReadLength(std::span<const std::uint8_t> bytes) {
   return length;
 }
 
-// Calls visit(opcode, content, offset) for each; false: the bytes do not end with a record's end, or visit said so.
+// Calls visit(opcode, content, offset) for each; false: the bytes end within a record, or visit returned false.
 template <class Visit>
 bool ForEachRecord(std::span<const std::uint8_t> bytes, Visit&& visit) {
   for (std::size_t at = 0; at < bytes.size();) {
@@ -63,7 +63,7 @@ core::Result<Bytes> McapIndexedReader::ReadAt(std::uint64_t offset, std::uint64_
   return bytes;
 }
 
-// False: there is no summary with chunks to read by.
+// False: the file has no summary that lists its chunks.
 core::Result<bool> McapIndexedReader::ReadSummary() {
   const std::size_t tail_bytes = kFooterBytes + kMcapMagic.size();
   if (size_ < 2 * kMcapMagic.size() + kFooterBytes) return false;
@@ -106,7 +106,7 @@ core::Result<bool> McapIndexedReader::ReadSummary() {
   if (!is_read) return Damaged(footer.summary_start, "the summary cannot be read");
   std::stable_sort(chunks_.begin(), chunks_.end(),
                    [](const ChunkIndex& a, const ChunkIndex& b) { return a.first_ns < b.first_ns; });
-  // Without statistics nothing tells that all that there is stands in these chunks and indices.
+  // Only the statistics show that these chunks and indices are complete.
   const bool is_complete = statistics_ && statistics_->chunk_count == chunks_.size() &&
                            (statistics_->chunk_count > 0 || statistics_->message_count == 0) &&
                            statistics_->metadata_count == metadata_index_.size() &&
@@ -114,11 +114,11 @@ core::Result<bool> McapIndexedReader::ReadSummary() {
   return is_complete;
 }
 
-// By the times of its messages: no checksum covers those in its head.
+// Uses the times of its messages: no checksum covers the times in its head.
 void McapIndexedReader::AddToIndex(std::span<const std::uint8_t> content, std::uint64_t chunk_start) {
   constexpr std::size_t kTimeAt = 2 + 4;  // behind channel and sequence
   Chunk chunk;
-  if (!ReadRecord(content, &chunk)) return;  // that is told where the file is checked
+  if (!ReadRecord(content, &chunk)) return;  // reported by the check of the file
   ChunkIndex index;
   index.chunk_start = chunk_start;
   index.chunk_length = kRecordHeadBytes + content.size();
@@ -133,8 +133,8 @@ void McapIndexedReader::AddToIndex(std::span<const std::uint8_t> content, std::u
   chunks_.push_back(std::move(index));
 }
 
-// Checks the whole file, and makes the index that it lacks. Messages outside of chunks have no place in one: a file
-// that has such is kept in memory.
+// Checks the whole file and builds its index. Messages outside of chunks cannot be indexed: a file with such is kept in
+// memory.
 core::Result<void> McapIndexedReader::ReadAll() {
   chunks_.clear();
   schemas_.clear();
@@ -228,7 +228,7 @@ core::Result<bool> McapIndexedReader::Next(Message* message) {
     }
     return false;
   }
-  // A chunk is opened when nothing that waits is earlier than its first.
+  // A chunk is opened when no waiting message is earlier than its first.
   while (next_ < chunks_.size() &&
          (waiting_.empty() || chunks_[next_].first_ns <= waiting_.top().message.log_time_ns)) {
     const ChunkIndex& index = chunks_[next_++];

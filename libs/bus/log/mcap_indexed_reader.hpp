@@ -15,8 +15,8 @@
 
 namespace bus::log {
 
-// Reads by a file's index: only the chunks that a question needs, messages by log time. Of a file without an index (its
-// writer died, or wrote none) one is made when it is opened.
+// Reads messages by log time with a file's index, and only the chunks that are needed. For a file without an index (its
+// writer died, or wrote none) Open builds one.
 class McapIndexedReader {
  public:
   // Errors: kIo; kDamaged; kUnsupported, as ReadMcap.
@@ -26,15 +26,15 @@ class McapIndexedReader {
   // file's order. False: there are no more. Errors: kDamaged.
   void Seek(std::uint64_t from_ns = 0, std::uint64_t to_ns = std::numeric_limits<std::uint64_t>::max());
   core::Result<bool> Next(Message* message);
-  // All of them; the visitor returns false to end.
+  // Visits all messages of that interval; the visitor returns false to stop.
   using Visitor = std::function<bool(const Channel& channel, const Message& message)>;
   core::Result<void> ReadMessages(const Visitor& visit, std::uint64_t from_ns = 0,
                                   std::uint64_t to_ns = std::numeric_limits<std::uint64_t>::max());
 
-  // Complete for a file whose summary repeats them, otherwise once all messages were read.
+  // Complete if the file's summary repeats them, otherwise after all messages were read.
   [[nodiscard]] const std::map<std::uint16_t, Schema>& schemas() const { return schemas_; }
   [[nodiscard]] const std::map<std::uint16_t, Channel>& channels() const { return channels_; }
-  [[nodiscard]] const std::optional<Statistics>& statistics() const { return statistics_; }  // as the file says
+  [[nodiscard]] const std::optional<Statistics>& statistics() const { return statistics_; }  // as stored in the file
   [[nodiscard]] bool has_index() const { return has_index_; }
   // Metadata records of this name, or all. Attachments likewise. Errors: kDamaged.
   core::Result<std::vector<Metadata>> ReadMetadata(const std::string& name = {});
@@ -69,12 +69,12 @@ class McapIndexedReader {
   std::vector<ChunkIndex> chunks_;  // by first time
   std::vector<MetadataIndex> metadata_index_;
   std::vector<AttachmentIndex> attachment_index_;
-  // What Next() has yet to give: of chunks that were opened, and from where on chunks are still closed.
+  // State of Next(): messages of open chunks, and the first chunk that is still closed.
   std::uint64_t from_ns_ = 0, to_ns_ = std::numeric_limits<std::uint64_t>::max();
   std::priority_queue<Placed, std::vector<Placed>, std::greater<>> waiting_;
   std::size_t next_ = 0;          // chunk, or message
   std::vector<Placed> messages_;  // in memory
-  // Without an index.
+  // For a file without an index.
   std::vector<Metadata> metadata_;
   std::vector<Attachment> attachments_;
 };

@@ -24,7 +24,7 @@ struct RawRecord {
   std::size_t begin = 0, end = 0;  // of the whole record
 };
 
-// Nothing when no whole record is left at `at`.
+// Empty: no complete record at `at`.
 std::optional<RawRecord> RecordAt(std::span<const std::uint8_t> bytes, std::size_t at) {
   if (bytes.size() - at < kRecordHeadBytes) return {};
   std::uint64_t length = 0;
@@ -46,7 +46,7 @@ class Collector {
   explicit Collector(const MessageVisitor& visit, const RecordVisitor& visit_record = {})
       : visit_(visit), visit_record_(visit_record) {}
 
-  // Null, or what is wrong.
+  // Null, or the error.
   const char* Take(const RawRecord& record) {
     switch (record.opcode) {
       case Opcode::kHeader:
@@ -55,7 +55,7 @@ class Collector {
       case Opcode::kSchema: {
         Schema schema;
         if (!ReadRecord(record.content, &schema) || schema.id == 0) return "a schema that cannot be read";
-        Tell(schema);
+        Report(schema);
         contents.schemas[schema.id] = std::move(schema);
         return nullptr;
       }
@@ -63,7 +63,7 @@ class Collector {
         Channel channel;
         if (!ReadRecord(record.content, &channel)) return "a channel that cannot be read";
         if (channel.schema_id != 0 && !contents.schemas.contains(channel.schema_id)) return "a channel without schema";
-        Tell(channel);
+        Report(channel);
         contents.channels[channel.id] = std::move(channel);
         return nullptr;
       }
@@ -95,7 +95,7 @@ class Collector {
     }
   }
 
-  // Of a chunk's records; those of one that was cut off end early.
+  // The records of a chunk; those of a truncated one end early.
   const char* TakeAll(std::span<const std::uint8_t> records, bool is_cut) {
     std::size_t at = 0;
     while (at < records.size()) {
@@ -120,20 +120,20 @@ class Collector {
     s.first_ns = is_first ? message.log_time_ns : std::min(s.first_ns, message.log_time_ns);
     s.last_ns = is_first ? message.log_time_ns : std::max(s.last_ns, message.log_time_ns);
     ++s.channel_message_counts[message.channel_id];
-    Tell(message);
+    Report(message);
     if (visit_) visit_(channel->second, message);
     return nullptr;
   }
 
   template <class Record>
-  void Tell(const Record& record) {
+  void Report(const Record& record) {
     if (visit_record_) visit_record_(record);
   }
   template <class Record, class Keep>
   const char* Read(const RawRecord& raw, const char* wrong, Keep&& keep) {
     Record record;
     if (!ReadRecord(raw.content, &record)) return wrong;
-    Tell(record);
+    Report(record);
     keep(record);
     return nullptr;
   }
@@ -153,7 +153,7 @@ class StrictReader {
       : path_(path), bytes_(bytes), collector_(visit, visit_record) {}
 
   core::Result<McapContents> Read() {
-    if (!HasMagic(bytes_)) return Damaged(0, "this is no MCAP file");
+    if (!HasMagic(bytes_)) return Damaged(0, "this is not an MCAP file");
     std::size_t at = kMcapMagic.size();
     bool is_first = true;
     while (at < bytes_.size()) {
@@ -205,7 +205,7 @@ class StrictReader {
     return {};
   }
 
-  // From the data's end to the file's.
+  // From the end of the data section to the end of the file.
   core::Result<McapContents> ReadEnd(const RawRecord& data_end) {
     DataEnd end;
     if (!ReadRecord(data_end.content, &end)) return Damaged(data_end.begin, "the data's end cannot be read");
@@ -241,7 +241,7 @@ class StrictReader {
   Collector collector_;
 };
 
-// Takes what is sound, in the file's order.
+// Collects the sound records, in the file's order.
 class Salvager {
  public:
   Salvager(std::span<const std::uint8_t> bytes, const MessageVisitor& visit) : bytes_(bytes), collector_(visit) {}
@@ -267,7 +267,7 @@ class Salvager {
   [[nodiscard]] const McapContents& so_far() const { return collector_.contents; }
 
  private:
-  // Whether this can be a record: a length that was damaged leads into the middle of another.
+  // Whether this can be a record: a damaged length leads into the middle of another one.
   [[nodiscard]] bool IsKnown(const RawRecord& record) const {
     if (record.opcode < Opcode::kHeader || record.opcode > Opcode::kDataEnd) return false;
     if (record.end == bytes_.size()) return true;
@@ -300,7 +300,7 @@ class Salvager {
     return bytes_.size();
   }
 
-  // The whole messages of a chunk whose end is missing. Nothing tells whether they are sound but their own lengths.
+  // The complete messages of a truncated chunk. Its checksum cannot be used, so only their lengths are checked.
   bool TakeCutChunk(std::size_t at) {
     // first, last and uncompressed size, checksum, no compression, length
     constexpr std::size_t kChunkHeadBytes = 8 + 8 + 8 + 4 + 4 + 8;
@@ -321,7 +321,7 @@ class Salvager {
   Collector collector_;
 };
 
-// Of messages, one after the other.
+// Digest of a sequence of messages.
 class Digest {
  public:
   void Add(const Channel& channel, const Message& message) {
@@ -337,7 +337,7 @@ class Digest {
   std::uint64_t value_ = 0, count_ = 0;
 };
 
-// What RecoverMcap writes, message by message as they are found: a recording need not fit into memory.
+// The output of RecoverMcap, written message by message: a recording need not fit into memory.
 class RecoveredFile {
  public:
   explicit RecoveredFile(std::filesystem::path path) : path_(std::move(path)) {}
@@ -345,10 +345,11 @@ class RecoveredFile {
   RecoveredFile& operator=(const RecoveredFile&) = delete;
   ~RecoveredFile() {
     std::error_code error;
-    if (writer_ != nullptr && !is_good_) std::filesystem::remove(path_, error);  // half a recovery helps nobody
+    if (writer_ != nullptr && !is_good_)
+      std::filesystem::remove(path_, error);  // no incomplete recovery is left behind
   }
 
-  // `so_far`: what was found before the message, its schema among it.
+  // `so_far`: the contents before the message, including its schema.
   void Add(const McapContents& so_far, const Channel& channel, const Message& message) {
     if (error_) return;
     if (writer_ == nullptr && !Note(Create(so_far.header))) return;
@@ -357,7 +358,7 @@ class RecoveredFile {
     if (Note(copier_->Copy(0, channel, its, message))) digest_.Add(channel, message);
   }
 
-  // All messages have come. Reads again what was written. The number of messages; kDamaged: there was none.
+  // After the last message: verifies the file by reading it back. Returns the number of messages; kDamaged: none.
   core::Result<std::uint64_t> Finish(const McapContents& contents, const std::filesystem::path& from) {
     if (error_) return tl::unexpected(*error_);
     if (writer_ == nullptr) {
@@ -421,7 +422,7 @@ core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, co
 core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to) {
   const auto file = MappedFile::Open(from);
   if (!file) return tl::unexpected(file.error());
-  // A whole file may hold private records, which the salvager would take for damage.
+  // An intact file may hold private records, which the salvager would treat as damage.
   const MessageVisitor none;
   const auto whole = StrictReader(from, file->bytes(), none).Read();
   McapRecovery recovery;

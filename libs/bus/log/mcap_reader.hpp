@@ -26,8 +26,8 @@ struct McapContents {
 // In the file's order. `channel` stays valid during the call.
 using MessageVisitor = std::function<void(const Channel& channel, const Message& message)>;
 
-// Reads a whole file from the front and checks every checksum that it gives. A file whose writer died has no summary:
-// that is no error, has_summary tells. Errors: kIo; kDamaged with the byte where it is; kUnsupported (compressed
+// Reads a whole file from the front and checks every checksum in it. A file whose writer died has no summary: that is
+// not an error (has_summary is false). Errors: kIo; kDamaged with the byte where it is; kUnsupported (compressed
 // chunks).
 core::Result<McapContents> ReadMcap(const std::filesystem::path& path, const MessageVisitor& visit);
 
@@ -40,13 +40,12 @@ core::Result<McapContents> ReadMcapRecords(const std::filesystem::path& path, co
 struct McapRecovery {
   std::uint64_t num_messages = 0;
   std::uint64_t num_damaged_chunks = 0;  // left out: their checksum is wrong
-  std::uint64_t num_skipped_bytes = 0;   // between records that could be read
+  std::uint64_t num_skipped_bytes = 0;   // between readable records
   bool was_whole = false;                // nothing was missing
 };
 
-// Writes what can be saved of a truncated or damaged file to `to`, which must not exist, and reads it again before it
-// says so. Of a chunk that was cut off its whole messages are saved. Errors: kIo; kDamaged (no MCAP file, or not one
-// message).
+// Recovers a truncated or damaged file into `to`, which must not exist, and verifies it by reading it back. Of a
+// truncated chunk the complete messages are saved. Errors: kIo; kDamaged (no MCAP file, or not one message).
 core::Result<McapRecovery> RecoverMcap(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace bus::log

@@ -7,7 +7,7 @@
 namespace bus::log {
 namespace {
 
-// One description of every record's fields, walked by the appender and the reader alike.
+// The one description of every record's fields, visited by both the appender and the reader.
 template <class Visitor, class R>
 void Fields(Visitor& v, R& r) {
   using Record = std::remove_const_t<R>;

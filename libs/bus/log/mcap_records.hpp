@@ -134,7 +134,7 @@ template <class Record>
 void AppendRecord(const Record& record, Bytes* out);
 
 // From a record's content. False: too short, lengths that contradict each other, or an attachment whose checksum is
-// wrong. What follows the known fields is ignored, as the specification asks.
+// wrong. Bytes after the known fields are ignored, as the specification requires.
 template <class Record>
 bool ReadRecord(std::span<const std::uint8_t> content, Record* out);
 

@@ -41,7 +41,7 @@ class McapTest : public ::testing::Test {
     ASSERT_TRUE(writer->Close());
   }
   static Message MessageOf(std::uint16_t channel, int i) {
-    // Out of order by one now and then, as two publishers are.
+    // Sometimes out of order by one, as with two publishers.
     const auto time = static_cast<std::uint64_t>(1000 * (i ^ 1));
     return {channel, static_cast<std::uint32_t>(i), time, time + 7, Bytes(static_cast<std::size_t>(i % 5), 0xa0)};
   }
@@ -68,7 +68,7 @@ class McapTest : public ::testing::Test {
   }
 
  private:
-  // In memory where there is such a place: thousands of files are brought to the disk.
+  // In memory where possible: thousands of files are synced.
   std::filesystem::path folder_ =
       std::filesystem::path(std::filesystem::exists("/dev/shm") ? "/dev/shm" : ::testing::TempDir()) /
       ("mcap_test" + std::to_string(::getpid()));
@@ -120,7 +120,7 @@ TEST_F(McapTest, AnExistingFileIsNotOverwritten) {
   EXPECT_EQ(Load(File("a.mcap")), before);
 }
 
-// Where the records of chunks and of the messages in them end tells what must survive.
+// The ends of the records of chunks, and of the messages in them, determine what must survive.
 TEST_F(McapTest, RecoveryAfterATruncationAtEveryByteSavesEveryWholeMessage) {
   WriteSample(File("a.mcap"), 12, 4);
   const Bytes bytes = Load(File("a.mcap"));
@@ -166,7 +166,7 @@ TEST_F(McapTest, RecoveryAfterAnyFlippedBitOfAChunkLosesNoOtherChunk) {
       Store(File("flipped.mcap"), damaged, damaged.size());
       EXPECT_FALSE(ReadMcap(File("flipped.mcap"), [](const Channel&, const Message&) {})) << at << " bit " << bit;
       const std::vector<int> saved = Recovered(File("flipped.mcap"));
-      // Times in the chunk's head stand under no checksum of their own: then nothing is lost.
+      // The times in the chunk's head are not covered by a checksum: a flip there loses nothing.
       ASSERT_TRUE(saved == others || saved == all) << "byte " << at << " bit " << bit;
     }
   }
@@ -176,7 +176,7 @@ TEST_F(McapTest, WhatIsNoRecordingIsRefusedByName) {
   Store(File("text.mcap"), {'h', 'e', 'l', 'l', 'o', ' ', 'y', 'o', 'u'}, 9);
   const auto read = ReadMcap(File("text.mcap"), [](const Channel&, const Message&) {});
   ASSERT_FALSE(read);
-  EXPECT_NE(read.error().detail.find("text.mcap: byte 0: this is no MCAP file"), std::string::npos);
+  EXPECT_NE(read.error().detail.find("text.mcap: byte 0: this is not an MCAP file"), std::string::npos);
   EXPECT_FALSE(RecoverMcap(File("text.mcap"), File("b.mcap")));
   EXPECT_FALSE(std::filesystem::exists(File("b.mcap")));
   EXPECT_FALSE(ReadMcap(File("missing.mcap"), [](const Channel&, const Message&) {}));

@@ -10,18 +10,18 @@
 
 namespace bus::log {
 
-// Writes an MCAP file: messages in chunks with an index each, and a summary behind them. Not real-time, one thread.
+// Writes an MCAP file: indexed chunks of messages, and a summary. Not real-time, one thread.
 //
-// What was flushed survives the writer's death: a file without its summary is read from the front, or mended by
+// Flushed messages survive the writer's death: a file without a summary is read from the front, or repaired by
 // RecoverMcap.
 class McapWriter {
  public:
-  // A chunk is closed when it is larger than this, or by Flush.
+  // A chunk is closed above this size, or by Flush. Larger chunks need fewer indices, but cost more per random access.
   static constexpr std::size_t kChunkBytes = 512 * 1024;
 
   // The file must not exist. Errors: kIo.
   static core::Result<std::unique_ptr<McapWriter>> Create(const std::filesystem::path& path, const Header& header);
-  ~McapWriter();  // leaves the file without a summary, unless Close was called
+  ~McapWriter();  // without Close the file has no summary
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
@@ -35,7 +35,7 @@ class McapWriter {
   core::Result<void> Write(const Metadata& metadata);
   // Closes the chunk and hands everything to the kernel.
   core::Result<void> Flush();
-  // Summary and footer; nothing may be written behind it. kNow waits until all is on the disk.
+  // Writes summary and footer; no further writes. kNow waits until all is on the disk (fsync).
   enum class ToDisk { kNow, kLater };
   core::Result<void> Close(ToDisk to_disk = ToDisk::kNow);
 

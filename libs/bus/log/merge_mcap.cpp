@@ -82,8 +82,8 @@ class Merger {
     });
   }
 
-  // Nodes that have no recording of their own: the clocks of those that an onlooker heard are known all the same. A
-  // clock that is known exactly is the onlooker's own machine's; else the node stands for a machine.
+  // Nodes without a recording of their own: their clocks are known if an observer has recorded clock samples of them. A
+  // peer with bound 0 is on the observer's machine; any other stands for a machine of its own.
   void PlaceOthers() {
     for (const auto& [pair, bound_ns] : measured_peers_) {
       const auto& [machine, peer] = pair;
@@ -93,7 +93,7 @@ class Merger {
     }
   }
 
-  // What is known of all files, then what they say of themselves.
+  // Metadata about all files, then the metadata and attachments of each.
   core::Result<void> WriteFront() {
     TextMap about;
     std::set<std::string> machines;
@@ -110,11 +110,11 @@ class Merger {
     }
     about["clock"] = "CLOCK_MONOTONIC of " + inputs_.front().machine;
     if (auto done = writer_->Write(Metadata{"merged", about}); !done) return done;
-    std::set<std::pair<std::string, TextMap>> said;
+    std::set<std::pair<std::string, TextMap>> written;
     std::set<std::tuple<std::string, std::string, Bytes>> attached;
     for (Input& input : inputs_) {
       for (const Metadata& metadata : input.metadata) {
-        if (!said.emplace(metadata.name, metadata.entries).second) continue;
+        if (!written.emplace(metadata.name, metadata.entries).second) continue;
         if (auto done = writer_->Write(metadata); !done) return done;
       }
       auto attachments = input.reader.ReadAttachments();
@@ -127,7 +127,7 @@ class Merger {
     return {};
   }
 
-  // Of a message that a node took, or an onlooker heard, the publish time is by its writer's clock.
+  // For a message that a node took, or an observer recorded, the publish time is by the writer's clock.
   [[nodiscard]] std::string PublishersMachine(const Input& input) const {
     const Channel& channel = input.reader.channels().at(input.message.channel_id);
     const auto writer = channel.metadata.find("writer");
@@ -188,7 +188,7 @@ class Merger {
 
   std::vector<Input> inputs_;
   ClockSeries clocks_;
-  std::vector<std::string> others_;  // machines that nodes without a recording stand for
+  std::vector<std::string> others_;  // machines represented by nodes without a recording
   std::map<std::pair<std::string, std::string>, std::int64_t> measured_peers_;  // machine and peer: widest bound
   std::unique_ptr<McapWriter> writer_;
   McapMerge merge_;

@@ -121,8 +121,8 @@ TEST_F(MergeTest, OrdersByTimeAndThenAsTheFilesAreGiven) {
   EXPECT_EQ(contents->metadata.size(), 5U);
 }
 
-TEST_F(MergeTest, BringsAnotherMachinesTimesToTheFirstOnesClock) {
-  // b's clock is 1 s ahead of a's; b measured it. Both ways of asking lead to the same order.
+TEST_F(MergeTest, ConvertsTimesToTheFirstMachinesClock) {
+  // b's clock is 1 s ahead of a's; b measured it. Either file as the reference gives the same order.
   const auto a = Write("a.mcap", {.node = "a", .clock_id = "m1", .times_ns = {1000, 3000}});
   const auto b = Write("b.mcap", {.node = "b",
                                   .clock_id = "m2",
@@ -140,7 +140,7 @@ TEST_F(MergeTest, BringsAnotherMachinesTimesToTheFirstOnesClock) {
   ASSERT_TRUE(merge) << merge.error().detail;
   EXPECT_EQ(Listed(File("ba.mcap")),
             (std::vector<std::string>{"a 1 @ 1000001000", "b 1 @ 1000002000", "a 2 @ 1000003000", "b 2 @ 1000004000"}));
-  // What b took of a carries a's time: it stays.
+  // A message of a that b took has a's publish time, which stays.
   bool is_seen = false;
   ASSERT_TRUE(ReadMcap(File("ab.mcap"), [&](const Channel& channel, const Message& message) {
     if (channel.topic != "taken/b/x") return;
@@ -151,8 +151,8 @@ TEST_F(MergeTest, BringsAnotherMachinesTimesToTheFirstOnesClock) {
   EXPECT_TRUE(is_seen);
 }
 
-// An onlooker's recording has no taps: publish times are by the clocks of machines that have no recording of their own.
-TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
+// An observer's recording has no taps: publish times are by clocks of machines without a recording of their own.
+TEST_F(MergeTest, ConvertsWriterTimesInAnObserversRecordingToItsClock) {
   {
     auto writer = std::move(*McapWriter::Create(File("heard.mcap"), {"", "test"}));
     ASSERT_TRUE(writer->Write(Metadata{"recording", {{"node", "oos-record-1"}}}));
@@ -163,15 +163,15 @@ TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
     const auto far = writer->AddChannel(0, "far", "protobuf", {{"writer", "physics_node"}, {"class", "LATEST"}});
     const auto near = writer->AddChannel(0, "near", "protobuf", {{"writer", "logic_node"}, {"class", "LATEST"}});
     const auto unknown = writer->AddChannel(0, "unknown", "protobuf", {{"writer", "x"}, {"class", "LATEST"}});
-    const auto tell = [&](const std::string& peer, std::int64_t offset_ns, std::int64_t bound_ns) {
+    const auto add_clock = [&](const std::string& peer, std::int64_t offset_ns, std::int64_t bound_ns) {
       oos::ClockSample sample;
       sample.set_peer(peer);
       sample.set_offset_ns(offset_ns);
       sample.set_bound_ns(bound_ns);
       return writer->Write(Message{clocks, 1, 1000, 1000, ToBytes(sample.SerializeAsString())}).has_value();
     };
-    ASSERT_TRUE(tell("physics_node", 1'000'000'000, 40));
-    ASSERT_TRUE(tell("logic_node", 0, 0));
+    ASSERT_TRUE(add_clock("physics_node", 1'000'000'000, 40));
+    ASSERT_TRUE(add_clock("logic_node", 0, 0));
     ASSERT_TRUE(writer->Write(Message{far, 1, 2000, 1'000'001'900, {}}));
     ASSERT_TRUE(writer->Write(Message{near, 1, 2100, 2050, {}}));
     ASSERT_TRUE(writer->Write(Message{unknown, 1, 2200, 2150, {}}));
@@ -190,7 +190,7 @@ TEST_F(MergeTest, BringsTheTimesOfWritersThatAnOnlookerHeardToItsOwnClock) {
   EXPECT_EQ(contents->metadata.at(0).entries.at("the machine of physics_node"), "bound_ns=40");
 }
 
-TEST_F(MergeTest, RefusesClocksThatNobodyCompared) {
+TEST_F(MergeTest, RefusesClocksThatWereNeverCompared) {
   const auto a = Write("a.mcap", {.node = "a", .clock_id = "m1", .times_ns = {1000}});
   const auto b = Write("b.mcap", {.node = "b", .clock_id = "m2", .times_ns = {2000}});
   const auto merge = MergeMcap({a, b}, File("ab.mcap"));
@@ -199,7 +199,7 @@ TEST_F(MergeTest, RefusesClocksThatNobodyCompared) {
   EXPECT_FALSE(std::filesystem::exists(File("ab.mcap")));
 }
 
-TEST_F(MergeTest, TakesWhatANodeThatDiedLeftBehind) {
+TEST_F(MergeTest, IncludesTheRecordingOfANodeThatDied) {
   const auto a = Write("a.mcap", {.node = "a", .clock_id = "m1", .times_ns = {1000, 3000}});
   const auto b = Write("b.mcap", {.node = "b", .clock_id = "m1", .times_ns = {2000}, .is_closed = false});
   const auto merge = MergeMcap({a, b}, File("ab.mcap"));
@@ -208,7 +208,7 @@ TEST_F(MergeTest, TakesWhatANodeThatDiedLeftBehind) {
   EXPECT_EQ(merge->incomplete, std::vector<std::string>{b.string()});
 }
 
-TEST(ClockSeries, GoesStraightBetweenSamplesAndThroughMachinesInBetween) {
+TEST(ClockSeries, InterpolatesLinearlyAndChainsMachines) {
   ClockSeries clocks;
   clocks.AddNode("a", "m1");
   clocks.AddNode("b", "m2");

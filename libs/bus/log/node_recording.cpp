@@ -37,8 +37,8 @@ std::string CpuName() {
   return "unknown";
 }
 
-// Nodes of one machine share a clock. Machines that are made of network namespaces share the kernel's boot id, so it
-// can be given.
+// Nodes of one machine share a clock. Where network namespaces stand for machines, they share the kernel's boot id, so
+// the id can be given.
 std::string MachineId() {
   const char* given = std::getenv("OOS_MACHINE_ID");
   return given != nullptr && *given != '\0' ? given : FirstLine("/proc/sys/kernel/random/boot_id");
@@ -58,7 +58,7 @@ TextMap Host() {
           {"clock_id", MachineId()}};
 }
 
-// The build writes what git calls its sources beside the executables.
+// The build writes the git description of its sources beside the executables.
 std::string SourceVersion() {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);

@@ -9,8 +9,8 @@
 
 namespace bus::log {
 
-// Reads recorded payloads by the descriptors that the recording carries, so that a recording stays readable whatever
-// this build's messages look like.
+// Decodes recorded payloads by the descriptors in the recording, so that a recording stays readable when this build's
+// messages differ.
 class PayloadDecoder {
  public:
   PayloadDecoder();

@@ -8,7 +8,7 @@
 
 namespace bus::log {
 
-// Messages of one recorded LATEST topic, of all their parts.
+// Assembles the messages of one recorded LATEST topic from their parts.
 template <class M>
 class RecordedMessage {
  public:
@@ -32,7 +32,7 @@ class RecordedMessage {
     parts_ = 0;
     return &message_;
   }
-  // After Take gave nothing: parts are still to come. Otherwise it could not be decoded.
+  // After Take returned null: true if parts are still missing, false if it could not be decoded.
   [[nodiscard]] bool is_incomplete() const { return parts_ != 0; }
 
  private:
@@ -40,7 +40,7 @@ class RecordedMessage {
   M message_;
   std::uint64_t boot_ = 0;
   std::uint64_t sequence_ = 0;
-  std::uint64_t parts_ = 0;  // bit per part that has come; 0: none is waited for
+  std::uint64_t parts_ = 0;  // bit per part that has arrived; 0: none is awaited
 };
 
 }  // namespace bus::log

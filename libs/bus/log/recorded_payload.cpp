@@ -11,7 +11,7 @@ constexpr std::size_t kTagBytes = 2;
 static_assert(kTag < 1 << 14 && kTag >= 1 << 7);
 static_assert(kMaxEnvelopeBytes + 1 < 1 << 14, "the length fits two bytes");
 
-// Always two bytes, also where one would do: then the place of everything is known from behind.
+// Always two bytes, so that the position of everything can be computed from the end.
 std::array<std::uint8_t, 2> Varint2(std::uint32_t value) {
   return {static_cast<std::uint8_t>(0x80 | (value & 0x7f)), static_cast<std::uint8_t>(value >> 7)};
 }
@@ -19,7 +19,7 @@ std::array<std::uint8_t, 2> Varint2(std::uint32_t value) {
 }  // namespace
 
 void AppendEnvelope(const Envelope& as_sent, Bytes* recorded) {
-  // What is of the way only (a seal, earlier samples) stays out.
+  // Without what belongs to transport only (seal, earlier samples).
   Envelope envelope;
   envelope.topic_class = as_sent.topic_class;
   envelope.part = as_sent.part;
@@ -30,7 +30,7 @@ void AppendEnvelope(const Envelope& as_sent, Bytes* recorded) {
   envelope.node = as_sent.node;
   envelope.boot = as_sent.boot;
   envelope.header = as_sent.header;
-  // As on the wire, payload behind, for the checksum covers both.
+  // As on the wire, followed by the payload: the checksum covers both.
   const std::size_t size = EnvelopeBytes(envelope.header);
   Bytes datagram(size + recorded->size());
   std::copy(recorded->begin(), recorded->end(), datagram.begin() + static_cast<std::ptrdiff_t>(size));

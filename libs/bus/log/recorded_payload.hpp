@@ -9,13 +9,13 @@
 
 namespace bus::log {
 
-// A recorded LATEST payload is followed by the envelope that it travelled in (unsealed, without history), so that a
-// recording can be played back as it was: traces, parts, the writer's start. It is one more protobuf field of a number
-// that no schema has, which every reader skips:
+// A recorded LATEST payload is followed by its envelope (unsealed, without history), so that a recording can be
+// replayed exactly: traces, parts, the writer's start. The envelope is a protobuf field with a number that no schema
+// uses, so every reader skips it:
 //
 //   payload | tag 2047, bytes | length | envelope | u8 number of stamps in the envelope
 //
-// The last byte is within the field: it tells from behind where the envelope begins.
+// The last byte is part of the field: read backwards, it gives the start of the envelope.
 constexpr std::uint32_t kEnvelopeField = 2047;
 
 // `recorded` holds the payload.
@@ -27,8 +27,8 @@ struct RecordedPayload {
   Envelope envelope;
 };
 
-// Takes the two apart. Without an envelope, or with one whose checksum does not fit: has_envelope is false and the
-// payload is all of it.
+// Splits payload and envelope. Without an envelope, or with a wrong checksum: has_envelope is false, and `payload`
+// holds all bytes.
 RecordedPayload SplitRecorded(std::span<const std::uint8_t> recorded);
 
 }  // namespace bus::log

@@ -16,7 +16,7 @@ core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& s
   };
   double split_MB = 0.0, split_s = 0.0;
   if (!read(megabytes, &split_MB) || !read(seconds, &split_s)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--split_MB and --split_s want numbers from 0 to 1e9; 0: never");
+    return core::Fail(core::ErrorCode::kInvalidInput, "--split_MB and --split_s need numbers from 0 to 1e9; 0: never");
   }
   return Split{static_cast<std::uint64_t>(split_MB * 1e6), static_cast<std::int64_t>(split_s * 1e9)};
 }
@@ -113,7 +113,7 @@ core::Result<void> Recorder::Tick(std::int64_t now_ns, std::uint64_t num_dropped
   const bool is_full = split_.bytes != 0 && writer_->num_bytes() >= split_.bytes;
   const bool is_old = split_.age_ns != 0 && now_ns - begun_ns_ >= split_.age_ns;
   if (!is_full && !is_old) return {};
-  // Not brought to the disk here: that may take long, and the node would have to drop what comes meanwhile.
+  // No fsync here: it may take long, and the node would have to drop what arrives meanwhile.
   if (auto done = writer_->Close(McapWriter::ToDisk::kLater); !done) return done;
   return Open();
 }

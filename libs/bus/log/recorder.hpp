@@ -14,7 +14,7 @@
 
 namespace bus::log {
 
-// When a recording goes on in another file; 0: never.
+// When a recording continues in another file; 0: never.
 struct Split {
   std::uint64_t bytes = 0;
   std::int64_t age_ns = 0;
@@ -23,25 +23,25 @@ struct Split {
 // Of a command line, --split_MB and --split_s; empty: never. Errors: kInvalidInput.
 core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& seconds);
 
-// Puts what an observer hears into MCAP files: a channel for every topic and writer, payloads as they were on the bus,
-// their descriptors with them. Log time is when the observer got a message, by its own clock; publish time what the
-// envelope says, by the writer's clock (log time where it says nothing): "clock/<node>" tells how the two compare, see
-// WriteClocks. Both are CLOCK_MONOTONIC. A split message is one message per part; which part stands in an envelope
-// behind the payload (recorded_payload.hpp).
+// Writes an observer's messages to MCAP files: a channel for every topic and writer, payloads as on the bus, and their
+// descriptors. Log time is the arrival at the observer, by its own clock; publish time is the envelope's, by the
+// writer's clock (log time where there is none). Both are CLOCK_MONOTONIC; "clock/<node>" holds their offsets
+// (WriteClocks). A split message is one message per part; the envelope behind the payload gives the part
+// (recorded_payload.hpp).
 class Recorder {
  public:
-  // What is not flushed yet is lost when the process is killed.
+  // Loss when the process is killed; shorter periods would make more and smaller chunks.
   static constexpr std::int64_t kFlushPeriod_ns = 100'000'000;
 
-  // `about`: what the recording is of; written first, then `more`, at the front of every part. Errors: kIo.
+  // `about`: the subject of the recording; written first, then `more`, at the front of every part. Errors: kIo.
   static core::Result<std::unique_ptr<Recorder>> Create(const std::filesystem::path& path, const TextMap& about,
                                                         const std::vector<Metadata>& more = {}, Split split = {});
 
   core::Result<void> Add(const Observation& observation);
-  // What is found out later: here, and at the front of every part that follows.
+  // Metadata that becomes known later: written here, and at the front of every following part.
   core::Result<void> Write(const Metadata& metadata);
   core::Result<void> Write(const Attachment& attachment);  // in this part only
-  // What the observer, `node`, knows of its peers' clocks, each time that it is due. Call it with every Tick.
+  // Writes the clock samples of the observer `node` when they are due. Call it with every Tick.
   core::Result<void> WriteClocks(const Node& node, std::int64_t now_ns);
   // Call it at least every kFlushPeriod_ns, with or without messages. `num_dropped`: observations that the node had to
   // drop so far; an increase is written as a record "dropped", so that no loss is silent.

@@ -130,12 +130,12 @@ TEST_F(RecorderTest, SplitsBySizeAndAgeAndEachPartStandsAlone) {
     });
     ASSERT_TRUE(contents) << contents.error().detail;
     EXPECT_TRUE(contents->has_summary);
-    std::map<std::string, TextMap> said;
-    for (const Metadata& metadata : contents->metadata) said[metadata.name] = metadata.entries;
-    EXPECT_EQ(said.at("recording").at("session"), "7");
-    EXPECT_EQ(said.at("recording").at("part"), std::to_string(part));
-    EXPECT_EQ(said.at("platform").at("simd"), "portable");
-    EXPECT_EQ(said.count("hosts"), 1U) << "part " << part;
+    std::map<std::string, TextMap> metadata_of;
+    for (const Metadata& metadata : contents->metadata) metadata_of[metadata.name] = metadata.entries;
+    EXPECT_EQ(metadata_of.at("recording").at("session"), "7");
+    EXPECT_EQ(metadata_of.at("recording").at("part"), std::to_string(part));
+    EXPECT_EQ(metadata_of.at("platform").at("simd"), "portable");
+    EXPECT_EQ(metadata_of.count("hosts"), 1U) << "part " << part;
     if (part > 0) std::filesystem::remove(files[part]);
   }
   EXPECT_EQ(next, 61U);
@@ -158,7 +158,7 @@ TEST(RecorderSplit, IsReadFromTheCommandLine) {
   for (const char* text : {"-1", "ten", "1x", "nan", "1e10"}) EXPECT_FALSE(ReadSplit(text, "")) << text;
 }
 
-TEST_F(RecorderTest, TellsTheClocksOfThoseItHearsTwiceASecond) {
+TEST_F(RecorderTest, RecordsPeerClocksTwiceASecond) {
   const auto registry = testing::MakeRegistry();
   const auto peer = testing::MakeNode("peer", registry->endpoint());
   const auto observer = testing::MakeNode("observer", registry->endpoint());
@@ -182,7 +182,7 @@ TEST_F(RecorderTest, TellsTheClocksOfThoseItHearsTwiceASecond) {
     oos::ClockSample sample;
     ASSERT_TRUE(sample.ParseFromArray(message.data.data(), static_cast<int>(message.data.size())));
     EXPECT_EQ(sample.peer(), "peer");
-    EXPECT_EQ(sample.bound_ns(), 0) << "it is of this machine";
+    EXPECT_EQ(sample.bound_ns(), 0) << "the peer is on this machine";
     times_ns.push_back(message.log_time_ns);
   }));
   EXPECT_EQ(times_ns, (std::vector<std::uint64_t>{1'000'000'000, 1'500'000'000}));

@@ -8,6 +8,7 @@
 namespace bus::log {
 namespace {
 
+// Twice per 100 ms, the most that a kill may lose.
 constexpr std::int64_t kDrainPeriod_ns = 50'000'000;
 
 }  // namespace
@@ -99,7 +100,8 @@ void StepLog::Drain() {
     if (done_) done_ = file_->Write(channel_, entry.sequence, entry.time_ns, step);
   });
   const std::uint64_t lost = num_lost();
-  if (done_ && lost > told_lost_) done_ = file_->WriteLoss(node_, lost - std::exchange(told_lost_, lost), last_ns);
+  if (done_ && lost > reported_lost_)
+    done_ = file_->WriteLoss(node_, lost - std::exchange(reported_lost_, lost), last_ns);
   if (done_) done_ = file_->Flush();
 }
 

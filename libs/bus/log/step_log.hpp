@@ -27,12 +27,12 @@ class StepFile {
  public:
   static core::Result<std::unique_ptr<StepFile>> Create(const std::filesystem::path& path);
 
-  // From then on its steps can be written. `fields` names what a step is made of; it is the schema's text.
+  // Declares a node, before its first step. `fields` lists the fields of a step; it becomes the schema's text.
   std::uint16_t AddNode(const std::string& node, const std::string& fields, const TextMap& about);
   core::Result<void> Attach(const std::string& name, const std::vector<std::uint8_t>& bytes);
   core::Result<void> Write(std::uint16_t channel, std::uint64_t tick, std::int64_t now_ns,
                            std::span<const std::uint8_t> step);
-  // Steps of this node were lost: written down, so that no loss is silent.
+  // Records that steps of this node were lost, so that no loss is silent.
   core::Result<void> WriteLoss(const std::string& node, std::uint64_t count, std::int64_t now_ns);
   core::Result<void> Flush() { return writer_->Flush(); }
   core::Result<void> Close();
@@ -43,7 +43,7 @@ class StepFile {
   core::Result<void> first_failure_;  // of AddNode
 };
 
-// The steps of one node while it runs: a ring, and a thread that brings it to a file within 100 ms.
+// Records the steps of one node while it runs: a ring, and a thread that writes it to a file within 100 ms.
 class StepLog final : public StepSink {
  public:
   StepLog(std::unique_ptr<StepFile> file, std::string node, std::uint16_t channel);
@@ -53,8 +53,7 @@ class StepLog final : public StepSink {
 
   bool Push(std::uint64_t tick, std::int64_t now_ns, std::span<const std::uint8_t> step) noexcept override;
 
-  // Writes what is left and closes the file. The error is the first that writing met; nothing was written from there
-  // on.
+  // Writes what is left and closes the file. Returns the first error of writing, after which nothing was written.
   core::Result<void> Close();
 
   [[nodiscard]] std::uint64_t num_lost() const { return tap_.dropped(slot_); }
@@ -68,7 +67,7 @@ class StepLog final : public StepSink {
   std::uint16_t channel_ = 0;
   Tap tap_;
   std::uint16_t slot_ = 0;
-  std::uint64_t told_lost_ = 0;
+  std::uint64_t reported_lost_ = 0;
   core::Result<void> done_;  // of the thread
   std::atomic<bool> is_stopping_{false};
   sem_t wake_{};

@@ -18,11 +18,11 @@ namespace bus::log {
 
 enum class TapKind : std::uint8_t {
   kSent = 1,   // this node published it
-  kTaken = 2,  // its step thread has it from now on (LATEST: one entry for each part, without its payload)
-  kStep = 3,   // the node's own record of a step: what stands before it in the tap is what the step knew
+  kTaken = 2,  // its step thread received it (LATEST: one entry for each part, without its payload)
+  kStep = 3,   // the node's own record of a step: earlier entries are the step's inputs
 };
 
-// What a tap's entries of one slot are.
+// Describes the entries of one slot.
 struct TapTopic {
   TapKind kind = TapKind::kSent;
   std::string name;  // as on the bus
@@ -31,7 +31,7 @@ struct TapTopic {
   std::string descriptors;  // FileDescriptorSet with that message
 };
 
-// What a node knows of a peer's clock: peer's clock = own clock + offset, within the bound.
+// A node's estimate of a peer's clock: peer's clock = own clock + offset, within the bound.
 struct PeerClock {
   std::string peer;
   std::string machine;
@@ -49,9 +49,9 @@ struct TapHead {
   std::int64_t publish_ns = 0;  // by its publisher's clock
 };
 
-// Where a node leaves what it sends and what it takes, in the order in which its step thread does so: a byte ring with
-// one producer (the step thread) and one consumer (a TapRecorder's thread). Put neither waits, locks nor allocates;
-// what does not fit is counted by topic.
+// A node's sent and received messages, in the order in which its step thread handles them: a byte ring with one
+// producer (the step thread) and one consumer (a TapRecorder's thread). Put does not wait, lock or allocate; entries
+// that do not fit are counted by topic.
 class Tap {
  public:
   static constexpr std::size_t kMaxTopics = 512;
@@ -62,7 +62,7 @@ class Tap {
   Tap(const Tap&) = delete;
   Tap& operator=(const Tap&) = delete;
 
-  // Producer; allocates, so before the loop starts. kNoSlot: no room left; entries to it are ignored.
+  // Producer; before the loop starts, as it allocates. kNoSlot: no slot left; entries to it are ignored.
   std::uint16_t AddTopic(TapTopic topic) {
     const std::size_t slot = num_topics_.load(std::memory_order_relaxed);
     if (slot == kMaxTopics) return kNoSlot;
@@ -77,7 +77,7 @@ class Tap {
     if (slot == kNoSlot) return;
     const std::size_t size = Padded(sizeof(TapHead) + head.size() + payload.size());
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
-    // An entry lies in one piece: the rest of the ring is skipped when it is too short.
+    // An entry is contiguous: the rest of the ring is skipped when it is too short.
     const std::size_t to_end = ring_.size() - (tail & mask_);
     const std::size_t skipped = to_end < size ? to_end : 0;
     if (tail + skipped + size - head_.load(std::memory_order_acquire) > ring_.size()) {
@@ -125,7 +125,7 @@ class Tap {
     }
   }
 
-  // What the node knows of its peers' clocks, asked by the consumer; an empty function ends that. Not real-time.
+  // Source of the peers' clock estimates, called by the consumer; an empty function ends that. Not real-time.
   void SetClocks(std::function<std::vector<PeerClock>()> clocks) {
     const std::lock_guard lock(mutex_);
     clocks_ = std::move(clocks);

@@ -1,4 +1,4 @@
-// What two nodes on the bus leave in their taps.
+// The taps of two nodes on the bus.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -77,7 +77,7 @@ TEST_F(TapPointsTest, EveryClassIsRecordedWhereItIsSentAndWhereItIsTaken) {
   b->OwnParameters({"some.mass_kg"});
   ASSERT_TRUE(a->Start());
   ASSERT_TRUE(b->Start());
-  ASSERT_TRUE(a->WaitForPeers({"physics_node"}, kLong_ns));  // events are for who is known
+  ASSERT_TRUE(a->WaitForPeers({"physics_node"}, kLong_ns));  // events go to known peers only
 
   core::PhysicsState many;
   many.bodies.resize(60);

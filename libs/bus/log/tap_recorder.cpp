@@ -34,10 +34,10 @@ TapRecorder::~TapRecorder() {
 
 void TapRecorder::Run() {
   prctl(PR_SET_TIMERSLACK, 1UL);
-  // Never real-time, whatever the thread was that made it.
+  // Never real-time, whichever thread created it.
   const sched_param normal{};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &normal);
-  // But before other work where that is allowed: a busy machine is no reason to lose more than 100 ms.
+  // But nice -5 where that is allowed, so that a busy machine does not make a kill cost more than 100 ms.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), -5);
   std::unique_lock lock(mutex_);
   while (!is_stopping_) {

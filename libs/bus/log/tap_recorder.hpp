@@ -10,7 +10,7 @@
 
 namespace bus::log {
 
-// A tap with the thread that writes it down. Make it before the node that it belongs to, and let it outlive the node:
+// A tap with the thread that writes it to a file. Create it before its node; it must outlive the node:
 //
 //   auto recorder = TapRecorder::Create(file);
 //   node_options.tap = (*recorder)->tap();
@@ -23,7 +23,7 @@ class TapRecorder {
 
   [[nodiscard]] Tap* tap() { return &tap_; }
 
-  // Empties the tap and closes the file. Errors: kIo, also those that came up earlier.
+  // Empties the tap and closes the file. Errors: kIo, including earlier ones.
   core::Result<void> Stop();
 
   // After Stop.

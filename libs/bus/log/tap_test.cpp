@@ -113,7 +113,7 @@ TEST(RecordedPayload, BringsPayloadAndEnvelopeBack) {
     EXPECT_EQ(split.envelope.boot, 99U);
     EXPECT_EQ(split.envelope.part, 1);
     EXPECT_EQ(split.envelope.header.direct.stamps.size(), stamps);
-    // Protobuf passes over it.
+    // Protobuf skips it.
     ASSERT_TRUE(reaction.ParseFromArray(recorded.data(), static_cast<int>(recorded.size())));
     EXPECT_EQ(reaction.tick(), 7U);
     envelope.header.direct.Add(core::Stage::kDeviceSend, 1000);
@@ -243,7 +243,7 @@ TEST_F(TapWriterTest, SplitsBySizeAndByTimeIntoFilesThatStandAlone) {
   }
 }
 
-// What stands in the file at any moment is at most 100 ms behind.
+// The file is at most 100 ms behind at any time.
 TEST_F(TapWriterTest, WhatIsOlderThan100msIsInTheFile) {
   Tap tap(1 << 20);
   const std::uint16_t slot = tap.AddTopic(Topic(TapKind::kSent, "event", TopicClass::kEvent, MessageType::kEvent));
@@ -271,8 +271,8 @@ TEST_F(TapWriterTest, ARecorderWritesDownWhatIsPutUntilItIsStopped) {
   EXPECT_FALSE(TapRecorder::Create(file_)) << "the file is there already";
 }
 
-// A full disk must not hold the node up, and is told.
-TEST_F(TapWriterTest, ADiskThatTakesNoMoreIsToldAndWhatIsMissingIsCounted) {
+// A full disk must not block the node, and is reported.
+TEST_F(TapWriterTest, AFullDiskIsReportedAndLostMessagesAreCounted) {
   Tap tap(1 << 20);
   const std::uint16_t slot = tap.AddTopic(Topic(TapKind::kSent, "event", TopicClass::kEvent, MessageType::kEvent));
   auto writer = std::move(*TapWriter::Create(file_, &tap, 0));

@@ -132,14 +132,14 @@ void TapWriter::Note(core::Result<void> done) {
 
 core::Result<void> TapWriter::WriteDrops(std::int64_t now_ns) {
   TextMap lost;
-  told_drops_.resize(std::max(told_drops_.size(), tap_->num_topics()));
-  unwritten_.resize(told_drops_.size());
-  for (std::size_t slot = 0; slot < told_drops_.size(); ++slot) {
+  reported_drops_.resize(std::max(reported_drops_.size(), tap_->num_topics()));
+  unwritten_.resize(reported_drops_.size());
+  for (std::size_t slot = 0; slot < reported_drops_.size(); ++slot) {
     const std::uint64_t dropped = tap_->dropped(slot) + unwritten_[slot];
-    if (dropped == told_drops_[slot]) continue;
-    lost[ChannelName(tap_->topic(slot), file_.node)] = std::to_string(dropped - told_drops_[slot]);
-    num_dropped_ += dropped - told_drops_[slot];
-    told_drops_[slot] = dropped;
+    if (dropped == reported_drops_[slot]) continue;
+    lost[ChannelName(tap_->topic(slot), file_.node)] = std::to_string(dropped - reported_drops_[slot]);
+    num_dropped_ += dropped - reported_drops_[slot];
+    reported_drops_[slot] = dropped;
   }
   if (lost.empty() || error_) return {};
   lost["until_ns"] = std::to_string(now_ns);
@@ -163,7 +163,7 @@ void TapWriter::Service(std::int64_t now_ns) {
   const bool is_full = file_.split_bytes != 0 && writer_->num_bytes() >= file_.split_bytes;
   const bool is_old = file_.split_ns != 0 && now_ns - begun_ns_ >= file_.split_ns;
   if (error_ || (!is_full && !is_old)) return;
-  // Not brought to the disk here: that may take long, and the ring would run full.
+  // No fsync here: it may take long, and the ring would overflow.
   Note(writer_->Close(McapWriter::ToDisk::kLater));
   if (!error_) Note(Open(now_ns));
 }

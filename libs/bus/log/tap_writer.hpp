@@ -23,21 +23,22 @@ struct TapFile {
   std::int64_t split_ns = 0;            // or older
 };
 
-// Puts what a tap holds into MCAP files. Channels: the topic's own name for what the node sent, "taken/<node>/<topic>"
-// for what it took, "step/<node>" for its steps, "clock/<node>" for its peers' clocks; metadata of a channel: class,
-// tap (sent, taken, step), node, and key where there is one. What the tap dropped becomes a record "dropped" with the
-// counts by topic. Log time is the node's CLOCK_MONOTONIC; a file's messages stand in the order in which they happened.
+// Writes a tap to MCAP files. Channels: the topic's own name for sent messages, "taken/<node>/<topic>" for received
+// ones, "step/<node>" for steps, "clock/<node>" for the peers' clocks; metadata of a channel: class, tap (sent, taken,
+// step), node, and key where there is one. Entries that the tap dropped become a record "dropped" with the counts by
+// topic. Log time is the node's CLOCK_MONOTONIC; messages are in the order in which they happened.
 class TapWriter {
  public:
-  // With a service every kService_ns at least, no more than 100 ms of a killed node's recording are lost.
+  // Serviced at least every kService_ns, a killed node loses 50 ms of its recording, and at most 100 ms on a busy
+  // machine.
   static constexpr std::int64_t kService_ns = 10'000'000;
   static constexpr std::int64_t kFlushPeriod_ns = 40'000'000;
 
-  // Errors: kIo, e.g. the file is there already.
+  // Errors: kIo, e.g. the file exists.
   static core::Result<std::unique_ptr<TapWriter>> Create(TapFile file, Tap* tap, std::int64_t now_ns);
 
-  // Takes what is in the tap; flushes and splits when it is time. After an error (disk full) the tap is emptied all the
-  // same and what came is counted as dropped; Close tells the error.
+  // Takes what is in the tap; flushes and splits when it is time. After an error (disk full) the tap is still emptied
+  // and its entries count as dropped; Close returns the error.
   void Service(std::int64_t now_ns);
   core::Result<void> Close(std::int64_t now_ns);
 
@@ -62,8 +63,8 @@ class TapWriter {
   std::map<std::string, std::uint16_t> schemas_;                             // of this part
   std::map<std::pair<std::uint16_t, std::string>, std::uint16_t> channels_;  // slot, key
   ClockChannel clocks_;
-  std::vector<std::uint64_t> told_drops_;  // by slot
-  std::vector<std::uint64_t> unwritten_;   // by slot, after an error
+  std::vector<std::uint64_t> reported_drops_;  // by slot
+  std::vector<std::uint64_t> unwritten_;       // by slot, after an error
   std::optional<core::Error> error_;
   std::int64_t begun_ns_ = 0;
   std::int64_t flushed_ns_ = 0;

@@ -6,7 +6,7 @@
 namespace bus {
 
 // Distribution of durations in fixed memory: 32 bins per factor of two from 1 ns up to 2^40 ns (18 min), so a
-// percentile is right within 3.2 %; count, mean, min and max are exact. Add() does not allocate.
+// percentile is exact within 3.2 % (1/32); count, mean, min and max are exact. Add() does not allocate.
 class LatencyStats {
  public:
   void Add(std::int64_t duration_ns);

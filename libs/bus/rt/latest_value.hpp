@@ -6,8 +6,8 @@
 
 namespace bus {
 
-// Newest value from one writer thread to one reader thread: a triple buffer, wait-free at both ends, never torn.
-// Each side owns one slot; the third changes hands by one atomic exchange. Bit 2 of the exchanged word says "new".
+// Newest value from one writer thread to one reader thread: a triple buffer, wait-free at both ends, never torn. Each
+// side owns one slot; the third changes hands by one atomic exchange. Bit 2 of the exchanged word marks a new value.
 template <class T>
 class LatestValue {
  public:

@@ -22,7 +22,7 @@ class PeriodicLoop {
 
   // Sleeps until the next tick is due (clock_nanosleep, absolute). Late by whole periods: skips them and counts.
   TickInfo WaitNext();
-  // The same for who waits by other means, e.g. Node::Wait(next_due_ns()): does not sleep.
+  // For callers that wait by other means, e.g. Node::Wait(next_due_ns()): does not sleep.
   [[nodiscard]] std::int64_t next_due_ns() const { return next_ns_; }
   TickInfo Advance(std::int64_t now_ns);
 

@@ -139,7 +139,7 @@ TEST(LatencyStats, MergeEqualsAddingToOne) {
   EXPECT_EQ(LatencyStats{}.p50_ns(), 0.0);
 }
 
-TEST(ThreadSetup, SaysWhatItGot) {
+TEST(ThreadSetup, ReportsWhatWasGranted) {
   std::thread thread([] {
     const ThreadReport off = SetUpThread({"rt-test", RealTimeMode::kOff, 10, false, 0});
     EXPECT_TRUE(off.is_ok);

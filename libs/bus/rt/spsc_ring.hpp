@@ -7,8 +7,8 @@
 
 namespace bus {
 
-// Bounded queue from one thread to one other, wait-free. Overflow is refused and counted. Slots are reused, so a T
-// whose buffers were reserved by `prepare` does not allocate while its contents fit.
+// Bounded wait-free queue from one thread to one other. Overflow is refused and counted. Slots are reused, so a T whose
+// buffers were reserved by `prepare` does not allocate while its contents fit.
 template <class T>
 class SpscRing {
  public:

@@ -61,7 +61,7 @@ ThreadReport SetUpThread(const ThreadSetup& setup) {
       report.is_memory_locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
       memory = report.is_memory_locked ? "locked" : "not locked (" + Reason(errno) + "; raise `ulimit -l`)";
     } else {
-      memory = "not asked for";
+      memory = "not requested";
     }
   }
   if (!report.is_fifo && setup.nice != 0) {

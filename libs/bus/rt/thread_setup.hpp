@@ -4,7 +4,7 @@
 
 namespace bus {
 
-// What to do about real-time scheduling: leave it, take what can be had, or fail without it.
+// Real-time scheduling: off, best effort, or required.
 enum class RealTimeMode { kOff, kTry, kEnforce };
 
 // "off", "try" or "enforce"; false for anything else.
@@ -15,15 +15,15 @@ struct ThreadSetup {
   RealTimeMode mode = RealTimeMode::kTry;
   int fifo_priority = 80;    // SCHED_FIFO, 1 to 99
   bool locks_memory = true;  // mlockall: no page fault in a step
-  int nice = 0;              // used when FIFO is off or not to be had; positive is lower priority
+  int nice = 0;              // used when FIFO is off or not granted; positive is lower priority
 };
 
-// What was got, and why not where it was not.
+// What was granted, and the reason where it was not.
 struct ThreadReport {
   bool is_fifo = false;
   bool is_memory_locked = false;
   bool flushes_denormals = false;
-  bool is_ok = true;  // false only in mode kEnforce, when FIFO or the locked memory was not to be had
+  bool is_ok = true;  // false only in mode kEnforce, when FIFO or locked memory was not granted
   std::string text;   // one line for the node's log, with the remedy
 };
 

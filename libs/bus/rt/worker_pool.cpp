@@ -45,7 +45,7 @@ void WorkerPool::Run(std::size_t count, Body body, void* context) {
     for (std::size_t i = 0; i < count; ++i) body(context, i);
     return;
   }
-  // The ticket is closed here, so nobody can take an index while the job is written.
+  // The ticket is closed, so no worker can take an index while the job is written.
   body_.store(body, std::memory_order_release);
   context_.store(context, std::memory_order_release);
   count_.store(count, std::memory_order_release);

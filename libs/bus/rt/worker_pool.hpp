@@ -16,7 +16,7 @@ namespace bus {
 // so results do not depend on the number of workers or on who takes which index.
 class WorkerPool final : public core::ParallelFor {
  public:
-  // `fifo_priority` 0: scheduled as the creating thread; otherwise SCHED_FIFO is tried, and left when not allowed.
+  // `fifo_priority` 0: scheduled as the creating thread; otherwise SCHED_FIFO is tried, without error if not allowed.
   explicit WorkerPool(unsigned num_workers, const std::string& name = "work", int fifo_priority = 0);
   ~WorkerPool() override;
   WorkerPool(const WorkerPool&) = delete;
@@ -27,7 +27,7 @@ class WorkerPool final : public core::ParallelFor {
   [[nodiscard]] unsigned num_workers() const { return static_cast<unsigned>(threads_.size()) + 1; }
 
  private:
-  static constexpr std::uint64_t kClosed = 0xffffffffULL;  // index part of a ticket that hands out nothing
+  static constexpr std::uint64_t kClosed = 0xffffffffULL;  // index part of a ticket that hands out no index
 
   void WorkerLoop();
   bool TakeAndRun(std::uint32_t epoch);

@@ -49,7 +49,7 @@ class Joins {
       }
       for (std::size_t r = 0; r < readers_.size(); ++r) {
         Reader& reader = *readers_[r];
-        Look(reader);
+        CheckNews(reader);
         if (!reader.is_complete && IsComplete(reader)) {
           reader.is_complete = true;
           result.complete_ms.push_back(static_cast<double>(core::MonotonicNow_ns() - reader.born_ns) * 1e-6);
@@ -65,13 +65,13 @@ class Joins {
         }
       }
     }
-    // Whoever is there in the end has exactly what was written, and so do the books of everybody.
+    // At the end every remaining reader has exactly what was written, and all accounts agree.
     for (std::size_t i = 0; i < kAtOnce; ++i) Join(num_joins + i);
     EXPECT_TRUE(Until([&] {
       bool are_equal = true;
       for (Writer& writer : writers_) Serve(*writer.node);
       for (const auto& reader : readers_) {
-        Look(*reader);
+        CheckNews(*reader);
         are_equal = are_equal && IsEqual(*reader);
       }
       return are_equal;
@@ -127,8 +127,8 @@ class Joins {
     options.session = 7;
     options.is_encrypted = false;
     options.is_observer = random_() % 2 == 0;
-    // One that dies without a word stays in everybody's list of the dead, unless it only looked on.
-    options.says_goodbye = !options.is_observer || random_() % 2 == 0;
+    // A node that dies without goodbye stays in the others' lists of dead peers, unless it was an observer.
+    options.sends_goodbye = !options.is_observer || random_() % 2 == 0;
     reader->node = std::move(*Node::Create(options));
     reader->node->ReadEvents();
     for (std::size_t w = 0; w < kWriters; ++w) {
@@ -138,8 +138,8 @@ class Joins {
     readers_.push_back(std::move(reader));
   }
 
-  // Nothing comes twice, nothing goes back, no event is left out.
-  static void Look(Reader& reader) {
+  // Nothing arrives twice, no change is undone, no event is missing.
+  static void CheckNews(Reader& reader) {
     reader.node->Wait(core::MonotonicNow_ns() + 200'000);
     for (std::size_t w = 0; w < kWriters; ++w) {
       if (!reader.figures[w]->is_fresh()) continue;

@@ -24,11 +24,11 @@ struct KilledRecorder {
   std::int64_t died_ns = 0;            // by the clock of what it recorded
   std::vector<std::int64_t> saved_ns;  // times of the messages that its file still holds, in the file's order
   std::vector<std::uint32_t> saved;    // their sequence numbers: it put 1, 2, 3, ...
-  std::int64_t unwritten_ns = 0;       // since when, at its death, it had written nothing to its file
+  std::int64_t unwritten_ns = 0;       // time since the last write to its file, at its death
   [[nodiscard]] std::int64_t lost_ns() const { return saved_ns.empty() ? died_ns : died_ns - saved_ns.back(); }
 };
 
-// In memory where there is such a place.
+// In memory where possible.
 inline std::filesystem::path KillFolder(const std::string& name) {
   const std::filesystem::path memory = "/dev/shm";
   return (std::filesystem::exists(memory) ? memory : std::filesystem::temp_directory_path()) /

@@ -14,7 +14,7 @@
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
 
-// What tests of the bus share.
+// Helpers shared by the tests of the bus.
 namespace bus::testing {
 
 constexpr std::int64_t kLong_ns = 10 * core::kNanosecondsPerSecond;
@@ -29,13 +29,13 @@ inline std::unique_ptr<Registry> MakeRegistry(const std::string& endpoint = "tcp
   return std::move(*registry);
 }
 
-inline std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry, bool says_goodbye = true) {
+inline std::unique_ptr<Node> MakeNode(const std::string& name, const std::string& registry, bool sends_goodbye = true) {
   NodeOptions options;
   options.name = name;
   options.registry = registry;
   options.session = 7;
   options.is_encrypted = false;
-  options.says_goodbye = says_goodbye;
+  options.sends_goodbye = sends_goodbye;
   auto node = Node::Create(options);
   EXPECT_TRUE(node.has_value()) << node.error().detail;
   return std::move(*node);
@@ -54,7 +54,7 @@ inline WaitResult WaitBriefly(Node& node) {
   return node.Wait(core::MonotonicNow_ns() + core::kTick_ns);
 }
 
-// Takes events until that one comes; false: it is not there yet.
+// Takes events up to that one; false: it has not arrived yet.
 inline bool TakeEvent(Node& node, const std::string& name, const std::string& detail) {
   core::Event event;
   while (node.PollEvent(&event)) {
@@ -63,24 +63,24 @@ inline bool TakeEvent(Node& node, const std::string& name, const std::string& de
   return false;
 }
 
-// The books of one node, as it lives now.
+// The accounts of one node in its present life.
 struct Book {
   std::uint64_t instance = 0;
   std::vector<Account> accounts;
 };
 using Books = std::map<std::string, Book>;  // by the node's name
 
-// What is wrong between the two ends of one LATEST topic, both in their present lives; empty: nothing. The reader has
-// counted what came and what did not, the writer what it sent, neither by what the other says.
+// The disagreement between the two ends of one LATEST topic, both in their present lives; empty: none. The reader
+// counts what arrived and what did not, the writer what it sent, each independently of the other.
 inline std::string LatestFault(const Account& written, const Account& read) {
   const LatestLife& writer = written.life;
   const LatestLife& reader = read.life;
   if (reader.boot != writer.boot || reader.first != writer.first || reader.last != writer.last) {
-    return "the reader has not been told of the last that was sent";
+    return "the last message sent has not been reported to the reader";
   }
-  if (reader.on_the_way != 0) return std::to_string(reader.on_the_way) + " on the way";
-  if (reader.counted() == writer.told()) return {};
-  return "sent " + std::to_string(writer.told()) + " from " + std::to_string(writer.first) + " on, but received " +
+  if (reader.on_the_way != 0) return std::to_string(reader.on_the_way) + " under way";
+  if (reader.counted() == writer.reported()) return {};
+  return "sent " + std::to_string(writer.reported()) + " from " + std::to_string(writer.first) + " on, but received " +
          std::to_string(reader.received) + " + restored " + std::to_string(reader.restored) + " + lost " +
          std::to_string(reader.lost) + ", " + std::to_string(reader.early) + " of them before";
 }
@@ -128,7 +128,7 @@ inline std::vector<std::string> OpenAccounts(const std::vector<Node*>& nodes) {
   return OpenAccounts(books);
 }
 
-// At quiescence every account of these nodes closes exactly. Waits for what is on its way; nothing may be emitted.
+// At quiescence every account of these nodes closes exactly. Waits for messages under way; nothing may be emitted.
 inline void ExpectAccountsClose(const std::vector<Node*>& nodes, std::int64_t timeout_ns = kLong_ns) {
   std::vector<std::string> open;
   Until(

@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-// A network of its own for a test: loopback only, filtered as the test likes. It goes with the last of its threads.
+// A network namespace for a test: loopback only, with a packet filter. It ends with the last of its threads.
 namespace bus::testing {
 
 class OwnNetwork {
@@ -42,9 +42,9 @@ class OwnNetwork {
     return why;
   }
 
-  // Every TCP connection that says something is broken, and no new one comes about, until Mend().
+  // Every TCP connection with traffic is reset, and no new one is established, until Mend().
   bool BreakConnections() {
-    return Filter("insert rule inet test in tcp flags & rst != rst reject with tcp reset");  // which has to arrive, too
+    return Filter("insert rule inet test in tcp flags & rst != rst reject with tcp reset");  // resets must arrive, too
   }
   // Nothing arrives at all.
   bool Cut() { return Rule("meta l4proto { tcp, udp } drop"); }
@@ -52,7 +52,7 @@ class OwnNetwork {
   bool Lose(int per_mille) {
     return Rule("meta l4proto { tcp, udp } numgen random mod 1000 < " + std::to_string(per_mille) + " drop");
   }
-  // Connections with that port stay, but nothing that is said to it arrives: 52 B is an empty acknowledgement of TCP.
+  // Connections to that port stay, but no data arrives there: 52 B is an empty TCP acknowledgement.
   bool DropWordsTo(unsigned port) { return Rule("tcp dport " + std::to_string(port) + " ip length > 52 drop"); }
   bool DropDatagramsFrom(unsigned port) { return Rule("udp sport " + std::to_string(port) + " drop"); }
   bool Mend() { return Filter("flush chain inet test in"); }

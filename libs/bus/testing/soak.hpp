@@ -16,7 +16,7 @@
 #include "bus/testing/make_node.hpp"
 #include "bus/testing/own_network.hpp"
 
-// Everything at once: all classes, lost packets, broken connections, cuts, restarts and a subscriber that is too slow.
+// All classes under lost packets, broken connections, cuts, restarts and a slow subscriber at once.
 namespace bus::testing {
 
 class Soak {
@@ -53,7 +53,7 @@ class Soak {
     EXPECT_TRUE(network_->Mend());
     std::vector<Node*> nodes;
     for (auto& [name, participant] : participants_) nodes.push_back(participant.node.get());
-    // All have found each other again, and nothing is on its way.
+    // All nodes have found each other again, and nothing is under way.
     EXPECT_TRUE(Until([&] {
       bool are_together = true;
       for (auto& [name, participant] : participants_) {
@@ -88,11 +88,11 @@ class Soak {
     std::map<std::string, std::uint64_t> last_event;  // by "<source> <life>"
   };
 
-  void StartNode(Participant& it, bool says_goodbye) {
+  void StartNode(Participant& it, bool sends_goodbye) {
     ++it.life;
     it.emitted = 0;
     it.last_event.clear();
-    it.node = MakeNode(it.name, registry_->endpoint(), says_goodbye);
+    it.node = MakeNode(it.name, registry_->endpoint(), sends_goodbye);
     it.physics = {};
     it.proxy = {};
     it.status = {};
@@ -170,7 +170,7 @@ class Soak {
     }
   }
 
-  // Evicted, or away behind a cut for longer than the writers keep events.
+  // Evicted, or cut off for longer than the writers' logs reach back.
   std::uint64_t OverrunOfTheSlow() {
     std::uint64_t overrun = 0;
     for (const Account& account : participants_["device_bridge"].node->Accounts()) {
@@ -197,7 +197,7 @@ class Soak {
       sum.peer = "all";
       std::printf("%s\n", Describe(sum).c_str());
     }
-    std::printf("%d troubles, %d restarts, evictions of the slow one as told: %d\n", troubles_, restarts_,
+    std::printf("%d troubles, %d restarts, reported evictions of the slow one: %d\n", troubles_, restarts_,
                 evictions_["device_bridge"]);
   }
 

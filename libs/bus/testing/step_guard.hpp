@@ -1,8 +1,8 @@
 #pragma once
 
-// For tests only, and for exactly one source file of an executable or of a library to preload: stands in front of the C
-// library's allocator, of what a thread can block on and of its output streams, and counts what the calling thread does
-// there while it is armed. Nothing here allocates or locks by itself.
+// For tests only; include it in exactly one source file of an executable or of a library to preload. It interposes the
+// C library's allocator, blocking calls and output streams, and counts the calling thread's calls while it is armed. It
+// does not allocate or lock by itself.
 
 #include <dlfcn.h>
 #include <execinfo.h>

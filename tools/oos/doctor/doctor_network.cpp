@@ -188,7 +188,7 @@ Finding JudgeBuffer(Buffer buffer, int granted_bytes) {
 
 Finding JudgePeer(const bus::PeerStatus& peer) {
   std::uint64_t sent = 0, lost = 0;
-  for (const bus::ToldAccount& account : peer.accounts) {
+  for (const bus::ReportedAccount& account : peer.accounts) {
     const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
     if (account.is_writer || rule == nullptr || rule->topic_class != bus::TopicClass::kLatest) continue;
     sent += account.sent;

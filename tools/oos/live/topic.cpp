@@ -2,8 +2,8 @@
 #include <map>
 #include <set>
 
+#include "bus/reported_accounts.hpp"
 #include "bus/schema.hpp"
-#include "bus/told_accounts.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/live/heard_topic.hpp"
@@ -48,7 +48,7 @@ std::map<std::string, Ends> Declared(const std::vector<bus::PeerStatus>& peers, 
       (topic.is_written ? ends.writers : ends.readers).insert(peer.name);
     }
     // Every node may emit events and set parameters; who reads them shows in the accounts.
-    for (const bus::ToldAccount& account : peer.accounts) {
+    for (const bus::ReportedAccount& account : peer.accounts) {
       const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
       if (rule == nullptr || account.peer.empty() || !bus::MatchesPattern(pattern, account.topic)) continue;
       Ends& ends = topics[account.topic];
@@ -67,13 +67,13 @@ void ShowList(const std::map<std::string, Ends>& topics) {
 }
 
 // What went from whom to whom, as the readers count it, all lives of the writers together; and where a writer's own
-// count says something else (told_accounts.hpp). False: it does, or a reader has settled more than it knows of.
+// count says something else (reported_accounts.hpp). False: it does, or a reader has settled more than it knows of.
 bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& pattern,
-                  const bus::ToldAccounts& joined) {
+                  const bus::ReportedAccounts& joined) {
   bool do_close = true;
   std::printf("%-40s %-16s %-16s %12s %12s %10s %8s\n", "topic", "from", "to", "sent", "received", "dropped", "open");
   for (const bus::PeerStatus& reader : peers) {
-    for (const bus::ToldAccount& account : reader.accounts) {
+    for (const bus::ReportedAccount& account : reader.accounts) {
       if (account.is_writer || reader.is_observer || !bus::MatchesPattern(pattern, account.topic)) continue;
       const auto open = static_cast<long long>(account.sent - account.received - account.dropped);
       do_close = do_close && open >= 0;
@@ -187,7 +187,7 @@ double DefaultSeconds(What what) {
 }
 
 int Show(What what, const bus::Node& node, const std::string& pattern, const HeardTopics& heard,
-         const bus::ToldAccounts& joined, double seconds) {
+         const bus::ReportedAccounts& joined, double seconds) {
   const std::vector<bus::PeerStatus> peers = node.Peers();
   const std::map<std::string, Ends> topics = Declared(peers, pattern);
   switch (what) {
@@ -246,13 +246,13 @@ int Run(const Arguments& arguments) {
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const std::int64_t end_ns = begin_ns + static_cast<std::int64_t>(limit_s * 1e9);
   HeardTopics heard(*what == What::kDelay);
-  bus::ToldAccounts joined(pattern);
+  bus::ReportedAccounts joined(pattern);
   std::uint64_t num_messages = 0;
   bus::Observation observation;
   while (interrupted.load() == 0 && core::MonotonicNow_ns() < end_ns && num_messages < limit_messages) {
     (*node)->Wait(core::MonotonicNow_ns() + kPoll_ns);
     const std::vector<bus::PeerStatus> peers = (*node)->Peers();
-    joined.Look(peers);
+    joined.Update(peers);
     while (num_messages < limit_messages && (*node)->PollObservation(&observation)) {
       ++num_messages;
       heard.Add(observation, peers);

@@ -1,4 +1,4 @@
-#include "bus/told_accounts.hpp"
+#include "bus/reported_accounts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,16 +7,16 @@
 namespace bus {
 namespace {
 
-constexpr std::int64_t kLater_ns = ToldAccounts::kBetweenLooks_ns;
+constexpr std::int64_t kLater_ns = ReportedAccounts::kCompareAfter_ns;
 
-// One writer and one reader, as an observer hears of them.
+// One writer and one reader, as their heartbeats show them to an observer.
 class TwoEnds {
  public:
-  // What both tell at a time of the observer.
-  void Tell(ToldAccounts* joined, std::int64_t now_ns, std::uint64_t sent, std::uint64_t known) {
+  // Both report at this time of the observer's clock.
+  void Report(ReportedAccounts* joined, std::int64_t now_ns, std::uint64_t sent, std::uint64_t known) {
     writer_.accounts = {{kPhysicsStateTopic, "haptic_node", true, sent, 0, 0, sent, 2, now_ns}};
     reader_.accounts = {{kPhysicsStateTopic, "physics_node", false, known, known, 0, known, 1, now_ns}};
-    joined->Look({writer_, reader_});
+    joined->Update({writer_, reader_});
   }
   PeerStatus writer_ = Make("physics_node", 1), reader_ = Make("haptic_node", 2);
 
@@ -30,57 +30,57 @@ class TwoEnds {
   }
 };
 
-TEST(ToldAccounts, WhatIsOnItsWayIsNoDisagreement) {
+TEST(ReportedAccounts, MessagesOnTheWayAreNoDisagreement) {
   TwoEnds ends;
-  ToldAccounts joined;
-  ends.Tell(&joined, 1, 1000, 400);
+  ReportedAccounts joined;
+  ends.Report(&joined, 1, 1000, 400);
   EXPECT_EQ(joined.num_compared(), 0u);
-  ends.Tell(&joined, 1 + kLater_ns / 2, 1500, 900);  // too soon to say
+  ends.Report(&joined, 1 + kLater_ns / 2, 1500, 900);  // too soon to compare
   EXPECT_EQ(joined.num_compared(), 0u);
-  ends.Tell(&joined, 1 + kLater_ns, 2000, 1000);
+  ends.Report(&joined, 1 + kLater_ns, 2000, 1000);
   EXPECT_EQ(joined.num_compared(), 1u);
   EXPECT_TRUE(joined.Disagreements().empty());
 }
 
-TEST(ToldAccounts, AReaderThatNeverHearsOfWhatWasSentIsFound) {
+TEST(ReportedAccounts, FindsAReaderThatMissesMessages) {
   TwoEnds ends;
-  ToldAccounts joined;
-  ends.Tell(&joined, 1, 1000, 400);
-  ends.Tell(&joined, 1 + kLater_ns, 2000, 999);
+  ReportedAccounts joined;
+  ends.Report(&joined, 1, 1000, 400);
+  ends.Report(&joined, 1 + kLater_ns, 2000, 999);
   ASSERT_EQ(joined.Disagreements().size(), 1u);
   EXPECT_EQ(joined.Disagreements()[0],
             "physics/state from physics_node to haptic_node: 1000 had been sent, and later its reader knows of 999");
-  ends.Tell(&joined, 1 + 2 * kLater_ns, 3000, 2000);
+  ends.Report(&joined, 1 + 2 * kLater_ns, 3000, 2000);
   EXPECT_TRUE(joined.Disagreements().empty());
 }
 
-TEST(ToldAccounts, AReaderThatCountsMoreThanWasSentIsFound) {
+TEST(ReportedAccounts, FindsAReaderThatCountsMoreThanWasSent) {
   TwoEnds ends;
-  ToldAccounts joined;
-  ends.Tell(&joined, 1, 1000, 1501);
-  ends.Tell(&joined, 1 + kLater_ns, 1500, 2500);
+  ReportedAccounts joined;
+  ends.Report(&joined, 1, 1000, 1501);
+  ends.Report(&joined, 1 + kLater_ns, 1500, 2500);
   ASSERT_EQ(joined.Disagreements().size(), 1u);
   EXPECT_EQ(joined.Disagreements()[0],
             "physics/state from physics_node to haptic_node: its reader had counted 1501, and later only 1500 were "
             "sent");
 }
 
-TEST(ToldAccounts, OtherLivesAreNotCompared) {
+TEST(ReportedAccounts, OtherLivesAreNotCompared) {
   TwoEnds ends;
-  ToldAccounts joined;
-  ends.Tell(&joined, 1, 1000, 1000);
+  ReportedAccounts joined;
+  ends.Report(&joined, 1, 1000, 1000);
   ends.writer_.instance = 7;  // its reader has not met it yet
-  ends.Tell(&joined, 1 + kLater_ns, 5, 1000);
+  ends.Report(&joined, 1 + kLater_ns, 5, 1000);
   EXPECT_EQ(joined.num_compared(), 0u);
   ends.writer_.instance = 1;
   ends.reader_.is_alive = false;
-  ends.Tell(&joined, 1 + 2 * kLater_ns, 5, 1000);
+  ends.Report(&joined, 1 + 2 * kLater_ns, 5, 1000);
   EXPECT_EQ(joined.num_compared(), 0u);
   EXPECT_TRUE(joined.Disagreements().empty());
 }
 
-// Three nodes that talk by every class, as a fourth that looks on hears of them.
-TEST(ToldAccounts, BothEndsOfLivingNodesAgree) {
+// Three nodes exchange messages of every class; a fourth observes them.
+TEST(ReportedAccounts, BothEndsOfLivingNodesAgree) {
   const auto registry = testing::MakeRegistry();
   auto writer = testing::MakeNode("physics_node", registry->endpoint());
   auto reader = testing::MakeNode("haptic_node", registry->endpoint());
@@ -99,13 +99,13 @@ TEST(ToldAccounts, BothEndsOfLivingNodesAgree) {
     EXPECT_TRUE(writer->Emit({0, "physics_node", "count", ""}));
   }
   // Nothing more is sent, so the ends have to agree exactly.
-  ToldAccounts joined;
+  ReportedAccounts joined;
   EXPECT_TRUE(testing::Until([&] {
     testing::WaitBriefly(*reader);
     core::Event event;
     while (reader->PollEvent(&event)) {
     }
-    joined.Look(watcher->Peers());
+    joined.Update(watcher->Peers());
     return joined.num_compared() >= 3;  // one of each class
   }));
   EXPECT_EQ(joined.Disagreements(), std::vector<std::string>());
