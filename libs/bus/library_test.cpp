@@ -414,7 +414,7 @@ TEST(Library, MessagesAreSplitAsInTheFirstRelease) {
   }
 }
 
-// The library splits arrays in two, and writes them number by number, where a .proto file says so.
+// The library splits arrays in two, and writes them number by number, where a .proto file requires it.
 template <class P, class M>
 void ExpectReadsEveryForm(const M& message) {
   const std::string bytes = Encode(message);

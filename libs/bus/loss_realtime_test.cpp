@@ -268,7 +268,7 @@ TEST_F(LossyNetwork, AgeGrowsOnlyByConsecutiveLosses) {
       if (reading.age_ns <= oldest_ns + awaited.held_up_ns() + reading.held_up_ns()) continue;
       ++num_unexplained;
       std::printf(
-          "cycle %llu is %.3f ms old, %llu lost after it; the next was held up by %.3f ms, the look by %.3f ms\n",
+          "cycle %llu is %.3f ms old, %llu lost after it; the next was held up by %.3f ms, the reading by %.3f ms\n",
           static_cast<unsigned long long>(reading.newest), static_cast<double>(reading.age_ns) * 1e-6,
           static_cast<unsigned long long>(losses), static_cast<double>(awaited.held_up_ns()) * 1e-6,
           static_cast<double>(reading.held_up_ns()) * 1e-6);

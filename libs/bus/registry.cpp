@@ -94,7 +94,7 @@ core::Result<std::unique_ptr<Registry>> Registry::Create(const RegistryOptions& 
   if (options.is_encrypted) {
     if (options.keys.empty()) {
       return core::Fail(core::ErrorCode::kInvalidInput,
-                        "the registry has no key directory; give one, or say explicitly that nothing is encrypted");
+                        "the registry has no key directory; give one, or turn encryption off explicitly");
     }
     auto keys = LoadKeys(options.keys, kRegistryKeyName);
     if (!keys) return tl::unexpected(keys.error());

@@ -133,7 +133,7 @@ TEST_F(OneWriterOneReader, EveryEventAndChangeIsInBothAccounts) {
   }));
 }
 
-// A snapshot is kept by key; whoever joins late reads the changes in the order of time all the same.
+// A snapshot is sorted by key, but a late joiner must read the changes in the order of time.
 TEST_F(OneWriterOneReader, ALateReadersNewestValueIsTheOneThatWasSetLast) {
   reader_.reset();
   figures_.Set({{{"n", 1.0}}}, "z");
