@@ -29,8 +29,8 @@ constexpr std::uint8_t kEnvelopeVersion = 1;
 constexpr std::size_t kEnvelopeFixedBytes = 96;
 constexpr std::size_t kStampBytes = 5;
 constexpr std::size_t kMaxEnvelopeBytes = kEnvelopeFixedBytes + 2 * core::kMaxStamps * kStampBytes;
-constexpr std::size_t kMaxDatagramBytes =
-    1200;                               // fits the smallest usual MTU (1280, IPv6) minus IP, UDP and VPN headers
+// Fits the smallest usual MTU (1280, IPv6) minus IP, UDP and VPN headers.
+constexpr std::size_t kMaxDatagramBytes = 1200;
 constexpr std::size_t kSealBytes = 24;  // counter and tag behind a sealed datagram
 
 struct Envelope {

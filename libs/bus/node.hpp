@@ -20,6 +20,7 @@ class Tap;
 
 namespace bus {
 
+// For a registry that starts after the node, on another host or by hand.
 constexpr std::int64_t kDefaultStartTimeout_ns = 30'000'000'000;
 
 struct Account;

@@ -15,7 +15,7 @@ namespace replay {
 template <class Step>
 class StepRecorder {
  public:
-  static constexpr std::size_t kMaxFields = 65536;
+  static constexpr std::size_t kMaxFields = 65536;  // some 60 times the thousand fields of a usual step
 
   explicit StepRecorder(bus::log::StepSink* sink) : sink_(sink), encoder_(kMaxFields) {}
 

@@ -68,7 +68,8 @@ class ClockEstimate {
   [[nodiscard]] Interval Intersect(std::int64_t time_ns) const;
   [[nodiscard]] Line Fit() const;
 
-  static constexpr std::size_t kWindow = 256;  // 13 s of heartbeats
+  // 13 s of heartbeats. An older interval has grown by more than 6 ms (kMaxDrift), and no longer narrows the estimate.
+  static constexpr std::size_t kWindow = 256;
   std::array<Sample, kWindow> samples_{};
   std::size_t size_ = 0, next_ = 0;
   std::uint64_t num_exchanges_ = 0;

@@ -14,6 +14,7 @@ class Control;
 
 namespace bus::detail {
 
+// A snapshot of some 120 STATE values of the largest size fits; more would hold the bus thread up.
 constexpr std::size_t kMaxMessageBytes = std::size_t{8} << 20;
 
 // Messages of the bus protocol itself: an envelope with one oos.Control. Not real-time.

@@ -14,11 +14,11 @@
 namespace bus::detail {
 
 // Limits that protect a listening socket.
-constexpr int kHandshakeLimit_ms = 3'000;  // until a connection has proven its key; otherwise it is closed
-constexpr std::size_t kMaxConnections =
-    64;  // of one listener, handshakes included; a run needs one for each of its five nodes and each tool
-constexpr std::int64_t kMaxFrameBytes = std::int64_t{16}
-                                        << 20;  // twice kMaxMessageBytes; a larger frame closes its connection
+constexpr int kHandshakeLimit_ms = 3'000;  // to prove a key: two round trips, and a TCP retransmission (1 s)
+// Of one listener, handshakes included. A run needs one for each of its five nodes and each tool.
+constexpr std::size_t kMaxConnections = 64;
+// Twice kMaxMessageBytes; a larger frame closes its connection.
+constexpr std::int64_t kMaxFrameBytes = std::int64_t{16} << 20;
 
 // Sets limits, and CURVE where there are keys, on a socket that connects. Before connect; throws zmq::error_t. A
 // connecting socket accepts nobody, so it needs no allow-list.

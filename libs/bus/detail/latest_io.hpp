@@ -114,7 +114,7 @@ struct LatestCounts {
   std::uint64_t meant = 0;      // by the sequences that arrived or that the writer reported
   std::uint64_t received = 0;   // each message once, late ones included
   std::uint64_t restored = 0;   // came with a later one's datagram only
-  std::uint64_t dropped = 0;    // lost on the way, or too late to be told from a duplicate
+  std::uint64_t dropped = 0;    // lost on the way, or too late to be distinguished from a duplicate
   std::uint64_t reordered = 0;  // arrived after a newer one
   std::uint64_t repeated = 0;   // duplicates
 };

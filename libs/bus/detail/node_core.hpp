@@ -25,8 +25,8 @@ namespace bus::detail {
 // mutex is for the bus thread and for callers that may block (Peers, SetParameter, PollObservation).
 
 constexpr std::uint32_t kProtocolVersion = 1;
-constexpr std::size_t kMaxEventText = 255;
-constexpr std::size_t kMaxStateBytes = std::size_t{64} * 1024;
+constexpr std::size_t kMaxEventText = 255;                      // reserved in every slot of the rings of events
+constexpr std::size_t kMaxStateBytes = std::size_t{64} * 1024;  // larger values delay other traffic: use BULK
 
 struct StateItem {         // one value of a STATE topic, in either direction
   std::uint32_t slot = 0;  // of the sender or receiver
@@ -196,7 +196,7 @@ struct NodeCore {
   std::deque<ParameterCall> waiting_calls;
   std::map<std::uint64_t, ParameterAck> finished_calls;
   std::deque<RawObservation> observations;
-  static constexpr std::size_t kMaxObservations = 8192;
+  static constexpr std::size_t kMaxObservations = 8192;  // 2 s of 4000 messages per second; more are dropped
 
   [[nodiscard]] bool IsObserved(const std::string& topic) const;
   void AddObservation(RawObservation observation);  // mutex held

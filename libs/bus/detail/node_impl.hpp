@@ -19,7 +19,7 @@ struct Node::Impl {
   detail::NodeCore core;
   detail::BusThread bus{&core};
 
-  static constexpr std::size_t kBatch = 32;  // datagrams taken by one system call
+  static constexpr std::size_t kBatch = 32;  // datagrams per recvmmsg: saves system calls for 38 KB of buffers
 
   // Buffers of recvmmsg.
   std::array<std::array<std::uint8_t, kMaxDatagramBytes + 1>, kBatch> buffers;

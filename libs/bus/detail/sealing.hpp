@@ -89,6 +89,7 @@ class ReplayWindow {
   std::uint64_t seen_ = 0;  // bit i: newest - i has arrived
 };
 
+// In fixed memory; twice the connections that a node accepts (kMaxConnections).
 constexpr std::size_t kMaxSenders = 128;
 struct KnownSender {
   std::uint32_t node = 0;  // as in the envelope

@@ -17,7 +17,7 @@ namespace bus::log {
 // writers of recordings only append.
 class MappedFile {
  public:
-  static constexpr std::size_t kMaxCopied = std::size_t{1} << 20;
+  static constexpr std::size_t kMaxCopied = std::size_t{1} << 20;  // below, a copy is cheap and immune to truncation
 
   // Errors: kIo; kResource when it cannot be mapped.
   static core::Result<MappedFile> Open(const std::filesystem::path& path);

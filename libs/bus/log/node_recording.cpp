@@ -19,6 +19,7 @@
 namespace bus::log {
 namespace {
 
+// Scenarios and procedures are a few KiB; larger files are not texts and are not attached.
 constexpr std::uintmax_t kMaxScenarioBytes = 1 << 20;
 
 std::string FirstLine(const std::filesystem::path& file) {

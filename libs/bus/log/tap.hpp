@@ -54,7 +54,7 @@ struct TapHead {
 // that do not fit are counted by topic.
 class Tap {
  public:
-  static constexpr std::size_t kMaxTopics = 512;
+  static constexpr std::size_t kMaxTopics = 512;  // in fixed memory; a node declares some tens
   static constexpr std::uint16_t kNoSlot = 0xffff;
 
   // A power of two. The default holds about 3 s of a busy node.
