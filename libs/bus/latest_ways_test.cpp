@@ -148,7 +148,7 @@ TEST_P(LatestWays, AGroupGetsOneDatagramAndOtherReadersUnicast) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Keys, LatestWays, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "Encrypted" : "InTheClear"; });
+                         [](const auto& keys) { return keys.param ? "Encrypted" : "InTheClear"; });
 
 TEST(Multicast, AnythingButAGroupIsRefusedByName) {
   for (const char* group : {"10.0.0.1:7450", "239.255.74.50", "239.255.74.50:0", "group"}) {

@@ -34,14 +34,14 @@ struct NodeOptions {
   bool is_observer = false;                // only observes: never waited for, its end is not a fault
   bool takes_over = false;                 // fences off the holder of its name or topics, even a live one
   bool sends_goodbye = true;               // false: peers detect the end by missing heartbeats, as after kill -9
-  std::string keys;                        // key directory of the run, see bus/keys.hpp
+  std::string keys{};                      // key directory of the run, see bus/keys.hpp
   bool is_encrypted = true;                // false must be set explicitly: no keys, anybody may listen and send
   // Patterns of the LATEST topics that this node sends by ZeroMQ (TCP), for networks that block datagrams. A lost
   // packet then delays all that follow (head-of-line blocking).
-  std::vector<std::string> tcp_topics;
+  std::vector<std::string> tcp_topics{};
   // "239.255.74.50:7450": one LATEST datagram for all readers that have joined this group, on the network of the bind
   // address; unicast to the others. Empty: unicast to all.
-  std::string multicast;
+  std::string multicast{};
   log::Tap* tap = nullptr;  // records what this node sends and receives (log/tap_recorder.hpp); outlives it
 };
 

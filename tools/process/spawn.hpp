@@ -29,7 +29,7 @@ struct Command {
   std::filesystem::path log;                       // stdout and stderr of a child of a Group
   int nice = 0;                                    // added to the caller's
   int inherited_fd = -1;                           // stays open in the child under the same number
-  std::filesystem::path folder;                    // to work in; empty: the caller's
+  std::filesystem::path folder{};                  // to work in; empty: the caller's
 };
 
 // How the child hangs together with its owner.

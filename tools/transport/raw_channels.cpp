@@ -80,7 +80,7 @@ class SharedMemoryChannel final : public Channel {
 
   bool Send(std::int64_t now_ns) override {
     std::memcpy(out_.data(), &now_ns, sizeof(now_ns));
-    std::memcpy(shared_ + 1, out_.data(), out_.size());
+    std::memcpy(static_cast<void*>(shared_ + 1), out_.data(), out_.size());
     shared_->count.fetch_add(1, std::memory_order_release);
     syscall(SYS_futex, &shared_->count, FUTEX_WAKE, 1, nullptr, nullptr, 0);
     return true;
