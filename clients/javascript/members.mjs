@@ -154,7 +154,7 @@ export class Members extends Links {
   }
 
   _beat() {
-    if (this._keys && !this._sealer) return;  // nobody could read it
+    if (this._keys && !this._sealer) return;  // no peer could read it
     const now = performance.now();
     const bytes = this._wrap("heartbeat", this._heartbeat(false), this._sealer);
     for (const peer of this._peers.values()) {

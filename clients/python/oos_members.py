@@ -119,7 +119,7 @@ class Members(Links):
 
     def _send_heartbeats(self, is_goodbye):
         if self._keys and not self._sealer:
-            return  # nobody could read them
+            return  # no peer could read them
         figures = [bus_pb2.TopicFigures(topic=hash32(topic), is_written=topic in self._sequences,
                                         sent=self.sent[topic], received=self.received[topic],
                                         dropped=self.dropped[topic])

@@ -76,7 +76,7 @@ class Reading(Members):
                 peer.is_subscribed, peer.subscribed_s = False, 0.0
         elif body == "event" and EVENT_TOPIC in peer.accounts and control.event.sequence > peer.place():
             self._take_event(peer, control.event)
-        elif body == "eviction":  # too slow for the writer; asks again after a while
+        elif body == "eviction":  # was too slow for the writer; subscribes again after RESUBSCRIBE_AFTER_S
             peer.is_subscribed, peer.subscribed_s = False, time.monotonic()
         elif body == "parameter_reply":
             self._replies[control.parameter_reply.request] = control.parameter_reply

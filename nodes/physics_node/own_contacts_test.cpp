@@ -99,7 +99,7 @@ TEST(OwnContacts, DistantPartsAddNoWork) {
     const vps::StepReport& one = few.node->own_contacts().report();
     const vps::StepReport& all = many.node->own_contacts().report();
     has_met = has_met || few.outputs.state.is_in_contact;
-    if (tick > 0) {  // the first looks at every pair
+    if (tick > 0) {  // the first tick tests every pair
       ASSERT_EQ(all.pairs_tested, one.pairs_tested) << tick;
       ASSERT_EQ(all.pairs_bounded, one.pairs_bounded) << tick;
     }

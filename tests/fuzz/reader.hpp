@@ -24,8 +24,8 @@ class Reader {
   // A piece with its length in the two bytes before it, cut at the input's end.
   Input Piece() {
     const std::size_t low = Byte();
-    const std::size_t asked = low | std::size_t{Byte()} << 8;
-    const std::size_t size = std::min(asked, rest_.size());
+    const std::size_t size_claimed = low | std::size_t{Byte()} << 8;
+    const std::size_t size = std::min(size_claimed, rest_.size());
     const Input piece = rest_.first(size);
     rest_ = rest_.subspan(size);
     return piece;

@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLab{"PortInUse", "<registry host=\"beta\"/>", "<registry host=\"beta\" port=\"7999\"/>",
                "port 7999 is in use (10.77.0.12:7999)"},
         BadLab{"OtherPrograms", "name=\"alpha\"", "name=\"alpha\" programs=\"/usr/bin\"", "is of another version"},
-        BadLab{"DiskFull", "name=\"DiskFull\"", "name=\"DiskFull\" min_free_MB=\"1e9\"", "min_free_MB asks for"},
+        BadLab{"DiskFull", "name=\"DiskFull\"", "name=\"DiskFull\" min_free_MB=\"1e9\"", "min_free_MB requires"},
         BadLab{"NoSuchInterface", "name=\"alpha\"", "name=\"alpha\" bind=\"eth7\"", "it has no 'eth7'"},
         BadLab{"NoSuchCores", "name=\"haptic_node\"", "name=\"haptic_node\" cores=\"900\"", "it has no cores 900"},
         BadLab{"NoSuchDevice", "name=\"device_bridge\" host=\"alpha\"/>",

@@ -21,7 +21,7 @@ TEST(CommandLine, EveryVerbRefusesAnUnknownOption) {
   }
 }
 
-TEST(CommandLine, AMisspelledVerbOrOptionBringsTheNearestRightOne) {
+TEST(CommandLine, SuggestsTheNearestVerbOrOptionForAMisspelledOne) {
   const auto complaint = [](const std::vector<std::string>& words) {
     testing::internal::CaptureStderr();
     EXPECT_EQ(RunCommandLine(words), kBadUsage);
@@ -32,7 +32,7 @@ TEST(CommandLine, AMisspelledVerbOrOptionBringsTheNearestRightOne) {
             std::string::npos);
 }
 
-TEST(CommandLine, EveryVerbExplainsItself) {
+TEST(CommandLine, EveryVerbHasHelp) {
   for (const Verb& verb : AllVerbs()) {
     EXPECT_EQ(RunCommandLine({std::string(verb.name), "--help"}), kHolds) << verb.name;
     EXPECT_FALSE(verb.summary.empty());

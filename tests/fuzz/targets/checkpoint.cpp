@@ -34,11 +34,11 @@ void FuzzCheckpoint(Input input) {
   static const ScratchFolder folder;
   Check(folder, input);
   if (input.size() < kHeadBytes) return;
-  std::vector<std::uint8_t> mended(input.begin(), input.end());
-  const std::uint64_t checksum =
-      core::Hash64(mended.data() + kHeadBytes, mended.size() - kHeadBytes, core::Hash64(mended.data(), kChecksumAt));
-  std::memcpy(&mended[kChecksumAt], &checksum, sizeof(checksum));
-  Check(folder, mended);
+  std::vector<std::uint8_t> corrected(input.begin(), input.end());
+  const std::uint64_t checksum = core::Hash64(corrected.data() + kHeadBytes, corrected.size() - kHeadBytes,
+                                              core::Hash64(corrected.data(), kChecksumAt));
+  std::memcpy(&corrected[kChecksumAt], &checksum, sizeof(checksum));
+  Check(folder, corrected);
 }
 
 }  // namespace fuzz

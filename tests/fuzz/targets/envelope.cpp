@@ -37,18 +37,18 @@ void Check(Input bytes) {
 void FuzzEnvelope(Input input) {
   Check(input);
   if (input.size() < bus::kEnvelopeFixedBytes) return;
-  std::vector<std::uint8_t> mended(input.begin(), input.end());
-  const std::size_t head = bus::kEnvelopeFixedBytes + bus::kStampBytes * (std::size_t{mended[28]} + mended[29]);
+  std::vector<std::uint8_t> corrected(input.begin(), input.end());
+  const std::size_t head = bus::kEnvelopeFixedBytes + bus::kStampBytes * (std::size_t{corrected[28]} + corrected[29]);
   std::uint16_t flags = 0;
-  std::memcpy(&flags, &mended[kFlagsAt], sizeof(flags));
+  std::memcpy(&flags, &corrected[kFlagsAt], sizeof(flags));
   const std::size_t history = flags & kHistoryMask;
-  if (mended.size() < head + history) return;
-  const auto length = static_cast<std::uint32_t>(mended.size() - head - history);
-  std::memcpy(&mended[kLengthAt], &length, sizeof(length));
-  const std::uint32_t front = core::Crc32(mended.data(), kChecksumAt);
-  const std::uint32_t crc = core::Crc32(mended.data() + kChecksumAt + 4, mended.size() - kChecksumAt - 4, front);
-  std::memcpy(&mended[kChecksumAt], &crc, sizeof(crc));
-  Check(mended);
+  if (corrected.size() < head + history) return;
+  const auto length = static_cast<std::uint32_t>(corrected.size() - head - history);
+  std::memcpy(&corrected[kLengthAt], &length, sizeof(length));
+  const std::uint32_t front = core::Crc32(corrected.data(), kChecksumAt);
+  const std::uint32_t crc = core::Crc32(corrected.data() + kChecksumAt + 4, corrected.size() - kChecksumAt - 4, front);
+  std::memcpy(&corrected[kChecksumAt], &crc, sizeof(crc));
+  Check(corrected);
 }
 
 }  // namespace fuzz

@@ -17,7 +17,8 @@ namespace {
 std::atomic<int> interrupted{0};
 static_assert(std::atomic<int>::is_always_lock_free, "set from a signal handler");
 
-// Of this machine, on the way to "tcp://10.0.0.1:7450": where peers there reach us. Nothing is sent.
+// This machine's address on the route to an endpoint such as "tcp://10.0.0.1:7450"; peers there reach us by it. Sends
+// nothing.
 std::string AddressTowards(const std::string& endpoint) {
   const std::string loopback = "127.0.0.1";
   const std::size_t begin = endpoint.find("://"), end = endpoint.rfind(':');
@@ -51,11 +52,11 @@ const std::atomic<int>& CatchInterrupt() {
 
 const std::vector<Option>& AttachOptions() {
   static const std::vector<Option> options = {
-      {"--lab", "LAB.xml", "the session that was launched on these machines, whichever machine this is"},
-      {"--registry", "ENDPOINT", "of the session; default: the one that runs here"},
-      {"--session", "N", "its number, with --registry"},
-      {"--keys", "DIR", "its key directory, with --registry"},
-      {"--no_encryption", "", "with --registry: it has no keys"}};
+      {"--lab", "LAB.xml", "the session launched on these machines; works on any machine that can log in there"},
+      {"--registry", "ENDPOINT", "registry of the session; default: the session running on this machine"},
+      {"--session", "N", "with --registry: the session's number"},
+      {"--keys", "DIR", "with --registry: the session's key directory"},
+      {"--no_encryption", "", "with --registry: the session has no keys"}};
   return options;
 }
 

@@ -9,17 +9,17 @@
 
 namespace oos {
 
-// Options of every verb that looks into a running system.
+// Options of every verb that observes a running system.
 const std::vector<Option>& AttachOptions();
 
-// How to reach the running session: the one whose registry `oos run` noted down, or the one named by --registry and
-// --session. The name is left open.
+// Options to join the running session: the one that `oos run` noted down on this machine, or the one given by
+// --registry and --session. The caller sets the node's name.
 core::Result<bus::NodeOptions> FindSession(const Arguments& arguments);
 
-// An observer on that session. Not started yet, so that topics can still be declared.
+// An observer of that session. It is not started yet, so that topics can still be declared.
 core::Result<std::unique_ptr<bus::Node>> Attach(const Arguments& arguments, const std::string& verb);
 
-// SIGINT and SIGTERM set the returned flag from now on.
+// From now on SIGINT and SIGTERM set the returned flag.
 const std::atomic<int>& CatchInterrupt();
 
 }  // namespace oos

@@ -22,7 +22,7 @@ bool WriteKey(const std::filesystem::path& file, const std::vector<std::string>&
   return close(fd) == 0 && is_written;
 }
 
-// Those of earlier runs go.
+// Keys of earlier runs are removed.
 core::Result<std::filesystem::path> KeepKeys(const std::string& run, const Answer& answer) {
   const std::filesystem::path all = SessionFolder() / "lab_keys", folder = all / run;
   std::error_code error;
@@ -69,7 +69,7 @@ core::Result<LabSession> FindLabSession(const std::string& lab_file) {
     return LabSession{lease.value("registry"), lease.value("session"), lease.value("scenario"), *keys};
   }
   return core::Fail(core::ErrorCode::kNotFound, "host " + lab->registry_host + ", which has the registry of run " +
-                                                    lease.value("run") + ", does not tell of it; look at " +
+                                                    lease.value("run") + ", does not describe the run; see " +
                                                     "'oos status --lab " + lab->file.string() + "'");
 }
 

@@ -7,12 +7,12 @@
 
 namespace oos {
 
-// A session that somebody launched, as the hosts of the lab describe it over ssh: from any machine that may log in
-// there.
+// A launched session as the lab's hosts describe it over ssh. Any machine that may log in there can read it.
 struct LabSession {
   std::string registry, session;
   std::filesystem::path scenario;  // as the launcher's machine names it
-  std::filesystem::path keys;      // of lookers-on and viewers, brought from the registry's host; ours alone
+  std::filesystem::path
+      keys;  // of observers and viewers, copied from the registry's host; only this user can read them
 };
 
 core::Result<LabSession> FindLabSession(const std::string& lab_file);

@@ -21,7 +21,7 @@ std::string FolderOf(const std::string& root, const std::string& run) {
   return root + "/runs/" + run;
 }
 
-// Every process of the run carries its name in its environment, whoever started it.
+// Finds processes by the run's name, which each of them has in its environment (OOS_RUN).
 std::string SearchFor(const std::string& run) {
   return "for e in /proc/[0-9]*/environ; do\n  if tr '\\0' '\\n' <$e 2>/dev/null | grep -qx 'OOS_RUN=" + run +
          "'; then\n    p=${e#/proc/}; p=${p%/environ}\n"
@@ -51,7 +51,7 @@ bool IsPlain(const std::string& path) {
          std::string::npos;
 }
 
-std::string WhoIsHere() {
+std::string UserAtHost() {
   utsname name{};
   uname(&name);
   const char* user = std::getenv("USER");
@@ -104,7 +104,7 @@ core::Result<void> TakeLeases(const Lease& lease, const std::vector<std::string>
   std::string text;
   for (const auto& [key, value] : lease.values) text += key + "=" + value + "\n";
   for (std::size_t i = 0; i < roots.size(); ++i) {
-    // `set -C` makes the redirection fail when the file exists: one launcher wins, whoever comes at the same moment.
+    // `set -C` makes the redirection fail when the file exists: of several launchers exactly one wins.
     const Answer answer = remotes->Run(i, "cd " + roots[i] + "\nset -C\nif cat 2>/dev/null >lease <<'END_OF_LEASE'\n" +
                                               text + "END_OF_LEASE\nthen echo taken=1; else cat lease; fi\n");
     if (answer.value("taken") == "1") continue;
@@ -148,7 +148,7 @@ std::vector<std::string> StopRun(const std::string& run, const std::vector<std::
   std::vector<std::string> left;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     const std::string& name = remotes->hosts()[i].name;
-    if (!answers[i].is_good()) left.push_back("host " + name + " does not tell what is left: " + answers[i].err);
+    if (!answers[i].is_good()) left.push_back("host " + name + " did not report what is left: " + answers[i].err);
     for (const std::string& process : answers[i].values("left")) left.push_back("host " + name + ": " + process);
   }
   return left;

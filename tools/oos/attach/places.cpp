@@ -17,14 +17,14 @@ std::string Reason() {
   return std::error_code(errno, std::generic_category()).message();
 }
 
-// A directory, no link, of this user, in which others have none of these permissions.
+// Whether it is a directory (no link) of this user in which others have none of these permissions.
 bool IsOurs(const std::string& folder, mode_t others) {
   struct stat info {};
   return lstat(folder.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid() &&
          (info.st_mode & others) == 0;
 }
 
-// In /tmp anybody may have been there first.
+// Checks the folder: in /tmp another user may have made it first.
 core::Result<void> CheckSessionFolder() {
   const std::string folder = SessionFolder().string();
   if (IsOurs(folder, 077)) return {};
@@ -59,7 +59,8 @@ core::Result<void> MakeSessionFolder() {
                                                 ", where the session is noted: " + Reason() +
                                                 "; set XDG_RUNTIME_DIR to a folder of your own");
   }
-  if (IsOurs(SessionFolder().string(), 022)) chmod(SessionFolder().c_str(), 0700);  // earlier versions let others look
+  if (IsOurs(SessionFolder().string(), 022))
+    chmod(SessionFolder().c_str(), 0700);  // earlier versions let others read it
   return CheckSessionFolder();
 }
 

@@ -7,13 +7,12 @@
 
 namespace oos {
 
-// Where the running session leaves its registry's endpoint for `topic`, `top` and `set`:
+// Where `oos run` notes the running session for the verbs that join it:
 // $XDG_RUNTIME_DIR/vr_oos, else /tmp/vr_oos-<uid>.
 std::filesystem::path SessionFolder();
 std::filesystem::path SessionFile();
 
-// All three refuse a folder that is not this user's alone: whoever else can write there decides whom the tools obey,
-// and where the note ends up.
+// All three refuse a folder that other users can write to: they could direct the tools to a session of their own.
 core::Result<void> MakeSessionFolder();
 core::Result<void> WriteSessionNote(const std::string& json);
 core::Result<std::string> ReadSessionNote();

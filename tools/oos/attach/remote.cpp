@@ -97,7 +97,7 @@ core::Result<std::vector<std::string>> Remotes::Reach() {
 }
 
 std::vector<std::string> Remotes::Ssh(std::size_t host) const {
-  // Through the open connection or not at all.
+  // Only through the open connection: ssh must not make one of its own.
   return {"ssh",
           "-F",
           "none",

@@ -24,20 +24,20 @@ class Remotes {
   Remotes(const Remotes&) = delete;
   Remotes& operator=(const Remotes&) = delete;
 
-  // Names every host that cannot be reached, and ssh's own words.
+  // Connects to all hosts. Errors: every host that cannot be reached, with ssh's message.
   core::Result<void> Connect();
-  // The same, content with those that can be: what is wrong with each of the others.
+  // Connects to the hosts that can be reached; reports each of the others in `complaints`.
   core::Result<std::vector<std::string>> Reach();
   [[nodiscard]] bool is_reached(std::size_t host) const { return is_reached_[host]; }
 
-  // For a host that was reached and has fallen silent. True when it is reached again; does not wait: call it again.
+  // Connects again to a host that has fallen silent. Does not wait: call it until it returns true.
   bool Reconnect(std::size_t host);
 
   [[nodiscard]] const std::vector<lab::Host>& hosts() const { return hosts_; }
-  // Runs a script of /bin/sh on each host at once; a host whose script is empty is left alone (status 0).
+  // Runs a script of /bin/sh on each host at the same time; skips a host whose script is empty (status 0).
   std::vector<Answer> RunAll(const std::vector<std::string>& scripts, double patience_s = 60.0);
   Answer Run(std::size_t host, const std::string& script, double patience_s = 60.0);
-  // A command on a host that goes on until it is ended.
+  // Starts a command on a host that runs until it is stopped.
   core::Result<std::unique_ptr<PipedChild>> Open(std::size_t host, const std::string& command);
   // The words before rsync's sources and target; the target is "HOST:path" with Target().
   [[nodiscard]] std::vector<std::string> Rsync(std::size_t host) const;

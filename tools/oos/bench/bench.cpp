@@ -21,7 +21,7 @@ bus: one hop by transport and size, classes of topics, the age of the newest sam
 namespaces (root), throughput, processor time and blocks: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
 takes part when `oos_bench_transport_peers` stands beside this program.)";
 
-// The studies and their charts are a program of their own: who runs simulations need not link or build them.
+// The studies and their charts are a program of their own, so that simulations are built and run without them.
 int RunBench(const Arguments& arguments) {
   process::Command studies;
   studies.name = "oos_bench";
@@ -46,11 +46,11 @@ Verb BenchVerb() {
           "vps|physics|bus",
           1,
           1,
-          {{"--json", "FILE", "where all numbers go"},
+          {{"--json", "FILE", "file for all numbers"},
            {"--plot", "DIR", "folder for the charts (SVG) and their tables (CSV)"},
            {"--meshes", "DIR", "public meshes; default ../shared/data/meshes"},
            {"--scenarios", "DIR", "folder of the scenarios; default scenarios"},
-           {"--pair", "NAMES", "only these parts or studies, with commas; a wrong name lists all"}},
+           {"--pair", "NAMES", "only these parts or studies, separated by commas; an unknown name lists them all"}},
           RunBench,
           kDetails};
 }

@@ -18,7 +18,7 @@
 namespace oos {
 namespace {
 
-// What cooking would say of the mesh, and how large it is.
+// Checks the mesh as cooking does; returns its bounding box.
 core::Result<vps::Box> CheckCollisionMesh(const scene::Object& object, CheckOutcome* outcome) {
   const auto checked = vps::LoadCheckedMesh(object.collision_mesh, 1.0, object.sheet_thickness_m > 0.0);
   if (!checked) return tl::unexpected(checked.error());

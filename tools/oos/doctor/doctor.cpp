@@ -74,7 +74,7 @@ Finding CheckDrawing() {
   return {"drawing", Grade::kFail, "no OpenGL drivers", "apt-get install libgl1-mesa-dri"};
 }
 
-// Loaded as visual_node does it, which writes captions and does not start without.
+// Loads the font as visual_node does, which does not start without it.
 Finding CheckFonts() {
   constexpr int kAnySize_px = 16;
   for (const bool is_bold : {false, true}) {
@@ -138,8 +138,8 @@ int Run(const Arguments& arguments) {
 
 Verb DoctorVerb() {
   std::vector<Option> options = AttachOptions();
-  options.push_back({"--json", "FILE", "the same for programs"});
-  return {"doctor", "says what of this machine, its network and the running session hinders a run, and the remedy",
+  options.push_back({"--json", "FILE", "write the findings as JSON"});
+  return {"doctor", "finds what on this machine, its network and the running session hinders a run, and the remedy",
           "",       0,
           0,        options,
           Run};

@@ -15,7 +15,7 @@ constexpr int kWantedPriority = 85;  // of device-rt, the highest of all nodes
 constexpr int kWantedNice = -5;      // of the threads that serve the bus and write recordings
 
 Finding CheckRealTimePriority() {
-  // Tried for real and given back at once: limits alone do not show whether a container allows it.
+  // Sets the priority and resets it at once: the limits alone do not show whether a container allows it.
   sched_param before{}, wanted{};
   const int policy_before = sched_getscheduler(0);
   sched_getparam(0, &before);
@@ -44,17 +44,17 @@ Finding CheckMemoryLock() {
 
 Finding CheckNice() {
   const int before = getpriority(PRIO_PROCESS, 0);
-  if (before > kWantedNice) {  // tried for real, as above
+  if (before > kWantedNice) {  // set and reset, as above
     if (setpriority(PRIO_PROCESS, 0, kWantedNice) != 0) {
       return {"nice", Grade::kWarn,
-              "threads of the bus cannot go before others (nice " + std::to_string(kWantedNice) +
+              "threads of the bus cannot take precedence (nice " + std::to_string(kWantedNice) +
                   "): " + std::strerror(errno),
               "add '@realtime - nice -10' to /etc/security/limits.d/realtime.conf and join that group; in a container: "
               "--cap-add SYS_NICE"};
     }
     setpriority(PRIO_PROCESS, 0, before);
   }
-  return {"nice", Grade::kOk, "threads of the bus can go before others (nice " + std::to_string(kWantedNice) + ")", ""};
+  return {"nice", Grade::kOk, "threads of the bus can take precedence (nice " + std::to_string(kWantedNice) + ")", ""};
 }
 
 Finding CheckRealTimeShare() {

@@ -8,13 +8,14 @@
 
 namespace oos {
 
-// Of every period, how long real-time threads may have a core: kernel.sched_rt_runtime_us; -1: always.
+// Judges the time in each period for which real-time threads may use a core: kernel.sched_rt_runtime_us [us]; -1:
+// always.
 Finding JudgeRealTimeShare(std::int64_t runtime_us, std::int64_t period_us);
 
-// How the cores' speed is chosen; empty: the kernel does not choose it.
+// Judges the governor, which sets the cores' frequency; empty if the kernel does not scale it.
 Finding JudgeGovernor(const std::string& governor);
 
-// What docs/howto/lab.md sets in limits.d, sysctl.d and by cpupower for the threads that keep time, a finding a line.
+// Checks the settings for real-time threads that docs/howto/lab.md makes in limits.d, sysctl.d and by cpupower.
 std::vector<Finding> CheckLimits();
 
 }  // namespace oos

@@ -25,7 +25,7 @@ constexpr unsigned kUdpHeadBytes = 28;  // IPv4 and UDP
 constexpr unsigned kNeededMtu = static_cast<unsigned>(bus::kMaxDatagramBytes) + kUdpHeadBytes;
 constexpr double kMuchLoss = 1e-3;
 constexpr std::int64_t kWideBound_ns = 1'000'000;
-constexpr std::int64_t kLookAtSession_ns = 2'000'000'000;
+constexpr std::int64_t kObservation_ns = 2'000'000'000;
 constexpr int kRoundTrips = 500;
 
 std::string Percent(std::uint64_t part, std::uint64_t all) {
@@ -73,7 +73,7 @@ std::vector<Interface> Interfaces() {
   return all;
 }
 
-// What the kernel grants of what the bus asks for.
+// The buffer size that the kernel grants the bus's sockets, which request more.
 int GrantedBytes(const bus::detail::UdpSocket& socket, int option) {
   int granted = 0;
   socklen_t size = sizeof granted;
@@ -99,7 +99,7 @@ Finding CheckPorts() {
           "sysctl -w net.ipv4.ip_local_port_range='32768 60999'"};
 }
 
-// Datagrams as large as the largest, there and back by two sockets of this process: the least that any hop costs here.
+// Round trip of the largest datagrams between two sockets of this process: the lower bound of any hop on this machine.
 Finding CheckRoundTrip() {
   auto here = bus::detail::UdpSocket::Bind("127.0.0.1"), there = bus::detail::UdpSocket::Bind("127.0.0.1");
   sockaddr_in to_here{}, to_there{};
@@ -132,7 +132,7 @@ Finding CheckRoundTrip() {
   const std::string what =
       "round trip on 127.0.0.1: median " + Ms(times_ns[times_ns.size() / 2]) + ", p99 " + Ms(p99_ns) + ", none lost";
   if (p99_ns < kWideBound_ns) return {"loopback", Grade::kOk, what, ""};
-  return {"loopback", Grade::kWarn, what + ": something else keeps this machine busy", "end it, see 'top'"};
+  return {"loopback", Grade::kWarn, what + ": other processes keep this machine busy", "end them, see 'top'"};
 }
 
 std::vector<Finding> CheckSession(const Arguments& arguments) {
@@ -144,11 +144,12 @@ std::vector<Finding> CheckSession(const Arguments& arguments) {
     }
     return {{"session", Grade::kFail, node.error().detail, "name the session that runs, and its key directory"}};
   }
-  if (const auto started = (*node)->Start(kLookAtSession_ns); !started) {
+  if (const auto started = (*node)->Start(kObservation_ns); !started) {
     return {{"session", Grade::kFail, started.error().detail,
              "start it with 'oos run' or 'oos launch', or let TCP through to it"}};
   }
-  const std::int64_t end_ns = core::MonotonicNow_ns() + kLookAtSession_ns;  // some heartbeats of everybody
+  const std::int64_t end_ns =
+      core::MonotonicNow_ns() + kObservation_ns;  // long enough for some heartbeats of every node
   while (core::MonotonicNow_ns() < end_ns) (*node)->Wait(end_ns);
   std::vector<Finding> findings;
   for (const bus::PeerStatus& peer : (*node)->Peers()) {
@@ -177,10 +178,10 @@ Finding JudgeInterface(const Interface& interface) {
 Finding JudgeBuffer(Buffer buffer, int granted_bytes) {
   const bool is_receive = buffer == Buffer::kReceive;
   const std::string what = std::string("UDP buffers of ") + std::to_string(granted_bytes >> 10) + " kB for " +
-                           (is_receive ? "what comes" : "what goes");
+                           (is_receive ? "receiving" : "sending");
   if (granted_bytes >= bus::detail::kUdpBufferBytes) return {"buffers", Grade::kOk, what, ""};
   return {"buffers", Grade::kWarn,
-          what + " only: a node that " + (is_receive ? "is held up" : "says much at once") + " loses messages",
+          what + " only: a node that " + (is_receive ? "is delayed" : "sends a burst") + " loses messages",
           std::string("add 'net.core.") + (is_receive ? "rmem_max" : "wmem_max") + " = " +
               std::to_string(bus::detail::kUdpBufferBytes) +
               "' to /etc/sysctl.d/50-realtime.conf, then sysctl --system"};

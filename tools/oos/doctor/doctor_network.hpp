@@ -10,7 +10,7 @@
 
 namespace oos {
 
-// What the kernel says of a network interface.
+// A network interface as the kernel reports it.
 struct Interface {
   std::string name, address;
   unsigned mtu = 0;
@@ -19,15 +19,15 @@ struct Interface {
 };
 Finding JudgeInterface(const Interface& interface);
 
-// What the kernel grants a UDP socket of the bus, by net.core.rmem_max and net.core.wmem_max.
+// Judges the buffer that the kernel grants a UDP socket of the bus, limited by net.core.rmem_max and net.core.wmem_max.
 enum class Buffer { kReceive, kSend };
 Finding JudgeBuffer(Buffer buffer, int granted_bytes);
 
-// A node of the running session as an observer here sees it: alive, clock, what it lost.
+// Judges a node of the running session as observed from here: whether it is alive, its clock and its losses.
 Finding JudgePeer(const bus::PeerStatus& peer);
 
-// Interfaces, buffers, ports, round trip and loss of this machine, and the nodes of the session that runs here or that
-// the arguments name.
+// Checks interfaces, buffers, ports, round trip and loss of this machine, and the nodes of the session that runs here
+// or that the arguments name.
 std::vector<Finding> CheckNetwork(const Arguments& arguments);
 
 }  // namespace oos

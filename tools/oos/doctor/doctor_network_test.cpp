@@ -5,7 +5,7 @@
 namespace oos {
 namespace {
 
-TEST(JudgeInterface, ALargestDatagramMustFit) {
+TEST(JudgeInterface, WarnsWhenTheLargestDatagramDoesNotFit) {
   Interface interface { "eth1", "10.0.0.1", 1228, 1000, 0 };
   EXPECT_EQ(JudgeInterface(interface).grade, Grade::kOk);
   interface.mtu = 1227;

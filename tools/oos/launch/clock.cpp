@@ -8,7 +8,7 @@
 namespace oos {
 namespace {
 
-// An answer to each line: this machine's CLOCK_MONOTONIC when the line was read.
+// Answers each line with this machine's CLOCK_MONOTONIC at the time of reading it [ns].
 int Run(const Arguments&) {
   for (int c = std::getchar(); c != EOF; c = std::getchar()) {
     if (c != '\n') continue;
@@ -21,7 +21,7 @@ int Run(const Arguments&) {
 }  // namespace
 
 Verb ClockVerb() {
-  return {"clock", "answers each line of stdin with this machine's CLOCK_MONOTONIC in ns; 'oos launch' asks it",
+  return {"clock", "answers each line of stdin with this machine's CLOCK_MONOTONIC in ns; used by 'oos launch'",
           "",      0,
           0,       {},
           Run};

@@ -14,12 +14,12 @@ core::Result<ClockSeries> ClockSeries::Open(Remotes* remotes, std::size_t host, 
   return series;
 }
 
-std::optional<ClockReading> ClockSeries::Read(int num_questions, int patience_ms) {
+std::optional<ClockReading> ClockSeries::Read(int num_readings, int patience_ms) {
   std::optional<ClockReading> best;
   child_->Poll();
   child_->TakeLines();  // answers that came too late
   const std::int64_t deadline_ns = core::MonotonicNow_ns() + patience_ms * std::int64_t{1'000'000};
-  for (int i = 0; i < num_questions; ++i) {
+  for (int i = 0; i < num_readings; ++i) {
     const std::int64_t t0_ns = core::MonotonicNow_ns();
     child_->Write("\n");
     std::vector<std::string> lines;

@@ -18,14 +18,15 @@ struct ClockReading {
   std::int64_t bound_ns = 0;
 };
 
-// Asks `oos clock` on a host. Our clock is read before the question and after the answer (t0, t1), the host's somewhere
-// between (h): h = t + offset for a t in [t0, t1], so offset = h - (t0 + t1) / 2 within (t1 - t0) / 2 [Cristian 1989].
+// Reads the clock of a host by `oos clock`. Our clock is read before the request and after the answer (t0, t1), the
+// host's in between (h): h = t + offset for a t in [t0, t1], so offset = h - (t0 + t1) / 2 within +- (t1 - t0) / 2
+// [Cristian 1989].
 class ClockSeries {
  public:
   static core::Result<ClockSeries> Open(Remotes* remotes, std::size_t host, const std::string& oos);
 
-  // The narrowest of `num_questions` answers; none when the host is silent for `patience_ms`.
-  std::optional<ClockReading> Read(int num_questions, int patience_ms);
+  // The reading with the smallest bound of `num_readings`; none if the host is silent for `patience_ms`.
+  std::optional<ClockReading> Read(int num_readings, int patience_ms);
 
  private:
   std::unique_ptr<PipedChild> child_;

@@ -9,8 +9,8 @@
 
 namespace oos {
 
-// Hosts of a run that fall silent: a link that is gone for long, or a power cut. Reaches them again, has their own
-// supervisors start what does not run there any more, and goes on reading their logs.
+// Handles hosts of a run that fall silent, by a long outage of the link or a power cut: connects again, has their
+// supervisors restart what has ended, and continues to read their logs.
 class Comebacks {
  public:
   struct Host {
@@ -25,7 +25,7 @@ class Comebacks {
         remotes_(remotes),
         streams_(streams) {}
 
-  // To be called again and again. `say`: host, text. Returns why the run cannot go on; empty: it can.
+  // Call it periodically. `say` receives host and text. Returns why the run cannot go on; empty if it can.
   std::string Poll(const std::function<void(const std::string&, const std::string&)>& say);
   [[nodiscard]] bool was_stopped() const { return was_stopped_; }  // from elsewhere, while a host was silent
 

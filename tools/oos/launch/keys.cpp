@@ -29,7 +29,7 @@ core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const
     if (unit.name == "display") continue;
     const bool is_tool = unit.name == "registry" || unit.name == "recorder";
     if (is_tool) files.insert("oos.key");
-    // For whoever looks on from another machine (lab_session.hpp).
+    // For observers on other machines (lab_session.hpp).
     if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
     if (unit.name != "recorder") files.insert(unit.name + ".key");
   }

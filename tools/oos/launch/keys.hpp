@@ -8,7 +8,7 @@
 
 namespace oos {
 
-// The keys of one launch (bus/keys.hpp): made here, in a folder that only we can read, and gone with this object.
+// The keys of one launch (bus/keys.hpp), in a folder that only this user can read; removed with this object.
 class LaunchKeys {
  public:
   LaunchKeys() = default;
@@ -16,11 +16,12 @@ class LaunchKeys {
   LaunchKeys& operator=(const LaunchKeys&) = delete;
   ~LaunchKeys();
 
-  // For the nodes, for the tools ("oos") and for clients that somebody attaches.
+  // Makes keys for the nodes, for the tools ("oos") and for clients that users attach.
   core::Result<void> Make(const std::filesystem::path& directory);
   [[nodiscard]] const std::filesystem::path& directory() const { return directory_; }
 
-  // A script that writes on the host of `plan` what its members need, and no other's secret. It travels on stdin.
+  // A script that writes the keys that the members on the host of `plan` need, and no other secrets. It is sent on
+  // stdin.
   [[nodiscard]] core::Result<std::string> ScriptFor(const lab::HostPlan& plan) const;
 
  private:

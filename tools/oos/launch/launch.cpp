@@ -68,7 +68,7 @@ struct Wanted {
   std::filesystem::path steps;   // likewise
 };
 
-// One launch: nothing of it is left on any host when this object has gone.
+// One launch. Its destructor leaves no process of it on any host.
 class Launch {
  public:
   Launch(const scene::Scenario& scenario, const lab::Lab& lab, Wanted wanted)
@@ -125,7 +125,8 @@ class Launch {
   core::Result<void> Prepare() {
     Print("reaching " + std::to_string(remotes_.hosts().size()) + " hosts");
     if (const auto done = remotes_.Connect(); !done) return done;
-    if (const auto free = CheckFree(&remotes_); !free) return free;  // else their own ports are all we hear of
+    if (const auto free = CheckFree(&remotes_); !free)
+      return free;  // otherwise the only complaint would be that its ports are in use
     auto facts = AskHosts(lab_, &remotes_);
     if (!facts) return tl::unexpected(facts.error());
     facts_ = std::move(*facts);
@@ -150,7 +151,7 @@ class Launch {
   Lease MakeLease() const {
     Lease lease;
     lease.values = {{"run", wanted_.plan.run},
-                    {"who", WhoIsHere()},
+                    {"who", UserAtHost()},
                     {"pid", std::to_string(getpid())},
                     {"boot", ReadLine("/proc/sys/kernel/random/boot_id")},
                     {"scenario", scenario_.file.string()},
@@ -231,7 +232,7 @@ class Launch {
     return WriteSessionNote(note.dump() + "\n");
   }
 
-  // Takes what the logs say; `why_` is set when the run cannot go on.
+  // Processes new lines of the logs; sets `why_` if the run cannot go on.
   void Listen() {
     streams_.Poll(kPoll_ms, [this](const std::string& host, const std::string& unit, const std::string& line) {
       if (unit == "registry") {
@@ -247,7 +248,7 @@ class Launch {
     if (interrupted_.load() != 0 && why_.empty()) why_ = "interrupted";
     const std::string gone = comebacks_->Poll([this](const std::string& host, const std::string& text) {
       Print("host " + host + " " + text);
-      if (text != "is silent") clocks_.clear();  // asked anew
+      if (text != "is silent") clocks_.clear();  // read again
     });
     if (why_.empty()) why_ = gone;
     is_taken_over_ = is_taken_over_ || comebacks_->was_stopped();
@@ -255,8 +256,8 @@ class Launch {
     ReadClocks();
   }
 
-  // The registry has ended. When a supervisor starts it again, all is well; when somebody ends the run from another
-  // machine, the lease says so (MarkStopping), until the run's folder is gone.
+  // The registry has ended. Either a supervisor restarts it, or the run is being stopped from another machine: then the
+  // lease says so (MarkStopping), until the run's folder is removed.
   void AskWhetherTakenOver() {
     if (Since_s(taken_over_asked_ns_) < kTakenOverPeriod_s) return;
     taken_over_asked_ns_ = core::MonotonicNow_ns();
@@ -292,7 +293,7 @@ class Launch {
     }
   }
 
-  // The procedure does without pictures and without a recording.
+  // The procedure can go on without pictures and without a recording.
   void TakeGivenUp(const std::string& host, const std::string& unit, const std::string& text) {
     if (unit == "visual_node" || unit == "display") {
       if (expected_.erase("visual_node") != 0) {
@@ -332,7 +333,7 @@ class Launch {
   void WaitUntilReady() {
     const auto are_all_ready = [this] {
       return std::all_of(expected_.begin(), expected_.end(), [this](const std::string& node) {
-        // The procedure begins when all are there whom it needs; a viewer it does not need.
+        // The procedure begins when all the nodes that it needs are ready; it needs no viewer.
         return story_.ready().count(node) != 0 || (story_.runs() && node != "visual_node");
       });
     };
@@ -363,7 +364,7 @@ class Launch {
     is_final_ = why_.empty() && story_.is_final();
   }
 
-  // Whoever ended the run collects what it left.
+  // The one who stopped the run collects its files.
   int LeaveToOthers() {
     clocks_.clear();
     streams_.Close();
@@ -395,7 +396,7 @@ class Launch {
     return is_final_ && left.empty() && collected && is_reported ? kHolds : kDoesNotHold;
   }
 
-  // To where they were asked for; what cannot be moved stays.
+  // Moves the recordings to the requested places; what cannot be moved stays.
   static void MoveRecordings(const std::filesystem::path& from, const std::filesystem::path& to) {
     if (to.empty() || to == from) return;
     std::error_code error;
@@ -449,7 +450,7 @@ class Launch {
   std::string why_;
 };
 
-// The plan as far as it is known without the hosts.
+// Prints the plan as far as it is known without contacting the hosts.
 void ShowPlan(const lab::Lab& lab, const scene::Scenario& scenario, const Wanted& wanted) {
   std::map<std::string, lab::HostFacts> facts;
   for (const lab::Host& host : lab.hosts) {
@@ -464,7 +465,7 @@ void ShowPlan(const lab::Lab& lab, const scene::Scenario& scenario, const Wanted
   Print(lab::Describe(lab::MakePlan(lab, facts, wanted.plan)) + "nothing was started (--dry-run)");
 }
 
-// It becomes part of folders and commands on all hosts.
+// The run's name becomes part of folders and commands on all hosts, so it has plain characters only.
 std::string RunName(const std::string& scenario) {
   std::string name;
   for (const char c : scenario) name += std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' ? c : '_';
@@ -527,17 +528,17 @@ int Run(const Arguments& arguments) {
 
 Verb LaunchVerb() {
   return {"launch",
-          "starts the nodes on the machines of a lab, waits for the procedure's end, reports",
+          "starts the nodes on the machines of a lab, waits for the procedure's end, writes a report",
           "SCENARIO",
           1,
           1,
           {{"--lab", "LAB.xml", "the machines, and what runs on each"},
            {"--dry-run", "", "show the plan, start nothing"},
-           {"--seed", "N", "of the simulated operator; default: the scenario's"},
-           {"--duration", "S", "limit; default: the scenario's"},
-           {"--out", "DIR", "of the report, logs and clock series; default: out/<run>"},
-           {"--record", "DIR", "record the traffic into it"},
-           {"--steps", "DIR", "every step of physics_node, haptic_node and logic_node, for 'oos replay'"},
+           {"--seed", "N", "seed of the simulated operator; default: the scenario's"},
+           {"--duration", "S", "time limit; default: the scenario's"},
+           {"--out", "DIR", "folder for the report, logs and clock series; default: out/<run>"},
+           {"--record", "DIR", "record the traffic into this folder"},
+           {"--steps", "DIR", "record every step of physics_node, haptic_node and logic_node, for 'oos replay'"},
            {"--method", "paper|fast", "collision method; default: the scenario's"},
            {"--workers", "N", "threads of the collision computation; default: 1"},
            {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"}},

@@ -1,4 +1,4 @@
-// Looking at a run that somebody launched, and ending it, from any terminal that has the lab file.
+// Verbs to observe and to stop a launched run, from any terminal that has the lab file.
 
 #include <poll.h>
 #include <signal.h>
@@ -24,11 +24,11 @@ constexpr int kLauncherPatience_ms = 60'000;
 // The lab with the hosts of one run.
 struct Found {
   std::unique_ptr<Remotes> remotes;
-  std::vector<std::string> complaints;  // of hosts that do not answer: what runs there is not known
+  std::vector<std::string> complaints;  // one for each host that does not answer: what runs there is not known
   std::vector<HostState> states;
-  Lease lease;                      // the run; without values: none was found
-  std::vector<std::string> roots;   // of the hosts that it has
-  std::vector<std::string> others;  // hosts that another run has
+  Lease lease;                      // of the run; without values: none was found
+  std::vector<std::string> roots;   // run folders on the hosts that it uses
+  std::vector<std::string> others;  // hosts that another run uses, described
 };
 
 core::Result<Found> FindRun(const Arguments& arguments) {
@@ -86,14 +86,14 @@ bool IsLaunchedHere(const Lease& lease) {
   return boot == lease.value("boot");
 }
 
-// The launcher itself, when it runs on this machine and lives: it then stops, collects and reports.
-bool AskLauncher(const Lease& lease) {
+// Interrupts the launcher if it lives on this machine, and waits: it stops the run, collects its files and reports.
+bool StopByLauncher(const Lease& lease) {
   const pid_t pid = static_cast<pid_t>(std::strtol(lease.value("pid").c_str(), nullptr, 10));
   std::ifstream name_file("/proc/" + std::to_string(pid) + "/comm");
   std::string name;
   name_file >> name;
   if (!IsLaunchedHere(lease) || pid <= 1 || name != "oos") return false;
-  // Readable when the process has ended, whether its parent has noticed or not.
+  // The descriptor is readable once the process has ended, even before its parent has waited for it.
   pollfd ended{static_cast<int>(syscall(SYS_pidfd_open, pid, 0)), POLLIN, 0};
   if (ended.fd < 0) return false;
   const bool is_gone = kill(pid, SIGTERM) == 0 && poll(&ended, 1, kLauncherPatience_ms) == 1;
@@ -110,14 +110,14 @@ int Stop(const Arguments& arguments) {
   }
   const std::string run = found->lease.value("run");
   std::printf("stopping %s\n", found->lease.Describe().c_str());
-  if (AskLauncher(found->lease)) {
+  if (StopByLauncher(found->lease)) {
     std::printf("its launcher has stopped it; report in %s\n", found->lease.value("out").c_str());
     return kHolds;
   }
   // The launcher's own folder is a path of its machine.
   const std::string out =
       arguments.text("--out", IsLaunchedHere(found->lease) ? found->lease.value("out") : "out/" + run);
-  MarkStopping(run, WhoIsHere(), found->roots, found->remotes.get());
+  MarkStopping(run, UserAtHost(), found->roots, found->remotes.get());
   const auto left = StopRun(run, found->roots, found->remotes.get());
   for (const std::string& line : left) std::printf("left over: %s\n", line.c_str());
   const auto collected = Collect(run, found->roots, out, found->remotes.get());
@@ -126,7 +126,7 @@ int Stop(const Arguments& arguments) {
   const bool do_all_answer = ReportSilentHosts(*found);
   if (!collected) return Complain("stop", collected.error().detail, kDoesNotHold);
   std::printf("stopped; what it left is in %s\n", out.c_str());
-  if (!do_all_answer) std::printf("what runs on hosts that do not answer goes on; ask again when they do\n");
+  if (!do_all_answer) std::printf("what runs on hosts that do not answer goes on; stop it again when they do\n");
   return left.empty() && do_all_answer ? kHolds : kDoesNotHold;
 }
 
@@ -177,14 +177,15 @@ Verb AttachVerb() {
 }
 
 Verb StatusVerb() {
-  return {"status", "who runs what in a lab, host by host", "", 0, 0, kLabOption, Status};
+  return {"status", "lists who runs what on each host of a lab", "", 0, 0, kLabOption, Status};
 }
 
 Verb StopVerb() {
   std::vector<Option> options = kLabOption;
   options.push_back(
-      {"--out", "DIR", "of what it left, when its launcher is gone; default: the launcher's, elsewhere out/<run>"});
-  return {"stop", "ends what runs in a lab, whoever launched it, and collects what it left", "", 0, 0, options, Stop};
+      {"--out", "DIR",
+       "folder for the run's files, if its launcher is gone; default: the launcher's, on other machines out/<run>"});
+  return {"stop", "stops the run in a lab, whoever launched it, and collects its files", "", 0, 0, options, Stop};
 }
 
 }  // namespace oos

@@ -9,10 +9,10 @@
 namespace oos {
 namespace {
 
-constexpr int kNumClockQuestions = 20;
+constexpr int kNumClockReadings = 20;
 constexpr int kClockPatience_ms = 3000;
 
-// Lines of what is wrong, one each.
+// Collects what is wrong, one line each.
 class Complaints {
  public:
   void Add(const std::string& host, const std::string& what) {
@@ -27,13 +27,13 @@ class Complaints {
   std::string text_;
 };
 
-std::string QuestionsFor(const lab::Lab& lab, const lab::Host& host) {
+std::string ProbeScriptFor(const lab::Lab& lab, const lab::Host& host) {
   std::string script = "r='" + host.run_folder +
                        "'\nmkdir -p \"$r\" 2>&1 && cd \"$r\" && [ -w . ] || { echo unwritable=1; exit 0; }\n" +
                        "echo root=$(pwd -P)\necho home=$HOME\n"
                        "set -- $SSH_CONNECTION\necho connected=$3\n"
                        "df -Pk . | awk 'NR == 2 { print \"free_kB=\" $4 }'\n";
-  // A display number that nobody uses, should a node have to draw on a server of its own.
+  // A free display number, in case a node needs an X server of its own.
   script +=
       "n=120; while [ -e /tmp/.X$n-lock ] || [ -e /tmp/.X11-unix/X$n ]; do n=$((n + 1)); done; echo display=:$n\n";
   std::string tools = "rsync sha256sum tail awk taskset ip ss";
@@ -47,7 +47,7 @@ std::string QuestionsFor(const lab::Lab& lab, const lab::Host& host) {
   return script;
 }
 
-// "eth1 10.0.0.1" of the host's own list.
+// The address to bind to, from the host's list of lines such as "eth1 10.0.0.1".
 std::string BindAddress(const lab::Host& host, const Answer& answer) {
   const std::string wanted = host.bind.empty() ? answer.value("connected") : host.bind;
   for (const std::string& line : answer.values("address")) {
@@ -60,7 +60,7 @@ std::string BindAddress(const lab::Host& host, const Answer& answer) {
 
 void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab::HostFacts* facts,
            Complaints* complaints) {
-  if (!answer.is_good()) return complaints->Add(host.name, "the first questions failed: " + answer.err + answer.out);
+  if (!answer.is_good()) return complaints->Add(host.name, "the first check failed: " + answer.err + answer.out);
   if (!answer.value("unwritable").empty()) {
     return complaints->Add(host.name, "cannot write the run folder " + host.run_folder +
                                           "; choose another in run_folder, or give the user the right");
@@ -82,7 +82,7 @@ void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab
   const double free_MB = std::strtod(answer.value("free_kB").c_str(), nullptr) / 1024.0;
   if (free_MB < lab.min_free_MB) {
     complaints->Add(host.name, "only " + std::to_string(static_cast<long>(free_MB)) + " MB are free in " + facts->root +
-                                   ", min_free_MB asks for " + std::to_string(static_cast<long>(lab.min_free_MB)) +
+                                   ", min_free_MB requires " + std::to_string(static_cast<long>(lab.min_free_MB)) +
                                    "; free some, or choose another run_folder");
   }
   if (!answer.value("busy").empty()) {
@@ -91,7 +91,7 @@ void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab
   }
 }
 
-// What is to be brought: files below `base`, with their hashes.
+// Files below `base` that the hosts need, with their hashes.
 struct Load {
   std::filesystem::path base;
   std::vector<std::string> files;  // relative to base
@@ -119,8 +119,8 @@ bool IsBelow(const std::filesystem::path& file, const std::filesystem::path& fol
   return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
 }
 
-// Links to files are files. A link to a folder is followed when one of the `named` files is behind it: it may as well
-// lead anywhere.
+// Links to files count as files. A link to a folder is followed only if one of the `named` files is behind it, since it
+// may lead anywhere.
 void AddFilesBelow(const std::filesystem::path& folder, const std::vector<std::filesystem::path>& named,
                    std::vector<std::filesystem::path>* files) {
   std::error_code error;
@@ -136,7 +136,7 @@ void AddFilesBelow(const std::filesystem::path& folder, const std::vector<std::f
   }
 }
 
-// Files keep the names that the scenario has for them, links or not, as the nodes there open them by these names.
+// Files keep the names that the scenario uses, also behind links: the nodes open them by these names.
 core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
   std::vector<std::filesystem::path> named = {scenario.file};
   for (const auto* file : {&scenario.procedure, &scenario.operator_script}) {
@@ -148,7 +148,7 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
     }
   }
   std::vector<std::filesystem::path> files = named;
-  AddFilesBelow(scenario.folder, named, &files);  // beside what the file names there is what those files name
+  AddFilesBelow(scenario.folder, named, &files);  // all of the folder, since the named files may name others
   std::filesystem::path base = scenario.folder;
   for (const std::filesystem::path& file : files) {
     while (!IsBelow(file, base)) base = base.parent_path();
@@ -179,8 +179,8 @@ core::Result<void> PushOne(const Load& load, const std::string& title, std::size
   options.say(name + ": bringing " + std::to_string(num_missing) + " of " + std::to_string(load.files.size()) +
               " files (" + title + ")");
   auto words = remotes->Rsync(host);
-  // Links arrive as what they lead to. Names begin with "./", as rsync takes those with '#' or ';' for comments, and
-  // end with zeros, as they may hold anything else.
+  // Links are copied as the files they lead to. Names begin with "./", because rsync takes lines with '#' or ';' for
+  // comments, and end with zero bytes, because they may contain any other character.
   words.insert(words.end(), {"--checksum", "--copy-links", "--from0", "--files-from=-", load.base.string() + "/",
                              remotes->Target(host, folder + "/")});
   std::string names;
@@ -236,7 +236,7 @@ void JudgeDoctor(const lab::Lab& lab, const lab::Host& host, const std::string& 
   for (const nlohmann::json& finding : findings) {
     const std::string subject = finding.value("subject", ""), grade = finding.value("grade", "");
     const bool is_picture = subject == "display" || subject == "drawing";
-    const bool is_of_session = subject == "session" || subject == "node";  // of one that is to end, or has died
+    const bool is_of_session = subject == "session" || subject == "node";  // of an earlier session
     if (grade == "OK" || is_of_session || (is_picture && !RunsThere(lab, host.name, "visual_node", options.without)))
       continue;
     const std::string line = finding.value("what", "") + "; " + finding.value("remedy", "");
@@ -252,15 +252,15 @@ void JudgeClock(const lab::Lab& lab, std::size_t host, const AllFacts& facts, co
                 Remotes* remotes, Complaints* complaints) {
   const std::string& name = remotes->hosts()[host].name;
   auto series = ClockSeries::Open(remotes, host, facts.at(name).programs + "/oos");
-  const auto reading = series ? series->Read(kNumClockQuestions, kClockPatience_ms) : std::nullopt;
-  if (!reading) return complaints->Add(name, "it does not tell its clock");
+  const auto reading = series ? series->Read(kNumClockReadings, kClockPatience_ms) : std::nullopt;
+  if (!reading) return complaints->Add(name, "its clock cannot be read");
   const double bound_ms = static_cast<double>(reading->bound_ns) * 1e-6;
   char text[160];
   std::snprintf(text, sizeof text, "its clock is %.6f s ahead of ours, known within %.3f ms",
                 static_cast<double>(reading->offset_ns) * 1e-9, bound_ms);
   options.say("host " + name + ": " + text);
   if (bound_ms > lab.max_clock_bound_ms) {
-    complaints->Add(name, std::string(text) + ", max_clock_bound_ms asks for less; is the network or the host busy?");
+    complaints->Add(name, std::string(text) + ", max_clock_bound_ms requires less; is the network or the host busy?");
   }
 }
 
@@ -268,7 +268,7 @@ void JudgeClock(const lab::Lab& lab, std::size_t host, const AllFacts& facts, co
 
 core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes) {
   std::vector<std::string> scripts;
-  for (const lab::Host& host : remotes->hosts()) scripts.push_back(QuestionsFor(lab, host));
+  for (const lab::Host& host : remotes->hosts()) scripts.push_back(ProbeScriptFor(lab, host));
   const std::vector<Answer> answers = remotes->RunAll(scripts);
   AllFacts facts;
   Complaints complaints;

@@ -22,16 +22,16 @@ struct PreflightOptions {
 // Facts of each host, in the order of `Remotes::hosts()`.
 using AllFacts = std::map<std::string, lab::HostFacts>;
 
-// Asks every host what it has: run folder, address, disk, tools, the registry's port. Changes nothing but the run
-// folder, which it makes. Errors: one line for each thing that is wrong, with the host's name and the remedy.
+// Checks every host's run folder, address, disk, tools and the registry's port. Makes the run folder, and changes
+// nothing else. Errors: one line for each thing that is wrong, with the host's name and the remedy.
 core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes);
 
-// Brings to every host what it lacks of the executables and of the scenario's files, both by content: what is there
-// with the same hashes stays. Fills in where they are.
+// Copies to every host the executables and scenario files that it lacks; files with the same hash are not copied. Fills
+// in where they are.
 core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions& options, Remotes* remotes,
                         AllFacts* facts);
 
-// With the executables in place: libraries, real-time limits, devices, display, the bound of the clocks.
+// After the executables are in place: checks libraries, real-time limits, devices, display and the bound of the clocks.
 core::Result<void> CheckHosts(const lab::Lab& lab, const PreflightOptions& options, Remotes* remotes,
                               const AllFacts& facts);
 

@@ -32,7 +32,7 @@ std::string AddressOf(const std::string& endpoint) {
   return begin == std::string::npos || end < begin + 3 ? "" : endpoint.substr(begin + 3, end - begin - 3);
 }
 
-// What happens on the bus, a line of JSON each: who came and went, events, the procedure's steps.
+// Prints what happens on the bus, a line of JSON each: nodes that join and leave, events, the procedure's steps.
 class Watcher {
  public:
   Watcher(bus::Registry* registry, bus::Node* node) : registry_(registry), node_(node) {
@@ -110,7 +110,8 @@ int Run(const Arguments& arguments) {
   options.keys = arguments.text("--keys", "");
   options.is_encrypted = !arguments.has("--no_encryption");
   if (arguments.has("--make_keys")) {
-    if (options.keys.empty()) return Complain("registry", "--make_keys wants --keys DIR: where to", kBadUsage);
+    if (options.keys.empty())
+      return Complain("registry", "--make_keys needs --keys DIR, the folder for the keys", kBadUsage);
     std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
     names.insert(names.end(), {"oos", "client"});
     if (auto made = bus::MakeKeys(options.keys, names); !made) {
@@ -143,15 +144,15 @@ int Run(const Arguments& arguments) {
 
 Verb RegistryVerb() {
   return {"registry",
-          "where the nodes of a session find each other, as a process of its own; 'oos launch' starts it",
+          "runs a session's registry, where its nodes find each other; 'oos launch' starts it",
           "",
           0,
           0,
-          {{"--registry", "ENDPOINT", "where it listens, tcp://ADDRESS:PORT"},
+          {{"--registry", "ENDPOINT", "address to listen on, tcp://ADDRESS:PORT"},
            {"--session", "N", "number of the session"},
            {"--keys", "DIR", "key directory of the session"},
            {"--make_keys", "", "makes the keys that are missing there; they stay when it ends"},
-           {"--no_encryption", "", "it has no keys"}},
+           {"--no_encryption", "", "the session has no keys"}},
           Run,
           "Prints what happens on the bus, a line of JSON each: registered, ready, gone, refused, event, step."};
 }

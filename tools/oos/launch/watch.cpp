@@ -15,7 +15,7 @@ core::Result<std::unique_ptr<PipedChild>> Tail(std::size_t host, const std::stri
                                                Remotes* remotes) {
   std::string logs;
   for (const std::string& unit : units) logs += " " + unit + ".log";
-  // `cat` ends when we close the connection or are gone, and takes `tail` with it.
+  // `cat` ends when the connection closes, also when this process dies; then `tail` is killed.
   const std::string command = "cd " + root + "/runs/" + run + " && touch" + logs + " && { tail -v " + from + " -F" +
                               logs + " 2>/dev/null & } && cat >/dev/null; kill $! 2>/dev/null";
   return remotes->Open(host, "sh -c '" + command + "'");

@@ -10,7 +10,7 @@
 
 namespace oos {
 
-// The logs of a run on all its hosts as they grow.
+// Follows the logs of a run on all its hosts.
 class LogStreams {
  public:
   // A line of a log: host, unit (the log's name without .log), text.
@@ -19,8 +19,8 @@ class LogStreams {
   // `units`: of each host, in the order of the hosts.
   core::Result<void> Open(const std::string& run, const std::vector<std::string>& roots,
                           const std::vector<std::vector<std::string>>& units, Remotes* remotes);
-  // Of one host that was away: the registry's log from where it broke off, so that nothing of what happened on the bus
-  // is missed; the others from now on.
+  // Reads a host's logs again after an outage: the registry's from where it broke off, so that no event of the bus is
+  // missed; the others from now on.
   core::Result<void> Reopen(std::size_t host, const std::string& run, const std::string& root,
                             const std::vector<std::string>& units, Remotes* remotes);
   // Waits at most `timeout_ms` for lines.
@@ -39,15 +39,15 @@ class LogStreams {
   std::vector<Stream> streams_;  // in the order of the hosts
 };
 
-// What is known of the run from the registry's log.
+// The state of the run as the registry's log reports it.
 class BusStory {
  public:
-  // Returns what people should read of the line; empty: nothing.
+  // Processes a line; returns its text for people, empty if there is none.
   std::string Take(const std::string& line);
 
   [[nodiscard]] const std::set<std::string>& ready() const { return ready_; }
   [[nodiscard]] bool is_down() const { return is_down_; }  // the registry has ended, and not come back
-  [[nodiscard]] bool runs() const { return runs_; }        // the procedure has begun, for which all nodes must be there
+  [[nodiscard]] bool runs() const { return runs_; }        // the procedure has begun, so all nodes are ready
   [[nodiscard]] bool is_final() const { return is_final_; }
   [[nodiscard]] bool is_failed() const { return is_failed_; }
   [[nodiscard]] const std::string& step() const { return step_; }

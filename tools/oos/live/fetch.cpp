@@ -33,7 +33,7 @@ int Run(const Arguments& arguments) {
 }  // namespace
 
 Verb FetchVerb() {
-  return {"fetch",  "the scenario of the running session, for a machine that does not have it",
+  return {"fetch",  "fetches the scenario of the running session to a machine that does not have it",
           "FOLDER", 1,
           1,        AttachOptions(),
           Run};

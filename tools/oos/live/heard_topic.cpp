@@ -10,7 +10,7 @@ void HeardTopic::Add(const bus::Observation& observation, std::int64_t offset_ns
   topic_class_ = observation.topic_class;
   num_bytes_ += observation.num_bytes;
   open_bytes_ += observation.num_bytes;
-  const bool is_copy = observation.num_bytes == 0;  // of which the datagram did not come
+  const bool is_copy = observation.num_bytes == 0;  // its own datagram was lost
   if (observation.part + 1 == observation.num_parts && !is_copy) EndMessage();
   if (observation.part != 0) return;
   if (num_messages_ == 0) {

@@ -11,10 +11,10 @@
 
 namespace oos {
 
-// What an observer heard of one topic. A message that was split into several datagrams counts once.
+// Statistics of one topic as an observer received it. A message split into several datagrams counts once.
 class HeardTopic {
  public:
-  // `keeps_delays`: delay() is asked for.
+  // `keeps_delays`: delay() will be called.
   explicit HeardTopic(bool keeps_delays = true);
   // `offset_ns`: the writer's clock minus ours, within +- `bound_ns`; INT64_MAX: not known.
   void Add(const bus::Observation& observation, std::int64_t offset_ns, std::int64_t bound_ns);
@@ -23,15 +23,15 @@ class HeardTopic {
   [[nodiscard]] std::uint64_t num_messages() const { return num_messages_; }
   [[nodiscard]] double rate_Hz() const;
   [[nodiscard]] double longest_gap_ms() const { return static_cast<double>(longest_gap_ns_) * 1e-6; }
-  // On the wire, envelopes included.
+  // Bytes on the wire, envelopes included.
   [[nodiscard]] std::uint64_t num_bytes() const { return num_bytes_; }
   [[nodiscard]] double mean_bytes() const;
   [[nodiscard]] std::uint64_t smallest_bytes() const { return smallest_bytes_; }
   [[nodiscard]] std::uint64_t largest_bytes() const { return largest_bytes_; }
 
-  // From publishing to being taken here; only LATEST messages say when they were published. Kept in fixed memory, so
-  // the percentiles are up to 3.2 % too large (bus::LatencyStats). By another machine's clock a delay may come out
-  // below zero, by less than the bound: such a one counts as zero in the percentiles.
+  // Delay from publishing to reception here; only LATEST messages carry their publish time. Memory is fixed, so the
+  // percentiles are up to 3.2 % too large (bus::LatencyStats). By another machine's clock a delay can be negative, by
+  // less than the bound: it counts as zero in the percentiles.
   struct Delay {
     std::size_t num = 0;
     double smallest_ms = 0.0, median_ms = 0.0, p99_ms = 0.0, largest_ms = 0.0;
@@ -54,7 +54,7 @@ class HeardTopic {
   std::uint64_t num_without_clock_ = 0;
 };
 
-// By the writers' clocks as the observer knows them.
+// The statistics of all topics; delays use the writers' clocks as the observer knows them.
 class HeardTopics {
  public:
   explicit HeardTopics(bool keeps_delays) : keeps_delays_(keeps_delays) {}

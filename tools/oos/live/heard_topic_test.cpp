@@ -34,7 +34,7 @@ TEST(HeardTopic, CountsMessagesNotDatagrams) {
 }
 
 // A clock that is 5 ms ahead, known within 0.3 ms: what it stamped 105 ms is our 100 ms.
-TEST(HeardTopic, DelayIsByThisMachinesClockAndSaysItsBound) {
+TEST(HeardTopic, DelayIsByThisMachinesClockAndHasABound) {
   HeardTopic heard;
   for (std::int64_t i = 0; i < 100; ++i) {
     heard.Add(Message(105'000'000, 100'000'000 + i * 10'000, 100), 5'000'000, 300'000);
@@ -47,9 +47,8 @@ TEST(HeardTopic, DelayIsByThisMachinesClockAndSaysItsBound) {
   EXPECT_NEAR(delay.bound_ms, 0.3, 1e-12);
 }
 
-// The memory that a topic takes does not depend on how long it is listened to: delays that are not asked for are not
-// kept at all, the others as a histogram.
-TEST(HeardTopics, DelaysAreKeptOnlyWhenTheyAreAskedForAndAsAHistogram) {
+// A topic's memory does not grow with time: delays are kept only on request, and as a histogram.
+TEST(HeardTopics, DelaysAreKeptOnlyOnRequestAndAsAHistogram) {
   bus::PeerStatus writer;
   writer.name = "physics_node";
   HeardTopics echo(false), delays(true);

@@ -21,7 +21,7 @@ void PrintChange(const core::ParameterChange& change, const bus::ParameterAck& a
     std::printf("%s goes to %g in %g s from tick %llu of %s\n", change.name.c_str(), change.value, change.ramp_s, tick,
                 ack.owner.c_str());
   } else {
-    std::printf("%s = %g is held at tick %llu of %s, until it gives no energy; the event parameter_settled says when\n",
+    std::printf("%s = %g is held at tick %llu of %s until it adds no energy; the event parameter_settled follows\n",
                 change.name.c_str(), change.value, tick, ack.owner.c_str());
   }
   std::fflush(stdout);
@@ -39,7 +39,7 @@ int AwaitEnd(bus::Node* node, const core::ParameterChange& change) {
       return kHolds;
     }
   }
-  return Complain("set", change.name + " was not said to have arrived", kDoesNotHold);
+  return Complain("set", change.name + ": no event parameter_settled has arrived", kDoesNotHold);
 }
 
 int Run(const Arguments& arguments) {
@@ -47,7 +47,7 @@ int Run(const Arguments& arguments) {
   const std::string& text = arguments.positional()[1];
   const std::size_t dot = path.find('.');
   if (dot == std::string::npos || dot == 0 || dot + 1 == path.size()) {
-    return Complain("set", "say NODE.PARAM, e.g. haptic_node.force_cap_N", kBadUsage);
+    return Complain("set", "name NODE.PARAM, e.g. haptic_node.force_cap_N", kBadUsage);
   }
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
@@ -56,8 +56,7 @@ int Run(const Arguments& arguments) {
   core::ParameterChange change{path.substr(dot + 1), value};
   const auto over_s = arguments.number("--over_s");
   if (!over_s || (*over_s && !(**over_s > 0.0)) || (*over_s && arguments.has("--when_separated"))) {
-    return Complain("set", "--over_s wants a time above 0 in seconds, and does not go with --when_separated",
-                    kBadUsage);
+    return Complain("set", "--over_s needs a time above 0 in seconds, and excludes --when_separated", kBadUsage);
   }
   if (*over_s) {
     change.manner = core::ChangeManner::kRamped;
@@ -92,8 +91,9 @@ int Run(const Arguments& arguments) {
 
 std::vector<Option> Options() {
   std::vector<Option> options = AttachOptions();
-  options.push_back({"--over_s", "S", "linearly within that time; waits for its end. For figures of mechanisms"});
-  options.push_back({"--when_separated", "", "held until the change gives no energy. For figures of mechanisms"});
+  options.push_back(
+      {"--over_s", "S", "change linearly within this time, and wait for its end; for parameters of mechanisms"});
+  options.push_back({"--when_separated", "", "hold the change until it adds no energy; for parameters of mechanisms"});
   return options;
 }
 
@@ -101,7 +101,7 @@ std::vector<Option> Options() {
 
 Verb SetVerb() {
   return {"set",
-          "changes a parameter of a running node and says at which tick it was applied",
+          "changes a parameter of a running node; prints the tick at which it was applied",
           "NODE.PARAM VALUE",
           2,
           2,

@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A session with one node that owns `force_cap_N` and takes what is not negative.
+// A session with one node that owns `force_cap_N` and accepts values that are not negative.
 class SetVerbTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -71,14 +71,14 @@ TEST_F(SetVerbTest, PrintsTheTickOfAChange) {
   EXPECT_EQ(out_, "force_cap_N = 12.5, applied at tick 42 of haptic_node\n");
 }
 
-TEST_F(SetVerbTest, NamesTheNodesThereAreWhenOneIsUnknown) {
+TEST_F(SetVerbTest, ListsTheNodesWhenOneIsUnknown) {
   EXPECT_EQ(Set("nonsense.force_cap_N", "1"), kDoesNotHold);
   EXPECT_EQ(error_, "oos set: no node is called 'nonsense'; use one of the known names: 'haptic_node'\n");
   EXPECT_EQ(Set("haptic_nod.force_cap_N", "1"), kDoesNotHold);
   EXPECT_THAT(error_, HasSubstr("did you mean 'haptic_node'?"));
 }
 
-TEST_F(SetVerbTest, NamesTheParametersThereAreWhenOneIsUnknown) {
+TEST_F(SetVerbTest, ListsTheParametersWhenOneIsUnknown) {
   EXPECT_EQ(Set("haptic_node.nonsense", "1"), kDoesNotHold);
   EXPECT_EQ(error_,
             "oos set: parameter nonsense was not set: haptic_node has no parameter 'nonsense'; "

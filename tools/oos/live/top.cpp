@@ -38,7 +38,7 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
                   peer.clock_drift_ppm);
     }
   }
-  // Peers report the sum; what came to this node is known by reason.
+  // Peers report only the sum of their refusals; those of this node are known by reason.
   const bus::Counters own = node.counters();
   if (own.refused > 0) {
     std::printf("refused by %s:", node.name().c_str());
@@ -85,7 +85,8 @@ int Run(const Arguments& arguments) {
 Verb TopVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--count", "N", "stop after N screens, one a second"});
-  return {"top", "the nodes of the running session: alive, counts, drops, figures", "", 0, 0, options, Run};
+  return {"top", "shows the nodes of the running session: liveness, message counts, drops, figures", "", 0, 0, options,
+          Run};
 }
 
 }  // namespace oos

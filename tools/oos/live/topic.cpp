@@ -25,7 +25,7 @@ std::optional<What> Parse(const std::string& word) {
   return found == words.end() ? std::nullopt : std::optional(found->second);
 }
 
-// Who has declared a topic.
+// The nodes that have declared a topic.
 struct Ends {
   bus::TopicClass topic_class = bus::TopicClass::kLatest;
   std::set<std::string> writers, readers;
@@ -34,7 +34,7 @@ struct Ends {
 std::string Join(const std::set<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text.empty() ? "nobody" : text;
+  return text.empty() ? "none" : text;
 }
 
 std::map<std::string, Ends> Declared(const std::vector<bus::PeerStatus>& peers, const std::string& pattern) {
@@ -47,7 +47,7 @@ std::map<std::string, Ends> Declared(const std::vector<bus::PeerStatus>& peers, 
       ends.topic_class = topic.topic_class;
       (topic.is_written ? ends.writers : ends.readers).insert(peer.name);
     }
-    // Every node may emit events and set parameters; who reads them shows in the accounts.
+    // Every node may emit events and set parameters; their readers appear in the accounts.
     for (const bus::ReportedAccount& account : peer.accounts) {
       const bus::TopicRule* rule = bus::FindTopicRule(account.topic);
       if (rule == nullptr || account.peer.empty() || !bus::MatchesPattern(pattern, account.topic)) continue;
@@ -66,8 +66,9 @@ void ShowList(const std::map<std::string, Ends>& topics) {
   }
 }
 
-// What went from whom to whom, as the readers count it, all lives of the writers together; and where a writer's own
-// count says something else (reported_accounts.hpp). False: it does, or a reader has settled more than it knows of.
+// Prints the messages from each writer to each reader as the readers count them, over all restarts of the writer, and
+// where a writer's own count differs (bus/reported_accounts.hpp). False if one differs, or if a reader counts more than was
+// sent.
 bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& pattern,
                   const bus::ReportedAccounts& joined) {
   bool do_close = true;
@@ -143,7 +144,7 @@ void ShowDelays(const HeardTopics& heard) {
   }
 }
 
-// By this machine's clock; a message from another machine is as old as the clocks' difference is known.
+// The age of a message by this machine's clock, with the bound of the clock difference for other machines.
 std::string AgeText(const bus::Observation& observation, const std::vector<bus::PeerStatus>& peers) {
   HeardTopics one(true);
   bus::Observation alone = observation;
@@ -170,7 +171,7 @@ void Echo(const bus::Observation& observation, const std::vector<bus::PeerStatus
   std::fflush(stdout);
 }
 
-// echo goes on until Ctrl-C unless limited, the others look for a while.
+// echo continues until Ctrl-C; the others observe for this time.
 double DefaultSeconds(What what) {
   switch (what) {
     case What::kEcho:
@@ -193,7 +194,7 @@ int Show(What what, const bus::Node& node, const std::string& pattern, const Hea
   switch (what) {
     case What::kList:
     case What::kInfo:
-      if (topics.empty()) return Complain("topic", "nobody writes or reads '" + pattern + "'", kDoesNotHold);
+      if (topics.empty()) return Complain("topic", "no node writes or reads '" + pattern + "'", kDoesNotHold);
       if (what == What::kList) ShowList(topics);
       if (what == What::kInfo) {
         for (const auto& [topic, ends] : topics) ShowInfo(topic, ends, heard);
@@ -202,7 +203,7 @@ int Show(What what, const bus::Node& node, const std::string& pattern, const Hea
     case What::kAccounts:
       return ShowAccounts(peers, pattern, joined)
                  ? kHolds
-                 : Complain("topic", "writers and readers disagree by more than what is on its way", kDoesNotHold);
+                 : Complain("topic", "writers and readers disagree by more than the messages under way", kDoesNotHold);
     case What::kHz:
       ShowRates(heard);
       break;
@@ -215,7 +216,7 @@ int Show(What what, const bus::Node& node, const std::string& pattern, const Hea
     case What::kEcho:
       break;
   }
-  return heard.all().empty() ? Complain("topic", "nothing was heard of '" + pattern + "'", kDoesNotHold) : kHolds;
+  return heard.all().empty() ? Complain("topic", "no message was received of '" + pattern + "'", kDoesNotHold) : kHolds;
 }
 
 int Run(const Arguments& arguments) {
@@ -268,9 +269,9 @@ Verb TopicVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--count", "N", "stop after N messages"});
   options.push_back(
-      {"--seconds", "S", "look for S seconds (list, info: 2, accounts: 3, hz, bw, delay: 5, echo: until Ctrl-C)"});
+      {"--seconds", "S", "observe for S seconds (list, info: 2, accounts: 3, hz, bw, delay: 5, echo: until Ctrl-C)"});
   return {"topic",
-          "topics of the running session: which, what they say, how often, how late, and what of it arrived",
+          "observes topics of the running session: content, rate, bandwidth, delay and losses",
           "list|info|echo|hz|bw|delay|accounts [PATTERN]",
           1,
           2,

@@ -1,4 +1,4 @@
-// Another pair of eyes on a running session: a second window, or lines of text. Nothing waits for it.
+// Another viewer of a running session: a second window, or lines of text. No node waits for it.
 
 #include <unistd.h>
 
@@ -26,7 +26,7 @@ constexpr std::int64_t kLinePeriod_ns = core::kNanosecondsPerSecond;
 constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is printed
 constexpr std::int64_t kSilence_ns = 2 * core::kNanosecondsPerSecond;
 
-// The scene in words: all of it once, then what changes.
+// Prints the scene as text: all of it once, then its changes.
 class TextViewer {
  public:
   TextViewer(const scene::Scenario& scenario, bus::Node* node)
@@ -36,7 +36,7 @@ class TextViewer {
         feed_(scenario, node),
         figures_(node->WriteState<bus::Figures>(bus::FiguresTopic(node->name()))) {}
 
-  // Until interrupted, or `seconds` of bus time have passed.
+  // Runs until interrupted, or until `seconds` of bus time have passed.
   void Run(const std::atomic<int>& interrupted, double seconds) {
     begin_ns_ = core::MonotonicNow_ns();
     const std::int64_t end_ns = begin_ns_ + static_cast<std::int64_t>(1e9 * std::min(seconds, 1e9));
@@ -179,20 +179,19 @@ int Run(const Arguments& arguments) {
 }  // namespace
 
 Verb ViewVerb() {
-  std::vector<Option> options = {{"--text", "", "in words, without a window"},
+  std::vector<Option> options = {{"--text", "", "print text instead of opening a window"},
                                  {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"}};
   const std::vector<Option>& attach = AttachOptions();
   options.insert(options.end(), attach.begin(), attach.end());
-  return {
-      "view",
-      "another viewer of the running session: a window, or text",
-      "[SCENARIO]",
-      0,
-      1,
-      options,
-      Run,
-      "Joins and leaves at any time and has the whole scene at once; several viewers may look at the same session.\n"
-      "SCENARIO: that of the session, when it does not run on this machine."};
+  return {"view",
+          "opens another viewer of the running session: a window, or text",
+          "[SCENARIO]",
+          0,
+          1,
+          options,
+          Run,
+          "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
+          "SCENARIO: the session's scenario, needed when the session does not run on this machine."};
 }
 
 }  // namespace oos

@@ -21,7 +21,7 @@ namespace oos {
 namespace {
 
 constexpr std::string_view kDetails =
-    R"(Of each mesh: what is wrong with it and what was mended (places in the mesh's own frame; triangles counted from 0),
+    R"(Of each mesh: what is wrong with it and what was repaired (places in the mesh's own frame; triangles counted from 0),
 its thinnest wall and narrowest gap, what voxels of this size show of them, the memory that the build will take (before
 it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures.)";
 
@@ -31,7 +31,7 @@ struct Job {
   vps::CookParameters parameters;
 };
 
-// One line that is written over on a terminal; elsewhere a line for each stage.
+// Progress: one line that is overwritten on a terminal, otherwise a line for each stage.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string title) : title_(std::move(title)) {}
@@ -159,7 +159,7 @@ int CookOne(const Job& job) {
   return kHolds;
 }
 
-// The sides of every object that its pairs ask for.
+// The structures of every object that its contact pairs need.
 core::Result<std::vector<Job>> JobsOf(const std::string& path, vps::Method method) {
   const auto scenario = scene::LoadScenario(path);
   if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
@@ -226,7 +226,7 @@ int Run(const Arguments& arguments) {
 
 Verb CookVerb() {
   return {"cook",
-          "checks meshes, builds what collision needs of them and keeps it in the cache",
+          "checks meshes, builds their collision structures and stores them in the cache",
           "MESH|SCENARIO...",
           1,
           1000,

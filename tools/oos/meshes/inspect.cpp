@@ -158,7 +158,7 @@ int Run(const Arguments& arguments) {
 
 Verb InspectVerb() {
   return {"inspect",
-          "pictures of what is built from a mesh: slices of the field, points, sphere tree",
+          "draws the structures built from a mesh: slices of the field, points, sphere tree",
           "MESH|SCENARIO:OBJECT --out DIR",
           1,
           1,

@@ -84,7 +84,7 @@ TEST_F(InspectVerbTest, BadInputGivesOneLineAndLeavesNothing) {
               HasSubstr("--scale 0.001"));
 }
 
-TEST_F(InspectVerbTest, CookTellsOfTheMeshAndLeavesNoCacheOfABadOne) {
+TEST_F(InspectVerbTest, CookDescribesTheMeshAndCachesNothingOfABadOne) {
   setenv("VR_OOS_CACHE", (folder_ / "cache").c_str(), 1);
   const std::string open = Write("open.obj", kPlate);
   EXPECT_THAT(ComplaintOf({"cook", open, "--voxel_m", "0.001", "--method", "fast"}), HasSubstr("4 open edges"));

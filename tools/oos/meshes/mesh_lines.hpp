@@ -7,13 +7,13 @@
 
 namespace oos {
 
-// What `cook` and `inspect` say of a mesh: size, triangles, and a line for each defect.
+// Prints a mesh's size, its number of triangles, and a line for each defect.
 void PrintMesh(const std::string& file, const vps::MeshReport& report);
 
-// Thinnest wall and narrowest gap, with places.
+// Prints the thinnest wall and the narrowest gap, with their places.
 void PrintFeatures(const vps::FeatureSize& size);
 
-// What voxels of this size show of them, with a warning where that is not enough.
+// Prints the walls and gaps that voxels of this size resolve, with a warning where that is not enough.
 void PrintLimits(const vps::FeatureSize& size, const vps::FeatureLimits& limits);
 
 }  // namespace oos

@@ -41,7 +41,7 @@ struct Request {
   double sheet_thickness_m = 0.0;
 };
 
-// A body to ask about: a mesh that bounds a solid.
+// A body of the query: a mesh that bounds a solid.
 struct Body {
   vps::TriangleMesh mesh;
   vps::Box box;
@@ -83,7 +83,7 @@ core::Result<Request> ReadRequest(const Arguments& arguments) {
   return request;
 }
 
-// Checks and mends; what was mended goes to stderr. An open mesh becomes a sheet when a thickness was given.
+// Checks and repairs the mesh; prints the repairs to stderr. An open mesh becomes a sheet if a thickness was given.
 core::Result<Body> ReadBody(const std::string& file, const Request& request) {
   const auto triangles = vps::LoadTriangles(file, request.scale);
   if (!triangles) return tl::unexpected(triangles.error());
@@ -143,12 +143,12 @@ int Run(const Arguments& arguments) {
 
 Verb QueryVerb() {
   return {"query",
-          "distance and contact wrench of two meshes at given poses",
+          "computes distance and contact wrench of two meshes at given poses",
           "A B --poses POSES.csv --out OUT.csv",
           2,
           2,
           {{"--poses", "FILE", "poses of B in A's frame"},
-           {"--out", "FILE", "where the answers go"},
+           {"--out", "FILE", "file for the results"},
            {"--method", "NAME", "paper (default), fast or oracle"},
            {"--accuracy_m", "X", "wanted error of a depth, m"},
            {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},

@@ -139,8 +139,7 @@ TEST(QueryFormats, GiveTheSameAnswer) {
   }
 }
 
-// What was there stays when a later query fails.
-TEST(QueryFormats, AFailedQueryLeavesTheOldAnswers) {
+TEST(QueryFormats, AFailedQueryKeepsTheOldResults) {
   const fs::path folder = fs::path(testing::TempDir()) / "oos_query_kept";
   fs::remove_all(folder);
   fs::create_directories(folder);

@@ -66,7 +66,7 @@ class QueryVerbTest : public testing::Test {
     return rows;
   }
 
-  // Runs and returns what went to stderr; nothing may be left where the answer was to be.
+  // Runs a query that must fail; returns its stderr. No result file may exist afterwards.
   std::string ComplaintOf(const std::vector<std::string>& words) const {
     testing::internal::CaptureStderr();
     EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, words), kBadUsage);

@@ -62,7 +62,7 @@ int Run(const Arguments& arguments) {
   if (!reader) return Complain("export", reader.error().detail, kBadUsage);
   const std::string file = arguments.has("--scenario") ? arguments.text("--scenario") : RecordedScenario(&*reader);
   if (file.empty()) {
-    return Complain("export", from + " does not say which scenario it is of; give it with --scenario", kBadUsage);
+    return Complain("export", from + " does not name its scenario; give it with --scenario", kBadUsage);
   }
   const auto scenario = scene::LoadScenario(file);
   if (!scenario) {
@@ -82,14 +82,14 @@ int Run(const Arguments& arguments) {
 Verb ExportVerb() {
   return {
       "export",
-      "a recording with a moving 3D scene for Foxglove and Lichtblick",
+      "adds a moving 3D scene for Foxglove and Lichtblick to a recording",
       "IN OUT",
       2,
       2,
-      {{"--scenario", "FILE", "of the run; default: where the recording says it was"}},
+      {{"--scenario", "FILE", "scenario of the run; default: the one that the recording names"}},
       Run,
-      "OUT has everything of IN, and channels by the names that those viewers know: /scene/... and /tf (show the 3D\n"
-      "panel with 'world' as its frame) and /log. Meshes are embedded: OUT needs no other file."};
+      "OUT contains all of IN, and the channels that those viewers expect: /scene/... and /tf (show the 3D panel with\n"
+      "'world' as its frame) and /log. Meshes are embedded: OUT needs no other file."};
 }
 
 }  // namespace oos

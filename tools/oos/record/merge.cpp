@@ -50,24 +50,24 @@ int Diff(const Arguments& arguments) {
 
 Verb MergeVerb() {
   return {"merge",
-          "join recordings of one run, times brought to one clock",
+          "joins recordings of one run, with times by one clock",
           "FILE... --out FILE",
           1,
           1000,
           {{"--out", "FILE", "must not exist"}},
           [](const Arguments& arguments) { return WithinMemory("merge", arguments, Merge); },
-          "Times become those of the first file's machine, by the clock samples that nodes record of each other."};
+          "Times are converted to the clock of the first file's machine, by the clock samples that nodes record."};
 }
 
 Verb DiffVerb() {
   return {"diff",
-          "what two recordings say differently: counts by topic, first message and field",
+          "compares two recordings: counts by topic, first message and field that differ",
           "A B [PATTERN]",
           2,
           3,
           {},
           [](const Arguments& arguments) { return WithinMemory("diff", arguments, Diff); },
-          "Compares payloads by topic, writer and sequence number; times do not count."};
+          "Compares payloads by topic, writer and sequence number, and ignores times."};
 }
 
 }  // namespace oos

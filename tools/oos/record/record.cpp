@@ -27,12 +27,12 @@ std::uint64_t NumDropped(const bus::Node& node) {
   return 0;
 }
 
-// Who takes part and where, each time that somebody new comes.
+// Records the session's nodes and their hosts, again whenever a node joins.
 class Hosts {
  public:
   core::Result<void> Write(const bus::Node& node, std::int64_t now_ns, bus::log::Recorder* recorder) {
-    if (now_ns - looked_ns_ < kLookPeriod_ns) return {};
-    looked_ns_ = now_ns;
+    if (now_ns - checked_ns_ < kHostsPeriod_ns) return {};
+    checked_ns_ = now_ns;
     for (const bus::PeerStatus& peer : node.Peers()) {
       std::uint64_t& known = instances_[peer.name];
       if (!peer.is_alive || known == peer.instance) continue;
@@ -51,9 +51,9 @@ class Hosts {
   }
 
  private:
-  static constexpr std::int64_t kLookPeriod_ns = 100'000'000;
+  static constexpr std::int64_t kHostsPeriod_ns = 100'000'000;
   std::map<std::string, std::uint64_t> instances_;
-  std::int64_t looked_ns_ = 0;
+  std::int64_t checked_ns_ = 0;
 };
 
 core::Result<void> RecordUntil(std::int64_t end_ns, bus::Node* node, SessionScenario* scenario,
@@ -81,7 +81,7 @@ core::Result<void> RecordUntil(std::int64_t end_ns, bus::Node* node, SessionScen
   return recorder->Close(core::MonotonicNow_ns(), NumDropped(*node));
 }
 
-// What an earlier life left stays: FILE, FILE-2, FILE-3, ...
+// The first free name of FILE, FILE-2, FILE-3, ...: a restarted recorder keeps the earlier files.
 std::string NextName(const std::filesystem::path& file) {
   std::filesystem::path next = file;
   for (int number = 2; std::filesystem::exists(next); ++number) {
@@ -141,19 +141,18 @@ int Run(const Arguments& arguments) {
 Verb RecordVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--seconds", "S", "stop after S seconds; default: on Ctrl-C"});
-  options.push_back({"--split_MB", "N", "begins a new file, FILE.1.mcap and so on, when one is that large"});
-  options.push_back({"--split_s", "N", "or that old"});
-  options.push_back({"--next", "", "when FILE is there already, FILE-2 and so on beside it; for a supervisor"});
-  return {
-      "record",
-      "topics of the running session into an MCAP file",
-      "FILE [PATTERN]",
-      1,
-      2,
-      options,
-      Run,
-      "The file holds the payloads with their descriptors: Foxglove, Lichtblick and PlotJuggler open it. Killed, it\n"
-      "keeps all but the last 100 ms; 'oos recover' then gives it its index."};
+  options.push_back({"--split_MB", "N", "begin a new file, FILE.1.mcap and so on, at this size"});
+  options.push_back({"--split_s", "N", "begin a new file at this age"});
+  options.push_back({"--next", "", "if FILE exists, write FILE-2 and so on beside it; for supervisors"});
+  return {"record",
+          "records topics of the running session into an MCAP file",
+          "FILE [PATTERN]",
+          1,
+          2,
+          options,
+          Run,
+          "The file contains the payloads and their descriptors: Foxglove, Lichtblick and PlotJuggler open it. If the\n"
+          "recorder is killed, all but the last 100 ms are kept; 'oos recover' then adds the index."};
 }
 
 }  // namespace oos

@@ -9,7 +9,7 @@
 namespace oos {
 namespace {
 
-constexpr const char* kName = "scenario";  // the list of the files, which is offered behind them
+constexpr const char* kName = "scenario";  // the list of the files, which is offered after them
 constexpr std::uint64_t kMaxTextBytes = 1 << 20;
 constexpr std::int64_t kTimeout_ns = 2 * core::kNanosecondsPerSecond;  // also what a recorder's end waits at most
 constexpr std::int64_t kGathering_ns = 100'000'000;
@@ -50,7 +50,7 @@ std::vector<bus::log::Attachment> SessionScenario::Take(std::int64_t now_ns) {
   }
   const auto& values = offers_.values();
   if (values.count(kName) == 0) return {};
-  if (!is_offered_) {  // whoever joins gets all offers at once, but not in their order
+  if (!is_offered_) {  // a joining node gets all offers at once, but in any order
     is_offered_ = true;
     next_ns_ = now_ns + kGathering_ns;
     return {};

@@ -11,8 +11,7 @@
 
 namespace oos {
 
-// The texts of the session's scenario, from the node that offers them (BULK), while something else goes on. The blocks
-// are fetched by a thread of its own.
+// Fetches the text files of the session's scenario from the node that offers them (BULK), on a thread of its own.
 class SessionScenario {
  public:
   static constexpr const char* kOwner = "logic_node";
@@ -21,11 +20,11 @@ class SessionScenario {
   // `node` is not started yet and outlives this; `options` are its own.
   SessionScenario(bus::Node* node, bus::NodeOptions options);
 
-  // Goes on, without waiting. The texts, once: when all are here.
+  // Makes progress without waiting. Returns the texts once, when all have arrived; otherwise nothing.
   std::vector<bus::log::Attachment> Take(std::int64_t now_ns);
 
  private:
-  // Those that can be had. None: not one, or not now.
+  // Fetches the texts on offer. Empty if there are none, or if they cannot be fetched now.
   using Texts = std::vector<bus::log::Attachment>;
   static Texts Fetch(const std::vector<bus::BulkOffer>& offers, const bus::NodeOptions& options);
 

@@ -42,7 +42,7 @@ int Info(const Arguments& arguments) {
               all.message_count, static_cast<double>(all.last_ns - all.first_ns) * 1e-9, all.chunk_count,
               contents->has_summary ? "complete" : "NOT closed: its writer died; 'oos recover' gives it an index");
   for (const log::Metadata& metadata : contents->metadata) {
-    if (metadata.name == "topics") continue;  // the table below says it for those that are here
+    if (metadata.name == "topics") continue;  // the table below shows the same for the topics in the file
     std::printf("%s:", metadata.name.c_str());
     for (const auto& [key, value] : metadata.entries) std::printf(" %s=%s", key.c_str(), value.c_str());
     std::printf("\n");
@@ -70,7 +70,7 @@ int Info(const Arguments& arguments) {
 
 int Cat(const Arguments& arguments) {
   const std::string pattern = arguments.positional().size() == 2 ? arguments.positional()[1] : "*";
-  // Schemas may stand behind what they describe in a reader's order, so they are known before anything is printed.
+  // In the reader's order a schema may come after its messages, so all schemas are read first.
   const auto contents = log::ReadMcap(arguments.positional()[0], [](const log::Channel&, const log::Message&) {});
   if (!contents) return Complain("cat", contents.error().detail, kBadUsage);
   log::PayloadDecoder decoder;
@@ -109,14 +109,18 @@ int Recover(const Arguments& arguments) {
 }  // namespace
 
 Verb InfoVerb() {
-  return {"info", "what a recording holds: topics, rates, losses", "FILE", 1, 1, {}, [](const Arguments& arguments) {
-            return WithinMemory("info", arguments, Info);
-          }};
+  return {"info",
+          "shows what a recording contains: topics, rates, losses",
+          "FILE",
+          1,
+          1,
+          {},
+          [](const Arguments& arguments) { return WithinMemory("info", arguments, Info); }};
 }
 
 Verb CatVerb() {
   return {"cat",
-          "messages of a recording, one line of JSON each",
+          "prints the messages of a recording, one line of JSON each",
           "FILE [PATTERN]",
           1,
           2,
@@ -126,7 +130,7 @@ Verb CatVerb() {
 
 Verb RecoverVerb() {
   return {"recover",
-          "save what can be saved of a truncated or damaged recording",
+          "saves the readable part of a truncated or damaged recording",
           "FROM TO",
           2,
           2,

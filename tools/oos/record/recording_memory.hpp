@@ -9,7 +9,7 @@
 
 namespace oos {
 
-// Runs a verb that reads recordings, the positional arguments. One that needs more memory than there is says so.
+// Runs a verb that reads recordings, its positional arguments. If memory runs out, it fails with the size and a remedy.
 inline int WithinMemory(const char* verb, const Arguments& arguments, int (*run)(const Arguments&)) {
   try {
     return run(arguments);
@@ -25,7 +25,7 @@ inline int WithinMemory(const char* verb, const Arguments& arguments, int (*run)
     }
     return Complain(verb,
                     largest + ": there is not enough memory for it (" + std::to_string(most / 1'000'000) +
-                        " MB); record in parts, with --split_MB, and look at one part at a time",
+                        " MB); record in parts, with --split_MB, and read one part at a time",
                     kBadUsage);
   }
 }

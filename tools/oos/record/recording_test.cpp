@@ -54,7 +54,7 @@ class RecordingVerbTest : public ::testing::Test {
   std::filesystem::path mended_ = file_.string() + ".mended";
 };
 
-TEST_F(RecordingVerbTest, InfoTellsTopicsRatesAndLosses) {
+TEST_F(RecordingVerbTest, InfoShowsTopicsRatesAndLosses) {
   const std::string output = OutputOf({"info", file_.string()}, kHolds);
   EXPECT_NE(output.find("3 messages in 0.004 s, 1 chunks, complete"), std::string::npos) << output;
   EXPECT_NE(output.find("session=7"), std::string::npos) << output;
@@ -70,15 +70,15 @@ TEST_F(RecordingVerbTest, CatPrintsAMessagePerLineByTheEmbeddedDescriptors) {
   EXPECT_EQ(OutputOf({"cat", file_.string(), "physics/*"}, kHolds), "");
 }
 
-TEST_F(RecordingVerbTest, RecoverMendsACutFileAndInfoSaysThatItWasCut) {
+TEST_F(RecordingVerbTest, RecoverRepairsACutFileAndInfoReportsTheCut) {
   std::filesystem::resize_file(file_, std::filesystem::file_size(file_) - 20);
   EXPECT_NE(OutputOf({"info", file_.string()}, kHolds).find("NOT closed"), std::string::npos);
   EXPECT_NE(OutputOf({"recover", file_.string(), mended_.string()}, kHolds).find("3 messages"), std::string::npos);
   EXPECT_NE(OutputOf({"info", mended_.string()}, kHolds).find("complete"), std::string::npos);
 }
 
-// In a process that may allocate 8 MB more: reads what it says.
-TEST_F(RecordingVerbTest, WhatDoesNotFitIntoMemoryIsRefusedWithItsSizeAndARemedy) {
+// Runs in a child process that may allocate only 8 MB more.
+TEST_F(RecordingVerbTest, ARecordingTooLargeForMemoryIsRefusedWithItsSizeAndARemedy) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer needs more memory than the limit of this test";
 #endif

@@ -263,7 +263,7 @@ void ViewExport::Apply(const bus::log::Channel& channel, const bus::log::Message
 }
 
 core::Result<void> ViewExport::Take(const bus::log::Channel& channel, const bus::log::Message& message) {
-  // What nodes took is what others sent.
+  // Messages that nodes received are copies of those that others sent.
   const auto tap = channel.metadata.find("tap");
   if (tap != channel.metadata.end() && tap->second != "sent") return {};
   if (channel.topic == bus::kEventTopic) return WriteEvent(message);

@@ -15,7 +15,7 @@
 
 namespace oos {
 
-// Derives what 3D viewers of recordings understand from the messages of a run, in the order of their times:
+// Derives channels for 3D viewers from the messages of a run, in the order of their times:
 //
 //   /scene/models     foxglove.SceneUpdate      the objects' meshes, once; each in its object's frame
 //   /scene/lamps      foxglove.SceneUpdate      lamps, when their colours change

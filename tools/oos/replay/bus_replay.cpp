@@ -28,7 +28,7 @@ class LatestOutlet final : public Outlet {
     const M* whole = message_.Take(bus::log::SplitRecorded(message.data));
     if (whole == nullptr) return message_.is_incomplete() ? Took::kYes : Took::kNever;
     sent_ = *whole;  // its header is written into
-    // LATEST is not repeated: what the socket has no room for is a loss as on any way, and in the node's accounts.
+    // LATEST is not repeated: a datagram that the socket has no room for is lost, and the node's accounts count it.
     writer_.Send(sent_);
     return Took::kYes;
   }
@@ -74,7 +74,7 @@ std::string Text(const bus::log::TextMap& map, const char* key) {
   return found == map.end() ? std::string() : found->second;
 }
 
-// Null: it is none that can be published again.
+// Null if the channel cannot be published again.
 const bus::TopicRule* FindPublished(const std::string& topic) {
   const bus::TopicRule* rule = bus::FindTopicRule(topic);
   if (rule == nullptr || rule->topic_class == bus::TopicClass::kService) return nullptr;
@@ -205,7 +205,7 @@ core::Result<void> BusReplay::Seek(double from_s, std::int64_t now_ns) {
     if (auto done = reader_.ReadMessages(see, 0, from_ns); !done) return done;
   }
   states_.clear();
-  // What the bus holds from a later time than this goes first: another channel may be of the same topic and key.
+  // Later values that the bus still holds are cleared first: another channel may have the same topic and key.
   for (const auto& [id, source] : sources_) {
     if (source.is_published && newest.count(id) == 0) states_.push_back({id, std::nullopt});
   }
@@ -241,7 +241,7 @@ core::Result<void> BusReplay::Fetch() {
   }
 }
 
-void BusReplay::Obey(const ReplayCommand& command, std::int64_t now_ns) {
+void BusReplay::Apply(const ReplayCommand& command, std::int64_t now_ns) {
   const bool was_paused = is_paused_;
   switch (command.kind) {
     case ReplayCommand::Kind::kPause:
@@ -283,7 +283,7 @@ double BusReplay::position_s() const {
   return static_cast<double>(position_ns_ - first_ns_) * 1e-9;
 }
 
-// False: it is to be offered again.
+// False if the message must be offered again.
 bool BusReplay::IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* num_taken) {
   offered_ns_ = now_ns;
   if (took == Outlet::Took::kNotNow) {

@@ -17,11 +17,11 @@
 
 namespace oos {
 
-// Where a recorded message goes on a bus: a writer of its topic and type.
+// Publishes a recorded message on the bus by a writer of its topic and type.
 class Outlet {
  public:
   virtual ~Outlet() = default;
-  enum class Took { kYes, kNotNow, kNever };  // kNotNow: the way to the bus is full; kNever: it cannot be read
+  enum class Took { kYes, kNotNow, kNever };  // kNotNow: the queue to the bus is full; kNever: it cannot be decoded
   // A message of the channel. Parts of one that was split are put together first.
   virtual Took Take(const bus::log::Message& message) = 0;
   [[nodiscard]] virtual bool is_state() const { return false; }
@@ -29,45 +29,45 @@ class Outlet {
   virtual Took Empty() { return Took::kNever; }
 };
 
-// What somebody asks a replay that runs: "pause", "play", "step [MESSAGES]", "seek SECONDS", "speed X", "quit".
+// A command to a running replay: "pause", "play", "step [MESSAGES]", "seek SECONDS", "speed X", "quit".
 struct ReplayCommand {
   enum class Kind { kPause, kPlay, kStep, kSeek, kSpeed, kQuit };
   Kind kind = Kind::kPause;
   double value = 0.0;
 };
-// Nothing: it is none of them.
+// Nothing if the line is no command.
 std::optional<ReplayCommand> ParseReplayCommand(const std::string& line);
 
-// Publishes what nodes published in a recording again, under the same topics: LATEST, STATE and EVENT. What they took,
-// their steps and services are left out. Order: log time, then the recording's own order. Sequence numbers and
-// publishing times are new; traces are those of the recording where it holds them.
+// Publishes again what nodes published in a recording, under the same topics: LATEST, STATE and EVENT. Messages that
+// nodes received, steps and services are left out. Order: log time, then the recording's own order. Sequence numbers
+// and publish times are new; traces are those of the recording where it contains them.
 //
 // Time is given by the caller, so that a test needs no clock.
 class BusReplay {
  public:
-  // A message that the bus does not take is offered again for this long, then left out and counted.
+  // A message that the bus does not accept is offered again for this time, then left out and counted.
   static constexpr std::int64_t kPatience_ns = core::kNanosecondsPerSecond;
 
-  // Looks through the file. Errors: kIo, kDamaged; kNotFound when nothing in it can be published.
+  // Reads the file's index. Errors: kIo, kDamaged; kNotFound if nothing in it can be published.
   static core::Result<std::unique_ptr<BusReplay>> Open(const std::filesystem::path& file);
-  // Once, before anything below: declares the topics on `node`, which is not started yet and outlives this.
+  // Call once, before all below: declares the topics on `node`, which must not be started yet and must outlive this.
   void Declare(bus::Node* node);
 
-  // From now on, `from_s` after the first message. Whoever listens gets the state as of then first: by Advance, also
-  // while it pauses. What this replay has published and did not exist yet at that time becomes an empty value.
+  // Continues from `from_s` after the first message. Advance first publishes the states as of then, also during a
+  // pause. A state that this replay has published but that did not exist yet at that time becomes an empty value.
   core::Result<void> Seek(double from_s, std::int64_t now_ns);
-  void Obey(const ReplayCommand& command, std::int64_t now_ns);  // kSeek: by Seek
+  void Apply(const ReplayCommand& command, std::int64_t now_ns);  // kSeek calls Seek
   // Publishes what is due. Errors: kDamaged.
   core::Result<void> Advance(std::int64_t now_ns);
 
   [[nodiscard]] bool is_over() const { return !next_.has_value() && states_.empty(); }
   [[nodiscard]] bool is_paused() const { return is_paused_; }
-  // When the next message is due, or is offered again; nothing while it pauses or is over.
+  // When the next message is due or is offered again; nothing during a pause and at the end.
   [[nodiscard]] std::optional<std::int64_t> due_ns() const;
   [[nodiscard]] double position_s() const;  // of the last message, from the first one
   [[nodiscard]] double duration_s() const { return static_cast<double>(last_ns_ - first_ns_) * 1e-9; }
   [[nodiscard]] std::uint64_t num_published() const { return num_published_; }
-  // Which the bus would not take, or which cannot be read. Among them states that a seek had to publish.
+  // Messages that the bus did not accept or that cannot be decoded, states that a seek had to publish included.
   [[nodiscard]] std::uint64_t num_not_published() const { return num_not_published_; }
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
 
@@ -80,7 +80,7 @@ class BusReplay {
     bool is_published = false;  // a state of which the bus holds a value by now
     std::shared_ptr<Outlet> outlet;
   };
-  // What a seek has to publish before anything else.
+  // A state that a seek must publish before anything else.
   struct StateToTell {
     std::uint16_t channel = 0;
     std::optional<bus::log::Message> message;  // nothing: an empty value
@@ -99,7 +99,7 @@ class BusReplay {
   std::optional<bus::log::Message> next_;
   std::uint64_t first_ns_ = 0, last_ns_ = 0, position_ns_ = 0;
   std::uint64_t num_published_ = 0, num_not_published_ = 0;
-  std::optional<std::int64_t> refused_ns_;  // since when the bus does not take what comes next
+  std::optional<std::int64_t> refused_ns_;  // since when the bus does not accept the next message
   std::int64_t offered_ns_ = 0;             // for the last time
   double speed_ = 1.0;
   bool is_paused_ = false;

@@ -37,7 +37,7 @@ std::string TextOf(const core::PhysicsState& state) {
   return text;
 }
 
-// What was said on a topic, message by message, whatever the datagrams were.
+// The messages on each topic as text, however they were split into datagrams.
 using Said = std::map<std::string, std::vector<std::string>>;
 
 Said Read(const std::filesystem::path& file) {
@@ -124,7 +124,7 @@ class BusReplayTest : public ::testing::Test {
     ASSERT_TRUE(recorder->Close(0, 0));
   }
 
-  // A session with the replay and somebody who listens to everything; both know of each other when this returns.
+  // Starts a session with the replay and an observer of everything; returns when both know each other.
   void Start() {
     registry_ = bus::testing::MakeRegistry();
     listener_ = bus::testing::MakeNode("listener", registry_->endpoint());
@@ -182,7 +182,7 @@ class BusReplayTest : public ::testing::Test {
     return true;
   }
 
-  // Plays at a clock of its own, a millisecond per look of the listener, into a second recording.
+  // Plays into a second recording by a test clock, which advances a millisecond for each poll of the observer.
   Said PlayToTheEnd(std::int64_t now_ns = 0) {
     std::filesystem::remove(second_);
     auto recorder = std::move(*bus::log::Recorder::Create(second_, {}));
@@ -193,7 +193,7 @@ class BusReplayTest : public ::testing::Test {
           return replay_->is_over();
         },
         recorder.get());
-    // Until nothing comes any more, and the books say that no state and no event is missing.
+    // Until no message arrives any more, and the accounts show that no state and no event is missing.
     ListenUntil(
         [this, quiet = 0](bool has_heard) mutable {
           quiet = has_heard ? 0 : quiet + 1;
@@ -212,7 +212,7 @@ class BusReplayTest : public ::testing::Test {
   std::unique_ptr<BusReplay> replay_;
 };
 
-TEST_F(BusReplayTest, ARecordingOfTheReplaySaysWhatTheRecordingSays) {
+TEST_F(BusReplayTest, ARecordingOfTheReplayEqualsTheRecording) {
   Start();
   EXPECT_EQ(replay_->topics(), (std::vector<std::string>{"event", "logic/status", "physics/state"}));
   ASSERT_TRUE(replay_->Seek(0.0, 0));
@@ -226,7 +226,7 @@ TEST_F(BusReplayTest, ARecordingOfTheReplaySaysWhatTheRecordingSays) {
   }
 }
 
-TEST_F(BusReplayTest, SeekGivesTheStateAsOfThenAndGoesOnFromThere) {
+TEST_F(BusReplayTest, SeekPublishesTheStatesAsOfThenAndContinuesFromThere) {
   Start();
   ASSERT_TRUE(replay_->Seek(0.1, 0));
   const Said said = PlayToTheEnd();
@@ -258,7 +258,7 @@ class Steps {
   bus::StateReader<core::LogicStatus>& status_;
 };
 
-TEST_F(BusReplayTest, ASeekBackTakesBackWhatWasNotYetSaidAlsoForWhoeverComesLater) {
+TEST_F(BusReplayTest, ASeekBackClearsLaterStatesAlsoForNodesThatJoinLater) {
   Start();
   ASSERT_TRUE(replay_->Seek(0.1, 0));
   ASSERT_TRUE(replay_->Advance(30'000'000));
@@ -267,7 +267,7 @@ TEST_F(BusReplayTest, ASeekBackTakesBackWhatWasNotYetSaidAlsoForWhoeverComesLate
   ASSERT_TRUE(early->Start());
   EXPECT_TRUE(heard_early.WaitFor("step_120", node_.get()));
   // Nothing is played on: time stands still at the start.
-  replay_->Obey({ReplayCommand::Kind::kPause}, 30'000'000);
+  replay_->Apply({ReplayCommand::Kind::kPause}, 30'000'000);
   ASSERT_TRUE(replay_->Seek(0.0, 30'000'000));
   ASSERT_TRUE(replay_->Advance(30'000'000));
   EXPECT_TRUE(heard_early.WaitFor("", node_.get())) << "it still believes in step_120";
@@ -277,11 +277,11 @@ TEST_F(BusReplayTest, ASeekBackTakesBackWhatWasNotYetSaidAlsoForWhoeverComesLate
   EXPECT_TRUE(heard_late.WaitFor("", node_.get())) << "whoever comes later got a value of the future";
 }
 
-TEST_F(BusReplayTest, WhatTheBusDoesNotTakeIsOfferedAgainAndThenCounted) {
+TEST_F(BusReplayTest, AMessageThatTheBusDoesNotAcceptIsOfferedAgainAndThenCounted) {
   RecordManyStates(100);  // more than the way to the bus thread holds
   node_ = bus::testing::MakeNode("replay", "tcp://127.0.0.1:1");
   replay_ = std::move(*BusReplay::Open(first_));
-  replay_->Declare(node_.get());  // never started: nobody takes anything off that way
+  replay_->Declare(node_.get());  // never started: nothing empties that queue
   ASSERT_TRUE(replay_->Seek(0.0, 0));
   ASSERT_TRUE(replay_->Advance(1'000'000'000));
   const std::uint64_t taken = replay_->num_published();
@@ -298,7 +298,7 @@ TEST_F(BusReplayTest, WhatTheBusDoesNotTakeIsOfferedAgainAndThenCounted) {
   EXPECT_EQ(replay_->num_not_published(), 100 - taken);
 }
 
-TEST_F(BusReplayTest, MoreStatesThanTheBusTakesAtOnceAllArrive) {
+TEST_F(BusReplayTest, MoreStatesThanTheBusAcceptsAtOnceAllArrive) {
   RecordManyStates(100);
   Start();
   ASSERT_TRUE(replay_->Seek(0.0, 0));
@@ -310,7 +310,7 @@ TEST_F(BusReplayTest, MoreStatesThanTheBusTakesAtOnceAllArrive) {
   EXPECT_EQ(status.step, "step_100");
 }
 
-TEST_F(BusReplayTest, WhatCannotBeReadIsNotCountedAsPublished) {
+TEST_F(BusReplayTest, AMessageThatCannotBeDecodedIsNotCountedAsPublished) {
   std::filesystem::remove(first_);
   auto recorder = std::move(*bus::log::Recorder::Create(first_, {}));
   auto o = About("logic/status", bus::TopicClass::kState, bus::MessageType::kLogicStatus, 1, kBegin_ns);
@@ -332,17 +332,17 @@ TEST_F(BusReplayTest, PausesStepsAndChangesItsSpeed) {
   ASSERT_TRUE(replay_->Advance(10'000'000));
   const std::uint64_t published = replay_->num_published();
   EXPECT_GT(published, 10U);
-  replay_->Obey({ReplayCommand::Kind::kPause}, 10'000'000);
+  replay_->Apply({ReplayCommand::Kind::kPause}, 10'000'000);
   ASSERT_TRUE(replay_->Advance(60'000'000));
   EXPECT_EQ(replay_->num_published(), published);
-  replay_->Obey({ReplayCommand::Kind::kStep, 3.0}, 60'000'000);
+  replay_->Apply({ReplayCommand::Kind::kStep, 3.0}, 60'000'000);
   ASSERT_TRUE(replay_->Advance(60'000'000));
   EXPECT_EQ(replay_->num_published(), published + 3);
   EXPECT_TRUE(replay_->is_paused());
   // Ten times as fast from here: 5 ms are 50 ms of the recording.
   const double before_s = replay_->position_s();
-  replay_->Obey({ReplayCommand::Kind::kPlay}, 60'000'000);
-  replay_->Obey({ReplayCommand::Kind::kSpeed, 10.0}, 60'000'000);
+  replay_->Apply({ReplayCommand::Kind::kPlay}, 60'000'000);
+  replay_->Apply({ReplayCommand::Kind::kSpeed, 10.0}, 60'000'000);
   ASSERT_TRUE(replay_->Advance(65'000'000));
   EXPECT_NEAR(replay_->position_s() - before_s, 0.05, 0.0011);
   ASSERT_TRUE(replay_->due_ns().has_value());

@@ -18,7 +18,7 @@ std::string Text(const bus::log::TextMap& map, const char* key) {
   return found == map.end() ? "unknown" : found->second;
 }
 
-// From --scenario; else as the recording names it, from here or from beside the recording.
+// The scenario of --scenario, else the one that the recording names, relative to here or to the recording.
 core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std::filesystem::path& file,
                                            const lockstep::RecordedNode& recorded) {
   std::filesystem::path path = arguments.text("--scenario", Text(recorded.about, "scenario"));
@@ -52,7 +52,7 @@ core::Result<lockstep::StepsOptions> ReadOptions(const Arguments& arguments) {
   if (speed != "max") {
     const auto number = arguments.number("--speed");
     if (!number || !*number || !(**number > 0.0)) {
-      return core::Fail(core::ErrorCode::kInvalidInput, "--speed wants max or a number above 0");
+      return core::Fail(core::ErrorCode::kInvalidInput, "--speed needs max or a number above 0");
     }
     options.speed = **number;
   }
@@ -67,7 +67,7 @@ core::Result<lockstep::StepsOptions> ReadOptions(const Arguments& arguments) {
     const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
     const double value = std::strtod(number.c_str(), &end);
     if (number.empty() || *end != '\0') {
-      return core::Fail(core::ErrorCode::kInvalidInput, "--set wants PARAM=NUMBER, not '" + text + "'");
+      return core::Fail(core::ErrorCode::kInvalidInput, "--set needs PARAM=NUMBER, not '" + text + "'");
     }
     options.mutations.push_back({text.substr(0, equals), value});
   }
@@ -111,15 +111,15 @@ int Run(const Arguments& arguments) {
 
 std::vector<Option> Options() {
   std::vector<Option> options = {
-      {"--node", "NODE", "logic_node, physics_node or haptic_node: feeds it with what it read, compares what it makes"},
+      {"--node", "NODE", "logic_node, physics_node or haptic_node: feed it its recorded inputs, compare its outputs"},
       {"--check", "", "the same for every node whose steps are in the file"},
-      {"--speed", "X|max", "times real time; default: max with --node and --check, else 1"},
+      {"--speed", "X|max", "factor to real time; default: max with --node and --check, otherwise 1"},
       {"--tolerance", "FILE", "lines of PATTERN abs=N rel=N or PATTERN ignore for 'topic:field'; default: bit for bit"},
       {"--scenario", "FILE", "default: the one that the recording names"},
-      {"--set", "PARAM=VALUE", "changes a parameter at the first step, to see what comes of it (repeatable)"},
-      {"--from", "S", "on the bus: begins there, with the state as of then"},
-      {"--loop", "", "on the bus: again and again"},
-      {"--pause", "", "on the bus: waits for 'play' or 'step'"}};
+      {"--set", "PARAM=VALUE", "change a parameter at the first step, to see its effect (repeatable)"},
+      {"--from", "S", "on the bus: begin at this time, with the states as of then"},
+      {"--loop", "", "on the bus: repeat until stopped"},
+      {"--pause", "", "on the bus: wait for 'play' or 'step'"}};
   options.insert(options.end(), AttachOptions().begin(), AttachOptions().end());
   return options;
 }
@@ -129,15 +129,16 @@ std::vector<Option> Options() {
 Verb ReplayVerb() {
   return {
       "replay",
-      "a recording again: on the bus, or node by node and compared",
+      "replays a recording: on the bus, or node by node with a comparison",
       "FILE",
       1,
       1,
       Options(),
       Run,
-      "With --node or --check nodes are fed step by step with what they read, without a bus, and what they make is\n"
-      "compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"
-      "Else what nodes published is published again, in a session that runs ('oos registry' makes one). Lines of\n"
+      "With --node or --check, nodes are fed step by step with their recorded inputs, without a bus, and their "
+      "outputs\n"
+      "are compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"
+      "Otherwise what nodes published is published again in a running session ('oos registry' makes one). Commands on\n"
       "standard input: pause, play, step [MESSAGES], seek SECONDS, speed X, quit."};
 }
 

@@ -17,10 +17,10 @@ namespace oos {
 namespace {
 
 constexpr std::int64_t kPoll_ns = 10'000'000;
-// At the end, for what was published to arrive.
+// Time at the end for the last messages to arrive.
 constexpr std::int64_t kDelivery_ns = 2 * core::kNanosecondsPerSecond;
 
-// Lines of standard input, as they come; the end of the input is no command.
+// Reads lines of standard input as they arrive; the end of the input is no command.
 class CommandLines {
  public:
   bool Next(std::string* line) {
@@ -55,8 +55,8 @@ void PrintState(const BusReplay& replay, const char* what) {
   std::fflush(stdout);
 }
 
-// False: quit.
-core::Result<bool> Obey(const std::string& line, BusReplay* replay) {
+// False if the command was quit.
+core::Result<bool> Apply(const std::string& line, BusReplay* replay) {
   const auto command = ParseReplayCommand(line);
   const std::int64_t now_ns = core::MonotonicNow_ns();
   if (!command) {
@@ -68,7 +68,7 @@ core::Result<bool> Obey(const std::string& line, BusReplay* replay) {
   if (command->kind == ReplayCommand::Kind::kSeek) {
     if (auto done = replay->Seek(command->value, now_ns); !done) return tl::unexpected(done.error());
   } else {
-    replay->Obey(*command, now_ns);
+    replay->Apply(*command, now_ns);
   }
   if (auto done = replay->Advance(now_ns); !done) return tl::unexpected(done.error());
   PrintState(*replay, replay->is_paused() ? "paused" : "playing");
@@ -83,7 +83,7 @@ core::Result<void> Play(double from_s, bool loops, bus::Node* node, BusReplay* r
     const std::int64_t now_ns = core::MonotonicNow_ns();
     node->Wait(std::min(replay->due_ns().value_or(now_ns + kPoll_ns), now_ns + kPoll_ns));
     while (lines.Next(&line)) {
-      const auto goes_on = Obey(line, replay);
+      const auto goes_on = Apply(line, replay);
       if (!goes_on) return tl::unexpected(goes_on.error());
       if (!*goes_on) return {};
     }
@@ -95,8 +95,8 @@ core::Result<void> Play(double from_s, bool loops, bus::Node* node, BusReplay* r
   return {};
 }
 
-// States and events of a slow reader may still wait for its word; they would go with this process. Returns the accounts
-// that stay open, for people.
+// Waits until slow readers have acknowledged their states and events, which would be lost with this process. Returns a
+// text of the accounts that stay open.
 std::string WaitForDelivery(bus::Node* node) {
   const std::int64_t end_ns = core::MonotonicNow_ns() + kDelivery_ns;
   std::string open;
@@ -115,8 +115,8 @@ std::string WaitForDelivery(bus::Node* node) {
 int RunBusReplay(const Arguments& arguments) {
   const auto speed = arguments.number("--speed");
   const auto from_s = arguments.number("--from");
-  if (!speed || (*speed && !(**speed > 0.0))) return Complain("replay", "--speed wants a number above 0", kBadUsage);
-  if (!from_s || (*from_s && **from_s < 0.0)) return Complain("replay", "--from wants seconds, 0 or more", kBadUsage);
+  if (!speed || (*speed && !(**speed > 0.0))) return Complain("replay", "--speed needs a number above 0", kBadUsage);
+  if (!from_s || (*from_s && **from_s < 0.0)) return Complain("replay", "--from needs seconds, 0 or more", kBadUsage);
   auto replay = BusReplay::Open(arguments.positional()[0]);
   if (!replay) return Complain("replay", replay.error().detail, kBadUsage);
   auto options = FindSession(arguments);
@@ -131,8 +131,8 @@ int RunBusReplay(const Arguments& arguments) {
   std::printf("%zu topics, %.3f s\n", (*replay)->topics().size(), (*replay)->duration_s());
   std::fflush(stdout);
   const std::int64_t now_ns = core::MonotonicNow_ns();
-  if (*speed) (*replay)->Obey({ReplayCommand::Kind::kSpeed, **speed}, now_ns);
-  if (arguments.has("--pause")) (*replay)->Obey({ReplayCommand::Kind::kPause}, now_ns);
+  if (*speed) (*replay)->Apply({ReplayCommand::Kind::kSpeed, **speed}, now_ns);
+  if (arguments.has("--pause")) (*replay)->Apply({ReplayCommand::Kind::kPause}, now_ns);
   auto done = (*replay)->Seek(from_s->value_or(0.0), now_ns);
   if (done) done = Play(from_s->value_or(0.0), arguments.has("--loop"), node->get(), replay->get());
   if (!done) return Complain("replay", done.error().detail, kDoesNotHold);
@@ -145,7 +145,7 @@ int RunBusReplay(const Arguments& arguments) {
                         " for what they are, or replay with a smaller --speed",
                     kDoesNotHold);
   }
-  if (!open.empty()) return Complain("replay", "readers have not got everything: " + open, kDoesNotHold);
+  if (!open.empty()) return Complain("replay", "readers have not received everything: " + open, kDoesNotHold);
   return kHolds;
 }
 

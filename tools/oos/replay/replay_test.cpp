@@ -27,7 +27,7 @@ int Replay(std::vector<std::string> words, std::string* out) {
   return status;
 }
 
-TEST(ReplayVerb, EqualIsZeroAndSaysHowFastItWas) {
+TEST(ReplayVerb, EqualIsStatusZeroAndPrintsTheSpeed) {
   std::string out;
   EXPECT_EQ(Replay({kGolden, "--node", "logic_node", "--scenario", kScenario}, &out), kHolds) << out;
   EXPECT_THAT(out, HasSubstr("logic_node: 100 steps"));
@@ -35,7 +35,7 @@ TEST(ReplayVerb, EqualIsZeroAndSaysHowFastItWas) {
   EXPECT_THAT(out, HasSubstr("equal"));
 }
 
-TEST(ReplayVerb, DifferentIsOneAndNamesTickTopicAndField) {
+TEST(ReplayVerb, DifferentIsStatusOneAndNamesTickTopicAndField) {
   std::string out;
   EXPECT_EQ(
       Replay({kGolden, "--node", "physics_node", "--scenario", kScenario, "--set", "hook_old.stiffness_N_per_m=19000"},
@@ -48,7 +48,7 @@ TEST(ReplayVerb, DifferentIsOneAndNamesTickTopicAndField) {
   EXPECT_THAT(out, HasSubstr("how it grows"));
 }
 
-TEST(ReplayVerb, AToleranceThatIsWideEnoughMakesThemEqualAndIsSaid) {
+TEST(ReplayVerb, AWideToleranceMakesThemEqualAndIsReported) {
   const std::filesystem::path file =
       std::filesystem::path(testing::TempDir()) / ("tolerance" + std::to_string(::getpid()) + ".txt");
   std::ofstream(file) << "physics/* abs=1e6  # anything\nevent:* ignore\n";
@@ -68,7 +68,7 @@ TEST(ReplayVerb, AToleranceThatIsWideEnoughMakesThemEqualAndIsSaid) {
   std::filesystem::remove(file);
 }
 
-TEST(ReplayVerb, BadInputIsTwoAndSaysWhatIsWrong) {
+TEST(ReplayVerb, BadInputIsStatusTwoAndNamesTheError) {
   std::string out;
   EXPECT_EQ(Replay({kGolden + ".gone", "--check"}, &out), kBadUsage);
   EXPECT_EQ(Replay({kGolden, "--node", "visual_node"}, &out), kBadUsage);

@@ -10,17 +10,18 @@
 
 namespace oos {
 
-// Within how much the times of the nodes of a run can be compared, by what each node wrote of its peers' clocks. A
-// stamp arrives on the receiver's clock (libs/bus), so a hop between two nodes is wrong by no more than the receiver's
-// bound of the sender, and a hop within a node is exact.
+// Error bounds of latencies between a run's nodes, from what each node recorded of its peers' clocks. The bus converts
+// a stamp to the receiver's clock, so a hop between two nodes is wrong by at most the receiver's bound for the sender's
+// clock; a hop within a node is exact.
 class HopBounds {
  public:
-  // Of a run's folder. A run of one machine has one clock; one of several (it has clocks.csv) only what is written.
+  // Reads a run's folder. A run on one machine has one clock; one on several (it has clocks.csv) has the recorded
+  // bounds.
   static HopBounds Read(const std::filesystem::path& folder);
 
-  // [ns]; none: the two clocks were not compared, and nothing can be said of the hop.
+  // Bound of a hop [ns]; none if the two clocks were not compared.
   [[nodiscard]] std::optional<std::int64_t> Between(core::Stage from, core::Stage to) const;
-  // Of a whole trace: the sum of its hops' bounds.
+  // Bound of a whole trace [ns]: the sum of its hops' bounds.
   [[nodiscard]] std::optional<std::int64_t> Along(const core::Trace& trace) const;
   [[nodiscard]] bool is_one_machine() const { return is_one_machine_; }
 

@@ -68,7 +68,7 @@ void WriteRow(const LatencyRow& row, std::ostream& out) {
   out << '\n';
 }
 
-// Chain and stages in order: only traces that went the same way are averaged together.
+// Chain and stages in order: only traces with the same stages are averaged together.
 std::string RouteOf(const LatencyRow& row) {
   std::string route = row.chain;
   for (const core::Stamp& stamp : row.trace.stamps) route += "," + std::to_string(static_cast<int>(stamp.stage));
@@ -188,7 +188,7 @@ std::vector<ChainTable> Tabulate(const std::vector<LatencyRow>& rows) {
     }
     tables.push_back(table);
   }
-  // The way that most traces went comes first.
+  // The most frequent route comes first.
   std::stable_sort(tables.begin(), tables.end(),
                    [](const ChainTable& a, const ChainTable& b) { return a.total.n > b.total.n; });
   return tables;

@@ -9,12 +9,12 @@
 
 namespace oos {
 
-// One stamped trace that has come to its end, as a row of latency.csv: chain,trace_id,origin_ns,echo_ns,then pairs of
-// stage number and offset [ns since the origin] in the order in which they were taken.
+// One complete stamped trace, as a row of latency.csv: chain,trace_id,origin_ns,echo_ns, then pairs of stage number and
+// offset [ns since the origin] in the order of the stamps.
 struct LatencyRow {
   std::string chain;  // "direct", "t1", "t2"
   core::Trace trace;
-  std::int64_t echo_ns = -1;  // what the bridge's own log measured for it, without stamps; -1: it did not
+  std::int64_t echo_ns = -1;  // the same time measured by device_bridge's log, without stamps; -1: not measured
 };
 
 struct Distribution {

@@ -36,18 +36,18 @@ TEST(LatencyTable, HopsAddUpToTheTotal) {
   EXPECT_DOUBLE_EQ(tables[0].disagreement(), 0.0);
 }
 
-TEST(LatencyTable, StampsThatLieAreFoundByTheEcho) {
+TEST(LatencyTable, TheEchoRevealsWrongStamps) {
   EXPECT_NEAR(Tabulate({Row("t1", 1'000'000, 1'100'000, 1'000'000)})[0].disagreement(), 0.1, 1e-12);
 }
 
-TEST(LatencyTable, DifferentWaysAreNotMixed) {
+TEST(LatencyTable, DifferentRoutesAreNotMixed) {
   LatencyRow other = Row("t1", 1, 2, 2);
   other.trace.stamps.push_back({core::Stage::kVisualApply, 9});
   EXPECT_EQ(Tabulate({Row("t1", 1, 2, 2), Row("direct", 1, 2, 2), other}).size(), 3u);
 }
 
 // Physics elsewhere: haptic_node and device_bridge on one machine, physics_node and visual_node on two others.
-TEST(HopBounds, AddUpOverTheHopsBetweenMachinesAndAreMissedWhereNobodyCompared) {
+TEST(HopBounds, AddUpOverHopsBetweenMachinesAndAreMissingWithoutAClockComparison) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "hop_bounds";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "clocks.csv") << "time_ns,host,offset_ns,bound_ns\n";

@@ -11,7 +11,7 @@ class LogTail {
  public:
   explicit LogTail(std::filesystem::path file) : file_(std::move(file)) {}
 
-  // The last whole line that has come since the last call; empty: none has.
+  // The last whole line written since the last call; empty if there is none.
   std::string NewestLine();
 
  private:

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a node wrote at its end; null when it wrote nothing readable (killed, or left out).
+// The report that a node wrote at its end; null if it is missing or unreadable (the node was killed or left out).
 json ReadNodeFile(const std::filesystem::path& folder, const std::string& node) {
   std::ifstream file(folder / (node + ".json"));
   if (!file) return nullptr;
@@ -142,7 +142,7 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   const auto to_visual_ns = bounds.Between(core::Stage::kPhysicsSend, core::Stage::kVisualReceive);
   const auto to_haptic_ns = bounds.Between(core::Stage::kDeviceSend, core::Stage::kHapticReceive);
   for (const char* chain : {"t2_state_ms", "t2_image_ms"}) {
-    if (!to_physics_ns || !to_visual_ns || !to_haptic_ns) continue;  // clocks that nobody compared
+    if (!to_physics_ns || !to_visual_ns || !to_haptic_ns) continue;  // clocks that were not compared
     report[chain] = Get(visual, chain);
     if (!report[chain].is_object() || bounds.is_one_machine()) continue;
     report[chain]["clock_bound"] = 1e-6 * static_cast<double>(*to_haptic_ns + *to_physics_ns + *to_visual_ns);

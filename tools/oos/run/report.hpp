@@ -9,7 +9,7 @@
 
 namespace oos {
 
-// What is known of a run of either kind (processes, lock-step) beside the nodes' own files.
+// Facts of a run (processes or lock-step) that are not in the nodes' own files.
 struct RunFacts {
   bool is_completed = false;
   std::string why;  // when not
@@ -20,14 +20,14 @@ struct RunFacts {
   std::vector<std::string> missing_nodes;  // left out on purpose
 };
 
-// Merges what the nodes left in `folder` (<node>.json) with the facts to the report. Units are in the field names. A
-// figure that no node delivered is null, never invented.
+// Merges the nodes' reports in `folder` (<node>.json) and the facts into one report. Units are in the field names. A
+// figure that no node reported is null.
 nlohmann::json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const std::filesystem::path& folder);
 
 // Writes report.json and report.md. False when the folder cannot be written.
 bool WriteReport(const nlohmann::json& report, const std::filesystem::path& folder);
 
-// The report for a terminal: steps and the figures that decide.
+// A summary of the report for the terminal: steps and the main figures.
 std::string Summarise(const nlohmann::json& report);
 
 // The reports of several methods for one scenario as a table with a column for each, in Markdown.

@@ -44,7 +44,7 @@ core::Result<core::ParameterChange> ParseChange(const std::string& text) {
   const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
   const double value = std::strtod(number.c_str(), &end);
   if (equals == 0 || number.empty() || *end != '\0') {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--set wants PARAM=NUMBER, not '" + text + "'");
+    return core::Fail(core::ErrorCode::kInvalidInput, "--set needs PARAM=NUMBER, not '" + text + "'");
   }
   return core::ParameterChange{text.substr(0, equals), value};
 }
@@ -93,7 +93,7 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const lockstep::O
     report["steps"].push_back(row);
   }
   report["peak_force_N"] = outcome.peak_force_N;
-  // Without a real clock there is no tick to be late for.
+  // Without a real clock no cycle can be late.
   report["haptic"] = {{"cycles", outcome.ticks},
                       {"misses", nullptr},
                       {"p50_us", outcome.haptic_p50_us},
@@ -142,7 +142,7 @@ int RunInLockstep(const Arguments& arguments, const scene::Scenario& scenario, c
   return outcome->is_completed ? kHolds : kDoesNotHold;
 }
 
-// The nodes' files as one; says what became of it.
+// Merges the nodes' recordings into one file and prints the result.
 bool MergeRecordings(const std::filesystem::path& folder, const std::filesystem::path& to) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
@@ -216,7 +216,7 @@ int RunOnce(const Arguments& arguments, const scene::Scenario& scenario, const W
                                      : RunProcesses(arguments, scenario, wanted, report);
 }
 
-// One run after the other, each with a folder of its own, and a table of both.
+// Runs each method in turn, each in a folder of its own, and writes a table of both.
 int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
   std::vector<nlohmann::json> reports;
   int worst = kHolds;
@@ -275,29 +275,29 @@ int Run(const Arguments& arguments) {
 Verb RunVerb() {
   return {
       "run",
-      "starts all nodes on this machine, waits for the procedure's end, reports",
+      "starts all nodes on this machine, waits for the procedure's end, writes a report",
       "SCENARIO",
       1,
       1,
       {{"--headless", "", "render pictures but show no window"},
-       {"--seed", "N", "of the simulated operator; default: the scenario's"},
-       {"--duration", "S", "limit; default: the scenario's"},
-       {"--out", "DIR", "of the report and the logs; default: out/<scenario>-<time>"},
+       {"--seed", "N", "seed of the simulated operator; default: the scenario's"},
+       {"--duration", "S", "time limit; default: the scenario's"},
+       {"--out", "DIR", "folder for the report and the logs; default: out/<scenario>-<time>"},
        {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
-       {"--record", "FILE.mcap", "what every node sends and takes; each node's own file stays in DIR/recording"},
-       {"--split_MB", "N", "with --record: nodes begin a new file at that size"},
-       {"--split_s", "N", "with --record: and at that age"},
+       {"--record", "FILE.mcap", "record all messages of every node; the nodes' own files stay in DIR/recording"},
+       {"--split_MB", "N", "with --record: nodes begin a new file at this size"},
+       {"--split_s", "N", "with --record: nodes begin a new file at this age"},
        {"--trace", "FILE.csv", "with --lockstep: poses, forces and mechanisms every 10 ms"},
-       {"--steps", "PATH", "every step of the nodes, for 'oos replay': a folder; with --lockstep one file, .mcap"},
-       {"--steps_from", "S", "the steps' recording begins there, with checkpoints and a new haptic_node"},
-       {"--no_encryption", "", "no keys: anybody on the network may listen in and speak"},
-       {"--tcp_topics", "PATTERNS", "LATEST topics that go by ZeroMQ instead of UDP, e.g. 'physics/*,contacts/*'"},
-       {"--multicast", "GROUP:PORT", "LATEST goes once to a group, e.g. 239.255.74.50:7450; default: to each reader"},
-       {"--set", "PARAM=VALUE", "with --lockstep: parameter at the first tick (repeatable)"}},
+       {"--steps", "PATH", "record every step of the nodes for 'oos replay': a folder; with --lockstep a file, .mcap"},
+       {"--steps_from", "S", "begin that recording at this time, with checkpoints and a new haptic_node"},
+       {"--no_encryption", "", "no keys: anybody on the network can read and send messages"},
+       {"--tcp_topics", "PATTERNS", "LATEST topics sent by ZeroMQ instead of UDP, e.g. 'physics/*,contacts/*'"},
+       {"--multicast", "GROUP:PORT", "send LATEST once to a group, e.g. 239.255.74.50:7450; default: to each reader"},
+       {"--set", "PARAM=VALUE", "with --lockstep: set a parameter at the first tick (repeatable)"}},
       Run};
 }
 

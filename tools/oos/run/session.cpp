@@ -25,10 +25,10 @@ constexpr std::int64_t kPollPeriod_ns = 20'000'000;
 constexpr double kStopPatience_s = 3.0;
 constexpr double kProgressPeriod_s = 2.0;
 constexpr std::int64_t kStartProgressPeriod_ns = 1'000'000'000;
-// After a node has died the others get this long to notice and to say so before they are stopped.
+// After a node has died the others have this time to notice and report it before they are stopped.
 constexpr std::int64_t kLinger_ns = 800'000'000;
 
-// The note for the verbs that look into the session; removed at the end.
+// Writes the note for the verbs that join the session; removes it at the end.
 class NoteKeeper {
  public:
   core::Result<void> Write(const SessionNote& note) {
@@ -48,8 +48,8 @@ class NoteKeeper {
   bool is_written_ = false;
 };
 
-// Fresh keys for the nodes, for the tools ("oos") and for clients that somebody attaches; gone with the run, so that
-// what was written down of its traffic stays closed.
+// New keys for the nodes, for the tools ("oos") and for clients that users attach. They are deleted with the run, so
+// that captured traffic cannot be decrypted later.
 class RunKeys {
  public:
   core::Result<void> Make(const std::filesystem::path& directory) {
@@ -97,10 +97,10 @@ class Session {
     if (outcome_.why.empty()) Watch(ready_ns);
     if (!outcome_.dead.empty() && !IsInterrupted()) Linger();
     Say("stopping");
-    // The nodes first: the display has to outlive whoever draws on it.
+    // The nodes first: the display must outlive the programs that draw on it.
     outcome_.killed = group_.StopAll(kStopPatience_s, {expected_.begin(), expected_.end()});
     group_.StopAll(kStopPatience_s);
-    for (const std::string& name : outcome_.killed) Say(name + " did not stop when asked and was killed");
+    for (const std::string& name : outcome_.killed) Say(name + " did not stop on SIGTERM and was killed");
     return outcome_;
   }
 
@@ -200,7 +200,7 @@ class Session {
     command->arguments.push_back(value);
   }
 
-  // Takes events of the bus and ends of processes; `outcome_.why` is set when the run cannot go on.
+  // Processes events of the bus and ends of processes; sets `outcome_.why` if the run cannot go on.
   void Listen() {
     node_->Wait(core::MonotonicNow_ns() + kPollPeriod_ns);
     core::Event event;
@@ -218,7 +218,7 @@ class Session {
     if (IsInterrupted() && outcome_.why.empty()) outcome_.why = "interrupted";
   }
 
-  // A node is ready when it said so, or when the procedure already runs (which needs all of them).
+  // A node is ready when it has emitted "ready", or when the procedure runs (which needs all nodes).
   [[nodiscard]] bool AreAllReady() const {
     if (status_->has_value() && status_->value().time_ns > 0 && expected_.count("logic_node") != 0) return true;
     return std::includes(ready_.begin(), ready_.end(), expected_.begin(), expected_.end());
@@ -268,7 +268,7 @@ class Session {
     while (core::MonotonicNow_ns() < until_ns && !IsInterrupted()) Listen();
     for (const core::Event& event : outcome_.events) {
       if (event.name == "node_lost" || event.name == "force_faded") {
-        Say(event.source + " says: " + event.name + " " + event.detail);
+        Say(event.source + " reports: " + event.name + " " + event.detail);
       }
     }
   }

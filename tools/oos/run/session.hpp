@@ -32,9 +32,8 @@ struct SessionOptions {
   double start_patience_s = 240.0;                // cooking a big scene for the first time takes minutes
   const std::atomic<int>* interrupted = nullptr;  // not 0: stop, somebody pressed Ctrl-C
   std::function<void(const std::string&)> say;    // progress for people, one line each
-  // Called while the run goes on, e.g. to kill a node in a test; `force_N` is what the
-  // first hand is commanded to feel. Only then the session listens to commands: it costs the haptic node a datagram
-  // each.
+  // Called during the run, e.g. to kill a node in a test; `force_N` is the force commanded to the first hand. The
+  // session subscribes to commands only if this is set: each costs the haptic node a datagram.
   std::function<void(process::Group&, double seconds, double force_N)> while_running;
 };
 
@@ -46,8 +45,8 @@ struct SessionOutcome {
   double seconds = 0.0;  // from readiness to the end
   std::uint64_t seed = 0;
   std::vector<std::string> dead;    // nodes that ended by themselves: name and how
-  std::vector<std::string> killed;  // nodes that did not heed SIGTERM
-  std::vector<core::Event> events;  // all that was heard
+  std::vector<std::string> killed;  // nodes that did not end on SIGTERM
+  std::vector<core::Event> events;  // all that were received
 };
 
 constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"};

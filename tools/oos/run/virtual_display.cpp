@@ -55,12 +55,12 @@ core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::
     char buffer[16];
     if (left_ms <= 0 || poll(&waiting, 1, static_cast<int>(left_ms)) <= 0) break;
     const ssize_t got = read(ends[0], buffer, sizeof buffer);
-    if (got <= 0) break;  // it ended without a word
+    if (got <= 0) break;  // it ended without a display number
     number.append(buffer, static_cast<std::size_t>(got));
   }
   close(ends[0]);
   if (number.find('\n') == std::string::npos) {
-    return core::Fail(core::ErrorCode::kTimeout, "Xvfb did not come up; its words are in " + log.string());
+    return core::Fail(core::ErrorCode::kTimeout, "Xvfb did not start; its output is in " + log.string());
   }
   return ":" + number.substr(0, number.find('\n'));
 }

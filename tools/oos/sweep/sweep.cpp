@@ -1,4 +1,4 @@
-// Design studies: the same scenario with other figures in it, many times.
+// Design studies: runs a scenario many times with different values of its attributes.
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -77,7 +77,7 @@ class FolderLock {
     gethostname(host, sizeof host - 1);
     const std::string holder = "process " + std::to_string(getpid()) + " on " + host;
     if (ftruncate(lock.fd_, 0) != 0 || write(lock.fd_, holder.data(), holder.size()) < 0) {
-      // No reason to fail: it is only for the message to others.
+      // Not an error: the text is only for the message to other sweeps.
     }
     return lock;
   }
@@ -107,7 +107,7 @@ bool IsInside(const std::filesystem::path& path, const std::filesystem::path& fo
   return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
-// As one word of /bin/sh.
+// Quotes a text as one word of /bin/sh.
 std::string Quote(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -172,7 +172,7 @@ std::vector<SweepOutcome> ReadOutcomes(const std::vector<SweepRun>& runs, const 
   return outcomes;
 }
 
-// Those without a report, whatever else became of them. Returns their number.
+// Writes the runs without a report to jobs.txt. Returns their number.
 core::Result<std::size_t> WriteJobs(const std::vector<SweepRun>& runs, const std::filesystem::path& out) {
   const std::vector<SweepOutcome> outcomes = ReadOutcomes(runs, out);
   std::string names;
@@ -186,8 +186,8 @@ core::Result<std::size_t> WriteJobs(const std::vector<SweepRun>& runs, const std
   return num_jobs;
 }
 
-// GNU parallel over jobs.txt. It gets Ctrl-C with this process, and SIGINT from the kernel when this process is killed:
-// on both it ends its runs (SIGTERM it does not heed before the first of them).
+// Runs jobs.txt by GNU parallel. It gets SIGINT by Ctrl-C, and from the kernel when this process is killed; then it
+// ends its runs. (It ignores SIGTERM until its first run.)
 core::Result<void> RunJobs(const Arguments& arguments, const FolderLock& lock, const std::filesystem::path& out) {
   process::Command parallel;
   parallel.name = "GNU parallel";
@@ -233,7 +233,7 @@ int Run(const Arguments& arguments) {
   const double num_seeds = seeds->value_or(1.0);
   if (num_seeds < 1.0 || num_seeds > kMostSeeds) return Complain("sweep", "--seeds is from 1 to 10000", kBadUsage);
   if (!arguments.has("--grid"))
-    return Complain("sweep", "say what varies with --grid, see oos sweep --help", kBadUsage);
+    return Complain("sweep", "name what varies with --grid, see oos sweep --help", kBadUsage);
   std::vector<GridAxis> axes;
   for (const std::string& text : arguments.texts("--grid")) {
     auto axis = ParseAxis(text);
@@ -295,17 +295,17 @@ Verb SweepVerb() {
       1,
       1,
       {{"--grid", "NAME=LOW:HIGH:N", "what varies; or NAME=V,V,...; several make a grid"},
-       {"--seeds", "N", "runs at each point, seeds 1 to N; default 1"},
+       {"--seeds", "N", "number of runs at each point, with seeds 1 to N; default 1"},
        {"--out", "DIR", "default out/sweep-<scenario>"},
-       {"--jobs", "N", "at the same time; default: one per core"},
-       {"--hosts", "HOST,HOST", "run there over ssh; ':' is this one. $OOS names the program there"},
-       {"--dry-run", "", "only writes the folders and jobs.txt, the list of what has no report"}},
+       {"--jobs", "N", "number of runs at the same time; default: one per core"},
+       {"--hosts", "HOST,HOST", "run on these hosts over ssh; ':' is this one. $OOS names the program there"},
+       {"--dry-run", "", "only write the folders and jobs.txt, the list of runs without a report"}},
       Run,
       "NAME is an attribute of the scenario file: ATTRIBUTE (wherever it stands), ELEMENT.ATTRIBUTE or\n"
       "ELEMENT[NAME].ATTRIBUTE, e.g. --grid object[block].mass_kg=1:4:4 --grid run.method=paper,fast.\n"
-      "DIR/runs/NNNNN is one run each, with all that it needs: run.sh is its one command (in lock-step, so as fast\n"
-      "as the machine can), its exit status 0 when the procedure was completed. GNU parallel runs them; a cluster's\n"
-      "scheduler can run them as an array as well. The same command again runs what has no report, and nothing else.\n"
+      "DIR/runs/NNNNN is one run with all that it needs. Its run.sh runs it in lock-step, as fast as the machine can;\n"
+      "exit status 0 means that the procedure was completed. GNU parallel runs them; a cluster's scheduler can run\n"
+      "them as an array. The same command again runs only those that have no report.\n"
       "results.csv has a row per run, results.svg the means over the seeds. Exit status 0: every run has a report."};
 }
 

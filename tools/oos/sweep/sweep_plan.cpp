@@ -58,7 +58,7 @@ void ForEachElement(xmlNode* node, const std::function<void(xmlNode*)>& visit) {
   }
 }
 
-// An attribute that is left to its default can be set too, but only where the element is named.
+// Sets the attribute. One that the file leaves to its default is added only if the axis names the element.
 int Set(xmlNode* root, const GridAxis& axis, const std::string& value) {
   int count = 0;
   ForEachElement(root, [&](xmlNode* element) {
@@ -82,26 +82,26 @@ core::Result<void> WriteDocument(xmlDoc* document, const std::filesystem::path& 
   return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string() + "; is the folder writable?");
 }
 
-// Files outside the scenario's folder come along, each into a folder of its own: files of one name stay apart.
-class FileBringer {
+// Copies the files outside the scenario's folder, each into a folder of its own, so that equal names do not clash.
+class ReferencedFiles {
  public:
-  FileBringer(std::filesystem::path from, std::filesystem::path to) : from_(std::move(from)), to_(std::move(to)) {}
+  ReferencedFiles(std::filesystem::path from, std::filesystem::path to) : from_(std::move(from)), to_(std::move(to)) {}
 
   // All that the elements of `file` refer to; relative paths are relative to the scenario's folder.
-  core::Result<void> BringAll(const std::filesystem::path& file, xmlNode* root) {
+  core::Result<void> CopyAll(const std::filesystem::path& file, xmlNode* root) {
     core::Result<void> result;
     ForEachElement(root, [&](xmlNode* element) {
       for (const char* attribute : {"mesh", "file", "links"}) {
         const std::string value = AttributeOf(element, attribute);
         if (value.empty() || !result) continue;
-        const auto place = Bring(value);
+        const auto place = Copy(value);
         if (!place) {
           result = core::Fail(place.error().code, file.string() + ":" + std::to_string(xmlGetLineNo(element)) + ": " +
                                                       attribute + "=\"" + value + "\": " + place.error().detail);
           continue;
         }
         if (*place != value) SetAttribute(element, attribute, *place);
-        if (attribute == std::string_view("links")) result = BringAllOf((from_ / value).lexically_normal(), *place);
+        if (attribute == std::string_view("links")) result = CopyLinks((from_ / value).lexically_normal(), *place);
       }
     });
     return result;
@@ -109,7 +109,7 @@ class FileBringer {
 
  private:
   // Its path in the copy.
-  core::Result<std::string> Bring(const std::filesystem::path& value) {
+  core::Result<std::string> Copy(const std::filesystem::path& value) {
     const std::filesystem::path source = (from_ / value).lexically_normal();
     const std::filesystem::path inside = source.lexically_relative(from_);
     if (*inside.begin() != "..") return inside.string();
@@ -122,7 +122,7 @@ class FileBringer {
     }
     std::error_code error;
     std::filesystem::path folder;
-    // A scenario that was itself a run of a sweep has some of these already.
+    // A scenario that is itself the copy of a sweep already has some of these folders.
     for (int number = 1; folder.empty() || std::filesystem::exists(to_ / folder, error); ++number) {
       folder = std::filesystem::path("from_elsewhere") / std::to_string(number);
     }
@@ -135,11 +135,11 @@ class FileBringer {
     return place = (folder / source.filename()).string();
   }
 
-  // An arm's links are a file that refers to others.
-  core::Result<void> BringAllOf(const std::filesystem::path& links, const std::string& place) {
+  // An arm's links are in a file that refers to further ones.
+  core::Result<void> CopyLinks(const std::filesystem::path& links, const std::string& place) {
     const auto document = ReadDocument(links);
     if (!document) return core::Fail(core::ErrorCode::kIo, "cannot read " + links.string() + " as XML");
-    if (auto brought = BringAll(links, xmlDocGetRootElement(document.get())); !brought) return brought;
+    if (auto copied = CopyAll(links, xmlDocGetRootElement(document.get())); !copied) return copied;
     return WriteDocument(document.get(), to_ / place);
   }
 
@@ -153,7 +153,7 @@ core::Result<GridAxis> ParseAxis(const std::string& text) {
   const auto fail = [&](const std::string& what) {
     return core::Fail(core::ErrorCode::kInvalidInput, "--grid " + text + ": " + what + kForm);
   };
-  // The last one: a name may hold '=' in brackets.
+  // The last '=': a name in brackets may contain others.
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos || equals == 0) return fail("has no '='");
   GridAxis axis;
@@ -230,7 +230,7 @@ core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file,
                         "--grid " + axes[a].name + ": nothing in " + scenario_file.string() + " has it" + kForm);
     }
   }
-  if (auto brought = FileBringer(from, folder).BringAll(scenario_file, root); !brought) return brought;
+  if (auto copied = ReferencedFiles(from, folder).CopyAll(scenario_file, root); !copied) return copied;
   const std::filesystem::path file = folder / scenario_file.filename();
   if (auto written = WriteDocument(document.get(), file); !written) return written;
   if (const auto loaded = scene::LoadScenario(file); !loaded) {

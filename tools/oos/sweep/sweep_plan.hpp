@@ -9,7 +9,7 @@
 
 namespace oos {
 
-// One direction of a sweep's grid: which attribute of the scenario file, and the values that it takes.
+// One axis of a sweep's grid: an attribute of the scenario file and its values.
 struct GridAxis {
   std::string name;          // as given: ATTRIBUTE, ELEMENT.ATTRIBUTE or ELEMENT[NAME].ATTRIBUTE
   std::string element;       // empty: any
@@ -18,7 +18,7 @@ struct GridAxis {
   std::vector<std::string> values;
 };
 
-// "NAME=LOW:HIGH:N": N values at equal steps, both ends included; "NAME=V,V,...": these.
+// Parses "NAME=LOW:HIGH:N", N values at equal steps with both ends, or "NAME=V,V,...", a list of values.
 core::Result<GridAxis> ParseAxis(const std::string& text);
 
 // One run: a value per axis and a seed.
@@ -31,9 +31,9 @@ struct SweepRun {
 // Every point of the grid with seeds 1 .. num_seeds, seeds next to each other.
 std::vector<SweepRun> PlanRuns(const std::vector<GridAxis>& axes, unsigned num_seeds);
 
-// A copy of the scenario with these values that needs nothing outside `folder`; whatever the file refers to elsewhere
-// is copied with it. `folder` is not inside the scenario's own. Fails when an axis meets no attribute, when a file
-// cannot be copied, or when the scenario cannot be loaded with the values.
+// Writes a copy of the scenario with these values into `folder`, with all files that it refers to elsewhere. `folder`
+// must not be inside the scenario's own. Fails if an axis matches no attribute, if a file cannot be copied, or if the
+// scenario cannot be loaded with the values.
 core::Result<void> WriteScenarioCopy(const std::filesystem::path& scenario_file, const std::vector<GridAxis>& axes,
                                      const std::vector<std::string>& values, const std::filesystem::path& folder);
 

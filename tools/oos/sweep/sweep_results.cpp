@@ -19,7 +19,7 @@ struct Mean {
   double seconds = 0.0, peak_force_N = 0.0;
 };
 
-// Words stand at 0, 1, 2 ...
+// Position on the chart's axis: a number's value; words are at 0, 1, 2 ...
 double PlaceOf(const GridAxis& axis, const std::string& value) {
   double number = 0.0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
@@ -46,7 +46,7 @@ SweepOutcome ReadOutcome(const std::filesystem::path& run_folder) {
   if (!report.is_object() || !report.contains("completed") || !report["completed"].is_boolean()) return outcome;
   outcome.is_completed = report["completed"].get<bool>();
   if (!outcome.is_completed) outcome.why = Text(report, "why");
-  // The word of `oos run` for SIGINT and SIGTERM: of Ctrl-C, of a sweep that was killed, of a scheduler's time limit.
+  // The reason that `oos run` gives after SIGINT and SIGTERM: Ctrl-C, a killed sweep, or a scheduler's time limit.
   if (outcome.why == "interrupted") return {};
   outcome.has_report = true;
   outcome.seconds = Number(report, "seconds");

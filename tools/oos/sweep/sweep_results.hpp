@@ -9,8 +9,7 @@
 
 namespace oos {
 
-// What one run's report.json says. A report that cannot be read is none, and so is that of a run that was interrupted:
-// it has not ended.
+// The result in a run's report.json. An unreadable report counts as missing, and so does that of an interrupted run.
 struct SweepOutcome {
   bool has_report = false;
   bool is_completed = false;
@@ -25,8 +24,8 @@ SweepOutcome ReadOutcome(const std::filesystem::path& run_folder);
 bench::Table ResultTable(const std::vector<GridAxis>& axes, const std::vector<SweepRun>& runs,
                          const std::vector<SweepOutcome>& outcomes);
 
-// Peak force, time and share of completed runs over the first axis, means over the seeds, a line for each combination
-// of the other axes' values. SVG text.
+// Draws peak force, time and share of completed runs over the first axis as SVG text: means over the seeds, a line for
+// each combination of the other axes' values.
 std::string ResultChart(const std::string& scenario, const std::vector<GridAxis>& axes,
                         const std::vector<SweepRun>& runs, const std::vector<SweepOutcome>& outcomes);
 

@@ -57,7 +57,7 @@ class Sweep : public testing::Test {
     words.insert(words.begin(), {"sweep", scenario.string(), "--out", out_.string()});
     return RunVerbs({SweepVerb()}, words);
   }
-  // As Run; what it complained of.
+  // Like Run; returns the error message.
   std::string Refused(const std::vector<std::string>& words) {
     testing::internal::CaptureStderr();
     EXPECT_NE(Run(words), kHolds);
@@ -101,7 +101,7 @@ TEST(SweepPlan, ARangeHasBothEndsAndEqualSteps) {
   EXPECT_EQ(ParseAxis("run.method=paper,fast")->values, (std::vector<std::string>{"paper", "fast"}));
 }
 
-TEST(SweepPlan, WhatIsNoAxisIsRefusedWithTheForm) {
+TEST(SweepPlan, AMalformedAxisIsRefusedWithTheRightForm) {
   for (const char* text : {"", "mass_kg", "=1:2:3", "mass_kg=1:2", "mass_kg=1:2:1", "mass_kg=a:2:3",
                            "object[a.mass=1:2:3", "mass_kg=", "object.=1:2:3"}) {
     const auto axis = ParseAxis(text);
@@ -110,7 +110,7 @@ TEST(SweepPlan, WhatIsNoAxisIsRefusedWithTheForm) {
   }
 }
 
-TEST(SweepPlan, EveryPointOfTheGridIsRunWithEverySeedOnce) {
+TEST(SweepPlan, RunsEveryPointOfTheGridWithEverySeedOnce) {
   const std::vector<SweepRun> runs = PlanRuns({*ParseAxis("a=1:3:3"), *ParseAxis("b=x,y")}, 5);
   ASSERT_EQ(runs.size(), 30u);
   std::set<std::string> different;
@@ -146,7 +146,7 @@ TEST_F(Sweep, FilesOfOneNameFromSeveralFoldersStaySeveral) {
       ReplaceInFile(source / "mine" / "scenario.xml", "../touch/meshes/block.obj",
                     (is_absolute ? source : "..") / folder / "part.obj");
     }
-    // The copy of a copy has files from elsewhere already, and brings others.
+    // A copy of a copy already has files from elsewhere, and further ones are added.
     const auto axis = ParseAxis("run.seed=7");
     const std::filesystem::path copy = source / "copy", second = source / "second";
     auto written = WriteScenarioCopy(source / "mine" / "scenario.xml", {*axis}, {"7"}, copy);
@@ -167,7 +167,7 @@ TEST_F(Sweep, FilesOfOneNameFromSeveralFoldersStaySeveral) {
   }
 }
 
-TEST_F(Sweep, AnArmsLinksComeAlongWithTheirMeshes) {
+TEST_F(Sweep, AnArmsLinksAreCopiedWithTheirMeshes) {
   const std::filesystem::path source = folder_ / "source", mine = source / "mine";
   std::filesystem::create_directories(source);
   std::filesystem::copy(Scenario("service_robot").parent_path(), mine, std::filesystem::copy_options::recursive);
@@ -183,7 +183,7 @@ TEST_F(Sweep, AnArmsLinksComeAlongWithTheirMeshes) {
   EXPECT_TRUE(scenario.has_value()) << scene::Format(scenario.error().front());
 }
 
-TEST_F(Sweep, AFileThatCannotBeBroughtIsNamedWithItsPlace) {
+TEST_F(Sweep, AFileThatCannotBeCopiedIsNamedWithItsPlace) {
   const auto written =
       WriteScenarioCopy(Scenario("free_collision"),
                         {*ParseAxis("object[mover].position=1 0 0"), *ParseAxis("visual.mesh=../nowhere/part.obj")},
@@ -218,7 +218,7 @@ TEST_F(Sweep, AnOutInsideTheScenariosFolderIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(mine / "out"));
 }
 
-TEST_F(Sweep, AnAttributeThatNobodyHasAndAValueThatIsNoneAreRefused) {
+TEST_F(Sweep, AnUnknownAttributeAndAnInvalidValueAreRefused) {
   EXPECT_EQ(Run({"--grid", "object.colour_of_the_sky=1:2:2", "--dry-run"}), kBadUsage);
   EXPECT_EQ(Run({"--grid", "nothing_has_this=1:2:2", "--dry-run"}), kBadUsage);
   EXPECT_EQ(Run({"--grid", "run.method=magic", "--dry-run"}), kBadUsage);
@@ -226,7 +226,7 @@ TEST_F(Sweep, AnAttributeThatNobodyHasAndAValueThatIsNoneAreRefused) {
 }
 
 // Folders that were written before a point of the grid was refused are of no plan: another grid does not inherit them.
-TEST_F(Sweep, ARefusedGridLeavesNothingToTheNext) {
+TEST_F(Sweep, ARefusedGridLeavesNoFoldersForTheNext) {
   ASSERT_EQ(Run({"--grid", "run.method=paper,magic", "--dry-run"}), kBadUsage);
   ASSERT_EQ(Run({"--grid", "run.method=fast,paper", "--dry-run"}), kHolds);
   const auto scenario = scene::LoadScenario(out_ / "runs" / "00001" / "scenario");
@@ -251,7 +251,7 @@ TEST_F(Sweep, EndsWithATableAndAChart) {
 }
 
 // Whatever ended the run: its host was lost, a signal stopped it, it was killed while it wrote.
-TEST_F(Sweep, RepeatsWhatLeftNoReportAndNothingElse) {
+TEST_F(Sweep, RepeatsOnlyRunsWithoutAReport) {
   const std::vector<std::string> words = {"--grid", "run.method=paper,fast", "--seeds", "3"};
   SetProgram("[ \"$5\" != 1 ] || exit 255\n" + GoodRun());
   EXPECT_EQ(Run(words), kDoesNotHold);
@@ -327,7 +327,7 @@ class KilledSweep : public Sweep {
   }
   void TearDown() override {
     sweep_.reset();
-    // In this order nobody begins to wait any more.
+    // In this order no process begins to wait any more.
     std::filesystem::remove(announced_);
     std::filesystem::remove(stay_);
     close(announced_fd_);
@@ -397,7 +397,7 @@ TEST_F(KilledSweep, LeavesNoProcessAndTheSameCommandGoesOn) {
   EXPECT_EQ(num_calls(), 4u);
 }
 
-// Before its first run, while it asks a host how many cores there are, GNU parallel heeds no SIGTERM.
+// Before its first run, while it determines a host's number of cores, GNU parallel ignores SIGTERM.
 TEST_F(KilledSweep, LeavesNoGnuParallelThatHasNotBegun) {
   setenv("PARALLEL_SSH", WriteProgram("ssh", Stays()).c_str(), 1);
   Start({"--hosts", "far"});

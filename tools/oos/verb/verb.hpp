@@ -12,7 +12,7 @@ using cli::Arguments;
 using cli::Option;
 
 // Exit status of every verb.
-constexpr int kHolds = 0;        // what was asked for holds
+constexpr int kHolds = 0;        // success: the run or check passed
 constexpr int kDoesNotHold = 1;  // it does not
 constexpr int kBadUsage = 2;     // bad usage or input
 
