@@ -9,7 +9,7 @@
 namespace oos {
 namespace {
 
-int Run(const Arguments& arguments) {
+int RunCheck(const Arguments& arguments) {
   int status = kHolds;
   for (const std::string& path : arguments.positional()) {
     const CheckOutcome outcome = CheckScenario(FindScenario(path));
@@ -47,7 +47,7 @@ Verb CheckVerb() {
           1000,
           {{"--json", "",
             "print each good scenario's objects, meshes, hands, cameras and steps, a line each, for other programs"}},
-          Run};
+          RunCheck};
 }
 
 }  // namespace oos

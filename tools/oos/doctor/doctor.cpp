@@ -117,7 +117,7 @@ bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
   return static_cast<bool>(std::ofstream(file) << json.dump(2) << "\n" << std::flush);
 }
 
-int Run(const Arguments& arguments) {
+int RunDoctor(const Arguments& arguments) {
   std::vector<Finding> findings = {CheckCores(),   CheckClockSource(), CheckDisplay(),
                                    CheckDrawing(), CheckFonts(),       CheckCache()};
   for (Finding& finding : CheckLimits()) findings.push_back(std::move(finding));
@@ -142,7 +142,7 @@ Verb DoctorVerb() {
   return {"doctor", "finds what on this machine, its network and the running session hinders a run, and the remedy",
           "",       0,
           0,        options,
-          Run};
+          RunDoctor};
 }
 
 }  // namespace oos

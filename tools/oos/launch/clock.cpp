@@ -9,7 +9,7 @@ namespace oos {
 namespace {
 
 // Answers each line with this machine's CLOCK_MONOTONIC at the time of reading it [ns].
-int Run(const Arguments&) {
+int RunClock(const Arguments&) {
   for (int c = std::getchar(); c != EOF; c = std::getchar()) {
     if (c != '\n') continue;
     std::printf("%lld\n", static_cast<long long>(core::MonotonicNow_ns()));
@@ -24,7 +24,7 @@ Verb ClockVerb() {
   return {"clock", "answers each line of stdin with this machine's CLOCK_MONOTONIC in ns; used by 'oos launch'",
           "",      0,
           0,       {},
-          Run};
+          RunClock};
 }
 
 }  // namespace oos

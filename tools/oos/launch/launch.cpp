@@ -496,7 +496,7 @@ core::Result<Wanted> ReadWanted(const Arguments& arguments, const scene::Scenari
   return wanted;
 }
 
-int Run(const Arguments& arguments) {
+int RunLaunch(const Arguments& arguments) {
   const CheckOutcome check = CheckScenario(FindScenario(arguments.positional()[0]));
   for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
   if (!check.scenario || !check.problems.empty()) {
@@ -542,7 +542,7 @@ Verb LaunchVerb() {
            {"--method", "paper|fast", "collision method; default: the scenario's"},
            {"--workers", "N", "threads of the collision computation; default: 1"},
            {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"}},
-          Run,
+          RunLaunch,
           "Ctrl-C stops everything on all machines. From another terminal: oos status, attach, stop --lab LAB.xml.\n"
           "docs/howto/lab.md takes a lab from bare Debian hosts to a running scenario."};
 }

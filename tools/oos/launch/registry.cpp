@@ -99,7 +99,7 @@ class Watcher {
   bool runs_ = false, is_final_ = false, is_failed_ = false;
 };
 
-int Run(const Arguments& arguments) {
+int RunRegistry(const Arguments& arguments) {
   if (!arguments.has("--registry") || !arguments.has("--session")) {
     return Complain("registry", "--registry tcp://ADDRESS:PORT and --session N are needed", kBadUsage);
   }
@@ -153,7 +153,7 @@ Verb RegistryVerb() {
            {"--keys", "DIR", "key directory of the session"},
            {"--make_keys", "", "makes the keys that are missing there; they stay when it ends"},
            {"--no_encryption", "", "the session has no keys"}},
-          Run,
+          RunRegistry,
           "Prints what happens on the bus, a line of JSON each: registered, ready, gone, refused, event, step."};
 }
 

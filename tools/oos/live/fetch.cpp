@@ -12,7 +12,7 @@ namespace {
 constexpr const char* kOwner = "logic_node";
 constexpr std::int64_t kTimeout_ns = 60 * core::kNanosecondsPerSecond;
 
-int Run(const Arguments& arguments) {
+int RunFetch(const Arguments& arguments) {
   auto options = FindSession(arguments);
   if (!options) return Complain("fetch", options.error().detail, kDoesNotHold);
   options->name = "oos-fetch-" + std::to_string(getpid());
@@ -36,7 +36,7 @@ Verb FetchVerb() {
   return {"fetch",  "fetches the scenario of the running session to a machine that does not have it",
           "FOLDER", 1,
           1,        AttachOptions(),
-          Run};
+          RunFetch};
 }
 
 }  // namespace oos

@@ -42,7 +42,7 @@ int AwaitEnd(bus::Node* node, const core::ParameterChange& change) {
   return Complain("set", change.name + ": no event parameter_settled has arrived", kDoesNotHold);
 }
 
-int Run(const Arguments& arguments) {
+int RunSet(const Arguments& arguments) {
   const std::string& path = arguments.positional()[0];
   const std::string& text = arguments.positional()[1];
   const std::size_t dot = path.find('.');
@@ -106,7 +106,7 @@ Verb SetVerb() {
           2,
           2,
           Options(),
-          Run};
+          RunSet};
 }
 
 }  // namespace oos

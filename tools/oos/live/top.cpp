@@ -57,7 +57,7 @@ void Show(const bus::Node& node, const bus::StateReader<core::LogicStatus>& stat
   std::fflush(stdout);
 }
 
-int Run(const Arguments& arguments) {
+int RunTop(const Arguments& arguments) {
   const auto count = arguments.number("--count");
   if (!count) return Complain("top", count.error().detail, kBadUsage);
   auto node = Attach(arguments, "top");
@@ -86,7 +86,7 @@ Verb TopVerb() {
   std::vector<Option> options = AttachOptions();
   options.push_back({"--count", "N", "stop after N screens, one a second"});
   return {"top", "shows the nodes of the running session: liveness, message counts, drops, figures", "", 0, 0, options,
-          Run};
+          RunTop};
 }
 
 }  // namespace oos

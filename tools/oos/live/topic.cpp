@@ -219,7 +219,7 @@ int Show(What what, const bus::Node& node, const std::string& pattern, const Hea
   return heard.all().empty() ? Complain("topic", "no message was received of '" + pattern + "'", kDoesNotHold) : kHolds;
 }
 
-int Run(const Arguments& arguments) {
+int RunTopic(const Arguments& arguments) {
   const std::optional<What> what = Parse(arguments.positional()[0]);
   const bool has_pattern = arguments.positional().size() == 2;
   if (!what) {
@@ -276,7 +276,7 @@ Verb TopicVerb() {
           1,
           2,
           options,
-          Run};
+          RunTopic};
 }
 
 }  // namespace oos

@@ -147,7 +147,7 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
   return Complain("view", process::Replace(window).value().detail + ", or use --text", kDoesNotHold);
 }
 
-int Run(const Arguments& arguments) {
+int RunView(const Arguments& arguments) {
   const auto seconds = arguments.number("--seconds");
   if (!seconds) return Complain("view", seconds.error().detail, kBadUsage);
   std::string file;
@@ -189,7 +189,7 @@ Verb ViewVerb() {
           0,
           1,
           options,
-          Run,
+          RunView,
           "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
           "SCENARIO: the session's scenario, needed when the session does not run on this machine."};
 }

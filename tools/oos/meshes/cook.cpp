@@ -20,7 +20,7 @@
 namespace oos {
 namespace {
 
-constexpr std::string_view kDetails =
+constexpr std::string_view kCookDetails =
     R"(Of each mesh: what is wrong with it and what was repaired (places in the mesh's own frame; triangles counted from 0),
 its thinnest wall and narrowest gap, what voxels of this size show of them, the memory that the build will take (before
 it takes it), and what was built. SCENARIO cooks every object that stands in a pair, with the scenario's own figures.)";
@@ -200,7 +200,7 @@ core::Result<vps::CookParameters> ReadParameters(const Arguments& arguments) {
   return parameters;
 }
 
-int Run(const Arguments& arguments) {
+int RunCook(const Arguments& arguments) {
   const auto parameters = ReadParameters(arguments);
   if (!parameters) return Complain("cook", parameters.error().detail, kBadUsage);
   int status = kHolds;
@@ -234,8 +234,8 @@ Verb CookVerb() {
            {"--points", "N", "points on the surface; none: no sampled side"},
            {"--sheet_thickness_m", "T", "the mesh is a sheet with two sides, T thick"},
            {"--method", "paper|fast", "whose structures; default: paper"}},
-          Run,
-          kDetails};
+          RunCook,
+          kCookDetails};
 }
 
 }  // namespace oos

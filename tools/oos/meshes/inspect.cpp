@@ -17,7 +17,7 @@
 namespace oos {
 namespace {
 
-constexpr std::string_view kDetails =
+constexpr std::string_view kInspectDetails =
     R"(Writes to DIR, for each method:
   METHOD_slices.png   three slices of the distance and a close-up where the part is thinnest or narrowest: colour and
                       iso-lines, the surface bold, crease cells, brick borders
@@ -123,7 +123,7 @@ core::Result<void> WritePictures(vps::Method method, const vps::CheckedMesh& che
   return write(inspect::DrawTree("sphere tree of " + name, levels, points, box), "tree");
 }
 
-int Run(const Arguments& arguments) {
+int RunInspect(const Arguments& arguments) {
   const auto fail = [](const core::Error& error) { return Complain("inspect", error.detail, kBadUsage); };
   if (!arguments.has("--out")) return Complain("inspect", "--out DIR is missing", kBadUsage);
   const std::string method = arguments.text("--method", "both");
@@ -168,8 +168,8 @@ Verb InspectVerb() {
            {"--points", "N", "points on the surface; default: two voxels apart"},
            {"--scale", "S", "factor of the mesh's coordinates, 0.001 for millimetres; default 1"},
            {"--sheet_thickness_m", "T", "takes the mesh as a sheet with two sides, T thick"}},
-          Run,
-          kDetails};
+          RunInspect,
+          kInspectDetails};
 }
 
 }  // namespace oos

@@ -16,7 +16,7 @@
 namespace oos {
 namespace {
 
-constexpr std::string_view kDetails =
+constexpr std::string_view kQueryDetails =
     R"(Poses: rows px,py,pz,qw,qx,qy,qz: pose of B's mesh frame in A's, metres, unit quaternion. A heading line, empty lines
 and lines that begin with # are skipped.
 
@@ -33,7 +33,7 @@ Methods:
   fast     distance field of A, area-weighted samples of B: the integral above. Resolution as for paper.
   oracle   exact distance, depth to 1e-3, the integral to 1e-4. Slow. Takes no resolution.)";
 
-struct Request {
+struct QueryRequest {
   std::string method;
   contact::Resolution resolution;
   double scale = 1.0;
@@ -47,8 +47,8 @@ struct Body {
   vps::Box box;
 };
 
-core::Result<Request> ReadRequest(const Arguments& arguments) {
-  Request request;
+core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
+  QueryRequest request;
   request.method = arguments.text("--method", "paper");
   if (request.method != "paper" && request.method != "fast" && request.method != "oracle") {
     return core::Fail(core::ErrorCode::kInvalidInput,
@@ -84,7 +84,7 @@ core::Result<Request> ReadRequest(const Arguments& arguments) {
 }
 
 // Checks and repairs the mesh; prints the repairs to stderr. An open mesh becomes a sheet if a thickness was given.
-core::Result<Body> ReadBody(const std::string& file, const Request& request) {
+core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request) {
   const auto triangles = vps::LoadTriangles(file, request.scale);
   if (!triangles) return tl::unexpected(triangles.error());
   auto checked = vps::CheckMesh(*triangles);
@@ -101,11 +101,11 @@ core::Result<Body> ReadBody(const std::string& file, const Request& request) {
   return Body{vps::ThickenSheet(checked->mesh, request.sheet_thickness_m), checked->report.box};
 }
 
-int Run(const Arguments& arguments) {
+int RunQuery(const Arguments& arguments) {
   const auto fail = [](const core::Error& error) { return Complain("query", error.detail, kBadUsage); };
   if (!arguments.has("--poses")) return Complain("query", "--poses FILE is missing", kBadUsage);
   if (!arguments.has("--out")) return Complain("query", "--out FILE is missing", kBadUsage);
-  const auto request = ReadRequest(arguments);
+  const auto request = ReadQueryRequest(arguments);
   if (!request) return fail(request.error());
   const auto poses = contact::ReadPoseTable(arguments.text("--poses"));
   if (!poses) return fail(poses.error());
@@ -155,8 +155,8 @@ Verb QueryVerb() {
            {"--points", "N", "points on B's surface"},
            {"--scale", "S", "factor of both meshes' coordinates, 0.001 for millimetres; default 1"},
            {"--sheet_thickness_m", "T", "takes an open mesh as a sheet with two sides, T thick"}},
-          Run,
-          kDetails};
+          RunQuery,
+          kQueryDetails};
 }
 
 }  // namespace oos

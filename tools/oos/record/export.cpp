@@ -55,7 +55,7 @@ core::Result<std::uint64_t> Export(bus::log::McapIndexedReader* reader, const sc
   return view.num_messages();
 }
 
-int Run(const Arguments& arguments) {
+int RunExport(const Arguments& arguments) {
   const std::string& from = arguments.positional()[0];
   const std::string& to = arguments.positional()[1];
   auto reader = bus::log::McapIndexedReader::Open(from);
@@ -87,7 +87,7 @@ Verb ExportVerb() {
       2,
       2,
       {{"--scenario", "FILE", "scenario of the run; default: the one that the recording names"}},
-      Run,
+      RunExport,
       "OUT contains all of IN, and the channels that those viewers expect: /scene/... and /tf (show the 3D panel with\n"
       "'world' as its frame) and /log. Meshes are embedded: OUT needs no other file."};
 }

@@ -90,7 +90,7 @@ std::string NextName(const std::filesystem::path& file) {
   return next.string();
 }
 
-int Run(const Arguments& arguments) {
+int RunRecord(const Arguments& arguments) {
   const std::string file = arguments.has("--next") ? NextName(arguments.positional()[0]) : arguments.positional()[0];
   const std::string pattern = arguments.positional().size() == 2 ? arguments.positional()[1] : "*";
   const auto seconds = arguments.number("--seconds");
@@ -150,7 +150,7 @@ Verb RecordVerb() {
           1,
           2,
           options,
-          Run,
+          RunRecord,
           "The file contains the payloads and their descriptors: Foxglove, Lichtblick and PlotJuggler open it. If the\n"
           "recorder is killed, all but the last 100 ms are kept; 'oos recover' then adds the index."};
 }

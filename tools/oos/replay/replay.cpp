@@ -13,7 +13,7 @@
 namespace oos {
 namespace {
 
-std::string Text(const bus::log::TextMap& map, const char* key) {
+std::string TextOrUnknown(const bus::log::TextMap& map, const char* key) {
   const auto found = map.find(key);
   return found == map.end() ? "unknown" : found->second;
 }
@@ -21,7 +21,7 @@ std::string Text(const bus::log::TextMap& map, const char* key) {
 // The scenario of --scenario, else the one that the recording names, relative to here or to the recording.
 core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std::filesystem::path& file,
                                            const lockstep::RecordedNode& recorded) {
-  std::filesystem::path path = arguments.text("--scenario", Text(recorded.about, "scenario"));
+  std::filesystem::path path = arguments.text("--scenario", TextOrUnknown(recorded.about, "scenario"));
   std::error_code error;
   if (!arguments.has("--scenario") && !std::filesystem::exists(path, error)) path = file.parent_path() / path;
   auto scenario = scene::LoadScenario(path);
@@ -34,15 +34,15 @@ core::Result<scene::Scenario> FindScenario(const Arguments& arguments, const std
 
 void ReportPlatformDifferences(const lockstep::RecordedNode& recorded, const scene::Scenario& scenario) {
   const bus::log::TextMap here = replay::DescribeRun(scenario);
-  if (Text(recorded.about, "scenario_digest") != here.at("scenario_digest")) {
+  if (TextOrUnknown(recorded.about, "scenario_digest") != here.at("scenario_digest")) {
     std::printf("%s: NOTE the scenario is not the one that was recorded (digest %s, now %s)\n", recorded.node.c_str(),
-                Text(recorded.about, "scenario_digest").c_str(), here.at("scenario_digest").c_str());
+                TextOrUnknown(recorded.about, "scenario_digest").c_str(), here.at("scenario_digest").c_str());
   }
   if (replay::GivesSameBits(recorded.about, here)) return;
   std::printf("%s: NOTE recorded with %s, %s, %s; here are %s, %s, %s: numbers may differ by rounding\n",
-              recorded.node.c_str(), Text(recorded.about, "simd").c_str(), Text(recorded.about, "libm").c_str(),
-              Text(recorded.about, "compiler").c_str(), here.at("simd").c_str(), here.at("libm").c_str(),
-              here.at("compiler").c_str());
+              recorded.node.c_str(), TextOrUnknown(recorded.about, "simd").c_str(),
+              TextOrUnknown(recorded.about, "libm").c_str(), TextOrUnknown(recorded.about, "compiler").c_str(),
+              here.at("simd").c_str(), here.at("libm").c_str(), here.at("compiler").c_str());
 }
 
 core::Result<lockstep::StepsOptions> ReadOptions(const Arguments& arguments) {
@@ -105,7 +105,7 @@ int RunSteps(const Arguments& arguments) {
                   kBadUsage);
 }
 
-int Run(const Arguments& arguments) {
+int RunReplay(const Arguments& arguments) {
   return arguments.has("--node") || arguments.has("--check") ? RunSteps(arguments) : RunBusReplay(arguments);
 }
 
@@ -134,7 +134,7 @@ Verb ReplayVerb() {
       1,
       1,
       Options(),
-      Run,
+      RunReplay,
       "With --node or --check, nodes are fed step by step with their recorded inputs, without a bus, and their "
       "outputs\n"
       "are compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"

@@ -19,7 +19,7 @@ void PrintRow(const std::string& name, const Distribution& d, std::optional<std:
               1e-6 * static_cast<double>(*bound_ns), d.p50_ms, d.p90_ms, d.p99_ms, d.p999_ms, d.max_ms, d.n);
 }
 
-int Run(const Arguments& arguments) {
+int RunLatency(const Arguments& arguments) {
   const auto rows = ReadLatencyRows(std::filesystem::path(arguments.positional()[0]) / "latency.csv");
   if (!rows) return Complain("latency", rows.error().detail, kBadUsage);
   const HopBounds bounds = HopBounds::Read(arguments.positional()[0]);
@@ -56,7 +56,7 @@ Verb LatencyVerb() {
           1,
           1,
           {},
-          Run};
+          RunLatency};
 }
 
 }  // namespace oos

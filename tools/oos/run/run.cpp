@@ -238,7 +238,7 @@ int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, 
   return worst;
 }
 
-int Run(const Arguments& arguments) {
+int RunOnThisMachine(const Arguments& arguments) {
   const std::filesystem::path path = FindScenario(arguments.positional()[0]);
   const CheckOutcome check = CheckScenario(path);
   for (const std::string& line : check.problems) std::fprintf(stderr, "%s\n", line.c_str());
@@ -298,7 +298,7 @@ Verb RunVerb() {
        {"--tcp_topics", "PATTERNS", "LATEST topics sent by ZeroMQ instead of UDP, e.g. 'physics/*,contacts/*'"},
        {"--multicast", "GROUP:PORT", "send LATEST once to a group, e.g. 239.255.74.50:7450; default: to each reader"},
        {"--set", "PARAM=VALUE", "with --lockstep: set a parameter at the first tick (repeatable)"}},
-      Run};
+      RunOnThisMachine};
 }
 
 }  // namespace oos

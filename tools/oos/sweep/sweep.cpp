@@ -227,7 +227,7 @@ core::Result<void> WriteResults(const std::string& scenario, const std::vector<G
   return bench::WriteFile(out / "results.svg", ResultChart(scenario, axes, runs, outcomes));
 }
 
-int Run(const Arguments& arguments) {
+int RunSweep(const Arguments& arguments) {
   const auto seeds = arguments.number("--seeds");
   if (!seeds) return Complain("sweep", seeds.error().detail, kBadUsage);
   const double num_seeds = seeds->value_or(1.0);
@@ -300,7 +300,7 @@ Verb SweepVerb() {
        {"--jobs", "N", "number of runs at the same time; default: one per core"},
        {"--hosts", "HOST,HOST", "run on these hosts over ssh; ':' is this one. $OOS names the program there"},
        {"--dry-run", "", "only write the folders and jobs.txt, the list of runs without a report"}},
-      Run,
+      RunSweep,
       "NAME is an attribute of the scenario file: ATTRIBUTE (wherever it stands), ELEMENT.ATTRIBUTE or\n"
       "ELEMENT[NAME].ATTRIBUTE, e.g. --grid object[block].mass_kg=1:4:4 --grid run.method=paper,fast.\n"
       "DIR/runs/NNNNN is one run with all that it needs. Its run.sh runs it in lock-step, as fast as the machine can;\n"
