@@ -7,7 +7,7 @@
 # A folder inside with a CMakeLists.txt of its own is another room.
 
 # Sanitizers make the tests some five times slower.
-set(VR_OOS_TEST_SECONDS 300)
+set(VR_OOS_TEST_SECONDS 600)
 if(VR_OOS_SANITIZE)
   math(EXPR VR_OOS_TEST_SECONDS "5 * ${VR_OOS_TEST_SECONDS}")
 endif()
@@ -15,7 +15,9 @@ endif()
 # Common headers, parsed once; test files have GoogleTest's beside them. One precompiled header serves every room.
 function(add_precompiled name deps)
   if(VR_OOS_PCH)
-    file(WRITE "${CMAKE_BINARY_DIR}/${name}.cpp" "")
+    if(NOT EXISTS "${CMAKE_BINARY_DIR}/${name}.cpp")
+      file(WRITE "${CMAKE_BINARY_DIR}/${name}.cpp" "")
+    endif()
     add_library(${name} OBJECT EXCLUDE_FROM_ALL "${CMAKE_BINARY_DIR}/${name}.cpp")
     target_link_libraries(${name} PRIVATE vr_oos_flags ${deps})
     target_precompile_headers(${name} PRIVATE ${ARGN})
