@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes everything that follows from proto/*.proto and proto/topics.textproto.
 
-    generate.py DESCRIPTORS TOPICS --cpp FOLDER     C++: core/messages/<file>.hpp, bus/topic_table.hpp
+    generate.py DESCRIPTORS TOPICS --cpp FOLDER     C++: core/messages/<file>[_fields].hpp, bus/topic_table.hpp
     generate.py DESCRIPTORS TOPICS --write ROOT     clients/topics.json, docs/reference/topics.md, the picture in
                                                     docs/architecture.md
     generate.py DESCRIPTORS TOPICS --check ROOT     fails when one of these three is stale
@@ -199,7 +199,8 @@ def described_fields(struct, rows, spare_bytes):
             f"  static constexpr auto kAll = std::tuple{{\n      {separator.join(rows)}}};\n{spare}}};\n")
 
 
-def message_header(file, messages, latest):
+def message_headers(file, messages, latest):
+    """The structs, and apart from them their fields, which only the codec and the recorder of steps parse."""
     structs, fields = "", ""
     for message in messages:
         for one in message.options[options.list]:
@@ -213,13 +214,16 @@ def message_header(file, messages, latest):
         structs += commented(message.comment)
         structs += f"struct {message.struct} {{\n{members_of(message, message.name in latest)}}};\n\n"
         fields += described_fields(message.struct, fields_of(message), message.options[options.spare_bytes]) + "\n"
-    return (f"// Made of {file} by proto/generate.py: change that file.\n#pragma once\n\n"
-            "#include <cstdint>\n#include <string>\n#include <tuple>\n#include <vector>\n\n"
-            '#include "core/fixed_vector.hpp"\n#include "core/messages/fields.hpp"\n'
-            '#include "core/messages/values.hpp"\n\n'
-            f"namespace core {{\n\n{structs}"
-            "// Number on the wire, wire type and member of each field, for the codec and for recorded steps.\n\n"
-            f"{fields}}}  // namespace core\n")
+    stem = pathlib.Path(file).stem
+    top = f"// Made of {file} by proto/generate.py: change that file.\n#pragma once\n\n"
+    return {
+        f"{stem}.hpp": f"{top}#include <cstdint>\n#include <string>\n#include <vector>\n\n"
+        '#include "core/fixed_vector.hpp"\n#include "core/messages/values.hpp"\n\n'
+        f"namespace core {{\n\n{structs}}}  // namespace core\n",
+        f"{stem}_fields.hpp": f"{top}#include <tuple>\n\n"
+        f'#include "core/messages/{stem}.hpp"\n#include "core/messages/fields.hpp"\n\n'
+        "// Number on the wire, wire type and member of each field, for the codec and for recorded steps.\n"
+        f"namespace core {{\n\n{fields}}}  // namespace core\n"}
 
 
 def name_function(topic):
@@ -399,8 +403,8 @@ def main():
         latest = {topic.message for topic in table.topic if getattr(topic, "class") == options.LATEST}
         for file in sorted({message.file for message in messages}):
             of_file = [message for message in messages if message.file == file]
-            write_if_changed(arguments.cpp / "core/messages" / (pathlib.Path(file).stem + ".hpp"),
-                             message_header(file, of_file, latest))
+            for name, text in message_headers(file, of_file, latest).items():
+                write_if_changed(arguments.cpp / "core/messages" / name, text)
         write_if_changed(arguments.cpp / "bus/topic_table.hpp", topic_table(messages, table.topic))
         return 0
     root = arguments.write or arguments.check

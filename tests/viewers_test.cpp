@@ -246,7 +246,7 @@ TEST_P(VisualNode, EndsCleanlyOnSigterm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kText),
-                         [](const auto& info) { return std::string(info.param == Kind::kOpenGl ? "OpenGl" : "Text"); });
+                         [](const auto& test) { return std::string(test.param == Kind::kOpenGl ? "OpenGl" : "Text"); });
 
 }  // namespace
 }  // namespace system_tests

@@ -6,10 +6,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/messages/device.hpp"
-#include "core/messages/haptic.hpp"
-#include "core/messages/logic.hpp"
-#include "core/messages/physics.hpp"
+#include "core/messages/device_fields.hpp"
+#include "core/messages/haptic_fields.hpp"
+#include "core/messages/logic_fields.hpp"
+#include "core/messages/physics_fields.hpp"
 
 namespace replay {
 

@@ -58,7 +58,7 @@ TEST_P(FuzzCorpus, IsTakenDamaged) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, FuzzCorpus, testing::ValuesIn(kTargets),
-                         [](const testing::TestParamInfo<NamedTarget>& info) { return std::string(info.param.name); });
+                         [](const testing::TestParamInfo<NamedTarget>& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace fuzz

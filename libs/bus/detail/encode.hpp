@@ -6,6 +6,11 @@
 #include <vector>
 
 #include "bus/detail/values.hpp"
+#include "core/messages/bulk_fields.hpp"
+#include "core/messages/device_fields.hpp"
+#include "core/messages/haptic_fields.hpp"
+#include "core/messages/logic_fields.hpp"
+#include "core/messages/physics_fields.hpp"
 
 // Encodes messages by their fields (core/messages/fields.hpp): byte for byte what protobuf's library writes.
 namespace bus::detail {
