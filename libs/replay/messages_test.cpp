@@ -6,8 +6,8 @@
 #include "bus/codec.hpp"
 #include "bus/envelope.hpp"
 #include "bus/schema.hpp"
-#include "replay/difference.hpp"
 #include "core/messages/bulk_fields.hpp"
+#include "replay/difference.hpp"
 #include "replay/fields.hpp"
 
 namespace replay {
