@@ -24,6 +24,7 @@ TEST(Topics, EveryNameFunctionHitsItsRule) {
   EXPECT_EQ(FindTopicRule(HapticProxyTopic("right"))->type, MessageType::kHapticProxy);
   EXPECT_EQ(FindTopicRule(ContactsTopic("haptic_node", "module/cavity"))->type, MessageType::kContactSet);
   EXPECT_EQ(FindTopicRule(kPhysicsStateTopic)->type, MessageType::kPhysicsState);
+  EXPECT_EQ(FindTopicRule(CollisionsTopic("haptic_node"))->type, MessageType::kCollisionMatrix);
   EXPECT_EQ(FindTopicRule(ReactionTopic("op1/arm.left"))->type, MessageType::kReaction);
   EXPECT_EQ(FindTopicRule(SheetTopic("cover"))->type, MessageType::kSheetState);
   EXPECT_EQ(FindTopicRule(kLogicStatusTopic)->topic_class, TopicClass::kState);

@@ -7,7 +7,9 @@ BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node)
       logic_(&node->ReadState<core::LogicStatus>(bus::kLogicStatusTopic)) {
   for (const scene::Device& device : scenario.devices) {
     proxies_.push_back(&node->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    commands_.push_back(&node->ReadLatest<core::DeviceCommand>(bus::DeviceCommandTopic(device.role)));
   }
+  collisions_ = &node->ReadLatest<core::CollisionMatrix>(bus::CollisionsTopic("haptic_node"));
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
     const std::string topic = bus::ContactsTopic(scenario.PairSource(i), scenario.PairName(i));
     contacts_.push_back(&node->ReadLatest<core::ContactSet>(topic));
@@ -21,6 +23,10 @@ bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
   for (const auto* proxy : proxies_) {
     if (proxy->is_fresh()) mirror->Apply(proxy->value());
   }
+  for (const auto* command : commands_) {
+    if (command->is_fresh()) mirror->Apply(command->value(), now_ns);
+  }
+  if (collisions_->is_fresh()) mirror->Apply(collisions_->value(), now_ns);
   for (const auto* contacts : contacts_) {
     if (contacts->is_fresh()) mirror->Apply(contacts->value(), now_ns);
   }

@@ -28,7 +28,9 @@ class BusFeed {
   const bus::LatestReader<core::PhysicsState>* physics_;
   const bus::StateReader<core::LogicStatus>* logic_;
   std::vector<const bus::LatestReader<core::HapticProxy>*> proxies_;
+  std::vector<const bus::LatestReader<core::DeviceCommand>*> commands_;
   std::vector<const bus::LatestReader<core::ContactSet>*> contacts_;
+  const bus::LatestReader<core::CollisionMatrix>* collisions_;
   std::vector<const bus::LatestReader<core::SheetState>*> sheets_;
 };
 

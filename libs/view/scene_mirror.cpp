@@ -74,6 +74,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) 
   scene_.assets = std::move(assets);
   scene_.sun_direction_W = glm::normalize(scenario.sun_direction_W);
   pairs_.resize(scenario.pairs.size());
+  felt_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
   for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
     const scene::Device& device = scenario.devices[role];
@@ -107,7 +108,16 @@ void SceneMirror::Apply(const core::SheetState& state) {
 void SceneMirror::Apply(const core::HapticProxy& proxy) {
   if (proxy.role_index >= scenario_.devices.size()) return;
   MoveHand(proxy.role_index, proxy.X_WD, proxy.X_WC, proxy.opening_m);
-  felt_force_N_ = glm::length(proxy.F_Do_W.force_N);
+}
+
+void SceneMirror::Apply(const core::DeviceCommand& command, std::int64_t now_ns) {
+  if (command.role_index >= felt_.size()) return;
+  felt_[command.role_index] = {glm::length(command.F_Do_W.force_N), now_ns};
+}
+
+void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::int64_t now_ns) {
+  matrix_ = matrix;
+  matrix_received_ns_ = now_ns;
 }
 
 void SceneMirror::MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m) {
@@ -156,7 +166,7 @@ void SceneMirror::Refresh(std::int64_t now_ns) {
     if (now_ns - contacts.received_ns > kContactAge_ns) continue;
     AddArrows(contacts);
   }
-  WriteTexts();
+  WriteTexts(now_ns);
 }
 
 // A plane's force is evaluated with the bodies' newest poses (architecture D5):
@@ -215,15 +225,36 @@ void SceneMirror::AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W,
   scene_.arrows.push_back({p_W, (length_m / norm) * direction_W, kGreen});
 }
 
-void SceneMirror::WriteTexts() {
+void SceneMirror::WriteForces(std::int64_t now_ns) {
+  char part[160];
+  std::snprintf(part, sizeof part, "t = %.1f s   felt force", 1e-9 * static_cast<double>(scene_.time_ns));
+  std::string line = part;
+  for (std::size_t role = 0; role < felt_.size(); ++role) {
+    const double force_N = now_ns - felt_[role].received_ns > kContactAge_ns ? 0.0 : felt_[role].force_N;
+    std::snprintf(part, sizeof part, "%s %.1f N", role > 0 ? " /" : "", force_N);
+    line += part;
+  }
+  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
+  if (matrix_.num_touching == 0 || matrix_.collisions.empty() || now_ns - matrix_received_ns_ > kContactAge_ns) return;
+  const auto& list = matrix_.collisions;
+  const auto deepest =
+      std::max_element(list.begin(), list.end(),
+                       [](const core::Collision& a, const core::Collision& b) { return a.depth_m < b.depth_m; });
+  if (deepest->sampled_body >= scenario_.objects.size() || deepest->field_body >= scenario_.objects.size()) return;
+  std::snprintf(part, sizeof part, "%u in contact, deepest %s / %s %.2f mm, %.1f N", matrix_.num_touching,
+                scenario_.objects[deepest->sampled_body].name.c_str(),
+                scenario_.objects[deepest->field_body].name.c_str(), 1e3 * static_cast<double>(deepest->depth_m),
+                static_cast<double>(deepest->force_N));
+  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, part});
+}
+
+void SceneMirror::WriteTexts(std::int64_t now_ns) {
   std::vector<TextLine>& texts = scene_.texts;
   texts.clear();
   const std::string& title = scenario_.title.empty() ? scenario_.name : scenario_.title;
   texts.push_back({Anchor::kTopLeft, TextStyle::kBody, kWhite, title});
+  WriteForces(now_ns);
   char line[160];
-  std::snprintf(line, sizeof line, "t = %.1f s   felt force %.1f N", 1e-9 * static_cast<double>(scene_.time_ns),
-                felt_force_N_);
-  texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
   if (figures_.t2_state_ms > 0.0) {
     std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps   %llu lost",
                   figures_.t2_state_ms, figures_.t2_image_ms, figures_.frames_per_s,

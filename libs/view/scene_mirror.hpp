@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/messages/device.hpp"
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
@@ -29,6 +30,10 @@ class SceneMirror {
   void Apply(const core::PhysicsState& state);
   // The hand's parts at the coupling pose X_WC [VR-OOS, Eq. 3-5], not at the device's pose X_WD.
   void Apply(const core::HapticProxy& proxy);
+  // The felt force in the text: all that is sent to the role's device. None after kContactAge_ns without a command.
+  void Apply(const core::DeviceCommand& command, std::int64_t now_ns);
+  // How many pairs touch, and the deepest, as text. None after kContactAge_ns without a matrix.
+  void Apply(const core::CollisionMatrix& matrix, std::int64_t now_ns);
   // Nodes of an object's sheet. Ignored when their number is not the scenario's.
   void Apply(const core::SheetState& sheet);
   // Arrows of one pair, by the set's pair_index. They stay until the pair's next set, at most kContactAge_ns.
@@ -62,7 +67,8 @@ class SceneMirror {
   void MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m);
   void AddArrows(const PairContacts& contacts);
   void AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W, double force_N);
-  void WriteTexts();
+  void WriteTexts(std::int64_t now_ns);
+  void WriteForces(std::int64_t now_ns);
 
   scene::Scenario scenario_;
   Scene scene_;
@@ -71,7 +77,13 @@ class SceneMirror {
   std::vector<std::uint16_t> sheet_objects_;  // index of each sheet's object
   core::LogicStatus status_;
   LiveFigures figures_;
-  double felt_force_N_ = 0.0;
+  struct FeltForce {
+    double force_N = 0.0;
+    std::int64_t received_ns = 0;
+  };
+  std::vector<FeltForce> felt_;  // per role
+  core::CollisionMatrix matrix_;
+  std::int64_t matrix_received_ns_ = 0;
   std::string badge_;
 };
 

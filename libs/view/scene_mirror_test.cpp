@@ -128,6 +128,48 @@ TEST(SceneMirror, HandIsDrawnAtTheCouplingPoseAndJawsFollowTheOpening) {
   EXPECT_NEAR(glm::length(instances[4].X_WM.translation - glm::dvec3(0.5, 0.01, 0.0)), 0.0, 1e-12);
 }
 
+core::DeviceCommand Command(double force_N, std::uint8_t role = 0) {
+  core::DeviceCommand command;
+  command.role_index = role;
+  command.F_Do_W.force_N.z = force_N;
+  return command;
+}
+
+// A hand that carries something presses on nothing else: the coupling's share is zero, the grasp's is not.
+TEST(SceneMirror, TheFeltForceIsAllThatIsSentToTheDevice) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Apply(core::HapticProxy{});
+  mirror.Apply(Command(20.7), 1'000);
+  mirror.Apply(Command(9.9, 3), 1'000);  // of a role that the scenario does not have
+  mirror.Refresh(1'000);
+  EXPECT_TRUE(HasText(mirror.scene(), "felt force 20.7 N"));
+  mirror.Refresh(1'001 + SceneMirror::kContactAge_ns);
+  EXPECT_TRUE(HasText(mirror.scene(), "felt force 0.0 N")) << "no command any more";
+}
+
+TEST(SceneMirror, EachHandHasItsOwnFeltForce) {
+  scene::Scenario scenario = SmallScenario();
+  scenario.devices.push_back(scenario.devices[0]);
+  SceneMirror mirror(scenario);
+  mirror.Apply(Command(3.25), 0);
+  mirror.Apply(Command(0.5, 1), 0);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "felt force 3.2 N / 0.5 N"));
+}
+
+TEST(SceneMirror, NamesTheDeepestOfThePairsThatTouch) {
+  SceneMirror mirror(SmallScenario());
+  core::CollisionMatrix matrix;
+  matrix.num_touching = 2;
+  matrix.collisions.push_back({.sampled_body = 2, .field_body = 0, .depth_m = 0.0001f, .force_N = 9.0f});
+  matrix.collisions.push_back({.sampled_body = 1, .field_body = 0, .depth_m = 0.0025f, .force_N = 4.0f});
+  mirror.Apply(matrix, 0);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "2 in contact, deepest block / plate 2.50 mm, 4.0 N"));
+  mirror.Refresh(SceneMirror::kContactAge_ns + 1);
+  EXPECT_FALSE(HasText(mirror.scene(), "in contact"));
+}
+
 TEST(SceneMirror, ASheetStartsFlatAndFollowsItsNodes) {
   scene::Scenario scenario = SmallScenario();
   scenario.objects[1].X_WO.translation = {0.0, 0.0, 2.0};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
 
 namespace haptic_node {
@@ -15,6 +16,7 @@ constexpr double kMinPointsToMeasure = 2048;  // with fewer, the fixed costs dom
 constexpr double kPointTimeGain = 0.02;       // of the moving average of the time per point
 constexpr double kMaxDelay_cycles = 100.0;
 constexpr double kDelayDecay = 0.999;  // per cycle: the largest delay decays with a time constant of 1 s
+constexpr std::uint64_t kCollisionsPeriod_cycles = 16;  // of the collision matrix: 62/s, more than viewers draw
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
 // Linear fade of a gain: up to 1 within kFadeIn while its source is trusted, down to 0 within kFade otherwise.
@@ -83,6 +85,7 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   outputs->proxies.clear();
   for (std::size_t r = 0; r < roles_.size(); ++r) FillRoleOutputs(r, inputs, outputs);
   FillContacts(inputs, outputs);
+  FillCollisions(outputs);
   outputs->is_in_contact = report.pairs_in_contact > 0;
   Counters& counters = outputs->counters;
   counters.pairs_considered = report.pairs_considered;
@@ -213,6 +216,10 @@ void HapticNode::StepCoupling(Role* role) {
   }
 }
 
+double HapticNode::JawPress_N(const vps::PairResult& result) const {
+  return scenario_.coupling.jaw_stiffness_N_per_m * std::max(-result.signed_distance_m, 0.0);
+}
+
 // Opening force on the gripper's axis [N], positive opens, by virtual work: when the opening w grows by dw, each jaw
 // moves outwards by dw/2, so normal forces N_l and N_r on the jaws do the work Q dw = (N_l + N_r) dw/2, with
 //   N = k_jaw [N/m] * penetration [m] * max(0, cos(angle between contact force and outward axis)).
@@ -231,8 +238,7 @@ double HapticNode::JawForce_N(std::size_t role_index) const {
       if (!is_left && static_cast<int>(part) != role.device.jaw_right) continue;
       const glm::dvec3 push_W = (is_sampled ? 1.0 : -1.0) * ForceDirectionOnSampled_W(result, X_WO_[pair.sampled]);
       const double outwards = (is_left ? -1.0 : 1.0) * glm::dot(push_W, axis_W);
-      sum_N +=
-          scenario_.coupling.jaw_stiffness_N_per_m * std::max(-result.signed_distance_m, 0.0) * std::max(outwards, 0.0);
+      sum_N += JawPress_N(result) * std::max(outwards, 0.0);
     }
   }
   return 0.5 * sum_N;
@@ -287,6 +293,28 @@ void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
     if (inputs.physics != nullptr) set.header.through_physics = inputs.physics->header.through_physics;
     ShareHandContact(i, pair_role, &set);
     outputs->contacts_updated[slot] = 1;
+  }
+}
+
+// After FillContacts, as contact and force of a published pair are those that are sent.
+void HapticNode::FillCollisions(Outputs* outputs) const {
+  outputs->is_collisions_updated = cycle_ % kCollisionsPeriod_cycles == 0;
+  if (!outputs->is_collisions_updated) return;
+  core::CollisionMatrix& matrix = outputs->collisions;
+  matrix = {};
+  matrix.cycle = cycle_;
+  for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
+    const PairRole& pair_role = pair_roles_[i];
+    const scene::Pair& pair = PairOf(i);
+    const vps::PairResult& result = world_->result(i);
+    const core::ContactSet& set = outputs->contacts[pair_role.scenario_pair];
+    if (!world_->is_active(i) || !(pair_role.is_published ? set.is_in_contact : result.is_in_contact)) continue;
+    const core::Wrench& F_So_W = pair_role.is_published ? set.F_So_W : result.F_So_W;
+    const double force_N = IsHeld(pair_role, i) ? JawPress_N(result) : glm::length(F_So_W.force_N);
+    const double depth_m = std::max(-result.signed_distance_m, 0.0);
+    collision::AddCollision(
+        {pair_role.scenario_pair, pair.sampled, pair.field, static_cast<float>(depth_m), static_cast<float>(force_N)},
+        &matrix);
   }
 }
 

@@ -112,9 +112,11 @@ class HapticNode {
   void PlaceObjects();
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
   void StepCoupling(Role* role);
+  [[nodiscard]] double JawPress_N(const vps::PairResult& result) const;  // normal force of a jaw on what it touches
   [[nodiscard]] double JawForce_N(std::size_t role_index) const;
   void FillRoleOutputs(std::size_t role_index, const Inputs& inputs, Outputs* outputs);
   void FillContacts(const Inputs& inputs, Outputs* outputs);
+  void FillCollisions(Outputs* outputs) const;
   void ShareHandContact(std::size_t pair, const PairRole& pair_role, core::ContactSet* set) const;
 
   scene::Scenario scenario_;

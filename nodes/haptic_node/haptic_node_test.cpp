@@ -8,6 +8,7 @@
 #include <new>
 
 #include "bus/rt/worker_pool.hpp"
+#include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
 
 namespace {
@@ -299,6 +300,55 @@ TEST(HapticNode, PublishesTheEndOfAContact) {
   EXPECT_LT(num_empty, 20);
 }
 
+const core::CollisionMatrix& NextMatrix(Bench* bench) {
+  do {
+    bench->Tick();
+  } while (!bench->out.is_collisions_updated);
+  return bench->out.collisions;
+}
+
+TEST(HapticNode, TheCollisionMatrixSaysWhoTouchesHowDeepAndHowHard) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  EXPECT_EQ(NextMatrix(&bench).num_touching, 0U);
+  bench.Press(0, 0.004);
+  const core::CollisionMatrix& matrix = NextMatrix(&bench);
+  constexpr std::uint16_t kPlate = 0, kBlock = 1, kPalm0 = 2, kPalm1 = 3;
+  EXPECT_EQ(matrix.num_touching, 1U);
+  EXPECT_FALSE(collision::AreColliding(matrix, kPalm1, kPlate));
+  EXPECT_FALSE(collision::AreColliding(matrix, kPalm0, kBlock));
+  const core::Collision* touch = collision::FindCollision(matrix, kPlate, kPalm0);
+  ASSERT_NE(touch, nullptr);
+  EXPECT_EQ(touch->pair_index, 0);
+  EXPECT_GT(touch->depth_m, 0.0f);
+  EXPECT_LT(touch->depth_m, 0.001f) << "the proxy stays on the surface, up to a voxel";
+  EXPECT_NEAR(touch->force_N, glm::length(bench.force(0).force_N), 1e-4);
+}
+
+TEST(HapticNode, TheForcesOfAHandsPairsInTheMatrixAddUpToTheCouplingsForce) {
+  core::SerialFor serial;
+  scene::Scenario scenario = TwoHands();
+  scenario.objects[1].X_WO.translation = {0.0, 0.2, -0.02};  // side by side with the plate
+  Bench bench(serial, scenario);
+  bench.Press(0, 0.004, 0.1);
+  const core::CollisionMatrix& matrix = NextMatrix(&bench);
+  ASSERT_EQ(matrix.collisions.size(), 2U);
+  const float sum_N = matrix.collisions[0].force_N + matrix.collisions[1].force_N;
+  EXPECT_NEAR(sum_N, glm::length(bench.out.proxies[0].F_Do_W.force_N), 1e-3);
+}
+
+TEST(HapticNode, AHeldObjectIsInTheMatrixWithThePressOfTheJaw) {
+  core::SerialFor serial;
+  Bench bench(serial);
+  bench.Press(0, 0.004, 0.5);
+  bench.inputs.reactions[0].grasped_object = 1;
+  const core::CollisionMatrix& matrix = NextMatrix(&bench);
+  const core::Collision* touch = collision::FindCollision(matrix, 1, 2);
+  ASSERT_NE(touch, nullptr);
+  ASSERT_GT(touch->depth_m, 0.0f);
+  EXPECT_NEAR(touch->force_N, bench.scenario_.coupling.jaw_stiffness_N_per_m * touch->depth_m, 1e-3);
+}
+
 TEST(HapticNode, EchoesASampleDirectlyAndOnceThroughPhysics) {
   core::SerialFor serial;
   Bench bench(serial);
@@ -333,7 +383,7 @@ TEST(HapticNode, AStepInContactDoesNotAllocate) {
   Bench bench(serial);
   bench.Press(0, 0.003);
   const std::uint64_t before = num_allocations.load();
-  bench.Run(100);
+  bench.Run(100);  // several collision matrices among them
   EXPECT_EQ(num_allocations.load(), before);
 }
 

@@ -60,6 +60,7 @@ void NodeLoop::Declare() {
     contact_writers_.push_back(is_mine ? node_->WriteLatest<core::ContactSet>(topic)
                                        : bus::LatestWriter<core::ContactSet>{});
   }
+  collisions_writer_ = node_->WriteLatest<core::CollisionMatrix>(bus::CollisionsTopic("haptic_node"));
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("haptic_node"));
   node_->OwnParameters(haptic_->ParameterNames());
 }
@@ -171,6 +172,7 @@ void NodeLoop::Send(std::int64_t start_ns, std::int64_t end_ns) {
     Stamp(&outputs_.proxies[r].header, static_cast<int>(r), start_ns, end_ns);
     proxy_writers_[r].Send(outputs_.proxies[r]);
   }
+  if (outputs_.is_collisions_updated) collisions_writer_.Send(outputs_.collisions);
 }
 
 void NodeLoop::Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const {

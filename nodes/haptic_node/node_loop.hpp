@@ -63,6 +63,7 @@ class NodeLoop {
   std::vector<bus::LatestWriter<core::DeviceCommand>> command_writers_;
   std::vector<bus::LatestWriter<core::HapticProxy>> proxy_writers_;
   std::vector<bus::LatestWriter<core::ContactSet>> contact_writers_;
+  bus::LatestWriter<core::CollisionMatrix> collisions_writer_;
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
 

@@ -45,6 +45,8 @@ struct Outputs {
   core::FixedVector<core::HapticProxy, kMaxRoles> proxies;
   std::vector<core::ContactSet> contacts;      // one slot per scenario pair, allocated once
   std::vector<std::uint8_t> contacts_updated;  // 1: written in this step, to be sent
+  core::CollisionMatrix collisions;
+  bool is_collisions_updated = false;  // to be sent
   bool is_in_contact = false;
   Counters counters;
 };

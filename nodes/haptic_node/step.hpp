@@ -31,7 +31,7 @@ void VisitInputs(V& v, Step& step) {
   v.Value("pairs_late", step.pairs_late);
 }
 
-// Of the contacts, only those that were to be sent.
+// Of the contacts, only those that were to be sent. Not the collision matrix, which sums up contacts for people.
 template <class V>
 void VisitOutputs(V& v, Step& step) {
   Outputs& outputs = step.outputs;
