@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "nodes/device_bridge/safety_filter.hpp"
+#include "stability/sampled_axis.hpp"
 
 namespace device_bridge {
 namespace {
@@ -178,16 +179,10 @@ bool IsStable(double alpha, double beta, int delay_ticks) {
 }
 
 TEST(SimulatedArm, ReproducesTheExactStabilityBoundaryOfASampledDelayedWall) {
-  // The exact boundary of an undamped device for integer delays d: alpha = 4 tan^2(th/2) cos((d+1) th),
-  // beta = 2 sin(th/2) sin((d+1/2) th) / cos^2(th/2), and its peaks: d = 1: 0.14447 at 0.42456, d = 2: 0.06243 at
-  // 0.29141.
-  const struct {
-    int d;
-    double alpha, beta;
-  } golden[] = {{0, 0.68629, 0.82810}, {1, 0.14447, 0.42456}, {2, 0.06243, 0.29141}, {3, 0.03478, 0.22244}};
-  for (const auto& g : golden) {
-    EXPECT_TRUE(IsStable(0.99 * g.alpha, g.beta, g.d)) << g.d;
-    EXPECT_FALSE(IsStable(1.01 * g.alpha, g.beta, g.d)) << g.d;
+  for (const int d : {0, 1, 2, 3}) {
+    const stability::Wall wall = stability::StiffestWall({1.0, 0.0, 1.0, static_cast<double>(d)});
+    EXPECT_TRUE(IsStable(0.99 * wall.stiffness_N_per_m, wall.damping_N_s_per_m, d)) << d;
+    EXPECT_FALSE(IsStable(1.01 * wall.stiffness_N_per_m, wall.damping_N_s_per_m, d)) << d;
   }
 }
 
