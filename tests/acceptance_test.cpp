@@ -82,6 +82,15 @@ TEST(Acceptance, CompletesBothPegsWithTheMethodFast) {
   }
 }
 
+TEST(Acceptance, CompletesBothPegsWithTheGodObject) {
+  for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {
+    scene::Scenario scenario = Load(name);
+    scenario.method = "fast";
+    scenario.coupling.type = "god_object";
+    ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kPegSteps);
+  }
+}
+
 // Without a haptic device.
 TEST(Acceptance, CompletesFreeCollision) {
   const lockstep::Outcome outcome = RunWith(Load("free_collision"), scene::ContactInput::kPlanes, 1);
@@ -97,6 +106,13 @@ TEST(Acceptance, CompletesModuleReplacementWithTheMethodPaper) {
 TEST(Acceptance, CompletesModuleReplacementWithTheMethodFast) {
   scene::Scenario scenario = Load("module_replacement");
   scenario.method = "fast";
+  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
+}
+
+TEST(Acceptance, CompletesModuleReplacementWithTheGodObject) {
+  scene::Scenario scenario = Load("module_replacement");
+  scenario.method = "fast";
+  scenario.coupling.type = "god_object";
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 

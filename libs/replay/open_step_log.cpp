@@ -39,6 +39,7 @@ bus::log::TextMap DescribeRun(const scene::Scenario& scenario) {
   std::snprintf(digest, sizeof digest, "%016llx", static_cast<unsigned long long>(DigestOf(scenario)));
   about["scenario_digest"] = digest;
   about["method"] = scenario.method;
+  about["coupling"] = scenario.coupling.type;
   about["seed"] = std::to_string(scenario.seed);
   return about;
 }

@@ -75,7 +75,7 @@ TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
       R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30"/>)",
-      R"(<coupling stiffness_N_per_m="2000" alpha="3"/>)",
+      R"(<coupling type="god_object" stiffness_N_per_m="2000" alpha="3"/>)",
       kPlate,
       kBlock,
       kHand,
@@ -91,6 +91,7 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   EXPECT_EQ(scenario->seed, 7U);
   EXPECT_EQ(scenario->stall_limit_s, 9.0);
   EXPECT_EQ(scenario->force_cap_N, 30.0);
+  EXPECT_EQ(scenario->coupling.type, "god_object");
   EXPECT_EQ(scenario->coupling.stiffness_N_per_m, 2000.0);
   EXPECT_EQ(scenario->coupling.alpha, 3.0);
   EXPECT_EQ(scenario->coupling.eta, Coupling{}.eta);
@@ -236,6 +237,7 @@ const BadCase kBadCases[] = {
     {"Infinite", "<parameter name='a' value='inf'/>", 3, "a finite number"},
     {"TooFewNumbers", "<object name='a' owner='fixed'\nposition='0 1'/>", 4, "three finite numbers"},
     {"UnknownChoice", "<object name='a' owner='robot'/>", 3, "'fixed', 'physics' and 'hand'"},
+    {"UnknownCoupling", "<coupling type='god-object'/>", 3, "'paper' and 'god_object'"},
     {"NoMass", "<object name='a' owner='physics'><visual mesh='mesh.obj'/></object>", 3, "no mass"},
     {"ZeroMass", "<object name='a' owner='physics' mass_kg='0'><visual mesh='mesh.obj'/></object>", 3,
      "mass_kg is '0'"},

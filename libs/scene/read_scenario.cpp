@@ -73,6 +73,7 @@ class Builder {
   void ReadCoupling(const XmlElement& element) {
     const ElementReader read(element);
     Coupling& coupling = scenario_.coupling;
+    coupling.type = element.Get("type", coupling.type);
     read.Number("stiffness_N_per_m", &coupling.stiffness_N_per_m);
     read.Number("stiffness_Nm_per_rad", &coupling.stiffness_Nm_per_rad);
     read.Number("eta", &coupling.eta);

@@ -202,6 +202,7 @@ struct Device {
 // Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6]. The paper sets eta, sigma, rho and alpha
 // empirically to the values here; it gives no stiffness.
 struct Coupling {
+  std::string type = "paper";               // or god_object, which has no eta and sigma
   double stiffness_N_per_m = 2500.0;        // k_f
   double stiffness_Nm_per_rad = 30.0;       // k_t
   double eta = 0.2;                         // filter constant of Eq. 3

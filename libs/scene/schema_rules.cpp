@@ -29,11 +29,18 @@ ElementRule RunRule() {
 ElementRule CouplingRule() {
   return {"coupling",
           "virtual coupling [VR-OOS, Eq. 2-6] and grasp springs",
-          {Optional("stiffness_N_per_m", kAboveZero), Optional("stiffness_Nm_per_rad", kAboveZero),
-           Optional("eta", kAtLeastZero), Optional("sigma_m2", kAboveZero), Optional("rho", kAtLeastZero),
-           Optional("alpha", kAboveZero), Optional("grasp_stiffness_N_per_m", kAtLeastZero),
-           Optional("grasp_damping_N_s_per_m", kAtLeastZero), Optional("grasp_stiffness_Nm_per_rad", kAtLeastZero),
-           Optional("grasp_damping_Nm_s_per_rad", kAtLeastZero), Optional("jaw_stiffness_N_per_m", kAboveZero)},
+          {{"type", ValueKind::kChoice, false, {"paper", "god_object"}},
+           Optional("stiffness_N_per_m", kAboveZero),
+           Optional("stiffness_Nm_per_rad", kAboveZero),
+           Optional("eta", kAtLeastZero),
+           Optional("sigma_m2", kAboveZero),
+           Optional("rho", kAtLeastZero),
+           Optional("alpha", kAboveZero),
+           Optional("grasp_stiffness_N_per_m", kAtLeastZero),
+           Optional("grasp_damping_N_s_per_m", kAtLeastZero),
+           Optional("grasp_stiffness_Nm_per_rad", kAtLeastZero),
+           Optional("grasp_damping_Nm_s_per_rad", kAtLeastZero),
+           Optional("jaw_stiffness_N_per_m", kAboveZero)},
           {}};
 }
 

@@ -57,6 +57,8 @@ TEST(Schema, XsdAndRulesAgreeOnValues) {
       {"<run seed='-1'/>", false},
       {"<run force_cap_N='0'/>", false},
       {"<run method='guess'/>", false},
+      {"<coupling type='god_object'/>", true},
+      {"<coupling type='guess'/>", false},
       {"<parameter name='p' value='INF'/>", false},
       {"<parameter name='p' value='-.5'/>", true},
       {"<parameter value='1'/>", false},

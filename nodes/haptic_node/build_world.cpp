@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/haptic_node/describe_tool.hpp"
 #include "nodes/haptic_node/haptic_node.hpp"
 #include "vps/asset/cooked_object.hpp"
 
@@ -75,7 +76,8 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
     role.coupling = vps::VirtualCoupling(parameters);
     role.sample.X_WD = role.device.X_WD_start;
     role.sample.opening_m = role.device.opening_start_m;
-    role.coupling.Reset(role.device.X_WD_start);
+    if (scenario_.coupling.type == "god_object") role.god_object.emplace(DescribeTool(scenario_, r, radius_m));
+    role.Reset(role.device.X_WD_start);
   }
 }
 

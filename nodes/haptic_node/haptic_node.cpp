@@ -15,8 +15,9 @@ constexpr std::int64_t kUnlimited_ns = 3600'000'000'000;
 constexpr double kMinPointsToMeasure = 2048;  // with fewer, the fixed costs dominate the time per point
 constexpr double kPointTimeGain = 0.02;       // of the moving average of the time per point
 constexpr double kMaxDelay_cycles = 100.0;
-constexpr double kDelayDecay = 0.999;  // per cycle: the largest delay decays with a time constant of 1 s
 constexpr std::uint64_t kCollisionsPeriod_cycles = 16;  // of the collision matrix: 62/s, more than viewers draw
+constexpr double kDelayDecay = 0.999;       // per cycle: the largest delay decays with a time constant of 1 s
+constexpr double kMaxPlaneStiffness = 4.0;  // of a plane in contact with a hand, relative to the coupling's
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
 // Linear fade of a gain: up to 1 within kFadeIn while its source is trusted, down to 0 within kFade otherwise.
@@ -86,7 +87,9 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   for (std::size_t r = 0; r < roles_.size(); ++r) FillRoleOutputs(r, inputs, outputs);
   FillContacts(inputs, outputs);
   FillCollisions(outputs);
-  outputs->is_in_contact = report.pairs_in_contact > 0;
+  // A god object rests on a surface, not in it.
+  outputs->is_in_contact = report.pairs_in_contact > 0 ||
+                           std::any_of(roles_.begin(), roles_.end(), [](const Role& r) { return r.is_in_contact; });
   Counters& counters = outputs->counters;
   counters.pairs_considered = report.pairs_considered;
   counters.pairs_inactive = report.pairs_inactive;
@@ -131,7 +134,7 @@ void HapticNode::UpdateDevices(const Inputs& inputs) {
   for (Role& role : roles_) {
     const bool is_held = role.device_freshness.has_arrived() && role.sample.is_engaged &&
                          !role.device_freshness.is_stale(inputs.now_ns, kDeviceStale_ns);
-    if (!is_held || !role.is_following) role.coupling.Reset(role.sample.X_WD);
+    if (!is_held || !role.is_following) role.Reset(role.sample.X_WD);
     role.is_following = is_held;
   }
 }
@@ -181,7 +184,7 @@ void HapticNode::PlaceObjects() {
     const scene::Object& object = scenario_.objects[i];
     if (object.owner == scene::Owner::kHand && object.role >= 0) {
       const Role& role = roles_[static_cast<std::size_t>(object.role)];
-      X_WO_[i] = scene::PartPose(object.part, role.coupling.X_WC(), role.sample.opening_m);
+      X_WO_[i] = scene::PartPose(object.part, role.X_WC(), role.sample.opening_m);
     }
     world_->SetPose(i, X_WO_[i]);
   }
@@ -205,9 +208,19 @@ bool HapticNode::IsHeld(const PairRole& pair_role, std::size_t pair) const {
 void HapticNode::StepCoupling(Role* role) {
   role->F_Do_W = {};
   role->sum_of_weights_m = 0.0;
+  role->is_in_contact = false;
   if (!role->is_following) return;
+  if (role->god_object) {
+    world_->HandPlanes(role->is_hand_part, &role->tool_contact, IgnoredObject(*role));
+    role->F_Do_W = role->god_object->Step(role->sample.X_WD, role->tool_contact, X_WO_);
+    for (const vps::HeldContact& contact : role->god_object->contacts()) {
+      role->is_in_contact = role->is_in_contact || contact.normal_N > 0.0;
+    }
+    return;
+  }
   world_->HandContact(role->is_hand_part, role->coupling.X_WC(), &role->contact, IgnoredObject(*role));
   role->F_Do_W = role->coupling.Step(role->sample.X_WD, role->contact);
+  role->is_in_contact = role->contact.is_in_contact;
   for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
     const scene::Pair& pair = PairOf(i);
     if (role->is_hand_part[pair.sampled] == role->is_hand_part[pair.field] || IsHeld(pair_roles_[i], i)) continue;
@@ -226,7 +239,7 @@ double HapticNode::JawPress_N(const vps::PairResult& result) const {
 double HapticNode::JawForce_N(std::size_t role_index) const {
   const Role& role = roles_[role_index];
   if (!role.is_following) return 0.0;
-  const glm::dvec3 axis_W = role.coupling.X_WC().rotate(glm::dvec3(1.0, 0.0, 0.0));
+  const glm::dvec3 axis_W = role.X_WC().rotate(glm::dvec3(1.0, 0.0, 0.0));
   double sum_N = 0.0;
   for (std::size_t i = 0; i < pair_roles_.size(); ++i) {
     const scene::Pair& pair = PairOf(i);
@@ -273,9 +286,9 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   proxy.cycle = cycle_;
   proxy.X_WD = role.sample.X_WD;
   proxy.V_WD = role.sample.V_WD;
-  proxy.X_WC = role.coupling.X_WC();
+  proxy.X_WC = role.X_WC();
   proxy.opening_m = role.sample.opening_m;
-  proxy.is_in_contact = role.is_following && role.contact.is_in_contact;
+  proxy.is_in_contact = role.is_following && role.is_in_contact;
   proxy.is_engaged = role.is_following;
   proxy.F_Do_W = role.F_Do_W;
   outputs->proxies.push_back(proxy);
@@ -327,12 +340,47 @@ void HapticNode::ShareHandContact(std::size_t pair, const PairRole& pair_role, c
   const Role& role = roles_[static_cast<std::size_t>(role_index)];
   set->header.direct = role.sample.header.direct;
   set->F_So_W = {};
+  if (role.god_object) {
+    if (role.is_following && !IsHeld(pair_role, pair)) WriteToolContact(pair, role, pair_role.sampled_role >= 0, set);
+    return;
+  }
   if (!set->is_in_contact || role.sum_of_weights_m <= 0.0 || IsHeld(pair_role, pair)) return;
   const double share = glm::length(world_->result(pair).f_So_S.sum_m) / role.sum_of_weights_m;
   const bool is_hand_sampled = pair_role.sampled_role >= 0;
   const glm::dvec3 p_SoDo_W = role.sample.X_WD.translation - X_WO_[set->sampled_body].translation;
   set->F_So_W = core::ShiftWrench((is_hand_sampled ? share : -share) * role.F_Do_W, p_SoDo_W);
   for (core::ContactPlane& plane : set->planes) plane.stiffness_N_per_m *= static_cast<float>(share);
+}
+
+// The god object knows the force at each place. physics_node evaluates planes at the device pose D, where they are as
+// deep as the spring is long: with that stiffness a plane pushes the object by what the hand feels of it. One that is
+// apart there keeps its own, for the ticks until the next cycle.
+void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_hand_sampled,
+                                  core::ContactSet* set) const {
+  const auto pose_at_D = [&](std::uint16_t object) {
+    const scene::Object& o = scenario_.objects[object];
+    const bool is_of_hand = role.is_hand_part[object] != 0;
+    return is_of_hand ? scene::PartPose(o.part, role.sample.X_WD, role.sample.opening_m) : X_WO_[object];
+  };
+  const core::Pose X_WS = pose_at_D(set->sampled_body);
+  const core::Pose X_WG = pose_at_D(set->field_body);
+  const glm::dvec3 p_WSo = X_WO_[set->sampled_body].translation;
+  for (core::ContactPlane& plane : set->planes) {
+    const std::uint32_t id = vps::CollisionWorld::HandPlaneId(pair, plane);
+    double normal_N = 0.0;
+    for (const vps::HeldContact& contact : role.god_object->contacts()) {
+      if (contact.id != id || contact.cycles_lost > 0 || contact.is_turned) continue;
+      normal_N = contact.normal_N;
+      const glm::dvec3 force_N = (is_hand_sampled ? 1.0 : -1.0) * (normal_N * contact.n_W + contact.tangent_W_N);
+      set->F_So_W += {force_N, glm::cross(contact.p_W - p_WSo, force_N)};
+    }
+    const double depth_m =
+        -glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
+    set->is_in_contact = set->is_in_contact || normal_N > 0.0;
+    if (depth_m <= 0.0) continue;
+    const double most_N_per_m = kMaxPlaneStiffness * scenario_.coupling.stiffness_N_per_m;
+    plane.stiffness_N_per_m = static_cast<float>(std::min(normal_N / depth_m, most_N_per_m));
+  }
 }
 
 }  // namespace haptic_node

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,16 +74,22 @@ class HapticNode {
     scene::Device device;
     std::vector<std::uint8_t> is_hand_part;  // per object
     vps::VirtualCoupling coupling;
-    core::DeviceState sample;  // newest
+    std::optional<vps::GodObject> god_object;  // in place of it
+    core::DeviceState sample;                  // newest
     Freshness device_freshness;
     Freshness reaction_freshness;
     bool is_following = false;  // the coupling is active; false: C equals D
     double reaction_gain = 0.0;
     core::Reaction reaction;
     vps::CouplingContact contact;
+    vps::ToolContact tool_contact;
+    bool is_in_contact = false;
     core::Wrench F_Do_W;            // of the coupling
     double sum_of_weights_m = 0.0;  // sum of |penetration sum| over the pairs of the coupling
     std::uint64_t last_trace_through_physics = 0;
+
+    [[nodiscard]] const core::Pose& X_WC() const { return god_object ? god_object->X_WC() : coupling.X_WC(); }
+    void Reset(const core::Pose& X_WD) { god_object ? god_object->Reset(X_WD) : coupling.Reset(X_WD); }
   };
 
   // Role of a pair of this node's world. A pair of two hands enters both couplings and is not published.
@@ -118,6 +125,7 @@ class HapticNode {
   void FillContacts(const Inputs& inputs, Outputs* outputs);
   void FillCollisions(Outputs* outputs) const;
   void ShareHandContact(std::size_t pair, const PairRole& pair_role, core::ContactSet* set) const;
+  void WriteToolContact(std::size_t pair, const Role& role, bool is_hand_sampled, core::ContactSet* set) const;
 
   scene::Scenario scenario_;
   core::ParallelFor& workers_;

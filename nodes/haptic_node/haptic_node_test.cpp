@@ -387,5 +387,18 @@ TEST(HapticNode, AStepInContactDoesNotAllocate) {
   EXPECT_EQ(num_allocations.load(), before);
 }
 
+TEST(HapticNode, AStepOfTheGodObjectInContactDoesNotAllocate) {
+  scene::Scenario scenario = TwoHands();
+  scenario.method = "fast";
+  scenario.coupling.type = "god_object";
+  core::SerialFor serial;
+  Bench bench(serial, scenario);
+  bench.Press(0, 0.003);
+  EXPECT_NEAR(bench.force(0).force_N.z, 0.003 * scenario.coupling.stiffness_N_per_m, 0.05);
+  const std::uint64_t before = num_allocations.load();
+  bench.Run(100);
+  EXPECT_EQ(num_allocations.load(), before);
+}
+
 }  // namespace
 }  // namespace haptic_node

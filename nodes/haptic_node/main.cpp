@@ -55,7 +55,10 @@ int main(int argc, char** argv) {
   run_node::Program program;
   program.name = "haptic_node";
   program.summary = "the forces of the operators' hands; 1 kHz";
-  program.options = {run_node::WorkersOption(), run_node::MethodOption(), run_node::CacheOption()};
+  program.options = {run_node::WorkersOption(),
+                     run_node::MethodOption(),
+                     {"--coupling", "paper|god_object", "how the hand follows the device; default: the scenario's"},
+                     run_node::CacheOption()};
   program.thread = "haptic-rt";
   program.fifo_priority = kPriority;
   program.ready = "structures cooked, loop starts";

@@ -135,6 +135,7 @@ int RunNode(int argc, char** argv, const Program& program, std::unique_ptr<Body>
   auto scenario = ReadScenario(program.name, arguments->text("--scenario"));
   if (!scenario) return kBadUsage;
   if (const std::string method = arguments->text("--method"); !method.empty()) scenario->method = method;
+  if (const std::string coupling = arguments->text("--coupling"); !coupling.empty()) scenario->coupling.type = coupling;
   Setting setting{*arguments, *scenario, bus::RealTimeMode::kOff, arguments->text("--out")};
   bus::ParseRealTimeMode(arguments->text("--rt", "off"), &setting.mode);
   const auto done = Life(program, setting, std::move(body)).Run();

@@ -14,7 +14,8 @@ constexpr double kNonlinear_m = 1e-6;      // what a linearisation may be off be
 constexpr double kContradiction_m = 1e-9;  // of planes that leave no room for the tool
 constexpr int kMostRounds = 4;             // of friction
 constexpr int kSweepsInARound = 8;
-constexpr double kSettled = 1e-3;  // of the largest normal force
+constexpr double kSettled = 1e-3;    // of the largest normal force
+constexpr double kMostDetour = 3.0;  // of the way out of planes, of the depth
 constexpr double kLeastTravel_m = 1e-5;
 
 // A pose of the tool as its centre of mass, and back.
@@ -80,24 +81,44 @@ struct GodObject::Pass {
     }
   }
 
-  // min 1/2 |y|^2 over the planes, or, when they contradict each other, with each of them a spring. Bounds that are not
-  // met then are lowered to what is.
+  // min 1/2 |y|^2 over the planes. Where they contradict each other, as those of two jaws that close on a part do, or
+  // nearly so, and there is only a long way out to the side, the tool stays where it is. Bounds that are not met are
+  // lowered to what is.
   Vector6 Recover() {
-    bool is_inside = false;
+    double deepest_m = 0.0;
     for (std::size_t i = 0; i < rows.count; ++i) {
       rows.of[i].is_left_out = contacts[i].cycles_lost > 0;
-      is_inside = is_inside || (rows.of[i].b > 0.0 && !rows.of[i].is_left_out);
+      if (!rows.of[i].is_left_out) deepest_m = std::max(deepest_m, rows.of[i].b);
     }
     Vector6 y{};
-    if (is_inside) {
+    if (deepest_m > 0.0) {
       ProjectOntoHalfSpaces({}, rows, &nearest);
-      y = nearest.worst_violation > kContradiction_m ? SoftlyMeetHalfSpaces(rows) : nearest.y;
+      const bool is_short = Travel_m(nearest.y) <= kMostDetour * deepest_m + kLeastTravel_m;
+      if (nearest.worst_violation <= kContradiction_m && is_short) y = nearest.y;
     }
     for (std::size_t i = 0; i < rows.count; ++i) {
       rows.of[i].b = std::min(rows.of[i].b, Dot(rows.of[i].a, y));
       rows.of[i].is_left_out = false;
     }
     return y;
+  }
+  // Bound of a motion's way at any point of the tool: a point at distance r moves by at most |x| + r |phi|.
+  [[nodiscard]] double Travel_m(const Vector6& y) const {
+    glm::dvec3 x_C;
+    glm::dvec3 phi_C;
+    metric.ToMotion(y, &x_C, &phi_C);
+    return glm::length(x_C) + parameters.bounding_radius_m * glm::length(phi_C);
+  }
+  // Not farther than is known to be free. Where planes are near that is the look-ahead, so nothing is passed whose
+  // planes were not there before. The way out of what the tool is in is always gone; what is between the two meets
+  // every plane's bound, because both ends do.
+  bool KeepWithin(double free_m, const Vector6& out, Vector6* way) const {
+    const double travel_m = Travel_m(*way);
+    if (travel_m <= free_m) return false;
+    const double out_m = Travel_m(out);
+    const double share = std::max(free_m - out_m, 0.0) / (travel_m - std::min(out_m, free_m));
+    for (std::size_t k = 0; k < 6; ++k) (*way)[k] = out[k] + share * ((*way)[k] - out[k]);
+    return true;
   }
 
   void AddFriction(std::size_t i) {
@@ -224,26 +245,6 @@ core::Pose GodObject::FreePose(const core::Pose& X_WD) const {
   return X_WF;
 }
 
-// Bound of a motion's way at any point of the tool: a point at distance r moves by at most |x| + r |phi|.
-double GodObject::Travel_m(const Vector6& y) const {
-  glm::dvec3 x_C;
-  glm::dvec3 phi_C;
-  metric_.ToMotion(y, &x_C, &phi_C);
-  return glm::length(x_C) + parameters_.bounding_radius_m * glm::length(phi_C);
-}
-
-// Not farther than is known to be free. Where planes are near that is the look-ahead, so nothing is passed whose planes
-// were not there before. The way out of what the tool is in is always gone; what is between the two meets every plane's
-// bound, because both ends do.
-bool GodObject::KeepWithin(double free_m, const Vector6& out, Vector6* way) const {
-  const double travel_m = Travel_m(*way);
-  if (travel_m <= free_m) return false;
-  const double out_m = Travel_m(out);
-  const double share = std::max(free_m - out_m, 0.0) / (travel_m - std::min(out_m, free_m));
-  for (std::size_t k = 0; k < 6; ++k) (*way)[k] = out[k] + share * ((*way)[k] - out[k]);
-  return true;
-}
-
 core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
                              std::span<const core::Pose> X_WO) noexcept {
   const GodObjectParameters& p = parameters_;
@@ -259,8 +260,8 @@ core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
     pass.Linearise();
     const Vector6 out = pass.Recover();
     Vector6 way = pass.Project(pass.MotionTo(X_WF));
-    is_held = KeepWithin(free_m, out, &way);
-    free_m = std::max(free_m - Travel_m(way), 0.0);
+    is_held = pass.KeepWithin(free_m, out, &way);
+    free_m = std::max(free_m - pass.Travel_m(way), 0.0);
     glm::dvec3 x_C;
     glm::dvec3 phi_C;
     metric_.ToMotion(way, &x_C, &phi_C);

@@ -39,8 +39,6 @@ class GodObject {
  private:
   struct Pass;
   [[nodiscard]] core::Pose FreePose(const core::Pose& X_WD) const;
-  [[nodiscard]] double Travel_m(const Vector6& y) const;
-  bool KeepWithin(double free_m, const Vector6& out, Vector6* way) const;
   [[nodiscard]] core::Wrench CouplingWrench(const core::Pose& X_WC_found, const core::Pose& X_WD) const;
 
   GodObjectParameters parameters_;

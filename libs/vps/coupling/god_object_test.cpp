@@ -479,6 +479,24 @@ TEST(GodObject, APegInATightHoleStaysInItsMiddleWithoutFriction) {
   }
 }
 
+// Two jaws close on a round bar: there is a long way out to the side.
+TEST(GodObject, JawsThatCloseOnABarStayOnIt) {
+  Scene scene;
+  scene.balls_C = {{0, 0, 0}};
+  const double tilt = 0.05;
+  for (const double side : {-1.0, 1.0}) {
+    scene.walls.push_back({{side * std::cos(tilt), std::sin(tilt), 0}, -kRadius_m - 1e-3, 1e9, 0, 0.3});
+  }
+  const core::Pose X_WD = At(0, 0, 0);
+  scene.hand.Reset(X_WD);
+  for (int i = 0; i < 200; ++i) {
+    for (Wall& wall : scene.walls) wall.d_m += 1e-5;
+    const core::Wrench F = scene.Step(X_WD);
+    EXPECT_LT(std::abs(scene.hand.X_WC().translation.y), 1e-3);
+    EXPECT_LT(glm::length(F.force_N), 2.5);
+  }
+}
+
 TEST(GodObject, DoesNotPassAThinPlateOrASheetAtAMetrePerSecond) {
   std::mt19937_64 rng(5);
   std::normal_distribution<double> normal;

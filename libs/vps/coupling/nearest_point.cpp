@@ -10,7 +10,6 @@ namespace {
 constexpr double kTolerance_m = 1e-11;  // of a half-space
 constexpr double kContradiction_m = 1e-9;
 constexpr double kIndependence = 1e-10;  // of its part outside the others' span, squared
-constexpr int kSoftSteps = 4;
 constexpr int kMostSteps = 8 * int{kMaxHalfSpaces};
 
 // Normals of the active half-spaces, N = Q R with orthonormal Q and upper triangular R.
@@ -175,39 +174,6 @@ void ProjectOntoHalfSpaces(const Vector6& target, const HalfSpaces& half_spaces,
       active.Drop(leaving, half_spaces);
     }
   }
-}
-
-// Newton's method: for the set V of violated half-spaces the minimum is where
-//   (1 + sum over V of a a^T / |a|^2) y = sum over V of a b / |a|^2,
-// whose matrix has no eigenvalue below 1; V follows from y, starting with y = 0.
-Vector6 SoftlyMeetHalfSpaces(const HalfSpaces& half_spaces) noexcept {
-  Vector6 y{};
-  for (int step = 0; step < kSoftSteps; ++step) {
-    std::array<Vector6, 6> matrix{};
-    Vector6 next{};
-    for (std::size_t k = 0; k < 6; ++k) matrix[k][k] = 1.0;
-    for (std::size_t i = 0; i < half_spaces.count; ++i) {
-      const HalfSpace& h = half_spaces.of[i];
-      if (h.is_left_out || Dot(h.a, y) >= h.b) continue;
-      const double weight = 1.0 / Dot(h.a, h.a);
-      for (std::size_t k = 0; k < 6; ++k) AddScaled(weight * h.a[k], h.a, &matrix[k]);
-      AddScaled(weight * h.b, h.a, &next);
-    }
-    // Elimination; the matrix is positive definite, so no pivots are needed.
-    for (std::size_t k = 0; k < 6; ++k) {
-      for (std::size_t j = k + 1; j < 6; ++j) {
-        const double factor = matrix[j][k] / matrix[k][k];
-        AddScaled(-factor, matrix[k], &matrix[j]);
-        next[j] -= factor * next[k];
-      }
-    }
-    for (std::size_t k = 6; k-- > 0;) {
-      for (std::size_t j = k + 1; j < 6; ++j) next[k] -= matrix[k][j] * next[j];
-      next[k] /= matrix[k][k];
-    }
-    y = next;
-  }
-  return y;
 }
 
 }  // namespace vps

@@ -40,9 +40,4 @@ struct NearestPoint {
 // At most six are active, because more of them depend on each other.
 void ProjectOntoHalfSpaces(const Vector6& target, const HalfSpaces& half_spaces, NearestPoint* result) noexcept;
 
-// Where half-spaces contradict each other: min 1/2 |y|^2 + 1/2 sum of (b_i - a_i . y)^2 / |a_i|^2 over the violated
-// ones. Its y is no farther than half of the way that would meet one of them alone; taken again from there, the
-// violations come to their least squares.
-Vector6 SoftlyMeetHalfSpaces(const HalfSpaces& half_spaces) noexcept;
-
 }  // namespace vps

@@ -141,21 +141,5 @@ TEST(NearestPoint, SaysByHowMuchHalfSpacesContradictEachOther) {
   EXPECT_NEAR(result.worst_violation, 0.2, 1e-12);
 }
 
-TEST(NearestPoint, MeetsContradictingHalfSpacesInTheirMiddle) {
-  HalfSpaces h;
-  h.count = 3;
-  h.of[0] = {{2, 0, 0, 0, 0, 0}, 1.0};    // x >= 0.5
-  h.of[1] = {{-1, 0, 0, 0, 0, 0}, -0.1};  // x <= 0.1
-  h.of[2] = {{0, 1, 0, 0, 0, 0}, -1.0};   // met
-  double x = 0.0;
-  for (int i = 0; i < 60; ++i) {
-    const Vector6 y = SoftlyMeetHalfSpaces(h);
-    x += y[0];
-    EXPECT_EQ(y[1], 0.0);
-    for (std::size_t k = 0; k < 3; ++k) h.of[k].b -= Dot(h.of[k].a, y);
-  }
-  EXPECT_NEAR(x, 0.3, 1e-9);
-}
-
 }  // namespace
 }  // namespace vps

@@ -485,6 +485,43 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
   }
 }
 
+std::uint32_t CollisionWorld::HandPlaneId(std::size_t pair, const core::ContactPlane& plane) {
+  return (static_cast<std::uint32_t>(pair) << 16U) | plane.id;
+}
+
+void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact,
+                                int ignored_object) const {
+  const Impl& w = *impl_;
+  *contact = {};
+  for (std::size_t i = 0; i < w.pairs.size(); ++i) {
+    const std::size_t s = w.schedule.a(i);
+    const std::size_t g = w.schedule.b(i);
+    if (w.phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
+    if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
+    const PairEntry& pair = w.pairs[i];
+    contact->free_distance_m =
+        std::min(contact->free_distance_m,
+                 pair.result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : pair.description.look_ahead_m);
+    const bool is_hand_sampled = is_hand_part[s] != 0;
+    for (const core::ContactPlane& from : pair.result.planes) {
+      const glm::dvec3 p_W = w.schedule.X_WO(s) * glm::dvec3(from.p_S);
+      const glm::dvec3 n_W = w.schedule.X_WO(g).rotate(glm::dvec3(from.n_G));
+      ToolPlane plane;
+      plane.id = HandPlaneId(i, from);
+      plane.body = static_cast<std::uint16_t>(is_hand_sampled ? g : s);
+      plane.gap_m = glm::dot(n_W, p_W - w.schedule.X_WO(g) * glm::dvec3(from.q_G));
+      plane.p_W = is_hand_sampled ? p_W : p_W - plane.gap_m * n_W;
+      plane.n_W = is_hand_sampled ? n_W : -n_W;
+      plane.friction = pair.description.friction;
+      if (contact->planes.push_back(plane)) continue;
+      // Those that are farthest from touching give way.
+      auto* loosest = std::max_element(contact->planes.begin(), contact->planes.end(),
+                                       [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
+      if (plane.gap_m < loosest->gap_m) *loosest = plane;
+    }
+  }
+}
+
 void CollisionWorld::FillContactSet(std::size_t pair_index, core::ContactSet* message) const {
   const PairEntry& pair = impl_->pairs[pair_index];
   message->pair_index = static_cast<std::uint16_t>(pair_index);

@@ -10,6 +10,7 @@
 #include "core/pose.hpp"
 #include "core/result.hpp"
 #include "vps/asset/cooked_object.hpp"
+#include "vps/coupling/god_object.hpp"
 #include "vps/coupling/virtual_coupling.hpp"
 #include "vps/force/penetration_sum.hpp"
 
@@ -130,6 +131,10 @@ class CollisionWorld {
   // (-1: none) are left out: an object that the hand holds is felt through the grasp spring, not through the coupling.
   void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC, CouplingContact* contact,
                    int ignored_object = -1) const;
+
+  // The same for GodObject, with an id for each plane of each pair. A plane's point is that of the hand.
+  void HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object = -1) const;
+  static std::uint32_t HandPlaneId(std::size_t pair, const core::ContactPlane& plane);
 
   // Payload of contacts/<source>/<pair>; the header is left alone.
   void FillContactSet(std::size_t pair, core::ContactSet* message) const;

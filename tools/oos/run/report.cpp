@@ -128,6 +128,7 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   json report;
   report["scenario"] = scenario.name;
   report["method"] = scenario.method;
+  report["coupling"] = scenario.coupling.type;
   report["seed"] = facts.seed;
   report["completed"] = facts.is_completed;
   if (!facts.is_completed) report["why"] = facts.why;

@@ -252,6 +252,10 @@ int RunOnThisMachine(const Arguments& arguments) {
     return Complain("run", "--method is paper, fast or both, not '" + method + "'", kBadUsage);
   }
   if (!is_both) scenario.method = method;
+  scenario.coupling.type = arguments.text("--coupling", scenario.coupling.type);
+  if (scenario.coupling.type != "paper" && scenario.coupling.type != "god_object") {
+    return Complain("run", "--coupling is paper or god_object, not '" + scenario.coupling.type + "'", kBadUsage);
+  }
   const auto wanted = ReadWanted(arguments, scenario.name);
   if (!wanted) return Complain("run", wanted.error().detail, kBadUsage);
   if (const std::string rt = arguments.text("--rt", "try"); rt != "try" && rt != "off") {
@@ -284,6 +288,7 @@ Verb RunVerb() {
        {"--duration", "S", "time limit; default: the scenario's"},
        {"--out", "DIR", "folder for the report and the logs; default: out/<scenario>-<time>"},
        {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},
+       {"--coupling", "paper|god_object", "how the hand follows the device; default: the scenario's"},
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},

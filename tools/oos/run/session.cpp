@@ -174,6 +174,7 @@ class Session {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
         AddArgument(&command, "--method", scenario_.method);
       }
+      if (name == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
       if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
       if (name == "visual_node") {
         command.environment = visual_environment;
