@@ -66,7 +66,7 @@ function(add_room_library name deps)
 endfunction()
 
 # Slow tests are built by the target slow_tests, benchmarks by the target benches: other tests do not wait for them.
-# Real-time tests run alone.
+# Real-time tests run alone. System tests take longest and begin first, so that none is left to run alone at the end.
 if(VR_OOS_TESTS)
   add_custom_target(slow_tests)
   add_custom_target(benches)
@@ -87,6 +87,8 @@ function(add_test_group name room label seconds deps)
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${seconds})
     if(label STREQUAL realtime)
       set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
+    elseif(label STREQUAL system)
+      set_tests_properties(${name} PROPERTIES COST 100)
     endif()
   endif()
 endfunction()
