@@ -197,6 +197,21 @@ std::optional<DampingRange> StableDamping(const SampledAxis& axis, double stiffn
   return DampingRange{least * unit, most * unit};
 }
 
+double MaxDamping(const SampledAxis& axis, const Wall& wall) noexcept {
+  const Normalised a = Normalise(axis);
+  const double unit = axis.mass_kg / axis.period_s;
+  const double alpha = wall.stiffness_N_per_m * axis.period_s / unit;
+  const auto is_stable = [&](double beta) { return IsStable(a, alpha, beta); };
+  double stable = wall.damping_N_s_per_m / unit;
+  if (!is_stable(stable)) return 0.0;
+  double unstable = stable + 0.1 / (a.d + 1.0);
+  while (is_stable(unstable)) {
+    stable = unstable;
+    unstable *= 1.5;
+  }
+  return unit * Bisect(stable, unstable, is_stable);
+}
+
 double LinearStiffnessRule(const SampledAxis& axis, double damping_N_s_per_m) noexcept {
   return (axis.damping_N_s_per_m + damping_N_s_per_m) / (0.5 * axis.period_s + axis.delay_s);
 }

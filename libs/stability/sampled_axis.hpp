@@ -48,6 +48,10 @@ struct DampingRange {
 };
 std::optional<DampingRange> StableDamping(const SampledAxis& axis, double stiffness_N_per_m) noexcept;
 
+// Largest B that is stable with the wall's K, searched upwards from the wall's B; 0 when the wall itself is unstable.
+// Much cheaper than StableDamping.
+double MaxDamping(const SampledAxis& axis, const Wall& wall) noexcept;
+
 // K < (b + B) / (T / 2 + t_d) [Gil, Sanchez, Hulin, Preusche, Hirzinger 2009]: the tangent of the exact boundary at
 // K = 0. For display. It is up to 30 % too high where B is a fifth of the largest stable one, so no code relies on it.
 double LinearStiffnessRule(const SampledAxis& axis, double damping_N_s_per_m) noexcept;

@@ -119,6 +119,8 @@ TEST(SampledAxis, LargestStiffnessAndStableDampingAreTheSameCurve) {
     const std::optional<DampingRange> range = StableDamping(axis, K);
     ASSERT_TRUE(range);
     EXPECT_NEAR(MaxStiffness(axis, range->most_N_s_per_m) / K, 1.0, 1e-6);
+    EXPECT_NEAR(MaxDamping(axis, {K, 1.01 * range->least_N_s_per_m}) / range->most_N_s_per_m, 1.0, 1e-6);
+    EXPECT_EQ(MaxDamping(axis, {K, 1.01 * range->most_N_s_per_m}), 0.0);
     EXPECT_NEAR(MaxStiffness(axis, range->least_N_s_per_m) / K, 1.0, 1e-6);
   }
   const SampledAxis axis = Axis(1.5, 0.0, 1e-3, 2.8e-3);

@@ -6,6 +6,11 @@
 #include <utility>
 
 namespace device_bridge {
+namespace {
+
+constexpr std::uint64_t kAllowedPeriod_ticks = 64;  // 16/s: the delay's average moves slower
+
+}  // namespace
 
 core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Scenario& scenario, std::uint64_t seed,
                                                                  const Options& options) {
@@ -34,7 +39,7 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     if (!filter) {
       return core::Fail(filter.error().code, "device '" + device.role + "': " + filter.error().detail);
     }
-    auto role = std::make_unique<Role>(*filter);
+    auto role = std::make_unique<Role>(*filter, device, scenario.coupling);
     auto arm = std::make_unique<SimulatedArm>(ArmParameters::From(device));
     role->simulated = arm.get();
     role->device = std::move(arm);
@@ -47,7 +52,9 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
 
 void DeviceBridge::Write(Role* role, std::int64_t now_ns) noexcept {
   role->reading = role->device->Read(now_ns);
-  role->written = role->filter.Apply(now_ns, role->reading);
+  const core::Wrench damping =
+      role->passivity.Step(role->reading, role->written, (role->filter.status() & kForceNotInFull) == 0);
+  role->written = role->filter.Apply(now_ns, role->reading, damping);
   role->device->Write(now_ns, role->written);
 
   RoleFigures& figures = role->figures;
@@ -86,7 +93,20 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
     trace->Add(core::Stage::kDeviceReceive, received_ns);
     trace->Add(core::Stage::kDeviceWrite, written_ns);
   }
-  echo_log_.RecordWrite(header, Now(now_ns));  // reads the clock itself: the log must not depend on the stamps
+  // Reads the clock itself: the log must not depend on the stamps.
+  const std::optional<std::int64_t> delay_ns = echo_log_.RecordWrite(header, Now(now_ns));
+  if (delay_ns) role.loop_delay.Add(*delay_ns);
+}
+
+void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
+  Role& role = *roles_[role_index];
+  // The roles take turns, so that no tick has the work of two.
+  if (!role.loop_delay.is_measured() || ticks_ % kAllowedPeriod_ticks != role_index) return;
+  role.allowed = ComputeAllowedCoupling(scenario_.devices[role_index], scenario_.coupling, role.loop_delay.late_s());
+  const double share =
+      std::min(role.allowed.stiffness_N_per_m / std::max(scenario_.coupling.stiffness_N_per_m, 1e-9),
+               role.allowed.stiffness_Nm_per_rad / std::max(scenario_.coupling.stiffness_Nm_per_rad, 1e-9));
+  if (role.least_stiffness_share == 0.0 || share < role.least_stiffness_share) role.least_stiffness_share = share;
 }
 
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
@@ -109,6 +129,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
       AcceptCommand(i, inputs.commands[i], received_ns, inputs.now_ns);
     }
     Write(&role, inputs.now_ns);
+    UpdateAllowedCoupling(i);
     felt.push_back(role.simulated != nullptr ? role.simulated->Felt() : FeltForce{});
     felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting();
     readings.push_back(role.reading);
@@ -143,6 +164,14 @@ RoleFigures DeviceBridge::figures(std::size_t role) const {
   RoleFigures figures = roles_[role]->figures;
   figures.commands_accepted = roles_[role]->filter.num_accepted();
   figures.commands_refused = roles_[role]->filter.num_refused();
+  const Role& r = *roles_[role];
+  figures.loop_delay_s = r.loop_delay.mean_s();
+  figures.loop_jitter_s = r.loop_delay.jitter_s();
+  figures.allowed = r.allowed;
+  figures.least_stiffness_share = r.least_stiffness_share;
+  figures.energy_J = r.passivity.energy_J();
+  figures.least_energy_J = r.passivity.least_energy_J();
+  figures.samples_made_passive = r.passivity.num_acting();
   figures.first_cause = roles_[role]->filter.first_cause();
   figures.first_cause_ns = roles_[role]->filter.first_cause_ns();
   return figures;

@@ -5,7 +5,10 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/device_bridge/allowed_coupling.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
+#include "nodes/device_bridge/loop_delay.hpp"
+#include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 #include "nodes/device_bridge/simulated_arm.hpp"
@@ -38,6 +41,16 @@ struct RoleFigures {
   double oldest_force_ms = 0.0;
   std::uint32_t first_cause = 0;
   std::int64_t first_cause_ns = 0;
+  double loop_delay_s = 0.0;  // from sample to force; 0: not measured
+  double loop_jitter_s = 0.0;
+  AllowedCoupling allowed;             // by the latest delay
+  double least_stiffness_share = 0.0;  // smallest of allowed over wanted stiffness in this run; 0: not measured
+  double energy_J = 0.0;               // of the passivity observer
+  double least_energy_J = 0.0;
+  std::uint64_t samples_made_passive = 0;  // writes in which its controller acted
+  [[nodiscard]] double share_made_passive() const {
+    return writes == 0 ? 0.0 : static_cast<double>(samples_made_passive) / static_cast<double>(writes);
+  }
 };
 
 // The node without sockets, clock or threads: devices, safety filter, simulated operator and echo log. Call Step once
@@ -85,13 +98,21 @@ class DeviceBridge {
     std::uint64_t sample_sequence = 0;
     bool was_silent = true;
     std::int64_t accepted_ns = 0;  // arrival of the newest accepted command
-    explicit Role(const SafetyFilter& f) : filter(f) {}
+    LoopDelay loop_delay;
+    AllowedCoupling allowed;
+    double least_stiffness_share = 0.0;
+    Passivity passivity;
+    Role(const SafetyFilter& f, const scene::Device& d, const scene::Coupling& c)
+        : filter(f),
+          loop_delay(d.command_delay_s),
+          passivity({d.mass_kg, d.inertia_kg_m2, c.stiffness_N_per_m, c.stiffness_Nm_per_rad}) {}
   };
 
   DeviceBridge(const scene::Scenario& scenario, const Options& options, std::size_t num_samples)
       : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
   // Reads, filters, writes, and updates the statistics.
   void Write(Role* role, std::int64_t now_ns) noexcept;
+  void UpdateAllowedCoupling(std::size_t role_index) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
   }

@@ -27,26 +27,26 @@ void EchoLog::RecordSample(unsigned role_index, std::uint64_t sequence, std::int
   departures_[role_index][sequence % kWindow] = {core::MakeTraceId(role_index, sequence), sample_ns, {false, false}};
 }
 
-void EchoLog::RecordWrite(const core::Header& header, std::int64_t write_ns) noexcept {
-  RecordEcho(Chain::kDirect, header.direct, write_ns);
+std::optional<std::int64_t> EchoLog::RecordWrite(const core::Header& header, std::int64_t write_ns) noexcept {
   RecordEcho(Chain::kThroughPhysics, header.through_physics, write_ns);
+  return RecordEcho(Chain::kDirect, header.direct, write_ns);
 }
 
-void EchoLog::RecordEcho(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept {
-  if (!trace.valid()) return;
+std::optional<std::int64_t> EchoLog::RecordEcho(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept {
+  if (!trace.valid()) return std::nullopt;
   const std::uint64_t role = (trace.id >> 56) - 1;
   const std::uint64_t sequence = trace.id & 0x00ff'ffff'ffff'ffffULL;
   if (role >= departures_.size()) {
     ++num_unknown_;
-    return;
+    return std::nullopt;
   }
   Departure& departure = departures_[role][sequence % kWindow];
   if (departure.id != trace.id) {
     ++num_unknown_;
-    return;
+    return std::nullopt;
   }
   bool& has_returned = departure.has_returned[Index(chain)];
-  if (has_returned) return;
+  if (has_returned) return std::nullopt;
   has_returned = true;
   Log& log = logs_[Index(chain)];
   const std::int64_t echo_ns = write_ns - departure.sample_ns;
@@ -58,6 +58,7 @@ void EchoLog::RecordEcho(Chain chain, const core::Trace& trace, std::int64_t wri
   }
   if (log.count++ % log.stride == 0 && log.echoes.size() < log.echoes.capacity())
     log.echoes.push_back({trace, echo_ns});
+  return echo_ns;
 }
 
 LatencySummary EchoLog::Summary(Chain chain) const {

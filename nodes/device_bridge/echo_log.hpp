@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/messages/trace.hpp"
@@ -25,8 +26,9 @@ class EchoLog {
 
   void RecordSample(unsigned role_index, std::uint64_t sequence, std::int64_t sample_ns) noexcept;
 
-  // A command with these traces was written to the device at write_ns. Only the first echo of an id counts.
-  void RecordWrite(const core::Header& header, std::int64_t write_ns) noexcept;
+  // A command with these traces was written to the device at write_ns. Only the first echo of an id counts. Returns the
+  // latency of the direct loop when this was one.
+  std::optional<std::int64_t> RecordWrite(const core::Header& header, std::int64_t write_ns) noexcept;
 
   [[nodiscard]] LatencySummary Summary(Chain chain) const;
   [[nodiscard]] double mean_ms(Chain chain) const {  // real-time safe
@@ -59,7 +61,7 @@ class EchoLog {
     double sum_ns = 0.0;
   };
   static std::size_t Index(Chain chain) { return chain == Chain::kDirect ? 0 : 1; }
-  void RecordEcho(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept;
+  std::optional<std::int64_t> RecordEcho(Chain chain, const core::Trace& trace, std::int64_t write_ns) noexcept;
 
   std::vector<std::vector<Departure>> departures_;  // per role, by sequence modulo kWindow
   Log logs_[2];

@@ -34,7 +34,9 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
       fault_event_{0, "device_bridge", "filter_fault",
                    "a command was not finite: no force until the dead-man is released"},
       force_log_(NumForceSamples(scenario)) {
-  for (const char* name : {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses"}) {
+  for (const char* name :
+       {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses", "loop_delay_ms",
+        "loop_jitter_ms", "allowed_N_per_m", "stiffness_share", "energy_J", "made_passive"}) {
     figures_.items.push_back({name, 0.0});
   }
   lost_.reserve(64);
@@ -138,6 +140,13 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
   figures_.items[3].value = bridge_->echo_log().mean_ms(EchoLog::Chain::kThroughPhysics);
   figures_.items[4].value = outputs_.filter_status[0];
   figures_.items[5].value = static_cast<double>(misses_);
+  const RoleFigures first = bridge_->figures(0);
+  figures_.items[6].value = 1e3 * first.loop_delay_s;
+  figures_.items[7].value = 1e3 * first.loop_jitter_s;
+  figures_.items[8].value = first.allowed.stiffness_N_per_m;
+  figures_.items[9].value = first.least_stiffness_share;
+  figures_.items[10].value = first.energy_J;
+  figures_.items[11].value = static_cast<double>(first.samples_made_passive);
   figures_writer_.Set(figures_);
 }
 

@@ -65,6 +65,18 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
                      {"commands_refused", figures.commands_refused},
                      {"oldest_force_ms", figures.oldest_force_ms},
                      {"link_losses", figures.link_losses},
+                     {"loop_delay_ms", 1e3 * figures.loop_delay_s},
+                     {"loop_jitter_ms", 1e3 * figures.loop_jitter_s},
+                     {"allowed_stiffness_N_per_m", figures.allowed.stiffness_N_per_m},
+                     {"allowed_stiffness_Nm_per_rad", figures.allowed.stiffness_Nm_per_rad},
+                     {"allowed_stiffness_by_linear_rule_N_per_m", figures.allowed.linear_stiffness_N_per_m},
+                     {"allowed_damping_N_s_per_m", figures.allowed.damping_N_s_per_m},
+                     {"allowed_damping_Nm_s_per_rad", figures.allowed.damping_Nm_s_per_rad},
+                     {"least_stiffness_share", figures.least_stiffness_share},
+                     {"energy_J", figures.energy_J},
+                     {"least_energy_J", figures.least_energy_J},
+                     {"samples_made_passive", figures.samples_made_passive},
+                     {"share_made_passive", figures.share_made_passive()},
                      {"first_cause", StatusNames(figures.first_cause)},
                      {"filter_samples", samples}});
   }

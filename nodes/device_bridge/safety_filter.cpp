@@ -178,7 +178,8 @@ void SafetyFilter::AdvanceGain(std::int64_t dt_ns, bool may_act) noexcept {
   if (gain_ <= 0.0) is_restart_ = false;
 }
 
-FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& reading) noexcept {
+FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& reading,
+                                  const core::Wrench& added) noexcept {
   if (has_sample_) now_ns = std::max(now_ns, last_ns_);
   const std::int64_t dt_ns = has_sample_ ? std::min<std::int64_t>(now_ns - last_ns_, 10'000'000) : 0;
   last_ns_ = now_ns;
@@ -201,10 +202,11 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
   const double factor = age_factor * gain_;
 
   // 4 Norm limits.
+  const core::Wrench wanted = IsFinite(added.force_N) && IsFinite(added.torque_Nm) ? command_ + added : command_;
   bool is_force_limited = false;
   bool is_torque_limited = false;
-  const glm::dvec3 force_N = factor * Shorten(command_.force_N, limits_.max_force_N, &is_force_limited);
-  const glm::dvec3 torque_Nm = factor * Shorten(command_.torque_Nm, limits_.max_torque_Nm, &is_torque_limited);
+  const glm::dvec3 force_N = factor * Shorten(wanted.force_N, limits_.max_force_N, &is_force_limited);
+  const glm::dvec3 torque_Nm = factor * Shorten(wanted.torque_Nm, limits_.max_torque_Nm, &is_torque_limited);
   const double grip_N = factor * std::clamp(grip_command_N_, -limits_.max_grip_force_N, limits_.max_grip_force_N);
   if (is_force_limited) status_ |= kForceLimited;
   if (is_torque_limited) status_ |= kTorqueLimited;

@@ -29,6 +29,9 @@ enum FilterStatus : std::uint32_t {
   kGripLimited = 1U << 12,
 };
 
+// The force is withdrawn or ramped.
+constexpr std::uint32_t kForceNotInFull = kNoCommand | kNotFinite | kDegraded | kSilent | kDeadMan | kStarting;
+
 // Limits of the filter. 80 W and 150 N (kAbsoluteMaxForce_N) are those of ISO 10218-1:2006. The times of silence and
 // the brake follow from simulating a lost link while a hand presses with 24 N: forces held longer fling the releasing
 // hand back, forces cut at once let the pressing hand crash into the wall; device_bridge_test holds the speed below 0.3
@@ -77,7 +80,8 @@ class SafetyFilter {
               std::int64_t backed_until_ns = std::numeric_limits<std::int64_t>::max()) noexcept;
 
   // The force for the device at now_ns. Calls may come at any interval; a time before the last call's counts as equal.
-  FilteredForce Apply(std::int64_t now_ns, const DeviceReading& reading) noexcept;
+  // `added` comes to the command before all stages; one that is not finite is left out.
+  FilteredForce Apply(std::int64_t now_ns, const DeviceReading& reading, const core::Wrench& added = {}) noexcept;
 
   [[nodiscard]] std::uint32_t status() const { return status_; }
   [[nodiscard]] bool is_restarting() const { return is_restart_ && gain_ < 1.0; }  // after silence

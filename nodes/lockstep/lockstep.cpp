@@ -346,6 +346,13 @@ void Lockstep::Finish(std::int64_t begin_ns) {
   outcome_.simulated_s = now_s();
   outcome_.hash = hash_.value();
   outcome_.impulse_balance = physics_->impulse_balance().relative();
+  for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+    const device_bridge::RoleFigures hand = bridge_->figures(role);
+    outcome_.least_energy_J = std::min(outcome_.least_energy_J, hand.least_energy_J);
+    outcome_.share_made_passive = std::max(outcome_.share_made_passive, hand.share_made_passive());
+    outcome_.least_stiffness_share =
+        role == 0 ? hand.least_stiffness_share : std::min(outcome_.least_stiffness_share, hand.least_stiffness_share);
+  }
   outcome_.haptic_p50_us = haptic_ns_.p50_ns() * 1e-3;
   outcome_.haptic_p99_us = haptic_ns_.p99_ns() * 1e-3;
   outcome_.haptic_max_us = static_cast<double>(haptic_ns_.max_ns()) * 1e-3;

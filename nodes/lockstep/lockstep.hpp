@@ -55,6 +55,10 @@ struct Outcome {
   double peak_force_N = 0.0;  // on the hand, after the safety filter
   double peak_command_N = 0.0;
   double impulse_balance = 0.0;
+  // Of the hand for which it is smallest, and largest: device_bridge/passivity.hpp.
+  double least_energy_J = 0.0;
+  double share_made_passive = 0.0;     // of the writes to the device
+  double least_stiffness_share = 0.0;  // of allowed over wanted, see device_bridge/allowed_coupling.hpp
   std::uint64_t contact_cycles = 0;
   double haptic_p50_us = 0.0, haptic_p99_us = 0.0, haptic_max_us = 0.0;  // wall time of the haptic step
   double contact_p50_us = 0.0, contact_p99_us = 0.0, contact_max_us = 0.0;

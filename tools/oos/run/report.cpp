@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -78,6 +79,26 @@ void WriteLatencies(const json& report, std::ostream& out) {
   }
 }
 
+// The worst of all hands.
+json StabilityPart(const json& bridge) {
+  const json roles = Get(bridge, "roles");
+  json part = json::object();
+  const auto take = [&](const char* key, const auto& is_worse) {
+    json worst;
+    for (const json& role : roles) {
+      const json value = Get(role, key);
+      if (value.is_number() && (worst.is_null() || is_worse(value.get<double>(), worst.get<double>()))) worst = value;
+    }
+    part[key] = worst;
+  };
+  take("least_stiffness_share", std::less<>());
+  take("least_energy_J", std::less<>());
+  take("share_made_passive", std::greater<>());
+  take("loop_delay_ms", std::greater<>());
+  take("loop_jitter_ms", std::greater<>());
+  return part;
+}
+
 void WriteMarkdown(const json& report, const std::filesystem::path& folder, std::ostream& out) {
   out << "# " << Text(Get(report, "scenario")) << "\n\n"
       << (report.at("completed").get<bool>() ? "Completed." : "Not completed: " + Text(Get(report, "why")) + ".")
@@ -87,7 +108,11 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
   out << "\nPeak force on the hand " << Text(Get(report, "peak_force_N"))
       << " N. Impulses that were lost, doubled or made up, of "
       << "all that were applied (impulse balance): " << Text(Get(report, "impulse_balance"))
-      << ".\n\n## Latency, ms\n\n";
+      << ". Stiffness that the delay of the force loop allows, of the coupling's: at least "
+      << Text(Get(Get(report, "stability"), "least_stiffness_share")) << ". Least energy of the hand "
+      << Text(Get(Get(report, "stability"), "least_energy_J")) << " J; the passivity controller acted in "
+      << Text(Get(Get(report, "stability"), "share_made_passive"))
+      << " of the writes to the device.\n\n## Latency, ms\n\n";
   WriteLatencies(report, out);
   out << "\n## Haptic cycles\n\n| | all | in contact |\n|---|---|---|\n";
   const json& haptic = report.at("haptic");
@@ -152,6 +177,7 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   report["bus"] = {
       {"sent", Sum(nodes, "sent")}, {"received", Sum(nodes, "received")}, {"dropped", Sum(nodes, "dropped")}};
   report["impulse_balance"] = Get(physics, "impulse_balance");
+  report["stability"] = StabilityPart(bridge);
   report["nodes_that_died"] = facts.dead;
   report["nodes_left_out"] = facts.missing_nodes;
   report["simulated"] = json::array({"hand devices (mass-damper arms with a scripted operator)"});

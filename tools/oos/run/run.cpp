@@ -105,6 +105,9 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const lockstep::O
                       {"contact_p99_us", outcome.contact_p99_us},
                       {"contact_max_us", outcome.contact_max_us}};
   report["impulse_balance"] = outcome.impulse_balance;
+  report["stability"] = {{"least_stiffness_share", outcome.least_stiffness_share},
+                         {"least_energy_J", outcome.least_energy_J},
+                         {"share_made_passive", outcome.share_made_passive}};
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(outcome.hash));
   report["state_hash"] = hash;

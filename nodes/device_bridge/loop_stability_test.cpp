@@ -1,0 +1,116 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/device_bridge/allowed_coupling.hpp"
+#include "nodes/device_bridge/loop_delay.hpp"
+#include "nodes/device_bridge/passivity.hpp"
+#include "nodes/device_bridge/testing/toy_world.hpp"
+#include "stability/sampled_axis.hpp"
+
+namespace device_bridge {
+namespace {
+
+TEST(LoopDelay, GivesMeanAndStandardDeviation) {
+  LoopDelay delay(0.5e-3);
+  EXPECT_FALSE(delay.is_measured());
+  for (int i = 0; i < 5000; ++i) delay.Add(i % 2 == 0 ? 1'000'000 : 1'400'000);
+  EXPECT_NEAR(delay.mean_s(), 1.7e-3, 1e-6) << "with the device's own 0.5 ms";
+  EXPECT_NEAR(delay.jitter_s(), 0.2e-3, 2e-6);
+  EXPECT_NEAR(delay.late_s(), 2.1e-3, 5e-6);
+}
+
+TEST(AllowedCoupling, IsTheExactBoundaryOfEachAxis) {
+  const scene::Device device;
+  const scene::Coupling wanted;
+  for (const double delay_s : {0.3e-3, 1e-3, 2.8e-3, 10e-3}) {
+    const AllowedCoupling allowed = ComputeAllowedCoupling(device, wanted, delay_s);
+    const stability::SampledAxis turn{device.inertia_kg_m2, device.damping_Nm_s_per_rad, 1e-3, delay_s};
+    EXPECT_EQ(allowed.stiffness_Nm_per_rad, stability::MaxStiffness(turn, 0.0));
+    const stability::SampledAxis axis{device.mass_kg, device.damping_N_s_per_m, 1e-3, delay_s};
+    const double K = std::min(wanted.stiffness_N_per_m, 0.99 * allowed.stiffness_N_per_m);
+    EXPECT_TRUE(stability::IsStable(axis, {K, 0.999 * allowed.damping_N_s_per_m})) << delay_s;
+    EXPECT_FALSE(stability::IsStable(axis, {K, 1.01 * allowed.damping_N_s_per_m})) << delay_s;
+  }
+}
+
+TEST(AllowedCoupling, TheDefaultCouplingIsAllowedOnTheDefaultDeviceAtOneMillisecond) {
+  const AllowedCoupling allowed = ComputeAllowedCoupling({}, {}, 1e-3);
+  EXPECT_GT(allowed.stiffness_N_per_m, scene::Coupling{}.stiffness_N_per_m);
+  EXPECT_GT(allowed.stiffness_Nm_per_rad, scene::Coupling{}.stiffness_Nm_per_rad);
+}
+
+TEST(DeviceBridge, MeasuresTheDelayOfItsLoopAndWhatItAllows) {
+  ToyWorld world("step a\nwait 100\n", 1,
+                 [](scene::Scenario& scenario) { scenario.devices[0].command_delay_s = 0.8e-3; });
+  world.Run(0.5);
+  const RoleFigures figures = world.bridge->figures(0);
+  EXPECT_NEAR(figures.loop_delay_s, 1.8e-3, 1e-9);
+  EXPECT_NEAR(figures.loop_jitter_s, 0.0, 1e-9);
+  const scene::Device device;
+  const stability::SampledAxis axis{device.mass_kg, device.damping_N_s_per_m, 1e-3, 1.8e-3};
+  EXPECT_NEAR(figures.allowed.stiffness_N_per_m / stability::MaxStiffness(axis, 0.0), 1.0, 1e-6);
+  EXPECT_NEAR(figures.least_stiffness_share,
+              std::min(figures.allowed.stiffness_N_per_m / 2500.0, figures.allowed.stiffness_Nm_per_rad / 30.0), 1e-12);
+}
+
+// Presses into a stiff wall and lets go, over and over; the wall's force is that of the last tick and so returns more
+// than it took.
+ToyWorld Hammering(double wall_N_per_m, double damping_N_s_per_m) {
+  ToyWorld world("step a\nwait 1.2\npush 0 0 -1 by 0.05 speed 0.05\nwait 100\n");
+  world.contact = [=](const core::DeviceState& state) {
+    const double depth_m = -0.02 - state.X_WD.translation.z;
+    if (depth_m <= 0.0) return core::Wrench{};
+    const double force_N = wall_N_per_m * depth_m - damping_N_s_per_m * state.V_WD.linear_m_per_s.z;
+    return core::Wrench{{0, 0, std::max(0.0, force_N)}, {0, 0, 0}};
+  };
+  world.Run(8.0);
+  return world;
+}
+
+TEST(Passivity, DoesNotActOnADampedWall) {
+  const RoleFigures figures = Hammering(5000.0, 30.0).bridge->figures(0);
+  EXPECT_GT(figures.energy_J, 0.0);
+  EXPECT_EQ(figures.samples_made_passive, 0U);
+}
+
+TEST(Passivity, ReturnsNoMoreEnergyThanTheHandGave) {
+  const RoleFigures figures = Hammering(60000.0, 0.0).bridge->figures(0);
+  EXPECT_GT(figures.samples_made_passive, 0U) << "the wall is unstable";
+  EXPECT_GT(figures.least_energy_J, -0.2);
+}
+
+TEST(Passivity, CountsTheWorkOverTheWayThatTheDeviceMoved) {
+  Passivity passivity{{}};
+  SafetyFilter filter = *SafetyFilter::Create([] {
+    FilterLimits limits;
+    limits.start_ramp_ns = 0;
+    limits.max_force_rate_N_per_s = 1e6;
+    return limits;
+  }());
+  DeviceReading reading;
+  reading.is_engaged = true;
+  filter.Apply(0, reading);
+  core::DeviceCommand command;
+  command.header.sequence = 1;
+  command.F_Do_W = {{10, 0, 0}, {0, 0, 2}};
+  filter.Accept(command, 1'000'000);
+  const FilteredForce acted = filter.Apply(1'000'000, reading);
+  ASSERT_NEAR(acted.F_Do_W().force_N.x, 10.0, 1e-9);
+  passivity.Step(reading, {}, true);
+  reading.X_WD.translation.x = -0.01;                                        // the hand pushes against the force
+  reading.X_WD.rotation = core::QuaternionFromRotationVector({0, 0, 0.02});  // and is turned by the torque
+  EXPECT_EQ(passivity.Step(reading, acted, true).force_N, glm::dvec3(0.0));
+  EXPECT_NEAR(passivity.energy_J(), 0.1 - 0.04, 1e-12);
+  reading.X_WD.translation.x = 0.0;
+  reading.V_WD.linear_m_per_s = {0.5, 0, 0};
+  const core::Wrench damping = passivity.Step(reading, acted, true);
+  EXPECT_NEAR(passivity.energy_J(), -0.04, 1e-12);
+  EXPECT_NEAR(damping.force_N.x, -100.0 * 1.5 * 0.5, 1e-9) << "capped";
+  passivity.Step(reading, acted, false);
+  EXPECT_NEAR(passivity.energy_J(), 0.5 * 100.0 / 2500.0 + 0.5 * 4.0 / 30.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace device_bridge
