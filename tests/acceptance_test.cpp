@@ -82,6 +82,20 @@ TEST(Acceptance, CompletesBothPegsWithTheMethodFast) {
   }
 }
 
+TEST(Acceptance, CompletesTouchWithTheGodObject) {
+  scene::Scenario scenario = Load("touch");
+  scenario.method = "fast";
+  scenario.coupling.type = "god_object";
+  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kTouchSteps);
+}
+
+TEST(Acceptance, ServiceRobotYieldsToAPushOfTheGodObject) {
+  scene::Scenario scenario = Load("service_robot");
+  scenario.method = "fast";
+  scenario.coupling.type = "god_object";
+  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), {"push", "lock"});
+}
+
 TEST(Acceptance, CompletesBothPegsWithTheGodObject) {
   for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {
     scene::Scenario scenario = Load(name);
