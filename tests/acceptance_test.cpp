@@ -40,68 +40,71 @@ lockstep::Outcome RunWith(scene::Scenario scenario, scene::ContactInput input, s
   return outcome;
 }
 
+// The paper's method and coupling.
 TEST(Acceptance, CompletesTouchWithPlanes) {
-  ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kPlanes, 1), kTouchSteps);
+  ExpectCompleted(RunWith(LoadPaper("touch"), scene::ContactInput::kPlanes, 1), kTouchSteps);
 }
 
 TEST(Acceptance, CompletesTouchWithThePapersWrench) {
-  ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kWrench, 1), kTouchSteps);
+  ExpectCompleted(RunWith(LoadPaper("touch"), scene::ContactInput::kWrench, 1), kTouchSteps);
 }
 
 TEST(Acceptance, CompletesTouchWithHardContact) {
-  ExpectCompleted(RunWith(Load("touch"), scene::ContactInput::kManifold, 1), kTouchSteps);
+  ExpectCompleted(RunWith(LoadPaper("touch"), scene::ContactInput::kManifold, 1), kTouchSteps);
 }
 
 TEST(Acceptance, CompletesTouchWithAnArmOfSevenJoints) {
-  scene::Scenario scenario = Load("touch");
+  scene::Scenario scenario = LoadPaper("touch");
   scenario.devices.at(0).type = "simulated_hug";
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kTouchSteps);
 }
 
 TEST(Acceptance, ServiceRobotYieldsToAPushAndHoldsWhenLocked) {
-  ExpectCompleted(RunWith(Load("service_robot"), scene::ContactInput::kPlanes, 1), {"push", "lock"});
+  ExpectCompleted(RunWith(LoadPaper("service_robot"), scene::ContactInput::kPlanes, 1), {"push", "lock"});
 }
 
 TEST(Acceptance, CompletesPegInHoleWithPlanes) {
-  ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kPlanes, 1), kPegSteps);
+  ExpectCompleted(RunWith(LoadPaper("peg_in_hole"), scene::ContactInput::kPlanes, 1), kPegSteps);
 }
 
 TEST(Acceptance, CompletesPegInHoleWithThePapersWrench) {
-  ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kWrench, 1), kPegSteps);
+  ExpectCompleted(RunWith(LoadPaper("peg_in_hole"), scene::ContactInput::kWrench, 1), kPegSteps);
 }
 
 TEST(Acceptance, CompletesPegInHoleWithHardContact) {
-  ExpectCompleted(RunWith(Load("peg_in_hole"), scene::ContactInput::kManifold, 1), kPegSteps);
+  ExpectCompleted(RunWith(LoadPaper("peg_in_hole"), scene::ContactInput::kManifold, 1), kPegSteps);
 }
 
 TEST(Acceptance, CompletesBothPegsWithTheMethodFast) {
   for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {  // 0.5 and 0.1 mm of clearance
-    scene::Scenario scenario = Load(name);
+    scene::Scenario scenario = LoadPaper(name);
     scenario.method = "fast";
     ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kPegSteps);
   }
 }
 
+// As shipped: method fast, coupling god_object.
+scene::Scenario LoadShipped(const std::string& name) {
+  scene::Scenario scenario = Load(name);
+  EXPECT_EQ(scenario.method, "fast") << name;
+  EXPECT_EQ(scenario.coupling.type, "god_object") << name;
+  return scenario;
+}
+
 TEST(Acceptance, CompletesTouchWithTheGodObject) {
-  scene::Scenario scenario = Load("touch");
-  scenario.method = "fast";
-  scenario.coupling.type = "god_object";
-  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kTouchSteps);
+  for (const scene::ContactInput input :
+       {scene::ContactInput::kPlanes, scene::ContactInput::kManifold, scene::ContactInput::kWrench}) {
+    ExpectCompleted(RunWith(LoadShipped("touch"), input, 1), kTouchSteps);
+  }
 }
 
 TEST(Acceptance, ServiceRobotYieldsToAPushOfTheGodObject) {
-  scene::Scenario scenario = Load("service_robot");
-  scenario.method = "fast";
-  scenario.coupling.type = "god_object";
-  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), {"push", "lock"});
+  ExpectCompleted(RunWith(LoadShipped("service_robot"), scene::ContactInput::kPlanes, 1), {"push", "lock"});
 }
 
 TEST(Acceptance, CompletesBothPegsWithTheGodObject) {
   for (const char* name : {"peg_in_hole", "peg_in_hole/tight.xml"}) {
-    scene::Scenario scenario = Load(name);
-    scenario.method = "fast";
-    scenario.coupling.type = "god_object";
-    ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kPegSteps);
+    ExpectCompleted(RunWith(LoadShipped(name), scene::ContactInput::kPlanes, 1), kPegSteps);
   }
 }
 
@@ -112,22 +115,17 @@ TEST(Acceptance, CompletesFreeCollision) {
 }
 
 TEST(Acceptance, CompletesModuleReplacementWithTheMethodPaper) {
-  scene::Scenario scenario = Load("module_replacement");
-  ASSERT_EQ(scenario.method, "paper");
-  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
+  ExpectCompleted(RunWith(LoadPaper("module_replacement"), scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
 TEST(Acceptance, CompletesModuleReplacementWithTheMethodFast) {
-  scene::Scenario scenario = Load("module_replacement");
+  scene::Scenario scenario = LoadPaper("module_replacement");
   scenario.method = "fast";
   ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
 TEST(Acceptance, CompletesModuleReplacementWithTheGodObject) {
-  scene::Scenario scenario = Load("module_replacement");
-  scenario.method = "fast";
-  scenario.coupling.type = "god_object";
-  ExpectCompleted(RunWith(scenario, scene::ContactInput::kPlanes, 1), kModuleSteps);
+  ExpectCompleted(RunWith(LoadShipped("module_replacement"), scene::ContactInput::kPlanes, 1), kModuleSteps);
 }
 
 TEST(Acceptance, CoversEveryScenario) {

@@ -25,7 +25,7 @@ std::set<std::uint64_t> DigestsOf(const lockstep::RecordedNode& recorded, const 
 }
 
 TEST(Golden, AHundredReplaysAtThreeSpeedsHaveOneDigest) {
-  const scene::Scenario scenario = Load("module_replacement");
+  const scene::Scenario scenario = Load("module_replacement/paper.xml");
   for (const char* node : {"logic_node", "physics_node", "haptic_node"}) {
     const lockstep::RecordedNode recorded = GoldenNode(node);
     std::set<std::uint64_t> digests[3];

@@ -24,7 +24,7 @@ void ExpectEqual(const std::string& node) {
     options.tolerance = *tolerance;
     std::printf("recorded with another libm or compiler: compared within the tolerance, not bit for bit\n");
   }
-  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), options);
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement/paper.xml"), options);
   ASSERT_TRUE(outcome) << outcome.error().detail;
   std::printf("%s", lockstep::Describe(recorded, *outcome).c_str());
   EXPECT_GE(outcome->num_steps, 100U);
@@ -58,7 +58,7 @@ TEST(Golden, IsSmallAndStatesWhereItsBitsComeFrom) {
 TEST(Golden, HoldsAContactThatTheHandFeels) {
   bool is_touching = false;
   const lockstep::RecordedNode recorded = GoldenNode("haptic_node");
-  auto node = lockstep::ReplayedNode::Create(recorded, Load("module_replacement"), {});
+  auto node = lockstep::ReplayedNode::Create(recorded, Load("module_replacement/paper.xml"), {});
   ASSERT_TRUE(node) << node.error().detail;
   const auto read = bus::log::ReadMcap(GoldenFile(), [&](const bus::log::Channel& channel, const bus::log::Message& m) {
     if (channel.topic != "replay/haptic_node/step" || is_touching) return;
@@ -80,7 +80,7 @@ lockstep::StepsOutcome WithScenario(const std::string& node, const scene::Scenar
 }
 
 TEST(Golden, AHeavierHandleIsCaughtAndNamed) {
-  scene::Scenario scenario = Load("module_replacement");
+  scene::Scenario scenario = Load("module_replacement/paper.xml");
   const int handle = scenario.FindObject("handle");
   ASSERT_GE(handle, 0);
   scenario.objects[static_cast<std::size_t>(handle)].mass_kg *= 1.001;
@@ -94,7 +94,7 @@ TEST(Golden, AHeavierHandleIsCaughtAndNamed) {
 
 // Mechanism parameters can change during a run, so the checkpoint holds them: they are changed there.
 TEST(Golden, AChangedSpringOfTheSnapIsCaughtAndNamed) {
-  const scene::Scenario scenario = Load("module_replacement");
+  const scene::Scenario scenario = Load("module_replacement/paper.xml");
   const int snap = scenario.FindMechanism("hook_old");
   ASSERT_GE(snap, 0);
   lockstep::StepsOptions options;
@@ -108,7 +108,7 @@ TEST(Golden, AChangedSpringOfTheSnapIsCaughtAndNamed) {
 }
 
 TEST(Golden, AChangedSpringOfTheCouplingIsCaughtAndNamed) {
-  scene::Scenario scenario = Load("module_replacement");
+  scene::Scenario scenario = Load("module_replacement/paper.xml");
   scenario.coupling.stiffness_N_per_m *= 1.001;
   const lockstep::StepsOutcome outcome = WithScenario("haptic_node", scenario);
   EXPECT_GT(outcome.num_different, 10U);
@@ -119,7 +119,7 @@ TEST(Golden, AChangedSpringOfTheCouplingIsCaughtAndNamed) {
 TEST(Golden, AParameterChangedInTheReplayIsCaught) {
   lockstep::StepsOptions options;
   options.mutations = {{"force_cap_N", 0.5}};
-  const lockstep::StepsOutcome outcome = WithScenario("haptic_node", Load("module_replacement"), options);
+  const lockstep::StepsOutcome outcome = WithScenario("haptic_node", Load("module_replacement/paper.xml"), options);
   EXPECT_GT(outcome.num_different, 10U);
   EXPECT_TRUE(outcome.name.starts_with("device/right/command:F_Do_W.force_N")) << outcome.name;
 }
@@ -127,16 +127,16 @@ TEST(Golden, AParameterChangedInTheReplayIsCaught) {
 TEST(Golden, ReplaySpeedChangesNoResult) {
   for (const char* node : {"logic_node", "physics_node"}) {
     lockstep::StepsOptions options;
-    const std::uint64_t digest = WithScenario(node, Load("module_replacement"), options).digest;
+    const std::uint64_t digest = WithScenario(node, Load("module_replacement/paper.xml"), options).digest;
     options.speed = 10.0;
-    EXPECT_EQ(WithScenario(node, Load("module_replacement"), options).digest, digest) << node;
+    EXPECT_EQ(WithScenario(node, Load("module_replacement/paper.xml"), options).digest, digest) << node;
   }
 }
 
 TEST(Golden, StepsOfAnotherVersionAreRefusedByName) {
   lockstep::RecordedNode recorded = GoldenNode("logic_node");
   recorded.fields += "status.mood f64\n";
-  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement/paper.xml"), {});
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.error().code, core::ErrorCode::kUnsupported);
   EXPECT_NE(outcome.error().detail.find("logic_node"), std::string::npos) << outcome.error().detail;
@@ -145,7 +145,7 @@ TEST(Golden, StepsOfAnotherVersionAreRefusedByName) {
 TEST(Golden, StepsWithoutTheirCheckpointAreRefused) {
   lockstep::RecordedNode recorded = GoldenNode("physics_node");
   recorded.checkpoint.clear();
-  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement"), {});
+  const auto outcome = lockstep::ReplaySteps(GoldenFile(), recorded, Load("module_replacement/paper.xml"), {});
   ASSERT_FALSE(outcome);
   EXPECT_NE(outcome.error().detail.find("stands at tick 0"), std::string::npos) << outcome.error().detail;
 }

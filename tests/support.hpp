@@ -20,6 +20,14 @@ inline scene::Scenario Load(const std::string& name) {
   return *scenario;
 }
 
+// The same with the paper's method and coupling, in place of the scenario's.
+inline scene::Scenario LoadPaper(const std::string& name) {
+  scene::Scenario scenario = Load(name);
+  scenario.method = "paper";
+  scenario.coupling.type = "paper";
+  return scenario;
+}
+
 inline lockstep::Outcome InLockstep(const scene::Scenario& scenario, const lockstep::Options& options = {}) {
   const auto outcome = lockstep::Run(scenario, options);
   if (!outcome) {

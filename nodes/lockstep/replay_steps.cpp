@@ -126,9 +126,9 @@ core::Result<StepsOutcome> ReplaySteps(const std::filesystem::path& file, const 
   }
   scene::Scenario its = scenario;
   if (const auto method = recorded.about.find("method"); method != recorded.about.end()) its.method = method->second;
-  if (const auto coupling = recorded.about.find("coupling"); coupling != recorded.about.end()) {
-    its.coupling.type = coupling->second;
-  }
+  // What was recorded before there was a choice has no entry.
+  const auto coupling = recorded.about.find("coupling");
+  its.coupling.type = coupling == recorded.about.end() ? "paper" : coupling->second;
   auto node = ReplayedNode::Create(recorded, its, options.node);
   if (!node) return tl::unexpected(node.error());
   Replay replay(node->get(), options);

@@ -8,7 +8,7 @@ golden=tests/golden/module_replacement.mcap
 new=$(mktemp -d)
 trap 'rm -rf "$new"' EXIT
 # The run ends at the recording's end, long before the procedure's: status 1.
-"$oos" run scenarios/module_replacement --lockstep --seed 1 --steps "$new/steps.mcap" --steps_from 35.9 --duration 36.9 \
+"$oos" run scenarios/module_replacement/paper.xml --lockstep --seed 1 --steps "$new/steps.mcap" --steps_from 35.9 --duration 36.9 \
   --out "$new/run" || [ $? -eq 1 ]
 "$oos" replay "$new/steps.mcap" --check
 mv "$new/steps.mcap" "$golden"

@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 const std::filesystem::path kSource = VR_OOS_SOURCE_DIR;
 const std::string kGolden = (kSource / "tests/golden/module_replacement.mcap").string();
-const std::string kScenario = (kSource / "scenarios/module_replacement").string();
+const std::string kScenario = (kSource / "scenarios/module_replacement/paper.xml").string();
 
 // Exit status; what was printed is in `out`, complaints too.
 int Replay(std::vector<std::string> words, std::string* out) {
