@@ -156,15 +156,15 @@ Curve CurveAt(const Normalised& a, double z) noexcept {
   const double P2 = q * (q - 1.0) * power;
   const double Q0 = (z - 1.0) * (z - a.E);
   const double Q1 = 2.0 * z - 1.0 - a.E;
-  const double D0 = P0 * Q0;
-  const double D1 = P1 * Q0 + P0 * Q1;
-  const double D2 = P2 * Q0 + 2.0 * P1 * Q1 + 2.0 * P0;
+  const double PQ0 = P0 * Q0;
+  const double PQ1 = P1 * Q0 + P0 * Q1;
+  const double PQ2 = P2 * Q0 + 2.0 * P1 * Q1 + 2.0 * P0;
   const double N0 = a.N[0] + z * (a.N[1] + z * a.N[2]);
   const double N1 = a.N[1] + 2.0 * z * a.N[2];
   const double N2 = 2.0 * a.N[2];
-  const double r0 = D0 / N0;
-  const double r1 = (D1 - r0 * N1) / N0;
-  const double r2 = (D2 - 2.0 * r1 * N1 - r0 * N2) / N0;
+  const double r0 = PQ0 / N0;
+  const double r1 = (PQ1 - r0 * N1) / N0;
+  const double r2 = (PQ2 - 2.0 * r1 * N1 - r0 * N2) / N0;
   return {-r0, -r1, -r2};
 }
 
