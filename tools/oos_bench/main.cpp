@@ -1,4 +1,5 @@
-// The studies behind `oos bench`: the contact engine, the dynamics and the bus, measured and charted.
+// The studies behind `oos bench`: the contact engine, the dynamics, the bus and the stability of what the
+// hand feels, measured and charted.
 
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 
 #include "tools/contact/bench.hpp"
 #include "tools/dynamics/bench.hpp"
+#include "tools/failures/bench.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/bench/verbs.hpp"
 #include "tools/process/spawn.hpp"
@@ -44,8 +46,9 @@ int RunBus(const oos::Arguments& arguments) {
 int RunStudies(const oos::Arguments& arguments) {
   if (arguments.positional()[0] == "physics") return RunPhysics(arguments);
   if (arguments.positional()[0] == "bus") return RunBus(arguments);
+  if (arguments.positional()[0] == "stability") return failures::BenchMain(OptionsOf(arguments));
   if (arguments.positional()[0] != "vps") {
-    return oos::Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus",
+    return oos::Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus, stability",
                          oos::kBadUsage);
   }
   contact::BenchOptions options;

@@ -19,7 +19,10 @@ a peg that jams, sheets. MuJoCo takes part when `oos_bench_dynamics_peers` stand
 
 bus: one hop by transport and size, classes of topics, the age of the newest sample while packets are lost between two network
 namespaces (root), throughput, processor time and blocks: the bus, encrypted and not, beside raw UDP, raw ZeroMQ and shared memory. LCM
-takes part when `oos_bench_transport_peers` stands beside this program.)";
+takes part when `oos_bench_transport_peers` stands beside this program.
+
+stability: the failure tests F1 to F23 of haptic rendering (thin parts, force steps, edges, delay, energy, impact, friction, rest, pegs,
+overload), each with its bound and what every method does, by the nodes' own steps on a virtual clock. Takes some minutes.)";
 
 // The studies and their charts are a program of their own, so that simulations are built and run without them.
 int RunBench(const Arguments& arguments) {
@@ -42,8 +45,8 @@ int RunBench(const Arguments& arguments) {
 Verb BenchVerb() {
   return {"bench",
           "times and errors of contact queries, of the dynamics or of the bus, charted against exact answers and other "
-          "libraries",
-          "vps|physics|bus",
+          "libraries; the failure tests of stability",
+          "vps|physics|bus|stability",
           1,
           1,
           {{"--json", "FILE", "file for all numbers"},

@@ -1,0 +1,18 @@
+#include "tools/failures/bench.hpp"
+
+#include "tools/failures/studies.hpp"
+
+namespace failures {
+
+int BenchMain(const bench::BenchOptions& options) {
+  std::vector<bench::Study> studies{{"thin", StudyThin},         {"steps", StudySteps},       {"peg", StudyPeg},
+                                    {"edges", StudyEdges},       {"boundary", StudyBoundary}, {"energy", StudyEnergy},
+                                    {"impact", StudyImpact},     {"bodies", StudyBodies},     {"penalty", StudyPenalty},
+                                    {"friction", StudyFriction}, {"lateness", StudyLateness}, {"deep", StudyDeepStart},
+                                    {"rest", StudyRest},         {"overload", StudyOverload}};
+  if (options.only.empty()) studies.push_back({"summary", AddSummary});
+  return bench::RunStudies(options, {"stability", "Failure tests F1 to F23, measured", bench::ProcessorText()}, studies,
+                           "");
+}
+
+}  // namespace failures

@@ -1,0 +1,160 @@
+#include "tools/failures/loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "core/clock.hpp"
+#include "tools/failures/scene_kit.hpp"
+
+namespace failures {
+
+Loop::Loop(const scene::Scenario& scenario, const LoopOptions& options) : scenario_(scenario), options_(options) {
+  std::ofstream(scenario_.operator_script) << "step a\nrole right\n" << options.script << "\n";
+  if (!scenario_.devices.empty()) {
+    device_bridge::Options bridge_options;
+    bridge_options.operator_options.tremor_m = options.tremor_m;
+    bridge_options.num_echoes = 1;  // latencies are not measured here
+    bridge_ = Must(device_bridge::DeviceBridge::Create(scenario_, options.seed, bridge_options));
+  }
+  logic_.step = "a";
+  if (options.answer) return;
+  haptic_node::Options haptic_options;
+  haptic_options.collision.cache = WorkFolder() / "cache";
+  haptic_ = Must(haptic_node::HapticNode::Create(scenario_, serial_, haptic_options));
+  haptic_->PrepareOutputs(&out_);
+  contacts_.resize(scenario_.pairs.size());
+  const bool has_bodies = std::any_of(scenario_.objects.begin(), scenario_.objects.end(),
+                                      [](const scene::Object& o) { return o.owner == scene::Owner::kPhysics; });
+  if (has_bodies) {
+    physics_node::Options physics_options;
+    physics_options.collision.cache = haptic_options.collision.cache;
+    physics_ = Must(physics_node::PhysicsNode::Create(scenario_, physics_options));
+  }
+}
+
+void Loop::Tick() {
+  now_ns_ += core::kTick_ns;
+  ++ticks_;
+  if (bridge_ != nullptr) StepBridge();
+  StepHaptic();
+  if (bridge_ != nullptr) {
+    commands_.push_back(out_.commands[0]);
+    if (static_cast<int>(commands_.size()) > options_.command_delay_ticks) {
+      bridge_->AcceptCommand(0, commands_.front(), now_ns_, now_ns_);
+      commands_.pop_front();
+    }
+    exerted_before_ = exerted();
+  }
+  if (physics_ != nullptr) StepPhysics();
+}
+
+void Loop::Prescribe(const core::Pose& X_WD, bool is_engaged) {
+  now_ns_ += core::kTick_ns;
+  ++ticks_;
+  core::DeviceState device;
+  device.header.sequence = ticks_;
+  device.header.publish_ns = device.sample_ns = now_ns_;
+  device.is_engaged = is_engaged;
+  device.X_WD = X_WD;
+  if (!devices_.empty()) {
+    const core::Pose& before = devices_[0].X_WD;
+    const double per_s = 1e9 / static_cast<double>(core::kTick_ns);
+    device.V_WD = {per_s * core::RotationVector(X_WD.rotation * glm::conjugate(before.rotation)),
+                   per_s * (X_WD.translation - before.translation)};
+  }
+  devices_.clear();
+  devices_.push_back(device);
+  StepHaptic();
+  if (physics_ != nullptr) StepPhysics();
+}
+
+void Loop::Run(double seconds) {
+  const long num_ticks = std::lround(1000.0 * seconds);
+  for (long i = 0; i < num_ticks; ++i) Tick();
+}
+
+core::Wrench Loop::exerted() const {
+  // The bridge makes no other kind of device.
+  return static_cast<const device_bridge::SimulatedArm&>(bridge_->device(0)).Felt().F_Do_W;
+}
+
+const core::BodyState& Loop::body(std::uint16_t object) const {
+  return *std::find_if(physics_out_.state.bodies.begin(), physics_out_.state.bodies.end(),
+                       [object](const core::BodyState& b) { return b.object == object; });
+}
+
+void Loop::StepBridge() {
+  device_bridge::Inputs inputs;
+  inputs.now_ns = now_ns_;
+  inputs.proxies = out_.proxies;
+  inputs.physics = physics_ != nullptr && ticks_ > 1 ? &physics_out_.state : nullptr;
+  for (const core::Reaction& reaction : reactions_) inputs.grasped_objects.push_back(reaction.grasped_object);
+  inputs.logic = &logic_;
+  device_bridge::Outputs outputs;
+  bridge_->Step(inputs, &outputs);
+  devices_ = outputs.states;
+  CountEnergy();
+}
+
+// Work of the hand against the force that acted since the last tick.
+void Loop::CountEnergy() {
+  const core::Pose& X_WD = devices_[0].X_WD;
+  if (ticks_ > 1) {
+    energy_J_ -= glm::dot(exerted_before_.force_N, X_WD.translation - X_WD_before_.translation) +
+                 glm::dot(exerted_before_.torque_Nm,
+                          core::RotationVector(X_WD.rotation * glm::conjugate(X_WD_before_.rotation)));
+    least_energy_J_ = std::min(least_energy_J_, energy_J_);
+  }
+  X_WD_before_ = X_WD;
+}
+
+void Loop::StepHaptic() {
+  if (options_.answer) {
+    out_.commands.resize(1);
+    out_.commands[0].header.direct = devices_[0].header.direct;
+    out_.commands[0].F_Do_W = options_.answer(devices_[0]);
+  } else {
+    haptic_node::Inputs inputs;
+    inputs.now_ns = now_ns_;
+    inputs.devices = devices_;
+    inputs.physics = physics_ != nullptr && ticks_ > 1 ? &physics_out_.state : nullptr;
+    inputs.reactions = reactions_;
+    inputs.budget_points = options_.budget_points;
+    haptic_->Step(inputs, &out_);
+  }
+  for (core::DeviceCommand& command : out_.commands) {
+    command.header.sequence = ticks_;
+    command.header.publish_ns = now_ns_;
+  }
+  for (core::HapticProxy& proxy : out_.proxies) {
+    proxy.header.sequence = ticks_;
+    proxy.header.publish_ns = now_ns_;
+  }
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (out_.contacts_updated[i] == 0) continue;
+    contacts_[i] = out_.contacts[i];
+    contacts_[i].header.sequence = ticks_;
+    contacts_[i].header.publish_ns = now_ns_;
+  }
+}
+
+void Loop::StepPhysics() {
+  contact_sets_.push_back(contacts_);
+  if (static_cast<int>(contact_sets_.size()) > options_.contact_delay_ticks + 1) contact_sets_.pop_front();
+  physics_node::Inputs inputs;
+  inputs.now_ns = now_ns_;
+  inputs.proxies = out_.proxies;
+  inputs.contacts = contact_sets_.front().data();
+  inputs.num_contacts = contact_sets_.front().size();
+  physics_->Step(inputs, &physics_out_);
+  physics_out_.state.header.sequence = ticks_;
+  physics_out_.state.header.publish_ns = now_ns_;
+  for (core::Reaction& reaction : physics_out_.reactions) {
+    reaction.header.sequence = ticks_;
+    reaction.header.publish_ns = now_ns_;
+  }
+  reactions_ = physics_out_.reactions;
+}
+
+}  // namespace failures

@@ -1,0 +1,62 @@
+// F17: a body that starts deep inside a plate.
+#include <algorithm>
+#include <cmath>
+
+#include "tools/failures/loop.hpp"
+#include "tools/failures/studies.hpp"
+#include "tools/failures/tool_on_plate.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace failures {
+namespace {
+
+constexpr double kHalf_m = 0.02;
+
+struct Exit {
+  double speed_m_per_s = 0.0;
+  double energy_J = 0.0;  // largest kinetic energy, over what the contact's spring held at the start
+  bool is_right = false;  // left on the side that it came in
+};
+
+Exit Leave(const Variant& variant, double depth_m) {
+  SceneKit kit(variant);
+  const auto plate = kit.AddFixed(vps::MakeBox({0.2, 0.2, 0.08}), {{1, 0, 0, 0}, {0, 0, -0.04}}, kVoxel_m);
+  const auto body = kit.AddBody(vps::MakeBox(glm::dvec3(2.0 * kHalf_m)), {{1, 0, 0, 0}, {0, 0, kHalf_m - depth_m}}, 0.5,
+                                0.0, kToolPoints);
+  kit.AddIdleHand();
+  scene::Pair& pair = kit.AddPair(body, plate);
+  const double stored_J = 0.5 * pair.stiffness_N_per_m * depth_m * depth_m;
+  Loop loop(kit.scenario);
+  Exit exit;
+  for (int i = 0; i < 2000; ++i) {
+    loop.Tick();
+    exit.speed_m_per_s = std::max(exit.speed_m_per_s, glm::length(loop.body(body).V_WO.linear_m_per_s));
+  }
+  exit.energy_J = 0.25 * exit.speed_m_per_s * exit.speed_m_per_s / stored_J;
+  exit.is_right = loop.body(body).X_WO.translation.z > kHalf_m - 1e-3;
+  return exit;
+}
+
+}  // namespace
+
+void StudyDeepStart(Report* report) {
+  for (const double depth_m : {0.005, 0.02}) {
+    Row row{"F17",
+            "deep start",
+            "cube of 40 mm and 0.5 kg, " + Short(1e3 * depth_m) + " mm inside a plate of 80 mm, 20 kN/m",
+            "fastest speed; energy over the spring's; side",
+            "<= 0.5 m/s; <= 1; right",
+            {},
+            "the spring of the pair lets go of all that it holds: nothing bounds the speed of leaving"};
+    for (const Variant& variant : Variants()) {
+      const Exit exit = Leave(variant, depth_m);
+      row.readings.push_back(
+          {variant.name,
+           Short(exit.speed_m_per_s) + " m/s; " + Short(exit.energy_J) + "; " + (exit.is_right ? "right" : "wrong"),
+           exit.speed_m_per_s <= 0.5 && exit.energy_J <= 1.0 && exit.is_right});
+    }
+    AddRow(report, row);
+  }
+}
+
+}  // namespace failures

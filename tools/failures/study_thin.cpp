@@ -1,0 +1,145 @@
+// F1: tools pushed through thin and open parts.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+
+#include "tools/failures/loop.hpp"
+#include "tools/failures/studies.hpp"
+#include "tools/failures/tool_on_plate.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace failures {
+namespace {
+
+constexpr double kThickness_m = 5e-4;
+constexpr double kStart_m = 0.02;  // of the tool's origin, over its own reach
+constexpr double kPast_m = 0.05;
+constexpr double kSide_m = 0.3;        // of the plate
+constexpr double kThinVoxel_m = 5e-4;  // as thin as it is
+
+struct Tool {
+  const char* name;
+  vps::TriangleMesh mesh;
+};
+
+std::vector<Tool> Tools() {
+  return {{"ball", vps::MakeSphere(0.01, 48)},
+          {"box", vps::MakeBox({0.02, 0.02, 0.02})},
+          {"handle", vps::MakeBox({0.1, 0.02, 0.015})}};
+}
+
+vps::TriangleMesh OpenSheet() {
+  const double h = 0.5 * kSide_m;
+  return {{{-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+struct Speed {
+  double m_per_s;
+  int directions;
+  double bound;  // of the penetration shown, in voxels
+};
+constexpr Speed kSpeeds[] = {{0.05, 50, 0.1}, {0.2, 200, 0.1}, {1.0, 1000, 0.25}};
+
+struct Passage {
+  bool is_refused = false;  // the part, when it was cooked
+  int flips = 0;
+  double deepest_m = 0.0;
+};
+
+// The tool's lowest corner below the plane z = 0 of the side that it came from. Exact: the tools are convex.
+double Below_m(const vps::TriangleMesh& tool, const core::Pose& X_WT, double side) {
+  double lowest = 1e9;
+  for (const glm::dvec3& v : tool.vertices) lowest = std::min(lowest, side * (X_WT * v).z);
+  return -lowest;
+}
+
+Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
+  SceneKit kit(variant);
+  const vps::TriangleMesh plate = is_open ? OpenSheet() : vps::MakeBox({kSide_m, kSide_m, kThickness_m});
+  const auto field = kit.AddFixed(plate, {}, kThinVoxel_m);
+  if (is_open) kit.scenario.objects[field].sheet_thickness_m = kThickness_m;
+  const auto hand = kit.AddHand(tool.mesh, {{1, 0, 0, 0}, {0, 0, 0.1}}, kToolPoints);
+  kit.AddPair(hand, field);
+  Loop loop(kit.scenario);
+  std::mt19937_64 engine(11);
+  const auto uniform = [&engine](double low, double high) {
+    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1.0p-53;
+  };
+  Passage passage;
+  for (int i = 0; i < speed.directions; ++i) {
+    const double side = i % 2 == 0 ? 1.0 : -1.0;
+    const double azimuth = uniform(0.0, 2.0 * std::numbers::pi);
+    const double steep = uniform(0.3, 0.5 * std::numbers::pi);  // from grazing to straight on
+    const glm::dvec3 way(std::cos(azimuth) * std::cos(steep), std::sin(azimuth) * std::cos(steep),
+                         -side * std::sin(steep));
+    const glm::dquat turned =
+        core::QuaternionFromRotationVector({uniform(-1.8, 1.8), uniform(-1.8, 1.8), uniform(-1.8, 1.8)});
+    const double reach = Below_m(tool.mesh, {turned, {0, 0, 0}}, side);
+    const double to_plate = (kStart_m + reach) / std::sin(steep);
+    core::Pose X_WD{turned, {uniform(-0.02, 0.02), uniform(-0.02, 0.02), 0.0}};
+    X_WD.translation -= to_plate * way;
+    loop.LetGo(X_WD);
+    const double step = 1e-3 * speed.m_per_s;
+    for (double gone = 0.0; gone < to_plate + kPast_m; gone += step) {
+      X_WD.translation += step * way;
+      loop.Tick(X_WD);
+      passage.deepest_m = std::max(passage.deepest_m, Below_m(tool.mesh, loop.X_WC(), side) + 0.5 * kThickness_m);
+    }
+    if (side * loop.X_WC().translation.z < 0.0) ++passage.flips;
+  }
+  return passage;
+}
+
+Passage PushAll(const Variant& variant, bool is_open, const Speed& speed) {
+  Passage worst;
+  try {
+    for (const Tool& tool : Tools()) {
+      const Passage one = Push(variant, tool, is_open, speed);
+      worst.flips += one.flips;
+      worst.deepest_m = std::max(worst.deepest_m, one.deepest_m);
+    }
+  } catch (const std::runtime_error& refusal) {
+    std::printf("%s\n", refusal.what());
+    worst.is_refused = true;
+  }
+  return worst;
+}
+
+}  // namespace
+
+void StudyThin(Report* report) {
+  for (const bool is_open : {false, true}) {
+    const std::string what = is_open ? "open sheet, taken as 0.5 mm thick" : "plate of 0.5 mm";
+    for (const Speed& speed : kSpeeds) {
+      Row flips{"F1",
+                "tunnelling",
+                "ball, box, handle pushed 50 mm past a " + what + ", " + Short(speed.m_per_s) + " m/s, " +
+                    std::to_string(speed.directions) + " directions each",
+                "tools on the other side",
+                "0",
+                {},
+                "a tool that is more than half through is pushed out on the far side"};
+      Row depth = flips;
+      depth.observable = "deepest penetration shown, in voxels of 0.5 mm";
+      depth.bound = "<= " + Short(speed.bound);
+      depth.why = "the proxy rests half a voxel inside, and a thin plate's inside is less than that";
+      for (const Variant& variant : Variants()) {
+        const Passage worst = PushAll(variant, is_open, speed);
+        if (worst.is_refused) {
+          for (Row* row : {&flips, &depth}) row->readings.push_back({variant.name, "refused: too thin", false});
+          continue;
+        }
+        flips.readings.push_back({variant.name, std::to_string(worst.flips), worst.flips == 0});
+        depth.readings.push_back(
+            {variant.name, Short(worst.deepest_m / kThinVoxel_m), worst.deepest_m <= speed.bound * kThinVoxel_m});
+      }
+      AddRow(report, flips);
+      AddRow(report, depth);
+    }
+  }
+}
+
+}  // namespace failures
