@@ -36,6 +36,23 @@ TEST(Lockstep, AnotherSeedIsAnotherRun) {
   EXPECT_NE(one, InLockstep(scenario, options).hash);
 }
 
+// The device's own delay of 4 ms leaves 5 / (0.5 + 5) ms = 900 N/m of the 2500 N/m by the linear rule.
+TEST(Lockstep, ALateDeviceLowersTheStiffnessOfTheHandTheSameWayInEachRun) {
+  scene::Scenario scenario = Load("touch");
+  lockstep::Options options;
+  options.duration_s = 6.0;
+  const lockstep::Outcome in_time = InLockstep(scenario, options);
+  EXPECT_GT(in_time.least_stiffness_share, 1.0);
+  EXPECT_EQ(in_time.used_stiffness_share, 1.0);
+  scenario.devices[0].command_delay_s = 4e-3;
+  const lockstep::Outcome late = InLockstep(scenario, options);
+  EXPECT_NEAR(late.least_stiffness_share, 0.3, 0.07);
+  EXPECT_EQ(late.used_stiffness_share, late.least_stiffness_share);
+  EXPECT_GE(late.least_energy_J, -1e-3);
+  EXPECT_LT(late.share_made_passive, 0.01);
+  EXPECT_EQ(late.hash, InLockstep(scenario, options).hash);
+}
+
 TEST(Lockstep, WithoutThePairTheBlockIsNotPushed) {
   scene::Scenario scenario = Load("touch");
   scenario.stall_limit_s = 10.0;

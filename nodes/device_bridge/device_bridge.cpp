@@ -103,10 +103,12 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   // The roles take turns, so that no tick has the work of two.
   if (!role.loop_delay.is_measured() || ticks_ % kAllowedPeriod_ticks != role_index) return;
   role.allowed = ComputeAllowedCoupling(scenario_.devices[role_index], scenario_.coupling, role.loop_delay.late_s());
-  const double share =
+  role.stiffness_share =
       std::min(role.allowed.stiffness_N_per_m / std::max(scenario_.coupling.stiffness_N_per_m, 1e-9),
                role.allowed.stiffness_Nm_per_rad / std::max(scenario_.coupling.stiffness_Nm_per_rad, 1e-9));
-  if (role.least_stiffness_share == 0.0 || share < role.least_stiffness_share) role.least_stiffness_share = share;
+  if (role.least_stiffness_share == 0.0 || role.stiffness_share < role.least_stiffness_share) {
+    role.least_stiffness_share = role.stiffness_share;
+  }
 }
 
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
@@ -168,6 +170,7 @@ RoleFigures DeviceBridge::figures(std::size_t role) const {
   figures.loop_delay_s = r.loop_delay.mean_s();
   figures.loop_jitter_s = r.loop_delay.jitter_s();
   figures.allowed = r.allowed;
+  figures.stiffness_share = r.stiffness_share;
   figures.least_stiffness_share = r.least_stiffness_share;
   figures.energy_J = r.passivity.energy_J();
   figures.least_energy_J = r.passivity.least_energy_J();

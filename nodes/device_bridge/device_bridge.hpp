@@ -44,7 +44,8 @@ struct RoleFigures {
   double loop_delay_s = 0.0;  // from sample to force; 0: not measured
   double loop_jitter_s = 0.0;
   AllowedCoupling allowed;             // by the latest delay
-  double least_stiffness_share = 0.0;  // smallest of allowed over wanted stiffness in this run; 0: not measured
+  double stiffness_share = 0.0;        // allowed over wanted stiffness, the smaller of both axes; 0: not measured
+  double least_stiffness_share = 0.0;  // in this run
   double energy_J = 0.0;               // of the passivity observer
   double least_energy_J = 0.0;
   std::uint64_t samples_made_passive = 0;  // writes in which its controller acted
@@ -82,6 +83,8 @@ class DeviceBridge {
   [[nodiscard]] const SimulatedOperator& simulated_operator() const { return *operator_; }
   [[nodiscard]] RoleFigures figures(std::size_t role) const;
   [[nodiscard]] double force_limit_N(std::size_t role) const { return roles_[role]->filter.limits().max_force_N; }
+  // Allowed over wanted stiffness of the coupling; 0: not measured yet.
+  [[nodiscard]] double stiffness_share(std::size_t role) const { return roles_[role]->stiffness_share; }
   [[nodiscard]] const Device& device(std::size_t role) const { return *roles_[role]->device; }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
@@ -100,6 +103,7 @@ class DeviceBridge {
     std::int64_t accepted_ns = 0;  // arrival of the newest accepted command
     LoopDelay loop_delay;
     AllowedCoupling allowed;
+    double stiffness_share = 0.0;
     double least_stiffness_share = 0.0;
     Passivity passivity;
     Role(const SafetyFilter& f, const scene::Device& d, const scene::Coupling& c)

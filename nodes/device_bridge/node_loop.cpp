@@ -36,8 +36,12 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
       force_log_(NumForceSamples(scenario)) {
   for (const char* name :
        {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses", "loop_delay_ms",
-        "loop_jitter_ms", "allowed_N_per_m", "stiffness_share", "energy_J", "made_passive"}) {
+        "loop_jitter_ms", "allowed_N_per_m", "least_share", "energy_J", "made_passive"}) {
     figures_.items.push_back({name, 0.0});
+  }
+  first_share_ = figures_.items.size();
+  for (const scene::Device& device : scenario.devices) {
+    figures_.items.push_back({"hand." + device.role + ".stiffness_limit", 0.0});
   }
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);
@@ -147,6 +151,9 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
   figures_.items[9].value = first.least_stiffness_share;
   figures_.items[10].value = first.energy_J;
   figures_.items[11].value = static_cast<double>(first.samples_made_passive);
+  for (std::size_t role = 0; role < outputs_.applied.size(); ++role) {
+    figures_.items[first_share_ + role].value = bridge_->stiffness_share(role);
+  }
   figures_writer_.Set(figures_);
 }
 

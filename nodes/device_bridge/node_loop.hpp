@@ -44,6 +44,7 @@ class NodeLoop {
   std::vector<bus::LatestWriter<core::DeviceState>> writers_;
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
+  std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by
 
   Inputs inputs_;
   Outputs outputs_;

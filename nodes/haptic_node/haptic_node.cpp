@@ -18,6 +18,7 @@ constexpr double kMaxDelay_cycles = 100.0;
 constexpr std::uint64_t kCollisionsPeriod_cycles = 16;  // of the collision matrix: 62/s, more than viewers draw
 constexpr double kDelayDecay = 0.999;       // per cycle: the largest delay decays with a time constant of 1 s
 constexpr double kMaxPlaneStiffness = 4.0;  // of a plane in contact with a hand, relative to the coupling's
+constexpr double kShareRate_per_s = 4.0;    // of a hand's stiffness towards its limit
 constexpr double kFadeIn_ns = 5.0 * static_cast<double>(kFade_ns);
 
 // Linear fade of a gain: up to 1 within kFadeIn while its source is trusted, down to 0 within kFade otherwise.
@@ -44,6 +45,7 @@ glm::dvec3 ForceDirectionOnSampled_W(const vps::PairResult& result, const core::
 
 std::vector<std::string> HapticNode::ParameterNames() const {
   std::vector<std::string> names = {"force_cap_N"};
+  names.insert(names.end(), stiffness_limit_names_.begin(), stiffness_limit_names_.end());
   names.insert(names.end(), pair_active_names_.begin(), pair_active_names_.end());
   for (const std::string& name : pair_stiffness_names_) {
     if (AcceptsParameter({name, 0.0})) names.push_back(name);
@@ -54,6 +56,9 @@ std::vector<std::string> HapticNode::ParameterNames() const {
 bool HapticNode::AcceptsParameter(const core::ParameterChange& change) const {
   if (change.manner != core::ChangeManner::kAtOnce) return false;
   if (change.name == "force_cap_N") return change.value >= 0.0;
+  for (const std::string& name : stiffness_limit_names_) {
+    if (change.name == name) return change.value >= 0.0;
+  }
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {
     if (change.name == pair_active_names_[i]) return true;
     // The stiffness of a hand's pair is that of the coupling, so it cannot be set.
@@ -67,6 +72,9 @@ bool HapticNode::AcceptsParameter(const core::ParameterChange& change) const {
 void HapticNode::ApplyChange(const core::ParameterChange& change) {
   if (!AcceptsParameter(change)) return;
   if (change.name == "force_cap_N") force_cap_N_ = change.value;
+  for (std::size_t r = 0; r < roles_.size(); ++r) {
+    if (change.name == stiffness_limit_names_[r]) roles_[r].stiffness_limit = std::min(change.value, 1.0);
+  }
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {
     if (change.name == pair_active_names_[i]) world_->SetActive(i, change.value != 0.0);
     if (change.name == pair_stiffness_names_[i]) world_->SetStiffness(i, change.value);
@@ -80,7 +88,11 @@ void HapticNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   UpdatePhysics(inputs);
   PlaceObjects();
   const vps::StepReport& report = StepWorld(inputs.budget_points, &outputs->counters);
-  for (Role& role : roles_) StepCoupling(&role);
+  const std::int64_t elapsed_ns = std::clamp<std::int64_t>(inputs.now_ns - last_step_ns_, 0, core::kTick_ns);
+  for (Role& role : roles_) {
+    LimitStiffness(&role, elapsed_ns);
+    StepCoupling(&role);
+  }
 
   outputs->commands.clear();
   outputs->proxies.clear();
@@ -203,6 +215,27 @@ bool HapticNode::IsHeld(const PairRole& pair_role, std::size_t pair) const {
   }
   return pair_role.field_role >= 0 &&
          IgnoredObject(roles_[static_cast<std::size_t>(pair_role.field_role)]) == p.sampled;
+}
+
+double HapticNode::stiffness_share() const {
+  double least = 1.0;
+  for (const Role& role : roles_) least = std::min(least, role.stiffness_share);
+  return least;
+}
+
+// The stiffness follows its limit so slowly that a pressing hand feels no step: 24 N change by 0.1 N in a cycle.
+void HapticNode::LimitStiffness(Role* role, std::int64_t elapsed_ns) {
+  if (role->stiffness_share == role->stiffness_limit) return;
+  const double most = kShareRate_per_s * 1e-9 * static_cast<double>(elapsed_ns);
+  role->stiffness_share += std::clamp(role->stiffness_limit - role->stiffness_share, -most, most);
+  least_stiffness_share_ = std::min(least_stiffness_share_, role->stiffness_share);
+  const double k = role->stiffness_share * scenario_.coupling.stiffness_N_per_m;
+  const double k_t = role->stiffness_share * scenario_.coupling.stiffness_Nm_per_rad;
+  vps::CouplingParameters parameters = role->coupling.parameters();
+  parameters.stiffness_N_per_m = k;
+  parameters.stiffness_Nm_per_rad = k_t;
+  role->coupling.set_parameters(parameters);
+  if (role->god_object) role->god_object->SetStiffness(k, k_t);
 }
 
 void HapticNode::StepCoupling(Role* role) {
@@ -349,7 +382,8 @@ void HapticNode::ShareHandContact(std::size_t pair, const PairRole& pair_role, c
   const bool is_hand_sampled = pair_role.sampled_role >= 0;
   const glm::dvec3 p_SoDo_W = role.sample.X_WD.translation - X_WO_[set->sampled_body].translation;
   set->F_So_W = core::ShiftWrench((is_hand_sampled ? share : -share) * role.F_Do_W, p_SoDo_W);
-  for (core::ContactPlane& plane : set->planes) plane.stiffness_N_per_m *= static_cast<float>(share);
+  for (core::ContactPlane& plane : set->planes)
+    plane.stiffness_N_per_m *= static_cast<float>(share * role.stiffness_share);
 }
 
 // The god object knows the force at each place. physics_node evaluates planes at the device pose D, where they are as

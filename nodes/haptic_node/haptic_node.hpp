@@ -23,6 +23,12 @@ struct Options {
       0;  // for collision in one step; 0: no limit, so results do not depend on the machine's speed
 };
 
+// The name of the parameter, and of device_bridge's figure, that limits the stiffness of a hand's coupling: the share
+// of the scenario's stiffness that the measured delay of the force loop allows.
+inline std::string StiffnessLimitName(const std::string& role) {
+  return "hand." + role + ".stiffness_limit";
+}
+
 // A source is stale after this time without a message, by this node's clock. Its force then fades out within kFade and,
 // when messages return, fades in within five times that. 20 + 20 ms keeps below the limit of 60 ms for a force without
 // a source (safety_filter.hpp) with 20 ms to spare; the values within that limit are chosen.
@@ -51,6 +57,10 @@ class HapticNode {
   [[nodiscard]] std::vector<std::string> ParameterNames() const;
   [[nodiscard]] bool AcceptsParameter(const core::ParameterChange& change) const;
   [[nodiscard]] std::uint64_t cycle() const { return cycle_; }
+  // Share of the scenario's stiffness that the couplings have, the smallest of all hands, now and since the beginning:
+  // 1 while the delay of the loop allows it.
+  [[nodiscard]] double stiffness_share() const;
+  [[nodiscard]] double least_stiffness_share() const { return least_stiffness_share_; }
   // Pairs in each state, by vps::PairState.
   [[nodiscard]] std::array<std::uint32_t, vps::kNumPairStates> CountPairs() const { return world_->CountStates(); }
 
@@ -80,6 +90,8 @@ class HapticNode {
     Freshness reaction_freshness;
     bool is_following = false;  // the coupling is active; false: C equals D
     double reaction_gain = 0.0;
+    double stiffness_limit = 1.0;  // share of the scenario's stiffness
+    double stiffness_share = 1.0;  // follows the limit
     core::Reaction reaction;
     vps::CouplingContact contact;
     vps::ToolContact tool_contact;
@@ -118,6 +130,7 @@ class HapticNode {
   void UpdateDelay(const core::Trace& sample);
   void PlaceObjects();
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
+  void LimitStiffness(Role* role, std::int64_t elapsed_ns);
   void StepCoupling(Role* role);
   [[nodiscard]] double JawPress_N(const vps::PairResult& result) const;  // normal force of a jaw on what it touches
   [[nodiscard]] double JawForce_N(std::size_t role_index) const;
@@ -132,14 +145,16 @@ class HapticNode {
   Options options_;
   std::unique_ptr<vps::CollisionWorld> world_;
   std::vector<Role> roles_;
-  std::vector<PairRole> pair_roles_;               // per pair of the world, as are the next two
-  std::vector<std::string> pair_active_names_;     // "pair.<a>/<b>.active"
-  std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
+  std::vector<PairRole> pair_roles_;                // per pair of the world, as are the next two
+  std::vector<std::string> stiffness_limit_names_;  // per role
+  std::vector<std::string> pair_active_names_;      // "pair.<a>/<b>.active"
+  std::vector<std::string> pair_stiffness_names_;   // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
   Freshness physics_freshness_;
   double delay_cycles_ = 0.0;  // bound of the delay from a pose to the use of planes computed from it
   double physics_gain_ = 1.0;  // 0: physics_node is silent
   double force_cap_N_ = 0.0;
+  double least_stiffness_share_ = 1.0;
   std::int64_t last_step_ns_ = 0;
   double point_time_ns_ = 10.0;  // time per point; the initial value is high, so that the first steps keep the budget
   std::uint64_t cycle_ = 0;

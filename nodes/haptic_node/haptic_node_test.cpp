@@ -178,6 +178,37 @@ TEST(HapticNode, AContactOfOneHandDoesNotActOnTheOther) {
   EXPECT_GT(bench.force(1).force_N.z, 5.0);
 }
 
+TEST(HapticNode, TheStiffnessFollowsTheLimitOfItsLoopWithoutAStepOfTheForce) {
+  for (const char* type : {"paper", "god_object"}) {
+    core::SerialFor serial;
+    scene::Scenario scenario = TwoHands();
+    scenario.coupling.type = type;
+    Bench bench(serial, scenario);
+    bench.Press(0, 0.004);
+    const double full_N = bench.force(0).force_N.z;
+    ASSERT_GT(full_N, 5.0);
+    const auto largest_step_N = [&bench] {
+      double largest_N = 0.0;
+      for (int i = 0; i < 300; ++i) {
+        const double before_N = bench.force(0).force_N.z;
+        bench.Tick();
+        largest_N = std::max(largest_N, std::abs(bench.force(0).force_N.z - before_N));
+      }
+      return largest_N;
+    };
+    const double usual_N = largest_step_N();
+    bench.Set(StiffnessLimitName("op1/arm.0"), 0.5);
+    EXPECT_LT(largest_step_N(), usual_N + 0.006 * full_N) << type;
+    EXPECT_NEAR(bench.force(0).force_N.z, 0.5 * full_N, 0.02 * full_N) << type;
+    EXPECT_NEAR(bench.node_->stiffness_share(), 0.5, 1e-12);
+    bench.Set(StiffnessLimitName("op1/arm.0"), 3.0);  // more than is wanted
+    bench.Run(300);
+    EXPECT_NEAR(bench.force(0).force_N.z, full_N, 0.02 * full_N) << type;
+    EXPECT_EQ(bench.node_->stiffness_share(), 1.0);
+    EXPECT_NEAR(bench.node_->least_stiffness_share(), 0.5, 1e-12);
+  }
+}
+
 TEST(HapticNode, TheCapLimitsTheNormAndKeepsTheDirection) {
   core::SerialFor serial;
   Bench bench(serial);

@@ -36,12 +36,14 @@ void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nl
 NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node)
     : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
+  for (const scene::Device& device : scenario.devices) limit_names_.push_back(StiffnessLimitName(device.role));
+  limit_values_.resize(limit_names_.size(), 1.0);
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
   core::ReserveTexts(&event_);
   lost_.reserve(64);
-  for (const char* name :
-       {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us", "pairs_tested",
-        "pairs_in_contact", "points_tested", "pairs_asleep", "pairs_far", "pairs_near", "pairs_cut_short"}) {
+  for (const char* name : {"cycles", "misses", "step_p50_us", "step_p99_us", "contact_cycles", "contact_p50_us",
+                           "pairs_tested", "pairs_in_contact", "points_tested", "pairs_asleep", "pairs_far",
+                           "pairs_near", "pairs_cut_short", "stiffness_share"}) {
     figures_.items.push_back({name, 0.0});
   }
 }
@@ -62,6 +64,7 @@ void NodeLoop::Declare() {
   }
   collisions_writer_ = node_->WriteLatest<core::CollisionMatrix>(bus::CollisionsTopic("haptic_node"));
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("haptic_node"));
+  limits_ = &node_->ReadState<bus::Figures>(bus::FiguresTopic("device_bridge"));
   node_->OwnParameters(haptic_->ParameterNames());
 }
 
@@ -112,10 +115,27 @@ void NodeLoop::TakeParameters() {
   while (num_changes_ < kMaxChangesPerStep && node_->PollParameter(&changes_[num_changes_], &tickets_[num_changes_])) {
     ++num_changes_;
   }
+  num_answers_ = num_changes_;
+  TakeStiffnessLimits();
+}
+
+// As changes of a parameter, so that they are recorded with the step. Most of the time all limits are above 1.
+void NodeLoop::TakeStiffnessLimits() {
+  if (limits_->version() == limits_version_ || !limits_->has_value()) return;
+  limits_version_ = limits_->version();
+  for (std::size_t r = 0; r < limit_names_.size() && num_changes_ < kMaxChangesPerStep; ++r) {
+    const double* share = bus::FindFigure(limits_->value(), limit_names_[r]);
+    if (share == nullptr || *share <= 0.0 || std::min(*share, 1.0) == limit_values_[r]) continue;
+    limit_values_[r] = std::min(*share, 1.0);
+    core::ParameterChange& change = changes_[num_changes_++];
+    change.name = limit_names_[r];
+    change.value = limit_values_[r];
+    change.manner = core::ChangeManner::kAtOnce;
+  }
 }
 
 void NodeLoop::AnswerParameters() {
-  for (std::size_t i = 0; i < num_changes_; ++i) {
+  for (std::size_t i = 0; i < num_answers_; ++i) {
     const bool is_accepted = haptic_->AcceptsParameter(changes_[i]);
     node_->AckParameter(tickets_[i], haptic_->cycle(), is_accepted, is_accepted ? no_refusal_ : refusal_);
   }
@@ -241,7 +261,8 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
                            in_state(vps::PairState::kAsleep),
                            in_state(vps::PairState::kFar),
                            in_state(vps::PairState::kNear),
-                           static_cast<double>(work_.pairs_cut_short)};
+                           static_cast<double>(work_.pairs_cut_short),
+                           haptic_->stiffness_share()};
   for (std::size_t i = 0; i < figures_.items.size(); ++i) figures_.items[i].value = values[i];
   figures_writer_.Set(figures_);
 }
@@ -258,6 +279,8 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
                     {"spheres_tested", work_.spheres_tested},
                     {"points_tested", work_.points_tested},
                     {"points_colliding", work_.points_colliding}};
+  report["stiffness_share"] = haptic_->stiffness_share();
+  report["least_stiffness_share"] = haptic_->least_stiffness_share();
   report["nodes_lost"] = lost_;
   report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   const bus::Counters counters = node_->counters();

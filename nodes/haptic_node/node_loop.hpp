@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "bus/node.hpp"
@@ -45,6 +46,7 @@ class NodeLoop {
 
   Tick WaitForTick(const std::atomic<bool>& stop);
   void TakeParameters();
+  void TakeStiffnessLimits();
   void AnswerParameters();
   void MakeCycle(const Tick& tick);
   void Record();
@@ -76,6 +78,11 @@ class NodeLoop {
   const std::string no_refusal_;
   const std::string refusal_ = "haptic_node refuses it: the value must be 0 or more, without ramp or hold";
   std::size_t num_changes_ = 0;
+  std::size_t num_answers_ = 0;                       // of them, those that somebody waits for: the first ones
+  bus::StateReader<bus::Figures>* limits_ = nullptr;  // of device_bridge
+  std::uint64_t limits_version_ = 0;
+  std::vector<std::string> limit_names_;  // per role, as is the next
+  std::vector<double> limit_values_;      // as passed on
   core::Event event_;
   std::vector<std::string> lost_;  // names of lost nodes
   std::int64_t last_step_begin_ns_ = 0;

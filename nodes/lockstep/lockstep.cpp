@@ -65,6 +65,7 @@ class Lockstep {
   core::Result<void> OpenTrace();
   void Tick();
   void StepBridge();
+  void GatherHapticChanges();
   void StepHaptic();
   void StepPhysics();
   void StepLogic();
@@ -117,6 +118,8 @@ class Lockstep {
   core::FixedVector<core::Reaction, haptic_node::kMaxRoles> last_reactions_;
   std::vector<core::ContactSet> contacts_;  // newest per pair
   std::vector<core::ParameterChange> changes_;
+  std::vector<core::ParameterChange> haptic_changes_;  // these, and the limits of stiffness that the bridge found
+  std::vector<double> stiffness_limits_;               // per role, as passed on
   std::vector<core::Event> events_;
   std::int64_t now_ns_ = 0;
 
@@ -219,14 +222,30 @@ void Lockstep::StepBridge() {
   }
 }
 
+// As haptic_node's loop does it with the bridge's figures.
+void Lockstep::GatherHapticChanges() {
+  haptic_changes_ = changes_;
+  stiffness_limits_.resize(scenario_.devices.size(), 1.0);
+  for (std::size_t role = 0; role < stiffness_limits_.size(); ++role) {
+    const double share = std::min(bridge_->stiffness_share(role), 1.0);
+    if (share <= 0.0 || share == stiffness_limits_[role]) continue;
+    stiffness_limits_[role] = share;
+    core::ParameterChange change;
+    change.name = haptic_node::StiffnessLimitName(scenario_.devices[role].role);
+    change.value = share;
+    haptic_changes_.push_back(change);
+  }
+}
+
 void Lockstep::StepHaptic() {
   haptic_node::Inputs& inputs = haptic_step_.inputs;
   inputs.now_ns = now_ns_;
   inputs.devices = bridge_out_.states;
   inputs.physics = last_state_.header.sequence != 0 ? &last_state_ : nullptr;
   inputs.reactions = last_reactions_;
-  inputs.changes = changes_.data();
-  inputs.num_changes = changes_.size();
+  GatherHapticChanges();
+  inputs.changes = haptic_changes_.data();
+  inputs.num_changes = haptic_changes_.size();
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   StepNode("haptic_node", haptic_.get(), inputs, &haptic_out_);
   const std::int64_t took_ns = core::MonotonicNow_ns() - begin_ns;
@@ -346,6 +365,7 @@ void Lockstep::Finish(std::int64_t begin_ns) {
   outcome_.simulated_s = now_s();
   outcome_.hash = hash_.value();
   outcome_.impulse_balance = physics_->impulse_balance().relative();
+  outcome_.used_stiffness_share = haptic_->least_stiffness_share();
   for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
     const device_bridge::RoleFigures hand = bridge_->figures(role);
     outcome_.least_energy_J = std::min(outcome_.least_energy_J, hand.least_energy_J);

@@ -58,6 +58,7 @@ struct Outcome {
   // Of the hand for which it is smallest, and largest: device_bridge/passivity.hpp.
   double least_energy_J = 0.0;
   double share_made_passive = 0.0;     // of the writes to the device
+  double used_stiffness_share = 1.0;   // smallest that haptic_node had
   double least_stiffness_share = 0.0;  // of allowed over wanted, see device_bridge/allowed_coupling.hpp
   std::uint64_t contact_cycles = 0;
   double haptic_p50_us = 0.0, haptic_p99_us = 0.0, haptic_max_us = 0.0;  // wall time of the haptic step

@@ -29,6 +29,12 @@ class GodObject {
   // Pose at which collision is to be evaluated next, and at which viewers draw the hand.
   [[nodiscard]] const core::Pose& X_WC() const { return X_WC_; }
   [[nodiscard]] const GodObjectParameters& parameters() const { return parameters_; }
+  // From the next Step on. A tool without mass takes the same way with any stiffness of the same ratio.
+  void SetStiffness(double stiffness_N_per_m, double stiffness_Nm_per_rad) {
+    parameters_.stiffness_N_per_m = stiffness_N_per_m;
+    parameters_.stiffness_Nm_per_rad = stiffness_Nm_per_rad;
+    metric_ = ToolMetric(parameters_);
+  }
   // Of the last Step, with the forces on the tool, at its new pose.
   [[nodiscard]] std::span<const HeldContact> contacts() const { return memory_.contacts(); }
 

@@ -109,7 +109,8 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
       << " N. Impulses that were lost, doubled or made up, of "
       << "all that were applied (impulse balance): " << Text(Get(report, "impulse_balance"))
       << ". Stiffness that the delay of the force loop allows, of the coupling's: at least "
-      << Text(Get(Get(report, "stability"), "least_stiffness_share")) << ". Least energy of the hand "
+      << Text(Get(Get(report, "stability"), "least_stiffness_share")) << "; used: at least "
+      << Text(Get(Get(report, "stability"), "used_stiffness_share")) << ". Least energy of the hand "
       << Text(Get(Get(report, "stability"), "least_energy_J")) << " J; the passivity controller acted in "
       << Text(Get(Get(report, "stability"), "share_made_passive"))
       << " of the writes to the device.\n\n## Latency, ms\n\n";
@@ -178,6 +179,7 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
       {"sent", Sum(nodes, "sent")}, {"received", Sum(nodes, "received")}, {"dropped", Sum(nodes, "dropped")}};
   report["impulse_balance"] = Get(physics, "impulse_balance");
   report["stability"] = StabilityPart(bridge);
+  report["stability"]["used_stiffness_share"] = Get(haptic, "least_stiffness_share");
   report["nodes_that_died"] = facts.dead;
   report["nodes_left_out"] = facts.missing_nodes;
   report["simulated"] = json::array({"hand devices (mass-damper arms with a scripted operator)"});

@@ -106,6 +106,7 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const lockstep::O
                       {"contact_max_us", outcome.contact_max_us}};
   report["impulse_balance"] = outcome.impulse_balance;
   report["stability"] = {{"least_stiffness_share", outcome.least_stiffness_share},
+                         {"used_stiffness_share", outcome.used_stiffness_share},
                          {"least_energy_J", outcome.least_energy_J},
                          {"share_made_passive", outcome.share_made_passive}};
   char hash[20];
