@@ -6,7 +6,8 @@
 namespace device_bridge {
 
 // Delay of one hand's force loop, from the device's sample to the time at which the force computed from it acts, and
-// its jitter: moving averages of the delay and of its squared deviation. Real-time safe.
+// its jitter: moving averages of the delay and of its absolute deviation, which one late force hardly changes: alone it
+// makes no loop unstable. Real-time safe.
 class LoopDelay {
  public:
   // `device_s`: what the device itself needs from a write until the force acts.
@@ -14,25 +15,25 @@ class LoopDelay {
 
   void Add(std::int64_t delay_ns) noexcept {
     const double delay_s = static_cast<double>(delay_ns) * 1e-9 + device_s_;
-    if (!is_measured_) mean_s_ = delay_s;
-    is_measured_ = true;
-    const double deviation_s = delay_s - mean_s_;
-    mean_s_ += kGain * deviation_s;
-    variance_s2_ += kGain * (deviation_s * deviation_s - variance_s2_);
+    if (num_samples_ < kSamples) ++num_samples_;
+    const double gain = 1.0 / num_samples_;
+    mean_s_ += gain * (delay_s - mean_s_);
+    jitter_s_ += gain * (std::abs(delay_s - mean_s_) - jitter_s_);
   }
 
-  [[nodiscard]] bool is_measured() const { return is_measured_; }
+  [[nodiscard]] bool is_measured() const { return num_samples_ >= kEnough; }
   [[nodiscard]] double mean_s() const { return mean_s_; }
-  [[nodiscard]] double jitter_s() const { return std::sqrt(variance_s2_); }  // standard deviation
+  [[nodiscard]] double jitter_s() const { return jitter_s_; }
   // What a limit is computed with: a loop with jitter is no more stable than one that is always this late.
-  [[nodiscard]] double late_s() const { return mean_s_ + 2.0 * jitter_s(); }
+  [[nodiscard]] double late_s() const { return mean_s_ + 2.0 * jitter_s_; }
 
  private:
-  static constexpr double kGain = 1.0 / 512.0;  // half a second of samples; chosen
+  static constexpr int kSamples = 512;  // half a second; chosen
+  static constexpr int kEnough = 64;
   double device_s_;
-  bool is_measured_ = false;
+  int num_samples_ = 0;
   double mean_s_ = 0.0;
-  double variance_s2_ = 0.0;
+  double jitter_s_ = 0.0;
 };
 
 }  // namespace device_bridge

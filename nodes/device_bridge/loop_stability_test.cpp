@@ -12,13 +12,22 @@
 namespace device_bridge {
 namespace {
 
-TEST(LoopDelay, GivesMeanAndStandardDeviation) {
+TEST(LoopDelay, GivesMeanAndMeanDeviation) {
   LoopDelay delay(0.5e-3);
   EXPECT_FALSE(delay.is_measured());
   for (int i = 0; i < 5000; ++i) delay.Add(i % 2 == 0 ? 1'000'000 : 1'400'000);
   EXPECT_NEAR(delay.mean_s(), 1.7e-3, 1e-6) << "with the device's own 0.5 ms";
   EXPECT_NEAR(delay.jitter_s(), 0.2e-3, 2e-6);
   EXPECT_NEAR(delay.late_s(), 2.1e-3, 5e-6);
+}
+
+TEST(LoopDelay, OneLateForceHardlyCountsAndASlowLoopDoes) {
+  LoopDelay delay(0.0);
+  for (int i = 0; i < 2000; ++i) delay.Add(300'000);
+  delay.Add(20'000'000);
+  EXPECT_LT(delay.late_s(), 0.45e-3);
+  for (int i = 0; i < 2000; ++i) delay.Add(2'000'000);
+  EXPECT_GT(delay.late_s(), 1.9e-3);
 }
 
 TEST(AllowedCoupling, IsTheExactBoundaryOfEachAxis) {
