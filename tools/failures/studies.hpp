@@ -13,7 +13,7 @@ void StudyEdges(Report* report);      // F6
 void StudyBoundary(Report* report);   // F7
 void StudyEnergy(Report* report);     // F8
 void StudyImpact(Report* report);     // F9
-void StudyBodies(Report* report);     // F10, F14, F18, F20
+void StudyBodies(Report* report);     // F10, F14, F18, and what is not measured yet
 void StudyPenalty(Report* report);    // F12
 void StudyFriction(Report* report);   // F13
 void StudyLateness(Report* report);   // F16

@@ -86,7 +86,7 @@ void StudyEdges(Report* report) {
             "direction off beyond 2 voxels; largest step",
             "<= 5 deg; <= 10 deg",
             {},
-            "the proxy jumps when it comes round the edge"};
+            "the direction steps when the proxy comes round the edge"};
     for (const Variant& variant : Variants()) {
       const Trace trace = Draw(variant, radius_m);
       if (panel.series.empty()) panel.series.push_back(trace.exact);

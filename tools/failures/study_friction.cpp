@@ -87,7 +87,7 @@ void StudyFriction(Report* report) {
                "breakaway and sliding force over the cone's",
                "0.97 to 1.03",
                {},
-               "the hand has no friction"};
+               "coupling `paper` has no friction; why the god object goes beyond the cone is not found"};
     Row ripple = breaks;
     ripple.observable = "rms of the force along the plate, of its mean";
     ripple.bound = "<= 3 %";
