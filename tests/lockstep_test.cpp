@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include "bus/log/mcap_reader.hpp"
+#include "nodes/haptic_node/step.hpp"
+#include "nodes/lockstep/replay_steps.hpp"
+#include "replay/step_codec.hpp"
 #include "tests/support.hpp"
 
 namespace system_tests {
@@ -24,6 +28,53 @@ TEST(Lockstep, SameSeedIsBitForBitTheSameWithOneAndTwoWorkers) {
   EXPECT_EQ(first.hash, again.hash);
   EXPECT_EQ(first.hash, two_workers.hash);
   EXPECT_EQ(first.work.points_tested, two_workers.work.points_tested);
+}
+
+// `touch` until the hand pushes the free block.
+std::filesystem::path RecordTouch() {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "both_kinds_of_step.mcap";
+  lockstep::Options options;
+  options.steps = file;
+  InLockstep(Load("touch"), options);
+  return file;
+}
+
+lockstep::StepsOutcome ReplayHaptic(const std::filesystem::path& file, const scene::Scenario& scenario) {
+  const auto nodes = lockstep::ReadRecordedNodes(file);
+  EXPECT_TRUE(nodes);
+  for (const lockstep::RecordedNode& node : *nodes) {
+    if (node.node != "haptic_node") continue;
+    const auto outcome = lockstep::ReplaySteps(file, node, scenario, {});
+    EXPECT_TRUE(outcome) << outcome.error().detail;
+    return outcome.value_or(lockstep::StepsOutcome{});
+  }
+  ADD_FAILURE() << "haptic_node is not recorded";
+  return {};
+}
+
+TEST(Lockstep, ReplayRepeatsCyclesAndReevaluationsBitForBit) {
+  const std::filesystem::path file = RecordTouch();
+  std::uint64_t num_cycles = 0, num_reevaluations = 0;
+  const auto read = bus::log::ReadMcap(file, [&](const bus::log::Channel& channel, const bus::log::Message& message) {
+    if (channel.topic != "replay/haptic_node/step") return;
+    ++(replay::StepKind(message.data) == haptic_node::kReevaluation ? num_reevaluations : num_cycles);
+  });
+  ASSERT_TRUE(read);
+  EXPECT_GT(num_reevaluations, 100U);
+  const lockstep::StepsOutcome outcome = ReplayHaptic(file, Load("touch"));
+  EXPECT_EQ(outcome.num_steps, num_cycles + num_reevaluations);
+  EXPECT_EQ(outcome.num_inexact, 0U);
+  std::filesystem::remove(file);
+}
+
+TEST(Lockstep, ReevaluationChangesWhatTheBridgeGetsAndCanBeLeftOut) {
+  scene::Scenario scenario = Load("touch");
+  const lockstep::Outcome with = InLockstep(scenario);
+  scenario.coupling.is_reevaluated = false;
+  const lockstep::Outcome without = InLockstep(scenario);
+  EXPECT_TRUE(with.is_completed);
+  EXPECT_TRUE(without.is_completed);
+  EXPECT_NE(with.hash, without.hash);
 }
 
 TEST(Lockstep, AnotherSeedIsAnotherRun) {

@@ -16,11 +16,12 @@ T Read(std::span<const std::uint8_t> bytes, std::size_t at) {
 
 }  // namespace
 
-StepEncoder::StepEncoder(std::size_t max_fields)
+StepEncoder::StepEncoder(std::size_t max_fields, std::uint8_t kind)
     : last_(max_fields),
       flags_((max_fields + 7) / 8),
       values_(9 * max_fields + sizeof(std::uint64_t)),
-      step_(kStepHeadBytes + flags_.size() + values_.size()) {}
+      step_(kStepHeadBytes + flags_.size() + values_.size()),
+      kind_(kind) {}
 
 void StepEncoder::Begin(std::uint64_t tick) {
   is_key_ = is_key_next_ || since_key_ + 1 >= kKeyPeriod;
@@ -41,6 +42,7 @@ std::span<const std::uint8_t> StepEncoder::Finish(std::uint64_t digest) {
   const auto fields = static_cast<std::uint32_t>(num_fields_);
   std::memset(step_.data(), 0, 4);
   step_[0] = is_key_ ? 1 : 0;
+  step_[1] = kind_;
   std::memcpy(&step_[4], &fields, sizeof fields);
   std::memcpy(&step_[8], &tick_, sizeof tick_);
   std::memcpy(&step_[16], &digest, sizeof digest);

@@ -39,7 +39,8 @@ T FromBits(std::uint64_t bits) {
 // A step of a node as bytes (little endian):
 //
 //    0 u8  1: key step, complete in itself; 0: omitted fields have the values of the step before
-//    1 u8[3] 0
+//    1 u8  kind of step; each kind has a step before of its own
+//    2 u8[2] 0
 //    4 u32 number of fields
 //    8 u64 tick
 //   16 u64 digest of the outputs (OutputDigest)
@@ -51,6 +52,12 @@ T FromBits(std::uint64_t bits) {
 // exactness. The predecessor of a field beyond the step before, and of every field in a key step, is zero.
 constexpr std::size_t kStepHeadBytes = 24;
 
+// A node with several kinds of step records them in one order; each kind has its encoder and its decoder.
+constexpr std::uint8_t kUsualStep = 0;
+inline std::uint8_t StepKind(std::span<const std::uint8_t> step) {
+  return step.size() > 1 ? step[1] : kUsualStep;
+}
+
 class StepEncoder {
  public:
   static constexpr bool kReads = false;
@@ -58,7 +65,7 @@ class StepEncoder {
       500;  // steps between key steps: 0.5 s at 1 kHz to decode before a step; adds 1/500 of a key step to each
 
   // `max_fields`: a step with more is refused. All memory is allocated here.
-  explicit StepEncoder(std::size_t max_fields);
+  explicit StepEncoder(std::size_t max_fields, std::uint8_t kind = kUsualStep);
 
   void Begin(std::uint64_t tick);
   // The step's bytes, valid until the next Begin; empty when it had too many fields (the next one is complete then).
@@ -100,6 +107,7 @@ class StepEncoder {
   std::size_t num_fields_ = 0, last_fields_ = 0, num_value_bytes_ = 0;
   std::uint64_t since_key_ = 0;
   bool is_key_ = true, is_key_next_ = true;
+  std::uint8_t kind_ = kUsualStep;
   std::uint64_t tick_ = 0;
 };
 

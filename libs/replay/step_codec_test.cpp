@@ -66,6 +66,22 @@ std::uint64_t DigestOf(Step step) {
   return digest.value();
 }
 
+TEST(StepCodec, TwoKindsOfStepInOneOrderAreReadApart) {
+  StepEncoder usual(4096), other(4096, 1);
+  StepDecoder decoders[2];
+  for (std::uint64_t tick = 1; tick <= 40; ++tick) {
+    for (StepEncoder* encoder : {&usual, &other}) {
+      const std::uint64_t its = encoder == &usual ? tick : 1000 + tick;
+      const auto bytes = Encode(encoder, its, MakeStep(its));
+      ASSERT_EQ(StepKind(bytes), encoder == &usual ? kUsualStep : 1);
+      Step step;
+      ASSERT_TRUE(Decode(&decoders[StepKind(bytes)], bytes, &step)) << its;
+      EXPECT_EQ(step.state.tick, its);
+      EXPECT_EQ(step.state.bodies.size(), MakeStep(its).state.bodies.size());
+    }
+  }
+}
+
 TEST(StepCodec, RoundTripsEveryBitAsListsGrowAndShrink) {
   StepEncoder encoder(1000);
   StepDecoder decoder;

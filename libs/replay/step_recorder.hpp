@@ -17,7 +17,8 @@ class StepRecorder {
  public:
   static constexpr std::size_t kMaxFields = 65536;  // some 60 times the thousand fields of a usual step
 
-  explicit StepRecorder(bus::log::StepSink* sink) : sink_(sink), encoder_(kMaxFields) {}
+  explicit StepRecorder(bus::log::StepSink* sink, std::uint8_t kind = kUsualStep)
+      : sink_(sink), encoder_(kMaxFields, kind) {}
 
   void Record(std::uint64_t tick, std::int64_t now_ns, Step& step) noexcept {
     Digest digest;

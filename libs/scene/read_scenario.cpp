@@ -85,6 +85,7 @@ class Builder {
     read.Number("grasp_stiffness_Nm_per_rad", &coupling.grasp_stiffness_Nm_per_rad);
     read.Number("grasp_damping_Nm_s_per_rad", &coupling.grasp_damping_Nm_s_per_rad);
     read.Number("jaw_stiffness_N_per_m", &coupling.jaw_stiffness_N_per_m);
+    read.Boolean("reevaluate", &coupling.is_reevaluated);
   }
 
   void ReadObject(const XmlElement& element) {

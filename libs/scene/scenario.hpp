@@ -214,6 +214,7 @@ struct Coupling {
   double grasp_stiffness_Nm_per_rad = 40.0;
   double grasp_damping_Nm_s_per_rad = 0.6;
   double jaw_stiffness_N_per_m = 8000.0;  // on the gripper axis
+  bool is_reevaluated = true;             // the force is made anew when physics answers (HapticNode::Reevaluate)
 };
 
 struct Camera {

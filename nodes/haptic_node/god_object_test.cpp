@@ -138,7 +138,9 @@ TEST(GodObjectInTheNode, AForceIsAContact) {
   for (int i = 0; i < 500; ++i) {
     touching.X_WD().translation += glm::dvec3(4e-5, 0.0, i < 250 ? -1.4e-4 : 1e-4);
     touching.Tick();
-    if (touching.out.proxies[0].is_in_contact) EXPECT_TRUE(touching.out.is_in_contact) << i;
+    if (touching.out.proxies[0].is_in_contact) {
+      EXPECT_TRUE(touching.out.is_in_contact) << i;
+    }
   }
 }
 

@@ -34,6 +34,15 @@ core::Wrench LimitForce(const core::Wrench& F, double cap_N) {
   return force_N > cap_N ? (cap_N / force_N) * F : F;
 }
 
+// The newest message of a role that `inputs` has; else the one that the node has.
+template <class List, class Message>
+const Message& NewestOf(const List& messages, std::size_t role_index, const Message& known) {
+  for (const Message& message : messages) {
+    if (message.header.sequence != 0 && message.role_index == role_index) return message;
+  }
+  return known;
+}
+
 // Unit direction of the penalty force on S, in W; zero without contact.
 glm::dvec3 ForceDirectionOnSampled_W(const vps::PairResult& result, const core::Pose& X_WS) {
   const double length = glm::length(result.f_So_S.sum_m);
@@ -202,10 +211,8 @@ void HapticNode::PlaceObjects() {
   }
 }
 
-int HapticNode::IgnoredObject(const Role& role) const {
-  return role.reaction_gain > 0.0 && role.reaction.grasped_object != core::kNoObject
-             ? static_cast<int>(role.reaction.grasped_object)
-             : -1;
+int HapticNode::IgnoredObject(const core::Reaction& reaction, double gain) {
+  return gain > 0.0 && reaction.grasped_object != core::kNoObject ? static_cast<int>(reaction.grasped_object) : -1;
 }
 
 bool HapticNode::IsHeld(const PairRole& pair_role, std::size_t pair) const {
@@ -262,15 +269,16 @@ void HapticNode::StepCoupling(Role* role) {
   }
 }
 
-double HapticNode::JawPress_N(const vps::PairResult& result) const {
-  return scenario_.coupling.jaw_stiffness_N_per_m * std::max(-result.signed_distance_m, 0.0);
+double HapticNode::JawPress_N(std::size_t pair, std::span<const core::Pose> moved_X_WO) const {
+  return scenario_.coupling.jaw_stiffness_N_per_m * std::max(world_->Depth_m(pair, moved_X_WO), 0.0);
 }
 
 // Opening force on the gripper's axis [N], positive opens, by virtual work: when the opening w grows by dw, each jaw
 // moves outwards by dw/2, so normal forces N_l and N_r on the jaws do the work Q dw = (N_l + N_r) dw/2, with
 //   N = k_jaw [N/m] * penetration [m] * max(0, cos(angle between contact force and outward axis)).
-double HapticNode::JawForce_N(std::size_t role_index) const {
+double HapticNode::JawForce_N(std::size_t role_index, std::span<const core::Pose> moved_X_WO) const {
   const Role& role = roles_[role_index];
+  const std::span<const core::Pose> X_WO = moved_X_WO.empty() ? X_WO_ : moved_X_WO;
   if (!role.is_following) return 0.0;
   const glm::dvec3 axis_W = role.X_WC().rotate(glm::dvec3(1.0, 0.0, 0.0));
   double sum_N = 0.0;
@@ -282,9 +290,9 @@ double HapticNode::JawForce_N(std::size_t role_index) const {
       const std::uint16_t part = is_sampled ? pair.sampled : pair.field;
       const bool is_left = static_cast<int>(part) == role.device.jaw_left;
       if (!is_left && static_cast<int>(part) != role.device.jaw_right) continue;
-      const glm::dvec3 push_W = (is_sampled ? 1.0 : -1.0) * ForceDirectionOnSampled_W(result, X_WO_[pair.sampled]);
+      const glm::dvec3 push_W = (is_sampled ? 1.0 : -1.0) * ForceDirectionOnSampled_W(result, X_WO[pair.sampled]);
       const double outwards = (is_left ? -1.0 : 1.0) * glm::dot(push_W, axis_W);
-      sum_N += JawPress_N(result) * std::max(outwards, 0.0);
+      sum_N += JawPress_N(i, moved_X_WO) * std::max(outwards, 0.0);
     }
   }
   return 0.5 * sum_N;
@@ -302,15 +310,11 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
     role.last_trace_through_physics = newest->id;
   }
 
-  core::DeviceCommand command;
-  command.header.direct = role.sample.header.direct;
-  command.header.through_physics = through_physics;
-  command.role_index = static_cast<std::uint8_t>(role_index);
-  if (role.is_following) {
-    const core::Wrench F = role.F_Do_W + role.reaction_gain * role.reaction.F_Do_W;
-    command.F_Do_W = physics_gain_ * LimitForce(F, force_cap_N_);
-    command.grip_force_N = physics_gain_ * JawForce_N(role_index);
-  }
+  core::Header header;
+  header.direct = role.sample.header.direct;
+  header.through_physics = through_physics;
+  const core::Wrench F_Do_W = role.F_Do_W + role.reaction_gain * role.reaction.F_Do_W;
+  const core::DeviceCommand command = MakeCommand(role_index, header, F_Do_W, JawForce_N(role_index));
   outputs->commands.push_back(command);
 
   core::HapticProxy proxy;
@@ -325,6 +329,83 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   proxy.is_engaged = role.is_following;
   proxy.F_Do_W = role.F_Do_W;
   outputs->proxies.push_back(proxy);
+}
+
+core::DeviceCommand HapticNode::MakeCommand(std::size_t role_index, const core::Header& header,
+                                            const core::Wrench& F_Do_W, double grip_force_N) const {
+  core::DeviceCommand command;
+  command.header = header;
+  command.role_index = static_cast<std::uint8_t>(role_index);
+  if (roles_[role_index].is_following) {
+    command.F_Do_W = physics_gain_ * LimitForce(F_Do_W, force_cap_N_);
+    command.grip_force_N = physics_gain_ * grip_force_N;
+  }
+  return command;
+}
+
+bool HapticNode::IsToReevaluate(const Inputs& inputs) const {
+  if (cycle_ == 0 || !scenario_.coupling.is_reevaluated || inputs.physics == nullptr) return false;
+  bool is_felt = false;
+  for (const core::Reaction& reaction : inputs.reactions) {
+    if (reaction.header.sequence == 0 || reaction.tick != inputs.physics->tick) return false;
+    is_felt = is_felt || reaction.header.through_physics.valid();
+  }
+  return is_felt;
+}
+
+void HapticNode::Reevaluate(const Inputs& inputs, Outputs* outputs) const noexcept {
+  outputs->commands.clear();
+  outputs->proxies.clear();
+  std::fill(outputs->contacts_updated.begin(), outputs->contacts_updated.end(), 0);
+  outputs->is_collisions_updated = false;
+  outputs->is_in_contact = false;
+  MoveObjects(inputs);
+  for (std::size_t r = 0; r < roles_.size(); ++r) outputs->commands.push_back(ReevaluateRole(r, inputs));
+}
+
+// As UpdatePhysics and PlaceObjects do, but beside the node's own poses. The world's SetPose would use up the free
+// distance of pairs that are apart.
+void HapticNode::MoveObjects(const Inputs& inputs) const {
+  moved_X_WO_ = X_WO_;
+  if (inputs.physics != nullptr) {
+    for (const core::BodyState& body : inputs.physics->bodies) {
+      if (body.object < moved_X_WO_.size()) moved_X_WO_[body.object] = body.X_WO;
+    }
+  }
+  for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
+    const scene::Object& object = scenario_.objects[i];
+    if (object.owner != scene::Owner::kHand || object.role < 0) continue;
+    const auto r = static_cast<std::size_t>(object.role);
+    const double opening_m = NewestOf(inputs.devices, r, roles_[r].sample).opening_m;
+    moved_X_WO_[i] = scene::PartPose(object.part, roles_[r].X_WC(), opening_m);
+  }
+}
+
+core::DeviceCommand HapticNode::ReevaluateRole(std::size_t role_index, const Inputs& inputs) const {
+  const Role& role = roles_[role_index];
+  const core::DeviceState& sample = NewestOf(inputs.devices, role_index, role.sample);
+  const core::Reaction& reaction = NewestOf(inputs.reactions, role_index, role.reaction);
+  const double gain = reaction.header.sequence != role.reaction.header.sequence ? 1.0 : role.reaction_gain;
+  core::Header header;
+  header.direct = sample.header.direct;
+  header.through_physics = reaction.header.through_physics;
+  const core::Wrench F_Do_W =
+      PreviewCoupling(role, sample.X_WD, IgnoredObject(reaction, gain)) + gain * reaction.F_Do_W;
+  return MakeCommand(role_index, header, F_Do_W, JawForce_N(role_index, moved_X_WO_));
+}
+
+core::Wrench HapticNode::PreviewCoupling(const Role& role, const core::Pose& X_WD, int ignored_object) const {
+  if (!role.is_following) return {};
+  if (role.god_object) {
+    vps::GodObject god_object = *role.god_object;
+    vps::ToolContact contact;
+    world_->HandPlanes(role.is_hand_part, &contact, ignored_object, moved_X_WO_);
+    return god_object.Step(X_WD, contact, moved_X_WO_);
+  }
+  vps::VirtualCoupling coupling = role.coupling;
+  vps::CouplingContact contact;
+  world_->HandContact(role.is_hand_part, coupling.X_WC(), &contact, ignored_object, moved_X_WO_);
+  return coupling.Step(X_WD, contact);
 }
 
 void HapticNode::FillContacts(const Inputs& inputs, Outputs* outputs) {
@@ -356,7 +437,7 @@ void HapticNode::FillCollisions(Outputs* outputs) const {
     const core::ContactSet& set = outputs->contacts[pair_role.scenario_pair];
     if (!world_->is_active(i) || !(pair_role.is_published ? set.is_in_contact : result.is_in_contact)) continue;
     const core::Wrench& F_So_W = pair_role.is_published ? set.F_So_W : result.F_So_W;
-    const double force_N = IsHeld(pair_role, i) ? JawPress_N(result) : glm::length(F_So_W.force_N);
+    const double force_N = IsHeld(pair_role, i) ? JawPress_N(i) : glm::length(F_So_W.force_N);
     const double depth_m = std::max(-result.signed_distance_m, 0.0);
     collision::AddCollision(
         {pair_role.scenario_pair, pair.sampled, pair.field, static_cast<float>(depth_m), static_cast<float>(force_N)},

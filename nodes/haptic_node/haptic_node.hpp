@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,13 @@ class HapticNode {
   // Allocates one slot per pair; call it once, before the first Step.
   void PrepareOutputs(Outputs* outputs) const;
   void Step(const Inputs& inputs, Outputs* outputs) noexcept;
+
+  // The commands anew when physics has answered, without another collision query (decision 18): the last cycle's planes
+  // at the poses of the answer, its reactions and the newest samples, and what the coupling makes of them. Nothing is
+  // kept: a Step after it is the same as without it. A command is to be sent when its trace has come through physics.
+  void Reevaluate(const Inputs& inputs, Outputs* outputs) const noexcept;
+  // Whether state and reactions are of one tick of physics, with a hand in contact with something that physics moves.
+  [[nodiscard]] bool IsToReevaluate(const Inputs& inputs) const;
 
   // Names of this node's parameters; whether it has the parameter and accepts the value.
   [[nodiscard]] std::vector<std::string> ParameterNames() const;
@@ -122,7 +130,8 @@ class HapticNode {
     return scenario_.pairs[pair_roles_[pair].scenario_pair];
   }
   [[nodiscard]] bool IsHeld(const PairRole& pair_role, std::size_t pair) const;
-  [[nodiscard]] int IgnoredObject(const Role& role) const;
+  [[nodiscard]] static int IgnoredObject(const core::Reaction& reaction, double gain);
+  [[nodiscard]] static int IgnoredObject(const Role& role) { return IgnoredObject(role.reaction, role.reaction_gain); }
 
   void ApplyChange(const core::ParameterChange& change);
   void UpdateDevices(const Inputs& inputs);
@@ -132,8 +141,15 @@ class HapticNode {
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
   void LimitStiffness(Role* role, std::int64_t elapsed_ns);
   void StepCoupling(Role* role);
-  [[nodiscard]] double JawPress_N(const vps::PairResult& result) const;  // normal force of a jaw on what it touches
-  [[nodiscard]] double JawForce_N(std::size_t role_index) const;
+  // The force of `role` if its coupling made a step with the planes at `moved_X_WO_`.
+  [[nodiscard]] core::Wrench PreviewCoupling(const Role& role, const core::Pose& X_WD, int ignored_object) const;
+  [[nodiscard]] core::DeviceCommand ReevaluateRole(std::size_t role_index, const Inputs& inputs) const;
+  [[nodiscard]] core::DeviceCommand MakeCommand(std::size_t role_index, const core::Header& header,
+                                                const core::Wrench& F_Do_W, double grip_force_N) const;
+  void MoveObjects(const Inputs& inputs) const;
+  // Normal force of a jaw on what it touches.
+  [[nodiscard]] double JawPress_N(std::size_t pair, std::span<const core::Pose> moved_X_WO = {}) const;
+  [[nodiscard]] double JawForce_N(std::size_t role_index, std::span<const core::Pose> moved_X_WO = {}) const;
   void FillRoleOutputs(std::size_t role_index, const Inputs& inputs, Outputs* outputs);
   void FillContacts(const Inputs& inputs, Outputs* outputs);
   void FillCollisions(Outputs* outputs) const;
@@ -150,6 +166,7 @@ class HapticNode {
   std::vector<std::string> pair_active_names_;      // "pair.<a>/<b>.active"
   std::vector<std::string> pair_stiffness_names_;   // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
+  mutable std::vector<core::Pose> moved_X_WO_;  // scratch of Reevaluate: where the objects are by now
   Freshness physics_freshness_;
   double delay_cycles_ = 0.0;  // bound of the delay from a pose to the use of planes computed from it
   double physics_gain_ = 1.0;  // 0: physics_node is silent

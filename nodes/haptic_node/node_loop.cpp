@@ -97,6 +97,7 @@ NodeLoop::Tick NodeLoop::WaitForTick(const std::atomic<bool>& stop) {
       const bool is_plausible = sample_ns <= received_ns && received_ns - sample_ns < kPlausibleAge_ns;
       first_ns = is_plausible ? sample_ns : received_ns;
     }
+    if (first_ns == 0) ReevaluateIfAnswered();
     const std::int64_t now_ns = core::MonotonicNow_ns();
     if (first_ns != 0 && (arrived == all || now_ns >= first_ns + kGather_ns)) {
       timer_steps_ = 0;
@@ -143,6 +144,7 @@ void NodeLoop::AnswerParameters() {
 
 void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
   recorder_ = std::make_unique<replay::StepRecorder<Step>>(sink);
+  reevaluation_recorder_ = std::make_unique<replay::StepRecorder<Step>>(sink, kReevaluation);
 }
 
 void NodeLoop::Record() {
@@ -153,14 +155,42 @@ void NodeLoop::Record() {
   inputs_.budget_points = 0;
 }
 
+void NodeLoop::TakeInputs(std::int64_t now_ns, Inputs* inputs) const {
+  inputs->now_ns = now_ns;
+  inputs->devices.clear();
+  inputs->reactions.clear();
+  for (const auto* device : devices_) inputs->devices.push_back(device->value());
+  for (const auto* reaction : reactions_) inputs->reactions.push_back(reaction->value());
+  inputs->physics = physics_->has_value() ? &physics_->value() : nullptr;
+}
+
+// State and reactions arrive one after the other; the last of a tick completes the answer.
+void NodeLoop::ReevaluateIfAnswered() {
+  if (!physics_->has_value() || physics_->value().tick == taken_tick_) return;
+  const std::int64_t start_ns = core::MonotonicNow_ns();
+  TakeInputs(start_ns, &reevaluation_.inputs);
+  if (!haptic_->IsToReevaluate(reevaluation_.inputs)) return;
+  taken_tick_ = physics_->value().tick;
+  haptic_->Reevaluate(reevaluation_.inputs, &reevaluation_.outputs);
+  const std::int64_t end_ns = core::MonotonicNow_ns();
+  auto& commands = reevaluation_.outputs.commands;
+  for (std::size_t r = 0; r < commands.size(); ++r) {
+    if (commands[r].header.through_physics.valid()) SendCommand(r, start_ns, end_ns, &commands[r]);
+  }
+  if (reevaluation_recorder_ != nullptr) reevaluation_recorder_->Record(haptic_->cycle(), start_ns, reevaluation_);
+  reevaluate_durations_.Add(end_ns - start_ns);
+}
+
+void NodeLoop::SendCommand(std::size_t role, std::int64_t start_ns, std::int64_t end_ns, core::DeviceCommand* command) {
+  if (!devices_[role]->has_value()) return;
+  Stamp(&command->header, static_cast<int>(role), start_ns, end_ns);
+  command_writers_[role].Send(*command);
+}
+
 void NodeLoop::MakeCycle(const Tick& tick) {
   const std::int64_t start_ns = core::MonotonicNow_ns();
-  inputs_.now_ns = start_ns;
-  inputs_.devices.clear();
-  inputs_.reactions.clear();
-  for (const auto* device : devices_) inputs_.devices.push_back(device->value());
-  for (const auto* reaction : reactions_) inputs_.reactions.push_back(reaction->value());
-  inputs_.physics = physics_->has_value() ? &physics_->value() : nullptr;
+  TakeInputs(start_ns, &inputs_);
+  taken_tick_ = physics_->value().tick;
   inputs_.changes = changes_.data();
   inputs_.num_changes = num_changes_;
   haptic_->Step(inputs_, &outputs_);
@@ -176,11 +206,7 @@ void NodeLoop::MakeCycle(const Tick& tick) {
 // Commands are sent first, as they close the force loop; then contacts; proxies last, because they trigger a physics
 // step, which needs the contacts of the same cycle.
 void NodeLoop::Send(std::int64_t start_ns, std::int64_t end_ns) {
-  for (std::size_t r = 0; r < outputs_.commands.size(); ++r) {
-    if (!devices_[r]->has_value()) continue;
-    Stamp(&outputs_.commands[r].header, static_cast<int>(r), start_ns, end_ns);
-    command_writers_[r].Send(outputs_.commands[r]);
-  }
+  for (std::size_t r = 0; r < outputs_.commands.size(); ++r) SendCommand(r, start_ns, end_ns, &outputs_.commands[r]);
   for (std::size_t i = 0; i < outputs_.contacts.size(); ++i) {
     if (outputs_.contacts_updated[i] == 0) continue;
     const scene::Object& sampled = scenario_.objects[scenario_.pairs[i].sampled];
@@ -271,6 +297,9 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   nlohmann::json report;
   AddFigures(all_, "", &report);
   AddFigures(in_contact_, "contact_", &report);
+  report["reevaluations"] = reevaluate_durations_.count();
+  report["reevaluate_p50_us"] = Microseconds(reevaluate_durations_.p50_ns());
+  report["reevaluate_p99_us"] = Microseconds(reevaluate_durations_.p99_ns());
   report["is_realtime"] = is_realtime;
   report["work"] = {{"pairs_tested", work_.pairs_tested},
                     {"pairs_cut_short", work_.pairs_cut_short},

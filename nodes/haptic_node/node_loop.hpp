@@ -24,7 +24,8 @@ struct CycleStatistics {
 // Connects a HapticNode to the bus: one step per tick of the device bridge.
 //
 // A tick begins when the first role's sample arrives; the step runs when the samples of all roles have arrived, or 200
-// us later. Without a sample for 2 ms a 1 kHz timer takes over, so that proxies continue and forces fade.
+// us later. Without a sample for 2 ms a 1 kHz timer takes over, so that proxies continue and forces fade. When physics
+// answers between two ticks, the force is reevaluated and sent at once.
 class NodeLoop {
  public:
   NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node);
@@ -45,11 +46,14 @@ class NodeLoop {
   };
 
   Tick WaitForTick(const std::atomic<bool>& stop);
+  void TakeInputs(std::int64_t now_ns, Inputs* inputs) const;
+  void ReevaluateIfAnswered();
   void TakeParameters();
   void TakeStiffnessLimits();
   void AnswerParameters();
   void MakeCycle(const Tick& tick);
   void Record();
+  void SendCommand(std::size_t role, std::int64_t start_ns, std::int64_t end_ns, core::DeviceCommand* command);
   void Send(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
   void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
@@ -73,6 +77,10 @@ class NodeLoop {
   Inputs& inputs_ = step_.inputs;
   Outputs& outputs_ = step_.outputs;
   std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
+  Step reevaluation_;
+  std::unique_ptr<replay::StepRecorder<Step>> reevaluation_recorder_;
+  std::uint64_t taken_tick_ = 0;            // of physics, by the last step or reevaluation
+  bus::LatencyStats reevaluate_durations_;  // without sending
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   const std::string no_refusal_;

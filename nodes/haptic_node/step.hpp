@@ -8,6 +8,10 @@
 
 namespace haptic_node {
 
+// Kind of a recorded step (replay::StepKind): HapticNode::Reevaluate, with the number of the cycle before it. It fills
+// only the commands.
+constexpr std::uint8_t kReevaluation = 1;
+
 // A recorded cycle: its inputs and outputs. Inputs::budget_points is the budget that the cycle used.
 struct Step {
   Inputs inputs;

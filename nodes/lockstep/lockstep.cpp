@@ -68,6 +68,7 @@ class Lockstep {
   void GatherHapticChanges();
   void StepHaptic();
   void StepPhysics();
+  void Reevaluate();
   void StepLogic();
   // Node::Step, watched.
   template <class Node, class Inputs, class Outputs>
@@ -103,6 +104,7 @@ class Lockstep {
   std::unique_ptr<logic_node::LogicNode> logic_;
   device_bridge::Outputs bridge_out_;
   haptic_node::Step haptic_step_;
+  haptic_node::Step reevaluation_;
   physics_node::Step physics_step_;
   logic_node::Step logic_step_;
   haptic_node::Outputs& haptic_out_ = haptic_step_.outputs;
@@ -195,6 +197,7 @@ void Lockstep::Tick() {
   StepBridge();
   StepHaptic();
   StepPhysics();
+  Reevaluate();
   changes_.clear();
   if (outcome_.ticks % kLogicPeriod_ticks == 0) StepLogic();
   if (trace_.is_open() && outcome_.ticks % kTracePeriod_ticks == 0) WriteTraceRow();
@@ -308,6 +311,29 @@ void Lockstep::StepPhysics() {
   last_state_ = physics_out_.state;
   last_reactions_ = physics_out_.reactions;
   events_.insert(events_.end(), physics_out_.events.begin(), physics_out_.events.end());
+}
+
+// The bridge takes a role's newest command with its next sample.
+void Lockstep::Reevaluate() {
+  haptic_node::Inputs& inputs = reevaluation_.inputs;
+  inputs.now_ns = now_ns_;
+  inputs.devices = bridge_out_.states;
+  inputs.physics = &last_state_;
+  inputs.reactions = last_reactions_;
+  if (!haptic_->IsToReevaluate(inputs)) return;
+  if (options_.watch_steps) options_.watch_steps("haptic_node", true);
+  haptic_->Reevaluate(inputs, &reevaluation_.outputs);
+  if (options_.watch_steps) options_.watch_steps("haptic_node", false);
+  if (steps_ != nullptr) steps_->reevaluation.Record(haptic_->cycle(), now_ns_, reevaluation_);
+  for (std::size_t r = 0; r < reevaluation_.outputs.commands.size(); ++r) {
+    core::DeviceCommand& command = reevaluation_.outputs.commands[r];
+    if (!command.header.through_physics.valid()) continue;
+    command.header.sequence = outcome_.ticks + 1;
+    command.header.publish_ns = now_ns_;
+    outcome_.peak_command_N = std::max(outcome_.peak_command_N, glm::length(command.F_Do_W.force_N));
+    hash_.Add(command);
+    last_commands_[r] = command;
+  }
 }
 
 void Lockstep::StepLogic() {

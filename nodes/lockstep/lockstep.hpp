@@ -69,8 +69,9 @@ struct Outcome {
 
 // All nodes but the visual one in this process on a virtual clock: deterministic and as fast as the CPU allows. One
 // tick of 1 ms: the bridge samples (and applies the command of the tick before), the haptic node answers it, physics
-// steps with its proxies and contacts, every tenth tick logic looks. What goes back (physics state to the haptic node
-// and the bridge, logic's parameters to their owners) arrives one tick later, as it does over the bus.
+// steps with its proxies and contacts, the haptic node reevaluates its force, every tenth tick logic looks. What goes
+// back (physics state to the haptic node and the bridge, logic's parameters to their owners) arrives one tick later, as
+// it does over the bus.
 core::Result<Outcome> Run(const scene::Scenario& scenario, const Options& options);
 
 }  // namespace lockstep

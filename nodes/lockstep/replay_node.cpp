@@ -1,6 +1,7 @@
 #include "nodes/lockstep/replay_node.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <utility>
 
@@ -53,16 +54,19 @@ class TypedNode : public ReplayedNode {
   explicit TypedNode(const scene::Scenario& scenario) : scenario_(scenario) {}
 
   bool Read(std::span<const std::uint8_t> step) override {
-    if (!decoder_.Begin(step)) return false;
-    decoder_.includes_transport = true;
-    VisitInputs(decoder_, recorded_);
-    decoder_.includes_transport = false;
-    VisitOutputs(decoder_, recorded_);
-    return decoder_.Finish();
+    kind_ = replay::StepKind(step);
+    if (kind_ >= num_kinds()) return false;
+    replay::StepDecoder& decoder = decoders_[kind_];
+    if (!decoder.Begin(step)) return false;
+    decoder.includes_transport = true;
+    VisitInputs(decoder, recorded_);
+    decoder.includes_transport = false;
+    VisitOutputs(decoder, recorded_);
+    return decoder.Finish();
   }
-  [[nodiscard]] std::uint64_t tick() const override { return decoder_.tick(); }
+  [[nodiscard]] std::uint64_t tick() const override { return decoders_[kind_].tick(); }
   [[nodiscard]] std::int64_t now_ns() const override { return recorded_.inputs.now_ns; }
-  [[nodiscard]] std::uint64_t recorded_digest() const override { return decoder_.digest(); }
+  [[nodiscard]] std::uint64_t recorded_digest() const override { return decoders_[kind_].digest(); }
   [[nodiscard]] std::uint64_t digest() const override {
     replay::Digest digest;
     digest.includes_transport = false;
@@ -88,6 +92,9 @@ class TypedNode : public ReplayedNode {
   }
 
  protected:
+  static constexpr std::uint8_t kMaxKinds = 2;
+  [[nodiscard]] virtual std::uint8_t num_kinds() const { return 1; }
+
   static std::vector<replay::Leaf> LeavesOf(StepType& step) {
     replay::Leaves leaves;
     leaves.includes_transport = false;
@@ -104,7 +111,8 @@ class TypedNode : public ReplayedNode {
   }
 
   scene::Scenario scenario_;
-  replay::StepDecoder decoder_;
+  std::array<replay::StepDecoder, kMaxKinds> decoders_;
+  std::uint8_t kind_ = replay::kUsualStep;
   StepType recorded_;  // inputs and outputs as they were
   StepType got_;       // outputs of the replay
 };
@@ -188,7 +196,8 @@ class Haptic final : public TypedNode<haptic_node::Step> {
   }
 
   [[nodiscard]] std::string WhyNot() const override {
-    if (haptic_->cycle() + 1 != tick()) {
+    if (kind_ == haptic_node::kReevaluation && haptic_->cycle() == tick()) return "";
+    if (kind_ == haptic_node::kReevaluation || haptic_->cycle() + 1 != tick()) {
       return "the recording goes on with cycle " + std::to_string(tick()) + ", haptic_node stands at cycle " +
              std::to_string(haptic_->cycle());
     }
@@ -199,7 +208,10 @@ class Haptic final : public TypedNode<haptic_node::Step> {
   void AddChange(const core::ParameterChange& change) override {
     Append(change, &recorded_.changes, &recorded_.inputs);
   }
-  void Step() override { haptic_->Step(recorded_.inputs, &got_.outputs); }
+  void Step() override {
+    if (kind_ == haptic_node::kReevaluation) return haptic_->Reevaluate(recorded_.inputs, &got_.outputs);
+    haptic_->Step(recorded_.inputs, &got_.outputs);
+  }
   [[nodiscard]] std::string NameOf(const std::string& path) const override {
     const Path top = Split(path);
     const bool is_pair = top.index && *top.index < scenario_.pairs.size();
@@ -211,6 +223,9 @@ class Haptic final : public TypedNode<haptic_node::Step> {
             : "haptic_node";
     return topic + ":" + (top.rest.empty() ? top.head : top.rest);
   }
+
+ protected:
+  [[nodiscard]] std::uint8_t num_kinds() const override { return haptic_node::kReevaluation + 1; }
 
  private:
   core::SerialFor workers_;

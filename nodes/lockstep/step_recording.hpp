@@ -39,6 +39,7 @@ class StepRecording {
 
  public:
   replay::StepRecorder<haptic_node::Step> haptic{&haptic_sink_};
+  replay::StepRecorder<haptic_node::Step> reevaluation{&haptic_sink_, haptic_node::kReevaluation};
   replay::StepRecorder<physics_node::Step> physics{&physics_sink_};
   replay::StepRecorder<logic_node::Step> logic{&logic_sink_};
 };

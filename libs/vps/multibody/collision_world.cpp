@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <limits>
 #include <numeric>
 #include <string>
 
@@ -34,6 +35,15 @@ struct PairEntry {
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
   return a.rotation == b.rotation && a.translation == b.translation;
+}
+
+double DeepestPlane_m(const PairResult& result, const core::Pose& X_WS, const core::Pose& X_WG) {
+  double deepest_m = -std::numeric_limits<double>::infinity();
+  for (const core::ContactPlane& plane : result.planes) {
+    const glm::dvec3 p_WQ = X_WG * glm::dvec3(plane.q_G);
+    deepest_m = std::max(deepest_m, -glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), X_WS * glm::dvec3(plane.p_S) - p_WQ));
+  }
+  return deepest_m;
 }
 
 }  // namespace
@@ -446,8 +456,19 @@ const StepReport& CollisionWorld::Step(core::ParallelFor* workers, std::int64_t 
   return w.report;
 }
 
+double CollisionWorld::Depth_m(std::size_t i, std::span<const core::Pose> moved_X_WO) const {
+  const Impl& w = *impl_;
+  const PairResult& result = w.pairs[i].result;
+  if (moved_X_WO.empty() || result.planes.empty()) return -result.signed_distance_m;
+  const std::size_t s = w.schedule.a(i);
+  const std::size_t g = w.schedule.b(i);
+  return -result.signed_distance_m + DeepestPlane_m(result, moved_X_WO[s], moved_X_WO[g]) -
+         DeepestPlane_m(result, w.schedule.X_WO(s), w.schedule.X_WO(g));
+}
+
 void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC,
-                                 CouplingContact* contact, int ignored_object) const {
+                                 CouplingContact* contact, int ignored_object,
+                                 std::span<const core::Pose> moved_X_WO) const {
   const Impl& w = *impl_;
   *contact = {};
   for (std::size_t i = 0; i < w.pairs.size(); ++i) {
@@ -462,11 +483,12 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
     if (result.planes.empty()) continue;
     // The wrench on the hand: as it is if the hand is the sampled side, its opposite if it is the field.
     const double side = is_hand_part[s] != 0 ? 1.0 : -1.0;
-    const core::Pose& X_WS = w.schedule.X_WO(s);
-    const core::Pose& X_WG = w.schedule.X_WO(g);
-    if (result.is_in_contact) {
+    const core::Pose& X_WS = moved_X_WO.empty() ? w.schedule.X_WO(s) : moved_X_WO[s];
+    const core::Pose& X_WG = moved_X_WO.empty() ? w.schedule.X_WO(g) : moved_X_WO[g];
+    const double depth_m = Depth_m(i, moved_X_WO);
+    if (result.is_in_contact && (moved_X_WO.empty() || depth_m >= 0.0)) {
       contact->is_in_contact = true;
-      contact->deepest_penetration_m = std::max(contact->deepest_penetration_m, -result.signed_distance_m);
+      contact->deepest_penetration_m = std::max(contact->deepest_penetration_m, depth_m);
       contact->f_Co_W += side * Shift(Rotate(X_WS, result.f_So_S), X_WS.translation - X_WC.translation);
     }
     for (const core::ContactPlane& plane : result.planes) {
@@ -489,8 +511,8 @@ std::uint32_t CollisionWorld::HandPlaneId(std::size_t pair, const core::ContactP
   return (static_cast<std::uint32_t>(pair) << 16U) | plane.id;
 }
 
-void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact,
-                                int ignored_object) const {
+void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object,
+                                std::span<const core::Pose> moved_X_WO) const {
   const Impl& w = *impl_;
   *contact = {};
   for (std::size_t i = 0; i < w.pairs.size(); ++i) {
@@ -503,13 +525,15 @@ void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, T
         std::min(contact->free_distance_m,
                  pair.result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : pair.description.look_ahead_m);
     const bool is_hand_sampled = is_hand_part[s] != 0;
+    const core::Pose& X_WS = moved_X_WO.empty() ? w.schedule.X_WO(s) : moved_X_WO[s];
+    const core::Pose& X_WG = moved_X_WO.empty() ? w.schedule.X_WO(g) : moved_X_WO[g];
     for (const core::ContactPlane& from : pair.result.planes) {
-      const glm::dvec3 p_W = w.schedule.X_WO(s) * glm::dvec3(from.p_S);
-      const glm::dvec3 n_W = w.schedule.X_WO(g).rotate(glm::dvec3(from.n_G));
+      const glm::dvec3 p_W = X_WS * glm::dvec3(from.p_S);
+      const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(from.n_G));
       ToolPlane plane;
       plane.id = HandPlaneId(i, from);
       plane.body = static_cast<std::uint16_t>(is_hand_sampled ? g : s);
-      plane.gap_m = glm::dot(n_W, p_W - w.schedule.X_WO(g) * glm::dvec3(from.q_G));
+      plane.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(from.q_G));
       plane.p_W = is_hand_sampled ? p_W : p_W - plane.gap_m * n_W;
       plane.n_W = is_hand_sampled ? n_W : -n_W;
       plane.friction = pair.description.friction;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/messages/haptic.hpp"
@@ -129,11 +130,16 @@ class CollisionWorld {
   // All contacts of one hand, for VirtualCoupling: sums over the active pairs in which exactly one side is
   // marked in `is_hand_part` (num_objects entries), about the hand frame's origin at X_WC. Pairs with `ignored_object`
   // (-1: none) are left out: an object that the hand holds is felt through the grasp spring, not through the coupling.
+  // `moved_X_WO`: where the objects are by now, if not at the poses of the last Step. Planes and depths are taken there
+  // without another query; the sums keep their direction in S.
   void HandContact(const std::vector<std::uint8_t>& is_hand_part, const core::Pose& X_WC, CouplingContact* contact,
-                   int ignored_object = -1) const;
+                   int ignored_object = -1, std::span<const core::Pose> moved_X_WO = {}) const;
+  // Deepest penetration of a pair in contact, likewise: that of the last Step and what its deepest plane has moved.
+  [[nodiscard]] double Depth_m(std::size_t pair, std::span<const core::Pose> moved_X_WO = {}) const;
 
   // The same for GodObject, with an id for each plane of each pair. A plane's point is that of the hand.
-  void HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object = -1) const;
+  void HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object = -1,
+                  std::span<const core::Pose> moved_X_WO = {}) const;
   static std::uint32_t HandPlaneId(std::size_t pair, const core::ContactPlane& plane);
 
   // Payload of contacts/<source>/<pair>; the header is left alone.
