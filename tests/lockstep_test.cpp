@@ -104,6 +104,13 @@ TEST(Lockstep, ALateDeviceLowersTheStiffnessOfTheHandTheSameWayInEachRun) {
   EXPECT_EQ(late.hash, InLockstep(scenario, options).hash);
 }
 
+TEST(Lockstep, TheHandGetsNoEnergyAndThePassivityControllerSeldomActs) {
+  const lockstep::Outcome outcome = InLockstep(Load("touch"));
+  EXPECT_TRUE(outcome.is_completed);
+  EXPECT_GE(outcome.least_energy_J, -1e-3);
+  EXPECT_LT(outcome.share_made_passive, 0.01);
+}
+
 TEST(Lockstep, WithoutThePairTheBlockIsNotPushed) {
   scene::Scenario scenario = Load("touch");
   scenario.stall_limit_s = 10.0;
