@@ -13,12 +13,17 @@ namespace system_tests {
 inline std::filesystem::path GoldenFolder() {
   return std::filesystem::path(VR_OOS_SOURCE_DIR) / "tests" / "golden";
 }
+// Of the paper's method and coupling.
 inline std::filesystem::path GoldenFile() {
   return GoldenFolder() / "module_replacement.mcap";
 }
+// Of the default: fast, god_object.
+inline std::filesystem::path GoldenFileOfTheDefault() {
+  return GoldenFolder() / "module_replacement_default.mcap";
+}
 
-inline lockstep::RecordedNode GoldenNode(const std::string& name) {
-  const auto nodes = lockstep::ReadRecordedNodes(GoldenFile());
+inline lockstep::RecordedNode GoldenNode(const std::string& name, const std::filesystem::path& file = GoldenFile()) {
+  const auto nodes = lockstep::ReadRecordedNodes(file);
   if (!nodes) {
     ADD_FAILURE() << nodes.error().detail;
     return {};

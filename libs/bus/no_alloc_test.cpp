@@ -77,6 +77,7 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   proxy_reader.KeepHistory(8);
   auto& state_reader = haptic->ReadLatest<core::PhysicsState>(kPhysicsStateTopic);
   auto figures_writer = physics->WriteState<Figures>(FiguresTopic("physics_node"));
+  auto& figures_reader = haptic->ReadState<Figures>(FiguresTopic("physics_node"));
   const Figures figures{{{"step_p50_us", 1.0}, {"cycles_with_contact", 2.0}}};
   physics->OwnParameters({"some.mass_kg"});
   haptic->ReadEvents();
@@ -129,6 +130,7 @@ TEST(Node, RealTimeCallsNeitherAllocateNorLockOnceWarm) {
   EXPECT_NE(proxy_reader.Sample(2393), nullptr);
   EXPECT_GT(heard_events, 0u);
   EXPECT_GT(answered, 0u);
+  EXPECT_GT(figures_reader.version(), 100u);
   testing::ExpectAccountsClose({haptic.get(), physics.get()});
   ASSERT_TRUE(haptic_recorder->Stop());
   EXPECT_GT(haptic_recorder->writer().num_messages(), 3 * 2400u);

@@ -81,9 +81,9 @@ struct StateReceiver {
 
 struct StateAccess {
   template <class M>
-  static void Accept(StateReader<M>* reader, const std::string& key, std::uint64_t version, M value) {
+  static void Accept(StateReader<M>* reader, const std::string& key, std::uint64_t version, const M& value) {
     reader->value_ = value;
-    reader->values_[key] = std::move(value);
+    reader->values_[key] = value;
     reader->version_ = version;
     reader->is_fresh_ = true;
   }
@@ -105,13 +105,15 @@ struct TypedStateReceiver final : StateReceiver {
       StateAccess::Reset(&reader);
       return true;
     }
-    M value;
-    if (!DecodeState(item.bytes, &value)) return false;
-    StateAccess::Accept(&reader, item.key, item.version, std::move(value));
+    if (!DecodeState(item.bytes, &decoded_)) return false;
+    StateAccess::Accept(&reader, item.key, item.version, decoded_);
     return true;
   }
   void ClearFresh() override { StateAccess::ClearFresh(&reader); }
   StateReader<M> reader;
+
+ private:
+  M decoded_;  // kept, and copied: a list of the same length again, as of figures, allocates nothing
 };
 
 // An observed message, not decoded yet.
