@@ -220,6 +220,12 @@ int RunOnce(const Arguments& arguments, const scene::Scenario& scenario, const W
                                      : RunProcesses(arguments, scenario, wanted, report);
 }
 
+// The paper's method is the paper's coupling, too, unless another is wanted.
+std::string CouplingOf(const Arguments& arguments, const scene::Scenario& scenario, const std::string& method) {
+  const bool is_papers = arguments.has("--method") && method == "paper";
+  return arguments.text("--coupling", is_papers ? "paper" : scenario.coupling.type);
+}
+
 // Runs each method in turn, each in a folder of its own, and writes a table of both.
 int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted) {
   std::vector<nlohmann::json> reports;
@@ -227,6 +233,7 @@ int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, 
   for (const char* method : {"paper", "fast"}) {
     scene::Scenario one = scenario;
     one.method = method;
+    one.coupling.type = CouplingOf(arguments, scenario, method);
     Wanted its = wanted;
     its.out = wanted.out / one.method;
     Print("method " + one.method);
@@ -256,7 +263,7 @@ int RunOnThisMachine(const Arguments& arguments) {
     return Complain("run", "--method is paper, fast or both, not '" + method + "'", kBadUsage);
   }
   if (!is_both) scenario.method = method;
-  scenario.coupling.type = arguments.text("--coupling", scenario.coupling.type);
+  scenario.coupling.type = CouplingOf(arguments, scenario, method);
   if (scenario.coupling.type != "paper" && scenario.coupling.type != "god_object") {
     return Complain("run", "--coupling is paper or god_object, not '" + scenario.coupling.type + "'", kBadUsage);
   }
@@ -292,7 +299,8 @@ Verb RunVerb() {
        {"--duration", "S", "time limit; default: the scenario's"},
        {"--out", "DIR", "folder for the report and the logs; default: out/<scenario>-<time>"},
        {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},
-       {"--coupling", "paper|god_object", "how the hand follows the device; default: the scenario's"},
+       {"--coupling", "paper|god_object",
+        "how the hand follows the device; default: the scenario's, but paper with --method paper"},
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
