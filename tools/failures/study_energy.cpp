@@ -26,19 +26,20 @@ SceneKit PlateWithBlock(const Variant& variant) {
   return kit;
 }
 
-// Strokes to random places, half of them up to 15 mm inside what is there, each with some of a turn.
+// From random places above, which are always in reach, pushes down and aside, most of them into the plate or the block.
 std::string Wander(double seconds) {
   std::mt19937_64 engine(7);
   const auto uniform = [&engine](double low, double high) {
     return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1.0p-53;
   };
   std::string script;
-  char line[160];
+  char line[200];
   for (double t = 0.0; t < seconds; t += 0.5) {
     std::snprintf(line, sizeof line,
-                  "reach object0.top offset %.4f %.4f %.4f turn %.1f %.1f %.1f speed %.2f within 0.05\n",
-                  uniform(-0.1, 0.12), uniform(-0.08, 0.08), uniform(0.005, 0.05), uniform(-15, 15), uniform(-15, 15),
-                  uniform(-15, 15), uniform(0.1, 0.5));
+                  "reach object0.top offset %.4f %.4f 0.085 turn %.1f %.1f %.1f speed %.2f within 0.05\n"
+                  "push %.2f %.2f -1 by 0.1 speed %.2f until felt %.1f\n",
+                  uniform(-0.06, 0.06), uniform(-0.06, 0.06), uniform(-15, 15), uniform(-15, 15), uniform(-15, 15),
+                  uniform(0.1, 0.5), uniform(-1, 1), uniform(-1, 1), uniform(0.1, 0.5), uniform(3, 12));
     script += line;
   }
   return script;
@@ -49,11 +50,11 @@ std::string Wander(double seconds) {
 void StudyEnergy(Report* report) {
   Row row{"F8",
           "energy generation",
-          "10 min of strokes into a plate and a block, with tremor",
+          "10 min of pushes into a plate and a block, with tremor",
           "least energy that the hand has put in",
           ">= -1 mJ",
           {},
-          "no passivity controller acts, and the force is late"};
+          "the force is late, and the controller acts only after energy has come back"};
   Panel panel;
   panel.title = "energy that the hand has put in";
   panel.x_title = "time [s]";
