@@ -5,6 +5,10 @@
 namespace contact {
 namespace {
 
+TEST(SlowPublishedAccuracy, HoldsForTwoBunniesInLightContact) {
+  ExpectPublishedWrenches("bunnies", "bunny_light");
+}
+
 TEST(SlowPublishedAccuracy, HoldsForTwoBunniesDeepInEachOther) {
   ExpectPublishedWrenches("bunnies", "bunny_deep");
 }

@@ -74,10 +74,6 @@ TEST(PublishedAccuracy, HoldsForTheModuleOnItsBracket) {
   ExpectPublishedWrenches("module", "module_on_bracket");
 }
 
-TEST(PublishedAccuracy, HoldsForTwoBunniesInLightContact) {
-  ExpectPublishedWrenches("bunnies", "bunny_light");
-}
-
 TEST(PublishedAccuracy, HoldsForTheFandiskOnTheBunny) {
   ExpectPublishedWrenches("fandisk", "fandisk_on_bunny");
 }

@@ -135,12 +135,6 @@ TEST(SurfaceSamples, SliversTakeNoMorePanelsThanTheirArea) {
   EXPECT_LT(panels_of(2048), 55U * 65536U);
 }
 
-TEST(SurfaceSamples, MoreMemoryThanAllowedIsRefusedBeforeItIsTaken) {
-  const auto samples = SampleSurface(MakeCylinder(0.01, 0.04, 4096), 4'000'000);
-  ASSERT_FALSE(samples);
-  EXPECT_NE(samples.error().detail.find("MB allowed: take fewer"), std::string::npos) << samples.error().detail;
-}
-
 // A corner or an edge can be in contact with no more than a sliver of its faces.
 TEST(SurfaceSamples, GrowDenserTowardsEdgesAndCorners) {
   const auto samples = SampleSurface(MakeBox({0.1, 0.1, 0.1}), 16384);
