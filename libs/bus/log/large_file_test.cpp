@@ -31,16 +31,19 @@ std::size_t DataBytes() {
   return data * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-// Whether `body` holds in a process that may allocate kSpareBytes more than it has. (Sanitizers need more for
-// themselves: there it only has to hold.)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kIsMemoryLimited = false;  // sanitizers need more for themselves
+#else
+constexpr bool kIsMemoryLimited = true;
+#endif
+
+// Whether `body` holds in a process that may allocate kSpareBytes more than it has; with a sanitizer, whether it holds.
 bool HoldsInLittleMemory(const std::function<bool()>& body) {
   const pid_t child = fork();
   if (child == 0) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     const rlim_t most = DataBytes() + kSpareBytes;
     const rlimit limit{most, most};
-    if (setrlimit(RLIMIT_DATA, &limit) != 0) _exit(2);
-#endif
+    if (kIsMemoryLimited && setrlimit(RLIMIT_DATA, &limit) != 0) _exit(2);
     bool holds = false;
     try {
       holds = body();
