@@ -30,7 +30,8 @@ class BusFeed {
   std::vector<const bus::LatestReader<core::HapticProxy>*> proxies_;
   std::vector<const bus::LatestReader<core::DeviceCommand>*> commands_;
   std::vector<const bus::LatestReader<core::ContactSet>*> contacts_;
-  const bus::LatestReader<core::CollisionMatrix>* collisions_;
+  std::vector<const bus::LatestReader<core::CollisionMatrix>*> collisions_;  // of the nodes that compute pairs
+  const bus::StateReader<bus::Figures>* bridge_;
   std::vector<const bus::LatestReader<core::SheetState>*> sheets_;
 };
 

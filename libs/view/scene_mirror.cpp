@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/hand_limits.hpp"
+
 namespace view {
 namespace {
 
@@ -75,6 +77,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) 
   scene_.sun_direction_W = glm::normalize(scenario.sun_direction_W);
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
+  margins_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
   for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
     const scene::Device& device = scenario.devices[role];
@@ -115,9 +118,17 @@ void SceneMirror::Apply(const core::DeviceCommand& command, std::int64_t now_ns)
   felt_[command.role_index] = {glm::length(command.F_Do_W.force_N), now_ns};
 }
 
-void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::int64_t now_ns) {
-  matrix_ = matrix;
-  matrix_received_ns_ = now_ns;
+void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns) {
+  if (source < matrices_.size()) matrices_[source] = {matrix, now_ns};
+}
+
+void SceneMirror::ApplyBridge(const core::Figures& figures) {
+  for (std::size_t role = 0; role < margins_.size(); ++role) {
+    const std::string name = core::StiffnessLimitName(scenario_.devices[role].role);
+    for (const core::Figure& figure : figures.items) {
+      if (figure.name == name) margins_[role] = figure.value;
+    }
+  }
 }
 
 void SceneMirror::MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m) {
@@ -235,17 +246,41 @@ void SceneMirror::WriteForces(std::int64_t now_ns) {
     line += part;
   }
   scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
-  if (matrix_.num_touching == 0 || matrix_.collisions.empty() || now_ns - matrix_received_ns_ > kContactAge_ns) return;
-  const auto& list = matrix_.collisions;
-  const auto deepest =
-      std::max_element(list.begin(), list.end(),
-                       [](const core::Collision& a, const core::Collision& b) { return a.depth_m < b.depth_m; });
+}
+
+void SceneMirror::WriteMargins() {
+  std::string line;
+  double least = 1.0;
+  for (const double margin : margins_) {
+    if (margin <= 0.0) continue;
+    char part[32];
+    std::snprintf(part, sizeof part, "%s%.1f", line.empty() ? "" : " / ", margin);
+    line += part;
+    least = std::min(least, margin);
+  }
+  if (line.empty()) return;
+  line = "stable up to " + line + " times the hand's stiffness";
+  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, least < 1.0 ? kAmber : kGrey, line});
+}
+
+void SceneMirror::WriteCollisions(std::int64_t now_ns) {
+  unsigned num_touching = 0;
+  const core::Collision* deepest = nullptr;
+  for (const Matrix& its : matrices_) {
+    if (now_ns - its.received_ns > kContactAge_ns) continue;
+    num_touching += its.matrix.num_touching;
+    for (const core::Collision& collision : its.matrix.collisions) {
+      if (deepest == nullptr || collision.depth_m > deepest->depth_m) deepest = &collision;
+    }
+  }
+  if (deepest == nullptr) return;
   if (deepest->sampled_body >= scenario_.objects.size() || deepest->field_body >= scenario_.objects.size()) return;
-  std::snprintf(part, sizeof part, "%u in contact, deepest %s / %s %.2f mm, %.1f N", matrix_.num_touching,
+  char line[160];
+  std::snprintf(line, sizeof line, "%u in contact, deepest %s / %s %.2f mm, %.1f N", num_touching,
                 scenario_.objects[deepest->sampled_body].name.c_str(),
                 scenario_.objects[deepest->field_body].name.c_str(), 1e3 * static_cast<double>(deepest->depth_m),
                 static_cast<double>(deepest->force_N));
-  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, part});
+  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
 }
 
 void SceneMirror::WriteTexts(std::int64_t now_ns) {
@@ -254,6 +289,8 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   const std::string& title = scenario_.title.empty() ? scenario_.name : scenario_.title;
   texts.push_back({Anchor::kTopLeft, TextStyle::kBody, kWhite, title});
   WriteForces(now_ns);
+  WriteMargins();
+  WriteCollisions(now_ns);
   char line[160];
   if (figures_.t2_state_ms > 0.0) {
     std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps   %llu lost",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -32,8 +33,11 @@ class SceneMirror {
   void Apply(const core::HapticProxy& proxy);
   // The felt force in the text: all that is sent to the role's device. None after kContactAge_ns without a command.
   void Apply(const core::DeviceCommand& command, std::int64_t now_ns);
-  // How many pairs touch, and the deepest, as text. None after kContactAge_ns without a matrix.
-  void Apply(const core::CollisionMatrix& matrix, std::int64_t now_ns);
+  // How many pairs touch, and the deepest, as text. `source`: of the matrix, 0 or 1. None of a source after
+  // kContactAge_ns without a matrix.
+  void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
+  // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own.
+  void ApplyBridge(const core::Figures& figures);
   // Nodes of an object's sheet. Ignored when their number is not the scenario's.
   void Apply(const core::SheetState& sheet);
   // Arrows of one pair, by the set's pair_index. They stay until the pair's next set, at most kContactAge_ns.
@@ -69,6 +73,8 @@ class SceneMirror {
   void AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W, double force_N);
   void WriteTexts(std::int64_t now_ns);
   void WriteForces(std::int64_t now_ns);
+  void WriteMargins();
+  void WriteCollisions(std::int64_t now_ns);
 
   scene::Scenario scenario_;
   Scene scene_;
@@ -82,8 +88,12 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::vector<FeltForce> felt_;  // per role
-  core::CollisionMatrix matrix_;
-  std::int64_t matrix_received_ns_ = 0;
+  struct Matrix {
+    core::CollisionMatrix matrix;
+    std::int64_t received_ns = 0;
+  };
+  std::array<Matrix, 2> matrices_;
+  std::vector<double> margins_;  // per role; 0: not measured
   std::string badge_;
 };
 

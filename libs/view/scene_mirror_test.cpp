@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "core/hand_limits.hpp"
+
 namespace view {
 namespace {
 
@@ -163,11 +165,35 @@ TEST(SceneMirror, NamesTheDeepestOfThePairsThatTouch) {
   matrix.num_touching = 2;
   matrix.collisions.push_back({.sampled_body = 2, .field_body = 0, .depth_m = 0.0001f, .force_N = 9.0f});
   matrix.collisions.push_back({.sampled_body = 1, .field_body = 0, .depth_m = 0.0025f, .force_N = 4.0f});
-  mirror.Apply(matrix, 0);
+  mirror.Apply(matrix, 0, 0);
   mirror.Refresh(0);
   EXPECT_TRUE(HasText(mirror.scene(), "2 in contact, deepest block / plate 2.50 mm, 4.0 N"));
   mirror.Refresh(SceneMirror::kContactAge_ns + 1);
   EXPECT_FALSE(HasText(mirror.scene(), "in contact"));
+}
+
+TEST(SceneMirror, CountsThePairsOfBothNodesThatComputeThem) {
+  SceneMirror mirror(SmallScenario());
+  core::CollisionMatrix of_haptic, of_physics;
+  of_haptic.num_touching = of_physics.num_touching = 1;
+  of_haptic.collisions.push_back({.sampled_body = 2, .field_body = 0, .depth_m = 0.0001f, .force_N = 9.0f});
+  of_physics.collisions.push_back({.sampled_body = 1, .field_body = 0, .depth_m = 0.0025f, .force_N = 4.0f});
+  mirror.Apply(of_haptic, 0, 0);
+  mirror.Apply(of_physics, 1, 0);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "2 in contact, deepest block / plate 2.50 mm, 4.0 N"));
+}
+
+TEST(SceneMirror, SaysHowFarAHandsCouplingIsFromItsLimitOnceThatIsMeasured) {
+  scene::Scenario scenario = SmallScenario();
+  SceneMirror mirror(scenario);
+  mirror.Refresh(0);
+  EXPECT_FALSE(HasText(mirror.scene(), "stable up to"));
+  core::Figures figures;
+  figures.items.push_back({core::StiffnessLimitName(scenario.devices[0].role), 3.94});
+  mirror.ApplyBridge(figures);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "stable up to 3.9 times the hand's stiffness"));
 }
 
 TEST(SceneMirror, ASheetStartsFlatAndFollowsItsNodes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/clock.hpp"
 #include "nodes/device_bridge/allowed_coupling.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
 #include "nodes/device_bridge/passivity.hpp"
@@ -62,6 +63,32 @@ TEST(DeviceBridge, MeasuresTheDelayOfItsLoopAndWhatItAllows) {
   EXPECT_NEAR(figures.allowed.stiffness_N_per_m / stability::MaxStiffness(axis, 0.0), 1.0, 1e-6);
   EXPECT_NEAR(figures.least_stiffness_share,
               std::min(figures.allowed.stiffness_N_per_m / 2500.0, figures.allowed.stiffness_Nm_per_rad / 30.0), 1e-12);
+}
+
+// haptic_node sends a sample's force a second time when physics has answered; the loop has closed with the first. If the
+// second is made of a newer sample, it is that one's first.
+TEST(DeviceBridge, ASamplesReevaluatedForceDoesNotLengthenTheMeasuredDelay) {
+  ToyWorld world("step a\nwait 100\n");
+  Inputs inputs;
+  Outputs outputs;
+  std::uint64_t sequence = 0;
+  const auto answer = [&](const core::DeviceState& sample, std::int64_t now_ns) {
+    core::DeviceCommand command;
+    command.header.sequence = ++sequence;
+    command.header.direct = sample.header.direct;
+    world.bridge->AcceptCommand(0, command, now_ns, now_ns);
+  };
+  core::DeviceState before;
+  for (int tick = 1; tick <= 500; ++tick) {
+    inputs.now_ns = tick * core::kTick_ns;
+    world.bridge->Step(inputs, &outputs);
+    if (tick % 2 == 0) answer(before, inputs.now_ns + 100'000);  // late, of the sample before
+    answer(outputs.states[0], inputs.now_ns + 300'000);
+    answer(outputs.states[0], inputs.now_ns + 700'000);
+    before = outputs.states[0];
+  }
+  EXPECT_NEAR(world.bridge->figures(0).loop_delay_s, 0.3e-3, 1e-9);
+  EXPECT_NEAR(world.bridge->figures(0).loop_jitter_s, 0.0, 1e-9);
 }
 
 // Presses into a stiff wall and lets go, over and over; the wall's force is that of the last tick and so returns more

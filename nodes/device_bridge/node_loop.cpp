@@ -8,6 +8,7 @@
 #include "bus/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
+#include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
 #include "nodes/device_bridge/report.hpp"
 
@@ -41,7 +42,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
   }
   first_share_ = figures_.items.size();
   for (const scene::Device& device : scenario.devices) {
-    figures_.items.push_back({"hand." + device.role + ".stiffness_limit", 0.0});
+    figures_.items.push_back({core::StiffnessLimitName(device.role), 0.0});
   }
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);

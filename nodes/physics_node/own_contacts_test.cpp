@@ -128,6 +128,24 @@ TEST(OwnContacts, PublishesItsPlanesAndTheEndOfTheContact) {
   EXPECT_EQ(num_empty, 5);
 }
 
+TEST(OwnContacts, TheCollisionMatrixSaysHowDeepAndWithWhichForceOfTheSolver) {
+  Collision collision(FreeCollision());
+  core::CollisionMatrix matrix;
+  collision.node->Step(collision.inputs, &collision.outputs);
+  collision.node->FillCollisions(&matrix);
+  EXPECT_EQ(matrix.num_touching, 0U);
+  while (!collision.outputs.state.is_in_contact) collision.node->Step(collision.inputs, &collision.outputs);
+  for (int i = 0; i < 5; ++i) collision.node->Step(collision.inputs, &collision.outputs);
+  const glm::dvec3 before_Ns = collision.node->world().momentum_Ns(1);
+  collision.node->Step(collision.inputs, &collision.outputs);
+  collision.node->FillCollisions(&matrix);
+  ASSERT_EQ(matrix.collisions.size(), 1U);
+  EXPECT_EQ(matrix.cycle, collision.outputs.state.tick);
+  EXPECT_GT(matrix.collisions[0].depth_m, 0.0F);
+  const double force_N = glm::length(collision.node->world().momentum_Ns(1) - before_Ns) / core::kTick_s;
+  EXPECT_NEAR(matrix.collisions[0].force_N, force_N, 1e-3 * force_N);
+}
+
 TEST(OwnContacts, ReportsTheEnergyOfAStiffnessChangeInContact) {
   Collision collision(FreeCollision());
   while (!collision.outputs.state.is_in_contact) collision.node->Step(collision.inputs, &collision.outputs);

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
 #include "nodes/physics_node/contact_feed.hpp"
@@ -356,6 +357,21 @@ core::Result<void> PhysicsNode::Restore(Snapshot* snapshot) {
 }
 std::uint64_t PhysicsNode::content_digest() const {
   return impl_->content;
+}
+void PhysicsNode::FillCollisions(core::CollisionMatrix* matrix) const {
+  *matrix = {};
+  matrix->cycle = impl_->tick;
+  const OwnContacts& own = *impl_->own;
+  for (std::size_t i = 0; i < own.num_pairs(); ++i) {
+    const std::size_t pair = own.scenario_pair(i);
+    const core::ContactSet& set = own.set(i);
+    if (!own.is_near(i) || !set.is_in_contact) continue;
+    const double force_N = glm::length(world().contact(impl_->built.contact_of_pair[pair]).F_So_W.force_N);
+    const double depth_m = std::max(-set.signed_distance_m, 0.0);
+    collision::AddCollision({static_cast<std::uint16_t>(pair), set.sampled_body, set.field_body,
+                             static_cast<float>(depth_m), static_cast<float>(force_N)},
+                            matrix);
+  }
 }
 OwnContacts& PhysicsNode::own_contacts() {
   return *impl_->own;

@@ -64,6 +64,8 @@ class PhysicsNode {
   core::Result<void> Restore(Snapshot* snapshot);
   // Digest of the data that the node was created from: objects, masses, poses, pairs and mechanisms.
   [[nodiscard]] std::uint64_t content_digest() const;
+  // The pairs that this node computes and that touched in the last Step, with the forces that its solver gave them.
+  void FillCollisions(core::CollisionMatrix* matrix) const;
   // The pairs that this node computes, as of the last Step.
   OwnContacts& own_contacts();
   SheetKeeper& sheets();
