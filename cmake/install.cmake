@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 
 # Programs find each other and version.txt in their own folder, so /usr/bin gets only a link.
 set(program_folder "${CMAKE_INSTALL_LIBEXECDIR}/vr-oos")
-install(TARGETS oos device_bridge haptic_node physics_node logic_node visual_node DESTINATION "${program_folder}" COMPONENT runtime)
+install(TARGETS oos device_bridge haptic_node physics_node haptic_physics_node logic_node visual_node DESTINATION "${program_folder}" COMPONENT runtime)
 install(FILES "${CMAKE_BINARY_DIR}/bin/version.txt" DESTINATION "${program_folder}" COMPONENT runtime OPTIONAL)
 file(RELATIVE_PATH oos_from_path "/${CMAKE_INSTALL_BINDIR}" "/${program_folder}/oos")
 file(MAKE_DIRECTORY "${CMAKE_BINARY_DIR}/install")

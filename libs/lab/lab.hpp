@@ -61,11 +61,17 @@ struct Lab {
   double min_free_MB = 500.0;  // for logs and recordings, on each host; chosen, not measured
   std::string tcp_topics;      // LATEST topics that go by ZeroMQ, as bus::NodeOptions::tcp_topics; empty: none
   std::string multicast;       // group and port for LATEST, as bus::NodeOptions::multicast; empty: none
+  bool is_colocated = false;   // haptic_node and physics_node are one process, as haptic_node's placement says
 
   // Null when there is none.
   [[nodiscard]] const Host* FindHost(const std::string& host_name) const;
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
 };
+
+// The value of `colocate`, the two nodes that it puts into one process, and that process's program.
+constexpr const char* kColocate = "haptic physics";
+constexpr const char* kColocatedNodes[] = {"haptic_node", "physics_node"};
+constexpr const char* kColocatedProgram = "haptic_physics_node";
 
 constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"};
 

@@ -1,5 +1,7 @@
 #include "lab/lab_rules.hpp"
 
+#include "lab/lab.hpp"
+
 namespace lab {
 namespace {
 
@@ -18,9 +20,12 @@ const std::vector<scene::ElementRule>& LabRules() {
   static const std::vector<scene::ElementRule> rules = {
       {"lab",
        "machines and what runs on each",
-       {Required("name", ValueKind::kName), Optional("max_clock_bound_ms", ValueKind::kPositive),
-        Optional("min_free_MB", ValueKind::kNonNegative), Optional("tcp_topics", ValueKind::kText),
-        Optional("multicast", ValueKind::kText)},
+       {Required("name", ValueKind::kName),
+        Optional("max_clock_bound_ms", ValueKind::kPositive),
+        Optional("min_free_MB", ValueKind::kNonNegative),
+        Optional("tcp_topics", ValueKind::kText),
+        Optional("multicast", ValueKind::kText),
+        {"colocate", ValueKind::kChoice, false, {kColocate}}},
        {{"host", 1, 0}, {"registry", 1, 1}, {"node", 1, 0}}},
       {"host",
        "a machine that ssh reaches",

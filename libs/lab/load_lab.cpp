@@ -27,6 +27,7 @@ class Reader {
     scene::ParseNumber(root.Get("max_clock_bound_ms"), &lab_.max_clock_bound_ms);
     scene::ParseNumber(root.Get("min_free_MB"), &lab_.min_free_MB);
     ReadNetwork(root);
+    lab_.is_colocated = root.Get("colocate") == kColocate;
     for (const scene::XmlElement& element : root.children) {
       if (element.name == "host") ReadHost(element);
     }
@@ -38,6 +39,7 @@ class Reader {
       }
       if (element.name == "node") ReadNode(element);
     }
+    if (lab_.is_colocated) CheckPair(root);
     return std::move(lab_);
   }
 
@@ -179,6 +181,20 @@ class Reader {
     lab_.placements.push_back(std::move(node));
   }
 
+  // One process has one host, one priority and one set of cores: those of haptic_node.
+  void CheckPair(const scene::XmlElement& root) {
+    const Placement* haptic = lab_.FindPlacement(kColocatedNodes[0]);
+    const Placement* physics = lab_.FindPlacement(kColocatedNodes[1]);
+    if (haptic == nullptr || physics == nullptr) return;  // CheckAgainst misses it
+    if (physics->host != haptic->host) {
+      Report(root.LineOf("colocate"), "haptic_node is on " + haptic->host + ", physics_node on " + physics->host,
+             "colocate makes them one process", "place both on one host, or remove colocate");
+    } else if (physics->cores != haptic->cores || physics->rt != haptic->rt) {
+      Report(physics->where.line, "physics_node has other cores or another rt than haptic_node",
+             "colocate makes them one process", "give both the same");
+    }
+  }
+
   Lab lab_;
   std::vector<Diagnostic>* diagnostics_;
 };
@@ -222,6 +238,13 @@ std::vector<Diagnostic> CheckAgainst(const Lab& lab, const scene::Scenario& scen
          std::string(node) + " is not placed on a host",
          "the scenario needs it",
          "add <node name=\"" + std::string(node) + "\" host=\"...\"/>, or leave it out with --without " + node});
+  }
+  for (const char* node : kColocatedNodes) {
+    if (!lab.is_colocated || std::find(without.begin(), without.end(), node) == without.end()) continue;
+    diagnostics.push_back({{lab.file, 1},
+                           std::string(node) + " is left out, but colocated",
+                           "colocate makes haptic_node and physics_node one process",
+                           "remove colocate, or do not leave it out"});
   }
   for (const Placement& placement : lab.placements) {
     for (const DeviceAccess& device : placement.devices) {

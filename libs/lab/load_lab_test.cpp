@@ -51,6 +51,24 @@ TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
   EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
 }
 
+std::string Colocated() {
+  const std::string text = Replace(kGood, "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"");
+  return Replace(text, "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"haptics\" cores=\"3\"");
+}
+
+TEST(LoadLab, ColocateNeedsOneHostAndBothNodes) {
+  const auto lab = LoadLab(Write(Colocated()));
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  EXPECT_TRUE(lab->is_colocated);
+  const auto problems = CheckAgainst(*lab, scene::Scenario{}, {"physics_node"});
+  ASSERT_FALSE(problems.empty());
+  EXPECT_THAT(scene::Format(problems.front()), testing::HasSubstr("physics_node is left out, but colocated"));
+  const auto other_cores =
+      LoadLab(Write(Replace(Colocated(), " cores=\"3\"/>\n  <node name=\"logic", "/>\n  <node name=\"logic")));
+  ASSERT_FALSE(other_cores);
+  EXPECT_THAT(scene::Format(other_cores.error().front()), testing::HasSubstr("other cores or another rt"));
+}
+
 TEST(LoadLab, TheExampleInTheDocumentationIsValid) {
   const auto lab = LoadLab(std::filesystem::path(VR_OOS_SOURCE_DIR) / "docs" / "howto" / "lab_example.xml");
   ASSERT_TRUE(lab) << scene::Format(lab.error().front());
@@ -84,6 +102,9 @@ INSTANTIATE_TEST_SUITE_P(
                     BadLab{"UnknownRegistryHost", "registry host=\"sim\"", "registry host=\"haptic\"", 4, "'haptics'"},
                     BadLab{"NodeTwice", "\"logic_node\"", "\"physics_node\"", 10, "physics_node is placed twice"},
                     BadLab{"UnknownNode", "\"logic_node\"", "\"logics_node\"", 10, "one of"},
+                    BadLab{"PairOnTwoHosts", "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"", 1,
+                           "haptic_node is on haptics, physics_node on sim"},
+                    BadLab{"UnknownPair", "name=\"bench\"", "name=\"bench\" colocate=\"haptic logic\"", 1, "colocate"},
                     BadLab{"HostTwice", "<registry", "<host name=\"haptics\" address=\"x\"/><registry", 4,
                            "is declared twice"},
                     BadLab{"UnknownAttribute", "display", "displey", 11, "unknown attribute 'displey'"},

@@ -27,7 +27,8 @@ class Planner {
       for (const Placement& placement : lab_.placements) {
         const bool is_out =
             std::find(options_.without.begin(), options_.without.end(), placement.node) != options_.without.end();
-        if (placement.host == host.name && !is_out) AddNode(placement, &plan);
+        const bool is_in_pair = lab_.is_colocated && placement.node == "physics_node";  // with haptic_node
+        if (placement.host == host.name && !is_out && !is_in_pair) AddNode(placement, &plan);
       }
       if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
     }
@@ -73,7 +74,11 @@ class Planner {
   }
 
   void AddNode(const Placement& placement, HostPlan* plan) const {
-    Unit unit = NewUnit(*plan, placement.node, placement.node);
+    const bool is_pair = lab_.is_colocated && placement.node == "haptic_node";
+    const std::string program = is_pair ? kColocatedProgram : placement.node;
+    Unit unit = NewUnit(*plan, program, program);
+    unit.nodes = {placement.node};
+    if (is_pair) unit.nodes.push_back("physics_node");
     Add(&unit, "--scenario", plan->facts.scenario);
     AddSession(*plan, &unit);
     Add(&unit, "--bind", plan->facts.bind);
@@ -87,14 +92,15 @@ class Planner {
       Add(&unit, "--workers", std::to_string(options_.workers));
       Add(&unit, "--method", options_.method);
     }
-    if (placement.node == "physics_node" || placement.node == "logic_node") {
+    if (placement.node == "physics_node" || placement.node == "logic_node" || is_pair) {
       Add(&unit, "--resume", plan->run_folder);  // when the supervisor starts it again
     }
     if (placement.node == "logic_node") Add(&unit, "--patience_s", std::to_string(kComebackPatience_s));
     if (placement.node != "visual_node" && placement.node != "logic_node") Add(&unit, "--rt", placement.rt);
     const bool can_be_replayed = placement.node != "visual_node" && placement.node != "device_bridge";
     if (options_.records_steps && can_be_replayed) {
-      Add(&unit, "--steps", plan->run_folder + "/steps/" + placement.node + ".mcap");
+      const std::string folder = plan->run_folder + "/steps";
+      Add(&unit, "--steps", is_pair ? folder : folder + "/" + placement.node + ".mcap");
     }
     if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
     plan->units.push_back(std::move(unit));

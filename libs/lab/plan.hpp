@@ -36,7 +36,8 @@ struct PlanOptions {
 // One supervised process.
 struct Unit {
   std::string name;
-  std::string program;  // absolute
+  std::vector<std::string> nodes;  // on the bus; a tool has none
+  std::string program;             // absolute
   std::vector<std::string> arguments;
   std::map<std::string, std::string> environment;
   std::string cores;  // empty: all

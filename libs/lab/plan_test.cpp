@@ -84,6 +84,20 @@ TEST(Plan, WritersOfLatestTopicsGetTheNetworkOptionsOfTheLab) {
   }
 }
 
+TEST(Plan, ColocateMakesOneUnitOfBothNodesWithBothNodesOptions) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  lab.is_colocated = true;
+  for (Placement& placement : lab.placements) placement.host = "a";
+  const Plan plan = PlanOf(lab);
+  EXPECT_THAT(NamesOf(plan.hosts[0]),
+              testing::ElementsAre("device_bridge", "haptic_physics_node", "display", "visual_node"));
+  const Unit& pair = plan.hosts[0].units[1];
+  EXPECT_EQ(pair.program, "/opt/oos/haptic_physics_node");
+  EXPECT_THAT(pair.nodes, testing::UnorderedElementsAre("haptic_node", "physics_node"));
+  EXPECT_THAT(pair.arguments, testing::IsSupersetOf({"--workers", "--method", "--rt", "--resume"}));
+  EXPECT_THAT(pair.arguments, testing::Contains("/home/u/vr_oos/runs/run-1/steps"));
+}
+
 TEST(Plan, LeavesOutAHostWithoutUnits) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";

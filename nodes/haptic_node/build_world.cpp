@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/hand_limits.hpp"
 #include "nodes/haptic_node/describe_tool.hpp"
 #include "nodes/haptic_node/haptic_node.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -54,7 +55,7 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
   for (std::size_t r = 0; r < roles_.size(); ++r) {
     Role& role = roles_[r];
     role.device = scenario_.devices[r];
-    stiffness_limit_names_.push_back(StiffnessLimitName(role.device.role));
+    stiffness_limit_names_.push_back(core::StiffnessLimitName(role.device.role));
     role.is_hand_part.assign(scenario_.objects.size(), 0);
     // Radius about the palm's origin that contains all points of the hand for any opening: r = max(|c| + r_c + w_max /
     // 2) over its parts with bounding sphere (c, r_c); the term of the opening w applies to jaws only.

@@ -24,12 +24,6 @@ struct Options {
       0;  // for collision in one step; 0: no limit, so results do not depend on the machine's speed
 };
 
-// The name of the parameter, and of device_bridge's figure, that limits the stiffness of a hand's coupling: the share
-// of the scenario's stiffness that the measured delay of the force loop allows.
-inline std::string StiffnessLimitName(const std::string& role) {
-  return "hand." + role + ".stiffness_limit";
-}
-
 // A source is stale after this time without a message, by this node's clock. Its force then fades out within kFade and,
 // when messages return, fades in within five times that. 20 + 20 ms keeps below the limit of 60 ms for a force without
 // a source (safety_filter.hpp) with 20 ms to spare; the values within that limit are chosen.

@@ -10,6 +10,7 @@
 #include "bus/rt/worker_pool.hpp"
 #include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
+#include "core/hand_limits.hpp"
 
 namespace {
 std::atomic<std::uint64_t> num_allocations{0};
@@ -197,11 +198,11 @@ TEST(HapticNode, TheStiffnessFollowsTheLimitOfItsLoopWithoutAStepOfTheForce) {
       return largest_N;
     };
     const double usual_N = largest_step_N();
-    bench.Set(StiffnessLimitName("op1/arm.0"), 0.5);
+    bench.Set(core::StiffnessLimitName("op1/arm.0"), 0.5);
     EXPECT_LT(largest_step_N(), usual_N + 0.006 * full_N) << type;
     EXPECT_NEAR(bench.force(0).force_N.z, 0.5 * full_N, 0.02 * full_N) << type;
     EXPECT_NEAR(bench.node_->stiffness_share(), 0.5, 1e-12);
-    bench.Set(StiffnessLimitName("op1/arm.0"), 3.0);  // more than is wanted
+    bench.Set(core::StiffnessLimitName("op1/arm.0"), 3.0);  // more than is wanted
     bench.Run(300);
     EXPECT_NEAR(bench.force(0).force_N.z, full_N, 0.02 * full_N) << type;
     EXPECT_EQ(bench.node_->stiffness_share(), 1.0);

@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "bus/clock_bounds.hpp"
 #include "core/clock.hpp"
+#include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
 
 namespace haptic_node {
@@ -33,10 +35,15 @@ void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nl
 
 }  // namespace
 
-NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node)
-    : scenario_(scenario), haptic_(haptic), node_(node), changes_(kMaxChangesPerStep), tickets_(kMaxChangesPerStep) {
+NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node, const Answer* answer)
+    : scenario_(scenario),
+      haptic_(haptic),
+      node_(node),
+      answer_(answer),
+      changes_(kMaxChangesPerStep),
+      tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
-  for (const scene::Device& device : scenario.devices) limit_names_.push_back(StiffnessLimitName(device.role));
+  for (const scene::Device& device : scenario.devices) limit_names_.push_back(core::StiffnessLimitName(device.role));
   limit_values_.resize(limit_names_.size(), 1.0);
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
   core::ReserveTexts(&event_);
@@ -51,11 +58,13 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Nod
 void NodeLoop::Declare() {
   for (const scene::Device& device : scenario_.devices) {
     devices_.push_back(&node_->ReadLatest<core::DeviceState>(bus::DeviceStateTopic(device.role)));
-    reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+    if (answer_ == nullptr) {
+      reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
+    }
     command_writers_.push_back(node_->WriteLatest<core::DeviceCommand>(bus::DeviceCommandTopic(device.role)));
     proxy_writers_.push_back(node_->WriteLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
   }
-  physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  if (answer_ == nullptr) physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
     const std::string topic = bus::ContactsTopic("haptic_node", scenario_.PairName(i));
     const bool is_mine = scenario_.pairs[i].owner == scene::PairOwner::kHaptic;
@@ -69,15 +78,15 @@ void NodeLoop::Declare() {
 }
 
 void NodeLoop::Run(const std::atomic<bool>& stop) {
-  last_step_begin_ns_ = core::MonotonicNow_ns();
+  Start();
   while (!stop.load(std::memory_order_relaxed)) {
-    const Tick tick = WaitForTick(stop);
-    TakeParameters();
-    MakeCycle(tick);
-    AnswerParameters();
-    ReportLostNodes();
-    PublishFigures(core::MonotonicNow_ns());
+    BeginCycle(WaitForTick(stop));
+    EndCycle();
   }
+}
+
+void NodeLoop::Start() {
+  last_step_begin_ns_ = core::MonotonicNow_ns();
 }
 
 NodeLoop::Tick NodeLoop::WaitForTick(const std::atomic<bool>& stop) {
@@ -148,11 +157,13 @@ void NodeLoop::RecordSteps(bus::log::StepSink* sink) {
 }
 
 void NodeLoop::Record() {
+  is_cycle_recorded_ = true;
   if (recorder_ == nullptr) return;
   step_.pairs_late = outputs_.counters.pairs_late;
   inputs_.budget_points = outputs_.counters.budget_points;  // so that a replay uses the same budget
   recorder_->Record(haptic_->cycle(), inputs_.now_ns, step_);
   inputs_.budget_points = 0;
+  RecordReevaluation();
 }
 
 void NodeLoop::TakeInputs(std::int64_t now_ns, Inputs* inputs) const {
@@ -161,24 +172,46 @@ void NodeLoop::TakeInputs(std::int64_t now_ns, Inputs* inputs) const {
   inputs->reactions.clear();
   for (const auto* device : devices_) inputs->devices.push_back(device->value());
   for (const auto* reaction : reactions_) inputs->reactions.push_back(reaction->value());
-  inputs->physics = physics_->has_value() ? &physics_->value() : nullptr;
+  if (answer_ != nullptr) inputs->reactions = answer_->reactions;
+  inputs->physics = State();
+}
+
+const core::PhysicsState* NodeLoop::State() const {
+  if (answer_ != nullptr) return answer_->state.header.sequence != 0 ? &answer_->state : nullptr;
+  return physics_->has_value() ? &physics_->value() : nullptr;
+}
+
+std::int64_t NodeLoop::AnswerReceived_ns(int role, std::uint64_t trace_id) const {
+  if (answer_ != nullptr) return answer_->received_ns;
+  if (role < 0) return physics_->received_ns();
+  const auto* reaction = reactions_[static_cast<std::size_t>(role)];
+  const bool is_its = reaction->value().header.through_physics.id == trace_id;
+  return is_its ? reaction->received_ns() : physics_->received_ns();
 }
 
 // State and reactions arrive one after the other; the last of a tick completes the answer.
 void NodeLoop::ReevaluateIfAnswered() {
-  if (!physics_->has_value() || physics_->value().tick == taken_tick_) return;
+  const core::PhysicsState* state = State();
+  if (state == nullptr || state->tick == taken_tick_) return;
   const std::int64_t start_ns = core::MonotonicNow_ns();
   TakeInputs(start_ns, &reevaluation_.inputs);
   if (!haptic_->IsToReevaluate(reevaluation_.inputs)) return;
-  taken_tick_ = physics_->value().tick;
+  taken_tick_ = state->tick;
   haptic_->Reevaluate(reevaluation_.inputs, &reevaluation_.outputs);
   const std::int64_t end_ns = core::MonotonicNow_ns();
   auto& commands = reevaluation_.outputs.commands;
   for (std::size_t r = 0; r < commands.size(); ++r) {
     if (commands[r].header.through_physics.valid()) SendCommand(r, start_ns, end_ns, &commands[r]);
   }
-  if (reevaluation_recorder_ != nullptr) reevaluation_recorder_->Record(haptic_->cycle(), start_ns, reevaluation_);
   reevaluate_durations_.Add(end_ns - start_ns);
+  is_reevaluation_to_record_ = true;
+  if (is_cycle_recorded_) RecordReevaluation();
+}
+
+// After its cycle, as it is repeated.
+void NodeLoop::RecordReevaluation() {
+  if (!std::exchange(is_reevaluation_to_record_, false) || reevaluation_recorder_ == nullptr) return;
+  reevaluation_recorder_->Record(haptic_->cycle(), reevaluation_.inputs.now_ns, reevaluation_);
 }
 
 void NodeLoop::SendCommand(std::size_t role, std::int64_t start_ns, std::int64_t end_ns, core::DeviceCommand* command) {
@@ -187,37 +220,54 @@ void NodeLoop::SendCommand(std::size_t role, std::int64_t start_ns, std::int64_t
   command_writers_[role].Send(*command);
 }
 
-void NodeLoop::MakeCycle(const Tick& tick) {
+void NodeLoop::BeginCycle(const Tick& tick) {
+  TakeParameters();
   const std::int64_t start_ns = core::MonotonicNow_ns();
+  is_cycle_recorded_ = false;
   TakeInputs(start_ns, &inputs_);
-  taken_tick_ = physics_->value().tick;
+  taken_tick_ = inputs_.physics != nullptr ? inputs_.physics->tick : 0;
+  if (answer_ != nullptr && recorder_ != nullptr && inputs_.physics != nullptr) {
+    step_.physics = *inputs_.physics;  // the next answer comes before this cycle is recorded
+    inputs_.physics = &step_.physics;
+  }
   inputs_.changes = changes_.data();
   inputs_.num_changes = num_changes_;
   haptic_->Step(inputs_, &outputs_);
   const std::int64_t end_ns = core::MonotonicNow_ns();
-  Send(start_ns, end_ns);
-  Record();  // after sending, as no other node waits for it
+  for (std::size_t r = 0; r < outputs_.commands.size(); ++r) SendCommand(r, start_ns, end_ns, &outputs_.commands[r]);
+  StampOutputs(start_ns, end_ns);
   Count(tick, start_ns, end_ns);
   last_step_begin_ns_ = tick.is_timer ? tick.begin_ns : start_ns;
   // Late by more than a period: drop the timer's missed ticks.
   if (end_ns - last_step_begin_ns_ > kSilence_ns) last_step_begin_ns_ = end_ns;
 }
 
-// Commands are sent first, as they close the force loop; then contacts; proxies last, because they trigger a physics
-// step, which needs the contacts of the same cycle.
-void NodeLoop::Send(std::int64_t start_ns, std::int64_t end_ns) {
-  for (std::size_t r = 0; r < outputs_.commands.size(); ++r) SendCommand(r, start_ns, end_ns, &outputs_.commands[r]);
+void NodeLoop::EndCycle() {
+  SendContacts();
+  Record();  // after sending, as no other node waits for it
+  AnswerParameters();
+  ReportLostNodes();
+  PublishFigures(core::MonotonicNow_ns());
+}
+
+void NodeLoop::StampOutputs(std::int64_t start_ns, std::int64_t end_ns) {
   for (std::size_t i = 0; i < outputs_.contacts.size(); ++i) {
     if (outputs_.contacts_updated[i] == 0) continue;
     const scene::Object& sampled = scenario_.objects[scenario_.pairs[i].sampled];
     const scene::Object& field = scenario_.objects[scenario_.pairs[i].field];
     Stamp(&outputs_.contacts[i].header, std::max(sampled.role, field.role), start_ns, end_ns);
-    contact_writers_[i].Send(outputs_.contacts[i]);
   }
   for (std::size_t r = 0; r < outputs_.proxies.size(); ++r) {
     Stamp(&outputs_.proxies[r].header, static_cast<int>(r), start_ns, end_ns);
-    proxy_writers_[r].Send(outputs_.proxies[r]);
   }
+}
+
+// Proxies last, because they trigger a physics step, which needs the contacts of the same cycle.
+void NodeLoop::SendContacts() {
+  for (std::size_t i = 0; i < outputs_.contacts.size(); ++i) {
+    if (outputs_.contacts_updated[i] != 0) contact_writers_[i].Send(outputs_.contacts[i]);
+  }
+  for (std::size_t r = 0; r < outputs_.proxies.size(); ++r) proxy_writers_[r].Send(outputs_.proxies[r]);
   if (outputs_.is_collisions_updated) collisions_writer_.Send(outputs_.collisions);
 }
 
@@ -228,13 +278,7 @@ void NodeLoop::Stamp(core::Header* header, int role, std::int64_t start_ns, std:
     header->direct.Add(core::Stage::kHapticSend, end_ns);
   }
   if (header->through_physics.valid()) {
-    std::int64_t received_ns = physics_->received_ns();
-    if (role >= 0) {
-      const auto* reaction = reactions_[static_cast<std::size_t>(role)];
-      if (reaction->value().header.through_physics.id == header->through_physics.id)
-        received_ns = reaction->received_ns();
-    }
-    header->through_physics.Add(core::Stage::kHapticReceive, received_ns);
+    header->through_physics.Add(core::Stage::kHapticReceive, AnswerReceived_ns(role, header->through_physics.id));
     header->through_physics.Add(core::Stage::kHapticStart, start_ns);
     header->through_physics.Add(core::Stage::kHapticSend, end_ns);
   }

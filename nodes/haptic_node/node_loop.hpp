@@ -26,9 +26,18 @@ struct CycleStatistics {
 // A tick begins when the first role's sample arrives; the step runs when the samples of all roles have arrived, or 200
 // us later. Without a sample for 2 ms a 1 kHz timer takes over, so that proxies continue and forces fade. When physics
 // answers between two ticks, the force is reevaluated and sent at once.
+//
+// In a process with physics_node the answer comes from there: between BeginCycle and EndCycle its owner steps physics,
+// fills `answer` and calls ReevaluateIfAnswered.
 class NodeLoop {
  public:
-  NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node);
+  struct Tick {
+    std::int64_t begin_ns = 0;  // time of the device sample by this host's clock, or of the timer's tick
+    bool is_timer = false;
+  };
+
+  // `answer`: null if physics_node is another process.
+  NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Node* node, const Answer* answer = nullptr);
 
   // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
@@ -36,25 +45,32 @@ class NodeLoop {
   void RecordSteps(bus::log::StepSink* sink);
   // Runs until `stop` is set.
   void Run(const std::atomic<bool>& stop);
+
+  // Run, in parts.
+  void Start();
+  Tick WaitForTick(const std::atomic<bool>& stop);
+  // One step; sends the commands, which close the force loop.
+  void BeginCycle(const Tick& tick);
+  void ReevaluateIfAnswered();
+  // Sends what others read of the cycle, and does what nobody waits for.
+  void EndCycle();
+  Outputs* mutable_outputs() { return &outputs_; }
+
   // Writes the report haptic_node.json; false when it cannot be written.
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
  private:
-  struct Tick {
-    std::int64_t begin_ns = 0;  // time of the device sample by this host's clock, or of the timer's tick
-    bool is_timer = false;
-  };
-
-  Tick WaitForTick(const std::atomic<bool>& stop);
   void TakeInputs(std::int64_t now_ns, Inputs* inputs) const;
-  void ReevaluateIfAnswered();
+  [[nodiscard]] const core::PhysicsState* State() const;  // null: none yet
+  [[nodiscard]] std::int64_t AnswerReceived_ns(int role, std::uint64_t trace_id) const;
   void TakeParameters();
   void TakeStiffnessLimits();
   void AnswerParameters();
-  void MakeCycle(const Tick& tick);
   void Record();
+  void RecordReevaluation();
   void SendCommand(std::size_t role, std::int64_t start_ns, std::int64_t end_ns, core::DeviceCommand* command);
-  void Send(std::int64_t start_ns, std::int64_t end_ns);
+  void SendContacts();
+  void StampOutputs(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
   void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
   void ReportLostNodes();
@@ -63,6 +79,7 @@ class NodeLoop {
   scene::Scenario scenario_;
   HapticNode* haptic_;
   bus::Node* node_;
+  const Answer* answer_;  // null: read from the bus
   std::vector<bus::LatestReader<core::DeviceState>*> devices_;
   std::vector<bus::LatestReader<core::Reaction>*> reactions_;
   bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
@@ -79,6 +96,8 @@ class NodeLoop {
   std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
   Step reevaluation_;
   std::unique_ptr<replay::StepRecorder<Step>> reevaluation_recorder_;
+  bool is_cycle_recorded_ = true;
+  bool is_reevaluation_to_record_ = false;
   std::uint64_t taken_tick_ = 0;            // of physics, by the last step or reevaluation
   bus::LatencyStats reevaluate_durations_;  // without sending
   std::vector<core::ParameterChange> changes_;

@@ -24,6 +24,13 @@ struct Inputs {
   std::uint64_t budget_points = 0;
 };
 
+// What physics_node answers, given within the process instead of over the bus.
+struct Answer {
+  core::PhysicsState state;  // header.sequence 0: none yet
+  core::FixedVector<core::Reaction, kMaxRoles> reactions;
+  std::int64_t received_ns = 0;
+};
+
 // Work of one step: exact integers, the same for any number of workers (architecture D13).
 struct Counters {
   std::uint32_t pairs_considered = 0;

@@ -8,8 +8,10 @@
 #include "bus/rt/latency_stats.hpp"
 #include "bus/rt/worker_pool.hpp"
 #include "core/clock.hpp"
+#include "core/hand_limits.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
 #include "nodes/haptic_node/haptic_node.hpp"
+#include "nodes/haptic_physics_node/hand_over.hpp"
 #include "nodes/lockstep/state_hash.hpp"
 #include "nodes/lockstep/step_recording.hpp"
 #include "nodes/logic_node/logic_node.hpp"
@@ -116,9 +118,9 @@ class Lockstep {
   // tick, those that go back are of the tick before.
   core::FixedVector<core::DeviceCommand, device_bridge::kMaxRoles> last_commands_;
   core::FixedVector<core::HapticProxy, device_bridge::kMaxRoles> last_proxies_;
-  core::PhysicsState last_state_;
-  core::FixedVector<core::Reaction, haptic_node::kMaxRoles> last_reactions_;
-  std::vector<core::ContactSet> contacts_;  // newest per pair
+  haptic_physics_node::HandOver hand_over_;
+  const core::PhysicsState& last_state_ = hand_over_.answer.state;
+  const core::FixedVector<core::Reaction, haptic_node::kMaxRoles>& last_reactions_ = hand_over_.answer.reactions;
   std::vector<core::ParameterChange> changes_;
   std::vector<core::ParameterChange> haptic_changes_;  // these, and the limits of stiffness that the bridge found
   std::vector<double> stiffness_limits_;               // per role, as passed on
@@ -139,7 +141,7 @@ core::Result<void> Lockstep::MakeNodes() {
   auto logic = logic_node::LogicNode::Create(scenario_);
   if (!logic) return core::Fail(logic.error().code, logic.error().detail);
   logic_ = std::move(*logic);
-  contacts_.resize(scenario_.pairs.size());
+  hand_over_.cycle.contacts.resize(scenario_.pairs.size());
   return {};
 }
 
@@ -234,7 +236,7 @@ void Lockstep::GatherHapticChanges() {
     if (share <= 0.0 || share == stiffness_limits_[role]) continue;
     stiffness_limits_[role] = share;
     core::ParameterChange change;
-    change.name = haptic_node::StiffnessLimitName(scenario_.devices[role].role);
+    change.name = core::StiffnessLimitName(scenario_.devices[role].role);
     change.value = share;
     haptic_changes_.push_back(change);
   }
@@ -264,16 +266,8 @@ void Lockstep::StepHaptic() {
     outcome_.peak_command_N = std::max(outcome_.peak_command_N, glm::length(command.F_Do_W.force_N));
     hash_.Add(command);
   }
-  for (core::HapticProxy& proxy : haptic_out_.proxies) {
-    proxy.header.sequence = outcome_.ticks + 1;
-    proxy.header.publish_ns = now_ns_;
-  }
-  for (std::size_t i = 0; i < haptic_out_.contacts.size(); ++i) {
-    if (haptic_out_.contacts_updated[i] == 0 || options_.loses_physics_wrench) continue;
-    contacts_[i] = haptic_out_.contacts[i];
-    contacts_[i].header.sequence = outcome_.ticks + 1;
-    contacts_[i].header.publish_ns = now_ns_;
-  }
+  hand_over_.TakeProxies(outcome_.ticks + 1, now_ns_, &haptic_out_);
+  if (!options_.loses_physics_wrench) hand_over_.TakeContacts(outcome_.ticks + 1, now_ns_, &haptic_out_);
   haptic_node::Counters& sum = outcome_.work;
   const haptic_node::Counters& now = haptic_out_.counters;
   sum.pairs_considered += now.pairs_considered;
@@ -291,25 +285,18 @@ void Lockstep::StepHaptic() {
 void Lockstep::StepPhysics() {
   physics_node::Inputs& inputs = physics_step_.inputs;
   inputs.now_ns = now_ns_;
-  inputs.proxies = haptic_out_.proxies;
-  inputs.contacts = contacts_.data();
-  inputs.num_contacts = contacts_.size();
+  inputs.proxies = hand_over_.cycle.proxies;
+  inputs.contacts = hand_over_.cycle.contacts.data();
+  inputs.num_contacts = hand_over_.cycle.contacts.size();
   inputs.changes = changes_.data();
   inputs.num_changes = changes_.size();
   const std::int64_t begin_ns = core::ThreadCpuNow_ns();
   StepNode("physics_node", physics_.get(), inputs, &physics_out_);
   physics_ns_.Add(core::ThreadCpuNow_ns() - begin_ns);
   if (steps_ != nullptr) steps_->physics.Record(physics_->tick(), now_ns_, physics_step_);
-  physics_out_.state.header.sequence = outcome_.ticks + 1;
-  physics_out_.state.header.publish_ns = now_ns_;
-  for (core::Reaction& reaction : physics_out_.reactions) {
-    reaction.header.sequence = outcome_.ticks + 1;
-    reaction.header.publish_ns = now_ns_;
-  }
+  hand_over_.TakeAnswer(outcome_.ticks + 1, now_ns_, &physics_out_);
   hash_.Add(physics_out_.state);
   if (options_.follow) options_.follow(physics_out_.state);
-  last_state_ = physics_out_.state;
-  last_reactions_ = physics_out_.reactions;
   events_.insert(events_.end(), physics_out_.events.begin(), physics_out_.events.end());
 }
 
@@ -465,15 +452,15 @@ void Lockstep::WriteTraceRow() {
   for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
     if (scenario_.objects[i].owner == scene::Owner::kPhysics) pose(poses[i]);
   }
-  std::size_t deepest = contacts_.size();
+  const std::size_t none = haptic_out_.contacts.size();
+  std::size_t deepest = none;
   for (std::size_t i = 0; i < haptic_out_.contacts.size(); ++i) {
     if (!haptic_out_.contacts[i].is_in_contact) continue;
-    if (deepest == contacts_.size() ||
-        haptic_out_.contacts[i].signed_distance_m < haptic_out_.contacts[deepest].signed_distance_m)
+    if (deepest == none || haptic_out_.contacts[i].signed_distance_m < haptic_out_.contacts[deepest].signed_distance_m)
       deepest = i;
   }
   trace_ << ',' << haptic_out_.counters.pairs_in_contact << ',';
-  if (deepest < contacts_.size()) {
+  if (deepest < none) {
     trace_ << scenario_.PairName(deepest) << ',' << -1e3 * haptic_out_.contacts[deepest].signed_distance_m;
   } else {
     trace_ << ',';

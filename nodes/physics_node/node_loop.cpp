@@ -14,6 +14,7 @@ namespace physics_node {
 namespace {
 
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;
+constexpr std::uint64_t kCollisionsPeriod_ticks = 16;  // of the collision matrix, as haptic_node's
 
 }  // namespace
 
@@ -36,14 +37,15 @@ int TickPlan::Plan(std::int64_t now_ns, bool is_new_cycle) {
   return static_cast<int>(count);
 }
 
-NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node)
+NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node, Cycle* cycle)
     : scenario_(scenario),
       physics_(physics),
       node_(node),
-      contact_sets_(scenario.pairs.size()),
+      cycle_(cycle != nullptr ? cycle : &read_cycle_),
       changes_(kMaxChangesPerTick),
       tickets_(kMaxChangesPerTick),
       stepped_cycle_(scenario.devices.size()) {
+  cycle_->contacts.resize(scenario.pairs.size());
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
   core::ReserveTexts(&event_);
   for (const char* name : {"ticks", "step_p50_us", "step_p99_us", "impulse_balance", "timer_ticks", "dropped_ticks"}) {
@@ -54,20 +56,25 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::N
 void NodeLoop::Declare() {
   lost_.reserve(64);
   for (const scene::Device& device : scenario_.devices) {
-    proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    if (cycle_ == &read_cycle_) {
+      proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
+    }
     reaction_writers_.push_back(node_->WriteLatest<core::Reaction>(bus::ReactionTopic(device.role)));
   }
   for (std::size_t i = 0; i < scenario_.pairs.size(); ++i) {
     const scene::Pair& pair = scenario_.pairs[i];
-    const bool is_read =
-        pair.owner == scene::PairOwner::kHaptic && (scenario_.objects[pair.sampled].owner == scene::Owner::kPhysics ||
-                                                    scenario_.objects[pair.field].owner == scene::Owner::kPhysics);
+    const bool is_read = cycle_ == &read_cycle_ && pair.owner == scene::PairOwner::kHaptic &&
+                         (scenario_.objects[pair.sampled].owner == scene::Owner::kPhysics ||
+                          scenario_.objects[pair.field].owner == scene::Owner::kPhysics);
     const std::string topic = bus::ContactsTopic(scenario_.PairSource(i), scenario_.PairName(i));
     contacts_.push_back(is_read ? &node_->ReadLatest<core::ContactSet>(topic) : nullptr);
     if (pair.owner != scene::PairOwner::kPhysics) continue;
     own_contact_writers_.push_back(node_->WriteLatest<core::ContactSet>(topic));
   }
   state_writer_ = node_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
+  if (physics_->own_contacts().num_pairs() > 0) {
+    collisions_writer_ = node_->WriteLatest<core::CollisionMatrix>(bus::CollisionsTopic("physics_node"));
+  }
   sheets_.Declare(scenario_, physics_->sheets(), node_);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("physics_node"));
   node_->OwnParameters(physics_->ParameterNames());
@@ -75,7 +82,7 @@ void NodeLoop::Declare() {
 
 void NodeLoop::Restore(Snapshot* snapshot) {
   snapshot->inputs.BeginReading();
-  for (core::ContactSet& set : contact_sets_) snapshot->inputs.Exchange(&set);
+  for (core::ContactSet& set : cycle_->contacts) snapshot->inputs.Exchange(&set);
 }
 
 void NodeLoop::KeepCheckpoints(const std::filesystem::path& file, std::int64_t period_ns) {
@@ -88,7 +95,7 @@ void NodeLoop::KeepCheckpoints(const std::filesystem::path& file, std::int64_t p
 void NodeLoop::Fill(Snapshot* snapshot) {
   physics_->Save(snapshot);
   snapshot->inputs.BeginWriting();
-  for (core::ContactSet& set : contact_sets_) snapshot->inputs.Exchange(&set);
+  for (core::ContactSet& set : cycle_->contacts) snapshot->inputs.Exchange(&set);
 }
 
 void NodeLoop::Checkpoint() {
@@ -108,17 +115,34 @@ void NodeLoop::Checkpoint() {
 }
 
 void NodeLoop::Run(const std::atomic<bool>& stop) {
-  plan_ = TickPlan(core::MonotonicNow_ns());
+  Start();
   while (!stop.load(std::memory_order_relaxed)) {
     const int num_ticks = WaitForTicks(stop);
     if (num_ticks == 0) continue;
-    TakeParameters();
     MakeTicks(num_ticks);
-    AnswerParameters();
-    Checkpoint();
-    ReportLostNodes();
-    PublishFigures(core::MonotonicNow_ns());
+    EndTicks();
   }
+}
+
+void NodeLoop::Start() {
+  plan_ = TickPlan(core::MonotonicNow_ns());
+}
+
+bool NodeLoop::StepAfterCycle() {
+  const int num_ticks = plan_.Plan(core::MonotonicNow_ns(), true);
+  if (num_ticks > 0) MakeTicks(num_ticks);
+  return num_ticks > 0;
+}
+
+void NodeLoop::EndTicks() {
+  // In a process with haptic_node nothing is read, but a step thread that never waits counts as stalled.
+  if (cycle_ != &read_cycle_) node_->Poll();
+  Send();
+  Record();  // after sending, as no other node waits for it
+  AnswerParameters();
+  Checkpoint();
+  ReportLostNodes();
+  PublishFigures(core::MonotonicNow_ns());
 }
 
 int NodeLoop::WaitForTicks(const std::atomic<bool>& stop) {
@@ -130,6 +154,8 @@ int NodeLoop::WaitForTicks(const std::atomic<bool>& stop) {
     if (is_new_cycle) {
       for (std::size_t r = 0; r < proxies_.size(); ++r) stepped_cycle_[r] = proxies_[r]->value().cycle;
     }
+    cycle_->proxies.clear();
+    for (const auto* reader : proxies_) cycle_->proxies.push_back(reader->value());
     if (num_ticks > 0) return num_ticks;
   }
   return 0;
@@ -137,7 +163,7 @@ int NodeLoop::WaitForTicks(const std::atomic<bool>& stop) {
 
 void NodeLoop::TakeFresh() {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (contacts_[i] != nullptr && contacts_[i]->is_fresh()) contact_sets_[i] = contacts_[i]->value();
+    if (contacts_[i] != nullptr && contacts_[i]->is_fresh()) cycle_->contacts[i] = contacts_[i]->value();
   }
 }
 
@@ -175,17 +201,17 @@ void NodeLoop::Record() {
 }
 
 void NodeLoop::MakeTicks(int num_ticks) {
+  TakeParameters();
   const std::int64_t start_ns = core::MonotonicNow_ns();
   inputs_.now_ns = start_ns;
-  inputs_.proxies.clear();
-  for (const auto* reader : proxies_) {
-    inputs_.proxies.push_back(reader->value());
-    core::Trace& trace = inputs_.proxies.back().header.direct;
-    trace.Add(core::Stage::kPhysicsReceive, reader->received_ns());
+  inputs_.proxies = cycle_->proxies;
+  for (std::size_t r = 0; r < inputs_.proxies.size(); ++r) {
+    core::Trace& trace = inputs_.proxies[r].header.direct;
+    trace.Add(core::Stage::kPhysicsReceive, proxies_.empty() ? cycle_->received_ns : proxies_[r]->received_ns());
     trace.Add(core::Stage::kPhysicsStart, start_ns);
   }
-  inputs_.contacts = contact_sets_.data();
-  inputs_.num_contacts = contact_sets_.size();
+  inputs_.contacts = cycle_->contacts.data();
+  inputs_.num_contacts = cycle_->contacts.size();
   inputs_.changes = changes_.data();
   inputs_.num_changes = num_changes_;
   for (int i = 0; i < num_ticks; ++i) {
@@ -207,19 +233,23 @@ void NodeLoop::MakeTicks(int num_ticks) {
     header->direct.Add(core::Stage::kPhysicsSend, end_ns);
     header->through_physics.Add(core::Stage::kPhysicsSend, end_ns);
   };
-  // Reactions first, as they close the force loop.
-  for (std::size_t r = 0; r < outputs_.reactions.size(); ++r) {
-    stamp(&outputs_.reactions[r].header);
-    reaction_writers_[r].Send(outputs_.reactions[r]);
-  }
+  for (core::Reaction& reaction : outputs_.reactions) stamp(&reaction.header);
   stamp(&outputs_.state.header);
+}
+
+// Reactions first, as they close the force loop.
+void NodeLoop::Send() {
+  for (std::size_t r = 0; r < outputs_.reactions.size(); ++r) reaction_writers_[r].Send(outputs_.reactions[r]);
   state_writer_.Send(outputs_.state);
   sheets_.Send(physics_->sheets(), physics_->tick());
   OwnContacts& own = physics_->own_contacts();
   for (std::size_t i = 0; i < own.num_pairs(); ++i) {
     if (own.is_published(i)) own_contact_writers_[i].Send(own.set(i));
   }
-  Record();  // after sending, as no other node waits for it
+  if (own.num_pairs() == 0 || physics_->tick() < next_collisions_) return;
+  next_collisions_ = physics_->tick() + kCollisionsPeriod_ticks;
+  physics_->FillCollisions(&collisions_);
+  collisions_writer_.Send(collisions_);
 }
 
 // Prints, and notes for the report, which nodes were lost or found again.

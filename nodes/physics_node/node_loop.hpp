@@ -48,10 +48,12 @@ class TickPlan {
 };
 
 // Connects a PhysicsNode to the bus: makes a tick when the proxies of all roles of a new haptic cycle have arrived
-// (contacts are sent before them), or by the timer.
+// (contacts are sent before them), or by the timer. In a process with haptic_node, it makes them when its owner has
+// filled `cycle` and calls StepAfterCycle.
 class NodeLoop {
  public:
-  NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node);
+  // `cycle`: null if haptic_node is another process.
+  NodeLoop(const scene::Scenario& scenario, PhysicsNode* physics, bus::Node* node, Cycle* cycle = nullptr);
 
   void Declare();  // call it before bus::Node::Start
   // Restores the contact sets of a snapshot that PhysicsNode::Restore has read.
@@ -61,6 +63,15 @@ class NodeLoop {
   // Records every following tick with all its inputs.
   void RecordSteps(bus::log::StepSink* sink);
   void Run(const std::atomic<bool>& stop);
+
+  // Run, in parts, for a process with haptic_node.
+  void Start();
+  // Makes the ticks that are due with the new cycle; false: none.
+  bool StepAfterCycle();
+  // Sends the last tick, and does what nobody waits for.
+  void EndTicks();
+  Outputs* mutable_outputs() { return &outputs_; }
+
   bool WriteReport(const std::filesystem::path& file, bool is_realtime) const;
 
  private:
@@ -71,6 +82,7 @@ class NodeLoop {
   void TakeParameters();
   void AnswerParameters();
   void MakeTicks(int num_ticks);
+  void Send();
   void Record();
   void Checkpoint();
   void Fill(Snapshot* snapshot);
@@ -80,9 +92,14 @@ class NodeLoop {
   scene::Scenario scenario_;
   PhysicsNode* physics_;
   bus::Node* node_;
+  Cycle read_cycle_;  // from the bus
+  Cycle* cycle_;      // that, or what haptic_node gives within the process
   std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
   std::vector<bus::LatestReader<core::ContactSet>*> contacts_;  // null where none is read
   std::vector<bus::LatestWriter<core::ContactSet>> own_contact_writers_;
+  bus::LatestWriter<core::CollisionMatrix> collisions_writer_;
+  core::CollisionMatrix collisions_;
+  std::uint64_t next_collisions_ = 0;  // tick
   bus::LatestWriter<core::PhysicsState> state_writer_;
   SheetOutlet sheets_;
   std::vector<bus::LatestWriter<core::Reaction>> reaction_writers_;
@@ -96,7 +113,6 @@ class NodeLoop {
   Outputs& outputs_ = step_.outputs;
   std::unique_ptr<replay::StepRecorder<Step>> recorder_;  // null: steps are not recorded
   std::uint64_t num_late_ = 0;                            // late steps of sheets up to the last tick
-  std::vector<core::ContactSet> contact_sets_;
   std::vector<core::ParameterChange> changes_;
   std::vector<std::uint64_t> tickets_;
   const std::string no_refusal_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/fixed_vector.hpp"
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
@@ -26,6 +28,13 @@ struct Inputs {
   std::size_t num_contacts = 0;
   const core::ParameterChange* changes = nullptr;  // applied at the start of this tick
   std::size_t num_changes = 0;
+};
+
+// The newest cycle of haptic_node, as it arrived.
+struct Cycle {
+  core::FixedVector<core::HapticProxy, kMaxRoles> proxies;
+  std::vector<core::ContactSet> contacts;  // newest per scenario pair; sequence 0: never
+  std::int64_t received_ns = 0;
 };
 
 struct Outputs {

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <memory>
 
 #include "bus/log/node_recording.hpp"
@@ -21,7 +22,7 @@ void WantStop(int /*signal*/) {
   is_stop_wanted.store(true);
 }
 
-cli::Syntax SyntaxOf(const Program& program) {
+cli::Syntax SyntaxOf(const Program& program, bool is_alone) {
   cli::Syntax syntax;
   syntax.program = program.name;
   syntax.summary = program.summary;
@@ -36,72 +37,32 @@ cli::Syntax SyntaxOf(const Program& program) {
     syntax.options.push_back({"--steps", "FILE.mcap", "every step with all that it reads, for 'oos replay'"});
   }
   syntax.options.insert(syntax.options.end(), program.options.begin(), program.options.end());
+  for (cli::Option& option : syntax.options) {
+    if (is_alone || (option.name != "--record" && option.name != "--steps")) continue;
+    option.value_name = "DIR";
+    option.help = option.name == "--record" ? "for each node NODE.mcap of what it sends and takes"
+                                            : "for each node NODE.mcap of every step with all that it reads";
+  }
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run.";
   return syntax;
 }
 
-// One run of the process, between the command line and the exit status.
+// One node of the process, between the command line and the exit status.
 class Life {
  public:
-  Life(const Program& program, const Setting& setting, std::unique_ptr<Body> body)
-      : program_(program), setting_(setting), body_(std::move(body)) {}
+  // `is_alone`: --record and --steps name its files; else folders.
+  Life(const Program& program, Member member, bool is_alone, const Setting& setting)
+      : program_(program), member_(std::move(member)), is_alone_(is_alone), setting_(setting) {}
 
-  core::Result<void> Run() {
-    if (auto built = body_->Build(setting_); !built) return built;
+  core::Result<void> Open() {
+    if (auto built = member_.body->Build(setting_); !built) return built;
     if (auto joined = Join(); !joined) return joined;
-    if (auto opened = OpenSteps(); !opened) return opened;
-    if (auto started = node_->Start(); !started) return started;
-    const bus::ThreadReport thread = SetUpThread();
-    if (!thread.is_ok) return core::Fail(core::ErrorCode::kResource, "no real-time priority: " + thread.text);
-    body_->OnStart();
-    std::printf("ready\n");
-    std::fflush(stdout);
-    node_->Emit({core::MonotonicNow_ns(), node_->name(), "ready", std::string(program_.ready)});
-    body_->Run(is_stop_wanted);
-    return Finish(thread.is_fifo);
+    return OpenSteps();
   }
-
- private:
-  [[nodiscard]] std::string Text(std::string_view option) const { return setting_.arguments.text(option); }
-
-  core::Result<void> Join() {
-    const bus::NodeOptions options =
-        MakeNodeOptions(setting_.arguments.text("--name", program_.name), setting_.arguments);
-    std::vector<bus::log::Metadata> about;
-    if (program_.can_record_steps) about.push_back({"platform", replay::DescribePlatform()});
-    auto recording = bus::log::StartRecording(options.name, MakeRecordingOptions(setting_.arguments), std::move(about));
-    if (!recording) return tl::unexpected(recording.error());
-    recording_ = std::move(*recording);
-    auto node = bus::Node::Create(bus::log::WithTap(options, recording_.get()));
-    if (!node) return tl::unexpected(node.error());
-    node_ = std::move(*node);
-    return body_->Connect(node_.get(), options);
-  }
-
-  core::Result<void> OpenSteps() {
-    if (Text("--steps").empty()) return {};
-    auto format = body_->DescribeSteps();
-    if (!format) return tl::unexpected(format.error());
-    bus::log::TextMap about = replay::DescribeRun(setting_.scenario);
-    for (auto& [name, value] : format->about) about[name] = std::move(value);
-    if (!program_.thread.empty()) about["denormals"] = "flushed";  // by SetUpThread
-    auto steps = replay::OpenStepLog(Text("--steps"), program_.name, format->fields, about, format->checkpoint);
-    if (!steps) return tl::unexpected(steps.error());
-    steps_ = std::move(*steps);
-    body_->RecordSteps(steps_.get());
-    return {};
-  }
-
-  [[nodiscard]] bus::ThreadReport SetUpThread() const {
-    if (program_.thread.empty()) return {};
-    bus::ThreadSetup setup;
-    setup.name = program_.thread;
-    setup.mode = setting_.mode;
-    setup.fifo_priority = program_.fifo_priority;
-    bus::ThreadReport report = bus::SetUpThread(setup);
-    std::printf("%s\n", report.text.c_str());
-    return report;
-  }
+  core::Result<void> Start() { return node_->Start(); }
+  void OnStart() { member_.body->OnStart(); }
+  void SayReady() { node_->Emit({core::MonotonicNow_ns(), node_->name(), "ready", std::string(member_.ready)}); }
+  void Run() { member_.body->Run(is_stop_wanted); }
 
   core::Result<void> Finish(bool is_realtime) {
     if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped) return stopped;
@@ -109,23 +70,100 @@ class Life {
       if (auto closed = steps_->Close(); !closed) return closed;
       std::printf("steps that were not recorded: %llu\n", static_cast<unsigned long long>(steps_->num_lost()));
     }
-    return body_->WriteReport(is_realtime);
+    return member_.body->WriteReport(is_realtime);
+  }
+
+ private:
+  // The file of an option; empty without it.
+  [[nodiscard]] std::string File(std::string_view option) const {
+    const std::string path = setting_.arguments.text(option);
+    if (path.empty() || is_alone_) return path;
+    return (std::filesystem::path(path) / (member_.name + ".mcap")).string();
+  }
+
+  core::Result<void> Join() {
+    const bus::NodeOptions options =
+        MakeNodeOptions(setting_.arguments.text("--name", member_.name), setting_.arguments);
+    std::vector<bus::log::Metadata> about;
+    if (program_.can_record_steps) about.push_back({"platform", replay::DescribePlatform()});
+    bus::log::RecordingOptions to = MakeRecordingOptions(setting_.arguments);
+    to.file = File("--record");
+    auto recording = bus::log::StartRecording(options.name, to, std::move(about));
+    if (!recording) return tl::unexpected(recording.error());
+    recording_ = std::move(*recording);
+    auto node = bus::Node::Create(bus::log::WithTap(options, recording_.get()));
+    if (!node) return tl::unexpected(node.error());
+    node_ = std::move(*node);
+    return member_.body->Connect(node_.get(), options);
+  }
+
+  core::Result<void> OpenSteps() {
+    const std::string file = File("--steps");
+    if (file.empty()) return {};
+    auto format = member_.body->DescribeSteps();
+    if (!format) return tl::unexpected(format.error());
+    bus::log::TextMap about = replay::DescribeRun(setting_.scenario);
+    for (auto& [name, value] : format->about) about[name] = std::move(value);
+    if (!program_.thread.empty()) about["denormals"] = "flushed";  // by SetUpThread
+    auto steps = replay::OpenStepLog(file, member_.name, format->fields, about, format->checkpoint);
+    if (!steps) return tl::unexpected(steps.error());
+    steps_ = std::move(*steps);
+    member_.body->RecordSteps(steps_.get());
+    return {};
   }
 
   const Program& program_;
-  const Setting& setting_;
   // Each outlives the next, which uses it.
   std::unique_ptr<bus::log::TapRecorder> recording_;
   std::unique_ptr<bus::Node> node_;
   std::unique_ptr<bus::log::StepLog> steps_;
-  std::unique_ptr<Body> body_;
+  Member member_;
+  bool is_alone_;
+  const Setting& setting_;
 };
+
+bus::ThreadReport SetUpLoopThread(const Program& program, const Setting& setting) {
+  if (program.thread.empty()) return {};
+  bus::ThreadSetup setup;
+  setup.name = program.thread;
+  setup.mode = setting.mode;
+  setup.fifo_priority = program.fifo_priority;
+  bus::ThreadReport report = bus::SetUpThread(setup);
+  std::printf("%s\n", report.text.c_str());
+  return report;
+}
+
+core::Result<void> RunLives(const Program& program, const Setting& setting, std::deque<Life>* lives) {
+  for (Life& life : *lives) {
+    if (auto opened = life.Open(); !opened) return opened;
+  }
+  for (Life& life : *lives) {
+    if (auto started = life.Start(); !started) return started;
+  }
+  const bus::ThreadReport thread = SetUpLoopThread(program, setting);
+  if (!thread.is_ok) return core::Fail(core::ErrorCode::kResource, "no real-time priority: " + thread.text);
+  for (Life& life : *lives) life.OnStart();
+  std::printf("ready\n");
+  std::fflush(stdout);
+  for (Life& life : *lives) life.SayReady();
+  lives->back().Run();
+  for (Life& life : *lives) {
+    if (auto finished = life.Finish(thread.is_fifo); !finished) return finished;
+  }
+  return {};
+}
 
 }  // namespace
 
 int RunNode(int argc, char** argv, const Program& program, std::unique_ptr<Body> body) {
+  std::vector<Member> members;
+  members.push_back({program.name, program.ready, std::move(body)});
+  return RunNodes(argc, argv, program, std::move(members));
+}
+
+int RunNodes(int argc, char** argv, const Program& program, std::vector<Member> members) {
   int status = kDone;
-  const auto arguments = ReadCommandLine(argc, argv, SyntaxOf(program), &status);
+  const auto arguments = ReadCommandLine(argc, argv, SyntaxOf(program, members.size() == 1), &status);
   if (!arguments) return status;
   if (const auto good = CheckBusOptions(*arguments); !good) {
     return Report(program.name, good.error().detail, kBadUsage);
@@ -138,7 +176,10 @@ int RunNode(int argc, char** argv, const Program& program, std::unique_ptr<Body>
   if (const std::string coupling = arguments->text("--coupling"); !coupling.empty()) scenario->coupling.type = coupling;
   Setting setting{*arguments, *scenario, bus::RealTimeMode::kOff, arguments->text("--out")};
   bus::ParseRealTimeMode(arguments->text("--rt", "off"), &setting.mode);
-  const auto done = Life(program, setting, std::move(body)).Run();
+  std::deque<Life> lives;  // the last one's node uses the others'
+  const bool is_alone = members.size() == 1;
+  for (Member& member : members) lives.emplace_back(program, std::move(member), is_alone, setting);
+  const auto done = RunLives(program, setting, &lives);
   if (done) return kDone;
   return Report(program.name, done.error().detail,
                 done.error().code == core::ErrorCode::kInvalidInput ? kBadUsage : kFailed);

@@ -69,6 +69,17 @@ class Body {
 // SIGINT, 1 when something failed, 2 for bad usage or input. For main() alone: it sets signal handlers and prints.
 int RunNode(int argc, char** argv, const Program& program, std::unique_ptr<Body> body);
 
+// One of several nodes in a process.
+struct Member {
+  std::string name;        // on the bus, and of its report
+  std::string_view ready;  // as Program::ready
+  std::unique_ptr<Body> body;
+};
+
+// The same for several nodes in one process, each with its own end of the bus. They are started in their order; the
+// last one's Run runs them all. --record and --steps name folders, where each node writes NAME.mcap.
+int RunNodes(int argc, char** argv, const Program& program, std::vector<Member> members);
+
 // Progress of Build, a line each.
 void PrintLine(const std::string& line);
 // An error that names the folder, unless `is_written`.

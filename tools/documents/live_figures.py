@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Runs whole scenarios and writes what their reports say to docs/performance/live: `./dev bench live`.
 
-  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, runs (all unless named; 1, 6 and 5 minutes)
+  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, runs, processes (all unless named;
+                                   1, 6, 5 and 6 minutes). processes needs root and what tests/lab needs.
 """
 import csv
 import json
@@ -9,9 +10,13 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
+
+import curves
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BOTH = ["paper", "fast"]
+COLOCATE = "haptic physics"
 
 # Table: scenario, options of `oos run`, and the heads of its columns; --method both makes two.
 TABLES = {
@@ -26,6 +31,11 @@ TABLES = {
     "runs": [("module_replacement", ["--headless"] + more, [head])
              for head, more in [("as it is", []), ("without visual_node", ["--without", "visual_node"]),
                                 ("without real-time priority", ["--rt", "off"])]],
+    # On three machines, haptic_node shares one with the bridge, and with physics_node if they are one process.
+    "processes": [("module_replacement", ["--headless", "--without", "visual_node"], ["two processes"]),
+                  ("module_replacement", ["--headless", "--without", "visual_node", "--colocate", COLOCATE], ["one process"]),
+                  ("module_replacement", {}, ["two processes, three machines"]),
+                  ("module_replacement", {"colocate": COLOCATE}, ["one process, three machines"])],
 }
 
 LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" else chain.split(",")[0] + "_ms", part])
@@ -42,6 +52,11 @@ ROWS = {
     "runs": LATENCIES + STEPS + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("messages received", ["bus", "received"]), ("messages dropped", ["bus", "dropped"])],
+    "processes": [("completed", ["completed"])] + LATENCIES[:8] + [
+        (f"force loop, ms, {what}", ["stability", f"loop_{key}_ms"]) for what, key in [("delay", "delay"), ("jitter", "jitter")]
+    ] + [("stable up to, times the stiffness", ["stability", "least_stiffness_share"]),
+         ("passivity controller acted in, share", ["stability", "share_made_passive"])] + STEPS[:2] + [
+        ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
 }
 
 
@@ -53,11 +68,57 @@ def value(report, path):
     return f"{report:.6g}" if isinstance(report, float) else "" if report is None else report
 
 
+class Machines:
+    """Namespaces that are machines, as in tests/lab, and a lab file for them."""
+
+    def __init__(self, folder, attributes):
+        self.folder = folder
+        self.keeper = subprocess.Popen([ROOT / "tests/lab/machines", folder, "alpha", "beta", "gamma"])
+        while not (folder / "up").exists():
+            if self.keeper.poll() is not None:
+                raise RuntimeError("the machines do not start; tests/lab/README.md says what they need")
+            time.sleep(0.1)
+        physics = "alpha" if "colocate" in attributes else "beta"
+        places = [("device_bridge", "alpha"), ("haptic_node", "alpha"), ("physics_node", physics), ("logic_node", "gamma")]
+        hosts = "".join(f'<host name="{name}" address="10.77.0.{11 + i}" ssh_config="{folder}/ssh_config" '
+                        f'cache="{folder}/cooked"/>' for i, name in enumerate(["alpha", "beta", "gamma"]))
+        nodes = "".join(f'<node name="{node}" host="{host}"/>' for node, host in places)
+        given = "".join(f' {name}="{value}"' for name, value in attributes.items())
+        (folder / "lab.xml").write_text(f'<lab name="measured"{given}>{hosts}<registry host="beta"/>{nodes}</lab>\n')
+
+    def command(self, words):
+        net = (self.folder / "launcher.pid").read_text().strip()
+        return ["nsenter", f"--net=/proc/{net}/ns/net", "--", *words]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.keeper.kill()  # the kernel then ends all that is in them
+        self.keeper.wait()
+
+
+def t1_ms(folder):
+    with open(folder / "latency.csv", newline="", encoding="utf-8") as file:
+        return [float(row[-1]) * 1e-6 for row in csv.reader(file) if row[0] == "t1"]
+
+
 def reports(oos, scenario, options):
-    with tempfile.TemporaryDirectory() as out:
-        subprocess.run([oos, "run", ROOT / "scenarios" / scenario, *options, "--out", out], check=True)
-        report = json.loads((pathlib.Path(out) / "report.json").read_text(encoding="utf-8"))
-    return [report[method] for method in BOTH] if "both" in options else [report]
+    """Of one run; `options`: of `oos run`, or the attributes of a lab. Beside them t1 of each trace."""
+    oos = pathlib.Path(oos).absolute()
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder) / "out"
+        path = ROOT / "scenarios" / scenario
+        if isinstance(options, dict):
+            with Machines(pathlib.Path(folder) / "machines", options) as machines:
+                lab = pathlib.Path(folder) / "machines/lab.xml"
+                subprocess.run(machines.command([oos, "launch", path, "--lab", lab, "--without", "visual_node", "--out", out]),
+                               check=True)
+        else:
+            subprocess.run([oos, "run", path, *options, "--out", out], check=True)
+        report = json.loads((out / "report.json").read_text(encoding="utf-8"))
+        traces = t1_ms(out) if (out / "latency.csv").exists() else []
+    return [report[method] for method in BOTH] if "both" in options else [report], traces
 
 
 def main():
@@ -67,9 +128,12 @@ def main():
     folder = ROOT / "docs/performance/live"
     folder.mkdir(exist_ok=True)
     for table in sys.argv[2:] or TABLES:
-        columns = {}
+        columns, traces = {}, {}
         for scenario, options, heads in TABLES[table]:
-            columns.update(zip(heads, reports(sys.argv[1], scenario, options)))
+            its, traces[heads[0]] = reports(sys.argv[1], scenario, options)
+            columns.update(zip(heads, its))
+        if table == "processes":
+            curves.write_shares(folder / "processes_t1.svg", "t1, ms", traces)
         with open(folder / f"{table}.csv", "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(["what", *columns])

@@ -45,7 +45,8 @@ TEST_P(NodeCommandLine, HelpListsTheOptions) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Nodes, NodeCommandLine,
-                         testing::Values("device_bridge", "haptic_node", "physics_node", "logic_node", "visual_node"),
+                         testing::Values("device_bridge", "haptic_node", "physics_node", "haptic_physics_node",
+                                         "logic_node", "visual_node"),
                          [](const auto& name) { return std::string(name.param); });
 
 }  // namespace

@@ -31,7 +31,8 @@ core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const
     if (is_tool) files.insert("oos.key");
     // For observers on other machines (lab_session.hpp).
     if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
-    if (unit.name != "recorder") files.insert(unit.name + ".key");
+    if (unit.name == "registry") files.insert("registry.key");
+    for (const std::string& node : unit.nodes) files.insert(node + ".key");
   }
   const std::string folder = lab::KeyFolder(plan.facts);
   std::string script = "umask 077\nrm -rf " + folder + "\nmkdir -p " + folder + " && cd " + folder + " || exit 1\n";

@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <ctime>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/clock.hpp"
 #include "core/hash.hpp"
@@ -180,7 +182,8 @@ class Launch {
       start[i] = run_name + files.start;
       for (const lab::Unit& unit : plan.units) {
         units[i].push_back(unit.name);
-        if (lab_.FindPlacement(unit.name) != nullptr) expected_.insert(unit.name);
+        for (const std::string& node : unit.nodes) nodes_of_[unit.name].insert(node);
+        expected_.insert(unit.nodes.begin(), unit.nodes.end());
       }
       if (plan.host.supervisor == lab::SupervisorKind::kSupervisor) {
         units[i].push_back("supervisord-" + plan.host.name);
@@ -288,7 +291,10 @@ class Launch {
       Say(host, "supervisor", text);
       const std::string rest = text.substr(std::string(word).size());
       const std::string unit = rest.substr(0, rest.find(' '));
-      if (text.find("; not expected") != std::string::npos && lab_.FindPlacement(unit) != nullptr) dead_.insert(unit);
+      const auto nodes = nodes_of_.find(unit);
+      if (text.find("; not expected") != std::string::npos && nodes != nodes_of_.end()) {
+        dead_.insert(nodes->second.begin(), nodes->second.end());
+      }
       if (std::string(word) == "gave up: ") TakeGivenUp(host, unit, text);
     }
   }
@@ -442,7 +448,8 @@ class Launch {
   LogStreams streams_;
   std::optional<Comebacks> comebacks_;
   BusStory story_;
-  std::set<std::string> expected_, dead_;
+  std::set<std::string> expected_, dead_;                  // nodes
+  std::map<std::string, std::set<std::string>> nodes_of_;  // by unit
   std::vector<std::unique_ptr<ClockSeries>> clocks_;
   std::ofstream clock_file_;
   std::int64_t clocks_read_ns_ = 0, taken_over_asked_ns_ = 0, start_ns_ = 0, ready_ns_ = 0;

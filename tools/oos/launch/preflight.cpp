@@ -160,7 +160,7 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
 
 core::Result<Load> LoadOfPrograms(const std::filesystem::path& folder) {
   std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
-  names.push_back("oos");
+  names.insert(names.end(), {"oos", lab::kColocatedProgram});
   return HashFiles(folder, names);
 }
 
@@ -204,6 +204,7 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
     const bool is_out = std::find(without.begin(), without.end(), placement.node) != without.end();
     if (placement.host != host.name || is_out) continue;
     programs += " " + placement.node;
+    if (lab.is_colocated && placement.node == "haptic_node") programs += std::string(" ") + lab::kColocatedProgram;
     for (const lab::DeviceAccess& device : placement.devices) {
       script += "[ -r '" + device.path + "' ] && [ -w '" + device.path + "' ] || echo 'device=" + device.path + "'\n";
     }

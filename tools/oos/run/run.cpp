@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bus/log/merge_mcap.hpp"
+#include "lab/lab.hpp"
 #include "nodes/lockstep/lockstep.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/attach/attach.hpp"
@@ -175,6 +176,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   if (wanted.seed) options.seed = *wanted.seed;
   options.duration_s = wanted.duration_s;
   options.without = arguments.texts("--without");
+  options.is_colocated = arguments.has("--colocate");
   options.is_headless = arguments.has("--headless");
   options.is_encrypted = !arguments.has("--no_encryption");
   options.tcp_topics = arguments.text("--tcp_topics");
@@ -249,6 +251,20 @@ int RunBothMethods(const Arguments& arguments, const scene::Scenario& scenario, 
   return worst;
 }
 
+core::Result<void> CheckColocate(const Arguments& arguments) {
+  if (!arguments.has("--colocate")) return {};
+  const std::string nodes = arguments.text("--colocate");
+  const auto without = arguments.texts("--without");
+  std::string what;
+  if (nodes != lab::kColocate) what = "is \"" + std::string(lab::kColocate) + "\", not '" + nodes + "'";
+  if (arguments.has("--lockstep")) what = "goes with nodes on the bus; --lockstep has all nodes in one process";
+  for (const char* node : lab::kColocatedNodes) {
+    if (std::find(without.begin(), without.end(), node) != without.end()) what = "needs " + std::string(node);
+  }
+  if (what.empty()) return {};
+  return core::Fail(core::ErrorCode::kInvalidInput, "--colocate " + what);
+}
+
 int RunOnThisMachine(const Arguments& arguments) {
   const std::filesystem::path path = FindScenario(arguments.positional()[0]);
   const CheckOutcome check = CheckScenario(path);
@@ -279,6 +295,7 @@ int RunOnThisMachine(const Arguments& arguments) {
     return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
                     kBadUsage);
   }
+  if (const auto fits = CheckColocate(arguments); !fits) return Complain("run", fits.error().detail, kBadUsage);
   if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
   if (is_both) return RunBothMethods(arguments, scenario, *wanted);
   nlohmann::json report;
@@ -304,6 +321,7 @@ Verb RunVerb() {
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
+       {"--colocate", "'haptic physics'", "haptic_node and physics_node in one process, one step after the other"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
        {"--record", "FILE.mcap", "record all messages of every node; the nodes' own files stay in DIR/recording"},
        {"--split_MB", "N", "with --record: nodes begin a new file at this size"},

@@ -13,6 +13,7 @@
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
 #include "core/hash.hpp"
+#include "lab/lab.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/run/log_tail.hpp"
@@ -98,7 +99,7 @@ class Session {
     if (!outcome_.dead.empty() && !IsInterrupted()) Linger();
     Say("stopping");
     // The nodes first: the display must outlive the programs that draw on it.
-    outcome_.killed = group_.StopAll(kStopPatience_s, {expected_.begin(), expected_.end()});
+    outcome_.killed = group_.StopAll(kStopPatience_s, {processes_.begin(), processes_.end()});
     group_.StopAll(kStopPatience_s);
     for (const std::string& name : outcome_.killed) Say(name + " did not stop on SIGTERM and was killed");
     return outcome_;
@@ -154,8 +155,12 @@ class Session {
       if (!virtual_display) return core::Fail(virtual_display.error().code, virtual_display.error().detail);
       visual_environment["DISPLAY"] = *virtual_display;
     }
-    for (const std::string name : kNodeNames) {
-      if (!IsWanted(name)) continue;
+    for (const std::string node : kNodeNames) {
+      if (!IsWanted(node)) continue;
+      expected_.insert(node);
+      if (options_.is_colocated && node == "physics_node") continue;  // with haptic_node
+      const bool is_pair = options_.is_colocated && node == "haptic_node";
+      const std::string name = is_pair ? lab::kColocatedProgram : node;
       process::Command command;
       command.name = name;
       command.program = options_.program_folder / name;
@@ -170,28 +175,32 @@ class Session {
       if (writes_latest && !options_.tcp_topics.empty()) AddArgument(&command, "--tcp_topics", options_.tcp_topics);
       if (writes_latest && !options_.multicast.empty()) AddArgument(&command, "--multicast", options_.multicast);
       if (name == "device_bridge") AddArgument(&command, "--seed", std::to_string(outcome_.seed));
-      if (name == "haptic_node" || name == "physics_node") {
+      if (node == "haptic_node" || node == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
         AddArgument(&command, "--method", scenario_.method);
       }
-      if (name == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
+      if (node == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
       if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
       if (name == "visual_node") {
         command.environment = visual_environment;
         command.nice = 10;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
       }
-      if (!options_.steps.empty() && (name == "haptic_node" || name == "physics_node" || name == "logic_node")) {
-        AddArgument(&command, "--steps", (options_.steps / (name + ".mcap")).string());
+      // A process of two nodes names the files itself.
+      const auto file = [&](const std::filesystem::path& folder) {
+        return (is_pair ? folder : folder / (node + ".mcap")).string();
+      };
+      if (!options_.steps.empty() && (node == "haptic_node" || node == "physics_node" || node == "logic_node")) {
+        AddArgument(&command, "--steps", file(options_.steps));
       }
       if (options_.is_recorded) {
-        AddArgument(&command, "--record", (RecordingFolder(options_.out) / (name + ".mcap")).string());
+        AddArgument(&command, "--record", file(RecordingFolder(options_.out)));
         if (!options_.split_MB.empty()) AddArgument(&command, "--split_MB", options_.split_MB);
         if (!options_.split_s.empty()) AddArgument(&command, "--split_s", options_.split_s);
       }
       command.log = options_.out / (name + ".log");
       if (const auto pid = group_.Spawn(command); !pid) return core::Fail(pid.error().code, pid.error().detail);
-      expected_.insert(name);
+      processes_.insert(name);
     }
     return {};
   }
@@ -230,7 +239,7 @@ class Session {
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     std::set<std::string> announced;
     std::map<std::string, LogTail> logs;
-    for (const std::string& name : expected_) logs.emplace(name, options_.out / (name + ".log"));
+    for (const std::string& name : processes_) logs.emplace(name, options_.out / (name + ".log"));
     std::int64_t next_progress_ns = begin_ns + kStartProgressPeriod_ns;
     while (outcome_.why.empty() && !AreAllReady()) {
       Listen();
@@ -314,7 +323,8 @@ class Session {
   bus::StateReader<core::LogicStatus>* status_ = nullptr;
   bus::LatestReader<core::DeviceCommand>* command_ = nullptr;
   NoteKeeper note_;
-  std::set<std::string> expected_;
+  std::set<std::string> expected_;   // nodes
+  std::set<std::string> processes_;  // that run them
   std::set<std::string> ready_;
   process::Group group_;  // last member: stopped first
 };
