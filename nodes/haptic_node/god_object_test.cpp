@@ -23,17 +23,20 @@ scene::Scenario Touch() {
   return *scenario;
 }
 
+void WriteBox(const std::filesystem::path& file, const glm::dvec3& least_m, const glm::dvec3& most_m) {
+  std::ofstream out(file);
+  for (int i = 0; i < 8; ++i) {
+    out << "v " << ((i & 1) != 0 ? most_m.x : least_m.x) << ' ' << ((i & 2) != 0 ? most_m.y : least_m.y) << ' '
+        << ((i & 4) != 0 ? most_m.z : least_m.z) << "\n";
+  }
+  out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
 // A box of 0.2 m with voxels of 6 mm, 2 m away, that the hand could touch.
 scene::Scenario TouchWithAFarCoarseBlock() {
   scene::Scenario scenario = Touch();
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "far_block.obj";
-  std::ofstream out(file);
-  for (int i = 0; i < 8; ++i) {
-    out << "v " << ((i & 1) != 0 ? 0.1 : -0.1) << ' ' << ((i & 2) != 0 ? 0.1 : -0.1) << ' '
-        << ((i & 4) != 0 ? 0.1 : -0.1) << "\n";
-  }
-  out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-  out.close();
+  WriteBox(file, glm::dvec3(-0.1), glm::dvec3(0.1));
   scene::Object block;
   block.name = "far_block";
   block.owner = scene::Owner::kFixed;
@@ -69,6 +72,7 @@ class Touching {
       physics_.bodies.push_back(body);
     }
     inputs_.physics = &physics_;
+    if (scenario.FindObject("ball") < 0) return;
     const auto ball =
         vps::LoadMesh(scenario.objects[static_cast<std::size_t>(scenario.FindObject("ball"))].collision_mesh);
     EXPECT_TRUE(ball);
@@ -98,7 +102,15 @@ class Touching {
     for (const auto& vertex : ball_) lowest_m = std::min(lowest_m, (X_W * glm::dvec3(vertex)).z);
     return lowest_m;
   }
+  // Where physics says that it is.
+  core::Pose& X_WO(const std::string& name) {
+    const int object = scenario.FindObject(name);
+    return std::find_if(physics_.bodies.begin(), physics_.bodies.end(),
+                        [object](const core::BodyState& body) { return body.object == object; })
+        ->X_WO;
+  }
   core::Pose& X_WD() { return inputs_.devices[0].X_WD; }
+  double& opening_m() { return inputs_.devices[0].opening_m; }
   [[nodiscard]] const core::Wrench& force() const { return out.commands[0].F_Do_W; }
   [[nodiscard]] const core::Pose& X_WC() const { return out.proxies[0].X_WC; }
 
@@ -202,6 +214,69 @@ TEST(GodObjectInTheNode, WhatTheHandFeelsIsWhatTheObjectGets) {
     EXPECT_NEAR(side * sum_N.x, touching.force().force_N.x, 0.02 * std::abs(touching.force().force_N.x));
   }
   EXPECT_EQ(num_sets, 1);
+}
+
+// A gripper around a tab that is free to move: jaws left and right of the palm's origin, with their pads at x = 0.
+scene::Scenario Gripper() {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "gripper";
+  std::filesystem::create_directories(folder);
+  WriteBox(folder / "jaw_left.obj", {-0.01, -0.01, -0.006}, {0.0, 0.01, 0.006});
+  WriteBox(folder / "jaw_right.obj", {0.0, -0.01, -0.006}, {0.01, 0.01, 0.006});
+  WriteBox(folder / "palm.obj", {-0.02, -0.01, 0.03}, {0.02, 0.01, 0.04});
+  WriteBox(folder / "tab.obj", {-0.0025, -0.02, -0.03}, {0.0025, 0.02, 0.003});
+  scene::Scenario scenario;
+  scenario.method = "fast";
+  scenario.coupling.type = "god_object";
+  scene::Device device;
+  device.role = "right";
+  const auto add = [&](const std::string& name, scene::Owner owner, scene::HandPart part) {
+    scene::Object object;
+    object.name = name;
+    object.owner = owner;
+    object.part = part;
+    object.role = owner == scene::Owner::kHand ? 0 : -1;
+    object.collision_mesh = folder / (name + ".obj");
+    object.voxel_size_m = 0.0005;
+    object.num_points = owner == scene::Owner::kHand ? 2000 : 0;
+    scenario.objects.push_back(object);
+    return static_cast<std::uint16_t>(scenario.objects.size() - 1);
+  };
+  const auto tab = add("tab", scene::Owner::kPhysics, scene::HandPart::kPalm);
+  device.palm = add("palm", scene::Owner::kHand, scene::HandPart::kPalm);
+  device.jaw_left = add("jaw_left", scene::Owner::kHand, scene::HandPart::kJawLeft);
+  device.jaw_right = add("jaw_right", scene::Owner::kHand, scene::HandPart::kJawRight);
+  scenario.devices.push_back(device);
+  for (const int jaw : {device.jaw_left, device.jaw_right}) {
+    scene::Pair pair;
+    pair.sampled = static_cast<std::uint16_t>(jaw);
+    pair.field = tab;
+    pair.friction = 0.3;
+    scenario.pairs.push_back(pair);
+  }
+  return scenario;
+}
+
+// Jaws that close on a part press on it with large forces against each other, at places that change from cycle to
+// cycle. Were one of them kept from the part, the part would be flung away.
+TEST(GodObjectInTheNode, APartBetweenJawsGetsTheOppositeOfWhatTheHandFeels) {
+  Touching touching(Gripper());
+  touching.X_WD().translation = {0.0003, 0.0, 0.0002};
+  touching.X_WD().rotation = core::QuaternionFromRotationVector({0.001, 0.002, -0.001});
+  double most_N = 0.0;
+  double largest_N = 0.0;
+  for (int i = 0; i < 120; ++i) {
+    touching.opening_m() = std::max(0.012 - 1e-4 * i, 0.0048);
+    touching.X_WO("tab").translation.x = 2e-5 * std::sin(0.7 * i);
+    touching.Tick();
+    glm::dvec3 sum_N = touching.out.proxies[0].F_Do_W.force_N;
+    for (std::size_t k = 0; k < touching.out.contacts.size(); ++k) {
+      sum_N -= touching.out.contacts[k].F_So_W.force_N;
+      largest_N = std::max(largest_N, glm::length(touching.out.contacts[k].F_So_W.force_N));
+    }
+    most_N = std::max(most_N, glm::length(sum_N));
+  }
+  EXPECT_GT(largest_N, 0.1);
+  EXPECT_LT(most_N, 1e-3);
 }
 
 }  // namespace
