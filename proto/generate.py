@@ -32,8 +32,9 @@ SCALARS = {
     "sfixed64": ("kFixed64", "std::int64_t"), "float": ("kFloat", "float"), "double": ("kDouble", "double"),
     "string": ("kString", "std::string"),
 }
-CPP_TYPES = {"uint8": "std::uint8_t", "uint16": "std::uint16_t", "vec3": "glm::vec3"}
-INITIAL = {"bool": "false", "double": "0.0", "float": "0.0f", "glm::vec3": "{0.0f}", "ChangeManner": "{}"}
+CPP_TYPES = {"uint8": "std::uint8_t", "uint16": "std::uint16_t", "vec3": "glm::vec3", "dvec3": "glm::dvec3"}
+INITIAL = {"bool": "false", "double": "0.0", "float": "0.0f", "glm::vec3": "{0.0f}", "glm::dvec3": "{0.0}",
+           "ChangeManner": "{}"}
 
 Field = collections.namedtuple("Field", "name number type cpp_type cpp_name init wire repeated options comment")
 Message = collections.namedtuple("Message", "name struct number fields options comment file")

@@ -57,6 +57,7 @@ core::DeviceState Fill(Values& v, oos::DeviceState* p) {
   m.opening_velocity_m_per_s = v.Double();
   m.is_engaged = v.Bool();
   m.is_simulated = v.Bool();
+  m.J_contact_Wo_W = {v.Vec(), v.Vec()};
   p->set_role_index(m.role_index);
   p->set_sample_ns(m.sample_ns);
   Add(p->mutable_x_wd(), m.X_WD);
@@ -65,6 +66,7 @@ core::DeviceState Fill(Values& v, oos::DeviceState* p) {
   p->set_opening_velocity_m_per_s(m.opening_velocity_m_per_s);
   p->set_is_engaged(m.is_engaged);
   p->set_is_simulated(m.is_simulated);
+  Add(p->mutable_j_contact_wo_w(), m.J_contact_Wo_W.force_N, m.J_contact_Wo_W.torque_Nm);
   return m;
 }
 
@@ -74,10 +76,46 @@ core::DeviceCommand Fill(Values& v, oos::DeviceCommand* p) {
   m.F_Do_W = {v.Vec(), v.Vec()};
   m.grip_force_N = v.Double();
   m.validity_ns = static_cast<std::int64_t>(v.Whole()) * (v.Bool() ? 1 : -1);
+  m.has_field = v.Bool();
+  m.X_WD = v.Pose();
+  m.X_WC = v.Pose();
+  m.p_CoCm_C = v.Vec();
+  m.stiffness_N_per_m = v.Double();
+  m.stiffness_Nm_per_rad = v.Double();
+  m.F_rest_Do_W = {v.Vec(), v.Vec()};
+  m.force_cap_N = v.Double();
+  m.gain = v.Double();
+  for (std::uint64_t i = v.random_() % 5; i > 0; --i) {  // as many as go into one datagram
+    m.contacts.push_back(
+        {v.Vecf(), v.Vecf(), v.Vecf(), v.Vecf(), v.Float(), v.Float(), v.Float(), v.Float(), v.Vecf()});
+  }
   p->set_role_index(m.role_index);
   Add(p->mutable_f_do_w(), m.F_Do_W.force_N, m.F_Do_W.torque_Nm);
   p->set_grip_force_n(m.grip_force_N);
   p->set_validity_ns(m.validity_ns);
+  p->set_has_field(m.has_field);
+  Add(p->mutable_x_wd(), m.X_WD);
+  Add(p->mutable_x_wc(), m.X_WC);
+  for (int i = 0; i < 3; ++i) p->add_p_cocm_c(m.p_CoCm_C[i]);
+  p->set_stiffness_n_per_m(m.stiffness_N_per_m);
+  p->set_stiffness_nm_per_rad(m.stiffness_Nm_per_rad);
+  Add(p->mutable_f_rest_do_w(), m.F_rest_Do_W.force_N, m.F_rest_Do_W.torque_Nm);
+  p->set_force_cap_n(m.force_cap_N);
+  p->set_gain(m.gain);
+  p->set_num_contacts(static_cast<std::uint32_t>(m.contacts.size()));
+  for (const core::FieldContact& c : m.contacts) {
+    for (int i = 0; i < 3; ++i) {
+      p->add_p_c_w(c.p_C_W[i]);
+      p->add_n_w(c.n_W[i]);
+      p->add_v_w(c.v_W[i]);
+      p->add_slip_w(c.slip_W[i]);
+      p->add_tangent_w_n(c.tangent_W_N[i]);
+    }
+    p->add_gap_m(c.gap_m);
+    p->add_friction(c.friction);
+    p->add_most_n(c.most_N);
+    p->add_normal_n(c.normal_N);
+  }
   return m;
 }
 
@@ -110,10 +148,12 @@ core::Reaction Fill(Values& v, oos::Reaction* p) {
   m.tick = v.Whole();
   m.grasped_object = static_cast<std::uint16_t>(v.Whole());
   m.F_Do_W = {v.Vec(), v.Vec()};
+  m.J_contact_Wo_W = {v.Vec(), v.Vec()};
   p->set_role_index(m.role_index);
   p->set_tick(m.tick);
   p->set_grasped_object(m.grasped_object);
   Add(p->mutable_f_do_w(), m.F_Do_W.force_N, m.F_Do_W.torque_Nm);
+  Add(p->mutable_j_contact_wo_w(), m.J_contact_Wo_W.force_N, m.J_contact_Wo_W.torque_Nm);
   return m;
 }
 
@@ -324,6 +364,9 @@ TYPED_TEST_SUITE(LibraryTest, All);
 template <class P>
 bool IsWhole(const P& p) {
   if constexpr (requires { p.num_planes(); }) return p.num_planes() == static_cast<std::uint32_t>(p.id_size());
+  if constexpr (requires { p.num_contacts(); }) {
+    return p.num_contacts() == static_cast<std::uint32_t>(p.gap_m_size());
+  }
   if constexpr (requires { p.num_bodies(); }) {
     return p.num_bodies() == static_cast<std::uint32_t>(p.object_size()) &&
            p.num_mechanisms() == static_cast<std::uint32_t>(p.mechanism_size());

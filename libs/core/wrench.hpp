@@ -26,6 +26,12 @@ inline Wrench operator*(double s, const Wrench& w) {
   return {s * w.force_N, s * w.torque_Nm};
 }
 
+// Scales force and torque by min(1, cap / |f|), which keeps the wrench's axis.
+inline Wrench LimitForce(const Wrench& F, double cap_N) {
+  const double force_N = glm::length(F.force_N);
+  return force_N > cap_N ? (cap_N / force_N) * F : F;
+}
+
 // Moves the point about which the torque is taken: F_Q from F_P, with p_QP the vector from Q to P in the same frame.
 inline Wrench ShiftWrench(const Wrench& F_P, const glm::dvec3& p_QP) {
   return {F_P.force_N, F_P.torque_Nm + glm::cross(p_QP, F_P.force_N)};

@@ -86,6 +86,7 @@ class Builder {
     read.Number("grasp_damping_Nm_s_per_rad", &coupling.grasp_damping_Nm_s_per_rad);
     read.Number("jaw_stiffness_N_per_m", &coupling.jaw_stiffness_N_per_m);
     read.Boolean("reevaluate", &coupling.is_reevaluated);
+    read.Boolean("field", &coupling.has_field);
   }
 
   void ReadObject(const XmlElement& element) {

@@ -215,6 +215,7 @@ struct Coupling {
   double grasp_damping_Nm_s_per_rad = 0.6;
   double jaw_stiffness_N_per_m = 8000.0;  // on the gripper axis
   bool is_reevaluated = true;             // the force is made anew when physics answers (HapticNode::Reevaluate)
+  bool has_field = true;  // the bridge lets the force follow the device between commands (god_object only)
 };
 
 struct Camera {

@@ -41,7 +41,8 @@ ElementRule CouplingRule() {
            Optional("grasp_stiffness_Nm_per_rad", kAtLeastZero),
            Optional("grasp_damping_Nm_s_per_rad", kAtLeastZero),
            Optional("jaw_stiffness_N_per_m", kAboveZero),
-           Optional("reevaluate", ValueKind::kBoolean)},
+           Optional("reevaluate", ValueKind::kBoolean),
+           Optional("field", ValueKind::kBoolean)},
           {}};
 }
 

@@ -50,12 +50,18 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
   return bridge;
 }
 
-void DeviceBridge::Write(Role* role, std::int64_t now_ns) noexcept {
+void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
   role->reading = role->device->Read(now_ns);
-  const core::Wrench damping =
+  if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
+  core::Wrench added =
       role->passivity.Step(role->reading, role->written, (role->filter.status() & kForceNotInFull) == 0);
-  role->written = role->filter.Apply(now_ns, role->reading, damping);
+  core::Wrench rest;
+  if (role->field.is_active()) added += role->field.Change(role->reading.X_WD, now_ns, &rest);
+  role->written = role->filter.Apply(now_ns, role->reading, added);
   role->device->Write(now_ns, role->written);
+  role->impulse.Add(now_ns, role->field.is_active() ? role->written.F_Do_W() : core::Wrench{},
+                    role->field.F_Do_W() + added, rest, role->reading.X_WD.translation);
+  if ((role->filter.status() & kSilent) != 0) role->field.Forget();
 
   RoleFigures& figures = role->figures;
   const double force_N = glm::length(role->written.F_Do_W().force_N);
@@ -85,7 +91,7 @@ void DeviceBridge::AcceptCommand(std::size_t role_index, const core::DeviceComma
   role.filter.Accept(command, received_ns, physics_alive_ns_);
   const bool is_accepted = role.filter.was_accepted();
   if (is_accepted) role.accepted_ns = received_ns;
-  Write(&role, now_ns);
+  Write(&role, now_ns, is_accepted ? &command : nullptr);
   if (!is_accepted) return;
   const std::int64_t written_ns = Now(now_ns);
   core::Header header = command.header;
@@ -102,7 +108,9 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   Role& role = *roles_[role_index];
   // The roles take turns, so that no tick has the work of two.
   if (!role.loop_delay.is_measured() || ticks_ % kAllowedPeriod_ticks != role_index) return;
-  role.allowed = ComputeAllowedCoupling(scenario_.devices[role_index], scenario_.coupling, role.loop_delay.late_s());
+  const scene::Device& device = scenario_.devices[role_index];
+  const double delay_s = role.field.is_active() ? device.command_delay_s : role.loop_delay.late_s();
+  role.allowed = ComputeAllowedCoupling(device, scenario_.coupling, delay_s);
   role.stiffness_share =
       std::min(role.allowed.stiffness_N_per_m / std::max(scenario_.coupling.stiffness_N_per_m, 1e-9),
                role.allowed.stiffness_Nm_per_rad / std::max(scenario_.coupling.stiffness_Nm_per_rad, 1e-9));
@@ -155,6 +163,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     state.opening_velocity_m_per_s = role.reading.opening_velocity_m_per_s;
     state.is_engaged = role.reading.is_engaged;
     state.is_simulated = role.device->is_simulated();
+    state.J_contact_Wo_W = role.impulse.J_Wo_W();
     outputs->states.push_back(state);
     outputs->applied.push_back(role.written.F_Do_W());
     outputs->filter_status.push_back(role.filter.status());

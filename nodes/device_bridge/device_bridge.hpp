@@ -6,10 +6,12 @@
 
 #include "core/result.hpp"
 #include "nodes/device_bridge/allowed_coupling.hpp"
+#include "nodes/device_bridge/contact_field.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
 #include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
+#include "nodes/device_bridge/rendered_impulse.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 #include "nodes/device_bridge/simulated_arm.hpp"
 #include "nodes/device_bridge/simulated_operator.hpp"
@@ -93,8 +95,10 @@ class DeviceBridge {
     std::unique_ptr<Device> device;
     SimulatedArm* simulated = nullptr;  // the same device when the operator moves it; null for a real one
     SafetyFilter filter;
+    ContactField field;
     DeviceReading reading;
     FilteredForce written;
+    RenderedImpulse impulse;
     RoleFigures figures;
     std::uint64_t passed_sequence = 0;
     std::int64_t passed_received_ns = 0;
@@ -114,8 +118,8 @@ class DeviceBridge {
 
   DeviceBridge(const scene::Scenario& scenario, const Options& options, std::size_t num_samples)
       : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
-  // Reads, filters, writes, and updates the statistics.
-  void Write(Role* role, std::int64_t now_ns) noexcept;
+  // Reads, lets the force follow the device, filters, writes, and updates the statistics. `accepted`: a new command.
+  void Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted = nullptr) noexcept;
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;

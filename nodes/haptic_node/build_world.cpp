@@ -30,7 +30,9 @@ core::Result<void> HapticNode::BuildWorld() {
   if (!owned) return core::Fail(owned.error().code, owned.error().detail);
   world_ = std::move(owned->world);
   for (const scene::Object& object : scenario_.objects) X_WO_.push_back(object.X_WO);
+  V_WO_.resize(X_WO_.size());
   moved_X_WO_ = X_WO_;
+  moved_V_WO_ = V_WO_;
   BuildPairRoles(owned->scenario_pair);
   BuildRoles(*owned);
   return {};

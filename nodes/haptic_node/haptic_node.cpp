@@ -4,6 +4,7 @@
 
 #include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
+#include "nodes/haptic_node/contact_field.hpp"
 
 namespace haptic_node {
 namespace {
@@ -26,12 +27,6 @@ double FadeGain(double gain, bool is_trusted, std::int64_t elapsed_ns) {
   const auto elapsed = static_cast<double>(elapsed_ns);
   const double next = is_trusted ? gain + elapsed / kFadeIn_ns : gain - elapsed / static_cast<double>(kFade_ns);
   return std::clamp(next, 0.0, 1.0);
-}
-
-// Scales force and torque by min(1, cap / |f|), which keeps the wrench's axis.
-core::Wrench LimitForce(const core::Wrench& F, double cap_N) {
-  const double force_N = glm::length(F.force_N);
-  return force_N > cap_N ? (cap_N / force_N) * F : F;
 }
 
 // The newest message of a role that `inputs` has; else the one that the node has.
@@ -165,7 +160,9 @@ void HapticNode::UpdatePhysics(const Inputs& inputs) {
   if (inputs.physics != nullptr && inputs.physics->header.sequence != 0) {
     physics_freshness_.Update(inputs.physics->header.sequence, inputs.now_ns);
     for (const core::BodyState& body : inputs.physics->bodies) {
-      if (body.object < X_WO_.size()) X_WO_[body.object] = body.X_WO;
+      if (body.object >= X_WO_.size()) continue;
+      X_WO_[body.object] = body.X_WO;
+      V_WO_[body.object] = body.V_WO;
     }
     UpdateDelay(inputs.physics->header.direct);
   }
@@ -245,8 +242,18 @@ void HapticNode::LimitStiffness(Role* role, std::int64_t elapsed_ns) {
   if (role->god_object) role->god_object->SetStiffness(k, k_t);
 }
 
+// With the share of the last cycle, in which the impulses were made.
+void HapticNode::KeepBooks(Role* role) const {
+  const double square_N2 = glm::dot(role->F_Do_W.force_N, role->F_Do_W.force_N);
+  const double share =
+      square_N2 > 0.0 ? std::clamp(glm::dot(role->objects_N, role->F_Do_W.force_N) / square_N2, 0.0, 1.0) : 0.0;
+  role->books.Update(role->sample.J_contact_Wo_W.force_N, role->reaction.J_contact_Wo_W.force_N, share);
+}
+
 void HapticNode::StepCoupling(Role* role) {
+  KeepBooks(role);
   role->F_Do_W = {};
+  role->objects_N = glm::dvec3(0.0);
   role->sum_of_weights_m = 0.0;
   role->is_in_contact = false;
   if (!role->is_following) return;
@@ -255,6 +262,8 @@ void HapticNode::StepCoupling(Role* role) {
     role->F_Do_W = role->god_object->Step(role->sample.X_WD, role->tool_contact, X_WO_);
     for (const vps::HeldContact& contact : role->god_object->contacts()) {
       role->is_in_contact = role->is_in_contact || contact.normal_N > 0.0;
+      if (scenario_.objects[contact.body].owner != scene::Owner::kPhysics) continue;
+      role->objects_N += contact.normal_N * contact.n_W + contact.tangent_W_N;
     }
     return;
   }
@@ -313,8 +322,9 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   core::Header header;
   header.direct = role.sample.header.direct;
   header.through_physics = through_physics;
-  const core::Wrench F_Do_W = role.F_Do_W + role.reaction_gain * role.reaction.F_Do_W;
-  const core::DeviceCommand command = MakeCommand(role_index, header, F_Do_W, JawForce_N(role_index));
+  core::DeviceCommand command =
+      MakeCommand(role_index, header, role.F_Do_W, role.reaction_gain * role.reaction.F_Do_W, JawForce_N(role_index));
+  if (HasField(role)) WriteContactField(*role.god_object, role.sample.X_WD, X_WO_, V_WO_, &command);
   outputs->commands.push_back(command);
 
   core::HapticProxy proxy;
@@ -332,15 +342,25 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
 }
 
 core::DeviceCommand HapticNode::MakeCommand(std::size_t role_index, const core::Header& header,
-                                            const core::Wrench& F_Do_W, double grip_force_N) const {
+                                            const core::Wrench& F_coupling_Do_W, const core::Wrench& F_rest_Do_W,
+                                            double grip_force_N) const {
   core::DeviceCommand command;
   command.header = header;
   command.role_index = static_cast<std::uint8_t>(role_index);
-  if (roles_[role_index].is_following) {
-    command.F_Do_W = physics_gain_ * LimitForce(F_Do_W, force_cap_N_);
-    command.grip_force_N = physics_gain_ * grip_force_N;
-  }
+  const Role& role = roles_[role_index];
+  if (!role.is_following) return command;
+  command.F_Do_W = physics_gain_ * core::LimitForce(F_coupling_Do_W + F_rest_Do_W, force_cap_N_);
+  command.grip_force_N = physics_gain_ * grip_force_N;
+  if (!HasField(role)) return command;
+  command.F_rest_Do_W = F_rest_Do_W;
+  command.force_cap_N = force_cap_N_;
+  command.gain = physics_gain_;
   return command;
+}
+
+// The field is that of a tool without mass: one with mass goes its own way between two commands.
+bool HapticNode::HasField(const Role& role) const {
+  return scenario_.coupling.has_field && role.is_following && role.god_object && !role.god_object->has_mass();
 }
 
 bool HapticNode::IsToReevaluate(const Inputs& inputs) const {
@@ -367,9 +387,12 @@ void HapticNode::Reevaluate(const Inputs& inputs, Outputs* outputs) const noexce
 // distance of pairs that are apart.
 void HapticNode::MoveObjects(const Inputs& inputs) const {
   moved_X_WO_ = X_WO_;
+  moved_V_WO_ = V_WO_;
   if (inputs.physics != nullptr) {
     for (const core::BodyState& body : inputs.physics->bodies) {
-      if (body.object < moved_X_WO_.size()) moved_X_WO_[body.object] = body.X_WO;
+      if (body.object >= moved_X_WO_.size()) continue;
+      moved_X_WO_[body.object] = body.X_WO;
+      moved_V_WO_[body.object] = body.V_WO;
     }
   }
   for (std::size_t i = 0; i < scenario_.objects.size(); ++i) {
@@ -389,19 +412,24 @@ core::DeviceCommand HapticNode::ReevaluateRole(std::size_t role_index, const Inp
   core::Header header;
   header.direct = sample.header.direct;
   header.through_physics = reaction.header.through_physics;
-  const core::Wrench F_Do_W =
-      PreviewCoupling(role, sample.X_WD, IgnoredObject(reaction, gain)) + gain * reaction.F_Do_W;
-  return MakeCommand(role_index, header, F_Do_W, JawForce_N(role_index, moved_X_WO_));
+  const int ignored_object = IgnoredObject(reaction, gain);
+  const double grip_force_N = JawForce_N(role_index, moved_X_WO_);
+  const core::Wrench F_rest_Do_W = gain * reaction.F_Do_W;
+  if (!role.god_object || !role.is_following) {
+    const core::Wrench F_coupling_Do_W = PreviewCoupling(role, sample.X_WD, ignored_object);
+    return MakeCommand(role_index, header, F_coupling_Do_W, F_rest_Do_W, grip_force_N);
+  }
+  vps::GodObject god_object = *role.god_object;
+  vps::ToolContact contact;
+  world_->HandPlanes(role.is_hand_part, &contact, ignored_object, moved_X_WO_);
+  const core::Wrench F_coupling_Do_W = god_object.Step(sample.X_WD, contact, moved_X_WO_);
+  core::DeviceCommand command = MakeCommand(role_index, header, F_coupling_Do_W, F_rest_Do_W, grip_force_N);
+  if (HasField(role)) WriteContactField(god_object, sample.X_WD, moved_X_WO_, moved_V_WO_, &command);
+  return command;
 }
 
 core::Wrench HapticNode::PreviewCoupling(const Role& role, const core::Pose& X_WD, int ignored_object) const {
   if (!role.is_following) return {};
-  if (role.god_object) {
-    vps::GodObject god_object = *role.god_object;
-    vps::ToolContact contact;
-    world_->HandPlanes(role.is_hand_part, &contact, ignored_object, moved_X_WO_);
-    return god_object.Step(X_WD, contact, moved_X_WO_);
-  }
   vps::VirtualCoupling coupling = role.coupling;
   vps::CouplingContact contact;
   world_->HandContact(role.is_hand_part, coupling.X_WC(), &contact, ignored_object, moved_X_WO_);
@@ -482,10 +510,11 @@ void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_ha
   // All of them, those that fade out, too: a hand that squeezes a part has large forces against each other, whose sum
   // alone is what the hand feels.
   const glm::dvec3 p_WSo = X_WO_[set->sampled_body].translation;
+  const double factor = role.books.Factor(role.objects_N);
   for (const vps::HeldContact& contact : role.god_object->contacts()) {
     if (vps::CollisionWorld::PairOfHandPlane(contact.id) != pair) continue;
     const glm::dvec3 on_hand_N = contact.normal_N * contact.n_W + contact.tangent_W_N;
-    const glm::dvec3 force_N = is_hand_sampled ? on_hand_N : -on_hand_N;
+    const glm::dvec3 force_N = (is_hand_sampled ? factor : -factor) * on_hand_N;
     set->F_So_W += {force_N, glm::cross(contact.p_W - p_WSo, force_N)};
   }
   for (core::ContactPlane& plane : set->planes) {
@@ -500,7 +529,7 @@ void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_ha
     set->is_in_contact = set->is_in_contact || normal_N > 0.0;
     if (depth_m <= 0.0) continue;
     const double most_N_per_m = kMaxPlaneStiffness * scenario_.coupling.stiffness_N_per_m;
-    plane.stiffness_N_per_m = static_cast<float>(std::min(normal_N / depth_m, most_N_per_m));
+    plane.stiffness_N_per_m = static_cast<float>(std::min(factor * normal_N / depth_m, most_N_per_m));
   }
 }
 

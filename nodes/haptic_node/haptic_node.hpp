@@ -11,6 +11,7 @@
 #include "collision/owned_world.hpp"
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
+#include "nodes/haptic_node/contact_books.hpp"
 #include "nodes/haptic_node/ports.hpp"
 #include "scene/scenario.hpp"
 #include "vps/coupling/virtual_coupling.hpp"
@@ -98,7 +99,9 @@ class HapticNode {
     vps::CouplingContact contact;
     vps::ToolContact tool_contact;
     bool is_in_contact = false;
-    core::Wrench F_Do_W;            // of the coupling
+    core::Wrench F_Do_W;  // of the coupling
+    ContactBooks books;
+    glm::dvec3 objects_N{0.0};      // of F_Do_W, what objects of physics make
     double sum_of_weights_m = 0.0;  // sum of |penetration sum| over the pairs of the coupling
     std::uint64_t last_trace_through_physics = 0;
 
@@ -135,11 +138,14 @@ class HapticNode {
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
   void LimitStiffness(Role* role, std::int64_t elapsed_ns);
   void StepCoupling(Role* role);
-  // The force of `role` if its coupling made a step with the planes at `moved_X_WO_`.
+  void KeepBooks(Role* role) const;
+  // The force of `role` if its paper's coupling made a step with the planes at `moved_X_WO_`.
   [[nodiscard]] core::Wrench PreviewCoupling(const Role& role, const core::Pose& X_WD, int ignored_object) const;
   [[nodiscard]] core::DeviceCommand ReevaluateRole(std::size_t role_index, const Inputs& inputs) const;
   [[nodiscard]] core::DeviceCommand MakeCommand(std::size_t role_index, const core::Header& header,
-                                                const core::Wrench& F_Do_W, double grip_force_N) const;
+                                                const core::Wrench& F_coupling_Do_W, const core::Wrench& F_rest_Do_W,
+                                                double grip_force_N) const;
+  [[nodiscard]] bool HasField(const Role& role) const;
   void MoveObjects(const Inputs& inputs) const;
   // Normal force of a jaw on what it touches.
   [[nodiscard]] double JawPress_N(std::size_t pair, std::span<const core::Pose> moved_X_WO = {}) const;
@@ -160,7 +166,9 @@ class HapticNode {
   std::vector<std::string> pair_active_names_;      // "pair.<a>/<b>.active"
   std::vector<std::string> pair_stiffness_names_;   // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
+  std::vector<core::Twist> V_WO_;
   mutable std::vector<core::Pose> moved_X_WO_;  // scratch of Reevaluate: where the objects are by now
+  mutable std::vector<core::Twist> moved_V_WO_;
   Freshness physics_freshness_;
   double delay_cycles_ = 0.0;  // bound of the delay from a pose to the use of planes computed from it
   double physics_gain_ = 1.0;  // 0: physics_node is silent

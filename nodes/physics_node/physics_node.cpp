@@ -165,18 +165,36 @@ struct PhysicsNode::Impl {
     return F_Do_W;
   }
 
+  [[nodiscard]] bool IsOfHand(std::uint16_t object, std::size_t role) const {
+    return scenario.objects[object].owner == scene::Owner::kHand &&
+           scenario.objects[object].role == static_cast<int>(role);
+  }
+
+  // What the objects have got through each hand's contacts in this tick, with the opposite sign: on the hand.
+  void AddContactImpulses() {
+    if (!has_field) return;
+    for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+      const int slot = built.contact_of_pair[i];
+      if (slot == kNone || built.world->contact(slot).num_pushing == 0) continue;
+      const scene::Pair& pair = scenario.pairs[i];
+      const core::Wrench F_Wo_W = core::ShiftWrench(built.world->contact(slot).F_So_W, X_WO(pair.sampled).translation);
+      for (std::size_t role = 0; role < scenario.devices.size() && role < kMaxRoles; ++role) {
+        const auto is_moved = [&](std::uint16_t object) {
+          return scenario.objects[object].owner == scene::Owner::kPhysics;
+        };
+        if (IsOfHand(pair.sampled, role) && is_moved(pair.field)) J_contact_Wo_W[role] += core::kTick_s * F_Wo_W;
+        if (IsOfHand(pair.field, role) && is_moved(pair.sampled)) J_contact_Wo_W[role] += -core::kTick_s * F_Wo_W;
+      }
+    }
+  }
+
   // Whether the hand acts on a movable object, so that its sample has reached this state through physics.
   [[nodiscard]] bool TouchesMovingObject(std::size_t role) const {
     if (keeper.held_by(role) != kNone || sheets->pinched_by(role) != kNone) return true;
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       if (built.contact_of_pair[i] == kNone || built.world->contact(built.contact_of_pair[i]).num_pushing == 0)
         continue;
-      for (const std::uint16_t object : {scenario.pairs[i].sampled, scenario.pairs[i].field}) {
-        if (scenario.objects[object].owner == scene::Owner::kHand &&
-            scenario.objects[object].role == static_cast<int>(role)) {
-          return true;
-        }
-      }
+      if (IsOfHand(scenario.pairs[i].sampled, role) || IsOfHand(scenario.pairs[i].field, role)) return true;
     }
     return false;
   }
@@ -191,6 +209,7 @@ struct PhysicsNode::Impl {
     own->ExchangeState(checkpoint);
     sheets->ExchangeState(checkpoint);
     checkpoint->Exchange(&pinched);
+    if (has_field) checkpoint->Exchange(&J_contact_Wo_W);
   }
 
   void Fill(Outputs* outputs) {
@@ -230,6 +249,7 @@ struct PhysicsNode::Impl {
         state.is_in_contact = true;
       }
       reaction.F_Do_W = ReactionOn(role);
+      reaction.J_contact_Wo_W = J_contact_Wo_W[role];
       if (!hand.is_silent) {
         reaction.header.direct = hand.direct;
         if (TouchesMovingObject(role)) reaction.header.through_physics = hand.direct;
@@ -251,7 +271,9 @@ struct PhysicsNode::Impl {
   Hands hands;
   ContactFeed feed;
   std::unique_ptr<SheetKeeper> sheets;
-  std::array<int, kMaxRoles> pinched{};  // object per role, as last reported
+  std::array<int, kMaxRoles> pinched{};                // object per role, as last reported
+  bool has_field = false;                              // haptic_node keeps books of what hand and objects get
+  std::array<core::Wrench, kMaxRoles> J_contact_Wo_W;  // per role, since the start
   Parameters parameters;
   LiveChanges changes;
   std::vector<int> snap_states;  // per mechanism, as last reported
@@ -295,6 +317,7 @@ core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(
       options.workers != nullptr ? options.workers : static_cast<core::ParallelFor*>(&impl->serial));
   if (!sheets) return core::Fail(sheets.error().code, sheets.error().detail);
   impl->sheets = std::move(*sheets);
+  impl->has_field = scenario.coupling.type == "god_object" && scenario.coupling.has_field;
   impl->content = ContentDigest(scenario, mass_of_object);
   return std::unique_ptr<PhysicsNode>(new PhysicsNode(std::move(impl)));
 }
@@ -313,6 +336,7 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.UpdateGrasps(inputs, outputs);
   n.StepSheets(inputs, outputs);
   n.built.world->Step(core::kTick_s);
+  n.AddContactImpulses();
   n.ReportSettled(outputs);
   n.Fill(outputs);
   outputs->state.state_hash = StateHash();

@@ -41,7 +41,7 @@ void Loop::Tick() {
   if (bridge_ != nullptr) {
     commands_.push_back(out_.commands[0]);
     if (static_cast<int>(commands_.size()) > options_.command_delay_ticks) {
-      bridge_->AcceptCommand(0, commands_.front(), now_ns_, now_ns_);
+      if (is_linked_) bridge_->AcceptCommand(0, commands_.front(), now_ns_, now_ns_);
       commands_.pop_front();
     }
     exerted_before_ = exerted();
@@ -94,7 +94,18 @@ void Loop::StepBridge() {
   device_bridge::Outputs outputs;
   bridge_->Step(inputs, &outputs);
   devices_ = outputs.states;
+  if (!is_held_) TakeHandAlong();
   CountEnergy();
+}
+
+// A target that moves with the device pulls at nothing. The bridge gives its devices only to look at; the hand is ours.
+void Loop::TakeHandAlong() {
+  auto& arm =
+      const_cast<device_bridge::SimulatedArm&>(static_cast<const device_bridge::SimulatedArm&>(bridge_->device(0)));
+  device_bridge::HandTarget target = arm.hand();
+  target.X_WT = devices_[0].X_WD;
+  target.V_WT = devices_[0].V_WD;
+  arm.SetHand(target);
 }
 
 // Work of the hand against the force that acted since the last tick.

@@ -45,8 +45,13 @@ class Loop {
   // On the hand: what haptic_node has answered; what the arm exerts now, late and after the safety filter.
   [[nodiscard]] const core::Wrench& command() const { return out_.commands[0].F_Do_W; }
   [[nodiscard]] core::Wrench exerted() const;
+  // From now on no command arrives.
+  void CutLink() { is_linked_ = false; }
+  // From now on the operator's hand is off the device.
+  void OpenHand() { is_held_ = false; }
   [[nodiscard]] const core::Pose& X_WC() const { return out_.proxies[0].X_WC; }
   [[nodiscard]] const haptic_node::Outputs& haptic() const { return out_; }
+  [[nodiscard]] const core::Reaction& reaction() const { return reactions_[0]; }
   [[nodiscard]] const core::BodyState& body(std::uint16_t object) const;
   // Energy that the hand has put into the scene through the arm's force, exact: forces are constant within a tick.
   [[nodiscard]] double energy_J() const { return energy_J_; }
@@ -60,6 +65,7 @@ class Loop {
   void StepHaptic();
   void StepPhysics();
   void CountEnergy();
+  void TakeHandAlong();
 
   scene::Scenario scenario_;
   LoopOptions options_;
@@ -77,6 +83,8 @@ class Loop {
   physics_node::Outputs physics_out_;
   core::FixedVector<core::Reaction, haptic_node::kMaxRoles> reactions_;
   core::LogicStatus logic_;
+  bool is_linked_ = true;
+  bool is_held_ = true;
   core::Wrench exerted_before_;
   core::Pose X_WD_before_;
   double energy_J_ = 0.0;

@@ -36,6 +36,9 @@ inline SixNumbers NumbersOf(const core::Wrench& F) {
 inline std::array<float, 3> NumbersOf(const glm::vec3& v) {
   return {v.x, v.y, v.z};
 }
+inline std::array<double, 3> NumbersOf(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
 
 inline void Assign(const PoseNumbers& in, core::Pose* X) {
   *X = {glm::dquat(in[0], in[1], in[2], in[3]), glm::dvec3(in[4], in[5], in[6])};
@@ -47,6 +50,9 @@ inline void Assign(const SixNumbers& in, core::Wrench* F) {
   *F = {glm::dvec3(in[0], in[1], in[2]), glm::dvec3(in[3], in[4], in[5])};
 }
 inline void Assign(const std::array<float, 3>& in, glm::vec3* v) {
+  *v = {in[0], in[1], in[2]};
+}
+inline void Assign(const std::array<double, 3>& in, glm::dvec3* v) {
   *v = {in[0], in[1], in[2]};
 }
 

@@ -23,14 +23,18 @@ glm::dvec3 CentreOfMass(const core::Pose& X_WC, const glm::dvec3& p_CoCm_C) {
   return X_WC * p_CoCm_C;
 }
 
+// K (d - d_D), at the centre of mass.
+core::Wrench SpringWrench(const GodObjectParameters& p, const core::Pose& X_WC, const core::Pose& X_WD) {
+  return {p.stiffness_N_per_m * (CentreOfMass(X_WC, p.p_CoCm_C) - CentreOfMass(X_WD, p.p_CoCm_C)),
+          p.stiffness_Nm_per_rad * core::RotationVector(X_WC.rotation * glm::conjugate(X_WD.rotation))};
+}
+
 // Two unit vectors orthogonal to n and to each other.
 std::array<glm::dvec3, 2> Tangents(const glm::dvec3& n) {
   const glm::dvec3 axis = std::abs(n.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 u = glm::normalize(glm::cross(n, axis));
   return {u, glm::cross(n, u)};
 }
-
-}  // namespace
 
 // The tool with mass M about its centre of mass, implicitly over a cycle T, on a spring K and a damper B to the device,
 // with contact forces l along the rows J of the planes:
@@ -47,7 +51,7 @@ std::array<glm::dvec3, 2> Tangents(const glm::dvec3& n) {
 // Where the tool is inside a plane it is first moved out, with no device and no friction (Recover): so planes that
 // leave it no room, a peg's in its hole, make no forces against each other and no friction from them. Then it goes
 // towards the device with every plane's bound as it stands: to stay is always allowed, so there is a solution.
-struct GodObject::Pass {
+struct Pass {
   const GodObjectParameters& parameters;
   const ToolMetric& metric;
   const core::Pose& X_WC;  // about which it is linearised
@@ -119,6 +123,16 @@ struct GodObject::Pass {
     const double share = std::max(free_m - out_m, 0.0) / (travel_m - std::min(out_m, free_m));
     for (std::size_t k = 0; k < 6; ++k) (*way)[k] = out[k] + share * ((*way)[k] - out[k]);
     return true;
+  }
+
+  [[nodiscard]] core::Pose Moved(const Vector6& way) const {
+    glm::dvec3 x_C;
+    glm::dvec3 phi_C;
+    metric.ToMotion(way, &x_C, &phi_C);
+    core::Pose moved;
+    moved.rotation = glm::normalize(X_WC.rotation * core::QuaternionFromRotationVector(phi_C));
+    moved.translation = CentreOfMass(X_WC, parameters.p_CoCm_C) + X_WC.rotate(x_C) - moved.rotate(parameters.p_CoCm_C);
+    return moved;
   }
 
   void AddFriction(std::size_t i) {
@@ -213,6 +227,8 @@ struct GodObject::Pass {
   }
 };
 
+}  // namespace
+
 void GodObject::Reset(const core::Pose& X_WD) {
   X_WC_ = X_WC_before_ = X_WD_before_ = X_WD;
   memory_.Reset();
@@ -262,12 +278,7 @@ core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
     Vector6 way = pass.Project(pass.MotionTo(X_WF));
     is_held = pass.KeepWithin(free_m, out, &way);
     free_m = std::max(free_m - pass.Travel_m(way), 0.0);
-    glm::dvec3 x_C;
-    glm::dvec3 phi_C;
-    metric_.ToMotion(way, &x_C, &phi_C);
-    core::Pose moved;
-    moved.rotation = glm::normalize(X_WC_.rotation * core::QuaternionFromRotationVector(phi_C));
-    moved.translation = CentreOfMass(X_WC_, p.p_CoCm_C) + X_WC_.rotate(x_C) - moved.rotate(p.p_CoCm_C);
+    const core::Pose moved = pass.Moved(way);
     const core::Pose motion = moved * X_WC_.inverse();
     double off_m = 0.0;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -295,8 +306,7 @@ core::Wrench GodObject::CouplingWrench(const core::Pose& X_WC_found, const core:
   const GodObjectParameters& p = parameters_;
   const glm::dvec3 p_WCm = CentreOfMass(X_WC_, p.p_CoCm_C);
   const glm::dvec3 p_WCm_D = CentreOfMass(X_WD, p.p_CoCm_C);
-  core::Wrench F_Cm_W{p.stiffness_N_per_m * (p_WCm - p_WCm_D),
-                      p.stiffness_Nm_per_rad * core::RotationVector(X_WC_.rotation * glm::conjugate(X_WD.rotation))};
+  core::Wrench F_Cm_W = SpringWrench(p, X_WC_, X_WD);
   if (p.mass_kg > 0.0) {
     const glm::dvec3 d = p_WCm - CentreOfMass(X_WC_found, p.p_CoCm_C);
     const glm::dvec3 e_D = p_WCm_D - CentreOfMass(X_WD_before_, p.p_CoCm_C);
@@ -306,6 +316,15 @@ core::Wrench GodObject::CouplingWrench(const core::Pose& X_WC_found, const core:
                metric_.damping_Nm_s_per_rad() / p.period_s * (turn - turn_D)};
   }
   return core::ShiftWrench(F_Cm_W, p_WCm_D - X_WD.translation);
+}
+
+core::Wrench ContactWrench(const GodObjectParameters& parameters, const ToolMetric& metric, const core::Pose& X_WC,
+                           const core::Pose& X_WD, std::span<HeldContact> contacts) noexcept {
+  Pass pass(parameters, metric, X_WC, contacts);
+  pass.Linearise();
+  pass.Recover();
+  const core::Pose moved = pass.Moved(pass.Project(pass.MotionTo(X_WD)));
+  return core::ShiftWrench(SpringWrench(parameters, moved, X_WD), X_WD.rotate(parameters.p_CoCm_C));
 }
 
 }  // namespace vps

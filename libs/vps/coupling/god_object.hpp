@@ -37,13 +37,13 @@ class GodObject {
   }
   // Of the last Step, with the forces on the tool, at its new pose.
   [[nodiscard]] std::span<const HeldContact> contacts() const { return memory_.contacts(); }
+  [[nodiscard]] bool has_mass() const { return parameters_.mass_kg > 0.0; }
 
   // One haptic cycle: `contact` was found at X_WC() with the bodies at X_WO; moves C and returns F_Do_W, zero when C is
   // on D.
   core::Wrench Step(const core::Pose& X_WD, const ToolContact& contact, std::span<const core::Pose> X_WO) noexcept;
 
  private:
-  struct Pass;
   [[nodiscard]] core::Pose FreePose(const core::Pose& X_WD) const;
   [[nodiscard]] core::Wrench CouplingWrench(const core::Pose& X_WC_found, const core::Pose& X_WD) const;
 
@@ -55,5 +55,11 @@ class GodObject {
   core::Pose X_WC_before_;
   core::Pose X_WD_before_;
 };
+
+// What a tool without mass exerts on the device at X_WD: the projection that GodObject::Step makes, once, about X_WC,
+// where `contacts` are linearised. On entry they have the forces from which it starts, on return those at X_WD. The
+// parameters must be those of `metric`. Allocates nothing.
+core::Wrench ContactWrench(const GodObjectParameters& parameters, const ToolMetric& metric, const core::Pose& X_WC,
+                           const core::Pose& X_WD, std::span<HeldContact> contacts) noexcept;
 
 }  // namespace vps
