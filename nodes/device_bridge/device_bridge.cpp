@@ -55,6 +55,7 @@ void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceComm
   if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
   core::Wrench added =
       role->passivity.Step(role->reading, role->written, (role->filter.status() & kForceNotInFull) == 0);
+  if (!options_.is_made_passive) added = {};
   core::Wrench rest;
   if (role->field.is_active()) added += role->field.Change(role->reading.X_WD, now_ns, &rest);
   role->written = role->filter.Apply(now_ns, role->reading, added);

@@ -25,6 +25,7 @@ struct Options {
   std::int64_t (*clock)() = nullptr;
   // Capacity for echoes; 0: enough for the scenario's duration limit.
   std::size_t num_echoes = 0;
+  bool is_made_passive = true;  // false: for measurements of the boundary of stability, which the controller hides
 };
 
 // Statistics of one role over the run.

@@ -4,6 +4,7 @@ namespace failures {
 
 FieldPair::FieldPair(const Variant& variant, const vps::TriangleMesh& field, double voxel_m,
                      const vps::TriangleMesh& sampled, std::uint32_t num_points) {
+  const SetUpLock lock;
   SceneKit kit(variant);
   const auto G = kit.AddFixed(field, {}, voxel_m);
   const auto S = kit.AddFixed(sampled, {}, 0.0, num_points);

@@ -5,22 +5,28 @@
 #include <fstream>
 
 #include "core/clock.hpp"
+#include "tools/failures/allocations.hpp"
 #include "tools/failures/scene_kit.hpp"
 
 namespace failures {
 
 Loop::Loop(const scene::Scenario& scenario, const LoopOptions& options) : scenario_(scenario), options_(options) {
-  std::ofstream(scenario_.operator_script) << "step a\nrole right\n" << options.script << "\n";
+  const SetUpLock lock;
   if (!scenario_.devices.empty()) {
+    scenario_.operator_script = WorkFolder() / "operator.txt";
+    std::ofstream(scenario_.operator_script) << "step a\nrole " << scenario_.devices[0].role << "\n"
+                                             << options.script << "\n";
     device_bridge::Options bridge_options;
     bridge_options.operator_options.tremor_m = options.tremor_m;
     bridge_options.num_echoes = 1;  // latencies are not measured here
+    bridge_options.is_made_passive = options.is_made_passive;
     bridge_ = Must(device_bridge::DeviceBridge::Create(scenario_, options.seed, bridge_options));
   }
   logic_.step = "a";
   if (options.answer) return;
   haptic_node::Options haptic_options;
   haptic_options.collision.cache = WorkFolder() / "cache";
+  haptic_options.budget_ns = options.budget_ns;
   haptic_ = Must(haptic_node::HapticNode::Create(scenario_, serial_, haptic_options));
   haptic_->PrepareOutputs(&out_);
   contacts_.resize(scenario_.pairs.size());
@@ -39,9 +45,12 @@ void Loop::Tick() {
   if (bridge_ != nullptr) StepBridge();
   StepHaptic();
   if (bridge_ != nullptr) {
-    commands_.push_back(out_.commands[0]);
+    commands_.push_back(out_.commands);
     if (static_cast<int>(commands_.size()) > options_.command_delay_ticks) {
-      if (is_linked_) bridge_->AcceptCommand(0, commands_.front(), now_ns_, now_ns_);
+      if (is_linked_) {
+        for (std::size_t i = 0; i < commands_.front().size(); ++i)
+          bridge_->AcceptCommand(i, commands_.front()[i], now_ns_, now_ns_);
+      }
       commands_.pop_front();
     }
     exerted_before_ = exerted();
@@ -49,22 +58,26 @@ void Loop::Tick() {
   if (physics_ != nullptr) StepPhysics();
 }
 
-void Loop::Prescribe(const core::Pose& X_WD, bool is_engaged) {
+void Loop::Prescribe(std::span<const core::Pose> X_WDs, bool is_engaged) {
   now_ns_ += core::kTick_ns;
   ++ticks_;
-  core::DeviceState device;
-  device.header.sequence = ticks_;
-  device.header.publish_ns = device.sample_ns = now_ns_;
-  device.is_engaged = is_engaged;
-  device.X_WD = X_WD;
-  if (!devices_.empty()) {
-    const core::Pose& before = devices_[0].X_WD;
-    const double per_s = 1e9 / static_cast<double>(core::kTick_ns);
-    device.V_WD = {per_s * core::RotationVector(X_WD.rotation * glm::conjugate(before.rotation)),
-                   per_s * (X_WD.translation - before.translation)};
-  }
+  const auto before = devices_;
   devices_.clear();
-  devices_.push_back(device);
+  for (std::size_t i = 0; i < X_WDs.size(); ++i) {
+    core::DeviceState device;
+    device.role_index = static_cast<std::uint8_t>(i);
+    device.header.sequence = ticks_;
+    device.header.publish_ns = device.sample_ns = now_ns_;
+    device.is_engaged = is_engaged;
+    device.X_WD = X_WDs[i];
+    if (i < before.size()) {
+      const core::Pose& last = before[i].X_WD;
+      const double per_s = 1e9 / static_cast<double>(core::kTick_ns);
+      device.V_WD = {per_s * core::RotationVector(X_WDs[i].rotation * glm::conjugate(last.rotation)),
+                     per_s * (X_WDs[i].translation - last.translation)};
+    }
+    devices_.push_back(device);
+  }
   StepHaptic();
   if (physics_ != nullptr) StepPhysics();
 }
@@ -95,7 +108,7 @@ void Loop::StepBridge() {
   bridge_->Step(inputs, &outputs);
   devices_ = outputs.states;
   if (!is_held_) TakeHandAlong();
-  CountEnergy();
+  energy_.Add(devices_[0], exerted_before_, scenario_.devices[0]);
 }
 
 // A target that moves with the device pulls at nothing. The bridge gives its devices only to look at; the hand is ours.
@@ -106,18 +119,6 @@ void Loop::TakeHandAlong() {
   target.X_WT = devices_[0].X_WD;
   target.V_WT = devices_[0].V_WD;
   arm.SetHand(target);
-}
-
-// Work of the hand against the force that acted since the last tick.
-void Loop::CountEnergy() {
-  const core::Pose& X_WD = devices_[0].X_WD;
-  if (ticks_ > 1) {
-    energy_J_ -= glm::dot(exerted_before_.force_N, X_WD.translation - X_WD_before_.translation) +
-                 glm::dot(exerted_before_.torque_Nm,
-                          core::RotationVector(X_WD.rotation * glm::conjugate(X_WD_before_.rotation)));
-    least_energy_J_ = std::min(least_energy_J_, energy_J_);
-  }
-  X_WD_before_ = X_WD;
 }
 
 void Loop::StepHaptic() {
@@ -132,7 +133,11 @@ void Loop::StepHaptic() {
     inputs.physics = physics_ != nullptr && ticks_ > 1 ? &physics_out_.state : nullptr;
     inputs.reactions = reactions_;
     inputs.budget_points = options_.budget_points;
+    const std::uint64_t allocations = AllocationsOfThread();
+    const std::int64_t begin_ns = core::ThreadCpuNow_ns();
     haptic_->Step(inputs, &out_);
+    haptic_cpu_ns_ = core::ThreadCpuNow_ns() - begin_ns;
+    haptic_allocations_ = AllocationsOfThread() - allocations;
   }
   for (core::DeviceCommand& command : out_.commands) {
     command.header.sequence = ticks_;

@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "nodes/haptic_node/haptic_node.hpp"
 #include "nodes/physics_node/physics_node.hpp"
 #include "scene/scenario.hpp"
+#include "tools/failures/hand_energy.hpp"
 
 namespace failures {
 
@@ -21,6 +23,8 @@ struct LoopOptions {
   int command_delay_ticks = 0;      // from haptic_node to the bridge
   int contact_delay_ticks = 0;      // from haptic_node to physics_node
   std::uint64_t budget_points = 0;  // of haptic_node's collision; 0: no limit
+  std::int64_t budget_ns = 0;       // of haptic_node's step, as when it runs live; 0: no limit
+  bool is_made_passive = true;      // by the bridge's passivity controller
   // In place of haptic_node: the force on the hand in closed form.
   std::function<core::Wrench(const core::DeviceState&)> answer;
 };
@@ -34,10 +38,11 @@ class Loop {
 
   // One tick: the bridge moves the hand as the operator's script says.
   void Tick();
-  // One tick in place of the bridge: the device is at this pose.
-  void Tick(const core::Pose& X_WD) { Prescribe(X_WD, true); }
+  // One tick in place of the bridge: the devices are at these poses.
+  void Tick(std::span<const core::Pose> X_WDs) { Prescribe(X_WDs, true); }
+  void Tick(const core::Pose& X_WD) { Prescribe({&X_WD, 1}, true); }
   // The same, with the dead-man switch released: the tool is put where the device is.
-  void LetGo(const core::Pose& X_WD) { Prescribe(X_WD, false); }
+  void LetGo(const core::Pose& X_WD) { Prescribe({&X_WD, 1}, false); }
   void Run(double seconds);
 
   [[nodiscard]] double now_s() const { return 1e-9 * static_cast<double>(now_ns_); }
@@ -53,18 +58,18 @@ class Loop {
   [[nodiscard]] const haptic_node::Outputs& haptic() const { return out_; }
   [[nodiscard]] const core::Reaction& reaction() const { return reactions_[0]; }
   [[nodiscard]] const core::BodyState& body(std::uint16_t object) const;
-  // Energy that the hand has put into the scene through the arm's force, exact: forces are constant within a tick.
-  [[nodiscard]] double energy_J() const { return energy_J_; }
-  [[nodiscard]] double least_energy_J() const { return least_energy_J_; }
+  // Of haptic_node's last step: processor time of the thread, allocations.
+  [[nodiscard]] std::int64_t haptic_cpu_ns() const { return haptic_cpu_ns_; }
+  [[nodiscard]] std::uint64_t haptic_allocations() const { return haptic_allocations_; }
+  [[nodiscard]] const HandEnergy& energy() const { return energy_; }
   [[nodiscard]] const device_bridge::DeviceBridge& bridge() const { return *bridge_; }
   [[nodiscard]] haptic_node::HapticNode& haptic_node() { return *haptic_; }
 
  private:
-  void Prescribe(const core::Pose& X_WD, bool is_engaged);
+  void Prescribe(std::span<const core::Pose> X_WDs, bool is_engaged);
   void StepBridge();
   void StepHaptic();
   void StepPhysics();
-  void CountEnergy();
   void TakeHandAlong();
 
   scene::Scenario scenario_;
@@ -76,8 +81,8 @@ class Loop {
   std::int64_t now_ns_ = 0;
   std::uint64_t ticks_ = 0;
   core::FixedVector<core::DeviceState, haptic_node::kMaxRoles> devices_;
-  std::deque<core::DeviceCommand> commands_;                // on their way to the bridge
-  std::deque<std::vector<core::ContactSet>> contact_sets_;  // on their way to physics_node
+  std::deque<core::FixedVector<core::DeviceCommand, haptic_node::kMaxRoles>> commands_;  // on their way to the bridge
+  std::deque<std::vector<core::ContactSet>> contact_sets_;                               // on their way to physics_node
   haptic_node::Outputs out_;
   std::vector<core::ContactSet> contacts_;  // newest of each pair
   physics_node::Outputs physics_out_;
@@ -86,9 +91,9 @@ class Loop {
   bool is_linked_ = true;
   bool is_held_ = true;
   core::Wrench exerted_before_;
-  core::Pose X_WD_before_;
-  double energy_J_ = 0.0;
-  double least_energy_J_ = 0.0;
+  HandEnergy energy_;  // of the first device
+  std::int64_t haptic_cpu_ns_ = 0;
+  std::uint64_t haptic_allocations_ = 0;
 };
 
 }  // namespace failures

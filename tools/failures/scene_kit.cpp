@@ -48,7 +48,13 @@ const std::filesystem::path& WorkFolder() {
   return folder.path();
 }
 
+SetUpLock::SetUpLock() {
+  static std::recursive_mutex mutex;
+  lock_ = std::unique_lock(mutex);
+}
+
 std::filesystem::path MeshFile(const vps::TriangleMesh& mesh) {
+  const SetUpLock lock;
   const std::string text = ToObj(mesh);
   const std::filesystem::path file = WorkFolder() / (std::to_string(std::hash<std::string>{}(text)) + ".obj");
   if (!std::filesystem::exists(file)) std::ofstream(file) << text;
@@ -59,7 +65,6 @@ SceneKit::SceneKit(const Variant& variant) {
   scenario.name = "failure";
   scenario.method = variant.method;
   scenario.coupling.type = variant.coupling;
-  scenario.operator_script = WorkFolder() / "operator.txt";
 }
 
 std::uint16_t SceneKit::Add(const vps::TriangleMesh& mesh, scene::Owner owner, const core::Pose& X_WO, double voxel_m,
@@ -90,9 +95,9 @@ std::uint16_t SceneKit::AddBody(const vps::TriangleMesh& mesh, const core::Pose&
 std::uint16_t SceneKit::AddHand(const vps::TriangleMesh& mesh, const core::Pose& X_WD, std::uint32_t num_points) {
   const std::uint16_t palm = Add(mesh, scene::Owner::kHand, X_WD, 0.0, num_points);
   scenario.objects[palm].part = scene::HandPart::kPalm;
-  scenario.objects[palm].role = 0;
+  scenario.objects[palm].role = static_cast<int>(scenario.devices.size());
   scene::Device device;
-  device.role = "right";
+  device.role = scenario.devices.empty() ? "right" : "left";
   device.palm = palm;
   device.X_WD_start = X_WD;
   device.opening_max_m = 0.0;

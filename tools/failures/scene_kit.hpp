@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <mutex>
 #include <stdexcept>
 
 #include "core/result.hpp"
@@ -16,6 +17,15 @@ const std::filesystem::path& WorkFolder();
 // Writes the mesh once and returns its file.
 std::filesystem::path MeshFile(const vps::TriangleMesh& mesh);
 
+// Held while a scene is set up: cooked structures and scripts of this process share files.
+class SetUpLock {
+ public:
+  SetUpLock();
+
+ private:
+  std::unique_lock<std::recursive_mutex> lock_;
+};
+
 // A setup error of a test scene is an error of the program.
 template <typename T>
 T Must(core::Result<T> result) {
@@ -23,7 +33,7 @@ T Must(core::Result<T> result) {
   return std::move(*result);
 }
 
-// A scenario made by a program: at most one hand, without jaws.
+// A scenario made by a program. Hands have no jaws; only the first has an operator.
 class SceneKit {
  public:
   explicit SceneKit(const Variant& variant);
@@ -33,7 +43,7 @@ class SceneKit {
                          std::uint32_t num_points = 0);
   std::uint16_t AddBody(const vps::TriangleMesh& mesh, const core::Pose& X_WO, double mass_kg, double voxel_m,
                         std::uint32_t num_points);
-  // The tool: the palm of the only hand. It has points.
+  // A tool: the palm of a hand. It has points.
   std::uint16_t AddHand(const vps::TriangleMesh& mesh, const core::Pose& X_WD, std::uint32_t num_points);
   // A hand far away that touches nothing: without one, haptic_node's contacts do not reach physics_node.
   void AddIdleHand();

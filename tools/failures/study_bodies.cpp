@@ -1,4 +1,4 @@
-// F10, F14, F18: mass ratio, redundant contacts, one-sided sampling. Rows that nothing measures yet.
+// F10, F14, F18: mass ratio, redundant contacts, one-sided sampling.
 #include <algorithm>
 #include <cmath>
 
@@ -143,42 +143,6 @@ void StudyBodies(Report* report) {
   StudyMassRatio(report);
   StudyReducedContacts(report);
   StudyNeedle(report);
-  const std::string open = "not measured: no study drives the nodes through it yet";
-  AddRow(report, {"F11",
-                  "light bodies",
-                  "part of 10 g pressed by the coupling at 10 kN/m with 50 N, 60 s",
-                  "speed; energy",
-                  "bounded; no growth",
-                  {},
-                  open});
-  AddRow(report, {"F15",
-                  "many pairs",
-                  "10 to 300 parts, 1 to 10 touching",
-                  "cycle time by pairs",
-                  "<= 50 ns an idle pair",
-                  {},
-                  open + "; the collision world's own times are in vps.md"});
-  AddRow(report, {"F20",
-                  "threads",
-                  "M16 and M20 nut driven at 1 rev/s on their bolts",
-                  "pitch error; skipped threads",
-                  "<= 2 %; 0",
-                  {},
-                  "not measured: nut and bolt belong to a later issue"});
-  AddRow(report, {"F21",
-                  "hard real time",
-                  "10 min, 2 hands, 30 parts, loaded machine",
-                  "cycle time; allocations",
-                  "p99.99 < 0.5 ms; 0",
-                  {},
-                  open + "; live cycle times are in latency.md"});
-  AddRow(report, {"F23",
-                  "bad meshes",
-                  "holes, turned faces, crossing parts, mm and 10 m",
-                  "signs wrong near the surface",
-                  "< 1e-4",
-                  {},
-                  open + "; the field's signs are held by tests of libs/vps"});
 }
 
 }  // namespace failures

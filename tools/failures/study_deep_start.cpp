@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -48,8 +49,10 @@ void StudyDeepStart(Report* report) {
             "<= 0.5 m/s; <= 1; right",
             {},
             "the spring of the pair lets go of all that it holds: nothing bounds the speed of leaving"};
-    for (const Variant& variant : Variants()) {
-      const Exit exit = Leave(variant, depth_m);
+    const auto exits = OfVariants([depth_m](const Variant& variant) { return Leave(variant, depth_m); });
+    for (std::size_t i = 0; i < exits.size(); ++i) {
+      const Variant& variant = Variants()[i];
+      const Exit& exit = exits[i];
       row.readings.push_back(
           {variant.name,
            Short(exit.speed_m_per_s) + " m/s; " + Short(exit.energy_J) + "; " + (exit.is_right ? "right" : "wrong"),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/prism.hpp"
 #include "tools/failures/studies.hpp"
@@ -87,8 +88,10 @@ void StudyEdges(Report* report) {
             "<= 5 deg; <= 10 deg",
             {},
             "the direction steps when the proxy comes round the edge"};
-    for (const Variant& variant : Variants()) {
-      const Trace trace = Draw(variant, radius_m);
+    const auto traces = OfVariants([radius_m](const Variant& variant) { return Draw(variant, radius_m); });
+    for (std::size_t v = 0; v < traces.size(); ++v) {
+      const Variant& variant = Variants()[v];
+      const Trace& trace = traces[v];
       if (panel.series.empty()) panel.series.push_back(trace.exact);
       panel.series.push_back(trace.direction);
       for (std::size_t i = 0; i < trace.exact.points.size(); ++i) {

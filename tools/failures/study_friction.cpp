@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "physics/testing/trials/reference.hpp"
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -94,8 +95,10 @@ void StudyFriction(Report* report) {
     Row ripple = breaks;
     ripple.observable = "rms of the force along the plate, of its mean";
     ripple.bound = "<= 3 %";
-    for (const Variant& variant : Variants()) {
-      const Drag drag = DragTool(variant, friction);
+    const auto drags = OfVariants([friction](const Variant& variant) { return DragTool(variant, friction); });
+    for (std::size_t i = 0; i < drags.size(); ++i) {
+      const Variant& variant = Variants()[i];
+      const Drag& drag = drags[i];
       const auto is_near = [](double ratio) { return std::abs(ratio - 1.0) <= 0.03; };
       breaks.readings.push_back({variant.name, Short(drag.breakaway) + ", " + Short(drag.sliding),
                                  is_near(drag.breakaway) && is_near(drag.sliding)});

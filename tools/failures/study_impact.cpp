@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -104,10 +105,9 @@ void StudyImpact(Report* report) {
             "<= 0.1 mm",
             {},
             "the proxy rests half a voxel inside what it touches, and one linearised step a cycle follows a fast tool"};
-    for (const Variant& variant : Variants()) {
-      const double depth_m = ShownDepth_m(variant, target);
-      row.readings.push_back({variant.name, Short(1e3 * depth_m) + " mm", depth_m <= 1e-4});
-    }
+    const auto depths_m = OfVariants([&target](const Variant& variant) { return ShownDepth_m(variant, target); });
+    for (std::size_t i = 0; i < depths_m.size(); ++i)
+      row.readings.push_back({Variants()[i].name, Short(1e3 * depths_m[i]) + " mm", depths_m[i] <= 1e-4});
     AddRow(report, row);
   }
   Row row{"F9",
@@ -117,10 +117,9 @@ void StudyImpact(Report* report) {
           "<= 1",
           {},
           "the coupling gives back more than it was given"};
-  for (const Variant& variant : Variants()) {
-    const double ratio = ReboundEnergy(variant);
-    row.readings.push_back({variant.name, Short(ratio), ratio <= 1.0});
-  }
+  const std::vector<double> ratios = OfVariants(ReboundEnergy);
+  for (std::size_t i = 0; i < ratios.size(); ++i)
+    row.readings.push_back({Variants()[i].name, Short(ratios[i]), ratios[i] <= 1.0});
   AddRow(report, row);
 }
 

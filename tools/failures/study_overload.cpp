@@ -29,9 +29,9 @@ Overload Cut(const Variant& variant, const std::vector<double>& budgets_us) {
   vps::PairResult full;
   for (int i = 0; i < 31; ++i) {
     pair.Query(away);
-    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    const std::int64_t begin_ns = core::ThreadCpuNow_ns();
     full = pair.Query(X_GS);
-    us_per_point.push_back(1e-3 * static_cast<double>(core::MonotonicNow_ns() - begin_ns) /
+    us_per_point.push_back(1e-3 * static_cast<double>(core::ThreadCpuNow_ns() - begin_ns) /
                            static_cast<double>(std::max<std::uint64_t>(1, full.counters.points_tested)));
   }
   std::nth_element(us_per_point.begin(), us_per_point.begin() + 15, us_per_point.end());

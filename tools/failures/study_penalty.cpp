@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "physics/testing/trials/rebound.hpp"
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -18,9 +19,9 @@ constexpr double kPlay_m = 0.004;
 constexpr double kHalf_m = 0.02;  // of the body
 
 // Largest kinetic energy within a second over that at the start.
-double EnergyRatio(const Variant& variant, scene::ContactInput input, int delay_ticks) {
+double EnergyRatio(const Variant& variant, int delay_ticks) {
   SceneKit kit(variant);
-  kit.scenario.contact_input = input;
+  kit.scenario.contact_input = scene::ContactInput::kPlanes;
   const vps::TriangleMesh plate = vps::MakeBox({0.1, 0.1, 0.02});
   const auto below = kit.AddFixed(plate, {{1, 0, 0, 0}, {0, 0, -0.01}}, kVoxel_m);
   const auto above = kit.AddFixed(plate, {{1, 0, 0, 0}, {0, 0, 2.0 * kHalf_m + kPlay_m + 0.01}}, kVoxel_m);
@@ -57,10 +58,9 @@ void StudyPenalty(Report* report) {
             "<= 1.001",
             {},
             "`paper`: the place of the surface is a voxel's and steps as the contact moves; `fast`: not found"};
-    for (const Variant& variant : Variants()) {
-      const double ratio = EnergyRatio(variant, scene::ContactInput::kPlanes, delay);
-      row.readings.push_back({variant.name, bench::Cell(ratio), ratio <= 1.001});
-    }
+    const auto ratios = OfVariants([delay](const Variant& variant) { return EnergyRatio(variant, delay); });
+    for (std::size_t i = 0; i < ratios.size(); ++i)
+      row.readings.push_back({Variants()[i].name, bench::Cell(ratios[i]), ratios[i] <= 1.001});
     AddRow(report, row);
   }
 }

@@ -1,6 +1,7 @@
 // F19: a handle that is held still, pressed into the corner of a slot.
 #include <cmath>
 
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -58,8 +59,10 @@ void StudyRest(Report* report) {
           "<= 1 um; <= 0.5 %",
           {},
           "layers of voxels take turns in carrying the proxy"};
-  for (const Variant& variant : Variants()) {
-    const Jitter jitter = Hold(variant);
+  const std::vector<Jitter> jitters = OfVariants(Hold);
+  for (std::size_t i = 0; i < jitters.size(); ++i) {
+    const Variant& variant = Variants()[i];
+    const Jitter& jitter = jitters[i];
     row.readings.push_back({variant.name, Short(1e6 * jitter.pose_m) + " um; " + Short(100.0 * jitter.force) + " %",
                             jitter.pose_m <= 1e-6 && jitter.force <= 0.005});
   }

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "tools/failures/field_pair.hpp"
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -200,14 +201,18 @@ void StudySteps(Report* report) {
              "<= 5 %",
              {},
              "the force grows with the number of points (Eq. 2)"};
-  for (const Variant& variant : Variants()) {
-    plane.readings.push_back(ToReading(variant, SlideOnPlanes(variant), 0.005));
-    curve.readings.push_back(ToReading(variant, SlideOnCurves(variant), 0.02));
-    hand.readings.push_back(ToReading(variant, SlideOfHand(variant), 0.005));
-    const double largest = LargestStep(variant);
-    step.readings.push_back({variant.name, Short(largest), largest <= 2.0});
-    const double range = SpreadOverPoints(variant);
-    spread.readings.push_back({variant.name, Short(100.0 * range) + " %", range <= 0.05});
+  const auto on_planes = OfVariants(SlideOnPlanes);
+  const auto on_curves = OfVariants(SlideOnCurves);
+  const auto of_hand = OfVariants(SlideOfHand);
+  const auto largest = OfVariants(LargestStep);
+  const auto ranges = OfVariants(SpreadOverPoints);
+  for (std::size_t i = 0; i < Variants().size(); ++i) {
+    const Variant& variant = Variants()[i];
+    plane.readings.push_back(ToReading(variant, on_planes[i], 0.005));
+    curve.readings.push_back(ToReading(variant, on_curves[i], 0.02));
+    hand.readings.push_back(ToReading(variant, of_hand[i], 0.005));
+    step.readings.push_back({variant.name, Short(largest[i]), largest[i] <= 2.0});
+    spread.readings.push_back({variant.name, Short(100.0 * ranges[i]) + " %", ranges[i] <= 0.05});
   }
   for (const Row& row : {plane, curve, hand, step, spread}) AddRow(report, row);
 }

@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
@@ -93,53 +94,78 @@ Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed
   return passage;
 }
 
-Passage PushAll(const Variant& variant, bool is_open, const Speed& speed) {
-  Passage worst;
+Passage TryToPush(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
   try {
-    for (const Tool& tool : Tools()) {
-      const Passage one = Push(variant, tool, is_open, speed);
-      worst.flips += one.flips;
-      worst.deepest_m = std::max(worst.deepest_m, one.deepest_m);
-    }
+    return Push(variant, tool, is_open, speed);
   } catch (const std::runtime_error& refusal) {
     std::printf("%s\n", refusal.what());
-    worst.is_refused = true;
+    return {.is_refused = true};
   }
-  return worst;
 }
 
 }  // namespace
 
 void StudyThin(Report* report) {
+  struct Case {
+    bool is_open;
+    const Speed* speed;
+    std::size_t variant;
+    const Tool* tool;
+    Passage passage;
+  };
+  const std::vector<Tool> tools = Tools();
+  std::vector<Case> cases;
   for (const bool is_open : {false, true}) {
-    const std::string what = is_open ? "open sheet, taken as 0.5 mm thick" : "plate of 0.5 mm";
     for (const Speed& speed : kSpeeds) {
-      Row flips{"F1",
-                "tunnelling",
-                "ball, box, handle pushed 50 mm past a " + what + ", " + Short(speed.m_per_s) + " m/s, " +
-                    std::to_string(speed.directions) + " directions each",
-                "tools on the other side",
-                "0",
-                {},
-                "a tool that is more than half through is pushed out on the far side"};
-      Row depth = flips;
-      depth.observable = "deepest penetration shown, in voxels of 0.5 mm";
-      depth.bound = "<= " + Short(speed.bound);
-      depth.why = "the proxy rests half a voxel inside, and a thin plate's inside is less than that";
-      for (const Variant& variant : Variants()) {
-        const Passage worst = PushAll(variant, is_open, speed);
-        if (worst.is_refused) {
-          for (Row* row : {&flips, &depth}) row->readings.push_back({variant.name, "refused: too thin", false});
-          continue;
-        }
-        flips.readings.push_back({variant.name, std::to_string(worst.flips), worst.flips == 0});
-        depth.readings.push_back(
-            {variant.name, Short(worst.deepest_m / kThinVoxel_m), worst.deepest_m <= speed.bound * kThinVoxel_m});
+      for (std::size_t v = 0; v < Variants().size(); ++v) {
+        for (const Tool& tool : tools) cases.push_back({is_open, &speed, v, &tool, {}});
       }
-      AddRow(report, flips);
-      AddRow(report, depth);
     }
   }
+  ForAll(cases.size(), [&cases](std::size_t i) {
+    Case& one = cases[i];
+    one.passage = TryToPush(Variants()[one.variant], *one.tool, one.is_open, *one.speed);
+  });
+  Table table{"thin", {"part", "speed_m_per_s", "contender", "tool", "flips", "deepest_voxels"}, {}};
+  auto one = cases.begin();
+  while (one != cases.end()) {
+    const std::string what = one->is_open ? "open sheet, taken as 0.5 mm thick" : "plate of 0.5 mm";
+    const Speed& speed = *one->speed;
+    Row flips{"F1",
+              "tunnelling",
+              "ball, box, handle pushed 50 mm past a " + what + ", " + Short(speed.m_per_s) + " m/s, " +
+                  std::to_string(speed.directions) + " directions each",
+              "tools on the other side",
+              "0",
+              {},
+              "a tool that is more than half through is pushed out on the far side"};
+    Row depth = flips;
+    depth.observable = "deepest penetration shown, in voxels of 0.5 mm";
+    depth.bound = "<= " + Short(speed.bound);
+    depth.why = "the proxy rests half a voxel inside, and a thin plate's inside is less than that";
+    for (const Variant& variant : Variants()) {
+      Passage worst;
+      for (const Tool& tool : tools) {
+        worst.is_refused = worst.is_refused || one->passage.is_refused;
+        worst.flips += one->passage.flips;
+        worst.deepest_m = std::max(worst.deepest_m, one->passage.deepest_m);
+        table.Add({what, bench::Cell(speed.m_per_s), variant.name, tool.name,
+                   one->passage.is_refused ? "" : std::to_string(one->passage.flips),
+                   one->passage.is_refused ? "" : bench::Cell(one->passage.deepest_m / kThinVoxel_m)});
+        ++one;
+      }
+      if (worst.is_refused) {
+        for (Row* row : {&flips, &depth}) row->readings.push_back({variant.name, "refused: too thin", false});
+        continue;
+      }
+      flips.readings.push_back({variant.name, std::to_string(worst.flips), worst.flips == 0});
+      depth.readings.push_back(
+          {variant.name, Short(worst.deepest_m / kThinVoxel_m), worst.deepest_m <= speed.bound * kThinVoxel_m});
+    }
+    AddRow(report, flips);
+    AddRow(report, depth);
+  }
+  report->tables.push_back(table);
 }
 
 }  // namespace failures
