@@ -88,6 +88,7 @@ class DeviceBridge {
   [[nodiscard]] double force_limit_N(std::size_t role) const { return roles_[role]->filter.limits().max_force_N; }
   // Allowed over wanted stiffness of the coupling; 0: not measured yet.
   [[nodiscard]] double stiffness_share(std::size_t role) const { return roles_[role]->stiffness_share; }
+  [[nodiscard]] const AllowedCoupling& allowed(std::size_t role) const { return roles_[role]->allowed; }
   [[nodiscard]] const Device& device(std::size_t role) const { return *roles_[role]->device; }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 

@@ -42,7 +42,10 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
   }
   first_share_ = figures_.items.size();
   for (const scene::Device& device : scenario.devices) {
-    figures_.items.push_back({core::StiffnessLimitName(device.role), 0.0});
+    for (const std::string& name : {core::StiffnessLimitName(device.role), core::DampingLimitName(device.role),
+                                    core::TurnDampingLimitName(device.role)}) {
+      figures_.items.push_back({name, 0.0});
+    }
   }
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);
@@ -153,7 +156,10 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
   figures_.items[10].value = first.energy_J;
   figures_.items[11].value = static_cast<double>(first.samples_made_passive);
   for (std::size_t role = 0; role < outputs_.applied.size(); ++role) {
-    figures_.items[first_share_ + role].value = bridge_->stiffness_share(role);
+    const std::size_t first_figure = first_share_ + 3 * role;
+    figures_.items[first_figure].value = bridge_->stiffness_share(role);
+    figures_.items[first_figure + 1].value = bridge_->allowed(role).damping_N_s_per_m;
+    figures_.items[first_figure + 2].value = bridge_->allowed(role).damping_Nm_s_per_rad;
   }
   figures_writer_.Set(figures_);
 }

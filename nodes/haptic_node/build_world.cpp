@@ -58,6 +58,8 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
     Role& role = roles_[r];
     role.device = scenario_.devices[r];
     stiffness_limit_names_.push_back(core::StiffnessLimitName(role.device.role));
+    damping_limit_names_.emplace_back();
+    turn_damping_limit_names_.emplace_back();
     role.is_hand_part.assign(scenario_.objects.size(), 0);
     // Radius about the palm's origin that contains all points of the hand for any opening: r = max(|c| + r_c + w_max /
     // 2) over its parts with bounding sphere (c, r_c); the term of the opening w applies to jaws only.
@@ -82,6 +84,10 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
     role.sample.X_WD = role.device.X_WD_start;
     role.sample.opening_m = role.device.opening_start_m;
     if (scenario_.coupling.type == "god_object") role.god_object.emplace(DescribeTool(scenario_, r, radius_m));
+    if (role.god_object && role.god_object->parameters().mass_kg > 0.0) {
+      damping_limit_names_[r] = core::DampingLimitName(role.device.role);
+      turn_damping_limit_names_[r] = core::TurnDampingLimitName(role.device.role);
+    }
     role.Reset(role.device.X_WD_start);
   }
 }

@@ -1,6 +1,7 @@
 #include "nodes/haptic_node/haptic_node.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
@@ -50,6 +51,10 @@ glm::dvec3 ForceDirectionOnSampled_W(const vps::PairResult& result, const core::
 std::vector<std::string> HapticNode::ParameterNames() const {
   std::vector<std::string> names = {"force_cap_N"};
   names.insert(names.end(), stiffness_limit_names_.begin(), stiffness_limit_names_.end());
+  for (const auto* limits : {&damping_limit_names_, &turn_damping_limit_names_}) {
+    std::copy_if(limits->begin(), limits->end(), std::back_inserter(names),
+                 [](const std::string& name) { return !name.empty(); });
+  }
   names.insert(names.end(), pair_active_names_.begin(), pair_active_names_.end());
   for (const std::string& name : pair_stiffness_names_) {
     if (AcceptsParameter({name, 0.0})) names.push_back(name);
@@ -63,6 +68,7 @@ bool HapticNode::AcceptsParameter(const core::ParameterChange& change) const {
   for (const std::string& name : stiffness_limit_names_) {
     if (change.name == name) return change.value >= 0.0;
   }
+  if (IsDampingLimit(change.name)) return change.value >= 0.0;
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {
     if (change.name == pair_active_names_[i]) return true;
     // The stiffness of a hand's pair is that of the coupling, so it cannot be set.
@@ -79,6 +85,7 @@ void HapticNode::ApplyChange(const core::ParameterChange& change) {
   for (std::size_t r = 0; r < roles_.size(); ++r) {
     if (change.name == stiffness_limit_names_[r]) roles_[r].stiffness_limit = std::min(change.value, 1.0);
   }
+  if (IsDampingLimit(change.name)) LimitDamping(change);
   for (std::size_t i = 0; i < pair_active_names_.size(); ++i) {
     if (change.name == pair_active_names_[i]) world_->SetActive(i, change.value != 0.0);
     if (change.name == pair_stiffness_names_[i]) world_->SetStiffness(i, change.value);
@@ -225,6 +232,25 @@ double HapticNode::stiffness_share() const {
   double least = 1.0;
   for (const Role& role : roles_) least = std::min(least, role.stiffness_share);
   return least;
+}
+
+bool HapticNode::IsDampingLimit(const std::string& name) const {
+  const auto is_in = [&name](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return !name.empty() && (is_in(damping_limit_names_) || is_in(turn_damping_limit_names_));
+}
+
+void HapticNode::LimitDamping(const core::ParameterChange& change) {
+  for (std::size_t r = 0; r < roles_.size(); ++r) {
+    if (!roles_[r].god_object) continue;
+    const vps::GodObjectParameters& now = roles_[r].god_object->parameters();
+    if (change.name == damping_limit_names_[r]) {
+      roles_[r].god_object->LimitDamping(change.value, now.most_damping_Nm_s_per_rad);
+    } else if (change.name == turn_damping_limit_names_[r]) {
+      roles_[r].god_object->LimitDamping(now.most_damping_N_s_per_m, change.value);
+    }
+  }
 }
 
 // The stiffness follows its limit so slowly that a pressing hand feels no step: 24 N change by 0.1 N in a cycle.

@@ -64,6 +64,10 @@ class HapticNode {
   // 1 while the delay of the loop allows it.
   [[nodiscard]] double stiffness_share() const;
   [[nodiscard]] double least_stiffness_share() const { return least_stiffness_share_; }
+  // Of the damper of a role's coupling: of a tool with mass, as it wants to be, but no more than the limit.
+  [[nodiscard]] double damping_N_s_per_m(std::size_t role) const {
+    return roles_[role].god_object ? roles_[role].god_object->damping_N_s_per_m() : 0.0;
+  }
   // Pairs in each state, by vps::PairState.
   [[nodiscard]] std::array<std::uint32_t, vps::kNumPairStates> CountPairs() const { return world_->CountStates(); }
 
@@ -136,6 +140,8 @@ class HapticNode {
   void UpdateDelay(const core::Trace& sample);
   void PlaceObjects();
   const vps::StepReport& StepWorld(std::uint64_t budget_points, Counters* counters);
+  [[nodiscard]] bool IsDampingLimit(const std::string& name) const;
+  void LimitDamping(const core::ParameterChange& change);
   void LimitStiffness(Role* role, std::int64_t elapsed_ns);
   void StepCoupling(Role* role);
   void KeepBooks(Role* role) const;
@@ -162,9 +168,11 @@ class HapticNode {
   std::unique_ptr<vps::CollisionWorld> world_;
   std::vector<Role> roles_;
   std::vector<PairRole> pair_roles_;                // per pair of the world, as are the next two
-  std::vector<std::string> stiffness_limit_names_;  // per role
-  std::vector<std::string> pair_active_names_;      // "pair.<a>/<b>.active"
-  std::vector<std::string> pair_stiffness_names_;   // "pair.<a>/<b>.stiffness_N_per_m"
+  std::vector<std::string> stiffness_limit_names_;  // per role, as are the next two
+  std::vector<std::string> damping_limit_names_;    // empty text: its tool has no damping
+  std::vector<std::string> turn_damping_limit_names_;
+  std::vector<std::string> pair_active_names_;     // "pair.<a>/<b>.active"
+  std::vector<std::string> pair_stiffness_names_;  // "pair.<a>/<b>.stiffness_N_per_m"
   std::vector<core::Pose> X_WO_;
   std::vector<core::Twist> V_WO_;
   mutable std::vector<core::Pose> moved_X_WO_;  // scratch of Reevaluate: where the objects are by now

@@ -210,6 +210,24 @@ TEST(HapticNode, TheStiffnessFollowsTheLimitOfItsLoopWithoutAStepOfTheForce) {
   }
 }
 
+TEST(HapticNode, TheDamperOfAToolWithMassStaysWithinWhatTheDelayAllows) {
+  core::SerialFor serial;
+  scene::Scenario scenario = TwoHands();
+  scenario.coupling.type = "god_object";
+  constexpr std::size_t kPalm0 = 2;
+  scenario.objects[kPalm0].mass_kg = 0.3;
+  Bench bench(serial, scenario);
+  const double wanted = 2.0 * std::sqrt(scenario.coupling.stiffness_N_per_m * 0.3);
+  EXPECT_NEAR(bench.node_->damping_N_s_per_m(0), wanted, 1e-9);
+  bench.Set(core::DampingLimitName("op1/arm.0"), 0.5 * wanted);
+  bench.Tick();
+  EXPECT_NEAR(bench.node_->damping_N_s_per_m(0), 0.5 * wanted, 1e-9);
+  bench.Set(core::DampingLimitName("op1/arm.0"), 3.0 * wanted);  // more than is wanted
+  bench.Tick();
+  EXPECT_NEAR(bench.node_->damping_N_s_per_m(0), wanted, 1e-9);
+  EXPECT_FALSE(bench.node_->AcceptsParameter({core::DampingLimitName("op1/arm.1"), 1.0})) << "it has no mass";
+}
+
 TEST(HapticNode, TheCapLimitsTheNormAndKeepsTheDirection) {
   core::SerialFor serial;
   Bench bench(serial);

@@ -44,7 +44,13 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, HapticNode* haptic, bus::Nod
       tickets_(kMaxChangesPerStep) {
   haptic_->PrepareOutputs(&outputs_);
   for (const scene::Device& device : scenario.devices) limit_names_.push_back(core::StiffnessLimitName(device.role));
-  limit_values_.resize(limit_names_.size(), 1.0);
+  limit_values_.resize(limit_names_.size(), 1.0);  // of stiffness; 1: none
+  for (const scene::Device& device : scenario.devices) {
+    for (const std::string& name : {core::DampingLimitName(device.role), core::TurnDampingLimitName(device.role)}) {
+      if (haptic_->AcceptsParameter({name, 0.0})) limit_names_.push_back(name);
+    }
+  }
+  limit_values_.resize(limit_names_.size(), 0.0);
   for (core::ParameterChange& change : changes_) core::ReserveTexts(&change);
   core::ReserveTexts(&event_);
   lost_.reserve(64);
@@ -126,20 +132,23 @@ void NodeLoop::TakeParameters() {
     ++num_changes_;
   }
   num_answers_ = num_changes_;
-  TakeStiffnessLimits();
+  TakeLimits();
 }
 
-// As changes of a parameter, so that they are recorded with the step. Most of the time all limits are above 1.
-void NodeLoop::TakeStiffnessLimits() {
+// As changes of a parameter, so that they are recorded with the step. Most of the time all limits of stiffness are
+// above 1, and no tool has damping.
+void NodeLoop::TakeLimits() {
   if (limits_->version() == limits_version_ || !limits_->has_value()) return;
   limits_version_ = limits_->version();
-  for (std::size_t r = 0; r < limit_names_.size() && num_changes_ < kMaxChangesPerStep; ++r) {
-    const double* share = bus::FindFigure(limits_->value(), limit_names_[r]);
-    if (share == nullptr || *share <= 0.0 || std::min(*share, 1.0) == limit_values_[r]) continue;
-    limit_values_[r] = std::min(*share, 1.0);
+  for (std::size_t i = 0; i < limit_names_.size() && num_changes_ < kMaxChangesPerStep; ++i) {
+    const double* figure = bus::FindFigure(limits_->value(), limit_names_[i]);
+    if (figure == nullptr || *figure <= 0.0) continue;  // not measured
+    const double limit = i < scenario_.devices.size() ? std::min(*figure, 1.0) : *figure;
+    if (limit == limit_values_[i]) continue;
+    limit_values_[i] = limit;
     core::ParameterChange& change = changes_[num_changes_++];
-    change.name = limit_names_[r];
-    change.value = limit_values_[r];
+    change.name = limit_names_[i];
+    change.value = limit;
     change.manner = core::ChangeManner::kAtOnce;
   }
 }

@@ -64,7 +64,7 @@ class NodeLoop {
   [[nodiscard]] const core::PhysicsState* State() const;  // null: none yet
   [[nodiscard]] std::int64_t AnswerReceived_ns(int role, std::uint64_t trace_id) const;
   void TakeParameters();
-  void TakeStiffnessLimits();
+  void TakeLimits();
   void AnswerParameters();
   void Record();
   void RecordReevaluation();
@@ -108,7 +108,7 @@ class NodeLoop {
   std::size_t num_answers_ = 0;                       // of them, those that somebody waits for: the first ones
   bus::StateReader<bus::Figures>* limits_ = nullptr;  // of device_bridge
   std::uint64_t limits_version_ = 0;
-  std::vector<std::string> limit_names_;  // per role, as is the next
+  std::vector<std::string> limit_names_;  // stiffness per role, then damping of those that have some
   std::vector<double> limit_values_;      // as passed on
   core::Event event_;
   std::vector<std::string> lost_;  // names of lost nodes

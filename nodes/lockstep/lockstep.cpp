@@ -122,8 +122,8 @@ class Lockstep {
   const core::PhysicsState& last_state_ = hand_over_.answer.state;
   const core::FixedVector<core::Reaction, haptic_node::kMaxRoles>& last_reactions_ = hand_over_.answer.reactions;
   std::vector<core::ParameterChange> changes_;
-  std::vector<core::ParameterChange> haptic_changes_;  // these, and the limits of stiffness that the bridge found
-  std::vector<double> stiffness_limits_;               // per role, as passed on
+  std::vector<core::ParameterChange> haptic_changes_;  // these, and the hands' limits that the bridge found
+  std::vector<double> hand_limits_;                    // three per role, as passed on; 0: none
   std::vector<core::Event> events_;
   std::int64_t now_ns_ = 0;
 
@@ -230,15 +230,19 @@ void Lockstep::StepBridge() {
 // As haptic_node's loop does it with the bridge's figures.
 void Lockstep::GatherHapticChanges() {
   haptic_changes_ = changes_;
-  stiffness_limits_.resize(scenario_.devices.size(), 1.0);
-  for (std::size_t role = 0; role < stiffness_limits_.size(); ++role) {
-    const double share = std::min(bridge_->stiffness_share(role), 1.0);
-    if (share <= 0.0 || share == stiffness_limits_[role]) continue;
-    stiffness_limits_[role] = share;
-    core::ParameterChange change;
-    change.name = core::StiffnessLimitName(scenario_.devices[role].role);
-    change.value = share;
-    haptic_changes_.push_back(change);
+  hand_limits_.resize(3 * scenario_.devices.size());
+  const auto limit = [this](const std::string& name, double value, double* known) {
+    if (value <= 0.0 || value == *known || !haptic_->AcceptsParameter({name, value})) return;
+    *known = value;
+    haptic_changes_.push_back({name, value});
+  };
+  for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+    const std::string& name = scenario_.devices[role].role;
+    double* known = &hand_limits_[3 * role];
+    if (known[0] == 0.0) known[0] = 1.0;  // what haptic_node begins with
+    limit(core::StiffnessLimitName(name), std::min(bridge_->stiffness_share(role), 1.0), &known[0]);
+    limit(core::DampingLimitName(name), bridge_->allowed(role).damping_N_s_per_m, &known[1]);
+    limit(core::TurnDampingLimitName(name), bridge_->allowed(role).damping_Nm_s_per_rad, &known[2]);
   }
 }
 

@@ -35,6 +35,12 @@ class GodObject {
     parameters_.stiffness_Nm_per_rad = stiffness_Nm_per_rad;
     metric_ = ToolMetric(parameters_);
   }
+  void LimitDamping(double most_N_s_per_m, double most_Nm_s_per_rad) {
+    parameters_.most_damping_N_s_per_m = most_N_s_per_m;
+    parameters_.most_damping_Nm_s_per_rad = most_Nm_s_per_rad;
+    metric_ = ToolMetric(parameters_);
+  }
+  [[nodiscard]] double damping_N_s_per_m() const { return metric_.damping_N_s_per_m(); }
   // Of the last Step, with the forces on the tool, at its new pose.
   [[nodiscard]] std::span<const HeldContact> contacts() const { return memory_.contacts(); }
   [[nodiscard]] bool has_mass() const { return parameters_.mass_kg > 0.0; }

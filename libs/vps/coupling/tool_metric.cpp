@@ -1,5 +1,6 @@
 #include "vps/coupling/tool_metric.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vps {
@@ -24,8 +25,10 @@ ToolMetric::ToolMetric(const GodObjectParameters& parameters) {
   const double m = parameters.mass_kg;
   const glm::dmat3& I = parameters.I_Cm_C_kg_m2;
   // Critically damped, so that a tool with mass does not swing on its spring.
-  damping_N_s_per_m_ = 2.0 * std::sqrt(parameters.stiffness_N_per_m * m);
-  damping_Nm_s_per_rad_ = 2.0 * std::sqrt(parameters.stiffness_Nm_per_rad * (I[0][0] + I[1][1] + I[2][2]) / 3.0);
+  damping_N_s_per_m_ = std::min(2.0 * std::sqrt(parameters.stiffness_N_per_m * m), parameters.most_damping_N_s_per_m);
+  damping_Nm_s_per_rad_ =
+      std::min(2.0 * std::sqrt(parameters.stiffness_Nm_per_rad * (I[0][0] + I[1][1] + I[2][2]) / 3.0),
+               parameters.most_damping_Nm_s_per_rad);
   root_ = std::sqrt(m / (T * T) + damping_N_s_per_m_ / T + parameters.stiffness_N_per_m);
   const glm::dmat3 lower =
       LowerCholesky(I / (T * T) + glm::dmat3(damping_Nm_s_per_rad_ / T + parameters.stiffness_Nm_per_rad));

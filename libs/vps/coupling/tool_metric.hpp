@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 
 #include "vps/coupling/nearest_point.hpp"
 
@@ -16,6 +17,9 @@ struct GodObjectParameters {
   glm::dvec3 p_CoCm_C{0.0};
   double mass_kg = 0.0;
   glm::dmat3 I_Cm_C_kg_m2{0.0};
+  // Of the damper between the tool and the device; a tool without mass has none.
+  double most_damping_N_s_per_m = std::numeric_limits<double>::infinity();
+  double most_damping_Nm_s_per_rad = std::numeric_limits<double>::infinity();
 };
 
 // A = M / T^2 + B / T + K of the tool about its centre of mass in its own axes, and the unit in which it is 1: with
