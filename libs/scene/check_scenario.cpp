@@ -1,6 +1,7 @@
 #include <array>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "core/messages/physics.hpp"
 #include "scene/load_scenario.hpp"
@@ -20,15 +21,28 @@ class ScenarioChecker {
     for (const Device& device : scenario_.devices) CheckDevice(device);
     for (const Mechanism& mechanism : scenario_.mechanisms) CheckMechanism(mechanism);
     CheckCounts();
-    if (glm::length(scenario_.sun_direction_W) < 1e-6) {
-      Report({scenario_.file, 0}, "sun: direction has no length", "it must be a direction in W",
-             "write a vector other than 0 0 0");
-    }
+    CheckPlace();
   }
 
  private:
   void Report(const Location& where, std::string what, std::string why, std::string fix) {
     diagnostics_->push_back({where, std::move(what), std::move(why), std::move(fix)});
+  }
+
+  // The two directions turn W to the stars, so they must span a plane.
+  void CheckPlace() {
+    for (const auto& [what, direction] : {std::pair{"sun: direction", scenario_.place.sun_W},
+                                          std::pair{"environment: zenith", scenario_.place.zenith_W}}) {
+      if (glm::length(direction) > 1e-6) continue;
+      Report({scenario_.file, 0}, std::string(what) + " has no length", "it must be a direction in W",
+             "write a vector other than 0 0 0");
+      return;
+    }
+    const double sine =
+        glm::length(glm::cross(glm::normalize(scenario_.place.sun_W), glm::normalize(scenario_.place.zenith_W)));
+    if (sine > 1e-3) return;
+    Report({scenario_.file, 0}, "environment: zenith lies along the sun's direction",
+           "two directions are needed to turn the scene to the stars", "choose another zenith");
   }
 
   template <typename T, typename Name>

@@ -72,6 +72,11 @@ TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {
   EXPECT_DOUBLE_EQ(scenario->objects.at(0).voxel_size_m, 0.0006);
 }
 
+TEST_F(LoadScenarioTest, RefusesAZenithAlongTheSun) {
+  EXPECT_THAT(Complaints(Join({kPlate, R"(<sun direction="0 0 2"/>)", R"(<environment zenith="0 0 -1"/>)"})),
+              Contains(HasSubstr("zenith lies along the sun's direction")));
+}
+
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
       R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30"/>)",
@@ -83,6 +88,7 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
       R"(<parameter name="gain" value="2.5"/>)",
       R"(<camera name="top" eye_m="0 0 1" target_m="0 0.1 0" vertical_fov_deg="90"/>)",
       R"(<sun direction="0 0 1"/>)",
+      R"(<environment epoch="2014-03-01T12:00:00Z" altitude_km="800" inclination_deg="90" node_deg="-90" argument_deg="45" zenith="1 0 0"/>)",
   }));
   ASSERT_TRUE(scenario) << Format(scenario.error().front());
   EXPECT_EQ(scenario->name, "test");
@@ -103,6 +109,14 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   EXPECT_NEAR(scenario->cameras[0].vertical_fov_rad, glm::half_pi<double>(), 1e-12);
   ASSERT_EQ(scenario->parameters.size(), 1U);
   EXPECT_EQ(scenario->parameters[0].value, 2.5);
+  const space::Place& place = scenario->place;
+  EXPECT_EQ(space::FormatInstant(place.epoch), "2014-03-01 12:00:00 UTC");
+  EXPECT_EQ(place.orbit.altitude_m, 800e3);
+  EXPECT_NEAR(place.orbit.inclination_rad, glm::half_pi<double>(), 1e-12);
+  EXPECT_NEAR(place.orbit.node_rad, -glm::half_pi<double>(), 1e-12);
+  EXPECT_NEAR(place.orbit.argument_rad, glm::quarter_pi<double>(), 1e-12);
+  EXPECT_EQ(place.sun_W, glm::dvec3(0.0, 0.0, 1.0));
+  EXPECT_EQ(place.zenith_W, glm::dvec3(1.0, 0.0, 0.0));
   const Device& device = scenario->devices.at(0);
   EXPECT_EQ(device.palm, 2);
   EXPECT_EQ(device.jaw_left, 3);

@@ -29,7 +29,8 @@ class Builder {
       if (child.name == "pair") ReadPair(child, pairs);
       if (child.name == "parameter") ReadParameter(child);
       if (child.name == "camera") ReadCamera(child);
-      if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.sun_direction_W);
+      if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.place.sun_W);
+      if (child.name == "environment") ReadEnvironment(child);
     }
     ReadHands(root);
     ReadMechanisms(root, file_, &scenario_, diagnostics_);  // after hands, whose poses they may need
@@ -68,6 +69,18 @@ class Builder {
     read.Number("duration_limit_s", &scenario_.duration_limit_s);
     read.Number("stall_limit_s", &scenario_.stall_limit_s);
     read.Number("force_cap_N", &scenario_.force_cap_N);
+  }
+
+  void ReadEnvironment(const XmlElement& element) {
+    const ElementReader read(element);
+    space::Place& place = scenario_.place;
+    if (const auto epoch = space::ParseInstant(element.Get("epoch"))) place.epoch = *epoch;
+    double altitude_km = 0.0;
+    if (ParseNumber(element.Get("altitude_km"), &altitude_km)) place.orbit.altitude_m = 1e3 * altitude_km;
+    read.Degrees("inclination_deg", &place.orbit.inclination_rad);
+    read.Degrees("node_deg", &place.orbit.node_rad);
+    read.Degrees("argument_deg", &place.orbit.argument_rad);
+    read.Vector("zenith", &place.zenith_W);
   }
 
   void ReadCoupling(const XmlElement& element) {

@@ -8,6 +8,7 @@
 
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
+#include "space/place.hpp"
 
 namespace scene {
 
@@ -243,7 +244,7 @@ struct Scenario {
   double duration_limit_s = 120.0;
   double stall_limit_s = 20.0;  // a procedure step that takes longer is reported as a failure
   double force_cap_N = 40.0;    // initial value of the parameter of that name; logic_node may lower it in a state
-  glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // towards the sun
+  space::Place place;           // <environment> and <sun>
   Coupling coupling;
   std::vector<Device> devices;
   std::vector<Object> objects;

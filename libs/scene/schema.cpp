@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/names.hpp"
+#include "space/instant.hpp"
 
 namespace scene {
 namespace {
@@ -70,6 +71,8 @@ std::string FindViolation(const AttributeRule& rule, const std::string& text) {
       return IsColor(text) ? "" : "three numbers from 0 to 1 separated by blanks";
     case ValueKind::kNumbers:
       return ParseNumbers(text, &numbers) ? "" : "finite numbers separated by blanks";
+    case ValueKind::kInstant:
+      return space::ParseInstant(text) ? "" : "a moment in UTC from 1972 to 2099 such as 2016-03-05T12:00:00Z";
     case ValueKind::kChoice:
       return std::find(rule.choices.begin(), rule.choices.end(), text) != rule.choices.end()
                  ? ""

@@ -24,6 +24,7 @@ enum class ValueKind {
   kVector,       // three finite numbers
   kColor,        // three numbers in [0, 1]
   kNumbers,      // any number of finite numbers
+  kInstant,      // UTC, such as 2016-03-05T12:00:00Z
   kChoice,       // one of `choices`
 };
 

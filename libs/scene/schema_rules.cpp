@@ -195,6 +195,7 @@ std::vector<ElementRule> MakeRules() {
         {"hook_and_loop", 0, 0},
         {"parameter", 0, 0},
         {"camera", 0, 0},
+        {"environment", 0, 1},
         {"sun", 0, 1}}},
       RunRule(),
       {"procedure", "the SCXML file of the procedure", {Required("file", ValueKind::kFile)}, {}},
@@ -249,7 +250,15 @@ std::vector<ElementRule> MakeRules() {
        {Required("name", ValueKind::kName), Required("eye_m", ValueKind::kVector),
         Required("target_m", ValueKind::kVector), Optional("vertical_fov_deg", kAboveZero)},
        {}},
-      {"sun", "direction towards the sun in W", {Required("direction", ValueKind::kVector)}, {}},
+      {"environment",
+       "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "
+       "equator; "
+       "argument: from the node to the place at the epoch), and the zenith in W",
+       {Optional("epoch", ValueKind::kInstant), Optional("altitude_km", kAboveZero),
+        Optional("inclination_deg", kPlainNumber), Optional("node_deg", kPlainNumber),
+        Optional("argument_deg", kPlainNumber), Optional("zenith", ValueKind::kVector)},
+       {}},
+      {"sun", "direction towards the sun in W at the epoch", {Required("direction", ValueKind::kVector)}, {}},
   };
 }
 

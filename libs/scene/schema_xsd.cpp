@@ -37,6 +37,12 @@ constexpr const char* kTypes = R"(
   <xs:simpleType name="color">
     <xs:restriction base="fractions"><xs:length value="3"/></xs:restriction>
   </xs:simpleType>
+  <xs:simpleType name="instant">
+    <xs:restriction base="xs:dateTime">
+      <xs:pattern value="[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}Z"/>
+      <xs:minInclusive value="1972-01-01T00:00:00Z"/><xs:maxExclusive value="2100-01-01T00:00:00Z"/>
+    </xs:restriction>
+  </xs:simpleType>
 )";
 
 // Names that other elements refer to.
@@ -79,6 +85,8 @@ const char* TypeName(ValueKind kind) {
       return "color";
     case ValueKind::kNumbers:
       return "numbers";
+    case ValueKind::kInstant:
+      return "instant";
     case ValueKind::kChoice:
       return "xs:string";
   }

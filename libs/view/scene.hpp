@@ -10,6 +10,7 @@
 #include "core/messages/trace.hpp"
 #include "core/pose.hpp"
 #include "scene/scenario.hpp"
+#include "space/surroundings.hpp"
 
 namespace view {
 
@@ -74,7 +75,7 @@ struct Assets {
 
 struct Scene {
   std::shared_ptr<const Assets> assets;
-  glm::dvec3 sun_direction_W{0.3, 0.4, 0.85};  // unit, towards the sun
+  space::Surroundings space;  // of the sun, the Earth and the stars, at that time
   std::vector<Instance> instances;
   std::vector<Sheet> sheets;
   std::vector<Lamp> lamps;

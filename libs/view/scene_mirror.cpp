@@ -46,7 +46,7 @@ void Light(Instance& instance, const glm::vec3& color) {
 
 }  // namespace
 
-SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) {
+SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario), observer_(scenario.place) {
   auto assets = std::make_shared<Assets>();
   assets->cameras = scenario.cameras;
   if (assets->cameras.empty()) assets->cameras.push_back({.name = "default"});
@@ -74,7 +74,6 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario) 
     X_WH_.push_back(object.X_WO);
   }
   scene_.assets = std::move(assets);
-  scene_.sun_direction_W = glm::normalize(scenario.sun_direction_W);
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
   margins_.resize(scenario.devices.size());
@@ -177,6 +176,7 @@ void SceneMirror::Refresh(std::int64_t now_ns) {
     if (now_ns - contacts.received_ns > kContactAge_ns) continue;
     AddArrows(contacts);
   }
+  scene_.space = observer_.At(1e-9 * static_cast<double>(scene_.time_ns));
   WriteTexts(now_ns);
 }
 
@@ -288,6 +288,7 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   texts.clear();
   const std::string& title = scenario_.title.empty() ? scenario_.name : scenario_.title;
   texts.push_back({Anchor::kTopLeft, TextStyle::kBody, kWhite, title});
+  texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, space::FormatInstant(scene_.space.instant)});
   WriteForces(now_ns);
   WriteMargins();
   WriteCollisions(now_ns);

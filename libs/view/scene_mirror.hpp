@@ -77,6 +77,7 @@ class SceneMirror {
   void WriteCollisions(std::int64_t now_ns);
 
   scene::Scenario scenario_;
+  space::Observer observer_;
   Scene scene_;
   std::vector<core::Pose> X_WH_;  // per object: the pose for contact gaps (a hand part: at X_WD)
   std::vector<PairContacts> pairs_;

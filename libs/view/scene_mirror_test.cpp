@@ -81,6 +81,27 @@ TEST(SceneMirror, StartsAtThePosesOfTheScenario) {
   EXPECT_NEAR(scene.instances[2].X_WM.translation.z, 1.0, 1e-12);
 }
 
+TEST(SceneMirror, ThePictureIsOfTheScenariosTimeAndSaysWhich) {
+  scene::Scenario scenario = SmallScenario();
+  scenario.place.epoch = *space::ParseInstant("2014-03-01T12:00:00Z");
+  scenario.place.orbit.altitude_m = 400e3;
+  SceneMirror mirror(scenario);
+  EXPECT_TRUE(HasText(mirror.scene(), "2014-03-01 12:00:00 UTC"));
+  const glm::dvec3 sun_W = glm::normalize(scenario.place.sun_W);
+  EXPECT_LT(glm::distance(mirror.scene().space.sun_direction_W, sun_W), 1e-9);
+  const core::Pose X_WE = mirror.scene().space.X_WE;
+
+  core::PhysicsState state;
+  state.time_ns = 90'000'000'000;
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "2014-03-01 12:01:30 UTC"));
+  const glm::dquat turned = mirror.scene().space.X_WE.rotation * glm::conjugate(X_WE.rotation);
+  EXPECT_NEAR(glm::angle(turned), 2.0 * std::acos(-1.0) * 90.0 / 86164.1, 1e-8);
+  const double moved_m = glm::distance(mirror.scene().space.X_WE.translation, X_WE.translation);
+  EXPECT_NEAR(moved_m, 90.0 * 7668.6, 1500.0);  // a chord
+}
+
 TEST(SceneMirror, BodiesFollowPhysics) {
   SceneMirror mirror(SmallScenario());
   core::PhysicsState state;

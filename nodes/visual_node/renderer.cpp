@@ -17,6 +17,8 @@ constexpr std::size_t kMaxLamps = 4;  // size of the shader's arrays
 // buffer a resolution of d^2 / (2^24 near): 6 um at 1 m.
 constexpr double kNear_m = 0.01;
 constexpr double kFar_m = 60.0;
+// The shadow map is fitted anew when the sun has moved by a tenth of its width (cos 0.05 degrees): 75 minutes.
+constexpr double kSameSun = 1.0 - 3.8e-7;
 
 void SetMatrix(GLint location, const glm::mat4& matrix) {
   glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(matrix));
@@ -47,7 +49,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto shadow = ShadowMap::Create();
   if (!shadow) return tl::unexpected(shadow.error());
   renderer->shadow_ = std::move(*shadow);
-  auto sky = Sky::Create(scene.sun_direction_W);
+  auto sky = Sky::Create(scene.space.sun_direction_W);
   if (!sky) return tl::unexpected(sky.error());
   renderer->sky_ = std::move(*sky);
   auto texts = TextPainter::Create();
@@ -92,8 +94,8 @@ void Renderer::FitShadow(const view::Scene& scene) {
   }
   if (low.x > high.x) low = high = glm::dvec3(0.0);
   const double radius_m = std::max(0.05, 0.5 * 1.10 * glm::length(high - low));
-  shadow_sun_W_ = scene.sun_direction_W;
-  shadow_.Fit(scene.sun_direction_W, 0.5 * (low + high), radius_m);
+  shadow_sun_W_ = scene.space.sun_direction_W;
+  shadow_.Fit(scene.space.sun_direction_W, 0.5 * (low + high), radius_m);
 }
 
 void Renderer::UpdateSheets(const view::Scene& scene) {
@@ -106,7 +108,7 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
 
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                                   bool with_texts) {
-  if (scene.sun_direction_W != shadow_sun_W_) FitShadow(scene);
+  if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
   UpdateSheets(scene);
   shadow_.Update(scene, meshes_, sheets_);
 
@@ -173,7 +175,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   SetMatrix(2, shadow_.sun_W());
   glUniform1f(3, 1.5f * shadow_.texel_m());
   glUniform3fv(6, 1, glm::value_ptr(view.eye_W));
-  glUniform3fv(7, 1, glm::value_ptr(glm::vec3(scene.sun_direction_W)));
+  glUniform3fv(7, 1, glm::value_ptr(glm::vec3(scene.space.sun_direction_W)));
   glBindTextureUnit(0, shadow_.texture());
   SetLamps(scene);
   for (const auto& [distance_m, i] : order_) {

@@ -45,7 +45,7 @@ view::Scene TestScene() {
   assets->instance_names = {"floor", "ball", "box", "lamp"};
   assets->cameras = {FrontCamera()};
   scene.assets = assets;
-  scene.sun_direction_W = {0.0, 0.0, 1.0};
+  scene.space.sun_direction_W = {0.0, 0.0, 1.0};
   const glm::dvec3 positions[4] = {{0, 0, -0.01}, {-0.3, 0, 0.1}, {0.25, 0.1, 0.1}, {0.25, 0.1, 0.22}};
   const glm::vec3 colors[4] = {{0.55f, 0.55f, 0.58f}, {0.75f, 0.25f, 0.06f}, {0.10f, 0.25f, 0.6f}, {0, 0.3f, 0}};
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -232,7 +232,7 @@ TEST_F(RendererTest, ReportsTheNameOfAMissingMesh) {
 
 // With VISUAL_NODE_TEST_PICTURE=FILE the picture is written to that file.
 TEST_F(RendererTest, ASupersampledStillHasTheSameMeansAsAPlainPicture) {
-  scene_.sun_direction_W = glm::normalize(glm::dvec3(-0.4, -0.5, 0.9));
+  scene_.space.sun_direction_W = glm::normalize(glm::dvec3(-0.4, -0.5, 0.9));
   scene_.arrows.push_back({{-0.3, -0.06, 0.02}, {0.0, -0.05, 0.12}, {0.2f, 0.95f, 0.35f}});
   scene_.texts = {
       {view::Anchor::kTopLeft, view::TextStyle::kBody, glm::vec3(0.9f), "Ball, box and lamp"},
