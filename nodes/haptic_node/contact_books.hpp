@@ -7,8 +7,9 @@ namespace haptic_node {
 
 // Momentum that the objects of physics owe to a hand: impulse that the device has rendered of their contacts, less what
 // they have got. haptic_node sends a contact's force as it was when the device was sampled; what the device renders by
-// the local contact field, and what physics makes of it at its own poses, are a little different. So the forces that go
-// to the objects are scaled until the debt is paid.
+// the local contact field, and what physics makes of it at its own poses, with its own damping and friction, are a
+// little different. So the forces that go to the objects are scaled until the debt is paid; what is left when the
+// contact is over is sent as a force in its place.
 class ContactBooks {
  public:
   // Both since the start, on the hand; `share`: of the rendered part, how much is the objects'.
@@ -25,9 +26,14 @@ class ContactBooks {
   [[nodiscard]] double Factor(const glm::dvec3& force_N) const noexcept {
     const double square_N2 = glm::dot(force_N, force_N);
     if (!(square_N2 > kLeastForce_N * kLeastForce_N)) return 1.0;
-    return std::clamp(1.0 + glm::dot(debt_Ns_, force_N) / (kTime_s * square_N2), 0.5, 1.5);
+    return std::clamp(1.0 + glm::dot(debt_Ns_, force_N) / (kTime_s * square_N2), 0.0, 4.0);
   }
-  [[nodiscard]] const glm::dvec3& debt_Ns() const { return debt_Ns_; }
+  // On the hand, in place of a contact that is over.
+  [[nodiscard]] glm::dvec3 Owed_N() const noexcept {
+    const double length_Ns = glm::length(debt_Ns_);
+    if (length_Ns < kLeastDebt_Ns) return glm::dvec3(0.0);
+    return std::min(1.0 / kTime_s, kMostOwed_N / length_Ns) * debt_Ns_;
+  }
 
  private:
   // Slow beside the some ticks that the books are late, fast beside a push.
@@ -35,6 +41,8 @@ class ContactBooks {
   static constexpr double kLeastForce_N = 0.1;
   static constexpr double kMostChange_Ns = 1.0;  // in a cycle: 50 N over 20 of them
   static constexpr double kMostDebt_Ns = 0.5;
+  static constexpr double kLeastDebt_Ns = 1e-6;
+  static constexpr double kMostOwed_N = 5.0;
   glm::dvec3 rendered_Ns_{0.0};
   glm::dvec3 given_Ns_{0.0};
   glm::dvec3 debt_Ns_{0.0};

@@ -286,10 +286,16 @@ void HapticNode::StepCoupling(Role* role) {
   if (role->god_object) {
     world_->HandPlanes(role->is_hand_part, &role->tool_contact, IgnoredObject(*role));
     role->F_Do_W = role->god_object->Step(role->sample.X_WD, role->tool_contact, X_WO_);
+    double strongest_N = 0.0;
     for (const vps::HeldContact& contact : role->god_object->contacts()) {
       role->is_in_contact = role->is_in_contact || contact.normal_N > 0.0;
-      if (scenario_.objects[contact.body].owner != scene::Owner::kPhysics) continue;
+      if (scenario_.objects[contact.body].owner != scene::Owner::kPhysics || !(contact.normal_N > 0.0)) continue;
       role->objects_N += contact.normal_N * contact.n_W + contact.tangent_W_N;
+      if (contact.normal_N <= strongest_N) continue;
+      strongest_N = contact.normal_N;
+      role->owing_pair = vps::CollisionWorld::PairOfHandPlane(contact.id);
+      role->owing_object = contact.body;
+      role->p_O_owing = X_WO_[contact.body].inverse() * contact.p_W;
     }
     return;
   }
@@ -557,6 +563,10 @@ void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_ha
     const double most_N_per_m = kMaxPlaneStiffness * scenario_.coupling.stiffness_N_per_m;
     plane.stiffness_N_per_m = static_cast<float>(std::min(factor * normal_N / depth_m, most_N_per_m));
   }
+  const bool is_over = role.objects_N == glm::dvec3(0.0) && !set->is_in_contact;
+  if (!is_over || pair != role.owing_pair || role.owing_object == core::kNoObject) return;
+  const glm::dvec3 force_N = (is_hand_sampled ? 1.0 : -1.0) * role.books.Owed_N();
+  set->F_So_W = {force_N, glm::cross(X_WO_[role.owing_object] * role.p_O_owing - p_WSo, force_N)};
 }
 
 }  // namespace haptic_node

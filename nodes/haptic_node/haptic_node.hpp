@@ -105,7 +105,10 @@ class HapticNode {
     bool is_in_contact = false;
     core::Wrench F_Do_W;  // of the coupling
     ContactBooks books;
-    glm::dvec3 objects_N{0.0};      // of F_Do_W, what objects of physics make
+    glm::dvec3 objects_N{0.0};   // of F_Do_W, what objects of physics make
+    std::size_t owing_pair = 0;  // of the strongest of these contacts, also when it is over
+    std::uint16_t owing_object = core::kNoObject;
+    glm::dvec3 p_O_owing{0.0};      // its place on the object
     double sum_of_weights_m = 0.0;  // sum of |penetration sum| over the pairs of the coupling
     std::uint64_t last_trace_through_physics = 0;
 

@@ -5,12 +5,13 @@
 namespace physics_node {
 
 ContactFeed::ContactFeed(const scene::Scenario& scenario, BuiltWorld* built)
-    : scenario_(scenario), built_(built), contacts_(scenario.pairs.size()) {
+    : scenario_(scenario), built_(built), contacts_(scenario.pairs.size()), owed_So_W_(scenario.pairs.size()) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].is_active = scenario.pairs[i].is_active;
 }
 
 void ContactFeed::ApplyReceived(const Inputs& inputs, const Hands& hands) {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    owed_So_W_[i] = {};
     if (built_->contact_of_pair[i] == kNone || scenario_.pairs[i].owner != scene::PairOwner::kHaptic) continue;
     const int slot = built_->contact_of_pair[i];
     Contact& contact = contacts_[i];
@@ -24,7 +25,25 @@ void ContactFeed::ApplyReceived(const Inputs& inputs, const Hands& hands) {
     }
     if (set->header.sequence == contact.sequence) continue;
     contact.sequence = set->header.sequence;
+    if (!set->is_in_contact) owed_So_W_[i] = set->F_So_W;
     Feed(slot, *set);
+  }
+  ApplyOwed();
+}
+
+// As loads on the objects, for one tick: no contact is there that could bear them.
+void ContactFeed::ApplyOwed() {
+  for (std::size_t object = 0; object < scenario_.objects.size(); ++object) {
+    if (scenario_.objects[object].owner != scene::Owner::kPhysics) continue;
+    core::Wrench load_Bo_W;
+    for (std::size_t i = 0; i < owed_So_W_.size(); ++i) {
+      const scene::Pair& pair = scenario_.pairs[i];
+      if (pair.sampled == object) load_Bo_W += owed_So_W_[i];
+      if (pair.field != object || owed_So_W_[i].force_N == glm::dvec3(0.0)) continue;
+      const auto origin_W = [&](std::uint16_t o) { return built_->world->X_WO(built_->body_of_object[o]).translation; };
+      load_Bo_W += -core::ShiftWrench(owed_So_W_[i], origin_W(pair.sampled) - origin_W(pair.field));
+    }
+    built_->world->SetLoad(built_->body_of_object[object], load_Bo_W);
   }
 }
 

@@ -23,6 +23,9 @@ class ContactFeed {
   void SetActive(std::size_t pair, bool is_active) { contacts_[pair].is_active = is_active; }
   // Applies the received sets. Planes stay in the world until a newer set replaces them or they are stale.
   void ApplyReceived(const Inputs& inputs, const Hands& hands);
+  // On S of a pair whose hand is apart, about S's origin, in this tick: what a contact that is over still owes the
+  // object (haptic_node/contact_books.hpp).
+  [[nodiscard]] const core::Wrench& owed_So_W(std::size_t pair) const { return owed_So_W_[pair]; }
   // Computes and applies this node's own pairs at the current poses.
   void ApplyOwn(OwnContacts* own, std::uint64_t tick, std::int64_t now_ns);
 
@@ -39,10 +42,12 @@ class ContactFeed {
   };
 
   void Feed(int slot, const core::ContactSet& set);
+  void ApplyOwed();
 
   const scene::Scenario& scenario_;
   BuiltWorld* built_;
-  std::vector<Contact> contacts_;  // per scenario pair
+  std::vector<Contact> contacts_;        // per scenario pair
+  std::vector<core::Wrench> owed_So_W_;  // per scenario pair
 };
 
 }  // namespace physics_node

@@ -175,9 +175,12 @@ struct PhysicsNode::Impl {
     if (!has_field) return;
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       const int slot = built.contact_of_pair[i];
-      if (slot == kNone || built.world->contact(slot).num_pushing == 0) continue;
+      if (slot == kNone) continue;
+      core::Wrench F_So_W = feed.owed_So_W(i);
+      if (built.world->contact(slot).num_pushing > 0) F_So_W += built.world->contact(slot).F_So_W;
+      if (F_So_W.force_N == glm::dvec3(0.0)) continue;
       const scene::Pair& pair = scenario.pairs[i];
-      const core::Wrench F_Wo_W = core::ShiftWrench(built.world->contact(slot).F_So_W, X_WO(pair.sampled).translation);
+      const core::Wrench F_Wo_W = core::ShiftWrench(F_So_W, X_WO(pair.sampled).translation);
       for (std::size_t role = 0; role < scenario.devices.size() && role < kMaxRoles; ++role) {
         const auto is_moved = [&](std::uint16_t object) {
           return scenario.objects[object].owner == scene::Owner::kPhysics;

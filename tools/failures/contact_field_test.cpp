@@ -238,7 +238,7 @@ SceneKit BallOverFreeBox(scene::ContactInput input, bool is_on_plate) {
 }
 
 TEST(FieldInTheBridge, ClosesTheBooksWithinOnePercent) {
-  for (const scene::ContactInput input : {scene::ContactInput::kWrench}) {
+  for (const scene::ContactInput input : {scene::ContactInput::kPlanes, scene::ContactInput::kWrench}) {
     LoopOptions options;
     options.command_delay_ticks = 1;
     options.script = "wait 1.2\npush 0 0 -1 by 0.1 speed 0.1\nwait 600";
@@ -253,9 +253,10 @@ TEST(FieldInTheBridge, ClosesTheBooksWithinOnePercent) {
   }
 }
 
-// Pressed, pushed aside and let go over and over, on a plate.
+// Pressed, pushed aside and let go over and over, on a plate. With planes physics makes damping and friction by laws of
+// its own.
 TEST(FieldInTheBridge, ClosesTheBooksOfABoxThatIsPressedAtAPlate) {
-  for (const scene::ContactInput input : {scene::ContactInput::kWrench}) {
+  for (const scene::ContactInput input : {scene::ContactInput::kPlanes, scene::ContactInput::kWrench}) {
     LoopOptions options;
     options.command_delay_ticks = 1;
     options.tremor_m = 2e-4;
@@ -266,14 +267,13 @@ TEST(FieldInTheBridge, ClosesTheBooksOfABoxThatIsPressedAtAPlate) {
           "push -1 0 0 by 0.004 speed 0.05\n";
     }
     Loop loop(BallOverFreeBox(input, true).scenario, options);
-    loop.Run(12.0);
-    const core::Wrench& rendered = loop.device().J_contact_Wo_W;
+    loop.Run(8.0);
     const core::Wrench& given = loop.reaction().J_contact_Wo_W;
+    const core::Wrench owed = loop.device().J_contact_Wo_W + -given;
+    const double given_Ns = glm::length(given.force_N);
     EXPECT_GT(given.force_N.z, 5.0);
-    EXPECT_LT(glm::length(rendered.force_N - given.force_N), 0.01 * glm::length(given.force_N))
-        << static_cast<int>(input);
-    EXPECT_LT(glm::length(rendered.torque_Nm - given.torque_Nm), 0.01 * 0.1 * glm::length(given.force_N))
-        << static_cast<int>(input);
+    EXPECT_LT(glm::length(owed.force_N), 0.01 * given_Ns);
+    EXPECT_LT(glm::length(owed.torque_Nm), 0.01 * 0.1 * given_Ns) << "at 0.1 m from W's origin";
   }
 }
 
