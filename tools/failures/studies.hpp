@@ -11,6 +11,7 @@ void StudySteps(Report* report);        // F2, F3, F4
 void StudyPeg(Report* report);          // F5
 void StudyEdges(Report* report);        // F6
 void StudyBoundary(Report* report);     // F7
+void StudyField(Report* report);        // F7
 void StudyEnergy(Report* report);       // F8
 void StudyImpact(Report* report);       // F9
 void StudyBodies(Report* report);       // F10, F14, F18
