@@ -6,6 +6,7 @@
 """
 import csv
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import curves
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BOTH = ["paper", "fast"]
 COLOCATE = "haptic physics"
+CACHE = os.environ.get("VR_OOS_CACHE", os.path.expanduser("~/.cache/vr_oos"))
 
 # Table: scenario, options of `oos run`, and the heads of its columns; --method both makes two.
 TABLES = {
@@ -81,7 +83,7 @@ class Machines:
         physics = "alpha" if "colocate" in attributes else "beta"
         places = [("device_bridge", "alpha"), ("haptic_node", "alpha"), ("physics_node", physics), ("logic_node", "gamma")]
         hosts = "".join(f'<host name="{name}" address="10.77.0.{11 + i}" ssh_config="{folder}/ssh_config" '
-                        f'cache="{folder}/cooked"/>' for i, name in enumerate(["alpha", "beta", "gamma"]))
+                        f'cache="{CACHE}"/>' for i, name in enumerate(["alpha", "beta", "gamma"]))
         nodes = "".join(f'<node name="{node}" host="{host}"/>' for node, host in places)
         given = "".join(f' {name}="{value}"' for name, value in attributes.items())
         (folder / "lab.xml").write_text(f'<lab name="measured"{given}>{hosts}<registry host="beta"/>{nodes}</lab>\n')
