@@ -8,8 +8,10 @@ namespace vps {
 namespace {
 
 constexpr double kTolerance_m = 1e-11;  // of a half-space
-constexpr double kContradiction_m = 1e-9;
-constexpr double kIndependence = 1e-10;  // of its part outside the others' span, squared
+constexpr double kContradiction_m = 1e-6;
+// Of its part outside the others' span, squared. One that lies nearer counts as dependent on them: to meet it, too, they
+// would press against each other a thousand times as hard as something presses on them.
+constexpr double kIndependence = 1e-6;
 constexpr int kMostSteps = 8 * int{kMaxHalfSpaces};
 
 // Normals of the active half-spaces, N = Q R with orthonormal Q and upper triangular R.
@@ -115,8 +117,8 @@ void StartFromLastCycle(const Vector6& target, const HalfSpaces& half_spaces, Ac
 //   t_2 = (b_p - a_p . y) / |z|^2   where p is satisfied: it becomes active, and
 //   t_1 = min u_j / r_j over r_j > 0  where j stops to push: it leaves, and the step goes on.
 // Each p that is added raises the minimum, so no active set comes twice and the method ends. It may start from any N
-// with u >= 0. If z = 0 and no r_j > 0, then a_p = N r with r <= 0: no point satisfies p and N together. Up to rounding
-// p is left as it is then; beyond, there is no solution.
+// with u >= 0. If z is next to nothing and no r_j > 0, then a_p is about N r with r <= 0: no point near satisfies p and
+// N together. Up to a micrometre p is left as it is then; beyond, there is no solution.
 void ProjectOntoHalfSpaces(const Vector6& target, const HalfSpaces& half_spaces, NearestPoint* result) noexcept {
   result->y = target;
   result->worst_violation = 0.0;
@@ -161,10 +163,8 @@ void ProjectOntoHalfSpaces(const Vector6& target, const HalfSpaces& half_spaces,
       }
       for (std::size_t j = 0; j < active.size(); ++j) u[active[j]] = std::max(u[active[j]] - step * r[j], 0.0);
       u[p] += step;
-      if (is_independent) {
-        AddScaled(step, z, &y);
-        lack -= step * zz;
-      }
+      AddScaled(step, z, &y);
+      lack -= step * zz;
       if (leaving == active.size()) {
         active.Add(p, a);
         --steps_left;

@@ -131,6 +131,20 @@ TEST(NearestPoint, MeetsEveryOptimalityConditionOfManyHalfSpaces) {
   }
 }
 
+// As two jaws whose gap is a part's width to a nanometre, and whose pads are not quite parallel. To meet the nanometre
+// they would have to press against each other a thousand times as hard as they are pushed.
+TEST(NearestPoint, NearlyOppositeHalfSpacesDoNotPressAgainstEachOther) {
+  HalfSpaces h;
+  h.count = 2;
+  h.of[0] = {{1, 0, 0, 0, 0, 0}, 0.0};
+  h.of[1] = {{-1, 1e-4, 0, 0, 0, 0}, 1e-9};
+  NearestPoint result;
+  ProjectOntoHalfSpaces({-1e-4, 0, 0, 0, 0, 0}, h, &result);
+  EXPECT_LT(result.multipliers[0], 1.1e-4);
+  EXPECT_LT(result.multipliers[1], 1e-5);
+  EXPECT_LT(result.worst_violation, 1e-6);
+}
+
 TEST(NearestPoint, SaysByHowMuchHalfSpacesContradictEachOther) {
   HalfSpaces h;
   h.count = 2;
