@@ -114,7 +114,8 @@ TEST(Observer, TheSunStandsWhereTheSceneWantsItAndTheZenithIsNear) {
 // The reference is the almanac without the observer's shortcuts: nothing kept from an earlier moment, frames turned by
 // matrices.
 TEST(Observer, SunEarthAndTerminatorAreThoseOfTheMomentThroughAnOrbit) {
-  const Place place;
+  Place place;
+  place.orbit.altitude_m = 400e3;
   Observer observer(place);
   const glm::dmat3 R_WC = glm::mat3_cast(observer.At(0.0).R_WC);
   double sun_deg = 0.0, earth_deg = 0.0, moon_deg = 0.0;

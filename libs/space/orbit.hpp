@@ -6,6 +6,7 @@ namespace space {
 
 constexpr double kEarthRadius_m = 6'378'137.0;      // at the equator, WGS 84
 constexpr double kEarthMeanRadius_m = 6'371'008.8;  // of the sphere that is drawn, IUGG
+constexpr double kMoonRadius_m = 1'737'400.0;
 constexpr double kEarthGm_m3_per_s2 = 3.986004418e14;
 
 // A circular orbit about a round Earth. Angles refer to the equator of the celestial frame C.

@@ -9,12 +9,14 @@
 
 namespace space {
 
-// All that is far away, as seen from the scene at one moment.
+// All that is far away, as seen from the scene at one moment. Its defaults are no moment: the sun above, the Earth far
+// below.
 struct Surroundings {
   Instant instant;
   glm::dvec3 sun_direction_W{0.0, 0.0, 1.0};
-  glm::dvec3 moon_position_W{0.0};      // [m]
-  core::Pose X_WE;                      // of the Earth's frame: z the pole, x Greenwich on the equator
+  glm::dvec3 moon_position_W{0.0};  // [m]
+  core::Pose X_WE{{1.0, 0.0, 0.0, 0.0},
+                  {0.0, 0.0, -4.2e7}};  // of the Earth's frame: z the pole, x Greenwich on the equator
   glm::dquat R_WC{1.0, 0.0, 0.0, 0.0};  // celestial frame: the stars
 };
 

@@ -49,7 +49,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto shadow = ShadowMap::Create();
   if (!shadow) return tl::unexpected(shadow.error());
   renderer->shadow_ = std::move(*shadow);
-  auto sky = Sky::Create(scene.space.sun_direction_W);
+  auto sky = Sky::Create();
   if (!sky) return tl::unexpected(sky.error());
   renderer->sky_ = std::move(*sky);
   auto texts = TextPainter::Create();
@@ -123,6 +123,10 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   view.up_W = glm::vec3(view_W[0][1], view_W[1][1], view_W[2][1]);
   view.height = target.height();
 
+  const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
+  const double focal_px = 0.5 * target.height() / std::tan(0.5 * camera.vertical_fov_rad);
+  sky_.Prepare(scene.space, {R_VC, focal_px, target.width(), target.height()});
+
   glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
   glViewport(0, 0, target.width(), target.height());
   glDisable(GL_BLEND);
@@ -135,7 +139,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   DrawSurfaces(scene, view);
   DrawSheets(scene);
   glDepthMask(GL_FALSE);
-  sky_.Draw(view.clip_sky, view.height);
+  sky_.Draw(scene.space, view.clip_sky);
   DrawGlow(scene, view);
   DrawArrows(scene, view);
   glDepthMask(GL_TRUE);
@@ -176,6 +180,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   glUniform1f(3, 1.5f * shadow_.texel_m());
   glUniform3fv(6, 1, glm::value_ptr(view.eye_W));
   glUniform3fv(7, 1, glm::value_ptr(glm::vec3(scene.space.sun_direction_W)));
+  glUniform3fv(17, 1, glm::value_ptr(glm::vec3(glm::normalize(scene.space.X_WE.translation))));
   glBindTextureUnit(0, shadow_.texture());
   SetLamps(scene);
   for (const auto& [distance_m, i] : order_) {

@@ -29,6 +29,7 @@ class Renderer {
                           bool with_texts = true);
 
   [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
+  [[nodiscard]] const std::string& sky_note() const { return sky_.note(); }
   [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }
   [[nodiscard]] int num_shadow_updates() const { return shadow_.num_updates(); }
 

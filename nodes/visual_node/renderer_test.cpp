@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 #include <link.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
 #include "nodes/visual_node/gl_context.hpp"
+#include "space/orbit.hpp"
 #include "view/projection.hpp"
 #include "vps/mesh/vertex_normals.hpp"
 #include "vps/testing/shapes.hpp"
@@ -130,6 +132,8 @@ TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
   for (const std::size_t i : {0u, 2u, 3u}) scene_.instances[i].is_visible = false;
   scene_.lamps.clear();
   const Image image = Draw();
+  scene_.instances[1].is_visible = false;
+  const Image sky = Draw();  // some stars are as red as the ball
   const scene::Camera camera = FrontCamera();
   const glm::dmat4 X_WE = glm::inverse(view::ViewMatrix(camera));
   const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera.vertical_fov_rad);
@@ -140,7 +144,8 @@ TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
       const glm::dvec3 ray_W = glm::normalize(glm::dmat3(X_WE) * ray_E);
       const glm::dvec3 to = scene_.instances[1].X_WM.translation - camera.eye_m;
       const double miss_m = glm::length(to - glm::dot(to, ray_W) * ray_W);
-      const bool is_ball = image.Pixel(x, y)[0] > image.Pixel(x, y)[2] + 12;
+      const bool is_ball = !std::equal(image.Pixel(x, y), image.Pixel(x, y) + 3, sky.Pixel(x, y)) &&
+                           image.Pixel(x, y)[0] > image.Pixel(x, y)[2] + 12;
       inside += miss_m < 0.1;
       // Half a pixel is 0.65 mm there, and the 48-sided mesh lies up to 0.3 mm inside the sphere.
       if (miss_m < 0.0985 && !is_ball) ++wrong;
@@ -214,6 +219,69 @@ TEST_F(RendererTest, TextsAreDrawnAtTheirAnchors) {
   EXPECT_GT(renderer_->placed_lines()[0].y, 3 * kHeight / 4);
   EXPECT_GT(renderer_->placed_lines()[1].x, kWidth / 2);
   EXPECT_LT(renderer_->placed_lines()[1].y, kHeight / 4);
+}
+
+// Only the sky, with the Earth 20000 km ahead and the sun on the right: half of it is day.
+TEST_F(RendererTest, TheTerminatorOfTheEarthIsAtRightAnglesToTheSun) {
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  const scene::Camera camera = FrontCamera();
+  const glm::dmat3 R_WV = glm::transpose(glm::dmat3(view::ViewMatrix(camera)));
+  const double distance_m = 2e7;
+  scene_.space.sun_direction_W = R_WV[0];
+  scene_.space.X_WE.translation = -distance_m * R_WV[2];
+  const Image image = Draw();
+  const double focal_px = 0.5 * kHeight / std::tan(0.5 * camera.vertical_fov_rad);
+  int wrong = 0, checked = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const glm::dvec3 d = glm::normalize(glm::dvec3(x + 0.5 - 0.5 * kWidth, 0.5 * kHeight - y - 0.5, -focal_px));
+      const glm::dvec3 centre(0.0, 0.0, -distance_m);
+      const double along_m = glm::dot(d, centre), miss_m = glm::length(along_m * d - centre);
+      if (miss_m > 0.9 * space::kEarthMeanRadius_m) continue;
+      const glm::dvec3 n =
+          along_m * d - std::sqrt(space::kEarthMeanRadius_m * space::kEarthMeanRadius_m - miss_m * miss_m) * d - centre;
+      const double sine = n.x / space::kEarthMeanRadius_m;  // of the sun's height
+      if (std::abs(sine) < 0.01) continue;                  // a pixel is 45 km or 0.007 there
+      ++checked;
+      const bool is_day = Luma(image.Pixel(x, y)) > 22;  // space itself has 14
+      wrong += is_day != (sine > 0.0) && (sine < 0.0 || sine > 0.05);
+    }
+  }
+  EXPECT_GT(checked, 20000);
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(RendererTest, TheEarthTurnsInThePicture) {
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  const glm::dmat3 R_WV = glm::transpose(glm::dmat3(view::ViewMatrix(FrontCamera())));
+  scene_.space.sun_direction_W = R_WV[2];
+  scene_.space.X_WE.translation = -2e7 * R_WV[2];
+  const Image before = Draw();
+  scene_.space.X_WE.rotation = glm::angleAxis(0.5, glm::dvec3(0, 0, 1));
+  const Image after = Draw();
+  int changed = 0;
+  for (int y = 90; y < 270; ++y) {
+    for (int x = 230; x < 410; ++x) changed += std::abs(Luma(after.Pixel(x, y)) - Luma(before.Pixel(x, y))) > 8;
+  }
+  EXPECT_GT(changed, 10000);
+}
+
+TEST_F(RendererTest, ABrightStarShinesWhereItStands) {
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  const glm::dmat3 R_WV = glm::transpose(glm::dmat3(view::ViewMatrix(FrontCamera())));
+  scene_.space.X_WE.translation = 4e7 * R_WV[2];  // behind
+  scene_.space.sun_direction_W = R_WV[1];
+  // Turns the sky so that Vega stands at pixel (400.5, 100.5).
+  const double ra = glm::radians(279.2347), dec = glm::radians(38.7837);
+  const glm::dvec3 vega_C(std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec));
+  const double focal_px = 0.5 * kHeight / std::tan(0.5 * FrontCamera().vertical_fov_rad);
+  const glm::dvec3 there_W = glm::normalize(R_WV * glm::dvec3(400.5 - 320.0, 180.0 - 100.5, -focal_px));
+  const glm::dvec3 axis = glm::normalize(glm::cross(vega_C, there_W));
+  scene_.space.R_WC = glm::angleAxis(std::acos(glm::dot(vega_C, there_W)), axis);
+  const Image image = Draw();
+  EXPECT_GT(Luma(image.Pixel(400, 100)), 200);
+  EXPECT_LT(Luma(image.Pixel(398, 100)), 100);
+  EXPECT_LT(Luma(image.Pixel(400, 102)), 100);
 }
 
 TEST_F(RendererTest, DrawingTwiceGivesEqualPictures) {

@@ -53,6 +53,7 @@ layout(location = 7) uniform vec3 u_sun_direction_W;
 layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz W, w: reach [m]
 layout(location = 12) uniform vec3 u_lamp_color[4];
 layout(location = 16) uniform int u_num_lamps;
+layout(location = 17) uniform vec3 u_earth_direction_W;
 layout(binding = 0) uniform sampler2DShadow u_shadow;
 in vec3 v_p_W;
 in vec3 v_n_W;
@@ -60,7 +61,7 @@ in vec3 v_sun;
 out vec4 o_color;
 
 vec3 Environment(vec3 d, float blur) {
-  float earth = smoothstep(-0.2 - blur, 0.5 + blur, dot(d, normalize(vec3(-0.82, 0.27, -0.50))));
+  float earth = smoothstep(-0.2 - blur, 0.5 + blur, dot(d, u_earth_direction_W));
   float below = 1.0 - smoothstep(-0.7 - blur, 0.3 + blur, d.z);
   float key = smoothstep(0.45 - 0.7 * blur, 0.95, dot(d, normalize(vec3(0.25, -0.65, 0.72))));
   float rim = smoothstep(0.60 - 0.7 * blur, 0.98, dot(d, normalize(vec3(-0.75, 0.25, 0.60))));

@@ -1,34 +1,48 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <string>
+#include <vector>
 
 #include "core/result.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
+#include "space/stars/star_field.hpp"
+#include "space/surroundings.hpp"
 
 namespace visual_node {
 
-// The background: black space, stars, and the Earth with its atmosphere. The Earth is computed once, at the start, into
-// a cube map, which a frame samples where nothing else is drawn. The stars have a fixed seed, so pictures are
-// reproducible.
+// What is far away: stars, sun, Moon, and the Earth with its air. The stars are splatted by the CPU, anew when the
+// camera turns. The Earth's surface is a cube map in its own frame; its tiles are computed when they come into view.
 class Sky {
  public:
-  static core::Result<Sky> Create(const glm::dvec3& sun_direction_W);
+  static core::Result<Sky> Create();
 
-  // Call it after the surfaces: fills the pixels at the far plane. `clip_sky` is the clip matrix without the
-  // translation of the eye.
-  void Draw(const glm::mat4& clip_sky, int target_height) const;
+  // Before the target is bound: computes what has come into view.
+  void Prepare(const space::Surroundings& space, const space::StarCamera& camera);
+
+  // After the surfaces: fills the pixels at the far plane. `clip_sky` is the clip matrix without the translation of the
+  // eye. The target has the size of Prepare's camera.
+  void Draw(const space::Surroundings& space, const glm::mat4& clip_sky) const;
+
+  // What is missing of the stars; empty: nothing.
+  [[nodiscard]] const std::string& note() const { return note_; }
 
  private:
-  core::Result<void> Bake(const glm::dvec3& sun_direction_W);
-  void MakeStars();
+  void BakeVisible(const space::Surroundings& space);
+  void Splat(const space::StarCamera& camera);
 
   GlProgram background_;
-  GlProgram star_;
+  GlProgram earth_;
   GlTexture cube_;
-  GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
-  GlVertexArray star_layout_;
-  GlBuffer star_vertices_;
-  int num_stars_ = 0;
+  GlTexture land_;
+  GlTexture stars_;
+  GlFramebuffer bake_;
+  GlVertexArray nothing_;                // the core profile requires one, even when the shader generates its vertices
+  std::vector<bool> is_baked_;           // tiles of the cube
+  std::vector<space::StarField> field_;  // one
+  space::StarCamera splatted_;
+  std::vector<glm::vec4> luminance_;
+  std::string note_;
 };
 
 }  // namespace visual_node

@@ -81,6 +81,7 @@ class Viewer {
     renderer_ = std::move(*renderer);
     summary_.num_triangles = renderer_->num_triangles();
     std::printf("drawing %zu triangles with %s\n", renderer_->num_triangles(), summary_.gl_renderer.c_str());
+    if (!renderer_->sky_note().empty()) std::printf("%s\n", renderer_->sky_note().c_str());
     std::fflush(stdout);
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;

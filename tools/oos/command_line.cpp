@@ -9,15 +9,17 @@
 #include "tools/oos/record/verbs.hpp"
 #include "tools/oos/replay/verbs.hpp"
 #include "tools/oos/run/verbs.hpp"
+#include "tools/oos/stars/verbs.hpp"
 #include "tools/oos/sweep/verbs.hpp"
 
 namespace oos {
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),    CheckVerb(),  CookVerb(),    DoctorVerb(),   TopicVerb(), TopVerb(),    ViewVerb(),
-          SweepVerb(),  SetVerb(),    LatencyVerb(), InspectVerb(),  QueryVerb(), BenchVerb(),  RecordVerb(),
-          InfoVerb(),   CatVerb(),    RecoverVerb(), MergeVerb(),    DiffVerb(),  ExportVerb(), LaunchVerb(),
-          StatusVerb(), AttachVerb(), StopVerb(),    RegistryVerb(), ClockVerb(), ReplayVerb(), FetchVerb()};
+  return {RunVerb(),      CheckVerb(),  CookVerb(),   DoctorVerb(),  TopicVerb(),   TopVerb(),
+          ViewVerb(),     SweepVerb(),  SetVerb(),    LatencyVerb(), InspectVerb(), QueryVerb(),
+          BenchVerb(),    RecordVerb(), InfoVerb(),   CatVerb(),     RecoverVerb(), MergeVerb(),
+          DiffVerb(),     ExportVerb(), LaunchVerb(), StatusVerb(),  AttachVerb(),  StopVerb(),
+          RegistryVerb(), ClockVerb(),  ReplayVerb(), FetchVerb(),   StarsVerb()};
 }
 
 int RunCommandLine(const std::vector<std::string>& words) {
