@@ -74,8 +74,8 @@ void ContactField::Take(const core::DeviceCommand& command, const core::Pose& X_
   at_D0_ = ContactsAt(command.X_WD, 0.0);
   decay_s_ = std::max(Age_s(now_ns), core::kTick_s);
   if (!continues) return;
-  const core::Wrench after = command.F_Do_W + Change(X_WD, now_ns);
   const core::Wrench f = ContactsAt(X_WD, Age_s(now_ns));
+  const core::Wrench after = command.F_Do_W + Capped(f + command.F_rest_Do_W) + -Capped(at_D0_ + command.F_rest_Do_W);
   const core::Wrench by_rest = Capped(f + command.F_rest_Do_W) + -Capped(f + R_before);
   kept_ = before + by_rest + -after;
 }

@@ -131,6 +131,18 @@ TEST(FieldInTheBridge, HoldsAWallFourTimesStifferThreeMillisecondsLate) {
   EXPECT_TRUE(IsStable(44000.0, true));
 }
 
+// haptic_node lowers its stiffness to what the bridge allows: with the field, for the device's own delay.
+TEST(FieldInTheBridge, AllowsTheStiffnessOfTheDevicesOwnLoop) {
+  for (const bool has_field : {true, false}) {
+    SceneKit kit = Wall(5000.0, has_field);
+    kit.device().command_delay_s = 0.5e-3;
+    Loop loop(kit.scenario, Press(0.004));
+    loop.Run(2.0);
+    EXPECT_NEAR(loop.bridge().figures(0).loop_delay_s, 3.5e-3, 1e-9);
+    EXPECT_NEAR(loop.bridge().figures(0).allowed.delay_s, has_field ? 0.5e-3 : 3.5e-3, 1e-9);
+  }
+}
+
 // The plane of a body at velocity v under a device that moves along with it: nothing changes.
 TEST(FieldInTheBridge, GoesOnWithABodyThatMoves) {
   core::DeviceCommand command;
