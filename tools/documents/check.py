@@ -14,7 +14,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 TEST = re.compile(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)")
 NAMED_TEST = re.compile(r"`(?:\w+/)?([A-Z]\w+)\.(\w*\*?)`")
 CODE_NAME = re.compile(r"`((?:\w+::)*[A-Z][a-z]\w+(?:::\w+)*)`")
-CITED = re.compile(r"\bD(\d{1,2})\b(?=[ ,.;:)])|\bdecisions? (\d{1,2})\b|decisions/(\d{4})")
+CITED = re.compile(r"\bD([1-9]\d?|0\d)\b(?=[ ,.;:)])|\bdecisions? (\d{1,2})\b|decisions/(\d{4})")
 ROOM = re.compile(r"^\s*add_(?:room|node)\(", re.M)
 SOURCES = {".cpp", ".hpp", ".py", ".mjs", ".proto"}
 # In these every name of code is checked, not only tests: they say which code implements an equation and which test holds it.
