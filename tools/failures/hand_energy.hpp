@@ -6,14 +6,14 @@
 
 namespace failures {
 
-// What passes through a hand device. Exact: forces are constant within a tick.
+// What passes through a hand device.
 //
 // Energy that comes back late hides behind what friction has taken before, so it is also judged from one instant
 // without a force to any later one. Nothing is stored then; what comes back between the two, beyond what the device's
 // own damping takes, was generated.
 class HandEnergy {
  public:
-  // One tick later: the device as it is now, and the wrench that acted on the hand until now.
+  // One tick later: the device as it is now, and the mean wrench that acted on the hand until now.
   void Add(const core::DeviceState& device, const core::Wrench& acted, const scene::Device& parameters);
 
   // Put in by the hand against the rendered force, and the least that it was since the beginning.

@@ -49,7 +49,7 @@ void Loop::Tick() {
     if (static_cast<int>(commands_.size()) > options_.command_delay_ticks) {
       if (is_linked_) {
         for (std::size_t i = 0; i < commands_.front().size(); ++i)
-          bridge_->AcceptCommand(i, commands_.front()[i], now_ns_, now_ns_);
+          bridge_->AcceptCommand(i, commands_.front()[i], now_ns_ + kAnswer_ns, now_ns_ + kAnswer_ns);
       }
       commands_.pop_front();
     }
@@ -108,7 +108,9 @@ void Loop::StepBridge() {
   bridge_->Step(inputs, &outputs);
   devices_ = outputs.states;
   if (!is_held_) TakeHandAlong();
-  energy_.Add(devices_[0], exerted_before_, scenario_.devices[0]);
+  constexpr double kShare = static_cast<double>(kAnswer_ns) / static_cast<double>(core::kTick_ns);
+  energy_.Add(devices_[0], kShare * exerted_at_sample_ + (1.0 - kShare) * exerted_before_, scenario_.devices[0]);
+  exerted_at_sample_ = exerted();
 }
 
 // A target that moves with the device pulls at nothing. The bridge gives its devices only to look at; the hand is ours.

@@ -29,9 +29,12 @@ struct LoopOptions {
   std::function<core::Wrench(const core::DeviceState&)> answer;
 };
 
+// A command is in the arm this long after the sample that it was made from, as on one fast machine, unless it is
+// delayed. Not at once: the safety filter lets a force change by so much in a time, and not at all in none.
+constexpr std::int64_t kAnswer_ns = 300'000;
+
 // The steps of device_bridge, haptic_node and, if the scene has bodies, physics_node, in turn on a virtual clock of
-// 1 ms. A command is in the arm in the same tick as the sample that it was made from, as on one fast machine, unless
-// it is delayed; poses of bodies arrive one tick later.
+// 1 ms. Poses of bodies arrive one tick later.
 class Loop {
  public:
   explicit Loop(const scene::Scenario& scenario, const LoopOptions& options = {});
@@ -90,8 +93,9 @@ class Loop {
   core::LogicStatus logic_;
   bool is_linked_ = true;
   bool is_held_ = true;
-  core::Wrench exerted_before_;
-  HandEnergy energy_;  // of the first device
+  core::Wrench exerted_before_;     // since the last command
+  core::Wrench exerted_at_sample_;  // since the last sample
+  HandEnergy energy_;               // of the first device
   std::int64_t haptic_cpu_ns_ = 0;
   std::uint64_t haptic_allocations_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "stability/sampled_axis.hpp"
 #include "tools/failures/for_all.hpp"
@@ -35,7 +36,8 @@ double Bisect(double low, double high, double ratio, const std::function<bool(do
 
 // Of the device and the damping of the operator's arm; the arm's spring, soft beside the wall, is left out.
 stability::SampledAxis AxisOf(const Hand& hand, int delay_ticks) {
-  return {hand.mass_kg, hand.damping_N_s_per_m + hand.arm_damping_N_s_per_m, kTick_s, kTick_s * delay_ticks};
+  return {hand.mass_kg, hand.damping_N_s_per_m + hand.arm_damping_N_s_per_m, kTick_s,
+          kTick_s * delay_ticks + 1e-9 * static_cast<double>(kAnswer_ns)};
 }
 
 void Fit(const Hand& hand, SceneKit* kit) {
@@ -60,7 +62,8 @@ class Decay {
  public:
   void Add(double t_s, double speed_m_per_s) {
     const auto window = static_cast<std::size_t>(t_s / kWindow_s);
-    if (window < sums_.size()) sums_[window] += speed_m_per_s * speed_m_per_s;
+    const double weight = std::sin(std::numbers::pi * t_s / kWindow_s);  // so that parts of a period do not count
+    if (window < sums_.size()) sums_[window] += weight * weight * speed_m_per_s * speed_m_per_s;
   }
   // Decaying, or still to within a micrometre of motion at the boundary's frequencies.
   [[nodiscard]] bool is_stable() const {
@@ -144,7 +147,7 @@ void Find(Case* one) {
     if (one->panel > 0) return IsStableOnMesh(Variants()[one->panel - 1], one->hand, K, one->delay_ticks);
     return IsStableOnPlane(one->hand, {K, one->wall_damping_N_s_per_m}, one->delay_ticks);
   };
-  one->ratio = Ratio(is_stable, one->exact_N_per_m, one->panel > 0 ? 1.02 : 1.002);
+  one->ratio = Ratio(is_stable, one->exact_N_per_m, one->panel > 0 ? 1.04 : 1.002);
 }
 
 constexpr int kDelays_ticks[] = {0, 1, 3, 10};
@@ -173,6 +176,8 @@ std::vector<Case> CasesOfWallDamping() {
   for (const int delay : kDelays_ticks) {
     Case one;
     one.hand.damping_N_s_per_m = 0.0;
+    one.hand.stiffness_N_per_m = 4.0;  // leans with 20 N: the motion is to stay small beside the depth
+    one.hand.lean_m = 5.0;
     one.delay_ticks = delay;
     const stability::SampledAxis axis = AxisOf(one.hand, delay);
     for (const double share : {0.2, 0.5, 1.0, 1.3}) {
@@ -217,7 +222,9 @@ void ChartMap(const std::vector<Case>& map, const std::vector<Case>& damped, Rep
     }
   }
   report->tables.push_back(table);
-  Chart chart{"F7: the stiffest stable wall", "device of 1.5 kg, 1 kHz; lines: exact; points: simulated", {}};
+  Chart chart{"F7: the stiffest stable wall",
+              "device of 1.5 kg, 1 kHz, 0.3 ms later than the legend says; lines: exact; points: simulated",
+              {}};
   for (std::size_t i = 0; i <= Variants().size(); ++i) {
     Panel panel = PanelOf(map, i, [](const Case& one) { return one.hand.damping_N_s_per_m; });
     panel.title = i == 0 ? "plane in closed form" : "mesh of a plate, " + Variants()[i - 1].name;
@@ -243,13 +250,13 @@ void StudyMap(Report* report) {
   for (const Case* one : all) worst[one->panel].Add(one->ratio);
   Row on_plane{"F7",
                "stiffness and delay",
-               "device of 0.5, 1.5, 5 kg, 0 to 10 N s/m, 0 to 10 ms late, plane in closed form",
+               "device of 0.5, 1.5, 5 kg, 0 to 10 N s/m, 0.3 to 10.3 ms late, plane in closed form",
                "largest stable K over the exact one (4: end of the search)",
                "0.99 to 1.01",
                {},
                "the arm or the filter between command and force adds delay"};
   Row on_mesh = on_plane;
-  on_mesh.set_up = "device of 1.5 kg, 2 to 10 N s/m, 0 to 10 ms late, mesh of a plate";
+  on_mesh.set_up = "device of 1.5 kg, 2 to 10 N s/m, 0.3 to 10.3 ms late, mesh of a plate";
   on_mesh.bound = ">= 0.9";
   on_mesh.why = "the proxy follows the surface over some cycles, which is further delay";
   for (std::size_t i = 0; i < Variants().size(); ++i) {
@@ -275,7 +282,7 @@ void StudyWall(Report* report) {
   panel.x_log = false;
   Row row{"F7",
           "stiffness and delay",
-          "hand and device of 1.5 kg, 3 ms late, mesh of a plate, pressed with 4 N",
+          "hand and device of 1.5 kg, 3.3 ms late, mesh of a plate, pressed with 4 N",
           "largest stable K",
           ">= 40 kN/m",
           {},

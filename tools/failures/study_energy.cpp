@@ -160,7 +160,7 @@ class Charting {
 
  private:
   Report* report_;
-  Chart chart_{"F8: energy over ten minutes of tremulous motion", "put in by the hand, 1 ms late", {}};
+  Chart chart_{"F8: energy over ten minutes of tremulous motion", "put in by the hand, 1.3 ms late", {}};
   Table table_{"energy", {"scene", "contender", "time_s", "energy_J"}, {}};
 };
 
@@ -172,7 +172,7 @@ void AddFixedScenes(const std::vector<EnergyScene>& scenes, const std::vector<En
     charting->Begin(name);
     Row row{"F8",
             "energy generation",
-            "10 min of pushes by an operator with tremor, " + name + ", 1 ms late",
+            "10 min of pushes by an operator with tremor, " + name + ", 1.3 ms late",
             "least energy put in; of any time between two instants without force, with the device's damping; share of "
             "cycles with the controller",
             ">= -1 mJ; >= -1 mJ; < 1 %",
@@ -197,7 +197,7 @@ void AddShippedScene(const EnergyScene& scene, const Energy& energy, Charting* c
   charting->Add(energy.series);
   Row row{"F8",
           "energy generation",
-          "10 min of pushes by an operator with tremor, scenario `" + scene.name + "` as it is shipped, 1 ms late",
+          "10 min of pushes by an operator with tremor, scenario `" + scene.name + "` as it is shipped, 1.3 ms late",
           "least energy put in; share of cycles with the controller",
           ">= -1 mJ; < 1 %",
           {},
