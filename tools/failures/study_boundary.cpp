@@ -112,7 +112,7 @@ bool IsStableOnPlane(const Hand& hand, const stability::Wall& wall, int delay_ti
   return IsStable(kit, options);
 }
 
-constexpr double kSearch = 4.0;  // factor to both sides of the exact boundary
+constexpr double kSearch = 8.0;  // factor to both sides of the exact boundary
 
 // The largest stable stiffness, over the exact one.
 double Ratio(const std::function<bool(double)>& is_stable, double exact_N_per_m, double precision) {
@@ -251,7 +251,7 @@ void StudyMap(Report* report) {
   Row on_plane{"F7",
                "stiffness and delay",
                "device of 0.5, 1.5, 5 kg, 0 to 10 N s/m, 0.3 to 10.3 ms late, plane in closed form",
-               "largest stable K over the exact one (4: end of the search)",
+               "largest stable K over the exact one (8: end of the search)",
                "0.99 to 1.01",
                {},
                "the arm or the filter between command and force adds delay"};
