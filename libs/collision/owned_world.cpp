@@ -85,6 +85,7 @@ vps::PairDescription Describe(const scene::Scenario& scenario, const scene::Pair
   row.friction = pair.friction;
   row.look_ahead_m = pair.look_ahead_m;
   row.is_active = pair.is_active;
+  row.has_gaps = is_of_hand && scenario.coupling.type == "god_object";
   return row;
 }
 

@@ -155,10 +155,12 @@ std::vector<char> Encode(const CookedObject& object) {
     out.PutArray(field.coarse);
     out.PutArray(field.curvatures);
     out.PutArray(field.errors);
-    out.PutArray(field.facets.blocks);
-    out.PutArray(field.facets.spheres);
-    out.Put(field.facets.level_begin);
-    out.Put(field.facets.num_levels);
+    for (const Facets* facets : {&field.facets, &field.surface}) {
+      out.PutArray(facets->blocks);
+      out.PutArray(facets->spheres);
+      out.Put(facets->level_begin);
+      out.Put(facets->num_levels);
+    }
   }
   if (object.samples) {
     Encode(*object.samples, &out);
@@ -210,7 +212,7 @@ bool IsConsistent(const Facets& facets) {
 
 // Every index that a kernel follows must be in range.
 bool IsConsistent(const DistanceField& field) {
-  if (!IsConsistent(field.facets)) return false;
+  if (!IsConsistent(field.facets) || !IsConsistent(field.surface)) return false;
   if (field.coarse_shift < 2 || field.coarse_shift > 6 || !(field.voxel_size_m > 0.0)) return false;
   const int step = std::max(DistanceField::kBrick, 1 << field.coarse_shift);
   for (const std::int32_t n : {field.nx, field.ny, field.nz}) {
@@ -310,10 +312,12 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     field.coarse = in.GetArray<CoarseCell>();
     field.curvatures = in.GetArray<std::int16_t>();
     field.errors = in.GetArray<std::uint8_t>();
-    field.facets.blocks = in.GetArray<FacetBlock>();
-    field.facets.spheres = in.GetArray<FacetSpheres>();
-    field.facets.level_begin = in.Get<decltype(field.facets.level_begin)>();
-    field.facets.num_levels = in.Get<std::uint32_t>();
+    for (Facets* facets : {&field.facets, &field.surface}) {
+      facets->blocks = in.GetArray<FacetBlock>();
+      facets->spheres = in.GetArray<FacetSpheres>();
+      facets->level_begin = in.Get<decltype(facets->level_begin)>();
+      facets->num_levels = in.Get<std::uint32_t>();
+    }
     is_consistent = is_consistent && IsConsistent(field);
     object.field = std::move(field);
   }

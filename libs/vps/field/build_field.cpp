@@ -62,6 +62,8 @@ struct BrickDraft {
 // they take 1 % of the field (decision 12, consequences).
 constexpr double kWideFacet = 2.0;
 constexpr double kWideFacetsShare = 0.01;
+// For single places so much is kept whatever the field takes. Not derived: bounds memory.
+constexpr std::size_t kSmallSurface_bytes = 1U << 20U;
 
 double FacetsShare(const TriangleField& triangles) {
   double area = 0.0;  // voxels^2
@@ -93,6 +95,10 @@ class FieldBuilder {
     field_.creases.shrink_to_fit();
     field_.facets = PackFacets(
         *triangles_, static_cast<std::size_t>(FacetsShare(*triangles_) * static_cast<double>(field_.num_bytes())));
+    if (field_.facets.blocks.empty()) {
+      const auto most_bytes = static_cast<std::size_t>(kMostFacetsShare * static_cast<double>(field_.num_bytes()));
+      field_.surface = PackFacets(*triangles_, std::max(most_bytes, kSmallSurface_bytes));
+    }
     triangles_.reset();
     BoundCells(&field_, options_.workers);
     Report("bounds", 1.0);

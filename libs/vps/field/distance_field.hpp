@@ -62,10 +62,13 @@ struct DistanceField {
   std::vector<std::int16_t> curvatures;  // of each brick, padded to a whole word: ComputeBrickTraits
   std::vector<std::uint8_t> errors;      // of each brick: ComputeBrickTraits
   Facets facets;                         // the surface itself, where it is not much more than the rest: PackFacets
+  Facets surface;                        // the same for single places, where `facets` were not kept
 
+  // Empty: none are stored.
+  [[nodiscard]] const Facets& triangles() const { return facets.blocks.empty() ? surface : facets; }
   [[nodiscard]] std::size_t num_bytes() const {
     return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() +
-           2 * curvatures.size() + errors.size() + facets.num_bytes();
+           2 * curvatures.size() + errors.size() + facets.num_bytes() + surface.num_bytes();
   }
 };
 

@@ -4,11 +4,13 @@
 #include <array>
 #include <atomic>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <string>
 
 #include "core/clock.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
+#include "vps/multibody/gap_query.hpp"
 #include "vps/multibody/pair_query.hpp"
 #include "vps/multibody/pair_schedule.hpp"
 #include "vps/walk/walk_memory.hpp"
@@ -31,6 +33,23 @@ struct PairEntry {
   FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
   std::uint32_t points_due = 0;       // that its last walk would have tested without a budget
   std::uint32_t most_points = 0;      // its share of this step's budget; 0: no limit
+  // Of a pair with gaps; else null.
+  const TouchPoints* touch = nullptr;
+  std::unique_ptr<GapPlanes> gaps;
+
+  // That is walked, of `fast`.
+  [[nodiscard]] const SampleTree& TreeOf(const CookedObject& S) const {
+    return touch != nullptr ? touch->tree : *S.samples;
+  }
+  [[nodiscard]] std::span<const core::ContactPlane> planes() const {
+    if (gaps != nullptr) return {gaps->planes.begin(), gaps->planes.size()};
+    return {result.planes.begin(), result.planes.size()};
+  }
+  void ClearResult() {
+    result = PairResult{};
+    if (gaps != nullptr) gaps->Clear();
+    is_current = false;
+  }
 };
 
 bool IsSame(const core::Pose& a, const core::Pose& b) {
@@ -50,7 +69,8 @@ double DeepestPlane_m(const PairResult& result, const core::Pose& X_WS, const co
 
 struct CollisionWorld::Impl {
   std::vector<std::shared_ptr<const CookedObject>> objects;
-  std::vector<core::Wrench> F_Oo_W;  // per object
+  std::vector<core::Wrench> F_Oo_W;                                    // per object
+  std::map<std::uint16_t, std::unique_ptr<TouchPoints>> touch_points;  // of objects sampled by pairs with gaps
   std::vector<PairEntry> pairs;
   std::vector<PairState> phases;  // per pair, never kAsleep; apart from the entries, because all are gone through
   PairSchedule schedule;
@@ -144,7 +164,15 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
   }
   // Voxels that count as hits reach beyond G's surface by the look-ahead and the rounding of the layers.
   schedule.AddPair(pair.sampled, pair.field, pair.look_ahead_m + 4.0 * G->voxel_size_m());
-  pairs.push_back({.description = pair, .result = {}, .X_GS = {}});
+  PairEntry entry;
+  entry.description = pair;
+  if (pair.has_gaps && method == Method::kFast) {
+    std::unique_ptr<TouchPoints>& touch = touch_points[pair.sampled];
+    if (touch == nullptr) touch = std::make_unique<TouchPoints>(FindTouchPoints(*S->samples));
+    entry.touch = touch.get();
+    entry.gaps = std::make_unique<GapPlanes>();
+  }
+  pairs.push_back(std::move(entry));
   phases.push_back(pair.is_active ? PairState::kFar : PairState::kInactive);
   num_inactive += pair.is_active ? 0 : 1;
   return {};
@@ -157,7 +185,8 @@ void CollisionWorld::Impl::MakeScratch() {
   for (const PairEntry& pair : pairs) {
     const CookedObject& S = *objects[pair.description.sampled];
     if (method == Method::kFast) {
-      if (largest == nullptr || S.samples->points.size() > largest->points.size()) largest = &*S.samples;
+      const SampleTree& tree = pair.TreeOf(S);
+      if (largest == nullptr || tree.points.size() > largest->points.size()) largest = &tree;
       continue;
     }
     while (scratch.size() < count) scratch.emplace_back(*S.points);
@@ -183,8 +212,7 @@ void CollisionWorld::SetActive(std::size_t i, bool is_active) {
   PairEntry& pair = w.pairs[i];
   if (pair.description.is_active == is_active) return;
   pair.description.is_active = is_active;
-  pair.result = PairResult{};
-  pair.is_current = false;
+  pair.ClearResult();
   w.SetPhase(i, is_active ? PairState::kFar : PairState::kInactive);
   w.num_inactive += is_active ? -1U : 1U;
   if (is_active) {
@@ -235,8 +263,7 @@ void CollisionWorld::Impl::SetPhase(std::size_t i, PairState phase) {
 // Far pairs' entries are left as they are: a result without planes, of the last cycle in which the pair was near.
 void CollisionWorld::Impl::SetApart(std::size_t i, double free_m) {
   if (phases[i] != PairState::kFar) {
-    pairs[i].result = PairResult{};
-    pairs[i].is_current = false;
+    pairs[i].ClearResult();
     SetPhase(i, PairState::kFar);
   }
   schedule.Rest(i, free_m);
@@ -308,7 +335,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
-  const SampleTree& sampled = *objects[d.sampled]->samples;
+  const SampleTree& sampled = pair.TreeOf(*objects[d.sampled]);
   num_chunks[slot] = fast_scratch[slot].levels.Begin(sampled, *objects[d.field]->field, pair.X_GS,
                                                      WalkMargin_m(sampled, d.look_ahead_m), BestInstructionSet(),
                                                      &fast_scratch[slot].walk);
@@ -342,8 +369,14 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
   if (pair.is_late) return;
   const PairDescription d = DescriptionNow(pair);
-  pair.free_m = FinishFastPair(*objects[d.sampled]->samples, *objects[d.field]->field, schedule.X_WO(d.sampled),
-                               pair.X_GS, d, rho, &fast_scratch[slot], &pair.result);
+  const DistanceField& field = *objects[d.field]->field;
+  const core::Pose& X_WS = schedule.X_WO(d.sampled);
+  FastPairScratch* const memory = &fast_scratch[slot];
+  if (pair.gaps != nullptr) {
+    pair.free_m = FinishGapPair(*pair.touch, field, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);
+  } else {
+    pair.free_m = FinishFastPair(*objects[d.sampled]->samples, field, X_WS, pair.X_GS, d, rho, memory, &pair.result);
+  }
   pair.result.cycle = cycle;
   pair.result.is_cut_short = fast_scratch[slot].levels.result().is_cut_short;
   pair.points_due = fast_scratch[slot].levels.points_due();
@@ -527,7 +560,7 @@ void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, T
     const bool is_hand_sampled = is_hand_part[s] != 0;
     const core::Pose& X_WS = moved_X_WO.empty() ? w.schedule.X_WO(s) : moved_X_WO[s];
     const core::Pose& X_WG = moved_X_WO.empty() ? w.schedule.X_WO(g) : moved_X_WO[g];
-    for (const core::ContactPlane& from : pair.result.planes) {
+    for (const core::ContactPlane& from : pair.planes()) {
       const glm::dvec3 p_W = X_WS * glm::dvec3(from.p_S);
       const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(from.n_G));
       ToolPlane plane;

@@ -32,6 +32,8 @@ struct PairDescription {
   double friction = 0.2;
   double look_ahead_m = 0.002;
   bool is_active = true;
+  // `fast`: of a tool that rests on the surface (GodObject). Planes are exact gaps of single places instead of loads.
+  bool has_gaps = false;
 };
 
 struct WorldDescription {

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+
+#include "vps/multibody/fast_pair_query.hpp"
+#include "vps/sampling/touch_points.hpp"
+
+namespace vps {
+
+constexpr std::size_t kMaxGapPlanes = 64;
+
+// The planes of a pair for a tool that rests on the surface: gaps of single places of S, exact, whether they touch or
+// not, so that a plane is the same just before, at and just after touching. An id is a slot, which holds a place of S
+// while it matters.
+struct GapPlanes {
+  struct Slot {
+    std::uint32_t point = 0;
+    std::int8_t cycles_left = -1;  // negative: free
+  };
+  core::FixedVector<core::ContactPlane, kMaxGapPlanes> planes;
+  std::array<Slot, kMaxGapPlanes> slots;
+
+  void Clear() {
+    planes.clear();
+    slots.fill({});
+  }
+};
+
+// FinishFastPair's counterpart, after a walk of S.tree with the look-ahead as margin. Penalty integrals are those of
+// the points alone. result->planes are the nearest of gaps->planes.
+double FinishGapPair(const TouchPoints& S, const DistanceField& field, const core::Pose& X_WS, const core::Pose& X_GS,
+                     const PairDescription& pair, double rho, FastPairScratch* scratch, GapPlanes* gaps,
+                     PairResult* result);
+
+}  // namespace vps

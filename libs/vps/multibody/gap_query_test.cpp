@@ -1,0 +1,128 @@
+#include "vps/multibody/gap_query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vps/field/build_field.hpp"
+#include "vps/oracle/first_touch.hpp"
+#include "vps/testing/contact_cases.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kMicro = 1e-6;
+
+struct GapEngine {
+  GapEngine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
+      : field(*BuildField(A, voxel_size_m)),
+        touch(FindTouchPoints(*BuildSampleTree(B, num_points))),
+        scratch(touch.tree) {}
+  const GapPlanes& Query(const core::Pose& X_AB) {
+    std::uint32_t num_chunks =
+        scratch.levels.Begin(touch.tree, field, X_AB, pair.look_ahead_m, BestInstructionSet(), &scratch.walk);
+    do {
+      for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch.walk, i);
+      num_chunks = scratch.levels.Next();
+    } while (num_chunks > 0);
+    FinishGapPair(touch, field, X_AB, X_AB, pair, 0.01, &scratch, &gaps, &result);
+    X_AB_now = X_AB;
+    return gaps;
+  }
+  [[nodiscard]] double Gap_m(const core::ContactPlane& plane) const {
+    return glm::dot(glm::dvec3(plane.n_G), X_AB_now * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
+  }
+  [[nodiscard]] core::ContactPlane Least() const {
+    return *std::min_element(gaps.planes.begin(), gaps.planes.end(),
+                             [&](const auto& a, const auto& b) { return Gap_m(a) < Gap_m(b); });
+  }
+  DistanceField field;
+  TouchPoints touch;
+  FastPairScratch scratch;
+  PairDescription pair;
+  GapPlanes gaps;
+  PairResult result;
+  core::Pose X_AB_now;
+};
+
+core::Pose Turned(const glm::dvec3& turn) {
+  return {core::QuaternionFromRotationVector(turn), glm::dvec3(0.0)};
+}
+
+// A ball of facets over a tilted plate: the corner of the ball that is lowest has the plate's normal, and its exact
+// gap, before, at and after touching, under one id.
+TEST(GapQuery, ACornerOverAFaceHasTheFacesNormal) {
+  GapEngine engine(MakeBox({0.1, 0.1, 0.02}), MakeSphere(0.02, 64), 1e-3, 4096);
+  const core::Pose tilt = Turned({0.2, 0.1, 0.0});
+  const TriangleMesh ball = MakeSphere(0.02, 64);
+  double lowest_m = 0.0;
+  for (const glm::dvec3& v : ball.vertices) lowest_m = std::min(lowest_m, tilt.rotate(v).z);
+  std::uint32_t id = 0;
+  for (int i = -20; i <= 20; ++i) {
+    const double gap_m = -5.0 * kMicro * i;
+    core::Pose X_AB = tilt;
+    X_AB.translation.z = 0.01 - lowest_m + gap_m;
+    engine.Query(X_AB);
+    const core::ContactPlane plane = engine.Least();
+    EXPECT_NEAR(engine.Gap_m(plane), gap_m, 2.0 * kMicro);
+    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, 1)), 1e-4);
+    if (i > -20) EXPECT_EQ(plane.id, id);
+    id = plane.id;
+  }
+}
+
+// The plate is sampled, and comes down on a corner of the other body.
+TEST(GapQuery, AFaceOverACornerHasTheFacesNormal) {
+  const glm::dquat up = core::QuaternionFromRotationVector(
+      std::acos(1.0 / std::sqrt(3.0)) * glm::normalize(glm::cross(glm::dvec3(1.0), glm::dvec3(0, 0, 1))));
+  TriangleMesh corner = MakeBox(glm::dvec3(0.03));
+  for (glm::dvec3& v : corner.vertices) v = up * v;
+  const double top_m = 0.03 * std::sqrt(3.0) / 2.0;
+  GapEngine engine(corner, MakeBox({0.06, 0.06, 0.01}), 5e-4, 2048);
+  for (int i = -10; i <= 10; ++i) {
+    const double gap_m = 5.0 * kMicro * i;
+    engine.Query({{1, 0, 0, 0}, {0.0041, 0.0033, top_m + 0.005 + gap_m}});
+    const core::ContactPlane plane = engine.Least();
+    EXPECT_NEAR(engine.Gap_m(plane), gap_m, 2.0 * kMicro);
+    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, 1)), 5e-3) << gap_m;
+  }
+}
+
+// Two roofs across each other: the normal is across both edges.
+TEST(GapQuery, CrossingEdgesHaveTheNormalOfBoth) {
+  TriangleMesh roof = MakeBox(glm::dvec3(0.04));
+  for (glm::dvec3& v : roof.vertices) v = Turned({std::acos(-1.0) / 4.0, 0, 0}).rotate(v);  // ridges along x
+  const double top_m = 0.04 * std::sqrt(0.5);
+  GapEngine engine(roof, roof, 5e-4, 2048);
+  const glm::dquat across = core::QuaternionFromRotationVector({0, 0, 1.1});
+  for (int i = -10; i <= 10; ++i) {
+    const double gap_m = 5.0 * kMicro * i;
+    engine.Query({across, {0.0021, 0.0013, 2.0 * top_m + gap_m}});
+    const core::ContactPlane plane = engine.Least();
+    EXPECT_NEAR(engine.Gap_m(plane), gap_m, 2.0 * kMicro);
+    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, 1)), 5e-3) << gap_m;
+  }
+}
+
+// Of curved pairs at random attitudes, just before they touch: the least gap is that of the two meshes.
+TEST(GapQuery, TheLeastGapIsThatOfTheMeshes) {
+  for (const ContactCase& c : {BallCase(1), ToriCase(1)}) {
+    GapEngine engine(c.A, c.B, c.voxel_size_m, 4096);
+    const oracle::MeshDistance A(c.A);
+    const oracle::MeshDistance B(c.B);
+    CaseRandom random(7);
+    double worst_m = 0.0;
+    for (int i = 0; i < 6; ++i) {
+      const auto touch =
+          oracle::FindFirstTouch(A, BoundingBox(c.A), B, BoundingBox(c.B), random.Rotation(), random.Direction());
+      if (!touch) continue;
+      engine.Query(touch->Beyond(0.0));
+      ASSERT_FALSE(engine.gaps.planes.empty()) << c.name;
+      worst_m = std::max(worst_m, std::abs(engine.Gap_m(engine.Least())));
+    }
+    EXPECT_LT(worst_m, 0.05 * c.voxel_size_m) << c.name;
+  }
+}
+
+}  // namespace
+}  // namespace vps

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "vps/sampling/sample_tree.hpp"
+
+namespace vps {
+
+// A place at which a surface can touch another one first: somewhere on a flat patch, along a piece of a convex sharp
+// edge, or at a corner of the mesh.
+struct TouchPlace {
+  enum class Kind : std::uint8_t { kFace, kEdge, kCorner };
+  Kind kind = Kind::kCorner;
+  std::uint8_t bin = 0;    // DirectionBin of `inward`
+  glm::vec3 inward{0.0f};  // unit: the mean of the faces around it
+  glm::vec3 along{0.0f};   // kEdge: unit
+  float reach_m = 0.0f;    // of the patch or of the piece of edge about its point
+};
+
+// The same surface as the samples, as places in the order of a tree: place i belongs to point i of the tree. Samples
+// lie within the surface, where a mean depth is taken best; these lie on it, and where it reaches out farthest.
+struct TouchPoints {
+  SampleTree tree;
+  std::vector<TouchPlace> places;
+};
+
+// From the samples of flat patches and from the pieces, if there are any: else from all samples.
+TouchPoints FindTouchPoints(const SampleTree& samples);
+
+}  // namespace vps
