@@ -88,10 +88,7 @@ void StudyFriction(Report* report) {
                "breakaway and sliding force over the cone's",
                "0.97 to 1.03",
                {},
-               "coupling `paper` has no friction; god object: where the ball barely touches, its plane has a facet's "
-               "normal, up to "
-               "2.7 degrees off the plate's, and in some cycles after it has parted by a micrometre there is no plane "
-               "below it"};
+               "coupling `paper` has no friction"};
     Row ripple = breaks;
     ripple.observable = "rms of the force along the plate, of its mean";
     ripple.bound = "<= 3 %";

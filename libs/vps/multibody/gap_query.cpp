@@ -17,9 +17,9 @@ constexpr std::size_t kNumBins = 3 * kNumDirectionBins;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 // Cycles for which a place keeps its plane after others have become nearer: longer than a contact fades.
 constexpr std::int8_t kStay = 8;
-// A place gets its exact gap when the field has it nearer than this and its reach [voxels]: beyond, what the field is
+// A place gets its exact gap when it can be nearer than this by the field [voxels]: beyond, what the field is
 // off by does not matter before the next cycle.
-constexpr float kExactWithin = 0.5f;
+constexpr double kExactWithin = 0.5;
 // From a point this much off the surface it is clear which face, edge or corner of G is below [voxels].
 constexpr double kClear = 0.02;
 constexpr double kSlope = 1e-3;  // faces with less between them are along each other
@@ -303,6 +303,12 @@ Gap ByFacets(const DistanceField& field, const TouchPlace& place, const glm::dve
   return gap;
 }
 
+// By which the gap can fall along S away from its place.
+double Slope(const TouchPlace& place, const glm::dvec3& n, const glm::dvec3& inward_G, const glm::dvec3& along_G) {
+  if (place.kind == TouchPlace::Kind::kEdge) return std::abs(glm::dot(n, along_G));
+  return place.kind == TouchPlace::Kind::kFace ? glm::length(glm::cross(n, inward_G)) : 0.0;
+}
+
 // As the guards of ReducePatches: together they have the pair's stiffness.
 void TakeNearest(const core::Pose& X_GS, const PairDescription& pair, const GapPlanes& gaps,
                  core::FixedVector<core::ContactPlane, core::kMaxContactPlanes>* planes) {
@@ -353,13 +359,13 @@ double FinishGapPair(const TouchPoints& S, const DistanceField& field, const cor
     const TouchPlace& place = S.places[candidate.point];
     const glm::dvec3 p = (X_GS * glm::dvec3(query.PointAt(candidate.point)) - field.origin_m) / voxel_m;
     const glm::dvec3 inward_G = X_GS.rotate(glm::dvec3(place.inward));
-    Gap gap;
-    const float reach = place.reach_m / static_cast<float>(voxel_m);
-    if (candidate.depth > -(kExactWithin + reach) && !field.triangles().blocks.empty()) {
-      const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
-      gap = ByFacets(field, place, p, along_G, inward_G, static_cast<double>(candidate.depth));
+    const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
+    Gap gap = ByField(field, p);
+    if (gap.height - Slope(place, gap.n, inward_G, along_G) * static_cast<double>(place.reach_m) / voxel_m <
+        kExactWithin) {
+      const Gap exact = ByFacets(field, place, p, along_G, inward_G, static_cast<double>(candidate.depth));
+      if (exact.is_found) gap = exact;
     }
-    if (!gap.is_found) gap = ByField(field, p);
     if (gap.height > 0.0 && glm::dot(gap.n, inward_G) <= 0.0) continue;  // the side that faces away
     core::ContactPlane plane;
     plane.id = static_cast<std::uint32_t>(candidate.slot);
@@ -375,7 +381,7 @@ double FinishGapPair(const TouchPoints& S, const DistanceField& field, const cor
       result->deepest_n_S = glm::conjugate(X_GS.rotation) * gap.n;
     }
   }
-  result->signed_distance_m = least_m;
+  result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
   result->is_in_contact = least_m < 0.0;
   const double scale = AreaScale(walk.volume_m3, walk.square_m4, S.tree.area_m2, rho);
   result->f_So_S = scale * PenetrationSum{walk.force_m3, walk.moment_m4};

@@ -149,15 +149,21 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
     const bool is_flat = length > kFlat;
     if (!(length > 0.0f) || (has_pieces && !is_flat)) continue;
     surface.points_m.emplace_back(block.x[k], block.y[k], block.z[k]);
+    surface.areas_m2.push_back(static_cast<double>(block.area_m2[k]));
     places.push_back({is_flat ? TouchPlace::Kind::kFace : TouchPlace::Kind::kCorner, 0, inward / length,
                       glm::vec3(0.0f), is_flat ? std::sqrt(block.area_m2[k]) : 0.0f});
   }
+  // Penalty integrals are of the faces; what they do not cover is shared among the others.
+  const std::size_t num_faces = surface.areas_m2.size();
+  double rest_m2 = samples.area_m2;
+  for (const double area_m2 : surface.areas_m2) rest_m2 -= area_m2;
   if (has_pieces) Surface(samples.pieces).AddPlaces(spacing_m, &surface.points_m, &places);
-  const double share_m2 = samples.area_m2 / static_cast<double>(std::max<std::size_t>(surface.points_m.size(), 1));
+  const std::size_t num_others = surface.points_m.size() - num_faces;
+  const double share_m2 = std::max(rest_m2, 1e-6 * samples.area_m2) / static_cast<double>(std::max(num_others, 1UL));
+  surface.areas_m2.resize(surface.points_m.size(), share_m2);
   std::map<Key, std::size_t> place_of;
   for (std::size_t i = 0; i < surface.points_m.size(); ++i) {
     surface.inward_normals.emplace_back(places[i].inward);
-    surface.areas_m2.push_back(share_m2);
     place_of[KeyOf(glm::vec3(surface.points_m[i]))] = i;
   }
   TouchPoints touch;

@@ -1,0 +1,38 @@
+#include "vps/field/nearest_facet.hpp"
+
+#include <gtest/gtest.h>
+
+#include "vps/field/build_field.hpp"
+#include "vps/field/closest_triangle.hpp"
+#include "vps/testing/contact_cases.hpp"
+
+namespace vps {
+namespace {
+
+// Within the rounding of the corners, half a step along each axis.
+TEST(NearestFacet, IsTheNearestPlaceOfTheMeshWithItsSide) {
+  for (const TriangleMesh& mesh : {MakeTorus(0.05, 0.02, 48, 24), MakeBlockWithHole(0.06, 0.04, 0.01, 64)}) {
+    const DistanceField field = *BuildField(mesh, 1e-3);
+    ASSERT_FALSE(field.triangles().blocks.empty());
+    const TriangleField exact(mesh);
+    CaseRandom random(3);
+    int num_found = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const glm::dvec3 p(random.Uniform(-0.07, 0.07), random.Uniform(-0.07, 0.07), random.Uniform(-0.03, 0.03));
+      std::uint32_t triangle = 0;
+      const double distance = std::sqrt(exact.ClosestOfAll(p, &triangle).squared_distance) / 1e-3;
+      const NearestFacet facet = FindNearestFacet(field.triangles(), (p - field.origin_m) / 1e-3, 5.0);
+      EXPECT_EQ(facet.is_found, distance < 5.0);
+      if (!facet.is_found) continue;
+      ++num_found;
+      EXPECT_NEAR(std::abs(facet.height), distance, static_cast<double>(kFacetStep));
+      EXPECT_NEAR(glm::length((p - field.origin_m) / 1e-3 - facet.place), distance, static_cast<double>(kFacetStep));
+      const double by_field = static_cast<double>(SampleField(field, glm::vec3((p - field.origin_m) / 1e-3)).distance);
+      if (std::abs(by_field) > 0.5) EXPECT_EQ(facet.height > 0.0, by_field > 0.0);
+    }
+    EXPECT_GT(num_found, 200);
+  }
+}
+
+}  // namespace
+}  // namespace vps
