@@ -27,6 +27,10 @@ TEST(FailureTests, RefuseAnUnknownStudyAndNameTheKnownOnes) {
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no 'colour' to measure; known: thin"));
 }
 
+TEST(FailureTests, TheHandFeelsTheFrictionOfTheCone) {
+  EXPECT_THAT(MissedBy(StudyFriction), testing::IsEmpty());
+}
+
 TEST(FailureTests, NoContactIsLate) {
   EXPECT_THAT(MissedBy(StudyLateness), testing::IsEmpty());
 }
