@@ -85,7 +85,12 @@ vps::PairDescription Describe(const scene::Scenario& scenario, const scene::Pair
   row.friction = pair.friction;
   row.look_ahead_m = pair.look_ahead_m;
   row.is_active = pair.is_active;
-  row.has_gaps = is_of_hand && scenario.coupling.type == "god_object";
+  // Jaws grip by the penalty integral's depth and direction (HapticNode::JawForce_N), which gaps do not give.
+  const auto is_palm = [&](std::uint16_t object) {
+    const scene::Object& o = scenario.objects[object];
+    return o.owner == scene::Owner::kHand && o.part == scene::HandPart::kPalm;
+  };
+  row.has_gaps = scenario.coupling.type == "god_object" && (is_palm(pair.sampled) || is_palm(pair.field));
   return row;
 }
 
