@@ -138,8 +138,9 @@ TEST(FieldInTheBridge, AllowsTheStiffnessOfTheDevicesOwnLoop) {
     kit.device().command_delay_s = 0.5e-3;
     Loop loop(kit.scenario, Press(0.004));
     loop.Run(2.0);
-    EXPECT_NEAR(loop.bridge().figures(0).loop_delay_s, 3.5e-3, 1e-9);
-    EXPECT_NEAR(loop.bridge().figures(0).allowed.delay_s, has_field ? 0.5e-3 : 3.5e-3, 1e-9);
+    const device_bridge::RoleFigures figures = loop.bridge().figures(0);
+    EXPECT_GT(figures.loop_delay_s, 3.4e-3);
+    EXPECT_NEAR(figures.allowed.delay_s, has_field ? 0.5e-3 : figures.loop_delay_s, 1e-9);
   }
 }
 
