@@ -268,12 +268,14 @@ void HapticNode::LimitStiffness(Role* role, std::int64_t elapsed_ns) {
   if (role->god_object) role->god_object->SetStiffness(k, k_t);
 }
 
-// With the share of the last cycle, in which the impulses were made.
+// With the share of the last cycle that had a force: what is rendered late of a contact that is over is the objects',
+// too.
 void HapticNode::KeepBooks(Role* role) const {
   const double square_N2 = glm::dot(role->F_Do_W.force_N, role->F_Do_W.force_N);
-  const double share =
-      square_N2 > 0.0 ? std::clamp(glm::dot(role->objects_N, role->F_Do_W.force_N) / square_N2, 0.0, 1.0) : 0.0;
-  role->books.Update(role->sample.J_contact_Wo_W.force_N, role->reaction.J_contact_Wo_W.force_N, share);
+  if (square_N2 > 0.0) {
+    role->objects_share = std::clamp(glm::dot(role->objects_N, role->F_Do_W.force_N) / square_N2, 0.0, 1.0);
+  }
+  role->books.Update(role->sample.J_contact_Wo_W.force_N, role->reaction.J_contact_Wo_W.force_N, role->objects_share);
 }
 
 void HapticNode::StepCoupling(Role* role) {

@@ -106,6 +106,7 @@ class HapticNode {
     core::Wrench F_Do_W;  // of the coupling
     ContactBooks books;
     glm::dvec3 objects_N{0.0};   // of F_Do_W, what objects of physics make
+    double objects_share = 0.0;  // of F_Do_W when it was last not zero
     std::size_t owing_pair = 0;  // of the strongest of these contacts, also when it is over
     std::uint16_t owing_object = core::kNoObject;
     glm::dvec3 p_O_owing{0.0};      // its place on the object

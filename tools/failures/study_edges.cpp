@@ -48,7 +48,9 @@ Trace Draw(const Variant& variant, double edge_radius_m) {
   const double arc = 0.5 * std::numbers::pi * r;
   const double flat = kAlong_m - edge_radius_m;
   double before = 0.0;
-  for (double s = 0.0; s < 2.0 * flat + arc; s += kStep_m) {
+  const int num_steps = static_cast<int>(std::ceil((2.0 * flat + arc) / kStep_m));
+  for (int i = 0; i < num_steps; ++i) {
+    const double s = kStep_m * i;
     const double angle = std::clamp((s - flat) / r, 0.0, 0.5 * std::numbers::pi);  // from z to x
     const glm::dvec3 n(std::sin(angle), 0.0, std::cos(angle));
     const double c = half - edge_radius_m;

@@ -35,7 +35,7 @@ std::string Wander(const std::string& above, double height_m, double reach_m, do
   Uniform uniform;
   std::string script;
   char line[240];
-  for (double t = 0.0; t < kSeconds; t += 0.5) {
+  for (int i = 0; i < static_cast<int>(kSeconds / 0.5); ++i) {
     std::snprintf(line, sizeof line,
                   "reach %s offset %.4f %.4f %.4f turn %.1f %.1f %.1f speed %.2f within 0.05\n"
                   "push %.2f %.2f -1 by 0.1 speed %.2f until felt %.1f\n",

@@ -61,7 +61,9 @@ double ShownDepth_m(const Variant& variant, const Target& target) {
   constexpr int kImpact_cycles = 10;
   int touching = 0;
   constexpr double kWay_m = 0.12;
-  for (double way = 0.0; way < kWay_m; way += 1e-3 * kSpeed_m_per_s) {
+  const int num_steps = static_cast<int>(std::ceil(kWay_m / (1e-3 * kSpeed_m_per_s)));
+  for (int i = 0; i < num_steps; ++i) {
+    const double way = 1e-3 * kSpeed_m_per_s * i;
     X_WD.translation = target.from_W + way * target.way_W;
     loop.Tick(X_WD);
     // The exact distance takes milliseconds: each cycle of the impact, then every tenth.

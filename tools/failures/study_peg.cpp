@@ -103,7 +103,9 @@ void StudyPeg(Report* report) {
              "share that goes in 40 mm; jitter at rest",
              ">= 99 %; < 2 um",
              {},
-             "peg and hole have 128 sides: pressed on the rim, the proxy changes between pairs of their edges"};
+             "pressed on the rim, the proxy moves from cycle to cycle; supposed cause: it changes between pairs of "
+             "edges of "
+             "peg and hole, which have 128 sides each"};
     }
     const std::string& name = Variants()[one.variant].name;
     const double share = 100.0 * one.insertion.in / one.seeds;

@@ -84,7 +84,8 @@ Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed
     X_WD.translation -= to_plate * way;
     loop.LetGo(X_WD);
     const double step = 1e-3 * speed.m_per_s;
-    for (double gone = 0.0; gone < to_plate + kPast_m; gone += step) {
+    const int num_steps = static_cast<int>(std::ceil((to_plate + kPast_m) / step));
+    for (int i = 0; i < num_steps; ++i) {
       X_WD.translation += step * way;
       loop.Tick(X_WD);
       passage.deepest_m = std::max(passage.deepest_m, Below_m(tool.mesh, loop.X_WC(), side) + 0.5 * kThickness_m);
