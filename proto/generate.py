@@ -167,7 +167,8 @@ def members_of(message, has_header):
 
 
 def described(struct, field):
-    return f'Field<{field.number}, Wire::{field.wire}, &{struct}::{field.cpp_name}>{{"{field.cpp_name}"}}'
+    may_lack = ", true" if field.options[options.may_lack] else ""
+    return f'Field<{field.number}, Wire::{field.wire}, &{struct}::{field.cpp_name}{may_lack}>{{"{field.cpp_name}"}}'
 
 
 def fields_of(message):

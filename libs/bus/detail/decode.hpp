@@ -79,11 +79,15 @@ struct Slot<F> {
   }
   template <class M>
   [[nodiscard]] bool IsSound(const M&, bool) const {
-    return count == numbers.size();
+    return count == numbers.size() || (F::kMayLack && count == 0);
   }
   template <class M>
   void Store(M* message, std::span<const std::uint8_t>, bool) {
-    Assign(numbers, &F::Of(*message));
+    if (count == 0) {
+      F::Of(*message) = typename F::Type{};
+    } else {
+      Assign(numbers, &F::Of(*message));
+    }
   }
 };
 

@@ -28,10 +28,12 @@ template <class M, class T>
 T TypeOfMember(T M::*);
 }  // namespace detail
 
-// A field, or the column of a list: number and type on the wire, member of the struct.
-template <std::uint32_t number, Wire wire, auto member>
+// A field, or the column of a list: number and type on the wire, member of the struct. An array of numbers that
+// `may_lack` is zero, a pose the identity, when it is not in the message.
+template <std::uint32_t number, Wire wire, auto member, bool may_lack = false>
 struct Field {
   static constexpr bool kIsList = false;
+  static constexpr bool kMayLack = may_lack;
   static constexpr std::uint32_t kNumber = number;
   static constexpr Wire kWire = wire;
   using Type = decltype(detail::TypeOfMember(member));
