@@ -375,6 +375,21 @@ bool IsWhole(const P& p) {
   return true;
 }
 
+// What writers of before do not send, as the codec reads it.
+template <class P>
+void AddWhatMayLack(P* p) {
+  const auto add = [](google::protobuf::RepeatedField<double>* numbers, std::initializer_list<double> initial) {
+    if (numbers->empty()) numbers->Add(initial.begin(), initial.end());
+  };
+  if constexpr (requires { p->j_contact_wo_w(); }) add(p->mutable_j_contact_wo_w(), {0, 0, 0, 0, 0, 0});
+  if constexpr (requires { p->f_rest_do_w(); }) {
+    add(p->mutable_x_wd(), {1, 0, 0, 0, 0, 0, 0});
+    add(p->mutable_x_wc(), {1, 0, 0, 0, 0, 0, 0});
+    add(p->mutable_p_cocm_c(), {0, 0, 0});
+    add(p->mutable_f_rest_do_w(), {0, 0, 0, 0, 0, 0});
+  }
+}
+
 TYPED_TEST(LibraryTest, WritesTheSameBytesAndReadsThemBack) {
   Values values;
   for (int round = 0; round < 5'000; ++round) {
@@ -413,6 +428,7 @@ TYPED_TEST(LibraryTest, AgreesOnDamagedBytes) {
     }
     if (!is_taken || !IsWhole(again)) continue;  // arrays incomplete, or out of range
     again.DiscardUnknownFields();
+    AddWhatMayLack(&again);
     ASSERT_EQ(Encode(read), again.SerializeAsString());
   }
   EXPECT_GT(taken, 10'000);
