@@ -65,8 +65,8 @@ TEST(DeviceBridge, MeasuresTheDelayOfItsLoopAndWhatItAllows) {
               std::min(figures.allowed.stiffness_N_per_m / 2500.0, figures.allowed.stiffness_Nm_per_rad / 30.0), 1e-12);
 }
 
-// haptic_node sends a sample's force a second time when physics has answered; the loop has closed with the first. If the
-// second is made of a newer sample, it is that one's first.
+// haptic_node sends a sample's force a second time when physics has answered; the loop has closed with the first. If
+// the second is made of a newer sample, it is that one's first.
 TEST(DeviceBridge, ASamplesReevaluatedForceDoesNotLengthenTheMeasuredDelay) {
   ToyWorld world("step a\nwait 100\n");
   Inputs inputs;

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kTolerance_m = 1e-11;  // of a half-space
 constexpr double kContradiction_m = 1e-6;
-// Of its part outside the others' span, squared. One that lies nearer counts as dependent on them: to meet it, too, they
-// would press against each other a thousand times as hard as something presses on them.
+// Of its part outside the others' span, squared. One that lies nearer counts as dependent on them: to meet it, too,
+// they would press against each other a thousand times as hard as something presses on them.
 constexpr double kIndependence = 1e-6;
 constexpr int kMostSteps = 8 * int{kMaxHalfSpaces};
 
