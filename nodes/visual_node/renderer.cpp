@@ -46,6 +46,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
     renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
   }
   if (auto made = renderer->MakePrograms(); !made) return tl::unexpected(made.error());
+  auto film = Film::Create();
+  if (!film) return tl::unexpected(film.error());
+  renderer->film_ = std::move(*film);
   auto shadow = ShadowMap::Create();
   if (!shadow) return tl::unexpected(shadow.error());
   renderer->shadow_ = std::move(*shadow);
@@ -107,7 +110,7 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
 }
 
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
-                                  bool with_texts) {
+                                  const Look& look) {
   if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
   UpdateSheets(scene);
   shadow_.Update(scene, meshes_, sheets_);
@@ -121,21 +124,18 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   view.eye_W = glm::vec3(camera.eye_m);
   view.right_W = glm::vec3(view_W[0][0], view_W[1][0], view_W[2][0]);
   view.up_W = glm::vec3(view_W[0][1], view_W[1][1], view_W[2][1]);
-  view.height = target.height();
+  view.exposure = look.exposure;
 
+  const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(look.scale * pixels))); };
+  const int width = scaled(target.width()), height = scaled(target.height());
   const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
-  const double focal_px = 0.5 * target.height() / std::tan(0.5 * camera.vertical_fov_rad);
-  sky_.Prepare(scene.space, {R_VC, focal_px, target.width(), target.height()});
+  sky_.Prepare(scene.space, {R_VC, 0.5 * height / std::tan(0.5 * camera.vertical_fov_rad), width, height});
 
-  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
-  glViewport(0, 0, target.width(), target.height());
+  film_.Begin(width, height);
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  glDepthMask(GL_TRUE);
-  const float far = 1.0f;  // colour needs no clearing, as the sky fills the rest
-  glClearBufferfv(GL_DEPTH, 0, &far);
   DrawSurfaces(scene, view);
   DrawSheets(scene);
   glDepthMask(GL_FALSE);
@@ -143,7 +143,8 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   DrawGlow(scene, view);
   DrawArrows(scene, view);
   glDepthMask(GL_TRUE);
-  if (with_texts) return texts_->Draw(scene.texts, target.width(), target.height());
+  film_.Develop(look.exposure, target);
+  if (look.with_texts) return texts_->Draw(scene.texts, target.width(), target.height());
   return {};
 }
 
@@ -241,8 +242,9 @@ void Renderer::DrawArrows(const view::Scene& scene, const View& view) const {
   glUseProgram(overlay_.id());
   SetMatrix(1, view.clip_W);
   glUniform3fv(3, 1, glm::value_ptr(view.eye_W));
+  glUniform1f(4, view.exposure);
   glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   const auto draw = [&](const GpuMesh& mesh, const glm::vec3& p_W, const glm::mat3& R_WA, float radius_m,
                         float length_m) {
     const glm::mat4 A_WM(glm::vec4(radius_m * R_WA[0], 0.0f), glm::vec4(radius_m * R_WA[1], 0.0f),

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/film.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
 #include "nodes/visual_node/mesh_store.hpp"
 #include "nodes/visual_node/shadow_map.hpp"
@@ -18,16 +19,25 @@ namespace visual_node {
 
 using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
 
+// How a picture is taken. Those that are to be compared have the defaults.
+struct Look {
+  float exposure = 1.0f;
+  double scale = 1.0;  // of the film's width and height, against the target's
+  bool with_texts = true;
+};
+
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
 class Renderer {
  public:
   // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
   static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
 
-  // Draws one picture. `with_texts` false leaves out the lines of text.
+  // Draws one picture.
   core::Result<void> Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
-                          bool with_texts = true);
+                          const Look& look = {});
 
+  // Of the newest picture, and waits for it.
+  [[nodiscard]] Film& film() { return film_; }
   [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
   [[nodiscard]] const std::string& sky_note() const { return sky_.note(); }
   [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }
@@ -40,7 +50,7 @@ class Renderer {
     glm::vec3 eye_W;
     glm::vec3 right_W;
     glm::vec3 up_W;
-    int height = 0;
+    float exposure = 1.0f;
   };
 
   Renderer() = default;
@@ -62,6 +72,7 @@ class Renderer {
   GlProgram glow_;
   GlProgram overlay_;
   GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
+  Film film_;
   ShadowMap shadow_;
   Sky sky_;
   glm::dvec3 shadow_sun_W_{0.0};

@@ -2,8 +2,8 @@
 
 namespace visual_node {
 
-// GLSL 4.5. Locations are explicit, so no names are resolved at run time. Colours are linear until the last line of a
-// shader. Strengths of lights and materials without a source are chosen by eye on the scenarios' pictures.
+// GLSL 4.5. Locations are explicit, so no names are resolved at run time. Light is linear (film.hpp says in which
+// unit). Strengths of lights and materials without a source are chosen by eye on the scenarios' pictures.
 
 // --- Depth as seen from the sun.
 constexpr const char* kShadowVertex = R"(#version 450 core
@@ -109,10 +109,7 @@ void main() {
     color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) / max(length(to), 1e-4), 0.0)) *
              (0.25 + 0.75 * base);
   }
-  color = color * 0.92 + u_emissive_roughness.rgb * 1.15;
-  // Narkowicz's fit of the ACES film curve, then sRGB.
-  color = color * (2.51 * color + 0.03) / (color * (2.43 * color + 0.59) + 0.14);
-  o_color = vec4(pow(clamp(color, 0.0, 1.0), vec3(1.0 / 2.2)), 1.0);
+  o_color = vec4(color + 1.5 * u_emissive_roughness.rgb, 1.0);
 }
 )";
 
@@ -134,11 +131,11 @@ in vec2 v_uv;
 out vec4 o_color;
 void main() {
   float d = max(0.0, 1.0 - dot(v_uv, v_uv));
-  o_color = vec4(u_color * (0.42 * d * d * d), 1.0);
+  o_color = vec4(u_color * (0.25 * d * d * d), 0.0);
 }
 )";
 
-// --- Overlay bodies (arrows): one colour, lit from the eye.
+// --- Overlay bodies (arrows): one colour, lit from the eye, the same in every exposure.
 constexpr const char* kOverlayVertex = R"(#version 450 core
 layout(location = 0) in vec3 a_p_M;
 layout(location = 1) in vec3 a_n_M;
@@ -158,12 +155,13 @@ void main() {
 constexpr const char* kOverlayFragment = R"(#version 450 core
 layout(location = 2) uniform vec4 u_color;
 layout(location = 3) uniform vec3 u_eye_W;
+layout(location = 4) uniform float u_exposure;
 in vec3 v_p_W;
 in vec3 v_n_W;
 out vec4 o_color;
 void main() {
   float facing = abs(dot(normalize(v_n_W), normalize(u_eye_W - v_p_W)));
-  o_color = vec4(pow(u_color.rgb * (0.35 + 0.65 * facing), vec3(1.0 / 2.2)), u_color.a);
+  o_color = vec4(u_color.rgb * ((0.35 + 0.65 * facing) / u_exposure), u_color.a);
 }
 )";
 

@@ -64,8 +64,8 @@ void main() {
 
 // --- Everything far away, at the far plane. With a ball's centre e at distance 1 and its radius r, a ray d hits at the
 // distance d.e - sqrt(r^2 - m^2), where m = sqrt(1 - (d.e)^2) is its distance from the centre. The air's brightness
-// falls exponentially with the height (m - r) / r above the limb. Stars have an exposure of their own, that of an eye
-// in the dark: beside a sunlit satellite none would be seen.
+// falls exponentially with the height (m - r) / r above the limb. Stars are brighter than
+// they are beside a sunlit satellite, where none would be seen; among each other they are right.
 constexpr const char* kSkyVertex = R"(#version 450 core
 layout(location = 0) uniform mat4 u_sky_clip;  // direction from clip space
 out vec3 v_direction;
@@ -86,12 +86,13 @@ layout(location = 4) uniform vec4 u_moon_W;  // as the Earth
 in vec3 v_direction;
 out vec4 o_color;
 
-const float kStarExposure = 14.0;     // m2/cd
+const float kStarLight = 14.0;  // of the film, for 1 cd/m2
 const float kSunRadius_rad = 0.00465;
 
 void main() {
   vec3 d = normalize(v_direction);
-  vec3 color = vec3(0.0012, 0.0018, 0.0036) + 1.0 - exp(-kStarExposure * texelFetch(u_stars, ivec2(gl_FragCoord.xy), 0).rgb);
+  vec3 color = vec3(0.0012, 0.0018, 0.0036) + kStarLight * texelFetch(u_stars, ivec2(gl_FragCoord.xy), 0).rgb;
+  float is_body = 0.0;
 
   float to_sun = length(d - u_sun_direction_W);
   color += vec3(1.0, 0.97, 0.92) * (smoothstep(1.1, 0.9, to_sun / kSunRadius_rad) + 0.35 * exp(-to_sun / 0.02));
@@ -100,6 +101,7 @@ void main() {
   float along = dot(d, e);
   float miss = length(d - along * e);
   if (along > 0.0 && miss < u_moon_W.w) {
+    is_body = 1.0;
     vec3 n = (d * (along - sqrt(u_moon_W.w * u_moon_W.w - miss * miss)) - e) / u_moon_W.w;
     color = vec3(0.75, 0.73, 0.70) * sqrt(max(dot(n, u_sun_direction_W), 0.0));
   }
@@ -109,6 +111,7 @@ void main() {
   along = dot(d, e);
   miss = length(d - along * e);
   if (along > 0.0 && miss < radius) {
+    is_body = 1.0;
     vec3 n = (d * (along - sqrt(radius * radius - miss * miss)) - e) / radius;
     float day = pow(max(dot(n, u_sun_direction_W), 0.0), 0.6);  // no twilight: dark from the terminator on
     vec4 ground = texture(u_earth, u_R_EW * n);
@@ -122,7 +125,7 @@ void main() {
     float day = smoothstep(-0.15, 0.7, dot(n, u_sun_direction_W));
     color += day * (vec3(0.20, 0.44, 0.90) * 0.55 * exp(-height / 0.012) + vec3(0.05, 0.13, 0.32) * 0.30 * exp(-height / 0.05));
   }
-  o_color = vec4(pow(clamp(color, 0.0, 1.0), vec3(1.0 / 2.2)), 1.0);
+  o_color = vec4(color, is_body);
 }
 )";
 

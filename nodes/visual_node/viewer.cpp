@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "nodes/visual_node/camera_control.hpp"
 #include "nodes/visual_node/contact_sheet.hpp"
+#include "nodes/visual_node/exposure.hpp"
 #include "nodes/visual_node/gl_context.hpp"
 #include "nodes/visual_node/receiver.hpp"
 #include "nodes/visual_node/renderer.hpp"
@@ -105,9 +106,10 @@ class Viewer {
       if (auto taken = TakeScene(control); !taken) return taken;
       const scene::Camera& camera =
           control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
-      if (auto drawn = renderer_->Draw(shown_, camera, *target); !drawn) return drawn;
+      if (auto drawn = renderer_->Draw(shown_, camera, *target, {.exposure = exposure_.value()}); !drawn) return drawn;
       glFinish();
       CountFrame(start_ns, core::MonotonicNow_ns());
+      exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
       if (!options_.is_headless) Show(*target);
       if (control.TakeScreenshotKey()) Take("", camera);
@@ -219,6 +221,7 @@ class Viewer {
   Receiver receiver_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
+  Exposure exposure_;                   // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;
   ContactSheet sheet_;
   Summary summary_;

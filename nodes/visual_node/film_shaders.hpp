@@ -1,0 +1,78 @@
+#pragma once
+
+namespace visual_node {
+
+// --- A triangle that covers the picture.
+constexpr const char* kFilmVertex = R"(#version 450 core
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+)";
+
+// --- Exposure, tone curve and sRGB. Alpha: the luma that the next pass compares; 0 where nothing is to be smoothed.
+// MakeProgram gets the tone curve in front of this.
+constexpr const char* kDevelopFragment = R"(
+layout(binding = 0) uniform sampler2D u_light;
+layout(location = 0) uniform float u_exposure;
+out vec4 o_color;
+void main() {
+  vec4 light = texelFetch(u_light, ivec2(gl_FragCoord.xy), 0);
+  vec3 color = EncodeSrgb(clamp(ToneCurve(u_exposure * light.rgb), 0.0, 1.0));
+  o_color = vec4(color, dot(color, vec3(0.299, 0.587, 0.114)) * min(light.a, 1.0));
+}
+)";
+
+// --- Smooths edges: fast approximate anti-aliasing [Lottes 2009], with the lumas of a pixel's four diagonal
+// neighbours. Where they differ, the picture is averaged along the edge, which is at right angles to the luma's
+// gradient: over two points, or over four if these do not reach beyond the edge. A pixel without an edge, most are,
+// leaves the loop at once: a software renderer executes both sides of an `if`, but not a loop without active pixels.
+constexpr const char* kSmoothFragment = R"(#version 450 core
+layout(binding = 0) uniform sampler2D u_picture;
+layout(location = 0) uniform vec2 u_texel;  // one pixel, in texture coordinates
+out vec4 o_color;
+const float kLeastContrast = 0.04;   // of the lumas
+const float kContrast = 0.125;       // of the brightest of them
+const float kReach_px = 8.0;
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec2 uv = gl_FragCoord.xy * u_texel;
+  vec4 centre = texelFetch(u_picture, at, 0);
+  ivec2 last = textureSize(u_picture, 0) - 1;
+  float nw = texelFetch(u_picture, clamp(at + ivec2(-1, 1), ivec2(0), last), 0).a;
+  float ne = texelFetch(u_picture, clamp(at + ivec2(1, 1), ivec2(0), last), 0).a;
+  float sw = texelFetch(u_picture, clamp(at + ivec2(-1, -1), ivec2(0), last), 0).a;
+  float se = texelFetch(u_picture, clamp(at + ivec2(1, -1), ivec2(0), last), 0).a;
+  float low = min(min(min(nw, ne), min(sw, se)), centre.a);
+  float high = max(max(max(nw, ne), max(sw, se)), centre.a);
+  vec3 color = centre.rgb;
+  int is_edge = int(high - low > max(kLeastContrast, kContrast * high));
+  for (int i = 0; i < is_edge; ++i) {
+    vec2 along = vec2(nw + ne - sw - se, nw + sw - ne - se);
+    float flat_part = max(0.03125 * (nw + ne + sw + se), 0.0078125);
+    along = clamp(along / (min(abs(along.x), abs(along.y)) + flat_part), -kReach_px, kReach_px) * u_texel;
+    vec4 two = 0.5 * (textureLod(u_picture, uv - along / 6.0, 0.0) + textureLod(u_picture, uv + along / 6.0, 0.0));
+    vec4 ends = textureLod(u_picture, uv - 0.5 * along, 0.0) + textureLod(u_picture, uv + 0.5 * along, 0.0);
+    vec4 four = 0.5 * two + 0.25 * ends;
+    color = four.a < low || four.a > high ? two.rgb : four.rgb;
+  }
+  o_color = vec4(color, 1.0);
+}
+)";
+
+// --- The light meter: each of its few pixels sums the logarithms of 16 samples of its part of the picture.
+constexpr const char* kMeterFragment = R"(#version 450 core
+layout(binding = 0) uniform sampler2D u_light;
+layout(location = 0) uniform vec2 u_cell_px;
+out vec2 o_sum;  // of log2 luminance, number
+void main() {
+  vec2 corner = floor(gl_FragCoord.xy) * u_cell_px;
+  o_sum = vec2(0.0);
+  for (int i = 0; i < 16; ++i) {
+    vec4 light = texelFetch(u_light, ivec2(corner + (vec2(i & 3, i >> 2) + 0.5) * 0.25 * u_cell_px), 0);
+    float counts = step(0.5, light.a);
+    o_sum += counts * vec2(log2(max(dot(light.rgb, vec3(0.2126, 0.7152, 0.0722)), 1e-3)), 1.0);
+  }
+}
+)";
+
+}  // namespace visual_node

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+namespace visual_node {
+
+// From light to the screen. A tone curve maps unbounded light to [0, 1]; this one is the Khronos PBR Neutral Tone
+// Mapper [Khronos Group 2024, github.com/KhronosGroup/ToneMapping]. It leaves hues, and colours up to 0.76, as the
+// material states them, so that gold stays gold in the sun, and takes off the 4 % of light that a dielectric mirrors:
+//   x = min(r, g, b),  p = max(r, g, b) - offset,  offset = x - 6.25 x^2 for x < 0.08, else 0.04,
+//   p' = 1 - d^2 / (p + d - s) for p > s = 0.76, d = 1 - s;  towards white by 1 - 1 / (0.15 (p - p') + 1).
+inline glm::vec3 ToneCurve(glm::vec3 light) {
+  constexpr float kStart = 0.76f;
+  constexpr float kWhitening = 0.15f;
+  const float least = glm::min(light.r, glm::min(light.g, light.b));
+  light -= least < 0.08f ? least - 6.25f * least * least : 0.04f;
+  const float peak = glm::max(light.r, glm::max(light.g, light.b));
+  if (peak < kStart) return light;
+  const float d = 1.0f - kStart;
+  const float new_peak = 1.0f - d * d / (peak + d - kStart);
+  const float white = 1.0f - 1.0f / (kWhitening * (peak - new_peak) + 1.0f);
+  return glm::mix(light * (new_peak / peak), glm::vec3(new_peak), white);
+}
+
+// The transfer function of sRGB [IEC 61966-2-1], piecewise as in the standard.
+inline glm::vec3 EncodeSrgb(const glm::vec3& linear) {
+  return glm::mix(12.92f * linear, 1.055f * glm::pow(linear, glm::vec3(1.0f / 2.4f)) - 0.055f,
+                  glm::greaterThan(linear, glm::vec3(0.0031308f)));
+}
+
+// The same two in GLSL.
+constexpr const char* kToneCurve = R"(
+vec3 ToneCurve(vec3 light) {
+  float least = min(light.r, min(light.g, light.b));
+  light -= least < 0.08 ? least - 6.25 * least * least : 0.04;
+  float peak = max(light.r, max(light.g, light.b));
+  float new_peak = 1.0 - 0.0576 / (max(peak, 0.76) - 0.52);
+  float white = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
+  return peak < 0.76 ? light : mix(light * (new_peak / peak), vec3(new_peak), white);
+}
+vec3 EncodeSrgb(vec3 linear) {
+  return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+}
+)";
+
+}  // namespace visual_node
