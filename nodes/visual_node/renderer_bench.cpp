@@ -46,5 +46,27 @@ BENCHMARK_CAPTURE(BM_Draw, still, false)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Draw, moving, true)->Args({0, 640})->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 
+// Of it the picture from the light. The argument: width.
+void BM_Develop(benchmark::State& state) {
+  static const auto context = GlContext::Create({.width = 64, .height = 64, .title = "bench", .is_visible = false});
+  auto film = Film::Create();
+  if (!film || !context) return state.SkipWithError("no display");
+  const int width = static_cast<int>(state.range(0)), height = width * 9 / 16;
+  const RenderTarget target(width, height);
+  film->Begin(width, height);
+  for (int y = 0; y < height; y += 20) {
+    const float light[4] = {0.3f, static_cast<float>(y) / static_cast<float>(height), 0.1f, 1.0f};
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(0, y, width, 20);
+    glClearBufferfv(GL_COLOR, 0, light);
+    glDisable(GL_SCISSOR_TEST);
+  }
+  for (auto _ : state) {
+    film->Develop(1.0f, target);
+    glFinish();
+  }
+}
+BENCHMARK(BM_Develop)->Arg(640)->Arg(1280)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
 }  // namespace
 }  // namespace visual_node
