@@ -23,13 +23,19 @@ TEST(SlowSeeds, AtLeastNineOfTenCompleteTheModuleReplacement) {
   EXPECT_GE(num_completed, 9);
 }
 
-// With the shipped coupling. `manifold` completes it with some seeds only: libs/physics/README.md says why.
-TEST(SlowSeeds, TheModuleReplacementIsCompletedWithPlanesAndWithWrenches) {
-  for (const scene::ContactInput input : {scene::ContactInput::kPlanes, scene::ContactInput::kWrench}) {
+// With the shipped coupling.
+TEST(SlowSeeds, TheModuleReplacementIsCompletedWithEveryContactInput) {
+  for (const scene::ContactInput input :
+       {scene::ContactInput::kPlanes, scene::ContactInput::kWrench, scene::ContactInput::kManifold}) {
     scene::Scenario scenario = Load("module_replacement");
     scenario.contact_input = input;
-    const lockstep::Outcome outcome = InLockstep(scenario);
-    EXPECT_TRUE(outcome.is_completed) << "input " << static_cast<int>(input) << ": " << outcome.why;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      lockstep::Options options;
+      options.seed = seed;
+      const lockstep::Outcome outcome = InLockstep(scenario, options);
+      ExpectSound(scenario, outcome);
+      EXPECT_TRUE(outcome.is_completed) << "input " << static_cast<int>(input) << ": " << outcome.why;
+    }
   }
 }
 

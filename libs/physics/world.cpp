@@ -51,7 +51,7 @@ void World::ClearContact(int pair) {
 void World::SetContactMuted(int pair, bool is_muted) {
   PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
   slot.is_muted = is_muted;
-  if (is_muted) slot.feed.Rest();
+  if (is_muted) slot.feed.Mute();
 }
 
 bool World::HasContactPlanes(int pair) const {

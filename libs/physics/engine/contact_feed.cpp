@@ -48,6 +48,14 @@ void ContactFeed::Rest() {
   for (btPersistentManifold* manifold : manifolds_) manifold->setNumContacts(0);
 }
 
+void ContactFeed::Mute() {
+  Rest();
+  for (Plane& plane : planes_) {
+    plane.impulse = 0.0;
+    plane.friction_W_Ns = glm::dvec3(0.0);
+  }
+}
+
 void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
   num_injected_ = num_planes_;
   // The pair's damping is distributed over the penetrating planes in proportion to their stiffness: d_i = d k_i / sum

@@ -28,6 +28,8 @@ class ContactFeed {
   void ExchangeState(Checkpoint* checkpoint);
   void Clear();
   void Rest();  // removes the points from the solver, keeps the planes
+  // The same, for a time in which they exert no force: the next contact does not start from the last one's impulses.
+  void Mute();
   [[nodiscard]] bool empty() const { return num_planes_ == 0; }
 
   // Evaluates every gap at the poses of the start of the step, g = n . (X_WS p_S - X_WG q_G) [m], and fills the
