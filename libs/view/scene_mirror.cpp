@@ -294,8 +294,8 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   WriteCollisions(now_ns);
   char line[160];
   if (figures_.t2_state_ms > 0.0) {
-    std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps   %llu lost",
-                  figures_.t2_state_ms, figures_.t2_image_ms, figures_.frames_per_s,
+    std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps at scale %.2f   %llu lost",
+                  figures_.t2_state_ms, figures_.t2_image_ms, figures_.frames_per_s, figures_.render_scale,
                   static_cast<unsigned long long>(figures_.dropped));
     texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kCyan, line});
   }

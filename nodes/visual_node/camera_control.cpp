@@ -30,10 +30,15 @@ void CameraControl::Key(int key) {
   if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9) wanted_view_ = key - GLFW_KEY_1;
   if (key == GLFW_KEY_0) follows_steps_ = true;
   if (key == GLFW_KEY_P) is_screenshot_wanted_ = true;
+  if (key == GLFW_KEY_F11) is_full_screen_wanted_ = true;
 }
 
 bool CameraControl::TakeScreenshotKey() {
   return std::exchange(is_screenshot_wanted_, false);
+}
+
+bool CameraControl::TakeFullScreenKey() {
+  return std::exchange(is_full_screen_wanted_, false);
 }
 
 const scene::Camera& CameraControl::ForStep(const view::Assets& assets, const std::string& step) const {

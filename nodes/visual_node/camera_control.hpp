@@ -23,7 +23,9 @@ class CameraControl {
 
   // The camera for a step's picture, independent of keys and mouse.
   [[nodiscard]] const scene::Camera& ForStep(const view::Assets& assets, const std::string& step) const;
+  // Whether the key was pressed since the last call: P, F11.
   [[nodiscard]] bool TakeScreenshotKey();
+  [[nodiscard]] bool TakeFullScreenKey();
 
  private:
   static CameraControl& Of(GLFWwindow* window);
@@ -34,6 +36,7 @@ class CameraControl {
   std::string fixed_view_;
   bool follows_steps_ = true;
   bool is_screenshot_wanted_ = false;
+  bool is_full_screen_wanted_ = false;
   int wanted_view_ = -1;  // chosen by a number key
   double last_x_ = 0.0, last_y_ = 0.0;
   double scroll_ = 0.0;

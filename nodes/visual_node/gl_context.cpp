@@ -37,6 +37,20 @@ core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions&
   return context;
 }
 
+void GlContext::ToggleFullScreen() {
+  auto& [x, y, width, height] = windowed_;
+  if (glfwGetWindowMonitor(window_) != nullptr) {
+    glfwSetWindowMonitor(window_, nullptr, x, y, width, height, GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* const mode = monitor != nullptr ? glfwGetVideoMode(monitor) : nullptr;
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window_, &x, &y);
+  glfwGetWindowSize(window_, &width, &height);
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
 GlContext::~GlContext() {
   if (is_left_) return;
   if (window_ != nullptr) glfwDestroyWindow(window_);

@@ -28,6 +28,9 @@ class GlContext {
   // Does not close the window on destruction; the end of the process closes it.
   void LeaveToKernel() { is_left_ = true; }
 
+  // Between the window and the whole screen.
+  void ToggleFullScreen();
+
   [[nodiscard]] GLFWwindow* window() const { return window_; }
   [[nodiscard]] const std::string& renderer_name() const { return renderer_name_; }  // e.g. "llvmpipe (LLVM 15 ...)"
 
@@ -35,6 +38,7 @@ class GlContext {
   GlContext() = default;
   GLFWwindow* window_ = nullptr;
   bool is_left_ = false;
+  int windowed_[4] = {0, 0, 0, 0};  // place and size of the window while it fills the screen
   std::string renderer_name_;
 };
 

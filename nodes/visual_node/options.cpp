@@ -19,8 +19,8 @@ core::Result<void> ReadSize(const std::string& text, Options* options) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       "--size needs WIDTHxHEIGHT, each from 64 to 8192, not '" + text + "'");
   }
-  options->width = static_cast<int>(*width);
-  options->height = static_cast<int>(*height);
+  options->width = options->window_width = static_cast<int>(*width);
+  options->height = options->window_height = static_cast<int>(*height);
   return {};
 }
 
@@ -34,10 +34,11 @@ cli::Syntax CommandLineSyntax() {
                     {"--out", "DIR", "of pictures and the report", "."},
                     {"--still", "FILE", "each named camera of this scenario once, to DIR; without a bus"},
                     {"--name", "NAME", "on the bus", "visual_node"},
-                    {"--size", "WIDTHxHEIGHT", "of a picture", "640x360"},
+                    {"--size", "WIDTHxHEIGHT", "of the window and of pictures; default: 1280x720 and 640x360"},
                     {"--view", "NAME", "camera to stay with; default: the one named after the step, else the first"},
                     {"--headless", "", "renders pictures but shows no window"},
-                    {"--fps", "N", "most pictures per second", "30", cli::Number(1.0, 1000.0)}};
+                    {"--fps", "N", "most pictures per second; a slow machine draws them smaller to hold it", "30",
+                     cli::Number(1.0, 1000.0)}};
   for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
   return syntax;
@@ -54,7 +55,9 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.view = arguments.text("--view");
   options.is_headless = arguments.has("--headless");
   options.max_frames_per_s = arguments.checked_number("--fps");
-  if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
+  if (arguments.has("--size")) {
+    if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
+  }
   const auto fail = [](const char* what) { return core::Fail(core::ErrorCode::kInvalidInput, what); };
   if (options.is_still) return options;
   if (options.scenario.empty()) return fail("--scenario FILE is missing");

@@ -15,8 +15,10 @@ struct Options {
   bus::NodeOptions node;  // a second viewer of the session has another name, "visual_node-2"
   std::filesystem::path out = ".";
   bus::log::RecordingOptions recording;
-  int width = 640;
+  int width = 640;  // of pictures that are kept, and of what is drawn without a window
   int height = 360;
+  int window_width = 1280;
+  int window_height = 720;
   std::string view;  // camera to stay with; empty: the camera named after the step, else the first
   bool is_headless = false;
   double max_frames_per_s = 30.0;

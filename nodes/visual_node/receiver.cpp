@@ -102,12 +102,14 @@ void Receiver::PublishFigures(std::int64_t now_ns) {
   }
   view::LiveFigures live;
   live.frames_per_s = frames_per_s_.load(std::memory_order_relaxed);
+  live.render_scale = render_scale_.load(std::memory_order_relaxed);
   live.t2_state_ms = log_->recent_state_ms();
   live.t2_image_ms = log_->recent_image_ms();
   live.dropped = node_->counters().dropped;
   mirror_.Apply(live);
   bus::Figures figures;
   figures.items = {{"frames_per_s", live.frames_per_s},
+                   {"render_scale", live.render_scale},
                    {"frames", static_cast<double>(frames_.load(std::memory_order_relaxed))},
                    {"t2_state_ms", live.t2_state_ms},
                    {"t2_image_ms", live.t2_image_ms},

@@ -39,6 +39,7 @@ class Receiver {
   // Names of the pictures requested by events `screenshot` since the last call (the event's detail is the name).
   std::vector<std::string> TakeScreenshotRequests();
   void SetFramesPerSecond(double value) { frames_per_s_.store(value, std::memory_order_relaxed); }
+  void SetRenderScale(double value) { render_scale_.store(value, std::memory_order_relaxed); }
   // The drawing thread has drawn a frame: announces it once by the event `ready`.
   void SetReady() { is_ready_.store(true, std::memory_order_release); }
   void SetFrames(std::uint64_t frames) { frames_.store(frames, std::memory_order_relaxed); }
@@ -69,6 +70,7 @@ class Receiver {
   std::mutex requests_mutex_;
   std::vector<std::string> requests_;
   std::atomic<double> frames_per_s_{0.0};
+  std::atomic<double> render_scale_{1.0};
   std::atomic<std::uint64_t> frames_{0};
   std::atomic<std::uint64_t> num_states_{0};
   std::atomic<bool> is_ready_{false};

@@ -26,6 +26,7 @@ core::Result<void> Summary::Write(const std::filesystem::path& file) const {
                          {"frames", frames},
                          {"seconds", seconds},
                          {"fps", seconds > 0.0 ? static_cast<double>(frames) / seconds : 0.0},
+                         {"render_scale", frames > 0 ? render_scale_sum / static_cast<double>(frames) : 0.0},
                          {"cpu_ms_per_frame", frames > 0 ? 1e3 * cpu_s / static_cast<double>(frames) : 0.0},
                          {"states", states},
                          {"draw_ms", Milliseconds(draw)},

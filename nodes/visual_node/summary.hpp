@@ -18,9 +18,10 @@ struct Summary {
   std::size_t num_triangles = 0;
   std::uint64_t frames = 0;
   double seconds = 0.0;
-  double cpu_s = 0.0;        // of all threads, from the first frame to the last
-  std::uint64_t states = 0;  // physics states applied
-  bus::LatencyStats draw;    // start of drawing until glFinish
+  double render_scale_sum = 0.0;  // over all frames
+  double cpu_s = 0.0;             // of all threads, from the first frame to the last
+  std::uint64_t states = 0;       // physics states applied
+  bus::LatencyStats draw;         // start of drawing until glFinish
   bus::LatencyStats t2_state;
   bus::LatencyStats t2_state_direct;
   bus::LatencyStats t2_image;

@@ -17,6 +17,7 @@
 #include "nodes/visual_node/exposure.hpp"
 #include "nodes/visual_node/gl_context.hpp"
 #include "nodes/visual_node/receiver.hpp"
+#include "nodes/visual_node/render_scale.hpp"
 #include "nodes/visual_node/renderer.hpp"
 #include "nodes/visual_node/still.hpp"
 #include "nodes/visual_node/summary.hpp"
@@ -28,6 +29,9 @@ namespace visual_node {
 namespace {
 
 constexpr int kDrawingNice = 10;  // as lab's kVisualNodeNice; chosen without a study
+
+// Of a frame's period, for drawing; the rest is for what else the machine does between two pictures.
+constexpr double kDrawingShare = 0.9;
 
 // Lowers the priority of the calling thread and of those that it creates later (llvmpipe's), in favour of the force
 // loop.
@@ -56,7 +60,10 @@ std::string SafeName(const std::string& name, std::uint64_t number) {
 class Viewer {
  public:
   Viewer(const Options& options, const scene::Scenario& scenario, Signals& signals)
-      : options_(options), signals_(signals), receiver_(scenario, &log_) {
+      : options_(options),
+        signals_(signals),
+        receiver_(scenario, &log_),
+        scale_(kDrawingShare / options.max_frames_per_s) {
     summary_.scenario = scenario.name;
   }
 
@@ -67,7 +74,8 @@ class Viewer {
     recording_ = std::move(*recording);
     if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
     LowerPriority();
-    auto context = GlContext::Create({options_.width, options_.height, scenario.title, !options_.is_headless});
+    auto context =
+        GlContext::Create({options_.window_width, options_.window_height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());
     context_ = std::move(*context);
     summary_.gl_renderer = context_->renderer_name();
@@ -106,12 +114,14 @@ class Viewer {
       if (auto taken = TakeScene(control); !taken) return taken;
       const scene::Camera& camera =
           control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
-      if (auto drawn = renderer_->Draw(shown_, camera, *target, {.exposure = exposure_.value()}); !drawn) return drawn;
+      if (auto drawn = renderer_->Draw(shown_, camera, *target, Live()); !drawn) return drawn;
       glFinish();
       CountFrame(start_ns, core::MonotonicNow_ns());
       exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
       if (!options_.is_headless) Show(*target);
+      scale_.Update(1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns));
+      if (control.TakeFullScreenKey()) context_->ToggleFullScreen();
       if (control.TakeScreenshotKey()) Take("", camera);
       if (signals_.is_screenshot_wanted != 0) {
         signals_.is_screenshot_wanted = 0;
@@ -127,6 +137,8 @@ class Viewer {
     }
     return {};
   }
+
+  [[nodiscard]] Look Live() const { return {.exposure = exposure_.value(), .scale = scale_.value()}; }
 
   // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of
   // the previous step and is added to the contact sheet with that step's caption.
@@ -174,7 +186,9 @@ class Viewer {
       window_start_ns_ = done_ns;
       frames_in_window_ = 0;
     }
+    summary_.render_scale_sum += scale_.value();
     receiver_.SetFrames(summary_.frames);
+    receiver_.SetRenderScale(scale_.value());
     receiver_.SetReady();
   }
 
@@ -221,7 +235,8 @@ class Viewer {
   Receiver receiver_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
-  Exposure exposure_;                   // of the window; pictures that are kept have the same exposure in every run
+  RenderScale scale_;
+  Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;
   ContactSheet sheet_;
   Summary summary_;
