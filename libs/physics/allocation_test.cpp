@@ -1,46 +1,18 @@
 #include <LinearMath/btAlignedAllocator.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
+#include "core/testing/allocations.hpp"
 #include "physics/cloth/cloth.hpp"
 #include "physics/hinge.hpp"
 #include "physics/hook_and_loop.hpp"
 #include "physics/snap.hpp"
 #include "physics/testing/bodies.hpp"
 
-namespace {
-std::atomic<long> g_allocations{0};
-void* CountedBulletAlloc(std::size_t size, int alignment) {
-  ++g_allocations;
-  return std::aligned_alloc(static_cast<std::size_t>(alignment), (size + static_cast<std::size_t>(alignment) - 1) /
-                                                                     static_cast<std::size_t>(alignment) *
-                                                                     static_cast<std::size_t>(alignment));
-}
-void CountedBulletFree(void* memory) {
-  std::free(memory);
-}
-}  // namespace
-
-// Not inlined, else GCC sees free() on memory from new and warns.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 namespace physics {
 namespace {
 
 TEST(World, StepDoesNotAllocateEvenWhenContactsAppear) {
-  btAlignedAllocSetCustomAligned(CountedBulletAlloc, CountedBulletFree);
+  btAlignedAllocSetCustom([](std::size_t size) { return operator new(size); },
+                          [](void* memory) { operator delete(memory); });
   {
     World world;
     const int a = test::AddDynamic(&world, {}, BoxMass(1.0, {0.1, 0.1, 0.1}));
@@ -61,8 +33,8 @@ TEST(World, StepDoesNotAllocateEvenWhenContactsAppear) {
     for (std::uint32_t i = 0; i < core::kMaxContactPlanes; ++i) {
       test::AddPlane(&set, i, {0.05, 0.001 * i, 0}, {-0.05, 0, 0}, {-1, 0, 0}, 1e4);
     }
-    const long before = g_allocations;
-    ASSERT_GT(before, 0);  // counting works
+    const std::uint64_t before = core::test::NumAllocations();
+    ASSERT_GT(before, 0U);  // counting works
     world.Step(test::kDt);
     for (int i = 0; i < 200; ++i) {
       if (i == 20) world.SetContactPlanes(pair, set);
@@ -70,7 +42,7 @@ TEST(World, StepDoesNotAllocateEvenWhenContactsAppear) {
       world.SetKinematic(hand, {{1, 0, 0, 0}, {-0.1 + 1e-4 * i, 0, 0}}, {{}, {0.1, 0, 0}});
       world.Step(test::kDt);
     }
-    EXPECT_EQ(g_allocations - before, 0);
+    EXPECT_EQ(core::test::NumAllocations(), before);
   }
   btAlignedAllocSetCustomAligned(nullptr, nullptr);
 }
@@ -94,7 +66,7 @@ TEST(Cloth, StepDoesNotAllocateEvenWhenItIsGrippedAndTouches) {
   kinematic.kind = BodyKind::kKinematic;
   const int hand = *cloth->AddBody(kinematic);
   ASSERT_TRUE(cloth->AddBond({0, 500.0, 1.0, 0.02}, {{0.01, 0.01, 0.0}}).has_value());
-  const long before = g_allocations;
+  const std::uint64_t before = core::test::NumAllocations();
   int num_gripped = 0;
   for (int i = 0; i < 300; ++i) {
     if (i == 50) num_gripped = cloth->Grip({hand, 100.0, 1.0}, {-0.06, -0.06, -0.06}, {0.0, 0.0, 0.06});
@@ -102,7 +74,7 @@ TEST(Cloth, StepDoesNotAllocateEvenWhenItIsGrippedAndTouches) {
     cloth->SetBody(hand, {{1, 0, 0, 0}, {0.0, 0.0, -2e-4 * i}});
     cloth->Step(test::kDt);
   }
-  EXPECT_EQ(g_allocations - before, 0);
+  EXPECT_EQ(core::test::NumAllocations(), before);
   EXPECT_GT(num_gripped, 4);
   EXPECT_EQ(cloth->held(0), 0);
 }

@@ -2,34 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
 #include <fstream>
-#include <new>
 
 #include "bus/rt/worker_pool.hpp"
 #include "collision/collision_matrix.hpp"
 #include "core/clock.hpp"
 #include "core/hand_limits.hpp"
+#include "core/testing/allocations.hpp"
 
 namespace {
 std::atomic<std::uint64_t> num_allocations{0};
 }
-
-// Not inlined, else GCC warns about free() on memory from new.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  num_allocations.fetch_add(1, std::memory_order_relaxed);
-  void* memory = std::malloc(size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 namespace haptic_node {
 namespace {
 
@@ -533,9 +516,9 @@ TEST(Reevaluate, DoesNotAllocate) {
   core::SerialFor serial;
   AnsweredBench bench(serial);
   bench.Reevaluate();
-  const std::uint64_t before = num_allocations.load();
+  const std::uint64_t before = core::test::NumAllocations();
   for (int i = 0; i < 100; ++i) bench.Reevaluate();
-  EXPECT_EQ(num_allocations.load(), before);
+  EXPECT_EQ(core::test::NumAllocations(), before);
 }
 
 TEST(HapticNode, EchoesASampleDirectlyAndOnceThroughPhysics) {
@@ -571,9 +554,9 @@ TEST(HapticNode, AStepInContactDoesNotAllocate) {
   core::SerialFor serial;
   Bench bench(serial);
   bench.Press(0, 0.003);
-  const std::uint64_t before = num_allocations.load();
+  const std::uint64_t before = core::test::NumAllocations();
   bench.Run(100);  // several collision matrices among them
-  EXPECT_EQ(num_allocations.load(), before);
+  EXPECT_EQ(core::test::NumAllocations(), before);
 }
 
 TEST(HapticNode, AStepOfTheGodObjectInContactDoesNotAllocate) {
@@ -584,9 +567,9 @@ TEST(HapticNode, AStepOfTheGodObjectInContactDoesNotAllocate) {
   Bench bench(serial, scenario);
   bench.Press(0, 0.003);
   EXPECT_NEAR(bench.force(0).force_N.z, 0.003 * scenario.coupling.stiffness_N_per_m, 0.05);
-  const std::uint64_t before = num_allocations.load();
+  const std::uint64_t before = core::test::NumAllocations();
   bench.Run(100);
-  EXPECT_EQ(num_allocations.load(), before);
+  EXPECT_EQ(core::test::NumAllocations(), before);
 }
 
 }  // namespace

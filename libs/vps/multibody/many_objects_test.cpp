@@ -2,33 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "bus/rt/worker_pool.hpp"
+#include "core/testing/allocations.hpp"
 
 namespace {
 std::atomic<long> g_allocations{0};
 }  // namespace
-
-// Not inlined, else GCC sees free() on memory from new and warns.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++g_allocations;
-  return std::malloc(size);
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-
 namespace vps {
 namespace {
 
@@ -75,7 +54,7 @@ TEST(ManyObjects, AWholeCycleDoesNotAllocate) {
     test::ManyObjects scene(method, Parts(method), 60, 0);
     bus::WorkerPool workers(2);
     std::array<std::uint32_t, kNumPairStates> seen{};
-    const long before = g_allocations;
+    const std::uint64_t before = core::test::NumAllocations();
     for (int step = 0; step < test::ManyObjects::kPeriod; step += kStride) {
       // All at once in one heap and back: every pair goes through every state.
       if (step % 500 == 250) {
@@ -89,7 +68,7 @@ TEST(ManyObjects, AWholeCycleDoesNotAllocate) {
       const auto counts = scene.world().CountStates();
       for (std::size_t k = 0; k < counts.size(); ++k) seen[k] += counts[k];
     }
-    EXPECT_EQ(g_allocations - before, 0);
+    EXPECT_EQ(core::test::NumAllocations(), before);
     for (const std::uint32_t count : seen) EXPECT_GT(count, 0U);
   }
 }
