@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -353,7 +354,9 @@ core::Result<void> WriteCookedFile(const std::filesystem::path& file, std::uint6
   std::error_code error;
   std::filesystem::create_directories(file.parent_path(), error);
   std::filesystem::path partial = file;
-  partial += "." + std::to_string(getpid()) + ".partial";
+  // Of this write alone: threads and processes may cook the same mesh at the same time.
+  static std::atomic<std::uint64_t> num_writes{0};
+  partial += "." + std::to_string(getpid()) + "." + std::to_string(num_writes.fetch_add(1)) + ".partial";
   {
     std::ofstream out(partial, std::ios::binary | std::ios::trunc);
     out.write(reinterpret_cast<const char*>(&head), sizeof head);

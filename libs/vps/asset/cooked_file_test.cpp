@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <thread>
 
 namespace vps {
 namespace {
@@ -97,6 +99,19 @@ TEST_F(CookedFile, LeavesNoPartialFile) {
   std::size_t num_files = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder_)) ++num_files;
   EXPECT_EQ(num_files, 1u);
+}
+
+TEST_F(CookedFile, IsWrittenByThreadsAtTheSameTime) {
+  const auto write = [this](bool* is_written) {
+    for (int i = 0; i < 50; ++i) *is_written = *is_written && WriteCookedFile(file_, 42, Sample()).has_value();
+  };
+  std::array<bool, 2> is_written{true, true};
+  {
+    const std::jthread a(write, &is_written[0]);
+    const std::jthread b(write, &is_written[1]);
+  }
+  EXPECT_TRUE(is_written[0] && is_written[1]);
+  EXPECT_TRUE(ReadCookedFile(file_, 42).has_value());
 }
 
 TEST(CookedKey, DependsOnBytesAndParameters) {
