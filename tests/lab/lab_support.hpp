@@ -14,9 +14,16 @@
 
 namespace system_tests {
 
+// Programs with a sanitizer cook and start up that many times more slowly.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kSlowness = 5.0;
+#else
+constexpr double kSlowness = 1.0;
+#endif
+
 // Waits until the child has printed `text`; false if it ends or does not within `patience_s`.
 inline bool WaitFor(process::PipedChild* child, const std::string& text, double patience_s = 90.0) {
-  const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+  const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(kSlowness * patience_s * 1e9);
   while (core::MonotonicNow_ns() < deadline_ns) {
     child->Poll();
     if (child->out().find(text) != std::string::npos) return true;
@@ -81,13 +88,13 @@ class LabTest : public testing::Test {
     return Oos(more);
   }
   static process::Answer Run(const std::vector<std::string>& words, double patience_s = 120.0) {
-    const auto answer = process::RunHere(words, "", patience_s);
+    const auto answer = process::RunHere(words, "", kSlowness * patience_s);
     if (!answer) ADD_FAILURE() << answer.error().detail;
     return answer ? *answer : process::Answer{};
   }
 
   static void WaitForEnd(process::PipedChild* child, double patience_s = 60.0) {
-    const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
+    const std::int64_t deadline_ns = core::MonotonicNow_ns() + static_cast<std::int64_t>(kSlowness * patience_s * 1e9);
     while (!child->has_ended() && core::MonotonicNow_ns() < deadline_ns) {
       process::WaitForAny({child}, 50);
       child->Poll();
