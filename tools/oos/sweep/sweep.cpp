@@ -172,7 +172,7 @@ std::vector<SweepOutcome> ReadOutcomes(const std::vector<SweepRun>& runs, const 
   return outcomes;
 }
 
-// Writes the runs without a report to jobs.txt. Returns their number.
+// Writes the runs that have left no report yet to jobs.txt. Returns their number.
 core::Result<std::size_t> WriteJobs(const std::vector<SweepRun>& runs, const std::filesystem::path& out) {
   const std::vector<SweepOutcome> outcomes = ReadOutcomes(runs, out);
   std::string names;
@@ -262,7 +262,7 @@ int RunSweep(const Arguments& arguments) {
   }
   const auto num_jobs = WriteJobs(runs, out);
   if (!num_jobs) return Complain("sweep", num_jobs.error().detail, kDoesNotHold);
-  std::printf("%zu runs in %s, %zu of them without a report\n", runs.size(), (out / "runs").c_str(), *num_jobs);
+  std::printf("%zu runs in %s, %zu of them still to be made\n", runs.size(), (out / "runs").c_str(), *num_jobs);
   std::fflush(stdout);
   if (arguments.has("--dry-run")) return kHolds;
   if (*num_jobs > 0) {
@@ -299,7 +299,8 @@ Verb SweepVerb() {
        {"--out", "DIR", "default out/sweep-<scenario>"},
        {"--jobs", "N", "number of runs at the same time; default: one per core"},
        {"--hosts", "HOST,HOST", "run on these hosts over ssh; ':' is this one. $OOS names the program there"},
-       {"--dry-run", "", "only write the folders and jobs.txt, the list of runs without a report"}},
+       {"--dry-run", "",
+        "only write the folders and jobs.txt, the list of runs to be made: those that have left no report yet"}},
       RunSweep,
       "NAME is an attribute of the scenario file: ATTRIBUTE (wherever it stands), ELEMENT.ATTRIBUTE or\n"
       "ELEMENT[NAME].ATTRIBUTE, e.g. --grid object[block].mass_kg=1:4:4 --grid run.method=paper,fast.\n"
