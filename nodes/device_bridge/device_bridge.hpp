@@ -6,15 +6,15 @@
 
 #include "core/result.hpp"
 #include "nodes/device_bridge/allowed_coupling.hpp"
+#include "nodes/device_bridge/arms/simulated_arm.hpp"
 #include "nodes/device_bridge/contact_field.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
+#include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
 #include "nodes/device_bridge/rendered_impulse.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
-#include "nodes/device_bridge/simulated_arm.hpp"
-#include "nodes/device_bridge/simulated_operator.hpp"
 #include "scene/scenario.hpp"
 
 namespace device_bridge {

@@ -28,7 +28,9 @@ TEST(NearestFacet, IsTheNearestPlaceOfTheMeshWithItsSide) {
       EXPECT_NEAR(std::abs(facet.height), distance, static_cast<double>(kFacetStep));
       EXPECT_NEAR(glm::length((p - field.origin_m) / 1e-3 - facet.place), distance, static_cast<double>(kFacetStep));
       const double by_field = static_cast<double>(SampleField(field, glm::vec3((p - field.origin_m) / 1e-3)).distance);
-      if (std::abs(by_field) > 0.5) EXPECT_EQ(facet.height > 0.0, by_field > 0.0);
+      if (std::abs(by_field) > 0.5) {
+        EXPECT_EQ(facet.height > 0.0, by_field > 0.0);
+      }
     }
     EXPECT_GT(num_found, 200);
   }

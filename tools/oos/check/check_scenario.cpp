@@ -8,7 +8,7 @@
 
 #include "core/names.hpp"
 #include "lab/lab.hpp"
-#include "nodes/device_bridge/operator_script.hpp"
+#include "nodes/device_bridge/operator/operator_script.hpp"
 #include "nodes/logic_node/procedure.hpp"
 #include "scene/load_scenario.hpp"
 #include "vps/mesh/check_mesh.hpp"

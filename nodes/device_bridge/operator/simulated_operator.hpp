@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "nodes/device_bridge/operator_script.hpp"
-#include "nodes/device_bridge/perception.hpp"
+#include "nodes/device_bridge/operator/operator_script.hpp"
+#include "nodes/device_bridge/operator/perception.hpp"
+#include "nodes/device_bridge/operator/stroke.hpp"
 #include "nodes/device_bridge/random.hpp"
-#include "nodes/device_bridge/stroke.hpp"
 
 namespace device_bridge {
 

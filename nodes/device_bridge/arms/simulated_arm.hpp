@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <optional>
 
+#include "nodes/device_bridge/arms/jointed_arm.hpp"
+#include "nodes/device_bridge/arms/oscillator.hpp"
 #include "nodes/device_bridge/device.hpp"
-#include "nodes/device_bridge/jointed_arm.hpp"
-#include "nodes/device_bridge/oscillator.hpp"
 #include "scene/scenario.hpp"
 
 namespace device_bridge {

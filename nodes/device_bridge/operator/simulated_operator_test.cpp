@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/simulated_operator.hpp"
+#include "nodes/device_bridge/operator/simulated_operator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/jointed_arm.hpp"
+#include "nodes/device_bridge/arms/jointed_arm.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/perception.hpp"
+#include "nodes/device_bridge/operator/perception.hpp"
 
 #include <algorithm>
 #include <cmath>

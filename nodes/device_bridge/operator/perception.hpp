@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "nodes/device_bridge/arms/simulated_arm.hpp"
 #include "nodes/device_bridge/ports.hpp"
-#include "nodes/device_bridge/simulated_arm.hpp"
 #include "scene/scenario.hpp"
 
 namespace device_bridge {

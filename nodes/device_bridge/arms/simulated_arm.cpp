@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/simulated_arm.hpp"
+#include "nodes/device_bridge/arms/simulated_arm.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/oscillator.hpp"
+#include "nodes/device_bridge/arms/oscillator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/device_bridge/operator_script.hpp"
+#include "nodes/device_bridge/operator/operator_script.hpp"
 
 #include <algorithm>
 #include <charconv>
