@@ -1,6 +1,6 @@
 #include "tools/failures/bench.hpp"
 
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 
 namespace failures {
 

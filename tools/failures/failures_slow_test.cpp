@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "tools/failures/bench.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 
 namespace failures {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/failures/bench.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 
 namespace failures {
 namespace {

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "core/clock.hpp"
-#include "tools/failures/allocations.hpp"
+#include "core/testing/allocations.hpp"
 #include "tools/failures/scene_kit.hpp"
 
 namespace failures {
@@ -135,11 +135,11 @@ void Loop::StepHaptic() {
     inputs.physics = physics_ != nullptr && ticks_ > 1 ? &physics_out_.state : nullptr;
     inputs.reactions = reactions_;
     inputs.budget_points = options_.budget_points;
-    const std::uint64_t allocations = AllocationsOfThread();
+    const std::uint64_t allocations = core::test::NumAllocationsOfThread();
     const std::int64_t begin_ns = core::ThreadCpuNow_ns();
     haptic_->Step(inputs, &out_);
     haptic_cpu_ns_ = core::ThreadCpuNow_ns() - begin_ns;
-    haptic_allocations_ = AllocationsOfThread() - allocations;
+    haptic_allocations_ = core::test::NumAllocationsOfThread() - allocations;
   }
   for (core::DeviceCommand& command : out_.commands) {
     command.header.sequence = ticks_;

@@ -3,10 +3,12 @@
 #include <cmath>
 
 #include "physics/testing/trials/reference.hpp"
+#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
+#include "vps/testing/shapes.hpp"
 
 namespace failures {
 namespace {
@@ -42,12 +44,12 @@ struct Drag {
   double ripple = 0.0;   // rms of the force along the plate, over its mean
 };
 
-// The device drags the tool along the plate at 1 mm/s for 8 s.
-Drag DragTool(const Variant& variant, double friction) {
-  SceneKit kit = BallOverPlate(variant, 0.001);
-  kit.scenario.pairs[0].friction = friction;
-  Loop loop(kit.scenario);
-  core::Pose X_WD = kit.device().X_WD_start;
+constexpr double kGap_m = 0.001;
+
+// The device drags the ball along the plate at 1 mm/s for 8 s. `loop`: of this project's nodes, or of Bullet.
+template <class AnyLoop>
+Drag DragAlong(AnyLoop& loop, double friction) {
+  core::Pose X_WD{{1, 0, 0, 0}, {0, 0, kBall_m + kGap_m}};
   const auto move = [&](const glm::dvec3& way, int ticks, const auto& then) {
     for (int i = 0; i < ticks; ++i) {
       X_WD.translation += way / static_cast<double>(ticks);
@@ -56,7 +58,7 @@ Drag DragTool(const Variant& variant, double friction) {
     }
   };
   const auto nothing = [] {};
-  move({0, 0, -0.001 - kPress_m}, 500, nothing);
+  move({0, 0, -kGap_m - kPress_m}, 500, nothing);
   move({0, 0, 0}, 500, nothing);
   const glm::dvec3 from = loop.X_WC().translation;
   Drag drag;
@@ -77,6 +79,20 @@ Drag DragTool(const Variant& variant, double friction) {
   return drag;
 }
 
+Drag DragTool(const Variant& variant, double friction) {
+  SceneKit kit = BallOverPlate(variant, kGap_m);
+  kit.scenario.pairs[0].friction = friction;
+  Loop loop(kit.scenario);
+  return DragAlong(loop, friction);
+}
+
+Drag DragInBullet(double friction) {
+  BulletLoop loop(friction);
+  loop.AddFixed(vps::MakeBox({0.2, 0.2, kPlate_m}), {{1, 0, 0, 0}, {0, 0, -0.5 * kPlate_m}});
+  loop.AddTool(vps::MakeSphere(kBall_m, 64), {{1, 0, 0, 0}, {0, 0, kBall_m + kGap_m}});
+  return DragAlong(loop, friction);
+}
+
 }  // namespace
 
 void StudyFriction(Report* report) {
@@ -93,16 +109,16 @@ void StudyFriction(Report* report) {
     ripple.observable = "rms of the force along the plate, of its mean";
     ripple.bound = "<= 3 %";
     const auto drags = OfVariants([friction](const Variant& variant) { return DragTool(variant, friction); });
-    for (std::size_t i = 0; i < drags.size(); ++i) {
-      const Variant& variant = Variants()[i];
-      const Drag& drag = drags[i];
+    const auto add = [&](const std::string& contender, const Drag& drag) {
       const auto is_near = [](double ratio) { return std::abs(ratio - 1.0) <= 0.03; };
-      breaks.readings.push_back({variant.name, Short(drag.breakaway) + ", " + Short(drag.sliding),
+      breaks.readings.push_back({contender, Short(drag.breakaway) + ", " + Short(drag.sliding),
                                  is_near(drag.breakaway) && is_near(drag.sliding)});
       const bool has_friction = drag.sliding > 0.5;
-      ripple.readings.push_back({variant.name, has_friction ? Short(100.0 * drag.ripple) + " %" : "no friction",
+      ripple.readings.push_back({contender, has_friction ? Short(100.0 * drag.ripple) + " %" : "no friction",
                                  has_friction && drag.ripple <= 0.03});
-    }
+    };
+    for (std::size_t i = 0; i < drags.size(); ++i) add(Variants()[i].name, drags[i]);
+    add("Bullet", DragInBullet(friction));
     AddRow(report, breaks);
     AddRow(report, ripple);
   }

@@ -7,7 +7,7 @@
 #include "physics/testing/trials/reference.hpp"
 #include "tools/dynamics/stack.hpp"
 #include "tools/failures/field_pair.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 

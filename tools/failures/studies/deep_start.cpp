@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 
@@ -19,11 +20,20 @@ struct Exit {
   bool is_right = false;  // left on the side that it came in
 };
 
+constexpr double kMass_kg = 0.5;
+constexpr glm::dvec3 kPlateSize_m{0.2, 0.2, 0.08};
+const core::Pose X_WP{{1, 0, 0, 0}, {0, 0, -0.5 * kPlateSize_m.z}};
+vps::TriangleMesh Cube() {
+  return vps::MakeBox(glm::dvec3(2.0 * kHalf_m));
+}
+core::Pose Inside(double depth_m) {
+  return {{1, 0, 0, 0}, {0, 0, kHalf_m - depth_m}};
+}
+
 Exit Leave(const Variant& variant, double depth_m) {
   SceneKit kit(variant);
-  const auto plate = kit.AddFixed(vps::MakeBox({0.2, 0.2, 0.08}), {{1, 0, 0, 0}, {0, 0, -0.04}}, kVoxel_m);
-  const auto body = kit.AddBody(vps::MakeBox(glm::dvec3(2.0 * kHalf_m)), {{1, 0, 0, 0}, {0, 0, kHalf_m - depth_m}}, 0.5,
-                                0.0, kToolPoints);
+  const auto plate = kit.AddFixed(vps::MakeBox(kPlateSize_m), X_WP, kVoxel_m);
+  const auto body = kit.AddBody(Cube(), Inside(depth_m), kMass_kg, 0.0, kToolPoints);
   kit.AddIdleHand();
   scene::Pair& pair = kit.AddPair(body, plate);
   const double stored_J = 0.5 * pair.stiffness_N_per_m * depth_m * depth_m;
@@ -33,9 +43,27 @@ Exit Leave(const Variant& variant, double depth_m) {
     loop.Tick();
     exit.speed_m_per_s = std::max(exit.speed_m_per_s, glm::length(loop.body(body).V_WO.linear_m_per_s));
   }
-  exit.energy_J = 0.25 * exit.speed_m_per_s * exit.speed_m_per_s / stored_J;
+  exit.energy_J = 0.5 * kMass_kg * exit.speed_m_per_s * exit.speed_m_per_s / stored_J;
   exit.is_right = loop.body(body).X_WO.translation.z > kHalf_m - 1e-3;
   return exit;
+}
+
+// Bullet's contacts hold no energy: its speed and side alone are judged.
+Exit LeaveInBullet(double depth_m) {
+  BulletLoop loop(0.0);
+  loop.AddFixed(vps::MakeBox(kPlateSize_m), X_WP);
+  loop.AddBody(Cube(), Inside(depth_m), kMass_kg);
+  Exit exit;
+  for (int i = 0; i < 2000; ++i) {
+    loop.Tick();
+    exit.speed_m_per_s = std::max(exit.speed_m_per_s, loop.speed_m_per_s());
+  }
+  exit.is_right = loop.X_WC().translation.z > kHalf_m - 1e-3;
+  return exit;
+}
+
+std::string SideOf(const Exit& exit) {
+  return exit.is_right ? "right" : "wrong";
 }
 
 }  // namespace
@@ -53,11 +81,13 @@ void StudyDeepStart(Report* report) {
     for (std::size_t i = 0; i < exits.size(); ++i) {
       const Variant& variant = Variants()[i];
       const Exit& exit = exits[i];
-      row.readings.push_back(
-          {variant.name,
-           Short(exit.speed_m_per_s) + " m/s; " + Short(exit.energy_J) + "; " + (exit.is_right ? "right" : "wrong"),
-           exit.speed_m_per_s <= 0.5 && exit.energy_J <= 1.0 && exit.is_right});
+      row.readings.push_back({variant.name,
+                              Short(exit.speed_m_per_s) + " m/s; " + Short(exit.energy_J) + "; " + SideOf(exit),
+                              exit.speed_m_per_s <= 0.5 && exit.energy_J <= 1.0 && exit.is_right});
     }
+    const Exit bullet = LeaveInBullet(depth_m);
+    row.readings.push_back({"Bullet", Short(bullet.speed_m_per_s) + " m/s; -; " + SideOf(bullet),
+                            bullet.speed_m_per_s <= 0.5 && bullet.is_right});
     AddRow(report, row);
   }
 }

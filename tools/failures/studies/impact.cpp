@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/oracle/body_distance.hpp"
 #include "vps/testing/shapes.hpp"
@@ -47,16 +48,12 @@ std::vector<Target> Targets() {
   };
 }
 
-// Largest depth of the proxy in the target, exact.
-double ShownDepth_m(const Variant& variant, const Target& target) {
-  SceneKit kit(variant);
-  const auto field = kit.AddFixed(target.mesh, target.X_WE, 5e-4);
-  const auto tool = kit.AddHand(target.tool, {{1, 0, 0, 0}, target.from_W}, kToolPoints);
-  kit.AddPair(tool, field);
-  Loop loop(kit.scenario);
+// Largest depth of the shown tool in the target, exact. `loop`: of this project's nodes, or of Bullet.
+template <class AnyLoop, class IsInContact>
+double DeepestShown_m(const Target& target, AnyLoop& loop, const IsInContact& is_in_contact) {
   const vps::oracle::MeshDistance exact_E(target.mesh);
   const vps::oracle::MeshDistance exact_T(target.tool);
-  core::Pose X_WD = kit.device().X_WD_start;
+  core::Pose X_WD;
   double deepest = 0.0;
   constexpr int kImpact_cycles = 10;
   int touching = 0;
@@ -67,12 +64,28 @@ double ShownDepth_m(const Variant& variant, const Target& target) {
     X_WD.translation = target.from_W + way * target.way_W;
     loop.Tick(X_WD);
     // The exact distance takes milliseconds: each cycle of the impact, then every tenth.
-    if (!loop.haptic().is_in_contact || (++touching > kImpact_cycles && touching % 10 != 0)) continue;
+    if (!is_in_contact() || (++touching > kImpact_cycles && touching % 10 != 0)) continue;
     const double distance =
         vps::oracle::SignedBodyDistance(exact_E, exact_T, target.X_WE.inverse() * loop.X_WC()).signed_distance_m;
     deepest = std::max(deepest, -distance);
   }
   return deepest;
+}
+
+double ShownDepth_m(const Variant& variant, const Target& target) {
+  SceneKit kit(variant);
+  const auto field = kit.AddFixed(target.mesh, target.X_WE, 5e-4);
+  const auto tool = kit.AddHand(target.tool, {{1, 0, 0, 0}, target.from_W}, kToolPoints);
+  kit.AddPair(tool, field);
+  Loop loop(kit.scenario);
+  return DeepestShown_m(target, loop, [&loop] { return loop.haptic().is_in_contact; });
+}
+
+double ShownByBullet_m(const Target& target) {
+  BulletLoop loop(0.0);
+  loop.AddFixed(target.mesh, target.X_WE);
+  loop.AddTool(target.tool, {{1, 0, 0, 0}, target.from_W});
+  return DeepestShown_m(target, loop, [&loop] { return loop.is_in_contact(); });
 }
 
 // Kinetic energy after over before an impact of the arm, that the operator throws at the wall.
@@ -110,6 +123,8 @@ void StudyImpact(Report* report) {
     const auto depths_m = OfVariants([&target](const Variant& variant) { return ShownDepth_m(variant, target); });
     for (std::size_t i = 0; i < depths_m.size(); ++i)
       row.readings.push_back({Variants()[i].name, Short(1e3 * depths_m[i]) + " mm", depths_m[i] <= 1e-4});
+    const double of_bullet_m = ShownByBullet_m(target);
+    row.readings.push_back({"Bullet", Short(1e3 * of_bullet_m) + " mm", of_bullet_m <= 1e-4});
     AddRow(report, row);
   }
   Row row{"F9",

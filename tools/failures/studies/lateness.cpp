@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/oracle/body_distance.hpp"
 #include "vps/testing/shapes.hpp"

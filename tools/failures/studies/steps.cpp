@@ -6,7 +6,7 @@
 #include "tools/failures/field_pair.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "stability/sampled_axis.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 
 namespace failures {

@@ -5,7 +5,7 @@
 
 #include "tools/failures/field_pair.hpp"
 #include "tools/failures/for_all.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "vps/oracle/mesh_distance.hpp"
 #include "vps/testing/shapes.hpp"
 

@@ -6,9 +6,10 @@
 #include <random>
 #include <stdexcept>
 
+#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 
@@ -57,14 +58,14 @@ double Below_m(const vps::TriangleMesh& tool, const core::Pose& X_WT, double sid
   return -lowest;
 }
 
-Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
-  SceneKit kit(variant);
-  const vps::TriangleMesh plate = is_open ? OpenSheet() : vps::MakeBox({kSide_m, kSide_m, kThickness_m});
-  const auto field = kit.AddFixed(plate, {}, kThinVoxel_m);
-  if (is_open) kit.scenario.objects[field].sheet_thickness_m = kThickness_m;
-  const auto hand = kit.AddHand(tool.mesh, {{1, 0, 0, 0}, {0, 0, 0.1}}, kToolPoints);
-  kit.AddPair(hand, field);
-  Loop loop(kit.scenario);
+vps::TriangleMesh Part(bool is_open) {
+  return is_open ? OpenSheet() : vps::MakeBox({kSide_m, kSide_m, kThickness_m});
+}
+const core::Pose kAway{{1, 0, 0, 0}, {0, 0, 0.1}};
+
+// `loop`: of this project's nodes, or of Bullet.
+template <class AnyLoop>
+Passage PushThrough(AnyLoop& loop, const Tool& tool, const Speed& speed) {
   std::mt19937_64 engine(11);
   const auto uniform = [&engine](double low, double high) {
     return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1.0p-53;
@@ -85,7 +86,7 @@ Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed
     loop.LetGo(X_WD);
     const double step = 1e-3 * speed.m_per_s;
     const int num_steps = static_cast<int>(std::ceil((to_plate + kPast_m) / step));
-    for (int i = 0; i < num_steps; ++i) {
+    for (int k = 0; k < num_steps; ++k) {
       X_WD.translation += step * way;
       loop.Tick(X_WD);
       passage.deepest_m = std::max(passage.deepest_m, Below_m(tool.mesh, loop.X_WC(), side) + 0.5 * kThickness_m);
@@ -93,6 +94,23 @@ Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed
     if (side * loop.X_WC().translation.z < 0.0) ++passage.flips;
   }
   return passage;
+}
+
+Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
+  SceneKit kit(variant);
+  const auto field = kit.AddFixed(Part(is_open), {}, kThinVoxel_m);
+  if (is_open) kit.scenario.objects[field].sheet_thickness_m = kThickness_m;
+  const auto hand = kit.AddHand(tool.mesh, kAway, kToolPoints);
+  kit.AddPair(hand, field);
+  Loop loop(kit.scenario);
+  return PushThrough(loop, tool, speed);
+}
+
+Passage PushInBullet(const Tool& tool, bool is_open, const Speed& speed) {
+  BulletLoop loop(0.0);
+  loop.AddFixed(Part(is_open), {});
+  loop.AddTool(tool.mesh, kAway);
+  return PushThrough(loop, tool, speed);
 }
 
 Passage TryToPush(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
@@ -110,7 +128,7 @@ void StudyThin(Report* report) {
   struct Case {
     bool is_open;
     const Speed* speed;
-    std::size_t variant;
+    const Variant* variant;  // null: Bullet
     const Tool* tool;
     Passage passage;
   };
@@ -118,14 +136,16 @@ void StudyThin(Report* report) {
   std::vector<Case> cases;
   for (const bool is_open : {false, true}) {
     for (const Speed& speed : kSpeeds) {
-      for (std::size_t v = 0; v < Variants().size(); ++v) {
-        for (const Tool& tool : tools) cases.push_back({is_open, &speed, v, &tool, {}});
+      for (const Variant& variant : Variants()) {
+        for (const Tool& tool : tools) cases.push_back({is_open, &speed, &variant, &tool, {}});
       }
+      for (const Tool& tool : tools) cases.push_back({is_open, &speed, nullptr, &tool, {}});
     }
   }
   ForAll(cases.size(), [&cases](std::size_t i) {
     Case& one = cases[i];
-    one.passage = TryToPush(Variants()[one.variant], *one.tool, one.is_open, *one.speed);
+    one.passage = one.variant == nullptr ? PushInBullet(*one.tool, one.is_open, *one.speed)
+                                         : TryToPush(*one.variant, *one.tool, one.is_open, *one.speed);
   });
   Table table{"thin", {"part", "speed_m_per_s", "contender", "tool", "flips", "deepest_voxels"}, {}};
   auto one = cases.begin();
@@ -144,24 +164,25 @@ void StudyThin(Report* report) {
     depth.observable = "deepest penetration shown, in voxels of 0.5 mm";
     depth.bound = "<= " + Short(speed.bound);
     depth.why = "the proxy rests half a voxel inside, and a thin plate's inside is less than that";
-    for (const Variant& variant : Variants()) {
+    for (std::size_t contender = 0; contender <= Variants().size(); ++contender) {
+      const std::string name = one->variant == nullptr ? "Bullet" : one->variant->name;
       Passage worst;
       for (const Tool& tool : tools) {
         worst.is_refused = worst.is_refused || one->passage.is_refused;
         worst.flips += one->passage.flips;
         worst.deepest_m = std::max(worst.deepest_m, one->passage.deepest_m);
-        table.Add({what, bench::Cell(speed.m_per_s), variant.name, tool.name,
+        table.Add({what, bench::Cell(speed.m_per_s), name, tool.name,
                    one->passage.is_refused ? "" : std::to_string(one->passage.flips),
                    one->passage.is_refused ? "" : bench::Cell(one->passage.deepest_m / kThinVoxel_m)});
         ++one;
       }
       if (worst.is_refused) {
-        for (Row* row : {&flips, &depth}) row->readings.push_back({variant.name, "refused: too thin", false});
+        for (Row* row : {&flips, &depth}) row->readings.push_back({name, "refused: too thin", false});
         continue;
       }
-      flips.readings.push_back({variant.name, std::to_string(worst.flips), worst.flips == 0});
+      flips.readings.push_back({name, std::to_string(worst.flips), worst.flips == 0});
       depth.readings.push_back(
-          {variant.name, Short(worst.deepest_m / kThinVoxel_m), worst.deepest_m <= speed.bound * kThinVoxel_m});
+          {name, Short(worst.deepest_m / kThinVoxel_m), worst.deepest_m <= speed.bound * kThinVoxel_m});
     }
     AddRow(report, flips);
     AddRow(report, depth);

@@ -9,7 +9,7 @@
 #include "stability/sampled_axis.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 
 namespace failures {
@@ -60,27 +60,29 @@ LoopOptions Lean(const Hand& hand, int delay_ticks) {
 // What is left of the motion, by the rms of the speed in three windows one after the other.
 class Decay {
  public:
+  explicit Decay(double rest_m_per_s) : rest_(rest_m_per_s * rest_m_per_s * 0.5 * kWindow_s / kTick_s) {}
   void Add(double t_s, double speed_m_per_s) {
     const auto window = static_cast<std::size_t>(t_s / kWindow_s);
     const double weight = std::sin(std::numbers::pi * t_s / kWindow_s);  // so that parts of a period do not count
     if (window < sums_.size()) sums_[window] += weight * weight * speed_m_per_s * speed_m_per_s;
   }
-  // Decaying, or still to within a micrometre of motion at the boundary's frequencies.
-  [[nodiscard]] bool is_stable() const {
-    const double rest = 1e-10 * kWindow_s / kTick_s;  // (10 um/s)^2
-    return sums_[2] < rest || (sums_[2] < sums_[1] && sums_[1] < sums_[0]);
-  }
+  [[nodiscard]] bool is_stable() const { return sums_[2] < rest_ || (sums_[2] < sums_[1] && sums_[1] < sums_[0]); }
 
  private:
+  double rest_;
   std::array<double, 3> sums_{};
 };
 constexpr double kLeaning_s = 7.0;
 constexpr double kRun_s = kLeaning_s + 3.0 * kWindow_s;
 
-bool IsStable(const SceneKit& kit, const LoopOptions& options) {
+// At rest is what moves by less than a tenth of a micrometre at the frequency of the wall, sqrt(K / m): three orders
+// below the depth that the operator leans in by, and above the rounding of the messages' forces.
+constexpr double kRest_m = 1e-7;
+
+bool IsStable(const SceneKit& kit, const LoopOptions& options, double K_N_per_m, double mass_kg) {
   Loop loop(kit.scenario, options);
   loop.Run(kLeaning_s);
-  Decay decay;
+  Decay decay(kRest_m * std::sqrt(K_N_per_m / mass_kg));
   while (loop.now_s() < kRun_s) {
     loop.Tick();
     decay.Add(loop.now_s() - kLeaning_s, loop.device().V_WD.linear_m_per_s.z);
@@ -93,7 +95,7 @@ bool IsStableOnMesh(const Variant& variant, const Hand& hand, double K_N_per_m, 
   SceneKit kit = BallOverPlate(variant, 1e-5);
   kit.scenario.coupling.stiffness_N_per_m = K_N_per_m;
   Fit(hand, &kit);
-  return IsStable(kit, Lean(hand, delay_ticks));
+  return IsStable(kit, Lean(hand, delay_ticks), K_N_per_m, hand.mass_kg);
 }
 
 // The plane z = 0 in closed form in place of haptic_node: only device_bridge takes part.
@@ -109,7 +111,7 @@ bool IsStableOnPlane(const Hand& hand, const stability::Wall& wall, int delay_ti
     const double force_N = wall.stiffness_N_per_m * depth_m + wall.damping_N_s_per_m * rate_m_per_s;
     return core::Wrench{{0, 0, std::max(0.0, force_N)}, {}};
   };
-  return IsStable(kit, options);
+  return IsStable(kit, options, wall.stiffness_N_per_m, hand.mass_kg);
 }
 
 constexpr double kSearch = 8.0;  // factor to both sides of the exact boundary

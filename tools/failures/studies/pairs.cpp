@@ -5,7 +5,7 @@
 
 #include "core/clock.hpp"
 #include "tools/failures/loop.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 

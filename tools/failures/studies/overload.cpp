@@ -4,7 +4,7 @@
 
 #include "core/clock.hpp"
 #include "tools/failures/field_pair.hpp"
-#include "tools/failures/studies.hpp"
+#include "tools/failures/studies/studies.hpp"
 #include "tools/failures/tool_on_plate.hpp"
 #include "vps/testing/shapes.hpp"
 
