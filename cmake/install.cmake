@@ -48,6 +48,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME vr-oos)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 # Packages that no program links but that are loaded, started or read at run time.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "libgl1, libgl1-mesa-dri, xvfb, fonts-dejavu-core")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "ffmpeg")  # videos, the film of a report
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME vr-oos-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "cppzmq-dev, libbullet-dev, libexpected-dev, libglm-dev, libopenmesh-dev, \

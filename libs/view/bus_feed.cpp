@@ -2,46 +2,53 @@
 
 namespace view {
 
-BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node)
-    : physics_(&node->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic)),
-      logic_(&node->ReadState<core::LogicStatus>(bus::kLogicStatusTopic)),
-      bridge_(&node->ReadState<bus::Figures>(bus::FiguresTopic("device_bridge"))) {
+BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node) {
+  const auto read_latest = [node](const std::string& topic, const char* writer, auto* source) {
+    using M = std::decay_t<decltype(source->reader->value())>;
+    *source = {topic, writer, &node->ReadLatest<M>(topic)};
+  };
+  const auto add_latest = [&](const std::string& topic, const char* writer, auto* sources) {
+    read_latest(topic, writer, &sources->emplace_back());
+  };
+  read_latest(bus::kPhysicsStateTopic, "physics_node", &physics_);
+  logic_ = {bus::kLogicStatusTopic, "logic_node", &node->ReadState<core::LogicStatus>(bus::kLogicStatusTopic)};
+  bridge_ = {BridgeTopic(), "device_bridge", &node->ReadState<bus::Figures>(BridgeTopic())};
+  const std::string haptic_topic = bus::FiguresTopic("haptic_node");
+  haptic_ = {haptic_topic, "haptic_node", &node->ReadState<bus::Figures>(haptic_topic)};
   for (const scene::Device& device : scenario.devices) {
-    proxies_.push_back(&node->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
-    commands_.push_back(&node->ReadLatest<core::DeviceCommand>(bus::DeviceCommandTopic(device.role)));
+    add_latest(bus::HapticProxyTopic(device.role), "haptic_node", &proxies_);
+    add_latest(bus::DeviceCommandTopic(device.role), "haptic_node", &commands_);
   }
-  for (const char* source : {"haptic_node", "physics_node"}) {
-    collisions_.push_back(&node->ReadLatest<core::CollisionMatrix>(bus::CollisionsTopic(source)));
-  }
+  for (const char* source : kCollisionSources) add_latest(bus::CollisionsTopic(source), source, &collisions_);
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
-    const std::string topic = bus::ContactsTopic(scenario.PairSource(i), scenario.PairName(i));
-    contacts_.push_back(&node->ReadLatest<core::ContactSet>(topic));
+    const char* source = scenario.PairSource(i);
+    add_latest(bus::ContactsTopic(source, scenario.PairName(i)), source, &contacts_);
   }
   for (const scene::Object& object : scenario.objects) {
-    if (object.sheet) sheets_.push_back(&node->ReadLatest<core::SheetState>(bus::SheetTopic(object.name)));
+    if (object.sheet) add_latest(bus::SheetTopic(object.name), "physics_node", &sheets_);
   }
 }
 
 bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
-  for (const auto* proxy : proxies_) {
-    if (proxy->is_fresh()) mirror->Apply(proxy->value());
+  for (const auto& proxy : proxies_) {
+    if (proxy.reader->is_fresh()) mirror->Apply(proxy.reader->value());
   }
-  for (const auto* command : commands_) {
-    if (command->is_fresh()) mirror->Apply(command->value(), now_ns);
+  for (const auto& command : commands_) {
+    if (command.reader->is_fresh()) mirror->Apply(command.reader->value(), now_ns);
   }
   for (std::size_t i = 0; i < collisions_.size(); ++i) {
-    if (collisions_[i]->is_fresh()) mirror->Apply(collisions_[i]->value(), i, now_ns);
+    if (collisions_[i].reader->is_fresh()) mirror->Apply(collisions_[i].reader->value(), i, now_ns);
   }
-  for (const auto* contacts : contacts_) {
-    if (contacts->is_fresh()) mirror->Apply(contacts->value(), now_ns);
+  for (const auto& contacts : contacts_) {
+    if (contacts.reader->is_fresh()) mirror->Apply(contacts.reader->value(), now_ns);
   }
-  for (const auto* sheet : sheets_) {
-    if (sheet->is_fresh()) mirror->Apply(sheet->value());
+  for (const auto& sheet : sheets_) {
+    if (sheet.reader->is_fresh()) mirror->Apply(sheet.reader->value());
   }
-  if (logic_->is_fresh()) mirror->Apply(logic_->value());
-  if (bridge_->is_fresh()) mirror->ApplyBridge(bridge_->value());
-  if (!physics_->is_fresh()) return false;
-  mirror->Apply(physics_->value());
+  if (logic_.reader->is_fresh()) mirror->Apply(logic_.reader->value());
+  if (bridge_.reader->is_fresh()) mirror->ApplyBridge(bridge_.reader->value());
+  if (!physics().is_fresh()) return false;
+  mirror->Apply(physics().value());
   return true;
 }
 

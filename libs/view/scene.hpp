@@ -9,6 +9,7 @@
 
 #include "core/messages/trace.hpp"
 #include "core/pose.hpp"
+#include "core/result.hpp"
 #include "scene/scenario.hpp"
 #include "space/surroundings.hpp"
 
@@ -36,6 +37,7 @@ struct Instance {
 
 // A deformable sheet: nodes in W, row by row. Both of its sides are visible.
 struct Sheet {
+  std::uint32_t instance = 0;  // of the object that it belongs to
   std::uint32_t num_columns = 0;
   std::vector<glm::vec3> p_W;
   Material material;
@@ -93,5 +95,10 @@ struct Scene {
 
 // Index of the camera of that name; -1: none.
 int FindCamera(const Assets& assets, const std::string& name);
+// The camera to look through during a procedure step: `fixed` when it names one, else the one named after the step,
+// else the first.
+const scene::Camera& CameraFor(const Assets& assets, const std::string& fixed, const std::string& step);
+// Error: kInvalidInput, naming all cameras, unless `name` is empty or one of them.
+core::Result<void> CheckCamera(const Assets& assets, const std::string& name);
 
 }  // namespace view

@@ -69,6 +69,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario),
     scene_.instances.push_back(instance);
     if (object.sheet) {
       scene_.sheets.push_back(FlatSheet(object));
+      scene_.sheets.back().instance = static_cast<std::uint32_t>(i);
       sheet_objects_.push_back(static_cast<std::uint16_t>(i));
     }
     X_WH_.push_back(object.X_WO);

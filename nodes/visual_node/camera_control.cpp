@@ -42,9 +42,7 @@ bool CameraControl::TakeFullScreenKey() {
 }
 
 const scene::Camera& CameraControl::ForStep(const view::Assets& assets, const std::string& step) const {
-  int index = view::FindCamera(assets, fixed_view_);
-  if (index < 0) index = view::FindCamera(assets, step);
-  return assets.cameras[index < 0 ? 0 : static_cast<std::size_t>(index)];
+  return view::CameraFor(assets, fixed_view_, step);
 }
 
 const scene::Camera& CameraControl::Update(const view::Assets& assets, const std::string& step, double dt_s) {

@@ -5,6 +5,9 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <cstdlib>
+#include <ctime>
+
 namespace visual_node {
 namespace {
 
@@ -14,10 +17,22 @@ std::string LastGlfwError() {
   return text != nullptr ? text : "no reason given";
 }
 
+// An X server that starts anew because its last client has just left, as Xvfb does, refuses clients for a moment.
+bool OpenDisplay() {
+  const char* display = std::getenv("DISPLAY");
+  const bool has_name = display != nullptr && *display != '\0';
+  const timespec pause{0, 50'000'000};
+  for (int tries = has_name ? 20 : 1; tries > 0; --tries) {
+    if (glfwInit() == GLFW_TRUE) return true;
+    if (tries > 1) nanosleep(&pause, nullptr);
+  }
+  return false;
+}
+
 }  // namespace
 
 core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions& options) {
-  if (glfwInit() != GLFW_TRUE) {
+  if (!OpenDisplay()) {
     return core::Fail(core::ErrorCode::kResource,
                       "cannot open a display: " + LastGlfwError() + "; without a screen start it under xvfb-run -a");
   }

@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kLeastSize = 64, kMostSize = 8192;  // pixels
 
+constexpr double kMostSeconds = 1e6;
+
 // "640x360"
 core::Result<void> ReadSize(const std::string& text, Options* options) {
   const std::size_t x = std::min(text.find('x'), text.size());
@@ -24,21 +26,63 @@ core::Result<void> ReadSize(const std::string& text, Options* options) {
   return {};
 }
 
+core::Result<void> CheckEnding(const std::filesystem::path& file, const char* option, const char* endings) {
+  const std::string ending = file.extension().string();
+  if (file.empty() || (!ending.empty() && std::string_view(endings).find(ending) != std::string_view::npos)) return {};
+  return core::Fail(core::ErrorCode::kInvalidInput,
+                    std::string(option) + " needs a file that ends in " + endings + ", not '" + file.string() + "'");
+}
+
+core::Result<PictureOptions> ReadPictureOptions(const cli::Arguments& arguments) {
+  PictureOptions pictures;
+  pictures.recording = arguments.text("--recording");
+  pictures.shot = arguments.text("--shot");
+  pictures.depth = arguments.text("--depth");
+  pictures.ids = arguments.text("--ids");
+  pictures.hdr = arguments.text("--hdr");
+  pictures.are_frames = arguments.has("--frames");
+  if (arguments.has("--at")) pictures.at_s = arguments.checked_number("--at");
+  pictures.from_s = arguments.checked_number("--from");
+  if (arguments.has("--to")) pictures.to_s = arguments.checked_number("--to");
+  pictures.speed = arguments.checked_number("--speed");
+  if (auto good = CheckEnding(pictures.shot, "--shot", ".png"); !good) return tl::unexpected(good.error());
+  if (auto good = CheckEnding(pictures.depth, "--depth", ".png or .pfm"); !good) return tl::unexpected(good.error());
+  if (auto good = CheckEnding(pictures.hdr, "--hdr", ".pfm"); !good) return tl::unexpected(good.error());
+  if (auto good = CheckEnding(pictures.ids, "--ids", ".png"); !good) return tl::unexpected(good.error());
+  const auto fail = [](const char* what) { return core::Fail(core::ErrorCode::kInvalidInput, what); };
+  if (pictures.recording.empty() && pictures.at_s)
+    return fail("--at needs a recording: a scenario is shown as it begins");
+  if (pictures.recording.empty() && pictures.are_frames) return fail("--frames needs --recording FILE.mcap");
+  return pictures;
+}
+
 }  // namespace
 
 cli::Syntax CommandLineSyntax() {
   cli::Syntax syntax;
   syntax.program = "visual_node";
   syntax.summary = "shows the scenario as it runs";
-  syntax.options = {{"--scenario", "FILE", "what is shown"},
-                    {"--out", "DIR", "of pictures and the report", "."},
-                    {"--still", "FILE", "each named camera of this scenario once, to DIR; without a bus"},
-                    {"--name", "NAME", "on the bus", "visual_node"},
-                    {"--size", "WIDTHxHEIGHT", "of the window and of pictures; default: 1280x720 and 640x360"},
-                    {"--view", "NAME", "camera to stay with; default: the one named after the step, else the first"},
-                    {"--headless", "", "renders pictures but shows no window"},
-                    {"--fps", "N", "most pictures per second; a slow machine draws them smaller to hold it", "30",
-                     cli::Number(1.0, 1000.0)}};
+  syntax.options = {
+      {"--scenario", "FILE", "what is shown"},
+      {"--out", "DIR", "of pictures and the report", "."},
+      {"--still", "FILE", "each named camera of this scenario once, to DIR; without a bus"},
+      {"--name", "NAME", "on the bus", "visual_node"},
+      {"--size", "WIDTHxHEIGHT", "of the window and of pictures; default: 1280x720 and 640x360"},
+      {"--view", "NAME", "camera to stay with; default: the one named after the step, else the first"},
+      {"--shot", "FILE.png", "one picture, without a bus; also --depth, --ids and --hdr"},
+      {"--depth", "FILE", ".png: 16 bits, in mm; .pfm: in m; along the viewing direction, 0: nothing"},
+      {"--ids", "FILE.png", "16 bits, the objects' ids, 0: nothing; their names beside it as .json"},
+      {"--hdr", "FILE.pfm", "its light before exposure and tone curve: linear RGB"},
+      {"--recording", "FILE.mcap", "what --shot and --frames show; default: the scenario as it begins"},
+      {"--at", "S", "of the recording, from its first message; default: its end", "", cli::Number(0.0, kMostSeconds)},
+      {"--frames", "", "the recording, frame by frame, as PPM pictures on stdout"},
+      {"--from", "S", "with --frames: begin at this time", "0", cli::Number(0.0, kMostSeconds)},
+      {"--to", "S", "with --frames: end at this time; default: the recording's end", "",
+       cli::Number(0.0, kMostSeconds)},
+      {"--speed", "X", "with --frames: recorded seconds per second", "1", cli::Number(1e-3, 1e3)},
+      {"--headless", "", "renders pictures but shows no window"},
+      {"--fps", "N", "most pictures per second; a slow machine draws them smaller to hold it", "30",
+       cli::Number(1.0, 1000.0)}};
   for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
   return syntax;
@@ -58,9 +102,13 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   if (arguments.has("--size")) {
     if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
   }
+  auto pictures = ReadPictureOptions(arguments);
+  if (!pictures) return tl::unexpected(pictures.error());
+  options.pictures = std::move(*pictures);
   const auto fail = [](const char* what) { return core::Fail(core::ErrorCode::kInvalidInput, what); };
   if (options.is_still) return options;
   if (options.scenario.empty()) return fail("--scenario FILE is missing");
+  if (options.pictures.is_shot() || options.pictures.are_frames) return options;
   if (options.node.registry.empty()) return fail("--registry ENDPOINT is missing");
   if (options.node.is_encrypted == options.node.keys.empty()) {
     return fail("either --keys DIR or --no_encryption must be given");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "bus/log/node_recording.hpp"
@@ -9,6 +10,21 @@
 #include "core/result.hpp"
 
 namespace visual_node {
+
+// Pictures without a bus: of the scenario as it begins, or of a recording. A file that is not wanted is empty.
+struct PictureOptions {
+  std::filesystem::path recording;
+  std::filesystem::path shot;   // --shot: PNG
+  std::filesystem::path depth;  // --depth: PNG of 16 bits in millimetres, or PFM in metres
+  std::filesystem::path ids;    // --ids: PNG of 16 bits, with the names beside it as .json
+  std::filesystem::path hdr;    // --hdr: PFM, light before exposure and tone curve
+  std::optional<double> at_s;   // default: the recording's end
+  bool are_frames = false;      // --frames: the recording as a film on stdout
+  double from_s = 0.0;          // of the film, from the recording's first message
+  std::optional<double> to_s;   // default: the recording's end
+  double speed = 1.0;           // recorded seconds per second of the film
+  [[nodiscard]] bool is_shot() const { return !shot.empty() || !depth.empty() || !ids.empty() || !hdr.empty(); }
+};
 
 struct Options {
   std::filesystem::path scenario;
@@ -23,6 +39,7 @@ struct Options {
   bool is_headless = false;
   double max_frames_per_s = 30.0;
   bool is_still = false;  // --still: each named camera once, without any bus
+  PictureOptions pictures;
 };
 
 cli::Syntax CommandLineSyntax();

@@ -13,10 +13,6 @@ namespace visual_node {
 namespace {
 
 constexpr std::size_t kMaxLamps = 4;  // size of the shader's arrays
-// Clip planes: a hand's width in front of the eye, and far beyond any scenario. A ratio of 6000 leaves a 24-bit depth
-// buffer a resolution of d^2 / (2^24 near): 6 um at 1 m.
-constexpr double kNear_m = 0.01;
-constexpr double kFar_m = 60.0;
 // The shadow map is fitted anew when the sun has moved by a tenth of its width (cos 0.05 degrees): 75 minutes.
 constexpr double kSameSun = 1.0 - 3.8e-7;
 

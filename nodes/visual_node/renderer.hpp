@@ -29,6 +29,11 @@ struct Look {
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
 class Renderer {
  public:
+  // Clip planes: a hand's width in front of the eye, and far beyond any scenario. A ratio of 6000 leaves a 24-bit depth
+  // buffer a resolution of d^2 / (2^24 near): 6 um at 1 m.
+  static constexpr double kNear_m = 0.01;
+  static constexpr double kFar_m = 60.0;
+
   // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
   static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
 
@@ -38,6 +43,10 @@ class Renderer {
 
   // Of the newest picture, and waits for it.
   [[nodiscard]] Film& film() { return film_; }
+  // As they were drawn last. Index: Assets::meshes, Scene::sheets.
+  [[nodiscard]] const std::vector<GpuMesh>& meshes() const { return meshes_; }
+  [[nodiscard]] const std::vector<GpuMesh>& sheets() const { return sheets_; }
+
   [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
   [[nodiscard]] const std::string& sky_note() const { return sky_.note(); }
   [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }

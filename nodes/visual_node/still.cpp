@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "nodes/visual_node/gl_context.hpp"
+#include "nodes/visual_node/offline.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace visual_node {
@@ -16,15 +16,12 @@ core::Result<Image> RenderSmooth(Renderer& renderer, const view::Scene& scene, c
 }
 
 core::Result<void> RenderStills(const Options& options, const scene::Scenario& scenario) {
-  const auto context = GlContext::Create({options.width, options.height, scenario.title, false});
-  if (!context) return tl::unexpected(context.error());
   const view::SceneMirror mirror(scenario);
-  auto renderer =
-      Renderer::Create(mirror.scene(), [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
-  if (!renderer) return tl::unexpected(renderer.error());
+  const auto offline = Offline::Create(scenario, options.view);
+  if (!offline) return tl::unexpected(offline.error());
   for (const scene::Camera& camera : mirror.scene().assets->cameras) {
     if (!options.view.empty() && camera.name != options.view) continue;
-    const auto image = RenderSmooth(**renderer, mirror.scene(), camera, options.width, options.height);
+    const auto image = RenderSmooth(*offline->renderer, mirror.scene(), camera, options.width, options.height);
     if (!image) return tl::unexpected(image.error());
     const std::filesystem::path file = options.out / (camera.name + ".png");
     if (auto written = WritePng(*image, file); !written) return written;

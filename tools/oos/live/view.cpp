@@ -12,6 +12,7 @@
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/live/verbs.hpp"
+#include "tools/oos/pictures/shot.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
 #include "tools/process/spawn.hpp"
 #include "view/bus_feed.hpp"
@@ -148,6 +149,7 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
 }
 
 int RunView(const Arguments& arguments) {
+  if (IsShotWanted(arguments)) return MakeShot(arguments);
   const auto seconds = arguments.number("--seconds");
   if (!seconds) return Complain("view", seconds.error().detail, kBadUsage);
   std::string file;
@@ -181,17 +183,18 @@ int RunView(const Arguments& arguments) {
 Verb ViewVerb() {
   std::vector<Option> options = {{"--text", "", "print text instead of opening a window"},
                                  {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"}};
-  const std::vector<Option>& attach = AttachOptions();
-  options.insert(options.end(), attach.begin(), attach.end());
+  for (const auto* more : {&ShotOptions(), &AttachOptions()}) options.insert(options.end(), more->begin(), more->end());
   return {"view",
-          "opens another viewer of the running session: a window, or text",
-          "[SCENARIO]",
+          "opens another viewer of the running session: a window, or text; or makes a picture without a session",
+          "[SCENARIO|RECORDING]",
           0,
           1,
           options,
           RunView,
           "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
-          "SCENARIO: the session's scenario, needed when the session does not run on this machine."};
+          "SCENARIO: the session's scenario, needed when the session does not run on this machine.\n"
+          "With --shot, --depth, --ids or --hdr no session is needed: a scenario is shown as it begins, a recording at --at.\n"
+          "Depths are along the viewing direction. Without a screen: xvfb-run -a oos view ..."};
 }
 
 }  // namespace oos

@@ -4,22 +4,12 @@
 #include "bus/log/channel_copier.hpp"
 #include "bus/log/mcap_indexed_reader.hpp"
 #include "scene/load_scenario.hpp"
+#include "tools/oos/pictures/picture_source.hpp"
 #include "tools/oos/record/verbs.hpp"
 #include "tools/oos/record/view_export.hpp"
 
 namespace oos {
 namespace {
-
-// Where the recorded run found its scenario.
-std::string RecordedScenario(bus::log::McapIndexedReader* reader) {
-  const auto records = reader->ReadMetadata("scenario");
-  if (!records) return {};
-  for (const bus::log::Metadata& record : *records) {
-    const auto file = record.entries.find("file");
-    if (file != record.entries.end()) return file->second;
-  }
-  return {};
-}
 
 core::Result<std::uint64_t> Export(bus::log::McapIndexedReader* reader, const scene::Scenario& scenario,
                                    const std::string& to) {
@@ -60,7 +50,12 @@ int RunExport(const Arguments& arguments) {
   const std::string& to = arguments.positional()[1];
   auto reader = bus::log::McapIndexedReader::Open(from);
   if (!reader) return Complain("export", reader.error().detail, kBadUsage);
-  const std::string file = arguments.has("--scenario") ? arguments.text("--scenario") : RecordedScenario(&*reader);
+  std::filesystem::path file = arguments.text("--scenario");
+  if (file.empty()) {
+    const auto recorded = RecordedScenarioFile(from);
+    if (!recorded) return Complain("export", recorded.error().detail, kBadUsage);
+    file = *recorded;
+  }
   if (file.empty()) {
     return Complain("export", from + " does not name its scenario; give it with --scenario", kBadUsage);
   }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include "bus/codec.hpp"
-#include "bus/log/recorded_payload.hpp"
 #include "bus/schema.hpp"
 #include "bus/topics.hpp"
 #include "proto/logic.pb.h"
@@ -234,40 +232,12 @@ core::Result<void> ViewExport::WriteEvent(const bus::log::Message& message) {
   return Write(&log_, line, now_ns);
 }
 
-void ViewExport::Apply(const bus::log::Channel& channel, const bus::log::Message& message) {
-  const bus::TopicRule* rule = bus::FindTopicRule(channel.topic);
-  if (rule == nullptr) return;
-  const bus::log::RecordedPayload recorded = bus::log::SplitRecorded(message.data);
-  const auto now_ns = static_cast<std::int64_t>(message.log_time_ns);
-  switch (rule->type) {
-    case bus::MessageType::kPhysicsState:
-      if (const auto* state = physics_.Take(recorded)) mirror_.Apply(*state);
-      break;
-    case bus::MessageType::kHapticProxy:
-      if (const auto* proxy = proxies_[channel.topic].Take(recorded)) mirror_.Apply(*proxy);
-      break;
-    case bus::MessageType::kContactSet:
-      if (const auto* contacts = contact_sets_[channel.topic].Take(recorded)) mirror_.Apply(*contacts, now_ns);
-      break;
-    case bus::MessageType::kSheetState:
-      if (const auto* sheet = sheet_states_[channel.topic].Take(recorded)) mirror_.Apply(*sheet);
-      break;
-    case bus::MessageType::kLogicStatus: {
-      core::LogicStatus status;
-      if (bus::DecodeState(std::string(message.data.begin(), message.data.end()), &status)) mirror_.Apply(status);
-      break;
-    }
-    default:
-      break;
-  }
-}
-
 core::Result<void> ViewExport::Take(const bus::log::Channel& channel, const bus::log::Message& message) {
   // Messages that nodes received are copies of those that others sent.
   const auto tap = channel.metadata.find("tap");
   if (tap != channel.metadata.end() && tap->second != "sent") return {};
   if (channel.topic == bus::kEventTopic) return WriteEvent(message);
-  Apply(channel, message);
+  feed_.Apply(channel, message, &mirror_);
   const auto now_ns = static_cast<std::int64_t>(message.log_time_ns);
   if (now_ns >= next_frame_ns_) {
     next_frame_ns_ = std::max(next_frame_ns_ + kFrames_ns, now_ns);

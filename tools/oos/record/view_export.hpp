@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "bus/log/mcap_writer.hpp"
-#include "bus/log/recorded_message.hpp"
 #include "core/result.hpp"
 #include "proto/foxglove.pb.h"
 #include "scene/scenario.hpp"
+#include "view/recorded_feed.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace oos {
@@ -48,7 +48,6 @@ class ViewExport {
   core::Result<void> WriteSheets(std::int64_t now_ns);
   core::Result<void> WriteLamps(std::int64_t now_ns);
   core::Result<void> WriteEvent(const bus::log::Message& message);
-  void Apply(const bus::log::Channel& channel, const bus::log::Message& message);
 
   const scene::Scenario& scenario_;
   bus::log::McapWriter* to_;
@@ -59,10 +58,7 @@ class ViewExport {
   std::vector<glm::vec3> lamp_colors_;                            // as written
   std::vector<std::uint64_t> sheet_versions_;
   bool had_arrows_ = true;
-  bus::log::RecordedMessage<core::PhysicsState> physics_;
-  std::map<std::string, bus::log::RecordedMessage<core::HapticProxy>> proxies_;  // by topic
-  std::map<std::string, bus::log::RecordedMessage<core::ContactSet>> contact_sets_;
-  std::map<std::string, bus::log::RecordedMessage<core::SheetState>> sheet_states_;
+  view::RecordedFeed feed_;
   std::int64_t next_frame_ns_ = 0;
   std::int64_t next_overlay_ns_ = 0;
   std::uint64_t num_messages_ = 0;

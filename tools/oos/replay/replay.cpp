@@ -6,6 +6,8 @@
 #include "replay/platform.hpp"
 #include "scene/load_scenario.hpp"
 #include "tools/oos/attach/attach.hpp"
+#include "tools/oos/pictures/picture_source.hpp"
+#include "tools/oos/pictures/video.hpp"
 #include "tools/oos/replay/replay_bus.hpp"
 #include "tools/oos/replay/verbs.hpp"
 #include "vps/asset/cooked_object.hpp"
@@ -105,7 +107,30 @@ int RunSteps(const Arguments& arguments) {
                   kBadUsage);
 }
 
+int RunVideo(const Arguments& arguments) {
+  const auto source = FindPictureSource(arguments.positional()[0], arguments.text("--scenario"));
+  if (!source) return Complain("replay", source.error().detail, kBadUsage);
+  if (source->recording.empty()) {
+    return Complain("replay", arguments.positional()[0] + " is no recording, and --video needs one", kBadUsage);
+  }
+  VideoOptions options;
+  options.file = arguments.text("--video");
+  options.frames_per_s = arguments.checked_number("--fps");
+  const std::pair<const char*, const char*> passed_on[] = {
+      {"--camera", "--view"}, {"--size", "--size"}, {"--from", "--from"}, {"--to", "--to"}, {"--speed", "--speed"}};
+  for (const auto& [option, as] : passed_on) {
+    if (arguments.has(option)) options.frames.insert(options.frames.end(), {as, arguments.text(option)});
+  }
+  if (const auto made = MakeVideo(*source, options); !made) {
+    const bool is_input_bad = made.error().code == core::ErrorCode::kInvalidInput;
+    return Complain("replay", made.error().detail, is_input_bad ? kBadUsage : kDoesNotHold);
+  }
+  std::printf("%s\n", options.file.c_str());
+  return kHolds;
+}
+
 int RunReplay(const Arguments& arguments) {
+  if (arguments.has("--video")) return RunVideo(arguments);
   return arguments.has("--node") || arguments.has("--check") ? RunSteps(arguments) : RunBusReplay(arguments);
 }
 
@@ -117,7 +142,13 @@ std::vector<Option> Options() {
       {"--tolerance", "FILE", "lines of PATTERN abs=N rel=N or PATTERN ignore for 'topic:field'; default: bit for bit"},
       {"--scenario", "FILE", "default: the one that the recording names"},
       {"--set", "PARAM=VALUE", "change a parameter at the first step, to see its effect (repeatable)"},
-      {"--from", "S", "on the bus: begin at this time, with the states as of then"},
+      {"--video", "OUT.mp4",
+       "render it frame by frame at recorded time, without a session (needs ffmpeg and a display)"},
+      {"--camera", "NAME", "with --video; default: the one named after the procedure step, else the first"},
+      {"--fps", "N", "with --video: frames per second", "30", cli::Number(1.0, 1000.0)},
+      {"--size", "WxH", "with --video: pixels; default: 640x360"},
+      {"--to", "S", "with --video: end at this time; default: the recording's end"},
+      {"--from", "S", "on the bus or with --video: begin at this time, with the states as of then"},
       {"--loop", "", "on the bus: repeat until stopped"},
       {"--pause", "", "on the bus: wait for 'play' or 'step'"}};
   options.insert(options.end(), AttachOptions().begin(), AttachOptions().end());
@@ -129,7 +160,7 @@ std::vector<Option> Options() {
 Verb ReplayVerb() {
   return {
       "replay",
-      "replays a recording: on the bus, or node by node with a comparison",
+      "replays a recording: on the bus, node by node with a comparison, or as a video",
       "FILE",
       1,
       1,
@@ -138,6 +169,8 @@ Verb ReplayVerb() {
       "With --node or --check, nodes are fed step by step with their recorded inputs, without a bus, and their "
       "outputs\n"
       "are compared. Exit status 0: equal, 1: different (the first tick, topic and field are named), 2: bad input.\n"
+      "With --video the same recording gives the same frames, however long one takes; each is the picture that\n"
+      "'oos view FILE --shot --at S' makes. Without a screen: xvfb-run -a oos replay ...\n"
       "Otherwise what nodes published is published again in a running session ('oos registry' makes one). Commands on\n"
       "standard input: pause, play, step [MESSAGES], seek SECONDS, speed X, quit."};
 }

@@ -1,0 +1,18 @@
+#include "nodes/visual_node/offline.hpp"
+
+#include "view/scene_mirror.hpp"
+
+namespace visual_node {
+
+core::Result<Offline> Offline::Create(const scene::Scenario& scenario, const std::string& camera) {
+  const view::SceneMirror mirror(scenario);
+  const view::Scene& scene = mirror.scene();
+  if (auto known = view::CheckCamera(*scene.assets, camera); !known) return tl::unexpected(known.error());
+  auto context = GlContext::Create({.width = 64, .height = 64, .title = "VR-OOS", .is_visible = false});
+  if (!context) return tl::unexpected(context.error());
+  auto renderer = Renderer::Create(scene, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+  if (!renderer) return tl::unexpected(renderer.error());
+  return Offline{std::move(*context), std::move(*renderer)};
+}
+
+}  // namespace visual_node

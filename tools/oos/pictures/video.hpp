@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/result.hpp"
+#include "tools/oos/pictures/picture_source.hpp"
+
+namespace oos {
+
+struct VideoOptions {
+  std::filesystem::path file;       // its ending chooses the container: .mp4, .mkv, .mov
+  std::vector<std::string> frames;  // further options of `visual_node --frames`
+  double frames_per_s = 30.0;
+  std::map<std::string, std::string> environment;  // of visual_node, beside the caller's own
+  int nice = 0;
+};
+
+// Renders a recording frame by frame and encodes it (H.264 by ffmpeg). Errors: kNotFound, when ffmpeg is missing;
+// kInvalidInput, when visual_node refuses its options; kIo.
+core::Result<void> MakeVideo(const PictureSource& source, const VideoOptions& options);
+
+// Whether ffmpeg is in PATH.
+bool HasFfmpeg();
+
+}  // namespace oos
