@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
 #include <utility>
 
 #include "core/clock.hpp"
@@ -17,6 +18,13 @@ constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
 constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // publishes changes that come without a physics state
 
 }  // namespace
+
+core::Result<void> Receiver::Record(const std::filesystem::path& file) {
+  auto recorder = view::SceneRecorder::Create(file, scenario_);
+  if (!recorder) return tl::unexpected(recorder.error());
+  recorder_ = std::move(*recorder);
+  return {};
+}
 
 core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   auto node = bus::Node::Create(options);
@@ -34,6 +42,20 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
 void Receiver::Stop() {
   is_stopping_.store(true, std::memory_order_release);
   if (thread_.joinable()) thread_.join();
+  if (recorder_ == nullptr) return;
+  if (const auto closed = recorder_->Close(core::MonotonicNow_ns()); !closed) {
+    std::fprintf(stderr, "the scene's recording is not whole: %s\n", closed.error().detail.c_str());
+  }
+  recorder_.reset();
+}
+
+// A full disk ends the recording, not the viewer.
+void Receiver::RecordScene(std::int64_t now_ns) {
+  if (recorder_ == nullptr) return;
+  if (const auto taken = recorder_->Take(*feed_, now_ns); !taken) {
+    std::fprintf(stderr, "the scene's recording ends here: %s\n", taken.error().detail.c_str());
+    recorder_.reset();
+  }
 }
 
 std::vector<std::string> Receiver::TakeScreenshotRequests() {
@@ -54,6 +76,7 @@ void Receiver::Run() {
       num_states_.fetch_add(1, std::memory_order_relaxed);
       log_->AddState(direct_, through_physics_);
     }
+    RecordScene(now_ns);
     if (now_ns >= next_figures_ns_) PublishFigures(now_ns);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "scene/scenario.hpp"
 #include "view/bus_feed.hpp"
 #include "view/scene_mirror.hpp"
+#include "view/scene_recorder.hpp"
 
 namespace visual_node {
 
@@ -29,6 +31,8 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
+  // Before Start: records what arrives, thinned (view/scene_recorder.hpp). Error: kIo.
+  core::Result<void> Record(const std::filesystem::path& file);
   // Viewers of one session need different names.
   core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
@@ -53,12 +57,14 @@ class Receiver {
   bool ApplyAll(std::int64_t now_ns);
   void Publish(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
+  void RecordScene(std::int64_t now_ns);
 
   const scene::Scenario& scenario_;
   view::SceneMirror mirror_;
   LatencyLog* log_;
   std::unique_ptr<bus::Node> node_;
   std::optional<view::BusFeed> feed_;
+  std::unique_ptr<view::SceneRecorder> recorder_;
   bus::StateWriter<bus::Figures> figures_;
   core::Trace direct_;  // of the newest state, with this node's stamps
   core::Trace through_physics_;

@@ -1,9 +1,12 @@
 #include "nodes/visual_node/receiver.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "bus/registry.hpp"
 #include "core/clock.hpp"
+#include "view/recorded_scene.hpp"
+#include "view/scene_digest.hpp"
 
 namespace visual_node {
 namespace {
@@ -119,6 +122,47 @@ TEST_F(ReceiverTest, ReceivesTheStepAndAScreenshotRequest) {
     return !names.empty();
   }));
   EXPECT_EQ(names.front(), "look");
+}
+
+TEST_F(ReceiverTest, TheRecordedSceneIsTheOneThatWasShown) {
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / ("receiver_" + std::to_string(getpid()) + ".mcap");
+  receiver_.Stop();
+  auto recorded_receiver = std::make_unique<Receiver>(scenario_, &log_);
+  ASSERT_TRUE(recorded_receiver->Record(file));
+  bus::NodeOptions options;
+  options.name = "visual_node-2";
+  options.registry = registry_->endpoint();
+  options.session = 77;
+  options.is_encrypted = false;
+  ASSERT_TRUE(recorded_receiver->Start(options));
+  core::LogicStatus status;
+  status.step = "insert";
+  ASSERT_TRUE(logic_.Set(status));
+  core::PhysicsState state;
+  state.bodies.push_back({0, {glm::dquat(1, 0, 0, 0), {0.5, 0.25, 0.125}}, {}});
+  const std::int64_t deadline_ns = core::MonotonicNow_ns() + kPatience_ns;
+  const auto is_shown = [&] {
+    recorded_receiver->Update();
+    const view::Scene& scene = recorded_receiver->scene();
+    return scene.step == "insert" && scene.instances[0].X_WM.translation.x == 0.5;
+  };
+  // Longer than a period of the recording, so that the state is in it.
+  for (std::int64_t shown_ns = 0; shown_ns < 2 * view::SceneRecorder::kPeriod_ns;) {
+    ASSERT_LT(core::MonotonicNow_ns(), deadline_ns);
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    physics_.Send(state);
+    peer_->Wait(begin_ns + 1'000'000);
+    if (is_shown()) shown_ns += core::MonotonicNow_ns() - begin_ns;
+  }
+  const std::uint64_t shown = view::SceneDigest(recorded_receiver->scene());
+  recorded_receiver->Stop();
+  auto recorded = view::RecordedScene::Open(file, scenario_);
+  ASSERT_TRUE(recorded) << recorded.error().detail;
+  ASSERT_TRUE((*recorded)->GoTo((*recorded)->duration_s()));
+  EXPECT_EQ(view::SceneDigest((*recorded)->scene()), shown);
+  EXPECT_EQ((*recorded)->scene().step, "insert");
+  std::filesystem::remove(file);
 }
 
 }  // namespace

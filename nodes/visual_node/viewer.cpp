@@ -72,6 +72,7 @@ class Viewer {
     auto recording = bus::log::StartRecording(options_.node.name, options_.recording);
     if (!recording) return tl::unexpected(recording.error());
     recording_ = std::move(*recording);
+    if (auto kept = receiver_.Record(options_.out / "scene.mcap"); !kept) return kept;
     if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
     LowerPriority();
     auto context =
@@ -81,9 +82,7 @@ class Viewer {
     summary_.gl_renderer = context_->renderer_name();
     receiver_.Update();
     shown_ = receiver_.scene();
-    if (!options_.view.empty() && view::FindCamera(*shown_.assets, options_.view) < 0) {
-      return core::Fail(core::ErrorCode::kInvalidInput, "the scenario has no camera '" + options_.view + "'");
-    }
+    if (auto known = view::CheckCamera(*shown_.assets, options_.view); !known) return known;
     auto renderer =
         Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
     if (!renderer) return tl::unexpected(renderer.error());

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tools/oos/run/hop_bounds.hpp"
+#include "tools/oos/run/report_page.hpp"
 
 namespace oos {
 namespace {
@@ -195,7 +196,7 @@ bool WriteReport(const json& report, const std::filesystem::path& folder) {
   machine << report.dump(2) << "\n";
   std::ofstream people(folder / "report.md");
   WriteMarkdown(report, folder, people);
-  return machine.good() && people.good();
+  return machine.good() && people.good() && WriteReportPage(report, folder);
 }
 
 std::string Summarise(const json& report) {

@@ -24,7 +24,7 @@ struct RunFacts {
 // figure that no node reported is null.
 nlohmann::json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const std::filesystem::path& folder);
 
-// Writes report.json and report.md. False when the folder cannot be written.
+// Writes report.json, report.md and report.html. False when the folder cannot be written.
 bool WriteReport(const nlohmann::json& report, const std::filesystem::path& folder);
 
 // A summary of the report for the terminal: steps and the main figures.

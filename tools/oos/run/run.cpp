@@ -213,7 +213,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   *report = MergeReport(scenario, facts, options.out);
   if (!WriteReport(*report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
   Print(Summarise(*report));
-  Print("report in " + options.out.string());
+  Print("report in " + options.out.string() + "; the page is report.html, and 'oos report' adds a film to it");
   return outcome->is_final ? kHolds : kDoesNotHold;
 }
 

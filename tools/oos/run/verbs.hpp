@@ -6,5 +6,6 @@ namespace oos {
 
 Verb RunVerb();
 Verb LatencyVerb();
+Verb ReportVerb();
 
 }  // namespace oos
