@@ -200,6 +200,28 @@ TEST(Contact, KinematicHandMovesAFreeBlockAtItsOwnSpeed) {
   EXPECT_EQ(world.X_WO(hand).translation.x, x);
 }
 
+// Friction after one step on a body that is pressed with 10 N, mu = 0.5, where it has slipped from where it sticks.
+double FrictionAfterSlip_N(ContactKind kind, double slip_m) {
+  World world;
+  const int body = test::AddDynamic(&world, {}, BoxMass(100.0, {0.1, 0.1, 0.1}));
+  const int pair = world.AddContactPair(body, world.world_body(), kind).value();
+  core::ContactSet set;
+  set.friction = 0.5f;
+  test::AddPlane(&set, 1, {0, 0, 0}, {-slip_m, 0, 0.001}, {0, 0, 1}, 1e4);
+  world.SetContactPlanes(pair, set);
+  world.Step(kDt);
+  return world.contact(pair).F_So_W.force_N.x;
+}
+
+TEST(ElasticContact, PullsBackToWhereItSticksWithThePlanesStiffness) {
+  EXPECT_NEAR(FrictionAfterSlip_N(ContactKind::kElastic, 0.0003), -3.0, 0.01);
+  EXPECT_EQ(FrictionAfterSlip_N(ContactKind::kCompliant, 0.0003), 0.0);
+}
+
+TEST(ElasticContact, SlidesAtCoulombsLimit) {
+  EXPECT_NEAR(FrictionAfterSlip_N(ContactKind::kElastic, 0.002), -5.0, 0.01);
+}
+
 TEST(Contact, TwoRunsAreBitForBitEqual) {
   const auto run = [] {
     BallOnPlane scene(0.2, 0.002, {0.1, 0.05, -0.3}, 2.0e4, 5.0, 0.3);

@@ -9,6 +9,7 @@
 #include "core/result.hpp"
 #include "core/wrench.hpp"
 #include "physics/checkpoint.hpp"
+#include "physics/contact_kind.hpp"
 #include "physics/live_change.hpp"
 #include "physics/mass_properties.hpp"
 #include "physics/row.hpp"
@@ -17,10 +18,6 @@
 namespace physics {
 
 enum class BodyKind { kFixed, kKinematic, kDynamic };
-
-// Law of a pair's planes: compliant springs, which conserve energy, or hard contact, which prevents penetration and
-// dissipates the energy of the approach.
-enum class ContactKind { kCompliant, kHard };
 
 struct BodyParams {
   BodyKind kind = BodyKind::kFixed;

@@ -67,10 +67,10 @@ core::Result<int> World::AddContactPair(int sampled_body, int field_body, Contac
   if (!w.has_body(sampled_body) || !w.has_body(field_body) || sampled_body == field_body) {
     return core::Fail(core::ErrorCode::kInvalidInput, "contact pair: needs two different bodies of this world");
   }
-  w.pairs.push_back(PairSlot{sampled_body, field_body,
-                             ContactFeed(&w.dispatcher, w.body(sampled_body).engine.get(),
-                                         w.body(field_body).engine.get(), kind == ContactKind::kHard),
-                             false, false, core::Wrench{}, ContactReport{}});
+  w.pairs.push_back(
+      PairSlot{sampled_body, field_body,
+               ContactFeed(&w.dispatcher, w.body(sampled_body).engine.get(), w.body(field_body).engine.get(), kind),
+               false, false, core::Wrench{}, ContactReport{}});
   w.solver.Reserve(0, static_cast<int>(w.pairs.size() * core::kMaxContactPlanes), 0);
   return static_cast<int>(w.pairs.size()) - 1;
 }

@@ -192,8 +192,10 @@ TEST(GodObjectInTheNode, WhatTheHandFeelsIsWhatTheObjectGets) {
   touching.MoveTo({p.x - 0.06, p.y, 0.2}, 0.5);
   touching.MoveTo({p.x - 0.06, p.y, p.z}, 0.5);
   touching.MoveTo({p.x - 0.025 - 0.006, p.y, p.z}, 0.1);
+  touching.MoveTo({p.x - 0.025 - 0.006, p.y + 0.0005, p.z}, 0.1);  // it sticks
   touching.Hold(50);
   EXPECT_LT(touching.force().force_N.x, -5.0);
+  EXPECT_LT(touching.force().force_N.y, -0.5);
   int num_sets = 0;
   for (std::size_t i = 0; i < touching.out.contacts.size(); ++i) {
     const core::ContactSet& set = touching.out.contacts[i];
@@ -203,15 +205,19 @@ TEST(GodObjectInTheNode, WhatTheHandFeelsIsWhatTheObjectGets) {
     const double side = is_hand_sampled ? 1.0 : -1.0;
     EXPECT_LT(glm::length(side * set.F_So_W.force_N - touching.force().force_N), 0.02);
     glm::dvec3 sum_N(0.0);
+    glm::dvec3 friction_N(0.0);
     const core::Pose& X_WBlock = touching.scenario.objects[block].X_WO;
     const core::Pose& X_WS = is_hand_sampled ? touching.X_WD() : X_WBlock;
     const core::Pose& X_WG = is_hand_sampled ? X_WBlock : touching.X_WD();
     for (const core::ContactPlane& plane : set.planes) {
       const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane.n_G));
-      const double gap_m = glm::dot(n_W, X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
+      const glm::dvec3 way_W = X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G);
+      const double gap_m = glm::dot(n_W, way_W);
       sum_N += plane.stiffness_N_per_m * std::max(-gap_m, 0.0) * n_W;
+      if (gap_m < 0.0) friction_N -= static_cast<double>(plane.stiffness_N_per_m) * (way_W - gap_m * n_W);
     }
     EXPECT_NEAR(side * sum_N.x, touching.force().force_N.x, 0.02 * std::abs(touching.force().force_N.x));
+    EXPECT_NEAR(side * friction_N.y, touching.force().force_N.y, 0.02 * std::abs(touching.force().force_N.y));
   }
   EXPECT_EQ(num_sets, 1);
 }

@@ -46,6 +46,14 @@ glm::dvec3 ForceDirectionOnSampled_W(const vps::PairResult& result, const core::
   return X_WS.rotate(result.f_So_S.sum_m / length);
 }
 
+// Moves q_G along its plane to where p_S has slipped from by `slip_W`.
+void StickAt(const core::Pose& X_WS, const core::Pose& X_WG, const glm::dvec3& slip_W, core::ContactPlane* plane) {
+  const glm::dvec3 p_W = X_WS * glm::dvec3(plane->p_S);
+  const glm::dvec3 n_W = X_WG.rotate(glm::dvec3(plane->n_G));
+  const double gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(plane->q_G));
+  plane->q_G = glm::vec3(X_WG.inverse() * (p_W - gap_m * n_W - slip_W));
+}
+
 }  // namespace
 
 std::vector<std::string> HapticNode::ParameterNames() const {
@@ -517,7 +525,13 @@ void HapticNode::ShareHandContact(std::size_t pair, const PairRole& pair_role, c
   set->header.direct = role.sample.header.direct;
   set->F_So_W = {};
   if (role.god_object) {
-    if (role.is_following && !IsHeld(pair_role, pair)) WriteToolContact(pair, role, pair_role.sampled_role >= 0, set);
+    if (role.is_following && !IsHeld(pair_role, pair)) {
+      WriteToolContact(pair, role, pair_role.sampled_role >= 0, set);
+      return;
+    }
+    for (core::ContactPlane& plane : set->planes) {
+      StickAt(PoseAtD(role, set->sampled_body), PoseAtD(role, set->field_body), glm::dvec3(0.0), &plane);
+    }
     return;
   }
   if (!set->is_in_contact || role.sum_of_weights_m <= 0.0 || IsHeld(pair_role, pair)) return;
@@ -529,18 +543,21 @@ void HapticNode::ShareHandContact(std::size_t pair, const PairRole& pair_role, c
     plane.stiffness_N_per_m *= static_cast<float>(share * role.stiffness_share);
 }
 
+// Of a part of the hand where the device has it, of another object where it is.
+core::Pose HapticNode::PoseAtD(const Role& role, std::uint16_t object) const {
+  if (role.is_hand_part[object] == 0) return X_WO_[object];
+  return scene::PartPose(scenario_.objects[object].part, role.sample.X_WD, role.sample.opening_m);
+}
+
 // The god object knows the force at each place. physics_node evaluates planes at the device pose D, where they are as
 // deep as the spring is long: with that stiffness a plane pushes the object by what the hand feels of it. One that is
-// apart there keeps its own, for the ticks until the next cycle.
+// apart there keeps its own, for the ticks until the next cycle. With the same stiffness friction drags the object by
+// what the hand feels of that: p_S sticks where it is as far from D along the plane. An object that is dragged by more
+// tips under a hand that feels nothing of it and goes along.
 void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_hand_sampled,
                                   core::ContactSet* set) const {
-  const auto pose_at_D = [&](std::uint16_t object) {
-    const scene::Object& o = scenario_.objects[object];
-    const bool is_of_hand = role.is_hand_part[object] != 0;
-    return is_of_hand ? scene::PartPose(o.part, role.sample.X_WD, role.sample.opening_m) : X_WO_[object];
-  };
-  const core::Pose X_WS = pose_at_D(set->sampled_body);
-  const core::Pose X_WG = pose_at_D(set->field_body);
+  const core::Pose X_WS = PoseAtD(role, set->sampled_body);
+  const core::Pose X_WG = PoseAtD(role, set->field_body);
   // All of them, those that fade out, too: a hand that squeezes a part has large forces against each other, whose sum
   // alone is what the hand feels.
   const glm::dvec3 p_WSo = X_WO_[set->sampled_body].translation;
@@ -554,16 +571,22 @@ void HapticNode::WriteToolContact(std::size_t pair, const Role& role, bool is_ha
   for (core::ContactPlane& plane : set->planes) {
     const std::uint32_t id = vps::CollisionWorld::HandPlaneId(pair, plane);
     double normal_N = 0.0;
+    glm::dvec3 tangent_W_N(0.0);
     for (const vps::HeldContact& contact : role.god_object->contacts()) {
       if (contact.id != id || contact.cycles_lost > 0 || contact.is_turned) continue;
       normal_N = contact.normal_N;
+      tangent_W_N = contact.tangent_W_N;
     }
     const double depth_m =
         -glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G));
     set->is_in_contact = set->is_in_contact || normal_N > 0.0;
-    if (depth_m <= 0.0) continue;
-    const double most_N_per_m = kMaxPlaneStiffness * scenario_.coupling.stiffness_N_per_m;
-    plane.stiffness_N_per_m = static_cast<float>(std::min(factor * normal_N / depth_m, most_N_per_m));
+    glm::dvec3 slip_W(0.0);
+    if (depth_m > 0.0) {
+      const double most_N_per_m = kMaxPlaneStiffness * scenario_.coupling.stiffness_N_per_m;
+      plane.stiffness_N_per_m = static_cast<float>(std::min(factor * normal_N / depth_m, most_N_per_m));
+      if (normal_N > 0.0) slip_W = (is_hand_sampled ? -1.0 : 1.0) * depth_m / normal_N * tangent_W_N;
+    }
+    StickAt(X_WS, X_WG, slip_W, &plane);
   }
   const bool is_over = role.objects_N == glm::dvec3(0.0) && !set->is_in_contact;
   if (!is_over || pair != role.owing_pair || role.owing_object == core::kNoObject) return;

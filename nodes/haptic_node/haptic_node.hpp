@@ -164,6 +164,7 @@ class HapticNode {
   void FillContacts(const Inputs& inputs, Outputs* outputs);
   void FillCollisions(Outputs* outputs) const;
   void ShareHandContact(std::size_t pair, const PairRole& pair_role, core::ContactSet* set) const;
+  [[nodiscard]] core::Pose PoseAtD(const Role& role, std::uint16_t object) const;
   void WriteToolContact(std::size_t pair, const Role& role, bool is_hand_sampled, core::ContactSet* set) const;
 
   scene::Scenario scenario_;

@@ -97,17 +97,23 @@ core::Result<void> AddBodies(const scene::Scenario& scenario, const std::vector<
   return {};
 }
 
+// With a god object a hand's planes say where they stick: friction on the object is then what the hand feels of it.
+physics::ContactKind KindOf(const scene::Scenario& scenario, const scene::Pair& pair) {
+  if (scenario.contact_input == scene::ContactInput::kManifold) return physics::ContactKind::kHard;
+  const auto is_of_hand = [&](std::uint16_t object) { return scenario.objects[object].owner == scene::Owner::kHand; };
+  const bool has_hand = is_of_hand(pair.sampled) || is_of_hand(pair.field);
+  return has_hand && scenario.coupling.type == "god_object" ? physics::ContactKind::kElastic
+                                                            : physics::ContactKind::kCompliant;
+}
+
 core::Result<void> AddPairs(const scene::Scenario& scenario, BuiltWorld* built) {
-  const physics::ContactKind kind = scenario.contact_input == scene::ContactInput::kManifold
-                                        ? physics::ContactKind::kHard
-                                        : physics::ContactKind::kCompliant;
   for (const scene::Pair& pair : scenario.pairs) {
     if (!IsPhysics(scenario, pair.sampled) && !IsPhysics(scenario, pair.field)) {
       built->contact_of_pair.push_back(kNone);
       continue;
     }
-    const auto contact =
-        built->world->AddContactPair(built->body_of_object[pair.sampled], built->body_of_object[pair.field], kind);
+    const auto contact = built->world->AddContactPair(built->body_of_object[pair.sampled],
+                                                      built->body_of_object[pair.field], KindOf(scenario, pair));
     if (!contact) return core::Fail(contact.error().code, LocationPrefix(pair.location) + contact.error().detail);
     built->contact_of_pair.push_back(*contact);
   }

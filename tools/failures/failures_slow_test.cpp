@@ -18,6 +18,13 @@ TEST(FailureTests, ABudgetOfPointsKeepsTheDeepestAndIsReported) {
   EXPECT_EQ(report.goals[0].verdict, bench::Verdict::kMet) << report.goals[0].measured;
 }
 
+TEST(FailureTests, ALightPartUnderAPressingHandLiesStill) {
+  Report report;
+  StudyLightBodies(&report);
+  ASSERT_EQ(report.goals.size(), 1U);
+  EXPECT_EQ(report.goals[0].verdict, bench::Verdict::kMet) << report.goals[0].measured;
+}
+
 TEST(FailureTests, AreWrittenWithTheirBoundsAndReasons) {
   const auto folder = std::filesystem::temp_directory_path() / ("vr_oos_rows_" + std::to_string(::getpid()));
   ASSERT_EQ(BenchMain({folder / "all.json", folder, ""}), 0);

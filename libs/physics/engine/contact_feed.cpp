@@ -9,8 +9,19 @@
 
 namespace physics {
 
-ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, bool is_hard)
-    : is_hard_(is_hard) {
+namespace {
+
+// Of p_S along the plane, from q_G.
+glm::dvec3 Slip_W(const core::ContactPlane& plane, const core::Pose& X_WS, const core::Pose& X_WG) {
+  const glm::dvec3 n_W = glm::normalize(X_WG.rotate(glm::dvec3(plane.n_G)));
+  const glm::dvec3 offset_W = X_WS * glm::dvec3(plane.p_S) - X_WG * glm::dvec3(plane.q_G);
+  return offset_W - glm::dot(n_W, offset_W) * n_W;
+}
+
+}  // namespace
+
+ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, ContactKind kind)
+    : kind_(kind) {
   for (btPersistentManifold*& manifold : manifolds_) {
     manifold = dispatcher->getNewManifold(sampled, field);
     manifold->setContactBreakingThreshold(1e9);
@@ -96,7 +107,8 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_combinedRollingFriction = 0.0;
     point.m_combinedSpinningFriction = 0.0;
     point.m_combinedRestitution = 0.0;
-    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, is_hard_, planes_[at].friction_W_Ns};
+    laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, kind_, planes_[at].friction_W_Ns};
+    if (kind_ == ContactKind::kElastic) laws_[at].slip_W_m = Slip_W(plane, X_WS, X_WG);
     point.m_distance1 = gaps[at];
     point.m_userPersistentData = &laws_[at];
     point.m_appliedImpulse = planes_[at].impulse;

@@ -8,6 +8,7 @@
 #include "core/messages/haptic.hpp"
 #include "core/pose.hpp"
 #include "physics/checkpoint.hpp"
+#include "physics/contact_kind.hpp"
 #include "physics/engine/contact_law.hpp"
 
 class btDispatcher;
@@ -20,7 +21,7 @@ namespace physics {
 // as addManifoldPoint would merge and drop neighbours.
 class ContactFeed {
  public:
-  ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, bool is_hard);
+  ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, ContactKind kind);
   ContactFeed(ContactFeed&& other) noexcept = default;
 
   void Set(const core::ContactSet& set);
@@ -74,7 +75,7 @@ class ContactFeed {
   std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them via the points
   int num_planes_ = 0;
   int num_injected_ = 0;
-  bool is_hard_ = false;
+  ContactKind kind_ = ContactKind::kCompliant;
   double damping_ = 0.0;
   double friction_ = 0.0;
 };

@@ -2,16 +2,19 @@
 
 #include <glm/glm.hpp>
 
+#include "physics/contact_kind.hpp"
+
 namespace physics {
 
 // Law of one contact plane for one step, along its normal. Speeds are dg/dt of its gap g; forces push S outwards.
 struct ContactLaw {
-  double gap_m = 0.0;                   // g0, at the start of the step; negative inside
-  double stiffness_N_per_m = 0.0;       // k of this plane
-  double damping_N_s_per_m = 0.0;       // d of this plane, 0 while it is apart
-  double pair_stiffness_N_per_m = 0.0;  // sum over the pair's penetrating planes
-  bool is_hard = false;                 // no spring: a condition on the speed at the end of the step
-  glm::dvec3 friction_W_Ns{0.0};        // impulse on S of the last step, for the warm start
+  double gap_m = 0.0;                          // g0, at the start of the step; negative inside
+  double stiffness_N_per_m = 0.0;              // k of this plane
+  double damping_N_s_per_m = 0.0;              // d of this plane, 0 while it is apart
+  double pair_stiffness_N_per_m = 0.0;         // sum over the pair's penetrating planes
+  ContactKind kind = ContactKind::kCompliant;  // hard: no spring, but a condition on the speed at the end of the step
+  glm::dvec3 friction_W_Ns{0.0};               // impulse on S of the last step, for the warm start
+  glm::dvec3 slip_W_m{0.0};                    // elastic: of S along the plane, from where it sticks
 };
 
 // Tangent of a force law at a speed: F(v) = force - slope (v - speed), slope >= 0.

@@ -28,7 +28,7 @@ double EndSpeed(const ContactLaw& law, double mass, double v0) {
 }
 
 ContactLaw Spring(double gap, double k, double d = 0.0) {
-  return {gap, k, d, k, false};
+  return {.gap_m = gap, .stiffness_N_per_m = k, .damping_N_s_per_m = d, .pair_stiffness_N_per_m = k};
 }
 
 TEST(ContactLaw, ConservesEnergyWhereverInTheStepContactBegins) {

@@ -29,6 +29,25 @@ double OuterSpeed(const btSolverConstraint& row, const btSolverBody& a, const bt
          Along(row.m_contactNormal2, row.m_relpos2CrossNormal, b.m_externalForceImpulse, b.m_externalTorqueImpulse);
 }
 
+// Direction of a friction row's force on S.
+btVector3 DirectionOnS(const btSolverConstraint& row) {
+  return row.m_contactNormal1.length2() > 0.0 ? row.m_contactNormal1 : -row.m_contactNormal2;
+}
+
+// Makes a friction row the implicit spring F = -k (u + dt v1) over the slip u along it, with the plane's stiffness k;
+// the row's limits stay Coulomb's. As in SetLine, A = -dt k u and B = dt^2 k.
+void SetSpring(const ContactLaw& law, double free_m_per_s, double dt_s, btSolverConstraint* row) {
+  if (!(row->m_jacDiagABInv > 0.0)) return;
+  const double W = 1.0 / row->m_jacDiagABInv;
+  const btVector3 direction_W = DirectionOnS(*row);
+  const double u_m = glm::dot(glm::dvec3(direction_W.x(), direction_W.y(), direction_W.z()), law.slip_W_m);
+  const double B = std::max(dt_s * dt_s * law.stiffness_N_per_m, kLeastSlope / W);
+  const double A = -B / dt_s * u_m;
+  row->m_jacDiagABInv = B / (1.0 + B * W);
+  row->m_cfm = 1.0 / (1.0 + B * W);
+  row->m_rhs = (A - B * free_m_per_s) / (1.0 + B * W);
+}
+
 }  // namespace
 
 RowSolver::ContactRow RowSolver::MakeContactRow(const btSolverConstraint& row) const {
@@ -53,7 +72,7 @@ RowSolver::ContactRow RowSolver::MakeContactRow(const btSolverConstraint& row) c
 void RowSolver::SetLine(ContactRow* made, double at_m_per_s, btSolverConstraint* row) const {
   const ContactRow& from = *made;
   const double W = from.inverse_mass_per_kg;
-  if (from.law->is_hard) {
+  if (from.law->kind == ContactKind::kHard) {
     const double D = 1.0 / (W * (1.0 + kHardSoftness));
     row->m_jacDiagABInv = D;
     row->m_cfm = kHardSoftness / (1.0 + kHardSoftness);
@@ -81,8 +100,7 @@ void RowSolver::WarmStart(btSolverConstraint* friction) {
   btSolverBody& a = m_tmpSolverBodyPool[friction->m_solverBodyIdA];
   btSolverBody& b = m_tmpSolverBodyPool[friction->m_solverBodyIdB];
   const glm::dvec3& last_W = contact_rows_[static_cast<std::size_t>(friction->m_frictionIndex)].law->friction_W_Ns;
-  const double start = (CanMove(friction->m_solverBodyIdA) ? friction->m_contactNormal1 : -friction->m_contactNormal2)
-                           .dot(btVector3(last_W.x, last_W.y, last_W.z));
+  const double start = DirectionOnS(*friction).dot(btVector3(last_W.x, last_W.y, last_W.z));
   friction->m_appliedImpulse = start;
   a.internalApplyImpulse(friction->m_contactNormal1 * a.internalGetInvMass(), friction->m_angularComponentA, start);
   b.internalApplyImpulse(friction->m_contactNormal2 * b.internalGetInvMass(), friction->m_angularComponentB, start);
@@ -113,7 +131,13 @@ void RowSolver::convertContacts(btPersistentManifold** manifolds, int num_manifo
     btSolverConstraint& row = m_tmpSolverContactFrictionConstraintPool[i];
     const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
     const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
-    row.m_rhs = -row.m_jacDiagABInv * (StartSpeed(row, a, b) + OuterSpeed(row, a, b));
+    const double free_m_per_s = StartSpeed(row, a, b) + OuterSpeed(row, a, b);
+    const ContactLaw& law = *contact_rows_[static_cast<std::size_t>(row.m_frictionIndex)].law;
+    if (law.kind == ContactKind::kElastic) {
+      SetSpring(law, free_m_per_s, dt_s_, &row);
+    } else {
+      row.m_rhs = -row.m_jacDiagABInv * free_m_per_s;
+    }
     WarmStart(&row);
   }
 }
@@ -125,7 +149,7 @@ bool RowSolver::MoveLines(const Island& island) {
     btSolverConstraint& row = *rows_[static_cast<std::size_t>(island.first + i)];
     if (!IsContact(row)) continue;
     ContactRow& from = contact_rows_[static_cast<std::size_t>(&row - &m_tmpSolverContactConstraintPool[0])];
-    if (from.law->is_hard) continue;
+    if (from.law->kind == ContactKind::kHard) continue;
     const double speed = SolvedSpeed(from, row);
     const ForceLine line = CompliantForce(*from.law, from.inverse_mass_per_kg, from.start_m_per_s, speed, dt_s_);
     const double impulse = dt_s_ * std::max(0.0, line.force_N);

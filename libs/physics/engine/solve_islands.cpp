@@ -185,7 +185,7 @@ void RowSolver::FillDirect() {
       direct_.A(i, i) = direct_.A(i, i) * (1.0 + kRegularisation) + row.m_cfm / row.m_jacDiagABInv;
       continue;
     }
-    direct_.A(i, i) *= 1.0 + kFrictionHold;
+    direct_.A(i, i) = direct_.A(i, i) * (1.0 + kFrictionHold) + row.m_cfm / row.m_jacDiagABInv;
     const btSolverConstraint* normal = &m_tmpSolverContactConstraintPool[row.m_frictionIndex];
     direct_.bounds(i).normal = static_cast<int>(std::find(rows, rows + n, normal) - rows);
     direct_.bounds(i).friction = row.m_friction;

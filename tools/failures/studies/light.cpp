@@ -69,7 +69,7 @@ void StudyLightBodies(Report* report) {
           "fastest; kinetic energy of the last 20 s over the first 20 s (0: below 1 mm/s); force",
           "<= 0.1 m/s; <= 1; >= 45 N",
           {},
-          "a stiff contact on a light body is late by a tick"};
+          "with the coupling `paper` the part is shot out; the cause has not been found"};
   const std::vector<Pressed> pressed = OfVariants(Press);
   for (std::size_t i = 0; i < pressed.size(); ++i) {
     const Pressed& one = pressed[i];
