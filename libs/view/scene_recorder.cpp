@@ -16,6 +16,8 @@ std::string AbsoluteOf(const std::filesystem::path& file) {
 
 core::Result<std::unique_ptr<SceneRecorder>> SceneRecorder::Create(const std::filesystem::path& file,
                                                                    const scene::Scenario& scenario) {
+  std::error_code ignored;
+  std::filesystem::remove(file, ignored);  // of a run before, in the same folder
   auto recorder =
       bus::log::Recorder::Create(file, {{"of", "what a viewer got, at most 30 messages a second of each topic"}},
                                  {{"scenario", {{"file", AbsoluteOf(scenario.file)}}}});

@@ -20,7 +20,7 @@ class SceneRecorder {
  public:
   static constexpr std::int64_t kPeriod_ns = 33'333'333;
 
-  // Error: kIo.
+  // Replaces the file. Error: kIo.
   static core::Result<std::unique_ptr<SceneRecorder>> Create(const std::filesystem::path& file,
                                                              const scene::Scenario& scenario);
 

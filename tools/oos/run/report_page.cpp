@@ -139,7 +139,7 @@ class Page {
   }
 
   void WritePictures() {
-    const std::string film = DataUri(FilmFile(folder_), "video/mp4");
+    const std::string film = IsFilmOfThisRun() ? DataUri(FilmFile(folder_), "video/mp4") : "";
     const std::string sheet = DataUri(folder_ / "contact_sheet.png", "image/png");
     if (!film.empty()) out_ << "<h2>Film</h2>\n<video controls muted src=\"" << film << "\"></video>\n";
     if (!sheet.empty()) out_ << "<h2>The end of each step</h2>\n<img alt=\"contact sheet\" src=\"" << sheet << "\">\n";
@@ -148,6 +148,15 @@ class Page {
     if (film.empty() && has_scene) missing_.emplace_back("The film: oos report " + folder_.string());
     if (!has_scene) missing_.emplace_back("The film: no viewer ran, so nothing recorded what was seen.");
     if (sheet.empty()) missing_.emplace_back("The contact sheet: no viewer ran, or the procedure entered no step.");
+  }
+
+  // A folder may be used again: a film that is older than what it was made of is of another run.
+  [[nodiscard]] bool IsFilmOfThisRun() const {
+    std::error_code error;
+    const auto film = std::filesystem::last_write_time(FilmFile(folder_), error);
+    if (error) return false;
+    const auto scene = std::filesystem::last_write_time(SceneRecording(folder_), error);
+    return !error && film >= scene;
   }
 
   void WriteSteps() {

@@ -122,5 +122,15 @@ TEST_F(ReportPageTest, SaysWhatIsMissingAndHowToGetIt) {
   EXPECT_THAT(ReportPage(report_, folder_), HasSubstr("src=\"data:video/mp4;base64,ZmlsbQ==\""));
 }
 
+TEST_F(ReportPageTest, AFilmThatIsOlderThanTheRecordingIsOfAnotherRun) {
+  LeaveFiles();
+  std::ofstream(FilmFile(folder_)) << "film";
+  const auto recorded = std::filesystem::last_write_time(SceneRecording(folder_));
+  std::filesystem::last_write_time(FilmFile(folder_), recorded - std::chrono::hours(1));
+  EXPECT_THAT(ReportPage(report_, folder_), Not(HasSubstr("<video")));
+  std::filesystem::last_write_time(FilmFile(folder_), recorded + std::chrono::hours(1));
+  EXPECT_THAT(ReportPage(report_, folder_), HasSubstr("<video"));
+}
+
 }  // namespace
 }  // namespace oos
