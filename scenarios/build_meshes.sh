@@ -18,7 +18,7 @@ obj() {
     $tool obj "$folder/meshes/$name.obj" "$work/$name.off"
   done
 }
-# glb FOLDER NAME SOURCE PART:R,G,B,METALLIC,ROUGHNESS...
+# glb FOLDER NAME SOURCE PART:R,G,B,METALLIC,ROUGHNESS[,MATERIAL]...
 glb() {
   folder=$1 name=$2 source=$3
   shift 3
@@ -39,7 +39,7 @@ m=module_replacement/module_replacement.scad
 obj module_replacement parts/gripper.scad palm jaw_left jaw_right
 obj module_replacement $m satellite cavity module module_wide handle cover_tabbed lever switch_base lamp \
   holder bracket
-glb module_replacement satellite $m satellite_body:0.80,0.58,0.22,0.9,0.38 satellite_face:0.62,0.64,0.67,0.7,0.45 \
+glb module_replacement satellite $m satellite_body:0.94,0.64,0.25,1.0,0.28,mli satellite_face:0.62,0.64,0.67,0.7,0.45 \
   satellite_posts:0.08,0.08,0.09,0,0.95 satellite_fittings:0.45,0.46,0.48,0.9,0.35
 glb module_replacement cavity $m cavity:0.30,0.32,0.35,0.8,0.45
 glb module_replacement module $m module_box:0.80,0.81,0.83,0.9,0.35 module_boss:0.85,0.38,0.10,0.2,0.5 \

@@ -23,6 +23,7 @@ struct Material {
   float metallic = 0.0f;
   float roughness = 0.6f;
   glm::vec3 emissive{0.0f};
+  bool is_foil = false;  // of multi-layer insulation: wrinkled, and rolled in one direction
 };
 
 // One mesh in the world. Plain data, because a scene is copied at the rate of the bus.

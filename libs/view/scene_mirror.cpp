@@ -26,6 +26,7 @@ Sheet FlatSheet(const scene::Object& object) {
   Sheet sheet;
   sheet.num_columns = static_cast<std::uint32_t>(given.cells_x + 1);
   sheet.material = MaterialOf(given.material);
+  sheet.material.is_foil = sheet.material.metallic > 0.5f;  // a bending sheet of metal is a blanket of insulation
   for (int j = 0; j <= given.cells_y; ++j) {
     for (int i = 0; i <= given.cells_x; ++i) {
       sheet.p_W.emplace_back(X_WS * glm::dvec3((static_cast<double>(i) / given.cells_x - 0.5) * given.size_x_m,

@@ -17,7 +17,7 @@ namespace view {
 struct LiveFigures {
   double frames_per_s = 0.0;
   double render_scale = 1.0;  // of the picture's width and height
-  double t2_state_ms = 0.0;  // recent mean; 0: none yet
+  double t2_state_ms = 0.0;   // recent mean; 0: none yet
   double t2_image_ms = 0.0;
   std::uint64_t dropped = 0;
 };

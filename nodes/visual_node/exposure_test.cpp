@@ -17,7 +17,7 @@ TEST(Exposure, AfterOneTimeConstantIsNearerByOneMinusOneOverE) {
   Exposure exposure;
   exposure.Update(0.1f, Exposure::kTimeConstant_s);
   const double wanted = Exposure::kGrey / 0.1;
-  EXPECT_NEAR(std::log(exposure.value()), (1.0 - std::exp(-1.0)) * std::log(wanted), 1e-4);
+  EXPECT_NEAR(std::log(exposure.value() / wanted), std::exp(-1.0) * std::log(Exposure::kDaylight / wanted), 1e-4);
 }
 
 TEST(Exposure, DependsOnTheTimeAndNotOnHowManyPicturesItHad) {
@@ -36,7 +36,7 @@ TEST(Exposure, StaysWithinItsLimitsAndIgnoresEmptySpace) {
   }
   EXPECT_NEAR(dark.value(), Exposure::kMost, 1e-4);
   EXPECT_NEAR(bright.value(), Exposure::kLeast, 1e-4);
-  EXPECT_EQ(empty.value(), 1.0f);
+  EXPECT_EQ(empty.value(), Exposure::kDaylight);
 }
 
 }  // namespace

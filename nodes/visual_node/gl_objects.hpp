@@ -41,6 +41,9 @@ struct DeleteVertexArray {
 struct DeleteTexture {
   void operator()(GLuint id) const { glDeleteTextures(1, &id); }
 };
+struct DeleteSampler {
+  void operator()(GLuint id) const { glDeleteSamplers(1, &id); }
+};
 struct DeleteFramebuffer {
   void operator()(GLuint id) const { glDeleteFramebuffers(1, &id); }
 };
@@ -51,6 +54,7 @@ struct DeleteProgram {
 using GlBuffer = GlName<DeleteBuffer>;
 using GlVertexArray = GlName<DeleteVertexArray>;
 using GlTexture = GlName<DeleteTexture>;
+using GlSampler = GlName<DeleteSampler>;
 using GlFramebuffer = GlName<DeleteFramebuffer>;
 using GlProgram = GlName<DeleteProgram>;
 

@@ -17,7 +17,7 @@ struct Vertex {
 
 }  // namespace
 
-GpuMesh Upload(const vps::VisualMesh& mesh) {
+GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
   GpuMesh gpu;
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;
@@ -25,7 +25,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh) {
     GpuMesh::Part part;
     part.num_indices = static_cast<GLsizei>(primitive.indices.size());
     part.first_byte = indices.size() * sizeof(std::uint32_t);
-    part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f)};
+    part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f), primitive.is_foil};
     const auto base = static_cast<std::uint32_t>(vertices.size());
     for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
       vertices.push_back({primitive.positions[i], primitive.normals[i]});
@@ -38,13 +38,15 @@ GpuMesh Upload(const vps::VisualMesh& mesh) {
   gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));
   gpu.layout = MakeVertexArray();
   const GLuint layout = gpu.layout.id();
+  if (bends) gpu.rest = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
   glVertexArrayVertexBuffer(layout, 0, gpu.vertices.id(), 0, sizeof(Vertex));
+  glVertexArrayVertexBuffer(layout, 1, bends ? gpu.rest.id() : gpu.vertices.id(), 0, sizeof(Vertex));
   glVertexArrayElementBuffer(layout, gpu.indices.id());
   const GLuint offsets[2] = {offsetof(Vertex, position_M), offsetof(Vertex, normal_M)};
-  for (const GLuint attribute : {0u, 1u}) {
+  for (const GLuint attribute : {0u, 1u, 2u, 3u}) {
     glEnableVertexArrayAttrib(layout, attribute);
-    glVertexArrayAttribFormat(layout, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute]);
-    glVertexArrayAttribBinding(layout, attribute, 0);
+    glVertexArrayAttribFormat(layout, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute % 2]);
+    glVertexArrayAttribBinding(layout, attribute, attribute / 2);
   }
   if (vertices.empty()) return gpu;
   glm::vec3 low = vertices.front().position_M;

@@ -18,6 +18,7 @@ struct GpuMesh {
 
   GlVertexArray layout;
   GlBuffer vertices;
+  GlBuffer rest;  // of a mesh that bends: its vertices before
   GlBuffer indices;
   std::vector<Part> parts;
   GLsizei num_indices = 0;
@@ -26,7 +27,8 @@ struct GpuMesh {
   float radius_m = 0.0f;
 };
 
-GpuMesh Upload(const vps::VisualMesh& mesh);
+// `bends`: UpdateVertices will be called, and the vertices of now are kept as those at rest.
+GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false);
 
 // Replaces positions and normals of a mesh with one primitive; the number of vertices must be the same.
 void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu);

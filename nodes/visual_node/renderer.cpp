@@ -12,7 +12,6 @@
 namespace visual_node {
 namespace {
 
-constexpr std::size_t kMaxLamps = 4;  // size of the shader's arrays
 // The shadow map is fitted anew when the sun has moved by a tenth of its width (cos 0.05 degrees): 75 minutes.
 constexpr double kSameSun = 1.0 - 3.8e-7;
 
@@ -34,7 +33,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
     renderer->meshes_.push_back(Upload(*mesh));
   }
   for (const view::Sheet& sheet : scene.sheets) {
-    renderer->sheets_.push_back(Upload({{MakeSheetMesh(sheet)}}));
+    renderer->sheets_.push_back(Upload({{MakeSheetMesh(sheet)}}, true));
     renderer->sheet_versions_.push_back(sheet.version);
     renderer->num_triangles_ += static_cast<std::size_t>(renderer->sheets_.back().num_indices) / 3;
   }
@@ -42,6 +41,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
     renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
   }
   if (auto made = renderer->MakePrograms(); !made) return tl::unexpected(made.error());
+  auto surfaces = SurfacePainter::Create();
+  if (!surfaces) return tl::unexpected(surfaces.error());
+  renderer->surfaces_ = std::move(*surfaces);
   auto film = Film::Create();
   if (!film) return tl::unexpected(film.error());
   renderer->film_ = std::move(*film);
@@ -68,8 +70,7 @@ core::Result<void> Renderer::MakePrograms() {
     const char* vertex;
     const char* fragment;
   };
-  for (const Source& source : {Source{&surface_, "surface", kSurfaceVertex, kSurfaceFragment},
-                               Source{&glow_, "glow", kGlowVertex, kGlowFragment},
+  for (const Source& source : {Source{&glow_, "glow", kGlowVertex, kGlowFragment},
                                Source{&overlay_, "overlay", kOverlayVertex, kOverlayFragment}}) {
     auto program = MakeProgram(source.name, source.vertex, source.fragment);
     if (!program) return tl::unexpected(program.error());
@@ -132,6 +133,13 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glDisable(GL_CULL_FACE);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
+  // Below half a pixel at what the camera looks at, the penumbra of a caster in the map's middle does not show.
+  const double pixel_m =
+      2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
+  const bool has_soft_shadows = 2.0 * kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
+  surfaces_.Begin(
+      {view.clip_W, view.eye_W, has_soft_shadows, look.light.value_or(LightOf(scene.space)), ShiningLamps(scene)},
+      shadow_);
   DrawSurfaces(scene, view);
   DrawSheets(scene);
   glDepthMask(GL_FALSE);
@@ -144,19 +152,15 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   return {};
 }
 
-void Renderer::SetLamps(const view::Scene& scene) const {
-  GLint count = 0;
+std::vector<SurfaceFrame::Lamp> Renderer::ShiningLamps(const view::Scene& scene) const {
+  std::vector<SurfaceFrame::Lamp> lamps;
   for (const view::Lamp& lamp : scene.lamps) {
-    if (static_cast<std::size_t>(count) == kMaxLamps || lamp.color == glm::vec3(0.0f)) continue;
     const view::Instance& instance = scene.instances[lamp.instance];
-    if (!instance.is_visible) continue;
+    if (lamp.color == glm::vec3(0.0f) || !instance.is_visible) continue;
     const GpuMesh& mesh = meshes_[instance.mesh];
-    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
-    glUniform4f(8 + count, centre_W.x, centre_W.y, centre_W.z, 2.5f * mesh.radius_m);
-    glUniform3fv(12 + count, 1, glm::value_ptr(lamp.color));
-    ++count;
+    lamps.push_back({glm::vec4(instance.X_WM * glm::dvec3(mesh.centre_M), 2.5f * mesh.radius_m), lamp.color});
   }
-  glUniform1i(16, count);
+  return lamps;
 }
 
 // Nearest instances first, so that the depth test rejects hidden fragments before they are shaded.
@@ -170,42 +174,22 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
     order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
   }
   std::sort(order_.begin(), order_.end());
-
-  glUseProgram(surface_.id());
-  SetMatrix(1, view.clip_W);
-  SetMatrix(2, shadow_.sun_W());
-  glUniform1f(3, 1.5f * shadow_.texel_m());
-  glUniform3fv(6, 1, glm::value_ptr(view.eye_W));
-  glUniform3fv(7, 1, glm::value_ptr(glm::vec3(scene.space.sun_direction_W)));
-  glUniform3fv(17, 1, glm::value_ptr(glm::vec3(glm::normalize(scene.space.X_WE.translation))));
-  glBindTextureUnit(0, shadow_.texture());
-  SetLamps(scene);
   for (const auto& [distance_m, i] : order_) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
-    SetMatrix(0, ToMatrix(instance.X_WM));
-    glBindVertexArray(mesh.layout.id());
     for (const GpuMesh::Part& part : mesh.parts) {
-      const view::Material& m = instance.is_material_given ? instance.material : part.material;
-      const glm::vec3 emissive = instance.is_material_given ? m.emissive : m.emissive + instance.material.emissive;
-      glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
-      glUniform4f(5, emissive.r, emissive.g, emissive.b, m.roughness);
-      // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
-      const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
-      glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
+      view::Material material = instance.is_material_given ? instance.material : part.material;
+      if (!instance.is_material_given) material.emissive += instance.material.emissive;
+      surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material);
     }
   }
 }
 
-// Uses the program and the uniforms that DrawSurfaces has set.
-void Renderer::DrawSheets(const view::Scene& scene) const {
-  SetMatrix(0, glm::mat4(1.0f));
+void Renderer::DrawSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
-    const view::Material& m = scene.sheets[i].material;
-    glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
-    glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
-    glBindVertexArray(sheets_[i].layout.id());
-    glDrawElements(GL_TRIANGLES, sheets_[i].num_indices, GL_UNSIGNED_INT, nullptr);
+    for (const GpuMesh::Part& part : sheets_[i].parts) {
+      surfaces_.Draw(sheets_[i], part, glm::mat4(1.0f), scene.sheets[i].material);
+    }
   }
 }
 

@@ -3,14 +3,17 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/exposure.hpp"
 #include "nodes/visual_node/film.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
 #include "nodes/visual_node/mesh_store.hpp"
 #include "nodes/visual_node/shadow_map.hpp"
 #include "nodes/visual_node/sky.hpp"
+#include "nodes/visual_node/surface_painter.hpp"
 #include "nodes/visual_node/text_painter.hpp"
 #include "view/scene.hpp"
 #include "vps/mesh/load_mesh.hpp"
@@ -21,9 +24,10 @@ using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesy
 
 // How a picture is taken. Those that are to be compared have the defaults.
 struct Look {
-  float exposure = 1.0f;
+  float exposure = Exposure::kDaylight;
   double scale = 1.0;  // of the film's width and height, against the target's
   bool with_texts = true;
+  std::optional<EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
 };
 
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
@@ -50,6 +54,7 @@ class Renderer {
   [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
   [[nodiscard]] const std::string& sky_note() const { return sky_.note(); }
   [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }
+  [[nodiscard]] float shadow_texel_m() const { return shadow_.texel_m(); }
   [[nodiscard]] int num_shadow_updates() const { return shadow_.num_updates(); }
 
  private:
@@ -67,17 +72,17 @@ class Renderer {
   void FitShadow(const view::Scene& scene);
   void UpdateSheets(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
-  void DrawSheets(const view::Scene& scene) const;
+  void DrawSheets(const view::Scene& scene);
   void DrawGlow(const view::Scene& scene, const View& view) const;
   void DrawArrows(const view::Scene& scene, const View& view) const;
-  void SetLamps(const view::Scene& scene) const;
+  [[nodiscard]] std::vector<SurfaceFrame::Lamp> ShiningLamps(const view::Scene& scene) const;
 
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
   std::vector<GpuMesh> sheets_;  // index: Scene::sheets
   std::vector<std::uint64_t> sheet_versions_;
   GpuMesh shaft_;
   GpuMesh head_;
-  GlProgram surface_;
+  SurfacePainter surfaces_;
   GlProgram glow_;
   GlProgram overlay_;
   GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices

@@ -77,9 +77,11 @@ class RendererTest : public GlTest {
     ASSERT_TRUE(renderer) << renderer.error().detail;
     renderer_ = std::move(*renderer);
     target_ = std::make_unique<RenderTarget>(kWidth, kHeight);
+    small_ = std::make_unique<RenderTarget>(16, 16);
   }
   Image Draw(bool with_texts = false) {
-    const auto drawn = renderer_->Draw(scene_, FrontCamera(), *target_, {.with_texts = with_texts});
+    look_.with_texts = with_texts;
+    const auto drawn = renderer_->Draw(scene_, FrontCamera(), *target_, look_);
     EXPECT_TRUE(drawn) << drawn.error().detail;
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     return target_->Read();
@@ -103,6 +105,8 @@ class RendererTest : public GlTest {
   view::Scene scene_ = TestScene();
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<RenderTarget> target_;
+  std::unique_ptr<RenderTarget> small_;
+  Look look_;
 };
 
 TEST_F(RendererTest, ASphereCoversTheAnalyticSilhouette) {
@@ -259,6 +263,135 @@ TEST_F(RendererTest, ABrightStarShinesWhereItStands) {
   EXPECT_GT(Luma(image.Pixel(400, 100)), 200);
   EXPECT_LT(Luma(image.Pixel(398, 100)), 100);
   EXPECT_LT(Luma(image.Pixel(400, 102)), 100);
+}
+
+// White balls in uniform light are invisible: whatever the material, they reflect all that they get.
+TEST_F(RendererTest, AWhiteFurnaceLosesNoEnergyAtAnyRoughness) {
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  scene_.lamps.clear();
+  scene_.instances[1].is_visible = true;
+  view::Material& material = scene_.instances[1].material;
+  material.base_color = glm::vec3(1.0f);
+  scene_.space.X_WE.translation = {0.0, 1e15, 0.0};  // no Earth in the picture
+  const RenderTarget quarter(kWidth / 4, kHeight / 4);
+  EnvironmentLight furnace;
+  furnace.everywhere = glm::vec3(1.0f);
+  look_.light = furnace;
+  for (const bool is_foil : {false, true}) {
+    material.is_foil = is_foil;
+    for (const float metallic : {0.0f, 0.5f, 1.0f}) {
+      for (float roughness = 0.0f; roughness < 1.05f; roughness += 0.1f) {
+        material.metallic = metallic;
+        material.roughness = roughness;
+        int checked = 0;
+        ASSERT_TRUE(renderer_->Draw(scene_, FrontCamera(), quarter, look_));
+        const std::vector<float> light = renderer_->film().ReadLight();
+        for (std::size_t i = 0; i < light.size(); i += 4) {
+          if (light[i + 3] == 0.0f) continue;
+          ++checked;
+          ASSERT_NEAR(light[i + 1], 1.0f, 0.01f) << metallic << " " << roughness << " " << is_foil;
+        }
+        ASSERT_GT(checked, 150);
+      }
+    }
+  }
+}
+
+// As the furnace, for the sun: what a wall reflects towards the eye of suns from all directions is what it gets.
+TEST_F(RendererTest, SunsFromAllSidesAreReflectedWhole) {
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  scene_.lamps.clear();
+  scene_.instances[0].is_visible = true;
+  view::Material& material = scene_.instances[0].material;
+  material.base_color = glm::vec3(1.0f);
+  constexpr int kHeights = 24, kTurns = 32;
+  for (const float metallic : {0.0f, 1.0f}) {
+    for (const float roughness : {0.6f, 1.0f}) {
+      material.metallic = metallic;
+      material.roughness = roughness;
+      double sum = 0.0;
+      for (int i = 0; i < kHeights; ++i) {
+        const float nl = (static_cast<float>(i) + 0.5f) / kHeights, ring = std::sqrt(1.0f - nl * nl);
+        for (int k = 0; k < kTurns; ++k) {
+          const float turn = 6.2831853f * (static_cast<float>(k) + 0.5f) / kTurns;
+          EnvironmentLight sun;
+          sun.sun_direction_W = {ring * std::cos(turn), ring * std::sin(turn), nl};
+          sun.sun = glm::vec3(1.0f);
+          look_.light = sun;
+          // The shadow map stays that of a sun straight above: nothing stands on the floor.
+          ASSERT_TRUE(renderer_->Draw(scene_, FrontCamera(), *small_, look_));
+          const std::vector<float> light = renderer_->film().ReadLight();
+          sum += 2.0 * 3.14159265 / (kHeights * kTurns) * light[4 * (8 * 16 + 8) + 1];
+        }
+      }
+      EXPECT_NEAR(sum, 1.0, 0.012) << metallic << " " << roughness;
+    }
+  }
+}
+
+// The sun's lowest ray that touches the ball's top meets the floor at a known place; the light is half there.
+TEST_F(RendererTest, TheEdgeOfAShadowIsWhereTheSunsRayMeetsTheFloor) {
+  for (const std::size_t i : {2u, 3u}) scene_.instances[i].is_visible = false;
+  scene_.lamps.clear();
+  const glm::dvec3 to_sun = glm::normalize(glm::dvec3(-1.0, 0.0, 1.5));
+  scene_.space.sun_direction_W = to_sun;
+  look_.light = EnvironmentLight{.sun_direction_W = glm::vec3(to_sun), .sun = glm::vec3(3.0f)};
+  const std::vector<glm::vec4> light = Light();
+  // The shadow of a ball is an ellipse around the shadow of its centre, longer by 1 / sine of the sun's height.
+  const glm::dvec3 centre = scene_.instances[1].X_WM.translation;
+  const double tip_x = centre.x + centre.z * 1.0 / 1.5 + 0.1 / to_sun.z;
+  const auto at = [&](double x) {
+    const glm::ivec2 pixel = At({x, 0.0, 0.0});
+    return light[PixelIndex(pixel.x, pixel.y)].g;
+  };
+  const float lit = at(tip_x + 0.05), dark = at(tip_x - 0.03);
+  EXPECT_LT(dark, 0.02f * lit);
+  double edge_x = tip_x - 0.03;
+  while (at(edge_x) < 0.5f * (lit + dark)) edge_x += 1e-4;
+  const double pixel_m = 1.3 * 2.0 * std::tan(0.5 * 0.75) / kHeight;
+  EXPECT_NEAR(edge_x, tip_x, renderer_->shadow_texel_m() + pixel_m);
+}
+
+TEST_F(RendererTest, ThePenumbraGrowsWithTheDistanceOfWhatCastsIt) {
+  // Two boxes: the light falls past one onto the other's top at z = 0. A small scene has a fine shadow map.
+  for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+  scene_.lamps.clear();
+  for (const std::size_t i : {2u, 3u}) {
+    scene_.instances[i].is_visible = true;
+    scene_.instances[i].mesh = 2;
+  }
+  const auto lift = [&](double height_m) { scene_.instances[3].X_WM.translation = {0.1, 0.05, height_m + 0.1}; };
+  scene_.instances[2].X_WM.translation = {0.0, 0.0, -0.1};
+  scene_.instances[3].is_movable = true;
+  lift(0.6);
+  renderer_ = std::move(*Renderer::Create(scene_, MakeShape));
+  look_.light = EnvironmentLight{.sun = glm::vec3(3.0f)};
+  scene::Camera camera = FrontCamera();
+  camera.eye_m = {0.0, -0.13, 0.1};
+  camera.target_m = {0.0, -0.02, 0.0};
+  // The width over which the floor's light rises from 15 to 85 % at the shadow's edge, x = 0.
+  const auto width_m = [&](double height_m) {
+    lift(height_m);
+    EXPECT_TRUE(renderer_->Draw(scene_, camera, *target_, look_));
+    const std::vector<float> light = renderer_->film().ReadLight();
+    const auto at = [&](double x) {
+      const glm::dvec3 pixel = view::ProjectToPixel(camera, kWidth, kHeight, {x, -0.02, 0.0});
+      return light[4 * PixelIndex(static_cast<int>(pixel.x), kHeight - 1 - static_cast<int>(pixel.y)) + 1];
+    };
+    const float lit = at(-0.02), dark = at(0.02);
+    EXPECT_LT(dark, 0.1f * lit);
+    double from = 0.0, to = 0.0;
+    for (double x = 0.02; x > -0.02; x -= 2e-5) {
+      const float share = (at(x) - dark) / (lit - dark);
+      if (share < 0.15f) from = x;
+      if (share < 0.85f) to = x;
+    }
+    return from - to;
+  };
+  // The sun is 0.0093 wide. Seen past a straight edge, its light rises from 15 to 85 % over 0.59 of that.
+  const double high_m = width_m(0.6);
+  EXPECT_NEAR(high_m, 0.59 * 0.0093 * 0.6, renderer_->shadow_texel_m());
+  EXPECT_GT(high_m, 1.5 * width_m(0.05));
 }
 
 TEST_F(RendererTest, DrawingTwiceGivesEqualPictures) {

@@ -25,6 +25,7 @@ class ShadowMap {
   [[nodiscard]] GLuint texture() const { return depth_.id(); }
   [[nodiscard]] const glm::mat4& sun_W() const { return sun_W_; }
   [[nodiscard]] float texel_m() const { return texel_m_; }
+  [[nodiscard]] double radius_m() const { return 0.5 * kSize * texel_m_; }
   [[nodiscard]] int num_updates() const { return num_updates_; }
 
  private:

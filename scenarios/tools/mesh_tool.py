@@ -2,7 +2,8 @@
 """Turns what OpenSCAD wrote (OFF, millimetres) into the meshes of a scenario (metres), and checks them.
 
   mesh_tool.py obj OUT.obj IN.off                      collision and plain visual meshes
-  mesh_tool.py glb OUT.glb IN.off:R,G,B,METAL,ROUGH... visual meshes, one primitive and material per input
+  mesh_tool.py glb OUT.glb IN.off:R,G,B,METAL,ROUGH[,NAME]...  visual meshes, one primitive and material per input;
+                                                       a NAME that begins with mli is drawn as insulation foil
   mesh_tool.py check FILE.obj...                       closed, manifold, outward, no slivers
 
 Only needed to regenerate meshes; Python's standard library is enough.
@@ -212,7 +213,7 @@ def write_glb(path, parts):
         accessors.append({"bufferView": len(views) - 1, **accessor})
         return len(accessors) - 1
 
-    for points, tris, (r, g, b, metallic, roughness) in parts:
+    for points, tris, (r, g, b, metallic, roughness, *name) in parts:
         vertices, corners = shaded(points, tris)
         positions = [v[0] for v in vertices]
         count = len(vertices)
@@ -240,6 +241,7 @@ def write_glb(path, parts):
         )
         materials.append(
             {
+                **({"name": name[0]} if name else {}),
                 "pbrMetallicRoughness": {
                     "baseColorFactor": [r, g, b, 1.0],
                     "metallicFactor": metallic,
@@ -287,7 +289,8 @@ def main(arguments):
             source, _, figures = argument.rpartition(":")
             points, tris = read_off(source)
             good = check(f"{rest[0]} {source.rsplit('/', 1)[-1]}", points, tris) and good
-            parts.append((points, tris, tuple(float(f) for f in figures.split(","))))
+            figures = figures.split(",")
+            parts.append((points, tris, (*(float(f) for f in figures[:5]), *figures[5:])))
         write_glb(rest[0], parts)
         return 0 if good else 1
     if verb == "check":

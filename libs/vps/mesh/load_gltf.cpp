@@ -161,6 +161,7 @@ class Reader {
       out.metallic = static_cast<float>(pbr.metallicFactor);
       out.roughness = static_cast<float>(pbr.roughnessFactor);
       out.has_material = true;
+      out.is_foil = model_.materials[primitive.material].name.starts_with("mli");
     }
     if (!out.indices.empty()) result.primitives.push_back(std::move(out));
     return {};

@@ -26,6 +26,7 @@ struct VisualPrimitive {
   float metallic = 0.0f;
   float roughness = 0.6f;
   bool has_material = false;  // the file named one
+  bool is_foil = false;       // the material's name begins with "mli" (multi-layer insulation)
 };
 
 struct VisualMesh {

@@ -85,7 +85,7 @@ TEST(LoadMesh, AppliesTheNodeTransformsOfGltf) {
   const auto file = Write("t.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
     "nodes":[{"children":[1],"translation":[10,0,0]},{"mesh":0,"scale":[2,2,2]}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
-    "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,1],"metallicFactor":0.9,"roughnessFactor":0.4}}],
+    "materials":[{"name":"mli_gold","pbrMetallicRoughness":{"baseColorFactor":[0.1,0.2,0.3,1],"metallicFactor":0.9,"roughnessFactor":0.4}}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
     "bufferViews":[{"buffer":0,"byteLength":36}],
     "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
@@ -97,6 +97,7 @@ TEST(LoadMesh, AppliesTheNodeTransformsOfGltf) {
   ASSERT_TRUE(visual.has_value()) << visual.error().detail;
   ASSERT_EQ(visual->primitives.size(), 1U);
   EXPECT_TRUE(visual->primitives[0].has_material);
+  EXPECT_TRUE(visual->primitives[0].is_foil);
   EXPECT_FLOAT_EQ(visual->primitives[0].metallic, 0.9f);
   EXPECT_NEAR(visual->primitives[0].normals[0].z, 1.0f, 1e-6f);
 }

@@ -1,0 +1,131 @@
+#include "nodes/visual_node/surface_painter.hpp"
+
+#include <algorithm>
+#include <glm/gtc/type_ptr.hpp>
+#include <string>
+
+#include "nodes/visual_node/foil.hpp"
+#include "nodes/visual_node/split_sum.hpp"
+#include "nodes/visual_node/surface_shaders.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::size_t kFoil = 1, kSoft = 2;
+
+GlTexture MakeWrinkles() {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  glTextureStorage2D(id, 8, GL_RGBA16F, kFoilSize, kFoilSize);
+  glTextureSubImage2D(id, 0, 0, 0, kFoilSize, kFoilSize, GL_RGB, GL_FLOAT, FoilTilts().data());
+  glGenerateTextureMipmap(id);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
+// Reads the shadow map's depths instead of comparing them.
+GlSampler MakeDepthSampler() {
+  GLuint id = 0;
+  glCreateSamplers(1, &id);
+  glSamplerParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+  glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+  glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+  const float lit[4] = {1.0f, 1.0f, 1.0f, 1.0f};
+  glSamplerParameterfv(id, GL_TEXTURE_BORDER_COLOR, lit);
+  return GlSampler(id);
+}
+
+// Sun and Earth turn by 4 degrees a minute at most, against each other.
+bool IsNearly(const EnvironmentLight& a, const EnvironmentLight& b) {
+  const auto near = [](const glm::vec3& x, const glm::vec3& y) { return glm::distance(x, y) < 2e-3f; };
+  return near(a.sun_direction_W, b.sun_direction_W) && near(a.earth_direction_W, b.earth_direction_W) &&
+         near(a.earth, b.earth) && near(a.panels, b.panels) && near(a.everywhere, b.everywhere) &&
+         std::abs(a.earth_sine - b.earth_sine) < 2e-3f;
+}
+
+}  // namespace
+
+core::Result<SurfacePainter> SurfacePainter::Create() {
+  SurfacePainter painter;
+  for (std::size_t i = 0; i < painter.programs_.size(); ++i) {
+    std::string head = "#version 450 core\n";
+    if ((i & kFoil) != 0) head += "#define FOIL\n";
+    if ((i & kSoft) != 0) head += "#define SOFT\n";
+    auto program = MakeProgram("surface", (head + kSurfaceVertex).c_str(), (head + kSurfaceFragment).c_str());
+    if (!program) return tl::unexpected(program.error());
+    painter.programs_[i] = std::move(*program);
+  }
+  painter.split_sum_ = MakeTexture(GL_RG32F, kSplitSumSize, kSplitSumSize);
+  glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, kSplitSumSize, kSplitSumSize, GL_RG, GL_FLOAT,
+                      SplitSumTable().data());
+  painter.wrinkles_ = MakeWrinkles();
+  painter.depth_sampler_ = MakeDepthSampler();
+  painter.irradiance_ = Irradiance(painter.irradiance_of_);
+  return painter;
+}
+
+void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
+  frame_ = frame;
+  sun_W_ = shadow.sun_W();
+  shadow_offset_m_ = 1.5f * shadow.texel_m();
+  if (!IsNearly(frame.light, irradiance_of_)) {
+    irradiance_of_ = frame.light;
+    irradiance_ = Irradiance(frame.light);
+  }
+  is_ready_.fill(false);
+  glBindTextureUnit(0, shadow.texture());
+  glBindTextureUnit(1, split_sum_.id());
+  glBindTextureUnit(2, shadow.texture());
+  glBindSampler(2, depth_sampler_.id());
+  glBindTextureUnit(3, wrinkles_.id());
+}
+
+void SurfacePainter::Use(std::size_t variant) {
+  if (is_ready_[variant] && variant == used_) return;
+  glUseProgram(programs_[variant].id());
+  used_ = variant;
+  if (is_ready_[variant]) return;
+  is_ready_[variant] = true;
+  const EnvironmentLight& light = frame_.light;
+  glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(frame_.clip_W));
+  glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_));
+  glUniform1f(3, shadow_offset_m_);
+  glUniform3fv(6, 1, glm::value_ptr(frame_.eye_W));
+  glUniform3fv(7, 1, glm::value_ptr(light.sun_direction_W));
+  const auto num_lamps = static_cast<GLint>(std::min(frame_.lamps.size(), kMaxLamps));
+  for (GLint i = 0; i < num_lamps; ++i) {
+    const SurfaceFrame::Lamp& lamp = frame_.lamps[static_cast<std::size_t>(i)];
+    glUniform4fv(8 + i, 1, glm::value_ptr(lamp.position_W));
+    glUniform3fv(12 + i, 1, glm::value_ptr(lamp.color));
+  }
+  glUniform1i(16, num_lamps);
+  glUniform4f(17, light.earth_direction_W.x, light.earth_direction_W.y, light.earth_direction_W.z, light.earth_sine);
+  glUniform3fv(18, 1, glm::value_ptr(light.sun));
+  glUniform3fv(19, 1, glm::value_ptr(light.earth));
+  glUniform3fv(20, 1, glm::value_ptr(light.panels));
+  glUniform3fv(21, 1, glm::value_ptr(light.everywhere));
+  for (GLint i = 0; i < 2; ++i) {
+    const LightPanel& panel = kPanels[static_cast<std::size_t>(i)];
+    glUniform4f(22 + i, panel.direction_W.x, panel.direction_W.y, panel.direction_W.z, panel.strength);
+    glUniform2f(24 + i, panel.outer, panel.inner);
+  }
+  glUniform3fv(26, 9, glm::value_ptr(irradiance_[0]));
+}
+
+void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM,
+                          const view::Material& m) {
+  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0));
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_WM));
+  glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
+  glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
+  glBindVertexArray(mesh.layout.id());
+  // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+  const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
+  glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
+}
+
+}  // namespace visual_node

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/result.hpp"
+#include "nodes/visual_node/environment_light.hpp"
+#include "nodes/visual_node/gl_objects.hpp"
+#include "nodes/visual_node/mesh_store.hpp"
+#include "nodes/visual_node/shadow_map.hpp"
+
+namespace visual_node {
+
+// What all surfaces of a picture have in common.
+struct SurfaceFrame {
+  struct Lamp {
+    glm::vec4 position_W;  // w: reach [m]
+    glm::vec3 color;
+  };
+  glm::mat4 clip_W{1.0f};
+  glm::vec3 eye_W{0.0f};
+  bool has_soft_shadows = false;
+  EnvironmentLight light;
+  std::vector<Lamp> lamps;  // the first kMaxLamps shine
+};
+
+// Draws meshes with materials in the light of sun, Earth and lamps (surface_shaders.hpp). For a software renderer there
+// is one shader for each kind of surface: it executes both sides of a branch.
+class SurfacePainter {
+ public:
+  static constexpr std::size_t kMaxLamps = 4;  // of the shader's arrays
+
+  static core::Result<SurfacePainter> Create();
+
+  // Before the first Draw of each picture. The shadow map stays valid until the last one.
+  void Begin(const SurfaceFrame& frame, const ShadowMap& shadow);
+  void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM, const view::Material& material);
+
+ private:
+  void Use(std::size_t variant);
+
+  std::array<GlProgram, 4> programs_;  // index: 1 for foil + 2 for soft shadows
+  std::array<bool, 4> is_ready_{};     // has this picture's uniforms
+  std::size_t used_ = 0;
+  GlTexture split_sum_;
+  GlTexture wrinkles_;
+  GlSampler depth_sampler_;
+  SurfaceFrame frame_;
+  glm::mat4 sun_W_{1.0f};
+  float shadow_offset_m_ = 0.0f;
+  EnvironmentLight irradiance_of_;
+  std::array<glm::vec3, 9> irradiance_{};
+};
+
+}  // namespace visual_node

@@ -1,0 +1,216 @@
+#pragma once
+
+namespace visual_node {
+
+// --- Surfaces: glTF metallic-roughness. The renderer puts the version and the variant in front:
+//   FOIL   wrinkled foil, with a direction in which it was rolled,
+//   SOFT   the sun's penumbra, for views near enough to show it.
+constexpr const char* kSurfaceVertex = R"(
+layout(location = 0) in vec3 a_p_M;
+layout(location = 1) in vec3 a_n_M;
+layout(location = 2) in vec3 a_rest_p;  // before a sheet was bent
+layout(location = 3) in vec3 a_rest_n;
+layout(location = 0) uniform mat4 u_X_WM;
+layout(location = 1) uniform mat4 u_clip_W;
+layout(location = 2) uniform mat4 u_sun_W;
+layout(location = 3) uniform float u_shadow_offset_m;
+out vec3 v_p_W;
+out vec3 v_n_W;
+out vec3 v_sun;
+#ifdef FOIL
+out vec3 v_rest_p;
+out vec3 v_rest_n;
+#endif
+void main() {
+  vec4 p_W = u_X_WM * vec4(a_p_M, 1.0);
+  v_p_W = p_W.xyz;
+  v_n_W = mat3(u_X_WM) * a_n_M;
+#ifdef FOIL
+  v_rest_p = a_rest_p;
+  v_rest_n = a_rest_n;
+#endif
+  // The map is sampled 1.5 texels outside the surface, against self-shadowing (normal offset).
+  vec4 sun = u_sun_W * vec4(p_W.xyz + u_shadow_offset_m * v_n_W, 1.0);
+  v_sun = 0.5 * sun.xyz + 0.5;
+  gl_Position = u_clip_W * p_W;
+}
+)";
+
+// Reflectance for light direction l, view direction v, half vector h, normal n and a = roughness^2, as in appendix B of
+// the glTF 2.0 specification:
+//   D = a^2 / (pi ((n.h)^2 (a^2 - 1) + 1)^2)                      GGX distribution [Walter et al. 2007],
+//   V = 0.5 / lerp(2 n.l n.v, n.l + n.v, a)                       Smith visibility [Hammon 2017],
+//   F = F0 + (1 - F0) (1 - h.v)^5                                 Fresnel factor [Schlick 1994].
+// With the split sum (x, y) of split_sum.hpp a surface mirrors E = F0 x + y of the light from everywhere once, and
+// E (1 - x - y) M / (1 - (1 - x - y) M) more often, M = F0 + (1 - F0) / 21 [Fdez-Aguera 2019]; a matt ground gets the
+// rest. Between metal and dielectric these shares are mixed, as the specification mixes both. In the light of the sun
+// D V F is larger by 1 + F0 (1 / (x + y) - 1) for what is mirrored more often [Turquin 2019].
+// Foil: D stretched along the direction of rolling [Burley 2012]; the wrinkles that are smaller than a pixel widen it.
+constexpr const char* kSurfaceFragment = R"(
+layout(location = 0) uniform mat4 u_X_WM;
+layout(location = 4) uniform vec4 u_base_metallic;
+layout(location = 5) uniform vec4 u_emissive_roughness;
+layout(location = 6) uniform vec3 u_eye_W;
+layout(location = 7) uniform vec3 u_sun_direction_W;
+layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz W, w: reach [m]
+layout(location = 12) uniform vec3 u_lamp_color[4];
+layout(location = 16) uniform int u_num_lamps;
+layout(location = 17) uniform vec4 u_earth_W;  // direction to its centre, sine of its angular radius
+layout(location = 18) uniform vec3 u_sun;
+layout(location = 19) uniform vec3 u_earth;
+layout(location = 20) uniform vec3 u_panels;
+layout(location = 21) uniform vec3 u_everywhere;
+layout(location = 22) uniform vec4 u_panel[2];        // direction W, strength
+layout(location = 24) uniform vec2 u_panel_edge[2];   // outer, inner
+layout(location = 26) uniform vec3 u_irradiance[9];
+layout(binding = 0) uniform sampler2DShadow u_shadow;
+layout(binding = 1) uniform sampler2D u_split_sum;
+layout(binding = 2) uniform sampler2D u_shadow_depth;
+layout(binding = 3) uniform sampler2D u_wrinkles;  // tilts, sum of their squares
+in vec3 v_p_W;
+in vec3 v_n_W;
+in vec3 v_sun;
+#ifdef FOIL
+in vec3 v_rest_p;
+in vec3 v_rest_n;
+#endif
+out vec4 o_color;
+
+// EnvironmentLight::Radiance, seen by a lobe of half-angle a [rad].
+vec3 Environment(vec3 d, float a) {
+  vec3 sum = u_everywhere;
+  float widen = 0.7 * a;
+  for (int i = 0; i < 2; ++i) {
+    sum += u_panels * (u_panel[i].w * (1.0 - 0.7 * a) *
+                       smoothstep(u_panel_edge[i].x - widen, u_panel_edge[i].y, dot(d, u_panel[i].xyz)));
+  }
+  vec3 e = u_earth_W.xyz;
+  float sine = u_earth_W.w;
+  float along = dot(d, e);
+  float rest = sine * sine - (1.0 - along * along);
+  float edge = sqrt(1.0 - sine * sine);
+  float soft = sine * a + 0.002;
+  vec3 n = (d * (max(along, edge) - sqrt(max(rest, 0.0))) - e) / sine;
+  float day = dot(n, u_sun_direction_W);
+  day = 0.5 * (day + sqrt(day * day + 0.1 * a * a));
+  return sum + u_earth * (day * smoothstep(edge - soft, edge + soft, along));
+}
+
+vec3 Irradiance(vec3 n) {
+  return max(u_irradiance[0] + n.y * u_irradiance[1] + n.z * u_irradiance[2] + n.x * u_irradiance[3] +
+             n.x * n.y * u_irradiance[4] + n.y * n.z * u_irradiance[5] + (3.0 * n.z * n.z - 1.0) * u_irradiance[6] +
+             n.x * n.z * u_irradiance[7] + (n.x * n.x - n.y * n.y) * u_irradiance[8], 0.0);
+}
+
+// The share of the sun that is seen. Its half-angle is 0.00465, and the map is as deep as it is wide, so a caster at
+// distance t in front has a penumbra of half-width 0.00465 t in the map's own unit [Fernando 2005].
+float Sunlit(vec3 s, float slope) {
+#ifdef SOFT
+  const float kSun = 0.00465;
+  float near = 0.75 / float(textureSize(u_shadow_depth, 0).x);
+  float reach = max(kSun * s.z, near);
+  vec4 hits = vec4(0.0);
+  vec4 depths = vec4(0.0);
+  for (int i = 0; i < 4; ++i) {
+    vec2 at = s.xy + reach * (vec2(i & 1, i >> 1) * 1.4 - 0.7);
+    vec4 d = textureGather(u_shadow_depth, at);
+    vec4 is_hit = step(d, vec4(s.z - slope * reach));
+    hits += is_hit;
+    depths += is_hit * d;
+  }
+  float count = dot(hits, vec4(1.0));
+  float lit = count > 0.0 ? 0.0 : 1.0;
+  int is_between = int(count > 0.0 && count < 16.0);
+  for (int pass = 0; pass < is_between; ++pass) {
+    float width = max(kSun * (s.z - dot(depths, vec4(1.0)) / count), near);
+    float sum = 0.0;
+    for (int i = 0; i < 16; ++i) {
+      float r = sqrt((float(i) + 0.5) / 16.0) * width;
+      float turn = 2.39996323 * float(i);
+      sum += texture(u_shadow, vec3(s.xy + r * vec2(cos(turn), sin(turn)), s.z - slope * r));
+    }
+    lit = sum / 16.0;
+  }
+  return lit;
+#else
+  return texture(u_shadow, s);
+#endif
+}
+
+void main() {
+  vec3 base = u_base_metallic.rgb;
+  float metallic = u_base_metallic.a;
+  float roughness = clamp(u_emissive_roughness.a, 0.06, 1.0);
+  vec3 n = normalize(gl_FrontFacing ? v_n_W : -v_n_W);
+  vec3 v = normalize(u_eye_W - v_p_W);
+  vec3 l = u_sun_direction_W;
+  float a = roughness * roughness;
+  float facing = dot(n, l);  // of the surface without wrinkles
+
+#ifdef FOIL
+  vec3 side = abs(v_rest_n);
+  bool is_x = side.x > side.y && side.x > side.z;
+  bool is_y = !is_x && side.y > side.z;
+  vec2 place = is_x ? v_rest_p.yz : (is_y ? v_rest_p.xz : v_rest_p.xy);
+  vec3 along = is_x ? u_X_WM[1].xyz : u_X_WM[0].xyz;
+  vec3 across = is_x || is_y ? u_X_WM[2].xyz : u_X_WM[1].xyz;
+  along -= n * dot(n, along);
+  across -= n * dot(n, across);
+  vec3 tilt = texture(u_wrinkles, 4.0 * place).xyz;  // a tile of 0.25 m
+  n = normalize(n - tilt.x * along - tilt.y * across);
+  a = sqrt(min(a * a + max(tilt.z - dot(tilt.xy, tilt.xy), 0.0), 1.0));
+  roughness = sqrt(a);
+#endif
+
+  vec3 h = normalize(l + v);
+  float nv = clamp(dot(n, v), 1e-3, 1.0);
+  float nl = max(dot(n, l), 0.0);
+  float nh = max(dot(n, h), 0.0);
+  float hv = max(dot(h, v), 0.0);
+  vec3 f0 = mix(vec3(0.04), base, metallic);
+
+  vec2 split = texture(u_split_sum, vec2(nv, roughness) * (31.0 / 32.0) + 0.5 / 32.0).xy;
+  float lost = 1.0 - split.x - split.y;
+  vec3 once = f0 * split.x + split.y;
+  float once_ground = 0.04 * split.x + split.y;
+  float again_ground = once_ground * lost * 0.0857 / (1.0 - lost * 0.0857);
+  vec3 mean = base + (1.0 - base) / 21.0;
+  vec3 again_metal = (base * split.x + split.y) * lost * mean / (1.0 - lost * mean);
+  vec3 again = mix(vec3(again_ground), again_metal, metallic);
+  vec3 matt = base * ((1.0 - metallic) * (1.0 - once_ground - again_ground));
+
+#ifdef FOIL
+  const float kRolled = 0.6;
+  vec3 t = normalize(along - n * dot(n, along));
+  float ht = dot(h, t) / (a * (1.0 + kRolled));
+  float hb = dot(h, cross(n, t)) / (a * (1.0 - kRolled));
+  float q = ht * ht + hb * hb + nh * nh;
+  float distribution = 1.0 / (3.14159265 * a * a * (1.0 - kRolled * kRolled) * q * q);
+#else
+  float q = nh * nh * (a * a - 1.0) + 1.0;
+  float distribution = a * a / (3.14159265 * q * q);
+#endif
+  float visibility = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
+  float w = 1.0 - hv;
+  float w2 = w * w;
+  vec3 fresnel = f0 + (1.0 - f0) * (w2 * w2 * w);
+  // The sun's image in a mirror would be 40000 times brighter than a wall; it is bounded against flicker.
+  vec3 mirrored = fresnel * min(distribution * visibility, 24.0) * (1.0 + f0 * (lost / (1.0 - lost)));
+  float slope = min(sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.2), 3.0);
+  float lit = facing > 0.0 ? nl * Sunlit(v_sun, slope) : 0.0;
+  vec3 color = u_sun * lit * (matt * 0.31830989 + mirrored);
+
+  color += Environment(reflect(-v, n), a) * once + Irradiance(n) * (again + matt);
+
+  for (int i = 0; i < u_num_lamps; ++i) {
+    vec3 to = u_lamp_position[i].xyz - v_p_W;
+    float d = length(to) / u_lamp_position[i].w;
+    float fall = 1.0 / (1.0 + d * d);
+    color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) / max(length(to), 1e-4), 0.0)) *
+             (0.25 + 0.75 * base);
+  }
+  o_color = vec4(color + 1.5 * u_emissive_roughness.rgb, 1.0);
+}
+)";
+
+}  // namespace visual_node
