@@ -21,6 +21,8 @@ struct EnvironmentLight {
 
   // Radiance from a direction d_W.
   [[nodiscard]] glm::vec3 Radiance(const glm::vec3& d_W) const;
+
+  bool operator==(const EnvironmentLight&) const = default;
 };
 
 // A panel shines from within `inner` of its direction, and from none beyond `outer`: cosines.

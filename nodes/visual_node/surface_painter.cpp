@@ -39,14 +39,6 @@ GlSampler MakeDepthSampler() {
   return GlSampler(id);
 }
 
-// Sun and Earth turn by 4 degrees a minute at most, against each other.
-bool IsNearly(const EnvironmentLight& a, const EnvironmentLight& b) {
-  const auto near = [](const glm::vec3& x, const glm::vec3& y) { return glm::distance(x, y) < 2e-3f; };
-  return near(a.sun_direction_W, b.sun_direction_W) && near(a.earth_direction_W, b.earth_direction_W) &&
-         near(a.earth, b.earth) && near(a.panels, b.panels) && near(a.everywhere, b.everywhere) &&
-         std::abs(a.earth_sine - b.earth_sine) < 2e-3f;
-}
-
 }  // namespace
 
 core::Result<SurfacePainter> SurfacePainter::Create() {
@@ -72,7 +64,7 @@ void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
   frame_ = frame;
   sun_W_ = shadow.sun_W();
   shadow_offset_m_ = 1.5f * shadow.texel_m();
-  if (!IsNearly(frame.light, irradiance_of_)) {
+  if (frame.light != irradiance_of_) {
     irradiance_of_ = frame.light;
     irradiance_ = Irradiance(frame.light);
   }

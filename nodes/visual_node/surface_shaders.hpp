@@ -209,7 +209,7 @@ void main() {
     color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) / max(length(to), 1e-4), 0.0)) *
              (0.25 + 0.75 * base);
   }
-  o_color = vec4(color + 1.5 * u_emissive_roughness.rgb, 1.0);
+  o_color = vec4(color + 1.1 * u_emissive_roughness.rgb, 1.0);
 }
 )";
 
