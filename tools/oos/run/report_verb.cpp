@@ -19,7 +19,7 @@ int RunReport(const Arguments& arguments) {
   }
   int status = kHolds;
   if (!arguments.has("--no_film")) {
-    std::printf("making the film; this can take a minute or more\n");
+    std::printf("making the film; this takes minutes where there is no graphics card\n");
     std::fflush(stdout);
     if (const auto made = MakeFilm(run); !made) status = Complain("report", made.error().detail, kDoesNotHold);
   }
