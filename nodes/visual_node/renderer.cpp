@@ -133,10 +133,10 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glDisable(GL_CULL_FACE);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
-  // Below half a pixel at what the camera looks at, the penumbra of a caster in the map's middle does not show.
+  // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
   const double pixel_m =
       2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
-  const bool has_soft_shadows = 2.0 * kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
+  const bool has_soft_shadows = look.with_penumbra && kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
   surfaces_.Begin(
       {view.clip_W, view.eye_W, has_soft_shadows, look.light.value_or(LightOf(scene.space)), ShiningLamps(scene)},
       shadow_);

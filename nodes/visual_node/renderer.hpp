@@ -27,6 +27,7 @@ struct Look {
   float exposure = Exposure::kDaylight;
   double scale = 1.0;  // of the film's width and height, against the target's
   bool with_texts = true;
+  bool with_penumbra = true;  // as dear as all other shading on a software renderer; live pictures leave it out
   std::optional<EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
 };
 

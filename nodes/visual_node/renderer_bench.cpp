@@ -27,14 +27,14 @@ void BM_Draw(benchmark::State& state, bool is_moving) {
   scene::Camera camera = scene.assets->cameras.at(static_cast<std::size_t>(state.range(0)));
   const int width = static_cast<int>(state.range(1));
   const RenderTarget target(width, width * 9 / 16);
-  if (!(*renderer)->Draw(scene, camera, target)) return state.SkipWithError("cannot draw");
+  if (!(*renderer)->Draw(scene, camera, target, {.with_penumbra = false})) return state.SkipWithError("cannot draw");
   glFinish();
   for (auto _ : state) {
     if (is_moving) {
       camera.eye_m.x += 1e-4;
       for (view::Instance& instance : scene.instances) instance.X_WM.translation.z += instance.is_movable ? 2e-4 : 0.0;
     }
-    benchmark::DoNotOptimize((*renderer)->Draw(scene, camera, target));
+    benchmark::DoNotOptimize((*renderer)->Draw(scene, camera, target, {.with_penumbra = false}));
     glFinish();
   }
   state.SetLabel(camera.name);

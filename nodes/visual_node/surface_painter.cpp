@@ -17,10 +17,13 @@ GlTexture MakeWrinkles() {
   GLuint id = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &id);
   GlTexture texture(id);
-  glTextureStorage2D(id, 8, GL_RGBA16F, kFoilSize, kFoilSize);
-  glTextureSubImage2D(id, 0, 0, 0, kFoilSize, kFoilSize, GL_RGB, GL_FLOAT, FoilTilts().data());
+  glTextureStorage2D(id, 8, GL_RGBA8, kFoilSize, kFoilSize);
+  // Eight bits without sign are what a software renderer filters fastest; tilts are from -1 to 1.
+  std::vector<glm::vec3> tilts = FoilTilts();
+  for (glm::vec3& tilt : tilts) tilt = {0.5f * tilt.x + 0.5f, 0.5f * tilt.y + 0.5f, tilt.z};
+  glTextureSubImage2D(id, 0, 0, 0, kFoilSize, kFoilSize, GL_RGB, GL_FLOAT, tilts.data());
   glGenerateTextureMipmap(id);
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return texture;
 }

@@ -156,7 +156,7 @@ void main() {
   vec3 across = is_x || is_y ? u_X_WM[2].xyz : u_X_WM[1].xyz;
   along -= n * dot(n, along);
   across -= n * dot(n, across);
-  vec3 tilt = texture(u_wrinkles, 4.0 * place).xyz;  // a tile of 0.25 m
+  vec3 tilt = texture(u_wrinkles, 4.0 * place).xyz * vec3(2.0, 2.0, 1.0) - vec3(1.0, 1.0, 0.0);  // a tile of 0.25 m
   n = normalize(n - tilt.x * along - tilt.y * across);
   a = sqrt(min(a * a + max(tilt.z - dot(tilt.xy, tilt.xy), 0.0), 1.0));
   roughness = sqrt(a);

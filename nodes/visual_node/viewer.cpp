@@ -137,7 +137,9 @@ class Viewer {
     return {};
   }
 
-  [[nodiscard]] Look Live() const { return {.exposure = exposure_.value(), .scale = scale_.value()}; }
+  [[nodiscard]] Look Live() const {
+    return {.exposure = exposure_.value(), .scale = scale_.value(), .with_penumbra = false};
+  }
 
   // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of
   // the previous step and is added to the contact sheet with that step's caption.
