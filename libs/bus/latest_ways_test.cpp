@@ -78,6 +78,8 @@ TEST_P(LatestWays, ATcpTopicArrivesWhereItsDatagramsAreBlocked) {
     core::PhysicsState state;
     state.bodies.resize(60);  // several datagrams
     core::Reaction reaction;
+    // What is sent before the reader's connection stands is lost, as LATEST may be.
+    ASSERT_TRUE(Until([&] { return detoured.Send(state), WaitBriefly(*reader), detoured_reader.has_value(); }));
     for (state.tick = 1; state.tick <= 100; ++state.tick) {
       detoured.Send(state);
       direct.Send(reaction);
@@ -91,7 +93,7 @@ TEST_P(LatestWays, ATcpTopicArrivesWhereItsDatagramsAreBlocked) {
     ExpectAccountsClose({writer.get(), reader.get()});
     for (const Account& account : reader->Accounts()) {
       if (account.topic == kPhysicsStateTopic) {
-        EXPECT_EQ(account.received, 100U);
+        EXPECT_GT(account.received, 100U);
       }
       if (account.topic == ReactionTopic("right")) {
         EXPECT_EQ(account.dropped_for(DropReason::kLost), 100U);

@@ -7,6 +7,8 @@
 #include "vps/field/nearest_facet.hpp"
 #include "vps/force/direction_bins.hpp"
 #include "vps/multibody/block_sums.hpp"
+#include "vps/sampling/nearest_piece.hpp"
+#include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
 namespace {
@@ -25,10 +27,27 @@ constexpr double kClear = 0.02;
 constexpr double kSlope = 1e-3;  // faces with less between them are along each other
 constexpr int kMostHops = 5;
 constexpr int kHalvings = 4;  // of the way between two places above different faces, to find those that are neighbours
-constexpr double kLeastShare = 0.05;  // of the stiffness, of a plane far away: as ReducePatches
+// Places of a bin that are measured exactly to find the nearest, and corners of G that are measured: not derived, the
+// time for a cycle bounds them.
+constexpr std::size_t kMostLikely = 4;
+constexpr std::size_t kMostCorners = 32;
+// A corner of G is measured if a place of S is nearer to it than this [spacings]: on a square grid of places the
+// farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
+constexpr double kAroundCorner = 2.0;
+// A normal that is farther outside a place's own than round surfaces turn from piece to piece is not the place's.
+constexpr double kBesideCone = kSharpAngle_deg * 3.14159265358979 / 180.0;
+constexpr double kDoubt = static_cast<double>(kUsualFieldError);
+constexpr std::uint32_t kCornerOfG = 1U << 31U;  // in the name of a corner of G
+constexpr double kLeastShare = 0.05;             // of the stiffness, of a plane far away: as ReducePatches
 // Faces whose normals differ by less are one, edges that do are parallel: sines, squared.
 constexpr double kSameFace = 1e-4;
 constexpr double kParallel = 1e-6;
+
+// A place, and the most depth that the field and its slope there leave to the piece of edge around it [voxels].
+struct Likely {
+  std::uint32_t point = kNone;
+  float depth = -kFar;
+};
 
 // A direction of S's surface: its nearest place, and those that are far from it on four sides without being much
 // farther away.
@@ -39,6 +58,17 @@ struct Bin {
   std::array<std::uint32_t, 4> outer{kNone, kNone, kNone, kNone};
   std::array<float, 4> merits{};
   std::array<float, 4> depths{};
+  // Those that can be nearest somewhere along their piece of edge, the likeliest first.
+  core::FixedVector<Likely, kMostLikely> likely;
+
+  void Offer(const Likely& one) {
+    if (likely.full() && likely.back().depth >= one.depth) return;
+    if (likely.full()) likely.resize(kMostLikely - 1);
+    likely.push_back(one);
+    for (std::size_t i = likely.size() - 1; i > 0 && likely[i - 1].depth < likely[i].depth; --i) {
+      std::swap(likely[i - 1], likely[i]);
+    }
+  }
 };
 
 struct Candidate {
@@ -48,6 +78,39 @@ struct Candidate {
   std::int8_t slot = -1;
 };
 
+// Corners of G's triangles below places of S. In G, voxels, with the normal of the place.
+struct Below {
+  struct Corner {
+    glm::dvec3 p;
+    glm::dvec3 n;
+    double height = 0.0;  // of the place
+  };
+  core::FixedVector<Corner, kMostCorners> corners;
+
+  void Add(const NearestFacet& facet, const glm::dvec3& p, const glm::dvec3& n, double height, double reach) {
+    for (const glm::dvec3& corner : facet.corners) {
+      const glm::dvec3 way = corner - p;
+      if (glm::dot(way, way) > reach * reach) continue;
+      const auto* known = std::find_if(corners.begin(), corners.end(), [&](const Corner& c) { return c.p == corner; });
+      if (known == corners.end()) corners.push_back({corner, n, height});
+    }
+  }
+};
+
+struct Gap {
+  bool is_found = false;
+  glm::dvec3 p{0.0};  // of S, in G, voxels
+  glm::dvec3 n{0.0};  // from G to S, unit
+  double height = 0.0;
+};
+
+// A place of S that was measured exactly, or a corner of G: `point` is its name then.
+struct Measured {
+  std::uint32_t point = kNone;
+  Gap gap;
+  glm::dvec3 corner{0.0};  // voxels
+};
+
 struct Query {
   const TouchPoints& S;
   const DistanceField& field;
@@ -55,8 +118,11 @@ struct Query {
   const FieldWalkScratch& walk;
   const FieldWalkResult& result;
   float margin;  // voxels
+  glm::mat3 R_GS;
   std::array<Bin, kNumBins> bins;
-  core::FixedVector<Candidate, 5 * kNumBins + kMaxGapPlanes> candidates;
+  core::FixedVector<Candidate, 5 * kNumBins + kMostCorners + kMaxGapPlanes> candidates;
+  core::FixedVector<Measured, kMostLikely * kNumBins + kMostCorners> measured;
+  FacetsAround around;
 
   template <class Take>
   void ForEachNear(const Take& take) const {
@@ -71,7 +137,17 @@ struct Query {
   [[nodiscard]] glm::vec3 PointAt(std::uint32_t point) const {
     return PointOf(S.tree.points[point / kBlock], point % kBlock);
   }
+  [[nodiscard]] const Measured* Find(std::uint32_t point) const {
+    for (const Measured& one : measured) {
+      if (one.point == point) return &one;
+    }
+    return nullptr;
+  }
   [[nodiscard]] float DepthOf(std::uint32_t point) const {
+    if ((point & kCornerOfG) != 0) {
+      const Measured* const corner = Find(point);
+      return corner != nullptr ? -static_cast<float>(corner->gap.height) : -kFar;
+    }
     const auto begin = walk.near_blocks.begin();
     const auto end = begin + result.num_near_blocks;
     const auto at = std::lower_bound(begin, end, point / kBlock);
@@ -106,8 +182,33 @@ struct Query {
         bin.outer[k] = point;
         bin.depths[k] = depth;
       }
+      const float most = depth + S.places[point].reach_m / static_cast<float>(field.voxel_size_m);
+      if (bin.likely.full() && bin.likely.back().depth >= most) return;
+      bin.Offer({point, MostOf(point, depth)});
     });
   }
+  // Over an edge or a corner of G the gap falls along S away from its place, but no faster than there.
+  [[nodiscard]] float MostOf(std::uint32_t point, float depth) const {
+    const TouchPlace& place = S.places[point];
+    if (place.kind == TouchPlace::Kind::kCorner) return depth;
+    const glm::vec3 n = SampleField(field, glm::vec3(InVoxels(PointAt(point)))).gradient;
+    const float slope = place.kind == TouchPlace::Kind::kEdge ? std::abs(glm::dot(n, R_GS * place.along))
+                                                              : glm::length(glm::cross(n, R_GS * place.inward));
+    return depth + slope * place.reach_m / static_cast<float>(field.voxel_size_m);
+  }
+  [[nodiscard]] glm::dvec3 InVoxels(const glm::vec3& p_S) const {
+    return (X_GS * glm::dvec3(p_S) - field.origin_m) / field.voxel_size_m;
+  }
+
+  // The gap of a place, exact where it can be small; not found on the side that faces away.
+  Gap Measure(std::uint32_t point, double depth, Below* below);
+  Gap ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
+               double depth, Below* below);
+  [[nodiscard]] bool IsOnS(const glm::dvec3& p, const glm::dvec3& inward_G) const;
+  Gap GapOf(std::uint32_t point, double depth, Below* below);
+  void MeasureNearest(Below* below);
+  glm::dvec3 Carrying(const glm::dvec3& corner, glm::dvec3 n);
+  void MeasureCorners(const Below& below);
 
   void Offer(const Candidate& candidate) {
     for (Candidate& known : candidates) {
@@ -127,6 +228,9 @@ struct Query {
       for (std::size_t k = 0; k < 4; ++k) {
         if (bin.outer[k] != kNone) Offer({bin.outer[k], bin.depths[k]});
       }
+    }
+    for (const Measured& one : measured) {
+      if ((one.point & kCornerOfG) != 0) Offer({one.point, -static_cast<float>(one.gap.height), true});
     }
     for (std::size_t s = 0; s < kMaxGapPlanes; ++s) {
       GapPlanes::Slot& slot = gaps->slots[s];
@@ -157,17 +261,16 @@ struct Query {
       c.slot = static_cast<std::int8_t>(next);
       gaps->slots[next] = {c.point, kStay};
     }
+    for (const Candidate& c : candidates) {
+      GapPlanes::Slot& slot = gaps->slots[static_cast<std::size_t>(c.slot)];
+      if ((c.point & kCornerOfG) == 0) continue;
+      slot.corner = Find(c.point)->corner;
+      slot.n = Find(c.point)->gap.n;
+    }
     for (std::size_t s = 0; s < kMaxGapPlanes; ++s) {
       if (!is_taken[s]) gaps->slots[s] = {};
     }
   }
-};
-
-struct Gap {
-  bool is_found = false;
-  glm::dvec3 p{0.0};  // of S, in G, voxels
-  glm::dvec3 n{0.0};  // from G to S, unit
-  double height = 0.0;
 };
 
 Gap ByField(const DistanceField& field, const glm::dvec3& p) {
@@ -193,13 +296,12 @@ bool MeetInAConvexEdge(const NearestFacet& a, const NearestFacet& b) {
 
 // Where a piece of a sharp edge of S, along `along`, passes over an edge of G: between two of its places that are above
 // different faces of G, whose planes meet in G's edge. The normal is across both edges.
-Gap OverEdge(const DistanceField& field, const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along,
+Gap OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, const glm::dvec3& along,
              const glm::dvec3& inward_G, double depth) {
-  const double reach = static_cast<double>(place.reach_m) / field.voxel_size_m;
   const double back = std::max(depth, 0.0) + kClear;
   const auto find = [&](double share) {
     const glm::dvec3 from = p + share * reach * along + back * inward_G;
-    return FindNearestFacet(field.triangles(), from, back + reach + ReachOf(depth));
+    return around.FindNearest(from, back + ReachOf(depth));
   };
   const std::array<NearestFacet, 3> below{find(-1.0), find(0.0), find(1.0)};
   Gap least;
@@ -249,21 +351,20 @@ glm::dvec3 UpToRim(const NearestFacet& facet, const glm::dvec3& up) {
 }
 
 // A flat patch of S over G. It slides over G's faces to the edge or the corner that is right below, as far as the patch
-// reaches: that touches first, and the normal is S's own.
-Gap OverPatch(const DistanceField& field, const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& inward_G,
-              double depth) {
-  const double reach = static_cast<double>(place.reach_m) / field.voxel_size_m;
+// reaches and `is_on_S` holds: that touches first, and the normal is S's own.
+template <class IsOnS>
+Gap OverPatch(const FacetsAround& around, double reach, const glm::dvec3& p, const glm::dvec3& inward_G, double depth,
+              const IsOnS& is_on_S) {
   double back = std::max(depth, 0.0) + kClear;
   glm::dvec3 way(0.0);
   Gap gap;
   for (int hop = 0; hop < kMostHops; ++hop) {
-    const NearestFacet facet =
-        FindNearestFacet(field.triangles(), p + way + back * inward_G, back + reach + ReachOf(depth));
+    const NearestFacet facet = around.FindNearest(p + way + back * inward_G, back + reach + ReachOf(depth));
     if (!facet.is_found) return gap;
     const glm::dvec3 above = p + way + back * inward_G - facet.place;
     const bool is_right_above =
         facet.height > 0.0 && glm::dot(above, inward_G) > (1.0 - 0.5 * kSlope * kSlope) * glm::length(above);
-    if (hop == 0 || is_right_above) {
+    if (hop == 0 || (is_right_above && is_on_S(p + way))) {
       gap = {true, p + way, facet.normal, 0.0};
       if (is_right_above && !facet.is_on_face) {
         gap.n = inward_G;
@@ -286,27 +387,150 @@ Gap OverPatch(const DistanceField& field, const TouchPlace& place, const glm::dv
   return gap;
 }
 
-// The least gap of a place of S. It is seen from a point that is clear of the surface, back along S's own normal.
-Gap ByFacets(const DistanceField& field, const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along,
-             const glm::dvec3& inward_G, double depth) {
-  if (place.kind == TouchPlace::Kind::kFace) return OverPatch(field, place, p, inward_G, depth);
-  if (place.kind == TouchPlace::Kind::kEdge) {
-    if (const Gap gap = OverEdge(field, place, p, along, inward_G, depth); gap.is_found) return gap;
+// Distinct corners of one surface hardly ever have the same name; if two do, they take turns in one slot.
+std::uint32_t NameOf(const glm::dvec3& corner) {
+  const glm::ivec3 steps(glm::round(corner / static_cast<double>(kFacetStep)));
+  const auto hash = static_cast<std::uint32_t>(steps.x) * 73856093U ^ static_cast<std::uint32_t>(steps.y) * 19349663U ^
+                    static_cast<std::uint32_t>(steps.z) * 83492791U;
+  return hash | kCornerOfG;
+}
+
+// A corner of G over a face of S, seen from a point that is clear of S's surface. The normal is that face's.
+Gap UnderFace(const SurfacePieces& pieces, const DistanceField& field, const core::Pose& X_GS,
+              const Below::Corner& corner, double spacing) {
+  const double voxel_m = field.voxel_size_m;
+  const double back = ReachOf(std::min(corner.height, 0.0));
+  glm::dvec3 n = corner.n;
+  for (int turn = 0; turn < kMostHops; ++turn) {
+    const glm::dvec3 from_S = X_GS.inverse() * ((corner.p - back * n) * voxel_m + field.origin_m);
+    const NearestPiece piece = FindNearestPiece(pieces, from_S, (2.0 * back + spacing) * voxel_m);
+    if (!piece.is_found) return {};
+    const glm::dvec3 before = n;
+    n = -X_GS.rotate(piece.outward);
+    if (glm::dot(n, before) < 1.0 - 0.5 * kSlope * kSlope) continue;
+    if (!piece.is_on_face) return {};
+    const glm::dvec3 p = (X_GS * piece.place - field.origin_m) / voxel_m;
+    const double height = glm::dot(p - corner.p, n);
+    return {true, corner.p + height * n, n, height};
   }
-  const double back = std::max(depth, 0.0) + kClear;
-  const glm::dvec3 from = p + back * inward_G;
-  const NearestFacet facet = FindNearestFacet(field.triangles(), from, back + ReachOf(depth));
-  if (!facet.is_found) return {};
-  Gap gap{true, p, facet.normal, 0.0};
-  if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) gap.n = (from - facet.place) / facet.height;
-  gap.height = glm::dot(gap.p - facet.place, gap.n);
-  return gap;
+  return {};
 }
 
 // By which the gap can fall along S away from its place.
 double Slope(const TouchPlace& place, const glm::dvec3& n, const glm::dvec3& inward_G, const glm::dvec3& along_G) {
   if (place.kind == TouchPlace::Kind::kEdge) return std::abs(glm::dot(n, along_G));
   return place.kind == TouchPlace::Kind::kFace ? glm::length(glm::cross(n, inward_G)) : 0.0;
+}
+
+// The least gap of a place of S. It is seen from a point that is clear of the surface, back along S's own normal.
+Gap Query::ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
+                    double depth, Below* below) {
+  const double reach = static_cast<double>(place.reach_m) / field.voxel_size_m;
+  const double back = std::max(depth, 0.0) + kClear;
+  if (place.kind == TouchPlace::Kind::kFace) {
+    around.Gather(field.triangles(), p, 2.0 * reach + back + ReachOf(depth));
+    return OverPatch(around, reach, p, inward_G, depth, [&](const glm::dvec3& at) { return IsOnS(at, inward_G); });
+  }
+  const glm::dvec3 from = p + back * inward_G;
+  NearestFacet facet;
+  Gap gap;
+  if (place.kind == TouchPlace::Kind::kEdge) {
+    around.Gather(field.triangles(), p, reach + 2.0 * back + ReachOf(depth));
+    gap = OverEdge(around, reach, p, along_G, inward_G, depth);
+    facet = around.FindNearest(from, back + ReachOf(depth));
+  } else {
+    facet = FindNearestFacet(field.triangles(), from, back + ReachOf(depth));
+  }
+  if (!facet.is_found) return gap;
+  if (!gap.is_found) {
+    gap = {true, p, facet.normal, 0.0};
+    if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) gap.n = (from - facet.place) / facet.height;
+    gap.height = glm::dot(gap.p - facet.place, gap.n);
+  }
+  if (gap.height < kExactWithin) {
+    below->Add(facet, gap.p, gap.n, gap.height, kAroundCorner * S.spacing_m / field.voxel_size_m);
+  }
+  return gap;
+}
+
+// Of a place in the plane of one of S's faces.
+bool Query::IsOnS(const glm::dvec3& p, const glm::dvec3& inward_G) const {
+  if (S.pieces.pieces.empty()) return true;
+  const glm::dvec3 outside = X_GS.inverse() * ((p - kClear * inward_G) * field.voxel_size_m + field.origin_m);
+  return FindNearestPiece(S.pieces, outside, 1.01 * kClear * field.voxel_size_m).is_found;
+}
+
+Gap Query::Measure(std::uint32_t point, double depth, Below* below) {
+  const TouchPlace& place = S.places[point];
+  const glm::dvec3 p = InVoxels(PointAt(point));
+  const glm::dvec3 inward_G = X_GS.rotate(glm::dvec3(place.inward));
+  const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
+  Gap gap = ByField(field, p);
+  if (gap.height - Slope(place, gap.n, inward_G, along_G) * static_cast<double>(place.reach_m) / field.voxel_size_m <
+      kExactWithin) {
+    const Gap exact = ByFacets(place, p, along_G, inward_G, depth, below);
+    if (exact.is_found) gap = exact;
+  }
+  // Else it cannot be what touches there: S reaches farther beside it, or G ends before.
+  const double off = std::atan2(glm::length(glm::cross(gap.n, inward_G)), glm::dot(gap.n, inward_G));
+  gap.is_found = off < static_cast<double>(place.cone_rad) + kBesideCone;
+  return gap;
+}
+
+Gap Query::GapOf(std::uint32_t point, double depth, Below* below) {
+  const Measured* const known = Find(point);
+  return known != nullptr ? known->gap : Measure(point, depth, below);
+}
+
+// The nearest of each bin is the one with the least exact gap of those that can have it.
+void Query::MeasureNearest(Below* below) {
+  for (Bin& bin : bins) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Likely& one : bin.likely) {
+      const double bound = -static_cast<double>(one.depth) - kDoubt;
+      if (bound >= std::min(least, kExactWithin)) break;
+      const Gap gap = Measure(one.point, static_cast<double>(DepthOf(one.point)), below);
+      measured.push_back({one.point, gap, {}});
+      if (!gap.is_found || gap.height >= least) continue;
+      least = gap.height;
+      bin.nearest = one.point;
+      bin.nearest_depth = -static_cast<float>(least);
+    }
+  }
+}
+
+// The direction next to n in which G's corner can carry: all of G around it lies on or below the plane across it. On a
+// flat part of G that is the face's normal, on a straight edge it is across the edge. Each way up is projected off, and
+// the passes repeat because one projection may raise another way.
+glm::dvec3 Query::Carrying(const glm::dvec3& corner, glm::dvec3 n) {
+  constexpr double kStep = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
+  around.Gather(field.triangles(), corner, kStep);
+  for (int pass = 0; pass < kMostHops; ++pass) {
+    for (const FacetsAround::Facet& facet : around.facets()) {
+      for (const glm::dvec3& other : facet.corners) {
+        const glm::dvec3 way = other - corner;
+        const double length = glm::length(way);
+        const double up = glm::dot(way, n);
+        if (up > kStep + kSlope * length) n = glm::normalize(n - up / (length * length) * way);
+      }
+    }
+  }
+  return n;
+}
+
+void Query::MeasureCorners(const Below& below) {
+  const double spacing = S.spacing_m / field.voxel_size_m;
+  for (const Below::Corner& corner : below.corners) {
+    Gap gap = UnderFace(S.pieces, field, X_GS, corner, spacing);
+    if (!gap.is_found || gap.height >= kExactWithin) continue;
+    const glm::dvec3 n = Carrying(corner.p, gap.n);
+    const double cosine = glm::dot(n, gap.n);
+    if (cosine < std::cos(kBesideCone)) continue;
+    gap.height /= cosine;  // to the plane of S's face, along n
+    gap.n = n;
+    gap.p = corner.p + gap.height * n;
+    measured.push_back({NameOf(corner.p), gap, corner.p});
+  }
 }
 
 // As the guards of ReducePatches: together they have the pair's stiffness.
@@ -350,23 +574,30 @@ double FinishGapPair(const TouchPoints& S, const DistanceField& field, const cor
     return walk.free_distance_m;
   }
   const double voxel_m = field.voxel_size_m;
-  Query query{S, field, X_GS, scratch->walk, walk, static_cast<float>(pair.look_ahead_m / voxel_m), {}, {}};
+  Query query{S,
+              field,
+              X_GS,
+              scratch->walk,
+              walk,
+              static_cast<float>(pair.look_ahead_m / voxel_m),
+              glm::mat3(glm::mat3_cast(X_GS.rotation)),
+              {},
+              {},
+              {},
+              {}};
   query.FillBins();
+  Below below;
+  for (const GapPlanes::Slot& slot : gaps->slots) {
+    if (slot.cycles_left >= 0 && (slot.point & kCornerOfG) != 0) below.corners.push_back({slot.corner, slot.n, 0.0});
+  }
+  query.MeasureNearest(&below);
+  query.MeasureCorners(below);
   query.Choose(gaps);
 
   double least_m = std::numeric_limits<double>::infinity();
   for (const Candidate& candidate : query.candidates) {
-    const TouchPlace& place = S.places[candidate.point];
-    const glm::dvec3 p = (X_GS * glm::dvec3(query.PointAt(candidate.point)) - field.origin_m) / voxel_m;
-    const glm::dvec3 inward_G = X_GS.rotate(glm::dvec3(place.inward));
-    const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
-    Gap gap = ByField(field, p);
-    if (gap.height - Slope(place, gap.n, inward_G, along_G) * static_cast<double>(place.reach_m) / voxel_m <
-        kExactWithin) {
-      const Gap exact = ByFacets(field, place, p, along_G, inward_G, static_cast<double>(candidate.depth));
-      if (exact.is_found) gap = exact;
-    }
-    if (gap.height > 0.0 && glm::dot(gap.n, inward_G) <= 0.0) continue;  // the side that faces away
+    const Gap gap = query.GapOf(candidate.point, static_cast<double>(candidate.depth), &below);
+    if (!gap.is_found) continue;  // the side that faces away
     core::ContactPlane plane;
     plane.id = static_cast<std::uint32_t>(candidate.slot);
     const glm::dvec3 p_G = gap.p * voxel_m + field.origin_m;

@@ -16,6 +16,9 @@ struct GapPlanes {
   struct Slot {
     std::uint32_t point = 0;
     std::int8_t cycles_left = -1;  // negative: free
+    // Of a corner of G: it and its plane's normal. In G, voxels.
+    glm::dvec3 corner{0.0};
+    glm::dvec3 n{0.0};
   };
   core::FixedVector<core::ContactPlane, kMaxGapPlanes> planes;
   std::array<Slot, kMaxGapPlanes> slots;

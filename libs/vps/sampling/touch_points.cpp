@@ -7,7 +7,6 @@
 #include <tuple>
 
 #include "vps/force/direction_bins.hpp"
-#include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
 namespace {
@@ -32,9 +31,14 @@ struct Side {
 struct Corner {
   glm::vec3 p;
   glm::vec3 first_outward;
-  glm::vec3 sum{0.0f};  // of outward normals, by angle
+  glm::vec3 sum{0.0f};               // of outward normals, by angle
+  std::vector<glm::vec3> outward{};  // of the faces around it
   bool is_flat = true;
 };
+
+float AngleBetween(const glm::vec3& a, const glm::vec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
 
 class Surface {
  public:
@@ -44,16 +48,15 @@ class Surface {
   }
 
   void AddPlaces(double spacing_m, std::vector<glm::dvec3>* points, std::vector<TouchPlace>* places) const {
-    const auto sharp = static_cast<float>(std::cos(kSharpAngle_deg * 3.14159265358979 / 180.0));
     for (const auto& [key, side] : sides_) {
       if (side.count != 2) continue;
       const float cosine = glm::dot(side.outward[0], side.outward[1]);
       if (cosine > kFlat || !IsConvex(side)) continue;
       const float length = glm::length(side.to - side.from);
-      const int parts =
-          cosine < sharp ? std::max(1, static_cast<int>(std::ceil(static_cast<double>(length) / spacing_m))) : 1;
+      const int parts = std::max(1, static_cast<int>(std::ceil(static_cast<double>(length) / spacing_m)));
       TouchPlace place{TouchPlace::Kind::kEdge, 0, {}, (side.to - side.from) / length, 0.5f * length / float(parts)};
       place.inward = -glm::normalize(side.outward[0] + side.outward[1]);
+      place.cone_rad = AngleBetween(-place.inward, side.outward[0]);
       for (int i = 0; i < parts; ++i) {
         points->emplace_back(side.from +
                              (static_cast<float>(i) + 0.5f) / static_cast<float>(parts) * (side.to - side.from));
@@ -63,7 +66,10 @@ class Surface {
     for (const auto& [key, corner] : corners_) {
       if (corner.is_flat || !(glm::length(corner.sum) > 1e-3f)) continue;
       points->emplace_back(corner.p);
-      places->push_back({TouchPlace::Kind::kCorner, 0, -glm::normalize(corner.sum), {}, 0.0f});
+      const glm::vec3 mean = glm::normalize(corner.sum);
+      float cone_rad = 0.0f;
+      for (const glm::vec3& outward : corner.outward) cone_rad = std::max(cone_rad, AngleBetween(mean, outward));
+      places->push_back({TouchPlace::Kind::kCorner, 0, -mean, {}, 0.0f, cone_rad});
     }
   }
 
@@ -76,6 +82,7 @@ class Surface {
       const glm::vec3& next = piece.corners[(k + 1) % 3];
       const glm::vec3& last = piece.corners[(k + 2) % 3];
       Corner& corner = corners_.try_emplace(KeyOf(p), Corner{p, outward}).first->second;
+      corner.outward.push_back(outward);
       corner.is_flat = corner.is_flat && glm::dot(corner.first_outward, outward) > kFlat;
       const float cosine = glm::dot(glm::normalize(next - p), glm::normalize(last - p));
       corner.sum += std::acos(std::clamp(cosine, -1.0f, 1.0f)) * outward;
@@ -151,7 +158,8 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
     surface.points_m.emplace_back(block.x[k], block.y[k], block.z[k]);
     surface.areas_m2.push_back(static_cast<double>(block.area_m2[k]));
     places.push_back({is_flat ? TouchPlace::Kind::kFace : TouchPlace::Kind::kCorner, 0, inward / length,
-                      glm::vec3(0.0f), is_flat ? std::sqrt(block.area_m2[k]) : 0.0f});
+                      glm::vec3(0.0f), is_flat ? std::sqrt(block.area_m2[k]) : 0.0f,
+                      is_flat ? 0.0f : std::acos(-1.0f)});
   }
   // Penalty integrals are of the faces; what they do not cover is shared among the others.
   const std::size_t num_faces = surface.areas_m2.size();
@@ -169,6 +177,8 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
   TouchPoints touch;
   touch.tree = BuildSampleTree(surface);
   touch.tree.area_m2 = samples.area_m2;
+  touch.pieces = samples.pieces;
+  touch.spacing_m = spacing_m;
   touch.places.resize(touch.tree.num_points);
   for (std::size_t i = 0; i < touch.tree.num_points; ++i) {
     const PointBlock& block = touch.tree.points[i / kBlock];

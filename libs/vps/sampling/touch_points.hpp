@@ -15,6 +15,7 @@ struct TouchPlace {
   glm::vec3 inward{0.0f};  // unit: the mean of the faces around it
   glm::vec3 along{0.0f};   // kEdge: unit
   float reach_m = 0.0f;    // of the patch or of the piece of edge about its point
+  float cone_rad = 0.0f;   // largest angle between `inward` and that of a face around it
 };
 
 // The same surface as the samples, as places in the order of a tree: place i belongs to point i of the tree. Samples
@@ -22,6 +23,8 @@ struct TouchPlace {
 struct TouchPoints {
   SampleTree tree;
   std::vector<TouchPlace> places;
+  SurfacePieces pieces;    // the surface itself, if the samples have it
+  double spacing_m = 0.0;  // of the samples
 };
 
 // From the samples of flat patches and from the pieces, if there are any: else from all samples.

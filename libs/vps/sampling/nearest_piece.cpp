@@ -1,0 +1,58 @@
+#include "vps/sampling/nearest_piece.hpp"
+
+#include <cmath>
+
+#include "vps/mesh/nearest_on_triangle.hpp"
+
+namespace vps {
+namespace {
+
+struct Search {
+  const SurfacePieces& pieces;
+  glm::dvec3 p;
+  double squared;
+  NearestPiece nearest;
+
+  void MeetLevel(std::uint32_t level, std::uint32_t index) {
+    const SphereBlock& block = pieces.spheres[pieces.level_begin[level] + index];
+    const glm::vec3 at(p);
+    for (std::uint32_t k = 0; k < kBlock; ++k) {
+      const glm::vec3 way(block.x[k] - at.x, block.y[k] - at.y, block.z[k] - at.z);
+      const float reach = block.r[k] + static_cast<float>(std::sqrt(squared)) * kPad;
+      if (!(glm::dot(way, way) < reach * reach)) continue;
+      const std::uint32_t child = index * kBlock + k;
+      if (level > 0) {
+        MeetLevel(level - 1, child);
+      } else {
+        Meet(pieces.pieces[child]);
+      }
+    }
+  }
+  void Meet(const SurfacePiece& piece) {
+    const glm::dvec3 a = glm::dvec3(piece.corners[0]) - p;
+    const glm::dvec3 b = glm::dvec3(piece.corners[1]) - p;
+    const glm::dvec3 c = glm::dvec3(piece.corners[2]) - p;
+    const glm::dvec3 n = glm::cross(b - a, c - a);
+    const double h = glm::dot(n, a);
+    const double nn = glm::dot(n, n);
+    if (h > 0.0 || h * h >= squared * nn) return;
+    const OnTriangle on = NearestOnTriangle(a, b, c, n);
+    const double found = glm::dot(on.place, on.place);
+    if (found >= squared) return;
+    squared = found;
+    nearest = {true, on.is_on_face, p + on.place, n / std::sqrt(nn)};
+  }
+
+  static constexpr float kPad = 1.0f + 1e-5f;  // against the rounding of floats
+};
+
+}  // namespace
+
+NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, double reach_m) noexcept {
+  if (pieces.num_levels == 0) return {};
+  Search search{pieces, p, reach_m * reach_m, {}};
+  search.MeetLevel(pieces.num_levels - 1, 0);
+  return search.nearest;
+}
+
+}  // namespace vps
