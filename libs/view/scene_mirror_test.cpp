@@ -336,8 +336,8 @@ TEST(SceneMirror, ArrowOfAWrenchStartsOnItsAxis) {
 TEST(SceneMirror, ShowsWhetherTheArmIsSimulatedAndTheLatency) {
   SceneMirror mirror(SmallScenario());
   EXPECT_TRUE(HasText(mirror.scene(), "SIMULATED"));
-  mirror.Apply(LiveFigures{
-      .frames_per_s = 20.0, .render_scale = 0.75, .t2_state_ms = 3.4, .t2_image_ms = 41.0, .dropped = 2});
+  mirror.Apply(
+      LiveFigures{.frames_per_s = 20.0, .render_scale = 0.75, .t2_state_ms = 3.4, .t2_image_ms = 41.0, .dropped = 2});
   mirror.Refresh(0);
   EXPECT_TRUE(HasText(mirror.scene(), "hand to scene 3.4 ms"));
   EXPECT_TRUE(HasText(mirror.scene(), "20 fps at scale 0.75"));

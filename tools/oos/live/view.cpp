@@ -193,7 +193,8 @@ Verb ViewVerb() {
           RunView,
           "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
           "SCENARIO: the session's scenario, needed when the session does not run on this machine.\n"
-          "With --shot, --depth, --ids or --hdr no session is needed: a scenario is shown as it begins, a recording at --at.\n"
+          "With --shot, --depth, --ids or --hdr no session is needed: a scenario is shown as it begins, a recording at "
+          "--at.\n"
           "Depths are along the viewing direction. Without a screen: xvfb-run -a oos view ..."};
 }
 
