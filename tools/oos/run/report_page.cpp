@@ -50,7 +50,7 @@ std::string Escape(const std::string& text) {
   return safe;
 }
 
-std::string Text(const json& value) {
+std::string CellText(const json& value) {
   if (value.is_null()) return "–";
   if (value.is_string()) return Escape(value.get<std::string>());
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
@@ -67,7 +67,7 @@ json Get(const json& object, const char* key) {
   return object.is_object() && object.contains(key) ? object.at(key) : json(nullptr);
 }
 
-std::string Seconds(double seconds) {
+std::string SecondsText(double seconds) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1f", seconds);
   return text;
@@ -99,7 +99,7 @@ class Page {
       : report_(report), folder_(folder), history_(RunHistory::Read(folder)) {}
 
   std::string Write() {
-    const std::string scenario = Text(Get(report_, "scenario"));
+    const std::string scenario = CellText(Get(report_, "scenario"));
     out_ << "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>" << scenario
          << ", a run</title>\n<style>" << kStyle << "</style>\n</head>\n<body>\n<h1>" << scenario << "</h1>\n";
     WriteHead();
@@ -118,24 +118,24 @@ class Page {
     const json completed = Get(report_, "completed");
     const bool is_good = completed.is_boolean() && completed.get<bool>();
     out_ << "<p><span class=\"verdict" << (is_good ? "\">completed" : " failed\">not completed") << "</span> "
-         << (is_good ? "" : Text(Get(report_, "why"))) << "</p>\n<p class=\"quiet\">" << Escape(folder_.filename())
-         << " · method " << Text(Get(report_, "method")) << ", coupling " << Text(Get(report_, "coupling")) << ", seed "
-         << Text(Get(report_, "seed")) << "</p>\n<div class=\"figures\">\n";
+         << (is_good ? "" : CellText(Get(report_, "why"))) << "</p>\n<p class=\"quiet\">" << Escape(folder_.filename())
+         << " · method " << CellText(Get(report_, "method")) << ", coupling " << CellText(Get(report_, "coupling")) << ", seed "
+         << CellText(Get(report_, "seed")) << "</p>\n<div class=\"figures\">\n";
     const json haptic = Get(report_, "haptic");
     Figure("duration", Get(report_, "seconds"), "s");
     Figure("peak force on the hand", Get(report_, "peak_force_N"), "N");
     Figure("haptic step in contact, p50", Get(haptic, "contact_p50_us"), "µs");
-    Figure("late haptic cycles", Get(haptic, "misses"), "of " + Text(Get(haptic, "cycles")));
+    Figure("late haptic cycles", Get(haptic, "misses"), "of " + CellText(Get(haptic, "cycles")));
     Figure("hand to hand (t1), mean", Get(Get(report_, "t1_ms"), "mean"), "ms");
     Figure("hand to picture, mean", Get(Get(report_, "t2_image_ms"), "mean"), "ms");
     out_ << "</div>\n<p class=\"quiet\">Simulated: ";
     const json simulated = Get(report_, "simulated");
-    for (std::size_t i = 0; i < simulated.size(); ++i) out_ << (i == 0 ? "" : "; ") << Text(simulated[i]);
+    for (std::size_t i = 0; i < simulated.size(); ++i) out_ << (i == 0 ? "" : "; ") << CellText(simulated[i]);
     out_ << ".</p>\n";
   }
 
   void Figure(const char* name, const json& value, const std::string& unit) {
-    if (!value.is_null()) out_ << "<div><b>" << Text(value) << " " << unit << "</b>" << name << "</div>\n";
+    if (!value.is_null()) out_ << "<div><b>" << CellText(value) << " " << unit << "</b>" << name << "</div>\n";
   }
 
   void WritePictures() {
@@ -167,10 +167,10 @@ class Page {
             "<th>result</th></tr>\n";
     for (const json& step : steps) {
       const bool is_good = Get(step, "completed").is_boolean() && Get(step, "completed").get<bool>();
-      out_ << (is_good ? "<tr>" : "<tr class=\"failed-row\">") << "<td>" << Text(Get(step, "name"))
+      out_ << (is_good ? "<tr>" : "<tr class=\"failed-row\">") << "<td>" << CellText(Get(step, "name"))
            << "</td><td class=\"number\">" << BeginOf(Get(step, "name")) << "</td><td class=\"number\">"
-           << Text(Get(step, "seconds")) << "</td><td>" << (is_good ? "completed" : "missed");
-      if (!Get(step, "why").is_null()) out_ << ": " << Text(Get(step, "why"));
+           << CellText(Get(step, "seconds")) << "</td><td>" << (is_good ? "completed" : "missed");
+      if (!Get(step, "why").is_null()) out_ << ": " << CellText(Get(step, "why"));
       out_ << "</td></tr>\n";
     }
     out_ << "</table>\n";
@@ -178,7 +178,7 @@ class Page {
 
   [[nodiscard]] std::string BeginOf(const json& name) const {
     for (const RunHistory::Step& step : history_.steps) {
-      if (name.is_string() && step.name == name.get<std::string>()) return Seconds(step.begin_s);
+      if (name.is_string() && step.name == name.get<std::string>()) return SecondsText(step.begin_s);
     }
     return "–";
   }
@@ -201,7 +201,7 @@ class Page {
       const json figures = Get(report_, chain);
       if (!figures.is_object()) continue;
       rows << "<tr><td>" << chain << "</td>";
-      for (const char* column : kColumns) rows << "<td class=\"number\">" << Text(Get(figures, column)) << "</td>";
+      for (const char* column : kColumns) rows << "<td class=\"number\">" << CellText(Get(figures, column)) << "</td>";
       rows << "</tr>\n";
     }
     if (rows.str().empty()) return;
@@ -217,7 +217,7 @@ class Page {
     const json flat = report_.flatten();
     for (const auto& [path, value] : flat.items()) {
       if (path.starts_with("/steps/")) continue;
-      out_ << "<tr><td>" << Escape(path.substr(1)) << "</td><td>" << Text(value) << "</td></tr>\n";
+      out_ << "<tr><td>" << Escape(path.substr(1)) << "</td><td>" << CellText(value) << "</td></tr>\n";
     }
     out_ << "</table>\n</details>\n";
   }
