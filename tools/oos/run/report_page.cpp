@@ -119,8 +119,8 @@ class Page {
     const bool is_good = completed.is_boolean() && completed.get<bool>();
     out_ << "<p><span class=\"verdict" << (is_good ? "\">completed" : " failed\">not completed") << "</span> "
          << (is_good ? "" : CellText(Get(report_, "why"))) << "</p>\n<p class=\"quiet\">" << Escape(folder_.filename())
-         << " · method " << CellText(Get(report_, "method")) << ", coupling " << CellText(Get(report_, "coupling")) << ", seed "
-         << CellText(Get(report_, "seed")) << "</p>\n<div class=\"figures\">\n";
+         << " · method " << CellText(Get(report_, "method")) << ", coupling " << CellText(Get(report_, "coupling"))
+         << ", seed " << CellText(Get(report_, "seed")) << "</p>\n<div class=\"figures\">\n";
     const json haptic = Get(report_, "haptic");
     Figure("duration", Get(report_, "seconds"), "s");
     Figure("peak force on the hand", Get(report_, "peak_force_N"), "N");
