@@ -33,6 +33,7 @@ TEST(Lockstep, SameSeedIsBitForBitTheSameWithOneAndTwoWorkers) {
 // `touch` until the hand pushes the free block.
 std::filesystem::path RecordTouch() {
   const auto file = std::filesystem::path(::testing::TempDir()) / "both_kinds_of_step.mcap";
+  std::filesystem::remove(file);  // of a run that was killed
   lockstep::Options options;
   options.steps = file;
   InLockstep(Load("touch"), options);
