@@ -1,9 +1,9 @@
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "core/read_file.hpp"
+#include "core/write_file.hpp"
 #include "space/stars/star_file.hpp"
 #include "space/stars/tycho2.hpp"
 #include "tools/oos/stars/verbs.hpp"
@@ -13,19 +13,6 @@ namespace oos {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Under another name first, so that no viewer reads half a file.
-core::Result<void> Write(const std::string& bytes, const fs::path& file) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  const fs::path part = file.string() + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (out) fs::rename(part, file, error);
-  if (!out || error) return core::Fail(core::ErrorCode::kIo, "cannot write " + file.string());
-  return {};
-}
 
 int RunStars(const Arguments& arguments) {
   const std::string index = arguments.text("--index", space::kTycho2File);
@@ -45,7 +32,7 @@ int RunStars(const Arguments& arguments) {
   const std::size_t num_tycho2 = tycho2->size();
   space::MergedStars merged = space::MergeStars(std::move(*tycho2), *bright);
   const std::size_t num_stars = merged.stars.size();
-  if (const auto written = Write(space::EncodeStars(std::move(merged.stars)), out); !written) {
+  if (const auto written = core::WriteFile(out, space::EncodeStars(std::move(merged.stars))); !written) {
     return Complain("stars", written.error().detail, kDoesNotHold);
   }
   std::printf("%s: %zu stars, %zu of Tycho-2 and %zu of the bright list that it lacks\n", out.c_str(), num_stars,
