@@ -67,8 +67,11 @@ endfunction()
 
 # Slow tests are built by the target slow_tests, benchmarks by the target benches: other tests do not wait for them.
 # Real-time tests run alone. System tests take longest and begin first, so that none is left to run alone at the end.
+# Tests of rooms that have threads get the label `threads`: `./dev test slow` runs them with ThreadSanitizer.
+set(VR_OOS_ROOMS_WITH_THREADS "^(core|bus|process|oos_.*|.*_lib)$")
 if(VR_OOS_TESTS)
   add_custom_target(slow_tests)
+  add_custom_target(threads_tests)
   add_custom_target(benches)
 endif()
 function(add_test_group name room label seconds deps)
@@ -85,7 +88,10 @@ function(add_test_group name room label seconds deps)
     target_compile_definitions(${name}_test PRIVATE VR_OOS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" VR_OOS_BINARY_DIR="${CMAKE_BINARY_DIR}")
     add_test(NAME ${name} COMMAND ${name}_test)
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${seconds})
-    if(label STREQUAL realtime)
+    if(label STREQUAL unit AND name MATCHES "${VR_OOS_ROOMS_WITH_THREADS}")
+      set_tests_properties(${name} PROPERTIES LABELS "unit;threads")
+      add_dependencies(threads_tests ${name}_test)
+    elseif(label STREQUAL realtime)
       set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
     elseif(label STREQUAL system)
       set_tests_properties(${name} PROPERTIES COST 100)
