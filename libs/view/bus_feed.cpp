@@ -13,8 +13,7 @@ BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node) {
   read_latest(bus::kPhysicsStateTopic, "physics_node", &physics_);
   logic_ = {bus::kLogicStatusTopic, "logic_node", &node->ReadState<core::LogicStatus>(bus::kLogicStatusTopic)};
   bridge_ = {BridgeTopic(), "device_bridge", &node->ReadState<bus::Figures>(BridgeTopic())};
-  const std::string haptic_topic = bus::FiguresTopic("haptic_node");
-  haptic_ = {haptic_topic, "haptic_node", &node->ReadState<bus::Figures>(haptic_topic)};
+  haptic_ = {HapticTopic(), "haptic_node", &node->ReadState<bus::Figures>(HapticTopic())};
   for (const scene::Device& device : scenario.devices) {
     add_latest(bus::HapticProxyTopic(device.role), "haptic_node", &proxies_);
     add_latest(bus::DeviceCommandTopic(device.role), "haptic_node", &commands_);
@@ -47,6 +46,7 @@ bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
   }
   if (logic_.reader->is_fresh()) mirror->Apply(logic_.reader->value());
   if (bridge_.reader->is_fresh()) mirror->ApplyBridge(bridge_.reader->value());
+  if (haptic_.reader->is_fresh()) mirror->ApplyHaptic(haptic_.reader->value());
   if (!physics().is_fresh()) return false;
   mirror->Apply(physics().value());
   return true;

@@ -24,8 +24,9 @@ class BusFeed {
   // Applies the messages that the node's last Wait received. True when a physics state was among them.
   bool Apply(std::int64_t now_ns, SceneMirror* mirror) const;
 
-  // Of the hands' margins.
+  // Of the hands' margins, and of late cycles.
   static std::string BridgeTopic() { return bus::FiguresTopic("device_bridge"); }
+  static std::string HapticTopic() { return bus::FiguresTopic("haptic_node"); }
 
   // The newest messages.
   [[nodiscard]] const bus::LatestReader<core::PhysicsState>& physics() const { return *physics_.reader; }
@@ -65,7 +66,7 @@ class BusFeed {
   Latest<core::PhysicsState> physics_;
   State<core::LogicStatus> logic_;
   State<bus::Figures> bridge_;
-  State<bus::Figures> haptic_;  // shown as a course over time, not in the scene
+  State<bus::Figures> haptic_;
   std::vector<Latest<core::HapticProxy>> proxies_;
   std::vector<Latest<core::DeviceCommand>> commands_;
   std::vector<Latest<core::ContactSet>> contacts_;

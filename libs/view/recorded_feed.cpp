@@ -29,7 +29,7 @@ bool RecordedFeed::IsRead(const bus::log::Channel& channel) {
     case bus::MessageType::kLogicStatus:
       return true;
     case bus::MessageType::kFigures:
-      return channel.topic == BusFeed::BridgeTopic();
+      return channel.topic == BusFeed::BridgeTopic() || channel.topic == BusFeed::HapticTopic();
     default:
       return false;
   }
@@ -66,7 +66,9 @@ void RecordedFeed::Apply(const bus::log::Channel& channel, const bus::log::Messa
       if (core::LogicStatus status; Decode(message, &status)) mirror->Apply(status);
       break;
     default:
-      if (core::Figures figures; Decode(message, &figures)) mirror->ApplyBridge(figures);
+      if (core::Figures figures; Decode(message, &figures)) {
+        channel.topic == BusFeed::BridgeTopic() ? mirror->ApplyBridge(figures) : mirror->ApplyHaptic(figures);
+      }
       break;
   }
 }

@@ -41,6 +41,7 @@ void RecordedScene::Begin() {
   reader_.Seek();
   feed_ = {};
   mirror_.emplace(scenario_);
+  mirror_->Choose(choices_);
   next_.reset();
   reached_ns_ = first_ns_;
 }
@@ -67,6 +68,7 @@ core::Result<void> RecordedScene::GoTo(double at_s) {
     if (next_->log_time_ns > to_ns) break;
     if (const auto channel = reader_.channels().find(next_->channel_id); channel != reader_.channels().end()) {
       feed_.Apply(channel->second, *next_, &*mirror_);
+      mirror_->Remember(static_cast<std::int64_t>(next_->log_time_ns));
     }
     next_.reset();
   }

@@ -32,6 +32,11 @@ class RecordedScene {
   // kDamaged.
   core::Result<void> GoTo(double at_s);
   [[nodiscard]] const Scene& scene() const { return mirror_->scene(); }
+  // What the scene shows after the next GoTo.
+  void Choose(const Choices& choices) {
+    choices_ = choices;
+    mirror_->Choose(choices);
+  }
 
  private:
   RecordedScene(bus::log::McapIndexedReader reader, const scene::Scenario& scenario)
@@ -42,6 +47,7 @@ class RecordedScene {
   bus::log::McapIndexedReader reader_;
   scene::Scenario scenario_;
   RecordedFeed feed_;
+  Choices choices_;
   std::optional<SceneMirror> mirror_;
   std::optional<bus::log::Message> next_;  // read, but not applied yet
   std::uint64_t first_ns_ = 0, last_ns_ = 0, reached_ns_ = 0;

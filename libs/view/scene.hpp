@@ -12,6 +12,7 @@
 #include "core/result.hpp"
 #include "scene/scenario.hpp"
 #include "space/surroundings.hpp"
+#include "view/overlay_shapes.hpp"
 
 namespace view {
 
@@ -26,6 +27,8 @@ struct Material {
   bool is_foil = false;  // of multi-layer insulation: wrinkled, and rolled in one direction
 };
 
+inline constexpr glm::vec3 kHighlight{1.0f, 0.55f, 0.05f};
+
 // One mesh in the world. Plain data, because a scene is copied at the rate of the bus.
 struct Instance {
   std::uint32_t mesh = 0;  // index into Assets::meshes
@@ -34,6 +37,8 @@ struct Instance {
   bool is_material_given = false;  // false: the mesh file's own materials are used, with `emissive` added
   bool is_visible = true;
   bool is_movable = false;  // may move from frame to frame
+  float opacity = 1.0f;     // below 1: drawn as a phantom at its own pose
+  float highlight = 0.0f;   // of kHighlight over the instance's own surface
 };
 
 // A deformable sheet: nodes in W, row by row. Both of its sides are visible.
@@ -43,6 +48,7 @@ struct Sheet {
   std::vector<glm::vec3> p_W;
   Material material;
   std::uint64_t version = 0;  // changes whenever p_W does
+  bool is_visible = true;
 };
 
 // A signal lamp: it glows and lights what is near.
@@ -51,14 +57,6 @@ struct Lamp {
   glm::vec3 color{0.0f};
 };
 
-// From p_WTail to p_WTail + vector_W.
-struct Arrow {
-  glm::dvec3 p_WTail{0.0};
-  glm::dvec3 vector_W{0.0};
-  glm::vec3 color{1.0f};
-};
-
-enum class Anchor : std::uint8_t { kTopLeft, kTopRight, kBottomLeft, kBottomRight };
 enum class TextStyle : std::uint8_t { kSmall, kBody, kTitle, kBadge };
 
 // A line of text over the picture. Lines of one anchor are stacked from the top to the bottom in their order.
@@ -83,6 +81,13 @@ struct Scene {
   std::vector<Sheet> sheets;
   std::vector<Lamp> lamps;
   std::vector<Arrow> arrows;
+  std::vector<RingArrow> rings;
+  std::vector<LineStrip> lines;
+  std::vector<PointSet> points;
+  std::vector<Label> labels;
+  std::vector<Axes> axes;
+  std::vector<Phantom> phantoms;
+  std::vector<Graph> graphs;
   std::vector<TextLine> texts;
 
   // The moment that the scene shows.

@@ -1,7 +1,9 @@
 #include "view/scene_mirror.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <glm/gtc/quaternion.hpp>
 
 #include "core/hand_limits.hpp"
 
@@ -45,9 +47,20 @@ void Light(Instance& instance, const glm::vec3& color) {
   instance.is_material_given = true;
 }
 
+// Of a hand, the palm's way is that of the hand.
+std::vector<bool> ThoseThatMove(const scene::Scenario& scenario) {
+  std::vector<bool> move;
+  for (const scene::Object& object : scenario.objects) {
+    const bool is_palm = object.owner == scene::Owner::kHand && object.part == scene::HandPart::kPalm;
+    move.push_back(object.owner == scene::Owner::kPhysics || is_palm);
+  }
+  return move;
+}
+
 }  // namespace
 
-SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario), observer_(scenario.place) {
+SceneMirror::SceneMirror(const scene::Scenario& scenario)
+    : scenario_(scenario), observer_(scenario.place), history_(ThoseThatMove(scenario)) {
   auto assets = std::make_shared<Assets>();
   assets->cameras = scenario.cameras;
   if (assets->cameras.empty()) assets->cameras.push_back({.name = "default"});
@@ -61,7 +74,8 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario) : scenario_(scenario),
     instance.X_WM = object.X_WO;
     instance.material = MaterialOf(object.material);
     instance.is_material_given = object.material.is_given;
-    instance.is_visible = !object.visual_mesh.empty();
+    has_mesh_.push_back(!object.visual_mesh.empty());
+    instance.is_visible = has_mesh_.back();
     instance.is_movable = object.owner != scene::Owner::kFixed;
     if (object.is_lamp) {
       Light(instance, object.lamp_color);
@@ -116,7 +130,7 @@ void SceneMirror::Apply(const core::HapticProxy& proxy) {
 
 void SceneMirror::Apply(const core::DeviceCommand& command, std::int64_t now_ns) {
   if (command.role_index >= felt_.size()) return;
-  felt_[command.role_index] = {glm::length(command.F_Do_W.force_N), now_ns};
+  felt_[command.role_index] = {command.F_Do_W, now_ns};
 }
 
 void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns) {
@@ -129,6 +143,15 @@ void SceneMirror::ApplyBridge(const core::Figures& figures) {
     for (const core::Figure& figure : figures.items) {
       if (figure.name == name) margins_[role] = figure.value;
     }
+  }
+  for (const core::Figure& figure : figures.items) {
+    if (figure.name == "t1_mean_ms") history_.TakeFigure(SceneHistory::Course::kT1, figure.value);
+  }
+}
+
+void SceneMirror::ApplyHaptic(const core::Figures& figures) {
+  for (const core::Figure& figure : figures.items) {
+    if (figure.name == "misses") history_.TakeCount(SceneHistory::Course::kLateCycles, figure.value);
   }
 }
 
@@ -169,73 +192,160 @@ void SceneMirror::Apply(const core::LogicStatus& status) {
 
 void SceneMirror::Apply(const LiveFigures& figures) {
   figures_ = figures;
+  if (figures.t2_image_ms > 0.0) history_.TakeFigure(SceneHistory::Course::kT2, figures.t2_image_ms);
 }
 
 void SceneMirror::Refresh(std::int64_t now_ns) {
-  scene_.arrows.clear();
-  for (const PairContacts& contacts : pairs_) {
-    if (!contacts.is_known || !contacts.set.is_in_contact) continue;
-    if (now_ns - contacts.received_ns > kContactAge_ns) continue;
-    AddArrows(contacts);
-  }
+  Remember(now_ns);
+  ShowObjects();
+  AddOverlays(now_ns);
   scene_.space = observer_.At(1e-9 * static_cast<double>(scene_.time_ns));
   WriteTexts(now_ns);
 }
 
-// A plane's force is evaluated with the bodies' newest poses (architecture D5):
-//   gap [m] = n_G . (X_GS p_S - q_G),   force [N] = stiffness * max(0, -gap) along n, from G to S.
-// The gap is computed with the hand at the device's pose X_WD, where it penetrates; the arrow starts at the pose X_WC
-// at which the hand is drawn.
-void SceneMirror::AddArrows(const PairContacts& contacts) {
-  const core::ContactSet& set = contacts.set;
-  const core::Pose& X_WS = X_WH_[set.sampled_body];
-  const core::Pose& X_WG = X_WH_[set.field_body];
-  const core::Pose X_GS = X_WG.inverse() * X_WS;
-  // Neighbouring planes with similar normals (within 37 degrees, acos 0.8) share an arrow: their summed force at their
-  // centre of pressure, p = sum(force_i p_i) / sum(force_i). Limits chosen by eye.
-  struct Patch {
-    glm::dvec3 force_W{0.0};
-    glm::dvec3 weighted_W{0.0};  // sum of force times point
-    double weight_N = 0.0;
-  };
-  core::FixedVector<Patch, core::kMaxContactPlanes> patches;
-  for (const core::ContactPlane& plane : set.planes) {
-    const glm::dvec3 n_G(plane.n_G);
-    const double gap_m = glm::dot(n_G, X_GS * glm::dvec3(plane.p_S) - glm::dvec3(plane.q_G));
-    const double force_N = plane.stiffness_N_per_m * -gap_m;
-    if (force_N <= 0.0) continue;
-    const glm::dvec3 n_W = X_WG.rotate(n_G);
-    const glm::dvec3 p_W = scene_.instances[set.sampled_body].X_WM * glm::dvec3(plane.p_S);
-    Patch* patch = std::find_if(patches.begin(), patches.end(), [&](const Patch& other) {
-      return glm::dot(other.force_W, n_W) > 0.8 * glm::length(other.force_W) &&
-             glm::distance(other.weighted_W / other.weight_N, p_W) < kPatch_m;
-    });
-    if (patch == patches.end()) {
-      patches.push_back({});
-      patch = &patches.back();
-    }
-    patch->force_W += force_N * n_W;
-    patch->weighted_W += force_N * p_W;
-    patch->weight_N += force_N;
+// Contacts and phantoms of a hand: gaps are computed with the hand at the device's pose X_WD, where it penetrates; the
+// arrow starts at the pose X_WC at which the hand is drawn.
+void SceneMirror::AddContacts(std::int64_t now_ns) {
+  std::vector<glm::vec3> depths_W, colors;
+  for (const PairContacts& pair : pairs_) {
+    if (!pair.is_known || now_ns - pair.received_ns > kContactAge_ns) continue;
+    const core::ContactSet& set = pair.set;
+    const SeenContact seen{set, X_WH_[set.sampled_body], X_WH_[set.field_body],
+                           scene_.instances[set.sampled_body].X_WM};
+    if (choices_.has(Overlay::kDistance)) AddDistance(seen, &scene_);
+    if (!set.is_in_contact) continue;
+    if (choices_.has(Overlay::kContacts)) AddForceArrows(seen, &scene_);
+    if (choices_.has(Overlay::kTorques)) AddTorqueRing(seen, &scene_);
+    if (choices_.has(Overlay::kDepth)) AddDepthPoints(seen, &depths_W, &colors);
   }
-  for (const Patch& patch : patches) {
-    AddArrow(patch.weighted_W / patch.weight_N, patch.force_W, glm::length(patch.force_W));
-  }
-  if (!set.planes.empty()) return;
-  // A set with a wrench F_So = (f, tau) alone: the arrow starts at the point of the wrench's axis that is nearest to
-  // So,
-  //   p_SoAxis = f x tau / |f|^2,   the shortest p with p x f = the part of tau perpendicular to f.
-  const double square = glm::dot(set.F_So_W.force_N, set.F_So_W.force_N);
-  if (square < 1e-12) return;
-  const glm::dvec3 p_SoAxis_W = glm::cross(set.F_So_W.force_N, set.F_So_W.torque_Nm) / square;
-  AddArrow(scene_.instances[set.sampled_body].X_WM.translation + p_SoAxis_W, set.F_So_W.force_N, std::sqrt(square));
+  if (depths_W.empty()) return;
+  PointSet points;
+  points.p_P = std::make_shared<const std::vector<glm::vec3>>(std::move(depths_W));
+  points.colors = std::make_shared<const std::vector<glm::vec3>>(std::move(colors));
+  points.size_px = 6.0f;
+  scene_.points.push_back(std::move(points));
 }
 
-void SceneMirror::AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W, double force_N) {
-  const double norm = glm::length(direction_W);
-  if (norm < 1e-9) return;
-  const double length_m = std::min(kArrowMax_m, kArrowBase_m + kArrowPerNewton_m * force_N);
-  scene_.arrows.push_back({p_W, (length_m / norm) * direction_W, kGreen});
+void SceneMirror::AddFeltForces(std::int64_t now_ns) {
+  for (std::size_t role = 0; role < felt_.size(); ++role) {
+    const int palm = scenario_.devices[role].palm;
+    if (palm < 0 || now_ns - felt_[role].received_ns > kContactAge_ns) continue;
+    const core::Wrench& F = felt_[role].F_Do_W;
+    const glm::dvec3& p_W = scene_.instances[static_cast<std::size_t>(palm)].X_WM.translation;
+    const double force_N = glm::length(F.force_N), torque_Nm = glm::length(F.torque_Nm);
+    if (force_N > 0.0) scene_.arrows.push_back(ForceArrow(p_W, F.force_N, kAmber));
+    if (torque_Nm > kLeastTorque_Nm) scene_.rings.push_back(TorqueRing(p_W, F.torque_Nm, kAmber));
+    char text[48];
+    std::snprintf(text, sizeof text, "%.1f N  %.2f Nm", force_N, torque_Nm);
+    scene_.labels.push_back({p_W, text, kAmber});
+  }
+}
+
+// A hand where its device is, if the tool is elsewhere.
+void SceneMirror::AddPhantoms() {
+  for (const scene::Device& device : scenario_.devices) {
+    if (device.palm < 0) continue;
+    const auto palm = static_cast<std::size_t>(device.palm);
+    const core::Pose& X_WD = X_WH_[palm];
+    const core::Pose& X_WC = scene_.instances[palm].X_WM;
+    const double turned_rad = 2.0 * std::acos(std::min(1.0, std::abs(glm::dot(X_WD.rotation, X_WC.rotation))));
+    if (glm::distance(X_WD.translation, X_WC.translation) < kPhantom_m && turned_rad < kPhantom_rad) continue;
+    for (const int part : {device.palm, device.jaw_left, device.jaw_right}) {
+      if (part < 0) continue;
+      const auto i = static_cast<std::size_t>(part);
+      if (has_mesh_[i]) scene_.phantoms.push_back({static_cast<std::uint32_t>(i), X_WH_[i], kGreen});
+    }
+  }
+}
+
+void SceneMirror::AddOverlays(std::int64_t now_ns) {
+  scene_.arrows.clear();
+  scene_.rings.clear();
+  scene_.lines.clear();
+  scene_.points.clear();
+  scene_.labels.clear();
+  scene_.axes.clear();
+  scene_.phantoms.clear();
+  scene_.graphs.clear();
+  AddContacts(now_ns);
+  if (choices_.has(Overlay::kFeltForce)) AddFeltForces(now_ns);
+  if (choices_.has(Overlay::kPhantom)) AddPhantoms();
+  if (choices_.has(Overlay::kPaths)) history_.AddPaths(&scene_);
+  if (choices_.has(Overlay::kLatency)) history_.AddGraphs(&scene_);
+}
+
+void SceneMirror::ShowObjects() {
+  for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+    const Choices::Object chosen = i < choices_.objects.size() ? choices_.objects[i] : Choices::Object{};
+    Instance& instance = scene_.instances[i];
+    instance.is_visible = has_mesh_[i] && !chosen.is_hidden;
+    instance.opacity = chosen.is_transparent ? kSeeThrough : 1.0f;
+    instance.highlight = chosen.is_highlighted || choices_.selected == static_cast<int>(i) ? 0.4f : 0.0f;
+  }
+  for (Sheet& sheet : scene_.sheets) {
+    sheet.is_visible = sheet.instance >= choices_.objects.size() || !choices_.objects[sheet.instance].is_hidden;
+  }
+}
+
+std::string SceneMirror::LineOf(const core::Collision& collision) const {
+  if (collision.sampled_body >= scenario_.objects.size() || collision.field_body >= scenario_.objects.size()) return {};
+  char line[160];
+  std::snprintf(line, sizeof line, "%s / %s %.2f mm, %.1f N", scenario_.objects[collision.sampled_body].name.c_str(),
+                scenario_.objects[collision.field_body].name.c_str(), 1e3 * static_cast<double>(collision.depth_m),
+                static_cast<double>(collision.force_N));
+  return line;
+}
+
+void SceneMirror::WriteMatrix(std::int64_t now_ns) {
+  constexpr std::size_t kMostLines = 12;
+  std::vector<const core::Collision*> all;
+  for (const Matrix& its : matrices_) {
+    if (now_ns - its.received_ns > kContactAge_ns) continue;
+    for (const core::Collision& collision : its.matrix.collisions) all.push_back(&collision);
+  }
+  std::sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->depth_m > b->depth_m; });
+  scene_.texts.push_back(
+      {Anchor::kTopRight, TextStyle::kSmall, kWhite, std::to_string(all.size()) + " pairs in contact"});
+  for (std::size_t i = 0; i < std::min(all.size(), kMostLines); ++i) {
+    scene_.texts.push_back({Anchor::kTopRight, TextStyle::kSmall, kGrey, LineOf(*all[i])});
+  }
+}
+
+void SceneMirror::WriteSelected(std::int64_t now_ns) {
+  if (choices_.selected < 0 || choices_.selected >= static_cast<int>(scenario_.objects.size())) return;
+  const auto selected = static_cast<std::size_t>(choices_.selected);
+  const scene::Object& object = scenario_.objects[selected];
+  const auto write = [&](const glm::vec3& color, const std::string& line) {
+    scene_.texts.push_back({Anchor::kTopRight, TextStyle::kSmall, color, line});
+  };
+  const char* const owners[] = {"fixed", "moved by physics", "part of a hand"};
+  write(kHighlight, object.name + (object.group.empty() ? "" : ", group " + object.group) + ", " +
+                        owners[static_cast<std::size_t>(object.owner)]);
+  char line[160];
+  if (object.mass_kg > 0.0) {
+    std::snprintf(line, sizeof line, "%.3g kg", object.mass_kg);
+    write(kGrey, line);
+  } else if (object.density_kg_per_m3 > 0.0) {
+    std::snprintf(line, sizeof line, "%.4g kg/m\u00b3", object.density_kg_per_m3);
+    write(kGrey, line);
+  }
+  const core::Pose& X_WO = scene_.instances[selected].X_WM;
+  // Rounded here, so that a small negative angle is not "-0.0".
+  const glm::dvec3 turn = glm::round(10.0 * glm::degrees(glm::eulerAngles(X_WO.rotation))) / 10.0 + 0.0;
+  std::snprintf(line, sizeof line, "at %.4f %.4f %.4f m", X_WO.translation.x, X_WO.translation.y, X_WO.translation.z);
+  write(kGrey, line);
+  std::snprintf(line, sizeof line, "rpy %.1f %.1f %.1f deg", turn.x, turn.y, turn.z);
+  write(kGrey, line);
+  bool touches = false;
+  for (const Matrix& its : matrices_) {
+    if (now_ns - its.received_ns > kContactAge_ns) continue;
+    for (const core::Collision& collision : its.matrix.collisions) {
+      if (collision.sampled_body != selected && collision.field_body != selected) continue;
+      touches = true;
+      write(kGreen, LineOf(collision));
+    }
+  }
+  if (!touches) write(kGrey, "touches nothing");
 }
 
 void SceneMirror::WriteForces(std::int64_t now_ns) {
@@ -243,7 +353,8 @@ void SceneMirror::WriteForces(std::int64_t now_ns) {
   std::snprintf(part, sizeof part, "t = %.1f s   felt force", 1e-9 * static_cast<double>(scene_.time_ns));
   std::string line = part;
   for (std::size_t role = 0; role < felt_.size(); ++role) {
-    const double force_N = now_ns - felt_[role].received_ns > kContactAge_ns ? 0.0 : felt_[role].force_N;
+    const bool is_known = now_ns - felt_[role].received_ns <= kContactAge_ns;
+    const double force_N = is_known ? glm::length(felt_[role].F_Do_W.force_N) : 0.0;
     std::snprintf(part, sizeof part, "%s %.1f N", role > 0 ? " /" : "", force_N);
     line += part;
   }
@@ -276,13 +387,10 @@ void SceneMirror::WriteCollisions(std::int64_t now_ns) {
     }
   }
   if (deepest == nullptr) return;
-  if (deepest->sampled_body >= scenario_.objects.size() || deepest->field_body >= scenario_.objects.size()) return;
-  char line[160];
-  std::snprintf(line, sizeof line, "%u in contact, deepest %s / %s %.2f mm, %.1f N", num_touching,
-                scenario_.objects[deepest->sampled_body].name.c_str(),
-                scenario_.objects[deepest->field_body].name.c_str(), 1e3 * static_cast<double>(deepest->depth_m),
-                static_cast<double>(deepest->force_N));
-  scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, line});
+  const std::string pair = LineOf(*deepest);
+  if (pair.empty()) return;
+  scene_.texts.push_back(
+      {Anchor::kTopLeft, TextStyle::kSmall, kGrey, std::to_string(num_touching) + " in contact, deepest " + pair});
 }
 
 void SceneMirror::WriteTexts(std::int64_t now_ns) {
@@ -302,6 +410,10 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
     texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kCyan, line});
   }
   if (!badge_.empty()) texts.push_back({Anchor::kTopRight, TextStyle::kBadge, kAmber, badge_});
+  if (choices_.has(Overlay::kClock)) history_.AddClock(&scene_);
+  if (choices_.has(Overlay::kSteps)) history_.AddSteps(&scene_);
+  if (choices_.has(Overlay::kMatrix)) WriteMatrix(now_ns);
+  WriteSelected(now_ns);
   if (status_.is_failed) {
     texts.push_back({Anchor::kBottomLeft, TextStyle::kTitle, kRed, "failed: " + status_.step});
     texts.push_back({Anchor::kBottomLeft, TextStyle::kBody, kWhite, status_.why});

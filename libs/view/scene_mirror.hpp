@@ -9,7 +9,10 @@
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
+#include "view/choices.hpp"
+#include "view/contact_marks.hpp"
 #include "view/scene.hpp"
+#include "view/scene_history.hpp"
 
 namespace view {
 
@@ -37,8 +40,11 @@ class SceneMirror {
   // How many pairs touch, and the deepest, as text. `source`: of the matrix, 0 or 1. None of a source after
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
-  // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own.
+  // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own. The
+  // course of t1.
   void ApplyBridge(const core::Figures& figures);
+  // The course of late cycles.
+  void ApplyHaptic(const core::Figures& figures);
   // Nodes of an object's sheet. Ignored when their number is not the scenario's.
   void Apply(const core::SheetState& sheet);
   // Arrows of one pair, by the set's pair_index. They stay until the pair's next set, at most kContactAge_ns.
@@ -46,8 +52,14 @@ class SceneMirror {
   // Lamps' colours, step, hint, end.
   void Apply(const core::LogicStatus& status);
   void Apply(const LiveFigures& figures);
+  // What is shown from the next Refresh on.
+  void Choose(const Choices& choices) { choices_ = choices; }
+  [[nodiscard]] const Choices& choices() const { return choices_; }
 
-  // Recomputes arrows and lines of text from the newest poses; drops pairs without a set for kContactAge_ns. Call it
+  // Keeps what overlays show of the past. Refresh does it, too; who refreshes seldom calls it in between.
+  void Remember(std::int64_t now_ns) { history_.Take(scene_, now_ns); }
+
+  // Recomputes overlays and lines of text from the newest poses; drops pairs without a set for kContactAge_ns. Call it
   // before reading the scene.
   void Refresh(std::int64_t now_ns);
 
@@ -56,11 +68,10 @@ class SceneMirror {
   // Chosen for the eye, without a study. 100 ms is longer than any pause between the sets of a running pair, and short
   // enough that an arrow does not outlive a node that has ended.
   static constexpr std::int64_t kContactAge_ns = 100'000'000;
-  // Length of an arrow [m] = min(max, base + force / N * per_newton): 15 mm for a touch, at most 150 mm, from 34 N on.
-  static constexpr double kArrowBase_m = 0.015;
-  static constexpr double kArrowPerNewton_m = 0.004;
-  static constexpr double kArrowMax_m = 0.15;
-  static constexpr double kPatch_m = 0.03;  // contact points nearer than this share an arrow if their normals agree
+  // A hand's phantom is shown where the device is at least so far from the tool: below, the two look like one.
+  static constexpr double kPhantom_m = 0.001;
+  static constexpr double kPhantom_rad = 0.02;
+  static constexpr float kSeeThrough = 0.3f;  // opacity of an object that is transparent by choice
 
  private:
   struct PairContacts {
@@ -70,8 +81,14 @@ class SceneMirror {
   };
 
   void MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m);
-  void AddArrows(const PairContacts& contacts);
-  void AddArrow(const glm::dvec3& p_W, const glm::dvec3& direction_W, double force_N);
+  void ShowObjects();
+  void AddOverlays(std::int64_t now_ns);
+  void AddContacts(std::int64_t now_ns);
+  void AddFeltForces(std::int64_t now_ns);
+  void AddPhantoms();
+  void WriteMatrix(std::int64_t now_ns);
+  void WriteSelected(std::int64_t now_ns);
+  [[nodiscard]] std::string LineOf(const core::Collision& collision) const;
   void WriteTexts(std::int64_t now_ns);
   void WriteForces(std::int64_t now_ns);
   void WriteMargins();
@@ -86,7 +103,7 @@ class SceneMirror {
   core::LogicStatus status_;
   LiveFigures figures_;
   struct FeltForce {
-    double force_N = 0.0;
+    core::Wrench F_Do_W;
     std::int64_t received_ns = 0;
   };
   std::vector<FeltForce> felt_;  // per role
@@ -97,6 +114,9 @@ class SceneMirror {
   std::array<Matrix, 2> matrices_;
   std::vector<double> margins_;  // per role; 0: not measured
   std::string badge_;
+  Choices choices_;
+  SceneHistory history_;
+  std::vector<bool> has_mesh_;  // per object
 };
 
 }  // namespace view

@@ -270,7 +270,7 @@ TEST(SceneMirror, ArrowsAppearAndDisappearWithContact) {
   const Arrow& arrow = mirror.scene().arrows[0];
   EXPECT_NEAR(glm::length(arrow.p_WTail - glm::dvec3(0.01, 0.0, -0.002)), 0.0, 1e-8);
   // 1000 N/m times 2 mm is 2 N, upwards: from G to S.
-  EXPECT_NEAR(arrow.vector_W.z, SceneMirror::kArrowBase_m + 2.0 * SceneMirror::kArrowPerNewton_m, 1e-8);
+  EXPECT_NEAR(arrow.vector_W.z, kArrowBase_m + 2.0 * kArrowPerNewton_m, 1e-8);
   mirror.Apply(BlockOnPlate(0.002, false), 2'000);
   mirror.Refresh(2'000);
   EXPECT_TRUE(mirror.scene().arrows.empty());
@@ -294,8 +294,7 @@ TEST(SceneMirror, NeighbouringPointsWithTheSameNormalShareAnArrow) {
   ASSERT_EQ(mirror.scene().arrows.size(), 3u);
   // 2 N at x = 0.01 and 4 N at x = -0.01: the centre of pressure is at -0.01/3.
   EXPECT_NEAR(mirror.scene().arrows[0].p_WTail.x, -0.01 / 3.0, 1e-8);
-  EXPECT_NEAR(mirror.scene().arrows[0].vector_W.z, SceneMirror::kArrowBase_m + 6.0 * SceneMirror::kArrowPerNewton_m,
-              1e-8);
+  EXPECT_NEAR(mirror.scene().arrows[0].vector_W.z, kArrowBase_m + 6.0 * kArrowPerNewton_m, 1e-8);
 }
 
 TEST(SceneMirror, ArrowsVanishWhenTheBodyHasMovedAway) {
@@ -356,6 +355,103 @@ TEST(SceneMirror, ShowsAFailureWithItsReason) {
   mirror.Refresh(0);
   EXPECT_TRUE(HasText(mirror.scene(), "failed: insert_new"));
   EXPECT_TRUE(HasText(mirror.scene(), "no progress for 20 s"));
+}
+
+// Only what is chosen.
+Choices Only(Overlay overlay) {
+  Choices choices;
+  choices.overlays.reset();
+  choices.overlays[IndexOf(overlay)] = true;
+  return choices;
+}
+
+TEST(SceneMirror, TheFeltForceIsAnArrowAtTheHandWithItsNumbers) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Choose(Only(Overlay::kFeltForce));
+  core::DeviceCommand command = Command(5.0);
+  command.F_Do_W.torque_Nm = {0.0, 0.25, 0.0};
+  mirror.Apply(command, 0);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().arrows.size(), 1u);
+  EXPECT_EQ(mirror.scene().arrows[0].p_WTail, glm::dvec3(0.0, 0.0, 1.0));
+  EXPECT_NEAR(mirror.scene().arrows[0].vector_W.z, kArrowBase_m + 5.0 * kArrowPerNewton_m, 1e-15);
+  ASSERT_EQ(mirror.scene().rings.size(), 1u);
+  EXPECT_EQ(mirror.scene().rings[0].axis_W, glm::dvec3(0.0, 1.0, 0.0));
+  ASSERT_EQ(mirror.scene().labels.size(), 1u);
+  EXPECT_EQ(mirror.scene().labels[0].text, "5.0 N  0.25 Nm");
+}
+
+TEST(SceneMirror, APhantomStandsWhereTheDeviceIsWhenTheToolIsElsewhere) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Choose(Only(Overlay::kPhantom));
+  core::HapticProxy proxy;
+  proxy.opening_m = 0.04;
+  mirror.Apply(proxy);
+  mirror.Refresh(0);
+  EXPECT_TRUE(mirror.scene().phantoms.empty()) << "the two coincide";
+  proxy.X_WD.translation = {0.0, 0.0, -0.005};
+  mirror.Apply(proxy);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().phantoms.size(), 3u);
+  EXPECT_EQ(mirror.scene().phantoms[0].instance, 2u);
+  EXPECT_EQ(mirror.scene().phantoms[0].X_WM.translation, proxy.X_WD.translation);
+  EXPECT_NEAR(mirror.scene().phantoms[1].X_WM.translation.x, -0.02, 1e-12);
+}
+
+TEST(SceneMirror, TheMatrixIsATableWithTheDeepestFirst) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Choose(Only(Overlay::kMatrix));
+  core::CollisionMatrix matrix;
+  matrix.collisions.push_back({.sampled_body = 2, .field_body = 0, .depth_m = 0.0001f, .force_N = 9.0f});
+  matrix.collisions.push_back({.sampled_body = 1, .field_body = 0, .depth_m = 0.0025f, .force_N = 4.0f});
+  mirror.Apply(matrix, 0, 0);
+  mirror.Refresh(0);
+  std::vector<std::string> table;
+  for (const TextLine& line : mirror.scene().texts) {
+    if (line.anchor == Anchor::kTopRight && line.style == TextStyle::kSmall) table.push_back(line.text);
+  }
+  EXPECT_EQ(table, (std::vector<std::string>{"2 pairs in contact", "block / plate 2.50 mm, 4.0 N",
+                                             "palm / plate 0.10 mm, 9.0 N"}));
+}
+
+TEST(SceneMirror, AnObjectIsHiddenTransparentOrHighlightedByChoice) {
+  SceneMirror mirror(SmallScenario());
+  Choices choices;
+  choices.objects.resize(2);
+  choices.objects[0].is_hidden = true;
+  choices.objects[1] = {.is_transparent = true, .is_highlighted = true};
+  mirror.Choose(choices);
+  mirror.Refresh(0);
+  const auto& instances = mirror.scene().instances;
+  EXPECT_FALSE(instances[0].is_visible);
+  EXPECT_EQ(instances[1].opacity, SceneMirror::kSeeThrough);
+  EXPECT_GT(instances[1].highlight, 0.0f);
+  mirror.Choose({});
+  mirror.Refresh(0);
+  EXPECT_TRUE(instances[0].is_visible);
+  EXPECT_EQ(instances[1].opacity, 1.0f);
+  EXPECT_EQ(instances[1].highlight, 0.0f);
+}
+
+TEST(SceneMirror, ASelectedObjectIsDescribed) {
+  scene::Scenario scenario = SmallScenario();
+  scenario.objects[1].mass_kg = 0.5;
+  scenario.objects[1].group = "loose";
+  SceneMirror mirror(scenario);
+  Choices choices;
+  choices.selected = 1;
+  mirror.Choose(choices);
+  core::PhysicsState state;
+  state.bodies.push_back({.object = 1, .X_WO = {glm::dquat(1, 0, 0, 0), {0.1, 0.2, 0.3}}, .V_WO = {}});
+  mirror.Apply(state);
+  core::CollisionMatrix matrix;
+  matrix.collisions.push_back({.sampled_body = 1, .field_body = 0, .depth_m = 0.001f, .force_N = 4.0f});
+  mirror.Apply(matrix, 0, 0);
+  mirror.Refresh(0);
+  for (const char* part : {"block, group loose, moved by physics", "0.5 kg", "at 0.1000 0.2000 0.3000 m",
+                           "rpy 0.0 0.0 0.0 deg", "block / plate 1.00 mm, 4.0 N"}) {
+    EXPECT_TRUE(HasText(mirror.scene(), part)) << part;
+  }
 }
 
 }  // namespace

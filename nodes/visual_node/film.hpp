@@ -25,6 +25,8 @@ class Film {
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] GLuint framebuffer() const { return light_framebuffer_.id(); }
+  [[nodiscard]] GLuint depth() const { return depth_.id(); }
   // Four floats for each pixel, the lowest row first. Waits for the drawing.
   [[nodiscard]] std::vector<float> ReadLight() const;
 

@@ -113,7 +113,7 @@ ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scen
     if (instance.is_visible) draw(renderer.meshes()[instance.mesh], glm::dmat4(ToMatrix(instance.X_WM)), i);
   }
   for (std::size_t i = 0; i < scene.sheets.size(); ++i) {
-    draw(renderer.sheets()[i], glm::dmat4(1.0), scene.sheets[i].instance);
+    if (scene.sheets[i].is_visible) draw(renderer.sheets()[i], glm::dmat4(1.0), scene.sheets[i].instance);
   }
 
   const auto wide = Read<std::uint32_t>(name, GL_COLOR_ATTACHMENT0, GL_RED_INTEGER, GL_UNSIGNED_INT, width, height);

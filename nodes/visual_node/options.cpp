@@ -69,6 +69,8 @@ cli::Syntax CommandLineSyntax() {
       {"--name", "NAME", "on the bus", "visual_node"},
       {"--size", "WIDTHxHEIGHT", "of the window and of pictures; default: 1280x720 and 640x360"},
       {"--view", "NAME", "camera to stay with; default: the one named after the step, else the first"},
+      {"--show", "LIST",
+       "overlays and more, e.g. \"paths no_contacts transparent.cover\"; 'oos set' has the same names"},
       {"--shot", "FILE.png", "one picture, without a bus; also --depth, --ids and --hdr"},
       {"--depth", "FILE", ".png: 16 bits, in mm; .pfm: in m; along the viewing direction, 0: nothing"},
       {"--ids", "FILE.png", "16 bits, the objects' ids, 0: nothing; their names beside it as .json"},
@@ -97,6 +99,7 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.recording = run_node::MakeRecordingOptions(arguments);
   options.recording.scenario.clear();  // the other nodes' recordings have it
   options.view = arguments.text("--view");
+  options.show = arguments.text("--show");
   options.is_headless = arguments.has("--headless");
   options.max_frames_per_s = arguments.checked_number("--fps");
   if (arguments.has("--size")) {

@@ -35,6 +35,7 @@ struct Options {
   int height = 360;
   int window_width = 1280;
   int window_height = 720;
+  std::string show;  // --show: what is shown over the scene at first, see view::ReadChoices
   std::string view;  // camera to stay with; empty: the camera named after the step, else the first
   bool is_headless = false;
   double max_frames_per_s = 30.0;

@@ -56,26 +56,18 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto texts = TextPainter::Create();
   if (!texts) return tl::unexpected(texts.error());
   renderer->texts_ = std::move(*texts);
-  renderer->shaft_ = Upload(MakeCylinder(10));
-  renderer->head_ = Upload(MakeCone(14));
+  auto overlays = OverlayPainter::Create();
+  if (!overlays) return tl::unexpected(overlays.error());
+  renderer->overlays_ = std::move(*overlays);
   renderer->nothing_ = MakeVertexArray();
   renderer->FitShadow(scene);
   return renderer;
 }
 
 core::Result<void> Renderer::MakePrograms() {
-  struct Source {
-    GlProgram* program;
-    const char* name;
-    const char* vertex;
-    const char* fragment;
-  };
-  for (const Source& source : {Source{&glow_, "glow", kGlowVertex, kGlowFragment},
-                               Source{&overlay_, "overlay", kOverlayVertex, kOverlayFragment}}) {
-    auto program = MakeProgram(source.name, source.vertex, source.fragment);
-    if (!program) return tl::unexpected(program.error());
-    *source.program = std::move(*program);
-  }
+  auto glow = MakeProgram("glow", kGlowVertex, kGlowFragment);
+  if (!glow) return tl::unexpected(glow.error());
+  glow_ = std::move(*glow);
   return {};
 }
 
@@ -145,10 +137,11 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glDepthMask(GL_FALSE);
   sky_.Draw(scene.space, view.clip_sky);
   DrawGlow(scene, view);
-  DrawArrows(scene, view);
+  overlays_.Draw(scene, meshes_, {view.clip_W, view.eye_W, view.exposure}, film_);
   glDepthMask(GL_TRUE);
   film_.Develop(look.exposure, target);
-  if (look.with_texts) return texts_->Draw(scene.texts, target.width(), target.height());
+  if (look.with_texts)
+    return texts_->Draw(HudOf(scene, camera, target.width(), target.height()), target.width(), target.height());
   return {};
 }
 
@@ -169,7 +162,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
-    if (!instance.is_visible || mesh.num_indices == 0) continue;
+    if (!instance.is_visible || instance.opacity < 1.0f || mesh.num_indices == 0) continue;
     const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
     order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
   }
@@ -187,6 +180,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
 
 void Renderer::DrawSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
+    if (!scene.sheets[i].is_visible) continue;
     for (const GpuMesh::Part& part : sheets_[i].parts) {
       surfaces_.Draw(sheets_[i], part, glm::mat4(1.0f), scene.sheets[i].material);
     }
@@ -212,48 +206,6 @@ void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
     glUniform3fv(3, 1, glm::value_ptr(reach_m * view.up_W));
     glUniform3fv(4, 1, glm::value_ptr(lamp.color));
     glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
-  }
-  glDisable(GL_BLEND);
-}
-
-// Draws the arrows twice: faint without depth test, so that they show through parts, then solid with depth test.
-void Renderer::DrawArrows(const view::Scene& scene, const View& view) const {
-  if (scene.arrows.empty()) return;
-  glUseProgram(overlay_.id());
-  SetMatrix(1, view.clip_W);
-  glUniform3fv(3, 1, glm::value_ptr(view.eye_W));
-  glUniform1f(4, view.exposure);
-  glEnable(GL_BLEND);
-  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  const auto draw = [&](const GpuMesh& mesh, const glm::vec3& p_W, const glm::mat3& R_WA, float radius_m,
-                        float length_m) {
-    const glm::mat4 A_WM(glm::vec4(radius_m * R_WA[0], 0.0f), glm::vec4(radius_m * R_WA[1], 0.0f),
-                         glm::vec4(length_m * R_WA[2], 0.0f), glm::vec4(p_W, 1.0f));
-    SetMatrix(0, A_WM);
-    glBindVertexArray(mesh.layout.id());
-    glDrawElements(GL_TRIANGLES, mesh.num_indices, GL_UNSIGNED_INT, nullptr);
-  };
-  for (const bool is_solid : {false, true}) {
-    if (is_solid) {
-      glEnable(GL_DEPTH_TEST);
-      glDepthMask(GL_TRUE);
-    } else {
-      glDisable(GL_DEPTH_TEST);
-    }
-    for (const view::Arrow& arrow : scene.arrows) {
-      const auto length_m = static_cast<float>(glm::length(arrow.vector_W));
-      if (length_m <= 0.0f) continue;
-      const glm::vec3 p_W(arrow.p_WTail);
-      const glm::vec3 z(glm::normalize(arrow.vector_W));
-      const glm::vec3 x = glm::normalize(glm::cross(std::abs(z.x) < 0.8f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0), z));
-      const glm::mat3 R_WA(x, glm::cross(z, x), z);
-      // The radius is proportional to the distance, so the thickness on the screen is constant.
-      const float radius_m = std::min(0.0025f * glm::distance(p_W, view.eye_W), 0.08f * length_m);
-      const float head_m = std::min(9.0f * radius_m, 0.5f * length_m);
-      glUniform4f(2, arrow.color.r, arrow.color.g, arrow.color.b, is_solid ? 1.0f : 0.30f);
-      draw(shaft_, p_W, R_WA, radius_m, length_m - head_m);
-      draw(head_, p_W + (length_m - head_m) * z, R_WA, 2.8f * radius_m, head_m);
-    }
   }
   glDisable(GL_BLEND);
 }

@@ -11,6 +11,7 @@
 #include "nodes/visual_node/film.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
 #include "nodes/visual_node/mesh_store.hpp"
+#include "nodes/visual_node/overlay_painter.hpp"
 #include "nodes/visual_node/shadow_map.hpp"
 #include "nodes/visual_node/sky.hpp"
 #include "nodes/visual_node/surface_painter.hpp"
@@ -75,17 +76,14 @@ class Renderer {
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);
   void DrawGlow(const view::Scene& scene, const View& view) const;
-  void DrawArrows(const view::Scene& scene, const View& view) const;
   [[nodiscard]] std::vector<SurfaceFrame::Lamp> ShiningLamps(const view::Scene& scene) const;
 
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
   std::vector<GpuMesh> sheets_;  // index: Scene::sheets
   std::vector<std::uint64_t> sheet_versions_;
-  GpuMesh shaft_;
-  GpuMesh head_;
   SurfacePainter surfaces_;
+  OverlayPainter overlays_;
   GlProgram glow_;
-  GlProgram overlay_;
   GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
   Film film_;
   ShadowMap shadow_;

@@ -46,6 +46,9 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
 core::Result<void> RenderFrames(const Options& options, const scene::Scenario& scenario, const FrameSink& sink) {
   const auto recording = view::RecordedScene::Open(options.pictures.recording, scenario);
   if (!recording) return tl::unexpected(recording.error());
+  const auto choices = view::ReadChoices(options.show, (*recording)->scene().assets->instance_names);
+  if (!choices) return tl::unexpected(choices.error());
+  (*recording)->Choose(*choices);
   const auto offline = Offline::Create(scenario, options.view);
   if (!offline) return tl::unexpected(offline.error());
   return DrawFrames(options, recording->get(), offline->renderer.get(), sink);

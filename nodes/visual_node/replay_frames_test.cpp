@@ -80,7 +80,7 @@ class ReplayFramesTest : public GlTest {
     Options options = options_;
     options.pictures.shot = folder_ / "still.png";
     options.pictures.at_s = at_s;
-    const auto scene = SceneOf(options.pictures, scenario_);
+    const auto scene = SceneOf(options, scenario_);
     EXPECT_TRUE(scene) << scene.error().detail;
     const auto done = TakeShot(options, *scene, MakeRenderer().get());
     EXPECT_TRUE(done) << done.error().detail;

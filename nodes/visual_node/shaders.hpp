@@ -38,36 +38,6 @@ void main() {
 }
 )";
 
-// --- Overlay bodies (arrows): one colour, lit from the eye, the same in every exposure.
-constexpr const char* kOverlayVertex = R"(#version 450 core
-layout(location = 0) in vec3 a_p_M;
-layout(location = 1) in vec3 a_n_M;
-layout(location = 0) uniform mat4 u_A_WM;  // rotation and scale
-layout(location = 1) uniform mat4 u_clip_W;
-out vec3 v_p_W;
-out vec3 v_n_W;
-void main() {
-  vec4 p_W = u_A_WM * vec4(a_p_M, 1.0);
-  v_p_W = p_W.xyz;
-  // The columns are orthogonal, so the inverse transpose has the columns divided by their squared lengths.
-  mat3 m = mat3(u_A_WM);
-  v_n_W = m[0] * (a_n_M.x / dot(m[0], m[0])) + m[1] * (a_n_M.y / dot(m[1], m[1])) + m[2] * (a_n_M.z / dot(m[2], m[2]));
-  gl_Position = u_clip_W * p_W;
-}
-)";
-constexpr const char* kOverlayFragment = R"(#version 450 core
-layout(location = 2) uniform vec4 u_color;
-layout(location = 3) uniform vec3 u_eye_W;
-layout(location = 4) uniform float u_exposure;
-in vec3 v_p_W;
-in vec3 v_n_W;
-out vec4 o_color;
-void main() {
-  float facing = abs(dot(normalize(v_n_W), normalize(u_eye_W - v_p_W)));
-  o_color = vec4(u_color.rgb * ((0.35 + 0.65 * facing) / u_exposure), u_color.a);
-}
-)";
-
 // --- Text and the panels behind it, in pixels from the top left corner.
 constexpr const char* kTextVertex = R"(#version 450 core
 layout(location = 0) in vec4 a_px_uv;

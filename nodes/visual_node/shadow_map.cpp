@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
+#include <utility>
 
 #include "nodes/visual_node/matrix.hpp"
 #include "nodes/visual_node/shaders.hpp"
@@ -56,6 +57,14 @@ std::uint64_t ShadowMap::VersionOfSheets(const view::Scene& scene) {
   return sum;
 }
 
+std::vector<bool> ShadowMap::CastersOf(const view::Scene& scene) {
+  std::vector<bool> casters;
+  for (const view::Instance& instance : scene.instances) {
+    casters.push_back(instance.is_visible && instance.opacity >= 1.0f);
+  }
+  return casters;
+}
+
 bool ShadowMap::HasMoved(const view::Scene& scene) const {
   if (drawn_.size() != scene.instances.size() || drawn_sheets_ != VersionOfSheets(scene)) return true;
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
@@ -69,8 +78,9 @@ bool ShadowMap::HasMoved(const view::Scene& scene) const {
 }
 
 void ShadowMap::DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>& meshes, bool is_movable) const {
-  for (const view::Instance& instance : scene.instances) {
-    if (!instance.is_visible || instance.is_movable != is_movable) continue;
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const view::Instance& instance = scene.instances[i];
+    if (!casters_[i] || instance.is_movable != is_movable) continue;
     const GpuMesh& mesh = meshes[instance.mesh];
     glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(ToMatrix(instance.X_WM)));
     glBindVertexArray(mesh.layout.id());
@@ -80,6 +90,11 @@ void ShadowMap::DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>
 
 void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& meshes,
                        const std::vector<GpuMesh>& sheets) {
+  std::vector<bool> casters = CastersOf(scene);
+  if (casters != casters_) {
+    casters_ = std::move(casters);
+    is_static_drawn_ = false;
+  }
   if (is_static_drawn_ && !HasMoved(scene)) return;
   ++num_updates_;
   drawn_.clear();

@@ -30,6 +30,7 @@ class ShadowMap {
 
  private:
   [[nodiscard]] static std::uint64_t VersionOfSheets(const view::Scene& scene);
+  [[nodiscard]] static std::vector<bool> CastersOf(const view::Scene& scene);
   bool HasMoved(const view::Scene& scene) const;
   void DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>& meshes, bool is_movable) const;
 
@@ -43,6 +44,7 @@ class ShadowMap {
   bool is_static_drawn_ = false;
   int num_updates_ = 0;
   std::vector<core::Pose> drawn_;   // poses of the last update
+  std::vector<bool> casters_;       // which instances cast a shadow
   std::uint64_t drawn_sheets_ = 0;  // sum of the sheets' versions
 };
 

@@ -47,10 +47,19 @@ picture::Measured<float> LightOf(const Film& film, int width, int height) {
 
 }  // namespace
 
-core::Result<view::Scene> SceneOf(const PictureOptions& options, const scene::Scenario& scenario) {
-  if (options.recording.empty()) return view::SceneMirror(scenario).scene();
+core::Result<view::Scene> SceneOf(const Options& all, const scene::Scenario& scenario) {
+  const PictureOptions& options = all.pictures;
+  view::SceneMirror mirror(scenario);
+  const auto choices = view::ReadChoices(all.show, mirror.scene().assets->instance_names);
+  if (!choices) return tl::unexpected(choices.error());
+  if (options.recording.empty()) {
+    mirror.Choose(*choices);
+    mirror.Refresh(0);
+    return mirror.scene();
+  }
   auto recorded = view::RecordedScene::Open(options.recording, scenario);
   if (!recorded) return tl::unexpected(recorded.error());
+  (*recorded)->Choose(*choices);
   if (auto inside = (*recorded)->CheckTime(options.at_s); !inside) return tl::unexpected(inside.error());
   if (auto there = (*recorded)->GoTo(options.at_s.value_or((*recorded)->duration_s())); !there) {
     return tl::unexpected(there.error());
@@ -79,7 +88,7 @@ core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Re
 }
 
 core::Result<void> RenderShot(const Options& options, const scene::Scenario& scenario) {
-  const auto scene = SceneOf(options.pictures, scenario);
+  const auto scene = SceneOf(options, scenario);
   if (!scene) return tl::unexpected(scene.error());
   const auto offline = Offline::Create(scenario, options.view);
   if (!offline) return tl::unexpected(offline.error());

@@ -11,7 +11,7 @@ namespace visual_node {
 core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Renderer* renderer);
 
 // The scene that these options show. Errors: kIo, kDamaged, kNotFound; kInvalidInput for a time beyond the recording.
-core::Result<view::Scene> SceneOf(const PictureOptions& options, const scene::Scenario& scenario);
+core::Result<view::Scene> SceneOf(const Options& options, const scene::Scenario& scenario);
 
 // One picture of it, and what is measured in it: the files that `options` names. Errors: kInvalidInput for an
 // unknown camera or a time beyond the recording, kIo.

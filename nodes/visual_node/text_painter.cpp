@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nodes/visual_node/shaders.hpp"
+#include "view/projection.hpp"
 
 namespace visual_node {
 namespace {
@@ -15,7 +16,19 @@ glm::vec3 ToDisplay(const glm::vec3& linear) {
   return glm::pow(linear, glm::vec3(1.0f / 2.2f));
 }
 
+constexpr glm::vec4 kBackground{0.02f, 0.03f, 0.05f, 0.62f};
+
 }  // namespace
+
+Hud HudOf(const view::Scene& scene, const scene::Camera& camera, int width, int height) {
+  Hud hud{scene.texts, {}, scene.graphs};
+  for (const view::Label& label : scene.labels) {
+    const glm::dvec3 pixel = view::ProjectToPixel(camera, width, height, label.p_W);
+    const bool is_inside = pixel.z > 0.0 && pixel.x >= 0.0 && pixel.x < width && pixel.y >= 0.0 && pixel.y < height;
+    if (is_inside) hud.labels.push_back({&label, glm::dvec2(pixel)});
+  }
+  return hud;
+}
 
 core::Result<std::unique_ptr<TextPainter>> TextPainter::Create() {
   auto painter = std::make_unique<TextPainter>();
@@ -50,7 +63,7 @@ core::Result<TextPainter::Fonts*> TextPainter::FontsFor(int height) {
   return &fonts_.emplace(height, std::move(fonts)).first->second;
 }
 
-void TextPainter::Place(const std::vector<view::TextLine>& lines, int width, int height, const Fonts& fonts) {
+void TextPainter::PlaceLines(const std::vector<view::TextLine>& lines, int width, int height, const Fonts& fonts) {
   placed_.clear();
   const int margin = 10 * height / 360;
   std::array<int, 4> block_height{};
@@ -70,6 +83,60 @@ void TextPainter::Place(const std::vector<view::TextLine>& lines, int width, int
     item.y = (is_bottom ? height - margin - block_height[anchor] : margin) + pen[anchor];
     pen[anchor] += item.height;
     placed_.push_back(item);
+  }
+  right_end_ = margin + pen[static_cast<std::size_t>(view::Anchor::kTopRight)];
+}
+
+// Above their places. A label that would cover one before it moves further up.
+void TextPainter::PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int height, const Fonts& fonts) {
+  const std::size_t first = placed_.size();
+  const GlyphAtlas& atlas = fonts[static_cast<std::size_t>(view::TextStyle::kBody)].atlas;
+  for (const Hud::PlacedLabel& placed : labels) {
+    PlacedLine item;
+    item.line = {view::Anchor::kTopLeft, view::TextStyle::kBody, placed.label->color, placed.label->text};
+    item.width = atlas.Width(item.line.text);
+    item.height = atlas.line_height();
+    item.x = static_cast<int>(placed.at_px.x) - item.width / 2;
+    item.y = static_cast<int>(placed.at_px.y) - item.height - 8 * height / 360;
+    const auto covers = [&](const PlacedLine& other) {
+      return std::abs(other.y - item.y) < item.height && other.x < item.x + item.width &&
+             item.x < other.x + other.width;
+    };
+    for (std::size_t tries = 0; tries < labels.size(); ++tries) {
+      const auto other = std::find_if(placed_.begin() + static_cast<std::ptrdiff_t>(first), placed_.end(), covers);
+      if (other == placed_.end()) break;
+      item.y = other->y - item.height;
+    }
+    placed_.push_back(item);
+  }
+}
+
+// Below the lines at the top right, one under the other.
+void TextPainter::DrawGraphs(const std::vector<view::Graph>& graphs, int width, int height, const Fonts& fonts) {
+  const auto unit = static_cast<float>(height) / 360.0f;
+  const GlyphAtlas& atlas = fonts[static_cast<std::size_t>(view::TextStyle::kSmall)].atlas;
+  const float graph_width = 150 * unit, bars_height = 26 * unit, right = static_cast<float>(width) - 10 * unit;
+  const float left = right - graph_width;
+  float top = static_cast<float>(right_end_) + 6 * unit;
+  for (const view::Graph& graph : graphs) {
+    const float bars_top = top + static_cast<float>(atlas.line_height());
+    const float bottom = bars_top + bars_height;
+    AddPanel(left - 4 * unit, top - 2 * unit, right + 4 * unit, bottom + 2 * unit, kBackground);
+    PlacedLine title;
+    title.line = {view::Anchor::kTopRight, view::TextStyle::kSmall, graph.color, graph.title};
+    title.x = static_cast<int>(left);
+    title.y = static_cast<int>(top);
+    title.width = atlas.Width(graph.title);
+    title.height = atlas.line_height();
+    placed_.push_back(title);
+    const float bar = graph_width / static_cast<float>(std::max<std::size_t>(graph.values.size(), 1));
+    for (std::size_t i = 0; i < graph.values.size(); ++i) {
+      const float share = std::clamp(graph.values[i] / graph.most, 0.0f, 1.0f);
+      if (share <= 0.0f) continue;
+      const float x = left + bar * static_cast<float>(i);
+      AddPanel(x, bottom - share * bars_height, x + 0.9f * bar, bottom, glm::vec4(ToDisplay(graph.color), 0.9f));
+    }
+    top = bottom + 6 * unit;
   }
 }
 
@@ -97,28 +164,48 @@ void TextPainter::AddLine(const PlacedLine& placed, const Font& font) {
   }
 }
 
-core::Result<void> TextPainter::Draw(const std::vector<view::TextLine>& lines, int width, int height) {
-  const auto fonts = FontsFor(height);
-  if (!fonts) return tl::unexpected(fonts.error());
-  Place(lines, width, height, **fonts);
-
-  // Panels first: a dark strip behind the caption, a filled one behind each badge. Then the lines, by font.
-  batch_.clear();
+// A dark strip behind the caption, a filled one behind each badge and label, and one behind a table.
+void TextPainter::AddPanels(std::size_t num_lines, std::size_t num_labels, int width, int height) {
   const auto scale = static_cast<float>(height) / 360.0f;
   float caption_top = static_cast<float>(height);
-  for (const PlacedLine& item : placed_) {
+  float table_left = static_cast<float>(width), table_top = static_cast<float>(height), table_end = 0.0f;
+  const auto add_behind = [&](const PlacedLine& item, float margin, const glm::vec4& color) {
+    AddPanel(static_cast<float>(item.x) - margin * scale, static_cast<float>(item.y) - margin / 3 * scale,
+             static_cast<float>(item.x + item.width) + margin * scale,
+             static_cast<float>(item.y + item.height) + margin / 3 * scale, color);
+  };
+  for (std::size_t i = 0; i < num_lines; ++i) {
+    const PlacedLine& item = placed_[i];
     if (item.line.anchor == view::Anchor::kBottomLeft) caption_top = std::min(caption_top, static_cast<float>(item.y));
-    if (item.line.style != view::TextStyle::kBadge) continue;
-    AddPanel(static_cast<float>(item.x) - 6 * scale, static_cast<float>(item.y) - 2 * scale,
-             static_cast<float>(item.x + item.width) + 6 * scale, static_cast<float>(item.y + item.height) + 2 * scale,
-             glm::vec4(ToDisplay(item.line.color), 0.92f));
+    if (item.line.style == view::TextStyle::kBadge) {
+      add_behind(item, 6.0f, glm::vec4(ToDisplay(item.line.color), 0.92f));
+    } else if (item.line.anchor == view::Anchor::kTopRight) {
+      table_left = std::min(table_left, static_cast<float>(item.x));
+      table_top = std::min(table_top, static_cast<float>(item.y));
+      table_end = std::max(table_end, static_cast<float>(item.y + item.height));
+    }
   }
-  if (caption_top < static_cast<float>(height)) {
-    AddPanel(0, caption_top - 6 * scale, static_cast<float>(width), static_cast<float>(height),
-             glm::vec4(0.02f, 0.03f, 0.05f, 0.72f));
-    AddPanel(0, caption_top - 7 * scale, static_cast<float>(width), caption_top - 6 * scale,
-             glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
+  if (table_end > 0.0f) {
+    AddPanel(table_left - 4 * scale, table_top, static_cast<float>(width) - 6 * scale, table_end, kBackground);
   }
+  for (std::size_t i = num_lines; i < num_lines + num_labels; ++i) add_behind(placed_[i], 4.0f, kBackground);
+  if (caption_top >= static_cast<float>(height)) return;
+  AddPanel(0, caption_top - 6 * scale, static_cast<float>(width), static_cast<float>(height),
+           glm::vec4(0.02f, 0.03f, 0.05f, 0.72f));
+  AddPanel(0, caption_top - 7 * scale, static_cast<float>(width), caption_top - 6 * scale,
+           glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
+}
+
+core::Result<void> TextPainter::Draw(const Hud& hud, int width, int height) {
+  const auto fonts = FontsFor(height);
+  if (!fonts) return tl::unexpected(fonts.error());
+  PlaceLines(hud.lines, width, height, **fonts);
+  PlaceLabels(hud.labels, height, **fonts);
+
+  // Panels first, then the lines, by font.
+  batch_.clear();
+  AddPanels(hud.lines.size(), hud.labels.size(), width, height);
+  DrawGraphs(hud.graphs, width, height, **fonts);
   std::array<std::size_t, 5> first{};
   for (std::size_t style = 0; style < 4; ++style) {
     first[style] = batch_.size();

@@ -1,0 +1,87 @@
+#include "view/choices.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "core/names.hpp"
+
+namespace view {
+namespace {
+
+using Flag = bool Choices::Object::*;
+constexpr std::array<std::pair<const char*, Flag>, 3> kFlags = {{{"hide.", &Choices::Object::is_hidden},
+                                                                 {"transparent.", &Choices::Object::is_transparent},
+                                                                 {"highlight.", &Choices::Object::is_highlighted}}};
+constexpr std::string_view kOverlayPrefix = "overlay.";
+
+}  // namespace
+
+OverlaySet DefaultOverlays() {
+  OverlaySet set;
+  for (const OverlayInfo& info : kOverlays) set[IndexOf(info.overlay)] = info.is_on_at_start;
+  return set;
+}
+
+std::optional<Overlay> FindOverlay(std::string_view name) {
+  for (const OverlayInfo& info : kOverlays) {
+    if (info.name == name) return info.overlay;
+  }
+  return std::nullopt;
+}
+
+std::optional<Overlay> FindOverlayOfKey(char key) {
+  for (const OverlayInfo& info : kOverlays) {
+    if (info.key == key) return info.overlay;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects) {
+  std::vector<std::string> names;
+  for (const OverlayInfo& info : kOverlays) names.push_back(std::string(kOverlayPrefix) + info.name);
+  for (const auto& [prefix, flag] : kFlags) {
+    for (const std::string& object : objects) names.push_back(prefix + object);
+  }
+  return names;
+}
+
+bool SetChoice(const std::string& name, bool is_on, const std::vector<std::string>& objects, Choices* choices) {
+  if (name.starts_with(kOverlayPrefix)) {
+    const auto overlay = FindOverlay(std::string_view(name).substr(kOverlayPrefix.size()));
+    if (overlay) choices->overlays[IndexOf(*overlay)] = is_on;
+    return overlay.has_value();
+  }
+  for (const auto& [prefix, flag] : kFlags) {
+    if (!name.starts_with(prefix)) continue;
+    const auto object = std::find(objects.begin(), objects.end(), name.substr(std::string_view(prefix).size()));
+    if (object == objects.end()) return false;
+    choices->objects.resize(std::max(choices->objects.size(), objects.size()));
+    choices->objects[static_cast<std::size_t>(object - objects.begin())].*flag = is_on;
+    return true;
+  }
+  return false;
+}
+
+core::Result<Choices> ReadChoices(const std::string& list, const std::vector<std::string>& objects) {
+  std::string words = list;
+  std::replace(words.begin(), words.end(), ',', ' ');
+  std::istringstream in(words);
+  Choices choices;
+  for (std::string word; in >> word;) {
+    const bool is_on = !word.starts_with("no_");
+    const std::string name = is_on ? word : word.substr(3);
+    const bool is_known = SetChoice(name, is_on, objects, &choices) ||
+                          SetChoice(std::string(kOverlayPrefix) + name, is_on, objects, &choices);
+    if (is_known) continue;
+    std::vector<std::string> known = ChoiceNames(objects);
+    for (std::string& full : known) {
+      if (full.starts_with(kOverlayPrefix)) full = full.substr(kOverlayPrefix.size());
+    }
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "nothing called '" + name + "' can be shown; " + core::SuggestName(name, known));
+  }
+  return choices;
+}
+
+}  // namespace view

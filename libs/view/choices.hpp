@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/result.hpp"
+
+namespace view {
+
+// What can be shown over a scene. Each can be switched on and off while a run goes on.
+enum class Overlay : std::uint8_t {
+  kContacts,
+  kTorques,
+  kDepth,
+  kDistance,
+  kFeltForce,
+  kMatrix,
+  kPaths,
+  kPhantom,
+  kHints,
+  kLatency,
+  kSteps,
+  kClock,
+};
+
+struct OverlayInfo {
+  Overlay overlay;
+  const char* name;  // of the parameter overlay.<name>
+  char key;          // in a window
+  const char* what;
+  bool is_on_at_start = false;
+};
+
+inline constexpr std::array<OverlayInfo, 12> kOverlays = {{
+    {Overlay::kContacts, "contacts", 'C', "contact forces", true},
+    {Overlay::kTorques, "torques", 'T', "torques of contacts about the part that touches"},
+    {Overlay::kDepth, "depth", 'Z', "contact points, coloured by how deep they penetrate"},
+    {Overlay::kDistance, "distance", 'N', "distances of surfaces that nearly touch"},
+    {Overlay::kFeltForce, "felt_force", 'F', "force and torque on each hand, the grasp included"},
+    {Overlay::kMatrix, "matrix", 'M', "table of who touches whom"},
+    {Overlay::kPaths, "paths", 'R', "where what moves has been"},
+    {Overlay::kPhantom, "phantom", 'G', "the device's pose, where the tool cannot follow it"},
+    {Overlay::kHints, "hints", 'H', "the instruction at the part that it is about"},
+    {Overlay::kLatency, "latency", 'L', "latency and late cycles over time"},
+    {Overlay::kSteps, "steps", 'I', "steps of the procedure with their times"},
+    {Overlay::kClock, "clock", 'K', "simulated time against the wall clock"},
+}};
+
+using OverlaySet = std::bitset<kOverlays.size()>;
+
+constexpr std::size_t IndexOf(Overlay overlay) {
+  return static_cast<std::size_t>(overlay);
+}
+
+// Those that are on at the start.
+OverlaySet DefaultOverlays();
+// By name; none: unknown.
+std::optional<Overlay> FindOverlay(std::string_view name);
+std::optional<Overlay> FindOverlayOfKey(char key);
+
+// What a person has chosen to see.
+struct Choices {
+  struct Object {
+    bool is_hidden = false;
+    bool is_transparent = false;
+    bool is_highlighted = false;
+  };
+  OverlaySet overlays = DefaultOverlays();
+  std::vector<Object> objects;  // by index; those beyond the end are shown as they are
+  int selected = -1;            // object whose properties are listed; -1: none
+
+  [[nodiscard]] bool has(Overlay overlay) const { return overlays[IndexOf(overlay)]; }
+};
+
+// Choices by name, as `oos set` changes them (1: yes, 0: no): overlay.<name>, and hide.<object>, transparent.<object>,
+// highlight.<object>.
+std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects);
+// False, without a change, when there is no such choice.
+bool SetChoice(const std::string& name, bool is_on, const std::vector<std::string>& objects, Choices* choices);
+
+// From a list like "paths no_contacts hide.cover", separated by blanks or commas: choices by name, overlays without
+// their prefix, "no_" before what is not wanted. Error: kInvalidInput, with the nearest right name.
+core::Result<Choices> ReadChoices(const std::string& list, const std::vector<std::string>& objects);
+
+}  // namespace view
