@@ -46,7 +46,7 @@ inline constexpr std::array<OverlayInfo, 12> kOverlays = {{
     {Overlay::kMatrix, "matrix", 'M', "table of who touches whom"},
     {Overlay::kPaths, "paths", 'R', "where what moves has been"},
     {Overlay::kPhantom, "phantom", 'G', "the device's pose, where the tool cannot follow it"},
-    {Overlay::kHints, "hints", 'H', "the instruction at the part that it is about"},
+    {Overlay::kHints, "hints", 'H', "the instruction at the part that it names"},
     {Overlay::kLatency, "latency", 'L', "latency and late cycles over time"},
     {Overlay::kSteps, "steps", 'I', "steps of the procedure with their times"},
     {Overlay::kClock, "clock", 'K', "simulated time against the wall clock"},

@@ -6,6 +6,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "core/hand_limits.hpp"
+#include "view/hint_anchor.hpp"
 
 namespace view {
 namespace {
@@ -172,6 +173,7 @@ void SceneMirror::Apply(const core::ContactSet& contacts, std::int64_t now_ns) {
 }
 
 void SceneMirror::Apply(const core::LogicStatus& status) {
+  if (status.hint != status_.hint) hinted_ = FindNamedObject(status.hint, scene_.assets->instance_names);
   status_ = status;
   scene_.step = status.step;
   scene_.is_final = status.is_final;
@@ -270,6 +272,10 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   AddContacts(now_ns);
   if (choices_.has(Overlay::kFeltForce)) AddFeltForces(now_ns);
   if (choices_.has(Overlay::kPhantom)) AddPhantoms();
+  if (choices_.has(Overlay::kHints) && hinted_ >= 0) {
+    scene_.labels.push_back(
+        {scene_.instances[static_cast<std::size_t>(hinted_)].X_WM.translation, status_.hint, kWhite});
+  }
   if (choices_.has(Overlay::kPaths)) history_.AddPaths(&scene_);
   if (choices_.has(Overlay::kLatency)) history_.AddGraphs(&scene_);
 }

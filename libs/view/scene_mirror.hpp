@@ -101,6 +101,7 @@ class SceneMirror {
   std::vector<PairContacts> pairs_;
   std::vector<std::uint16_t> sheet_objects_;  // index of each sheet's object
   core::LogicStatus status_;
+  int hinted_ = -1;  // object that the hint is about
   LiveFigures figures_;
   struct FeltForce {
     core::Wrench F_Do_W;

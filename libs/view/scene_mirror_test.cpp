@@ -454,5 +454,20 @@ TEST(SceneMirror, ASelectedObjectIsDescribed) {
   }
 }
 
+TEST(SceneMirror, AHintStandsAtThePartThatItNames) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Choose(Only(Overlay::kHints));
+  core::LogicStatus status;
+  status.hint = "Lift the block";
+  mirror.Apply(status);
+  core::PhysicsState state;
+  state.bodies.push_back({.object = 1, .X_WO = {glm::dquat(1, 0, 0, 0), {0.1, 0.2, 0.3}}, .V_WO = {}});
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().labels.size(), 1u);
+  EXPECT_EQ(mirror.scene().labels[0].text, "Lift the block");
+  EXPECT_EQ(mirror.scene().labels[0].p_W, glm::dvec3(0.1, 0.2, 0.3));
+}
+
 }  // namespace
 }  // namespace view
