@@ -1,6 +1,7 @@
 #include "nodes/visual_node/mesh_store.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -13,7 +14,24 @@ namespace {
 struct Vertex {
   glm::vec3 position_M;
   glm::vec3 normal_M;
+  glm::vec2 uv{0.0f};
 };
+
+GlTexture UploadTexture(const vps::VisualTexture& picture) {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  const int longest = std::max(picture.width, picture.height);
+  const auto num_levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(longest)));
+  // Of colours OpenGL mixes the light, not the codes; so do the smaller levels.
+  glTextureStorage2D(id, num_levels, picture.is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8, picture.width, picture.height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(id, 0, 0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, picture.rgba.data());
+  glGenerateTextureMipmap(id);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
 
 }  // namespace
 
@@ -26,13 +44,21 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     part.num_indices = static_cast<GLsizei>(primitive.indices.size());
     part.first_byte = indices.size() * sizeof(std::uint32_t);
     part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f), primitive.is_foil};
+    part.is_lens = primitive.is_lens;
+    part.base_texture = primitive.base_texture;
+    part.surface_texture = primitive.surface_texture;
+    part.normal_texture = primitive.normal_texture;
+    part.has_occlusion = primitive.has_occlusion;
+    gpu.has_lens = gpu.has_lens || part.is_lens;
     const auto base = static_cast<std::uint32_t>(vertices.size());
     for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
       vertices.push_back({primitive.positions[i], primitive.normals[i]});
+      if (!primitive.uvs.empty()) vertices.back().uv = primitive.uvs[i];
     }
     for (const std::uint32_t i : primitive.indices) indices.push_back(base + i);
     gpu.parts.push_back(part);
   }
+  for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
   gpu.num_indices = static_cast<GLsizei>(indices.size());
   gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
   gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));
@@ -48,6 +74,9 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     glVertexArrayAttribFormat(layout, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute % 2]);
     glVertexArrayAttribBinding(layout, attribute, attribute / 2);
   }
+  glEnableVertexArrayAttrib(layout, 4);
+  glVertexArrayAttribFormat(layout, 4, 2, GL_FLOAT, GL_FALSE, offsetof(Vertex, uv));
+  glVertexArrayAttribBinding(layout, 4, 0);
   if (vertices.empty()) return gpu;
   glm::vec3 low = vertices.front().position_M;
   glm::vec3 high = low;
@@ -65,7 +94,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
 
 void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu) {
   std::vector<Vertex> vertices(primitive.positions.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = {primitive.positions[i], primitive.normals[i]};
+  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = {primitive.positions[i], primitive.normals[i], {}};
   glNamedBufferSubData(gpu->vertices.id(), 0, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
                        vertices.data());
 }

@@ -14,6 +14,12 @@ struct GpuMesh {
     GLsizei num_indices = 0;
     std::uintptr_t first_byte = 0;
     view::Material material;
+    bool is_lens = false;  // what shines of a lamp
+    // Indices into `textures`; -1: none.
+    int base_texture = -1;
+    int surface_texture = -1;
+    int normal_texture = -1;
+    bool has_occlusion = false;
   };
 
   GlVertexArray layout;
@@ -21,6 +27,8 @@ struct GpuMesh {
   GlBuffer rest;  // of a mesh that bends: its vertices before
   GlBuffer indices;
   std::vector<Part> parts;
+  std::vector<GlTexture> textures;
+  bool has_lens = false;
   GLsizei num_indices = 0;
   glm::vec3 centre_M{0.0f};  // of box and sphere
   glm::vec3 half_size_m{0.0f};

@@ -44,6 +44,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto surfaces = SurfacePainter::Create();
   if (!surfaces) return tl::unexpected(surfaces.error());
   renderer->surfaces_ = std::move(*surfaces);
+  for (const GpuMesh& mesh : renderer->meshes_) {
+    if (auto prepared = renderer->surfaces_.Prepare(mesh); !prepared) return tl::unexpected(prepared.error());
+  }
   auto film = Film::Create();
   if (!film) return tl::unexpected(film.error());
   renderer->film_ = std::move(*film);
@@ -171,9 +174,11 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
     for (const GpuMesh::Part& part : mesh.parts) {
-      view::Material material = instance.is_material_given ? instance.material : part.material;
+      // Of a lamp with a lens only the lens shines.
+      const bool is_given = instance.is_material_given && (!mesh.has_lens || part.is_lens);
+      view::Material material = is_given ? instance.material : part.material;
       if (!instance.is_material_given) material.emissive += instance.material.emissive;
-      surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material);
+      surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material, !is_given);
     }
   }
 }

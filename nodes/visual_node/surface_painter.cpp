@@ -11,7 +11,13 @@
 namespace visual_node {
 namespace {
 
-constexpr std::size_t kFoil = 1, kSoft = 2;
+constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16;
+
+// Foil has its own wrinkles and no textures.
+std::size_t TexturesOf(const GpuMesh::Part& part) {
+  return (part.base_texture >= 0 ? kBaseMap : 0) + (part.surface_texture >= 0 ? kSurfaceMap : 0) +
+         (part.normal_texture >= 0 ? kNormalMap : 0);
+}
 
 GlTexture MakeWrinkles() {
   GLuint id = 0;
@@ -46,13 +52,8 @@ GlSampler MakeDepthSampler() {
 
 core::Result<SurfacePainter> SurfacePainter::Create() {
   SurfacePainter painter;
-  for (std::size_t i = 0; i < painter.programs_.size(); ++i) {
-    std::string head = "#version 450 core\n";
-    if ((i & kFoil) != 0) head += "#define FOIL\n";
-    if ((i & kSoft) != 0) head += "#define SOFT\n";
-    auto program = MakeProgram("surface", (head + kSurfaceVertex).c_str(), (head + kSurfaceFragment).c_str());
-    if (!program) return tl::unexpected(program.error());
-    painter.programs_[i] = std::move(*program);
+  for (const std::size_t variant : {std::size_t{0}, kFoil, kSoft, kFoil + kSoft}) {
+    if (auto compiled = painter.Compile(variant); !compiled) return tl::unexpected(compiled.error());
   }
   painter.split_sum_ = MakeTexture(GL_RG32F, kSplitSumSize, kSplitSumSize);
   glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, kSplitSumSize, kSplitSumSize, GL_RG, GL_FLOAT,
@@ -61,6 +62,29 @@ core::Result<SurfacePainter> SurfacePainter::Create() {
   painter.depth_sampler_ = MakeDepthSampler();
   painter.irradiance_ = Irradiance(painter.irradiance_of_);
   return painter;
+}
+
+core::Result<void> SurfacePainter::Compile(std::size_t variant) {
+  if (programs_[variant].id() != 0) return {};
+  std::string head = "#version 450 core\n";
+  constexpr const char* kNames[] = {"FOIL", "SOFT", "BASE_MAP", "SURFACE_MAP", "NORMAL_MAP"};
+  for (std::size_t i = 0; i < std::size(kNames); ++i) {
+    if ((variant >> i & 1) != 0) head += std::string("#define ") + kNames[i] + "\n";
+  }
+  auto program = MakeProgram("surface", (head + kSurfaceVertex).c_str(), (head + kSurfaceFragment).c_str());
+  if (!program) return tl::unexpected(program.error());
+  programs_[variant] = std::move(*program);
+  return {};
+}
+
+core::Result<void> SurfacePainter::Prepare(const GpuMesh& mesh) {
+  for (const GpuMesh::Part& part : mesh.parts) {
+    if (part.material.is_foil) continue;
+    for (const std::size_t variant : {TexturesOf(part), TexturesOf(part) + kSoft}) {
+      if (auto compiled = Compile(variant); !compiled) return compiled;
+    }
+  }
+  return {};
 }
 
 void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
@@ -112,8 +136,18 @@ void SurfacePainter::Use(std::size_t variant) {
 }
 
 void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM,
-                          const view::Material& m) {
-  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0));
+                          const view::Material& m, bool with_textures) {
+  const bool is_textured = with_textures && !m.is_foil;
+  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(part) : 0));
+  if (is_textured) {
+    const auto bind = [&](GLuint unit, int texture) {
+      if (texture >= 0) glBindTextureUnit(unit, mesh.textures[static_cast<std::size_t>(texture)].id());
+    };
+    bind(4, part.base_texture);
+    bind(5, part.surface_texture);
+    bind(6, part.normal_texture);
+    if (part.surface_texture >= 0) glUniform1f(35, part.has_occlusion ? 1.0f : 0.0f);
+  }
   glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_WM));
   glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
   glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);

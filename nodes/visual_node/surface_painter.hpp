@@ -25,22 +25,30 @@ struct SurfaceFrame {
 };
 
 // Draws meshes with materials in the light of sun, Earth and lamps (surface_shaders.hpp). For a software renderer there
-// is one shader for each kind of surface: it executes both sides of a branch.
+// is one shader for each kind of surface: it executes both sides of a branch. Those with textures are compiled when a
+// mesh needs them.
 class SurfacePainter {
  public:
   static constexpr std::size_t kMaxLamps = 4;  // of the shader's arrays
 
   static core::Result<SurfacePainter> Create();
 
+  // Once for each mesh that will be drawn. Error: kUnsupported, when the driver cannot compile a shader.
+  core::Result<void> Prepare(const GpuMesh& mesh);
+
   // Before the first Draw of each picture. The shadow map stays valid until the last one.
   void Begin(const SurfaceFrame& frame, const ShadowMap& shadow);
-  void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM, const view::Material& material);
+  void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM, const view::Material& material,
+            bool with_textures = true);
 
  private:
+  static constexpr std::size_t kNumVariants = 32;
+
+  core::Result<void> Compile(std::size_t variant);
   void Use(std::size_t variant);
 
-  std::array<GlProgram, 4> programs_;  // index: 1 for foil + 2 for soft shadows
-  std::array<bool, 4> is_ready_{};     // has this picture's uniforms
+  std::array<GlProgram, kNumVariants> programs_;  // index: surface_painter.cpp's sum of kinds
+  std::array<bool, kNumVariants> is_ready_{};     // has this picture's uniforms
   std::size_t used_ = 0;
   GlTexture split_sum_;
   GlTexture wrinkles_;

@@ -4,12 +4,14 @@ namespace visual_node {
 
 // --- Surfaces: glTF metallic-roughness. The renderer puts the version and the variant in front:
 //   FOIL   wrinkled foil, with a direction in which it was rolled,
-//   SOFT   the sun's penumbra, for views near enough to show it.
+//   SOFT   the sun's penumbra, for views near enough to show it,
+//   BASE_MAP, SURFACE_MAP, NORMAL_MAP   textures of colour; of occlusion, roughness and metal; of the normal.
 constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 a_p_M;
 layout(location = 1) in vec3 a_n_M;
 layout(location = 2) in vec3 a_rest_p;  // before a sheet was bent
 layout(location = 3) in vec3 a_rest_n;
+layout(location = 4) in vec2 a_uv;
 layout(location = 0) uniform mat4 u_X_WM;
 layout(location = 1) uniform mat4 u_clip_W;
 layout(location = 2) uniform mat4 u_sun_W;
@@ -21,7 +23,13 @@ out vec3 v_sun;
 out vec3 v_rest_p;
 out vec3 v_rest_n;
 #endif
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+out vec2 v_uv;
+#endif
 void main() {
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+  v_uv = a_uv;
+#endif
   vec4 p_W = u_X_WM * vec4(a_p_M, 1.0);
   v_p_W = p_W.xyz;
   v_n_W = mat3(u_X_WM) * a_n_M;
@@ -63,16 +71,25 @@ layout(location = 21) uniform vec3 u_everywhere;
 layout(location = 22) uniform vec4 u_panel[2];        // direction W, strength
 layout(location = 24) uniform vec2 u_panel_edge[2];   // outer, inner
 layout(location = 26) uniform vec3 u_irradiance[9];
+#ifdef SURFACE_MAP
+layout(location = 35) uniform float u_occlusion;  // how much the texture's red counts
+#endif
 layout(binding = 0) uniform sampler2DShadow u_shadow;
 layout(binding = 1) uniform sampler2D u_split_sum;
 layout(binding = 2) uniform sampler2D u_shadow_depth;
 layout(binding = 3) uniform sampler2D u_wrinkles;  // tilts, sum of their squares
+layout(binding = 4) uniform sampler2D u_base_map;
+layout(binding = 5) uniform sampler2D u_surface_map;
+layout(binding = 6) uniform sampler2D u_normal_map;
 in vec3 v_p_W;
 in vec3 v_n_W;
 in vec3 v_sun;
 #ifdef FOIL
 in vec3 v_rest_p;
 in vec3 v_rest_n;
+#endif
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+in vec2 v_uv;
 #endif
 out vec4 o_color;
 
@@ -144,8 +161,33 @@ void main() {
   vec3 n = normalize(gl_FrontFacing ? v_n_W : -v_n_W);
   vec3 v = normalize(u_eye_W - v_p_W);
   vec3 l = u_sun_direction_W;
+#ifdef BASE_MAP
+  base *= texture(u_base_map, v_uv).rgb;
+#endif
+#ifdef SURFACE_MAP
+  vec3 surface = texture(u_surface_map, v_uv).rgb;
+  roughness = clamp(u_emissive_roughness.a * surface.g, 0.06, 1.0);
+  metallic *= surface.b;
+  float open = mix(1.0, surface.r, u_occlusion);
+#else
+  const float open = 1.0;
+#endif
   float a = roughness * roughness;
   float facing = dot(n, l);  // of the surface without wrinkles
+
+#ifdef NORMAL_MAP
+  // The texture's axes on the surface, from how place and texture coordinates change between pixels [Schueler 2006].
+  // The texture's y points upwards, v downwards.
+  vec3 across_x = cross(dFdy(v_p_W), n);
+  vec3 across_y = cross(n, dFdx(v_p_W));
+  vec2 uv_x = dFdx(v_uv);
+  vec2 uv_y = dFdy(v_uv);
+  vec3 t_u = across_x * uv_x.x + across_y * uv_y.x;
+  vec3 t_v = across_x * uv_x.y + across_y * uv_y.y;
+  float shrink = inversesqrt(max(max(dot(t_u, t_u), dot(t_v, t_v)), 1e-30));
+  vec3 bump = texture(u_normal_map, v_uv).rgb * (255.0 / 127.0) - (128.0 / 127.0);
+  n = normalize(shrink * (bump.x * t_u - bump.y * t_v) + bump.z * n);
+#endif
 
 #ifdef FOIL
   vec3 side = abs(v_rest_n);
@@ -200,7 +242,7 @@ void main() {
   float lit = facing > 0.0 ? nl * Sunlit(v_sun, slope) : 0.0;
   vec3 color = u_sun * lit * (matt * 0.31830989 + mirrored);
 
-  color += Environment(reflect(-v, n), a) * once + Irradiance(n) * (again + matt);
+  color += open * (Environment(reflect(-v, n), a) * once + Irradiance(n) * (again + matt));
 
   for (int i = 0; i < u_num_lamps; ++i) {
     vec3 to = u_lamp_position[i].xyz - v_p_W;

@@ -1,4 +1,4 @@
-// Parts of the scenario `module_replacement`, millimetres. W: origin in the middle of cavity a's opening, z out of the
+// What is touched of the scenario `module_replacement`, millimetres; module_replacement.py is what is seen. W: origin in the middle of cavity a's opening, z out of the
 // satellite's service face. Parts are in their own mesh frames; scenario.xml places them.
 part = "module";
 
@@ -103,7 +103,6 @@ module cover_tab() {
 
 // --- Satellite ---------------------------------------------------------------------------------------------------
 body = [800, 600, 300];
-face_t = 12;
 cavities = [[0, 0], [0, 190]];
 posts = [[165, 76], [165, -76], [40, 76], [40, -76], [-88, 76], [-88, -76]];  // hook-and-loop, under the cover
 post_h = 48;
@@ -118,33 +117,17 @@ module stow_post() translate([cover_post.x, cover_post.y, -1]) {
   translate([-9, -9, 0]) cube([18, 18, cover_post_h]);
   translate([-16, -16, cover_post_h - 5]) cube([32, 32, 6]);
 }
-module bolts() for (x = [-380 : 95 : 380], y = [-280, 280]) translate([x, y, -1]) cylinder(d = 10, h = 4, $fn = 6);
 
 if (part == "satellite") {
   difference() { plate(-body.z, 0); openings(); }
   velcro_posts();
   stow_post();
 }
-if (part == "satellite_body") difference() {
-  translate([-body.x / 2 + 6, -body.y / 2 + 6, -body.z]) cube([body.x - 12, body.y - 12, body.z - face_t + 1]);
-  openings();
-}
-if (part == "satellite_face") difference() { plate(-face_t, 0); openings(); }
-if (part == "satellite_posts") velcro_posts();
-if (part == "satellite_fittings") union() { stow_post(); bolts(); }
-
 if (part == "cavity") cavity();
 if (part == "module") whole_module();
 if (part == "module_wide") whole_module(wide);
-if (part == "module_box") difference() { module_box(0); socket(); }
-if (part == "module_boss") difference() { boss(); socket(); }
-if (part == "module_mark") for (s = [-1, 1]) translate([s * 31 - 5, -34, -0.5]) cube([10, 68, 1.5]);
 if (part == "handle") union() { handle_peg(); handle_grip(); }
-if (part == "handle_peg") handle_peg();
-if (part == "handle_grip") handle_grip();
 if (part == "cover_tabbed") union() { cover_patch(); cover_tab(); }
-if (part == "cover_patch") cover_patch();
-if (part == "cover_tab") cover_tab();
 if (part == "lever") hull() {  // frame: on the hinge axis, which is x
   rotate([0, 90, 0]) cylinder(d = lever.y, h = lever.x, center = true, $fn = 32);
   translate([0, 0, lever_l - lever.y / 2]) rotate([0, 90, 0]) cylinder(d = lever.y, h = lever.x, center = true, $fn = 32);
@@ -152,10 +135,6 @@ if (part == "lever") hull() {  // frame: on the hinge axis, which is x
 if (part == "switch_base") difference() {  // frame: on the service face
   box([34, 50, 0], 0, 9);
   translate([-lever.x / 2 - 2, -19, -1]) cube([lever.x + 4, 38, 20]);
-}
-if (part == "lamp") union() {  // frame: on the service face
-  cylinder(d = 22, h = 3, $fn = 48);
-  intersection() { translate([0, 0, 2]) scale([1, 1, 0.8]) sphere(d = 17, $fn = 48); translate([-20, -20, 1]) cube(40); }
 }
 if (part == "holder") difference() {  // where the handle rests; frame: on the service face
   box([50, 50, 0], 0, 24);

@@ -33,7 +33,5 @@ module jaw_left() {
 module jaw_right() mirror([1, 0, 0]) jaw_left();
 
 if (part == "palm") { union() { housing(); wrist(); rail(); } }
-if (part == "palm_housing") housing();
-if (part == "palm_wrist") union() { wrist(); rail(); }
 if (part == "jaw_left") jaw_left();
 if (part == "jaw_right") jaw_right();

@@ -1,20 +1,15 @@
 #!/usr/bin/env python3
 """Turns what OpenSCAD wrote (OFF, millimetres) into the meshes of a scenario (metres), and checks them.
 
-  mesh_tool.py obj OUT.obj IN.off                      collision and plain visual meshes
-  mesh_tool.py glb OUT.glb IN.off:R,G,B,METAL,ROUGH[,NAME]...  visual meshes, one primitive and material per input;
-                                                       a NAME that begins with mli is drawn as insulation foil
-  mesh_tool.py check FILE.obj...                       closed, manifold, outward, no slivers
+  mesh_tool.py obj OUT.obj IN.off     collision and plain visual meshes
+  mesh_tool.py check FILE.obj...      closed, manifold, outward, no slivers
 
 Only needed to regenerate meshes; Python's standard library is enough.
 """
-import json
 import math
-import struct
 import sys
 
 WELD_M = 1e-6
-CREASE_COS = math.cos(math.radians(35.0))
 
 
 def sub(a, b):
@@ -177,122 +172,12 @@ def write_obj(path, points, tris):
             file.write(f"f {a + 1} {b + 1} {c + 1}\n")
 
 
-def shaded(points, tris):
-    """Corner normals: area-weighted over the faces around a vertex within the crease angle; equal corners shared."""
-    normals = [cross(sub(points[b], points[a]), sub(points[c], points[a])) for a, b, c in tris]
-    around = {}
-    for i, t in enumerate(tris):
-        for v in t:
-            around.setdefault(v, []).append(i)
-    index, vertices, corners = {}, [], []
-    for i, t in enumerate(tris):
-        own = normals[i]
-        for v in t:
-            total = (0.0, 0.0, 0.0)
-            for j in around[v]:
-                other = normals[j]
-                if dot(own, other) >= CREASE_COS * norm(own) * norm(other):
-                    total = tuple(x + y for x, y in zip(total, other))
-            length = norm(total)
-            key = (v,) + tuple(round(c / length, 4) + 0.0 for c in total)
-            if key not in index:
-                index[key] = len(vertices)
-                vertices.append((points[v], key[1:]))
-            corners.append(index[key])
-    return vertices, corners
-
-
-def write_glb(path, parts):
-    blob, views, accessors, primitives, materials = b"", [], [], [], []
-
-    def add(data, target, accessor):
-        nonlocal blob
-        blob += b"\0" * (-len(blob) % 4)
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data), "target": target})
-        blob += data
-        accessors.append({"bufferView": len(views) - 1, **accessor})
-        return len(accessors) - 1
-
-    for points, tris, (r, g, b, metallic, roughness, *name) in parts:
-        vertices, corners = shaded(points, tris)
-        positions = [v[0] for v in vertices]
-        count = len(vertices)
-        position = add(
-            b"".join(struct.pack("<3f", *p) for p in positions),
-            34962,
-            {
-                "componentType": 5126,
-                "count": count,
-                "type": "VEC3",
-                "min": [struct.unpack("<f", struct.pack("<f", min(p[i] for p in positions)))[0] for i in range(3)],
-                "max": [struct.unpack("<f", struct.pack("<f", max(p[i] for p in positions)))[0] for i in range(3)],
-            },
-        )
-        normal = add(
-            b"".join(struct.pack("<3f", *v[1]) for v in vertices),
-            34962,
-            {"componentType": 5126, "count": count, "type": "VEC3"},
-        )
-        kind, code = (5123, "<H") if count < 65536 else (5125, "<I")
-        indices = add(
-            b"".join(struct.pack(code, c) for c in corners),
-            34963,
-            {"componentType": kind, "count": len(corners), "type": "SCALAR"},
-        )
-        materials.append(
-            {
-                **({"name": name[0]} if name else {}),
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": [r, g, b, 1.0],
-                    "metallicFactor": metallic,
-                    "roughnessFactor": roughness,
-                }
-            }
-        )
-        primitives.append(
-            {
-                "attributes": {"POSITION": position, "NORMAL": normal},
-                "indices": indices,
-                "material": len(materials) - 1,
-                "mode": 4,
-            }
-        )
-    blob += b"\0" * (-len(blob) % 4)
-    document = {
-        "asset": {"version": "2.0", "generator": "scenarios/tools/mesh_tool.py"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": primitives}],
-        "materials": materials,
-        "accessors": accessors,
-        "bufferViews": views,
-        "buffers": [{"byteLength": len(blob)}],
-    }
-    text = json.dumps(document, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    with open(path, "wb") as file:
-        file.write(struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(blob)))
-        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        file.write(struct.pack("<I4s", len(blob), b"BIN\0") + blob)
-
-
 def main(arguments):
     verb, rest = arguments[0], arguments[1:]
     if verb == "obj":
         points, tris = read_off(rest[1])
         write_obj(rest[0], points, tris)
         return 0 if check(rest[0], points, tris) else 1
-    if verb == "glb":
-        parts, good = [], True
-        for argument in rest[1:]:
-            source, _, figures = argument.rpartition(":")
-            points, tris = read_off(source)
-            good = check(f"{rest[0]} {source.rsplit('/', 1)[-1]}", points, tris) and good
-            figures = figures.split(",")
-            parts.append((points, tris, (*(float(f) for f in figures[:5]), *figures[5:])))
-        write_glb(rest[0], parts)
-        return 0 if good else 1
     if verb == "check":
         return 0 if all([check(path, *read_obj(path)) for path in rest]) else 1
     raise SystemExit(__doc__)

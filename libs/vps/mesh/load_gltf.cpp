@@ -6,12 +6,13 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <map>
 #include <set>
 
 namespace vps {
 namespace {
 
-// Pictures of textures are of no use here; without this callback tinygltf would decode them.
+// Without this callback tinygltf would decode the pictures of textures.
 bool SkipImage(tinygltf::Image*, const int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
 }
@@ -41,15 +42,18 @@ const unsigned char* Element(const tinygltf::Model& model, const tinygltf::Acces
   return begin + num_bytes <= data.size() ? data.data() + begin : nullptr;
 }
 
-bool ReadVectors(const tinygltf::Model& model, int accessor_index, std::vector<glm::vec3>* result) {
+template <class Vec>
+bool ReadVectors(const tinygltf::Model& model, int accessor_index, std::vector<Vec>* result) {
+  static_assert(sizeof(Vec) == Vec::length() * sizeof(float));
   if (accessor_index < 0 || accessor_index >= static_cast<int>(model.accessors.size())) return false;
   const tinygltf::Accessor& accessor = model.accessors[accessor_index];
-  if (accessor.type != TINYGLTF_TYPE_VEC3 || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) return false;
+  const int type = Vec::length() == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC2;
+  if (accessor.type != type || accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT) return false;
   for (std::size_t i = 0; i < accessor.count; ++i) {
-    const unsigned char* bytes = Element(model, accessor, i, 12);
+    const unsigned char* bytes = Element(model, accessor, i, sizeof(Vec));
     if (bytes == nullptr) return false;
-    glm::vec3 v;
-    std::memcpy(&v[0], bytes, 12);
+    Vec v;
+    std::memcpy(&v[0], bytes, sizeof(Vec));
     result->push_back(v);
   }
   return true;
@@ -142,6 +146,12 @@ class Reader {
         return "NORMAL does not fit POSITION";
       }
     }
+    const auto uv = primitive.attributes.find("TEXCOORD_0");
+    if (uv != primitive.attributes.end()) {
+      if (!ReadVectors(model_, uv->second, &out.uvs) || out.uvs.size() != out.positions.size()) {
+        return "TEXCOORD_0 is not a float VEC2 accessor that fits POSITION";
+      }
+    }
     const glm::dmat3 R(X);
     const glm::dmat3 R_normal = glm::transpose(glm::inverse(R));
     for (auto& p : out.positions) p = glm::vec3(scale_ * glm::dvec3(X * glm::dvec4(glm::dvec3(p), 1.0)));
@@ -154,28 +164,59 @@ class Reader {
       for (std::size_t i = 0; i + 2 < out.indices.size(); i += 3) std::swap(out.indices[i + 1], out.indices[i + 2]);
     }
     if (primitive.material >= 0 && primitive.material < static_cast<int>(model_.materials.size())) {
-      const auto& pbr = model_.materials[primitive.material].pbrMetallicRoughness;
-      if (pbr.baseColorFactor.size() >= 3) {
-        out.base_color = glm::vec3(pbr.baseColorFactor[0], pbr.baseColorFactor[1], pbr.baseColorFactor[2]);
-      }
-      out.metallic = static_cast<float>(pbr.metallicFactor);
-      out.roughness = static_cast<float>(pbr.roughnessFactor);
-      out.has_material = true;
-      out.is_foil = model_.materials[primitive.material].name.starts_with("mli");
+      AddMaterial(model_.materials[primitive.material], &out);
     }
     if (!out.indices.empty()) result.primitives.push_back(std::move(out));
     return {};
   }
 
+  void AddMaterial(const tinygltf::Material& material, VisualPrimitive* out) {
+    const auto& pbr = material.pbrMetallicRoughness;
+    if (pbr.baseColorFactor.size() >= 3) {
+      out->base_color = glm::vec3(pbr.baseColorFactor[0], pbr.baseColorFactor[1], pbr.baseColorFactor[2]);
+    }
+    out->metallic = static_cast<float>(pbr.metallicFactor);
+    out->roughness = static_cast<float>(pbr.roughnessFactor);
+    out->has_material = true;
+    out->is_foil = material.name.starts_with("mli");
+    out->is_lens = material.name.starts_with("lens");
+    if (out->uvs.empty()) return;
+    out->base_texture = Texture(pbr.baseColorTexture.index, true);
+    out->surface_texture = Texture(pbr.metallicRoughnessTexture.index, false);
+    out->normal_texture = Texture(material.normalTexture.index, false);
+    // Occlusion in a picture of its own would be another texture fetch at every pixel; it is not read.
+    out->has_occlusion = out->surface_texture >= 0 &&
+                         Image(material.occlusionTexture.index) == Image(pbr.metallicRoughnessTexture.index);
+  }
+
+  [[nodiscard]] int Image(int texture) const {
+    if (texture < 0 || texture >= static_cast<int>(model_.textures.size())) return -1;
+    const int image = model_.textures[texture].source;
+    return image < static_cast<int>(model_.images.size()) ? image : -1;
+  }
+
+  // The picture's place in the result; -1 when there is none, or none was read.
+  int Texture(int texture, bool is_color) {
+    const int image = Image(texture);
+    if (image < 0) return -1;
+    const tinygltf::Image& in = model_.images[image];
+    const auto width = static_cast<std::size_t>(in.width), height = static_cast<std::size_t>(in.height);
+    if (in.bits != 8 || in.component != 4 || in.image.empty() || in.image.size() != 4 * width * height) return -1;
+    const auto [place, is_new] = places_.try_emplace({image, is_color}, static_cast<int>(result.textures.size()));
+    if (is_new) result.textures.push_back({in.width, in.height, in.image, is_color});
+    return place->second;
+  }
+
   const tinygltf::Model& model_;
   double scale_;
+  std::map<std::pair<int, bool>, int> places_;  // of pictures, in result.textures
 };
 
 }  // namespace
 
-core::Result<VisualMesh> LoadGltfPrimitives(const std::filesystem::path& file, double scale) {
+core::Result<VisualMesh> LoadGltfPrimitives(const std::filesystem::path& file, double scale, Pictures pictures) {
   tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(&SkipImage, nullptr);
+  if (pictures == Pictures::kSkip) loader.SetImageLoader(&SkipImage, nullptr);
   tinygltf::Model model;
   std::string error;
   std::string warning;

@@ -39,7 +39,7 @@ core::Result<TriangleMesh> LoadTriangles(const std::filesystem::path& file, doub
   if (!format) return tl::unexpected(format.error());
   TriangleMesh mesh;
   if (*format == Format::kGltf) {
-    const auto visual = LoadGltfPrimitives(file, scale);
+    const auto visual = LoadGltfPrimitives(file, scale, Pictures::kSkip);
     if (!visual) return tl::unexpected(visual.error());
     for (const auto& primitive : visual->primitives) {
       const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -80,7 +80,7 @@ core::Result<VisualMesh> LoadVisualMesh(const std::filesystem::path& file, doubl
     if (!mesh) return tl::unexpected(mesh.error());
     return VisualMesh{{SplitAtCreases(*mesh, crease_rad)}};
   }
-  auto visual = LoadGltfPrimitives(file, scale);
+  auto visual = LoadGltfPrimitives(file, scale, Pictures::kRead);
   if (!visual) return visual;
   if (visual->primitives.empty()) {
     return core::Fail(core::ErrorCode::kInvalidInput, file.string() + ": holds no triangle");
@@ -96,6 +96,8 @@ core::Result<VisualMesh> LoadVisualMesh(const std::filesystem::path& file, doubl
     primitive.positions = std::move(with_normals.positions);
     primitive.normals = std::move(with_normals.normals);
     primitive.indices = std::move(with_normals.indices);
+    primitive.uvs.clear();  // of the corners before they were split
+    primitive.base_texture = primitive.surface_texture = primitive.normal_texture = -1;
   }
   return visual;
 }

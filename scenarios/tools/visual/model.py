@@ -1,0 +1,121 @@
+"""A part of a picture: surfaces with materials, written as GLB (metres)."""
+import json
+import math
+import struct
+
+from visual import shapes
+
+
+class Material:
+    """`tile`: the side of a repeated texture, mm; 0: the surfaces have coordinates of their own."""
+
+    def __init__(self, name, color, metallic, roughness, base=None, surface=None, normal=None, tile=0.0, occludes=False):
+        self.name, self.color, self.metallic, self.roughness = name, color, metallic, roughness
+        self.base, self.surface, self.normal, self.tile, self.occludes = base, surface, normal, tile, occludes
+
+
+class Model:
+    def __init__(self):
+        self.parts = {}  # material name: (material, vertex index, vertices, triangles)
+
+    def add(self, material, surface, frame=None):
+        _, index, vertices, triangles = self.parts.setdefault(material.name, (material, {}, [], []))
+        if frame is not None:
+            surface = surface.placed(frame)
+        has_texture = material.base or material.surface or material.normal
+        places = []
+        for p, n, uv in surface.vertices:
+            if not has_texture:
+                uv = (0.0, 0.0)
+            elif material.tile > 0.0:
+                u, v = uv if uv is not None else _across(p, n)
+                uv = (u / material.tile, v / material.tile)
+            elif uv is None:
+                raise SystemExit(f"{material.name}: a surface without texture coordinates")
+            n = shapes.unit(n)
+            key = tuple(round(c, 4) + 0.0 for c in p) + tuple(round(c, 3) + 0.0 for c in n) + tuple(round(c, 5) + 0.0 for c in uv)
+            if key not in index:
+                index[key] = len(vertices)
+                vertices.append(key)
+            places.append(index[key])
+        for a, b, c in surface.triangles:
+            t = (places[a], places[b], places[c])
+            p = [vertices[i][:3] for i in t]
+            area = shapes.cross(shapes.sub(p[1], p[0]), shapes.sub(p[2], p[0]))
+            if len(set(t)) == 3 and math.sqrt(shapes.dot(area, area)) > 1e-7:
+                triangles.append(t)
+        return self
+
+    def num_triangles(self):
+        return sum(len(part[3]) for part in self.parts.values())
+
+    def glb(self):
+        blob, views, accessors, primitives, materials, images = bytearray(), [], [], [], [], {}
+
+        def view(data, target=None):
+            blob.extend(bytes(-len(blob) % 4))
+            views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data), **({"target": target} if target else {})})
+            blob.extend(data)
+            return len(views) - 1
+
+        def accessor(data, target, **rest):
+            accessors.append({"bufferView": view(data, target), **rest})
+            return len(accessors) - 1
+
+        def texture(picture):
+            if id(picture) not in images:
+                images[id(picture)] = (len(images), view(picture.png()))
+            return {"index": images[id(picture)][0]}
+
+        for material, _, vertices, triangles in self.parts.values():
+            count = len(vertices)
+            points = [[_single(c * 1e-3) for c in v[:3]] for v in vertices]
+            attributes = {
+                "POSITION": accessor(b"".join(struct.pack("<3f", *p) for p in points), 34962, componentType=5126, count=count,
+                                     type="VEC3", min=[min(p[i] for p in points) for i in range(3)],
+                                     max=[max(p[i] for p in points) for i in range(3)]),
+                "NORMAL": accessor(b"".join(struct.pack("<3f", *shapes.unit(v[3:6])) for v in vertices), 34962,
+                                   componentType=5126, count=count, type="VEC3"),
+            }
+            if material.base or material.surface or material.normal:
+                attributes["TEXCOORD_0"] = accessor(b"".join(struct.pack("<2f", *v[6:]) for v in vertices), 34962,
+                                                    componentType=5126, count=count, type="VEC2")
+            kind, code = (5123, "<3H") if count < 65536 else (5125, "<3I")
+            indices = accessor(b"".join(struct.pack(code, *t) for t in triangles), 34963, componentType=kind,
+                               count=3 * len(triangles), type="SCALAR")
+            look = {"baseColorFactor": [*material.color, 1.0], "metallicFactor": material.metallic,
+                    "roughnessFactor": material.roughness}
+            entry = {"name": material.name, "pbrMetallicRoughness": look}
+            if material.base:
+                look["baseColorTexture"] = texture(material.base)
+            if material.surface:
+                look["metallicRoughnessTexture"] = texture(material.surface)
+                if material.occludes:
+                    entry["occlusionTexture"] = texture(material.surface)
+            if material.normal:
+                entry["normalTexture"] = texture(material.normal)
+            materials.append(entry)
+            primitives.append({"attributes": attributes, "indices": indices, "material": len(materials) - 1, "mode": 4})
+        blob.extend(bytes(-len(blob) % 4))
+        document = {"asset": {"version": "2.0", "generator": "scenarios/tools/make_visuals.py"}, "scene": 0,
+                    "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": primitives}],
+                    "materials": materials, "accessors": accessors, "bufferViews": views,
+                    "buffers": [{"byteLength": len(blob)}]}
+        if images:
+            document["textures"] = [{"source": number, "sampler": 0} for number, _ in images.values()]
+            document["images"] = [{"bufferView": place, "mimeType": "image/png"} for _, place in images.values()]
+            document["samplers"] = [{"magFilter": 9729, "minFilter": 9985, "wrapS": 10497, "wrapT": 10497}]
+        text = json.dumps(document, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        body = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x004E4942) + bytes(blob)
+        return struct.pack("<III", 0x46546C67, 2, 12 + len(body)) + body
+
+
+def _single(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+def _across(p, n):
+    """Texture coordinates in mm of a place, seen along the axis nearest to its normal."""
+    axis = max(range(3), key=lambda i: abs(n[i]))
+    return [(p[1], -p[2]), (p[0], -p[2]), (p[0], -p[1])][axis]
