@@ -94,6 +94,9 @@ struct Descent {
     }
   }
 };
+// Clang 14 deduces none for an aggregate by itself.
+template <typename Take>
+Descent(const Facets&, glm::dvec3, const double&, const Take&) -> Descent<Take>;
 
 struct Search {
   glm::dvec3 p;
