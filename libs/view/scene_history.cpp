@@ -90,7 +90,7 @@ void SceneHistory::AddGraphs(Scene* scene) const {
     glm::vec3 color;
   };
   for (const Look& look : {Look{Course::kT1, "t1 %.2f ms", 1.0f, {0.25f, 0.80f, 0.95f}},
-                           Look{Course::kT2, "hand to image %.1f ms", 50.0f, {0.65f, 1.0f, 0.25f}},
+                           Look{Course::kT2, "to image %.0f ms", 50.0f, {0.65f, 1.0f, 0.25f}},
                            Look{Course::kLateCycles, "late cycles %.0f", 4.0f, {1.0f, 0.45f, 0.2f}}}) {
     const std::deque<float>& values = courses_[static_cast<std::size_t>(look.course)].values;
     if (values.empty()) continue;

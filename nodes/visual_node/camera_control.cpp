@@ -20,6 +20,9 @@ void CameraControl::Attach(GLFWwindow* window) {
   glfwSetWindowUserPointer(window, this);
   glfwGetCursorPos(window, &last_x_, &last_y_);
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double dy) { Of(w).scroll_ += dy; });
+  glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int) {
+    if (button == GLFW_MOUSE_BUTTON_LEFT) Of(w).MouseButton(action == GLFW_PRESS);
+  });
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int) {
     if (action == GLFW_PRESS) Of(w).Key(key);
     if (action == GLFW_PRESS && key == GLFW_KEY_ESCAPE) glfwSetWindowShouldClose(w, GLFW_TRUE);
@@ -29,16 +32,37 @@ void CameraControl::Attach(GLFWwindow* window) {
 void CameraControl::Key(int key) {
   if (key >= GLFW_KEY_1 && key <= GLFW_KEY_9) wanted_view_ = key - GLFW_KEY_1;
   if (key == GLFW_KEY_0) follows_steps_ = true;
-  if (key == GLFW_KEY_P) is_screenshot_wanted_ = true;
-  if (key == GLFW_KEY_F11) is_full_screen_wanted_ = true;
+  if (keys_.size() < 16) keys_.push_back(key);
 }
 
-bool CameraControl::TakeScreenshotKey() {
-  return std::exchange(is_screenshot_wanted_, false);
+glm::dvec2 CameraControl::MousePixel() const {
+  glm::dvec2 at(0.0);
+  glm::ivec2 window(1), pixels(1);
+  glfwGetCursorPos(window_, &at.x, &at.y);
+  glfwGetWindowSize(window_, &window.x, &window.y);
+  glfwGetFramebufferSize(window_, &pixels.x, &pixels.y);
+  return at * glm::dvec2(pixels) / glm::dvec2(glm::max(window, glm::ivec2(1)));
 }
 
-bool CameraControl::TakeFullScreenKey() {
-  return std::exchange(is_full_screen_wanted_, false);
+void CameraControl::MouseButton(bool is_down) {
+  constexpr double kStill_px = 4.0;  // a hand that clicks moves less; chosen by hand
+  if (is_down) {
+    pressed_px_ = MousePixel();
+  } else if (pressed_px_ && !is_mouse_let_go_ && glm::distance(*pressed_px_, MousePixel()) < kStill_px) {
+    click_px_ = MousePixel();
+  }
+}
+
+std::vector<int> CameraControl::TakeKeys() {
+  return std::exchange(keys_, {});
+}
+
+std::optional<glm::dvec2> CameraControl::TakeClick() {
+  return std::exchange(click_px_, std::nullopt);
+}
+
+double CameraControl::TakeScroll() {
+  return std::exchange(scroll_, 0.0);
 }
 
 const scene::Camera& CameraControl::ForStep(const view::Assets& assets, const std::string& step) const {
@@ -55,7 +79,7 @@ const scene::Camera& CameraControl::Update(const view::Assets& assets, const std
     const double right = speed_m * (is_down(GLFW_KEY_D) - is_down(GLFW_KEY_A));
     const double up = speed_m * (is_down(GLFW_KEY_E) - is_down(GLFW_KEY_Q));
     const double forward = speed_m * (is_down(GLFW_KEY_W) - is_down(GLFW_KEY_S));
-    const bool is_dragged = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+    const bool is_dragged = !is_mouse_let_go_ && glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
     if (is_dragged || scroll_ != 0.0 || right != 0.0 || up != 0.0 || forward != 0.0) follows_steps_ = false;
     if (is_dragged) camera_.Orbit(-kOrbit_rad_per_px * (x - last_x_), kOrbit_rad_per_px * (y - last_y_));
     if (scroll_ != 0.0) camera_.Zoom(std::pow(0.9, scroll_));

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <glm/glm.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "view/free_camera.hpp"
 #include "view/scene.hpp"
@@ -23,20 +26,28 @@ class CameraControl {
 
   // The camera for a step's picture, independent of keys and mouse.
   [[nodiscard]] const scene::Camera& ForStep(const view::Assets& assets, const std::string& step) const;
-  // Whether the key was pressed since the last call: P, F11.
-  [[nodiscard]] bool TakeScreenshotKey();
-  [[nodiscard]] bool TakeFullScreenKey();
+  // Keys that were pressed since the last call and do not steer a camera, as GLFW names them.
+  [[nodiscard]] std::vector<int> TakeKeys();
+  // Where the left button was pressed and let go without a drag since the last call [px of the framebuffer].
+  [[nodiscard]] std::optional<glm::dvec2> TakeClick();
+  // The mouse belongs to something else, so it neither turns the camera nor clicks.
+  void LetMouseGo(bool is_let_go) { is_mouse_let_go_ = is_let_go; }
+  [[nodiscard]] double TakeScroll();
+  [[nodiscard]] glm::dvec2 MousePixel() const;
 
  private:
   static CameraControl& Of(GLFWwindow* window);
   void Key(int key);
+  void MouseButton(bool is_down);
 
   GLFWwindow* window_ = nullptr;
   view::FreeCamera camera_;
   std::string fixed_view_;
   bool follows_steps_ = true;
-  bool is_screenshot_wanted_ = false;
-  bool is_full_screen_wanted_ = false;
+  std::vector<int> keys_;
+  std::optional<glm::dvec2> pressed_px_;
+  std::optional<glm::dvec2> click_px_;
+  bool is_mouse_let_go_ = false;
   int wanted_view_ = -1;  // chosen by a number key
   double last_x_ = 0.0, last_y_ = 0.0;
   double scroll_ = 0.0;

@@ -33,6 +33,7 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   feed_.emplace(scenario_, node_.get());
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
   node_->ReadEvents();
+  node_->OwnParameters(view::ChoiceNames(mirror_.scene().assets->instance_names));
   if (auto started = node_->Start(); !started) return started;
   newest_.Write(mirror_.scene());
   thread_ = std::thread([this] { Run(); });
@@ -63,6 +64,25 @@ std::vector<std::string> Receiver::TakeScreenshotRequests() {
   return std::exchange(requests_, {});
 }
 
+view::Choices Receiver::choices() const {
+  const std::scoped_lock lock(choices_mutex_);
+  return choices_;
+}
+
+void Receiver::TakeParameters() {
+  core::ParameterChange change;
+  std::uint64_t ticket = 0;
+  while (node_->PollParameter(&change, &ticket)) {
+    const bool is_switch = change.value == 0.0 || change.value == 1.0;
+    if (is_switch) {
+      Choose([&](view::Choices& choices) {
+        view::SetChoice(change.name, change.value == 1.0, mirror_.scene().assets->instance_names, &choices);
+      });
+    }
+    node_->AckParameter(ticket, num_states(), is_switch, is_switch ? "" : "1 shows it, 0 does not");
+  }
+}
+
 void Receiver::Run() {
   // The process has a low priority because of its drawing. This thread does little and should not wait for the drawing,
   // so it raises its priority where it may.
@@ -71,6 +91,7 @@ void Receiver::Run() {
     node_->Wait(core::MonotonicNow_ns() + kWait_ns);
     const std::int64_t now_ns = core::MonotonicNow_ns();
     const bool is_state_fresh = ApplyAll(now_ns);
+    TakeParameters();
     if (is_state_fresh || now_ns >= next_publish_ns_) Publish(now_ns);
     if (is_state_fresh) {
       num_states_.fetch_add(1, std::memory_order_relaxed);
@@ -100,6 +121,7 @@ bool Receiver::ApplyAll(std::int64_t now_ns) {
 }
 
 void Receiver::Publish(std::int64_t now_ns) {
+  mirror_.Choose(choices());
   mirror_.Refresh(now_ns);
   view::Scene& slot = newest_.BeginWrite();
   slot = mirror_.scene();  // reuses the slot's buffers

@@ -40,6 +40,13 @@ class Receiver {
   // Drawing thread: takes the newest scene. True when it is newer than the one before.
   bool Update() { return newest_.Update(); }
   [[nodiscard]] const view::Scene& scene() const { return newest_.value(); }
+  // What is shown: of keys and the menu, and of parameters (`oos set`).
+  [[nodiscard]] view::Choices choices() const;
+  template <class Change>
+  void Choose(Change&& change) {
+    const std::scoped_lock lock(choices_mutex_);
+    change(choices_);
+  }
   // Names of the pictures requested by events `screenshot` since the last call (the event's detail is the name).
   std::vector<std::string> TakeScreenshotRequests();
   void SetFramesPerSecond(double value) { frames_per_s_.store(value, std::memory_order_relaxed); }
@@ -55,6 +62,7 @@ class Receiver {
  private:
   void Run();
   bool ApplyAll(std::int64_t now_ns);
+  void TakeParameters();
   void Publish(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void RecordScene(std::int64_t now_ns);
@@ -73,6 +81,8 @@ class Receiver {
   bool is_ready_announced_ = false;
 
   bus::LatestValue<view::Scene> newest_;
+  mutable std::mutex choices_mutex_;
+  view::Choices choices_;
   std::mutex requests_mutex_;
   std::vector<std::string> requests_;
   std::atomic<double> frames_per_s_{0.0};

@@ -124,6 +124,17 @@ TEST_F(ReceiverTest, ReceivesTheStepAndAScreenshotRequest) {
   EXPECT_EQ(names.front(), "look");
 }
 
+TEST_F(ReceiverTest, AParameterSwitchesAnOverlayAndHidesAPart) {
+  ASSERT_TRUE(peer_->WaitForPeers({"visual_node"}, kPatience_ns));
+  ASSERT_TRUE(peer_->SetParameter("visual_node", {"overlay.felt_force", 1.0}, kPatience_ns));
+  ASSERT_TRUE(peer_->SetParameter("visual_node", {"hide.block", 1.0}, kPatience_ns));
+  EXPECT_TRUE(receiver_.choices().has(view::Overlay::kFeltForce));
+  EXPECT_TRUE(PublishUntil([](const view::Scene& scene) { return !scene.instances[0].is_visible; }));
+  EXPECT_FALSE(peer_->SetParameter("visual_node", {"hide.nothing", 1.0}, kPatience_ns)) << "no such part";
+  EXPECT_FALSE(peer_->SetParameter("visual_node", {"hide.block", 0.5}, kPatience_ns)) << "neither yes nor no";
+  EXPECT_TRUE(receiver_.choices().objects[0].is_hidden);
+}
+
 TEST_F(ReceiverTest, TheRecordedSceneIsTheOneThatWasShown) {
   const std::filesystem::path file =
       std::filesystem::path(testing::TempDir()) / ("receiver_" + std::to_string(getpid()) + ".mcap");

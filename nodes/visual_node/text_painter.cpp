@@ -74,12 +74,18 @@ void TextPainter::PlaceLines(const std::vector<view::TextLine>& lines, int width
     block_height[static_cast<std::size_t>(line.anchor)] += font(line).line_height();
   }
   std::array<int, 4> pen{};
+  bool is_table_begun = false;
   for (const view::TextLine& line : lines) {
     const auto anchor = static_cast<std::size_t>(line.anchor);
     const bool is_right = line.anchor == view::Anchor::kTopRight || line.anchor == view::Anchor::kBottomRight;
     const bool is_bottom = line.anchor == view::Anchor::kBottomLeft || line.anchor == view::Anchor::kBottomRight;
     PlacedLine item{line, 0, 0, font(line).Width(line.text), font(line).line_height()};
     item.x = is_right ? width - margin - item.width : margin;
+    // A table keeps clear of the badge above it.
+    if (is_right && !is_bottom && line.style != view::TextStyle::kBadge && pen[anchor] > 0 && !is_table_begun) {
+      pen[anchor] += 5 * height / 360;
+      is_table_begun = true;
+    }
     item.y = (is_bottom ? height - margin - block_height[anchor] : margin) + pen[anchor];
     pen[anchor] += item.height;
     placed_.push_back(item);

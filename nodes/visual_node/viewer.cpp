@@ -16,6 +16,7 @@
 #include "nodes/visual_node/contact_sheet.hpp"
 #include "nodes/visual_node/exposure.hpp"
 #include "nodes/visual_node/gl_context.hpp"
+#include "nodes/visual_node/interaction.hpp"
 #include "nodes/visual_node/receiver.hpp"
 #include "nodes/visual_node/render_scale.hpp"
 #include "nodes/visual_node/renderer.hpp"
@@ -83,6 +84,9 @@ class Viewer {
     receiver_.Update();
     shown_ = receiver_.scene();
     if (auto known = view::CheckCamera(*shown_.assets, options_.view); !known) return known;
+    const auto chosen = view::ReadChoices(options_.show, shown_.assets->instance_names);
+    if (!chosen) return tl::unexpected(chosen.error());
+    receiver_.Choose([&](view::Choices& choices) { choices = *chosen; });
     auto renderer =
         Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
     if (!renderer) return tl::unexpected(renderer.error());
@@ -101,6 +105,7 @@ class Viewer {
   core::Result<void> Loop() {
     CameraControl control(*shown_.assets, options_.view);
     if (!options_.is_headless) control.Attach(context_->window());
+    Interaction interaction(&receiver_, renderer_.get());
     const auto period_ns = static_cast<std::int64_t>(1e9 / options_.max_frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns();
@@ -118,10 +123,19 @@ class Viewer {
       CountFrame(start_ns, core::MonotonicNow_ns());
       exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
-      if (!options_.is_headless) Show(*target);
+      if (!options_.is_headless) {
+        const bool is_mouse_down = glfwGetMouseButton(context_->window(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+        const double dt_s = 1e-9 * static_cast<double>(start_ns - last_ns);
+        if (auto drawn = interaction.DrawMenu(*shown_.assets, *target, is_mouse_down, dt_s, &control); !drawn) {
+          return drawn;
+        }
+        Show(*target);
+        const auto wishes = interaction.Take(shown_, camera, *target, &control);
+        if (!wishes) return tl::unexpected(wishes.error());
+        if (wishes->is_full_screen_wanted) context_->ToggleFullScreen();
+        if (wishes->is_screenshot_wanted) Take("", camera);
+      }
       scale_.Update(1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns));
-      if (control.TakeFullScreenKey()) context_->ToggleFullScreen();
-      if (control.TakeScreenshotKey()) Take("", camera);
       if (signals_.is_screenshot_wanted != 0) {
         signals_.is_screenshot_wanted = 0;
         Take("", camera);
