@@ -8,28 +8,19 @@
 namespace visual_node {
 namespace {
 
-const glm::vec3 kSunColor(1.02f, 1.0f, 0.96f);
 // Mean reflectance of ground, sea and clouds: 0.30, the Earth's Bond albedo, bluish by the air.
 const glm::vec3 kEarthAlbedo(0.26f, 0.30f, 0.36f);
 const glm::vec3 kPanelColor(1.0f, 0.98f, 0.94f);
 const glm::vec3 kEverywhere(0.050f, 0.052f, 0.056f);  // by eye: of the servicer, which is not drawn
 
-// The share of the sun's width above the Earth's limb. The air's refraction is left out.
-double SunShare(const space::Surroundings& space, double earth_sine) {
-  const double between =
-      std::acos(std::clamp(glm::dot(space.sun_direction_W, glm::normalize(space.X_WE.translation)), -1.0, 1.0));
-  const double above_rad = between - std::asin(earth_sine);
-  return std::clamp(0.5 + 0.5 * above_rad / kSunRadius_rad, 0.0, 1.0);
-}
-
 }  // namespace
 
-EnvironmentLight LightOf(const space::Surroundings& space) {
+EnvironmentLight LightOf(const space::Surroundings& space, const space::AirFromSpace& air) {
   EnvironmentLight light;
   const double distance_m = glm::length(space.X_WE.translation);
   const double sine = std::min(1.0, space::kEarthMeanRadius_m / distance_m);
   light.sun_direction_W = glm::vec3(space.sun_direction_W);
-  light.sun = static_cast<float>(std::acos(-1.0) * SunShare(space, sine)) * kSunColor;
+  light.sun = glm::vec3(std::acos(-1.0) * space::SunLight(space, air)) * kSunColor;
   light.earth_direction_W = glm::vec3(space.X_WE.translation / distance_m);
   light.earth_sine = static_cast<float>(sine);
   light.earth = kEarthAlbedo;

@@ -1,5 +1,8 @@
 #include "nodes/visual_node/offline.hpp"
 
+#include <cstdio>
+
+#include "nodes/visual_node/earth_air.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace visual_node {
@@ -12,6 +15,11 @@ core::Result<Offline> Offline::Create(const scene::Scenario& scenario, const std
   if (!context) return tl::unexpected(context.error());
   auto renderer = Renderer::Create(scene, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
   if (!renderer) return tl::unexpected(renderer.error());
+  if (const auto air = CachedAir()) {
+    (*renderer)->SetAir(*air);
+  } else {
+    std::fprintf(stderr, "%s\n", air.error().detail.c_str());
+  }
   return Offline{std::move(*context), std::move(*renderer)};
 }
 

@@ -132,9 +132,9 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   const double pixel_m =
       2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
   const bool has_soft_shadows = look.with_penumbra && kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
-  surfaces_.Begin(
-      {view.clip_W, view.eye_W, has_soft_shadows, look.light.value_or(LightOf(scene.space)), ShiningLamps(scene)},
-      shadow_);
+  surfaces_.Begin({view.clip_W, view.eye_W, has_soft_shadows,
+                   look.light ? *look.light : LightOf(scene.space, sky_.air()), ShiningLamps(scene)},
+                  shadow_);
   DrawSurfaces(scene, view);
   DrawSheets(scene);
   glDepthMask(GL_FALSE);

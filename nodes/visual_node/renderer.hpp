@@ -47,6 +47,9 @@ class Renderer {
   core::Result<void> Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                           const Look& look = {});
 
+  // Without it the Earth has no air.
+  void SetAir(const space::AirFromSpace& air) { sky_.SetAir(air); }
+
   // Of the newest picture, and waits for it.
   [[nodiscard]] Film& film() { return film_; }
   // As they were drawn last. Index: Assets::meshes, Scene::sheets.

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "nodes/visual_node/disc_rectangle.hpp"
+#include "nodes/visual_node/environment_light.hpp"
 #include "nodes/visual_node/land.hpp"
 #include "nodes/visual_node/sky_shaders.hpp"
 #include "space/orbit.hpp"
@@ -26,6 +28,8 @@ constexpr glm::vec3 kFaces[6][3] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0
                                     {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
                                     {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
 
+const glm::vec3 kGlare(0.35f, 0.34f, 0.32f);  // of the sun in the camera, by eye
+
 glm::dvec3 TileCentre(int face, int column, int row) {
   const double tile = 2.0 / kTiles;
   return glm::normalize(glm::dvec3(kFaces[face][0]) + ((column + 0.5) * tile - 1.0) * glm::dvec3(kFaces[face][1]) +
@@ -39,9 +43,13 @@ core::Result<Sky> Sky::Create() {
   auto background = MakeProgram("sky", kSkyVertex, kSkyFragment);
   if (!background) return tl::unexpected(background.error());
   sky.background_ = std::move(*background);
-  auto earth = MakeProgram("earth", kEarthVertex, kEarthFragment);
+  auto ground = MakeProgram("ground", kEarthVertex, kEarthFragment);
+  if (!ground) return tl::unexpected(ground.error());
+  sky.ground_ = std::move(*ground);
+  auto earth = MakeProgram("earth and air", kSkyVertex, kEarthAirFragment);
   if (!earth) return tl::unexpected(earth.error());
   sky.earth_ = std::move(*earth);
+  sky.SetAir(space::AirFromSpace::Vacuum());
   sky.nothing_ = MakeVertexArray();
 
   GLuint cube = 0;
@@ -66,6 +74,18 @@ core::Result<Sky> Sky::Create() {
   sky.field_.emplace_back(catalogue.stars);
   sky.note_ = catalogue.note;
   return sky;
+}
+
+void Sky::SetAir(const space::AirFromSpace& air) {
+  constexpr int kRows = space::AirFromSpace::kThroughRows, kGround = space::AirFromSpace::kGroundSamples;
+  air_ = air;
+  scattering_ = MakeTexture(GL_RGBA32F, air.num_nu * air.num_mu_s, air.num_mu);
+  glTextureSubImage2D(scattering_.id(), 0, 0, 0, air.num_nu * air.num_mu_s, air.num_mu, GL_RGBA, GL_FLOAT,
+                      air.scattering.data());
+  through_ = MakeTexture(GL_RGBA32F, kRows, 2);
+  glTextureSubImage2D(through_.id(), 0, 0, 0, kRows, 2, GL_RGB, GL_FLOAT, air.through.data());
+  ground_light_ = MakeTexture(GL_RGBA32F, kGround, 1);
+  glTextureSubImage2D(ground_light_.id(), 0, 0, 0, kGround, 1, GL_RGB, GL_FLOAT, air.ground_light.data());
 }
 
 void Sky::Prepare(const space::Surroundings& space, const space::StarCamera& camera) {
@@ -95,7 +115,7 @@ void Sky::BakeVisible(const space::Surroundings& space) {
         glEnable(GL_SCISSOR_TEST);
         glBindFramebuffer(GL_FRAMEBUFFER, bake_.id());
         glViewport(0, 0, kFace_px, kFace_px);
-        glUseProgram(earth_.id());
+        glUseProgram(ground_.id());
         glBindTextureUnit(0, land_.id());
         glBindVertexArray(nothing_.id());
       }
@@ -122,24 +142,56 @@ void Sky::Splat(const space::StarCamera& camera) {
 }
 
 void Sky::Draw(const space::Surroundings& space, const glm::mat4& clip_sky) const {
-  const glm::dvec3& to_earth_W = space.X_WE.translation;
-  const double distance_m = glm::length(to_earth_W);
+  const glm::vec3 sun(space::SunLight(space, air_));
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   glDepthMask(GL_FALSE);
+  glBindVertexArray(nothing_.id());
+  DrawBackground(space, clip_sky, sun);
+  DrawEarth(space, clip_sky, sun);
+}
+
+void Sky::DrawBackground(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
   glUseProgram(background_.id());
   glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::inverse(clip_sky)));
-  const glm::vec3 to_earth(to_earth_W / distance_m);
-  glUniform4f(1, to_earth.x, to_earth.y, to_earth.z, static_cast<float>(space::kEarthMeanRadius_m / distance_m));
-  glUniformMatrix3fv(2, 1, GL_FALSE, glm::value_ptr(glm::mat3(glm::mat3_cast(glm::conjugate(space.X_WE.rotation)))));
   glUniform3fv(3, 1, glm::value_ptr(glm::vec3(space.sun_direction_W)));
   const double moon_m = std::max(glm::length(space.moon_position_W), 1.0);
   const glm::vec3 to_moon(space.moon_position_W / moon_m);
   glUniform4f(4, to_moon.x, to_moon.y, to_moon.z, static_cast<float>(space::kMoonRadius_m / moon_m));
+  glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
   glBindTextureUnit(0, stars_.id());
-  glBindTextureUnit(1, cube_.id());
-  glBindVertexArray(nothing_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
+  const double distance_m = std::max(glm::length(space.X_WE.translation), 1.0);
+  const glm::vec3 to_earth(space.X_WE.translation / distance_m);
+  const double bottom_m = air_.mapping.shell().bottom, top = air_.mapping.shell().top / bottom_m;
+  const auto top_sine = static_cast<float>(std::min(1.0, top * bottom_m / distance_m));
+  const glm::ivec4 box = DiscRectangle(clip_sky, to_earth, top_sine, splatted_.width, splatted_.height);
+  if (box.z <= 0 || box.w <= 0) return;
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(box.x, box.y, box.z, box.w);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_SRC1_COLOR);
+  glUseProgram(earth_.id());
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::inverse(clip_sky)));
+  glUniform4f(1, to_earth.x, to_earth.y, to_earth.z, static_cast<float>(bottom_m / distance_m));
+  glUniformMatrix3fv(2, 1, GL_FALSE, glm::value_ptr(glm::mat3(glm::mat3_cast(glm::conjugate(space.X_WE.rotation)))));
+  glUniform3fv(3, 1, glm::value_ptr(glm::vec3(space.sun_direction_W)));
+  const double horizon = std::sqrt((top - 1.0) * (top + 1.0));
+  glUniform4f(5, static_cast<float>(top), static_cast<float>(horizon), air_.least_mu_s, air_.mapping.lowest());
+  glUniform4f(6, air_.mie_ratio.x, air_.mie_ratio.y, air_.mie_ratio.z, air_.mie_g);
+  glUniform3fv(7, 1, glm::value_ptr(kSunColor));
+  glUniform3f(8, static_cast<float>(air_.num_mu), static_cast<float>(air_.num_nu), static_cast<float>(air_.num_mu_s));
+  glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
+  glBindTextureUnit(0, scattering_.id());
+  glBindTextureUnit(1, cube_.id());
+  glBindTextureUnit(2, through_.id());
+  glBindTextureUnit(3, ground_light_.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
 }
 
 }  // namespace visual_node

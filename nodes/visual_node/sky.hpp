@@ -6,6 +6,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
+#include "space/atmosphere/from_space.hpp"
 #include "space/stars/star_field.hpp"
 #include "space/surroundings.hpp"
 
@@ -16,6 +17,10 @@ namespace visual_node {
 class Sky {
  public:
   static core::Result<Sky> Create();
+
+  // From the next picture on. Until then the Earth has no air.
+  void SetAir(const space::AirFromSpace& air);
+  [[nodiscard]] const space::AirFromSpace& air() const { return air_; }
 
   // Before the target is bound: computes what has come into view.
   void Prepare(const space::Surroundings& space, const space::StarCamera& camera);
@@ -30,12 +35,19 @@ class Sky {
  private:
   void BakeVisible(const space::Surroundings& space);
   void Splat(const space::StarCamera& camera);
+  void DrawBackground(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const;
+  void DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const;
 
   GlProgram background_;
+  GlProgram ground_;
   GlProgram earth_;
   GlTexture cube_;
   GlTexture land_;
   GlTexture stars_;
+  space::AirFromSpace air_;
+  GlTexture scattering_;
+  GlTexture through_;
+  GlTexture ground_light_;
   GlFramebuffer bake_;
   GlVertexArray nothing_;                // the core profile requires one, even when the shader generates its vertices
   std::vector<bool> is_baked_;           // tiles of the cube

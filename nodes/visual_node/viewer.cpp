@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "nodes/visual_node/camera_control.hpp"
 #include "nodes/visual_node/contact_sheet.hpp"
+#include "nodes/visual_node/earth_air.hpp"
 #include "nodes/visual_node/exposure.hpp"
 #include "nodes/visual_node/gl_context.hpp"
 #include "nodes/visual_node/interaction.hpp"
@@ -94,6 +95,12 @@ class Viewer {
     summary_.num_triangles = renderer_->num_triangles();
     std::printf("drawing %zu triangles with %s\n", renderer_->num_triangles(), summary_.gl_renderer.c_str());
     if (!renderer_->sky_note().empty()) std::printf("%s\n", renderer_->sky_note().c_str());
+    if (const auto air = CachedAir()) {
+      renderer_->SetAir(*air);
+    } else {
+      std::printf("the Earth has no air until it is computed, in about a minute of a core that is free\n");
+      air_in_work_ = std::make_unique<AirInWork>();
+    }
     std::fflush(stdout);
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
@@ -116,6 +123,7 @@ class Viewer {
       if (!options_.is_headless) FitTo(context_->window(), target);
       const std::int64_t start_ns = core::MonotonicNow_ns();
       if (auto taken = TakeScene(control); !taken) return taken;
+      TakeAir();
       const scene::Camera& camera =
           control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
       if (auto drawn = renderer_->Draw(shown_, camera, *target, Live()); !drawn) return drawn;
@@ -169,6 +177,16 @@ class Viewer {
     }
     shown_ = next;
     return {};
+  }
+
+  void TakeAir() {
+    if (air_in_work_ == nullptr) return;
+    const auto air = air_in_work_->Take();
+    if (!air) return;
+    renderer_->SetAir(*air);
+    air_in_work_.reset();
+    std::printf("the Earth has its air\n");
+    std::fflush(stdout);
   }
 
   core::Result<void> Keep(const view::Scene& scene, const scene::Camera& camera) {
@@ -250,6 +268,7 @@ class Viewer {
   Receiver receiver_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
+  std::unique_ptr<AirInWork> air_in_work_;
   RenderScale scale_;
   Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;

@@ -15,11 +15,11 @@
 namespace oos {
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),   CheckVerb(),    CookVerb(),   DoctorVerb(),  TopicVerb(),  TopVerb(),
-          ViewVerb(),  SweepVerb(),    SetVerb(),    LatencyVerb(), ReportVerb(), InspectVerb(),
-          QueryVerb(), BenchVerb(),    RecordVerb(), InfoVerb(),    CatVerb(),    RecoverVerb(),
-          MergeVerb(), DiffVerb(),     ExportVerb(), LaunchVerb(),  StatusVerb(), AttachVerb(),
-          StopVerb(),  RegistryVerb(), ClockVerb(),  ReplayVerb(),  FetchVerb(),  StarsVerb()};
+  return {RunVerb(),    CheckVerb(),  CookVerb(),      DoctorVerb(),  TopicVerb(),    TopVerb(),   ViewVerb(),
+          SweepVerb(),  SetVerb(),    LatencyVerb(),   ReportVerb(),  InspectVerb(),  QueryVerb(), BenchVerb(),
+          RecordVerb(), InfoVerb(),   CatVerb(),       RecoverVerb(), MergeVerb(),    DiffVerb(),  ExportVerb(),
+          LaunchVerb(), StatusVerb(), AttachVerb(),    StopVerb(),    RegistryVerb(), ClockVerb(), ReplayVerb(),
+          FetchVerb(),  StarsVerb(),  AtmosphereVerb()};
 }
 
 int RunCommandLine(const std::vector<std::string>& words) {

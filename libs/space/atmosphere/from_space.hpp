@@ -22,8 +22,8 @@ struct AirFromSpace {
   float mie_g = 0.0f;
   float least_mu_s = -1.0f;
   glm::vec3 mie_ratio{0.0f};  // of what aerosols scatter once, against red, where molecules scatter all colours alike
-  int num_mu = 2, num_nu = 1, num_mu_s = 1;
-  std::vector<glm::vec4> scattering{2, glm::vec4(0.0f)};  // [mu][nu][mu_s], as AirTables
+  int num_mu = 2, num_nu = 2, num_mu_s = 1;
+  std::vector<glm::vec4> scattering{4, glm::vec4(0.0f)};  // [mu][nu][mu_s], as AirTables
   std::vector<glm::vec3> through;       // what arrives of light from the ray's end: rows of the ground, then of the sky
   std::vector<glm::vec3> ground_light;  // irradiance on level ground: mu_s from least_mu_s to 1
 

@@ -45,6 +45,8 @@ class AirMapping {
 
   [[nodiscard]] const Shell<Real>& shell() const { return shell_; }
 
+  [[nodiscard]] Real lowest() const { return lowest_; }  // A
+
   [[nodiscard]] Real FromRadius(Real r) const { return shell_.to_horizon(r) / horizon_; }
   [[nodiscard]] Real ToRadius(Real x) const {
     const Real rho = horizon_ * x;

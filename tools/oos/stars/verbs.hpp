@@ -5,5 +5,6 @@
 namespace oos {
 
 Verb StarsVerb();
+Verb AtmosphereVerb();
 
 }  // namespace oos
