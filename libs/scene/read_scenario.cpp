@@ -33,6 +33,7 @@ class Builder {
       if (child.name == "environment") ReadEnvironment(child);
     }
     ReadHands(root);
+    ReadScenery(root, file_, &scenario_, diagnostics_);
     ReadMechanisms(root, file_, &scenario_, diagnostics_);  // after hands, whose poses they may need
     return std::move(scenario_);
   }
@@ -123,14 +124,7 @@ class Builder {
       const ElementReader read_child(child);
       if (child.name == "visual") {
         object.visual_mesh = File(child, "mesh");
-        object.material.is_given = child.Find("base_color") != nullptr;
-        read_child.Vector("base_color", &object.material.base_color);
-        double metallic = object.material.metallic;
-        double roughness = object.material.roughness;
-        read_child.Number("metallic", &metallic);
-        read_child.Number("roughness", &roughness);
-        object.material.metallic = static_cast<float>(metallic);
-        object.material.roughness = static_cast<float>(roughness);
+        object.material = ReadMaterial(child);
       } else if (child.name == "collision") {
         object.collision_mesh = File(child, "mesh");
         read_child.Number("voxel_size_m", &object.voxel_size_m);

@@ -32,6 +32,13 @@ Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file,
 Sheet ReadSheet(const XmlElement& element, const Object& object, const std::filesystem::path& file,
                 std::vector<Diagnostic>* diagnostics);
 
+// The material of a <visual>.
+Material ReadMaterial(const XmlElement& visual);
+
+// Adds <scenery> and <shown_arm>, what is seen only, after the devices.
+void ReadScenery(const XmlElement& root, const std::filesystem::path& file, Scenario* scenario,
+                 std::vector<Diagnostic>* diagnostics);
+
 // Adds the mechanisms to `scenario` in file order (the index is the id on the bus), after all objects have their poses.
 // Moves a hinge's child to its start angle.
 void ReadMechanisms(const XmlElement& root, const std::filesystem::path& file, Scenario* scenario,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -226,6 +227,31 @@ struct Camera {
   double vertical_fov_rad = 0.8;
 };
 
+// What is seen only: it has no collision mesh and no id on the bus.
+struct Scenery {
+  std::string name;
+  std::filesystem::path mesh;
+  core::Pose X_WM;
+};
+
+// An arm that is seen only. Its posture follows from where a hand's palm is (view::ArmPosture).
+struct ShownArm {
+  static constexpr std::size_t kNumLinks = 7;
+  struct Link {
+    core::Pose X_PJ;  // its joint, about z, in the link before; the first one's in B
+    std::filesystem::path visual_mesh;
+    Material material;
+  };
+
+  std::string name;
+  int role = -1;                      // index into Scenario::devices
+  core::Pose X_WB;                    // where the arm is mounted
+  core::Pose X_7F;                    // the flange in the last link
+  core::Pose X_PalmF;                 // where the hand is mounted on it
+  glm::dvec3 elbow_W{0.0, 0.0, 1.0};  // the way that the elbow points
+  std::array<Link, kNumLinks> links;
+};
+
 struct Parameter {
   std::string name;
   double value = 0.0;
@@ -251,6 +277,8 @@ struct Scenario {
   std::vector<Pair> pairs;
   std::vector<Mechanism> mechanisms;
   std::vector<Camera> cameras;
+  std::vector<Scenery> scenery;
+  std::vector<ShownArm> shown_arms;
   std::vector<Parameter> parameters;  // initial values of further named parameters
 
   // Indices; -1: none.

@@ -37,6 +37,7 @@ struct Instance {
   bool is_material_given = false;  // false: the mesh file's own materials are used, with `emissive` added
   bool is_visible = true;
   bool is_movable = false;  // may move from frame to frame
+  bool is_scenery = false;  // no object of the scenario: <scenery>, or a link of a <shown_arm>
   float opacity = 1.0f;     // below 1: drawn as a phantom at its own pose
   float highlight = 0.0f;   // of kHighlight over the instance's own surface
 };

@@ -48,6 +48,13 @@ void Light(Instance& instance, const glm::vec3& color) {
   instance.is_material_given = true;
 }
 
+std::uint32_t IndexOf(const std::filesystem::path& mesh, Assets* assets) {
+  const auto known = std::find(assets->meshes.begin(), assets->meshes.end(), mesh);
+  const auto index = static_cast<std::uint32_t>(known - assets->meshes.begin());
+  if (known == assets->meshes.end()) assets->meshes.push_back(mesh);
+  return index;
+}
+
 // Of a hand, the palm's way is that of the hand.
 std::vector<bool> ThoseThatMove(const scene::Scenario& scenario) {
   std::vector<bool> move;
@@ -68,10 +75,8 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
     const scene::Object& object = scenario.objects[i];
     assets->instance_names.push_back(object.name);
-    auto known = std::find(assets->meshes.begin(), assets->meshes.end(), object.visual_mesh);
     Instance instance;
-    instance.mesh = static_cast<std::uint32_t>(known - assets->meshes.begin());
-    if (known == assets->meshes.end()) assets->meshes.push_back(object.visual_mesh);
+    instance.mesh = IndexOf(object.visual_mesh, assets.get());
     instance.X_WM = object.X_WO;
     instance.material = MaterialOf(object.material);
     instance.is_material_given = object.material.is_given;
@@ -90,6 +95,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
     }
     X_WH_.push_back(object.X_WO);
   }
+  AddScenery(assets.get());
   scene_.assets = std::move(assets);
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
@@ -104,9 +110,44 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   Refresh(0);
 }
 
+// After the objects, whose indices are the ids on the bus.
+void SceneMirror::AddScenery(Assets* assets) {
+  const auto add = [&](const std::string& name, const std::filesystem::path& mesh, const scene::Material& material) {
+    Instance instance;
+    instance.mesh = IndexOf(mesh, assets);
+    instance.material = MaterialOf(material);
+    instance.is_material_given = material.is_given;
+    instance.is_scenery = true;
+    has_mesh_.push_back(!mesh.empty());
+    instance.is_visible = has_mesh_.back();
+    assets->instance_names.push_back(name);
+    scene_.instances.push_back(instance);
+  };
+  for (const scene::Scenery& scenery : scenario_.scenery) {
+    add(scenery.name, scenery.mesh, {});
+    scene_.instances.back().X_WM = scenery.X_WM;
+  }
+  for (const scene::ShownArm& arm : scenario_.shown_arms) {
+    arms_.push_back({ArmPosture(arm), arm.role, arm.X_PalmF, scene_.instances.size()});
+    for (std::size_t i = 0; i < arm.links.size(); ++i) {
+      add(arm.name + "_" + std::to_string(i + 1), arm.links[i].visual_mesh, arm.links[i].material);
+      scene_.instances.back().is_movable = true;
+    }
+  }
+}
+
+void SceneMirror::MoveArms() {
+  for (const Arm& arm : arms_) {
+    const int palm = scenario_.devices[static_cast<std::size_t>(arm.role)].palm;
+    if (palm < 0) continue;
+    const ArmPosture::Links links = arm.posture.At(scene_.instances[static_cast<std::size_t>(palm)].X_WM * arm.X_PalmF);
+    for (std::size_t i = 0; i < links.X_WL.size(); ++i) scene_.instances[arm.first + i].X_WM = links.X_WL[i];
+  }
+}
+
 void SceneMirror::Apply(const core::PhysicsState& state) {
   for (const core::BodyState& body : state.bodies) {
-    if (body.object >= scene_.instances.size()) continue;
+    if (body.object >= X_WH_.size()) continue;
     scene_.instances[body.object].X_WM = body.X_WO;
     X_WH_[body.object] = body.X_WO;
   }
@@ -167,7 +208,7 @@ void SceneMirror::MoveHand(int role, const core::Pose& X_WD, const core::Pose& X
 
 void SceneMirror::Apply(const core::ContactSet& contacts, std::int64_t now_ns) {
   if (contacts.pair_index >= pairs_.size()) return;
-  const std::size_t count = scene_.instances.size();
+  const std::size_t count = X_WH_.size();
   if (contacts.sampled_body >= count || contacts.field_body >= count) return;
   pairs_[contacts.pair_index] = {contacts, now_ns, true};
 }
@@ -179,7 +220,7 @@ void SceneMirror::Apply(const core::LogicStatus& status) {
   scene_.is_final = status.is_final;
   scene_.is_failed = status.is_failed;
   for (const core::LampState& state : status.lamps) {
-    if (state.object >= scene_.instances.size()) continue;
+    if (state.object >= X_WH_.size()) continue;
     const glm::vec3 color(state.red, state.green, state.blue);
     Light(scene_.instances[state.object], color);
     const auto lamp = std::find_if(scene_.lamps.begin(), scene_.lamps.end(),
@@ -198,6 +239,7 @@ void SceneMirror::Apply(const LiveFigures& figures) {
 }
 
 void SceneMirror::Refresh(std::int64_t now_ns) {
+  MoveArms();
   Remember(now_ns);
   ShowObjects();
   AddOverlays(now_ns);

@@ -9,6 +9,7 @@
 #include "core/messages/haptic.hpp"
 #include "core/messages/logic.hpp"
 #include "core/messages/physics.hpp"
+#include "view/arm_posture.hpp"
 #include "view/choices.hpp"
 #include "view/contact_marks.hpp"
 #include "view/scene.hpp"
@@ -80,6 +81,15 @@ class SceneMirror {
     bool is_known = false;
   };
 
+  struct Arm {
+    ArmPosture posture;
+    int role = -1;
+    core::Pose X_PalmF;
+    std::size_t first = 0;  // instance of its first link
+  };
+
+  void AddScenery(Assets* assets);
+  void MoveArms();
   void MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m);
   void ShowObjects();
   void AddOverlays(std::int64_t now_ns);
@@ -99,6 +109,7 @@ class SceneMirror {
   Scene scene_;
   std::vector<core::Pose> X_WH_;  // per object: the pose for contact gaps (a hand part: at X_WD)
   std::vector<PairContacts> pairs_;
+  std::vector<Arm> arms_;
   std::vector<std::uint16_t> sheet_objects_;  // index of each sheet's object
   core::LogicStatus status_;
   int hinted_ = -1;  // object that the hint is about

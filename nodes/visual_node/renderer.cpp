@@ -74,12 +74,13 @@ core::Result<void> Renderer::MakePrograms() {
   return {};
 }
 
-// Fits the shadow map to the sphere around the bounding box of all instances, 10 % larger so that they can move.
+// Fits the shadow map to the sphere around the bounding box of all objects, 10 % larger so that they can move. What is
+// scenery casts shadows into it, but would make it coarse.
 void Renderer::FitShadow(const view::Scene& scene) {
   glm::dvec3 low(1e9), high(-1e9);
   for (const view::Instance& instance : scene.instances) {
     const GpuMesh& mesh = meshes_[instance.mesh];
-    if (!instance.is_visible || mesh.num_indices == 0) continue;
+    if (!instance.is_visible || instance.is_scenery || mesh.num_indices == 0) continue;
     for (int corner = 0; corner < 8; ++corner) {
       const glm::vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
       const glm::dvec3 p_W = instance.X_WM * glm::dvec3(mesh.centre_M + side * mesh.half_size_m);

@@ -106,6 +106,7 @@ void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& mes
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   glEnable(GL_POLYGON_OFFSET_FILL);
+  glEnable(GL_DEPTH_CLAMP);  // what is nearer to the sun than the map begins casts its shadow all the same
   glPolygonOffset(1.5f, 2.0f);
   glUseProgram(program_.id());
   glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(sun_W_));
@@ -125,6 +126,7 @@ void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& mes
     glBindVertexArray(sheet.layout.id());
     glDrawElements(GL_TRIANGLES, sheet.num_indices, GL_UNSIGNED_INT, nullptr);
   }
+  glDisable(GL_DEPTH_CLAMP);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 

@@ -18,7 +18,7 @@ POSTS, POST_H = [(165, 76), (165, -76), (40, 76), (40, -76), (-88, 76), (-88, -7
 COVER_POST, COVER_POST_H = (340, 190), 60
 
 
-def screws(model, places, diameter=4.0, frame=None, material=m.SCREW, sides=12):
+def screws(model, places, diameter=4.0, frame=None, material=m.SCREW, sides=8):
     frame = frame or Frame()
     for k, (x, y, z) in enumerate(places):
         model.add(material, shapes.screw(diameter, sides), frame.at(x, y, z).turned(37.0 * k))
@@ -278,7 +278,7 @@ def blanket(width, height, frame, model, seed, pitch=132.0):
                       frame.at(width * (i / columns - 0.5), height * (j / lines - 0.5), 0))
 
 
-def bundle(model, points, count=5, radius=1.7, clamps=(), ties=(), material=m.CABLE, steps=6):
+def bundle(model, points, count=5, radius=1.7, clamps=(), ties=(), material=m.CABLE, steps=4):
     """A harness that lies on the face; clamps and ties at shares of its way."""
     path = shapes.smooth_path(points, steps)
     spread = radius / math.sin(math.pi / count) if count > 2 else (radius if count == 2 else 0.0)
@@ -290,10 +290,10 @@ def bundle(model, points, count=5, radius=1.7, clamps=(), ties=(), material=m.CA
     for k in range(count):
         strand = []
         for i, (p, t, side, up) in enumerate(frames):
-            angle = 2.0 * math.pi * k / count + 0.16 * i
+            angle = 2.0 * math.pi * k / count + 0.24 * i
             strand.append(shapes.add(p, shapes.add(shapes.scale(spread * math.cos(angle), side),
                                                    shapes.scale(spread * math.sin(angle), up))))
-        model.add((material, m.CABLE, m.CABLE_GREY, m.CABLE, m.CABLE_BLUE)[k % 5], shapes.tube(strand, radius, 6))
+        model.add((material, m.CABLE, m.CABLE_GREY, m.CABLE, m.CABLE_BLUE)[k % 5], shapes.tube(strand, radius, 5))
     whole = spread + radius
     for share in ties:
         p, t, side, up = frames[round(share * (len(frames) - 1))]
@@ -306,7 +306,7 @@ def bundle(model, points, count=5, radius=1.7, clamps=(), ties=(), material=m.CA
         model.add(m.WHITE, shapes.turned(ring, 12, 0.0), shapes.facing(p, t))
         foot = shapes.facing((p[0], p[1], 0.0), (0, 0, 1), side).at(whole + 4.0, 0, 0)
         model.add(m.WHITE, shapes.box((9, 7, 1.4), 0, 0.3, bottom=False), foot)
-        model.add(m.SCREW, shapes.screw(3.5, 10), foot.at(0.8, 0, 1.4))
+        model.add(m.SCREW, shapes.screw(3.5), foot.at(0.8, 0, 1.4))
 
 
 def plug(model, frame, radius=7.0, length=22.0):
@@ -326,11 +326,11 @@ def plug(model, frame, radius=7.0, length=22.0):
 def thruster(model, frame):
     """On a plate; z: the way of its plume."""
     model.add(m.WHITE, shapes.box((58, 58, 8), -2, 0.8, bottom=False), frame)
-    screws(model, [(x, y, 6) for x in (-23, 23) for y in (-23, 23)], 4.5, frame, sides=10)
+    screws(model, [(x, y, 6) for x in (-23, 23) for y in (-23, 23)], 4.5, frame)
     model.add(m.ALODINE, shapes.turned([(14, 6), (14, 16), (9, 19), (9, 26), (0, 26)], 20, 0.6), frame)
-    bell = [(6.0, 24), (5.2, 30), (8.5, 38), (13.0, 48), (17.5, 62), (20.0, 74), (19.2, 74.4), (16.6, 62), (12.2, 48),
-            (7.6, 38), (4.0, 31), (0.0, 29)]
-    model.add(m.NOZZLE, shapes.turned(bell, 28, 0.25), frame)
+    model.add(m.NOZZLE, shapes.revolve(shapes.smooth([(6.0, 24), (5.2, 30), (8.5, 38), (13.0, 48), (17.5, 62), (20.0, 74)]), 20), frame)
+    model.add(m.NOZZLE, shapes.turned([(20.0, 74), (19.2, 74.2)], 20), frame)
+    model.add(m.NOZZLE, shapes.revolve(shapes.smooth([(19.2, 74.2), (16.6, 62), (12.2, 48), (7.6, 38), (4.0, 31), (0.0, 30)]), 20), frame)
     for s in (-1, 1):
         model.add(m.STEEL, shapes.turned([(4.5, 6), (4.5, 22), (3, 24), (0, 24)], 10, 0.3), frame.at(s * 20, 0, 0))
         model.add(m.STEEL, shapes.tube(shapes.smooth_path([(s * 20, 0, 20), (s * 17, 6, 28), (s * 11, 4, 27), (s * 8, 0, 24)], 3),
@@ -351,7 +351,7 @@ def handrail(model, a, b, height=42.0):
     for x in (24.0, length / 2, length - 24.0) if length > 260 else (24.0, length - 24.0):
         model.add(m.ALUMINIUM, shapes.profiled((20, 12), [(4, 0), (4, 4), (0, 9), (-2, height - 6), (1, height + 1)], 0.4, 0.4, end=True),
                   frame.at(x, 0, 0))
-        screws(model, [(-10.5, 0, 4), (10.5, 0, 4)], 3.5, frame.at(x, 0, 0), sides=10)
+        screws(model, [(-10.5, 0, 4), (10.5, 0, 4)], 3.5, frame.at(x, 0, 0))
 
 
 def satellite():
@@ -379,7 +379,7 @@ def satellite():
         blanket(width - 54, high + 4, wall, model, 20 + k)
         # Screws along the profiles, tape along the edges of the insulation.
         screws(model, [(x, middle + y, 0) for x in (-(width / 2 - 13), width / 2 - 13) for y in (-90, 0, 90)], 6,
-               Frame(side.point((0, -out, 0)), side.x, (0, 0, 1)), sides=10)
+               Frame(side.point((0, -out, 0)), side.x, (0, 0, 1)))
         for y in (-(high / 2 - 4), high / 2 - 4):
             model.add(m.TAPE, shapes.box((width - 56, 14, 0.6), 3.6, 0.2, bottom=False), wall.at(0, y, 0))
     model.add(m.FOIL, shapes.decal(BODY[0] - 20, BODY[1] - 20), facing((0, 0, -depth + 8), (0, 0, -1)))
@@ -401,13 +401,13 @@ def satellite():
     places = [(x, y, 0) for x in range(-285, 300, 95) for y in (-286, 286)]
     places += [(s, y, 0) for s in (-316, -300, 296, 312) for y in range(-252, 260, 84)]
     places += [(x, y, 0) for x in range(-246, 290, 98) for y in (-206, -190)]
-    screws(model, [p for p in places if not (p[0] > 270 and 170 < p[1] < 210)], 4.2, sides=10)
+    screws(model, [p for p in places if not (p[0] > 270 and 170 < p[1] < 210)], 4.2)
 
     # Left: a painted panel with the harness's box. Right: mirrors that radiate heat.
     model.add(m.WHITE, shapes.box((68, 560, 1.2), 0, 0.4, bottom=False), Frame((-354, 0, 0)))
     box = Frame((-354, 20, 1.2))
     model.add(m.BLACK, shapes.box((52, 130, 30), 0, 0.8, bottom=False), box)
-    screws(model, [(x, y, 30) for x in (-21, 21) for y in (-59, 0, 59)], 4, box, sides=10)
+    screws(model, [(x, y, 30) for x in (-21, 21) for y in (-59, 0, 59)], 4, box)
     model.add(label, shapes.decal(38, 40, sheet.plate(38, 40, [("J-BOX", 0.2), ("28 V BUS", 0.14), ("A 3 2 1", 0.14)])), box.at(0, 28, 30.05))
     model.add(label, shapes.decal(36, 12, sheet.barcode(36, 12, "SV-4401")), box.at(0, -30, 30.05))
     for j in range(8):
@@ -494,9 +494,41 @@ def solar_wing():
     return model
 
 
+def servicer():
+    """What the arm is mounted on: its frame is the mount's, z towards the arm; the body is behind it."""
+    model = Model()
+    sheet = pictures.Sheet(256, 128, 2.0)
+    label = m.labels(sheet)
+    w, h, d = 460, 420, 340
+    for sx in (-1, 1):
+        for sy in (-1, 1):
+            model.add(m.GREY, shapes.box((24, 24, d), -d, 0.8), Frame((sx * (w / 2 - 12), sy * (h / 2 - 12), -20)))
+    model.add(m.ALUMINIUM, shapes.extruded([shapes.rounded(shapes.rectangle(w, h), 0.8)], -20, -8, 0.8), Frame())
+    for k, (width, out) in enumerate(((w, h / 2), (h, w / 2), (w, h / 2), (h, w / 2))):
+        side = Frame().turned(90 * k)
+        blanket(width - 50, d - 14, Frame(side.point((0, -out + 8, -20 - d / 2)), side.x, (0, 0, 1)), model, 40 + k, 160.0)
+    model.add(m.FOIL, shapes.decal(w - 20, h - 20), facing((0, 0, -d - 10), (0, 0, -1)))
+    # The arm's seat, and lights on both sides.
+    model.add(m.BLACK, shapes.turned([(70, -8), (70, 4), (52, 8), (52, 28), (0, 28)], 48, 1.2))
+    for k in range(12):
+        model.add(m.SCREW, shapes.screw(6), Frame().turned(30 * k).at(61, 0, 5))
+    for s in (-1, 1):
+        panel = Frame((s * 170, 20, -8))
+        model.add(m.BLACK, shapes.box((84, 200, 16), 0, 1.0, bottom=False), panel)
+        model.add(GLOW, shapes.box((72, 188, 1), 15.6, 0.4, bottom=False), panel)
+    model.add(label, shapes.decal(110, 24, sheet.plate(110, 24, [("SERVICER 1", 0.5)], (0.9, 0.9, 0.9), (0.05, 0.07, 0.12))),
+              Frame((0, -150, -7.9)))
+    screws(model, [(x, y, -8) for x in (-215, -110, 110, 215) for y in (-196, 196)], 6)
+    return model
+
+
+GLOW = Material("light_panel", (0.95, 0.95, 0.92), 0.0, 0.6)
+
+
 PARTS = {
     "module_replacement/meshes/" + name + ".glb": make
     for name, make in {"module": module, "handle": handle, "cover_tabbed": cover_tabbed, "lever": lever,
                        "switch_base": switch_base, "lamp": lamp, "holder": holder, "bracket_old": bracket_old,
-                       "bracket_new": bracket_new, "cavity": cavity, "satellite": satellite}.items()
+                       "bracket_new": bracket_new, "cavity": cavity, "satellite": satellite,
+                       "solar_wing": solar_wing, "servicer": servicer}.items()
 }

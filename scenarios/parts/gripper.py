@@ -51,7 +51,7 @@ def palm():
 
 def screws(model, places, diameter, frame):
     for k, (x, y, z) in enumerate(places):
-        model.add(m.SCREW, shapes.screw(diameter, 10), frame.at(x, y, z).turned(37.0 * k))
+        model.add(m.SCREW, shapes.screw(diameter), frame.at(x, y, z).turned(37.0 * k))
 
 
 def jaw(is_right=False):
@@ -66,7 +66,7 @@ def jaw(is_right=False):
     made.append((m.PAD, shapes.decal(18.4, 11.2, (0, 0, 18.4 / 2.4, 11.2 / 2.4)).placed(pad)))
     back = facing((-px - f, 0, 0), (-1, 0, 0), (0, -1, 0))
     for y in (22, 34):
-        made.append((m.SCREW, shapes.screw(4.0, 10).placed(back.at(0, y, 0))))
+        made.append((m.SCREW, shapes.screw(4.0).placed(back.at(0, y, 0))))
     for s in (-1, 1):
         side = facing((0, s * FINGER[1] / 2, 0), (0, s, 0), (1, 0, 0))
         for z in (-3.5, 3.5):

@@ -11,7 +11,7 @@ import pathlib
 import sys
 
 SCENARIOS = pathlib.Path(__file__).resolve().parent.parent
-SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py"]
+SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py", "parts/arm.py"]
 
 
 def parts():

@@ -178,6 +178,16 @@ def revolve(profile, sides, is_full=True):
     return grid(rows)
 
 
+def smooth(points):
+    """A line with the normals of a curve through its points, but for its ends."""
+    out = []
+    for i, p in enumerate(points):
+        a, b = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
+        length = math.hypot(b[0] - a[0], b[1] - a[1])
+        out.append((p, ((b[1] - a[1]) / length, (a[0] - b[0]) / length)))
+    return out
+
+
 def turned(points, sides, bevel=0.0, steps=1):
     """A turned part from its outline (radius, height), open at the axis."""
     return revolve(rounded(points, [0.0] + [bevel] * (len(points) - 2) + [0.0], steps, closes=False), sides)
@@ -377,7 +387,7 @@ def decal(width, height, uv=(0.0, 0.0, 1.0, 1.0)):
     return surface
 
 
-def screw(diameter, sides=12):
+def screw(diameter, sides=8):
     """Cap head with a hexagonal socket, standing on z = 0."""
     r, h, s = 0.8 * diameter, 0.55 * diameter, 0.45 * diameter
     profile = rounded([(r, 0.0), (r, h), (s, h), (s, 0.35 * h), (0.0, 0.35 * h)], [0.0, 0.12 * diameter, 0.0, 0.0, 0.0], 1,

@@ -8,7 +8,7 @@
 
 namespace oos {
 
-// Describes a running session for the verbs that join it (places.hpp).
+// What a running session leaves for the verbs that look into it (places.hpp).
 struct SessionNote {
   std::string registry;  // endpoint
   std::string session;   // number
@@ -24,7 +24,7 @@ std::string ToJson(const SessionNote& note);
 // Errors: kNotFound, when registry or session is not there.
 core::Result<SessionNote> ParseSessionNote(const std::string& json);
 
-// Reads the note of the session on this machine. Errors: kNotFound; kInvalidInput if another user may have written it.
+// Of the session that runs here. Errors: kNotFound; kInvalidInput, when somebody else may have written the note.
 core::Result<SessionNote> FindSessionNote();
 
 }  // namespace oos

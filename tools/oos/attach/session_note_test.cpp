@@ -23,9 +23,8 @@ TEST(SessionNote, KeepsQuotesBackslashesAndLineEndsInNames) {
   EXPECT_EQ(read->scenario, note.scenario);
 }
 
-TEST(SessionNote, IsRefusedWithoutRegistryOrSession) {
-  for (const char* text :
-       {"", "{", "[]", "{}", R"({"registry": "tcp://127.0.0.1:1"})", R"({"registry": 1, "session": 2})"}) {
+TEST(SessionNote, WithoutRegistryOrSessionIsNone) {
+  for (const char* text : {"", "{", "[]", "{}", R"({"registry": "tcp://127.0.0.1:1"})", R"({"registry": 1, "session": 2})"}) {
     EXPECT_FALSE(ParseSessionNote(text)) << text;
   }
 }

@@ -147,6 +147,12 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
       if (!file->empty()) named.push_back(*file);
     }
   }
+  for (const scene::Scenery& scenery : scenario.scenery) named.push_back(scenery.mesh);
+  for (const scene::ShownArm& arm : scenario.shown_arms) {
+    for (const scene::ShownArm::Link& link : arm.links) {
+      if (!link.visual_mesh.empty()) named.push_back(link.visual_mesh);
+    }
+  }
   std::vector<std::filesystem::path> files = named;
   AddFilesBelow(scenario.folder, named, &files);  // all of the folder, since the named files may name others
   std::filesystem::path base = scenario.folder;
