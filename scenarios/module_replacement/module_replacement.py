@@ -2,8 +2,8 @@
 sizes these are. Where a hand touches, both surfaces agree within 0.2 mm (visual_meshes_test)."""
 import math
 
+from visual import details, pictures, shapes
 from visual import materials as m
-from visual import pictures, shapes
 from visual.model import Material, Model
 from visual.shapes import Frame, facing
 
@@ -16,12 +16,6 @@ BOSS_R, BOSS_H, SOCKET_R, SOCKET_DEPTH, SOCKET_CHAMFER = 21, 15, 11.106, 25.5, 2
 BODY, FACE_T, OPENING, CAVITIES = (800, 600, 300), 12, 104, [(0, 0), (0, 190)]
 POSTS, POST_H = [(165, 76), (165, -76), (40, 76), (40, -76), (-88, 76), (-88, -76)], 48
 COVER_POST, COVER_POST_H = (340, 190), 60
-
-
-def screws(model, places, diameter=4.0, frame=None, material=m.SCREW, sides=8):
-    frame = frame or Frame()
-    for k, (x, y, z) in enumerate(places):
-        model.add(material, shapes.screw(diameter, sides), frame.at(x, y, z).turned(37.0 * k))
 
 
 def module():
@@ -38,7 +32,7 @@ def module():
     model.add(m.ORANGE, shapes.revolve(shapes.rounded(socket[:5], radii[:5], closes=False), 64))
     model.add(m.STEEL, shapes.revolve(shapes.rounded(socket[4:], [0, 0, 0], closes=False), 48))
     # The front plate: bars of colour, screws, plates with names.
-    screws(model, [(x, y, 0) for x in (-35, 35) for y in (-35, 35)], 3.2)
+    details.screws(model, [(x, y, 0) for x in (-35, 35) for y in (-35, 35)], 3.2)
     for s in (-1, 1):
         model.add(BLUE, shapes.box((9, 52, 1.0), 0, 0.35, bottom=False), Frame((s * 33, 0, 0)))
     model.add(label, shapes.decal(44, 9, sheet.plate(44, 9, [("PCM-2", 0.62)], ground=(0.08, 0.10, 0.16), ink=(0.9, 0.9, 0.9))),
@@ -151,7 +145,7 @@ def switch_base():
     for k, text in enumerate("BAY A"):
         sheet.picture.text(x + 4.75 * 6, y + (6.4 + 4.4 * k) * 6, 17, text, (0.9, 0.9, 0.9), align="middle")
     model.add(label, shapes.decal(9.5, 26, box), Frame((-11.6, 0, 9.05)))
-    screws(model, [(x, y, 9) for x in (-12.8, 12.8) for y in (-21.5, 21.5)], 3.0)
+    details.screws(model, [(x, y, 9) for x in (-12.8, 12.8) for y in (-21.5, 21.5)], 3.0)
     # The pivot.
     pin = facing((-7, 0, 6), (1, 0, 0))
     model.add(m.STEEL, shapes.turned([(0, 0), (1.8, 0), (1.8, 14), (0, 14)], 12), pin)
@@ -183,7 +177,7 @@ def holder():
                                       top=False).join(_rim(outer, 17.0)))
     bore = [(17.0, 24), (16.5, 24), (13.5, 21), (13.5, 4), (0, 4)]
     model.add(m.ALUMINIUM, shapes.revolve(shapes.rounded(bore, [0, 0.3, 0.3, 0, 0], closes=False), 48))
-    screws(model, [(x, y, 24) for x in (-20, 20) for y in (-20, 20)], 4.0)
+    details.screws(model, [(x, y, 24) for x in (-20, 20) for y in (-20, 20)], 4.0)
     box = sheet.plate(40, 9, [("HANDLE TOOL", 0.5)], ground=(0.85, 0.60, 0.04))
     model.add(label, shapes.decal(40, 9, box), facing((0, -25.05, 12), (0, -1, 0)))
     return model
@@ -201,7 +195,7 @@ def bracket(material, text, ground):
     outer = shapes.rounded(shapes.rectangle(116, 116), BEVEL)
     inner = shapes.hole(shapes.rounded(shapes.rectangle(60, 60), BEVEL))
     model.add(material, shapes.extruded([outer, inner], 0, 12, BEVEL, bottom=False, bottom_bevel=0.0))
-    screws(model, [(x, y, 12) for x in (-50, 50) for y in (-50, 0, 50)], 4.0)
+    details.screws(model, [(x, y, 12) for x in (-50, 50) for y in (-50, 0, 50)], 4.0)
     box = sheet.plate(56, 12, [(text, 0.55)], ground=ground, ink=(0.95, 0.95, 0.95))
     model.add(label, shapes.decal(56, 12, box), Frame((0, -44, 12.05)))
     stripes = sheet.hazard(60, 5, 6.0, (0.88, 0.88, 0.86), ground)
@@ -233,7 +227,7 @@ def cavity():
     stripes = sheet.hazard(88, 5.4, 7.0)
     for k in range(4):
         model.add(label, shapes.decal(88, 5.4, stripes), Frame().turned(90 * k).at(0, -48.9, FLANGE_H + 0.05))
-    screws(model, [(x, y, FLANGE_H) for x in (-48.5, 48.5) for y in (-48.5, 48.5)], 3.5)
+    details.screws(model, [(x, y, FLANGE_H) for x in (-48.5, 48.5) for y in (-48.5, 48.5)], 3.5)
     model.add(label, shapes.decal(60, 40, connector_face_wide(sheet)), Frame((0, 0, FLOOR + 0.05)))
     return model
 
@@ -250,108 +244,55 @@ def connector_face_wide(sheet):
 
 # --- Satellite ---------------------------------------------------------------------------------------------------
 
-def blanket(width, height, frame, model, seed, pitch=132.0):
-    """Insulation between seams, which pull it in; wrinkles are the renderer's."""
-    nx, ny = max(4, round(width / 22)), max(4, round(height / 22))
-
-    def depth(i, j):
-        x, y = width * i / nx, height * j / ny
-        columns, rows = max(1, round(width / pitch)), max(1, round(height / pitch))
-        u = abs(math.sin(math.pi * columns * x / width)) ** 0.5
-        v = abs(math.sin(math.pi * rows * y / height)) ** 0.5
-        return 7.0 * min(u, v) ** 0.8 + 2.2 * pictures.noise(i, j, seed) * (min(u, v) > 0.2) - 1.0
-
-    rows = []
-    for j in range(ny + 1):
-        row = []
-        for i in range(nx + 1):
-            dx = (depth(min(i + 1, nx), j) - depth(max(i - 1, 0), j)) / (2.0 * width / nx)
-            dy = (depth(i, min(j + 1, ny)) - depth(i, max(j - 1, 0))) / (2.0 * height / ny)
-            row.append(((width * (i / nx - 0.5), height * (j / ny - 0.5), depth(i, j)), shapes.unit((-dx, -dy, 1.0)), None))
-        rows.append(row)
-    model.add(m.FOIL, shapes.grid(rows), frame)
-    # Buttons where seams cross.
-    columns, lines = max(1, round(width / pitch)), max(1, round(height / pitch))
-    for j in range(1, lines):
-        for i in range(1, columns):
-            model.add(m.WHITE, shapes.turned([(6.0, -1), (6.0, 0.4), (2, 1.4), (0, 1.4)], 12, 0.2),
-                      frame.at(width * (i / columns - 0.5), height * (j / lines - 0.5), 0))
+# What stands on the face for good: place, size, height.
+STANDING = [(x, y, 12, 12, POST_H) for x, y in POSTS] + [(x, y, FLANGE, FLANGE, FLANGE_H) for x, y in CAVITIES] + [
+    (*COVER_POST, 18, 18, COVER_POST_H), (-220, 120, 116, 116, 12), (-220, -120, 116, 116, 12), (260, -120, 50, 50, 24),
+    (115, 0, 34, 50, 9), (75, 60, 20, 20, 5), (75, 190, 20, 20, 5), (-354, 20, 52, 130, 31), (354, 250, 54, 54, 10),
+    (-16, -252, 22, 14, 40), (126, -252, 22, 14, 40), (55, -252, 176, 12, 8), (384, 84, 12, 22, 34), (384, 126, 12, 22, 34)]
 
 
-def bundle(model, points, count=5, radius=1.7, clamps=(), ties=(), material=m.CABLE, steps=4):
-    """A harness that lies on the face; clamps and ties at shares of its way."""
-    path = shapes.smooth_path(points, steps)
-    spread = radius / math.sin(math.pi / count) if count > 2 else (radius if count == 2 else 0.0)
-    frames = []
-    for i, p in enumerate(path):
-        t = shapes.unit(shapes.sub(path[min(i + 1, len(path) - 1)], path[max(i - 1, 0)]))
-        side = shapes.unit(shapes.cross((0, 0, 1), t)) if abs(t[2]) < 0.95 else (1.0, 0.0, 0.0)
-        frames.append((p, t, side, shapes.cross(t, side)))
-    for k in range(count):
-        strand = []
-        for i, (p, t, side, up) in enumerate(frames):
-            angle = 2.0 * math.pi * k / count + 0.24 * i
-            strand.append(shapes.add(p, shapes.add(shapes.scale(spread * math.cos(angle), side),
-                                                   shapes.scale(spread * math.sin(angle), up))))
-        model.add((material, m.CABLE, m.CABLE_GREY, m.CABLE, m.CABLE_BLUE)[k % 5], shapes.tube(strand, radius, 5))
-    whole = spread + radius
-    for share in ties:
-        p, t, side, up = frames[round(share * (len(frames) - 1))]
-        ring = [(whole - 0.3, -1.4), (whole + 0.5, -1.4), (whole + 0.5, 1.4), (whole - 0.3, 1.4)]
-        model.add(m.RUBBER, shapes.turned(ring, 10, 0.0), shapes.facing(p, t))
-        model.add(m.RUBBER, shapes.box((3, 3, 2.4), 0, 0.3), shapes.facing(shapes.add(p, shapes.scale(whole, up)), up, side))
-    for share in clamps:
-        p, t, side, up = frames[round(share * (len(frames) - 1))]
-        ring = [(whole, -3.5), (whole + 0.8, -3.5), (whole + 0.8, 3.5), (whole, 3.5)]
-        model.add(m.WHITE, shapes.turned(ring, 12, 0.0), shapes.facing(p, t))
-        foot = shapes.facing((p[0], p[1], 0.0), (0, 0, 1), side).at(whole + 4.0, 0, 0)
-        model.add(m.WHITE, shapes.box((9, 7, 1.4), 0, 0.3, bottom=False), foot)
-        model.add(m.SCREW, shapes.screw(3.5), foot.at(0.8, 0, 1.4))
-
-
-def plug(model, frame, radius=7.0, length=22.0):
-    """A round connector with its nut and backshell; the cable leaves along z."""
-    model.add(m.NICKEL, shapes.turned([(radius + 2.5, 0), (radius + 2.5, 2), (radius - 0.4, 2)], 16, 0.3), frame)
-    knurl = []
-    for k in range(28):
-        angle = 2.0 * math.pi * k / 28
-        r = radius + (0.5 if k % 2 else -0.1)
-        c, s = math.cos(angle), math.sin(angle)
-        knurl.append(((r * c, r * s), (c, s)))
-    model.add(m.NICKEL, shapes.extruded([knurl], 2, 10, 0.4, bottom=False), frame)
-    model.add(m.ALODINE, shapes.turned([(radius - 1, 10), (radius - 1, 15), (radius - 3, length - 2), (radius - 3, length),
-                                        (0, length)], 16, 0.4), frame)
-
-
-def thruster(model, frame):
-    """On a plate; z: the way of its plume."""
-    model.add(m.WHITE, shapes.box((58, 58, 8), -2, 0.8, bottom=False), frame)
-    screws(model, [(x, y, 6) for x in (-23, 23) for y in (-23, 23)], 4.5, frame)
-    model.add(m.ALODINE, shapes.turned([(14, 6), (14, 16), (9, 19), (9, 26), (0, 26)], 20, 0.6), frame)
-    model.add(m.NOZZLE, shapes.revolve(shapes.smooth([(6.0, 24), (5.2, 30), (8.5, 38), (13.0, 48), (17.5, 62), (20.0, 74)]), 20), frame)
-    model.add(m.NOZZLE, shapes.turned([(20.0, 74), (19.2, 74.2)], 20), frame)
-    model.add(m.NOZZLE, shapes.revolve(shapes.smooth([(19.2, 74.2), (16.6, 62), (12.2, 48), (7.6, 38), (4.0, 31), (0.0, 30)]), 20), frame)
-    for s in (-1, 1):
-        model.add(m.STEEL, shapes.turned([(4.5, 6), (4.5, 22), (3, 24), (0, 24)], 10, 0.3), frame.at(s * 20, 0, 0))
-        model.add(m.STEEL, shapes.tube(shapes.smooth_path([(s * 20, 0, 20), (s * 17, 6, 28), (s * 11, 4, 27), (s * 8, 0, 24)], 3),
-                                       1.2, 6), frame)
-
-
-def handrail(model, a, b, height=42.0):
-    """Along the face, from a to b."""
-    way = shapes.sub(b, a)
-    length = math.sqrt(shapes.dot(way, way))
-    along = shapes.unit(way)
-    frame = Frame(a, along, shapes.cross((0, 0, 1), along))
-    path = [(0, 0, height), (length, 0, height)]
-    outline = [((8 * math.cos(t), 5 * math.sin(t)), shapes.unit((math.cos(t) / 8, math.sin(t) / 5, 0))[:2])
-               for t in (2 * math.pi * k / 18 for k in range(18))]
-    model.add(m.GOLD_RAIL, shapes.extruded([outline], 0, length, 0.6),
-              Frame(frame.point(path[0]), frame.y, (0, 0, 1)))
-    for x in (24.0, length / 2, length - 24.0) if length > 260 else (24.0, length - 24.0):
-        model.add(m.ALUMINIUM, shapes.profiled((20, 12), [(4, 0), (4, 4), (0, 9), (-2, height - 6), (1, height + 1)], 0.4, 0.4, end=True),
-                  frame.at(x, 0, 0))
-        screws(model, [(-10.5, 0, 4), (10.5, 0, 4)], 3.5, frame.at(x, 0, 0))
+def face_map(width=512, height=384, step=2):
+    """Of the face plate: how much of the sky each place sees, roughness with the marks of brush and hands, metal."""
+    scale = width / BODY[0]
+    w, h = width // step, height // step
+    heights = [[0.0] * w for _ in range(h)]
+    near = [[False] * w for _ in range(h)]
+    for x, y, sx, sy, top in STANDING:
+        left, right = (x - sx / 2 + BODY[0] / 2) * scale / step, (x + sx / 2 + BODY[0] / 2) * scale / step
+        low, high = (BODY[1] / 2 - y - sy / 2) * scale / step, (BODY[1] / 2 - y + sy / 2) * scale / step
+        reach = min(2.0 * top, 90.0) * scale / step
+        for j in range(max(0, int(low - reach)), min(h, int(high + reach) + 1)):
+            for i in range(max(0, int(left - reach)), min(w, int(right + reach) + 1)):
+                near[j][i] = True
+                if left <= i + 0.5 <= right and low <= j + 0.5 <= high:
+                    heights[j][i] = max(heights[j][i], float(top))
+    ways = [(math.cos(2 * math.pi * k / 12), math.sin(2 * math.pi * k / 12)) for k in range(12)]
+    pixel = step / scale  # mm
+    seen = [[1.0] * w for _ in range(h)]
+    for j in range(h):
+        for i in range(w):
+            if not near[j][i]:
+                continue
+            lost = 0.0
+            for c, s in ways:
+                steepest = 0.0
+                for far in (1.0, 2.0, 3.2, 5.0, 8.0, 12.5, 20.0, 30.0):
+                    x, y = int(i + 0.5 + far * c), int(j + 0.5 + far * s)
+                    if 0 <= x < w and 0 <= y < h and heights[y][x] > 0.0:
+                        steepest = max(steepest, heights[y][x] / (far * pixel))
+                lost += steepest * steepest / (1.0 + steepest * steepest)
+            seen[j][i] = 1.0 - lost / len(ways)
+    picture = pictures.Picture(width, height)
+    for j in range(height):
+        for i in range(width):
+            x, y = min(max((i + 0.5) / step - 0.5, 0.0), w - 1.001), min(max((j + 0.5) / step - 0.5, 0.0), h - 1.001)
+            a, b = int(x), int(y)
+            u, v = x - a, y - b
+            open_sky = (seen[b][a] * (1 - u) + seen[b][a + 1] * u) * (1 - v) + (seen[b + 1][a] * (1 - u) + seen[b + 1][a + 1] * u) * v
+            grain = 0.30 * pictures.noise(i // 24, j, 31) + 0.25 * pictures.smooth_noise(i / 48.0, j, 99, 999, 33)
+            marks = 0.30 * pictures.smooth_noise(i / 40.0, j / 40.0, 99, 99, 35) + 0.2 * pictures.smooth_noise(i / 11.0, j / 11.0, 99, 99, 37)
+            picture.rows[j][i] = (pictures.quantized(max(open_sky, 0.12) ** 1.2), pictures.quantized(0.50 + 0.42 * grain + 0.62 * marks, 24), 1.0)
+    return picture
 
 
 def satellite():
@@ -363,7 +304,9 @@ def satellite():
     # The face plate, and what holds it: profiles at the corners, rails below, insulation between them.
     outlines = [shapes.rounded(shapes.rectangle(BODY[0], BODY[1]), BEVEL)]
     outlines += [shapes.hole(shapes.rounded(shapes.rectangle(OPENING, OPENING, x, y), BEVEL)) for x, y in CAVITIES]
-    model.add(m.FACE, shapes.extruded(outlines, -FACE_T, 0, BEVEL, bottom=False, bottom_bevel=0.0))
+    plate = shapes.extruded(outlines, -FACE_T, 0, BEVEL, bottom=False, bottom_bevel=0.0)
+    plate.vertices = [(p, n, ((p[0] + half_x) / BODY[0], (half_y - p[1]) / BODY[1])) for p, n, _ in plate.vertices]
+    model.add(Material("face", (0.50, 0.51, 0.53), 0.92, 0.52, surface=face_map(), occludes=True), plate)
     for sx in (-1, 1):
         for sy in (-1, 1):
             model.add(m.GREY, shapes.box((26, 26, depth - FACE_T), -depth, 0.8), Frame((sx * (half_x - 13), sy * (half_y - 13), 0)))
@@ -376,9 +319,9 @@ def satellite():
     for k, (width, out) in enumerate(((BODY[0], half_y), (BODY[1], half_x), (BODY[0], half_y), (BODY[1], half_x))):
         side = Frame().turned(90 * k)
         wall = Frame(side.point((0, -out + 10, middle)), side.x, (0, 0, 1))
-        blanket(width - 54, high + 4, wall, model, 20 + k)
+        details.blanket(width - 54, high + 4, wall, model, 20 + k)
         # Screws along the profiles, tape along the edges of the insulation.
-        screws(model, [(x, middle + y, 0) for x in (-(width / 2 - 13), width / 2 - 13) for y in (-90, 0, 90)], 6,
+        details.screws(model, [(x, middle + y, 0) for x in (-(width / 2 - 13), width / 2 - 13) for y in (-90, 0, 90)], 6,
                Frame(side.point((0, -out, 0)), side.x, (0, 0, 1)))
         for y in (-(high / 2 - 4), high / 2 - 4):
             model.add(m.TAPE, shapes.box((width - 56, 14, 0.6), 3.6, 0.2, bottom=False), wall.at(0, y, 0))
@@ -390,7 +333,7 @@ def satellite():
         model.add(m.LOOP, shapes.profiled((12, 12), [(0, 34), (0, POST_H)], 0.4, 0.4, end=True), Frame((x, y, 0)))
         for s in (-1, 1):
             model.add(m.ALUMINIUM, shapes.box((7, 12, 1.6), 0, 0.3, bottom=False), Frame((x + s * 9.5, y, 0)))
-            screws(model, [(x + s * 9.8, y, 1.6)], 2.6, sides=8)
+            details.screws(model, [(x + s * 9.8, y, 1.6)], 2.6, sides=8)
     x, y = COVER_POST
     model.add(m.GREY, shapes.box((18, 18, COVER_POST_H - 6), 0, 0.4, bottom=False), Frame((x, y, 0)))
     model.add(m.BLACK, shapes.box((32, 32, 6), COVER_POST_H - 6, 0.4), Frame((x, y, 0)))
@@ -401,13 +344,13 @@ def satellite():
     places = [(x, y, 0) for x in range(-285, 300, 95) for y in (-286, 286)]
     places += [(s, y, 0) for s in (-316, -300, 296, 312) for y in range(-252, 260, 84)]
     places += [(x, y, 0) for x in range(-246, 290, 98) for y in (-206, -190)]
-    screws(model, [p for p in places if not (p[0] > 270 and 170 < p[1] < 210)], 4.2)
+    details.screws(model, [p for p in places if not (p[0] > 270 and 170 < p[1] < 210)], 4.2)
 
     # Left: a painted panel with the harness's box. Right: mirrors that radiate heat.
     model.add(m.WHITE, shapes.box((68, 560, 1.2), 0, 0.4, bottom=False), Frame((-354, 0, 0)))
     box = Frame((-354, 20, 1.2))
     model.add(m.BLACK, shapes.box((52, 130, 30), 0, 0.8, bottom=False), box)
-    screws(model, [(x, y, 30) for x in (-21, 21) for y in (-59, 0, 59)], 4, box)
+    details.screws(model, [(x, y, 30) for x in (-21, 21) for y in (-59, 0, 59)], 4, box)
     model.add(label, shapes.decal(38, 40, sheet.plate(38, 40, [("J-BOX", 0.2), ("28 V BUS", 0.14), ("A 3 2 1", 0.14)])), box.at(0, 28, 30.05))
     model.add(label, shapes.decal(36, 12, sheet.barcode(36, 12, "SV-4401")), box.at(0, -30, 30.05))
     for j in range(8):
@@ -416,28 +359,27 @@ def satellite():
 
     # The harness: from the box to the bays, the switch and the lamps.
     for y in (-25, 5, 35, 65):
-        plug(model, facing((-328, y, 17), (1, 0, 0)), 6.5 if y != 5 else 8.0)
-    bundle(model, [(-307, 5, 17), (-296, 5, 15), (-280, 8, 7), (-240, 10, 6), (-180, 8, 6), (-130, 6, 6), (-105, 2, 6), (-84, 0, 7),
+        details.plug(model, facing((-328, y, 17), (1, 0, 0)), 6.5 if y != 5 else 8.0)
+    details.bundle(model, [(-307, 5, 17), (-296, 5, 15), (-280, 8, 7), (-240, 10, 6), (-180, 8, 6), (-130, 6, 6), (-105, 2, 6), (-84, 0, 7),
                    (-66, 0, 9), (-52, 0, 9)], 6, 1.8, (0.38, 0.58, 0.78), (0.3, 0.48, 0.68, 0.88))
-    bundle(model, [(-307, 35, 17), (-296, 35, 14), (-288, 32, 8), (-268, 24, 5), (-180, 24, 5), (-132, 26, 5), (-112, 44, 5),
+    details.bundle(model, [(-307, 35, 17), (-296, 35, 14), (-288, 32, 8), (-268, 24, 5), (-180, 24, 5), (-132, 26, 5), (-112, 44, 5),
                    (-108, 90, 5), (-108, 150, 5), (-98, 182, 6), (-78, 190, 8), (-52, 190, 9)], 4, 1.7, (0.46, 0.64, 0.82), (0.4, 0.56, 0.73))
-    bundle(model, [(-307, -25, 17), (-296, -25, 14), (-288, -22, 8), (-272, -30, 4), (-140, -34, 4), (-90, -60, 4), (-70, -100, 4),
+    details.bundle(model, [(-307, -25, 17), (-296, -25, 14), (-288, -22, 8), (-272, -30, 4), (-140, -34, 4), (-90, -60, 4), (-70, -100, 4),
                    (-40, -116, 4), (60, -116, 4), (100, -110, 4), (113, -80, 4), (115, -48, 4), (115, -25, 5)], 3, 1.7,
            (0.3, 0.5, 0.66, 0.83), (0.25, 0.42, 0.6, 0.75))
-    bundle(model, [(-307, 65, 17), (-296, 65, 12), (-290, 60, 6), (-282, 50, 4), (-150, 46, 4), (-124, 60, 4), (-122, 200, 4),
-                   (-116, 252, 4), (-60, 262, 4), (60, 262, 4), (76, 250, 4), (75, 202, 4)], 2, 1.5, (0.3, 0.55, 0.7, 0.88), (0.45, 0.62, 0.8))
-    bundle(model, [(75, 50, 3), (78, 38, 3), (92, 32, 3), (104, 26, 4), (110, 24, 5)], 2, 1.4)
+    details.bundle(model, [(-307, 65, 17), (-296, 65, 12), (-290, 60, 6), (-282, 50, 4), (-150, 46, 4), (-124, 60, 4), (-122, 200, 4),
+                   (-116, 244, 4), (-60, 253, 4), (60, 253, 4), (76, 244, 4), (75, 202, 4)], 2, 1.5, (0.3, 0.55, 0.7, 0.88), (0.45, 0.62, 0.8))
+    details.bundle(model, [(75, 50, 3), (78, 38, 3), (92, 32, 3), (104, 26, 4), (110, 24, 5)], 2, 1.4)
     for y in (0, 190):
-        plug(model, facing((-52, y, 9), (-1, 0, 0)), 6.0, 20)
+        details.plug(model, facing((-52, y, 9), (-1, 0, 0)), 6.0, 20)
 
     # Names, warnings, and squares that cameras find.
     for x, y, w, h, text, ground, ink in (
             (0, -70, 62, 12, "BAY A", (0.10, 0.12, 0.16), (0.92, 0.92, 0.92)),
-            (0, 260 - 0, 62, 12, "BAY B", (0.10, 0.12, 0.16), (0.92, 0.92, 0.92)),
+            (20, 266, 62, 12, "BAY B", (0.10, 0.12, 0.16), (0.92, 0.92, 0.92)),
             (260, -160, 60, 10, "TOOL HT-1", (0.86, 0.86, 0.84), (0.05, 0.05, 0.06)),
-            (-220, 196, 84, 12, "STOW OLD UNIT", (0.50, 0.04, 0.03), (0.95, 0.95, 0.95)),
-            (-220, -196 + 8, 84, 10, "SPARE UNIT", (0.02, 0.26, 0.10), (0.95, 0.95, 0.95)),
-            (340, 236, 64, 12, "STOW COVER", (0.86, 0.86, 0.84), (0.05, 0.05, 0.06)),
+            (-220, 196, 84, 12, "STOW OLD UNIT", (0.86, 0.86, 0.84), (0.50, 0.04, 0.03)),
+            (350, 164, 60, 10, "STOW COVER", (0.86, 0.86, 0.84), (0.05, 0.05, 0.06)),
             (340, -182, 60, 10, "OSR - NO TOUCH", (0.88, 0.66, 0.03), (0.05, 0.05, 0.05))):
         model.add(label, shapes.decal(w, h, sheet.plate(w, h, [(text, 0.56)], ink, ground)), Frame((x, y, 0.06)))
     name = sheet.plate(150, 26, [("VR-OOS MOCK-UP 01", 0.46)], (0.04, 0.06, 0.10), (0.86, 0.86, 0.84), frame=False)
@@ -456,17 +398,17 @@ def satellite():
               Frame((-354, -200, 1.3)))
 
     # Outside: rails for hands, thrusters, an antenna.
-    handrail(model, (-40, -252, 0), (150, -252, 0))
-    handrail(model, (384, 60, 0), (384, 150, 0), 36)
+    details.handrail(model, (-40, -252, 0), (150, -252, 0))
+    details.handrail(model, (384, 60, 0), (384, 150, 0), 36)
     for x, y in ((half_x, -210), (half_x, 210), (-half_x, -210), (-half_x, 210)):
-        thruster(model, facing((x - 4, y, -80), (1 if x > 0 else -1, 0, 0.25), (0, 1, 0)))
+        details.thruster(model, facing((x - 4, y, -80), (1 if x > 0 else -1, 0, 0.25), (0, 1, 0)))
     for x in (-250, 250):
-        thruster(model, facing((x, -half_y + 4, -80), (0, -1, 0.25)))
+        details.thruster(model, facing((x, -half_y + 4, -80), (0, -1, 0.25)))
     dish = Frame((half_x - 46, half_y - 50, 0))
     model.add(m.WHITE, shapes.box((54, 54, 10), 0, 0.8, bottom=False), dish)
     model.add(m.GOLD, shapes.box((34, 34, 1.5), 10, 0.3, bottom=False), dish)
     model.add(m.STEEL, shapes.turned([(2, 11), (2, 14), (0, 14)], 10, 0.2), dish.at(6, 0, 0))
-    screws(model, [(x, y, 10) for x in (-22, 22) for y in (-22, 22)], 3.5, dish, sides=8)
+    details.screws(model, [(x, y, 10) for x in (-22, 22) for y in (-22, 22)], 3.5, dish, sides=8)
     return model
 
 
@@ -500,14 +442,8 @@ def servicer():
     sheet = pictures.Sheet(256, 128, 2.0)
     label = m.labels(sheet)
     w, h, d = 460, 420, 340
-    for sx in (-1, 1):
-        for sy in (-1, 1):
-            model.add(m.GREY, shapes.box((24, 24, d), -d, 0.8), Frame((sx * (w / 2 - 12), sy * (h / 2 - 12), -20)))
+    details.frame_and_blankets(model, w, h, d, Frame((0, 0, -10)))
     model.add(m.ALUMINIUM, shapes.extruded([shapes.rounded(shapes.rectangle(w, h), 0.8)], -20, -8, 0.8), Frame())
-    for k, (width, out) in enumerate(((w, h / 2), (h, w / 2), (w, h / 2), (h, w / 2))):
-        side = Frame().turned(90 * k)
-        blanket(width - 50, d - 14, Frame(side.point((0, -out + 8, -20 - d / 2)), side.x, (0, 0, 1)), model, 40 + k, 160.0)
-    model.add(m.FOIL, shapes.decal(w - 20, h - 20), facing((0, 0, -d - 10), (0, 0, -1)))
     # The arm's seat, and lights on both sides.
     model.add(m.BLACK, shapes.turned([(70, -8), (70, 4), (52, 8), (52, 28), (0, 28)], 48, 1.2))
     for k in range(12):
@@ -518,7 +454,7 @@ def servicer():
         model.add(GLOW, shapes.box((72, 188, 1), 15.6, 0.4, bottom=False), panel)
     model.add(label, shapes.decal(110, 24, sheet.plate(110, 24, [("SERVICER 1", 0.5)], (0.9, 0.9, 0.9), (0.05, 0.07, 0.12))),
               Frame((0, -150, -7.9)))
-    screws(model, [(x, y, -8) for x in (-215, -110, 110, 215) for y in (-196, 196)], 6)
+    details.screws(model, [(x, y, -8) for x in (-215, -110, 110, 215) for y in (-196, 196)], 6)
     return model
 
 

@@ -1,6 +1,6 @@
 """How the two-finger gripper looks, millimetres, in the frame of gripper.scad, whose sizes these are."""
+from visual import details, pictures, shapes
 from visual import materials as m
-from visual import pictures, shapes
 from visual.model import Model
 from visual.shapes import Frame, facing
 
@@ -27,31 +27,26 @@ def palm():
     for s in (-1, 1):
         front = facing((0, s * (PALM[1] / 2), (low + high) / 2), (0, s, 0), (-s, 0, 0))
         model.add(m.GREY, shapes.box((66, 24, 0.8), 0, 0.35, bottom=False), front)
-        screws(model, [(x, y, 0.8) for x in (-29, 29) for y in (-8.5, 8.5)], 2.6, front)
-        screws(model, [(x, y, 0) for x in (-50, 50) for y in (-12, 12)], 3.6, front)
+        details.screws(model, [(x, y, 0.8) for x in (-29, 29) for y in (-8.5, 8.5)], 2.6, front)
+        details.screws(model, [(x, y, 0) for x in (-50, 50) for y in (-12, 12)], 3.6, front)
         model.add(label, shapes.decal(42, 13, sheet.plate(42, 13, [("GRIPPER 2F-80", 0.34), ("SERVICER ARM 1", 0.24)],
                                                           (0.92, 0.92, 0.92), (0.035, 0.037, 0.042), frame=False)),
                   front.at(0, 0, 0.86))
         model.add(m.GREEN_LIGHT, shapes.turned([(2, 0), (2, 0.8), (0, 0.8)], 12, 0.3), front.at(40, 0, 0))
         end = facing((s * PALM[0] / 2, 0, (low + high) / 2), (s, 0, 0), (0, s, 0))
-        screws(model, [(x, y, 0) for x in (-17, 17) for y in (-11, 11)], 3.2, end)
+        details.screws(model, [(x, y, 0) for x in (-17, 17) for y in (-11, 11)], 3.2, end)
         stripes = sheet.hazard(30, 6, 6.0)
         model.add(label, shapes.decal(30, 6, stripes), end.at(0, -10, 0.06))
-    screws(model, [(x, y, high) for x in (-44, 44) for y in (-13, 13)], 3.6, Frame())
+    details.screws(model, [(x, y, high) for x in (-44, 44) for y in (-13, 13)], 3.6, Frame())
     for k in range(8):
         arm = Frame((0, 0, high)).turned(22.5 + 45 * k)
-        screws(model, [(WRIST_R + 5.5, 0, 0)], 2.6, arm)
+        details.screws(model, [(WRIST_R + 5.5, 0, 0)], 2.6, arm)
     # Its cable, from the housing up along the wrist.
     plug = facing((38, 0, high), (0, 0, 1))
     model.add(m.NICKEL, shapes.turned([(8, 0), (8, 2), (6.5, 2), (6.5, 10), (5, 11), (5, 17), (0, 17)], 18, 0.4), plug)
     path = shapes.smooth_path([(38, 0, high + 16), (38, 0, high + 24), (34, 1, high + 34), (27, 3, high + 42), (22, 4, high + 56)], 5)
     model.add(m.RUBBER, shapes.tube(path, 3.2, 10))
     return model
-
-
-def screws(model, places, diameter, frame):
-    for k, (x, y, z) in enumerate(places):
-        model.add(m.SCREW, shapes.screw(diameter), frame.at(x, y, z).turned(37.0 * k))
 
 
 def jaw(is_right=False):
@@ -80,6 +75,6 @@ def jaw(is_right=False):
 
 PARTS = {
     folder + "/meshes/" + name + ".glb": make
-    for folder in ("module_replacement",)
+    for folder in ("module_replacement", "peg_in_hole")
     for name, make in {"palm": palm, "jaw_left": jaw, "jaw_right": lambda: jaw(True)}.items()
 }

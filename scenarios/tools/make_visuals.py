@@ -11,7 +11,8 @@ import pathlib
 import sys
 
 SCENARIOS = pathlib.Path(__file__).resolve().parent.parent
-SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py", "parts/arm.py"]
+SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py", "parts/arm.py",
+           "peg_in_hole/peg_in_hole.py", "service_robot/service_robot.py"]
 
 
 def parts():

@@ -166,9 +166,9 @@ def solar_cells(size=128):
                 corner = min(x + 0.5 - x0, x1 - x - 0.5) + min(y + 0.5 - y0, y1 - y - 0.5) - 10.0
                 alpha = min(edge, corner / 1.4)
                 glow = 0.02 * smooth_noise(x / 16.0, y / 16.0, size // 16, size // 16, 11)
-                picture.blend(x, y, (0.05 + tint + glow, 0.075 + tint + glow, 0.20 + 1.6 * tint + 2 * glow), alpha + 0.5)
+                picture.blend(x, y, (0.055 + tint + glow, 0.075 + tint + glow, 0.16 + 1.4 * tint + 2 * glow), alpha + 0.5)
         for y in range(4, size - 3, 4):
-            picture.fill(x0 + 2, y, x1 - 2, y + 0.35, (0.36, 0.40, 0.52))
+            picture.fill(x0 + 2, y, x1 - 2, y + 0.35, (0.24, 0.27, 0.36))
         for k in (0.28, 0.72):
             x = x0 + k * (x1 - x0)
             picture.fill(x - 0.6, y0 + 1, x + 0.6, y1 - 1, (0.62, 0.64, 0.68))
