@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "nodes/visual_node/closed_mesh.hpp"
 #include "vps/mesh/vertex_normals.hpp"
 
 namespace visual_node {
@@ -59,6 +60,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     gpu.parts.push_back(part);
   }
   for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
+  gpu.is_closed = !bends && IsClosedAndFacesOutwards(mesh);
   gpu.num_indices = static_cast<GLsizei>(indices.size());
   gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
   gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));

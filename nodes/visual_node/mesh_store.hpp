@@ -29,6 +29,7 @@ struct GpuMesh {
   std::vector<Part> parts;
   std::vector<GlTexture> textures;
   bool has_lens = false;
+  bool is_closed = false;  // triangles that face away are hidden by others
   GLsizei num_indices = 0;
   glm::vec3 centre_M{0.0f};  // of box and sphere
   glm::vec3 half_size_m{0.0f};

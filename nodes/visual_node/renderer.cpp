@@ -174,6 +174,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
   for (const auto& [distance_m, i] : order_) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
+    (mesh.is_closed ? glEnable : glDisable)(GL_CULL_FACE);
     for (const GpuMesh::Part& part : mesh.parts) {
       // Of a lamp with a lens only the lens shines.
       const bool is_given = instance.is_material_given && (!mesh.has_lens || part.is_lens);
@@ -182,6 +183,7 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
       surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material, !is_given);
     }
   }
+  glDisable(GL_CULL_FACE);
 }
 
 void Renderer::DrawSheets(const view::Scene& scene) {
