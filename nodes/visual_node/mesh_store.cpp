@@ -46,6 +46,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     part.first_byte = indices.size() * sizeof(std::uint32_t);
     part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f), primitive.is_foil};
     part.is_lens = primitive.is_lens;
+    part.is_two_sided = primitive.is_two_sided;
     part.base_texture = primitive.base_texture;
     part.surface_texture = primitive.surface_texture;
     part.normal_texture = primitive.normal_texture;
@@ -60,7 +61,12 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     gpu.parts.push_back(part);
   }
   for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
-  gpu.is_closed = !bends && IsClosedAndFacesOutwards(mesh);
+  // Of a closed mesh they are hidden by others, whatever its file says.
+  const bool has_two_sides =
+      std::any_of(gpu.parts.begin(), gpu.parts.end(), [](const GpuMesh::Part& part) { return part.is_two_sided; });
+  if (has_two_sides && !bends && IsClosedAndFacesOutwards(mesh)) {
+    for (GpuMesh::Part& part : gpu.parts) part.is_two_sided = false;
+  }
   gpu.num_indices = static_cast<GLsizei>(indices.size());
   gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
   gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));

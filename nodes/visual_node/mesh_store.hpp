@@ -15,6 +15,7 @@ struct GpuMesh {
     std::uintptr_t first_byte = 0;
     view::Material material;
     bool is_lens = false;  // what shines of a lamp
+    bool is_two_sided = true;  // false: its triangles that face away are not seen
     // Indices into `textures`; -1: none.
     int base_texture = -1;
     int surface_texture = -1;
@@ -29,7 +30,6 @@ struct GpuMesh {
   std::vector<Part> parts;
   std::vector<GlTexture> textures;
   bool has_lens = false;
-  bool is_closed = false;  // triangles that face away are hidden by others
   GLsizei num_indices = 0;
   glm::vec3 centre_M{0.0f};  // of box and sphere
   glm::vec3 half_size_m{0.0f};

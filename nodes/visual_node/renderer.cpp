@@ -138,6 +138,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
                   shadow_);
   DrawSurfaces(scene, view);
   DrawSheets(scene);
+  glDisable(GL_CULL_FACE);
   glDepthMask(GL_FALSE);
   sky_.Draw(scene.space, view.clip_sky);
   DrawGlow(scene, view);
@@ -168,13 +169,13 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
     const GpuMesh& mesh = meshes_[instance.mesh];
     if (!instance.is_visible || instance.opacity < 1.0f || mesh.num_indices == 0) continue;
     const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    if (IsOutside(view.clip_W, centre_W, mesh.radius_m)) continue;
     order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
   }
   std::sort(order_.begin(), order_.end());
   for (const auto& [distance_m, i] : order_) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
-    (mesh.is_closed ? glEnable : glDisable)(GL_CULL_FACE);
     for (const GpuMesh::Part& part : mesh.parts) {
       // Of a lamp with a lens only the lens shines.
       const bool is_given = instance.is_material_given && (!mesh.has_lens || part.is_lens);
@@ -183,7 +184,6 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
       surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material, !is_given);
     }
   }
-  glDisable(GL_CULL_FACE);
 }
 
 void Renderer::DrawSheets(const view::Scene& scene) {

@@ -145,6 +145,24 @@ TEST_F(RendererTest, TheShadowOfAVerticalSunIsStraightBelow) {
   EXPECT_LT(Luma(image.Pixel(dark.x, dark.y)), 0.75 * Luma(image.Pixel(lit.x, lit.y)));
 }
 
+TEST_F(RendererTest, WhatReachesIntoThePictureIsDrawnThoughItsMiddleIsOutside) {
+  for (const std::size_t i : {0u, 2u, 3u}) scene_.instances[i].is_visible = false;
+  scene_.lamps.clear();
+  const glm::dmat3 R_WV = glm::transpose(glm::dmat3(view::ViewMatrix(FrontCamera())));
+  const double depth_m = 1.3, high_m = depth_m * std::tan(0.5 * FrontCamera().vertical_fov_rad);
+  const double wide_m = high_m * kWidth / kHeight;
+  scene_.instances[1].is_visible = false;
+  const std::vector<glm::vec4> sky = Light();
+  scene_.instances[1].is_visible = true;
+  for (const glm::dvec2 side : {glm::dvec2(1, 0), glm::dvec2(-1, 0), glm::dvec2(0, 1), glm::dvec2(0, -1)}) {
+    for (const double beyond_m : {0.05, 0.2}) {
+      const glm::dvec2 at = side * (glm::dvec2(wide_m, high_m) + beyond_m);
+      scene_.instances[1].X_WM.translation = FrontCamera().eye_m + R_WV * glm::dvec3(at, -depth_m);
+      EXPECT_EQ(Light() != sky, beyond_m < 0.1) << side.x << " " << side.y << " " << beyond_m;
+    }
+  }
+}
+
 TEST_F(RendererTest, TheShadowMapIsUpdatedOnlyWhenSomethingMoves) {
   Draw();
   const int updates = renderer_->num_shadow_updates();

@@ -82,6 +82,7 @@ void ShadowMap::DrawCasters(const view::Scene& scene, const std::vector<GpuMesh>
     const view::Instance& instance = scene.instances[i];
     if (!casters_[i] || instance.is_movable != is_movable) continue;
     const GpuMesh& mesh = meshes[instance.mesh];
+    if (IsOutside(sun_W_, glm::vec3(instance.X_WM * glm::dvec3(mesh.centre_M)), mesh.radius_m)) continue;
     glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(ToMatrix(instance.X_WM)));
     glBindVertexArray(mesh.layout.id());
     glDrawElements(GL_TRIANGLES, mesh.num_indices, GL_UNSIGNED_INT, nullptr);

@@ -151,6 +151,11 @@ void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const 
   glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_WM));
   glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
   glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
+  if (part.is_two_sided) {
+    glDisable(GL_CULL_FACE);
+  } else {
+    glEnable(GL_CULL_FACE);  // of OpenGL's initial state: faces whose corners run clockwise
+  }
   glBindVertexArray(mesh.layout.id());
   // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
   const auto* const offset = reinterpret_cast<const void*>(part.first_byte);

@@ -179,6 +179,7 @@ class Reader {
     out->roughness = static_cast<float>(pbr.roughnessFactor);
     out->has_material = true;
     out->is_foil = material.name.starts_with("mli");
+    out->is_two_sided = material.doubleSided;
     out->is_lens = material.name.starts_with("lens");
     if (out->uvs.empty()) return;
     out->base_texture = Texture(pbr.baseColorTexture.index, true);

@@ -36,6 +36,7 @@ struct VisualPrimitive {
   float roughness = 0.6f;
   bool has_material = false;  // the file named one
   bool is_foil = false;       // the material's name begins with "mli" (multi-layer insulation)
+  bool is_two_sided = true;   // false: its back is never seen, by the glTF material
   bool is_lens = false;       // the material's name begins with "lens": what shines of a lamp
   // Indices into VisualMesh::textures, each multiplied with the figure above; -1: none.
   int base_texture = -1;

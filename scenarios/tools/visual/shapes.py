@@ -390,6 +390,5 @@ def decal(width, height, uv=(0.0, 0.0, 1.0, 1.0)):
 def screw(diameter, sides=8):
     """Cap head with a hexagonal socket, standing on z = 0."""
     r, h, s = 0.8 * diameter, 0.55 * diameter, 0.45 * diameter
-    profile = rounded([(r, 0.0), (r, h), (s, h), (s, 0.35 * h), (0.0, 0.35 * h)], [0.0, 0.12 * diameter, 0.0, 0.0, 0.0], 1,
-                      closes=False)
-    return revolve(profile, sides)
+    out, up, down = (1.0, 0.0), (0.0, 1.0), (-0.9, 0.44)
+    return revolve([((r, 0.0), out), ((r - 0.1 * diameter, h), up), ((s, h), up), ((s, h), down), ((0.0, 0.4 * h), down)], sides)
