@@ -30,6 +30,7 @@ void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nl
   (*report)[prefix + "misses"] = statistics.misses;
   (*report)[prefix + "p50_us"] = Microseconds(statistics.durations.p50_ns());
   (*report)[prefix + "p99_us"] = Microseconds(statistics.durations.p99_ns());
+  (*report)[prefix + "p9999_us"] = Microseconds(statistics.durations.Percentile_ns(0.9999));
   (*report)[prefix + "max_us"] = Microseconds(static_cast<double>(statistics.durations.max_ns()));
 }
 

@@ -143,6 +143,7 @@ void BusThread::FenceOff(std::uint64_t instance) {
     }
   }
   std::erase_if(subscriptions_, [instance](const auto& item) { return item.second.instance == instance; });
+  core_->book.CloseAll(instance);  // its subscription may have come before the roster that names it
 }
 
 // This node was superseded while it was suspended or cut off. It sends nothing any more.

@@ -41,7 +41,7 @@ json Sum(const std::vector<json>& nodes, const std::string& key) {
 json HapticPart(const json& haptic) {
   json part = json::object();
   for (const char* prefix : {"", "contact_"}) {
-    for (const char* key : {"cycles", "misses", "p50_us", "p99_us", "max_us"}) {
+    for (const char* key : {"cycles", "misses", "p50_us", "p99_us", "p9999_us", "max_us"}) {
       part[std::string(prefix) + key] = Get(haptic, std::string(prefix) + key);
     }
   }
@@ -181,6 +181,10 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   report["impulse_balance"] = Get(physics, "impulse_balance");
   report["stability"] = StabilityPart(bridge);
   report["stability"]["used_stiffness_share"] = Get(haptic, "least_stiffness_share");
+  if (!visual.is_null()) {
+    for (const char* key : {"fps", "render_scale", "cpu_ms_per_frame"}) report["pictures"][key] = Get(visual, key);
+    report["pictures"]["draw_p50_ms"] = Get(Get(visual, "draw_ms"), "p50");
+  }
   report["nodes_that_died"] = facts.dead;
   report["nodes_left_out"] = facts.missing_nodes;
   report["simulated"] = json::array({"hand devices (mass-damper arms with a scripted operator)"});
