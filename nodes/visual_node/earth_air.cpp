@@ -11,20 +11,20 @@
 namespace visual_node {
 namespace {
 
-std::filesystem::path AirFile() {
-  return vps::DefaultCacheFolder() / space::AirFileName(space::Air{}, space::AirTableSizes{});
+std::filesystem::path AirFile(const space::AirTableSizes& sizes) {
+  return vps::DefaultCacheFolder() / space::AirFileName(space::Air{}, sizes);
 }
 
 }  // namespace
 
-core::Result<space::AirFromSpace> CachedAir() {
-  const auto tables = space::ReadAirTables(AirFile(), space::Air{}, space::AirTableSizes{});
+core::Result<space::AirFromSpace> CachedAir(const space::AirTableSizes& sizes) {
+  const auto tables = space::ReadAirTables(AirFile(sizes), space::Air{}, sizes);
   if (tables) return space::AirFromSpace::From(*tables);
-  return core::Fail(tables.error().code, "the Earth has no air in this picture: " + AirFile().string() +
+  return core::Fail(tables.error().code, "the Earth has no air in this picture: " + AirFile(sizes).string() +
                                              " is missing or damaged; `oos atmosphere` computes it");
 }
 
-AirInWork::AirInWork() : thread_([this] { Work(); }) {}
+AirInWork::AirInWork(const space::AirTableSizes& sizes) : sizes_(sizes), thread_([this] { Work(); }) {}
 
 AirInWork::~AirInWork() {
   is_stop_wanted_ = true;
@@ -36,10 +36,10 @@ void AirInWork::Work() {
   const sched_param none{};
   sched_setscheduler(0, SCHED_IDLE, &none);
   setpriority(PRIO_PROCESS, 0, 19);
-  const auto tables = space::MakeAirTables<float>(space::Air{}, space::AirTableSizes{}, nullptr,
-                                                  [this](double /*share*/) { return !is_stop_wanted_; });
+  const auto tables =
+      space::MakeAirTables<float>(space::Air{}, sizes_, nullptr, [this](double /*share*/) { return !is_stop_wanted_; });
   if (!tables) return;
-  static_cast<void>(space::WriteAirTables(AirFile(), *tables));
+  static_cast<void>(space::WriteAirTables(AirFile(sizes_), *tables));
   air_ = space::AirFromSpace::From(*tables);
   is_done_ = true;
 }
