@@ -61,6 +61,7 @@ Rgb<Real> ExtinctionOf(const Air& air, const Densities<Real>& densities) {
 template <typename Real>
 Rgb<Real> MieRatio(const Air& air) {
   const glm::dvec3 mie = air.mie_per_m();
+  if (mie.x <= 0.0) return Rgb<Real>(0);
   return Rgb<Real>(mie / air.rayleigh_per_m * (air.rayleigh_per_m.x / mie.x));
 }
 

@@ -38,9 +38,8 @@ double Uniform(std::mt19937_64& random) {
 }
 
 double RelativeError(const glm::dvec3& got, const glm::dvec3& expected) {
-  double most = 0.0;
-  for (int k = 0; k < 3; ++k) most = std::max(most, std::abs(got[k] / expected[k] - 1.0));
-  return most;
+  const glm::dvec3 error = glm::abs(got / expected - 1.0);
+  return std::sqrt(glm::dot(error, error));  // of all colours, and no number if one is none
 }
 
 // --- Geometry
