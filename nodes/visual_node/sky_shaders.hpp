@@ -35,10 +35,10 @@ float Noise(vec3 p) {
   return mix(mix(mix(Hash(i + e.xxx), Hash(i + e.yxx), f.x), mix(Hash(i + e.xyx), Hash(i + e.yyx), f.x), f.y),
              mix(mix(Hash(i + e.xxy), Hash(i + e.yxy), f.x), mix(Hash(i + e.xyy), Hash(i + e.yyy), f.x), f.y), f.z);
 }
-float Layers(vec3 p) {
+float Layers(vec3 p, int num) {
   float sum = 0.0;
   float weight = 0.5;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < num; ++i) {
     sum += weight * Noise(p);
     p = 2.03 * p + vec3(17.1, 31.7, 11.3);
     weight *= 0.5;
@@ -51,11 +51,15 @@ void main() {
   vec2 place = vec2(atan(n.y, n.x) / 6.2831853 + 0.5, asin(clamp(n.z, -1.0, 1.0)) / 3.14159265 + 0.5);
   float land = smoothstep(0.3, 0.7, textureLod(u_land, place, 0.0).r);
   vec3 warp = vec3(Noise(6.0 * n + 40.0), Noise(6.0 * n + 60.0), Noise(6.0 * n + 80.0));
-  float cloud = smoothstep(0.46, 0.72, Layers(vec3(7.0, 7.0, 13.0) * n + 1.6 * warp + 100.0));
+  float field = Layers(vec3(7.0, 7.0, 13.0) * n + 1.6 * warp + 100.0, 6);
+  // Large systems, and between them fields of small ones.
+  float cloud = smoothstep(0.47, 0.63, field) * (0.55 + 0.45 * smoothstep(0.3, 0.7, Layers(40.0 * n + 3.0 * warp, 3)));
+  cloud = max(cloud, 0.5 * smoothstep(0.52, 0.66, Layers(60.0 * n + 5.0 * warp, 3)) * smoothstep(0.36, 0.5, field));
   float north = abs(n.z);
   // Deserts about 25 degrees from the equator, ice near the poles.
   float dry = smoothstep(0.22, 0.36, north) * (1.0 - smoothstep(0.48, 0.62, north)) * smoothstep(0.35, 0.6, warp.x);
-  vec3 ground = mix(vec3(0.050, 0.085, 0.030), vec3(0.26, 0.20, 0.11), dry);
+  vec3 ground = mix(vec3(0.035, 0.060, 0.020), vec3(0.28, 0.19, 0.10), dry);
+  ground *= 0.75 + 0.5 * Layers(25.0 * n + 50.0, 3);
   ground = mix(ground, vec3(0.55, 0.58, 0.62), smoothstep(0.90, 0.95, north));
   ground = mix(vec3(0.006, 0.014, 0.040), ground, land);
   o_color = vec4(sqrt(ground), cloud);  // finer steps in the dark
@@ -187,7 +191,8 @@ void main() {
   vec4 ground = texture(u_earth, u_R_EW * n);
   // Nothing else down there is bluer than red.
   float water = smoothstep(0.04, 0.12, ground.b - ground.r) * (1.0 - ground.a);
-  vec3 albedo = mix(ground.rgb * ground.rgb, vec3(0.80), 0.9 * ground.a);
+  // Clouds are bluish against the air in front of them, as half of it is below their tops.
+  vec3 albedo = mix(ground.rgb * ground.rgb, vec3(0.80, 0.86, 0.96), ground.a);
   vec3 glint = Glint(d, n, water) / max(height, 0.15);  // sunlit has the cosine in it
   vec3 surface = through * u_sun * sunlit * (albedo + glint) + vec3(0.0012, 0.0018, 0.0036);
 
