@@ -10,6 +10,8 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kThicknessSteps = 500;
 constexpr int kSingleSteps = 150;
 constexpr int kMultipleSteps = 50;
+// Of the time for light scattered once, the time for the transmittance.
+constexpr double kTransmittanceWork = 0.1;
 // Directions over the whole sphere: rings and their parts.
 constexpr int kRings = 16;
 constexpr int kParts = 32;
@@ -198,7 +200,7 @@ class Maker {
   }
 
   std::optional<AirTables<Real>> Make() {
-    MakeTransmittance();
+    if (!MakeTransmittance()) return std::nullopt;
     MakeDirectIrradiance();
     if (!MakeSingleScattering()) return std::nullopt;
     for (int order = 2; order <= tables_.sizes.num_orders; ++order) {
@@ -221,28 +223,31 @@ class Maker {
   [[nodiscard]] Real SunOf(int mu_s) const { return mapping_.ToSun(Real(mu_s) / Real(tables_.sizes.mu_s - 1)); }
   [[nodiscard]] Real NuOf(int nu) const { return Real(2) * Real(nu) / Real(tables_.sizes.nu - 1) - Real(1); }
 
-  // One row of views at a time, for each radius.
+  // All rows of a radius at once when there are workers. Alone row by row, about a millisecond each, so that work in
+  // the background ends soon when nobody wants it any more.
   template <typename Body>
-  bool ForEachRow(double work, int num_rows, const Body& body) {
-    for (int r = 0; r < tables_.sizes.r; ++r) {
-      core::ForEach(workers_, static_cast<std::size_t>(num_rows),
-                    [&](std::size_t row) { body(r, static_cast<int>(row)); });
-      done_ += work / tables_.sizes.r;
-      if (progress_ && !progress_(std::min(done_ / (1.0 + 2.0 * (tables_.sizes.num_orders - 1)), 1.0))) return false;
+  bool ForEachRow(double work, int num_radii, int num_rows, const Body& body) {
+    const int num_at_once = workers_ != nullptr ? num_rows : 1;
+    const double all = kTransmittanceWork + 1.0 + 2.0 * (tables_.sizes.num_orders - 1);
+    for (int r = 0; r < num_radii; ++r) {
+      for (int first = 0; first < num_rows; first += num_at_once) {
+        core::ForEach(workers_, static_cast<std::size_t>(num_at_once),
+                      [&](std::size_t row) { body(r, first + static_cast<int>(row)); });
+        done_ += work * num_at_once / (num_rows * num_radii);
+        if (progress_ && !progress_(std::min(done_ / all, 1.0))) return false;
+      }
     }
     return true;
   }
 
-  void MakeTransmittance() {
+  bool MakeTransmittance() {
     const AirTableSizes& n = tables_.sizes;
     tables_.transmittance.resize(static_cast<std::size_t>(n.transmittance_mu * n.transmittance_r));
-    core::ForEach(workers_, static_cast<std::size_t>(n.transmittance_r), [&](std::size_t row) {
+    return ForEachRow(kTransmittanceWork, n.transmittance_r, n.transmittance_mu, [&](int row, int column) {
       const Real r = mapping_.ToRadius(Real(row) / Real(n.transmittance_r - 1));
-      for (int column = 0; column < n.transmittance_mu; ++column) {
-        const Real mu = mapping_.ToUpward(r, Real(column) / Real(n.transmittance_mu - 1));
-        tables_.transmittance[row * static_cast<std::size_t>(n.transmittance_mu) + static_cast<std::size_t>(column)] =
-            TransmittanceThrough(tables_.air, r, mu, false);
-      }
+      const Real mu = mapping_.ToUpward(r, Real(column) / Real(n.transmittance_mu - 1));
+      tables_.transmittance[static_cast<std::size_t>(row * n.transmittance_mu + column)] =
+          TransmittanceThrough(tables_.air, r, mu, false);
     });
   }
 
@@ -272,7 +277,7 @@ class Maker {
     const AirTableSizes& n = tables_.sizes;
     tables_.scattering.resize(n.num_scattering());
     for (Colors* colors : {&rayleigh_, &mie_, &sources_, &newest_}) colors->resize(n.num_scattering());
-    return ForEachRow(1.0, n.mu, [&](int i, int j) { MakeSingleRow(i, j); });
+    return ForEachRow(1.0, n.r, n.mu, [&](int i, int j) { MakeSingleRow(i, j); });
   }
 
   void MakeSingleRow(int i, int j) {
@@ -302,7 +307,7 @@ class Maker {
   // radiance of light that was scattered once less is that of the ground or of the air. It depends on the height and
   // the sun, but not on the view, and is computed once for all views.
   bool MakeSources(int order) {
-    return ForEachRow(1.0, tables_.sizes.mu_s, [&](int i, int l) { MakeSourcesUnder(i, l, order); });
+    return ForEachRow(1.0, tables_.sizes.r, tables_.sizes.mu_s, [&](int i, int l) { MakeSourcesUnder(i, l, order); });
   }
 
   void MakeSourcesUnder(int i, int l, int order) {
@@ -419,7 +424,7 @@ class Maker {
   // The integral along the ray of T J.
   bool MakeMultipleScattering() {
     const AirTableSizes& n = tables_.sizes;
-    return ForEachRow(1.0, n.mu, [&](int i, int j) { MakeMultipleRow(i, j); });
+    return ForEachRow(1.0, n.r, n.mu, [&](int i, int j) { MakeMultipleRow(i, j); });
   }
 
   // Where a step of a ray is in the tables, whatever the sun.

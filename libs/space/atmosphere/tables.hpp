@@ -44,7 +44,7 @@ struct AirTables {
   std::vector<Rgb<Real>> irradiance;  // of the sky, on level ground [r][mu_s]
 };
 
-// The share done, in [0, 1], some hundred times; false stops the work.
+// The share done, in [0, 1], some hundred times, without workers some ten thousand times; false stops the work.
 using AirProgress = std::function<bool(double)>;
 
 // Algorithm 4.1 of [Bruneton and Neyret 2008]. None: the progress stopped it. The result does not depend on `workers`.
