@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/hash.hpp"
+#include "vps/field/pack_facets.hpp"
 
 namespace vps {
 namespace {
@@ -320,6 +321,10 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
       facets->num_levels = in.Get<std::uint32_t>();
     }
     is_consistent = is_consistent && IsConsistent(field);
+    if (is_consistent) {
+      MakeBoxes(&field.facets);
+      MakeBoxes(&field.surface);
+    }
     object.field = std::move(field);
   }
   if (flags & kHasSamples) {

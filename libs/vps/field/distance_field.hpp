@@ -68,7 +68,8 @@ struct DistanceField {
   [[nodiscard]] const Facets& triangles() const { return facets.blocks.empty() ? surface : facets; }
   [[nodiscard]] std::size_t num_bytes() const {
     return 4 * (bricks.size() + words.size() + creases.size()) + sizeof(CoarseCell) * coarse.size() +
-           2 * curvatures.size() + errors.size() + facets.num_bytes() + surface.num_bytes();
+           2 * curvatures.size() + errors.size() + facets.num_bytes() + surface.num_bytes() +
+           sizeof(FacetBoxes) * (facets.boxes.size() + surface.boxes.size());
   }
 };
 

@@ -27,6 +27,12 @@ struct alignas(64) FacetSpheres {
   float x[kFacetLanes], y[kFacetLanes], z[kFacetLanes], r[kFacetLanes];  // voxels
 };
 
+// Boxes around what the spheres of a block stand for. The spheres of long thin triangles are wide, the boxes of those
+// along an axis are not. Of unused ones the lower corner is far away.
+struct alignas(64) FacetBoxes {
+  float low[3][kFacetLanes], high[3][kFacetLanes];  // voxels
+};
+
 // The surface's triangles for exact distances at a few points, packed: about ten bytes a triangle. In voxels of the
 // field. Sphere j of level 0 holds block j, sphere j of level k the spheres of block j of level k - 1; the last level
 // is one block. Unused spheres are far away and have no radius.
@@ -36,9 +42,11 @@ struct Facets {
 
   std::vector<FacetBlock> blocks;
   std::vector<FacetSpheres> spheres;
+  std::vector<FacetBoxes> boxes;  // in the order of `spheres`; MakeBoxes
   std::array<std::uint32_t, kMaxLevels> level_begin{};
   std::uint32_t num_levels = 0;
 
+  // As kept in files, without the boxes.
   [[nodiscard]] std::size_t num_bytes() const {
     return sizeof(FacetBlock) * blocks.size() + sizeof(FacetSpheres) * spheres.size();
   }

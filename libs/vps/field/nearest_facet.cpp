@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "vps/field/four_lanes.hpp"
 #include "vps/mesh/nearest_on_triangle.hpp"
 
 namespace vps {
@@ -13,90 +14,64 @@ namespace {
 // squared distances get so much of their part within the plane on top.
 constexpr double kBeside = 1e-6;
 
-// Goes through the triangles of blocks that come as near to p as the root of `squared_reach`, which may fall on the
-// way: take(a, b, c, is_doubtful), corners relative to p.
-template <class Take>
+// Squared distances of boxes from a point, `pad` less along each axis: lanes k to k + 3.
+F4 SquaredDistances(const std::array<const float*, 3>& low, const std::array<const float*, 3>& high, const glm::vec3& p,
+                    float pad, std::size_t k) {
+  F4 sum{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const F4 beyond = Max4(Max4(Load4(low[a] + k) - p[axis], p[axis] - Load4(high[a] + k)) - pad, F4{});
+    sum += beyond * beyond;
+  }
+  return sum;
+}
+
+// Of the least of a multiple of four values.
+std::size_t LeastOf(const float* values, std::size_t count) {
+  F4 least = Load4(values);
+  for (std::size_t k = 4; k < count; k += 4) least = -Max4(-least, -Load4(values + k));
+  const float value = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+  std::size_t k = 0;
+  while (values[k] != value) ++k;
+  return k;
+}
+
+// Against the rounding of floats [voxels]: of a grid of thousands of voxels, and within 64.
+constexpr float kPadInGrid = 1e-3f;
+constexpr float kPadInBall = 1e-4f;
+
+// Goes through the blocks whose boxes come as near to p as the root of `squared_reach`, which may fall on the way, the
+// nearest first: meet(block, middle).
+template <class Meet>
 struct Descent {
   const Facets& facets;
   glm::dvec3 p;
   const double& squared_reach;
-  const Take& take;
+  const Meet& meet;
 
-  // A sphere block's spheres that may hold something nearer, as bits.
-  [[nodiscard]] unsigned Near(const FacetSpheres& s, std::array<float, kFacetLanes>* bounds) const {
-    const float x = static_cast<float>(p.x);
-    const float y = static_cast<float>(p.y);
-    const float z = static_cast<float>(p.z);
-    const auto reach = static_cast<float>(std::sqrt(squared_reach)) + 1e-3f;
-    std::array<float, kFacetLanes> over;
-    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
-      const float dx = s.x[k] - x;
-      const float dy = s.y[k] - y;
-      const float dz = s.z[k] - z;
-      const float most = s.r[k] + reach;
-      (*bounds)[k] = dx * dx + dy * dy + dz * dz;
-      over[k] = (*bounds)[k] - most * most;
+  void MeetLevel(std::uint32_t level, std::uint32_t index) {
+    const std::uint32_t at = facets.level_begin[level] + index;
+    const FacetBoxes& boxes = facets.boxes[at];
+    alignas(16) std::array<float, kFacetLanes> bounds;
+    for (std::size_t k = 0; k < kFacetLanes; k += 4) {
+      const F4 squares = SquaredDistances({boxes.low[0], boxes.low[1], boxes.low[2]},
+                                          {boxes.high[0], boxes.high[1], boxes.high[2]}, glm::vec3(p), kPadInGrid, k);
+      Store4(squares, &bounds[k]);
     }
-    unsigned bits = 0;
-    for (std::uint32_t k = 0; k < kFacetLanes; ++k) bits |= (over[k] < 0.0f ? 1U : 0U) << k;
-    return bits;
-  }
-
-  void MeetLevel(std::uint32_t level, std::uint32_t block) {
-    const FacetSpheres& spheres = facets.spheres[facets.level_begin[level] + block];
-    std::array<float, kFacetLanes> bounds;
-    for (unsigned bits = Near(spheres, &bounds); bits != 0;) {
-      // The nearest first, so that the others are passed over sooner.
-      unsigned best = static_cast<unsigned>(__builtin_ctz(bits));
-      for (unsigned rest = bits & (bits - 1); rest != 0; rest &= rest - 1) {
-        const auto k = static_cast<unsigned>(__builtin_ctz(rest));
-        if (bounds[k] < bounds[best]) best = k;
-      }
-      bits &= ~(1U << best);
-      const double most = static_cast<double>(spheres.r[best]) + std::sqrt(squared_reach) + 1e-3;
-      if (static_cast<double>(bounds[best]) >= most * most) continue;
-      const std::uint32_t child = block * kFacetLanes + best;
+    while (true) {
+      const auto best = static_cast<std::uint32_t>(LeastOf(bounds.data(), kFacetLanes));
+      if (static_cast<double>(bounds[best]) >= squared_reach) return;
+      bounds[best] = std::numeric_limits<float>::infinity();
+      const std::uint32_t child = index * kFacetLanes + best;
       if (level > 0) {
         MeetLevel(level - 1, child);
       } else {
-        MeetBlock(facets.blocks[child], {spheres.x[best], spheres.y[best], spheres.z[best]});
+        const FacetSpheres& spheres = facets.spheres[at];
+        meet(facets.blocks[child], glm::dvec3(spheres.x[best], spheres.y[best], spheres.z[best]));
       }
-    }
-  }
-
-  // The spheres of long thin triangles are wide, the boxes of those along an axis are not.
-  static bool IsNear(const FacetBlock& block, const glm::dvec3& from, double squared) {
-    const auto beyond = [](const std::int16_t* at, double to) {
-      std::int16_t low = at[0];
-      std::int16_t high = at[0];
-      for (std::uint32_t k = 1; k < kFacetLanes; ++k) {
-        low = std::min(low, at[k]);
-        high = std::max(high, at[k]);
-      }
-      constexpr auto kStep = static_cast<double>(kFacetStep);
-      return std::max({kStep * static_cast<double>(low) - to, to - kStep * static_cast<double>(high), 0.0});
-    };
-    const glm::dvec3 way(beyond(block.x, from.x), beyond(block.y, from.y), beyond(block.z, from.z));
-    return glm::dot(way, way) < squared;
-  }
-
-  void MeetBlock(const FacetBlock& block, const glm::dvec3& middle) {
-    const glm::dvec3 from = p - middle;
-    if (!IsNear(block, from, squared_reach)) return;
-    std::array<glm::dvec3, kFacetLanes> corners;
-    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
-      corners[k] = static_cast<double>(kFacetStep) * glm::dvec3(block.x[k], block.y[k], block.z[k]) - from;
-    }
-    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
-      const std::uint16_t of = block.corners[k];
-      if (k > 0 && of == block.corners[k - 1]) break;  // the last one is repeated
-      take(corners[of & 15U], corners[of >> 4 & 15U], corners[of >> 8 & 15U], (of & kDoubtful) != 0);
     }
   }
 };
-// Clang 14 deduces none for an aggregate by itself.
-template <typename Take>
-Descent(const Facets&, glm::dvec3, const double&, const Take&) -> Descent<Take>;
 
 struct Search {
   glm::dvec3 p;
@@ -109,10 +84,7 @@ struct Search {
     const glm::dvec3 n = glm::cross(b - a, c - a);
     const double nn = glm::dot(n, n);
     const double h = glm::dot(n, a);
-    if (h * h < key * nn) MeetNear(a, b, c, n, h, nn, has_doubt);
-  }
-  void MeetNear(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& n, double h, double nn,
-                bool has_doubt) {
+    if (h * h >= key * nn) return;
     const OnTriangle closest = NearestOnTriangle(a, b, c, n);
     const double squared = glm::dot(closest.place, closest.place);
     const double beside = closest.is_on_face ? 0.0 : std::max(squared - h * h / nn, 0.0);
@@ -137,41 +109,105 @@ struct Search {
 NearestFacet FindNearestFacet(const Facets& facets, const glm::dvec3& p, double reach) noexcept {
   if (facets.num_levels == 0) return {};
   Search search{p, reach * reach, {}};
-  const auto take = [&](const auto& a, const auto& b, const auto& c, bool is_doubtful) {
-    search.Meet(a, b, c, is_doubtful);
+  const auto meet = [&](const FacetBlock& block, const glm::dvec3& middle) {
+    const glm::dvec3 from = p - middle;
+    std::array<glm::dvec3, kFacetLanes> corners;
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      corners[k] = static_cast<double>(kFacetStep) * glm::dvec3(block.x[k], block.y[k], block.z[k]) - from;
+    }
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      const std::uint16_t of = block.corners[k];
+      if (k > 0 && of == block.corners[k - 1]) break;  // the last one is repeated
+      search.Meet(corners[of & 15U], corners[of >> 4 & 15U], corners[of >> 8 & 15U], (of & kDoubtful) != 0);
+    }
   };
-  Descent{facets, p, search.key, take}.MeetLevel(facets.num_levels - 1, 0);
+  Descent{facets, p, search.key, meet}.MeetLevel(facets.num_levels - 1, 0);
   return search.Result();
+}
+
+void FacetsAround::Add(const Facet& facet) {
+  if (count_ == kMost) {
+    is_full_ = true;
+    return;
+  }
+  const auto& [a, b, c] = facet.corners;
+  const glm::vec3 low(glm::min(a, glm::min(b, c)) - middle_);
+  const glm::vec3 high(glm::max(a, glm::max(b, c)) - middle_);
+  for (int axis = 0; axis < 3; ++axis) {
+    low_[static_cast<std::size_t>(axis)][count_] = low[axis];
+    high_[static_cast<std::size_t>(axis)][count_] = high[axis];
+  }
+  near_[count_++] = facet;
 }
 
 void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radius) noexcept {
   all_ = &facets;
-  near_.clear();
+  middle_ = p;
+  count_ = 0;
   is_full_ = false;
   if (facets.num_levels == 0) return;
   const double squared = radius * radius;
-  const auto take = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, bool is_doubtful) {
-    const glm::dvec3 n = glm::cross(b - a, c - a);
-    const double nn = glm::dot(n, n);
-    const double h = glm::dot(n, a);
-    if (is_full_ || h * h >= squared * nn) return;
-    const glm::dvec3 q = NearestOnTriangle(a, b, c, n).place;
-    if (glm::dot(q, q) >= squared) return;
-    const glm::dvec3 normal = n / std::sqrt(nn);
-    is_full_ = !near_.push_back({{p + a, p + b, p + c}, normal, glm::dot(normal, p + a), is_doubtful});
+  const auto meet = [&](const FacetBlock& block, const glm::dvec3& middle) {
+    // Of each corner on which sides of a box around the ball it is: a triangle with all corners beyond one is not near.
+    const glm::dvec3 from = (p - middle) / static_cast<double>(kFacetStep);
+    const double reach = radius / static_cast<double>(kFacetStep);
+    const auto bound = [](double steps) { return static_cast<std::int16_t>(std::clamp(steps, -32768.0, 32767.0)); };
+    const glm::dvec3 low = glm::floor(from - reach);
+    const glm::dvec3 high = glm::ceil(from + reach);
+    std::array<std::uint16_t, kFacetLanes> beyond;
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      beyond[k] =
+          static_cast<std::uint16_t>((block.x[k] < bound(low.x) ? 1 : 0) | (block.x[k] > bound(high.x) ? 2 : 0));
+    }
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      beyond[k] = static_cast<std::uint16_t>(beyond[k] | (block.y[k] < bound(low.y) ? 4 : 0) |
+                                             (block.y[k] > bound(high.y) ? 8 : 0));
+    }
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      beyond[k] = static_cast<std::uint16_t>(beyond[k] | (block.z[k] < bound(low.z) ? 16 : 0) |
+                                             (block.z[k] > bound(high.z) ? 32 : 0));
+    }
+    for (std::uint32_t k = 0; k < kFacetLanes; ++k) {
+      const std::uint16_t of = block.corners[k];
+      if (k > 0 && of == block.corners[k - 1]) break;  // the last one is repeated
+      const std::array<std::uint32_t, 3> corners{of & 15U, of >> 4 & 15U, of >> 8 & 15U};
+      if ((beyond[corners[0]] & beyond[corners[1]] & beyond[corners[2]]) != 0) continue;
+      Facet facet;
+      facet.is_doubtful = (of & kDoubtful) != 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t j = corners[i];
+        facet.corners[i] = middle + static_cast<double>(kFacetStep) * glm::dvec3(block.x[j], block.y[j], block.z[j]);
+      }
+      Add(facet);
+    }
   };
-  Descent{facets, p, squared, take}.MeetLevel(facets.num_levels - 1, 0);
-  if (is_full_) near_.clear();
+  Descent{facets, p, squared, meet}.MeetLevel(facets.num_levels - 1, 0);
+  if (is_full_) count_ = 0;
+  for (std::size_t k = count_; k % 4 != 0; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) low_[axis][k] = high_[axis][k] = Facets::kFarAway;
+  }
 }
 
+// The box that is nearest first: what it holds is mostly the nearest, and then few others can be nearer.
 NearestFacet FacetsAround::FindNearest(const glm::dvec3& p, double reach) const noexcept {
   if (is_full_) return FindNearestFacet(*all_, p, reach);
+  if (count_ == 0) return {};
+  const glm::vec3 at(p - middle_);
+  Lane bounds;
+  for (std::size_t k = 0; k < count_; k += 4) {
+    const F4 squares = SquaredDistances({low_[0].data(), low_[1].data(), low_[2].data()},
+                                        {high_[0].data(), high_[1].data(), high_[2].data()}, at, kPadInBall, k);
+    Store4(squares, &bounds[k]);
+  }
   Search search{p, reach * reach, {}};
-  for (const Facet& facet : near_) {
-    const double h = facet.height - glm::dot(facet.normal, p);
-    if (h * h >= search.key) continue;
-    search.MeetNear(facet.corners[0] - p, facet.corners[1] - p, facet.corners[2] - p, facet.normal, h, 1.0,
-                    facet.is_doubtful);
+  const auto meet = [&](std::size_t k) {
+    const Facet& facet = near_[k];
+    search.Meet(facet.corners[0] - p, facet.corners[1] - p, facet.corners[2] - p, facet.is_doubtful);
+  };
+  const std::size_t first = LeastOf(bounds.data(), (count_ + 3) / 4 * 4);
+  meet(first);
+  for (std::size_t k = 0; k < count_; ++k) {
+    if (k != first && static_cast<double>(bounds[k]) < search.key) meet(k);
   }
   return search.Result();
 }

@@ -2,8 +2,8 @@
 
 #include <array>
 #include <glm/glm.hpp>
+#include <span>
 
-#include "core/fixed_vector.hpp"
 #include "vps/field/distance_field.hpp"
 
 namespace vps {
@@ -21,28 +21,35 @@ struct NearestFacet {
 // Not found: nothing within `reach`, or the side of the nearest triangle is in doubt. Does not allocate.
 NearestFacet FindNearestFacet(const Facets& facets, const glm::dvec3& p, double reach) noexcept;
 
-// The triangles within a ball, gathered once for several searches in it. Does not allocate.
+// The triangles around a ball, gathered once for several searches in it. Does not allocate.
 class FacetsAround {
  public:
-  // Not derived: 36 KB; a ball with more is searched by the tree.
+  // Not derived: 26 KB; a ball with more is searched by the tree.
   static constexpr std::size_t kMost = 256;
   struct Facet {
     std::array<glm::dvec3, 3> corners;
-    glm::dvec3 normal;
-    double height = 0.0;  // of the plane over the origin, along the normal
     bool is_doubtful = false;
   };
 
+  // All that come as near to p as `radius`, and some others.
   void Gather(const Facets& facets, const glm::dvec3& p, double radius) noexcept;
   // As FindNearestFacet, if the ball about p lies in the gathered one.
   [[nodiscard]] NearestFacet FindNearest(const glm::dvec3& p, double reach) const noexcept;
-  // Empty if there were more than kMost.
-  [[nodiscard]] const core::FixedVector<Facet, kMost>& facets() const { return near_; }
+  [[nodiscard]] std::span<const Facet> facets() const { return {near_.data(), count_}; }
+  // There were more than kMost, and there are none.
+  [[nodiscard]] bool is_full() const { return is_full_; }
 
  private:
+  using Lane = std::array<float, kMost>;
+
+  void Add(const Facet& facet);
+
   const Facets* all_ = nullptr;
-  core::FixedVector<Facet, kMost> near_;
+  glm::dvec3 middle_{0.0};
+  std::size_t count_ = 0;
   bool is_full_ = false;
+  std::array<Facet, kMost> near_;
+  std::array<Lane, 3> low_, high_;  // boxes, from middle_; up to a multiple of four far away
 };
 
 }  // namespace vps

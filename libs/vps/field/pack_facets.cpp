@@ -160,6 +160,14 @@ glm::vec4 Around(const FacetSpheres& block) {
   return {middle, r};
 }
 
+float HighestUsed(const FacetBoxes& boxes, std::size_t axis) {
+  float highest = -Facets::kFarAway;
+  for (std::size_t k = 0; k < kFacetLanes; ++k) {
+    if (boxes.low[axis][k] < Facets::kFarAway) highest = std::max(highest, boxes.high[axis][k]);
+  }
+  return highest;
+}
+
 // Covers the rounding of a radius computed in floats, some of 2^-24 = 6e-8 each, with a margin that is not derived.
 constexpr float kPad = 1.0f + 1e-5f;
 
@@ -197,7 +205,39 @@ Facets PackFacets(const TriangleField& triangles, std::size_t most_bytes) {
   out.blocks.reserve(packed.size());
   for (const Packed& p : packed) out.blocks.push_back(p.block);
   if (out.num_bytes() > most_bytes) return {};
+  MakeBoxes(&out);
   return out;
+}
+
+void MakeBoxes(Facets* facets) {
+  facets->boxes.assign(facets->spheres.size(), {});
+  std::size_t count = facets->blocks.size();
+  for (std::uint32_t level = 0; level < facets->num_levels; ++level) {
+    const std::size_t begin = facets->level_begin[level];
+    const std::size_t num_parents = (count + kFacetLanes - 1) / kFacetLanes;
+    for (std::size_t i = 0; i < num_parents * kFacetLanes; ++i) {
+      FacetBoxes& boxes = facets->boxes[begin + i / kFacetLanes];
+      const std::size_t k = i % kFacetLanes;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        boxes.low[axis][k] = boxes.high[axis][k] = Facets::kFarAway;
+        if (i >= count) continue;
+        if (level > 0) {
+          const FacetBoxes& below = facets->boxes[facets->level_begin[level - 1] + i];
+          boxes.low[axis][k] = *std::min_element(below.low[axis], below.low[axis] + kFacetLanes);
+          boxes.high[axis][k] = HighestUsed(below, axis);
+        } else {
+          const FacetBlock& block = facets->blocks[i];
+          const FacetSpheres& spheres = facets->spheres[begin + i / kFacetLanes];
+          const float middle = axis == 0 ? spheres.x[k] : (axis == 1 ? spheres.y[k] : spheres.z[k]);
+          const auto* const steps = axis == 0 ? block.x : (axis == 1 ? block.y : block.z);
+          const auto [least, most] = std::minmax_element(steps, steps + kFacetLanes);
+          boxes.low[axis][k] = middle + kFacetStep * static_cast<float>(*least);
+          boxes.high[axis][k] = middle + kFacetStep * static_cast<float>(*most);
+        }
+      }
+    }
+    count = num_parents;
+  }
 }
 
 }  // namespace vps

@@ -15,4 +15,7 @@ constexpr double kMostFacetsShare = 4.0;
 // a sheet, or if it takes more than `most_bytes`.
 Facets PackFacets(const TriangleField& triangles, std::size_t most_bytes);
 
+// For facets whose blocks and spheres were read from a file, too.
+void MakeBoxes(Facets* facets);
+
 }  // namespace vps

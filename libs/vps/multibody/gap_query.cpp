@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "vps/field/four_lanes.hpp"
 #include "vps/field/nearest_facet.hpp"
 #include "vps/force/direction_bins.hpp"
+#include "vps/mesh/nearest_on_triangle.hpp"
 #include "vps/multibody/block_sums.hpp"
 #include "vps/sampling/nearest_piece.hpp"
 #include "vps/sampling/sharp_edges.hpp"
@@ -17,6 +19,7 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 // Faces, edges and corners of each direction: of two that are equally near none stands for the other.
 constexpr std::size_t kNumBins = 3 * kNumDirectionBins;
 constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kPad = 1.0f + 1e-5f;  // against the rounding of floats
 // Cycles for which a place keeps its plane after others have become nearer: longer than a contact fades.
 constexpr std::int8_t kStay = 8;
 // A place gets its exact gap when it can be nearer than this by the field [voxels]: beyond, what the field is
@@ -31,6 +34,9 @@ constexpr int kHalvings = 4;  // of the way between two places above different f
 // time for a cycle bounds them.
 constexpr std::size_t kMostLikely = 4;
 constexpr std::size_t kMostCorners = 32;
+// Blocks of places with the deepest of a bin, in which those that can be nearest along their piece of edge are sought.
+// Not derived, for the same reason; a piece's neighbours along its edge are in its block or in one next to it.
+constexpr std::size_t kMostDeep = 8;
 // A corner of G is measured if a place of S is nearer to it than this [spacings]: on a square grid of places the
 // farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
 constexpr double kAroundCorner = 2.0;
@@ -43,10 +49,19 @@ constexpr double kLeastShare = 0.05;             // of the stiffness, of a plane
 constexpr double kSameFace = 1e-4;
 constexpr double kParallel = 1e-6;
 
+constexpr std::uint32_t kSpread = 16;  // not derived
+
 // A place, and the most depth that the field and its slope there leave to the piece of edge around it [voxels].
 struct Likely {
   std::uint32_t point = kNone;
   float depth = -kFar;
+};
+
+// Places of a block in a bin, by the deepest of them.
+struct DeepGroup {
+  float depth = -kFar;
+  std::uint32_t near = 0;  // of the walk's near blocks
+  std::uint16_t lanes = 0;
 };
 
 // A direction of S's surface: its nearest place, and those that are far from it on four sides without being much
@@ -58,18 +73,21 @@ struct Bin {
   std::array<std::uint32_t, 4> outer{kNone, kNone, kNone, kNone};
   std::array<float, 4> merits{};
   std::array<float, 4> depths{};
+  core::FixedVector<DeepGroup, kMostDeep> deep;
   // Those that can be nearest somewhere along their piece of edge, the likeliest first.
   core::FixedVector<Likely, kMostLikely> likely;
-
-  void Offer(const Likely& one) {
-    if (likely.full() && likely.back().depth >= one.depth) return;
-    if (likely.full()) likely.resize(kMostLikely - 1);
-    likely.push_back(one);
-    for (std::size_t i = likely.size() - 1; i > 0 && likely[i - 1].depth < likely[i].depth; --i) {
-      std::swap(likely[i - 1], likely[i]);
-    }
-  }
 };
+
+// Into a list of the deepest, the first of equal ones first.
+template <class T, std::size_t N>
+void OfferByDepth(const T& one, core::FixedVector<T, N>* list) {
+  if (list->full() && list->back().depth >= one.depth) return;
+  if (list->full()) list->resize(N - 1);
+  list->push_back(one);
+  for (std::size_t i = list->size() - 1; i > 0 && (*list)[i - 1].depth < (*list)[i].depth; --i) {
+    std::swap((*list)[i - 1], (*list)[i]);
+  }
+}
 
 struct Candidate {
   std::uint32_t point = 0;
@@ -111,6 +129,22 @@ struct Measured {
   glm::dvec3 corner{0.0};  // voxels
 };
 
+// Lane of the first of the deepest.
+std::uint32_t DeepestOf(const float* depths, unsigned lanes) {
+  auto deepest = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+  if (lanes == 0xffffU) {
+    const F4 four = Max4(Max4(Load4(depths), Load4(depths + 4)), Max4(Load4(depths + 8), Load4(depths + 12)));
+    const float most = std::max(std::max(four[0], four[1]), std::max(four[2], four[3]));
+    while (depths[deepest] != most) ++deepest;
+    return deepest;
+  }
+  for (unsigned rest = lanes & (lanes - 1); rest != 0; rest &= rest - 1) {
+    const auto k = static_cast<std::uint32_t>(__builtin_ctz(rest));
+    if (depths[k] > depths[deepest]) deepest = k;
+  }
+  return deepest;
+}
+
 struct Query {
   const TouchPoints& S;
   const DistanceField& field;
@@ -119,19 +153,27 @@ struct Query {
   const FieldWalkResult& result;
   float margin;  // voxels
   glm::mat3 R_GS;
+  glm::dmat3 voxels_per_S;  // and S's origin: to G, voxels
+  glm::dvec3 p_GSo;
   std::array<Bin, kNumBins> bins;
   core::FixedVector<Candidate, 5 * kNumBins + kMostCorners + kMaxGapPlanes> candidates;
   core::FixedVector<Measured, kMostLikely * kNumBins + kMostCorners> measured;
   FacetsAround around;
 
+  // take(group, near): the groups of a near block.
   template <class Take>
-  void ForEachNear(const Take& take) const {
-    for (std::uint32_t i = 0; i < result.num_near_blocks; ++i) {
-      const std::uint32_t first = walk.near_blocks[i] * kBlock;
-      const float* const depths = walk.depths(i);
-      for (std::uint32_t k = 0; k < kBlock; ++k) {
-        if (depths[k] >= -margin) take(first + k, depths[k]);
-      }
+  void ForEachGroup(std::uint32_t near, const Take& take) const {
+    const std::uint32_t block = walk.near_blocks[near];
+    for (std::uint32_t g = S.group_begin[block]; g < S.group_begin[block + 1]; ++g) take(S.groups[g], near);
+  }
+  // take(point, depth): the near places of a group.
+  template <class Take>
+  void ForEachNear(std::uint16_t lanes, std::uint32_t near, const Take& take) const {
+    const std::uint32_t first = walk.near_blocks[near] * kBlock;
+    const float* const depths = walk.depths(near);
+    for (unsigned rest = lanes; rest != 0; rest &= rest - 1) {
+      const auto k = static_cast<std::uint32_t>(__builtin_ctz(rest));
+      if (depths[k] >= -margin) take(first + k, depths[k]);
     }
   }
   [[nodiscard]] glm::vec3 PointAt(std::uint32_t point) const {
@@ -155,37 +197,76 @@ struct Query {
     return walk.depths(static_cast<std::uint32_t>(at - begin))[point % kBlock];
   }
 
-  static std::size_t BinOf(const TouchPlace& place) {
-    return static_cast<std::size_t>(place.kind) * kNumDirectionBins + place.bin;
+  Bin& BinOf(const TouchGroup& group) {
+    return bins[static_cast<std::size_t>(group.kind) * kNumDirectionBins + group.bin];
   }
   void FillBins() {
-    ForEachNear([&](std::uint32_t point, float depth) {
-      Bin& bin = bins[BinOf(S.places[point])];
-      if (depth <= bin.nearest_depth) return;
-      bin.nearest_depth = depth;
-      bin.nearest = point;
-    });
+    const auto find_deepest = [&](const TouchGroup& group, std::uint32_t near) {
+      const float* const depths = walk.depths(near);
+      const std::uint32_t at = DeepestOf(depths, group.lanes);
+      const float deepest = depths[at];
+      if (!(deepest >= -margin)) return;
+      Bin& bin = BinOf(group);
+      OfferByDepth({deepest, near, group.lanes}, &bin.deep);
+      if (deepest <= bin.nearest_depth) return;
+      bin.nearest_depth = deepest;
+      bin.nearest = walk.near_blocks[near] * kBlock + at;
+    };
+    for (std::uint32_t i = 0; i < result.num_near_blocks; ++i) ForEachGroup(i, find_deepest);
     for (Bin& bin : bins) {
-      if (bin.nearest != kNone) bin.p = PointAt(bin.nearest);
+      if (bin.nearest == kNone) continue;
+      bin.p = PointAt(bin.nearest);
+      FindLikely(&bin);
     }
-    ForEachNear([&](std::uint32_t point, float depth) {
-      Bin& bin = bins[BinOf(S.places[point])];
-      const Tangents& tangents = BinTangents(S.places[point].bin);
-      const glm::vec3 r = PointAt(point) - bin.p;
-      const float weight = 1.0f - (bin.nearest_depth - depth) / margin;
+    // Blocks next to each other follow each other: after some from everywhere few are farther out than those before.
+    const auto find_outer = [&](const TouchGroup& group, std::uint32_t near) { FindOuter(group, near, &BinOf(group)); };
+    for (std::uint32_t i = 0; i < result.num_near_blocks; i += kSpread) ForEachGroup(i, find_outer);
+    for (std::uint32_t i = 0; i < result.num_near_blocks; ++i) {
+      if (i % kSpread != 0) ForEachGroup(i, find_outer);
+    }
+  }
+  void FindOuter(const TouchGroup& group, std::uint32_t near, Bin* bin) const {
+    if (bin->nearest == kNone) return;
+    const Tangents& tangents = BinTangents(group.bin);
+    const std::uint32_t block = walk.near_blocks[near];
+    const SphereBlock& spheres = S.tree.spheres[S.tree.level_begin[0] + block / kBlock];
+    const std::uint32_t j = block % kBlock;
+    // What none of the block's places exceeds. A place far above the nearest one has a negative weight.
+    const glm::vec3 middle = glm::vec3(spheres.x[j], spheres.y[j], spheres.z[j]) - bin->p;
+    const float u_0 = glm::dot(middle, tangents.u);
+    const float v_0 = glm::dot(middle, tangents.v);
+    const float below = std::max(bin->nearest_depth / margin, 0.0f);
+    const float radius = spheres.r[j] * kPad;
+    const auto most = [&](float at) { return std::max(at + radius, below * (radius - at)) * kPad; };
+    if (most(u_0) <= bin->merits[0] && most(v_0) <= bin->merits[1] && most(-u_0) <= bin->merits[2] &&
+        most(-v_0) <= bin->merits[3]) {
+      return;
+    }
+    ForEachNear(group.lanes, near, [&](std::uint32_t point, float depth) {
+      const glm::vec3 r = PointAt(point) - bin->p;
+      const float weight = 1.0f - (bin->nearest_depth - depth) / margin;
       const float u = weight * glm::dot(r, tangents.u);
       const float v = weight * glm::dot(r, tangents.v);
       const std::array<float, 4> merits{u, v, -u, -v};
       for (std::size_t k = 0; k < 4; ++k) {
-        if (merits[k] <= bin.merits[k]) continue;
-        bin.merits[k] = merits[k];
-        bin.outer[k] = point;
-        bin.depths[k] = depth;
+        if (merits[k] <= bin->merits[k]) continue;
+        bin->merits[k] = merits[k];
+        bin->outer[k] = point;
+        bin->depths[k] = depth;
       }
-      const float most = depth + S.places[point].reach_m / static_cast<float>(field.voxel_size_m);
-      if (bin.likely.full() && bin.likely.back().depth >= most) return;
-      bin.Offer({point, MostOf(point, depth)});
     });
+  }
+  // In the order of the places, so that of equally likely ones the same is the first whichever block is deepest.
+  void FindLikely(Bin* bin) {
+    std::sort(bin->deep.begin(), bin->deep.end(),
+              [](const DeepGroup& a, const DeepGroup& b) { return a.near < b.near; });
+    for (const DeepGroup& group : bin->deep) {
+      ForEachNear(group.lanes, group.near, [&](std::uint32_t point, float depth) {
+        const float most = depth + S.places[point].reach_m / static_cast<float>(field.voxel_size_m);
+        if (bin->likely.full() && bin->likely.back().depth >= most) return;
+        OfferByDepth({point, MostOf(point, depth)}, &bin->likely);
+      });
+    }
   }
   // Over an edge or a corner of G the gap falls along S away from its place, but no faster than there.
   [[nodiscard]] float MostOf(std::uint32_t point, float depth) const {
@@ -196,9 +277,7 @@ struct Query {
                                                               : glm::length(glm::cross(n, R_GS * place.inward));
     return depth + slope * place.reach_m / static_cast<float>(field.voxel_size_m);
   }
-  [[nodiscard]] glm::dvec3 InVoxels(const glm::vec3& p_S) const {
-    return (X_GS * glm::dvec3(p_S) - field.origin_m) / field.voxel_size_m;
-  }
+  [[nodiscard]] glm::dvec3 InVoxels(const glm::vec3& p_S) const { return voxels_per_S * glm::dvec3(p_S) + p_GSo; }
 
   // The gap of a place, exact where it can be small; not found on the side that faces away.
   Gap Measure(std::uint32_t point, double depth, Below* below);
@@ -499,6 +578,14 @@ void Query::MeasureNearest(Below* below) {
   }
 }
 
+bool IsNear(const FacetsAround::Facet& facet, const glm::dvec3& p, double reach) {
+  const glm::dvec3 a = facet.corners[0] - p;
+  const glm::dvec3 b = facet.corners[1] - p;
+  const glm::dvec3 c = facet.corners[2] - p;
+  const glm::dvec3 q = NearestOnTriangle(a, b, c, glm::cross(b - a, c - a)).place;
+  return glm::dot(q, q) < reach * reach;
+}
+
 // The direction next to n in which G's corner can carry: all of G around it lies on or below the plane across it. On a
 // flat part of G that is the face's normal, on a straight edge it is across the edge. Each way up is projected off, and
 // the passes repeat because one projection may raise another way.
@@ -507,6 +594,7 @@ glm::dvec3 Query::Carrying(const glm::dvec3& corner, glm::dvec3 n) {
   around.Gather(field.triangles(), corner, kStep);
   for (int pass = 0; pass < kMostHops; ++pass) {
     for (const FacetsAround::Facet& facet : around.facets()) {
+      if (!IsNear(facet, corner, kStep)) continue;
       for (const glm::dvec3& other : facet.corners) {
         const glm::dvec3 way = other - corner;
         const double length = glm::length(way);
@@ -581,6 +669,8 @@ double FinishGapPair(const TouchPoints& S, const DistanceField& field, const cor
               walk,
               static_cast<float>(pair.look_ahead_m / voxel_m),
               glm::mat3(glm::mat3_cast(X_GS.rotation)),
+              glm::mat3_cast(X_GS.rotation) / voxel_m,
+              (X_GS.translation - field.origin_m) / voxel_m,
               {},
               {},
               {},

@@ -1,5 +1,6 @@
 #include "vps/sampling/nearest_piece.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "vps/mesh/nearest_on_triangle.hpp"
@@ -13,14 +14,30 @@ struct Search {
   double squared;
   NearestPiece nearest;
 
+  // The nearest spheres first, so that the others are passed over sooner.
   void MeetLevel(std::uint32_t level, std::uint32_t index) {
     const SphereBlock& block = pieces.spheres[pieces.level_begin[level] + index];
     const glm::vec3 at(p);
+    std::array<float, kBlock> way_squared;
+    unsigned near = 0;
+    const auto is_near = [&](std::uint32_t k) {
+      const float reach = block.r[k] + static_cast<float>(std::sqrt(squared)) * kPad;
+      return way_squared[k] < reach * reach;
+    };
     for (std::uint32_t k = 0; k < kBlock; ++k) {
       const glm::vec3 way(block.x[k] - at.x, block.y[k] - at.y, block.z[k] - at.z);
-      const float reach = block.r[k] + static_cast<float>(std::sqrt(squared)) * kPad;
-      if (!(glm::dot(way, way) < reach * reach)) continue;
-      const std::uint32_t child = index * kBlock + k;
+      way_squared[k] = glm::dot(way, way);
+      near |= (is_near(k) ? 1U : 0U) << k;
+    }
+    while (near != 0) {
+      auto best = static_cast<std::uint32_t>(__builtin_ctz(near));
+      for (unsigned rest = near & (near - 1); rest != 0; rest &= rest - 1) {
+        const auto k = static_cast<std::uint32_t>(__builtin_ctz(rest));
+        if (way_squared[k] < way_squared[best]) best = k;
+      }
+      near &= ~(1U << best);
+      if (!is_near(best)) continue;
+      const std::uint32_t child = index * kBlock + best;
       if (level > 0) {
         MeetLevel(level - 1, child);
       } else {

@@ -141,6 +141,24 @@ class Surface {
   std::map<Key, Corner> corners_;
 };
 
+void GroupPlaces(TouchPoints* touch) {
+  touch->group_begin = {0};
+  for (std::size_t first = 0; first < touch->places.size(); first += kBlock) {
+    const auto begin = static_cast<std::ptrdiff_t>(touch->groups.size());
+    for (std::size_t k = 0; k < kBlock && first + k < touch->places.size(); ++k) {
+      const TouchPlace& place = touch->places[first + k];
+      auto group = std::find_if(touch->groups.begin() + begin, touch->groups.end(),
+                                [&](const TouchGroup& g) { return g.kind == place.kind && g.bin == place.bin; });
+      if (group == touch->groups.end()) {
+        touch->groups.push_back({place.kind, place.bin, 0});
+        group = touch->groups.end() - 1;
+      }
+      group->lanes = static_cast<std::uint16_t>(group->lanes | 1U << k);
+    }
+    touch->group_begin.push_back(static_cast<std::uint32_t>(touch->groups.size()));
+  }
+}
+
 }  // namespace
 
 TouchPoints FindTouchPoints(const SampleTree& samples) {
@@ -185,6 +203,7 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
     touch.places[i] = places[place_of.at({block.x[i % kBlock], block.y[i % kBlock], block.z[i % kBlock]})];
     touch.places[i].bin = static_cast<std::uint8_t>(DirectionBin(touch.places[i].inward));
   }
+  GroupPlaces(&touch);
   return touch;
 }
 

@@ -18,13 +18,22 @@ struct TouchPlace {
   float cone_rad = 0.0f;   // largest angle between `inward` and that of a face around it
 };
 
+// Places of one block of the tree that have kind and bin in common.
+struct TouchGroup {
+  TouchPlace::Kind kind = TouchPlace::Kind::kCorner;
+  std::uint8_t bin = 0;
+  std::uint16_t lanes = 0;  // bits
+};
+
 // The same surface as the samples, as places in the order of a tree: place i belongs to point i of the tree. Samples
 // lie within the surface, where a mean depth is taken best; these lie on it, and where it reaches out farthest.
 struct TouchPoints {
   SampleTree tree;
   std::vector<TouchPlace> places;
-  SurfacePieces pieces;    // the surface itself, if the samples have it
-  double spacing_m = 0.0;  // of the samples
+  std::vector<TouchGroup> groups;          // in the order of blocks
+  std::vector<std::uint32_t> group_begin;  // of each block, and the end
+  SurfacePieces pieces;                    // the surface itself, if the samples have it
+  double spacing_m = 0.0;                  // of the samples
 };
 
 // From the samples of flat patches and from the pieces, if there are any: else from all samples.
