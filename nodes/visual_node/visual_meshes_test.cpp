@@ -155,6 +155,42 @@ TEST(VisualMeshes, AgreeWithTheCollisionMeshesWhereAHandTouches) {
   EXPECT_GE(num_pairs, 20);
 }
 
+// A place at which something is put in: nothing is seen above its floor.
+struct Opening {
+  const char* mesh;
+  glm::dvec2 centre_m;
+  double half_m;
+  double floor_m;
+};
+
+TEST(VisualMeshes, LeaveOpenWhatIsOpen) {
+  for (const Opening& opening :
+       {Opening{"satellite", {0, 0}, 0.050, -0.1}, Opening{"satellite", {0, 0.19}, 0.050, -0.1},
+        Opening{"cavity", {0, 0}, 0.040, -0.1003}, Opening{"module", {0, 0}, 0.007, -0.0104},
+        Opening{"holder", {0, 0}, 0.009, 0.0041}, Opening{"bracket_old", {0, 0}, 0.029, 0.0}}) {
+    const auto mesh =
+        vps::LoadTriangles(Scenarios() / "module_replacement" / "meshes" / (std::string(opening.mesh) + ".glb"));
+    ASSERT_TRUE(mesh);
+    const vps::BoxTree tree = vps::BuildBoxTree(*mesh);
+    for (int i = 0; i < 100; ++i) {
+      const glm::dvec2 at =
+          opening.centre_m + opening.half_m * (glm::dvec2(i % 10, i / 10) / 4.5 - 1.0) + glm::dvec2(1.3e-5, 0.7e-5);
+      vps::ForOverlapping(tree, {{at, opening.floor_m}, {at, 1.0}}, [&](std::uint32_t triangle) {
+        const auto& [a, b, c] = mesh->triangles[triangle];
+        const auto side = [&](std::uint32_t from, std::uint32_t to) {
+          const glm::dvec2 along(mesh->vertices[to] - mesh->vertices[from]);
+          const glm::dvec2 across = at - glm::dvec2(mesh->vertices[from]);
+          return along.x * across.y - along.y * across.x > 0.0;
+        };
+        const bool is_above =
+            std::max({mesh->vertices[a].z, mesh->vertices[b].z, mesh->vertices[c].z}) > opening.floor_m;
+        EXPECT_FALSE(is_above && side(a, b) == side(b, c) && side(b, c) == side(c, a))
+            << opening.mesh << " at (" << 1e3 * at.x << ", " << 1e3 * at.y << ") mm";
+      });
+    }
+  }
+}
+
 TEST(VisualMeshes, AreDrawnByASoftwareRendererInTime) {
   const auto scenario = scene::LoadScenario(Scenarios() / "module_replacement");
   ASSERT_TRUE(scenario);

@@ -196,11 +196,9 @@ def turned(points, sides, bevel=0.0, steps=1):
 def cap(loops, z, up):
     """A plane at height z inside the first loop and outside the others; loops of 2D points."""
     ring = list(loops[0])
-    for inner in loops[1:]:  # a bridge to each hole, from its rightmost point to the nearest point of the ring that sees it
-        start = max(range(len(inner)), key=lambda i: inner[i][0])
-        p = inner[start]
-        order = sorted(range(len(ring)), key=lambda i: (ring[i][0] - p[0]) ** 2 + (ring[i][1] - p[1]) ** 2)
-        best = next(i for i in order if _is_free(p, ring[i], [ring] + loops[1:]))
+    for inner in loops[1:]:  # a bridge to each hole, the shortest that crosses nothing
+        pairs = [(math.dist(p, q), i, k) for i, q in enumerate(ring) for k, p in enumerate(inner) if ring.count(q) == 1]
+        best, start = next((i, k) for _, i, k in sorted(pairs) if _is_free(inner[k], ring[i], [ring] + loops[1:]))
         ring = ring[: best + 1] + [inner[(start + k) % len(inner)] for k in range(len(inner) + 1)] + ring[best:]
     surface = Surface()
     n = (0.0, 0.0, 1.0 if up else -1.0)
@@ -208,13 +206,21 @@ def cap(loops, z, up):
     for q in ring:
         if q not in index:
             index[q] = surface.vertex((q[0], q[1], z), n)
-    for a, b, c in _ears(ring):
+    triangles = _ears(ring)
+    wanted = sum(_area(loop) for loop in loops)
+    if abs(sum(_turn(*t) / 2.0 for t in triangles) - wanted) > 1e-6 * wanted:
+        raise SystemExit("a flat end with holes cannot be cut into triangles: change its outlines")
+    for a, b, c in triangles:
         surface.triangles.append((index[a], index[b], index[c]) if up else (index[a], index[c], index[b]))
     return surface
 
 
 def _turn(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _area(loop):
+    return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(loop, loop[1:] + loop[:1])) / 2.0
 
 
 def _is_free(p, q, loops):
@@ -238,7 +244,7 @@ def _ears(ring):
             area = _turn(a, b, c)
             if area <= 1e-9:
                 continue
-            if any(_turn(a, b, p) >= 0.0 and _turn(b, c, p) >= 0.0 and _turn(c, a, p) >= 0.0
+            if any(_turn(a, b, p) > 1e-9 and _turn(b, c, p) > 1e-9 and _turn(c, a, p) > -1e-9
                    for p in ring if p not in (a, b, c)):
                 continue
             sides = [math.dist(a, b), math.dist(b, c), math.dist(c, a)]
@@ -247,10 +253,9 @@ def _ears(ring):
                 best, best_shape = i, shape
             if shape > 0.3:
                 break
-        if best is None:
+        if best is None:  # only corners without area are left
             best = min(range(len(ring)), key=lambda i: abs(_turn(ring[i - 1], ring[i], ring[(i + 1) % len(ring)])))
-        else:
-            triangles.append((ring[best - 1], ring[best], ring[(best + 1) % len(ring)]))
+        triangles.append((ring[best - 1], ring[best], ring[(best + 1) % len(ring)]))
         ring.pop(best)
     triangles.append(tuple(ring))
     return [t for t in triangles if abs(_turn(*t)) > 1e-9]
