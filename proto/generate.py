@@ -30,7 +30,7 @@ SCALARS = {
     "sint32": ("kSint32", "std::int32_t"), "sint64": ("kSint64", "std::int64_t"),
     "fixed32": ("kFixed32", "std::uint32_t"), "fixed64": ("kFixed64", "std::uint64_t"),
     "sfixed64": ("kFixed64", "std::int64_t"), "float": ("kFloat", "float"), "double": ("kDouble", "double"),
-    "string": ("kString", "std::string"),
+    "string": ("kString", "std::string"), "bytes": ("kBytes", "std::string"),
 }
 CPP_TYPES = {"uint8": "std::uint8_t", "uint16": "std::uint16_t", "vec3": "glm::vec3", "dvec3": "glm::dvec3"}
 INITIAL = {"bool": "false", "double": "0.0", "float": "0.0f", "glm::vec3": "{0.0f}", "glm::dvec3": "{0.0}",

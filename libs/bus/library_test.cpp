@@ -11,6 +11,7 @@
 #include "bus/detail/wire.hpp"
 #include "bus/envelope.hpp"
 #include "proto/bulk.pb.h"
+#include "proto/camera.pb.h"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"

@@ -16,6 +16,7 @@
 
 #include "proto/bulk.pb.h"
 #include "proto/bus.pb.h"
+#include "proto/camera.pb.h"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
@@ -61,10 +62,10 @@ Listing ListFile(const FileDescriptor& file) {
 }
 
 std::vector<const FileDescriptor*> Files() {
-  return {oos::BulkMessage::descriptor()->file(), oos::Control::descriptor()->file(),
-          oos::DeviceState::descriptor()->file(), oos::HapticProxy::descriptor()->file(),
-          oos::LogicStatus::descriptor()->file(), oos::PhysicsState::descriptor()->file(),
-          oos::TakenSample::descriptor()->file()};
+  return {oos::BulkMessage::descriptor()->file(),  oos::CameraImage::descriptor()->file(),
+          oos::Control::descriptor()->file(),      oos::DeviceState::descriptor()->file(),
+          oos::HapticProxy::descriptor()->file(),  oos::LogicStatus::descriptor()->file(),
+          oos::PhysicsState::descriptor()->file(), oos::TakenSample::descriptor()->file()};
 }
 
 Listing ListAll() {

@@ -12,6 +12,7 @@
 
 #include "core/hash.hpp"
 #include "proto/bulk.pb.h"
+#include "proto/camera.pb.h"
 #include "proto/device.pb.h"
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"

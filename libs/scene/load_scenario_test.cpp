@@ -322,12 +322,29 @@ const BadCase kBadCases[] = {
      "no pointshell"},
     {"TwoRuns", "<object name='a' owner='fixed'/>\n<run/>\n<run/>", 5, "only one"},
     {"CameraLooksNowhere", "<camera name='c' eye_m='1 1 1' target_m='1 1 1'/>", 3, "coincide"},
+    {"CameraOnNothing",
+     "<object name='palm' owner='fixed'/>\n<camera name='c' eye_m='1 1 1' target_m='0 0 0' mounted_on='plam'/>", 4,
+     "did you mean 'palm'"},
+    {"CameraMountedAndFollowing",
+     "<object name='a' owner='fixed'/>\n<camera name='c' eye_m='1 1 1' target_m='0 0 0' mounted_on='a' follows='a'/>",
+     4, "remove mounted_on or follows"},
     {"NoObjects", "<run/>", 1, "<object> is missing"},
     {"StrayText", "<run/>\nhello", 1, "attributes and elements only"},
 };
 
 INSTANTIATE_TEST_SUITE_P(All, LoadScenarioBadCases, testing::ValuesIn(kBadCases),
                          [](const auto& param_info) { return std::string(param_info.param.title); });
+
+TEST_F(LoadScenarioTest, ACameraIsCarriedByTheObjectThatItNames) {
+  const auto scenario = Load(Join({R"(<camera name="eye" eye_m="0 0 0" target_m="0 0 -1" mounted_on="b"/>)",
+                                   R"(<camera name="beside" eye_m="1 0 0" target_m="0 0 0" follows="a"/>)",
+                                   R"(<object name="a" owner="fixed"/>)", R"(<object name="b" owner="fixed"/>)"}));
+  ASSERT_TRUE(scenario) << scenario.error().front().what;
+  EXPECT_EQ(scenario->cameras[0].object, 1);
+  EXPECT_TRUE(scenario->cameras[0].is_mounted);
+  EXPECT_EQ(scenario->cameras[1].object, 0);
+  EXPECT_FALSE(scenario->cameras[1].is_mounted);
+}
 
 TEST_F(LoadScenarioTest, ReportsAllErrorsInLineOrder) {
   const auto scenario = Load(Join({R"(<object name="a" owner="physics" mass_kg="-1"/>)", R"(<pair a="x" b="y"/>)",

@@ -28,9 +28,11 @@ class Builder {
       if (child.name == "device") ReadDevice(child);
       if (child.name == "pair") ReadPair(child, pairs);
       if (child.name == "parameter") ReadParameter(child);
-      if (child.name == "camera") ReadCamera(child);
       if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.place.sun_W);
       if (child.name == "environment") ReadEnvironment(child);
+    }
+    for (const XmlElement& child : root.children) {
+      if (child.name == "camera") ReadCamera(child);  // after the objects that they name
     }
     ReadHands(root);
     ReadScenery(root, file_, &scenario_, diagnostics_);
@@ -301,6 +303,25 @@ class Builder {
     scenario_.parameters.push_back(std::move(parameter));
   }
 
+  // The object that a camera is mounted on or follows.
+  void ReadCarrier(const XmlElement& element, Camera* camera) {
+    camera->is_mounted = element.Find("mounted_on") != nullptr;
+    if (camera->is_mounted && element.Find("follows") != nullptr) {
+      Report(element.LineOf("follows"), "camera '" + camera->name + "' is mounted and follows",
+             "a mounted camera turns with its object, one that follows does not", "remove mounted_on or follows");
+      return;
+    }
+    const char* const attribute = camera->is_mounted ? "mounted_on" : "follows";
+    const std::string object = element.Get(attribute);
+    if (object.empty()) return;
+    camera->object = scenario_.FindObject(object);
+    if (camera->object >= 0) return;
+    std::vector<std::string> names;
+    for (const Object& known : scenario_.objects) names.push_back(known.name);
+    Report(element.LineOf(attribute), "camera '" + camera->name + "': no object is called '" + object + "'",
+           "a camera is carried by an object of this scenario", core::SuggestName(object, names));
+  }
+
   void ReadCamera(const XmlElement& element) {
     const ElementReader read(element);
     Camera camera;
@@ -322,6 +343,7 @@ class Builder {
                "rename one of them");
       }
     }
+    ReadCarrier(element, &camera);
     scenario_.cameras.push_back(std::move(camera));
   }
 

@@ -220,11 +220,15 @@ struct Coupling {
   bool has_field = true;  // the bridge lets the force follow the device between commands (god_object only)
 };
 
+// In W; or mounted on an object, in its mesh frame; or following an object, from its origin along W's axes.
 struct Camera {
   std::string name;
   glm::dvec3 eye_m{0.0, -1.0, 1.0};
   glm::dvec3 target_m{0.0};
   double vertical_fov_rad = 0.8;
+  int object = -1;          // that it is mounted on or follows; -1: none
+  bool is_mounted = false;  // turns with its object
+  glm::dvec3 up{0.0};       // upwards in the picture; zero: z, or y when the camera looks along z
 };
 
 // What is seen only: it has no collision mesh and no id on the bus.

@@ -262,9 +262,10 @@ std::vector<ElementRule> MakeRules() {
         Optional("elbow", ValueKind::kVector)},
        {}},
       {"camera",
-       "a named view",
+       "a named view, in W; mounted_on: in that object's frame; follows: from that object's origin, without its turns",
        {Required("name", ValueKind::kName), Required("eye_m", ValueKind::kVector),
-        Required("target_m", ValueKind::kVector), Optional("vertical_fov_deg", kAboveZero)},
+        Required("target_m", ValueKind::kVector), Optional("vertical_fov_deg", kAboveZero),
+        Optional("mounted_on", ValueKind::kName), Optional("follows", ValueKind::kName)},
        {}},
       {"environment",
        "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "

@@ -27,6 +27,7 @@ enum class Overlay : std::uint8_t {
   kLatency,
   kSteps,
   kClock,
+  kCamera,
 };
 
 struct OverlayInfo {
@@ -37,7 +38,7 @@ struct OverlayInfo {
   bool is_on_at_start = false;
 };
 
-inline constexpr std::array<OverlayInfo, 12> kOverlays = {{
+inline constexpr std::array<OverlayInfo, 13> kOverlays = {{
     {Overlay::kContacts, "contacts", 'C', "contact forces", true},
     {Overlay::kTorques, "torques", 'T', "torques of contacts about the part that touches"},
     {Overlay::kDepth, "depth", 'Z', "contact points, coloured by how deep they penetrate"},
@@ -50,6 +51,8 @@ inline constexpr std::array<OverlayInfo, 12> kOverlays = {{
     {Overlay::kLatency, "latency", 'L', "latency and late cycles over time"},
     {Overlay::kSteps, "steps", 'I', "steps of the procedure with their times"},
     {Overlay::kClock, "clock", 'K', "simulated time against the wall clock"},
+    {Overlay::kCamera, "camera", 'O',
+     "what the first camera that is mounted on a part sees, in a corner of the window"},
 }};
 
 using OverlaySet = std::bitset<kOverlays.size()>;

@@ -4,17 +4,15 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 namespace view {
-namespace {
 
-// World z, or world y within 2.6 degrees (acos 0.999) of z, where z and the view direction do not span a plane.
+// Where the view direction is nearly z (acos 0.999), the two do not span a plane.
 glm::dvec3 UpFor(const glm::dvec3& forward) {
   return std::abs(glm::normalize(forward).z) > 0.999 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
 }
 
-}  // namespace
-
 glm::dmat4 ViewMatrix(const scene::Camera& camera) {
-  return glm::lookAt(camera.eye_m, camera.target_m, UpFor(camera.target_m - camera.eye_m));
+  const bool has_up = camera.up != glm::dvec3(0.0);
+  return glm::lookAt(camera.eye_m, camera.target_m, has_up ? camera.up : UpFor(camera.target_m - camera.eye_m));
 }
 
 glm::dmat4 ProjectionMatrix(double vertical_fov_rad, double aspect, double near_m, double far_m) {

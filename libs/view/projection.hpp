@@ -6,8 +6,11 @@
 
 namespace view {
 
+// Upwards in a picture that looks along `forward`: z, or y within 2.6 degrees of z.
+glm::dvec3 UpFor(const glm::dvec3& forward);
+
 // The view matrix X_EW and the perspective matrix of a camera in OpenGL's conventions: eye frame E looks along -z with
-// y up; clip space z in [-w, w]. Up is world z, or world y when the camera looks along z.
+// y up; clip space z in [-w, w]. Up is the camera's, or UpFor in W.
 glm::dmat4 ViewMatrix(const scene::Camera& camera);
 glm::dmat4 ProjectionMatrix(double vertical_fov_rad, double aspect, double near_m, double far_m);
 

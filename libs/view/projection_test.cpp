@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "view/free_camera.hpp"
+#include "view/scene.hpp"
 
 namespace view {
 namespace {
@@ -64,6 +65,55 @@ TEST(FreeCamera, FlyMovesAlongTheAxesOfTheView) {
   camera.Fly(0.1, 0.2, 0.3);
   EXPECT_NEAR(glm::length(camera.camera().eye_m - glm::dvec3(0.1, -1.7, 0.2)), 0.0, 1e-12);
   EXPECT_NEAR(glm::length(camera.camera().target_m - glm::dvec3(0.1, 0.3, 0.2)), 0.0, 1e-12);
+}
+
+Scene SceneWithAPart(const core::Pose& X_WO) {
+  Scene scene;
+  scene.instances.resize(1);
+  scene.instances[0].X_WM = X_WO;
+  return scene;
+}
+
+TEST(PlaceCamera, AMountedCameraTurnsWithItsObject) {
+  scene::Camera camera;
+  camera.object = 0;
+  camera.is_mounted = true;
+  camera.eye_m = {0.1, 0.0, 0.0};
+  camera.target_m = {1.0, 0.0, 0.0};
+  // A quarter turn about x: the object's z, upwards in its picture, is W's -y.
+  const core::Pose X_WO{glm::angleAxis(std::acos(-1.0) / 2.0, glm::dvec3(1, 0, 0)), {5.0, 6.0, 7.0}};
+  const scene::Camera placed = PlaceCamera(camera, SceneWithAPart(X_WO));
+  EXPECT_LT(glm::distance(placed.eye_m, glm::dvec3(5.1, 6.0, 7.0)), 1e-12);
+  EXPECT_LT(glm::distance(placed.up, glm::dvec3(0.0, -1.0, 0.0)), 1e-12);
+  EXPECT_EQ(placed.object, -1);
+  const glm::dvec3 above = ProjectToPixel(placed, 100, 100, {5.6, 5.9, 7.0});
+  EXPECT_LT(above.y, 50.0) << "upwards in the picture is the object's z";
+}
+
+TEST(PlaceCamera, AFollowingCameraKeepsItsDirection) {
+  scene::Camera camera;
+  camera.eye_m = {0.0, -1.0, 0.0};
+  const core::Pose X_WO{glm::angleAxis(1.0, glm::dvec3(0, 0, 1)), {0.0, 0.0, 0.5}};
+  Scene scene = SceneWithAPart(X_WO);
+  const scene::Camera following = Follow(camera, 0, scene);
+  EXPECT_LT(glm::distance(PlaceCamera(following, scene).eye_m, camera.eye_m), 1e-12) << "the same view at first";
+  scene.instances[0].X_WM.translation.x = 2.0;
+  const scene::Camera placed = PlaceCamera(following, scene);
+  EXPECT_LT(glm::distance(placed.eye_m, glm::dvec3(2.0, -1.0, 0.0)), 1e-12);
+  EXPECT_LT(glm::distance(placed.target_m, glm::dvec3(2.0, 0.0, 0.0)), 1e-12);
+}
+
+TEST(PlaceCamera, AViewIsALineOfAScenario) {
+  Assets assets;
+  assets.instance_names = {"palm"};
+  scene::Camera camera;
+  camera.name = "view_1";
+  camera.eye_m = {0.5, -0.8, 0.25};
+  camera.vertical_fov_rad = glm::radians(45.0);
+  camera.object = 0;
+  EXPECT_EQ(CameraXml(camera, assets),
+            "<camera name=\"view_1\" eye_m=\"0.5000 -0.8000 0.2500\" target_m=\"0.0000 0.0000 0.0000\" "
+            "vertical_fov_deg=\"45\" follows=\"palm\"/>");
 }
 
 }  // namespace

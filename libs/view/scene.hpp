@@ -105,6 +105,12 @@ int FindCamera(const Assets& assets, const std::string& name);
 // The camera to look through during a procedure step: `fixed` when it names one, else the one named after the step,
 // else the first.
 const scene::Camera& CameraFor(const Assets& assets, const std::string& fixed, const std::string& step);
+// The camera in W, where its object stands now.
+scene::Camera PlaceCamera(const scene::Camera& camera, const Scene& scene);
+// The same view, carried by an object from now on. `placed` is in W.
+scene::Camera Follow(const scene::Camera& placed, int object, const Scene& scene);
+// A line of a scenario file: <camera name="..." .../>.
+std::string CameraXml(const scene::Camera& camera, const Assets& assets);
 // Error: kInvalidInput, naming all cameras, unless `name` is empty or one of them.
 core::Result<void> CheckCamera(const Assets& assets, const std::string& name);
 

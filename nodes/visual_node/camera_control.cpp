@@ -1,5 +1,6 @@
 #include "nodes/visual_node/camera_control.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -61,6 +62,17 @@ std::optional<glm::dvec2> CameraControl::TakeClick() {
   return std::exchange(click_px_, std::nullopt);
 }
 
+void CameraControl::FollowOrLeave(const view::Scene& scene, int object) {
+  const scene::Camera placed = view::PlaceCamera(camera_.camera(), scene);
+  camera_.Set(camera_.camera().object >= 0 ? placed : view::Follow(placed, object, scene));
+  follows_steps_ = false;
+}
+
+void CameraControl::SaveView() {
+  saved_.push_back(camera_.camera());
+  saved_.back().name = "view_" + std::to_string(saved_.size());
+}
+
 double CameraControl::TakeScroll() {
   return std::exchange(scroll_, 0.0);
 }
@@ -87,8 +99,10 @@ const scene::Camera& CameraControl::Update(const view::Assets& assets, const std
     scroll_ = 0.0;
     last_x_ = x;
     last_y_ = y;
-    if (wanted_view_ >= 0 && wanted_view_ < static_cast<int>(assets.cameras.size())) {
-      camera_.Set(assets.cameras[static_cast<std::size_t>(wanted_view_)]);
+    const auto wanted = static_cast<std::size_t>(std::max(0, wanted_view_));
+    const std::size_t num_named = assets.cameras.size();
+    if (wanted_view_ >= 0 && wanted < num_named + saved_.size()) {
+      camera_.Set(wanted < num_named ? assets.cameras[wanted] : saved_[wanted - num_named]);
       follows_steps_ = false;
     }
     wanted_view_ = -1;

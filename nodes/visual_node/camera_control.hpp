@@ -24,6 +24,13 @@ class CameraControl {
   // The camera of the next frame; dt_s since the last one.
   const scene::Camera& Update(const view::Assets& assets, const std::string& step, double dt_s);
 
+  // Lets the view be carried by an object, from where the camera is in `scene`; or, when it is carried, leaves it
+  // there.
+  void FollowOrLeave(const view::Scene& scene, int object);
+  // Keeps the present view: number keys after those of the scenario's cameras go back to it.
+  void SaveView();
+  [[nodiscard]] const std::vector<scene::Camera>& saved_views() const { return saved_; }
+
   // The camera for a step's picture, independent of keys and mouse.
   [[nodiscard]] const scene::Camera& ForStep(const view::Assets& assets, const std::string& step) const;
   // Keys that were pressed since the last call and do not steer a camera, as GLFW names them.
@@ -43,6 +50,7 @@ class CameraControl {
   GLFWwindow* window_ = nullptr;
   view::FreeCamera camera_;
   std::string fixed_view_;
+  std::vector<scene::Camera> saved_;
   bool follows_steps_ = true;
   std::vector<int> keys_;
   std::optional<glm::dvec2> pressed_px_;

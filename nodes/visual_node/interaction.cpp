@@ -23,9 +23,14 @@ view::Choices::Object* Selected(view::Choices* choices) {
 
 }  // namespace
 
-void Interaction::TakeKey(int key, Wishes* wishes) {
+void Interaction::TakeKey(int key, const view::Scene& scene, CameraControl* control, Wishes* wishes) {
   if (key == GLFW_KEY_P) wishes->is_screenshot_wanted = true;
   if (key == GLFW_KEY_F11) wishes->is_full_screen_wanted = true;
+  if (key == GLFW_KEY_J) control->FollowOrLeave(scene, receiver_->choices().selected);
+  if (key == GLFW_KEY_Y) {
+    control->SaveView();
+    wishes->is_view_saved = true;
+  }
   if (key == GLFW_KEY_TAB) is_menu_open_ = !is_menu_open_;
   receiver_->Choose([&](view::Choices& choices) {
     if (const auto overlay = OverlayOfKey(key)) choices.overlays.flip(view::IndexOf(*overlay));
@@ -58,7 +63,7 @@ core::Result<void> Interaction::Pick(const view::Scene& scene, const scene::Came
 core::Result<Interaction::Wishes> Interaction::Take(const view::Scene& scene, const scene::Camera& camera,
                                                     const RenderTarget& target, CameraControl* control) {
   Wishes wishes;
-  for (const int key : control->TakeKeys()) TakeKey(key, &wishes);
+  for (const int key : control->TakeKeys()) TakeKey(key, scene, control, &wishes);
   if (const auto click = control->TakeClick()) {
     if (auto picked = Pick(scene, camera, target, *click); !picked) return tl::unexpected(picked.error());
   }

@@ -18,6 +18,7 @@ class Interaction {
   struct Wishes {
     bool is_screenshot_wanted = false;
     bool is_full_screen_wanted = false;
+    bool is_view_saved = false;  // one more than before, in CameraControl::saved_views
   };
 
   Interaction(Receiver* receiver, Renderer* renderer) : receiver_(receiver), renderer_(renderer) {}
@@ -30,7 +31,7 @@ class Interaction {
                               CameraControl* control);
 
  private:
-  void TakeKey(int key, Wishes* wishes);
+  void TakeKey(int key, const view::Scene& scene, CameraControl* control, Wishes* wishes);
   core::Result<void> Pick(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
                           const glm::dvec2& at_px);
 

@@ -72,8 +72,9 @@ core::Result<ObjectPass> ObjectPass::Create() {
   return pass;
 }
 
-ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& camera,
+ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& given,
                                int width, int height) const {
+  const scene::Camera camera = view::PlaceCamera(given, scene);
   const GlTexture ids = MakeTexture(GL_R32UI, width, height);
   const GlTexture depths = MakeTexture(GL_R32F, width, height);
   const GlTexture nearest = MakeTexture(GL_DEPTH_COMPONENT32F, width, height);

@@ -22,7 +22,7 @@ class ObjectPass {
   static core::Result<ObjectPass> Create();
 
   // `renderer` has drawn this scene before: its sheets are used as they were drawn.
-  [[nodiscard]] ObjectPicture Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& camera,
+  [[nodiscard]] ObjectPicture Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& given,
                                    int width, int height) const;
 
  private:

@@ -33,7 +33,14 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   feed_.emplace(scenario_, node_.get());
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
   node_->ReadEvents();
-  node_->OwnParameters(view::ChoiceNames(mirror_.scene().assets->instance_names));
+  const view::Assets& assets = *mirror_.scene().assets;
+  std::vector<std::string> parameters = view::ChoiceNames(assets.instance_names);
+  for (const scene::Camera& camera : assets.cameras) {
+    parameters.push_back(CameraFeed::RateName(camera.name));
+    cameras_.push_back(node_->WriteState<core::CameraImage>(bus::CameraImageTopic(options.name, camera.name)));
+  }
+  image_rates_hz_.resize(assets.cameras.size());
+  node_->OwnParameters(std::move(parameters));
   if (auto started = node_->Start(); !started) return started;
   newest_.Write(mirror_.scene());
   thread_ = std::thread([this] { Run(); });
@@ -69,17 +76,47 @@ view::Choices Receiver::choices() const {
   return choices_;
 }
 
+std::vector<double> Receiver::image_rates_hz() const {
+  const std::scoped_lock lock(choices_mutex_);
+  return image_rates_hz_;
+}
+
+void Receiver::SendImage(CameraFeed::Seen seen) {
+  const std::scoped_lock lock(choices_mutex_);
+  images_.push_back(std::move(seen));
+}
+
+void Receiver::SendImages() {
+  std::vector<CameraFeed::Seen> images;
+  {
+    const std::scoped_lock lock(choices_mutex_);
+    images.swap(images_);
+  }
+  for (const CameraFeed::Seen& seen : images) cameras_[seen.camera].Set(seen.image);
+}
+
+bool Receiver::TakeChange(const core::ParameterChange& change, std::string* why) {
+  const view::Assets& assets = *mirror_.scene().assets;
+  const std::scoped_lock lock(choices_mutex_);
+  for (std::size_t i = 0; i < assets.cameras.size(); ++i) {
+    if (change.name != CameraFeed::RateName(assets.cameras[i].name)) continue;
+    *why = "from 0 to 5 pictures a second";
+    if (!(change.value >= 0.0 && change.value <= CameraFeed::kMostPerSecond)) return false;
+    image_rates_hz_[i] = change.value;
+    return true;
+  }
+  *why = "1 shows it, 0 does not";
+  if (change.value != 0.0 && change.value != 1.0) return false;
+  return view::SetChoice(change.name, change.value == 1.0, assets.instance_names, &choices_);
+}
+
 void Receiver::TakeParameters() {
   core::ParameterChange change;
   std::uint64_t ticket = 0;
   while (node_->PollParameter(&change, &ticket)) {
-    const bool is_switch = change.value == 0.0 || change.value == 1.0;
-    if (is_switch) {
-      Choose([&](view::Choices& choices) {
-        view::SetChoice(change.name, change.value == 1.0, mirror_.scene().assets->instance_names, &choices);
-      });
-    }
-    node_->AckParameter(ticket, num_states(), is_switch, is_switch ? "" : "1 shows it, 0 does not");
+    std::string why;
+    const bool is_taken = TakeChange(change, &why);
+    node_->AckParameter(ticket, num_states(), is_taken, is_taken ? "" : why);
   }
 }
 
@@ -92,6 +129,7 @@ void Receiver::Run() {
     const std::int64_t now_ns = core::MonotonicNow_ns();
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();
+    SendImages();
     if (is_state_fresh || now_ns >= next_publish_ns_) Publish(now_ns);
     if (is_state_fresh) {
       num_states_.fetch_add(1, std::memory_order_relaxed);

@@ -14,6 +14,7 @@
 #include "bus/node.hpp"
 #include "bus/rt/latest_value.hpp"
 #include "core/result.hpp"
+#include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/latency_log.hpp"
 #include "scene/scenario.hpp"
 #include "view/bus_feed.hpp"
@@ -47,6 +48,9 @@ class Receiver {
     const std::scoped_lock lock(choices_mutex_);
     change(choices_);
   }
+  // How often each camera's picture is wanted as a topic [1/s], by `oos set`. Index: Assets::cameras.
+  [[nodiscard]] std::vector<double> image_rates_hz() const;
+  void SendImage(CameraFeed::Seen seen);
   // Names of the pictures requested by events `screenshot` since the last call (the event's detail is the name).
   std::vector<std::string> TakeScreenshotRequests();
   void SetFramesPerSecond(double value) { frames_per_s_.store(value, std::memory_order_relaxed); }
@@ -63,6 +67,8 @@ class Receiver {
   void Run();
   bool ApplyAll(std::int64_t now_ns);
   void TakeParameters();
+  bool TakeChange(const core::ParameterChange& change, std::string* why);
+  void SendImages();
   void Publish(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void RecordScene(std::int64_t now_ns);
@@ -74,6 +80,7 @@ class Receiver {
   std::optional<view::BusFeed> feed_;
   std::unique_ptr<view::SceneRecorder> recorder_;
   bus::StateWriter<bus::Figures> figures_;
+  std::vector<bus::StateWriter<core::CameraImage>> cameras_;
   core::Trace direct_;  // of the newest state, with this node's stamps
   core::Trace through_physics_;
   std::int64_t next_figures_ns_ = 0;
@@ -83,6 +90,8 @@ class Receiver {
   bus::LatestValue<view::Scene> newest_;
   mutable std::mutex choices_mutex_;
   view::Choices choices_;
+  std::vector<double> image_rates_hz_;
+  std::vector<CameraFeed::Seen> images_;  // to be sent
   std::mutex requests_mutex_;
   std::vector<std::string> requests_;
   std::atomic<double> frames_per_s_{0.0};

@@ -50,6 +50,7 @@ class ReceiverTest : public testing::Test {
     peer_ = std::move(*node);
     physics_ = peer_->WriteLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
     logic_ = peer_->WriteState<core::LogicStatus>(bus::kLogicStatusTopic);
+    seen_ = &peer_->ReadState<core::CameraImage>(bus::CameraImageTopic("visual_node", "default"));
     ASSERT_TRUE(peer_->Start());
     options.name = "visual_node";
     const auto started = receiver_.Start(options);
@@ -84,6 +85,7 @@ class ReceiverTest : public testing::Test {
   std::unique_ptr<bus::Node> peer_;
   bus::LatestWriter<core::PhysicsState> physics_;
   bus::StateWriter<core::LogicStatus> logic_;
+  bus::StateReader<core::CameraImage>* seen_ = nullptr;
   std::uint64_t tick_ = 0;
   Receiver receiver_{scenario_, &log_};
 };
@@ -133,6 +135,21 @@ TEST_F(ReceiverTest, AParameterSwitchesAnOverlayAndHidesAPart) {
   EXPECT_FALSE(peer_->SetParameter("visual_node", {"hide.nothing", 1.0}, kPatience_ns)) << "no such part";
   EXPECT_FALSE(peer_->SetParameter("visual_node", {"hide.block", 0.5}, kPatience_ns)) << "neither yes nor no";
   EXPECT_TRUE(receiver_.choices().objects[0].is_hidden);
+}
+
+TEST_F(ReceiverTest, ACamerasPictureIsATopicWhenItIsWanted) {
+  ASSERT_TRUE(peer_->WaitForPeers({"visual_node"}, kPatience_ns));
+  EXPECT_EQ(receiver_.image_rates_hz(), std::vector<double>{0.0});
+  EXPECT_FALSE(peer_->SetParameter("visual_node", {"image.default.rate_hz", 30.0}, kPatience_ns)) << "too often";
+  ASSERT_TRUE(peer_->SetParameter("visual_node", {"image.default.rate_hz", 2.5}, kPatience_ns));
+  EXPECT_EQ(receiver_.image_rates_hz(), std::vector<double>{2.5});
+  core::CameraImage image;
+  image.width = CameraFeed::kTopicWidth;
+  image.height = CameraFeed::kTopicHeight;
+  image.rgb.assign(std::size_t{3} * CameraFeed::kTopicWidth * CameraFeed::kTopicHeight, '\xfe');
+  receiver_.SendImage({0, image});
+  ASSERT_TRUE(PublishUntil([&](const view::Scene&) { return seen_->has_value(); }));
+  EXPECT_EQ(seen_->value().rgb, image.rgb) << "62 kB, none of it text";
 }
 
 TEST_F(ReceiverTest, TheRecordedSceneIsTheOneThatWasShown) {

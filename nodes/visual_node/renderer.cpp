@@ -102,8 +102,9 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
   }
 }
 
-core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
+core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                                   const Look& look) {
+  const scene::Camera camera = view::PlaceCamera(given, scene);
   if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
   UpdateSheets(scene);
   shadow_.Update(scene, meshes_, sheets_);

@@ -43,8 +43,8 @@ class Renderer {
   // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
   static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
 
-  // Draws one picture.
-  core::Result<void> Draw(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
+  // Draws one picture; a camera that is carried stands where its object is.
+  core::Result<void> Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                           const Look& look = {});
 
   // Without it the Earth has no air.

@@ -8,11 +8,13 @@
 #include <cctype>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <memory>
 
 #include "bus/log/node_recording.hpp"
 #include "core/clock.hpp"
 #include "nodes/visual_node/camera_control.hpp"
+#include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/contact_sheet.hpp"
 #include "nodes/visual_node/earth_air.hpp"
 #include "nodes/visual_node/exposure.hpp"
@@ -113,6 +115,7 @@ class Viewer {
     CameraControl control(*shown_.assets, options_.view);
     if (!options_.is_headless) control.Attach(context_->window());
     Interaction interaction(&receiver_, renderer_.get());
+    CameraFeed feed(renderer_.get());
     const auto period_ns = static_cast<std::int64_t>(1e9 / options_.max_frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns();
@@ -131,6 +134,7 @@ class Viewer {
       CountFrame(start_ns, core::MonotonicNow_ns());
       exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
+      if (auto sent = DrawCameras(feed, *target); !sent) return sent;
       if (!options_.is_headless) {
         const bool is_mouse_down = glfwGetMouseButton(context_->window(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
         const double dt_s = 1e-9 * static_cast<double>(start_ns - last_ns);
@@ -142,6 +146,7 @@ class Viewer {
         if (!wishes) return tl::unexpected(wishes.error());
         if (wishes->is_full_screen_wanted) context_->ToggleFullScreen();
         if (wishes->is_screenshot_wanted) Take("", camera);
+        if (wishes->is_view_saved) WriteViews(control);
       }
       scale_.Update(1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns));
       if (signals_.is_screenshot_wanted != 0) {
@@ -157,6 +162,24 @@ class Viewer {
       }
     }
     return {};
+  }
+
+  // Beside the picture, after its light was measured: inset and topics of cameras.
+  core::Result<void> DrawCameras(CameraFeed& feed, const RenderTarget& target) {
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    auto seen = feed.Take(shown_, receiver_.image_rates_hz(), Live(), now_ns);
+    if (!seen) return tl::unexpected(seen.error());
+    for (CameraFeed::Seen& one : *seen) receiver_.SendImage(std::move(one));
+    if (!receiver_.choices().has(view::Overlay::kCamera)) return {};
+    return feed.DrawInset(shown_, Live(), now_ns, target);
+  }
+
+  // Lines for a scenario file.
+  void WriteViews(const CameraControl& control) const {
+    const std::filesystem::path file = options_.out / "views.xml";
+    std::ofstream out(file);
+    for (const scene::Camera& camera : control.saved_views()) out << view::CameraXml(camera, *shown_.assets) << "\n";
+    std::fprintf(stderr, "views %s: %s\n", file.c_str(), out.flush() ? "done" : "cannot be written");
   }
 
   [[nodiscard]] Look Live() const {

@@ -102,7 +102,7 @@ struct Slot<F> {
   bool Take(const WireField& field, bool* is_sound) {
     if (!field.Is(F::kNumber, kBytes)) return false;
     text = TextOf(field.bytes);
-    *is_sound = *is_sound && IsUtf8(text);
+    *is_sound = *is_sound && (F::kWire == Wire::kBytes || IsUtf8(text));
     return true;
   }
   template <class M>

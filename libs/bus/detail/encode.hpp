@@ -7,6 +7,7 @@
 
 #include "bus/detail/values.hpp"
 #include "core/messages/bulk_fields.hpp"
+#include "core/messages/camera_fields.hpp"
 #include "core/messages/device_fields.hpp"
 #include "core/messages/haptic_fields.hpp"
 #include "core/messages/logic_fields.hpp"

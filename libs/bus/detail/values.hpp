@@ -74,7 +74,7 @@ constexpr std::size_t FixedBytes(Wire wire) {
   return wire == Wire::kFixed32 || wire == Wire::kFloat ? 4 : 8;
 }
 constexpr WireType TypeOf(Wire wire) {
-  if (wire == Wire::kString || wire == Wire::kMessage) return kBytes;
+  if (wire == Wire::kString || wire == Wire::kMessage || wire == Wire::kBytes) return kBytes;
   if (IsVarint(wire)) return kVarint;
   return FixedBytes(wire) == 4 ? kFixed32 : kFixed64;
 }

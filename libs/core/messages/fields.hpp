@@ -21,6 +21,7 @@ enum class Wire : std::uint8_t {
   kDouble,
   kString,
   kMessage,
+  kBytes,  // not text: any bytes
 };
 
 namespace detail {

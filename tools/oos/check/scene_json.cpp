@@ -109,6 +109,9 @@ core::Result<json> SceneJson(const scene::Scenario& scenario) {
                                 {"eye_m", Numbers(camera.eye_m)},
                                 {"target_m", Numbers(camera.target_m)},
                                 {"vertical_fov_rad", camera.vertical_fov_rad}});
+    if (camera.object < 0) continue;
+    const std::string& object = scenario.objects[static_cast<std::size_t>(camera.object)].name;
+    scene["cameras"].back()[camera.is_mounted ? "mounted_on" : "follows"] = object;
   }
   if (const auto logic = logic_node::LogicNode::Create(scenario)) {
     for (const logic_node::StepRecord& step : (*logic)->steps()) scene["steps"].push_back(step.name);
