@@ -103,9 +103,8 @@ void StudyPeg(Report* report) {
              "share that goes in 40 mm; jitter at rest",
              ">= 99 %; < 2 um",
              {},
-             "pressed on the rim, the proxy moves from cycle to cycle; supposed cause: it changes between pairs of "
-             "edges of "
-             "peg and hole, which have 128 sides each"};
+             "with friction the peg follows the tilted device some millimetres behind, held by the friction of what "
+             "turns it upright; at rest the proxy moves from cycle to cycle with the device still"};
     }
     const std::string& name = Variants()[one.variant].name;
     const double share = 100.0 * one.insertion.in / one.seeds;
