@@ -7,6 +7,7 @@
 #include "bus/envelope.hpp"
 #include "bus/schema.hpp"
 #include "core/messages/bulk_fields.hpp"
+#include "core/messages/camera_fields.hpp"
 #include "replay/difference.hpp"
 #include "replay/fields.hpp"
 

@@ -14,7 +14,7 @@ struct GpuMesh {
     GLsizei num_indices = 0;
     std::uintptr_t first_byte = 0;
     view::Material material;
-    bool is_lens = false;  // what shines of a lamp
+    bool is_lens = false;      // what shines of a lamp
     bool is_two_sided = true;  // false: its triangles that face away are not seen
     // Indices into `textures`; -1: none.
     int base_texture = -1;

@@ -98,7 +98,9 @@ TEST_F(ReplayFramesTest, AFrameIsTheStillOfItsTime) {
   ASSERT_EQ(frames.size(), 6U);
   for (const std::size_t k : {0U, 2U, 5U}) {
     EXPECT_EQ(frames[k].rgba, Still(0.1 * static_cast<double>(k)).rgba) << k;
-    if (k > 0) EXPECT_NE(frames[k].rgba, frames[0].rgba) << k;
+    if (k > 0) {
+      EXPECT_NE(frames[k].rgba, frames[0].rgba) << k;
+    }
   }
 }
 

@@ -24,7 +24,8 @@ TEST(SessionNote, KeepsQuotesBackslashesAndLineEndsInNames) {
 }
 
 TEST(SessionNote, WithoutRegistryOrSessionIsNone) {
-  for (const char* text : {"", "{", "[]", "{}", R"({"registry": "tcp://127.0.0.1:1"})", R"({"registry": 1, "session": 2})"}) {
+  for (const char* text :
+       {"", "{", "[]", "{}", R"({"registry": "tcp://127.0.0.1:1"})", R"({"registry": 1, "session": 2})"}) {
     EXPECT_FALSE(ParseSessionNote(text)) << text;
   }
 }
