@@ -5,7 +5,6 @@
 namespace lab {
 namespace {
 
-constexpr int kVisualNodeNice = 10;  // below the nodes of the force loop; chosen without a study
 // How long a procedure waits for a node that has ended. Chosen, not measured: a computer boots in less.
 constexpr int kComebackPatience_s = 120;
 
@@ -108,7 +107,6 @@ class Planner {
 
   // Without a display, an X server without a screen is a unit of its own, listed first so that it ends last.
   void AddDisplay(const Placement& placement, Unit* unit, HostPlan* plan) const {
-    unit->nice = kVisualNodeNice;
     unit->environment["LP_NUM_THREADS"] = "1";
     unit->environment["DISPLAY"] = placement.display.empty() ? plan->facts.display : placement.display;
     if (!placement.display.empty()) return;

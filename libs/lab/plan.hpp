@@ -40,8 +40,7 @@ struct Unit {
   std::string program;             // absolute
   std::vector<std::string> arguments;
   std::map<std::string, std::string> environment;
-  std::string cores;  // empty: all
-  int nice = 0;
+  std::string cores;   // empty: all
   std::string socket;  // the unit starts when this socket exists; empty: at once
   std::string log;     // absolute
 };

@@ -116,7 +116,7 @@ TEST(SupervisorFiles, EveryUnitRestartsOnFailureAndIsStoppedAsAGroup) {
   EXPECT_THAT(text, HasSubstr("killasgroup=true"));
   EXPECT_THAT(text, HasSubstr("OOS_RUN=\"run-1\""));
   EXPECT_THAT(text, HasSubstr("VR_OOS_CACHE=\"/srv/100%%cooked\""));
-  EXPECT_THAT(text, HasSubstr("nice -n 10 /bin/sh -c 'until [ -S /tmp/.X11-unix/X120 ]; do sleep 0.05; done; exec "
+  EXPECT_THAT(text, HasSubstr("/bin/sh -c 'until [ -S /tmp/.X11-unix/X120 ]; do sleep 0.05; done; exec "
                               "\"$0\" \"$@\"' /opt/oos/visual_node --scenario"));
 }
 

@@ -18,7 +18,6 @@ std::string QuoteForSupervisor(const std::string& word) {
 std::string CommandOf(const Unit& unit) {
   std::string command;
   if (!unit.cores.empty()) command += "taskset -c " + unit.cores + " ";
-  if (unit.nice != 0) command += "nice -n " + std::to_string(unit.nice) + " ";
   std::string blank;
   for (const std::string& word : WordsOf(unit)) {
     command += blank + QuoteForSupervisor(word);

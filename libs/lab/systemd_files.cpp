@@ -31,7 +31,6 @@ std::string UnitText(const Unit& unit, const HostPlan& plan) {
   // Effective up to the user's own limits (limits.d, or user@.service.d), which systemd does not raise.
   text += "LimitRTPRIO=95\nLimitMEMLOCK=infinity\n";
   if (!unit.cores.empty()) text += "CPUAffinity=" + unit.cores + "\n";
-  if (unit.nice != 0) text += "Nice=" + std::to_string(unit.nice) + "\n";
   return text;
 }
 

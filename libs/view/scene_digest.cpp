@@ -35,7 +35,9 @@ class Digest {
 
 std::uint64_t SceneDigest(const Scene& scene) {
   Digest digest;
-  for (const Instance& instance : scene.instances) digest.Add(instance.X_WM);
+  for (const Instance& instance : scene.instances) {
+    if (!instance.is_scenery) digest.Add(instance.X_WM);  // scenery is on no topic
+  }
   for (const Sheet& sheet : scene.sheets) {
     for (const glm::vec3& p_W : sheet.p_W) digest.Add(glm::dvec3(p_W), kStepsPerM);
   }

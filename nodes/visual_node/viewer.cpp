@@ -3,13 +3,18 @@
 #include <epoxy/gl.h>
 #include <sched.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
+#include <utility>
 
 #include "bus/log/node_recording.hpp"
 #include "core/clock.hpp"
@@ -32,17 +37,31 @@
 namespace visual_node {
 namespace {
 
-constexpr int kDrawingNice = 10;  // as lab's kVisualNodeNice; chosen without a study
+constexpr int kDrawingNice = 10;  // chosen without a study
 
 // Of a frame's period, for drawing; the rest is for what else the machine does between two pictures.
 constexpr double kDrawingShare = 0.9;
 
-// Lowers the priority of the calling thread and of those that it creates later (llvmpipe's), in favour of the force
-// loop.
-void LowerPriority() {
+std::set<pid_t> Threads() {
+  std::set<pid_t> threads;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task", ignored)) {
+    threads.insert(static_cast<pid_t>(std::strtol(entry.path().filename().c_str(), nullptr, 10)));
+  }
+  return threads;
+}
+
+// Lowers the priority of the calling thread and of those that are not in `others` (llvmpipe's), in favour of the force
+// loop. Threads that have a policy of their own keep it.
+void LowerPriority(const std::set<pid_t>& others) {
   const sched_param none{};
-  sched_setscheduler(0, SCHED_BATCH, &none);
-  if (getpriority(PRIO_PROCESS, 0) < kDrawingNice) setpriority(PRIO_PROCESS, 0, kDrawingNice);
+  for (const pid_t thread : Threads()) {
+    const bool is_drawing = thread == gettid() || others.count(thread) == 0;
+    if (!is_drawing || sched_getscheduler(thread) != SCHED_OTHER) continue;
+    sched_setscheduler(thread, SCHED_BATCH, &none);
+    const auto who = static_cast<id_t>(thread);
+    if (getpriority(PRIO_PROCESS, who) < kDrawingNice) setpriority(PRIO_PROCESS, who, kDrawingNice);
+  }
 }
 
 // CPU time of all threads of this process [s].
@@ -78,7 +97,7 @@ class Viewer {
     recording_ = std::move(*recording);
     if (auto kept = receiver_.Record(options_.out / "scene.mcap"); !kept) return kept;
     if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
-    LowerPriority();
+    other_threads_ = Threads();
     auto context =
         GlContext::Create({options_.window_width, options_.window_height, scenario.title, !options_.is_headless});
     if (!context) return tl::unexpected(context.error());
@@ -131,6 +150,8 @@ class Viewer {
           control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
       if (auto drawn = renderer_->Draw(shown_, camera, *target, Live()); !drawn) return drawn;
       glFinish();
+      // Not before: on a busy machine the start would take many times as long, and a session waits for it.
+      if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
       CountFrame(start_ns, core::MonotonicNow_ns());
       exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
@@ -292,6 +313,8 @@ class Viewer {
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
   std::unique_ptr<AirInWork> air_in_work_;
+  std::set<pid_t> other_threads_;  // those that do not draw
+  bool is_priority_low_ = false;
   RenderScale scale_;
   Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;

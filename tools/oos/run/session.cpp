@@ -183,7 +183,6 @@ class Session {
       if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
       if (name == "visual_node") {
         command.environment = visual_environment;
-        command.nice = 10;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
       }
       // A process of two nodes names the files itself.
