@@ -83,6 +83,7 @@ class TextViewer {
     } else {
       std::printf("t %.1f s  %zu contact arrows\n", 1e-9 * static_cast<double>(scene.time_ns), scene.arrows.size());
       for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        if (scene.instances[i].is_scenery) continue;  // no object of the scenario
         const glm::dvec3& p_W = scene.instances[i].X_WM.translation;
         const auto [printed, is_first] = printed_.try_emplace(i, p_W);
         if (!is_first && glm::distance(printed->second, p_W) < kMoved_m) continue;
