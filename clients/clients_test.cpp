@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bus/detail/sealing.hpp"
-#include "bus/envelope.hpp"
-#include "bus/schema.hpp"
+#include "bus/security/sealing.hpp"
+#include "bus/wire/envelope.hpp"
+#include "bus/wire/schema.hpp"
 
 namespace {
 

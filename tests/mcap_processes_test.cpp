@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "bus/bulk.hpp"
-#include "bus/bulk_folder.hpp"
-#include "bus/codec.hpp"
+#include "bus/bulk/bulk.hpp"
+#include "bus/bulk/bulk_folder.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorder.hpp"
 #include "bus/node.hpp"
 #include "bus/testing/make_node.hpp"
+#include "bus/wire/codec.hpp"
 #include "core/clock.hpp"
 #include "proto/recording.pb.h"
 #include "tools/process/piped_child.hpp"

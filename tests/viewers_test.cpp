@@ -10,9 +10,9 @@
 #include <map>
 #include <optional>
 
-#include "bus/codec.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
+#include "bus/wire/codec.hpp"
 #include "core/clock.hpp"
 #include "tests/support.hpp"
 #include "tools/process/group.hpp"

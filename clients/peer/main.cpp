@@ -8,10 +8,10 @@
 #include <set>
 #include <string>
 
-#include "bus/keys.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
-#include "bus/schema.hpp"
+#include "bus/security/keys.hpp"
+#include "bus/wire/schema.hpp"
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "core/messages/device.hpp"

@@ -10,8 +10,8 @@
 #include <mutex>
 #include <thread>
 
-#include "bus/detail/datagram_guard.hpp"
 #include "bus/log/tap_recorder.hpp"
+#include "bus/security/datagram_guard.hpp"
 #include "bus/testing/make_node.hpp"
 #include "bus/testing/step_guard.hpp"
 #include "core/clock.hpp"

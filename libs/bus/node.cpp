@@ -7,9 +7,9 @@
 #include <chrono>
 #include <random>
 
-#include "bus/detail/accounts.hpp"
-#include "bus/detail/node_impl.hpp"
-#include "bus/schema.hpp"
+#include "bus/accounts/accounts.hpp"
+#include "bus/node_impl.hpp"
+#include "bus/wire/schema.hpp"
 #include "core/clock.hpp"
 
 namespace bus {

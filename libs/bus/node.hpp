@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "bus/figures.hpp"
-#include "bus/latest.hpp"
-#include "bus/roster.hpp"
-#include "bus/state.hpp"
+#include "bus/latest/latest.hpp"
+#include "bus/membership/roster.hpp"
+#include "bus/reliable/state.hpp"
 #include "bus/topics.hpp"
 #include "core/clock.hpp"
 #include "core/messages/logic.hpp"
@@ -34,7 +34,7 @@ struct NodeOptions {
   bool is_observer = false;                // only observes: never waited for, its end is not a fault
   bool takes_over = false;                 // fences off the holder of its name or topics, even a live one
   bool sends_goodbye = true;               // false: peers detect the end by missing heartbeats, as after kill -9
-  std::string keys{};                      // key directory of the run, see bus/keys.hpp
+  std::string keys{};                      // key directory of the run, see bus/security/keys.hpp
   bool is_encrypted = true;                // false must be set explicitly: no keys, anybody may listen and send
   // Patterns of the LATEST topics that this node sends by ZeroMQ (TCP), for networks that block datagrams. A lost
   // packet then delays all that follow (head-of-line blocking).

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "bus/schema.hpp"
 #include "bus/testing/make_node.hpp"
+#include "bus/wire/schema.hpp"
 
 namespace bus {
 namespace {

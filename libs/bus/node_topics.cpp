@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "bus/detail/node_impl.hpp"
 #include "bus/node.hpp"
+#include "bus/node_impl.hpp"
 
 namespace bus {
 namespace {

@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-#include "bus/detail/node_impl.hpp"
 #include "bus/node.hpp"
+#include "bus/node_impl.hpp"
 #include "core/clock.hpp"
 
 namespace bus {

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 
 namespace bus {
 namespace {

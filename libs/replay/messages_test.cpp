@@ -3,9 +3,9 @@
 #include <array>
 #include <string>
 
-#include "bus/codec.hpp"
-#include "bus/envelope.hpp"
-#include "bus/schema.hpp"
+#include "bus/wire/codec.hpp"
+#include "bus/wire/envelope.hpp"
+#include "bus/wire/schema.hpp"
 #include "core/messages/bulk_fields.hpp"
 #include "core/messages/camera_fields.hpp"
 #include "replay/difference.hpp"

@@ -1,7 +1,7 @@
 #include "view/recorded_feed.hpp"
 
-#include "bus/codec.hpp"
 #include "bus/topics.hpp"
+#include "bus/wire/codec.hpp"
 #include "view/bus_feed.hpp"
 
 namespace view {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorder.hpp"
+#include "bus/wire/codec.hpp"
 #include "view/scene_digest.hpp"
 
 namespace view {

@@ -1,6 +1,6 @@
 #include "view/scene_recorder.hpp"
 
-#include "bus/codec.hpp"
+#include "bus/wire/codec.hpp"
 
 namespace view {
 namespace {

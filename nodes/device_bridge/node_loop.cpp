@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bus/clock_bounds.hpp"
+#include "bus/membership/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
 #include "core/hand_limits.hpp"

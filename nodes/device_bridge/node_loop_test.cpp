@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bus/registry.hpp"
+#include "bus/membership/registry.hpp"
 #include "core/clock.hpp"
 
 namespace device_bridge {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "bus/bulk_folder.hpp"
+#include "bus/bulk/bulk_folder.hpp"
 #include "nodes/logic_node/node_loop.hpp"
 #include "nodes/run_node/command_line.hpp"
 #include "nodes/run_node/run_node.hpp"

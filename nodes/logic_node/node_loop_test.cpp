@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "bus/registry.hpp"
+#include "bus/membership/registry.hpp"
 #include "core/clock.hpp"
 
 namespace logic_node {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "bus/clock_bounds.hpp"
+#include "bus/membership/clock_bounds.hpp"
 #include "core/clock.hpp"
 #include "core/messages/reserve_texts.hpp"
 

@@ -17,7 +17,7 @@ std::vector<cli::Option> BusOptions() {
   return {
       {"--registry", "ENDPOINT", "of the session, e.g. tcp://127.0.0.1:7450"},
       {"--session", "N", "its number", "0", cli::Count(0, std::numeric_limits<std::uint64_t>::max())},
-      {"--keys", "DIR", "keys of the run, bus/keys.hpp; either this or --no_encryption"},
+      {"--keys", "DIR", "keys of the run, bus/security/keys.hpp; either this or --no_encryption"},
       {"--no_encryption", "", "the run has no keys"},
       {"--bind", "ADDRESS", "of this machine, where the others reach it", "127.0.0.1"},
       {"--record", "FILE.mcap", "what this node sends and takes"},

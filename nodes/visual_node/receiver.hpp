@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "bus/clock_bounds.hpp"
+#include "bus/membership/clock_bounds.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/latest_value.hpp"
 #include "core/result.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "bus/registry.hpp"
+#include "bus/membership/registry.hpp"
 #include "core/clock.hpp"
 #include "view/recorded_scene.hpp"
 #include "view/scene_digest.hpp"

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorder.hpp"
+#include "bus/wire/codec.hpp"
 #include "nodes/visual_node/shot.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
 #include "nodes/visual_node/testing/read_png.hpp"

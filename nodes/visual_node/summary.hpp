@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "bus/roster.hpp"
+#include "bus/membership/roster.hpp"
 #include "bus/rt/latency_stats.hpp"
 #include "core/result.hpp"
 
@@ -26,7 +26,7 @@ struct Summary {
   bus::LatencyStats t2_state_direct;
   bus::LatencyStats t2_image;
   bus::Counters counters;
-  std::map<std::string, std::int64_t> clock_bounds_ns;  // bus/clock_bounds.hpp
+  std::map<std::string, std::int64_t> clock_bounds_ns;  // bus/membership/clock_bounds.hpp
   std::size_t contact_sheet_tiles = 0;
 
   core::Result<void> Write(const std::filesystem::path& file) const;

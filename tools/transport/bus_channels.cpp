@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-#include "bus/keys.hpp"
+#include "bus/security/keys.hpp"
 #include "core/clock.hpp"
 #include "core/messages/device.hpp"
 #include "core/messages/haptic.hpp"

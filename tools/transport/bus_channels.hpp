@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
 #include "tools/transport/channel.hpp"
 
 namespace transport {

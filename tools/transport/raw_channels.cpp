@@ -13,7 +13,7 @@
 #include <ctime>
 #include <zmq.hpp>
 
-#include "bus/detail/udp_socket.hpp"
+#include "bus/latest/udp_socket.hpp"
 
 namespace transport {
 namespace {

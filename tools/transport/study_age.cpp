@@ -10,9 +10,9 @@
 #include <thread>
 #include <zmq.hpp>
 
-#include "bus/keys.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
+#include "bus/security/keys.hpp"
 #include "core/clock.hpp"
 #include "core/messages/device.hpp"
 #include "tools/bench/one_core.hpp"

@@ -6,7 +6,7 @@
 #include <thread>
 #include <zmq.hpp>
 
-#include "bus/bulk.hpp"
+#include "bus/bulk/bulk.hpp"
 #include "core/clock.hpp"
 #include "tools/bench/one_core.hpp"
 #include "tools/transport/bus_channels.hpp"

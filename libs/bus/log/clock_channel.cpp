@@ -1,6 +1,6 @@
 #include "bus/log/clock_channel.hpp"
 
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 #include "proto/recording.pb.h"
 
 namespace bus::log {

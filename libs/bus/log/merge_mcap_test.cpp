@@ -13,8 +13,8 @@
 #include "bus/log/compare_mcap.hpp"
 #include "bus/log/mcap_indexed_reader.hpp"
 #include "bus/log/mcap_writer.hpp"
-#include "bus/schema.hpp"
 #include "bus/topics.hpp"
+#include "bus/wire/schema.hpp"
 #include "proto/physics.pb.h"
 #include "proto/recording.pb.h"
 

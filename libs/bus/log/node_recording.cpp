@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "bus/log/recorder.hpp"
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 
 namespace bus::log {
 namespace {

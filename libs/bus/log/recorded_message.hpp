@@ -3,8 +3,8 @@
 #include <bit>
 #include <cstdint>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorded_payload.hpp"
+#include "bus/wire/codec.hpp"
 
 namespace bus::log {
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "bus/envelope.hpp"
 #include "bus/log/mcap_records.hpp"
+#include "bus/wire/envelope.hpp"
 
 namespace bus::log {
 

@@ -2,9 +2,9 @@
 
 #include <cstdlib>
 
-#include "bus/detail/tap_points.hpp"
 #include "bus/log/recorded_payload.hpp"
-#include "bus/schema.hpp"
+#include "bus/log/tap_points.hpp"
+#include "bus/wire/schema.hpp"
 
 namespace bus::log {
 core::Result<Split> ReadSplit(const std::string& megabytes, const std::string& seconds) {

@@ -13,9 +13,9 @@
 
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/payload_decoder.hpp"
-#include "bus/registry.hpp"
-#include "bus/schema.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/testing/make_node.hpp"
+#include "bus/wire/schema.hpp"
 #include "proto/physics.pb.h"
 #include "proto/recording.pb.h"
 

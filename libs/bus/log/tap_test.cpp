@@ -12,7 +12,7 @@
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorded_payload.hpp"
 #include "bus/log/tap_recorder.hpp"
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 #include "proto/physics.pb.h"
 #include "proto/recording.pb.h"
 

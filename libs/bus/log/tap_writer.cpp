@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "bus/log/recorded_payload.hpp"
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 #include "core/clock.hpp"
 #include "proto/recording.pb.h"
 

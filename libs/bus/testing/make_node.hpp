@@ -9,9 +9,9 @@
 #include <tuple>
 #include <vector>
 
-#include "bus/ledger.hpp"
+#include "bus/accounts/ledger.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
 #include "core/clock.hpp"
 
 // Helpers shared by the tests of the bus.

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 // How a message describes its fields: FieldsOf<M>::kAll, which proto/generate.py makes of the .proto file. The codec
-// (bus/codec.hpp) and the steps of recordings (replay/fields.hpp) go through it, so that no field is listed again.
+// (bus/wire/codec.hpp) and the steps of recordings (replay/fields.hpp) go through it, so that no field is listed again.
 namespace core {
 
 // Type of a value on the wire [Protocol Buffers encoding].

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "bus/bulk.hpp"
-#include "bus/codec.hpp"
-#include "bus/detail/control.hpp"
-#include "bus/detail/history.hpp"
-#include "bus/envelope.hpp"
-#include "bus/keys.hpp"
+#include "bus/bulk/bulk.hpp"
+#include "bus/latest/history.hpp"
 #include "bus/log/mcap_writer.hpp"
-#include "bus/schema.hpp"
+#include "bus/security/keys.hpp"
+#include "bus/wire/codec.hpp"
+#include "bus/wire/control.hpp"
+#include "bus/wire/envelope.hpp"
+#include "bus/wire/schema.hpp"
 #include "physics/checkpoint_file.hpp"
 #include "proto/bulk.pb.h"
 #include "proto/bus.pb.h"

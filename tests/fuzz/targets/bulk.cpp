@@ -5,9 +5,9 @@
 #include <sstream>
 #include <zmq.hpp>
 
-#include "bus/bulk_folder.hpp"
-#include "bus/detail/node_core.hpp"
-#include "bus/envelope.hpp"
+#include "bus/bulk/bulk_folder.hpp"
+#include "bus/node_core.hpp"
+#include "bus/wire/envelope.hpp"
 #include "core/clock.hpp"
 #include "proto/bulk.pb.h"
 #include "tests/fuzz/bulk_blocks.hpp"

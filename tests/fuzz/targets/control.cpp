@@ -1,4 +1,4 @@
-#include "bus/detail/control.hpp"
+#include "bus/wire/control.hpp"
 
 #include "proto/bus.pb.h"
 #include "tests/fuzz/claim.hpp"

@@ -1,4 +1,4 @@
-#include "bus/envelope.hpp"
+#include "bus/wire/envelope.hpp"
 
 #include <cstring>
 #include <vector>

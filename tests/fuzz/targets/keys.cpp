@@ -1,4 +1,4 @@
-#include "bus/keys.hpp"
+#include "bus/security/keys.hpp"
 
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/reader.hpp"

@@ -1,7 +1,7 @@
 #include <array>
 
-#include "bus/codec.hpp"
-#include "bus/envelope.hpp"
+#include "bus/wire/codec.hpp"
+#include "bus/wire/envelope.hpp"
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/reader.hpp"
 

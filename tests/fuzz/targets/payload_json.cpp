@@ -1,5 +1,5 @@
 #include "bus/log/payload_decoder.hpp"
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 #include "tests/fuzz/quiet_protobuf.hpp"
 #include "tests/fuzz/reader.hpp"
 

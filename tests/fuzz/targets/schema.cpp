@@ -1,4 +1,4 @@
-#include "bus/schema.hpp"
+#include "bus/wire/schema.hpp"
 
 #include "bus/topics.hpp"
 #include "tests/fuzz/claim.hpp"

@@ -2,8 +2,8 @@
 #include <cstring>
 #include <vector>
 
-#include "bus/detail/history.hpp"
-#include "bus/detail/sealing.hpp"
+#include "bus/latest/history.hpp"
+#include "bus/security/sealing.hpp"
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/targets.hpp"
 

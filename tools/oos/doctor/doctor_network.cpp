@@ -13,8 +13,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "bus/detail/udp_socket.hpp"
-#include "bus/envelope.hpp"
+#include "bus/latest/udp_socket.hpp"
+#include "bus/wire/envelope.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach/attach.hpp"
 
@@ -205,7 +205,7 @@ Finding JudgePeer(const bus::PeerStatus& peer) {
     return {"node", Grade::kWarn, what + "its clock is not known",
             "let UDP through from " + peer.udp_endpoint + " to this machine and back"};
   }
-  // Half of the shortest round trip is part of the bound (detail/clock_estimate.hpp).
+  // Half of the shortest round trip is part of the bound (bus/membership/clock_estimate.hpp).
   const std::string clock = peer.clock_bound_ns == 0 ? "the same clock"
                                                      : "clock known within " + Ms(peer.clock_bound_ns) +
                                                            ", round trip at most " + Ms(2 * peer.clock_bound_ns);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/roster.hpp"
+#include "bus/membership/roster.hpp"
 #include "tools/oos/doctor/doctor_finding.hpp"
 #include "tools/oos/verb/verb.hpp"
 

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <set>
 
-#include "bus/keys.hpp"
+#include "bus/security/keys.hpp"
 
 namespace oos {
 

@@ -8,7 +8,7 @@
 
 namespace oos {
 
-// The keys of one launch (bus/keys.hpp), in a folder that only this user can read; removed with this object.
+// The keys of one launch (bus/security/keys.hpp), in a folder that only this user can read; removed with this object.
 class LaunchKeys {
  public:
   LaunchKeys() = default;

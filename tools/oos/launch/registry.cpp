@@ -1,4 +1,4 @@
-#include "bus/registry.hpp"
+#include "bus/membership/registry.hpp"
 
 #include <cstdio>
 #include <cstdlib>
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "bus/keys.hpp"
 #include "bus/node.hpp"
+#include "bus/security/keys.hpp"
 #include "core/clock.hpp"
 #include "lab/lab.hpp"
 #include "tools/oos/attach/attach.hpp"

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "bus/bulk_folder.hpp"
+#include "bus/bulk/bulk_folder.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/live/verbs.hpp"
 

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <thread>
 
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/live/verbs.hpp"
 

@@ -2,8 +2,8 @@
 #include <map>
 #include <set>
 
-#include "bus/reported_accounts.hpp"
-#include "bus/schema.hpp"
+#include "bus/accounts/reported_accounts.hpp"
+#include "bus/wire/schema.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/live/heard_topic.hpp"
@@ -67,8 +67,8 @@ void ShowList(const std::map<std::string, Ends>& topics) {
 }
 
 // Prints the messages from each writer to each reader as the readers count them, over all restarts of the writer, and
-// where a writer's own count differs (bus/reported_accounts.hpp). False if one differs, or if a reader counts more than
-// was sent.
+// where a writer's own count differs (bus/accounts/reported_accounts.hpp). False if one differs, or if a reader counts
+// more than was sent.
 bool ShowAccounts(const std::vector<bus::PeerStatus>& peers, const std::string& pattern,
                   const bus::ReportedAccounts& joined) {
   bool do_close = true;

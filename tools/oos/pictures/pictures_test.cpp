@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorder.hpp"
+#include "bus/wire/codec.hpp"
 #include "tools/oos/pictures/video.hpp"
 #include "tools/process/piped_child.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bus/bulk.hpp"
+#include "bus/bulk/bulk.hpp"
 #include "bus/log/mcap_records.hpp"
 #include "bus/node.hpp"
 

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bus/codec.hpp"
 #include "bus/log/mcap_writer.hpp"
 #include "bus/log/recorder.hpp"
+#include "bus/wire/codec.hpp"
 #include "tools/oos/record/verbs.hpp"
 
 namespace oos {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "bus/schema.hpp"
 #include "bus/topics.hpp"
+#include "bus/wire/schema.hpp"
 #include "proto/logic.pb.h"
 #include "vps/mesh/load_mesh.hpp"
 

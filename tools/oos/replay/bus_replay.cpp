@@ -7,8 +7,8 @@
 #include <sstream>
 #include <tuple>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorded_message.hpp"
+#include "bus/wire/codec.hpp"
 
 namespace oos {
 namespace {

@@ -5,11 +5,11 @@
 
 #include <filesystem>
 
-#include "bus/codec.hpp"
 #include "bus/log/mcap_reader.hpp"
 #include "bus/log/recorded_message.hpp"
 #include "bus/log/recorder.hpp"
 #include "bus/testing/make_node.hpp"
+#include "bus/wire/codec.hpp"
 #include "proto/logic.pb.h"
 
 namespace oos {

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <string>
 
-#include "bus/ledger.hpp"
+#include "bus/accounts/ledger.hpp"
 #include "core/clock.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/replay/bus_replay.hpp"

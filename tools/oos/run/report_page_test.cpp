@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "bus/codec.hpp"
 #include "bus/log/recorder.hpp"
+#include "bus/wire/codec.hpp"
 #include "picture/image.hpp"
 #include "tools/oos/run/run_history.hpp"
 

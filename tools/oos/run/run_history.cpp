@@ -7,8 +7,8 @@
 #include <map>
 #include <optional>
 
-#include "bus/codec.hpp"
 #include "bus/log/mcap_indexed_reader.hpp"
+#include "bus/wire/codec.hpp"
 #include "core/messages/logic.hpp"
 #include "tools/oos/run/latency_table.hpp"
 #include "view/recorded_feed.hpp"

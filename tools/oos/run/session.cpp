@@ -8,9 +8,9 @@
 #include <memory>
 #include <set>
 
-#include "bus/keys.hpp"
+#include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
-#include "bus/registry.hpp"
+#include "bus/security/keys.hpp"
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "lab/lab.hpp"
