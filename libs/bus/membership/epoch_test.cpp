@@ -6,8 +6,12 @@
 
 #include <algorithm>
 #include <csignal>
+#include <zmq.hpp>
 
+#include "bus/reliable/routed.hpp"
 #include "bus/testing/make_node.hpp"
+#include "bus/wire/control.hpp"
+#include "proto/bus.pb.h"
 
 namespace bus {
 namespace {
@@ -103,6 +107,74 @@ TEST(Epoch, AFencedInstanceStaysOutAndANewOneOfItsNameMayJoin) {
   auto third = MakeNode("physics_node", registry->endpoint());
   EXPECT_TRUE(third->Start(kLong_ns).has_value());
   ExpectAccountsClose({third.get()});
+}
+
+std::vector<std::uint8_t> Encoded(const std::string& sender, const oos::Control& control) {
+  return detail::EncodeControl({7, TopicId(sender), 1}, TopicClass::kControl, control);
+}
+
+// Speaks for the registry, so that a roster can come later than a subscription of a node that it names.
+class ScriptedRegistry {
+ public:
+  explicit ScriptedRegistry(zmq::context_t* context) : router_(*context, zmq::socket_type::router) {
+    router_.set(zmq::sockopt::linger, 0);
+    router_.bind("tcp://127.0.0.1:*");
+  }
+  std::string endpoint() const { return router_.get(zmq::sockopt::last_endpoint); }
+  // Answers one HELLO with a roster that has no nodes; null: there is none.
+  std::optional<oos::NodeRecord> Answer(const std::vector<std::uint64_t>& fenced) {
+    zmq::message_t routing, message;
+    oos::Control hello;
+    if (!detail::ReceiveRouted(&router_, &routing, &message)) return std::nullopt;
+    if (!detail::DecodeControl({message.data<std::uint8_t>(), message.size()}, 7, &hello)) return std::nullopt;
+    oos::Control answer;
+    answer.mutable_roster()->set_version(1 + fenced.size());
+    answer.mutable_roster()->set_boot(1);
+    for (const std::uint64_t instance : fenced) answer.mutable_roster()->add_fenced(instance);
+    router_.send(routing, zmq::send_flags::sndmore);
+    router_.send(zmq::buffer(Encoded("registry", answer)), zmq::send_flags::none);
+    return hello.hello().node();
+  }
+
+ private:
+  zmq::socket_t router_;
+};
+
+TEST(Epoch, AFencedReaderThatNoRosterNamedLeavesNoAccountOpen) {
+  zmq::context_t context;
+  ScriptedRegistry registry(&context);
+  NodeOptions options;
+  options.name = "physics_node";
+  options.registry = registry.endpoint();
+  options.session = 7;
+  options.is_encrypted = false;
+  auto node = std::move(*Node::Create(options));
+  ASSERT_TRUE(node->Start(0).has_value());
+  std::optional<oos::NodeRecord> record;
+  ASSERT_TRUE(Until([&] { return (record = registry.Answer({})).has_value(); }));
+
+  constexpr std::uint64_t kReader = 4711;
+  zmq::socket_t reader(context, zmq::socket_type::dealer);
+  reader.set(zmq::sockopt::linger, 0);
+  reader.set(zmq::sockopt::routing_id, "logic_node#" + std::to_string(kReader));
+  reader.connect(record->router_endpoint());
+  oos::Control subscription;
+  subscription.mutable_subscribe()->set_name("logic_node");
+  subscription.mutable_subscribe()->set_instance(kReader);
+  subscription.mutable_subscribe()->set_wants_events(true);
+  reader.send(zmq::buffer(Encoded("logic_node", subscription)), zmq::send_flags::none);
+  ASSERT_TRUE(Until([&] { return !node->Accounts().empty(); }));
+  ASSERT_TRUE(node->Emit({0, "", "never_acknowledged", ""}));
+  ASSERT_TRUE(Until([&] {
+    WaitBriefly(*node);
+    return node->Accounts().front().sent == 1;
+  }));
+  EXPECT_FALSE(node->Accounts().front().is_settled());
+
+  ASSERT_TRUE(Until([&] {
+    registry.Answer({kReader});
+    return node->Accounts().front().is_settled();
+  }));
 }
 
 #if !defined(__SANITIZE_THREAD__)
