@@ -9,12 +9,14 @@
 namespace physics {
 namespace {
 
+using trials::ReboundInput;
 using trials::ReboundParams;
 using trials::ReboundShape;
 
-double Ratio(ReboundShape shape, double mass, double spin, int delay) {
+double Ratio(ReboundShape shape, double mass, double spin, int delay, ReboundInput input = ReboundInput::kPlanes) {
   ReboundParams params;
   params.shape = shape;
+  params.input = input;
   params.mass_kg = mass;
   params.spin_rad_per_s = spin;
   params.delay_ms = delay;
@@ -59,6 +61,31 @@ TEST(Rebound, StaysWithinTwoPercentUnderDelayOfThePlanes) {
       }
     }
     RecordProperty(c.name, std::to_string(least) + " to " + std::to_string(most));
+  }
+}
+
+TEST(Rebound, OfPassiveContactsKeepsEnergyWithoutDelay) {
+  for (const Case& c : kCases) {
+    for (const double mass : kMasses_kg) {
+      for (const double spin : {0.0, 2.0, 10.0}) {
+        EXPECT_NEAR(Ratio(c.shape, mass, spin, 0, ReboundInput::kPassive), 1.0, 1e-3)
+            << c.name << ", " << mass << " kg, " << spin << " rad/s";
+      }
+    }
+  }
+}
+
+TEST(Rebound, OfPassiveContactsMakesNoEnergyUnderDelay) {
+  for (const Case& c : kCases) {
+    for (const double mass : kMasses_kg) {
+      for (const int delay : kDelays) {
+        for (const double spin : {0.0, 2.0}) {  // rad/s
+          const double ratio = Ratio(c.shape, mass, spin, delay, ReboundInput::kPassive);
+          EXPECT_LE(ratio, 1.0 + 1e-6) << c.name << ", " << mass << " kg, " << delay << " ms, " << spin << " rad/s";
+          EXPECT_GE(ratio, 0.98) << c.name << ", " << mass << " kg, " << delay << " ms, " << spin << " rad/s";
+        }
+      }
+    }
   }
 }
 

@@ -16,12 +16,15 @@ struct BallOnPlane {
   static constexpr double kRadius = 0.03;
 
   BallOnPlane(double mass, double height, const glm::dvec3& velocity, double stiffness, double damping,
-              double friction = 0.0) {
+              double friction = 0.0, ContactKind kind = ContactKind::kCompliant) {
     MassProperties m;
     m.mass_kg = mass;
     m.I_Cm_O_kg_m2 = glm::dmat3(0.4 * mass * kRadius * kRadius);
     ball = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, kRadius + height}}, m, {{}, velocity});
-    pair = world.AddContactPair(ball, world.world_body()).value();
+    pair = world.AddContactPair(ball, world.world_body(), kind).value();
+    SetPlane(stiffness, damping, friction);
+  }
+  void SetPlane(double stiffness, double damping, double friction) {
     core::ContactSet set;
     set.damping_N_s_per_m = static_cast<float>(damping);
     set.friction = static_cast<float>(friction);
@@ -43,6 +46,55 @@ TEST(Contact, PressedBallRestsAtDepthForceOverStiffness) {
   for (int i = 0; i < 3000; ++i) scene.world.Step(kDt);
   EXPECT_NEAR(scene.depth(), 8.0 / 2.0e4, 1e-9);  // the plane's point is a float: 30 mm to 1e-9 m
   EXPECT_NEAR(scene.world.contact(scene.pair).F_So_W.force_N.z, 8.0, 1e-6);
+}
+
+// Fastest of the 0.5 kg within 2 s.
+double Fastest_m_per_s(BallOnPlane* scene) {
+  double fastest = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    scene->world.Step(kDt);
+    fastest = std::max(fastest, glm::length(scene->world.V_WO(scene->ball).linear_m_per_s));
+  }
+  return fastest;
+}
+
+TEST(Contact, PassiveSpringsThatNoWorkHasLoadedPartBodiesNoFasterThanHardContacts) {
+  for (const double depth : {1e-4, 5e-3, 2e-2}) {
+    for (const double mass : {0.02, 0.5, 50.0}) {
+      BallOnPlane scene(mass, -depth, {}, 2e4, 20.0, 0.0, ContactKind::kPassive);
+      EXPECT_LE(Fastest_m_per_s(&scene), 1.2 * 0.02) << depth << " m, " << mass << " kg";
+      EXPECT_LT(scene.depth(), 1e-6 + 0.5 * depth) << depth << " m, " << mass << " kg";
+    }
+  }
+}
+
+TEST(Contact, PassiveSpringsGiveBackNoMoreThanWasPutInWhenTheyGrowStiffer) {
+  BallOnPlane scene(0.5, 1e-3, {0, 0, -0.1}, 1e4, 0.0, 0.0, ContactKind::kPassive);
+  bool has_grown = false;
+  double last = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    scene.world.Step(kDt);
+    last = scene.world.V_WO(scene.ball).linear_m_per_s.z;
+    if (!has_grown && last > -0.02) {
+      has_grown = true;
+      scene.SetPlane(1.5e4, 0.0, 0.0);
+    }
+  }
+  EXPECT_LT(scene.depth(), 0.0);
+  EXPECT_NEAR(last, 0.1, 1e-5);
+}
+
+TEST(Contact, PassiveSpringsHoldALoadThoughNoWorkHasLoadedThem) {
+  BallOnPlane scene(0.5, -5e-3, {}, 2e4, 20.0, 0.0, ContactKind::kPassive);
+  const int push = scene.world.AddContactPair(scene.ball, scene.world.world_body()).value();
+  Push(&scene.world, push, {0, 0, -40.0});
+  double deepest = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    scene.world.Step(kDt);
+    deepest = std::max(deepest, scene.depth());
+  }
+  EXPECT_LE(deepest, 5e-3);
+  EXPECT_NEAR(scene.depth(), 40.0 / 2e4, 1e-5);
 }
 
 TEST(Contact, NeverPulls) {

@@ -85,7 +85,7 @@ void World::Step(double dt_s) {
     const core::Pose X_WG = w.body(pair.field).X_WO();
     pair.report = ContactReport{};
     pair.report.smallest_gap_m = pair.feed.SmallestGap(X_WS, X_WG, nullptr);
-    if (!pair.feed.empty() && !pair.is_muted && !pair.has_wrench) pair.feed.Inject(X_WS, X_WG);
+    if (!pair.feed.empty() && !pair.is_muted && !pair.has_wrench) pair.feed.Inject(X_WS, X_WG, dt_s);
   }
   w.ApplyWrenches(dt_s);
   w.ApplyLoads(dt_s);

@@ -102,8 +102,8 @@ physics::ContactKind KindOf(const scene::Scenario& scenario, const scene::Pair& 
   if (scenario.contact_input == scene::ContactInput::kManifold) return physics::ContactKind::kHard;
   const auto is_of_hand = [&](std::uint16_t object) { return scenario.objects[object].owner == scene::Owner::kHand; };
   const bool has_hand = is_of_hand(pair.sampled) || is_of_hand(pair.field);
-  return has_hand && scenario.coupling.type == "god_object" ? physics::ContactKind::kElastic
-                                                            : physics::ContactKind::kCompliant;
+  if (has_hand && scenario.coupling.type == "god_object") return physics::ContactKind::kElastic;
+  return has_hand || scenario.method == "paper" ? physics::ContactKind::kCompliant : physics::ContactKind::kPassive;
 }
 
 core::Result<void> AddPairs(const scene::Scenario& scenario, BuiltWorld* built) {

@@ -21,7 +21,7 @@ glm::dvec3 Slip_W(const core::ContactPlane& plane, const core::Pose& X_WS, const
 }  // namespace
 
 ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, ContactKind kind)
-    : kind_(kind) {
+    : sampled_(sampled), field_(field), kind_(kind) {
   for (btPersistentManifold*& manifold : manifolds_) {
     manifold = dispatcher->getNewManifold(sampled, field);
     manifold->setContactBreakingThreshold(1e9);
@@ -51,6 +51,7 @@ void ContactFeed::Set(const core::ContactSet& set) {
 
 void ContactFeed::Clear() {
   num_planes_ = 0;
+  paid_J_ = 0.0;
   Rest();
 }
 
@@ -60,6 +61,7 @@ void ContactFeed::Rest() {
 }
 
 void ContactFeed::Mute() {
+  paid_J_ = 0.0;
   Rest();
   for (Plane& plane : planes_) {
     plane.impulse = 0.0;
@@ -67,7 +69,7 @@ void ContactFeed::Mute() {
   }
 }
 
-void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
+void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG, double dt_s) {
   num_injected_ = num_planes_;
   // The pair's damping is distributed over the penetrating planes in proportion to their stiffness: d_i = d k_i / sum
   // k.
@@ -113,6 +115,28 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG) {
     point.m_userPersistentData = &laws_[at];
     point.m_appliedImpulse = planes_[at].impulse;
   }
+  if (kind_ == ContactKind::kPassive) FindPaidShare(dt_s);
+}
+
+double ContactFeed::Speed_m_per_s(const btManifoldPoint& point) const {
+  const btVector3& p = point.m_positionWorldOnA;
+  const btVector3 of_S = sampled_->getVelocityInLocalPoint(p - sampled_->getCenterOfMassPosition());
+  const btVector3 of_G = field_->getVelocityInLocalPoint(p - field_->getCenterOfMassPosition());
+  return point.m_normalWorldOnB.dot(of_S - of_G);
+}
+
+// At the gaps that belong to the speeds at the start of the step, see CompliantForce.
+void ContactFeed::FindPaidShare(double dt_s) {
+  double held_J = 0.0;
+  for (int i = 0; i < num_planes_; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    start_m_per_s_[at] = Speed_m_per_s(PointOf(i));
+    held_J += SpringEnergy_J(laws_[at].stiffness_N_per_m, laws_[at].gap_m - 0.5 * dt_s * start_m_per_s_[at]);
+  }
+  // What has not been paid for may have pushed, too; that is not owed.
+  paid_J_ = held_J > 0.0 ? std::max(paid_J_, 0.0) : 0.0;
+  const double share = held_J > paid_J_ ? paid_J_ / held_J : 1.0;
+  for (int i = 0; i < num_planes_; ++i) laws_[static_cast<std::size_t>(i)].paid_share = share;
 }
 
 double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
@@ -138,6 +162,7 @@ void ContactFeed::ExchangeState(Checkpoint* checkpoint) {
   checkpoint->Exchange(&num_injected_);
   checkpoint->Exchange(&damping_);
   checkpoint->Exchange(&friction_);
+  if (kind_ == ContactKind::kPassive) checkpoint->Exchange(&paid_J_);
 }
 
 }  // namespace physics

@@ -35,11 +35,14 @@ class ContactFeed {
 
   // Evaluates every gap at the poses of the start of the step, g = n . (X_WS p_S - X_WG q_G) [m], and fills the
   // manifolds. Planes with a positive gap are included, so that contact can begin within the step.
-  void Inject(const core::Pose& X_WS, const core::Pose& X_WG);
+  void Inject(const core::Pose& X_WS, const core::Pose& X_WG, double dt_s);
   // Reads the impulses back, for the warm start, and calls visit(p_W, impulse on S in W) for each point with an
   // impulse.
   template <typename Visit>
   void Collect(Visit&& visit);
+
+  // Work that the bodies have done against the planes since these began to push, less what has come back.
+  [[nodiscard]] double paid_J() const { return paid_J_; }
 
   // Number of planes, then id and normal impulse of each.
   template <typename Visit>
@@ -70,14 +73,22 @@ class ContactFeed {
     return manifolds_[static_cast<std::size_t>(i / kPerManifold)]->getContactPoint(i % kPerManifold);
   }
 
+  // Speed of S along the point's normal, from G, at the place where the solver pushes.
+  [[nodiscard]] double Speed_m_per_s(const btManifoldPoint& point) const;
+  void FindPaidShare(double dt_s);
+
+  const btRigidBody* sampled_ = nullptr;
+  const btRigidBody* field_ = nullptr;
   std::array<btPersistentManifold*, kNumManifolds> manifolds_{};
   std::array<Plane, core::kMaxContactPlanes> planes_{};
-  std::array<ContactLaw, core::kMaxContactPlanes> laws_{};  // of this step; the solver reads them via the points
+  std::array<ContactLaw, core::kMaxContactPlanes> laws_{};       // of this step; the solver reads them via the points
+  std::array<double, core::kMaxContactPlanes> start_m_per_s_{};  // of the planes' points, along their normals
   int num_planes_ = 0;
   int num_injected_ = 0;
   ContactKind kind_ = ContactKind::kCompliant;
   double damping_ = 0.0;
   double friction_ = 0.0;
+  double paid_J_ = 0.0;
 };
 
 template <typename Visit>
@@ -87,6 +98,9 @@ void ContactFeed::Collect(Visit&& visit) {
     const btVector3 friction = point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
                                point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
     planes_[static_cast<std::size_t>(i)].impulse = point.m_appliedImpulse;
+    if (kind_ == ContactKind::kPassive) {
+      paid_J_ -= 0.5 * point.m_appliedImpulse * (start_m_per_s_[static_cast<std::size_t>(i)] + Speed_m_per_s(point));
+    }
     planes_[static_cast<std::size_t>(i)].friction_W_Ns = {friction.x(), friction.y(), friction.z()};
     const btVector3 impulse = point.m_appliedImpulse * point.m_normalWorldOnB + friction;
     if (point.m_appliedImpulse == 0.0 && impulse.length2() == 0.0) continue;

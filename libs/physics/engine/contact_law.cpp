@@ -14,6 +14,10 @@ constexpr double kAllImplicit = 2.0;
 constexpr double kPartingShare = 0.2;
 constexpr double kPartingSpeed_m_per_s = 0.02;
 
+// Compliance of the stop at that speed relative to the inverse effective mass. Chosen: of the speed that the spring would
+// have made in a step, a ten-thousandth is left.
+constexpr double kStopSoftness = 1e-4;
+
 // F = -(V(b) - V(a)) / (b - a) for V(g) = k min(g, 0)^2 / 2, and its slope -dF/db. F is convex in b, and its derivative
 // is continuous where b changes sign.
 ForceLine DiscreteGradient(double k, double a, double b) {
@@ -27,14 +31,42 @@ ForceLine DiscreteGradient(double k, double a, double b) {
   return {0.5 * k * a * a / length, 0.5 * k * a * a / (length * length)};
 }
 
+// The rest of the force, that no work has paid for, is stopped at the parting speed.
+void StopUnpaid(double paid_share, double inverse_mass_per_kg, double v1, double dt_s, UnpaidPiece* piece,
+                ForceLine* line) {
+  const double stop_N_s_per_m = 1.0 / (kStopSoftness * inverse_mass_per_kg * dt_s);
+  const double stop_N = stop_N_s_per_m * (v1 - kPartingSpeed_m_per_s);
+  const double unpaid_N = (1.0 - paid_share) * line->force_N;
+  UnpaidPiece at = stop_N <= 0.0        ? UnpaidPiece::kPushes
+                   : stop_N <= unpaid_N ? UnpaidPiece::kIsStopped
+                                        : UnpaidPiece::kIsLeftOut;
+  if (piece != nullptr) {
+    if (*piece != at && *piece != UnpaidPiece::kIsStopped) at = UnpaidPiece::kIsStopped;
+    *piece = at;
+  }
+  if (at == UnpaidPiece::kIsLeftOut) {
+    line->force_N *= paid_share;
+    line->slope_N_s_per_m *= paid_share;
+  } else if (at == UnpaidPiece::kIsStopped) {
+    line->force_N -= stop_N;
+    line->slope_N_s_per_m += stop_N_s_per_m;
+  }
+}
+
 }  // namespace
+
+double SpringEnergy_J(double stiffness_N_per_m, double gap_m) {
+  const double depth_m = std::min(gap_m, 0.0);
+  return 0.5 * stiffness_N_per_m * depth_m * depth_m;
+}
 
 double ImplicitShare(double pair_stiffness_N_per_m, double inverse_mass_per_kg, double dt_s) {
   const double s = pair_stiffness_N_per_m * dt_s * dt_s * inverse_mass_per_kg;
   return std::clamp((s - kFirstImplicit) / (kAllImplicit - kFirstImplicit), 0.0, 1.0);
 }
 
-ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s) {
+ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s,
+                         UnpaidPiece* piece) {
   const double k = law.stiffness_N_per_m;
   const double share = ImplicitShare(law.pair_stiffness_N_per_m, inverse_mass_per_kg, dt_s);
   // Not cut off where it would pull: for a linear law one Newton step suffices, and the row's limit excludes tension.
@@ -46,6 +78,7 @@ ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, doub
     line.force_N = share * line.force_N + (1.0 - share) * exact.force_N;
     line.slope_N_s_per_m = share * line.slope_N_s_per_m + (1.0 - share) * 0.5 * dt_s * exact.slope_N_s_per_m;
   }
+  if (law.paid_share < 1.0) StopUnpaid(law.paid_share, inverse_mass_per_kg, v1, dt_s, piece, &line);
   line.force_N -= law.damping_N_s_per_m * v1;
   line.slope_N_s_per_m += law.damping_N_s_per_m;
   return line;

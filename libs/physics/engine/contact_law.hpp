@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 
 #include "physics/contact_kind.hpp"
@@ -15,6 +16,7 @@ struct ContactLaw {
   ContactKind kind = ContactKind::kCompliant;  // hard: no spring, but a condition on the speed at the end of the step
   glm::dvec3 friction_W_Ns{0.0};               // impulse on S of the last step, for the warm start
   glm::dvec3 slip_W_m{0.0};                    // elastic: of S along the plane, from where it sticks
+  double paid_share = 1.0;                     // of what the springs hold, that work has put into them
 };
 
 // Tangent of a force law at a speed: F(v) = force - slope (v - speed), slope >= 0.
@@ -39,8 +41,21 @@ struct ForceLine {
 // From s = 1/2 to s = 2 the force blends into the implicit spring -k (g0 + dt v1), which dissipates what it cannot
 // resolve, and which already acts when the motion of this step closes a gap.
 //
+// Springs that were not loaded by work. Bodies may be put into each other, and planes that are found anew may be deeper
+// or stiffer than those before, so the springs hold V though only E has been put in. The share E / V of the force is as
+// above and gives back E at most. The rest holds the bodies apart, but it pushes no faster than hard contacts part.
+//
+// The force over v1 has three pieces then: the whole spring, its rest against the stop at that speed, and the paid part
+// alone. Newton's method would go to and fro between the first and the last; so with `piece`, where the row was, it
+// goes to the next one only, and the line is that of the piece.
+//
 // Damping is -d v1. The total force is never negative (no adhesion).
-ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s);
+enum class UnpaidPiece : std::uint8_t { kPushes, kIsStopped, kIsLeftOut };
+ForceLine CompliantForce(const ContactLaw& law, double inverse_mass_per_kg, double v0, double v1, double dt_s,
+                         UnpaidPiece* piece = nullptr);
+
+// V of a plane with gap g.
+double SpringEnergy_J(double stiffness_N_per_m, double gap_m);
 
 // Share of the implicit spring in the force above, clamp((s - 1/2) / (2 - 1/2), 0, 1).
 double ImplicitShare(double pair_stiffness_N_per_m, double inverse_mass_per_kg, double dt_s);

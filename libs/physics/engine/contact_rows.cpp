@@ -79,7 +79,7 @@ void RowSolver::SetLine(ContactRow* made, double at_m_per_s, btSolverConstraint*
     row->m_rhs = D * (HardSpeed_m_per_s(from.law->gap_m, dt_s_) - from.free_m_per_s);
     return;
   }
-  const ForceLine line = CompliantForce(*from.law, W, from.start_m_per_s, at_m_per_s, dt_s_);
+  const ForceLine line = CompliantForce(*from.law, W, from.start_m_per_s, at_m_per_s, dt_s_, &made->piece);
   made->is_idle = line.force_N <= 0.0 && line.slope_N_s_per_m == 0.0;
   const double B = std::max(dt_s_ * line.slope_N_s_per_m, kLeastSlope / W);
   const double A = dt_s_ * line.force_N + B * at_m_per_s;

@@ -96,6 +96,7 @@ class RowSolver final : public btSequentialImpulseConstraintSolver {
     double start_m_per_s = 0.0;
     double free_m_per_s = 0.0;
     double inverse_mass_per_kg = 0.0;
+    UnpaidPiece piece = UnpaidPiece::kIsStopped;
     bool is_idle = false;  // force and slope are zero
   };
   ContactRow MakeContactRow(const btSolverConstraint& row) const;

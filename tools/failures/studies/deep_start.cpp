@@ -76,7 +76,7 @@ void StudyDeepStart(Report* report) {
             "fastest speed; energy over the spring's; side",
             "<= 0.5 m/s; <= 1; right",
             {},
-            "the spring of the pair lets go of all that it holds: no account is kept of what work has put into it"};
+            "`paper`: the pair's spring lets go of all that it holds, though no work has put it in"};
     const auto exits = OfVariants([depth_m](const Variant& variant) { return Leave(variant, depth_m); });
     for (std::size_t i = 0; i < exits.size(); ++i) {
       const Variant& variant = Variants()[i];

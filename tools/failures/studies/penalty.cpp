@@ -57,7 +57,7 @@ void StudyPenalty(Report* report) {
             "largest kinetic energy over that at the start",
             "<= 1.001",
             {},
-            "`paper`: the place of the surface is a voxel's and steps as the contact moves; `fast`: not found"};
+            "`paper`: the place of the surface is a voxel's and steps as the contact moves"};
     const auto ratios = OfVariants([delay](const Variant& variant) { return EnergyRatio(variant, delay); });
     for (std::size_t i = 0; i < ratios.size(); ++i)
       row.readings.push_back({Variants()[i].name, bench::Cell(ratios[i]), ratios[i] <= 1.001});

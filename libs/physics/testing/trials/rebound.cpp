@@ -149,7 +149,9 @@ double ReboundRatio(const ReboundParams& params) {
   Scene scene;
   Build(params, &scene);
   World& world = scene.world;
-  const ContactKind kind = params.input == ReboundInput::kHard ? ContactKind::kHard : ContactKind::kCompliant;
+  const ContactKind kind = params.input == ReboundInput::kHard      ? ContactKind::kHard
+                           : params.input == ReboundInput::kPassive ? ContactKind::kPassive
+                                                                    : ContactKind::kCompliant;
   const int pair = world.AddContactPair(scene.body, scene.other, kind).value();
   const double before_J = Energy_J(scene);
   const double reach_m = 0.002 + params.speed_m_per_s * (params.delay_ms + 2) * kDt;

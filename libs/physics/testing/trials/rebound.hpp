@@ -9,7 +9,7 @@ enum class ReboundShape {
   kBalls,   // two free balls off centre
   kVertex,  // a box's corner on a free ball
 };
-enum class ReboundInput { kWrench, kHard, kPlanes };
+enum class ReboundInput { kWrench, kHard, kPlanes, kPassive };
 
 // A free body hits the floor or another free body; no damping, no friction, exact geometry. The contact data are
 // delayed by whole steps of 1 ms and then held, as over a bus.
