@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "nodes/visual_node/film_shaders.hpp"
-#include "nodes/visual_node/tone_curve.hpp"
+#include "view/appearance/tone_curve.hpp"
 
 namespace visual_node {
 namespace {

@@ -9,8 +9,9 @@
 namespace visual_node {
 
 // What the scene is drawn on: unbounded light with depth (16-bit floats), from which a picture is developed: exposure,
-// tone curve (tone_curve.hpp), sRGB, smooth edges, and the size of the target. Light is linear RGB, in units of a white
-// wall that faces the sun. Alpha: 1 on bodies; 0 on stars and space, which the light meter and the smoothing leave out.
+// tone curve (view/appearance/tone_curve.hpp), sRGB, smooth edges, and the size of the target. Light is linear RGB, in
+// units of a white wall that faces the sun. Alpha: 1 on bodies; 0 on stars and space, which the light meter and the
+// smoothing leave out.
 class Film {
  public:
   static core::Result<Film> Create();

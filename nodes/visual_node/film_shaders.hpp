@@ -9,6 +9,21 @@ void main() {
 }
 )";
 
+// --- The tone curve and sRGB of view/appearance/tone_curve.hpp.
+constexpr const char* kToneCurve = R"(
+vec3 ToneCurve(vec3 light) {
+  float least = min(light.r, min(light.g, light.b));
+  light -= least < 0.08 ? least - 6.25 * least * least : 0.04;
+  float peak = max(light.r, max(light.g, light.b));
+  float new_peak = 1.0 - 0.0576 / (max(peak, 0.76) - 0.52);
+  float white = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
+  return peak < 0.76 ? light : mix(light * (new_peak / peak), vec3(new_peak), white);
+}
+vec3 EncodeSrgb(vec3 linear) {
+  return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+}
+)";
+
 // --- Exposure, tone curve and sRGB. Alpha: the luma that the next pass compares; 0 where nothing is to be smoothed.
 // MakeProgram gets the tone curve in front of this.
 constexpr const char* kDevelopFragment = R"(

@@ -6,7 +6,7 @@
 
 #include "nodes/visual_node/matrix.hpp"
 #include "nodes/visual_node/shaders.hpp"
-#include "nodes/visual_node/sheet_mesh.hpp"
+#include "view/appearance/sheet_mesh.hpp"
 #include "view/projection.hpp"
 
 namespace visual_node {
@@ -33,7 +33,7 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
     renderer->meshes_.push_back(Upload(*mesh));
   }
   for (const view::Sheet& sheet : scene.sheets) {
-    renderer->sheets_.push_back(Upload({{MakeSheetMesh(sheet)}}, true));
+    renderer->sheets_.push_back(Upload({{view::MakeSheetMesh(sheet)}}, true));
     renderer->sheet_versions_.push_back(sheet.version);
     renderer->num_triangles_ += static_cast<std::size_t>(renderer->sheets_.back().num_indices) / 3;
   }
@@ -98,7 +98,7 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
     if (sheet_versions_[i] == scene.sheets[i].version) continue;
     sheet_versions_[i] = scene.sheets[i].version;
-    UpdateVertices(MakeSheetMesh(scene.sheets[i]), &sheets_[i]);
+    UpdateVertices(view::MakeSheetMesh(scene.sheets[i]), &sheets_[i]);
   }
 }
 
@@ -133,9 +133,9 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
   const double pixel_m =
       2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
-  const bool has_soft_shadows = look.with_penumbra && kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
+  const bool has_soft_shadows = look.with_penumbra && view::kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
   surfaces_.Begin({view.clip_W, view.eye_W, has_soft_shadows,
-                   look.light ? *look.light : LightOf(scene.space, sky_.air()), ShiningLamps(scene)},
+                   look.light ? *look.light : view::LightOf(scene.space, sky_.air()), ShiningLamps(scene)},
                   shadow_);
   DrawSurfaces(scene, view);
   DrawSheets(scene);

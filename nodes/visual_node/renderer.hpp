@@ -29,7 +29,7 @@ struct Look {
   double scale = 1.0;  // of the film's width and height, against the target's
   bool with_texts = true;
   bool with_penumbra = true;  // as dear as all other shading on a software renderer; live pictures leave it out
-  std::optional<EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
+  std::optional<view::EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
 };
 
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.

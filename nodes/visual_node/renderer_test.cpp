@@ -292,7 +292,7 @@ TEST_F(RendererTest, AWhiteFurnaceLosesNoEnergyAtAnyRoughness) {
   material.base_color = glm::vec3(1.0f);
   scene_.space.X_WE.translation = {0.0, 1e15, 0.0};  // no Earth in the picture
   const RenderTarget quarter(kWidth / 4, kHeight / 4);
-  EnvironmentLight furnace;
+  view::EnvironmentLight furnace;
   furnace.everywhere = glm::vec3(1.0f);
   look_.light = furnace;
   for (const bool is_foil : {false, true}) {
@@ -332,7 +332,7 @@ TEST_F(RendererTest, SunsFromAllSidesAreReflectedWhole) {
         const float nl = (static_cast<float>(i) + 0.5f) / kHeights, ring = std::sqrt(1.0f - nl * nl);
         for (int k = 0; k < kTurns; ++k) {
           const float turn = 6.2831853f * (static_cast<float>(k) + 0.5f) / kTurns;
-          EnvironmentLight sun;
+          view::EnvironmentLight sun;
           sun.sun_direction_W = {ring * std::cos(turn), ring * std::sin(turn), nl};
           sun.sun = glm::vec3(1.0f);
           look_.light = sun;
@@ -353,7 +353,7 @@ TEST_F(RendererTest, TheEdgeOfAShadowIsWhereTheSunsRayMeetsTheFloor) {
   scene_.lamps.clear();
   const glm::dvec3 to_sun = glm::normalize(glm::dvec3(-1.0, 0.0, 1.5));
   scene_.space.sun_direction_W = to_sun;
-  look_.light = EnvironmentLight{.sun_direction_W = glm::vec3(to_sun), .sun = glm::vec3(3.0f)};
+  look_.light = view::EnvironmentLight{.sun_direction_W = glm::vec3(to_sun), .sun = glm::vec3(3.0f)};
   const std::vector<glm::vec4> light = Light();
   // The shadow of a ball is an ellipse around the shadow of its centre, longer by 1 / sine of the sun's height.
   const glm::dvec3 centre = scene_.instances[1].X_WM.translation;
@@ -383,7 +383,7 @@ TEST_F(RendererTest, ThePenumbraGrowsWithTheDistanceOfWhatCastsIt) {
   scene_.instances[3].is_movable = true;
   lift(0.6);
   renderer_ = std::move(*Renderer::Create(scene_, MakeShape));
-  look_.light = EnvironmentLight{.sun = glm::vec3(3.0f)};
+  look_.light = view::EnvironmentLight{.sun = glm::vec3(3.0f)};
   scene::Camera camera = FrontCamera();
   camera.eye_m = {0.0, -0.13, 0.1};
   camera.target_m = {0.0, -0.02, 0.0};

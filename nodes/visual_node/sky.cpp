@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "nodes/visual_node/disc_rectangle.hpp"
-#include "nodes/visual_node/environment_light.hpp"
 #include "nodes/visual_node/land.hpp"
 #include "nodes/visual_node/sky_shaders.hpp"
 #include "space/orbit.hpp"
 #include "space/stars/star_file.hpp"
+#include "view/appearance/environment_light.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace visual_node {
@@ -182,7 +182,7 @@ void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky,
   const double horizon = std::sqrt((top - 1.0) * (top + 1.0));
   glUniform4f(5, static_cast<float>(top), static_cast<float>(horizon), air_.least_mu_s, air_.mapping.lowest());
   glUniform4f(6, air_.mie_ratio.x, air_.mie_ratio.y, air_.mie_ratio.z, air_.mie_g);
-  glUniform3fv(7, 1, glm::value_ptr(kSunColor));
+  glUniform3fv(7, 1, glm::value_ptr(view::kSunColor));
   glUniform3f(8, static_cast<float>(air_.num_mu), static_cast<float>(air_.num_nu), static_cast<float>(air_.num_mu_s));
   glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
   glBindTextureUnit(0, scattering_.id());

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "nodes/visual_node/environment_light.hpp"
 #include "nodes/visual_node/renderer.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
 #include "space/orbit.hpp"
+#include "view/appearance/environment_light.hpp"
 #include "view/projection.hpp"
 
 namespace visual_node {
@@ -102,7 +102,7 @@ TEST_F(SkyTest, TheAirInThePictureIsThatOfTheTablesWithin46dB) {
   renderer_->SetAir(space::AirFromSpace::From(*tables));
   const std::vector<glm::vec4> light = Light();
   const space::Shell<double> shell{space::Air{}.bottom_m, space::Air{}.top_m};
-  const glm::dvec3 sun = scene_.space.sun_direction_W, eye(0.0, 0.0, kEye_m), color(kSunColor);
+  const glm::dvec3 sun = scene_.space.sun_direction_W, eye(0.0, 0.0, kEye_m), color(view::kSunColor);
   const glm::dvec3 space_light(0.0012, 0.0018, 0.0036);
   const auto developed = [](double value) { return 255.0 * std::pow(1.0 - std::exp(-3.0 * value), 1.0 / 2.2); };
   double sum = 0.0;

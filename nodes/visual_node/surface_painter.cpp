@@ -4,9 +4,9 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 
-#include "nodes/visual_node/foil.hpp"
-#include "nodes/visual_node/split_sum.hpp"
 #include "nodes/visual_node/surface_shaders.hpp"
+#include "view/appearance/foil.hpp"
+#include "view/appearance/split_sum.hpp"
 
 namespace visual_node {
 namespace {
@@ -23,11 +23,11 @@ GlTexture MakeWrinkles() {
   GLuint id = 0;
   glCreateTextures(GL_TEXTURE_2D, 1, &id);
   GlTexture texture(id);
-  glTextureStorage2D(id, 8, GL_RGBA8, kFoilSize, kFoilSize);
+  glTextureStorage2D(id, 8, GL_RGBA8, view::kFoilSize, view::kFoilSize);
   // Eight bits without sign are what a software renderer filters fastest; tilts are from -1 to 1.
-  std::vector<glm::vec3> tilts = FoilTilts();
+  std::vector<glm::vec3> tilts = view::FoilTilts();
   for (glm::vec3& tilt : tilts) tilt = {0.5f * tilt.x + 0.5f, 0.5f * tilt.y + 0.5f, tilt.z};
-  glTextureSubImage2D(id, 0, 0, 0, kFoilSize, kFoilSize, GL_RGB, GL_FLOAT, tilts.data());
+  glTextureSubImage2D(id, 0, 0, 0, view::kFoilSize, view::kFoilSize, GL_RGB, GL_FLOAT, tilts.data());
   glGenerateTextureMipmap(id);
   glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -55,12 +55,12 @@ core::Result<SurfacePainter> SurfacePainter::Create() {
   for (const std::size_t variant : {std::size_t{0}, kFoil, kSoft, kFoil + kSoft}) {
     if (auto compiled = painter.Compile(variant); !compiled) return tl::unexpected(compiled.error());
   }
-  painter.split_sum_ = MakeTexture(GL_RG32F, kSplitSumSize, kSplitSumSize);
-  glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, kSplitSumSize, kSplitSumSize, GL_RG, GL_FLOAT,
-                      SplitSumTable().data());
+  painter.split_sum_ = MakeTexture(GL_RG32F, view::kSplitSumSize, view::kSplitSumSize);
+  glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, view::kSplitSumSize, view::kSplitSumSize, GL_RG, GL_FLOAT,
+                      view::SplitSumTable().data());
   painter.wrinkles_ = MakeWrinkles();
   painter.depth_sampler_ = MakeDepthSampler();
-  painter.irradiance_ = Irradiance(painter.irradiance_of_);
+  painter.irradiance_ = view::Irradiance(painter.irradiance_of_);
   return painter;
 }
 
@@ -93,7 +93,7 @@ void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
   shadow_offset_m_ = 1.5f * shadow.texel_m();
   if (frame.light != irradiance_of_) {
     irradiance_of_ = frame.light;
-    irradiance_ = Irradiance(frame.light);
+    irradiance_ = view::Irradiance(frame.light);
   }
   is_ready_.fill(false);
   glBindTextureUnit(0, shadow.texture());
@@ -109,7 +109,7 @@ void SurfacePainter::Use(std::size_t variant) {
   used_ = variant;
   if (is_ready_[variant]) return;
   is_ready_[variant] = true;
-  const EnvironmentLight& light = frame_.light;
+  const view::EnvironmentLight& light = frame_.light;
   glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(frame_.clip_W));
   glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_));
   glUniform1f(3, shadow_offset_m_);
@@ -128,7 +128,7 @@ void SurfacePainter::Use(std::size_t variant) {
   glUniform3fv(20, 1, glm::value_ptr(light.panels));
   glUniform3fv(21, 1, glm::value_ptr(light.everywhere));
   for (GLint i = 0; i < 2; ++i) {
-    const LightPanel& panel = kPanels[static_cast<std::size_t>(i)];
+    const view::LightPanel& panel = view::kPanels[static_cast<std::size_t>(i)];
     glUniform4f(22 + i, panel.direction_W.x, panel.direction_W.y, panel.direction_W.z, panel.strength);
     glUniform2f(24 + i, panel.outer, panel.inner);
   }

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "core/result.hpp"
-#include "nodes/visual_node/environment_light.hpp"
 #include "nodes/visual_node/gl_objects.hpp"
 #include "nodes/visual_node/mesh_store.hpp"
 #include "nodes/visual_node/shadow_map.hpp"
+#include "view/appearance/environment_light.hpp"
 
 namespace visual_node {
 
@@ -20,7 +20,7 @@ struct SurfaceFrame {
   glm::mat4 clip_W{1.0f};
   glm::vec3 eye_W{0.0f};
   bool has_soft_shadows = false;
-  EnvironmentLight light;
+  view::EnvironmentLight light;
   std::vector<Lamp> lamps;  // the first kMaxLamps shine
 };
 
@@ -56,7 +56,7 @@ class SurfacePainter {
   SurfaceFrame frame_;
   glm::mat4 sun_W_{1.0f};
   float shadow_offset_m_ = 0.0f;
-  EnvironmentLight irradiance_of_;
+  view::EnvironmentLight irradiance_of_;
   std::array<glm::vec3, 9> irradiance_{};
 };
 

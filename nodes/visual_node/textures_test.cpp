@@ -61,7 +61,7 @@ class TexturesTest : public GlTest {
     const auto at = 4 * static_cast<std::size_t>(size / 2 * size + size / 2);
     return {light[at], light[at + 1], light[at + 2]};
   }
-  static EnvironmentLight Sun(const glm::vec3& direction) {
+  static view::EnvironmentLight Sun(const glm::vec3& direction) {
     return {.sun_direction_W = glm::normalize(direction), .sun = glm::vec3(2.0f)};
   }
   static double FromSrgb(int code) {

@@ -3,7 +3,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-namespace visual_node {
+namespace view {
 
 // Of white light from everywhere, the share that a rough surface mirrors once towards a viewer at angle acos(nv) is
 // F0 * x + y: the split sum [Karis 2013], for the distribution and the visibility of the surface shader. What it lacks
@@ -14,4 +14,4 @@ glm::vec2 SplitSum(double nv, double roughness);
 constexpr int kSplitSumSize = 32;
 std::vector<glm::vec2> SplitSumTable();
 
-}  // namespace visual_node
+}  // namespace view

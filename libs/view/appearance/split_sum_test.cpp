@@ -1,10 +1,10 @@
-#include "nodes/visual_node/split_sum.hpp"
+#include "view/appearance/split_sum.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace visual_node {
+namespace view {
 namespace {
 
 // Integrates D F V n.l over all light directions on a fine grid, without knowing where the lobe is.
@@ -44,4 +44,4 @@ TEST(SplitSum, ASmoothMirrorReflectsAll) {
 }
 
 }  // namespace
-}  // namespace visual_node
+}  // namespace view

@@ -1,8 +1,8 @@
-#include "nodes/visual_node/split_sum.hpp"
+#include "view/appearance/split_sum.hpp"
 
 #include <cmath>
 
-namespace visual_node {
+namespace view {
 
 // The mean over half vectors h that are distributed as the GGX distribution D (n.h): for l = reflect(v, h) the
 // integrand F D V n.l, over the density D n.h / (4 v.h), is F V n.l 4 v.h / n.h. The points are a lattice with the
@@ -37,4 +37,4 @@ std::vector<glm::vec2> SplitSumTable() {
   return table;
 }
 
-}  // namespace visual_node
+}  // namespace view

@@ -1,23 +1,15 @@
-#include "nodes/visual_node/sheet_mesh.hpp"
+#include "view/appearance/sheet_mesh.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace visual_node {
+#include "view/appearance/lattice_noise.hpp"
+
+namespace view {
 namespace {
 
 constexpr float kDent = 0.22f;  // largest tilt of the unit normal per direction; by eye, as all figures of the dents
-
-// Hash of a lattice point, in [-1, 1].
-float Noise(int x, int y, std::uint32_t layer) {
-  std::uint32_t h =
-      static_cast<std::uint32_t>(x) * 0x9E3779B1u ^ static_cast<std::uint32_t>(y) * 0x85EBCA77u ^ layer * 0xC2B2AE3Du;
-  h = (h ^ h >> 15) * 0x2C1B3C6Du;
-  h = (h ^ h >> 12) * 0x297A2D39u;
-  h ^= h >> 15;
-  return static_cast<float>(h & 0xffffu) / 32767.5f - 1.0f;
-}
 
 // Value noise: interpolates between lattice points with 3 t^2 - 2 t^3, so that its slope is continuous.
 float SmoothNoise(float u, float v, std::uint32_t layer) {
@@ -28,8 +20,8 @@ float SmoothNoise(float u, float v, std::uint32_t layer) {
   const auto ease = [](float t) { return t * t * (3.0f - 2.0f * t); };
   const float s = ease(u - fx);
   const float t = ease(v - fy);
-  return glm::mix(glm::mix(Noise(x, y, layer), Noise(x + 1, y, layer), s),
-                  glm::mix(Noise(x, y + 1, layer), Noise(x + 1, y + 1, layer), s), t);
+  return glm::mix(glm::mix(LatticeNoise(x, y, layer), LatticeNoise(x + 1, y, layer), s),
+                  glm::mix(LatticeNoise(x, y + 1, layer), LatticeNoise(x + 1, y + 1, layer), s), t);
 }
 
 // Weights of the Catmull-Rom spline [Catmull and Rom 1974] for a point t in [0, 1] between the second and third of four
@@ -43,7 +35,7 @@ std::array<float, 4> Weights(float t) {
 
 class Surface {
  public:
-  explicit Surface(const view::Sheet& sheet)
+  explicit Surface(const Sheet& sheet)
       : sheet_(sheet),
         columns_(static_cast<int>(sheet.num_columns)),
         rows_(static_cast<int>(sheet.p_W.size() / std::max(1u, sheet.num_columns))) {}
@@ -74,14 +66,14 @@ class Surface {
     return sheet_.p_W[static_cast<std::size_t>(j * columns_ + i)];
   }
 
-  const view::Sheet& sheet_;
+  const Sheet& sheet_;
   int columns_;
   int rows_;
 };
 
 }  // namespace
 
-vps::VisualPrimitive MakeSheetMesh(const view::Sheet& sheet) {
+vps::VisualPrimitive MakeSheetMesh(const Sheet& sheet) {
   vps::VisualPrimitive mesh;
   const Surface surface(sheet);
   if (surface.columns() < 2 || surface.rows() < 2) return mesh;
@@ -126,4 +118,4 @@ vps::VisualPrimitive MakeSheetMesh(const view::Sheet& sheet) {
   return mesh;
 }
 
-}  // namespace visual_node
+}  // namespace view

@@ -1,22 +1,14 @@
-#include "nodes/visual_node/foil.hpp"
+#include "view/appearance/foil.hpp"
 
 #include <cmath>
 #include <cstdint>
 
-namespace visual_node {
+#include "view/appearance/lattice_noise.hpp"
+
+namespace view {
 namespace {
 
 constexpr float kBulge = 1.2f;  // from the middle of a facet to its edge, against its own tilt
-
-// In [-1, 1].
-float Noise(int x, int y, std::uint32_t layer) {
-  std::uint32_t h =
-      static_cast<std::uint32_t>(x) * 0x9E3779B1u ^ static_cast<std::uint32_t>(y) * 0x85EBCA77u ^ layer * 0xC2B2AE3Du;
-  h = (h ^ h >> 15) * 0x2C1B3C6Du;
-  h = (h ^ h >> 12) * 0x297A2D39u;
-  h ^= h >> 15;
-  return static_cast<float>(h & 0xffffu) / 32767.5f - 1.0f;
-}
 
 // The facet to which a place belongs is that of the nearest of random points, one in each cell [Worley 1996].
 glm::vec2 Tilt(glm::vec2 place, int num_cells, std::uint32_t layer) {
@@ -27,12 +19,13 @@ glm::vec2 Tilt(glm::vec2 place, int num_cells, std::uint32_t layer) {
     for (int dx = -1; dx <= 1; ++dx) {
       const int x = cell.x + dx, y = cell.y + dy;
       const int tile_x = (x + num_cells) % num_cells, tile_y = (y + num_cells) % num_cells;
-      const glm::vec2 point(static_cast<float>(x) + 0.5f + 0.45f * Noise(tile_x, tile_y, layer),
-                            static_cast<float>(y) + 0.5f + 0.45f * Noise(tile_x, tile_y, layer + 1));
+      const glm::vec2 point(static_cast<float>(x) + 0.5f + 0.45f * LatticeNoise(tile_x, tile_y, layer),
+                            static_cast<float>(y) + 0.5f + 0.45f * LatticeNoise(tile_x, tile_y, layer + 1));
       const float distance = glm::distance(point, place);
       if (distance >= nearest) continue;
       nearest = distance;
-      tilt = glm::vec2(Noise(tile_x, tile_y, layer + 2), Noise(tile_x, tile_y, layer + 3)) + kBulge * (point - place);
+      tilt = glm::vec2(LatticeNoise(tile_x, tile_y, layer + 2), LatticeNoise(tile_x, tile_y, layer + 3)) +
+             kBulge * (point - place);
     }
   }
   return tilt;
@@ -55,4 +48,4 @@ std::vector<glm::vec3> FoilTilts() {
   return tilts;
 }
 
-}  // namespace visual_node
+}  // namespace view

@@ -3,7 +3,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-namespace visual_node {
+namespace view {
 
 // The wrinkles of multi-layer insulation: facets of two sizes, as crumpled foil has, each a little bulged. kFoilSize x
 // kFoilSize tilts of the normal along x and y, and the sum of their squares, of which the means over larger areas say
@@ -11,4 +11,4 @@ namespace visual_node {
 constexpr int kFoilSize = 256;
 std::vector<glm::vec3> FoilTilts();
 
-}  // namespace visual_node
+}  // namespace view

@@ -2,7 +2,7 @@
 
 #include <glm/glm.hpp>
 
-namespace visual_node {
+namespace view {
 
 // From light to the screen. A tone curve maps unbounded light to [0, 1]; this one is the Khronos PBR Neutral Tone
 // Mapper [Khronos Group 2024, github.com/KhronosGroup/ToneMapping]. It leaves hues, and colours up to 0.76, as the
@@ -28,19 +28,4 @@ inline glm::vec3 EncodeSrgb(const glm::vec3& linear) {
                   glm::greaterThan(linear, glm::vec3(0.0031308f)));
 }
 
-// The same two in GLSL.
-constexpr const char* kToneCurve = R"(
-vec3 ToneCurve(vec3 light) {
-  float least = min(light.r, min(light.g, light.b));
-  light -= least < 0.08 ? least - 6.25 * least * least : 0.04;
-  float peak = max(light.r, max(light.g, light.b));
-  float new_peak = 1.0 - 0.0576 / (max(peak, 0.76) - 0.52);
-  float white = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
-  return peak < 0.76 ? light : mix(light * (new_peak / peak), vec3(new_peak), white);
-}
-vec3 EncodeSrgb(vec3 linear) {
-  return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
-}
-)";
-
-}  // namespace visual_node
+}  // namespace view

@@ -1,11 +1,11 @@
-#include "nodes/visual_node/environment_light.hpp"
+#include "view/appearance/environment_light.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "space/orbit.hpp"
 
-namespace visual_node {
+namespace view {
 namespace {
 
 // Mean reflectance of ground, sea and clouds: 0.30, the Earth's Bond albedo, bluish by the air.
@@ -64,4 +64,4 @@ std::array<glm::vec3, 9> Irradiance(const EnvironmentLight& light) {
   return sums;
 }
 
-}  // namespace visual_node
+}  // namespace view

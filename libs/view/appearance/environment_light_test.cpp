@@ -1,4 +1,4 @@
-#include "nodes/visual_node/environment_light.hpp"
+#include "view/appearance/environment_light.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "space/orbit.hpp"
 
-namespace visual_node {
+namespace view {
 namespace {
 
 glm::vec3 Evaluate(const std::array<glm::vec3, 9>& c, const glm::vec3& n) {
@@ -72,4 +72,4 @@ TEST(EnvironmentLight, TheSunIsGoneInTheEarthsShadow) {
 }
 
 }  // namespace
-}  // namespace visual_node
+}  // namespace view

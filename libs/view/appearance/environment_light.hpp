@@ -6,7 +6,7 @@
 #include "space/atmosphere/from_space.hpp"
 #include "space/surroundings.hpp"
 
-namespace visual_node {
+namespace view {
 
 using space::kSunRadius_rad;
 
@@ -46,4 +46,4 @@ EnvironmentLight LightOf(const space::Surroundings& space,
 // coefficients of 1, y, z, x, xy, yz, 3 z^2 - 1, xz, x^2 - y^2 [Ramamoorthi and Hanrahan 2001].
 std::array<glm::vec3, 9> Irradiance(const EnvironmentLight& light);
 
-}  // namespace visual_node
+}  // namespace view
