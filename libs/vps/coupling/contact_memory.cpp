@@ -105,21 +105,36 @@ HeldContact* ContactMemory::FindKept(std::uint32_t id) {
 
 // The kept plane that this one's point has gone through since the last cycle, while this one says that it is on the
 // right side. A point that has come around the wall's edge was below in the last cycle, or has a normal that points
-// sideways.
+// sideways. A wall ends where its body turns: a flank of a thread is none for what is on the flank across. So it counts
+// only where it is nearer than every kept plane that is on the side which this one says.
 const HeldContact* ContactMemory::WallBetween(const ToolPlane& plane, const HeldContact* same,
                                               const core::Pose& X_WC) const {
   if (same != nullptr && glm::dot(plane.n_W, same->n_W) > kTurned) return nullptr;
   const Body* const body = FindBody(plane.body);
   if (body == nullptr) return nullptr;
   const glm::dvec3 p_before_W = body->motion * (X_WC_found_ * (X_WC.inverse() * plane.p_W));
+  const double gap_before_m = plane.gap_m + glm::dot(plane.n_W, p_before_W - plane.p_W);
+  const HeldContact* nearest = nullptr;
+  double least_m2 = kWallReach_m * kWallReach_m;
   for (const HeldContact& wall : kept()) {
-    if (wall.body != plane.body || glm::dot(plane.n_W, wall.n_W) > kOpposite) continue;
+    const double cosine = glm::dot(plane.n_W, wall.n_W);
+    if (wall.body != plane.body || (cosine > kOpposite && cosine <= kTurned)) continue;
     const glm::dvec3 b_W = wall.p_W - FoundGap_m(wall) * wall.n_W;
-    if (glm::dot(wall.n_W, plane.p_W - b_W) > kOnWall_m || !IsWithin(plane.p_W - b_W, kWallReach_m)) continue;
-    const bool was_above = glm::dot(wall.n_W, p_before_W - b_W) >= -kOnWall_m;
-    if (was_above || (same == &wall && wall.is_turned)) return &wall;
+    const glm::dvec3 from_wall = plane.p_W - b_W;
+    const double square_m2 = glm::dot(from_wall, from_wall);
+    if (square_m2 >= least_m2) continue;
+    if (cosine > kTurned) {
+      least_m2 = square_m2;
+      nearest = nullptr;
+      continue;
+    }
+    if (glm::dot(wall.n_W, from_wall) > kOnWall_m) continue;
+    const bool was_above = glm::dot(wall.n_W, p_before_W - b_W) >= -kOnWall_m && gap_before_m <= kOnWall_m;
+    if (!was_above && !(same == &wall && wall.is_turned)) continue;
+    least_m2 = square_m2;
+    nearest = &wall;
   }
-  return nullptr;
+  return nearest;
 }
 
 void ContactMemory::Take(std::span<const ToolPlane> planes, const core::Pose& X_WC,

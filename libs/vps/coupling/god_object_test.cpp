@@ -497,6 +497,30 @@ TEST(GodObject, JawsThatCloseOnABarStayOnIt) {
   }
 }
 
+// The tool stands with its foot on a flank, and its head, 15 mm beside, is under another flank of the same body that
+// goes on straight where the first one ends. A place of the head that comes in view there has come through nothing.
+TEST(GodObject, AFlankIsNoWallForWhatIsOnTheFlankAcross) {
+  for (const bool is_neighbour_known : {false, true}) {
+    GodObject hand;
+    hand.Reset(At(0, 0, 0));
+    const std::vector<core::Pose> X_WO(1);
+    const auto plane_at = [&](std::uint32_t id, double x, double n, double gap_m) {
+      const glm::dvec3 p_W = hand.X_WC() * glm::dvec3(x, 0, 0);
+      return ToolPlane{id, 0, p_W, {0, 0, n}, gap_m + n * p_W.z, 0.0};
+    };
+    const double head_gap_m = is_neighbour_known ? 5e-6 : 5e-5;
+    for (int cycle = 0; cycle < 3; ++cycle) {
+      ToolContact contact;
+      contact.free_distance_m = 0.002;
+      contact.planes.push_back(plane_at(0, -0.0075, 1.0, 0.0));
+      if (is_neighbour_known) contact.planes.push_back(plane_at(1, 0.0072, -1.0, head_gap_m));
+      if (cycle == 2) contact.planes.push_back(plane_at(2, 0.0075, -1.0, head_gap_m));
+      hand.Step(cycle < 2 ? At(0, 0, -0.001) : Turned({0, 0.02, 0}, {0, 0, -0.001}), contact, X_WO);
+    }
+    EXPECT_LT((hand.X_WC() * glm::dvec3(0.0075, 0, 0)).z, -1e-4) << is_neighbour_known;
+  }
+}
+
 TEST(GodObject, DoesNotPassAThinPlateOrASheetAtAMetrePerSecond) {
   std::mt19937_64 rng(5);
   std::normal_distribution<double> normal;

@@ -94,6 +94,13 @@ struct Candidate {
   float depth = 0.0f;  // voxels
   bool is_first = false;
   std::int8_t slot = -1;
+  std::uint16_t turn = 0;  // of its direction
+
+  bool operator<(const Candidate& other) const {
+    if (turn != other.turn) return turn < other.turn;
+    if (is_first != other.is_first) return is_first;
+    return depth != other.depth ? depth > other.depth : point < other.point;
+  }
 };
 
 // Corners of G's triangles below places of S. In G, voxels, with the normal of the place.
@@ -197,6 +204,11 @@ struct Query {
     return walk.depths(static_cast<std::uint32_t>(at - begin))[point % kBlock];
   }
 
+  // In which the tool is pushed there.
+  [[nodiscard]] std::size_t DirectionOf(std::uint32_t point) const {
+    if ((point & kCornerOfG) == 0) return S.places[point].bin;
+    return DirectionBin(glm::vec3(glm::conjugate(X_GS.rotation) * Find(point)->gap.n));
+  }
   Bin& BinOf(const TouchGroup& group) {
     return bins[static_cast<std::size_t>(group.kind) * kNumDirectionBins + group.bin];
   }
@@ -298,6 +310,15 @@ struct Query {
     }
     candidates.push_back(candidate);
   }
+  // Where there are more than slots, the directions choose in turns: a flank that is pressed on has many places that
+  // are nearer than the nearest of the flank across, which is what the tool comes to when it is pulled back.
+  void TakeInTurns() {
+    if (candidates.size() <= kMaxGapPlanes) return;
+    std::array<std::uint16_t, kNumDirectionBins> counts{};
+    for (Candidate& c : candidates) c.turn = counts[DirectionOf(c.point)]++;
+    std::sort(candidates.begin(), candidates.end());
+    candidates.resize(kMaxGapPlanes);
+  }
   // Those of this cycle first, so that these renew the slots of the last ones.
   void Choose(GapPlanes* gaps) {
     for (const Bin& bin : bins) {
@@ -322,11 +343,8 @@ struct Query {
       if (candidates.size() > before && slot.cycles_left < 0) candidates.resize(before);
       if (!(depth >= -margin)) slot.cycles_left = -1;
     }
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      if (a.is_first != b.is_first) return a.is_first;
-      return a.depth != b.depth ? a.depth > b.depth : a.point < b.point;
-    });
-    if (candidates.size() > kMaxGapPlanes) candidates.resize(kMaxGapPlanes);
+    std::sort(candidates.begin(), candidates.end());
+    TakeInTurns();
     // Slots of those that give way are free.
     std::array<bool, kMaxGapPlanes> is_taken{};
     for (const Candidate& c : candidates) {

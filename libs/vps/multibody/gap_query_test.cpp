@@ -141,5 +141,26 @@ TEST(GapQuery, TheLeastGapOfAPegAtItsBlockIsThatOfTheMeshes) {
   for (const double gap_m : GapsAtFirstTouch_m(PegCase(1), 12)) EXPECT_NEAR(gap_m, 0.0, kShown_m);
 }
 
+// A ball lies at the bottom of a hollow that fits it. Far more places are near below than there are planes, but the
+// ones above are there: it is not pulled through the top.
+TEST(GapQuery, WhatIsPressedOnDoesNotHideWhatIsAcross) {
+  constexpr double kPlay_m = 1e-4;
+  TriangleMesh block = MakeBox(glm::dvec3(0.05));
+  const TriangleMesh hollow = MakeSphere(0.02 + kPlay_m, 64);
+  const auto first = static_cast<std::uint32_t>(block.vertices.size());
+  block.vertices.insert(block.vertices.end(), hollow.vertices.begin(), hollow.vertices.end());
+  for (const auto& t : hollow.triangles) block.triangles.push_back({first + t[1], first + t[0], first + t[2]});
+  GapEngine engine(block, MakeSphere(0.02, 64), 5e-4, 4096);
+  core::Pose X_AB;
+  X_AB.translation.z = -kPlay_m;
+  engine.Query(X_AB);
+  EXPECT_EQ(engine.gaps.planes.size(), kMaxGapPlanes);
+  double way_m = 1.0;
+  for (const core::ContactPlane& plane : engine.gaps.planes) {
+    if (plane.n_G.z < -0.1f) way_m = std::min(way_m, -engine.Gap_m(plane) / static_cast<double>(plane.n_G.z));
+  }
+  EXPECT_LT(way_m, 2.5 * kPlay_m);
+}
+
 }  // namespace
 }  // namespace vps

@@ -92,8 +92,7 @@ void StudyThreads(Report* report) {
             "pitch error; skipped threads",
             "<= 2 %; 0",
             {},
-            "coupling `paper`: the flanks are as coarse as the voxels of 0.25 mm; god object: at the first blow the "
-            "other way nothing holds the nut over the look-ahead, 2 mm, and it skips; why is not found"};
+            ""};
     for (std::size_t v = 0; v < Variants().size(); ++v) {
       const Driven& one = driven[s * Variants().size() + v];
       row.readings.push_back({Variants()[v].name, Short(100.0 * one.pitch_error) + " %; " + std::to_string(one.skipped),
