@@ -168,12 +168,12 @@ class VisualNode : public testing::TestWithParam<Kind> {
     return std::nullopt;
   }
 
-  [[nodiscard]] bool ShowsWhatWasTold(const std::string& viewer) {
+  [[nodiscard]] bool ShowsTheContent(const std::string& viewer) {
     const double* digest = bus::FindFigure(shown_[bus::FiguresTopic(viewer)], view::kSceneDigestFigure);
     return digest != nullptr && *digest == wanted_;
   }
   [[nodiscard]] bool Shows(const std::string& viewer) {
-    return PublishUntil([&] { return ShowsWhatWasTold(viewer); }).has_value();
+    return PublishUntil([&] { return ShowsTheContent(viewer); }).has_value();
   }
 
   void End(const std::string& suffix, int signal) {
@@ -243,6 +243,17 @@ TEST_P(VisualNode, EndsCleanlyOnSigterm) {
   ASSERT_TRUE(Shows(viewer));
   End("", SIGTERM);
   EXPECT_TRUE(viewers_.children().front().exit->is_clean()) << viewers_.children().front().exit->Describe();
+}
+
+// Whoever stops it may not wait for its last pictures.
+TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
+  if (GetParam() != Kind::kOpenGl) GTEST_SKIP() << "the text viewer writes no files";
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  End("", SIGTERM);
+  const auto written = [&](const char* file) { return std::filesystem::last_write_time(out_ / viewer / file); };
+  EXPECT_LE(written("visual_node.json"), written("frames/step_1.png"));
+  EXPECT_LE(written("latency_visual.csv"), written("frames/step_1.png"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kText),

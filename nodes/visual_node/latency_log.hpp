@@ -30,6 +30,8 @@ class LatencyLog {
   void AddFrame(const core::Trace& through_physics);
   // Writes the rows of the states that were applied since the last call.
   void Drain();
+  // Nothing is written any more.
+  void Close() { file_.close(); }
 
   // Moving means over about 250 states and 8 frames [ms]; 0 before the first. Any thread.
   [[nodiscard]] double recent_state_ms() const { return recent_state_ms_.load(std::memory_order_relaxed); }

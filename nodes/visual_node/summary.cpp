@@ -33,7 +33,6 @@ core::Result<void> Summary::Write(const std::filesystem::path& file) const {
                          {"t2_state_ms", Milliseconds(t2_state)},
                          {"t2_state_direct_ms", Milliseconds(t2_state_direct)},
                          {"t2_image_ms", Milliseconds(t2_image)},
-                         {"contact_sheet_tiles", contact_sheet_tiles},
                          {"dropped", counters.dropped},
                          {"bus",
                           {{"sent", counters.sent},

@@ -27,7 +27,6 @@ struct Summary {
   bus::LatencyStats t2_image;
   bus::Counters counters;
   std::map<std::string, std::int64_t> clock_bounds_ns;  // bus/membership/clock_bounds.hpp
-  std::size_t contact_sheet_tiles = 0;
 
   core::Result<void> Write(const std::filesystem::path& file) const;
 };

@@ -125,7 +125,6 @@ class Viewer {
     std::fflush(stdout);
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
-    if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped && result) result = stopped;
     return result;
   }
 
@@ -282,26 +281,38 @@ class Viewer {
     glfwSwapBuffers(context_->window());
   }
 
+  // Figures first: whoever stops this process does not wait long, and pictures take long on a busy machine.
   core::Result<void> Finish() {
+    core::Result<void> result = FinishFigures();
+    if (auto kept = FinishPictures(); !kept && result) result = kept;
+    // A virtual display may have been stopped together with this node; closing the window would then abort the process.
+    if (options_.is_headless) context_->LeaveToKernel();
+    return result;
+  }
+
+  core::Result<void> FinishFigures() {
     summary_.cpu_s = CpuTime_s() - first_frame_cpu_s_;
     summary_.seconds = 1e-9 * static_cast<double>(core::MonotonicNow_ns() - first_frame_ns_);
-    // The procedure's last status may have arrived after the last frame.
-    const CameraControl control(*shown_.assets, options_.view);
-    core::Result<void> result = TakeScene(control);
-    if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
-    if (sheet_.size() > 0 && result) result = sheet_.Write(options_.out / "contact_sheet.png");
     receiver_.Stop();
     log_.Drain();
+    log_.Close();
     summary_.t2_state = log_.state();
     summary_.t2_state_direct = log_.state_direct();
     summary_.t2_image = log_.image();
     summary_.states = receiver_.num_states();
     summary_.counters = receiver_.counters();
     summary_.clock_bounds_ns = receiver_.clock_bounds_ns();
-    summary_.contact_sheet_tiles = sheet_.size();
-    if (auto written = summary_.Write(options_.out / "visual_node.json"); !written) return written;
-    // A virtual display may have been stopped together with this node; closing the window would then abort the process.
-    if (options_.is_headless) context_->LeaveToKernel();
+    auto result = summary_.Write(options_.out / "visual_node.json");
+    if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped && result) result = stopped;
+    return result;
+  }
+
+  core::Result<void> FinishPictures() {
+    // The procedure's last status may have arrived after the last frame.
+    const CameraControl control(*shown_.assets, options_.view);
+    core::Result<void> result = TakeScene(control);
+    if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
+    if (sheet_.size() > 0 && result) result = sheet_.Write(options_.out / "contact_sheet.png");
     return result;
   }
 
