@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Runs whole scenarios and writes what their reports say to docs/performance/live: `./dev bench live`.
 
-  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, runs, processes (all unless named;
-                                   1, 6, 5 and 6 minutes). processes needs root and what tests/lab needs.
+  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, runs, processes, pictures (all unless named;
+                                   1, 6, 5, 6 and 13 minutes). processes needs root and what tests/lab needs.
 """
 import csv
 import json
@@ -40,6 +40,11 @@ TABLES = {
                   ("module_replacement", {"colocate": COLOCATE}, ["one process, three machines"])],
 }
 
+# Runs of each column, in turn: a machine whose load changes changes it for all of them. A cell is their median.
+TABLES["pictures"] = [("module_replacement", ["--headless"], ["with pictures"]),
+                      ("module_replacement", ["--headless", "--without", "visual_node"], ["without pictures"])]
+ROUNDS = {"pictures": 5}
+
 LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" else chain.split(",")[0] + "_ms", part])
              for chain in ["t1, ms", "direct loop, ms", "t2_state, ms", "t2_image, ms"]
              for part in ["mean", "p50", "p99", "n"]]
@@ -56,6 +61,10 @@ ROWS = {
         ("drawing a picture, ms, p50", ["pictures", "draw_p50_ms"])] + STEPS + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("messages received", ["bus", "received"]), ("messages dropped", ["bus", "dropped"])],
+    "pictures": LATENCIES[12:15] + [
+        ("pictures per second", ["pictures", "fps"]), ("mean scale of a picture", ["pictures", "render_scale"]),
+        ("drawing a picture, ms, p50", ["pictures", "draw_p50_ms"])] + STEPS[4:6] + [
+        ("t1, ms, p50", ["t1_ms", "p50"]), ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
     "processes": [("completed", ["completed"])] + LATENCIES[:8] + [
         (f"force loop, ms, {what}", ["stability", f"loop_{key}_ms"]) for what, key in [("delay", "delay"), ("jitter", "jitter")]
     ] + [("stable up to, times the stiffness", ["stability", "least_stiffness_share"]),
@@ -70,6 +79,11 @@ def value(report, path):
     if isinstance(report, bool):
         return "yes" if report else "no"
     return f"{report:.6g}" if isinstance(report, float) else "" if report is None else report
+
+
+def middle(values):
+    """The median by size, an odd number of them."""
+    return sorted(values, key=lambda text: float(text) if text not in ("", "yes", "no") else 0.0)[len(values) // 2]
 
 
 class Machines:
@@ -133,16 +147,18 @@ def main():
     folder.mkdir(exist_ok=True)
     for table in sys.argv[2:] or TABLES:
         columns, traces = {}, {}
-        for scenario, options, heads in TABLES[table]:
-            its, traces[heads[0]] = reports(sys.argv[1], scenario, options)
-            columns.update(zip(heads, its))
+        for _ in range(ROUNDS.get(table, 1)):
+            for scenario, options, heads in TABLES[table]:
+                its, traces[heads[0]] = reports(sys.argv[1], scenario, options)
+                for head, one in zip(heads, its):
+                    columns.setdefault(head, []).append(one)
         if table == "processes":
             curves.write_shares(folder / "processes_t1.svg", "t1, ms", traces)
         with open(folder / f"{table}.csv", "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(["what", *columns])
             for what, path in ROWS[table]:
-                writer.writerow([what, *(value(report, path) for report in columns.values())])
+                writer.writerow([what, *(middle([value(one, path) for one in its]) for its in columns.values())])
     return 0
 
 
