@@ -14,6 +14,23 @@ constexpr std::array<std::pair<const char*, Flag>, 3> kFlags = {{{"hide.", &Choi
                                                                  {"transparent.", &Choices::Object::is_transparent},
                                                                  {"highlight.", &Choices::Object::is_highlighted}}};
 constexpr std::string_view kOverlayPrefix = "overlay.";
+constexpr std::string_view kSelectPrefix = "select.";
+
+// -1: none.
+int FindName(std::string_view name, const std::vector<std::string>& objects) {
+  const auto found = std::find(objects.begin(), objects.end(), name);
+  return found == objects.end() ? -1 : static_cast<int>(found - objects.begin());
+}
+
+bool Select(int object, bool is_on, Choices* choices) {
+  if (object < 0) return false;
+  if (is_on) {
+    choices->selected = object;
+  } else if (choices->selected == object) {
+    choices->selected = -1;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -43,6 +60,7 @@ std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects) {
   for (const auto& [prefix, flag] : kFlags) {
     for (const std::string& object : objects) names.push_back(prefix + object);
   }
+  for (const std::string& object : objects) names.push_back(std::string(kSelectPrefix) + object);
   return names;
 }
 
@@ -52,12 +70,15 @@ bool SetChoice(const std::string& name, bool is_on, const std::vector<std::strin
     if (overlay) choices->overlays[IndexOf(*overlay)] = is_on;
     return overlay.has_value();
   }
+  if (name.starts_with(kSelectPrefix)) {
+    return Select(FindName(std::string_view(name).substr(kSelectPrefix.size()), objects), is_on, choices);
+  }
   for (const auto& [prefix, flag] : kFlags) {
     if (!name.starts_with(prefix)) continue;
-    const auto object = std::find(objects.begin(), objects.end(), name.substr(std::string_view(prefix).size()));
-    if (object == objects.end()) return false;
+    const int object = FindName(std::string_view(name).substr(std::string_view(prefix).size()), objects);
+    if (object < 0) return false;
     choices->objects.resize(std::max(choices->objects.size(), objects.size()));
-    choices->objects[static_cast<std::size_t>(object - objects.begin())].*flag = is_on;
+    choices->objects[static_cast<std::size_t>(object)].*flag = is_on;
     return true;
   }
   return false;

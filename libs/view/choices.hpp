@@ -22,23 +22,27 @@ enum class Overlay : std::uint8_t {
   kFeltForce,
   kMatrix,
   kPaths,
+  kPlanned,
   kPhantom,
   kHints,
   kLatency,
   kSteps,
   kClock,
   kCamera,
+  kSamples,
+  kTree,
+  kVoxels,
 };
 
 struct OverlayInfo {
   Overlay overlay;
   const char* name;  // of the parameter overlay.<name>
-  char key;          // in a window
+  char key;          // in a window, where it is on a US keyboard
   const char* what;
   bool is_on_at_start = false;
 };
 
-inline constexpr std::array<OverlayInfo, 13> kOverlays = {{
+inline constexpr std::array<OverlayInfo, 17> kOverlays = {{
     {Overlay::kContacts, "contacts", 'C', "contact forces", true},
     {Overlay::kTorques, "torques", 'T', "torques of contacts about the part that touches"},
     {Overlay::kDepth, "depth", 'Z', "contact points, coloured by how deep they penetrate"},
@@ -46,6 +50,7 @@ inline constexpr std::array<OverlayInfo, 13> kOverlays = {{
     {Overlay::kFeltForce, "felt_force", 'F', "force and torque on each hand, the grasp included"},
     {Overlay::kMatrix, "matrix", 'M', "table of who touches whom"},
     {Overlay::kPaths, "paths", 'R', "where what moves has been"},
+    {Overlay::kPlanned, "planned", 'U', "where the step of the procedure wants parts to go"},
     {Overlay::kPhantom, "phantom", 'G', "the device's pose, where the tool cannot follow it"},
     {Overlay::kHints, "hints", 'H', "the instruction at the part that it names"},
     {Overlay::kLatency, "latency", 'L', "latency and late cycles over time"},
@@ -53,6 +58,9 @@ inline constexpr std::array<OverlayInfo, 13> kOverlays = {{
     {Overlay::kClock, "clock", 'K', "simulated time against the wall clock"},
     {Overlay::kCamera, "camera", 'O',
      "what the first camera that is mounted on a part sees, in a corner of the window"},
+    {Overlay::kSamples, "samples", ',', "points of the selected part that are tested for contact"},
+    {Overlay::kTree, "tree", '.', "a level of spheres over the selected part's points"},
+    {Overlay::kVoxels, "voxels", 'V', "voxels through which the selected part's surface passes"},
 }};
 
 using OverlaySet = std::bitset<kOverlays.size()>;
@@ -82,7 +90,7 @@ struct Choices {
 };
 
 // Choices by name, as `oos set` changes them (1: yes, 0: no): overlay.<name>, and hide.<object>, transparent.<object>,
-// highlight.<object>.
+// highlight.<object>, select.<object>. One object at most is selected.
 std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects);
 // False, without a change, when there is no such choice.
 bool SetChoice(const std::string& name, bool is_on, const std::vector<std::string>& objects, Choices* choices);

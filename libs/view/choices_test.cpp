@@ -36,7 +36,7 @@ TEST(Choices, EveryNameSetsAndClearsItsChoice) {
         number +=
             std::size_t{object.is_hidden} + std::size_t{object.is_transparent} + std::size_t{object.is_highlighted};
       }
-      return number;
+      return number + (choices.selected >= 0 ? 1 : 0);
     };
     EXPECT_EQ(count(), 1u) << name;
     ASSERT_TRUE(SetChoice(name, false, kObjects, &choices)) << name;
@@ -51,6 +51,13 @@ TEST(Choices, AListSwitchesOnAndOff) {
   EXPECT_FALSE(choices->has(Overlay::kContacts));
   EXPECT_FALSE(choices->objects[0].is_hidden);
   EXPECT_TRUE(choices->objects[1].is_hidden);
+}
+
+TEST(Choices, OneObjectIsSelectedAtMost) {
+  const auto choices = ReadChoices("select.plate select.block no_select.plate", kObjects);
+  ASSERT_TRUE(choices) << choices.error().detail;
+  EXPECT_EQ(choices->selected, 1) << "what is not selected cannot be let go";
+  EXPECT_FALSE(ReadChoices("select.blok", kObjects));
 }
 
 TEST(Choices, AWrongNameIsRefusedWithTheNearest) {

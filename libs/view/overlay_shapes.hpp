@@ -45,7 +45,25 @@ struct PointSet {
   SharedPoints p_P;
   SharedPoints colors;  // one for each point; none: all have `color`
   glm::vec3 color{1.0f};
-  float size_px = 3.0f;  // at a picture height of 360 px
+  float size_px = 3.0f;       // at a picture height of 360 px
+  float most_m = 1e6f;        // from afar they are smaller
+  bool shows_through = true;  // faintly, where parts hide it
+};
+
+// Opaque cubes along the axes of a frame P that moves: voxels.
+struct Cubes {
+  core::Pose X_WP;
+  SharedPoints p_P;  // their centres
+  double edge_m = 0.001;
+  glm::vec3 color{1.0f};
+};
+
+// Transparent spheres of a frame P that moves, like soap bubbles: their rims hide most.
+struct Spheres {
+  core::Pose X_WP;
+  std::shared_ptr<const std::vector<glm::vec4>> p_P_radius_m;  // centre, radius
+  glm::vec3 color{1.0f};
+  float opacity = 0.5f;  // of a rim
 };
 
 // Text at a place in the world. It faces the eye, and its letters have the same size at any distance.

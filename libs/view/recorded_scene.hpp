@@ -32,6 +32,7 @@ class RecordedScene {
   // kDamaged.
   core::Result<void> GoTo(double at_s);
   [[nodiscard]] const Scene& scene() const { return mirror_->scene(); }
+  [[nodiscard]] const Choices& choices() const { return mirror_->choices(); }
   // What the scene shows after the next GoTo.
   void Choose(const Choices& choices) {
     choices_ = choices;

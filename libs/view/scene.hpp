@@ -85,6 +85,8 @@ struct Scene {
   std::vector<RingArrow> rings;
   std::vector<LineStrip> lines;
   std::vector<PointSet> points;
+  std::vector<Cubes> cubes;
+  std::vector<Spheres> spheres;
   std::vector<Label> labels;
   std::vector<Axes> axes;
   std::vector<Phantom> phantoms;

@@ -307,6 +307,8 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   scene_.rings.clear();
   scene_.lines.clear();
   scene_.points.clear();
+  scene_.cubes.clear();
+  scene_.spheres.clear();
   scene_.labels.clear();
   scene_.axes.clear();
   scene_.phantoms.clear();

@@ -8,9 +8,9 @@
 namespace visual_node {
 namespace {
 
-// Letters of GLFW's keys are their ASCII codes.
+// GLFW's keys of characters are their ASCII codes.
 std::optional<view::Overlay> OverlayOfKey(int key) {
-  if (key < GLFW_KEY_A || key > GLFW_KEY_Z) return std::nullopt;
+  if (key <= GLFW_KEY_SPACE || key > GLFW_KEY_GRAVE_ACCENT) return std::nullopt;
   return view::FindOverlayOfKey(static_cast<char>(key));
 }
 

@@ -107,8 +107,8 @@ void Menu::Draw(const MenuInput& input, const std::vector<std::string>& objects,
   io.MouseDown[0] = input.is_mouse_down;
   io.MouseWheel = static_cast<float>(input.scroll);
   ImGui::NewFrame();
-  ImGui::SetNextWindowPos(ImVec2(10.0f, 0.25f * io.DisplaySize.y), ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize(ImVec2(470.0f, 0.6f * io.DisplaySize.y), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowPos(ImVec2(10.0f, 0.2f * io.DisplaySize.y), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize(ImVec2(470.0f, 0.75f * io.DisplaySize.y), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowBgAlpha(0.85f);
   if (ImGui::Begin("What is shown (Tab closes)")) {
     AddOverlayEntries(choices);

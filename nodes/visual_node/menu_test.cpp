@@ -32,7 +32,7 @@ class MenuTest : public GlTest {
 
 TEST_F(MenuTest, AClickOnEachEntryTogglesItsOverlay) {
   view::OverlaySet toggled;
-  for (int y = 208; y < 600; y += 8) {  // below the title
+  for (int y = 170; y < 640; y += 8) {  // below the title
     const view::OverlaySet last = choices_.overlays;
     Click({32.0, y});
     const view::OverlaySet changed = last ^ choices_.overlays;

@@ -88,6 +88,8 @@ core::Result<OverlayPainter> OverlayPainter::Create() {
                                Source{&painter.ring_, "ring", kRingVertex, kOverlayFragment},
                                Source{&painter.line_, "line", kLineVertex, kFlatFragment},
                                Source{&painter.point_, "point", kPointVertex, kPointFragment},
+                               Source{&painter.cube_, "cube", kGrainVertex, kCubeFragment},
+                               Source{&painter.sphere_, "sphere", kGrainVertex, kSphereFragment},
                                Source{&painter.phantom_, "phantom", kOverlayVertex, kPhantomFragment},
                                Source{&painter.mix_, "mix", kFilmVertex, kMixFragment}}) {
     auto program = MakeProgram(source.name, source.vertex, source.fragment);
@@ -107,6 +109,10 @@ core::Result<OverlayPainter> OverlayPainter::Create() {
       glVertexArrayAttribBinding(layout, attribute, attribute);
     }
   }
+  painter.grain_layout_ = MakeVertexArray();
+  glEnableVertexArrayAttrib(painter.grain_layout_.id(), 0);
+  glVertexArrayAttribBinding(painter.grain_layout_.id(), 0, 0);
+  glVertexArrayBindingDivisor(painter.grain_layout_.id(), 0, 1);
   for (const GLuint binding : {0u, 1u}) glVertexArrayBindingDivisor(painter.strip_layout_.id(), binding, 1);
   GLuint id = 0;
   glCreateFramebuffers(1, &id);
@@ -116,16 +122,22 @@ core::Result<OverlayPainter> OverlayPainter::Create() {
 
 void OverlayPainter::Draw(const view::Scene& scene, const std::vector<GpuMesh>& meshes, const View& view,
                           const Film& film) {
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  for (const view::Cubes& cubes : scene.cubes) DrawCubes(cubes, view);
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   DrawPhantoms(scene, meshes, view, film);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  for (const view::Spheres& spheres : scene.spheres) DrawSpheres(spheres, view);
   // Twice: faint without depth test, so that they show through parts, then solid with depth test.
   for (const bool is_solid : {false, true}) {
     is_solid ? glEnable(GL_DEPTH_TEST) : glDisable(GL_DEPTH_TEST);
     const float opacity = is_solid ? 1.0f : kHidden;
     for (const view::LineStrip& line : scene.lines) DrawLine(line, view, film, opacity);
-    for (const view::PointSet& set : scene.points) DrawPoints(set, view, film, opacity);
+    for (const view::PointSet& set : scene.points) {
+      if (is_solid || set.shows_through) DrawPoints(set, view, film, opacity);
+    }
     DrawBodies(scene, view, is_solid);
   }
   glDisable(GL_BLEND);
@@ -217,7 +229,8 @@ void OverlayPainter::DrawPoints(const view::PointSet& set, const View& view, con
   }
   glUseProgram(point_.id());
   SetUniform(0, view.clip_W * ToMatrix(set.X_WP));
-  glUniform1f(1, std::max(1.0f, set.size_px * static_cast<float>(film.height()) / 360.0f));
+  const auto height = static_cast<float>(film.height());
+  glUniform2f(1, set.size_px * height / 360.0f, 0.5f * height * view.clip_per_up * set.most_m);
   glUniform2f(2, 1.0f / view.exposure, opacity);
   const GLuint layout = set_layout_.id();
   is_colored ? glEnableVertexArrayAttrib(layout, 1) : glDisableVertexArrayAttrib(layout, 1);
@@ -226,6 +239,40 @@ void OverlayPainter::DrawPoints(const view::PointSet& set, const View& view, con
   glEnable(GL_PROGRAM_POINT_SIZE);
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(set.p_P->size()));
   glDisable(GL_PROGRAM_POINT_SIZE);
+}
+
+void OverlayPainter::UseGrains(const GlProgram& program, const core::Pose& X_WP, const View& view,
+                               const glm::vec4& color) const {
+  glUseProgram(program.id());
+  SetUniform(0, view.clip_W * ToMatrix(X_WP));
+  const glm::vec3 eye_P(X_WP.inverse() * glm::dvec3(view.eye_W));
+  glUniform3fv(1, 1, glm::value_ptr(eye_P));
+  SetColor(glm::vec3(color) / view.exposure, color.a);
+}
+
+void OverlayPainter::DrawGrains(const void* grains, std::size_t count, std::size_t stride_bytes) {
+  Reserve(count * stride_bytes / sizeof(glm::vec3) + 1);
+  glNamedBufferSubData(strip_points_.id(), 0, static_cast<GLsizeiptr>(count * stride_bytes), grains);
+  const GLuint layout = grain_layout_.id();
+  glVertexArrayAttribFormat(layout, 0, static_cast<GLint>(stride_bytes / sizeof(float)), GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayVertexBuffer(layout, 0, strip_points_.id(), 0, static_cast<GLsizei>(stride_bytes));
+  glBindVertexArray(layout);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+}
+
+void OverlayPainter::DrawCubes(const view::Cubes& cubes, const View& view) {
+  if (cubes.p_P == nullptr || cubes.p_P->empty()) return;
+  UseGrains(cube_, cubes.X_WP, view, glm::vec4(cubes.color, 1.0f));
+  const auto half_m = 0.5f * static_cast<float>(cubes.edge_m);
+  glUniform2f(3, half_m, 1.7321f);  // the sphere around a cube
+  DrawGrains(cubes.p_P->data(), cubes.p_P->size(), sizeof(glm::vec3));
+}
+
+void OverlayPainter::DrawSpheres(const view::Spheres& spheres, const View& view) {
+  if (spheres.p_P_radius_m == nullptr || spheres.p_P_radius_m->empty()) return;
+  UseGrains(sphere_, spheres.X_WP, view, glm::vec4(spheres.color, spheres.opacity));
+  glUniform2f(3, 1.0f, 1.0f);
+  DrawGrains(spheres.p_P_radius_m->data(), spheres.p_P_radius_m->size(), sizeof(glm::vec4));
 }
 
 void OverlayPainter::Reserve(std::size_t num_points) {

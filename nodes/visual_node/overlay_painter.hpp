@@ -18,6 +18,7 @@ class OverlayPainter {
     glm::mat4 clip_W{1.0f};
     glm::vec3 eye_W{0.0f};
     float exposure = 1.0f;
+    float clip_per_up = 1.0f;  // clip units per metre across the view at the distance 1: cot(vertical fov / 2)
   };
 
   static core::Result<OverlayPainter> Create();
@@ -32,6 +33,10 @@ class OverlayPainter {
   void DrawRing(const view::RingArrow& ring, const View& view, float opacity) const;
   void DrawLine(const view::LineStrip& line, const View& view, const Film& film, float opacity);
   void DrawPoints(const view::PointSet& set, const View& view, const Film& film, float opacity);
+  void DrawCubes(const view::Cubes& cubes, const View& view);
+  void DrawSpheres(const view::Spheres& spheres, const View& view);
+  void UseGrains(const GlProgram& program, const core::Pose& X_WP, const View& view, const glm::vec4& color) const;
+  void DrawGrains(const void* grains, std::size_t count, std::size_t stride_bytes);
   void Reserve(std::size_t num_points);
   void UseBodies(const GlProgram& program, const View& view) const;
 
@@ -42,11 +47,14 @@ class OverlayPainter {
   GlProgram ring_;
   GlProgram line_;
   GlProgram point_;
+  GlProgram cube_;
+  GlProgram sphere_;
   GlProgram phantom_;
   GlProgram mix_;
   GlVertexArray nothing_;
   GlVertexArray strip_layout_;
   GlVertexArray set_layout_;
+  GlVertexArray grain_layout_;  // an instance each
   GlBuffer strip_points_;
   GlBuffer strip_colors_;
   std::size_t capacity_points_ = 0;

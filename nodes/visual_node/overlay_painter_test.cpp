@@ -194,6 +194,56 @@ TEST_F(OverlayPainterTest, APointIsADiscOfItsSizeAtItsPlace) {
   EXPECT_EQ(CountRed(image, 0, y - 6, false) + CountRed(image, 0, y + 6, false), 0);
 }
 
+TEST_F(OverlayPainterTest, ACubeCoversItsFaceAndHidesWhatIsBehindIt) {
+  view::Cubes cubes;
+  cubes.X_WP.translation = {0.0, -0.4, 0.0};
+  cubes.p_P = Share({{0.0f, 0.0f, 0.0f}});
+  cubes.edge_m = 0.1;
+  cubes.color = {1.0f, 0.0f, 0.0f};
+  scene_.cubes = {cubes};
+  const Image image = Draw();
+  const double face_px = 0.1 / 0.55 * 0.5 * kFrameHeight / std::tan(0.3);  // its front face is 0.55 m away
+  EXPECT_NEAR(CountRed(image, 0, kFrameHeight / 2, false), face_px, 2.0);
+  EXPECT_NEAR(CountRed(image, kFrameWidth / 2, 0, true), face_px, 2.0);
+  view::LineStrip line;  // behind the cube's front, before its back
+  line.p_W = Share({{-0.02f, -0.4f, 0.0f}, {0.02f, -0.4f, 0.0f}});
+  line.color = {0.0f, 0.0f, 1.0f};
+  scene_.lines = {line};
+  EXPECT_GT(LightAt({0.0, -0.4, 0.0}).r, LightAt({0.0, -0.4, 0.0}).b) << "a cube is solid: the line is faint";
+}
+
+TEST_F(OverlayPainterTest, ASphereHasItsSilhouetteAndPartsHideIt) {
+  const Image without = Draw();
+  view::Spheres spheres;
+  spheres.X_WP.translation = {0.0, -0.4, 0.0};
+  spheres.p_P_radius_m = std::make_shared<const std::vector<glm::vec4>>(1, glm::vec4(0.25f, 0.0f, 0.0f, 0.05f));
+  spheres.color = {1.0f, 0.0f, 0.0f};
+  scene_.spheres = {spheres};
+  const Image with = Draw();
+  int changed = 0;
+  for (std::size_t i = 0; i < with.rgba.size(); i += 4) changed += std::abs(with.rgba[i] - without.rgba[i]) > 3 ? 1 : 0;
+  // Of a sphere at the eye's distance d its outline has the area of the ellipse pi (r f / d)^2 cos^-3, to within r/d.
+  const double focal_px = 0.5 * kFrameHeight / std::tan(0.3), d = std::hypot(0.25, 0.6);
+  const double area_px = 3.14159 * std::pow(0.05 * focal_px / d, 2) / std::pow(0.6 / d, 3);
+  EXPECT_NEAR(changed, area_px, 0.05 * area_px);
+  spheres.X_WP.translation.y = 0.7;  // behind the wall
+  scene_.spheres = {spheres};
+  EXPECT_EQ(Draw().rgba, without.rgba);
+}
+
+TEST_F(OverlayPainterTest, PointsOfASurfaceAreBeforeItAndDoNotShowThroughIt) {
+  view::PointSet set;
+  set.p_P = Share({{0.0f, -0.1f, 0.0f}, {0.04f, 0.0916f, 0.0f}});  // on the ball's front, and on its back
+  set.color = {1.0f, 0.0f, 0.0f};
+  set.size_px = 8.0f;
+  set.shows_through = false;
+  scene_.points = {set};
+  const Image image = Draw();
+  EXPECT_GE(CountRed(image, kFrameWidth / 2, 0, true), 7);
+  const auto back = view::ProjectToPixel(CameraFromTheFront(), kFrameWidth, kFrameHeight, {0.04, 0.0916, 0.0});
+  EXPECT_EQ(CountRed(image, static_cast<int>(back.x), 0, true), 0);
+}
+
 TEST_F(OverlayPainterTest, ARingSpansItsSweep) {
   view::RingArrow ring;
   ring.p_WCentre = {0.0, -0.4, 0.0};

@@ -87,12 +87,14 @@ constexpr const char* kPointVertex = R"(#version 450 core
 layout(location = 0) in vec3 a_p_P;
 layout(location = 1) in vec3 a_color;
 layout(location = 0) uniform mat4 u_clip_P;
-layout(location = 1) uniform float u_size_px;
+layout(location = 1) uniform vec2 u_size_px;  // of the disc, and at most at the distance 1
 out vec3 v_color;
 void main() {
   v_color = a_color;
-  gl_PointSize = u_size_px;
   gl_Position = u_clip_P * vec4(a_p_P, 1.0);
+  gl_PointSize = max(1.0, min(u_size_px.x, u_size_px.y / max(gl_Position.w, 1e-3)));
+  // Nearer by 0.3 % of the distance, so that a point on a surface is before it: 2 kNear_m 0.3 % (renderer.hpp).
+  gl_Position.z -= 6e-5;
 }
 )";
 constexpr const char* kPointFragment = R"(#version 450 core
@@ -103,6 +105,80 @@ void main() {
   vec2 d = 2.0 * gl_PointCoord - 1.0;
   if (dot(d, d) > 1.0) discard;
   o_color = vec4(v_color * u_strength_opacity.x, u_strength_opacity.y);
+}
+)";
+
+// --- Cubes and spheres of a frame P: each a square that faces the eye and is as large as the sphere around it; a
+// fragment finds where its ray meets the body.
+constexpr const char* kGrainVertex = R"(#version 450 core
+layout(location = 0) in vec4 a_p_P_size;  // a cube's size is 1
+layout(location = 0) uniform mat4 u_clip_P;
+layout(location = 1) uniform vec3 u_eye_P;
+layout(location = 3) uniform vec2 u_scale_reach;  // radius or half edge of a size of 1; of the sphere around, over that
+out vec3 v_p_P;
+flat out vec3 v_centre_P;
+flat out float v_radius;
+void main() {
+  v_centre_P = a_p_P_size.xyz;
+  v_radius = a_p_P_size.w * u_scale_reach.x;
+  float around = v_radius * u_scale_reach.y;
+  vec3 to_eye = u_eye_P - v_centre_P;
+  float d = length(to_eye);
+  if (d < 1.01 * around) {  // the eye is inside
+    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    return;
+  }
+  vec3 z = to_eye / d;
+  vec3 x = normalize(cross(abs(z.x) < 0.8 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0), z));
+  float reach = around * d / sqrt((d - around) * (d + around));
+  vec2 corner = vec2((gl_VertexID & 1) == 0 ? -reach : reach, gl_VertexID < 2 ? -reach : reach);
+  v_p_P = v_centre_P + corner.x * x + corner.y * cross(z, x);
+  gl_Position = u_clip_P * vec4(v_p_P, 1.0);
+}
+)";
+constexpr const char* kCubeFragment = R"(#version 450 core
+layout(location = 0) uniform mat4 u_clip_P;
+layout(location = 1) uniform vec3 u_eye_P;
+layout(location = 2) uniform vec4 u_color;
+in vec3 v_p_P;
+flat in vec3 v_centre_P;
+flat in float v_radius;
+out vec4 o_color;
+void main() {
+  vec3 ray = normalize(v_p_P - u_eye_P), from = u_eye_P - v_centre_P;
+  vec3 inverse = 1.0 / (ray + vec3(equal(ray, vec3(0.0))) * 1e-20);
+  vec3 near = (-sign(inverse) * v_radius - from) * inverse, far = (sign(inverse) * v_radius - from) * inverse;
+  float t = max(near.x, max(near.y, near.z));
+  if (t > min(far.x, min(far.y, far.z))) discard;
+  vec3 n = vec3(greaterThanEqual(near, vec3(t)));
+  vec3 at = abs(from + t * ray) / v_radius;  // 1 on a face
+  vec3 in_face = mix(at, vec3(0.0), n);
+  float edge = max(in_face.x, max(in_face.y, in_face.z));
+  float shade = dot(n, vec3(0.72, 0.55, 0.95)) * (edge > 0.88 ? 0.72 : 1.0);
+  o_color = vec4(u_color.rgb * shade, u_color.a);
+  vec4 clip = u_clip_P * vec4(v_centre_P + from + t * ray, 1.0);
+  gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
+}
+)";
+constexpr const char* kSphereFragment = R"(#version 450 core
+layout(location = 0) uniform mat4 u_clip_P;
+layout(location = 1) uniform vec3 u_eye_P;
+layout(location = 2) uniform vec4 u_color;
+in vec3 v_p_P;
+flat in vec3 v_centre_P;
+flat in float v_radius;
+out vec4 o_color;
+void main() {
+  vec3 ray = normalize(v_p_P - u_eye_P), from = u_eye_P - v_centre_P;
+  float b = dot(from, ray);
+  vec3 miss = from - b * ray;
+  float h = v_radius * v_radius - dot(miss, miss);
+  if (h < 0.0) discard;
+  vec3 n = (from + (-b - sqrt(h)) * ray) / v_radius;
+  float rim = 1.0 + dot(n, ray);
+  o_color = vec4(u_color.rgb * (0.55 + 0.45 * (1.0 - rim)), u_color.a * (0.12 + 0.88 * rim * rim * rim));
+  vec4 clip = u_clip_P * vec4(v_centre_P + v_radius * n, 1.0);
+  gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
 }
 )";
 

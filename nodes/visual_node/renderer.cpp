@@ -143,7 +143,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   glDepthMask(GL_FALSE);
   sky_.Draw(scene.space, view.clip_sky);
   DrawGlow(scene, view);
-  overlays_.Draw(scene, meshes_, {view.clip_W, view.eye_W, view.exposure}, film_);
+  overlays_.Draw(scene, meshes_, {view.clip_W, view.eye_W, view.exposure, static_cast<float>(projection[1][1])}, film_);
   glDepthMask(GL_TRUE);
   film_.Develop(look.exposure, target);
   if (look.with_texts)

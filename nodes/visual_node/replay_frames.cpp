@@ -16,7 +16,7 @@ constexpr std::int64_t kProgressPeriod_ns = 5 * core::kNanosecondsPerSecond;
 }  // namespace
 
 core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recording, Renderer* renderer,
-                              const FrameSink& sink) {
+                              StructureShow* structures, const FrameSink& sink) {
   const PictureOptions& wanted = options.pictures;
   for (const auto& time_s : {std::optional(wanted.from_s), wanted.to_s}) {
     if (auto inside = recording->CheckTime(time_s); !inside) return inside;
@@ -29,7 +29,8 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
   for (std::uint64_t k = 0; k < count; ++k) {
     const double t_s = wanted.from_s + wanted.speed * static_cast<double>(k) / options.max_frames_per_s;
     if (auto there = recording->GoTo(t_s); !there) return there;
-    const view::Scene& scene = recording->scene();
+    view::Scene scene = recording->scene();
+    structures->BuildAndAddTo(recording->choices(), &scene);
     const scene::Camera& camera = view::CameraFor(*scene.assets, options.view, scene.step);
     const auto image = RenderSmooth(*renderer, scene, camera, options.width, options.height);
     if (!image) return tl::unexpected(image.error());
@@ -51,7 +52,8 @@ core::Result<void> RenderFrames(const Options& options, const scene::Scenario& s
   (*recording)->Choose(*choices);
   const auto offline = Offline::Create(scenario, options.view);
   if (!offline) return tl::unexpected(offline.error());
-  return DrawFrames(options, recording->get(), offline->renderer.get(), sink);
+  StructureShow structures(scenario);
+  return DrawFrames(options, recording->get(), offline->renderer.get(), &structures, sink);
 }
 
 core::Result<void> WritePpmToStdout(const picture::Image& image) {

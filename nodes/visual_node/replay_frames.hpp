@@ -5,6 +5,7 @@
 #include "core/result.hpp"
 #include "nodes/visual_node/options.hpp"
 #include "nodes/visual_node/renderer.hpp"
+#include "nodes/visual_node/structures.hpp"
 #include "picture/image.hpp"
 #include "scene/scenario.hpp"
 #include "view/recorded_scene.hpp"
@@ -19,7 +20,7 @@ using FrameSink = std::function<core::Result<void>(const picture::Image&)>;
 core::Result<void> RenderFrames(const Options& options, const scene::Scenario& scenario, const FrameSink& sink);
 // The same of an open recording with a given renderer.
 core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recording, Renderer* renderer,
-                              const FrameSink& sink);
+                              StructureShow* structures, const FrameSink& sink);
 
 // A frame as a binary PPM picture. Error: kIo, when the reader is gone.
 core::Result<void> WritePpmToStdout(const picture::Image& image);

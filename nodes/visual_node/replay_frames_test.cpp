@@ -68,10 +68,12 @@ class ReplayFramesTest : public GlTest {
     const auto recording = view::RecordedScene::Open(options_.pictures.recording, scenario_);
     EXPECT_TRUE(recording) << recording.error().detail;
     const auto renderer = MakeRenderer();
-    const auto done = DrawFrames(options_, recording->get(), renderer.get(), [&](const picture::Image& frame) {
-      frames.push_back(frame);
-      return core::Result<void>();
-    });
+    StructureShow structures(scenario_);
+    const auto done =
+        DrawFrames(options_, recording->get(), renderer.get(), &structures, [&](const picture::Image& frame) {
+          frames.push_back(frame);
+          return core::Result<void>();
+        });
     EXPECT_TRUE(done) << done.error().detail;
     return frames;
   }

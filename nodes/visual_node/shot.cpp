@@ -5,6 +5,7 @@
 #include "nodes/visual_node/object_pass.hpp"
 #include "nodes/visual_node/offline.hpp"
 #include "nodes/visual_node/still.hpp"
+#include "nodes/visual_node/structures.hpp"
 #include "view/recorded_scene.hpp"
 
 namespace visual_node {
@@ -52,10 +53,14 @@ core::Result<view::Scene> SceneOf(const Options& all, const scene::Scenario& sce
   view::SceneMirror mirror(scenario);
   const auto choices = view::ReadChoices(all.show, mirror.scene().assets->instance_names);
   if (!choices) return tl::unexpected(choices.error());
+  const auto with_structures = [&](view::Scene shown) {
+    StructureShow(scenario).BuildAndAddTo(*choices, &shown);
+    return shown;
+  };
   if (options.recording.empty()) {
     mirror.Choose(*choices);
     mirror.Refresh(0);
-    return mirror.scene();
+    return with_structures(mirror.scene());
   }
   auto recorded = view::RecordedScene::Open(options.recording, scenario);
   if (!recorded) return tl::unexpected(recorded.error());
@@ -64,7 +69,7 @@ core::Result<view::Scene> SceneOf(const Options& all, const scene::Scenario& sce
   if (auto there = (*recorded)->GoTo(options.at_s.value_or((*recorded)->duration_s())); !there) {
     return tl::unexpected(there.error());
   }
-  return (*recorded)->scene();
+  return with_structures((*recorded)->scene());
 }
 
 core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Renderer* renderer) {

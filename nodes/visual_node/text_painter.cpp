@@ -17,6 +17,7 @@ glm::vec3 ToDisplay(const glm::vec3& linear) {
 }
 
 constexpr glm::vec4 kBackground{0.02f, 0.03f, 0.05f, 0.62f};
+constexpr glm::vec4 kHeadBackground{0.02f, 0.03f, 0.05f, 0.45f};  // these lines are always there
 
 }  // namespace
 
@@ -170,11 +171,13 @@ void TextPainter::AddLine(const PlacedLine& placed, const Font& font) {
   }
 }
 
-// A dark strip behind the caption, a filled one behind each badge and label, and one behind a table.
+// A dark strip behind the caption, a filled one behind each badge and label, and one behind the lines of either upper
+// corner.
 void TextPainter::AddPanels(std::size_t num_lines, std::size_t num_labels, int width, int height) {
   const auto scale = static_cast<float>(height) / 360.0f;
   float caption_top = static_cast<float>(height);
   float table_left = static_cast<float>(width), table_top = static_cast<float>(height), table_end = 0.0f;
+  float head_right = 0.0f, head_end = 0.0f;
   const auto add_behind = [&](const PlacedLine& item, float margin, const glm::vec4& color) {
     AddPanel(static_cast<float>(item.x) - margin * scale, static_cast<float>(item.y) - margin / 3 * scale,
              static_cast<float>(item.x + item.width) + margin * scale,
@@ -185,12 +188,16 @@ void TextPainter::AddPanels(std::size_t num_lines, std::size_t num_labels, int w
     if (item.line.anchor == view::Anchor::kBottomLeft) caption_top = std::min(caption_top, static_cast<float>(item.y));
     if (item.line.style == view::TextStyle::kBadge) {
       add_behind(item, 6.0f, glm::vec4(ToDisplay(item.line.color), 0.92f));
+    } else if (item.line.anchor == view::Anchor::kTopLeft) {
+      head_right = std::max(head_right, static_cast<float>(item.x + item.width));
+      head_end = std::max(head_end, static_cast<float>(item.y + item.height));
     } else if (item.line.anchor == view::Anchor::kTopRight) {
       table_left = std::min(table_left, static_cast<float>(item.x));
       table_top = std::min(table_top, static_cast<float>(item.y));
       table_end = std::max(table_end, static_cast<float>(item.y + item.height));
     }
   }
+  if (head_end > 0.0f) AddPanel(6 * scale, 8 * scale, head_right + 4 * scale, head_end + 2 * scale, kHeadBackground);
   if (table_end > 0.0f) {
     AddPanel(table_left - 4 * scale, table_top, static_cast<float>(width) - 6 * scale, table_end, kBackground);
   }

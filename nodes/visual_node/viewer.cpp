@@ -29,6 +29,7 @@
 #include "nodes/visual_node/render_scale.hpp"
 #include "nodes/visual_node/renderer.hpp"
 #include "nodes/visual_node/still.hpp"
+#include "nodes/visual_node/structures.hpp"
 #include "nodes/visual_node/summary.hpp"
 
 #define GLFW_INCLUDE_NONE
@@ -86,6 +87,7 @@ class Viewer {
       : options_(options),
         signals_(signals),
         receiver_(scenario, &log_),
+        structures_(scenario),
         scale_(kDrawingShare / options.max_frames_per_s) {
     summary_.scenario = scenario.name;
   }
@@ -219,6 +221,7 @@ class Viewer {
       if (auto kept = Keep(end, control.ForStep(*end.assets, end.step)); !kept) return kept;
     }
     shown_ = next;
+    structures_.AddTo(receiver_.choices(), &shown_);
     return {};
   }
 
@@ -321,6 +324,7 @@ class Viewer {
   LatencyLog log_;
   std::unique_ptr<bus::log::TapRecorder> recording_;  // outlives the receiver's node
   Receiver receiver_;
+  StructureShow structures_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
   std::unique_ptr<AirInWork> air_in_work_;

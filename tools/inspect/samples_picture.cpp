@@ -10,6 +10,9 @@
 namespace inspect {
 namespace {
 
+using vps::SurfacePoint;
+using vps::TreeSphere;
+
 // Layout, chosen by eye, as are kFill and kLargestAreaRatio.
 constexpr int kPanel_px = 560;
 constexpr int kGap_px = 24;
@@ -53,61 +56,6 @@ std::string Count(std::size_t n, const char* what) {
 }
 
 }  // namespace
-
-std::vector<SurfacePoint> PointsOf(const vps::SampleTree& tree) {
-  std::vector<SurfacePoint> points;
-  for (const vps::PointBlock& block : tree.points) {
-    for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
-      if (block.area_m2[k] <= 0.0f) continue;  // a filler
-      points.push_back({glm::dvec3(block.x[k], block.y[k], block.z[k]),
-                        -glm::dvec3(block.nx[k], block.ny[k], block.nz[k]), block.area_m2[k]});
-    }
-  }
-  return points;
-}
-
-std::vector<SurfacePoint> PointsOf(const vps::PointTree& tree) {
-  std::vector<SurfacePoint> points;
-  for (std::uint32_t i = 0; i < tree.num_points; ++i) {
-    points.push_back({glm::dvec3(tree.x[i], tree.y[i], tree.z[i]), -glm::dvec3(tree.nx[i], tree.ny[i], tree.nz[i])});
-  }
-  return points;
-}
-
-std::vector<std::vector<TreeSphere>> LevelsOf(const vps::SampleTree& tree) {
-  std::vector<std::vector<TreeSphere>> levels;
-  for (std::uint32_t level = tree.num_levels; level-- > 0;) {
-    const std::size_t begin = tree.level_begin[level];
-    const std::size_t end = level + 1 < tree.num_levels ? tree.level_begin[level + 1] : tree.spheres.size();
-    levels.emplace_back();
-    for (std::size_t b = begin; b < end; ++b) {
-      const vps::SphereBlock& block = tree.spheres[b];
-      for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
-        if (block.r[k] <= 0.0f) continue;  // a filler
-        levels.back().push_back({glm::dvec3(block.x[k], block.y[k], block.z[k]), block.r[k]});
-      }
-    }
-  }
-  return levels;
-}
-
-std::vector<std::vector<TreeSphere>> LevelsOf(const vps::PointTree& tree) {
-  std::vector<std::vector<TreeSphere>> levels;
-  std::vector<std::uint32_t> level{0};
-  while (!level.empty() && !tree.clusters.empty()) {
-    levels.emplace_back();
-    std::vector<std::uint32_t> next;
-    for (const std::uint32_t c : level) {
-      const vps::Cluster& cluster = tree.clusters[c];
-      levels.back().push_back(
-          {glm::dvec3(cluster.centre_m[0], cluster.centre_m[1], cluster.centre_m[2]), cluster.radius_m});
-      if (cluster.is_leaf != 0) continue;
-      for (std::uint32_t k = 0; k < cluster.num_children; ++k) next.push_back(cluster.first_child + k);
-    }
-    level = std::move(next);
-  }
-  return levels;
-}
 
 core::Result<picture::Image> DrawPoints(const std::string& title, const std::vector<SurfacePoint>& points,
                                         const vps::Box& box) {

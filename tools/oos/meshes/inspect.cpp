@@ -107,8 +107,8 @@ core::Result<void> WritePictures(vps::Method method, const vps::CheckedMesh& che
   vps::Box box = checked.report.box;
   box.lower -= 0.5 * request.sheet_thickness_m;
   box.upper += 0.5 * request.sheet_thickness_m;
-  const auto points = is_fast ? inspect::PointsOf(*cooked->samples) : inspect::PointsOf(*cooked->points);
-  const auto levels = is_fast ? inspect::LevelsOf(*cooked->samples) : inspect::LevelsOf(*cooked->points);
+  const auto points = is_fast ? vps::PointsOf(*cooked->samples) : vps::PointsOf(*cooked->points);
+  const auto levels = is_fast ? vps::LevelsOf(*cooked->samples) : vps::LevelsOf(*cooked->points);
   const auto field = is_fast ? inspect::ViewOf(*cooked->field) : inspect::ViewOf(*cooked->voxmap);
   const auto write = [&](const core::Result<picture::Image>& image, const char* what) -> core::Result<void> {
     if (!image) return tl::unexpected(image.error());
