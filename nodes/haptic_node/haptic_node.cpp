@@ -299,6 +299,7 @@ void HapticNode::StepCoupling(Role* role) {
     double strongest_N = 0.0;
     for (const vps::HeldContact& contact : role->god_object->contacts()) {
       role->is_in_contact = role->is_in_contact || contact.normal_N > 0.0;
+      if (contact.normal_N > 0.0) world_->KeepHandPlane(contact.id);
       if (scenario_.objects[contact.body].owner != scene::Owner::kPhysics || !(contact.normal_N > 0.0)) continue;
       role->objects_N += contact.normal_N * contact.n_W + contact.tangent_W_N;
       if (contact.normal_N <= strongest_N) continue;

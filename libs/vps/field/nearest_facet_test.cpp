@@ -36,5 +36,41 @@ TEST(NearestFacet, IsTheNearestPlaceOfTheMeshWithItsSide) {
   }
 }
 
+// Long thin triangles beside small ones: boxes that overlap, so that the order in which blocks are met matters.
+// Gathered once around a ball, also one with more triangles than there is room for, the answer is that of the whole
+// mesh.
+TEST(NearestFacet, OfWhatIsGatheredIsThatOfTheWholeMesh) {
+  int num_full = 0;
+  for (const TriangleMesh& mesh : {MakeBlockWithHole(0.06, 0.04, 0.01, 128), MakeSphere(0.02, 96)}) {
+    const DistanceField field = *BuildField(mesh, 1e-3);
+    const Facets& facets = field.triangles();
+    CaseRandom random(5);
+    int num_found = 0;
+    for (int i = 0; i < 300; ++i) {
+      const double radius = random.Uniform(0.5, 9.0);
+      const glm::dvec3 out = random.Direction();
+      const glm::dvec3 from(0.03 * out.x, 0.03 * out.y, 0.02 * out.z);
+      const glm::dvec3 middle = (from - field.origin_m) / 1e-3;
+      FacetsAround around;
+      around.Gather(facets, middle, radius);
+      num_full += around.is_full() ? 1 : 0;
+      for (int k = 0; k < 10; ++k) {
+        const double share = random.Uniform(0.0, 0.5);
+        const glm::dvec3 p = middle + share * radius * random.Direction();
+        const double reach = (1.0 - share) * radius;
+        const NearestFacet one = around.FindNearest(p, reach);
+        const NearestFacet all = FindNearestFacet(facets, p, reach);
+        ASSERT_EQ(one.is_found, all.is_found);
+        if (!all.is_found) continue;
+        ++num_found;
+        EXPECT_NEAR(one.height, all.height, 1e-9);
+        EXPECT_NEAR(glm::distance(one.place, all.place), 0.0, 1e-6);
+      }
+    }
+    EXPECT_GT(num_found, 100);
+  }
+  EXPECT_GT(num_full, 20);
+}
+
 }  // namespace
 }  // namespace vps

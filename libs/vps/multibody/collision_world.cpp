@@ -544,6 +544,11 @@ std::uint32_t CollisionWorld::HandPlaneId(std::size_t pair, const core::ContactP
   return (static_cast<std::uint32_t>(pair) << 16U) | plane.id;
 }
 
+void CollisionWorld::KeepHandPlane(std::uint32_t id) {
+  GapPlanes* const gaps = impl_->pairs[PairOfHandPlane(id)].gaps.get();
+  if (gaps != nullptr) gaps->Keep(id & 0xffffU);
+}
+
 void CollisionWorld::HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object,
                                 std::span<const core::Pose> moved_X_WO) const {
   const Impl& w = *impl_;

@@ -143,6 +143,8 @@ class CollisionWorld {
   void HandPlanes(const std::vector<std::uint8_t>& is_hand_part, ToolContact* contact, int ignored_object = -1,
                   std::span<const core::Pose> moved_X_WO = {}) const;
   static std::uint32_t HandPlaneId(std::size_t pair, const core::ContactPlane& plane);
+  // The contact with this id carries a force: its place stays among the planes although others may be nearer.
+  void KeepHandPlane(std::uint32_t id);
   static std::size_t PairOfHandPlane(std::uint32_t id) { return id >> 16U; }
 
   // Payload of contacts/<source>/<pair>; the header is left alone.

@@ -20,8 +20,6 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kNumBins = 3 * kNumDirectionBins;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kPad = 1.0f + 1e-5f;  // against the rounding of floats
-// Cycles for which a place keeps its plane after others have become nearer: longer than a contact fades.
-constexpr std::int8_t kStay = 8;
 // A place gets its exact gap when it can be nearer than this by the field [voxels]: beyond, what the field is
 // off by does not matter before the next cycle.
 constexpr double kExactWithin = 0.5;
@@ -89,16 +87,18 @@ void OfferByDepth(const T& one, core::FixedVector<T, N>* list) {
   }
 }
 
+enum class Rank : std::uint8_t { kLoaded, kNearest, kOther };
+
 struct Candidate {
   std::uint32_t point = 0;
   float depth = 0.0f;  // voxels
-  bool is_first = false;
+  Rank rank = Rank::kOther;
   std::int8_t slot = -1;
   std::uint16_t turn = 0;  // of its direction
 
   bool operator<(const Candidate& other) const {
     if (turn != other.turn) return turn < other.turn;
-    if (is_first != other.is_first) return is_first;
+    if (rank != other.rank) return rank < other.rank;
     return depth != other.depth ? depth > other.depth : point < other.point;
   }
 };
@@ -304,7 +304,7 @@ struct Query {
   void Offer(const Candidate& candidate) {
     for (Candidate& known : candidates) {
       if (known.point != candidate.point) continue;
-      known.is_first = known.is_first || candidate.is_first;
+      known.rank = std::min(known.rank, candidate.rank);
       known.slot = std::max(known.slot, candidate.slot);
       return;
     }
@@ -322,7 +322,7 @@ struct Query {
   // Those of this cycle first, so that these renew the slots of the last ones.
   void Choose(GapPlanes* gaps) {
     for (const Bin& bin : bins) {
-      if (bin.nearest != kNone) Offer({bin.nearest, bin.nearest_depth, true});
+      if (bin.nearest != kNone) Offer({bin.nearest, bin.nearest_depth, Rank::kNearest});
     }
     for (const Bin& bin : bins) {
       for (std::size_t k = 0; k < 4; ++k) {
@@ -330,16 +330,18 @@ struct Query {
       }
     }
     for (const Measured& one : measured) {
-      if ((one.point & kCornerOfG) != 0) Offer({one.point, -static_cast<float>(one.gap.height), true});
+      if ((one.point & kCornerOfG) != 0) Offer({one.point, -static_cast<float>(one.gap.height), Rank::kNearest});
     }
     for (std::size_t s = 0; s < kMaxGapPlanes; ++s) {
       GapPlanes::Slot& slot = gaps->slots[s];
       if (slot.cycles_left < 0) continue;
       const float depth = DepthOf(slot.point);
       const std::size_t before = candidates.size();
-      if (depth >= -margin) Offer({slot.point, depth, false, static_cast<std::int8_t>(s)});
-      const bool is_renewed = depth >= -margin && candidates.size() == before;
-      slot.cycles_left = static_cast<std::int8_t>(is_renewed ? kStay : slot.cycles_left - 1);
+      const Rank rank = slot.is_loaded ? Rank::kLoaded : Rank::kOther;
+      if (depth >= -margin) Offer({slot.point, depth, rank, static_cast<std::int8_t>(s)});
+      const bool is_renewed = depth >= -margin && (slot.is_loaded || candidates.size() == before);
+      slot.is_loaded = false;
+      slot.cycles_left = static_cast<std::int8_t>(is_renewed ? GapPlanes::kStay : slot.cycles_left - 1);
       if (candidates.size() > before && slot.cycles_left < 0) candidates.resize(before);
       if (!(depth >= -margin)) slot.cycles_left = -1;
     }
@@ -356,7 +358,7 @@ struct Query {
       while (is_taken[next]) ++next;
       is_taken[next] = true;
       c.slot = static_cast<std::int8_t>(next);
-      gaps->slots[next] = {c.point, kStay};
+      gaps->slots[next] = {c.point, GapPlanes::kStay};
     }
     for (const Candidate& c : candidates) {
       GapPlanes::Slot& slot = gaps->slots[static_cast<std::size_t>(c.slot)];

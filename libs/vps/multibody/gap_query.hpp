@@ -13,9 +13,12 @@ constexpr std::size_t kMaxGapPlanes = 64;
 // not, so that a plane is the same just before, at and just after touching. An id is a slot, which holds a place of S
 // while it matters.
 struct GapPlanes {
+  // Cycles for which a place keeps its plane after others have become nearer: longer than a contact fades.
+  static constexpr std::int8_t kStay = 8;
   struct Slot {
     std::uint32_t point = 0;
     std::int8_t cycles_left = -1;  // negative: free
+    bool is_loaded = false;        // since the last cycle
     // Of a corner of G: it and its plane's normal. In G, voxels.
     glm::dvec3 corner{0.0};
     glm::dvec3 n{0.0};
@@ -23,6 +26,10 @@ struct GapPlanes {
   core::FixedVector<core::ContactPlane, kMaxGapPlanes> planes;
   std::array<Slot, kMaxGapPlanes> slots;
 
+  // Its place is the first to have a plane in the next cycle.
+  void Keep(std::size_t slot) {
+    if (slot < kMaxGapPlanes) slots[slot].is_loaded = true;
+  }
   void Clear() {
     planes.clear();
     slots.fill({});
