@@ -27,6 +27,9 @@ constexpr double kExactWithin = 0.5;
 constexpr double kClear = 0.02;
 constexpr double kSlope = 1e-3;  // faces with less between them are along each other
 constexpr int kMostHops = 5;
+// Pieces of an edge are searched beyond their ends: where an edge of G passes under the common end of two, each sees
+// the faces on both sides of it. From as far as kClear above an edge of G both are equally near (not derived).
+constexpr double kOverlap = 1.5;
 constexpr int kHalvings = 4;  // of the way between two places above different faces, to find those that are neighbours
 // Places of a bin that are measured exactly to find the nearest, and corners of G that are measured: not derived, the
 // time for a cycle bounds them.
@@ -399,8 +402,8 @@ Gap OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, cons
              const glm::dvec3& inward_G, double depth) {
   const double back = std::max(depth, 0.0) + kClear;
   const auto find = [&](double share) {
-    const glm::dvec3 from = p + share * reach * along + back * inward_G;
-    return around.FindNearest(from, back + ReachOf(depth));
+    const double way = share * kOverlap * reach;
+    return around.FindNearest(p + way * along + back * inward_G, back + ReachOf(depth) + std::abs(way));
   };
   const std::array<NearestFacet, 3> below{find(-1.0), find(0.0), find(1.0)};
   Gap least;
@@ -429,7 +432,7 @@ Gap OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, cons
     glm::dvec3 n = across / glm::length(across);
     if (glm::dot(n, inward_G) < 0.0) n = -n;
     const bool is_between = glm::dot(glm::cross(a.normal, n), e) >= 0.0 && glm::dot(glm::cross(n, b.normal), e) >= 0.0;
-    if (std::abs(t) > reach || !is_between) continue;
+    if (std::abs(t) > reach + kClear || !is_between) continue;
     const double height = glm::dot(t * along - from_p, n);
     if (!least.is_found || height < least.height) least = {true, p + t * along, n, height};
   }
@@ -534,7 +537,7 @@ Gap Query::ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dve
   NearestFacet facet;
   Gap gap;
   if (place.kind == TouchPlace::Kind::kEdge) {
-    around.Gather(field.triangles(), p, reach + 2.0 * back + ReachOf(depth));
+    around.Gather(field.triangles(), p, 2.0 * kOverlap * reach + 2.0 * back + ReachOf(depth));
     gap = OverEdge(around, reach, p, along_G, inward_G, depth);
     facet = around.FindNearest(from, back + ReachOf(depth));
   } else {

@@ -107,6 +107,26 @@ TEST(GapQuery, CrossingEdgesHaveTheNormalOfBoth) {
   }
 }
 
+// A long edge of a handle that slides down over the rim of a thin plate: wherever the rim is along the edge, and so
+// also under the ends of its pieces, the gap is that across both.
+TEST(GapQuery, AnEdgeOverARimHasTheNormalOfBothAllAlong) {
+  GapEngine engine(MakeBox({0.06, 0.06, 5e-4}), MakeBox({0.1, 0.02, 0.015}), 5e-4, 4096);
+  const glm::dvec3 along = glm::normalize(glm::dvec3(0.31, 0.94, -0.17));
+  const glm::dvec3 n = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), along)) * -1.0;
+  const glm::dmat3 edge_to_W(along, n, glm::cross(along, n));
+  const double half = std::sqrt(0.5);
+  const glm::dmat3 edge_to_S(glm::dvec3(1, 0, 0), glm::dvec3(0, half, half), glm::dvec3(0, -half, half));
+  const glm::dquat R_AB = glm::normalize(glm::quat_cast(edge_to_W * glm::transpose(edge_to_S)));
+  for (int i = -300; i <= 300; ++i) {
+    const glm::dvec3 p_S(2.0e-5 * i, -0.01, -0.0075);
+    engine.Query({R_AB, glm::dvec3(0.03, 0.0, 2.5e-4) - R_AB * p_S + 5.0 * kMicro * n});
+    ASSERT_FALSE(engine.gaps.planes.empty());
+    const core::ContactPlane plane = engine.Least();
+    EXPECT_NEAR(engine.Gap_m(plane), 5.0 * kMicro, 2.0 * kMicro) << i;
+    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - n), 5e-3) << i;
+  }
+}
+
 // Least gaps at `count` first touches at random attitudes and from random sides, where the meshes' own is 0.
 std::vector<double> GapsAtFirstTouch_m(const ContactCase& c, int count) {
   GapEngine engine(c.A, c.B, c.voxel_size_m, 4096);
