@@ -17,7 +17,8 @@ constexpr glm::vec3 kAmber{1.0f, 0.62f, 0.12f};
 constexpr glm::vec3 kCyan{0.25f, 0.80f, 0.95f};
 constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
 constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
-constexpr float kLampOff = 0.02f;  // least base colour of a lamp: one that is off is dark grey. By eye.
+constexpr double kLeastShown_N = 0.05;  // a smaller felt force has no label: it would read 0.0
+constexpr float kLampOff = 0.02f;       // least base colour of a lamp: one that is off is dark grey. By eye.
 
 Material MaterialOf(const scene::Material& given) {
   return {given.base_color, given.metallic, given.roughness, glm::vec3(0.0f)};
@@ -68,7 +69,10 @@ std::vector<bool> ThoseThatMove(const scene::Scenario& scenario) {
 }  // namespace
 
 SceneMirror::SceneMirror(const scene::Scenario& scenario)
-    : scenario_(scenario), observer_(scenario.place), history_(ThoseThatMove(scenario)) {
+    : scenario_(scenario),
+      observer_(scenario.place),
+      history_(ThoseThatMove(scenario)),
+      step_goals_(ReadStepGoals(scenario)) {
   auto assets = std::make_shared<Assets>();
   assets->cameras = scenario.cameras;
   if (assets->cameras.empty()) assets->cameras.push_back({.name = "default"});
@@ -281,7 +285,7 @@ void SceneMirror::AddFeltForces(std::int64_t now_ns) {
     if (torque_Nm > kLeastTorque_Nm) scene_.rings.push_back(TorqueRing(p_W, F.torque_Nm, kAmber));
     char text[48];
     std::snprintf(text, sizeof text, "%.1f N  %.2f Nm", force_N, torque_Nm);
-    scene_.labels.push_back({p_W, text, kAmber});
+    if (force_N > kLeastShown_N || torque_Nm > kLeastTorque_Nm) scene_.labels.push_back({p_W, text, kAmber});
   }
 }
 
@@ -321,6 +325,10 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
         {scene_.instances[static_cast<std::size_t>(hinted_)].X_WM.translation, status_.hint, kWhite});
   }
   if (choices_.has(Overlay::kPaths)) history_.AddPaths(&scene_);
+  if (const auto goals = step_goals_.find(status_.step);
+      choices_.has(Overlay::kPlanned) && goals != step_goals_.end()) {
+    AddPlannedWays(scenario_, goals->second, &scene_);
+  }
   if (choices_.has(Overlay::kLatency)) history_.AddGraphs(&scene_);
 }
 

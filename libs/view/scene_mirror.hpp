@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "view/contact_marks.hpp"
 #include "view/scene.hpp"
 #include "view/scene_history.hpp"
+#include "view/step_goals.hpp"
 
 namespace view {
 
@@ -128,7 +130,8 @@ class SceneMirror {
   std::string badge_;
   Choices choices_;
   SceneHistory history_;
-  std::vector<bool> has_mesh_;  // per object
+  std::map<std::string, std::vector<StepGoal>> step_goals_;  // by step
+  std::vector<bool> has_mesh_;                               // per object
 };
 
 }  // namespace view

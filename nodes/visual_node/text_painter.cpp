@@ -95,7 +95,8 @@ void TextPainter::PlaceLines(const std::vector<view::TextLine>& lines, int width
 }
 
 // Above their places. A label that would cover one before it moves further up.
-void TextPainter::PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int height, const Fonts& fonts) {
+void TextPainter::PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int width, int height, const Fonts& fonts) {
+  const int margin = 6 * height / 360;
   const std::size_t first = placed_.size();
   const GlyphAtlas& atlas = fonts[static_cast<std::size_t>(view::TextStyle::kBody)].atlas;
   for (const Hud::PlacedLabel& placed : labels) {
@@ -114,6 +115,9 @@ void TextPainter::PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int h
       if (other == placed_.end()) break;
       item.y = other->y - item.height;
     }
+    item.x = std::clamp(item.x, margin, std::max(margin, width - margin - item.width));
+    // One that would leave the picture at the top stands below its place.
+    if (item.y < margin) item.y = static_cast<int>(placed.at_px.y) + 8 * height / 360;
     placed_.push_back(item);
   }
 }
@@ -213,7 +217,7 @@ core::Result<void> TextPainter::Draw(const Hud& hud, int width, int height) {
   const auto fonts = FontsFor(height);
   if (!fonts) return tl::unexpected(fonts.error());
   PlaceLines(hud.lines, width, height, **fonts);
-  PlaceLabels(hud.labels, height, **fonts);
+  PlaceLabels(hud.labels, width, height, **fonts);
 
   // Panels first, then the lines, by font.
   batch_.clear();

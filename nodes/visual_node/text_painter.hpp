@@ -58,7 +58,7 @@ class TextPainter {
 
   core::Result<Fonts*> FontsFor(int height);
   void PlaceLines(const std::vector<view::TextLine>& lines, int width, int height, const Fonts& fonts);
-  void PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int height, const Fonts& fonts);
+  void PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int width, int height, const Fonts& fonts);
   void DrawGraphs(const std::vector<view::Graph>& graphs, int width, int height, const Fonts& fonts);
   void AddPanels(std::size_t num_lines, std::size_t num_labels, int width, int height);
   void AddPanel(float x0, float y0, float x1, float y1, const glm::vec4& color);
