@@ -66,8 +66,7 @@ glm::vec2 Lighting::SplitSum(float nv, float roughness) const {
   const int column = std::min(static_cast<int>(x), kLast - 1), row = std::min(static_cast<int>(y), kLast - 1);
   const glm::vec2* at = &split_sum_[static_cast<std::size_t>(row * view::kSplitSumSize + column)];
   const float s = x - static_cast<float>(column), t = y - static_cast<float>(row);
-  return glm::mix(glm::mix(at[0], at[1], s),
-                  glm::mix(at[view::kSplitSumSize], at[view::kSplitSumSize + 1], s), t);
+  return glm::mix(glm::mix(at[0], at[1], s), glm::mix(at[view::kSplitSumSize], at[view::kSplitSumSize + 1], s), t);
 }
 
 Lighting::Parts Lighting::Reflect(const Surface& s) const {
@@ -95,8 +94,8 @@ Lighting::Parts Lighting::Reflect(const Surface& s) const {
     const float visibility = 0.5f / glm::mix(2.0f * nl * nv, nl + nv, a);
     const float w = 1.0f - hv, w2 = w * w;
     const glm::vec3 fresnel = f0 + (1.0f - f0) * (w2 * w2 * w);
-    const glm::vec3 mirrored = fresnel * std::min(Distribution(s, h, nh, a) * visibility, 24.0f) *
-                               (1.0f + f0 * (lost / (1.0f - lost)));
+    const glm::vec3 mirrored =
+        fresnel * std::min(Distribution(s, h, nh, a) * visibility, 24.0f) * (1.0f + f0 * (lost / (1.0f - lost)));
     parts.sun = light_.sun * nl * (matt / kPi + mirrored);
   }
   parts.mirror = s.open * once;

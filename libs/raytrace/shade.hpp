@@ -12,13 +12,13 @@ namespace raytrace {
 // those of the OpenGL renderer (nodes/visual_node/surface_shaders.hpp), so that both show the same materials.
 struct Surface {
   glm::vec3 p_W{0.0f};
-  glm::vec3 n_W{0.0f};       // towards the eye; with bumps and wrinkles
+  glm::vec3 n_W{0.0f};         // towards the eye; with bumps and wrinkles
   glm::vec3 smooth_n_W{0.0f};  // without them
-  glm::vec3 v_W{0.0f};       // to the eye
-  glm::vec3 p_WOut{0.0f};    // where rays that leave the surface begin
+  glm::vec3 v_W{0.0f};         // to the eye
+  glm::vec3 p_WOut{0.0f};      // where rays that leave the surface begin
   glm::vec3 base{0.8f};
   glm::vec3 emissive{0.0f};
-  glm::vec3 along_W{0.0f};   // of foil: the direction in which it was rolled
+  glm::vec3 along_W{0.0f};  // of foil: the direction in which it was rolled
   float metallic = 0.0f;
   float roughness = 0.6f;
   float open = 1.0f;  // the share of the surroundings that reaches it

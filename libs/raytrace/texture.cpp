@@ -51,8 +51,7 @@ Texture::Level Texture::Halve(const Level& level) const {
   };
   for (int y = 0; y < half.height; ++y) {
     for (int x = 0; x < half.width; ++x) {
-      const glm::vec3 sum =
-          at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) + at(2 * x + 1, 2 * y + 1);
+      const glm::vec3 sum = at(2 * x, 2 * y) + at(2 * x + 1, 2 * y) + at(2 * x, 2 * y + 1) + at(2 * x + 1, 2 * y + 1);
       const glm::vec3 code = 255.0f * (is_color_ ? view::EncodeSrgb(0.25f * sum) : 0.25f * sum) + 0.5f;
       half.texels.emplace_back(glm::u8vec3(code), 255);
     }

@@ -14,8 +14,8 @@ constexpr double kAllImplicit = 2.0;
 constexpr double kPartingShare = 0.2;
 constexpr double kPartingSpeed_m_per_s = 0.02;
 
-// Compliance of the stop at that speed relative to the inverse effective mass. Chosen: of the speed that the spring would
-// have made in a step, a ten-thousandth is left.
+// Compliance of the stop at that speed relative to the inverse effective mass. Chosen: of the speed that the spring
+// would have made in a step, a ten-thousandth is left.
 constexpr double kStopSoftness = 1e-4;
 
 // F = -(V(b) - V(a)) / (b - a) for V(g) = k min(g, 0)^2 / 2, and its slope -dF/db. F is convex in b, and its derivative
