@@ -9,7 +9,7 @@
 namespace raytrace {
 
 // Where a ray meets a surface, and what the surface is made of there. The formulas, and what their letters mean, are
-// those of the OpenGL renderer (nodes/visual_node/surface_shaders.hpp), so that both show the same materials.
+// those of the OpenGL renderer (nodes/visual_node/draw/surface_shaders.hpp), so that both show the same materials.
 struct Surface {
   glm::vec3 p_W{0.0f};
   glm::vec3 n_W{0.0f};         // towards the eye; with bumps and wrinkles

@@ -7,7 +7,7 @@
 
 #include "core/messages/camera.hpp"
 #include "core/result.hpp"
-#include "nodes/visual_node/renderer.hpp"
+#include "nodes/visual_node/draw/renderer.hpp"
 
 namespace visual_node {
 

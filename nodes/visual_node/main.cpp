@@ -3,9 +3,9 @@
 
 #include "nodes/run_node/command_line.hpp"
 #include "nodes/visual_node/options.hpp"
-#include "nodes/visual_node/replay_frames.hpp"
-#include "nodes/visual_node/shot.hpp"
-#include "nodes/visual_node/still.hpp"
+#include "nodes/visual_node/pictures/replay_frames.hpp"
+#include "nodes/visual_node/pictures/shot.hpp"
+#include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/viewer.hpp"
 
 // No RunNode: a viewer has no step, and the window's loop is its own. Command line, scenario and exit status are those

@@ -18,19 +18,19 @@
 
 #include "bus/log/node_recording.hpp"
 #include "core/clock.hpp"
-#include "nodes/visual_node/camera_control.hpp"
 #include "nodes/visual_node/camera_feed.hpp"
-#include "nodes/visual_node/contact_sheet.hpp"
-#include "nodes/visual_node/earth_air.hpp"
-#include "nodes/visual_node/exposure.hpp"
-#include "nodes/visual_node/gl_context.hpp"
-#include "nodes/visual_node/interaction.hpp"
+#include "nodes/visual_node/draw/renderer.hpp"
+#include "nodes/visual_node/film/exposure.hpp"
+#include "nodes/visual_node/film/render_scale.hpp"
+#include "nodes/visual_node/gl/gl_context.hpp"
+#include "nodes/visual_node/pictures/contact_sheet.hpp"
+#include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/receiver.hpp"
-#include "nodes/visual_node/render_scale.hpp"
-#include "nodes/visual_node/renderer.hpp"
-#include "nodes/visual_node/still.hpp"
+#include "nodes/visual_node/sky/earth_air.hpp"
 #include "nodes/visual_node/structures.hpp"
 #include "nodes/visual_node/summary.hpp"
+#include "nodes/visual_node/window/camera_control.hpp"
+#include "nodes/visual_node/window/interaction.hpp"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

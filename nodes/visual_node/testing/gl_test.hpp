@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "nodes/visual_node/gl_context.hpp"
+#include "nodes/visual_node/gl/gl_context.hpp"
 
 namespace visual_node {
 

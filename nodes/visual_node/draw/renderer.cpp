@@ -1,0 +1,222 @@
+#include "nodes/visual_node/draw/renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/type_ptr.hpp>
+
+#include "nodes/visual_node/draw/shaders.hpp"
+#include "nodes/visual_node/gl/matrix.hpp"
+#include "view/appearance/sheet_mesh.hpp"
+#include "view/projection.hpp"
+
+namespace visual_node {
+namespace {
+
+// The shadow map is fitted anew when the sun has moved by a tenth of its width (cos 0.05 degrees): 75 minutes.
+constexpr double kSameSun = 1.0 - 3.8e-7;
+
+void SetMatrix(GLint location, const glm::mat4& matrix) {
+  glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(matrix));
+}
+
+}  // namespace
+
+core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scene, const MeshLoader& load_mesh) {
+  std::unique_ptr<Renderer> renderer(new Renderer);
+  for (const std::filesystem::path& path : scene.assets->meshes) {
+    if (path.empty()) {  // an invisible object
+      renderer->meshes_.push_back(Upload({}));
+      continue;
+    }
+    const core::Result<vps::VisualMesh> mesh = load_mesh(path);
+    if (!mesh) return tl::unexpected(mesh.error());
+    renderer->meshes_.push_back(Upload(*mesh));
+  }
+  for (const view::Sheet& sheet : scene.sheets) {
+    renderer->sheets_.push_back(Upload({{view::MakeSheetMesh(sheet)}}, true));
+    renderer->sheet_versions_.push_back(sheet.version);
+    renderer->num_triangles_ += static_cast<std::size_t>(renderer->sheets_.back().num_indices) / 3;
+  }
+  for (const view::Instance& instance : scene.instances) {
+    renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
+  }
+  if (auto made = renderer->MakePrograms(); !made) return tl::unexpected(made.error());
+  auto surfaces = SurfacePainter::Create();
+  if (!surfaces) return tl::unexpected(surfaces.error());
+  renderer->surfaces_ = std::move(*surfaces);
+  for (const GpuMesh& mesh : renderer->meshes_) {
+    if (auto prepared = renderer->surfaces_.Prepare(mesh); !prepared) return tl::unexpected(prepared.error());
+  }
+  auto film = Film::Create();
+  if (!film) return tl::unexpected(film.error());
+  renderer->film_ = std::move(*film);
+  auto shadow = ShadowMap::Create();
+  if (!shadow) return tl::unexpected(shadow.error());
+  renderer->shadow_ = std::move(*shadow);
+  auto sky = Sky::Create();
+  if (!sky) return tl::unexpected(sky.error());
+  renderer->sky_ = std::move(*sky);
+  auto texts = TextPainter::Create();
+  if (!texts) return tl::unexpected(texts.error());
+  renderer->texts_ = std::move(*texts);
+  auto overlays = OverlayPainter::Create();
+  if (!overlays) return tl::unexpected(overlays.error());
+  renderer->overlays_ = std::move(*overlays);
+  renderer->nothing_ = MakeVertexArray();
+  renderer->FitShadow(scene);
+  return renderer;
+}
+
+core::Result<void> Renderer::MakePrograms() {
+  auto glow = MakeProgram("glow", kGlowVertex, kGlowFragment);
+  if (!glow) return tl::unexpected(glow.error());
+  glow_ = std::move(*glow);
+  return {};
+}
+
+// Fits the shadow map to the sphere around the bounding box of all objects, 10 % larger so that they can move. What is
+// scenery casts shadows into it, but would make it coarse.
+void Renderer::FitShadow(const view::Scene& scene) {
+  glm::dvec3 low(1e9), high(-1e9);
+  for (const view::Instance& instance : scene.instances) {
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    if (!instance.is_visible || instance.is_scenery || mesh.num_indices == 0) continue;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::vec3 side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+      const glm::dvec3 p_W = instance.X_WM * glm::dvec3(mesh.centre_M + side * mesh.half_size_m);
+      low = glm::min(low, p_W);
+      high = glm::max(high, p_W);
+    }
+  }
+  if (low.x > high.x) low = high = glm::dvec3(0.0);
+  const double radius_m = std::max(0.05, 0.5 * 1.10 * glm::length(high - low));
+  shadow_sun_W_ = scene.space.sun_direction_W;
+  shadow_.Fit(scene.space.sun_direction_W, 0.5 * (low + high), radius_m);
+}
+
+void Renderer::UpdateSheets(const view::Scene& scene) {
+  for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
+    if (sheet_versions_[i] == scene.sheets[i].version) continue;
+    sheet_versions_[i] = scene.sheets[i].version;
+    UpdateVertices(view::MakeSheetMesh(scene.sheets[i]), &sheets_[i]);
+  }
+}
+
+core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
+                                  const Look& look) {
+  const scene::Camera camera = view::PlaceCamera(given, scene);
+  if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
+  UpdateSheets(scene);
+  shadow_.Update(scene, meshes_, sheets_);
+
+  const glm::dmat4 view_W = view::ViewMatrix(camera);
+  const double aspect = static_cast<double>(target.width()) / target.height();
+  const glm::dmat4 projection = view::ProjectionMatrix(camera.vertical_fov_rad, aspect, kNear_m, kFar_m);
+  View view;
+  view.clip_W = glm::mat4(projection * view_W);
+  view.clip_sky = glm::mat4(projection * glm::dmat4(glm::dmat3(view_W)));
+  view.eye_W = glm::vec3(camera.eye_m);
+  view.right_W = glm::vec3(view_W[0][0], view_W[1][0], view_W[2][0]);
+  view.up_W = glm::vec3(view_W[0][1], view_W[1][1], view_W[2][1]);
+  view.exposure = look.exposure;
+
+  const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(look.scale * pixels))); };
+  const int width = scaled(target.width()), height = scaled(target.height());
+  const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
+  sky_.Prepare(scene.space, {R_VC, 0.5 * height / std::tan(0.5 * camera.vertical_fov_rad), width, height});
+
+  film_.Begin(width, height);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
+  const double pixel_m =
+      2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
+  const bool has_soft_shadows = look.with_penumbra && view::kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
+  surfaces_.Begin({view.clip_W, view.eye_W, has_soft_shadows,
+                   look.light ? *look.light : view::LightOf(scene.space, sky_.air()), ShiningLamps(scene)},
+                  shadow_);
+  DrawSurfaces(scene, view);
+  DrawSheets(scene);
+  glDisable(GL_CULL_FACE);
+  glDepthMask(GL_FALSE);
+  sky_.Draw(scene.space, view.clip_sky);
+  DrawGlow(scene, view);
+  overlays_.Draw(scene, meshes_, {view.clip_W, view.eye_W, view.exposure, static_cast<float>(projection[1][1])}, film_);
+  glDepthMask(GL_TRUE);
+  film_.Develop(look.exposure, target);
+  if (look.with_texts)
+    return texts_->Draw(HudOf(scene, camera, target.width(), target.height()), target.width(), target.height());
+  return {};
+}
+
+std::vector<SurfaceFrame::Lamp> Renderer::ShiningLamps(const view::Scene& scene) const {
+  std::vector<SurfaceFrame::Lamp> lamps;
+  for (const view::Lamp& lamp : scene.lamps) {
+    const view::Instance& instance = scene.instances[lamp.instance];
+    if (lamp.color == glm::vec3(0.0f) || !instance.is_visible) continue;
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    lamps.push_back({glm::vec4(instance.X_WM * glm::dvec3(mesh.centre_M), 2.5f * mesh.radius_m), lamp.color});
+  }
+  return lamps;
+}
+
+// Nearest instances first, so that the depth test rejects hidden fragments before they are shaded.
+void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
+  order_.clear();
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const view::Instance& instance = scene.instances[i];
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    if (!instance.is_visible || instance.opacity < 1.0f || mesh.num_indices == 0) continue;
+    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    if (IsOutside(view.clip_W, centre_W, mesh.radius_m)) continue;
+    order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
+  }
+  std::sort(order_.begin(), order_.end());
+  for (const auto& [distance_m, i] : order_) {
+    const view::Instance& instance = scene.instances[i];
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    for (const GpuMesh::Part& part : mesh.parts) {
+      // Of a lamp with a lens only the lens shines.
+      const bool is_given = instance.is_material_given && (!mesh.has_lens || part.is_lens);
+      view::Material material = is_given ? instance.material : part.material;
+      if (!instance.is_material_given) material.emissive += instance.material.emissive;
+      surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material, !is_given);
+    }
+  }
+}
+
+void Renderer::DrawSheets(const view::Scene& scene) {
+  for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
+    if (!scene.sheets[i].is_visible) continue;
+    for (const GpuMesh::Part& part : sheets_[i].parts) {
+      surfaces_.Draw(sheets_[i], part, glm::mat4(1.0f), scene.sheets[i].material);
+    }
+  }
+}
+
+void Renderer::DrawGlow(const view::Scene& scene, const View& view) const {
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE);
+  glUseProgram(glow_.id());
+  glBindVertexArray(nothing_.id());
+  SetMatrix(0, view.clip_W);
+  for (const view::Lamp& lamp : scene.lamps) {
+    const view::Instance& instance = scene.instances[lamp.instance];
+    if (!instance.is_visible) continue;
+    const GpuMesh& mesh = meshes_[instance.mesh];
+    const glm::vec3 centre_W(instance.X_WM * glm::dvec3(mesh.centre_M));
+    // The quad is in front of the lamp, so that only other objects hide it.
+    const glm::vec3 quad_W = centre_W + 1.2f * mesh.radius_m * glm::normalize(view.eye_W - centre_W);
+    const float reach_m = 3.2f * mesh.radius_m;
+    glUniform3fv(1, 1, glm::value_ptr(quad_W));
+    glUniform3fv(2, 1, glm::value_ptr(reach_m * view.right_W));
+    glUniform3fv(3, 1, glm::value_ptr(reach_m * view.up_W));
+    glUniform3fv(4, 1, glm::value_ptr(lamp.color));
+    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  }
+  glDisable(GL_BLEND);
+}
+
+}  // namespace visual_node

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/result.hpp"
+#include "nodes/visual_node/draw/overlay_painter.hpp"
+#include "nodes/visual_node/draw/shadow_map.hpp"
+#include "nodes/visual_node/draw/surface_painter.hpp"
+#include "nodes/visual_node/draw/text_painter.hpp"
+#include "nodes/visual_node/film/exposure.hpp"
+#include "nodes/visual_node/film/film.hpp"
+#include "nodes/visual_node/gl/gl_objects.hpp"
+#include "nodes/visual_node/gl/mesh_store.hpp"
+#include "nodes/visual_node/sky/sky.hpp"
+#include "view/scene.hpp"
+#include "vps/mesh/load_mesh.hpp"
+
+namespace visual_node {
+
+using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
+
+// How a picture is taken. Those that are to be compared have the defaults.
+struct Look {
+  float exposure = Exposure::kDaylight;
+  double scale = 1.0;  // of the film's width and height, against the target's
+  bool with_texts = true;
+  bool with_penumbra = true;  // as dear as all other shading on a software renderer; live pictures leave it out
+  std::optional<view::EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
+};
+
+// Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
+class Renderer {
+ public:
+  // Clip planes: a hand's width in front of the eye, and far beyond any scenario. A ratio of 6000 leaves a 24-bit depth
+  // buffer a resolution of d^2 / (2^24 near): 6 um at 1 m.
+  static constexpr double kNear_m = 0.01;
+  static constexpr double kFar_m = 60.0;
+
+  // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
+  static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
+
+  // Draws one picture; a camera that is carried stands where its object is.
+  core::Result<void> Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
+                          const Look& look = {});
+
+  // Without it the Earth has no air.
+  void SetAir(const space::AirFromSpace& air) { sky_.SetAir(air); }
+
+  // Of the newest picture, and waits for it.
+  [[nodiscard]] Film& film() { return film_; }
+  // As they were drawn last. Index: Assets::meshes, Scene::sheets.
+  [[nodiscard]] const std::vector<GpuMesh>& meshes() const { return meshes_; }
+  [[nodiscard]] const std::vector<GpuMesh>& sheets() const { return sheets_; }
+
+  [[nodiscard]] const std::vector<PlacedLine>& placed_lines() const { return texts_->placed(); }
+  [[nodiscard]] const std::string& sky_note() const { return sky_.note(); }
+  [[nodiscard]] std::size_t num_triangles() const { return num_triangles_; }
+  [[nodiscard]] float shadow_texel_m() const { return shadow_.texel_m(); }
+  [[nodiscard]] int num_shadow_updates() const { return shadow_.num_updates(); }
+
+ private:
+  struct View {  // one camera and target, ready for the shaders
+    glm::mat4 clip_W;
+    glm::mat4 clip_sky;
+    glm::vec3 eye_W;
+    glm::vec3 right_W;
+    glm::vec3 up_W;
+    float exposure = 1.0f;
+  };
+
+  Renderer() = default;
+  core::Result<void> MakePrograms();
+  void FitShadow(const view::Scene& scene);
+  void UpdateSheets(const view::Scene& scene);
+  void DrawSurfaces(const view::Scene& scene, const View& view);
+  void DrawSheets(const view::Scene& scene);
+  void DrawGlow(const view::Scene& scene, const View& view) const;
+  [[nodiscard]] std::vector<SurfaceFrame::Lamp> ShiningLamps(const view::Scene& scene) const;
+
+  std::vector<GpuMesh> meshes_;  // index: Assets::meshes
+  std::vector<GpuMesh> sheets_;  // index: Scene::sheets
+  std::vector<std::uint64_t> sheet_versions_;
+  SurfacePainter surfaces_;
+  OverlayPainter overlays_;
+  GlProgram glow_;
+  GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
+  Film film_;
+  ShadowMap shadow_;
+  Sky sky_;
+  glm::dvec3 shadow_sun_W_{0.0};
+  std::unique_ptr<TextPainter> texts_;
+  std::size_t num_triangles_ = 0;
+  std::vector<std::pair<float, std::size_t>> order_;  // instances, nearest first
+};
+
+}  // namespace visual_node

@@ -1,0 +1,165 @@
+#include "nodes/visual_node/draw/surface_painter.hpp"
+
+#include <algorithm>
+#include <glm/gtc/type_ptr.hpp>
+#include <string>
+
+#include "nodes/visual_node/draw/surface_shaders.hpp"
+#include "view/appearance/foil.hpp"
+#include "view/appearance/split_sum.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16;
+
+// Foil has its own wrinkles and no textures.
+std::size_t TexturesOf(const GpuMesh::Part& part) {
+  return (part.base_texture >= 0 ? kBaseMap : 0) + (part.surface_texture >= 0 ? kSurfaceMap : 0) +
+         (part.normal_texture >= 0 ? kNormalMap : 0);
+}
+
+GlTexture MakeWrinkles() {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  glTextureStorage2D(id, 8, GL_RGBA8, view::kFoilSize, view::kFoilSize);
+  // Eight bits without sign are what a software renderer filters fastest; tilts are from -1 to 1.
+  std::vector<glm::vec3> tilts = view::FoilTilts();
+  for (glm::vec3& tilt : tilts) tilt = {0.5f * tilt.x + 0.5f, 0.5f * tilt.y + 0.5f, tilt.z};
+  glTextureSubImage2D(id, 0, 0, 0, view::kFoilSize, view::kFoilSize, GL_RGB, GL_FLOAT, tilts.data());
+  glGenerateTextureMipmap(id);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
+// Reads the shadow map's depths instead of comparing them.
+GlSampler MakeDepthSampler() {
+  GLuint id = 0;
+  glCreateSamplers(1, &id);
+  glSamplerParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+  glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+  glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+  const float lit[4] = {1.0f, 1.0f, 1.0f, 1.0f};
+  glSamplerParameterfv(id, GL_TEXTURE_BORDER_COLOR, lit);
+  return GlSampler(id);
+}
+
+}  // namespace
+
+core::Result<SurfacePainter> SurfacePainter::Create() {
+  SurfacePainter painter;
+  for (const std::size_t variant : {std::size_t{0}, kFoil, kSoft, kFoil + kSoft}) {
+    if (auto compiled = painter.Compile(variant); !compiled) return tl::unexpected(compiled.error());
+  }
+  painter.split_sum_ = MakeTexture(GL_RG32F, view::kSplitSumSize, view::kSplitSumSize);
+  glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, view::kSplitSumSize, view::kSplitSumSize, GL_RG, GL_FLOAT,
+                      view::SplitSumTable().data());
+  painter.wrinkles_ = MakeWrinkles();
+  painter.depth_sampler_ = MakeDepthSampler();
+  painter.irradiance_ = view::Irradiance(painter.irradiance_of_);
+  return painter;
+}
+
+core::Result<void> SurfacePainter::Compile(std::size_t variant) {
+  if (programs_[variant].id() != 0) return {};
+  std::string head = "#version 450 core\n";
+  constexpr const char* kNames[] = {"FOIL", "SOFT", "BASE_MAP", "SURFACE_MAP", "NORMAL_MAP"};
+  for (std::size_t i = 0; i < std::size(kNames); ++i) {
+    if ((variant >> i & 1) != 0) head += std::string("#define ") + kNames[i] + "\n";
+  }
+  auto program = MakeProgram("surface", (head + kSurfaceVertex).c_str(), (head + kSurfaceFragment).c_str());
+  if (!program) return tl::unexpected(program.error());
+  programs_[variant] = std::move(*program);
+  return {};
+}
+
+core::Result<void> SurfacePainter::Prepare(const GpuMesh& mesh) {
+  for (const GpuMesh::Part& part : mesh.parts) {
+    if (part.material.is_foil) continue;
+    for (const std::size_t variant : {TexturesOf(part), TexturesOf(part) + kSoft}) {
+      if (auto compiled = Compile(variant); !compiled) return compiled;
+    }
+  }
+  return {};
+}
+
+void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
+  frame_ = frame;
+  sun_W_ = shadow.sun_W();
+  shadow_offset_m_ = 1.5f * shadow.texel_m();
+  if (frame.light != irradiance_of_) {
+    irradiance_of_ = frame.light;
+    irradiance_ = view::Irradiance(frame.light);
+  }
+  is_ready_.fill(false);
+  glBindTextureUnit(0, shadow.texture());
+  glBindTextureUnit(1, split_sum_.id());
+  glBindTextureUnit(2, shadow.texture());
+  glBindSampler(2, depth_sampler_.id());
+  glBindTextureUnit(3, wrinkles_.id());
+}
+
+void SurfacePainter::Use(std::size_t variant) {
+  if (is_ready_[variant] && variant == used_) return;
+  glUseProgram(programs_[variant].id());
+  used_ = variant;
+  if (is_ready_[variant]) return;
+  is_ready_[variant] = true;
+  const view::EnvironmentLight& light = frame_.light;
+  glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(frame_.clip_W));
+  glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_));
+  glUniform1f(3, shadow_offset_m_);
+  glUniform3fv(6, 1, glm::value_ptr(frame_.eye_W));
+  glUniform3fv(7, 1, glm::value_ptr(light.sun_direction_W));
+  const auto num_lamps = static_cast<GLint>(std::min(frame_.lamps.size(), kMaxLamps));
+  for (GLint i = 0; i < num_lamps; ++i) {
+    const SurfaceFrame::Lamp& lamp = frame_.lamps[static_cast<std::size_t>(i)];
+    glUniform4fv(8 + i, 1, glm::value_ptr(lamp.position_W));
+    glUniform3fv(12 + i, 1, glm::value_ptr(lamp.color));
+  }
+  glUniform1i(16, num_lamps);
+  glUniform4f(17, light.earth_direction_W.x, light.earth_direction_W.y, light.earth_direction_W.z, light.earth_sine);
+  glUniform3fv(18, 1, glm::value_ptr(light.sun));
+  glUniform3fv(19, 1, glm::value_ptr(light.earth));
+  glUniform3fv(20, 1, glm::value_ptr(light.panels));
+  glUniform3fv(21, 1, glm::value_ptr(light.everywhere));
+  for (GLint i = 0; i < 2; ++i) {
+    const view::LightPanel& panel = view::kPanels[static_cast<std::size_t>(i)];
+    glUniform4f(22 + i, panel.direction_W.x, panel.direction_W.y, panel.direction_W.z, panel.strength);
+    glUniform2f(24 + i, panel.outer, panel.inner);
+  }
+  glUniform3fv(26, 9, glm::value_ptr(irradiance_[0]));
+}
+
+void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM,
+                          const view::Material& m, bool with_textures) {
+  const bool is_textured = with_textures && !m.is_foil;
+  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(part) : 0));
+  if (is_textured) {
+    const auto bind = [&](GLuint unit, int texture) {
+      if (texture >= 0) glBindTextureUnit(unit, mesh.textures[static_cast<std::size_t>(texture)].id());
+    };
+    bind(4, part.base_texture);
+    bind(5, part.surface_texture);
+    bind(6, part.normal_texture);
+    if (part.surface_texture >= 0) glUniform1f(35, part.has_occlusion ? 1.0f : 0.0f);
+  }
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_WM));
+  glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
+  glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
+  if (part.is_two_sided) {
+    glDisable(GL_CULL_FACE);
+  } else {
+    glEnable(GL_CULL_FACE);  // of OpenGL's initial state: faces whose corners run clockwise
+  }
+  glBindVertexArray(mesh.layout.id());
+  // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+  const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
+  glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
+}
+
+}  // namespace visual_node

@@ -1,0 +1,138 @@
+#include "nodes/visual_node/gl/mesh_store.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+
+#include "nodes/visual_node/gl/closed_mesh.hpp"
+#include "vps/mesh/vertex_normals.hpp"
+
+namespace visual_node {
+
+namespace {
+
+struct Vertex {
+  glm::vec3 position_M;
+  glm::vec3 normal_M;
+  glm::vec2 uv{0.0f};
+};
+
+GlTexture UploadTexture(const vps::VisualTexture& picture) {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  const int longest = std::max(picture.width, picture.height);
+  const auto num_levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(longest)));
+  // Of colours OpenGL mixes the light, not the codes; so do the smaller levels.
+  glTextureStorage2D(id, num_levels, picture.is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8, picture.width, picture.height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(id, 0, 0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, picture.rgba.data());
+  glGenerateTextureMipmap(id);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
+}  // namespace
+
+GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
+  GpuMesh gpu;
+  std::vector<Vertex> vertices;
+  std::vector<std::uint32_t> indices;
+  for (const vps::VisualPrimitive& primitive : mesh.primitives) {
+    GpuMesh::Part part;
+    part.num_indices = static_cast<GLsizei>(primitive.indices.size());
+    part.first_byte = indices.size() * sizeof(std::uint32_t);
+    part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f), primitive.is_foil};
+    part.is_lens = primitive.is_lens;
+    part.is_two_sided = primitive.is_two_sided;
+    part.base_texture = primitive.base_texture;
+    part.surface_texture = primitive.surface_texture;
+    part.normal_texture = primitive.normal_texture;
+    part.has_occlusion = primitive.has_occlusion;
+    gpu.has_lens = gpu.has_lens || part.is_lens;
+    const auto base = static_cast<std::uint32_t>(vertices.size());
+    for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
+      vertices.push_back({primitive.positions[i], primitive.normals[i]});
+      if (!primitive.uvs.empty()) vertices.back().uv = primitive.uvs[i];
+    }
+    for (const std::uint32_t i : primitive.indices) indices.push_back(base + i);
+    gpu.parts.push_back(part);
+  }
+  for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
+  // Of a closed mesh they are hidden by others, whatever its file says.
+  const bool has_two_sides =
+      std::any_of(gpu.parts.begin(), gpu.parts.end(), [](const GpuMesh::Part& part) { return part.is_two_sided; });
+  if (has_two_sides && !bends && IsClosedAndFacesOutwards(mesh)) {
+    for (GpuMesh::Part& part : gpu.parts) part.is_two_sided = false;
+  }
+  gpu.num_indices = static_cast<GLsizei>(indices.size());
+  gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
+  gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));
+  gpu.layout = MakeVertexArray();
+  const GLuint layout = gpu.layout.id();
+  if (bends) gpu.rest = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
+  glVertexArrayVertexBuffer(layout, 0, gpu.vertices.id(), 0, sizeof(Vertex));
+  glVertexArrayVertexBuffer(layout, 1, bends ? gpu.rest.id() : gpu.vertices.id(), 0, sizeof(Vertex));
+  glVertexArrayElementBuffer(layout, gpu.indices.id());
+  const GLuint offsets[2] = {offsetof(Vertex, position_M), offsetof(Vertex, normal_M)};
+  for (const GLuint attribute : {0u, 1u, 2u, 3u}) {
+    glEnableVertexArrayAttrib(layout, attribute);
+    glVertexArrayAttribFormat(layout, attribute, 3, GL_FLOAT, GL_FALSE, offsets[attribute % 2]);
+    glVertexArrayAttribBinding(layout, attribute, attribute / 2);
+  }
+  glEnableVertexArrayAttrib(layout, 4);
+  glVertexArrayAttribFormat(layout, 4, 2, GL_FLOAT, GL_FALSE, offsetof(Vertex, uv));
+  glVertexArrayAttribBinding(layout, 4, 0);
+  if (vertices.empty()) return gpu;
+  glm::vec3 low = vertices.front().position_M;
+  glm::vec3 high = low;
+  for (const Vertex& vertex : vertices) {
+    low = glm::min(low, vertex.position_M);
+    high = glm::max(high, vertex.position_M);
+  }
+  gpu.centre_M = 0.5f * (low + high);
+  gpu.half_size_m = 0.5f * (high - low);
+  for (const Vertex& vertex : vertices) {
+    gpu.radius_m = std::max(gpu.radius_m, glm::distance(gpu.centre_M, vertex.position_M));
+  }
+  return gpu;
+}
+
+void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu) {
+  std::vector<Vertex> vertices(primitive.positions.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = {primitive.positions[i], primitive.normals[i], {}};
+  glNamedBufferSubData(gpu->vertices.id(), 0, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
+                       vertices.data());
+}
+
+namespace {
+
+// Closed frustum from a ring of radius 1 at z = 0 to a ring of the given radius at z = 1.
+vps::VisualMesh MakeFrustum(std::uint32_t num_sides, double top_radius) {
+  vps::TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {0, 0, 1}};
+  for (std::uint32_t i = 0; i < num_sides; ++i) {
+    const double angle = 2.0 * std::acos(-1.0) * i / num_sides;
+    mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+    mesh.vertices.emplace_back(top_radius * std::cos(angle), top_radius * std::sin(angle), 1.0);
+    const std::uint32_t a = 2 + 2 * i, b = 2 + 2 * ((i + 1) % num_sides);
+    mesh.triangles.push_back({a, b, b + 1});
+    mesh.triangles.push_back({a, b + 1, a + 1});
+    mesh.triangles.push_back({0, b, a});
+    mesh.triangles.push_back({1, a + 1, b + 1});
+  }
+  return {{vps::SplitAtCreases(mesh, 0.8)}};
+}
+
+}  // namespace
+
+vps::VisualMesh MakeCylinder(std::uint32_t num_sides) {
+  return MakeFrustum(num_sides, 1.0);
+}
+vps::VisualMesh MakeCone(std::uint32_t num_sides) {
+  return MakeFrustum(num_sides, 0.0);
+}
+
+}  // namespace visual_node

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <vector>
+
+#include "nodes/visual_node/gl/gl_objects.hpp"
+#include "view/scene.hpp"
+#include "vps/mesh/load_mesh.hpp"
+
+namespace visual_node {
+
+// A mesh on the GPU, with its bounding box and bounding sphere.
+struct GpuMesh {
+  struct Part {  // a run of indices with one material
+    GLsizei num_indices = 0;
+    std::uintptr_t first_byte = 0;
+    view::Material material;
+    bool is_lens = false;      // what shines of a lamp
+    bool is_two_sided = true;  // false: its triangles that face away are not seen
+    // Indices into `textures`; -1: none.
+    int base_texture = -1;
+    int surface_texture = -1;
+    int normal_texture = -1;
+    bool has_occlusion = false;
+  };
+
+  GlVertexArray layout;
+  GlBuffer vertices;
+  GlBuffer rest;  // of a mesh that bends: its vertices before
+  GlBuffer indices;
+  std::vector<Part> parts;
+  std::vector<GlTexture> textures;
+  bool has_lens = false;
+  GLsizei num_indices = 0;
+  glm::vec3 centre_M{0.0f};  // of box and sphere
+  glm::vec3 half_size_m{0.0f};
+  float radius_m = 0.0f;
+};
+
+// `bends`: UpdateVertices will be called, and the vertices of now are kept as those at rest.
+GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false);
+
+// Replaces positions and normals of a mesh with one primitive; the number of vertices must be the same.
+void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu);
+
+// Shaft and head of an arrow, along +z from 0 to 1, radius 1.
+vps::VisualMesh MakeCylinder(std::uint32_t num_sides);
+vps::VisualMesh MakeCone(std::uint32_t num_sides);
+
+}  // namespace visual_node

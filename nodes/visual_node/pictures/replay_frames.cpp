@@ -1,0 +1,70 @@
+#include "nodes/visual_node/pictures/replay_frames.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/clock.hpp"
+#include "nodes/visual_node/pictures/offline.hpp"
+#include "nodes/visual_node/pictures/still.hpp"
+#include "view/recorded_scene.hpp"
+
+namespace visual_node {
+namespace {
+
+constexpr std::int64_t kProgressPeriod_ns = 5 * core::kNanosecondsPerSecond;
+
+}  // namespace
+
+core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recording, Renderer* renderer,
+                              StructureShow* structures, const FrameSink& sink) {
+  const PictureOptions& wanted = options.pictures;
+  for (const auto& time_s : {std::optional(wanted.from_s), wanted.to_s}) {
+    if (auto inside = recording->CheckTime(time_s); !inside) return inside;
+  }
+  const double length_s = (wanted.to_s.value_or(recording->duration_s()) - wanted.from_s) / wanted.speed;
+  if (length_s < 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "--to is before --from");
+  // A length of three frames has three, though 3 / 30 s * 30 is a little less than 3.
+  const auto count = static_cast<std::uint64_t>(std::floor(length_s * options.max_frames_per_s + 1e-6)) + 1;
+  std::int64_t next_progress_ns = core::MonotonicNow_ns() + kProgressPeriod_ns;
+  for (std::uint64_t k = 0; k < count; ++k) {
+    const double t_s = wanted.from_s + wanted.speed * static_cast<double>(k) / options.max_frames_per_s;
+    if (auto there = recording->GoTo(t_s); !there) return there;
+    view::Scene scene = recording->scene();
+    structures->BuildAndAddTo(recording->choices(), &scene);
+    const scene::Camera& camera = view::CameraFor(*scene.assets, options.view, scene.step);
+    const auto image = RenderSmooth(*renderer, scene, camera, options.width, options.height);
+    if (!image) return tl::unexpected(image.error());
+    if (auto taken = sink(*image); !taken) return taken;
+    if (const std::int64_t now_ns = core::MonotonicNow_ns(); now_ns >= next_progress_ns) {
+      next_progress_ns = now_ns + kProgressPeriod_ns;
+      std::fprintf(stderr, "frame %llu of %llu\n", static_cast<unsigned long long>(k + 1),
+                   static_cast<unsigned long long>(count));
+    }
+  }
+  return {};
+}
+
+core::Result<void> RenderFrames(const Options& options, const scene::Scenario& scenario, const FrameSink& sink) {
+  const auto recording = view::RecordedScene::Open(options.pictures.recording, scenario);
+  if (!recording) return tl::unexpected(recording.error());
+  const auto choices = view::ReadChoices(options.show, (*recording)->scene().assets->instance_names);
+  if (!choices) return tl::unexpected(choices.error());
+  (*recording)->Choose(*choices);
+  const auto offline = Offline::Create(scenario, options.view);
+  if (!offline) return tl::unexpected(offline.error());
+  StructureShow structures(scenario);
+  return DrawFrames(options, recording->get(), offline->renderer.get(), &structures, sink);
+}
+
+core::Result<void> WritePpmToStdout(const picture::Image& image) {
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(image.rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    rgb.insert(rgb.end(), {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]});
+  }
+  std::printf("P6\n%d %d\n255\n", image.width, image.height);
+  if (std::fwrite(rgb.data(), 1, rgb.size(), stdout) == rgb.size() && std::fflush(stdout) == 0) return {};
+  return core::Fail(core::ErrorCode::kIo, "nobody reads the frames any more");
+}
+
+}  // namespace visual_node

@@ -1,0 +1,197 @@
+#include "nodes/visual_node/sky/sky.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/gtc/type_ptr.hpp>
+#include <span>
+#include <vector>
+
+#include "nodes/visual_node/sky/disc_rectangle.hpp"
+#include "nodes/visual_node/sky/land.hpp"
+#include "nodes/visual_node/sky/sky_shaders.hpp"
+#include "space/orbit.hpp"
+#include "space/stars/star_file.hpp"
+#include "view/appearance/environment_light.hpp"
+#include "vps/asset/cooked_object.hpp"
+
+namespace visual_node {
+namespace {
+
+// Chosen for the time to start (the surface is computed per pixel): 0.18 degrees, 20 km on the ground.
+constexpr int kFace_px = 512;
+constexpr int kTile_px = 32;
+constexpr int kTiles = kFace_px / kTile_px;
+
+// Centre, right and down of each face in OpenGL's cube map layout.
+constexpr glm::vec3 kFaces[6][3] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0, 0}, {0, 0, 1}, {0, -1, 0}},
+                                    {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {1, 0, 0}, {0, 0, -1}},
+                                    {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
+
+const glm::vec3 kGlare(0.35f, 0.34f, 0.32f);  // of the sun in the camera, by eye
+
+glm::dvec3 TileCentre(int face, int column, int row) {
+  const double tile = 2.0 / kTiles;
+  return glm::normalize(glm::dvec3(kFaces[face][0]) + ((column + 0.5) * tile - 1.0) * glm::dvec3(kFaces[face][1]) +
+                        ((row + 0.5) * tile - 1.0) * glm::dvec3(kFaces[face][2]));
+}
+
+}  // namespace
+
+core::Result<Sky> Sky::Create() {
+  Sky sky;
+  auto background = MakeProgram("sky", kSkyVertex, kSkyFragment);
+  if (!background) return tl::unexpected(background.error());
+  sky.background_ = std::move(*background);
+  auto ground = MakeProgram("ground", kEarthVertex, kEarthFragment);
+  if (!ground) return tl::unexpected(ground.error());
+  sky.ground_ = std::move(*ground);
+  auto earth = MakeProgram("earth and air", kSkyVertex, kEarthAirFragment);
+  if (!earth) return tl::unexpected(earth.error());
+  sky.earth_ = std::move(*earth);
+  sky.SetAir(space::AirFromSpace::Vacuum());
+  sky.nothing_ = MakeVertexArray();
+
+  GLuint cube = 0;
+  glCreateTextures(GL_TEXTURE_CUBE_MAP, 1, &cube);
+  sky.cube_ = GlTexture(cube);
+  glTextureStorage2D(cube, 1, GL_RGBA8, kFace_px, kFace_px);
+  glTextureParameteri(cube, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(cube, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
+  GLuint framebuffer = 0;
+  glCreateFramebuffers(1, &framebuffer);
+  sky.bake_ = GlFramebuffer(framebuffer);
+  sky.is_baked_.assign(6 * kTiles * kTiles, false);
+
+  const LandMap land = ReadLand();
+  sky.land_ = MakeTexture(GL_R8, land.width, land.height);
+  glTextureParameteri(sky.land_.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(sky.land_.id(), 0, 0, 0, land.width, land.height, GL_RED, GL_UNSIGNED_BYTE, land.pixels.data());
+
+  const space::Catalogue catalogue = space::LoadStars(vps::DefaultCacheFolder() / space::kFullCatalogueName);
+  sky.field_.emplace_back(catalogue.stars);
+  sky.note_ = catalogue.note;
+  return sky;
+}
+
+void Sky::SetAir(const space::AirFromSpace& air) {
+  constexpr int kRows = space::AirFromSpace::kThroughRows, kGround = space::AirFromSpace::kGroundSamples;
+  air_ = air;
+  scattering_ = MakeTexture(GL_RGBA32F, air.num_nu * air.num_mu_s, air.num_mu);
+  glTextureSubImage2D(scattering_.id(), 0, 0, 0, air.num_nu * air.num_mu_s, air.num_mu, GL_RGBA, GL_FLOAT,
+                      air.scattering.data());
+  through_ = MakeTexture(GL_RGBA32F, kRows, 2);
+  glTextureSubImage2D(through_.id(), 0, 0, 0, kRows, 2, GL_RGB, GL_FLOAT, air.through.data());
+  ground_light_ = MakeTexture(GL_RGBA32F, kGround, 1);
+  glTextureSubImage2D(ground_light_.id(), 0, 0, 0, kGround, 1, GL_RGB, GL_FLOAT, air.ground_light.data());
+}
+
+void Sky::Prepare(const space::Surroundings& space, const space::StarCamera& camera) {
+  BakeVisible(space);
+  Splat(camera);
+}
+
+// A tile is in view when its angle from the point below the eye is at most that of the horizon.
+void Sky::BakeVisible(const space::Surroundings& space) {
+  const glm::dvec3 eye_E = space.X_WE.inverse().translation;
+  const double horizon_rad = std::acos(std::min(1.0, space::kEarthMeanRadius_m / glm::length(eye_E)));
+  const double tile_rad = std::sqrt(2.0) / kTiles;  // at most: a face is 2 wide at distance 1
+  const double least = std::cos(std::min(horizon_rad + tile_rad, std::acos(-1.0)));
+  const glm::dvec3 below_E = glm::normalize(eye_E);
+  bool is_begun = false;
+  for (int face = 0; face < 6; ++face) {
+    bool is_face_bound = false;
+    for (int tile = 0; tile < kTiles * kTiles; ++tile) {
+      const int column = tile % kTiles, row = tile / kTiles;
+      const auto index = static_cast<std::size_t>(face * kTiles * kTiles + tile);
+      if (is_baked_[index] || glm::dot(TileCentre(face, column, row), below_E) < least) continue;
+      is_baked_[index] = true;
+      if (!is_begun) {
+        is_begun = true;
+        glDisable(GL_DEPTH_TEST);
+        glDisable(GL_BLEND);
+        glEnable(GL_SCISSOR_TEST);
+        glBindFramebuffer(GL_FRAMEBUFFER, bake_.id());
+        glViewport(0, 0, kFace_px, kFace_px);
+        glUseProgram(ground_.id());
+        glBindTextureUnit(0, land_.id());
+        glBindVertexArray(nothing_.id());
+      }
+      if (!is_face_bound) {
+        is_face_bound = true;
+        glNamedFramebufferTextureLayer(bake_.id(), GL_COLOR_ATTACHMENT0, cube_.id(), 0, face);
+        for (int k = 0; k < 3; ++k) glUniform3fv(k, 1, glm::value_ptr(kFaces[face][k]));
+      }
+      glScissor(column * kTile_px, row * kTile_px, kTile_px, kTile_px);
+      glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+  }
+  if (is_begun) glDisable(GL_SCISSOR_TEST);
+}
+
+void Sky::Splat(const space::StarCamera& camera) {
+  const bool is_same_size = camera.width == splatted_.width && camera.height == splatted_.height;
+  if (is_same_size && camera.R_VC == splatted_.R_VC && camera.focal_px == splatted_.focal_px) return;
+  luminance_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), glm::vec4(0.0f));
+  field_.front().AddTo(camera, luminance_);
+  if (!is_same_size) stars_ = MakeTexture(GL_RGBA32F, camera.width, camera.height);
+  glTextureSubImage2D(stars_.id(), 0, 0, 0, camera.width, camera.height, GL_RGBA, GL_FLOAT, luminance_.data());
+  splatted_ = camera;
+}
+
+void Sky::Draw(const space::Surroundings& space, const glm::mat4& clip_sky) const {
+  const glm::vec3 sun(space::SunLight(space, air_));
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  glBindVertexArray(nothing_.id());
+  DrawBackground(space, clip_sky, sun);
+  DrawEarth(space, clip_sky, sun);
+}
+
+void Sky::DrawBackground(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
+  glUseProgram(background_.id());
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::inverse(clip_sky)));
+  glUniform3fv(3, 1, glm::value_ptr(glm::vec3(space.sun_direction_W)));
+  const double moon_m = std::max(glm::length(space.moon_position_W), 1.0);
+  const glm::vec3 to_moon(space.moon_position_W / moon_m);
+  glUniform4f(4, to_moon.x, to_moon.y, to_moon.z, static_cast<float>(space::kMoonRadius_m / moon_m));
+  glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
+  glBindTextureUnit(0, stars_.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
+  const double distance_m = std::max(glm::length(space.X_WE.translation), 1.0);
+  const glm::vec3 to_earth(space.X_WE.translation / distance_m);
+  const double bottom_m = air_.mapping.shell().bottom, top = air_.mapping.shell().top / bottom_m;
+  const auto top_sine = static_cast<float>(std::min(1.0, top * bottom_m / distance_m));
+  const glm::ivec4 box = DiscRectangle(clip_sky, to_earth, top_sine, splatted_.width, splatted_.height);
+  if (box.z <= 0 || box.w <= 0) return;
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(box.x, box.y, box.z, box.w);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_SRC1_COLOR);
+  glUseProgram(earth_.id());
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::inverse(clip_sky)));
+  glUniform4f(1, to_earth.x, to_earth.y, to_earth.z, static_cast<float>(bottom_m / distance_m));
+  glUniformMatrix3fv(2, 1, GL_FALSE, glm::value_ptr(glm::mat3(glm::mat3_cast(glm::conjugate(space.X_WE.rotation)))));
+  glUniform3fv(3, 1, glm::value_ptr(glm::vec3(space.sun_direction_W)));
+  const double horizon = std::sqrt((top - 1.0) * (top + 1.0));
+  glUniform4f(5, static_cast<float>(top), static_cast<float>(horizon), air_.least_mu_s, air_.mapping.lowest());
+  glUniform4f(6, air_.mie_ratio.x, air_.mie_ratio.y, air_.mie_ratio.z, air_.mie_g);
+  glUniform3fv(7, 1, glm::value_ptr(view::kSunColor));
+  glUniform3f(8, static_cast<float>(air_.num_mu), static_cast<float>(air_.num_nu), static_cast<float>(air_.num_mu_s));
+  glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
+  glBindTextureUnit(0, scattering_.id());
+  glBindTextureUnit(1, cube_.id());
+  glBindTextureUnit(2, through_.id());
+  glBindTextureUnit(3, ground_light_.id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+}
+
+}  // namespace visual_node
