@@ -6,9 +6,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
@@ -254,6 +257,43 @@ TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
   const auto written = [&](const char* file) { return std::filesystem::last_write_time(out_ / viewer / file); };
   EXPECT_LE(written("visual_node.json"), written("frames/step_1.png"));
   EXPECT_LE(written("latency_visual.csv"), written("frames/step_1.png"));
+}
+
+// A robot's camera for whoever processes pictures: the client of clients/python in a session of this test.
+TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
+  if (GetParam() != Kind::kOpenGl) GTEST_SKIP() << "the text viewer draws no pictures";
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  const std::filesystem::path clients = std::filesystem::path(VR_OOS_SOURCE_DIR) / "clients" / "python";
+  process::Command client{.name = "client",
+                          .program = "/usr/bin/python3",
+                          .arguments = {clients / "example_camera.py", "overview", "5", "3"},
+                          .environment = {{"XDG_RUNTIME_DIR", out_.string()},
+                                          {"PYTHONDONTWRITEBYTECODE", "1"},
+                                          {"PYTHONPATH", std::string(VR_OOS_BINARY_DIR) + "/clients/stubs"}},
+                          .log = out_ / "client.log",
+                          .folder = out_};
+  std::filesystem::create_directories(out_ / "vr_oos");
+  std::filesystem::permissions(out_ / "vr_oos", std::filesystem::perms::owner_all);
+  std::ofstream(out_ / "vr_oos" / "session.json")
+      << R"({"registry": ")" << registry_->endpoint() << R"(", "session": ")" << kSession << "\"}";
+  ASSERT_TRUE(viewers_.Spawn(client).has_value());
+  ASSERT_TRUE(PublishUntil([&] {
+    viewers_.Reap();
+    return !viewers_.IsRunning("client");
+  }));
+  EXPECT_TRUE(viewers_.children().back().exit->is_clean()) << "see " << client.log;
+  std::ifstream picture(out_ / "camera.ppm", std::ios::binary);
+  std::string kind;
+  int width = 0, height = 0, most = 0;
+  picture >> kind >> width >> height >> most;
+  picture.get();
+  const std::string rgb(std::istreambuf_iterator<char>(picture), {});
+  EXPECT_EQ(kind, "P6");
+  ASSERT_EQ(rgb.size(), std::size_t{3} * width * height);
+  std::set<std::string> colours;
+  for (std::size_t k = 0; k < rgb.size(); k += 3) colours.insert(rgb.substr(k, 3));
+  EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
 }
 
 INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kText),
