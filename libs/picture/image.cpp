@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string>
 #include <system_error>
 
 namespace picture {
@@ -34,6 +35,20 @@ void Paste(const Image& from, int x, int y, Image& to) {
   for (int row = std::max(0, -y); row < std::min(from.height, to.height - y); ++row) {
     std::memcpy(to.Pixel(x + first, y + row), from.Pixel(first, row), 4 * static_cast<std::size_t>(last - first));
   }
+}
+
+core::Result<Image> ReadPng(std::span<const std::byte> bytes) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) {
+    return core::Fail(core::ErrorCode::kDamaged, std::string("no PNG picture: ") + png.message);
+  }
+  png.format = PNG_FORMAT_RGBA;
+  Image image(static_cast<int>(png.width), static_cast<int>(png.height));
+  if (png_image_finish_read(&png, nullptr, image.rgba.data(), 0, nullptr) == 0) {
+    return core::Fail(core::ErrorCode::kDamaged, std::string("a damaged PNG picture: ") + png.message);
+  }
+  return image;
 }
 
 core::Result<void> WritePng(const Image& image, const std::filesystem::path& file) {

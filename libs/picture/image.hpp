@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include "core/result.hpp"
@@ -31,6 +33,9 @@ Image Shrink(const Image& image, int factor);
 
 // Copies `from` into `to` with its top left corner at (x, y) [px]; pixels outside are clipped.
 void Paste(const Image& from, int x, int y, Image& to);
+
+// The picture in a PNG file's bytes. Error: kDamaged.
+core::Result<Image> ReadPng(std::span<const std::byte> bytes);
 
 // Creates the folder when it is missing. Error: kIo.
 core::Result<void> WritePng(const Image& image, const std::filesystem::path& file);

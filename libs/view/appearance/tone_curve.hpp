@@ -28,4 +28,9 @@ inline glm::vec3 EncodeSrgb(const glm::vec3& linear) {
                   glm::greaterThan(linear, glm::vec3(0.0031308f)));
 }
 
+inline glm::vec3 DecodeSrgb(const glm::vec3& encoded) {
+  return glm::mix(encoded / 12.92f, glm::pow((encoded + 0.055f) / 1.055f, glm::vec3(2.4f)),
+                  glm::greaterThan(encoded, glm::vec3(0.04045f)));
+}
+
 }  // namespace view

@@ -1,6 +1,7 @@
 #include "nodes/visual_node/sky/sky.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <glm/gtc/type_ptr.hpp>
@@ -8,11 +9,12 @@
 #include <vector>
 
 #include "nodes/visual_node/sky/disc_rectangle.hpp"
-#include "nodes/visual_node/sky/land.hpp"
+#include "nodes/visual_node/sky/ground.hpp"
 #include "nodes/visual_node/sky/sky_shaders.hpp"
 #include "space/orbit.hpp"
 #include "space/stars/star_file.hpp"
 #include "view/appearance/environment_light.hpp"
+#include "view/appearance/tone_curve.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace visual_node {
@@ -36,6 +38,31 @@ glm::dvec3 TileCentre(int face, int column, int row) {
                         ((row + 0.5) * tile - 1.0) * glm::dvec3(kFaces[face][2]));
 }
 
+GlTexture MakeCube(GLenum format) {
+  GLuint cube = 0;
+  glCreateTextures(GL_TEXTURE_CUBE_MAP, 1, &cube);
+  glTextureStorage2D(cube, 1, format, kFace_px, kFace_px);
+  glTextureParameteri(cube, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(cube, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return GlTexture(cube);
+}
+
+// Linear reflectance times the share of land, so that filtering mixes no colour of water into a coast.
+GlTexture LandTexture(const picture::Image& colors) {
+  std::array<float, 256> linear;
+  for (std::size_t k = 0; k < linear.size(); ++k)
+    linear[k] = view::DecodeSrgb(glm::vec3(static_cast<float>(k) / 255.0f)).r;
+  std::vector<glm::vec4> land(colors.rgba.size() / 4);
+  for (std::size_t k = 0; k < land.size(); ++k) {
+    const std::uint8_t* c = &colors.rgba[4 * k];
+    if (c[3] != 0) land[k] = {linear[c[0]], linear[c[1]], linear[c[2]], 1.0f};
+  }
+  GlTexture texture = MakeTexture(GL_RGBA16F, colors.width, colors.height);
+  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
+  glTextureSubImage2D(texture.id(), 0, 0, 0, colors.width, colors.height, GL_RGBA, GL_FLOAT, land.data());
+  return texture;
+}
+
 }  // namespace
 
 core::Result<Sky> Sky::Create() {
@@ -43,32 +70,32 @@ core::Result<Sky> Sky::Create() {
   auto background = MakeProgram("sky", kSkyVertex, kSkyFragment);
   if (!background) return tl::unexpected(background.error());
   sky.background_ = std::move(*background);
-  auto ground = MakeProgram("ground", kEarthVertex, kEarthFragment);
-  if (!ground) return tl::unexpected(ground.error());
-  sky.ground_ = std::move(*ground);
+  auto surface = MakeProgram("ground", kEarthVertex, kEarthFragment);
+  if (!surface) return tl::unexpected(surface.error());
+  sky.ground_ = std::move(*surface);
   auto earth = MakeProgram("earth and air", kSkyVertex, kEarthAirFragment);
   if (!earth) return tl::unexpected(earth.error());
   sky.earth_ = std::move(*earth);
   sky.SetAir(space::AirFromSpace::Vacuum());
   sky.nothing_ = MakeVertexArray();
 
-  GLuint cube = 0;
-  glCreateTextures(GL_TEXTURE_CUBE_MAP, 1, &cube);
-  sky.cube_ = GlTexture(cube);
-  glTextureStorage2D(cube, 1, GL_RGBA8, kFace_px, kFace_px);
-  glTextureParameteri(cube, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(cube, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  sky.cube_ = MakeCube(GL_RGBA8);
+  sky.lights_cube_ = MakeCube(GL_R8);
   glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
   GLuint framebuffer = 0;
   glCreateFramebuffers(1, &framebuffer);
   sky.bake_ = GlFramebuffer(framebuffer);
+  constexpr GLenum kOutputs[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glNamedFramebufferDrawBuffers(framebuffer, 2, kOutputs);
   sky.is_baked_.assign(6 * kTiles * kTiles, false);
 
-  const LandMap land = ReadLand();
-  sky.land_ = MakeTexture(GL_R8, land.width, land.height);
-  glTextureParameteri(sky.land_.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(sky.land_.id(), 0, 0, 0, land.width, land.height, GL_RED, GL_UNSIGNED_BYTE, land.pixels.data());
+  const auto ground = ReadGround();
+  if (!ground) return tl::unexpected(ground.error());
+  sky.land_ = LandTexture(ground->colors);
+  sky.lights_ = MakeTexture(GL_R8, ground->lights.width, ground->lights.height);
+  glTextureParameteri(sky.lights_.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
+  glTextureSubImage2D(sky.lights_.id(), 0, 0, 0, ground->lights.width, ground->lights.height, GL_RGBA, GL_UNSIGNED_BYTE,
+                      ground->lights.rgba.data());
 
   const space::Catalogue catalogue = space::LoadStars(vps::DefaultCacheFolder() / space::kFullCatalogueName);
   sky.field_.emplace_back(catalogue.stars);
@@ -117,11 +144,13 @@ void Sky::BakeVisible(const space::Surroundings& space) {
         glViewport(0, 0, kFace_px, kFace_px);
         glUseProgram(ground_.id());
         glBindTextureUnit(0, land_.id());
+        glBindTextureUnit(1, lights_.id());
         glBindVertexArray(nothing_.id());
       }
       if (!is_face_bound) {
         is_face_bound = true;
         glNamedFramebufferTextureLayer(bake_.id(), GL_COLOR_ATTACHMENT0, cube_.id(), 0, face);
+        glNamedFramebufferTextureLayer(bake_.id(), GL_COLOR_ATTACHMENT1, lights_cube_.id(), 0, face);
         for (int k = 0; k < 3; ++k) glUniform3fv(k, 1, glm::value_ptr(kFaces[face][k]));
       }
       glScissor(column * kTile_px, row * kTile_px, kTile_px, kTile_px);
@@ -189,6 +218,7 @@ void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky,
   glBindTextureUnit(1, cube_.id());
   glBindTextureUnit(2, through_.id());
   glBindTextureUnit(3, ground_light_.id());
+  glBindTextureUnit(4, lights_cube_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);

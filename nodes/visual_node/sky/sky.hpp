@@ -42,7 +42,9 @@ class Sky {
   GlProgram ground_;
   GlProgram earth_;
   GlTexture cube_;
+  GlTexture lights_cube_;
   GlTexture land_;
+  GlTexture lights_;
   GlTexture stars_;
   space::AirFromSpace air_;
   GlTexture scattering_;

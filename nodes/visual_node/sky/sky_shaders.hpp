@@ -4,8 +4,8 @@ namespace visual_node {
 
 // Colours and figures without a source are chosen by eye.
 
-// --- The Earth's surface in its own frame, once for each tile of the cube map: the ground's colour, and clouds from
-// value noise (six octaves) in alpha. Clouds are no weather of any day.
+// --- The Earth's surface in its own frame, once for each tile of the cube maps: the ground's colour, clouds from value
+// noise (six octaves) in alpha, and the lights of towns. Clouds are no weather of any day.
 constexpr const char* kEarthVertex = R"(#version 450 core
 layout(location = 0) uniform vec3 u_centre;
 layout(location = 1) uniform vec3 u_right;
@@ -18,9 +18,11 @@ void main() {
 }
 )";
 constexpr const char* kEarthFragment = R"(#version 450 core
-layout(binding = 0) uniform sampler2D u_land;
+layout(binding = 0) uniform sampler2D u_land;    // reflectance times share of land, share of land
+layout(binding = 1) uniform sampler2D u_lights;
 in vec3 v_direction;
-out vec4 o_color;
+layout(location = 0) out vec4 o_color;
+layout(location = 1) out float o_lights;
 
 float Hash(vec3 p) {
   uvec3 q = uvec3(ivec3(p)) * uvec3(1597334673u, 3812015801u, 2798796415u);
@@ -48,21 +50,16 @@ float Layers(vec3 p, int num) {
 
 void main() {
   vec3 n = normalize(v_direction);
-  vec2 place = vec2(atan(n.y, n.x) / 6.2831853 + 0.5, asin(clamp(n.z, -1.0, 1.0)) / 3.14159265 + 0.5);
-  float land = smoothstep(0.3, 0.7, textureLod(u_land, place, 0.0).r);
+  vec2 place = vec2(atan(n.y, n.x) / 6.2831853 + 0.5, 0.5 - asin(clamp(n.z, -1.0, 1.0)) / 3.14159265);
   vec3 warp = vec3(Noise(6.0 * n + 40.0), Noise(6.0 * n + 60.0), Noise(6.0 * n + 80.0));
   float field = Layers(vec3(7.0, 7.0, 13.0) * n + 1.6 * warp + 100.0, 6);
   // Large systems, and between them fields of small ones.
   float cloud = smoothstep(0.47, 0.63, field) * (0.55 + 0.45 * smoothstep(0.3, 0.7, Layers(40.0 * n + 3.0 * warp, 3)));
   cloud = max(cloud, 0.5 * smoothstep(0.52, 0.66, Layers(60.0 * n + 5.0 * warp, 3)) * smoothstep(0.36, 0.5, field));
-  float north = abs(n.z);
-  // Deserts about 25 degrees from the equator, ice near the poles.
-  float dry = smoothstep(0.22, 0.36, north) * (1.0 - smoothstep(0.48, 0.62, north)) * smoothstep(0.35, 0.6, warp.x);
-  vec3 ground = mix(vec3(0.035, 0.060, 0.020), vec3(0.28, 0.19, 0.10), dry);
-  ground *= 0.75 + 0.5 * Layers(25.0 * n + 50.0, 3);
-  ground = mix(ground, vec3(0.55, 0.58, 0.62), smoothstep(0.90, 0.95, north));
-  ground = mix(vec3(0.006, 0.014, 0.040), ground, land);
+  vec4 land = textureLod(u_land, place, 0.0);
+  vec3 ground = land.rgb + (1.0 - land.a) * vec3(0.006, 0.014, 0.040);
   o_color = vec4(sqrt(ground), cloud);  // finer steps in the dark
+  o_lights = textureLod(u_lights, place, 0.0).r;
 }
 )";
 
@@ -124,6 +121,7 @@ layout(binding = 0) uniform sampler2D u_scattering;  // columns: nu and mu_s, ro
 layout(binding = 1) uniform samplerCube u_earth;
 layout(binding = 2) uniform sampler2D u_through;     // rows: ground, sky
 layout(binding = 3) uniform sampler2D u_ground_light;
+layout(binding = 4) uniform samplerCube u_lights;
 layout(location = 1) uniform vec4 u_earth_W;  // direction to its centre, sine of its angular radius
 layout(location = 2) uniform mat3 u_R_EW;
 layout(location = 3) uniform vec3 u_sun_direction_W;
@@ -138,6 +136,12 @@ layout(location = 0, index = 1) out vec4 o_keep;
 
 const float kPi = 3.14159265;
 const float kWaves = 0.039;
+// The brightest towns send about 0.1 cd/m2 up; a candela counts as much as a star's (kStarLight). Lamps are lit between
+// sunset and the end of civil twilight, with the sun 6 degrees below the horizon: its sine is -0.105. Chosen by eye:
+// their colour, and what thick clouds let through.
+const vec3 kTownLight = 1.4 * vec3(1.0, 0.72, 0.40);
+const float kCivilTwilight = 0.105;
+const float kCloudsHide = 0.85;
 
 vec3 Glint(vec3 d, vec3 n, float water) {
   vec3 h = normalize(u_sun_direction_W - d);
@@ -195,6 +199,10 @@ void main() {
   vec3 albedo = mix(ground.rgb * ground.rgb, vec3(0.80, 0.86, 0.96), ground.a);
   vec3 glint = Glint(d, n, water) / max(height, 0.15);  // sunlit has the cosine in it
   vec3 surface = through * u_sun * sunlit * (albedo + glint) + vec3(0.0012, 0.0018, 0.0036);
+  if (height < 0.0) {
+    float lit = smoothstep(0.0, kCivilTwilight, -height) * texture(u_lights, u_R_EW * n).r;
+    surface += through * kTownLight * (lit * (1.0 - kCloudsHide * ground.a));
+  }
 
   float open = is_ground ? 0.0 : dot(through, vec3(1.0 / 3.0));
   o_color = vec4(light + (is_ground ? surface : vec3(0.0)), 1.0 - open);

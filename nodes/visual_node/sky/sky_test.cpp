@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
 #include "nodes/visual_node/draw/renderer.hpp"
@@ -74,6 +75,25 @@ class SkyTest : public GlTest {
   scene::Camera camera_;
   std::unique_ptr<Renderer> renderer_;
 };
+
+// How much redder than blue the reddest pixel is that sees the ground, with the place below the eye.
+TEST_F(SkyTest, TownsShineAtNightOnly) {
+  camera_.target_m = {0.2, 0.0, -1.0};
+  camera_.vertical_fov_rad = 1.0;
+  const auto redness_above = [&](double longitude_rad, double latitude_rad) {
+    const glm::dvec3 place_E(std::cos(latitude_rad) * std::cos(longitude_rad),
+                             std::cos(latitude_rad) * std::sin(longitude_rad), std::sin(latitude_rad));
+    const glm::dvec3 up(0.0, 0.0, 1.0);
+    scene_.space.X_WE.rotation = glm::normalize(glm::dquat(1.0 + glm::dot(place_E, up), glm::cross(place_E, up)));
+    float most = 0.0f;
+    for (const glm::vec4& pixel : Light()) most = std::max(most, pixel.r - pixel.b);
+    return most;
+  };
+  SetSun(-1.0, 0.0);
+  EXPECT_GT(redness_above(0.122, 0.899), 0.1f) << "Ruhr";
+  EXPECT_LT(redness_above(0.175, 0.384), 0.01f) << "Sahara";
+  EXPECT_LT(redness_above(-2.6, 0.0), 0.01f) << "Pacific";
+}
 
 TEST_F(SkyTest, TheLimbIsWhereTheHorizonIs) {
   SetSun(1.0, 0.3);
