@@ -6,51 +6,25 @@
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
+#include "raytrace/develop.hpp"
+#include "raytrace/tracer.hpp"
+#include "scene/load_scenario.hpp"
 #include "view/conformance/cast_ids.hpp"
 #include "view/conformance/compare.hpp"
-#include "vps/mesh/vertex_normals.hpp"
-#include "vps/testing/shapes.hpp"
+#include "view/conformance/known_scene.hpp"
+#include "view/scene_mirror.hpp"
 
 namespace visual_node {
 namespace {
 
 constexpr int kPictureWidth = 320, kPictureHeight = 180;
 
-// A mesh is named by its body's index.
-core::Result<vps::VisualMesh> MeshOfBody(const std::filesystem::path& name) {
-  const view::KnownBody body = view::KnownBodies()[std::stoul(name.string())];
-  const vps::TriangleMesh mesh = body.is_ball ? vps::MakeSphere(0.5 * body.size_m.x, 96) : vps::MakeBox(body.size_m);
-  return vps::VisualMesh{{vps::SplitAtCreases(mesh, 0.6)}};
-}
-
-view::Scene SceneOfBodies() {
-  view::Scene scene;
-  auto assets = std::make_shared<view::Assets>();
-  assets->cameras = {view::KnownCamera()};
-  scene.space.sun_direction_W = glm::normalize(glm::dvec3(0.4, -0.5, 0.8));
-  const glm::vec3 colors[] = {
-      {0.5f, 0.5f, 0.5f}, {0.7f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.7f}, {0.8f, 0.7f, 0.1f}, {0.2f, 0.6f, 0.2f}};
-  std::uint32_t index = 0;
-  for (const view::KnownBody& body : view::KnownBodies()) {
-    assets->meshes.emplace_back(std::to_string(index));
-    assets->instance_names.push_back(std::to_string(index));
-    view::Instance instance;
-    instance.mesh = index;
-    instance.X_WM = body.X_WO;
-    instance.material.base_color = colors[index++ % std::size(colors)];
-    instance.is_material_given = true;
-    scene.instances.push_back(instance);
-  }
-  scene.assets = assets;
-  return scene;
-}
-
 class ConformanceTest : public GlTest {
  protected:
   void SetUp() override {
     GlTest::SetUp();
     if (IsSkipped()) return;
-    auto renderer = Renderer::Create(scene_, MeshOfBody);
+    auto renderer = Renderer::Create(scene_, view::MeshOfBody);
     ASSERT_TRUE(renderer) << renderer.error().detail;
     renderer_ = std::move(*renderer);
   }
@@ -72,7 +46,7 @@ class ConformanceTest : public GlTest {
     return pass->Draw(*renderer_, scene_, view::KnownCamera(), kPictureWidth, kPictureHeight).ids;
   }
 
-  view::Scene scene_ = SceneOfBodies();
+  view::Scene scene_ = view::KnownScene();
   std::unique_ptr<Renderer> renderer_;
 };
 
@@ -100,6 +74,56 @@ TEST_F(ConformanceTest, AnotherColourIsNoticed) {
   const view::Rendering kept = Kept();
   scene_.instances[2].material.base_color = {0.7f, 0.3f, 0.1f};
   EXPECT_GT(view::Compare(kept, Kept()).flip, 0.02);
+}
+
+// The ray tracer's picture, with as many samples for each pixel as a picture that is kept. OpenGL mirrors only the
+// light around.
+view::Rendering Traced(const view::Scene& scene, const raytrace::MeshLoader& load_mesh, const scene::Camera& camera,
+                       int width, int height) {
+  const auto tracer = raytrace::Tracer::Create(scene, load_mesh);
+  EXPECT_TRUE(tracer) << tracer.error().detail;
+  (*tracer)->Update(scene, view::LightOf(scene.space));
+  constexpr int kSamples = 2;
+  const auto fine = raytrace::Eye::Of(camera, kSamples * width, kSamples * height);
+  const auto lit = (*tracer)->Draw(fine, {0, 0, fine.width, fine.height}, false);
+  const auto objects = (*tracer)->FindObjects(raytrace::Eye::Of(camera, width, height), {0, 0, width, height});
+  return {picture::Shrink(raytrace::Develop(lit.light, Exposure::kDaylight), kSamples), objects.ids};
+}
+
+TEST_F(ConformanceTest, TheRayTracerSeesTheSameObjectsAndMaterials) {
+  const view::Agreement agreement =
+      view::Compare(Kept(), Traced(scene_, view::MeshOfBody, view::KnownCamera(), kPictureWidth, kPictureHeight));
+  RecordProperty("same_ids", std::to_string(agreement.same_ids));
+  RecordProperty("flip", std::to_string(agreement.flip));
+  EXPECT_GE(agreement.same_ids, 0.995);
+  EXPECT_EQ(agreement.same_ids_inside, 1.0);
+  EXPECT_LE(agreement.flip, 0.05);
+}
+
+// Textures, foil, sheets, lamps and metal.
+TEST_F(ConformanceTest, TheRayTracerDrawsAScenarioAsTheGlNodeDoes) {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios/module_replacement");
+  ASSERT_TRUE(scenario);
+  const view::SceneMirror mirror(*scenario);
+  view::Scene scene = mirror.scene();
+  scene.texts.clear();
+  const auto load = [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); };
+  auto renderer = Renderer::Create(scene, load);
+  ASSERT_TRUE(renderer) << renderer.error().detail;
+  const auto pass = ObjectPass::Create();
+  ASSERT_TRUE(pass);
+  // A view with little sky, which the ray tracer does not draw.
+  const int index = view::FindCamera(*scene.assets, "cavity");
+  ASSERT_GE(index, 0);
+  const scene::Camera camera = view::PlaceCamera(scene.assets->cameras[static_cast<std::size_t>(index)], scene);
+  const auto image = RenderSmooth(**renderer, scene, camera, kPictureWidth, kPictureHeight);
+  ASSERT_TRUE(image);
+  const view::Rendering kept{*image, pass->Draw(**renderer, scene, camera, kPictureWidth, kPictureHeight).ids};
+  const view::Agreement agreement = view::Compare(kept, Traced(scene, load, camera, kPictureWidth, kPictureHeight));
+  RecordProperty("same_ids", std::to_string(agreement.same_ids));
+  RecordProperty("flip", std::to_string(agreement.flip));
+  EXPECT_GE(agreement.same_ids, 0.995);
+  EXPECT_LE(agreement.flip, 0.05);
 }
 
 }  // namespace

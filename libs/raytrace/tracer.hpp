@@ -1,0 +1,76 @@
+#pragma once
+
+#include <memory>
+
+#include "core/result.hpp"
+#include "picture/measured.hpp"
+#include "raytrace/world.hpp"
+#include "view/scene.hpp"
+
+namespace raytrace {
+
+// A camera that stands in W, and the size of its picture.
+struct Eye {
+  glm::vec3 p_W{0.0f};
+  glm::mat3 R_WE{1.0f};  // E looks along -z with y up
+  float focal_px = 1.0f;
+  int width = 0;
+  int height = 0;
+
+  // `placed` is in W (view::PlaceCamera).
+  static Eye Of(const scene::Camera& placed, int width, int height);
+};
+
+// A rectangle of a picture's pixels; y from the top.
+struct Tile {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+
+  bool operator==(const Tile&) const = default;
+};
+
+// What is drawn of a tile. Light is linear RGB, in the unit of view::EnvironmentLight. Depths are along the viewing
+// direction [m]; 0: nothing is there, and the light is none.
+struct LitTile {
+  Tile at;
+  picture::Measured<float> light;
+  picture::Measured<float> depth_m;
+};
+
+// As visual_node's: index of the instance + 1; 0: nothing. Transparent instances count.
+struct ObjectTile {
+  picture::Measured<std::uint16_t> ids;
+  picture::Measured<float> depth_m;
+};
+
+// Draws a view::Scene by following rays from the eye: what they meet first, whether the sun is seen from there, and
+// what a smooth surface mirrors. Draw and FindObjects may be called by several threads at once, Update by none
+// meanwhile.
+class Tracer {
+ public:
+  // Clip planes as in OpenGL.
+  static constexpr float kNear_m = 0.01f;
+  static constexpr float kFar_m = 60.0f;
+
+  // Loads every mesh of the scene's assets. Errors name the file.
+  static core::Result<std::unique_ptr<Tracer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
+
+  // From the next tile on: things are where this scene has them, in this light.
+  void Update(const view::Scene& scene, const view::EnvironmentLight& light);
+
+  // `has_mirrors`: smooth surfaces mirror what stands before them, else only the light around, as in OpenGL.
+  [[nodiscard]] LitTile Draw(const Eye& eye, const Tile& tile, bool has_mirrors = true) const;
+  [[nodiscard]] ObjectTile FindObjects(const Eye& eye, const Tile& tile) const;
+
+  [[nodiscard]] const World& world() const { return *world_; }
+
+ private:
+  Tracer() = default;
+
+  std::unique_ptr<World> world_;
+  Lighting lighting_;
+};
+
+}  // namespace raytrace

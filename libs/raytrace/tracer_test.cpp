@@ -1,0 +1,214 @@
+#include "raytrace/tracer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "view/conformance/cast_ids.hpp"
+#include "view/conformance/known_scene.hpp"
+#include "vps/mesh/vertex_normals.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace raytrace {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 180;
+constexpr Tile kWhole{0, 0, kWidth, kHeight};
+
+std::unique_ptr<Tracer> Trace(const view::Scene& scene, const MeshLoader& load_mesh = view::MeshOfBody) {
+  auto tracer = Tracer::Create(scene, load_mesh);
+  EXPECT_TRUE(tracer) << tracer.error().detail;
+  (*tracer)->Update(scene, view::LightOf(scene.space));
+  return std::move(*tracer);
+}
+
+glm::vec3 LightAt(const LitTile& lit, int x, int y) {
+  const float* light = lit.light.Pixel(x, y);
+  return {light[0], light[1], light[2]};
+}
+
+// A box on a floor, in the sun alone, from 4 m above: x of the world to the right, y upwards in the picture.
+struct BoxOnFloor {
+  static constexpr double kHigh_m = 0.5, kSide_m = 0.4;
+
+  view::Scene scene = view::KnownScene();
+  view::EnvironmentLight light{.sun_direction_W = glm::normalize(glm::vec3(-0.3f, 0.0f, 0.8f)), .sun = glm::vec3(3.0f)};
+  scene::Camera camera;
+
+  BoxOnFloor() {
+    scene.instances.resize(2);
+    scene.instances[0].X_WM = {};
+    scene.instances[1].X_WM = {};
+    scene.instances[1].X_WM.translation.z = 0.5 * kHigh_m;
+    camera.eye_m = {0.0, 0.0, 4.0};
+    camera.target_m = {0.0, 0.0, 0.0};
+    camera.vertical_fov_rad = 0.5;
+  }
+  static core::Result<vps::VisualMesh> Mesh(const std::filesystem::path& name) {
+    const glm::dvec3 size = name == "0" ? glm::dvec3(4, 4, 1e-6) : glm::dvec3(kSide_m, kSide_m, kHigh_m);
+    return vps::VisualMesh{{vps::SplitAtCreases(vps::MakeBox(size), 0.6)}};
+  }
+};
+
+TEST(Tracer, EachPixelShowsTheObjectThatItsRayMeets) {
+  const view::Scene scene = view::KnownScene();
+  const auto exact = view::CastIds(view::KnownBodies(), view::KnownCamera(), kWidth, kHeight);
+  const ObjectTile found = Trace(scene)->FindObjects(Eye::Of(view::KnownCamera(), kWidth, kHeight), kWhole);
+  int same = 0;
+  for (std::size_t i = 0; i < exact.values.size(); ++i) same += exact.values[i] == found.ids.values[i] ? 1 : 0;
+  const double share = static_cast<double>(same) / static_cast<double>(exact.values.size());
+  RecordProperty("same_ids", std::to_string(share));
+  EXPECT_GE(share, 0.995);
+}
+
+TEST(Tracer, TheDepthIsAlongTheViewingDirection) {
+  const BoxOnFloor box;
+  const ObjectTile found =
+      Trace(box.scene, BoxOnFloor::Mesh)->FindObjects(Eye::Of(box.camera, kWidth, kHeight), kWhole);
+  EXPECT_NEAR(*found.depth_m.Pixel(kWidth / 2, kHeight / 2), 4.0 - BoxOnFloor::kHigh_m, 1e-5);
+  EXPECT_NEAR(*found.depth_m.Pixel(2, 2), 4.0, 1e-5);
+}
+
+TEST(Tracer, ATileIsThatPartOfThePicture) {
+  const auto tracer = Trace(view::KnownScene());
+  const Eye eye = Eye::Of(view::KnownCamera(), kWidth, kHeight);
+  const Tile at{117, 61, 53, 38};  // no multiple of anything
+  const LitTile whole = tracer->Draw(eye, kWhole), part = tracer->Draw(eye, at);
+  for (int y = 0; y < at.height; ++y) {
+    for (int x = 0; x < at.width; ++x) {
+      EXPECT_LT(glm::distance(LightAt(part, x, y), LightAt(whole, at.x + x, at.y + y)), 1e-4f) << x << " " << y;
+    }
+  }
+}
+
+// White balls in uniform light are invisible: whatever the material, they reflect all that they get.
+TEST(Tracer, AWhiteFurnaceLosesNoEnergyAtAnyRoughness) {
+  view::Scene scene = view::KnownScene();
+  for (view::Instance& instance : scene.instances) instance.is_visible = false;
+  view::Instance& ball = scene.instances[1];
+  ball.is_visible = true;
+  ball.material.base_color = glm::vec3(1.0f);
+  const auto tracer = Trace(scene);
+  const view::EnvironmentLight furnace{.everywhere = glm::vec3(1.0f)};
+  for (const float metallic : {0.0f, 0.5f, 1.0f}) {
+    for (const float roughness : {0.1f, 0.5f, 1.0f}) {
+      ball.material.metallic = metallic;
+      ball.material.roughness = roughness;
+      tracer->Update(scene, furnace);
+      const LitTile lit = tracer->Draw(Eye::Of(view::KnownCamera(), kWidth, kHeight), kWhole);
+      int count = 0;
+      for (std::size_t i = 0; i < lit.depth_m.values.size(); ++i) {
+        if (lit.depth_m.values[i] == 0.0f) continue;
+        ++count;
+        EXPECT_NEAR(lit.light.values[3 * i + 1], 1.0f, 0.02f) << metallic << " " << roughness;
+      }
+      EXPECT_GT(count, 500);
+    }
+  }
+}
+
+TEST(Tracer, AMattFloorUnderTheSunHasLambertsRadiance) {
+  BoxOnFloor box;
+  box.scene.instances[1].is_visible = false;
+  view::Material& floor = box.scene.instances[0].material;
+  floor.roughness = 1.0f;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  const auto radiance = [&](float albedo) {
+    floor.base_color = glm::vec3(albedo);
+    tracer->Update(box.scene, box.light);
+    return LightAt(tracer->Draw(Eye::Of(box.camera, kWidth, kHeight), kWhole), kWidth / 2, kHeight / 2).g;
+  };
+  // What a rough dielectric mirrors is the same for both, and at most 4 % of the light: the ground gets the rest.
+  const float matt = radiance(0.5f) - radiance(0.0f);
+  const float lambert = 0.5f * 3.0f * box.light.sun_direction_W.z / std::acos(-1.0f);
+  EXPECT_LT(matt, lambert);
+  EXPECT_GT(matt, 0.96f * lambert);
+}
+
+TEST(Tracer, TheShadowOfABoxEndsWhereTheSunsRayOverItsEdgeMeetsTheFloor) {
+  const BoxOnFloor box;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  tracer->Update(box.scene, box.light);
+  constexpr int kSize = 800;
+  const Eye eye = Eye::Of(box.camera, kSize, kSize);
+  const LitTile row = tracer->Draw(eye, {0, kSize / 2, kSize, 4});
+  const double pixel_m = 4.0 / eye.focal_px;
+  // The camera looks down along z, so its up is y and x is to the right.
+  const double end_m = 0.5 * BoxOnFloor::kSide_m + BoxOnFloor::kHigh_m * 0.3 / 0.8;
+  const int end_px = static_cast<int>(std::floor(0.5 * kSize + end_m / pixel_m));
+  EXPECT_GT(LightAt(row, end_px + 1, 0).g, 0.1f);
+  EXPECT_EQ(LightAt(row, end_px - 1, 0).g, 0.0f);
+}
+
+TEST(Tracer, WhatMovesNeedsNoNewTreeOfTriangles) {
+  BoxOnFloor box;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  const int before = tracer->world().num_mesh_builds();
+  box.scene.instances[1].X_WM.translation.x = 0.6;
+  tracer->Update(box.scene, box.light);
+  const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
+  const ObjectTile found = tracer->FindObjects(eye, kWhole);
+  EXPECT_EQ(*found.ids.Pixel(kWidth / 2, kHeight / 2), 1);
+  EXPECT_EQ(*found.ids.Pixel(kWidth / 2 + static_cast<int>(0.6f / 4.0f * eye.focal_px), kHeight / 2), 2);
+  EXPECT_EQ(tracer->world().num_mesh_builds(), before);
+}
+
+TEST(Tracer, ATransparentObjectIsFoundButNotDrawnAndAHiddenOneIsNeither) {
+  BoxOnFloor box;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
+  const auto depth = [&] { return *tracer->Draw(eye, kWhole).depth_m.Pixel(kWidth / 2, kHeight / 2); };
+  const auto id = [&] { return *tracer->FindObjects(eye, kWhole).ids.Pixel(kWidth / 2, kHeight / 2); };
+  box.scene.instances[1].opacity = 0.5f;
+  tracer->Update(box.scene, box.light);
+  EXPECT_NEAR(depth(), 4.0f, 1e-5f);
+  EXPECT_EQ(id(), 2);
+  box.scene.instances[1].is_visible = false;
+  tracer->Update(box.scene, box.light);
+  EXPECT_NEAR(depth(), 4.0f, 1e-5f);
+  EXPECT_EQ(id(), 1);
+}
+
+TEST(Tracer, AMirrorShowsWhatStandsBeforeItAndARoughMetalDoesNot) {
+  BoxOnFloor box;
+  box.light.everywhere = glm::vec3(0.2f);
+  box.scene.instances[0].material = {.base_color = glm::vec3(0.9f), .metallic = 1.0f, .roughness = 0.1f};
+  box.scene.instances[1].material = {.base_color = glm::vec3(0.0f), .emissive = {1.0f, 0.0f, 0.0f}};
+  box.scene.instances[1].X_WM.translation.z = 1.0;
+  box.camera.eye_m = {2.0, 0.0, 2.0};
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  // Where the ray from the eye to the box's image, 1 m below the floor, meets the floor: at a third of the way up.
+  const glm::dvec3 seen = glm::mix(glm::dvec3(0.0, 0.0, -1.0), box.camera.eye_m, 1.0 / 3.0);
+  box.camera.target_m = seen;
+  const auto light = [&] {
+    tracer->Update(box.scene, box.light);
+    return LightAt(tracer->Draw(Eye::Of(box.camera, kWidth, kHeight), kWhole), kWidth / 2, kHeight / 2);
+  };
+  const glm::vec3 mirrored = light();
+  EXPECT_GT(mirrored.r, 4.0f * mirrored.g);
+  box.scene.instances[0].material.roughness = 0.9f;
+  const glm::vec3 blurred = light();
+  EXPECT_LT(blurred.r, 1.2f * blurred.g);
+}
+
+TEST(Tracer, ASheetBendsWhereItsNodesAre) {
+  BoxOnFloor box;
+  view::Sheet sheet;
+  sheet.instance = 1;
+  sheet.num_columns = 3;
+  for (int i = 0; i < 9; ++i)
+    sheet.p_W.emplace_back(0.2f * static_cast<float>(i % 3 - 1), 0.2f * static_cast<float>(i / 3 - 1), 1.0f);
+  box.scene.sheets = {sheet};
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
+  const auto depth = [&] { return *tracer->Draw(eye, kWhole).depth_m.Pixel(kWidth / 2, kHeight / 2); };
+  EXPECT_NEAR(depth(), 3.0f, 1e-3f);
+  EXPECT_EQ(*tracer->FindObjects(eye, kWhole).ids.Pixel(kWidth / 2, kHeight / 2), 2);
+  for (glm::vec3& p : box.scene.sheets[0].p_W) p.z = 1.5f;
+  box.scene.sheets[0].version = 1;
+  tracer->Update(box.scene, box.light);
+  EXPECT_NEAR(depth(), 2.5f, 1e-3f);
+}
+
+}  // namespace
+}  // namespace raytrace
