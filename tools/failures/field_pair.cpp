@@ -3,11 +3,13 @@
 namespace failures {
 
 FieldPair::FieldPair(const Variant& variant, const vps::TriangleMesh& field, double voxel_m,
-                     const vps::TriangleMesh& sampled, std::uint32_t num_points) {
+                     const vps::TriangleMesh& sampled, std::uint32_t num_points, Palm palm) {
   const SetUpLock lock;
   SceneKit kit(variant);
-  const auto G = kit.AddFixed(field, {}, voxel_m);
-  const auto S = kit.AddFixed(sampled, {}, 0.0, num_points);
+  const auto G = palm == Palm::kField ? kit.AddHand(field, {}, 0) : kit.AddFixed(field, {}, voxel_m);
+  const auto S =
+      palm == Palm::kSampled ? kit.AddHand(sampled, {}, num_points) : kit.AddFixed(sampled, {}, 0.0, num_points);
+  kit.scenario.objects[G].voxel_size_m = voxel_m;
   kit.AddPair(S, G);
   collision::Options options;
   options.cache = WorkFolder() / "cache";

@@ -453,12 +453,14 @@ glm::dvec3 UpToRim(const NearestFacet& facet, const glm::dvec3& up) {
 }
 
 // A flat patch of S over G. It slides over G's faces to the edge or the corner that is right below, as far as the patch
-// reaches and `is_on_S` holds: that touches first, and the normal is S's own.
+// reaches and `is_on_S` holds: that touches first, and the normal is S's own. Up a wall it slides only where S goes on
+// inside the wall: a needle that stands in a plate is felt, the wall along a peg that ends there is not under it.
 template <class IsOnS>
 Gap OverPatch(const FacetsAround& around, double reach, const glm::dvec3& p, const glm::dvec3& inward_G, double depth,
               const IsOnS& is_on_S) {
   double back = std::max(depth, 0.0) + kClear;
   glm::dvec3 way(0.0);
+  glm::dvec3 inside(0.0);
   Gap gap;
   for (int hop = 0; hop < kMostHops; ++hop) {
     const NearestFacet facet = around.FindNearest(p + way + back * inward_G, back + reach + ReachOf(depth));
@@ -466,7 +468,7 @@ Gap OverPatch(const FacetsAround& around, double reach, const glm::dvec3& p, con
     const glm::dvec3 above = p + way + back * inward_G - facet.place;
     const bool is_right_above =
         facet.height > 0.0 && glm::dot(above, inward_G) > (1.0 - 0.5 * kSlope * kSlope) * glm::length(above);
-    if (hop == 0 || (is_right_above && is_on_S(p + way))) {
+    if (hop == 0 || (is_right_above && is_on_S(p + way + inside))) {
       gap = {true, p + way, facet.normal, 0.0};
       if (is_right_above && !facet.is_on_face) {
         gap.n = inward_G;
@@ -475,7 +477,9 @@ Gap OverPatch(const FacetsAround& around, double reach, const glm::dvec3& p, con
       }
       gap.height = glm::dot(gap.p - facet.place, gap.n);
     }
-    if (is_right_above || glm::dot(facet.normal, inward_G) <= 0.0) return gap;
+    const double rise = glm::dot(facet.normal, inward_G);
+    if (is_right_above || rise < -kSlope) return gap;
+    if (rise <= kSlope) inside = -2.0 * kClear * facet.normal;
     glm::dvec3 to = facet.is_on_face ? UpToRim(facet, inward_G) : facet.corners[0];
     for (const glm::dvec3& corner : facet.corners) {
       if (!facet.is_on_face && glm::dot(corner - to, inward_G) > 0.0) to = corner;

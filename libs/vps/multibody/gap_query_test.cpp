@@ -91,6 +91,31 @@ TEST(GapQuery, AFaceOverACornerHasTheFacesNormal) {
   }
 }
 
+// A needle thinner than a voxel, far thinner than the sampled plate's spacing, stands straight in its face.
+TEST(GapQuery, ANeedleBetweenThePlatesPlacesIsFeltAsDeepAsItIs) {
+  GapEngine engine(MakeCylinder(1e-4, 0.02, 16), MakeBox({0.1, 0.1, 0.02}), 1e-3, 4096);
+  for (int i = 1; i <= 6; ++i) {
+    const double depth_m = 5e-5 * i;
+    engine.Query({{1, 0, 0, 0}, {3.7e-4, 2.3e-4, -0.01 - 0.01 + depth_m}});
+    ASSERT_FALSE(engine.gaps.planes.empty());
+    const core::ContactPlane plane = engine.Least();
+    EXPECT_NEAR(engine.Gap_m(plane), -depth_m, 2.0 * kMicro);
+    EXPECT_LT(glm::length(glm::dvec3(plane.n_G) - glm::dvec3(0, 0, -1)), 1e-4);
+  }
+}
+
+// A box stands in a shaft as wide as itself along one side, a little below the rim: its bottom is over no rim.
+TEST(GapQuery, AWallAlongWhichAFaceEndsIsNotUnderIt) {
+  const double half_m = 0.01;
+  GapEngine engine(MakeBox({0.06, 0.06, 0.04}), MakeBox(glm::dvec3(2.0 * half_m)), 5e-4, 4096);
+  for (int i = -3; i <= 3; ++i) {
+    const double gap_m = kMicro * i;
+    engine.Query({{1, 0, 0, 0}, {0.03 + half_m + gap_m, 0.0013, 0.02 + half_m - 3e-4}});
+    ASSERT_FALSE(engine.gaps.planes.empty());
+    EXPECT_NEAR(engine.Gap_m(engine.Least()), gap_m, 2.0 * kMicro);
+  }
+}
+
 // Two roofs across each other: the normal is across both edges.
 TEST(GapQuery, CrossingEdgesHaveTheNormalOfBoth) {
   TriangleMesh roof = MakeBox(glm::dvec3(0.04));

@@ -107,7 +107,7 @@ void StudyReducedContacts(Report* report) {
   AddRow(report, rocking);
 }
 
-// A needle of 0.2 mm stands 0.3 mm deep in the middle of a plate's face; each of the two is sampled in turn.
+// A needle of 0.2 mm, the tool, stands 0.3 mm deep in the middle of a plate's face; each of the two is sampled in turn.
 void StudyNeedle(Report* report) {
   constexpr double kDepth_m = 3e-4;
   const vps::TriangleMesh needle = vps::MakeCylinder(1e-4, 0.02, 16);
@@ -115,15 +115,16 @@ void StudyNeedle(Report* report) {
   const core::Pose X_PN{{1, 0, 0, 0}, {3.7e-4, 2.3e-4, 0.01 + 0.01 - kDepth_m}};
   Row row{"F18",
           "one-sided sampling",
-          "needle of 0.2 mm, 0.3 mm deep in a plate with 4k points, voxels of 1 mm; either one sampled",
+          "needle of 0.2 mm as the tool, 0.3 mm deep in a plate with 4k points, voxels of 1 mm; either one sampled",
           "depth off, needle sampled; plate sampled, in voxels",
           "<= 0.1; <= 0.1",
           {},
           "a needle thinner than a voxel has no inside in its field, and passes between the plate's points"};
   for (const Variant& variant : Variants()) {
-    const auto error = [&](const vps::TriangleMesh& field, const vps::TriangleMesh& sampled, const core::Pose& X_GS) {
+    const auto error = [&](const vps::TriangleMesh& field, const vps::TriangleMesh& sampled, FieldPair::Palm palm,
+                           const core::Pose& X_GS) {
       try {
-        FieldPair pair(variant, field, kVoxel_m, sampled, kToolPoints);
+        FieldPair pair(variant, field, kVoxel_m, sampled, kToolPoints, palm);
         const vps::PairResult& result = pair.Query(X_GS);
         const double depth_m = result.is_in_contact ? -result.signed_distance_m : 0.0;
         return std::abs(depth_m - kDepth_m) / kVoxel_m;
@@ -131,8 +132,8 @@ void StudyNeedle(Report* report) {
         return 1e9;
       }
     };
-    const double of_needle = error(plate, needle, X_PN);
-    const double of_plate = error(needle, plate, X_PN.inverse());
+    const double of_needle = error(plate, needle, FieldPair::Palm::kSampled, X_PN);
+    const double of_plate = error(needle, plate, FieldPair::Palm::kField, X_PN.inverse());
     row.readings.push_back({variant.name, Short(of_needle) + "; " + (of_plate < 1e9 ? Short(of_plate) : "refused"),
                             of_needle <= 0.1 && of_plate <= 0.1});
   }
