@@ -89,8 +89,9 @@ EnergyScene BoxOnTorus(const Variant& variant) {
 
 // A scenario that is shipped, with this operator in place of its own.
 EnergyScene Shipped(const std::string& name, const std::string& script) {
-  const auto scenario = scene::LoadScenario(std::filesystem::path("scenarios") / name);
+  auto scenario = scene::LoadScenario(std::filesystem::path("scenarios") / name);
   if (!scenario) throw std::runtime_error("no scenarios/" + name + " here");
+  scenario->procedure.clear();  // its steps are not this operator's
   return {name, *scenario, script};
 }
 
