@@ -92,7 +92,7 @@ void StudyThreads(Report* report) {
             "pitch error; skipped threads",
             "<= 2 %; 0",
             {},
-            ""};
+            "god object: the nut is off by a thread; the cause has not been found"};
     for (std::size_t v = 0; v < Variants().size(); ++v) {
       const Driven& one = driven[s * Variants().size() + v];
       row.readings.push_back({Variants()[v].name, Short(100.0 * one.pitch_error) + " %; " + std::to_string(one.skipped),
