@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -106,6 +107,43 @@ TEST(FastWorld, RestsWhileApartAndNeverLate) {
   }
   EXPECT_GT(num_coherent, 50U);
   EXPECT_GT(num_in_contact, 50U);
+}
+
+// A ball rolls on a plate. Where it lay has a plane for as long as the tool keeps it, though others are nearer by then;
+// else it gives its plane up.
+TEST(FastWorld, APlaceThatCarriesKeepsItsPlane) {
+  for (const bool is_kept : {true, false}) {
+    WorldDescription description;
+    description.method = Method::kFast;
+    description.objects = {{Cooked(MakeBox({0.1, 0.1, 0.04}), 0.0005, 0), {}},
+                           {Cooked(MakeSphere(0.02, 64), 0, 4000), {}}};
+    description.pairs = {{.sampled = 1, .field = 0, .has_gaps = true}};
+    const auto world = *CollisionWorld::Create(description);
+    core::SerialFor serial;
+    const auto planes_at = [&](const core::Pose& X_WS) {
+      ToolContact contact;
+      world->SetPose(1, X_WS);
+      world->Step(&serial);
+      world->HandPlanes({0, 1}, &contact);
+      return contact.planes;
+    };
+    const core::Pose X_before = At(0, 0, 0.04 - 1e-5);
+    const auto before = planes_at(X_before);
+    ASSERT_FALSE(before.empty());
+    const ToolPlane carrying =
+        *std::min_element(before.begin(), before.end(), [](const auto& a, const auto& b) { return a.gap_m < b.gap_m; });
+    const glm::dvec3 p_S = X_before.inverse() * carrying.p_W;
+    bool is_there = false;
+    for (int i = 0; i < 30; ++i) {
+      if (is_kept) world->KeepHandPlane(carrying.id);
+      const core::Pose X_WS = At(0, 0, 0.04 - 1e-5, {0, 0.25 + 1e-3 * i, 0});
+      is_there = false;
+      for (const ToolPlane& plane : planes_at(X_WS)) {
+        is_there = is_there || (plane.id == carrying.id && glm::distance(X_WS.inverse() * plane.p_W, p_S) < 1e-3);
+      }
+    }
+    EXPECT_EQ(is_there, is_kept);
+  }
 }
 
 TEST(FastWorld, NeedsObjectsThatWereCookedForIt) {
