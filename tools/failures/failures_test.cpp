@@ -31,6 +31,10 @@ TEST(FailureTests, TheHandFeelsTheFrictionOfTheCone) {
   EXPECT_THAT(MissedBy(StudyFriction), testing::IsEmpty());
 }
 
+TEST(FailureTests, TheForceTurnsSmoothlyOverAnEdge) {
+  EXPECT_THAT(MissedBy(StudyEdges), testing::IsEmpty());
+}
+
 TEST(FailureTests, NoContactIsLate) {
   EXPECT_THAT(MissedBy(StudyLateness), testing::IsEmpty());
 }

@@ -41,8 +41,9 @@ constexpr std::size_t kMostDeep = 8;
 // A corner of G is measured if a place of S is nearer to it than this [spacings]: on a square grid of places the
 // farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
 constexpr double kAroundCorner = 2.0;
-// A normal that is farther outside a place's own than round surfaces turn from piece to piece is not the place's.
-constexpr double kBesideCone = kSharpAngle_deg * 3.14159265358979 / 180.0;
+// By the field a normal is less sure than by facets: one that is farther outside a place's own than this is not its
+// own.
+constexpr double kBesideByField = kSharpAngle_deg * 3.14159265358979 / 180.0;
 constexpr double kDoubt = static_cast<double>(kUsualFieldError);
 constexpr std::uint32_t kCornerOfG = 1U << 31U;  // in the name of a corner of G
 constexpr double kLeastShare = 0.05;             // of the stiffness, of a plane far away: as ReducePatches
@@ -299,6 +300,7 @@ struct Query {
   Gap ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
                double depth, Below* below);
   [[nodiscard]] bool IsOnS(const glm::dvec3& p, const glm::dvec3& inward_G) const;
+  [[nodiscard]] double Beside() const;
   Gap GapOf(std::uint32_t point, double depth, Below* below);
   void MeasureNearest(Below* below);
   glm::dvec3 Carrying(const glm::dvec3& corner, glm::dvec3 n);
@@ -566,20 +568,30 @@ bool Query::IsOnS(const glm::dvec3& p, const glm::dvec3& inward_G) const {
   return FindNearestPiece(S.pieces, outside, 1.01 * kClear * field.voxel_size_m).is_found;
 }
 
+// A place stands for the round surface around it, whose faces take turns within a cycle: a normal that is farther
+// outside its own than from one face to the next belongs to another place.
+double Query::Beside() const {
+  return S.turn_rad + kSlope;
+}
+
 Gap Query::Measure(std::uint32_t point, double depth, Below* below) {
   const TouchPlace& place = S.places[point];
   const glm::dvec3 p = InVoxels(PointAt(point));
   const glm::dvec3 inward_G = X_GS.rotate(glm::dvec3(place.inward));
   const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
   Gap gap = ByField(field, p);
+  double beside = kBesideByField;
   if (gap.height - Slope(place, gap.n, inward_G, along_G) * static_cast<double>(place.reach_m) / field.voxel_size_m <
       kExactWithin) {
     const Gap exact = ByFacets(place, p, along_G, inward_G, depth, below);
-    if (exact.is_found) gap = exact;
+    if (exact.is_found) {
+      gap = exact;
+      beside = Beside();
+    }
   }
   // Else it cannot be what touches there: S reaches farther beside it, or G ends before.
   const double off = std::atan2(glm::length(glm::cross(gap.n, inward_G)), glm::dot(gap.n, inward_G));
-  gap.is_found = off < static_cast<double>(place.cone_rad) + kBesideCone;
+  gap.is_found = off < static_cast<double>(place.cone_rad) + beside;
   return gap;
 }
 
@@ -640,7 +652,7 @@ void Query::MeasureCorners(const Below& below) {
     if (!gap.is_found || gap.height >= kExactWithin) continue;
     const glm::dvec3 n = Carrying(corner.p, gap.n);
     const double cosine = glm::dot(n, gap.n);
-    if (cosine < std::cos(kBesideCone)) continue;
+    if (cosine < std::cos(Beside())) continue;
     gap.height /= cosine;  // to the plane of S's face, along n
     gap.n = n;
     gap.p = corner.p + gap.height * n;

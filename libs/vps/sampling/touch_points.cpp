@@ -4,15 +4,19 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <tuple>
 
 #include "vps/force/direction_bins.hpp"
+#include "vps/sampling/sharp_edges.hpp"
 
 namespace vps {
 namespace {
 
 // Of mean normals: patches and faces that differ by less are one plane. 0.25 degrees.
 constexpr float kFlat = 1.0f - 1e-5f;
+
+constexpr float kSharp_rad = static_cast<float>(kSharpAngle_deg * std::numbers::pi / 180.0);
 
 constexpr float kSamePlace = 1e-4f;  // of the length of a side
 
@@ -45,6 +49,17 @@ class Surface {
   explicit Surface(const SurfacePieces& pieces) {
     for (const SurfacePiece& piece : pieces.pieces) Add(piece);
     MatchRest();
+  }
+
+  // Between neighbours that differ by no more than kSharpAngle_deg.
+  [[nodiscard]] double Turn_rad() const {
+    float most_rad = 0.0f;
+    for (const auto& [key, side] : sides_) {
+      if (side.count != 2) continue;
+      const float turn_rad = AngleBetween(side.outward[0], side.outward[1]);
+      if (turn_rad <= kSharp_rad) most_rad = std::max(most_rad, turn_rad);
+    }
+    return static_cast<double>(most_rad);
   }
 
   void AddPlaces(double spacing_m, std::vector<glm::dvec3>* points, std::vector<TouchPlace>* places) const {
@@ -183,7 +198,12 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
   const std::size_t num_faces = surface.areas_m2.size();
   double rest_m2 = samples.area_m2;
   for (const double area_m2 : surface.areas_m2) rest_m2 -= area_m2;
-  if (has_pieces) Surface(samples.pieces).AddPlaces(spacing_m, &surface.points_m, &places);
+  double turn_rad = 0.0;
+  if (has_pieces) {
+    const Surface faces(samples.pieces);
+    faces.AddPlaces(spacing_m, &surface.points_m, &places);
+    turn_rad = faces.Turn_rad();
+  }
   const std::size_t num_others = surface.points_m.size() - num_faces;
   const double share_m2 = std::max(rest_m2, 1e-6 * samples.area_m2) / static_cast<double>(std::max(num_others, 1UL));
   surface.areas_m2.resize(surface.points_m.size(), share_m2);
@@ -197,6 +217,7 @@ TouchPoints FindTouchPoints(const SampleTree& samples) {
   touch.tree.area_m2 = samples.area_m2;
   touch.pieces = samples.pieces;
   touch.spacing_m = spacing_m;
+  touch.turn_rad = turn_rad;
   touch.places.resize(touch.tree.num_points);
   for (std::size_t i = 0; i < touch.tree.num_points; ++i) {
     const PointBlock& block = touch.tree.points[i / kBlock];

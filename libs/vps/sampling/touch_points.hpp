@@ -34,6 +34,7 @@ struct TouchPoints {
   std::vector<std::uint32_t> group_begin;  // of each block, and the end
   SurfacePieces pieces;                    // the surface itself, if the samples have it
   double spacing_m = 0.0;                  // of the samples
+  double turn_rad = 0.0;                   // the most from face to face of a round part: where no edge is sharp
 };
 
 // From the samples of flat patches and from the pieces, if there are any: else from all samples.

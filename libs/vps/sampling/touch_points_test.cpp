@@ -49,5 +49,13 @@ TEST(TouchPoints, CoverTheEdgesOfThinTriangles) {
   EXPECT_NEAR(lines_m, 128 * 0.06, 0.08);
 }
 
+// A polygon of 128 sides turns by 1/128 of a turn from one to the next; a box has only sharp edges.
+TEST(TouchPoints, TurnFromFaceToFaceAsRoundPartsDo) {
+  const TouchPoints cylinder = FindTouchPoints(*BuildSampleTree(MakeCylinder(0.01, 0.06, 128), 16384));
+  EXPECT_NEAR(cylinder.turn_rad, 2.0 * std::acos(-1.0) / 128, 1e-4);
+  const TouchPoints box = FindTouchPoints(*BuildSampleTree(MakeBox({0.06, 0.02, 0.04}), 2048));
+  EXPECT_NEAR(box.turn_rad, 0.0, 1e-4);
+}
+
 }  // namespace
 }  // namespace vps

@@ -89,9 +89,7 @@ void StudyEdges(Report* report) {
             "direction off beyond 2 voxels; largest step",
             "<= 5 deg; <= 10 deg",
             {},
-            "planes of a face that the ball's facets beside them pass first hold it for some cycles: they count up to "
-            "25 deg outside the normals of a place; 2 deg makes steps of 1.9 and 9.2 deg, and is not tried on pegs and "
-            "threads"};
+            "`paper`: a depth is that of a layer of voxels, and its direction is one of a few"};
     const auto traces = OfVariants([radius_m](const Variant& variant) { return Draw(variant, radius_m); });
     for (std::size_t v = 0; v < traces.size(); ++v) {
       const Variant& variant = Variants()[v];
