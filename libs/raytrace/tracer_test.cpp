@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "view/conformance/cast_ids.hpp"
-#include "view/conformance/known_scene.hpp"
+#include "view/conformance/testing/known_scene.hpp"
 #include "vps/mesh/vertex_normals.hpp"
 #include "vps/testing/shapes.hpp"
 

@@ -11,7 +11,7 @@
 #include "scene/load_scenario.hpp"
 #include "view/conformance/cast_ids.hpp"
 #include "view/conformance/compare.hpp"
-#include "view/conformance/known_scene.hpp"
+#include "view/conformance/testing/known_scene.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace visual_node {

@@ -1,4 +1,4 @@
-#include "view/conformance/known_scene.hpp"
+#include "view/conformance/testing/known_scene.hpp"
 
 #include "view/conformance/cast_ids.hpp"
 #include "vps/mesh/vertex_normals.hpp"
