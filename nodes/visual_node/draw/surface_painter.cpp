@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/gtc/type_ptr.hpp>
+#include <sstream>
 #include <string>
 
 #include "nodes/visual_node/draw/surface_shaders.hpp"
@@ -32,6 +33,18 @@ GlTexture MakeWrinkles() {
   glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return texture;
+}
+
+// What does not change is cheaper as a constant than as a uniform.
+std::string LightPanels() {
+  std::ostringstream text;
+  for (std::size_t i = 0; i < view::kPanels.size(); ++i) {
+    const view::LightPanel& panel = view::kPanels[i];
+    const glm::vec3& d = panel.direction_W;
+    text << "const vec4 kPanel" << i << " = vec4(" << d.x << "," << d.y << "," << d.z << "," << panel.strength << ");\n"
+         << "const vec2 kPanelEdge" << i << " = vec2(" << panel.outer << "," << panel.inner << ");\n";
+  }
+  return text.str();
 }
 
 // Reads the shadow map's depths instead of comparing them.
@@ -71,6 +84,8 @@ core::Result<void> SurfacePainter::Compile(std::size_t variant) {
   for (std::size_t i = 0; i < std::size(kNames); ++i) {
     if ((variant >> i & 1) != 0) head += std::string("#define ") + kNames[i] + "\n";
   }
+  head += kIrradiance;
+  head += LightPanels();
   auto program = MakeProgram("surface", (head + kSurfaceVertex).c_str(), (head + kSurfaceFragment).c_str());
   if (!program) return tl::unexpected(program.error());
   programs_[variant] = std::move(*program);
@@ -110,15 +125,12 @@ void SurfacePainter::Use(std::size_t variant) {
   if (is_ready_[variant]) return;
   is_ready_[variant] = true;
   const view::EnvironmentLight& light = frame_.light;
-  glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(frame_.clip_W));
-  glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_));
   glUniform1f(3, shadow_offset_m_);
-  glUniform3fv(6, 1, glm::value_ptr(frame_.eye_W));
   glUniform3fv(7, 1, glm::value_ptr(light.sun_direction_W));
   const auto num_lamps = static_cast<GLint>(std::min(frame_.lamps.size(), kMaxLamps));
   for (GLint i = 0; i < num_lamps; ++i) {
     const SurfaceFrame::Lamp& lamp = frame_.lamps[static_cast<std::size_t>(i)];
-    glUniform4fv(8 + i, 1, glm::value_ptr(lamp.position_W));
+    glUniform4fv(8 + i, 1, glm::value_ptr(lamp.position_W - glm::vec4(frame_.eye_W, 0.0f)));
     glUniform3fv(12 + i, 1, glm::value_ptr(lamp.color));
   }
   glUniform1i(16, num_lamps);
@@ -127,11 +139,6 @@ void SurfacePainter::Use(std::size_t variant) {
   glUniform3fv(19, 1, glm::value_ptr(light.earth));
   glUniform3fv(20, 1, glm::value_ptr(light.panels));
   glUniform3fv(21, 1, glm::value_ptr(light.everywhere));
-  for (GLint i = 0; i < 2; ++i) {
-    const view::LightPanel& panel = view::kPanels[static_cast<std::size_t>(i)];
-    glUniform4f(22 + i, panel.direction_W.x, panel.direction_W.y, panel.direction_W.z, panel.strength);
-    glUniform2f(24 + i, panel.outer, panel.inner);
-  }
   glUniform3fv(26, 9, glm::value_ptr(irradiance_[0]));
 }
 
@@ -148,7 +155,11 @@ void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const 
     bind(6, part.normal_texture);
     if (part.surface_texture >= 0) glUniform1f(35, part.has_occlusion ? 1.0f : 0.0f);
   }
-  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_WM));
+  glm::mat4 X_EM = X_WM;
+  X_EM[3] -= glm::vec4(frame_.eye_W, 0.0f);
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_EM));
+  glUniformMatrix4fv(1, 1, GL_FALSE, glm::value_ptr(frame_.clip_W * X_WM));
+  glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_ * X_WM));
   glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
   glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
   if (part.is_two_sided) {

@@ -2,23 +2,43 @@
 
 namespace visual_node {
 
-// --- Surfaces: glTF metallic-roughness. The renderer puts the version and the variant in front:
+// --- Surfaces: glTF metallic-roughness. The painter puts the version, the variant, kIrradiance and the light panels
+// (the constants kPanel0, kPanelEdge0, ...: direction in W and strength; cosines of the outer and the inner edge) in
+// front:
 //   FOIL   wrinkled foil, with a direction in which it was rolled,
 //   SOFT   the sun's penumbra, for views near enough to show it,
 //   BASE_MAP, SURFACE_MAP, NORMAL_MAP   textures of colour; of occlusion, roughness and metal; of the normal.
+// What a matt white surface with the normal n reflects of the light around (view::Irradiance): the same for both sides
+// of a surface, and opposite.
+constexpr const char* kIrradiance = R"(
+layout(location = 26) uniform vec3 u_irradiance[9];
+vec3 EvenIrradiance(vec3 n) {
+  return u_irradiance[0] + n.x * n.y * u_irradiance[4] + n.y * n.z * u_irradiance[5] +
+         (3.0 * n.z * n.z - 1.0) * u_irradiance[6] + n.x * n.z * u_irradiance[7] +
+         (n.x * n.x - n.y * n.y) * u_irradiance[8];
+}
+vec3 OddIrradiance(vec3 n) { return n.y * u_irradiance[1] + n.z * u_irradiance[2] + n.x * u_irradiance[3]; }
+)";
+
+// What follows from a mesh's vertices is computed there: a software renderer has far fewer of them than pixels, and
+// reading a uniform at a pixel costs it as much as five multiplications.
 constexpr const char* kSurfaceVertex = R"(
 layout(location = 0) in vec3 a_p_M;
 layout(location = 1) in vec3 a_n_M;
 layout(location = 2) in vec3 a_rest_p;  // before a sheet was bent
 layout(location = 3) in vec3 a_rest_n;
 layout(location = 4) in vec2 a_uv;
-layout(location = 0) uniform mat4 u_X_WM;
-layout(location = 1) uniform mat4 u_clip_W;
-layout(location = 2) uniform mat4 u_sun_W;
+layout(location = 0) uniform mat4 u_X_EM;  // E: at the eye, with the axes of W
+layout(location = 1) uniform mat4 u_clip_M;
+layout(location = 2) uniform mat4 u_sun_M;
 layout(location = 3) uniform float u_shadow_offset_m;
-out vec3 v_p_W;
+out vec3 v_p_E;
 out vec3 v_n_W;
 out vec3 v_sun;
+#ifndef NORMAL_MAP
+out vec3 v_even;
+out vec3 v_odd;
+#endif
 #ifdef FOIL
 out vec3 v_rest_p;
 out vec3 v_rest_n;
@@ -30,17 +50,20 @@ void main() {
 #if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
   v_uv = a_uv;
 #endif
-  vec4 p_W = u_X_WM * vec4(a_p_M, 1.0);
-  v_p_W = p_W.xyz;
-  v_n_W = mat3(u_X_WM) * a_n_M;
+  v_p_E = (u_X_EM * vec4(a_p_M, 1.0)).xyz;
+  vec3 n = mat3(u_X_EM) * a_n_M;
+  v_n_W = n;
+#ifndef NORMAL_MAP
+  v_even = EvenIrradiance(n);
+  v_odd = OddIrradiance(n);
+#endif
 #ifdef FOIL
   v_rest_p = a_rest_p;
   v_rest_n = a_rest_n;
 #endif
   // The map is sampled 1.5 texels outside the surface, against self-shadowing (normal offset).
-  vec4 sun = u_sun_W * vec4(p_W.xyz + u_shadow_offset_m * v_n_W, 1.0);
-  v_sun = 0.5 * sun.xyz + 0.5;
-  gl_Position = u_clip_W * p_W;
+  v_sun = 0.5 * (u_sun_M * vec4(a_p_M + u_shadow_offset_m * a_n_M, 1.0)).xyz + 0.5;
+  gl_Position = u_clip_M * vec4(a_p_M, 1.0);
 }
 )";
 
@@ -55,12 +78,11 @@ void main() {
 // D V F is larger by 1 + F0 (1 / (x + y) - 1) for what is mirrored more often [Turquin 2019].
 // Foil: D stretched along the direction of rolling [Burley 2012]; the wrinkles that are smaller than a pixel widen it.
 constexpr const char* kSurfaceFragment = R"(
-layout(location = 0) uniform mat4 u_X_WM;
+layout(location = 0) uniform mat4 u_X_EM;
 layout(location = 4) uniform vec4 u_base_metallic;
 layout(location = 5) uniform vec4 u_emissive_roughness;
-layout(location = 6) uniform vec3 u_eye_W;
 layout(location = 7) uniform vec3 u_sun_direction_W;
-layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz W, w: reach [m]
+layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz E, w: reach [m]
 layout(location = 12) uniform vec3 u_lamp_color[4];
 layout(location = 16) uniform int u_num_lamps;
 layout(location = 17) uniform vec4 u_earth_W;  // direction to its centre, sine of its angular radius
@@ -68,9 +90,6 @@ layout(location = 18) uniform vec3 u_sun;
 layout(location = 19) uniform vec3 u_earth;
 layout(location = 20) uniform vec3 u_panels;
 layout(location = 21) uniform vec3 u_everywhere;
-layout(location = 22) uniform vec4 u_panel[2];        // direction W, strength
-layout(location = 24) uniform vec2 u_panel_edge[2];   // outer, inner
-layout(location = 26) uniform vec3 u_irradiance[9];
 #ifdef SURFACE_MAP
 layout(location = 35) uniform float u_occlusion;  // how much the texture's red counts
 #endif
@@ -81,9 +100,13 @@ layout(binding = 3) uniform sampler2D u_wrinkles;  // tilts, sum of their square
 layout(binding = 4) uniform sampler2D u_base_map;
 layout(binding = 5) uniform sampler2D u_surface_map;
 layout(binding = 6) uniform sampler2D u_normal_map;
-in vec3 v_p_W;
+in vec3 v_p_E;
 in vec3 v_n_W;
 in vec3 v_sun;
+#ifndef NORMAL_MAP
+in vec3 v_even;
+in vec3 v_odd;
+#endif
 #ifdef FOIL
 in vec3 v_rest_p;
 in vec3 v_rest_n;
@@ -93,30 +116,22 @@ in vec2 v_uv;
 #endif
 out vec4 o_color;
 
-// EnvironmentLight::Radiance, seen by a lobe of half-angle a [rad].
-vec3 Environment(vec3 d, float a) {
-  vec3 sum = u_everywhere;
+// EnvironmentLight::Radiance from the direction d, seen by a lobe of half-angle a [rad]; dl: d.l.
+vec3 Environment(vec3 d, float dl, float a) {
   float widen = 0.7 * a;
-  for (int i = 0; i < 2; ++i) {
-    sum += u_panels * (u_panel[i].w * (1.0 - 0.7 * a) *
-                       smoothstep(u_panel_edge[i].x - widen, u_panel_edge[i].y, dot(d, u_panel[i].xyz)));
-  }
+  float panels = kPanel0.w * smoothstep(kPanelEdge0.x - widen, kPanelEdge0.y, dot(d, kPanel0.xyz)) +
+                 kPanel1.w * smoothstep(kPanelEdge1.x - widen, kPanelEdge1.y, dot(d, kPanel1.xyz));
   vec3 e = u_earth_W.xyz;
   float sine = u_earth_W.w;
   float along = dot(d, e);
   float rest = sine * sine - (1.0 - along * along);
   float edge = sqrt(1.0 - sine * sine);
   float soft = sine * a + 0.002;
-  vec3 n = (d * (max(along, edge) - sqrt(max(rest, 0.0))) - e) / sine;
-  float day = dot(n, u_sun_direction_W);
+  // Of the sun over the place n = (d (along - sqrt(rest)) - e) / sine of the Earth: n.l.
+  float day = (dl * (max(along, edge) - sqrt(max(rest, 0.0))) - dot(e, u_sun_direction_W)) / sine;
   day = 0.5 * (day + sqrt(day * day + 0.1 * a * a));
-  return sum + u_earth * (day * smoothstep(edge - soft, edge + soft, along));
-}
-
-vec3 Irradiance(vec3 n) {
-  return max(u_irradiance[0] + n.y * u_irradiance[1] + n.z * u_irradiance[2] + n.x * u_irradiance[3] +
-             n.x * n.y * u_irradiance[4] + n.y * n.z * u_irradiance[5] + (3.0 * n.z * n.z - 1.0) * u_irradiance[6] +
-             n.x * n.z * u_irradiance[7] + (n.x * n.x - n.y * n.y) * u_irradiance[8], 0.0);
+  return u_everywhere + u_panels * (panels * (1.0 - widen)) +
+         u_earth * (day * smoothstep(edge - soft, edge + soft, along));
 }
 
 // The share of the sun that is seen. Its half-angle is 0.00465, and the map is as deep as it is wide, so a caster at
@@ -155,12 +170,17 @@ float Sunlit(vec3 s, float slope) {
 }
 
 void main() {
+  float side = gl_FrontFacing ? 1.0 : -1.0;
+  vec3 n = normalize(side * v_n_W);
+  vec3 l = u_sun_direction_W;
+  float facing = dot(n, l);  // of the surface without wrinkles
+  float slope = min(sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.2), 3.0);
+  float lit = facing > 0.0 ? Sunlit(v_sun, slope) : 0.0;
+
   vec3 base = u_base_metallic.rgb;
   float metallic = u_base_metallic.a;
   float roughness = clamp(u_emissive_roughness.a, 0.06, 1.0);
-  vec3 n = normalize(gl_FrontFacing ? v_n_W : -v_n_W);
-  vec3 v = normalize(u_eye_W - v_p_W);
-  vec3 l = u_sun_direction_W;
+  vec3 v = normalize(-v_p_E);
 #ifdef BASE_MAP
   base *= texture(u_base_map, v_uv).rgb;
 #endif
@@ -173,13 +193,12 @@ void main() {
   const float open = 1.0;
 #endif
   float a = roughness * roughness;
-  float facing = dot(n, l);  // of the surface without wrinkles
 
 #ifdef NORMAL_MAP
   // The texture's axes on the surface, from how place and texture coordinates change between pixels [Schueler 2006].
   // The texture's y points upwards, v downwards.
-  vec3 across_x = cross(dFdy(v_p_W), n);
-  vec3 across_y = cross(n, dFdx(v_p_W));
+  vec3 across_x = cross(dFdy(v_p_E), n);
+  vec3 across_y = cross(n, dFdx(v_p_E));
   vec2 uv_x = dFdx(v_uv);
   vec2 uv_y = dFdy(v_uv);
   vec3 t_u = across_x * uv_x.x + across_y * uv_y.x;
@@ -190,12 +209,12 @@ void main() {
 #endif
 
 #ifdef FOIL
-  vec3 side = abs(v_rest_n);
-  bool is_x = side.x > side.y && side.x > side.z;
-  bool is_y = !is_x && side.y > side.z;
+  vec3 facing_M = abs(v_rest_n);
+  bool is_x = facing_M.x > facing_M.y && facing_M.x > facing_M.z;
+  bool is_y = !is_x && facing_M.y > facing_M.z;
   vec2 place = is_x ? v_rest_p.yz : (is_y ? v_rest_p.xz : v_rest_p.xy);
-  vec3 along = is_x ? u_X_WM[1].xyz : u_X_WM[0].xyz;
-  vec3 across = is_x || is_y ? u_X_WM[2].xyz : u_X_WM[1].xyz;
+  vec3 along = is_x ? u_X_EM[1].xyz : u_X_EM[0].xyz;
+  vec3 across = is_x || is_y ? u_X_EM[2].xyz : u_X_EM[1].xyz;
   along -= n * dot(n, along);
   across -= n * dot(n, across);
   vec3 tilt = texture(u_wrinkles, 4.0 * place).xyz * vec3(2.0, 2.0, 1.0) - vec3(1.0, 1.0, 0.0);  // a tile of 0.25 m
@@ -204,11 +223,15 @@ void main() {
   roughness = sqrt(a);
 #endif
 
-  vec3 h = normalize(l + v);
-  float nv = clamp(dot(n, v), 1e-3, 1.0);
-  float nl = max(dot(n, l), 0.0);
-  float nh = max(dot(n, h), 0.0);
-  float hv = max(dot(h, v), 0.0);
+  // Without h = (l + v) / |l + v|, as |l + v|^2 = 2 + 2 l.v.
+  float n_v = dot(n, v);
+  float n_l = dot(n, l);
+  float l_v = dot(l, v);
+  float shorten = inversesqrt(max(2.0 + 2.0 * l_v, 1e-7));
+  float nv = clamp(n_v, 1e-3, 1.0);
+  float nl = max(n_l, 0.0);
+  float nh = clamp((n_l + n_v) * shorten, 0.0, 1.0);
+  float hv = min((1.0 + l_v) * shorten, 1.0);
   vec3 f0 = mix(vec3(0.04), base, metallic);
 
   vec2 split = texture(u_split_sum, vec2(nv, roughness) * (31.0 / 32.0) + 0.5 / 32.0).xy;
@@ -224,6 +247,7 @@ void main() {
 #ifdef FOIL
   const float kRolled = 0.6;
   vec3 t = normalize(along - n * dot(n, along));
+  vec3 h = (l + v) * shorten;
   float ht = dot(h, t) / (a * (1.0 + kRolled));
   float hb = dot(h, cross(n, t)) / (a * (1.0 - kRolled));
   float q = ht * ht + hb * hb + nh * nh;
@@ -238,18 +262,26 @@ void main() {
   vec3 fresnel = f0 + (1.0 - f0) * (w2 * w2 * w);
   // The sun's image in a mirror would be 40000 times brighter than a wall; it is bounded against flicker.
   vec3 mirrored = fresnel * min(distribution * visibility, 24.0) * (1.0 + f0 * (lost / (1.0 - lost)));
-  float slope = min(sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.2), 3.0);
-  float lit = facing > 0.0 ? nl * Sunlit(v_sun, slope) : 0.0;
-  vec3 color = u_sun * lit * (matt * 0.31830989 + mirrored);
+  vec3 color = u_sun * (lit * nl) * (matt * 0.31830989 + mirrored);
 
-  color += open * (Environment(reflect(-v, n), a) * once + Irradiance(n) * (again + matt));
+#ifdef NORMAL_MAP
+  vec3 irradiance = max(EvenIrradiance(n) + OddIrradiance(n), 0.0);
+#else
+  vec3 irradiance = max(v_even + side * v_odd, 0.0);
+#endif
+  vec3 mirrored_way = 2.0 * n_v * n - v;
+  color += open * (Environment(mirrored_way, 2.0 * n_v * n_l - l_v, a) * once + irradiance * (again + matt));
 
   for (int i = 0; i < u_num_lamps; ++i) {
-    vec3 to = u_lamp_position[i].xyz - v_p_W;
-    float d = length(to) / u_lamp_position[i].w;
-    float fall = 1.0 / (1.0 + d * d);
-    color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) / max(length(to), 1e-4), 0.0)) *
-             (0.25 + 0.75 * base);
+    vec3 to = u_lamp_position[i].xyz - v_p_E;
+    float reach = u_lamp_position[i].w;
+    float d2 = dot(to, to);
+    // Beyond seven times its reach a lamp adds less than half a code to a dark surface.
+    for (int k = int(d2 < 49.0 * reach * reach); k > 0; --k) {
+      float fall = 1.0 / (1.0 + d2 / (reach * reach));
+      color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) * inversesqrt(max(d2, 1e-8)), 0.0)) *
+               (0.25 + 0.75 * base);
+    }
   }
   o_color = vec4(color + 1.1 * u_emissive_roughness.rgb, 1.0);
 }
