@@ -5,6 +5,7 @@
 #include "core/result.hpp"
 #include "picture/measured.hpp"
 #include "raytrace/world.hpp"
+#include "tiles/tile.hpp"
 #include "view/scene.hpp"
 
 namespace raytrace {
@@ -21,15 +22,7 @@ struct Eye {
   static Eye Of(const scene::Camera& placed, int width, int height);
 };
 
-// A rectangle of a picture's pixels; y from the top.
-struct Tile {
-  int x = 0;
-  int y = 0;
-  int width = 0;
-  int height = 0;
-
-  bool operator==(const Tile&) const = default;
-};
+using tiles::Tile;
 
 // What is drawn of a tile. Light is linear RGB, in the unit of view::EnvironmentLight. Depths are along the viewing
 // direction [m]; 0: nothing is there, and the light is none.

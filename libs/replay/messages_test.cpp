@@ -8,6 +8,7 @@
 #include "bus/wire/schema.hpp"
 #include "core/messages/bulk_fields.hpp"
 #include "core/messages/camera_fields.hpp"
+#include "core/messages/rays_fields.hpp"
 #include "replay/difference.hpp"
 #include "replay/fields.hpp"
 

@@ -1,57 +1,5 @@
-#include <csignal>
-#include <cstdlib>
-
-#include "nodes/run_node/command_line.hpp"
-#include "nodes/visual_node/options.hpp"
-#include "nodes/visual_node/pictures/replay_frames.hpp"
-#include "nodes/visual_node/pictures/shot.hpp"
-#include "nodes/visual_node/pictures/still.hpp"
-#include "nodes/visual_node/viewer.hpp"
-
-// No RunNode: a viewer has no step, and the window's loop is its own. Command line, scenario and exit status are those
-// of every node.
-
-namespace {
-
-visual_node::Signals signals;
-
-void StopViewer(int /*signal*/) {
-  signals.is_stop_wanted = 1;
-}
-void TakeScreenshot(int /*signal*/) {
-  signals.is_screenshot_wanted = 1;
-}
-
-int ReportEnd(const std::string& program, const core::Result<void>& done) {
-  if (done) return run_node::kDone;
-  const bool is_input_bad = done.error().code == core::ErrorCode::kInvalidInput;
-  return run_node::Report(program, done.error().detail, is_input_bad ? run_node::kBadUsage : run_node::kFailed);
-}
-
-core::Result<void> MakePictures(const visual_node::Options& options, const scene::Scenario& scenario) {
-  if (options.is_still) return visual_node::RenderStills(options, scenario);
-  if (options.pictures.is_shot()) return visual_node::RenderShot(options, scenario);
-  return visual_node::RenderFrames(options, scenario, visual_node::WritePpmToStdout);
-}
-
-}  // namespace
+#include "nodes/visual_node/program.hpp"
 
 int main(int argc, char** argv) {
-  const cli::Syntax syntax = visual_node::CommandLineSyntax();
-  int status = run_node::kDone;
-  const auto arguments = run_node::ReadCommandLine(argc, argv, syntax, &status);
-  if (!arguments) return status;
-  const auto options = visual_node::ReadOptions(*arguments);
-  if (!options) return run_node::Report(syntax.program, options.error().detail, run_node::kBadUsage);
-  const auto scenario = run_node::ReadScenario(syntax.program, options->scenario);
-  if (!scenario) return run_node::kBadUsage;
-  if (options->is_still || options->pictures.is_shot() || options->pictures.are_frames) {
-    return ReportEnd(syntax.program, MakePictures(*options, *scenario));
-  }
-  // One drawing thread of the software renderer: the other core belongs to the force loop. Read before GL starts.
-  setenv("LP_NUM_THREADS", "1", 0);
-  std::signal(SIGTERM, StopViewer);
-  std::signal(SIGINT, StopViewer);
-  std::signal(SIGUSR1, TakeScreenshot);
-  return ReportEnd(syntax.program, visual_node::RunViewer(*options, *scenario, signals));
+  return visual_node::RunProgram(argc, argv, visual_node::CommandLineSyntax());
 }

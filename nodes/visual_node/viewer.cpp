@@ -7,12 +7,14 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -83,9 +85,10 @@ std::string SafeName(const std::string& name, std::uint64_t number) {
 
 class Viewer {
  public:
-  Viewer(const Options& options, const scene::Scenario& scenario, Signals& signals)
+  Viewer(const Options& options, const scene::Scenario& scenario, Signals& signals, Surfaces* surfaces)
       : options_(options),
         signals_(signals),
+        surfaces_(surfaces),
         receiver_(scenario, &log_),
         structures_(scenario),
         scale_(kDrawingShare / options.max_frames_per_s) {
@@ -149,11 +152,14 @@ class Viewer {
       TakeAir();
       const scene::Camera& camera =
           control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
-      if (auto drawn = renderer_->Draw(shown_, camera, *target, Live()); !drawn) return drawn;
+      const std::optional<Frame> frame = NextFrame(camera, *target, start_ns);
+      if (!frame) continue;
+      const std::int64_t draw_ns = core::MonotonicNow_ns();
+      if (auto drawn = renderer_->Draw(*frame->scene, *frame->camera, *target, frame->look); !drawn) return drawn;
       glFinish();
       // Not before: on a busy machine the start would take many times as long, and a session waits for it.
       if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
-      CountFrame(start_ns, core::MonotonicNow_ns());
+      CountFrame(*frame, core::MonotonicNow_ns());
       exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
       log_.Drain();
       if (auto sent = DrawCameras(feed, *target); !sent) return sent;
@@ -164,13 +170,13 @@ class Viewer {
           return drawn;
         }
         Show(*target);
-        const auto wishes = interaction.Take(shown_, camera, *target, &control);
+        const auto wishes = interaction.Take(*frame->scene, *frame->camera, *target, &control);
         if (!wishes) return tl::unexpected(wishes.error());
         if (wishes->is_full_screen_wanted) context_->ToggleFullScreen();
         if (wishes->is_screenshot_wanted) Take("", camera);
         if (wishes->is_view_saved) WriteViews(control);
       }
-      scale_.Update(1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns));
+      scale_.Update(1e-9 * static_cast<double>(std::max(core::MonotonicNow_ns() - draw_ns, frame->elsewhere_ns)));
       if (signals_.is_screenshot_wanted != 0) {
         signals_.is_screenshot_wanted = 0;
         Take("", camera);
@@ -184,6 +190,33 @@ class Viewer {
       }
     }
     return {};
+  }
+
+  // What a picture shows, and since when it has been in work.
+  struct Frame {
+    const view::Scene* scene = nullptr;
+    const scene::Camera* camera = nullptr;
+    Look look;
+    std::int64_t start_ns = 0;
+    std::int64_t elsewhere_ns = 0;  // that others took for it meanwhile
+  };
+
+  // None: whoever draws the surfaces is not done.
+  std::optional<Frame> NextFrame(const scene::Camera& camera, const RenderTarget& target, std::int64_t start_ns) {
+    Frame frame{&shown_, &camera, Live(), start_ns};
+    if (surfaces_ == nullptr || surfaces_->is_alone()) return frame;
+    const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(scale_.value() * pixels))); };
+    surfaces_->Offer(shown_, renderer_->LightAround(shown_), view::PlaceCamera(camera, shown_), scaled(target.width()),
+                     scaled(target.height()));
+    const Surfaces::Picture* picture = surfaces_->Take();
+    if (picture == nullptr) return std::nullopt;
+    frame.scene = picture->scene;
+    frame.camera = picture->camera;
+    frame.look.surfaces = picture->canvas;
+    frame.start_ns = picture->begin_ns;
+    frame.elsewhere_ns = picture->work_ns;
+    is_new_scene_ = true;
+    return frame;
   }
 
   // Beside the picture, after its light was measured: inset and topics of cameras.
@@ -250,12 +283,12 @@ class Viewer {
     std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
   }
 
-  void CountFrame(std::int64_t start_ns, std::int64_t done_ns) {
+  void CountFrame(const Frame& frame, std::int64_t done_ns) {
     ++summary_.frames;
-    summary_.draw.Add(done_ns - start_ns);
+    summary_.draw.Add(done_ns - frame.start_ns);
     if (is_new_scene_) {
-      core::Trace trace = shown_.through_physics;
-      trace.Add(core::Stage::kFrameStart, start_ns);
+      core::Trace trace = frame.scene->through_physics;
+      trace.Add(core::Stage::kFrameStart, frame.start_ns);
       trace.Add(core::Stage::kFrameDone, done_ns);
       log_.AddFrame(trace);
     }
@@ -321,6 +354,7 @@ class Viewer {
 
   const Options& options_;
   Signals& signals_;
+  Surfaces* surfaces_;
   LatencyLog log_;
   std::unique_ptr<bus::log::TapRecorder> recording_;  // outlives the receiver's node
   Receiver receiver_;
@@ -345,8 +379,9 @@ class Viewer {
 
 }  // namespace
 
-core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals) {
-  Viewer viewer(options, scenario, signals);
+core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals,
+                             Surfaces* surfaces) {
+  Viewer viewer(options, scenario, signals, surfaces);
   return viewer.Run(scenario);
 }
 

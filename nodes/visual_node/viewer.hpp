@@ -6,6 +6,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/options.hpp"
+#include "nodes/visual_node/surfaces.hpp"
 #include "scene/scenario.hpp"
 
 namespace visual_node {
@@ -17,7 +18,9 @@ struct Signals {
 };
 
 // Shows the scenario live until a stop signal or the closing of its window. Writes to OUT: frames/<step>.png and
-// contact_sheet.png (each step at its end), requested pictures, latency_visual.csv and visual_node.json.
-core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals);
+// contact_sheet.png (each step at its end), requested pictures, latency_visual.csv and visual_node.json. `surfaces`:
+// who draws what is opaque of the live pictures; null: the viewer itself.
+core::Result<void> RunViewer(const Options& options, const scene::Scenario& scenario, Signals& signals,
+                             Surfaces* surfaces = nullptr);
 
 }  // namespace visual_node

@@ -21,6 +21,7 @@
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
+#include "proto/rays.pb.h"
 #include "proto/recording.pb.h"
 
 namespace bus {
@@ -65,7 +66,8 @@ std::vector<const FileDescriptor*> Files() {
   return {oos::BulkMessage::descriptor()->file(),  oos::CameraImage::descriptor()->file(),
           oos::Control::descriptor()->file(),      oos::DeviceState::descriptor()->file(),
           oos::HapticProxy::descriptor()->file(),  oos::LogicStatus::descriptor()->file(),
-          oos::PhysicsState::descriptor()->file(), oos::TakenSample::descriptor()->file()};
+          oos::PhysicsState::descriptor()->file(), oos::RayFrame::descriptor()->file(),
+          oos::TakenSample::descriptor()->file()};
 }
 
 Listing ListAll() {

@@ -17,6 +17,7 @@
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
+#include "proto/rays.pb.h"
 
 namespace bus {
 namespace {

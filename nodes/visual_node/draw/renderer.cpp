@@ -59,6 +59,9 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   auto texts = TextPainter::Create();
   if (!texts) return tl::unexpected(texts.error());
   renderer->texts_ = std::move(*texts);
+  auto paste = PastePainter::Create();
+  if (!paste) return tl::unexpected(paste.error());
+  renderer->paste_ = std::move(*paste);
   auto overlays = OverlayPainter::Create();
   if (!overlays) return tl::unexpected(overlays.error());
   renderer->overlays_ = std::move(*overlays);
@@ -105,10 +108,11 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                                   const Look& look) {
   const scene::Camera camera = view::PlaceCamera(given, scene);
-  if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
-  UpdateSheets(scene);
-  shadow_.Update(scene, meshes_, sheets_);
-
+  if (look.surfaces == nullptr) {
+    if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
+    UpdateSheets(scene);
+    shadow_.Update(scene, meshes_, sheets_);
+  }
   const glm::dmat4 view_W = view::ViewMatrix(camera);
   const double aspect = static_cast<double>(target.width()) / target.height();
   const glm::dmat4 projection = view::ProjectionMatrix(camera.vertical_fov_rad, aspect, kNear_m, kFar_m);
@@ -121,24 +125,17 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   view.exposure = look.exposure;
 
   const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(look.scale * pixels))); };
-  const int width = scaled(target.width()), height = scaled(target.height());
+  const int width = look.surfaces != nullptr ? look.surfaces->width : scaled(target.width());
+  const int height = look.surfaces != nullptr ? look.surfaces->height : scaled(target.height());
   const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
   sky_.Prepare(scene.space, {R_VC, 0.5 * height / std::tan(0.5 * camera.vertical_fov_rad), width, height});
 
   film_.Begin(width, height);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LEQUAL);
-  // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
-  const double pixel_m =
-      2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / height;
-  const bool has_soft_shadows = look.with_penumbra && view::kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
-  surfaces_.Begin({view.clip_W, view.eye_W, has_soft_shadows,
-                   look.light ? *look.light : view::LightOf(scene.space, sky_.air()), ShiningLamps(scene)},
-                  shadow_);
-  DrawSurfaces(scene, view);
-  DrawSheets(scene);
+  if (look.surfaces != nullptr) {
+    paste_.Draw(*look.surfaces, static_cast<float>(kNear_m), static_cast<float>(kFar_m));
+  } else {
+    DrawSolids(scene, view, camera, look);
+  }
   glDisable(GL_CULL_FACE);
   glDepthMask(GL_FALSE);
   sky_.Draw(scene.space, view.clip_sky);
@@ -149,6 +146,23 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   if (look.with_texts)
     return texts_->Draw(HudOf(scene, camera, target.width(), target.height()), target.width(), target.height());
   return {};
+}
+
+// What is opaque, onto the film, with its shadows.
+void Renderer::DrawSolids(const view::Scene& scene, const View& view, const scene::Camera& camera, const Look& look) {
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
+  const double pixel_m =
+      2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / film_.height();
+  const bool has_soft_shadows = look.with_penumbra && view::kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
+  surfaces_.Begin(
+      {view.clip_W, view.eye_W, has_soft_shadows, look.light ? *look.light : LightAround(scene), ShiningLamps(scene)},
+      shadow_);
+  DrawSurfaces(scene, view);
+  DrawSheets(scene);
 }
 
 std::vector<SurfaceFrame::Lamp> Renderer::ShiningLamps(const view::Scene& scene) const {

@@ -8,6 +8,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/draw/overlay_painter.hpp"
+#include "nodes/visual_node/draw/paste_painter.hpp"
 #include "nodes/visual_node/draw/shadow_map.hpp"
 #include "nodes/visual_node/draw/surface_painter.hpp"
 #include "nodes/visual_node/draw/text_painter.hpp"
@@ -30,6 +31,7 @@ struct Look {
   bool with_texts = true;
   bool with_penumbra = true;  // as dear as all other shading on a software renderer; live pictures leave it out
   std::optional<view::EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
+  const tiles::Canvas* surfaces = nullptr;  // already drawn by somebody else; the film has its size then
 };
 
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.
@@ -49,6 +51,10 @@ class Renderer {
 
   // Without it the Earth has no air.
   void SetAir(const space::AirFromSpace& air) { sky_.SetAir(air); }
+  // Of a scene's surroundings.
+  [[nodiscard]] view::EnvironmentLight LightAround(const view::Scene& scene) const {
+    return view::LightOf(scene.space, sky_.air());
+  }
 
   // Of the newest picture, and waits for it.
   [[nodiscard]] Film& film() { return film_; }
@@ -75,6 +81,7 @@ class Renderer {
   Renderer() = default;
   core::Result<void> MakePrograms();
   void FitShadow(const view::Scene& scene);
+  void DrawSolids(const view::Scene& scene, const View& view, const scene::Camera& camera, const Look& look);
   void UpdateSheets(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);
@@ -86,6 +93,7 @@ class Renderer {
   std::vector<std::uint64_t> sheet_versions_;
   SurfacePainter surfaces_;
   OverlayPainter overlays_;
+  PastePainter paste_;
   GlProgram glow_;
   GlVertexArray nothing_;  // the core profile requires one, even when the shader generates its vertices
   Film film_;

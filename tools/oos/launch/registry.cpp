@@ -113,7 +113,7 @@ int RunRegistry(const Arguments& arguments) {
     if (options.keys.empty())
       return Complain("registry", "--make_keys needs --keys DIR, the folder for the keys", kBadUsage);
     std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
-    names.insert(names.end(), {"oos", "client"});
+    names.insert(names.end(), {"rt_worker", "oos", "client"});
     if (auto made = bus::MakeKeys(options.keys, names); !made) {
       return Complain("registry", made.error().detail, kDoesNotHold);
     }

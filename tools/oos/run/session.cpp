@@ -55,7 +55,7 @@ class RunKeys {
  public:
   core::Result<void> Make(const std::filesystem::path& directory) {
     std::vector<std::string> names(std::begin(kNodeNames), std::end(kNodeNames));
-    names.insert(names.end(), {"oos", "client"});
+    names.insert(names.end(), {"rt_worker", "oos", "client"});
     std::error_code error;
     directory_ = std::filesystem::absolute(directory);
     std::filesystem::remove_all(directory_, error);

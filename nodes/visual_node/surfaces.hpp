@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "scene/scenario.hpp"
+#include "tiles/pixels.hpp"
+#include "view/appearance/environment_light.hpp"
+#include "view/scene.hpp"
+
+namespace visual_node {
+
+// Somebody else who draws what is opaque of a scene, and whose pictures come later than they were asked for. All calls
+// come from the drawing thread.
+class Surfaces {
+ public:
+  Surfaces() = default;
+  Surfaces(const Surfaces&) = delete;
+  Surfaces& operator=(const Surfaces&) = delete;
+  virtual ~Surfaces() = default;
+
+  // The newest scene, and how it is to be seen. `placed` is in W; size in pixels.
+  virtual void Offer(const view::Scene& scene, const view::EnvironmentLight& light, const scene::Camera& placed,
+                     int width, int height) = 0;
+
+  // A picture that is ready.
+  struct Picture {
+    const view::Scene* scene = nullptr;
+    const scene::Camera* camera = nullptr;  // in W
+    const tiles::Canvas* canvas = nullptr;  // its size may be another than the one offered
+    std::int64_t begin_ns = 0;              // it was begun then
+    std::int64_t work_ns = 0;               // what it took of the time of those who draw
+  };
+  // The newest picture that was not taken yet; valid until the next call. Waits a little for it; null: none has come.
+  virtual const Picture* Take() = 0;
+
+  // Nobody is there to draw; the viewer draws by itself then.
+  [[nodiscard]] virtual bool is_alone() const = 0;
+};
+
+}  // namespace visual_node
