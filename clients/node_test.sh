@@ -1,7 +1,11 @@
 #!/bin/sh
 # node_test.sh FOLDER TEST [OTHER_FOLDER...]: runs FOLDER/TEST with the packages that each folder's package-lock.json
-# names; missing ones are installed. Exit status 77 (skipped) when they are missing and npm's registry is unreachable.
+# names; missing ones are installed. Exit status 77 (skipped) when they are missing and npm's registry is unreachable, or
+# when a program of $NEEDS is missing.
 set -eu
+for program in ${NEEDS:-}; do
+  [ -x "$program" ] || { echo "SKIPPED: $program is missing; ./dev test installs it (apt-test.txt)"; exit 77; }
+done
 # Short timeouts: an unreachable registry is noticed in seconds, not minutes.
 export NPM_CONFIG_FETCH_RETRY_MINTIMEOUT=1000 NPM_CONFIG_FETCH_RETRY_MAXTIMEOUT=5000
 folder=$1 test=$2

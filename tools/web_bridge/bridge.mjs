@@ -1,65 +1,90 @@
-// Shows a running session to Foxglove or Lichtblick (foxglove.websocket.v1) and to web browsers (a page of its own). It
-// joins the bus as an observer and writes nothing. See README.md.
+// Shows a session or a recording to web browsers (a page of its own) and to Foxglove or Lichtblick (foxglove.websocket.v1).
+// It joins the bus as an observer; it writes only what a person at the page asks for. See README.md.
 
 import { execFileSync } from "node:child_process";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
 import { parseArgs } from "node:util";
-import { LATEST, Node, findRule, ruleOf, runningSession } from "../../clients/javascript/oos_bus.mjs";
+import { LATEST, findRule, ruleOf } from "../../clients/javascript/oos_bus.mjs";
+import { Access, viewerKey } from "./access.mjs";
 import { SceneServer } from "./foxglove_server.mjs";
 import { PageServer } from "./page_server.mjs";
+import { Recording } from "./recording.mjs";
 import { Scene } from "./scene.mjs";
+import { Session } from "./session.mjs";
 import { Status } from "./status.mjs";
 
 const USAGE = `usage: node bridge.mjs SCENARIO [options]
-  --registry ENDPOINT --session N   the session to show; default: the one running on this machine
+  --recording FILE.mcap             show this recording, in place of a session
+  --registry ENDPOINT --session N   the session to show; default: the one running on this machine, now or later
   --keys DIR                        with --registry: the session's key directory; default: not encrypted
   --host ADDRESS                    address to serve on; default: 127.0.0.1 (this machine only)
-  --websocket_port N                port for Foxglove; default: 8765
-  --page_port N                     port of the page; default: 8080
-  --oos FILE                        the program oos; default: build/release/bin/oos
+  --port N                          port of the page and of Foxglove; default: 8765
+  --programs DIR                    where oos and scene_stream are; default: build/release/bin
   --topics PATTERNS                 topics to show, separated by commas; default: *
 `;
 
-const APPLY_HZ = 30;
+const APPLY_HZ = 30, STATUS_HZ = 10, FORCE_HZ = 50;
 const STRING = { type: "string" };
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
 
 function readArguments() {
   const { values, positionals } = parseArgs({ allowPositionals: true, options: {
-    registry: STRING, session: STRING, keys: STRING, oos: STRING, help: { type: "boolean" },
-    host: { ...STRING, default: "127.0.0.1" }, websocket_port: { ...STRING, default: "8765" },
-    page_port: { ...STRING, default: "8080" }, topics: { ...STRING, default: "*" } } });
+    recording: STRING, registry: STRING, session: STRING, keys: STRING, help: { type: "boolean" },
+    host: { ...STRING, default: "127.0.0.1" }, port: { ...STRING, default: "8765" },
+    programs: { ...STRING, default: path.join(ROOT, "build/release/bin") }, topics: { ...STRING, default: "*" } } });
   if (values.help || positionals.length !== 1) {
     console.error(USAGE);
     process.exit(values.help ? 0 : 2);
   }
-  const session = values.registry
-    ? { registry: values.registry, session: BigInt(values.session ?? 0), keys: values.keys ?? null } : runningSession();
-  return { ...values, session, scenario: positionals[0], oos: values.oos ?? path.join(ROOT, "build/release/bin/oos") };
+  const fixed = values.registry
+    ? { registry: values.registry, session: BigInt(values.session ?? 0), keys: values.keys ?? null } : null;
+  return { ...values, fixed, scenario: positionals[0],
+    programs: { oos: path.join(values.programs, "oos"), sceneStream: path.join(values.programs, "scene_stream") } };
+}
+
+function makeShown(wanted) {
+  const { scenario, programs, recording, topics, fixed } = wanted;
+  return recording ? new Recording({ scenario, programs, file: recording })
+    : new Session({ scenario, programs, topics: topics.split(","), fixed });
+}
+
+// A parameter of a node is called NODE.NAME; those of "scene" choose what the page shows.
+async function setParameter(shown, path, value) {
+  const dot = path.indexOf(".");
+  const [owner, name] = [path.slice(0, dot), path.slice(dot + 1)];
+  if (dot < 1 || !Number.isFinite(value)) throw new Error("a parameter is NODE.NAME, its value a number");
+  if (owner === "scene") shown.source?.say(`set ${name} ${value}`);
+  else if (shown.node) await shown.node.setParameter(owner, name, value);
+  else throw new Error("no session runs");
+}
+
+function servicesOf(shown) {
+  const services = { "/session/start": async () => shown.start(), "/session/stop": async () => shown.stop(),
+    "/clock": async () => ({ now_ms: performance.timeOrigin + performance.now() }) };
+  if (!(shown instanceof Recording)) return services;
+  return { "/clock": services["/clock"],
+    "/recording/control": async ({ command, value }) => shown.control(command, value) };
 }
 
 async function main() {
   const wanted = readArguments();
-  const description = JSON.parse(execFileSync(wanted.oos, ["check", "--json", wanted.scenario],
+  const description = JSON.parse(execFileSync(wanted.programs.oos, ["check", "--json", wanted.scenario],
     { encoding: "utf8", maxBuffer: 1 << 28 }));
+  const shown = makeShown(wanted);
   const scene = new Scene(description);
-  const node = new Node({ name: `oos-web-${process.pid}`, ...wanted.session });
-  for (const pattern of wanted.topics.split(",")) node.subscribe(pattern);
-  const status = new Status(node, scene);
-  const foxglove = new SceneServer({ name: `VR-OOS ${description.name}`, scene, host: wanted.host,
-    port: Number(wanted.websocket_port) });
-  const page = new PageServer({ status, scene, host: wanted.host, port: Number(wanted.page_port) });
-  await Promise.all([foxglove.listening(), page.listening()]);
+  const status = new Status(description);
+  const key = viewerKey(wanted.recording ? null : shown.find());
+  const access = new Access(key);
+  const page = new PageServer({ access, host: wanted.host, port: Number(wanted.port), secret: {
+    assets: () => shown.source?.assets && { type: "application/x-protobuf", encoding: "gzip", bytes: shown.source.assets },
+    block: (number) => shown.source?.blocks.has(Number(number)) &&
+      { type: "application/octet-stream", bytes: shown.source.blocks.get(Number(number)) } } });
+  await page.listening();
+  const foxglove = new SceneServer({ name: `VR-OOS ${description.name}`, scene, http: page.http, access,
+    services: servicesOf(shown), setParameter: (name, value) => setParameter(shown, name, value) });
 
   foxglove.announce("event", "oos.Event");
-  node.on("roster", () => {
-    for (const { topics } of node.records()) {
-      for (const { name } of topics.filter((one) => one.isWritten && findRule(one.name))) {
-        foxglove.announce(name, ruleOf(name).type);
-      }
-    }
-  });
   // LATEST messages arrive at 1 kHz; the newest of each topic is applied at APPLY_HZ.
   const newest = new Map();
   const take = (message) => {
@@ -70,24 +95,42 @@ async function main() {
       console.error(`web_bridge: ${message.topic} of ${message.writer}: ${error.message}`);
     }
   };
-  const applying = setInterval(() => {
-    newest.forEach(take);
-    newest.clear();
-  }, 1000 / APPLY_HZ);
-  node.on("message", (message) => {
+  const every = (hz, work) => setInterval(work, 1000 / hz);
+  const timers = [
+    every(APPLY_HZ, () => {
+      newest.forEach(take);
+      newest.clear();
+    }),
+    every(FORCE_HZ, () => status.sample()),
+    every(STATUS_HZ, () => {
+      if (!foxglove.hasStatusReaders) return;
+      foxglove.sendStatus({ ...status.take(), state: shown.state, canStart: shown.canStart, canStop: shown.canStop,
+        assets: shown.source?.assetsId ?? 0, parameters: description.parameters ?? [] });
+    })];
+  shown.on("message", (message) => {
     if (ruleOf(message.topic).class === LATEST) newest.set(message.topic, message);
     else take(message);
     foxglove.forward(message);
   });
-  await node.start();
-  console.log(JSON.stringify({ websocket: `ws://${wanted.host}:${foxglove.port}`,
-    page: `http://${wanted.host}:${page.port}/` }));
+  shown.on("topics", (topics) => topics.filter(findRule).forEach((name) => foxglove.announce(name, ruleOf(name).type)));
+  shown.on("begin", (node) => status.attach(node));
+  shown.on("assets", () => foxglove.forgetPage());
+  shown.on("frame", (bytes) => foxglove.sendPage("/page/frame", bytes));
+  shown.on("sheets", (bytes) => foxglove.sendPage("/page/sheets", bytes));
+  shown.on("picture", (why) => status.addEvent("scene_stream", "ended", why));
+  shown.on("end", (why) => {
+    status.addEvent("web_bridge", "session", why);
+    status.attach(null);
+  });
+  await shown.begin();
+  console.log(JSON.stringify({ page: `http://${wanted.host}:${page.port}/#key=${key}`,
+    websocket: `ws://${wanted.host}:${page.port}/?key=${key}` }));
 
   const stop = async () => {
-    clearInterval(applying);
+    timers.forEach(clearInterval);
     foxglove.close();
     page.close();
-    await node.close();
+    await shown.close();
     process.exit(0);
   };
   process.once("SIGINT", stop).once("SIGTERM", stop);

@@ -2,56 +2,22 @@
 // the program, beside the nodes.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { once } from "node:events";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { statSync } from "node:fs";
 import path from "node:path";
-import { createInterface } from "node:readline";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
 import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
-import { createFileRegistry, fromBinary, wkt } from "../../clients/javascript/oos_bus.mjs";
+import { createFileRegistry, fromBinary, typeOf, wkt } from "../../clients/javascript/oos_bus.mjs";
+import { PATIENCE, Processes } from "./testing/processes.mjs";
 
-const SCENARIO = fileURLToPath(new URL("../../scenarios/touch", import.meta.url));
-const PATIENCE = { signal: AbortSignal.timeout(150_000) };  // the first run of a scene cooks its structures
-const folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
-const env = { ...process.env, XDG_RUNTIME_DIR: folder };
-const said = [];
-let run, bridge, where;
-
-function start(program, words) {
-  const child = spawn(program, words, { env, stdio: ["ignore", "pipe", "pipe"] });
-  for (const input of [child.stdout, child.stderr]) createInterface({ input }).on("line", (line) => said.push(line));
-  return child;
-}
-
-// The first line of a child's output that meets the condition.
-function lineOf(child, condition) {
-  return new Promise((resolve, reject) => {
-    createInterface({ input: child.stdout }).on("line", (line) => condition(line) && resolve(line));
-    child.once("exit", () => reject(new Error(said.join("\n"))));
-    PATIENCE.signal.addEventListener("abort", () => reject(new Error(`too late\n${said.join("\n")}`)));
-  });
-}
+const processes = new Processes();
+let where;
 
 before(async () => {
-  run = start(process.env.OOS, ["run", SCENARIO, "--headless", "--without", "visual_node", "--rt", "off",
-    "--out", path.join(folder, "out")]);
-  await lineOf(run, (line) => line.startsWith("starting"));  // from here on the bridge finds the session
-  bridge = start(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), SCENARIO,
-    "--oos", process.env.OOS, "--websocket_port", "0", "--page_port", "0"]);
-  where = JSON.parse(await lineOf(bridge, (line) => line.startsWith("{")));
+  await processes.startSession("touch");
+  where = await processes.startBridge("touch");
 });
-
-after(async () => {
-  for (const child of [bridge, run].filter((one) => one && one.exitCode === null)) {
-    child.kill("SIGTERM");
-    await once(child, "exit");
-  }
-  rmSync(folder, { recursive: true });
-});
+after(() => processes.endAll());
 
 // Subscribes to these channels and calls take(topic, message) for every message until it returns true. Messages are
 // decoded by the descriptors that the channel advertises.
@@ -60,7 +26,7 @@ async function receive(topics, take) {
   const client = new protocol.FoxgloveClient({ ws: socket });
   const types = new Map();
   await new Promise((resolve, reject) => {
-    PATIENCE.signal.addEventListener("abort", () => reject(new Error(`it never came\n${said.join("\n")}`)));
+    PATIENCE.signal.addEventListener("abort", () => reject(new Error(`it never came\n${processes.said.join("\n")}`)));
     client.on("error", reject);
     client.on("advertise", (channels) => {
       for (const channel of channels.filter((one) => topics.includes(one.topic))) {
@@ -104,23 +70,92 @@ test("a client that joins late receives the procedure's state", PATIENCE, async 
   assert.ok(["press", "slide", "edge", "push_block"].includes(status.step), status.step);
 });
 
-test("a browser gets the page, the scene and live updates", PATIENCE, async () => {
-  const page = await fetch(where.page);
-  assert.match(await page.text(), /<title>VR-OOS/);
-  const scene = await (await fetch(`${where.page}scene.json`)).json();
-  assert.deepEqual(scene.steps, ["press", "slide", "edge", "push_block"]);
-  assert.equal((await fetch(`${where.page}../bridge.mjs`)).status, 404);
-  const stream = await fetch(`${where.page}status`);
-  let text = "", status = null;
-  for await (const chunk of stream.body) {
-    text += Buffer.from(chunk).toString();
-    const events = text.split("\n\n");
-    text = events.pop();
-    if (events.length > 0) status = JSON.parse(events.at(-1).replace(/^data: /, ""));
-    if (status?.nodes.filter((node) => node.isAlive).length >= 5 && status.hands.length > 0) break;
+// Waits for a message of a JSON channel that is good.
+async function statusThat(isGood) {
+  const socket = new WebSocket(where.websocket, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+  const client = new protocol.FoxgloveClient({ ws: socket });
+  try {
+    return await new Promise((resolve, reject) => {
+      PATIENCE.signal.addEventListener("abort", () => reject(new Error(`it never came\n${processes.said.join("\n")}`)));
+      client.on("error", reject);
+      client.on("advertise", (channels) => channels.filter(({ topic }) => topic === "/page/status")
+        .forEach(({ id }) => client.subscribe(id)));
+      client.on("message", ({ data }) => {
+        const status = JSON.parse(new TextDecoder().decode(data));
+        if (isGood(status)) resolve(status);
+      });
+    });
+  } finally {
+    client.close();
   }
-  const names = status.nodes.map((node) => node.name);
+}
+
+test("the page's status has nodes, forces, steps and parameters", PATIENCE, async () => {
+  const { nodes, hands, steps, parameters, canStop } = await statusThat((status) =>
+    status.nodes.filter((node) => node.isAlive).length >= 5 && status.hands.some(({ course }) => course.length > 0));
+  const names = nodes.map((node) => node.name);
   for (const name of ["device_bridge", "haptic_node", "physics_node", "logic_node"]) assert.ok(names.includes(name), name);
-  assert.equal(status.poses.length, scene.objects.length);
-  assert.equal(status.hands[0].role, "right");
+  assert.equal(hands[0].role, "right");
+  assert.deepEqual(steps.map(({ name }) => name), ["press", "slide", "edge", "push_block"]);
+  assert.ok(parameters.includes("haptic_node.force_cap_N"), parameters.join());
+  assert.equal(canStop, true);
+});
+
+test("the page gets the scene as the viewers have it", PATIENCE, async () => {
+  await statusThat(({ assets }) => assets > 0);
+  const answer = await fetch(`${where.origin}/session/assets`, { headers: { Authorization: `Bearer ${where.key}` } });
+  const assets = fromBinary(typeOf("oos.SceneAssets"), new Uint8Array(await answer.arrayBuffer()));
+  assert.ok(assets.instances.some(({ name }) => name === "ball"));
+  assert.ok(assets.overlays.length >= 17 && assets.stars.length >= 24 * 100_000 && assets.shaders.length > 15);
+  let frame;
+  await receive(["/page/frame"], (_, message) => (frame = message).step !== "" && frame.timeNs > 0n);
+  assert.equal(frame.poses.length, 28 * assets.instances.length);
+});
+
+test("without the session's key there is a page and nothing else", PATIENCE, async () => {
+  const page = await fetch(where.origin);
+  const html = await page.text();
+  assert.match(html, /<title>VR-OOS/);
+  assert.ok(!html.includes(where.key) && !html.includes("ball"), "the page knows nothing of the session");
+  assert.match(page.headers.get("content-security-policy"), /default-src 'none'/);
+  const wrong = where.key.slice(0, -1) + (where.key.endsWith("A") ? "B" : "A");
+  const headers = [{}, { Authorization: "Bearer " }, { Authorization: `Bearer ${wrong}` }, { Authorization: where.key },
+    { Cookie: `key=${where.key}` }];
+  for (const one of headers) {
+    const answer = await fetch(`${where.origin}/session/assets`, { headers: one });
+    assert.equal(answer.status, 401, JSON.stringify(one));
+  }
+  const asked = [where.websocket.replace(/\?.*/, ""), where.websocket.replace(where.key, wrong)];
+  for (const url of asked) {
+    const socket = new WebSocket(url, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+    const [, answer] = await new Promise((resolve) => {
+      socket.on("unexpected-response", (...all) => resolve(all));
+      socket.on("open", () => resolve([null, { statusCode: "it is open" }]));
+      socket.on("error", () => {});
+    });
+    assert.equal(answer.statusCode, 401, url);
+  }
+});
+
+test("the key is the session's: whoever may not read its key directory cannot know it", async () => {
+  const folder = path.join(processes.folder, "out/keys");
+  assert.equal(statSync(folder).mode & 0o077, 0);
+  const { viewerKey } = await import("./access.mjs");
+  const { readFileSync } = await import("node:fs");
+  const note = JSON.parse(readFileSync(path.join(processes.folder, "vr_oos/session.json"), "utf8"));
+  const session = BigInt(note.session);
+  assert.equal(viewerKey({ session, keys: folder }), where.key);
+  assert.notEqual(viewerKey({ session: session + 1n, keys: folder }), where.key, "another session has another");
+  assert.notEqual(viewerKey(null), viewerKey(null), "a session without keys has one for each bridge");
+});
+
+test("the server gives out the page's own files and packages, nothing else", PATIENCE, async () => {
+  for (const good of ["", "main.js", "picture/picture.js", "npm/three/build/three.module.js"]) {
+    assert.equal((await fetch(`${where.origin}/${good}`)).status, 200, good);
+  }
+  for (const bad of ["bridge.mjs", "..%2fbridge.mjs", "%2e%2e/bridge.mjs", "npm/ws/index.js", "npm/three/build/../package.json",
+    "npm/three/build/%2e%2e/%2e%2e/ws/wrapper.mjs", "package.json", "session/", "%", "npm/three/build/"]) {
+    assert.ok([400, 401, 404].includes((await fetch(`${where.origin}/${bad}`)).status), bad);
+  }
+  assert.equal((await fetch(where.origin, { method: "POST" })).status, 405);
 });

@@ -28,8 +28,8 @@ async function firstLineOf(child) {
 
 test("a malformed payload, or one about an unknown object, does not end the bridge", PATIENCE, async (t) => {
   const folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
-  const oos = path.join(folder, "oos");
-  writeFileSync(oos, `#!/bin/sh\necho '${JSON.stringify(DESCRIPTION)}'\n`, { mode: 0o700 });
+  writeFileSync(path.join(folder, "oos"), `#!/bin/sh\necho '${JSON.stringify(DESCRIPTION)}'\n`, { mode: 0o700 });
+  writeFileSync(path.join(folder, "scene_stream"), "#!/bin/sh\nexec sleep 1000\n", { mode: 0o700 });
   const peer = spawn(process.env.CLIENTS_PEER, [], { stdio: ["ignore", "pipe", "inherit"] });
   const children = [peer];
   t.after(() => {
@@ -37,8 +37,8 @@ test("a malformed payload, or one about an unknown object, does not end the brid
     rmSync(folder, { recursive: true });
   });
   const where = await firstLineOf(peer);
-  const bridge = spawn(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), folder, "--oos", oos,
-    "--registry", where.registry, "--session", where.session, "--websocket_port", "0", "--page_port", "0"],
+  const bridge = spawn(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), folder, "--programs", folder,
+    "--registry", where.registry, "--session", where.session, "--port", "0"],
   { stdio: ["ignore", "pipe", "inherit"] });
   children.push(bridge);
   const { websocket } = await firstLineOf(bridge);

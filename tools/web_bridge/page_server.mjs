@@ -1,62 +1,83 @@
-// Serves the page: three files, the scene once, and changes as server-sent events.
+// Serves the page and what it loads once. The page itself has no word of the session and is for anybody; everything else
+// needs the key.
 
-import { readFileSync } from "node:fs";
+import { createHash } from "node:crypto";
+import { readFile, readFileSync } from "node:fs";
 import http from "node:http";
-import { toScreen } from "./scene.mjs";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
 
-const STATUS_HZ = 20;
-const FILES = { "/": ["index.html", "text/html"], "/status.js": ["status.js", "text/javascript"],
-  "/view.js": ["view.js", "text/javascript"] };
+const HERE = path.dirname(fileURLToPath(import.meta.url));
+const TYPES = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript", ".css": "text/css" };
+// Of npm's packages, what a browser loads.
+const PACKAGES = ["three/build", "three/examples/jsm", "@bufbuild/protobuf/dist/esm", "@foxglove/ws-protocol/dist/esm", "eventemitter3"];
 
-// The scene with its linear colours converted to sRGB.
-function sceneForPage(description) {
-  return JSON.stringify({ ...description,
-    objects: description.objects.map((object) =>
-      ({ ...object, base_color: object.base_color && toScreen(object.base_color) })),
-    meshes: description.meshes.map((parts) =>
-      parts.map((part) => ({ ...part, base_color: toScreen(part.base_color) }))) });
+// The file of an address; none: there is none. "/npm/NAME/..." are packages; imports without an ending mean ".js".
+function fileOf(url) {
+  const name = decodeURIComponent(url.pathname);
+  if (name === "/") return path.join(HERE, "page/index.html");
+  const isPackage = name.startsWith("/npm/") && PACKAGES.some((one) => name.startsWith(`/npm/${one}/`));
+  const base = path.join(HERE, isPackage ? "node_modules" : "page");
+  const file = path.join(base, isPackage ? name.slice("/npm/".length) : name);
+  if (!file.startsWith(base + path.sep)) return null;
+  return TYPES[path.extname(file)] ? file : isPackage ? `${file}.js` : null;
+}
+
+// The page's import map is the only script that stands in it.
+function policy() {
+  const html = readFileSync(path.join(HERE, "page/index.html"), "utf8");
+  const map = html.match(/<script type="importmap">([^]*?)<\/script>/)[1];
+  const hash = createHash("sha256").update(map).digest("base64");
+  return `default-src 'none'; script-src 'self' 'sha256-${hash}'; style-src 'self' 'unsafe-inline'; ` +
+    "connect-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 }
 
 export class PageServer {
-  #http; #streams = new Set(); #timer;
+  #headers = { "Cache-Control": "no-cache", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
+    "Content-Security-Policy": policy() };
 
-  constructor({ status, scene, host, port }) {
-    const sceneText = scene ? sceneForPage(scene.description) : "null";
-    this.#http = http.createServer((request, response) => {
-      const headers = { "Cache-Control": "no-store", "X-Content-Type-Options": "nosniff",
-        "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'" };
-      if (request.method !== "GET") {
-        response.writeHead(405).end();
-      } else if (FILES[request.url]) {
-        const [file, type] = FILES[request.url];
-        response.writeHead(200, { ...headers, "Content-Type": `${type}; charset=utf-8` });
-        response.end(readFileSync(new URL(`page/${file}`, import.meta.url)));
-      } else if (request.url === "/scene.json") {
-        response.writeHead(200, { ...headers, "Content-Type": "application/json" }).end(sceneText);
-      } else if (request.url === "/status") {
-        response.writeHead(200, { ...headers, "Content-Type": "text/event-stream" });
-        this.#streams.add(response);
-        response.on("close", () => this.#streams.delete(response));
-      } else {
-        response.writeHead(404).end();
+  // `secret`: by address, a function that returns {type, bytes, encoding} or null, of the rest of the address.
+  constructor({ access, secret, host, port }) {
+    this.access = access;
+    this.secret = secret;
+    this.http = http.createServer((request, response) => {
+      try {
+        this.#answer(request, response);
+      } catch {  // an address that is none
+        response.writeHead(400, this.#headers).end();
       }
     }).listen(port, host);
-    this.#timer = setInterval(() => {
-      if (this.#streams.size === 0) return;
-      const shown = status.snapshot();
-      shown.sheets = shown.sheets.map((sheet) => ({ ...sheet, base_color: toScreen(sheet.base_color),
-        positions: sheet.positions.map((value) => Number(value.toFixed(4))) }));
-      const text = `data: ${JSON.stringify(shown)}\n\n`;
-      for (const stream of this.#streams) if (stream.writableLength < 1 << 20) stream.write(text);
-    }, 1000 / STATUS_HZ);
   }
 
-  listening() { return new Promise((resolve, reject) => this.#http.once("listening", resolve).once("error", reject)); }
-  get port() { return this.#http.address().port; }
+  listening() { return new Promise((resolve, reject) => this.http.once("listening", resolve).once("error", reject)); }
+  get port() { return this.http.address().port; }
+
+  #answer(request, response) {
+    const url = new URL(request.url, "http://bridge");
+    const end = (status, text = "") => response.writeHead(status, this.#headers).end(text);
+    if (request.method !== "GET") return end(405);
+    const [, first, rest] = url.pathname.match(/^\/session\/([a-z]+)(?:\/(.*))?$/) ?? [];
+    if (first) return this.#answerSecret(request, response, first, rest, end);
+    const file = fileOf(url);
+    if (!file) return end(404);
+    return readFile(file, (error, bytes) => {
+      if (error) return end(404);
+      response.writeHead(200, { ...this.#headers, "Content-Type": `${TYPES[path.extname(file)]}; charset=utf-8` });
+      return response.end(bytes);
+    });
+  }
+
+  #answerSecret(request, response, name, rest, end) {
+    if (!this.access.isAllowed(request)) return end(401, "the session's key is missing or wrong");
+    const found = this.secret[name]?.(rest);
+    if (!found) return end(404);
+    response.writeHead(200, { ...this.#headers, "Cache-Control": "no-store", "Content-Type": found.type,
+      ...(found.encoding && { "Content-Encoding": found.encoding }) });
+    return response.end(found.bytes);
+  }
 
   close() {
-    clearInterval(this.#timer);
-    for (const stream of this.#streams) stream.end();
-    this.#http.close();
+    this.http.closeAllConnections?.();
+    this.http.close();
   }
 }

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "nodes/logic_node/logic_node.hpp"
+#include "nodes/logic_node/node_loop.hpp"
+#include "nodes/logic_node/procedure.hpp"
 #include "vps/mesh/load_mesh.hpp"
 
 namespace oos {
@@ -115,6 +117,11 @@ core::Result<json> SceneJson(const scene::Scenario& scenario) {
   }
   if (const auto logic = logic_node::LogicNode::Create(scenario)) {
     for (const logic_node::StepRecord& step : (*logic)->steps()) scene["steps"].push_back(step.name);
+  }
+  scene["parameters"] = json::array();  // those that a session can change
+  for (const std::string& name : logic_node::ParameterNames(scenario)) {
+    const std::string owner = logic_node::OwnerOf(scenario, name);
+    if (!owner.empty()) scene["parameters"].push_back(owner + "." + name);
   }
   return scene;
 }

@@ -1,0 +1,98 @@
+// Transparent copies of bodies, and bodies that are transparent or highlighted: mixed so that their order does not matter.
+
+import * as THREE from "three";
+import { FullScreen } from "./full_screen.js";
+import { toEs } from "./glsl.js";
+
+const { CustomBlending, ZeroFactor, OneFactor, OneMinusSrcColorFactor } = THREE;
+
+export class Phantoms {
+  #scene = new THREE.Scene(); #pool = [];
+
+  constructor(shaders, highlight) {
+    this.highlight = highlight;
+    this.common = { u_clip_W: { value: new THREE.Matrix4() }, u_eye_W: { value: new THREE.Vector3() },
+      u_exposure: { value: 1 } };
+    this.shaders = shaders;
+    this.mix = new FullScreen({ vertex: toEs(shaders.film_vertex), fragment: toEs(shaders.mix_fragment),
+      uniforms: { u_sum: { value: null }, u_seen: { value: null } }, transparent: true });
+  }
+
+  #material(output, more) {
+    return new THREE.RawShaderMaterial({ glslVersion: THREE.GLSL3, side: THREE.DoubleSide, transparent: true,
+      vertexShader: toEs(this.shaders.overlay_vertex, { model: "u_A_WM" }),
+      fragmentShader: toEs(this.shaders.phantom_fragment, { output }),
+      uniforms: { ...this.common, u_color: { value: new THREE.Vector4() } }, depthWrite: false, polygonOffset: true,
+      polygonOffsetFactor: -1, polygonOffsetUnits: -2, blending: CustomBlending, ...more });
+  }
+
+  // Of a frame's own phantoms, and of bodies: {instance, matrix, color, opacity}.
+  #all(frame, bodies) {
+    const all = frame.phantoms.map(({ instance, pose: [w, x, y, z, px, py, pz], color, opacity }) => ({ instance, color,
+      opacity, matrix: new THREE.Matrix4().compose(new THREE.Vector3(px, py, pz), new THREE.Quaternion(x, y, z, w),
+        new THREE.Vector3(1, 1, 1)) }));
+    bodies.instances.forEach(({ isShown, isSolid, color, opacity, highlight, group }, instance) => {
+      if (!isShown) return;
+      if (!isSolid) all.push({ instance, matrix: group.matrix, color, opacity });
+      if (highlight > 0) all.push({ instance, matrix: group.matrix, color: this.highlight, opacity: highlight });
+    });
+    return all.filter(({ instance }) => bodies.instances[instance].parts.length > 0);
+  }
+
+  #resize(film) {
+    if (this.sum?.width === film.width && this.sum.height === film.height && this.depth === film.light.depthTexture) return;
+    this.sum?.dispose();
+    this.seen?.dispose();
+    this.depth = film.light.depthTexture;
+    const options = { minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture: this.depth };
+    this.sum = new THREE.WebGLRenderTarget(film.width, film.height, { ...options, type: THREE.HalfFloatType });
+    this.seen = new THREE.WebGLRenderTarget(film.width, film.height, { ...options, format: THREE.RedFormat });
+    this.mix.uniforms.u_sum.value = this.sum.texture;
+    this.mix.uniforms.u_seen.value = this.seen.texture;
+  }
+
+  #fill(all, bodies) {
+    while (this.#pool.length < all.length) {
+      const made = [
+        this.#material("o_sum", { blendSrc: OneFactor, blendDst: OneFactor }),
+        this.#material("o_hidden", { blendSrc: ZeroFactor, blendDst: OneMinusSrcColorFactor })].map((material, pass) => {
+        const mesh = new THREE.Mesh(undefined, material);
+        mesh.matrixAutoUpdate = mesh.frustumCulled = false;
+        mesh.layers.set(pass);
+        this.#scene.add(mesh);
+        return mesh;
+      });
+      this.#pool.push(made);
+    }
+    this.#pool.forEach((pair, i) => {
+      for (const mesh of pair) {
+        mesh.visible = i < all.length;
+        if (!mesh.visible) continue;
+        mesh.geometry = bodies.instances[all[i].instance].mesh.whole;
+        mesh.matrix.copy(all[i].matrix);
+        mesh.matrixWorldNeedsUpdate = true;
+        mesh.material.uniforms.u_color.value.set(...all[i].color, all[i].opacity);
+      }
+    });
+  }
+
+  draw(renderer, frame, bodies, camera, film) {
+    const all = this.#all(frame, bodies);
+    if (all.length === 0) return;
+    this.#resize(film);
+    this.#fill(all, bodies);
+    this.common.u_clip_W.value.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+    this.common.u_eye_W.value.setFromMatrixPosition(camera.matrixWorld);
+    this.common.u_exposure.value = film.exposure;
+    const eye = new THREE.Camera();
+    [[this.sum, 0x000000, 0], [this.seen, 0xffffff, 1]].forEach(([target, clear, alpha], pass) => {
+      renderer.setRenderTarget(target);
+      renderer.setClearColor(clear, alpha);
+      renderer.clear(true, false, false);
+      eye.layers.set(pass);
+      renderer.render(this.#scene, eye);
+    });
+    renderer.setClearColor(0x000000, 0);
+    this.mix.draw(renderer, film.light);
+  }
+}

@@ -1,0 +1,80 @@
+#include "tools/web_bridge/scene_stream/live.hpp"
+
+#include "core/clock.hpp"
+#include "view/scene_digest.hpp"
+
+namespace scene_stream {
+namespace {
+
+constexpr std::int64_t kWait_ns = 10'000'000;
+constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
+constexpr std::int64_t kQuietPeriod_ns = 100'000'000;  // between frames while no physics state comes
+
+}  // namespace
+
+core::Result<void> Live::Run(const bus::NodeOptions& options, const std::atomic<int>& interrupted) {
+  auto node = bus::Node::Create(options);
+  if (!node) return tl::unexpected(node.error());
+  node_ = std::move(*node);
+  feed_.emplace(scenario_, node_.get());
+  figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
+  node_->OwnParameters(view::ChoiceNames(mirror_.scene().assets->instance_names));
+  if (auto started = node_->Start(); !started) return started;
+  mirror_.Refresh(core::MonotonicNow_ns());
+  if (auto begun = stream_->Begin(mirror_.scene(), 0.0); !begun) return begun;
+  while (interrupted.load() == 0) {
+    if (auto done = Step(); !done) return done;
+  }
+  return {};
+}
+
+core::Result<void> Live::Step() {
+  node_->Wait(core::MonotonicNow_ns() + kWait_ns);
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  if (feed_->Apply(now_ns, &mirror_)) {
+    ++num_states_;
+    is_changed_ = true;
+  }
+  mirror_.Remember(now_ns);
+  TakeCommands();
+  TakeParameters();
+  if (now_ns >= next_figures_ns_) PublishFigures(now_ns);
+  if (!stream_->IsDue(now_ns - (is_changed_ ? 0 : kQuietPeriod_ns))) return {};
+  is_changed_ = false;
+  mirror_.Choose(choices_);
+  mirror_.Refresh(now_ns);
+  Stream::Moment moment;
+  if (num_states_ > 0) moment.state_age_ms = 1e-6 * static_cast<double>(now_ns - feed_->physics().received_ns());
+  return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
+}
+
+void Live::TakeCommands() {
+  for (const Command& command : commands_->Take()) {
+    is_changed_ = true;
+    if (command.kind == Command::Kind::kRate) stream_->SetRate(command.value);
+    if (command.kind != Command::Kind::kSet) continue;
+    view::SetChoice(command.name, command.value != 0.0, mirror_.scene().assets->instance_names, &choices_);
+  }
+}
+
+void Live::TakeParameters() {
+  core::ParameterChange change;
+  std::uint64_t ticket = 0;
+  while (node_->PollParameter(&change, &ticket)) {
+    const bool is_good =
+        (change.value == 0.0 || change.value == 1.0) &&
+        view::SetChoice(change.name, change.value == 1.0, mirror_.scene().assets->instance_names, &choices_);
+    node_->AckParameter(ticket, num_states_, is_good, is_good ? "" : "1 shows it, 0 does not");
+    is_changed_ = true;
+  }
+}
+
+void Live::PublishFigures(std::int64_t now_ns) {
+  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  bus::Figures figures;
+  figures.items = {{view::kSceneDigestFigure, static_cast<double>(view::SceneDigest(mirror_.scene()))},
+                   {"dropped", static_cast<double>(node_->counters().dropped)}};
+  figures_.Set(figures);
+}
+
+}  // namespace scene_stream

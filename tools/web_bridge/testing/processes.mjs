@@ -1,0 +1,65 @@
+// Programs that a test starts and ends. Environment variable OOS: the program oos, beside the others.
+
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { createInterface } from "node:readline";
+import { fileURLToPath } from "node:url";
+
+export const PATIENCE = { signal: AbortSignal.timeout(150_000) };  // the first run of a scene cooks its structures
+export const scenarioFolder = (name) => fileURLToPath(new URL(`../../../scenarios/${name}`, import.meta.url));
+
+export class Processes {
+  folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
+  said = [];
+  #children = [];
+
+  // With a runtime folder of its own: it finds no session but its own.
+  start(program, words) {
+    const child = spawn(program, words, { env: { ...process.env, XDG_RUNTIME_DIR: this.folder },
+      stdio: ["ignore", "pipe", "pipe"] });
+    for (const input of [child.stdout, child.stderr]) {
+      createInterface({ input }).on("line", (line) => this.said.push(line));
+    }
+    this.#children.push(child);
+    return child;
+  }
+
+  // The first line of a child's output that meets the condition.
+  lineOf(child, condition) {
+    return new Promise((resolve, reject) => {
+      createInterface({ input: child.stdout }).on("line", (line) => condition(line) && resolve(line));
+      child.once("exit", () => reject(new Error(this.said.join("\n"))));
+      PATIENCE.signal.addEventListener("abort", () => reject(new Error(`too late\n${this.said.join("\n")}`)));
+    });
+  }
+
+  // A session; from the return on a bridge finds it.
+  async startSession(scenario, options = []) {
+    const run = this.start(process.env.OOS, ["run", scenarioFolder(scenario), "--headless", "--without", "visual_node",
+      "--rt", "off", "--out", path.join(this.folder, "out"), ...options]);
+    await this.lineOf(run, (line) => line.startsWith("starting"));
+    return run;
+  }
+
+  // {page, websocket, key, child}
+  async startBridge(scenario, options = []) {
+    const child = this.start(process.execPath, [fileURLToPath(new URL("../bridge.mjs", import.meta.url)),
+      scenarioFolder(scenario), "--programs", path.dirname(process.env.OOS), "--port", "0", ...options]);
+    const where = JSON.parse(await this.lineOf(child, (line) => line.startsWith("{")));
+    return { ...where, child, key: new URL(where.page).hash.slice("#key=".length), origin: new URL(where.page).origin };
+  }
+
+  async end(child, signal = "SIGTERM") {
+    if (child.exitCode !== null || child.signalCode !== null) return;
+    child.kill(signal);
+    await once(child, "exit");
+  }
+
+  async endAll() {
+    for (const child of this.#children.reverse()) await this.end(child);
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+}
