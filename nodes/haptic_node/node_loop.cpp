@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "bus/membership/clock_bounds.hpp"
+#include "bus/rt/stolen_time.hpp"
 #include "core/clock.hpp"
 #include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
@@ -28,10 +30,14 @@ double Microseconds(double ns) {
 void AddFigures(const CycleStatistics& statistics, const std::string& prefix, nlohmann::json* report) {
   (*report)[prefix + "cycles"] = statistics.durations.count();
   (*report)[prefix + "misses"] = statistics.misses;
-  (*report)[prefix + "p50_us"] = Microseconds(statistics.durations.p50_ns());
-  (*report)[prefix + "p99_us"] = Microseconds(statistics.durations.p99_ns());
-  (*report)[prefix + "p9999_us"] = Microseconds(statistics.durations.Percentile_ns(0.9999));
-  (*report)[prefix + "max_us"] = Microseconds(static_cast<double>(statistics.durations.max_ns()));
+  const auto add = [report](const std::string& name, const bus::LatencyStats& times) {
+    (*report)[name + "p50_us"] = Microseconds(times.p50_ns());
+    (*report)[name + "p99_us"] = Microseconds(times.p99_ns());
+    (*report)[name + "p9999_us"] = Microseconds(times.Percentile_ns(0.9999));
+    (*report)[name + "max_us"] = Microseconds(static_cast<double>(times.max_ns()));
+  };
+  add(prefix, statistics.durations);
+  add(prefix + "cpu_", statistics.cpu_times);
 }
 
 }  // namespace
@@ -93,7 +99,8 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
 }
 
 void NodeLoop::Start() {
-  last_step_begin_ns_ = core::MonotonicNow_ns();
+  last_step_begin_ns_ = loop_begin_ns_ = core::MonotonicNow_ns();
+  stolen_before_s_ = bus::StolenTime_s();
 }
 
 NodeLoop::Tick NodeLoop::WaitForTick(const std::atomic<bool>& stop) {
@@ -242,11 +249,13 @@ void NodeLoop::BeginCycle(const Tick& tick) {
   }
   inputs_.changes = changes_.data();
   inputs_.num_changes = num_changes_;
+  const std::int64_t cpu_begin_ns = core::ThreadCpuNow_ns();
   haptic_->Step(inputs_, &outputs_);
+  const std::int64_t cpu_ns = core::ThreadCpuNow_ns() - cpu_begin_ns;
   const std::int64_t end_ns = core::MonotonicNow_ns();
   for (std::size_t r = 0; r < outputs_.commands.size(); ++r) SendCommand(r, start_ns, end_ns, &outputs_.commands[r]);
   StampOutputs(start_ns, end_ns);
-  Count(tick, start_ns, end_ns);
+  Count(tick, start_ns, end_ns, cpu_ns);
   last_step_begin_ns_ = tick.is_timer ? tick.begin_ns : start_ns;
   // Late by more than a period: drop the timer's missed ticks.
   if (end_ns - last_step_begin_ns_ > kSilence_ns) last_step_begin_ns_ = end_ns;
@@ -294,14 +303,15 @@ void NodeLoop::Stamp(core::Header* header, int role, std::int64_t start_ns, std:
   }
 }
 
-void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns) {
+void NodeLoop::Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns) {
   const bool is_miss = end_ns - tick.begin_ns > core::kTick_ns;
-  all_.durations.Add(end_ns - start_ns);
-  all_.misses += is_miss ? 1 : 0;
-  if (outputs_.is_in_contact) {
-    in_contact_.durations.Add(end_ns - start_ns);
-    in_contact_.misses += is_miss ? 1 : 0;
-  }
+  const auto count = [&](CycleStatistics* statistics) {
+    statistics->durations.Add(end_ns - start_ns);
+    statistics->cpu_times.Add(cpu_ns);
+    statistics->misses += is_miss ? 1 : 0;
+  };
+  count(&all_);
+  if (outputs_.is_in_contact) count(&in_contact_);
   const Counters& now = outputs_.counters;
   work_.pairs_cut_short += now.pairs_cut_short;
   work_.pairs_late += now.pairs_late;
@@ -354,6 +364,9 @@ bool NodeLoop::WriteReport(const std::filesystem::path& file, bool is_realtime) 
   report["reevaluations"] = reevaluate_durations_.count();
   report["reevaluate_p50_us"] = Microseconds(reevaluate_durations_.p50_ns());
   report["reevaluate_p99_us"] = Microseconds(reevaluate_durations_.p99_ns());
+  const double ran_s = 1e-9 * static_cast<double>(core::MonotonicNow_ns() - loop_begin_ns_);
+  const double processors = std::max(1U, std::thread::hardware_concurrency());
+  report["stolen_share"] = (bus::StolenTime_s() - stolen_before_s_) / (processors * ran_s);
   report["is_realtime"] = is_realtime;
   report["work"] = {{"pairs_tested", work_.pairs_tested},
                     {"pairs_cut_short", work_.pairs_cut_short},

@@ -18,6 +18,7 @@ namespace haptic_node {
 // Timing of haptic cycles in the report: of all cycles, and of those with at least one pair in contact.
 struct CycleStatistics {
   bus::LatencyStats durations;  // computation without sending
+  bus::LatencyStats cpu_times;  // of these, the processor time of the step's thread, without other workers'
   std::uint64_t misses = 0;     // steps that ended later than 1 ms after their tick
 };
 
@@ -72,7 +73,7 @@ class NodeLoop {
   void SendContacts();
   void StampOutputs(std::int64_t start_ns, std::int64_t end_ns);
   void Stamp(core::Header* header, int role, std::int64_t start_ns, std::int64_t end_ns) const;
-  void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns);
+  void Count(const Tick& tick, std::int64_t start_ns, std::int64_t end_ns, std::int64_t cpu_ns);
   void ReportLostNodes();
   void PublishFigures(std::int64_t now_ns);
 
@@ -118,6 +119,8 @@ class NodeLoop {
   Counters work_;  // sums over all cycles
   CycleStatistics all_;
   CycleStatistics in_contact_;
+  std::int64_t loop_begin_ns_ = 0;
+  double stolen_before_s_ = 0.0;
 };
 
 }  // namespace haptic_node

@@ -24,6 +24,11 @@ constexpr std::uint64_t kLogicPeriod_ticks = 10;
 constexpr std::uint64_t kTracePeriod_ticks = 10;
 constexpr double kProgressPeriod_s = 5.0;
 
+Times TimesOf(const bus::LatencyStats& times) {
+  return {times.p50_ns() * 1e-3, times.p99_ns() * 1e-3, times.Percentile_ns(0.9999) * 1e-3,
+          static_cast<double>(times.max_ns()) * 1e-3};
+}
+
 class Lockstep {
  public:
   Lockstep(const scene::Scenario& scenario, const Options& options)
@@ -127,7 +132,7 @@ class Lockstep {
   std::vector<core::Event> events_;
   std::int64_t now_ns_ = 0;
 
-  bus::LatencyStats haptic_ns_, contact_ns_, physics_ns_;
+  bus::LatencyStats haptic_ns_, contact_ns_, haptic_cpu_ns_, contact_cpu_ns_, physics_ns_;
   std::string step_;
   double next_progress_s_ = 0.0;
 };
@@ -256,12 +261,16 @@ void Lockstep::StepHaptic() {
   inputs.changes = haptic_changes_.data();
   inputs.num_changes = haptic_changes_.size();
   const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const std::int64_t cpu_begin_ns = core::ThreadCpuNow_ns();
   StepNode("haptic_node", haptic_.get(), inputs, &haptic_out_);
+  const std::int64_t cpu_ns = core::ThreadCpuNow_ns() - cpu_begin_ns;
   const std::int64_t took_ns = core::MonotonicNow_ns() - begin_ns;
   if (steps_ != nullptr) steps_->haptic.Record(haptic_->cycle(), now_ns_, haptic_step_);
   haptic_ns_.Add(took_ns);
+  haptic_cpu_ns_.Add(cpu_ns);
   if (haptic_out_.is_in_contact) {
     contact_ns_.Add(took_ns);
+    contact_cpu_ns_.Add(cpu_ns);
     ++outcome_.contact_cycles;
   }
   for (core::DeviceCommand& command : haptic_out_.commands) {
@@ -390,12 +399,10 @@ void Lockstep::Finish(std::int64_t begin_ns) {
     outcome_.least_stiffness_share =
         role == 0 ? hand.least_stiffness_share : std::min(outcome_.least_stiffness_share, hand.least_stiffness_share);
   }
-  outcome_.haptic_p50_us = haptic_ns_.p50_ns() * 1e-3;
-  outcome_.haptic_p99_us = haptic_ns_.p99_ns() * 1e-3;
-  outcome_.haptic_max_us = static_cast<double>(haptic_ns_.max_ns()) * 1e-3;
-  outcome_.contact_p50_us = contact_ns_.p50_ns() * 1e-3;
-  outcome_.contact_p99_us = contact_ns_.p99_ns() * 1e-3;
-  outcome_.contact_max_us = static_cast<double>(contact_ns_.max_ns()) * 1e-3;
+  outcome_.haptic = TimesOf(haptic_ns_);
+  outcome_.haptic_cpu = TimesOf(haptic_cpu_ns_);
+  outcome_.contact = TimesOf(contact_ns_);
+  outcome_.contact_cpu = TimesOf(contact_cpu_ns_);
   outcome_.physics_p50_us = physics_ns_.p50_ns() * 1e-3;
   outcome_.physics_p99_us = physics_ns_.p99_ns() * 1e-3;
   outcome_.physics_max_us = static_cast<double>(physics_ns_.max_ns()) * 1e-3;

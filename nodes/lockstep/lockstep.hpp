@@ -43,6 +43,11 @@ struct StepOutcome {
   std::string why;
 };
 
+// Of a distribution.
+struct Times {
+  double p50_us = 0.0, p99_us = 0.0, p9999_us = 0.0, max_us = 0.0;
+};
+
 struct Outcome {
   bool is_completed = false;
   std::string why;
@@ -61,8 +66,8 @@ struct Outcome {
   double used_stiffness_share = 1.0;   // smallest that haptic_node had
   double least_stiffness_share = 0.0;  // of allowed over wanted, see device_bridge/allowed_coupling.hpp
   std::uint64_t contact_cycles = 0;
-  double haptic_p50_us = 0.0, haptic_p99_us = 0.0, haptic_max_us = 0.0;  // wall time of the haptic step
-  double contact_p50_us = 0.0, contact_p99_us = 0.0, contact_max_us = 0.0;
+  Times haptic, haptic_cpu;    // wall time of the haptic step, and processor time, without other workers'
+  Times contact, contact_cpu;  // of those in contact
   double physics_p50_us = 0.0, physics_p99_us = 0.0, physics_max_us = 0.0;  // of one core, sheets included
   haptic_node::Counters work;                                               // summed over the run
 };

@@ -50,16 +50,20 @@ LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" els
              for part in ["mean", "p50", "p99", "n"]]
 STEPS = [("haptic step in contact, µs, " + part, ["haptic", f"contact_{part}_us"]) for part in ["p50", "p99", "p9999", "max"]]
 STEPS += [("every haptic step, µs, " + part, ["haptic", f"{part}_us"]) for part in ["p50", "p99", "p9999", "max"]]
+CPU_TIMES = [("haptic step in contact, processor time, µs, " + part, ["haptic", f"contact_cpu_{part}_us"])
+             for part in ["p50", "p99", "p9999", "max"]]
+CPU_TIMES += [("every haptic step, processor time, µs, " + part, ["haptic", f"cpu_{part}_us"])
+              for part in ["p50", "p99", "p9999", "max"]]
+STOLEN = ("share of the processors' time that the machine's host took", ["haptic", "stolen_share"])
 ROWS = {
-    # Without real-time priority the tails come from the machine's other load.
-    "lockstep": [("completed", ["completed"]), STEPS[0], STEPS[4], ("cycles in contact", ["haptic", "contact_cycles"])],
-    "methods": [("completed", ["completed"])] + STEPS + LATENCIES[:4] + [
+    "lockstep": [("completed", ["completed"])] + CPU_TIMES + [("cycles in contact", ["haptic", "contact_cycles"])],
+    "methods": [("completed", ["completed"])] + CPU_TIMES + STEPS + LATENCIES[:4] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("peak force on the hand, N", ["peak_force_N"])],
     "runs": LATENCIES + [
         ("pictures per second", ["pictures", "fps"]), ("mean scale of a picture", ["pictures", "render_scale"]),
-        ("drawing a picture, ms, p50", ["pictures", "draw_p50_ms"])] + STEPS + [
-        ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
+        ("drawing a picture, ms, p50", ["pictures", "draw_p50_ms"])] + CPU_TIMES + STEPS + [
+        STOLEN, ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("messages received", ["bus", "received"]), ("messages dropped", ["bus", "dropped"])],
     "pictures": LATENCIES[12:15] + [
         ("pictures per second", ["pictures", "fps"]), ("mean scale of a picture", ["pictures", "render_scale"]),
@@ -68,7 +72,7 @@ ROWS = {
     "processes": [("completed", ["completed"])] + LATENCIES[:8] + [
         (f"force loop, ms, {what}", ["stability", f"loop_{key}_ms"]) for what, key in [("delay", "delay"), ("jitter", "jitter")]
     ] + [("stable up to, times the stiffness", ["stability", "least_stiffness_share"]),
-         ("passivity controller acted in, share", ["stability", "share_made_passive"])] + STEPS[:2] + [
+         ("passivity controller acted in, share", ["stability", "share_made_passive"])] + CPU_TIMES[:2] + STEPS[:2] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
 }
 

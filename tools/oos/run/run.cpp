@@ -97,14 +97,18 @@ nlohmann::json LockstepReport(const scene::Scenario& scenario, const lockstep::O
   // Without a real clock no cycle can be late.
   report["haptic"] = {{"cycles", outcome.ticks},
                       {"misses", nullptr},
-                      {"p50_us", outcome.haptic_p50_us},
-                      {"p99_us", outcome.haptic_p99_us},
-                      {"max_us", outcome.haptic_max_us},
                       {"contact_cycles", outcome.contact_cycles},
-                      {"contact_misses", nullptr},
-                      {"contact_p50_us", outcome.contact_p50_us},
-                      {"contact_p99_us", outcome.contact_p99_us},
-                      {"contact_max_us", outcome.contact_max_us}};
+                      {"contact_misses", nullptr}};
+  const auto add = [&report](const std::string& prefix, const lockstep::Times& times) {
+    report["haptic"][prefix + "p50_us"] = times.p50_us;
+    report["haptic"][prefix + "p99_us"] = times.p99_us;
+    report["haptic"][prefix + "p9999_us"] = times.p9999_us;
+    report["haptic"][prefix + "max_us"] = times.max_us;
+  };
+  add("", outcome.haptic);
+  add("cpu_", outcome.haptic_cpu);
+  add("contact_", outcome.contact);
+  add("contact_cpu_", outcome.contact_cpu);
   report["impulse_balance"] = outcome.impulse_balance;
   report["stability"] = {{"least_stiffness_share", outcome.least_stiffness_share},
                          {"used_stiffness_share", outcome.used_stiffness_share},
