@@ -1,21 +1,27 @@
 #include "tools/failures/bench.hpp"
 
+#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/studies/studies.hpp"
 
 namespace failures {
 
-int BenchMain(const bench::BenchOptions& options) {
+int BenchMain(const bench::BenchOptions& options, const Peers& others) {
+  Peers peers{BulletPeer()};
+  peers.insert(peers.end(), others.begin(), others.end());
+  const auto with = [&peers](void (*study)(const Peers&, Report*)) {
+    return [&peers, study](Report* report) { study(peers, report); };
+  };
   std::vector<bench::Study> studies{
-      {"thin", StudyThin},         {"steps", StudySteps},       {"peg", StudyPeg},
-      {"edges", StudyEdges},       {"boundary", StudyBoundary}, {"field", StudyField},
-      {"energy", StudyEnergy},     {"impact", StudyImpact},     {"bodies", StudyBodies},
-      {"light", StudyLightBodies}, {"penalty", StudyPenalty},   {"friction", StudyFriction},
-      {"pairs", StudyPairs},       {"lateness", StudyLateness}, {"deep", StudyDeepStart},
-      {"rest", StudyRest},         {"threads", StudyThreads},   {"long", StudyLongRun},
+      {"thin", with(StudyThin)},   {"steps", StudySteps},         {"peg", StudyPeg},
+      {"edges", StudyEdges},       {"boundary", StudyBoundary},   {"field", StudyField},
+      {"energy", StudyEnergy},     {"impact", with(StudyImpact)}, {"bodies", with(StudyBodies)},
+      {"light", StudyLightBodies}, {"penalty", StudyPenalty},     {"friction", with(StudyFriction)},
+      {"pairs", StudyPairs},       {"lateness", StudyLateness},   {"deep", with(StudyDeepStart)},
+      {"rest", StudyRest},         {"threads", StudyThreads},     {"long", StudyLongRun},
       {"overload", StudyOverload}, {"meshes", StudyMeshes}};
   if (options.only.empty()) studies.push_back({"summary", AddSummary});
   return bench::RunStudies(options, {"stability", "Failure tests F1 to F23, measured", bench::ProcessorText()}, studies,
-                           "");
+                           others.empty() ? "MuJoCo" : "");
 }
 
 }  // namespace failures

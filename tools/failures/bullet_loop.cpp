@@ -5,6 +5,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include <cmath>
+#include <memory>
 #include <vector>
 
 namespace failures {
@@ -12,9 +13,6 @@ namespace {
 
 constexpr double kTick_s = 1e-3;
 constexpr double kMargin_m = 1e-4;
-// K T^2 / m of the explicit spring with critical damping, B T / m = 2 sqrt(0.1): a fifth of what is stable.
-constexpr double kExplicit = 0.1;
-constexpr double kLeast = kTick_s * kTick_s / kExplicit;  // mass over stiffness
 
 btVector3 ToBullet(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
@@ -56,92 +54,80 @@ struct MeshBody {
   std::unique_ptr<btRigidBody> body;
 };
 
-}  // namespace
+class BulletLoop final : public PeerLoop {
+ public:
+  explicit BulletLoop(double friction) : friction_(friction) {
+    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
+    world_.setGravity({0, 0, 0});
+  }
+  ~BulletLoop() override {
+    for (const auto& one : bodies_) world_.removeRigidBody(one->body.get());
+  }
+  BulletLoop(const BulletLoop&) = delete;
+  BulletLoop& operator=(const BulletLoop&) = delete;
 
-struct BulletLoop::World {
-  explicit World(double mu) : friction(mu) {
-    btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
-    world.setGravity({0, 0, 0});
+  void AddFixed(const vps::TriangleMesh& mesh, const core::Pose& X_WO) override { AddBall(mesh, X_WO, 0.0, 0.0); }
+  void AddBody(const vps::TriangleMesh& mesh, const core::Pose& X_WO, double mass_kg) override {
+    AddBall(mesh, X_WO, mass_kg, 0.0);
   }
-  ~World() {
-    for (const auto& one : bodies) world.removeRigidBody(one->body.get());
-  }
-  void Add(const vps::TriangleMesh& mesh, const core::Pose& X_WO, double mass_kg, double inertia_kg_m2) {
-    bodies.push_back(std::make_unique<MeshBody>(mesh, X_WO, mass_kg, inertia_kg_m2, friction));
-    world.addRigidBody(bodies.back()->body.get());
-  }
-  [[nodiscard]] btRigidBody& tool() const { return *bodies.back()->body; }
+  using PeerLoop::Tick;
+  void Tick() override { world_.stepSimulation(kTick_s, 0); }
 
-  double friction;
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher{&configuration};
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-  std::vector<std::unique_ptr<MeshBody>> bodies;
+  [[nodiscard]] core::Pose X_WC() const override {
+    const btTransform& X = last().getWorldTransform();
+    const btQuaternion q = X.getRotation();
+    return {glm::dquat(q.w(), q.x(), q.y(), q.z()), FromBullet(X.getOrigin())};
+  }
+  [[nodiscard]] core::Twist V_WC() const override {
+    return {FromBullet(last().getAngularVelocity()), FromBullet(last().getLinearVelocity())};
+  }
+  [[nodiscard]] bool is_in_contact() const override {
+    for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+      if (dispatcher_.getManifoldByIndexInternal(i)->getNumContacts() > 0) return true;
+    }
+    return false;
+  }
+
+ protected:
+  void AddBall(const vps::TriangleMesh& mesh, const core::Pose& X_WO, double mass_kg, double inertia_kg_m2) override {
+    bodies_.push_back(std::make_unique<MeshBody>(mesh, X_WO, mass_kg, inertia_kg_m2, friction_));
+    world_.addRigidBody(bodies_.back()->body.get());
+  }
+  void Push(const core::Wrench& F_W) override {
+    last().applyCentralForce(ToBullet(F_W.force_N));
+    last().applyTorque(ToBullet(F_W.torque_Nm));
+  }
+  void PutAtRest(const core::Pose& X_WO) override {
+    last().setWorldTransform(ToBullet(X_WO));
+    last().setInterpolationWorldTransform(ToBullet(X_WO));
+    last().setLinearVelocity({0, 0, 0});
+    last().setAngularVelocity({0, 0, 0});
+    last().clearForces();
+  }
+
+ private:
+  [[nodiscard]] btRigidBody& last() const { return *bodies_.back()->body; }
+
+  double friction_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  std::vector<std::unique_ptr<MeshBody>> bodies_;
 };
 
-BulletLoop::BulletLoop(double friction) : world_(std::make_unique<World>(friction)) {}
-BulletLoop::~BulletLoop() = default;
+}  // namespace
 
-void BulletLoop::AddFixed(const vps::TriangleMesh& mesh, const core::Pose& X_WO) {
-  world_->Add(mesh, X_WO, 0.0, 0.0);
-}
-void BulletLoop::AddBody(const vps::TriangleMesh& mesh, const core::Pose& X_WO, double mass_kg) {
-  world_->Add(mesh, X_WO, mass_kg, 0.0);
-}
-void BulletLoop::AddTool(const vps::TriangleMesh& mesh, const core::Pose& X_WD) {
-  world_->Add(mesh, X_WD, coupling_.stiffness_N_per_m * kLeast, coupling_.stiffness_Nm_per_rad * kLeast);
-  X_WD_before_ = X_WD;
-}
-
-void BulletLoop::Tick(const core::Pose& X_WD) {
-  btRigidBody& tool = world_->tool();
-  const core::Pose X_WT = X_WC();
-  const glm::dvec3 v_D = (X_WD.translation - X_WD_before_.translation) / kTick_s;
-  const glm::dvec3 w_D = core::RotationVector(X_WD.rotation * glm::conjugate(X_WD_before_.rotation)) / kTick_s;
-  const glm::dvec3 turn = core::RotationVector(X_WD.rotation * glm::conjugate(X_WT.rotation));
-  const double T_critical_s = 2.0 * std::sqrt(kLeast);  // damping over stiffness
-  const glm::dvec3 F = coupling_.stiffness_N_per_m * (X_WD.translation - X_WT.translation +
-                                                      T_critical_s * (v_D - FromBullet(tool.getLinearVelocity())));
-  const glm::dvec3 M =
-      coupling_.stiffness_Nm_per_rad * (turn + T_critical_s * (w_D - FromBullet(tool.getAngularVelocity())));
-  tool.applyCentralForce(ToBullet(F));
-  tool.applyTorque(ToBullet(M));
-  command_ = {-F, -M};
-  X_WD_before_ = X_WD;
-  Tick();
-}
-
-void BulletLoop::LetGo(const core::Pose& X_WD) {
-  btRigidBody& tool = world_->tool();
-  tool.setWorldTransform(ToBullet(X_WD));
-  tool.setInterpolationWorldTransform(ToBullet(X_WD));
-  tool.setLinearVelocity({0, 0, 0});
-  tool.setAngularVelocity({0, 0, 0});
-  tool.clearForces();
-  X_WD_before_ = X_WD;
-}
-
-void BulletLoop::Tick() {
-  world_->world.stepSimulation(kTick_s, 0);
-}
-
-core::Pose BulletLoop::X_WC() const {
-  const btTransform& X = world_->tool().getWorldTransform();
-  const btQuaternion q = X.getRotation();
-  return {glm::dquat(q.w(), q.x(), q.y(), q.z()), FromBullet(X.getOrigin())};
-}
-
-double BulletLoop::speed_m_per_s() const {
-  return world_->tool().getLinearVelocity().length();
-}
-
-bool BulletLoop::is_in_contact() const {
-  for (int i = 0; i < world_->dispatcher.getNumManifolds(); ++i) {
-    if (world_->dispatcher.getManifoldByIndexInternal(i)->getNumContacts() > 0) return true;
+Peer BulletPeer() {
+  Peer peer;
+  peer.name = "Bullet";
+  peer.takes_concave = true;
+  peer.make_loop = [](double friction) { return std::make_unique<BulletLoop>(friction); };
+  for (const dynamics::StackMaker& maker : dynamics::OwnStacks()) {
+    if (maker.name == "Bullet, 10 sweeps") peer.stack = maker;
   }
-  return false;
+  return peer;
 }
 
 }  // namespace failures

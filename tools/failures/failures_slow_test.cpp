@@ -27,7 +27,7 @@ TEST(FailureTests, ALightPartUnderAPressingHandLiesStill) {
 
 TEST(FailureTests, AreWrittenWithTheirBoundsAndReasons) {
   const auto folder = std::filesystem::temp_directory_path() / ("vr_oos_rows_" + std::to_string(::getpid()));
-  ASSERT_EQ(BenchMain({folder / "all.json", folder, ""}), 0);
+  ASSERT_EQ(BenchMain({folder / "all.json", folder, ""}, {}), 0);
   std::ostringstream rows;
   rows << std::ifstream(folder / "rows.csv").rdbuf();
   EXPECT_THAT(rows.str(), testing::HasSubstr("\nF1,"));

@@ -23,12 +23,12 @@ std::vector<std::string> MissedBy(void (*study)(Report*)) {
 
 TEST(FailureTests, RefuseAnUnknownStudyAndNameTheKnownOnes) {
   testing::internal::CaptureStderr();
-  EXPECT_EQ(BenchMain({{}, {}, "rest,colour"}), 2);
+  EXPECT_EQ(BenchMain({{}, {}, "rest,colour"}, {}), 2);
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no 'colour' to measure; known: thin"));
 }
 
 TEST(FailureTests, TheHandFeelsTheFrictionOfTheCone) {
-  EXPECT_THAT(MissedBy(StudyFriction), testing::IsEmpty());
+  EXPECT_THAT(MissedBy([](Report* report) { StudyFriction({}, report); }), testing::IsEmpty());
 }
 
 TEST(FailureTests, TheForceTurnsSmoothlyOverAnEdge) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <map>
 
+#include "tools/failures/peer_loop.hpp"
 #include "tools/failures/variant.hpp"
 
 namespace failures {
@@ -16,7 +17,8 @@ constexpr int kWantedWithin = 19;
 std::vector<std::string> Columns() {
   std::vector<std::string> columns{"id", "failure", "set-up", "observable", "bound"};
   for (const Variant& variant : Variants()) columns.push_back(variant.name);
-  columns.insert(columns.end(), {"Bullet", "met", "why not"});
+  columns.insert(columns.end(), PeerNames().begin(), PeerNames().end());
+  columns.insert(columns.end(), {"met", "why not"});
   return columns;
 }
 
@@ -52,7 +54,8 @@ void AddRow(Report* report, const Row& row) {
   for (const Variant& variant : Variants()) cells.push_back(CellOf(row, variant.name));
   const bool has_miss = deciding == nullptr || std::any_of(row.readings.begin(), row.readings.end(),
                                                            [](const Reading& r) { return !r.is_met; });
-  cells.insert(cells.end(), {CellOf(row, "Bullet"), bench::ToText(verdict), has_miss ? row.why : ""});
+  for (const std::string& peer : PeerNames()) cells.push_back(CellOf(row, peer));
+  cells.insert(cells.end(), {bench::ToText(verdict), has_miss ? row.why : ""});
   FindTable(report)->Add(cells);
   report->goals.push_back(
       {row.id + " " + row.observable, row.bound, deciding == nullptr ? "" : deciding->measured, verdict});

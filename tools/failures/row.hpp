@@ -17,7 +17,7 @@ using bench::Table;
 
 // What one contender did, in words and numbers.
 struct Reading {
-  std::string contender;  // name of a variant, or "Bullet"
+  std::string contender;  // name of a variant or of a peer
   std::string measured;
   bool is_met = false;
 };

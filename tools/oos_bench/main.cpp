@@ -43,10 +43,16 @@ int RunBus(const oos::Arguments& arguments) {
   return transport::BenchMain(options, {});
 }
 
+int RunStability(const oos::Arguments& arguments) {
+  const bench::BenchOptions options = OptionsOf(arguments);
+  RunPeers("oos_bench_failures_peers", {options.json, options.plot, options.only});
+  return failures::BenchMain(options, {});
+}
+
 int RunStudies(const oos::Arguments& arguments) {
   if (arguments.positional()[0] == "physics") return RunPhysics(arguments);
   if (arguments.positional()[0] == "bus") return RunBus(arguments);
-  if (arguments.positional()[0] == "stability") return failures::BenchMain(OptionsOf(arguments));
+  if (arguments.positional()[0] == "stability") return RunStability(arguments);
   if (arguments.positional()[0] != "vps") {
     return oos::Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus, stability",
                          oos::kBadUsage);

@@ -29,24 +29,23 @@ Stacked Stand(const dynamics::StackMaker& maker) {
   return {stack->deepest_m(), 1e-3 * static_cast<double>(core::ThreadCpuNow_ns() - begin_ns) / kSteps};
 }
 
-void StudyMassRatio(Report* report) {
-  Row row{"F10",
-          "mass ratio",
-          "block of 200 kg on one of 0.2 kg, 1 g, input `manifold`; Bullet: 10 sweeps",
-          "overlap; time of a step",
-          "<= 50 um; <= 0.2 ms",
-          {},
-          "Bullet's sequential impulses do not converge"};
-  const std::vector<dynamics::StackMaker> makers = dynamics::OwnStacks();
+void StudyMassRatio(const Peers& peers, Report* report) {
+  Row row{
+      "F10",
+      "mass ratio",
+      "block of 200 kg on one of 0.2 kg, 1 g, input `manifold`; Bullet: 10 sweeps; MuJoCo: stiffest contacts",
+      "overlap; time of a step",
+      "<= 50 um; <= 0.2 ms",
+      {},
+      "Bullet's sequential impulses do not converge; MuJoCo's contacts are soft, at the stiffest that its step allows"};
   const auto reading = [](const std::string& contender, const Stacked& stacked) {
     return Reading{contender, Short(1e6 * stacked.overlap_m) + " um; " + Short(stacked.step_us) + " us",
                    stacked.overlap_m <= 5e-5 && stacked.step_us <= 200.0};
   };
-  const Stacked ours = Stand(makers.at(0));  // contacts are given in closed form: one figure for all variants
+  const Stacked ours =
+      Stand(dynamics::OwnStacks().at(0));  // contacts are given in closed form: one figure for all variants
   for (const Variant& variant : Variants()) row.readings.push_back(reading(variant.name, ours));
-  const auto bullet = std::find_if(makers.begin(), makers.end(),
-                                   [](const dynamics::StackMaker& m) { return m.name.rfind("Bullet", 0) == 0; });
-  if (bullet != makers.end()) row.readings.push_back(reading("Bullet", Stand(*bullet)));
+  for (const Peer& peer : peers) row.readings.push_back(reading(peer.name, Stand(peer.stack)));
   AddRow(report, row);
 }
 
@@ -142,8 +141,8 @@ void StudyNeedle(Report* report) {
 
 }  // namespace
 
-void StudyBodies(Report* report) {
-  StudyMassRatio(report);
+void StudyBodies(const Peers& peers, Report* report) {
+  StudyMassRatio(peers, report);
   StudyReducedContacts(report);
   StudyNeedle(report);
 }

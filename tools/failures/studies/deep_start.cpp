@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies/studies.hpp"
@@ -48,17 +47,17 @@ Exit Leave(const Variant& variant, double depth_m) {
   return exit;
 }
 
-// Bullet's contacts hold no energy: its speed and side alone are judged.
-Exit LeaveInBullet(double depth_m) {
-  BulletLoop loop(0.0);
-  loop.AddFixed(vps::MakeBox(kPlateSize_m), X_WP);
-  loop.AddBody(Cube(), Inside(depth_m), kMass_kg);
+// The peers' contacts hold no energy: speed and side alone are judged.
+Exit LeaveInPeer(const Peer& peer, double depth_m) {
+  const auto loop = peer.make_loop(0.0);
+  loop->AddFixed(vps::MakeBox(kPlateSize_m), X_WP);
+  loop->AddBody(Cube(), Inside(depth_m), kMass_kg);
   Exit exit;
   for (int i = 0; i < 2000; ++i) {
-    loop.Tick();
-    exit.speed_m_per_s = std::max(exit.speed_m_per_s, loop.speed_m_per_s());
+    loop->Tick();
+    exit.speed_m_per_s = std::max(exit.speed_m_per_s, loop->speed_m_per_s());
   }
-  exit.is_right = loop.X_WC().translation.z > kHalf_m - 1e-3;
+  exit.is_right = loop->X_WC().translation.z > kHalf_m - 1e-3;
   return exit;
 }
 
@@ -68,7 +67,7 @@ std::string SideOf(const Exit& exit) {
 
 }  // namespace
 
-void StudyDeepStart(Report* report) {
+void StudyDeepStart(const Peers& peers, Report* report) {
   for (const double depth_m : {0.005, 0.02}) {
     Row row{"F17",
             "deep start",
@@ -85,9 +84,11 @@ void StudyDeepStart(Report* report) {
                               Short(exit.speed_m_per_s) + " m/s; " + Short(exit.energy_J) + "; " + SideOf(exit),
                               exit.speed_m_per_s <= 0.5 && exit.energy_J <= 1.0 && exit.is_right});
     }
-    const Exit bullet = LeaveInBullet(depth_m);
-    row.readings.push_back({"Bullet", Short(bullet.speed_m_per_s) + " m/s; -; " + SideOf(bullet),
-                            bullet.speed_m_per_s <= 0.5 && bullet.is_right});
+    for (const Peer& peer : peers) {
+      const Exit exit = LeaveInPeer(peer, depth_m);
+      row.readings.push_back({peer.name, Short(exit.speed_m_per_s) + " m/s; -; " + SideOf(exit),
+                              exit.speed_m_per_s <= 0.5 && exit.is_right});
+    }
     AddRow(report, row);
   }
 }

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "physics/testing/trials/reference.hpp"
-#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies/studies.hpp"
@@ -46,7 +45,7 @@ struct Drag {
 
 constexpr double kGap_m = 0.001;
 
-// The device drags the ball along the plate at 1 mm/s for 8 s. `loop`: of this project's nodes, or of Bullet.
+// The device drags the ball along the plate at 1 mm/s for 8 s. `loop`: of this project's nodes, or of a peer.
 template <class AnyLoop>
 Drag DragAlong(AnyLoop& loop, double friction) {
   core::Pose X_WD{{1, 0, 0, 0}, {0, 0, kBall_m + kGap_m}};
@@ -86,16 +85,16 @@ Drag DragTool(const Variant& variant, double friction) {
   return DragAlong(loop, friction);
 }
 
-Drag DragInBullet(double friction) {
-  BulletLoop loop(friction);
-  loop.AddFixed(vps::MakeBox({0.2, 0.2, kPlate_m}), {{1, 0, 0, 0}, {0, 0, -0.5 * kPlate_m}});
-  loop.AddTool(vps::MakeSphere(kBall_m, 64), {{1, 0, 0, 0}, {0, 0, kBall_m + kGap_m}});
-  return DragAlong(loop, friction);
+Drag DragByPeer(const Peer& peer, double friction) {
+  const auto loop = peer.make_loop(friction);
+  loop->AddFixed(vps::MakeBox({0.2, 0.2, kPlate_m}), {{1, 0, 0, 0}, {0, 0, -0.5 * kPlate_m}});
+  loop->AddTool(vps::MakeSphere(kBall_m, 64), {{1, 0, 0, 0}, {0, 0, kBall_m + kGap_m}});
+  return DragAlong(*loop, friction);
 }
 
 }  // namespace
 
-void StudyFriction(Report* report) {
+void StudyFriction(const Peers& peers, Report* report) {
   StudySlope(report);
   for (const double friction : {0.1, 0.3, 0.5}) {
     Row breaks{"F13",
@@ -118,7 +117,7 @@ void StudyFriction(Report* report) {
                                  has_friction && drag.ripple <= 0.03});
     };
     for (std::size_t i = 0; i < drags.size(); ++i) add(Variants()[i].name, drags[i]);
-    add("Bullet", DragInBullet(friction));
+    for (const Peer& peer : peers) add(peer.name, DragByPeer(peer, friction));
     AddRow(report, breaks);
     AddRow(report, ripple);
   }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies/studies.hpp"
@@ -22,6 +21,7 @@ struct Target {
   core::Pose X_WE;         // of the target
   glm::dvec3 from_W{0.0};  // of the device
   glm::dvec3 way_W{0.0};   // unit
+  bool is_concave = false;
 };
 
 std::vector<Target> Targets() {
@@ -44,11 +44,12 @@ std::vector<Target> Targets() {
        vps::MakeCylinder(0.01, 0.05, 64),
        {},
        {0.003, 0.0, 0.09},
-       {0, 0, -1}},
+       {0, 0, -1},
+       true},
   };
 }
 
-// Largest depth of the shown tool in the target, exact. `loop`: of this project's nodes, or of Bullet.
+// Largest depth of the shown tool in the target, exact. `loop`: of this project's nodes, or of a peer.
 template <class AnyLoop, class IsInContact>
 double DeepestShown_m(const Target& target, AnyLoop& loop, const IsInContact& is_in_contact) {
   const vps::oracle::MeshDistance exact_E(target.mesh);
@@ -81,11 +82,11 @@ double ShownDepth_m(const Variant& variant, const Target& target) {
   return DeepestShown_m(target, loop, [&loop] { return loop.haptic().is_in_contact; });
 }
 
-double ShownByBullet_m(const Target& target) {
-  BulletLoop loop(0.0);
-  loop.AddFixed(target.mesh, target.X_WE);
-  loop.AddTool(target.tool, {{1, 0, 0, 0}, target.from_W});
-  return DeepestShown_m(target, loop, [&loop] { return loop.is_in_contact(); });
+double ShownByPeer_m(const Peer& peer, const Target& target) {
+  const auto loop = peer.make_loop(0.0);
+  loop->AddFixed(target.mesh, target.X_WE);
+  loop->AddTool(target.tool, {{1, 0, 0, 0}, target.from_W});
+  return DeepestShown_m(target, *loop, [&loop] { return loop->is_in_contact(); });
 }
 
 // Kinetic energy after over before an impact of the arm, that the operator throws at the wall.
@@ -111,7 +112,7 @@ double ReboundEnergy(const Variant& variant) {
 
 }  // namespace
 
-void StudyImpact(Report* report) {
+void StudyImpact(const Peers& peers, Report* report) {
   for (const Target& target : Targets()) {
     Row row{"F9",
             "fast impact",
@@ -123,8 +124,11 @@ void StudyImpact(Report* report) {
     const auto depths_m = OfVariants([&target](const Variant& variant) { return ShownDepth_m(variant, target); });
     for (std::size_t i = 0; i < depths_m.size(); ++i)
       row.readings.push_back({Variants()[i].name, Short(1e3 * depths_m[i]) + " mm", depths_m[i] <= 1e-4});
-    const double of_bullet_m = ShownByBullet_m(target);
-    row.readings.push_back({"Bullet", Short(1e3 * of_bullet_m) + " mm", of_bullet_m <= 1e-4});
+    for (const Peer& peer : peers) {
+      if (target.is_concave && !peer.takes_concave) continue;
+      const double depth_m = ShownByPeer_m(peer, target);
+      row.readings.push_back({peer.name, Short(1e3 * depth_m) + " mm", depth_m <= 1e-4});
+    }
     AddRow(report, row);
   }
   Row row{"F9",

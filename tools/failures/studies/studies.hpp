@@ -1,30 +1,31 @@
 #pragma once
 
+#include "tools/failures/peer_loop.hpp"
 #include "tools/failures/row.hpp"
 
 namespace failures {
 
 // Each study adds its rows, tables and charts to the report. The set-ups are those of the failure tests that the
 // literature names; a study may not make one easier so that a bound is held.
-void StudyThin(Report* report);         // F1
-void StudySteps(Report* report);        // F2, F3, F4
-void StudyPeg(Report* report);          // F5
-void StudyEdges(Report* report);        // F6
-void StudyBoundary(Report* report);     // F7
-void StudyField(Report* report);        // F7
-void StudyEnergy(Report* report);       // F8
-void StudyImpact(Report* report);       // F9
-void StudyBodies(Report* report);       // F10, F14, F18
-void StudyLightBodies(Report* report);  // F11
-void StudyPenalty(Report* report);      // F12
-void StudyFriction(Report* report);     // F13
-void StudyPairs(Report* report);        // F15
-void StudyLateness(Report* report);     // F16
-void StudyDeepStart(Report* report);    // F17
-void StudyRest(Report* report);         // F19
-void StudyThreads(Report* report);      // F20
-void StudyLongRun(Report* report);      // F21
-void StudyOverload(Report* report);     // F22
-void StudyMeshes(Report* report);       // F23
+void StudyThin(const Peers& peers, Report* report);       // F1
+void StudySteps(Report* report);                          // F2, F3, F4
+void StudyPeg(Report* report);                            // F5
+void StudyEdges(Report* report);                          // F6
+void StudyBoundary(Report* report);                       // F7
+void StudyField(Report* report);                          // F7
+void StudyEnergy(Report* report);                         // F8
+void StudyImpact(const Peers& peers, Report* report);     // F9
+void StudyBodies(const Peers& peers, Report* report);     // F10, F14, F18
+void StudyLightBodies(Report* report);                    // F11
+void StudyPenalty(Report* report);                        // F12
+void StudyFriction(const Peers& peers, Report* report);   // F13
+void StudyPairs(Report* report);                          // F15
+void StudyLateness(Report* report);                       // F16
+void StudyDeepStart(const Peers& peers, Report* report);  // F17
+void StudyRest(Report* report);                           // F19
+void StudyThreads(Report* report);                        // F20
+void StudyLongRun(Report* report);                        // F21
+void StudyOverload(Report* report);                       // F22
+void StudyMeshes(Report* report);                         // F23
 
 }  // namespace failures

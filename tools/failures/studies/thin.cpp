@@ -6,7 +6,6 @@
 #include <random>
 #include <stdexcept>
 
-#include "tools/failures/bullet_loop.hpp"
 #include "tools/failures/for_all.hpp"
 #include "tools/failures/loop.hpp"
 #include "tools/failures/studies/studies.hpp"
@@ -97,7 +96,7 @@ vps::TriangleMesh Part(bool is_open) {
 }
 const core::Pose kAway{{1, 0, 0, 0}, {0, 0, 0.1}};
 
-// `loop`: of this project's nodes, or of Bullet.
+// `loop`: of this project's nodes, or of a peer.
 template <class AnyLoop>
 Passage PushThrough(AnyLoop& loop, const Tool& tool, const Speed& speed) {
   std::mt19937_64 engine(11);
@@ -141,11 +140,11 @@ Passage Push(const Variant& variant, const Tool& tool, bool is_open, const Speed
   return PushThrough(loop, tool, speed);
 }
 
-Passage PushInBullet(const Tool& tool, bool is_open, const Speed& speed) {
-  BulletLoop loop(0.0);
-  loop.AddFixed(Part(is_open), {});
-  loop.AddTool(tool.mesh, kAway);
-  return PushThrough(loop, tool, speed);
+Passage PushInPeer(const Peer& peer, const Tool& tool, bool is_open, const Speed& speed) {
+  const auto loop = peer.make_loop(0.0);
+  loop->AddFixed(Part(is_open), {});
+  loop->AddTool(tool.mesh, kAway);
+  return PushThrough(*loop, tool, speed);
 }
 
 Passage TryToPush(const Variant& variant, const Tool& tool, bool is_open, const Speed& speed) {
@@ -159,11 +158,12 @@ Passage TryToPush(const Variant& variant, const Tool& tool, bool is_open, const 
 
 }  // namespace
 
-void StudyThin(Report* report) {
+void StudyThin(const Peers& peers, Report* report) {
   struct Case {
     bool is_open;
     const Speed* speed;
-    const Variant* variant;  // null: Bullet
+    const Variant* variant;  // null: of the peer
+    const Peer* peer;
     const Tool* tool;
     Passage passage;
   };
@@ -172,14 +172,17 @@ void StudyThin(Report* report) {
   for (const bool is_open : {false, true}) {
     for (const Speed& speed : kSpeeds) {
       for (const Variant& variant : Variants()) {
-        for (const Tool& tool : tools) cases.push_back({is_open, &speed, &variant, &tool, {}});
+        for (const Tool& tool : tools) cases.push_back({is_open, &speed, &variant, nullptr, &tool, {}});
       }
-      for (const Tool& tool : tools) cases.push_back({is_open, &speed, nullptr, &tool, {}});
+      for (const Peer& peer : peers) {
+        if (is_open && !peer.takes_concave) continue;
+        for (const Tool& tool : tools) cases.push_back({is_open, &speed, nullptr, &peer, &tool, {}});
+      }
     }
   }
   ForAll(cases.size(), [&cases](std::size_t i) {
     Case& one = cases[i];
-    one.passage = one.variant == nullptr ? PushInBullet(*one.tool, one.is_open, *one.speed)
+    one.passage = one.variant == nullptr ? PushInPeer(*one.peer, *one.tool, one.is_open, *one.speed)
                                          : TryToPush(*one.variant, *one.tool, one.is_open, *one.speed);
   });
   Table table{"thin", {"part", "speed_m_per_s", "contender", "tool", "flips", "deepest_voxels"}, {}};
@@ -202,8 +205,9 @@ void StudyThin(Report* report) {
         "coupling `paper`: the proxy rests half a voxel inside, and a thin plate's inside is less than that; god "
         "object: at the plate's rim, which a tool at 1 m/s comes to in one cycle from farther than gaps are exact; at "
         "a sheet's rim why is not found";
-    for (std::size_t contender = 0; contender <= Variants().size(); ++contender) {
-      const std::string name = one->variant == nullptr ? "Bullet" : one->variant->name;
+    const bool is_open = one->is_open;
+    while (one != cases.end() && one->is_open == is_open && one->speed == &speed) {
+      const std::string name = one->variant == nullptr ? one->peer->name : one->variant->name;
       Passage worst;
       for (const Tool& tool : tools) {
         worst.is_refused = worst.is_refused || one->passage.is_refused;

@@ -22,7 +22,8 @@ namespaces (root), throughput, processor time and blocks: the bus, encrypted and
 takes part when `oos_bench_transport_peers` stands beside this program.
 
 stability: the failure tests F1 to F23 of haptic rendering (thin parts, force steps, edges, delay, energy, impact, friction, rest, pegs,
-overload), each with its bound and what every method does, by the nodes' own steps on a virtual clock. Takes some minutes.)";
+overload), each with its bound and what every method does, by the nodes' own steps on a virtual clock. Takes some minutes.
+Bullet takes part, and MuJoCo when `oos_bench_failures_peers` stands beside this program.)";
 
 // The studies and their charts are a program of their own, so that simulations are built and run without them.
 int RunBench(const Arguments& arguments) {

@@ -126,8 +126,9 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
         << " |\n";
   }
   out << "\nShare of all processors' time that the host of a virtual machine took away: "
-      << Text(Get(haptic, "stolen_share")) << ".\n\nBus: " << Text(Get(report.at("bus"), "sent")) << " sent, " << Text(Get(report.at("bus"), "received"))
-      << " received, " << Text(Get(report.at("bus"), "dropped")) << " dropped.\n\nSimulated: ";
+      << Text(Get(haptic, "stolen_share")) << ".\n\nBus: " << Text(Get(report.at("bus"), "sent")) << " sent, "
+      << Text(Get(report.at("bus"), "received")) << " received, " << Text(Get(report.at("bus"), "dropped"))
+      << " dropped.\n\nSimulated: ";
   for (std::size_t i = 0; i < report.at("simulated").size(); ++i) {
     out << (i == 0 ? "" : "; ") << Text(report.at("simulated")[i]);
   }
