@@ -155,7 +155,6 @@ double FinishFastPair(const SampleTree& sampled, const DistanceField& field, con
   RefineContact(finest, field, X_GS, walk, scratch->walk, &scratch->refine);
   const std::uint32_t num_finer = scratch->refine.num_samples;
   const double small_share = IntegrateIfSmall(finest, field, X_GS, scratch);
-  if (small_share < 1.0) FindChangesOfSums(finest, field, scratch->walk, &scratch->refine);
   double volume_m3 = walk.volume_m3;
   double square_m4 = walk.square_m4;
   double deepest_m = walk.deepest_m;

@@ -1,11 +1,13 @@
 #include "vps/multibody/refine_contact.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
 #include "vps/field/brick_traits.hpp"
 #include "vps/multibody/block_sums.hpp"
+#include "vps/walk/walk_input.hpp"
 
 namespace vps {
 namespace {
@@ -48,76 +50,15 @@ constexpr float kPlainArea = 0.75f;
 constexpr float kSteeper = 3.0f;
 constexpr float kLeastSlope = 0.02f;
 
-// Of the depths of a block's points.
-struct DepthRange {
-  float least, most;
-};
-
-DepthRange RangeOf(const PointBlock& block, const float* depths) {
-  F4 least = F4{} + 1e30f;
-  F4 most = F4{} - 1e30f;
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 depth = LoadF4(depths + k);
-    const I4 is_point = LoadF4(block.area_m2 + k) > 0.0f;
-    const F4 low = is_point ? depth : least;
-    const F4 high = is_point ? depth : most;
-    least = low < least ? low : least;
-    most = high > most ? high : most;
-  }
-  return {std::min(std::min(least[0], least[1]), std::min(least[2], least[3])),
-          std::max(std::max(most[0], most[1]), std::max(most[2], most[3]))};
-}
+// As near the surface: these are the places that SmallContact would test (decision 16).
+constexpr NearRange kNear{0.12f, 1.0f / 0.12f};  // voxels
+// The same of samples that come near without being refined. The limit is twice that of finer points, so that they count
+// before the first finer point of another sample does.
+constexpr NearRange kNearUnrefined{0.24f, 1.0f / 0.12f};
+constexpr std::uint32_t kAtOnce = 32;  // near blocks that are weighed together; not derived
 
 F4 UpToOne(const F4& lanes) {
   return lanes > 0.0f ? (lanes < 1.0f ? lanes : F4{} + 1.0f) : F4{};
-}
-
-// Weight in [0, 1] of four points with these depths as near the surface: from kNear outside on, full kNearFade further
-// in. These are the places that SmallContact would test (decision 16).
-constexpr float kNear = 0.12f;  // voxels
-constexpr float kNearFade = 0.12f;
-F4 SharesNear(const F4& depth, float outside = kNear) {
-  return UpToOne((depth + outside) * (1.0f / kNearFade));
-}
-
-// Sum of the weights of samples, and the number of them inside.
-struct NearSum {
-  float weight, inside;
-};
-
-// Weights of a block's samples: 0 where the depth d < -r, with r = steep * (radius of the patch) the reach of the patch
-// towards G, 1 from d = -r / sqrt(2) on,
-//   weight = clamp(2 (r^2 - d^2) / r^2, 0, 1)   for d < 0.
-NearSum WeighSamples(const PointBlock& block, const float* depths, float voxel_m, const SampleTree& sampled,
-                     float steep, float* weights) {
-  const auto most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
-  const float inside_per_m = 1.0f / (kInside * static_cast<float>(sampled.refined_m));
-  F4 sum{};
-  F4 sum_inside{};
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 depth_m = LoadF4(depths + k) * voxel_m;
-    const F4 outside_m = depth_m < 0.0f ? depth_m : F4{};
-    const F4 patch_m2 = LoadF4(block.area_m2 + k) * (kPatchReach * kPatchReach);
-    const F4 reach_m2 = (patch_m2 < most_m2 ? patch_m2 : F4{} + most_m2) * (steep * steep);
-    const F4 near = reach_m2 - outside_m * outside_m;
-    const F4 weight = near > 0.0f ? UpToOne(2.0f * near / reach_m2) : F4{};
-    StoreF4(weights + k, weight);
-    sum += weight;
-    sum_inside += near > 0.0f ? UpToOne(depth_m * inside_per_m) : F4{};
-  }
-  return {SumOfLanes(sum), SumOfLanes(sum_inside)};
-}
-
-// Number of a block's samples that come near without being refined by these weights. The limit is twice that of finer
-// points, so that they count before the first finer point of another sample does.
-constexpr float kNearUnrefined = kNear + kNearFade;
-float CountUnrefined(const PointBlock& block, const float* depths, const float* weights) {
-  F4 sum{};
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 left_out = SharesNear(LoadF4(depths + k), kNearUnrefined) * (1.0f - LoadF4(weights + k));
-    sum += LoadF4(block.area_m2 + k) > 0.0f ? left_out : F4{};
-  }
-  return SumOfLanes(sum);
 }
 
 // Finds samples that may be inside G: those no farther outside than their patch reaches towards G. The reach is the
@@ -125,40 +66,49 @@ float CountUnrefined(const PointBlock& block, const float* depths, const float* 
 // whole free side is nearer than its samples are to each other. Returns the weight of refinement, in [0, 1].
 float FindNear(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, const Limits& limits,
-               RefineScratch* scratch) {
+               const WalkKernels& kernels, RefineScratch* scratch) {
   const float most = limits.near * 4.0f / 3.0f;
   const float most_inside = limits.inside * 4.0f / 3.0f;
   if (static_cast<float>(walk.num_colliding) >= most) return 0.0f;  // each has a weight of 1
   const FieldTransform to_field(X_GS, field);
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
   const bool can_be_exact = !field.facets.blocks.empty();
+  WeighInput weigh{};
+  weigh.points = sampled.points.data();
+  weigh.spheres = sampled.spheres.data();
+  weigh.near_blocks = walk_scratch.near_blocks.data();
+  weigh.near_slots = walk_scratch.near_slots.data();
+  weigh.near_depths = reinterpret_cast<const float(*)[kBlock]>(walk_scratch.near_depths.data());
+  weigh.m_per_voxel = voxel_m;
+  weigh.most_m2 = static_cast<float>(sampled.refined_m * sampled.refined_m);
+  weigh.inside_per_m = 1.0f / (kInside * static_cast<float>(sampled.refined_m));
+  weigh.steeper = kSteeper;
+  weigh.least_slope = kLeastSlope;
+  weigh.unrefined = kNearUnrefined;
+  std::array<NearBlock, kAtOnce> blocks;
   float sum = 0.0f;
   float inside = 0.0f;
   float unrefined = 0.0f;
   float error = 0.0f;
   std::uint32_t count = 0;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
-    const std::uint32_t at = walk_scratch.near_blocks[i];
-    const PointBlock& block = sampled.points[at];
-    const float* const depths = walk_scratch.depths(i);
-    const SphereBlock& spheres = sampled.spheres[at / kBlock];
-    const std::uint32_t lane = at % kBlock;
-    const DepthRange range = RangeOf(block, depths);
-    const float slope = (range.most - range.least) * voxel_m / (2.0f * spheres.r[lane]);
-    const float steep = std::min(1.0f, kSteeper * slope + kLeastSlope);
     if (count == kMostNearBlocks) return 0.0f;
-    NearSamples& near = scratch->near[count];
+    if (i % kAtOnce == 0) kernels.weigh(weigh, i, std::min(i + kAtOnce, walk.num_near_blocks), blocks.data());
+    const NearBlock& block = blocks[i % kAtOnce];
+    unrefined += block.unrefined;
+    if (!(block.weight > 0.0f)) continue;
+    NearSamples& near = scratch->near[count++];
     near.near_block = i;
-    const NearSum of_block = WeighSamples(block, depths, voxel_m, sampled, steep, near.weights);
-    if (range.most > -kNearUnrefined) unrefined += CountUnrefined(block, depths, near.weights);
-    if (!(of_block.weight > 0.0f)) continue;
-    ++count;
-    sum += of_block.weight;
-    inside += of_block.inside;
+    std::copy_n(block.weights, kBlock, near.weights);
+    sum += block.weight;
+    inside += block.inside;
     if (sum >= most || inside >= most_inside) return 0.0f;
     if (!can_be_exact) continue;
+    const std::uint32_t at = walk_scratch.near_blocks[i];
+    const SphereBlock& spheres = sampled.spheres[at / kBlock];
+    const std::uint32_t lane = at % kBlock;
     const glm::vec3 middle(spheres.x[lane], spheres.y[lane], spheres.z[lane]);
-    error += of_block.weight * SurfaceErrorAt(field, to_field.ToVoxels(middle));
+    error += block.weight * SurfaceErrorAt(field, to_field.ToVoxels(middle));
   }
   scratch->num_near_blocks = count;
   scratch->num_unrefined = unrefined;
@@ -219,76 +169,37 @@ bool ChooseSamples(const SampleTree& sampled, const FieldWalkScratch& walk_scrat
   return true;
 }
 
-// The finer points of a sample, as number j of those evaluated together.
-void Place(const SampleTree& sampled, std::uint32_t at, const FinerSample& sample, std::uint32_t j,
-           RefineScratch* scratch) {
-  const PointBlock& block = sampled.points[at];
-  const FineBlock& fine = sampled.fine[std::size_t{at} * kBlock + sample.lane];
-  Unpack(fine, block, sample.lane, sample.weight, &scratch->points[j]);
-  SphereBlock& spheres = scratch->spheres[j / kBlock];
-  spheres.x[j % kBlock] = block.x[sample.lane];
-  spheres.y[j % kBlock] = block.y[sample.lane];
-  spheres.z[j % kBlock] = block.z[sample.lane];
-  spheres.r[j % kBlock] = fine.reach_m;
-}
-
-// The finer points of these samples, at most kMostBlocksAtOnce, and their depths by the field.
-void FindFineDepths(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
-                    const FieldWalkScratch& walk_scratch, std::span<const FinerSample> samples,
-                    RefineScratch* scratch) {
-  for (std::uint32_t j = 0; j < samples.size(); ++j) {
-    Place(sampled, walk_scratch.near_blocks[samples[j].near_block], samples[j], j, scratch);
+// Looks at the finer points of these samples. Their correction of the sums is
+//   change = applied * (sums over finer points - weight * sums of the sample).
+void LookAt(const SampleTree& sampled, const WalkInput& field, const FieldWalkScratch& walk_scratch,
+            const WalkKernels& kernels, std::span<FinerSample> samples, RefineScratch* scratch) {
+  for (std::size_t j = 0; j < samples.size(); ++j) {
+    const std::uint32_t at = walk_scratch.near_blocks[samples[j].near_block];
+    scratch->sources[j] = {&sampled.fine[std::size_t{at} * kBlock + samples[j].lane], &sampled.points[at],
+                           samples[j].lane, samples[j].weight};
   }
-  FindDepths(scratch->points.data(), scratch->spheres.data(), static_cast<std::uint32_t>(samples.size()), field, X_GS,
-             scratch->depths.data());
-}
-
-// Estimate of the quadrature error of sixteen points at the rim of a contact [voxels m^2]: the share of surface of a
-// point at the rim is inside in part. The depth d has the standard deviation sigma over the patch and a quarter of it
-// over a share; uniform over d +- h with h = sqrt(3) sigma / 4, its positive part has the mean (d + h)^2 / 4 h, which
-// is
-//
-//   (h - |d|)^2 / 4 h   more than max(d, 0),  |d| < h.
-float RimVolume_m2(const PointBlock& points, const float* depths) {
-  F4 sum{};
-  F4 sum_of_squares{};
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 depth = LoadF4(depths + k);
-    sum += depth;
-    sum_of_squares += depth * depth;
-  }
-  const float mean = SumOfLanes(sum) / kBlock;
-  const float variance = SumOfLanes(sum_of_squares) / kBlock - mean * mean;
-  if (!(variance > 1e-8f)) return 0.0f;
-  const float h = 0.433f * std::sqrt(variance);
-  F4 missing_m2{};
-  for (std::uint32_t k = 0; k < kBlock; k += 4) {
-    const F4 depth = LoadF4(depths + k);
-    const F4 part = h - (depth < 0.0f ? -depth : depth);
-    missing_m2 += (part > 0.0f ? part * part : F4{}) * LoadF4(points.area_m2 + k);
-  }
-  return SumOfLanes(missing_m2) / (4.0f * h);
-}
-
-void AddEstimates(float voxel_m, std::span<const FinerSample> samples, RefineScratch* scratch) {
-  for (std::uint32_t j = 0; j < samples.size(); ++j) {
-    F4 near_m2{};
-    F4 near{};
-    F4 volume_m2{};
-    for (std::uint32_t k = 0; k < kBlock; k += 4) {
-      const F4 depth = LoadF4(scratch->depths[j].of + k);
-      const F4 area_m2 = LoadF4(scratch->points[j].area_m2 + k);
-      const F4 share = area_m2 > 0.0f ? SharesNear(depth) : F4{};
-      near += share;
-      near_m2 += share * area_m2;
-      volume_m2 += (depth > 0.0f ? depth : F4{}) * area_m2;
-    }
-    scratch->near_m2 += SumOfLanes(near_m2);
-    scratch->num_near += samples[j].weight * SumOfLanes(near);
-    scratch->volume_m3 += SumOfLanes(volume_m2) * voxel_m;
-    if (SumOfLanes(volume_m2) > 0.0f) {
-      scratch->rim_m3 += RimVolume_m2(scratch->points[j], scratch->depths[j].of) * voxel_m;
-    }
+  const float voxel_m = field.m_per_voxel;
+  RefineInput input{scratch->sources.data(), static_cast<std::uint32_t>(samples.size()), voxel_m, kNear};
+  kernels.refine(field, input, scratch->found.data());
+  for (std::size_t j = 0; j < samples.size(); ++j) {
+    FinerSample& sample = samples[j];
+    const FinePoints& found = scratch->found[j];
+    scratch->near_m2 += found.near_m2;
+    scratch->num_near += sample.weight * found.num_near;
+    scratch->volume_m3 += found.volume_m2 * voxel_m;
+    scratch->rim_m3 += found.rim_m2 * voxel_m;
+    sample.change = {.p_S = {found.p[0], found.p[1], found.p[2]}, .penetration_m = found.depth * voxel_m};
+    if (!(sample.applied > 0.0f)) continue;
+    const FineSums& sums = found.sums;
+    ContactPatch fine;
+    fine.force_m3 = {sums.force_m3[0], sums.force_m3[1], sums.force_m3[2]};
+    fine.moment_m4 = {sums.moment_m4[0], sums.moment_m4[1], sums.moment_m4[2]};
+    fine.volume_m3 = sums.volume_m3;
+    fine.square_m4 = sums.square_m4;
+    ContactPatch coarse;
+    if (sample.depth_m > 0.0f) SetSums(*scratch->sources[j].block, sample.lane, sample.depth_m, &coarse);
+    AddSums(coarse, -sample.weight, &fine);
+    AddSums(fine, sample.applied, &sample.change);
   }
 }
 
@@ -328,45 +239,10 @@ void ComputeShares(const SampleTree& sampled, float voxel_m, float share, Refine
   scratch->share_of_exact = share_of(kInexact);
 }
 
-void FindDeepestOf(const PointBlock& points, const float* depths, float voxel_m, FinerSample* sample) {
-  const std::uint32_t k = FindDeepest(depths);
-  sample->change = {.p_S = PointOf(points, k), .penetration_m = depths[k] * voxel_m};
-}
-
-// Correction of a sample, a point of `block`, by its finer points at these depths:
-//   change = applied * (sums over finer points - weight * sums of the sample).
-void FindChange(const PointBlock& block, const PointBlock& points, const float* depths, float voxel_m,
-                FinerSample* sample) {
-  if (!(sample->applied > 0.0f)) return;
-  ContactPatch fine;
-  ContactPatch coarse;
-  if (sample->change.penetration_m > 0.0f) SetSums(points, depths, voxel_m, &fine);
-  if (sample->depth_m > 0.0f) SetSums(block, sample->lane, sample->depth_m, &coarse);
-  AddSums(coarse, -sample->weight, &fine);
-  AddSums(fine, sample->applied, &sample->change);
-}
-
-// Of these samples, whose finer points are those of the last evaluation.
-void FindChanges(const SampleTree& sampled, float voxel_m, const FieldWalkScratch& walk_scratch,
-                 std::span<FinerSample> samples, RefineScratch* scratch) {
-  for (std::uint32_t j = 0; j < samples.size(); ++j) {
-    const PointBlock& block = sampled.points[walk_scratch.near_blocks[samples[j].near_block]];
-    FindChange(block, scratch->points[j], scratch->depths[j].of, voxel_m, &samples[j]);
-  }
-}
-
-bool FitsAtOnce(const RefineScratch& scratch) {
-  return scratch.num_samples <= kMostBlocksAtOnce;
-}
-
 }  // namespace
 
 RefineScratch::RefineScratch()
-    : near(kMostNearBlocks),
-      samples(kMostSamples),
-      points(kMostBlocksAtOnce),
-      spheres(kMostBlocksAtOnce / kBlock),
-      depths(kMostBlocksAtOnce) {}
+    : near(kMostNearBlocks), samples(kMostSamples), sources(kMostBlocksAtOnce), found(kMostBlocksAtOnce) {}
 
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch) {
@@ -375,20 +251,16 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->share_of_small = scratch->share_of_exact = 0.0f;
   if (sampled.fine.empty()) return;
   const auto voxel_m = static_cast<float>(field.voxel_size_m);
+  const WalkKernels kernels = KernelsOf(BestInstructionSet());
   const Limits& limits = sampled.num_points <= kCoarsePart ? kLimitsOfCoarsePart : kLimits;
-  const float share = FindNear(sampled, field, X_GS, walk, walk_scratch, limits, scratch);
+  const float share = FindNear(sampled, field, X_GS, walk, walk_scratch, limits, kernels, scratch);
   if (!(share > 0.0f)) return;
   if (!ChooseSamples(sampled, walk_scratch, voxel_m, limits, share, scratch)) return;
+  const WalkInput input = MakeFieldInput(field, X_GS);
   const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
   for (std::size_t begin = 0; begin < samples.size(); begin += kMostBlocksAtOnce) {
     const std::size_t count = std::min<std::size_t>(kMostBlocksAtOnce, samples.size() - begin);
-    const std::span<FinerSample> chunk = samples.subspan(begin, count);
-    FindFineDepths(sampled, field, X_GS, walk_scratch, chunk, scratch);
-    AddEstimates(voxel_m, chunk, scratch);
-    for (std::uint32_t j = 0; j < chunk.size(); ++j) {
-      FindDeepestOf(scratch->points[j], scratch->depths[j].of, voxel_m, &chunk[j]);
-    }
-    if (!FitsAtOnce(*scratch)) FindChanges(sampled, voxel_m, walk_scratch, chunk, scratch);
+    LookAt(sampled, input, walk_scratch, kernels, samples.subspan(begin, count), scratch);
   }
   // Estimates for all near samples, without the weight of refinement.
   const float factor = scratch->num_represented / share;
@@ -397,13 +269,6 @@ void RefineContact(const SampleTree& sampled, const DistanceField& field, const 
   scratch->volume_m3 *= factor;
   scratch->rim_m3 *= factor;
   ComputeShares(sampled, voxel_m, share, scratch);
-}
-
-void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
-                       RefineScratch* scratch) {
-  if (!FitsAtOnce(*scratch)) return;
-  const std::span<FinerSample> samples(scratch->samples.data(), scratch->num_samples);
-  FindChanges(sampled, static_cast<float>(field.voxel_size_m), walk_scratch, samples, scratch);
 }
 
 }  // namespace vps

@@ -16,7 +16,7 @@ struct FinerSample {
   float depth_m = 0.0f;  // of the sample
   float weight = 0.0f;   // of its finer points against the sample itself, in [0, 1]
   float applied = 1.0f;  // share of their correction that is applied, in [0, 1]
-  // Deepest of its finer points, and, from FindChangesOfSums, their correction of the sums.
+  // Deepest of its finer points, and their correction of the sums.
   ContactPatch change;
 };
 
@@ -48,9 +48,8 @@ struct RefineScratch {
   float share_of_small = 0.0f;
   float share_of_exact = 0.0f;
   std::vector<FinerSample> samples;
-  std::vector<PointBlock> points;
-  std::vector<SphereBlock> spheres;
-  std::vector<BlockDepths> depths;
+  std::vector<FineSource> sources;
+  std::vector<FinePoints> found;
 };
 
 // Adaptive refinement: replaces samples of a walk that may be inside G by their finer points (decision 9). These are
@@ -65,10 +64,5 @@ struct RefineScratch {
 // of few samples 5 % too large. The smallest and shallowest contacts need SmallContact.
 void RefineContact(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,
                    const FieldWalkResult& walk, const FieldWalkScratch& walk_scratch, RefineScratch* scratch);
-
-// After RefineContact: the finer points' corrections of the sums. Apart, because SmallContact may make them
-// unnecessary.
-void FindChangesOfSums(const SampleTree& sampled, const DistanceField& field, const FieldWalkScratch& walk_scratch,
-                       RefineScratch* scratch);
 
 }  // namespace vps

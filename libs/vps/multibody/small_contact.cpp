@@ -157,12 +157,17 @@ bool SmallContact::FindCandidates(const SurfacePieces& S, SphereSieve* sieve) {
     queue_.swap(next_queue_);
     size = num_next;
   }
+  num_found_ = size;
+  return true;
+}
+
+// As the candidates to be divided.
+void SmallContact::TakeFound(const SurfacePieces& S) {
   candidates_.count = 0;
-  for (std::uint32_t i = 0; i < size; ++i) {
+  for (std::uint32_t i = 0; i < num_found_; ++i) {
     const auto& [a, b, c] = S.pieces[queue_[i]].corners;
     Append({a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}, &candidates_);
   }
-  return true;
 }
 
 // The middle and the corners of four candidates to a block, and their longest sides.
@@ -405,6 +410,7 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
   sums_ = {};
   num_patches_ = 0;
   SphereSieve sieve(field, X_GS);
+  if (!FindCandidates(S, &sieve)) return false;
   // The size that would have just kFewestPlaces, in steps from the finest.
   const double finest_m = kFinest * request.spacing_m;
   const double wanted_m = std::sqrt(request.near_m2 / (kFewestPlaces * kQuarter));
@@ -417,7 +423,7 @@ bool SmallContact::Integrate(const SurfacePieces& S, const DistanceField& field,
     bool is_divided = false;
     for (double longest_m = finest_m * std::exp2(0.5 * (step + i));
          !is_divided && longest_m < kCoarsest * request.spacing_m; longest_m *= kCoarser) {
-      if (!FindCandidates(S, &sieve)) return false;
+      TakeFound(S);
       is_divided = Divide(static_cast<float>(longest_m), field, X_GS);
     }
     if (!is_divided) return false;

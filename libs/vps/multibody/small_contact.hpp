@@ -68,6 +68,7 @@ class SmallContact {
 
  private:
   bool FindCandidates(const SurfacePieces& S, SphereSieve* sieve);
+  void TakeFound(const SurfacePieces& S);
   bool Divide(float longest_m, const DistanceField& field, const core::Pose& X_GS);
   void PlaceOnCandidates();
   bool SortCandidates(float longest_m, float voxel_m);
@@ -79,6 +80,7 @@ class SmallContact {
   void AddPiece(std::uint32_t i, float voxel_m, float weight, ContactPatch* patch);
 
   std::vector<std::uint32_t> queue_, next_queue_;
+  std::uint32_t num_found_ = 0;  // pieces that may be inside, in queue_
   Triangles candidates_, halves_, pieces_;
   std::vector<float> sides_m2_;                                 // of candidates: the longest, squared
   std::vector<std::int32_t> longest_;                           // the corner at which it begins

@@ -1,14 +1,12 @@
 #include "vps/walk/evaluate_points.hpp"
 
 #include <array>
-#include <numeric>
 
 #include "vps/walk/walk_input.hpp"
 
 namespace vps {
 namespace {
 
-constexpr float kEverything = 1e9f;  // voxels
 constexpr std::uint32_t kOneLevel[1] = {0};
 
 }  // namespace
@@ -18,17 +16,7 @@ void FindDepths(const PointBlock* points, const SphereBlock* spheres, std::uint3
   WalkInput in = MakeFieldInput(field, X_GS);
   in.points = points;
   in.spheres = spheres;
-  in.margin = kEverything;
-  std::array<std::uint32_t, kMostBlocksAtOnce> blocks;
-  std::array<std::uint32_t, kMostBlocksAtOnce> near;
-  std::iota(blocks.begin(), blocks.begin() + num_blocks, 0U);
-  WalkChunk chunk{};
-  chunk.blocks = blocks.data();
-  chunk.num_blocks = num_blocks;
-  chunk.near_blocks = near.data();
-  chunk.near_depths = reinterpret_cast<float(*)[kBlock]>(depths);
-  WalkSums sums;
-  KernelsOf(BestInstructionSet()).evaluate(in, chunk, &sums);
+  KernelsOf(BestInstructionSet()).find_depths(in, num_blocks, reinterpret_cast<float(*)[kBlock]>(depths));
 }
 
 SphereSieve::SphereSieve(const DistanceField& field, const core::Pose& X_GS)

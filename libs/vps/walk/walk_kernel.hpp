@@ -148,12 +148,67 @@ struct FacetScratch {
   std::uint32_t block[kFacetSlots];
 };
 
+// Weights in [0, 1] of depths as near the surface: above 0 from `outside` on, 1 from 1 / per_fade further in [voxels].
+struct NearRange {
+  float outside, per_fade;
+};
+
+// Near blocks of a walk, whose samples are weighed as to whether they may be inside G.
+struct WeighInput {
+  const PointBlock* points;
+  const SphereBlock* spheres;
+  const std::uint32_t* near_blocks;
+  const std::uint32_t* near_slots;
+  const float (*near_depths)[kBlock];
+  float m_per_voxel;
+  float most_m2;               // of the squared radius of a patch
+  float inside_per_m;          // one over the depth at which a sample counts fully as inside
+  float steeper, least_slope;  // bound of the slope within a patch: `steeper` times the block's plus the other
+  NearRange unrefined;
+};
+struct alignas(64) NearBlock {
+  float weights[kBlock];
+  float weight, inside;  // sums of weights, and of those inside
+  float unrefined;       // number of samples near without weight
+};
+
+// A sample whose finer points are looked at; their areas are multiplied by the weight.
+struct FineSource {
+  const FineBlock* fine;
+  const PointBlock* block;  // and its lane
+  std::uint32_t lane;
+  float weight;
+};
+struct RefineInput {
+  const FineSource* sources;
+  std::uint32_t count;
+  float m_per_voxel;
+  NearRange near;
+};
+// The penalty integral over points, by their areas [m^3, m^4].
+struct FineSums {
+  float force_m3[3], moment_m4[3];
+  float volume_m3, square_m4;
+};
+// What the finer points of a sample are.
+struct FinePoints {
+  float num_near, near_m2;  // number and area of those near
+  float volume_m2, rim_m2;  // integral of their depths, and an estimate of its error at the rim [voxels m^2]
+  float depth, p[3];        // of the deepest, voxels and m
+  FineSums sums;            // of those inside
+};
+
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
   // The keys of the sixteen spheres of a block, counted from level 0's: lower bounds of the distance of their contents.
   void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
   void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
+  // The near blocks from `begin` to `end`.
+  void (*weigh)(const WeighInput&, std::uint32_t begin, std::uint32_t end, NearBlock*);
+  void (*refine)(const WalkInput&, const RefineInput&, FinePoints*);
+  // Depths of blocks of points without a tree; sphere i is of block i.
+  void (*find_depths)(const WalkInput&, std::uint32_t num_blocks, float (*depths)[kBlock]);
 };
 WalkKernels PortableWalkKernels();
 #if defined(__x86_64__)

@@ -6,7 +6,10 @@
 //   Octet, Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z);
 //   U LookUp(const Octet&, U index);                eight values by index 0 ... 7
 //   Place, Place LoadPlace(const std::uint32_t* sixteen);   U PlaceOf(const Place&, U coordinate);   by its last 4 bits
-//   void Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other; may write a whole U
+//   void SumRows(const F* a, const F* b, const F* c, const F* d, float* sums);   of four rows of kBlock floats each,
+//   its quarters of four lanes first: ((q0 + q1) + q2) + q3, then (lane 0 + lane 1) + (lane 2 + lane 3) void
+//   F FromSteps(const std::int8_t*), of std::int16_t and of std::uint16_t as well;   kLanes whole numbers
+//   Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other; may write a whole U
 // Vectors are GCC's: arithmetic and ?: work lane by lane, a comparison gives 0 or -1 per lane.
 
 constexpr int kParts = kBlock / kLanes;  // registers per block
@@ -162,11 +165,15 @@ inline F SampleAnywhere(const WalkInput& in, const Vec3& p) {
 }
 
 inline float Least(F v) {
-  float buffer[kLanes];
-  StoreF(buffer, v);
-  float least = buffer[0];
-  for (int k = 1; k < kLanes; ++k) least = buffer[k] < least ? buffer[k] : least;
-  return least;
+  typedef float Quarter __attribute__((vector_size(16)));
+  Quarter quads[kLanes / 4];
+  __builtin_memcpy(quads, &v, sizeof quads);
+  for (int count = kLanes / 8; count > 0; count /= 2) {
+    for (int k = 0; k < count; ++k) quads[k] = quads[k + count] < quads[k] ? quads[k + count] : quads[k];
+  }
+  const float a = quads[0][1] < quads[0][0] ? quads[0][1] : quads[0][0];
+  const float b = quads[0][3] < quads[0][2] ? quads[0][3] : quads[0][2];
+  return b < a ? b : a;
 }
 
 inline float Most(F v) {
@@ -380,3 +387,4 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
 
 #include "vps/walk/facet_lanes.hpp"
 #include "vps/walk/walk_points.hpp"
+#include "vps/walk/walk_samples.hpp"
