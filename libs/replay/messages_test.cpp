@@ -9,6 +9,7 @@
 #include "core/messages/bulk_fields.hpp"
 #include "core/messages/camera_fields.hpp"
 #include "core/messages/rays_fields.hpp"
+#include "core/messages/viewing_fields.hpp"
 #include "replay/difference.hpp"
 #include "replay/fields.hpp"
 

@@ -26,6 +26,7 @@ class Builder {
       if (child.name == "coupling") ReadCoupling(child);
       if (child.name == "object") ReadObject(child);
       if (child.name == "device") ReadDevice(child);
+      if (child.name == "user") ReadUser(child);
       if (child.name == "pair") ReadPair(child, pairs);
       if (child.name == "parameter") ReadParameter(child);
       if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.place.sun_W);
@@ -248,6 +249,20 @@ class Builder {
       }
     }
     object->frames.push_back(std::move(frame));
+  }
+
+  void ReadUser(const XmlElement& element) {
+    User user;
+    user.location = {file_, element.line};
+    user.name = element.Get("name");
+    user.head = element.Get("head", user.head);
+    for (const User& other : scenario_.users) {
+      if (other.name == user.name) {
+        Report(element.line, "a second user '" + user.name + "'", "each user's head has a topic of its own",
+               "rename or remove one of them");
+      }
+    }
+    scenario_.users.push_back(std::move(user));
   }
 
   void ReadDevice(const XmlElement& element) {

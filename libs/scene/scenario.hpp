@@ -231,6 +231,13 @@ struct Camera {
   glm::dvec3 up{0.0};       // upwards in the picture; zero: z, or y when the camera looks along z
 };
 
+// A person whose head is tracked, for pictures that are drawn for where it is (topic user/<name>/head).
+struct User {
+  std::string name;
+  std::string head = "simulated_head";
+  Location location;
+};
+
 // What is seen only: it has no collision mesh and no id on the bus.
 struct Scenery {
   std::string name;
@@ -281,6 +288,7 @@ struct Scenario {
   std::vector<Pair> pairs;
   std::vector<Mechanism> mechanisms;
   std::vector<Camera> cameras;
+  std::vector<User> users;
   std::vector<Scenery> scenery;
   std::vector<ShownArm> shown_arms;
   std::vector<Parameter> parameters;  // initial values of further named parameters

@@ -187,6 +187,7 @@ std::vector<ElementRule> MakeRules() {
         {"coupling", 0, 1},
         {"object", 1, 0},
         {"device", 0, 0},
+        {"user", 0, 0},
         {"pair", 0, 0},
         {"hinge", 0, 0},
         {"slider", 0, 0},
@@ -266,6 +267,10 @@ std::vector<ElementRule> MakeRules() {
        {Required("name", ValueKind::kName), Required("eye_m", ValueKind::kVector),
         Required("target_m", ValueKind::kVector), Optional("vertical_fov_deg", kAboveZero),
         Optional("mounted_on", ValueKind::kName), Optional("follows", ValueKind::kName)},
+       {}},
+      {"user",
+       "a person whose head is tracked, for pictures that are drawn for where it is",
+       {Required("name", ValueKind::kName), {"head", ValueKind::kChoice, false, {"simulated_head"}}},
        {}},
       {"environment",
        "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "

@@ -15,6 +15,7 @@ constexpr std::array<std::pair<const char*, Flag>, 3> kFlags = {{{"hide.", &Choi
                                                                  {"highlight.", &Choices::Object::is_highlighted}}};
 constexpr std::string_view kOverlayPrefix = "overlay.";
 constexpr std::string_view kSelectPrefix = "select.";
+constexpr std::string_view kStereoPrefix = "stereo.";
 
 // -1: none.
 int FindName(std::string_view name, const std::vector<std::string>& objects) {
@@ -28,6 +29,17 @@ bool Select(int object, bool is_on, Choices* choices) {
     choices->selected = object;
   } else if (choices->selected == object) {
     choices->selected = -1;
+  }
+  return true;
+}
+
+bool ChooseStereo(std::string_view name, bool is_on, Choices* choices) {
+  const std::optional<Stereo> mode = FindStereo(name);
+  if (!mode || mode == Stereo::kNone) return false;
+  if (is_on) {
+    choices->stereo = *mode;
+  } else if (choices->stereo == *mode) {
+    choices->stereo = Stereo::kNone;
   }
   return true;
 }
@@ -57,6 +69,7 @@ std::optional<Overlay> FindOverlayOfKey(char key) {
 std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects) {
   std::vector<std::string> names;
   for (const OverlayInfo& info : kOverlays) names.push_back(std::string(kOverlayPrefix) + info.name);
+  for (const StereoInfo& info : kStereoModes) names.push_back(std::string(kStereoPrefix) + info.name);
   for (const auto& [prefix, flag] : kFlags) {
     for (const std::string& object : objects) names.push_back(prefix + object);
   }
@@ -69,6 +82,9 @@ bool SetChoice(const std::string& name, bool is_on, const std::vector<std::strin
     const auto overlay = FindOverlay(std::string_view(name).substr(kOverlayPrefix.size()));
     if (overlay) choices->overlays[IndexOf(*overlay)] = is_on;
     return overlay.has_value();
+  }
+  if (name.starts_with(kStereoPrefix)) {
+    return ChooseStereo(std::string_view(name).substr(kStereoPrefix.size()), is_on, choices);
   }
   if (name.starts_with(kSelectPrefix)) {
     return Select(FindName(std::string_view(name).substr(kSelectPrefix.size()), objects), is_on, choices);

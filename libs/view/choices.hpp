@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "view/stereo.hpp"
 
 namespace view {
 
@@ -85,12 +86,14 @@ struct Choices {
   OverlaySet overlays = DefaultOverlays();
   std::vector<Object> objects;  // by index; those beyond the end are shown as they are
   int selected = -1;            // object whose properties are listed; -1: none
+  Stereo stereo = Stereo::kNone;
+  double eye_distance_m = kEyeDistance_m;
 
   [[nodiscard]] bool has(Overlay overlay) const { return overlays[IndexOf(overlay)]; }
 };
 
-// Choices by name, as `oos set` changes them (1: yes, 0: no): overlay.<name>, and hide.<object>, transparent.<object>,
-// highlight.<object>, select.<object>. One object at most is selected.
+// Choices by name, as `oos set` changes them (1: yes, 0: no): overlay.<name>, stereo.<mode>, and hide.<object>,
+// transparent.<object>, highlight.<object>, select.<object>. One object at most is selected, and one mode.
 std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects);
 // False, without a change, when there is no such choice.
 bool SetChoice(const std::string& name, bool is_on, const std::vector<std::string>& objects, Choices* choices);

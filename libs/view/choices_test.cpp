@@ -36,7 +36,7 @@ TEST(Choices, EveryNameSetsAndClearsItsChoice) {
         number +=
             std::size_t{object.is_hidden} + std::size_t{object.is_transparent} + std::size_t{object.is_highlighted};
       }
-      return number + (choices.selected >= 0 ? 1 : 0);
+      return number + (choices.selected >= 0 ? 1 : 0) + (choices.stereo != Stereo::kNone ? 1 : 0);
     };
     EXPECT_EQ(count(), 1u) << name;
     ASSERT_TRUE(SetChoice(name, false, kObjects, &choices)) << name;
@@ -65,6 +65,18 @@ TEST(Choices, AWrongNameIsRefusedWithTheNearest) {
   ASSERT_FALSE(choices);
   EXPECT_THAT(choices.error().detail, HasSubstr("did you mean 'hide.block'?"));
   EXPECT_THAT(ReadChoices("path", kObjects).error().detail, HasSubstr("did you mean 'paths'?"));
+}
+
+TEST(Choices, OneStereoModeAtMostIsChosen) {
+  Choices choices;
+  EXPECT_TRUE(SetChoice("stereo.anaglyph", true, {}, &choices));
+  EXPECT_TRUE(SetChoice("stereo.top_bottom", true, {}, &choices));
+  EXPECT_EQ(choices.stereo, Stereo::kTopBottom);
+  EXPECT_TRUE(SetChoice("stereo.anaglyph", false, {}, &choices));
+  EXPECT_EQ(choices.stereo, Stereo::kTopBottom);
+  EXPECT_TRUE(SetChoice("stereo.top_bottom", false, {}, &choices));
+  EXPECT_EQ(choices.stereo, Stereo::kNone);
+  EXPECT_FALSE(SetChoice("stereo.none", true, {}, &choices));
 }
 
 }  // namespace

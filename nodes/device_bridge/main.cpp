@@ -23,7 +23,7 @@ class DeviceBridgeBody final : public run_node::Body {
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
-    loop_.emplace(setting_->scenario, bridge_.get(), node);
+    loop_.emplace(setting_->scenario, seed_, bridge_.get(), node);
     loop_->Declare();
     return {};
   }

@@ -10,12 +10,14 @@
 #include "core/clock.hpp"
 #include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
+#include "nodes/device_bridge/head/simulated_head.hpp"
 #include "nodes/device_bridge/report.hpp"
 
 namespace device_bridge {
 namespace {
 
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;  // fast enough for a display that people read
+constexpr std::uint64_t kTicksPerHead = 8;               // 125/s: more than displays show
 constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;    // a later sample is closer to the next tick
 
 std::size_t NumForceSamples(const scene::Scenario& scenario) {
@@ -25,7 +27,7 @@ std::size_t NumForceSamples(const scene::Scenario& scenario) {
 
 }  // namespace
 
-NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::Node* node)
+NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node)
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
@@ -47,6 +49,9 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::N
       figures_.items.push_back({name, 0.0});
     }
   }
+  for (std::size_t i = 0; i < scenario.users.size(); ++i) {
+    heads_.push_back({std::make_unique<SimulatedHead>(seed + i), {}});
+  }
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);
 }
@@ -57,6 +62,11 @@ void NodeLoop::Declare() {
     proxies_.push_back(&node_->ReadLatest<core::HapticProxy>(bus::HapticProxyTopic(device.role)));
     reactions_.push_back(&node_->ReadLatest<core::Reaction>(bus::ReactionTopic(device.role)));
     writers_.push_back(node_->WriteLatest<core::DeviceState>(bus::DeviceStateTopic(device.role)));
+  }
+  for (std::size_t i = 0; i < heads_.size(); ++i) {
+    const std::string& user = scenario_.users[i].name;
+    heads_[i].writer = node_->WriteLatest<core::HeadState>(bus::HeadTopic(user));
+    std::printf("head of %s: %s\n", user.c_str(), heads_[i].tracker->description());
   }
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
@@ -110,6 +120,19 @@ void NodeLoop::Step() {
     force_log_.Add(static_cast<std::uint32_t>(role), inputs_.now_ns, outputs_.applied[role]);
   }
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
+  SendHeads();
+}
+
+// After the samples: no force waits for a picture.
+void NodeLoop::SendHeads() {
+  if (ticks_ % kTicksPerHead != 0) return;
+  for (Head& head : heads_) {
+    core::HeadState state;
+    state.sample_ns = inputs_.now_ns;
+    state.X_RH = head.tracker->Read(inputs_.now_ns);
+    state.is_simulated = head.tracker->is_simulated();
+    head.writer.Send(state);
+  }
 }
 
 // Runs after the samples were sent, and prints only when a fault begins or ends.

@@ -3,13 +3,16 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "bus/node.hpp"
 #include "bus/rt/latency_stats.hpp"
+#include "core/messages/viewing.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
 #include "nodes/device_bridge/force_log.hpp"
+#include "nodes/device_bridge/head/head_tracker.hpp"
 
 namespace device_bridge {
 
@@ -17,7 +20,8 @@ namespace device_bridge {
 // device as soon as it arrives.
 class NodeLoop {
  public:
-  NodeLoop(const scene::Scenario& scenario, DeviceBridge* bridge, bus::Node* node);
+  // `seed`: of the simulated heads.
+  NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node);
 
   // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
@@ -30,6 +34,7 @@ class NodeLoop {
  private:
   void ForwardCommands();
   void Step();
+  void SendHeads();
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
 
@@ -42,6 +47,11 @@ class NodeLoop {
   bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
   bus::StateReader<core::LogicStatus>* logic_ = nullptr;
   std::vector<bus::LatestWriter<core::DeviceState>> writers_;
+  struct Head {
+    std::unique_ptr<HeadTracker> tracker;
+    bus::LatestWriter<core::HeadState> writer;
+  };
+  std::vector<Head> heads_;  // of the scenario's users
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by

@@ -36,6 +36,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   scenario.duration_limit_s = 10.0;
   scenario.devices.resize(1);
   scenario.devices[0].role = "op1/arm.left";
+  scenario.users = {{"op1"}};
   auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession, "", false});
   ASSERT_TRUE(registry) << registry.error().detail;
 
@@ -45,7 +46,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   ASSERT_TRUE(bridge) << bridge.error().detail;
   auto bridge_node = bus::Node::Create(NodeNamed("device_bridge", **registry));
   ASSERT_TRUE(bridge_node) << bridge_node.error().detail;
-  NodeLoop loop(scenario, bridge->get(), bridge_node->get());
+  NodeLoop loop(scenario, 1, bridge->get(), bridge_node->get());
   loop.Declare();
   ASSERT_TRUE((*bridge_node)->Start());
 
@@ -53,6 +54,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   ASSERT_TRUE(source) << source.error().detail;
   auto& states = (*source)->ReadLatest<core::DeviceState>(bus::DeviceStateTopic("op1/arm.left"));
   auto writer = (*source)->WriteLatest<core::DeviceCommand>(bus::DeviceCommandTopic("op1/arm.left"));
+  const auto& head = (*source)->ReadLatest<core::HeadState>(bus::HeadTopic("op1"));
   (*source)->ReadEvents();
   ASSERT_TRUE((*source)->Start());
 
@@ -85,6 +87,9 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   thread.join();
 
   EXPECT_EQ(echoed, 1000U);
+  EXPECT_GT(head.value().header.sequence, 100U) << "125 a second";
+  EXPECT_TRUE(head.value().is_simulated);
+  EXPECT_NE(head.value().X_RH.translation, glm::dvec3(0.0));
   const std::filesystem::path folder = ::testing::TempDir();
   ASSERT_TRUE(loop.WriteReport(folder, false));
   const nlohmann::json report = ReadJson(folder / "device_bridge.json");

@@ -69,7 +69,7 @@ core::Result<std::vector<CameraFeed::Seen>> CameraFeed::Take(const view::Scene& 
   return seen;
 }
 
-core::Result<void> CameraFeed::DrawInset(const view::Scene& scene, const Look& look, std::int64_t now_ns,
+core::Result<void> CameraFeed::DrawInset(const view::Scene& scene, const Look& look, std::int64_t now_ns, double aspect,
                                          const RenderTarget& target) {
   const int camera = MountedCamera(*scene.assets);
   if (camera < 0) return {};
@@ -78,8 +78,9 @@ core::Result<void> CameraFeed::DrawInset(const view::Scene& scene, const Look& l
   if (!has_size || now_ns >= next_inset_ns_) {
     next_inset_ns_ = now_ns + Period_ns(kMostPerSecond);
     if (!has_size) inset_ = std::make_unique<RenderTarget>(width, height);
-    const auto drawn = renderer_->Draw(WithoutOverlays(scene), scene.assets->cameras[static_cast<std::size_t>(camera)],
-                                       *inset_, WithoutTexts(look));
+    const scene::Camera placed = view::PlaceCamera(scene.assets->cameras[static_cast<std::size_t>(camera)], scene);
+    const auto drawn =
+        renderer_->Draw(WithoutOverlays(scene), view::FrustumOf(placed, aspect), *inset_, WithoutTexts(look));
     if (!drawn) return drawn;
   }
   const int margin = target.height() / 36, bottom = target.height() / 5;  // above the caption

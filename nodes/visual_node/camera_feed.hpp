@@ -34,8 +34,9 @@ class CameraFeed {
   core::Result<std::vector<Seen>> Take(const view::Scene& scene, const std::vector<double>& rates_hz, const Look& look,
                                        std::int64_t now_ns);
 
-  // Draws the mounted camera's picture into the lower right corner of `target`, at most kMostPerSecond anew.
-  core::Result<void> DrawInset(const view::Scene& scene, const Look& look, std::int64_t now_ns,
+  // Draws the mounted camera's picture into the lower right corner of `target`, at most kMostPerSecond anew. `aspect`:
+  // width over height of the picture as it is shown.
+  core::Result<void> DrawInset(const view::Scene& scene, const Look& look, std::int64_t now_ns, double aspect,
                                const RenderTarget& target);
 
  private:

@@ -85,7 +85,7 @@ TEST_F(CameraFeedTest, TheInsetIsInTheCornerOfThePicture) {
   const RenderTarget target(640, 360);
   ASSERT_TRUE(renderer_->Draw(scene_, scene_.assets->cameras[0], target, {.with_texts = false}));
   const Image before = target.Read();
-  ASSERT_TRUE(feed_->DrawInset(scene_, {}, kMoment_ns, target));
+  ASSERT_TRUE(feed_->DrawInset(scene_, {}, kMoment_ns, 16.0 / 9.0, target));
   const Image after = target.Read();
   EXPECT_NE(std::vector<std::uint8_t>(before.Pixel(550, 240), before.Pixel(551, 240)),
             std::vector<std::uint8_t>(after.Pixel(550, 240), after.Pixel(551, 240)));

@@ -8,6 +8,9 @@
 #include "bus/node.hpp"
 #include "cli/arguments.hpp"
 #include "core/result.hpp"
+#include "nodes/visual_node/walls/wall_link.hpp"
+#include "view/frustum.hpp"
+#include "view/stereo.hpp"
 
 namespace visual_node {
 
@@ -35,8 +38,15 @@ struct Options {
   int height = 360;
   int window_width = 1280;
   int window_height = 720;
-  std::string show;  // --show: what is shown over the scene at first, see view::ReadChoices
-  std::string view;  // camera to stay with; empty: the camera named after the step, else the first
+  std::string show;    // --show: what is shown over the scene at first, see view::ReadChoices
+  std::string view;    // camera to stay with; empty: the camera named after the step, else the first
+  std::string layout;  // several views in the window, see view::ReadLayout
+  view::Stereo stereo = view::Stereo::kNone;
+  double eye_distance_m = view::kEyeDistance_m;
+  std::string head;                      // user for whose head the picture is drawn; empty: for the viewpoint
+  std::optional<view::Screen> screen_R;  // of a wall
+  std::optional<WallPlace> wall;
+  std::optional<glm::ivec2> window_place_px;  // on the display, without a frame
   bool is_headless = false;
   double max_frames_per_s = 30.0;
   bool is_still = false;  // --still: each named camera once, without any bus

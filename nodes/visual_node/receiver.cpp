@@ -14,8 +14,17 @@ namespace {
 // Chosen, not measured: the first bounds the time to stop, the second is fast enough for a display, and the third is
 // half of a frame at 60 Hz.
 constexpr std::int64_t kWait_ns = 10'000'000;
+constexpr std::int64_t kWallWait_ns = 1'000'000;  // what walls have to say to each other waits no longer
 constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
 constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // publishes changes that come without a physics state
+
+// The first wall names a state that arrived a moment ago, so the others have it in one of the newest 128 ms. Not every
+// tick is kept, because a scene is copied for each.
+constexpr std::size_t kKeptScenes = 32;
+constexpr std::uint64_t kTicksPerKept = 4;
+
+constexpr std::int64_t kHeadAge_ns = 200'000'000;  // as the topic's; an older one is not known any more
+constexpr const char* kEyeDistanceName = "eye_distance_mm";
 
 }  // namespace
 
@@ -38,6 +47,12 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   for (const scene::Camera& camera : assets.cameras) {
     parameters.push_back(CameraFeed::RateName(camera.name));
     cameras_.push_back(node_->WriteState<core::CameraImage>(bus::CameraImageTopic(options.name, camera.name)));
+  }
+  parameters.emplace_back(kEyeDistanceName);
+  if (!user_.empty()) head_reader_ = &node_->ReadLatest<core::HeadState>(bus::HeadTopic(user_));
+  if (walls_ != nullptr) {
+    walls_->Declare(node_.get());
+    kept_.resize(kKeptScenes);
   }
   image_rates_hz_.resize(assets.cameras.size());
   node_->OwnParameters(std::move(parameters));
@@ -86,6 +101,47 @@ void Receiver::SendImage(CameraFeed::Seen seen) {
   images_.push_back(std::move(seen));
 }
 
+void Receiver::TakeHead() {
+  if (head_reader_ == nullptr || !head_reader_->is_fresh()) return;
+  const std::scoped_lock lock(head_mutex_);
+  head_ = head_reader_->value();
+  head_received_ns_ = head_reader_->received_ns();
+}
+
+view::Head Receiver::head() const {
+  if (user_.empty()) return {};
+  const std::scoped_lock lock(head_mutex_);
+  const bool is_known = head_received_ns_ != 0 && core::MonotonicNow_ns() - head_received_ns_ < kHeadAge_ns;
+  if (!is_known) return {{}, view::HeadSource::kMissing};
+  return {head_.X_RH, head_.is_simulated ? view::HeadSource::kSimulated : view::HeadSource::kTracked};
+}
+
+void Receiver::Keep(const view::Scene& scene) {
+  const std::uint64_t tick = feed_->physics().value().tick;
+  if (tick % kTicksPerKept != 0) return;
+  const std::scoped_lock lock(kept_mutex_);
+  if (kept_[newest_kept_].tick == tick) return;
+  newest_kept_ = (newest_kept_ + 1) % kept_.size();
+  kept_[newest_kept_].tick = tick;
+  kept_[newest_kept_].scene = scene;  // reuses its buffers
+}
+
+std::uint64_t Receiver::newest_tick() const {
+  const std::scoped_lock lock(kept_mutex_);
+  return kept_[newest_kept_].tick;
+}
+
+std::uint64_t Receiver::TakeTick(std::uint64_t tick, view::Scene* scene) const {
+  const std::scoped_lock lock(kept_mutex_);
+  const auto distance = [&](const KeptScene& kept) { return kept.tick > tick ? kept.tick - tick : tick - kept.tick; };
+  const KeptScene* nearest = &kept_[newest_kept_];
+  for (const KeptScene& kept : kept_) {
+    if (tick != 0 && kept.tick != 0 && distance(kept) < distance(*nearest)) nearest = &kept;
+  }
+  if (nearest->tick != 0) *scene = nearest->scene;
+  return nearest->tick;
+}
+
 void Receiver::SendImages() {
   std::vector<CameraFeed::Seen> images;
   {
@@ -103,6 +159,12 @@ bool Receiver::TakeChange(const core::ParameterChange& change, std::string* why)
     *why = "from 0 to 5 pictures a second";
     if (!(change.value >= 0.0 && change.value <= CameraFeed::kMostPerSecond)) return false;
     image_rates_hz_[i] = change.value;
+    return true;
+  }
+  if (change.name == kEyeDistanceName) {
+    *why = "from 0 to 200 mm";
+    if (!(change.value >= 0.0 && change.value <= 1e3 * view::kMostEyeDistance_m)) return false;
+    choices_.eye_distance_m = 1e-3 * change.value;
     return true;
   }
   *why = "1 shows it, 0 does not";
@@ -125,8 +187,10 @@ void Receiver::Run() {
   // so it raises its priority where it may.
   setpriority(PRIO_PROCESS, 0, 0);
   while (!is_stopping_.load(std::memory_order_acquire)) {
-    node_->Wait(core::MonotonicNow_ns() + kWait_ns);
+    node_->Wait(core::MonotonicNow_ns() + (walls_ != nullptr ? kWallWait_ns : kWait_ns));
     const std::int64_t now_ns = core::MonotonicNow_ns();
+    if (walls_ != nullptr) walls_->Pump(node_.get(), now_ns);
+    TakeHead();
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();
     SendImages();
@@ -170,6 +234,7 @@ void Receiver::Publish(std::int64_t now_ns) {
   }
   slot.direct = direct_;
   slot.through_physics = through_physics_;
+  if (walls_ != nullptr && feed_->physics().has_value()) Keep(slot);
   newest_.EndWrite();
   next_publish_ns_ = now_ns + kQuietPublish_ns;
 }
@@ -197,6 +262,8 @@ void Receiver::PublishFigures(std::int64_t now_ns) {
                    {"t2_state_ms", live.t2_state_ms},
                    {"t2_image_ms", live.t2_image_ms},
                    {"dropped", static_cast<double>(live.dropped)},
+                   {"walls_in_step", walls_in_step_.load(std::memory_order_relaxed)},
+                   {"walls_apart_ms", walls_apart_ms_.load(std::memory_order_relaxed)},
                    {view::kSceneDigestFigure, static_cast<double>(view::SceneDigest(mirror_.scene()))}};
   figures_.Set(figures);
 }

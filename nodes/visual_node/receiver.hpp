@@ -13,11 +13,14 @@
 #include "bus/membership/clock_bounds.hpp"
 #include "bus/node.hpp"
 #include "bus/rt/latest_value.hpp"
+#include "core/messages/viewing.hpp"
 #include "core/result.hpp"
 #include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/latency_log.hpp"
+#include "nodes/visual_node/walls/wall_link.hpp"
 #include "scene/scenario.hpp"
 #include "view/bus_feed.hpp"
+#include "view/room.hpp"
 #include "view/scene_mirror.hpp"
 #include "view/scene_recorder.hpp"
 
@@ -34,6 +37,11 @@ class Receiver {
 
   // Before Start: records what arrives, thinned (view/scene_recorder.hpp). Error: kIo.
   core::Result<void> Record(const std::filesystem::path& file);
+  // Before Start: reads where that user's head is.
+  void ReadHead(const std::string& user) { user_ = user; }
+  // Before Start: keeps the newest states for JoinWalls's frames, and speaks to the other walls. `link` outlives the
+  // receiver's thread.
+  void JoinWalls(WallLink* link) { walls_ = link; }
   // Viewers of one session need different names.
   core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
@@ -41,6 +49,17 @@ class Receiver {
   // Drawing thread: takes the newest scene. True when it is newer than the one before.
   bool Update() { return newest_.Update(); }
   [[nodiscard]] const view::Scene& scene() const { return newest_.value(); }
+  // The newest head.
+  [[nodiscard]] view::Head head() const;
+  // Of walls: the newest physics state that can be taken, and the scene of the state nearest to that tick. Returns the
+  // scene's tick; 0: nothing has arrived yet, and `scene` is as it was.
+  [[nodiscard]] std::uint64_t newest_tick() const;
+  std::uint64_t TakeTick(std::uint64_t tick, view::Scene* scene) const;
+  void SetWalls(double in_step, double apart_ms) {
+    walls_in_step_.store(in_step, std::memory_order_relaxed);
+    walls_apart_ms_.store(apart_ms, std::memory_order_relaxed);
+  }
+
   // What is shown: of keys and the menu, and of parameters (`oos set`).
   [[nodiscard]] view::Choices choices() const;
   template <class Change>
@@ -64,7 +83,14 @@ class Receiver {
   [[nodiscard]] std::uint64_t num_states() const { return num_states_.load(std::memory_order_relaxed); }
 
  private:
+  struct KeptScene {
+    std::uint64_t tick = 0;
+    view::Scene scene;
+  };
+
   void Run();
+  void TakeHead();
+  void Keep(const view::Scene& scene);
   bool ApplyAll(std::int64_t now_ns);
   void TakeParameters();
   bool TakeChange(const core::ParameterChange& change, std::string* why);
@@ -86,6 +112,17 @@ class Receiver {
   std::int64_t next_figures_ns_ = 0;
   std::int64_t next_publish_ns_ = 0;
   bool is_ready_announced_ = false;
+
+  std::string user_;  // whose head is read; empty: nobody's
+  const bus::LatestReader<core::HeadState>* head_reader_ = nullptr;
+  mutable std::mutex head_mutex_;
+  core::HeadState head_;
+  std::int64_t head_received_ns_ = 0;  // 0: never
+  WallLink* walls_ = nullptr;
+  mutable std::mutex kept_mutex_;
+  std::vector<KeptScene> kept_;  // a ring
+  std::size_t newest_kept_ = 0;
+  std::atomic<double> walls_in_step_{0.0}, walls_apart_ms_{0.0};
 
   bus::LatestValue<view::Scene> newest_;
   mutable std::mutex choices_mutex_;

@@ -21,6 +21,8 @@
 #include "bus/log/node_recording.hpp"
 #include "core/clock.hpp"
 #include "nodes/visual_node/camera_feed.hpp"
+#include "nodes/visual_node/composition.hpp"
+#include "nodes/visual_node/draw/composer.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/film/exposure.hpp"
 #include "nodes/visual_node/film/render_scale.hpp"
@@ -31,6 +33,7 @@
 #include "nodes/visual_node/sky/earth_air.hpp"
 #include "nodes/visual_node/structures.hpp"
 #include "nodes/visual_node/summary.hpp"
+#include "nodes/visual_node/walls/walls.hpp"
 #include "nodes/visual_node/window/camera_control.hpp"
 #include "nodes/visual_node/window/interaction.hpp"
 
@@ -93,9 +96,16 @@ class Viewer {
         structures_(scenario),
         scale_(kDrawingShare / options.max_frames_per_s) {
     summary_.scenario = scenario.name;
+    if (!options.head.empty()) receiver_.ReadHead(options.head);
+    if (!options.wall) return;
+    link_.emplace(*options.wall);
+    receiver_.JoinWalls(&*link_);
+    walls_.emplace(&*link_, [this] { return signals_.is_stop_wanted != 0; });
   }
 
   core::Result<void> Run(const scene::Scenario& scenario) {
+    std::error_code error;
+    std::filesystem::create_directories(options_.out, error);  // else the first file that is written complains
     if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
     auto recording = bus::log::StartRecording(options_.node.name, options_.recording);
     if (!recording) return tl::unexpected(recording.error());
@@ -103,17 +113,31 @@ class Viewer {
     if (auto kept = receiver_.Record(options_.out / "scene.mcap"); !kept) return kept;
     if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
     other_threads_ = Threads();
-    auto context =
-        GlContext::Create({options_.window_width, options_.window_height, scenario.title, !options_.is_headless});
+    ContextOptions window{options_.window_width, options_.window_height, scenario.title};
+    window.is_visible = !options_.is_headless;
+    window.is_placed = options_.window_place_px.has_value();
+    if (window.is_placed) {
+      window.x = options_.window_place_px->x;
+      window.y = options_.window_place_px->y;
+    }
+    auto context = GlContext::Create(window);
     if (!context) return tl::unexpected(context.error());
     context_ = std::move(*context);
     summary_.gl_renderer = context_->renderer_name();
     receiver_.Update();
     shown_ = receiver_.scene();
     if (auto known = view::CheckCamera(*shown_.assets, options_.view); !known) return known;
-    const auto chosen = view::ReadChoices(options_.show, shown_.assets->instance_names);
+    auto chosen = view::ReadChoices(options_.show, shown_.assets->instance_names);
     if (!chosen) return tl::unexpected(chosen.error());
+    if (options_.stereo != view::Stereo::kNone) chosen->stereo = options_.stereo;
+    chosen->eye_distance_m = options_.eye_distance_m;
     receiver_.Choose([&](view::Choices& choices) { choices = *chosen; });
+    auto composition = CompositionOf(options_, *shown_.assets);
+    if (!composition) return tl::unexpected(composition.error());
+    composition_ = std::move(*composition);
+    auto composer = Composer::Create();
+    if (!composer) return tl::unexpected(composer.error());
+    composer_.emplace(std::move(*composer));
     auto renderer =
         Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
     if (!renderer) return tl::unexpected(renderer.error());
@@ -135,7 +159,7 @@ class Viewer {
 
  private:
   core::Result<void> Loop() {
-    CameraControl control(*shown_.assets, options_.view);
+    CameraControl control(*shown_.assets, composition_.layout.steered());
     if (!options_.is_headless) control.Attach(context_->window());
     Interaction interaction(&receiver_, renderer_.get());
     CameraFeed feed(renderer_.get());
@@ -147,42 +171,45 @@ class Viewer {
     while (signals_.is_stop_wanted == 0 && glfwWindowShouldClose(context_->window()) == GLFW_FALSE) {
       glfwPollEvents();
       if (!options_.is_headless) FitTo(context_->window(), target);
-      const std::int64_t start_ns = core::MonotonicNow_ns();
-      if (auto taken = TakeScene(control); !taken) return taken;
       TakeAir();
-      const scene::Camera& camera =
-          control.Update(*shown_.assets, shown_.step, 1e-9 * static_cast<double>(start_ns - last_ns));
-      const std::optional<Frame> frame = NextFrame(camera, *target, start_ns);
+      waited_ns_ = 0;
+      const std::int64_t start_ns = core::MonotonicNow_ns();
+      const double dt_s = 1e-9 * static_cast<double>(start_ns - std::exchange(last_ns, start_ns));
+      const auto camera = BeginFrame(control, dt_s, interaction.is_menu_open());
+      if (!camera) return tl::unexpected(camera.error());
+      const std::optional<Frame> frame = NextFrame(*camera, *target, start_ns + waited_ns_);
       if (!frame) continue;
       const std::int64_t draw_ns = core::MonotonicNow_ns();
-      if (auto drawn = renderer_->Draw(*frame->scene, *frame->camera, *target, frame->look); !drawn) return drawn;
-      glFinish();
-      // Not before: on a busy machine the start would take many times as long, and a session waits for it.
-      if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
-      CountFrame(*frame, core::MonotonicNow_ns());
-      exposure_.Update(renderer_->film().MeanLuminance(), 1e-9 * static_cast<double>(start_ns - last_ns));
+      const Composer::Shown shown{*frame->scene, *frame->camera, composition_};
+      if (auto drawn = DrawPicture(shown, *frame, feed, *target); !drawn) return drawn;
+      exposure_.Update(mean_luminance_, dt_s);
       log_.Drain();
-      if (auto sent = DrawCameras(feed, *target); !sent) return sent;
+      if (auto sent = SendCameras(feed); !sent) return sent;
       if (!options_.is_headless) {
         const bool is_mouse_down = glfwGetMouseButton(context_->window(), GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
-        const double dt_s = 1e-9 * static_cast<double>(start_ns - last_ns);
         if (auto drawn = interaction.DrawMenu(*shown_.assets, *target, is_mouse_down, dt_s, &control); !drawn) {
           return drawn;
         }
+        AwaitShow();
         Show(*target);
-        const auto wishes = interaction.Take(*frame->scene, *frame->camera, *target, &control);
+        if (walls_) walls_->Shown();
+        const auto wishes = interaction.Take(shown, *target, &control);
         if (!wishes) return tl::unexpected(wishes.error());
         if (wishes->is_full_screen_wanted) context_->ToggleFullScreen();
-        if (wishes->is_screenshot_wanted) Take("", camera);
+        if (wishes->is_screenshot_wanted) Take("", shown);
         if (wishes->is_view_saved) WriteViews(control);
+      } else if (walls_) {
+        AwaitShow();
+        walls_->Shown();
       }
-      scale_.Update(1e-9 * static_cast<double>(std::max(core::MonotonicNow_ns() - draw_ns, frame->elsewhere_ns)));
+      const std::int64_t drawing_ns = core::MonotonicNow_ns() - draw_ns - waited_to_show_ns_;
+      scale_.Update(1e-9 * static_cast<double>(std::max(drawing_ns, frame->elsewhere_ns)));
       if (signals_.is_screenshot_wanted != 0) {
         signals_.is_screenshot_wanted = 0;
-        Take("", camera);
+        Take("", shown);
       }
-      for (const std::string& name : receiver_.TakeScreenshotRequests()) Take(name, camera);
-      last_ns = start_ns;
+      for (const std::string& name : receiver_.TakeScreenshotRequests()) Take(name, shown);
+      if (walls_ && walls_->is_led()) continue;  // the first wall has the pace
       const std::int64_t left_ns = start_ns + period_ns - core::MonotonicNow_ns();
       if (left_ns > 0) {
         const timespec pause{0, static_cast<long>(std::min<std::int64_t>(left_ns, 999'999'999))};
@@ -204,7 +231,10 @@ class Viewer {
   // None: whoever draws the surfaces is not done.
   std::optional<Frame> NextFrame(const scene::Camera& camera, const RenderTarget& target, std::int64_t start_ns) {
     Frame frame{&shown_, &camera, Live(), start_ns};
-    if (surfaces_ == nullptr || surfaces_->is_alone()) return frame;
+    // They know one eye, in the camera's place.
+    const view::Viewing& viewing = composition_.viewing;
+    const bool is_simple = composition_.is_plain() && !viewing.screen_R && options_.head.empty();
+    if (surfaces_ == nullptr || !is_simple || surfaces_->is_alone()) return frame;
     const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(scale_.value() * pixels))); };
     surfaces_->Offer(shown_, renderer_->LightAround(shown_), view::PlaceCamera(camera, shown_), scaled(target.width()),
                      scaled(target.height()));
@@ -219,14 +249,94 @@ class Viewer {
     return frame;
   }
 
-  // Beside the picture, after its light was measured: inset and topics of cameras.
-  core::Result<void> DrawCameras(CameraFeed& feed, const RenderTarget& target) {
+  // The newest scene, its camera, and for whom it is drawn, as late as possible before drawing. A wall takes these from
+  // the first wall, and waits for it.
+  core::Result<scene::Camera> BeginFrame(CameraControl& control, double dt_s, bool is_menu_open) {
+    const bool is_first_wall = walls_ && options_.wall->is_first(), is_led = walls_ && !is_first_wall;
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    Walls::Frame frame;
+    if (is_led) frame = walls_->Begin({});
+    waited_ns_ += core::MonotonicNow_ns() - begin_ns;
+    if (auto taken = TakeScene(control, is_first_wall ? receiver_.newest_tick() : frame.tick); !taken) {
+      return tl::unexpected(taken.error());
+    }
+    scene::Camera camera = control.Update(*shown_.assets, shown_.step, dt_s);
+    const view::Choices choices = receiver_.choices();
+    const view::Head head = receiver_.head();
+    view::Viewing& viewing = composition_.viewing;
+    viewing.stereo = is_menu_open ? view::Stereo::kNone : choices.stereo;  // a menu is for both eyes, and for a mouse
+    viewing.eye_distance_m = choices.eye_distance_m;
+    viewing.X_RH = head.X_RH;
+    if (is_first_wall) {
+      walls_->Begin({.tick = shown_tick_,
+                     .X_WR = view::RoomOf(view::PlaceCamera(camera, shown_)),
+                     .X_RH = head.X_RH,
+                     .eye_distance_m = viewing.eye_distance_m});
+    } else if (is_led) {
+      camera = view::CameraOf(frame.X_WR);
+      viewing.X_RH = frame.X_RH;
+      viewing.eye_distance_m = frame.eye_distance_m;
+    }
+    WriteViewing(head);
+    return camera;
+  }
+
+  // Lines about how the picture is drawn.
+  void WriteViewing(const view::Head& head) {
+    const auto write = [this](const std::string& line, bool is_warning) {
+      if (line.empty()) return;
+      const glm::vec3 color = is_warning ? glm::vec3(1.0f, 0.62f, 0.10f) : glm::vec3(0.62f, 0.80f, 0.90f);
+      shown_.texts.push_back({view::Anchor::kTopLeft, view::TextStyle::kSmall, color, line});
+    };
+    write(view::Describe(head, options_.head), head.source == view::HeadSource::kMissing);
+    if (!walls_) return;
+    write(walls_->Describe(), !walls_->is_in_step());
+    receiver_.SetWalls(static_cast<double>(walls_->num_in_step()), walls_->apart_ms());
+  }
+
+  // The inset is part of both eyes' pictures; of a single picture it is drawn after its time was taken.
+  core::Result<void> DrawPicture(const Composer::Shown& shown, const Frame& frame, CameraFeed& feed,
+                                 const RenderTarget& target) {
+    if (auto drawn = composer_->DrawEyes(*renderer_, shown, frame.look, target); !drawn) return drawn;
+    const bool is_joined = composition_.viewing.stereo != view::Stereo::kNone;
+    if (is_joined) {
+      if (auto drawn = DrawInset(feed); !drawn) return drawn;
+    }
+    composer_->Join(composition_.viewing.stereo, target);
+    glFinish();
+    // Not before: on a busy machine the start would take many times as long, and a session waits for it.
+    if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
+    CountFrame(frame, core::MonotonicNow_ns());
+    return is_joined ? core::Result<void>{} : DrawInset(feed);
+  }
+
+  core::Result<void> DrawInset(CameraFeed& feed) {
+    mean_luminance_ = renderer_->film().MeanLuminance();  // before the film has another picture
+    if (!receiver_.choices().has(view::Overlay::kCamera)) return {};
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    auto seen = feed.Take(shown_, receiver_.image_rates_hz(), Live(), now_ns);
+    const RenderTarget& first = *composer_->eyes().front();
+    const glm::ivec2 half = view::EyeSize(composition_.viewing.stereo, 2, 2);
+    const double aspect = static_cast<double>(first.width() * half.y) / (first.height() * half.x);
+    for (const RenderTarget* eye : composer_->eyes()) {
+      if (auto drawn = feed.DrawInset(shown_, Live(), now_ns, aspect, *eye); !drawn) return drawn;
+    }
+    return {};
+  }
+
+  void AwaitShow() {
+    if (!walls_) return;
+    glFinish();
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    walls_->AwaitShow(shown_tick_);
+    waited_to_show_ns_ = core::MonotonicNow_ns() - begin_ns;
+  }
+
+  // Topics of cameras, beside the picture.
+  core::Result<void> SendCameras(CameraFeed& feed) {
+    auto seen = feed.Take(shown_, receiver_.image_rates_hz(), Live(), core::MonotonicNow_ns());
     if (!seen) return tl::unexpected(seen.error());
     for (CameraFeed::Seen& one : *seen) receiver_.SendImage(std::move(one));
-    if (!receiver_.choices().has(view::Overlay::kCamera)) return {};
-    return feed.DrawInset(shown_, Live(), now_ns, target);
+    return {};
   }
 
   // Lines for a scenario file.
@@ -243,10 +353,12 @@ class Viewer {
 
   // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of
   // the previous step and is added to the contact sheet with that step's caption.
-  core::Result<void> TakeScene(const CameraControl& control) {
+  core::Result<void> TakeScene(const CameraControl& control, std::uint64_t tick = 0) {
     is_new_scene_ = receiver_.Update();
-    if (!is_new_scene_) return {};
-    const view::Scene& next = receiver_.scene();
+    shown_.texts.resize(std::min(num_texts_, shown_.texts.size()));  // without those of WriteViewing
+    if (!is_new_scene_ && !walls_) return {};
+    if (walls_) shown_tick_ = receiver_.TakeTick(tick, &kept_);
+    const view::Scene& next = walls_ && shown_tick_ != 0 ? kept_ : receiver_.scene();
     if (!shown_.step.empty() && next.step != shown_.step) {
       view::Scene end = next;
       end.step = shown_.step;
@@ -255,6 +367,7 @@ class Viewer {
     }
     shown_ = next;
     structures_.AddTo(receiver_.choices(), &shown_);
+    num_texts_ = shown_.texts.size();
     return {};
   }
 
@@ -276,9 +389,9 @@ class Viewer {
     return WritePng(*image, options_.out / "frames" / (name + ".png"));
   }
 
-  void Take(const std::string& name, const scene::Camera& camera) {
+  void Take(const std::string& name, const Composer::Shown& shown) {
     const std::filesystem::path file = options_.out / (SafeName(name, ++num_screenshots_) + ".png");
-    const auto image = RenderSmooth(*renderer_, shown_, camera, options_.width, options_.height);
+    const auto image = RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height);
     const auto written = image ? WritePng(*image, file) : core::Result<void>(tl::unexpected(image.error()));
     std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
   }
@@ -339,13 +452,14 @@ class Viewer {
     summary_.counters = receiver_.counters();
     summary_.clock_bounds_ns = receiver_.clock_bounds_ns();
     auto result = summary_.Write(options_.out / "visual_node.json");
+    if (walls_ && result) result = walls_->Write(options_.out / "walls.csv");
     if (auto stopped = bus::log::StopRecording(recording_.get()); !stopped && result) result = stopped;
     return result;
   }
 
   core::Result<void> FinishPictures() {
     // The procedure's last status may have arrived after the last frame.
-    const CameraControl control(*shown_.assets, options_.view);
+    const CameraControl control(*shown_.assets, composition_.layout.steered());
     core::Result<void> result = TakeScene(control);
     if (!shown_.step.empty() && result) result = Keep(shown_, control.ForStep(*shown_.assets, shown_.step));
     if (sheet_.size() > 0 && result) result = sheet_.Write(options_.out / "contact_sheet.png");
@@ -361,6 +475,15 @@ class Viewer {
   StructureShow structures_;
   std::unique_ptr<GlContext> context_;
   std::unique_ptr<Renderer> renderer_;  // after the context: deleted before it
+  std::optional<Composer> composer_;
+  Composition composition_;
+  std::optional<WallLink> link_;
+  std::optional<Walls> walls_;
+  std::uint64_t shown_tick_ = 0;  // of a wall
+  view::Scene kept_;              // likewise
+  std::size_t num_texts_ = 0;     // of the scene itself
+  std::optional<float> mean_luminance_;
+  std::int64_t waited_ns_ = 0, waited_to_show_ns_ = 0;  // for other walls, before drawing this frame and after it
   std::unique_ptr<AirInWork> air_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
   bool is_priority_low_ = false;

@@ -13,6 +13,7 @@
 #include "core/messages/logic_fields.hpp"
 #include "core/messages/physics_fields.hpp"
 #include "core/messages/rays_fields.hpp"
+#include "core/messages/viewing_fields.hpp"
 
 // Encodes messages by their fields (core/messages/fields.hpp): byte for byte what protobuf's library writes.
 namespace bus::detail {

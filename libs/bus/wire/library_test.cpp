@@ -16,6 +16,7 @@
 #include "proto/haptic.pb.h"
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
+#include "proto/viewing.pb.h"
 
 namespace bus {
 namespace {

@@ -23,6 +23,7 @@
 #include "proto/physics.pb.h"
 #include "proto/rays.pb.h"
 #include "proto/recording.pb.h"
+#include "proto/viewing.pb.h"
 
 namespace bus {
 namespace {
@@ -63,11 +64,11 @@ Listing ListFile(const FileDescriptor& file) {
 }
 
 std::vector<const FileDescriptor*> Files() {
-  return {oos::BulkMessage::descriptor()->file(),  oos::CameraImage::descriptor()->file(),
-          oos::Control::descriptor()->file(),      oos::DeviceState::descriptor()->file(),
-          oos::HapticProxy::descriptor()->file(),  oos::LogicStatus::descriptor()->file(),
-          oos::PhysicsState::descriptor()->file(), oos::RayFrame::descriptor()->file(),
-          oos::TakenSample::descriptor()->file()};
+  return {oos::BulkMessage::descriptor()->file(), oos::CameraImage::descriptor()->file(),
+          oos::Control::descriptor()->file(),     oos::DeviceState::descriptor()->file(),
+          oos::HapticProxy::descriptor()->file(), oos::HeadState::descriptor()->file(),
+          oos::LogicStatus::descriptor()->file(), oos::PhysicsState::descriptor()->file(),
+          oos::RayFrame::descriptor()->file(),    oos::TakenSample::descriptor()->file()};
 }
 
 Listing ListAll() {

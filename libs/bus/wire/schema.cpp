@@ -18,6 +18,7 @@
 #include "proto/logic.pb.h"
 #include "proto/physics.pb.h"
 #include "proto/rays.pb.h"
+#include "proto/viewing.pb.h"
 
 namespace bus {
 namespace {

@@ -66,10 +66,13 @@ StarField::StarField(std::span<const Star> stars) {
 std::size_t StarField::AddTo(const StarCamera& camera, std::span<glm::vec4> image) const {
   const glm::mat3 R_CV(glm::transpose(camera.R_VC));
   const glm::vec3 right = R_CV[0], up = R_CV[1], ahead = -R_CV[2];
-  const auto f = static_cast<float>(camera.focal_px);
+  const auto f = static_cast<float>(camera.focal_px), f_up = static_cast<float>(camera.focal_ratio * camera.focal_px);
+  const glm::vec2 axis_px(camera.axis_px);
   const float half_width = 0.5f * static_cast<float>(camera.width);
   const float half_height = 0.5f * static_cast<float>(camera.height);
-  const float view_rad = std::atan(std::hypot(half_width + 1.0f, half_height + 1.0f) / f);
+  const float view_rad = std::atan(
+      std::hypot((half_width + std::abs(axis_px.x) + 1.0f) / f, (half_height + std::abs(axis_px.y) + 1.0f) / f_up));
+  const glm::vec2 middle_px = glm::vec2(half_width - 0.5f, half_height - 0.5f) + axis_px;
   std::size_t num_drawn = 0;
   for (const Cell& cell : cells_) {
     const float reach_rad = std::min(view_rad + cell.radius_rad, 3.14159265f);
@@ -77,14 +80,15 @@ std::size_t StarField::AddTo(const StarCamera& camera, std::span<glm::vec4> imag
     for (std::size_t i = cell.first; i < cell.last; ++i) {
       const float depth = ahead.x * x_[i] + ahead.y * y_[i] + ahead.z * z_[i];
       if (depth < 1e-3f) continue;
-      const float scale = f / depth;
+      const float across = f / depth, upwards = f_up / depth;
       // From the centre of the lowest pixel on the left.
-      const float px = half_width - 0.5f + scale * (right.x * x_[i] + right.y * y_[i] + right.z * z_[i]);
-      const float py = half_height - 0.5f + scale * (up.x * x_[i] + up.y * y_[i] + up.z * z_[i]);
+      const float px = middle_px.x + across * (right.x * x_[i] + right.y * y_[i] + right.z * z_[i]);
+      const float py = middle_px.y + upwards * (up.x * x_[i] + up.y * y_[i] + up.z * z_[i]);
       if (!(px > -1.0f && py > -1.0f && px < 2.0f * half_width && py < 2.0f * half_height)) continue;
       ++num_drawn;
-      // A pixel of area 1 px2, at distance f / depth from the eye and tilted by the same angle: depth^3 / f^2 [sr].
-      const glm::vec4 luminance(illuminance_lx_[i] * (f * f / (depth * depth * depth)), 0.0f);
+      // A pixel is 1 / f wide and 1 / f_up high at the distance 1 along the axis; it is 1 / depth away and tilted by an
+      // angle of that cosine: depth^3 / (f f_up) [sr].
+      const glm::vec4 luminance(illuminance_lx_[i] * (f * f_up / (depth * depth * depth)), 0.0f);
       const int column = static_cast<int>(px + 1.0f) - 1, row = static_cast<int>(py + 1.0f) - 1;
       const float wx = px - static_cast<float>(column), wy = py - static_cast<float>(row);
       const float weights[4] = {(1.0f - wx) * (1.0f - wy), wx * (1.0f - wy), (1.0f - wx) * wy, wx * wy};

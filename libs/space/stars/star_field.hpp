@@ -11,9 +11,13 @@ namespace space {
 // A pinhole camera at the origin. V: x right, y up, looking along -z.
 struct StarCamera {
   glm::dmat3 R_VC{1.0};
-  double focal_px = 1.0;
+  double focal_px = 1.0;  // across
   int width = 0;
   int height = 0;
+  double focal_ratio = 1.0;      // focal length up over that across; 1: square pixels
+  glm::dvec2 axis_px{0.0, 0.0};  // where V's axis is in the picture, from its middle, to the right and up
+
+  bool operator==(const StarCamera&) const = default;
 };
 
 // Stars ready to be drawn: in cells of the sky, so that those out of view cost nothing.

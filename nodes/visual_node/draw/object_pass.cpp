@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "nodes/visual_node/gl/matrix.hpp"
-#include "view/projection.hpp"
 
 namespace visual_node {
 namespace {
@@ -74,7 +73,12 @@ core::Result<ObjectPass> ObjectPass::Create() {
 
 ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& given,
                                int width, int height) const {
-  const scene::Camera camera = view::PlaceCamera(given, scene);
+  const double aspect = static_cast<double>(width) / height;
+  return Draw(renderer, scene, view::FrustumOf(view::PlaceCamera(given, scene), aspect), width, height);
+}
+
+ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scene, const view::Frustum& eye, int width,
+                               int height) const {
   const GlTexture ids = MakeTexture(GL_R32UI, width, height);
   const GlTexture depths = MakeTexture(GL_R32F, width, height);
   const GlTexture nearest = MakeTexture(GL_DEPTH_COMPONENT32F, width, height);
@@ -99,10 +103,9 @@ ObjectPicture ObjectPass::Draw(const Renderer& renderer, const view::Scene& scen
   glClearBufferfv(GL_COLOR, 1, no_depth);
   glClearBufferfv(GL_DEPTH, 0, &far);
 
-  const glm::dmat4 view_W = view::ViewMatrix(camera);
+  const glm::dmat4 view_W = view::ViewMatrix(eye);
   glUseProgram(program_.id());
-  SetMatrix(1, view::ProjectionMatrix(camera.vertical_fov_rad, static_cast<double>(width) / height, Renderer::kNear_m,
-                                      Renderer::kFar_m));
+  SetMatrix(1, view::ProjectionMatrix(eye, Renderer::kNear_m, Renderer::kFar_m));
   const auto draw = [&](const GpuMesh& mesh, const glm::dmat4& X_WM, std::size_t instance) {
     SetMatrix(0, view_W * X_WM);
     glUniform1ui(2, static_cast<GLuint>(instance + 1));

@@ -24,6 +24,8 @@ class ObjectPass {
   // `renderer` has drawn this scene before: its sheets are used as they were drawn.
   [[nodiscard]] ObjectPicture Draw(const Renderer& renderer, const view::Scene& scene, const scene::Camera& given,
                                    int width, int height) const;
+  [[nodiscard]] ObjectPicture Draw(const Renderer& renderer, const view::Scene& scene, const view::Frustum& eye,
+                                   int width, int height) const;
 
  private:
   ObjectPass() = default;

@@ -107,19 +107,23 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
 
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                                   const Look& look) {
-  const scene::Camera camera = view::PlaceCamera(given, scene);
+  const double aspect = static_cast<double>(target.width()) / target.height();
+  return Draw(scene, view::FrustumOf(view::PlaceCamera(given, scene), aspect), target, look);
+}
+
+core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum& eye, const RenderTarget& target,
+                                  const Look& look) {
   if (look.surfaces == nullptr) {
     if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
     UpdateSheets(scene);
     shadow_.Update(scene, meshes_, sheets_);
   }
-  const glm::dmat4 view_W = view::ViewMatrix(camera);
-  const double aspect = static_cast<double>(target.width()) / target.height();
-  const glm::dmat4 projection = view::ProjectionMatrix(camera.vertical_fov_rad, aspect, kNear_m, kFar_m);
+  const glm::dmat4 view_W = view::ViewMatrix(eye);
+  const glm::dmat4 projection = view::ProjectionMatrix(eye, kNear_m, kFar_m);
   View view;
   view.clip_W = glm::mat4(projection * view_W);
   view.clip_sky = glm::mat4(projection * glm::dmat4(glm::dmat3(view_W)));
-  view.eye_W = glm::vec3(camera.eye_m);
+  view.eye_W = glm::vec3(eye.eye_W);
   view.right_W = glm::vec3(view_W[0][0], view_W[1][0], view_W[2][0]);
   view.up_W = glm::vec3(view_W[0][1], view_W[1][1], view_W[2][1]);
   view.exposure = look.exposure;
@@ -128,13 +132,15 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   const int width = look.surfaces != nullptr ? look.surfaces->width : scaled(target.width());
   const int height = look.surfaces != nullptr ? look.surfaces->height : scaled(target.height());
   const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
-  sky_.Prepare(scene.space, {R_VC, 0.5 * height / std::tan(0.5 * camera.vertical_fov_rad), width, height});
+  const glm::dvec2 focal_px = view::FocalLengths_px(eye, width, height);
+  sky_.Prepare(scene.space,
+               {R_VC, focal_px.x, width, height, focal_px.y / focal_px.x, view::AxisFromMiddle_px(eye, width, height)});
 
   film_.Begin(width, height);
   if (look.surfaces != nullptr) {
     paste_.Draw(*look.surfaces, static_cast<float>(kNear_m), static_cast<float>(kFar_m));
   } else {
-    DrawSolids(scene, view, camera, look);
+    DrawSolids(scene, view, eye, look);
   }
   glDisable(GL_CULL_FACE);
   glDepthMask(GL_FALSE);
@@ -143,20 +149,18 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
   overlays_.Draw(scene, meshes_, {view.clip_W, view.eye_W, view.exposure, static_cast<float>(projection[1][1])}, film_);
   glDepthMask(GL_TRUE);
   film_.Develop(look.exposure, target);
-  if (look.with_texts)
-    return texts_->Draw(HudOf(scene, camera, target.width(), target.height()), target.width(), target.height());
-  return {};
+  if (!look.with_texts) return {};
+  return DrawTexts(HudOf(scene, eye, target.width(), target.height()), target.width(), target.height());
 }
 
 // What is opaque, onto the film, with its shadows.
-void Renderer::DrawSolids(const view::Scene& scene, const View& view, const scene::Camera& camera, const Look& look) {
+void Renderer::DrawSolids(const view::Scene& scene, const View& view, const view::Frustum& eye, const Look& look) {
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_LEQUAL);
   // At what the camera looks at, casters half the map's radius away have a penumbra of two pixels.
-  const double pixel_m =
-      2.0 * glm::distance(camera.eye_m, camera.target_m) * std::tan(0.5 * camera.vertical_fov_rad) / film_.height();
+  const double pixel_m = eye.focus_m * (eye.top - eye.bottom) / film_.height();
   const bool has_soft_shadows = look.with_penumbra && view::kSunRadius_rad * shadow_.radius_m() > 2.0 * pixel_m;
   surfaces_.Begin(
       {view.clip_W, view.eye_W, has_soft_shadows, look.light ? *look.light : LightAround(scene), ShiningLamps(scene)},

@@ -17,6 +17,7 @@
 #include "nodes/visual_node/gl/gl_objects.hpp"
 #include "nodes/visual_node/gl/mesh_store.hpp"
 #include "nodes/visual_node/sky/sky.hpp"
+#include "view/frustum.hpp"
 #include "view/scene.hpp"
 #include "vps/mesh/load_mesh.hpp"
 
@@ -48,6 +49,11 @@ class Renderer {
   // Draws one picture; a camera that is carried stands where its object is.
   core::Result<void> Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                           const Look& look = {});
+  // What an eye sees.
+  core::Result<void> Draw(const view::Scene& scene, const view::Frustum& eye, const RenderTarget& target,
+                          const Look& look = {});
+  // Text alone, into the bound framebuffer's viewport: laid out for so many pixels, whatever its size is.
+  core::Result<void> DrawTexts(const Hud& hud, int width, int height) { return texts_->Draw(hud, width, height); }
 
   // Without it the Earth has no air.
   void SetAir(const space::AirFromSpace& air) { sky_.SetAir(air); }
@@ -81,7 +87,7 @@ class Renderer {
   Renderer() = default;
   core::Result<void> MakePrograms();
   void FitShadow(const view::Scene& scene);
-  void DrawSolids(const view::Scene& scene, const View& view, const scene::Camera& camera, const Look& look);
+  void DrawSolids(const view::Scene& scene, const View& view, const view::Frustum& eye, const Look& look);
   void UpdateSheets(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "nodes/visual_node/draw/shaders.hpp"
-#include "view/projection.hpp"
 
 namespace visual_node {
 namespace {
@@ -21,10 +20,10 @@ constexpr glm::vec4 kHeadBackground{0.02f, 0.03f, 0.05f, 0.45f};  // these lines
 
 }  // namespace
 
-Hud HudOf(const view::Scene& scene, const scene::Camera& camera, int width, int height) {
+Hud HudOf(const view::Scene& scene, const view::Frustum& eye, int width, int height) {
   Hud hud{scene.texts, {}, scene.graphs};
   for (const view::Label& label : scene.labels) {
-    const glm::dvec3 pixel = view::ProjectToPixel(camera, width, height, label.p_W);
+    const glm::dvec3 pixel = view::ProjectToPixel(eye, width, height, label.p_W);
     const bool is_inside = pixel.z > 0.0 && pixel.x >= 0.0 && pixel.x < width && pixel.y >= 0.0 && pixel.y < height;
     if (is_inside) hud.labels.push_back({&label, glm::dvec2(pixel)});
   }

@@ -8,6 +8,7 @@
 #include "core/result.hpp"
 #include "nodes/visual_node/gl/gl_objects.hpp"
 #include "picture/glyph_atlas.hpp"
+#include "view/frustum.hpp"
 #include "view/scene.hpp"
 
 namespace visual_node {
@@ -31,8 +32,8 @@ struct Hud {
   const std::vector<view::Graph>& graphs;
 };
 
-// A scene's text as it is seen through a camera. Labels outside of the picture are left out.
-Hud HudOf(const view::Scene& scene, const scene::Camera& camera, int width, int height);
+// A scene's text as an eye sees it. Labels outside of the picture are left out.
+Hud HudOf(const view::Scene& scene, const view::Frustum& eye, int width, int height);
 
 // Draws a scene's text over the picture. The letter size is proportional to the height of the target.
 class TextPainter {

@@ -41,11 +41,13 @@ core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions&
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_VISIBLE, options.is_visible ? GLFW_TRUE : GLFW_FALSE);
+  glfwWindowHint(GLFW_DECORATED, options.is_placed ? GLFW_FALSE : GLFW_TRUE);
   context->window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
   if (context->window_ == nullptr) {
     return core::Fail(core::ErrorCode::kUnsupported, "cannot make an OpenGL 4.5 core context: " + LastGlfwError() +
                                                          "; install libgl1-mesa-dri for software rendering");
   }
+  if (options.is_placed) glfwSetWindowPos(context->window_, options.x, options.y);
   glfwMakeContextCurrent(context->window_);
   glfwSwapInterval(0);  // latencies are measured without the wait for vsync
   context->renderer_name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));

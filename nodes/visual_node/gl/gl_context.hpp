@@ -13,6 +13,9 @@ struct ContextOptions {
   int width = 640;
   int height = 360;
   std::string title = "VR-OOS";
+  bool is_placed = false;  // at x, y of the display, without a frame
+  int x = 0;
+  int y = 0;
   bool is_visible = true;  // false: pictures only; still needs an X display, such as Xvfb
 };
 

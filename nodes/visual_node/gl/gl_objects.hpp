@@ -72,6 +72,7 @@ class RenderTarget {
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] GLuint framebuffer() const { return framebuffer_.id(); }
+  [[nodiscard]] GLuint color() const { return color_.id(); }
   [[nodiscard]] Image Read() const;  // waits until the frame is finished
 
  private:

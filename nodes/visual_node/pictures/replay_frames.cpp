@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/clock.hpp"
+#include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/pictures/offline.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "view/recorded_scene.hpp"
@@ -21,6 +22,10 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
   for (const auto& time_s : {std::optional(wanted.from_s), wanted.to_s}) {
     if (auto inside = recording->CheckTime(time_s); !inside) return inside;
   }
+  const auto composition = CompositionOf(options, *recording->scene().assets);
+  if (!composition) return tl::unexpected(composition.error());
+  auto composer = Composer::Create();
+  if (!composer) return tl::unexpected(composer.error());
   const double length_s = (wanted.to_s.value_or(recording->duration_s()) - wanted.from_s) / wanted.speed;
   if (length_s < 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "--to is before --from");
   // A length of three frames has three, though 3 / 30 s * 30 is a little less than 3.
@@ -31,8 +36,8 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
     if (auto there = recording->GoTo(t_s); !there) return there;
     view::Scene scene = recording->scene();
     structures->BuildAndAddTo(recording->choices(), &scene);
-    const scene::Camera& camera = view::CameraFor(*scene.assets, options.view, scene.step);
-    const auto image = RenderSmooth(*renderer, scene, camera, options.width, options.height);
+    const scene::Camera& camera = view::CameraFor(*scene.assets, composition->layout.steered(), scene.step);
+    const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height);
     if (!image) return tl::unexpected(image.error());
     if (auto taken = sink(*image); !taken) return taken;
     if (const std::int64_t now_ns = core::MonotonicNow_ns(); now_ns >= next_progress_ns) {

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/draw/object_pass.hpp"
 #include "nodes/visual_node/pictures/offline.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
@@ -73,8 +74,12 @@ core::Result<view::Scene> SceneOf(const Options& all, const scene::Scenario& sce
 }
 
 core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Renderer* renderer) {
-  const scene::Camera& camera = view::CameraFor(*scene.assets, options.view, scene.step);
-  const auto image = RenderSmooth(*renderer, scene, camera, options.width, options.height);
+  const auto composition = CompositionOf(options, *scene.assets);
+  if (!composition) return tl::unexpected(composition.error());
+  const scene::Camera& camera = view::CameraFor(*scene.assets, composition->layout.steered(), scene.step);
+  auto composer = Composer::Create();
+  if (!composer) return tl::unexpected(composer.error());
+  const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height);
   if (!image) return tl::unexpected(image.error());
   if (const std::filesystem::path& file = options.pictures.shot; !file.empty()) {
     if (auto written = WritePng(*image, file); !written) return written;

@@ -9,15 +9,16 @@ namespace {
 constexpr double kQuarter_rad = 1.5707963267948966;
 
 // From where to where, in [-1, 1] of the picture, the ball reaches across one axis. Seen along the other axis, the ball
-// is a circle at the angle `middle` from the view, and its edges are the tangents from the eye. None: from > to.
-glm::dvec2 Reach(double across, double ahead, double sine, double scale) {
+// is a circle at the angle `middle` from the view, and its edges are the tangents from the eye. `axis`: where the view
+// is in the picture. None: from > to.
+glm::dvec2 Reach(double across, double ahead, double sine, double scale, double axis) {
   const double distance = std::sqrt(across * across + ahead * ahead);
   if (distance <= sine) return {-1.0, 1.0};
   const double middle = std::atan2(across, ahead), half = std::asin(sine / distance);
   const double from = middle - half, to = middle + half;
   if (from >= kQuarter_rad || to <= -kQuarter_rad) return {1.0, -1.0};
-  return {from <= -kQuarter_rad ? -1.0 : std::max(-1.0, scale * std::tan(from)),
-          to >= kQuarter_rad ? 1.0 : std::min(1.0, scale * std::tan(to))};
+  return {from <= -kQuarter_rad ? -1.0 : std::clamp(scale * std::tan(from) + axis, -1.0, 1.0),
+          to >= kQuarter_rad ? 1.0 : std::clamp(scale * std::tan(to) + axis, -1.0, 1.0)};
 }
 
 }  // namespace
@@ -25,9 +26,12 @@ glm::dvec2 Reach(double across, double ahead, double sine, double scale) {
 glm::ivec4 DiscRectangle(const glm::mat4& clip_sky, const glm::vec3& to_centre, float sine, int width, int height) {
   const auto row = [&](int i) { return glm::dvec3(clip_sky[0][i], clip_sky[1][i], clip_sky[2][i]); };
   const glm::dvec3 e(to_centre);
-  const double ahead = glm::dot(row(3), e) / glm::length(row(3));
-  const auto reach = [&](const glm::dvec3& side) {
-    return Reach(glm::dot(side, e) / glm::length(side), ahead, sine, glm::length(side));
+  const glm::dvec3 view = row(3);
+  const double ahead = glm::dot(view, e) / glm::length(view);
+  const auto reach = [&](const glm::dvec3& edge) {
+    const double axis = glm::dot(edge, view) / glm::dot(view, view);
+    const glm::dvec3 side = edge - axis * view;
+    return Reach(glm::dot(side, e) / glm::length(side), ahead, sine, glm::length(side), axis);
   };
   const glm::dvec2 x = reach(row(0)), y = reach(row(1));
   if (x[0] > x[1] || y[0] > y[1]) return {0, 0, 0, 0};

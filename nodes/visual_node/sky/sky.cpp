@@ -161,8 +161,8 @@ void Sky::BakeVisible(const space::Surroundings& space) {
 }
 
 void Sky::Splat(const space::StarCamera& camera) {
+  if (camera == splatted_) return;
   const bool is_same_size = camera.width == splatted_.width && camera.height == splatted_.height;
-  if (is_same_size && camera.R_VC == splatted_.R_VC && camera.focal_px == splatted_.focal_px) return;
   luminance_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), glm::vec4(0.0f));
   field_.front().AddTo(camera, luminance_);
   if (!is_same_size) stars_ = MakeTexture(GL_RGBA32F, camera.width, camera.height);

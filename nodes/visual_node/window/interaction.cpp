@@ -45,27 +45,27 @@ void Interaction::TakeKey(int key, const view::Scene& scene, CameraControl* cont
   });
 }
 
-core::Result<void> Interaction::Pick(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
+core::Result<void> Interaction::Pick(const Composer::Shown& shown, const RenderTarget& target,
                                      const glm::dvec2& at_px) {
   if (!objects_) {
     auto pass = ObjectPass::Create();
     if (!pass) return tl::unexpected(pass.error());
     objects_ = std::move(*pass);
   }
-  const auto x = static_cast<int>(at_px.x), y = static_cast<int>(at_px.y);
-  if (x < 0 || y < 0 || x >= target.width() || y >= target.height()) return {};
-  const ObjectPicture picture = objects_->Draw(*renderer_, scene, camera, target.width(), target.height());
-  const int id = *picture.ids.Pixel(x, y);
+  const auto spot = Composer::Find(shown, target.width(), target.height(), at_px);
+  if (!spot) return {};
+  const ObjectPicture picture = objects_->Draw(*renderer_, shown.scene, spot->eye, spot->size_px.x, spot->size_px.y);
+  const int id = *picture.ids.Pixel(static_cast<int>(spot->at_px.x), static_cast<int>(spot->at_px.y));
   receiver_->Choose([&](view::Choices& choices) { choices.selected = choices.selected == id - 1 ? -1 : id - 1; });
   return {};
 }
 
-core::Result<Interaction::Wishes> Interaction::Take(const view::Scene& scene, const scene::Camera& camera,
-                                                    const RenderTarget& target, CameraControl* control) {
+core::Result<Interaction::Wishes> Interaction::Take(const Composer::Shown& shown, const RenderTarget& target,
+                                                    CameraControl* control) {
   Wishes wishes;
-  for (const int key : control->TakeKeys()) TakeKey(key, scene, control, &wishes);
+  for (const int key : control->TakeKeys()) TakeKey(key, shown.scene, control, &wishes);
   if (const auto click = control->TakeClick()) {
-    if (auto picked = Pick(scene, camera, target, *click); !picked) return tl::unexpected(picked.error());
+    if (auto picked = Pick(shown, target, *click); !picked) return tl::unexpected(picked.error());
   }
   return wishes;
 }

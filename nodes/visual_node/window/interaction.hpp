@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/draw/composer.hpp"
 #include "nodes/visual_node/draw/object_pass.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/receiver.hpp"
@@ -23,17 +24,16 @@ class Interaction {
 
   Interaction(Receiver* receiver, Renderer* renderer) : receiver_(receiver), renderer_(renderer) {}
 
-  // Of the keys and clicks since the last frame, which shows `scene` through `camera` on `target`.
-  core::Result<Wishes> Take(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
-                            CameraControl* control);
+  // Of the keys and clicks since the last frame, which shows `shown` on `target`.
+  core::Result<Wishes> Take(const Composer::Shown& shown, const RenderTarget& target, CameraControl* control);
   // Over the picture, while it is open.
   core::Result<void> DrawMenu(const view::Assets& assets, const RenderTarget& target, bool is_mouse_down, double dt_s,
                               CameraControl* control);
+  [[nodiscard]] bool is_menu_open() const { return is_menu_open_; }
 
  private:
   void TakeKey(int key, const view::Scene& scene, CameraControl* control, Wishes* wishes);
-  core::Result<void> Pick(const view::Scene& scene, const scene::Camera& camera, const RenderTarget& target,
-                          const glm::dvec2& at_px);
+  core::Result<void> Pick(const Composer::Shown& shown, const RenderTarget& target, const glm::dvec2& at_px);
 
   Receiver* receiver_;
   Renderer* renderer_;

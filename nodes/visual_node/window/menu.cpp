@@ -45,6 +45,19 @@ void AddOverlayEntries(view::Choices* choices) {
   }
 }
 
+void AddStereoEntries(view::Choices* choices) {
+  if (!ImGui::CollapsingHeader("Two eyes (shown when the menu is closed)")) return;
+  const auto entry = [&](view::Stereo mode, const char* what) {
+    if (ImGui::RadioButton(what, choices->stereo == mode)) choices->stereo = mode;
+  };
+  entry(view::Stereo::kNone, "one picture for both");
+  for (const view::StereoInfo& info : view::kStereoModes) entry(info.mode, info.what);
+  float eyes_mm = 1e3f * static_cast<float>(choices->eye_distance_m);
+  if (ImGui::SliderFloat("mm between the eyes", &eyes_mm, 0.0f, 1e3f * static_cast<float>(view::kMostEyeDistance_m))) {
+    choices->eye_distance_m = 1e-3 * static_cast<double>(eyes_mm);
+  }
+}
+
 void AddObjectEntries(const std::vector<std::string>& objects, view::Choices* choices) {
   choices->objects.resize(std::max(choices->objects.size(), objects.size()));
   if (!ImGui::CollapsingHeader("Objects: hidden, transparent, highlighted")) return;
@@ -112,6 +125,7 @@ void Menu::Draw(const MenuInput& input, const std::vector<std::string>& objects,
   ImGui::SetNextWindowBgAlpha(0.85f);
   if (ImGui::Begin("What is shown (Tab closes)")) {
     AddOverlayEntries(choices);
+    AddStereoEntries(choices);
     AddObjectEntries(objects, choices);
   }
   ImGui::End();
