@@ -105,7 +105,7 @@ async function main() {
     every(STATUS_HZ, () => {
       if (!foxglove.hasStatusReaders) return;
       foxglove.sendStatus({ ...status.take(), state: shown.state, canStart: shown.canStart, canStop: shown.canStop,
-        assets: shown.source?.assetsId ?? 0, parameters: description.parameters ?? [] });
+        assets: shown.source?.assetsId ?? "", parameters: description.parameters ?? [] });
     })];
   shown.on("message", (message) => {
     if (ruleOf(message.topic).class === LATEST) newest.set(message.topic, message);

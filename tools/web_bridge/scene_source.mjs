@@ -2,6 +2,7 @@
 // program said, for viewers that come later. Emits "frame", "sheets" (bytes), "end" (what it said last).
 
 import { spawn } from "node:child_process";
+import { createHash } from "node:crypto";
 import { EventEmitter } from "node:events";
 import { gzipSync } from "node:zlib";
 
@@ -12,8 +13,7 @@ export class SceneSource extends EventEmitter {
   frame = null;   // SceneFrame
   sheets = null;  // SceneSheets
   blocks = new Map();
-  assetsId = 0;   // 0: none yet
-  static #numAssets = 0;
+  assetsId = "";  // of their content; empty: none yet
   #child; #rest = []; #length = 0; #said = "";
 
   constructor({ program, scenario, recording, session, name }) {
@@ -46,7 +46,7 @@ export class SceneSource extends EventEmitter {
   #keep(kind, bytes) {
     if (kind === "A") {
       this.assets = gzipSync(bytes, { level: 1 });
-      this.assetsId = ++SceneSource.#numAssets;
+      this.assetsId = createHash("sha256").update(bytes).digest("hex");
       this.emit("assets");
     } else if (kind === "F") {
       this.emit("frame", this.frame = bytes);

@@ -50,7 +50,9 @@ export class Link {
       this.#answer(callId, (call) => call.resolve(JSON.parse(new TextDecoder().decode(data)))));
     client.on("serviceCallFailure", ({ callId, message }) =>
       this.#answer(callId, (call) => call.reject(new Error(message))));
-    client.on("status", ({ message }) => this.on.said?.(message));
+    client.on("status", ({ message }) => this.on.said?.(message, true));
+    client.on("parameterValues", ({ parameters }) => parameters.filter(({ name }) => !name.startsWith("scene."))
+      .forEach(({ name, value }) => this.on.said?.(`${name} = ${value}`, false)));
   }
 
   #answer(callId, settle) {

@@ -27,7 +27,7 @@ class Page {
     this.scale = new RenderScale(1000 / LEAST_FPS);
     this.link = new Link(key, { frame: ({ bytes }) => this.#take(bytes), sheets: ({ bytes }) => this.#takeSheets(bytes),
       status: (status) => this.#takeStatus(status), on: () => this.panel.say("live"),
-      off: () => this.panel.say("the bridge does not answer", true), said: (text) => this.panel.say(text, true) });
+      off: () => this.panel.say("the bridge does not answer", true), said: (text, isBad) => this.panel.say(text, isBad) });
     this.panel = new Panel({ set: (name, isOn) => this.link.setParameter(`scene.${name}`, isOn ? 1 : 0),
       view: (name) => this.control?.choose(name), parameter: (name, value) => this.link.setParameter(name, value),
       call: (service, request) => this.link.call(service, request).catch((error) => this.panel.say(error.message, true)) });
@@ -52,7 +52,7 @@ class Page {
     this.wish();
   }
 
-  // A new session has other assets.
+  // Another scenario has other assets.
   #takeStatus(status) {
     this.panel.showStatus(status);
     if (status.assets && this.#assetsOf !== null && this.#assetsOf !== status.assets) location.reload();
@@ -105,7 +105,8 @@ class Page {
   }
 
   #showNewest() {
-    this.frame = this.link.decode("SceneFrame", this.#newest);
+    this.newestBytes = this.#newest;
+    this.frame = this.link.decode("SceneFrame", this.newestBytes);
     this.#newest = null;
     this.picture.show(this.frame);
     this.hud.show(this.frame);

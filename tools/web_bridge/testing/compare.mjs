@@ -31,9 +31,9 @@ async function photograph(page, view, { width, height }) {
     control.update(frame.step, picture.bodies.instances, w / h);
     const { camera } = control;
     picture.draw(camera, { width: w, height: h, isStill: true });
-    const blob = await new Promise((resolve) => picture.renderer.domElement.toBlob(resolve));
-    const bytes = new Uint8Array(await blob.arrayBuffer());
-    const ids = picture.readIds(camera, w, h);
+    const blob = new Promise((resolve) => picture.renderer.domElement.toBlob(resolve));
+    const ids = picture.readIds(camera, w, h);  // before the page draws its own next picture
+    const bytes = new Uint8Array(await (await blob).arrayBuffer());
     const rows = [];  // from the upper left corner
     for (let y = h - 1; y >= 0; --y) rows.push(...ids.subarray(y * w, (y + 1) * w));
     return { png: Array.from(bytes), ids: rows };

@@ -8,7 +8,7 @@ import path from "node:path";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
 
-export const PATIENCE = { signal: AbortSignal.timeout(150_000) };  // the first run of a scene cooks its structures
+export const PATIENCE = { signal: AbortSignal.timeout(280_000) };  // a busy machine, and the first run of a scene cooks its structures
 export const scenarioFolder = (name) => fileURLToPath(new URL(`../../../scenarios/${name}`, import.meta.url));
 
 export class Processes {

@@ -1,0 +1,175 @@
+// Figures of the page in Chromium without a GPU (issue 24): frame rate, latency, time to open, memory, and its pictures
+// against the OpenGL renderer's. Each is printed. Environment variables: OOS, CLIENTS_PEER, PAGE_COMPARE; SOAK_MINUTES.
+
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import path from "node:path";
+import { after, before, test } from "node:test";
+import { Node, message } from "../../clients/javascript/oos_bus.mjs";
+import { openBrowser } from "./testing/browser.mjs";
+import { compare, viewsOf } from "./testing/compare.mjs";
+import { Processes, scenarioFolder } from "./testing/processes.mjs";
+
+const SOAK_MINUTES = Number(process.env.SOAK_MINUTES ?? 30);
+const DESK = { width: 1280, height: 720 };
+const SCENARIOS = ["touch", "peg_in_hole", "free_collision", "service_robot", "module_replacement"];
+const processes = new Processes();
+let browser;
+
+before(async () => { browser = await openBrowser(); });
+after(async () => {
+  await browser?.close();
+  await processes.endAll();
+});
+
+async function opened(address, viewport = DESK) {
+  const page = await browser.newPage({ viewport });
+  page.setDefaultTimeout(60_000);
+  await page.goto(address);
+  await page.waitForFunction(() => window.page?.frames > 0);
+  return page;
+}
+
+const medianOf = (values) => values.toSorted?.((a, b) => a - b)[Math.floor(values.length / 2)] ??
+  [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+const told = (t, what) => t.diagnostic(what);
+
+for (const scenario of SCENARIOS) {
+  test(`${scenario}: five views of the page look as the OpenGL renderer's`, async (t) => {
+    const { page: address, child } = await processes.startBridge(scenario);
+    const page = await opened(address);
+    const folder = path.join(processes.folder, scenario);
+    mkdirSync(folder);
+    const results = await compare(page, scenario, viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras }))),
+      { folder });
+    for (const one of results) told(t, JSON.stringify(one));
+    await page.close();
+    await processes.end(child);
+    for (const { view, flip, same_ids: sameIds } of results) {
+      assert.ok(flip <= 0.10, `${view}: FLIP ${flip}`);
+      assert.ok(sameIds >= 0.995, `${view}: ids ${sameIds}`);
+    }
+  });
+}
+
+// The body's picture goes from one half of the canvas to the other as the message says; both are asked for after each
+// picture. Both clocks are this machine's wall clock.
+test("message to pixel: 40 ms at most, in the median", async (t) => {
+  const peer = processes.start(process.env.CLIENTS_PEER, []);
+  const { registry, session } = JSON.parse(await processes.lineOf(peer, (line) => line.startsWith("{")));
+  const { page: address, child } = await processes.startBridge("touch", ["--registry", registry, "--session", session]);
+  const page = await opened(address);
+  const object = await page.evaluate(() => {
+    const { picture, control } = window.page;
+    const index = picture.bodies.instances.findIndex(({ name }) => name === "block");
+    const draw = picture.draw.bind(picture);
+    window.seen = null;
+    picture.draw = (camera, size) => {
+      draw(camera, size);
+      const gl = picture.renderer.getContext();
+      const p = picture.bodies.instances[index].mesh.sphere.center.clone().add({ x: -0.1, y: 0, z: 0.15 }).project(camera);
+      const pixel = new Uint8Array(4);
+      gl.readPixels(Math.round((0.5 + 0.5 * p.x) * size.width), Math.round((0.5 + 0.5 * p.y) * size.height), 1, 1, gl.RGBA,
+        gl.UNSIGNED_BYTE, pixel);
+      const isThere = pixel[0] + pixel[1] + pixel[2] > 120;  // behind it are the stars
+      if (window.seen?.isThere !== isThere) window.seen = { isThere, atMs: Date.now() };
+    };
+    control.cameras = [{ name: "", eyeM: [-0.1, -0.6, 0.15], targetM: [-0.1, 0, 0.15], verticalFovRad: 0.8, object: -1,
+      isMounted: false, up: [0, 0, 0] }];
+    return index;
+  });
+  const node = new Node({ name: "client", registry, session: BigInt(session), keys: null, isObserver: false });
+  node.advertise("physics/state");
+  await node.start();
+  let tick = 0n, isThere = false, changedMs = 0;
+  const publish = () => {
+    ++tick;
+    const xWo = [1, 0, 0, 0, ...(isThere ? [-0.1, 0, 0.15] : [5, 5, 5])];
+    node.publish("physics/state", message("physics/state", { tick, timeNs: tick * 1_000_000n, numBodies: 1, firstBody: 0,
+      object: [object], xWo, vWo: [0, 0, 0, 0, 0, 0] }));
+  };
+  const speaking = setInterval(publish, 2);
+  const latencies = [];
+  for (let i = 0; i < 70; ++i) {
+    await page.waitForTimeout(40 + 13 * (i % 7));
+    isThere = !isThere;
+    changedMs = Date.now();
+    publish();
+    await page.waitForFunction((wanted) => window.seen?.isThere === wanted, isThere, { polling: 5 });
+    if (i >= 10) latencies.push(await page.evaluate(() => window.seen.atMs) - changedMs);
+  }
+  clearInterval(speaking);
+  await node.close();
+  await page.close();
+  await processes.end(child);
+  await processes.end(peer);
+  told(t, `median ${medianOf(latencies)} ms, most ${Math.max(...latencies)} ms, n ${latencies.length}`);
+  assert.ok(medianOf(latencies) <= 40, `${medianOf(latencies)} ms`);
+});
+
+test("the light scene: 30 pictures a second or more, and a viewer's place is taken in 2 s", async (t) => {
+  const run = await processes.startSession("touch");
+  const viewer = processes.start(process.env.OOS, ["view", scenarioFolder("touch"), "--text"]);
+  const { page: address, child } = await processes.startBridge("touch");
+  await (await opened(address)).close();  // the browser's own start is not the page's
+  await processes.end(viewer);
+  const beganMs = performance.now();
+  const page = await opened(address);
+  await page.waitForFunction(() => window.page.frame.timeNs > 0n);
+  const openMs = performance.now() - beganMs;
+  await page.waitForTimeout(3000);
+  const rates = [];
+  for (let i = 0; i < 5; ++i) {
+    rates.push(await page.evaluate(async () => {
+      const before_ = window.page.frames, beginMs = performance.now();
+      await new Promise((resolve) => setTimeout(resolve, 1000));
+      return 1000 * (window.page.frames - before_) / (performance.now() - beginMs);
+    }));
+  }
+  const { scale, ms } = await page.evaluate(() => ({ scale: window.page.scale.value, ms: window.page.latencies.slice(-100) }));
+  told(t, `opened in ${openMs.toFixed(0)} ms; ${rates.map((one) => one.toFixed(1)).join(", ")} pictures a second at a scale ` +
+    `of ${scale.toFixed(2)}; state to pixel, by the page's own measure: median ${medianOf(ms)?.toFixed(1)} ms`);
+  await page.close();
+  await processes.end(child);
+  await processes.end(run, "SIGINT");
+  assert.ok(openMs <= 2000, `${openMs} ms`);
+  assert.ok(medianOf(rates) >= 30, rates.join());
+});
+
+test(`memory is flat over ${SOAK_MINUTES} min`, async (t) => {
+  const recording = path.join(processes.folder, "soak.mcap");
+  const run = await processes.startSession("touch");
+  const recorder = processes.start(process.env.OOS, ["record", recording, "--seconds", "15"]);
+  await new Promise((resolve) => recorder.once("exit", resolve));
+  await processes.end(run, "SIGINT");
+  const { page: address } = await processes.startBridge("touch", ["--recording", recording]);
+  const page = await opened(address, { width: 960, height: 540 });
+  const tools = await page.context().newCDPSession(page);
+  // All overlays, and the recording again and again.
+  await page.evaluate(() => {
+    for (const { name } of window.page.assets.overlays) window.page.link.setParameter(`scene.overlay.${name}`, 1);
+    window.page.link.setParameter("scene.select.block", 1);
+    setInterval(() => {
+      if (!window.page.frame.isPlaying) window.page.link.call("/recording/control", { command: "play" });
+    }, 500);
+  });
+  const sample = async () => {
+    await tools.send("HeapProfiler.collectGarbage");
+    const { usedSize } = await tools.send("Runtime.getHeapUsage");
+    const { geometries, textures, frames } = await page.evaluate(() => ({ ...window.page.picture.renderer.info.memory,
+      frames: window.page.frames }));
+    return { MB: usedSize / 1e6, geometries, textures, frames };
+  };
+  await page.waitForTimeout(40_000);  // two rounds
+  const samples = [await sample()];
+  for (let i = 0; i < Math.max(1, SOAK_MINUTES); ++i) {
+    await page.waitForTimeout(60_000 * Math.min(1, SOAK_MINUTES));
+    samples.push(await sample());
+  }
+  await page.close();
+  const first = samples[0], last = samples.at(-1);
+  told(t, `${first.MB.toFixed(1)} MB at first, ${last.MB.toFixed(1)} MB after ${last.frames} pictures; most ` +
+    `${Math.max(...samples.map(({ MB }) => MB)).toFixed(1)}; ${last.geometries} geometries, ${last.textures} textures`);
+  assert.ok(last.MB <= 1.1 * first.MB + 1, JSON.stringify(samples));
+  assert.ok(last.geometries <= first.geometries + 4 && last.textures <= first.textures + 4, JSON.stringify(samples));
+});
