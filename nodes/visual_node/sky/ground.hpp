@@ -8,6 +8,7 @@ namespace visual_node {
 // The Earth's surface: columns from 180 degrees west to 180 degrees east, rows from the north pole to the south pole.
 struct Ground {
   picture::Image colors;  // of the land, sRGB; water is transparent
+  picture::Image clouds;  // grey: linear, the share of the ground that they hide on a fair day
   picture::Image lights;  // of towns at night, grey: linear, 255 is the brightest town
 };
 

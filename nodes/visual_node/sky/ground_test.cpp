@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
+#include "nodes/visual_node/sky/fine_structure.hpp"
+
 namespace visual_node {
 namespace {
 
@@ -34,6 +39,43 @@ TEST(Ground, IsBrightInDesertsGreenInForestsAndWhiteInIce) {
   EXPECT_GT(forest[1], forest[0]);
   EXPECT_GT(forest[1], forest[2]);
   EXPECT_GT(ice[2], 200);
+}
+
+TEST(Ground, HasCloudsOverAFairShareOfTheEarthAndNoneOverTheSahara) {
+  const auto ground = ReadGround();
+  ASSERT_TRUE(ground);
+  double hidden = 0.0, whole = 0.0;
+  for (int row = 0; row < ground->clouds.height; ++row) {
+    const double area = std::cos((0.5 - (row + 0.5) / ground->clouds.height) * std::numbers::pi);
+    for (int column = 0; column < ground->clouds.width; ++column) {
+      hidden += area * ground->clouds.Pixel(column, row)[0] / 255.0;
+      whole += area;
+    }
+  }
+  EXPECT_GT(hidden / whole, 0.1);
+  EXPECT_LT(hidden / whole, 0.4);
+  EXPECT_LT(At(ground->clouds, 10.0, 22.0)[0], 40);
+}
+
+TEST(Ground, HasFineStructureThatRepeatsWithoutASeamAndDarkensNothing) {
+  const std::vector<std::uint8_t> bytes = FineStructure();
+  const auto at = [&](int x, int y, int z, std::size_t channel) {
+    const auto index =
+        static_cast<std::size_t>((z % kFineSize * kFineSize + y % kFineSize) * kFineSize + x % kFineSize);
+    return static_cast<int>(bytes[2 * index + channel]);
+  };
+  for (const std::size_t channel : {0u, 1u}) {
+    double sum = 0.0, within = 0.0, across = 0.0;
+    for (int z = 0; z < kFineSize; ++z) {
+      for (int y = 0; y < kFineSize; ++y) {
+        for (int x = 0; x < kFineSize; ++x) sum += at(x, y, z, channel);
+        within += std::abs(at(31, y, z, channel) - at(32, y, z, channel));
+        across += std::abs(at(kFineSize - 1, y, z, channel) - at(kFineSize, y, z, channel));
+      }
+    }
+    EXPECT_NEAR(sum / std::pow(kFineSize, 3), 127.5, 2.0);
+    EXPECT_LT(across, 1.5 * within);
+  }
 }
 
 TEST(Ground, HasLightsInTownsAndNoneInDesertsOrIce) {

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes ground.png and lights.png from the pictures of the npm package three-globe 2.45.2:
+"""Writes ground.png, clouds.png and lights.png from the pictures of the npm package three-globe 2.45.2:
 
     npm pack three-globe@2.45.2 && tar xzf three-globe-2.45.2.tgz
-    make_ground.py package/example/img
+    make_ground.py package/example
 
-1440 x 720 pixels, rows from the north pole, columns from 180 degrees west. ground.png: colours of the land, seen from above without clouds;
-seas and lakes are transparent. lights.png: towns at night. Needs python3-pil and python3-numpy.
+2048 x 1024 pixels, rows from the north pole, columns from 180 degrees west. ground.png: colours of the land, seen from above without clouds;
+seas and lakes are transparent. clouds.png: the share of the ground that clouds hide, on a fair day. lights.png: towns at night, 1440 x 720.
+Needs python3-pil and python3-numpy.
 """
 import pathlib
 import sys
@@ -13,12 +14,13 @@ import sys
 import numpy as np
 from PIL import Image
 
-SIZE = (1440, 720)
+SIZE = (2048, 1024)
+LIGHTS_SIZE = (1440, 720)
 HERE = pathlib.Path(__file__).parent
 
 
 def read(name):
-    return Image.open(pathlib.Path(sys.argv[1], name)).convert("RGB").resize(SIZE, Image.BOX)
+    return Image.open(pathlib.Path(sys.argv[1], "img", name)).convert("RGB").resize(SIZE, Image.BOX)
 
 
 def make_ground():
@@ -33,13 +35,22 @@ def make_ground():
     image.save(HERE / "ground.png", optimize=True, transparency=255)
 
 
+def make_clouds():
+    alpha = Image.open(pathlib.Path(sys.argv[1], "clouds", "clouds.png")).convert("RGBA").getchannel("A").resize(SIZE, Image.BOX)
+    levels = 16
+    image = Image.fromarray(np.round(np.asarray(alpha) / 255 * (levels - 1)).astype(np.uint8), "P")
+    image.putpalette([grey for k in range(levels) for grey in [round(255 * k / (levels - 1))] * 3])
+    image.save(HERE / "clouds.png", optimize=True)
+
+
 def make_lights():
     # The picture has lights on a ground of moonlit blue, whose red is below 35; the brightest towns have about 125.
-    night = np.asarray(Image.open(pathlib.Path(sys.argv[1], "earth-night.jpg")).convert("RGB")).astype(int)
+    night = np.asarray(Image.open(pathlib.Path(sys.argv[1], "img", "earth-night.jpg")).convert("RGB")).astype(int)
     level = np.clip((night[:, :, 0] - 40) * 3, 0, 255).astype(np.uint8)
-    coarse = np.asarray(Image.fromarray(level, "L").resize(SIZE, Image.BOX))
+    coarse = np.asarray(Image.fromarray(level, "L").resize(LIGHTS_SIZE, Image.BOX))
     Image.fromarray(coarse // 8 * 8, "L").save(HERE / "lights.png", optimize=True)
 
 
 make_ground()
+make_clouds()
 make_lights()

@@ -1,7 +1,7 @@
 #include "nodes/visual_node/sky/sky.hpp"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/gtc/type_ptr.hpp>
@@ -9,20 +9,20 @@
 #include <vector>
 
 #include "nodes/visual_node/sky/disc_rectangle.hpp"
+#include "nodes/visual_node/sky/fine_structure.hpp"
 #include "nodes/visual_node/sky/ground.hpp"
 #include "nodes/visual_node/sky/sky_shaders.hpp"
 #include "space/orbit.hpp"
 #include "space/stars/star_file.hpp"
 #include "view/appearance/environment_light.hpp"
-#include "view/appearance/tone_curve.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace visual_node {
 namespace {
 
-// Chosen for the time to start (the surface is computed per pixel): 0.18 degrees, 20 km on the ground.
-constexpr int kFace_px = 512;
-constexpr int kTile_px = 32;
+// 10 km on the ground, half of what the pictures of it have.
+constexpr int kFace_px = 1024;
+constexpr int kTile_px = 64;
 constexpr int kTiles = kFace_px / kTile_px;
 
 // Centre, right and down of each face in OpenGL's cube map layout.
@@ -47,19 +47,35 @@ GlTexture MakeCube(GLenum format) {
   return GlTexture(cube);
 }
 
-// Linear reflectance times the share of land, so that filtering mixes no colour of water into a coast.
-GlTexture LandTexture(const picture::Image& colors) {
-  std::array<float, 256> linear;
-  for (std::size_t k = 0; k < linear.size(); ++k)
-    linear[k] = view::DecodeSrgb(glm::vec3(static_cast<float>(k) / 255.0f)).r;
-  std::vector<glm::vec4> land(colors.rgba.size() / 4);
-  for (std::size_t k = 0; k < land.size(); ++k) {
-    const std::uint8_t* c = &colors.rgba[4 * k];
-    if (c[3] != 0) land[k] = {linear[c[0]], linear[c[1]], linear[c[2]], 1.0f};
-  }
-  GlTexture texture = MakeTexture(GL_RGBA16F, colors.width, colors.height);
+// Columns go round the Earth.
+GlTexture MapTexture(GLenum format, const picture::Image& map) {
+  GlTexture texture = MakeTexture(format, map.width, map.height);
   glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
-  glTextureSubImage2D(texture.id(), 0, 0, 0, colors.width, colors.height, GL_RGBA, GL_FLOAT, land.data());
+  glTextureSubImage2D(texture.id(), 0, 0, 0, map.width, map.height, GL_RGBA, GL_UNSIGNED_BYTE, map.rgba.data());
+  return texture;
+}
+
+// Where there is water its colours are 0, so that filtering mixes no colour of water into a coast: they are reflectance
+// times the share of land.
+GlTexture LandTexture(picture::Image colors) {
+  for (std::size_t k = 0; k < colors.rgba.size(); k += 4) {
+    if (colors.rgba[k + 3] == 0) std::fill_n(&colors.rgba[k], 3, std::uint8_t{0});
+  }
+  return MapTexture(GL_SRGB8_ALPHA8, colors);
+}
+
+// What the maps are too coarse for, as a cube that repeats.
+GlTexture FineTexture() {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_3D, 1, &id);
+  GlTexture texture(id);
+  constexpr int kLevels = std::bit_width(static_cast<unsigned>(kFineSize));
+  glTextureStorage3D(id, kLevels, GL_RG8, kFineSize, kFineSize, kFineSize);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage3D(id, 0, 0, 0, 0, kFineSize, kFineSize, kFineSize, GL_RG, GL_UNSIGNED_BYTE, FineStructure().data());
+  glGenerateTextureMipmap(id);
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return texture;
 }
 
@@ -92,10 +108,9 @@ core::Result<Sky> Sky::Create() {
   const auto ground = ReadGround();
   if (!ground) return tl::unexpected(ground.error());
   sky.land_ = LandTexture(ground->colors);
-  sky.lights_ = MakeTexture(GL_R8, ground->lights.width, ground->lights.height);
-  glTextureParameteri(sky.lights_.id(), GL_TEXTURE_WRAP_S, GL_REPEAT);
-  glTextureSubImage2D(sky.lights_.id(), 0, 0, 0, ground->lights.width, ground->lights.height, GL_RGBA, GL_UNSIGNED_BYTE,
-                      ground->lights.rgba.data());
+  sky.clouds_ = MapTexture(GL_R8, ground->clouds);
+  sky.lights_ = MapTexture(GL_R8, ground->lights);
+  sky.fine_ = FineTexture();
 
   const space::Catalogue catalogue = space::LoadStars(vps::DefaultCacheFolder() / space::kFullCatalogueName);
   sky.field_.emplace_back(catalogue.stars);
@@ -145,6 +160,7 @@ void Sky::BakeVisible(const space::Surroundings& space) {
         glUseProgram(ground_.id());
         glBindTextureUnit(0, land_.id());
         glBindTextureUnit(1, lights_.id());
+        glBindTextureUnit(2, clouds_.id());
         glBindVertexArray(nothing_.id());
       }
       if (!is_face_bound) {
@@ -219,6 +235,7 @@ void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky,
   glBindTextureUnit(2, through_.id());
   glBindTextureUnit(3, ground_light_.id());
   glBindTextureUnit(4, lights_cube_.id());
+  glBindTextureUnit(5, fine_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glDisable(GL_BLEND);
   glDisable(GL_SCISSOR_TEST);

@@ -44,6 +44,8 @@ class Sky {
   GlTexture cube_;
   GlTexture lights_cube_;
   GlTexture land_;
+  GlTexture clouds_;
+  GlTexture fine_;
   GlTexture lights_;
   GlTexture stars_;
   space::AirFromSpace air_;

@@ -4,8 +4,8 @@ namespace visual_node {
 
 // Colours and figures without a source are chosen by eye.
 
-// --- The Earth's surface in its own frame, once for each tile of the cube maps: the ground's colour, clouds from value
-// noise (six octaves) in alpha, and the lights of towns. Clouds are no weather of any day.
+// --- The Earth's surface in its own frame, once for each tile of the cube maps: the ground's colour, clouds in alpha,
+// and the lights of towns.
 constexpr const char* kEarthVertex = R"(#version 450 core
 layout(location = 0) uniform vec3 u_centre;
 layout(location = 1) uniform vec3 u_right;
@@ -20,45 +20,17 @@ void main() {
 constexpr const char* kEarthFragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D u_land;    // reflectance times share of land, share of land
 layout(binding = 1) uniform sampler2D u_lights;
+layout(binding = 2) uniform sampler2D u_clouds;
 in vec3 v_direction;
 layout(location = 0) out vec4 o_color;
 layout(location = 1) out float o_lights;
 
-float Hash(vec3 p) {
-  uvec3 q = uvec3(ivec3(p)) * uvec3(1597334673u, 3812015801u, 2798796415u);
-  uint h = (q.x ^ q.y ^ q.z) * 1597334673u;
-  return float(h >> 8) * (1.0 / 16777216.0);
-}
-float Noise(vec3 p) {
-  vec3 i = floor(p);
-  vec3 f = p - i;
-  f = f * f * (3.0 - 2.0 * f);
-  vec2 e = vec2(0.0, 1.0);
-  return mix(mix(mix(Hash(i + e.xxx), Hash(i + e.yxx), f.x), mix(Hash(i + e.xyx), Hash(i + e.yyx), f.x), f.y),
-             mix(mix(Hash(i + e.xxy), Hash(i + e.yxy), f.x), mix(Hash(i + e.xyy), Hash(i + e.yyy), f.x), f.y), f.z);
-}
-float Layers(vec3 p, int num) {
-  float sum = 0.0;
-  float weight = 0.5;
-  for (int i = 0; i < num; ++i) {
-    sum += weight * Noise(p);
-    p = 2.03 * p + vec3(17.1, 31.7, 11.3);
-    weight *= 0.5;
-  }
-  return sum;
-}
-
 void main() {
   vec3 n = normalize(v_direction);
   vec2 place = vec2(atan(n.y, n.x) / 6.2831853 + 0.5, 0.5 - asin(clamp(n.z, -1.0, 1.0)) / 3.14159265);
-  vec3 warp = vec3(Noise(6.0 * n + 40.0), Noise(6.0 * n + 60.0), Noise(6.0 * n + 80.0));
-  float field = Layers(vec3(7.0, 7.0, 13.0) * n + 1.6 * warp + 100.0, 6);
-  // Large systems, and between them fields of small ones.
-  float cloud = smoothstep(0.47, 0.63, field) * (0.55 + 0.45 * smoothstep(0.3, 0.7, Layers(40.0 * n + 3.0 * warp, 3)));
-  cloud = max(cloud, 0.5 * smoothstep(0.52, 0.66, Layers(60.0 * n + 5.0 * warp, 3)) * smoothstep(0.36, 0.5, field));
   vec4 land = textureLod(u_land, place, 0.0);
   vec3 ground = land.rgb + (1.0 - land.a) * vec3(0.006, 0.014, 0.040);
-  o_color = vec4(sqrt(ground), cloud);  // finer steps in the dark
+  o_color = vec4(sqrt(ground), sqrt(textureLod(u_clouds, place, 0.0).r));  // finer steps in the dark
   o_lights = textureLod(u_lights, place, 0.0).r;
 }
 )";
@@ -122,6 +94,7 @@ layout(binding = 1) uniform samplerCube u_earth;
 layout(binding = 2) uniform sampler2D u_through;     // rows: ground, sky
 layout(binding = 3) uniform sampler2D u_ground_light;
 layout(binding = 4) uniform samplerCube u_lights;
+layout(binding = 5) uniform sampler3D u_fine;  // fine_structure.hpp
 layout(location = 1) uniform vec4 u_earth_W;  // direction to its centre, sine of its angular radius
 layout(location = 2) uniform mat3 u_R_EW;
 layout(location = 3) uniform vec3 u_sun_direction_W;
@@ -192,15 +165,21 @@ void main() {
   float height = dot(n, u_sun_direction_W);
   float at = (height - u_shell.z) / (1.0 - u_shell.z);
   vec3 sunlit = texture(u_ground_light, vec2(at * (511.0 / 512.0) + 0.5 / 512.0, 0.5)).rgb;
-  vec4 ground = texture(u_earth, u_R_EW * n);
+  // Finer than the maps: coasts and clouds are displaced by up to 10 km, land is mottled, and what the map has of clouds
+  // between none and all is broken up. The cube of noise is 230 km wide.
+  vec3 place_E = u_R_EW * n;
+  vec2 fine = texture(u_fine, 27.7 * place_E).rg - 0.5;
+  vec4 ground = texture(u_earth, place_E + 0.0026 * vec3(fine.g, fine.r, -fine.g));
+  ground.a = clamp(ground.a + 4.5 * fine.r * ground.a * (1.0 - ground.a), 0.0, 1.0);
   // Nothing else down there is bluer than red.
   float water = smoothstep(0.04, 0.12, ground.b - ground.r) * (1.0 - ground.a);
   // Clouds are bluish against the air in front of them, as half of it is below their tops.
-  vec3 albedo = mix(ground.rgb * ground.rgb, vec3(0.80, 0.86, 0.96), ground.a);
+  vec3 soil = ground.rgb * ground.rgb * (1.0 + 0.35 * (1.0 - water) * fine.g);
+  vec3 albedo = mix(soil, vec3(0.80, 0.86, 0.96), ground.a);
   vec3 glint = Glint(d, n, water) / max(height, 0.15);  // sunlit has the cosine in it
   vec3 surface = through * u_sun * sunlit * (albedo + glint) + vec3(0.0012, 0.0018, 0.0036);
   if (height < 0.0) {
-    float lit = smoothstep(0.0, kCivilTwilight, -height) * texture(u_lights, u_R_EW * n).r;
+    float lit = smoothstep(0.0, kCivilTwilight, -height) * texture(u_lights, place_E).r;
     surface += through * kTownLight * (lit * (1.0 - kCloudsHide * ground.a));
   }
 
