@@ -14,6 +14,7 @@
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/check/check_scenario.hpp"
+#include "tools/oos/run/film.hpp"
 #include "tools/oos/run/latency_table.hpp"
 #include "tools/oos/run/report.hpp"
 #include "tools/oos/run/session.hpp"
@@ -169,6 +170,14 @@ bool MergeRecordings(const std::filesystem::path& folder, const std::filesystem:
   return true;
 }
 
+// A run is no worse for lack of a film.
+bool FilmOf(const std::filesystem::path& folder) {
+  Print("making the film; this takes minutes where there is no graphics card");
+  const auto made = MakeFilm(folder);
+  if (!made) Print(made.error().detail);
+  return made.has_value();
+}
+
 int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
                  nlohmann::json* report) {
   if (!wanted.changes.empty()) {
@@ -215,9 +224,11 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   facts.dead = outcome->dead;
   facts.missing_nodes = options.without;
   *report = MergeReport(scenario, facts, options.out);
+  const bool has_film = arguments.has("--film") && FilmOf(options.out);
   if (!WriteReport(*report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
   Print(Summarise(*report));
-  Print("report in " + options.out.string() + "; the page is report.html, and 'oos report' adds a film to it");
+  Print("report in " + options.out.string() + "; the page is report.html" +
+        (has_film ? "" : ", and 'oos report' adds a film to it"));
   return outcome->is_final ? kHolds : kDoesNotHold;
 }
 
@@ -295,6 +306,9 @@ int RunOnThisMachine(const Arguments& arguments) {
   if (arguments.has("--trace") && (is_both || !arguments.has("--lockstep"))) {
     return Complain("run", "--trace goes with --lockstep and one method", kBadUsage);
   }
+  if (arguments.has("--film") && (is_both || arguments.has("--lockstep"))) {
+    return Complain("run", "--film shows a run of one method with its viewer, and --lockstep has no viewer", kBadUsage);
+  }
   if (arguments.has("--record") && (is_both || arguments.has("--lockstep"))) {
     return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
                     kBadUsage);
@@ -327,6 +341,7 @@ Verb RunVerb() {
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--colocate", "'haptic physics'", "haptic_node and physics_node in one process, one step after the other"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
+       {"--film", "", "make the page's film, too, once the run is over: minutes without a graphics card"},
        {"--record", "FILE.mcap", "record all messages of every node; the nodes' own files stay in DIR/recording"},
        {"--split_MB", "N", "with --record: nodes begin a new file at this size"},
        {"--split_s", "N", "with --record: nodes begin a new file at this age"},
