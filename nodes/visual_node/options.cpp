@@ -178,8 +178,10 @@ cli::Syntax CommandLineSyntax() {
       {"--room", "NAME", "of the walls"},
       {"--place", "X,Y", "of the window on the display, which then has no frame"},
       {"--headless", "", "renders pictures but shows no window"},
-      {"--fps", "N", "most pictures per second; a slow machine draws them smaller to hold it", "30",
-       cli::Number(1.0, 1000.0)}};
+      {"--fps", "N",
+       "most pictures per second; a slow machine draws them smaller to hold it. With a graphics card: as many as its "
+       "screen shows",
+       "30", cli::Number(1.0, 1000.0)}};
   for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
   return syntax;
@@ -197,6 +199,7 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.show = arguments.text("--show");
   options.is_headless = arguments.has("--headless");
   options.max_frames_per_s = arguments.checked_number("--fps");
+  options.is_rate_given = arguments.has("--fps");
   if (arguments.has("--size")) {
     if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
   }

@@ -49,7 +49,8 @@ struct Options {
   std::optional<glm::ivec2> window_place_px;  // on the display, without a frame
   bool is_headless = false;
   double max_frames_per_s = 30.0;
-  bool is_still = false;  // --still: each named camera once, without any bus
+  bool is_rate_given = false;  // false: with a graphics card as many as its screen shows
+  bool is_still = false;       // --still: each named camera once, without any bus
   PictureOptions pictures;
 };
 

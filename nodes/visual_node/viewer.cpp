@@ -163,7 +163,10 @@ class Viewer {
     if (!options_.is_headless) control.Attach(context_->window());
     Interaction interaction(&receiver_, renderer_.get());
     CameraFeed feed(renderer_.get());
-    const auto period_ns = static_cast<std::int64_t>(1e9 / options_.max_frames_per_s);
+    const double frames_per_s =
+        options_.is_rate_given || context_->is_software() ? options_.max_frames_per_s : context_->refresh_rate_Hz();
+    scale_ = RenderScale(kDrawingShare / frames_per_s);
+    const auto period_ns = static_cast<std::int64_t>(1e9 / frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns();
     first_frame_ns_ = last_ns;
@@ -348,7 +351,7 @@ class Viewer {
   }
 
   [[nodiscard]] Look Live() const {
-    return {.exposure = exposure_.value(), .scale = scale_.value(), .with_penumbra = false};
+    return {.exposure = exposure_.value(), .scale = scale_.value(), .with_penumbra = !context_->is_software()};
   }
 
   // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of

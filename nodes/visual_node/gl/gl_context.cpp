@@ -31,6 +31,19 @@ bool OpenDisplay() {
 
 }  // namespace
 
+bool IsSoftwareRenderer(const std::string& name) {
+  for (const char* known : {"llvmpipe", "softpipe", "swrast", "SWR"}) {
+    if (name.find(known) != std::string::npos) return true;
+  }
+  return false;
+}
+
+double GlContext::refresh_rate_Hz() const {
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* const mode = monitor != nullptr ? glfwGetVideoMode(monitor) : nullptr;
+  return mode != nullptr && mode->refreshRate > 0 ? mode->refreshRate : 60.0;
+}
+
 core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions& options) {
   if (!OpenDisplay()) {
     return core::Fail(core::ErrorCode::kResource,

@@ -19,6 +19,9 @@ struct ContextOptions {
   bool is_visible = true;  // false: pictures only; still needs an X display, such as Xvfb
 };
 
+// Whether OpenGL's name of a renderer is one of Mesa's that have no graphics card.
+bool IsSoftwareRenderer(const std::string& name);
+
 // A window and its OpenGL 4.5 core context, current on the calling thread. One per process.
 class GlContext {
  public:
@@ -36,6 +39,9 @@ class GlContext {
 
   [[nodiscard]] GLFWwindow* window() const { return window_; }
   [[nodiscard]] const std::string& renderer_name() const { return renderer_name_; }  // e.g. "llvmpipe (LLVM 15 ...)"
+  [[nodiscard]] bool is_software() const { return IsSoftwareRenderer(renderer_name_); }
+  // Of the screen: pictures per second. 60 when it does not say.
+  [[nodiscard]] double refresh_rate_Hz() const;
 
  private:
   GlContext() = default;
