@@ -24,6 +24,15 @@ float Distribution(const Surface& s, const glm::vec3& h, float nh, float a) {
   return 1.0f / (kPi * a * a * (1.0f - kRolled * kRolled) * q * q);
 }
 
+// What is mirrored once, and more often, of white light from everywhere, by a dielectric; and how much less than all an
+// ideal mirror would have mirrored once.
+struct Dielectric {
+  float once, again, lost;
+  explicit Dielectric(const glm::vec2& split) : once(0.04f * split.x + split.y), lost(1.0f - split.x - split.y) {
+    again = once * lost * 0.0857f / (1.0f - lost * 0.0857f);
+  }
+};
+
 }  // namespace
 
 Lighting::Lighting() : split_sum_(view::SplitSumTable()) {}
@@ -79,14 +88,13 @@ Lighting::Parts Lighting::Reflect(const Surface& s) const {
   const glm::vec3 f0 = glm::mix(glm::vec3(0.04f), s.base, s.metallic);
 
   const glm::vec2 split = SplitSum(nv, s.roughness);
-  const float lost = 1.0f - split.x - split.y;
+  const Dielectric ground(split);
+  const float lost = ground.lost;
   const glm::vec3 once = f0 * split.x + split.y;
-  const float once_ground = 0.04f * split.x + split.y;
-  const float again_ground = once_ground * lost * 0.0857f / (1.0f - lost * 0.0857f);
   const glm::vec3 mean = s.base + (1.0f - s.base) / 21.0f;
   const glm::vec3 again_metal = (s.base * split.x + split.y) * lost * mean / (1.0f - lost * mean);
-  const glm::vec3 again = glm::mix(glm::vec3(again_ground), again_metal, s.metallic);
-  const glm::vec3 matt = s.base * ((1.0f - s.metallic) * (1.0f - once_ground - again_ground));
+  const glm::vec3 again = glm::mix(glm::vec3(ground.again), again_metal, s.metallic);
+  const glm::vec3 matt = s.base * ((1.0f - s.metallic) * (1.0f - ground.once - ground.again));
 
   if (nl > 0.0f && glm::dot(s.smooth_n_W, l) > 0.0f) {
     const glm::vec3 h = glm::normalize(l + s.v_W);
@@ -101,14 +109,47 @@ Lighting::Parts Lighting::Reflect(const Surface& s) const {
   parts.mirror = s.open * once;
   parts.mirror_W = glm::reflect(-s.v_W, n);
   parts.lobe_rad = a;
-  parts.rest = s.open * Irradiance(n) * (again + matt) + 1.1f * s.emissive;
+  parts.rest = s.open * Irradiance(n) * (again + matt) + s.emissive;
   for (const Lamp& lamp : lamps_) {
     const glm::vec3 to = lamp.p_W - s.p_W;
     const float far_m = glm::length(to), d = far_m / lamp.reach_m, fall = 1.0f / (1.0f + d * d);
     const float facing = std::max(0.25f + 0.75f * glm::dot(n, to) / std::max(far_m, 1e-4f), 0.0f);
     parts.rest += lamp.color * (0.9f * fall * fall * facing) * (0.25f + 0.75f * s.base);
   }
+  if (s.coat > 0.0f && !s.is_foil) Coat(s, &parts);
   return parts;
+}
+
+// Of lacquer and what is below it only one mirror image is followed, the sharper one; the light around stands for the
+// other.
+void Lighting::Coat(const Surface& s, Parts* parts) const {
+  const float roughness = std::max(s.coat_roughness, 0.06f), a = roughness * roughness;
+  const glm::vec3& n = s.smooth_n_W;
+  const glm::vec3& l = light_.sun_direction_W;
+  const float nv = glm::clamp(glm::dot(n, s.v_W), 1e-3f, 1.0f), nl = std::max(glm::dot(n, l), 0.0f);
+  const Dielectric mirrors(SplitSum(nv, roughness));
+  const float kept = 1.0f - s.coat * (mirrors.once + mirrors.again);
+  parts->sun *= kept;
+  parts->mirror *= kept;
+  parts->rest = kept * parts->rest + s.coat * s.open * mirrors.again * Irradiance(s.n_W);
+  if (nl > 0.0f) {
+    const glm::vec3 h = glm::normalize(l + s.v_W);
+    const float nh = std::max(glm::dot(n, h), 0.0f), w = 1.0f - std::max(glm::dot(h, s.v_W), 0.0f);
+    const float q = nh * nh * (a * a - 1.0f) + 1.0f, distribution = a * a / (kPi * q * q);
+    const float visibility = 0.5f / glm::mix(2.0f * nl * nv, nl + nv, a);
+    const float fresnel = 0.04f + 0.96f * w * w * w * w * w;
+    parts->sun += light_.sun * (s.coat * nl * fresnel * std::min(distribution * visibility, 24.0f) *
+                                (1.0f + 0.04f * (mirrors.lost / (1.0f - mirrors.lost))));
+  }
+  const glm::vec3 mirror(s.open * s.coat * mirrors.once), mirror_W = glm::reflect(-s.v_W, n);
+  if (a < parts->lobe_rad) {
+    parts->rest += parts->mirror * Environment(parts->mirror_W, parts->lobe_rad);
+    parts->mirror = mirror;
+    parts->mirror_W = mirror_W;
+    parts->lobe_rad = a;
+  } else {
+    parts->rest += mirror * Environment(mirror_W, a);
+  }
 }
 
 }  // namespace raytrace

@@ -22,6 +22,8 @@ struct Surface {
   float metallic = 0.0f;
   float roughness = 0.6f;
   float open = 1.0f;  // the share of the surroundings that reaches it
+  float coat = 0.0f;  // the share that lacquer covers
+  float coat_roughness = 0.0f;
   bool is_foil = false;
 };
 
@@ -52,6 +54,7 @@ class Lighting {
   [[nodiscard]] Parts Reflect(const Surface& surface) const;
 
  private:
+  void Coat(const Surface& surface, Parts* parts) const;
   [[nodiscard]] glm::vec3 Irradiance(const glm::vec3& n) const;
   [[nodiscard]] glm::vec2 SplitSum(float nv, float roughness) const;
 

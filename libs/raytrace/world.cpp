@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "view/appearance/foil.hpp"
+#include "view/appearance/material.hpp"
 #include "view/appearance/sheet_mesh.hpp"
+#include "view/appearance/skin.hpp"
 
 namespace raytrace {
 namespace {
@@ -62,10 +64,10 @@ glm::vec3 Bumped(const glm::vec3& bump, const glm::vec3& n, const glm::vec3& e1,
   return glm::normalize(shrink * (bump.x * t_u - bump.y * t_v) + bump.z * n);
 }
 
-view::Material MaterialOf(const view::Instance& instance, const vps::VisualPrimitive& part, bool has_lens) {
+view::Material MaterialOf(const view::Instance& instance, const vps::VisualMaterial& look, bool has_lens) {
   // Of a lamp with a lens only the lens shines.
-  if (instance.is_material_given && (!has_lens || part.is_lens)) return instance.material;
-  view::Material material{part.base_color, part.metallic, part.roughness, glm::vec3(0.0f), part.is_foil};
+  if (instance.is_material_given && (!has_lens || look.is_lens)) return instance.material;
+  view::Material material = view::MaterialOf(look);
   if (!instance.is_material_given) material.emissive += instance.material.emissive;
   return material;
 }
@@ -100,7 +102,9 @@ core::Result<void> World::Grow(const view::Scene& scene, const MeshLoader& load_
     }
     core::Result<vps::VisualMesh> mesh = load_mesh(path);
     if (!mesh) return tl::unexpected(mesh.error());
-    Add(std::move(*mesh), false);
+    const bool bends = !mesh->joints.empty();
+    Add(std::move(*mesh), bends);
+    if (bends) meshes_.back().skin = meshes_.back().source;
   }
   const std::size_t num_meshes = meshes_.size();
   for (const view::Sheet& sheet : scene.sheets) {
@@ -118,6 +122,7 @@ core::Result<void> World::Grow(const view::Scene& scene, const MeshLoader& load_
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     const bool is_sheet = i >= num_instances_;
     placed_[i].mesh = is_sheet ? num_meshes + i - num_instances_ : scene.instances[i].mesh;
+    if (!is_sheet && i < scene.assets->variants.size()) placed_[i].variant = scene.assets->variants[i];
     ids_.push_back(
         static_cast<std::uint16_t>((is_sheet ? scene.sheets[i - num_instances_].instance : i) + std::size_t{1}));
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
@@ -173,9 +178,11 @@ void World::Update(const view::Scene& scene) {
     const bool is_drawn = instance.is_visible && instance.opacity >= 1.0f;
     Move(&placed_[i], instance.X_WM, (is_drawn ? kDrawn : 0u) | (instance.is_visible ? kVisible : 0u));
     const Mesh& mesh = meshes_[placed_[i].mesh];
+    if (instance.posture != mesh.posture) Bend(instance.posture, &placed_[i]);
     placed_[i].materials.clear();
     for (const vps::VisualPrimitive& part : mesh.source.primitives) {
-      placed_[i].materials.push_back(MaterialOf(instance, part, mesh.has_lens));
+      placed_[i].materials.push_back(
+          MaterialOf(instance, view::LookOf(part, mesh.source, placed_[i].variant), mesh.has_lens));
     }
     placed_[i].has_own_material = instance.is_material_given;
   }
@@ -212,11 +219,26 @@ void World::Move(Placed* placed, const core::Pose& X_WM, unsigned mask) {
 void World::Bend(const view::Sheet& sheet, Placed* placed) {
   Mesh& mesh = meshes_[placed->mesh];
   mesh.source.primitives = {view::MakeSheetMesh(sheet)};
-  RTCGeometry geometry = rtcGetGeometry(mesh.tree, 0);
-  if (geometry == nullptr) return;  // too small to have a triangle
-  CopyPositions(mesh.source.primitives[0].positions, rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
-  rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
-  rtcCommitGeometry(geometry);
+  Refit(placed);
+}
+
+void World::Bend(const view::Posture& posture, Placed* placed) {
+  Mesh& mesh = meshes_[placed->mesh];
+  if (posture == nullptr || posture->size() != mesh.skin.joints.size()) return;
+  mesh.posture = posture;
+  view::BendSkin(mesh.skin, *posture, &mesh.source);
+  Refit(placed);
+}
+
+void World::Refit(Placed* placed) {
+  const Mesh& mesh = meshes_[placed->mesh];
+  for (std::size_t i = 0; i < mesh.source.primitives.size(); ++i) {
+    RTCGeometry geometry = rtcGetGeometry(mesh.tree, static_cast<unsigned>(i));
+    if (geometry == nullptr) continue;  // too small to have a triangle
+    CopyPositions(mesh.source.primitives[i].positions, rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry);
+  }
   rtcCommitScene(mesh.tree);
   rtcCommitGeometry(placed->geometry);  // its bounds are others
   ++num_mesh_builds_;
@@ -238,6 +260,7 @@ Surface World::SurfaceAt(const Place& place) const {
   const Placed& placed = placed_[place.instance];
   const Mesh& mesh = meshes_[placed.mesh];
   const vps::VisualPrimitive& part = mesh.source.primitives[place.primitive];
+  const vps::VisualMaterial& look = view::LookOf(part, mesh.source, placed.variant);
   const view::Material& material = placed.materials[place.primitive];
   const std::uint32_t* corner = &part.indices[std::size_t{3} * place.triangle];
   const std::uint32_t a = corner[0], b = corner[1], c = corner[2];
@@ -258,6 +281,8 @@ Surface World::SurfaceAt(const Place& place) const {
   s.metallic = material.metallic;
   s.roughness = material.roughness;
   s.is_foil = material.is_foil;
+  s.coat = material.coat;
+  s.coat_roughness = material.coat_roughness;
   s.smooth_n_W = placed.R_WM * n_M;
   s.n_W = s.smooth_n_W;
   s.p_W = placed.R_WM * p_M + placed.p_WM;
@@ -274,21 +299,22 @@ Surface World::SurfaceAt(const Place& place) const {
 
   const float slant = std::max(glm::dot(s.smooth_n_W, s.v_W), 0.05f);
   const float pixel_m = place.pixel_m / slant;
-  const bool is_textured = !material.is_foil && !(placed.has_own_material && (!mesh.has_lens || part.is_lens)) &&
+  const bool is_textured = !material.is_foil && !(placed.has_own_material && (!mesh.has_lens || look.is_lens)) &&
                            !part.uvs.empty() && !mesh.textures.empty();
   if (is_textured) {
     const glm::vec2 uv = mean(part.uvs), uv1 = part.uvs[b] - part.uvs[a], uv2 = part.uvs[c] - part.uvs[a];
     const float span = pixel_m * SpanPerMetre(e1, e2, uv1, uv2);
     const auto sample = [&](int texture) { return mesh.textures[static_cast<std::size_t>(texture)].At(uv, span); };
-    if (part.base_texture >= 0) s.base *= sample(part.base_texture);
-    if (part.surface_texture >= 0) {
-      const glm::vec3 surface = sample(part.surface_texture);
+    if (look.base_texture >= 0) s.base *= sample(look.base_texture);
+    if (look.surface_texture >= 0) {
+      const glm::vec3 surface = sample(look.surface_texture);
       s.roughness *= surface.g;
       s.metallic *= surface.b;
-      if (part.has_occlusion) s.open = surface.r;
+      if (look.has_occlusion) s.open = surface.r;
     }
-    if (part.normal_texture >= 0) {
-      const glm::vec3 bump = sample(part.normal_texture) * (255.0f / 127.0f) - (128.0f / 127.0f);
+    if (look.emissive_texture >= 0) s.emissive *= sample(look.emissive_texture);
+    if (look.normal_texture >= 0) {
+      const glm::vec3 bump = sample(look.normal_texture) * (255.0f / 127.0f) - (128.0f / 127.0f);
       s.n_W = placed.R_WM * Bumped(bump, n_M, e1, e2, uv1, uv2);
     }
   }

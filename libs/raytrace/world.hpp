@@ -58,7 +58,9 @@ class World {
 
  private:
   struct Mesh {
-    vps::VisualMesh source;
+    vps::VisualMesh source;  // as it is bent now
+    vps::VisualMesh skin;    // before it was bent by its joints; rigid: empty
+    view::Posture posture;
     std::vector<Texture> textures;
     std::vector<glm::vec3> rest_positions, rest_normals;  // of a sheet before it bent
     RTCSceneTy* tree = nullptr;
@@ -73,6 +75,7 @@ class World {
     glm::vec3 p_WM{0.0f};
     unsigned mask = 0;
     RTCGeometryTy* geometry = nullptr;
+    std::string variant;
     std::vector<view::Material> materials;  // of the mesh's primitives
     bool has_own_material = false;          // instead of the mesh file's
   };
@@ -84,6 +87,8 @@ class World {
   void Add(vps::VisualMesh source, bool bends);
   void Move(Placed* placed, const core::Pose& X_WM, unsigned mask);
   void Bend(const view::Sheet& sheet, Placed* placed);
+  void Bend(const view::Posture& posture, Placed* placed);
+  void Refit(Placed* placed);
   void Wrinkle(const Placed& placed, const vps::VisualPrimitive& part, const std::uint32_t* corner, const float* shares,
                float pixel_m, Surface* surface) const;
 

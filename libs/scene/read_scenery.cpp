@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 #include "core/names.hpp"
 #include "scene/element_reader.hpp"
@@ -17,6 +20,9 @@ class SceneryReader {
     for (const XmlElement& element : root.children) {
       if (element.name == "scenery") ReadScenery(element);
       if (element.name == "shown_arm") ReadArm(element);
+    }
+    for (const XmlElement& element : root.children) {
+      if (element.name == "scenery") CheckJoints(element);
     }
   }
 
@@ -38,8 +44,27 @@ class SceneryReader {
 
   void ReadScenery(const XmlElement& element) {
     const Location where{file_, element.line};
-    scenario_.scenery.push_back(
-        {element.Get("name"), Mesh(element, where, scenario_.folder), ElementReader(element).Pose()});
+    scenario_.scenery.push_back({element.Get("name"), Mesh(element, where, scenario_.folder),
+                                 ElementReader(element).Pose(), JointsOf(element), element.Get("variant")});
+  }
+
+  static std::vector<std::string> JointsOf(const XmlElement& element) {
+    std::istringstream words(element.Get("joints"));
+    return {std::istream_iterator<std::string>(words), {}};
+  }
+
+  // After all that a joint can go with has been read.
+  void CheckJoints(const XmlElement& element) {
+    std::vector<std::string> known;
+    for (const Object& object : scenario_.objects) known.push_back(object.name);
+    for (const ShownArm& arm : scenario_.shown_arms) {
+      for (std::size_t i = 0; i < ShownArm::kNumLinks; ++i) known.push_back(arm.LinkName(i));
+    }
+    for (const std::string& joint : JointsOf(element)) {
+      if (std::find(known.begin(), known.end(), joint) != known.end()) continue;
+      Report({file_, element.line}, "scenery '" + element.Get("name") + "': nothing is called '" + joint + "'",
+             "a joint goes with an object or with a link of a shown arm", core::SuggestName(joint, known));
+    }
   }
 
   void ReadArm(const XmlElement& element) {
@@ -118,6 +143,7 @@ Material ReadMaterial(const XmlElement& visual) {
   const ElementReader read(visual);
   Material material;
   material.is_given = visual.Find("base_color") != nullptr;
+  material.variant = visual.Get("variant");
   read.Vector("base_color", &material.base_color);
   double metallic = material.metallic, roughness = material.roughness;
   read.Number("metallic", &metallic);

@@ -81,6 +81,19 @@ TEST_F(SceneryTest, IsNoObject) {
   ExpectRefusal("scenario.xml:6: ", "mesh 'nowhere.glb' is missing", R"(<scenery name="wing" mesh="nowhere.glb"/>)");
 }
 
+TEST_F(SceneryTest, ASkinNamesWhatItsJointsGoWith) {
+  WriteLinks(kFourth);
+  const auto hose = [](const std::string& joints) {
+    return R"(<scenery name="hose" mesh="mesh.obj" variant="red" joints=")" + joints + "\"/>" + kArm;
+  };
+  const auto scenario = Load(hose("body  a_7"));
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  EXPECT_EQ(scenario->scenery[0].joints, (std::vector<std::string>{"body", "a_7"}));
+  EXPECT_EQ(scenario->scenery[0].variant, "red");
+  ExpectRefusal("scenario.xml:6: ", "nothing is called 'bodi'", hose("bodi a_7"));
+  ExpectRefusal("scenario.xml:6: ", "nothing is called 'a_8'", hose("a_8"));
+}
+
 TEST_F(SceneryTest, AShownArmHasItsLinksMeshesBesideTheirFile) {
   WriteLinks(kFourth);
   const auto scenario = Load(kArm);

@@ -44,6 +44,7 @@ struct Material {
   float metallic = 0.0f;
   float roughness = 0.6f;
   bool is_given = false;  // false: the glTF file's own material is used
+  std::string variant;    // then: which of its looks; empty: the first
 };
 
 // A named frame fixed in an object's mesh frame, e.g. a tool tip or a socket; operator scripts and snaps refer to it.
@@ -242,7 +243,10 @@ struct User {
 struct Scenery {
   std::string name;
   std::filesystem::path mesh;
-  core::Pose X_WM;
+  core::Pose X_WM;  // with joints: in the first one's frame instead of W
+  // What the joints of a skin go with: objects, or links of shown arms ("NAME_1" to "NAME_7").
+  std::vector<std::string> joints;
+  std::string variant;  // as Material's
 };
 
 // An arm that is seen only. Its posture follows from where a hand's palm is (view::ArmPosture).
@@ -261,6 +265,8 @@ struct ShownArm {
   core::Pose X_PalmF;                 // where the hand is mounted on it
   glm::dvec3 elbow_W{0.0, 0.0, 1.0};  // the way that the elbow points
   std::array<Link, kNumLinks> links;
+
+  [[nodiscard]] std::string LinkName(std::size_t link) const { return name + "_" + std::to_string(link + 1); }
 };
 
 struct Parameter {

@@ -206,9 +206,9 @@ std::vector<ElementRule> MakeRules() {
       CouplingRule(),
       ObjectRule(),
       {"visual",
-       "the mesh that is drawn",
+       "the mesh that is drawn; variant: which of the looks that a glTF file has (KHR_materials_variants)",
        {Required("mesh", ValueKind::kFile), Optional("base_color", ValueKind::kColor),
-        Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero)},
+        Optional("metallic", kAtLeastZero), Optional("roughness", kAtLeastZero), Optional("variant", ValueKind::kText)},
        {}},
       {"collision",
        "a field, points or both, of the visual mesh unless mesh names another; accuracy_m, the largest error of a "
@@ -249,9 +249,11 @@ std::vector<ElementRule> MakeRules() {
        {Required("name", ValueKind::kName), Required("value", kPlainNumber)},
        {}},
       {"scenery",
-       "what is seen only; pose of its mesh frame in W",
+       "what is seen only; pose of its mesh frame in W. joints: what the joints of a glTF skin go with, in its order: "
+       "objects, or links of a shown arm (NAME_1 to NAME_7); then the pose is given in the first one's frame",
        {Required("name", ValueKind::kName), Required("mesh", ValueKind::kFile),
-        Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector)},
+        Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+        Optional("joints", ValueKind::kText), Optional("variant", ValueKind::kText)},
        {}},
       {"shown_arm",
        "an arm of seven links that is seen only: its last link's frame `flange` follows a hand; pose of its mount in "

@@ -32,8 +32,12 @@ void Apply(const core::RayInstance& encoded, view::Instance* instance) {
   instance->is_material_given = (encoded.flags & kMaterialGiven) != 0;
   instance->X_WM = encoded.X_WM;
   instance->opacity = encoded.opacity;
-  instance->material = {encoded.base_color, encoded.metallic, encoded.roughness, encoded.emissive,
-                        (encoded.flags & kFoil) != 0};
+  view::Material& material = instance->material;
+  material.base_color = encoded.base_color;
+  material.metallic = encoded.metallic;
+  material.roughness = encoded.roughness;
+  material.emissive = encoded.emissive;
+  material.is_foil = (encoded.flags & kFoil) != 0;
 }
 
 }  // namespace
@@ -88,6 +92,7 @@ bool ApplyFrame(const core::RayFrame& frame, view::Scene* scene) {
   }
   scene->lamps.clear();
   for (const core::RayLamp& lamp : frame.lamps) scene->lamps.push_back({lamp.instance, lamp.color});
+  view::MoveSkins(scene);
   return true;
 }
 

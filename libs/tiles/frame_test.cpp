@@ -26,6 +26,7 @@ class FrameTest : public testing::Test {
       for (glm::vec3& p_W : sheet.p_W) p_W += glm::vec3(0.5f);
     }
     for (view::Lamp& lamp : moved_.lamps) lamp.color = glm::vec3(0.75f, 0.5f, 0.25f);
+    view::MoveSkins(&moved_);
   }
   [[nodiscard]] static core::RayFrame FrameOf(const view::Scene& scene) {
     return EncodeFrame(scene, view::LightOf(scene.space), view::PlaceCamera(scene.assets->cameras[0], scene), 320, 180);

@@ -65,4 +65,24 @@ core::Result<void> CheckCamera(const Assets& assets, const std::string& name) {
   return core::Fail(core::ErrorCode::kInvalidInput, "the scenario has no camera '" + name + "'; it has " + all);
 }
 
+void MoveSkins(Scene* scene) {
+  constexpr double kSame = 1e-6;  // m and half a radian: rounding, and less than any picture shows
+  for (const Skin& skin : scene->assets->skins) {
+    Instance& instance = scene->instances[skin.instance];
+    instance.X_WM = scene->instances[skin.goes_with.front()].X_WM * skin.X_JM;
+    const core::Pose X_MW = instance.X_WM.inverse();
+    std::vector<core::Pose> X_MJ;
+    bool has_moved = instance.posture == nullptr;
+    for (std::size_t k = 0; k < skin.goes_with.size(); ++k) {
+      X_MJ.push_back(X_MW * scene->instances[skin.goes_with[k]].X_WM);
+      if (has_moved) continue;
+      const core::Pose& last = (*instance.posture)[k];
+      const glm::dquat turn = X_MJ[k].rotation * glm::conjugate(last.rotation);
+      has_moved = glm::distance(X_MJ[k].translation, last.translation) > kSame ||
+                  glm::length(glm::dvec3(turn.x, turn.y, turn.z)) > kSame;
+    }
+    if (has_moved) instance.posture = std::make_shared<const std::vector<core::Pose>>(std::move(X_MJ));
+  }
+}
+
 }  // namespace view

@@ -24,15 +24,22 @@ struct Material {
   float metallic = 0.0f;
   float roughness = 0.6f;
   glm::vec3 emissive{0.0f};
+  float coat = 0.0f;  // the share that clear lacquer or glass covers
+  float coat_roughness = 0.0f;
   bool is_foil = false;  // of multi-layer insulation: wrinkled, and rolled in one direction
 };
 
 inline constexpr glm::vec3 kHighlight{1.0f, 0.55f, 0.05f};
 
+// Where the joints of a skin are in its mesh frame, in the order of the mesh file. Shared, because a scene is copied at
+// the rate of the bus; another posture is another object.
+using Posture = std::shared_ptr<const std::vector<core::Pose>>;
+
 // One mesh in the world. Plain data, because a scene is copied at the rate of the bus.
 struct Instance {
   std::uint32_t mesh = 0;  // index into Assets::meshes
   core::Pose X_WM;         // M: the mesh frame
+  Posture posture;         // none: rigid, or as the file has it. Of a skin no other instance has the same `mesh`
   Material material;
   bool is_material_given = false;  // false: the mesh file's own materials are used, with `emissive` added
   bool is_visible = true;
@@ -68,11 +75,20 @@ struct TextLine {
   std::string text;
 };
 
+// An instance whose mesh has a skin: each of its joints goes with an instance.
+struct Skin {
+  std::uint32_t instance = 0;
+  core::Pose X_JM;  // in the frame of its first joint
+  std::vector<std::uint32_t> goes_with;
+};
+
 // Constant for the whole run; shared by all copies of a scene.
 struct Assets {
   std::vector<std::filesystem::path> meshes;
   std::vector<std::string> instance_names;
+  std::vector<std::string> variants;  // of each instance: which look of its mesh file; empty: the first
   std::vector<scene::Camera> cameras;
+  std::vector<Skin> skins;
 };
 
 struct Scene {
@@ -101,6 +117,10 @@ struct Scene {
   core::Trace direct;           // of the newest physics state, stamped up to kVisualApply
   core::Trace through_physics;  // of the same state
 };
+
+// Poses and postures of the skins, from where the instances of their joints are. A posture that has not changed stays
+// the same object: then nothing is bent anew.
+void MoveSkins(Scene* scene);
 
 // Index of the camera of that name; -1: none.
 int FindCamera(const Assets& assets, const std::string& name);

@@ -18,10 +18,15 @@ constexpr glm::vec3 kCyan{0.25f, 0.80f, 0.95f};
 constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
 constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
 constexpr double kLeastShown_N = 0.05;  // a smaller felt force has no label: it would read 0.0
+constexpr float kLampGlow = 1.1f;       // of a lamp's lens, for its colour. By eye
 constexpr float kLampOff = 0.02f;       // least base colour of a lamp: one that is off is dark grey. By eye.
 
 Material MaterialOf(const scene::Material& given) {
-  return {given.base_color, given.metallic, given.roughness, glm::vec3(0.0f)};
+  Material material;
+  material.base_color = given.base_color;
+  material.metallic = given.metallic;
+  material.roughness = given.roughness;
+  return material;
 }
 
 Sheet FlatSheet(const scene::Object& object) {
@@ -45,7 +50,7 @@ void Light(Instance& instance, const glm::vec3& color) {
   instance.material.base_color = glm::max(color * 0.3f, glm::vec3(kLampOff));
   instance.material.metallic = 0.0f;
   instance.material.roughness = 0.3f;
-  instance.material.emissive = color;
+  instance.material.emissive = kLampGlow * color;
   instance.is_material_given = true;
 }
 
@@ -81,6 +86,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
     assets->instance_names.push_back(object.name);
     Instance instance;
     instance.mesh = IndexOf(object.visual_mesh, assets.get());
+    assets->variants.push_back(object.material.variant);
     instance.X_WM = object.X_WO;
     instance.material = MaterialOf(object.material);
     instance.is_material_given = object.material.is_given;
@@ -116,9 +122,11 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
 
 // After the objects, whose indices are the ids on the bus.
 void SceneMirror::AddScenery(Assets* assets) {
-  const auto add = [&](const std::string& name, const std::filesystem::path& mesh, const scene::Material& material) {
+  const auto add = [&](const std::string& name, const std::filesystem::path& mesh, const scene::Material& material,
+                       bool bends = false) {
     Instance instance;
-    instance.mesh = IndexOf(mesh, assets);
+    if (!bends) instance.mesh = IndexOf(mesh, assets);
+    assets->variants.push_back(material.variant);
     instance.material = MaterialOf(material);
     instance.is_material_given = material.is_given;
     instance.is_scenery = true;
@@ -128,15 +136,33 @@ void SceneMirror::AddScenery(Assets* assets) {
     scene_.instances.push_back(instance);
   };
   for (const scene::Scenery& scenery : scenario_.scenery) {
-    add(scenery.name, scenery.mesh, {});
+    add(scenery.name, scenery.mesh, {.variant = scenery.variant}, !scenery.joints.empty());
     scene_.instances.back().X_WM = scenery.X_WM;
   }
   for (const scene::ShownArm& arm : scenario_.shown_arms) {
     arms_.push_back({ArmPosture(arm), arm.role, arm.X_PalmF, scene_.instances.size()});
     for (std::size_t i = 0; i < arm.links.size(); ++i) {
-      add(arm.name + "_" + std::to_string(i + 1), arm.links[i].visual_mesh, arm.links[i].material);
+      add(arm.LinkName(i), arm.links[i].visual_mesh, arm.links[i].material);
       scene_.instances.back().is_movable = true;
     }
+  }
+  AddSkins(assets);
+}
+
+// Last, because each has a mesh of its own, which nobody else finds by its file.
+void SceneMirror::AddSkins(Assets* assets) {
+  const std::vector<std::string>& names = assets->instance_names;
+  for (std::size_t i = 0; i < scenario_.scenery.size(); ++i) {
+    if (scenario_.scenery[i].joints.empty()) continue;
+    Skin skin{static_cast<std::uint32_t>(scenario_.objects.size() + i), scenario_.scenery[i].X_WM, {}};
+    for (const std::string& joint : scenario_.scenery[i].joints) {
+      const auto found = std::find(names.begin(), names.end(), joint);
+      skin.goes_with.push_back(static_cast<std::uint32_t>(found - names.begin()));
+    }
+    scene_.instances[skin.instance].is_movable = true;
+    scene_.instances[skin.instance].mesh = static_cast<std::uint32_t>(assets->meshes.size());
+    assets->meshes.push_back(scenario_.scenery[i].mesh);
+    assets->skins.push_back(std::move(skin));
   }
 }
 
@@ -244,6 +270,7 @@ void SceneMirror::Apply(const LiveFigures& figures) {
 
 void SceneMirror::Refresh(std::int64_t now_ns) {
   MoveArms();
+  MoveSkins(&scene_);
   Remember(now_ns);
   ShowObjects();
   AddOverlays(now_ns);

@@ -91,6 +91,7 @@ class SceneMirror {
   };
 
   void AddScenery(Assets* assets);
+  void AddSkins(Assets* assets);
   void MoveArms();
   void MoveHand(int role, const core::Pose& X_WD, const core::Pose& X_WC, double opening_m);
   void ShowObjects();

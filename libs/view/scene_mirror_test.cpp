@@ -246,16 +246,50 @@ TEST(SceneMirror, ASheetStartsFlatAndFollowsItsNodes) {
   EXPECT_EQ(shown.p_W[7], glm::vec3(1.0f, 2.0f, 3.0f));
 }
 
+// A skin over the block and a jaw, whose mesh frame is 0.1 m above the block's.
+TEST(SceneMirror, ASkinGoesWithTheObjectsThatItsJointsName) {
+  scene::Scenario scenario = SmallScenario();
+  scenario.scenery.push_back({"hose", "/hose.glb", {{1, 0, 0, 0}, {0, 0, 0.1}}, {"block", "jaw_left"}, ""});
+  scenario.scenery.push_back({"spare", "/hose.glb", {}, {}, ""});
+  SceneMirror mirror(scenario);
+  mirror.Refresh(0);
+  const Instance& hose = mirror.scene().instances[6];
+  EXPECT_NE(hose.mesh, mirror.scene().instances[7].mesh) << "a mesh that bends has one instance";
+  EXPECT_EQ(mirror.scene().assets->meshes.at(hose.mesh), "/hose.glb");
+  const core::Pose X_WB = {glm::angleAxis(0.5, glm::dvec3(1, 0, 0)), {0.2, 0.3, 0.4}};
+  core::PhysicsState state;
+  core::BodyState block;
+  block.object = 1;
+  block.X_WO = X_WB;
+  state.bodies.push_back(block);
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  const core::Pose X_WM = X_WB * core::Pose{{1, 0, 0, 0}, {0, 0, 0.1}};
+  EXPECT_LT(glm::distance(hose.X_WM.translation, X_WM.translation), 1e-12);
+  ASSERT_EQ(hose.posture->size(), 2u);
+  EXPECT_LT(glm::distance((*hose.posture)[0].translation, glm::dvec3(0, 0, -0.1)), 1e-12);
+  const glm::dvec3 p_WJaw = hose.X_WM * (*hose.posture)[1].translation;
+  EXPECT_LT(glm::distance(p_WJaw, mirror.scene().instances[3].X_WM.translation), 1e-12);
+  const Posture before = hose.posture;
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  EXPECT_EQ(hose.posture, before) << "what has not moved is not bent anew";
+  state.bodies[0].X_WO.translation.x += 0.01;
+  mirror.Apply(state);
+  mirror.Refresh(0);
+  EXPECT_NE(hose.posture, before);
+}
+
 TEST(SceneMirror, LampsFollowLogic) {
   SceneMirror mirror(SmallScenario());
-  EXPECT_EQ(mirror.scene().instances[5].material.emissive, glm::vec3(0, 1, 0));
+  EXPECT_EQ(mirror.scene().instances[5].material.emissive, 1.1f * glm::vec3(0, 1, 0));
   core::LogicStatus status;
   status.step = "switch_off";
   status.hint = "Turn off the switch";
   status.lamps.push_back({.object = 5, .red = 1.0f, .green = 0.0f, .blue = 0.0f});
   mirror.Apply(status);
   mirror.Refresh(0);
-  EXPECT_EQ(mirror.scene().instances[5].material.emissive, glm::vec3(1, 0, 0));
+  EXPECT_EQ(mirror.scene().instances[5].material.emissive, 1.1f * glm::vec3(1, 0, 0));
   ASSERT_EQ(mirror.scene().lamps.size(), 1u);
   EXPECT_EQ(mirror.scene().lamps[0].color, glm::vec3(1, 0, 0));
   EXPECT_TRUE(HasText(mirror.scene(), "switch_off"));

@@ -188,29 +188,28 @@ def _rim(outer, radius):
     return shapes.cap([points, [p for p, _ in shapes.hole(shapes.circle(radius, 48))]], 24, True)
 
 
-def bracket(material, text, ground):
+def bracket():
+    """For the removed unit, and as a variant for the spare one."""
     model = Model()
-    sheet = pictures.Sheet(256, 128, 3.5)
-    label = m.labels(sheet)
+    label, box, stripes = bracket_labels("REMOVED UNIT", (0.45, 0.03, 0.03))
+    spare, _, _ = bracket_labels("SPARE UNIT", (0.02, 0.24, 0.10))
+    material = m.RED
+    model.variants["spare_unit"] = {material.name: m.GREEN, label.name: spare}
     outer = shapes.rounded(shapes.rectangle(116, 116), BEVEL)
     inner = shapes.hole(shapes.rounded(shapes.rectangle(60, 60), BEVEL))
     model.add(material, shapes.extruded([outer, inner], 0, 12, BEVEL, bottom=False, bottom_bevel=0.0))
     details.screws(model, [(x, y, 12) for x in (-50, 50) for y in (-50, 0, 50)], 4.0)
-    box = sheet.plate(56, 12, [(text, 0.55)], ground=ground, ink=(0.95, 0.95, 0.95))
     model.add(label, shapes.decal(56, 12, box), Frame((0, -44, 12.05)))
-    stripes = sheet.hazard(60, 5, 6.0, (0.88, 0.88, 0.86), ground)
     model.add(label, shapes.decal(60, 5, stripes), Frame((0, 34, 12.05)))
     for s in (-1, 1):
         model.add(label, shapes.decal(60, 5, stripes), Frame((s * 34, 0, 12.05)).turned(90))
     return model
 
 
-def bracket_old():
-    return bracket(m.RED, "REMOVED UNIT", (0.45, 0.03, 0.03))
-
-
-def bracket_new():
-    return bracket(m.GREEN, "SPARE UNIT", (0.02, 0.24, 0.10))
+def bracket_labels(text, ground):
+    sheet = pictures.Sheet(256, 128, 3.5)
+    box = sheet.plate(56, 12, [(text, 0.55)], ground=ground, ink=(0.95, 0.95, 0.95))
+    return m.labels(sheet), box, sheet.hazard(60, 5, 6.0, (0.88, 0.88, 0.86), ground)
 
 
 def cavity():
@@ -458,13 +457,13 @@ def servicer():
     return model
 
 
-GLOW = Material("light_panel", (0.95, 0.95, 0.92), 0.0, 0.6)
+GLOW = Material("light_panel", (0.95, 0.95, 0.92), 0.0, 0.6, glow=(2.0, 2.0, 1.9))
 
 
 PARTS = {
     "module_replacement/meshes/" + name + ".glb": make
     for name, make in {"module": module, "handle": handle, "cover_tabbed": cover_tabbed, "lever": lever,
-                       "switch_base": switch_base, "lamp": lamp, "holder": holder, "bracket_old": bracket_old,
-                       "bracket_new": bracket_new, "cavity": cavity, "satellite": satellite,
+                       "switch_base": switch_base, "lamp": lamp, "holder": holder, "bracket": bracket,
+                       "cavity": cavity, "satellite": satellite,
                        "solar_wing": solar_wing, "servicer": servicer}.items()
 }

@@ -9,7 +9,7 @@ from visual.shapes import Frame, facing
 
 REACH, LINK_R, JOINT_R, JOINT_H = 200, 35, 45, 90
 
-SHELL = Material("shell", (0.76, 0.77, 0.78), 0.0, 0.34)
+SHELL = Material("shell", (0.76, 0.77, 0.78), 0.0, 0.55, coat=(1.0, 0.14))
 ACCENT = Material("accent", (0.03, 0.15, 0.42), 0.2, 0.36)
 SEAM = Material("seam", (0.02, 0.02, 0.022), 0.0, 0.6)
 

@@ -1,4 +1,6 @@
 """How the two-finger gripper looks, millimetres, in the frame of gripper.scad, whose sizes these are."""
+import math
+
 from visual import details, pictures, shapes
 from visual import materials as m
 from visual.model import Model
@@ -73,8 +75,29 @@ def jaw(is_right=False):
     return model
 
 
+def jaw_cables():
+    """From the palm to its jaws: skins that bend as the hand opens."""
+    model = Model(["palm", "jaw_left", "jaw_right"])
+    for s, name in ((-1, "jaw_left"), (1, "jaw_right")):
+        path = shapes.smooth_path([(s * 30, -20, PALM_BOTTOM + 1), (s * 30, -20, PALM_BOTTOM - 5), (s * 33, -26, PALM_BOTTOM - 15),
+                                   (s * 26, -29, 35), (s * 16, -23, 30), (s * 10.5, -15, 31), (s * 10.5, -9.8, 31)], 3)
+        length = sum(math.dist(a, b) for a, b in zip(path, path[1:]))
+
+        def shares(uv, name=name, length=length):
+            t = uv[1] / length
+            t = t * t * (3.0 - 2.0 * t)
+            return {"palm": 1.0 - t, name: t}
+
+        model.add(m.RUBBER, shapes.tube(path, 2.0, 7, has_ends=False), shares=shares)
+        sleeve = facing((s * 30, -20, PALM_BOTTOM + 0.5), (0, 0, -1))
+        model.add(m.NICKEL, shapes.turned([(3.4, 0), (3.4, 3), (2.6, 4), (2.6, 7), (0, 7)], 9, 0.3), sleeve, {"palm": 1.0})
+        plug = facing((s * 10.5, -FINGER[1] / 2 + 0.1, 31), (0, -1, 0))
+        model.add(m.NICKEL, shapes.turned([(3.2, 0), (3.2, 2), (2.6, 3), (2.6, 5.5), (0, 5.5)], 9, 0.3), plug, {name: 1.0})
+    return model
+
+
 PARTS = {
     folder + "/meshes/" + name + ".glb": make
     for folder in ("module_replacement", "peg_in_hole")
-    for name, make in {"palm": palm, "jaw_left": jaw, "jaw_right": lambda: jaw(True)}.items()
+    for name, make in {"palm": palm, "jaw_left": jaw, "jaw_right": lambda: jaw(True), "jaw_cables": jaw_cables}.items()
 }

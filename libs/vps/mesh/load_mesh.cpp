@@ -32,6 +32,11 @@ core::Result<Format> FormatOf(const std::filesystem::path& file, double scale) {
                                                        "'; known are .gltf .glb .obj .stl .ply .off");
 }
 
+void ForgetTextures(VisualMaterial* material) {
+  material->base_texture = material->surface_texture = material->normal_texture = material->emissive_texture = -1;
+  material->has_occlusion = false;
+}
+
 }  // namespace
 
 core::Result<TriangleMesh> LoadTriangles(const std::filesystem::path& file, double scale) {
@@ -87,6 +92,10 @@ core::Result<VisualMesh> LoadVisualMesh(const std::filesystem::path& file, doubl
   }
   for (auto& primitive : visual->primitives) {
     if (!primitive.normals.empty()) continue;
+    if (!primitive.joints.empty()) {
+      return core::Fail(core::ErrorCode::kUnsupported,
+                        file.string() + ": a primitive with a skin has no NORMAL; export it with normals");
+    }
     TriangleMesh mesh;
     for (const auto& p : primitive.positions) mesh.vertices.emplace_back(p);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
@@ -97,7 +106,8 @@ core::Result<VisualMesh> LoadVisualMesh(const std::filesystem::path& file, doubl
     primitive.normals = std::move(with_normals.normals);
     primitive.indices = std::move(with_normals.indices);
     primitive.uvs.clear();  // of the corners before they were split
-    primitive.base_texture = primitive.surface_texture = primitive.normal_texture = -1;
+    ForgetTextures(&primitive);
+    for (VisualMaterial& variant : primitive.variants) ForgetTextures(&variant);
   }
   return visual;
 }

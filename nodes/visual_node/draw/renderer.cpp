@@ -4,9 +4,11 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "core/names.hpp"
 #include "nodes/visual_node/draw/shaders.hpp"
 #include "nodes/visual_node/gl/matrix.hpp"
 #include "view/appearance/sheet_mesh.hpp"
+#include "view/appearance/skin.hpp"
 #include "view/projection.hpp"
 
 namespace visual_node {
@@ -28,10 +30,15 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
       renderer->meshes_.push_back(Upload({}));
       continue;
     }
-    const core::Result<vps::VisualMesh> mesh = load_mesh(path);
+    core::Result<vps::VisualMesh> mesh = load_mesh(path);
     if (!mesh) return tl::unexpected(mesh.error());
-    renderer->meshes_.push_back(Upload(*mesh));
+    renderer->meshes_.push_back(Upload(*mesh, !mesh->joints.empty()));
+    if (mesh->joints.empty()) continue;
+    const std::size_t index = renderer->meshes_.size() - 1;
+    renderer->skins_.push_back({index, std::move(*mesh), {}, nullptr});
+    renderer->skins_.back().posed = renderer->skins_.back().source;
   }
+  if (auto taken = renderer->TakeLooks(scene); !taken) return tl::unexpected(taken.error());
   for (const view::Sheet& sheet : scene.sheets) {
     renderer->sheets_.push_back(Upload({{view::MakeSheetMesh(sheet)}}, true));
     renderer->sheet_versions_.push_back(sheet.version);
@@ -77,6 +84,33 @@ core::Result<void> Renderer::MakePrograms() {
   return {};
 }
 
+// Which variant each instance shows, and whether each skin has its joints.
+core::Result<void> Renderer::TakeLooks(const view::Scene& scene) {
+  const view::Assets& assets = *scene.assets;
+  for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+    const std::string name = i < assets.variants.size() ? assets.variants[i] : std::string();
+    const std::vector<std::string>& known = meshes_[scene.instances[i].mesh].variants;
+    const auto found = std::find(known.begin(), known.end(), name);
+    variants_.push_back(found == known.end() ? -1 : static_cast<int>(found - known.begin()));
+    if (found == known.end() && !name.empty()) {
+      return core::Fail(core::ErrorCode::kInvalidInput, assets.meshes[scene.instances[i].mesh].string() +
+                                                            ": it has no variant '" + name + "'; " +
+                                                            core::SuggestName(name, known));
+    }
+  }
+  for (const Skin& skin : skins_) {
+    for (const view::Instance& instance : scene.instances) {
+      if (instance.mesh != skin.mesh || instance.posture == nullptr) continue;
+      if (instance.posture->size() == skin.source.joints.size()) continue;
+      return core::Fail(core::ErrorCode::kInvalidInput, assets.meshes[skin.mesh].string() + ": its skin has " +
+                                                            std::to_string(skin.source.joints.size()) +
+                                                            " joints, and the scenario names " +
+                                                            std::to_string(instance.posture->size()));
+    }
+  }
+  return {};
+}
+
 // Fits the shadow map to the sphere around the bounding box of all objects, 10 % larger so that they can move. What is
 // scenery casts shadows into it, but would make it coarse.
 void Renderer::FitShadow(const view::Scene& scene) {
@@ -97,11 +131,22 @@ void Renderer::FitShadow(const view::Scene& scene) {
   shadow_.Fit(scene.space.sun_direction_W, 0.5 * (low + high), radius_m);
 }
 
+void Renderer::UpdateSkins(const view::Scene& scene) {
+  for (Skin& skin : skins_) {
+    for (const view::Instance& instance : scene.instances) {
+      if (instance.mesh != skin.mesh || instance.posture == nullptr || instance.posture == skin.shown) continue;
+      skin.shown = instance.posture;
+      view::BendSkin(skin.source, *skin.shown, &skin.posed);
+      UpdateVertices(skin.posed, &meshes_[skin.mesh]);
+    }
+  }
+}
+
 void Renderer::UpdateSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
     if (sheet_versions_[i] == scene.sheets[i].version) continue;
     sheet_versions_[i] = scene.sheets[i].version;
-    UpdateVertices(view::MakeSheetMesh(scene.sheets[i]), &sheets_[i]);
+    UpdateVertices({{view::MakeSheetMesh(scene.sheets[i])}}, &sheets_[i]);
   }
 }
 
@@ -116,6 +161,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
   if (look.surfaces == nullptr) {
     if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
     UpdateSheets(scene);
+    UpdateSkins(scene);
     shadow_.Update(scene, meshes_, sheets_);
   }
   const glm::dmat4 view_W = view::ViewMatrix(eye);
@@ -196,11 +242,12 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
     const view::Instance& instance = scene.instances[i];
     const GpuMesh& mesh = meshes_[instance.mesh];
     for (const GpuMesh::Part& part : mesh.parts) {
+      const GpuMesh::Look& look = part.look(variants_[i]);
       // Of a lamp with a lens only the lens shines.
-      const bool is_given = instance.is_material_given && (!mesh.has_lens || part.is_lens);
-      view::Material material = is_given ? instance.material : part.material;
+      const bool is_given = instance.is_material_given && (!mesh.has_lens || look.is_lens);
+      view::Material material = is_given ? instance.material : look.material;
       if (!instance.is_material_given) material.emissive += instance.material.emissive;
-      surfaces_.Draw(mesh, part, ToMatrix(instance.X_WM), material, !is_given);
+      surfaces_.Draw(mesh, part, look, ToMatrix(instance.X_WM), material, !is_given);
     }
   }
 }
@@ -209,7 +256,7 @@ void Renderer::DrawSheets(const view::Scene& scene) {
   for (std::size_t i = 0; i < sheets_.size() && i < scene.sheets.size(); ++i) {
     if (!scene.sheets[i].is_visible) continue;
     for (const GpuMesh::Part& part : sheets_[i].parts) {
-      surfaces_.Draw(sheets_[i], part, glm::mat4(1.0f), scene.sheets[i].material);
+      surfaces_.Draw(sheets_[i], part, part, glm::mat4(1.0f), scene.sheets[i].material);
     }
   }
 }

@@ -88,13 +88,24 @@ class Renderer {
   core::Result<void> MakePrograms();
   void FitShadow(const view::Scene& scene);
   void DrawSolids(const view::Scene& scene, const View& view, const view::Frustum& eye, const Look& look);
+  core::Result<void> TakeLooks(const view::Scene& scene);
   void UpdateSheets(const view::Scene& scene);
+  void UpdateSkins(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);
   void DrawGlow(const view::Scene& scene, const View& view) const;
   [[nodiscard]] std::vector<SurfaceFrame::Lamp> ShiningLamps(const view::Scene& scene) const;
 
+  struct Skin {
+    std::size_t mesh = 0;  // index into meshes_
+    vps::VisualMesh source;
+    vps::VisualMesh posed;
+    view::Posture shown;
+  };
+
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
+  std::vector<Skin> skins_;
+  std::vector<int> variants_;    // of each instance, of its mesh; -1: the first look
   std::vector<GpuMesh> sheets_;  // index: Scene::sheets
   std::vector<std::uint64_t> sheet_versions_;
   SurfacePainter surfaces_;

@@ -312,8 +312,11 @@ TEST_F(RendererTest, AWhiteFurnaceLosesNoEnergyAtAnyRoughness) {
   view::EnvironmentLight furnace;
   furnace.everywhere = glm::vec3(1.0f);
   look_.light = furnace;
-  for (const bool is_foil : {false, true}) {
-    material.is_foil = is_foil;
+  enum class Kind { kPlain, kFoil, kSmoothCoat, kRoughCoat };
+  for (const Kind kind : {Kind::kPlain, Kind::kFoil, Kind::kSmoothCoat, Kind::kRoughCoat}) {
+    material.is_foil = kind == Kind::kFoil;
+    material.coat = kind == Kind::kSmoothCoat ? 1.0f : (kind == Kind::kRoughCoat ? 0.5f : 0.0f);
+    material.coat_roughness = kind == Kind::kRoughCoat ? 0.7f : 0.05f;
     for (const float metallic : {0.0f, 0.5f, 1.0f}) {
       for (float roughness = 0.0f; roughness < 1.05f; roughness += 0.1f) {
         material.metallic = metallic;
@@ -324,7 +327,7 @@ TEST_F(RendererTest, AWhiteFurnaceLosesNoEnergyAtAnyRoughness) {
         for (std::size_t i = 0; i < light.size(); i += 4) {
           if (light[i + 3] == 0.0f) continue;
           ++checked;
-          ASSERT_NEAR(light[i + 1], 1.0f, 0.01f) << metallic << " " << roughness << " " << is_foil;
+          ASSERT_NEAR(light[i + 1], 1.0f, 0.01f) << metallic << " " << roughness << " " << static_cast<int>(kind);
         }
         ASSERT_GT(checked, 150);
       }
@@ -340,27 +343,31 @@ TEST_F(RendererTest, SunsFromAllSidesAreReflectedWhole) {
   view::Material& material = scene_.instances[0].material;
   material.base_color = glm::vec3(1.0f);
   constexpr int kHeights = 24, kTurns = 32;
-  for (const float metallic : {0.0f, 1.0f}) {
-    for (const float roughness : {0.6f, 1.0f}) {
-      material.metallic = metallic;
-      material.roughness = roughness;
-      double sum = 0.0;
-      for (int i = 0; i < kHeights; ++i) {
-        const float nl = (static_cast<float>(i) + 0.5f) / kHeights, ring = std::sqrt(1.0f - nl * nl);
-        for (int k = 0; k < kTurns; ++k) {
-          const float turn = 6.2831853f * (static_cast<float>(k) + 0.5f) / kTurns;
-          view::EnvironmentLight sun;
-          sun.sun_direction_W = {ring * std::cos(turn), ring * std::sin(turn), nl};
-          sun.sun = glm::vec3(1.0f);
-          look_.light = sun;
-          // The shadow map stays that of a sun straight above: nothing stands on the floor.
-          ASSERT_TRUE(renderer_->Draw(scene_, FrontCamera(), *small_, look_));
-          const std::vector<float> light = renderer_->film().ReadLight();
-          sum += 2.0 * 3.14159265 / (kHeights * kTurns) * light[4 * (8 * 16 + 8) + 1];
-        }
+  struct Wall {
+    float metallic, roughness, coat;
+  };
+  for (const auto& [metallic, roughness, coat] :
+       {Wall{0, 0.6f, 0}, Wall{0, 1, 0}, Wall{1, 0.6f, 0}, Wall{1, 1, 0}, Wall{0, 0.8f, 1}, Wall{1, 0.8f, 0.5f}}) {
+    material.metallic = metallic;
+    material.roughness = roughness;
+    material.coat = coat;
+    material.coat_roughness = 0.6f;
+    double sum = 0.0;
+    for (int i = 0; i < kHeights; ++i) {
+      const float nl = (static_cast<float>(i) + 0.5f) / kHeights, ring = std::sqrt(1.0f - nl * nl);
+      for (int k = 0; k < kTurns; ++k) {
+        const float turn = 6.2831853f * (static_cast<float>(k) + 0.5f) / kTurns;
+        view::EnvironmentLight sun;
+        sun.sun_direction_W = {ring * std::cos(turn), ring * std::sin(turn), nl};
+        sun.sun = glm::vec3(1.0f);
+        look_.light = sun;
+        // The shadow map stays that of a sun straight above: nothing stands on the floor.
+        ASSERT_TRUE(renderer_->Draw(scene_, FrontCamera(), *small_, look_));
+        const std::vector<float> light = renderer_->film().ReadLight();
+        sum += 2.0 * 3.14159265 / (kHeights * kTurns) * light[4 * (8 * 16 + 8) + 1];
       }
-      EXPECT_NEAR(sum, 1.0, 0.012) << metallic << " " << roughness;
     }
+    EXPECT_NEAR(sum, 1.0, 0.012) << metallic << " " << roughness << " " << coat;
   }
 }
 

@@ -69,6 +69,7 @@ bool ShadowMap::HasMoved(const view::Scene& scene) const {
   if (drawn_.size() != scene.instances.size() || drawn_sheets_ != VersionOfSheets(scene)) return true;
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
     const core::Pose& X_WM = scene.instances[i].X_WM;
+    if (scene.instances[i].posture != drawn_postures_[i]) return true;
     // Motion below 0.1 mm or 0.9 mrad is far smaller than a texel. With the unit quaternions' product c the angle
     // between two rotations is 2 acos |c|.
     if (glm::distance(X_WM.translation, drawn_[i].translation) > 1e-4) return true;
@@ -100,7 +101,11 @@ void ShadowMap::Update(const view::Scene& scene, const std::vector<GpuMesh>& mes
   ++num_updates_;
   drawn_.clear();
   drawn_sheets_ = VersionOfSheets(scene);
-  for (const view::Instance& instance : scene.instances) drawn_.push_back(instance.X_WM);
+  drawn_postures_.clear();
+  for (const view::Instance& instance : scene.instances) {
+    drawn_.push_back(instance.X_WM);
+    drawn_postures_.push_back(instance.posture);
+  }
 
   glViewport(0, 0, kSize, kSize);
   glEnable(GL_DEPTH_TEST);

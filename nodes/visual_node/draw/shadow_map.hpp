@@ -43,7 +43,8 @@ class ShadowMap {
   float texel_m_ = 0.0f;
   bool is_static_drawn_ = false;
   int num_updates_ = 0;
-  std::vector<core::Pose> drawn_;   // poses of the last update
+  std::vector<core::Pose> drawn_;  // poses of the last update
+  std::vector<view::Posture> drawn_postures_;
   std::vector<bool> casters_;       // which instances cast a shadow
   std::uint64_t drawn_sheets_ = 0;  // sum of the sheets' versions
 };

@@ -12,12 +12,12 @@
 namespace visual_node {
 namespace {
 
-constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16;
+constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16, kGlowMap = 32, kCoat = 64;
 
-// Foil has its own wrinkles and no textures.
-std::size_t TexturesOf(const GpuMesh::Part& part) {
-  return (part.base_texture >= 0 ? kBaseMap : 0) + (part.surface_texture >= 0 ? kSurfaceMap : 0) +
-         (part.normal_texture >= 0 ? kNormalMap : 0);
+// Foil has its own wrinkles, no textures and no lacquer.
+std::size_t TexturesOf(const GpuMesh::Look& look) {
+  return (look.base_texture >= 0 ? kBaseMap : 0) + (look.surface_texture >= 0 ? kSurfaceMap : 0) +
+         (look.normal_texture >= 0 ? kNormalMap : 0) + (look.emissive_texture >= 0 ? kGlowMap : 0);
 }
 
 GlTexture MakeWrinkles() {
@@ -80,7 +80,7 @@ core::Result<SurfacePainter> SurfacePainter::Create() {
 core::Result<void> SurfacePainter::Compile(std::size_t variant) {
   if (programs_[variant].id() != 0) return {};
   std::string head = "#version 450 core\n";
-  constexpr const char* kNames[] = {"FOIL", "SOFT", "BASE_MAP", "SURFACE_MAP", "NORMAL_MAP"};
+  constexpr const char* kNames[] = {"FOIL", "SOFT", "BASE_MAP", "SURFACE_MAP", "NORMAL_MAP", "GLOW_MAP", "COAT"};
   for (std::size_t i = 0; i < std::size(kNames); ++i) {
     if ((variant >> i & 1) != 0) head += std::string("#define ") + kNames[i] + "\n";
   }
@@ -93,10 +93,18 @@ core::Result<void> SurfacePainter::Compile(std::size_t variant) {
 }
 
 core::Result<void> SurfacePainter::Prepare(const GpuMesh& mesh) {
-  for (const GpuMesh::Part& part : mesh.parts) {
-    if (part.material.is_foil) continue;
-    for (const std::size_t variant : {TexturesOf(part), TexturesOf(part) + kSoft}) {
+  const auto prepare = [&](const GpuMesh::Look& look) -> core::Result<void> {
+    if (look.material.is_foil) return {};
+    const std::size_t kind = TexturesOf(look) + (look.material.coat > 0.0f ? kCoat : 0);
+    for (const std::size_t variant : {kind, kind + kSoft}) {
       if (auto compiled = Compile(variant); !compiled) return compiled;
+    }
+    return {};
+  };
+  for (const GpuMesh::Part& part : mesh.parts) {
+    if (auto prepared = prepare(part); !prepared) return prepared;
+    for (const GpuMesh::Look& variant : part.variants) {
+      if (auto prepared = prepare(variant); !prepared) return prepared;
     }
   }
   return {};
@@ -120,6 +128,8 @@ void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
 
 void SurfacePainter::Use(std::size_t variant) {
   if (is_ready_[variant] && variant == used_) return;
+  // Of a material that no mesh has; the driver has compiled the shader for others.
+  if (programs_[variant].id() == 0 && !Compile(variant)) variant &= kFoil + kSoft;
   glUseProgram(programs_[variant].id());
   used_ = variant;
   if (is_ready_[variant]) return;
@@ -142,19 +152,23 @@ void SurfacePainter::Use(std::size_t variant) {
   glUniform3fv(26, 9, glm::value_ptr(irradiance_[0]));
 }
 
-void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM,
-                          const view::Material& m, bool with_textures) {
+void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const GpuMesh::Look& look,
+                          const glm::mat4& X_WM, const view::Material& m, bool with_textures) {
   const bool is_textured = with_textures && !m.is_foil;
-  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(part) : 0));
+  const bool is_coated = m.coat > 0.0f && !m.is_foil;
+  Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(look) : 0) +
+      (is_coated ? kCoat : 0));
   if (is_textured) {
     const auto bind = [&](GLuint unit, int texture) {
       if (texture >= 0) glBindTextureUnit(unit, mesh.textures[static_cast<std::size_t>(texture)].id());
     };
-    bind(4, part.base_texture);
-    bind(5, part.surface_texture);
-    bind(6, part.normal_texture);
-    if (part.surface_texture >= 0) glUniform1f(35, part.has_occlusion ? 1.0f : 0.0f);
+    bind(4, look.base_texture);
+    bind(5, look.surface_texture);
+    bind(6, look.normal_texture);
+    bind(7, look.emissive_texture);
+    if (look.surface_texture >= 0) glUniform1f(35, look.has_occlusion ? 1.0f : 0.0f);
   }
+  if (is_coated) glUniform2f(36, m.coat, m.coat_roughness);
   glm::mat4 X_EM = X_WM;
   X_EM[3] -= glm::vec4(frame_.eye_W, 0.0f);
   glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(X_EM));
@@ -162,7 +176,7 @@ void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const 
   glUniformMatrix4fv(2, 1, GL_FALSE, glm::value_ptr(sun_W_ * X_WM));
   glUniform4f(4, m.base_color.r, m.base_color.g, m.base_color.b, m.metallic);
   glUniform4f(5, m.emissive.r, m.emissive.g, m.emissive.b, m.roughness);
-  if (part.is_two_sided) {
+  if (look.is_two_sided) {
     glDisable(GL_CULL_FACE);
   } else {
     glEnable(GL_CULL_FACE);  // of OpenGL's initial state: faces whose corners run clockwise

@@ -38,11 +38,12 @@ class SurfacePainter {
 
   // Before the first Draw of each picture. The shadow map stays valid until the last one.
   void Begin(const SurfaceFrame& frame, const ShadowMap& shadow);
-  void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const glm::mat4& X_WM, const view::Material& material,
-            bool with_textures = true);
+  // The part with one of its looks, or another material.
+  void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const GpuMesh::Look& look, const glm::mat4& X_WM,
+            const view::Material& material, bool with_textures = true);
 
  private:
-  static constexpr std::size_t kNumVariants = 32;
+  static constexpr std::size_t kNumVariants = 128;
 
   core::Result<void> Compile(std::size_t variant);
   void Use(std::size_t variant);

@@ -7,7 +7,10 @@ namespace visual_node {
 // front:
 //   FOIL   wrinkled foil, with a direction in which it was rolled,
 //   SOFT   the sun's penumbra, for views near enough to show it,
-//   BASE_MAP, SURFACE_MAP, NORMAL_MAP   textures of colour; of occlusion, roughness and metal; of the normal.
+//   BASE_MAP, SURFACE_MAP, NORMAL_MAP, GLOW_MAP   textures of colour; of occlusion, roughness and metal; of the normal;
+//          of what it emits,
+//   COAT   clear lacquer or glass over it.
+
 // What a matt white surface with the normal n reflects of the light around (view::Irradiance): the same for both sides
 // of a surface, and opposite.
 constexpr const char* kIrradiance = R"(
@@ -43,11 +46,11 @@ out vec3 v_odd;
 out vec3 v_rest_p;
 out vec3 v_rest_n;
 #endif
-#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP) || defined(GLOW_MAP)
 out vec2 v_uv;
 #endif
 void main() {
-#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP) || defined(GLOW_MAP)
   v_uv = a_uv;
 #endif
   v_p_E = (u_X_EM * vec4(a_p_M, 1.0)).xyz;
@@ -76,6 +79,11 @@ void main() {
 // E (1 - x - y) M / (1 - (1 - x - y) M) more often, M = F0 + (1 - F0) / 21 [Fdez-Aguera 2019]; a matt ground gets the
 // rest. Between metal and dielectric these shares are mixed, as the specification mixes both. In the light of the sun
 // D V F is larger by 1 + F0 (1 / (x + y) - 1) for what is mirrored more often [Turquin 2019].
+//
+// Lacquer (KHR_materials_clearcoat) mirrors as a dielectric of its own roughness does, on the surface without bumps;
+// what it lets through, 1 less what it mirrors of the light from everywhere, is all that the surface below sends to the
+// eye.
+//
 // Foil: D stretched along the direction of rolling [Burley 2012]; the wrinkles that are smaller than a pixel widen it.
 constexpr const char* kSurfaceFragment = R"(
 layout(location = 0) uniform mat4 u_X_EM;
@@ -93,6 +101,9 @@ layout(location = 21) uniform vec3 u_everywhere;
 #ifdef SURFACE_MAP
 layout(location = 35) uniform float u_occlusion;  // how much the texture's red counts
 #endif
+#ifdef COAT
+layout(location = 36) uniform vec2 u_coat;  // share, roughness
+#endif
 layout(binding = 0) uniform sampler2DShadow u_shadow;
 layout(binding = 1) uniform sampler2D u_split_sum;
 layout(binding = 2) uniform sampler2D u_shadow_depth;
@@ -100,6 +111,7 @@ layout(binding = 3) uniform sampler2D u_wrinkles;  // tilts, sum of their square
 layout(binding = 4) uniform sampler2D u_base_map;
 layout(binding = 5) uniform sampler2D u_surface_map;
 layout(binding = 6) uniform sampler2D u_normal_map;
+layout(binding = 7) uniform sampler2D u_glow_map;
 in vec3 v_p_E;
 in vec3 v_n_W;
 in vec3 v_sun;
@@ -111,7 +123,7 @@ in vec3 v_odd;
 in vec3 v_rest_p;
 in vec3 v_rest_n;
 #endif
-#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP)
+#if defined(BASE_MAP) || defined(SURFACE_MAP) || defined(NORMAL_MAP) || defined(GLOW_MAP)
 in vec2 v_uv;
 #endif
 out vec4 o_color;
@@ -173,7 +185,8 @@ void main() {
   float side = gl_FrontFacing ? 1.0 : -1.0;
   vec3 n = normalize(side * v_n_W);
   vec3 l = u_sun_direction_W;
-  float facing = dot(n, l);  // of the surface without wrinkles
+  vec3 smooth_n = n;  // without bumps and wrinkles
+  float facing = dot(n, l);
   float slope = min(sqrt(max(1.0 - facing * facing, 0.0)) / max(facing, 0.2), 3.0);
   float lit = facing > 0.0 ? Sunlit(v_sun, slope) : 0.0;
 
@@ -283,7 +296,31 @@ void main() {
                (0.25 + 0.75 * base);
     }
   }
-  o_color = vec4(color + 1.1 * u_emissive_roughness.rgb, 1.0);
+  vec3 glow = u_emissive_roughness.rgb;
+#ifdef GLOW_MAP
+  glow *= texture(u_glow_map, v_uv).rgb;
+#endif
+  color += glow;
+
+#ifdef COAT
+  float coat_roughness = max(u_coat.y, 0.06);
+  float ac = coat_roughness * coat_roughness;
+  float smooth_v = dot(smooth_n, v);
+  float nvc = clamp(smooth_v, 1e-3, 1.0);
+  float nlc = max(facing, 0.0);
+  float nhc = clamp((facing + smooth_v) * shorten, 0.0, 1.0);
+  vec2 split_c = texture(u_split_sum, vec2(nvc, coat_roughness) * (31.0 / 32.0) + 0.5 / 32.0).xy;
+  float lost_c = 1.0 - split_c.x - split_c.y;
+  float once_c = 0.04 * split_c.x + split_c.y;
+  float again_c = once_c * lost_c * 0.0857 / (1.0 - lost_c * 0.0857);
+  float qc = nhc * nhc * (ac * ac - 1.0) + 1.0;
+  float mirrored_c = (0.04 + 0.96 * w2 * w2 * w) * (1.0 + 0.04 * (lost_c / (1.0 - lost_c))) *
+                     min(ac * ac / (3.14159265 * qc * qc) * 0.5 / mix(2.0 * nlc * nvc, nlc + nvc, ac), 24.0);
+  vec3 around_c = Environment(2.0 * smooth_v * smooth_n - v, 2.0 * smooth_v * facing - l_v, ac);
+  color = color * (1.0 - u_coat.x * (once_c + again_c)) +
+          u_coat.x * (u_sun * (lit * nlc * mirrored_c) + open * (around_c * once_c + irradiance * again_c));
+#endif
+  o_color = vec4(color, 1.0);
 }
 )";
 

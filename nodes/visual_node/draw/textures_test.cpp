@@ -41,15 +41,20 @@ vps::VisualMesh MakeSquare() {
 
 class TexturesTest : public GlTest {
  protected:
-  // Linear RGB in the middle of the square, seen from above; `look_` says in which light.
-  glm::vec3 Light(const vps::VisualMesh& mesh, double height_m = 0.5, int size = 64) {
+  [[nodiscard]] view::Scene Scene() const {
     view::Scene scene;
     auto assets = std::make_shared<view::Assets>();
     assets->meshes = {"square"};
     assets->instance_names = {"square"};
+    assets->variants = {variant_};
     scene.assets = assets;
     scene.instances.emplace_back();
     scene.space.X_WE.translation = {0.0, 0.0, 1e15};
+    return scene;
+  }
+  // Linear RGB in the middle of the square, seen from above; `look_` says in which light.
+  glm::vec3 Light(const vps::VisualMesh& mesh, double height_m = 0.5, int size = 64) {
+    const view::Scene scene = Scene();
     auto renderer = Renderer::Create(scene, [&](const std::filesystem::path&) { return mesh; });
     EXPECT_TRUE(renderer);
     scene::Camera camera;
@@ -69,6 +74,7 @@ class TexturesTest : public GlTest {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
   }
 
+  std::string variant_;
   Look look_{.with_texts = false, .with_penumbra = false, .light = Sun({0, 0, 1})};
 };
 
@@ -116,6 +122,55 @@ TEST_F(TexturesTest, ASurfaceTextureGivesRoughnessMetalAndOcclusion) {
   EXPECT_NEAR(sun, Light(plain).g, 0.005 * sun);
   look_.light->everywhere = glm::vec3(0.3f);
   EXPECT_NEAR(both - sun, 0.4 * (Light(plain).g - sun), 0.01 * sun);
+}
+
+// Lacquer over black metal, which mirrors nothing at right angles, is a dielectric with a refractive index of 1.5.
+TEST_F(TexturesTest, LacquerMirrorsFourPercentAndDimsWhatIsBelow) {
+  look_.light = view::EnvironmentLight{.everywhere = glm::vec3(1.0f)};
+  vps::VisualMesh mesh = MakeSquare();
+  vps::VisualPrimitive& square = mesh.primitives[0];
+  square.base_color = glm::vec3(0.0f);
+  square.metallic = 1.0f;
+  const float black = Light(mesh).g;
+  square.coat = 1.0f;
+  const float coated = Light(mesh).g;
+  EXPECT_NEAR(coated - black, 0.04f * (1.0f - black), 0.002f);
+  square.coat = 0.5f;
+  EXPECT_NEAR(Light(mesh).g, 0.5f * (black + coated), 2e-4f);
+  square.emissive = glm::vec3(10.0f);
+  square.coat = 1.0f;
+  EXPECT_NEAR(Light(mesh).g - coated, 9.6f, 0.02f);
+}
+
+TEST_F(TexturesTest, WhatASurfaceEmitsIsAddedAsItsPictureSays) {
+  vps::VisualMesh mesh = MakeSquare();
+  const glm::vec3 dark = Light(mesh);
+  mesh.primitives[0].emissive = {2.0f, 1.0f, 0.0f};
+  EXPECT_NEAR(Light(mesh).r - dark.r, 2.0f, 0.01f);
+  mesh.primitives[0].emissive_texture = 0;
+  mesh.textures = {MakePicture(4, 4, true, [](int, int) { return Color{188, 128, 255, 255}; })};
+  const glm::vec3 lit = Light(mesh);
+  EXPECT_NEAR(lit.r - dark.r, 2.0 * FromSrgb(188), 0.01);
+  EXPECT_NEAR(lit.g - dark.g, FromSrgb(128), 0.01);
+  EXPECT_NEAR(lit.b - dark.b, 0.0, 0.002);
+}
+
+TEST_F(TexturesTest, AnInstanceShowsTheVariantThatItNames) {
+  vps::VisualMesh mesh = MakeSquare();
+  const glm::vec3 white = Light(mesh);
+  mesh.variants = {"grey", "red"};
+  mesh.primitives[0].variants.assign(2, mesh.primitives[0]);
+  mesh.primitives[0].variants[0].base_color = glm::vec3(0.5f);
+  mesh.primitives[0].variants[1].base_color = {1.0f, 0.0f, 0.0f};
+  EXPECT_EQ(Light(mesh), white) << "none named";
+  variant_ = "red";
+  const glm::vec3 red = Light(mesh);
+  EXPECT_NEAR(red.r, white.r, 1e-3f);
+  EXPECT_LT(red.g, 0.1f * white.g);
+  view::Scene scene = Scene();
+  const auto refused = Renderer::Create(scene, [&](const std::filesystem::path&) { return MakeSquare(); });
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().detail.find("square: it has no variant 'red'"), std::string::npos);
 }
 
 TEST_F(TexturesTest, ANormalTextureTurnsTheNormalAlongUAndAgainstV) {

@@ -167,7 +167,7 @@ TEST(VisualMeshes, LeaveOpenWhatIsOpen) {
   for (const Opening& opening :
        {Opening{"satellite", {0, 0}, 0.050, -0.1}, Opening{"satellite", {0, 0.19}, 0.050, -0.1},
         Opening{"cavity", {0, 0}, 0.040, -0.1003}, Opening{"module", {0, 0}, 0.007, -0.0104},
-        Opening{"holder", {0, 0}, 0.009, 0.0041}, Opening{"bracket_old", {0, 0}, 0.029, 0.0}}) {
+        Opening{"holder", {0, 0}, 0.009, 0.0041}, Opening{"bracket", {0, 0}, 0.029, 0.0}}) {
     const auto mesh =
         vps::LoadTriangles(Scenarios() / "module_replacement" / "meshes" / (std::string(opening.mesh) + ".glb"));
     ASSERT_TRUE(mesh);

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "nodes/visual_node/gl/closed_mesh.hpp"
+#include "view/appearance/material.hpp"
 #include "vps/mesh/vertex_normals.hpp"
 
 namespace visual_node {
@@ -34,38 +35,75 @@ GlTexture UploadTexture(const vps::VisualTexture& picture) {
   return texture;
 }
 
-}  // namespace
+GpuMesh::Look LookOf(const vps::VisualMaterial& given) {
+  GpuMesh::Look look;
+  look.material = view::MaterialOf(given);
+  look.is_lens = given.is_lens;
+  look.is_two_sided = given.is_two_sided;
+  look.base_texture = given.base_texture;
+  look.surface_texture = given.surface_texture;
+  look.normal_texture = given.normal_texture;
+  look.emissive_texture = given.emissive_texture;
+  look.has_occlusion = given.has_occlusion;
+  return look;
+}
 
-GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
-  GpuMesh gpu;
+std::vector<Vertex> VerticesOf(const vps::VisualMesh& mesh) {
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;
   for (const vps::VisualPrimitive& primitive : mesh.primitives) {
-    GpuMesh::Part part;
-    part.num_indices = static_cast<GLsizei>(primitive.indices.size());
-    part.first_byte = indices.size() * sizeof(std::uint32_t);
-    part.material = {primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f), primitive.is_foil};
-    part.is_lens = primitive.is_lens;
-    part.is_two_sided = primitive.is_two_sided;
-    part.base_texture = primitive.base_texture;
-    part.surface_texture = primitive.surface_texture;
-    part.normal_texture = primitive.normal_texture;
-    part.has_occlusion = primitive.has_occlusion;
-    gpu.has_lens = gpu.has_lens || part.is_lens;
-    const auto base = static_cast<std::uint32_t>(vertices.size());
     for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
       vertices.push_back({primitive.positions[i], primitive.normals[i]});
       if (!primitive.uvs.empty()) vertices.back().uv = primitive.uvs[i];
     }
-    for (const std::uint32_t i : primitive.indices) indices.push_back(base + i);
-    gpu.parts.push_back(part);
   }
+  return vertices;
+}
+
+// Bounding box and sphere.
+void Bound(const std::vector<Vertex>& vertices, GpuMesh* gpu) {
+  if (vertices.empty()) return;
+  glm::vec3 low = vertices.front().position_M;
+  glm::vec3 high = low;
+  for (const Vertex& vertex : vertices) {
+    low = glm::min(low, vertex.position_M);
+    high = glm::max(high, vertex.position_M);
+  }
+  gpu->centre_M = 0.5f * (low + high);
+  gpu->half_size_m = 0.5f * (high - low);
+  gpu->radius_m = 0.0f;
+  for (const Vertex& vertex : vertices) {
+    gpu->radius_m = std::max(gpu->radius_m, glm::distance(gpu->centre_M, vertex.position_M));
+  }
+}
+
+}  // namespace
+
+GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
+  GpuMesh gpu;
+  const std::vector<Vertex> vertices = VerticesOf(mesh);
+  std::vector<std::uint32_t> indices;
+  std::uint32_t first_vertex = 0;
+  for (const vps::VisualPrimitive& primitive : mesh.primitives) {
+    GpuMesh::Part part;
+    static_cast<GpuMesh::Look&>(part) = LookOf(primitive);
+    part.num_indices = static_cast<GLsizei>(primitive.indices.size());
+    part.first_byte = indices.size() * sizeof(std::uint32_t);
+    for (const vps::VisualMaterial& variant : primitive.variants) part.variants.push_back(LookOf(variant));
+    gpu.has_lens = gpu.has_lens || part.is_lens;
+    for (const std::uint32_t i : primitive.indices) indices.push_back(first_vertex + i);
+    first_vertex += static_cast<std::uint32_t>(primitive.positions.size());
+    gpu.parts.push_back(std::move(part));
+  }
+  gpu.variants = mesh.variants;
   for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
   // Of a closed mesh they are hidden by others, whatever its file says.
   const bool has_two_sides =
       std::any_of(gpu.parts.begin(), gpu.parts.end(), [](const GpuMesh::Part& part) { return part.is_two_sided; });
   if (has_two_sides && !bends && IsClosedAndFacesOutwards(mesh)) {
-    for (GpuMesh::Part& part : gpu.parts) part.is_two_sided = false;
+    for (GpuMesh::Part& part : gpu.parts) {
+      part.is_two_sided = false;
+      for (GpuMesh::Look& variant : part.variants) variant.is_two_sided = false;
+    }
   }
   gpu.num_indices = static_cast<GLsizei>(indices.size());
   gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
@@ -85,24 +123,13 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
   glEnableVertexArrayAttrib(layout, 4);
   glVertexArrayAttribFormat(layout, 4, 2, GL_FLOAT, GL_FALSE, offsetof(Vertex, uv));
   glVertexArrayAttribBinding(layout, 4, 0);
-  if (vertices.empty()) return gpu;
-  glm::vec3 low = vertices.front().position_M;
-  glm::vec3 high = low;
-  for (const Vertex& vertex : vertices) {
-    low = glm::min(low, vertex.position_M);
-    high = glm::max(high, vertex.position_M);
-  }
-  gpu.centre_M = 0.5f * (low + high);
-  gpu.half_size_m = 0.5f * (high - low);
-  for (const Vertex& vertex : vertices) {
-    gpu.radius_m = std::max(gpu.radius_m, glm::distance(gpu.centre_M, vertex.position_M));
-  }
+  Bound(vertices, &gpu);
   return gpu;
 }
 
-void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu) {
-  std::vector<Vertex> vertices(primitive.positions.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) vertices[i] = {primitive.positions[i], primitive.normals[i], {}};
+void UpdateVertices(const vps::VisualMesh& mesh, GpuMesh* gpu) {
+  const std::vector<Vertex> vertices = VerticesOf(mesh);
+  Bound(vertices, gpu);
   glNamedBufferSubData(gpu->vertices.id(), 0, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
                        vertices.data());
 }

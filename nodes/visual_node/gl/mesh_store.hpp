@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "nodes/visual_node/gl/gl_objects.hpp"
@@ -10,9 +11,7 @@ namespace visual_node {
 
 // A mesh on the GPU, with its bounding box and bounding sphere.
 struct GpuMesh {
-  struct Part {  // a run of indices with one material
-    GLsizei num_indices = 0;
-    std::uintptr_t first_byte = 0;
+  struct Look {
     view::Material material;
     bool is_lens = false;      // what shines of a lamp
     bool is_two_sided = true;  // false: its triangles that face away are not seen
@@ -20,7 +19,18 @@ struct GpuMesh {
     int base_texture = -1;
     int surface_texture = -1;
     int normal_texture = -1;
+    int emissive_texture = -1;
     bool has_occlusion = false;
+  };
+  struct Part : Look {  // a run of indices with one material
+    GLsizei num_indices = 0;
+    std::uintptr_t first_byte = 0;
+    std::vector<Look> variants;  // one for each of GpuMesh::variants, or none
+
+    // Its look in that variant; -1: the first.
+    [[nodiscard]] const Look& look(int variant) const {
+      return variant < 0 || variants.empty() ? *this : variants[static_cast<std::size_t>(variant)];
+    }
   };
 
   GlVertexArray layout;
@@ -29,6 +39,7 @@ struct GpuMesh {
   GlBuffer indices;
   std::vector<Part> parts;
   std::vector<GlTexture> textures;
+  std::vector<std::string> variants;
   bool has_lens = false;
   GLsizei num_indices = 0;
   glm::vec3 centre_M{0.0f};  // of box and sphere
@@ -39,8 +50,8 @@ struct GpuMesh {
 // `bends`: UpdateVertices will be called, and the vertices of now are kept as those at rest.
 GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false);
 
-// Replaces positions and normals of a mesh with one primitive; the number of vertices must be the same.
-void UpdateVertices(const vps::VisualPrimitive& primitive, GpuMesh* gpu);
+// Replaces positions and normals; the number of vertices must be the same.
+void UpdateVertices(const vps::VisualMesh& mesh, GpuMesh* gpu);
 
 // Shaft and head of an arrow, along +z from 0 to 1, radius 1.
 vps::VisualMesh MakeCylinder(std::uint32_t num_sides);

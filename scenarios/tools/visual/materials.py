@@ -30,11 +30,11 @@ FOIL = Material("mli_gold", (0.94, 0.64, 0.25), 1.0, 0.28)
 NOZZLE = Material("nozzle", (0.26, 0.22, 0.20), 1.0, 0.38)
 MIRROR = Material("mirror", (0.90, 0.91, 0.93), 1.0, 0.10)
 CLOTH_RED = Material("cloth_red", (0.55, 0.03, 0.025), 0.0, 0.85, normal=pictures.weave(), tile=10.0)
-CELLS = Material("solar_cells", (1.0, 1.0, 1.0), 0.0, 0.16, base=pictures.solar_cells(), tile=60.0)
+CELLS = Material("solar_cells", (1.0, 1.0, 1.0), 0.0, 0.40, base=pictures.solar_cells(), tile=60.0, coat=(1.0, 0.08))
 HOUSING = Material("housing", (0.055, 0.058, 0.064), 0.35, 0.40)
 STEEL_SATIN = Material("steel_satin", (0.56, 0.56, 0.55), 1.0, 0.36, surface=BRUSHED, tile=24.0)
 PAD = Material("pad", (0.03, 0.03, 0.032), 0.0, 0.7, normal=pictures.ribs())
-GREEN_LIGHT = Material("light_green", (0.05, 0.75, 0.15), 0.0, 0.3)
+GREEN_LIGHT = Material("light_green", (0.02, 0.25, 0.05), 0.0, 0.3, glow=(0.1, 1.4, 0.3))
 
 
 def labels(sheet):

@@ -58,6 +58,35 @@ void CheckMeshes(const scene::Scenario& scenario, CheckOutcome* outcome) {
   }
 }
 
+// What a viewer would refuse: a variant that the mesh file does not have, another number of joints.
+void CheckLooks(const scene::Scenario& scenario, CheckOutcome* outcome) {
+  const auto check = [&](const std::string& title, const std::filesystem::path& file, const std::string& variant,
+                         std::size_t num_joints) {
+    if (file.empty() || (variant.empty() && num_joints == 0)) return;
+    const auto mesh = vps::LoadVisualMesh(file);
+    if (!mesh) {
+      outcome->problems.push_back(title + ": " + mesh.error().detail);
+      return;
+    }
+    const auto& known = mesh->variants;
+    if (!variant.empty() && std::find(known.begin(), known.end(), variant) == known.end()) {
+      outcome->problems.push_back(title + ": " + file.string() + " has no variant '" + variant + "'; " +
+                                  core::SuggestName(variant, known));
+    }
+    if (num_joints > 0 && num_joints != mesh->joints.size()) {
+      outcome->problems.push_back(title + ": the skin of " + file.string() + " has " +
+                                  std::to_string(mesh->joints.size()) + " joints, and " + std::to_string(num_joints) +
+                                  " are named; name what each goes with, in the file's order");
+    }
+  };
+  for (const scene::Object& object : scenario.objects) {
+    check("object '" + object.name + "'", object.visual_mesh, object.material.variant, 0);
+  }
+  for (const scene::Scenery& scenery : scenario.scenery) {
+    check("scenery '" + scenery.name + "'", scenery.mesh, scenery.variant, scenery.joints.size());
+  }
+}
+
 }  // namespace
 
 CheckOutcome CheckScenario(const std::filesystem::path& path) {
@@ -73,6 +102,7 @@ CheckOutcome CheckScenario(const std::filesystem::path& path) {
     for (const scene::Diagnostic& diagnostic : diagnostics) outcome.problems.push_back(scene::Format(diagnostic));
   }
   CheckMeshes(*scenario, &outcome);
+  CheckLooks(*scenario, &outcome);
   return outcome;
 }
 
