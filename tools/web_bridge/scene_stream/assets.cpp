@@ -10,6 +10,7 @@
 #include "nodes/visual_node/film/exposure.hpp"
 #include "nodes/visual_node/film/film_shaders.hpp"
 #include "nodes/visual_node/gl/closed_mesh.hpp"
+#include "nodes/visual_node/sky/fine_structure.hpp"
 #include "nodes/visual_node/sky/ground.hpp"
 #include "nodes/visual_node/sky/sky_shaders.hpp"
 #include "space/orbit.hpp"
@@ -17,6 +18,7 @@
 #include "tools/web_bridge/scene_stream/numbers.hpp"
 #include "view/appearance/environment_light.hpp"
 #include "view/appearance/foil.hpp"
+#include "view/appearance/material.hpp"
 #include "view/appearance/sheet_mesh.hpp"
 #include "view/appearance/split_sum.hpp"
 #include "view/choices.hpp"
@@ -65,7 +67,8 @@ std::uint32_t OneMore(int index) {
   return static_cast<std::uint32_t>(index + 1);
 }
 
-oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh) {
+// `variant`: of its looks; empty: the first.
+oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh, const std::string& variant) {
   oos::SceneMesh message;
   const bool is_closed = visual_node::IsClosedAndFacesOutwards(mesh);
   std::uint32_t num_vertices = 0, num_indices = 0;
@@ -73,15 +76,15 @@ oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh) {
     oos::ScenePart* part = message.add_parts();
     part->set_first_index(num_indices);
     part->set_num_indices(static_cast<std::uint32_t>(primitive.indices.size()));
-    Put(view::Material{primitive.base_color, primitive.metallic, primitive.roughness, glm::vec3(0.0f),
-                       primitive.is_foil},
-        part->mutable_surface());
-    part->set_is_lens(primitive.is_lens);
-    part->set_is_two_sided(primitive.is_two_sided && !is_closed);
-    part->set_base_texture(OneMore(primitive.base_texture));
-    part->set_surface_texture(OneMore(primitive.surface_texture));
-    part->set_normal_texture(OneMore(primitive.normal_texture));
-    part->set_has_occlusion(primitive.has_occlusion);
+    const vps::VisualMaterial& look = view::LookOf(primitive, mesh, variant);
+    Put(view::MaterialOf(look), part->mutable_surface());
+    part->set_is_lens(look.is_lens);
+    part->set_is_two_sided(look.is_two_sided && !is_closed);
+    part->set_base_texture(OneMore(look.base_texture));
+    part->set_surface_texture(OneMore(look.surface_texture));
+    part->set_normal_texture(OneMore(look.normal_texture));
+    part->set_emissive_texture(OneMore(look.emissive_texture));
+    part->set_has_occlusion(look.has_occlusion);
     for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
       const glm::vec2 uv = primitive.uvs.empty() ? glm::vec2(0.0f) : primitive.uvs[i];
       Append(primitive.positions[i], message.mutable_vertices());
@@ -104,6 +107,7 @@ oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh) {
   return message;
 }
 
+// A variant of a mesh is a mesh of its own here. A skin lies as its file has it.
 core::Result<void> AddMeshes(const view::Scene& scene, oos::SceneAssets* assets) {
   for (const std::filesystem::path& path : scene.assets->meshes) {
     if (path.empty()) {  // an invisible object
@@ -112,7 +116,15 @@ core::Result<void> AddMeshes(const view::Scene& scene, oos::SceneAssets* assets)
     }
     const core::Result<vps::VisualMesh> mesh = vps::LoadVisualMesh(path);
     if (!mesh) return tl::unexpected(mesh.error());
-    *assets->add_meshes() = MeshMessage(*mesh);
+    *assets->add_meshes() = MeshMessage(*mesh, "");
+  }
+  const auto& variants = scene.assets->variants;
+  for (std::size_t i = 0; i < std::min(variants.size(), scene.instances.size()); ++i) {
+    if (variants[i].empty()) continue;
+    const auto mesh = vps::LoadVisualMesh(scene.assets->meshes[scene.instances[i].mesh]);
+    if (!mesh) return tl::unexpected(mesh.error());
+    assets->mutable_instances(static_cast<int>(i))->set_mesh(static_cast<std::uint32_t>(assets->meshes_size()));
+    *assets->add_meshes() = MeshMessage(*mesh, variants[i]);
   }
   return {};
 }
@@ -201,12 +213,18 @@ core::Result<void> AddStars(oos::SceneAssets* assets) {
 core::Result<void> AddEarth(oos::SceneAssets* assets) {
   const auto ground = visual_node::ReadGround();
   if (!ground) return tl::unexpected(ground.error());
-  std::vector<std::uint8_t> lights;
-  for (std::size_t i = 0; i < ground->lights.rgba.size(); i += 4) lights.push_back(ground->lights.rgba[i]);
+  const auto put_grey = [](const picture::Image& map, oos::SceneTable* table) {
+    std::vector<std::uint8_t> grey;
+    for (std::size_t i = 0; i < map.rgba.size(); i += 4) grey.push_back(map.rgba[i]);
+    PutTable(map.width, map.height, 1, std::span<const std::uint8_t>(grey), table);
+  };
   PutTable(ground->colors.width, ground->colors.height, 4, std::span<const std::uint8_t>(ground->colors.rgba),
            assets->mutable_land());
-  PutTable(ground->lights.width, ground->lights.height, 1, std::span<const std::uint8_t>(lights),
-           assets->mutable_lights());
+  put_grey(ground->clouds, assets->mutable_clouds());
+  put_grey(ground->lights, assets->mutable_lights());
+  const std::vector<std::uint8_t> fine = visual_node::FineStructure();
+  PutTable(visual_node::kFineSize, visual_node::kFineSize * visual_node::kFineSize, 2,
+           std::span<const std::uint8_t>(fine), assets->mutable_fine());
   assets->set_moon_radius_m(space::kMoonRadius_m);
   return {};
 }

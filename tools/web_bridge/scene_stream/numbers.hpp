@@ -46,6 +46,8 @@ inline void Put(const view::Material& material, oos::SceneSurface* surface) {
   surface->set_roughness(material.roughness);
   Put(material.emissive, surface->mutable_emissive());
   surface->set_is_foil(material.is_foil);
+  surface->set_coat(material.coat);
+  surface->set_coat_roughness(material.coat_roughness);
 }
 
 }  // namespace scene_stream

@@ -6,7 +6,7 @@ import { FullScreen } from "./full_screen.js";
 import { toEs } from "./glsl.js";
 import { landTexture, tableTexture } from "./tables.js";
 
-const FACE_PX = 512, TILE_PX = 128, TILES = FACE_PX / TILE_PX;
+const FACE_PX = 1024, TILE_PX = 256, TILES = FACE_PX / TILE_PX;
 const TILES_AT_ONCE = 6;
 const EARTH_RADIUS_M = 6371000;
 
@@ -25,8 +25,8 @@ export class EarthGround {
 
   constructor(assets, shaders) {
     const uniforms = { u_centre: { value: null }, u_right: { value: null }, u_down: { value: null },
-      u_land: { value: landTexture(assets.land) }, u_lights: { value: tableTexture(assets.lights) } };
-    uniforms.u_lights.value.wrapS = THREE.RepeatWrapping;
+      u_land: { value: landTexture(assets.land) }, u_lights: { value: tableTexture(assets.lights) }, u_clouds: { value: tableTexture(assets.clouds) } };
+    uniforms.u_lights.value.wrapS = uniforms.u_clouds.value.wrapS = THREE.RepeatWrapping;
     const vertex = toEs(shaders.earth_vertex);
     this.passes = [["o_color", this.ground], ["o_lights", this.lights]].map(([output, target]) => ({ target,
       shader: new FullScreen({ vertex, fragment: toEs(shaders.earth_fragment, { output }), uniforms }) }));

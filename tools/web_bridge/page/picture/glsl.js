@@ -1,7 +1,7 @@
 // The OpenGL renderer's shaders, from GLSL 4.5 to that of WebGL 2 (GLSL ES 3.00), which lacks locations and bindings of
 // uniforms, a second source colour for blending, and borders of textures.
 
-const HEAD = "precision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\n";
+const HEAD = "precision highp float;\nprecision highp int;\nprecision highp sampler2DShadow;\nprecision highp sampler3D;\n";
 
 // Static and moving casters have a map each, because copying one is dear without a GPU. Outside of both the sun shines.
 const SHADOW = `

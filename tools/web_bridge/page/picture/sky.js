@@ -6,7 +6,7 @@ import { EarthGround } from "./earth_ground.js";
 import { FullScreen } from "./full_screen.js";
 import { toEs } from "./glsl.js";
 import { Stars } from "./stars.js";
-import { tableTexture } from "./tables.js";
+import { cubeOfNoise, tableTexture } from "./tables.js";
 
 const GLARE = [0.35, 0.34, 0.32];  // of the sun in the camera, as sky.cpp
 const OLD_MS = 1000;  // the sky turns by 0.07 degrees in a second: half a pixel of most views
@@ -37,7 +37,7 @@ export class Sky {
     const earth = { ...common, u_earth_W: { value: new THREE.Vector4() }, u_R_EW: { value: new THREE.Matrix3() },
       u_scattering: { value: tableTexture(air.scattering) }, u_through: { value: tableTexture(air.through) },
       u_ground_light: { value: tableTexture(air.groundLight) }, u_earth: { value: this.ground.ground.texture },
-      u_lights: { value: this.ground.lights.texture },
+      u_lights: { value: this.ground.lights.texture }, u_fine: { value: cubeOfNoise(assets.fine) },
       u_shell: { value: new THREE.Vector4(air.top, air.horizon, air.leastMuS, air.lowest) },
       u_mie: { value: new THREE.Vector4(...air.mieRatio, air.mieG) },
       u_sun: { value: new THREE.Vector3(...assets.sunColor) },

@@ -75,9 +75,10 @@ export class Surfaces {
   make(surface, place, part = {}, textures = []) {
     const textureOf = (index) => (surface.isFoil ? undefined : textures[index - 1]);
     const maps = { BASE_MAP: textureOf(part.baseTexture), SURFACE_MAP: textureOf(part.surfaceTexture),
-      NORMAL_MAP: textureOf(part.normalTexture) };
+      NORMAL_MAP: textureOf(part.normalTexture), GLOW_MAP: textureOf(part.emissiveTexture) };
     const defines = Object.keys(maps).filter((name) => maps[name]);
     if (surface.isFoil) defines.push("FOIL");
+    if (surface.coat > 0 && !surface.isFoil) defines.push("COAT");
     const material = new THREE.RawShaderMaterial({ glslVersion: THREE.GLSL3,
       vertexShader: toEs(this.head + this.shaders.surface_vertex, { defines }),
       fragmentShader: toEs(this.head + this.shaders.surface_fragment, { defines }),
@@ -85,7 +86,8 @@ export class Surfaces {
       uniforms: { ...this.common, ...place.uniforms, u_base_metallic: { value: new THREE.Vector4() },
         u_emissive_roughness: { value: new THREE.Vector4() }, u_occlusion: { value: part.hasOcclusion ? 1 : 0 },
         u_base_map: { value: maps.BASE_MAP }, u_surface_map: { value: maps.SURFACE_MAP },
-        u_normal_map: { value: maps.NORMAL_MAP } } });
+        u_normal_map: { value: maps.NORMAL_MAP }, u_glow_map: { value: maps.GLOW_MAP },
+        u_coat: { value: new THREE.Vector2(surface.coat, surface.coatRoughness) } } });
     setSurface(material, surface);
     return material;
   }

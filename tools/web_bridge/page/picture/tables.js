@@ -31,6 +31,20 @@ export function tableTexture(table) {
   return asTexture(withFourth(values), width, height, 4, THREE.FloatType);
 }
 
+// Noise in a cube that repeats.
+export function cubeOfNoise({ width, values, numChannels }) {
+  const texture = new THREE.Data3DTexture(values, width, width, width);
+  texture.format = FORMATS[numChannels];
+  texture.type = THREE.UnsignedByteType;
+  texture.minFilter = THREE.LinearMipmapLinearFilter;
+  texture.magFilter = THREE.LinearFilter;
+  texture.wrapS = texture.wrapT = texture.wrapR = THREE.RepeatWrapping;
+  texture.generateMipmaps = true;
+  texture.unpackAlignment = 1;
+  texture.needsUpdate = true;
+  return texture;
+}
+
 // Repeats, and has smaller levels for what is far away.
 export function tiledTexture(table) {
   const texture = tableTexture(table);
