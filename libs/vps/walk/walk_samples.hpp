@@ -50,6 +50,12 @@ inline void WeighBlock(const WeighInput& in, const PointBlock& block, const floa
   const float most = MostOf(high);
   const float slope = (most - least) * in.m_per_voxel / (2.0f * radius_m);
   const float steep = in.steeper * slope + in.least_slope < 1.0f ? in.steeper * slope + in.least_slope : 1.0f;
+  // Of a face along G's no sample reaches it.
+  const float most_m = most * in.m_per_voxel;
+  if (most < 0.0f && !(most > -in.unrefined.outside) && most_m * most_m >= in.most_m2 * (steep * steep)) {
+    near->weight = near->inside = near->unrefined = 0.0f;
+    return;
+  }
   Row weight;
   Row inside;
   for (int j = 0; j < kParts; ++j) {
