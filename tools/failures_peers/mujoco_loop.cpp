@@ -1,5 +1,6 @@
 #include "tools/failures_peers/mujoco_loop.hpp"
 
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -46,7 +47,10 @@ class MujocoLoop final : public failures::PeerLoop {
     AddMoving(mesh, X_WO, mass_kg, {I[0][0], I[1][1], I[2][2]});
   }
   using PeerLoop::Tick;
-  void Tick() override { mj_step(model(), data_.get()); }
+  void Tick() override {
+    mjModel* const m = model();  // makes the data, too
+    mj_step(m, data_.get());
+  }
 
   [[nodiscard]] core::Pose X_WC() const override {
     model();
@@ -114,6 +118,8 @@ class MujocoLoop final : public failures::PeerLoop {
     std::ostringstream all;
     all << R"(<mujoco><compiler balanceinertia="false" boundmass="0" boundinertia="0"/><option gravity="0 0 0" timestep="0.001"/><asset>)"
         << meshes_.str() << "</asset><worldbody>" << bodies_.str() << "</worldbody></mujoco>";
+    static std::mutex one_at_a_time;  // through a file of the process
+    const std::lock_guard lock(one_at_a_time);
     model_ = physics::test::LoadMujoco(all.str());
     if (model_ == nullptr) throw std::runtime_error("MuJoCo does not take the model");
     data_.reset(mj_makeData(model_.get()));

@@ -103,7 +103,8 @@ void StudyFriction(const Peers& peers, Report* report) {
                "breakaway and sliding force over the cone's",
                "0.97 to 1.03",
                {},
-               "coupling `paper` has no friction"};
+               "coupling `paper` has no friction; the peers' friction gives way far below the cone, and why was not "
+               "looked into"};
     Row ripple = breaks;
     ripple.observable = "rms of the force along the plate, of its mean";
     ripple.bound = "<= 3 %";

@@ -69,7 +69,8 @@ void StudyLightBodies(Report* report) {
           "fastest; kinetic energy of the last 20 s over the first 20 s (0: below 1 mm/s); force",
           "<= 0.1 m/s; <= 1; >= 45 N",
           {},
-          "with the coupling `paper` the part is shot out; the cause has not been found"};
+          "coupling `paper` has no friction at the hand, but physics_node drags the part by friction of its own, so "
+          "that it tips and is shot out"};
   const std::vector<Pressed> pressed = OfVariants(Press);
   for (std::size_t i = 0; i < pressed.size(); ++i) {
     const Pressed& one = pressed[i];
