@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Runs whole scenarios and writes what their reports say to docs/performance/live: `./dev bench live`.
 
-  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, runs, processes, pictures (all unless named;
-                                   1, 6, 5, 6 and 13 minutes). processes needs root and what tests/lab needs.
+  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, step, runs, processes, pictures (all unless
+                                   named; 1, 6, 2, 5, 6 and 13 minutes). processes needs root and what tests/lab needs.
 """
 import csv
 import json
@@ -30,6 +30,8 @@ TABLES = {
                  [f"{short}, {method}" for method in BOTH])
                 for scenario, short in [("module_replacement", "module_replacement"),
                                         ("peg_in_hole/tight.xml", "peg_in_hole/tight")]],
+    "step": [("module_replacement", ["--headless", "--without", "visual_node"], ["live"]),
+             ("module_replacement", ["--lockstep"], ["lock-step"])],
     "runs": [("module_replacement", ["--headless"] + more, [head])
              for head, more in [("as it is", []), ("without visual_node", ["--without", "visual_node"]),
                                 ("without real-time priority", ["--rt", "off"])]],
@@ -57,6 +59,7 @@ CPU_TIMES += [("every haptic step, processor time, µs, " + part, ["haptic", f"c
 STOLEN = ("share of the processors' time that the machine's host took", ["haptic", "stolen_share"])
 ROWS = {
     "lockstep": [("completed", ["completed"])] + CPU_TIMES + [("cycles in contact", ["haptic", "contact_cycles"])],
+    "step": CPU_TIMES + STEPS + [STOLEN, ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
     "methods": [("completed", ["completed"])] + CPU_TIMES + STEPS + LATENCIES[:4] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"]),
         ("peak force on the hand, N", ["peak_force_N"])],
