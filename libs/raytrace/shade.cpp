@@ -94,7 +94,8 @@ Lighting::Parts Lighting::Reflect(const Surface& s) const {
   const glm::vec3 mean = s.base + (1.0f - s.base) / 21.0f;
   const glm::vec3 again_metal = (s.base * split.x + split.y) * lost * mean / (1.0f - lost * mean);
   const glm::vec3 again = glm::mix(glm::vec3(ground.again), again_metal, s.metallic);
-  const glm::vec3 matt = s.base * ((1.0f - s.metallic) * (1.0f - ground.once - ground.again));
+  const glm::vec3 within = s.base * ((1.0f - s.metallic) * (1.0f - ground.once - ground.again));
+  const glm::vec3 matt = (1.0f - s.transmission) * within;
 
   if (nl > 0.0f && glm::dot(s.smooth_n_W, l) > 0.0f) {
     const glm::vec3 h = glm::normalize(l + s.v_W);
@@ -109,7 +110,9 @@ Lighting::Parts Lighting::Reflect(const Surface& s) const {
   parts.mirror = s.open * once;
   parts.mirror_W = glm::reflect(-s.v_W, n);
   parts.lobe_rad = a;
-  parts.rest = s.open * Irradiance(n) * (again + matt) + s.emissive;
+  parts.ambient = s.open * Irradiance(n) * (again + matt);
+  parts.through = s.transmission * within;
+  parts.rest = s.emissive;
   for (const Lamp& lamp : lamps_) {
     const glm::vec3 to = lamp.p_W - s.p_W;
     const float far_m = glm::length(to), d = far_m / lamp.reach_m, fall = 1.0f / (1.0f + d * d);
@@ -131,7 +134,9 @@ void Lighting::Coat(const Surface& s, Parts* parts) const {
   const float kept = 1.0f - s.coat * (mirrors.once + mirrors.again);
   parts->sun *= kept;
   parts->mirror *= kept;
-  parts->rest = kept * parts->rest + s.coat * s.open * mirrors.again * Irradiance(s.n_W);
+  parts->rest *= kept;
+  parts->through *= kept;
+  parts->ambient = kept * parts->ambient + s.coat * s.open * mirrors.again * Irradiance(s.n_W);
   if (nl > 0.0f) {
     const glm::vec3 h = glm::normalize(l + s.v_W);
     const float nh = std::max(glm::dot(n, h), 0.0f), w = 1.0f - std::max(glm::dot(h, s.v_W), 0.0f);

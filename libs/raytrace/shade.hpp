@@ -24,7 +24,10 @@ struct Surface {
   float open = 1.0f;  // the share of the surroundings that reaches it
   float coat = 0.0f;  // the share that lacquer covers
   float coat_roughness = 0.0f;
+  float transmission = 0.0f;  // of the light that is not mirrored, how much goes through
+  float ior = 1.5f;
   bool is_foil = false;
+  bool is_back = false;  // of the triangle; of glass: the ray comes from inside
 };
 
 struct Lamp {
@@ -49,6 +52,8 @@ class Lighting {
     glm::vec3 mirror{0.0f};  // the share of the light from `mirror_W`
     glm::vec3 mirror_W{0.0f};
     float lobe_rad = 0.0f;
+    glm::vec3 ambient{0.0f};  // of the light around, when nothing near hides it
+    glm::vec3 through{0.0f};  // the share of the light from behind
     glm::vec3 rest{0.0f};
   };
   [[nodiscard]] Parts Reflect(const Surface& surface) const;

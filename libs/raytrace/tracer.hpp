@@ -5,6 +5,7 @@
 #include "core/result.hpp"
 #include "picture/measured.hpp"
 #include "raytrace/world.hpp"
+#include "tiles/quality.hpp"
 #include "tiles/tile.hpp"
 #include "view/scene.hpp"
 
@@ -53,8 +54,8 @@ class Tracer {
   // From the next tile on: things are where this scene has them, in this light.
   void Update(const view::Scene& scene, const view::EnvironmentLight& light);
 
-  // `has_mirrors`: smooth surfaces mirror what stands before them, else only the light around, as in OpenGL.
-  [[nodiscard]] LitTile Draw(const Eye& eye, const Tile& tile, bool has_mirrors = true) const;
+  // With no mirror images surfaces mirror only the light around, as in OpenGL.
+  [[nodiscard]] LitTile Draw(const Eye& eye, const Tile& tile, const tiles::Quality& quality = {}) const;
   [[nodiscard]] ObjectTile FindObjects(const Eye& eye, const Tile& tile) const;
 
   [[nodiscard]] const World& world() const { return *world_; }

@@ -2,7 +2,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <cstdlib>
 
 #include "raytrace/tracer.hpp"
@@ -13,7 +12,7 @@
 namespace raytrace {
 namespace {
 
-// 1280x720. Argument: whether there are mirror images.
+// 1280x720. Argument: tiles::Mirrors.
 void Draw(benchmark::State& state, const char* camera) {
   const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios/module_replacement");
   if (!scenario) std::abort();
@@ -27,11 +26,12 @@ void Draw(benchmark::State& state, const char* camera) {
   if (index < 0) std::abort();
   const Eye eye = Eye::Of(view::PlaceCamera(scene.assets->cameras[static_cast<std::size_t>(index)], scene), 1280, 720);
   for (auto _ : state) {
-    benchmark::DoNotOptimize((*tracer)->Draw(eye, {0, 0, eye.width, eye.height}, state.range(0) != 0));
+    benchmark::DoNotOptimize(
+        (*tracer)->Draw(eye, {0, 0, eye.width, eye.height}, {static_cast<tiles::Mirrors>(state.range(0)), 0}));
   }
 }
-BENCHMARK_CAPTURE(Draw, overview, "overview")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Draw, cavity, "cavity")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Draw, overview, "overview")->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Draw, cavity, "cavity")->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace raytrace

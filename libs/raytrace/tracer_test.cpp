@@ -210,5 +210,119 @@ TEST(Tracer, ASheetBendsWhereItsNodesAre) {
   EXPECT_NEAR(depth(), 2.5f, 1e-3f);
 }
 
+// A plate of glass, 0.2 m thick, over a floor that shines from x = 0 on, seen at 45 degrees. The plate shifts a ray
+// sideways by t (tan a - tan b), with sin a = n sin b.
+TEST(Tracer, GlassShiftsWhatIsBehindItBySnellsLaw) {
+  BoxOnFloor box;
+  box.light = {};
+  box.scene.instances[0].material = {.base_color = glm::vec3(0.0f), .emissive = glm::vec3(1.0f)};
+  box.scene.instances[0].X_WM.translation.x = 2.0;
+  box.scene.instances[1].is_material_given = false;
+  constexpr double kThick_m = 0.2;
+  for (const double ior : {1.0, 1.33, 1.5}) {
+    const auto mesh = [ior](const std::filesystem::path& name) -> core::Result<vps::VisualMesh> {
+      if (name == "0") return BoxOnFloor::Mesh(name);
+      vps::VisualPrimitive plate = vps::SplitAtCreases(vps::MakeBox({8, 8, kThick_m}), 0.6);
+      plate.has_material = true;
+      plate.base_color = glm::vec3(1.0f);
+      plate.transmission = 1.0f;
+      plate.ior = static_cast<float>(ior);
+      return vps::VisualMesh{{plate}};
+    };
+    const double sine = std::sqrt(0.5) / ior;
+    const double shift_m = kThick_m * (1.0 - sine / std::sqrt(1.0 - sine * sine));
+    box.camera.target_m = {shift_m, 0.0, 0.0};  // where a straight ray would see it
+    box.camera.eye_m = box.camera.target_m + glm::dvec3(-1.5, 0.0, 1.5);
+    const auto tracer = Trace(box.scene, mesh);
+    tracer->Update(box.scene, box.light);
+    const LitTile lit = tracer->Draw(Eye::Of(box.camera, kWidth, kHeight), kWhole);
+    int edge = kHeight;  // from the bottom upwards x grows
+    while (edge > 0 && LightAt(lit, kWidth / 2, edge - 1).g < 0.5f) --edge;
+    EXPECT_NEAR(edge, kHeight / 2, 1) << ior;
+    const float seen = LightAt(lit, kWidth / 2, kHeight / 4).g;
+    EXPECT_LT(seen, 1.1f) << "1.1 is what the floor sends";
+    EXPECT_GT(seen, 0.85f) << "both faces mirror some";
+  }
+}
+
+TEST(Tracer, GlassCastsNoShadow) {
+  BoxOnFloor box;
+  box.scene.instances[1].is_material_given = false;
+  const auto shaded = [&](float transmission) {
+    const auto tracer = Trace(box.scene, [&](const std::filesystem::path& name) -> core::Result<vps::VisualMesh> {
+      core::Result<vps::VisualMesh> mesh = BoxOnFloor::Mesh(name);
+      mesh->primitives[0].transmission = transmission;
+      return mesh;
+    });
+    tracer->Update(box.scene, box.light);
+    box.camera.target_m = {0.3, 0.0, 0.0};
+    box.camera.eye_m = {0.3, 0.0, 4.0};
+    return LightAt(tracer->Draw(Eye::Of(box.camera, kWidth, kHeight), kWhole), kWidth / 2, kHeight / 2).g;
+  };
+  EXPECT_EQ(shaded(0.0f), 0.0f);
+  EXPECT_GT(shaded(1.0f), 0.1f);
+}
+
+// The mean over the samples of a picture.
+glm::vec3 Mean(const Tracer& tracer, const Eye& eye, int x, int y, std::uint32_t samples) {
+  glm::vec3 sum(0.0f);
+  for (std::uint32_t sample = 1; sample <= samples; ++sample) {
+    sum += LightAt(tracer.Draw(eye, {x, y, 1, 1}, {tiles::Mirrors::kAll, sample}), 0, 0);
+  }
+  return sum / static_cast<float>(samples);
+}
+
+// From 0.5 m above the floor the sun's disc blurs an edge over 5 mm, here 24 pixels.
+TEST(Tracer, SamplesOfTheSunBlurAShadowsEdge) {
+  BoxOnFloor box;
+  const double edge_m = 0.5 * BoxOnFloor::kSide_m + BoxOnFloor::kHigh_m * 0.3 / 0.8;
+  box.camera.target_m = {edge_m, 0.0, 0.0};
+  box.camera.eye_m = {edge_m, 0.0, 4.0};
+  box.camera.vertical_fov_rad = 0.01;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  tracer->Update(box.scene, box.light);
+  const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
+  const float full = Mean(*tracer, eye, kWidth / 2 + 40, kHeight / 2, 16).g;
+  EXPECT_EQ(Mean(*tracer, eye, kWidth / 2 - 40, kHeight / 2, 16).g, 0.0f);
+  EXPECT_NEAR(Mean(*tracer, eye, kWidth / 2, kHeight / 2, 64).g, 0.5f * full, 0.08f * full);
+  const float hard = LightAt(tracer->Draw(eye, {kWidth / 2 + 5, kHeight / 2, 1, 1}), 0, 0).g;
+  EXPECT_NEAR(hard, full, 0.01f * full) << "a single sample has a hard shadow";
+}
+
+// Half of what a floor sees beside a high wall is the wall.
+TEST(Tracer, SamplesOfTheSurroundingsDarkenACorner) {
+  BoxOnFloor box;
+  const auto tracer = Trace(box.scene, BoxOnFloor::Mesh);
+  tracer->Update(box.scene, {.everywhere = glm::vec3(1.0f)});
+  const auto at = [&](double x_m) {
+    box.camera.target_m = {x_m, 0.0, 0.0};
+    box.camera.eye_m = {x_m, 0.0, 4.0};
+    return Mean(*tracer, Eye::Of(box.camera, kWidth, kHeight), kWidth / 2, kHeight / 2, 64).g;
+  };
+  const float open = at(1.5);
+  EXPECT_NEAR(at(0.5 * BoxOnFloor::kSide_m + 0.01), 0.5f * open, 0.1f * open);
+}
+
+TEST(Tracer, OneMirrorRayForFourPixelsShowsNearlyTheSame) {
+  view::Scene scene = view::KnownScene();
+  for (view::Instance& instance : scene.instances) {
+    instance.material.metallic = 1.0f;
+    instance.material.roughness = 0.1f;
+  }
+  const auto tracer = Trace(scene);
+  const Eye eye = Eye::Of(view::KnownCamera(), kWidth, kHeight);
+  const LitTile all = tracer->Draw(eye, kWhole), half = tracer->Draw(eye, kWhole, {tiles::Mirrors::kHalf});
+  const LitTile none = tracer->Draw(eye, kWhole, {tiles::Mirrors::kNone});
+  const auto difference = [&](const LitTile& other) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < all.light.values.size(); ++i) {
+      sum += std::abs(static_cast<double>(all.light.values[i] - other.light.values[i]));
+    }
+    return sum;
+  };
+  EXPECT_GT(difference(half), 0.0);
+  EXPECT_LT(difference(half), 0.2 * difference(none));
+}
+
 }  // namespace
 }  // namespace raytrace

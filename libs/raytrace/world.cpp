@@ -156,6 +156,8 @@ void World::Add(vps::VisualMesh source, bool bends) {
     }
     if (primitive.indices.size() < 3) continue;
     RTCGeometry geometry = MakeTriangles(device_, primitive, bends);
+    rtcSetGeometryMask(geometry, kDrawn | kVisible | (primitive.transmission > 0.0f ? 0u : kBlocks));
+    rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(mesh.tree, geometry, static_cast<unsigned>(i));
     rtcReleaseGeometry(geometry);  // the tree keeps it
   }
@@ -176,7 +178,7 @@ void World::Update(const view::Scene& scene) {
   for (std::size_t i = 0; i < num_instances_ && i < scene.instances.size(); ++i) {
     const view::Instance& instance = scene.instances[i];
     const bool is_drawn = instance.is_visible && instance.opacity >= 1.0f;
-    Move(&placed_[i], instance.X_WM, (is_drawn ? kDrawn : 0u) | (instance.is_visible ? kVisible : 0u));
+    Move(&placed_[i], instance.X_WM, (is_drawn ? kDrawn | kBlocks : 0u) | (instance.is_visible ? kVisible : 0u));
     const Mesh& mesh = meshes_[placed_[i].mesh];
     if (instance.posture != mesh.posture) Bend(instance.posture, &placed_[i]);
     placed_[i].materials.clear();
@@ -193,7 +195,7 @@ void World::Update(const view::Scene& scene) {
       sheet_versions_[i] = sheet.version;
       Bend(sheet, &placed);
     }
-    Move(&placed, core::Pose(), sheet.is_visible ? kDrawn | kVisible : 0u);
+    Move(&placed, core::Pose(), sheet.is_visible ? kDrawn | kVisible | kBlocks : 0u);
     placed.materials = {sheet.material};
     placed.has_own_material = true;
   }
@@ -273,6 +275,11 @@ Surface World::SurfaceAt(const Place& place) const {
   const glm::vec3 flat_M = glm::cross(e1, e2);
   const glm::vec3 along_M = place.along_W * placed.R_WM;
   const float side = glm::dot(flat_M, along_M) > 0.0f ? -1.0f : 1.0f;
+  s.is_back = side < 0.0f;
+  if (!placed.has_own_material) {
+    s.transmission = part.transmission;
+    s.ior = part.ior;
+  }
   glm::vec3 n_M = side * mean(part.normals);
   n_M = glm::dot(n_M, n_M) > 0.0f ? glm::normalize(n_M) : side * glm::normalize(flat_M);
   s.v_W = -glm::normalize(place.along_W);

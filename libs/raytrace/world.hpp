@@ -23,6 +23,7 @@ using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesy
 // Which instances a ray meets.
 constexpr unsigned kDrawn = 1;    // those with a surface of their own: visible and not transparent
 constexpr unsigned kVisible = 2;  // transparent ones, too
+constexpr unsigned kBlocks = 4;   // those drawn, but for glass: what keeps light away
 
 // What rays can meet: a tree of triangles for each mesh and each sheet, and a tree of the instances above them. An
 // instance that moves changes only the upper one.

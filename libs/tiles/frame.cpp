@@ -108,6 +108,11 @@ view::EnvironmentLight LightOf(const core::RayFrame& frame) {
   return light;
 }
 
+Quality QualityOf(const core::RayFrame& frame) {
+  const auto most = static_cast<std::uint8_t>(Mirrors::kAll);
+  return {static_cast<Mirrors>(std::min(frame.mirrors, most)), frame.sample};
+}
+
 std::uint64_t FrameDigest(const core::RayFrame& frame) {
   std::uint64_t hash = 0;
   const auto add = [&hash](const auto&... values) { ((hash = core::Hash64(&values, sizeof values, hash)), ...); };

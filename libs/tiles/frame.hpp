@@ -4,13 +4,11 @@
 
 #include "core/messages/rays.hpp"
 #include "core/result.hpp"
+#include "tiles/quality.hpp"
 #include "view/appearance/environment_light.hpp"
 #include "view/scene.hpp"
 
 namespace tiles {
-
-// Which mirror images a picture has.
-enum class Mirrors : std::uint8_t { kNone = 0, kHalf = 1, kAll = 2 };
 
 // What of a scene its light and depths depend on, for a message. `placed` is in W. What is over the scene (arrows,
 // captions) and far away (stars, Earth) is not in it.
@@ -21,6 +19,7 @@ core::RayFrame EncodeFrame(const view::Scene& scene, const view::EnvironmentLigh
 // unchanged, when it has other parts: the frame is of another scenario.
 bool ApplyFrame(const core::RayFrame& frame, view::Scene* scene);
 view::EnvironmentLight LightOf(const core::RayFrame& frame);
+Quality QualityOf(const core::RayFrame& frame);
 
 // Frames with equal numbers of this show the same picture.
 std::uint64_t FrameDigest(const core::RayFrame& frame);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/clock.hpp"
+#include "tiles/frame.hpp"
 
 namespace rt_visual_node {
 namespace {
@@ -117,16 +118,25 @@ void Exchange::TakeTile(std::size_t seat, const core::RayTile& tile) {
   figures_.bytes += tile.pixels.size();
 }
 
+// The wish as a frame; null: there is none, or its picture is as good as it becomes.
+std::unique_ptr<Drawn> Exchange::NextFrame() {
+  const std::scoped_lock lock(mutex_);
+  if (!wish_) return nullptr;
+  std::unique_ptr<Drawn> drawn = spare_ != nullptr ? std::move(spare_) : std::make_unique<Drawn>();
+  drawn->wish = std::move(*wish_);
+  wish_.reset();
+  if (drawn->wish.is_kept) return drawn;
+  drawn->digest = tiles::FrameDigest(drawn->wish.frame);
+  const auto sample = refinement_.Next(drawn->digest);
+  if (!sample) return nullptr;
+  drawn->wish.frame.sample = *sample;
+  return drawn;
+}
+
 void Exchange::BeginFrames() {
   while (schedule_->WantsFrame()) {
-    auto drawn = std::unique_ptr<Drawn>();
-    {
-      const std::scoped_lock lock(mutex_);
-      if (!wish_) return;
-      drawn = spare_ != nullptr ? std::move(spare_) : std::make_unique<Drawn>();
-      drawn->wish = std::move(*wish_);
-      wish_.reset();
-    }
+    std::unique_ptr<Drawn> drawn = NextFrame();
+    if (drawn == nullptr) return;
     core::RayFrame& frame = drawn->wish.frame;
     frame.frame = ++next_frame_;
     drawn->begin_ns = core::MonotonicNow_ns();
@@ -158,11 +168,15 @@ void Exchange::SendJobs() {
 
 void Exchange::Finish(std::uint64_t frame) {
   const auto found = in_flight_.find(frame);
-  found->second->end_ns = core::MonotonicNow_ns();
+  Drawn& drawn = *found->second;
+  const bool is_shown = drawn.wish.is_kept || refinement_.Take(drawn.digest, drawn.wish.frame.sample, &drawn.canvas);
+  drawn.end_ns = core::MonotonicNow_ns();
   {
     const std::scoped_lock lock(mutex_);
-    if (done_ != nullptr) spare_ = std::move(done_);  // nobody has looked at it
-    done_ = std::move(found->second);
+    figures_.cost_s += drawn.cost_s;
+    if (!is_shown) spare_ = std::move(found->second);
+    if (is_shown && done_ != nullptr) spare_ = std::move(done_);  // nobody has looked at it
+    if (is_shown) done_ = std::move(found->second);
     ++figures_.frames;
     figures_.workers = schedule_->num_taken();
     figures_.reissued = schedule_->num_reissued();

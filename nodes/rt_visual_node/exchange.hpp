@@ -17,6 +17,7 @@
 #include "core/messages/rays.hpp"
 #include "core/result.hpp"
 #include "tiles/pixels.hpp"
+#include "tiles/refinement.hpp"
 #include "tiles/schedule.hpp"
 #include "tiles/seats.hpp"
 #include "view/scene.hpp"
@@ -28,6 +29,7 @@ struct Wish {
   core::RayFrame frame;
   view::Scene scene;
   scene::Camera camera;  // in W
+  bool is_kept = false;  // a picture of its own, not the next of those that are shown
 };
 
 // A frame that they have drawn.
@@ -37,6 +39,7 @@ struct Drawn {
   std::int64_t begin_ns = 0;  // its tiles were given out from then on
   std::int64_t end_ns = 0;
   double cost_s = 0.0;  // of a core, of all its tiles
+  std::uint64_t digest = 0;
 };
 
 // Gives tiles to workers and puts their answers together, in a thread of its own with its own end of the bus: what
@@ -50,6 +53,7 @@ class Exchange {
     std::uint64_t reissued = 0;
     std::uint64_t unused = 0;
     std::uint64_t bytes = 0;  // of all answers
+    double cost_s = 0.0;      // of a core, of all frames
   };
 
   // `options` are the viewer's: the exchange's name is the viewer's with "-tiles".
@@ -61,7 +65,8 @@ class Exchange {
   core::Result<void> Start();
   void Stop();
 
-  // --- Drawing thread. The next frame is this one, unless another wish replaces it before.
+  // --- Drawing thread. The next frame is this one, unless another wish replaces it before. A wish that is like the
+  // last frame makes its picture better, if it can be better.
   void Want(Wish wish);
   // The newest complete frame, once; waits for it until a time [ns, CLOCK_MONOTONIC]. Null: none.
   std::unique_ptr<Drawn> Take(std::int64_t deadline_ns);
@@ -83,6 +88,7 @@ class Exchange {
   void TakeTiles();
   void TakeTile(std::size_t seat, const core::RayTile& tile);
   void BeginFrames();
+  std::unique_ptr<Drawn> NextFrame();
   void SendJobs();
   void Finish(std::uint64_t frame);
 
@@ -94,6 +100,7 @@ class Exchange {
   std::unique_ptr<tiles::Schedule> schedule_;
   std::map<std::uint64_t, std::unique_ptr<Drawn>> in_flight_;
   std::uint64_t next_frame_ = 0;
+  tiles::Refinement refinement_;
 
   mutable std::mutex mutex_;
   std::condition_variable is_done_;

@@ -15,17 +15,27 @@ class TracedSurfaces final : public visual_node::Surfaces {
  public:
   TracedSurfaces(const bus::NodeOptions& options, tiles::Mirrors mirrors) : exchange_(options), mirrors_(mirrors) {}
 
+  ~TracedSurfaces() override;
+
   core::Result<void> Start() { return exchange_.Start(); }
-  void Offer(const view::Scene& scene, const view::EnvironmentLight& light, const scene::Camera& placed, int width,
-             int height) override;
+  void Offer(const View& view, double scale) override;
   const Picture* Take() override;
+  const tiles::Canvas* Paint(const View& view) override;
   [[nodiscard]] bool is_alone() const override { return !exchange_.has_workers(); }
-  [[nodiscard]] Exchange::Figures figures() const { return exchange_.figures(); }
 
  private:
+  [[nodiscard]] Wish WishFor(const View& view) const;
+
   Exchange exchange_;
   tiles::Mirrors mirrors_;
   std::unique_ptr<Drawn> drawn_;
+  std::unique_ptr<Drawn> kept_;
+  // What was offered last, over the picture of the scene as it was drawn last.
+  view::Scene offered_;
+  scene::Camera offered_camera_;
+  std::uint64_t offered_digest_ = 0;
+  std::int64_t still_since_ns_ = 0;
+  std::int64_t shown_ns_ = 0;
   std::int64_t last_end_ns_ = 0;
   Picture picture_;
 };

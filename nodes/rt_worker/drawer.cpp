@@ -50,7 +50,7 @@ bool Drawer::Draw(const core::RayFrame& frame, const core::RayJob& job, core::Ra
   }
   const tiles::Tile tile{static_cast<int>(job.x), static_cast<int>(job.y), static_cast<int>(job.width),
                          static_cast<int>(job.height)};
-  const raytrace::LitTile lit = tracer_->Draw(EyeOf(frame), tile, frame.mirrors != 0);
+  const raytrace::LitTile lit = tracer_->Draw(EyeOf(frame), tile, tiles::QualityOf(frame));
   answer->job = job.id;
   answer->frame = job.frame;
   answer->pixels = tiles::EncodePixels(tile, lit.light.values, lit.depth_m.values);

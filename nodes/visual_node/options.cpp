@@ -181,7 +181,8 @@ cli::Syntax CommandLineSyntax() {
       {"--fps", "N",
        "most pictures per second; a slow machine draws them smaller to hold it. With a graphics card: as many as its "
        "screen shows",
-       "30", cli::Number(1.0, 1000.0)}};
+       "30", cli::Number(1.0, 1000.0)},
+      {"--full_size", "", "draws live pictures as large as the window, also when that is too slow for --fps"}};
   for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
   return syntax;
@@ -198,6 +199,7 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.view = arguments.text("--view");
   options.show = arguments.text("--show");
   options.is_headless = arguments.has("--headless");
+  options.is_full_size = arguments.has("--full_size");
   options.max_frames_per_s = arguments.checked_number("--fps");
   options.is_rate_given = arguments.has("--fps");
   if (arguments.has("--size")) {

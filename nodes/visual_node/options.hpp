@@ -50,6 +50,7 @@ struct Options {
   bool is_headless = false;
   double max_frames_per_s = 30.0;
   bool is_rate_given = false;  // false: with a graphics card as many as its screen shows
+  bool is_full_size = false;   // live pictures are never smaller than the window, however slow the machine
   bool is_still = false;       // --still: each named camera once, without any bus
   PictureOptions pictures;
 };

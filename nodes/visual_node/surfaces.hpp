@@ -19,20 +19,30 @@ class Surfaces {
   Surfaces& operator=(const Surfaces&) = delete;
   virtual ~Surfaces() = default;
 
-  // The newest scene, and how it is to be seen. `placed` is in W; size in pixels.
-  virtual void Offer(const view::Scene& scene, const view::EnvironmentLight& light, const scene::Camera& placed,
-                     int width, int height) = 0;
+  // A scene, and how it is to be seen.
+  struct View {
+    const view::Scene& scene;
+    view::EnvironmentLight light;
+    scene::Camera camera;  // in W
+    int width = 0;         // pixels
+    int height = 0;
+  };
+  // The newest scene. While things move its picture may be smaller, at that share of width and height.
+  virtual void Offer(const View& view, double scale) = 0;
 
   // A picture that is ready.
   struct Picture {
     const view::Scene* scene = nullptr;
     const scene::Camera* camera = nullptr;  // in W
-    const tiles::Canvas* canvas = nullptr;  // its size may be another than the one offered
-    std::int64_t begin_ns = 0;              // it was begun then
-    std::int64_t work_ns = 0;               // what it took of the time of those who draw
+    const tiles::Canvas* canvas = nullptr;
+    std::int64_t begin_ns = 0;  // it was begun then
+    std::int64_t work_ns = 0;   // what it took of the time of those who draw
   };
   // The newest picture that was not taken yet; valid until the next call. Waits a little for it; null: none has come.
   virtual const Picture* Take() = 0;
+
+  // A picture that is kept, in its full size. Waits for it; null: nobody draws it.
+  virtual const tiles::Canvas* Paint(const View& view) = 0;
 
   // Nobody is there to draw; the viewer draws by itself then.
   [[nodiscard]] virtual bool is_alone() const = 0;

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -206,7 +205,9 @@ class Viewer {
         walls_->Shown();
       }
       const std::int64_t drawing_ns = core::MonotonicNow_ns() - draw_ns - waited_to_show_ns_;
-      scale_.Update(1e-9 * static_cast<double>(std::max(drawing_ns, frame->elsewhere_ns)));
+      if (!options_.is_full_size) {
+        scale_.Update(1e-9 * static_cast<double>(std::max(drawing_ns, frame->elsewhere_ns)));
+      }
       if (signals_.is_screenshot_wanted != 0) {
         signals_.is_screenshot_wanted = 0;
         Take("", shown);
@@ -231,16 +232,37 @@ class Viewer {
     std::int64_t elsewhere_ns = 0;  // that others took for it meanwhile
   };
 
+  [[nodiscard]] Surfaces::View ViewOf(const view::Scene& scene, const scene::Camera& camera, int width,
+                                      int height) const {
+    return {scene, renderer_->LightAround(scene), view::PlaceCamera(camera, scene), width, height};
+  }
+
+  // Whoever draws the surfaces knows one eye, in the camera's place.
+  [[nodiscard]] bool IsTraced() const {
+    const bool is_simple = composition_.is_plain() && !composition_.viewing.screen_R && options_.head.empty();
+    return surfaces_ != nullptr && is_simple && !surfaces_->is_alone();
+  }
+
+  // A picture that is kept.
+  core::Result<Image> Paint(const view::Scene& scene, const scene::Camera& camera) {
+    if (IsTraced()) {
+      const RenderTarget target(kSmoothSamples * options_.width, kSmoothSamples * options_.height);
+      const tiles::Canvas* canvas = surfaces_->Paint(ViewOf(scene, camera, target.width(), target.height()));
+      if (canvas != nullptr) {
+        if (auto drawn = renderer_->Draw(scene, camera, target, {.surfaces = canvas}); !drawn) {
+          return tl::unexpected(drawn.error());
+        }
+        return Shrink(target.Read(), kSmoothSamples);
+      }
+    }
+    return RenderSmooth(*renderer_, scene, camera, options_.width, options_.height);
+  }
+
   // None: whoever draws the surfaces is not done.
   std::optional<Frame> NextFrame(const scene::Camera& camera, const RenderTarget& target, std::int64_t start_ns) {
     Frame frame{&shown_, &camera, Live(), start_ns};
-    // They know one eye, in the camera's place.
-    const view::Viewing& viewing = composition_.viewing;
-    const bool is_simple = composition_.is_plain() && !viewing.screen_R && options_.head.empty();
-    if (surfaces_ == nullptr || !is_simple || surfaces_->is_alone()) return frame;
-    const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(scale_.value() * pixels))); };
-    surfaces_->Offer(shown_, renderer_->LightAround(shown_), view::PlaceCamera(camera, shown_), scaled(target.width()),
-                     scaled(target.height()));
+    if (!IsTraced()) return frame;
+    surfaces_->Offer(ViewOf(shown_, camera, target.width(), target.height()), scale_.value());
     const Surfaces::Picture* picture = surfaces_->Take();
     if (picture == nullptr) return std::nullopt;
     frame.scene = picture->scene;
@@ -385,7 +407,7 @@ class Viewer {
   }
 
   core::Result<void> Keep(const view::Scene& scene, const scene::Camera& camera) {
-    const auto image = RenderSmooth(*renderer_, scene, camera, options_.width, options_.height);
+    const auto image = Paint(scene, camera);
     if (!image) return tl::unexpected(image.error());
     const std::string name = SafeName(scene.step, 0);
     sheet_.Add(name, *image);
@@ -394,7 +416,8 @@ class Viewer {
 
   void Take(const std::string& name, const Composer::Shown& shown) {
     const std::filesystem::path file = options_.out / (SafeName(name, ++num_screenshots_) + ".png");
-    const auto image = RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height);
+    const auto image = IsTraced() ? Paint(shown.scene, shown.camera)
+                                  : RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height);
     const auto written = image ? WritePng(*image, file) : core::Result<void>(tl::unexpected(image.error()));
     std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
   }

@@ -64,6 +64,8 @@ VisualMaterial GltfMaterials::Read(int index, bool has_uvs) {
   out.coat = std::clamp(Figure(material.extensions, "KHR_materials_clearcoat", "clearcoatFactor", 0.0f), 0.0f, 1.0f);
   out.coat_roughness =
       std::clamp(Figure(material.extensions, "KHR_materials_clearcoat", "clearcoatRoughnessFactor", 0.0f), 0.0f, 1.0f);
+  out.transmission = Figure(material.extensions, "KHR_materials_transmission", "transmissionFactor", 0.0f);
+  out.ior = std::max(Figure(material.extensions, "KHR_materials_ior", "ior", out.ior), 1.0f);
   out.has_material = true;
   out.is_foil = material.name.starts_with("mli");
   out.is_two_sided = material.doubleSided;

@@ -40,6 +40,10 @@ struct VisualMaterial {
   bool is_foil = false;         // the material's name begins with "mli" (multi-layer insulation)
   bool is_two_sided = true;     // false: its back is never seen
   bool is_lens = false;         // the material's name begins with "lens": what shines of a lamp
+  // Of light that is not mirrored, the share that goes through (KHR_materials_transmission), and how strongly it is
+  // bent (KHR_materials_ior). Only rays that are followed show it.
+  float transmission = 0.0f;
+  float ior = 1.5f;
   // Indices into VisualMesh::textures, each multiplied with the figure above; -1: none.
   int base_texture = -1;
   int surface_texture = -1;   // green: roughness, blue: metallic

@@ -85,7 +85,7 @@ view::Rendering Traced(const view::Scene& scene, const raytrace::MeshLoader& loa
   (*tracer)->Update(scene, view::LightOf(scene.space));
   constexpr int kSamples = 2;
   const auto fine = raytrace::Eye::Of(camera, kSamples * width, kSamples * height);
-  const auto lit = (*tracer)->Draw(fine, {0, 0, fine.width, fine.height}, false);
+  const auto lit = (*tracer)->Draw(fine, {0, 0, fine.width, fine.height}, {tiles::Mirrors::kNone});
   const auto objects = (*tracer)->FindObjects(raytrace::Eye::Of(camera, width, height), {0, 0, width, height});
   return {picture::Shrink(raytrace::Develop(lit.light, Exposure::kDaylight), kSamples), objects.ids};
 }

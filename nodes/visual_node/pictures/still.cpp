@@ -9,10 +9,9 @@ namespace visual_node {
 
 core::Result<Image> RenderSmooth(Renderer& renderer, const view::Scene& scene, const scene::Camera& camera, int width,
                                  int height) {
-  constexpr int kSamples = 2;
-  const RenderTarget target(kSamples * width, kSamples * height);
+  const RenderTarget target(kSmoothSamples * width, kSmoothSamples * height);
   if (auto drawn = renderer.Draw(scene, camera, target); !drawn) return tl::unexpected(drawn.error());
-  return Shrink(target.Read(), kSamples);
+  return Shrink(target.Read(), kSmoothSamples);
 }
 
 core::Result<void> RenderStills(const Options& options, const scene::Scenario& scenario) {

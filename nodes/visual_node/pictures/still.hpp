@@ -11,6 +11,7 @@ namespace visual_node {
 core::Result<void> RenderStills(const Options& options, const scene::Scenario& scenario);
 
 // Renders a picture with 2 x 2 samples per pixel (supersampling).
+constexpr int kSmoothSamples = 2;
 core::Result<Image> RenderSmooth(Renderer& renderer, const view::Scene& scene, const scene::Camera& camera, int width,
                                  int height);
 
