@@ -29,7 +29,9 @@ constexpr std::int64_t kPatience_ns = 60 * core::kNanosecondsPerSecond;
 constexpr std::int64_t kPeriod_ns = 2'000'000;
 constexpr std::uint64_t kSession = 4711;
 
-enum class Kind { kOpenGl, kText };
+enum class Kind { kOpenGl, kRays, kText };
+
+constexpr int kRayWorkers = 2;
 
 // All messages that a viewer shows, with different values in every version.
 struct ShownContent {
@@ -83,10 +85,10 @@ struct ShownContent {
 
 class VisualNode : public testing::TestWithParam<Kind> {
  protected:
+  static bool draws() { return GetParam() != Kind::kText; }
+
   void SetUp() override {
-    if (GetParam() == Kind::kOpenGl && std::getenv("DISPLAY") == nullptr) {
-      GTEST_SKIP() << "the OpenGL viewer needs a display";
-    }
+    if (draws() && std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "a viewer that draws needs a display";
     auto registry =
         bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = kSession, .is_encrypted = false});
     ASSERT_TRUE(registry.has_value()) << registry.error().detail;
@@ -141,7 +143,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
       command.program = bin / "oos";
       command.arguments.insert(command.arguments.begin(), {"view", scenario_.file.string(), "--text"});
     } else {
-      command.program = bin / "visual_node";
+      command.program = bin / (GetParam() == Kind::kRays ? "rt_visual_node" : "visual_node");
       command.arguments.insert(command.arguments.end(),
                                {"--scenario", scenario_.file.string(), "--out", (out_ / command.name).string(),
                                 "--size", "64x64", "--headless", "--name", command.name});
@@ -150,7 +152,25 @@ class VisualNode : public testing::TestWithParam<Kind> {
     const auto pid = viewers_.Spawn(command);
     EXPECT_TRUE(pid.has_value());
     pid_of_[command.name] = pid.value_or(-1);
+    if (GetParam() == Kind::kRays) StartWorkers(command.name);
     return GetParam() == Kind::kText ? "oos-view-" + std::to_string(pid.value_or(0)) : command.name;
+  }
+
+  // Who draw the tiles of that viewer.
+  void StartWorkers(const std::string& viewer) {
+    for (int seat = 1; seat <= kRayWorkers; ++seat) {
+      process::Command command;
+      command.name = "rt_worker-" + viewer + "-" + std::to_string(seat);
+      command.log = out_ / (command.name + ".log");
+      command.program = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin" / "rt_worker";
+      command.arguments = {"--name",         command.name,
+                           "--scenario",     scenario_.file.string(),
+                           "--registry",     registry_->endpoint(),
+                           "--session",      std::to_string(kSession),
+                           "--out",          (out_ / viewer).string(),
+                           "--no_encryption"};
+      EXPECT_TRUE(viewers_.Spawn(command).has_value());
+    }
   }
 
   // Publishes at 500 Hz until the condition holds; returns how long that took [s], or nothing if it never held.
@@ -250,7 +270,7 @@ TEST_P(VisualNode, EndsCleanlyOnSigterm) {
 
 // Whoever stops it may not wait for its last pictures.
 TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
-  if (GetParam() != Kind::kOpenGl) GTEST_SKIP() << "the text viewer writes no files";
+  if (!draws()) GTEST_SKIP() << "the text viewer writes no files";
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   End("", SIGTERM);
@@ -261,7 +281,7 @@ TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
 
 // A robot's camera for whoever processes pictures: the client of clients/python in a session of this test.
 TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
-  if (GetParam() != Kind::kOpenGl) GTEST_SKIP() << "the text viewer draws no pictures";
+  if (!draws()) GTEST_SKIP() << "the text viewer draws no pictures";
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   const std::filesystem::path clients = std::filesystem::path(VR_OOS_SOURCE_DIR) / "clients" / "python";
@@ -296,8 +316,10 @@ TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
   EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
 }
 
-INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kText),
-                         [](const auto& test) { return std::string(test.param == Kind::kOpenGl ? "OpenGl" : "Text"); });
+INSTANTIATE_TEST_SUITE_P(
+    Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kRays, Kind::kText), [](const auto& test) {
+      return std::string(test.param == Kind::kOpenGl ? "OpenGl" : test.param == Kind::kRays ? "Rays" : "Text");
+    });
 
 }  // namespace
 }  // namespace system_tests

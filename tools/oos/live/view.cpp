@@ -2,18 +2,23 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <map>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "scene/load_scenario.hpp"
+#include "tiles/seats.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/live/verbs.hpp"
 #include "tools/oos/pictures/shot.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
+#include "tools/process/group.hpp"
 #include "tools/process/spawn.hpp"
 #include "view/bus_feed.hpp"
 #include "view/scene_digest.hpp"
@@ -26,6 +31,7 @@ constexpr std::int64_t kFiguresPeriod_ns = 100'000'000;
 constexpr std::int64_t kLinePeriod_ns = core::kNanosecondsPerSecond;
 constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is printed
 constexpr std::int64_t kSilence_ns = 2 * core::kNanosecondsPerSecond;
+constexpr double kStopPatience_s = 10.0;  // a viewer writes its last pictures
 
 // Prints the scene as text: all of it once, then its changes.
 class TextViewer {
@@ -122,8 +128,47 @@ bool IsSessionHere(const Arguments& arguments) {
   return !arguments.has("--registry") && !arguments.has("--lab");
 }
 
-// Replaces this process by a visual_node of its own name.
+// Workers draw the window's tiles until it is closed, or Ctrl-C.
+int ShowWithWorkers(const process::Command& window, const std::vector<process::Command>& workers) {
+  process::Group group;
+  std::vector<process::Command> all = {window};
+  all.insert(all.end(), workers.begin(), workers.end());
+  for (const process::Command& command : all) {
+    if (const auto started = group.Spawn(command); !started) {
+      return Complain("view", started.error().detail, kDoesNotHold);
+    }
+  }
+  std::printf("the window and its %zu workers write their logs to %s\n", workers.size(),
+              window.log.parent_path().c_str());
+  std::fflush(stdout);
+  const std::atomic<int>& interrupted = CatchInterrupt();
+  const timespec pause{0, kWait_ns};
+  while (group.IsRunning(window.name) && interrupted.load() == 0) {
+    nanosleep(&pause, nullptr);
+    group.Reap();
+  }
+  group.StopAll(kStopPatience_s, {window.name});
+  const auto& exit = group.children().front().exit;
+  if (exit && exit->is_clean()) return kHolds;
+  return Complain("view", "the window ended: " + (exit ? exit->Describe() : "killed") + "; see " + window.log.string(),
+                  kDoesNotHold);
+}
+
+// A worker on a seat of the viewer.
+process::Command WorkerFor(const process::Command& window, const std::string& viewer, std::size_t seat) {
+  process::Command worker = window;
+  worker.name = tiles::WorkerName(viewer, seat);
+  worker.program = ProgramFolder() / "rt_worker";
+  const auto name = std::find(worker.arguments.begin(), worker.arguments.end(), "--name");
+  if (name != worker.arguments.end()) *(name + 1) = worker.name;
+  worker.log = window.log.parent_path() / (worker.name + ".log");
+  return worker;
+}
+
+// Replaces this process by a visual_node of its own name; one that traces rays runs beside it, with its workers.
 int OpenWindow(const Arguments& arguments, const std::string& scenario) {
+  const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
+  if (!rays) return Complain("view", rays.error().detail, kBadUsage);
   const auto session = FindSession(arguments);
   if (!session) return Complain("view", session.error().detail, kDoesNotHold);
   const std::string name = "visual_node-" + std::to_string(getpid());
@@ -145,6 +190,13 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
     window.arguments.emplace_back("--no_encryption");
   } else {
     window.arguments.insert(window.arguments.end(), {"--keys", session->keys});
+  }
+  if (rays->has_value()) {
+    window.program = ProgramFolder() / "rt_visual_node";
+    window.log = out / "rt_visual_node.log";
+    std::vector<process::Command> workers;
+    for (std::size_t seat = 1; seat <= **rays; ++seat) workers.push_back(WorkerFor(window, name, seat));
+    return ShowWithWorkers(window, workers);
   }
   return Complain("view", process::Replace(window).value().detail + ", or use --text", kDoesNotHold);
 }
@@ -183,6 +235,7 @@ int RunView(const Arguments& arguments) {
 
 Verb ViewVerb() {
   std::vector<Option> options = {{"--text", "", "print text instead of opening a window"},
+                                 {"--rays", "N", "a window whose pictures N workers on this machine trace"},
                                  {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"}};
   for (const auto* more : {&ShotOptions(), &AttachOptions()}) options.insert(options.end(), more->begin(), more->end());
   return {"view",

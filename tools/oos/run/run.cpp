@@ -11,6 +11,7 @@
 #include "lab/lab.hpp"
 #include "nodes/lockstep/lockstep.hpp"
 #include "scene/load_scenario.hpp"
+#include "tiles/seats.hpp"
 #include "tools/oos/attach/attach.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/check/check_scenario.hpp"
@@ -55,6 +56,7 @@ struct Wanted {
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
   unsigned workers = 1;
+  unsigned rays = 0;
   std::filesystem::path out;
   std::vector<core::ParameterChange> changes;
 };
@@ -62,7 +64,9 @@ struct Wanted {
 core::Result<Wanted> ReadWanted(const Arguments& arguments, const std::string& scenario) {
   Wanted wanted;
   const auto seed = arguments.count("--seed", 0, kLargestSeed), workers = arguments.count("--workers", 1, kMostWorkers);
+  const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
   const auto duration = arguments.positive("--duration");
+  if (!rays) return tl::unexpected(rays.error());
   if (!seed) return tl::unexpected(seed.error());
   if (!workers) return tl::unexpected(workers.error());
   if (!duration) return tl::unexpected(duration.error());
@@ -70,6 +74,7 @@ core::Result<Wanted> ReadWanted(const Arguments& arguments, const std::string& s
   wanted.seed = *seed;
   wanted.duration_s = *duration;
   wanted.workers = static_cast<unsigned>(workers->value_or(1));
+  wanted.rays = static_cast<unsigned>(rays->value_or(0));
   wanted.out = arguments.has("--out") ? std::filesystem::absolute(arguments.text("--out")) : NewRunFolder(scenario);
   for (const std::string& text : arguments.texts("--set")) {
     const auto change = ParseChange(text);
@@ -196,6 +201,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.multicast = arguments.text("--multicast");
   options.rt = arguments.text("--rt", "try");
   options.workers = wanted.workers;
+  options.rays = wanted.rays;
   options.program_folder = ProgramFolder();
   options.interrupted = &CatchInterrupt();
   options.say = Print;
@@ -338,6 +344,7 @@ Verb RunVerb() {
         "how the hand follows the device; default: the scenario's, but paper with --method paper"},
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
+       {"--rays", "N", "pictures are traced by N workers instead of OpenGL"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--colocate", "'haptic physics'", "haptic_node and physics_node in one process, one step after the other"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},

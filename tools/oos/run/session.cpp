@@ -14,6 +14,7 @@
 #include "core/clock.hpp"
 #include "core/hash.hpp"
 #include "lab/lab.hpp"
+#include "tiles/seats.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/run/log_tail.hpp"
@@ -182,6 +183,7 @@ class Session {
       if (node == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
       if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
       if (name == "visual_node") {
+        if (options_.rays > 0) command.program = options_.program_folder / "rt_visual_node";
         command.environment = visual_environment;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
       }
@@ -200,6 +202,29 @@ class Session {
       command.log = options_.out / (name + ".log");
       if (const auto pid = group_.Spawn(command); !pid) return core::Fail(pid.error().code, pid.error().detail);
       processes_.insert(name);
+    }
+    return IsWanted("visual_node") ? SpawnWorkers(session) : core::Result<void>();
+  }
+
+  // Who trace the viewer's pictures.
+  core::Result<void> SpawnWorkers(std::uint64_t session) {
+    for (unsigned seat = 1; seat <= options_.rays; ++seat) {
+      process::Command command;
+      command.name = tiles::WorkerName("visual_node", seat);
+      command.program = options_.program_folder / "rt_worker";
+      command.arguments = {"--scenario", scenario_.file.string(),
+                           "--registry", registry_->endpoint(),
+                           "--session",  std::to_string(session),
+                           "--out",      options_.out.string(),
+                           "--name",     command.name};
+      if (options_.is_encrypted) {
+        AddArgument(&command, "--keys", keys_.directory());
+      } else {
+        command.arguments.push_back("--no_encryption");
+      }
+      command.log = options_.out / (command.name + ".log");
+      if (const auto pid = group_.Spawn(command); !pid) return core::Fail(pid.error().code, pid.error().detail);
+      workers_.insert(command.name);
     }
     return {};
   }
@@ -220,8 +245,9 @@ class Session {
     for (const std::size_t index : group_.Reap()) {
       const process::Group::Child& child = group_.children()[index];
       const std::string text = child.name + " ended by itself: " + child.exit->Describe();
-      outcome_.dead.push_back(text);
       Say(text + "; see " + (options_.out / (child.name + ".log")).string());
+      if (workers_.count(child.name) != 0) continue;  // the viewer goes on without it
+      outcome_.dead.push_back(text);
       if (outcome_.why.empty()) outcome_.why = text;
     }
     if (IsInterrupted() && outcome_.why.empty()) outcome_.why = "interrupted";
@@ -324,6 +350,7 @@ class Session {
   NoteKeeper note_;
   std::set<std::string> expected_;   // nodes
   std::set<std::string> processes_;  // that run them
+  std::set<std::string> workers_;    // that trace pictures
   std::set<std::string> ready_;
   process::Group group_;  // last member: stopped first
 };
