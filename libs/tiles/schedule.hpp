@@ -32,7 +32,7 @@ class Schedule {
   static constexpr double kTilesPerSeat = 10.0;   // of a frame: they end within a tenth of each other
   static constexpr double kLeastTile_s = 1e-3;    // smaller ones would be mostly messages
   static constexpr double kLate = 2.5;            // times as long as expected
-  static constexpr double kLateSlack_s = 12e-3;   // and more: a busy machine's time slices
+  static constexpr double kLateSlack_s = 50e-3;   // and more: what a busy machine may hold a process up
   static constexpr double kPaceShare = 0.3;       // of a new measurement
   static constexpr double kMostPaceGrowth = 3.0;  // by one measurement: a worker that stood still is not slow for ever
 
