@@ -47,12 +47,20 @@ struct Placement {
   scene::Location where;
 };
 
+// Workers that trace the pictures of visual_node, on a host.
+struct RayWorkers {
+  std::string host;
+  std::size_t count = 1;
+  scene::Location where;
+};
+
 // The machines of a laboratory and the placement of the nodes on them, for any scenario.
 struct Lab {
   std::string name;
   std::filesystem::path file;  // absolute
   std::vector<Host> hosts;
   std::vector<Placement> placements;
+  std::vector<RayWorkers> ray_workers;  // none: visual_node draws with OpenGL
   std::string registry_host;
   std::uint16_t registry_port = 7450;
   // Largest accepted error bound of a host's clock offset. 20 ms is chosen without a study: latencies between machines
@@ -63,6 +71,7 @@ struct Lab {
   std::string multicast;       // group and port for LATEST, as bus::NodeOptions::multicast; empty: none
   bool is_colocated = false;   // haptic_node and physics_node are one process, as haptic_node's placement says
 
+  [[nodiscard]] bool traces_rays() const { return !ray_workers.empty(); }
   // Null when there is none.
   [[nodiscard]] const Host* FindHost(const std::string& host_name) const;
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
@@ -72,6 +81,10 @@ struct Lab {
 constexpr const char* kColocate = "haptic physics";
 constexpr const char* kColocatedNodes[] = {"haptic_node", "physics_node"};
 constexpr const char* kColocatedProgram = "haptic_physics_node";
+
+// The programs of a viewer whose pictures workers trace.
+constexpr const char* kRayViewerProgram = "rt_visual_node";
+constexpr const char* kRayWorkerProgram = "rt_worker";
 
 constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"};
 

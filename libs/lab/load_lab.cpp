@@ -7,6 +7,7 @@
 #include "core/names.hpp"
 #include "lab/lab_rules.hpp"
 #include "scene/xml.hpp"
+#include "tiles/seats.hpp"
 
 namespace lab {
 namespace {
@@ -38,6 +39,7 @@ class Reader {
         CheckHost(element, "registry");
       }
       if (element.name == "node") ReadNode(element);
+      if (element.name == "ray_workers") ReadRayWorkers(element);
     }
     if (lab_.is_colocated) CheckPair(root);
     return std::move(lab_);
@@ -179,6 +181,21 @@ class Reader {
       return;
     }
     lab_.placements.push_back(std::move(node));
+  }
+
+  void ReadRayWorkers(const scene::XmlElement& element) {
+    RayWorkers workers{element.Get("host"), 1, {lab_.file, element.line}};
+    CheckHost(element, "ray_workers");
+    std::uint64_t count = 1;
+    if (element.Find("count") != nullptr) scene::ParseCount(element.Get("count"), &count);
+    workers.count = static_cast<std::size_t>(count);
+    std::size_t all = workers.count;
+    for (const RayWorkers& others : lab_.ray_workers) all += others.count;
+    if (count < 1 || all > tiles::kMostSeats) {
+      Report(element.LineOf("count"), "ray_workers: " + std::to_string(all) + " in all",
+             "a viewer has seats for 1 to " + std::to_string(tiles::kMostSeats), "place fewer");
+    }
+    lab_.ray_workers.push_back(std::move(workers));
   }
 
   // One process has one host, one priority and one set of cores: those of haptic_node.

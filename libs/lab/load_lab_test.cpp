@@ -51,6 +51,24 @@ TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
   EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
 }
 
+TEST(LoadLab, WorkersTraceThePicturesOnAnyHostAsManyAsAViewerHasSeats) {
+  const auto with = [](const std::string& workers) {
+    return LoadLab(Write(Replace(kGood, "</lab>", workers + "</lab>")));
+  };
+  const auto lab = with("<ray_workers host=\"sim\" count=\"2\"/><ray_workers host=\"haptics\"/>");
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  ASSERT_EQ(lab->ray_workers.size(), 2u);
+  EXPECT_EQ(lab->ray_workers[0].count, 2u);
+  EXPECT_EQ(lab->ray_workers[1].count, 1u);
+  EXPECT_TRUE(lab->traces_rays());
+  const auto unknown = with("<ray_workers host=\"simm\"/>");
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(scene::Format(unknown.error().front()), testing::HasSubstr("ray_workers: unknown host 'simm'"));
+  const auto many = with("<ray_workers host=\"sim\" count=\"17\"/>");
+  ASSERT_FALSE(many);
+  EXPECT_THAT(scene::Format(many.error().front()), testing::HasSubstr("1 to 16"));
+}
+
 std::string Colocated() {
   const std::string text = Replace(kGood, "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"");
   return Replace(text, "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"haptics\" cores=\"3\"");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tiles/seats.hpp"
+
 namespace lab {
 namespace {
 
@@ -29,6 +31,7 @@ class Planner {
         const bool is_in_pair = lab_.is_colocated && placement.node == "physics_node";  // with haptic_node
         if (placement.host == host.name && !is_out && !is_in_pair) AddNode(placement, &plan);
       }
+      AddRayWorkers(&plan);
       if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
     }
     return std::move(plan_);
@@ -75,7 +78,8 @@ class Planner {
   void AddNode(const Placement& placement, HostPlan* plan) const {
     const bool is_pair = lab_.is_colocated && placement.node == "haptic_node";
     const std::string program = is_pair ? kColocatedProgram : placement.node;
-    Unit unit = NewUnit(*plan, program, program);
+    const bool is_traced = lab_.traces_rays() && placement.node == "visual_node";
+    Unit unit = NewUnit(*plan, program, is_traced ? kRayViewerProgram : program);
     unit.nodes = {placement.node};
     if (is_pair) unit.nodes.push_back("physics_node");
     Add(&unit, "--scenario", plan->facts.scenario);
@@ -103,6 +107,26 @@ class Planner {
     }
     if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
     plan->units.push_back(std::move(unit));
+  }
+
+  // The seats of visual_node, in the lab file's order.
+  void AddRayWorkers(HostPlan* plan) const {
+    const bool is_out =
+        std::find(options_.without.begin(), options_.without.end(), "visual_node") != options_.without.end();
+    std::size_t seat = 0;
+    for (const RayWorkers& workers : lab_.ray_workers) {
+      for (std::size_t i = 0; i < workers.count; ++i) {
+        const std::string name = tiles::WorkerName("visual_node", ++seat);
+        if (workers.host != plan->host.name || is_out) continue;
+        Unit unit = NewUnit(*plan, name, kRayWorkerProgram);
+        Add(&unit, "--scenario", plan->facts.scenario);
+        AddSession(*plan, &unit);
+        Add(&unit, "--bind", plan->facts.bind);
+        Add(&unit, "--out", plan->run_folder);
+        Add(&unit, "--name", name);
+        plan->units.push_back(std::move(unit));
+      }
+    }
   }
 
   // Without a display, an X server without a screen is a unit of its own, listed first so that it ends last.

@@ -84,6 +84,21 @@ TEST(Plan, WritersOfLatestTopicsGetTheNetworkOptionsOfTheLab) {
   }
 }
 
+TEST(Plan, WorkersTakeTheSeatsOfAViewerThatTracesRays) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  lab.ray_workers = {{"b", 1, {}}, {"a", 2, {}}};
+  const Plan plan = PlanOf(lab);
+  EXPECT_THAT(NamesOf(plan.hosts[0]), testing::ElementsAre("device_bridge", "haptic_node", "rt_worker-visual_node-2",
+                                                           "rt_worker-visual_node-3"));
+  EXPECT_THAT(NamesOf(plan.hosts[1]), testing::Contains("rt_worker-visual_node-1"));
+  const Unit& worker = plan.hosts[0].units[2];
+  EXPECT_EQ(worker.program, "/opt/oos/rt_worker");
+  EXPECT_THAT(worker.arguments, testing::IsSupersetOf({"--name", "rt_worker-visual_node-2", "--bind", "10.0.0.1"}));
+  for (const Unit& unit : plan.hosts[1].units) {
+    if (unit.name == "visual_node") EXPECT_EQ(unit.program, "/opt/oos/rt_visual_node");
+  }
+}
+
 TEST(Plan, ColocateMakesOneUnitOfBothNodesWithBothNodesOptions) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   lab.is_colocated = true;

@@ -5,6 +5,8 @@
 #include <set>
 
 #include "bus/security/keys.hpp"
+#include "lab/lab.hpp"
+#include "tiles/seats.hpp"
 
 namespace oos {
 
@@ -33,6 +35,7 @@ core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const
     if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
     if (unit.name == "registry") files.insert("registry.key");
     for (const std::string& node : unit.nodes) files.insert(node + ".key");
+    if (tiles::ReadWorkerName(unit.name)) files.insert(std::string(lab::kRayWorkerProgram) + ".key");
   }
   const std::string folder = lab::KeyFolder(plan.facts);
   std::string script = "umask 077\nrm -rf " + folder + "\nmkdir -p " + folder + " && cd " + folder + " || exit 1\n";

@@ -81,6 +81,7 @@ class Launch {
         remotes_(UsedHosts()) {
     preflight_.programs = ProgramFolder();
     preflight_.without = wanted_.plan.without;
+    preflight_.traces_rays = lab_.traces_rays();
     preflight_.say = Print;
   }
   Launch(const Launch&) = delete;
@@ -111,7 +112,10 @@ class Launch {
     for (const lab::Host& host : lab_.hosts) {
       const bool has_node = std::any_of(lab_.placements.begin(), lab_.placements.end(),
                                         [&](const lab::Placement& p) { return p.host == host.name && !IsOut(p.node); });
-      if (has_node || host.name == lab_.registry_host) used.push_back(host);
+      const bool has_workers =
+          !IsOut("visual_node") && std::any_of(lab_.ray_workers.begin(), lab_.ray_workers.end(),
+                                               [&](const lab::RayWorkers& w) { return w.host == host.name; });
+      if (has_node || has_workers || host.name == lab_.registry_host) used.push_back(host);
     }
     return used;
   }

@@ -164,9 +164,10 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
   return HashFiles(base, names);
 }
 
-core::Result<Load> LoadOfPrograms(const std::filesystem::path& folder) {
+core::Result<Load> LoadOfPrograms(const std::filesystem::path& folder, bool traces_rays) {
   std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
   names.insert(names.end(), {"oos", lab::kColocatedProgram});
+  if (traces_rays) names.insert(names.end(), {lab::kRayViewerProgram, lab::kRayWorkerProgram});
   return HashFiles(folder, names);
 }
 
@@ -209,7 +210,8 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
   for (const lab::Placement& placement : lab.placements) {
     const bool is_out = std::find(without.begin(), without.end(), placement.node) != without.end();
     if (placement.host != host.name || is_out) continue;
-    programs += " " + placement.node;
+    const bool is_traced = lab.traces_rays() && placement.node == "visual_node";
+    programs += " " + (is_traced ? std::string(lab::kRayViewerProgram) : placement.node);
     if (lab.is_colocated && placement.node == "haptic_node") programs += std::string(" ") + lab::kColocatedProgram;
     for (const lab::DeviceAccess& device : placement.devices) {
       script += "[ -r '" + device.path + "' ] && [ -w '" + device.path + "' ] || echo 'device=" + device.path + "'\n";
@@ -217,6 +219,9 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
     if (!placement.cores.empty()) {
       script += "taskset -c " + placement.cores + " true 2>/dev/null || echo 'cores=" + placement.cores + "'\n";
     }
+  }
+  for (const lab::RayWorkers& workers : lab.ray_workers) {
+    if (workers.host == host.name) programs += std::string(" ") + lab::kRayWorkerProgram;
   }
   script += "for p in " + programs +
             "; do ldd ./$p | awk -v p=$p '/not found/ { print \"library=\" p \" lacks \" $1 }'; done\n";
@@ -289,7 +294,7 @@ core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes) {
 
 core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions& options, Remotes* remotes,
                         AllFacts* facts) {
-  const auto programs = LoadOfPrograms(options.programs);
+  const auto programs = LoadOfPrograms(options.programs, options.traces_rays);
   if (!programs) return tl::unexpected(programs.error());
   const auto assets = LoadOfScenario(scenario);
   if (!assets) return tl::unexpected(assets.error());

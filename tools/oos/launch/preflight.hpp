@@ -16,6 +16,7 @@ namespace oos {
 struct PreflightOptions {
   std::filesystem::path programs;  // this machine's executables
   std::vector<std::string> without;
+  bool traces_rays = false;  // the programs of a viewer whose pictures workers trace are needed, too
   std::function<void(const std::string&)> say;
 };
 
