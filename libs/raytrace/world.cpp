@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "raytrace/wide.hpp"
 #include "view/appearance/foil.hpp"
 #include "view/appearance/material.hpp"
 #include "view/appearance/sheet_mesh.hpp"
@@ -146,6 +147,7 @@ void World::Add(vps::VisualMesh source, bool bends) {
   Mesh mesh;
   mesh.tree = rtcNewScene(device_);
   rtcSetSceneFlags(mesh.tree, bends ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_ROBUST);
+  if (!bends) rtcSetSceneBuildQuality(mesh.tree, RTC_BUILD_QUALITY_HIGH);
   glm::vec3 low(1e9f), high(-1e9f);
   for (std::size_t i = 0; i < source.primitives.size(); ++i) {
     const vps::VisualPrimitive& primitive = source.primitives[i];
@@ -258,7 +260,7 @@ std::vector<Lamp> World::ShiningLamps(const view::Scene& scene) const {
   return lamps;
 }
 
-Surface World::SurfaceAt(const Place& place) const {
+RAYTRACE_WIDE Surface World::SurfaceAt(const Place& place) const {
   const Placed& placed = placed_[place.instance];
   const Mesh& mesh = meshes_[placed.mesh];
   const vps::VisualPrimitive& part = mesh.source.primitives[place.primitive];

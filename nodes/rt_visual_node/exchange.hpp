@@ -72,6 +72,7 @@ class Exchange {
   std::unique_ptr<Drawn> Take(std::int64_t deadline_ns);
   [[nodiscard]] bool has_workers() const { return num_workers_.load(std::memory_order_relaxed) > 0; }
   [[nodiscard]] Figures figures() const;
+  [[nodiscard]] const bus::Node& node() const { return *node_; }
 
  private:
   struct Seat {

@@ -8,6 +8,8 @@
 #include <list>
 
 #include "bus/membership/registry.hpp"
+#include "bus/testing/make_node.hpp"
+#include "bus/testing/own_network.hpp"
 #include "core/clock.hpp"
 #include "nodes/rt_worker/worker.hpp"
 #include "tiles/frame.hpp"
@@ -19,11 +21,12 @@ namespace {
 
 constexpr std::uint64_t kSession = 11;
 constexpr int kWidth = 192, kHeight = 108;
-constexpr std::int64_t kPatience_ns = 20 * core::kNanosecondsPerSecond;
+constexpr std::int64_t kPatience_ns = 20 * core::kNanosecondsPerSecond;  // of a busy machine
 
 class ExchangeTest : public testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { Open(); }
+  void Open() {
     auto registry =
         bus::Registry::Create({.endpoint = "tcp://127.0.0.1:0", .session = kSession, .is_encrypted = false});
     ASSERT_TRUE(registry) << registry.error().detail;
@@ -206,6 +209,58 @@ TEST_F(ExchangeTest, APictureOfWhatStandsStillBecomesBetterAndThenRests) {
   EXPECT_EQ(sample, tiles::Refinement::kMost);
   exchange_->Want(wish);
   EXPECT_EQ(exchange_->Take(core::MonotonicNow_ns() + 50'000'000), nullptr);
+}
+
+// Everything on a network of its own that loses 1 % of all packets.
+class LossyLink : public ExchangeTest {
+ protected:
+  void SetUp() override {}
+
+  // The longest time between two complete frames [s].
+  double LongestGap_s(double seconds) {
+    double longest_s = 0.0;
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    std::int64_t last_ns = begin_ns;
+    while (last_ns - begin_ns < static_cast<std::int64_t>(1e9 * seconds)) {
+      if (Draw() == nullptr) return seconds;
+      const std::int64_t now_ns = core::MonotonicNow_ns();
+      longest_s = std::max(longest_s, 1e-9 * static_cast<double>(now_ns - last_ns));
+      last_ns = now_ns;
+    }
+    return longest_s;
+  }
+  // Accounts of viewer and workers that do not close.
+  std::vector<std::string> OpenAccounts() {
+    bus::testing::Books books;
+    const auto add = [&](const bus::Node& node) { books[node.name()] = {node.instance(), node.Accounts()}; };
+    add(exchange_->node());
+    for (const RunningWorker& worker : workers_) add(*worker.node);
+    return bus::testing::OpenAccounts(books);
+  }
+};
+
+TEST_F(LossyLink, FreezesNoPictureAndItsBooksAreExact) {
+  const std::string why = bus::testing::OwnNetwork::Run([&](bus::testing::OwnNetwork& network) {
+    Open();
+    StartWorker(1);
+    StartWorker(2);
+    WaitForWorkers(2);
+    ASSERT_TRUE(network.Lose(10));
+    const double longest_s = LongestGap_s(4.0);
+    RecordProperty("longest_gap_s", std::to_string(longest_s));
+    EXPECT_LT(longest_s, 1.0);
+    EXPECT_GT(exchange_->figures().frames, 20u);
+    const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
+    std::vector<std::string> open;
+    do {
+      open = OpenAccounts();
+    } while (!open.empty() && core::MonotonicNow_ns() < end_ns);
+    for (const std::string& account : open) ADD_FAILURE() << account;
+    workers_.clear();
+    exchange_.reset();
+    registry_.reset();
+  });
+  if (!why.empty()) GTEST_SKIP() << why;
 }
 
 }  // namespace
