@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "raytrace/wide.hpp"
 #include "view/appearance/split_sum.hpp"
 
 namespace raytrace {
@@ -44,7 +43,7 @@ void Lighting::Set(const view::EnvironmentLight& light, std::vector<Lamp> lamps)
   lamps_ = std::move(lamps);
 }
 
-RAYTRACE_WIDE glm::vec3 Lighting::Environment(const glm::vec3& d, float a) const {
+glm::vec3 Lighting::Environment(const glm::vec3& d, float a) const {
   glm::vec3 sum = light_.everywhere;
   const float widen = 0.7f * a;
   for (const view::LightPanel& panel : view::kPanels) {
@@ -79,7 +78,7 @@ glm::vec2 Lighting::SplitSum(float nv, float roughness) const {
   return glm::mix(glm::mix(at[0], at[1], s), glm::mix(at[view::kSplitSumSize], at[view::kSplitSumSize + 1], s), t);
 }
 
-RAYTRACE_WIDE Lighting::Parts Lighting::Reflect(const Surface& s) const {
+Lighting::Parts Lighting::Reflect(const Surface& s) const {
   Parts parts;
   const float a = s.roughness * s.roughness;
   const glm::vec3& n = s.n_W;

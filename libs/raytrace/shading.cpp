@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "raytrace/sampling.hpp"
-#include "raytrace/wide.hpp"
 #include "view/appearance/environment_light.hpp"
 
 namespace raytrace {
@@ -35,8 +34,7 @@ void Shading::FollowFromEye(const Rays& rays, int x, int y, glm::vec3* light) co
   Follow(rays, Far{}, 0, &square, light);
 }
 
-RAYTRACE_WIDE void Shading::Follow(const Rays& rays, const Far& far_m, int depth, const Square* square,
-                                   glm::vec3* light) const {
+void Shading::Follow(const Rays& rays, const Far& far_m, int depth, const Square* square, glm::vec3* light) const {
   Hits hits;
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!rays.HasHit(lane)) continue;

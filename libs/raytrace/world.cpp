@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "raytrace/wide.hpp"
 #include "view/appearance/foil.hpp"
 #include "view/appearance/material.hpp"
 #include "view/appearance/sheet_mesh.hpp"
@@ -147,7 +146,6 @@ void World::Add(vps::VisualMesh source, bool bends) {
   Mesh mesh;
   mesh.tree = rtcNewScene(device_);
   rtcSetSceneFlags(mesh.tree, bends ? RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC : RTC_SCENE_FLAG_ROBUST);
-  if (!bends) rtcSetSceneBuildQuality(mesh.tree, RTC_BUILD_QUALITY_HIGH);
   glm::vec3 low(1e9f), high(-1e9f);
   for (std::size_t i = 0; i < source.primitives.size(); ++i) {
     const vps::VisualPrimitive& primitive = source.primitives[i];
@@ -260,7 +258,7 @@ std::vector<Lamp> World::ShiningLamps(const view::Scene& scene) const {
   return lamps;
 }
 
-RAYTRACE_WIDE Surface World::SurfaceAt(const Place& place) const {
+Surface World::SurfaceAt(const Place& place) const {
   const Placed& placed = placed_[place.instance];
   const Mesh& mesh = meshes_[placed.mesh];
   const vps::VisualPrimitive& part = mesh.source.primitives[place.primitive];
