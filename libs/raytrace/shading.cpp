@@ -92,7 +92,8 @@ void Shading::AddMirrored(const Rays& rays, const Hits& hits, int depth, glm::ve
   for (int lane = 0; lane < kLanes && depth == 0 && quality_.mirrors != tiles::Mirrors::kNone; ++lane) {
     const auto i = static_cast<std::size_t>(lane);
     if (!rays.HasHit(lane)) continue;
-    const float share = 1.0f - glm::smoothstep(kSharp, kBlurred, hits.surfaces[i].roughness);
+    // Of the sharper one of lacquer and what is below it.
+    const float share = 1.0f - glm::smoothstep(kSharp, kBlurred, std::sqrt(hits.parts[i].lobe_rad));
     // A bump may mirror what is below its own surface.
     const bool leaves = glm::dot(hits.parts[i].mirror_W, hits.surfaces[i].smooth_n_W) > 0.0f;
     if (leaves && share * Most(hits.parts[i].mirror) > kLeastShare) sharp[i] = share;
