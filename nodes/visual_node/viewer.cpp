@@ -416,7 +416,7 @@ class Viewer {
 
   void Take(const std::string& name, const Composer::Shown& shown) {
     const std::filesystem::path file = options_.out / (SafeName(name, ++num_screenshots_) + ".png");
-    const auto image = IsTraced() ? Paint(shown.scene, shown.camera)
+    const auto image = IsTraced() ? Paint(shown.scene, shown.steered)
                                   : RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height);
     const auto written = image ? WritePng(*image, file) : core::Result<void>(tl::unexpected(image.error()));
     std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
