@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -13,11 +14,13 @@
 #include <optional>
 #include <set>
 
+#include "bus/accounts/reported_accounts.hpp"
 #include "bus/membership/registry.hpp"
 #include "bus/node.hpp"
 #include "bus/wire/codec.hpp"
 #include "core/clock.hpp"
 #include "tests/support.hpp"
+#include "tests/wall_frames.hpp"
 #include "tools/process/group.hpp"
 #include "view/scene_digest.hpp"
 #include "view/scene_mirror.hpp"
@@ -133,7 +136,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
   }
 
   // Returns the name that it has on the bus.
-  std::string StartViewer(const std::string& suffix = "") {
+  std::string StartViewer(const std::string& suffix = "", const std::vector<std::string>& more = {}) {
     process::Command command;
     command.name = "visual_node" + suffix;
     command.log = out_ / (command.name + ".log");
@@ -147,6 +150,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
       command.arguments.insert(command.arguments.end(),
                                {"--scenario", scenario_.file.string(), "--out", (out_ / command.name).string(),
                                 "--size", "64x64", "--headless", "--name", command.name});
+      command.arguments.insert(command.arguments.end(), more.begin(), more.end());
       std::filesystem::create_directories(out_ / command.name);
     }
     const auto pid = viewers_.Spawn(command);
@@ -177,6 +181,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
   std::optional<double> PublishUntil(const std::function<bool()>& holds) {
     const std::int64_t start_ns = core::MonotonicNow_ns();
     while (core::MonotonicNow_ns() - start_ns < kPatience_ns) {
+      ++content_->state.tick;
       physics_.Send(content_->state);
       for (std::size_t i = 0; i < proxies_.size(); ++i) proxies_[i].Send(content_->proxies[i]);
       for (std::size_t i = 0; i < sheets_.size(); ++i) sheets_[i].Send(content_->sheets[i]);
@@ -194,6 +199,15 @@ class VisualNode : public testing::TestWithParam<Kind> {
   [[nodiscard]] bool ShowsTheContent(const std::string& viewer) {
     const double* digest = bus::FindFigure(shown_[bus::FiguresTopic(viewer)], view::kSceneDigestFigure);
     return digest != nullptr && *digest == wanted_;
+  }
+  // 0: not published yet.
+  [[nodiscard]] double Figure(const std::string& viewer, const char* name) {
+    const double* figure = bus::FindFigure(shown_[bus::FiguresTopic(viewer)], name);
+    return figure != nullptr ? *figure : 0.0;
+  }
+  [[nodiscard]] bool DrawsMore(const std::string& viewer, double num_frames) {
+    const double before = Figure(viewer, "frames");
+    return PublishUntil([&] { return Figure(viewer, "frames") >= before + num_frames; }).has_value();
   }
   [[nodiscard]] bool Shows(const std::string& viewer) {
     return PublishUntil([&] { return ShowsTheContent(viewer); }).has_value();
@@ -278,6 +292,103 @@ TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
   EXPECT_LE(written("visual_node.json"), written("frames/step_1.png"));
   EXPECT_LE(written("latency_visual.csv"), written("frames/step_1.png"));
 }
+
+// Operator and teacher: each has its own view of the run, and no message is lost between all these ends without being
+// counted.
+TEST_P(VisualNode, ShowsAnotherViewThanTheOneBesideIt) {
+  if (GetParam() != Kind::kOpenGl) GTEST_SKIP() << "the text viewer has one view";
+  const std::string first = StartViewer("-operator", {"--view", "gripper"});
+  const std::string second = StartViewer("-teacher", {"--layout", "overview | above", "--stereo", "top_bottom"});
+  ASSERT_TRUE(Shows(first));
+  ASSERT_TRUE(Shows(second));
+  SetContent(2);
+  EXPECT_TRUE(Shows(first));
+  EXPECT_TRUE(Shows(second));
+  bus::NodeOptions auditor;
+  auditor.name = "oos-auditor";
+  auditor.registry = registry_->endpoint();
+  auditor.session = kSession;
+  auditor.is_encrypted = false;
+  auditor.is_observer = true;
+  const auto books = bus::Node::Create(auditor);
+  ASSERT_TRUE(books) << books.error().detail;
+  ASSERT_TRUE((*books)->Start());
+  bus::ReportedAccounts accounts;
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  ASSERT_TRUE(PublishUntil([&] {
+    (*books)->Poll();
+    accounts.Update((*books)->Peers());
+    return accounts.num_compared() > 10 &&
+           core::MonotonicNow_ns() - begin_ns > 3 * bus::ReportedAccounts::kCompareAfter_ns;
+  }));
+  EXPECT_TRUE(accounts.Disagreements().empty()) << accounts.Disagreements().front();
+  ASSERT_TRUE(node_->Emit({core::MonotonicNow_ns(), "physics_node", "screenshot", "now"}));
+  const auto picture = [&](const std::string& viewer) { return out_ / viewer / "now.png"; };
+  ASSERT_TRUE(PublishUntil(
+      [&] { return std::filesystem::exists(picture(first)) && std::filesystem::exists(picture(second)); }));
+  End("-operator", SIGTERM);
+  End("-teacher", SIGTERM);
+  const auto content = [&](const std::string& viewer) {
+    std::ifstream in(picture(viewer), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  EXPECT_NE(content(first), content(second));
+  EXPECT_GT(std::min(content(first).size(), content(second).size()), 500u) << "not blank";
+}
+
+// A room of three walls, each a process.
+class Walls : public VisualNode {
+ protected:
+  std::string StartWall(const std::string& wall) {
+    const std::map<std::string, std::string> screens = {{"left", "-1 -1 -1  -1 1 -1  -1 -1 1"},
+                                                        {"front", "-1 1 -1  1 1 -1  -1 1 1"},
+                                                        {"right", "1 1 -1  1 -1 -1  1 1 1"}};
+    return StartViewer("-" + wall, {"--room", "cave", "--walls", "front,left,right", "--wall", wall, "--screen",
+                                    screens.at(wall), "--head", "operator"});
+  }
+  [[nodiscard]] bool AreInStep(double number) {
+    return PublishUntil([&] { return Figure("visual_node-front", "walls_in_step") == number; }).has_value();
+  }
+
+  [[nodiscard]] WallFrames FramesOf(const std::string& wall) const {
+    return ReadWallFrames(out_ / ("visual_node-" + wall) / "walls.csv");
+  }
+};
+
+TEST_P(Walls, ShowTheSameStateNoMoreThanAFrameApart) {
+  for (const char* wall : {"front", "left", "right"}) ASSERT_TRUE(Shows(StartWall(wall)));
+  ASSERT_TRUE(AreInStep(3));
+  ASSERT_TRUE(DrawsMore("visual_node-right", 60));
+  for (const char* wall : {"-right", "-left", "-front"}) End(wall, SIGTERM);
+  const WallComparison walls({FramesOf("front"), FramesOf("left"), FramesOf("right")});
+  ASSERT_GT(walls.num_common, 50u);
+  RecordProperty("common_frames", std::to_string(walls.num_common));
+  RecordProperty("frames_of_different_states", std::to_string(walls.num_other_states));
+  RecordProperty("median_apart_ms", std::to_string(walls.apart_ms_at(0.5)));
+  RecordProperty("p90_apart_ms", std::to_string(walls.apart_ms_at(0.9)));
+  EXPECT_EQ(walls.num_overtaken, 0u);
+  EXPECT_LE(walls.num_other_states, walls.num_common / 50) << "a datagram may be lost";
+  EXPECT_LE(walls.apart_ms_at(0.5), 1e3 / 30.0) << "a frame at 30 per second";
+}
+
+TEST_P(Walls, GoOnWithoutADeadWallAndTakeItInAgain) {
+  for (const char* wall : {"front", "left", "right"}) ASSERT_TRUE(Shows(StartWall(wall)));
+  ASSERT_TRUE(AreInStep(3));
+  End("-left", SIGKILL);
+  EXPECT_TRUE(AreInStep(2)) << "the others do not wait for it";
+  EXPECT_TRUE(DrawsMore("visual_node-right", 10));
+  // The first wall, too: the others go on by themselves.
+  End("-front", SIGKILL);
+  EXPECT_TRUE(DrawsMore("visual_node-right", 10));
+  SetContent(2);
+  EXPECT_TRUE(Shows("visual_node-right"));
+  shown_.clear();
+  StartWall("left");
+  StartWall("front");
+  EXPECT_TRUE(AreInStep(3));
+}
+
+INSTANTIATE_TEST_SUITE_P(Viewers, Walls, testing::Values(Kind::kOpenGl), [](const auto&) { return "OpenGl"; });
 
 // A robot's camera for whoever processes pictures: the client of clients/python in a session of this test.
 TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {

@@ -281,6 +281,7 @@ class Viewer {
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     Walls::Frame frame;
     if (is_led) frame = walls_->Begin({});
+    if (is_led) AwaitState(frame.tick);
     waited_ns_ += core::MonotonicNow_ns() - begin_ns;
     if (auto taken = TakeScene(control, is_first_wall ? receiver_.newest_tick() : frame.tick); !taken) {
       return tl::unexpected(taken.error());
@@ -304,6 +305,16 @@ class Viewer {
     }
     WriteViewing(head);
     return camera;
+  }
+
+  // The state that the first wall has named may arrive here a moment later; or it was lost on the way.
+  void AwaitState(std::uint64_t tick) {
+    constexpr std::int64_t kPatience_ns = 30'000'000, kLook_ns = 1'000'000;  // a picture's time at 30 per second
+    const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
+    for (std::int64_t now_ns = 0; receiver_.newest_tick() < tick && now_ns < end_ns;) {
+      now_ns = core::MonotonicNow_ns();
+      link_->Wait(now_ns + kLook_ns);
+    }
   }
 
   // Lines about how the picture is drawn.

@@ -79,7 +79,9 @@ void Walls::AwaitOthers() {
       if (states[i].heard_ns != 0) barrier_.Take(i - 1, states[i].state.frame, states[i].heard_ns);
     }
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    if (barrier_.IsOpen(now_ns) || is_stopped_()) {
+    const bool is_open = barrier_.IsOpen(now_ns);
+    if (is_open || is_stopped_()) {
+      frame_.is_in_step = is_open;
       num_in_step_ = 1 + barrier_.NumInStep(now_ns);
       show_ns_ = now_ns + (num_in_step_ > 1 ? kLead_ns : 0);
       named_.shown = frame_.number;
@@ -95,9 +97,16 @@ void Walls::AwaitFirst() {
   for (;;) {
     const WallLink::HeardFrame heard = link_->frame();
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    if (heard.frame.shown >= frame_.number) show_ns_ = heard.frame.show_ns;
+    if (heard.frame.shown >= frame_.number) {
+      show_ns_ = heard.frame.show_ns;
+      frame_.is_in_step = heard.frame.shown == frame_.number;  // else the others did not wait for this one
+      return;
+    }
     const bool is_there = now_ns - heard.heard_ns < Barrier::kSilence_ns;
-    if (show_ns_ != 0 || !is_there || is_stopped_()) return;
+    if (!is_there || is_stopped_()) {
+      frame_.is_in_step = false;
+      return;
+    }
     link_->Wait(now_ns + Barrier::kSilence_ns);
   }
 }
@@ -105,7 +114,7 @@ void Walls::AwaitFirst() {
 void Walls::Shown() {
   own_.shown = frame_.number;
   own_.shown_ns = core::MonotonicNow_ns();
-  if (frame_.is_in_step) link_->Say(own_);
+  link_->Say(own_);
   rows_.push_back({frame_.number, own_.tick, own_.shown_ns, frame_.is_in_step});
   if (link_->place().is_first()) Compare();
 }
