@@ -33,6 +33,7 @@ function policy() {
 }
 
 export class PageServer {
+  #files = new Map();
   #headers = { "Cache-Control": "no-cache", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
     "Content-Security-Policy": policy() };
 
@@ -60,10 +61,13 @@ export class PageServer {
     if (first) return this.#answerSecret(request, response, first, rest, end);
     const file = fileOf(url);
     if (!file) return end(404);
+    const send = (bytes) => response.writeHead(200, { ...this.#headers,
+      "Content-Type": `${TYPES[path.extname(file)]}; charset=utf-8` }).end(bytes);
+    if (this.#files.has(file)) return send(this.#files.get(file));
     return readFile(file, (error, bytes) => {
       if (error) return end(404);
-      response.writeHead(200, { ...this.#headers, "Content-Type": `${TYPES[path.extname(file)]}; charset=utf-8` });
-      return response.end(bytes);
+      this.#files.set(file, bytes);
+      return send(bytes);
     });
   }
 

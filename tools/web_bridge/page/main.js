@@ -8,7 +8,7 @@ import { Picture } from "./picture/picture.js";
 import { RenderScale } from "./picture/render_scale.js";
 import { floatsOf } from "./picture/tables.js";
 
-const LEAST_FPS = 36;  // that the picture's size is chosen for
+const LEAST_FPS = 45;  // that the picture's size is chosen for
 const MOST_IN_WORK = 2;
 const FIRST_FRAMES = 5;  // in which shaders are compiled
 const CLICK_PX = 4, CLICK_MS = 400;

@@ -44,7 +44,7 @@ class Stream {
   FrameMaker maker_;
   visual_node::StructureShow structures_;
   std::uint64_t sheets_version_ = 0;
-  std::int64_t period_ns_ = 16'000'000;
+  std::int64_t period_ns_ = 10'000'000;  // twice a display's rate nearly, so that a state waits 5 ms in the mean
   std::int64_t next_ns_ = 0;
 };
 

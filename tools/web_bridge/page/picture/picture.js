@@ -12,7 +12,7 @@ import { ShadowMap } from "./shadow.js";
 import { Sky } from "./sky.js";
 import { Surfaces } from "./surfaces.js";
 
-const METER_MS = 400;
+const METER_MS = 700;  // measuring waits for the picture
 
 export class Picture {
   #frame = null; #meteredMs = 0;
@@ -24,7 +24,7 @@ export class Picture {
       powerPreference: "high-performance" });
     this.renderer.autoClear = false;
     this.renderer.setClearColor(0x000000, 0);
-    this.renderer.debug.checkShaderErrors = true;
+    this.renderer.debug.checkShaderErrors = false;
     this.surfaces = new Surfaces(assets, shaders);
     this.bodies = new Bodies(assets, this.surfaces);
     this.shadow = new ShadowMap(this.surfaces);

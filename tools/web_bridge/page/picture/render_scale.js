@@ -4,8 +4,10 @@
 const LEAST = 0.3, STEP = 0.05, WINDOW = 9;
 const RESERVE = 0.85;  // it goes up only if the next step is expected to take this share of the time, so it does not swing
 
+const FIRST = 0.6;  // a slow machine shows its first picture sooner, a quick one has full size a second later
+
 export class RenderScale {
-  #steps = Math.round(1 / STEP); #times = [];
+  #steps = Math.round(FIRST / STEP); #times = [];
 
   constructor(budgetMs) { this.budgetMs = budgetMs; }
 

@@ -9,7 +9,9 @@ import { Stars } from "./stars.js";
 import { cubeOfNoise, tableTexture } from "./tables.js";
 
 const GLARE = [0.35, 0.34, 0.32];  // of the sun in the camera, as sky.cpp
-const OLD_MS = 1000;  // the sky turns by 0.07 degrees in a second: half a pixel of most views
+const TURN_RAD_PER_MS = 1.14e-6;  // of an orbit
+const OLD_PX = 0.5;  // the sky is drawn anew when it has turned so far
+const LEAST_OLD_MS = 500;
 const UNFINISHED_MS = 100;  // while the Earth's surface is still computed
 
 const SHOW_VERTEX = `precision highp float;
@@ -22,7 +24,7 @@ void main() { o_color = texelFetch(u_sky, ivec2(gl_FragCoord.xy), 0); }`;
 const { CustomBlending, ZeroFactor, OneFactor, SrcColorFactor, SrcAlphaFactor } = THREE;
 
 export class Sky {
-  #drawn = null; #drawnMs = -Infinity; #isTurning = false; #left = 1;
+  #drawn = null; #drawnMs = -Infinity; #isTurning = false; #isBegun = false; #left = 1;
 
   constructor(assets, shaders) {
     const { air } = assets;
@@ -90,21 +92,25 @@ export class Sky {
     const view = [...camera.quaternion.toArray(), camera.fov, camera.aspect].join();
     const now = performance.now();
     const isSame = view === this.#drawn;
-    const oldMs = this.#left > 0 ? UNFINISHED_MS : OLD_MS;
+    const focal_px = 0.5 * height / Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2);
+    const oldMs = this.#left > 0 ? UNFINISHED_MS : Math.max(LEAST_OLD_MS, OLD_PX / focal_px / TURN_RAD_PER_MS);
     if (isSame && !isStill && !this.#isTurning && now - this.#drawnMs < oldMs) return;
-    this.#isTurning = !isSame && this.#drawn !== null && !isStill;
+    // The very first picture is quick: bright stars, and the Earth with the next.
+    const isFirst = !this.#isBegun && !isStill;
+    this.#isBegun = true;
+    this.#isTurning = isFirst || (!isSame && this.#drawn !== null && !isStill);
     this.#drawn = view;
     this.#drawnMs = now;
     this.#setSurroundings(sky);
-    this.#left = this.ground.bake(renderer, this.eye_E, isStill);
+    if (!isFirst) this.#left = this.ground.bake(renderer, this.eye_E, isStill);
     const R_VW = new THREE.Matrix4().makeRotationFromQuaternion(camera.quaternion.clone().invert());
     const [w, x, y, z] = sky.celestial;
     const R_WC = new THREE.Matrix4().makeRotationFromQuaternion(new THREE.Quaternion(x, y, z, w));
     const R_VC = new THREE.Matrix3().setFromMatrix4(new THREE.Matrix4().multiplyMatrices(R_VW, R_WC));
-    this.stars.draw(renderer, this.splatted, { R_VC, isTurning: this.#isTurning,
-      focal_px: 0.5 * height / Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2) });
+    this.stars.draw(renderer, this.splatted, { R_VC, isTurning: this.#isTurning, focal_px });
     this.common.u_sky_clip.value.multiplyMatrices(camera.projectionMatrix, R_VW).invert();
     this.background.draw(renderer, this.picture);
+    if (isFirst) return;
     this.#clipToDisc(camera, R_VW);
     this.keep.draw(renderer, this.picture);
     this.add.draw(renderer, this.picture);
