@@ -188,6 +188,18 @@ void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radi
   }
 }
 
+void FacetsAround::LeaveOut(const NearestFacet& face) noexcept {
+  constexpr double kSamePlane = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
+  for (std::size_t k = 0; k < count_; ++k) {
+    const auto is_in_plane = [&](const glm::dvec3& corner) {
+      return std::abs(glm::dot(corner - face.place, face.normal)) < kSamePlane;
+    };
+    const auto& [a, b, c] = near_[k].corners;
+    if (!is_in_plane(a) || !is_in_plane(b) || !is_in_plane(c)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) low_[axis][k] = high_[axis][k] = Facets::kFarAway;
+  }
+}
+
 // The box that is nearest first: what it holds is mostly the nearest, and then few others can be nearer.
 NearestFacet FacetsAround::FindNearest(const glm::dvec3& p, double reach) const noexcept {
   if (is_full_) return FindNearestFacet(*all_, p, reach);
@@ -205,6 +217,7 @@ NearestFacet FacetsAround::FindNearest(const glm::dvec3& p, double reach) const 
     search.Meet(facet.corners[0] - p, facet.corners[1] - p, facet.corners[2] - p, facet.is_doubtful);
   };
   const std::size_t first = LeastOf(bounds.data(), (count_ + 3) / 4 * 4);
+  if (static_cast<double>(bounds[first]) >= search.key) return {};
   meet(first);
   for (std::size_t k = 0; k < count_; ++k) {
     if (k != first && static_cast<double>(bounds[k]) < search.key) meet(k);

@@ -35,6 +35,8 @@ class FacetsAround {
   void Gather(const Facets& facets, const glm::dvec3& p, double radius) noexcept;
   // As FindNearestFacet, if the ball about p lies in the gathered one.
   [[nodiscard]] NearestFacet FindNearest(const glm::dvec3& p, double reach) const noexcept;
+  // Leaves those in the plane of a face out of the searches, until the next Gather.
+  void LeaveOut(const NearestFacet& face) noexcept;
   [[nodiscard]] std::span<const Facet> facets() const { return {near_.data(), count_}; }
   // There were more than kMost, and there are none.
   [[nodiscard]] bool is_full() const { return is_full_; }

@@ -131,12 +131,20 @@ struct Gap {
   glm::dvec3 p{0.0};  // of S, in G, voxels
   glm::dvec3 n{0.0};  // from G to S, unit
   double height = 0.0;
+
+  [[nodiscard]] glm::dvec3 OnG() const { return p - height * n; }
+};
+
+// The least one, and in a groove of G the one to its other face.
+struct Gaps {
+  Gap least;
+  Gap other;
 };
 
 // A place of S that was measured exactly, or a corner of G: `point` is its name then.
 struct Measured {
   std::uint32_t point = kNone;
-  Gap gap;
+  Gaps gaps;
   glm::dvec3 corner{0.0};  // voxels
 };
 
@@ -167,7 +175,7 @@ struct Query {
   glm::dmat3 voxels_per_S;  // and S's origin: to G, voxels
   glm::dvec3 p_GSo;
   std::array<Bin, kNumBins> bins;
-  core::FixedVector<Candidate, 5 * kNumBins + kMostCorners + kMaxGapPlanes> candidates;
+  core::FixedVector<Candidate, 5 * kNumBins + kMostCorners + kMaxGapPlaces> candidates;
   core::FixedVector<Measured, kMostLikely * kNumBins + kMostCorners> measured;
   FacetsAround around;
 
@@ -199,7 +207,7 @@ struct Query {
   [[nodiscard]] float DepthOf(std::uint32_t point) const {
     if ((point & kCornerOfG) != 0) {
       const Measured* const corner = Find(point);
-      return corner != nullptr ? -static_cast<float>(corner->gap.height) : -kFar;
+      return corner != nullptr ? -static_cast<float>(corner->gaps.least.height) : -kFar;
     }
     const auto begin = walk.near_blocks.begin();
     const auto end = begin + result.num_near_blocks;
@@ -211,7 +219,7 @@ struct Query {
   // In which the tool is pushed there.
   [[nodiscard]] std::size_t DirectionOf(std::uint32_t point) const {
     if ((point & kCornerOfG) == 0) return S.places[point].bin;
-    return DirectionBin(glm::vec3(glm::conjugate(X_GS.rotation) * Find(point)->gap.n));
+    return DirectionBin(glm::vec3(glm::conjugate(X_GS.rotation) * Find(point)->gaps.least.n));
   }
   Bin& BinOf(const TouchGroup& group) {
     return bins[static_cast<std::size_t>(group.kind) * kNumDirectionBins + group.bin];
@@ -295,13 +303,15 @@ struct Query {
   }
   [[nodiscard]] glm::dvec3 InVoxels(const glm::vec3& p_S) const { return voxels_per_S * glm::dvec3(p_S) + p_GSo; }
 
-  // The gap of a place, exact where it can be small; not found on the side that faces away.
-  Gap Measure(std::uint32_t point, double depth, Below* below);
-  Gap ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
-               double depth, Below* below);
+  // The gaps of a place, exact where they can be small; not found on the side that faces away.
+  Gaps Measure(std::uint32_t point, double depth, Below* below);
+  Gaps ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
+                double depth, Below* below);
+  Gap OverOtherFace(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
+                    double depth, const Gap& least, const NearestFacet& face);
   [[nodiscard]] bool IsOnS(const glm::dvec3& p, const glm::dvec3& inward_G) const;
   [[nodiscard]] double Beside() const;
-  Gap GapOf(std::uint32_t point, double depth, Below* below);
+  Gaps GapsOf(std::uint32_t point, double depth, Below* below);
   void MeasureNearest(Below* below);
   glm::dvec3 Carrying(const glm::dvec3& corner, glm::dvec3 n);
   void MeasureCorners(const Below& below);
@@ -318,11 +328,11 @@ struct Query {
   // Where there are more than slots, the directions choose in turns: a flank that is pressed on has many places that
   // are nearer than the nearest of the flank across, which is what the tool comes to when it is pulled back.
   void TakeInTurns() {
-    if (candidates.size() <= kMaxGapPlanes) return;
+    if (candidates.size() <= kMaxGapPlaces) return;
     std::array<std::uint16_t, kNumDirectionBins> counts{};
     for (Candidate& c : candidates) c.turn = counts[DirectionOf(c.point)]++;
     std::sort(candidates.begin(), candidates.end());
-    candidates.resize(kMaxGapPlanes);
+    candidates.resize(kMaxGapPlaces);
   }
   // Those of this cycle first, so that these renew the slots of the last ones.
   void Choose(GapPlanes* gaps) {
@@ -335,9 +345,9 @@ struct Query {
       }
     }
     for (const Measured& one : measured) {
-      if ((one.point & kCornerOfG) != 0) Offer({one.point, -static_cast<float>(one.gap.height), Rank::kNearest});
+      if ((one.point & kCornerOfG) != 0) Offer({one.point, -static_cast<float>(one.gaps.least.height), Rank::kNearest});
     }
-    for (std::size_t s = 0; s < kMaxGapPlanes; ++s) {
+    for (std::size_t s = 0; s < kMaxGapPlaces; ++s) {
       GapPlanes::Slot& slot = gaps->slots[s];
       if (slot.cycles_left < 0) continue;
       const float depth = DepthOf(slot.point);
@@ -353,7 +363,7 @@ struct Query {
     std::sort(candidates.begin(), candidates.end());
     TakeInTurns();
     // Slots of those that give way are free.
-    std::array<bool, kMaxGapPlanes> is_taken{};
+    std::array<bool, kMaxGapPlaces> is_taken{};
     for (const Candidate& c : candidates) {
       if (c.slot >= 0) is_taken[static_cast<std::size_t>(c.slot)] = true;
     }
@@ -369,9 +379,8 @@ struct Query {
       GapPlanes::Slot& slot = gaps->slots[static_cast<std::size_t>(c.slot)];
       if ((c.point & kCornerOfG) == 0) continue;
       slot.corner = Find(c.point)->corner;
-      slot.n = Find(c.point)->gap.n;
     }
-    for (std::size_t s = 0; s < kMaxGapPlanes; ++s) {
+    for (std::size_t s = 0; s < kMaxGapPlaces; ++s) {
       if (!is_taken[s]) gaps->slots[s] = {};
     }
   }
@@ -398,17 +407,23 @@ bool MeetInAConvexEdge(const NearestFacet& a, const NearestFacet& b) {
   return is_below(a, b) && is_below(b, a);
 }
 
+// An edge of S over an edge of G: the gap, and the face of G whose normal is nearer to the gap's.
+struct Crossing {
+  Gap gap;
+  NearestFacet face;
+};
+
 // Where a piece of a sharp edge of S, along `along`, passes over an edge of G: between two of its places that are above
 // different faces of G, whose planes meet in G's edge. The normal is across both edges.
-Gap OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, const glm::dvec3& along,
-             const glm::dvec3& inward_G, double depth) {
+Crossing OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, const glm::dvec3& along,
+                  const glm::dvec3& inward_G, double depth) {
   const double back = std::max(depth, 0.0) + kClear;
   const auto find = [&](double share) {
     const double way = share * kOverlap * reach;
     return around.FindNearest(p + way * along + back * inward_G, back + ReachOf(depth) + std::abs(way));
   };
   const std::array<NearestFacet, 3> below{find(-1.0), find(0.0), find(1.0)};
-  Gap least;
+  Crossing least;
   for (std::size_t i = 0; i < 2; ++i) {
     NearestFacet a = below[i];
     NearestFacet b = below[i + 1];
@@ -436,7 +451,8 @@ Gap OverEdge(const FacetsAround& around, double reach, const glm::dvec3& p, cons
     const bool is_between = glm::dot(glm::cross(a.normal, n), e) >= 0.0 && glm::dot(glm::cross(n, b.normal), e) >= 0.0;
     if (std::abs(t) > reach + kClear || !is_between) continue;
     const double height = glm::dot(t * along - from_p, n);
-    if (!least.is_found || height < least.height) least = {true, p + t * along, n, height};
+    if (least.gap.is_found && height >= least.gap.height) continue;
+    least = {{true, p + t * along, n, height}, glm::dot(a.normal, n) > glm::dot(b.normal, n) ? a : b};
   }
   return least;
 }
@@ -530,34 +546,72 @@ double Slope(const TouchPlace& place, const glm::dvec3& n, const glm::dvec3& inw
   return place.kind == TouchPlace::Kind::kFace ? glm::length(glm::cross(n, inward_G)) : 0.0;
 }
 
-// The least gap of a place of S. It is seen from a point that is clear of the surface, back along S's own normal.
-Gap Query::ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G, const glm::dvec3& inward_G,
-                    double depth, Below* below) {
+// The gaps of a place of S. It is seen from a point that is clear of the surface, back along S's own normal.
+Gaps Query::ByFacets(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G,
+                     const glm::dvec3& inward_G, double depth, Below* below) {
   const double reach = static_cast<double>(place.reach_m) / field.voxel_size_m;
   const double back = std::max(depth, 0.0) + kClear;
-  if (place.kind == TouchPlace::Kind::kFace) {
-    around.Gather(field.triangles(), p, 2.0 * reach + back + ReachOf(depth));
-    return OverPatch(around, reach, p, inward_G, depth, [&](const glm::dvec3& at) { return IsOnS(at, inward_G); });
-  }
+  const double around_place = back + ReachOf(depth);
   const glm::dvec3 from = p + back * inward_G;
-  NearestFacet facet;
+  Gaps gaps;
+  NearestFacet face;
+  if (place.kind == TouchPlace::Kind::kFace) {
+    around.Gather(field.triangles(), p, 2.0 * reach + around_place);
+    gaps.least =
+        OverPatch(around, reach, p, inward_G, depth, [&](const glm::dvec3& at) { return IsOnS(at, inward_G); });
+    face = around.FindNearest(from, around_place);
+  } else {
+    NearestFacet facet;
+    if (place.kind == TouchPlace::Kind::kEdge) {
+      around.Gather(field.triangles(), p, 2.0 * kOverlap * reach + back + around_place);
+      const Crossing crossing = OverEdge(around, reach, p, along_G, inward_G, depth);
+      facet = around.FindNearest(from, around_place);
+      gaps.least = crossing.gap;
+      face = crossing.gap.is_found ? crossing.face : facet;
+    } else {
+      around.Gather(field.triangles(), p, back + around_place);
+      face = facet = around.FindNearest(from, around_place);
+    }
+    if (!facet.is_found) return gaps;
+    if (!gaps.least.is_found) {
+      gaps.least = {true, p, facet.normal, 0.0};
+      if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) {
+        gaps.least.n = (from - facet.place) / facet.height;
+      }
+      gaps.least.height = glm::dot(p - facet.place, gaps.least.n);
+    }
+    if (gaps.least.height < kExactWithin) {
+      below->Add(facet, gaps.least.p, gaps.least.n, gaps.least.height,
+                 kAroundCorner * S.spacing_m / field.voxel_size_m);
+    }
+  }
+  if (gaps.least.is_found && face.is_found && gaps.least.height < kExactWithin) {
+    gaps.other = OverOtherFace(place, p, along_G, inward_G, depth, gaps.least, face);
+  }
+  return gaps;
+}
+
+// Of a place in a groove of G, from the other face than `face`. In a groove each of the two is above the other's plane:
+// the far side of a thin wall, and what is behind it, are not.
+Gap Query::OverOtherFace(const TouchPlace& place, const glm::dvec3& p, const glm::dvec3& along_G,
+                         const glm::dvec3& inward_G, double depth, const Gap& least, const NearestFacet& face) {
+  constexpr double kOnPlane = static_cast<double>(kFacetStep);  // corners are rounded
+  around.LeaveOut(face);
+  const double back = std::max(depth, 0.0) + kClear;
   Gap gap;
   if (place.kind == TouchPlace::Kind::kEdge) {
-    around.Gather(field.triangles(), p, 2.0 * kOverlap * reach + 2.0 * back + ReachOf(depth));
-    gap = OverEdge(around, reach, p, along_G, inward_G, depth);
-    facet = around.FindNearest(from, back + ReachOf(depth));
-  } else {
-    facet = FindNearestFacet(field.triangles(), from, back + ReachOf(depth));
+    const double reach = static_cast<double>(place.reach_m) / field.voxel_size_m;
+    gap = OverEdge(around, reach, p, along_G, inward_G, depth).gap;
   }
-  if (!facet.is_found) return gap;
   if (!gap.is_found) {
-    gap = {true, p, facet.normal, 0.0};
-    if (!facet.is_on_face && std::abs(facet.height) > 0.25 * kClear) gap.n = (from - facet.place) / facet.height;
-    gap.height = glm::dot(gap.p - facet.place, gap.n);
+    const NearestFacet other = around.FindNearest(p + back * inward_G, back + ReachOf(depth));
+    if (!other.is_found || !other.is_on_face) return {};
+    gap = {true, p, other.normal, glm::dot(p - other.place, other.normal)};
   }
-  if (gap.height < kExactWithin) {
-    below->Add(facet, gap.p, gap.n, gap.height, kAroundCorner * S.spacing_m / field.voxel_size_m);
-  }
+  const glm::dvec3 across = gap.OnG() - least.OnG();
+  const glm::dvec3 turn = glm::cross(gap.n, least.n);
+  gap.is_found =
+      glm::dot(turn, turn) > kSameFace && glm::dot(across, least.n) > -kOnPlane && glm::dot(across, gap.n) < kOnPlane;
   return gap;
 }
 
@@ -574,30 +628,36 @@ double Query::Beside() const {
   return S.turn_rad + kSlope;
 }
 
-Gap Query::Measure(std::uint32_t point, double depth, Below* below) {
+Gaps Query::Measure(std::uint32_t point, double depth, Below* below) {
   const TouchPlace& place = S.places[point];
   const glm::dvec3 p = InVoxels(PointAt(point));
   const glm::dvec3 inward_G = X_GS.rotate(glm::dvec3(place.inward));
   const glm::dvec3 along_G = X_GS.rotate(glm::dvec3(place.along));
-  Gap gap = ByField(field, p);
+  Gaps gaps{ByField(field, p), {}};
   double beside = kBesideByField;
-  if (gap.height - Slope(place, gap.n, inward_G, along_G) * static_cast<double>(place.reach_m) / field.voxel_size_m <
+  if (gaps.least.height -
+          Slope(place, gaps.least.n, inward_G, along_G) * static_cast<double>(place.reach_m) / field.voxel_size_m <
       kExactWithin) {
-    const Gap exact = ByFacets(place, p, along_G, inward_G, depth, below);
-    if (exact.is_found) {
-      gap = exact;
+    const Gaps exact = ByFacets(place, p, along_G, inward_G, depth, below);
+    if (exact.least.is_found) {
+      gaps = exact;
       beside = Beside();
     }
   }
   // Else it cannot be what touches there: S reaches farther beside it, or G ends before.
-  const double off = std::atan2(glm::length(glm::cross(gap.n, inward_G)), glm::dot(gap.n, inward_G));
-  gap.is_found = off < static_cast<double>(place.cone_rad) + beside;
-  return gap;
+  const auto belongs = [&](const Gap& gap) {
+    const double off = std::atan2(glm::length(glm::cross(gap.n, inward_G)), glm::dot(gap.n, inward_G));
+    return off < static_cast<double>(place.cone_rad) + beside;
+  };
+  gaps.least.is_found = belongs(gaps.least);
+  gaps.other.is_found = gaps.other.is_found && belongs(gaps.other);
+  if (!gaps.least.is_found) std::swap(gaps.least, gaps.other);
+  return gaps;
 }
 
-Gap Query::GapOf(std::uint32_t point, double depth, Below* below) {
+Gaps Query::GapsOf(std::uint32_t point, double depth, Below* below) {
   const Measured* const known = Find(point);
-  return known != nullptr ? known->gap : Measure(point, depth, below);
+  return known != nullptr ? known->gaps : Measure(point, depth, below);
 }
 
 // The nearest of each bin is the one with the least exact gap of those that can have it.
@@ -607,10 +667,10 @@ void Query::MeasureNearest(Below* below) {
     for (const Likely& one : bin.likely) {
       const double bound = -static_cast<double>(one.depth) - kDoubt;
       if (bound >= std::min(least, kExactWithin)) break;
-      const Gap gap = Measure(one.point, static_cast<double>(DepthOf(one.point)), below);
-      measured.push_back({one.point, gap, {}});
-      if (!gap.is_found || gap.height >= least) continue;
-      least = gap.height;
+      const Gaps gaps = Measure(one.point, static_cast<double>(DepthOf(one.point)), below);
+      measured.push_back({one.point, gaps, {}});
+      if (!gaps.least.is_found || gaps.least.height >= least) continue;
+      least = gaps.least.height;
       bin.nearest = one.point;
       bin.nearest_depth = -static_cast<float>(least);
     }
@@ -656,8 +716,19 @@ void Query::MeasureCorners(const Below& below) {
     gap.height /= cosine;  // to the plane of S's face, along n
     gap.n = n;
     gap.p = corner.p + gap.height * n;
-    measured.push_back({NameOf(corner.p), gap, corner.p});
+    measured.push_back({NameOf(corner.p), {gap, {}}, corner.p});
   }
+}
+
+// Which of the slot's two faces the least gap is from: those of the last cycle keep their ids.
+std::size_t FaceOf(const Gaps& gaps, const GapPlanes::Slot& slot) {
+  double as_0 = glm::dot(gaps.least.n, slot.n[0]);
+  double as_1 = glm::dot(gaps.least.n, slot.n[1]);
+  if (gaps.other.is_found) {
+    as_0 += glm::dot(gaps.other.n, slot.n[1]);
+    as_1 += glm::dot(gaps.other.n, slot.n[0]);
+  }
+  return as_1 > as_0 ? 1 : 0;
 }
 
 // As the guards of ReducePatches: together they have the pair's stiffness.
@@ -717,29 +788,40 @@ double FinishGapPair(const TouchPoints& S, const DistanceField& field, const cor
   query.FillBins();
   Below below;
   for (const GapPlanes::Slot& slot : gaps->slots) {
-    if (slot.cycles_left >= 0 && (slot.point & kCornerOfG) != 0) below.corners.push_back({slot.corner, slot.n, 0.0});
+    if (slot.cycles_left >= 0 && (slot.point & kCornerOfG) != 0) below.corners.push_back({slot.corner, slot.n[0], 0.0});
   }
   query.MeasureNearest(&below);
   query.MeasureCorners(below);
   query.Choose(gaps);
 
   double least_m = std::numeric_limits<double>::infinity();
-  for (const Candidate& candidate : query.candidates) {
-    const Gap gap = query.GapOf(candidate.point, static_cast<double>(candidate.depth), &below);
-    if (!gap.is_found) continue;  // the side that faces away
+  const auto add = [&](const Gap& gap, std::uint32_t id) {
     core::ContactPlane plane;
-    plane.id = static_cast<std::uint32_t>(candidate.slot);
+    plane.id = id;
     const glm::dvec3 p_G = gap.p * voxel_m + field.origin_m;
     plane.p_S = glm::vec3(X_GS.inverse() * p_G);
     plane.n_G = glm::vec3(gap.n);
     plane.q_G = glm::vec3(p_G - gap.height * voxel_m * gap.n);
     plane.stiffness_N_per_m = static_cast<float>(pair.stiffness_N_per_m);
     gaps->planes.push_back(plane);
-    if (gap.height * voxel_m < least_m) {
-      least_m = gap.height * voxel_m;
-      result->deepest_p_S = glm::dvec3(plane.p_S);
-      result->deepest_n_S = glm::conjugate(X_GS.rotation) * gap.n;
-    }
+    if (gap.height * voxel_m >= least_m) return;
+    least_m = gap.height * voxel_m;
+    result->deepest_p_S = glm::dvec3(plane.p_S);
+    result->deepest_n_S = glm::conjugate(X_GS.rotation) * gap.n;
+  };
+  std::size_t num_others = 0;
+  for (const Candidate& candidate : query.candidates) {
+    Gaps found = query.GapsOf(candidate.point, static_cast<double>(candidate.depth), &below);
+    if (!found.least.is_found) continue;  // the side that faces away
+    found.other.is_found = found.other.is_found && num_others < kMaxOtherFaces;
+    const auto slot = static_cast<std::size_t>(candidate.slot);
+    const std::size_t face = FaceOf(found, gaps->slots[slot]);
+    add(found.least, GapPlanes::IdOf(slot, face));
+    gaps->slots[slot].n[face] = found.least.n;
+    if (!found.other.is_found) continue;
+    ++num_others;
+    add(found.other, GapPlanes::IdOf(slot, 1 - face));
+    gaps->slots[slot].n[1 - face] = found.other.n;
   }
   result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
   result->is_in_contact = least_m < 0.0;

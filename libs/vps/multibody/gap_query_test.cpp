@@ -199,7 +199,7 @@ TEST(GapQuery, WhatIsPressedOnDoesNotHideWhatIsAcross) {
   core::Pose X_AB;
   X_AB.translation.z = -kPlay_m;
   engine.Query(X_AB);
-  EXPECT_EQ(engine.gaps.planes.size(), kMaxGapPlanes);
+  EXPECT_GE(engine.gaps.planes.size(), kMaxGapPlaces);
   double way_m = 1.0;
   for (const core::ContactPlane& plane : engine.gaps.planes) {
     if (plane.n_G.z < -0.1f) way_m = std::min(way_m, -engine.Gap_m(plane) / static_cast<double>(plane.n_G.z));
