@@ -72,5 +72,21 @@ TEST(NearestFacet, OfWhatIsGatheredIsThatOfTheWholeMesh) {
   EXPECT_GT(num_full, 20);
 }
 
+// Over the groove between two faces: without the nearer one the other is nearest, and without that nothing so near.
+TEST(NearestFacet, OfWhatIsGatheredIsThatOfTheRestOnceAFaceIsLeftOut) {
+  const DistanceField field = *BuildField(MakeBlockWithHole(0.06, 0.04, 0.01, 16), 1e-3);
+  const glm::dvec3 p = (glm::dvec3(0.0095, 0.0001, 0.0) - field.origin_m) / 1e-3;
+  FacetsAround around;
+  around.Gather(field.triangles(), p, 3.0);
+  const NearestFacet first = around.FindNearest(p, 1.0);
+  around.LeaveOut(first);
+  const NearestFacet second = around.FindNearest(p, 1.0);
+  ASSERT_TRUE(first.is_found && second.is_found);
+  EXPECT_GE(second.height, first.height);
+  EXPECT_LT(first.normal.y * second.normal.y, 0.0);
+  around.LeaveOut(second);
+  EXPECT_FALSE(around.FindNearest(p, 1.0).is_found);
+}
+
 }  // namespace
 }  // namespace vps

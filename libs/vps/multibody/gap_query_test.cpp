@@ -91,6 +91,25 @@ TEST(GapQuery, AFaceOverACornerHasTheFacesNormal) {
   }
 }
 
+// An edge of a peg of sixteen faces in the groove between two faces of a hole like it has the planes of both.
+TEST(GapQuery, APlaceInAGrooveHasAPlaneForEitherFace) {
+  const double play_m = 5e-4;
+  const double half = std::acos(-1.0) / 16.0;  // of the angle from face to face
+  GapEngine engine(MakeBlockWithHole(0.06, 0.04, 0.01 + play_m, 16), MakeCylinder(0.01, 0.03, 16), 1e-3, 4096);
+  engine.Query({{1, 0, 0, 0}, {play_m - 10.0 * kMicro, 0.0, 0.0}});
+  int num_pairs = 0;
+  for (const core::ContactPlane& a : engine.gaps.planes) {
+    for (const core::ContactPlane& b : engine.gaps.planes) {
+      if (glm::length(a.p_S - b.p_S) > 1e-6f || glm::length(a.n_G - b.n_G) < 0.1f) continue;
+      ++num_pairs;
+      EXPECT_NEAR(glm::dot(a.n_G, b.n_G), std::cos(2.0 * half), 2e-3);
+      EXPECT_NEAR(engine.Gap_m(a), 10.0 * kMicro * std::cos(half), 2.0 * kMicro);
+      EXPECT_NE(a.id, b.id);
+    }
+  }
+  EXPECT_GT(num_pairs, 0);
+}
+
 // A needle thinner than a voxel, far thinner than the sampled plate's spacing, stands straight in its face.
 TEST(GapQuery, ANeedleBetweenThePlatesPlacesIsFeltAsDeepAsItIs) {
   GapEngine engine(MakeCylinder(1e-4, 0.02, 16), MakeBox({0.1, 0.1, 0.02}), 1e-3, 4096);
