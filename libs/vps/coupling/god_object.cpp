@@ -17,6 +17,10 @@ constexpr int kSweepsInARound = 8;
 constexpr double kSettled = 1e-3;    // of the largest normal force
 constexpr double kMostDetour = 3.0;  // of the way out of planes, of the depth
 constexpr double kLeastTravel_m = 1e-5;
+// What rounding leaves of gaps, of poses in single precision.
+constexpr double kStuck_m = 1e-8;
+constexpr int kMostTurns = 8;
+constexpr double kStuckBeyond = 1.01;  // of the cone: what FindFriction leaves of a force that slides is on it so well
 
 // A pose of the tool as its centre of mass, and back.
 glm::dvec3 CentreOfMass(const core::Pose& X_WC, const glm::dvec3& p_CoCm_C) {
@@ -34,6 +38,40 @@ std::array<glm::dvec3, 2> Tangents(const glm::dvec3& n) {
   const glm::dvec3 axis = std::abs(n.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 u = glm::normalize(glm::cross(n, axis));
   return {u, glm::cross(n, u)};
+}
+
+using Matrix6 = std::array<Vector6, 6>;
+
+void AddOuter(const Vector6& row, Matrix6* m) {
+  for (std::size_t i = 0; i < 6; ++i) AddScaled(row[i], row, &(*m)[i]);
+}
+
+// m = L L^T, with L in its lower half. Not where m leaves a direction as good as free.
+bool Factor(Matrix6* m) {
+  constexpr double kFree = 1e-6;  // of the mean
+  double trace = 0.0;
+  for (std::size_t k = 0; k < 6; ++k) trace += (*m)[k][k];
+  for (std::size_t j = 0; j < 6; ++j) {
+    for (std::size_t i = j; i < 6; ++i) {
+      double sum = (*m)[i][j];
+      for (std::size_t k = 0; k < j; ++k) sum -= (*m)[i][k] * (*m)[j][k];
+      if (i == j && sum < kFree * trace / 6.0) return false;
+      (*m)[i][j] = i == j ? std::sqrt(sum) : sum / (*m)[j][j];
+    }
+  }
+  return true;
+}
+
+Vector6 Solved(const Matrix6& lower, Vector6 b) {
+  for (std::size_t k = 0; k < 6; ++k) {
+    for (std::size_t j = 0; j < k; ++j) b[k] -= lower[k][j] * b[j];
+    b[k] /= lower[k][k];
+  }
+  for (std::size_t k = 6; k-- > 0;) {
+    for (std::size_t j = k + 1; j < 6; ++j) b[k] -= lower[j][k] * b[j];
+    b[k] /= lower[k][k];
+  }
+  return b;
 }
 
 // The tool with mass M about its centre of mass, implicitly over a cycle T, on a spring K and a damper B to the device,
@@ -157,9 +195,99 @@ struct Pass {
            friction_rows.begin() + num_friction;
   }
 
+  // True when the tool is stuck: small changes of the last cycle's forces hold it where they hold it fast, all inside
+  // their cones. The rows J of the loaded contacts' normals and tangents leave the motion y that is nearest to what all
+  // of them want, J y = w, and forces l + J z, the least change, make it the balanced one:
+  //   J^T J y = J^T w,   J^T J z = y - free - J^T l.
+  // FindFriction would find it, too, but only about, and what it is off by adds up: a tool at rest would creep.
+  bool Stick(const Vector6& free) {
+    Matrix6 square{};
+    Vector6 wanted{};
+    bool has_friction = false;
+    const auto add = [&](const Vector6& row, double to) {
+      AddOuter(row, &square);
+      AddScaled(to, row, &wanted);
+    };
+    num_friction = 0;
+    for (std::size_t i = 0; i < rows.count; ++i) {
+      const HeldContact& contact = contacts[i];
+      if (!(contact.normal_N > 0.0)) continue;
+      if (contact.cycles_lost > 0 || num_friction == kMaxFrictionContacts) return false;
+      has_friction = has_friction || contact.friction > 0.0;
+      AddFriction(i);
+      const FrictionContact& f = friction[num_friction - 1];
+      add(f.normal, f.bound);
+      if (f.friction == 0.0) continue;
+      for (std::size_t k = 0; k < 2; ++k) add(f.tangents[k], -f.slip_m[k]);
+    }
+    if (!has_friction || !Factor(&square)) return false;
+    const Vector6 y = Solved(square, wanted);
+    for (std::size_t k = 0; k < num_friction; ++k) {
+      const FrictionContact& f = friction[k];
+      if (std::abs(Dot(f.normal, y) - f.bound) > kStuck_m) return false;
+      for (std::size_t t = 0; t < 2 && f.friction > 0.0; ++t) {
+        if (std::abs(Dot(f.tangents[t], y) + f.slip_m[t]) > kStuck_m) return false;
+      }
+    }
+    for (std::size_t i = 0; i < rows.count; ++i) {
+      if (rows.of[i].b - Dot(rows.of[i].a, y) > kStuck_m) return false;
+    }
+    if (!Hold(free, y, square)) return false;
+    nearest.y = y;
+    std::fill_n(nearest.multipliers.begin(), rows.count, 0.0);
+    for (std::size_t k = 0; k < num_friction; ++k) nearest.multipliers[friction_rows[k]] = friction[k].normal_N;
+    return true;
+  }
+
+  // In turns: forces that balance at y, then those outside their cones back onto them.
+  bool Hold(const Vector6& free, const Vector6& y, const Matrix6& factor) {
+    for (int turn = 0; turn < kMostTurns; ++turn) {
+      Vector6 lack = y;
+      AddScaled(-1.0, free, &lack);
+      for (std::size_t k = 0; k < num_friction; ++k) {
+        const FrictionContact& f = friction[k];
+        AddScaled(-f.normal_N, f.normal, &lack);
+        for (std::size_t t = 0; t < 2; ++t) AddScaled(-f.tangent_N[t], f.tangents[t], &lack);
+      }
+      const Vector6 z = Solved(factor, lack);
+      bool is_held = true;
+      for (std::size_t k = 0; k < num_friction; ++k) {
+        FrictionContact& f = friction[k];
+        f.normal_N += Dot(f.normal, z);
+        if (!(f.normal_N > 0.0)) return false;
+        if (f.friction == 0.0) continue;
+        for (std::size_t t = 0; t < 2; ++t) f.tangent_N[t] += Dot(f.tangents[t], z);
+        is_held = is_held && std::hypot(f.tangent_N[0], f.tangent_N[1]) <= kStuckBeyond * f.friction * f.normal_N;
+      }
+      if (is_held) return true;
+      for (std::size_t k = 0; k < num_friction; ++k) {
+        FrictionContact& f = friction[k];
+        const double length_N = std::hypot(f.tangent_N[0], f.tangent_N[1]);
+        const double limit_N = f.friction * f.normal_N;
+        if (length_N <= limit_N) continue;
+        for (double& force_N : f.tangent_N) force_N *= limit_N / length_N;
+      }
+    }
+    return false;
+  }
+
   // Solved exactly without friction. If something is touched, friction is found for what is, and what it runs into
   // besides; then, with the forces along the planes as they are, exactly again.
   Vector6 Project(const Vector6& free) {
+    if (!Stick(free)) FindForces(free);
+    for (std::size_t i = 0; i < rows.count; ++i) {
+      contacts[i].normal_N = nearest.multipliers[i];
+      contacts[i].tangent_W_N = glm::dvec3(0.0);
+    }
+    for (std::size_t k = 0; k < num_friction; ++k) {
+      HeldContact& contact = contacts[friction_rows[k]];
+      const std::array<glm::dvec3, 2> tangents = Tangents(contact.n_W);
+      contact.tangent_W_N = friction[k].tangent_N[0] * tangents[0] + friction[k].tangent_N[1] * tangents[1];
+      if (rows.of[friction_rows[k]].is_left_out) contact.normal_N = friction[k].normal_N;
+    }
+    return nearest.y;
+  }
+  void FindForces(const Vector6& free) {
     ProjectOntoHalfSpaces(free, rows, &nearest);
     num_friction = 0;
     bool is_touching = false;
@@ -176,17 +304,6 @@ struct Pass {
     } else {
       FindFriction(free);
     }
-    for (std::size_t i = 0; i < rows.count; ++i) {
-      contacts[i].normal_N = nearest.multipliers[i];
-      contacts[i].tangent_W_N = glm::dvec3(0.0);
-    }
-    for (std::size_t k = 0; k < num_friction; ++k) {
-      HeldContact& contact = contacts[friction_rows[k]];
-      const std::array<glm::dvec3, 2> tangents = Tangents(contact.n_W);
-      contact.tangent_W_N = friction[k].tangent_N[0] * tangents[0] + friction[k].tangent_N[1] * tangents[1];
-      if (rows.of[friction_rows[k]].is_left_out) contact.normal_N = friction[k].normal_N;
-    }
-    return nearest.y;
   }
   // In turns: some sweeps over all forces, then the normal ones exactly for the forces along the planes as they are.
   // The sweeps alone take long where a tool is held at several places far apart.

@@ -223,6 +223,30 @@ TEST_P(Friction, HeldBelowTheConeDoesNotCreep) {
   EXPECT_GT(std::abs(X_WD.translation.x - before.translation.x), 0.8 * GetParam() * 0.006);
 }
 
+// A rod of two balls is turned in a round hole of 128 faces, as a peg that is held askew, and pushed along it: either
+// end is in a groove between two faces. Once the device rests the rod stays where it is, to the bit or nearly so, and
+// pushes back with the friction that is left.
+TEST_P(Friction, ARodHeldAskewInAHoleDoesNotCreep) {
+  Scene scene;
+  scene.balls_C = {{0, 0, -0.02}, {0, 0, 0.02}};
+  for (int i = 0; i < 128; ++i) {
+    const double u = 2.0 * std::acos(-1.0) * (i + 0.5) / 128.0;
+    const glm::dvec3 n(-std::cos(u), -std::sin(u), 0.0);
+    if (std::abs(n.x) > 0.99) scene.walls.push_back({n, -kRadius_m - 1e-4, 1e9, 0, GetParam()});
+  }
+  core::Pose X_WD = At(0, 0, 0.1);
+  scene.hand.Reset(X_WD);
+  const core::Pose turned{core::QuaternionFromRotationVector({0.003, 0.03, 0.0}), {0.0, 0.0, 0.0}};
+  X_WD.rotation = turned.rotation;
+  scene.Hold(X_WD, 10);
+  Move(scene, &X_WD, {3e-5, 2e-5, 0.08}, 0.02);
+  scene.Hold(X_WD, 100);
+  const core::Pose before = scene.hand.X_WC();
+  const core::Wrench F = scene.Hold(X_WD, 1000);
+  EXPECT_LT(glm::length(scene.hand.X_WC().translation - before.translation), 1e-7);
+  EXPECT_GT(F.force_N.z, 0.5 * GetParam());
+}
+
 // Two walls that lean against each other by half an angle a from the vertical, pressed with F: each carries
 // F / (2 sin a), so along the slot it slides at mu F / sin a.
 TEST_P(Friction, InASlotIsTheWedgesTimesTheCone) {
