@@ -25,6 +25,7 @@
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/film/exposure.hpp"
 #include "nodes/visual_node/film/render_scale.hpp"
+#include "nodes/visual_node/gl/detail_in_work.hpp"
 #include "nodes/visual_node/gl/gl_context.hpp"
 #include "nodes/visual_node/pictures/contact_sheet.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
@@ -43,6 +44,9 @@ namespace visual_node {
 namespace {
 
 constexpr int kDrawingNice = 10;  // chosen without a study
+
+// How far a surface may be off its place in a live picture: what smoothing hides.
+constexpr double kLiveDetail_px = 0.25;
 
 // Of a frame's period, for drawing; the rest is for what else the machine does between two pictures.
 constexpr double kDrawingShare = 0.9;
@@ -151,6 +155,8 @@ class Viewer {
       air_in_work_ = std::make_unique<AirInWork>();
     }
     std::fflush(stdout);
+    detail_in_work_ = std::make_unique<DetailInWork>(
+        shown_.assets->meshes, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
     return result;
@@ -174,6 +180,7 @@ class Viewer {
       glfwPollEvents();
       if (!options_.is_headless) FitTo(context_->window(), target);
       TakeAir();
+      TakeDetail();
       waited_ns_ = 0;
       const std::int64_t start_ns = core::MonotonicNow_ns();
       const double dt_s = 1e-9 * static_cast<double>(start_ns - std::exchange(last_ns, start_ns));
@@ -384,7 +391,10 @@ class Viewer {
   }
 
   [[nodiscard]] Look Live() const {
-    return {.exposure = exposure_.value(), .scale = scale_.value(), .with_penumbra = !context_->is_software()};
+    return {.exposure = exposure_.value(),
+            .scale = scale_.value(),
+            .with_penumbra = !context_->is_software(),
+            .detail_px = kLiveDetail_px};
   }
 
   // Takes the newest scene, as late as possible before drawing. When the step has changed, this scene is the result of
@@ -415,6 +425,14 @@ class Viewer {
     air_in_work_.reset();
     std::printf("the Earth has its air\n");
     std::fflush(stdout);
+  }
+
+  void TakeDetail() {
+    if (detail_in_work_ == nullptr) return;
+    const auto made = detail_in_work_->Take();
+    if (!made) return;
+    for (std::size_t i = 0; i < made->size(); ++i) renderer_->SetDetail(i, (*made)[i].mesh, (*made)[i].pieces);
+    detail_in_work_.reset();
   }
 
   core::Result<void> Keep(const view::Scene& scene, const scene::Camera& camera) {
@@ -522,6 +540,7 @@ class Viewer {
   std::optional<float> mean_luminance_;
   std::int64_t waited_ns_ = 0, waited_to_show_ns_ = 0;  // for other walls, before drawing this frame and after it
   std::unique_ptr<AirInWork> air_in_work_;
+  std::unique_ptr<DetailInWork> detail_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
   bool is_priority_low_ = false;
   RenderScale scale_;

@@ -73,6 +73,8 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   if (!overlays) return tl::unexpected(overlays.error());
   renderer->overlays_ = std::move(*overlays);
   renderer->nothing_ = MakeVertexArray();
+  renderer->picked_ = PickedTriangles::Create();
+  renderer->details_.resize(renderer->meshes_.size());
   renderer->FitShadow(scene);
   return renderer;
 }
@@ -150,6 +152,15 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
   }
 }
 
+void Renderer::SetDetail(std::size_t mesh, const vps::VisualMesh& vertices, const std::vector<Piece>& pieces) {
+  // A skin's vertices are others with every posture.
+  if (std::any_of(skins_.begin(), skins_.end(), [mesh](const Skin& skin) { return skin.mesh == mesh; })) return;
+  Detail& detail = details_[mesh];
+  detail.levels = MeshDetail(vertices, pieces);
+  detail.vertices = UploadVertices(vertices);
+  detail.layout = MakeLayout(detail.vertices, detail.vertices, picked_.buffer());
+}
+
 core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
                                   const Look& look) {
   const double aspect = static_cast<double>(target.width()) / target.height();
@@ -181,6 +192,9 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
   const glm::dvec2 focal_px = view::FocalLengths_px(eye, width, height);
   sky_.Prepare(scene.space,
                {R_VC, focal_px.x, width, height, focal_px.y / focal_px.x, view::AxisFromMiddle_px(eye, width, height)});
+
+  // A pixel is 2 tan(fov / 2) / height of the distance.
+  view.allowed_share = static_cast<float>(look.detail_px * 2.0 * std::tan(0.5 * camera.vertical_fov_rad) / height);
 
   film_.Begin(width, height);
   if (look.surfaces != nullptr) {
@@ -238,18 +252,39 @@ void Renderer::DrawSurfaces(const view::Scene& scene, const View& view) {
     order_.emplace_back(glm::distance(centre_W, view.eye_W) - mesh.radius_m, i);
   }
   std::sort(order_.begin(), order_.end());
-  for (const auto& [distance_m, i] : order_) {
-    const view::Instance& instance = scene.instances[i];
+  PickTriangles(scene, view);
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    const view::Instance& instance = scene.instances[order_[place].second];
     const GpuMesh& mesh = meshes_[instance.mesh];
-    for (const GpuMesh::Part& part : mesh.parts) {
-      const GpuMesh::Look& look = part.look(variants_[i]);
+    const glm::mat4 X_WM = ToMatrix(instance.X_WM);
+    for (std::size_t k = 0; k < mesh.parts.size(); ++k) {
+      const GpuMesh::Part& part = mesh.parts[k];
+      const GpuMesh::Look& look = part.look(variants_[order_[place].second]);
       // Of a lamp with a lens only the lens shines.
       const bool is_given = instance.is_material_given && (!mesh.has_lens || look.is_lens);
       view::Material material = is_given ? instance.material : look.material;
       if (!instance.is_material_given) material.emissive += instance.material.emissive;
-      surfaces_.Draw(mesh, part, look, ToMatrix(instance.X_WM), material, !is_given);
+      if (picked_runs_[place].empty()) {
+        surfaces_.Draw(mesh, part, look, X_WM, material, !is_given);
+      } else {
+        surfaces_.Draw(mesh, look, X_WM, material, !is_given, details_[instance.mesh].layout.id(),
+                       picked_runs_[place][k]);
+      }
     }
   }
+}
+
+void Renderer::PickTriangles(const view::Scene& scene, const View& view) {
+  picked_runs_.assign(order_.size(), {});
+  if (view.allowed_share <= 0.0f) return;
+  picked_.Clear();
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    const view::Instance& instance = scene.instances[order_[place].second];
+    const MeshDetail& levels = details_[instance.mesh].levels;
+    if (levels.is_empty()) continue;
+    picked_runs_[place] = picked_.Add(levels, {view.clip_W * ToMatrix(instance.X_WM), 0.0f, view.allowed_share});
+  }
+  picked_.Upload();
 }
 
 void Renderer::DrawSheets(const view::Scene& scene) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/draw/detail_picker.hpp"
 #include "nodes/visual_node/draw/overlay_painter.hpp"
 #include "nodes/visual_node/draw/paste_painter.hpp"
 #include "nodes/visual_node/draw/shadow_map.hpp"
@@ -31,6 +32,8 @@ struct Look {
   double scale = 1.0;  // of the film's width and height, against the target's
   bool with_texts = true;
   bool with_penumbra = true;  // as dear as all other shading on a software renderer; live pictures leave it out
+  // How far a surface may be off its place, in pixels of the film; 0: all that there is of each mesh is drawn.
+  double detail_px = 0.0;
   std::optional<view::EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
   const tiles::Canvas* surfaces = nullptr;  // already drawn by somebody else; the film has its size then
 };
@@ -62,6 +65,9 @@ class Renderer {
     return view::LightOf(scene.space, sky_.air());
   }
 
+  // What Look::detail_px chooses from. Until then meshes are drawn whole. Index: Assets::meshes.
+  void SetDetail(std::size_t mesh, const vps::VisualMesh& vertices, const std::vector<Piece>& pieces);
+
   // Of the newest picture, and waits for it.
   [[nodiscard]] Film& film() { return film_; }
   // As they were drawn last. Index: Assets::meshes, Scene::sheets.
@@ -82,6 +88,12 @@ class Renderer {
     glm::vec3 right_W;
     glm::vec3 up_W;
     float exposure = 1.0f;
+    float allowed_share = 0.0f;  // of the distance along the view, by which a surface may be off its place
+  };
+  struct Detail {
+    MeshDetail levels;
+    GlBuffer vertices;
+    GlVertexArray layout;  // of these with picked_
   };
 
   Renderer() = default;
@@ -92,6 +104,7 @@ class Renderer {
   void UpdateSheets(const view::Scene& scene);
   void UpdateSkins(const view::Scene& scene);
   void DrawSurfaces(const view::Scene& scene, const View& view);
+  void PickTriangles(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);
   void DrawGlow(const view::Scene& scene, const View& view) const;
   [[nodiscard]] std::vector<SurfaceFrame::Lamp> ShiningLamps(const view::Scene& scene) const;
@@ -106,6 +119,7 @@ class Renderer {
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
   std::vector<Skin> skins_;
   std::vector<int> variants_;    // of each instance, of its mesh; -1: the first look
+  std::vector<Detail> details_;  // the same; empty levels: none
   std::vector<GpuMesh> sheets_;  // index: Scene::sheets
   std::vector<std::uint64_t> sheet_versions_;
   SurfacePainter surfaces_;
@@ -120,6 +134,8 @@ class Renderer {
   std::unique_ptr<TextPainter> texts_;
   std::size_t num_triangles_ = 0;
   std::vector<std::pair<float, std::size_t>> order_;  // instances, nearest first
+  PickedTriangles picked_;
+  std::vector<std::vector<PickedTriangles::Run>> picked_runs_;  // in this order; empty: the whole mesh
 };
 
 }  // namespace visual_node

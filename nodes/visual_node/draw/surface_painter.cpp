@@ -153,7 +153,14 @@ void SurfacePainter::Use(std::size_t variant) {
 }
 
 void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const GpuMesh::Look& look,
-                          const glm::mat4& X_WM, const view::Material& m, bool with_textures) {
+                          const glm::mat4& X_WM, const view::Material& material, bool with_textures) {
+  Draw(mesh, look, X_WM, material, with_textures, mesh.layout.id(), {part.num_indices, part.first_byte});
+}
+
+void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Look& look, const glm::mat4& X_WM,
+                          const view::Material& m, bool with_textures, GLuint layout,
+                          const PickedTriangles::Run& triangles) {
+  if (triangles.num_indices == 0) return;
   const bool is_textured = with_textures && !m.is_foil;
   const bool is_coated = m.coat > 0.0f && !m.is_foil;
   Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(look) : 0) +
@@ -181,10 +188,10 @@ void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const 
   } else {
     glEnable(GL_CULL_FACE);  // of OpenGL's initial state: faces whose corners run clockwise
   }
-  glBindVertexArray(mesh.layout.id());
+  glBindVertexArray(layout);
   // OpenGL passes an offset into the bound buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
-  const auto* const offset = reinterpret_cast<const void*>(part.first_byte);
-  glDrawElements(GL_TRIANGLES, part.num_indices, GL_UNSIGNED_INT, offset);
+  const auto* const offset = reinterpret_cast<const void*>(triangles.first_byte);
+  glDrawElements(GL_TRIANGLES, triangles.num_indices, GL_UNSIGNED_INT, offset);
 }
 
 }  // namespace visual_node

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/draw/detail_picker.hpp"
 #include "nodes/visual_node/draw/shadow_map.hpp"
 #include "nodes/visual_node/gl/gl_objects.hpp"
 #include "nodes/visual_node/gl/mesh_store.hpp"
@@ -41,6 +42,9 @@ class SurfacePainter {
   // The part with one of its looks, or another material.
   void Draw(const GpuMesh& mesh, const GpuMesh::Part& part, const GpuMesh::Look& look, const glm::mat4& X_WM,
             const view::Material& material, bool with_textures = true);
+  // Of a part only these triangles, which are indices in the layout's buffer.
+  void Draw(const GpuMesh& mesh, const GpuMesh::Look& look, const glm::mat4& X_WM, const view::Material& material,
+            bool with_textures, GLuint layout, const PickedTriangles::Run& triangles);
 
  private:
   static constexpr std::size_t kNumVariants = 128;

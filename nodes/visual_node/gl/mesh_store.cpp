@@ -108,12 +108,23 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
   gpu.num_indices = static_cast<GLsizei>(indices.size());
   gpu.vertices = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
   gpu.indices = MakeBuffer(indices.data(), indices.size() * sizeof(std::uint32_t));
-  gpu.layout = MakeVertexArray();
-  const GLuint layout = gpu.layout.id();
   if (bends) gpu.rest = MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
-  glVertexArrayVertexBuffer(layout, 0, gpu.vertices.id(), 0, sizeof(Vertex));
-  glVertexArrayVertexBuffer(layout, 1, bends ? gpu.rest.id() : gpu.vertices.id(), 0, sizeof(Vertex));
-  glVertexArrayElementBuffer(layout, gpu.indices.id());
+  gpu.layout = MakeLayout(gpu.vertices, bends ? gpu.rest : gpu.vertices, gpu.indices);
+  Bound(vertices, &gpu);
+  return gpu;
+}
+
+GlBuffer UploadVertices(const vps::VisualMesh& mesh) {
+  const std::vector<Vertex> vertices = VerticesOf(mesh);
+  return MakeBuffer(vertices.data(), vertices.size() * sizeof(Vertex));
+}
+
+GlVertexArray MakeLayout(const GlBuffer& vertices, const GlBuffer& rest, const GlBuffer& indices) {
+  GlVertexArray made = MakeVertexArray();
+  const GLuint layout = made.id();
+  glVertexArrayVertexBuffer(layout, 0, vertices.id(), 0, sizeof(Vertex));
+  glVertexArrayVertexBuffer(layout, 1, rest.id(), 0, sizeof(Vertex));
+  glVertexArrayElementBuffer(layout, indices.id());
   const GLuint offsets[2] = {offsetof(Vertex, position_M), offsetof(Vertex, normal_M)};
   for (const GLuint attribute : {0u, 1u, 2u, 3u}) {
     glEnableVertexArrayAttrib(layout, attribute);
@@ -123,8 +134,7 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
   glEnableVertexArrayAttrib(layout, 4);
   glVertexArrayAttribFormat(layout, 4, 2, GL_FLOAT, GL_FALSE, offsetof(Vertex, uv));
   glVertexArrayAttribBinding(layout, 4, 0);
-  Bound(vertices, &gpu);
-  return gpu;
+  return made;
 }
 
 void UpdateVertices(const vps::VisualMesh& mesh, GpuMesh* gpu) {

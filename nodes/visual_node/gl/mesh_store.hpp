@@ -50,6 +50,11 @@ struct GpuMesh {
 // `bends`: UpdateVertices will be called, and the vertices of now are kept as those at rest.
 GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false);
 
+// The vertices of all primitives, one after the other.
+GlBuffer UploadVertices(const vps::VisualMesh& mesh);
+// Such vertices as shaders read them, with triangles from `indices`. `rest`: of a mesh that bends, else the same.
+GlVertexArray MakeLayout(const GlBuffer& vertices, const GlBuffer& rest, const GlBuffer& indices);
+
 // Replaces positions and normals; the number of vertices must be the same.
 void UpdateVertices(const vps::VisualMesh& mesh, GpuMesh* gpu);
 

@@ -8,6 +8,7 @@
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
+#include "picture/flip.hpp"
 #include "raytrace/develop.hpp"
 #include "raytrace/tracer.hpp"
 #include "scene/load_scenario.hpp"
@@ -70,6 +71,37 @@ TEST_F(ConformanceTest, ALivePictureLooksLikeTheOneThatIsKept) {
   EXPECT_LE(full.flip, 0.05);
   EXPECT_LE(half.flip, 0.10);
   EXPECT_LT(full.flip, half.flip);
+}
+
+// As far off as live pictures may be, in the size of one at scale 0.7.
+TEST_F(ConformanceTest, LevelsOfDetailAreNotSeen) {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios/module_replacement");
+  ASSERT_TRUE(scenario);
+  const view::SceneMirror mirror(*scenario);
+  const view::Scene& scene = mirror.scene();
+  const auto load = [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); };
+  auto renderer = Renderer::Create(scene, load);
+  ASSERT_TRUE(renderer) << renderer.error().detail;
+  const RenderTarget target(448, 252);
+  const auto draw = [&](const scene::Camera& camera, double detail_px) {
+    EXPECT_TRUE((*renderer)->Draw(scene, camera, target, {.with_penumbra = false, .detail_px = detail_px}));
+    return target.Read();
+  };
+  std::vector<Image> whole;
+  for (const scene::Camera& camera : scene.assets->cameras) whole.push_back(draw(camera, 0.0));
+  for (std::size_t i = 0; i < scene.assets->meshes.size(); ++i) {
+    auto mesh = load(scene.assets->meshes[i]);
+    ASSERT_TRUE(mesh);
+    const std::vector<Piece> pieces = MakePieces(&*mesh);
+    (*renderer)->SetDetail(i, *mesh, pieces);
+  }
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    const scene::Camera& camera = scene.assets->cameras[i];
+    const double flip = picture::Mean(picture::Flip(whole[i], draw(camera, 0.25)));
+    RecordProperty("flip_" + camera.name, std::to_string(flip));
+    EXPECT_GT(flip, 0.0) << camera.name;
+    EXPECT_LE(flip, 0.02) << camera.name;
+  }
 }
 
 TEST_F(ConformanceTest, AnotherColourIsNoticed) {
