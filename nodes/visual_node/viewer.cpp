@@ -45,6 +45,9 @@ namespace {
 
 constexpr int kDrawingNice = 10;  // chosen without a study
 
+// Whoever is farther behind the rate of pictures, as at the start, does not draw all of them.
+constexpr std::int64_t kMostBehind_ns = 500'000'000;
+
 // How far a surface may be off its place in a live picture: what smoothing hides.
 constexpr double kLiveDetail_px = 0.25;
 
@@ -173,7 +176,7 @@ class Viewer {
     scale_ = RenderScale(kDrawingShare / frames_per_s);
     const auto period_ns = static_cast<std::int64_t>(1e9 / frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
-    std::int64_t last_ns = core::MonotonicNow_ns();
+    std::int64_t last_ns = core::MonotonicNow_ns(), next_ns = last_ns;
     first_frame_ns_ = last_ns;
     first_frame_cpu_s_ = CpuTime_s();
     while (signals_.is_stop_wanted == 0 && glfwWindowShouldClose(context_->window()) == GLFW_FALSE) {
@@ -221,7 +224,9 @@ class Viewer {
       }
       for (const std::string& name : receiver_.TakeScreenshotRequests()) Take(name, shown);
       if (walls_ && walls_->is_led()) continue;  // the first wall has the pace
-      const std::int64_t left_ns = start_ns + period_ns - core::MonotonicNow_ns();
+      // A picture that is late does not delay those behind it, for the time that one that is kept takes.
+      next_ns = std::max(next_ns + period_ns, core::MonotonicNow_ns() - kMostBehind_ns);
+      const std::int64_t left_ns = next_ns - core::MonotonicNow_ns();
       if (left_ns > 0) {
         const timespec pause{0, static_cast<long>(std::min<std::int64_t>(left_ns, 999'999'999))};
         nanosleep(&pause, nullptr);

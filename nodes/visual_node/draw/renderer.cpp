@@ -193,8 +193,8 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
   sky_.Prepare(scene.space,
                {R_VC, focal_px.x, width, height, focal_px.y / focal_px.x, view::AxisFromMiddle_px(eye, width, height)});
 
-  // A pixel is 2 tan(fov / 2) / height of the distance.
-  view.allowed_share = static_cast<float>(look.detail_px * 2.0 * std::tan(0.5 * camera.vertical_fov_rad) / height);
+  // A pixel is one focal length's share of the distance along the view.
+  view.allowed_share = static_cast<float>(look.detail_px / std::max(focal_px.x, focal_px.y));
 
   film_.Begin(width, height);
   if (look.surfaces != nullptr) {

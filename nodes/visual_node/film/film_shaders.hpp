@@ -39,8 +39,8 @@ void main() {
 
 // --- Smooths edges: fast approximate anti-aliasing [Lottes 2009], with the lumas of a pixel's four diagonal
 // neighbours. Where they differ, the picture is averaged along the edge, which is at right angles to the luma's
-// gradient: over two points, or over four if these do not reach beyond the edge. A pixel without an edge, most are,
-// leaves the loop at once: a software renderer executes both sides of an `if`, but not a loop without active pixels.
+// gradient: over two points, or over four if these do not reach beyond the edge. It is computed at every pixel: a
+// software renderer executes both sides of an `if`, and a loop once, even when no pixel wants to.
 constexpr const char* kSmoothFragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D u_picture;
 layout(location = 0) uniform vec2 u_texel;  // one pixel, in texture coordinates
@@ -59,17 +59,15 @@ void main() {
   float se = texelFetch(u_picture, clamp(at + ivec2(1, -1), ivec2(0), last), 0).a;
   float low = min(min(min(nw, ne), min(sw, se)), centre.a);
   float high = max(max(max(nw, ne), max(sw, se)), centre.a);
-  vec3 color = centre.rgb;
-  int is_edge = int(high - low > max(kLeastContrast, kContrast * high));
-  for (int i = 0; i < is_edge; ++i) {
-    vec2 along = vec2(nw + ne - sw - se, nw + sw - ne - se);
-    float flat_part = max(0.03125 * (nw + ne + sw + se), 0.0078125);
-    along = clamp(along / (min(abs(along.x), abs(along.y)) + flat_part), -kReach_px, kReach_px) * u_texel;
-    vec4 two = 0.5 * (textureLod(u_picture, uv - along / 6.0, 0.0) + textureLod(u_picture, uv + along / 6.0, 0.0));
-    vec4 ends = textureLod(u_picture, uv - 0.5 * along, 0.0) + textureLod(u_picture, uv + 0.5 * along, 0.0);
-    vec4 four = 0.5 * two + 0.25 * ends;
-    color = four.a < low || four.a > high ? two.rgb : four.rgb;
-  }
+  bool is_edge = high - low > max(kLeastContrast, kContrast * high);
+  vec2 along = vec2(nw + ne - sw - se, nw + sw - ne - se);
+  float flat_part = max(0.03125 * (nw + ne + sw + se), 0.0078125);
+  along = clamp(along / (min(abs(along.x), abs(along.y)) + flat_part), -kReach_px, kReach_px) * u_texel;
+  vec4 two = 0.5 * (textureLod(u_picture, uv - along / 6.0, 0.0) + textureLod(u_picture, uv + along / 6.0, 0.0));
+  vec4 ends = textureLod(u_picture, uv - 0.5 * along, 0.0) + textureLod(u_picture, uv + 0.5 * along, 0.0);
+  vec4 four = 0.5 * two + 0.25 * ends;
+  vec3 smooth_color = four.a < low || four.a > high ? two.rgb : four.rgb;
+  vec3 color = is_edge ? smooth_color : centre.rgb;
   o_color = vec4(color, 1.0);
 }
 )";
