@@ -68,4 +68,11 @@ class PickedTriangles {
   std::vector<std::size_t> ends_;
 };
 
+// A mesh that can be drawn in less detail: its levels, and their vertices with the triangles that are picked.
+struct DetailedMesh {
+  MeshDetail levels;
+  GlBuffer vertices;
+  GlVertexArray layout;
+};
+
 }  // namespace visual_node

@@ -155,7 +155,7 @@ void Renderer::UpdateSheets(const view::Scene& scene) {
 void Renderer::SetDetail(std::size_t mesh, const vps::VisualMesh& vertices, const std::vector<Piece>& pieces) {
   // A skin's vertices are others with every posture.
   if (std::any_of(skins_.begin(), skins_.end(), [mesh](const Skin& skin) { return skin.mesh == mesh; })) return;
-  Detail& detail = details_[mesh];
+  DetailedMesh& detail = details_[mesh];
   detail.levels = MeshDetail(vertices, pieces);
   detail.vertices = UploadVertices(vertices);
   detail.layout = MakeLayout(detail.vertices, detail.vertices, picked_.buffer());
@@ -173,7 +173,8 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
     if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
     UpdateSheets(scene);
     UpdateSkins(scene);
-    shadow_.Update(scene, meshes_, sheets_);
+    const bool is_exact = look.detail_px <= 0.0;
+    shadow_.Update(scene, meshes_, sheets_, is_exact ? ShadowMap::Coarse{} : ShadowMap::Coarse{&details_, &picked_});
   }
   const glm::dmat4 view_W = view::ViewMatrix(eye);
   const glm::dmat4 projection = view::ProjectionMatrix(eye, kNear_m, kFar_m);

@@ -90,11 +90,6 @@ class Renderer {
     float exposure = 1.0f;
     float allowed_share = 0.0f;  // of the distance along the view, by which a surface may be off its place
   };
-  struct Detail {
-    MeshDetail levels;
-    GlBuffer vertices;
-    GlVertexArray layout;  // of these with picked_
-  };
 
   Renderer() = default;
   core::Result<void> MakePrograms();
@@ -118,9 +113,9 @@ class Renderer {
 
   std::vector<GpuMesh> meshes_;  // index: Assets::meshes
   std::vector<Skin> skins_;
-  std::vector<int> variants_;    // of each instance, of its mesh; -1: the first look
-  std::vector<Detail> details_;  // the same; empty levels: none
-  std::vector<GpuMesh> sheets_;  // index: Scene::sheets
+  std::vector<int> variants_;          // of each instance, of its mesh; -1: the first look
+  std::vector<DetailedMesh> details_;  // the same; empty levels: none
+  std::vector<GpuMesh> sheets_;        // index: Scene::sheets
   std::vector<std::uint64_t> sheet_versions_;
   SurfacePainter surfaces_;
   OverlayPainter overlays_;
