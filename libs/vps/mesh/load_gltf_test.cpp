@@ -112,5 +112,17 @@ TEST_F(GltfTest, MaterialsHaveLightOfTheirOwnLacquerAndVariants) {
   EXPECT_EQ(primitive.variants[1].coat, 0.5f) << "a variant without a mapping has the first look";
 }
 
+TEST_F(GltfTest, GlassSaysHowMuchGoesThroughItAndHowStronglyItBends) {
+  const auto glass = Load(R"({"mesh":0})", R"(},"material":0)",
+                          R"(,"materials":[{"name":"glass","extensions":{
+                             "KHR_materials_transmission":{"transmissionFactor":0.75},"KHR_materials_ior":{"ior":1.25}}}])");
+  ASSERT_TRUE(glass) << glass.error().detail;
+  EXPECT_EQ(glass->primitives.at(0).transmission, 0.75f);
+  EXPECT_EQ(glass->primitives.at(0).ior, 1.25f);
+  const auto paint = Load(R"({"mesh":0})", R"(},"material":0)", R"(,"materials":[{"name":"paint"}])");
+  ASSERT_TRUE(paint) << paint.error().detail;
+  EXPECT_EQ(paint->primitives.at(0).transmission, 0.0f);
+}
+
 }  // namespace
 }  // namespace vps
