@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/scenario.hpp"
+#include "view/frustum.hpp"
 
 namespace lab {
 
@@ -54,6 +55,33 @@ struct RayWorkers {
   scene::Location where;
 };
 
+// A viewer of the run beside visual_node: node visual_node-<name>.
+struct Viewer {
+  std::string name;
+  std::string host;
+  std::string display;  // X display; empty: no window
+  std::string camera;   // it stays with; empty: that of the step
+  std::string layout;   // several views in one window, instead
+  std::string stereo;   // empty: one picture for both eyes
+  std::string user;     // for whose head it is drawn; empty: nobody's
+  std::string size;     // "1280x720"; empty: the viewer's own
+  scene::Location where;
+};
+
+// A wall of a room: a window onto the scene, in metres from the room's viewpoint, x to the right, y ahead, z up.
+struct Wall {
+  Viewer viewer;  // all but its layout
+  view::Screen screen_R;
+  std::string place;  // "X,Y" of the window on the display; empty: it is placed by the window manager, with a frame
+};
+
+// Walls around one person, in step. The first one leads.
+struct Room {
+  std::string name;
+  double eye_distance_m = 0.0;  // 0: the viewer's own
+  std::vector<Wall> walls;
+};
+
 // The machines of a laboratory and the placement of the nodes on them, for any scenario.
 struct Lab {
   std::string name;
@@ -61,6 +89,8 @@ struct Lab {
   std::vector<Host> hosts;
   std::vector<Placement> placements;
   std::vector<RayWorkers> ray_workers;  // none: visual_node draws with OpenGL
+  std::vector<Viewer> viewers;
+  std::vector<Room> rooms;
   std::string registry_host;
   std::uint16_t registry_port = 7450;
   // Largest accepted error bound of a host's clock offset. 20 ms is chosen without a study: latencies between machines
@@ -75,6 +105,8 @@ struct Lab {
   // Null when there is none.
   [[nodiscard]] const Host* FindHost(const std::string& host_name) const;
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
+  // All viewers, those of walls included, that are on that host; empty: on any.
+  [[nodiscard]] std::vector<const Viewer*> ViewersOn(const std::string& host_name) const;
 };
 
 // The value of `colocate`, the two nodes that it puts into one process, and that process's program.

@@ -1,6 +1,7 @@
 #include "lab/lab_rules.hpp"
 
 #include "lab/lab.hpp"
+#include "view/stereo.hpp"
 
 namespace lab {
 namespace {
@@ -12,6 +13,12 @@ scene::AttributeRule Optional(const char* name, ValueKind kind) {
 }
 scene::AttributeRule Required(const char* name, ValueKind kind) {
   return {name, kind, true, {}};
+}
+
+scene::AttributeRule Stereo() {
+  std::vector<std::string> modes;
+  for (const view::StereoInfo& info : view::kStereoModes) modes.emplace_back(info.name);
+  return {"stereo", ValueKind::kChoice, false, std::move(modes)};
 }
 
 }  // namespace
@@ -26,7 +33,7 @@ const std::vector<scene::ElementRule>& LabRules() {
         Optional("tcp_topics", ValueKind::kText),
         Optional("multicast", ValueKind::kText),
         {"colocate", ValueKind::kChoice, false, {kColocate}}},
-       {{"host", 1, 0}, {"registry", 1, 1}, {"node", 1, 0}, {"ray_workers", 0, 0}}},
+       {{"host", 1, 0}, {"registry", 1, 1}, {"node", 1, 0}, {"ray_workers", 0, 0}, {"view", 0, 0}, {"room", 0, 0}}},
       {"host",
        "a machine that ssh reaches",
        {Required("name", ValueKind::kName),
@@ -59,6 +66,24 @@ const std::vector<scene::ElementRule>& LabRules() {
       {"ray_workers",
        "workers that trace the pictures of visual_node",
        {Required("host", ValueKind::kName), Optional("count", ValueKind::kCount)},
+       {}},
+      {"view",
+       "another viewer of the run: of a camera, or several in a layout",
+       {Required("name", ValueKind::kName), Required("host", ValueKind::kName), Optional("camera", ValueKind::kName),
+        Optional("layout", ValueKind::kText), Stereo(), Optional("user", ValueKind::kName),
+        Optional("size", ValueKind::kText), Optional("display", ValueKind::kText)},
+       {}},
+      {"room",
+       "walls around a person, each a window onto the scene, in step",
+       {Required("name", ValueKind::kName), Optional("camera", ValueKind::kName), Stereo(),
+        Optional("user", ValueKind::kName), Optional("eye_distance_mm", ValueKind::kPositive)},
+       {{"screen", 1, 0}}},
+      {"screen",
+       "a wall: its corners in metres from the room's viewpoint, x to the right, y ahead, z up; the first one leads",
+       {Required("name", ValueKind::kName), Required("host", ValueKind::kName),
+        Required("lower_left", ValueKind::kVector), Required("lower_right", ValueKind::kVector),
+        Required("upper_left", ValueKind::kVector), Required("size", ValueKind::kText),
+        Optional("place", ValueKind::kText), Optional("display", ValueKind::kText)},
        {}},
       {"device",
        "a file on the host that the node opens for a role",

@@ -3,9 +3,11 @@
 #include <arpa/inet.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "core/names.hpp"
 #include "lab/lab_rules.hpp"
+#include "scene/element_reader.hpp"
 #include "scene/xml.hpp"
 #include "tiles/seats.hpp"
 
@@ -40,6 +42,8 @@ class Reader {
       }
       if (element.name == "node") ReadNode(element);
       if (element.name == "ray_workers") ReadRayWorkers(element);
+      if (element.name == "view") ReadView(element);
+      if (element.name == "room") ReadRoom(element);
     }
     if (lab_.is_colocated) CheckPair(root);
     return std::move(lab_);
@@ -198,6 +202,99 @@ class Reader {
     lab_.ray_workers.push_back(std::move(workers));
   }
 
+  // "1280x720", "0,40": two whole numbers.
+  void CheckNumbers(const scene::XmlElement& element, const char* attribute, char separator, const char* example) {
+    const std::string text = element.Get(attribute);
+    if (text.empty()) return;
+    const std::size_t at = std::min(text.find(separator), text.size());
+    std::uint64_t numbers[2] = {};
+    if (scene::ParseCount(text.substr(0, at), &numbers[0]) && at < text.size() &&
+        scene::ParseCount(text.substr(at + 1), &numbers[1])) {
+      return;
+    }
+    Report(element.LineOf(attribute),
+           element.name + " '" + element.Get("name") + "': " + attribute + " is '" + text + "'",
+           "it is two whole numbers of pixels", std::string("write for instance ") + example);
+  }
+
+  // What a view has in common with a wall. Its node is visual_node-<name>.
+  Viewer ReadViewer(const scene::XmlElement& element) {
+    Viewer viewer;
+    viewer.where = {lab_.file, element.line};
+    viewer.name = element.Get("name");
+    viewer.host = element.Get("host");
+    viewer.display = element.Get("display");
+    viewer.size = element.Get("size");
+    CheckHost(element, element.name + " '" + viewer.name + "'");
+    CheckNumbers(element, "size", 'x', "1280x720");
+    CheckPlain(element, "display");
+    for (const Viewer* other : lab_.ViewersOn("")) {
+      if (other->name != viewer.name) continue;
+      Report(element.LineOf("name"), "a second viewer '" + viewer.name + "'",
+             "its node has that name, as that of line " + std::to_string(other->where.line), "rename one of them");
+    }
+    return viewer;
+  }
+
+  void CheckPlain(const scene::XmlElement& element, const char* attribute) {
+    const std::string text = element.Get(attribute);
+    if (text.find_first_not_of(kPlainCharacters) == std::string::npos) return;
+    Report(element.LineOf(attribute),
+           element.name + " '" + element.Get("name") + "': " + attribute + " is '" + text + "'",
+           "it becomes part of commands and unit files", "use only letters, digits and / . _ + @ : -");
+  }
+
+  void ReadView(const scene::XmlElement& element) {
+    Viewer viewer = ReadViewer(element);
+    viewer.camera = element.Get("camera");
+    viewer.layout = element.Get("layout");
+    viewer.stereo = element.Get("stereo");
+    viewer.user = element.Get("user");
+    if (!viewer.camera.empty() && !viewer.layout.empty()) {
+      Report(element.LineOf("layout"), "view '" + viewer.name + "' has a camera and a layout",
+             "a layout names its cameras itself", "remove one of them");
+    }
+    const std::string layout_characters = std::string(kPlainCharacters) + " |*";
+    if (viewer.layout.find_first_not_of(layout_characters) != std::string::npos) {
+      Report(element.LineOf("layout"), "view '" + viewer.name + "': layout is '" + viewer.layout + "'",
+             "it becomes part of the viewer's command",
+             "write cameras' names with | between those side by side and / between rows, such as 'overview | gripper'");
+    }
+    lab_.viewers.push_back(std::move(viewer));
+  }
+
+  void ReadRoom(const scene::XmlElement& element) {
+    Room room;
+    room.name = element.Get("name");
+    double eye_distance_mm = 0.0;
+    scene::ParseNumber(element.Get("eye_distance_mm"), &eye_distance_mm);
+    room.eye_distance_m = 1e-3 * eye_distance_mm;
+    for (const Room& other : lab_.rooms) {
+      if (other.name != room.name) continue;
+      Report(element.LineOf("name"), "a second room '" + room.name + "'", "its walls keep in step by that name",
+             "rename one of them");
+    }
+    lab_.rooms.push_back(room);
+    for (const scene::XmlElement& child : element.children) {
+      if (child.name != "screen") continue;
+      Wall wall{ReadViewer(child), {}, child.Get("place")};
+      wall.viewer.camera = element.Get("camera");
+      wall.viewer.stereo = element.Get("stereo");
+      wall.viewer.user = element.Get("user");
+      const scene::ElementReader read(child);
+      read.Vector("lower_left", &wall.screen_R.lower_left);
+      read.Vector("lower_right", &wall.screen_R.lower_right);
+      read.Vector("upper_left", &wall.screen_R.upper_left);
+      CheckNumbers(child, "place", ',', "0,0");
+      if (!view::CheckScreen(wall.screen_R)) {
+        Report(child.line, "screen '" + wall.viewer.name + "': its corners are no rectangle",
+               "from the lower left corner, the lower right and the upper left one are in directions at right angles",
+               "measure them anew");
+      }
+      lab_.rooms.back().walls.push_back(std::move(wall));
+    }
+  }
+
   // One process has one host, one priority and one set of cores: those of haptic_node.
   void CheckPair(const scene::XmlElement& root) {
     const Placement* haptic = lab_.FindPlacement(kColocatedNodes[0]);
@@ -229,6 +326,18 @@ const Placement* Lab::FindPlacement(const std::string& node) const {
   return it == placements.end() ? nullptr : &*it;
 }
 
+std::vector<const Viewer*> Lab::ViewersOn(const std::string& host_name) const {
+  std::vector<const Viewer*> found;
+  const auto add = [&](const Viewer& viewer) {
+    if (host_name.empty() || viewer.host == host_name) found.push_back(&viewer);
+  };
+  for (const Viewer& viewer : viewers) add(viewer);
+  for (const Room& room : rooms) {
+    for (const Wall& wall : room.walls) add(wall.viewer);
+  }
+  return found;
+}
+
 tl::expected<Lab, std::vector<Diagnostic>> LoadLab(const std::filesystem::path& file) {
   auto root = scene::ReadXml(file);
   if (!root) return tl::unexpected(root.error());
@@ -248,7 +357,9 @@ std::vector<Diagnostic> CheckAgainst(const Lab& lab, const scene::Scenario& scen
   std::vector<std::string> roles;
   for (const scene::Device& device : scenario.devices) roles.push_back(device.role);
   for (const char* node : kNodeNames) {
-    if (lab.FindPlacement(node) != nullptr || std::find(without.begin(), without.end(), node) != without.end())
+    const bool is_replaced = std::string_view(node) == "visual_node" && !lab.ViewersOn("").empty();
+    if (is_replaced || lab.FindPlacement(node) != nullptr ||
+        std::find(without.begin(), without.end(), node) != without.end())
       continue;
     diagnostics.push_back(
         {{lab.file, 1},
@@ -269,6 +380,19 @@ std::vector<Diagnostic> CheckAgainst(const Lab& lab, const scene::Scenario& scen
       diagnostics.push_back({device.where, "device of unknown role '" + device.role + "'",
                              "scenario " + scenario.name + " does not have it", core::SuggestName(device.role, roles)});
     }
+  }
+  std::vector<std::string> cameras, users;
+  for (const scene::Camera& camera : scenario.cameras) cameras.push_back(camera.name);
+  for (const scene::User& user : scenario.users) users.push_back(user.name);
+  const auto check = [&](const Viewer& viewer, const std::string& name, const char* what,
+                         const std::vector<std::string>& known) {
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) return;
+    diagnostics.push_back({viewer.where, "viewer '" + viewer.name + "': unknown " + what + " '" + name + "'",
+                           "scenario " + scenario.name + " does not have it", core::SuggestName(name, known)});
+  };
+  for (const Viewer* viewer : lab.ViewersOn("")) {
+    check(*viewer, viewer->camera, "camera", cameras);
+    check(*viewer, viewer->user, "user", users);
   }
   return diagnostics;
 }

@@ -69,6 +69,49 @@ TEST(LoadLab, WorkersTraceThePicturesOnAnyHostAsManyAsAViewerHasSeats) {
   EXPECT_THAT(scene::Format(many.error().front()), testing::HasSubstr("1 to 16"));
 }
 
+constexpr const char* kPictures = R"(  <view name="teacher" host="sim" layout="overview | gripper" size="640x360"/>
+  <room name="cave" camera="overview" user="operator" stereo="top_bottom" eye_distance_mm="65">
+    <screen name="front" host="sim" lower_left="-1 1 -1" lower_right="1 1 -1" upper_left="-1 1 1" size="640x640" display=":1" place="0,0"/>
+    <screen name="left" host="haptics" lower_left="-1 -1 -1" lower_right="-1 1 -1" upper_left="-1 -1 1" size="640x640"/>
+  </room>
+</lab>
+)";
+
+std::string WithPictures() {
+  return Replace(kGood, "</lab>\n", kPictures);
+}
+
+TEST(LoadLab, ReadsViewsAndTheWallsOfARoom) {
+  const auto lab = LoadLab(Write(WithPictures()));
+  ASSERT_TRUE(lab) << scene::Format(lab.error().front());
+  ASSERT_EQ(lab->viewers.size(), 1u);
+  EXPECT_EQ(lab->viewers[0].layout, "overview | gripper");
+  ASSERT_EQ(lab->rooms.size(), 1u);
+  ASSERT_EQ(lab->rooms[0].walls.size(), 2u);
+  EXPECT_NEAR(lab->rooms[0].eye_distance_m, 0.065, 1e-12);
+  const Wall& front = lab->rooms[0].walls[0];
+  EXPECT_EQ(front.viewer.camera, "overview");
+  EXPECT_EQ(front.viewer.stereo, "top_bottom");
+  EXPECT_EQ(front.viewer.user, "operator");
+  EXPECT_EQ(front.place, "0,0");
+  EXPECT_EQ(front.screen_R.lower_right, glm::dvec3(1, 1, -1));
+  EXPECT_EQ(lab->ViewersOn("sim").size(), 2u);
+  EXPECT_EQ(lab->ViewersOn("haptics").size(), 1u);
+}
+
+TEST(LoadLab, ReportsCamerasAndUsersThatTheScenarioLacks) {
+  const auto lab = LoadLab(Write(WithPictures()));
+  ASSERT_TRUE(lab);
+  scene::Scenario scenario;
+  scenario.devices.emplace_back().role = "op1/arm.right";
+  scenario.cameras.emplace_back().name = "overvieww";
+  scenario.users = {{"operator"}};
+  const auto problems = CheckAgainst(*lab, scenario, {});
+  ASSERT_EQ(problems.size(), 2u) << "of both walls";
+  EXPECT_THAT(scene::Format(problems[0]), testing::HasSubstr("unknown camera 'overview'"));
+  EXPECT_EQ(problems[0].where.line, 14);
+}
+
 std::string Colocated() {
   const std::string text = Replace(kGood, "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"");
   return Replace(text, "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"haptics\" cores=\"3\"");
@@ -106,7 +149,7 @@ struct BadLab {
 class LoadLabBad : public testing::TestWithParam<BadLab> {};
 
 TEST_P(LoadLabBad, YieldsOneMessageWithItsLine) {
-  const auto lab = LoadLab(Write(Replace(kGood, GetParam().from, GetParam().to)));
+  const auto lab = LoadLab(Write(Replace(WithPictures(), GetParam().from, GetParam().to)));
   ASSERT_FALSE(lab);
   ASSERT_EQ(lab.error().size(), 1u) << scene::Format(lab.error().back());
   EXPECT_EQ(lab.error()[0].where.line, GetParam().line);
@@ -115,33 +158,43 @@ TEST_P(LoadLabBad, YieldsOneMessageWithItsLine) {
 
 INSTANTIATE_TEST_SUITE_P(
     , LoadLabBad,
-    testing::Values(BadLab{"UnknownHost", "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"simm\"", 9,
-                           "unknown host 'simm'"},
-                    BadLab{"UnknownRegistryHost", "registry host=\"sim\"", "registry host=\"haptic\"", 4, "'haptics'"},
-                    BadLab{"NodeTwice", "\"logic_node\"", "\"physics_node\"", 10, "physics_node is placed twice"},
-                    BadLab{"UnknownNode", "\"logic_node\"", "\"logics_node\"", 10, "one of"},
-                    BadLab{"PairOnTwoHosts", "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"", 1,
-                           "haptic_node is on haptics, physics_node on sim"},
-                    BadLab{"UnknownPair", "name=\"bench\"", "name=\"bench\" colocate=\"haptic logic\"", 1, "colocate"},
-                    BadLab{"HostTwice", "<registry", "<host name=\"haptics\" address=\"x\"/><registry", 4,
-                           "is declared twice"},
-                    BadLab{"UnknownAttribute", "display", "displey", 11, "unknown attribute 'displey'"},
-                    BadLab{"NoAddress", " address=\"sim.lab\"", "", 3, "'address' is missing"},
-                    BadLab{"AddressIsAnOption", "sim.lab", "-oProxyCommand=x", 3, "ssh would take it for an option"},
-                    BadLab{"PortTooLarge", "7500", "75000", 4, "from 1 to 65535"},
-                    BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is not a file"},
-                    BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
-                    BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
-                    BadLab{"RunFolderWithSemicolon", "/var/tmp/oos", "/var/tmp/a;b", 2, "letters, digits"},
-                    BadLab{"AddressWithBackquotes", "sim.lab", "sim`id`", 3, "becomes part of commands"},
-                    BadLab{"RelativeCache", "/srv/cooked", "cooked", 3, "absolute path"},
-                    BadLab{"MulticastOutsideItsRange", "name=\"bench\"", "name=\"bench\" multicast=\"10.0.0.9:7450\"",
-                           1, "multicast is '10.0.0.9:7450'"},
-                    BadLab{"MulticastWithoutPort", "name=\"bench\"", "name=\"bench\" multicast=\"239.255.74.50\"", 1,
-                           "239.255.74.50:7450"},
-                    BadLab{"TopicsWithBlank", "name=\"bench\"", "name=\"bench\" tcp_topics=\"a/*, b/*\"", 1,
-                           "with commas between them"},
-                    BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
+    testing::Values(
+        BadLab{"UnknownHost", "\"physics_node\" host=\"sim\"", "\"physics_node\" host=\"simm\"", 9,
+               "unknown host 'simm'"},
+        BadLab{"UnknownRegistryHost", "registry host=\"sim\"", "registry host=\"haptic\"", 4, "'haptics'"},
+        BadLab{"NodeTwice", "\"logic_node\"", "\"physics_node\"", 10, "physics_node is placed twice"},
+        BadLab{"UnknownNode", "\"logic_node\"", "\"logics_node\"", 10, "one of"},
+        BadLab{"PairOnTwoHosts", "name=\"bench\"", "name=\"bench\" colocate=\"haptic physics\"", 1,
+               "haptic_node is on haptics, physics_node on sim"},
+        BadLab{"UnknownPair", "name=\"bench\"", "name=\"bench\" colocate=\"haptic logic\"", 1, "colocate"},
+        BadLab{"HostTwice", "<registry", "<host name=\"haptics\" address=\"x\"/><registry", 4, "is declared twice"},
+        BadLab{"UnknownAttribute", "display", "displey", 11, "unknown attribute 'displey'"},
+        BadLab{"NoAddress", " address=\"sim.lab\"", "", 3, "'address' is missing"},
+        BadLab{"AddressIsAnOption", "sim.lab", "-oProxyCommand=x", 3, "ssh would take it for an option"},
+        BadLab{"PortTooLarge", "7500", "75000", 4, "from 1 to 65535"},
+        BadLab{"NoSuchKey", "port=\"2222\"", "identity=\"no_such_key\"", 2, "no_such_key' is not a file"},
+        BadLab{"Cores", "cores=\"3\"", "cores=\"three\"", 8, "CPU numbers"},
+        BadLab{"RunFolderWithQuote", "/var/tmp/oos", "/var/tmp/it's", 2, "unit files"},
+        BadLab{"RunFolderWithSemicolon", "/var/tmp/oos", "/var/tmp/a;b", 2, "letters, digits"},
+        BadLab{"AddressWithBackquotes", "sim.lab", "sim`id`", 3, "becomes part of commands"},
+        BadLab{"RelativeCache", "/srv/cooked", "cooked", 3, "absolute path"},
+        BadLab{"MulticastOutsideItsRange", "name=\"bench\"", "name=\"bench\" multicast=\"10.0.0.9:7450\"", 1,
+               "multicast is '10.0.0.9:7450'"},
+        BadLab{"MulticastWithoutPort", "name=\"bench\"", "name=\"bench\" multicast=\"239.255.74.50\"", 1,
+               "239.255.74.50:7450"},
+        BadLab{"TopicsWithBlank", "name=\"bench\"", "name=\"bench\" tcp_topics=\"a/*, b/*\"", 1,
+               "with commas between them"},
+        BadLab{"ViewTwice", "<view name=\"teacher\"", "<view name=\"front\"", 14, "a second viewer 'front'"},
+        BadLab{"ViewOnNoHost", "\"teacher\" host=\"sim\"", "\"teacher\" host=\"sin\"", 12, "unknown host 'sin'"},
+        BadLab{"ViewWithBackquotes", "overview | gripper", "`id`", 12, "the viewer's command"},
+        BadLab{"ViewOfCameraAndLayout", "layout=", "camera=\"a\" layout=", 12, "a camera and a layout"},
+        BadLab{"WallOfNoSize", "size=\"640x640\" display", "size=\"640\" display", 14, "two whole numbers of pixels"},
+        BadLab{"WallThatIsNoRectangle", "upper_left=\"-1 1 1\"", "upper_left=\"1 1 1\"", 14,
+               "corners are no rectangle"},
+        BadLab{"RoomWithoutWalls", "<room name=\"cave\"", "<room name=\"hall\"/><room name=\"cave\"", 13,
+               "<screen> is missing"},
+        BadLab{"UnknownStereo", "top_bottom", "crossed", 13, "one of"},
+        BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
     [](const auto& one) { return one.param.name; });
 
 TEST(LoadLab, ReportsEveryReferenceToAnUnknownHost) {

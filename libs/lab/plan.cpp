@@ -1,6 +1,7 @@
 #include "lab/plan.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "tiles/seats.hpp"
 
@@ -32,6 +33,10 @@ class Planner {
         if (placement.host == host.name && !is_out && !is_in_pair) AddNode(placement, &plan);
       }
       AddRayWorkers(&plan);
+      for (const Viewer& viewer : lab_.viewers) {
+        if (viewer.host == host.name) AddViewer(viewer, &plan);
+      }
+      for (const Room& room : lab_.rooms) AddWalls(room, &plan);
       if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
     }
     return std::move(plan_);
@@ -105,7 +110,7 @@ class Planner {
       const std::string folder = plan->run_folder + "/steps";
       Add(&unit, "--steps", is_pair ? folder : folder + "/" + placement.node + ".mcap");
     }
-    if (placement.node == "visual_node") AddDisplay(placement, &unit, plan);
+    if (placement.node == "visual_node") AddDisplay(placement.display, &unit, plan);
     plan->units.push_back(std::move(unit));
   }
 
@@ -129,17 +134,46 @@ class Planner {
     }
   }
 
+  Unit NewViewer(const Viewer& viewer, HostPlan* plan) const {
+    const std::string name = "visual_node-" + viewer.name;
+    Unit unit = NewUnit(*plan, name, "visual_node");
+    unit.nodes = {name};
+    Add(&unit, "--name", name);
+    Add(&unit, "--scenario", plan->facts.scenario);
+    AddSession(*plan, &unit);
+    Add(&unit, "--bind", plan->facts.bind);
+    Add(&unit, "--out", plan->run_folder + "/" + name);
+    for (const std::string& argument : ViewerArguments(viewer)) unit.arguments.push_back(argument);
+    AddDisplay(viewer.display, &unit, plan);
+    return unit;
+  }
+
+  void AddViewer(const Viewer& viewer, HostPlan* plan) const { plan->units.push_back(NewViewer(viewer, plan)); }
+
+  void AddWalls(const Room& room, HostPlan* plan) const {
+    for (const Wall& wall : room.walls) {
+      if (wall.viewer.host != plan->host.name) continue;
+      Unit unit = NewViewer(wall.viewer, plan);
+      for (const std::string& argument : WallArguments(room, wall)) unit.arguments.push_back(argument);
+      plan->units.push_back(std::move(unit));
+    }
+  }
+
   // Without a display, an X server without a screen is a unit of its own, listed first so that it ends last.
-  void AddDisplay(const Placement& placement, Unit* unit, HostPlan* plan) const {
+  static bool HasDisplay(const HostPlan& plan) {
+    return std::any_of(plan.units.begin(), plan.units.end(), [](const Unit& unit) { return unit.name == "display"; });
+  }
+  void AddDisplay(const std::string& wanted, Unit* unit, HostPlan* plan) const {
     unit->environment["LP_NUM_THREADS"] = "1";
-    unit->environment["DISPLAY"] = placement.display.empty() ? plan->facts.display : placement.display;
-    if (!placement.display.empty()) return;
+    unit->environment["DISPLAY"] = wanted.empty() ? plan->facts.display : wanted;
+    if (!wanted.empty()) return;
+    unit->arguments.push_back("--headless");
+    unit->socket = "/tmp/.X11-unix/X" + plan->facts.display.substr(1);
+    if (HasDisplay(*plan)) return;
     Unit display = NewUnit(*plan, "display", "");
     display.program = "/usr/bin/Xvfb";
     display.arguments = {plan->facts.display, "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"};
     plan->units.push_back(std::move(display));
-    unit->arguments.push_back("--headless");
-    unit->socket = "/tmp/.X11-unix/X" + plan->facts.display.substr(1);
   }
 
   const Lab& lab_;
@@ -149,6 +183,38 @@ class Planner {
 };
 
 }  // namespace
+
+std::vector<std::string> ViewerArguments(const Viewer& viewer) {
+  std::vector<std::string> arguments;
+  const auto add_known = [&](const char* option, const std::string& value) {
+    if (!value.empty()) arguments.insert(arguments.end(), {option, value});
+  };
+  add_known("--view", viewer.camera);
+  add_known("--layout", viewer.layout);
+  add_known("--stereo", viewer.stereo);
+  add_known("--head", viewer.user);
+  add_known("--size", viewer.size);
+  return arguments;
+}
+
+std::vector<std::string> WallArguments(const Room& room, const Wall& wall) {
+  std::string names, numbers;
+  for (const Wall& each : room.walls) names += (names.empty() ? "" : ",") + each.viewer.name;
+  for (const glm::dvec3& corner : {wall.screen_R.lower_left, wall.screen_R.lower_right, wall.screen_R.upper_left}) {
+    char text[80];
+    std::snprintf(text, sizeof text, "%.9g %.9g %.9g", corner.x, corner.y, corner.z);
+    numbers += (numbers.empty() ? "" : " ") + std::string(text);
+  }
+  std::vector<std::string> arguments = {"--room",  room.name, "--wall",   wall.viewer.name,
+                                        "--walls", names,     "--screen", numbers};
+  if (!wall.place.empty()) arguments.insert(arguments.end(), {"--place", wall.place});
+  if (room.eye_distance_m > 0.0) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.9g", 1e3 * room.eye_distance_m);
+    arguments.insert(arguments.end(), {"--eye_distance_mm", text});
+  }
+  return arguments;
+}
 
 std::string KeyFolder(const HostFacts& facts) {
   return facts.root + "/keys";

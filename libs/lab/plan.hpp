@@ -68,6 +68,10 @@ std::string RegistryEndpoint(const Lab& lab, const std::map<std::string, HostFac
 // Assigns processes and their command lines to hosts. `facts` must contain every host of the lab.
 Plan MakePlan(const Lab& lab, const std::map<std::string, HostFacts>& facts, const PlanOptions& options);
 
+// The options of visual_node that make it this viewer, and this wall of its room.
+std::vector<std::string> ViewerArguments(const Viewer& viewer);
+std::vector<std::string> WallArguments(const Room& room, const Wall& wall);
+
 // Readable text: hosts, units and their commands.
 std::string Describe(const Plan& plan);
 

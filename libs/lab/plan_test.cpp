@@ -113,6 +113,38 @@ TEST(Plan, ColocateMakesOneUnitOfBothNodesWithBothNodesOptions) {
   EXPECT_THAT(pair.arguments, testing::Contains("/home/u/vr_oos/runs/run-1/steps"));
 }
 
+TEST(Plan, ViewersAndWallsAreUnitsOfTheirHosts) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  Viewer teacher;
+  teacher.name = "teacher";
+  teacher.host = "a";
+  teacher.camera = "overview";
+  teacher.display = ":1";
+  lab.viewers = {teacher};
+  Wall front;
+  front.viewer.name = "front";
+  front.viewer.host = "b";
+  front.viewer.size = "640x480";
+  front.place = "0,0";
+  Wall left = front;
+  left.viewer.name = "left";
+  left.viewer.host = "a";
+  lab.rooms = {{"cave", 0.065, {front, left}}};
+  const Plan plan = PlanOf(lab);
+  EXPECT_THAT(NamesOf(plan.hosts[0]), testing::ElementsAre("device_bridge", "haptic_node", "visual_node-teacher",
+                                                           "display", "visual_node-left"));
+  EXPECT_THAT(NamesOf(plan.hosts[1]), testing::ElementsAre("registry", "recorder", "physics_node", "display",
+                                                           "visual_node", "visual_node-front"))
+      << "one display for both";
+  const Unit& wall = plan.hosts[1].units.back();
+  EXPECT_EQ(wall.program, "/opt/oos/visual_node");
+  EXPECT_THAT(wall.nodes, testing::ElementsAre("visual_node-front"));
+  const std::string text = Describe(plan);
+  EXPECT_THAT(text, HasSubstr("--size 640x480 --headless --room cave --wall front --walls front,left --screen "
+                              "'-1 0 -1 1 0 -1 -1 0 1' --place 0,0 --eye_distance_mm 65"));
+  EXPECT_THAT(text, HasSubstr("--out /home/u/vr_oos/runs/run-1/visual_node-teacher --view overview"));
+}
+
 TEST(Plan, LeavesOutAHostWithoutUnits) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";

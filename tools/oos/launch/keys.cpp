@@ -34,7 +34,8 @@ core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const
     // For observers on other machines (lab_session.hpp).
     if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
     if (unit.name == "registry") files.insert("registry.key");
-    for (const std::string& node : unit.nodes) files.insert(node + ".key");
+    // visual_node-left has visual_node's key.
+    for (const std::string& node : unit.nodes) files.insert(node.substr(0, node.find('-')) + ".key");
     if (tiles::ReadWorkerName(unit.name)) files.insert(std::string(lab::kRayWorkerProgram) + ".key");
   }
   const std::string folder = lab::KeyFolder(plan.facts);

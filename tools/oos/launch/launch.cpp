@@ -115,7 +115,8 @@ class Launch {
       const bool has_workers =
           !IsOut("visual_node") && std::any_of(lab_.ray_workers.begin(), lab_.ray_workers.end(),
                                                [&](const lab::RayWorkers& w) { return w.host == host.name; });
-      if (has_node || has_workers || host.name == lab_.registry_host) used.push_back(host);
+      const bool has_viewer = !lab_.ViewersOn(host.name).empty();
+      if (has_node || has_workers || has_viewer || host.name == lab_.registry_host) used.push_back(host);
     }
     return used;
   }
@@ -303,10 +304,15 @@ class Launch {
     }
   }
 
+  // visual_node, and those of the lab's views and walls.
+  static bool IsViewer(const std::string& node) { return node.rfind("visual_node", 0) == 0; }
+
   // The procedure can go on without pictures and without a recording.
   void TakeGivenUp(const std::string& host, const std::string& unit, const std::string& text) {
-    if (unit == "visual_node" || unit == "display") {
-      if (expected_.erase("visual_node") != 0) {
+    if (IsViewer(unit) || unit == "display") {
+      if (std::erase_if(expected_, [&](const std::string& node) {
+            return unit == "display" ? IsViewer(node) : node == unit;
+          }) != 0) {
         Print("host " + host + " shows no picture: see " + unit + ".log; the run goes on without");
       }
     } else if (unit != "recorder" && why_.empty()) {
@@ -344,7 +350,7 @@ class Launch {
     const auto are_all_ready = [this] {
       return std::all_of(expected_.begin(), expected_.end(), [this](const std::string& node) {
         // The procedure begins when all the nodes that it needs are ready; it needs no viewer.
-        return story_.ready().count(node) != 0 || (story_.runs() && node != "visual_node");
+        return story_.ready().count(node) != 0 || (story_.runs() && !IsViewer(node));
       });
     };
     while (why_.empty() && !are_all_ready() && !story_.is_final() && !story_.is_failed()) {

@@ -223,6 +223,7 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
   for (const lab::RayWorkers& workers : lab.ray_workers) {
     if (workers.host == host.name) programs += std::string(" ") + lab::kRayWorkerProgram;
   }
+  if (!lab.ViewersOn(host.name).empty()) programs += " visual_node";
   script += "for p in " + programs +
             "; do ldd ./$p | awk -v p=$p '/not found/ { print \"library=\" p \" lacks \" $1 }'; done\n";
   if (!host.cache.empty()) script += "export VR_OOS_CACHE=" + host.cache + "\n";
@@ -245,12 +246,12 @@ void JudgeDoctor(const lab::Lab& lab, const lab::Host& host, const std::string& 
   const bool enforces = std::any_of(lab.placements.begin(), lab.placements.end(), [&](const lab::Placement& placement) {
     return placement.host == host.name && placement.rt == "enforce";
   });
+  const bool draws = RunsThere(lab, host.name, "visual_node", options.without) || !lab.ViewersOn(host.name).empty();
   for (const nlohmann::json& finding : findings) {
     const std::string subject = finding.value("subject", ""), grade = finding.value("grade", "");
     const bool is_picture = subject == "display" || subject == "drawing";
     const bool is_of_session = subject == "session" || subject == "node";  // of an earlier session
-    if (grade == "OK" || is_of_session || (is_picture && !RunsThere(lab, host.name, "visual_node", options.without)))
-      continue;
+    if (grade == "OK" || is_of_session || (is_picture && !draws)) continue;
     const std::string line = finding.value("what", "") + "; " + finding.value("remedy", "");
     if (grade == "FAIL" || (subject == "realtime" && enforces)) {
       complaints->Add(host.name, line);

@@ -10,6 +10,9 @@
 #include <vector>
 
 #include "core/clock.hpp"
+#include "core/names.hpp"
+#include "lab/load_lab.hpp"
+#include "lab/plan.hpp"
 #include "scene/load_scenario.hpp"
 #include "tiles/seats.hpp"
 #include "tools/oos/attach/attach.hpp"
@@ -124,6 +127,20 @@ class TextViewer {
   std::int64_t next_figures_ns_ = 0;
 };
 
+// Those that a window takes over as they are.
+const std::vector<Option>& WindowOptions() {
+  static const std::vector<Option> kOptions = {
+      {"--view", "NAME", "the camera to stay with; default: that of the procedure's step"},
+      {"--layout", "TEXT", "several views in the window, e.g. 'overview | gripper / *'; *: that of the step"},
+      {"--stereo", "MODE", "side_by_side, top_bottom, anaglyph or interlaced"},
+      {"--eye_distance_mm", "MM", "between the pupils; default: 63"},
+      {"--head", "USER", "draw for where this user's head is"},
+      {"--size", "WxH", "of the window, or of the picture, in pixels"},
+      {"--show", "LIST", "what is shown over the scene, e.g. \"paths phantom no_contacts hide.cover\""},
+      {"--headless", "", "draw, but show no window"}};
+  return kOptions;
+}
+
 bool IsSessionHere(const Arguments& arguments) {
   return !arguments.has("--registry") && !arguments.has("--lab");
 }
@@ -165,13 +182,9 @@ process::Command WorkerFor(const process::Command& window, const std::string& vi
   return worker;
 }
 
-// Replaces this process by a visual_node of its own name; one that traces rays runs beside it, with its workers.
-int OpenWindow(const Arguments& arguments, const std::string& scenario) {
-  const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
-  if (!rays) return Complain("view", rays.error().detail, kBadUsage);
-  const auto session = FindSession(arguments);
-  if (!session) return Complain("view", session.error().detail, kDoesNotHold);
-  const std::string name = "visual_node-" + std::to_string(getpid());
+// How visual_node joins the session under that name, in a folder of its own.
+process::Command ViewerNamed(const std::string& name, const bus::NodeOptions& session, const Arguments& arguments,
+                             const std::string& scenario) {
   const auto note = FindSessionNote();
   const bool is_noted = note && !note->out.empty() && IsSessionHere(arguments);
   const std::filesystem::path out = std::filesystem::path(is_noted ? note->out : "out") / name;
@@ -182,23 +195,96 @@ int OpenWindow(const Arguments& arguments, const std::string& scenario) {
   window.program = ProgramFolder() / "visual_node";
   window.arguments = {"--name",     name,
                       "--scenario", scenario,
-                      "--registry", session->registry,
-                      "--session",  std::to_string(session->session),
-                      "--bind",     session->bind_address,
+                      "--registry", session.registry,
+                      "--session",  std::to_string(session.session),
+                      "--bind",     session.bind_address,
                       "--out",      out.string()};
-  if (session->keys.empty()) {
+  if (session.keys.empty()) {
     window.arguments.emplace_back("--no_encryption");
   } else {
-    window.arguments.insert(window.arguments.end(), {"--keys", session->keys});
+    window.arguments.insert(window.arguments.end(), {"--keys", session.keys});
   }
+  window.log = out / "visual_node.log";
+  return window;
+}
+
+// What the caller wants of a window, of those options.
+void AddWishes(const Arguments& arguments, const std::vector<Option>& options, process::Command* window) {
+  for (const Option& option : options) {
+    const std::string name(option.name);
+    if (!arguments.has(name)) continue;
+    window->arguments.push_back(name);
+    if (!option.value_name.empty()) window->arguments.push_back(arguments.text(name));
+  }
+}
+
+// Replaces this process by a visual_node of its own name; one that traces rays runs beside it, with its workers.
+int OpenWindow(const Arguments& arguments, const std::string& scenario) {
+  const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
+  if (!rays) return Complain("view", rays.error().detail, kBadUsage);
+  const auto session = FindSession(arguments);
+  if (!session) return Complain("view", session.error().detail, kDoesNotHold);
+  const std::string name = "visual_node-" + std::to_string(getpid());
+  process::Command window = ViewerNamed(name, *session, arguments, scenario);
   if (rays->has_value()) {
-    window.program = ProgramFolder() / "rt_visual_node";
-    window.log = out / "rt_visual_node.log";
     std::vector<process::Command> workers;
     for (std::size_t seat = 1; seat <= **rays; ++seat) workers.push_back(WorkerFor(window, name, seat));
+    AddWishes(arguments, WindowOptions(), &window);
+    window.program = ProgramFolder() / "rt_visual_node";
+    window.log = window.log.parent_path() / "rt_visual_node.log";
     return ShowWithWorkers(window, workers);
   }
+  AddWishes(arguments, WindowOptions(), &window);
   return Complain("view", process::Replace(window).value().detail + ", or use --text", kDoesNotHold);
+}
+
+// The walls of a lab's first room, all on this machine, or one of them. Ends when they have ended.
+int OpenWalls(const Arguments& arguments, const std::string& scenario) {
+  const auto lab = lab::LoadLab(arguments.text("--walls"));
+  if (!lab) return Complain("view", scene::Format(lab.error().front()), kBadUsage);
+  if (lab->rooms.empty()) {
+    return Complain("view", arguments.text("--walls") + " has no <room> with screens", kBadUsage);
+  }
+  const lab::Room& room = lab->rooms.front();
+  const auto session = FindSession(arguments);
+  if (!session) return Complain("view", session.error().detail, kDoesNotHold);
+  process::Group group;
+  std::vector<std::string> names;
+  for (const lab::Wall& wall : room.walls) {
+    names.push_back(wall.viewer.name);
+    if (arguments.has("--wall") && arguments.text("--wall") != wall.viewer.name) continue;
+    const std::string name = "visual_node-" + wall.viewer.name;
+    process::Command window = ViewerNamed(name, *session, arguments, scenario);
+    AddWishes(arguments, {{"--show", "LIST"}, {"--headless"}}, &window);  // the lab file says the rest
+    for (const std::string& argument : lab::ViewerArguments(wall.viewer)) window.arguments.push_back(argument);
+    for (const std::string& argument : lab::WallArguments(room, wall)) window.arguments.push_back(argument);
+    window.name = name;
+    if (const auto started = group.Spawn(window); !started) {
+      return Complain("view", started.error().detail, kDoesNotHold);
+    }
+    std::printf("wall %s: see %s\n", wall.viewer.name.c_str(), window.log.c_str());
+  }
+  std::fflush(stdout);
+  if (group.children().empty()) {
+    const std::string wanted = arguments.text("--wall");
+    return Complain("view", "room " + room.name + " has no wall '" + wanted + "'; " + core::SuggestName(wanted, names),
+                    kBadUsage);
+  }
+  const std::atomic<int>& interrupted = CatchInterrupt();
+  std::size_t num_running = group.children().size();
+  bool are_clean = true;
+  while (interrupted.load() == 0 && num_running > 0) {
+    const timespec pause{0, 50'000'000};
+    nanosleep(&pause, nullptr);
+    for (const std::size_t ended : group.Reap()) {
+      const process::Group::Child& child = group.children()[ended];
+      if (!child.exit->is_clean()) std::fprintf(stderr, "%s: %s\n", child.name.c_str(), child.exit->Describe().c_str());
+      are_clean = are_clean && child.exit->is_clean();
+      --num_running;
+    }
+  }
+  group.StopAll(kStopPatience_s);
+  return are_clean ? kHolds : kDoesNotHold;
 }
 
 int RunView(const Arguments& arguments) {
@@ -220,6 +306,7 @@ int RunView(const Arguments& arguments) {
     }
     return kBadUsage;
   }
+  if (arguments.has("--walls")) return OpenWalls(arguments, scenario->file.string());
   if (!arguments.has("--text")) return OpenWindow(arguments, scenario->file.string());
   auto node = Attach(arguments, "view");
   if (!node) return Complain("view", node.error().detail, kDoesNotHold);
@@ -236,20 +323,27 @@ int RunView(const Arguments& arguments) {
 Verb ViewVerb() {
   std::vector<Option> options = {{"--text", "", "print text instead of opening a window"},
                                  {"--rays", "N", "a window whose pictures N workers on this machine trace"},
-                                 {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"}};
-  for (const auto* more : {&ShotOptions(), &AttachOptions()}) options.insert(options.end(), more->begin(), more->end());
-  return {"view",
-          "opens another viewer of the running session: a window, or text; or makes a picture without a session",
-          "[SCENARIO|RECORDING]",
-          0,
-          1,
-          options,
-          RunView,
-          "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
-          "SCENARIO: the session's scenario, needed when the session does not run on this machine.\n"
-          "With --shot, --depth, --ids or --hdr no session is needed: a scenario is shown as it begins, a recording at "
-          "--at.\n"
-          "Depths are along the viewing direction. Without a screen: xvfb-run -a oos view ..."};
+                                 {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"},
+                                 {"--walls", "LAB.xml", "the walls of that lab's room, all on this machine"},
+                                 {"--wall", "NAME", "with --walls: this one alone"}};
+  for (const auto* more : {&WindowOptions(), &ShotOptions(), &AttachOptions()}) {
+    options.insert(options.end(), more->begin(), more->end());
+  }
+  return {
+      "view",
+      "opens another viewer of the running session: a window, or text; or makes a picture without a session",
+      "[SCENARIO|RECORDING]",
+      0,
+      1,
+      options,
+      RunView,
+      "A viewer can join and leave at any time and shows the whole scene at once; a session can have several.\n"
+      "SCENARIO: the session's scenario, needed when the session does not run on this machine.\n"
+      "With --shot, --depth, --ids or --hdr no session is needed: a scenario is shown as it begins, a recording at "
+      "--at.\n"
+      "A layout has views side by side with |, in rows with /; keys and mouse steer the first. --stereo and --layout "
+      "go with --shot, too.\n"
+      "Depths are along the viewing direction. Without a screen: xvfb-run -a oos view ..."};
 }
 
 }  // namespace oos

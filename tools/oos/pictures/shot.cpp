@@ -21,8 +21,6 @@ const std::vector<Option>& ShotOptions() {
       {"--hdr", "FILE.pfm", "its light before exposure and tone curve: linear RGB; 1: a white wall that faces the sun"},
       {"--camera", "NAME", "of the picture; default: the one named after the procedure step, else the first"},
       {"--at", "S", "of a recording, from its first message; default: its end"},
-      {"--show", "LIST", "what is shown over the scene, e.g. \"paths phantom no_contacts hide.cover\""},
-      {"--size", "WxH", "of the picture in pixels; default: 640x360"},
       {"--scenario", "FILE", "of a recording; default: the one that it names"}};
   return kOptions;
 }
@@ -50,7 +48,7 @@ int MakeShot(const Arguments& arguments) {
   pass_on("--camera", "--view");
   pass_on("--at", "--at");
   pass_on("--show", "--show");
-  pass_on("--size", "--size");
+  for (const char* option : {"--size", "--layout", "--stereo", "--eye_distance_mm"}) pass_on(option, option);
   if (!source->recording.empty()) {
     command.arguments.insert(command.arguments.end(), {"--recording", source->recording.string()});
   }
