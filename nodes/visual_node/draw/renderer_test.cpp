@@ -178,6 +178,26 @@ TEST_F(RendererTest, TheShadowMapIsUpdatedOnlyWhenSomethingMoves) {
   EXPECT_NEAR(Luma(image.Pixel(was_dark.x, was_dark.y)), Luma(image.Pixel(lit.x, lit.y)), 8);
 }
 
+// Live: a caster may be half a texel off its place in the map, and no more. A picture that is kept has exact shadows.
+TEST_F(RendererTest, LiveShadowsFollowWhenACasterHasMovedByHalfATexel) {
+  look_.detail_px = 0.25;
+  Draw();
+  const int updates = renderer_->num_shadow_updates();
+  const float texel_m = renderer_->shadow_texel_m();
+  scene_.instances[1].X_WM.translation.y += 0.4 * texel_m;
+  Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates);
+  scene_.instances[1].X_WM.translation.y += 0.2 * texel_m;
+  Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates + 1);
+  scene_.instances[1].X_WM.translation.y += 0.4 * texel_m;
+  look_.detail_px = 0.0;
+  Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates + 2);
+  Draw();
+  EXPECT_EQ(renderer_->num_shadow_updates(), updates + 2);
+}
+
 TEST_F(RendererTest, ALampShowsItsColour) {
   const glm::ivec2 at = At({0.25, 0.1, 0.22});
   Image image = Draw();
