@@ -190,7 +190,21 @@ void Schedule::Update(double now_s) {
       least = i;
       least_s = Backlog_s(seat);
     }
-    if (least == seats_.size() || !GiveNext(least, now_s)) return;
+    if (least == seats_.size() || !GiveNext(least, now_s)) break;
+  }
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    if (seats_[i].is_taken && seats_[i].is_late && seats_[i].jobs.empty()) GiveCopy(i, now_s);
+  }
+}
+
+// To find out whether a late seat is back: a tile that somebody else draws as well, so that nobody waits for it.
+void Schedule::GiveCopy(std::size_t seat, double now_s) {
+  for (Frame& frame : frames_) {
+    for (std::size_t part = 0; part < frame.next; ++part) {
+      if (frame.parts[part].is_done || frame.parts[part].num_askers == 0) continue;
+      Give(seat, &frame, part, now_s);
+      return;
+    }
   }
 }
 

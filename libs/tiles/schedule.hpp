@@ -101,6 +101,7 @@ class Schedule {
   void FindLate(double now_s);
   void Drop(std::size_t seat, std::size_t place, double now_s);
   bool GiveNext(std::size_t seat, double now_s);
+  void GiveCopy(std::size_t seat, double now_s);
   void Give(std::size_t seat, Frame* frame, std::size_t part, double now_s);
 
   CostMap costs_;

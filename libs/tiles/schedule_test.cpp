@@ -122,6 +122,24 @@ TEST_F(ScheduleTest, WhoeverIsLateGetsNoMoreUntilItAnswers) {
   EXPECT_TRUE(schedule_.WantsFrame());
 }
 
+TEST_F(ScheduleTest, WhoeverIsLateWithNothingLeftToAnswerIsAskedForACopyUntilItIsBack) {
+  schedule_.Join(0, now_s_);
+  schedule_.BeginFrame(1, 64, 64, now_s_);
+  schedule_.Join(1, now_s_);
+  schedule_.Update(now_s_ += 1.0);
+  schedule_.Take(1, FirstJob(1).id, 1e-3, now_s_);
+  ASSERT_EQ(schedule_.TakeDone(), 1u);
+  ASSERT_TRUE(schedule_.jobs(0).empty());
+  schedule_.BeginFrame(2, 640, 360, now_s_);
+  ASSERT_EQ(schedule_.jobs(0).size(), 1u);
+  const std::vector<Job>& others = schedule_.jobs(1);
+  EXPECT_TRUE(std::any_of(others.begin(), others.end(), [&](const Job& job) { return job.tile == FirstJob(0).tile; }));
+  EXPECT_TRUE(schedule_.Take(0, FirstJob(0).id, 1e-3, now_s_));
+  schedule_.Update(now_s_);
+  EXPECT_GT(schedule_.jobs(0).size(), 1u) << "it takes part again";
+  EXPECT_EQ(AnswerAll({1, 0}), (std::vector<std::uint64_t>{2}));
+}
+
 TEST_F(ScheduleTest, WhatADeadWorkerHadGoesToTheOthersAtOnce) {
   schedule_.Join(0, now_s_);
   schedule_.BeginFrame(1, 640, 360, now_s_);
