@@ -6,7 +6,7 @@ import { FullScreen } from "./full_screen.js";
 import { toEs } from "./glsl.js";
 import { landTexture, tableTexture } from "./tables.js";
 
-const FACE_PX = 1024, TILE_PX = 256, TILES = FACE_PX / TILE_PX;
+const FACE_PX = 1024, TILE_PX = 128, TILES = FACE_PX / TILE_PX;
 const TILES_AT_ONCE = 6;
 const EARTH_RADIUS_M = 6371000;
 
