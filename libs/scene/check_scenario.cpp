@@ -102,6 +102,13 @@ class ScenarioChecker {
           device.location, title + part + " is missing", "a gripper has two jaws",
           "add an <object owner=\"hand\" part=\"" + part + "\" role=\"" + device.role + "\">, or remove the other jaw");
     }
+    const bool is_simulated = device.type.rfind("simulated_", 0) == 0;
+    if (is_simulated != device.address.empty()) {
+      Report(
+          device.location, title + "type " + device.type + (is_simulated ? " has an address" : " without address"),
+          is_simulated ? "a simulated device is nowhere" : "the bridge would not know where the device is",
+          is_simulated ? "remove address" : "write address=\"...\": docs/howto/own-device.md says what for each type");
+    }
     if (device.opening_start_m > device.opening_max_m) {
       Report(device.location, title + "opening_start_m is above opening_max_m", "the jaws cannot open that far",
              "lower opening_start_m or raise opening_max_m");

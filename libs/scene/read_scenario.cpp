@@ -271,6 +271,10 @@ class Builder {
     device.location = {file_, element.line};
     device.role = element.Get("role");
     device.type = element.Get("type", device.type);
+    device.address = element.Get("address");
+    for (const XmlElement& child : element.children) {
+      device.options.emplace_back(child.Get("name"), child.Get("value"));
+    }
     device.X_WD_start = read.Pose();
     read.Number("mass_kg", &device.mass_kg);
     read.Number("inertia_kg_m2", &device.inertia_kg_m2);

@@ -177,11 +177,15 @@ struct Mechanism {
   Location location;
 };
 
+constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "udp", "serial", "plugin", "replay"};
+
 // A hand device and its role. Role names are chosen by the scenario ("op1/arm.left").
 struct Device {
   std::string role;
-  std::string type = "simulated_arm";
-  int palm = -1;  // object index
+  std::string type = "simulated_arm";                        // of kDeviceTypes
+  std::string address;                                       // where a device of type udp, serial, plugin or replay is
+  std::vector<std::pair<std::string, std::string>> options;  // for a plug-in: name and value
+  int palm = -1;                                             // object index
   int jaw_left = -1;
   int jaw_right = -1;
   core::Pose X_WD_start;

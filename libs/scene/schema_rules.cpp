@@ -85,7 +85,8 @@ ElementRule DeviceRule() {
   return {"device",
           "a hand device and its role",
           {Required("role", ValueKind::kName),
-           {"type", ValueKind::kChoice, false, {"simulated_arm", "simulated_hug"}},
+           {"type", ValueKind::kChoice, false, {std::begin(kDeviceTypes), std::end(kDeviceTypes)}},
+           Optional("address", ValueKind::kText),
            Optional("position", ValueKind::kVector),
            Optional("rpy_deg", ValueKind::kVector),
            Optional("mass_kg", kAboveZero),
@@ -102,6 +103,13 @@ ElementRule DeviceRule() {
            Optional("max_force_N", kAboveZero),
            Optional("max_torque_Nm", kAboveZero),
            Optional("max_force_rate_N_per_s", kAboveZero)},
+          {{"option", 0, 0}}};
+}
+
+ElementRule OptionRule() {
+  return {"option",
+          "what a device's plug-in shall know",
+          {Required("name", ValueKind::kName), Required("value", ValueKind::kText)},
           {}};
 }
 
@@ -225,6 +233,7 @@ std::vector<ElementRule> MakeRules() {
       {"lamp", "the object is a lamp whose colour logic_node sets", {Optional("color", ValueKind::kColor)}, {}},
       SheetRule(),
       DeviceRule(),
+      OptionRule(),
       {"pair",
        "changes the parameters of a contact pair or removes it; a is sampled if it has points",
        {Required("a", ValueKind::kName),

@@ -4,6 +4,9 @@
 
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
+#include "device/plugin.h"
+#include "nodes/device_bridge/device_health.hpp"
+#include "nodes/device_bridge/hand.hpp"
 
 namespace device_bridge {
 
@@ -15,7 +18,8 @@ struct DeviceReading {
   core::Twist V_WD;
   double opening_m = 0.0;
   double opening_velocity_m_per_s = 0.0;
-  bool is_engaged = false;  // dead-man held
+  bool is_engaged = false;     // dead-man held
+  std::int64_t sample_ns = 0;  // when the device was like that; 0: at the time of the call
 };
 
 // A force that passed the safety filter. Device::Write takes nothing else, and only SafetyFilter can create one that is
@@ -38,8 +42,9 @@ class FilteredForce {
   double brake_Nm_s_per_rad_ = 0.0;
 };
 
-// Interface of real and simulated hand devices. Times are CLOCK_MONOTONIC of this host (virtual in lock-step) and do
-// not decrease. Read and Write are called by the real-time thread: they neither block, allocate nor throw.
+// A hand device as the bridge sees it: the table of a plug-in (device/plugin.h), called at once (ImmediateDevice) or by
+// a thread of its own (ThreadedDevice). Times are CLOCK_MONOTONIC of this host (virtual in lock-step) and do not
+// decrease. All functions are called by the real-time thread: they neither block, allocate nor throw.
 class Device {
  public:
   virtual ~Device() = default;
@@ -50,8 +55,22 @@ class Device {
   // Force on the hand from now_ns until the next Write, or until the device's own watchdog expires.
   virtual void Write(std::int64_t now_ns, const FilteredForce& force) noexcept = 0;
 
-  [[nodiscard]] virtual bool is_simulated() const = 0;
-  [[nodiscard]] virtual const char* description() const = 0;
+  // Of a device with a simulated operator; others ignore the target and give zero. SetHand takes effect from the time
+  // of the last Read on.
+  virtual void SetHand(const HandTarget& /*target*/) noexcept {}
+  [[nodiscard]] virtual FeltForce Felt() const noexcept { return {}; }
+
+  // What is there; grows by one with each device that is plugged in. 0: none yet.
+  [[nodiscard]] virtual std::uint64_t num_found() const noexcept = 0;
+  [[nodiscard]] virtual const oos_device_description& description() const noexcept = 0;
+  [[nodiscard]] virtual const DeviceHealth& Health(std::int64_t now_ns) noexcept = 0;
+  // As the device said it, in its base's frame; of the latest call.
+  [[nodiscard]] virtual const oos_device_state& state() const noexcept = 0;
+  // While muted, a device gets no commands at all: to see its own watchdog.
+  virtual void SetMuted(bool /*is_muted*/) noexcept {}
+
+  [[nodiscard]] bool is_simulated() const noexcept { return (description().flags & OOS_DEVICE_IS_SIMULATED) != 0; }
+  [[nodiscard]] bool takes_hand() const noexcept { return (description().flags & OOS_DEVICE_TAKES_HAND) != 0; }
 };
 
 }  // namespace device_bridge

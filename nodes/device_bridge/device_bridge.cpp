@@ -29,25 +29,42 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
   }
   std::unique_ptr<DeviceBridge> bridge(new DeviceBridge(scenario, options, num_samples));
   for (const scene::Device& device : bridge->scenario_.devices) {
-    if (device.type != "simulated_arm" && device.type != "simulated_hug") {
-      return core::Fail(core::ErrorCode::kUnsupported, device.location.file.string() + ":" +
-                                                           std::to_string(device.location.line) + ": device '" +
-                                                           device.role + "': unknown type '" + device.type +
-                                                           "'. Fix: type=\"simulated_arm\" or \"simulated_hug\".");
-    }
+    auto made = MakeDevice(device, options.threads);
+    if (!made) return tl::unexpected(made.error());
     const core::Result<SafetyFilter> filter = SafetyFilter::Create(FilterLimits::From(device, scenario.force_cap_N));
     if (!filter) {
       return core::Fail(filter.error().code, "device '" + device.role + "': " + filter.error().detail);
     }
     auto role = std::make_unique<Role>(*filter, device, scenario.coupling);
-    auto arm = std::make_unique<SimulatedArm>(ArmParameters::From(device));
-    role->simulated = arm.get();
-    role->device = std::move(arm);
+    role->device = std::move(*made);
+    bridge->has_hands_ = bridge->has_hands_ || role->device->takes_hand();
     bridge->roles_.push_back(std::move(role));
   }
   bridge->operator_ =
       std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
   return bridge;
+}
+
+void DeviceBridge::TakeDescription(std::size_t role_index) noexcept {
+  Role& role = *roles_[role_index];
+  if (role.device->takes_hand() || role.device->num_found() == role.num_found) return;
+  role.num_found = role.device->num_found();
+  const oos_device_description& d = role.device->description();
+  const auto or_else = [](double given, double otherwise) {
+    return std::isfinite(given) && given > 0.0 ? given : otherwise;
+  };
+  FilterLimits limits = role.filter.limits();
+  limits.max_force_N = or_else(d.max_force_N, limits.max_force_N);
+  limits.max_torque_Nm = or_else(d.max_torque_Nm, limits.max_torque_Nm);
+  limits.max_grip_force_N = or_else(d.max_grip_force_N, limits.max_grip_force_N);
+  role.filter.Tighten(limits);
+  scene::Device& device = scenario_.devices[role_index];
+  device.mass_kg = or_else(d.mass_kg, device.mass_kg);
+  device.inertia_kg_m2 = or_else(d.inertia_kg_m2, device.inertia_kg_m2);
+  device.damping_N_s_per_m = or_else(d.damping_N_s_per_m, device.damping_N_s_per_m);
+  device.damping_Nm_s_per_rad = or_else(d.damping_Nm_s_per_rad, device.damping_Nm_s_per_rad);
+  role.passivity = Passivity({device.mass_kg, device.inertia_kg_m2, scenario_.coupling.stiffness_N_per_m,
+                              scenario_.coupling.stiffness_Nm_per_rad});
 }
 
 void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
@@ -140,15 +157,16 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
       AcceptCommand(i, inputs.commands[i], received_ns, inputs.now_ns);
     }
     Write(&role, inputs.now_ns);
+    TakeDescription(i);
     UpdateAllowedCoupling(i);
-    felt.push_back(role.simulated != nullptr ? role.simulated->Felt() : FeltForce{});
+    felt.push_back(role.device->Felt());
     felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting();
     readings.push_back(role.reading);
   }
-  operator_->Step(inputs, felt, readings);
+  if (has_hands_) operator_->Step(inputs, felt, readings);
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Role& role = *roles_[i];
-    if (role.simulated != nullptr) role.simulated->SetHand(operator_->target(i));
+    if (role.device->takes_hand()) role.device->SetHand(operator_->target(i));
 
     core::DeviceState state;
     state.header.sequence = ++role.sample_sequence;
@@ -157,7 +175,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     state.header.direct.origin_ns = inputs.now_ns;
     state.header.direct.Add(core::Stage::kDeviceSample, inputs.now_ns);
     state.role_index = static_cast<std::uint8_t>(i);
-    state.sample_ns = inputs.now_ns;
+    state.sample_ns = role.reading.sample_ns != 0 ? role.reading.sample_ns : inputs.now_ns;
     state.X_WD = role.reading.X_WD;
     state.V_WD = role.reading.V_WD;
     state.opening_m = role.reading.opening_m;

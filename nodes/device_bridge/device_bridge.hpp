@@ -6,8 +6,8 @@
 
 #include "core/result.hpp"
 #include "nodes/device_bridge/allowed_coupling.hpp"
-#include "nodes/device_bridge/arms/simulated_arm.hpp"
 #include "nodes/device_bridge/contact_field.hpp"
+#include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
@@ -25,6 +25,8 @@ struct Options {
   std::int64_t (*clock)() = nullptr;
   // Capacity for echoes; 0: enough for the scenario's duration limit.
   std::size_t num_echoes = 0;
+  // For devices that live in real time; none: only simulated arms are possible (lock-step).
+  std::optional<ThreadedOptions> threads;
   bool is_made_passive = true;  // false: for measurements of the boundary of stability, which the controller hides
 };
 
@@ -90,12 +92,15 @@ class DeviceBridge {
   [[nodiscard]] double stiffness_share(std::size_t role) const { return roles_[role]->stiffness_share; }
   [[nodiscard]] const AllowedCoupling& allowed(std::size_t role) const { return roles_[role]->allowed; }
   [[nodiscard]] const Device& device(std::size_t role) const { return *roles_[role]->device; }
+  [[nodiscard]] const DeviceHealth& health(std::size_t role, std::int64_t now_ns) noexcept {
+    return roles_[role]->device->Health(now_ns);
+  }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:
   struct Role {
     std::unique_ptr<Device> device;
-    SimulatedArm* simulated = nullptr;  // the same device when the operator moves it; null for a real one
+    std::uint64_t num_found = 0;  // devices that this role has had, one after another
     SafetyFilter filter;
     ContactField field;
     DeviceReading reading;
@@ -120,6 +125,8 @@ class DeviceBridge {
 
   DeviceBridge(const scene::Scenario& scenario, const Options& options, std::size_t num_samples)
       : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
+  // Another device was plugged in: its own limits hold, too, and its mass counts.
+  void TakeDescription(std::size_t role_index) noexcept;
   // Reads, lets the force follow the device, filters, writes, and updates the statistics. `accepted`: a new command.
   void Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted = nullptr) noexcept;
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
@@ -132,6 +139,7 @@ class DeviceBridge {
   EchoLog echo_log_;
   std::vector<std::unique_ptr<Role>> roles_;
   std::unique_ptr<SimulatedOperator> operator_;
+  bool has_hands_ = false;  // a device is moved by the simulated operator
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
   // physics does not limit the force.

@@ -17,20 +17,26 @@ class DeviceBridgeBody final : public run_node::Body {
     seed_ = setting.arguments.has("--seed") ? setting.arguments.checked_count("--seed") : setting.scenario.seed;
     device_bridge::Options options;
     options.clock = core::MonotonicNow_ns;
-    auto bridge = device_bridge::DeviceBridge::Create(setting.scenario, seed_, options);
+    options.threads.emplace();
+    options.threads->rt = setting.mode;
+    options.threads->find_calibration = device_bridge::KeptCalibration;
+    scenario_ = setting.scenario;
+    const auto chosen = device_bridge::ChooseDevices(setting.arguments.texts("--device"), &scenario_);
+    if (!chosen) return chosen;
+    auto bridge = device_bridge::DeviceBridge::Create(scenario_, seed_, options);
     if (!bridge) return tl::unexpected(bridge.error());
     bridge_ = std::move(*bridge);
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
-    loop_.emplace(setting_->scenario, seed_, bridge_.get(), node);
+    loop_.emplace(scenario_, seed_, bridge_.get(), node);
     loop_->Declare();
     return {};
   }
   void OnStart() override {
-    const auto& devices = setting_->scenario.devices;
-    for (std::size_t role = 0; role < devices.size(); ++role) {
-      std::printf("role %s: %s\n", devices[role].role.c_str(), bridge_->device(role).description());
+    for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+      const scene::Device& device = scenario_.devices[role];
+      std::printf("role %s: %s %s\n", device.role.c_str(), device.type.c_str(), device.address.c_str());
     }
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed_));
   }
@@ -39,6 +45,7 @@ class DeviceBridgeBody final : public run_node::Body {
 
  private:
   const run_node::Setting* setting_ = nullptr;
+  scene::Scenario scenario_;  // with the devices of the command line
   std::uint64_t seed_ = 0;
   std::unique_ptr<device_bridge::DeviceBridge> bridge_;
   std::optional<device_bridge::NodeLoop> loop_;
@@ -49,13 +56,14 @@ class DeviceBridgeBody final : public run_node::Body {
 int main(int argc, char** argv) {
   run_node::Program program;
   program.name = "device_bridge";
-  program.summary = "the devices of the operators' hands, simulated, behind the safety filter; 1 kHz";
+  program.summary = "the devices of the operators' hands, real or simulated, behind the safety filter; 1 kHz";
   program.options = {{"--seed", "N", "of the simulated operator; default: the scenario's", "",
-                      cli::Count(0, std::numeric_limits<std::uint64_t>::max())}};
+                      cli::Count(0, std::numeric_limits<std::uint64_t>::max())},
+                     {"--device", "ROLE=TYPE:ADDRESS", "another device for a role, as right=udp:7460; repeatable"}};
   program.thread = "device-rt";
   // Above the haptic node: a sample or a write takes some microseconds and starts or closes the loop.
   program.fifo_priority = 85;
   program.can_record_steps = false;
-  program.ready = "devices are simulated";
+  program.ready = "devices are open";
   return run_node::RunNode(argc, argv, program, std::make_unique<DeviceBridgeBody>());
 }

@@ -37,6 +37,8 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBr
       fault_event_{0, "device_bridge", "filter_fault",
                    "a command was not finite: no force until the dead-man is released"},
       force_log_(NumForceSamples(scenario)) {
+  health_.resize(scenario.devices.size());
+  reported_device_status_.resize(scenario.devices.size(), DeviceStatus::kAlive);  // so that one that is missing is told
   for (const char* name :
        {"peak_force_N", "force_N", "direct_mean_ms", "t1_mean_ms", "filter_status", "misses", "loop_delay_ms",
         "loop_jitter_ms", "allowed_N_per_m", "least_share", "energy_J", "made_passive"}) {
@@ -68,6 +70,9 @@ void NodeLoop::Declare() {
     heads_[i].writer = node_->WriteLatest<core::HeadState>(bus::HeadTopic(user));
     std::printf("head of %s: %s\n", user.c_str(), heads_[i].tracker->description());
   }
+  for (const scene::Device& device : scenario_.devices) {
+    health_writers_.push_back(node_->WriteState<core::DeviceHealth>(bus::DeviceHealthTopic(device.role)));
+  }
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("device_bridge"));
@@ -90,6 +95,7 @@ void NodeLoop::Run(const std::atomic<bool>& stop) {
     Step();
     const std::int64_t now_ns = core::MonotonicNow_ns();
     ReportFaults(now_ns);
+    ReportDevices(now_ns);
     PublishFigures(now_ns);
   }
 }
@@ -158,6 +164,50 @@ void NodeLoop::ReportFaults(std::int64_t now_ns) {
   }
 }
 
+// Prints and allocates only when a device comes or goes.
+void NodeLoop::ReportDevices(std::int64_t now_ns) {
+  for (std::size_t role = 0; role < health_.size(); ++role) {
+    const DeviceHealth& health = bridge_->health(role, now_ns);
+    DeviceStatus& reported = reported_device_status_[role];
+    if (health.status == reported) continue;
+    const bool is_found = health.status == DeviceStatus::kAlive;
+    const oos_device_description& description = bridge_->device(role).description();
+    std::string detail = scenario_.devices[role].role + ": " + description.name;
+    if (description.serial[0] != 0) detail += std::string(" ") + description.serial;
+    if (description.name[0] == 0) detail += scenario_.devices[role].type + " device";
+    detail += std::string(" is ") + NameOf(health.status);
+    if (health.why[0] != 0) detail += std::string(": ") + health.why.data();
+    reported = health.status;
+    node_->Emit({now_ns, "device_bridge", is_found ? "device_found" : "device_lost", detail});
+    std::printf("%s\n", detail.c_str());
+    std::fflush(stdout);
+  }
+}
+
+// Beside the figures, twice a second.
+void NodeLoop::PublishHealth(std::int64_t now_ns) {
+  for (std::size_t role = 0; role < health_.size(); ++role) {
+    const DeviceHealth& health = bridge_->health(role, now_ns);
+    const Device& device = bridge_->device(role);
+    core::DeviceHealth& message = health_[role];
+    message.role_index = static_cast<std::uint8_t>(role);
+    message.name = device.description().name;
+    message.serial = device.description().serial;
+    message.status = NameOf(health.status);
+    message.quality = NameOf(health.quality);
+    message.why = health.why.data();
+    message.rate_hz = health.link.rate_hz;
+    message.jitter_s = health.link.jitter_s;
+    message.loss = health.link.loss;
+    message.round_trip_s = health.link.round_trip_s;
+    message.is_engaged = outputs_.states[role].is_engaged;
+    message.is_simulated = device.is_simulated();
+    message.is_calibrated = health.is_calibrated;
+    message.residual_m = health.residual_m;
+    health_writers_[role].Set(message);
+  }
+}
+
 void NodeLoop::PublishFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_ || outputs_.applied.empty()) return;
   next_figures_ns_ = now_ns + kFiguresPeriod_ns;
@@ -185,6 +235,7 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
     figures_.items[first_figure + 2].value = bridge_->allowed(role).damping_Nm_s_per_rad;
   }
   figures_writer_.Set(figures_);
+  PublishHealth(now_ns);
 }
 
 core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bool is_realtime) const {

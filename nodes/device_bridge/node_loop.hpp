@@ -37,6 +37,8 @@ class NodeLoop {
   void SendHeads();
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
+  void ReportDevices(std::int64_t now_ns);
+  void PublishHealth(std::int64_t now_ns);
 
   const scene::Scenario& scenario_;
   DeviceBridge* bridge_;
@@ -52,6 +54,9 @@ class NodeLoop {
     bus::LatestWriter<core::HeadState> writer;
   };
   std::vector<Head> heads_;  // of the scenario's users
+  std::vector<bus::StateWriter<core::DeviceHealth>> health_writers_;
+  std::vector<core::DeviceHealth> health_;            // as published
+  std::vector<DeviceStatus> reported_device_status_;  // per role
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by

@@ -52,7 +52,7 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
     for (std::size_t bit = 0; bit < kStatusNames.size(); ++bit)
       samples[kStatusNames[bit]] = figures.status_samples[bit];
     roles.push_back({{"role", bridge.scenario().devices[i].role},
-                     {"device", bridge.device(i).description()},
+                     {"device", bridge.device(i).description().name},
                      {"is_simulated", bridge.device(i).is_simulated()},
                      {"force_limit_N", bridge.force_limit_N(i)},
                      {"peak_force_N", figures.peak_force_N},

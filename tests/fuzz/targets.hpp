@@ -27,6 +27,8 @@ void FuzzLab(Input input);             // lab.cpp
 void FuzzKeys(Input input);            // keys.cpp
 void FuzzTolerance(Input input);       // tolerance.cpp
 void FuzzBulk(Input input);            // bulk.cpp
+void FuzzDeviceFrame(Input input);     // device_frame.cpp
+void FuzzSerialLine(Input input);      // device_frame.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -52,6 +54,8 @@ inline constexpr std::array kTargets = {
     NamedTarget{"keys", FuzzKeys},
     NamedTarget{"tolerance", FuzzTolerance},
     NamedTarget{"bulk", FuzzBulk},
+    NamedTarget{"device_frame", FuzzDeviceFrame},
+    NamedTarget{"serial_line", FuzzSerialLine},
 };
 
 }  // namespace fuzz

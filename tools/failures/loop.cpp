@@ -88,8 +88,7 @@ void Loop::Run(double seconds) {
 }
 
 core::Wrench Loop::exerted() const {
-  // The bridge makes no other kind of device.
-  return static_cast<const device_bridge::SimulatedArm&>(bridge_->device(0)).Felt().F_Do_W;
+  return bridge_->device(0).Felt().F_Do_W;
 }
 
 const core::BodyState& Loop::body(std::uint16_t object) const {
@@ -115,12 +114,10 @@ void Loop::StepBridge() {
 
 // A target that moves with the device pulls at nothing. The bridge gives its devices only to look at; the hand is ours.
 void Loop::TakeHandAlong() {
-  auto& arm =
-      const_cast<device_bridge::SimulatedArm&>(static_cast<const device_bridge::SimulatedArm&>(bridge_->device(0)));
-  device_bridge::HandTarget target = arm.hand();
+  device_bridge::HandTarget target = bridge_->simulated_operator().target(0);
   target.X_WT = devices_[0].X_WD;
   target.V_WT = devices_[0].V_WD;
-  arm.SetHand(target);
+  const_cast<device_bridge::Device&>(bridge_->device(0)).SetHand(target);
 }
 
 void Loop::StepHaptic() {

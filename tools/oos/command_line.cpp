@@ -2,6 +2,7 @@
 
 #include "tools/oos/bench/verbs.hpp"
 #include "tools/oos/check/verbs.hpp"
+#include "tools/oos/device/verbs.hpp"
 #include "tools/oos/doctor/verbs.hpp"
 #include "tools/oos/launch/verbs.hpp"
 #include "tools/oos/live/verbs.hpp"
@@ -15,11 +16,11 @@
 namespace oos {
 
 std::vector<Verb> AllVerbs() {
-  return {RunVerb(),    CheckVerb(),  CookVerb(),      DoctorVerb(),  TopicVerb(),    TopVerb(),   ViewVerb(),
-          SweepVerb(),  SetVerb(),    LatencyVerb(),   ReportVerb(),  InspectVerb(),  QueryVerb(), BenchVerb(),
-          RecordVerb(), InfoVerb(),   CatVerb(),       RecoverVerb(), MergeVerb(),    DiffVerb(),  ExportVerb(),
-          LaunchVerb(), StatusVerb(), AttachVerb(),    StopVerb(),    RegistryVerb(), ClockVerb(), ReplayVerb(),
-          FetchVerb(),  StarsVerb(),  AtmosphereVerb()};
+  return {RunVerb(),    CheckVerb(),  CookVerb(),   DoctorVerb(),    DeviceVerb(),  TopicVerb(),    TopVerb(),
+          ViewVerb(),   SweepVerb(),  SetVerb(),    LatencyVerb(),   ReportVerb(),  InspectVerb(),  QueryVerb(),
+          BenchVerb(),  RecordVerb(), InfoVerb(),   CatVerb(),       RecoverVerb(), MergeVerb(),    DiffVerb(),
+          ExportVerb(), LaunchVerb(), StatusVerb(), AttachVerb(),    StopVerb(),    RegistryVerb(), ClockVerb(),
+          ReplayVerb(), FetchVerb(),  StarsVerb(),  AtmosphereVerb()};
 }
 
 int RunCommandLine(const std::vector<std::string>& words) {

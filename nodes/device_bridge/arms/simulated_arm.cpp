@@ -38,7 +38,7 @@ DeviceReading SimulatedArm::Read(std::int64_t now_ns) noexcept {
   return state_;
 }
 
-void SimulatedArm::Write(std::int64_t now_ns, const FilteredForce& force) noexcept {
+void SimulatedArm::Write(std::int64_t now_ns, const MotorForce& force) noexcept {
   AdvanceTo(now_ns);
   last_write_ns_ = now_ns;
   is_braked_ = false;
@@ -71,8 +71,7 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
     std::int64_t until_ns = now_ns;
     const std::int64_t watchdog_ns = last_write_ns_ + parameters_.watchdog_ns;
     if (watchdog_ns <= time_ns_) {
-      const FilteredForce none;
-      force_ = none;
+      force_ = MotorForce{};
       pending_size_ = 0;
       // A bridge that does not write does not move the hand's target either, so that stands still.
       is_braked_ = true;
@@ -93,10 +92,10 @@ void SimulatedArm::AdvanceTo(std::int64_t now_ns) noexcept {
 }
 
 double SimulatedArm::Drag_N_s_per_m() const noexcept {
-  return parameters_.damping_N_s_per_m + (is_braked_ ? parameters_.brake_N_s_per_m : force_.brake_N_s_per_m());
+  return parameters_.damping_N_s_per_m + (is_braked_ ? parameters_.brake_N_s_per_m : force_.brake_N_s_per_m);
 }
 double SimulatedArm::Drag_Nm_s_per_rad() const noexcept {
-  return parameters_.damping_Nm_s_per_rad + (is_braked_ ? parameters_.brake_Nm_s_per_rad : force_.brake_Nm_s_per_rad());
+  return parameters_.damping_Nm_s_per_rad + (is_braked_ ? parameters_.brake_Nm_s_per_rad : force_.brake_Nm_s_per_rad);
 }
 
 void SimulatedArm::AdvanceBy(double dt_s) noexcept {
@@ -118,7 +117,7 @@ void SimulatedArm::AdvanceJoints(double dt_s) noexcept {
                               hand.damping_Nm_s_per_rad,
                               Drag_N_s_per_m(),
                               Drag_Nm_s_per_rad()};
-  jointed_->Advance(dt_s, force_.F_Do_W(), grip);
+  jointed_->Advance(dt_s, force_.F_Do_W, grip);
   state_.X_WD = jointed_->X_WD();
   state_.V_WD = jointed_->V_WD();
   MoveTarget(dt_s);
@@ -145,13 +144,13 @@ void SimulatedArm::AdvancePoint(double dt_s) noexcept {
     const double v_T = hand_.V_WT.linear_m_per_s[i];
     const OscillatorState y{state_.X_WD.translation[i] - hand_.X_WT.translation[i],
                             state_.V_WD.linear_m_per_s[i] - v_T};
-    const OscillatorState next = StepExactly(linear, y, force_.F_Do_W().force_N[i] - drag_N_s_per_m * v_T, dt_s);
+    const OscillatorState next = StepExactly(linear, y, force_.F_Do_W.force_N[i] - drag_N_s_per_m * v_T, dt_s);
     state_.X_WD.translation[i] = hand_.X_WT.translation[i] + v_T * dt_s + next.position;
     state_.V_WD.linear_m_per_s[i] = v_T + next.velocity;
 
     const double w_T = hand_.V_WT.angular_rad_per_s[i];
     const OscillatorState next_angle = StepExactly(angular, {phi[i], state_.V_WD.angular_rad_per_s[i] - w_T},
-                                                   force_.F_Do_W().torque_Nm[i] - drag_Nm_s_per_rad * w_T, dt_s);
+                                                   force_.F_Do_W.torque_Nm[i] - drag_Nm_s_per_rad * w_T, dt_s);
     phi_next[i] = next_angle.position;
     state_.V_WD.angular_rad_per_s[i] = w_T + next_angle.velocity;
   }
@@ -164,7 +163,7 @@ void SimulatedArm::AdvancePoint(double dt_s) noexcept {
 // The case is decided at the start of a step; each case is solved exactly.
 void SimulatedArm::AdvanceOpening(double dt_s) noexcept {
   const HandImpedance& hand = parameters_.hand;
-  const double drag = parameters_.jaw_damping_N_s_per_m + force_.brake_N_s_per_m();
+  const double drag = parameters_.jaw_damping_N_s_per_m + force_.brake_N_s_per_m;
   const double spring_N = hand.finger_stiffness_N_per_m * (hand_.opening_m - state_.opening_m);
   const bool is_saturated = std::abs(spring_N) > hand_.grip_strength_N;
   const double stiffness = is_saturated ? 0.0 : hand.finger_stiffness_N_per_m;
@@ -173,7 +172,7 @@ void SimulatedArm::AdvanceOpening(double dt_s) noexcept {
   const Oscillator axis{parameters_.jaw_mass_kg, drag + hand.finger_damping_N_s_per_m, stiffness};
   const OscillatorState next =
       StepExactly(axis, {state_.opening_m - hand_.opening_m, state_.opening_velocity_m_per_s - v_T},
-                  force_.grip_force_N() + finger_N - drag * v_T, dt_s);
+                  force_.grip_force_N + finger_N - drag * v_T, dt_s);
   hand_.opening_m += v_T * dt_s;
   const double opening_m = hand_.opening_m + next.position;
   state_.opening_m = std::clamp(opening_m, 0.0, parameters_.opening_max_m);
@@ -195,7 +194,7 @@ double SimulatedArm::FingerSpringForce() const noexcept {
 }
 
 FeltForce SimulatedArm::Felt() const noexcept {
-  return {force_.F_Do_W(), HandWrench(), force_.grip_force_N(), FingerSpringForce(), state_.opening_m};
+  return {force_.F_Do_W, HandWrench(), force_.grip_force_N, FingerSpringForce(), state_.opening_m};
 }
 
 }  // namespace device_bridge

@@ -11,14 +11,12 @@
 
 namespace device_bridge {
 
-// Target of the spring-dampers of the operator's arm and fingers: the only output of the simulated operator.
-struct HandTarget {
-  core::Pose X_WT;
-  core::Twist V_WT;  // velocity of the target, so that a moving hand has no lag
-  double opening_m = 0.0;
-  double opening_velocity_m_per_s = 0.0;
-  double grip_strength_N = 20.0;  // largest force of the fingers, opening and closing
-  bool holds_dead_man = true;
+// What the motors apply: a force that passed the safety filter.
+struct MotorForce {
+  core::Wrench F_Do_W;
+  double grip_force_N = 0.0;
+  double brake_N_s_per_m = 0.0;
+  double brake_Nm_s_per_rad = 0.0;
 };
 
 // Impedance of the operator's arm and fingers: a firm grip, assumed. A softer hand penetrates less and reacts slower.
@@ -51,16 +49,6 @@ struct ArmParameters {
   static ArmParameters From(const scene::Device& device);
 };
 
-// Forces that the operator feels.
-struct FeltForce {
-  core::Wrench F_Do_W;          // the arm on the hand
-  core::Wrench hand_F_Do_W;     // the hand's own spring and damper on the arm
-  double grip_force_N = 0.0;    // the jaws on the fingers, positive when they are pushed open
-  double finger_force_N = 0.0;  // the fingers on the jaws, positive opens
-  double opening_m = 0.0;
-  bool is_off = false;  // the device has withdrawn its force, or is ramping it up again, and indicates this
-};
-
 // A SIMULATED hand device: DLR's HUG as a rigid body with 6-DoF mass and damping, a gripper axis, and the operator's
 // hand as a spring-damper to its target. Every axis is advanced by the exact zero-order-hold solution (no integration
 // error), with commands delayed by any time, also fractions of a step.
@@ -71,17 +59,16 @@ struct FeltForce {
 // Rotation the same, with y = Log(R_WD R_WT^-1) in W and an isotropic inertia. That is exact while the axis of rotation
 // is constant, which holds as long as the hand is near its target.
 //
-// For device type "simulated_hug" an integrated arm of seven joints replaces the rigid body (JointedArm).
-class SimulatedArm final : public Device {
+// It is a device of its own by arm_plugin. For device type "simulated_hug" an integrated arm of seven joints replaces
+// the rigid body (JointedArm).
+class SimulatedArm {
  public:
   explicit SimulatedArm(const ArmParameters& parameters);
 
-  DeviceReading Read(std::int64_t now_ns) noexcept override;
-  void Write(std::int64_t now_ns, const FilteredForce& force) noexcept override;
-  [[nodiscard]] bool is_simulated() const override { return true; }
-  [[nodiscard]] const char* description() const override {
-    return jointed_ ? "simulated arm (seven joints, gripper axis)" : "simulated arm (6-DoF mass-damper, gripper axis)";
-  }
+  // State at now_ns.
+  DeviceReading Read(std::int64_t now_ns) noexcept;
+  // Force of the motors from now_ns on.
+  void Write(std::int64_t now_ns, const MotorForce& force) noexcept;
 
   // Takes effect from the time of the last Read on.
   void SetHand(const HandTarget& target) noexcept;
@@ -91,7 +78,7 @@ class SimulatedArm final : public Device {
  private:
   struct PendingCommand {
     std::int64_t due_ns = 0;
-    FilteredForce force;
+    MotorForce force;
   };
   static constexpr std::size_t kMaxPending = 512;  // delays of up to 0.5 s at 1 kHz
 
@@ -110,7 +97,7 @@ class SimulatedArm final : public Device {
   std::optional<JointedArm> jointed_;
   HandTarget hand_;
   DeviceReading state_;
-  FilteredForce force_;  // acting now
+  MotorForce force_;  // acting now
   std::array<PendingCommand, kMaxPending> pending_;
   std::size_t pending_begin_ = 0;
   std::size_t pending_size_ = 0;

@@ -17,14 +17,15 @@ class Motor {
  public:
   Motor() : filter_(*SafetyFilter::Create(WideOpen())) { filter_.Apply(-10 * kMs, Held()); }
 
-  FilteredForce Force(std::int64_t now_ns, const glm::dvec3& force_N, const glm::dvec3& torque_Nm = glm::dvec3(0.0),
-                      double grip_N = 0.0) {
+  MotorForce Force(std::int64_t now_ns, const glm::dvec3& force_N, const glm::dvec3& torque_Nm = glm::dvec3(0.0),
+                   double grip_N = 0.0) {
     core::DeviceCommand command;
     command.header.sequence = ++sequence_;
     command.F_Do_W = {force_N, torque_Nm};
     command.grip_force_N = grip_N;
     filter_.Accept(command, now_ns);
-    return filter_.Apply(now_ns, Held());
+    const FilteredForce force = filter_.Apply(now_ns, Held());
+    return {force.F_Do_W(), force.grip_force_N(), force.brake_N_s_per_m(), force.brake_Nm_s_per_rad()};
   }
 
  private:

@@ -11,6 +11,7 @@
 
 #include "picture/glyph_atlas.hpp"
 #include "tools/oos/attach/attach.hpp"
+#include "tools/oos/doctor/doctor_devices.hpp"
 #include "tools/oos/doctor/doctor_limits.hpp"
 #include "tools/oos/doctor/doctor_network.hpp"
 #include "tools/oos/doctor/verbs.hpp"
@@ -120,6 +121,7 @@ bool WriteJson(const std::vector<Finding>& findings, const std::string& file) {
 int RunDoctor(const Arguments& arguments) {
   std::vector<Finding> findings = {CheckCores(),   CheckClockSource(), CheckDisplay(),
                                    CheckDrawing(), CheckFonts(),       CheckCache()};
+  findings.push_back(CheckDeviceFiles("/dev"));
   for (Finding& finding : CheckLimits()) findings.push_back(std::move(finding));
   for (Finding& finding : CheckNetwork(arguments)) findings.push_back(std::move(finding));
   bool any_fail = false;

@@ -9,6 +9,7 @@
 
 #include "bus/log/merge_mcap.hpp"
 #include "lab/lab.hpp"
+#include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/lockstep/lockstep.hpp"
 #include "scene/load_scenario.hpp"
 #include "tiles/seats.hpp"
@@ -194,6 +195,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   if (wanted.seed) options.seed = *wanted.seed;
   options.duration_s = wanted.duration_s;
   options.without = arguments.texts("--without");
+  options.devices = arguments.texts("--device");
   options.is_colocated = arguments.has("--colocate");
   options.is_headless = arguments.has("--headless");
   options.is_encrypted = !arguments.has("--no_encryption");
@@ -319,6 +321,12 @@ int RunOnThisMachine(const Arguments& arguments) {
     return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
                     kBadUsage);
   }
+  if (arguments.has("--device") && arguments.has("--lockstep")) {
+    return Complain("run", "--device goes with nodes on the bus; --lockstep has simulated arms", kBadUsage);
+  }
+  if (const auto chosen = device_bridge::ChooseDevices(arguments.texts("--device"), &scenario); !chosen) {
+    return Complain("run", chosen.error().detail, kBadUsage);
+  }
   if (const auto fits = CheckColocate(arguments); !fits) return Complain("run", fits.error().detail, kBadUsage);
   if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
   if (is_both) return RunBothMethods(arguments, scenario, *wanted);
@@ -337,6 +345,8 @@ Verb RunVerb() {
       1,
       {{"--headless", "", "render pictures but show no window"},
        {"--seed", "N", "seed of the simulated operator; default: the scenario's"},
+       {"--device", "ROLE=TYPE:ADDRESS",
+        "a device for a role in place of the scenario's, as right=udp:7460 (repeatable)"},
        {"--duration", "S", "time limit; default: the scenario's"},
        {"--out", "DIR", "folder for the report and the logs; default: out/<scenario>-<time>"},
        {"--method", "paper|fast|both", "collision method, or one run with each and a table; default: the scenario's"},

@@ -175,7 +175,10 @@ class Session {
       const bool writes_latest = name != "visual_node";  // which gets its own datagrams, group or not
       if (writes_latest && !options_.tcp_topics.empty()) AddArgument(&command, "--tcp_topics", options_.tcp_topics);
       if (writes_latest && !options_.multicast.empty()) AddArgument(&command, "--multicast", options_.multicast);
-      if (name == "device_bridge") AddArgument(&command, "--seed", std::to_string(outcome_.seed));
+      if (name == "device_bridge") {
+        AddArgument(&command, "--seed", std::to_string(outcome_.seed));
+        for (const std::string& device : options_.devices) AddArgument(&command, "--device", device);
+      }
       if (node == "haptic_node" || node == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
         AddArgument(&command, "--method", scenario_.method);

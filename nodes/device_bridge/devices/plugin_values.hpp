@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/pose.hpp"
+#include "core/wrench.hpp"
+#include "device/plugin.h"
+
+namespace device_bridge {
+
+// Between the arrays of device/plugin.h and the types of this project.
+
+inline core::Pose PoseOf(const double (&x)[7]) {
+  return {{x[0], x[1], x[2], x[3]}, {x[4], x[5], x[6]}};
+}
+inline void ToArray(const core::Pose& X, double (&x)[7]) {
+  x[0] = X.rotation.w;
+  x[1] = X.rotation.x;
+  x[2] = X.rotation.y;
+  x[3] = X.rotation.z;
+  for (int i = 0; i < 3; ++i) x[4 + i] = X.translation[i];
+}
+
+inline core::Twist TwistOf(const double (&v)[6]) {
+  core::Twist twist;
+  twist.angular_rad_per_s = {v[0], v[1], v[2]};
+  twist.linear_m_per_s = {v[3], v[4], v[5]};
+  return twist;
+}
+inline void ToArray(const core::Twist& V, double (&v)[6]) {
+  for (int i = 0; i < 3; ++i) {
+    v[i] = V.angular_rad_per_s[i];
+    v[3 + i] = V.linear_m_per_s[i];
+  }
+}
+
+// Of an array that begins with force and torque.
+inline core::Wrench WrenchOf(const double* f) {
+  return {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}};
+}
+inline void ToArray(const core::Wrench& F, double* f) {
+  for (int i = 0; i < 3; ++i) {
+    f[i] = F.force_N[i];
+    f[3 + i] = F.torque_Nm[i];
+  }
+}
+
+template <std::size_t N>
+bool AreFinite(const double (&values)[N]) {
+  for (const double value : values) {
+    if (!std::isfinite(value)) return false;
+  }
+  return true;
+}
+
+// Every number that the bridge uses is finite, and the quaternion is a unit but for rounding.
+inline bool IsUsable(const oos_device_state& state) {
+  double square = 0.0;
+  for (int i = 0; i < 4; ++i) square += state.X_BD[i] * state.X_BD[i];
+  if (!(std::abs(square - 1.0) < 1e-3)) return false;
+  return AreFinite(state.X_BD) && AreFinite(state.V_BD) && AreFinite(state.applied) && AreFinite(state.hand_F_Do_B) &&
+         std::isfinite(state.opening_m) && std::isfinite(state.opening_velocity_m_per_s) &&
+         std::isfinite(state.finger_force_N);
+}
+
+}  // namespace device_bridge

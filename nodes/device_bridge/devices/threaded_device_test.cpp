@@ -1,0 +1,278 @@
+#include "nodes/device_bridge/devices/threaded_device.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <ctime>
+#include <functional>
+
+#include "core/clock.hpp"
+#include "nodes/device_bridge/devices/conformance.hpp"
+#include "nodes/device_bridge/devices/make_device.hpp"
+#include "nodes/device_bridge/safety_filter.hpp"
+
+namespace device_bridge {
+namespace {
+
+constexpr std::int64_t kPatience_ns = 20'000'000'000;
+
+scene::Device Faulty(const std::string& fault) {
+  scene::Device device;
+  device.role = "right";
+  device.type = "plugin";
+  device.address = VR_OOS_BINARY_DIR "/test_plugins/faulty_device.so";
+  device.options = {{"fault", fault}};
+  device.X_WD_start.translation = {1, 2, 3};
+  return device;
+}
+
+void Pause() {
+  const timespec millisecond{0, 1'000'000};
+  nanosleep(&millisecond, nullptr);
+}
+
+// A device behind a filter that always wants 2 N along x, ticked once a millisecond.
+struct Rig {
+  std::unique_ptr<Device> device;
+  SafetyFilter filter;
+  DeviceReading reading;
+  FilteredForce written;
+  std::uint64_t num_commands = 0;
+
+  explicit Rig(const scene::Device& what, const ThreadedOptions& options = {})
+      : filter(*SafetyFilter::Create([] {
+          FilterLimits limits;
+          limits.start_ramp_ns = 0;
+          return limits;
+        }())) {
+    auto made = MakeDevice(what, options);
+    if (!made) {
+      ADD_FAILURE() << made.error().detail;
+      return;
+    }
+    device = std::move(*made);
+  }
+  void Tick() {
+    Pause();
+    const std::int64_t now_ns = core::MonotonicNow_ns();
+    reading = device->Read(now_ns);
+    core::DeviceCommand command;
+    command.header.sequence = ++num_commands;
+    command.F_Do_W.force_N = {2, 0, 0};
+    filter.Accept(command, now_ns);
+    written = filter.Apply(now_ns, reading);
+    device->Write(now_ns, written);
+  }
+  bool Until(const std::function<bool()>& condition) {
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    while (core::MonotonicNow_ns() - begin_ns < kPatience_ns) {
+      Tick();
+      if (condition()) return true;
+    }
+    return false;
+  }
+  bool UntilStatus(DeviceStatus status) {
+    return Until([&] { return device->Health(core::MonotonicNow_ns()).status == status; });
+  }
+  [[nodiscard]] std::string why() const { return device->Health(core::MonotonicNow_ns()).why.data(); }
+};
+
+TEST(ThreadedDevice, GivesStatesAndAppliesFilteredForces) {
+  Rig rig(Faulty(""));
+  ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
+  EXPECT_STREQ(rig.device->description().name, "faulty");
+  ASSERT_TRUE(rig.Until([&] { return rig.device->state().applied[0] == 2.0; }));
+  EXPECT_TRUE(rig.reading.is_engaged);
+  // Not calibrated: it goes on from where the scenario has the hand.
+  EXPECT_EQ(rig.reading.X_WD.translation.y, 2.0);
+  EXPECT_EQ(rig.reading.X_WD.translation.z, 3.0);
+  ASSERT_TRUE(rig.Until([&] { return std::abs(rig.reading.V_WD.linear_m_per_s.x - 0.1) < 0.02; }))
+      << "differentiated from the poses: " << rig.reading.V_WD.linear_m_per_s.x;
+  ASSERT_TRUE(rig.Until([&] { return rig.device->Health(core::MonotonicNow_ns()).link.rate_hz > 0.0; }));
+}
+
+// The bridge stands still, as if its process had been stopped: the thread takes the force away.
+TEST(ThreadedDevice, TakesTheForceAwayWhenNobodyWrites) {
+  Rig rig(Faulty(""));
+  ASSERT_TRUE(rig.Until([&] { return rig.device->state().applied[0] == 2.0; }));
+  bool is_gone = false;
+  for (int i = 0; i < 5000 && !is_gone; ++i) {
+    Pause();
+    rig.device->Read(core::MonotonicNow_ns());
+    is_gone = rig.device->state().applied[0] == 0.0;
+  }
+  EXPECT_TRUE(is_gone);
+}
+
+struct FaultCase {
+  const char* fault;
+  DeviceStatus status;
+  const char* why;  // a part of it
+};
+class ThreadedDeviceFault : public ::testing::TestWithParam<FaultCase> {};
+
+TEST_P(ThreadedDeviceFault, IsNamedAndTheDeviceIsOffWhileTheBridgeGoesOn) {
+  const FaultCase& fault = GetParam();
+  Rig rig(Faulty(fault.fault));
+  ASSERT_TRUE(rig.UntilStatus(fault.status)) << fault.fault;
+  EXPECT_NE(rig.why().find(fault.why), std::string::npos) << rig.why();
+  ASSERT_TRUE(rig.Until([&] { return glm::length(rig.written.F_Do_W().force_N) == 0.0; }));
+  EXPECT_FALSE(rig.reading.is_engaged);
+  EXPECT_TRUE(std::isfinite(rig.reading.X_WD.translation.y));
+  EXPECT_EQ(rig.reading.V_WD.linear_m_per_s, glm::dvec3(0.0));
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, ThreadedDeviceFault,
+                         ::testing::Values(FaultCase{"hang", DeviceStatus::kHung, ""},
+                                           FaultCase{"hang in open", DeviceStatus::kHung, ""},
+                                           FaultCase{"throw", DeviceStatus::kBroken, "step() threw: the bus fell off"},
+                                           FaultCase{"throw an int", DeviceStatus::kBroken, "unknown type"},
+                                           FaultCase{"throw in open", DeviceStatus::kBroken, "open() threw"},
+                                           FaultCase{"nan", DeviceStatus::kBroken, "not finite"},
+                                           FaultCase{"no unit", DeviceStatus::kBroken, "not a unit"}),
+                         [](const auto& info) {
+                           std::string name = info.param.fault;
+                           for (char& c : name) c = c == ' ' ? '_' : c;
+                           return name;
+                         });
+
+TEST(ThreadedDevice, ComesBackAfterAHang) {
+  Rig rig(Faulty("hang for a while"));
+  ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kHung));
+  ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
+  EXPECT_TRUE(rig.Until([&] { return rig.written.F_Do_W().force_N.x == 2.0; }));
+}
+
+// Unplugged after 0.2 s, replugged as another specimen, and again: each time it is back within a second, and the hand
+// goes on from where it was.
+TEST(ThreadedDevice, IsBackWithinASecondAfterItWasReplugged) {
+  std::vector<std::string> asked;
+  ThreadedOptions options;
+  options.find_calibration = [&](const std::string& name, const std::string& serial) {
+    asked.push_back(name + serial);
+    return std::nullopt;
+  };
+  Rig rig(Faulty("unplugged"), options);
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
+    ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kGone));
+    rig.Tick();
+    const double x_m = rig.reading.X_WD.translation.x;
+    const std::int64_t gone_ns = core::MonotonicNow_ns();
+    ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
+    EXPECT_LT(static_cast<double>(core::MonotonicNow_ns() - gone_ns) * 1e-9, 1.0);
+    EXPECT_NEAR(rig.reading.X_WD.translation.x, x_m, 0.002);
+  }
+  EXPECT_EQ(rig.device->num_found(), 3U);
+  EXPECT_EQ(asked.size(), 3U) << "each specimen may have a calibration of its own";
+}
+
+TEST(ThreadedDevice, ACalibratedDeviceIsWhereItIs) {
+  ThreadedOptions options;
+  options.find_calibration = [](const std::string&, const std::string&) {
+    // B's x axis is W's y axis.
+    return DeviceCalibration{{core::QuaternionFromRollPitchYaw({0, 0, 1.5707963267948966}), {0, 0, 0.5}}, 0.001};
+  };
+  Rig rig(Faulty(""), options);
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged && rig.reading.X_WD.translation.y > 0.005; }));
+  EXPECT_NEAR(rig.reading.X_WD.translation.x, 0.0, 1e-12);
+  EXPECT_NEAR(rig.reading.X_WD.translation.z, 0.5, 1e-12);
+  // 2 N along W's x axis are -2 N along B's y axis.
+  ASSERT_TRUE(rig.Until([&] { return std::abs(rig.device->state().applied[1] + 2.0) < 1e-12; }));
+  EXPECT_TRUE(rig.device->Health(core::MonotonicNow_ns()).is_calibrated);
+}
+
+TEST(ThreadedDevice, AbsentAtFirstItIsFoundWhenItComes) {
+  Rig rig(Faulty("absent at first"));
+  ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
+}
+
+TEST(MakeDevice, RefusesWhatCannotBeADeviceWithTheRemedy) {
+  const auto Why = [](const scene::Device& device, bool has_threads = true) {
+    const auto made = MakeDevice(device, has_threads ? std::optional(ThreadedOptions{}) : std::nullopt);
+    return made ? std::string() : made.error().detail;
+  };
+  EXPECT_NE(Why(Faulty("bad setting")).find("no such port; choose another"), std::string::npos);
+  EXPECT_NE(Why(Faulty(""), false).find("lock-step"), std::string::npos);
+  scene::Device old = Faulty("");
+  old.address = VR_OOS_BINARY_DIR "/test_plugins/old_device.so";
+  EXPECT_NE(Why(old).find("version 77"), std::string::npos) << Why(old);
+  old.address = "/no/such.so";
+  EXPECT_NE(Why(old).find("/no/such.so"), std::string::npos);
+  old.type = "hug";
+  EXPECT_NE(Why(old).find("unknown type 'hug'"), std::string::npos);
+}
+
+TEST(MakeDevice, TheCommandLineChoosesDevices) {
+  scene::Scenario scenario;
+  scenario.name = "s";
+  scenario.devices.resize(2);
+  scenario.devices[0].role = "right";
+  scenario.devices[1].role = "left";
+  ASSERT_TRUE(ChooseDevices({"left=udp:0.0.0.0:7461"}, &scenario));
+  EXPECT_EQ(scenario.devices[1].type, "udp");
+  EXPECT_EQ(scenario.devices[1].address, "0.0.0.0:7461");
+  for (const char* bad :
+       {"udp:7460", "middle=udp:7460", "left=upd:7460", "left=udp", "left=simulated_arm:1", "=udp:1"}) {
+    EXPECT_FALSE(ChooseDevices({bad}, &scenario)) << bad;
+  }
+}
+
+std::vector<ConformanceFinding> CheckOf(Device* device) {
+  ConformanceOptions options;
+  options.clock = core::MonotonicNow_ns;
+  options.wait_until = [](std::int64_t time_ns) {
+    const timespec until{time_ns / 1'000'000'000, time_ns % 1'000'000'000};
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+  };
+  options.is_interrupted = [] { return false; };
+  return CheckConformance(device, options);
+}
+
+Verdict VerdictOn(const std::vector<ConformanceFinding>& findings, const std::string& subject) {
+  for (const ConformanceFinding& finding : findings) {
+    if (finding.subject == subject) return finding.verdict;
+  }
+  ADD_FAILURE() << subject << " is not checked";
+  return Verdict::kFails;
+}
+
+// All but what a busy machine decides: rate, jitter, round trip.
+TEST(Conformance, TheExampleOfTheHowToHolds) {
+  scene::Device own = Faulty("");
+  own.address = VR_OOS_BINARY_DIR "/test_plugins/own_device.so";
+  Rig rig(own);
+  const auto findings = CheckOf(rig.device.get());
+  for (const char* subject : {"found", "loss", "metres", "nanoseconds", "velocity", "push", "clamp", "watchdog"}) {
+    EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
+  }
+}
+
+TEST(Conformance, ADeviceWithoutWatchdogAndClockIsFound) {
+  Rig rig(Faulty(""));
+  const auto findings = CheckOf(rig.device.get());
+  EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kHolds);
+  EXPECT_EQ(VerdictOn(findings, "nanoseconds"), Verdict::kFails);
+  EXPECT_EQ(VerdictOn(findings, "watchdog"), Verdict::kFails);
+  EXPECT_EQ(VerdictOn(findings, "velocity"), Verdict::kSkipped);
+}
+
+// In virtual time, without a wait.
+TEST(Conformance, TheSimulatedArmHolds) {
+  std::int64_t now_ns = 1'000'000'000;
+  scene::Device arm;
+  arm.role = "right";
+  auto made = MakeDevice(arm, std::nullopt);
+  ASSERT_TRUE(made);
+  ConformanceOptions options;
+  options.clock = [&] { return now_ns; };
+  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
+  options.is_interrupted = [] { return false; };
+  const auto findings = CheckConformance(made->get(), options);
+  for (const char* subject : {"found", "metres", "nanoseconds", "push", "clamp", "watchdog"}) {
+    EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
+  }
+}
+
+}  // namespace
+}  // namespace device_bridge

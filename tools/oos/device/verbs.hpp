@@ -1,0 +1,9 @@
+#pragma once
+
+#include "tools/oos/verb/verb.hpp"
+
+namespace oos {
+
+Verb DeviceVerb();
+
+}  // namespace oos
