@@ -24,16 +24,17 @@ MASS_KG, STIFFNESS_N_PER_M, DAMPING_N_S_PER_M = 0.5, 600.0, 35.0
 
 def main(port):
     device = Device("example in Python", "1", port=port, mass_kg=MASS_KG)
-    place, speed, target, velocity, path = [0.0] * 3, [0.0] * 3, list(START), [0.0] * 3, list(PATH)
-    force, brake, last_s = [0.0] * 3, [0.0] * 2, time.monotonic()
-    for i in range(3):
-        place[i] = START[i]
+    place, target, path = list(START), list(START), list(PATH)
+    speed, force, brake = [0.0] * 3, [0.0] * 3, [0.0] * 2
+    begin_s = last_s = time.monotonic()
     while True:
         now_s = time.monotonic()
         step_s, last_s = min(now_s - last_s, 0.01), now_s
         way = [a - b for a, b in zip(path[0][0], target)] if path else [0.0] * 3
         length = sum(a * a for a in way) ** 0.5
-        starts = device.last_s > 0 and now_s - device.begin_s > 3.0  # the force needs a second to come
+        if device.heard_s == 0:
+            begin_s = now_s
+        starts = now_s - begin_s > 3.0  # the force needs a second to come
         velocity = [a / length * path[0][1] for a in way] if path and length > 1e-3 and starts else [0.0] * 3
         if path and length <= 1e-3:
             path.pop(0)

@@ -31,10 +31,12 @@ struct Host {
   scene::Location where;
 };
 
-// A device file that the node must be able to open on its host.
+// A role's device on that host: another one than the scenario's, a file that the node must be able to open, or both.
 struct DeviceAccess {
   std::string role;
-  std::string path;
+  std::string path;     // empty: none
+  std::string type;     // of scene::kDeviceTypes; empty: the scenario's
+  std::string address;  // for that type
   scene::Location where;
 };
 

@@ -86,8 +86,11 @@ const std::vector<scene::ElementRule>& LabRules() {
         Optional("place", ValueKind::kText), Optional("display", ValueKind::kText)},
        {}},
       {"device",
-       "a file on the host that the node opens for a role",
-       {Required("role", ValueKind::kName), Required("path", ValueKind::kText)},
+       "a role's device on that host: type and address in place of the scenario's, a file that must be there and open",
+       {Required("role", ValueKind::kName),
+        {"type", ValueKind::kChoice, false, {std::begin(scene::kDeviceTypes), std::end(scene::kDeviceTypes)}},
+        Optional("address", ValueKind::kText),
+        Optional("path", ValueKind::kText)},
        {}},
   };
   return rules;

@@ -149,6 +149,24 @@ class Reader {
            core::SuggestName(name, known));
   }
 
+  void CheckDevice(const scene::XmlElement& element, const DeviceAccess& device) {
+    if (device.type.empty() && device.path.empty()) {
+      Report(element.line, "device of role '" + device.role + "' with neither type nor path", "it would say nothing",
+             "write type and address, as type=\"udp\" address=\"7460\", or the path of a file that must be open");
+    }
+    const bool needs_address = !device.type.empty() && device.type.rfind("simulated_", 0) != 0;
+    if (needs_address != !device.address.empty()) {
+      Report(
+          element.line, "device of role '" + device.role + "': " + (needs_address ? "no address" : "an address"),
+          needs_address ? "the bridge would not know where the device is" : "only a type other than simulated has one",
+          needs_address ? "write address=\"...\", docs/howto/own-device.md says what" : "remove address");
+    }
+    if (device.address.find_first_not_of(kPlainCharacters) != std::string::npos) {
+      Report(element.LineOf("address"), "device address '" + device.address + "'", "it becomes part of a command",
+             "use only letters, digits and / . _ + @ : -");
+    }
+  }
+
   void ReadNode(const scene::XmlElement& element) {
     Placement node;
     node.where = {lab_.file, element.line};
@@ -166,8 +184,14 @@ class Reader {
       Report(element.LineOf("display"), node.node + " has a display", "only visual_node draws", "remove it");
     }
     for (const scene::XmlElement& device : element.children) {
-      node.devices.push_back({device.Get("role"), device.Get("path"), {lab_.file, device.line}});
+      node.devices.push_back({device.Get("role"),
+                              device.Get("path"),
+                              device.Get("type"),
+                              device.Get("address"),
+                              {lab_.file, device.line}});
+      CheckDevice(device, node.devices.back());
       const std::string& path = node.devices.back().path;
+      if (path.empty()) continue;
       if (path.find_first_not_of(kPlainCharacters) != std::string::npos || path.rfind('/', 0) != 0) {
         Report(device.LineOf("path"), "device path '" + path + "'", "it names a file of that host",
                "write an absolute path of letters, digits and / . _ + @ : -, such as /dev/hidraw0");

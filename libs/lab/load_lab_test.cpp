@@ -15,7 +15,7 @@ constexpr const char* kGood = R"(<lab name="bench">
   <host name="sim" address="sim.lab" supervisor="systemd" cache="/srv/cooked"/>
   <registry host="sim" port="7500"/>
   <node name="device_bridge" host="haptics" cores="2" rt="enforce">
-    <device role="op1/arm.right" path="/dev/hidraw0"/>
+    <device role="op1/arm.right" path="/dev/hidraw0" type="udp" address="10.0.0.5:7460"/>
   </node>
   <node name="haptic_node" host="haptics" cores="3"/>
   <node name="physics_node" host="sim"/>
@@ -49,6 +49,8 @@ TEST(LoadLab, ReadsHostsPlacementsAndRegistry) {
   ASSERT_NE(lab->FindPlacement("device_bridge"), nullptr);
   EXPECT_EQ(lab->FindPlacement("device_bridge")->rt, "enforce");
   EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].path, "/dev/hidraw0");
+  EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].type, "udp");
+  EXPECT_EQ(lab->FindPlacement("device_bridge")->devices[0].address, "10.0.0.5:7460");
 }
 
 TEST(LoadLab, WorkersTraceThePicturesOnAnyHostAsManyAsAViewerHasSeats) {
@@ -194,6 +196,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadLab{"RoomWithoutWalls", "<room name=\"cave\"", "<room name=\"hall\"/><room name=\"cave\"", 13,
                "<screen> is missing"},
         BadLab{"UnknownStereo", "top_bottom", "crossed", 13, "one of"},
+        BadLab{"DeviceWithoutAddress", " address=\"10.0.0.5:7460\"", "", 6, "no address"},
+        BadLab{"DeviceOfUnknownType", "type=\"udp\"", "type=\"upd\"", 6, "one of"},
+        BadLab{"DeviceAddressWithQuote", "10.0.0.5:7460", "10.0.0.5'7460", 6, "part of a command"},
         BadLab{"NoRegistry", "<registry host=\"sim\" port=\"7500\"/>", "", 1, "<registry> is missing"}),
     [](const auto& one) { return one.param.name; });
 

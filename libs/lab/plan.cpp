@@ -95,7 +95,13 @@ class Planner {
     const bool writes_latest = placement.node != "visual_node";
     if (writes_latest && !lab_.tcp_topics.empty()) Add(&unit, "--tcp_topics", lab_.tcp_topics);
     if (writes_latest && !lab_.multicast.empty()) Add(&unit, "--multicast", lab_.multicast);
-    if (placement.node == "device_bridge") Add(&unit, "--seed", std::to_string(options_.seed));
+    if (placement.node == "device_bridge") {
+      Add(&unit, "--seed", std::to_string(options_.seed));
+      for (const DeviceAccess& device : placement.devices) {
+        if (device.type.empty()) continue;
+        Add(&unit, "--device", device.role + "=" + device.type + (device.address.empty() ? "" : ":" + device.address));
+      }
+    }
     if (placement.node == "haptic_node" || placement.node == "physics_node") {
       Add(&unit, "--workers", std::to_string(options_.workers));
       Add(&unit, "--method", options_.method);

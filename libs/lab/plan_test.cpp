@@ -30,6 +30,8 @@ Lab TwoHosts(SupervisorKind kind) {
     lab.placements.push_back(placement);
   }
   lab.placements[0].cores = "2,3";
+  lab.placements[0].devices.push_back({"right", "", "udp", "0.0.0.0:7460", {}});
+  lab.placements[0].devices.push_back({"left", "/dev/hidraw0", "", "", {}});
   return lab;
 }
 
@@ -64,6 +66,8 @@ TEST(Plan, PlacesRegistryRecorderAndNodes) {
   const std::string text = Describe(plan);
   EXPECT_THAT(text, HasSubstr("device_bridge: on cores 2,3: /opt/oos/device_bridge --scenario /home/u/s.xml --registry "
                               "tcp://10.0.0.2:7450 --session 7 --no_encryption --bind 10.0.0.1"));
+  EXPECT_THAT(text, HasSubstr("--device right=udp:0.0.0.0:7460"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("--device left")));
   EXPECT_THAT(text, HasSubstr("--method fast --resume /home/u/vr_oos/runs/run-1"));
   EXPECT_THAT(text, HasSubstr("--steps /home/u/vr_oos/runs/run-1/steps/physics_node.mcap"));
   EXPECT_THAT(text, testing::Not(HasSubstr("steps/device_bridge.mcap")));

@@ -108,6 +108,7 @@ struct Scene {
   std::vector<Phantom> phantoms;
   std::vector<Graph> graphs;
   std::vector<TextLine> texts;
+  std::vector<double> felt_N;  // per role: size of the force that is commanded to its device
 
   // The moment that the scene shows.
   std::string step;  // active procedure step

@@ -437,9 +437,11 @@ void SceneMirror::WriteForces(std::int64_t now_ns) {
   char part[160];
   std::snprintf(part, sizeof part, "t = %.1f s   felt force", 1e-9 * static_cast<double>(scene_.time_ns));
   std::string line = part;
+  scene_.felt_N.resize(felt_.size());
   for (std::size_t role = 0; role < felt_.size(); ++role) {
     const bool is_known = now_ns - felt_[role].received_ns <= kContactAge_ns;
     const double force_N = is_known ? glm::length(felt_[role].F_Do_W.force_N) : 0.0;
+    scene_.felt_N[role] = force_N;
     std::snprintf(part, sizeof part, "%s %.1f N", role > 0 ? " /" : "", force_N);
     line += part;
   }

@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "core/clock.hpp"
+
 namespace device_bridge {
 namespace {
 
@@ -40,6 +42,7 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     bridge->has_hands_ = bridge->has_hands_ || role->device->takes_hand();
     bridge->roles_.push_back(std::move(role));
   }
+  if (options.is_person_steering) bridge->pointer_.emplace(bridge->scenario_);
   bridge->operator_ =
       std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
   return bridge;
@@ -137,6 +140,27 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   }
 }
 
+// While a person asks for guidance, the scripted operator shows how the step is done, from where the hands are.
+void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
+                                const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept {
+  if (!pointer_) {
+    operator_->Step(inputs, felt, readings);
+    return;
+  }
+  pointer_->Step(inputs, felt, readings, core::kTick_s);
+  const bool changes = pointer_->wants_guidance() != is_guided_;
+  is_guided_ = pointer_->wants_guidance();
+  if (changes && is_guided_) {
+    for (std::size_t i = 0; i < roles_.size(); ++i) operator_->TakeUp(i, pointer_->target(i));
+  }
+  if (is_guided_) {
+    operator_->Step(inputs, felt, readings);
+    for (std::size_t i = 0; i < roles_.size(); ++i) pointer_->TakeUp(i, operator_->target(i));
+  } else {
+    operator_->Watch(inputs, felt, readings);
+  }
+}
+
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   ++ticks_;
   outputs->states.clear();
@@ -163,10 +187,12 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting();
     readings.push_back(role.reading);
   }
-  if (has_hands_) operator_->Step(inputs, felt, readings);
+  if (has_hands_) StepOperator(inputs, felt, readings);
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Role& role = *roles_[i];
-    if (role.device->takes_hand()) role.device->SetHand(operator_->target(i));
+    if (role.device->takes_hand()) {
+      role.device->SetHand(pointer_ && !is_guided_ ? pointer_->target(i) : operator_->target(i));
+    }
 
     core::DeviceState state;
     state.header.sequence = ++role.sample_sequence;

@@ -10,6 +10,7 @@
 #include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
+#include "nodes/device_bridge/operator/pointer_hand.hpp"
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
@@ -23,6 +24,7 @@ struct Options {
   OperatorOptions operator_options;
   // Clock for stamps and for writes between ticks. Null: virtual time, which is now_ns of the step or of the call.
   std::int64_t (*clock)() = nullptr;
+  bool is_person_steering = false;  // by a viewer (PointerHand), in place of the scripted operator
   // Capacity for echoes; 0: enough for the scenario's duration limit.
   std::size_t num_echoes = 0;
   // For devices that live in real time; none: only simulated arms are possible (lock-step).
@@ -130,6 +132,8 @@ class DeviceBridge {
   // Reads, lets the force follow the device, filters, writes, and updates the statistics. `accepted`: a new command.
   void Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted = nullptr) noexcept;
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
+  void StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
+                    const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
   }
@@ -139,7 +143,9 @@ class DeviceBridge {
   EchoLog echo_log_;
   std::vector<std::unique_ptr<Role>> roles_;
   std::unique_ptr<SimulatedOperator> operator_;
-  bool has_hands_ = false;  // a device is moved by the simulated operator
+  bool has_hands_ = false;  // a device is moved by an operator without a device
+  std::optional<PointerHand> pointer_;
+  bool is_guided_ = false;
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
   // physics does not limit the force.

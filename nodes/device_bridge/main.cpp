@@ -2,6 +2,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "core/clock.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
@@ -17,6 +18,7 @@ class DeviceBridgeBody final : public run_node::Body {
     seed_ = setting.arguments.has("--seed") ? setting.arguments.checked_count("--seed") : setting.scenario.seed;
     device_bridge::Options options;
     options.clock = core::MonotonicNow_ns;
+    options.is_person_steering = setting.arguments.text("--hand") == "pointer";
     options.threads.emplace();
     options.threads->rt = setting.mode;
     options.threads->find_calibration = device_bridge::KeptCalibration;
@@ -29,7 +31,14 @@ class DeviceBridgeBody final : public run_node::Body {
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
-    loop_.emplace(scenario_, seed_, bridge_.get(), node);
+    std::vector<std::string> viewers;
+    std::stringstream names(setting_->arguments.text("--viewers"));
+    if (setting_->arguments.text("--hand") == "pointer") {
+      for (std::string name; std::getline(names, name, ',') && viewers.size() < device_bridge::kMaxViewers;) {
+        viewers.push_back(name);
+      }
+    }
+    loop_.emplace(scenario_, seed_, bridge_.get(), node, std::move(viewers));
     loop_->Declare();
     return {};
   }
@@ -59,6 +68,11 @@ int main(int argc, char** argv) {
   program.summary = "the devices of the operators' hands, real or simulated, behind the safety filter; 1 kHz";
   program.options = {{"--seed", "N", "of the simulated operator; default: the scenario's", "",
                       cli::Count(0, std::numeric_limits<std::uint64_t>::max())},
+                     {"--hand", "script|pointer",
+                      "who moves simulated arms: the scenario's script, or a person by mouse, keyboard or gamepad",
+                      "script", cli::OneOf("script|pointer")},
+                     {"--viewers", "NAME,NAME", "with --hand pointer: viewers by which the person may steer",
+                      "visual_node,client-page"},
                      {"--device", "ROLE=TYPE:ADDRESS", "another device for a role, as right=udp:7460; repeatable"}};
   program.thread = "device-rt";
   // Above the haptic node: a sample or a write takes some microseconds and starts or closes the loop.

@@ -27,10 +27,12 @@ std::size_t NumForceSamples(const scene::Scenario& scenario) {
 
 }  // namespace
 
-NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node)
+NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node,
+                   std::vector<std::string> viewers)
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
+      viewers_(std::move(viewers)),
       reported_status_(scenario.devices.size(), kNoCommand),
       silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
       back_event_{0, "device_bridge", "force_back", "commands arrive again"},
@@ -75,6 +77,9 @@ void NodeLoop::Declare() {
   }
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
+  for (const std::string& viewer : viewers_) {
+    hands_.push_back(&node_->ReadLatest<core::HandInput>(bus::HandInputTopic(viewer)));
+  }
   figures_writer_ = node_->WriteState<bus::Figures>(bus::FiguresTopic("device_bridge"));
   node_->ReadEvents();
 }
@@ -118,6 +123,8 @@ void NodeLoop::Step() {
   }
   inputs_.physics = physics_->has_value() ? &physics_->value() : nullptr;
   inputs_.logic = logic_->has_value() ? &logic_->value() : nullptr;
+  inputs_.hands.clear();
+  for (const auto* hand : hands_) inputs_.hands.push_back(hand->value());
   bridge_->Step(inputs_, &outputs_);
   for (std::size_t role = 0; role < writers_.size(); ++role) {
     core::DeviceState& state = outputs_.states[role];

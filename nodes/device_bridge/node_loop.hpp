@@ -20,8 +20,9 @@ namespace device_bridge {
 // device as soon as it arrives.
 class NodeLoop {
  public:
-  // `seed`: of the simulated heads.
-  NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node);
+  // `seed`: of the simulated heads. `viewers`: names of the nodes by which a person may steer; at most kMaxViewers.
+  NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node,
+           std::vector<std::string> viewers = {});
 
   // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
@@ -46,6 +47,8 @@ class NodeLoop {
   std::vector<bus::LatestReader<core::DeviceCommand>*> commands_;
   std::vector<bus::LatestReader<core::HapticProxy>*> proxies_;
   std::vector<bus::LatestReader<core::Reaction>*> reactions_;
+  std::vector<std::string> viewers_;
+  std::vector<bus::LatestReader<core::HandInput>*> hands_;
   bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
   bus::StateReader<core::LogicStatus>* logic_ = nullptr;
   std::vector<bus::LatestWriter<core::DeviceState>> writers_;

@@ -9,6 +9,7 @@
 namespace device_bridge {
 
 constexpr std::size_t kMaxRoles = 4;
+constexpr std::size_t kMaxViewers = 4;  // that can steer a hand
 
 // Inputs of one tick. A message with header.sequence 0 has never arrived.
 struct Inputs {
@@ -20,6 +21,8 @@ struct Inputs {
   const core::PhysicsState* physics = nullptr;
   core::FixedVector<std::uint16_t, kMaxRoles> grasped_objects;
   const core::LogicStatus* logic = nullptr;
+  // Only for a person without a device: newest of each viewer.
+  core::FixedVector<core::HandInput, kMaxViewers> hands;
 };
 
 struct Outputs {

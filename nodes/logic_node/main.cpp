@@ -18,13 +18,17 @@ class LogicBody final : public run_node::Body {
  public:
   core::Result<void> Build(const run_node::Setting& setting) override {
     setting_ = &setting;
-    auto logic = logic_node::LogicNode::Create(setting.scenario);
+    scenario_ = setting.scenario;
+    if (setting.arguments.has("--stall_limit_s")) {
+      scenario_.stall_limit_s = setting.arguments.checked_number("--stall_limit_s");
+    }
+    auto logic = logic_node::LogicNode::Create(scenario_);
     if (!logic) return tl::unexpected(logic.error());
     logic_ = std::move(*logic);
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& options) override {
-    loop_.emplace(setting_->scenario, logic_.get(), node);
+    loop_.emplace(scenario_, logic_.get(), node);
     loop_->Declare();
     const double patience_s = setting_->arguments.checked_number("--patience_s");
     loop_->WaitForLostNodes(static_cast<std::int64_t>(patience_s * 1e9));
@@ -66,6 +70,7 @@ class LogicBody final : public run_node::Body {
   }
 
   const run_node::Setting* setting_ = nullptr;
+  scene::Scenario scenario_;  // with the limit of the command line
   std::unique_ptr<logic_node::LogicNode> logic_;
   std::optional<logic_node::NodeLoop> loop_;
   std::unique_ptr<bus::BulkServer> bulk_;
@@ -79,6 +84,8 @@ int main(int argc, char** argv) {
   program.summary = "the procedure of the scenario: steps, conditions, parameters; 100 Hz";
   // By default no more than a busy computer may hold a node up.
   program.options = {
+      {"--stall_limit_s", "S", "in a step before the procedure fails; default: the scenario's", "",
+       cli::Number(1.0, 1e6)},
       {"--patience_s", "S", "for a node that was lost to come back before the procedure fails", "3",
        cli::Number(0.0, 3600.0)},
       {"--resume", "DIR", "goes on from the checkpoint that an earlier life left there, if it left one"}};

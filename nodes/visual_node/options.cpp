@@ -178,6 +178,7 @@ cli::Syntax CommandLineSyntax() {
       {"--room", "NAME", "of the walls"},
       {"--place", "X,Y", "of the window on the display, which then has no frame"},
       {"--headless", "", "renders pictures but shows no window"},
+      {"--hand", "", "a person steers a simulated arm's hand from this window, by mouse, keyboard or gamepad"},
       {"--fps", "N",
        "most pictures per second; a slow machine draws them smaller to hold it. With a graphics card: as many as its "
        "screen shows",
@@ -200,6 +201,7 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.show = arguments.text("--show");
   options.is_headless = arguments.has("--headless");
   options.is_full_size = arguments.has("--full_size");
+  options.steers_hand = arguments.has("--hand");
   options.max_frames_per_s = arguments.checked_number("--fps");
   options.is_rate_given = arguments.has("--fps");
   if (arguments.has("--size")) {

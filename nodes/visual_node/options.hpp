@@ -48,6 +48,7 @@ struct Options {
   std::optional<WallPlace> wall;
   std::optional<glm::ivec2> window_place_px;  // on the display, without a frame
   bool is_headless = false;
+  bool steers_hand = false;  // --hand: a person steers a simulated arm's hand from this window
   double max_frames_per_s = 30.0;
   bool is_rate_given = false;  // false: with a graphics card as many as its screen shows
   bool is_full_size = false;   // live pictures are never smaller than the window, however slow the machine

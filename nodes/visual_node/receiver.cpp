@@ -41,6 +41,7 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   node_ = std::move(*node);
   feed_.emplace(scenario_, node_.get());
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
+  if (steers_) hand_writer_ = node_->WriteLatest<core::HandInput>(bus::HandInputTopic(options.name));
   node_->ReadEvents();
   const view::Assets& assets = *mirror_.scene().assets;
   std::vector<std::string> parameters = view::ChoiceNames(assets.instance_names);
@@ -194,6 +195,10 @@ void Receiver::Run() {
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();
     SendImages();
+    if (hand_.Update()) {
+      core::HandInput input = hand_.value();
+      hand_writer_.Send(input);
+    }
     if (is_state_fresh || now_ns >= next_publish_ns_) Publish(now_ns);
     if (is_state_fresh) {
       num_states_.fetch_add(1, std::memory_order_relaxed);

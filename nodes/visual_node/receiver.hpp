@@ -42,6 +42,8 @@ class Receiver {
   // Before Start: keeps the newest states for JoinWalls's frames, and speaks to the other walls. `link` outlives the
   // receiver's thread.
   void JoinWalls(WallLink* link) { walls_ = link; }
+  // Before Start: a person steers a hand from this viewer.
+  void Steer() { steers_ = true; }
   // Viewers of one session need different names.
   core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
@@ -70,6 +72,8 @@ class Receiver {
   // How often each camera's picture is wanted as a topic [1/s], by `oos set`. Index: Assets::cameras.
   [[nodiscard]] std::vector<double> image_rates_hz() const;
   void SendImage(CameraFeed::Seen seen);
+  // What the person does now; only with Steer.
+  void SendHand(const core::HandInput& input) { hand_.Write(input); }
   // Names of the pictures requested by events `screenshot` since the last call (the event's detail is the name).
   std::vector<std::string> TakeScreenshotRequests();
   void SetFramesPerSecond(double value) { frames_per_s_.store(value, std::memory_order_relaxed); }
@@ -78,6 +82,7 @@ class Receiver {
   void SetReady() { is_ready_.store(true, std::memory_order_release); }
   void SetFrames(std::uint64_t frames) { frames_.store(frames, std::memory_order_relaxed); }
 
+  [[nodiscard]] const scene::Scenario& scenario() const { return scenario_; }
   [[nodiscard]] bus::Counters counters() const { return node_->counters(); }
   [[nodiscard]] std::map<std::string, std::int64_t> clock_bounds_ns() const { return bus::ClockBounds(node_->Peers()); }
   [[nodiscard]] std::uint64_t num_states() const { return num_states_.load(std::memory_order_relaxed); }
@@ -107,6 +112,9 @@ class Receiver {
   std::unique_ptr<view::SceneRecorder> recorder_;
   bus::StateWriter<bus::Figures> figures_;
   std::vector<bus::StateWriter<core::CameraImage>> cameras_;
+  bool steers_ = false;
+  bus::LatestWriter<core::HandInput> hand_writer_;
+  bus::LatestValue<core::HandInput> hand_;
   core::Trace direct_;  // of the newest state, with this node's stamps
   core::Trace through_physics_;
   std::int64_t next_figures_ns_ = 0;

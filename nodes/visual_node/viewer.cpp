@@ -36,6 +36,7 @@
 #include "nodes/visual_node/walls/walls.hpp"
 #include "nodes/visual_node/window/camera_control.hpp"
 #include "nodes/visual_node/window/interaction.hpp"
+#include "nodes/visual_node/window/pointer.hpp"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -117,6 +118,7 @@ class Viewer {
     if (!recording) return tl::unexpected(recording.error());
     recording_ = std::move(*recording);
     if (auto kept = receiver_.Record(options_.out / "scene.mcap"); !kept) return kept;
+    if (SteersHand()) receiver_.Steer();
     if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
     other_threads_ = Threads();
     ContextOptions window{options_.window_width, options_.window_height, scenario.title};
@@ -169,6 +171,10 @@ class Viewer {
   core::Result<void> Loop() {
     CameraControl control(*shown_.assets, composition_.layout.steered());
     if (!options_.is_headless) control.Attach(context_->window());
+    if (SteersHand()) {
+      pointer_.emplace(receiver_.scenario());
+      pointer_->Attach(context_->window());
+    }
     Interaction interaction(&receiver_, renderer_.get());
     CameraFeed feed(renderer_.get());
     const double frames_per_s =
@@ -187,8 +193,13 @@ class Viewer {
       waited_ns_ = 0;
       const std::int64_t start_ns = core::MonotonicNow_ns();
       const double dt_s = 1e-9 * static_cast<double>(start_ns - std::exchange(last_ns, start_ns));
+      if (pointer_) Steer(start_ns, &control);
       const auto camera = BeginFrame(control, dt_s, interaction.is_menu_open());
       if (!camera) return tl::unexpected(camera.error());
+      if (pointer_) {
+        camera_ = *camera;
+        DescribeSteering();
+      }
       const std::optional<Frame> frame = NextFrame(*camera, *target, start_ns + waited_ns_);
       if (!frame) continue;
       const std::int64_t draw_ns = core::MonotonicNow_ns();
@@ -284,6 +295,21 @@ class Viewer {
     frame.elsewhere_ns = picture->work_ns;
     is_new_scene_ = true;
     return frame;
+  }
+
+  [[nodiscard]] bool SteersHand() const { return options_.steers_hand && !options_.is_headless; }
+
+  void Steer(std::int64_t now_ns, CameraControl* control) {
+    const double dt_s = steered_ns_ != 0 ? 1e-9 * static_cast<double>(now_ns - steered_ns_) : 0.0;
+    steered_ns_ = now_ns;
+    if (!camera_) camera_ = control->ForStep(*shown_.assets, shown_.step);
+    const core::HandInput& input = pointer_->Update(shown_, *camera_, dt_s, control);
+    receiver_.SendHand(input);
+    steered_role_ = input.role_index;
+  }
+  void DescribeSteering() {
+    if (!is_new_scene_) return;  // the scene has the lines already
+    pointer_->Describe(&shown_, steered_role_ < shown_.felt_N.size() ? shown_.felt_N[steered_role_] : 0.0);
   }
 
   // The newest scene, its camera, and for whom it is drawn, as late as possible before drawing. A wall takes these from
@@ -551,6 +577,10 @@ class Viewer {
   RenderScale scale_;
   Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;
+  std::optional<Pointer> pointer_;       // of a person who steers a hand
+  std::optional<scene::Camera> camera_;  // of the last picture
+  std::int64_t steered_ns_ = 0;
+  std::size_t steered_role_ = 0;
   ContactSheet sheet_;
   Summary summary_;
   bool is_new_scene_ = false;

@@ -62,19 +62,35 @@ SimulatedOperator::SimulatedOperator(const scene::Scenario& scenario, OperatorSc
   }
 }
 
+void SimulatedOperator::Watch(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
+                              const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept {
+  last_ns_ = inputs.now_ns;
+  has_started_ = true;
+  sight_.Record(inputs, readings, StepIndex(inputs.logic));
+  for (std::size_t role = 0; role < hands_.size() && role < felt.size(); ++role) {
+    hands_[role].touch.Record(inputs.now_ns, felt[role]);
+  }
+}
+
+void SimulatedOperator::TakeUp(std::size_t role, const HandTarget& target) noexcept {
+  if (current_ != nullptr) EndLine(LineOutcome::kAbandoned, last_ns_);
+  step_ = -1;
+  Hand& hand = hands_[role];
+  hand.X_WB = target.X_WT;
+  hand.V_WB = core::Twist{};
+  hand.stroke = Stroke();
+  hand.opening_duration_s = 0.0;
+  hand.grip_strength_N = target.grip_strength_N;
+  hand.target = target;
+}
+
 void SimulatedOperator::Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
                              const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept {
   const std::int64_t now_ns = inputs.now_ns;
   const double dt_s =
       has_started_ ? std::clamp(static_cast<double>(now_ns - last_ns_) * 1e-9, 0.0, 0.01) : core::kTick_s;
-  has_started_ = true;
-  last_ns_ = now_ns;
   time_s_ += dt_s;
-
-  sight_.Record(inputs, readings, StepIndex(inputs.logic));
-  for (std::size_t role = 0; role < hands_.size() && role < felt.size(); ++role) {
-    hands_[role].touch.Record(now_ns, felt[role]);
-  }
+  Watch(inputs, felt, readings);
 
   const Sighting* seen = sight_.At(now_ns);
   FollowStep(seen, now_ns);

@@ -54,6 +54,12 @@ class SimulatedOperator {
   void Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
             const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
 
+  // Sees and feels, but does nothing: another one moves the hands.
+  void Watch(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
+             const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
+  // Goes on from there, with the first line of the present step.
+  void TakeUp(std::size_t role, const HandTarget& target) noexcept;
+
   [[nodiscard]] const HandTarget& target(std::size_t role) const { return hands_[role].target; }
   [[nodiscard]] const OperatorScript& script() const { return script_; }
   [[nodiscard]] const std::vector<LineRecord>& records() const { return records_; }

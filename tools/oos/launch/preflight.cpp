@@ -214,6 +214,7 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
     programs += " " + (is_traced ? std::string(lab::kRayViewerProgram) : placement.node);
     if (lab.is_colocated && placement.node == "haptic_node") programs += std::string(" ") + lab::kColocatedProgram;
     for (const lab::DeviceAccess& device : placement.devices) {
+      if (device.path.empty()) continue;
       script += "[ -r '" + device.path + "' ] && [ -w '" + device.path + "' ] || echo 'device=" + device.path + "'\n";
     }
     if (!placement.cores.empty()) {

@@ -195,6 +195,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   if (wanted.seed) options.seed = *wanted.seed;
   options.duration_s = wanted.duration_s;
   options.without = arguments.texts("--without");
+  options.hand = arguments.text("--hand", options.hand);
   options.devices = arguments.texts("--device");
   options.is_colocated = arguments.has("--colocate");
   options.is_headless = arguments.has("--headless");
@@ -321,6 +322,12 @@ int RunOnThisMachine(const Arguments& arguments) {
     return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
                     kBadUsage);
   }
+  if (const std::string hand = arguments.text("--hand", "script"); hand != "script" && hand != "pointer") {
+    return Complain("run", "--hand is script or pointer, not '" + hand + "'", kBadUsage);
+  }
+  if (arguments.has("--hand") && arguments.has("--lockstep")) {
+    return Complain("run", "--hand goes with nodes on the bus; a person cannot follow --lockstep", kBadUsage);
+  }
   if (arguments.has("--device") && arguments.has("--lockstep")) {
     return Complain("run", "--device goes with nodes on the bus; --lockstep has simulated arms", kBadUsage);
   }
@@ -345,6 +352,8 @@ Verb RunVerb() {
       1,
       {{"--headless", "", "render pictures but show no window"},
        {"--seed", "N", "seed of the simulated operator; default: the scenario's"},
+       {"--hand", "script|pointer",
+        "who moves the hands of simulated arms: the scenario's script, or you, by mouse, keyboard or gamepad"},
        {"--device", "ROLE=TYPE:ADDRESS",
         "a device for a role in place of the scenario's, as right=udp:7460 (repeatable)"},
        {"--duration", "S", "time limit; default: the scenario's"},

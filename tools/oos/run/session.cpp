@@ -177,18 +177,22 @@ class Session {
       if (writes_latest && !options_.multicast.empty()) AddArgument(&command, "--multicast", options_.multicast);
       if (name == "device_bridge") {
         AddArgument(&command, "--seed", std::to_string(outcome_.seed));
+        if (options_.hand != "script") AddArgument(&command, "--hand", options_.hand);
         for (const std::string& device : options_.devices) AddArgument(&command, "--device", device);
       }
       if (node == "haptic_node" || node == "physics_node") {
         AddArgument(&command, "--workers", std::to_string(options_.workers));
         AddArgument(&command, "--method", scenario_.method);
       }
+      // A person takes as long as a person takes.
+      if (node == "logic_node" && options_.hand == "pointer") AddArgument(&command, "--stall_limit_s", "3600");
       if (node == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
       if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
       if (name == "visual_node") {
         if (options_.rays > 0) command.program = options_.program_folder / "rt_visual_node";
         command.environment = visual_environment;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
+        if (options_.hand == "pointer") command.arguments.push_back("--hand");
       }
       // A process of two nodes names the files itself.
       const auto file = [&](const std::filesystem::path& folder) {

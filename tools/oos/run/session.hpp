@@ -20,6 +20,7 @@ struct SessionOptions {
   std::optional<std::uint64_t> seed;              // default: the scenario's
   std::optional<double> duration_s;               // default: the scenario's limit
   std::vector<std::string> without;               // nodes that are not started
+  std::string hand = "script";                    // who moves simulated arms: script | pointer
   std::vector<std::string> devices;               // other ones for roles, ROLE=TYPE:ADDRESS
   bool is_colocated = false;                      // haptic_node and physics_node are one process
   std::string tcp_topics, multicast;              // for the nodes, bus/node.hpp; empty: none

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nodes/visual_node/window/camera_control.hpp"
+#include "scene/scenario.hpp"
+#include "view/hand_steering.hpp"
+#include "view/scene.hpp"
+
+struct GLFWwindow;
+
+namespace visual_node {
+
+// A person steers a simulated arm's hand from this window: right mouse button, arrow keys or a gamepad.
+class Pointer {
+ public:
+  explicit Pointer(const scene::Scenario& scenario);
+
+  // After CameraControl::Attach.
+  void Attach(GLFWwindow* window);
+  // Before CameraControl::Update, from which it takes the wheel while the hand is held. `shown` and `camera`: of the
+  // last picture. The message to send.
+  const core::HandInput& Update(const view::Scene& shown, const scene::Camera& camera, double dt_s,
+                                CameraControl* control);
+  // Lines at the bottom of the picture: how to steer, what the hand feels.
+  void Describe(view::Scene* scene, double force_N) const;
+
+ private:
+  void ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish);
+  void ReadGamepads(view::SteeringWish* wish);
+  [[nodiscard]] bool IsDown(int key) const;
+  // True once for each press.
+  bool IsPressed(int key, bool* was_down) const;
+
+  GLFWwindow* window_ = nullptr;
+  std::vector<int> palms_;  // object of each role
+  std::vector<std::string> roles_;
+  double force_cap_N_ = 0.0;
+  view::HandSteering steering_;
+  std::size_t role_ = 0;
+  bool is_closed_ = false;  // by the space bar
+  double trigger_ = 0.0;    // of a gamepad
+  bool was_grip_down_ = false, was_role_down_ = false, was_button_down_ = false;
+  double last_x_ = 0.0, last_y_ = 0.0;
+  bool has_gamepad_ = false;
+};
+
+}  // namespace visual_node
