@@ -10,7 +10,7 @@
 
 #include "device/builtin.hpp"
 #include "device/cobs.hpp"
-#include "device/frame_link.hpp"
+#include "device/link_plugin.hpp"
 #include "device/say_why.hpp"
 
 namespace device {
@@ -90,7 +90,7 @@ bool MakeRaw(int fd, speed_t speed) {
   return tcsetattr(fd, TCSANOW, &settings) == 0 && tcflush(fd, TCIOFLUSH) == 0;
 }
 
-int Open(const oos_device_setting* setting, void** device) {
+int OpenSerial(const oos_device_setting* setting, void** device) {
   std::string path = setting->address;
   speed_t speed = kDefaultSpeed;
   if (const std::size_t colon = path.rfind(':'); colon != std::string::npos) {
@@ -125,31 +125,10 @@ int Open(const oos_device_setting* setting, void** device) {
   return OOS_DEVICE_OK;
 }
 
-int DescribeDevice(void* device, oos_device_description* description) {
-  const FrameLink& link = static_cast<SerialDevice*>(device)->link();
-  if (!link.has_description()) return OOS_DEVICE_GONE;
-  *description = link.description();
-  return OOS_DEVICE_OK;
-}
-
-int Step(void* device, std::int64_t now_ns, const oos_device_command* command, const oos_device_hand* /*hand*/,
-         oos_device_state* state) {
-  return static_cast<SerialDevice*>(device)->Step(now_ns, command, state);
-}
-
-void Close(void* device) {
-  delete static_cast<SerialDevice*>(device);
-}
-
-int WaitFd(void* device) {
-  return static_cast<SerialDevice*>(device)->fd();
-}
-
 }  // namespace
 
 const oos_device_plugin& SerialPlugin() {
-  static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, WaitFd};
+  static const oos_device_plugin plugin = PluginOf<SerialDevice>(OpenSerial);
   return plugin;
 }
 

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "device/builtin.hpp"
-#include "device/frame_link.hpp"
+#include "device/link_plugin.hpp"
 #include "device/say_why.hpp"
 
 namespace device {
@@ -47,10 +47,10 @@ class UdpDevice {
   UdpDevice(const UdpDevice&) = delete;
   UdpDevice& operator=(const UdpDevice&) = delete;
 
-  [[nodiscard]] int socket() const { return socket_; }
+  [[nodiscard]] int fd() const { return socket_; }
   [[nodiscard]] const FrameLink& link() const { return link_; }
 
-  void Step(std::int64_t now_ns, const oos_device_command* command, oos_device_state* state) {
+  int Step(std::int64_t now_ns, const oos_device_command* command, oos_device_state* state) {
     for (int i = 0; i < kMaxDatagrams && Receive(now_ns); ++i) {
     }
     if (command != nullptr && has_peer_) {
@@ -60,6 +60,7 @@ class UdpDevice {
                                reinterpret_cast<const sockaddr*>(&peer_), sizeof peer_));
     }
     *state = link_.state();
+    return OOS_DEVICE_OK;
   }
 
  private:
@@ -88,7 +89,7 @@ class UdpDevice {
   bool has_peer_ = false;
 };
 
-int Open(const oos_device_setting* setting, void** device) {
+int OpenUdp(const oos_device_setting* setting, void** device) {
   const auto address = ParseAddress(setting->address);
   if (!address) {
     SayWhy(*setting, std::string("address is '") + setting->address +
@@ -106,32 +107,10 @@ int Open(const oos_device_setting* setting, void** device) {
   return OOS_DEVICE_OK;
 }
 
-int DescribeDevice(void* device, oos_device_description* description) {
-  const FrameLink& link = static_cast<UdpDevice*>(device)->link();
-  if (!link.has_description()) return OOS_DEVICE_GONE;
-  *description = link.description();
-  return OOS_DEVICE_OK;
-}
-
-int Step(void* device, std::int64_t now_ns, const oos_device_command* command, const oos_device_hand* /*hand*/,
-         oos_device_state* state) {
-  static_cast<UdpDevice*>(device)->Step(now_ns, command, state);
-  return OOS_DEVICE_OK;
-}
-
-void Close(void* device) {
-  delete static_cast<UdpDevice*>(device);
-}
-
-int WaitFd(void* device) {
-  return static_cast<UdpDevice*>(device)->socket();
-}
-
 }  // namespace
 
 const oos_device_plugin& UdpPlugin() {
-  static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, WaitFd};
+  static const oos_device_plugin plugin = PluginOf<UdpDevice>(OpenUdp);
   return plugin;
 }
 

@@ -29,6 +29,8 @@ void FuzzTolerance(Input input);       // tolerance.cpp
 void FuzzBulk(Input input);            // bulk.cpp
 void FuzzDeviceFrame(Input input);     // device_frame.cpp
 void FuzzSerialLine(Input input);      // device_frame.cpp
+void FuzzWebSocket(Input input);       // haply.cpp
+void FuzzHaplyMessage(Input input);    // haply.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -56,6 +58,8 @@ inline constexpr std::array kTargets = {
     NamedTarget{"bulk", FuzzBulk},
     NamedTarget{"device_frame", FuzzDeviceFrame},
     NamedTarget{"serial_line", FuzzSerialLine},
+    NamedTarget{"web_socket", FuzzWebSocket},
+    NamedTarget{"haply_message", FuzzHaplyMessage},
 };
 
 }  // namespace fuzz

@@ -13,11 +13,11 @@
 namespace device_bridge {
 namespace {
 
-constexpr std::int64_t kPatience_ns = 5'000'000'000;  // for the device to come
-constexpr std::int64_t kLook_ns = 2'000'000'000;      // longer than two windows of LinkMeter
+constexpr std::int64_t kComes_ns = 5'000'000'000;  // for the device to come
+constexpr std::int64_t kLook_ns = 2'000'000'000;   // longer than two windows of LinkMeter
 constexpr std::int64_t kPush_ns = 1'500'000'000;
 constexpr std::int64_t kHostile_ns = 2'000'000'000;
-constexpr std::int64_t kSilence_ns = 150'000'000;
+constexpr std::int64_t kMuted_ns = 150'000'000;
 constexpr double kWatchdog_s = 0.06;
 // One sample and its way later than the watchdog.
 constexpr double kWatchdogGrace_s = 0.015;
@@ -31,9 +31,9 @@ std::string Text(const char* format, double a, double b = 0.0) {
   return text;
 }
 
-class Checker {
+class ConformanceChecker {
  public:
-  Checker(Device* device, const ConformanceOptions& options)
+  ConformanceChecker(Device* device, const ConformanceOptions& options)
       : device_(*device), options_(options), filter_(*SafetyFilter::Create(Limits(options.force_N))) {}
 
   std::vector<ConformanceFinding> Check() {
@@ -95,7 +95,7 @@ class Checker {
     const std::int64_t begin_ns = options_.clock();
     DeviceStatus status = DeviceStatus::kWaiting;
     while (status != DeviceStatus::kAlive && status != DeviceStatus::kBroken && !options_.is_interrupted() &&
-           options_.clock() - begin_ns < kPatience_ns) {
+           options_.clock() - begin_ns < kComes_ns) {
       Tick();
       status = device_.Health(options_.clock()).status;
     }
@@ -253,7 +253,7 @@ class Checker {
     device_.SetMuted(true);
     const std::int64_t begin_ns = options_.clock();
     double until_s = 0.0;
-    For(kSilence_ns, [&] {
+    For(kMuted_ns, [&] {
       const bool is_off = (device_.state().flags & OOS_DEVICE_IS_OFF) != 0;
       if (!is_off && Applied_N() > 1e-6) until_s = static_cast<double>(options_.clock() - begin_ns) * 1e-9;
     });
@@ -277,7 +277,7 @@ class Checker {
 }  // namespace
 
 std::vector<ConformanceFinding> CheckConformance(Device* device, const ConformanceOptions& options) {
-  return Checker(device, options).Check();
+  return ConformanceChecker(device, options).Check();
 }
 
 }  // namespace device_bridge

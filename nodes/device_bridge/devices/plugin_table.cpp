@@ -49,6 +49,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
   if (type == "simulated_hug") table.functions = &SimulatedHugPlugin();
   if (type == "udp") table.functions = &device::UdpPlugin();
   if (type == "serial") table.functions = &device::SerialPlugin();
+  if (type == "haply") table.functions = &device::HaplyPlugin();
   if (type == "replay") table.functions = &ReplayPlugin();
   if (type == "plugin") {
     auto loaded = LoadLibrary(address);
@@ -58,7 +59,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
   if (table.functions == nullptr) {
     return core::Fail(core::ErrorCode::kUnsupported,
                       "unknown type '" + type +
-                          "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"udp\", \"serial\", \"plugin\" or "
+                          "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
                           "\"replay\".");
   }
   if (auto checked = CheckTable(*table.functions, type == "plugin" ? address : type); !checked) {

@@ -20,7 +20,7 @@ struct ReplayDevice {
   std::int64_t begin_ns = 0;              // of the replay; 0: not begun
 };
 
-int Open(const oos_device_setting* setting, void** device) {
+int OpenReplay(const oos_device_setting* setting, void** device) {
   std::string file = setting->address;
   std::string role = setting->role;
   if (const std::size_t colon = file.rfind(':'); colon != std::string::npos) {
@@ -56,8 +56,8 @@ int DescribeReplay(void* /*device*/, oos_device_description* description) {
   return OOS_DEVICE_OK;
 }
 
-int Step(void* device, std::int64_t now_ns, const oos_device_command* /*command*/, const oos_device_hand* /*hand*/,
-         oos_device_state* state) {
+int StepReplay(void* device, std::int64_t now_ns, const oos_device_command* /*command*/,
+               const oos_device_hand* /*hand*/, oos_device_state* state) {
   auto& replay = *static_cast<ReplayDevice*>(device);
   if (replay.begin_ns == 0) replay.begin_ns = now_ns;
   const std::int64_t at_ns = replay.states.front().sample_ns + now_ns - replay.begin_ns;
@@ -77,7 +77,7 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* /*command*
   return OOS_DEVICE_OK;
 }
 
-void Close(void* device) {
+void CloseReplay(void* device) {
   delete static_cast<ReplayDevice*>(device);
 }
 
@@ -85,7 +85,7 @@ void Close(void* device) {
 
 const oos_device_plugin& ReplayPlugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeReplay, Step, Close, nullptr};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenReplay, DescribeReplay, StepReplay, CloseReplay, nullptr};
   return plugin;
 }
 

@@ -20,13 +20,13 @@ namespace {
 
 // Without news for this long a device is not alive, a force not valid, a call hung: as the filter's own time of
 // silence.
-constexpr std::int64_t kSilence_ns = 60'000'000;
+constexpr std::int64_t kDeviceSilence_ns = 60'000'000;
 // A device that is not there is opened again this often, so that a replugged one is back within a second.
 constexpr std::int64_t kRetry_ns = 250'000'000;
 // Until the velocity of a device that gives poses only has followed to 63 %: five samples.
 constexpr double kVelocityLag_s = 5e-3;
 // For the first try to open, and for the thread to end.
-constexpr std::int64_t kPatience_ns = 1'000'000'000;
+constexpr std::int64_t kThreadPatience_ns = 1'000'000'000;
 
 struct Sample {
   oos_device_state state{};
@@ -97,14 +97,14 @@ class ThreadedDevice::Thread {
   std::string Begin(const std::shared_ptr<Thread>& self) {
     std::thread([self] { self->Run(); }).detach();
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::chrono::nanoseconds(kPatience_ns), [&] { return has_tried_; });
+    changed_.wait_for(lock, std::chrono::nanoseconds(kThreadPatience_ns), [&] { return has_tried_; });
     return bad_setting_;
   }
   void End() {
     is_stop_wanted_.store(true);
     Wake();
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::chrono::nanoseconds(kPatience_ns), [&] { return has_ended_; });
+    changed_.wait_for(lock, std::chrono::nanoseconds(kThreadPatience_ns), [&] { return has_ended_; });
   }
 
   // By the bridge's thread.
@@ -243,7 +243,7 @@ class ThreadedDevice::Thread {
     const bool is_new = orders_.Update();
     oos_device_command command = orders_.value().command;
     command.size = sizeof command;
-    if (orders_.sequence() == 0 || now_ns - orders_.value().written_ns > kSilence_ns) {
+    if (orders_.sequence() == 0 || now_ns - orders_.value().written_ns > kDeviceSilence_ns) {
       command = {};  // whoever commands has died
       command.size = sizeof command;
       command.brake_N_s_per_m = kDeadBrake_N_s_per_m;
@@ -274,7 +274,7 @@ class ThreadedDevice::Thread {
         Break("its state has a number that is not finite, or a quaternion that is not a unit");
         return false;
       }
-      if (now_ns - last_sample_ns_ > kSilence_ns) is_described_ = false;  // may be another specimen
+      if (now_ns - last_sample_ns_ > kDeviceSilence_ns) is_described_ = false;  // may be another specimen
       sequence_ = sample->state.sequence;
       last_sample_ns_ = now_ns;
       if ((report_.description.flags & OOS_DEVICE_TELLS_VELOCITY) == 0) differentiator_.Fill(now_ns, &sample->state);
@@ -386,12 +386,12 @@ void ThreadedDevice::TakeNews(std::int64_t now_ns) noexcept {
     sample_ns_ = thread_->samples().value().arrival_ns;
   }
   const std::int64_t call_ns = thread_->call_ns();
-  if (call_ns != 0 && now_ns - call_ns > kSilence_ns) {
+  if (call_ns != 0 && now_ns - call_ns > kDeviceSilence_ns) {
     health_.status = DeviceStatus::kHung;
   } else if (health_.status == DeviceStatus::kHung || health_.status == DeviceStatus::kSilent) {
     health_.status = thread_->reports().value().status;
   }
-  if (health_.status == DeviceStatus::kAlive && now_ns - sample_ns_ > kSilence_ns)
+  if (health_.status == DeviceStatus::kAlive && now_ns - sample_ns_ > kDeviceSilence_ns)
     health_.status = DeviceStatus::kSilent;
   if (health_.status != DeviceStatus::kAlive) health_.quality = LinkQuality::kOff;
 }

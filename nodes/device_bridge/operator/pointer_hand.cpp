@@ -13,16 +13,16 @@ constexpr double kFastest_m_per_s = 0.6;
 constexpr double kFastest_rad_per_s = 3.0;
 constexpr double kGripSpeed_m_per_s = 0.15;  // as the scripted operator's
 constexpr double kGripStrength_N = 30.0;
-constexpr double kPushShare = 0.85;                // of the force limit, as the scripted operator's
-constexpr double kLongestTurn_rad = 0.35;          // of the target before the hand, the same
-constexpr std::int64_t kSilence_ns = 300'000'000;  // a viewer that says nothing for this long has let go
+constexpr double kPushShare = 0.85;                      // of the force limit, as the scripted operator's
+constexpr double kLongestTurn_rad = 0.35;                // of the target before the hand, the same
+constexpr std::int64_t kViewerSilence_ns = 300'000'000;  // a viewer that says nothing for this long has let go
 
 glm::dvec3 Within(const glm::dvec3& v, double limit) {
   const double length = glm::length(v);
   return length > limit ? (limit / length) * v : v;
 }
 
-bool IsFinite(const glm::dvec3& v) {
+bool IsUsableWay(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -53,7 +53,7 @@ void PointerHand::TakeUp(std::size_t role, const HandTarget& target) noexcept {
 
 void PointerHand::Take(const core::HandInput& input, Viewer* viewer, std::int64_t now_ns) noexcept {
   if (input.header.sequence == viewer->sequence || input.role_index >= hands_.size()) return;
-  if (!IsFinite(input.moved_W_m) || !IsFinite(input.turned_W_rad) || !std::isfinite(input.closing)) return;
+  if (!IsUsableWay(input.moved_W_m) || !IsUsableWay(input.turned_W_rad) || !std::isfinite(input.closing)) return;
   const bool was_started_again = input.header.sequence < viewer->sequence;
   const bool is_first = viewer->sequence == 0 || was_started_again;
   Hand& hand = hands_[input.role_index];
@@ -99,8 +99,8 @@ void PointerHand::Step(const Inputs& inputs, const core::FixedVector<FeltForce, 
   for (std::size_t i = 0; i < inputs.hands.size(); ++i) Take(inputs.hands[i], &viewers_[i], inputs.now_ns);
   bool is_anybody_there = false;
   for (Viewer& viewer : viewers_) {
-    if (inputs.now_ns - viewer.heard_ns > kSilence_ns) viewer.is_held = false;
-    is_anybody_there = is_anybody_there || inputs.now_ns - viewer.heard_ns <= kSilence_ns;
+    if (inputs.now_ns - viewer.heard_ns > kViewerSilence_ns) viewer.is_held = false;
+    is_anybody_there = is_anybody_there || inputs.now_ns - viewer.heard_ns <= kViewerSilence_ns;
   }
   wants_guidance_ = wants_guidance_ && is_anybody_there;
   for (std::size_t role = 0; role < hands_.size() && role < readings.size(); ++role) {
