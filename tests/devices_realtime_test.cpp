@@ -52,8 +52,8 @@ oos::SessionOptions Options(const std::string& name, int port) {
   return options;
 }
 
-// The device is unplugged (its process killed) while it presses, and plugged in again (started anew) half a second later.
-// It is calibrated, so it then is where it says, and begins its path anew.
+// The device is unplugged (its process killed) while it presses, and plugged in again (started anew) half a second
+// later. It is calibrated, so it then is where it says, and begins its path anew.
 TEST(Devices, APythonDeviceCarriesOutTouchAlthoughItIsUnpluggedMeanwhile) {
   constexpr int kPort = 27460;
   constexpr double kPressing_N = 3.0;

@@ -40,8 +40,9 @@ def main(port):
             path.pop(0)
         for i in range(3):
             target[i] += velocity[i] * step_s
-            pull = STIFFNESS_N_PER_M * (target[i] - place[i]) + DAMPING_N_S_PER_M * (velocity[i] - speed[i])
-            speed[i] += (force[i] + pull - brake[0] * speed[i]) / MASS_KG * step_s
+            pull = force[i] + STIFFNESS_N_PER_M * (target[i] - place[i]) + DAMPING_N_S_PER_M * velocity[i]
+            drag = 1.0 + (DAMPING_N_S_PER_M + brake[0]) / MASS_KG * step_s  # implicit: stable however late a step is
+            speed[i] = (speed[i] + pull / MASS_KG * step_s) / drag
             place[i] += speed[i] * step_s
         position = [a - b for a, b in zip(place, START)]
         force, _, _, brake = device.exchange(position, velocity_m_per_s=speed)

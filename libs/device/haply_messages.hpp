@@ -7,8 +7,9 @@
 
 namespace device {
 
-// The messages of Haply's Inverse Service, version 3.1 and later: JSON over a WebSocket at port 10001. Of them this project
-// uses an Inverse3's place and velocity, and of a grip beside it orientation and buttons. From what its users publish; no hardware was there.
+// The messages of Haply's Inverse Service, version 3.1 and later: JSON over a WebSocket at port 10001. Of them this
+// project uses an Inverse3's place and velocity, and of a grip beside it orientation and buttons. From what its users
+// publish; no hardware was there.
 
 // What one message says.
 struct HaplyState {

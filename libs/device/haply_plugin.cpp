@@ -20,7 +20,7 @@
 namespace device {
 namespace {
 
-constexpr int kConnect_ms = 200;                  // a service of this machine answers at once
+constexpr int kConnect_ms = 200;                   // a service of this machine answers at once
 constexpr std::int64_t kAskAgain_ns = 20'000'000;  // when an answer did not come, a force asks for the next one
 constexpr std::int64_t kForceAge_ns = 60'000'000;  // an older force is none
 // Assumed, until somebody measures it on a device: below what its makers give as its peak.

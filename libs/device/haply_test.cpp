@@ -35,8 +35,8 @@ TEST(Sha1, GivesThePublishedDigests) {
 }
 
 std::string Opening(const std::string& accept) {
-  return "HTTP/1.1 101 Switching Protocols\r\nupgrade: WebSocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " + accept +
-         "\r\n\r\n";
+  return "HTTP/1.1 101 Switching Protocols\r\nupgrade: WebSocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
+         accept + "\r\n\r\n";
 }
 // RFC 6455, 1.3.
 constexpr const char* kKey = "dGhlIHNhbXBsZSBub25jZQ==";
@@ -82,8 +82,12 @@ TEST(WebSocket, JoinsFragmentsAndAnswersPingsBetweenThem) {
 }
 
 TEST(WebSocket, WhatIsNoFrameOfAServerBreaksTheConnection) {
-  const std::string bad[] = {std::string("\x81\x85ABCDhello", 11), std::string("\xC1\x01x", 3), std::string("\x80\x01x", 3),
-                             std::string("\x09\x01x", 3), std::string("\x83\x01x", 3), std::string("\x88\x00", 2),
+  const std::string bad[] = {std::string("\x81\x85ABCDhello", 11),
+                             std::string("\xC1\x01x", 3),
+                             std::string("\x80\x01x", 3),
+                             std::string("\x09\x01x", 3),
+                             std::string("\x83\x01x", 3),
+                             std::string("\x88\x00", 2),
                              std::string("\x81\x7F\0\0\0\0\xFF\xFF\xFF\xFF", 10)};
   for (const std::string& bytes : bad) {
     WebSocket socket = Opened();
@@ -109,8 +113,9 @@ TEST(HaplyMessages, AStateIsReadAndAForceWritten) {
   EXPECT_EQ(state.buttons, 5U);
   const auto force = nlohmann::json::parse(WriteHaplyForce("04A5", {1, 2, 3}));
   EXPECT_EQ(force["inverse3"][0]["commands"]["set_cursor_force"]["values"]["y"], 2.0);
-  for (const char* bad : {"", "[]", "{}", R"({"inverse3": []})", R"({"inverse3": [{"device_id": 4, "state": {}}]})",
-                          R"({"inverse3": [{"device_id": "4", "state": {"cursor_position": {"x": 1e999, "y": 0, "z": 0}}}]})"}) {
+  for (const char* bad :
+       {"", "[]", "{}", R"({"inverse3": []})", R"({"inverse3": [{"device_id": 4, "state": {}}]})",
+        R"({"inverse3": [{"device_id": "4", "state": {"cursor_position": {"x": 1e999, "y": 0, "z": 0}}}]})"}) {
     EXPECT_FALSE(ReadHaplyState(bad, &state)) << bad;
   }
 }

@@ -80,7 +80,8 @@ std::optional<std::string> WebSocket::NextText() {
   return std::nullopt;
 }
 
-//   byte 0: end of message, 3 reserved bits, opcode; byte 1: masked, length or 126 (2 more bytes) or 127 (8 more); payload
+//   byte 0: end of message, 3 reserved bits, opcode; byte 1: masked, length or 126 (2 more bytes) or 127 (8 more);
+//   payload
 bool WebSocket::ReadFrame() {
   const auto byte = [this](std::size_t i) { return static_cast<std::uint8_t>(in_[i]); };
   if (in_.size() < 2) return false;
@@ -145,7 +146,8 @@ void WebSocket::Send(std::uint8_t opcode, std::string_view payload) {
   } else {
     const std::size_t extra = payload.size() < 65536 ? 2 : 8;
     out_ += static_cast<char>(0x80 | (extra == 2 ? 126 : 127));
-    for (std::size_t i = extra; i-- > 0;) out_ += static_cast<char>(static_cast<std::uint64_t>(payload.size()) >> (8 * i));
+    for (std::size_t i = extra; i-- > 0;)
+      out_ += static_cast<char>(static_cast<std::uint64_t>(payload.size()) >> (8 * i));
   }
   mask_ = mask_ * 1664525U + 1013904223U;  // [Numerical Recipes]; it need not be a secret from this machine
   char mask[4];

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "nodes/device_bridge/arms/arm_plugin.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 #include "stability/sampled_axis.hpp"
 
@@ -231,10 +232,16 @@ TEST(SimulatedArm, LimitsTheFingersForceAndTheJawsOpening) {
 }
 
 TEST(SimulatedArm, ReportsThatItIsSimulated) {
-  const SimulatedArm arm{ArmParameters{}};
-  const Device& device = arm;
-  EXPECT_TRUE(device.is_simulated());
-  EXPECT_NE(std::string(device.description()).find("simulated"), std::string::npos);
+  for (const oos_device_plugin* plugin : {&SimulatedArmPlugin(), &SimulatedHugPlugin()}) {
+    const oos_device_setting setting{};
+    void* device = nullptr;
+    ASSERT_EQ(plugin->open(&setting, &device), OOS_DEVICE_OK);
+    oos_device_description description{};
+    ASSERT_EQ(plugin->describe(device, &description), OOS_DEVICE_OK);
+    EXPECT_NE(description.flags & OOS_DEVICE_IS_SIMULATED, 0U);
+    EXPECT_NE(std::string(description.name).find("simulated"), std::string::npos);
+    plugin->close(device);
+  }
 }
 
 }  // namespace

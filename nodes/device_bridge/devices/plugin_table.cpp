@@ -57,10 +57,11 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
     table = std::move(*loaded);
   }
   if (table.functions == nullptr) {
-    return core::Fail(core::ErrorCode::kUnsupported,
-                      "unknown type '" + type +
-                          "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
-                          "\"replay\".");
+    return core::Fail(
+        core::ErrorCode::kUnsupported,
+        "unknown type '" + type +
+            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
+            "\"replay\".");
   }
   if (auto checked = CheckTable(*table.functions, type == "plugin" ? address : type); !checked) {
     return tl::unexpected(checked.error());

@@ -25,6 +25,8 @@ constexpr std::int64_t kDeviceSilence_ns = 60'000'000;
 constexpr std::int64_t kRetry_ns = 250'000'000;
 // Until the velocity of a device that gives poses only has followed to 63 %: five samples.
 constexpr double kVelocityLag_s = 5e-3;
+// After a shorter silence the same device goes on where it is.
+constexpr std::int64_t kHiccup_ns = 1'000'000'000;
 // For the first try to open, and for the thread to end.
 constexpr std::int64_t kThreadPatience_ns = 1'000'000'000;
 
@@ -191,6 +193,7 @@ class ThreadedDevice::Thread {
       differentiator_.Forget();
       sequence_ = 0;
       is_described_ = false;
+      is_new_here_ = true;
       wait_fd_ = -1;
       if (plugin_.functions->wait_fd != nullptr) {
         Guard("wait_fd", [&] { wait_fd_ = plugin_.functions->wait_fd(device_); });
@@ -274,7 +277,9 @@ class ThreadedDevice::Thread {
         Break("its state has a number that is not finite, or a quaternion that is not a unit");
         return false;
       }
-      if (now_ns - last_sample_ns_ > kDeviceSilence_ns) is_described_ = false;  // may be another specimen
+      const std::int64_t gap_ns = now_ns - last_sample_ns_;
+      if (gap_ns > kDeviceSilence_ns) is_described_ = false;  // may be another specimen
+      if (gap_ns > kHiccup_ns) is_new_here_ = true;
       sequence_ = sample->state.sequence;
       last_sample_ns_ = now_ns;
       if ((report_.description.flags & OOS_DEVICE_TELLS_VELOCITY) == 0) differentiator_.Fill(now_ns, &sample->state);
@@ -304,7 +309,8 @@ class ThreadedDevice::Thread {
     report_.status = DeviceStatus::kAlive;
     report_.why.fill(0);
     report_.description = description;
-    ++report_.num_found;
+    if (is_other || is_new_here_) ++report_.num_found;
+    is_new_here_ = false;
     if (is_other && options_.find_calibration) {
       const auto calibration = options_.find_calibration(description.name, description.serial);
       report_.is_calibrated = calibration.has_value();
@@ -347,6 +353,7 @@ class ThreadedDevice::Thread {
   std::int64_t last_sample_ns_ = 0;
   std::int64_t next_tick_ns_ = 0;
   bool is_described_ = false;
+  bool is_new_here_ = true;  // opened anew, or back after a long time: its hand may be elsewhere
 };
 
 core::Result<std::unique_ptr<ThreadedDevice>> ThreadedDevice::Create(PluginTable plugin, const scene::Device& device,
@@ -406,7 +413,8 @@ DeviceReading ThreadedDevice::Read(std::int64_t now_ns) noexcept {
   reading.sample_ns = sample_ns_;
   const core::Pose X_BD = sample_ns_ != 0 ? PoseOf(state_.X_BD) : core::Pose{};
   if (reading.is_engaged && !is_taken_up_) map_.TakeUp(X_BD);
-  is_taken_up_ = reading.is_engaged;
+  // A link that failed for a moment is no letting go.
+  is_taken_up_ = reading.is_engaged || (is_taken_up_ && !is_alive);
   // A calibrated device shows where it is, also when it is not held; another one's hand waits where it was let go.
   const bool moves = reading.is_engaged || (is_alive && map_.is_calibrated());
   reading.X_WD = moves ? map_.Map(X_BD) : map_.X_WD();

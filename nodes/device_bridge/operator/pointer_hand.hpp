@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "nodes/device_bridge/device.hpp"
 #include "nodes/device_bridge/ports.hpp"
 #include "scene/scenario.hpp"
 

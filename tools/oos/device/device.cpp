@@ -256,7 +256,8 @@ Verb DeviceVerb() {
        {"--force_N", "N", "with check: the most that it may push; default 1"},
        {"--points", "\"X Y Z; ...\"", "with calibrate: places in W [m], to be touched one after another"}},
       RunDevice,
-      "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT or "
+      "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT "
+      "or "
       "replay:FILE.mcap.\nWithout any, list looks at the serial lines, the plug-ins beside the calibrations, and UDP "
       "port 7460."};
 }
