@@ -26,7 +26,7 @@ async function open(address, options = {}) {
   const page = await browser.newPage({ viewport: DESK, ...options });
   page.setDefaultTimeout(60_000);
   page.on("pageerror", (error) => errors.push(error.message));
-  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
+  page.on("console", (message) => message.type() === "error" && errors.push(`${message.text()} ${message.location().url ?? ""}`));
   await page.goto(address);
   return page;
 }

@@ -73,8 +73,9 @@ export class PageServer {
 
   #answerSecret(request, response, name, rest, end) {
     if (!this.access.isAllowed(request)) return end(401, "the session's key is missing or wrong");
-    const found = this.secret[name]?.(rest);
-    if (!found) return end(404);
+    if (!Object.hasOwn(this.secret, name)) return end(404);
+    const found = this.secret[name](rest);
+    if (!found) return end(204);  // none yet: scene_stream has just begun
     response.writeHead(200, { ...this.#headers, "Cache-Control": "no-store", "Content-Type": found.type,
       ...(found.encoding && { "Content-Encoding": found.encoding }) });
     return response.end(found.bytes);

@@ -81,7 +81,7 @@ export class Link {
     window.early = name === "assets" ? null : window.early;
     const answer = await (early || fetch(`session/${name}`, { headers: { Authorization: `Bearer ${this.key}` } }));
     if (answer.status === 401) throw new Error("refused");
-    return answer.ok ? new Uint8Array(await answer.arrayBuffer()) : null;
+    return answer.status === 200 ? new Uint8Array(await answer.arrayBuffer()) : null;
   }
 
   call(service, request = {}) {
