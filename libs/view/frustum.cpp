@@ -9,7 +9,7 @@
 namespace view {
 namespace {
 
-constexpr double kNearest_m = 0.01;  // as near as a renderer's near plane
+constexpr double kNearPlane_m = 0.01;  // as near as a renderer's near plane
 
 }  // namespace
 
@@ -35,7 +35,7 @@ Frustum FrustumThrough(const Screen& screen_W, const glm::dvec3& eye_W) {
   const glm::dvec3 across = screen_W.lower_right - screen_W.lower_left, up = screen_W.upper_left - screen_W.lower_left;
   const glm::dvec3 x = glm::normalize(across), z = glm::normalize(glm::cross(across, up)), y = glm::cross(z, x);
   const glm::dvec3 corner_W = screen_W.lower_left - eye_W;
-  const double d_m = std::max(kNearest_m, -glm::dot(corner_W, z));
+  const double d_m = std::max(kNearPlane_m, -glm::dot(corner_W, z));
   const double left = glm::dot(corner_W, x) / d_m, bottom = glm::dot(corner_W, y) / d_m;
   return {eye_W, glm::dmat3(x, y, z), left, left + glm::length(across) / d_m, bottom, bottom + glm::dot(up, y) / d_m,
           d_m};

@@ -15,7 +15,7 @@ constexpr double kNotch_rad = 0.1;
 constexpr double kPush_m_per_s = 0.15;
 constexpr double kTurn_rad_per_s = 0.8;
 constexpr double kFineShare = 0.2;
-constexpr double kNearest_m = 0.02;  // a hand at the eye or behind it moves as one there
+constexpr double kNearestHand_m = 0.02;  // a hand at the eye or behind it moves as one there
 
 }  // namespace
 
@@ -26,7 +26,7 @@ const core::HandInput& HandSteering::Update(const SteeringWish& wish, const scen
                                             const glm::dvec3& p_WD, double dt_s) {
   const glm::dmat3 R_WE = glm::transpose(glm::dmat3(ViewMatrix(camera)));
   const glm::dvec3 right = R_WE[0], up = R_WE[1], forward = -R_WE[2];
-  const double depth_m = std::max(kNearest_m, glm::dot(p_WD - camera.eye_m, forward));
+  const double depth_m = std::max(kNearestHand_m, glm::dot(p_WD - camera.eye_m, forward));
   const double pixel_m = 2.0 * depth_m * std::tan(0.5 * camera.vertical_fov_rad) / std::max(1.0, height_px);
   const double share = wish.is_fine ? kFineShare : 1.0;
   input_.is_held = wish.is_held;

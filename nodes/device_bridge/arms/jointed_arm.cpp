@@ -11,7 +11,7 @@ constexpr double kApparentShare = 0.3;  // inertia that remains after feed-forwa
 constexpr double kMaxStep_s = 2.5e-4;   // the grip's spring is explicit: gains less than 5 % energy (jointed_arm_test)
 constexpr double kDeg = glm::pi<double>() / 180.0;
 
-struct LinkFigures {
+struct ArmLink {
   double along_m;   // distance from the previous joint
   double roll_deg;  // rotation relative to the previous joint's frame, about x
   double mass_kg;
@@ -24,7 +24,7 @@ struct LinkFigures {
 // Lengths (0.31, 0.40, 0.39 and 0.08 m from joint to joint) and joint limits of a KUKA LWR4+, and the total mass
 // of 14.4 kg of its predecessor LWR I, rounded; the axes lie along and across the arm in turn. The distribution of the
 // mass over the links is assumed.
-constexpr LinkFigures kLinks[] = {
+constexpr ArmLink kLinks[] = {
     {0.11, 0.0, 2.7, 0.20, 170.0, 0.30, 0.0},   {0.20, 90.0, 2.7, 0.20, 120.0, 0.30, 40.0},
     {0.20, -90.0, 2.7, 0.20, 170.0, 0.15, 0.0}, {0.20, 90.0, 2.7, 0.20, 120.0, 0.15, 80.0},
     {0.20, -90.0, 1.7, 0.19, 170.0, 0.05, 0.0}, {0.19, 90.0, 1.6, 0.08, 120.0, 0.05, -50.0},
@@ -34,7 +34,7 @@ constexpr LinkFigures kLinks[] = {
 physics::Chain MakeChain() {
   std::vector<physics::ChainLink> links;
   bool is_across = false;  // the previous link runs along y of its frame, not z
-  for (const LinkFigures& figures : kLinks) {
+  for (const ArmLink& figures : kLinks) {
     physics::ChainLink link;
     link.parent = static_cast<int>(links.size()) - 1;
     link.X_PJ.translation = is_across ? glm::dvec3(0, figures.along_m, 0) : glm::dvec3(0, 0, figures.along_m);
