@@ -167,8 +167,7 @@ void StudyPeg(Report* report) {
                        : "share that goes in 40 mm; jitter at rest",
           has_friction ? Short(Share(one.insertion.in_by_law, one)) + " +- 2 %; 0.9 to 1.1; < 2 um" : ">= 99 %; < 2 um",
           {},
-          "at a place of the peg where two faces of the hole meet each cycle finds one of them, so that the tool "
-          "moves from one to the other"};
+          "coupling `paper`: cause not looked into"};
     }
     row.readings.push_back(ReadingOf(one));
     table.Add({Variants()[one.variant].name, bench::Cell(1e3 * one.clearance_m), bench::Cell(one.friction),
