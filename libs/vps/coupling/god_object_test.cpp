@@ -223,36 +223,6 @@ TEST_P(Friction, HeldBelowTheConeDoesNotCreep) {
   EXPECT_GT(std::abs(X_WD.translation.x - before.translation.x), 0.8 * GetParam() * 0.006);
 }
 
-// A peg is turned in a hole of 128 faces and pushed along it. Its ends touch with balls around them, so that several
-// carry side by side. Once the device rests the peg stays, and pushes back with what friction holds.
-TEST(GodObject, APegHeldAskewInAHoleDoesNotCreep) {
-  Scene scene;
-  scene.radius_m = 1e-3;
-  scene.balls_C.clear();
-  const glm::dvec3 axis(std::cos(1.3), std::sin(1.3), 0.0);  // it turns about
-  for (int i = 0; i < 128; ++i) {
-    const double u = std::acos(-1.0) * i / 64.0;
-    const double u_face = u + std::acos(-1.0) / 128.0;
-    const glm::dvec3 out(std::cos(u_face), std::sin(u_face), 0.0);
-    const double side = glm::dot(out, glm::cross(axis, glm::dvec3(0, 0, 1)));
-    if (std::abs(side) < 0.985) continue;
-    scene.walls.push_back({-out, -0.01005, 1e9, 0, 0.3});
-    scene.balls_C.emplace_back(0.009 * std::cos(u), 0.009 * std::sin(u), side < 0.0 ? 0.017 : -0.017);
-  }
-  core::Pose X_WD = At(0, 0, 0.1);
-  scene.hand.Reset(X_WD);
-  for (int i = 0; i < 200; ++i) {
-    X_WD.rotation = core::QuaternionFromRotationVector(-1.5e-4 * i * axis);
-    scene.Step(X_WD);
-  }
-  Move(scene, &X_WD, {3e-5, 2e-5, 0.08}, 0.02);
-  scene.Hold(X_WD, 50);
-  const core::Pose before = scene.hand.X_WC();
-  const core::Wrench F = scene.Hold(X_WD, 200);
-  EXPECT_LT(glm::length(scene.hand.X_WC().translation - before.translation), 1e-7);
-  EXPECT_GT(F.force_N.z, 10.0);
-}
-
 // Two walls that lean against each other by half an angle a from the vertical, pressed with F: each carries
 // F / (2 sin a), so along the slot it slides at mu F / sin a.
 TEST_P(Friction, InASlotIsTheWedgesTimesTheCone) {
