@@ -12,6 +12,8 @@ folder=$1 test=$2
 shift 2
 for each in "$folder" "$@"; do
   cd "$each"
+  exec 9<package-lock.json  # several tests need the same packages: the first installs them, the others wait for it
+  flock 9
   [ -e node_modules/.package-lock.json ] && [ ! package-lock.json -nt node_modules/.package-lock.json ] && continue
   npm ci --ignore-scripts --no-audit --no-fund --loglevel=error || {
     npm ping --loglevel=error >/dev/null 2>&1 && exit 1
@@ -20,5 +22,6 @@ for each in "$folder" "$@"; do
   }
   touch node_modules/.package-lock.json
 done
+exec 9<&-
 cd "$folder"
 exec node --test "$test"
