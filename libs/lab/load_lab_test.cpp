@@ -107,7 +107,7 @@ TEST(LoadLab, ReportsCamerasAndUsersThatTheScenarioLacks) {
   scene::Scenario scenario;
   scenario.devices.emplace_back().role = "op1/arm.right";
   scenario.cameras.emplace_back().name = "overvieww";
-  scenario.users = {{"operator"}};
+  scenario.users.emplace_back().name = "operator";
   const auto problems = CheckAgainst(*lab, scenario, {});
   ASSERT_EQ(problems.size(), 2u) << "of both walls";
   EXPECT_THAT(scene::Format(problems[0]), testing::HasSubstr("unknown camera 'overview'"));

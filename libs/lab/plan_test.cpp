@@ -99,7 +99,9 @@ TEST(Plan, WorkersTakeTheSeatsOfAViewerThatTracesRays) {
   EXPECT_EQ(worker.program, "/opt/oos/rt_worker");
   EXPECT_THAT(worker.arguments, testing::IsSupersetOf({"--name", "rt_worker-visual_node-2", "--bind", "10.0.0.1"}));
   for (const Unit& unit : plan.hosts[1].units) {
-    if (unit.name == "visual_node") EXPECT_EQ(unit.program, "/opt/oos/rt_visual_node");
+    if (unit.name == "visual_node") {
+      EXPECT_EQ(unit.program, "/opt/oos/rt_visual_node");
+    }
   }
 }
 

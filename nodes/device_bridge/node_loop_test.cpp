@@ -36,7 +36,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   scenario.duration_limit_s = 10.0;
   scenario.devices.resize(1);
   scenario.devices[0].role = "op1/arm.left";
-  scenario.users = {{"op1"}};
+  scenario.users.emplace_back().name = "op1";
   auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kSession, "", false});
   ASSERT_TRUE(registry) << registry.error().detail;
 

@@ -2,7 +2,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 #include "nodes/device_bridge/arms/simulated_arm.hpp"
@@ -85,10 +84,9 @@ int DescribeArm(void* device, oos_device_description* d) {
   const auto& arm = *static_cast<const ArmDevice*>(device);
   d->flags = OOS_DEVICE_IS_SIMULATED | OOS_DEVICE_TAKES_HAND | OOS_DEVICE_IS_IMMEDIATE | OOS_DEVICE_TELLS_APPLIED |
              OOS_DEVICE_TELLS_VELOCITY;
-  std::strncpy(d->name,
-               arm.parameters.is_jointed ? "simulated arm (seven joints, gripper axis)"
-                                         : "simulated arm (6-DoF mass-damper, gripper axis)",
-               sizeof d->name - 1);
+  const std::string_view name = arm.parameters.is_jointed ? "simulated arm (seven joints, gripper axis)"
+                                                          : "simulated arm (6-DoF mass-damper, gripper axis)";
+  name.copy(d->name, sizeof d->name - 1);
   d->sensed = d->actuated = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;
   d->rate_hz = 1000.0;
   d->max_force_N = arm.figures.max_force_N;

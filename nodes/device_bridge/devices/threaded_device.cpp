@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
+#include <string_view>
 #include <thread>
 
 #include "bus/rt/latest_value.hpp"
@@ -173,12 +174,12 @@ class ThreadedDevice::Thread {
 
   void Break(const std::string& why) {
     report_.status = DeviceStatus::kBroken;
-    SetWhy(why.c_str());
+    SetWhy(why);
     reports_.Write(report_);
   }
-  void SetWhy(const char* why) {
+  void SetWhy(std::string_view why) {
     report_.why.fill(0);
-    std::strncpy(report_.why.data(), why, report_.why.size() - 1);
+    why.copy(report_.why.data(), report_.why.size() - 1);
   }
 
   bool TryToOpen() {

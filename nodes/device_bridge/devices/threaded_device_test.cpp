@@ -130,8 +130,8 @@ INSTANTIATE_TEST_SUITE_P(Each, ThreadedDeviceFault,
                                            FaultCase{"throw in open", DeviceStatus::kBroken, "open() threw"},
                                            FaultCase{"nan", DeviceStatus::kBroken, "not finite"},
                                            FaultCase{"no unit", DeviceStatus::kBroken, "not a unit"}),
-                         [](const auto& info) {
-                           std::string name = info.param.fault;
+                         [](const auto& fault) {
+                           std::string name = fault.param.fault;
                            for (char& c : name) c = c == ' ' ? '_' : c;
                            return name;
                          });
