@@ -78,7 +78,6 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
     parameters.stiffness_Nm_per_rad = scenario_.coupling.stiffness_Nm_per_rad;
     parameters.eta = scenario_.coupling.eta;
     parameters.sigma_m2 = scenario_.coupling.sigma_m2;
-    parameters.rest_penetration_m = world_->RestPenetration(role.is_hand_part);
     if (radius_m > 0.0) parameters.bounding_radius_m = radius_m;
     role.coupling = vps::VirtualCoupling(parameters);
     role.sample.X_WD = role.device.X_WD_start;

@@ -73,10 +73,10 @@ core::Wrench VirtualCoupling::Step(const core::Pose& X_WD, const CouplingContact
   // (1) Down to the rest depth p0: at V = 0 contact would be lost, the proxy jump back to D and the force be a
   // saw-tooth.
   Motion out;
-  const double excess_m = contact.deepest_penetration_m - p.rest_penetration_m;
-  if (contact.is_in_contact && excess_m > 0.0) {
+  if (contact.is_in_contact && contact.deepest_excess_m > 0.0) {
     const SeparationStep step = ComputeSeparationStep(contact.f_Co_W, p.sigma_m2);
-    out = {p.eta * excess_m * step.delta_x, p.eta * excess_m * step.delta_phi_per_m};
+    const double way_m = p.eta * contact.deepest_excess_m;
+    out = {way_m * step.delta_x, way_m * step.delta_phi_per_m};
   }
   const core::Pose X_WC_out = Moved(X_WC_, out);
 
@@ -93,7 +93,7 @@ core::Wrench VirtualCoupling::Step(const core::Pose& X_WD, const CouplingContact
     Row& row = rows[num_rows++];
     row.n = plane.n_W;
     row.r_cross_n = r_cross_n;
-    row.bound_m = -p.eta * std::max(gap_m + p.rest_penetration_m, 0.0);
+    row.bound_m = -p.eta * std::max(gap_m + plane.rest_m, 0.0);
     row.effective_mass = 1.0 / (1.0 + glm::dot(r_cross_n, r_cross_n) / p.sigma_m2);
     row.multiplier = 0.0;
   }
@@ -102,7 +102,7 @@ core::Wrench VirtualCoupling::Step(const core::Pose& X_WD, const CouplingContact
   // Not farther than is known to be free: a point at distance r moves by at most |x| + r |phi|. A shorter way in the
   // same direction still respects every plane, because the bounds are not positive.
   const double travel_m = glm::length(allowed.translation_m) + p.bounding_radius_m * glm::length(allowed.rotation_rad);
-  const double allowed_m = std::max(contact.free_distance_m, 0.0) + p.rest_penetration_m;
+  const double allowed_m = std::max(contact.free_distance_m, 0.0);
   const bool is_clamped = travel_m > allowed_m;
   if (is_clamped) {
     allowed.translation_m *= allowed_m / travel_m;

@@ -12,7 +12,6 @@ struct CouplingParameters {
   double stiffness_Nm_per_rad = 30.0;  // k_t of Eq. 6; likewise
   double eta = 0.2;                    // filter constant of Eq. 3; the paper's value
   double sigma_m2 = 0.035;             // inertia per mass of Eq. 4, the paper's value; also the metric of the advance
-  double rest_penetration_m = 2.5e-4;  // p0 that a lasting contact keeps; half a voxel of the field
   double bounding_radius_m = 0.1;      // of all hand parts, about the hand frame's origin
 };
 
@@ -21,15 +20,17 @@ struct CouplingPlane {
   glm::dvec3 p_CoQ_W{0.0};  // contact point relative to the hand frame's origin, expressed in W
   glm::dvec3 n_W{0.0};      // unit; moving the hand's point along it opens the contact
   double gap_m = 0.0;       // negative: penetrating
+  double rest_m = 0.0;      // p0: penetration that a lasting contact keeps, half a voxel of this plane's field
 };
 
 constexpr std::size_t kMaxCouplingPlanes = 96;  // not derived: almost five pairs of kMaxContactPlanes each
 
 // Result of the collision query with the hand at X_WC, all its pairs together. CollisionWorld::HandContact fills it.
 struct CouplingContact {
-  PenetrationSum f_Co_W;               // f_VPS, t_VPS on the hand about its frame's origin, in W, summed in pair order
-  double deepest_penetration_m = 0.0;  // p of Eq. 3; used when is_in_contact
-  double free_distance_m = 1e9;        // lower bound of the distance of all points that `planes` do not cover
+  PenetrationSum f_Co_W;          // f_VPS, t_VPS on the hand about its frame's origin, in W, summed in pair order
+  double deepest_excess_m = 0.0;  // p - p0 of Eq. 3, of the pair for which it is largest; used when is_in_contact
+  // Lower bound of the way of all points that `planes` do not cover to the rest depth: their distance and p0.
+  double free_distance_m = 1e9;
   bool is_in_contact = false;
   core::FixedVector<CouplingPlane, kMaxCouplingPlanes> planes;  // penetrating and near ones
 };

@@ -48,6 +48,8 @@ TEST(SeparationStep, IsZeroForNothingAndForAPureMoment) {
   EXPECT_EQ(glm::length(step.delta_x) + glm::length(step.delta_phi_per_m), 0.0);
 }
 
+constexpr double kRest_m = 2.5e-4;
+
 struct CouplingResult {
   core::Pose X_WC;
   core::Wrench F_Do_W;
@@ -69,13 +71,13 @@ struct AnalyticScene {
     for (const glm::dvec3& n : normals) {
       const double gap_m = glm::dot(n, coupling.X_WC().translation) - radius_m;
       if (gap_m > look_ahead_m) {
-        contact.free_distance_m = std::min(contact.free_distance_m, gap_m);
+        contact.free_distance_m = std::min(contact.free_distance_m, gap_m + kRest_m);
         continue;
       }
-      contact.planes.push_back({-radius_m * n, n, gap_m});
+      contact.planes.push_back({-radius_m * n, n, gap_m, kRest_m});
       if (gap_m > 0.0) continue;
       contact.is_in_contact = true;
-      contact.deepest_penetration_m = std::max(contact.deepest_penetration_m, -gap_m);
+      contact.deepest_excess_m = std::max(contact.deepest_excess_m, -gap_m - kRest_m);
       contact.f_Co_W += {-gap_m * n, glm::cross(-radius_m * n, -gap_m * n)};
     }
     return Stepped(coupling, X_WD, contact);
@@ -96,9 +98,9 @@ TEST(VirtualCoupling, PressedOnAPlaneGivesStiffnessTimesDepth) {
     z = std::max(z - 1e-4, 0.005);  // 0.1 m/s down to 5 mm below touch
     result = scene.Step(coupling, At(0, 0, z));
   }
-  const double depth_m = 0.005 - coupling.parameters().rest_penetration_m;
+  const double depth_m = 0.005 - kRest_m;
   EXPECT_NEAR(result.F_Do_W.force_N.z, 2500 * depth_m, 1e-6);
-  EXPECT_NEAR(result.X_WC.translation.z, 0.01 - coupling.parameters().rest_penetration_m, 1e-9);
+  EXPECT_NEAR(result.X_WC.translation.z, 0.01 - kRest_m, 1e-9);
   double previous = result.F_Do_W.force_N.z;
   for (int i = 0; i < 100; ++i) {  // and does not chatter
     result = scene.Step(coupling, At(0, 0, z));
@@ -133,10 +135,25 @@ TEST(VirtualCoupling, StaysInACorner) {
   CouplingResult result;
   for (int i = 0; i < 800; ++i) result = scene.Step(coupling, At(-0.02, -0.01, -0.005));
   for (const glm::dvec3& n : scene.normals) {
-    EXPECT_NEAR(glm::dot(n, result.X_WC.translation), 0.01 - coupling.parameters().rest_penetration_m, 1e-4);
+    EXPECT_NEAR(glm::dot(n, result.X_WC.translation), 0.01 - kRest_m, 1e-4);
   }
   const CouplingResult next = scene.Step(coupling, At(-0.02, -0.01, -0.005));
   EXPECT_LT(glm::length(next.F_Do_W.force_N - result.F_Do_W.force_N), 1e-3);
+}
+
+TEST(VirtualCoupling, RestsInEachPlaneAsDeepAsThatPlaneSays) {
+  VirtualCoupling coupling;
+  coupling.Reset(At(0.011, 0, 0.011));
+  for (int i = 0; i < 400; ++i) {
+    const glm::dvec3 gap_m = coupling.X_WC().translation - 0.01;
+    CouplingContact contact;
+    contact.planes.push_back({{-0.01, 0, 0}, {1, 0, 0}, gap_m.x, 2e-4});
+    contact.planes.push_back({{0, 0, -0.01}, {0, 0, 1}, gap_m.z, 1.5e-3});
+    contact.free_distance_m = 0.002;
+    coupling.Step(At(0.005, 0, 0.005), contact);
+  }
+  EXPECT_NEAR(coupling.X_WC().translation.x, 0.01 - 2e-4, 1e-9);
+  EXPECT_NEAR(coupling.X_WC().translation.z, 0.01 - 1.5e-3, 1e-9);
 }
 
 TEST(VirtualCoupling, ASlotHoldsWithoutNoise) {  // two planes that face each other, 0.2 mm of play
@@ -146,11 +163,12 @@ TEST(VirtualCoupling, ASlotHoldsWithoutNoise) {  // two planes that face each ot
   for (int i = 0; i < 400; ++i) {
     const double x = coupling.X_WC().translation.x;
     CouplingContact contact;
-    contact.planes.push_back({{-0.01, 0, 0}, {1, 0, 0}, x - 0.01});
-    contact.planes.push_back({{0.01, 0, 0}, {-1, 0, 0}, 0.0102 - x});
-    contact.free_distance_m = 0.002;
-    contact.deepest_penetration_m = std::max(0.01 - x, x - 0.0102);
-    contact.is_in_contact = contact.deepest_penetration_m >= 0.0;
+    contact.planes.push_back({{-0.01, 0, 0}, {1, 0, 0}, x - 0.01, kRest_m});
+    contact.planes.push_back({{0.01, 0, 0}, {-1, 0, 0}, 0.0102 - x, kRest_m});
+    contact.free_distance_m = 0.002 + kRest_m;
+    const double depth_m = std::max(0.01 - x, x - 0.0102);
+    contact.deepest_excess_m = depth_m - kRest_m;
+    contact.is_in_contact = depth_m >= 0.0;
     if (x < 0.01) contact.f_Co_W += {{0.01 - x, 0, 0}, {}};
     if (x > 0.0102) contact.f_Co_W += {{0.0102 - x, 0, 0}, {}};
     const double force_N = Stepped(coupling, At(0.013, 0, 0), contact).F_Do_W.force_N.x;
@@ -159,7 +177,7 @@ TEST(VirtualCoupling, ASlotHoldsWithoutNoise) {  // two planes that face each ot
     }
     previous_N = force_N;
   }
-  EXPECT_NEAR(previous_N, -2500 * (0.013 - 0.0102 - coupling.parameters().rest_penetration_m), 1e-3);
+  EXPECT_NEAR(previous_N, -2500 * (0.013 - 0.0102 - kRest_m), 1e-3);
 }
 
 TEST(VirtualCoupling, NeverTunnelsAtTwoMetresPerSecond) {
@@ -168,7 +186,7 @@ TEST(VirtualCoupling, NeverTunnelsAtTwoMetresPerSecond) {
   coupling.Reset(At(0, 0, 0.2));
   for (int i = 0; i < 300; ++i) {
     const CouplingResult result = scene.Step(coupling, At(0, 0, 0.2 - 2e-3 * i));
-    EXPECT_GT(result.X_WC.translation.z, 0.01 - 2.1 * coupling.parameters().rest_penetration_m) << i;
+    EXPECT_GT(result.X_WC.translation.z, 0.01 - 2.1 * kRest_m) << i;
   }
 }
 

@@ -510,9 +510,10 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
     if (w.phases[i] == PairState::kInactive || (is_hand_part[s] != 0) == (is_hand_part[g] != 0)) continue;
     if (ignored_object >= 0 && (s == std::size_t(ignored_object) || g == std::size_t(ignored_object))) continue;
     const PairResult& result = w.pairs[i].result;
-    contact->free_distance_m =
-        std::min(contact->free_distance_m,
-                 result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : w.pairs[i].description.look_ahead_m);
+    const double rest_m = RestPenetration_m(i);
+    const double apart_m =
+        result.planes.empty() ? std::max(0.0, signed_distance_m(i)) : w.pairs[i].description.look_ahead_m;
+    contact->free_distance_m = std::min(contact->free_distance_m, apart_m + rest_m);
     if (result.planes.empty()) continue;
     // The wrench on the hand: as it is if the hand is the sampled side, its opposite if it is the field.
     const double side = is_hand_part[s] != 0 ? 1.0 : -1.0;
@@ -521,7 +522,7 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
     const double depth_m = Depth_m(i, moved_X_WO);
     if (result.is_in_contact && (moved_X_WO.empty() || depth_m >= 0.0)) {
       contact->is_in_contact = true;
-      contact->deepest_penetration_m = std::max(contact->deepest_penetration_m, depth_m);
+      contact->deepest_excess_m = std::max(contact->deepest_excess_m, depth_m - rest_m);
       contact->f_Co_W += side * Shift(Rotate(X_WS, result.f_So_S), X_WS.translation - X_WC.translation);
     }
     for (const core::ContactPlane& plane : result.planes) {
@@ -531,6 +532,7 @@ void CollisionWorld::HandContact(const std::vector<std::uint8_t>& is_hand_part, 
       row.gap_m = glm::dot(n_W, p_W - X_WG * glm::dvec3(plane.q_G));
       row.p_CoQ_W = p_W - X_WC.translation;
       row.n_W = side * n_W;
+      row.rest_m = rest_m;
       // When the hand has more planes than fit, those with the largest gaps are dropped.
       if (contact->planes.push_back(row)) continue;
       auto* loosest = std::max_element(contact->planes.begin(), contact->planes.end(),
@@ -598,13 +600,8 @@ void CollisionWorld::FillContactSet(std::size_t pair_index, core::ContactSet* me
   message->planes = pair.result.planes;
 }
 
-double CollisionWorld::RestPenetration(const std::vector<std::uint8_t>& is_hand_part) const {
-  double coarsest_m = 0.0;
-  for (const PairEntry& pair : impl_->pairs) {
-    if ((is_hand_part[pair.description.sampled] != 0) == (is_hand_part[pair.description.field] != 0)) continue;
-    coarsest_m = std::max(coarsest_m, impl_->objects[pair.description.field]->voxel_size_m());
-  }
-  return coarsest_m > 0.0 ? 0.5 * coarsest_m : 2.5e-4;
+double CollisionWorld::RestPenetration_m(std::size_t pair) const {
+  return 0.5 * impl_->objects[impl_->pairs[pair].description.field]->voxel_size_m();
 }
 
 std::size_t CollisionWorld::num_objects() const {

@@ -150,8 +150,8 @@ class CollisionWorld {
   // Payload of contacts/<source>/<pair>; the header is left alone.
   void FillContactSet(std::size_t pair, core::ContactSet* message) const;
 
-  // Half the coarsest voxel of any field that the hand can touch: VirtualCoupling's rest penetration.
-  [[nodiscard]] double RestPenetration(const std::vector<std::uint8_t>& is_hand_part) const;
+  // Half a voxel of the pair's field: how deep VirtualCoupling lets a hand rest in this pair.
+  [[nodiscard]] double RestPenetration_m(std::size_t pair) const;
 
  private:
   struct Impl;

@@ -35,7 +35,6 @@ class Hand {
     description.pairs = {{.sampled = 1, .field = 0}};
     world = *CollisionWorld::Create(description);
     CouplingParameters parameters;
-    parameters.rest_penetration_m = world->RestPenetration(is_hand_part);
     parameters.bounding_radius_m = glm::length(hand->bounding_centre_m) + hand->bounding_radius_m;
     coupling = VirtualCoupling(parameters);
     coupling.Reset(X_WD);
@@ -72,7 +71,7 @@ TEST(HandOnVoxmap, BallPressed5MmIntoAPlateFeelsStiffnessTimesDepth) {
   std::vector<double> force;
   for (int i = 0; i < 500; ++i) force.push_back(hand.Step(At(0, 0, z)).force_N.z);
   const Statistics rest = Of(force);
-  EXPECT_NEAR(rest.mean, 2500.0 * (0.005 - hand.coupling.parameters().rest_penetration_m), 2500.0 * kVoxel_m);
+  EXPECT_NEAR(rest.mean, 2500.0 * (0.005 - hand.world->RestPenetration_m(0)), 2500.0 * kVoxel_m);
   EXPECT_LT(rest.deviation, 0.02 * rest.mean);
   // Sliding at 0.1 m/s: the proxy follows, the force stays within the steps of integer layers.
   std::vector<double> slide, lag;
@@ -117,6 +116,31 @@ TEST(HandOnVoxmap, BallPressedIntoACornerComesToRest) {
   EXPECT_NEAR(Of(z).mean, 2500.0 * 0.005, 2500.0 * 2.0 * kVoxel_m);
   EXPECT_LT(Of(x).deviation, 0.02 * 12.5);
   EXPECT_LT(Of(z).deviation, 0.02 * 12.5);
+}
+
+// A ball on a plate of 0.5 mm voxels, alone and with a block of 6 mm voxels 2 m away.
+TEST(HandOnVoxmap, AFarCoarsePartChangesNoBit) {
+  const auto plate = Cooked(MakeBox({0.1, 0.1, 0.02}), kVoxel_m, 0);
+  const auto ball = Cooked(MakeSphere(0.01, 48), 0, 4096);
+  Hand alone(plate, ball, At(0, 0, 0.03));
+  Hand beside(plate, ball, At(0, 0, 0.03));
+  WorldDescription description;
+  description.objects = {
+      {plate, {}}, {ball, At(0, 0, 0.03)}, {Cooked(MakeBox(glm::dvec3(0.2)), 0.006, 0), At(2, 0, 0)}};
+  description.pairs = {{.sampled = 1, .field = 0}, {.sampled = 1, .field = 2}};
+  beside.world = *CollisionWorld::Create(description);
+  beside.is_hand_part = {0, 1, 0};
+  bool is_touching = false;
+  for (int i = 0; i < 400; ++i) {  // down to 5 mm below touch, aside, and off again
+    const core::Pose X_WD = At(2e-5 * i, 0, 0.015 + std::max(0.015 - 1e-4 * i, 0.0) + std::max(1e-4 * (i - 300), 0.0));
+    const core::Wrench F = alone.Step(X_WD);
+    const core::Wrench F_beside = beside.Step(X_WD);
+    is_touching = is_touching || F.force_N.z > 10.0;
+    ASSERT_EQ(F.force_N, F_beside.force_N) << i;
+    ASSERT_EQ(F.torque_Nm, F_beside.torque_Nm) << i;
+    ASSERT_EQ(alone.coupling.X_WC().translation, beside.coupling.X_WC().translation) << i;
+  }
+  EXPECT_TRUE(is_touching);
 }
 
 TEST(HandOnVoxmap, PegInATightHoleIsNotNoisy) {
