@@ -71,6 +71,7 @@ struct Label {
   glm::dvec3 p_W{0.0};
   std::string text;
   glm::vec3 color{1.0f};
+  double clear_m = 0.0;  // around its place it hides nothing: the part that it is about
 };
 
 // Red, green and blue arrows along x, y and z.

@@ -18,6 +18,7 @@ constexpr glm::vec3 kCyan{0.25f, 0.80f, 0.95f};
 constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
 constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
 constexpr double kLeastShown_N = 0.05;  // a smaller felt force has no label: it would read 0.0
+constexpr double kHintClear_m = 0.05;   // around the part that an instruction names. By eye
 constexpr float kLampGlow = 1.1f;       // of a lamp's lens, for its colour. By eye
 constexpr float kLampOff = 0.02f;       // least base colour of a lamp: one that is off is dark grey. By eye.
 
@@ -349,7 +350,7 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   if (choices_.has(Overlay::kPhantom)) AddPhantoms();
   if (choices_.has(Overlay::kHints) && hinted_ >= 0) {
     scene_.labels.push_back(
-        {scene_.instances[static_cast<std::size_t>(hinted_)].X_WM.translation, status_.hint, kWhite});
+        {scene_.instances[static_cast<std::size_t>(hinted_)].X_WM.translation, status_.hint, kWhite, kHintClear_m});
   }
   if (choices_.has(Overlay::kPaths)) history_.AddPaths(&scene_);
   if (const auto goals = step_goals_.find(status_.step);

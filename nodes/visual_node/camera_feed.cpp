@@ -84,10 +84,23 @@ core::Result<void> CameraFeed::DrawInset(const view::Scene& scene, const Look& l
     if (!drawn) return drawn;
   }
   const int margin = target.height() / 36, bottom = target.height() / 5;  // above the caption
+  const int frame = std::max(1, target.height() / 360);
+  const float grey[4] = {0.55f, 0.62f, 0.70f, 1.0f};
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(target.width() - margin - width - frame, bottom - frame, width + 2 * frame, height + 2 * frame);
+  glClearNamedFramebufferfv(target.framebuffer(), GL_COLOR, 0, grey);
+  glDisable(GL_SCISSOR_TEST);
   glBlitNamedFramebuffer(inset_->framebuffer(), target.framebuffer(), 0, 0, width, height,
                          target.width() - margin - width, bottom, target.width() - margin, bottom + height,
                          GL_COLOR_BUFFER_BIT, GL_NEAREST);
   return {};
+}
+
+core::Result<void> AddInset(Renderer& renderer, const view::Scene& scene, const view::Choices& choices,
+                            view::Stereo stereo, const RenderTarget& target) {
+  if (!choices.has(view::Overlay::kCamera) || stereo != view::Stereo::kNone) return {};
+  const double aspect = static_cast<double>(target.width()) / target.height();
+  return CameraFeed(&renderer).DrawInset(scene, {}, 0, aspect, target);
 }
 
 }  // namespace visual_node

@@ -8,6 +8,8 @@
 #include "core/messages/camera.hpp"
 #include "core/result.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
+#include "view/choices.hpp"
+#include "view/stereo.hpp"
 
 namespace visual_node {
 
@@ -46,5 +48,9 @@ class CameraFeed {
   std::vector<std::int64_t> next_ns_;  // by camera
   std::int64_t next_inset_ns_ = 0;
 };
+
+// The inset of a picture that is kept, where the choices want it and both eyes have one picture.
+core::Result<void> AddInset(Renderer& renderer, const view::Scene& scene, const view::Choices& choices,
+                            view::Stereo stereo, const RenderTarget& target);
 
 }  // namespace visual_node

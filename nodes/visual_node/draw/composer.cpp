@@ -100,6 +100,12 @@ core::Result<void> Composer::DrawEyes(Renderer& renderer, const Shown& shown, co
   const std::size_t num_eyes = stereo == view::Stereo::kNone ? 1 : 2;
   const std::vector<view::Pane> panes = view::PanesOf(shown.composition.layout, width, height);
   const bool is_direct = num_eyes == 1 && samples == 1;
+  taken_.clear();
+  if (look.with_texts) {
+    auto taken = renderer.TextBlocks(shown.scene.texts, samples * width, samples * height);
+    if (!taken) return tl::unexpected(taken.error());
+    taken_ = std::move(*taken);
+  }
   for (std::size_t eye = 0; eye < num_eyes; ++eye) {
     const RenderTarget& picture = is_direct ? target : Target(eye, samples * view::EyeSize(stereo, width, height));
     drawn_.push_back(&picture);
@@ -144,8 +150,11 @@ core::Result<void> Composer::DrawView(Renderer& renderer, const Shown& shown, st
     name.push_back({view::Anchor::kBottomRight, view::TextStyle::kBadge, glm::vec3(1.0f), camera.name});
   }
   static const std::vector<view::Graph> kNoGraphs;
-  const Hud labels{name, HudOf(shown.scene, frustum, size_px.x, size_px.y).labels, kNoGraphs};
-  return renderer.DrawTexts(labels, size_px.x, size_px.y);
+  const Hud seen = HudOf(shown.scene, frustum, size_px.x, size_px.y);
+  std::vector<Box> taken = taken_;
+  const glm::dvec2 corner_px(samples * pane.corner_px);
+  for (Box& box : taken) box = {box.low - corner_px, box.high - corner_px};
+  return renderer.DrawTexts({name, seen.labels, kNoGraphs, seen.strokes, taken}, size_px.x, size_px.y);
 }
 
 void Composer::Join(view::Stereo stereo, const RenderTarget& target) const {
@@ -214,12 +223,15 @@ std::optional<Spot> Composer::Find(const Shown& shown, int width, int height, co
 }
 
 core::Result<Image> RenderSmooth(Renderer& renderer, Composer& composer, const Composer::Shown& shown, int width,
-                                 int height) {
+                                 int height, const std::function<core::Result<void>(const RenderTarget&)>& add) {
   constexpr int kSamples = 2;
   const RenderTarget target(width, height);
   if (auto drawn = composer.DrawEyes(renderer, shown, {}, target, kSamples); !drawn)
     return tl::unexpected(drawn.error());
   composer.Join(shown.composition.viewing.stereo, target);
+  if (add) {
+    if (auto added = add(target); !added) return tl::unexpected(added.error());
+  }
   return target.Read();
 }
 

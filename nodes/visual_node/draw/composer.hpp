@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -66,10 +67,13 @@ class Composer {
   std::vector<std::unique_ptr<RenderTarget>> eyes_;
   std::map<std::pair<int, int>, RenderTarget> views_;  // by size
   std::vector<const RenderTarget*> drawn_;
+  std::vector<Box> taken_;  // by captions, in the window
 };
 
-// A picture that is kept: with four samples a pixel.
+// A picture that is kept: with four samples a pixel. `add` draws over it; the renderer's film is still that of the
+// picture.
 core::Result<Image> RenderSmooth(Renderer& renderer, Composer& composer, const Composer::Shown& shown, int width,
-                                 int height);
+                                 int height,
+                                 const std::function<core::Result<void>(const RenderTarget&)>& add = nullptr);
 
 }  // namespace visual_node

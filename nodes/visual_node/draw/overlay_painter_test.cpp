@@ -288,7 +288,28 @@ TEST_F(OverlayPainterTest, ALabelStandsAboveItsPlaceInReadableLetters) {
   EXPECT_NEAR(placed[0].x + 0.5 * placed[0].width, pixel.x, 1.0);
   EXPECT_LT(placed[0].y + placed[0].height, pixel.y);
   EXPECT_GE(placed[0].height, 12);
-  EXPECT_LE(placed[1].y + placed[1].height, placed[0].y) << "one label covers the other";
+  const bool is_beside = placed[1].x >= placed[0].x + placed[0].width || placed[1].x + placed[1].width <= placed[0].x;
+  const bool is_over = placed[1].y >= placed[0].y + placed[0].height || placed[1].y + placed[1].height <= placed[0].y;
+  EXPECT_TRUE(is_beside || is_over) << "one label covers the other";
+}
+
+TEST_F(OverlayPainterTest, ALabelKeepsClearOfArrowsAndCaptionsAndLongOnesHaveSeveralLines) {
+  look_.with_texts = true;
+  const glm::dvec3 p_W(0.0, -0.4, 0.0);
+  scene_.labels.push_back({p_W, "Take the cover by its tab, pull it off and put it aside", {1.0f, 1.0f, 1.0f}});
+  scene_.arrows.push_back({p_W, {0.0, 0.0, 0.08}, {1.0f, 0.0f, 0.0f}});
+  scene_.texts = {{view::Anchor::kTopLeft, view::TextStyle::kBody, glm::vec3(1.0f), "a caption"}};
+  Draw();
+  const std::vector<PlacedLine>& placed = renderer_->placed_lines();
+  ASSERT_GE(placed.size(), 3u);
+  const glm::dvec2 tail(view::ProjectToPixel(CameraFromTheFront(), kFrameWidth, kFrameHeight, p_W));
+  const glm::dvec2 tip(
+      view::ProjectToPixel(CameraFromTheFront(), kFrameWidth, kFrameHeight, p_W + glm::dvec3(0, 0, 0.08)));
+  for (std::size_t i = 1; i < placed.size(); ++i) {
+    const glm::dvec2 low(placed[i].x, placed[i].y);
+    EXPECT_EQ(LengthWithin({low, low + glm::dvec2(placed[i].width, placed[i].height)}, {tail, tip}), 0.0);
+    EXPECT_LE(placed[i].width, kFrameHeight / 2) << placed[i].line.text;
+  }
 }
 
 }  // namespace

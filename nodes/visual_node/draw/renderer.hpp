@@ -58,6 +58,11 @@ class Renderer {
   // Text alone, into the bound framebuffer's viewport: laid out for so many pixels, whatever its size is.
   core::Result<void> DrawTexts(const Hud& hud, int width, int height) { return texts_->Draw(hud, width, height); }
 
+  // What these lines will cover of it.
+  core::Result<std::vector<Box>> TextBlocks(const std::vector<view::TextLine>& lines, int width, int height) {
+    return texts_->BlocksOf(lines, width, height);
+  }
+
   // Without it the Earth has no air.
   void SetAir(const space::AirFromSpace& air) { sky_.SetAir(air); }
   // Of a scene's surroundings.

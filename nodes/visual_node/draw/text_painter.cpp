@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <sstream>
 
 #include "nodes/visual_node/draw/shaders.hpp"
 
@@ -15,6 +17,35 @@ glm::vec3 ToDisplay(const glm::vec3& linear) {
   return glm::pow(linear, glm::vec3(1.0f / 2.2f));
 }
 
+// The words of a text in lines that are not wider than that, except for a word that is.
+std::vector<std::string> Wrap(const std::string& text, int most_px, const GlyphAtlas& atlas) {
+  std::vector<std::string> lines(1);
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+    if (lines.back().empty() || atlas.Width(longer) <= most_px) {
+      lines.back() = longer;
+    } else {
+      lines.push_back(word);
+    }
+  }
+  return lines;
+}
+
+std::vector<glm::dvec3> RingCorners(const view::RingArrow& ring) {
+  constexpr int kPieces = 12;  // of the whole ring: what is left out of it is short
+  const glm::dvec3 aside = std::abs(ring.axis_W.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
+  const glm::dvec3 u_W = glm::normalize(glm::cross(ring.axis_W, aside)), v_W = glm::cross(ring.axis_W, u_W);
+  std::vector<glm::dvec3> corners;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kPieces;
+    corners.push_back(ring.p_WCentre + ring.radius_m * (std::cos(angle) * u_W + std::sin(angle) * v_W));
+  }
+  return corners;
+}
+
+constexpr int kLabelWidthAt360 = 170;  // [px], of a line of a label
+
 constexpr glm::vec4 kBackground{0.02f, 0.03f, 0.05f, 0.62f};
 constexpr glm::vec4 kHeadBackground{0.02f, 0.03f, 0.05f, 0.45f};  // these lines are always there
 
@@ -22,10 +53,22 @@ constexpr glm::vec4 kHeadBackground{0.02f, 0.03f, 0.05f, 0.45f};  // these lines
 
 Hud HudOf(const view::Scene& scene, const view::Frustum& eye, int width, int height) {
   Hud hud{scene.texts, {}, scene.graphs};
+  const double focal_px = view::FocalLengths_px(eye, width, height).y;
   for (const view::Label& label : scene.labels) {
     const glm::dvec3 pixel = view::ProjectToPixel(eye, width, height, label.p_W);
     const bool is_inside = pixel.z > 0.0 && pixel.x >= 0.0 && pixel.x < width && pixel.y >= 0.0 && pixel.y < height;
-    if (is_inside) hud.labels.push_back({&label, glm::dvec2(pixel)});
+    if (is_inside) hud.labels.push_back({&label, glm::dvec2(pixel), label.clear_m * focal_px / pixel.z});
+  }
+  if (hud.labels.empty()) return hud;
+  const auto add = [&](const glm::dvec3& p_W, const glm::dvec3& q_W) {
+    const glm::dvec3 p = view::ProjectToPixel(eye, width, height, p_W);
+    const glm::dvec3 q = view::ProjectToPixel(eye, width, height, q_W);
+    if (p.z > 0.0 && q.z > 0.0) hud.strokes.push_back({glm::dvec2(p), glm::dvec2(q)});
+  };
+  for (const view::Arrow& arrow : scene.arrows) add(arrow.p_WTail, arrow.p_WTail + arrow.vector_W);
+  for (const view::RingArrow& ring : scene.rings) {
+    const std::vector<glm::dvec3> corners = RingCorners(ring);
+    for (std::size_t i = 1; i < corners.size(); ++i) add(corners[i - 1], corners[i]);
   }
   return hud;
 }
@@ -93,31 +136,36 @@ void TextPainter::PlaceLines(const std::vector<view::TextLine>& lines, int width
   right_end_ = margin + pen[static_cast<std::size_t>(view::Anchor::kTopRight)];
 }
 
-// Above their places. A label that would cover one before it moves further up.
-void TextPainter::PlaceLabels(const std::vector<Hud::PlacedLabel>& labels, int width, int height, const Fonts& fonts) {
-  const int margin = 6 * height / 360;
-  const std::size_t first = placed_.size();
+// A panel for each label, and its lines in it.
+void TextPainter::PlaceHudLabels(const Hud& hud, int width, int height, const Fonts& fonts) {
+  panels_.clear();
+  const double unit = height / 360.0, margin = 4.0 * unit, gap = 8.0 * unit;
   const GlyphAtlas& atlas = fonts[static_cast<std::size_t>(view::TextStyle::kBody)].atlas;
-  for (const Hud::PlacedLabel& placed : labels) {
-    PlacedLine item;
-    item.line = {view::Anchor::kTopLeft, view::TextStyle::kBody, placed.label->color, placed.label->text};
-    item.width = atlas.Width(item.line.text);
-    item.height = atlas.line_height();
-    item.x = static_cast<int>(placed.at_px.x) - item.width / 2;
-    item.y = static_cast<int>(placed.at_px.y) - item.height - 8 * height / 360;
-    const auto covers = [&](const PlacedLine& other) {
-      return std::abs(other.y - item.y) < item.height && other.x < item.x + item.width &&
-             item.x < other.x + other.width;
-    };
-    for (std::size_t tries = 0; tries < labels.size(); ++tries) {
-      const auto other = std::find_if(placed_.begin() + static_cast<std::ptrdiff_t>(first), placed_.end(), covers);
-      if (other == placed_.end()) break;
-      item.y = other->y - item.height;
+  std::vector<std::vector<std::string>> lines;
+  std::vector<WantedLabel> wanted;
+  for (const Hud::PlacedLabel& label : hud.labels) {
+    lines.push_back(Wrap(label.label->text, static_cast<int>(kLabelWidthAt360 * unit), atlas));
+    int widest = 0;
+    for (const std::string& line : lines.back()) widest = std::max(widest, atlas.Width(line));
+    const glm::dvec2 size(widest, static_cast<int>(lines.back().size()) * atlas.line_height());
+    wanted.push_back({label.at_px, size + 2.0 * glm::dvec2(margin, margin / 3.0), label.clear_px});
+  }
+  std::vector<Box> taken = hud.taken;
+  const Blocks blocks = BlocksOf(hud.lines.size(), width, height);
+  for (const Box& block : {blocks.head, blocks.table, blocks.caption}) taken.push_back(block);
+  const std::vector<Box> boxes = PlaceLabels(wanted, hud.strokes, taken, glm::dvec2(width, height), gap);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const view::Label& label = *hud.labels[i].label;
+    panels_.push_back({boxes[i], LeaderOf(boxes[i], wanted[i].at, gap), label.color});
+    for (std::size_t k = 0; k < lines[i].size(); ++k) {
+      PlacedLine item;
+      item.line = {view::Anchor::kTopLeft, view::TextStyle::kBody, label.color, lines[i][k]};
+      item.width = atlas.Width(item.line.text);
+      item.height = atlas.line_height();
+      item.x = static_cast<int>(boxes[i].low.x + 0.5 * (boxes[i].size().x - item.width));
+      item.y = static_cast<int>(boxes[i].low.y + margin / 3.0) + static_cast<int>(k) * item.height;
+      placed_.push_back(item);
     }
-    item.x = std::clamp(item.x, margin, std::max(margin, width - margin - item.width));
-    // One that would leave the picture at the top stands below its place.
-    if (item.y < margin) item.y = static_cast<int>(placed.at_px.y) + 8 * height / 360;
-    placed_.push_back(item);
   }
 }
 
@@ -155,6 +203,15 @@ void TextPainter::AddPanel(float x0, float y0, float x1, float y1, const glm::ve
   for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y0}, {x1, y1}, {x0, y1}}) vertex(x, y);
 }
 
+void TextPainter::AddStroke(const Stroke& stroke, float width, const glm::vec4& c) {
+  const glm::vec2 from(stroke.from), to(stroke.to);
+  if (from == to) return;
+  const glm::vec2 way = glm::normalize(to - from), side = 0.5f * width * glm::vec2(-way.y, way.x);
+  for (const glm::vec2& p : {from + side, to + side, to - side, from + side, to - side, from - side}) {
+    batch_.push_back({p.x, p.y, -1.0f, -1.0f, c.r, c.g, c.b, c.a});
+  }
+}
+
 void TextPainter::AddLine(const PlacedLine& placed, const Font& font) {
   const GlyphAtlas& atlas = font.atlas;
   const glm::vec3 color =
@@ -174,53 +231,73 @@ void TextPainter::AddLine(const PlacedLine& placed, const Font& font) {
   }
 }
 
+core::Result<std::vector<Box>> TextPainter::BlocksOf(const std::vector<view::TextLine>& lines, int width, int height) {
+  const auto fonts = FontsFor(height);
+  if (!fonts) return tl::unexpected(fonts.error());
+  PlaceLines(lines, width, height, **fonts);
+  const Blocks blocks = BlocksOf(lines.size(), width, height);
+  return std::vector<Box>{blocks.head, blocks.table, blocks.caption};
+}
+
+TextPainter::Blocks TextPainter::BlocksOf(std::size_t num_lines, int width, int height) const {
+  const double scale = height / 360.0;
+  Box head{glm::dvec2(6.0, 8.0) * scale, glm::dvec2(0.0)}, table{glm::dvec2(width, height), glm::dvec2(0.0)};
+  double caption_top = height;
+  for (std::size_t i = 0; i < num_lines; ++i) {
+    const PlacedLine& item = placed_[i];
+    const glm::dvec2 low(item.x, item.y), high = low + glm::dvec2(item.width, item.height);
+    if (item.line.anchor == view::Anchor::kBottomLeft) caption_top = std::min(caption_top, low.y);
+    if (item.line.style == view::TextStyle::kBadge) continue;
+    if (item.line.anchor == view::Anchor::kTopLeft) {
+      head.high = glm::max(head.high, high + glm::dvec2(4.0, 2.0) * scale);
+    } else if (item.line.anchor == view::Anchor::kTopRight) {
+      table.low = glm::min(table.low, low - glm::dvec2(4.0 * scale, 0.0));
+      table.high = {width - 6.0 * scale, std::max(table.high.y, high.y)};
+    }
+  }
+  Blocks blocks;
+  if (head.high.y > 0.0) blocks.head = head;
+  if (table.high.y > 0.0) blocks.table = table;
+  if (caption_top < height) blocks.caption = {{0.0, caption_top - 6.0 * scale}, {width, height}};
+  return blocks;
+}
+
 // A dark strip behind the caption, a filled one behind each badge and label, and one behind the lines of either upper
 // corner.
-void TextPainter::AddPanels(std::size_t num_lines, std::size_t num_labels, int width, int height) {
+void TextPainter::AddPanels(std::size_t num_lines, int width, int height) {
   const auto scale = static_cast<float>(height) / 360.0f;
-  float caption_top = static_cast<float>(height);
-  float table_left = static_cast<float>(width), table_top = static_cast<float>(height), table_end = 0.0f;
-  float head_right = 0.0f, head_end = 0.0f;
-  const auto add_behind = [&](const PlacedLine& item, float margin, const glm::vec4& color) {
-    AddPanel(static_cast<float>(item.x) - margin * scale, static_cast<float>(item.y) - margin / 3 * scale,
-             static_cast<float>(item.x + item.width) + margin * scale,
-             static_cast<float>(item.y + item.height) + margin / 3 * scale, color);
+  const auto add_box = [&](const Box& box, const glm::vec4& color) {
+    const glm::vec2 low(box.low), high(box.high);
+    if (high.x > low.x) AddPanel(low.x, low.y, high.x, high.y, color);
   };
   for (std::size_t i = 0; i < num_lines; ++i) {
     const PlacedLine& item = placed_[i];
-    if (item.line.anchor == view::Anchor::kBottomLeft) caption_top = std::min(caption_top, static_cast<float>(item.y));
-    if (item.line.style == view::TextStyle::kBadge) {
-      add_behind(item, 6.0f, glm::vec4(ToDisplay(item.line.color), 0.92f));
-    } else if (item.line.anchor == view::Anchor::kTopLeft) {
-      head_right = std::max(head_right, static_cast<float>(item.x + item.width));
-      head_end = std::max(head_end, static_cast<float>(item.y + item.height));
-    } else if (item.line.anchor == view::Anchor::kTopRight) {
-      table_left = std::min(table_left, static_cast<float>(item.x));
-      table_top = std::min(table_top, static_cast<float>(item.y));
-      table_end = std::max(table_end, static_cast<float>(item.y + item.height));
-    }
+    if (item.line.style != view::TextStyle::kBadge) continue;
+    const glm::dvec2 low(item.x, item.y), high = low + glm::dvec2(item.width, item.height);
+    const glm::dvec2 margin = glm::dvec2(6.0, 2.0) * static_cast<double>(scale);
+    add_box({low - margin, high + margin}, glm::vec4(ToDisplay(item.line.color), 0.92f));
   }
-  if (head_end > 0.0f) AddPanel(6 * scale, 8 * scale, head_right + 4 * scale, head_end + 2 * scale, kHeadBackground);
-  if (table_end > 0.0f) {
-    AddPanel(table_left - 4 * scale, table_top, static_cast<float>(width) - 6 * scale, table_end, kBackground);
+  const Blocks blocks = BlocksOf(num_lines, width, height);
+  add_box(blocks.head, kHeadBackground);
+  add_box(blocks.table, kBackground);
+  for (const LabelPanel& label : panels_) {
+    AddStroke(label.leader, 1.5f * scale, glm::vec4(ToDisplay(label.color), 0.8f));
+    add_box(label.box, kBackground);
   }
-  for (std::size_t i = num_lines; i < num_lines + num_labels; ++i) add_behind(placed_[i], 4.0f, kBackground);
-  if (caption_top >= static_cast<float>(height)) return;
-  AddPanel(0, caption_top - 6 * scale, static_cast<float>(width), static_cast<float>(height),
-           glm::vec4(0.02f, 0.03f, 0.05f, 0.72f));
-  AddPanel(0, caption_top - 7 * scale, static_cast<float>(width), caption_top - 6 * scale,
-           glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
+  add_box(blocks.caption, glm::vec4(0.02f, 0.03f, 0.05f, 0.72f));
+  const Box edge{blocks.caption.low - glm::dvec2(0.0, scale), {blocks.caption.high.x, blocks.caption.low.y}};
+  add_box(edge, glm::vec4(0.35f, 0.75f, 0.95f, 0.55f));
 }
 
 core::Result<void> TextPainter::Draw(const Hud& hud, int width, int height) {
   const auto fonts = FontsFor(height);
   if (!fonts) return tl::unexpected(fonts.error());
   PlaceLines(hud.lines, width, height, **fonts);
-  PlaceLabels(hud.labels, width, height, **fonts);
+  PlaceHudLabels(hud, width, height, **fonts);
 
   // Panels first, then the lines, by font.
   batch_.clear();
-  AddPanels(hud.lines.size(), hud.labels.size(), width, height);
+  AddPanels(hud.lines.size(), width, height);
   DrawGraphs(hud.graphs, width, height, **fonts);
   std::array<std::size_t, 5> first{};
   for (std::size_t style = 0; style < 4; ++style) {

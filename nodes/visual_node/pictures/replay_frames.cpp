@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/clock.hpp"
+#include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/pictures/offline.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
@@ -37,7 +38,11 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
     view::Scene scene = recording->scene();
     structures->BuildAndAddTo(recording->choices(), &scene);
     const scene::Camera& camera = view::CameraFor(*scene.assets, composition->layout.steered(), scene.step);
-    const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height);
+    const auto add_inset = [&](const RenderTarget& target) {
+      return AddInset(*renderer, scene, recording->choices(), composition->viewing.stereo, target);
+    };
+    const auto image =
+        RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height, add_inset);
     if (!image) return tl::unexpected(image.error());
     if (auto taken = sink(*image); !taken) return taken;
     if (const std::int64_t now_ns = core::MonotonicNow_ns(); now_ns >= next_progress_ns) {

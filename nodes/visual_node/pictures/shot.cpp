@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/draw/object_pass.hpp"
 #include "nodes/visual_node/pictures/offline.hpp"
@@ -79,14 +80,22 @@ core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Re
   const scene::Camera& camera = view::CameraFor(*scene.assets, composition->layout.steered(), scene.step);
   auto composer = Composer::Create();
   if (!composer) return tl::unexpected(composer.error());
-  const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height);
+  const auto choices = view::ReadChoices(options.show, scene.assets->instance_names);
+  if (!choices) return tl::unexpected(choices.error());
+  picture::Measured<float> light;
+  const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height,
+                                  [&](const RenderTarget& target) {
+                                    if (!options.pictures.hdr.empty()) {
+                                      light = LightOf(renderer->film(), options.width, options.height);
+                                    }
+                                    return AddInset(*renderer, scene, *choices, composition->viewing.stereo, target);
+                                  });
   if (!image) return tl::unexpected(image.error());
   if (const std::filesystem::path& file = options.pictures.shot; !file.empty()) {
     if (auto written = WritePng(*image, file); !written) return written;
     std::printf("%s\n", file.c_str());
   }
   if (const std::filesystem::path& file = options.pictures.hdr; !file.empty()) {
-    const auto light = LightOf(renderer->film(), options.width, options.height);
     if (auto written = WritePfm(light, file); !written) return written;
     std::printf("%s\n", file.c_str());
   }
