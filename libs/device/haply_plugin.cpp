@@ -173,7 +173,8 @@ const oos_device_plugin& HaplyPlugin() {
       [](void* device, std::int64_t now_ns, const oos_device_command* command, const oos_device_hand* /*hand*/,
          oos_device_state* state) -> int { return static_cast<HaplyDevice*>(device)->Step(now_ns, command, state); },
       [](void* device) { delete static_cast<HaplyDevice*>(device); },
-      [](void* device) -> int { return static_cast<HaplyDevice*>(device)->fd(); }};
+      [](void* device) -> int { return static_cast<HaplyDevice*>(device)->fd(); },
+      nullptr};
   return plugin;
 }
 

@@ -124,6 +124,31 @@ typedef struct oos_device_hand {
   double grip_strength_N;
 } oos_device_hand;
 
+/* For people who watch a device that is a robot. L is a joint's link, its frame at the joint, z along the axis. */
+typedef struct oos_device_joint {
+  double X_BL[7];
+  double X_BL_target[7]; /* where a motion interpolator wants it */
+  double position_rad;
+  double speed_rad_per_s;
+  double measured_Nm;
+  double commanded_Nm;
+  double temperature_degC;
+  double radius_m; /* of the link, as a round bar to the next joint */
+} oos_device_joint;
+
+enum { OOS_DEVICE_MAX_JOINTS = 16 };
+
+typedef struct oos_device_joints {
+  uint32_t size;
+  uint32_t num_joints;
+  uint32_t has_target;
+  uint32_t state;       /* 0 off, 1 idle, 2 ready, 3 engaging, 4 force, 5 degraded, 6 brake, 7 fault */
+  uint32_t first_cause; /* as in DeviceJoints of device.proto */
+  uint32_t reserved;
+  double X_BD_target[7];
+  oos_device_joint joints[OOS_DEVICE_MAX_JOINTS];
+} oos_device_joints;
+
 typedef struct oos_device_plugin {
   uint32_t abi_version; /* OOS_DEVICE_ABI_VERSION */
   uint32_t size;        /* of this struct */
@@ -138,6 +163,8 @@ typedef struct oos_device_plugin {
   /* A file descriptor that can be read when a sample is there; -1: none, the device is asked once a millisecond. May be
    * null. */
   int (*wait_fd)(void* device);
+  /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot. */
+  int (*joints)(void* device, oos_device_joints* joints);
 } oos_device_plugin;
 
 /* The one symbol of a shared library. The table lives as long as the library. */

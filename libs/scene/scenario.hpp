@@ -177,7 +177,8 @@ struct Mechanism {
   Location location;
 };
 
-constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "udp", "serial", "plugin", "replay", "haply"};
+constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "hug",    "udp",
+                                        "serial",        "plugin",        "replay", "haply"};
 
 // A hand device and its role. Role names are chosen by the scenario ("op1/arm.left").
 struct Device {

@@ -66,6 +66,8 @@ class Device {
   [[nodiscard]] virtual const DeviceHealth& Health(std::int64_t now_ns) noexcept = 0;
   // As the device said it, in its base's frame; of the latest call.
   [[nodiscard]] virtual const oos_device_state& state() const noexcept = 0;
+  // Of a device that is a robot, as of the latest Read; false for others.
+  virtual bool Joints(oos_device_joints* /*joints*/) noexcept { return false; }
   // While muted, a device gets no commands at all: to see its own watchdog.
   virtual void SetMuted(bool /*is_muted*/) noexcept {}
 

@@ -1,11 +1,13 @@
 #include "nodes/device_bridge/device_bridge.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "core/clock.hpp"
+#include "nodes/device_bridge/devices/plugin_values.hpp"
 
 namespace device_bridge {
 namespace {
@@ -30,8 +32,13 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     num_samples = static_cast<std::size_t>(seconds * 1000.0) * std::max<std::size_t>(1, scenario.devices.size());
   }
   std::unique_ptr<DeviceBridge> bridge(new DeviceBridge(scenario, options, num_samples));
+  // Roles whose devices are parts of one machine find each other by it.
+  static std::atomic<std::uint64_t> num_bridges{0};
+  const std::string session = std::to_string(++num_bridges);
   for (const scene::Device& device : bridge->scenario_.devices) {
-    auto made = MakeDevice(device, options.threads);
+    scene::Device with_session = device;
+    with_session.options.emplace_back("session", session);
+    auto made = MakeDevice(with_session, options.threads);
     if (!made) return tl::unexpected(made.error());
     const core::Result<SafetyFilter> filter = SafetyFilter::Create(FilterLimits::From(device, scenario.force_cap_N));
     if (!filter) {
@@ -214,6 +221,35 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     outputs->filter_status.push_back(role.filter.status());
     echo_log_.RecordSample(static_cast<unsigned>(i), role.sample_sequence, inputs.now_ns);
   }
+}
+
+bool DeviceBridge::Joints(std::size_t role_index, core::DeviceJoints* joints) const noexcept {
+  if (role_index >= roles_.size()) return false;
+  const Role& role = *roles_[role_index];
+  oos_device_joints there{};
+  if (!role.device->Joints(&there)) return false;
+  joints->role_index = static_cast<std::uint8_t>(role_index);
+  joints->is_simulated = role.device->is_simulated();
+  joints->state = static_cast<std::uint8_t>(there.state);
+  joints->first_cause = static_cast<std::uint8_t>(there.first_cause);
+  joints->has_target = there.has_target != 0;
+  joints->X_WD = PoseOf(role.device->state().X_BD);
+  joints->X_WD_target = PoseOf(there.X_BD_target);
+  joints->joints.clear();
+  for (std::uint32_t i = 0; i < there.num_joints; ++i) {
+    const oos_device_joint& from = there.joints[i];
+    core::DeviceJoint joint;
+    joint.X_WL = PoseOf(from.X_BL);
+    joint.X_WL_target = PoseOf(from.X_BL_target);
+    joint.position_rad = static_cast<float>(from.position_rad);
+    joint.speed_rad_per_s = static_cast<float>(from.speed_rad_per_s);
+    joint.measured_Nm = static_cast<float>(from.measured_Nm);
+    joint.commanded_Nm = static_cast<float>(from.commanded_Nm);
+    joint.temperature_degC = static_cast<float>(from.temperature_degC);
+    joint.radius_m = static_cast<float>(from.radius_m);
+    joints->joints.push_back(joint);
+  }
+  return true;
 }
 
 RoleFigures DeviceBridge::figures(std::size_t role) const {

@@ -97,6 +97,8 @@ class DeviceBridge {
   [[nodiscard]] const DeviceHealth& health(std::size_t role, std::int64_t now_ns) noexcept {
     return roles_[role]->device->Health(now_ns);
   }
+  // Of a role whose device is a robot; false for others.
+  bool Joints(std::size_t role, core::DeviceJoints* joints) const noexcept;
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:

@@ -146,7 +146,7 @@ TEST(EchoLog, CountsOnlyTheFirstEchoOfAKnownSample) {
 TEST(DeviceBridge, RefusesAScriptWithErrorsAndAnUnknownDevice) {
   ToyWorld world("step a\nwait 1\n");
   scene::Scenario scenario = world.scenario;
-  scenario.devices[0].type = "hug";
+  scenario.devices[0].type = "hologram";
   auto refused = DeviceBridge::Create(scenario, 1);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().detail.find("'hug'"), std::string::npos);

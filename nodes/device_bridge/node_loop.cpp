@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;  // fast enough for a display that people read
 constexpr std::uint64_t kTicksPerHead = 8;               // 125/s: more than displays show
+constexpr std::uint64_t kTicksPerJoints = 16;            // for people to watch
 constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;    // a later sample is closer to the next tick
 
 std::size_t NumForceSamples(const scene::Scenario& scenario) {
@@ -73,6 +74,11 @@ void NodeLoop::Declare() {
     std::printf("head of %s: %s\n", user.c_str(), heads_[i].tracker->description());
   }
   for (const scene::Device& device : scenario_.devices) {
+    const std::size_t role = joints_writers_.size();
+    joints_writers_.emplace_back();
+    if (bridge_->Joints(role, &joints_)) {
+      joints_writers_.back() = node_->WriteLatest<core::DeviceJoints>(bus::DeviceJointsTopic(device.role));
+    }
     health_writers_.push_back(node_->WriteState<core::DeviceHealth>(bus::DeviceHealthTopic(device.role)));
   }
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
@@ -133,7 +139,15 @@ void NodeLoop::Step() {
     force_log_.Add(static_cast<std::uint32_t>(role), inputs_.now_ns, outputs_.applied[role]);
   }
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
+  SendJoints();
   SendHeads();
+}
+
+void NodeLoop::SendJoints() {
+  if (ticks_ % kTicksPerJoints != 0) return;
+  for (std::size_t role = 0; role < joints_writers_.size(); ++role) {
+    if (joints_writers_[role] && bridge_->Joints(role, &joints_)) joints_writers_[role]->Send(joints_);
+  }
 }
 
 // After the samples: no force waits for a picture.

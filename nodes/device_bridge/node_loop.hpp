@@ -40,6 +40,7 @@ class NodeLoop {
   void PublishFigures(std::int64_t now_ns);
   void ReportDevices(std::int64_t now_ns);
   void PublishHealth(std::int64_t now_ns);
+  void SendJoints();
 
   const scene::Scenario& scenario_;
   DeviceBridge* bridge_;
@@ -52,6 +53,9 @@ class NodeLoop {
   bus::LatestReader<core::PhysicsState>* physics_ = nullptr;
   bus::StateReader<core::LogicStatus>* logic_ = nullptr;
   std::vector<bus::LatestWriter<core::DeviceState>> writers_;
+  std::vector<std::optional<bus::LatestWriter<core::DeviceJoints>>>
+      joints_writers_;         // of roles whose device is a robot
+  core::DeviceJoints joints_;  // as published
   struct Head {
     std::unique_ptr<HeadTracker> tracker;
     bus::LatestWriter<core::HeadState> writer;

@@ -1,5 +1,7 @@
 #include "nodes/device_bridge/devices/immediate_device.hpp"
 
+#include <cstddef>
+
 #include "nodes/device_bridge/devices/plugin_values.hpp"
 
 namespace device_bridge {
@@ -29,7 +31,23 @@ ImmediateDevice::~ImmediateDevice() {
 void ImmediateDevice::Step(std::int64_t now_ns, const oos_device_command* command,
                            const oos_device_hand* hand) noexcept {
   last_ns_ = now_ns;
-  plugin_.functions->step(device_, now_ns, command, hand, &state_);
+  if (plugin_.functions->step(device_, now_ns, command, hand, &state_) == OOS_DEVICE_OK) {
+    health_.status = DeviceStatus::kAlive;
+    return;
+  }
+  // A simulated device that was unplugged stays where it was, let go.
+  health_.status = DeviceStatus::kGone;
+  state_.flags = OOS_DEVICE_IS_OFF;
+  for (double& v : state_.V_BD) v = 0.0;
+  for (double& f : state_.applied) f = 0.0;
+  state_.opening_velocity_m_per_s = 0.0;
+}
+
+bool ImmediateDevice::Joints(oos_device_joints* joints) noexcept {
+  const oos_device_plugin& table = *plugin_.functions;
+  if (table.size <= offsetof(oos_device_plugin, joints) || table.joints == nullptr) return false;
+  joints->size = sizeof *joints;
+  return table.joints(device_, joints) == OOS_DEVICE_OK && joints->num_joints <= OOS_DEVICE_MAX_JOINTS;
 }
 
 DeviceReading ImmediateDevice::Read(std::int64_t now_ns) noexcept {

@@ -2,7 +2,10 @@
 
 #include <dlfcn.h>
 
+#include <cstddef>
+
 #include "device/builtin.hpp"
+#include "hug/plugin.hpp"
 #include "nodes/device_bridge/arms/arm_plugin.hpp"
 #include "nodes/device_bridge/devices/replay_plugin.hpp"
 
@@ -29,7 +32,7 @@ core::Result<PluginTable> LoadLibrary(const std::string& path) {
 }
 
 core::Result<void> CheckTable(const oos_device_plugin& table, const std::string& name) {
-  if (table.abi_version != OOS_DEVICE_ABI_VERSION || table.size < sizeof table) {
+  if (table.abi_version != OOS_DEVICE_ABI_VERSION || table.size < offsetof(oos_device_plugin, joints)) {
     return core::Fail(core::ErrorCode::kUnsupported, name + ": has version " + std::to_string(table.abi_version) +
                                                          " of the device interface, this is " +
                                                          std::to_string(OOS_DEVICE_ABI_VERSION) +
@@ -47,6 +50,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
   PluginTable table;
   if (type == "simulated_arm") table.functions = &SimulatedArmPlugin();
   if (type == "simulated_hug") table.functions = &SimulatedHugPlugin();
+  if (type == "hug") table.functions = &hug::Plugin();
   if (type == "udp") table.functions = &device::UdpPlugin();
   if (type == "serial") table.functions = &device::SerialPlugin();
   if (type == "haply") table.functions = &device::HaplyPlugin();
@@ -60,7 +64,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
     return core::Fail(
         core::ErrorCode::kUnsupported,
         "unknown type '" + type +
-            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
+            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
             "\"replay\".");
   }
   if (auto checked = CheckTable(*table.functions, type == "plugin" ? address : type); !checked) {

@@ -85,7 +85,7 @@ void CloseReplay(void* device) {
 
 const oos_device_plugin& ReplayPlugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenReplay, DescribeReplay, StepReplay, CloseReplay, nullptr};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenReplay, DescribeReplay, StepReplay, CloseReplay, nullptr, nullptr};
   return plugin;
 }
 

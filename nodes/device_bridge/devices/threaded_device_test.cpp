@@ -199,8 +199,8 @@ TEST(MakeDevice, RefusesWhatCannotBeADeviceWithTheRemedy) {
   EXPECT_NE(Why(old).find("version 77"), std::string::npos) << Why(old);
   old.address = "/no/such.so";
   EXPECT_NE(Why(old).find("/no/such.so"), std::string::npos);
-  old.type = "hug";
-  EXPECT_NE(Why(old).find("unknown type 'hug'"), std::string::npos);
+  old.type = "hologram";
+  EXPECT_NE(Why(old).find("unknown type 'hologram'"), std::string::npos);
 }
 
 TEST(MakeDevice, TheCommandLineChoosesDevices) {

@@ -17,7 +17,8 @@ struct RecordingDevice {
   oos_device_state state{};
 
   static const oos_device_plugin& Table() {
-    static const oos_device_plugin table{OOS_DEVICE_ABI_VERSION, sizeof table, Open, Describe, Step, Close, nullptr};
+    static const oos_device_plugin table{
+        OOS_DEVICE_ABI_VERSION, sizeof table, Open, Describe, Step, Close, nullptr, nullptr};
     return table;
   }
   static RecordingDevice& Instance() {

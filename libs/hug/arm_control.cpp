@@ -1,0 +1,101 @@
+#include "hug/arm_control.hpp"
+
+#include "hug/feed_forward.hpp"
+
+namespace hug {
+namespace {
+
+core::Twist Between(const core::Pose& X_WD, const core::Pose& X_WI) {
+  return {core::RotationVector(X_WI.rotation * glm::conjugate(X_WD.rotation)), X_WI.translation - X_WD.translation};
+}
+core::Twist operator-(const core::Twist& a, const core::Twist& b) {
+  return {a.angular_rad_per_s - b.angular_rad_per_s, a.linear_m_per_s - b.linear_m_per_s};
+}
+core::Wrench Times(double linear, double angular, const core::Twist& twist) {
+  return {linear * twist.linear_m_per_s, angular * twist.angular_rad_per_s};
+}
+
+}  // namespace
+
+// Weight and Coriolis torques are compensated, and the posture is kept in the null space of J, where it moves the links
+// but not the hand. In impedance control, with brakes b and the springs of limits and neighbours tau_s,
+//   tau = h(q, q') + M N a_posture + J^T (F_m - b V) + tau_s,   F_m by FeedForward.
+Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
+  const Readings& readings = *in.readings;
+  const bool has_force =
+      in.state == SafetyState::kEngaging || in.state == SafetyState::kForce || in.state == SafetyState::kDegraded;
+  const core::Wrench measured = in.is_clutch_closed ? readings.F_Do_W : core::Wrench{};
+  const Joints weight = arm->InverseDynamics({});
+  expected_ = weight - arm->TorquesOf(readings.F_Do_W);
+
+  Joints springs = LimitTorques(figures_.limits, *arm, readings.motor_position, readings.speed, &is_at_limit_);
+  springs = springs + in.avoidance;
+
+  const double rest = has_force ? 1.0 - in.share : 1.0;
+  const double brake_N_s_per_m = rest * figures_.brake_N_s_per_m + (has_force ? in.command.brake_N_s_per_m : 0.0);
+  const double brake_Nm_s_per_rad =
+      rest * figures_.brake_Nm_s_per_rad + (has_force ? in.command.brake_Nm_s_per_rad : 0.0);
+
+  const bool follows = figures_.mode == ControlMode::kAdmittance || figures_.mode == ControlMode::kGuidance;
+  if (!follows || !has_force) {
+    is_following_ = false;
+    target_.reset();
+  }
+  if (follows && has_force) {
+    return weight + springs + Follow(in, measured, springs, brake_N_s_per_m, brake_Nm_s_per_rad, arm);
+  }
+  const Joints posture = arm->NullSpaceOf(figures_.posture_per_s2 * (arm->model().ready - readings.motor_position) -
+                                          figures_.posture_per_s * readings.speed);
+  core::Wrench motors = -Times(brake_N_s_per_m, brake_Nm_s_per_rad, arm->V_WD());
+  if (has_force) {
+    const core::Wrench wanted = figures_.mode == ControlMode::kGravity ? core::Wrench{} : in.share * in.command.F_Do_W;
+    motors += FeedForward(wanted, measured, in.share * GainForShare(figures_.share_of_inertia));
+  }
+  return weight + arm->InertiaTimes(posture) + arm->TorquesOf(motors) + springs;
+}
+
+// The virtual body V gets all forces, that of the springs as the wrench that they put on the hand, and the arm follows
+// it by resolved acceleration [Luh, Walker, Paul 1980]:
+//   q'' = J^+ (A_V + 2 d w (V_V - V) + w^2 (X_V - X) - J' q') + N a_posture,   tau = h + M q'' - J^T F_s + friction.
+Joints ArmControl::Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs,
+                          double brake_N_s_per_m, double brake_Nm_s_per_rad, ArmDynamics* arm) {
+  if (!is_following_) virtual_body_.Reset(arm->X_WD(), arm->V_WD());
+  is_following_ = true;
+  // What is mounted beyond the sensor takes its share of the hand's force for its own acceleration.
+  core::Wrench hand = measured;
+  hand.force_N += arm->model().mount.mass_kg * virtual_body_.acceleration().linear_m_per_s;
+  core::Wrench F = in.share * (in.command.F_Do_W + hand) + arm->WrenchOf(springs);
+  if (figures_.mode == ControlMode::kGuidance && path_) {
+    const double time_s = in.time_s - path_begin_s_;
+    const core::Twist off = Between(virtual_body_.X_WD(), path_->X_WI(time_s));
+    F += in.share *
+         (Times(figures_.guide_N_per_m, figures_.guide_Nm_per_rad, off) +
+          Times(figures_.guide_N_s_per_m, figures_.guide_Nm_s_per_rad, path_->V_WI(time_s) - virtual_body_.V_WD()));
+  }
+  VirtualBody body = figures_.body;
+  body.damping_N_s_per_m += brake_N_s_per_m;
+  body.damping_Nm_s_per_rad += brake_Nm_s_per_rad;
+  virtual_body_.Step(in.dt_s, F, body);
+
+  const double w = figures_.tracking_rad_per_s;
+  const double kv = 2.0 * figures_.tracking_damping * w;
+  const core::Twist off = Between(arm->X_WD(), virtual_body_.X_WD());
+  const core::Twist behind = virtual_body_.V_WD() - arm->V_WD();
+  core::Twist a = virtual_body_.acceleration() - arm->BiasAcceleration();
+  a.linear_m_per_s += kv * behind.linear_m_per_s + w * w * off.linear_m_per_s;
+  a.angular_rad_per_s += kv * behind.angular_rad_per_s + w * w * off.angular_rad_per_s;
+  const Joints& q = in.readings->motor_position;
+  const Joints& speed = in.readings->speed;
+  const Joints acceleration =
+      arm->PseudoInverseTimes(a) +
+      arm->NullSpaceOf(figures_.posture_per_s2 * (arm->model().ready - q) - figures_.posture_per_s * speed);
+  const core::Pose X_WI =
+      path_ && figures_.mode == ControlMode::kGuidance ? path_->X_WI(in.time_s - path_begin_s_) : virtual_body_.X_WD();
+  target_ = q + arm->PseudoInverseTimes(Between(arm->X_WD(), X_WI));
+  // The springs move the virtual body; what the hand does not feel of them moves the elbow.
+  Joints torques = arm->InertiaTimes(acceleration) - arm->TorquesOf(hand + arm->WrenchOf(springs));
+  for (std::size_t i = 0; i < kJoints; ++i) torques[i] += arm->model().links[i].damping * speed[i];
+  return torques;
+}
+
+}  // namespace hug

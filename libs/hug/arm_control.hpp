@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "hug/admittance.hpp"
+#include "hug/arm_dynamics.hpp"
+#include "hug/command_link.hpp"
+#include "hug/interpolator.hpp"
+#include "hug/safety_states.hpp"
+#include "hug/sensors.hpp"
+#include "hug/soft_limits.hpp"
+
+namespace hug {
+
+enum class ControlMode : std::uint8_t {
+  kGravity,     // weight compensated and no more: the arm is led by the hand
+  kImpedance,   // the wanted force, with feed-forward of the measured one
+  kAdmittance,  // the measured force moves a virtual body, which the arm follows
+  kGuidance     // and a spring leads the virtual body along a trajectory
+};
+
+struct ControlFigures {
+  ControlMode mode = ControlMode::kImpedance;
+  double share_of_inertia = 0.3;  // left by feed-forward, as published for HUG
+  VirtualBody body;
+  SoftLimits limits;
+  // Of the tracking of the virtual body: two poles at 15 Hz, well above what hands do and below the joint loop's 3 kHz.
+  double tracking_rad_per_s = 94.0;
+  double tracking_damping = 0.9;
+  // Of the free motion that a seventh joint leaves: back to the ready posture.
+  double posture_per_s2 = 20.0;
+  double posture_per_s = 9.0;
+  double brake_N_s_per_m = 400.0;  // without force, as in the bridge's filter
+  double brake_Nm_s_per_rad = 4.0;
+  double guide_N_per_m = 300.0;
+  double guide_N_s_per_m = 40.0;
+  double guide_Nm_per_rad = 8.0;
+  double guide_Nm_s_per_rad = 1.0;
+};
+
+struct ControlInputs {
+  double dt_s = 0.0;
+  double time_s = 0.0;
+  const Readings* readings = nullptr;
+  ArmCommand command;
+  SafetyState state = SafetyState::kOff;
+  double share = 0.0;  // of force and feed-forward, while engaging
+  bool is_clutch_closed = false;
+  Joints avoidance{};  // torques against collisions
+};
+
+// The law of one arm's joint loop: torques of the motors from sensors and command.
+class ArmControl {
+ public:
+  explicit ArmControl(const ControlFigures& figures) : figures_(figures) {}
+
+  // `arm`: placed at the measured posture.
+  Joints Step(const ControlInputs& in, ArmDynamics* arm);
+
+  // Leads along a trajectory from now on, in mode kGuidance.
+  void Guide(const Interpolator& path, double now_s) {
+    path_ = path;
+    path_begin_s_ = now_s;
+  }
+  // Joint angles of where the interpolator or the virtual body wants the arm; none in other modes.
+  [[nodiscard]] const std::optional<Joints>& target() const { return target_; }
+  // Torques in the joints for the measured force, without acceleration.
+  [[nodiscard]] const Joints& expected_link_torque() const { return expected_; }
+  [[nodiscard]] bool is_at_limit() const { return is_at_limit_; }
+
+ private:
+  Joints Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs, double brake_N_s_per_m,
+                double brake_Nm_s_per_rad, ArmDynamics* arm);
+
+  ControlFigures figures_;
+  Admittance virtual_body_;
+  bool is_following_ = false;
+  std::optional<Interpolator> path_;
+  double path_begin_s_ = 0.0;
+  std::optional<Joints> target_;
+  Joints expected_{};
+  bool is_at_limit_ = false;
+};
+
+}  // namespace hug

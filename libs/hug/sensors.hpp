@@ -1,0 +1,59 @@
+#pragma once
+
+#include "core/wrench.hpp"
+#include "hug/faults.hpp"
+#include "hug/joints.hpp"
+#include "hug/noise.hpp"
+#include "hug/safety_states.hpp"
+
+namespace hug {
+
+// What is true in an arm, for the sensors to measure.
+struct ArmTruth {
+  Joints position{};
+  Joints link_torque{};  // between gear and link
+  core::Wrench F_Do_W;   // of the hand on the arm, through the wrist's sensor, the weight of what is mounted taken off
+};
+
+// What the sensors say. Each joint has two of position and two of torque.
+struct Readings {
+  Joints motor_position{};  // fine, behind the gear: what the control uses
+  Joints link_position{};
+  Joints speed{};  // of the motor's sensor, filtered
+  Joints torque{};
+  Joints second_torque{};
+  core::Wrench F_Do_W;
+};
+
+struct SensorFigures {
+  double link_step_rad = 9.587e-5;   // 2 pi / 65 536
+  double motor_step_rad = 9.587e-7;  // the same behind a gear of 100; assumed
+  double torque_noise_Nm = 0.1;
+  double force_noise_N = 0.1;
+  double wrist_torque_noise_Nm = 0.005;
+  double speed_filter_s = 1e-3;
+  // How far two sensors may be apart.
+  double position_gap_rad = 5e-3;
+  double torque_gap_Nm = 3.0;
+  double force_gap_N = 25.0;  // between wrist and joints' torques, which neglect acceleration, filtered
+  double force_gap_filter_s = 0.1;
+};
+
+class Sensors {
+ public:
+  Sensors(const SensorFigures& figures, std::uint64_t seed) : figures_(figures), noise_(seed) {}
+  void Measure(double dt_s, double time_s, const ArmTruth& truth, const FaultSwitches& faults);
+  // Compares the redundant sensors. `link_torque`: what the model expects in the joints for the measured force.
+  [[nodiscard]] FaultCause Check(double dt_s, const Joints& link_torque);
+  [[nodiscard]] const Readings& readings() const { return readings_; }
+
+ private:
+  SensorFigures figures_;
+  Noise noise_;
+  Readings readings_;
+  Joints before_{};
+  Joints torque_gap_{};  // filtered
+  bool is_first_ = true;
+};
+
+}  // namespace hug
