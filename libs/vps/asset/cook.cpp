@@ -47,39 +47,35 @@ core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
   return core::Fail(core::ErrorCode::kInvalidInput, text);
 }
 
-// `bounds`: the surface of the solid; `mesh`: the same, or the sheet that it was made from.
-core::Result<CookedObject> Build(const TriangleMesh& bounds, const TriangleMesh& mesh, const CookParameters& parameters,
-                                 const Progress& progress, core::ParallelFor* workers) {
+core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters& parameters, const Progress& progress,
+                                 core::ParallelFor* workers) {
   CookedObject object;
-  const Box box = BoundingBox(bounds);
+  const Box box = BoundingBox(solid);
   object.bounding_centre_m = 0.5 * (box.lower + box.upper);
-  for (const auto& p : bounds.vertices) {
+  for (const auto& p : solid.vertices) {
     object.bounding_radius_m = std::max(object.bounding_radius_m, glm::length(p - object.bounding_centre_m));
   }
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
-      auto field = BuildField(mesh, parameters.voxel_size_m,
-                              {.sheet_half_thickness_m = parameters.sheet_half_thickness_m,
-                               .sign_by_winding = parameters.sheet_half_thickness_m == 0.0 && !IsSimpleSolid(mesh),
-                               .workers = workers,
-                               .progress = progress});
+      auto field = BuildField(solid, parameters.voxel_size_m,
+                              {.sign_by_winding = !IsSimpleSolid(solid), .workers = workers, .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
     }
     if (parameters.num_points != 0) {
-      auto samples = BuildSampleTree(bounds, parameters.num_points, progress);
+      auto samples = BuildSampleTree(solid, parameters.num_points, progress);
       if (!samples) return tl::unexpected(samples.error());
       object.samples = std::move(*samples);
     }
     return object;
   }
   if (parameters.voxel_size_m != 0.0) {
-    auto voxmap = BuildVoxmap(bounds, parameters.voxel_size_m, progress);
+    auto voxmap = BuildVoxmap(solid, parameters.voxel_size_m, progress);
     if (!voxmap) return tl::unexpected(voxmap.error());
     object.voxmap = std::move(*voxmap);
   }
   if (parameters.num_points != 0) {
-    const auto shell = BuildPointshell(bounds, parameters.num_points, progress);
+    const auto shell = BuildPointshell(solid, parameters.num_points, progress);
     if (!shell) return tl::unexpected(shell.error());
     if (progress) progress("point-sphere tree", 0.0);
     object.points = BuildTree(*shell);
@@ -95,12 +91,12 @@ core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& 
   if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
   if (const auto good = CheckSheetThickness(parameters); !good) return tl::unexpected(good.error());
   if (parameters.sheet_half_thickness_m > 0.0) {
-    return Build(ThickenSheet(mesh, 2.0 * parameters.sheet_half_thickness_m), mesh, parameters, progress, workers);
+    return Build(ThickenSheet(mesh, 2.0 * parameters.sheet_half_thickness_m), parameters, progress, workers);
   }
   if (IsInsideOut(mesh)) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh is inside out: turn its faces over");
   }
-  return Build(mesh, mesh, parameters, progress, workers);
+  return Build(mesh, parameters, progress, workers);
 }
 
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,

@@ -49,9 +49,7 @@ struct CookParameters {
   double voxel_size_m = 0.0;     // 0: no field side
   std::uint32_t num_points = 0;  // 0: no sampled side
   Method method = Method::kPaper;
-  // 0: the mesh bounds a solid. Else it is a sheet with two sides: the solid is what lies within this distance of it.
-  // Method fast takes that distance exactly for its field; pointshell, samples and voxelmap are built from
-  // ThickenSheet.
+  // 0: the mesh bounds a solid. Else it is a sheet with two sides, and the solid is ThickenSheet's.
   double sheet_half_thickness_m = 0.0;
 };
 

@@ -179,7 +179,31 @@ TEST(FieldOfOverlappingSolids, IsInsideOnBothSidesWhereOnePartStandsOnAnother) {
   ExpectSignsOfTheWindingNumber(mesh, *checked);
 }
 
-// A sheet's field against the oracle's two-sided distance, less the half thickness.
+// An open plate of 40 x 30 mm is a box with a thickness, in closed form.
+TEST(FieldOfASheet, OfAnOpenPlateIsABoxes) {
+  const TriangleMesh plate{{{-0.02, -0.015, 0}, {0.02, -0.015, 0}, {0.02, 0.015, 0}, {-0.02, 0.015, 0}},
+                           {{0, 1, 2}, {0, 2, 3}}};
+  for (const double half_thickness_m : {0.0007, 0.006}) {
+    CookParameters parameters{0.001, 0, Method::kFast};
+    parameters.sheet_half_thickness_m = half_thickness_m;
+    const auto cooked = Cook(plate, parameters);
+    ASSERT_TRUE(cooked) << cooked.error().detail;
+    EXPECT_FALSE(cooked->field->facets.blocks.empty());  // a hand feels exact gaps
+    Random random(2);
+    int near_surface = 0;
+    for (int i = 0; i < 20000; ++i) {
+      const glm::dvec3 p = random.Vector() * glm::dvec3(0.03, 0.025, 0.01);
+      const glm::dvec3 over = glm::abs(p) - glm::dvec3(0.02, 0.015, half_thickness_m);
+      const double d = glm::length(glm::max(over, 0.0)) + std::min(std::max({over.x, over.y, over.z}), 0.0);
+      if (std::abs(d) > 0.0015) continue;
+      ++near_surface;
+      ASSERT_NEAR(DistanceAt(*cooked->field, p), d * 1e3, 0.3) << p.x << " " << p.y << " " << p.z;
+    }
+    EXPECT_GT(near_surface, 1000);
+  }
+}
+
+// A sheet's field against the oracle's two-sided distance, less the half thickness; beside its rim, which is square.
 TEST(FieldOfASheet, IsTheOraclesTwoSidedDistance) {
   TriangleMesh bowl = MakeSphere(0.03, 48);
   std::erase_if(bowl.triangles, [&](const auto& t) {
@@ -198,6 +222,7 @@ TEST(FieldOfASheet, IsTheOraclesTwoSidedDistance) {
     int count = 0;
     for (int i = 0; i < 20000; ++i) {
       const glm::dvec3 p = 0.034 * random.Vector();
+      if (p.z > 0.45 * glm::length(p)) continue;  // the rim is at 0.5
       const double d = exact.SignedDistance(p) - 0.5 * thickness_m;
       if (std::abs(d) > 0.0015) continue;
       const double error = std::abs(DistanceAt(*cooked->field, p) - 1e3 * d);

@@ -70,10 +70,5 @@ TEST(SurfaceErrors, AreContinuous) {
   }
 }
 
-TEST(SurfaceErrors, OfASheetAreNotMeasured) {
-  const DistanceField field = *BuildField(MakeTorus(0.02, 0.007, 20, 10), kVoxel_m, {.sheet_half_thickness_m = 5e-4});
-  for (const std::uint8_t error : field.errors) EXPECT_EQ(error, 0);
-}
-
 }  // namespace
 }  // namespace vps

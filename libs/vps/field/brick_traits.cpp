@@ -122,7 +122,7 @@ class TraitSums {
 
 void ComputeBrickTraits(const TriangleField& triangles, DistanceField* field) {
   TraitSums sums(*field);
-  for (std::uint32_t t = 0; t < triangles.num_triangles() && !triangles.is_sheet(); ++t) {
+  for (std::uint32_t t = 0; t < triangles.num_triangles(); ++t) {
     const auto corners = triangles.corners(t);
     const glm::dvec3& n = triangles.normal(t);
     if (n == glm::dvec3(0.0)) continue;

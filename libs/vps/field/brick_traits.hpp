@@ -6,8 +6,7 @@
 namespace vps {
 
 // Curvature and reconstruction error of the surface around each brick of a field, as means weighted by area and by a
-// trilinear tent two bricks wide. Triangles in voxels; `field` with its bricks and coarse grid ready. Of a sheet both
-// are 0: the curvatures of its two sides cancel everywhere, and its errors are not measured.
+// trilinear tent two bricks wide. Triangles in voxels; `field` with its bricks and coarse grid ready.
 //
 // field->curvatures: the sum of the principal curvatures k1 + k2 [1/voxel], in steps of kCurvatureStep; 0 where there
 // is no surface. The curvature of a mesh is all at its edges; its integral over a region B of the surface is

@@ -78,10 +78,7 @@ double FacetsShare(const TriangleField& triangles) {
 class FieldBuilder {
  public:
   FieldBuilder(TriangleField triangles, const FieldPlan& plan, const BuildFieldOptions& options)
-      : triangles_(std::move(triangles)),
-        half_thickness_(plan.half_thickness),
-        options_(options),
-        field_(plan.layout) {}
+      : triangles_(std::move(triangles)), options_(options), field_(plan.layout) {}
 
   core::Result<DistanceField> Build() {
     Report("bricks", kPreparedAt);
@@ -121,7 +118,7 @@ class FieldBuilder {
   [[nodiscard]] glm::ivec3 CornerOf(std::size_t b) const { return PlaceOf(slots_[b]) * DistanceField::kBrick; }
 
   core::Result<void> MakeBricks() {
-    bins_ = BinTriangles(*triangles_, GridBricks(), reach(), &field_.bricks);
+    bins_ = BinTriangles(*triangles_, GridBricks(), DistanceField::kBandVoxels, &field_.bricks);
     slots_ = std::move(bins_.slot_of_brick);
     const std::size_t num_words = (slots_.size() + 1) * DistanceField::kBrickWords;
     if (static_cast<double>(num_words) * 8.0 > options_.max_peak_bytes || num_words > 0xffffffffU) {
@@ -216,7 +213,7 @@ class FieldBuilder {
 
   void RasterBrick(std::size_t b, BrickDraft* draft) const {
     const glm::dvec3 origin = glm::dvec3(CornerOf(b)) + 0.5;
-    const auto reach_voxels = static_cast<float>(reach());
+    const auto reach_voxels = static_cast<float>(DistanceField::kBandVoxels);
     NearestSamples samples(reach_voxels, kNoTriangle);
     const std::span<const std::uint32_t> numbers = bins_.of(b);
     const std::vector<RowTriangle> triangles = RowsOf(numbers, origin);
@@ -228,7 +225,7 @@ class FieldBuilder {
       if (n == kNoTriangle) continue;
       const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
       const TangentPlane plane = TangentAt(*triangles_, numbers[n], triangles[n], origin, glm::vec3(place));
-      if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;  // deep in a thick sheet
+      if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;
       draft->near = numbers[n];
       draft->words[k] = EncodePlane(plane.distance, plane.gradient);
     }
@@ -311,7 +308,7 @@ class FieldBuilder {
   [[nodiscard]] std::array<float, kRow> ReachesOf(const std::uint32_t* words, unsigned mask) const {
     std::array<float, kRow> reach;
     for (int x = 0; x < kRow; ++x) {
-      const float d = std::abs(DistanceOf(words[x]) + static_cast<float>(half_thickness_));
+      const float d = std::abs(DistanceOf(words[x]));
       reach[static_cast<std::size_t>(x)] = (mask >> x & 1U) != 0 ? d + kAround : -1.0f;
     }
     return reach;
@@ -369,10 +366,7 @@ class FieldBuilder {
     }
   }
 
-  [[nodiscard]] double reach() const { return half_thickness_ + DistanceField::kBandVoxels; }
-
   std::optional<TriangleField> triangles_;
-  double half_thickness_;
   const BuildFieldOptions& options_;
   DistanceField field_;
   BrickBins bins_;
@@ -394,8 +388,7 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
   const auto plan = PlanField(mesh, voxel_size_m, options);
   if (!plan) return tl::unexpected(plan.error());
   if (options.progress) options.progress("triangles", 0.0);
-  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), plan->half_thickness,
-                          options.sign_by_winding);
+  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), options.sign_by_winding);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }

@@ -12,9 +12,6 @@
 namespace vps {
 
 struct BuildFieldOptions {
-  // 0: the mesh bounds a solid. Else the mesh is a sheet, open or not, with two sides and no inside: the solid is
-  // everything nearer to a triangle than this, and the field is the unsigned distance less it.
-  double sheet_half_thickness_m = 0.0;
   // Signs by winding number, for a mesh that is no simple solid (IsSimpleSolid); slower than pseudonormals.
   bool sign_by_winding = false;
   // A build whose estimated peak is larger is refused before anything is allocated.
@@ -35,8 +32,8 @@ struct FieldEstimate {
 core::Result<FieldEstimate> EstimateField(const TriangleMesh& mesh, double voxel_size_m,
                                           const BuildFieldOptions& options = {});
 
-// Builds the field of a mesh. Errors: no triangle, voxel size not positive, thickness negative (kInvalidInput); more
-// memory than allowed (kResource).
+// Builds the field of a mesh. Errors: no triangle, voxel size not positive (kInvalidInput); more memory than allowed
+// (kResource).
 core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_size_m,
                                        const BuildFieldOptions& options = {});
 

@@ -6,10 +6,9 @@
 
 namespace vps {
 
-TriangleField::TriangleField(const TriangleMesh& input, double sheet_half_thickness, bool sign_by_winding)
-    : sheet_half_thickness_(sheet_half_thickness) {
+TriangleField::TriangleField(const TriangleMesh& input, bool sign_by_winding) {
   TriangleMesh mesh = MergeDuplicateVertices(input);
-  if (sign_by_winding && sheet_half_thickness == 0.0) {
+  if (sign_by_winding) {
     winding_.emplace(mesh);
     is_trusted_ = FindTrustedNormals(mesh, *winding_);
   }
@@ -116,10 +115,9 @@ TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const Cl
   const double distance = std::sqrt(closest.squared_distance);
   const double side = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
   double sign = side;
-  if (sheet_half_thickness_ > 0.0) sign = 1.0;
   if (winding_ && is_trusted_[triangle] == 0) sign = winding_->IsInside(p) ? -1.0 : 1.0;
   Value value;
-  value.distance = sign * distance - sheet_half_thickness_;
+  value.distance = sign * distance;
   // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.
   const double length = glm::length(pseudo);
   if ((closest.feature == 6 || distance < 1e-9) && length > 0.0) {

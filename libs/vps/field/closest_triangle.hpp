@@ -24,11 +24,9 @@ struct ClosestFeature {
 // The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
 // exact for a closed, consistently oriented surface without self-intersections. With `sign_by_winding` it comes from
 // the winding number, which also holds for solids that overlap or pass through themselves, and takes longer.
-//
-// With a half thickness the mesh is a sheet with two sides and no inside: the solid is everything nearer than that.
 class TriangleField {
  public:
-  explicit TriangleField(const TriangleMesh& mesh, double sheet_half_thickness = 0.0, bool sign_by_winding = false);
+  explicit TriangleField(const TriangleMesh& mesh, bool sign_by_winding = false);
 
   [[nodiscard]] std::size_t num_triangles() const { return indices_.size(); }
   [[nodiscard]] std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const {
@@ -36,19 +34,16 @@ class TriangleField {
     return {vertices_[a], vertices_[b], vertices_[c]};
   }
 
-  // Whether the side of the nearest face on which a point lies is its sign: no sheet, and no winding number needed.
-  [[nodiscard]] bool side_is_sign() const { return sheet_half_thickness_ == 0.0 && !winding_; }
+  // Whether the side of the nearest face on which a point lies is its sign: no winding number is needed.
+  [[nodiscard]] bool side_is_sign() const { return !winding_; }
   // The same of one face: true also where the winding number agrees with its normal (FindTrustedNormals).
-  [[nodiscard]] bool side_is_sign(std::uint32_t triangle) const {
-    return sheet_half_thickness_ == 0.0 && (!winding_ || is_trusted_[triangle] != 0);
-  }
+  [[nodiscard]] bool side_is_sign(std::uint32_t triangle) const { return !winding_ || is_trusted_[triangle] != 0; }
   // Unit, out of the solid; 0 when the triangle has no area.
   [[nodiscard]] const glm::dvec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   // Of the triangle beyond the edge from corner k to k + 1, about unit; the sum of all where there are several.
   [[nodiscard]] glm::dvec3 neighbour_normal(std::uint32_t triangle, int k) const {
     return glm::dvec3(edge_normals_[triangle][static_cast<std::size_t>(k)]) - normals_[triangle];
   }
-  [[nodiscard]] bool is_sheet() const { return sheet_half_thickness_ != 0.0; }
 
   // Of one triangle.
   [[nodiscard]] ClosestFeature Closest(std::uint32_t triangle, const glm::dvec3& p) const;
@@ -65,7 +60,6 @@ class TriangleField {
  private:
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
-  double sheet_half_thickness_ = 0.0;  // 0: a solid
   std::optional<WindingNumber> winding_;
   std::vector<std::uint8_t> is_trusted_;  // of each triangle: its normal is as good as the winding number
   std::vector<glm::dvec3> vertices_;

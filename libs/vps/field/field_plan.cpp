@@ -48,21 +48,17 @@ core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m,
   if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the voxel size must be positive");
   }
-  if (!(options.sheet_half_thickness_m >= 0.0) || !std::isfinite(options.sheet_half_thickness_m)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "the half thickness of a sheet must not be negative");
-  }
   if (mesh.triangles.empty()) return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangles");
   FieldPlan plan;
-  plan.half_thickness = options.sheet_half_thickness_m / voxel_size_m;
-  const double band = plan.half_thickness + DistanceField::kBandVoxels;
   const Box box = BoundingBox(mesh);
   const glm::dvec3 size = (box.upper - box.lower) / voxel_size_m;
   const double border = std::max<double>(DistanceField::kMinBorder, std::ceil(DistanceField::kBorder_m / voxel_size_m));
-  const glm::dvec3 wanted = glm::ceil(size + 2.0 * plan.half_thickness) + 2.0 * border;
+  const glm::dvec3 wanted = glm::ceil(size) + 2.0 * border;
   const double num_voxels = wanted.x * wanted.y * wanted.z;
 
   // The finest coarse grid that stays small beside the bricks.
-  const double bricks = std::min(EstimateBricks(mesh, voxel_size_m, band, size), 2.0 * num_voxels / 512.0 + 8.0);
+  const double bricks =
+      std::min(EstimateBricks(mesh, voxel_size_m, DistanceField::kBandVoxels, size), 2.0 * num_voxels / 512.0 + 8.0);
   const double brick_bytes = bricks * DistanceField::kBrickWords * sizeof(std::uint32_t);
   DistanceField& layout = plan.layout;
   const auto coarse_bytes = [&] { return num_voxels / std::pow(8.0, layout.coarse_shift) * sizeof(CoarseCell); };

@@ -7,8 +7,7 @@ namespace vps {
 
 // The grid of a field, and the memory that it takes.
 struct FieldPlan {
-  DistanceField layout;   // origin, voxel size, counts; no cells yet
-  double half_thickness;  // of a sheet, voxels; 0: a solid
+  DistanceField layout;  // origin, voxel size, counts; no cells yet
   FieldEstimate estimate;
 };
 core::Result<FieldPlan> PlanField(const TriangleMesh& mesh, double voxel_size_m, const BuildFieldOptions& options);

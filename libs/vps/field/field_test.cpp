@@ -291,29 +291,6 @@ TEST(DistanceField, WordsKeepDistanceAndDirection) {
   }
 }
 
-// An open plate of 40 x 30 mm: distance to a rectangle, less the half thickness, in closed form.
-TEST(DistanceField, ASheetHasTwoSidesAndNoInside) {
-  TriangleMesh plate;
-  plate.vertices = {{-0.02, -0.015, 0}, {0.02, -0.015, 0}, {0.02, 0.015, 0}, {-0.02, 0.015, 0}};
-  plate.triangles = {{0, 1, 2}, {0, 2, 3}};
-  for (const double half_thickness_m : {0.0007, 0.006}) {
-    const auto field = BuildField(plate, 0.001, {.sheet_half_thickness_m = half_thickness_m});
-    ASSERT_TRUE(field);
-    Random random(2);
-    int near_surface = 0;
-    for (int i = 0; i < 20000; ++i) {
-      const glm::dvec3 p = random.Vector() * glm::dvec3(0.03, 0.025, 0.01);
-      const glm::dvec3 r = p - glm::clamp(p, plate.vertices[0], plate.vertices[2]);
-      const double d = glm::length(r) - half_thickness_m;
-      if (std::abs(d) > 0.0015) continue;
-      ++near_surface;
-      ASSERT_NEAR(SampleField(*field, InVoxels(*field, p)).distance, d * 1e3, 0.3) << p.x << " " << p.y;
-    }
-    EXPECT_GT(near_surface, 1000);
-  }
-  EXPECT_FALSE(BuildField(plate, 0.001, {.sheet_half_thickness_m = -1.0}));
-}
-
 // Runs the bodies of a range backwards on `count` threads.
 class BackwardThreads final : public core::ParallelFor {
  public:

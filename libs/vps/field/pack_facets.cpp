@@ -175,7 +175,6 @@ constexpr float kPad = 1.0f + 1e-5f;
 
 Facets PackFacets(const TriangleField& triangles, std::size_t most_bytes) {
   Facets out;
-  if (triangles.is_sheet()) return out;
   if (triangles.num_triangles() * sizeof(FacetBlock) / kFacetLanes > most_bytes) return out;
   std::vector<Facet> facets;
   for (std::uint32_t t = 0; t < triangles.num_triangles(); ++t)

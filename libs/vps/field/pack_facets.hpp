@@ -11,8 +11,8 @@ namespace vps {
 // less than a sixth of a voxel take more, and are too many near one point (kMostFacetBlocks).
 constexpr double kMostFacetsShare = 4.0;
 
-// Packs the triangles of a solid, in voxels. Triangles longer than a block reaches are halved until they fit. Empty for
-// a sheet, or if it takes more than `most_bytes`.
+// Packs the triangles of a solid, in voxels. Triangles longer than a block reaches are halved until they fit. Empty if
+// it takes more than `most_bytes`.
 Facets PackFacets(const TriangleField& triangles, std::size_t most_bytes);
 
 // For facets whose blocks and spheres were read from a file, too.

@@ -101,7 +101,7 @@ void PrintBytes(const char* what, double stored, double peak) {
 
 // Before anything is built. A voxelmap takes a byte for each voxel, and three more while it is built.
 // `solid`: of a sheet, what it is thickened to; else the mesh.
-core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::TriangleMesh& solid, const vps::Box& box,
+core::Result<void> PrintMemory(const vps::TriangleMesh& solid, const vps::Box& box,
                                const vps::CookParameters& parameters) {
   if (parameters.method == vps::Method::kFast && parameters.num_points > 0) {
     const auto estimate = vps::EstimateSampleTree(solid, parameters.num_points);
@@ -110,8 +110,7 @@ core::Result<void> PrintMemory(const vps::TriangleMesh& mesh, const vps::Triangl
   }
   if (parameters.voxel_size_m <= 0.0) return {};
   if (parameters.method == vps::Method::kFast) {
-    const auto estimate = vps::EstimateField(mesh, parameters.voxel_size_m,
-                                             {.sheet_half_thickness_m = parameters.sheet_half_thickness_m});
+    const auto estimate = vps::EstimateField(solid, parameters.voxel_size_m);
     if (!estimate) return tl::unexpected(estimate.error());
     PrintBytes("distance field", estimate->stored_bytes, estimate->peak_bytes);
     return {};
@@ -139,7 +138,7 @@ int CookOne(const Job& job) {
   if (job.parameters.voxel_size_m > 0.0) {
     PrintLimits(size, vps::LimitsOf(job.parameters.method, job.parameters.voxel_size_m));
   }
-  if (const auto printed = PrintMemory(checked->mesh, solid, checked->report.box, job.parameters); !printed) {
+  if (const auto printed = PrintMemory(solid, checked->report.box, job.parameters); !printed) {
     return Complain("cook", job.mesh.string() + ": " + printed.error().detail, kBadUsage);
   }
   const std::int64_t begin_ns = core::MonotonicNow_ns();
