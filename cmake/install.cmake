@@ -27,6 +27,8 @@ foreach(room core vps physics bus)
   install(DIRECTORY "${CMAKE_SOURCE_DIR}/libs/${room}" DESTINATION "${header_folder}" COMPONENT development
     FILES_MATCHING PATTERN "*.hpp" PATTERN testing EXCLUDE PATTERN oracle EXCLUDE PATTERN "*_testing.hpp" EXCLUDE)
 endforeach()
+# All that a device as a C library needs (docs/howto/own-device.md).
+install(FILES "${CMAKE_SOURCE_DIR}/libs/device/plugin.h" DESTINATION "${header_folder}/device" COMPONENT development)
 install(DIRECTORY "${CMAKE_BINARY_DIR}/generated/" DESTINATION "${header_folder}" COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 install(EXPORT vr_oos NAMESPACE vr_oos:: FILE vr_oosTargets.cmake DESTINATION "${package_folder}" COMPONENT development)
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/vr_oosConfig.cmake.in" "${CMAKE_BINARY_DIR}/install/vr_oosConfig.cmake"

@@ -17,6 +17,8 @@ BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node) {
   for (const scene::Device& device : scenario.devices) {
     add_latest(bus::HapticProxyTopic(device.role), "haptic_node", &proxies_);
     add_latest(bus::DeviceCommandTopic(device.role), "haptic_node", &commands_);
+    const std::string health = bus::DeviceHealthTopic(device.role);
+    health_.push_back({health, "device_bridge", &node->ReadState<core::DeviceHealth>(health)});
   }
   for (const char* source : kCollisionSources) add_latest(bus::CollisionsTopic(source), source, &collisions_);
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
@@ -45,6 +47,9 @@ bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
     if (sheet.reader->is_fresh()) mirror->Apply(sheet.reader->value());
   }
   if (logic_.reader->is_fresh()) mirror->Apply(logic_.reader->value());
+  for (const auto& health : health_) {
+    if (health.reader->is_fresh()) mirror->Apply(health.reader->value());
+  }
   if (bridge_.reader->is_fresh()) mirror->ApplyBridge(bridge_.reader->value());
   if (haptic_.reader->is_fresh()) mirror->ApplyHaptic(haptic_.reader->value());
   if (!physics().is_fresh()) return false;

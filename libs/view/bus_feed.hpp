@@ -49,6 +49,7 @@ class BusFeed {
   void VisitStates(Visitor&& visit) const {
     visit(logic_.topic, logic_.writer, *logic_.reader);
     for (const auto& source : {bridge_, haptic_}) visit(source.topic, source.writer, *source.reader);
+    for (const auto& source : health_) visit(source.topic, source.writer, *source.reader);
   }
 
  private:
@@ -67,6 +68,7 @@ class BusFeed {
   State<core::LogicStatus> logic_;
   State<bus::Figures> bridge_;
   State<bus::Figures> haptic_;
+  std::vector<State<core::DeviceHealth>> health_;
   std::vector<Latest<core::HapticProxy>> proxies_;
   std::vector<Latest<core::DeviceCommand>> commands_;
   std::vector<Latest<core::ContactSet>> contacts_;

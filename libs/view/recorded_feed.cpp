@@ -27,6 +27,7 @@ bool RecordedFeed::IsRead(const bus::log::Channel& channel) {
     case bus::MessageType::kCollisionMatrix:
     case bus::MessageType::kSheetState:
     case bus::MessageType::kLogicStatus:
+    case bus::MessageType::kDeviceHealth:
       return true;
     case bus::MessageType::kFigures:
       return channel.topic == BusFeed::BridgeTopic() || channel.topic == BusFeed::HapticTopic();
@@ -64,6 +65,9 @@ void RecordedFeed::Apply(const bus::log::Channel& channel, const bus::log::Messa
       break;
     case bus::MessageType::kLogicStatus:
       if (core::LogicStatus status; Decode(message, &status)) mirror->Apply(status);
+      break;
+    case bus::MessageType::kDeviceHealth:
+      if (core::DeviceHealth health; Decode(message, &health)) mirror->Apply(health);
       break;
     default:
       if (core::Figures figures; Decode(message, &figures)) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/hand_guide.hpp"
 #include "core/messages/trace.hpp"
 #include "core/pose.hpp"
 #include "core/result.hpp"
@@ -91,6 +92,13 @@ struct Assets {
   std::vector<Skin> skins;
 };
 
+// Where a person who steers a hand goes next, from where the hand is.
+struct HandGuide {
+  core::GuideKind kind = core::GuideKind::kNone;
+  glm::dvec3 way_W_m{0.0};
+  glm::dvec3 turn_W_rad{0.0};
+};
+
 struct Scene {
   std::shared_ptr<const Assets> assets;
   space::Surroundings space;  // of the sun, the Earth and the stars, at that time
@@ -108,7 +116,8 @@ struct Scene {
   std::vector<Phantom> phantoms;
   std::vector<Graph> graphs;
   std::vector<TextLine> texts;
-  std::vector<double> felt_N;  // per role: size of the force that is commanded to its device
+  std::vector<double> felt_N;     // per role: size of the force that is commanded to its device
+  std::vector<HandGuide> guides;  // per role; empty: nobody steers
 
   // The moment that the scene shows.
   std::string step;  // active procedure step

@@ -111,6 +111,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
   margins_.resize(scenario.devices.size());
+  troubles_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
   for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
     const scene::Device& device = scenario.devices[role];
@@ -220,6 +221,32 @@ void SceneMirror::ApplyBridge(const core::Figures& figures) {
   for (const core::Figure& figure : figures.items) {
     if (figure.name == "t1_mean_ms") history_.TakeFigure(SceneHistory::Course::kT1, figure.value);
   }
+  TakeGuides(figures);
+}
+
+// There are such figures only while a person steers.
+void SceneMirror::TakeGuides(const core::Figures& figures) {
+  for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+    const std::string first = core::GuideName(scenario_.devices[role].role, core::kGuideFigures[0]);
+    const auto at = std::find_if(figures.items.begin(), figures.items.end(),
+                                 [&](const core::Figure& figure) { return figure.name == first; });
+    if (figures.items.end() - at < static_cast<std::ptrdiff_t>(core::kGuideFigures.size())) continue;
+    scene_.guides.resize(scenario_.devices.size());
+    scene_.guides[role] = {static_cast<core::GuideKind>(std::clamp(static_cast<int>(at[0].value), 0, 4)),
+                           {at[1].value, at[2].value, at[3].value},
+                           {at[4].value, at[5].value, at[6].value}};
+    if (!badge_.empty()) badge_ = "SIMULATED ARM";
+  }
+}
+
+void SceneMirror::Apply(const core::DeviceHealth& health) {
+  if (health.role_index >= troubles_.size()) return;
+  std::string& trouble = troubles_[health.role_index];
+  trouble.clear();
+  if (health.status.empty() || health.status == "alive") return;
+  const std::string name = health.name.empty() ? "device" : health.name;
+  trouble = scenario_.devices[health.role_index].role + ": " + name + " is " + health.status;
+  if (!health.why.empty()) trouble += ", " + health.why;
 }
 
 void SceneMirror::ApplyHaptic(const core::Figures& figures) {
@@ -502,6 +529,9 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   if (choices_.has(Overlay::kSteps)) history_.AddSteps(&scene_);
   if (choices_.has(Overlay::kMatrix)) WriteMatrix(now_ns);
   WriteSelected(now_ns);
+  for (const std::string& trouble : troubles_) {
+    if (!trouble.empty()) texts.push_back({Anchor::kBottomLeft, TextStyle::kBody, kRed, trouble});
+  }
   if (status_.is_failed) {
     texts.push_back({Anchor::kBottomLeft, TextStyle::kTitle, kRed, "failed: " + status_.step});
     texts.push_back({Anchor::kBottomLeft, TextStyle::kBody, kWhite, status_.why});

@@ -44,8 +44,10 @@ class SceneMirror {
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
   // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own. The
-  // course of t1.
+  // course of t1. Where a person who steers goes next.
   void ApplyBridge(const core::Figures& figures);
+  // A device that is not there, in red: silent, gone, hung or broken, and why.
+  void Apply(const core::DeviceHealth& health);
   // The course of late cycles.
   void ApplyHaptic(const core::Figures& figures);
   // Nodes of an object's sheet. Ignored when their number is not the scenario's.
@@ -90,6 +92,7 @@ class SceneMirror {
     std::size_t first = 0;  // instance of its first link
   };
 
+  void TakeGuides(const core::Figures& figures);
   void AddScenery(Assets* assets);
   void AddSkins(Assets* assets);
   void MoveArms();
@@ -127,7 +130,8 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::array<Matrix, 2> matrices_;
-  std::vector<double> margins_;  // per role; 0: not measured
+  std::vector<double> margins_;        // per role; 0: not measured
+  std::vector<std::string> troubles_;  // per role: what is wrong with its device; empty: nothing
   std::string badge_;
   Choices choices_;
   SceneHistory history_;

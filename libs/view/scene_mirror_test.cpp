@@ -217,6 +217,41 @@ TEST(SceneMirror, SaysHowFarAHandsCouplingIsFromItsLimitOnceThatIsMeasured) {
   EXPECT_TRUE(HasText(mirror.scene(), "stable up to 3.9 times the hand's stiffness"));
 }
 
+TEST(SceneMirror, KnowsWhereAPersonWhoSteersGoesNextAndThatNobodyIsSimulatedThen) {
+  scene::Scenario scenario = SmallScenario();
+  SceneMirror mirror(scenario);
+  EXPECT_TRUE(HasText(mirror.scene(), "SIMULATED OPERATOR"));
+  EXPECT_TRUE(mirror.scene().guides.empty());
+  core::Figures figures;
+  double value = 1.0;  // GuideKind::kMove, then 2 to 7
+  for (const char* name : core::kGuideFigures) {
+    figures.items.push_back({core::GuideName(scenario.devices[0].role, name), value++});
+  }
+  mirror.ApplyBridge(figures);
+  mirror.Refresh(0);
+  ASSERT_EQ(mirror.scene().guides.size(), scenario.devices.size());
+  EXPECT_EQ(mirror.scene().guides[0].kind, core::GuideKind::kMove);
+  EXPECT_EQ(mirror.scene().guides[0].way_W_m, glm::dvec3(2, 3, 4));
+  EXPECT_EQ(mirror.scene().guides[0].turn_W_rad, glm::dvec3(5, 6, 7));
+  EXPECT_FALSE(HasText(mirror.scene(), "SIMULATED OPERATOR"));
+  EXPECT_TRUE(HasText(mirror.scene(), "SIMULATED ARM"));
+}
+
+TEST(SceneMirror, SaysWhichDeviceIsNotThereAndWhy) {
+  SceneMirror mirror(SmallScenario());
+  core::DeviceHealth health;
+  health.name = "omega.7";
+  health.status = "gone";
+  health.why = "unplugged";
+  mirror.Apply(health);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "omega.7 is gone, unplugged"));
+  health.status = "alive";
+  mirror.Apply(health);
+  mirror.Refresh(0);
+  EXPECT_FALSE(HasText(mirror.scene(), "omega.7"));
+}
+
 TEST(SceneMirror, ASheetStartsFlatAndFollowsItsNodes) {
   scene::Scenario scenario = SmallScenario();
   scenario.objects[1].X_WO.translation = {0.0, 0.0, 2.0};

@@ -52,6 +52,7 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
   if (options.is_person_steering) bridge->pointer_.emplace(bridge->scenario_);
   bridge->operator_ =
       std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
+  if (options.is_person_steering) bridge->guide_.emplace(bridge->scenario_, bridge->operator_->script());
   return bridge;
 }
 
@@ -154,6 +155,7 @@ void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<Fe
     operator_->Step(inputs, felt, readings);
     return;
   }
+  guide_->Step(inputs, felt, readings);
   pointer_->Step(inputs, felt, readings, core::kTick_s);
   const bool changes = pointer_->wants_guidance() != is_guided_;
   is_guided_ = pointer_->wants_guidance();

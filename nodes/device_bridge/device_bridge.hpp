@@ -10,6 +10,7 @@
 #include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
+#include "nodes/device_bridge/operator/guide.hpp"
 #include "nodes/device_bridge/operator/pointer_hand.hpp"
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
@@ -99,6 +100,8 @@ class DeviceBridge {
   }
   // Of a role whose device is a robot; false for others.
   bool Joints(std::size_t role, core::DeviceJoints* joints) const noexcept;
+  // What a person who steers does next; none: nobody steers.
+  [[nodiscard]] const Tip* tip(std::size_t role) const { return guide_ ? &guide_->tip(role) : nullptr; }
   [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
 
  private:
@@ -147,6 +150,7 @@ class DeviceBridge {
   std::unique_ptr<SimulatedOperator> operator_;
   bool has_hands_ = false;  // a device is moved by an operator without a device
   std::optional<PointerHand> pointer_;
+  std::optional<Guide> guide_;  // of the person
   bool is_guided_ = false;
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of

@@ -8,6 +8,7 @@
 #include "bus/membership/clock_bounds.hpp"
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
+#include "core/hand_guide.hpp"
 #include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
 #include "nodes/device_bridge/head/simulated_head.hpp"
@@ -17,6 +18,7 @@ namespace device_bridge {
 namespace {
 
 constexpr std::int64_t kFiguresPeriod_ns = 500'000'000;  // fast enough for a display that people read
+constexpr std::int64_t kTipsPeriod_ns = 66'000'000;      // while a person steers by them
 constexpr std::uint64_t kTicksPerHead = 8;               // 125/s: more than displays show
 constexpr std::uint64_t kTicksPerJoints = 16;            // for people to watch
 constexpr std::int64_t kMiss_ns = core::kTick_ns / 2;    // a later sample is closer to the next tick
@@ -53,6 +55,11 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBr
                                     core::TurnDampingLimitName(device.role)}) {
       figures_.items.push_back({name, 0.0});
     }
+  }
+  first_tip_ = figures_.items.size();
+  for (const scene::Device& device : scenario.devices) {
+    if (bridge->tip(0) == nullptr) break;
+    for (const char* name : core::kGuideFigures) figures_.items.push_back({core::GuideName(device.role, name), 0.0});
   }
   for (std::size_t i = 0; i < scenario.users.size(); ++i) {
     heads_.push_back({std::make_unique<SimulatedHead>(seed + i), {}});
@@ -231,7 +238,7 @@ void NodeLoop::PublishHealth(std::int64_t now_ns) {
 
 void NodeLoop::PublishFigures(std::int64_t now_ns) {
   if (now_ns < next_figures_ns_ || outputs_.applied.empty()) return;
-  next_figures_ns_ = now_ns + kFiguresPeriod_ns;
+  next_figures_ns_ = now_ns + (bridge_->tip(0) != nullptr ? kTipsPeriod_ns : kFiguresPeriod_ns);
   double peak_N = 0.0;
   for (std::size_t role = 0; role < outputs_.applied.size(); ++role) {
     peak_N = std::max(peak_N, bridge_->figures(role).peak_force_N);
@@ -255,8 +262,22 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
     figures_.items[first_figure + 1].value = bridge_->allowed(role).damping_N_s_per_m;
     figures_.items[first_figure + 2].value = bridge_->allowed(role).damping_Nm_s_per_rad;
   }
+  TakeTips();
   figures_writer_.Set(figures_);
+  if (now_ns < next_health_ns_) return;
+  next_health_ns_ = now_ns + kFiguresPeriod_ns;
   PublishHealth(now_ns);
+}
+
+void NodeLoop::TakeTips() {
+  auto figure = figures_.items.begin() + static_cast<std::ptrdiff_t>(first_tip_);
+  for (std::size_t role = 0; figure != figures_.items.end(); ++role) {
+    const Tip& tip = *bridge_->tip(role);
+    for (const double value : {static_cast<double>(tip.kind), tip.way_W_m.x, tip.way_W_m.y, tip.way_W_m.z,
+                               tip.turn_W_rad.x, tip.turn_W_rad.y, tip.turn_W_rad.z}) {
+      (figure++)->value = value;
+    }
+  }
 }
 
 core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bool is_realtime) const {

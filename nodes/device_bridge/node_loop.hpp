@@ -38,6 +38,7 @@ class NodeLoop {
   void SendHeads();
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
+  void TakeTips();
   void ReportDevices(std::int64_t now_ns);
   void PublishHealth(std::int64_t now_ns);
   void SendJoints();
@@ -68,6 +69,8 @@ class NodeLoop {
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by
 
+  std::size_t first_tip_ = 0;    // in figures_, while a person steers: of each role, where it goes next
+
   Inputs inputs_;
   Outputs outputs_;
   std::vector<std::uint32_t> reported_status_;  // per role
@@ -75,6 +78,7 @@ class NodeLoop {
   core::Event received_event_;
   std::vector<std::string> lost_;  // names of lost nodes
   std::int64_t next_figures_ns_ = 0;
+  std::int64_t next_health_ns_ = 0;
 
   ForceLog force_log_;
   bus::LatencyStats step_duration_;

@@ -14,7 +14,9 @@ namespace {
 // Chosen, not measured: the first bounds the time to stop, the second is fast enough for a display, and the third is
 // half of a frame at 60 Hz.
 constexpr std::int64_t kWait_ns = 10'000'000;
-constexpr std::int64_t kWallWait_ns = 1'000'000;  // what walls have to say to each other waits no longer
+constexpr std::int64_t kHandPeriod_ns = 50'000'000;         // well below what device_bridge takes for silence
+constexpr std::int64_t kSlowestDrawing_ns = 2'000'000'000;  // a drawing thread that takes longer has stopped
+constexpr std::int64_t kWallWait_ns = 1'000'000;            // what walls have to say to each other waits no longer
 constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
 constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // publishes changes that come without a physics state
 
@@ -183,6 +185,18 @@ void Receiver::TakeParameters() {
   }
 }
 
+// At the drawing's rate; while a picture takes long, the newest again and again, so that a slow viewer does not count
+// as one that has let go.
+void Receiver::SendHands(std::int64_t now_ns) {
+  const bool is_new = hand_.Update();
+  if (is_new) hand_changed_ns_ = now_ns;
+  const bool is_repeated = now_ns - hand_changed_ns_ < kSlowestDrawing_ns && now_ns - hand_sent_ns_ > kHandPeriod_ns;
+  if (!is_new && !is_repeated) return;
+  hand_sent_ns_ = now_ns;
+  core::HandInput input = hand_.value();
+  hand_writer_.Send(input);
+}
+
 void Receiver::Run() {
   // The process has a low priority because of its drawing. This thread does little and should not wait for the drawing,
   // so it raises its priority where it may.
@@ -195,10 +209,7 @@ void Receiver::Run() {
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();
     SendImages();
-    if (hand_.Update()) {
-      core::HandInput input = hand_.value();
-      hand_writer_.Send(input);
-    }
+    if (steers_) SendHands(now_ns);
     if (is_state_fresh || now_ns >= next_publish_ns_) Publish(now_ns);
     if (is_state_fresh) {
       num_states_.fetch_add(1, std::memory_order_relaxed);

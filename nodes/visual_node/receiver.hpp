@@ -100,6 +100,7 @@ class Receiver {
   void TakeParameters();
   bool TakeChange(const core::ParameterChange& change, std::string* why);
   void SendImages();
+  void SendHands(std::int64_t now_ns);
   void Publish(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void RecordScene(std::int64_t now_ns);
@@ -115,6 +116,7 @@ class Receiver {
   bool steers_ = false;
   bus::LatestWriter<core::HandInput> hand_writer_;
   bus::LatestValue<core::HandInput> hand_;
+  std::int64_t hand_changed_ns_ = 0, hand_sent_ns_ = 0;
   core::Trace direct_;  // of the newest state, with this node's stamps
   core::Trace through_physics_;
   std::int64_t next_figures_ns_ = 0;

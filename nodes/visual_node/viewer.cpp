@@ -303,13 +303,11 @@ class Viewer {
     const double dt_s = steered_ns_ != 0 ? 1e-9 * static_cast<double>(now_ns - steered_ns_) : 0.0;
     steered_ns_ = now_ns;
     if (!camera_) camera_ = control->ForStep(*shown_.assets, shown_.step);
-    const core::HandInput& input = pointer_->Update(shown_, *camera_, dt_s, control);
-    receiver_.SendHand(input);
-    steered_role_ = input.role_index;
+    receiver_.SendHand(pointer_->Update(shown_, *camera_, dt_s, control));
   }
   void DescribeSteering() {
     if (!is_new_scene_) return;  // the scene has the lines already
-    pointer_->Describe(&shown_, steered_role_ < shown_.felt_N.size() ? shown_.felt_N[steered_role_] : 0.0);
+    view::DescribeSteering(receiver_.scenario(), pointer_->state(), view::PlaceCamera(*camera_, shown_), &shown_);
   }
 
   // The newest scene, its camera, and for whom it is drawn, as late as possible before drawing. A wall takes these from
@@ -580,7 +578,6 @@ class Viewer {
   std::optional<Pointer> pointer_;       // of a person who steers a hand
   std::optional<scene::Camera> camera_;  // of the last picture
   std::int64_t steered_ns_ = 0;
-  std::size_t steered_role_ = 0;
   ContactSheet sheet_;
   Summary summary_;
   bool is_new_scene_ = false;

@@ -14,6 +14,11 @@ cp "$source"/examples/wrench/* "$scratch/example"
 "$cmake" --build "$scratch/wrench"
 if grep -rqF "$source" "$scratch/prefix/lib" --include='*.cmake'; then fail "the installed package names the source tree"; fi
 
+# A device in C needs one header of the package.
+cp "$source/examples/device/own_device.c" "$scratch/example"
+cc -O2 -Wall -Wextra -Werror -shared -fPIC -I "$scratch/prefix/include/vr_oos" "$scratch/example/own_device.c" -o "$scratch/own_device.so" -lm ||
+  fail "a device in C cannot be compiled against the package"
+
 # The plate's top is z = 0. A ball of 10 mm that is 1 mm deep is pushed straight up; 5 mm above, the force is zero.
 export VR_OOS_CACHE=$scratch/cooked
 meshes=$source/scenarios/touch/meshes

@@ -59,8 +59,16 @@ async function setParameter(shown, path, value) {
   else throw new Error("no session runs");
 }
 
+// What a person at a page does with a hand: the numbers of scene_stream's command.
+function steer(shown, numbers) {
+  if (!Array.isArray(numbers) || !numbers.every(Number.isFinite)) throw new Error("a hand's input is a list of numbers");
+  shown.source?.say(`hand ${numbers.join(" ")}`);
+  return {};
+}
+
 function servicesOf(shown) {
   const services = { "/session/start": async () => shown.start(), "/session/stop": async () => shown.stop(),
+    "/hand": async ({ numbers }) => steer(shown, numbers),
     "/clock": async () => ({ now_ms: performance.timeOrigin + performance.now() }) };
   if (!(shown instanceof Recording)) return services;
   return { "/clock": services["/clock"],

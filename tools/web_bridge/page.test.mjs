@@ -174,6 +174,35 @@ test("on a phone's screen the picture and the controls are there, and nothing is
 });
 
 
+// A person at the page: mouse and keys of Chromium, eyes on the captions.
+test("the page is the hand: dragging moves it as far as the captions say, Space closes the jaws", PATIENCE, async () => {
+  const run = await processes.startSession("peg_in_hole", ["--hand", "pointer"]);
+  const bridge = await processes.startBridge("peg_in_hole");
+  const page = await opened(bridge.page);
+  await page.waitForFunction(() => window.page.hand.canSteer);
+  const caption = () => page.evaluate(() => window.page.frame.texts.map(({ text }) => text).find((text) => text.startsWith("next: ")) ?? "");
+  const upwards = (text) => Number(/up ([\d.]+)/.exec(text)?.[1] ?? -Number(/down ([\d.]+)/.exec(text)?.[1] ?? 0));
+  await page.mouse.move(640, 300);
+  await page.keyboard.press("F2");
+  await page.waitForFunction(() => window.page.frame.texts.some(({ text }) => text.startsWith("next: down 18")));
+  const before_ = upwards(await caption());
+  await page.mouse.down({ button: "right" });
+  for (let y = 300; y >= 260; y -= 5) await page.mouse.move(640, y);
+  // Up by 40 px: the goal is further down by as much. The clutch stays closed until the hand has come.
+  await page.waitForFunction((first) => {
+    const text = window.page.frame.texts.map((one) => one.text).find((one) => one.startsWith("next: ")) ?? "";
+    return Number(/down ([\d.]+)/.exec(text)?.[1] ?? 0) > 10 - first;
+  }, before_);
+  assert.ok((await page.evaluate(() => window.page.frame.texts.map(({ text }) => text).join("\n"))).includes("hand right: held"));
+  await page.mouse.up({ button: "right" });
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.page.frame.texts.some(({ text }) => text.startsWith("hand right: free, jaws closing")));
+  await page.close();
+  await processes.end(bridge.child);
+  await processes.end(run, "SIGINT");
+  assert.deepEqual(errors, []);
+});
+
 test("two views look as the OpenGL renderer's, and five hundred pictures leave the memory as it was", PATIENCE, async (t) => {
   const { page: address } = await processes.startBridge("touch");
   const page = await opened(address);

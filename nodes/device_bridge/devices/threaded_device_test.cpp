@@ -6,6 +6,7 @@
 #include <ctime>
 #include <functional>
 
+#include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
 #include "nodes/device_bridge/devices/conformance.hpp"
 #include "nodes/device_bridge/devices/make_device.hpp"
@@ -26,18 +27,14 @@ scene::Device Faulty(const std::string& fault) {
   return device;
 }
 
-void Pause() {
-  const timespec millisecond{0, 1'000'000};
-  nanosleep(&millisecond, nullptr);
-}
-
-// A device behind a filter that always wants 2 N along x, ticked once a millisecond.
+// A device behind a filter that always wants 2 N along x, ticked once a millisecond, as the bridge does.
 struct Rig {
   std::unique_ptr<Device> device;
   SafetyFilter filter;
   DeviceReading reading;
   FilteredForce written;
   std::uint64_t num_commands = 0;
+  bus::PeriodicLoop loop{core::kTick_ns};
 
   explicit Rig(const scene::Device& what, const ThreadedOptions& options = {})
       : filter(*SafetyFilter::Create([] {
@@ -53,7 +50,7 @@ struct Rig {
     device = std::move(*made);
   }
   void Tick() {
-    Pause();
+    loop.WaitNext();
     const std::int64_t now_ns = core::MonotonicNow_ns();
     reading = device->Read(now_ns);
     core::DeviceCommand command;
@@ -95,13 +92,13 @@ TEST(ThreadedDevice, GivesStatesAndAppliesFilteredForces) {
 TEST(ThreadedDevice, TakesTheForceAwayWhenNobodyWrites) {
   Rig rig(Faulty(""));
   ASSERT_TRUE(rig.Until([&] { return rig.device->state().applied[0] == 2.0; }));
-  bool is_gone = false;
-  for (int i = 0; i < 5000 && !is_gone; ++i) {
-    Pause();
+  const auto is_gone = [&] {
     rig.device->Read(core::MonotonicNow_ns());
-    is_gone = rig.device->state().applied[0] == 0.0;
-  }
-  EXPECT_TRUE(is_gone);
+    return rig.device->state().applied[0] == 0.0;
+  };
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  while (!is_gone() && core::MonotonicNow_ns() - begin_ns < kPatience_ns) rig.loop.WaitNext();
+  EXPECT_TRUE(is_gone());
 }
 
 struct FaultCase {

@@ -18,7 +18,6 @@ constexpr double kStillSpeed_m_per_s = 0.015;  // below this seen speed the hand
 constexpr double kMaxObservation_s = 0.6;      // after this time a correction starts even if the hand is not at rest
 constexpr double kMaxLead_m = 0.03;            // of the target ahead of the seen hand when it is blocked
 constexpr double kMaxTurnLead_rad = 0.35;
-constexpr double kLever_m = 0.05;           // converts an angle into a length for comparison with a tolerance
 constexpr double kSearchRadius_m = 0.0015;  // of the order of the scenarios' clearances and lateral tolerances
 constexpr double kSearch_Hz = 1.0;
 constexpr double kSearchGrowth_s = 3.0;  // from the centre to the full radius, then again from the centre
@@ -66,7 +65,7 @@ void SimulatedOperator::Watch(const Inputs& inputs, const core::FixedVector<Felt
                               const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept {
   last_ns_ = inputs.now_ns;
   has_started_ = true;
-  sight_.Record(inputs, readings, StepIndex(inputs.logic));
+  sight_.Record(inputs, readings, StepIndexOf(script_, inputs.logic));
   for (std::size_t role = 0; role < hands_.size() && role < felt.size(); ++role) {
     hands_[role].touch.Record(inputs.now_ns, felt[role]);
   }
@@ -103,66 +102,6 @@ void SimulatedOperator::Step(const Inputs& inputs, const core::FixedVector<FeltF
   }
   if (seen != nullptr && current_ != nullptr && !waits) CarryOutLine(*seen, now_ns, dt_s);
   for (Hand& hand : hands_) UpdateTarget(&hand, dt_s);
-}
-
-int SimulatedOperator::StepIndex(const core::LogicStatus* logic) const noexcept {
-  if (logic == nullptr || logic->is_final) return -1;
-  for (std::size_t i = 0; i < script_.steps.size(); ++i) {
-    if (script_.steps[i].name == logic->step) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-core::Pose SimulatedOperator::SeenPose(const FrameReference& frame, const Sighting& seen, int role) const noexcept {
-  if (frame.is_hand) return seen.X_WHand[static_cast<std::size_t>(role)];
-  return seen.X_WO[static_cast<std::size_t>(frame.object)] * frame.X_OF;
-}
-
-bool SimulatedOperator::IsVisible(const FrameReference& frame, const Sighting& seen) const noexcept {
-  return frame.is_hand || seen.is_visible[static_cast<std::size_t>(frame.object)] != 0;
-}
-
-// The moved frame M (reach: the hand itself; carry: a frame of the held object) shall coincide with the goal G, which
-// is given in the seen frame F: X_WM_goal = X_WF X_FG. With the seen relation X_MHand = X_WM^-1 X_WHand the hand's goal
-// is
-//   X_WHand_goal = X_WF X_FG X_MHand.
-SimulatedOperator::Aim SimulatedOperator::ComputeAim(const OperatorLine& line, const Sighting& seen) const noexcept {
-  Aim aim;
-  aim.X_WHand = seen.X_WHand[static_cast<std::size_t>(line.role)];
-  if (!IsVisible(line.goal, seen)) return aim;
-  core::Pose X_WM = aim.X_WHand;
-  if (line.verb == Verb::kCarry) {
-    if (!IsVisible(line.moved, seen)) return aim;
-    X_WM = SeenPose(line.moved, seen, line.role);
-  }
-  const core::Pose X_WM_goal = SeenPose(line.goal, seen, line.role) * line.X_FG;
-  const core::Pose X_WHand_goal = X_WM_goal * (X_WM.inverse() * aim.X_WHand);
-  aim.way_W = X_WHand_goal.translation - aim.X_WHand.translation;
-  aim.turn_W = core::RotationVector(X_WHand_goal.rotation * glm::conjugate(aim.X_WHand.rotation));
-  aim.distance_m = glm::length(X_WM_goal.translation - X_WM.translation);
-  aim.angle_rad = glm::length(aim.turn_W);
-  aim.is_valid = true;
-  return aim;
-}
-
-bool SimulatedOperator::IsSatisfied(const Condition& condition, const Sighting& seen, int role) const noexcept {
-  const auto mechanism = [&] { return seen.mechanisms[static_cast<std::size_t>(condition.mechanism)].state; };
-  const std::uint16_t grasped = seen.grasped[static_cast<std::size_t>(role)];
-  switch (condition.kind) {
-    case ConditionKind::kNone:
-      return false;
-    case ConditionKind::kEngaged:
-      return mechanism() == 1;
-    case ConditionKind::kFree:
-      return mechanism() == 0;
-    case ConditionKind::kState:
-      return mechanism() == condition.state;
-    case ConditionKind::kHeld:
-      return grasped == static_cast<std::uint16_t>(condition.object);
-    case ConditionKind::kReleased:
-      return grasped == core::kNoObject;
-  }
-  return false;
 }
 
 void SimulatedOperator::FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept {

@@ -5,6 +5,7 @@
 
 #include "nodes/device_bridge/operator/operator_script.hpp"
 #include "nodes/device_bridge/operator/perception.hpp"
+#include "nodes/device_bridge/operator/script_sight.hpp"
 #include "nodes/device_bridge/operator/stroke.hpp"
 #include "nodes/device_bridge/random.hpp"
 
@@ -88,22 +89,6 @@ class SimulatedOperator {
     bool is_relaxed = false;  // because the device applies no force
     explicit Hand(double reaction_s) : touch(reaction_s) {}
   };
-
-  // Motion of a hand to its goal, computed from the seen scene.
-  struct Aim {
-    bool is_valid = false;
-    glm::dvec3 way_W{0.0};    // displacement of the hand from its seen pose to the goal [m]
-    glm::dvec3 turn_W{0.0};   // rotation vector of the same motion [rad]
-    double distance_m = 0.0;  // of the moved frame to its goal
-    double angle_rad = 0.0;
-    core::Pose X_WHand;  // seen pose
-  };
-
-  [[nodiscard]] int StepIndex(const core::LogicStatus* logic) const noexcept;
-  [[nodiscard]] core::Pose SeenPose(const FrameReference& frame, const Sighting& seen, int role) const noexcept;
-  [[nodiscard]] bool IsVisible(const FrameReference& frame, const Sighting& seen) const noexcept;
-  [[nodiscard]] Aim ComputeAim(const OperatorLine& line, const Sighting& seen) const noexcept;
-  [[nodiscard]] bool IsSatisfied(const Condition& condition, const Sighting& seen, int role) const noexcept;
 
   void FollowStep(const Sighting* seen, std::int64_t now_ns) noexcept;
   void Abandon(std::int64_t now_ns) noexcept;

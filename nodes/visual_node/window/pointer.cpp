@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -10,10 +9,7 @@
 namespace visual_node {
 namespace {
 
-constexpr glm::vec3 kGrey{0.75f};
-constexpr glm::vec3 kAmber{1.0f, 0.75f, 0.2f};
 constexpr double kDeadZone = 0.15;  // of a stick that is let go
-constexpr int kBarLength = 24;      // characters
 
 double Stick(float value) {
   const double size = std::abs(static_cast<double>(value));
@@ -22,11 +18,8 @@ double Stick(float value) {
 
 }  // namespace
 
-Pointer::Pointer(const scene::Scenario& scenario) : force_cap_N_(scenario.force_cap_N) {
-  for (const scene::Device& device : scenario.devices) {
-    palms_.push_back(device.palm);
-    roles_.push_back(device.role);
-  }
+Pointer::Pointer(const scene::Scenario& scenario) {
+  for (const scene::Device& device : scenario.devices) palms_.push_back(device.palm);
 }
 
 void Pointer::Attach(GLFWwindow* window) {
@@ -69,11 +62,12 @@ void Pointer::ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish)
   wish->is_held = is_dragged || keys != glm::dvec3(0.0);
   wish->wants_guidance = IsDown(GLFW_KEY_F1);
   if (IsPressed(GLFW_KEY_SPACE, &was_grip_down_)) is_closed_ = !is_closed_;
-  if (IsPressed(GLFW_KEY_INSERT, &was_role_down_) && !roles_.empty()) role_ = (role_ + 1) % roles_.size();
+  if (IsPressed(GLFW_KEY_INSERT, &was_role_down_) && !palms_.empty()) role_ = (role_ + 1) % palms_.size();
+  if (IsPressed(GLFW_KEY_F2, &was_next_down_)) shows_next_ = !shows_next_;
 }
 
-// Left stick: right and up; right stick: turn and away; right trigger: the jaws; left shoulder: fine; A: grip; Y:
-// guidance.
+// Left stick: right and up; right stick: turn and away; right trigger: the jaws; left shoulder: fine; A: grip; X:
+// where to go next; Y: be shown it.
 void Pointer::ReadGamepads(view::SteeringWish* wish) {
   has_gamepad_ = false;
   for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
@@ -95,6 +89,9 @@ void Pointer::ReadGamepads(view::SteeringWish* wish) {
     const bool is_button_down = pad.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS;
     if (is_button_down && !was_button_down_) is_closed_ = !is_closed_;
     was_button_down_ = is_button_down;
+    const bool is_next_down = pad.buttons[GLFW_GAMEPAD_BUTTON_X] == GLFW_PRESS;
+    if (is_next_down && !was_next_button_down_) shows_next_ = !shows_next_;
+    was_next_button_down_ = is_next_down;
     return;
   }
 }
@@ -113,28 +110,6 @@ const core::HandInput& Pointer::Update(const view::Scene& shown, const scene::Ca
   glfwGetWindowSize(window_, &width, &height);
   steering_.Choose(static_cast<std::uint8_t>(role_));
   return steering_.Update(wish, view::PlaceCamera(camera, shown), height, p_WD, dt_s);
-}
-
-void Pointer::Describe(view::Scene* scene, double force_N) const {
-  const core::HandInput& input = steering_.input();
-  const auto add = [scene](const glm::vec3& color, std::string text) {
-    scene->texts.push_back({view::Anchor::kBottomLeft, view::TextStyle::kSmall, color, std::move(text)});
-  };
-  std::string bar(kBarLength, '.');
-  const double share = force_cap_N_ > 0.0 ? std::clamp(force_N / force_cap_N_, 0.0, 1.0) : 0.0;
-  std::fill_n(bar.begin(), std::lround(share * kBarLength), '|');
-  char line[160];
-  std::snprintf(line, sizeof line, "hand %s: %s, jaws %s   [%s] %.0f N", roles_.empty() ? "-" : roles_[role_].c_str(),
-                input.wants_guidance ? "guided"
-                : input.is_held      ? "held"
-                                     : "free",
-                input.closing > 0.5 ? "closing" : "open", bar.c_str(), force_N);
-  add(kAmber, line);
-  add(kGrey,
-      "hold the right button: the hand follows the mouse; wheel: away; Ctrl: turn; Shift: fine; or arrows and page "
-      "keys");
-  add(kGrey, std::string("Space: jaws; hold F1: be shown this step") +
-                 (roles_.size() > 1 ? "; Insert: other hand" : "") + (has_gamepad_ ? "; gamepad: sticks, A, Y" : ""));
 }
 
 }  // namespace visual_node

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "nodes/visual_node/window/camera_control.hpp"
 #include "scene/scenario.hpp"
 #include "view/hand_steering.hpp"
 #include "view/scene.hpp"
+#include "view/steering_caption.hpp"
 
 struct GLFWwindow;
 
@@ -23,8 +23,8 @@ class Pointer {
   // last picture. The message to send.
   const core::HandInput& Update(const view::Scene& shown, const scene::Camera& camera, double dt_s,
                                 CameraControl* control);
-  // Lines at the bottom of the picture: how to steer, what the hand feels.
-  void Describe(view::Scene* scene, double force_N) const;
+  // What the last picture's lines say about it (view::DescribeSteering).
+  [[nodiscard]] view::SteeringState state() const { return {steering_.input(), has_gamepad_, shows_next_}; }
 
  private:
   void ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish);
@@ -35,13 +35,13 @@ class Pointer {
 
   GLFWwindow* window_ = nullptr;
   std::vector<int> palms_;  // object of each role
-  std::vector<std::string> roles_;
-  double force_cap_N_ = 0.0;
   view::HandSteering steering_;
   std::size_t role_ = 0;
   bool is_closed_ = false;  // by the space bar
   double trigger_ = 0.0;    // of a gamepad
-  bool was_grip_down_ = false, was_role_down_ = false, was_button_down_ = false;
+  bool was_grip_down_ = false, was_role_down_ = false, was_next_down_ = false;
+  bool was_button_down_ = false, was_next_button_down_ = false;
+  bool shows_next_ = false;
   double last_x_ = 0.0, last_y_ = 0.0;
   bool has_gamepad_ = false;
 };

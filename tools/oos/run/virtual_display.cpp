@@ -23,7 +23,8 @@ std::filesystem::path FindXvfb() {
 
 }  // namespace
 
-core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::filesystem::path& log) {
+core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::filesystem::path& log,
+                                              const std::vector<std::string>& options) {
   const std::filesystem::path program = FindXvfb();
   if (program.empty()) {
     return core::Fail(core::ErrorCode::kNotFound,
@@ -34,14 +35,10 @@ core::Result<std::string> StartVirtualDisplay(process::Group* group, const std::
   if (pipe2(ends, O_CLOEXEC) != 0) {
     return core::Fail(core::ErrorCode::kResource, std::string("cannot open a pipe: ") + std::strerror(errno));
   }
-  const auto pid = group->Spawn(
-      {"Xvfb",
-       program,
-       {"-displayfd", std::to_string(ends[1]), "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"},
-       {},
-       log,
-       5,
-       ends[1]});
+  std::vector<std::string> arguments = {
+      "-displayfd", std::to_string(ends[1]), "-screen", "0", "1280x720x24", "-nolisten", "tcp", "-noreset"};
+  arguments.insert(arguments.end(), options.begin(), options.end());
+  const auto pid = group->Spawn({"Xvfb", program, arguments, {}, log, 5, ends[1]});
   close(ends[1]);
   if (!pid) {
     close(ends[0]);

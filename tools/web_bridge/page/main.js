@@ -1,5 +1,6 @@
 // The page: takes the key from the address, loads the scene, draws what arrives.
 
+import { HandControl } from "./hand_control.js";
 import { Hud } from "./hud.js";
 import { Link } from "./link.js";
 import { Panel } from "./panel.js";
@@ -46,6 +47,7 @@ class Page {
     this.control.fixed = address.get("view") ?? "";
     this.panel.begin(assets);
     this.assets = assets;
+    this.hand = new HandControl(canvas, (numbers) => this.link.call("/hand", { numbers }));
     this.#listen();
     if (this.#sheets) this.#takeSheets(this.#sheets);
     this.#measureClock();
@@ -96,6 +98,7 @@ class Page {
     if (isNew) this.#showNewest();
     const size = this.size();
     this.control.update(this.frame.step, this.picture.bodies.instances, size.width / size.height);
+    this.hand.update(this.frame.texts, this.control, canvas.clientHeight);
     this.picture.draw(this.control.camera, size);
     this.hud.place(this.control.camera);
     this.panel.showView(this.control.fixed, this.control.isFree);

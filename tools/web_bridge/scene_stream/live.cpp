@@ -2,12 +2,14 @@
 
 #include "core/clock.hpp"
 #include "view/scene_digest.hpp"
+#include "view/steering_caption.hpp"
 
 namespace scene_stream {
 namespace {
 
 constexpr std::int64_t kWait_ns = 10'000'000;
 constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
+constexpr const char* kSteersAs = "client-page";       // device_bridge's --viewers
 constexpr std::int64_t kQuietPeriod_ns = 100'000'000;  // between frames while no physics state comes
 
 }  // namespace
@@ -18,6 +20,7 @@ core::Result<void> Live::Run(const bus::NodeOptions& options, const std::atomic<
   node_ = std::move(*node);
   feed_.emplace(scenario_, node_.get());
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
+  hand_writer_ = node_->WriteLatest<core::HandInput>(bus::HandInputTopic(kSteersAs));
   node_->OwnParameters(view::ChoiceNames(mirror_.scene().assets->instance_names));
   if (auto started = node_->Start(); !started) return started;
   mirror_.Refresh(core::MonotonicNow_ns());
@@ -45,16 +48,34 @@ core::Result<void> Live::Step() {
   mirror_.Refresh(now_ns);
   Stream::Moment moment;
   if (num_states_ > 0) moment.state_age_ms = 1e-6 * static_cast<double>(now_ns - feed_->physics().received_ns());
-  return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
+  if (mirror_.scene().guides.empty()) return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
+  view::Scene shown = mirror_.scene();
+  view::DescribeSteering(scenario_, {steering_.input(), false, shows_next_}, hand_camera_, &shown);
+  return stream_->Send(shown, choices_, moment, now_ns);
 }
 
 void Live::TakeCommands() {
   for (const Command& command : commands_->Take()) {
     is_changed_ = true;
     if (command.kind == Command::Kind::kRate) stream_->SetRate(command.value);
+    if (command.kind == Command::Kind::kHand) TakeHand(*command.hand);
     if (command.kind != Command::Kind::kSet) continue;
     view::SetChoice(command.name, command.value != 0.0, mirror_.scene().assets->instance_names, &choices_);
   }
+}
+
+// Of a session that a person steers; else nobody reads it.
+void Live::TakeHand(const Command::Hand& hand) {
+  const view::Scene& scene = mirror_.scene();
+  if (hand.role >= scenario_.devices.size() || scene.guides.empty()) return;
+  const int palm = scenario_.devices[hand.role].palm;
+  const glm::dvec3 p_WD =
+      palm >= 0 ? scene.instances[static_cast<std::size_t>(palm)].X_WM.translation : hand.camera.target_m;
+  steering_.Choose(hand.role);
+  shows_next_ = hand.shows_next;
+  hand_camera_ = hand.camera;
+  core::HandInput input = steering_.Update(hand.wish, hand.camera, hand.height_px, p_WD, hand.dt_s);
+  hand_writer_.Send(input);
 }
 
 void Live::TakeParameters() {

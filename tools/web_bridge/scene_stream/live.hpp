@@ -9,6 +9,7 @@
 #include "tools/web_bridge/scene_stream/commands.hpp"
 #include "tools/web_bridge/scene_stream/stream.hpp"
 #include "view/bus_feed.hpp"
+#include "view/hand_steering.hpp"
 #include "view/scene_mirror.hpp"
 
 namespace scene_stream {
@@ -25,6 +26,7 @@ class Live {
  private:
   core::Result<void> Step();
   void TakeCommands();
+  void TakeHand(const Command::Hand& hand);
   void TakeParameters();
   void PublishFigures(std::int64_t now_ns);
 
@@ -36,6 +38,10 @@ class Live {
   std::unique_ptr<bus::Node> node_;
   std::optional<view::BusFeed> feed_;
   bus::StateWriter<bus::Figures> figures_;
+  bus::LatestWriter<core::HandInput> hand_writer_;
+  view::HandSteering steering_;
+  bool shows_next_ = false;
+  scene::Camera hand_camera_;  // of the page that steers
   std::int64_t next_figures_ns_ = 0;
   std::uint64_t num_states_ = 0;
   bool is_changed_ = true;

@@ -16,9 +16,10 @@ export class Processes {
   said = [];
   #children = [];
 
-  // With a runtime folder of its own: it finds no session but its own.
+  // With a runtime folder of its own it finds no session but its own, and what it leaves without being told where is
+  // there, too.
   start(program, words) {
-    const child = spawn(program, words, { env: { ...process.env, XDG_RUNTIME_DIR: this.folder },
+    const child = spawn(program, words, { cwd: this.folder, env: { ...process.env, XDG_RUNTIME_DIR: this.folder },
       stdio: ["ignore", "pipe", "pipe"] });
     for (const input of [child.stdout, child.stderr]) {
       createInterface({ input }).on("line", (line) => this.said.push(line));
