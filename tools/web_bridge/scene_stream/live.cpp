@@ -14,15 +14,25 @@ constexpr std::int64_t kQuietPeriod_ns = 100'000'000;  // between frames while n
 
 }  // namespace
 
-core::Result<void> Live::Run(const bus::NodeOptions& options, const std::atomic<int>& interrupted) {
+// A topic has one writer: of several bridges of a session, the pages of the first steer.
+core::Result<void> Live::Join(const bus::NodeOptions& options, bool steers) {
+  feed_.reset();
   auto node = bus::Node::Create(options);
   if (!node) return tl::unexpected(node.error());
   node_ = std::move(*node);
   feed_.emplace(scenario_, node_.get());
   figures_ = node_->WriteState<bus::Figures>(bus::FiguresTopic(options.name));
-  hand_writer_ = node_->WriteLatest<core::HandInput>(bus::HandInputTopic(kSteersAs));
+  steers_ = steers;
+  if (steers) hand_writer_ = node_->WriteLatest<core::HandInput>(bus::HandInputTopic(kSteersAs));
   node_->OwnParameters(view::ChoiceNames(mirror_.scene().assets->instance_names));
-  if (auto started = node_->Start(); !started) return started;
+  return node_->Start();
+}
+
+core::Result<void> Live::Run(const bus::NodeOptions& options, const std::atomic<int>& interrupted) {
+  auto joined = Join(options, true);
+  const bool is_hand_taken = !joined && joined.error().detail.find(bus::HandInputTopic(kSteersAs)) != std::string::npos;
+  if (is_hand_taken) joined = Join(options, false);
+  if (!joined) return joined;
   mirror_.Refresh(core::MonotonicNow_ns());
   if (auto begun = stream_->Begin(mirror_.scene(), 0.0); !begun) return begun;
   while (interrupted.load() == 0) {
@@ -48,7 +58,7 @@ core::Result<void> Live::Step() {
   mirror_.Refresh(now_ns);
   Stream::Moment moment;
   if (num_states_ > 0) moment.state_age_ms = 1e-6 * static_cast<double>(now_ns - feed_->physics().received_ns());
-  if (mirror_.scene().guides.empty()) return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
+  if (!steers_ || mirror_.scene().guides.empty()) return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
   view::Scene shown = mirror_.scene();
   view::DescribeSteering(scenario_, {steering_.input(), false, shows_next_}, hand_camera_, &shown);
   return stream_->Send(shown, choices_, moment, now_ns);
@@ -67,7 +77,7 @@ void Live::TakeCommands() {
 // Of a session that a person steers; else nobody reads it.
 void Live::TakeHand(const Command::Hand& hand) {
   const view::Scene& scene = mirror_.scene();
-  if (hand.role >= scenario_.devices.size() || scene.guides.empty()) return;
+  if (!steers_ || hand.role >= scenario_.devices.size() || scene.guides.empty()) return;
   const int palm = scenario_.devices[hand.role].palm;
   const glm::dvec3 p_WD =
       palm >= 0 ? scene.instances[static_cast<std::size_t>(palm)].X_WM.translation : hand.camera.target_m;

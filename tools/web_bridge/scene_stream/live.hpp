@@ -24,6 +24,7 @@ class Live {
   core::Result<void> Run(const bus::NodeOptions& options, const std::atomic<int>& interrupted);
 
  private:
+  core::Result<void> Join(const bus::NodeOptions& options, bool steers);
   core::Result<void> Step();
   void TakeCommands();
   void TakeHand(const Command::Hand& hand);
@@ -40,7 +41,7 @@ class Live {
   bus::StateWriter<bus::Figures> figures_;
   bus::LatestWriter<core::HandInput> hand_writer_;
   view::HandSteering steering_;
-  bool shows_next_ = false;
+  bool steers_ = false, shows_next_ = false;
   scene::Camera hand_camera_;  // of the page that steers
   std::int64_t next_figures_ns_ = 0;
   std::uint64_t num_states_ = 0;
