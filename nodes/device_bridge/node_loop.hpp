@@ -69,7 +69,7 @@ class NodeLoop {
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by
 
-  std::size_t first_tip_ = 0;    // in figures_, while a person steers: of each role, where it goes next
+  std::size_t first_tip_ = 0;  // in figures_, while a person steers: of each role, where it goes next
 
   Inputs inputs_;
   Outputs outputs_;
