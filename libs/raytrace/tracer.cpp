@@ -1,11 +1,10 @@
 #include "raytrace/tracer.hpp"
 
-#include <cmath>
+#include <algorithm>
 
 #include "raytrace/rays.hpp"
 #include "raytrace/sampling.hpp"
 #include "raytrace/shading.hpp"
-#include "view/projection.hpp"
 
 namespace raytrace {
 namespace {
@@ -17,17 +16,15 @@ template <class Visit>
 void EachSquare(const Eye& eye, const Tile& tile, const glm::vec2& shift_px, unsigned mask, const World& world,
                 Visit&& visit) {
   const NoDenormals quick;
+  const glm::vec2 pixel = eye.pixel();
   for (int top = 0; top < tile.height; top += kSide) {
     for (int left = 0; left < tile.width; left += kSide) {
       Rays rays;
       for (int lane = 0; lane < kLanes; ++lane) {
         const int x = left + lane % kSide, y = top + lane / kSide;
         if (x >= tile.width || y >= tile.height) continue;
-        const float right_px =
-            static_cast<float>(tile.x + x) + 0.5f + shift_px.x - 0.5f * static_cast<float>(eye.width);
-        const float down_px =
-            static_cast<float>(tile.y + y) + 0.5f + shift_px.y - 0.5f * static_cast<float>(eye.height);
-        const glm::vec3 d_E(right_px / eye.focal_px, -down_px / eye.focal_px, -1.0f);
+        const glm::vec2 at_px = glm::vec2(tile.x + x, tile.y + y) + 0.5f + shift_px;
+        const glm::vec3 d_E(eye.left + at_px.x * pixel.x, eye.top - at_px.y * pixel.y, -1.0f);
         rays.Set(lane, eye.p_W, eye.R_WE * d_E, Tracer::kNear_m, Tracer::kFar_m, mask);
       }
       rays.Meet(world.tree(), RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
@@ -44,9 +41,19 @@ glm::vec2 ShiftOf(std::uint32_t sample) {
 
 }  // namespace
 
+Eye Eye::Of(const view::Frustum& frustum, int width, int height) {
+  return {glm::vec3(frustum.eye_W),
+          glm::mat3(frustum.R_WE),
+          static_cast<float>(frustum.left),
+          static_cast<float>(frustum.right),
+          static_cast<float>(frustum.bottom),
+          static_cast<float>(frustum.top),
+          width,
+          height};
+}
+
 Eye Eye::Of(const scene::Camera& placed, int width, int height) {
-  return {glm::vec3(placed.eye_m), glm::mat3(glm::transpose(glm::dmat3(view::ViewMatrix(placed)))),
-          static_cast<float>(0.5 * height / std::tan(0.5 * placed.vertical_fov_rad)), width, height};
+  return Of(view::FrustumOf(placed, static_cast<double>(width) / height), width, height);
 }
 
 core::Result<std::unique_ptr<Tracer>> Tracer::Create(const view::Scene& scene, const MeshLoader& load_mesh) {
@@ -64,7 +71,8 @@ void Tracer::Update(const view::Scene& scene, const view::EnvironmentLight& ligh
 
 LitTile Tracer::Draw(const Eye& eye, const Tile& tile, const tiles::Quality& quality) const {
   LitTile lit{tile, {tile.width, tile.height, 3}, {tile.width, tile.height}};
-  const Shading shading(*world_, lighting_, 1.0f / eye.focal_px, quality);
+  const glm::vec2 pixel = eye.pixel();
+  const Shading shading(*world_, lighting_, std::max(pixel.x, pixel.y), quality);
   EachSquare(eye, tile, ShiftOf(quality.sample), kDrawn, *world_, [&](int left, int top, const Rays& rays) {
     if (!rays.HasAnyHit()) return;
     glm::vec3 light[kLanes] = {};

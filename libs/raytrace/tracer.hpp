@@ -7,20 +7,28 @@
 #include "raytrace/world.hpp"
 #include "tiles/quality.hpp"
 #include "tiles/tile.hpp"
+#include "view/frustum.hpp"
 #include "view/scene.hpp"
 
 namespace raytrace {
 
-// A camera that stands in W, and the size of its picture.
+// What an eye sees, and the size of its picture.
 struct Eye {
   glm::vec3 p_W{0.0f};
   glm::mat3 R_WE{1.0f};  // E looks along -z with y up
-  float focal_px = 1.0f;
+  // The picture's edges at the distance 1, as view::Frustum's.
+  float left = -1.0f, right = 1.0f, bottom = -1.0f, top = 1.0f;
   int width = 0;
   int height = 0;
 
+  static Eye Of(const view::Frustum& frustum, int width, int height);
   // `placed` is in W (view::PlaceCamera).
   static Eye Of(const scene::Camera& placed, int width, int height);
+
+  // How wide and how high a pixel is at the distance 1.
+  [[nodiscard]] glm::vec2 pixel() const {
+    return {(right - left) / static_cast<float>(width), (top - bottom) / static_cast<float>(height)};
+  }
 };
 
 using tiles::Tile;

@@ -132,7 +132,7 @@ TEST(Tracer, TheShadowOfABoxEndsWhereTheSunsRayOverItsEdgeMeetsTheFloor) {
   constexpr int kSize = 800;
   const Eye eye = Eye::Of(box.camera, kSize, kSize);
   const LitTile row = tracer->Draw(eye, {0, kSize / 2, kSize, 4});
-  const double pixel_m = 4.0 / eye.focal_px;
+  const double pixel_m = 4.0 * eye.pixel().y;
   // The camera looks down along z, so its up is y and x is to the right.
   const double end_m = 0.5 * BoxOnFloor::kSide_m + BoxOnFloor::kHigh_m * 0.3 / 0.8;
   const int end_px = static_cast<int>(std::floor(0.5 * kSize + end_m / pixel_m));
@@ -149,7 +149,7 @@ TEST(Tracer, WhatMovesNeedsNoNewTreeOfTriangles) {
   const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
   const ObjectTile found = tracer->FindObjects(eye, kWhole);
   EXPECT_EQ(*found.ids.Pixel(kWidth / 2, kHeight / 2), 1);
-  EXPECT_EQ(*found.ids.Pixel(kWidth / 2 + static_cast<int>(0.6f / 4.0f * eye.focal_px), kHeight / 2), 2);
+  EXPECT_EQ(*found.ids.Pixel(kWidth / 2 + static_cast<int>(0.6f / 4.0f / eye.pixel().x), kHeight / 2), 2);
   EXPECT_EQ(tracer->world().num_mesh_builds(), before);
 }
 

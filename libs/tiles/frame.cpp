@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "core/hash.hpp"
-#include "view/projection.hpp"
 
 namespace tiles {
 namespace {
@@ -40,16 +39,55 @@ void Apply(const core::RayInstance& encoded, view::Instance* instance) {
   material.is_foil = (encoded.flags & kFoil) != 0;
 }
 
+core::RayEye EncodeEye(const SeenPart& part) {
+  core::RayEye encoded;
+  encoded.x_px = static_cast<std::uint32_t>(part.at.x);
+  encoded.y_px = static_cast<std::uint32_t>(part.at.y);
+  encoded.width_px = static_cast<std::uint32_t>(part.at.width);
+  encoded.height_px = static_cast<std::uint32_t>(part.at.height);
+  encoded.X_WE = {glm::normalize(glm::quat_cast(part.eye.R_WE)), part.eye.eye_W};
+  encoded.left = static_cast<float>(part.eye.left);
+  encoded.right = static_cast<float>(part.eye.right);
+  encoded.bottom = static_cast<float>(part.eye.bottom);
+  encoded.top = static_cast<float>(part.eye.top);
+  return encoded;
+}
+
+bool IsPartOf(const core::RayFrame& frame, const core::RayEye& eye) {
+  const auto fits = [](std::uint64_t begin, std::uint64_t size, std::uint64_t all) {
+    return size > 0 && begin + size <= all;
+  };
+  return fits(eye.x_px, eye.width_px, frame.width) && fits(eye.y_px, eye.height_px, frame.height) &&
+         std::isfinite(eye.right - eye.left) && std::isfinite(eye.top - eye.bottom) && eye.left < eye.right &&
+         eye.bottom < eye.top;
+}
+
 }  // namespace
+
+std::vector<Tile> StackParts(const std::vector<glm::ivec2>& sizes_px) {
+  std::vector<Tile> parts;
+  int y = 0;
+  for (const glm::ivec2& size_px : sizes_px) {
+    parts.push_back({0, y, size_px.x, size_px.y});
+    y += size_px.y;
+  }
+  return parts;
+}
 
 core::RayFrame EncodeFrame(const view::Scene& scene, const view::EnvironmentLight& light, const scene::Camera& placed,
                            int width, int height) {
+  const double aspect = static_cast<double>(width) / height;
+  return EncodeFrame(scene, light, {{view::FrustumOf(placed, aspect), {0, 0, width, height}}});
+}
+
+core::RayFrame EncodeFrame(const view::Scene& scene, const view::EnvironmentLight& light,
+                           const std::vector<SeenPart>& parts) {
   core::RayFrame frame;
-  frame.width = static_cast<std::uint32_t>(width);
-  frame.height = static_cast<std::uint32_t>(height);
-  const glm::dmat3 R_WE = glm::transpose(glm::dmat3(view::ViewMatrix(placed)));
-  frame.X_WE = {glm::normalize(glm::quat_cast(R_WE)), placed.eye_m};
-  frame.focal_px = static_cast<float>(0.5 * height / std::tan(0.5 * placed.vertical_fov_rad));
+  for (const SeenPart& part : parts) {
+    frame.width = std::max(frame.width, static_cast<std::uint32_t>(part.at.x + part.at.width));
+    frame.height = std::max(frame.height, static_cast<std::uint32_t>(part.at.y + part.at.height));
+    frame.eyes.push_back(EncodeEye(part));
+  }
   frame.sun_direction_W = light.sun_direction_W;
   frame.sun = light.sun;
   frame.earth_direction_W = light.earth_direction_W;
@@ -69,8 +107,10 @@ core::RayFrame EncodeFrame(const view::Scene& scene, const view::EnvironmentLigh
 }
 
 bool ApplyFrame(const core::RayFrame& frame, view::Scene* scene) {
-  bool is_same = frame.instances.size() == scene->instances.size() && frame.sheets.size() == scene->sheets.size() &&
-                 frame.width > 0 && frame.height > 0;
+  bool is_same =
+      frame.instances.size() == scene->instances.size() && frame.sheets.size() == scene->sheets.size() &&
+      frame.width > 0 && frame.height > 0 &&
+      std::all_of(frame.eyes.begin(), frame.eyes.end(), [&](const core::RayEye& eye) { return IsPartOf(frame, eye); });
   std::size_t num_nodes = 0;
   for (std::size_t i = 0; is_same && i < frame.sheets.size(); ++i) {
     is_same = frame.sheets[i].num_nodes == scene->sheets[i].p_W.size();
@@ -113,15 +153,35 @@ Quality QualityOf(const core::RayFrame& frame) {
   return {static_cast<Mirrors>(std::min(frame.mirrors, most)), frame.sample};
 }
 
+std::vector<SeenPart> PartsOf(const core::RayFrame& frame) {
+  std::vector<SeenPart> parts;
+  for (const core::RayEye& eye : frame.eyes) {
+    view::Frustum frustum;
+    frustum.eye_W = eye.X_WE.translation;
+    frustum.R_WE = glm::mat3_cast(eye.X_WE.rotation);
+    frustum.left = eye.left;
+    frustum.right = eye.right;
+    frustum.bottom = eye.bottom;
+    frustum.top = eye.top;
+    parts.push_back({frustum,
+                     {static_cast<int>(eye.x_px), static_cast<int>(eye.y_px), static_cast<int>(eye.width_px),
+                      static_cast<int>(eye.height_px)}});
+  }
+  return parts;
+}
+
 std::uint64_t FrameDigest(const core::RayFrame& frame) {
   std::uint64_t hash = 0;
   const auto add = [&hash](const auto&... values) { ((hash = core::Hash64(&values, sizeof values, hash)), ...); };
   const auto add_pose = [&add](const core::Pose& X) {
     add(X.rotation.w, X.rotation.x, X.rotation.y, X.rotation.z, X.translation);
   };
-  add(frame.width, frame.height, frame.focal_px, frame.mirrors, frame.sun_direction_W, frame.sun,
-      frame.earth_direction_W, frame.earth_sine, frame.earth, frame.panels, frame.everywhere);
-  add_pose(frame.X_WE);
+  add(frame.width, frame.height, frame.mirrors, frame.sun_direction_W, frame.sun, frame.earth_direction_W,
+      frame.earth_sine, frame.earth, frame.panels, frame.everywhere);
+  for (const core::RayEye& eye : frame.eyes) {
+    add(eye.x_px, eye.y_px, eye.width_px, eye.height_px, eye.left, eye.right, eye.bottom, eye.top);
+    add_pose(eye.X_WE);
+  }
   for (const core::RayInstance& instance : frame.instances) {
     add_pose(instance.X_WM);
     add(instance.flags, instance.opacity, instance.base_color, instance.metallic, instance.roughness,

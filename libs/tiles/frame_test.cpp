@@ -5,6 +5,7 @@
 #include "scene/load_scenario.hpp"
 #include "view/scene_digest.hpp"
 #include "view/scene_mirror.hpp"
+#include "view/stereo.hpp"
 
 namespace tiles {
 namespace {
@@ -46,6 +47,39 @@ TEST_F(FrameTest, PutsThingsExactlyWhereTheyWere) {
     EXPECT_EQ(scene.instances[i].material.emissive, moved_.instances[i].material.emissive);
   }
   EXPECT_EQ(LightOf(FrameOf(moved_)), view::LightOf(moved_.space));
+}
+
+// Both eyes before a wall: neither axis goes through the middle of the picture.
+TEST_F(FrameTest, KeepsWhatEachEyeSees) {
+  view::Viewing viewing;
+  viewing.stereo = view::Stereo::kTopBottom;
+  viewing.screen_R = view::Screen{{-1.0, 1.0, -0.5}, {0.5, 1.2, -0.5}, {-1.0, 1.0, 1.0}};
+  const auto eyes = view::FrustaOf(viewing, view::PlaceCamera(rest_.assets->cameras[0], rest_), 320, 180);
+  const std::vector<Tile> places = StackParts({{320, 90}, {160, 90}});
+  EXPECT_EQ(places, (std::vector<Tile>{{0, 0, 320, 90}, {0, 90, 160, 90}}));
+  const core::RayFrame frame =
+      EncodeFrame(rest_, view::LightOf(rest_.space), {{eyes[0], places[0]}, {eyes[1], places[1]}});
+  EXPECT_EQ(frame.width, 320u);
+  EXPECT_EQ(frame.height, 180u);
+  const std::vector<SeenPart> parts = PartsOf(frame);
+  ASSERT_EQ(parts.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(parts[i].at, places[i]);
+    const glm::dvec3 p_W = eyes[i].eye_W + eyes[i].R_WE * glm::dvec3(0.3, -0.2, -2.0);
+    const glm::dvec3 expected = view::ProjectToPixel(eyes[i], 320, 90, p_W);
+    EXPECT_LT(glm::distance(view::ProjectToPixel(parts[i].eye, 320, 90, p_W), expected), 1e-4);
+  }
+}
+
+TEST_F(FrameTest, APartOutsideThePictureIsRefused) {
+  core::RayFrame frame = FrameOf(moved_);
+  frame.eyes[0].x_px = 1;
+  view::Scene scene = rest_;
+  EXPECT_FALSE(ApplyFrame(frame, &scene));
+  frame.eyes[0].x_px = 0;
+  frame.eyes[0].right = frame.eyes[0].left;
+  EXPECT_FALSE(ApplyFrame(frame, &scene)) << "no width";
+  EXPECT_EQ(view::SceneDigest(scene), view::SceneDigest(rest_)) << "unchanged";
 }
 
 TEST_F(FrameTest, GoesBackToAnEarlierFrame) {

@@ -15,6 +15,11 @@ struct Layout {
   std::vector<std::vector<std::string>> rows = {{""}};  // cameras' names; empty: the view of the procedure's step
 
   [[nodiscard]] bool is_divided() const { return rows.size() > 1 || rows.front().size() > 1; }
+  [[nodiscard]] std::size_t num_views() const {
+    std::size_t count = 0;
+    for (const std::vector<std::string>& row : rows) count += row.size();
+    return count;
+  }
   // The view that keys and mouse steer: the one at the top left.
   [[nodiscard]] const std::string& steered() const { return rows.front().front(); }
 };

@@ -125,7 +125,7 @@ std::unique_ptr<Drawn> Exchange::NextFrame() {
   std::unique_ptr<Drawn> drawn = spare_ != nullptr ? std::move(spare_) : std::make_unique<Drawn>();
   drawn->wish = std::move(*wish_);
   wish_.reset();
-  if (drawn->wish.is_kept) return drawn;
+  if (drawn->wish.is_awaited()) return drawn;
   drawn->digest = tiles::FrameDigest(drawn->wish.frame);
   const auto sample = refinement_.Next(drawn->digest);
   if (!sample) return nullptr;
@@ -145,6 +145,8 @@ void Exchange::BeginFrames() {
     frames_out_.Set(frame, std::to_string(frame.frame % tiles::Schedule::kMostFrames));
     schedule_->BeginFrame(frame.frame, drawn->canvas.width, drawn->canvas.height, Seconds(drawn->begin_ns));
     in_flight_[frame.frame] = std::move(drawn);
+    const std::scoped_lock lock(mutex_);
+    ++figures_.begun;
   }
 }
 
@@ -169,7 +171,8 @@ void Exchange::SendJobs() {
 void Exchange::Finish(std::uint64_t frame) {
   const auto found = in_flight_.find(frame);
   Drawn& drawn = *found->second;
-  const bool is_shown = drawn.wish.is_kept || refinement_.Take(drawn.digest, drawn.wish.frame.sample, &drawn.canvas);
+  const bool is_shown =
+      drawn.wish.is_awaited() || refinement_.Take(drawn.digest, drawn.wish.frame.sample, &drawn.canvas);
   drawn.end_ns = core::MonotonicNow_ns();
   {
     const std::scoped_lock lock(mutex_);

@@ -21,6 +21,7 @@
 #include "tiles/schedule.hpp"
 #include "tiles/seats.hpp"
 #include "view/scene.hpp"
+#include "view/stereo.hpp"
 
 namespace rt_visual_node {
 
@@ -29,7 +30,10 @@ struct Wish {
   core::RayFrame frame;
   view::Scene scene;
   scene::Camera camera;  // in W
-  bool is_kept = false;  // a picture of its own, not the next of those that are shown
+  view::Viewing viewing{};
+  std::vector<tiles::Tile> parts{};  // of the picture: what each eye sees
+  std::uint64_t number = 0;          // of a picture that is waited for; 0: the next of those that are shown
+  [[nodiscard]] bool is_awaited() const { return number != 0; }
 };
 
 // A frame that they have drawn.
@@ -48,7 +52,8 @@ class Exchange {
  public:
   struct Figures {
     std::size_t workers = 0;
-    std::uint64_t frames = 0;
+    std::uint64_t begun = 0;   // frames
+    std::uint64_t frames = 0;  // that are complete
     std::uint64_t tiles = 0;
     std::uint64_t reissued = 0;
     std::uint64_t unused = 0;

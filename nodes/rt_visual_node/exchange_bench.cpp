@@ -69,7 +69,9 @@ void FramesOfARun(benchmark::State& state) {
       if (!(*recorded)->GoTo(from_s + std::max(seconds + kWarm_s, 0.0))) std::abort();
       const view::Scene& scene = (*recorded)->scene();
       const scene::Camera camera = view::PlaceCamera(view::CameraFor(*scene.assets, "", scene.step), scene);
-      Wish wish{tiles::EncodeFrame(scene, view::LightOf(scene.space), camera, kWidth, kHeight), scene, camera};
+      Wish wish{.frame = tiles::EncodeFrame(scene, view::LightOf(scene.space), camera, kWidth, kHeight),
+                .scene = scene,
+                .camera = camera};
       wish.frame.mirrors = static_cast<std::uint8_t>(state.range(1));
       exchange.Want(std::move(wish));
       const auto drawn = exchange.Take(now_ns + 5'000'000);

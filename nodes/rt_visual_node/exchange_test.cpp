@@ -80,8 +80,9 @@ class ExchangeTest : public testing::Test {
     for (view::Instance& instance : moved.instances) {
       instance.X_WM.translation += 0.3 * glm::dvec3(std::sin(1.3 * step_), std::cos(0.7 * step_), 0.0);
     }
-    return {tiles::EncodeFrame(moved, view::LightOf(moved.space), view::KnownCamera(), kWidth, kHeight), moved,
-            view::KnownCamera()};
+    return {.frame = tiles::EncodeFrame(moved, view::LightOf(moved.space), view::KnownCamera(), kWidth, kHeight),
+            .scene = moved,
+            .camera = view::KnownCamera()};
   }
   // The next complete frame. Null: there was none in time.
   std::unique_ptr<Drawn> Draw() {
@@ -131,6 +132,39 @@ class ExchangeTest : public testing::Test {
   std::list<RunningWorker> workers_;
   int step_ = 0;
 };
+
+// Tiles lie across the border between both eyes' parts.
+TEST_F(ExchangeTest, APictureOfTwoEyesIsThatOfEach) {
+  view::Viewing viewing;
+  viewing.stereo = view::Stereo::kSideBySide;
+  const std::vector<view::Frustum> eyes = view::FrustaOf(viewing, view::KnownCamera(), 2 * kWidth, kHeight);
+  const std::vector<tiles::Tile> parts = tiles::StackParts({{kWidth, kHeight}, {kWidth, kHeight}});
+  const core::RayFrame frame =
+      tiles::EncodeFrame(scene_, view::LightOf(scene_.space), {{eyes[0], parts[0]}, {eyes[1], parts[1]}});
+  StartWorker(1);
+  StartWorker(2);
+  WaitForWorkers(2);
+  exchange_->Want({.frame = frame, .scene = scene_, .camera = view::KnownCamera(), .parts = parts, .number = 1});
+  std::unique_ptr<Drawn> drawn;
+  do {
+    drawn = exchange_->Take(core::MonotonicNow_ns() + kPatience_ns);
+    ASSERT_NE(drawn, nullptr);
+  } while (drawn->wish.number != 1);
+  auto tracer = raytrace::Tracer::Create(scene_, view::MeshOfBody);
+  ASSERT_TRUE(tracer);
+  (*tracer)->Update(scene_, view::LightOf(scene_.space));
+  int other_depths = 0, num_hits = 0;
+  for (std::size_t eye = 0; eye < 2; ++eye) {
+    const auto whole = (*tracer)->Draw(raytrace::Eye::Of(eyes[eye], kWidth, kHeight), {0, 0, kWidth, kHeight});
+    for (std::size_t i = 0; i < whole.depth_m.values.size(); ++i) {
+      const std::uint16_t seen = drawn->canvas.depth[eye * whole.depth_m.values.size() + i];
+      if (seen != 0) ++num_hits;
+      if (std::abs(seen - tiles::PackDepth(whole.depth_m.values[i])) > 2) ++other_depths;
+    }
+  }
+  EXPECT_GT(num_hits, kWidth * kHeight / 10);
+  EXPECT_LE(other_depths, 4) << "edges of bodies, rounded otherwise in the message";
+}
 
 TEST_F(ExchangeTest, NoPictureMixesTheScenesOfTwoFrames) {
   StartWorker(1);

@@ -20,16 +20,18 @@ class TracedSurfaces final : public visual_node::Surfaces {
   core::Result<void> Start() { return exchange_.Start(); }
   void Offer(const View& view, double scale) override;
   const Picture* Take() override;
-  const tiles::Canvas* Paint(const View& view) override;
+  const Picture* Paint(const View& view, double scale, bool is_kept) override;
   [[nodiscard]] bool is_alone() const override { return !exchange_.has_workers(); }
 
  private:
-  [[nodiscard]] Wish WishFor(const View& view) const;
+  [[nodiscard]] Wish WishFor(const View& view, double scale) const;
+  static Picture PictureOf(const Drawn& drawn);
 
   Exchange exchange_;
   tiles::Mirrors mirrors_;
   std::unique_ptr<Drawn> drawn_;
   std::unique_ptr<Drawn> kept_;
+  std::uint64_t num_painted_ = 0;
   // What was offered last, over the picture of the scene as it was drawn last.
   view::Scene offered_;
   scene::Camera offered_camera_;

@@ -1,5 +1,6 @@
 #include "nodes/rt_worker/drawer.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <utility>
 
@@ -23,9 +24,11 @@ bool IsInside(const core::RayJob& job, const core::RayFrame& frame) {
          job.height > 0;
 }
 
-raytrace::Eye EyeOf(const core::RayFrame& frame) {
-  return {glm::vec3(frame.X_WE.translation), glm::mat3(glm::mat3_cast(frame.X_WE.rotation)), frame.focal_px,
-          static_cast<int>(frame.width), static_cast<int>(frame.height)};
+// What two rectangles have in common; without pixels: nothing.
+tiles::Tile Overlap(const tiles::Tile& a, const tiles::Tile& b) {
+  const int x = std::max(a.x, b.x), y = std::max(a.y, b.y);
+  return {x, y, std::max(0, std::min(a.x + a.width, b.x + b.width) - x),
+          std::max(0, std::min(a.y + a.height, b.y + b.height) - y)};
 }
 
 }  // namespace
@@ -39,21 +42,42 @@ core::Result<Drawer> Drawer::Create(const view::Scene& scene, const raytrace::Me
   return drawer;
 }
 
+// A tile may lie on several parts of the picture, and on none.
+void Drawer::DrawParts(const tiles::Tile& tile, const tiles::Quality& quality) {
+  const auto num_pixels = static_cast<std::size_t>(tile.num_pixels());
+  light_.assign(3 * num_pixels, 0.0f);
+  depth_m_.assign(num_pixels, 0.0f);
+  for (const tiles::SeenPart& part : parts_) {
+    const tiles::Tile both = Overlap(tile, part.at);
+    if (both.num_pixels() == 0) continue;
+    const raytrace::LitTile lit =
+        tracer_->Draw(raytrace::Eye::Of(part.eye, part.at.width, part.at.height),
+                      {both.x - part.at.x, both.y - part.at.y, both.width, both.height}, quality);
+    for (int row = 0; row < both.height; ++row) {
+      const auto to = static_cast<std::ptrdiff_t>((both.y - tile.y + row) * tile.width + both.x - tile.x);
+      const auto from = static_cast<std::ptrdiff_t>(row * both.width);
+      std::copy_n(lit.light.values.begin() + 3 * from, 3 * both.width, light_.begin() + 3 * to);
+      std::copy_n(lit.depth_m.values.begin() + from, both.width, depth_m_.begin() + to);
+    }
+  }
+}
+
 bool Drawer::Draw(const core::RayFrame& frame, const core::RayJob& job, core::RayTile* answer) {
   const std::int64_t cpu_ns = CpuTime_ns(), begin_ns = core::MonotonicNow_ns();
   if (!IsInside(job, frame)) return false;
   if (!has_frame_ || frame_ != frame.frame) {
     if (!tiles::ApplyFrame(frame, &scene_)) return false;
     tracer_->Update(scene_, tiles::LightOf(frame));
+    parts_ = tiles::PartsOf(frame);
     frame_ = frame.frame;
     has_frame_ = true;
   }
   const tiles::Tile tile{static_cast<int>(job.x), static_cast<int>(job.y), static_cast<int>(job.width),
                          static_cast<int>(job.height)};
-  const raytrace::LitTile lit = tracer_->Draw(EyeOf(frame), tile, tiles::QualityOf(frame));
+  DrawParts(tile, tiles::QualityOf(frame));
   answer->job = job.id;
   answer->frame = job.frame;
-  answer->pixels = tiles::EncodePixels(tile, lit.light.values, lit.depth_m.values);
+  answer->pixels = tiles::EncodePixels(tile, light_, depth_m_);
   answer->cost_ns = static_cast<std::uint64_t>(CpuTime_ns() - cpu_ns);
   answer->took_ns = static_cast<std::uint64_t>(core::MonotonicNow_ns() - begin_ns);
   return true;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "core/messages/rays.hpp"
 #include "core/result.hpp"
 #include "raytrace/tracer.hpp"
 #include "scene/scenario.hpp"
+#include "tiles/frame.hpp"
 #include "view/scene.hpp"
 
 namespace rt_worker {
@@ -20,10 +22,14 @@ class Drawer {
   bool Draw(const core::RayFrame& frame, const core::RayJob& job, core::RayTile* answer);
 
  private:
+  void DrawParts(const tiles::Tile& tile, const tiles::Quality& quality);
+
   view::Scene scene_;
   std::unique_ptr<raytrace::Tracer> tracer_;
   std::uint64_t frame_ = 0;  // where things are
   bool has_frame_ = false;
+  std::vector<tiles::SeenPart> parts_;  // of that frame
+  std::vector<float> light_, depth_m_;  // of a tile
 };
 
 }  // namespace rt_worker

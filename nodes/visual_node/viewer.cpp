@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "bus/log/node_recording.hpp"
@@ -203,7 +204,9 @@ class Viewer {
       const std::optional<Frame> frame = NextFrame(*camera, *target, start_ns + waited_ns_);
       if (!frame) continue;
       const std::int64_t draw_ns = core::MonotonicNow_ns();
-      const Composer::Shown shown{*frame->scene, *frame->camera, composition_};
+      Composition composition = composition_;
+      if (frame->viewing != nullptr) composition.viewing = *frame->viewing;
+      const Composer::Shown shown{*frame->scene, *frame->camera, composition};
       if (auto drawn = DrawPicture(shown, *frame, feed, *target); !drawn) return drawn;
       exposure_.Update(mean_luminance_, dt_s);
       log_.Drain();
@@ -250,47 +253,48 @@ class Viewer {
   struct Frame {
     const view::Scene* scene = nullptr;
     const scene::Camera* camera = nullptr;
+    const view::Viewing* viewing = nullptr;  // null: the newest
     Look look;
     std::int64_t start_ns = 0;
     std::int64_t elsewhere_ns = 0;  // that others took for it meanwhile
   };
 
-  [[nodiscard]] Surfaces::View ViewOf(const view::Scene& scene, const scene::Camera& camera, int width,
-                                      int height) const {
-    return {scene, renderer_->LightAround(scene), view::PlaceCamera(camera, scene), width, height};
+  [[nodiscard]] Surfaces::View ViewOf(const Composer::Shown& shown, int width, int height, int samples = 1) const {
+    return {shown.scene, renderer_->LightAround(shown.scene), view::PlaceCamera(shown.steered, shown.scene),
+            shown.composition.viewing, Composer::Views(shown, width, height, samples)};
   }
 
-  // Whoever draws the surfaces knows one eye, in the camera's place.
-  [[nodiscard]] bool IsTraced() const {
-    const bool is_simple = composition_.is_plain() && !composition_.viewing.screen_R && options_.head.empty();
-    return surfaces_ != nullptr && is_simple && !surfaces_->is_alone();
-  }
+  [[nodiscard]] bool IsTraced() const { return surfaces_ != nullptr && !surfaces_->is_alone(); }
 
   // A picture that is kept.
-  core::Result<Image> Paint(const view::Scene& scene, const scene::Camera& camera) {
+  core::Result<Image> Paint(const Composer::Shown& shown) {
+    std::span<const Pasted> surfaces;
     if (IsTraced()) {
-      const RenderTarget target(kSmoothSamples * options_.width, kSmoothSamples * options_.height);
-      const tiles::Canvas* canvas = surfaces_->Paint(ViewOf(scene, camera, target.width(), target.height()));
-      if (canvas != nullptr) {
-        if (auto drawn = renderer_->Draw(scene, camera, target, {.surfaces = canvas}); !drawn) {
-          return tl::unexpected(drawn.error());
-        }
-        return Shrink(target.Read(), kSmoothSamples);
-      }
+      const Surfaces::Picture* picture =
+          surfaces_->Paint(ViewOf(shown, options_.width, options_.height, kSmoothSamples), 1.0, true);
+      if (picture != nullptr) surfaces = picture->surfaces;
     }
-    return RenderSmooth(*renderer_, scene, camera, options_.width, options_.height);
+    return RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height, {.surfaces = surfaces});
   }
 
   // None: whoever draws the surfaces is not done.
   std::optional<Frame> NextFrame(const scene::Camera& camera, const RenderTarget& target, std::int64_t start_ns) {
-    Frame frame{&shown_, &camera, Live(), start_ns};
+    Frame frame{.scene = &shown_, .camera = &camera, .look = Live(), .start_ns = start_ns};
     if (!IsTraced()) return frame;
-    surfaces_->Offer(ViewOf(shown_, camera, target.width(), target.height()), scale_.value());
-    const Surfaces::Picture* picture = surfaces_->Take();
-    if (picture == nullptr) return std::nullopt;
+    const Surfaces::View view = ViewOf({shown_, camera, composition_}, target.width(), target.height());
+    const Surfaces::Picture* picture = nullptr;
+    if (walls_) {  // they all show the same state, and wait for it
+      picture = surfaces_->Paint(view, scale_.value(), false);
+      if (picture == nullptr) return frame;
+    } else {
+      surfaces_->Offer(view, scale_.value());
+      picture = surfaces_->Take();
+      if (picture == nullptr) return std::nullopt;
+    }
     frame.scene = picture->scene;
     frame.camera = picture->camera;
-    frame.look.surfaces = picture->canvas;
+    frame.viewing = picture->viewing;
+    frame.look.surfaces = picture->surfaces;
     frame.start_ns = picture->begin_ns;
     frame.elsewhere_ns = picture->work_ns;
     is_new_scene_ = true;
@@ -370,24 +374,25 @@ class Viewer {
   core::Result<void> DrawPicture(const Composer::Shown& shown, const Frame& frame, CameraFeed& feed,
                                  const RenderTarget& target) {
     if (auto drawn = composer_->DrawEyes(*renderer_, shown, frame.look, target); !drawn) return drawn;
-    const bool is_joined = composition_.viewing.stereo != view::Stereo::kNone;
+    const view::Stereo stereo = shown.composition.viewing.stereo;
+    const bool is_joined = stereo != view::Stereo::kNone;
     if (is_joined) {
-      if (auto drawn = DrawInset(feed); !drawn) return drawn;
+      if (auto drawn = DrawInset(stereo, feed); !drawn) return drawn;
     }
-    composer_->Join(composition_.viewing.stereo, target);
+    composer_->Join(stereo, target);
     glFinish();
     // Not before: on a busy machine the start would take many times as long, and a session waits for it.
     if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
     CountFrame(frame, core::MonotonicNow_ns());
-    return is_joined ? core::Result<void>{} : DrawInset(feed);
+    return is_joined ? core::Result<void>{} : DrawInset(stereo, feed);
   }
 
-  core::Result<void> DrawInset(CameraFeed& feed) {
+  core::Result<void> DrawInset(view::Stereo stereo, CameraFeed& feed) {
     mean_luminance_ = renderer_->film().MeanLuminance();  // before the film has another picture
     if (!receiver_.choices().has(view::Overlay::kCamera)) return {};
     const std::int64_t now_ns = core::MonotonicNow_ns();
     const RenderTarget& first = *composer_->eyes().front();
-    const glm::ivec2 half = view::EyeSize(composition_.viewing.stereo, 2, 2);
+    const glm::ivec2 half = view::EyeSize(stereo, 2, 2);
     const double aspect = static_cast<double>(first.width() * half.y) / (first.height() * half.x);
     for (const RenderTarget* eye : composer_->eyes()) {
       if (auto drawn = feed.DrawInset(shown_, Live(), now_ns, aspect, *eye); !drawn) return drawn;
@@ -465,7 +470,9 @@ class Viewer {
   }
 
   core::Result<void> Keep(const view::Scene& scene, const scene::Camera& camera) {
-    const auto image = Paint(scene, camera);
+    const Composition plain;
+    const auto image = IsTraced() ? Paint({scene, camera, plain})
+                                  : RenderSmooth(*renderer_, scene, camera, options_.width, options_.height);
     if (!image) return tl::unexpected(image.error());
     const std::string name = SafeName(scene.step, 0);
     sheet_.Add(name, *image);
@@ -474,8 +481,7 @@ class Viewer {
 
   void Take(const std::string& name, const Composer::Shown& shown) {
     const std::filesystem::path file = options_.out / (SafeName(name, ++num_screenshots_) + ".png");
-    const auto image = IsTraced() ? Paint(shown.scene, shown.steered)
-                                  : RenderSmooth(*renderer_, *composer_, shown, options_.width, options_.height);
+    const auto image = Paint(shown);
     const auto written = image ? WritePng(*image, file) : core::Result<void>(tl::unexpected(image.error()));
     std::fprintf(stderr, "screenshot %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
   }

@@ -86,6 +86,22 @@ const RenderTarget& Composer::Target(std::size_t eye, const glm::ivec2& size_px)
   return *target;
 }
 
+std::vector<SeenView> Composer::Views(const Shown& shown, int width, int height, int samples) {
+  const view::Viewing& viewing = shown.composition.viewing;
+  const std::size_t num_eyes = viewing.stereo == view::Stereo::kNone ? 1 : 2;
+  const std::vector<view::Pane> panes = view::PanesOf(shown.composition.layout, width, height);
+  std::vector<SeenView> views;
+  for (std::size_t eye = 0; eye < num_eyes; ++eye) {
+    for (std::size_t i = 0; i < panes.size(); ++i) {
+      const glm::ivec2& size_px = panes[i].size_px;
+      const scene::Camera camera = CameraOf(shown, i, panes[i].camera);
+      views.push_back({view::FrustaOf(viewing, camera, size_px.x, size_px.y).at(eye),
+                       samples * view::EyeSize(viewing.stereo, size_px.x, size_px.y)});
+    }
+  }
+  return views;
+}
+
 core::Result<void> Composer::DrawEyes(Renderer& renderer, const Shown& shown, const Look& look,
                                       const RenderTarget& target, int samples) {
   const view::Stereo stereo = shown.composition.viewing.stereo;
@@ -133,6 +149,9 @@ core::Result<void> Composer::DrawView(Renderer& renderer, const Shown& shown, st
   const glm::ivec4 at = InEye(pane, stereo, samples, target.height());
   Look bare = look;
   bare.with_texts = false;
+  if (!look.surfaces.empty()) {
+    bare.surfaces = look.surfaces.subspan(eye * shown.composition.layout.num_views() + index, 1);
+  }
   const bool is_whole = at.z == target.width() && at.w == target.height();
   if (views_.size() > kMostSizes) views_.clear();  // the window has been dragged larger
   const RenderTarget& picture = is_whole ? target : views_.try_emplace({at.z, at.w}, at.z, at.w).first->second;
@@ -223,14 +242,14 @@ std::optional<Spot> Composer::Find(const Shown& shown, int width, int height, co
 }
 
 core::Result<Image> RenderSmooth(Renderer& renderer, Composer& composer, const Composer::Shown& shown, int width,
-                                 int height, const std::function<core::Result<void>(const RenderTarget&)>& add) {
-  constexpr int kSamples = 2;
+                                 int height, const Pasting& pasting) {
   const RenderTarget target(width, height);
-  if (auto drawn = composer.DrawEyes(renderer, shown, {}, target, kSamples); !drawn)
+  if (auto drawn = composer.DrawEyes(renderer, shown, {.surfaces = pasting.surfaces}, target, kSmoothSamples); !drawn) {
     return tl::unexpected(drawn.error());
+  }
   composer.Join(shown.composition.viewing.stereo, target);
-  if (add) {
-    if (auto added = add(target); !added) return tl::unexpected(added.error());
+  if (pasting.add) {
+    if (auto added = pasting.add(target); !added) return tl::unexpected(added.error());
   }
   return target.Read();
 }

@@ -10,6 +10,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
+#include "nodes/visual_node/draw/seen_view.hpp"
 #include "view/layout.hpp"
 #include "view/stereo.hpp"
 
@@ -44,8 +45,12 @@ class Composer {
     const Composition& composition;
   };
 
-  // Draws the pictures of the eyes: of one on `target` itself, of two on targets of their own. Each is drawn `samples`
-  // times as wide and high as it is shown.
+  // What is drawn for a window of that size: the views of the left eye, then those of the right one. Each is drawn
+  // `samples` times as wide and high as it is shown.
+  static std::vector<SeenView> Views(const Shown& shown, int width, int height, int samples = 1);
+
+  // Draws the pictures of the eyes: of one on `target` itself, of two on targets of their own. `look.surfaces` are of
+  // Views, in its order.
   core::Result<void> DrawEyes(Renderer& renderer, const Shown& shown, const Look& look, const RenderTarget& target,
                               int samples = 1);
   // Those that DrawEyes has drawn.
@@ -70,10 +75,18 @@ class Composer {
   std::vector<Box> taken_;  // by captions, in the window
 };
 
-// A picture that is kept: with four samples a pixel. `add` draws over it; the renderer's film is still that of the
-// picture.
+// A picture that is kept has so many samples in each direction of a pixel.
+constexpr int kSmoothSamples = 2;
+
+// What others add to a picture: `surfaces` are Look's, drawn with so many samples; `add` draws over the picture, while
+// the renderer's film is still that of the picture.
+struct Pasting {
+  std::span<const Pasted> surfaces = {};
+  std::function<core::Result<void>(const RenderTarget&)> add = nullptr;
+};
+
+// A picture that is kept: with four samples a pixel.
 core::Result<Image> RenderSmooth(Renderer& renderer, Composer& composer, const Composer::Shown& shown, int width,
-                                 int height,
-                                 const std::function<core::Result<void>(const RenderTarget&)>& add = nullptr);
+                                 int height, const Pasting& pasting = {});
 
 }  // namespace visual_node

@@ -37,18 +37,26 @@ core::Result<PastePainter> PastePainter::Create() {
   return painter;
 }
 
-void PastePainter::Draw(const tiles::Canvas& canvas, float near_m, float far_m) {
-  if (canvas.width != width_ || canvas.height != height_) {
-    width_ = canvas.width;
-    height_ = canvas.height;
+void PastePainter::Draw(const Pasted& surfaces, float near_m, float far_m) {
+  const tiles::Canvas& canvas = *surfaces.canvas;
+  const tiles::Tile& at = surfaces.at;
+  if (at.width != width_ || at.height != height_) {
+    width_ = at.width;
+    height_ = at.height;
     light_ = MakeTexture(GL_RGB9_E5, width_, height_);
     depth_ = MakeTexture(GL_R16UI, width_, height_);
     glTextureParameteri(depth_.id(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);  // whole numbers are not mixed
     glTextureParameteri(depth_.id(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   }
   glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, canvas.width);
+  glPixelStorei(GL_UNPACK_SKIP_PIXELS, at.x);
+  glPixelStorei(GL_UNPACK_SKIP_ROWS, at.y);
   glTextureSubImage2D(light_.id(), 0, 0, 0, width_, height_, GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV, canvas.light.data());
   glTextureSubImage2D(depth_.id(), 0, 0, 0, width_, height_, GL_RED_INTEGER, GL_UNSIGNED_SHORT, canvas.depth.data());
+  glPixelStorei(GL_UNPACK_SKIP_ROWS, 0);
+  glPixelStorei(GL_UNPACK_SKIP_PIXELS, 0);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glDisable(GL_BLEND);
   glEnable(GL_DEPTH_TEST);

@@ -1,19 +1,19 @@
 #pragma once
 
 #include "core/result.hpp"
+#include "nodes/visual_node/draw/pasted.hpp"
 #include "nodes/visual_node/gl/gl_objects.hpp"
-#include "tiles/pixels.hpp"
 
 namespace visual_node {
 
 // Puts surfaces that were drawn elsewhere onto the film: their light, and their depths, by which the sky and what
-// explains the scene are added. The film has the canvas's size.
+// explains the scene are added. The film has the size of their part of the canvas.
 class PastePainter {
  public:
   // Error: kUnsupported, when the driver cannot compile the shader.
   static core::Result<PastePainter> Create();
 
-  void Draw(const tiles::Canvas& canvas, float near_m, float far_m);
+  void Draw(const Pasted& surfaces, float near_m, float far_m);
 
  private:
   GlProgram program_;

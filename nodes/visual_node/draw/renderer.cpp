@@ -169,7 +169,7 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
 
 core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum& eye, const RenderTarget& target,
                                   const Look& look) {
-  if (look.surfaces == nullptr) {
+  if (look.surfaces.empty()) {
     if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
     UpdateSheets(scene);
     UpdateSkins(scene);
@@ -187,8 +187,8 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
   view.exposure = look.exposure;
 
   const auto scaled = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(look.scale * pixels))); };
-  const int width = look.surfaces != nullptr ? look.surfaces->width : scaled(target.width());
-  const int height = look.surfaces != nullptr ? look.surfaces->height : scaled(target.height());
+  const int width = look.surfaces.empty() ? scaled(target.width()) : look.surfaces.front().at.width;
+  const int height = look.surfaces.empty() ? scaled(target.height()) : look.surfaces.front().at.height;
   const glm::dmat3 R_VC = glm::dmat3(view_W) * glm::mat3_cast(scene.space.R_WC);
   const glm::dvec2 focal_px = view::FocalLengths_px(eye, width, height);
   sky_.Prepare(scene.space,
@@ -198,8 +198,8 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum&
   view.allowed_share = static_cast<float>(look.detail_px / std::max(focal_px.x, focal_px.y));
 
   film_.Begin(width, height);
-  if (look.surfaces != nullptr) {
-    paste_.Draw(*look.surfaces, static_cast<float>(kNear_m), static_cast<float>(kFar_m));
+  if (!look.surfaces.empty()) {
+    paste_.Draw(look.surfaces.front(), static_cast<float>(kNear_m), static_cast<float>(kFar_m));
   } else {
     DrawSolids(scene, view, eye, look);
   }

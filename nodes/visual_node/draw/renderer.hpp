@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/result.hpp"
@@ -35,7 +36,8 @@ struct Look {
   // How far a surface may be off its place, in pixels of the film; 0: all that there is of each mesh is drawn.
   double detail_px = 0.0;
   std::optional<view::EnvironmentLight> light = std::nullopt;  // none: that of the scene's surroundings
-  const tiles::Canvas* surfaces = nullptr;  // already drawn by somebody else; the film has its size then
+  // Already drawn by somebody else, for each view of the picture; the film has their size then. Empty: by OpenGL.
+  std::span<const Pasted> surfaces = {};
 };
 
 // Draws a view::Scene with OpenGL 4.5 core. All calls come from one thread, on which the context is current.

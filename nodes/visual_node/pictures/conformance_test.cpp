@@ -141,7 +141,8 @@ view::Rendering TracedOverSky(Renderer& renderer, const view::Scene& scene, cons
         tiles::PackLight({lit.light.values[3 * i], lit.light.values[3 * i + 1], lit.light.values[3 * i + 2]});
     canvas.depth[i] = tiles::PackDepth(lit.depth_m.values[i]);
   }
-  const auto drawn = renderer.Draw(scene, camera, target, {.surfaces = &canvas});
+  const Pasted pasted{&canvas, {0, 0, canvas.width, canvas.height}};
+  const auto drawn = renderer.Draw(scene, camera, target, {.surfaces = {&pasted, 1}});
   EXPECT_TRUE(drawn) << drawn.error().detail;
   const auto objects = (*tracer)->FindObjects(raytrace::Eye::Of(camera, width, height), {0, 0, width, height});
   return {picture::Shrink(target.Read(), kSmoothSamples), objects.ids};

@@ -41,8 +41,8 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
     const auto add_inset = [&](const RenderTarget& target) {
       return AddInset(*renderer, scene, recording->choices(), composition->viewing.stereo, target);
     };
-    const auto image =
-        RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height, add_inset);
+    const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height,
+                                    {.add = add_inset});
     if (!image) return tl::unexpected(image.error());
     if (auto taken = sink(*image); !taken) return taken;
     if (const std::int64_t now_ns = core::MonotonicNow_ns(); now_ns >= next_progress_ns) {

@@ -84,12 +84,12 @@ core::Result<void> TakeShot(const Options& options, const view::Scene& scene, Re
   if (!choices) return tl::unexpected(choices.error());
   picture::Measured<float> light;
   const auto image = RenderSmooth(*renderer, *composer, {scene, camera, *composition}, options.width, options.height,
-                                  [&](const RenderTarget& target) {
+                                  {.add = [&](const RenderTarget& target) {
                                     if (!options.pictures.hdr.empty()) {
                                       light = LightOf(renderer->film(), options.width, options.height);
                                     }
                                     return AddInset(*renderer, scene, *choices, composition->viewing.stereo, target);
-                                  });
+                                  }});
   if (!image) return tl::unexpected(image.error());
   if (const std::filesystem::path& file = options.pictures.shot; !file.empty()) {
     if (auto written = WritePng(*image, file); !written) return written;
