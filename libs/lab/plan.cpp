@@ -165,12 +165,19 @@ class Planner {
     }
   }
 
+  [[nodiscard]] bool HasForceLoop(const std::string& host) const {
+    return std::any_of(lab_.placements.begin(), lab_.placements.end(), [&](const Placement& placement) {
+      return placement.host == host && placement.node != "logic_node" && placement.node != "visual_node";
+    });
+  }
+
   // Without a display, an X server without a screen is a unit of its own, listed first so that it ends last.
   static bool HasDisplay(const HostPlan& plan) {
     return std::any_of(plan.units.begin(), plan.units.end(), [](const Unit& unit) { return unit.name == "display"; });
   }
   void AddDisplay(const std::string& wanted, Unit* unit, HostPlan* plan) const {
-    unit->environment["LP_NUM_THREADS"] = "1";
+    // A software renderer leaves the other cores to the force loop. A host without one has them all for drawing.
+    if (HasForceLoop(plan->host.name)) unit->environment["LP_NUM_THREADS"] = "1";
     unit->environment["DISPLAY"] = wanted.empty() ? plan->facts.display : wanted;
     if (!wanted.empty()) return;
     unit->arguments.push_back("--headless");

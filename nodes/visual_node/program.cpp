@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "nodes/run_node/command_line.hpp"
+#include "nodes/visual_node/force_loop.hpp"
 #include "nodes/visual_node/options.hpp"
 #include "nodes/visual_node/pictures/replay_frames.hpp"
 #include "nodes/visual_node/pictures/shot.hpp"
@@ -47,8 +48,9 @@ int RunProgram(int argc, char** argv, const cli::Syntax& syntax, const MakeSurfa
   if (options->is_still || options->pictures.is_shot() || options->pictures.are_frames) {
     return ReportEnd(syntax.program, MakePictures(*options, *scenario));
   }
-  // One drawing thread of the software renderer: the other core belongs to the force loop. Read before GL starts.
-  setenv("LP_NUM_THREADS", "1", 0);
+  // One drawing thread of the software renderer beside a force loop, to which the other cores belong; all where there
+  // is none, as at a replay. Launchers, which start both at once, set it themselves. Read when GL starts.
+  if (HasForceLoop()) setenv("LP_NUM_THREADS", "1", 0);
   std::signal(SIGTERM, StopViewer);
   std::signal(SIGINT, StopViewer);
   std::signal(SIGUSR1, TakeScreenshot);

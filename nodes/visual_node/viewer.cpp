@@ -381,8 +381,13 @@ class Viewer {
     }
     composer_->Join(stereo, target);
     glFinish();
-    // Not before: on a busy machine the start would take many times as long, and a session waits for it.
-    if (!std::exchange(is_priority_low_, true)) LowerPriority(other_threads_);
+    if (!std::exchange(has_drawn_, true)) {
+      std::printf("first picture %.3f s after the machine's start\n",
+                  1e-9 * static_cast<double>(core::MonotonicNow_ns()));
+      std::fflush(stdout);
+      // Not before: on a busy machine the start would take many times as long, and a session waits for it.
+      LowerPriority(other_threads_);
+    }
     CountFrame(frame, core::MonotonicNow_ns());
     return is_joined ? core::Result<void>{} : DrawInset(stereo, feed);
   }
@@ -577,7 +582,7 @@ class Viewer {
   std::unique_ptr<AirInWork> air_in_work_;
   std::unique_ptr<DetailInWork> detail_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
-  bool is_priority_low_ = false;
+  bool has_drawn_ = false;
   RenderScale scale_;
   Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;

@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
 """Runs whole scenarios and writes what their reports say to docs/performance/live: `./dev bench live`.
 
-  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, step, runs, processes, pictures (all unless
-                                   named; 1, 6, 2, 5, 6 and 13 minutes). processes needs root and what tests/lab needs.
+  live_figures.py OOS [TABLE...]   OOS: the built program; TABLE: lockstep, methods, step, runs, processes, pictures, replay,
+                                   window (all unless named; 1, 6, 2, 5, 6, 13, 4 and 2 minutes). processes needs root
+                                   and what tests/lab needs.
+
+VR_OOS_ROUNDS=1 in the environment measures once where otherwise the median of several runs is taken.
 """
 import csv
 import json
 import os
 import pathlib
+import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -45,7 +50,11 @@ TABLES = {
 # Runs of each column, in turn: a machine whose load changes changes it for all of them. A cell is their median.
 TABLES["pictures"] = [("module_replacement", ["--headless"], ["with pictures"]),
                       ("module_replacement", ["--headless", "--without", "visual_node"], ["without pictures"])]
-ROUNDS = {"pictures": 5}
+ROUNDS = {"pictures": int(os.environ.get("VR_OOS_ROUNDS", "5"))}
+
+# By functions of their own, which return their rows.
+REPLAY_S, REPLAY_FROM_S = 25, 20
+LATE_S = 3.0  # before the swap of a viewer, and after it, in which late cycles are counted
 
 LATENCIES = [(f"{chain}, {part}", ["direct_ms" if chain == "direct loop, ms" else chain.split(",")[0] + "_ms", part])
              for chain in ["t1, ms", "direct loop, ms", "t2_state, ms", "t2_image, ms"]
@@ -146,13 +155,128 @@ def reports(oos, scenario, options):
     return [report[method] for method in BOTH] if "both" in options else [report], traces
 
 
+def wait_for(condition, seconds, what):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.02)
+    raise RuntimeError(f"{what}: not in {seconds} s")
+
+
+def first_picture_s(folder, known=()):
+    """When a viewer whose log is below that folder, and not known, had drawn its first picture, by the monotonic clock."""
+    for log in folder.rglob("*visual_node*.log"):
+        found = re.search(r"first picture ([0-9.]+) s", log.read_text(errors="replace"))
+        if found and log not in known:
+            return float(found.group(1))
+    return None
+
+
+class Session:
+    """Processes of a test, in a folder; all are ended with it."""
+
+    def __init__(self, oos, folder):
+        self.oos, self.folder, self.started = pathlib.Path(oos).absolute(), pathlib.Path(folder), []
+
+    def start(self, *words, display=False, **more):
+        before = ["xvfb-run", "-a"] if display else []
+        self.started.append(subprocess.Popen([*before, self.oos, *words], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                             text=True, start_new_session=True, **more))
+        return self.started[-1]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for one in reversed(self.started):
+            if one.poll() is None:
+                os.killpg(one.pid, signal.SIGTERM)
+        for one in self.started:
+            one.wait(timeout=60)
+
+
+def replay_rows(oos):
+    """A recording of module_replacement, replayed to a viewer of 1280x720 beside which no force loop runs."""
+    columns = {}
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder) / "out"
+        subprocess.run([pathlib.Path(oos).absolute(), "run", ROOT / "scenarios/module_replacement", "--headless", "--out", out],
+                       check=True)
+        for head, more in [("native", ["--full_size"]), ("scaled", [])]:
+            place = pathlib.Path(folder) / head
+            place.mkdir()
+            with Session(oos, place) as session:
+                where = ["--registry", "tcp://127.0.0.1:7461", "--session", "61", "--no_encryption"]
+                session.start("registry", *where)
+                viewer = session.start("view", ROOT / "scenarios/module_replacement", *where, "--headless", "--size",
+                                       "1280x720", *more, display=True)
+                wait_for(lambda: first_picture_s(place), 60, "the first picture")
+                replay = session.start("replay", out / "scene.mcap", *where, "--from", str(REPLAY_FROM_S),
+                                       stdin=subprocess.PIPE)
+                time.sleep(REPLAY_S)
+                replay.communicate("quit\n", timeout=30)
+                os.killpg(viewer.pid, signal.SIGTERM)
+                found = wait_for(lambda: list(place.rglob("visual_node.json")), 60, "visual_node.json")
+            columns[head] = json.loads(found[0].read_text(encoding="utf-8"))
+    rows = [("pictures per second", ["fps"]), ("mean scale of a picture", ["render_scale"]),
+            ("drawing a picture, ms, p50", ["draw_ms", "p50"]), ("processor time of a picture, ms", ["cpu_ms_per_frame"])]
+    return [["what", *columns]] + [[what, *(value(one, path) for one in columns.values())] for what, path in rows]
+
+
+def late_cycles(oos, folder, note):
+    """Of the run so far, as haptic_node says it."""
+    said = subprocess.run([oos, "topic", "echo", "figures/haptic_node", "--count", "1", "--seconds", "5"], cwd=folder, check=True,
+                          capture_output=True, text=True, env=note).stdout
+    found = re.search(r"misses\W+(?:value\W+)?([0-9.e+]+)", said)
+    return float(found.group(1)) if found else float("nan")
+
+
+def window_rows(oos):
+    """From `oos run` to the first picture of its viewer; then it is killed, and another one joins."""
+    with tempfile.TemporaryDirectory() as folder, Session(oos, folder) as session:
+        place = pathlib.Path(folder)
+        begin_s = time.monotonic()
+        session.start("run", ROOT / "scenarios/module_replacement", "--headless", "--out", place / "out")
+        first_s = wait_for(lambda: first_picture_s(place), 90, "the first picture") - begin_s
+        time.sleep(12.0)  # into the first step, with contacts
+        known = list(place.rglob("*visual_node*.log"))
+        count = lambda: late_cycles(session.oos, place, dict(os.environ))
+        at = [count()]
+        time.sleep(LATE_S)
+        at.append(count())
+        swap_s = time.monotonic()
+        viewers = [entry for entry in pathlib.Path("/proc").iterdir() if entry.name.isdigit() and
+                   (entry / "comm").exists() and (entry / "comm").read_text().strip() == "visual_node" and
+                   str(place).encode() in (entry / "cmdline").read_bytes()]
+        for viewer in viewers:
+            os.kill(int(viewer.name), signal.SIGKILL)
+        session.start("view", ROOT / "scenarios/module_replacement", "--headless", display=True)
+        swap_s = wait_for(lambda: first_picture_s(place, known), 60, "the second viewer's first picture") - swap_s
+        time.sleep(max(0.0, LATE_S - swap_s))
+        at.append(count())
+    return [["what", "measured"], ["from `oos run` to the first picture, s", f"{first_s:.3g}"],
+            ["from the viewer's kill to the first picture of the next, s", f"{swap_s:.3g}"],
+            [f"late cycles in {LATE_S:g} s before the swap", f"{at[1] - at[0]:g}"],
+            ["late cycles from the swap to its end", f"{at[2] - at[1]:g}"]]
+
+
+SPECIAL = {"replay": replay_rows, "window": window_rows}
+
+
 def main():
-    if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(TABLES):
+    if len(sys.argv) < 2 or not set(sys.argv[2:]) <= set(TABLES) | set(SPECIAL):
         print(__doc__.strip())
         return 2
     folder = ROOT / "docs/performance/live"
     folder.mkdir(exist_ok=True)
-    for table in sys.argv[2:] or TABLES:
+    for table in sys.argv[2:] or [*TABLES, *SPECIAL]:
+        if table in SPECIAL:
+            rows = SPECIAL[table](sys.argv[1])
+            with open(folder / f"{table}.csv", "w", newline="", encoding="utf-8") as file:
+                csv.writer(file, lineterminator="\n").writerows(rows)
+            continue
         columns, traces = {}, {}
         for _ in range(ROUNDS.get(table, 1)):
             for scenario, options, heads in TABLES[table]:

@@ -137,7 +137,8 @@ const std::vector<Option>& WindowOptions() {
       {"--head", "USER", "draw for where this user's head is"},
       {"--size", "WxH", "of the window, or of the picture, in pixels"},
       {"--show", "LIST", "what is shown over the scene, e.g. \"paths phantom no_contacts hide.cover\""},
-      {"--headless", "", "draw, but show no window"}};
+      {"--headless", "", "draw, but show no window"},
+      {"--full_size", "", "pictures as large as the window, also when that is too slow for 30 in a second"}};
   return kOptions;
 }
 
