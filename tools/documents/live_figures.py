@@ -167,7 +167,7 @@ def wait_for(condition, seconds, what):
 
 def first_picture_s(folder, known=()):
     """When a viewer whose log is below that folder, and not known, had drawn its first picture, by the monotonic clock."""
-    for log in folder.rglob("*visual_node*.log"):
+    for log in folder.rglob("*.log"):
         found = re.search(r"first picture ([0-9.]+) s", log.read_text(errors="replace"))
         if found and log not in known:
             return float(found.group(1))
@@ -179,11 +179,15 @@ class Session:
 
     def __init__(self, oos, folder):
         self.oos, self.folder, self.started = pathlib.Path(oos).absolute(), pathlib.Path(folder), []
+        # Sessions of others on this machine are not found.
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
 
     def start(self, *words, display=False, **more):
         before = ["xvfb-run", "-a"] if display else []
-        self.started.append(subprocess.Popen([*before, self.oos, *words], cwd=self.folder, stdout=subprocess.DEVNULL,
-                                             text=True, start_new_session=True, **more))
+        log = self.folder / f"{len(self.started)}_{words[0]}.log"
+        with open(log, "w", encoding="utf-8") as said:  # `oos view` becomes visual_node
+            self.started.append(subprocess.Popen([*before, self.oos, *words], cwd=self.folder, stdout=said, text=True,
+                                                 start_new_session=True, env=self.environment, **more))
         return self.started[-1]
 
     def __enter__(self):
@@ -225,10 +229,10 @@ def replay_rows(oos):
     return [["what", *columns]] + [[what, *(value(one, path) for one in columns.values())] for what, path in rows]
 
 
-def late_cycles(oos, folder, note):
+def late_cycles(session):
     """Of the run so far, as haptic_node says it."""
-    said = subprocess.run([oos, "topic", "echo", "figures/haptic_node", "--count", "1", "--seconds", "5"], cwd=folder, check=True,
-                          capture_output=True, text=True, env=note).stdout
+    said = subprocess.run([session.oos, "topic", "echo", "figures/haptic_node", "--count", "1", "--seconds", "5"],
+                          cwd=session.folder, check=True, capture_output=True, text=True, env=session.environment).stdout
     found = re.search(r"misses\W+(?:value\W+)?([0-9.e+]+)", said)
     return float(found.group(1)) if found else float("nan")
 
@@ -241,8 +245,8 @@ def window_rows(oos):
         session.start("run", ROOT / "scenarios/module_replacement", "--headless", "--out", place / "out")
         first_s = wait_for(lambda: first_picture_s(place), 90, "the first picture") - begin_s
         time.sleep(12.0)  # into the first step, with contacts
-        known = list(place.rglob("*visual_node*.log"))
-        count = lambda: late_cycles(session.oos, place, dict(os.environ))
+        known = list(place.rglob("*.log"))
+        count = lambda: late_cycles(session)
         at = [count()]
         time.sleep(LATE_S)
         at.append(count())

@@ -9,7 +9,9 @@ void main() {
 }
 )";
 
-// --- The tone curve and sRGB of view/appearance/tone_curve.hpp.
+// --- The tone curve and sRGB of view/appearance/tone_curve.hpp. Instead of the power 1 / 2.4, for which a software
+// renderer takes a logarithm and an exponential, roots that it has an instruction for: fitted for the least largest
+// error between 0.0031308 and 1, which is 0.011 of a code of eight bits.
 constexpr const char* kToneCurve = R"(
 vec3 ToneCurve(vec3 light) {
   float least = min(light.r, min(light.g, light.b));
@@ -20,7 +22,10 @@ vec3 ToneCurve(vec3 light) {
   return peak < 0.76 ? light : mix(light * (new_peak / peak), vec3(new_peak), white);
 }
 vec3 EncodeSrgb(vec3 linear) {
-  return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+  vec3 root2 = sqrt(linear);
+  vec3 root4 = sqrt(root2);
+  vec3 encoded = 0.64236326 * root2 + 0.71211306 * root4 - 0.33687100 * sqrt(root4) - 0.01756217 * linear;
+  return mix(12.92 * linear, encoded, greaterThan(linear, vec3(0.0031308)));
 }
 )";
 
