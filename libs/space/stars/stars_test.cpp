@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <unordered_map>
 
 #include "core/read_file.hpp"
 #include "space/stars/star_field.hpp"
@@ -42,7 +43,7 @@ std::size_t CountBrighterThan(const std::vector<Star>& stars, double magnitude) 
 }
 
 TEST(StarFile, NamedStarsStandWhereTheSourceHasThem) {
-  // Place, magnitude and colour of the source, which rounds places to 0.36 arc seconds.
+  // Of the source, which rounds places to 0.36 arc seconds; Polaris and what is brighter than 2 keep them.
   struct Named {
     const char* name;
     double ra_deg, dec_deg, magnitude, color_bv;
@@ -172,8 +173,37 @@ TEST(Tycho2, AStarOfBothListsIsOneAndAMissingOneIsAdded) {
   ASSERT_EQ(merged.stars.size(), 4U);
   EXPECT_EQ(merged.stars[0].direction_C, tycho2[0].direction_C);
   EXPECT_EQ(merged.stars[0].magnitude, 7.9);
+  const MergedStars brightest =
+      MergeStars({{tycho2[0].direction_C, 1.5, 0.7}}, std::vector<Star>{{bright[0].direction_C, 1.0, 0.0}});
+  EXPECT_EQ(brightest.stars[0].direction_C, bright[0].direction_C) << "too bright for Tycho-2";
   EXPECT_EQ(merged.stars[0].color_bv, 1.2);
 }
+
+// Places in cells of 0.1 arc seconds.
+class StarPlaces {
+ public:
+  explicit StarPlaces(const std::vector<Star>& stars) {
+    for (const Star& star : stars) cells_.emplace(Key(Cell(star.direction_C)), star.direction_C);
+  }
+  [[nodiscard]] bool HasWithin0_1ArcSeconds(const glm::dvec3& direction) const {
+    const glm::i64vec3 middle = Cell(direction);
+    for (int k = 0; k < 27; ++k) {
+      const auto [first, last] = cells_.equal_range(Key(middle + glm::i64vec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1)));
+      for (auto it = first; it != last; ++it) {
+        if (Distance_arcsec(it->second, direction) < 0.1) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static glm::i64vec3 Cell(const glm::dvec3& d) { return glm::i64vec3(glm::floor(d / (0.1 * kArcSecond))); }
+  static std::int64_t Key(const glm::i64vec3& cell) {
+    return cell.x * 73856093 ^ cell.y * 19349663 ^ cell.z * 83492791;
+  }
+
+  std::unordered_multimap<std::int64_t, glm::dvec3> cells_;
+};
 
 // The whole way, where the package's file is at hand.
 TEST(Tycho2, TheFullCatalogueHas1_87MillionStars) {
@@ -183,6 +213,12 @@ TEST(Tycho2, TheFullCatalogueHas1_87MillionStars) {
   const auto tycho2 = ReadTycho2(*fits);
   ASSERT_TRUE(tycho2) << tycho2.error().detail;
   EXPECT_EQ(tycho2->size(), 1871011U);
+  // What the committed stars have of it.
+  const StarPlaces places(*tycho2);
+  const auto num_there = std::count_if(Bright().begin(), Bright().end(), [&](const Star& star) {
+    return places.HasWithin0_1ArcSeconds(star.direction_C);
+  });
+  EXPECT_GE(num_there, 113'900);
   const MergedStars merged = MergeStars(*tycho2, Bright());
   EXPECT_EQ(merged.stars.size(), 1871011U + 118216U - merged.num_same);
   std::printf("%zu stars, %zu in both lists\n", merged.stars.size(), merged.num_same);

@@ -17,6 +17,7 @@ constexpr double kUsualColor = 0.7;              // B - V; median of the bright 
 constexpr double kVtMinusVPerColor = 0.106;      // V = VT - 0.090 (BT - VT), B - V = 0.85 (BT - VT) [ESA 1997]
 constexpr double kSameStar = 30.0 * 4.84814e-6;  // [rad]
 constexpr double kSameMagnitude = 1.5;
+constexpr double kTooBright = 2.0;  // for Tycho-2, which has Spica 0.45 arc seconds off
 
 // One table of a FITS file.
 struct Table {
@@ -148,6 +149,7 @@ MergedStars MergeStars(std::vector<Star> tycho2, std::span<const Star> bright) {
     is_taken[same] = true;
     changed[same].magnitude = star.magnitude;
     changed[same].color_bv = star.color_bv;
+    if (star.magnitude < kTooBright) changed[same].direction_C = star.direction_C;
     ++merged.num_same;
   }
   merged.stars = std::move(changed);
