@@ -37,6 +37,7 @@ Arm::Arm(const ArmFigures& figures)
       link_(figures.command_delay_s, figures.seed + 17),
       faults_(figures.faults) {
   state_.X_WB = figures.X_WB;
+  accelerations_.joint.resize(kJoints);
   std::copy(description_.ready.begin(), description_.ready.end(), state_.position.begin());
   gripper_.opening_m = figures.opening_start_m;
   status_.temperature_degC.fill(kRoom_degC);
@@ -63,7 +64,8 @@ bool Arm::Start(const core::Pose& X_WD) {
     const double shorter = std::min({1.0, 0.05 / std::max(off_m, 1e-12), 0.2 / std::max(off_rad, 1e-12)});
     off.linear_m_per_s *= shorter;
     off.angular_rad_per_s *= shorter;
-    q = q + model_.PseudoInverseTimes(off) + 0.1 * model_.NullSpaceOf(description_.ready - q);
+    q = q + model_.PseudoInverseTimes(off);
+    if (i < 60) q = q + 0.1 * model_.NullSpaceOf(description_.ready - q);  // which leaves 1e-4 of itself to the hand
     for (std::size_t k = 0; k < kJoints; ++k) q[k] = std::clamp(q[k], -description_.limit[k], description_.limit[k]);
   }
   std::copy(q.begin(), q.end(), state_.position.begin());
@@ -170,8 +172,9 @@ void Arm::Move(const Joints& avoidance, double least_distance_m) {
   status_.least_distance_m = least_distance_m;
 }
 
-// One step of the true arm under constant torques, with the weight of its links and the hand's force. The sensor at the
-// wrist measures what the hand pushes less what accelerates the masses beyond it.
+// One step of the true arm with constant accelerations, which is what held torques give, so that a loop over the arm
+// has the delay that it should have. The sensor at the wrist measures what the hand pushes less what accelerates the
+// masses beyond it.
 void Arm::Integrate() {
   const SafetyState s = safety_.state();
   const bool is_braked =
@@ -210,7 +213,15 @@ void Arm::Integrate() {
     wrenches_[i].torque_Nm = glm::cross(chain_.X_WL(i).rotate(mass.p_OCm_m), wrenches_[i].force_N);
   }
   wrenches_[kLast] += core::ShiftWrench(F_hand_, r);
-  chain_.Step(kStep_s, torques_, wrenches_, &state_);
+  chain_.Accelerate(state_, torques_, wrenches_, &accelerations_);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const physics::ChainLink& link = chain_.link(i);
+    const double a = accelerations_.joint[i];
+    const double next = state_.position[i] + kStep_s * (state_.speed[i] + 0.5 * kStep_s * a);
+    state_.speed[i] += kStep_s * a;
+    state_.position[i] = std::clamp(next, link.lower, link.upper);
+    if (next != state_.position[i]) state_.speed[i] = 0.0;  // the end stop
+  }
   chain_.Place(state_);
   for (std::size_t i = 0; i < kJoints; ++i) {
     acceleration_[i] = (state_.speed[i] - speed_before[i]) / kStep_s;

@@ -71,6 +71,8 @@ class Arm {
   [[nodiscard]] double time_s() const { return time_s_; }
   void Guide(const Interpolator& path) { control_.Guide(path, time_s_); }
 
+  [[nodiscard]] const Readings& readings() const { return sensors_.readings(); }
+
   // The truth, for tests.
   [[nodiscard]] const physics::ChainState& truth() const { return state_; }
   // A mass that the hand holds rigidly beyond the mount, at D.
@@ -90,6 +92,7 @@ class Arm {
   physics::ChainState state_;
   std::vector<core::Wrench> wrenches_;
   std::vector<double> torques_;
+  physics::ChainAcceleration accelerations_;
   ArmDynamics model_;
   Sensors sensors_;
   ArmControl control_;

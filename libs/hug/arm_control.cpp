@@ -1,5 +1,7 @@
 #include "hug/arm_control.hpp"
 
+#include <cmath>
+
 #include "hug/feed_forward.hpp"
 
 namespace hug {
@@ -19,7 +21,7 @@ core::Wrench Times(double linear, double angular, const core::Twist& twist) {
 
 // Weight and Coriolis torques are compensated, and the posture is kept in the null space of J, where it moves the links
 // but not the hand. In impedance control, with brakes b and the springs of limits and neighbours tau_s,
-//   tau = h(q, q') + M N a_posture + J^T (F_m - b V) + tau_s,   F_m by FeedForward.
+//   tau = h(q, q') + M N a_posture + J^T (F_m - b V) + (1 + k) tau_s,   F_m by FeedForward.
 Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
   const Readings& readings = *in.readings;
   const bool has_force =
@@ -51,7 +53,18 @@ Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
     const core::Wrench wanted = figures_.mode == ControlMode::kGravity ? core::Wrench{} : in.share * in.command.F_Do_W;
     motors += FeedForward(wanted, measured, in.share * GainForShare(figures_.share_of_inertia));
   }
-  return weight + arm->InertiaTimes(posture) + arm->TorquesOf(motors) + springs;
+  // Springs have to hold against the hand and against the motors that help it.
+  const double helped = has_force ? 1.0 + in.share * GainForShare(figures_.share_of_inertia) : 1.0;
+  return weight + arm->InertiaTimes(posture) + arm->TorquesOf(motors) + helped * springs;
+}
+
+// The measured force is that of the step before. So its rate, filtered at 100 Hz, is added for a step; without it a
+// mass of 2 kg at 10 Hz lacks 2.6 N s/m of its damping.
+core::Wrench ArmControl::Lead(double dt_s, const core::Wrench& F) {
+  constexpr double kFilter_s = 1.6e-3;
+  const core::Wrench off = F + -1.0 * slow_;
+  slow_ += (dt_s / kFilter_s) * off;
+  return F + (dt_s / kFilter_s) * off;
 }
 
 // The virtual body V gets all forces, that of the springs as the wrench that they put on the hand, and the arm follows
@@ -59,12 +72,16 @@ Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
 //   q'' = J^+ (A_V + 2 d w (V_V - V) + w^2 (X_V - X) - J' q') + N a_posture,   tau = h + M q'' - J^T F_s + friction.
 Joints ArmControl::Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs,
                           double brake_N_s_per_m, double brake_Nm_s_per_rad, ArmDynamics* arm) {
-  if (!is_following_) virtual_body_.Reset(arm->X_WD(), arm->V_WD());
+  if (!is_following_) {
+    virtual_body_.Reset(arm->X_WD(), arm->V_WD());
+    slow_ = measured;
+    filtered_ = arm->V_WD();
+  }
   is_following_ = true;
   // What is mounted beyond the sensor takes its share of the hand's force for its own acceleration.
   core::Wrench hand = measured;
   hand.force_N += arm->model().mount.mass_kg * virtual_body_.acceleration().linear_m_per_s;
-  core::Wrench F = in.share * (in.command.F_Do_W + hand) + arm->WrenchOf(springs);
+  core::Wrench F = in.share * (in.command.F_Do_W + Lead(in.dt_s, hand)) + arm->WrenchOf(springs);
   if (figures_.mode == ControlMode::kGuidance && path_) {
     const double time_s = in.time_s - path_begin_s_;
     const core::Twist off = Between(virtual_body_.X_WD(), path_->X_WI(time_s));
@@ -75,12 +92,16 @@ Joints ArmControl::Follow(const ControlInputs& in, const core::Wrench& measured,
   VirtualBody body = figures_.body;
   body.damping_N_s_per_m += brake_N_s_per_m;
   body.damping_Nm_s_per_rad += brake_Nm_s_per_rad;
+  const core::Twist off = Between(arm->X_WD(), virtual_body_.X_WD());
+  // As late as the measured speed is, by its filter.
+  const double share = 1.0 - std::exp(-in.dt_s / figures_.speed_filter_s);
+  filtered_.angular_rad_per_s += share * (virtual_body_.V_WD().angular_rad_per_s - filtered_.angular_rad_per_s);
+  filtered_.linear_m_per_s += share * (virtual_body_.V_WD().linear_m_per_s - filtered_.linear_m_per_s);
+  const core::Twist behind = filtered_ - arm->V_WD();
   virtual_body_.Step(in.dt_s, F, body);
 
   const double w = figures_.tracking_rad_per_s;
   const double kv = 2.0 * figures_.tracking_damping * w;
-  const core::Twist off = Between(arm->X_WD(), virtual_body_.X_WD());
-  const core::Twist behind = virtual_body_.V_WD() - arm->V_WD();
   core::Twist a = virtual_body_.acceleration() - arm->BiasAcceleration();
   a.linear_m_per_s += kv * behind.linear_m_per_s + w * w * off.linear_m_per_s;
   a.angular_rad_per_s += kv * behind.angular_rad_per_s + w * w * off.angular_rad_per_s;

@@ -28,6 +28,7 @@ struct ControlFigures {
   // Of the tracking of the virtual body: two poles at 15 Hz, well above what hands do and below the joint loop's 3 kHz.
   double tracking_rad_per_s = 94.0;
   double tracking_damping = 0.9;
+  double speed_filter_s = 1e-3;  // of the sensors
   // Of the free motion that a seventh joint leaves: back to the ready posture.
   double posture_per_s2 = 20.0;
   double posture_per_s = 9.0;
@@ -73,9 +74,13 @@ class ArmControl {
   Joints Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs, double brake_N_s_per_m,
                 double brake_Nm_s_per_rad, ArmDynamics* arm);
 
+  [[nodiscard]] core::Wrench Lead(double dt_s, const core::Wrench& F);
+
   ControlFigures figures_;
   Admittance virtual_body_;
   bool is_following_ = false;
+  core::Wrench slow_;     // of the measured force, filtered
+  core::Twist filtered_;  // velocity of the virtual body, as the measured one
   std::optional<Interpolator> path_;
   double path_begin_s_ = 0.0;
   std::optional<Joints> target_;

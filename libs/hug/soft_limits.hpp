@@ -7,12 +7,12 @@ namespace hug {
 // Springs and dampers that keep an arm away from its end stops and from being stretched out. They begin a margin before
 // the limit, so that at the limit they hold what a firm hand pushes with.
 struct SoftLimits {
-  double joint_margin_rad = 0.14;
-  double joint_stiffness_Nm_per_rad = 300.0;  // 42 Nm at the limit: 60 N at 0.7 m
-  double joint_damping_Nm_s_per_rad = 12.0;
-  double stretch_m = 0.76;  // largest distance from shoulder to wrist; 0.79 m is a straight arm
-  double stretch_stiffness_N_per_m = 4000.0;
-  double stretch_damping_N_s_per_m = 120.0;
+  double joint_margin_rad = 0.09;
+  double joint_stiffness_Nm_per_rad = 700.0;  // 63 Nm at the limit: 60 N at 1 m
+  double joint_damping_Nm_s_per_rad = 16.0;
+  double stretch_m = 0.77;  // largest distance from shoulder to wrist; 0.79 m is a straight arm
+  double stretch_stiffness_N_per_m = 30000.0;
+  double stretch_damping_N_s_per_m = 350.0;
 };
 
 // Torques of these springs at the posture of `arm`. `is_touched`: whether any acts.

@@ -102,7 +102,7 @@ class ScenarioChecker {
           device.location, title + part + " is missing", "a gripper has two jaws",
           "add an <object owner=\"hand\" part=\"" + part + "\" role=\"" + device.role + "\">, or remove the other jaw");
     }
-    const bool is_simulated = device.type.rfind("simulated_", 0) == 0;
+    const bool is_simulated = device.type.rfind("simulated_", 0) == 0 || device.type == "hug";
     if (is_simulated != device.address.empty()) {
       Report(
           device.location, title + "type " + device.type + (is_simulated ? " has an address" : " without address"),

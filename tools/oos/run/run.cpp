@@ -328,9 +328,6 @@ int RunOnThisMachine(const Arguments& arguments) {
   if (arguments.has("--hand") && arguments.has("--lockstep")) {
     return Complain("run", "--hand goes with nodes on the bus; a person cannot follow --lockstep", kBadUsage);
   }
-  if (arguments.has("--device") && arguments.has("--lockstep")) {
-    return Complain("run", "--device goes with nodes on the bus; --lockstep has simulated arms", kBadUsage);
-  }
   if (const auto chosen = device_bridge::ChooseDevices(arguments.texts("--device"), &scenario); !chosen) {
     return Complain("run", chosen.error().detail, kBadUsage);
   }
