@@ -228,7 +228,7 @@ Hand HandOf(const oos_device_hand& hand) {
 }
 
 void Tell(const Arm& arm, oos_device_state* state) {
-  const bool is_engaged = arm.safety().is_engaged();
+  const bool is_engaged = arm.safety().is_engaged() && arm.status().is_clutch_closed;
   state->flags = is_engaged ? OOS_DEVICE_IS_ENGAGED : OOS_DEVICE_IS_OFF;
   PutPose(arm.X_WD(), state->X_BD);
   const core::Twist V = arm.V_WD();

@@ -19,6 +19,7 @@ BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node) {
     add_latest(bus::DeviceCommandTopic(device.role), "haptic_node", &commands_);
     const std::string health = bus::DeviceHealthTopic(device.role);
     health_.push_back({health, "device_bridge", &node->ReadState<core::DeviceHealth>(health)});
+    add_latest(bus::DeviceJointsTopic(device.role), "device_bridge", &joints_);
   }
   for (const char* source : kCollisionSources) add_latest(bus::CollisionsTopic(source), source, &collisions_);
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
@@ -36,6 +37,9 @@ bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
   }
   for (const auto& command : commands_) {
     if (command.reader->is_fresh()) mirror->Apply(command.reader->value(), now_ns);
+  }
+  for (const auto& joints : joints_) {
+    if (joints.reader->is_fresh()) mirror->Apply(joints.reader->value(), now_ns);
   }
   for (std::size_t i = 0; i < collisions_.size(); ++i) {
     if (collisions_[i].reader->is_fresh()) mirror->Apply(collisions_[i].reader->value(), i, now_ns);

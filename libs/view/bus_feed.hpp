@@ -41,6 +41,7 @@ class BusFeed {
     visit(physics_.topic, physics_.writer, *physics_.reader);
     all(proxies_);
     all(commands_);
+    all(joints_);
     all(contacts_);
     all(collisions_);
     all(sheets_);
@@ -71,6 +72,7 @@ class BusFeed {
   std::vector<State<core::DeviceHealth>> health_;
   std::vector<Latest<core::HapticProxy>> proxies_;
   std::vector<Latest<core::DeviceCommand>> commands_;
+  std::vector<Latest<core::DeviceJoints>> joints_;  // of devices that are robots; others never send
   std::vector<Latest<core::ContactSet>> contacts_;
   std::vector<Latest<core::CollisionMatrix>> collisions_;  // of the nodes that compute pairs
   std::vector<Latest<core::SheetState>> sheets_;

@@ -33,6 +33,7 @@ enum class Overlay : std::uint8_t {
   kSamples,
   kTree,
   kVoxels,
+  kRobot,
 };
 
 struct OverlayInfo {
@@ -43,7 +44,7 @@ struct OverlayInfo {
   bool is_on_at_start = false;
 };
 
-inline constexpr std::array<OverlayInfo, 17> kOverlays = {{
+inline constexpr std::array<OverlayInfo, 18> kOverlays = {{
     {Overlay::kContacts, "contacts", 'C', "contact forces", true},
     {Overlay::kTorques, "torques", 'T', "torques of contacts about the part that touches"},
     {Overlay::kDepth, "depth", 'Z', "contact points, coloured by how deep they penetrate"},
@@ -62,6 +63,7 @@ inline constexpr std::array<OverlayInfo, 17> kOverlays = {{
     {Overlay::kSamples, "samples", ',', "points of the selected part that are tested for contact"},
     {Overlay::kTree, "tree", '.', "a level of spheres over the selected part's points"},
     {Overlay::kVoxels, "voxels", 'V', "voxels through which the selected part's surface passes"},
+    {Overlay::kRobot, "robot", ';', "devices that are robots: joints, torques off their command, the motion's target"},
 }};
 
 using OverlaySet = std::bitset<kOverlays.size()>;

@@ -7,6 +7,7 @@
 
 #include "core/hand_limits.hpp"
 #include "view/hint_anchor.hpp"
+#include "view/robot_marks.hpp"
 
 namespace view {
 namespace {
@@ -110,6 +111,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   scene_.assets = std::move(assets);
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
+  robots_.resize(scenario.devices.size());
   margins_.resize(scenario.devices.size());
   troubles_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
@@ -205,6 +207,10 @@ void SceneMirror::Apply(const core::HapticProxy& proxy) {
 void SceneMirror::Apply(const core::DeviceCommand& command, std::int64_t now_ns) {
   if (command.role_index >= felt_.size()) return;
   felt_[command.role_index] = {command.F_Do_W, now_ns};
+}
+
+void SceneMirror::Apply(const core::DeviceJoints& joints, std::int64_t now_ns) {
+  if (joints.role_index < robots_.size()) robots_[joints.role_index] = {joints, now_ns};
 }
 
 void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns) {
@@ -385,6 +391,9 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
     AddPlannedWays(scenario_, goals->second, &scene_);
   }
   if (choices_.has(Overlay::kLatency)) history_.AddGraphs(&scene_);
+  for (const Robot& robot : robots_) {
+    if (choices_.has(Overlay::kRobot) && now_ns - robot.received_ns <= kContactAge_ns) AddRobot(robot.joints, &scene_);
+  }
 }
 
 void SceneMirror::ShowObjects() {

@@ -40,6 +40,8 @@ class SceneMirror {
   void Apply(const core::HapticProxy& proxy);
   // The felt force in the text: all that is sent to the role's device. None after kContactAge_ns without a command.
   void Apply(const core::DeviceCommand& command, std::int64_t now_ns);
+  // A device that is a robot, as an overlay; none after kContactAge_ns without a message.
+  void Apply(const core::DeviceJoints& joints, std::int64_t now_ns);
   // How many pairs touch, and the deepest, as text. `source`: of the matrix, 0 or 1. None of a source after
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
@@ -125,6 +127,11 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::vector<FeltForce> felt_;  // per role
+  struct Robot {
+    core::DeviceJoints joints;
+    std::int64_t received_ns = 0;
+  };
+  std::vector<Robot> robots_;  // per role; without joints: none
   struct Matrix {
     core::CollisionMatrix matrix;
     std::int64_t received_ns = 0;

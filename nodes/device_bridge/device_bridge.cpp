@@ -193,7 +193,8 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     TakeDescription(i);
     UpdateAllowedCoupling(i);
     felt.push_back(role.device->Felt());
-    felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting();
+    felt[i].is_off = (role.filter.status() & kSilent) != 0 || role.filter.is_restarting() ||
+                     (role.device->state().flags & OOS_DEVICE_IS_OFF) != 0;
     readings.push_back(role.reading);
   }
   if (has_hands_) StepOperator(inputs, felt, readings);

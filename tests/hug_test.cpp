@@ -1,0 +1,35 @@
+// Procedures by the scripted operator with the arms of a simulated HUG, in lock-step.
+#include <gtest/gtest.h>
+
+#include "tests/support.hpp"
+#include "tests/support/acceptance.hpp"
+#include "tests/support/step_watch.hpp"
+
+namespace system_tests {
+namespace {
+
+void ExpectCompletedWithHug(const scene::Scenario& scenario, const StepNames& names) {
+  lockstep::Options options;
+  StepWatch watch;
+  watch.Watch(&options);
+  const lockstep::Outcome outcome = InLockstep(scenario, options);
+  ExpectSound(scenario, outcome);
+  ExpectCompleted(outcome, names);
+  if (StepWatch::is_possible()) {
+    const StepWatch::Steps& steps = watch.of("device_bridge");
+    EXPECT_EQ(steps.dirty, 0u) << steps.first;
+  }
+}
+
+TEST(Hug, CompletesTheModuleReplacement) {
+  scene::Scenario scenario = Load("module_replacement");
+  scenario.devices.at(0).type = "hug";
+  ExpectCompletedWithHug(scenario, kModuleSteps);
+}
+
+TEST(Hug, ConnectsWithBothArmsWhatOneHandCannot) {
+  ExpectCompletedWithHug(Load("two_hands"), {"hold", "take", "connect", "let_go"});
+}
+
+}  // namespace
+}  // namespace system_tests
