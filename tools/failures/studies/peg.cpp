@@ -52,54 +52,70 @@ double LagByLaw_m(const scene::Coupling& coupling, double tilt_rad, double clear
   return lag_m;
 }
 
-// The device goes straight down with an offset of up to half the clearance and a tilt of up to 2 degrees.
-Insertion Insert(const Variant& variant, double clearance_m, double friction, int num_seeds) {
+constexpr double kStart_m = 0.5 * kHole_m + 0.5 * kLength_m + 0.002;
+
+SceneKit PegOverHole(const Variant& variant, double clearance_m, double friction) {
   SceneKit kit(variant);
   const auto block =
       kit.AddFixed(vps::MakeBlockWithHole(0.06, kHole_m, kPeg_m + 0.5 * clearance_m, kSegments), {}, 2.5e-4);
-  const double start = 0.5 * kHole_m + 0.5 * kLength_m + 0.002;
-  const auto peg = kit.AddHand(vps::MakeCylinder(kPeg_m, kLength_m, kSegments), {{1, 0, 0, 0}, {0, 0, start}}, 16384);
+  const auto peg =
+      kit.AddHand(vps::MakeCylinder(kPeg_m, kLength_m, kSegments), {{1, 0, 0, 0}, {0, 0, kStart_m}}, 16384);
   kit.AddPair(peg, block).friction = friction;
+  return kit;
+}
+
+// Rms, while the device stands still.
+double Jitter_m(Loop* loop, const core::Pose& X_WD) {
+  for (int i = 0; i < 200; ++i) loop->Tick(X_WD);
+  std::vector<glm::dvec3> places;
+  glm::dvec3 mean(0.0);
+  for (int i = 0; i < 200; ++i) {
+    loop->Tick(X_WD);
+    places.push_back(loop->X_WC().translation);
+    mean += places.back() / 200.0;
+  }
+  double squares = 0.0;
+  for (const glm::dvec3& p : places) squares += glm::dot(p - mean, p - mean) / 200.0;
+  return std::sqrt(squares);
+}
+
+// The device goes straight down with an offset of up to half the clearance and a tilt of up to 2 degrees.
+void InsertOne(const scene::Coupling& coupling, double clearance_m, double friction, int seed, Loop* loop,
+               Insertion* insertion) {
+  std::mt19937_64 engine(static_cast<std::uint64_t>(seed) + 1);
+  const auto unit = [&engine] { return static_cast<double>(engine() >> 11) * 0x1.0p-53; };
+  const double offset = 0.5 * clearance_m * unit();
+  const double to = 2.0 * std::numbers::pi * unit();
+  const double tilt = kMostTilt_rad * unit();
+  const double about = 2.0 * std::numbers::pi * unit();
+  core::Pose X_WD{core::QuaternionFromRotationVector({tilt * std::cos(about), tilt * std::sin(about), 0.0}),
+                  {offset * std::cos(to), offset * std::sin(to), kStart_m}};
+  loop->LetGo(X_WD);
+  const double end = kStart_m - 0.002 - kHole_m;
+  double force_N = 0.0;
+  double force_by_law_N = 0.0;
+  for (; X_WD.translation.z > end; X_WD.translation.z -= 1e-3 * kSpeed_m_per_s) {
+    loop->Tick(X_WD);
+    if (X_WD.translation.z > end + 0.002) continue;
+    const double depth_m = kStart_m - 0.002 - loop->X_WC().translation.z;
+    force_N += loop->command().force_N.z;
+    force_by_law_N += TwoPointForce_N(coupling, tilt, clearance_m, friction, std::max(depth_m, kLeast_m));
+  }
+  insertion->jitter_m = std::max(insertion->jitter_m, Jitter_m(loop, X_WD));
+  if (loop->X_WC().translation.z < end + kIn_m) ++insertion->in;
+  const double lag_m = LagByLaw_m(coupling, tilt, clearance_m, friction);
+  if (lag_m < kIn_m) ++insertion->in_by_law;
+  if (lag_m < kClearLag_m) return;
+  insertion->least_force = std::min(insertion->least_force, force_N / force_by_law_N);
+  insertion->most_force = std::max(insertion->most_force, force_N / force_by_law_N);
+}
+
+Insertion Insert(const Variant& variant, double clearance_m, double friction, int num_seeds) {
+  const SceneKit kit = PegOverHole(variant, clearance_m, friction);
   Loop loop(kit.scenario);
   Insertion insertion;
   for (int seed = 0; seed < num_seeds; ++seed) {
-    std::mt19937_64 engine(static_cast<std::uint64_t>(seed) + 1);
-    const auto unit = [&engine] { return static_cast<double>(engine() >> 11) * 0x1.0p-53; };
-    const double offset = 0.5 * clearance_m * unit();
-    const double to = 2.0 * std::numbers::pi * unit();
-    const double tilt = kMostTilt_rad * unit();
-    const double about = 2.0 * std::numbers::pi * unit();
-    core::Pose X_WD{core::QuaternionFromRotationVector({tilt * std::cos(about), tilt * std::sin(about), 0.0}),
-                    {offset * std::cos(to), offset * std::sin(to), start}};
-    loop.LetGo(X_WD);
-    const double end = start - 0.002 - kHole_m;
-    double force_N = 0.0;
-    double force_by_law_N = 0.0;
-    for (; X_WD.translation.z > end; X_WD.translation.z -= 1e-3 * kSpeed_m_per_s) {
-      loop.Tick(X_WD);
-      if (X_WD.translation.z > end + 0.002) continue;
-      const double depth_m = start - 0.002 - loop.X_WC().translation.z;
-      force_N += loop.command().force_N.z;
-      force_by_law_N +=
-          TwoPointForce_N(kit.scenario.coupling, tilt, clearance_m, friction, std::max(depth_m, kLeast_m));
-    }
-    for (int i = 0; i < 200; ++i) loop.Tick(X_WD);
-    std::vector<glm::dvec3> places;
-    glm::dvec3 mean(0.0);
-    for (int i = 0; i < 200; ++i) {
-      loop.Tick(X_WD);
-      places.push_back(loop.X_WC().translation);
-      mean += places.back() / 200.0;
-    }
-    double squares = 0.0;
-    for (const glm::dvec3& p : places) squares += glm::dot(p - mean, p - mean) / 200.0;
-    insertion.jitter_m = std::max(insertion.jitter_m, std::sqrt(squares));
-    if (loop.X_WC().translation.z < end + kIn_m) ++insertion.in;
-    const double lag_m = LagByLaw_m(kit.scenario.coupling, tilt, clearance_m, friction);
-    if (lag_m < kIn_m) ++insertion.in_by_law;
-    if (lag_m < kClearLag_m) continue;
-    insertion.least_force = std::min(insertion.least_force, force_N / force_by_law_N);
-    insertion.most_force = std::max(insertion.most_force, force_N / force_by_law_N);
+    InsertOne(kit.scenario.coupling, clearance_m, friction, seed, &loop, &insertion);
   }
   return insertion;
 }
@@ -131,6 +147,14 @@ Reading ReadingOf(const Case& one) {
 }
 
 }  // namespace
+
+double PegJitter_m(double clearance_m, double friction, int seed) {
+  const SceneKit kit = PegOverHole(Variants().back(), clearance_m, friction);
+  Loop loop(kit.scenario);
+  Insertion insertion;
+  InsertOne(kit.scenario.coupling, clearance_m, friction, seed, &loop, &insertion);
+  return insertion.jitter_m;
+}
 
 void StudyPeg(Report* report) {
   std::vector<Case> cases;

@@ -28,4 +28,7 @@ void StudyLongRun(Report* report);                        // F21
 void StudyOverload(Report* report);                       // F22
 void StudyMeshes(Report* report);                         // F23
 
+// Of StudyPeg: how a peg trembles at rest in one of its attitudes, by the default method. Rms.
+double PegJitter_m(double clearance_m, double friction, int seed);
+
 }  // namespace failures
