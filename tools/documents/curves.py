@@ -1,4 +1,4 @@
-"""Charts of how a measured value is distributed, as SVG."""
+"""Charts of measured values, as SVG: how they are distributed, or one for each series."""
 from math import log10
 
 COLOURS = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377"]
@@ -36,5 +36,23 @@ def write_shares(path, label, series):
         points = " ".join(f"{x(quantile(values, k / POINTS)):.1f},{y(k / POINTS):.1f}" for k in range(POINTS + 1))
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
                      f'<text x="{WIDTH - RIGHT + 12}" y="{TOP + 14 + 18 * i}" fill="{colour}">{name}</text>')
+    parts.append("</svg>\n")
+    path.write_text("\n".join(parts), encoding="utf-8")
+
+
+def write_bars(path, label, values):
+    """A bar from 0 for each name of `values`."""
+    row, right, left = 30, 40, 220
+    height = TOP + row * len(values) + BOTTOM
+    scale = (WIDTH - left - right) / (max(values.values(), default=0.0) or 1.0)
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height}" font-family="sans-serif" font-size="12">',
+             f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
+             f'<path d="M{left} {TOP}V{height - BOTTOM}" stroke="#888888"/>',
+             f'<text x="{(left + WIDTH - right) / 2:.1f}" y="{height - 12}" text-anchor="middle">{label}</text>']
+    for i, (name, value) in enumerate(values.items()):
+        y = TOP + row * i
+        parts.append(f'<rect x="{left}" y="{y + 5}" width="{value * scale:.1f}" height="{row - 10}" fill="{COLOURS[i % len(COLOURS)]}"/>'
+                     f'<text x="{left - 8}" y="{y + 19}" text-anchor="end">{name}</text>'
+                     f'<text x="{left + value * scale + 6:.1f}" y="{y + 19}">{value:.3g}</text>')
     parts.append("</svg>\n")
     path.write_text("\n".join(parts), encoding="utf-8")

@@ -66,6 +66,7 @@ CPU_TIMES = [("haptic step in contact, processor time, µs, " + part, ["haptic",
 CPU_TIMES += [("every haptic step, processor time, µs, " + part, ["haptic", f"cpu_{part}_us"])
               for part in ["p50", "p99", "p9999", "max"]]
 STOLEN = ("share of the processors' time that the machine's host took", ["haptic", "stolen_share"])
+STABLE_SHARE = ["stability", "least_stiffness_share"]
 ROWS = {
     "lockstep": [("completed", ["completed"])] + CPU_TIMES + [("cycles in contact", ["haptic", "contact_cycles"])],
     "step": CPU_TIMES + STEPS + [STOLEN, ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
@@ -83,7 +84,7 @@ ROWS = {
         ("t1, ms, p50", ["t1_ms", "p50"]), ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
     "processes": [("completed", ["completed"])] + LATENCIES[:8] + [
         (f"force loop, ms, {what}", ["stability", f"loop_{key}_ms"]) for what, key in [("delay", "delay"), ("jitter", "jitter")]
-    ] + [("stable up to, times the stiffness", ["stability", "least_stiffness_share"]),
+    ] + [("stable up to, times the stiffness", STABLE_SHARE),
          ("passivity controller acted in, share", ["stability", "share_made_passive"])] + CPU_TIMES[:2] + STEPS[:2] + [
         ("haptic cycles", ["haptic", "cycles"]), ("of these late", ["haptic", "misses"])],
 }
@@ -291,6 +292,8 @@ def main():
                     columns.setdefault(head, []).append(one)
         if table == "processes":
             curves.write_shares(folder / "processes_t1.svg", "t1, ms", traces)
+            shares = {head: float(middle([value(one, STABLE_SHARE) for one in its])) for head, its in columns.items()}
+            curves.write_bars(folder / "processes_stability.svg", "stable up to, times the stiffness that is wanted", shares)
         with open(folder / f"{table}.csv", "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(["what", *columns])
