@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -32,7 +33,7 @@ constexpr std::int64_t kPatience_ns = 60 * core::kNanosecondsPerSecond;
 constexpr std::int64_t kPeriod_ns = 2'000'000;
 constexpr std::uint64_t kSession = 4711;
 
-enum class Kind { kOpenGl, kRays, kText };
+enum class Kind { kOpenGl, kRays, kText, kPage };  // kPage: scene_stream, which the page draws
 
 constexpr int kRayWorkers = 2;
 
@@ -88,7 +89,7 @@ struct ShownContent {
 
 class VisualNode : public testing::TestWithParam<Kind> {
  protected:
-  static bool draws() { return GetParam() != Kind::kText; }
+  static bool draws() { return GetParam() == Kind::kOpenGl || GetParam() == Kind::kRays; }
 
   void SetUp() override {
     if (draws() && std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "a viewer that draws needs a display";
@@ -145,6 +146,11 @@ class VisualNode : public testing::TestWithParam<Kind> {
     if (GetParam() == Kind::kText) {
       command.program = bin / "oos";
       command.arguments.insert(command.arguments.begin(), {"view", scenario_.file.string(), "--text"});
+    } else if (GetParam() == Kind::kPage) {
+      command.program = bin / "scene_stream";
+      command.log = "/dev/null";  // its output is the page's input
+      command.arguments.insert(command.arguments.end(),
+                               {"--scenario", scenario_.file.string(), "--name", command.name});
     } else {
       command.program = bin / (GetParam() == Kind::kRays ? "rt_visual_node" : "visual_node");
       command.arguments.insert(command.arguments.end(),
@@ -284,7 +290,7 @@ TEST_P(VisualNode, EndsCleanlyOnSigterm) {
 
 // Whoever stops it may not wait for its last pictures.
 TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
-  if (!draws()) GTEST_SKIP() << "the text viewer writes no files";
+  if (!draws()) GTEST_SKIP() << "this viewer writes no files";
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   End("", SIGTERM);
@@ -392,7 +398,7 @@ INSTANTIATE_TEST_SUITE_P(Viewers, Walls, testing::Values(Kind::kOpenGl), [](cons
 
 // A robot's camera for whoever processes pictures: the client of clients/python in a session of this test.
 TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
-  if (!draws()) GTEST_SKIP() << "the text viewer draws no pictures";
+  if (!draws()) GTEST_SKIP() << "this viewer draws no pictures";
   const std::string viewer = StartViewer();
   ASSERT_TRUE(Shows(viewer));
   const std::filesystem::path clients = std::filesystem::path(VR_OOS_SOURCE_DIR) / "clients" / "python";
@@ -427,10 +433,10 @@ TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
   EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kRays, Kind::kText), [](const auto& test) {
-      return std::string(test.param == Kind::kOpenGl ? "OpenGl" : test.param == Kind::kRays ? "Rays" : "Text");
-    });
+INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kRays, Kind::kText, Kind::kPage),
+                         [](const auto& test) {
+                           return std::array{"OpenGl", "Rays", "Text", "Page"}[static_cast<std::size_t>(test.param)];
+                         });
 
 }  // namespace
 }  // namespace system_tests

@@ -7,7 +7,7 @@ import { mkdirSync } from "node:fs";
 import { createServer } from "node:net";
 import path from "node:path";
 import { after, before, test } from "node:test";
-import { Node, message } from "../../clients/javascript/oos_bus.mjs";
+import { Node, message, runningSession } from "../../clients/javascript/oos_bus.mjs";
 import { openBrowser } from "./testing/browser.mjs";
 import { compare, viewsOf } from "./testing/compare.mjs";
 import { Processes, scenarioFolder } from "./testing/processes.mjs";
@@ -144,6 +144,57 @@ test("the light scene: 30 pictures a second or more, and a viewer's place is tak
   await processes.end(run, "SIGINT");
   assert.ok(openMs <= 2000, `${openMs} ms`);
   assert.ok(medianOf(rates) >= 30, rates.join());
+});
+
+// The page takes the OpenGL viewer's place and gives it back, while a session goes on that waits for a person. Late
+// haptic cycles are counted over equal times; m of them are expected by chance within m +- 3 sqrt(m).
+test("the OpenGL viewer and the page for each other: 2 s from open, no extra late haptic cycle", async (t) => {
+  if (!process.env.DISPLAY) return t.skip("the OpenGL viewer needs a display");
+  const WINDOW_S = 15;
+  const run = await processes.startSession("touch", ["--hand", "pointer", "--duration", "600"]);
+  const { page: address, child } = await processes.startBridge("touch");
+  process.env.XDG_RUNTIME_DIR = processes.folder;
+  const node = new Node({ name: "client", ...runningSession() });
+  let misses = null, frames = 0;
+  node.subscribe("figures/*");
+  node.on("message", ({ topic, body }) => {
+    const figure = (name) => body.value[body.name.indexOf(name)];
+    if (topic === "figures/haptic_node") misses = figure("misses");
+    else if (topic.startsWith("figures/visual_node")) frames = Math.max(frames, figure("frames") ?? 0);
+  });
+  await node.start();
+  const startViewer = async () => {
+    frames = 0;
+    const viewer = processes.start(process.env.OOS, ["view", scenarioFolder("touch")]);
+    while (frames < 3) await new Promise((resolve) => setTimeout(resolve, 20));
+    return viewer;
+  };
+  const late = async (work = async () => {}) => {
+    const before_ = misses, end = new Promise((resolve) => setTimeout(resolve, 1000 * WINDOW_S));
+    await work();
+    await end;
+    return misses - before_;
+  };
+  let viewer = await startViewer(), page;
+  await (await opened(address)).close();  // the browser's own start is not the page's
+  const besideViewer = await late();
+  const toPage = await late(async () => {
+    await processes.end(viewer);
+    page = await opened(address);
+  });
+  const besidePage = await late();
+  const toViewer = await late(async () => {
+    await page.close();
+    viewer = await startViewer();
+  });
+  told(t, `opened in ${page.openMs.toFixed(0)} ms; late haptic cycles in ${WINDOW_S} s: ${besideViewer} beside the viewer, ` +
+    `${toPage} to the page, ${besidePage} beside it, ${toViewer} back`);
+  await node.close();
+  for (const one of [viewer, child]) await processes.end(one);
+  await processes.end(run, "SIGINT");
+  const expected = Math.max(besideViewer, besidePage), most = expected + 3 * Math.sqrt(expected) + 1;
+  assert.ok(page.openMs <= 2000, `${page.openMs} ms`);
+  assert.ok(Math.max(toPage, toViewer) <= most, `${toPage} and ${toViewer} late cycles, at most ${most} expected`);
 });
 
 test(`memory is flat over ${SOAK_MINUTES} min`, async (t) => {

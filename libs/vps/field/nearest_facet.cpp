@@ -72,6 +72,9 @@ struct Descent {
     }
   }
 };
+// Clang 14, which builds the fuzzers, cannot deduce it of an aggregate.
+template <class Meet>
+Descent(const Facets&, const glm::dvec3&, const double&, const Meet&) -> Descent<Meet>;
 
 struct Search {
   glm::dvec3 p;
