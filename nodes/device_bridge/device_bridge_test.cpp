@@ -149,7 +149,7 @@ TEST(DeviceBridge, RefusesAScriptWithErrorsAndAnUnknownDevice) {
   scenario.devices[0].type = "hologram";
   auto refused = DeviceBridge::Create(scenario, 1);
   ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().detail.find("'hug'"), std::string::npos);
+  EXPECT_NE(refused.error().detail.find("'hologram'"), std::string::npos);
   std::ofstream(scenario.operator_script) << "step a\nreach nowhere.spot\nflap\n";
   refused = DeviceBridge::Create(world.scenario, 1);
   ASSERT_FALSE(refused);
