@@ -302,7 +302,7 @@ TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
 // Operator and teacher: each has its own view of the run, and no message is lost between all these ends without being
 // counted.
 TEST_P(VisualNode, ShowsAnotherViewThanTheOneBesideIt) {
-  if (!draws()) GTEST_SKIP() << "the text viewer has one view";
+  if (!draws()) GTEST_SKIP() << "this viewer has one view, or its views are those of its pages";
   const std::string first = StartViewer("-operator", {"--view", "gripper"});
   const std::string second = StartViewer("-teacher", {"--layout", "overview | above", "--stereo", "top_bottom"});
   ASSERT_TRUE(Shows(first));
@@ -433,10 +433,13 @@ TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
   EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
 }
 
+std::string NameOf(const testing::TestParamInfo<Kind>& info) {
+  constexpr std::array kNames = {"OpenGl", "Rays", "Text", "Page"};
+  return kNames[static_cast<std::size_t>(info.param)];
+}
+
 INSTANTIATE_TEST_SUITE_P(Viewers, VisualNode, testing::Values(Kind::kOpenGl, Kind::kRays, Kind::kText, Kind::kPage),
-                         [](const auto& test) {
-                           return std::array{"OpenGl", "Rays", "Text", "Page"}[static_cast<std::size_t>(test.param)];
-                         });
+                         NameOf);
 
 }  // namespace
 }  // namespace system_tests
