@@ -9,10 +9,10 @@
 namespace view {
 namespace {
 
-constexpr glm::vec3 kRed{0.85f, 0.08f, 0.06f};
-constexpr glm::vec3 kGreen{0.1f, 0.75f, 0.25f};
-constexpr glm::vec3 kGrey{0.55f, 0.58f, 0.62f};
-constexpr glm::vec3 kText{0.9f, 0.92f, 0.95f};
+constexpr glm::vec3 kArcColor{0.85f, 0.08f, 0.06f};
+constexpr glm::vec3 kTargetColor{0.1f, 0.75f, 0.25f};
+constexpr glm::vec3 kBeadColor{0.55f, 0.58f, 0.62f};
+constexpr glm::vec3 kLabelColor{0.9f, 0.92f, 0.95f};
 
 // Spheres from link to link and to the hand, a radius apart.
 Spheres Beads(const core::DeviceJoints& robot, bool is_target) {
@@ -33,7 +33,7 @@ Spheres Beads(const core::DeviceJoints& robot, bool is_target) {
   }
   Spheres spheres;
   spheres.p_P_radius_m = std::move(beads);
-  spheres.color = is_target ? kGreen : kGrey;
+  spheres.color = is_target ? kTargetColor : kBeadColor;
   spheres.opacity = is_target ? 0.35f : 0.6f;
   return spheres;
 }
@@ -47,7 +47,7 @@ void AddArc(const core::DeviceJoint& joint, Scene* scene) {
   arc.axis_W = joint.X_WL.rotate({0.0, 0.0, off_Nm < 0.0 ? -1.0 : 1.0});
   arc.radius_m = 1.6 * static_cast<double>(joint.radius_m);
   arc.sweep_rad = std::min(std::abs(off_Nm) / kHalfTurn_Nm * glm::pi<double>(), 1.9 * glm::pi<double>());
-  arc.color = kRed;
+  arc.color = kArcColor;
   scene->rings.push_back(arc);
 }
 
@@ -56,7 +56,7 @@ void AddBillboard(const core::DeviceJoint& joint, std::size_t number, Scene* sce
   std::snprintf(text, sizeof text, "%zu: %.1f deg  %.1f Nm  %.0f degC", number,
                 static_cast<double>(joint.position_rad) * 180.0 / glm::pi<double>(),
                 static_cast<double>(joint.measured_Nm), static_cast<double>(joint.temperature_degC));
-  scene->labels.push_back({joint.X_WL.translation, text, kText, static_cast<double>(joint.radius_m)});
+  scene->labels.push_back({joint.X_WL.translation, text, kLabelColor, static_cast<double>(joint.radius_m)});
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ void AddRobot(const core::DeviceJoints& robot, Scene* scene) {
   }
   std::string state = std::string(robot.is_simulated ? "SIMULATED  " : "") + RobotStateName(robot.state);
   if (robot.first_cause != 0) state += std::string(": ") + RobotCauseName(robot.first_cause);
-  scene->labels.push_back({robot.X_WD.translation, state, kText, 0.05});
+  scene->labels.push_back({robot.X_WD.translation, state, kLabelColor, 0.05});
 }
 
 }  // namespace view

@@ -10,8 +10,8 @@
 namespace view {
 namespace {
 
-constexpr glm::vec3 kGrey{0.75f};
-constexpr glm::vec3 kAmber{1.0f, 0.75f, 0.2f};
+constexpr glm::vec3 kHowToColor{0.75f};
+constexpr glm::vec3 kHandColor{1.0f, 0.75f, 0.2f};
 constexpr glm::vec3 kNextColor{0.35f, 0.65f, 1.0f};  // as planned ways
 constexpr int kBarLength = 24;                       // characters
 constexpr double kLeastWay_mm = 0.3;                 // less is not told; by hand
@@ -27,7 +27,7 @@ void AddWord(double value, double least, const char* more, const char* less, std
   *words += text;
 }
 
-std::string WordsOf(const glm::dvec3& value, double least, const char* unit) {
+std::string WordsOfAxes(const glm::dvec3& value, double least, const char* unit) {
   std::string words;
   AddWord(value.x, least, "right", "left", &words);
   AddWord(value.y, least, "up", "down", &words);
@@ -56,7 +56,7 @@ std::string NextLine(const HandGuide& guide, const scene::Camera& camera) {
       1e3 * glm::dvec3(glm::dot(guide.way_W_m, right), glm::dot(guide.way_W_m, up), glm::dot(guide.way_W_m, forward));
   const glm::dvec3 turn_deg = kDegrees * glm::dvec3(glm::dot(guide.turn_W_rad, up), -glm::dot(guide.turn_W_rad, right),
                                                     glm::dot(guide.turn_W_rad, forward));
-  const std::string way = WordsOf(way_mm, kLeastWay_mm, "mm"), turn = WordsOf(turn_deg, kLeastTurn_deg, "deg");
+  const std::string way = WordsOfAxes(way_mm, kLeastWay_mm, "mm"), turn = WordsOfAxes(turn_deg, kLeastTurn_deg, "deg");
   if (way.empty() && turn.empty()) return "next: hold still";
   return "next: " + way + (way.empty() || turn.empty() ? "" : "; ") + (turn.empty() ? "" : "Ctrl: " + turn);
 }
@@ -91,17 +91,17 @@ void DescribeSteering(const scene::Scenario& scenario, const SteeringState& stat
                 : state.input.is_held      ? "held"
                                            : "free",
                 state.input.closing > 0.5 ? "closing" : "open", bar.c_str(), force_N);
-  add(kAmber, line);
+  add(kHandColor, line);
   if (state.shows_next && role < scene->guides.size()) {
-    add(kAmber, NextLine(scene->guides[role], camera));
+    add(kHandColor, NextLine(scene->guides[role], camera));
     AddNext(scene->guides[role], device.palm, scene);
   }
-  add(kGrey,
+  add(kHowToColor,
       "hold the right button: the hand follows the mouse; wheel: away; Ctrl: turn; Shift: fine; or arrows and page "
       "keys");
-  add(kGrey, std::string("Space: jaws; F2: where to go next; hold F1: be shown this step") +
-                 (scenario.devices.size() > 1 ? "; Insert: other hand" : "") +
-                 (state.has_gamepad ? "; gamepad: sticks, A, X, Y" : ""));
+  add(kHowToColor, std::string("Space: jaws; F2: where to go next; hold F1: be shown this step") +
+                       (scenario.devices.size() > 1 ? "; Insert: other hand" : "") +
+                       (state.has_gamepad ? "; gamepad: sticks, A, X, Y" : ""));
 }
 
 }  // namespace view

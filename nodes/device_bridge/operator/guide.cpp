@@ -9,11 +9,11 @@ namespace device_bridge {
 namespace {
 
 // Chosen by hand, with scenarios/ in mind.
-constexpr double kNear_m = 0.0025;                 // of a goal at which something is done
-constexpr double kOnTheWay_m = 0.012;              // of a goal that only leads to the next
-constexpr double kOpening_m = 0.003;               // of the jaws
-constexpr double kPushOn_m = 0.01;                 // beyond the hand, while a push waits for what it is for
-constexpr std::int64_t kRetry_ns = 4'000'000'000;  // as the scripted operator
+constexpr double kNear_m = 0.0025;                      // of a goal at which something is done
+constexpr double kOnTheWay_m = 0.012;                   // of a goal that only leads to the next
+constexpr double kOpening_m = 0.003;                    // of the jaws
+constexpr double kPushOn_m = 0.01;                      // beyond the hand, while a push waits for what it is for
+constexpr std::int64_t kBeginAgain_ns = 4'000'000'000;  // as the scripted operator
 
 bool IsMove(const OperatorLine& line) {
   return line.verb == Verb::kReach || line.verb == Verb::kCarry;
@@ -46,7 +46,7 @@ void Guide::Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRo
     tips_[static_cast<std::size_t>((*lines_)[line_].role)] = TipOf(line_, *seen);
   } else if (over_ns_ == 0) {
     over_ns_ = inputs.now_ns;
-  } else if (inputs.now_ns - over_ns_ > kRetry_ns) {
+  } else if (inputs.now_ns - over_ns_ > kBeginAgain_ns) {
     Begin(0, *seen);
   }
 }
