@@ -15,7 +15,7 @@
 namespace hug {
 namespace {
 
-constexpr double kDeg = glm::pi<double>() / 180.0;
+constexpr double kDegree_rad = glm::pi<double>() / 180.0;
 
 // A device's setting with what was wrong in it.
 class Options {
@@ -117,7 +117,8 @@ core::Pose StartOf(Options* options) {
 // operator looking along W's y.
 MachineFigures PlaceMachine(Options* options, Side side, const core::Pose& X_WD_start) {
   MachineFigures figures;
-  figures.X_WB.rotation = core::QuaternionFromRollPitchYaw({0.0, 0.0, options->Number("hug_yaw_deg", 90.0) * kDeg});
+  figures.X_WB.rotation =
+      core::QuaternionFromRollPitchYaw({0.0, 0.0, options->Number("hug_yaw_deg", 90.0) * kDegree_rad});
   if (options->has("hug_x_m") || options->has("hug_y_m") || options->has("hug_z_m")) {
     figures.X_WB.translation = {options->Number("hug_x_m", 0.0), options->Number("hug_y_m", 0.0),
                                 options->Number("hug_z_m", 0.0)};
