@@ -38,9 +38,9 @@ class Surfaces {
     const view::Scene* scene = nullptr;
     const scene::Camera* camera = nullptr;  // in W
     const view::Viewing* viewing = nullptr;
-    std::vector<Pasted> surfaces;  // of each eye's view
-    std::int64_t begin_ns = 0;     // it was begun then
-    std::int64_t work_ns = 0;      // what it took of the time of those who draw
+    std::vector<Pasted> surfaces{};  // of each eye's view
+    std::int64_t begin_ns = 0;       // it was begun then
+    std::int64_t work_ns = 0;        // what it took of the time of those who draw
   };
   // The newest picture that was not taken yet; valid until the next call. Waits a little for it; null: none has come.
   virtual const Picture* Take() = 0;

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -496,8 +497,10 @@ class Viewer {
     summary_.draw.Add(done_ns - frame.start_ns);
     if (is_new_scene_) {
       core::Trace trace = frame.scene->through_physics;
-      trace.Add(core::Stage::kFrameStart, frame.start_ns);
-      trace.Add(core::Stage::kFrameDone, done_ns);
+      // A stamp says 2.1 s at most; a picture that took longer would seem to have come before its state.
+      const std::int64_t latest_ns = trace.origin_ns + std::numeric_limits<std::int32_t>::max();
+      trace.Add(core::Stage::kFrameStart, std::min(frame.start_ns, latest_ns));
+      trace.Add(core::Stage::kFrameDone, std::min(done_ns, latest_ns));
       log_.AddFrame(trace);
     }
     ++frames_in_window_;

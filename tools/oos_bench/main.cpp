@@ -13,6 +13,9 @@
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/bench/verbs.hpp"
 #include "tools/process/spawn.hpp"
+#ifdef VR_OOS_RAYS
+#include "tools/rays/bench.hpp"
+#endif
 #include "tools/transport/bench.hpp"
 
 namespace {
@@ -49,12 +52,22 @@ int RunStability(const oos::Arguments& arguments) {
   return failures::BenchMain(options, {});
 }
 
+int RunRays([[maybe_unused]] const oos::Arguments& arguments) {
+#ifdef VR_OOS_RAYS
+  return rays::BenchMain(OptionsOf(arguments), oos::ProgramFolder(), arguments.text("--scenarios", "scenarios"));
+#else
+  return oos::Complain("bench", "this build has no ray tracer: configure it with -DVR_OOS_RAYS=ON", oos::kBadUsage);
+#endif
+}
+
 int RunStudies(const oos::Arguments& arguments) {
   if (arguments.positional()[0] == "physics") return RunPhysics(arguments);
   if (arguments.positional()[0] == "bus") return RunBus(arguments);
   if (arguments.positional()[0] == "stability") return RunStability(arguments);
+  if (arguments.positional()[0] == "rays") return RunRays(arguments);
   if (arguments.positional()[0] != "vps") {
-    return oos::Complain("bench", "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus, stability",
+    return oos::Complain("bench",
+                         "no bench '" + arguments.positional()[0] + "'; known: vps, physics, bus, stability, rays",
                          oos::kBadUsage);
   }
   contact::BenchOptions options;

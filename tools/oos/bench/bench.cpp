@@ -23,7 +23,10 @@ takes part when `oos_bench_transport_peers` stands beside this program.
 
 stability: the failure tests F1 to F23 of haptic rendering (thin parts, force steps, edges, delay, energy, impact, friction, rest, pegs,
 overload), each with its bound and what every method does, by the nodes' own steps on a virtual clock. Takes some minutes.
-Bullet takes part, and MuJoCo when `oos_bench_failures_peers` stands beside this program.)";
+Bullet takes part, and MuJoCo when `oos_bench_failures_peers` stands beside this program.
+
+rays: how busy 1 to 16 emulated workers are with the costs of a real run, and the frames of 1280x720 that one and two
+workers trace on this machine, which should be at rest.)";
 
 // The studies and their charts are a program of their own, so that simulations are built and run without them.
 int RunBench(const Arguments& arguments) {
@@ -47,7 +50,7 @@ Verb BenchVerb() {
   return {"bench",
           "times and errors of contact queries, of the dynamics or of the bus, charted against exact answers and other "
           "libraries; the failure tests of stability",
-          "vps|physics|bus|stability",
+          "vps|physics|bus|stability|rays",
           1,
           1,
           {{"--json", "FILE", "file for all numbers"},

@@ -246,6 +246,8 @@ int OpenWalls(const Arguments& arguments, const std::string& scenario) {
   if (lab->rooms.empty()) {
     return Complain("view", arguments.text("--walls") + " has no <room> with screens", kBadUsage);
   }
+  const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
+  if (!rays) return Complain("view", rays.error().detail, kBadUsage);
   const lab::Room& room = lab->rooms.front();
   const auto session = FindSession(arguments);
   if (!session) return Complain("view", session.error().detail, kDoesNotHold);
@@ -256,12 +258,18 @@ int OpenWalls(const Arguments& arguments, const std::string& scenario) {
     if (arguments.has("--wall") && arguments.text("--wall") != wall.viewer.name) continue;
     const std::string name = "visual_node-" + wall.viewer.name;
     process::Command window = ViewerNamed(name, *session, arguments, scenario);
+    std::vector<process::Command> workers;
+    for (std::size_t seat = 1; seat <= rays->value_or(0); ++seat) workers.push_back(WorkerFor(window, name, seat));
+    if (rays->has_value()) window.program = ProgramFolder() / "rt_visual_node";
     AddWishes(arguments, {{"--show", "LIST"}, {"--headless"}}, &window);  // the lab file says the rest
     for (const std::string& argument : lab::ViewerArguments(wall.viewer)) window.arguments.push_back(argument);
     for (const std::string& argument : lab::WallArguments(room, wall)) window.arguments.push_back(argument);
     window.name = name;
-    if (const auto started = group.Spawn(window); !started) {
-      return Complain("view", started.error().detail, kDoesNotHold);
+    workers.insert(workers.begin(), window);
+    for (const process::Command& command : workers) {
+      if (const auto started = group.Spawn(command); !started) {
+        return Complain("view", started.error().detail, kDoesNotHold);
+      }
     }
     std::printf("wall %s: see %s\n", wall.viewer.name.c_str(), window.log.c_str());
   }
@@ -272,13 +280,15 @@ int OpenWalls(const Arguments& arguments, const std::string& scenario) {
                     kBadUsage);
   }
   const std::atomic<int>& interrupted = CatchInterrupt();
-  std::size_t num_running = group.children().size();
+  const auto is_wall = [](const process::Group::Child& child) { return !tiles::ReadWorkerName(child.name); };
+  auto num_running = std::count_if(group.children().begin(), group.children().end(), is_wall);
   bool are_clean = true;
   while (interrupted.load() == 0 && num_running > 0) {
     const timespec pause{0, 50'000'000};
     nanosleep(&pause, nullptr);
     for (const std::size_t ended : group.Reap()) {
       const process::Group::Child& child = group.children()[ended];
+      if (!is_wall(child)) continue;
       if (!child.exit->is_clean()) std::fprintf(stderr, "%s: %s\n", child.name.c_str(), child.exit->Describe().c_str());
       are_clean = are_clean && child.exit->is_clean();
       --num_running;
@@ -322,11 +332,12 @@ int RunView(const Arguments& arguments) {
 }  // namespace
 
 Verb ViewVerb() {
-  std::vector<Option> options = {{"--text", "", "print text instead of opening a window"},
-                                 {"--rays", "N", "a window whose pictures N workers on this machine trace"},
-                                 {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"},
-                                 {"--walls", "LAB.xml", "the walls of that lab's room, all on this machine"},
-                                 {"--wall", "NAME", "with --walls: this one alone"}};
+  std::vector<Option> options = {
+      {"--text", "", "print text instead of opening a window"},
+      {"--rays", "N", "a window, or each wall, whose pictures N workers on this machine trace"},
+      {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"},
+      {"--walls", "LAB.xml", "the walls of that lab's room, all on this machine"},
+      {"--wall", "NAME", "with --walls: this one alone"}};
   for (const auto* more : {&WindowOptions(), &ShotOptions(), &AttachOptions()}) {
     options.insert(options.end(), more->begin(), more->end());
   }

@@ -117,7 +117,10 @@ int RunVideo(const Arguments& arguments) {
   options.file = arguments.text("--video");
   options.frames_per_s = arguments.checked_number("--fps");
   const std::pair<const char*, const char*> passed_on[] = {
-      {"--camera", "--view"}, {"--size", "--size"}, {"--from", "--from"}, {"--to", "--to"}, {"--speed", "--speed"}};
+      {"--camera", "--view"},   {"--layout", "--layout"},
+      {"--stereo", "--stereo"}, {"--eye_distance_mm", "--eye_distance_mm"},
+      {"--size", "--size"},     {"--from", "--from"},
+      {"--to", "--to"},         {"--speed", "--speed"}};
   for (const auto& [option, as] : passed_on) {
     if (arguments.has(option)) options.frames.insert(options.frames.end(), {as, arguments.text(option)});
   }
@@ -145,6 +148,9 @@ std::vector<Option> Options() {
       {"--video", "OUT.mp4",
        "render it frame by frame at recorded time, without a session (needs ffmpeg and a display)"},
       {"--camera", "NAME", "with --video; default: the one named after the procedure step, else the first"},
+      {"--layout", "TEXT", "with --video: several views, e.g. 'overview | gripper / *'; *: that of the step"},
+      {"--stereo", "MODE", "with --video: side_by_side, top_bottom, anaglyph or interlaced"},
+      {"--eye_distance_mm", "MM", "with --stereo: between the pupils; default: 63"},
       {"--fps", "N", "with --video: frames per second", "30", cli::Number(1.0, 1000.0)},
       {"--size", "WxH", "with --video: pixels; default: 640x360"},
       {"--to", "S", "with --video: end at this time; default: the recording's end"},

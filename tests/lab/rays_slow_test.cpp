@@ -1,0 +1,78 @@
+// A viewer and its workers on three machines whose links lose one packet in a hundred.
+
+#include <nlohmann/json.hpp>
+
+#include "bus/accounts/reported_accounts.hpp"
+#include "tests/lab/survive.hpp"
+
+namespace system_tests {
+namespace {
+
+class RaysInALab : public SurviveTest {
+ protected:
+  // False: this kernel cannot.
+  static bool LosePackets(int per_mille) {
+    const std::string rules =
+        "add table inet test; add chain inet test in { type filter hook input priority 0; }; "
+        "add rule inet test in meta l4proto { tcp, udp } numgen random mod 1000 < " +
+        std::to_string(per_mille) + " drop";
+    for (const char* machine : {"alpha", "beta", "gamma"}) {
+      const auto answer = process::RunHere(machines_->InNetworkOf(machine, {"nft", rules}));
+      if (!answer || !answer->is_good()) return false;
+    }
+    return true;
+  }
+  static void MendLinks() {
+    for (const char* machine : {"alpha", "beta", "gamma"}) {
+      process::RunHere(machines_->InNetworkOf(machine, {"nft", "delete table inet test"}));
+    }
+  }
+  void TearDown() override {
+    MendLinks();
+    SurviveTest::TearDown();
+  }
+};
+
+TEST_F(RaysInALab, EveryPictureIsCompleteOverLinksThatLosePackets) {
+  const std::string lab = WriteLab("rays", OnThree());
+  std::string text;
+  {
+    std::ifstream in(lab);
+    text.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  std::ofstream(lab) << text.replace(text.find("</lab>\n"), 7,
+                                     "  <ray_workers host=\"alpha\"/>\n  <ray_workers host=\"beta\"/>\n</lab>\n");
+  StartRun("rays", {}, lab);
+  if (HasFatalFailure()) return;
+  if (!LosePackets(10)) {
+    FinishRun();
+    GTEST_SKIP() << "this kernel has no nftables for namespaces";
+  }
+  bus::ReportedAccounts books;
+  EXPECT_TRUE(Until(
+      [&] {
+        books.Update(watch_->peers());
+        return watch_->is_final();
+      },
+      120.0));
+  EXPECT_GT(books.num_compared(), 10u);
+  EXPECT_TRUE(books.Disagreements().empty()) << books.Disagreements().front();
+  MendLinks();
+  FinishRun();
+  std::ifstream in(out_ / "visual_node.json");
+  const auto seen = nlohmann::json::parse(in, nullptr, false);
+  ASSERT_TRUE(seen.is_object());
+  std::printf("%.0f pictures, %.1f per second; the slowest took %.0f ms\n", seen["frames"].get<double>(),
+              seen["fps"].get<double>(), seen["draw_ms"]["max"].get<double>());
+  EXPECT_GT(seen["frames"].get<double>(), 50.0);
+  std::ifstream log(out_ / "visual_node.log");
+  unsigned long long complete = 0, begun = 0;
+  for (std::string line; std::getline(log, line);) {
+    if (std::sscanf(line.c_str(), "%llu of %llu frames complete", &complete, &begun) == 2) break;
+  }
+  EXPECT_GT(complete, 50u);
+  EXPECT_LE(begun - complete, 2u) << "those in flight at the end; else a picture has stood still";
+}
+
+}  // namespace
+}  // namespace system_tests
