@@ -56,6 +56,7 @@ visual_node::Surfaces::Picture TracedSurfaces::PictureOf(const Drawn& drawn) {
   Picture picture{.scene = &drawn.wish.scene,
                   .camera = &drawn.wish.camera,
                   .viewing = &drawn.wish.viewing,
+                  .surfaces = {},
                   .begin_ns = drawn.begin_ns,
                   .work_ns = drawn.end_ns - drawn.begin_ns};
   for (const tiles::Tile& part : drawn.wish.parts) picture.surfaces.push_back({&drawn.canvas, part});

@@ -44,6 +44,8 @@ bool Apply(const std::vector<Command>& commands, const std::vector<std::string>&
       case Kind::kSpeed:
         playing->speed = command.value;
         break;
+      case Kind::kHand:
+        break;  // a recording has no hand to steer
     }
   }
   return !commands.empty();
