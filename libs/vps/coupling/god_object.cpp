@@ -273,8 +273,11 @@ struct Pass {
 
   // Solved exactly without friction. If something is touched, friction is found for what is, and what it runs into
   // besides; then, with the forces along the planes as they are, exactly again.
-  Vector6 Project(const Vector6& free) {
-    if (!Stick(free)) FindForces(free);
+  Vector6 Project(const Vector6& free, const Vector6& out) {
+    if (!Stick(free)) {
+      FindForces(free);
+      Dissipate(free, out);
+    }
     for (std::size_t i = 0; i < rows.count; ++i) {
       contacts[i].normal_N = nearest.multipliers[i];
       contacts[i].tangent_W_N = glm::dvec3(0.0);
@@ -286,6 +289,27 @@ struct Pass {
       if (rows.of[friction_rows[k]].is_left_out) contact.normal_N = friction[k].normal_N;
     }
     return nearest.y;
+  }
+  // Forces of contacts take energy out: A (y - free) is their sum, so on the way from `out` to y the sum does work
+  //   W = 1/2 |y - free|^2 - 1/2 |out - free|^2,
+  // and W is at most what parts that have moved along their planes since the last cycle put in by friction, -t . slip.
+  // Where the search for friction stopped too early, W can be larger: then the tool goes only as far as W is least.
+  void Dissipate(const Vector6& free, const Vector6& out) {
+    double put_in_J = 0.0;
+    for (std::size_t k = 0; k < num_friction; ++k) {
+      const FrictionContact& f = friction[k];
+      put_in_J += std::max(-f.tangent_N[0] * f.slip_m[0] - f.tangent_N[1] * f.slip_m[1], 0.0);
+    }
+    Vector6 way = nearest.y;
+    Vector6 wish = free;
+    AddScaled(-1.0, out, &way);
+    AddScaled(-1.0, out, &wish);
+    const double length2 = Dot(way, way);
+    const double along = Dot(way, wish);
+    if (0.5 * length2 - along <= put_in_J) return;
+    const double share = std::clamp(along / length2, 0.0, 1.0);
+    nearest.y = out;
+    AddScaled(share, way, &nearest.y);
   }
   void FindForces(const Vector6& free) {
     ProjectOntoHalfSpaces(free, rows, &nearest);
@@ -392,7 +416,7 @@ core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
     Pass pass(p, metric_, X_WC_, contacts);
     pass.Linearise();
     const Vector6 out = pass.Recover();
-    Vector6 way = pass.Project(pass.MotionTo(X_WF));
+    Vector6 way = pass.Project(pass.MotionTo(X_WF), out);
     is_held = pass.KeepWithin(free_m, out, &way);
     free_m = std::max(free_m - pass.Travel_m(way), 0.0);
     const core::Pose moved = pass.Moved(way);
@@ -439,8 +463,8 @@ core::Wrench ContactWrench(const GodObjectParameters& parameters, const ToolMetr
                            const core::Pose& X_WD, std::span<HeldContact> contacts) noexcept {
   Pass pass(parameters, metric, X_WC, contacts);
   pass.Linearise();
-  pass.Recover();
-  const core::Pose moved = pass.Moved(pass.Project(pass.MotionTo(X_WD)));
+  const Vector6 out = pass.Recover();
+  const core::Pose moved = pass.Moved(pass.Project(pass.MotionTo(X_WD), out));
   return core::ShiftWrench(SpringWrench(parameters, moved, X_WD), X_WD.rotate(parameters.p_CoCm_C));
 }
 
