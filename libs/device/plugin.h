@@ -163,7 +163,8 @@ typedef struct oos_device_plugin {
   /* A file descriptor that can be read when a sample is there; -1: none, the device is asked once a millisecond. May be
    * null. */
   int (*wait_fd)(void* device);
-  /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot. */
+  /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot.
+   * Asked of devices with OOS_DEVICE_IS_IMMEDIATE only. */
   int (*joints)(void* device, oos_device_joints* joints);
 } oos_device_plugin;
 

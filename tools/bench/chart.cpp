@@ -64,7 +64,10 @@ struct Axis {
       const double raw = (high - low) / 5.0;
       const double power = std::pow(10.0, std::floor(std::log10(raw)));
       const double step = raw / power < 1.5 ? power : raw / power < 3.5 ? 2.0 * power : 5.0 * power;
-      for (double t = std::ceil(low / step) * step; t <= high * 1.0001; t += step) ticks.push_back(t);
+      // Whole numbers of steps: sums of steps would pass zero at -0 or 1e-17.
+      const auto first = static_cast<int>(std::ceil(low / step));
+      const auto last = static_cast<int>(std::floor(high * 1.0001 / step));
+      for (int i = first; i <= last; ++i) ticks.push_back(i * step);
       return ticks;
     }
     const double decades = std::log10(high / low);

@@ -34,6 +34,13 @@ TEST(Chart, PlacesPointsOnLogarithmicAxes) {
   EXPECT_THAT(svg, HasSubstr(">10</text>"));
 }
 
+TEST(Chart, WritesZeroWithoutASign) {
+  const Chart chart{"t", "", {MakePanel({{"fast", {At(0, -0.03), At(1, 1)}, true}}, false)}};
+  const std::string svg = DrawSvg(chart);
+  EXPECT_THAT(svg, HasSubstr(">0</text>"));
+  EXPECT_THAT(svg, testing::Not(HasSubstr(">-0</text>")));
+}
+
 TEST(Chart, PlacesPointsOnLinearAxesFromZero) {
   const Chart chart{"t", "", {MakePanel({{"fast", {At(0, 0), At(1, 1)}, true}}, false)}};
   EXPECT_THAT(DrawSvg(chart), HasSubstr("cx='70.0' cy='348.0'"));

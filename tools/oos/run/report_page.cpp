@@ -147,7 +147,8 @@ class Page {
     const bool has_scene = std::filesystem::exists(SceneRecording(folder_), error);
     if (film.empty() && has_scene) missing_.emplace_back("The film: oos report " + folder_.string());
     if (!has_scene) missing_.emplace_back("The film: no viewer ran, so nothing recorded what was seen.");
-    if (sheet.empty()) missing_.emplace_back("The contact sheet: no viewer ran, or the procedure entered no step.");
+    if (sheet.empty())
+      missing_.emplace_back("The contact sheet: no viewer ran to its end, or the procedure entered no step.");
   }
 
   // A folder may be used again: a film that is older than what it was made of is of another run.
