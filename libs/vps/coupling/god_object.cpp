@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMostPasses = 2;             // linearisations in a cycle
 constexpr double kNonlinear_m = 1e-6;      // what a linearisation may be off before there is another
+constexpr double kLeastWork_J = 1e-5;      // that is judged: what a linearisation may be off at a hand's 10 N
 constexpr double kContradiction_m = 1e-9;  // of planes that leave no room for the tool
 constexpr int kMostRounds = 4;             // of friction
 constexpr int kSweepsInARound = 8;
@@ -294,6 +295,7 @@ struct Pass {
   //   W = 1/2 |y - free|^2 - 1/2 |out - free|^2,
   // and W is at most what parts that have moved along their planes since the last cycle put in by friction, -t . slip.
   // Where the search for friction stopped too early, W can be larger: then the tool goes only as far as W is least.
+  // Less than a linearisation's error is let go: to stop for it would keep a search from its end over several cycles.
   void Dissipate(const Vector6& free, const Vector6& out) {
     double put_in_J = 0.0;
     for (std::size_t k = 0; k < num_friction; ++k) {
@@ -306,7 +308,7 @@ struct Pass {
     AddScaled(-1.0, out, &wish);
     const double length2 = Dot(way, way);
     const double along = Dot(way, wish);
-    if (0.5 * length2 - along <= put_in_J) return;
+    if (0.5 * length2 - along <= put_in_J + kLeastWork_J) return;
     const double share = std::clamp(along / length2, 0.0, 1.0);
     nearest.y = out;
     AddScaled(share, way, &nearest.y);

@@ -295,7 +295,7 @@ TEST(GodObject, FrictionOfWallsThatStandStillGivesNoEnergy) {
       }
     }
   }
-  EXPECT_LT(largest_rise_J, 1e-5);  // a linearisation may be off by 1 um, at 10 N
+  EXPECT_LT(largest_rise_J, 2e-5);  // what is not judged, and as much again for what a linearisation is off
 }
 
 TEST(GodObject, StaysInACornerOfThreeWalls) {
