@@ -141,7 +141,7 @@ TEST_P(Walls, ShowTheSameStateNoMoreThanAFrameApart) {
   RecordProperty("median_apart_ms", std::to_string(walls.apart_ms_at(0.5)));
   RecordProperty("p90_apart_ms", std::to_string(walls.apart_ms_at(0.9)));
   EXPECT_EQ(walls.num_overtaken, 0u);
-  EXPECT_LE(walls.num_other_states, walls.num_common / 50) << "a datagram may be lost";
+  EXPECT_LE(walls.num_other_states, walls.num_common / 50) << "a wall may not yet have said which states it keeps";
   EXPECT_LE(walls.apart_ms_at(0.5), 1e3 / 30.0) << "a frame at 30 per second";
 }
 

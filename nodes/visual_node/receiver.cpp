@@ -20,11 +20,6 @@ constexpr std::int64_t kWallWait_ns = 1'000'000;            // what walls have t
 constexpr std::int64_t kFiguresPeriod_ns = 250'000'000;
 constexpr std::int64_t kQuietPublish_ns = 8'000'000;  // publishes changes that come without a physics state
 
-// The first wall names a state that arrived a moment ago, so the others have it in one of the newest 128 ms. Not every
-// tick is kept, because a scene is copied for each.
-constexpr std::size_t kKeptScenes = 32;
-constexpr std::uint64_t kTicksPerKept = 4;
-
 constexpr std::int64_t kHeadAge_ns = 200'000'000;  // as the topic's; an older one is not known any more
 constexpr const char* kEyeDistanceName = "eye_distance_mm";
 
@@ -55,7 +50,7 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   if (!user_.empty()) head_reader_ = &node_->ReadLatest<core::HeadState>(bus::HeadTopic(user_));
   if (walls_ != nullptr) {
     walls_->Declare(node_.get());
-    kept_.resize(kKeptScenes);
+    kept_.resize(KeptTicks::kMostKept);
   }
   image_rates_hz_.resize(assets.cameras.size());
   node_->OwnParameters(std::move(parameters));
@@ -121,12 +116,23 @@ view::Head Receiver::head() const {
 
 void Receiver::Keep(const view::Scene& scene) {
   const std::uint64_t tick = feed_->physics().value().tick;
-  if (tick % kTicksPerKept != 0) return;
+  if (tick % KeptTicks::kTicksPerKept != 0) return;
   const std::scoped_lock lock(kept_mutex_);
   if (kept_[newest_kept_].tick == tick) return;
   newest_kept_ = (newest_kept_ + 1) % kept_.size();
   kept_[newest_kept_].tick = tick;
   kept_[newest_kept_].scene = scene;  // reuses its buffers
+}
+
+KeptTicks Receiver::kept_ticks() const {
+  const std::scoped_lock lock(kept_mutex_);
+  const std::uint64_t newest = kept_[newest_kept_].tick;
+  KeptTicks ticks;
+  for (const KeptScene& kept : kept_) {
+    const bool is_earlier_run = kept.tick > newest;
+    if (kept.tick != 0 && !is_earlier_run) ticks.Add(kept.tick);
+  }
+  return ticks;
 }
 
 std::uint64_t Receiver::newest_tick() const {
@@ -204,7 +210,7 @@ void Receiver::Run() {
   while (!is_stopping_.load(std::memory_order_acquire)) {
     node_->Wait(core::MonotonicNow_ns() + (walls_ != nullptr ? kWallWait_ns : kWait_ns));
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    if (walls_ != nullptr) walls_->Pump(node_.get(), now_ns);
+    if (walls_ != nullptr) walls_->Pump(node_.get(), kept_ticks(), now_ns);
     TakeHead();
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();

@@ -17,6 +17,7 @@
 #include "core/result.hpp"
 #include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/latency_log.hpp"
+#include "nodes/visual_node/walls/kept_ticks.hpp"
 #include "nodes/visual_node/walls/wall_link.hpp"
 #include "scene/scenario.hpp"
 #include "view/bus_feed.hpp"
@@ -53,8 +54,9 @@ class Receiver {
   [[nodiscard]] const view::Scene& scene() const { return newest_.value(); }
   // The newest head.
   [[nodiscard]] view::Head head() const;
-  // Of walls: the newest physics state that can be taken, and the scene of the state nearest to that tick. Returns the
-  // scene's tick; 0: nothing has arrived yet, and `scene` is as it was.
+  // Of walls: which physics states can be taken, the newest of them, and the scene of the state nearest to that tick.
+  // Returns the scene's tick; 0: nothing has arrived yet, and `scene` is as it was.
+  [[nodiscard]] KeptTicks kept_ticks() const;
   [[nodiscard]] std::uint64_t newest_tick() const;
   std::uint64_t TakeTick(std::uint64_t tick, view::Scene* scene) const;
   void SetWalls(double in_step, double apart_ms) {

@@ -324,7 +324,8 @@ class Viewer {
     if (is_led) frame = walls_->Begin({});
     if (is_led) AwaitState(frame.tick);
     waited_ns_ += core::MonotonicNow_ns() - begin_ns;
-    if (auto taken = TakeScene(control, is_first_wall ? receiver_.newest_tick() : frame.tick); !taken) {
+    if (is_first_wall) frame.tick = walls_->NewestCommonTick(receiver_.kept_ticks());
+    if (auto taken = TakeScene(control, frame.tick); !taken) {
       return tl::unexpected(taken.error());
     }
     scene::Camera camera = control.Update(*shown_.assets, shown_.step, dt_s);

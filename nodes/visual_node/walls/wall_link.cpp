@@ -34,7 +34,7 @@ void WallLink::UpdateClocks(const bus::Node& node, std::int64_t now_ns) {
   }
 }
 
-void WallLink::Pump(bus::Node* node, std::int64_t now_ns) {
+void WallLink::Pump(bus::Node* node, const KeptTicks& kept, std::int64_t now_ns) {
   UpdateClocks(*node, now_ns);
   const std::unique_lock lock(mutex_);
   const std::uint64_t before = news_;
@@ -54,7 +54,10 @@ void WallLink::Pump(bus::Node* node, std::int64_t now_ns) {
   is_new_ = false;
   next_send_ns_ = now_ns + kRepeat_ns;
   if (is_frame_said_) frame_writer_.Send(own_frame_);
-  if (is_state_said_) state_writer_.Send(own_state_);
+  if (!is_state_said_) return;
+  own_state_.kept_tick = kept.newest;
+  own_state_.kept = kept.kept;
+  state_writer_.Send(own_state_);
 }
 
 void WallLink::Say(const core::WallFrame& frame) {

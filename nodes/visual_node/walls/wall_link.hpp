@@ -8,6 +8,7 @@
 
 #include "bus/node.hpp"
 #include "core/messages/viewing.hpp"
+#include "nodes/visual_node/walls/kept_ticks.hpp"
 
 namespace visual_node {
 
@@ -29,11 +30,11 @@ class WallLink {
 
   // --- The bus's thread.
   void Declare(bus::Node* node);  // before Node::Start
-  void Pump(bus::Node* node, std::int64_t now_ns);
+  void Pump(bus::Node* node, const KeptTicks& kept, std::int64_t now_ns);
 
   // --- The drawing thread.
   void Say(const core::WallFrame& frame);  // the first wall's
-  void Say(const core::WallState& state);
+  void Say(const core::WallState& state);  // what it keeps is added by Pump
 
   struct HeardFrame {
     core::WallFrame frame;      // `show_ns` on this host's clock

@@ -23,6 +23,16 @@ Walls::Walls(WallLink* link, std::function<bool()> is_stopped)
   named_.frame = static_cast<std::uint64_t>(core::MonotonicNow_ns() / 1'000'000);
 }
 
+std::uint64_t Walls::NewestCommonTick(const KeptTicks& own) const {
+  const std::int64_t now_ns = core::MonotonicNow_ns();
+  std::vector<KeptTicks> others;
+  for (const WallLink::HeardState& other : link_->states()) {
+    const bool is_there = other.heard_ns != 0 && now_ns - other.heard_ns < Barrier::kSilence_ns;
+    if (is_there) others.push_back({other.state.kept_tick, other.state.kept});
+  }
+  return visual_node::NewestCommonTick(own, others);
+}
+
 Walls::Frame Walls::Begin(const Frame& wish) {
   frame_ = wish;
   if (link_->place().is_first()) {

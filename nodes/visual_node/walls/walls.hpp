@@ -13,9 +13,9 @@
 
 namespace visual_node {
 
-// Keeps the walls of a room in step. For each frame the first wall names the physics state, the camera's place and the
-// head; all draw it; when all have, the first wall names the moment from which all show it. A wall that hears nothing
-// of the first one for 0.3 s goes on by itself, with the newest state, until it hears of it again.
+// Keeps the walls of a room in step. For each frame the first wall names a physics state that all have, the camera's
+// place and the head; all draw it; when all have, the first wall names the moment from which all show it. A wall that
+// hears nothing of the first one for 0.3 s goes on by itself, with the newest state, until it hears of it again.
 //
 // All calls come from the drawing thread, for each frame: Begin, draw, AwaitShow, show, Shown.
 class Walls {
@@ -32,6 +32,8 @@ class Walls {
   // `is_stopped`: ends every wait.
   Walls(WallLink* link, std::function<bool()> is_stopped);
 
+  // Of the first wall: the newest physics state that all walls that are there can draw.
+  [[nodiscard]] std::uint64_t NewestCommonTick(const KeptTicks& own) const;
   // The next frame. `wish`: of the first wall, which decides for all; the others take tick, place and head from it,
   // and wait for it.
   Frame Begin(const Frame& wish);
