@@ -3,6 +3,9 @@
 #include <openxr/openxr.h>
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
 #include <memory>
 #include <string>
 #include <vector>

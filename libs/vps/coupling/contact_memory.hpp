@@ -36,6 +36,7 @@ struct HeldContact {
   // On the tool: of the last cycle, until the solver puts this cycle's.
   double normal_N = 0.0;
   glm::dvec3 tangent_W_N{0.0};
+  double limit_N = 0.0;  // of tangent_W_N, in this cycle
 
   // How it came about.
   bool is_turned = false;  // lies on the side of a wall that the tool came from, not on the one that collision found

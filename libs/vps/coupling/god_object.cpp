@@ -11,17 +11,9 @@ namespace {
 
 constexpr int kMostPasses = 2;             // linearisations in a cycle
 constexpr double kNonlinear_m = 1e-6;      // what a linearisation may be off before there is another
-constexpr double kLeastWork_J = 1e-5;      // that is judged: what a linearisation may be off at a hand's 10 N
 constexpr double kContradiction_m = 1e-9;  // of planes that leave no room for the tool
-constexpr int kMostRounds = 4;             // of friction
-constexpr int kSweepsInARound = 8;
-constexpr double kSettled = 1e-3;    // of the largest normal force
-constexpr double kMostDetour = 3.0;  // of the way out of planes, of the depth
+constexpr double kMostDetour = 3.0;        // of the way out of planes, of the depth
 constexpr double kLeastTravel_m = 1e-5;
-// What rounding leaves of gaps, of poses in single precision.
-constexpr double kStuck_m = 1e-8;
-constexpr int kMostTurns = 8;
-constexpr double kStuckBeyond = 1.01;  // of the cone: what FindFriction leaves of a force that slides is on it so well
 
 // A pose of the tool as its centre of mass, and back.
 glm::dvec3 CentreOfMass(const core::Pose& X_WC, const glm::dvec3& p_CoCm_C) {
@@ -39,40 +31,6 @@ std::array<glm::dvec3, 2> Tangents(const glm::dvec3& n) {
   const glm::dvec3 axis = std::abs(n.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   const glm::dvec3 u = glm::normalize(glm::cross(n, axis));
   return {u, glm::cross(n, u)};
-}
-
-using Matrix6 = std::array<Vector6, 6>;
-
-void AddOuter(const Vector6& row, Matrix6* m) {
-  for (std::size_t i = 0; i < 6; ++i) AddScaled(row[i], row, &(*m)[i]);
-}
-
-// m = L L^T, with L in its lower half. Not where m leaves a direction as good as free.
-bool Factor(Matrix6* m) {
-  constexpr double kFree = 1e-6;  // of the mean
-  double trace = 0.0;
-  for (std::size_t k = 0; k < 6; ++k) trace += (*m)[k][k];
-  for (std::size_t j = 0; j < 6; ++j) {
-    for (std::size_t i = j; i < 6; ++i) {
-      double sum = (*m)[i][j];
-      for (std::size_t k = 0; k < j; ++k) sum -= (*m)[i][k] * (*m)[j][k];
-      if (i == j && sum < kFree * trace / 6.0) return false;
-      (*m)[i][j] = i == j ? std::sqrt(sum) : sum / (*m)[j][j];
-    }
-  }
-  return true;
-}
-
-Vector6 Solved(const Matrix6& lower, Vector6 b) {
-  for (std::size_t k = 0; k < 6; ++k) {
-    for (std::size_t j = 0; j < k; ++j) b[k] -= lower[k][j] * b[j];
-    b[k] /= lower[k][k];
-  }
-  for (std::size_t k = 6; k-- > 0;) {
-    for (std::size_t j = k + 1; j < 6; ++j) b[k] -= lower[j][k] * b[j];
-    b[k] /= lower[k][k];
-  }
-  return b;
 }
 
 // The tool with mass M about its centre of mass, implicitly over a cycle T, on a spring K and a damper B to the device,
@@ -96,13 +54,12 @@ struct Pass {
   const core::Pose& X_WC;  // about which it is linearised
   std::span<HeldContact> contacts;
   HalfSpaces rows;
+  bool is_first;  // of the cycle: the next one only corrects it, under the same limits of friction
   NearestPoint nearest;
-  std::array<FrictionContact, kMaxFrictionContacts> friction;
-  std::array<std::size_t, kMaxFrictionContacts> friction_rows{};
-  std::size_t num_friction = 0;
 
-  Pass(const GodObjectParameters& p, const ToolMetric& m, const core::Pose& X, std::span<HeldContact> c)
-      : parameters(p), metric(m), X_WC(X), contacts(c) {}
+  Pass(const GodObjectParameters& p, const ToolMetric& m, const core::Pose& X, std::span<HeldContact> c,
+       bool is_first_pass)
+      : parameters(p), metric(m), X_WC(X), contacts(c), is_first(is_first_pass) {}
 
   [[nodiscard]] Vector6 Row(const glm::dvec3& p_W, const glm::dvec3& direction_W) const {
     const glm::dquat R_CW = glm::conjugate(X_WC.rotation);
@@ -174,201 +131,61 @@ struct Pass {
     return moved;
   }
 
-  void AddFriction(std::size_t i) {
-    if (num_friction == kMaxFrictionContacts) return;
-    const HeldContact& contact = contacts[i];
-    const std::array<glm::dvec3, 2> tangents = Tangents(contact.n_W);
-    FrictionContact& f = friction[num_friction];
-    friction_rows[num_friction++] = i;
-    f.normal = rows.of[i].a;
-    f.bound = rows.of[i].b;
-    f.friction = contact.friction;
-    f.most_N = contact.most_N;
-    f.normal_N = contact.normal_N > 0.0 ? contact.normal_N : nearest.multipliers[i];
-    for (std::size_t k = 0; k < 2; ++k) {
-      f.tangents[k] = Row(contact.p_W, tangents[k]);
-      f.slip_m[k] = glm::dot(tangents[k], contact.slip_W);
-      f.tangent_N[k] = glm::dot(tangents[k], contact.tangent_W_N);
-    }
-  }
-  [[nodiscard]] bool HasFriction(std::size_t i) const {
-    return std::find(friction_rows.begin(), friction_rows.begin() + num_friction, i) !=
-           friction_rows.begin() + num_friction;
-  }
-
-  // True when the tool is stuck: small changes of the last cycle's forces hold it where they hold it fast, all inside
-  // their cones. The rows J of the loaded contacts' normals and tangents leave the motion y that is nearest to what all
-  // of them want, J y = w, and forces l + J z, the least change, make it the balanced one:
-  //   J^T J y = J^T w,   J^T J z = y - free - J^T l.
-  // FindFriction would find it, too, but only about, and what it is off by adds up: a tool at rest would creep.
-  bool Stick(const Vector6& free) {
-    Matrix6 square{};
-    Vector6 wanted{};
-    bool has_friction = false;
-    const auto add = [&](const Vector6& row, double to) {
-      AddOuter(row, &square);
-      AddScaled(to, row, &wanted);
-    };
-    num_friction = 0;
-    for (std::size_t i = 0; i < rows.count; ++i) {
-      const HeldContact& contact = contacts[i];
-      if (!(contact.normal_N > 0.0)) continue;
-      if (contact.cycles_lost > 0 || num_friction == kMaxFrictionContacts) return false;
-      has_friction = has_friction || contact.friction > 0.0;
-      AddFriction(i);
-      const FrictionContact& f = friction[num_friction - 1];
-      add(f.normal, f.bound);
-      if (f.friction == 0.0) continue;
-      for (std::size_t k = 0; k < 2; ++k) add(f.tangents[k], -f.slip_m[k]);
-    }
-    if (!has_friction || !Factor(&square)) return false;
-    const Vector6 y = Solved(square, wanted);
-    for (std::size_t k = 0; k < num_friction; ++k) {
-      const FrictionContact& f = friction[k];
-      if (std::abs(Dot(f.normal, y) - f.bound) > kStuck_m) return false;
-      for (std::size_t t = 0; t < 2 && f.friction > 0.0; ++t) {
-        if (std::abs(Dot(f.tangents[t], y) + f.slip_m[t]) > kStuck_m) return false;
-      }
-    }
-    for (std::size_t i = 0; i < rows.count; ++i) {
-      if (rows.of[i].b - Dot(rows.of[i].a, y) > kStuck_m) return false;
-    }
-    if (!Hold(free, y, square)) return false;
-    nearest.y = y;
-    std::fill_n(nearest.multipliers.begin(), rows.count, 0.0);
-    for (std::size_t k = 0; k < num_friction; ++k) nearest.multipliers[friction_rows[k]] = friction[k].normal_N;
-    return true;
-  }
-
-  // In turns: forces that balance at y, then those outside their cones back onto them.
-  bool Hold(const Vector6& free, const Vector6& y, const Matrix6& factor) {
-    for (int turn = 0; turn < kMostTurns; ++turn) {
-      Vector6 lack = y;
-      AddScaled(-1.0, free, &lack);
-      for (std::size_t k = 0; k < num_friction; ++k) {
-        const FrictionContact& f = friction[k];
-        AddScaled(-f.normal_N, f.normal, &lack);
-        for (std::size_t t = 0; t < 2; ++t) AddScaled(-f.tangent_N[t], f.tangents[t], &lack);
-      }
-      const Vector6 z = Solved(factor, lack);
-      bool is_held = true;
-      for (std::size_t k = 0; k < num_friction; ++k) {
-        FrictionContact& f = friction[k];
-        f.normal_N += Dot(f.normal, z);
-        if (!(f.normal_N > 0.0)) return false;
-        if (f.friction == 0.0) continue;
-        for (std::size_t t = 0; t < 2; ++t) f.tangent_N[t] += Dot(f.tangents[t], z);
-        is_held = is_held && std::hypot(f.tangent_N[0], f.tangent_N[1]) <= kStuckBeyond * f.friction * f.normal_N;
-      }
-      if (is_held) return true;
-      for (std::size_t k = 0; k < num_friction; ++k) {
-        FrictionContact& f = friction[k];
-        const double length_N = std::hypot(f.tangent_N[0], f.tangent_N[1]);
-        const double limit_N = f.friction * f.normal_N;
-        if (length_N <= limit_N) continue;
-        for (double& force_N : f.tangent_N) force_N *= limit_N / length_N;
-      }
-    }
-    return false;
-  }
-
-  // Solved exactly without friction. If something is touched, friction is found for what is, and what it runs into
-  // besides; then, with the forces along the planes as they are, exactly again.
+  // Exact where there is no friction: then nothing else is asked.
   Vector6 Project(const Vector6& free, const Vector6& out) {
-    if (!Stick(free)) {
-      FindForces(free);
-      Dissipate(free, out);
-    }
+    const auto has_any = [&](const auto& is_one) {
+      for (std::size_t i = 0; i < rows.count; ++i) {
+        if (is_one(i)) return true;
+      }
+      return false;
+    };
+    const auto carries = [&](std::size_t i) { return contacts[i].normal_N > 0.0; };
+    const auto is_plain = [&](std::size_t i) { return contacts[i].friction == 0.0 && contacts[i].cycles_lost == 0; };
+    if (has_any([&](std::size_t i) { return carries(i) && !is_plain(i); })) return ProjectWithFriction(free, out);
+    ProjectOntoHalfSpaces(free, rows, &nearest);
     for (std::size_t i = 0; i < rows.count; ++i) {
       contacts[i].normal_N = nearest.multipliers[i];
       contacts[i].tangent_W_N = glm::dvec3(0.0);
     }
-    for (std::size_t k = 0; k < num_friction; ++k) {
-      HeldContact& contact = contacts[friction_rows[k]];
-      const std::array<glm::dvec3, 2> tangents = Tangents(contact.n_W);
-      contact.tangent_W_N = friction[k].tangent_N[0] * tangents[0] + friction[k].tangent_N[1] * tangents[1];
-      if (rows.of[friction_rows[k]].is_left_out) contact.normal_N = friction[k].normal_N;
-    }
+    if (has_any([&](std::size_t i) { return carries(i) && !is_plain(i); })) return ProjectWithFriction(free, out);
     return nearest.y;
   }
-  // Forces of contacts take energy out: A (y - free) is their sum, so on the way from `out` to y the sum does work
-  //   W = 1/2 |y - free|^2 - 1/2 |out - free|^2,
-  // and W is at most what parts that have moved along their planes since the last cycle put in by friction, -t . slip.
-  // Where the search for friction stopped too early, W can be larger: then the tool goes only as far as W is least.
-  // Less than a linearisation's error is let go: to stop for it would keep a search from its end over several cycles.
-  void Dissipate(const Vector6& free, const Vector6& out) {
-    double put_in_J = 0.0;
-    for (std::size_t k = 0; k < num_friction; ++k) {
-      const FrictionContact& f = friction[k];
-      put_in_J += std::max(-f.tangent_N[0] * f.slip_m[0] - f.tangent_N[1] * f.slip_m[1], 0.0);
-    }
-    Vector6 way = nearest.y;
-    Vector6 wish = free;
-    AddScaled(-1.0, out, &way);
-    AddScaled(-1.0, out, &wish);
-    const double length2 = Dot(way, way);
-    const double along = Dot(way, wish);
-    if (0.5 * length2 - along <= put_in_J + kLeastWork_J) return;
-    const double share = std::clamp(along / length2, 0.0, 1.0);
-    nearest.y = out;
-    AddScaled(share, way, &nearest.y);
-  }
-  void FindForces(const Vector6& free) {
-    ProjectOntoHalfSpaces(free, rows, &nearest);
-    num_friction = 0;
-    bool is_touching = false;
-    bool is_simple = true;
+
+  Vector6 ProjectWithFriction(const Vector6& free, const Vector6& out) {
+    std::array<Contact, kMaxHalfSpaces> of;
+    std::array<std::array<glm::dvec3, 2>, kMaxHalfSpaces> tangents_W;
+    const std::span<Contact> solved(of.data(), rows.count);
     for (std::size_t i = 0; i < rows.count; ++i) {
-      const bool is_active = nearest.multipliers[i] > 0.0;
-      is_touching = is_touching || is_active;
-      if (!is_active && !(contacts[i].normal_N > 0.0)) continue;
-      AddFriction(i);
-      is_simple = is_simple && contacts[i].friction == 0.0 && contacts[i].cycles_lost == 0;
-    }
-    if (!is_touching || is_simple) {
-      num_friction = 0;
-    } else {
-      FindFriction(free);
-    }
-  }
-  // In turns: some sweeps over all forces, then the normal ones exactly for the forces along the planes as they are.
-  // The sweeps alone take long where a tool is held at several places far apart.
-  void FindFriction(const Vector6& free) {
-    for (int round = 0; round < kMostRounds; ++round) {
-      SolveStickSlip(free, {friction.data(), num_friction}, kSweepsInARound);
-      Vector6 pushed = free;
-      for (std::size_t k = 0; k < num_friction; ++k) {
-        const FrictionContact& f = friction[k];
-        for (std::size_t t = 0; t < 2; ++t) AddScaled(f.tangent_N[t], f.tangents[t], &pushed);
-        rows.of[friction_rows[k]].is_left_out = f.normal_N >= f.most_N;
-        if (f.normal_N >= f.most_N) AddScaled(f.normal_N, f.normal, &pushed);
+      const HeldContact& contact = contacts[i];
+      Contact& c = of[i];
+      c.normal = rows.of[i].a;
+      c.bound = rows.of[i].b;
+      c.most_N = contact.most_N;
+      c.friction = contact.friction;
+      c.limit_N = is_first ? contact.friction * std::min(contact.normal_N, contact.most_N) : contact.limit_N;
+      if (c.friction == 0.0) continue;
+      tangents_W[i] = Tangents(contact.n_W);
+      for (std::size_t t = 0; t < 2; ++t) {
+        c.tangents[t] = Row(contact.p_W, tangents_W[i][t]);
+        c.slip_m[t] = glm::dot(tangents_W[i][t], contact.slip_W);
       }
-      for (std::size_t i = 0; i < rows.count; ++i) rows.of[i].was_active = nearest.multipliers[i] > 0.0;
-      ProjectOntoHalfSpaces(pushed, rows, &nearest);
-      if (TakeNormals()) break;
     }
-  }
-  // True when they are what they were.
-  bool TakeNormals() {
-    double change_N = 0.0;
-    double largest_N = 0.0;
-    for (std::size_t k = 0; k < num_friction; ++k) {
-      FrictionContact& f = friction[k];
-      if (f.normal_N >= f.most_N) continue;
-      const double normal_N = nearest.multipliers[friction_rows[k]];
-      change_N = std::max(change_N, std::abs(normal_N - f.normal_N));
-      largest_N = std::max(largest_N, normal_N);
-      f.normal_N = normal_N;
-    }
-    bool is_complete = true;
+    const Vector6 y = is_first ? SolveStickSlip(free, out, solved) : SolveStickSlipWithLimits(free, out, solved);
     for (std::size_t i = 0; i < rows.count; ++i) {
-      if (!(nearest.multipliers[i] > 0.0) || HasFriction(i)) continue;
-      AddFriction(i);
-      is_complete = false;
+      contacts[i].normal_N = of[i].normal_N;
+      contacts[i].limit_N = of[i].limit_N;
+      contacts[i].tangent_W_N = glm::dvec3(0.0);
+      if (of[i].friction == 0.0) continue;
+      for (std::size_t t = 0; t < 2; ++t) contacts[i].tangent_W_N += of[i].tangent_N[t] * tangents_W[i][t];
     }
-    return is_complete && change_N <= kSettled * largest_N;
+    return y;
   }
 };
+
+// A contact that sticks is off its anchor by what the force along its plane bends it.
+void Bend(std::span<HeldContact> contacts) {
+  for (HeldContact& contact : contacts) contact.slip_W -= contact.tangent_W_N / kContactStiffness_N_per_m;
+}
 
 }  // namespace
 
@@ -411,11 +228,12 @@ core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
   const core::Pose X_WF = FreePose(X_WD);
   memory_.Take({contact.planes.begin(), contact.planes.size()}, X_WC_, X_WO);
   const std::span<HeldContact> contacts = memory_.contacts();
+  Bend(contacts);
 
   double free_m = std::max(contact.free_distance_m, kLeastTravel_m);
   bool is_held = false;
   for (int linearisation = 0; linearisation < kMostPasses; ++linearisation) {
-    Pass pass(p, metric_, X_WC_, contacts);
+    Pass pass(p, metric_, X_WC_, contacts, linearisation == 0);
     pass.Linearise();
     const Vector6 out = pass.Recover();
     Vector6 way = pass.Project(pass.MotionTo(X_WF), out);
@@ -426,7 +244,7 @@ core::Wrench GodObject::Step(const core::Pose& X_WD, const ToolContact& contact,
     double off_m = 0.0;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       HeldContact& held = contacts[i];
-      is_held = is_held || held.normal_N > 0.0;
+      is_held = is_held || held.normal_N > 0.0 || held.tangent_W_N != glm::dvec3(0.0);
       const glm::dvec3 moved_by = motion * held.p_W - held.p_W;
       if (held.cycles_lost == 0) off_m = std::max(off_m, pass.rows.of[i].b - glm::dot(held.n_W, moved_by));
       held.p_W += moved_by;
@@ -463,7 +281,8 @@ core::Wrench GodObject::CouplingWrench(const core::Pose& X_WC_found, const core:
 
 core::Wrench ContactWrench(const GodObjectParameters& parameters, const ToolMetric& metric, const core::Pose& X_WC,
                            const core::Pose& X_WD, std::span<HeldContact> contacts) noexcept {
-  Pass pass(parameters, metric, X_WC, contacts);
+  Bend(contacts);
+  Pass pass(parameters, metric, X_WC, contacts, true);
   pass.Linearise();
   const Vector6 out = pass.Recover();
   const core::Pose moved = pass.Moved(pass.Project(pass.MotionTo(X_WD), out));

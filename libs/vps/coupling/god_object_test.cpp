@@ -274,6 +274,7 @@ double SpringEnergy_J(const core::Pose& X_WC, const core::Pose& X_WD) {
 // tool between two walls and on a floor wedges itself, and its contacts squeeze it with many times the hand's force.
 TEST(GodObject, FrictionOfWallsThatStandStillGivesNoEnergy) {
   double largest_rise_J = 0.0;
+  double largest_N = 0.0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
     Scene scene;
     scene.balls_C = {{0.0, 0.0, -0.03}, {0.0, 0.0, 0.03}, {0.02, 0.0, -0.03}, {0.02, 0.0, 0.03}};
@@ -292,10 +293,11 @@ TEST(GodObject, FrictionOfWallsThatStandStillGivesNoEnergy) {
         const double before_J = SpringEnergy_J(scene.hand.X_WC(), X_WD);
         scene.Step(X_WD);
         largest_rise_J = std::max(largest_rise_J, SpringEnergy_J(scene.hand.X_WC(), X_WD) - before_J);
+        for (const HeldContact& contact : scene.hand.contacts()) largest_N = std::max(largest_N, contact.normal_N);
       }
     }
   }
-  EXPECT_LT(largest_rise_J, 2e-5);  // what is not judged, and as much again for what a linearisation is off
+  EXPECT_LT(largest_rise_J, 1e-6 * largest_N);  // what a linearisation is off, and has gained before
 }
 
 TEST(GodObject, StaysInACornerOfThreeWalls) {
@@ -397,7 +399,7 @@ TEST(GodObject, FeelsTheSumOfItsContacts) {
     EXPECT_GT(glm::length(F.force_N), 5.0);
     EXPECT_LT(glm::length(F.force_N - sum.force_N), 1e-3) << mass_kg;
     EXPECT_LT(glm::length(F.torque_Nm - sum.torque_Nm), 1e-4 + 0.02 * glm::length(F.torque_Nm)) << mass_kg;
-    EXPECT_LT(scene.Depth_m(), 1e-7);
+    EXPECT_LT(scene.Depth_m(), 1e-6);  // the contacts give way
   }
 }
 
@@ -455,7 +457,7 @@ TEST(GodObject, NoForceStepWhenPlanesComeAndGo) {
   largest_step_N = 0.0;
   for (int i = 0; i < 100; ++i) note(scene.Step(X_WD));
   EXPECT_LE(largest_step_N, 2500 * 1e-4 * 1.01);
-  EXPECT_NEAR(last_N.z, 2500 * 0.004, 1e-6);
+  EXPECT_NEAR(last_N.z, 2500 * 0.004, 1e-3);  // the contact gives way by 0.1 um
 }
 
 TEST(GodObject, NoForceStepWhenAPlaneJumpsByItself) {
