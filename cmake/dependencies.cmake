@@ -15,6 +15,7 @@ pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 # The float64 flavour: float32 hides every integrator improvement.
 pkg_check_modules(BULLET REQUIRED IMPORTED_TARGET bullet-float64)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+pkg_check_modules(SPNAV REQUIRED IMPORTED_TARGET spnav)
 pkg_check_modules(IMGUI REQUIRED IMPORTED_TARGET imgui)
 pkg_check_modules(OPENMESH REQUIRED IMPORTED_TARGET openmesh)
 pkg_check_modules(ERFA REQUIRED IMPORTED_TARGET erfa)

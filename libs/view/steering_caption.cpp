@@ -101,7 +101,8 @@ void DescribeSteering(const scene::Scenario& scenario, const SteeringState& stat
       "keys");
   add(kHowToColor, std::string("Space: jaws; F2: where to go next; hold F1: be shown this step") +
                        (scenario.devices.size() > 1 ? "; Insert: other hand" : "") +
-                       (state.has_gamepad ? "; gamepad: sticks, A, X, Y" : ""));
+                       (state.has_gamepad ? "; gamepad: sticks, A, X, Y" : "") +
+                       (state.has_space_mouse ? "; SpaceMouse: cap, both buttons" : ""));
 }
 
 }  // namespace view

@@ -10,6 +10,7 @@ namespace view {
 struct SteeringState {
   core::HandInput input;
   bool has_gamepad = false;
+  bool has_space_mouse = false;
   bool shows_next = false;  // where the hand goes next
 };
 

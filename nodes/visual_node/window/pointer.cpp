@@ -96,11 +96,25 @@ void Pointer::ReadGamepads(view::SteeringWish* wish) {
   }
 }
 
+// As an arrow key turns: the cap that is turned about the upward axis turns the hand about it. Left button: grip; right
+// one: where to go next.
+void Pointer::ReadSpaceMouse(view::SteeringWish* wish) {
+  const double now_s = glfwGetTime();
+  if (glfwGetWindowAttrib(window_, GLFW_FOCUSED) != GLFW_TRUE) {
+    space_mouse_.Drop(now_s);
+    return;
+  }
+  space_mouse_.Read(now_s, wish);
+  if (space_mouse_.TakeLeftPresses() % 2 == 1) is_closed_ = !is_closed_;
+  if (space_mouse_.TakeRightPresses() % 2 == 1) shows_next_ = !shows_next_;
+}
+
 const core::HandInput& Pointer::Update(const view::Scene& shown, const scene::Camera& camera, double dt_s,
                                        CameraControl* control) {
   view::SteeringWish wish;
   ReadMouseAndKeys(control, &wish);
   if (glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE) ReadGamepads(&wish);
+  ReadSpaceMouse(&wish);
   wish.closing = is_closed_ ? 1.0 : trigger_;
   glm::dvec3 p_WD(0.0);
   if (role_ < palms_.size() && palms_[role_] >= 0 && static_cast<std::size_t>(palms_[role_]) < shown.instances.size()) {

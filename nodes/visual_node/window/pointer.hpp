@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "nodes/visual_node/window/camera_control.hpp"
+#include "nodes/visual_node/window/space_mouse.hpp"
 #include "scene/scenario.hpp"
 #include "view/hand_steering.hpp"
 #include "view/scene.hpp"
@@ -12,7 +13,8 @@ struct GLFWwindow;
 
 namespace visual_node {
 
-// A person steers a simulated arm's hand from this window: right mouse button, arrow keys or a gamepad.
+// A person steers a simulated arm's hand from this window: right mouse button, arrow keys, a gamepad or
+// a SpaceMouse.
 class Pointer {
  public:
   explicit Pointer(const scene::Scenario& scenario);
@@ -24,11 +26,14 @@ class Pointer {
   const core::HandInput& Update(const view::Scene& shown, const scene::Camera& camera, double dt_s,
                                 CameraControl* control);
   // What the last picture's lines say about it (view::DescribeSteering).
-  [[nodiscard]] view::SteeringState state() const { return {steering_.input(), has_gamepad_, shows_next_}; }
+  [[nodiscard]] view::SteeringState state() const {
+    return {steering_.input(), has_gamepad_, space_mouse_.is_there(), shows_next_};
+  }
 
  private:
   void ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish);
   void ReadGamepads(view::SteeringWish* wish);
+  void ReadSpaceMouse(view::SteeringWish* wish);
   [[nodiscard]] bool IsDown(int key) const;
   // True once for each press.
   bool IsPressed(int key, bool* was_down) const;
@@ -44,6 +49,7 @@ class Pointer {
   bool shows_next_ = false;
   double last_x_ = 0.0, last_y_ = 0.0;
   bool has_gamepad_ = false;
+  SpaceMouse space_mouse_;
 };
 
 }  // namespace visual_node

@@ -350,7 +350,8 @@ Verb RunVerb() {
       {{"--headless", "", "render pictures but show no window"},
        {"--seed", "N", "seed of the simulated operator; default: the scenario's"},
        {"--hand", "script|pointer",
-        "who moves the hands of simulated arms: the scenario's script, or you, by mouse, keyboard or gamepad"},
+        "who moves the hands of simulated arms: the scenario's script, or you, by mouse, keyboard, gamepad or "
+        "SpaceMouse"},
        {"--device", "ROLE=TYPE:ADDRESS",
         "a device for a role in place of the scenario's, as right=udp:7460 (repeatable)"},
        {"--duration", "S", "time limit; default: the scenario's"},
