@@ -8,7 +8,7 @@
 namespace system_tests {
 namespace {
 
-void ExpectCompletedWithHug(const scene::Scenario& scenario, const StepNames& names) {
+lockstep::Outcome ExpectCompletedWithHug(const scene::Scenario& scenario, const StepNames& names) {
   lockstep::Options options;
   StepWatch watch;
   watch.Watch(&options);
@@ -19,6 +19,7 @@ void ExpectCompletedWithHug(const scene::Scenario& scenario, const StepNames& na
     const StepWatch::Steps& steps = watch.of("device_bridge");
     EXPECT_EQ(steps.dirty, 0u) << steps.first;
   }
+  return outcome;
 }
 
 TEST(Hug, CompletesTheModuleReplacement) {
@@ -28,7 +29,10 @@ TEST(Hug, CompletesTheModuleReplacement) {
 }
 
 TEST(Hug, ConnectsWithBothArmsWhatOneHandCannot) {
-  ExpectCompletedWithHug(Load("two_hands"), {"hold", "take", "connect", "let_go"});
+  const lockstep::Outcome outcome = ExpectCompletedWithHug(Load("two_hands"), {"hold", "take", "connect", "let_go"});
+  // What one hand pushes into the module reaches the other: the account is of both.
+  EXPECT_GE(outcome.least_energy_J, -1e-3);
+  EXPECT_LT(outcome.share_made_passive, 0.01);
 }
 
 }  // namespace

@@ -81,8 +81,10 @@ void DeviceBridge::TakeDescription(std::size_t role_index) noexcept {
 void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
   role->reading = role->device->Read(now_ns);
   if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
-  core::Wrench added =
-      role->passivity.Step(role->reading, role->written, (role->filter.status() & kForceNotInFull) == 0);
+  double others_J = 0.0;
+  for (const auto& other : roles_) others_J += other.get() == role ? 0.0 : other->passivity.energy_J();
+  const bool is_in_full = (role->filter.status() & kForceNotInFull) == 0;
+  core::Wrench added = role->passivity.Step(role->reading, role->written, is_in_full, others_J);
   if (!options_.is_made_passive) added = {};
   core::Wrench rest;
   if (role->field.is_active()) added += role->field.Change(role->reading.X_WD, now_ns, &rest);

@@ -144,6 +144,9 @@ TEST(Passivity, CountsTheWorkOverTheWayThatTheDeviceMoved) {
   const core::Wrench damping = passivity.Step(reading, acted, true);
   EXPECT_NEAR(passivity.energy_J(), -0.04, 1e-12);
   EXPECT_NEAR(damping.force_N.x, -100.0 * 1.5 * 0.5, 1e-9) << "capped";
+  // Another hand has put that much in, and the world returns it here: who holds a part feels the other push it.
+  EXPECT_EQ(passivity.Step(reading, acted, true, 0.05).force_N, glm::dvec3(0.0));
+  EXPECT_NE(passivity.Step(reading, acted, true, 0.03).force_N, glm::dvec3(0.0));
   passivity.Step(reading, acted, false);
   EXPECT_NEAR(passivity.energy_J(), 0.5 * 100.0 / 2500.0 + 0.5 * 4.0 / 30.0, 1e-12);
 }

@@ -7,7 +7,8 @@
 
 namespace device_bridge {
 
-core::Wrench Passivity::Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full) noexcept {
+core::Wrench Passivity::Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full,
+                             double others_J) noexcept {
   const core::Pose X_DD = X_WD_.inverse() * reading.X_WD;
   const glm::dvec3 way_m = reading.X_WD.translation - X_WD_.translation;
   const glm::dvec3 turn_rad = X_WD_.rotate(core::RotationVector(X_DD.rotation));
@@ -22,8 +23,9 @@ core::Wrench Passivity::Step(const DeviceReading& reading, const FilteredForce& 
     return {};
   }
   energy_J_ -= work_J;
-  least_energy_J_ = std::min(least_energy_J_, energy_J_);
-  if (energy_J_ >= 0.0) return {};
+  const double E_J = energy_J_ + others_J;
+  least_energy_J_ = std::min(least_energy_J_, E_J);
+  if (E_J >= 0.0) return {};
 
   const glm::dvec3& v = reading.V_WD.linear_m_per_s;
   const glm::dvec3& w = reading.V_WD.angular_rad_per_s;
@@ -31,7 +33,7 @@ core::Wrench Passivity::Step(const DeviceReading& reading, const FilteredForce& 
   if (!(twice_kinetic_J > 0.0)) return {};
   ++num_acting_;
   constexpr double kPeriod_s = static_cast<double>(core::kTick_ns) * 1e-9;
-  const double a_per_s = std::min(-energy_J_ / (kPeriod_s * twice_kinetic_J), parameters_.most_per_s);
+  const double a_per_s = std::min(-E_J / (kPeriod_s * twice_kinetic_J), parameters_.most_per_s);
   return {-a_per_s * parameters_.mass_kg * v, -a_per_s * parameters_.inertia_kg_m2 * w};
 }
 

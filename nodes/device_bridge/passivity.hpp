@@ -23,6 +23,9 @@ struct PassivityParameters {
 //   a = min(-E / (T (m v^2 + I w^2)), a_max).
 // Without a cap it would itself be unstable. The jaws' axis is not in it. Real-time safe.
 //
+// Several hands of a person meet the same world, and what one puts in may come out at another: who holds a part feels
+// what the other pushes into it. So E is the sum over the hands of a bridge.
+//
 // While a force is being withdrawn or ramped up, the world is not the one that the hand works on, and the device
 // brakes: the account then stands at what a spring with the coupling's stiffness holds, F^2 / 2 k, and goes on from
 // there.
@@ -31,11 +34,12 @@ class Passivity {
   explicit Passivity(const PassivityParameters& parameters) : parameters_(parameters) {}
 
   // `acted` was on the device from the last call until this one, when it was read. Returns what to add to the command.
-  // `is_in_full`: the force is neither withdrawn nor ramped.
-  core::Wrench Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full) noexcept;
+  // `is_in_full`: the force is neither withdrawn nor ramped. `others_J`: energy_J of the other hands.
+  core::Wrench Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full,
+                    double others_J = 0.0) noexcept;
 
-  [[nodiscard]] double energy_J() const { return energy_J_; }  // put in by the hand, not yet returned
-  [[nodiscard]] double least_energy_J() const { return least_energy_J_; }
+  [[nodiscard]] double energy_J() const { return energy_J_; }  // put in by this hand, not yet returned to it
+  [[nodiscard]] double least_energy_J() const { return least_energy_J_; }  // E
   [[nodiscard]] std::uint64_t num_steps() const { return num_steps_; }
   [[nodiscard]] std::uint64_t num_acting() const { return num_acting_; }
 
