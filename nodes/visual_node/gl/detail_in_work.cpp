@@ -13,7 +13,7 @@ DetailInWork::DetailInWork(std::vector<std::filesystem::path> meshes, Load load)
           auto mesh = load(file);
           if (!mesh) continue;
           made.mesh = std::move(*mesh);
-          made.pieces = MakePieces(&made.mesh);
+          made.pieces = MakePieces(&made.mesh, &is_stop_wanted_);
         }
         is_done_ = true;
       }) {}

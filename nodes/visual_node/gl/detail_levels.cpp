@@ -27,6 +27,10 @@ constexpr double kWantedShare = 0.5;  // what the collapses for the next level a
 // collapse.
 constexpr double kMostTurn_deg = 75.0;
 
+bool IsTrue(const std::atomic<bool>* flag) {
+  return flag != nullptr && flag->load(std::memory_order_relaxed);
+}
+
 // Normals within 15 degrees look alike.
 constexpr float kAlike = 0.966f;
 
@@ -275,7 +279,8 @@ class Decimation {
   }
 
   // The next levels behind `levels`, which has the whole part.
-  void AddLevels(double radius_m, Vertices* vertices, std::vector<Piece::Level>* levels) {
+  void AddLevels(double radius_m, const std::atomic<bool>* is_stop_wanted, Vertices* vertices,
+                 std::vector<Piece::Level>* levels) {
     if (!is_good_) return;
     mesh_.update_face_normals();
     OpenMesh::Decimater::DecimaterT<Mesh> decimater(mesh_);
@@ -290,7 +295,7 @@ class Decimation {
     decimater.module(error).Use(corners_);
     if (!decimater.initialize()) return;
     std::size_t num_faces = mesh_.n_faces(), last = num_faces;
-    while (num_faces > 1) {
+    while (num_faces > 1 && !IsTrue(is_stop_wanted)) {
       // OpenMesh counts from the faces that there were before any collapse.
       const auto fewer = static_cast<std::size_t>((1.0 - kWantedShare) * static_cast<double>(last));
       decimater.decimate_to_faces(0, mesh_.n_faces() - fewer);
@@ -342,7 +347,7 @@ class Decimation {
 
 }  // namespace
 
-std::vector<Piece> MakePieces(vps::VisualMesh* mesh_to_extend) {
+std::vector<Piece> MakePieces(vps::VisualMesh* mesh_to_extend, const std::atomic<bool>* is_stop_wanted) {
   vps::VisualMesh& mesh = *mesh_to_extend;
   omerr().disable();  // what is no surface stays whole, and needs no message on the terminal
   const WeldedMesh welded = Weld(mesh);
@@ -360,6 +365,7 @@ std::vector<Piece> MakePieces(vps::VisualMesh* mesh_to_extend) {
   std::vector<Piece> pieces;
   Vertices vertices(&mesh);
   for (const auto& [place, part] : parts) {
+    if (IsTrue(is_stop_wanted)) break;
     Piece& piece = pieces.emplace_back();
     glm::dvec3 low = welded.places[place], high = low;
     for (const auto& corners : part.triangles) {
@@ -381,7 +387,7 @@ std::vector<Piece> MakePieces(vps::VisualMesh* mesh_to_extend) {
       for (const Corner& corner : corners) whole[corner.primitive].push_back(corner.vertex);
     }
     piece.levels.push_back({0.0f, std::move(whole)});
-    Decimation(welded, part).AddLevels(radius_m, &vertices, &piece.levels);
+    Decimation(welded, part).AddLevels(radius_m, is_stop_wanted, &vertices, &piece.levels);
     piece.levels.push_back({std::max(piece.levels.back().error_m, 2.0f * piece.radius_m),
                             std::vector<std::vector<std::uint32_t>>(mesh.primitives.size())});
   }

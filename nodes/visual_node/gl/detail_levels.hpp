@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
@@ -24,7 +25,8 @@ struct Piece {
   std::vector<Level> levels;
 };
 
-// Adds to the mesh the vertices that levels need beside its own.
-std::vector<Piece> MakePieces(vps::VisualMesh* mesh);
+// Adds to the mesh the vertices that levels need beside its own. Ends within a level when a stop is wanted, with what
+// there is by then.
+std::vector<Piece> MakePieces(vps::VisualMesh* mesh, const std::atomic<bool>* is_stop_wanted = nullptr);
 
 }  // namespace visual_node

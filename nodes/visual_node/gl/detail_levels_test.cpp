@@ -60,6 +60,13 @@ TEST(DetailLevels, AFlatSquareNeedsTwoTriangles) {
   EXPECT_EQ(fewest, 2u);
 }
 
+// A window that is closed while they are made does not wait for them.
+TEST(DetailLevels, EndEarlyWhenAStopIsWanted) {
+  auto mesh = Field(10, [](float, float) { return 0.0f; });
+  const std::atomic<bool> is_stop_wanted{true};
+  EXPECT_TRUE(MakePieces(&mesh, &is_stop_wanted).empty());
+}
+
 TEST(DetailLevels, NoVertexIsFartherFromALevelThanItsError) {
   auto mesh = Field(24, [](float x, float y) { return 0.01f * std::sin(40.0f * x) * std::cos(30.0f * y); });
   for (const Piece& piece : MakePieces(&mesh)) {
