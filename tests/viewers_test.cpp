@@ -132,7 +132,8 @@ class Walls : public VisualNode {
 TEST_P(Walls, ShowTheSameStateNoMoreThanAFrameApart) {
   for (const char* wall : {"front", "left", "right"}) ASSERT_TRUE(Shows(StartWall(wall)));
   ASSERT_TRUE(AreInStep(3));
-  ASSERT_TRUE(DrawsMore("visual_node-right", 60));
+  // More than the frames that are compared: on a busy machine a wall goes on by itself now and then.
+  ASSERT_TRUE(DrawsMore("visual_node-right", 150));
   for (const char* wall : {"-right", "-left", "-front"}) End(wall, SIGTERM);
   const WallComparison walls({FramesOf("front"), FramesOf("left"), FramesOf("right")});
   ASSERT_GT(walls.num_common, 50u);

@@ -27,7 +27,10 @@ class Pointer {
                                 CameraControl* control);
   // What the last picture's lines say about it (view::DescribeSteering).
   [[nodiscard]] view::SteeringState state() const {
-    return {steering_.input(), has_gamepad_, space_mouse_.is_there(), shows_next_};
+    return {.input = steering_.input(),
+            .has_gamepad = has_gamepad_,
+            .has_space_mouse = space_mouse_.is_there(),
+            .shows_next = shows_next_};
   }
 
  private:

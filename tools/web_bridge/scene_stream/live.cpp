@@ -60,7 +60,7 @@ core::Result<void> Live::Step() {
   if (num_states_ > 0) moment.state_age_ms = 1e-6 * static_cast<double>(now_ns - feed_->physics().received_ns());
   if (!steers_ || mirror_.scene().guides.empty()) return stream_->Send(mirror_.scene(), choices_, moment, now_ns);
   view::Scene shown = mirror_.scene();
-  view::DescribeSteering(scenario_, {steering_.input(), false, shows_next_}, hand_camera_, &shown);
+  view::DescribeSteering(scenario_, {.input = steering_.input(), .shows_next = shows_next_}, hand_camera_, &shown);
   return stream_->Send(shown, choices_, moment, now_ns);
 }
 
