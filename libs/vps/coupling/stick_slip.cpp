@@ -10,14 +10,15 @@ namespace {
 
 constexpr double k = kContactStiffness_N_per_m;
 constexpr int kMostTurns = 3;      // of the cone's law
-constexpr double kSettled = 1e-2;  // of the largest rise
+constexpr double kSettled = 1e-2;  // of the largest rise, and of each limit
 constexpr int kMostSteps = 25;     // of Newton's method
 constexpr int kMostTrials = 40;    // of a step's length
 // A step is long enough when the slope there is only so much of the one at its beginning.
 constexpr double kLevel = 0.3;
-// The energy that a step can still gain: of the spring's, or what moves a tool on 1 kN/m by less than 1e-11 m.
+// The energy that a step can still gain: of the spring's, or what moves a tool on 1 kN/m by less than 1e-12 m.
 constexpr double kConverged = 1e-18;
 constexpr double kConverged_J = 1e-22;
+constexpr double kRounding = 1e-12;  // of F
 
 using Matrix6 = std::array<Vector6, 6>;
 
@@ -80,7 +81,8 @@ struct State {
 enum class Law { kLimit, kCone };
 
 // F is convex, so that y is its only minimum. Newton's method with a search along each step: F is quadratic but where
-// contacts change, and it only falls. So what the spring to the target gives is at most what the contacts take, however
+// contacts change. A step that is a little too long can raise it where contacts change early on it; what has not fallen
+// in the end is given up (Minimum). So what the spring to the target gives is at most what the contacts take, however
 // early the search ends.
 class Potential {
  public:
@@ -320,13 +322,17 @@ class Potential {
 Vector6 Minimum(Law law, const Vector6& target, const Vector6& start, const Vector6& guess,
                 std::span<Contact> contacts) {
   const Potential potential(law, target, contacts);
-  Vector6 y = potential.F_J(guess) < potential.F_J(start) ? guess : start;
+  const double at_guess_J = potential.F_J(guess), at_start_J = potential.F_J(start);
+  const Vector6 first = at_guess_J < at_start_J ? guess : start;
+  const double first_J = std::min(at_guess_J, at_start_J);
+  Vector6 y = first;
   for (int i = 0; i < kMostSteps; ++i) {
     Vector6 step;
     const double gain_J = potential.Step(y, &step);
     if (!(gain_J > kConverged * potential.Spring_J(y) + kConverged_J)) break;
     AddScaled(potential.Length(y, step), step, &y);
   }
+  if (potential.F_J(y) > (1.0 + kRounding) * first_J) y = first;
   potential.TakeForces(y);
   return y;
 }

@@ -90,6 +90,11 @@ TEST(StickSlip, HoldsCoulombsLawAtTheContactsOfRandomTools) {
     for (double& x : target) x = 0.3 * kRow * normal(rng);
     target[2] -= kRow;  // 1 N
     const Vector6 y = Solve(target, &contacts, 5);
+    // Contacts give no more energy than the slips before have put in.
+    double put_in_J = 0.0, spring_J = 0.0;
+    for (const Contact& c : contacts) put_in_J += c.limit_N * std::hypot(c.slip_m[0], c.slip_m[1]);
+    for (std::size_t i = 0; i < 6; ++i) spring_J += 0.5 * (y[i] - target[i]) * (y[i] - target[i]);
+    EXPECT_LE(spring_J, 0.5 * Dot(target, target) + put_in_J + 1e-12);
     for (const Contact& c : contacts) {
       const double gap = Dot(c.normal, y) - c.bound;
       EXPECT_GT(gap, -1e-4 * kRow * kRow);
