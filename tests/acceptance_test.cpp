@@ -133,7 +133,9 @@ TEST(Acceptance, CoversEveryScenario) {
                                   "free_collision", "module_replacement", "two_hands"};
   std::set<std::string> shipped;
   for (const auto& entry : std::filesystem::directory_iterator(VR_OOS_SOURCE_DIR "/scenarios")) {
-    if (exists(entry.path() / "scenario.xml")) shipped.insert(entry.path().filename().string());
+    // device_view has no end: Devices.ARobotIsShownWithoutAScene.
+    if (exists(entry.path() / "scenario.xml") && entry.path().filename() != "device_view")
+      shipped.insert(entry.path().filename().string());
   }
   EXPECT_EQ(shipped, run);
 }

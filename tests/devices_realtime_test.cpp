@@ -9,10 +9,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bus/log/mcap_reader.hpp"
+#include "bus/topics.hpp"
 #include "device/calibration.hpp"
 #include "tests/support.hpp"
 #include "tools/oos/run/session.hpp"
 #include "tools/process/group.hpp"
+#include "tools/process/piped_child.hpp"
 
 namespace system_tests {
 namespace {
@@ -89,6 +92,23 @@ TEST(Devices, APythonDeviceCarriesOutTouchAlthoughItIsUnpluggedMeanwhile) {
   EXPECT_EQ(report["samples_over_cap"], 0);
   EXPECT_LE(report["peak_force_N"].get<double>(), 20.0) << "the device's own limit";
   EXPECT_FALSE(report["roles"][0]["is_simulated"].get<bool>());
+}
+
+// Its joints are what a viewer of that session recorded: a robot's, also of a device with a thread of its own.
+TEST(Devices, ARobotIsShownWithoutAScene) {
+  const auto out = std::filesystem::path(VR_OOS_BINARY_DIR) / "devices" / "view";
+  std::filesystem::remove_all(out);
+  const auto run = process::RunHere({VR_OOS_BINARY_DIR "/bin/oos", "device", "view",
+                                     "plugin:" VR_OOS_BINARY_DIR "/test_plugins/faulty_device.so", "--headless",
+                                     "--duration", "3", "--out", out.string()});
+  ASSERT_TRUE(run) << run.error().detail;
+  EXPECT_NE(run->out.find("limit of 3 s reached"), std::string::npos) << run->out << run->err;
+  std::size_t num_joints = 0;
+  ASSERT_TRUE(bus::log::ReadMcap(out / "scene.mcap",
+                                 [&](const bus::log::Channel& channel, const bus::log::Message& /*message*/) {
+                                   if (channel.topic == bus::DeviceJointsTopic("right")) ++num_joints;
+                                 }));
+  EXPECT_GT(num_joints, 30u) << "30 a second for 3 s";
 }
 
 }  // namespace

@@ -28,6 +28,15 @@ TEST(Hug, CompletesTheModuleReplacement) {
   ExpectCompletedWithHug(scenario, kModuleSteps);
 }
 
+// Once while it switches, once while it holds the old module. What the hand carried stays where it was until the arm is
+// back: its state within a cycle, its force after two seconds.
+TEST(Hug, FinishesTheModuleReplacementAlthoughItIsUnpluggedTwice) {
+  scene::Scenario scenario = Load("module_replacement");
+  scenario.devices.at(0).type = "hug";
+  scenario.devices.at(0).options.emplace_back("faults", "unplug at 18 for 0.5; unplug at 45 for 0.5");
+  ExpectCompletedWithHug(scenario, kModuleSteps);
+}
+
 TEST(Hug, ConnectsWithBothArmsWhatOneHandCannot) {
   const lockstep::Outcome outcome = ExpectCompletedWithHug(Load("two_hands"), {"hold", "take", "connect", "let_go"});
   // What one hand pushes into the module reaches the other: the account is of both.

@@ -164,7 +164,7 @@ typedef struct oos_device_plugin {
    * null. */
   int (*wait_fd)(void* device);
   /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot.
-   * Asked of devices with OOS_DEVICE_IS_IMMEDIATE only. */
+   * Asked after a step, 62 times a second, by the thread that makes the steps. */
   int (*joints)(void* device, oos_device_joints* joints);
 } oos_device_plugin;
 

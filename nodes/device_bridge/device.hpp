@@ -66,8 +66,12 @@ class Device {
   [[nodiscard]] virtual const DeviceHealth& Health(std::int64_t now_ns) noexcept = 0;
   // As the device said it, in its base's frame; of the latest call.
   [[nodiscard]] virtual const oos_device_state& state() const noexcept = 0;
-  // Of a device that is a robot, as of the latest Read; false for others.
+  // Whether the device's plug-in gives joints.
+  [[nodiscard]] virtual bool is_robot() const noexcept { return false; }
+  // Joints of a robot in its base B, as of the latest Read; false: there are none (now).
   virtual bool Joints(oos_device_joints* /*joints*/) noexcept { return false; }
+  // Where the base stands, as of the latest Read.
+  [[nodiscard]] virtual core::Pose X_WB() const noexcept { return {}; }
   // While muted, a device gets no commands at all: to see its own watchdog.
   virtual void SetMuted(bool /*is_muted*/) noexcept {}
 

@@ -238,14 +238,15 @@ bool DeviceBridge::Joints(std::size_t role_index, core::DeviceJoints* joints) co
   joints->state = static_cast<std::uint8_t>(there.state);
   joints->first_cause = static_cast<std::uint8_t>(there.first_cause);
   joints->has_target = there.has_target != 0;
-  joints->X_WD = PoseOf(role.device->state().X_BD);
-  joints->X_WD_target = PoseOf(there.X_BD_target);
+  const core::Pose X_WB = role.device->X_WB();
+  joints->X_WD = X_WB * PoseOf(role.device->state().X_BD);
+  joints->X_WD_target = X_WB * PoseOf(there.X_BD_target);
   joints->joints.clear();
   for (std::uint32_t i = 0; i < there.num_joints; ++i) {
     const oos_device_joint& from = there.joints[i];
     core::DeviceJoint joint;
-    joint.X_WL = PoseOf(from.X_BL);
-    joint.X_WL_target = PoseOf(from.X_BL_target);
+    joint.X_WL = X_WB * PoseOf(from.X_BL);
+    joint.X_WL_target = X_WB * PoseOf(from.X_BL_target);
     joint.position_rad = static_cast<float>(from.position_rad);
     joint.speed_rad_per_s = static_cast<float>(from.speed_rad_per_s);
     joint.measured_Nm = static_cast<float>(from.measured_Nm);

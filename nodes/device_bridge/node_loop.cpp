@@ -83,7 +83,7 @@ void NodeLoop::Declare() {
   for (const scene::Device& device : scenario_.devices) {
     const std::size_t role = joints_writers_.size();
     joints_writers_.emplace_back();
-    if (bridge_->Joints(role, &joints_)) {
+    if (bridge_->device(role).is_robot()) {
       joints_writers_.back() = node_->WriteLatest<core::DeviceJoints>(bus::DeviceJointsTopic(device.role));
     }
     health_writers_.push_back(node_->WriteState<core::DeviceHealth>(bus::DeviceHealthTopic(device.role)));

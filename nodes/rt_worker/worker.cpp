@@ -48,7 +48,9 @@ bool Worker::Step() {
   if (job == nullptr) return false;
   const bool is_drawn = drawer_->Draw(*frame, *job, &answer_);
   Forget(job->id);
-  if (is_drawn && tiles_.Set(answer_, std::to_string(num_tiles_ % kKeys))) ++num_tiles_;
+  if (is_drawn && tiles_.Set(answer_, std::to_string(num_tiles() % kKeys))) {
+    num_tiles_.fetch_add(1, std::memory_order_relaxed);
+  }
   return true;
 }
 

@@ -23,7 +23,8 @@ class Worker {
   bool Step();
   // It has jobs of a frame that has not come yet.
   [[nodiscard]] bool is_waiting() const { return is_waiting_; }
-  [[nodiscard]] std::uint64_t num_tiles() const { return num_tiles_; }
+  // By any thread.
+  [[nodiscard]] std::uint64_t num_tiles() const { return num_tiles_.load(std::memory_order_relaxed); }
 
  private:
   [[nodiscard]] const core::RayJob* NextJob(const core::RayFrame** frame);
@@ -37,7 +38,7 @@ class Worker {
   bus::StateWriter<core::RayTile> tiles_;
   std::array<std::uint64_t, 64> answered_{};  // the newest jobs that are done with
   std::size_t num_answered_ = 0;
-  std::uint64_t num_tiles_ = 0;
+  std::atomic<std::uint64_t> num_tiles_{0};
   bool is_waiting_ = false;
   core::RayTile answer_;
 };

@@ -43,6 +43,7 @@ class FrameMap {
     const glm::dquat R_BW = glm::conjugate(R_WB_);
     return {R_BW * F_Do_W.force_N, R_BW * F_Do_W.torque_Nm};
   }
+  [[nodiscard]] core::Pose X_WB() const { return {R_WB_, p_WB_}; }
   [[nodiscard]] const core::Pose& X_WD() const { return X_WD_; }  // of the latest Map
   [[nodiscard]] bool is_calibrated() const { return is_calibrated_; }
 

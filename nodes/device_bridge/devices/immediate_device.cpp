@@ -44,10 +44,9 @@ void ImmediateDevice::Step(std::int64_t now_ns, const oos_device_command* comman
 }
 
 bool ImmediateDevice::Joints(oos_device_joints* joints) noexcept {
-  const oos_device_plugin& table = *plugin_.functions;
-  if (table.size <= offsetof(oos_device_plugin, joints) || table.joints == nullptr) return false;
+  if (!GivesJoints(plugin_)) return false;
   joints->size = sizeof *joints;
-  return table.joints(device_, joints) == OOS_DEVICE_OK && joints->num_joints <= OOS_DEVICE_MAX_JOINTS;
+  return plugin_.functions->joints(device_, joints) == OOS_DEVICE_OK && joints->num_joints <= OOS_DEVICE_MAX_JOINTS;
 }
 
 DeviceReading ImmediateDevice::Read(std::int64_t now_ns) noexcept {

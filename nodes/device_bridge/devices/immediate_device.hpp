@@ -25,6 +25,7 @@ class ImmediateDevice final : public Device {
   [[nodiscard]] const oos_device_description& description() const noexcept override { return description_; }
   [[nodiscard]] const DeviceHealth& Health(std::int64_t /*now_ns*/) noexcept override { return health_; }
   [[nodiscard]] const oos_device_state& state() const noexcept override { return state_; }
+  [[nodiscard]] bool is_robot() const noexcept override { return GivesJoints(plugin_); }
   bool Joints(oos_device_joints* joints) noexcept override;
   void SetMuted(bool is_muted) noexcept override { is_muted_ = is_muted; }
 

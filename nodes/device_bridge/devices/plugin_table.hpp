@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,6 +17,11 @@ struct PluginTable {
   std::shared_ptr<void> library;  // null: compiled in
   const oos_device_plugin* functions = nullptr;
 };
+
+// Whether the device is a robot: a table that is older ends before `joints`.
+inline bool GivesJoints(const PluginTable& plugin) {
+  return plugin.functions->size > offsetof(oos_device_plugin, joints) && plugin.functions->joints != nullptr;
+}
 
 // Of a device type of the scenario. For type "plugin" the library `address` is loaded. Errors: kUnsupported for another
 // type or ABI version, kIo for a library that cannot be loaded.

@@ -53,14 +53,32 @@ bool AreFinite(const double (&values)[N]) {
   return true;
 }
 
-// Every number that the bridge uses is finite, and the quaternion is a unit but for rounding.
-inline bool IsUsable(const oos_device_state& state) {
+// Finite, and the quaternion is a unit but for rounding.
+inline bool IsPose(const double (&X)[7]) {
   double square = 0.0;
-  for (int i = 0; i < 4; ++i) square += state.X_BD[i] * state.X_BD[i];
-  if (!(std::abs(square - 1.0) < 1e-3)) return false;
-  return AreFinite(state.X_BD) && AreFinite(state.V_BD) && AreFinite(state.applied) && AreFinite(state.hand_F_Do_B) &&
+  for (int i = 0; i < 4; ++i) square += X[i] * X[i];
+  return std::abs(square - 1.0) < 1e-3 && AreFinite(X);
+}
+
+// Every number that the bridge uses is finite, and poses are poses.
+inline bool IsUsable(const oos_device_state& state) {
+  return IsPose(state.X_BD) && AreFinite(state.V_BD) && AreFinite(state.applied) && AreFinite(state.hand_F_Do_B) &&
          std::isfinite(state.opening_m) && std::isfinite(state.opening_velocity_m_per_s) &&
          std::isfinite(state.finger_force_N);
+}
+inline bool IsUsable(const oos_device_joints& joints) {
+  if (joints.num_joints > OOS_DEVICE_MAX_JOINTS) return false;
+  const bool has_target = joints.has_target != 0;
+  if (has_target && !IsPose(joints.X_BD_target)) return false;
+  for (std::uint32_t i = 0; i < joints.num_joints; ++i) {
+    const oos_device_joint& joint = joints.joints[i];
+    if (!IsPose(joint.X_BL) || (has_target && !IsPose(joint.X_BL_target))) return false;
+    for (const double value : {joint.position_rad, joint.speed_rad_per_s, joint.measured_Nm, joint.commanded_Nm,
+                               joint.temperature_degC, joint.radius_m}) {
+      if (!std::isfinite(value)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace device_bridge

@@ -39,6 +39,9 @@ struct Order {
   oos_device_command command{};
   std::int64_t written_ns = 0;
 };
+// Of a robot, for people to watch: 62 times a second.
+constexpr std::uint64_t kTicksPerJoints = 16;
+
 // What changes seldom, in one piece.
 struct Report {
   DeviceStatus status = DeviceStatus::kWaiting;
@@ -118,6 +121,8 @@ class ThreadedDevice::Thread {
   void SetMuted(bool is_muted) noexcept { is_muted_.store(is_muted); }
   bus::LatestValue<Sample>& samples() { return samples_; }
   bus::LatestValue<Report>& reports() { return reports_; }
+  bus::LatestValue<oos_device_joints>& joints() { return joints_; }
+  [[nodiscard]] bool is_robot() const { return GivesJoints(plugin_); }
   // When the call began that the thread is in; 0: none.
   [[nodiscard]] std::int64_t call_ns() const { return call_ns_.load(std::memory_order_acquire); }
 
@@ -268,7 +273,25 @@ class ThreadedDevice::Thread {
       return false;
     }
     if (result != OOS_DEVICE_OK) return false;
-    return TakeSample(&sample) && Describe();
+    if (!TakeSample(&sample) || !Describe()) return false;
+    return !is_tick || TakeJoints();
+  }
+
+  // False: the device is broken.
+  bool TakeJoints() {
+    if (!is_robot() || ++num_ticks_ % kTicksPerJoints != 0) return true;
+    oos_device_joints& joints = joints_.BeginWrite();
+    joints = {};
+    joints.size = sizeof joints;
+    int result = OOS_DEVICE_GONE;
+    if (!Guard("joints", [&] { result = plugin_.functions->joints(device_, &joints); })) return false;
+    if (result != OOS_DEVICE_OK) return true;  // it will say later
+    if (!IsUsable(joints)) {
+      Break("its joints have a number that is not finite, a quaternion that is not a unit, or are more than 16");
+      return false;
+    }
+    joints_.EndWrite();
+    return true;
   }
 
   bool TakeSample(Sample* sample) {
@@ -336,6 +359,7 @@ class ThreadedDevice::Thread {
   bus::LatestValue<Sample> samples_;
   bus::LatestValue<Order> orders_;
   bus::LatestValue<Report> reports_;
+  bus::LatestValue<oos_device_joints> joints_;
 
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -351,6 +375,7 @@ class ThreadedDevice::Thread {
   Differentiator differentiator_;
   std::uint64_t sequence_ = 0;
   std::uint64_t num_sent_ = 0;
+  std::uint64_t num_ticks_ = 0;
   std::int64_t last_sample_ns_ = 0;
   std::int64_t next_tick_ns_ = 0;
   bool is_described_ = false;
@@ -435,6 +460,17 @@ void ThreadedDevice::Write(std::int64_t now_ns, const FilteredForce& force) noex
   order.command.brake_N_s_per_m = force.brake_N_s_per_m();
   order.command.brake_Nm_s_per_rad = force.brake_Nm_s_per_rad();
   thread_->Write(order);
+}
+
+bool ThreadedDevice::is_robot() const noexcept {
+  return thread_->is_robot();
+}
+
+bool ThreadedDevice::Joints(oos_device_joints* joints) noexcept {
+  if (health_.status != DeviceStatus::kAlive) return false;
+  thread_->joints().Update();
+  *joints = thread_->joints().value();
+  return joints->num_joints > 0;
 }
 
 void ThreadedDevice::SetMuted(bool is_muted) noexcept {

@@ -47,6 +47,9 @@ class ThreadedDevice final : public Device {
   [[nodiscard]] const DeviceHealth& Health(std::int64_t now_ns) noexcept override;
 
   [[nodiscard]] const oos_device_state& state() const noexcept override { return state_; }
+  [[nodiscard]] bool is_robot() const noexcept override;
+  bool Joints(oos_device_joints* joints) noexcept override;
+  [[nodiscard]] core::Pose X_WB() const noexcept override { return map_.X_WB(); }
   void SetMuted(bool is_muted) noexcept override;
 
  private:

@@ -10,6 +10,7 @@
 #include "core/clock.hpp"
 #include "nodes/device_bridge/devices/conformance.hpp"
 #include "nodes/device_bridge/devices/make_device.hpp"
+#include "nodes/device_bridge/devices/plugin_values.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 
 namespace device_bridge {
@@ -88,6 +89,22 @@ TEST(ThreadedDevice, GivesStatesAndAppliesFilteredForces) {
   ASSERT_TRUE(rig.Until([&] { return rig.device->Health(core::MonotonicNow_ns()).link.rate_hz > 0.0; }));
 }
 
+// The joint stands 0.4 m above the base, and the base where the hand was taken up: (1, 2, 3) less the way since.
+TEST(ThreadedDevice, GivesTheJointsOfARobotAndWhereItsBaseStands) {
+  Rig rig(Faulty(""));
+  EXPECT_TRUE(rig.device->is_robot());
+  oos_device_joints joints{};
+  ASSERT_TRUE(rig.Until([&] { return rig.device->Joints(&joints); }));
+  ASSERT_EQ(joints.num_joints, 1U);
+  EXPECT_EQ(joints.joints[0].position_rad, 0.5);
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  const core::Pose X_WL = rig.device->X_WB() * PoseOf(joints.joints[0].X_BL);
+  EXPECT_NEAR(X_WL.translation.z, 3.4, 1e-12);
+  EXPECT_NEAR(
+      glm::distance(rig.device->X_WB() * PoseOf(rig.device->state().X_BD).translation, rig.reading.X_WD.translation),
+      0.0, 1e-12);
+}
+
 // The bridge stands still, as if its process had been stopped: the thread takes the force away.
 TEST(ThreadedDevice, TakesTheForceAwayWhenNobodyWrites) {
   Rig rig(Faulty(""));
@@ -126,6 +143,8 @@ INSTANTIATE_TEST_SUITE_P(Each, ThreadedDeviceFault,
                                            FaultCase{"throw an int", DeviceStatus::kBroken, "unknown type"},
                                            FaultCase{"throw in open", DeviceStatus::kBroken, "open() threw"},
                                            FaultCase{"nan", DeviceStatus::kBroken, "not finite"},
+                                           FaultCase{"throw in joints", DeviceStatus::kBroken, "joints() threw"},
+                                           FaultCase{"nan in joints", DeviceStatus::kBroken, "not finite"},
                                            FaultCase{"no unit", DeviceStatus::kBroken, "not a unit"}),
                          [](const auto& fault) {
                            std::string name = fault.param.fault;

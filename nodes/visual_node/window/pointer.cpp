@@ -1,24 +1,11 @@
 #include "nodes/visual_node/window/pointer.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 namespace visual_node {
-namespace {
 
-constexpr double kDeadZone = 0.15;  // of a stick that is let go
-
-double Stick(float value) {
-  const double size = std::abs(static_cast<double>(value));
-  return size < kDeadZone ? 0.0 : std::copysign((size - kDeadZone) / (1.0 - kDeadZone), value);
-}
-
-}  // namespace
-
-Pointer::Pointer(const scene::Scenario& scenario) {
+Pointer::Pointer(const scene::Scenario& scenario) : force_cap_N_(scenario.force_cap_N) {
   for (const scene::Device& device : scenario.devices) palms_.push_back(device.palm);
 }
 
@@ -66,34 +53,14 @@ void Pointer::ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish)
   if (IsPressed(GLFW_KEY_F2, &was_next_down_)) shows_next_ = !shows_next_;
 }
 
-// Left stick: right and up; right stick: turn and away; right trigger: the jaws; left shoulder: fine; A: grip; X:
-// where to go next; Y: be shown it.
-void Pointer::ReadGamepads(view::SteeringWish* wish) {
-  has_gamepad_ = false;
-  for (int id = GLFW_JOYSTICK_1; id <= GLFW_JOYSTICK_LAST; ++id) {
-    GLFWgamepadstate pad{};
-    if (glfwJoystickIsGamepad(id) == GLFW_FALSE || glfwGetGamepadState(id, &pad) == GLFW_FALSE) continue;
-    has_gamepad_ = true;
-    const bool turns = pad.buttons[GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER] == GLFW_PRESS;
-    const glm::dvec3 sticks(Stick(pad.axes[GLFW_GAMEPAD_AXIS_LEFT_X]), -Stick(pad.axes[GLFW_GAMEPAD_AXIS_LEFT_Y]),
-                            -Stick(pad.axes[GLFW_GAMEPAD_AXIS_RIGHT_Y]));
-    if (turns) {
-      wish->turn += glm::dvec3(-sticks.y, sticks.x, Stick(pad.axes[GLFW_GAMEPAD_AXIS_RIGHT_X]));
-    } else {
-      wish->push += sticks;
-    }
-    wish->is_held = wish->is_held || sticks != glm::dvec3(0.0) || turns;
-    wish->is_fine = wish->is_fine || pad.buttons[GLFW_GAMEPAD_BUTTON_LEFT_BUMPER] == GLFW_PRESS;
-    wish->wants_guidance = wish->wants_guidance || pad.buttons[GLFW_GAMEPAD_BUTTON_Y] == GLFW_PRESS;
-    trigger_ = std::clamp(0.5 * (pad.axes[GLFW_GAMEPAD_AXIS_RIGHT_TRIGGER] + 1.0), 0.0, 1.0);
-    const bool is_button_down = pad.buttons[GLFW_GAMEPAD_BUTTON_A] == GLFW_PRESS;
-    if (is_button_down && !was_button_down_) is_closed_ = !is_closed_;
-    was_button_down_ = is_button_down;
-    const bool is_next_down = pad.buttons[GLFW_GAMEPAD_BUTTON_X] == GLFW_PRESS;
-    if (is_next_down && !was_next_button_down_) shows_next_ = !shows_next_;
-    was_next_button_down_ = is_next_down;
-    return;
-  }
+// Shakes with the force that the steered hand feels.
+void Pointer::ReadGamepad(const view::Scene& shown, view::SteeringWish* wish) {
+  const bool is_focused = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
+  if (is_focused) gamepad_.Read(wish);
+  if (gamepad_.TakeGrip()) is_closed_ = !is_closed_;
+  if (gamepad_.TakeNext()) shows_next_ = !shows_next_;
+  const double felt_N = is_focused && role_ < shown.felt_N.size() ? shown.felt_N[role_] : 0.0;
+  gamepad_.Shake(felt_N / force_cap_N_, glfwGetTime());
 }
 
 // As an arrow key turns: the cap that is turned about the upward axis turns the hand about it. Left button: grip; right
@@ -113,9 +80,9 @@ const core::HandInput& Pointer::Update(const view::Scene& shown, const scene::Ca
                                        CameraControl* control) {
   view::SteeringWish wish;
   ReadMouseAndKeys(control, &wish);
-  if (glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE) ReadGamepads(&wish);
+  ReadGamepad(shown, &wish);
   ReadSpaceMouse(&wish);
-  wish.closing = is_closed_ ? 1.0 : trigger_;
+  wish.closing = is_closed_ ? 1.0 : gamepad_.trigger();
   glm::dvec3 p_WD(0.0);
   if (role_ < palms_.size() && palms_[role_] >= 0 && static_cast<std::size_t>(palms_[role_]) < shown.instances.size()) {
     p_WD = shown.instances[static_cast<std::size_t>(palms_[role_])].X_WM.translation;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "nodes/visual_node/window/camera_control.hpp"
+#include "nodes/visual_node/window/gamepad.hpp"
 #include "nodes/visual_node/window/space_mouse.hpp"
 #include "scene/scenario.hpp"
 #include "view/hand_steering.hpp"
@@ -28,14 +29,14 @@ class Pointer {
   // What the last picture's lines say about it (view::DescribeSteering).
   [[nodiscard]] view::SteeringState state() const {
     return {.input = steering_.input(),
-            .has_gamepad = has_gamepad_,
+            .has_gamepad = gamepad_.is_there(),
             .has_space_mouse = space_mouse_.is_there(),
             .shows_next = shows_next_};
   }
 
  private:
   void ReadMouseAndKeys(CameraControl* control, view::SteeringWish* wish);
-  void ReadGamepads(view::SteeringWish* wish);
+  void ReadGamepad(const view::Scene& shown, view::SteeringWish* wish);
   void ReadSpaceMouse(view::SteeringWish* wish);
   [[nodiscard]] bool IsDown(int key) const;
   // True once for each press.
@@ -46,12 +47,11 @@ class Pointer {
   view::HandSteering steering_;
   std::size_t role_ = 0;
   bool is_closed_ = false;  // by the space bar
-  double trigger_ = 0.0;    // of a gamepad
   bool was_grip_down_ = false, was_role_down_ = false, was_next_down_ = false;
-  bool was_button_down_ = false, was_next_button_down_ = false;
   bool shows_next_ = false;
   double last_x_ = 0.0, last_y_ = 0.0;
-  bool has_gamepad_ = false;
+  double force_cap_N_;
+  Gamepad gamepad_;
   SpaceMouse space_mouse_;
 };
 

@@ -1,3 +1,6 @@
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -231,15 +234,34 @@ int Calibrate(const Arguments& arguments) {
   return kHolds;
 }
 
+// A session of the scenario device_view, with that device in its hand and the overlay `robot`: a viewer, and what
+// gives the device its commands. Becomes `oos run`, and returns only if it cannot.
+int View(const Arguments& arguments) {
+  const std::string text = arguments.positional()[1];
+  const auto named = device_bridge::DeviceNamed(text);
+  if (!named) return Complain("device", named.error().detail, kBadUsage);
+  std::vector<std::string> words = {"oos", "run", "device_view", "--device", "right=" + text, "--show", "robot"};
+  for (const char* option : {"--hand", "--duration", "--out"}) {
+    if (arguments.has(option)) words.insert(words.end(), {option, arguments.text(option)});
+  }
+  if (arguments.has("--headless")) words.push_back("--headless");
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execv("/proc/self/exe", argv.data());
+  return Complain("device", std::string("cannot start oos run: ") + std::strerror(errno), kDoesNotHold);
+}
+
 int RunDevice(const Arguments& arguments) {
   const std::string what = arguments.positional()[0];
   if (what == "list") return List(arguments);
-  if (what != "check" && what != "calibrate") {
-    return Complain("device", "it is list, check or calibrate, not '" + what + "'", kBadUsage);
+  if (what != "check" && what != "calibrate" && what != "view") {
+    return Complain("device", "it is list, check, calibrate or view, not '" + what + "'", kBadUsage);
   }
   if (arguments.positional().size() != 2) {
     return Complain("device", what + " needs one TYPE:ADDRESS, as udp:7460", kBadUsage);
   }
+  if (what == "view") return View(arguments);
   return what == "check" ? Check(arguments) : Calibrate(arguments);
 }
 
@@ -248,17 +270,22 @@ int RunDevice(const Arguments& arguments) {
 Verb DeviceVerb() {
   return {
       "device",
-      "hand devices: lists them, checks one for conformance, calibrates one",
-      "list|check|calibrate [TYPE:ADDRESS...]",
+      "hand devices: lists them, checks one for conformance, calibrates one, shows one without a scene",
+      "list|check|calibrate|view [TYPE:ADDRESS...]",
       1,
       16,
       {{"--wiggle", "ROLE,ROLE", "with list: asks to move each role's device, and prints what 'oos run' needs"},
        {"--force_N", "N", "with check: the most that it may push; default 1"},
-       {"--points", "\"X Y Z; ...\"", "with calibrate: places in W [m], to be touched one after another"}},
+       {"--points", "\"X Y Z; ...\"", "with calibrate: places in W [m], to be touched one after another"},
+       {"--hand", "script|pointer", "with view: who moves a simulated arm, as in 'oos run'"},
+       {"--duration", "S", "with view: time limit; default: until Ctrl-C"},
+       {"--out", "DIR", "with view: folder for the recording and the logs"},
+       {"--headless", "", "with view: draw, but show no window"}},
       RunDevice,
       "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT "
       "or "
-      "replay:FILE.mcap.\nWithout any, list looks at the serial lines, the plug-ins beside the calibrations, and UDP "
+      "replay:FILE.mcap; for view also hug, simulated_arm or simulated_hug.\nWithout any, list looks at the serial "
+      "lines, the plug-ins beside the calibrations, and UDP "
       "port 7460."};
 }
 

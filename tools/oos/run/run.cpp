@@ -22,6 +22,7 @@
 #include "tools/oos/run/session.hpp"
 #include "tools/oos/run/verbs.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
+#include "view/choices.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace oos {
@@ -204,6 +205,7 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   options.multicast = arguments.text("--multicast");
   options.rt = arguments.text("--rt", "try");
   options.workers = wanted.workers;
+  options.show = arguments.text("--show");
   options.rays = wanted.rays;
   options.program_folder = ProgramFolder();
   options.interrupted = &CatchInterrupt();
@@ -289,6 +291,18 @@ core::Result<void> CheckColocate(const Arguments& arguments) {
   return core::Fail(core::ErrorCode::kInvalidInput, "--colocate " + what);
 }
 
+core::Result<void> ReadShow(const Arguments& arguments, const scene::Scenario& scenario) {
+  if (!arguments.has("--show")) return {};
+  if (arguments.has("--lockstep")) {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--show is for a viewer, and --lockstep has none");
+  }
+  std::vector<std::string> names;
+  for (const scene::Object& object : scenario.objects) names.push_back(object.name);
+  const auto choices = view::ReadChoices(arguments.text("--show"), names);
+  if (!choices) return core::Fail(choices.error().code, "--show: " + choices.error().detail);
+  return {};
+}
+
 int RunOnThisMachine(const Arguments& arguments) {
   const std::filesystem::path path = FindScenario(arguments.positional()[0]);
   const CheckOutcome check = CheckScenario(path);
@@ -331,6 +345,9 @@ int RunOnThisMachine(const Arguments& arguments) {
   if (const auto chosen = device_bridge::ChooseDevices(arguments.texts("--device"), &scenario); !chosen) {
     return Complain("run", chosen.error().detail, kBadUsage);
   }
+  if (const auto choices = ReadShow(arguments, scenario); !choices) {
+    return Complain("run", choices.error().detail, kBadUsage);
+  }
   if (const auto fits = CheckColocate(arguments); !fits) return Complain("run", fits.error().detail, kBadUsage);
   if (arguments.has("--steps") && is_both) return Complain("run", "--steps goes with one method", kBadUsage);
   if (is_both) return RunBothMethods(arguments, scenario, *wanted);
@@ -361,6 +378,7 @@ Verb RunVerb() {
         "how the hand follows the device; default: the scenario's, but paper with --method paper"},
        {"--rt", "try|off", "real-time priority for the 1 kHz loops; default: try"},
        {"--workers", "N", "threads of the collision computation; default: 1"},
+       {"--show", "LIST", "what is shown over the scene at first, e.g. \"robot paths no_contacts\""},
        {"--rays", "N", "pictures are traced by N workers instead of OpenGL"},
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--colocate", "'haptic physics'", "haptic_node and physics_node in one process, one step after the other"},

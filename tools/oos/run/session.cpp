@@ -193,6 +193,7 @@ class Session {
         command.environment = visual_environment;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
         if (options_.hand == "pointer") command.arguments.push_back("--hand");
+        if (!options_.show.empty()) AddArgument(&command, "--show", options_.show);
       }
       // A process of two nodes names the files itself.
       const auto file = [&](const std::filesystem::path& folder) {

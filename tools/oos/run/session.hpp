@@ -26,6 +26,7 @@ struct SessionOptions {
   std::string tcp_topics, multicast;              // for the nodes, bus/node.hpp; empty: none
   bool is_encrypted = true;                       // keys are made for the run, and removed at its end
   bool is_headless = false;                       // pictures are rendered, no window is shown
+  std::string show;                               // what the viewer shows over the scene at first; empty: its default
   unsigned rays = 0;                              // visual_node's pictures are traced by so many workers; 0: OpenGL
   std::string rt = "try";                         // try | off
   unsigned workers = 1;                           // of haptic_node, and of physics_node

@@ -86,6 +86,17 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* command, c
   return OOS_DEVICE_OK;
 }
 
+// One joint, 0.4 m above the base.
+int Joints(void* device, oos_device_joints* joints) {
+  const auto& self = *static_cast<const Faulty*>(device);
+  if (self.fault == "throw in joints") throw std::runtime_error("no joints today");
+  joints->num_joints = 1;
+  joints->joints[0].X_BL[0] = 1.0;
+  joints->joints[0].X_BL[6] = 0.4;
+  joints->joints[0].position_rad = self.fault == "nan in joints" ? std::nan("") : 0.5;
+  return OOS_DEVICE_OK;
+}
+
 void Close(void* device) {
   delete static_cast<Faulty*>(device);
 }
@@ -93,6 +104,6 @@ void Close(void* device) {
 }  // namespace
 
 extern "C" const oos_device_plugin* oos_device_plugin_get() {
-  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, nullptr, nullptr};
+  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, nullptr, Joints};
   return &plugin;
 }
