@@ -108,6 +108,10 @@ TEST(Acceptance, CompletesBothPegsWithTheGodObject) {
   }
 }
 
+TEST(Acceptance, CompletesThePegOnTheGround) {
+  ExpectCompleted(RunWith(LoadShipped("peg_in_hole/ground.xml"), scene::ContactInput::kPlanes, 1), kPegSteps);
+}
+
 // Without a haptic device.
 TEST(Acceptance, CompletesFreeCollision) {
   const lockstep::Outcome outcome = RunWith(Load("free_collision"), scene::ContactInput::kPlanes, 1);

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "physics/hinge.hpp"
 #include "physics/testing/bodies.hpp"
 
 namespace physics {
@@ -25,6 +26,44 @@ TEST(FreeMotion, SlowDriftNeverFallsAsleep) {
   const int body = test::AddDynamic(&world, {}, BoxMass(2.0, {0.1, 0.2, 0.3}), {{}, {0.001, 0, 0}});
   for (int i = 0; i < 10000; ++i) world.Step(kDt);
   EXPECT_NEAR(world.X_WO(body).translation.x, 0.01, 1e-12);
+}
+
+// Symplectic Euler: after n steps v = g n dt, x = g dt^2 n (n + 1) / 2. Spin does not change: weight acts at the centre
+// of mass, which is not the mesh origin here. The books close over what gravity gave.
+TEST(FreeMotion, FallsByTheParabolaWithoutATurnAndTheBooksClose) {
+  World::Options options;
+  options.gravity_W_m_per_s2 = {0.3, 0.0, -9.81};
+  World world(options);
+  MassProperties mass = BoxMass(2.0, {0.1, 0.2, 0.3});
+  mass.p_OCm_m = {0.05, 0.02, -0.01};
+  const int body = test::AddDynamic(&world, {}, mass, {});
+  constexpr int kSteps = 1000;
+  for (int i = 0; i < kSteps; ++i) world.Step(kDt);
+  const glm::dvec3 way = options.gravity_W_m_per_s2 * (kDt * kDt * kSteps * (kSteps + 1) / 2);
+  EXPECT_NEAR(glm::distance(world.X_WO(body).translation, way), 0.0, 1e-12);
+  EXPECT_NEAR(glm::length(world.spin_Nms(body)), 0.0, 1e-15);
+  EXPECT_NEAR(world.impulse_balance().linear_magnitude_Ns, 2.0 * glm::length(options.gravity_W_m_per_s2), 1e-9);
+  EXPECT_LE(world.impulse_balance().relative(), 1e-12);
+}
+
+// The same bits as a load of that size, for a body that a hinge holds: joints do not know where a force comes from.
+TEST(FreeMotion, WeightIsALoadToTheJoints) {
+  const glm::dvec3 g(0.0, 0.0, -9.81);
+  const auto swing = [&](bool by_load) {
+    World::Options options;
+    if (!by_load) options.gravity_W_m_per_s2 = g;
+    World world(options);
+    const int body = test::AddDynamic(&world, {{1, 0, 0, 0}, {0.1, 0, 0}}, BoxMass(0.5, {0.1, 0.02, 0.02}), {});
+    HingeParams hinge;  // about y, in the origin
+    hinge.X_PJ.rotation = core::QuaternionFromRotationVector({std::acos(0.0), 0, 0});
+    hinge.X_CJ = {hinge.X_PJ.rotation, {-0.1, 0, 0}};
+    EXPECT_TRUE(world.AddMechanism(world.world_body(), body, std::make_unique<Hinge>(hinge)));
+    if (by_load) world.SetLoad(body, {0.5 * g, {}});
+    for (int i = 0; i < 500; ++i) world.Step(kDt);
+    return world.X_WO(body).translation;
+  };
+  EXPECT_EQ(swing(true), swing(false));
+  EXPECT_LT(swing(false).z, -0.05) << "it swings";
 }
 
 TEST(FreeMotion, DzhanibekovTumblingKeepsEnergyAndMomentumForAMinute) {

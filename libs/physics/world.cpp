@@ -89,6 +89,7 @@ void World::Step(double dt_s) {
   }
   w.ApplyWrenches(dt_s);
   w.ApplyLoads(dt_s);
+  w.ApplyWeights(dt_s);
   for (MechanismSlot& slot : w.mechanisms) {
     const BodyView parent = w.View(slot.parent);
     const BodyView child = w.View(slot.child);

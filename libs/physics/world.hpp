@@ -50,7 +50,7 @@ struct ContactReport {
   int num_pushing = 0;
 };
 
-// Rigid bodies in zero gravity, with Bullet's constraint solver and without its collision detection (architecture D6).
+// Rigid bodies, with Bullet's constraint solver and without its collision detection (architecture D6).
 // Poses are of the mesh frame O; the centre of mass may be anywhere. Setup returns errors; Step and the setters used
 // between steps do not allocate, throw or lock.
 class World {
@@ -58,6 +58,7 @@ class World {
   struct Options {
     int max_iterations = 100;          // sweeps of the projected Gauss-Seidel solver; chosen, see engine/row_solver.hpp
     double tolerance_m_per_s = 1e-11;  // it has converged when no row changes a speed by more; near rounding at 1 m/s
+    glm::dvec3 gravity_W_m_per_s2{0.0};
   };
 
   World();

@@ -79,7 +79,7 @@ TEST_F(LoadScenarioTest, RefusesAZenithAlongTheSun) {
 
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
-      R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30"/>)",
+      R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30" gravity_m_per_s2="0 1 -9.81"/>)",
       R"(<coupling type="god_object" stiffness_N_per_m="2000" alpha="3"/>)",
       kPlate,
       kBlock,
@@ -97,6 +97,7 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   EXPECT_EQ(scenario->seed, 7U);
   EXPECT_EQ(scenario->stall_limit_s, 9.0);
   EXPECT_EQ(scenario->force_cap_N, 30.0);
+  EXPECT_EQ(scenario->gravity_m_per_s2, glm::dvec3(0.0, 1.0, -9.81));
   EXPECT_EQ(scenario->coupling.type, "god_object");
   EXPECT_EQ(scenario->coupling.stiffness_N_per_m, 2000.0);
   EXPECT_EQ(scenario->coupling.alpha, 3.0);

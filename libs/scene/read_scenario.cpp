@@ -73,6 +73,7 @@ class Builder {
     read.Number("duration_limit_s", &scenario_.duration_limit_s);
     read.Number("stall_limit_s", &scenario_.stall_limit_s);
     read.Number("force_cap_N", &scenario_.force_cap_N);
+    read.Vector("gravity_m_per_s2", &scenario_.gravity_m_per_s2);
   }
 
   void ReadEnvironment(const XmlElement& element) {

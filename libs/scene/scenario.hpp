@@ -292,7 +292,8 @@ struct Scenario {
   double duration_limit_s = 120.0;
   double stall_limit_s = 20.0;  // a procedure step that takes longer is reported as a failure
   double force_cap_N = 40.0;    // initial value of the parameter of that name; logic_node may lower it in a state
-  space::Place place;           // <environment> and <sun>
+  glm::dvec3 gravity_m_per_s2{0.0};  // in W; felt by what physics moves: devices carry their own weight
+  space::Place place;                // <environment> and <sun>
   Coupling coupling;
   std::vector<Device> devices;
   std::vector<Object> objects;

@@ -22,7 +22,8 @@ ElementRule RunRule() {
            Optional("seed", ValueKind::kCount),
            Optional("duration_limit_s", kAboveZero),
            Optional("stall_limit_s", kAboveZero),
-           Optional("force_cap_N", kAboveZero)},
+           Optional("force_cap_N", kAboveZero),
+           Optional("gravity_m_per_s2", ValueKind::kVector)},
           {}};
 }
 

@@ -63,6 +63,8 @@ TEST(Schema, XsdAndRulesAgreeOnValues) {
       {"<run seed='1' force_cap_N='1e1' method='paper'/>", true},
       {"<run seed='-1'/>", false},
       {"<run force_cap_N='0'/>", false},
+      {"<run gravity_m_per_s2='0 0 -9.81'/>", true},
+      {"<run gravity_m_per_s2='-9.81'/>", false},
       {"<run method='guess'/>", false},
       {"<coupling type='god_object'/>", true},
       {"<coupling type='guess'/>", false},

@@ -64,6 +64,7 @@ class SheetKeeper::Builder {
     params.damping_per_s = given.damping_per_s;
     params.thickness_m = given.thickness_m;
     params.friction = given.friction;
+    params.acceleration_W = scenario_.gravity_m_per_s2;
     auto cloth = physics::Cloth::Create(params);
     if (!cloth) return fail(cloth.error());
 

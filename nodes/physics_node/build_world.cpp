@@ -217,7 +217,9 @@ core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* bui
 core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
                                     const std::vector<physics::MassProperties>& mass_of_object) {
   BuiltWorld built;
-  built.world = std::make_unique<physics::World>();
+  physics::World::Options options;
+  options.gravity_W_m_per_s2 = scenario.gravity_m_per_s2;
+  built.world = std::make_unique<physics::World>(options);
   if (mass_of_object.size() != scenario.objects.size()) {
     return core::Fail(core::ErrorCode::kInvalidInput, "BuildWorld: needs one entry of mass properties per object");
   }

@@ -39,8 +39,11 @@ struct MechanismSlot {
 
 struct World::Impl {
   explicit Impl(const Options& options)
-      : dispatcher(&configuration), broadphase(kMaxBodies), world(&dispatcher, &broadphase, &solver, &configuration) {
-    world.setGravity(btVector3(0, 0, 0));
+      : dispatcher(&configuration),
+        broadphase(kMaxBodies),
+        world(&dispatcher, &broadphase, &solver, &configuration),
+        gravity_W_m_per_s2(options.gravity_W_m_per_s2) {
+    world.setGravity(btVector3(0, 0, 0));  // ApplyWeights books it
     world.set_bodies(&collision_objects);
     btContactSolverInfo& info = world.getSolverInfo();
     info.m_numIterations = options.max_iterations;
@@ -97,6 +100,17 @@ struct World::Impl {
       body.engine->applyCentralForce(ToBullet(F_Cm.force_N));
       body.engine->applyTorque(ToBullet(F_Cm.torque_Nm));
       Apply(ImpulseSource::kOuter, &body, p_WBo, dt_s * F.force_N, dt_s * F.torque_Nm);
+    }
+  }
+
+  // m g at the centre of mass, in the books as any other impulse.
+  void ApplyWeights(double dt_s) {
+    if (gravity_W_m_per_s2 == glm::dvec3(0.0)) return;
+    for (RigidBody& body : bodies) {
+      if (body.kind != BodyKind::kDynamic) continue;
+      const glm::dvec3 weight_N = body.mass_kg * gravity_W_m_per_s2;
+      body.engine->applyCentralForce(ToBullet(weight_N));
+      Apply(ImpulseSource::kOuter, &body, body.p_WCm, dt_s * weight_N, glm::dvec3(0.0));
     }
   }
 
@@ -167,6 +181,7 @@ struct World::Impl {
   double last_dt_s = 0.0;
   std::array<ImpulseMagnitude, kNumImpulseSources> magnitudes{};
   BulletWorld world;
+  glm::dvec3 gravity_W_m_per_s2{0.0};
 };
 
 }  // namespace physics

@@ -180,12 +180,7 @@ void SimulatedArm::AdvanceOpening(double dt_s) noexcept {
 }
 
 core::Wrench SimulatedArm::HandWrench() const noexcept {
-  const HandImpedance& hand = parameters_.hand;
-  const glm::dvec3 phi = core::RotationVector(state_.X_WD.rotation * glm::conjugate(hand_.X_WT.rotation));
-  return {hand.stiffness_N_per_m * (hand_.X_WT.translation - state_.X_WD.translation) +
-              hand.damping_N_s_per_m * (hand_.V_WT.linear_m_per_s - state_.V_WD.linear_m_per_s),
-          -hand.stiffness_Nm_per_rad * phi +
-              hand.damping_Nm_s_per_rad * (hand_.V_WT.angular_rad_per_s - state_.V_WD.angular_rad_per_s)};
+  return device::HandWrench(parameters_.hand, hand_.X_WT, hand_.V_WT, state_.X_WD, state_.V_WD);
 }
 
 double SimulatedArm::FingerSpringForce() const noexcept {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "device/hand_impedance.hpp"
 #include "nodes/device_bridge/arms/jointed_arm.hpp"
 #include "nodes/device_bridge/arms/oscillator.hpp"
 #include "nodes/device_bridge/device.hpp"
@@ -19,15 +20,7 @@ struct MotorForce {
   double brake_Nm_s_per_rad = 0.0;
 };
 
-// Impedance of the operator's arm and fingers: a firm grip, assumed. A softer hand penetrates less and reacts slower.
-struct HandImpedance {
-  double stiffness_N_per_m = 800.0;
-  double damping_N_s_per_m = 60.0;
-  double stiffness_Nm_per_rad = 25.0;
-  double damping_Nm_s_per_rad = 1.2;
-  double finger_stiffness_N_per_m = 1500.0;
-  double finger_damping_N_s_per_m = 50.0;
-};
+using device::HandImpedance;
 
 struct ArmParameters {
   double mass_kg = 1.5;
