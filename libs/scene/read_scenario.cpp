@@ -256,7 +256,16 @@ class Builder {
     User user;
     user.location = {file_, element.line};
     user.name = element.Get("name");
+    const ElementReader read(element);
     user.head = element.Get("head", user.head);
+    user.address = element.Get("address");
+    user.body = static_cast<int>(read.Count("body", 0));
+    user.X_RT = read.Pose();
+    read.Vector("eyes_m", &user.p_BH_m);
+    if (user.head == "dtrack" && user.address.empty()) {
+      Report(element.line, "user '" + user.name + "' has no address", "a head by DTrack is received at a UDP port",
+             "write address=\"5000\", the port that DTrack sends to");
+    }
     for (const User& other : scenario_.users) {
       if (other.name == user.name) {
         Report(element.line, "a second user '" + user.name + "'", "each user's head has a topic of its own",

@@ -241,6 +241,12 @@ struct Camera {
 struct User {
   std::string name;
   std::string head = "simulated_head";
+  // Of head "dtrack": where it sends (PORT or GROUP:PORT), the number of the body, where the tracker's room frame T
+  // stands in the viewer's room R, and where between the eyes is in the body's frame.
+  std::string address;
+  int body = 0;
+  core::Pose X_RT;
+  glm::dvec3 p_BH_m{0.0};
   Location location;
 };
 
@@ -290,8 +296,8 @@ struct Scenario {
   ContactInput contact_input = ContactInput::kPlanes;
   std::uint64_t seed = 1;
   double duration_limit_s = 120.0;
-  double stall_limit_s = 20.0;  // a procedure step that takes longer is reported as a failure
-  double force_cap_N = 40.0;    // initial value of the parameter of that name; logic_node may lower it in a state
+  double stall_limit_s = 20.0;       // a procedure step that takes longer is reported as a failure
+  double force_cap_N = 40.0;         // initial value of the parameter of that name; logic_node may lower it in a state
   glm::dvec3 gravity_m_per_s2{0.0};  // in W; felt by what physics moves: devices carry their own weight
   space::Place place;                // <environment> and <sun>
   Coupling coupling;

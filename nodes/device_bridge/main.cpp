@@ -3,9 +3,11 @@
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <vector>
 
 #include "core/clock.hpp"
 #include "nodes/device_bridge/device_bridge.hpp"
+#include "nodes/device_bridge/head/make_heads.hpp"
 #include "nodes/device_bridge/node_loop.hpp"
 #include "nodes/run_node/run_node.hpp"
 
@@ -28,6 +30,9 @@ class DeviceBridgeBody final : public run_node::Body {
     auto bridge = device_bridge::DeviceBridge::Create(scenario_, seed_, options);
     if (!bridge) return tl::unexpected(bridge.error());
     bridge_ = std::move(*bridge);
+    auto heads = device_bridge::MakeHeads(scenario_.users, seed_);
+    if (!heads) return tl::unexpected(heads.error());
+    heads_ = std::move(*heads);
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
@@ -38,7 +43,7 @@ class DeviceBridgeBody final : public run_node::Body {
         viewers.push_back(name);
       }
     }
-    loop_.emplace(scenario_, seed_, bridge_.get(), node, std::move(viewers));
+    loop_.emplace(scenario_, std::move(heads_), bridge_.get(), node, std::move(viewers));
     loop_->Declare();
     return {};
   }
@@ -57,6 +62,7 @@ class DeviceBridgeBody final : public run_node::Body {
   scene::Scenario scenario_;  // with the devices of the command line
   std::uint64_t seed_ = 0;
   std::unique_ptr<device_bridge::DeviceBridge> bridge_;
+  std::vector<std::unique_ptr<device_bridge::HeadTracker>> heads_;  // until the loop has them
   std::optional<device_bridge::NodeLoop> loop_;
 };
 

@@ -11,7 +11,6 @@
 #include "core/hand_guide.hpp"
 #include "core/hand_limits.hpp"
 #include "core/messages/reserve_texts.hpp"
-#include "nodes/device_bridge/head/simulated_head.hpp"
 #include "nodes/device_bridge/report.hpp"
 
 namespace device_bridge {
@@ -30,8 +29,8 @@ std::size_t NumForceSamples(const scene::Scenario& scenario) {
 
 }  // namespace
 
-NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node,
-                   std::vector<std::string> viewers)
+NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads,
+                   DeviceBridge* bridge, bus::Node* node, std::vector<std::string> viewers)
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
@@ -61,9 +60,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBr
     if (bridge->tip(0) == nullptr) break;
     for (const char* name : core::kGuideFigures) figures_.items.push_back({core::GuideName(device.role, name), 0.0});
   }
-  for (std::size_t i = 0; i < scenario.users.size(); ++i) {
-    heads_.push_back({std::make_unique<SimulatedHead>(seed + i), {}});
-  }
+  for (std::unique_ptr<HeadTracker>& head : heads) heads_.push_back({std::move(head), {}});
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);
 }
@@ -161,9 +158,11 @@ void NodeLoop::SendJoints() {
 void NodeLoop::SendHeads() {
   if (ticks_ % kTicksPerHead != 0) return;
   for (Head& head : heads_) {
+    const std::optional<core::Pose> X_RH = head.tracker->Read(inputs_.now_ns);
+    if (!X_RH) continue;
     core::HeadState state;
     state.sample_ns = inputs_.now_ns;
-    state.X_RH = head.tracker->Read(inputs_.now_ns);
+    state.X_RH = *X_RH;
     state.is_simulated = head.tracker->is_simulated();
     head.writer.Send(state);
   }

@@ -20,9 +20,9 @@ namespace device_bridge {
 // device as soon as it arrives.
 class NodeLoop {
  public:
-  // `seed`: of the simulated heads. `viewers`: names of the nodes by which a person may steer; at most kMaxViewers.
-  NodeLoop(const scene::Scenario& scenario, std::uint64_t seed, DeviceBridge* bridge, bus::Node* node,
-           std::vector<std::string> viewers = {});
+  // `heads`: of the scenario's users. `viewers`: names of the nodes by which a person may steer; at most kMaxViewers.
+  NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads, DeviceBridge* bridge,
+           bus::Node* node, std::vector<std::string> viewers = {});
 
   // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();

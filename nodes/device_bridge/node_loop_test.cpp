@@ -9,6 +9,7 @@
 
 #include "bus/membership/registry.hpp"
 #include "core/clock.hpp"
+#include "nodes/device_bridge/head/make_heads.hpp"
 
 namespace device_bridge {
 namespace {
@@ -46,7 +47,9 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   ASSERT_TRUE(bridge) << bridge.error().detail;
   auto bridge_node = bus::Node::Create(NodeNamed("device_bridge", **registry));
   ASSERT_TRUE(bridge_node) << bridge_node.error().detail;
-  NodeLoop loop(scenario, 1, bridge->get(), bridge_node->get());
+  auto heads = MakeHeads(scenario.users, 1);
+  ASSERT_TRUE(heads) << heads.error().detail;
+  NodeLoop loop(scenario, std::move(*heads), bridge->get(), bridge_node->get());
   loop.Declare();
   ASSERT_TRUE((*bridge_node)->Start());
 

@@ -31,6 +31,7 @@ void FuzzDeviceFrame(Input input);     // device_frame.cpp
 void FuzzSerialLine(Input input);      // device_frame.cpp
 void FuzzWebSocket(Input input);       // haply.cpp
 void FuzzHaplyMessage(Input input);    // haply.cpp
+void FuzzDtrack(Input input);          // dtrack.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -60,6 +61,7 @@ inline constexpr std::array kTargets = {
     NamedTarget{"serial_line", FuzzSerialLine},
     NamedTarget{"web_socket", FuzzWebSocket},
     NamedTarget{"haply_message", FuzzHaplyMessage},
+    NamedTarget{"dtrack", FuzzDtrack},
 };
 
 }  // namespace fuzz

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/pose.hpp"
 
@@ -13,8 +14,8 @@ class HeadTracker {
  public:
   virtual ~HeadTracker() = default;
 
-  // X_RH at now_ns.
-  virtual core::Pose Read(std::int64_t now_ns) noexcept = 0;
+  // X_RH at now_ns; none: it is not seen.
+  virtual std::optional<core::Pose> Read(std::int64_t now_ns) noexcept = 0;
 
   [[nodiscard]] virtual bool is_simulated() const = 0;
   [[nodiscard]] virtual const char* description() const = 0;

@@ -40,13 +40,13 @@ void SimulatedHead::Step() noexcept {
   ++ticks_;
 }
 
-core::Pose SimulatedHead::Read(std::int64_t now_ns) noexcept {
+std::optional<core::Pose> SimulatedHead::Read(std::int64_t now_ns) noexcept {
   if (begin_ns_ < 0) begin_ns_ = now_ns;
   while (ticks_ * core::kTick_ns < now_ns - begin_ns_) Step();
   const auto at = [&](std::size_t first) {
     return glm::dvec3(axes_[first].position, axes_[first + 1].position, axes_[first + 2].position);
   };
-  return {core::QuaternionFromRollPitchYaw(at(3)), at(0)};
+  return core::Pose{core::QuaternionFromRollPitchYaw(at(3)), at(0)};
 }
 
 }  // namespace device_bridge

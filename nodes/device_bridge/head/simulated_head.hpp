@@ -15,7 +15,7 @@ class SimulatedHead final : public HeadTracker {
  public:
   explicit SimulatedHead(std::uint64_t seed);
 
-  core::Pose Read(std::int64_t now_ns) noexcept override;
+  std::optional<core::Pose> Read(std::int64_t now_ns) noexcept override;
   [[nodiscard]] bool is_simulated() const override { return true; }
   [[nodiscard]] const char* description() const override { return "SIMULATED head of a seated person"; }
 

@@ -1,0 +1,36 @@
+#include "tracking/dtrack.hpp"
+
+#include <cmath>
+#include <string_view>
+
+#include "tests/fuzz/claim.hpp"
+#include "tests/fuzz/reader.hpp"
+
+namespace fuzz {
+namespace {
+
+void CheckBody(const tracking::TrackedBody& body) {
+  Claim(body.id >= 0, "an id is a count");
+  const glm::dquat& q = body.X_TB.rotation;
+  Claim(std::abs(glm::dot(q, q) - 1.0) < 1e-9, "a rotation is one");
+  for (int i = 0; i < 3; ++i) Claim(std::isfinite(body.X_TB.translation[i]), "a place is finite");
+}
+
+}  // namespace
+
+void FuzzDtrack(Input input) {
+  std::vector<std::string> complaints;
+  const tracking::DtrackFrame frame =
+      tracking::ParseDtrack({reinterpret_cast<const char*>(input.data()), input.size()}, &complaints);
+  for (const auto& body : frame.bodies) CheckBody(body);
+  for (const auto& stick : frame.flysticks) {
+    CheckBody(stick.body);
+    Claim(stick.num_controllers >= 0 && stick.num_controllers <= 8, "controllers have room");
+  }
+  for (const auto& hand : frame.hands) {
+    CheckBody(hand.body);
+    Claim(hand.fingers.size() <= 5, "a hand has five fingers at most");
+  }
+}
+
+}  // namespace fuzz
