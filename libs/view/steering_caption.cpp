@@ -75,8 +75,8 @@ void AddNext(const HandGuide& guide, int palm, Scene* scene) {
 
 void DescribeSteering(const scene::Scenario& scenario, const SteeringState& state, const scene::Camera& camera,
                       Scene* scene) {
-  const auto add = [scene](const glm::vec3& color, std::string text) {
-    scene->texts.push_back({Anchor::kBottomLeft, TextStyle::kSmall, color, std::move(text)});
+  const auto add = [scene](const glm::vec3& color, const std::string& text) {
+    scene->texts.push_back({Anchor::kBottomLeft, TextStyle::kSmall, color, text});
   };
   const std::size_t role = state.input.role_index;
   if (role >= scenario.devices.size()) return;
