@@ -1,5 +1,6 @@
 #include "tracking/dtrack.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>

@@ -13,14 +13,12 @@
 #include <cstring>
 #include <vector>
 
-#include "core/clock.hpp"
+#include "bus/rt/thread_setup.hpp"
 #include "tracking/dtrack.hpp"
 
 namespace device_bridge {
 namespace {
 
-// An older pose is none: as old as viewers take a head (topic user/<name>/head).
-constexpr std::int64_t kSilence_ns = 200'000'000;
 constexpr std::size_t kMostBytes = 65536;  // of a datagram
 
 // "PORT", "ADDRESS:PORT" of this machine, or "GROUP:PORT".
@@ -67,19 +65,21 @@ core::Result<std::unique_ptr<DtrackHead>> DtrackHead::Create(const scene::User& 
                           "239.0.1.1:5000");
   }
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd < 0 || !Listen(fd, &*address)) {
+  const int wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (fd < 0 || wake_fd < 0 || !Listen(fd, &*address)) {
     const std::string why = std::strerror(errno);
     if (fd >= 0) close(fd);
+    if (wake_fd >= 0) close(wake_fd);
     return core::Fail(core::ErrorCode::kIo, who + "nothing can be received at " + user.address + ": " + why +
                                                 "; does another program listen there, or is the address another "
                                                 "machine's?");
   }
-  return std::unique_ptr<DtrackHead>(new DtrackHead(user, fd, ntohs(address->sin_port)));
+  return std::unique_ptr<DtrackHead>(new DtrackHead(user, fd, wake_fd, ntohs(address->sin_port)));
 }
 
-DtrackHead::DtrackHead(const scene::User& user, int socket, std::uint16_t port)
+DtrackHead::DtrackHead(const scene::User& user, int socket, int wake_fd, std::uint16_t port)
     : socket_(socket),
-      wake_fd_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      wake_fd_(wake_fd),
       port_(port),
       body_(user.body),
       X_RT_(user.X_RT),
@@ -97,6 +97,10 @@ DtrackHead::~DtrackHead() {
 }
 
 void DtrackHead::Run() {
+  bus::ThreadSetup setup;
+  setup.name = "dtrack";
+  setup.locks_memory = false;
+  bus::SetUpThread(setup);
   std::vector<char> bytes(kMostBytes);
   while (!is_stop_wanted_.load()) {
     std::array<pollfd, 2> fds = {pollfd{socket_, POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
@@ -115,15 +119,13 @@ void DtrackHead::Take(std::string_view datagram) {
     std::fflush(stdout);
   }
   for (const tracking::TrackedBody& body : frame.bodies) {
-    if (body.id == body_ && body.is_tracked()) samples_.Write({body.X_TB, core::MonotonicNow_ns()});
+    if (body.id == body_ && body.is_tracked()) poses_TB_.Write(body.X_TB);
   }
 }
 
-std::optional<core::Pose> DtrackHead::Read(std::int64_t now_ns) noexcept {
-  samples_.Update();
-  const Sample& sample = samples_.value();
-  if (sample.arrival_ns == 0 || now_ns - sample.arrival_ns > kSilence_ns) return std::nullopt;
-  core::Pose X_RH = X_RT_ * sample.X_TB;
+std::optional<core::Pose> DtrackHead::Read(std::int64_t /*now_ns*/) noexcept {
+  if (!poses_TB_.Update()) return std::nullopt;
+  core::Pose X_RH = X_RT_ * poses_TB_.value();
   X_RH.translation += X_RH.rotate(p_BH_m_);
   return X_RH;
 }

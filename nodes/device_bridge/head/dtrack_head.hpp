@@ -30,12 +30,7 @@ class DtrackHead final : public HeadTracker {
   [[nodiscard]] std::uint16_t port() const { return port_; }
 
  private:
-  struct Sample {
-    core::Pose X_TB;
-    std::int64_t arrival_ns = 0;
-  };
-
-  DtrackHead(const scene::User& user, int socket, std::uint16_t port);
+  DtrackHead(const scene::User& user, int socket, int wake_fd, std::uint16_t port);
   void Run();
   void Take(std::string_view datagram);
 
@@ -46,7 +41,7 @@ class DtrackHead final : public HeadTracker {
   glm::dvec3 p_BH_m_;
   std::string description_;
   std::uint64_t num_bad_ = 0;
-  bus::LatestValue<Sample> samples_;
+  bus::LatestValue<core::Pose> poses_TB_;
   std::atomic<bool> is_stop_wanted_{false};
   std::thread thread_;
 };

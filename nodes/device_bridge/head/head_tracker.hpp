@@ -14,7 +14,7 @@ class HeadTracker {
  public:
   virtual ~HeadTracker() = default;
 
-  // X_RH at now_ns; none: it is not seen.
+  // X_RH, newer than that of the last call; none: nothing new has been seen.
   virtual std::optional<core::Pose> Read(std::int64_t now_ns) noexcept = 0;
 
   [[nodiscard]] virtual bool is_simulated() const = 0;

@@ -27,7 +27,6 @@ constexpr std::int64_t kListen_ns = 1'500'000'000;  // two windows of a link's f
 constexpr std::int64_t kWigglePatience_ns = 60'000'000'000;
 constexpr std::int64_t kPointPatience_ns = 300'000'000'000;  // for a person to find a point
 constexpr std::int64_t kHold_ns = 300'000'000;               // over which a touched point is averaged
-constexpr std::int64_t kTellPeriod_ns = 2'000'000'000;
 
 void WaitUntil(std::int64_t time_ns) {
   const timespec until{static_cast<time_t>(time_ns / core::kNanosecondsPerSecond),
