@@ -36,7 +36,7 @@ TEST(Calibration, FindsTheBaseExactlyFromExactPoints) {
 }
 
 // A plane of points leaves a reflection that would fit as well: it must not be chosen. Errors of 1 mm are told as such.
-TEST(Calibration, TellsTheResidualOfPointsThatAreOff) {
+TEST(Calibration, GivesTheResidualOfPointsThatAreOff) {
   const std::vector<glm::dvec3> p_Ws = {{0, 0, 0}, {0.2, 0, 0}, {0.2, 0.2, 0}, {0, 0.2, 0}};
   std::vector<glm::dvec3> p_Bs = p_Ws;
   // A twist of the square that no rigid motion removes.

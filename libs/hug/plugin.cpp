@@ -228,7 +228,7 @@ Hand HandOf(const oos_device_hand& hand) {
   return result;
 }
 
-void Tell(const Arm& arm, oos_device_state* state) {
+void FillState(const Arm& arm, oos_device_state* state) {
   const bool is_engaged = arm.safety().is_engaged() && arm.status().is_clutch_closed;
   state->flags = is_engaged ? OOS_DEVICE_IS_ENGAGED : OOS_DEVICE_IS_OFF;
   PutPose(arm.X_WD(), state->X_BD);
@@ -260,11 +260,11 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* command, c
   state->sequence = ++self.num_samples;
   state->reflected = self.command;
   state->device_time_ns = now_ns;
-  Tell(arm, state);
+  FillState(arm, state);
   return OOS_DEVICE_OK;
 }
 
-int TellJoints(void* device, oos_device_joints* joints) {
+int FillJoints(void* device, oos_device_joints* joints) {
   auto& self = *static_cast<HugDevice*>(device);
   const Arm& arm = self.machine->arm(self.side);
   const ArmStatus& status = arm.status();
@@ -301,7 +301,7 @@ void Close(void* device) {
 
 const oos_device_plugin& Plugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, nullptr, TellJoints};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, nullptr, FillJoints};
   return plugin;
 }
 

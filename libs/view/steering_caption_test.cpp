@@ -36,7 +36,7 @@ struct Bench {
   }
 };
 
-TEST(SteeringCaption, TellsWhichHandWhatItDoesAndFeels) {
+TEST(SteeringCaption, SaysWhichHandWhatItDoesAndFeels) {
   Bench bench;
   bench.state.shows_next = false;
   bench.state.input.is_held = true;

@@ -46,6 +46,21 @@ class LabTest : public testing::Test {
     if (!why_not_.empty()) GTEST_SKIP() << why_not_;
   }
 
+  static std::string FirstWord(const std::filesystem::path& file) {
+    std::ifstream in(file);
+    std::string word;
+    in >> word;
+    return word;
+  }
+  // The machine's CLOCK_MONOTONIC minus ours [ns], exactly: both derive from the kernel's one clock.
+  static std::int64_t ClockOf(const std::string& machine) {
+    std::ifstream in("/proc/" + FirstWord(machines_->folder() / (machine + ".pid")) + "/timens_offsets");
+    std::string clock;
+    std::int64_t seconds = 0, nanoseconds = 0;
+    in >> clock >> seconds >> nanoseconds;
+    return seconds * core::kNanosecondsPerSecond + nanoseconds;
+  }
+
   static std::filesystem::path Folder(const std::string& name) {
     const auto folder = std::filesystem::path(VR_OOS_BINARY_DIR) / "lab" / name;
     std::filesystem::remove_all(folder);

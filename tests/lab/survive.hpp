@@ -224,21 +224,6 @@ class SurviveTest : public LabTest {
     EXPECT_NE(all.find(text), std::string::npos) << "the screen never said '" << text << "', but\n" << all;
   }
 
-  static std::string FirstWord(const std::filesystem::path& file) {
-    std::ifstream in(file);
-    std::string word;
-    in >> word;
-    return word;
-  }
-  // The machine's CLOCK_MONOTONIC minus ours [ns], exactly: both derive from the kernel's one clock.
-  static std::int64_t ClockOf(const std::string& machine) {
-    std::ifstream in("/proc/" + FirstWord(machines_->folder() / (machine + ".pid")) + "/timens_offsets");
-    std::string clock;
-    std::int64_t seconds = 0, nanoseconds = 0;
-    in >> clock >> seconds >> nanoseconds;
-    return seconds * core::kNanosecondsPerSecond + nanoseconds;
-  }
-
   std::filesystem::path out_;
   std::string lab_;
   std::unique_ptr<process::PipedChild> launcher_;

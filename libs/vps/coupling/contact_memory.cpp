@@ -6,7 +6,7 @@
 namespace vps {
 namespace {
 
-constexpr int kFadeCycles = 5;
+constexpr int kFadeCycles = 5;  // in which a contact that is gone fades: chosen, a fifth of its force a cycle
 // An offset falls by this share of itself, but by no more than a step that is felt as smooth: with 2.5 kN/m 0.25 N.
 constexpr double kOffsetFall = 0.2;
 constexpr double kMostOffsetFall_m = 1e-4;

@@ -9,6 +9,8 @@
 namespace vps {
 namespace {
 
+// Chosen, but for the last digits of rounding: the rest on a plane is wanted to 20 um, so a linearisation may be off by
+// a twentieth of that.
 constexpr int kMostPasses = 2;             // linearisations in a cycle
 constexpr double kNonlinear_m = 1e-6;      // what a linearisation may be off before there is another
 constexpr double kContradiction_m = 1e-9;  // of planes that leave no room for the tool

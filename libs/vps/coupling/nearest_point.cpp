@@ -7,7 +7,7 @@
 namespace vps {
 namespace {
 
-constexpr double kTolerance_m = 1e-11;  // of a half-space
+constexpr double kTolerance_m = 1e-11;  // of a half-space: rounding of a metre, with a factor of 1e5 to spare
 constexpr double kContradiction_m = 1e-6;
 // Of its part outside the others' span, squared. One that lies nearer counts as dependent on them: to meet it, too,
 // they would press against each other a thousand times as hard as something presses on them.

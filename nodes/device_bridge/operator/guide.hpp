@@ -16,7 +16,7 @@ struct Tip {
   glm::dvec3 turn_W_rad{0.0};
 };
 
-// Tells a person the next goal: the scripted operator's line that the scene has come to. It only looks, so a line is
+// Shows a person the next goal: the scripted operator's line that the scene has come to. It only looks, so a line is
 // done when what it is for is seen, whoever did it and in whatever order; a person who already holds the part is not
 // told to fetch it.
 class Guide {

@@ -17,7 +17,7 @@ LaunchKeys::~LaunchKeys() {
 
 core::Result<void> LaunchKeys::Make(const std::filesystem::path& directory) {
   std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
-  names.insert(names.end(), {"oos", "client"});
+  names.insert(names.end(), {lab::kRayWorkerProgram, "oos", "client"});
   std::error_code error;
   std::filesystem::create_directories(directory.parent_path(), error);
   directory_ = directory;

@@ -296,7 +296,7 @@ bool BusReplay::IsDone(Outlet::Took took, std::int64_t now_ns, std::uint64_t* nu
 }
 
 bool BusReplay::PublishState(std::int64_t now_ns) {
-  const StateToTell& state = states_.front();
+  const PendingState& state = states_.front();
   Source& source = sources_.at(state.channel);
   std::uint64_t num_before = 0;  // published before, in the recording's time: not counted again
   if (!IsDone(state.message ? source.outlet->Take(*state.message) : source.outlet->Empty(), now_ns, &num_before)) {

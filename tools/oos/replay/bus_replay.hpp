@@ -81,7 +81,7 @@ class BusReplay {
     std::shared_ptr<Outlet> outlet;
   };
   // A state that a seek must publish before anything else.
-  struct StateToTell {
+  struct PendingState {
     std::uint16_t channel = 0;
     std::optional<bus::log::Message> message;  // nothing: an empty value
   };
@@ -95,7 +95,7 @@ class BusReplay {
   bus::log::McapIndexedReader reader_;
   std::map<std::uint16_t, Source> sources_;  // by channel
   std::vector<std::string> topics_;
-  std::deque<StateToTell> states_;
+  std::deque<PendingState> states_;
   std::optional<bus::log::Message> next_;
   std::uint64_t first_ns_ = 0, last_ns_ = 0, position_ns_ = 0;
   std::uint64_t num_published_ = 0, num_not_published_ = 0;
