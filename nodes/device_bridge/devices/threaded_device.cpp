@@ -40,7 +40,7 @@ struct Order {
   std::int64_t written_ns = 0;
 };
 // Of a robot, for people to watch: 62 times a second.
-constexpr std::uint64_t kTicksPerJoints = 16;
+constexpr std::uint64_t kTicksPerJointsCall = 16;
 
 // What changes seldom, in one piece.
 struct Report {
@@ -279,7 +279,7 @@ class ThreadedDevice::Thread {
 
   // False: the device is broken.
   bool TakeJoints() {
-    if (!is_robot() || ++num_ticks_ % kTicksPerJoints != 0) return true;
+    if (!is_robot() || ++num_ticks_ % kTicksPerJointsCall != 0) return true;
     oos_device_joints& joints = joints_.BeginWrite();
     joints = {};
     joints.size = sizeof joints;
