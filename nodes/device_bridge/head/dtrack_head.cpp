@@ -106,7 +106,9 @@ void DtrackHead::Run() {
     std::array<pollfd, 2> fds = {pollfd{socket_, POLLIN, 0}, pollfd{wake_fd_, POLLIN, 0}};
     if (poll(fds.data(), fds.size(), -1) <= 0) continue;
     const ssize_t size = recv(socket_, bytes.data(), bytes.size(), 0);
-    if (size > 0) Take({bytes.data(), static_cast<std::size_t>(size)});
+    if (size <= 0) continue;
+    Take({bytes.data(), static_cast<std::size_t>(size)});
+    num_read_.fetch_add(1);
   }
 }
 

@@ -26,8 +26,9 @@ class DtrackHead final : public HeadTracker {
   [[nodiscard]] bool is_simulated() const override { return false; }
   [[nodiscard]] const char* description() const override { return description_.c_str(); }
 
-  // Where it listens; by any thread.
+  // By any thread: where it listens, and how many datagrams it has read.
   [[nodiscard]] std::uint16_t port() const { return port_; }
+  [[nodiscard]] std::uint64_t num_read() const { return num_read_.load(); }
 
  private:
   DtrackHead(const scene::User& user, int socket, int wake_fd, std::uint16_t port);
@@ -42,6 +43,7 @@ class DtrackHead final : public HeadTracker {
   std::string description_;
   std::uint64_t num_bad_ = 0;
   bus::LatestValue<core::Pose> poses_TB_;
+  std::atomic<std::uint64_t> num_read_{0};
   std::atomic<bool> is_stop_wanted_{false};
   std::thread thread_;
 };
