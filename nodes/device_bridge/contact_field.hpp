@@ -35,6 +35,8 @@ class ContactField {
 
   [[nodiscard]] bool is_active() const { return command_.has_field; }
   [[nodiscard]] const core::Wrench& F_Do_W() const { return command_.F_Do_W; }  // of the newest command
+  // Where the coupling acts, of the newest command; zero with the paper's (Eq. 6).
+  [[nodiscard]] const glm::dvec3& p_CoCm_C() const { return command_.p_CoCm_C; }
 
  private:
   [[nodiscard]] core::Wrench ContactsAt(const core::Pose& X_WD, double age_s) const noexcept;

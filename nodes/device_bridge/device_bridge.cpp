@@ -141,10 +141,8 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   if (!role.loop_delay.is_measured() || ticks_ % kAllowedPeriod_ticks != role_index) return;
   const scene::Device& device = scenario_.devices[role_index];
   const double delay_s = role.field.is_active() ? device.command_delay_s : role.loop_delay.late_s();
-  role.allowed = ComputeAllowedCoupling(device, scenario_.coupling, delay_s);
-  role.stiffness_share =
-      std::min(role.allowed.stiffness_N_per_m / std::max(scenario_.coupling.stiffness_N_per_m, 1e-9),
-               role.allowed.stiffness_Nm_per_rad / std::max(scenario_.coupling.stiffness_Nm_per_rad, 1e-9));
+  role.allowed = ComputeAllowedCoupling(device, scenario_.coupling, role.field.p_CoCm_C(), delay_s);
+  role.stiffness_share = role.allowed.share;
   if (role.least_stiffness_share == 0.0 || role.stiffness_share < role.least_stiffness_share) {
     role.least_stiffness_share = role.stiffness_share;
   }

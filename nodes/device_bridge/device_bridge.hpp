@@ -52,7 +52,7 @@ struct RoleFigures {
   double loop_delay_s = 0.0;  // from sample to force; 0: not measured
   double loop_jitter_s = 0.0;
   AllowedCoupling allowed;             // by the latest delay
-  double stiffness_share = 0.0;        // allowed over wanted stiffness, the smaller of both axes; 0: not measured
+  double stiffness_share = 0.0;        // allowed over wanted stiffness; 0: not measured
   double least_stiffness_share = 0.0;  // in this run
   double energy_J = 0.0;               // of the passivity observer
   double least_energy_J = 0.0;

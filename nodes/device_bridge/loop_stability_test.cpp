@@ -35,20 +35,48 @@ TEST(AllowedCoupling, IsTheExactBoundaryOfEachAxis) {
   const scene::Device device;
   const scene::Coupling wanted;
   for (const double delay_s : {0.3e-3, 1e-3, 2.8e-3, 10e-3}) {
-    const AllowedCoupling allowed = ComputeAllowedCoupling(device, wanted, delay_s);
+    const AllowedCoupling allowed = ComputeAllowedCoupling(device, wanted, {}, delay_s);
     const stability::SampledAxis turn{device.inertia_kg_m2, device.damping_Nm_s_per_rad, 1e-3, delay_s};
     EXPECT_EQ(allowed.stiffness_Nm_per_rad, stability::MaxStiffness(turn, 0.0));
     const stability::SampledAxis axis{device.mass_kg, device.damping_N_s_per_m, 1e-3, delay_s};
-    const double K = std::min(wanted.stiffness_N_per_m, 0.99 * allowed.stiffness_N_per_m);
+    EXPECT_NEAR(allowed.share,
+                std::min(allowed.stiffness_N_per_m / wanted.stiffness_N_per_m,
+                         allowed.stiffness_Nm_per_rad / wanted.stiffness_Nm_per_rad),
+                1e-6 * allowed.share);
+    const double K = std::min(1.0, 0.99 * allowed.share) * wanted.stiffness_N_per_m;
     EXPECT_TRUE(stability::IsStable(axis, {K, 0.999 * allowed.damping_N_s_per_m})) << delay_s;
     EXPECT_FALSE(stability::IsStable(axis, {K, 1.01 * allowed.damping_N_s_per_m})) << delay_s;
   }
 }
 
 TEST(AllowedCoupling, TheDefaultCouplingIsAllowedOnTheDefaultDeviceAtOneMillisecond) {
-  const AllowedCoupling allowed = ComputeAllowedCoupling({}, {}, 1e-3);
+  const AllowedCoupling allowed = ComputeAllowedCoupling({}, {}, {}, 1e-3);
   EXPECT_GT(allowed.stiffness_N_per_m, scene::Coupling{}.stiffness_N_per_m);
   EXPECT_GT(allowed.stiffness_Nm_per_rad, scene::Coupling{}.stiffness_Nm_per_rad);
+}
+
+// A lever r couples the translation across it with the rotation about the third axis. With x in units of 1/sqrt(m) and
+// phi in units of 1/sqrt(I), M^-1 K is there
+//   ( k/m           k r/sqrt(m I)   )
+//   ( k r/sqrt(m I) (k_t + k r^2)/I ),
+// whose larger eigenvalue is in closed form. Damping in proportion to the mass is the same for every mode.
+TEST(AllowedCoupling, ALeverLowersTheShareToThatOfTheStiffestMode) {
+  scene::Device device;
+  device.damping_Nm_s_per_rad = device.damping_N_s_per_m * device.inertia_kg_m2 / device.mass_kg;
+  const scene::Coupling wanted;
+  const glm::dvec3 lever_D(0.03, -0.06, 0.08);
+  const double r2 = glm::dot(lever_D, lever_D);
+  const double a = wanted.stiffness_N_per_m / device.mass_kg;
+  const double b = (wanted.stiffness_Nm_per_rad + wanted.stiffness_N_per_m * r2) / device.inertia_kg_m2;
+  const double c2 = wanted.stiffness_N_per_m * wanted.stiffness_N_per_m * r2 / (device.mass_kg * device.inertia_kg_m2);
+  const double stiffest_per_s2 = 0.5 * (a + b) + std::sqrt(0.25 * (a - b) * (a - b) + c2);
+  for (const double delay_s : {0.3e-3, 2.8e-3}) {
+    const stability::SampledAxis unit{1.0, device.damping_N_s_per_m / device.mass_kg, 1e-3, delay_s};
+    const double expected = stability::MaxStiffness(unit, 0.0) / stiffest_per_s2;
+    const double share = ComputeAllowedCoupling(device, wanted, lever_D, delay_s).share;
+    EXPECT_NEAR(share / expected, 1.0, 1e-6) << delay_s;
+    EXPECT_LT(share, 0.7 * ComputeAllowedCoupling(device, wanted, {}, delay_s).share) << delay_s;
+  }
 }
 
 TEST(DeviceBridge, MeasuresTheDelayOfItsLoopAndWhatItAllows) {

@@ -51,6 +51,8 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
     json samples = json::object();
     for (std::size_t bit = 0; bit < kStatusNames.size(); ++bit)
       samples[kStatusNames[bit]] = figures.status_samples[bit];
+    const stability::Wall best =
+        stability::FastestDecay(DeviceAxis(bridge.scenario().devices[i], figures.allowed.delay_s));
     roles.push_back({{"role", bridge.scenario().devices[i].role},
                      {"device", bridge.device(i).description().name},
                      {"is_simulated", bridge.device(i).is_simulated()},
@@ -70,6 +72,8 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
                      {"allowed_stiffness_N_per_m", figures.allowed.stiffness_N_per_m},
                      {"allowed_stiffness_Nm_per_rad", figures.allowed.stiffness_Nm_per_rad},
                      {"allowed_stiffness_by_linear_rule_N_per_m", figures.allowed.linear_stiffness_N_per_m},
+                     {"fastest_decay_stiffness_N_per_m", best.stiffness_N_per_m},
+                     {"fastest_decay_damping_N_s_per_m", best.damping_N_s_per_m},
                      {"allowed_damping_N_s_per_m", figures.allowed.damping_N_s_per_m},
                      {"allowed_damping_Nm_s_per_rad", figures.allowed.damping_Nm_s_per_rad},
                      {"least_stiffness_share", figures.least_stiffness_share},

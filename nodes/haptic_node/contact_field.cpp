@@ -39,7 +39,6 @@ void WriteContactField(const vps::GodObject& god_object, const core::Pose& X_WD,
   command->has_field = true;
   command->X_WD = X_WD;
   command->X_WC = X_WC;
-  command->p_CoCm_C = tool.p_CoCm_C;
   command->stiffness_N_per_m = tool.stiffness_N_per_m;
   command->stiffness_Nm_per_rad = tool.stiffness_Nm_per_rad;
   command->contacts.clear();

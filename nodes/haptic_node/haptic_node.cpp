@@ -394,6 +394,7 @@ core::DeviceCommand HapticNode::MakeCommand(std::size_t role_index, const core::
   if (!role.is_following) return command;
   command.F_Do_W = physics_gain_ * core::LimitForce(F_coupling_Do_W + F_rest_Do_W, force_cap_N_);
   command.grip_force_N = physics_gain_ * grip_force_N;
+  if (role.god_object) command.p_CoCm_C = role.god_object->parameters().p_CoCm_C;
   if (!HasField(role)) return command;
   command.F_rest_Do_W = F_rest_Do_W;
   command.force_cap_N = force_cap_N_;

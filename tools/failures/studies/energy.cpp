@@ -47,6 +47,23 @@ std::string Wander(const std::string& above, double height_m, double reach_m, do
   return script;
 }
 
+// Takes the module of `two_hands` with the left hand, and waves it to and fro beside the plug and the other hand.
+std::string HoldAndWave() {
+  Uniform uniform;
+  std::string script =
+      "grip 0.05\nreach module.grip offset 0 0 0.06\nreach module.grip speed 0.1 within 0.002\n"
+      "grip 0.018 force 30\nwait until held module\n";
+  char line[200];
+  for (int i = 0; i < static_cast<int>(kSeconds / 0.5); ++i) {
+    const double x = uniform(-1, 1), y = uniform(-1, 1), z = uniform(-1, 1);
+    const double way_m = uniform(0.01, 0.06), speed_m_per_s = uniform(0.1, 0.5);
+    std::snprintf(line, sizeof line, "push %.2f %.2f %.2f by %.3f speed %.2f\npush %.2f %.2f %.2f by %.3f speed %.2f\n",
+                  x, y, z, way_m, speed_m_per_s, -x, -y, -z, way_m, speed_m_per_s);
+    script += line;
+  }
+  return script;
+}
+
 struct EnergyScene {
   std::string name;
   scene::Scenario scenario;
@@ -101,6 +118,8 @@ EnergyScene Shipped(const std::string& name, const std::string& script) {
 std::vector<EnergyScene> ShippedScenes() {
   return {Shipped("touch", Wander("plate.centre", 0.06, 0.1, 1.0)),
           Shipped("peg_in_hole", Wander("hole.mouth", 0.08, 0.04, 0.5)),
+          Shipped("peg_in_hole/tight.xml", Wander("hole.mouth", 0.08, 0.04, 0.5)),
+          Shipped("two_hands", HoldAndWave()),
           Shipped("service_robot", Wander("left_7.side", 0.1, 0.05, 1.0)),
           Shipped("module_replacement", Wander("satellite.cover_seat", 0.12, 0.1, 0.5))};
 }
