@@ -98,14 +98,20 @@ std::array<Mode, 6> Modes(const Matrix6& M, const Matrix6& K) noexcept {
   return modes;
 }
 
+// A wall with given damping is stable below its largest K, so a mode that is stable at the share found so far cannot
+// lower it. Beginning with the stiffest mode, most need that one test and no search.
 double LargestStableShare(const SampledBody& body, const Matrix6& K, const Matrix6& B) noexcept {
+  std::array<Mode, 6> modes = Modes(body.M, K);
+  std::sort(modes.begin(), modes.end(),
+            [](const Mode& a, const Mode& b) { return a.stiffness_per_s2 > b.stiffness_per_s2; });
   double share = std::numeric_limits<double>::infinity();
-  const std::array<Mode, 6> modes = Modes(body.M, K);
-  double stiffest = 0.0;
-  for (const Mode& mode : modes) stiffest = std::max(stiffest, mode.stiffness_per_s2);
   for (const Mode& mode : modes) {
-    if (mode.stiffness_per_s2 <= kRounding * stiffest) continue;  // no wall in this direction
-    share = std::min(share, MaxStiffness(AxisOf(body, mode), Along(mode.shape, B)) / mode.stiffness_per_s2);
+    if (mode.stiffness_per_s2 <= kRounding * modes.front().stiffness_per_s2) break;  // no wall in this direction
+    const SampledAxis axis = AxisOf(body, mode);
+    const double damping = Along(mode.shape, B);
+    if (share < std::numeric_limits<double>::infinity() && IsStable(axis, {share * mode.stiffness_per_s2, damping}))
+      continue;
+    share = std::min(share, MaxStiffness(axis, damping) / mode.stiffness_per_s2);
   }
   return share;
 }

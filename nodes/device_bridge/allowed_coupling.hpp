@@ -24,7 +24,7 @@ struct AllowedCoupling {
 stability::SampledAxis DeviceAxis(const scene::Device& device, double delay_s) noexcept;
 
 // `p_DoCm_D`: where the coupling acts, the tool's centre of mass, from the device's frame. Real-time: no allocation;
-// some 20 us at a delay of a few periods.
+// some 30 us at a delay of a few periods.
 AllowedCoupling ComputeAllowedCoupling(const scene::Device& device, const scene::Coupling& wanted,
                                        const glm::dvec3& p_DoCm_D, double delay_s) noexcept;
 
