@@ -12,13 +12,14 @@ int BenchMain(const bench::BenchOptions& options, const Peers& others) {
     return [&peers, study](Report* report) { study(peers, report); };
   };
   std::vector<bench::Study> studies{
-      {"thin", with(StudyThin)},   {"steps", StudySteps},         {"peg", StudyPeg},
-      {"edges", StudyEdges},       {"boundary", StudyBoundary},   {"field", StudyField},
-      {"energy", StudyEnergy},     {"impact", with(StudyImpact)}, {"bodies", with(StudyBodies)},
-      {"light", StudyLightBodies}, {"penalty", StudyPenalty},     {"friction", with(StudyFriction)},
-      {"pairs", StudyPairs},       {"lateness", StudyLateness},   {"deep", with(StudyDeepStart)},
-      {"rest", StudyRest},         {"threads", StudyThreads},     {"long", StudyLongRun},
-      {"overload", StudyOverload}, {"meshes", StudyMeshes}};
+      {"thin", with(StudyThin)},   {"steps", StudySteps},           {"peg", StudyPeg},
+      {"edges", StudyEdges},       {"boundary", StudyBoundary},     {"field", StudyField},
+      {"energy", StudyEnergy},     {"impact", with(StudyImpact)},   {"bodies", with(StudyBodies)},
+      {"light", StudyLightBodies}, {"penalty", StudyPenalty},       {"friction", with(StudyFriction)},
+      {"pairs", StudyPairs},       {"lateness", StudyLateness},     {"deep", with(StudyDeepStart)},
+      {"rest", StudyRest},         {"threads", StudyThreads},       {"long", StudyLongRun},
+      {"overload", StudyOverload}, {"meshes", StudyMeshes},         {"held", StudyHeld},
+      {"held_peg", StudyHeldPeg},  {"held_bodies", StudyHeldBodies}};
   if (options.only.empty()) studies.push_back({"summary", AddSummary});
   return bench::RunStudies(options, {"stability", "Failure tests F1 to F23, measured", bench::ProcessorText()}, studies,
                            others.empty() ? "MuJoCo" : "");

@@ -69,6 +69,7 @@ void Loop::Prescribe(std::span<const core::Pose> X_WDs, bool is_engaged) {
     device.header.sequence = ticks_;
     device.header.publish_ns = device.sample_ns = now_ns_;
     device.is_engaged = is_engaged;
+    device.opening_m = opening_m_;
     device.X_WD = X_WDs[i];
     if (i < before.size()) {
       const core::Pose& last = before[i].X_WD;
@@ -162,7 +163,9 @@ void Loop::StepPhysics() {
   inputs.proxies = out_.proxies;
   inputs.contacts = contact_sets_.front().data();
   inputs.num_contacts = contact_sets_.front().size();
+  const std::int64_t begin_ns = core::ThreadCpuNow_ns();
   physics_->Step(inputs, &physics_out_);
+  physics_cpu_ns_ = core::ThreadCpuNow_ns() - begin_ns;
   physics_out_.state.header.sequence = ticks_;
   physics_out_.state.header.publish_ns = now_ns_;
   for (core::Reaction& reaction : physics_out_.reactions) {

@@ -44,6 +44,8 @@ class Loop {
   // One tick in place of the bridge: the devices are at these poses.
   void Tick(std::span<const core::Pose> X_WDs) { Prescribe(X_WDs, true); }
   void Tick(const core::Pose& X_WD) { Prescribe({&X_WD, 1}, true); }
+  // Of the prescribed hands' jaws, from the next tick on.
+  void SetOpening(double opening_m) { opening_m_ = opening_m; }
   // The same, with the dead-man switch released: the tool is put where the device is.
   void LetGo(const core::Pose& X_WD) { Prescribe({&X_WD, 1}, false); }
   void Run(double seconds);
@@ -60,9 +62,13 @@ class Loop {
   [[nodiscard]] const core::Pose& X_WC() const { return out_.proxies[0].X_WC; }
   [[nodiscard]] const haptic_node::Outputs& haptic() const { return out_; }
   [[nodiscard]] const core::Reaction& reaction() const { return reactions_[0]; }
+  [[nodiscard]] bool is_holding() const {
+    return !reactions_.empty() && reactions_[0].grasped_object != core::kNoObject;
+  }
   [[nodiscard]] const core::BodyState& body(std::uint16_t object) const;
-  // Of haptic_node's last step: processor time of the thread, allocations.
+  // Of the last steps: processor time of the thread, and haptic_node's allocations.
   [[nodiscard]] std::int64_t haptic_cpu_ns() const { return haptic_cpu_ns_; }
+  [[nodiscard]] std::int64_t physics_cpu_ns() const { return physics_cpu_ns_; }
   [[nodiscard]] std::uint64_t haptic_allocations() const { return haptic_allocations_; }
   [[nodiscard]] const HandEnergy& energy() const { return energy_; }
   [[nodiscard]] const device_bridge::DeviceBridge& bridge() const { return *bridge_; }
@@ -91,12 +97,14 @@ class Loop {
   physics_node::Outputs physics_out_;
   core::FixedVector<core::Reaction, haptic_node::kMaxRoles> reactions_;
   core::LogicStatus logic_;
+  double opening_m_ = 0.0;
   bool is_linked_ = true;
   bool is_held_ = true;
   core::Wrench exerted_before_;     // since the last command
   core::Wrench exerted_at_sample_;  // since the last sample
   HandEnergy energy_;               // of the first device
   std::int64_t haptic_cpu_ns_ = 0;
+  std::int64_t physics_cpu_ns_ = 0;
   std::uint64_t haptic_allocations_ = 0;
 };
 

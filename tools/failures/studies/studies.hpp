@@ -27,6 +27,10 @@ void StudyThreads(Report* report);                        // F20
 void StudyLongRun(Report* report);                        // F21
 void StudyOverload(Report* report);                       // F22
 void StudyMeshes(Report* report);                         // F23
+// What the jaws hold: rows of their own, then those of F5, and of F10, F14, F19 and F20.
+void StudyHeld(Report* report);
+void StudyHeldPeg(Report* report);
+void StudyHeldBodies(Report* report);
 
 // Of StudyPeg: how a peg trembles at rest in one of its attitudes, by the default method. Rms.
 double PegJitter_m(double clearance_m, double friction, int seed);

@@ -1,0 +1,216 @@
+// What the jaws hold hangs on the grasp's spring in physics_node and is felt through the bus: its inertia, its momentum
+// when it is let go, and how stiff what it touches may be.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <numbers>
+
+#include "tools/failures/for_all.hpp"
+#include "tools/failures/gripper.hpp"
+#include "tools/failures/studies/studies.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace failures {
+namespace {
+
+constexpr double kMass_kg = 1.97;  // handle and module of `module_replacement`
+constexpr double kWidth_m = 0.03;
+constexpr glm::dvec3 kPart_m{kWidth_m, 0.04, 0.08};
+constexpr double kAcceleration_m_per_s2 = 1.0;
+
+core::Pose HandPose() {
+  return {{1, 0, 0, 0}, {0.0, 0.0, 0.1}};
+}
+
+std::uint16_t AddHeldPart(SceneKit* kit, std::uint32_t num_points) {
+  AddGripper(kit, HandPose(), kWidth_m);
+  const auto mesh = MakeBoxAt(kPart_m, {0.0, 0.0, kHeldTop_m - 0.5 * kPart_m.z});
+  const auto part = kit->AddBody(mesh, HandPose(), kMass_kg, 1e-3, num_points);
+  AddGripPairs(kit, part);
+  return part;
+}
+
+// ---- Inertia
+
+struct Felt {
+  double least = 1e9, most = -1e9;  // force over m a, while |a| is more than half of its amplitude
+};
+
+// The device swings along an axis; everything arrives `late_ticks` late.
+Felt Wave(const glm::dvec3& axis_W, double frequency_Hz, int late_ticks) {
+  SceneKit kit(Variants().back());
+  AddHeldPart(&kit, 0);
+  LoopOptions options;
+  options.contact_delay_ticks = late_ticks;
+  Loop loop(kit.scenario, options);
+  Grip(&loop, HandPose(), kWidth_m);
+  const double w = 2.0 * std::numbers::pi * frequency_Hz;
+  constexpr double kPeriods = 4.0;  // two to come up to the amplitude, without a jerk, and two to measure
+  const int num_ticks = static_cast<int>(1000.0 * kPeriods / frequency_Hz);
+  Felt felt;
+  for (int i = 0; i < num_ticks; ++i) {
+    const double t = 1e-3 * i;
+    const double up = std::min(1.0, 2.0 * t * frequency_Hz / kPeriods);
+    core::Pose X_WD = HandPose();
+    const double amplitude_m = up * up * (3.0 - 2.0 * up) * kAcceleration_m_per_s2 / (w * w);
+    X_WD.translation += amplitude_m * std::sin(w * t) * axis_W;
+    loop.Tick(X_WD);
+    const double a = -kAcceleration_m_per_s2 * std::sin(w * t);
+    if (2 * i < num_ticks || std::abs(a) < 0.5 * kAcceleration_m_per_s2) continue;
+    const double ratio = glm::dot(loop.command().force_N, axis_W) / (-kMass_kg * a);
+    felt.least = std::min(felt.least, ratio);
+    felt.most = std::max(felt.most, ratio);
+  }
+  return felt;
+}
+
+void StudyWaving(Report* report) {
+  const std::vector<double> frequencies_Hz{0.5, 1.0, 2.0};
+  const std::vector<int> lates{0, 3};
+  std::vector<Felt> felt(frequencies_Hz.size() * lates.size() * 3);
+  ForAll(felt.size(), [&](std::size_t i) {
+    glm::dvec3 axis_W(0.0);
+    axis_W[static_cast<int>(i % 3)] = 1.0;
+    felt[i] = Wave(axis_W, frequencies_Hz[i / 3 / lates.size()], lates[i / 3 % lates.size()]);
+  });
+  for (std::size_t f = 0; f < frequencies_Hz.size(); ++f) {
+    Felt worst;
+    for (std::size_t i = 0; i < 3 * lates.size(); ++i) {
+      const Felt& one = felt[f * 3 * lates.size() + i];
+      worst = {std::min(worst.least, one.least), std::max(worst.most, one.most)};
+    }
+    AddRow(report, {"H1",
+                    "inertia of a held part",
+                    "part of 1.97 kg swung by the hand with 1 m/s^2 at " + Short(frequencies_Hz[f]) +
+                        " Hz along each axis, 0 and 3 ms late",
+                    "force felt over m a, where a is above half its amplitude",
+                    "0.95 to 1.05",
+                    {{Variants().back().name, Short(worst.least) + " to " + Short(worst.most),
+                      worst.least >= 0.95 && worst.most <= 1.05}},
+                    "the part swings on the grasp's spring of 3 kN/m, which is the hand's softness: 6.2 Hz"});
+  }
+}
+
+// ---- Momentum
+
+// The hand flies straight on and opens. How much of the momentum is gained or lost, relative.
+double Release() {
+  SceneKit kit(Variants().back());
+  const auto part = AddHeldPart(&kit, 0);
+  Loop loop(kit.scenario);
+  core::Pose X_WD = HandPose();
+  Grip(&loop, X_WD, kWidth_m);
+  const glm::dvec3 v_W(0.12, 0.2, -0.1);
+  constexpr int kSpeedUp_ticks = 300, kSteady_ticks = 2000, kOpen_ticks = 200;
+  glm::dvec3 before(0.0);
+  for (int i = 0; i < kSpeedUp_ticks + kSteady_ticks + kOpen_ticks; ++i) {
+    X_WD.translation += 1e-3 * std::min(1.0, static_cast<double>(i) / kSpeedUp_ticks) * v_W;
+    const int opened = i - kSpeedUp_ticks - kSteady_ticks;
+    if (opened == 0) before = loop.body(part).V_WO.linear_m_per_s;
+    if (opened >= 0) loop.SetOpening(kWidth_m + 1e-4 * opened);
+    loop.Tick(X_WD);
+  }
+  if (loop.is_holding()) return 1.0;
+  return glm::length(loop.body(part).V_WO.linear_m_per_s - before) / glm::length(before);
+}
+
+void StudyRelease(Report* report) {
+  const double lost = Release();
+  AddRow(report, {"H2",
+                  "letting go",
+                  "part of 1.97 kg let go by a hand that flies straight on at 0.25 m/s",
+                  "momentum gained or lost, of it all",
+                  "<= 1e-9",
+                  {{Variants().back().name, Short(lost), lost <= 1e-9}},
+                  "the jaws push on the part while they open"});
+}
+
+// ---- Stiffness of what a held part touches
+
+constexpr double kRest_m = 1e-6;    // rms of the part at rest, more is a limit cycle
+constexpr double kMostActing = 0.01;
+
+bool IsQuiet(double pair_N_per_m, double grasp_N_per_m, int late_ticks) {
+  SceneKit kit(Variants().back());
+  // A stiffer grasp with the same share of damping.
+  const double scale = grasp_N_per_m / kit.scenario.coupling.grasp_stiffness_N_per_m;
+  kit.scenario.coupling.grasp_stiffness_N_per_m *= scale;
+  kit.scenario.coupling.grasp_stiffness_Nm_per_rad *= scale;
+  kit.scenario.coupling.grasp_damping_N_s_per_m *= std::sqrt(scale);
+  kit.scenario.coupling.grasp_damping_Nm_s_per_rad *= std::sqrt(scale);
+  const auto plate = kit.AddFixed(vps::MakeBox({0.2, 0.2, 0.02}), {{1, 0, 0, 0}, {0, 0, -0.01}}, 1e-3);
+  const auto part = AddHeldPart(&kit, 8000);
+  kit.AddPair(part, plate).stiffness_N_per_m = pair_N_per_m;
+  LoopOptions options;
+  options.command_delay_ticks = options.contact_delay_ticks = late_ticks;
+  options.script = "grip 0.0298 force 30\nwait until held " + kit.scenario.objects[part].name +
+                   "\npush 0 0 -1 by 0.1 speed 0.05 until felt 10\nwait 100\n";
+  Loop loop(kit.scenario, options);
+  for (int i = 0; i < 5000 && !loop.is_holding(); ++i) loop.Tick();
+  if (!loop.is_holding()) throw std::runtime_error("the operator does not get hold of the part");
+  loop.Run(2.0);  // until it is on the plate
+  const std::uint64_t before = loop.bridge().figures(0).samples_made_passive;
+  loop.Run(6.0);
+  std::vector<glm::dvec3> places;
+  for (int i = 0; i < 1000; ++i) {
+    loop.Tick();
+    places.push_back(loop.body(part).X_WO.translation);
+  }
+  const auto acted = static_cast<double>(loop.bridge().figures(0).samples_made_passive - before);
+  return Spread(places) <= kRest_m && acted < kMostActing * 7000.0;
+}
+
+template <class Quiet>
+double LargestQuiet(const std::vector<double>& candidates, Quiet&& is_quiet) {
+  double largest = 0.0;
+  for (const double one : candidates) {
+    if (!is_quiet(one)) break;
+    largest = one;
+  }
+  return largest;
+}
+
+void StudyStiffness(Report* report) {
+  constexpr double kGrasp_N_per_m = 3000.0;
+  constexpr double kPair_N_per_m = 1e5;
+  const std::vector<int> lates{0, 3};
+  std::vector<double> pair(lates.size()), grasp(lates.size());
+  ForAll(2 * lates.size(), [&](std::size_t i) {
+    const int late = lates[i / 2];
+    if (i % 2 == 0) {
+      pair[i / 2] = LargestQuiet({2e4, 6e4, 2e5, 1e6, 1e7},
+                                 [&](double k) { return IsQuiet(k, kGrasp_N_per_m, late); });
+    } else {
+      grasp[i / 2] = LargestQuiet({3e3, 5e3, 8e3, 1.2e4, 2e4, 3e4, 5e4, 8e4},
+                                  [&](double k) { return IsQuiet(kPair_N_per_m, k, late); });
+    }
+  });
+  for (std::size_t i = 0; i < lates.size(); ++i) {
+    const std::string late = Short(0.3 + lates[i]) + " ms late";
+    AddRow(report, {"H3",
+                    "stiffness that a held part touches",
+                    "part of 1.97 kg in the hand, pressed on a plate with 10 N, " + late,
+                    "largest stiffness of the pair with the part at rest and the controller in < 1 % of cycles, of "
+                    "those up to 10 MN/m",
+                    ">= 60 kN/m",
+                    {{Variants().back().name, Short(1e-3 * pair[i]) + " kN/m", pair[i] >= 6e4}},
+                    ""});
+    AddRow(report, {"H3",
+                    "stiffness that a held part touches",
+                    "the same on a pair of 100 kN/m, with stiffer grasps, " + late,
+                    "largest stiffness of the grasp, which is what the hand feels of the wall",
+                    ">= 3 kN/m",
+                    {{Variants().back().name, Short(1e-3 * grasp[i]) + " kN/m", grasp[i] >= 3e3}},
+                    ""});
+  }
+}
+
+}  // namespace
+
+void StudyHeld(Report* report) {
+  StudyWaving(report);
+  StudyRelease(report);
+  StudyStiffness(report);
+}
+
+}  // namespace failures
