@@ -329,6 +329,105 @@ TEST(HookAndLoop, PatchesBreakOneByOneAndStayBroken) {
   EXPECT_EQ(held->force(), 0.0);
 }
 
+// A hand that stands still and holds, with its jaws along x, a box of 0.5 kg by its middle.
+class GripTest : public testing::Test {
+ protected:
+  GripTest() : world_(Gravity()) {
+    hand_ = test::MustAdd(&world_, BodyParams{BodyKind::kKinematic, {}, {}, {}});
+    object_ = test::AddDynamic(&world_, {}, BoxMass(kMass_kg, {0.03, 0.04, 0.1}));
+  }
+  static World::Options Gravity() {
+    World::Options options;
+    options.gravity_W_m_per_s2 = {0.0, 0.0, -kG};
+    return options;
+  }
+  void Hold(double force_N, double torque_Nm, const glm::dvec3& p_W, const SpringCouplingParams& params = {}) {
+    grasp_ = trials::AddMechanism<SpringCoupling>(&world_, hand_, object_, params);
+    grasp_->Attach(world_.X_WO(hand_), world_.X_WO(object_), p_W);
+    grasp_->SetGripLimit({{1.0, 0.0, 0.0}, force_N, torque_Nm});
+  }
+  void Run(int num_steps) {
+    for (int i = 0; i < num_steps; ++i) world_.Step(kDt);
+  }
+  [[nodiscard]] glm::dvec3 p_WO() const { return world_.X_WO(object_).translation; }
+
+  static constexpr double kMass_kg = 0.5;
+  static constexpr double kG = 9.81;
+  World world_;
+  int hand_ = 0;
+  int object_ = 0;
+  SpringCoupling* grasp_ = nullptr;
+};
+
+TEST_F(GripTest, ATenthMoreThanTheWeightHoldsForTenSecondsWithoutCreep) {
+  Hold(1.1 * kMass_kg * kG, 1.0, {0.0, 0.0, 0.0});
+  for (int i = 0; i < 1000; ++i) {  // the weight comes on
+    world_.SetLoad(object_, {{0.0, 0.0, (1.0 - i / 1000.0) * kMass_kg * kG}, {}});
+    Run(1);
+  }
+  world_.SetLoad(object_, {});
+  Run(1000);
+  const glm::dvec3 after_2_s = p_WO();
+  EXPECT_NEAR(after_2_s.z, -kMass_kg * kG / SpringCouplingParams{}.stiffness_N_per_m, 1e-6);
+  Run(8000);
+  EXPECT_LT(glm::length(p_WO() - after_2_s), 1e-9);
+}
+
+// m a = m g - F.
+TEST_F(GripTest, HalfOfTheWeightLetsItSlipAtOnceWithHalfOfG) {
+  Hold(0.5 * kMass_kg * kG, 1.0, {0.0, 0.0, 0.0});
+  constexpr int kSteps = 200;
+  Run(kSteps);
+  const double t_s = kSteps * kDt;
+  EXPECT_NEAR(world_.V_WO(object_).linear_m_per_s.z, -0.5 * kG * t_s, 0.02 * 0.5 * kG * t_s);
+  EXPECT_NEAR(p_WO().z, -0.25 * kG * t_s * t_s, 0.05 * 0.25 * kG * t_s * t_s);
+  EXPECT_NEAR(grasp_->F_Po_W().force_N.z, -0.5 * kMass_kg * kG, 1e-6);
+}
+
+// Held 40 mm beside its middle, along y: the weight's moment about the jaws' axis is m g r, its inertia about the grip
+// point I + m r^2. The force that it takes to carry the grip point's share of the weight is far within the limit.
+TEST_F(GripTest, ItTurnsInTheFingersByWhatTheWeightsMomentExceedsTheirFriction) {
+  constexpr double kArm_m = 0.04;
+  const double moment_Nm = kMass_kg * kG * kArm_m;
+  const double inertia_kg_m2 = BoxMass(kMass_kg, {0.03, 0.04, 0.1}).I_Cm_O_kg_m2[0][0];
+  Hold(1e5, 0.5 * moment_Nm, {0.0, -kArm_m, 0.0}, {1e6, 2000.0, 40.0, 0.6});
+  constexpr int kSteps = 60;
+  Run(kSteps);
+  const double alpha = 0.5 * moment_Nm / (inertia_kg_m2 + kMass_kg * kArm_m * kArm_m);
+  EXPECT_NEAR(world_.V_WO(object_).angular_rad_per_s.x, -alpha * kSteps * kDt, 0.05 * alpha * kSteps * kDt);
+  EXPECT_LT(std::abs(glm::dot(core::RotationVector(world_.X_WO(object_).rotation), {0.0, 1.0, 0.0})), 1e-9);
+}
+
+// What it takes to turn the object is missing when it is pulled: (f / F)^2 + (tau / T)^2 = 1 while it slips.
+TEST_F(GripTest, ForceAndTorqueShareTheLimit) {
+  constexpr double kF_N = 4.0, kT_Nm = 0.08;
+  Hold(kF_N, kT_Nm, {0.0, -0.03, 0.0});
+  for (int i = 0; i < 50; ++i) {
+    Run(1);
+    const core::Wrench& F = grasp_->F_Po_W();
+    const glm::dvec3 p_WGrip(0.0, -0.03, 0.0);
+    const double tau_Nm = (F.torque_Nm - glm::cross(p_WGrip, F.force_N)).x;
+    const double s = std::hypot(F.force_N.z / kF_N, tau_Nm / kT_Nm);
+    EXPECT_LT(s, 1.05) << i;
+    if (i <= 20) continue;
+    EXPECT_GT(s, 0.95) << i;
+  }
+}
+
+TEST_F(GripTest, TheWeightsEnergyFallsByForceTimesWay) {
+  const double before_J = world_.weight_energy_J();
+  Run(100);  // held by nothing
+  EXPECT_NEAR(before_J - world_.weight_energy_J(), -kMass_kg * kG * p_WO().z, 1e-12);
+  EXPECT_GT(before_J - world_.weight_energy_J(), 0.2);
+}
+
+TEST_F(GripTest, AlongTheJawsAxisTheShapeHolds) {
+  Hold(0.1, 0.01, {0.0, 0.0, 0.0});
+  world_.SetLoad(object_, {{20.0, 0.0, kMass_kg * kG}, {}});
+  Run(2000);
+  EXPECT_NEAR(p_WO().x, 20.0 / SpringCouplingParams{}.stiffness_N_per_m, 1e-5);
+}
+
 TEST(Grasp, ReactionOnTheHandIsOppositeToTheForceOnTheObject) {
   World world;
   const int hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {{1, 0, 0, 0}, {0.1, 0, 0}}, {}, {}});

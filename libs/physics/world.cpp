@@ -68,6 +68,11 @@ double World::SmallestGapAlong_m(int pair, const glm::dvec3& direction_W) const 
   return slot.feed.SmallestGap(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO(), nullptr, &direction_W);
 }
 
+double World::PressedRadius_m(int pair) const {
+  const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
+  return slot.feed.PressedRadius(impl_->body(slot.sampled).X_WO(), impl_->body(slot.field).X_WO());
+}
+
 glm::dvec3 World::DeepestPoint_W(int pair) const {
   const PairSlot& slot = impl_->pairs[static_cast<std::size_t>(pair)];
   glm::dvec3 p_W = impl_->body(slot.sampled).p_WCm;
@@ -223,6 +228,15 @@ glm::dvec3 World::center_of_mass_W(int body) const {
 }
 double World::kinetic_energy_J(int body) const {
   return impl_->body(body).kinetic_energy_J();
+}
+
+double World::weight_energy_J() const {
+  double energy_J = 0.0;
+  for (const RigidBody& body : impl_->bodies) {
+    if (body.kind != BodyKind::kDynamic) continue;
+    energy_J -= body.mass_kg * glm::dot(impl_->gravity_W_m_per_s2, body.p_WCm);
+  }
+  return energy_J;
 }
 
 void World::Save(Checkpoint* checkpoint) const {

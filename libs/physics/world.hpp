@@ -90,6 +90,9 @@ class World {
   [[nodiscard]] double SmallestGap_m(int pair) const;
   // The same over the planes that push S along direction_W (unit): within 60 degrees of it.
   [[nodiscard]] double SmallestGapAlong_m(int pair, const glm::dvec3& direction_W) const;
+  // Mean distance of what presses from its middle: friction mu under a force N holds the torque mu N r about the
+  // normal.
+  [[nodiscard]] double PressedRadius_m(int pair) const;
   // World position of the deepest plane's contact point at the present poses.
   [[nodiscard]] glm::dvec3 DeepestPoint_W(int pair) const;
 
@@ -133,6 +136,8 @@ class World {
   [[nodiscard]] glm::dvec3 spin_Nms(int body) const;
   [[nodiscard]] glm::dvec3 center_of_mass_W(int body) const;
   [[nodiscard]] double kinetic_energy_J(int body) const;
+  // Potential energy of all weights, -sum m g . c: zero at W's origin.
+  [[nodiscard]] double weight_energy_J() const;
   // Number of islands since the world was created that were solved directly, and that were left with a residual because
   // the direct solver failed or had too many rows.
   [[nodiscard]] std::uint64_t num_direct_solves() const;

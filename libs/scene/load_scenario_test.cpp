@@ -80,7 +80,7 @@ TEST_F(LoadScenarioTest, RefusesAZenithAlongTheSun) {
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
       R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30" gravity_m_per_s2="0 1 -9.81"/>)",
-      R"(<coupling type="god_object" stiffness_N_per_m="2000" alpha="3"/>)",
+      R"(<coupling type="god_object" stiffness_N_per_m="2000" alpha="3" grip="friction"/>)",
       kPlate,
       kBlock,
       kHand,
@@ -101,6 +101,7 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   EXPECT_EQ(scenario->coupling.type, "god_object");
   EXPECT_EQ(scenario->coupling.stiffness_N_per_m, 2000.0);
   EXPECT_EQ(scenario->coupling.alpha, 3.0);
+  EXPECT_TRUE(scenario->coupling.is_grip_by_friction);
   EXPECT_EQ(scenario->coupling.eta, Coupling{}.eta);
   EXPECT_TRUE(scenario->procedure.is_absolute());
   ASSERT_EQ(scenario->objects.size(), 5U);

@@ -103,6 +103,7 @@ class Builder {
     read.Number("grasp_stiffness_Nm_per_rad", &coupling.grasp_stiffness_Nm_per_rad);
     read.Number("grasp_damping_Nm_s_per_rad", &coupling.grasp_damping_Nm_s_per_rad);
     read.Number("jaw_stiffness_N_per_m", &coupling.jaw_stiffness_N_per_m);
+    coupling.is_grip_by_friction = element.Get("grip") == "friction";
     read.Boolean("reevaluate", &coupling.is_reevaluated);
     read.Boolean("field", &coupling.has_field);
   }

@@ -222,8 +222,10 @@ struct Coupling {
   double grasp_stiffness_Nm_per_rad = 40.0;
   double grasp_damping_Nm_s_per_rad = 0.6;
   double jaw_stiffness_N_per_m = 8000.0;  // on the gripper axis
-  bool is_reevaluated = true;             // the force is made anew when physics answers (HapticNode::Reevaluate)
-  bool has_field = true;  // the bridge lets the force follow the device between commands (god_object only)
+  bool is_grip_by_friction =
+      false;                   // jaws hold what their force and the pairs' friction hold; else whatever they grasp
+  bool is_reevaluated = true;  // the force is made anew when physics answers (HapticNode::Reevaluate)
+  bool has_field = true;       // the bridge lets the force follow the device between commands (god_object only)
 };
 
 // In W; or mounted on an object, in its mesh frame; or following an object, from its origin along W's axes.

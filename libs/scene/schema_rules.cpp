@@ -42,6 +42,7 @@ ElementRule CouplingRule() {
            Optional("grasp_stiffness_Nm_per_rad", kAtLeastZero),
            Optional("grasp_damping_Nm_s_per_rad", kAtLeastZero),
            Optional("jaw_stiffness_N_per_m", kAboveZero),
+           {"grip", ValueKind::kChoice, false, {"spring", "friction"}},
            Optional("reevaluate", ValueKind::kBoolean),
            Optional("field", ValueKind::kBoolean)},
           {}};

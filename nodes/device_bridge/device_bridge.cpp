@@ -81,7 +81,7 @@ void DeviceBridge::TakeDescription(std::size_t role_index) noexcept {
 void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
   role->reading = role->device->Read(now_ns);
   if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
-  double others_J = 0.0;
+  double others_J = released_weight_.energy_J();
   for (const auto& other : roles_) others_J += other.get() == role ? 0.0 : other->passivity.energy_J();
   const bool is_in_full = (role->filter.status() & kForceNotInFull) == 0;
   core::Wrench added = role->passivity.Step(role->reading, role->written, is_in_full, others_J);
@@ -178,6 +178,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   if (inputs.physics != nullptr && inputs.physics->header.sequence != physics_sequence_) {
     physics_sequence_ = inputs.physics->header.sequence;
     physics_alive_ns_ = inputs.now_ns;
+    released_weight_.Update(inputs.physics->weight_J);
   }
 
   core::FixedVector<FeltForce, kMaxRoles> felt;

@@ -15,6 +15,7 @@
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
+#include "nodes/device_bridge/released_weight.hpp"
 #include "nodes/device_bridge/rendered_impulse.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
 #include "scene/scenario.hpp"
@@ -157,6 +158,7 @@ class DeviceBridge {
   // physics does not limit the force.
   std::uint64_t physics_sequence_ = 0;
   std::int64_t physics_alive_ns_ = std::numeric_limits<std::int64_t>::max();
+  ReleasedWeight released_weight_;
 };
 
 }  // namespace device_bridge

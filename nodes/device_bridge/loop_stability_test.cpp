@@ -145,6 +145,24 @@ TEST(Passivity, ReturnsNoMoreEnergyThanTheHandGave) {
   EXPECT_GT(figures.least_energy_J, -0.2);
 }
 
+// A weight of 5 N hangs on the hand, which lowers it by 50 mm: it gets a quarter of a joule that it has not put in.
+RoleFigures Lowering(bool is_weight_known) {
+  constexpr double kWeight_N = 5.0;
+  ToyWorld world("step a\nwait 1.5\npush 0 0 -1 by 0.05 speed 0.1\nwait 100\n");
+  world.contact = [](const core::DeviceState&) { return core::Wrench{{0, 0, -kWeight_N}, {0, 0, 0}}; };
+  world.after = [=](ToyWorld& w) {
+    if (is_weight_known) w.physics.weight_J = kWeight_N * w.outputs.states[0].X_WD.translation.z;
+  };
+  world.Run(4.0);
+  return world.bridge->figures(0);
+}
+
+TEST(Passivity, LetsAHandLowerWhatHasWeight) {
+  EXPECT_LT(Lowering(true).energy_J, -0.2);
+  EXPECT_EQ(Lowering(true).samples_made_passive, 0U);
+  EXPECT_GT(Lowering(false).samples_made_passive, 100U);
+}
+
 TEST(Passivity, CountsTheWorkOverTheWayThatTheDeviceMoved) {
   Passivity passivity{{}};
   SafetyFilter filter = *SafetyFilter::Create([] {

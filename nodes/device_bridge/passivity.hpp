@@ -34,7 +34,8 @@ class Passivity {
   explicit Passivity(const PassivityParameters& parameters) : parameters_(parameters) {}
 
   // `acted` was on the device from the last call until this one, when it was read. Returns what to add to the command.
-  // `is_in_full`: the force is neither withdrawn nor ramped. `others_J`: energy_J of the other hands.
+  // `is_in_full`: the force is neither withdrawn nor ramped. `others_J`: energy_J of the other hands, and what weights
+  // have given (ReleasedWeight).
   core::Wrench Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full,
                     double others_J = 0.0) noexcept;
 

@@ -22,7 +22,7 @@ GraspKeeper::Change GraspKeeper::Update(std::size_t holdable, const JawContact& 
 
   const double allowed_m = glm::length(h.coupling->deflection_P_m()) + kLostMargin_m;
   const auto is_lost = [&](const JawContact& jaw) {
-    return jaw.is_reported ? jaw.gap_m > allowed_m : opening_m > watch.opening_m + kReopenMargin_m;
+    return jaw.is_loose || (jaw.is_reported ? jaw.gap_m > allowed_m : opening_m > watch.opening_m + kReopenMargin_m);
   };
   watch.lost_ticks = is_lost(left) || is_lost(right) ? watch.lost_ticks + 1 : 0;
   if (opening_m > watch.opening_m + kOpenMargin_m || watch.lost_ticks >= kLostTicks) return Detach(holdable);

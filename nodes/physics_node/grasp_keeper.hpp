@@ -38,6 +38,7 @@ class GraspKeeper {
     bool is_reported = false;  // a fresh contact set exists
     bool is_squeezed = false;  // pushed outwards along the jaws' axis
     double gap_m = 1e9;
+    bool is_loose = false;  // it holds by friction, and does not press
   };
   enum class Change : std::uint8_t { kUnchanged, kAttached, kDetached };
 

@@ -75,9 +75,14 @@ struct PhysicsNode::Impl {
       const BuiltWorld::Holdable& h = built.holdables[i];
       const Hand& hand = hands[static_cast<std::size_t>(h.role)];
       if (hand.is_silent) continue;  // no grasp changes on outdated data
-      const GraspKeeper::JawContact left = feed.Jaw(inputs, h.left_pair, hand, -1.0);
-      const GraspKeeper::JawContact right = feed.Jaw(inputs, h.right_pair, hand, 1.0);
+      GraspKeeper::JawContact left = feed.Jaw(inputs, h.left_pair, hand, -1.0);
+      GraspKeeper::JawContact right = feed.Jaw(inputs, h.right_pair, hand, 1.0);
+      if (scenario.coupling.is_grip_by_friction) {
+        left.is_loose = !(left.gap_m < 0.0);
+        right.is_loose = !(right.gap_m < 0.0);
+      }
       const GraspKeeper::Change change = keeper.Update(i, left, right, hand.opening_m, GripPoint_W(h));
+      if (scenario.coupling.is_grip_by_friction) LimitGrip(h, left, right);
       if (change == GraspKeeper::Change::kUnchanged) continue;
       Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",
            {scenario.devices[static_cast<std::size_t>(h.role)].role, " ",
@@ -100,6 +105,23 @@ struct PhysicsNode::Impl {
              {scenario.devices[role].role, " ", scenario.objects[static_cast<std::size_t>(object)].name});
       }
     }
+  }
+
+  // A jaw that is pressed in by d holds with mu k d, k the jaws' stiffness, and against turning with the mean distance
+  // of what presses on it.
+  void LimitGrip(const BuiltWorld::Holdable& h, const GraspKeeper::JawContact& left,
+                 const GraspKeeper::JawContact& right) const {
+    physics::GripLimit limit;
+    const auto add = [&](const GraspKeeper::JawContact& jaw, int scenario_pair) {
+      const auto pair = static_cast<std::size_t>(scenario_pair);
+      const double pressed_m = jaw.is_reported ? std::max(0.0, -jaw.gap_m) : 0.0;
+      const double force_N = scenario.pairs[pair].friction * scenario.coupling.jaw_stiffness_N_per_m * pressed_m;
+      limit.force_N += force_N;
+      limit.torque_Nm += force_N * built.world->PressedRadius_m(built.contact_of_pair[pair]);
+    };
+    add(left, h.left_pair);
+    add(right, h.right_pair);
+    h.coupling->SetGripLimit(limit);
   }
 
   // Half way between the contact points of the jaws, or between the jaws' frames when no planes are known.
@@ -222,6 +244,7 @@ struct PhysicsNode::Impl {
     state.header.publish_ns = now_ns;
     state.tick = tick;
     state.time_ns = static_cast<std::int64_t>(tick) * core::kTick_ns;
+    state.weight_J = built.world->weight_energy_J();
     state.bodies.clear();
     state.mechanisms.clear();
     for (std::size_t i = 0; i < scenario.objects.size(); ++i) {

@@ -174,6 +174,57 @@ TEST(PhysicsNode, GraspsWithBothJawsCarriesAndReleases) {
   EXPECT_LT(bench.node->impulse_balance().relative(), 1e-10);
 }
 
+// Jaws pressed in by d each hold 2 mu k d.
+class GripBench : public Bench {
+ public:
+  explicit GripBench(double share_of_weight) : Bench(Scenario()) {
+    const double weight_N = 0.5 * 9.81;
+    const double pressed_m =
+        share_of_weight * weight_N / (2.0 * scenario.pairs[kLeft].friction * scenario.coupling.jaw_stiffness_N_per_m);
+    opening_m = 2.0 * (kHalf_m - pressed_m);
+  }
+  static scene::Scenario Scenario() {
+    scene::Scenario scenario = MakeScenario();
+    scenario.coupling.is_grip_by_friction = true;
+    scenario.gravity_m_per_s2 = {0.0, 0.0, -9.81};
+    return scenario;
+  }
+  [[nodiscard]] double z_m() const { return block().X_WO.translation.z; }
+};
+
+TEST(PhysicsNode, JawsHoldForTenSecondsWhatTheirFrictionHoldsWithATenthToSpare) {
+  GripBench bench(1.1);
+  bench.Run(1000);
+  ASSERT_EQ(bench.held(), Bench::kBlock);
+  const double after_1_s = bench.z_m();
+  EXPECT_GT(after_1_s, -0.01);
+  bench.Run(9000);
+  EXPECT_EQ(bench.held(), Bench::kBlock);
+  EXPECT_NEAR(bench.z_m(), after_1_s, 1e-6);
+  EXPECT_NEAR(bench.outputs.reactions[0].F_Do_W.force_N.z, -0.5 * 9.81, 1e-6);
+}
+
+TEST(PhysicsNode, WhatHalfOfTheFrictionHoldsSlipsAtOnceWithHalfOfG) {
+  GripBench bench(0.5);
+  bench.Run(20);
+  ASSERT_EQ(bench.held(), Bench::kBlock);
+  const double before = bench.block().V_WO.linear_m_per_s.z;
+  bench.Run(100);
+  EXPECT_NEAR(bench.block().V_WO.linear_m_per_s.z - before, -0.5 * 9.81 * 0.1, 0.02 * 0.5 * 9.81 * 0.1);
+  EXPECT_NEAR(bench.outputs.reactions[0].F_Do_W.force_N.z, -0.25 * 9.81, 0.01);
+}
+
+TEST(PhysicsNode, WhatJawsNoLongerPressStaysBehind) {
+  GripBench bench(1.5);
+  bench.Run(1000);
+  ASSERT_EQ(bench.held(), Bench::kBlock);
+  bench.MoveJaws(2.0 * Bench::kHalf_m + 1e-4, 0.05);  // opened by less than what a grasp by its spring bears
+  bench.Run(20);
+  EXPECT_EQ(bench.held(), core::kNoObject);
+  bench.Run(100);
+  EXPECT_LT(bench.block().V_WO.linear_m_per_s.z, -0.5);
+}
+
 TEST(PhysicsNode, JawsTurnALeverWithoutHoldingIt) {
   scene::Scenario scenario = Bench::MakeScenario();
   scene::Mechanism hinge;  // about z, 0.1 m beside the block

@@ -9,8 +9,7 @@
 namespace failures {
 namespace {
 
-constexpr double kOpen_m = 0.01;     // farther than closed
-constexpr double kSqueeze_m = 1e-4;  // of each jaw, closed
+constexpr double kOpen_m = 0.01;  // farther than closed
 constexpr int kClosing_ticks = 200;
 constexpr int kSettling_ticks = 500;
 
@@ -45,10 +44,10 @@ void AddGripPairs(SceneKit* kit, std::uint16_t object) {
   }
 }
 
-void Grip(Loop* loop, const core::Pose& X_WD, double width_m) {
+void Grip(Loop* loop, const core::Pose& X_WD, double width_m, double squeeze_m) {
   for (int i = 0; i <= kClosing_ticks + kSettling_ticks; ++i) {
     const double open = std::max(0.0, 1.0 - static_cast<double>(i) / kClosing_ticks);
-    loop->SetOpening(width_m + open * kOpen_m - (1.0 - open) * 2.0 * kSqueeze_m);
+    loop->SetOpening(width_m + open * kOpen_m - (1.0 - open) * 2.0 * squeeze_m);
     loop->Tick(X_WD);
   }
   if (!loop->is_holding()) throw std::runtime_error("the gripper holds nothing");

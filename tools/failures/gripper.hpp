@@ -18,9 +18,11 @@ void AddGripper(SceneKit* kit, const core::Pose& X_WD, double width_m);
 // Pairs of the gripper's parts with an object, so that it can be held.
 void AddGripPairs(SceneKit* kit, std::uint16_t object);
 
+constexpr double kSqueeze_m = 1e-4;  // of each jaw, closed
+
 // Closes the jaws of a gripper at rest on what is `width_m` wide, and waits until all is still. An error of the program
 // if physics_node does not report a grasp then.
-void Grip(Loop* loop, const core::Pose& X_WD, double width_m);
+void Grip(Loop* loop, const core::Pose& X_WD, double width_m, double squeeze_m = kSqueeze_m);
 
 // Rms about the mean.
 double Spread(const std::vector<glm::dvec3>& values);

@@ -156,6 +156,27 @@ double ContactFeed::SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, 
   return smallest;
 }
 
+double ContactFeed::PressedRadius(const core::Pose& X_WS, const core::Pose& X_WG) const {
+  std::array<glm::dvec3, core::kMaxContactPlanes> points_W;
+  std::array<double, core::kMaxContactPlanes> forces_N;
+  glm::dvec3 middle_W(0.0);
+  double sum_N = 0.0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(num_planes_); ++i) {
+    const core::ContactPlane& plane = planes_[i].plane;
+    points_W[i] = X_WS * glm::dvec3(plane.p_S);
+    const double gap_m = glm::dot(X_WG.rotate(glm::dvec3(plane.n_G)), points_W[i] - X_WG * glm::dvec3(plane.q_G));
+    forces_N[i] = plane.stiffness_N_per_m * std::max(0.0, -gap_m);
+    middle_W += forces_N[i] * points_W[i];
+    sum_N += forces_N[i];
+  }
+  if (!(sum_N > 0.0)) return 0.0;
+  middle_W /= sum_N;
+  double radius_m = 0.0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(num_planes_); ++i)
+    radius_m += forces_N[i] / sum_N * glm::length(points_W[i] - middle_W);
+  return radius_m;
+}
+
 void ContactFeed::ExchangeState(Checkpoint* checkpoint) {
   checkpoint->Exchange(&planes_);
   checkpoint->Exchange(&num_planes_);

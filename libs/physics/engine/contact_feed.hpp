@@ -58,6 +58,9 @@ class ContactFeed {
   // Smallest gap [m] over the planes whose normal is within 60 degrees of `along_W`, or over all if that is null.
   [[nodiscard]] double SmallestGap(const core::Pose& X_WS, const core::Pose& X_WG, glm::dvec3* p_W,
                                    const glm::dvec3* along_W = nullptr) const;
+  // Mean distance [m] of the planes' points from their middle, each with the force of its spring as weight; 0: nothing
+  // presses.
+  [[nodiscard]] double PressedRadius(const core::Pose& X_WS, const core::Pose& X_WG) const;
 
  private:
   static constexpr int kPerManifold = 4;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <random>
+#include <stdexcept>
+#include <utility>
 
 #include "scene/load_scenario.hpp"
 #include "tools/failures/for_all.hpp"
@@ -19,6 +21,7 @@ constexpr double kSeconds = 600.0;
 constexpr double kTremor_m = 0.00015;  // as device_bridge's operator
 constexpr double kLeast_J = -1e-3;
 constexpr double kMostActing = 0.01;
+constexpr double kLeastPutIn_J = 0.1;  // in ten minutes; less is a hand that touches nothing
 
 class Uniform {
  public:
@@ -30,17 +33,23 @@ class Uniform {
   std::mt19937_64 engine_{7};
 };
 
-// From random places `reach_m` about `above`, which are always in reach, pushes down and aside.
-std::string Wander(const std::string& above, double height_m, double reach_m, double aside) {
+// From random places about `height_m` beside a frame, in reach, pushes towards it along an axis of W and aside.
+std::string Wander(const std::string& frame, double height_m, double reach_m, double aside, int axis = 2,
+                   double towards = -1.0) {
   Uniform uniform;
   std::string script;
   char line[240];
   for (int i = 0; i < static_cast<int>(kSeconds / 0.5); ++i) {
+    glm::dvec3 at(uniform(-reach_m, reach_m), uniform(-reach_m, reach_m), -towards * height_m);
+    const double turn_x = uniform(-15, 15), turn_y = uniform(-15, 15), turn_z = uniform(-15, 15);
+    const double reach_m_per_s = uniform(0.1, 0.5);
+    glm::dvec3 push(uniform(-aside, aside), uniform(-aside, aside), towards);
+    std::swap(at[axis], at.z);
+    std::swap(push[axis], push.z);
     std::snprintf(line, sizeof line,
                   "reach %s offset %.4f %.4f %.4f turn %.1f %.1f %.1f speed %.2f within 0.05\n"
-                  "push %.2f %.2f -1 by 0.1 speed %.2f until felt %.1f\n",
-                  above.c_str(), uniform(-reach_m, reach_m), uniform(-reach_m, reach_m), height_m, uniform(-15, 15),
-                  uniform(-15, 15), uniform(-15, 15), uniform(0.1, 0.5), uniform(-aside, aside), uniform(-aside, aside),
+                  "push %.2f %.2f %.2f by 0.1 speed %.2f until felt %.1f\n",
+                  frame.c_str(), at.x, at.y, at.z, turn_x, turn_y, turn_z, reach_m_per_s, push.x, push.y, push.z,
                   uniform(0.1, 0.5), uniform(3, 12));
     script += line;
   }
@@ -145,8 +154,8 @@ std::vector<EnergyScene> ShippedScenes() {
           Shipped("peg_in_hole", Wander("hole.mouth", 0.08, 0.04, 0.5)),
           Shipped("peg_in_hole/tight.xml", HoldAndInsert(), true),
           Shipped("two_hands", HoldAndWave(), true),
-          Shipped("service_robot", Wander("left_7.side", 0.1, 0.05, 1.0)),
-          Shipped("module_replacement", Wander("satellite.cover_seat", 0.12, 0.1, 0.5))};
+          Shipped("service_robot", Wander("left_7.side", 0.05, 0.02, 0.3, 1, 1.0)),
+          Shipped("module_replacement", Wander("switch_base.pivot", 0.08, 0.06, 0.5))};
 }
 
 struct Energy {
@@ -171,6 +180,7 @@ Energy Wear(const EnergyScene& scene, const Variant& variant) {
       throw std::runtime_error("the operator of " + scene.name + " has not taken the part");
     if (second % 5 == 0) energy.series.points.push_back({loop.now_s(), loop.energy().energy_J(), ""});
   }
+  if (loop.energy().energy_J() < kLeastPutIn_J) throw std::runtime_error("nothing is pushed in " + scene.name);
   energy.least_J = loop.energy().least_J();
   energy.least_of_windows_J = loop.energy().least_of_windows_J();
   energy.share_acting = loop.bridge().figures(0).share_made_passive();

@@ -66,8 +66,7 @@ void StudyHandHeldMassRatio(Report* report) {
                   "part of 2 kg in the hand presses one of 2 g on a table with 10 N, pairs of 1 MN/m",
                   "overlap; time of physics' step",
                   "<= 50 um; <= 0.2 ms",
-                  {{Variants().back().name,
-                    Short(1e6 * squeezed.overlap_m) + " um; " + Short(squeezed.step_us) + " us",
+                  {{Variants().back().name, Short(1e6 * squeezed.overlap_m) + " um; " + Short(squeezed.step_us) + " us",
                     squeezed.overlap_m <= 5e-5 && squeezed.step_us <= 200.0}},
                   ""});
 }
@@ -117,8 +116,7 @@ void StudyCage(Report* report) {
                   "cube of 20 mm and 60 g between six spikes of 0.5 mm with 0.02 mm of play, 1 g askew, 10 s",
                   "farthest of its middle; rocking",
                   "<= 0.2 mm; <= 5 um",
-                  {{Variants().back().name,
-                    Short(1e3 * caged.away_m) + " mm; " + Short(1e6 * caged.rocking_m) + " um",
+                  {{Variants().back().name, Short(1e3 * caged.away_m) + " mm; " + Short(1e6 * caged.rocking_m) + " um",
                     caged.away_m <= 2e-4 && caged.rocking_m <= 5e-6}},
                   ""});
 }
@@ -241,17 +239,17 @@ void StudyHeldNut(Report* report) {
   ForAll(driven.size(), [&driven](std::size_t i) { driven[i] = DriveNut(kSizes[i]); });
   for (std::size_t i = 0; i < driven.size(); ++i) {
     const Driven& one = driven[i];
-    AddRow(report, {"F20",
-                    "threads",
-                    std::string("nut held by jaws on a fixed bolt, ") + kSizes[i].name +
-                        ", pair of 1 MN/m, 4 turns at 1 rev/s against 10 N, 2000 hits of 25 N",
-                    "pitch error; skipped threads",
-                    "<= 2 %; 0",
-                    {{Variants().back().name,
-                      Short(100.0 * one.pitch_error) + " %; " + std::to_string(one.skipped) +
-                          (one.is_held ? "" : ", lost"),
-                      one.pitch_error <= 0.02 && one.skipped == 0 && one.is_held}},
-                    ""});
+    AddRow(report,
+           {"F20",
+            "threads",
+            std::string("nut held by jaws on a fixed bolt, ") + kSizes[i].name +
+                ", pair of 1 MN/m, 4 turns at 1 rev/s against 10 N, 2000 hits of 25 N",
+            "pitch error; skipped threads",
+            "<= 2 %; 0",
+            {{Variants().back().name,
+              Short(100.0 * one.pitch_error) + " %; " + std::to_string(one.skipped) + (one.is_held ? "" : ", lost"),
+              one.pitch_error <= 0.02 && one.skipped == 0 && one.is_held}},
+            ""});
   }
 }
 

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double kPeg_m = 0.01;  // radius
 constexpr double kLength_m = 0.1;
-constexpr double kHole_m = 0.04;                     // its depth
-constexpr double kEnd_m = kHeldTop_m - kLength_m;    // of the peg, in the palm's z
-constexpr double kAbove_m = 0.002;                   // of the peg's end, at the start
-constexpr double kStep_m = 2e-5;                     // in a tick: 20 mm/s
+constexpr double kHole_m = 0.04;                   // its depth
+constexpr double kEnd_m = kHeldTop_m - kLength_m;  // of the peg, in the palm's z
+constexpr double kAbove_m = 0.002;                 // of the peg's end, at the start
+constexpr double kStep_m = 2e-5;                   // in a tick: 20 mm/s
 constexpr double kMostTilt_rad = 2.0 * std::numbers::pi / 180.0;
 constexpr double kIn_m = 0.001;  // behind the device
 constexpr int kSegments = 128;
@@ -145,9 +145,8 @@ void StudyWedging(Report* report) {
   for (const double clearance_m : {1e-4, 5e-5}) {
     const std::vector<double> depths_m{0.01, 0.02, 0.03};
     std::vector<double> ratios(depths_m.size());
-    ForAll(ratios.size(), [&](std::size_t i) {
-      ratios[i] = WedgingAngle(clearance_m, depths_m[i]) * depths_m[i] / clearance_m;
-    });
+    ForAll(ratios.size(),
+           [&](std::size_t i) { ratios[i] = WedgingAngle(clearance_m, depths_m[i]) * depths_m[i] / clearance_m; });
     const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
     AddRow(report, {"F5",
                     "conforming contact",
