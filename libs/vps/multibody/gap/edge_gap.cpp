@@ -6,7 +6,7 @@
 namespace vps {
 namespace {
 
-constexpr int kHalvings = 4;       // of the way between two places above different faces, to find those that are neighbours
+constexpr int kHalvings = 4;  // of the way between two places above different faces, to find those that are neighbours
 constexpr double kParallel = 1e-6;  // of edges, as kSameFace of faces
 
 bool IsSameFace(const NearestFacet& a, const NearestFacet& b) {
@@ -50,7 +50,8 @@ class Piece {
     const glm::dvec3& p = place_.p;
     const glm::dvec3 e = glm::cross(a.normal, b.normal);
     const glm::dvec3 across = glm::cross(place_.along, e);
-    if (IsSameFace(a, b) || !MeetInAConvexEdge(a, b) || glm::dot(across, across) < kParallel * glm::dot(e, e)) return {};
+    if (IsSameFace(a, b) || !MeetInAConvexEdge(a, b) || glm::dot(across, across) < kParallel * glm::dot(e, e))
+      return {};
     // A point of G's edge: q = p + (ha (b x e) + hb (e x a)) / e^2 with the planes' heights over p.
     const double ha = glm::dot(a.place - p, a.normal);
     const double hb = glm::dot(b.place - p, b.normal);

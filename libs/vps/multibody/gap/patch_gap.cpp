@@ -62,7 +62,8 @@ Gap OverPatch(const GapScene& scene, const FacetsAround& around, const PlaceInG&
   glm::dvec3 inside(0.0);
   Gap gap;
   for (int hop = 0; hop < kMostHops; ++hop) {
-    const NearestFacet facet = around.FindNearest(p + way + back * inward, back + place.reach + SearchReach(place.depth));
+    const NearestFacet facet =
+        around.FindNearest(p + way + back * inward, back + place.reach + SearchReach(place.depth));
     if (!facet.is_found) return gap;
     const glm::dvec3 above = p + way + back * inward - facet.place;
     const bool is_right_above =

@@ -59,9 +59,12 @@ Gap OverOtherFace(const PlaceInG& place, const Gap& least, const NearestFacet& f
 double Surroundings(const PlaceInG& place) {
   const double around_place = place.back() + SearchReach(place.depth);
   switch (place.kind) {
-    case TouchPlace::Kind::kFace: return 2.0 * place.reach + around_place;
-    case TouchPlace::Kind::kEdge: return 2.0 * kEdgeOverlap * place.reach + place.back() + around_place;
-    default: return place.back() + around_place;
+    case TouchPlace::Kind::kFace:
+      return 2.0 * place.reach + around_place;
+    case TouchPlace::Kind::kEdge:
+      return 2.0 * kEdgeOverlap * place.reach + place.back() + around_place;
+    default:
+      return place.back() + around_place;
   }
 }
 
