@@ -8,10 +8,10 @@
 namespace vps {
 namespace {
 
-class Choice {
+class PlaceChoice {
  public:
-  Choice(const GapScene& scene, const NearPlaces& near, const MeasuredGaps& measured, GapPlanes* gaps,
-         GapCandidates* candidates)
+  PlaceChoice(const GapScene& scene, const NearPlaces& near, const MeasuredGaps& measured, GapPlanes* gaps,
+              GapCandidates* candidates)
       : scene_(scene), near_(near), measured_(measured), slots_(gaps->slots), candidates_(*candidates) {}
 
   void OfferPlaces(const TouchBins& bins) {
@@ -113,7 +113,7 @@ class Choice {
 
 void ChoosePlaces(const GapScene& scene, const NearPlaces& near, const TouchBins& bins, const MeasuredGaps& measured,
                   GapPlanes* gaps, GapCandidates* candidates) {
-  Choice choice(scene, near, measured, gaps, candidates);
+  PlaceChoice choice(scene, near, measured, gaps, candidates);
   choice.OfferPlaces(bins);
   choice.OfferCorners();
   choice.OfferSlots();

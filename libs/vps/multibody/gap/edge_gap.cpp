@@ -22,9 +22,9 @@ bool MeetInAConvexEdge(const NearestFacet& a, const NearestFacet& b) {
 }
 
 // A piece of edge of S, seen from above, and the facets of G that are nearest to it.
-class Piece {
+class EdgePiece {
  public:
-  Piece(const FacetsAround& around, const PlaceInG& place) : around_(around), place_(place) {}
+  EdgePiece(const FacetsAround& around, const PlaceInG& place) : around_(around), place_(place) {}
 
   // Below the place at `share` of the piece, from -1 to 1.
   [[nodiscard]] NearestFacet Below(double share) const {
@@ -46,7 +46,7 @@ class Piece {
   }
 
   // Over the edge in which the planes of a and b meet.
-  [[nodiscard]] Crossing Over(const NearestFacet& a, const NearestFacet& b) const {
+  [[nodiscard]] EdgeCrossing Over(const NearestFacet& a, const NearestFacet& b) const {
     const glm::dvec3& p = place_.p;
     const glm::dvec3 e = glm::cross(a.normal, b.normal);
     const glm::dvec3 across = glm::cross(place_.along, e);
@@ -72,16 +72,16 @@ class Piece {
 
 }  // namespace
 
-Crossing OverEdge(const FacetsAround& around, const PlaceInG& place) {
-  const Piece piece(around, place);
+EdgeCrossing OverEdge(const FacetsAround& around, const PlaceInG& place) {
+  const EdgePiece piece(around, place);
   const std::array<NearestFacet, 3> below{piece.Below(-1.0), piece.Below(0.0), piece.Below(1.0)};
-  Crossing least;
+  EdgeCrossing least;
   for (std::size_t i = 0; i < 2; ++i) {
     NearestFacet a = below[i];
     NearestFacet b = below[i + 1];
     if (!a.is_found || !b.is_found || IsSameFace(a, b)) continue;
     piece.Narrow(static_cast<double>(i) - 1.0, static_cast<double>(i), &a, &b);
-    const Crossing crossing = piece.Over(a, b);
+    const EdgeCrossing crossing = piece.Over(a, b);
     if (!crossing.gap.is_found || (least.gap.is_found && crossing.gap.height >= least.gap.height)) continue;
     least = crossing;
   }

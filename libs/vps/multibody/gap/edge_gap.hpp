@@ -12,13 +12,13 @@ constexpr double kEdgeOverlap = 1.5;
 constexpr double kSameFace = 1e-4;
 
 // An edge of S over an edge of G: the gap, and the face of G whose normal is nearer to the gap's.
-struct Crossing {
+struct EdgeCrossing {
   Gap gap;
   NearestFacet face;
 };
 
 // Where a piece of a sharp edge of S passes over an edge of G: between two of its places that are above different faces
 // of G, whose planes meet in G's edge. The normal is across both edges.
-Crossing OverEdge(const FacetsAround& around, const PlaceInG& place);
+EdgeCrossing OverEdge(const FacetsAround& around, const PlaceInG& place);
 
 }  // namespace vps

@@ -73,7 +73,7 @@ Gaps ByFacets(const GapScene& scene, const PlaceInG& place, FacetsAround* around
   around->Gather(scene.field.triangles(), place.p, Surroundings(place));
   const bool is_flat = place.kind == TouchPlace::Kind::kFace;
   Gaps gaps;
-  Crossing crossing;
+  EdgeCrossing crossing;
   if (place.kind == TouchPlace::Kind::kEdge) crossing = OverEdge(*around, place);
   gaps.least = is_flat ? OverPatch(scene, *around, place) : crossing.gap;
   const NearestFacet facet =
