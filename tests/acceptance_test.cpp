@@ -15,10 +15,16 @@
 namespace system_tests {
 namespace {
 
-// No step of these nodes allocates, locks or logs once warm, whatever happens in the scene. logic_node is not among
-// them: it steps a hundred times a second in a process of its own, with texts, and no force waits for it.
+// logic_node's steps handle texts and allocate (tests/step_guard/README.md), but neither wait nor log.
+void ExpectNoLocksOrLogs(const StepWatch::Steps& steps) {
+  EXPECT_GT(steps.count, 0u);
+  EXPECT_EQ(steps.locks + steps.logs, 0u) << "logic_node: " << steps.locks << " locks, " << steps.logs << " log lines";
+}
+
+// No step of the nodes of the force loop allocates, locks or logs once warm, whatever happens in the scene.
 void ExpectCleanSteps(const StepWatch& watch) {
   if (!StepWatch::is_possible()) return;
+  ExpectNoLocksOrLogs(watch.of("logic_node"));
   for (const char* node : {"device_bridge", "haptic_node", "physics_node"}) {
     const StepWatch::Steps& steps = watch.of(node);
     EXPECT_GT(steps.count, StepWatch::kWarmSteps) << node;

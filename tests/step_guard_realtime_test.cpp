@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/support.hpp"
 #include "tools/oos/run/session.hpp"
@@ -30,10 +32,11 @@ Watched Read(const std::filesystem::path& file) {
   return watched;
 }
 
-// The nodes of the force loop. logic_node and visual_node are not in it: no force waits for them, they handle texts and
-// meshes, and step a hundred times a second and with the display.
-void ExpectCleanThreads(const std::filesystem::path& out) {
-  for (const std::string node : {"device_bridge", "haptic_node", "physics_node"}) {
+using Nodes = std::vector<std::string>;
+
+// Counts of the step threads of `nodes`. logic_node and visual_node are not among them (tests/step_guard/README.md).
+void ExpectCleanThreads(const std::filesystem::path& out, const Nodes& nodes) {
+  for (const std::string& node : nodes) {
     const Watched watched = Read(out / (node + ".txt"));
     EXPECT_GT(watched.steps, 1000u) << node;
     EXPECT_EQ(watched.locks, 0u) << node << ": the first at\n" << watched.where;
@@ -47,29 +50,51 @@ void ExpectCleanThreads(const std::filesystem::path& out) {
   }
 }
 
-TEST(StepThreads, NeitherAllocateNorLockNorLogOnceWarmInAnyScenario) {
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-  GTEST_SKIP() << "sanitizers have an allocator of their own";
-#endif
+// Ten seconds of a scenario with the nodes watched from inside.
+void RunWatched(const std::string& scenario, const std::filesystem::path& out, bool is_colocated) {
   const std::filesystem::path binaries = VR_OOS_BINARY_DIR;
+  std::filesystem::remove_all(out);
+  std::filesystem::create_directories(out);
+  setenv("LD_PRELOAD", (binaries / "tests/step_guard/libstep_guard_preload.so").c_str(), 1);
+  setenv("STEP_GUARD_FOLDER", out.c_str(), 1);
+  oos::SessionOptions options;
+  options.out = out / "run";
+  options.is_headless = true;
+  options.is_colocated = is_colocated;
+  options.without = {"visual_node"};
+  options.program_folder = binaries / "bin";
+  options.duration_s = 10.0;
+  const auto outcome = oos::RunSession(Load(scenario), options);
+  unsetenv("LD_PRELOAD");
+  ASSERT_TRUE(outcome) << outcome.error().detail;
+}
+
+class StepThreads : public testing::Test {
+ protected:
+  void SetUp() override {
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+    GTEST_SKIP() << "sanitizers have an allocator of their own";
+#endif
+  }
+  const std::filesystem::path folder_ = std::filesystem::path(VR_OOS_BINARY_DIR) / "step_guard";
+};
+
+TEST_F(StepThreads, NeitherAllocateNorLockNorLogOnceWarmInAnyScenario) {
   // free_collision has no hand, and ends before its nodes are warm.
   for (const std::string name : {"touch", "service_robot", "peg_in_hole", "module_replacement", "two_hands"}) {
     SCOPED_TRACE(name);
-    const std::filesystem::path out = binaries / "step_guard" / name;
-    std::filesystem::remove_all(out);
-    std::filesystem::create_directories(out);
-    setenv("LD_PRELOAD", (binaries / "tests/step_guard/libstep_guard_preload.so").c_str(), 1);
-    setenv("STEP_GUARD_FOLDER", out.c_str(), 1);
-    oos::SessionOptions options;
-    options.out = out / "run";
-    options.is_headless = true;
-    options.without = {"visual_node"};
-    options.program_folder = binaries / "bin";
-    options.duration_s = 10.0;
-    const auto outcome = oos::RunSession(Load(name), options);
-    unsetenv("LD_PRELOAD");
-    ASSERT_TRUE(outcome) << outcome.error().detail;
-    ExpectCleanThreads(out);
+    RunWatched(name, folder_ / name, false);
+    ExpectCleanThreads(folder_ / name, {"device_bridge", "haptic_node", "physics_node"});
+  }
+}
+
+// Free parts; mechanisms and a sheet; two hands.
+TEST_F(StepThreads, NeitherAllocateNorLockNorLogWithHapticAndPhysicsInOneProcess) {
+  for (const std::string name : {"touch", "module_replacement", "two_hands"}) {
+    SCOPED_TRACE(name);
+    const std::filesystem::path out = folder_ / (name + "_colocated");
+    RunWatched(name, out, true);
+    ExpectCleanThreads(out, {"device_bridge", "haptic_physics_node"});
   }
 }
 

@@ -61,7 +61,7 @@ Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
 // The measured force is that of the step before. So its rate, filtered at 100 Hz, is added for a step; without it a
 // mass of 2 kg at 10 Hz lacks 2.6 N s/m of its damping.
 core::Wrench ArmControl::Lead(double dt_s, const core::Wrench& F) {
-  constexpr double kFilter_s = 1.6e-3;
+  constexpr double kFilter_s = 1.6e-3;  // 1 / (2 pi 100 Hz)
   const core::Wrench off = F + -1.0 * slow_;
   slow_ += (dt_s / kFilter_s) * off;
   return F + (dt_s / kFilter_s) * off;

@@ -25,15 +25,21 @@ struct ControlFigures {
   double share_of_inertia = 0.3;  // left by feed-forward, as published for HUG
   VirtualBody body;
   SoftLimits limits;
-  // Of the tracking of the virtual body: two poles at 15 Hz, well above what hands do and below the joint loop's 3 kHz.
+  // Of the tracking of the virtual body: two poles at 15 Hz, above the 10 Hz up to which it is to be rendered and far
+  // below the joint loop's 3 kHz. At 7.5 Hz HugArm.AdmittanceRendersMassAndDamping* fails, at 30 and 60 it passes;
+  // higher ones ask more torque for the sensors' noise. Damping: an overshoot of 0.15 %, exp(-pi d / sqrt(1 - d^2)).
   double tracking_rad_per_s = 94.0;
   double tracking_damping = 0.9;
-  double speed_filter_s = 1e-3;  // of the sensors
-  // Of the free motion that a seventh joint leaves: back to the ready posture.
+  double speed_filter_s = 1e-3;  // as SensorFigures'
+  // Of the free motion that a seventh joint leaves: back to the ready posture, critically damped (9 = 2 sqrt(20)), to 1
+  // % within 1.5 s. A free choice: the hand does not feel it, faster takes torque from what it does feel, and tests
+  // pass from none to 500 and 45.
   double posture_per_s2 = 20.0;
   double posture_per_s = 9.0;
-  double brake_N_s_per_m = 400.0;  // without force, as in the bridge's filter
-  double brake_Nm_s_per_rad = 4.0;
+  double brake_N_s_per_m = 400.0;   // without force, as in the bridge's filter
+  double brake_Nm_s_per_rad = 4.0;  // the same
+  // A free choice of how firmly a trajectory leads: 10 N hold the hand 33 mm beside it. Dampers are critical for the
+  // virtual body with its own damping: 40 + 5 is about 2 sqrt(300 x 1.5), 1.0 + 0.05 about 2 sqrt(8 x 0.03).
   double guide_N_per_m = 300.0;
   double guide_N_s_per_m = 40.0;
   double guide_Nm_per_rad = 8.0;

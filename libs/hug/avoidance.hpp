@@ -8,9 +8,11 @@ namespace hug {
 
 // Springs and dampers between the bars of two arms, and between them and bodies that stand still.
 struct Avoidance {
-  double begins_m = 0.06;             // distance between surfaces where it begins to push
+  // Distance between surfaces where it begins to push: with 0.02 hands of 40 N drive the arms nearer than 5 mm
+  // (Avoidance.ArmsThatHandsDriveTogetherDoNotTouch); more takes room from both.
+  double begins_m = 0.06;
   double stiffness_N_per_m = 1500.0;  // 90 N before they touch: more than a hand may push with (40 N)
-  double damping_N_s_per_m = 60.0;
+  double damping_N_s_per_m = 60.0;    // half of what is critical for 2.4 kg; a free choice, from 0 to 300 tests pass
 };
 
 struct AvoidanceResult {

@@ -9,7 +9,8 @@ namespace hug {
 // beyond; without current it is open. It closes when hand and arm are near each other.
 struct ClutchFigures {
   double holds_N = 120.0;  // assumed: above all that the filter lets through, below what hurts
-  double holds_Nm = 15.0;
+  double holds_Nm = 15.0;  // assumed likewise
+  // Assumed: a hand finds the place without looking, and the start ramp takes up what is between them.
   double closes_within_m = 0.05;
   double closes_within_rad = 0.5;
 };

@@ -13,8 +13,8 @@ struct GripperAxis {
   double velocity_m_per_s = 0.0;
   double finger_N = 0.0;  // of the fingers' spring, positive opens
 
-  static constexpr double kMass_kg = 0.5;  // with the fingers; assumed
-  static constexpr double kDrag_N_s_per_m = 2.0;
+  static constexpr double kMass_kg = 0.5;         // with the fingers; assumed
+  static constexpr double kDrag_N_s_per_m = 2.0;  // assumed
 
   // Semi-implicit in the dampers, so that any brake is stable. The fingers' spring pulls with no more than their
   // strength.

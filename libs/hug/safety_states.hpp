@@ -40,13 +40,13 @@ struct SafetyInputs {
 };
 
 struct SafetyTimes {
-  double link_good_s = 1.0;
-  double engaging_s = 1.0;
-  double degraded_age_s = 0.010;
-  double brake_age_s = 0.060;
+  double link_good_s = 1.0;        // a free choice: a link that stutters is not taken up; longer is a longer wait
+  double engaging_s = 1.0;         // as the filter's start ramp
+  double degraded_age_s = 0.010;   // as the filter's hold
+  double brake_age_s = 0.060;      // as the filter's end of all force
   double clutch_s = 0.5;           // to close it, else back to kReady
-  double max_speed_m_per_s = 1.5;  // beyond is a fault
-  double stopped_m_per_s = 0.02;
+  double max_speed_m_per_s = 1.5;  // beyond is a fault; as the filter's
+  double stopped_m_per_s = 0.02;   // assumed: the drift of a hand that keeps still
 };
 
 // The states of one arm. Step is pure but for its own memory.

@@ -5,13 +5,16 @@
 namespace hug {
 
 // Springs and dampers that keep an arm away from its end stops and from being stretched out. They begin a margin before
-// the limit, so that at the limit they hold what a firm hand pushes with.
+// the limit, so that at the limit they hold what a firm hand pushes with. The margin of 5 degrees is a free choice:
+// smaller needs stiffer springs, larger takes reach. SoftLimits.* fail without the joints' damper, with a joints'
+// stiffness of 200 or 3000, and with 5 or 100 kN/m against stretching; a quarter and four times of the joints'
+// damping pass, and any damping against stretching up to 1.5 kN s/m.
 struct SoftLimits {
-  double joint_margin_rad = 0.09;
+  double joint_margin_rad = 0.09;             // 5 degrees
   double joint_stiffness_Nm_per_rad = 700.0;  // 63 Nm at the limit: 60 N at 1 m
   double joint_damping_Nm_s_per_rad = 16.0;
-  double stretch_m = 0.77;  // largest distance from shoulder to wrist; 0.79 m is a straight arm
-  double stretch_stiffness_N_per_m = 30000.0;
+  double stretch_m = 0.77;                     // largest distance from shoulder to wrist; 0.79 m is a straight arm
+  double stretch_stiffness_N_per_m = 30000.0;  // 600 N where the arm is straight: more than any hand
   double stretch_damping_N_s_per_m = 350.0;
 };
 

@@ -28,7 +28,9 @@ class LoopDelay {
   [[nodiscard]] double late_s() const { return mean_s_ + 2.0 * jitter_s_; }
 
  private:
-  static constexpr int kSamples = 512;  // half a second; chosen
+  // Free choices: the mean of half a second forgets a pause soon and is still a mean; before 64 samples the limit of
+  // one late command would lower a stiffness that is fine.
+  static constexpr int kSamples = 512;
   static constexpr int kEnough = 64;
   double device_s_;
   int num_samples_ = 0;

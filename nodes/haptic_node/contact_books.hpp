@@ -38,11 +38,13 @@ class ContactBooks {
  private:
   // Slow beside the some ticks that the books are late, fast beside a push.
   static constexpr double kTime_s = 0.01;
-  static constexpr double kLeastForce_N = 0.1;
+  static constexpr double kLeastForce_N = 0.1;   // a smaller one is too little to scale: the debt is paid in its place
   static constexpr double kMostChange_Ns = 1.0;  // in a cycle: 50 N over 20 of them
+  // Free choices of how wrong the books may get: 50 N, the filter's largest force, for 10 ms, paid at 5 N, which is
+  // seen as a push and throws nothing. Larger pay back more of what was lost, and later.
   static constexpr double kMostDebt_Ns = 0.5;
-  static constexpr double kLeastDebt_Ns = 1e-6;
   static constexpr double kMostOwed_N = 5.0;
+  static constexpr double kLeastDebt_Ns = 1e-6;  // of a part of 1 g: 1 mm/s
   glm::dvec3 rendered_Ns_{0.0};
   glm::dvec3 given_Ns_{0.0};
   glm::dvec3 debt_Ns_{0.0};

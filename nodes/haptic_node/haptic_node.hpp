@@ -27,7 +27,8 @@ struct Options {
 
 // A source is stale after this time without a message, by this node's clock. Its force then fades out within kFade and,
 // when messages return, fades in within five times that. 20 + 20 ms keeps below the limit of 60 ms for a force without
-// a source (safety_filter.hpp) with 20 ms to spare; the values within that limit are chosen.
+// a source (safety_filter.hpp) with 20 ms to spare. How the 40 ms are shared is a free choice: a shorter wait takes a
+// pause of the network for the end, a shorter fade is felt as a step. A device's own samples cross no network: half.
 constexpr std::int64_t kPhysicsStale_ns = 20'000'000;
 constexpr std::int64_t kDeviceStale_ns = 10'000'000;
 constexpr std::int64_t kFade_ns = 20'000'000;

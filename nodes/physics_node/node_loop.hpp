@@ -23,8 +23,8 @@ namespace physics_node {
 // if more are owed, and none if physics is kMaxAhead ahead already (cycles in a burst). Without cycles, the timer makes
 // ticks once kPatience are owed. After a stall of more than kStall ticks the owed time is dropped.
 //
-// The numbers of ticks are chosen: small ones bound the jitter and the length of a catch-up; 50 ms is below the 60 ms
-// after which the device's watchdog drops the force.
+// The numbers of ticks are free choices: small ones bound the jitter and the length of a catch-up, larger ones bear
+// more bursts; 50 ms is below the 60 ms after which the device's watchdog drops the force.
 class TickPlan {
  public:
   static constexpr std::int64_t kMaxAhead = 2;

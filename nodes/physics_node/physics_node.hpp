@@ -29,8 +29,9 @@ struct Options {
 // silent for kMaxAgeTicks ticks, all its contacts are dropped, hands stop, and reactions are zero.
 class PhysicsNode {
  public:
-  static constexpr int kMaxAgeTicks =
-      20;  // chosen, as haptic_node's kPhysicsStale_ns: 20 ms, a third of the 60 ms limit
+  // As haptic_node's kPhysicsStale_ns, so that both sides give up together: a third of the 60 ms after which no force
+  // may be left.
+  static constexpr int kMaxAgeTicks = 20;
 
   // Loads the meshes of physics-owned objects for mass and inertia.
   static core::Result<std::unique_ptr<PhysicsNode>> Create(const scene::Scenario& scenario,

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/clock.hpp"
-
+#include "nodes/physics_node/grasp_keeper.hpp"
 namespace physics_node {
 namespace {
 
@@ -223,6 +223,44 @@ TEST(PhysicsNode, WhatJawsNoLongerPressStaysBehind) {
   EXPECT_EQ(bench.held(), core::kNoObject);
   bench.Run(100);
   EXPECT_LT(bench.block().V_WO.linear_m_per_s.z, -0.5);
+}
+
+TEST(PhysicsNode, ABrushOfBothJawsDoesNotHold) {
+  Bench bench;
+  bench.opening_m = 0.0385;  // both jaws press from one tick to the next
+  bench.Run(GraspKeeper::kPressTicks - 1);
+  bench.opening_m = 0.05;
+  bench.Run(50);
+  EXPECT_TRUE(bench.events.empty());
+  bench.opening_m = 0.0385;
+  bench.Run(GraspKeeper::kPressTicks + 1);
+  EXPECT_EQ(bench.held(), Bench::kBlock);
+}
+
+TEST(PhysicsNode, AJawThatLosesItForAMomentKeepsIt) {
+  Bench bench;
+  bench.MoveJaws(0.0385, 0.05);
+  bench.Run(50);
+  ASSERT_EQ(bench.held(), Bench::kBlock);
+  const auto lose = [&bench](int ticks) {
+    bench.sends_contacts = false;
+    for (int i = 0; i < ticks; ++i) {
+      for (const std::size_t pair : {Bench::kLeft, Bench::kRight}) {
+        const double side = pair == Bench::kLeft ? -1.0 : 1.0;
+        bench.SetJaw(pair, side);
+        core::ContactSet& set = bench.contacts[pair];
+        set.header.sequence = set.cycle = bench.cycle + 1;
+        set.planes[0].q_G.x -= static_cast<float>(side * 0.003);  // 2 mm or more from the jaw
+      }
+      bench.Tick();
+    }
+    bench.sends_contacts = true;
+  };
+  lose(GraspKeeper::kLostTicks - 1);
+  bench.Run(1);
+  EXPECT_EQ(bench.held(), Bench::kBlock);
+  lose(GraspKeeper::kLostTicks + 1);
+  EXPECT_EQ(bench.held(), core::kNoObject);
 }
 
 TEST(PhysicsNode, JawsTurnALeverWithoutHoldingIt) {

@@ -2,9 +2,10 @@
 """Checks what documents claim about the tree; prints a line for each claim that does not hold.
 
 Relative links lead somewhere. Tests and code that a document names in `backticks` exist. Decisions that code cites are written down. Every
-room has a README.md.
+room has a README.md; every other folder with more than three source files has one, or that of a folder above says what it holds.
 """
 import argparse
+import collections
 import pathlib
 import re
 import subprocess
@@ -59,6 +60,17 @@ def unwritten_decisions(root, path, text, decisions):
             yield f"{path.relative_to(root)}: decision {name} is not in docs/decisions"
 
 
+def unexplained_folders(root, sources):
+    """Folders with more than three source files, without a README.md, that no README.md above names as `folder/` or `folder`."""
+    for folder, count in sorted(collections.Counter(path.parent for path in sources).items()):
+        if count <= 3 or folder == root or (folder / "README.md").exists():
+            continue
+        above = [parent / "README.md" for parent in folder.parents if parent == root or root in parent.parents]
+        named = re.compile(rf"(?<!\w){re.escape(folder.name)}(?:/|`|\])")
+        if not any(readme.exists() and named.search(readme.read_text(encoding="utf-8")) for readme in above):
+            yield f"{folder.relative_to(root)}: {count} source files, and no README.md says what for"
+
+
 def findings(root):
     files = tracked(root)
     texts = {path: path.read_text(encoding="utf-8", errors="ignore") for path in files
@@ -78,6 +90,7 @@ def findings(root):
             yield from unwritten_decisions(root, path, text, decisions)
         if path.name == "CMakeLists.txt" and ROOM.search(text) and not (path.parent / "README.md").exists():
             yield f"{path.parent.relative_to(root)}: a room without README.md"
+    yield from unexplained_folders(root, sources)
 
 
 def main():

@@ -118,6 +118,17 @@ class Check(Tree):
         self.write("libs/bus/CMakeLists.txt", "add_room(bus)\n")
         self.assertEqual(self.found(), ["libs/bus: a room without README.md"])
 
+    def test_a_folder_of_four_sources_that_no_readme_explains_is_named(self):
+        for name in "abcd":
+            self.write(f"libs/vps/tree/{name}.cpp", "")
+        self.assertEqual(self.found(), ["libs/vps/tree: 4 source files, and no README.md says what for"])
+        self.write("libs/vps/README.md", "| `tree/` | the tree |\n")
+        self.assertEqual(self.found(), [])
+        self.write("libs/vps/README.md", "another_tree/ is none.\n")
+        self.assertEqual(len(self.found()), 1)
+        self.write("libs/vps/tree/README.md", "# tree\n")
+        self.assertEqual(self.found(), [])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,8 @@
 #include "tools/oos/command_line.hpp"
 
+#include <cstdio>
+
+#include "bus/log/source_version.hpp"
 #include "tools/oos/bench/verbs.hpp"
 #include "tools/oos/check/verbs.hpp"
 #include "tools/oos/device/verbs.hpp"
@@ -14,6 +17,14 @@
 #include "tools/oos/sweep/verbs.hpp"
 
 namespace oos {
+namespace {
+
+int PrintVersion() {
+  std::printf("oos %s (%s)\n", VR_OOS_VERSION, bus::log::SourceVersion().c_str());
+  return kHolds;
+}
+
+}  // namespace
 
 std::vector<Verb> AllVerbs() {
   return {RunVerb(),    CheckVerb(),  CookVerb(),   DoctorVerb(),    DeviceVerb(),  TopicVerb(),    TopVerb(),
@@ -24,6 +35,7 @@ std::vector<Verb> AllVerbs() {
 }
 
 int RunCommandLine(const std::vector<std::string>& words) {
+  if (words.size() == 1 && words[0] == "--version") return PrintVersion();
   return RunVerbs(AllVerbs(), words);
 }
 

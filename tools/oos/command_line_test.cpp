@@ -1,5 +1,6 @@
 #include "tools/oos/command_line.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace oos {
@@ -37,6 +38,12 @@ TEST(CommandLine, EveryVerbHasHelp) {
     EXPECT_EQ(RunCommandLine({std::string(verb.name), "--help"}), kHolds) << verb.name;
     EXPECT_FALSE(verb.summary.empty());
   }
+}
+
+TEST(CommandLine, TellsItsVersion) {
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(RunCommandLine({"--version"}), kHolds);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), testing::MatchesRegex("oos [0-9]+.[0-9]+.[0-9]+ \\(.+\\)\n"));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "bus/log/recorder.hpp"
+#include "bus/log/source_version.hpp"
 #include "bus/wire/schema.hpp"
 
 namespace bus::log {
@@ -57,14 +58,6 @@ TextMap Host() {
           {"cores", std::to_string(std::thread::hardware_concurrency())},
           {"machine_id", FirstLine("/etc/machine-id")},
           {"clock_id", MachineId()}};
-}
-
-// The build writes the git description of its sources beside the executables.
-std::string SourceVersion() {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::string version = error ? std::string() : FirstLine(self.parent_path() / "version.txt");
-  return version.empty() ? "unknown" : version;
 }
 
 TextMap Versions() {

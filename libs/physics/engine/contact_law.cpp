@@ -10,12 +10,16 @@ namespace {
 // `oos bench physics --pair rebound` (docs/performance/physics.md): 0.89 at 0.67, 0.67 at 1, 0.27 at 2.
 constexpr double kFirstImplicit = 0.5;
 constexpr double kAllImplicit = 2.0;
-// Recovery from overlap of hard contacts. Chosen: faster recovery leaves more motion behind.
+// Recovery from overlap of hard contacts: a share of it in a step, at most at this speed. A free choice: faster
+// recovery leaves more motion behind, slower leaves bodies inside each other for longer. At 0.2 m/s springs that grow
+// stiffer or whose planes are late give energy (Contact.PassiveSprings*, Rebound.OfPassiveContacts*), at 2 mm/s a load
+// is not held.
 constexpr double kPartingShare = 0.2;
 constexpr double kPartingSpeed_m_per_s = 0.02;
 
-// Compliance of the stop at that speed relative to the inverse effective mass. Chosen: of the speed that the spring
-// would have made in a step, a ten-thousandth is left.
+// Compliance of the stop at that speed relative to the inverse effective mass: of the speed that the spring would have
+// made in a step, a ten-thousandth is left. With a hundredth Contact.PassiveSpringsThatNoWork* fails; smaller makes
+// worse conditioned rows, and a millionth passes too.
 constexpr double kStopSoftness = 1e-4;
 
 // F = -(V(b) - V(a)) / (b - a) for V(g) = k min(g, 0)^2 / 2, and its slope -dF/db. F is convex in b, and its derivative

@@ -6,8 +6,10 @@
 namespace physics {
 namespace {
 
-constexpr int kMaxPivots = 30;        // most systems take one to three; those that take more than this rarely converge
-constexpr int kPatience = 3;          // iterations without progress before single pivots; chosen
+constexpr int kMaxPivots = 30;  // most systems take one to three; those that take more than this rarely converge
+// Iterations without progress before single pivots. With 1 they come too early for rows that reach their bounds
+// together (Joints.TwoArmsOnAFreeBase* fails), with 10 too late (DirectSolver.SlidingFrictionIsProportional* fails).
+constexpr int kPatience = 3;
 constexpr double kTolerance = 1e-10;  // relative to the largest lambda: far above rounding, below the solver's accuracy
 
 // Scalar product with four independent sums, since a single one waits for each addition. Fixes the order of summation.

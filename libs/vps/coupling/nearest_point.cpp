@@ -8,10 +8,13 @@ namespace vps {
 namespace {
 
 constexpr double kTolerance_m = 1e-11;  // of a half-space: rounding of a metre, with a factor of 1e5 to spare
+// A half-space that cannot be met beside the others ends the search when it is missed by more. A micrometre is below
+// all that is shown, and far above what rounding makes of half-spaces that nearly depend on each other.
 constexpr double kContradiction_m = 1e-6;
 // Of its part outside the others' span, squared. One that lies nearer counts as dependent on them: to meet it, too,
 // they would press against each other a thousand times as hard as something presses on them.
 constexpr double kIndependence = 1e-6;
+// Each half-space is taken up and dropped a few times at most; a bound against endless turns.
 constexpr int kMostSteps = 8 * int{kMaxHalfSpaces};
 
 // Normals of the active half-spaces, N = Q R with orthonormal Q and upper triangular R.

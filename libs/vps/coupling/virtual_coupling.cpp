@@ -7,8 +7,10 @@
 namespace vps {
 namespace {
 
-constexpr int kMaxIterations = 60;       // Gauss-Seidel sweeps: three times the 20 of a peg in a hole
-constexpr double kConvergence_m = 1e-9;  // 2.5 uN at the default stiffness
+// Gauss-Seidel sweeps, three times the 20 of a peg in a hole, and when they end: at 2.5 uN with the default stiffness.
+// Tests pass from 20 to 300 and from 1e-11 to 1e-7; more sweeps cost time in contacts that contradict each other.
+constexpr int kMaxIterations = 60;
+constexpr double kConvergence_m = 1e-9;
 
 // Small rigid motion: translation [m] and rotation vector [rad], in W.
 struct Motion {

@@ -36,7 +36,7 @@ struct CouplingContact {
 };
 
 // The hand as contact allows it: god-object heuristic of VR-OOS, Eq. 3-6 and Fig. 7, one per hand. Deviations from the
-// printed form, each with its reason, are listed in libs/vps/README.md. Allocates nothing.
+// printed form, each with its reason, are listed in libs/vps/LEDGER.md. Allocates nothing.
 class VirtualCoupling {
  public:
   explicit VirtualCoupling(const CouplingParameters& parameters = {}) : parameters_(parameters) {}

@@ -15,14 +15,17 @@ namespace {
 
 constexpr std::int64_t kComes_ns = 5'000'000'000;  // for the device to come
 constexpr std::int64_t kLook_ns = 2'000'000'000;   // longer than two windows of LinkMeter
+// Free choices, so that the whole check takes some eight seconds: a push comes to rest in its first half, two seconds
+// have two thousand hostile commands, and a mute lasts more than twice the watchdog.
 constexpr std::int64_t kPush_ns = 1'500'000'000;
 constexpr std::int64_t kHostile_ns = 2'000'000'000;
 constexpr std::int64_t kMuted_ns = 150'000'000;
-constexpr double kWatchdog_s = 0.06;
+constexpr double kWatchdog_s = 0.06;  // of device/plugin.h
 // One sample and its way later than the watchdog.
 constexpr double kWatchdogGrace_s = 0.015;
 constexpr double kReach_m = 5.0;         // of a device that does not tell: none reaches further
 constexpr double kSpeed_m_per_s = 20.0;  // no hand is faster
+// A free choice: K < 2 b / T leaves at 5 ms a fifth of the stiffness at 1 ms, and steps are felt.
 constexpr double kMinRate_hz = 200.0;
 
 std::string Text(const char* format, double a, double b = 0.0) {

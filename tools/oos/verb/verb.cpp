@@ -14,7 +14,8 @@ void PrintHelp(const std::vector<Verb>& verbs) {
     std::printf("  %-8s %s\n", std::string(verb.name).c_str(), std::string(verb.summary).c_str());
   }
   std::printf(
-      "\n'oos VERB --help' shows its options. Exit status: 0 success, 1 the run or check failed, 2 bad usage or "
+      "\n'oos VERB --help' shows its options, 'oos --version' the version. Exit status: 0 success, 1 the run or check "
+      "failed, 2 bad usage or "
       "input.\n");
 }
 
