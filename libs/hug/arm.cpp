@@ -131,7 +131,7 @@ void Arm::StepSafety() {
 }
 
 core::Wrench Arm::motors_F_Do_W() const {
-  return safety_.is_engaged() ? safety_.share() * link_.newest().F_Do_W : core::Wrench{};
+  return safety_.is_engaged() ? safety_.share() * link_.newest().F_Do_W + control_.leading_F_Do_W() : core::Wrench{};
 }
 
 void Arm::Move(const Joints& avoidance, double least_distance_m) {
@@ -139,7 +139,6 @@ void Arm::Move(const Joints& avoidance, double least_distance_m) {
   StepSafety();
   ControlInputs in;
   in.dt_s = kStep_s;
-  in.time_s = time_s_;
   in.readings = &sensors_.readings();
   if (fault_ != FaultCause::kNotFinite) in.command = link_.newest();
   in.state = safety_.state();

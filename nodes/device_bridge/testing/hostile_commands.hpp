@@ -18,7 +18,7 @@ struct RecordingDevice {
 
   static const oos_device_plugin& Table() {
     static const oos_device_plugin table{
-        OOS_DEVICE_ABI_VERSION, sizeof table, Open, Describe, Step, Close, nullptr, nullptr};
+        OOS_DEVICE_ABI_VERSION, sizeof table, Open, Describe, Step, Close, nullptr, nullptr, nullptr};
     return table;
   }
   static RecordingDevice& Instance() {

@@ -104,6 +104,7 @@ void Close(void* device) {
 }  // namespace
 
 extern "C" const oos_device_plugin* oos_device_plugin_get() {
-  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, nullptr, Joints};
+  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open,   Describe, Step,
+                                        Close,       nullptr,       Joints, nullptr};
   return &plugin;
 }
