@@ -68,9 +68,9 @@ core::Wrench Guidance::Step(double dt_s, const core::Pose& X_WD, const core::Twi
   if (!path_) Begin(X_WD);
   GoOn(dt_s, X_WD);
   const core::Twist off = WayBetween(X_WD, X_WI_);
-  core::Wrench F = Within(
-      {figures_.stiffness_N_per_m * off.linear_m_per_s, figures_.stiffness_Nm_per_rad * off.angular_rad_per_s},
-      figures_.max_force_N, figures_.max_torque_Nm);
+  core::Wrench F =
+      Within({figures_.stiffness_N_per_m * off.linear_m_per_s, figures_.stiffness_Nm_per_rad * off.angular_rad_per_s},
+             figures_.max_force_N, figures_.max_torque_Nm);
   F.force_N += figures_.damping_N_s_per_m * (V_WI_.linear_m_per_s - V_WD.linear_m_per_s);
   F.torque_Nm += figures_.damping_Nm_s_per_rad * (V_WI_.angular_rad_per_s - V_WD.angular_rad_per_s);
   return Within(F, figures_.max_force_N, figures_.max_torque_Nm);

@@ -20,23 +20,24 @@ Options ByAPerson() {
   return options;
 }
 
-// A person with an arm of HUG, 0.26 m and 0.4 rad away from `thing.spot`, in force. What is asked for is sent as a viewer
-// does, every 30 ms.
+// A person with an arm of HUG, 0.26 m and 0.4 rad away from `thing.spot`, in force. What is asked for is sent as a
+// viewer does, every 30 ms.
 struct LedHand {
   core::Pose X_WGoal{{1, 0, 0, 0}, {0.0, 0.0, 0.02}};
   double most_N = 0.0, most_Nm = 0.0, fastest_m_per_s = 0.0, fastest_rad_per_s = 0.0, most_of_hand_N = 0.0;
   ToyWorld world;
 
   explicit LedHand(const std::string& control = "guidance", double max_force_N = 40.0)
-      : world("step a\nreach thing.spot\nwait until held thing\n", 1,
-              [&](scene::Scenario& scenario) {
-                scene::Device& device = scenario.devices[0];
-                device.type = "hug";
-                device.options.emplace_back("control", control);
-                device.max_force_N = max_force_N;
-                device.X_WD_start = {core::QuaternionFromRollPitchYaw({0.0, 0.0, 0.4}), {0.2, 0.1, 0.15}};
-              },
-              ByAPerson()) {
+      : world(
+            "step a\nreach thing.spot\nwait until held thing\n", 1,
+            [&](scene::Scenario& scenario) {
+              scene::Device& device = scenario.devices[0];
+              device.type = "hug";
+              device.options.emplace_back("control", control);
+              device.max_force_N = max_force_N;
+              device.X_WD_start = {core::QuaternionFromRollPitchYaw({0.0, 0.0, 0.4}), {0.2, 0.1, 0.15}};
+            },
+            ByAPerson()) {
     world.hands.push_back({});
     world.after = [this](ToyWorld& w) {
       if (w.now_ns / 1'000'000 % 30 == 0) ++w.hands[0].header.sequence;

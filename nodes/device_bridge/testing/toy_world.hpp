@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -50,8 +51,9 @@ struct ToyWorld {
     scenario.devices.resize(1);
     scenario.devices[0].role = "right";
     const ::testing::TestInfo* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    scenario.operator_script =
-        ::testing::TempDir() + "device_bridge_" + info->test_suite_name() + "_" + info->name() + ".txt";
+    std::string file = std::string("device_bridge_") + info->test_suite_name() + "_" + info->name() + ".txt";
+    std::replace(file.begin(), file.end(), '/', '_');  // in names of tests with parameters
+    scenario.operator_script = ::testing::TempDir() + file;
     std::ofstream(scenario.operator_script) << script;
     if (change) change(scenario);
     auto created = DeviceBridge::Create(scenario, seed, options);
