@@ -31,7 +31,8 @@ struct PluggedWorld {
 
   explicit PluggedWorld(const LinkCase& link)
       : peer(link.make()),
-        world("", 1, [this](scene::Scenario& scenario) { peer->Name(&scenario.devices[0]); }, Threadless()) {
+        world(
+            "", 1, [this](scene::Scenario& scenario) { peer->Name(&scenario.devices[0]); }, Threadless()) {
     world.contact = [](const core::DeviceState& /*state*/) { return core::Wrench{{kWanted_N, 0, 0}, {}}; };
     world.after = [this](ToyWorld& w) {
       peer->Serve(w.now_ns);
@@ -58,7 +59,8 @@ struct PluggedWorld {
 
 class ReplugLink : public ::testing::TestWithParam<LinkCase> {};
 
-// Twice, so that it comes back at different times between two tries to open it. While it is away nothing is commanded, and the hand stays.
+// Twice, so that it comes back at different times between two tries to open it. While it is away nothing is commanded,
+// and the hand stays.
 TEST_P(ReplugLink, IsBackWithinASecondWithoutAForceAboveTheCommand) {
   PluggedWorld plugged(GetParam());
   ASSERT_TRUE(plugged.world.bridge);

@@ -7,8 +7,8 @@
 
 namespace device_bridge {
 
-// For tests: what safety_filter.hpp promises of each sample, checked from outside, by the sample before and the times of
-// what was accepted.
+// For tests: what safety_filter.hpp promises of each sample, checked from outside, by the sample before and the times
+// of what was accepted.
 class FilterPromises {
  public:
   explicit FilterPromises(const FilterLimits& limits) : limits_(limits) {}
@@ -87,8 +87,8 @@ class FilterPromises {
     if (!(is.torque_Nm <= sizes_before_.torque_Nm + torque_Nm)) return "growth of the torque";
     if (!(is.grip_N <= sizes_before_.grip_N + grip_N)) return "growth of the grip force";
     constexpr std::uint32_t kTaking = kPowerLimited | kSilent | kNoCommand | kNotFinite | kDegraded | kDeadMan;
-    const bool is_taken = (status & kTaking) != 0 ||
-                          glm::length(reading.V_WD.linear_m_per_s) > limits_.max_speed_m_per_s;
+    const bool is_taken =
+        (status & kTaking) != 0 || glm::length(reading.V_WD.linear_m_per_s) > limits_.max_speed_m_per_s;
     if (is_taken) return nullptr;
     if (!(glm::distance(out.F_Do_W().force_N, before_.F_Do_W().force_N) <= force_N)) return "rate of the force";
     if (!(glm::distance(out.F_Do_W().torque_Nm, before_.F_Do_W().torque_Nm) <= torque_Nm)) return "rate of the torque";

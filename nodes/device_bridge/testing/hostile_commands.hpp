@@ -132,7 +132,7 @@ class AttackedArm final : public AttackedDevice {
     return nullptr;
   }
   [[nodiscard]] int ticks() const override { return type_ == "hug" ? 8000 : 1000; }
-  [[nodiscard]] std::uint64_t flood() const override { return type_ == "hug" ? 100 : 20; }
+  [[nodiscard]] std::uint64_t flood() const override { return type_ == "simulated_arm" ? 20 : 100; }
 
  private:
   static core::Wrench WrenchIn(const double* f) { return {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}}; }
@@ -228,7 +228,7 @@ class AttackedPeer final : public AttackedDevice {
     return nullptr;
   }
   [[nodiscard]] int ticks() const override { return 1000; }
-  [[nodiscard]] std::uint64_t flood() const override { return 50; }
+  [[nodiscard]] std::uint64_t flood() const override { return 100; }
 
  private:
   std::unique_ptr<P> peer_;
@@ -254,7 +254,7 @@ class AttackedPlugin final : public AttackedDevice {
     return nullptr;
   }
   [[nodiscard]] int ticks() const override { return 1000; }
-  [[nodiscard]] std::uint64_t flood() const override { return 50; }
+  [[nodiscard]] std::uint64_t flood() const override { return 100; }
 
  private:
   std::unique_ptr<Device> device_;
