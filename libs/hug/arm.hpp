@@ -77,8 +77,9 @@ class Arm {
 
   // The truth, for tests.
   [[nodiscard]] const physics::ChainState& truth() const { return state_; }
-  // A mass that the hand holds rigidly beyond the mount, at D.
-  void HoldMass(double mass_kg);
+  // A body that the hand holds rigidly beyond the mount, at D; its inertia is the same about each axis.
+  void HoldBody(double mass_kg, double inertia_kg_m2);
+  void HoldMass(double mass_kg) { HoldBody(mass_kg, 0.0); }
   // A force of the hand beside its spring.
   void PushBy(const core::Wrench& F_Do_W) { push_ = F_Do_W; }
 
@@ -110,6 +111,7 @@ class Arm {
   Joints link_torque_{};
   Joints acceleration_{};  // mean of the latest step
   double held_kg_ = 0.0;
+  double held_kg_m2_ = 0.0;
   double grip_N_ = 0.0;
   double time_s_ = 0.0;
   std::uint64_t num_steps_ = 0;
