@@ -283,8 +283,8 @@ inline HostileOutcome Attack(AttackedDevice* attacked, std::uint64_t count, std:
   HostileSource source(seed);
   HostileOutcome outcome;
   std::uint64_t sent = 0;
-  std::int64_t now_ns = 1'000'000'000;
   while (sent < count) {
+    std::int64_t now_ns = 1'000'000'000;  // a device that is new goes through all time before
     FilterLimits limits;
     limits.max_force_N = 1.0 + static_cast<double>(source.Below(100));
     limits.max_torque_Nm = std::min(20.0, 0.1 * limits.max_force_N);
