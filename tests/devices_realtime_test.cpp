@@ -7,7 +7,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "bus/log/mcap_reader.hpp"
 #include "bus/topics.hpp"
@@ -92,6 +94,74 @@ TEST(Devices, APythonDeviceCarriesOutTouchAlthoughItIsUnpluggedMeanwhile) {
   EXPECT_EQ(report["samples_over_cap"], 0);
   EXPECT_LE(report["peak_force_N"].get<double>(), 20.0) << "the device's own limit";
   EXPECT_FALSE(report["roles"][0]["is_simulated"].get<bool>());
+}
+
+// What `oos device check` says of each subject, and its exit status.
+struct CheckedDevice {
+  std::map<std::string, std::string> verdicts;  // "OK", "FAIL" or "skip"
+  int status = -1;
+  std::string out;
+};
+
+// Of a Python program that is started for it.
+CheckedDevice CheckPython(const std::string& name, const std::vector<std::string>& arguments, int port) {
+  CheckedDevice checked;
+  process::Command command = PythonDevice(std::filesystem::path(VR_OOS_BINARY_DIR) / (name + ".log"), port);
+  command.arguments = arguments;
+  process::Group devices;
+  if (!devices.Spawn(command)) return checked;
+  const auto run = process::RunHere({VR_OOS_BINARY_DIR "/bin/oos", "device", "check", "udp:" + std::to_string(port)});
+  if (!run) return checked;
+  checked.status = run->status;
+  checked.out = run->out + run->err;
+  std::istringstream lines(run->out);
+  for (std::string line; std::getline(lines, line);) {
+    // Verdict and subject stand in columns of 4 and 12.
+    if (line.size() < 18 || line.substr(4, 2) != "  ") continue;
+    const auto trimmed = [](std::string text) { return text.erase(text.find_last_not_of(' ') + 1); };
+    checked.verdicts[trimmed(line.substr(6, 12))] = trimmed(line.substr(0, 4));
+  }
+  return checked;
+}
+
+// All but what a busy machine decides: rate, jitter, loss, round trip. It stands still until a scene pushes it, so its
+// velocity cannot be told.
+TEST(Devices, TheExampleInPythonPassesTheCheck) {
+  constexpr int kPort = 27461;
+  const CheckedDevice checked = CheckPython(
+      "checked_example", {VR_OOS_SOURCE_DIR "/clients/python/example_device.py", std::to_string(kPort)}, kPort);
+  for (const char* subject : {"found", "metres", "nanoseconds", "push", "clamp", "watchdog"}) {
+    ASSERT_TRUE(checked.verdicts.contains(subject)) << subject << " is not in:\n" << checked.out;
+    EXPECT_EQ(checked.verdicts.at(subject), "OK") << checked.out;
+  }
+  EXPECT_NE(checked.verdicts.at("velocity"), "FAIL") << checked.out;
+  bool is_one_failed = false;
+  for (const auto& [subject, verdict] : checked.verdicts) is_one_failed = is_one_failed || verdict == "FAIL";
+  EXPECT_EQ(checked.status == 0, !is_one_failed) << checked.out;
+}
+
+// The rule that is broken is named, and those beside it hold.
+TEST(Devices, AClientThatBreaksARuleFailsTheCheckInThatRule) {
+  struct Rule {
+    const char* fault;
+    const char* fails;
+    const char* holds;
+  };
+  int port = 27462;
+  for (const Rule& rule : {Rule{"millimetres", "metres", "nanoseconds"}, Rule{"stalls", "jitter", "metres"},
+                           Rule{"deaf", "push", "metres"}, Rule{"deadless", "watchdog", "push"}}) {
+    const std::vector<std::string> bad{VR_OOS_SOURCE_DIR "/tests/bad_device.py", std::to_string(port), rule.fault};
+    // On a busy machine a device may be silent for a moment, and what needs its force is skipped then.
+    CheckedDevice checked;
+    for (int i = 0; i < 3 && (i == 0 || checked.verdicts[rule.fails] == "skip"); ++i) {
+      checked = CheckPython(std::string("checked_") + rule.fault, bad, port);
+    }
+    ++port;
+    EXPECT_NE(checked.status, 0) << rule.fault;
+    ASSERT_TRUE(checked.verdicts.contains(rule.fails)) << rule.fault << ":\n" << checked.out;
+    EXPECT_EQ(checked.verdicts.at(rule.fails), "FAIL") << rule.fault << ":\n" << checked.out;
+    EXPECT_EQ(checked.verdicts.at(rule.holds), "OK") << rule.fault << ":\n" << checked.out;
+  }
 }
 
 // Its joints are what a viewer of that session recorded: a robot's, also of a device with a thread of its own.

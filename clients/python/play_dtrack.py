@@ -23,6 +23,7 @@ def record(port, name):
         try:
             while True:
                 out.write(listener.recv(65536).replace(b"\r\n", b"\n").rstrip(b"\n") + b"\n\n")
+                out.flush()  # whoever looks on, or ends it, has it whole
         except KeyboardInterrupt:
             pass
 

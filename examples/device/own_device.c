@@ -83,6 +83,6 @@ __attribute__((visibility("default"))) const oos_device_plugin* oos_device_plugi
 extern "C"
 #endif
 __attribute__((visibility("default"))) const oos_device_plugin* oos_device_plugin_get(void) {
-  static const oos_device_plugin plugin = {OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, NULL, NULL};
+  static const oos_device_plugin plugin = {OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, NULL, NULL, NULL};
   return &plugin;
 }

@@ -174,6 +174,7 @@ const oos_device_plugin& HaplyPlugin() {
          oos_device_state* state) -> int { return static_cast<HaplyDevice*>(device)->Step(now_ns, command, state); },
       [](void* device) { delete static_cast<HaplyDevice*>(device); },
       [](void* device) -> int { return static_cast<HaplyDevice*>(device)->fd(); },
+      nullptr,
       nullptr};
   return plugin;
 }

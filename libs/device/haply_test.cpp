@@ -1,8 +1,5 @@
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,6 +8,7 @@
 #include "device/builtin.hpp"
 #include "device/haply_messages.hpp"
 #include "device/sha1.hpp"
+#include "device/testing/fake_haply_service.hpp"
 #include "device/websocket.hpp"
 
 namespace device {
@@ -34,10 +32,6 @@ TEST(Sha1, GivesThePublishedDigests) {
   EXPECT_EQ(Hex(Sha1("")), "da39a3ee5e6b4b0d3255bfef95601890afd80709");
 }
 
-std::string Opening(const std::string& accept) {
-  return "HTTP/1.1 101 Switching Protocols\r\nupgrade: WebSocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-         accept + "\r\n\r\n";
-}
 // RFC 6455, 1.3.
 constexpr const char* kKey = "dGhlIHNhbXBsZSBub25jZQ==";
 constexpr const char* kAccept = "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=";
@@ -45,10 +39,10 @@ constexpr const char* kAccept = "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=";
 TEST(WebSocket, OpensWithTheAnswerOfTheStandardsExampleAndNoOther) {
   WebSocket good("h", "/", kKey, 1);
   EXPECT_NE(good.TakeOutput().find("Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"), std::string::npos);
-  good.Take(Opening(kAccept));
+  good.Take(HaplyOpening(kAccept));
   EXPECT_TRUE(good.is_open());
   WebSocket bad("h", "/", kKey, 1);
-  bad.Take(Opening("AAAALMBiTxaQ9kYGzzhZRbK+xOo="));
+  bad.Take(HaplyOpening("AAAALMBiTxaQ9kYGzzhZRbK+xOo="));
   EXPECT_TRUE(bad.is_broken());
   WebSocket other("h", "/", kKey, 1);
   other.Take("HTTP/1.1 404 Not Found\r\n\r\n");
@@ -58,7 +52,7 @@ TEST(WebSocket, OpensWithTheAnswerOfTheStandardsExampleAndNoOther) {
 WebSocket Opened() {
   WebSocket socket("h", "/", kKey, 1);
   socket.TakeOutput();
-  socket.Take(Opening(kAccept));
+  socket.Take(HaplyOpening(kAccept));
   return socket;
 }
 
@@ -97,14 +91,9 @@ TEST(WebSocket, WhatIsNoFrameOfAServerBreaksTheConnection) {
   }
 }
 
-constexpr const char* kMessage = R"({"inverse3": [{"device_id": "04A5", "state":
-  {"cursor_position": {"x": 0.01, "y": -0.12, "z": 0.2}, "cursor_velocity": {"x": 0, "y": 0.5, "z": 0}}}],
-  "wireless_verse_grip": [{"device_id": "61576", "state":
-  {"orientation": {"w": 0.7071, "x": 0.7071, "y": 0, "z": 0}, "buttons": {"a": true, "b": false, "c": true}}}]})";
-
 TEST(HaplyMessages, AStateIsReadAndAForceWritten) {
   HaplyState state;
-  ASSERT_TRUE(ReadHaplyState(kMessage, &state));
+  ASSERT_TRUE(ReadHaplyState(kHaplyMessage, &state));
   EXPECT_EQ(state.device_id, "04A5");
   EXPECT_EQ(state.position_m[1], -0.12);
   EXPECT_EQ(state.velocity_m_per_s[1], 0.5);
@@ -120,86 +109,8 @@ TEST(HaplyMessages, AStateIsReadAndAForceWritten) {
   }
 }
 
-// A server that speaks the service's protocol: it answers each force with the next state.
-class FakeService {
- public:
-  FakeService() : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-    listen(listener_, 1);
-    socklen_t size = sizeof address;
-    getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
-    port_ = ntohs(address.sin_port);
-  }
-  ~FakeService() {
-    Drop();
-    close(listener_);
-  }
-  FakeService(const FakeService&) = delete;
-  FakeService& operator=(const FakeService&) = delete;
-
-  [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
-  [[nodiscard]] const std::string& force() const { return force_; }
-  void Drop() {
-    if (client_ >= 0) close(client_);
-    client_ = -1;
-    in_.clear();
-    is_open_ = false;
-  }
-  // Reads what has come and answers it.
-  void Serve() {
-    pollfd wait{listener_, POLLIN, 0};
-    if (client_ < 0 && poll(&wait, 1, 0) > 0) client_ = accept(listener_, nullptr, nullptr);
-    if (client_ < 0) return;
-    char bytes[4096];
-    const ssize_t size = recv(client_, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (size > 0) in_.append(bytes, static_cast<std::size_t>(size));
-    if (!is_open_) {
-      const std::size_t at = in_.find("Sec-WebSocket-Key: ");
-      if (in_.find("\r\n\r\n") == std::string::npos || at == std::string::npos) return;
-      const std::string key = in_.substr(at + 19, 24);
-      in_.clear();
-      const auto digest = Sha1(key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11");
-      Send(Opening(Base64(digest.data(), digest.size())));
-      is_open_ = true;
-      SendState();
-      return;
-    }
-    if (in_.size() < 8) return;
-    std::size_t length = in_[1] & 0x7F, head = 2;
-    if (length == 126) {
-      length = static_cast<std::uint8_t>(in_[2]) * 256U + static_cast<std::uint8_t>(in_[3]);
-      head = 4;
-    }
-    if (in_.size() < head + 4 + length) return;
-    force_.clear();
-    for (std::size_t i = 0; i < length; ++i) force_ += static_cast<char>(in_[head + 4 + i] ^ in_[head + i % 4]);
-    in_.erase(0, head + 4 + length);
-    SendState();
-  }
-
- private:
-  void SendState() {
-    const std::string text = kMessage;
-    std::string frame = "\x81";
-    frame += static_cast<char>(126);
-    frame += static_cast<char>(text.size() >> 8);
-    frame += static_cast<char>(text.size() & 255);
-    Send(frame + text);
-  }
-  void Send(const std::string& bytes) const { send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
-
-  int listener_;
-  int client_ = -1;
-  std::uint16_t port_ = 0;
-  std::string in_, force_;
-  bool is_open_ = false;
-};
-
 TEST(Haply, AForceReachesTheServiceAndItsEndIsNoticed) {
-  FakeService service;
+  FakeHaplyService service;
   const std::string address = service.address();
   char why[200] = "";
   oos_device_setting setting{};

@@ -51,7 +51,8 @@ enum {
   OOS_DEVICE_TAKES_HAND = 2,    /* its operator is simulated, too: steps get an oos_device_hand */
   OOS_DEVICE_IS_IMMEDIATE = 4,  /* never waits, allocates or locks, and its time is now_ns, however fast that passes */
   OOS_DEVICE_TELLS_APPLIED = 8, /* its states say which force its motors apply */
-  OOS_DEVICE_TELLS_VELOCITY = 16
+  OOS_DEVICE_TELLS_VELOCITY = 16,
+  OOS_DEVICE_LEADS = 32 /* leads the hand to a goal by its own motors, see lead(); of immediate devices only */
 };
 
 /* Axes as bits, for what is sensed and what has a motor. */
@@ -124,6 +125,16 @@ typedef struct oos_device_hand {
   double grip_strength_N;
 } oos_device_hand;
 
+/* Where the operator wants to be led. The force that leads and that of the command are together never larger than these
+ * limits, which are the safety filter's. */
+typedef struct oos_device_goal {
+  uint32_t size;
+  uint32_t reserved;
+  double X_BG[7]; /* of the hand frame */
+  double max_force_N;
+  double max_torque_Nm;
+} oos_device_goal;
+
 /* For people who watch a device that is a robot. L is a joint's link, its frame at the joint, z along the axis. */
 typedef struct oos_device_joint {
   double X_BL[7];
@@ -166,6 +177,10 @@ typedef struct oos_device_plugin {
   /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot.
    * Asked after a step, 62 times a second, by the thread that makes the steps. */
   int (*joints)(void* device, oos_device_joints* joints);
+  /* With OOS_DEVICE_LEADS: leads the hand to the goal from now on, on a path of its own and softly, so that the hand can
+   * leave it; null: no longer. Told after a step, each millisecond. Null, or missing at the end of a table that is older:
+   * the device leads nowhere. */
+  int (*lead)(void* device, const oos_device_goal* goal);
 } oos_device_plugin;
 
 /* The one symbol of a shared library. The table lives as long as the library. */

@@ -1,64 +1,21 @@
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <string>
 
 #include "device/builtin.hpp"
 #include "device/frame.hpp"
+#include "device/testing/fake_udp_device.hpp"
 
 namespace device {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-// A device at the other end of a loopback socket.
-class FakeDevice {
- public:
-  explicit FakeDevice(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_DGRAM, 0)) {
-    to_.sin_family = AF_INET;
-    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    to_.sin_port = htons(port);
-    connect(socket_, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
-  }
-  ~FakeDevice() { close(socket_); }
-  FakeDevice(const FakeDevice&) = delete;
-  FakeDevice& operator=(const FakeDevice&) = delete;
-
-  void Send(const Frame& frame) const { send(socket_, frame.bytes.data(), frame.size, 0); }
-  void SendState(std::uint32_t sequence, std::uint32_t reflected = 0) const {
-    oos_device_state state{};
-    state.X_BD[0] = 1.0;
-    state.X_BD[4] = sequence;
-    Send(EncodeState({FrameKind::kState, sequence, reflected, 1}, state));
-  }
-  bool Receive(ReadFrame* frame) const {
-    std::uint8_t bytes[300];
-    const ssize_t size = recv(socket_, bytes, sizeof bytes, MSG_DONTWAIT);
-    return size > 0 && DecodeFrame({bytes, static_cast<std::size_t>(size)}, frame) == FrameFault::kNone;
-  }
-
- private:
-  int socket_;
-  sockaddr_in to_{};
-};
-
 class UdpPluginTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    // A port that is free now.
-    const int probe = socket(AF_INET, SOCK_DGRAM, 0);
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof any;
-    ASSERT_EQ(bind(probe, reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-    getsockname(probe, reinterpret_cast<sockaddr*>(&any), &size);
-    port_ = ntohs(any.sin_port);
-    close(probe);
+    port_ = FreeUdpPort();
     ASSERT_EQ(Open(std::to_string(port_)), OOS_DEVICE_OK) << why_;
   }
   void TearDown() override {
@@ -87,7 +44,7 @@ class UdpPluginTest : public ::testing::Test {
 };
 
 TEST_F(UdpPluginTest, StatesCommandsAndReflectedSequencesGoBothWays) {
-  const FakeDevice fake(port_);
+  const FakeUdpDevice fake(port_);
   EXPECT_EQ(Step(1 * kMs).sequence, 0U);
   fake.SendState(1);
   EXPECT_EQ(Step(2 * kMs).X_BD[4], 1.0);
@@ -116,7 +73,7 @@ TEST_F(UdpPluginTest, StatesCommandsAndReflectedSequencesGoBothWays) {
 }
 
 TEST_F(UdpPluginTest, OldFramesAreRefusedAndLostOnesCounted) {
-  const FakeDevice fake(port_);
+  const FakeUdpDevice fake(port_);
   for (const std::uint32_t sequence : {1U, 2U, 5U, 4U, 5U, 3U, 6U}) fake.SendState(sequence);
   const oos_device_state state = Step(1 * kMs);
   EXPECT_EQ(state.X_BD[4], 6.0);
@@ -125,7 +82,7 @@ TEST_F(UdpPluginTest, OldFramesAreRefusedAndLostOnesCounted) {
 }
 
 TEST_F(UdpPluginTest, ASecondDeviceAtThePortIsIgnoredUntilTheFirstIsSilent) {
-  const FakeDevice first(port_), second(port_);
+  const FakeUdpDevice first(port_), second(port_);
   first.SendState(1);
   Step(1 * kMs);
   second.SendState(500);
@@ -137,7 +94,7 @@ TEST_F(UdpPluginTest, ASecondDeviceAtThePortIsIgnoredUntilTheFirstIsSilent) {
 }
 
 TEST_F(UdpPluginTest, ARestartedDeviceMayCountFromOneAgain) {
-  const FakeDevice fake(port_);
+  const FakeUdpDevice fake(port_);
   fake.SendState(1000);
   Step(1 * kMs);
   fake.SendState(1);
@@ -147,7 +104,7 @@ TEST_F(UdpPluginTest, ARestartedDeviceMayCountFromOneAgain) {
 }
 
 TEST_F(UdpPluginTest, AStepTakesABoundedShareOfAFlood) {
-  const FakeDevice fake(port_);
+  const FakeUdpDevice fake(port_);
   for (std::uint32_t i = 1; i <= 200; ++i) fake.SendState(i);
   EXPECT_EQ(Step(1 * kMs).X_BD[4], 64.0);
   EXPECT_EQ(Step(2 * kMs).X_BD[4], 128.0);

@@ -77,11 +77,14 @@ bool Arm::Start(const core::Pose& X_WD) {
   return off_m < 1e-6 && off_rad < 1e-6;
 }
 
-void Arm::HoldMass(double mass_kg) {
+void Arm::HoldBody(double mass_kg, double inertia_kg_m2) {
   held_kg_ = mass_kg;
+  held_kg_m2_ = inertia_kg_m2;
   HandMount mount = figures_.mount;
   mount.mass_kg += mass_kg;
-  chain_ = ChainOf(LightWeightRobot(mount));
+  ArmModel model = LightWeightRobot(mount);
+  model.links[kLast].mass.I_Cm_O_kg_m2 += inertia_kg_m2 * glm::dmat3(1.0);
+  chain_ = ChainOf(model);
 }
 
 ArmTruth Arm::Truth() const {
@@ -131,7 +134,7 @@ void Arm::StepSafety() {
 }
 
 core::Wrench Arm::motors_F_Do_W() const {
-  return safety_.is_engaged() ? safety_.share() * link_.newest().F_Do_W : core::Wrench{};
+  return safety_.is_engaged() ? safety_.share() * link_.newest().F_Do_W + control_.leading_F_Do_W() : core::Wrench{};
 }
 
 void Arm::Move(const Joints& avoidance, double least_distance_m) {
@@ -139,7 +142,6 @@ void Arm::Move(const Joints& avoidance, double least_distance_m) {
   StepSafety();
   ControlInputs in;
   in.dt_s = kStep_s;
-  in.time_s = time_s_;
   in.readings = &sensors_.readings();
   if (fault_ != FaultCause::kNotFinite) in.command = link_.newest();
   in.state = safety_.state();
@@ -228,8 +230,10 @@ void Arm::Integrate() {
     const physics::ChainLink& link = chain_.link(i);
     link_torque_[i] = torques_[i] - link.rotor_kg_m2 * acceleration_[i] - link.damping * state_.speed[i];
   }
-  const glm::dvec3 a_W = (velocity().linear_m_per_s - before.linear_m_per_s) / kStep_s;
+  const core::Twist after = velocity();
+  const glm::dvec3 a_W = (after.linear_m_per_s - before.linear_m_per_s) / kStep_s;
   F_wrist_ = F_hand_;
+  F_wrist_.torque_Nm -= held_kg_m2_ / kStep_s * (after.angular_rad_per_s - before.angular_rad_per_s);
   F_wrist_.force_N -= (figures_.mount.mass_kg + held_kg_) * a_W;
   F_wrist_.force_N += held_kg_ * g_W;  // the weight of the mount is known, that of what is held is not
 }

@@ -61,7 +61,7 @@ class Arm {
   [[nodiscard]] const Joints& measured_speed() const { return sensors_.readings().speed; }
   [[nodiscard]] core::Pose X_WD() const { return model_.X_WD(); }  // as measured
   [[nodiscard]] core::Twist V_WD() const { return model_.V_WD(); }
-  [[nodiscard]] core::Wrench motors_F_Do_W() const;  // the command's share that acts now
+  [[nodiscard]] core::Wrench motors_F_Do_W() const;  // that act now: the command's share, and what leads
   [[nodiscard]] const core::Wrench& hand_F_Do_W() const { return F_hand_; }
   [[nodiscard]] const GripperAxis& gripper() const { return gripper_; }
   [[nodiscard]] double motor_grip_N() const { return grip_N_; }
@@ -69,14 +69,17 @@ class Arm {
   [[nodiscard]] bool is_unplugged() const { return faults_.is_on(FaultKind::kUnplug, time_s_); }
   [[nodiscard]] const ArmStatus& status() const { return status_; }
   [[nodiscard]] double time_s() const { return time_s_; }
-  void Guide(const Interpolator& path) { control_.Guide(path, time_s_); }
+  // In mode kGuidance.
+  void Lead(const LeadGoal& goal) { control_.Lead(goal); }
+  void StopLeading() { control_.StopLeading(); }
 
   [[nodiscard]] const Readings& readings() const { return sensors_.readings(); }
 
   // The truth, for tests.
   [[nodiscard]] const physics::ChainState& truth() const { return state_; }
-  // A mass that the hand holds rigidly beyond the mount, at D.
-  void HoldMass(double mass_kg);
+  // A body that the hand holds rigidly beyond the mount, at D; its inertia is the same about each axis.
+  void HoldBody(double mass_kg, double inertia_kg_m2);
+  void HoldMass(double mass_kg) { HoldBody(mass_kg, 0.0); }
   // A force of the hand beside its spring.
   void PushBy(const core::Wrench& F_Do_W) { push_ = F_Do_W; }
 
@@ -108,6 +111,7 @@ class Arm {
   Joints link_torque_{};
   Joints acceleration_{};  // mean of the latest step
   double held_kg_ = 0.0;
+  double held_kg_m2_ = 0.0;
   double grip_N_ = 0.0;
   double time_s_ = 0.0;
   std::uint64_t num_steps_ = 0;

@@ -42,6 +42,8 @@ Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
   if (!follows || !has_force) {
     is_following_ = false;
     target_.reset();
+    guidance_.Stop();
+    F_leading_ = {};
   }
   if (follows && has_force) {
     return weight + springs + Follow(in, measured, springs, brake_N_s_per_m, brake_Nm_s_per_rad, arm);
@@ -60,11 +62,26 @@ Joints ArmControl::Step(const ControlInputs& in, ArmDynamics* arm) {
 
 // The measured force is that of the step before. So its rate, filtered at 100 Hz, is added for a step; without it a
 // mass of 2 kg at 10 Hz lacks 2.6 N s/m of its damping.
-core::Wrench ArmControl::Lead(double dt_s, const core::Wrench& F) {
+core::Wrench ArmControl::Predict(double dt_s, const core::Wrench& F) {
   constexpr double kFilter_s = 1.6e-3;  // 1 / (2 pi 100 Hz)
   const core::Wrench off = F + -1.0 * slow_;
   slow_ += (dt_s / kFilter_s) * off;
   return F + (dt_s / kFilter_s) * off;
+}
+
+void ArmControl::Lead(const LeadGoal& goal) {
+  if (figures_.mode != ControlMode::kGuidance || !is_following_) return;
+  goal_ = goal;
+  guidance_.LeadTo(goal.X_WG);
+}
+
+// Command and what leads are together within the limits that came with the goal.
+void ArmControl::StepGuidance(const ControlInputs& in) {
+  F_leading_ = {};
+  if (!guidance_.is_on()) return;
+  const core::Wrench commanded = in.share * in.command.F_Do_W;
+  const core::Wrench leading = in.share * guidance_.Step(in.dt_s, virtual_body_.X_WD(), virtual_body_.V_WD());
+  F_leading_ = Within(commanded + leading, goal_.max_force_N, goal_.max_torque_Nm) + -commanded;
 }
 
 // The virtual body V gets all forces, that of the springs as the wrench that they put on the hand, and the arm follows
@@ -81,14 +98,9 @@ Joints ArmControl::Follow(const ControlInputs& in, const core::Wrench& measured,
   // What is mounted beyond the sensor takes its share of the hand's force for its own acceleration.
   core::Wrench hand = measured;
   hand.force_N += arm->model().mount.mass_kg * virtual_body_.acceleration().linear_m_per_s;
-  core::Wrench F = in.share * (in.command.F_Do_W + Lead(in.dt_s, hand)) + arm->WrenchOf(springs);
-  if (figures_.mode == ControlMode::kGuidance && path_) {
-    const double time_s = in.time_s - path_begin_s_;
-    const core::Twist off = Between(virtual_body_.X_WD(), path_->X_WI(time_s));
-    F += in.share *
-         (Times(figures_.guide_N_per_m, figures_.guide_Nm_per_rad, off) +
-          Times(figures_.guide_N_s_per_m, figures_.guide_Nm_s_per_rad, path_->V_WI(time_s) - virtual_body_.V_WD()));
-  }
+  core::Wrench F = in.share * (in.command.F_Do_W + Predict(in.dt_s, hand)) + arm->WrenchOf(springs);
+  StepGuidance(in);
+  F += F_leading_;
   VirtualBody body = figures_.body;
   body.damping_N_s_per_m += brake_N_s_per_m;
   body.damping_Nm_s_per_rad += brake_Nm_s_per_rad;
@@ -110,8 +122,7 @@ Joints ArmControl::Follow(const ControlInputs& in, const core::Wrench& measured,
   const Joints acceleration =
       arm->PseudoInverseTimes(a) +
       arm->NullSpaceOf(figures_.posture_per_s2 * (arm->model().ready - q) - figures_.posture_per_s * speed);
-  const core::Pose X_WI =
-      path_ && figures_.mode == ControlMode::kGuidance ? path_->X_WI(in.time_s - path_begin_s_) : virtual_body_.X_WD();
+  const core::Pose& X_WI = guidance_.is_on() ? guidance_.X_WI() : virtual_body_.X_WD();
   target_ = q + arm->PseudoInverseTimes(Between(arm->X_WD(), X_WI));
   // The springs move the virtual body; what the hand does not feel of them moves the elbow.
   Joints torques = arm->InertiaTimes(acceleration) - arm->TorquesOf(hand + arm->WrenchOf(springs));

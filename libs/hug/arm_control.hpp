@@ -6,7 +6,7 @@
 #include "hug/admittance.hpp"
 #include "hug/arm_dynamics.hpp"
 #include "hug/command_link.hpp"
-#include "hug/interpolator.hpp"
+#include "hug/guidance.hpp"
 #include "hug/safety_states.hpp"
 #include "hug/sensors.hpp"
 #include "hug/soft_limits.hpp"
@@ -36,19 +36,20 @@ struct ControlFigures {
   // pass from none to 500 and 45.
   double posture_per_s2 = 20.0;
   double posture_per_s = 9.0;
-  double brake_N_s_per_m = 400.0;   // without force, as in the bridge's filter
+  double brake_N_s_per_m = 400.0;  // without force, as in the bridge's filter
   double brake_Nm_s_per_rad = 4.0;  // the same
-  // A free choice of how firmly a trajectory leads: 10 N hold the hand 33 mm beside it. Dampers are critical for the
-  // virtual body with its own damping: 40 + 5 is about 2 sqrt(300 x 1.5), 1.0 + 0.05 about 2 sqrt(8 x 0.03).
-  double guide_N_per_m = 300.0;
-  double guide_N_s_per_m = 40.0;
-  double guide_Nm_per_rad = 8.0;
-  double guide_Nm_s_per_rad = 1.0;
+  GuidanceFigures guidance;
+};
+
+// Where the hand is led, and the most of force and torque that leads, the command included.
+struct LeadGoal {
+  core::Pose X_WG;
+  double max_force_N = 0.0;
+  double max_torque_Nm = 0.0;
 };
 
 struct ControlInputs {
   double dt_s = 0.0;
-  double time_s = 0.0;
   const Readings* readings = nullptr;
   ArmCommand command;
   SafetyState state = SafetyState::kOff;
@@ -60,16 +61,16 @@ struct ControlInputs {
 // The law of one arm's joint loop: torques of the motors from sensors and command.
 class ArmControl {
  public:
-  explicit ArmControl(const ControlFigures& figures) : figures_(figures) {}
+  explicit ArmControl(const ControlFigures& figures) : figures_(figures), guidance_(figures.guidance) {}
 
   // `arm`: placed at the measured posture.
   Joints Step(const ControlInputs& in, ArmDynamics* arm);
 
-  // Leads along a trajectory from now on, in mode kGuidance.
-  void Guide(const Interpolator& path, double now_s) {
-    path_ = path;
-    path_begin_s_ = now_s;
-  }
+  // Leads to the goal from now on, on a path of its own; in mode kGuidance, and where there is force.
+  void Lead(const LeadGoal& goal);
+  void StopLeading() { guidance_.Stop(); }
+  // What leads, about Do in W: its share that acts now.
+  [[nodiscard]] const core::Wrench& leading_F_Do_W() const { return F_leading_; }
   // Joint angles of where the interpolator or the virtual body wants the arm; none in other modes.
   [[nodiscard]] const std::optional<Joints>& target() const { return target_; }
   // Torques in the joints for the measured force, without acceleration.
@@ -80,15 +81,17 @@ class ArmControl {
   Joints Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs, double brake_N_s_per_m,
                 double brake_Nm_s_per_rad, ArmDynamics* arm);
 
-  [[nodiscard]] core::Wrench Lead(double dt_s, const core::Wrench& F);
+  [[nodiscard]] core::Wrench Predict(double dt_s, const core::Wrench& F);
+  void StepGuidance(const ControlInputs& in);
 
   ControlFigures figures_;
   Admittance virtual_body_;
   bool is_following_ = false;
   core::Wrench slow_;     // of the measured force, filtered
   core::Twist filtered_;  // velocity of the virtual body, as the measured one
-  std::optional<Interpolator> path_;
-  double path_begin_s_ = 0.0;
+  Guidance guidance_;
+  LeadGoal goal_;
+  core::Wrench F_leading_;
   std::optional<Joints> target_;
   Joints expected_{};
   bool is_at_limit_ = false;

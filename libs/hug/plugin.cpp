@@ -131,8 +131,9 @@ MachineFigures PlaceMachine(Options* options, Side side, const core::Pose& X_WD_
 
 void Describe(const Options& options, const ArmFigures& f, double max_force_N, double max_torque_Nm,
               oos_device_description* d) {
-  d->flags = OOS_DEVICE_IS_SIMULATED | OOS_DEVICE_TAKES_HAND | OOS_DEVICE_IS_IMMEDIATE | OOS_DEVICE_TELLS_APPLIED |
-             OOS_DEVICE_TELLS_VELOCITY;
+  if (f.control.mode == ControlMode::kGuidance) d->flags |= OOS_DEVICE_LEADS;
+  d->flags |= OOS_DEVICE_IS_SIMULATED | OOS_DEVICE_TAKES_HAND | OOS_DEVICE_IS_IMMEDIATE | OOS_DEVICE_TELLS_APPLIED |
+              OOS_DEVICE_TELLS_VELOCITY;
   std::strncpy(d->name, "simulated HUG (an arm of two, seven joints)", sizeof d->name - 1);
   std::strncpy(d->serial, options.Text("arm").c_str(), sizeof d->serial - 1);
   d->sensed = d->actuated = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;
@@ -290,6 +291,18 @@ int FillJoints(void* device, oos_device_joints* joints) {
   return OOS_DEVICE_OK;
 }
 
+int Lead(void* device, const oos_device_goal* goal) {
+  auto& self = *static_cast<HugDevice*>(device);
+  Arm& arm = self.machine->arm(self.side);
+  if (goal == nullptr) {
+    arm.StopLeading();
+    return OOS_DEVICE_OK;
+  }
+  const double* X = goal->X_BG;
+  arm.Lead({{{X[0], X[1], X[2], X[3]}, {X[4], X[5], X[6]}}, goal->max_force_N, goal->max_torque_Nm});
+  return OOS_DEVICE_OK;
+}
+
 void Close(void* device) {
   auto* self = static_cast<HugDevice*>(device);
   const std::lock_guard lock(g_machines_mutex);
@@ -301,7 +314,7 @@ void Close(void* device) {
 
 const oos_device_plugin& Plugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, nullptr, FillJoints};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, Open, DescribeDevice, Step, Close, nullptr, FillJoints, Lead};
   return plugin;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <glm/gtc/constants.hpp>
 
@@ -12,6 +13,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using testing::Not;
 
 // A folder of its own for each test, with a mesh and a procedure that exist.
 class LoadScenarioTest : public testing::Test {
@@ -63,6 +65,26 @@ std::string Join(std::initializer_list<std::string> parts) {
   std::string text;
   for (const std::string& part : parts) text += part + "\n";
   return text;
+}
+
+TEST_F(LoadScenarioTest, RefusesWhatAHeadHasNoUseForAndAnAddressThatIsNone) {
+  const std::string scene = std::string(kPlate) + "\n" + kHand + "\n";
+  const int line = 3 + static_cast<int>(std::count(scene.begin(), scene.end(), '\n'));
+  for (const char* attribute :
+       {"address=\"5000\"", "body=\"1\"", "position=\"1 2 3\"", "rpy_deg=\"1 2 3\"", "eyes_m=\"0 0 1\""}) {
+    const std::string name(attribute, std::string(attribute).find('='));
+    EXPECT_THAT(Complaints(scene + "<user name=\"a\" " + attribute + "/>"),
+                Contains(HasSubstr(At(line) + "user 'a': " + name + " means nothing for head simulated_head")))
+        << attribute;
+    EXPECT_THAT(Complaints(scene + "<user name=\"a\" head=\"dtrack\" " +
+                           (name == "address" ? "" : "address=\"239.0.1.1:5000\" ") + attribute + "/>"),
+                Not(Contains(HasSubstr("user 'a'"))))
+        << attribute;
+  }
+  for (const char* address : {"port", "300.1.1.1:5000", "127.0.0.1:99999", "5000x"}) {
+    EXPECT_THAT(Complaints(scene + "<user name=\"a\" head=\"dtrack\" address=\"" + address + "\"/>"),
+                Contains(HasSubstr(At(line) + "user 'a': address is '" + address + "'")));
+  }
 }
 
 TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {

@@ -4,6 +4,7 @@
 #include "scene/element_reader.hpp"
 #include "scene/load_scenario.hpp"
 #include "scene/schema.hpp"
+#include "scene/udp_address.hpp"
 
 namespace scene {
 namespace {
@@ -253,6 +254,28 @@ class Builder {
     object->frames.push_back(std::move(frame));
   }
 
+  // What a kind of head has no use for is a mistake: it would be passed over in silence.
+  void CheckHead(const XmlElement& element, const User& user) {
+    const std::string title = "user '" + user.name + "'";
+    if (user.head == "dtrack") {
+      if (user.address.empty()) {
+        Report(element.line, title + " has no address", "a head by DTrack is received at a UDP port",
+               "write address=\"5000\", the port that DTrack sends to");
+      } else if (!ParseUdpAddress(user.address)) {
+        Report(element.LineOf("address"), title + ": address is '" + user.address + "'",
+               "a head by DTrack is received at a UDP port",
+               "write the port that DTrack sends to, as 5000, or a multicast group and a port, as 239.0.1.1:5000");
+      }
+      return;
+    }
+    for (const char* attribute : {"address", "body", "position", "rpy_deg", "eyes_m"}) {
+      if (element.Find(attribute) == nullptr) continue;
+      Report(element.LineOf(attribute), title + ": " + attribute + " means nothing for head " + user.head,
+             "only a head by DTrack is received, and stands in a tracker's room",
+             "remove it, or write head=\"dtrack\"");
+    }
+  }
+
   void ReadUser(const XmlElement& element) {
     User user;
     user.location = {file_, element.line};
@@ -263,10 +286,7 @@ class Builder {
     user.body = static_cast<int>(read.Count("body", 0));
     user.X_RT = read.Pose();
     read.Vector("eyes_m", &user.p_BH_m);
-    if (user.head == "dtrack" && user.address.empty()) {
-      Report(element.line, "user '" + user.name + "' has no address", "a head by DTrack is received at a UDP port",
-             "write address=\"5000\", the port that DTrack sends to");
-    }
+    CheckHead(element, user);
     for (const User& other : scenario_.users) {
       if (other.name == user.name) {
         Report(element.line, "a second user '" + user.name + "'", "each user's head has a topic of its own",

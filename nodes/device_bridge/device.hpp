@@ -12,6 +12,13 @@ namespace device_bridge {
 
 class SafetyFilter;
 
+// Where a device leads the hand, and the most that it may apply in doing so, its command included.
+struct LeadGoal {
+  core::Pose X_WG;
+  double max_force_N = 0.0;
+  double max_torque_Nm = 0.0;
+};
+
 // State of a hand device, real or simulated. D is its hand frame.
 struct DeviceReading {
   core::Pose X_WD;
@@ -59,6 +66,10 @@ class Device {
   // of the last Read on.
   virtual void SetHand(const HandTarget& /*target*/) noexcept {}
   [[nodiscard]] virtual FeltForce Felt() const noexcept { return {}; }
+
+  // Whether the device can lead the hand by its own motors. Lead: to there, from the last Read on; null: no longer.
+  [[nodiscard]] virtual bool can_lead() const noexcept { return false; }
+  virtual void Lead(const LeadGoal* /*goal*/) noexcept {}
 
   // What is there; grows by one with each device that is plugged in. 0: none yet.
   [[nodiscard]] virtual std::uint64_t num_found() const noexcept = 0;

@@ -49,6 +49,8 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     bridge->has_hands_ = bridge->has_hands_ || role->device->takes_hand();
     bridge->roles_.push_back(std::move(role));
   }
+  bridge->can_lead_ = std::all_of(bridge->roles_.begin(), bridge->roles_.end(),
+                                  [](const auto& role) { return role->device->can_lead(); });
   if (options.is_person_steering) bridge->pointer_.emplace(bridge->scenario_);
   bridge->operator_ =
       std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
@@ -148,7 +150,25 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   }
 }
 
-// While a person asks for guidance, the scripted operator shows how the step is done, from where the hands are.
+// Where the person is told to go, and there it is held while the jaws are to move. Not where the filter withholds
+// force.
+void DeviceBridge::LeadHands() noexcept {
+  for (std::size_t i = 0; i < roles_.size(); ++i) {
+    Role& role = *roles_[i];
+    const Tip& tip = guide_->tip(i);
+    const bool may_lead = pointer_->wants_guidance() && tip.kind != core::GuideKind::kNone &&
+                          (role.filter.status() & kForceNotInFull) == 0;
+    if (tip.kind == core::GuideKind::kMove) role.goal.X_WG = tip.X_WG;
+    role.is_led = may_lead && (role.is_led || tip.kind == core::GuideKind::kMove);
+    role.goal.max_force_N = role.filter.limits().max_force_N;
+    role.goal.max_torque_Nm = role.filter.limits().max_torque_Nm;
+    role.device->Lead(role.is_led ? &role.goal : nullptr);
+    pointer_->SetLed(i, role.is_led);
+  }
+}
+
+// While a person asks for guidance, devices that can lead the hands do. With others the scripted operator shows how the
+// step is done, from where the hands are.
 void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
                                 const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept {
   if (!pointer_) {
@@ -156,9 +176,11 @@ void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<Fe
     return;
   }
   guide_->Step(inputs, felt, readings);
+  if (can_lead_) LeadHands();
   pointer_->Step(inputs, felt, readings, core::kTick_s);
-  const bool changes = pointer_->wants_guidance() != is_guided_;
-  is_guided_ = pointer_->wants_guidance();
+  const bool is_guided = pointer_->wants_guidance() && !can_lead_;
+  const bool changes = is_guided != is_guided_;
+  is_guided_ = is_guided;
   if (changes && is_guided_) {
     for (std::size_t i = 0; i < roles_.size(); ++i) operator_->TakeUp(i, pointer_->target(i));
   }

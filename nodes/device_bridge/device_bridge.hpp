@@ -125,6 +125,8 @@ class DeviceBridge {
     double stiffness_share = 0.0;
     double least_stiffness_share = 0.0;
     Passivity passivity;
+    bool is_led = false;  // to `goal`
+    LeadGoal goal;
     Role(const SafetyFilter& f, const scene::Device& d, const scene::Coupling& c)
         : filter(f),
           loop_delay(d.command_delay_s),
@@ -140,6 +142,7 @@ class DeviceBridge {
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
   void StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
                     const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
+  void LeadHands() noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
   }
@@ -152,7 +155,8 @@ class DeviceBridge {
   bool has_hands_ = false;  // a device is moved by an operator without a device
   std::optional<PointerHand> pointer_;
   std::optional<Guide> guide_;  // of the person
-  bool is_guided_ = false;
+  bool is_guided_ = false;      // by the scripted operator
+  bool can_lead_ = false;       // every hand's device can
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
   // physics does not limit the force.

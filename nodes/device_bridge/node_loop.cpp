@@ -60,7 +60,7 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<
     if (bridge->tip(0) == nullptr) break;
     for (const char* name : core::kGuideFigures) figures_.items.push_back({core::GuideName(device.role, name), 0.0});
   }
-  for (std::unique_ptr<HeadTracker>& head : heads) heads_.push_back({std::move(head), {}});
+  for (std::unique_ptr<HeadTracker>& head : heads) heads_.push_back({std::move(head), {}, {}});
   lost_.reserve(64);
   core::ReserveTexts(&received_event_);
 }
@@ -159,6 +159,7 @@ void NodeLoop::SendHeads() {
   if (ticks_ % kTicksPerHead != 0) return;
   for (Head& head : heads_) {
     const std::optional<core::Pose> X_RH = head.tracker->Read(inputs_.now_ns);
+    ReportHead(head.watch.Note(inputs_.now_ns, X_RH.has_value()), *head.tracker);
     if (!X_RH) continue;
     core::HeadState state;
     state.sample_ns = inputs_.now_ns;
@@ -166,6 +167,16 @@ void NodeLoop::SendHeads() {
     state.is_simulated = head.tracker->is_simulated();
     head.writer.Send(state);
   }
+}
+
+// Prints and allocates only when a head comes or goes. A simulated one is always there.
+void NodeLoop::ReportHead(HeadWatch::News news, const HeadTracker& tracker) {
+  if (news == HeadWatch::News::kNone || tracker.is_simulated()) return;
+  const bool is_found = news == HeadWatch::News::kFound;
+  const std::string detail = std::string(tracker.description()) + (is_found ? " is tracked" : " is not tracked");
+  node_->Emit({inputs_.now_ns, "device_bridge", is_found ? "head_found" : "head_lost", detail});
+  std::printf("%s\n", detail.c_str());
+  std::fflush(stdout);
 }
 
 // Runs after the samples were sent, and prints only when a fault begins or ends.

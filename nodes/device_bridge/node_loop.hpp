@@ -13,6 +13,7 @@
 #include "nodes/device_bridge/device_bridge.hpp"
 #include "nodes/device_bridge/force_log.hpp"
 #include "nodes/device_bridge/head/head_tracker.hpp"
+#include "nodes/device_bridge/head/head_watch.hpp"
 
 namespace device_bridge {
 
@@ -36,6 +37,7 @@ class NodeLoop {
   void ForwardCommands();
   void Step();
   void SendHeads();
+  void ReportHead(HeadWatch::News news, const HeadTracker& tracker);
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void TakeTips();
@@ -60,6 +62,7 @@ class NodeLoop {
   struct Head {
     std::unique_ptr<HeadTracker> tracker;
     bus::LatestWriter<core::HeadState> writer;
+    HeadWatch watch;
   };
   std::vector<Head> heads_;  // of the scenario's users
   std::vector<bus::StateWriter<core::DeviceHealth>> health_writers_;

@@ -16,6 +16,8 @@ constexpr double kAbsoluteMaxRate_N_per_s = 1.0e6;
 // 3 ticks of delay are short against the restart ramp.
 constexpr int kRestartStreak = 3;
 
+constexpr std::int64_t kLongAgo_ns = 3'600'000'000'000;
+
 bool IsFinite(const glm::dvec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -123,7 +125,11 @@ void SafetyFilter::Accept(const core::DeviceCommand& command, std::int64_t recei
   // The command counts as fresh from its arrival, or from the device sample that it was computed from plus the hold,
   // whichever is earlier. So a sample time in the future has no effect.
   std::int64_t alive_ns = std::min(received_ns, backed_until_ns);
-  if (command.header.direct.valid()) alive_ns = std::min(alive_ns, command.header.direct.origin_ns + limits_.hold_ns);
+  if (command.header.direct.valid()) {
+    // Not so long ago, nor so far ahead, that a sum or a difference of times would overflow.
+    const std::int64_t origin_ns = std::clamp(command.header.direct.origin_ns, received_ns - kLongAgo_ns, received_ns);
+    alive_ns = std::min(alive_ns, origin_ns + limits_.hold_ns);
+  }
   const bool is_older = has_command_ && alive_ns < alive_ns_;
   if (!is_new || is_older || command.validity_ns <= 0) {
     was_refused_ = true;
@@ -225,6 +231,14 @@ FilteredForce SafetyFilter::Apply(std::int64_t now_ns, const DeviceReading& read
   const double grip_step_N = rate * limits_.max_grip_force_N * dt_s;
   double grip_out_N = std::clamp(grip_N, grip_output_N_ - grip_step_N, grip_output_N_ + grip_step_N);
   if (is_rate_limited || grip_out_N != grip_N) status_ |= kRateLimited;
+  if (is_taking_away) {
+    // And no more than what is left of the limits: a command that jumps about meanwhile leads the output astray.
+    bool is_shortened = false;
+    out.force_N = Shorten(out.force_N, factor * limits_.max_force_N, &is_shortened);
+    out.torque_Nm = Shorten(out.torque_Nm, factor * limits_.max_torque_Nm, &is_shortened);
+    const double grip_left_N = factor * limits_.max_grip_force_N;
+    grip_out_N = std::clamp(grip_out_N, -grip_left_N, grip_left_N);
+  }
 
   // 6 Power into the hand, P = F.v + tau.w [W]; force and torque are scaled by the same factor P_max / P.
   FilteredForce result;

@@ -26,8 +26,9 @@ core::DeviceCommand Command(std::uint64_t sequence, const glm::dvec3& force_N) {
 }
 
 // A filter past its start ramp with `force_N` acting, at time *now_ns, sequence *sequence.
-SafetyFilter Running(const glm::dvec3& force_N, std::int64_t* now_ns, std::uint64_t* sequence) {
-  SafetyFilter filter = *SafetyFilter::Create(FilterLimits{});
+SafetyFilter Running(const glm::dvec3& force_N, std::int64_t* now_ns, std::uint64_t* sequence,
+                     const FilterLimits& limits = {}) {
+  SafetyFilter filter = *SafetyFilter::Create(limits);
   for (int i = 0; i < 1200; ++i) {
     *now_ns += kMs;
     filter.Accept(Command(++*sequence, force_N), *now_ns);
@@ -44,6 +45,36 @@ TEST(SafetyFilter, PassesAValidCommandUnchanged) {
   EXPECT_EQ(out.F_Do_W().force_N, glm::dvec3(3, -4, 12));
   EXPECT_EQ(filter.status(), kFilterOk);
   EXPECT_EQ(out.brake_N_s_per_m(), 0.0);
+}
+
+// The output follows the command; one that is always across it must not keep it alive.
+TEST(SafetyFilter, IsGoneTwentyMillisecondsAfterTheDeadManWhereverTheCommandJumps) {
+  std::int64_t now_ns = 0;
+  std::uint64_t sequence = 0;
+  FilterLimits slow;
+  slow.max_force_rate_N_per_s = 500.0;
+  SafetyFilter filter = Running({50, 0, 0}, &now_ns, &sequence, slow);
+  glm::dvec3 out_N(50, 0, 0);
+  for (int i = 0; i <= 20; ++i) {
+    now_ns += kMs;
+    filter.Accept(Command(++sequence, 1e3 * glm::cross(out_N, glm::dvec3(0, 0, 1))), now_ns);
+    out_N = filter.Apply(now_ns, DeviceReading{}).F_Do_W().force_N;
+  }
+  EXPECT_LT(glm::length(out_N), 1e-9);
+}
+
+TEST(SafetyFilter, AnOriginOfAnyTimeNeitherKeepsNorOverflowsTheAge) {
+  for (const std::int64_t origin_ns :
+       {std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}, std::numeric_limits<std::int64_t>::max()}) {
+    SafetyFilter filter = *SafetyFilter::Create(FilterLimits{});
+    std::int64_t now_ns = 1'000'000'000'000;
+    core::DeviceCommand command = Command(1, {10, 0, 0});
+    command.header.direct = {7, origin_ns, {}};
+    filter.Accept(command, now_ns);
+    for (int i = 0; i < 100; ++i) filter.Apply(now_ns += kMs, Held());
+    EXPECT_NE(filter.status() & kSilent, 0U) << origin_ns;
+    EXPECT_EQ(filter.Apply(now_ns, Held()).F_Do_W().force_N.x, 0.0);
+  }
 }
 
 TEST(SafetyFilter, StartsWithARampOfOneSecond) {

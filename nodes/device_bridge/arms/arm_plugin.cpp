@@ -145,13 +145,13 @@ void CloseArm(void* device) {
 
 const oos_device_plugin& SimulatedArmPlugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenArm, DescribeArm, StepArm, CloseArm, nullptr, nullptr};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenArm, DescribeArm, StepArm, CloseArm, nullptr, nullptr, nullptr};
   return plugin;
 }
 
 const oos_device_plugin& SimulatedHugPlugin() {
   static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenHug, DescribeArm, StepArm, CloseArm, nullptr, nullptr};
+      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenHug, DescribeArm, StepArm, CloseArm, nullptr, nullptr, nullptr};
   return plugin;
 }
 

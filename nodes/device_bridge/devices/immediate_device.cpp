@@ -83,6 +83,19 @@ void ImmediateDevice::SetHand(const HandTarget& target) noexcept {
   Step(last_ns_, nullptr, &hand);
 }
 
+void ImmediateDevice::Lead(const LeadGoal* goal) noexcept {
+  if (!can_lead()) return;
+  oos_device_goal there{};
+  there.size = sizeof there;
+  if (goal != nullptr) {
+    ToArray(goal->X_WG, there.X_BG);
+    there.max_force_N = goal->max_force_N;
+    there.max_torque_Nm = goal->max_torque_Nm;
+  }
+  const bool is_usable = goal != nullptr && IsPose(there.X_BG);  // it comes of poses that were on the bus
+  plugin_.functions->lead(device_, is_usable ? &there : nullptr);
+}
+
 FeltForce ImmediateDevice::Felt() const noexcept {
   FeltForce felt;
   felt.F_Do_W = WrenchOf(state_.applied);

@@ -21,6 +21,10 @@ class ImmediateDevice final : public Device {
   void Write(std::int64_t now_ns, const FilteredForce& force) noexcept override;
   void SetHand(const HandTarget& target) noexcept override;
   [[nodiscard]] FeltForce Felt() const noexcept override;
+  [[nodiscard]] bool can_lead() const noexcept override {
+    return (description_.flags & OOS_DEVICE_LEADS) != 0 && CanLead(plugin_);
+  }
+  void Lead(const LeadGoal* goal) noexcept override;
   [[nodiscard]] std::uint64_t num_found() const noexcept override { return 1; }
   [[nodiscard]] const oos_device_description& description() const noexcept override { return description_; }
   [[nodiscard]] const DeviceHealth& Health(std::int64_t /*now_ns*/) noexcept override { return health_; }

@@ -23,6 +23,11 @@ inline bool GivesJoints(const PluginTable& plugin) {
   return plugin.functions->size > offsetof(oos_device_plugin, joints) && plugin.functions->joints != nullptr;
 }
 
+// Whether it has a function to lead the hand.
+inline bool CanLead(const PluginTable& plugin) {
+  return plugin.functions->size > offsetof(oos_device_plugin, lead) && plugin.functions->lead != nullptr;
+}
+
 // Of a device type of the scenario. For type "plugin" the library `address` is loaded. Errors: kUnsupported for another
 // type or ABI version, kIo for a library that cannot be loaded.
 core::Result<PluginTable> FindPlugin(const std::string& type, const std::string& address);

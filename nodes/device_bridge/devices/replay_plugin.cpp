@@ -84,8 +84,15 @@ void CloseReplay(void* device) {
 }  // namespace
 
 const oos_device_plugin& ReplayPlugin() {
-  static const oos_device_plugin plugin{
-      OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenReplay, DescribeReplay, StepReplay, CloseReplay, nullptr, nullptr};
+  static const oos_device_plugin plugin{OOS_DEVICE_ABI_VERSION,
+                                        sizeof plugin,
+                                        OpenReplay,
+                                        DescribeReplay,
+                                        StepReplay,
+                                        CloseReplay,
+                                        nullptr,
+                                        nullptr,
+                                        nullptr};
   return plugin;
 }
 

@@ -101,16 +101,44 @@ class ThreadedDevice::Thread {
 
   // The reason for which the run cannot begin; empty: none.
   std::string Begin(const std::shared_ptr<Thread>& self) {
+    if (!options_.has_thread) {
+      TryToOpen();
+      return bad_setting_;
+    }
     std::thread([self] { self->Run(); }).detach();
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, std::chrono::nanoseconds(kThreadPatience_ns), [&] { return has_tried_; });
     return bad_setting_;
   }
   void End() {
+    if (!options_.has_thread) {
+      if (device_ != nullptr) Close();
+      return;
+    }
     is_stop_wanted_.store(true);
     Wake();
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, std::chrono::nanoseconds(kThreadPatience_ns), [&] { return has_ended_; });
+  }
+
+  // By the bridge's thread, where that is the only one.
+  void TurnWithoutThread(std::int64_t now_ns) {
+    if (!options_.has_thread) Turn(now_ns);
+  }
+  // Opens the device, or steps it once; retry_ns_ or next_tick_ns_ is when the next turn is due at the latest.
+  void Turn(std::int64_t now_ns) {
+    turn_ns_ = now_ns;
+    if (report_.status == DeviceStatus::kBroken) return;
+    if (device_ == nullptr) {
+      if (now_ns < retry_ns_) return;
+      if (!TryToOpen()) {
+        retry_ns_ = Now() + kRetry_ns;
+        return;
+      }
+    }
+    if (StepOnce()) return;
+    Close();
+    retry_ns_ = Now() + kRetry_ns;
   }
 
   // By the bridge's thread.
@@ -127,6 +155,7 @@ class ThreadedDevice::Thread {
   [[nodiscard]] std::int64_t call_ns() const { return call_ns_.load(std::memory_order_acquire); }
 
  private:
+  [[nodiscard]] std::int64_t Now() const { return options_.has_thread ? core::MonotonicNow_ns() : turn_ns_; }
   void Wake() const noexcept {
     const std::uint64_t one = 1;
     static_cast<void>(!write(wake_fd_, &one, sizeof one));
@@ -140,14 +169,12 @@ class ThreadedDevice::Thread {
     setup.locks_memory = false;  // device-rt has
     bus::SetUpThread(setup);
     while (!is_stop_wanted_.load() && report_.status != DeviceStatus::kBroken) {
-      if (TryToOpen()) {
-        while (!is_stop_wanted_.load() && StepOnce()) {
-        }
-        Close();
-      }
-      SayTried();
-      if (report_.status != DeviceStatus::kBroken) WaitForRetry();
+      Turn(core::MonotonicNow_ns());
+      if (device_ == nullptr) SayTried();
+      if (report_.status == DeviceStatus::kBroken) break;
+      Pause(device_ != nullptr ? wait_fd_ : -1, device_ != nullptr ? next_tick_ns_ : retry_ns_);
     }
+    if (device_ != nullptr) Close();
     std::lock_guard lock(mutex_);
     has_tried_ = has_ended_ = true;
     changed_.notify_all();
@@ -162,7 +189,7 @@ class ThreadedDevice::Thread {
   // Calls a function of the plug-in, and notices how it goes wrong. False: it threw, and the device is off.
   template <class Call>
   bool Guard(const char* name, const Call& call) {
-    call_ns_.store(core::MonotonicNow_ns(), std::memory_order_release);
+    call_ns_.store(Now(), std::memory_order_release);
     bool has_thrown = true;
     std::string what = "an exception of unknown type";
     try {
@@ -205,7 +232,7 @@ class ThreadedDevice::Thread {
         Guard("wait_fd", [&] { wait_fd_ = plugin_.functions->wait_fd(device_); });
       }
       if (report_.status == DeviceStatus::kBroken) return false;
-      next_tick_ns_ = core::MonotonicNow_ns();
+      next_tick_ns_ = Now();
       SayTried();
       return true;
     }
@@ -229,10 +256,6 @@ class ThreadedDevice::Thread {
     reports_.Write(report_);
   }
 
-  void WaitForRetry() const {
-    const std::int64_t until_ns = core::MonotonicNow_ns() + kRetry_ns;
-    while (!is_stop_wanted_.load() && core::MonotonicNow_ns() < until_ns) Pause(-1, until_ns);
-  }
   // Until the device has news, the bridge has a force, or the time has come.
   void Pause(int device_fd, std::int64_t until_ns) const {
     const std::int64_t left_ns = std::max<std::int64_t>(until_ns - core::MonotonicNow_ns(), 0);
@@ -245,8 +268,7 @@ class ThreadedDevice::Thread {
 
   // False: the device has gone, or is broken.
   bool StepOnce() {
-    Pause(wait_fd_, next_tick_ns_);
-    const std::int64_t now_ns = core::MonotonicNow_ns();
+    const std::int64_t now_ns = turn_ns_;
     const bool is_tick = now_ns >= next_tick_ns_;
     if (is_tick) next_tick_ns_ = std::max(next_tick_ns_ + core::kTick_ns, now_ns);
     const bool is_new = orders_.Update();
@@ -295,7 +317,7 @@ class ThreadedDevice::Thread {
   }
 
   bool TakeSample(Sample* sample) {
-    const std::int64_t now_ns = core::MonotonicNow_ns();
+    const std::int64_t now_ns = Now();
     if (sample->state.sequence != 0 && sample->state.sequence != sequence_) {
       if (!IsUsable(sample->state)) {
         Break("its state has a number that is not finite, or a quaternion that is not a unit");
@@ -378,6 +400,8 @@ class ThreadedDevice::Thread {
   std::uint64_t num_ticks_ = 0;
   std::int64_t last_sample_ns_ = 0;
   std::int64_t next_tick_ns_ = 0;
+  std::int64_t retry_ns_ = 0;  // to open the device
+  std::int64_t turn_ns_ = 0;   // when the present turn began
   bool is_described_ = false;
   bool is_new_here_ = true;  // opened anew, or back after a long time: its hand may be elsewhere
 };
@@ -430,6 +454,7 @@ void ThreadedDevice::TakeNews(std::int64_t now_ns) noexcept {
 }
 
 DeviceReading ThreadedDevice::Read(std::int64_t now_ns) noexcept {
+  thread_->TurnWithoutThread(now_ns);
   TakeNews(now_ns);
   DeviceReading reading;
   const bool is_alive = health_.status == DeviceStatus::kAlive;

@@ -25,6 +25,9 @@ struct ThreadedOptions {
   bus::RealTimeMode rt = bus::RealTimeMode::kOff;
   int fifo_priority = 84;  // below the bridge's own thread, which must never wait for a device
   FindCalibration find_calibration;
+  // False: without a thread. Each Read then does one turn of its work, in the time of Read's caller, for devices that
+  // never wait: a device of another process in virtual time.
+  bool has_thread = true;
 };
 
 // A device whose functions are called by a thread of its own, so that whatever they do, the bridge goes on. The thread

@@ -159,9 +159,9 @@ TEST(ThreadedDevice, ComesBackAfterAHang) {
   EXPECT_TRUE(rig.Until([&] { return rig.written.F_Do_W().force_N.x == 2.0; }));
 }
 
-// Unplugged after 0.2 s, replugged as another specimen, and again: each time it is back within a second, and the hand
-// goes on from where it was.
-TEST(ThreadedDevice, IsBackWithinASecondAfterItWasReplugged) {
+// Unplugged after 0.2 s, replugged as another specimen, and again: the hand goes on from where it was. How soon, on a
+// virtual clock: Replug.
+TEST(ThreadedDevice, IsBackAfterItWasReplugged) {
   std::vector<std::string> asked;
   ThreadedOptions options;
   options.find_calibration = [&](const std::string& name, const std::string& serial) {
@@ -174,9 +174,7 @@ TEST(ThreadedDevice, IsBackWithinASecondAfterItWasReplugged) {
     ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kGone));
     rig.Tick();
     const double x_m = rig.reading.X_WD.translation.x;
-    const std::int64_t gone_ns = core::MonotonicNow_ns();
     ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kAlive));
-    EXPECT_LT(static_cast<double>(core::MonotonicNow_ns() - gone_ns) * 1e-9, 1.0);
     EXPECT_NEAR(rig.reading.X_WD.translation.x, x_m, 0.002);
   }
   EXPECT_EQ(rig.device->num_found(), 3U);

@@ -8,12 +8,12 @@
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <vector>
 
 #include "bus/rt/thread_setup.hpp"
+#include "scene/udp_address.hpp"
 #include "tracking/dtrack.hpp"
 
 namespace device_bridge {
@@ -21,18 +21,13 @@ namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of a datagram
 
-// "PORT", "ADDRESS:PORT" of this machine, or "GROUP:PORT".
-std::optional<sockaddr_in> ParseAddress(const std::string& text) {
+std::optional<sockaddr_in> AddressOf(const std::string& text) {
+  const auto parsed = scene::ParseUdpAddress(text);
+  if (!parsed) return std::nullopt;
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
-  const std::size_t colon = text.rfind(':');
-  const std::size_t begin = colon == std::string::npos ? 0 : colon + 1;
-  if (begin > 0 && inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) != 1) return std::nullopt;
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data() + begin, text.data() + text.size(), port);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(parsed->ip);
+  address.sin_port = htons(parsed->port);
   return address;
 }
 
@@ -57,7 +52,7 @@ core::Result<std::unique_ptr<DtrackHead>> DtrackHead::Create(const scene::User& 
       user.location.file.empty()
           ? "user '" + user.name + "': "
           : user.location.file.string() + ":" + std::to_string(user.location.line) + ": user '" + user.name + "': ";
-  auto address = ParseAddress(user.address);
+  auto address = AddressOf(user.address);
   if (!address) {
     return core::Fail(core::ErrorCode::kInvalidInput,
                       who + "address is '" + user.address +

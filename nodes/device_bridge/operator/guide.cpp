@@ -24,6 +24,13 @@ bool IsMark(const OperatorLine& line, const Sighting& seen) {
   return line.until.kind != ConditionKind::kReleased && IsSatisfied(line.until, seen, line.role);
 }
 
+Tip MoveBy(const glm::dvec3& way_W, const glm::dvec3& turn_W, const core::Pose& X_WHand) {
+  return {core::GuideKind::kMove,
+          way_W,
+          turn_W,
+          {glm::normalize(core::QuaternionFromRotationVector(turn_W) * X_WHand.rotation), X_WHand.translation + way_W}};
+}
+
 }  // namespace
 
 Guide::Guide(const scene::Scenario& scenario, const OperatorScript& script)
@@ -109,18 +116,19 @@ Tip Guide::TipOf(std::size_t index, const Sighting& seen) const noexcept {
     case Verb::kReach:
     case Verb::kCarry: {
       const Aim aim = ComputeAim(line, seen);
-      if (!aim.is_valid) return {core::GuideKind::kWait};
-      return {core::GuideKind::kMove, aim.way_W, aim.turn_W};
+      if (!aim.is_valid) return {core::GuideKind::kWait, {}, {}, {}};
+      return MoveBy(aim.way_W, aim.turn_W, aim.X_WHand);
     }
     case Verb::kPush: {
       const double goal_m = std::max(line.distance_m, Progress(line, seen) + kPushOn_m);
       const glm::dvec3 p_W = p_WHand_begin_ + goal_m * line.direction_W;
-      return {core::GuideKind::kMove, p_W - seen.X_WHand[static_cast<std::size_t>(line.role)].translation};
+      const core::Pose& X_WHand = seen.X_WHand[static_cast<std::size_t>(line.role)];
+      return MoveBy(p_W - X_WHand.translation, {}, X_WHand);
     }
     case Verb::kGrip:
-      return {KindOfGrip(index)};
+      return {KindOfGrip(index), {}, {}, {}};
     case Verb::kWait:
-      return {core::GuideKind::kWait};
+      return {core::GuideKind::kWait, {}, {}, {}};
   }
   return {};
 }

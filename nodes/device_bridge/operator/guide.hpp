@@ -14,6 +14,7 @@ struct Tip {
   core::GuideKind kind = core::GuideKind::kNone;
   glm::dvec3 way_W_m{0.0};  // from where the hand is; of kMove
   glm::dvec3 turn_W_rad{0.0};
+  core::Pose X_WG;  // the goal itself
 };
 
 // Shows a person the next goal: the scripted operator's line that the scene has come to. It only looks, so a line is

@@ -11,6 +11,10 @@ namespace {
 constexpr double kFollow_s = 0.03;
 constexpr double kFastest_m_per_s = 0.6;
 constexpr double kFastest_rad_per_s = 3.0;
+// Of a hand that is led; it holds back what is faster.
+constexpr double kRelax_s = 0.2;
+constexpr double kGivesWay_m_per_s = 0.3;
+constexpr double kGivesWay_rad_per_s = 1.0;
 constexpr double kGripSpeed_m_per_s = 0.15;  // as the scripted operator's
 constexpr double kGripStrength_N = 30.0;
 constexpr double kPushShare = 0.85;                      // of the force limit, as the scripted operator's
@@ -36,7 +40,7 @@ PointerHand::PointerHand(const scene::Scenario& scenario) {
     hand.opening_wanted_m = device.opening_start_m;
     const double force_limit_N = kPushShare * std::min(device.max_force_N, scenario.force_cap_N);
     hand.longest_lead_m = force_limit_N / std::max(1.0, device.hand_stiffness_N_per_m);
-    hand.target.X_WT = device.X_WD_start;
+    hand.target.X_WT = hand.X_WD_before = device.X_WD_start;
     hand.target.opening_m = device.opening_start_m;
     hand.target.grip_strength_N = kGripStrength_N;
     hands_.push_back(hand);
@@ -70,10 +74,25 @@ void PointerHand::Take(const core::HandInput& input, Viewer* viewer, std::int64_
   wants_guidance_ = input.wants_guidance;
 }
 
+// What is wanted and the target move as the device has since the latest tick, and what is wanted comes back to it.
+void PointerHand::GiveWay(const DeviceReading& reading, double dt_s, Hand* hand) noexcept {
+  const glm::dvec3 moved_W = reading.X_WD.translation - hand->X_WD_before.translation;
+  const glm::dquat turned_W = reading.X_WD.rotation * glm::conjugate(hand->X_WD_before.rotation);
+  for (core::Pose* X : {&hand->X_WWanted, &hand->target.X_WT}) {
+    *X = {glm::normalize(turned_W * X->rotation), X->translation + moved_W};
+  }
+  const double share = std::min(1.0, dt_s / kRelax_s);
+  core::Pose& wanted = hand->X_WWanted;
+  wanted.translation += share * (reading.X_WD.translation - wanted.translation);
+  const glm::dvec3 turn_W = core::RotationVector(reading.X_WD.rotation * glm::conjugate(wanted.rotation));
+  wanted.rotation = glm::normalize(core::QuaternionFromRotationVector(share * turn_W) * wanted.rotation);
+}
+
 // With the lead l of what is wanted before the target, v = l / tau, within the speeds above; and what is wanted never
 // runs further before the hand than the spring may push.
 void PointerHand::Follow(const DeviceReading& reading, bool is_off, double dt_s, Hand* hand) noexcept {
   HandTarget& target = hand->target;
+  if (hand->is_led) GiveWay(reading, dt_s, hand);
   if (is_off) hand->X_WWanted = target.X_WT = reading.X_WD;  // nobody presses against a device without force
   hand->X_WWanted.translation =
       reading.X_WD.translation + Within(hand->X_WWanted.translation - reading.X_WD.translation, hand->longest_lead_m);
@@ -88,6 +107,11 @@ void PointerHand::Follow(const DeviceReading& reading, bool is_off, double dt_s,
   target.X_WT.translation += dt_s * target.V_WT.linear_m_per_s;
   target.X_WT.rotation =
       glm::normalize(core::QuaternionFromRotationVector(dt_s * target.V_WT.angular_rad_per_s) * target.X_WT.rotation);
+  if (hand->is_led) {  // the target goes on with the device, too, or its damper would hold the device back
+    target.V_WT.linear_m_per_s += Within(reading.V_WD.linear_m_per_s, kGivesWay_m_per_s);
+    target.V_WT.angular_rad_per_s += Within(reading.V_WD.angular_rad_per_s, kGivesWay_rad_per_s);
+  }
+  hand->X_WD_before = reading.X_WD;
   const double way_m = hand->opening_wanted_m - target.opening_m;
   const double step_m = std::clamp(way_m, -kGripSpeed_m_per_s * dt_s, kGripSpeed_m_per_s * dt_s);
   target.opening_m += step_m;

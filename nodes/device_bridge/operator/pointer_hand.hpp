@@ -20,6 +20,9 @@ class PointerHand {
   // One tick of dt_s. `readings`: where the hands are. Real-time: no allocation.
   void Step(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
             const core::FixedVector<DeviceReading, kMaxRoles>& readings, double dt_s) noexcept;
+  // Whether the device leads the hand from now on. A hand that is led gives way: its target goes with the device, but
+  // for what the person adds, and that relaxes.
+  void SetLed(std::size_t role, bool is_led) noexcept { hands_[role].is_led = is_led; }
   // From now on the hand goes on from there.
   void TakeUp(std::size_t role, const HandTarget& target) noexcept;
 
@@ -33,6 +36,8 @@ class PointerHand {
     double opening_max_m = 0.0;
     double opening_wanted_m = 0.0;
     double longest_lead_m = 0.0;  // of the target before the hand
+    bool is_led = false;
+    core::Pose X_WD_before;  // of the device, at the latest tick
     HandTarget target;
   };
   struct Viewer {
@@ -44,6 +49,7 @@ class PointerHand {
     std::int64_t heard_ns = 0;
   };
   void Take(const core::HandInput& input, Viewer* viewer, std::int64_t now_ns) noexcept;
+  static void GiveWay(const DeviceReading& reading, double dt_s, Hand* hand) noexcept;
   static void Follow(const DeviceReading& reading, bool is_off, double dt_s, Hand* hand) noexcept;
 
   std::vector<Hand> hands_;

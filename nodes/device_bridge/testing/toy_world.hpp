@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -25,6 +26,7 @@ struct ToyWorld {
   core::DeviceCommand command;
   std::int64_t received_ns = 0;
   std::uint16_t grasped = core::kNoObject;
+  core::FixedVector<core::HandInput, kMaxViewers> hands;  // of viewers
   bool is_linked = true;
   bool has_physics = true;  // false: physics has died, its last state is still there
   // Force on the hand, and on the jaws, for a device state.
@@ -33,7 +35,7 @@ struct ToyWorld {
   std::function<void(ToyWorld&)> after;  // once per tick, e.g. carries a held body along
 
   explicit ToyWorld(const std::string& script, std::uint64_t seed = 1,
-                    const std::function<void(scene::Scenario&)>& change = {}) {
+                    const std::function<void(scene::Scenario&)>& change = {}, const Options& options = {}) {
     scenario.name = "toy";
     scenario.objects.resize(2);
     scenario.objects[0].name = "thing";
@@ -49,11 +51,12 @@ struct ToyWorld {
     scenario.devices.resize(1);
     scenario.devices[0].role = "right";
     const ::testing::TestInfo* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    scenario.operator_script =
-        ::testing::TempDir() + "device_bridge_" + info->test_suite_name() + "_" + info->name() + ".txt";
+    std::string file = std::string("device_bridge_") + info->test_suite_name() + "_" + info->name() + ".txt";
+    std::replace(file.begin(), file.end(), '/', '_');  // in names of tests with parameters
+    scenario.operator_script = ::testing::TempDir() + file;
     std::ofstream(scenario.operator_script) << script;
     if (change) change(scenario);
-    auto created = DeviceBridge::Create(scenario, seed);
+    auto created = DeviceBridge::Create(scenario, seed, options);
     if (!created) {
       ADD_FAILURE() << created.error().detail;
       return;
@@ -77,6 +80,7 @@ struct ToyWorld {
     inputs.physics = &physics;
     inputs.grasped_objects.push_back(grasped);
     inputs.logic = &logic;
+    inputs.hands = hands;
     bridge->Step(inputs, &outputs);
     const core::DeviceState& state = outputs.states[0];
     if (is_linked) {

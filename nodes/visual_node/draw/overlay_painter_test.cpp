@@ -8,6 +8,7 @@
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/testing/gl_test.hpp"
 #include "view/projection.hpp"
+#include "view/robot_marks.hpp"
 #include "vps/mesh/vertex_normals.hpp"
 #include "vps/testing/shapes.hpp"
 
@@ -94,6 +95,92 @@ class OverlayPainterTest : public GlTest {
   std::unique_ptr<RenderTarget> target_;
   Look look_{.exposure = 1.0f, .with_texts = false};
 };
+
+// Pixels around what is at p_W, in a square of `half_m` to each side, for which `is_one` holds.
+template <class IsOne>
+int CountAround(const glm::dvec3& p_W, double half_m, const IsOne& is_one) {
+  const auto at = [&](double side) {
+    return view::ProjectToPixel(CameraFromTheFront(), kFrameWidth, kFrameHeight,
+                                p_W + side * half_m * glm::dvec3(1.0, 0.0, 1.0));
+  };
+  const glm::dvec3 low = at(-1.0), high = at(1.0);
+  int count = 0;
+  for (int y = static_cast<int>(std::min(low.y, high.y)); y <= static_cast<int>(std::max(low.y, high.y)); ++y) {
+    for (int x = static_cast<int>(low.x); x <= static_cast<int>(high.x); ++x) count += is_one(x, y) ? 1 : 0;
+  }
+  return count;
+}
+
+// A robot before the scene: three joints whose axes point to the eye, the first with 10 Nm more than it was commanded,
+// the last with 10 Nm less; its interpolator wants it 0.11 m higher.
+core::DeviceJoints RobotInFront() {
+  core::DeviceJoints robot;
+  robot.X_WD.translation = {0.28, -0.3, -0.08};
+  robot.X_WD_target.translation = {0.28, -0.3, 0.1};
+  for (int i = 0; i < 3; ++i) {
+    core::DeviceJoint joint;
+    joint.X_WL = {core::QuaternionFromRollPitchYaw({1.5707963267948966, 0.0, 0.0}), {0.2 * i - 0.2, -0.3, -0.08}};
+    joint.X_WL_target = {joint.X_WL.rotation, {0.2 * i - 0.2, -0.3, 0.1}};
+    joint.radius_m = 0.025f;
+    joint.commanded_Nm = 3.0f;
+    joint.measured_Nm = i == 0 ? 13.0f : i == 1 ? 3.2f : -7.0f;
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+TEST_F(OverlayPainterTest, ARobotHasRedArcsAtJointsWithATorqueErrorAndAtNoOthers) {
+  const core::DeviceJoints robot = RobotInFront();
+  view::AddRobot(robot, &scene_);
+  const Image image = Draw();
+  const auto reds = [&](std::size_t joint) {
+    return CountAround(robot.joints[joint].X_WL.translation, 0.06, [&](int x, int y) {
+      const std::uint8_t* p = image.Pixel(x, y);
+      return p[0] > p[1] + 60 && p[0] > p[2] + 60;
+    });
+  };
+  EXPECT_GT(reds(0), 40);
+  EXPECT_EQ(reds(1), 0) << "0.2 Nm are below what its sensors see";
+  EXPECT_GT(reds(2), 40);
+}
+
+TEST_F(OverlayPainterTest, ARobotsGreenPhantomStandsAtItsTargetAndOnlyWhereThereIsOne) {
+  core::DeviceJoints robot = RobotInFront();
+  const view::Scene bare = scene_;
+  const auto greens = [&](const glm::dvec3& p_W) {
+    scene_ = bare;
+    view::AddRobot(robot, &scene_);
+    const Image image = Draw();
+    return CountAround(p_W, 0.015, [&](int x, int y) {
+      const std::uint8_t* p = image.Pixel(x, y);
+      return p[1] > p[0] + 15 && p[1] > p[2] + 10;
+    });
+  };
+  const glm::dvec3 wanted = robot.joints[1].X_WL_target.translation;
+  EXPECT_EQ(greens(wanted), 0) << "no target";
+  robot.has_target = true;
+  EXPECT_GT(greens(wanted), 100);
+  EXPECT_EQ(greens(robot.joints[1].X_WL.translation), 0) << "the robot itself is not green";
+  for (core::DeviceJoint& joint : robot.joints) joint.X_WL_target.translation.z -= 0.25;
+  robot.X_WD_target.translation.z -= 0.25;
+  EXPECT_EQ(greens(wanted), 0) << "it has moved away";
+}
+
+TEST_F(OverlayPainterTest, ARobotsBillboardsStandAtItsJoints) {
+  const core::DeviceJoints robot = RobotInFront();
+  view::AddRobot(robot, &scene_);
+  const Image without = Draw();
+  look_.with_texts = true;
+  const Image with = Draw();
+  for (const core::DeviceJoint& joint : robot.joints) {
+    EXPECT_GT(CountAround(joint.X_WL.translation, 0.08,
+                          [&](int x, int y) {
+                            const std::uint8_t *a = with.Pixel(x, y), *b = without.Pixel(x, y);
+                            return std::abs(int{a[0]} - int{b[0]}) > 30;
+                          }),
+              20);
+  }
+}
 
 TEST_F(OverlayPainterTest, OverlappingPhantomsLookTheSameInAnyOrder) {
   const auto phantom = [](double x_m, double y_m, const glm::vec3& color, float opacity) {

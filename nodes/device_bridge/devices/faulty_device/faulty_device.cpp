@@ -36,6 +36,11 @@ std::string OptionOf(const oos_device_setting& setting, const char* name) {
   return "";
 }
 
+// After a while, twice: "unplugged", with whatever follows.
+bool IsUnplugged(const std::string& fault) {
+  return fault.rfind("unplugged", 0) == 0;
+}
+
 [[noreturn]] void Hang() {
   while (true) pause();
 }
@@ -56,7 +61,7 @@ int Open(const oos_device_setting* setting, void** device) {
 int Describe(void* device, oos_device_description* description) {
   const auto& self = *static_cast<const Faulty*>(device);
   std::strcpy(description->name, "faulty");
-  std::strcpy(description->serial, self.fault == "unplugged" ? std::to_string(NumOpened(self.fault)).c_str() : "1");
+  std::strcpy(description->serial, IsUnplugged(self.fault) ? std::to_string(NumOpened(self.fault)).c_str() : "1");
   description->flags = OOS_DEVICE_TELLS_APPLIED;
   description->actuated = description->sensed = OOS_DEVICE_TRANSLATION;
   description->max_force_N = 3.0;
@@ -82,7 +87,7 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* command, c
   if (self.fault == "throw an int") throw 7;
   if (self.fault == "nan") state->V_BD[0] = state->X_BD[5] = std::nan("");
   if (self.fault == "no unit") state->X_BD[0] = 2.0;
-  if (self.fault == "unplugged" && NumOpened(self.fault) < 3) return OOS_DEVICE_GONE;
+  if (IsUnplugged(self.fault) && NumOpened(self.fault) < 3) return OOS_DEVICE_GONE;
   return OOS_DEVICE_OK;
 }
 
@@ -104,6 +109,7 @@ void Close(void* device) {
 }  // namespace
 
 extern "C" const oos_device_plugin* oos_device_plugin_get() {
-  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, nullptr, Joints};
+  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open,   Describe, Step,
+                                        Close,       nullptr,       Joints, nullptr};
   return &plugin;
 }
