@@ -324,7 +324,7 @@ class Viewer {
     if (is_led) frame = walls_->Begin({});
     if (is_led) AwaitState(frame.tick);
     waited_ns_ += core::MonotonicNow_ns() - begin_ns;
-    if (is_first_wall) frame.tick = walls_->NewestCommonTick(receiver_.kept_ticks());
+    if (is_first_wall) frame.tick = walls_->NewestCommonTick(receiver_.kept().ticks());
     if (auto taken = TakeScene(control, frame.tick); !taken) {
       return tl::unexpected(taken.error());
     }
@@ -353,7 +353,7 @@ class Viewer {
   void AwaitState(std::uint64_t tick) {
     constexpr std::int64_t kPatience_ns = 30'000'000, kLook_ns = 1'000'000;  // a picture's time at 30 per second
     const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
-    for (std::int64_t now_ns = 0; receiver_.newest_tick() < tick && now_ns < end_ns;) {
+    for (std::int64_t now_ns = 0; receiver_.kept().newest_tick() < tick && now_ns < end_ns;) {
       now_ns = core::MonotonicNow_ns();
       link_->Wait(now_ns + kLook_ns);
     }
@@ -444,7 +444,7 @@ class Viewer {
     is_new_scene_ = receiver_.Update();
     shown_.texts.resize(std::min(num_texts_, shown_.texts.size()));  // without those of WriteViewing
     if (!is_new_scene_ && !walls_) return {};
-    if (walls_) shown_tick_ = receiver_.TakeTick(tick, &kept_);
+    if (walls_) shown_tick_ = receiver_.kept().Take(tick, &kept_);
     const view::Scene& next = walls_ && shown_tick_ != 0 ? kept_ : receiver_.scene();
     if (!shown_.step.empty() && next.step != shown_.step) {
       view::Scene end = next;

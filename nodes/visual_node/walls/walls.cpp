@@ -30,7 +30,7 @@ std::uint64_t Walls::NewestCommonTick(const KeptTicks& own) const {
     const bool is_there = other.heard_ns != 0 && now_ns - other.heard_ns < Barrier::kSilence_ns;
     if (is_there) others.push_back({other.state.kept_tick, other.state.kept});
   }
-  return visual_node::NewestCommonTick(own, others);
+  return visual_node::NewestCommonTick(own, others, named_.tick);
 }
 
 Walls::Frame Walls::Begin(const Frame& wish) {
