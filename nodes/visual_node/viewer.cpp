@@ -12,6 +12,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/draw/composer.hpp"
+#include "nodes/visual_node/draw/ingredients.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/film/exposure.hpp"
 #include "nodes/visual_node/film/render_scale.hpp"
@@ -113,6 +115,8 @@ class Viewer {
   }
 
   core::Result<void> Run(const scene::Scenario& scenario) {
+    IngredientsInWork ingredients_in_work(view::SceneMirror(scenario).scene().assets->meshes);
+    auto air_in_cache = std::async(std::launch::async, [] { return CachedAir(); });
     std::error_code error;
     std::filesystem::create_directories(options_.out, error);  // else the first file that is written complains
     if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
@@ -148,22 +152,21 @@ class Viewer {
     auto composer = Composer::Create();
     if (!composer) return tl::unexpected(composer.error());
     composer_.emplace(std::move(*composer));
-    auto renderer =
-        Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+    Ingredients ingredients = ingredients_in_work.Take();
+    auto renderer = Renderer::Create(shown_, ingredients);
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     summary_.num_triangles = renderer_->num_triangles();
     std::printf("drawing %zu triangles with %s\n", renderer_->num_triangles(), summary_.gl_renderer.c_str());
     if (!renderer_->sky_note().empty()) std::printf("%s\n", renderer_->sky_note().c_str());
-    if (const auto air = CachedAir()) {
+    if (const auto air = air_in_cache.get()) {
       renderer_->SetAir(*air);
     } else {
       std::printf("the Earth has no air until it is computed, in about a minute of a core that is free\n");
       air_in_work_ = std::make_unique<AirInWork>();
     }
     std::fflush(stdout);
-    detail_in_work_ = std::make_unique<DetailInWork>(
-        shown_.assets->meshes, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+    for (MeshData& data : *ingredients.meshes) meshes_.push_back(std::move(data.mesh));
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
     return result;
@@ -181,7 +184,9 @@ class Viewer {
     CameraFeed feed(renderer_.get());
     const double frames_per_s =
         options_.is_rate_given || context_->is_software() ? options_.max_frames_per_s : context_->refresh_rate_Hz();
-    scale_ = RenderScale(kDrawingShare / frames_per_s);
+    const double picture_s = kDrawingShare / frames_per_s;
+    const bool begins_small = context_->is_software() && !options_.is_full_size;
+    scale_ = begins_small ? RenderScale::FromLeast(picture_s) : RenderScale(picture_s);
     const auto period_ns = static_cast<std::int64_t>(1e9 / frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns(), next_ns = last_ns;
@@ -389,6 +394,7 @@ class Viewer {
       std::fflush(stdout);
       // Not before: on a busy machine the start would take many times as long, and a session waits for it.
       LowerPriority(other_threads_);
+      detail_in_work_ = std::make_unique<DetailInWork>(std::exchange(meshes_, {}));
     }
     CountFrame(frame, core::MonotonicNow_ns());
     return is_joined ? core::Result<void>{} : DrawInset(stereo, feed);
@@ -584,6 +590,7 @@ class Viewer {
   std::optional<float> mean_luminance_;
   std::int64_t waited_ns_ = 0, waited_to_show_ns_ = 0;  // for other walls, before drawing this frame and after it
   std::unique_ptr<AirInWork> air_in_work_;
+  std::vector<vps::VisualMesh> meshes_;  // until their levels of detail are in work
   std::unique_ptr<DetailInWork> detail_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
   bool has_drawn_ = false;
