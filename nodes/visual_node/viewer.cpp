@@ -32,6 +32,7 @@
 #include "nodes/visual_node/gl/detail_in_work.hpp"
 #include "nodes/visual_node/gl/gl_context.hpp"
 #include "nodes/visual_node/pictures/contact_sheet.hpp"
+#include "nodes/visual_node/pictures/live_film.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/receiver.hpp"
 #include "nodes/visual_node/sky/earth_air.hpp"
@@ -182,6 +183,7 @@ class Viewer {
     }
     Interaction interaction(&receiver_, renderer_.get());
     CameraFeed feed(renderer_.get());
+    if (options_.film_fd >= 0) film_.emplace(options_.film_fd, options_.max_frames_per_s);
     const double frames_per_s =
         options_.is_rate_given || context_->is_software() ? options_.max_frames_per_s : context_->refresh_rate_Hz();
     const double picture_s = kDrawingShare / frames_per_s;
@@ -235,6 +237,7 @@ class Viewer {
         walls_->Shown();
       }
       const std::int64_t drawing_ns = core::MonotonicNow_ns() - draw_ns - waited_to_show_ns_;
+      if (film_) TakeForFilm(*target);
       if (!options_.is_full_size) {
         scale_.Update(1e-9 * static_cast<double>(std::max(drawing_ns, frame->elsewhere_ns)));
       }
@@ -329,7 +332,7 @@ class Viewer {
     if (is_led) frame = walls_->Begin({});
     if (is_led) AwaitState(frame.tick);
     waited_ns_ += core::MonotonicNow_ns() - begin_ns;
-    if (is_first_wall) frame.tick = walls_->NewestCommonTick(receiver_.kept().ticks());
+    if (is_first_wall) frame.tick = walls_->NextTick(receiver_.kept().ticks());
     if (auto taken = TakeScene(control, frame.tick); !taken) {
       return tl::unexpected(taken.error());
     }
@@ -529,6 +532,14 @@ class Viewer {
     target = std::make_unique<RenderTarget>(width, height);
   }
 
+  // A film has one size.
+  void TakeForFilm(const RenderTarget& target) {
+    if (film_target_ == nullptr) film_target_ = std::make_unique<RenderTarget>(target.width(), target.height());
+    glBlitNamedFramebuffer(target.framebuffer(), film_target_->framebuffer(), 0, 0, target.width(), target.height(), 0,
+                           0, film_target_->width(), film_target_->height(), GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    film_->Show(film_target_->Read(), core::MonotonicNow_ns());
+  }
+
   void Show(const RenderTarget& target) const {
     glBlitNamedFramebuffer(target.framebuffer(), 0, 0, 0, target.width(), target.height(), 0, 0, target.width(),
                            target.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
@@ -537,6 +548,7 @@ class Viewer {
 
   // Figures first: whoever stops this process does not wait long, and pictures take long on a busy machine.
   core::Result<void> Finish() {
+    film_.reset();
     core::Result<void> result = FinishFigures();
     if (auto kept = FinishPictures(); !kept && result) result = kept;
     // A virtual display may have been stopped together with this node; closing the window would then abort the process.
@@ -600,6 +612,8 @@ class Viewer {
   std::optional<Pointer> pointer_;       // of a person who steers a hand
   std::optional<scene::Camera> camera_;  // of the last picture
   std::int64_t steered_ns_ = 0;
+  std::unique_ptr<RenderTarget> film_target_;
+  std::optional<LiveFilm> film_;
   ContactSheet sheet_;
   Summary summary_;
   bool is_new_scene_ = false;

@@ -33,20 +33,15 @@ struct KeptTicks {
   }
 };
 
-// Which state the first wall names: the newest that all walls have. Where they have none in common, because each has
-// received others, the one named `last`, which all of them still have. A wall that is so far behind that its states
-// have stopped does not hold up the rest.
-inline std::uint64_t NewestCommonTick(const KeptTicks& own, const std::vector<KeptTicks>& others, std::uint64_t last) {
-  constexpr std::uint64_t kMostBehind = 500;  // chosen: as long as a picture may stand still
-  const auto is_behind = [&](std::uint64_t tick) { return tick + kMostBehind < own.newest; };
+// The newest tick that `own` and all the others have; 0: none.
+inline std::uint64_t NewestCommonTick(const KeptTicks& own, const std::vector<KeptTicks>& others) {
   for (std::size_t i = 0; i < KeptTicks::kMostKept && own.newest > i * KeptTicks::kTicksPerKept; ++i) {
     const std::uint64_t tick = own.newest - i * KeptTicks::kTicksPerKept;
     bool is_common = own.Has(tick);
-    for (const KeptTicks& other : others) is_common = is_common && (other.Has(tick) || is_behind(other.newest));
+    for (const KeptTicks& other : others) is_common = is_common && other.Has(tick);
     if (is_common) return tick;
   }
-  const bool is_last_of_use = last != 0 && last <= own.newest && !is_behind(last);
-  return is_last_of_use ? last : own.newest;
+  return 0;
 }
 
 }  // namespace visual_node
