@@ -124,7 +124,7 @@ test("a recording is played, paused and sought", PATIENCE, async () => {
   assert.deepEqual(errors, []);
 });
 
-test("a person chooses what is shown, selects a part by a click, and hides it", PATIENCE, async () => {
+test("a person chooses what is shown, selects a part by a click, hides and highlights it", PATIENCE, async () => {
   const page = await opened(recorded.page);
   const choices = (name) => page.waitForFunction((one) => window.page.frame.choices.includes(one), name);
   await page.locator("#overlays button", { hasText: "paths" }).click();
@@ -142,6 +142,8 @@ test("a person chooses what is shown, selects a part by a click, and hides it", 
   const name = await page.evaluate(() => window.page.panel.selected);
   await page.locator("#hide").click();
   await choices(`hide.${name}`);
+  await page.keyboard.press("/");
+  await choices(`highlight.${name}`);
   await page.locator("#show-all").click();
   await page.waitForFunction(() => !window.page.frame.choices.some((one) => one.startsWith("hide.")));
   await page.close();

@@ -25,7 +25,9 @@ struct Film {
                     frames.push_back(image.rgba[0]);
                     return {};
                   }};
-  void Show(std::uint8_t value, std::int64_t ms) { ASSERT_TRUE(film.Show(Grey(value), 5'000'000'000 + ms * 1'000'000)); }
+  void Show(std::uint8_t value, std::int64_t ms) {
+    ASSERT_TRUE(film.Show(Grey(value), 5'000'000'000 + ms * 1'000'000));
+  }
   void End(std::int64_t ms) { ASSERT_TRUE(film.End(5'000'000'000 + ms * 1'000'000)); }
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <vector>
 
 #include "nodes/visual_node/walls/kept_ticks.hpp"
 #include "view/scene.hpp"
@@ -32,7 +32,11 @@ class KeptScenes {
   };
 
   mutable std::mutex mutex_;
-  std::array<Kept, KeptTicks::kMostKept + 1> ring_;  // one more, because the named one may be older than all others
+  // A second, four times what ticks() says: a wall may be named a state that it has said it keeps long ago. One more,
+  // because the named one may be older than all others.
+  static constexpr std::size_t kSize = 4 * KeptTicks::kMostKept + 1;
+
+  std::vector<Kept> ring_{kSize};
   std::size_t newest_ = 0;
   std::uint64_t pinned_tick_ = 0;
 };

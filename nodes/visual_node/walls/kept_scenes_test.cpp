@@ -26,7 +26,7 @@ TEST(KeptScenes, AWallDrawsTheNamedStateHoweverLateItIs) {
   KeptScenes kept;
   Stream stream(&kept);
   view::Scene drawn;
-  for (const std::uint64_t late_ms : {1, 255, 257, 1000, 60'000}) {
+  for (const std::uint64_t late_ms : {1, 255, 257, 1000, 1100, 60'000}) {
     const std::uint64_t begin = kept.newest_tick();
     stream.RunTo(begin + 400);
     const std::uint64_t named = begin + 396;
@@ -55,6 +55,8 @@ TEST(KeptScenes, HasAllOthersOfTheLastQuarterOfASecondBesideTheNamedOne) {
   stream.RunTo(1000);
   for (std::uint64_t tick = 748; tick <= 1000; tick += 4) EXPECT_TRUE(kept.ticks().Has(tick)) << tick;
   EXPECT_FALSE(kept.ticks().Has(40)) << "it is not one that the next frame could be of";
+  view::Scene late;
+  EXPECT_EQ(kept.Take(100, &late), 100u) << "it was said to be kept, 0.9 s ago";
   kept.Pin(1000);
   stream.RunTo(3000);
   view::Scene drawn;

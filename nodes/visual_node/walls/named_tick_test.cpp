@@ -17,8 +17,9 @@ KeptTicks Kept(std::initializer_list<std::uint64_t> ticks) {
 
 TEST(NamedTick, IsTheNewestThatAllWallsHave) {
   NamedTick named;
-  EXPECT_EQ(named.Next(Kept({96, 100, 104}), {{Kept({96, 104}), 5 * kMs}, {Kept({96, 100, 104, 108}), 6 * kMs}}, 7 * kMs),
-            104u);
+  EXPECT_EQ(
+      named.Next(Kept({96, 100, 104}), {{Kept({96, 104}), 5 * kMs}, {Kept({96, 100, 104, 108}), 6 * kMs}}, 7 * kMs),
+      104u);
   EXPECT_EQ(named.Next(Kept({100, 104, 108}), {{Kept({100}), 5 * kMs}}, 9 * kMs), 100u);
 }
 
