@@ -41,6 +41,18 @@ class RaysInALab : public SurviveTest {
       process::RunHere(machines_->InNetworkOf(machine, {"nft", "delete table inet test"}));
     }
   }
+  // By the log of a viewer that has ended.
+  void ExpectCompleteFrames(const std::string& viewer, unsigned long long wanted_workers) {
+    std::ifstream log(out_ / (viewer + ".log"));
+    unsigned long long complete = 0, begun = 0, workers = 0;
+    for (std::string line; std::getline(log, line);) {
+      const char* const format = "%llu of %llu frames complete, by %llu workers";
+      if (std::sscanf(line.c_str(), format, &complete, &begun, &workers) == 3) break;
+    }
+    EXPECT_EQ(workers, wanted_workers) << viewer << ": none was taken for dead at the end";
+    EXPECT_GT(complete, 50u) << viewer;
+    EXPECT_LE(begun - complete, 2u) << viewer << ": those in flight at the end; else a picture has stood still";
+  }
   void TearDown() override {
     MendLinks();
     SurviveTest::TearDown();
@@ -54,8 +66,10 @@ TEST_F(RaysInALab, EveryPictureIsCompleteOverLinksThatLosePackets) {
     std::ifstream in(lab);
     text.assign(std::istreambuf_iterator<char>(in), {});
   }
-  std::ofstream(lab) << text.replace(text.find("</lab>\n"), 7,
-                                     "  <ray_workers host=\"alpha\"/>\n  <ray_workers host=\"beta\"/>\n</lab>\n");
+  std::ofstream(lab) << text.replace(
+      text.find("</lab>\n"), 7,
+      "  <ray_workers host=\"alpha\"/>\n  <ray_workers host=\"beta\"/>\n"
+      "  <view name=\"teacher\" host=\"gamma\" renderer=\"rays\" size=\"64x64\"/>\n</lab>\n");
   StartRun("rays", {}, lab);
   if (HasFatalFailure()) return;
   if (!LosePackets(10)) {
@@ -80,15 +94,12 @@ TEST_F(RaysInALab, EveryPictureIsCompleteOverLinksThatLosePackets) {
   std::printf("%.0f pictures, %.1f per second; the slowest took %.0f ms\n", seen["frames"].get<double>(),
               seen["fps"].get<double>(), seen["draw_ms"]["max"].get<double>());
   EXPECT_GT(seen["frames"].get<double>(), 50.0);
-  std::ifstream log(out_ / "visual_node.log");
-  unsigned long long complete = 0, begun = 0, workers = 0;
-  for (std::string line; std::getline(log, line);) {
-    if (std::sscanf(line.c_str(), "%llu of %llu frames complete, by %llu workers", &complete, &begun, &workers) == 3)
-      break;
-  }
-  EXPECT_EQ(workers, 2u) << "neither was taken for dead at the end";
-  EXPECT_GT(complete, 50u);
-  EXPECT_LE(begun - complete, 2u) << "those in flight at the end; else a picture has stood still";
+  ExpectCompleteFrames("visual_node", 2);
+  // A viewer of the lab file, with a worker of its own.
+  std::ifstream worker(out_ / "rt_worker-visual_node-teacher-1.log");
+  unsigned long long tiles = 0;
+  for (std::string line; std::getline(worker, line);) std::sscanf(line.c_str(), "%llu tiles", &tiles);
+  EXPECT_GT(tiles, 50u);
 }
 
 }  // namespace

@@ -314,8 +314,9 @@ int OpenWalls(const Arguments& arguments, const std::string& scenario) {
     const std::string name = "visual_node-" + wall.viewer.name;
     process::Command window = ViewerNamed(name, *session, arguments, scenario);
     std::vector<process::Command> workers;
-    for (std::size_t seat = 1; seat <= rays->value_or(0); ++seat) workers.push_back(WorkerFor(window, name, seat));
-    if (rays->has_value()) window.program = ProgramFolder() / "rt_visual_node";
+    const std::size_t num_workers = rays->value_or(wall.viewer.num_workers);
+    for (std::size_t seat = 1; seat <= num_workers; ++seat) workers.push_back(WorkerFor(window, name, seat));
+    if (num_workers > 0) window.program = ProgramFolder() / "rt_visual_node";
     AddWishes(arguments, {{"--show", "LIST"}, {"--headless"}}, &window);  // the lab file says the rest
     for (const std::string& argument : lab::ViewerArguments(wall.viewer)) window.arguments.push_back(argument);
     for (const std::string& argument : lab::WallArguments(room, wall)) window.arguments.push_back(argument);
