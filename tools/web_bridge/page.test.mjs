@@ -198,8 +198,13 @@ test("the page is the hand: dragging moves it as far as the captions say, Space 
   }, before_);
   assert.ok((await page.evaluate(() => window.page.frame.texts.map(({ text }) => text).join("\n"))).includes("hand right: held"));
   await page.mouse.up({ button: "right" });
+  const postures = () => page.evaluate(() => window.page.picture.bodies.meshes.map(({ skin }) => skin?.shown ?? "").join(""));
+  const open = await postures();
+  assert.notEqual(open, "", "the jaws' cables go with them");
   await page.keyboard.press("Space");
   await page.waitForFunction(() => window.page.frame.texts.some(({ text }) => text.startsWith("hand right: free, jaws closing")));
+  await page.waitForFunction((old) =>
+    window.page.picture.bodies.meshes.map(({ skin }) => skin?.shown ?? "").join("") !== old, open);
   await page.close();
   await others.end(run, "SIGINT");
   await others.endAll();

@@ -14,7 +14,8 @@ import { Processes, scenarioFolder } from "./testing/processes.mjs";
 
 const SOAK_MINUTES = Number(process.env.SOAK_MINUTES ?? 30);
 const DESK = { width: 1280, height: 720 };
-const SCENARIOS = ["touch", "peg_in_hole", "free_collision", "service_robot", "module_replacement"];
+const SCENARIOS = ["touch", "peg_in_hole", "peg_in_hole/ground.xml", "two_hands", "free_collision", "service_robot",
+  "module_replacement"];
 const processes = new Processes();
 let browser;
 
@@ -50,7 +51,7 @@ for (const scenario of SCENARIOS) {
     const { page: address, child } = await processes.startBridge(scenario);
     const page = await opened(address);
     const folder = path.join(processes.folder, scenario);
-    mkdirSync(folder);
+    mkdirSync(folder, { recursive: true });
     const results = await compare(page, scenario, viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras }))),
       { folder });
     for (const one of results) told(t, JSON.stringify(one));
