@@ -152,8 +152,8 @@ bool IsSessionHere(const Arguments& arguments) {
 }
 
 // Until the child has ended, or Ctrl-C if that counts, or for so long.
-void AwaitEnd(const process::Command& child, double seconds, process::Group* group,
-              const std::atomic<int>* interrupted = nullptr) {
+void AwaitChild(const process::Command& child, double seconds, process::Group* group,
+                const std::atomic<int>* interrupted = nullptr) {
   const timespec pause{0, kWait_ns};
   const std::int64_t begin_ns = core::MonotonicNow_ns();
   const auto is_over = [&] {
@@ -165,7 +165,7 @@ void AwaitEnd(const process::Command& child, double seconds, process::Group* gro
 
 // Ends the window if it has not been closed: at Ctrl-C, or after so long.
 void AwaitWindow(const process::Command& window, double seconds, process::Group* group) {
-  AwaitEnd(window, seconds, group, &CatchInterrupt());
+  AwaitChild(window, seconds, group, &CatchInterrupt());
   group->StopAll(kStopPatience_s, {window.name});
 }
 
@@ -219,7 +219,7 @@ int ShowAndFilm(process::Command window, const std::vector<process::Command>& wo
   for (const int end : ends) close(end);  // only the two processes have it now
   if (!started) return Complain("view", started.error().detail, kDoesNotHold);
   AwaitWindow(window, seconds, &group);
-  AwaitEnd(encoder, kStopPatience_s, &group);
+  AwaitChild(encoder, kStopPatience_s, &group);
   const auto& exit = group.children()[1].exit;
   if (!exit || !exit->is_clean()) {
     return Complain("view", "ffmpeg could not make " + file.string() + "; see " + encoder.log.string(), kDoesNotHold);
