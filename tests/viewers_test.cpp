@@ -6,6 +6,7 @@
 #include "bus/accounts/reported_accounts.hpp"
 #include "tests/viewer_support.hpp"
 #include "tests/wall_frames.hpp"
+#include "tools/process/piped_child.hpp"
 
 namespace system_tests {
 namespace {
@@ -200,6 +201,43 @@ TEST_P(VisualNode, GivesAPythonClientTheImagesOfACamera) {
   ASSERT_EQ(rgb.size(), std::size_t{3} * width * height);
   std::set<std::string> colours;
   for (std::size_t k = 0; k < rgb.size(); k += 3) colours.insert(rgb.substr(k, 3));
+  EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
+}
+
+// `oos view --video`: the session goes on, and its film is a film.
+TEST_P(VisualNode, IsFilmedWhileItShowsTheSession) {
+  if (!draws()) GTEST_SKIP() << "only a window is filmed";
+  if (!process::RunHere({"ffmpeg", "-version"})) GTEST_SKIP() << "encoding needs ffmpeg";
+  const std::string film = out_ / "film.mp4", raw = out_ / "film.rgb";
+  process::Command view{
+      .name = "view",
+      .program = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin" / "oos",
+      .arguments = {"view", scenario_.file.string(), "--video", film, "--headless", "--size", "96x64", "--seconds", "4",
+                    "--registry", registry_->endpoint(), "--session", std::to_string(kSession), "--no_encryption"},
+      .environment = {},
+      .log = out_ / "view.log",
+      .folder = out_};
+  if (GetParam() == Kind::kRays) view.arguments.insert(view.arguments.end(), {"--rays", "1"});
+  const auto pid = viewers_.Spawn(view);
+  ASSERT_TRUE(pid.has_value());
+  const std::string viewer = "visual_node-" + std::to_string(*pid);
+  ASSERT_TRUE(PublishUntil([&] { return Figure(viewer, "frames") > 20.0; }));
+  kill(*pid, SIGINT);
+  ASSERT_TRUE(PublishUntil([&] {
+    viewers_.Reap();
+    return !viewers_.IsRunning("view");
+  }));
+  EXPECT_TRUE(viewers_.children().back().exit->is_clean()) << "see " << view.log;
+  const auto decoded =
+      process::RunHere({"ffmpeg", "-loglevel", "error", "-y", "-i", film, "-f", "rawvideo", "-pix_fmt", "rgb24", raw});
+  ASSERT_TRUE(decoded && decoded->is_good());
+  std::ifstream in(raw, std::ios::binary);
+  const std::string rgb(std::istreambuf_iterator<char>(in), {});
+  constexpr std::size_t kFrame = std::size_t{3} * 96 * 64;
+  ASSERT_EQ(rgb.size() % kFrame, 0u);
+  ASSERT_GT(rgb.size() / kFrame, 0u);
+  std::set<std::string> colours;
+  for (std::size_t k = rgb.size() - kFrame; k < rgb.size(); k += 3) colours.insert(rgb.substr(k, 3));
   EXPECT_GT(colours.size(), 100u) << "lit parts, not an empty picture";
 }
 

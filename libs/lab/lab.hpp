@@ -57,6 +57,20 @@ struct RayWorkers {
   scene::Location where;
 };
 
+// What draws a viewer's pictures, and the program that does.
+enum class Renderer : std::uint8_t { kOpenGl, kRays, kHeadset };
+struct RendererInfo {
+  Renderer renderer;
+  const char* name;  // in a lab file
+  const char* program;
+};
+inline constexpr RendererInfo kRenderers[] = {{Renderer::kOpenGl, "opengl", "visual_node"},
+                                              {Renderer::kRays, "rays", "rt_visual_node"},
+                                              {Renderer::kHeadset, "headset", "headset_node"}};
+constexpr const char* ProgramOf(Renderer renderer) {
+  return kRenderers[static_cast<std::size_t>(renderer)].program;
+}
+
 // A viewer of the run beside visual_node: node visual_node-<name>.
 struct Viewer {
   std::string name;
@@ -67,6 +81,8 @@ struct Viewer {
   std::string stereo;   // empty: one picture for both eyes
   std::string user;     // for whose head it is drawn; empty: nobody's
   std::string size;     // "1280x720"; empty: the viewer's own
+  Renderer renderer = Renderer::kOpenGl;
+  std::size_t num_workers = 0;  // on its host, that trace its pictures: of rays
   scene::Location where;
 };
 
@@ -109,6 +125,8 @@ struct Lab {
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
   // All viewers, those of walls included, that are on that host; empty: on any.
   [[nodiscard]] std::vector<const Viewer*> ViewersOn(const std::string& host_name) const;
+  // The programs that those need, each once.
+  [[nodiscard]] std::vector<std::string> ProgramsOfViewersOn(const std::string& host_name) const;
 };
 
 // The value of `colocate`, the two nodes that it puts into one process, and that process's program.
@@ -117,7 +135,7 @@ constexpr const char* kColocatedNodes[] = {"haptic_node", "physics_node"};
 constexpr const char* kColocatedProgram = "haptic_physics_node";
 
 // The programs of a viewer whose pictures workers trace.
-constexpr const char* kRayViewerProgram = "rt_visual_node";
+constexpr const char* kRayViewerProgram = ProgramOf(Renderer::kRays);
 constexpr const char* kRayWorkerProgram = "rt_worker";
 
 constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node", "visual_node", "device_bridge"};

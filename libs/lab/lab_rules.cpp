@@ -21,6 +21,12 @@ scene::AttributeRule Stereo() {
   return {"stereo", ValueKind::kChoice, false, std::move(modes)};
 }
 
+scene::AttributeRule RendererOf() {
+  std::vector<std::string> names;
+  for (const RendererInfo& info : kRenderers) names.emplace_back(info.name);
+  return {"renderer", ValueKind::kChoice, false, std::move(names)};
+}
+
 }  // namespace
 
 const std::vector<scene::ElementRule>& LabRules() {
@@ -71,7 +77,8 @@ const std::vector<scene::ElementRule>& LabRules() {
        "another viewer of the run: of a camera, or several in a layout",
        {Required("name", ValueKind::kName), Required("host", ValueKind::kName), Optional("camera", ValueKind::kName),
         Optional("layout", ValueKind::kText), Stereo(), Optional("user", ValueKind::kName),
-        Optional("size", ValueKind::kText), Optional("display", ValueKind::kText)},
+        Optional("size", ValueKind::kText), Optional("display", ValueKind::kText), RendererOf(),
+        Optional("workers", ValueKind::kCount)},
        {}},
       {"room",
        "walls around a person, each a window onto the scene, in step",
@@ -83,7 +90,8 @@ const std::vector<scene::ElementRule>& LabRules() {
        {Required("name", ValueKind::kName), Required("host", ValueKind::kName),
         Required("lower_left", ValueKind::kVector), Required("lower_right", ValueKind::kVector),
         Required("upper_left", ValueKind::kVector), Required("size", ValueKind::kText),
-        Optional("place", ValueKind::kText), Optional("display", ValueKind::kText)},
+        Optional("place", ValueKind::kText), Optional("display", ValueKind::kText), RendererOf(),
+        Optional("workers", ValueKind::kCount)},
        {}},
       {"device",
        "a role's device on that host: type and address in place of the scenario's, a file that must be there and open",

@@ -249,6 +249,7 @@ class Reader {
     viewer.host = element.Get("host");
     viewer.display = element.Get("display");
     viewer.size = element.Get("size");
+    ReadRenderer(element, &viewer);
     CheckHost(element, element.name + " '" + viewer.name + "'");
     CheckNumbers(element, "size", 'x', "1280x720");
     CheckPlain(element, "display");
@@ -258,6 +259,29 @@ class Reader {
              "its node has that name, as that of line " + std::to_string(other->where.line), "rename one of them");
     }
     return viewer;
+  }
+
+  void ReadRenderer(const scene::XmlElement& element, Viewer* viewer) {
+    const std::string title = element.name + " '" + viewer->name + "'";
+    const std::string name = element.Get("renderer", kRenderers[0].name);
+    for (const RendererInfo& info : kRenderers) {
+      if (name == info.name) viewer->renderer = info.renderer;
+    }
+    const bool is_traced = viewer->renderer == Renderer::kRays;
+    std::uint64_t workers = is_traced ? 1 : 0;
+    if (element.Find("workers") != nullptr) scene::ParseCount(element.Get("workers"), &workers);
+    viewer->num_workers = static_cast<std::size_t>(workers);
+    if (is_traced != (workers > 0) || workers > tiles::kMostSeats) {
+      Report(element.LineOf("workers"), title + ": " + std::to_string(workers) + " workers",
+             "those of renderer=\"rays\" are 1 to " + std::to_string(tiles::kMostSeats) + ", and others have none",
+             is_traced ? "write another number" : "remove workers, or write renderer=\"rays\"");
+    }
+    const bool is_worn = viewer->renderer == Renderer::kHeadset;
+    for (const char* attribute : {"layout", "stereo", "user", "size", "lower_left"}) {
+      if (!is_worn || element.Find(attribute) == nullptr) continue;
+      Report(element.LineOf(attribute), title + " in a headset has " + attribute,
+             "the headset itself says where its eyes are and what they see", "remove it, or the renderer");
+    }
   }
 
   void CheckPlain(const scene::XmlElement& element, const char* attribute) {
@@ -360,6 +384,18 @@ std::vector<const Viewer*> Lab::ViewersOn(const std::string& host_name) const {
     for (const Wall& wall : room.walls) add(wall.viewer);
   }
   return found;
+}
+
+std::vector<std::string> Lab::ProgramsOfViewersOn(const std::string& host_name) const {
+  std::vector<std::string> programs;
+  const auto add = [&](const char* program) {
+    if (std::find(programs.begin(), programs.end(), program) == programs.end()) programs.emplace_back(program);
+  };
+  for (const Viewer* viewer : ViewersOn(host_name)) {
+    add(ProgramOf(viewer->renderer));
+    if (viewer->num_workers > 0) add(kRayWorkerProgram);
+  }
+  return programs;
 }
 
 tl::expected<Lab, std::vector<Diagnostic>> LoadLab(const std::filesystem::path& file) {

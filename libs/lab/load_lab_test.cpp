@@ -101,6 +101,30 @@ TEST(LoadLab, ReadsViewsAndTheWallsOfARoom) {
   EXPECT_EQ(lab->ViewersOn("haptics").size(), 1u);
 }
 
+TEST(LoadLab, AViewerCanHaveAnotherRenderer) {
+  const auto with = [](const std::string& attributes) {
+    return LoadLab(Write(Replace(kGood, "</lab>\n", "<view name=\"v\" host=\"sim\" " + attributes + "/></lab>\n")));
+  };
+  const auto read = [&](const std::string& attributes) {
+    const auto lab = with(attributes);
+    EXPECT_TRUE(lab) << attributes << ": " << scene::Format(lab.error().front());
+    return lab ? lab->viewers.at(0) : Viewer();
+  };
+  EXPECT_EQ(read("").renderer, Renderer::kOpenGl);
+  EXPECT_EQ(read("renderer=\"opengl\"").num_workers, 0u);
+  EXPECT_EQ(read("renderer=\"rays\"").num_workers, 1u);
+  EXPECT_EQ(read("renderer=\"rays\" workers=\"3\"").num_workers, 3u);
+  EXPECT_EQ(read("renderer=\"headset\" camera=\"overview\"").renderer, Renderer::kHeadset);
+  for (const auto& [attributes, why] : {std::pair{"renderer=\"page\"", "page"},
+                                        {"workers=\"2\"", "2 workers"},
+                                        {"renderer=\"rays\" workers=\"17\"", "1 to 16"},
+                                        {"renderer=\"headset\" size=\"640x360\"", "has size"}}) {
+    const auto lab = with(attributes);
+    ASSERT_FALSE(lab) << attributes;
+    EXPECT_THAT(scene::Format(lab.error().front()), testing::HasSubstr(why));
+  }
+}
+
 TEST(LoadLab, ReportsCamerasAndUsersThatTheScenarioLacks) {
   const auto lab = LoadLab(Write(WithPictures()));
   ASSERT_TRUE(lab);

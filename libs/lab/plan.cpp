@@ -34,7 +34,7 @@ class Planner {
       }
       AddRayWorkers(&plan);
       for (const Viewer& viewer : lab_.viewers) {
-        if (viewer.host == host.name) AddViewer(viewer, &plan);
+        if (viewer.host == host.name) AddViewer(viewer, NewViewer(viewer, &plan), &plan);
       }
       for (const Room& room : lab_.rooms) AddWalls(room, &plan);
       if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
@@ -128,21 +128,24 @@ class Planner {
     for (const RayWorkers& workers : lab_.ray_workers) {
       for (std::size_t i = 0; i < workers.count; ++i) {
         const std::string name = tiles::WorkerName("visual_node", ++seat);
-        if (workers.host != plan->host.name || is_out) continue;
-        Unit unit = NewUnit(*plan, name, kRayWorkerProgram);
-        Add(&unit, "--scenario", plan->facts.scenario);
-        AddSession(*plan, &unit);
-        Add(&unit, "--bind", plan->facts.bind);
-        Add(&unit, "--out", plan->run_folder);
-        Add(&unit, "--name", name);
-        plan->units.push_back(std::move(unit));
+        if (workers.host == plan->host.name && !is_out) AddRayWorker(name, plan);
       }
     }
   }
 
+  void AddRayWorker(const std::string& name, HostPlan* plan) const {
+    Unit unit = NewUnit(*plan, name, kRayWorkerProgram);
+    Add(&unit, "--scenario", plan->facts.scenario);
+    AddSession(*plan, &unit);
+    Add(&unit, "--bind", plan->facts.bind);
+    Add(&unit, "--out", plan->run_folder);
+    Add(&unit, "--name", name);
+    plan->units.push_back(std::move(unit));
+  }
+
   Unit NewViewer(const Viewer& viewer, HostPlan* plan) const {
     const std::string name = "visual_node-" + viewer.name;
-    Unit unit = NewUnit(*plan, name, "visual_node");
+    Unit unit = NewUnit(*plan, name, ProgramOf(viewer.renderer));
     unit.nodes = {name};
     Add(&unit, "--name", name);
     Add(&unit, "--scenario", plan->facts.scenario);
@@ -151,17 +154,22 @@ class Planner {
     Add(&unit, "--out", plan->run_folder + "/" + name);
     for (const std::string& argument : ViewerArguments(viewer)) unit.arguments.push_back(argument);
     AddDisplay(viewer.display, &unit, plan);
+    if (viewer.renderer == Renderer::kHeadset) std::erase(unit.arguments, "--headless");  // it has no window anyway
     return unit;
   }
 
-  void AddViewer(const Viewer& viewer, HostPlan* plan) const { plan->units.push_back(NewViewer(viewer, plan)); }
+  void AddViewer(const Viewer& viewer, Unit unit, HostPlan* plan) const {
+    const std::string name = unit.name;
+    plan->units.push_back(std::move(unit));
+    for (std::size_t seat = 1; seat <= viewer.num_workers; ++seat) AddRayWorker(tiles::WorkerName(name, seat), plan);
+  }
 
   void AddWalls(const Room& room, HostPlan* plan) const {
     for (const Wall& wall : room.walls) {
       if (wall.viewer.host != plan->host.name) continue;
       Unit unit = NewViewer(wall.viewer, plan);
       for (const std::string& argument : WallArguments(room, wall)) unit.arguments.push_back(argument);
-      plan->units.push_back(std::move(unit));
+      AddViewer(wall.viewer, std::move(unit), plan);
     }
   }
 

@@ -151,6 +151,39 @@ TEST(Plan, ViewersAndWallsAreUnitsOfTheirHosts) {
   EXPECT_THAT(text, HasSubstr("--out /home/u/vr_oos/runs/run-1/visual_node-teacher --view overview"));
 }
 
+TEST(Plan, AViewerHasItsOwnRendererAndWorkers) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  Viewer teacher;
+  teacher.name = "teacher";
+  teacher.host = "a";
+  teacher.renderer = Renderer::kRays;
+  teacher.num_workers = 2;
+  Viewer worn = teacher;
+  worn.name = "worn";
+  worn.renderer = Renderer::kHeadset;
+  worn.num_workers = 0;
+  lab.viewers = {teacher, worn};
+  Wall front;
+  front.viewer = teacher;
+  front.viewer.name = "front";
+  front.viewer.num_workers = 1;
+  lab.rooms = {{"cave", 0.0, {front}}};
+  const Plan plan = PlanOf(lab);
+  EXPECT_THAT(NamesOf(plan.hosts[0]),
+              testing::ElementsAre("device_bridge", "haptic_node", "display", "visual_node-teacher",
+                                   "rt_worker-visual_node-teacher-1", "rt_worker-visual_node-teacher-2",
+                                   "visual_node-worn", "visual_node-front", "rt_worker-visual_node-front-1"));
+  const std::vector<Unit>& units = plan.hosts[0].units;
+  EXPECT_EQ(units[3].program, "/opt/oos/rt_visual_node");
+  EXPECT_EQ(units[5].program, "/opt/oos/rt_worker");
+  EXPECT_EQ(units[6].program, "/opt/oos/headset_node");
+  EXPECT_THAT(units[6].nodes, testing::ElementsAre("visual_node-worn"));
+  EXPECT_THAT(units[6].arguments, testing::Not(testing::Contains("--headless"))) << "it has no such option";
+  EXPECT_EQ(units[7].program, "/opt/oos/rt_visual_node");
+  EXPECT_THAT(lab.ProgramsOfViewersOn("a"), testing::ElementsAre("rt_visual_node", "rt_worker", "headset_node"));
+  EXPECT_TRUE(lab.ProgramsOfViewersOn("b").empty());
+}
+
 TEST(Plan, LeavesOutAHostWithoutUnits) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";

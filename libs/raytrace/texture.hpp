@@ -3,6 +3,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "view/appearance/mip_levels.hpp"
 #include "vps/mesh/load_mesh.hpp"
 
 namespace raytrace {
@@ -18,16 +19,8 @@ class Texture {
   [[nodiscard]] glm::vec3 At(const glm::vec2& uv, float span) const;
 
  private:
-  struct Level {
-    int width = 0;
-    int height = 0;
-    std::vector<glm::u8vec4> texels;
-  };
-  [[nodiscard]] glm::vec3 Decode(const glm::u8vec4& texel) const;
-  [[nodiscard]] Level Halve(const Level& level) const;
-
   bool is_color_ = false;
-  std::vector<Level> levels_;  // the largest first
+  std::vector<view::MipLevel> levels_;  // the largest first
 };
 
 }  // namespace raytrace

@@ -2,17 +2,12 @@
 
 #include <algorithm>
 #include <sstream>
-#include <utility>
 
 #include "core/names.hpp"
 
 namespace view {
 namespace {
 
-using Flag = bool Choices::Object::*;
-constexpr std::array<std::pair<const char*, Flag>, 3> kFlags = {{{"hide.", &Choices::Object::is_hidden},
-                                                                 {"transparent.", &Choices::Object::is_transparent},
-                                                                 {"highlight.", &Choices::Object::is_highlighted}}};
 constexpr std::string_view kOverlayPrefix = "overlay.";
 constexpr std::string_view kSelectPrefix = "select.";
 constexpr std::string_view kStereoPrefix = "stereo.";
@@ -70,8 +65,8 @@ std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects) {
   std::vector<std::string> names;
   for (const OverlayInfo& info : kOverlays) names.push_back(std::string(kOverlayPrefix) + info.name);
   for (const StereoInfo& info : kStereoModes) names.push_back(std::string(kStereoPrefix) + info.name);
-  for (const auto& [prefix, flag] : kFlags) {
-    for (const std::string& object : objects) names.push_back(prefix + object);
+  for (const PartChoice& choice : kPartChoices) {
+    for (const std::string& object : objects) names.push_back(std::string(choice.name) + "." + object);
   }
   for (const std::string& object : objects) names.push_back(std::string(kSelectPrefix) + object);
   return names;
@@ -89,12 +84,13 @@ bool SetChoice(const std::string& name, bool is_on, const std::vector<std::strin
   if (name.starts_with(kSelectPrefix)) {
     return Select(FindName(std::string_view(name).substr(kSelectPrefix.size()), objects), is_on, choices);
   }
-  for (const auto& [prefix, flag] : kFlags) {
+  for (const PartChoice& choice : kPartChoices) {
+    const std::string prefix = std::string(choice.name) + ".";
     if (!name.starts_with(prefix)) continue;
-    const int object = FindName(std::string_view(name).substr(std::string_view(prefix).size()), objects);
+    const int object = FindName(std::string_view(name).substr(prefix.size()), objects);
     if (object < 0) return false;
     choices->objects.resize(std::max(choices->objects.size(), objects.size()));
-    choices->objects[static_cast<std::size_t>(object)].*flag = is_on;
+    choices->objects[static_cast<std::size_t>(object)].*choice.flag = is_on;
     return true;
   }
   return false;

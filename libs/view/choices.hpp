@@ -94,6 +94,19 @@ struct Choices {
   [[nodiscard]] bool has(Overlay overlay) const { return overlays[IndexOf(overlay)]; }
 };
 
+// What can be done with the selected part.
+struct PartChoice {
+  bool Choices::Object::*flag;
+  const char* name;  // of the parameter <name>.<object>
+  char key;          // in a window, as of overlays
+  const char* what;  // of a part
+};
+inline constexpr std::array<PartChoice, 3> kPartChoices = {{
+    {&Choices::Object::is_hidden, "hide", 'X', "hidden"},
+    {&Choices::Object::is_transparent, "transparent", 'B', "transparent"},
+    {&Choices::Object::is_highlighted, "highlight", '/', "highlighted"},
+}};
+
 // Choices by name, as `oos set` changes them (1: yes, 0: no): overlay.<name>, stereo.<mode>, and hide.<object>,
 // transparent.<object>, highlight.<object>, select.<object>. One object at most is selected, and one mode.
 std::vector<std::string> ChoiceNames(const std::vector<std::string>& objects);

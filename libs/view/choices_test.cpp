@@ -23,6 +23,7 @@ TEST(Choices, EveryOverlayHasItsOwnNameAndKey) {
     EXPECT_EQ(FindOverlay(info.name), info.overlay);
     EXPECT_EQ(FindOverlayOfKey(info.key), info.overlay);
   }
+  for (const PartChoice& choice : kPartChoices) EXPECT_TRUE(keys.insert(choice.key).second) << choice.name;
 }
 
 TEST(Choices, EveryNameSetsAndClearsItsChoice) {

@@ -1,6 +1,7 @@
 #include "nodes/headset_node/headset_node.hpp"
 
 #include <cstdio>
+#include <filesystem>
 
 #include "core/clock.hpp"
 #include "nodes/headset_node/eye_frustum.hpp"
@@ -30,6 +31,8 @@ core::Result<void> DrawEye(const view::Scene& scene, const view::Frustum& eye, v
 
 core::Result<void> RunHeadset(const Options& options, const scene::Scenario& scenario,
                               const volatile std::sig_atomic_t& is_stop_wanted) {
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);  // else the first file that is written complains
   visual_node::LatencyLog log;
   if (auto opened = log.Open(options.out / "latency_visual.csv"); !opened) return opened;
   visual_node::Receiver receiver(scenario, &log);

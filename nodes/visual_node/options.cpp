@@ -183,6 +183,8 @@ cli::Syntax CommandLineSyntax() {
        "most pictures per second; a slow machine draws them smaller to hold it. With a graphics card: as many as its "
        "screen shows",
        "30", cli::Number(1.0, 1000.0)},
+      {"--film_fd", "N", "an open file that gets --fps pictures a second, each as it is shown then, as PPM", "",
+       cli::Count(3, 1 << 20)},
       {"--full_size", "", "draws live pictures as large as the window, also when that is too slow for --fps"}};
   for (const cli::Option& option : run_node::BusOptions()) syntax.options.push_back(option);
   syntax.details = "'oos run' and 'oos launch' start the nodes of a run; 'oos view' starts another viewer of a run.";
@@ -204,6 +206,7 @@ core::Result<Options> ReadOptions(const cli::Arguments& arguments) {
   options.steers_hand = arguments.has("--hand");
   options.max_frames_per_s = arguments.checked_number("--fps");
   options.is_rate_given = arguments.has("--fps");
+  if (arguments.has("--film_fd")) options.film_fd = static_cast<int>(arguments.checked_number("--film_fd"));
   if (arguments.has("--size")) {
     if (auto read = ReadSize(arguments.text("--size"), &options); !read) return tl::unexpected(read.error());
   }

@@ -53,6 +53,7 @@ struct Options {
   bool is_rate_given = false;  // false: with a graphics card as many as its screen shows
   bool is_full_size = false;   // live pictures are never smaller than the window, however slow the machine
   bool is_still = false;       // --still: each named camera once, without any bus
+  int film_fd = -1;            // --film_fd: an open file that gets each picture that is shown, as a film
   PictureOptions pictures;
 };
 

@@ -32,7 +32,7 @@ int ReportEnd(const std::string& program, const core::Result<void>& done) {
 core::Result<void> MakePictures(const Options& options, const scene::Scenario& scenario) {
   if (options.is_still) return RenderStills(options, scenario);
   if (options.pictures.is_shot()) return RenderShot(options, scenario);
-  return RenderFrames(options, scenario, WritePpmToStdout);
+  return RenderFrames(options, scenario, [](const picture::Image& image) { return WritePpm(image, stdout); });
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   if (!user_.empty()) head_reader_ = &node_->ReadLatest<core::HeadState>(bus::HeadTopic(user_));
   if (walls_ != nullptr) {
     walls_->Declare(node_.get());
-    kept_.resize(KeptTicks::kMostKept);
+    kept_ = std::make_unique<KeptScenes>();
   }
   image_rates_hz_.resize(assets.cameras.size());
   node_->OwnParameters(std::move(parameters));
@@ -114,43 +114,6 @@ view::Head Receiver::head() const {
   return {head_.X_RH, head_.is_simulated ? view::HeadSource::kSimulated : view::HeadSource::kTracked};
 }
 
-void Receiver::Keep(const view::Scene& scene) {
-  const std::uint64_t tick = feed_->physics().value().tick;
-  if (tick % KeptTicks::kTicksPerKept != 0) return;
-  const std::scoped_lock lock(kept_mutex_);
-  if (kept_[newest_kept_].tick == tick) return;
-  newest_kept_ = (newest_kept_ + 1) % kept_.size();
-  kept_[newest_kept_].tick = tick;
-  kept_[newest_kept_].scene = scene;  // reuses its buffers
-}
-
-KeptTicks Receiver::kept_ticks() const {
-  const std::scoped_lock lock(kept_mutex_);
-  const std::uint64_t newest = kept_[newest_kept_].tick;
-  KeptTicks ticks;
-  for (const KeptScene& kept : kept_) {
-    const bool is_earlier_run = kept.tick > newest;
-    if (kept.tick != 0 && !is_earlier_run) ticks.Add(kept.tick);
-  }
-  return ticks;
-}
-
-std::uint64_t Receiver::newest_tick() const {
-  const std::scoped_lock lock(kept_mutex_);
-  return kept_[newest_kept_].tick;
-}
-
-std::uint64_t Receiver::TakeTick(std::uint64_t tick, view::Scene* scene) const {
-  const std::scoped_lock lock(kept_mutex_);
-  const auto distance = [&](const KeptScene& kept) { return kept.tick > tick ? kept.tick - tick : tick - kept.tick; };
-  const KeptScene* nearest = &kept_[newest_kept_];
-  for (const KeptScene& kept : kept_) {
-    if (tick != 0 && kept.tick != 0 && distance(kept) < distance(*nearest)) nearest = &kept;
-  }
-  if (nearest->tick != 0) *scene = nearest->scene;
-  return nearest->tick;
-}
-
 void Receiver::SendImages() {
   std::vector<CameraFeed::Seen> images;
   {
@@ -210,7 +173,7 @@ void Receiver::Run() {
   while (!is_stopping_.load(std::memory_order_acquire)) {
     node_->Wait(core::MonotonicNow_ns() + (walls_ != nullptr ? kWallWait_ns : kWait_ns));
     const std::int64_t now_ns = core::MonotonicNow_ns();
-    if (walls_ != nullptr) walls_->Pump(node_.get(), kept_ticks(), now_ns);
+    if (walls_ != nullptr) PumpWalls(now_ns);
     TakeHead();
     const bool is_state_fresh = ApplyAll(now_ns);
     TakeParameters();
@@ -224,6 +187,12 @@ void Receiver::Run() {
     RecordScene(now_ns);
     if (now_ns >= next_figures_ns_) PublishFigures(now_ns);
   }
+}
+
+// What the first wall has named is kept from the moment on that it is heard, because the drawing may come much later.
+void Receiver::PumpWalls(std::int64_t now_ns) {
+  walls_->Pump(node_.get(), kept_->ticks(), now_ns);
+  kept_->Pin(walls_->named_tick());
 }
 
 // Applies all received messages. True when a physics state was among them.
@@ -256,7 +225,7 @@ void Receiver::Publish(std::int64_t now_ns) {
   }
   slot.direct = direct_;
   slot.through_physics = through_physics_;
-  if (walls_ != nullptr && feed_->physics().has_value()) Keep(slot);
+  if (walls_ != nullptr && feed_->physics().has_value()) kept_->Keep(feed_->physics().value().tick, slot);
   newest_.EndWrite();
   next_publish_ns_ = now_ns + kQuietPublish_ns;
 }

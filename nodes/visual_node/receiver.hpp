@@ -17,7 +17,7 @@
 #include "core/result.hpp"
 #include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/latency_log.hpp"
-#include "nodes/visual_node/walls/kept_ticks.hpp"
+#include "nodes/visual_node/walls/kept_scenes.hpp"
 #include "nodes/visual_node/walls/wall_link.hpp"
 #include "scene/scenario.hpp"
 #include "view/bus_feed.hpp"
@@ -54,11 +54,8 @@ class Receiver {
   [[nodiscard]] const view::Scene& scene() const { return newest_.value(); }
   // The newest head.
   [[nodiscard]] view::Head head() const;
-  // Of walls: which physics states can be taken, the newest of them, and the scene of the state nearest to that tick.
-  // Returns the scene's tick; 0: nothing has arrived yet, and `scene` is as it was.
-  [[nodiscard]] KeptTicks kept_ticks() const;
-  [[nodiscard]] std::uint64_t newest_tick() const;
-  std::uint64_t TakeTick(std::uint64_t tick, view::Scene* scene) const;
+  // Of walls, once started.
+  [[nodiscard]] const KeptScenes& kept() const { return *kept_; }
   void SetWalls(double in_step, double apart_ms) {
     walls_in_step_.store(in_step, std::memory_order_relaxed);
     walls_apart_ms_.store(apart_ms, std::memory_order_relaxed);
@@ -90,14 +87,9 @@ class Receiver {
   [[nodiscard]] std::uint64_t num_states() const { return num_states_.load(std::memory_order_relaxed); }
 
  private:
-  struct KeptScene {
-    std::uint64_t tick = 0;
-    view::Scene scene;
-  };
-
   void Run();
   void TakeHead();
-  void Keep(const view::Scene& scene);
+  void PumpWalls(std::int64_t now_ns);
   bool ApplyAll(std::int64_t now_ns);
   void TakeParameters();
   bool TakeChange(const core::ParameterChange& change, std::string* why);
@@ -131,9 +123,7 @@ class Receiver {
   core::HeadState head_;
   std::int64_t head_received_ns_ = 0;  // 0: never
   WallLink* walls_ = nullptr;
-  mutable std::mutex kept_mutex_;
-  std::vector<KeptScene> kept_;  // a ring
-  std::size_t newest_kept_ = 0;
+  std::unique_ptr<KeptScenes> kept_;  // of a wall
   std::atomic<double> walls_in_step_{0.0}, walls_apart_ms_{0.0};
 
   bus::LatestValue<view::Scene> newest_;

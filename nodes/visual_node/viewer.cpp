@@ -12,6 +12,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -24,12 +25,14 @@
 #include "nodes/visual_node/camera_feed.hpp"
 #include "nodes/visual_node/composition.hpp"
 #include "nodes/visual_node/draw/composer.hpp"
+#include "nodes/visual_node/draw/ingredients.hpp"
 #include "nodes/visual_node/draw/renderer.hpp"
 #include "nodes/visual_node/film/exposure.hpp"
 #include "nodes/visual_node/film/render_scale.hpp"
 #include "nodes/visual_node/gl/detail_in_work.hpp"
 #include "nodes/visual_node/gl/gl_context.hpp"
 #include "nodes/visual_node/pictures/contact_sheet.hpp"
+#include "nodes/visual_node/pictures/live_film.hpp"
 #include "nodes/visual_node/pictures/still.hpp"
 #include "nodes/visual_node/receiver.hpp"
 #include "nodes/visual_node/sky/earth_air.hpp"
@@ -113,6 +116,8 @@ class Viewer {
   }
 
   core::Result<void> Run(const scene::Scenario& scenario) {
+    IngredientsInWork ingredients_in_work(view::SceneMirror(scenario).scene().assets->meshes);
+    auto air_in_cache = std::async(std::launch::async, [] { return CachedAir(); });
     std::error_code error;
     std::filesystem::create_directories(options_.out, error);  // else the first file that is written complains
     if (auto opened = log_.Open(options_.out / "latency_visual.csv"); !opened) return opened;
@@ -148,22 +153,21 @@ class Viewer {
     auto composer = Composer::Create();
     if (!composer) return tl::unexpected(composer.error());
     composer_.emplace(std::move(*composer));
-    auto renderer =
-        Renderer::Create(shown_, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+    Ingredients ingredients = ingredients_in_work.Take();
+    auto renderer = Renderer::Create(shown_, ingredients);
     if (!renderer) return tl::unexpected(renderer.error());
     renderer_ = std::move(*renderer);
     summary_.num_triangles = renderer_->num_triangles();
     std::printf("drawing %zu triangles with %s\n", renderer_->num_triangles(), summary_.gl_renderer.c_str());
     if (!renderer_->sky_note().empty()) std::printf("%s\n", renderer_->sky_note().c_str());
-    if (const auto air = CachedAir()) {
+    if (const auto air = air_in_cache.get()) {
       renderer_->SetAir(*air);
     } else {
       std::printf("the Earth has no air until it is computed, in about a minute of a core that is free\n");
       air_in_work_ = std::make_unique<AirInWork>();
     }
     std::fflush(stdout);
-    detail_in_work_ = std::make_unique<DetailInWork>(
-        shown_.assets->meshes, [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); });
+    for (MeshData& data : *ingredients.meshes) meshes_.push_back(std::move(data.mesh));
     auto result = Loop();
     if (auto finished = Finish(); !finished && result) result = finished;
     return result;
@@ -179,9 +183,12 @@ class Viewer {
     }
     Interaction interaction(&receiver_, renderer_.get());
     CameraFeed feed(renderer_.get());
+    if (options_.film_fd >= 0) film_.emplace(options_.film_fd, options_.max_frames_per_s);
     const double frames_per_s =
         options_.is_rate_given || context_->is_software() ? options_.max_frames_per_s : context_->refresh_rate_Hz();
-    scale_ = RenderScale(kDrawingShare / frames_per_s);
+    const double picture_s = kDrawingShare / frames_per_s;
+    const bool begins_small = context_->is_software() && !options_.is_full_size;
+    scale_ = begins_small ? RenderScale::FromLeast(picture_s) : RenderScale(picture_s);
     const auto period_ns = static_cast<std::int64_t>(1e9 / frames_per_s);
     auto target = std::make_unique<RenderTarget>(options_.width, options_.height);
     std::int64_t last_ns = core::MonotonicNow_ns(), next_ns = last_ns;
@@ -230,6 +237,7 @@ class Viewer {
         walls_->Shown();
       }
       const std::int64_t drawing_ns = core::MonotonicNow_ns() - draw_ns - waited_to_show_ns_;
+      if (film_) TakeForFilm(*target);
       if (!options_.is_full_size) {
         scale_.Update(1e-9 * static_cast<double>(std::max(drawing_ns, frame->elsewhere_ns)));
       }
@@ -324,7 +332,7 @@ class Viewer {
     if (is_led) frame = walls_->Begin({});
     if (is_led) AwaitState(frame.tick);
     waited_ns_ += core::MonotonicNow_ns() - begin_ns;
-    if (is_first_wall) frame.tick = walls_->NewestCommonTick(receiver_.kept_ticks());
+    if (is_first_wall) frame.tick = walls_->NextTick(receiver_.kept().ticks());
     if (auto taken = TakeScene(control, frame.tick); !taken) {
       return tl::unexpected(taken.error());
     }
@@ -353,7 +361,7 @@ class Viewer {
   void AwaitState(std::uint64_t tick) {
     constexpr std::int64_t kPatience_ns = 30'000'000, kLook_ns = 1'000'000;  // a picture's time at 30 per second
     const std::int64_t end_ns = core::MonotonicNow_ns() + kPatience_ns;
-    for (std::int64_t now_ns = 0; receiver_.newest_tick() < tick && now_ns < end_ns;) {
+    for (std::int64_t now_ns = 0; receiver_.kept().newest_tick() < tick && now_ns < end_ns;) {
       now_ns = core::MonotonicNow_ns();
       link_->Wait(now_ns + kLook_ns);
     }
@@ -389,6 +397,7 @@ class Viewer {
       std::fflush(stdout);
       // Not before: on a busy machine the start would take many times as long, and a session waits for it.
       LowerPriority(other_threads_);
+      detail_in_work_ = std::make_unique<DetailInWork>(std::exchange(meshes_, {}));
     }
     CountFrame(frame, core::MonotonicNow_ns());
     return is_joined ? core::Result<void>{} : DrawInset(stereo, feed);
@@ -444,7 +453,7 @@ class Viewer {
     is_new_scene_ = receiver_.Update();
     shown_.texts.resize(std::min(num_texts_, shown_.texts.size()));  // without those of WriteViewing
     if (!is_new_scene_ && !walls_) return {};
-    if (walls_) shown_tick_ = receiver_.TakeTick(tick, &kept_);
+    if (walls_) shown_tick_ = receiver_.kept().Take(tick, &kept_);
     const view::Scene& next = walls_ && shown_tick_ != 0 ? kept_ : receiver_.scene();
     if (!shown_.step.empty() && next.step != shown_.step) {
       view::Scene end = next;
@@ -523,6 +532,14 @@ class Viewer {
     target = std::make_unique<RenderTarget>(width, height);
   }
 
+  // A film has one size.
+  void TakeForFilm(const RenderTarget& target) {
+    if (film_target_ == nullptr) film_target_ = std::make_unique<RenderTarget>(target.width(), target.height());
+    glBlitNamedFramebuffer(target.framebuffer(), film_target_->framebuffer(), 0, 0, target.width(), target.height(), 0,
+                           0, film_target_->width(), film_target_->height(), GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    film_->Show(film_target_->Read(), core::MonotonicNow_ns());
+  }
+
   void Show(const RenderTarget& target) const {
     glBlitNamedFramebuffer(target.framebuffer(), 0, 0, 0, target.width(), target.height(), 0, 0, target.width(),
                            target.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
@@ -531,6 +548,7 @@ class Viewer {
 
   // Figures first: whoever stops this process does not wait long, and pictures take long on a busy machine.
   core::Result<void> Finish() {
+    film_.reset();
     core::Result<void> result = FinishFigures();
     if (auto kept = FinishPictures(); !kept && result) result = kept;
     // A virtual display may have been stopped together with this node; closing the window would then abort the process.
@@ -584,6 +602,7 @@ class Viewer {
   std::optional<float> mean_luminance_;
   std::int64_t waited_ns_ = 0, waited_to_show_ns_ = 0;  // for other walls, before drawing this frame and after it
   std::unique_ptr<AirInWork> air_in_work_;
+  std::vector<vps::VisualMesh> meshes_;  // until their levels of detail are in work
   std::unique_ptr<DetailInWork> detail_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
   bool has_drawn_ = false;
@@ -593,6 +612,8 @@ class Viewer {
   std::optional<Pointer> pointer_;       // of a person who steers a hand
   std::optional<scene::Camera> camera_;  // of the last picture
   std::int64_t steered_ns_ = 0;
+  std::unique_ptr<RenderTarget> film_target_;
+  std::optional<LiveFilm> film_;
   ContactSheet sheet_;
   Summary summary_;
   bool is_new_scene_ = false;

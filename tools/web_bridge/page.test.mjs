@@ -124,7 +124,7 @@ test("a recording is played, paused and sought", PATIENCE, async () => {
   assert.deepEqual(errors, []);
 });
 
-test("a person chooses what is shown, selects a part by a click, and hides it", PATIENCE, async () => {
+test("a person chooses what is shown, selects a part by a click, hides and highlights it", PATIENCE, async () => {
   const page = await opened(recorded.page);
   const choices = (name) => page.waitForFunction((one) => window.page.frame.choices.includes(one), name);
   await page.locator("#overlays button", { hasText: "paths" }).click();
@@ -142,6 +142,8 @@ test("a person chooses what is shown, selects a part by a click, and hides it", 
   const name = await page.evaluate(() => window.page.panel.selected);
   await page.locator("#hide").click();
   await choices(`hide.${name}`);
+  await page.keyboard.press("/");
+  await choices(`highlight.${name}`);
   await page.locator("#show-all").click();
   await page.waitForFunction(() => !window.page.frame.choices.some((one) => one.startsWith("hide.")));
   await page.close();
@@ -196,8 +198,13 @@ test("the page is the hand: dragging moves it as far as the captions say, Space 
   }, before_);
   assert.ok((await page.evaluate(() => window.page.frame.texts.map(({ text }) => text).join("\n"))).includes("hand right: held"));
   await page.mouse.up({ button: "right" });
+  const postures = () => page.evaluate(() => window.page.picture.bodies.meshes.map(({ skin }) => skin?.shown ?? "").join(""));
+  const open = await postures();
+  assert.notEqual(open, "", "the jaws' cables go with them");
   await page.keyboard.press("Space");
   await page.waitForFunction(() => window.page.frame.texts.some(({ text }) => text.startsWith("hand right: free, jaws closing")));
+  await page.waitForFunction((old) =>
+    window.page.picture.bodies.meshes.map(({ skin }) => skin?.shown ?? "").join("") !== old, open);
   await page.close();
   await others.end(run, "SIGINT");
   await others.endAll();

@@ -14,7 +14,8 @@ import { Processes, scenarioFolder } from "./testing/processes.mjs";
 
 const SOAK_MINUTES = Number(process.env.SOAK_MINUTES ?? 30);
 const DESK = { width: 1280, height: 720 };
-const SCENARIOS = ["touch", "peg_in_hole", "free_collision", "service_robot", "module_replacement"];
+const SCENARIOS = ["touch", "peg_in_hole", "peg_in_hole/ground.xml", "two_hands", "free_collision", "service_robot",
+  "module_replacement"];
 const processes = new Processes();
 let browser;
 
@@ -50,7 +51,7 @@ for (const scenario of SCENARIOS) {
     const { page: address, child } = await processes.startBridge(scenario);
     const page = await opened(address);
     const folder = path.join(processes.folder, scenario);
-    mkdirSync(folder);
+    mkdirSync(folder, { recursive: true });
     const results = await compare(page, scenario, viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras }))),
       { folder });
     for (const one of results) told(t, JSON.stringify(one));
@@ -62,6 +63,44 @@ for (const scenario of SCENARIOS) {
     }
   });
 }
+
+// What explains the scene, in the middle of a run: contacts, forces, paths, and what the block's contact is tested with.
+const OVERLAYS = ["contacts", "torques", "depth", "distance", "felt_force", "paths", "planned", "phantom", "samples", "tree", "voxels"];
+
+test("overlays of the page look as the OpenGL renderer's", async (t) => {
+  const recording = path.join(processes.folder, "overlays.mcap");
+  const run = await processes.startSession("touch");
+  const recorder = processes.start(process.env.OOS, ["record", recording, "--seconds", "12"]);
+  await new Promise((resolve) => recorder.once("exit", resolve));
+  await processes.end(run, "SIGINT");
+  const { page: address, child } = await processes.startBridge("touch", ["--recording", recording]);
+  const page = await opened(address);
+  await page.evaluate((names) => {
+    for (const name of names) window.page.link.setParameter(`scene.overlay.${name}`, 1);
+    window.page.link.setParameter("scene.select.block", 1);
+    window.page.link.call("/recording/control", { command: "seek", value: 8 });
+  }, OVERLAYS);
+  // Points, spheres and voxels are built in the background.
+  await page.waitForFunction((names) => {
+    const { frame } = window.page;
+    return !frame.isPlaying && Math.abs(frame.atS - 8) < 0.02 && frame.grains.length >= 2 &&
+      names.every((name) => frame.choices.includes(`overlay.${name}`));
+  }, OVERLAYS);
+  const views = viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras })));
+  const at = await page.evaluate(() => window.page.frame.atS);
+  const folder = path.join(processes.folder, "overlays");
+  mkdirSync(folder);
+  const compared = (show) => compare(page, "touch", views,
+    { folder, options: ["--recording", recording, "--at", String(at), "--show", show] });
+  const results = await compared(`${OVERLAYS.join(" ")} select.block`), without = await compared("no_contacts");
+  await page.close();
+  await processes.end(child);
+  results.forEach(({ view, flip }, i) => {
+    told(t, `${view}: FLIP ${flip}; from a picture without overlays ${without[i].flip}`);
+    assert.ok(flip <= 0.10, `${view}: FLIP ${flip}`);
+    assert.ok(flip + 0.01 < without[i].flip, `${view}: nothing is seen of the overlays`);
+  });
+});
 
 // The body's picture goes from one half of the canvas to the other as the message says; both are asked for after each
 // picture. Both clocks are this machine's wall clock.

@@ -23,55 +23,12 @@ void SetMatrix(GLint location, const glm::mat4& matrix) {
 
 }  // namespace
 
-core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scene, const MeshLoader& load_mesh) {
+core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scene, const Ingredients& ingredients) {
+  if (!ingredients.meshes) return tl::unexpected(ingredients.meshes.error());
+  if (!ingredients.sky) return tl::unexpected(ingredients.sky.error());
   std::unique_ptr<Renderer> renderer(new Renderer);
-  for (const std::filesystem::path& path : scene.assets->meshes) {
-    if (path.empty()) {  // an invisible object
-      renderer->meshes_.push_back(Upload({}));
-      continue;
-    }
-    core::Result<vps::VisualMesh> mesh = load_mesh(path);
-    if (!mesh) return tl::unexpected(mesh.error());
-    renderer->meshes_.push_back(Upload(*mesh, !mesh->joints.empty()));
-    if (mesh->joints.empty()) continue;
-    const std::size_t index = renderer->meshes_.size() - 1;
-    renderer->skins_.push_back({index, std::move(*mesh), {}, nullptr});
-    renderer->skins_.back().posed = renderer->skins_.back().source;
-  }
-  if (auto taken = renderer->TakeLooks(scene); !taken) return tl::unexpected(taken.error());
-  for (const view::Sheet& sheet : scene.sheets) {
-    renderer->sheets_.push_back(Upload({{view::MakeSheetMesh(sheet)}}, true));
-    renderer->sheet_versions_.push_back(sheet.version);
-    renderer->num_triangles_ += static_cast<std::size_t>(renderer->sheets_.back().num_indices) / 3;
-  }
-  for (const view::Instance& instance : scene.instances) {
-    renderer->num_triangles_ += static_cast<std::size_t>(renderer->meshes_[instance.mesh].num_indices) / 3;
-  }
-  if (auto made = renderer->MakePrograms(); !made) return tl::unexpected(made.error());
-  auto surfaces = SurfacePainter::Create();
-  if (!surfaces) return tl::unexpected(surfaces.error());
-  renderer->surfaces_ = std::move(*surfaces);
-  for (const GpuMesh& mesh : renderer->meshes_) {
-    if (auto prepared = renderer->surfaces_.Prepare(mesh); !prepared) return tl::unexpected(prepared.error());
-  }
-  auto film = Film::Create();
-  if (!film) return tl::unexpected(film.error());
-  renderer->film_ = std::move(*film);
-  auto shadow = ShadowMap::Create();
-  if (!shadow) return tl::unexpected(shadow.error());
-  renderer->shadow_ = std::move(*shadow);
-  auto sky = Sky::Create();
-  if (!sky) return tl::unexpected(sky.error());
-  renderer->sky_ = std::move(*sky);
-  auto texts = TextPainter::Create();
-  if (!texts) return tl::unexpected(texts.error());
-  renderer->texts_ = std::move(*texts);
-  auto paste = PastePainter::Create();
-  if (!paste) return tl::unexpected(paste.error());
-  renderer->paste_ = std::move(*paste);
-  auto overlays = OverlayPainter::Create();
-  if (!overlays) return tl::unexpected(overlays.error());
-  renderer->overlays_ = std::move(*overlays);
+  if (auto made = renderer->MakeMeshes(scene, *ingredients.meshes); !made) return tl::unexpected(made.error());
+  if (auto made = renderer->MakePainters(ingredients); !made) return tl::unexpected(made.error());
   renderer->nothing_ = MakeVertexArray();
   renderer->picked_ = PickedTriangles::Create();
   renderer->details_.resize(renderer->meshes_.size());
@@ -79,11 +36,41 @@ core::Result<std::unique_ptr<Renderer>> Renderer::Create(const view::Scene& scen
   return renderer;
 }
 
-core::Result<void> Renderer::MakePrograms() {
-  auto glow = MakeProgram("glow", kGlowVertex, kGlowFragment);
-  if (!glow) return tl::unexpected(glow.error());
-  glow_ = std::move(*glow);
+core::Result<void> Renderer::MakeMeshes(const view::Scene& scene, const std::vector<MeshData>& meshes) {
+  for (const MeshData& data : meshes) {
+    const bool has_skin = !data.mesh.joints.empty();
+    meshes_.push_back(Upload(data, has_skin));
+    if (has_skin) skins_.push_back({meshes_.size() - 1, data.mesh, data.mesh, nullptr});
+  }
+  if (auto taken = TakeLooks(scene); !taken) return taken;
+  for (const view::Sheet& sheet : scene.sheets) {
+    sheets_.push_back(Upload(vps::VisualMesh{{view::MakeSheetMesh(sheet)}}, true));
+    sheet_versions_.push_back(sheet.version);
+    num_triangles_ += static_cast<std::size_t>(sheets_.back().num_indices) / 3;
+  }
+  for (const view::Instance& instance : scene.instances) {
+    num_triangles_ += static_cast<std::size_t>(meshes_[instance.mesh].num_indices) / 3;
+  }
   return {};
+}
+
+core::Result<void> Renderer::MakePainters(const Ingredients& ingredients) {
+  const auto put = [](auto made, auto* into) -> core::Result<void> {
+    if (!made) return tl::unexpected(made.error());
+    *into = std::move(*made);
+    return {};
+  };
+  if (auto made = put(MakeProgram("glow", kGlowVertex, kGlowFragment), &glow_); !made) return made;
+  if (auto made = put(SurfacePainter::Create(ingredients.surfaces), &surfaces_); !made) return made;
+  for (const GpuMesh& mesh : meshes_) {
+    if (auto prepared = surfaces_.Prepare(mesh); !prepared) return prepared;
+  }
+  if (auto made = put(Film::Create(), &film_); !made) return made;
+  if (auto made = put(ShadowMap::Create(), &shadow_); !made) return made;
+  if (auto made = put(Sky::Create(*ingredients.sky), &sky_); !made) return made;
+  if (auto made = put(TextPainter::Create(), &texts_); !made) return made;
+  if (auto made = put(PastePainter::Create(), &paste_); !made) return made;
+  return put(OverlayPainter::Create(), &overlays_);
 }
 
 // Which variant each instance shows, and whether each skin has its joints.

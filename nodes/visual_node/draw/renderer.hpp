@@ -9,6 +9,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/draw/detail_picker.hpp"
+#include "nodes/visual_node/draw/ingredients.hpp"
 #include "nodes/visual_node/draw/overlay_painter.hpp"
 #include "nodes/visual_node/draw/paste_painter.hpp"
 #include "nodes/visual_node/draw/shadow_map.hpp"
@@ -24,8 +25,6 @@
 #include "vps/mesh/load_mesh.hpp"
 
 namespace visual_node {
-
-using MeshLoader = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
 
 // How a picture is taken. Those that are to be compared have the defaults.
 struct Look {
@@ -48,8 +47,11 @@ class Renderer {
   static constexpr double kNear_m = 0.01;
   static constexpr double kFar_m = 60.0;
 
-  // Loads every mesh of the scene's assets. Errors name the file, or the shader that does not compile.
-  static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh);
+  // The ingredients are of the scene's assets. Errors name the file, or the shader that does not compile.
+  static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const Ingredients& ingredients);
+  static core::Result<std::unique_ptr<Renderer>> Create(const view::Scene& scene, const MeshLoader& load_mesh) {
+    return Create(scene, MakeIngredients(scene.assets->meshes, load_mesh));
+  }
 
   // Draws one picture; a camera that is carried stands where its object is.
   core::Result<void> Draw(const view::Scene& scene, const scene::Camera& given, const RenderTarget& target,
@@ -99,7 +101,8 @@ class Renderer {
   };
 
   Renderer() = default;
-  core::Result<void> MakePrograms();
+  core::Result<void> MakeMeshes(const view::Scene& scene, const std::vector<MeshData>& meshes);
+  core::Result<void> MakePainters(const Ingredients& ingredients);
   void FitShadow(const view::Scene& scene);
   void DrawSolids(const view::Scene& scene, const View& view, const view::Frustum& eye, const Look& look);
   core::Result<void> TakeLooks(const view::Scene& scene);

@@ -20,19 +20,15 @@ std::size_t TexturesOf(const GpuMesh::Look& look) {
          (look.normal_texture >= 0 ? kNormalMap : 0) + (look.emissive_texture >= 0 ? kGlowMap : 0);
 }
 
-GlTexture MakeWrinkles() {
-  GLuint id = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &id);
-  GlTexture texture(id);
-  glTextureStorage2D(id, 8, GL_RGBA8, view::kFoilSize, view::kFoilSize);
-  // Eight bits without sign are what a software renderer filters fastest; tilts are from -1 to 1.
-  std::vector<glm::vec3> tilts = view::FoilTilts();
-  for (glm::vec3& tilt : tilts) tilt = {0.5f * tilt.x + 0.5f, 0.5f * tilt.y + 0.5f, tilt.z};
-  glTextureSubImage2D(id, 0, 0, 0, view::kFoilSize, view::kFoilSize, GL_RGB, GL_FLOAT, tilts.data());
-  glGenerateTextureMipmap(id);
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  return texture;
+// Eight bits without sign are what a software renderer filters fastest.
+std::vector<view::MipLevel> Wrinkles() {
+  vps::VisualTexture picture{view::kFoilSize, view::kFoilSize, {}, false};
+  for (const glm::vec3& tilt : view::FoilTilts()) {
+    const glm::vec3 share(0.5f * tilt.x + 0.5f, 0.5f * tilt.y + 0.5f, tilt.z);
+    const glm::u8vec3 codes(255.0f * glm::clamp(share, 0.0f, 1.0f) + 0.5f);
+    picture.rgba.insert(picture.rgba.end(), {codes.x, codes.y, codes.z, 255});
+  }
+  return view::MipLevels(picture);
 }
 
 // What does not change is cheaper as a constant than as a uniform.
@@ -63,15 +59,19 @@ GlSampler MakeDepthSampler() {
 
 }  // namespace
 
-core::Result<SurfacePainter> SurfacePainter::Create() {
+SurfaceTables SurfaceTables::Make() {
+  return {view::SplitSumTable(), Wrinkles()};
+}
+
+core::Result<SurfacePainter> SurfacePainter::Create(const SurfaceTables& tables) {
   SurfacePainter painter;
   for (const std::size_t variant : {std::size_t{0}, kFoil, kSoft, kFoil + kSoft}) {
     if (auto compiled = painter.Compile(variant); !compiled) return tl::unexpected(compiled.error());
   }
   painter.split_sum_ = MakeTexture(GL_RG32F, view::kSplitSumSize, view::kSplitSumSize);
   glTextureSubImage2D(painter.split_sum_.id(), 0, 0, 0, view::kSplitSumSize, view::kSplitSumSize, GL_RG, GL_FLOAT,
-                      view::SplitSumTable().data());
-  painter.wrinkles_ = MakeWrinkles();
+                      tables.split_sum.data());
+  painter.wrinkles_ = UploadTexture(tables.wrinkles, false);
   painter.depth_sampler_ = MakeDepthSampler();
   painter.irradiance_ = view::Irradiance(painter.irradiance_of_);
   return painter;

@@ -9,6 +9,7 @@
 #include "nodes/visual_node/gl/gl_objects.hpp"
 #include "nodes/visual_node/gl/mesh_store.hpp"
 #include "view/appearance/environment_light.hpp"
+#include "view/appearance/mip_levels.hpp"
 
 namespace visual_node {
 
@@ -25,6 +26,14 @@ struct SurfaceFrame {
   std::vector<Lamp> lamps;  // the first kMaxLamps shine
 };
 
+// Computed once, without OpenGL.
+struct SurfaceTables {
+  std::vector<glm::vec2> split_sum;      // view::SplitSumTable
+  std::vector<view::MipLevel> wrinkles;  // view::FoilTilts, those along x and y from -1 to 1
+
+  static SurfaceTables Make();
+};
+
 // Draws meshes with materials in the light of sun, Earth and lamps (surface_shaders.hpp). For a software renderer there
 // is one shader for each kind of surface: it executes both sides of a branch. Those with textures are compiled when a
 // mesh needs them.
@@ -32,7 +41,7 @@ class SurfacePainter {
  public:
   static constexpr std::size_t kMaxLamps = 4;  // of the shader's arrays
 
-  static core::Result<SurfacePainter> Create();
+  static core::Result<SurfacePainter> Create(const SurfaceTables& tables);
 
   // Once for each mesh that will be drawn. Error: kUnsupported, when the driver cannot compile a shader.
   core::Result<void> Prepare(const GpuMesh& mesh);

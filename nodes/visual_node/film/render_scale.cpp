@@ -11,13 +11,11 @@ void RenderScale::Update(double picture_s) {
   num_pictures_ = 0;
   const auto middle = pictures_s_.begin() + kWindow / 2;
   std::nth_element(pictures_s_.begin(), middle, pictures_s_.end());
-  constexpr int kLeastSteps = static_cast<int>(kLeast / kStep + 0.5);
+  const auto fitting = [&](double time_s) { return static_cast<int>(step_ * std::sqrt(time_s / *middle)); };
   if (*middle > budget_s_) {
-    const int fitting = static_cast<int>(step_ * std::sqrt(budget_s_ / *middle));
-    step_ = std::max(kLeastSteps, std::min(fitting, step_ - 1));
-  } else if (step_ < kMostSteps) {
-    const double larger = (step_ + 1.0) / step_;
-    if (*middle * larger * larger < kReserve * budget_s_) ++step_;
+    step_ = std::max(kLeastSteps, std::min(fitting(budget_s_), step_ - 1));
+  } else {
+    step_ = std::clamp(fitting(kReserve * budget_s_), step_, kMostSteps);
   }
 }
 

@@ -17,6 +17,12 @@ class RenderScale {
   static constexpr double kReserve = 0.85;
 
   explicit RenderScale(double budget_s) : budget_s_(budget_s) {}
+  // Begins with the smallest pictures: the first one is there soon.
+  static RenderScale FromLeast(double budget_s) {
+    RenderScale scale(budget_s);
+    scale.step_ = kLeastSteps;
+    return scale;
+  }
 
   // How long the newest picture took.
   void Update(double picture_s);
@@ -25,6 +31,7 @@ class RenderScale {
 
  private:
   static constexpr int kMostSteps = 20;  // of 1 / kStep
+  static constexpr int kLeastSteps = static_cast<int>(kLeast / kStep + 0.5);
 
   double budget_s_;
   int step_ = kMostSteps;

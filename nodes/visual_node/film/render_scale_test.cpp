@@ -70,5 +70,13 @@ TEST(RenderScale, IsHalvedWithinThirtyPicturesWhenTheyTakeFourTimesTheirTime) {
   EXPECT_GE(scale.value(), 0.45);
 }
 
+TEST(RenderScale, FromTheLeastIsAtFullScaleSoonOnAFastMachine) {
+  RenderScale scale = RenderScale::FromLeast(kBudget_s);
+  EXPECT_NEAR(scale.value(), RenderScale::kLeast, 1e-9);
+  const Machine fast{0.002, 0.02};
+  for (int i = 0; i < 30; ++i) scale.Update(fast.Picture_s(scale.value()));
+  EXPECT_EQ(scale.value(), 1.0);
+}
+
 }  // namespace
 }  // namespace visual_node

@@ -4,15 +4,12 @@
 
 namespace visual_node {
 
-DetailInWork::DetailInWork(std::vector<std::filesystem::path> meshes, Load load)
-    : thread_([this, meshes = std::move(meshes), load = std::move(load)] {
-        for (const std::filesystem::path& file : meshes) {
+DetailInWork::DetailInWork(std::vector<vps::VisualMesh> meshes)
+    : thread_([this, meshes = std::move(meshes)]() mutable {
+        for (vps::VisualMesh& mesh : meshes) {
           if (is_stop_wanted_) return;
           Made& made = made_.emplace_back();
-          if (file.empty()) continue;  // an invisible object
-          auto mesh = load(file);
-          if (!mesh) continue;
-          made.mesh = std::move(*mesh);
+          made.mesh = std::move(mesh);
           made.pieces = MakePieces(&made.mesh, &is_stop_wanted_);
         }
         is_done_ = true;

@@ -1,13 +1,10 @@
 #pragma once
 
 #include <atomic>
-#include <filesystem>
-#include <functional>
 #include <optional>
 #include <thread>
 #include <vector>
 
-#include "core/result.hpp"
 #include "nodes/visual_node/gl/detail_levels.hpp"
 
 namespace visual_node {
@@ -19,13 +16,12 @@ class DetailInWork {
     vps::VisualMesh mesh;  // with the vertices of all levels
     std::vector<Piece> pieces;
   };
-  using Load = std::function<core::Result<vps::VisualMesh>(const std::filesystem::path&)>;
-  DetailInWork(std::vector<std::filesystem::path> meshes, Load load);
+  explicit DetailInWork(std::vector<vps::VisualMesh> meshes);
   ~DetailInWork();
   DetailInWork(const DetailInWork&) = delete;
   DetailInWork& operator=(const DetailInWork&) = delete;
 
-  // Once, when it is done: by mesh; none for a mesh that cannot be loaded.
+  // Once, when it is done: by mesh.
   std::optional<std::vector<Made>> Take();
 
  private:

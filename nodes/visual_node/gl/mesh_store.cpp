@@ -1,9 +1,9 @@
 #include "nodes/visual_node/gl/mesh_store.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "nodes/visual_node/gl/closed_mesh.hpp"
 #include "view/appearance/material.hpp"
@@ -18,22 +18,6 @@ struct Vertex {
   glm::vec3 normal_M;
   glm::vec2 uv{0.0f};
 };
-
-GlTexture UploadTexture(const vps::VisualTexture& picture) {
-  GLuint id = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &id);
-  GlTexture texture(id);
-  const int longest = std::max(picture.width, picture.height);
-  const auto num_levels = static_cast<GLsizei>(std::bit_width(static_cast<unsigned>(longest)));
-  // Of colours OpenGL mixes the light, not the codes; so do the smaller levels.
-  glTextureStorage2D(id, num_levels, picture.is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8, picture.width, picture.height);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(id, 0, 0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, picture.rgba.data());
-  glGenerateTextureMipmap(id);
-  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  return texture;
-}
 
 GpuMesh::Look LookOf(const vps::VisualMaterial& given) {
   GpuMesh::Look look;
@@ -78,7 +62,35 @@ void Bound(const std::vector<Vertex>& vertices, GpuMesh* gpu) {
 
 }  // namespace
 
-GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
+GlTexture UploadTexture(const std::vector<view::MipLevel>& levels, bool is_color) {
+  GLuint id = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &id);
+  GlTexture texture(id);
+  // Of colours OpenGL mixes the light, not the codes.
+  glTextureStorage2D(id, static_cast<GLsizei>(levels.size()), is_color ? GL_SRGB8_ALPHA8 : GL_RGBA8,
+                     levels.front().width, levels.front().height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    glTextureSubImage2D(id, static_cast<GLint>(i), 0, 0, levels[i].width, levels[i].height, GL_RGBA, GL_UNSIGNED_BYTE,
+                        levels[i].texels.data());
+  }
+  glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
+MeshData MeshData::Of(vps::VisualMesh mesh) {
+  MeshData data;
+  const auto& all = mesh.primitives;
+  const bool has_two_sides = std::any_of(all.begin(), all.end(), [](const auto& one) { return one.is_two_sided; });
+  data.is_closed = has_two_sides && IsClosedAndFacesOutwards(mesh);
+  for (const vps::VisualTexture& picture : mesh.textures) data.textures.push_back(view::MipLevels(picture));
+  data.mesh = std::move(mesh);
+  return data;
+}
+
+GpuMesh Upload(const MeshData& data, bool bends) {
+  const vps::VisualMesh& mesh = data.mesh;
   GpuMesh gpu;
   const std::vector<Vertex> vertices = VerticesOf(mesh);
   std::vector<std::uint32_t> indices;
@@ -95,11 +107,11 @@ GpuMesh Upload(const vps::VisualMesh& mesh, bool bends) {
     gpu.parts.push_back(std::move(part));
   }
   gpu.variants = mesh.variants;
-  for (const vps::VisualTexture& picture : mesh.textures) gpu.textures.push_back(UploadTexture(picture));
-  // Of a closed mesh they are hidden by others, whatever its file says.
-  const bool has_two_sides =
-      std::any_of(gpu.parts.begin(), gpu.parts.end(), [](const GpuMesh::Part& part) { return part.is_two_sided; });
-  if (has_two_sides && !bends && IsClosedAndFacesOutwards(mesh)) {
+  for (std::size_t i = 0; i < data.textures.size(); ++i) {
+    gpu.textures.push_back(UploadTexture(data.textures[i], mesh.textures[i].is_color));
+  }
+  // Triangles that face away are hidden by others of a closed mesh, whatever its file says.
+  if (data.is_closed && !bends) {
     for (GpuMesh::Part& part : gpu.parts) {
       part.is_two_sided = false;
       for (GpuMesh::Look& variant : part.variants) variant.is_two_sided = false;

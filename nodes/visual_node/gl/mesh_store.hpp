@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "nodes/visual_node/gl/gl_objects.hpp"
+#include "view/appearance/mip_levels.hpp"
 #include "view/scene.hpp"
 #include "vps/mesh/load_mesh.hpp"
 
@@ -47,8 +48,23 @@ struct GpuMesh {
   float radius_m = 0.0f;
 };
 
+// The levels are given, because a software renderer takes long to make them.
+GlTexture UploadTexture(const std::vector<view::MipLevel>& levels, bool is_color);
+
+// What takes long before an upload, and no OpenGL.
+struct MeshData {
+  vps::VisualMesh mesh;
+  bool is_closed = false;                             // and its triangles face outwards
+  std::vector<std::vector<view::MipLevel>> textures;  // as mesh.textures
+
+  static MeshData Of(vps::VisualMesh mesh);
+};
+
 // `bends`: UpdateVertices will be called, and the vertices of now are kept as those at rest.
-GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false);
+GpuMesh Upload(const MeshData& data, bool bends = false);
+inline GpuMesh Upload(const vps::VisualMesh& mesh, bool bends = false) {
+  return Upload(MeshData::Of(mesh), bends);
+}
 
 // The vertices of all primitives, one after the other.
 GlBuffer UploadVertices(const vps::VisualMesh& mesh);

@@ -125,15 +125,13 @@ view::Rendering Traced(const view::Scene& scene, const raytrace::MeshLoader& loa
 }
 
 // As rt_visual_node shows it: the sky and what is over the scene drawn with OpenGL, by the tiles' depths.
-view::Rendering TracedOverSky(Renderer& renderer, const view::Scene& scene, const raytrace::MeshLoader& load_mesh,
-                              const scene::Camera& camera, int width, int height) {
-  const auto tracer = raytrace::Tracer::Create(scene, load_mesh);
-  EXPECT_TRUE(tracer) << tracer.error().detail;
-  (*tracer)->Update(scene, view::LightOf(scene.space));
+view::Rendering TracedOverSky(Renderer& renderer, const raytrace::Tracer& tracer, const view::Scene& scene,
+                              const scene::Camera& camera, tiles::Mirrors mirrors) {
+  constexpr int width = kPictureWidth, height = kPictureHeight;
   const RenderTarget target(kSmoothSamples * width, kSmoothSamples * height);
   const tiles::Tile whole{0, 0, target.width(), target.height()};
   const auto eye = raytrace::Eye::Of(camera, whole.width, whole.height);
-  const auto lit = (*tracer)->Draw(eye, whole, {tiles::Mirrors::kNone});
+  const auto lit = tracer.Draw(eye, whole, {mirrors});
   tiles::Canvas canvas;
   canvas.Resize(whole.width, whole.height);
   for (std::size_t i = 0; i < canvas.light.size(); ++i) {
@@ -144,7 +142,7 @@ view::Rendering TracedOverSky(Renderer& renderer, const view::Scene& scene, cons
   const Pasted pasted{&canvas, {0, 0, canvas.width, canvas.height}};
   const auto drawn = renderer.Draw(scene, camera, target, {.surfaces = {&pasted, 1}});
   EXPECT_TRUE(drawn) << drawn.error().detail;
-  const auto objects = (*tracer)->FindObjects(raytrace::Eye::Of(camera, width, height), {0, 0, width, height});
+  const auto objects = tracer.FindObjects(raytrace::Eye::Of(camera, width, height), {0, 0, width, height});
   return {picture::Shrink(target.Read(), kSmoothSamples), objects.ids};
 }
 
@@ -174,6 +172,10 @@ std::vector<scene::Camera> FiveViews(const view::Scene& scene) {
   return views;
 }
 
+// OpenGL mirrors the light around, and no parts. Of metal that stands close together, as in module_replacement's
+// cavity, the images of parts are what takes the difference beyond 0.05: without them all views are below it.
+constexpr double kMostWithMirrors = 0.06;
+
 // Textures, foil, sheets, lamps and metal.
 class ConformanceOf : public ConformanceTest, public testing::WithParamInterface<const char*> {};
 
@@ -187,26 +189,39 @@ TEST_P(ConformanceOf, TheRayTracerDrawsFiveViewsAsTheGlNodeDoes) {
   ASSERT_TRUE(renderer) << renderer.error().detail;
   const auto pass = ObjectPass::Create();
   ASSERT_TRUE(pass);
-  double least_ids = 1.0, most_flip = 0.0;
+  const auto tracer = raytrace::Tracer::Create(scene, load);
+  ASSERT_TRUE(tracer) << tracer.error().detail;
+  (*tracer)->Update(scene, view::LightOf(scene.space));
+  double least_ids = 1.0, most_flip = 0.0, most_with_mirrors = 0.0;
   for (const scene::Camera& camera : FiveViews(scene)) {
     const auto image = RenderSmooth(**renderer, scene, camera, kPictureWidth, kPictureHeight);
     ASSERT_TRUE(image);
     const view::Rendering kept{*image, pass->Draw(**renderer, scene, camera, kPictureWidth, kPictureHeight).ids};
-    const view::Rendering traced = TracedOverSky(**renderer, scene, load, camera, kPictureWidth, kPictureHeight);
-    const view::Agreement agreement = view::Compare(kept, traced);
+    const auto compare = [&](tiles::Mirrors mirrors) {
+      return view::Compare(kept, TracedOverSky(**renderer, **tracer, scene, camera, mirrors));
+    };
+    const view::Agreement agreement = compare(tiles::Mirrors::kNone), mirrored = compare(tiles::Mirrors::kAll);
     least_ids = std::min(least_ids, agreement.same_ids);
     most_flip = std::max(most_flip, agreement.flip);
+    most_with_mirrors = std::max(most_with_mirrors, mirrored.flip);
     EXPECT_GE(agreement.same_ids, 0.995) << camera.name;
     EXPECT_LE(agreement.flip, 0.05) << camera.name;
+    EXPECT_LE(mirrored.flip, kMostWithMirrors) << camera.name << ", with mirror images";
   }
   RecordProperty("same_ids", std::to_string(least_ids));
   RecordProperty("flip", std::to_string(most_flip));
+  RecordProperty("flip_with_mirrors", std::to_string(most_with_mirrors));
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenario, ConformanceOf,
-                         testing::Values("free_collision", "module_replacement", "peg_in_hole", "service_robot",
-                                         "touch"),
-                         [](const auto& test) { return std::string(test.param); });
+                         testing::Values("free_collision", "module_replacement", "peg_in_hole",
+                                         "peg_in_hole/ground.xml", "service_robot", "touch", "two_hands"),
+                         [](const auto& test) {
+                           std::string name = test.param;
+                           std::replace_if(
+                               name.begin(), name.end(), [](char c) { return c == '/' || c == '.'; }, '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace visual_node

@@ -66,14 +66,14 @@ core::Result<void> RenderFrames(const Options& options, const scene::Scenario& s
   return DrawFrames(options, recording->get(), offline->renderer.get(), &structures, sink);
 }
 
-core::Result<void> WritePpmToStdout(const picture::Image& image) {
+core::Result<void> WritePpm(const picture::Image& image, std::FILE* file) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(image.rgba.size() / 4 * 3);
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
     rgb.insert(rgb.end(), {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]});
   }
-  std::printf("P6\n%d %d\n255\n", image.width, image.height);
-  if (std::fwrite(rgb.data(), 1, rgb.size(), stdout) == rgb.size() && std::fflush(stdout) == 0) return {};
+  std::fprintf(file, "P6\n%d %d\n255\n", image.width, image.height);
+  if (std::fwrite(rgb.data(), 1, rgb.size(), file) == rgb.size() && std::fflush(file) == 0) return {};
   return core::Fail(core::ErrorCode::kIo, "nobody reads the frames any more");
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdio>
 #include <functional>
 
 #include "core/result.hpp"
@@ -23,6 +24,6 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
                               StructureShow* structures, const FrameSink& sink);
 
 // A frame as a binary PPM picture. Error: kIo, when the reader is gone.
-core::Result<void> WritePpmToStdout(const picture::Image& image);
+core::Result<void> WritePpm(const picture::Image& image, std::FILE* file);
 
 }  // namespace visual_node

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <span>
 
 namespace visual_node {
 namespace {
@@ -19,51 +20,81 @@ std::uint32_t Hash(const glm::ivec3& cell, std::uint32_t layer) {
   return h ^ h >> 15;
 }
 
-// One seed in each of n x n x n cells [Worley 1996]: how near a point is to the nearest one, in cells.
-class Cells {
- public:
-  Cells(int n, std::uint32_t layer) : n_(n), seeds_(static_cast<std::size_t>(n * n * n)) {
-    for (int z = 0; z < n; ++z) {
-      for (int y = 0; y < n; ++y) {
-        for (int x = 0; x < n; ++x) {
-          const std::uint32_t h = Hash({x, y, z}, layer);
-          seeds_[Index(x, y, z)] = glm::vec3(h & 1023u, h >> 10 & 1023u, h >> 20 & 1023u) / 1024.0f;
-        }
-      }
+std::size_t PointIndex(int x, int y, int z) {
+  return static_cast<std::size_t>((z * kFineSize + y) * kFineSize + x);
+}
+
+// Along one axis of n cells: how far the points around a seed at `seed` (in cells) are from it.
+struct Reach {
+  Reach(float seed, int n) {
+    constexpr float kSize = kFineSize;
+    const float per_point = static_cast<float>(n) / kSize;
+    const int first = static_cast<int>(std::ceil((seed - 1.0f) / per_point - 0.5f));
+    const int last = static_cast<int>(std::floor((seed + 1.0f) / per_point - 0.5f));
+    for (int i = first; i <= last; ++i, ++num) {
+      const float to = per_point * (static_cast<float>(i) + 0.5f) - seed;
+      points[static_cast<std::size_t>(num)] = {(i + kFineSize) % kFineSize, to * to};
     }
   }
-  [[nodiscard]] float NearnessAt(const glm::vec3& p) const {
-    const glm::ivec3 cell(glm::floor(p));
-    float nearest2 = 3.0f;
-    for (int z = cell.z - 1; z <= cell.z + 1; ++z) {
-      for (int y = cell.y - 1; y <= cell.y + 1; ++y) {
-        for (int x = cell.x - 1; x <= cell.x + 1; ++x) {
-          const glm::vec3 to = glm::vec3(x, y, z) + seeds_[Index((x + n_) % n_, (y + n_) % n_, (z + n_) % n_)] - p;
-          nearest2 = std::min(nearest2, glm::dot(to, to));
-        }
-      }
-    }
-    return std::max(1.0f - std::sqrt(nearest2), 0.0f);
-  }
-
- private:
-  [[nodiscard]] std::size_t Index(int x, int y, int z) const { return static_cast<std::size_t>((z * n_ + y) * n_ + x); }
-
-  int n_;
-  std::vector<glm::vec3> seeds_;
+  struct Point {
+    int at;
+    float squared;
+  };
+  std::array<Point, kFineSize> points{};
+  int num = 0;
+  [[nodiscard]] std::span<const Point> all() const { return {points.data(), static_cast<std::size_t>(num)}; }
 };
 
-// Smoothly between random values at n x n x n points.
-float Waves(const glm::vec3& p, int n, std::uint32_t layer) {
-  const glm::ivec3 cell(glm::floor(p));
-  const glm::vec3 f = p - glm::vec3(cell), s = f * f * (3.0f - 2.0f * f);
-  float sum = 0.0f;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::ivec3 at(corner & 1, corner >> 1 & 1, corner >> 2);
-    const glm::vec3 share = glm::mix(1.0f - s, s, glm::vec3(at));
-    sum += share.x * share.y * share.z * static_cast<float>(Hash((cell + at) % n, layer) & 0xffffu) / 65535.0f;
+// One seed in each of n x n x n cells [Worley 1996]: how near a point is to the nearest one, in cells. A seed matters
+// within a cell's width only, so each is taken to the points around it.
+void AddNearness(int n, std::uint32_t layer, float weight, std::vector<float>* values) {
+  std::vector<float> nearest2(kNumPoints, 1.0f);
+  for (int cell = 0; cell < n * n * n; ++cell) {
+    const glm::ivec3 at(cell % n, cell / n % n, cell / n / n);
+    const std::uint32_t h = Hash(at, layer);
+    const glm::vec3 seed = glm::vec3(at) + glm::vec3(h & 1023u, h >> 10 & 1023u, h >> 20 & 1023u) / 1024.0f;
+    const Reach xs(seed.x, n), ys(seed.y, n), zs(seed.z, n);
+    for (const Reach::Point& z : zs.all()) {
+      for (const Reach::Point& y : ys.all()) {
+        const float row2 = y.squared + z.squared;
+        if (row2 >= 1.0f) continue;
+        float* const row = &nearest2[PointIndex(0, y.at, z.at)];
+        for (const Reach::Point& x : xs.all()) row[x.at] = std::min(row[x.at], x.squared + row2);
+      }
+    }
   }
-  return sum;
+  for (std::size_t i = 0; i < kNumPoints; ++i) (*values)[i] += weight * (1.0f - std::sqrt(nearest2[i]));
+}
+
+// Smoothly between random values at n x n x n points.
+void AddWaves(int n, std::uint32_t layer, float weight, std::vector<float>* values) {
+  std::vector<float> random(static_cast<std::size_t>(n * n * n));
+  for (int i = 0; i < n * n * n; ++i) {
+    const glm::ivec3 at(i % n, i / n % n, i / n / n);
+    random[static_cast<std::size_t>(i)] = static_cast<float>(Hash(at, layer) & 0xffffu) / 65535.0f;
+  }
+  struct Step {
+    int from, to;
+    float share;
+  };
+  std::array<Step, kFineSize> steps{};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const float p = static_cast<float>(n) * (static_cast<float>(i) + 0.5f) / float{kFineSize}, f = p - std::floor(p);
+    const int from = static_cast<int>(p);
+    steps[i] = {from, (from + 1) % n, f * f * (3.0f - 2.0f * f)};
+  }
+  std::size_t i = 0;
+  for (const Step& z : steps) {
+    for (const Step& y : steps) {
+      const auto row = [&](int row_y, int row_z) { return &random[static_cast<std::size_t>((row_z * n + row_y) * n)]; };
+      const float *const a = row(y.from, z.from), *const b = row(y.to, z.from), *const c = row(y.from, z.to),
+                         *const d = row(y.to, z.to);
+      const auto at = [&](int x) {
+        return glm::mix(glm::mix(a[x], b[x], y.share), glm::mix(c[x], d[x], y.share), z.share);
+      };
+      for (const Step& x : steps) (*values)[i++] += weight * glm::mix(at(x.from), at(x.to), x.share);
+    }
+  }
 }
 
 // So that its mean is in the middle and one in a hundred values is at an end.
@@ -83,22 +114,36 @@ void Spread(const std::vector<float>& values, std::size_t channel, std::vector<s
 }  // namespace
 
 std::vector<std::uint8_t> FineStructure() {
-  const std::array<Cells, 3> cells = {Cells(5, 1), Cells(11, 2), Cells(23, 3)};
   constexpr std::array<int, 3> kCells = {5, 11, 23}, kWaves = {6, 13, 27};
   std::vector<float> puffs(kNumPoints), waves(kNumPoints);
-  for (std::size_t i = 0; i < kNumPoints; ++i) {
-    const glm::vec3 p =
-        (glm::vec3(i % kFineSize, i / kFineSize % kFineSize, i / kFineSize / kFineSize) + 0.5f) / float{kFineSize};
-    float weight = 1.0f;
-    for (std::size_t k = 0; k < cells.size(); ++k, weight *= 0.5f) {
-      puffs[i] += weight * cells[k].NearnessAt(static_cast<float>(kCells[k]) * p);
-      waves[i] += weight * Waves(static_cast<float>(kWaves[k]) * p, kWaves[k], static_cast<std::uint32_t>(k));
-    }
+  float weight = 1.0f;
+  for (std::size_t k = 0; k < kCells.size(); ++k, weight *= 0.5f) {
+    const auto layer = static_cast<std::uint32_t>(k);
+    AddNearness(kCells[k], layer + 1, weight, &puffs);
+    AddWaves(kWaves[k], layer, weight, &waves);
   }
   std::vector<std::uint8_t> bytes(2 * kNumPoints);
   Spread(puffs, 0, &bytes);
   Spread(waves, 1, &bytes);
   return bytes;
+}
+
+std::vector<std::uint8_t> HalveFine(const std::vector<std::uint8_t>& bytes, int size) {
+  const int half = size / 2;
+  std::vector<std::uint8_t> halved;
+  for (int z = 0; z < half; ++z) {
+    for (int y = 0; y < half; ++y) {
+      for (int i = 0; i < 2 * half; ++i) {  // along x, two channels
+        int sum = 4;
+        for (int corner = 0; corner < 8; ++corner) {
+          const int x = i / 2 * 2 + (corner & 1), row = 2 * y + (corner >> 1 & 1), layer = 2 * z + (corner >> 2);
+          sum += bytes[static_cast<std::size_t>(((layer * size + row) * size + x) * 2 + i % 2)];
+        }
+        halved.push_back(static_cast<std::uint8_t>(sum / 8));
+      }
+    }
+  }
+  return halved;
 }
 
 }  // namespace visual_node

@@ -10,4 +10,7 @@ namespace visual_node {
 constexpr int kFineSize = 64;
 std::vector<std::uint8_t> FineStructure();
 
+// Of such a cube with `size` points a side: one with half as many, each the mean of eight.
+std::vector<std::uint8_t> HalveFine(const std::vector<std::uint8_t>& bytes, int size);
+
 }  // namespace visual_node

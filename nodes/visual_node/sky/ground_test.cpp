@@ -78,6 +78,20 @@ TEST(Ground, HasFineStructureThatRepeatsWithoutASeamAndDarkensNothing) {
   }
 }
 
+TEST(Ground, HalvedFineStructureHasTheMeansOfEightPoints) {
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 4 * 4 * 4; ++i) {
+    bytes.push_back(static_cast<std::uint8_t>(i % 2 == 0 ? 10 : 20));                         // changes along x
+    bytes.push_back(static_cast<std::uint8_t>(i < 2 * 4 * 4 ? 100 : (i / 16 == 2 ? 0 : 7)));  // changes along z
+  }
+  const std::vector<std::uint8_t> halved = HalveFine(bytes, 4);
+  ASSERT_EQ(halved.size(), 2u * 8u);
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(halved[2 * i], 15);
+    EXPECT_EQ(halved[2 * i + 1], i < 4 ? 100 : 4);
+  }
+}
+
 TEST(Ground, HasLightsInTownsAndNoneInDesertsOrIce) {
   const auto ground = ReadGround();
   ASSERT_TRUE(ground);

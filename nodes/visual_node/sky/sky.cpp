@@ -1,7 +1,6 @@
 #include "nodes/visual_node/sky/sky.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/gtc/type_ptr.hpp>
@@ -65,23 +64,38 @@ GlTexture LandTexture(picture::Image colors) {
 }
 
 // What the maps are too coarse for, as a cube that repeats.
-GlTexture FineTexture() {
+GlTexture FineTexture(const std::vector<std::vector<std::uint8_t>>& levels) {
   GLuint id = 0;
   glCreateTextures(GL_TEXTURE_3D, 1, &id);
   GlTexture texture(id);
-  constexpr int kLevels = std::bit_width(static_cast<unsigned>(kFineSize));
-  glTextureStorage3D(id, kLevels, GL_RG8, kFineSize, kFineSize, kFineSize);
+  glTextureStorage3D(id, static_cast<GLsizei>(levels.size()), GL_RG8, kFineSize, kFineSize, kFineSize);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage3D(id, 0, 0, 0, 0, kFineSize, kFineSize, kFineSize, GL_RG, GL_UNSIGNED_BYTE, FineStructure().data());
-  glGenerateTextureMipmap(id);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const GLsizei size = kFineSize >> i;
+    glTextureSubImage3D(id, static_cast<GLint>(i), 0, 0, 0, size, size, size, GL_RG, GL_UNSIGNED_BYTE,
+                        levels[i].data());
+  }
   glTextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
   glTextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   return texture;
 }
 
+std::vector<std::vector<std::uint8_t>> FineLevels() {
+  std::vector<std::vector<std::uint8_t>> levels = {FineStructure()};
+  for (int size = kFineSize; size > 1; size /= 2) levels.push_back(HalveFine(levels.back(), size));
+  return levels;
+}
+
 }  // namespace
 
-core::Result<Sky> Sky::Create() {
+core::Result<SkyData> SkyData::Make() {
+  auto ground = ReadGround();
+  if (!ground) return tl::unexpected(ground.error());
+  const space::Catalogue catalogue = space::LoadStars(vps::DefaultCacheFolder() / space::kFullCatalogueName);
+  return SkyData{std::move(*ground), FineLevels(), space::StarField(catalogue.stars), catalogue.note};
+}
+
+core::Result<Sky> Sky::Create(const SkyData& data) {
   Sky sky;
   auto background = MakeProgram("sky", kSkyVertex, kSkyFragment);
   if (!background) return tl::unexpected(background.error());
@@ -105,16 +119,12 @@ core::Result<Sky> Sky::Create() {
   glNamedFramebufferDrawBuffers(framebuffer, 2, kOutputs);
   sky.is_baked_.assign(6 * kTiles * kTiles, false);
 
-  const auto ground = ReadGround();
-  if (!ground) return tl::unexpected(ground.error());
-  sky.land_ = LandTexture(ground->colors);
-  sky.clouds_ = MapTexture(GL_R8, ground->clouds);
-  sky.lights_ = MapTexture(GL_R8, ground->lights);
-  sky.fine_ = FineTexture();
-
-  const space::Catalogue catalogue = space::LoadStars(vps::DefaultCacheFolder() / space::kFullCatalogueName);
-  sky.field_.emplace_back(catalogue.stars);
-  sky.note_ = catalogue.note;
+  sky.land_ = LandTexture(data.ground.colors);
+  sky.clouds_ = MapTexture(GL_R8, data.ground.clouds);
+  sky.lights_ = MapTexture(GL_R8, data.ground.lights);
+  sky.fine_ = FineTexture(data.fine);
+  sky.field_ = data.stars;
+  sky.note_ = data.note;
   return sky;
 }
 
@@ -180,7 +190,7 @@ void Sky::Splat(const space::StarCamera& camera) {
   if (camera == splatted_) return;
   const bool is_same_size = camera.width == splatted_.width && camera.height == splatted_.height;
   luminance_.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), glm::vec4(0.0f));
-  field_.front().AddTo(camera, luminance_);
+  field_->AddTo(camera, luminance_);
   if (!is_same_size) stars_ = MakeTexture(GL_RGBA32F, camera.width, camera.height);
   glTextureSubImage2D(stars_.id(), 0, 0, 0, camera.width, camera.height, GL_RGBA, GL_FLOAT, luminance_.data());
   splatted_ = camera;

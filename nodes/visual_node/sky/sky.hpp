@@ -1,22 +1,35 @@
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/result.hpp"
 #include "nodes/visual_node/gl/gl_objects.hpp"
+#include "nodes/visual_node/sky/ground.hpp"
 #include "space/atmosphere/from_space.hpp"
 #include "space/stars/star_field.hpp"
 #include "space/surroundings.hpp"
 
 namespace visual_node {
 
+// What the sky needs that takes long and no OpenGL. Error: kDamaged.
+struct SkyData {
+  Ground ground;
+  std::vector<std::vector<std::uint8_t>> fine;  // FineStructure, and halves of it down to one point
+  space::StarField stars;
+  std::string note;  // what is missing of the stars; empty: nothing
+
+  static core::Result<SkyData> Make();
+};
+
 // What is far away: stars, sun, Moon, and the Earth with its air. The stars are splatted by the CPU, anew when the
 // camera turns. The Earth's surface is a cube map in its own frame; its tiles are computed when they come into view.
 class Sky {
  public:
-  static core::Result<Sky> Create();
+  static core::Result<Sky> Create(const SkyData& data);
 
   // From the next picture on. Until then the Earth has no air.
   void SetAir(const space::AirFromSpace& air);
@@ -53,9 +66,9 @@ class Sky {
   GlTexture through_;
   GlTexture ground_light_;
   GlFramebuffer bake_;
-  GlVertexArray nothing_;                // the core profile requires one, even when the shader generates its vertices
-  std::vector<bool> is_baked_;           // tiles of the cube
-  std::vector<space::StarField> field_;  // one
+  GlVertexArray nothing_;       // the core profile requires one, even when the shader generates its vertices
+  std::vector<bool> is_baked_;  // tiles of the cube
+  std::optional<space::StarField> field_;
   space::StarCamera splatted_;
   std::vector<glm::vec4> luminance_;
   std::string note_;

@@ -5,8 +5,9 @@
 
 namespace visual_node {
 
-// Which physics states a wall keeps: of ticks that are multiples of kTicksPerKept, among the newest kMostKept of them.
-// It can lack any of them, because a busy machine's receiver takes the newest state and skips those before.
+// Which physics states a wall keeps: of ticks that are multiples of kTicksPerKept, among the newest kMostKept of them,
+// and of the named one (KeptScenes). It can lack any of them, because a busy machine's receiver takes the newest state
+// and skips those before.
 struct KeptTicks {
   // Chosen: not every tick is kept, because a scene is copied for each; and a quarter of a second is longer than a
   // message between two walls takes on a busy machine.
@@ -32,8 +33,7 @@ struct KeptTicks {
   }
 };
 
-// The newest tick that `own` and all the others have; own.newest where there is none, so that a wall without states
-// does not hold up the rest.
+// The newest tick that `own` and all the others have; 0: none.
 inline std::uint64_t NewestCommonTick(const KeptTicks& own, const std::vector<KeptTicks>& others) {
   for (std::size_t i = 0; i < KeptTicks::kMostKept && own.newest > i * KeptTicks::kTicksPerKept; ++i) {
     const std::uint64_t tick = own.newest - i * KeptTicks::kTicksPerKept;
@@ -41,7 +41,7 @@ inline std::uint64_t NewestCommonTick(const KeptTicks& own, const std::vector<Ke
     for (const KeptTicks& other : others) is_common = is_common && other.Has(tick);
     if (is_common) return tick;
   }
-  return own.newest;
+  return 0;
 }
 
 }  // namespace visual_node

@@ -60,6 +60,11 @@ void WallLink::Pump(bus::Node* node, const KeptTicks& kept, std::int64_t now_ns)
   state_writer_.Send(own_state_);
 }
 
+std::uint64_t WallLink::named_tick() const {
+  const std::scoped_lock lock(mutex_);
+  return place_.is_first() ? own_frame_.tick : heard_.frame.tick;
+}
+
 void WallLink::Say(const core::WallFrame& frame) {
   const std::scoped_lock lock(mutex_);
   own_frame_ = frame;

@@ -31,6 +31,8 @@ class WallLink {
   // --- The bus's thread.
   void Declare(bus::Node* node);  // before Node::Start
   void Pump(bus::Node* node, const KeptTicks& kept, std::int64_t now_ns);
+  // The physics state of the newest frame, by the first wall; 0: none yet.
+  [[nodiscard]] std::uint64_t named_tick() const;
 
   // --- The drawing thread.
   void Say(const core::WallFrame& frame);  // the first wall's

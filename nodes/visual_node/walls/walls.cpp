@@ -23,14 +23,12 @@ Walls::Walls(WallLink* link, std::function<bool()> is_stopped)
   named_.frame = static_cast<std::uint64_t>(core::MonotonicNow_ns() / 1'000'000);
 }
 
-std::uint64_t Walls::NewestCommonTick(const KeptTicks& own) const {
-  const std::int64_t now_ns = core::MonotonicNow_ns();
-  std::vector<KeptTicks> others;
+std::uint64_t Walls::NextTick(const KeptTicks& own) {
+  std::vector<NamedTick::Claim> claims;
   for (const WallLink::HeardState& other : link_->states()) {
-    const bool is_there = other.heard_ns != 0 && now_ns - other.heard_ns < Barrier::kSilence_ns;
-    if (is_there) others.push_back({other.state.kept_tick, other.state.kept});
+    claims.push_back({{other.state.kept_tick, other.state.kept}, other.heard_ns});
   }
-  return visual_node::NewestCommonTick(own, others);
+  return named_tick_.Next(own, claims, core::MonotonicNow_ns());
 }
 
 Walls::Frame Walls::Begin(const Frame& wish) {

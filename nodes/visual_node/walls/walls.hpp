@@ -8,6 +8,7 @@
 
 #include "core/result.hpp"
 #include "nodes/visual_node/walls/barrier.hpp"
+#include "nodes/visual_node/walls/named_tick.hpp"
 #include "nodes/visual_node/walls/wall_link.hpp"
 #include "view/room.hpp"
 
@@ -32,8 +33,8 @@ class Walls {
   // `is_stopped`: ends every wait.
   Walls(WallLink* link, std::function<bool()> is_stopped);
 
-  // Of the first wall: the newest physics state that all walls that are there can draw.
-  [[nodiscard]] std::uint64_t NewestCommonTick(const KeptTicks& own) const;
+  // Of the first wall: the physics state of the next frame.
+  std::uint64_t NextTick(const KeptTicks& own);
   // The next frame. `wish`: of the first wall, which decides for all; the others take tick, place and head from it,
   // and wait for it.
   Frame Begin(const Frame& wish);
@@ -68,6 +69,7 @@ class Walls {
   WallLink* link_;
   std::function<bool()> is_stopped_;
   Barrier barrier_;
+  NamedTick named_tick_;
   core::WallFrame named_;  // by the first wall
   core::WallState own_;
   Frame frame_;

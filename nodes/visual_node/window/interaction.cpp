@@ -40,8 +40,9 @@ void Interaction::TakeKey(int key, const view::Scene& scene, CameraControl* cont
     }
     view::Choices::Object* selected = Selected(&choices);
     if (selected == nullptr) return;
-    if (key == GLFW_KEY_X) selected->is_hidden = !selected->is_hidden;
-    if (key == GLFW_KEY_B) selected->is_transparent = !selected->is_transparent;
+    for (const view::PartChoice& choice : view::kPartChoices) {
+      if (key == choice.key) selected->*choice.flag = !(selected->*choice.flag);
+    }
   });
 }
 

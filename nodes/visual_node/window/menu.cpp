@@ -60,16 +60,18 @@ void AddStereoEntries(view::Choices* choices) {
 
 void AddObjectEntries(const std::vector<std::string>& objects, view::Choices* choices) {
   choices->objects.resize(std::max(choices->objects.size(), objects.size()));
-  if (!ImGui::CollapsingHeader("Objects: hidden, transparent, highlighted")) return;
+  std::string title = "Parts:";
+  for (const view::PartChoice& choice : view::kPartChoices) {
+    title += std::string(" ") + choice.what + " (" + choice.key + ")";
+  }
+  if (!ImGui::CollapsingHeader(title.c_str())) return;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     view::Choices::Object& object = choices->objects[i];
     ImGui::PushID(static_cast<int>(i));
-    ImGui::Checkbox("##hidden", &object.is_hidden);
-    ImGui::SameLine();
-    ImGui::Checkbox("##transparent", &object.is_transparent);
-    ImGui::SameLine();
-    ImGui::Checkbox("##highlighted", &object.is_highlighted);
-    ImGui::SameLine();
+    for (const view::PartChoice& choice : view::kPartChoices) {
+      ImGui::Checkbox((std::string("##") + choice.name).c_str(), &(object.*choice.flag));
+      ImGui::SameLine();
+    }
     const bool is_selected = choices->selected == static_cast<int>(i);
     if (ImGui::Selectable(objects[i].c_str(), is_selected)) choices->selected = is_selected ? -1 : static_cast<int>(i);
     ImGui::PopID();

@@ -81,7 +81,11 @@ class Launch {
         remotes_(UsedHosts()) {
     preflight_.programs = ProgramFolder();
     preflight_.without = wanted_.plan.without;
-    preflight_.traces_rays = lab_.traces_rays();
+    preflight_.viewer_programs = lab_.ProgramsOfViewersOn("");
+    if (lab_.traces_rays()) {
+      preflight_.viewer_programs.insert(preflight_.viewer_programs.end(),
+                                        {lab::kRayViewerProgram, lab::kRayWorkerProgram});
+    }
     preflight_.say = Print;
   }
   Launch(const Launch&) = delete;

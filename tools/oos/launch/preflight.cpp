@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tools/oos/launch/clock_series.hpp"
 
@@ -164,11 +165,11 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
   return HashFiles(base, names);
 }
 
-core::Result<Load> LoadOfPrograms(const std::filesystem::path& folder, bool traces_rays) {
-  std::vector<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
-  names.insert(names.end(), {"oos", lab::kColocatedProgram});
-  if (traces_rays) names.insert(names.end(), {lab::kRayViewerProgram, lab::kRayWorkerProgram});
-  return HashFiles(folder, names);
+core::Result<Load> LoadOfPrograms(const PreflightOptions& options) {
+  std::set<std::string> names(std::begin(lab::kNodeNames), std::end(lab::kNodeNames));
+  names.insert({"oos", lab::kColocatedProgram});
+  names.insert(options.viewer_programs.begin(), options.viewer_programs.end());
+  return HashFiles(options.programs, {names.begin(), names.end()});
 }
 
 // Lists the files of `load` that differ in a folder of the host.
@@ -224,7 +225,7 @@ std::string InspectionFor(const lab::Lab& lab, const lab::Host& host, const lab:
   for (const lab::RayWorkers& workers : lab.ray_workers) {
     if (workers.host == host.name) programs += std::string(" ") + lab::kRayWorkerProgram;
   }
-  if (!lab.ViewersOn(host.name).empty()) programs += " visual_node";
+  for (const std::string& program : lab.ProgramsOfViewersOn(host.name)) programs += " " + program;
   script += "for p in " + programs +
             "; do ldd ./$p | awk -v p=$p '/not found/ { print \"library=\" p \" lacks \" $1 }'; done\n";
   if (!host.cache.empty()) script += "export VR_OOS_CACHE=" + host.cache + "\n";
@@ -296,7 +297,7 @@ core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes) {
 
 core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions& options, Remotes* remotes,
                         AllFacts* facts) {
-  const auto programs = LoadOfPrograms(options.programs, options.traces_rays);
+  const auto programs = LoadOfPrograms(options);
   if (!programs) return tl::unexpected(programs.error());
   const auto assets = LoadOfScenario(scenario);
   if (!assets) return tl::unexpected(assets.error());

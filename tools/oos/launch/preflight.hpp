@@ -16,7 +16,7 @@ namespace oos {
 struct PreflightOptions {
   std::filesystem::path programs;  // this machine's executables
   std::vector<std::string> without;
-  bool traces_rays = false;  // the programs of a viewer whose pictures workers trace are needed, too
+  std::vector<std::string> viewer_programs;  // of all viewers of the lab
   std::function<void(const std::string&)> say;
 };
 

@@ -1,5 +1,6 @@
 // Another viewer of a running session: a second window, or lines of text. No node waits for it.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,6 +21,7 @@
 #include "tools/oos/attach/session_note.hpp"
 #include "tools/oos/live/verbs.hpp"
 #include "tools/oos/pictures/shot.hpp"
+#include "tools/oos/pictures/video.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
 #include "tools/process/group.hpp"
 #include "tools/process/spawn.hpp"
@@ -35,6 +37,9 @@ constexpr std::int64_t kLinePeriod_ns = core::kNanosecondsPerSecond;
 constexpr double kMoved_m = 1e-3;  // an object that moved so far since the last line is printed
 constexpr std::int64_t kSilence_ns = 2 * core::kNanosecondsPerSecond;
 constexpr double kStopPatience_s = 10.0;  // a viewer writes its last pictures
+constexpr double kForever_s = 1e9;
+constexpr double kFilmRate_Hz = 30.0;  // as visual_node's pictures
+constexpr int kFilmNice = 10;          // as its drawing
 
 // Prints the scene as text: all of it once, then its changes.
 class TextViewer {
@@ -146,30 +151,80 @@ bool IsSessionHere(const Arguments& arguments) {
   return !arguments.has("--registry") && !arguments.has("--lab");
 }
 
-// Workers draw the window's tiles until it is closed, or Ctrl-C.
-int ShowWithWorkers(const process::Command& window, const std::vector<process::Command>& workers) {
-  process::Group group;
-  std::vector<process::Command> all = {window};
-  all.insert(all.end(), workers.begin(), workers.end());
-  for (const process::Command& command : all) {
-    if (const auto started = group.Spawn(command); !started) {
-      return Complain("view", started.error().detail, kDoesNotHold);
-    }
-  }
-  std::printf("the window and its %zu workers write their logs to %s\n", workers.size(),
-              window.log.parent_path().c_str());
-  std::fflush(stdout);
-  const std::atomic<int>& interrupted = CatchInterrupt();
+// Until the child has ended, or Ctrl-C if that counts, or for so long.
+void AwaitChild(const process::Command& child, double seconds, process::Group* group,
+                const std::atomic<int>* interrupted = nullptr) {
   const timespec pause{0, kWait_ns};
-  while (group.IsRunning(window.name) && interrupted.load() == 0) {
-    nanosleep(&pause, nullptr);
-    group.Reap();
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  const auto is_over = [&] {
+    const bool is_interrupted = interrupted != nullptr && interrupted->load() != 0;
+    return is_interrupted || 1e-9 * static_cast<double>(core::MonotonicNow_ns() - begin_ns) > seconds;
+  };
+  for (; group->IsRunning(child.name) && !is_over(); group->Reap()) nanosleep(&pause, nullptr);
+}
+
+// Ends the window if it has not been closed: at Ctrl-C, or after so long.
+void AwaitWindow(const process::Command& window, double seconds, process::Group* group) {
+  AwaitChild(window, seconds, group, &CatchInterrupt());
+  group->StopAll(kStopPatience_s, {window.name});
+}
+
+core::Result<void> StartAll(const std::vector<process::Command>& commands, process::Group* group) {
+  for (const process::Command& command : commands) {
+    if (const auto started = group->Spawn(command); !started) return tl::unexpected(started.error());
   }
-  group.StopAll(kStopPatience_s, {window.name});
+  std::printf("the window and what helps it write their logs to %s\n", commands.front().log.parent_path().c_str());
+  std::fflush(stdout);
+  return {};
+}
+
+// How the window, the first child, ended.
+int ReportWindow(const process::Group& group, const process::Command& window) {
   const auto& exit = group.children().front().exit;
   if (exit && exit->is_clean()) return kHolds;
   return Complain("view", "the window ended: " + (exit ? exit->Describe() : "killed") + "; see " + window.log.string(),
                   kDoesNotHold);
+}
+
+// Workers draw the window's tiles until it ends.
+int ShowWithWorkers(const process::Command& window, const std::vector<process::Command>& workers, double seconds) {
+  process::Group group;
+  std::vector<process::Command> all = {window};
+  all.insert(all.end(), workers.begin(), workers.end());
+  if (const auto started = StartAll(all, &group); !started) {
+    return Complain("view", started.error().detail, kDoesNotHold);
+  }
+  AwaitWindow(window, seconds, &group);
+  return ReportWindow(group, window);
+}
+
+// The same, and ffmpeg makes a film of what the window shows. The film's end is written after that of the window.
+int ShowAndFilm(process::Command window, const std::vector<process::Command>& workers, double seconds,
+                const std::filesystem::path& file) {
+  if (!HasFfmpeg()) return Complain("view", "ffmpeg is missing: apt-get install ffmpeg", kDoesNotHold);
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) return Complain("view", "cannot open a pipe", kDoesNotHold);
+  window.arguments.insert(window.arguments.end(), {"--film_fd", std::to_string(ends[1])});
+  window.inherited_fd = ends[1];
+  process::Command encoder = FilmEncoder("pipe:" + std::to_string(ends[0]), file, kFilmRate_Hz);
+  encoder.inherited_fd = ends[0];
+  encoder.nice = kFilmNice;
+  encoder.log = window.log.parent_path() / "ffmpeg.log";
+  std::vector<process::Command> all = {window, encoder};
+  all.insert(all.end(), workers.begin(), workers.end());
+  process::Group group;
+  const auto started = StartAll(all, &group);
+  for (const int end : ends) close(end);  // only the two processes have it now
+  if (!started) return Complain("view", started.error().detail, kDoesNotHold);
+  AwaitWindow(window, seconds, &group);
+  AwaitChild(encoder, kStopPatience_s, &group);
+  const auto& exit = group.children()[1].exit;
+  if (!exit || !exit->is_clean()) {
+    return Complain("view", "ffmpeg could not make " + file.string() + "; see " + encoder.log.string(), kDoesNotHold);
+  }
+  return ReportWindow(group, window);
 }
 
 // A worker on a seat of the viewer.
@@ -220,22 +275,22 @@ void AddWishes(const Arguments& arguments, const std::vector<Option>& options, p
 }
 
 // Replaces this process by a visual_node of its own name; one that traces rays runs beside it, with its workers.
-int OpenWindow(const Arguments& arguments, const std::string& scenario) {
+int OpenWindow(const Arguments& arguments, const std::string& scenario, double seconds) {
   const auto rays = arguments.count("--rays", 1, tiles::kMostSeats);
   if (!rays) return Complain("view", rays.error().detail, kBadUsage);
   const auto session = FindSession(arguments);
   if (!session) return Complain("view", session.error().detail, kDoesNotHold);
   const std::string name = "visual_node-" + std::to_string(getpid());
   process::Command window = ViewerNamed(name, *session, arguments, scenario);
+  std::vector<process::Command> workers;
+  for (std::size_t seat = 1; seat <= rays->value_or(0); ++seat) workers.push_back(WorkerFor(window, name, seat));
+  AddWishes(arguments, WindowOptions(), &window);
   if (rays->has_value()) {
-    std::vector<process::Command> workers;
-    for (std::size_t seat = 1; seat <= **rays; ++seat) workers.push_back(WorkerFor(window, name, seat));
-    AddWishes(arguments, WindowOptions(), &window);
     window.program = ProgramFolder() / "rt_visual_node";
     window.log = window.log.parent_path() / "rt_visual_node.log";
-    return ShowWithWorkers(window, workers);
   }
-  AddWishes(arguments, WindowOptions(), &window);
+  if (arguments.has("--video")) return ShowAndFilm(window, workers, seconds, arguments.text("--video"));
+  if (rays->has_value()) return ShowWithWorkers(window, workers, seconds);
   return Complain("view", process::Replace(window).value().detail + ", or use --text", kDoesNotHold);
 }
 
@@ -259,8 +314,9 @@ int OpenWalls(const Arguments& arguments, const std::string& scenario) {
     const std::string name = "visual_node-" + wall.viewer.name;
     process::Command window = ViewerNamed(name, *session, arguments, scenario);
     std::vector<process::Command> workers;
-    for (std::size_t seat = 1; seat <= rays->value_or(0); ++seat) workers.push_back(WorkerFor(window, name, seat));
-    if (rays->has_value()) window.program = ProgramFolder() / "rt_visual_node";
+    const std::size_t num_workers = rays->value_or(wall.viewer.num_workers);
+    for (std::size_t seat = 1; seat <= num_workers; ++seat) workers.push_back(WorkerFor(window, name, seat));
+    if (num_workers > 0) window.program = ProgramFolder() / "rt_visual_node";
     AddWishes(arguments, {{"--show", "LIST"}, {"--headless"}}, &window);  // the lab file says the rest
     for (const std::string& argument : lab::ViewerArguments(wall.viewer)) window.arguments.push_back(argument);
     for (const std::string& argument : lab::WallArguments(room, wall)) window.arguments.push_back(argument);
@@ -317,15 +373,18 @@ int RunView(const Arguments& arguments) {
     }
     return kBadUsage;
   }
+  if (arguments.has("--video") && (arguments.has("--walls") || arguments.has("--text"))) {
+    return Complain("view", "--video films one window: not --walls, not --text", kBadUsage);
+  }
   if (arguments.has("--walls")) return OpenWalls(arguments, scenario->file.string());
-  if (!arguments.has("--text")) return OpenWindow(arguments, scenario->file.string());
+  if (!arguments.has("--text")) return OpenWindow(arguments, scenario->file.string(), seconds->value_or(kForever_s));
   auto node = Attach(arguments, "view");
   if (!node) return Complain("view", node.error().detail, kDoesNotHold);
   TextViewer viewer(*scenario, node->get());
   if (const auto started = (*node)->Start(5'000'000'000); !started) {
     return Complain("view", started.error().detail, kDoesNotHold);
   }
-  viewer.Run(CatchInterrupt(), seconds->value_or(1e9));
+  viewer.Run(CatchInterrupt(), seconds->value_or(kForever_s));
   return kHolds;
 }
 
@@ -335,7 +394,8 @@ Verb ViewVerb() {
   std::vector<Option> options = {
       {"--text", "", "print text instead of opening a window"},
       {"--rays", "N", "a window, or each wall, whose pictures N workers on this machine trace"},
-      {"--seconds", "S", "with --text: stop after so long; default: until Ctrl-C"},
+      {"--video", "FILE", "film what the window shows, by ffmpeg: .mp4, .mkv or .mov; with --headless no window"},
+      {"--seconds", "S", "with --text, --video or --rays: stop after so long; default: until Ctrl-C"},
       {"--walls", "LAB.xml", "the walls of that lab's room, all on this machine"},
       {"--wall", "NAME", "with --walls: this one alone"}};
   for (const auto* more : {&WindowOptions(), &ShotOptions(), &AttachOptions()}) {

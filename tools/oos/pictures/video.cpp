@@ -13,44 +13,6 @@
 namespace oos {
 namespace {
 
-// H.264 in 4:2:0, which every browser and player shows; that needs even sizes, so an odd one gets a black line. Without
-// ffmpeg's version in the file the same frames give the same bytes.
-process::Command Encoder(const VideoOptions& options) {
-  process::Command command;
-  command.name = "ffmpeg";
-  command.program = "ffmpeg";
-  command.nice = options.nice;
-  command.arguments = {"-loglevel",
-                       "error",
-                       "-y",
-                       "-f",
-                       "image2pipe",
-                       "-c:v",
-                       "ppm",
-                       "-framerate",
-                       std::to_string(options.frames_per_s),
-                       "-i",
-                       "-",
-                       "-vf",
-                       "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                       "-c:v",
-                       "libx264",
-                       "-preset",
-                       "veryfast",
-                       "-crf",
-                       "20",
-                       "-pix_fmt",
-                       "yuv420p",
-                       "-fflags",
-                       "+bitexact",
-                       "-flags:v",
-                       "+bitexact",
-                       "-movflags",
-                       "+faststart",
-                       options.file.string()};
-  return command;
-}
-
 process::Command Painter(const PictureSource& source, const VideoOptions& options) {
   process::Command command;
   command.name = "visual_node";
@@ -70,6 +32,43 @@ process::Command Painter(const PictureSource& source, const VideoOptions& option
 
 }  // namespace
 
+// H.264 in 4:2:0, which every browser and player shows; that needs even sizes, so an odd one gets a black line. Without
+// ffmpeg's version in the file the same frames give the same bytes.
+process::Command FilmEncoder(const std::string& input, const std::filesystem::path& file, double frames_per_s) {
+  process::Command command;
+  command.name = "ffmpeg";
+  command.program = "ffmpeg";
+  command.arguments = {"-loglevel",
+                       "error",
+                       "-y",
+                       "-f",
+                       "image2pipe",
+                       "-c:v",
+                       "ppm",
+                       "-framerate",
+                       std::to_string(frames_per_s),
+                       "-i",
+                       input,
+                       "-vf",
+                       "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                       "-c:v",
+                       "libx264",
+                       "-preset",
+                       "veryfast",
+                       "-crf",
+                       "20",
+                       "-pix_fmt",
+                       "yuv420p",
+                       "-fflags",
+                       "+bitexact",
+                       "-flags:v",
+                       "+bitexact",
+                       "-movflags",
+                       "+faststart",
+                       file.string()};
+  return command;
+}
+
 bool HasFfmpeg() {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
@@ -85,7 +84,9 @@ core::Result<void> MakeVideo(const PictureSource& source, const VideoOptions& op
   if (options.file.has_parent_path()) std::filesystem::create_directories(options.file.parent_path(), error);
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return core::Fail(core::ErrorCode::kResource, "cannot open a pipe");
-  const auto encoder = process::Spawn(Encoder(options), {.in_fd = ends[0], .group = process::Bond::Group::kCallers});
+  process::Command film = FilmEncoder("-", options.file, options.frames_per_s);
+  film.nice = options.nice;
+  const auto encoder = process::Spawn(film, {.in_fd = ends[0], .group = process::Bond::Group::kCallers});
   close(ends[0]);
   if (!encoder) {
     close(ends[1]);

@@ -7,6 +7,7 @@
 
 #include "core/result.hpp"
 #include "tools/oos/pictures/picture_source.hpp"
+#include "tools/process/spawn.hpp"
 
 namespace oos {
 
@@ -21,6 +22,10 @@ struct VideoOptions {
 // Renders a recording frame by frame and encodes it (H.264 by ffmpeg). Errors: kNotFound, when ffmpeg is missing;
 // kInvalidInput, when visual_node refuses its options; kIo.
 core::Result<void> MakeVideo(const PictureSource& source, const VideoOptions& options);
+
+// ffmpeg, which makes that film of PPM pictures that it reads from `input`: "-" is its stdin, "pipe:7" an open file.
+// The file's ending chooses the container.
+process::Command FilmEncoder(const std::string& input, const std::filesystem::path& file, double frames_per_s);
 
 // Whether ffmpeg is in PATH.
 bool HasFfmpeg();

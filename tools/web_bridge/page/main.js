@@ -198,6 +198,7 @@ class Page {
     else if (key === "0") this.control.choose("");
     else if (key === "x" && panel.selected) panel.toggle(`hide.${panel.selected}`);
     else if (key === "b" && panel.selected) panel.toggle(`transparent.${panel.selected}`);
+    else if (key === "/" && panel.selected) panel.toggle(`highlight.${panel.selected}`);
     else if (key === "Backspace") panel.showAll();
     else if (overlay) panel.toggle(`overlay.${overlay.name}`);
   }

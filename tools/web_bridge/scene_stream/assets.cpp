@@ -67,10 +67,26 @@ std::uint32_t OneMore(int index) {
   return static_cast<std::uint32_t>(index + 1);
 }
 
+// Vertices without joints, as another part of a mesh with a skin may have, have no weights: they stay.
+void PutSkin(const vps::VisualMesh& mesh, oos::SceneMesh* message) {
+  for (const vps::VisualPrimitive& primitive : mesh.primitives) {
+    for (std::size_t i = 0; i < primitive.positions.size(); ++i) {
+      const bool has_joints = i < primitive.joints.size();
+      const glm::vec4 joints = has_joints ? glm::vec4(primitive.joints[i]) : glm::vec4(0.0f);
+      const glm::vec4 weights = has_joints ? primitive.weights[i] : glm::vec4(0.0f);
+      for (const glm::vec4& four : {joints, weights})
+        Append(std::span<const float>(&four.x, 4), message->mutable_skin());
+    }
+  }
+  for (const vps::VisualJoint& joint : mesh.joints) Append(joint.X_JMBind, message->mutable_joints());
+}
+
 // `variant`: of its looks; empty: the first.
 oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh, const std::string& variant) {
   oos::SceneMesh message;
-  const bool is_closed = visual_node::IsClosedAndFacesOutwards(mesh);
+  const bool has_skin = !mesh.joints.empty();
+  const bool is_closed = !has_skin && visual_node::IsClosedAndFacesOutwards(mesh);
+  if (has_skin) PutSkin(mesh, &message);
   std::uint32_t num_vertices = 0, num_indices = 0;
   for (const vps::VisualPrimitive& primitive : mesh.primitives) {
     oos::ScenePart* part = message.add_parts();
@@ -107,7 +123,7 @@ oos::SceneMesh MeshMessage(const vps::VisualMesh& mesh, const std::string& varia
   return message;
 }
 
-// A variant of a mesh is a mesh of its own here. A skin lies as its file has it.
+// A variant of a mesh is a mesh of its own here.
 core::Result<void> AddMeshes(const view::Scene& scene, oos::SceneAssets* assets) {
   for (const std::filesystem::path& path : scene.assets->meshes) {
     if (path.empty()) {  // an invisible object

@@ -56,10 +56,11 @@ void FrameMaker::PutPoints(const view::SharedPoints& points, oos::ScenePoints* m
 void FrameMaker::AddLooks(const view::Scene& scene, oos::SceneFrame* frame) const {
   for (std::size_t i = 0; i < scene.instances.size(); ++i) {
     const view::Instance& instance = scene.instances[i];
-    const glm::quat q(instance.X_WM.rotation);
-    const glm::vec3 p(instance.X_WM.translation);
-    for (const float x : {q.w, q.x, q.y, q.z, p.x, p.y, p.z}) {
-      Append(std::span<const float>(&x, 1), frame->mutable_poses());
+    Append(instance.X_WM, frame->mutable_poses());
+    if (instance.posture != nullptr) {
+      oos::ScenePosture* posture = frame->add_postures();
+      posture->set_instance(static_cast<std::uint32_t>(i));
+      for (const core::Pose& X_MJ : *instance.posture) Append(X_MJ, posture->mutable_joints());
     }
     if (IsShown(instance)) continue;
     oos::SceneLook* look = frame->add_looks();

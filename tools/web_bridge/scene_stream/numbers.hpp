@@ -40,6 +40,13 @@ inline void Append(const glm::vec3& v, std::string* bytes) {
   Append(std::span<const float>(&v.x, 3), bytes);
 }
 
+// As seven floats, quaternion first.
+inline void Append(const core::Pose& X_AB, std::string* bytes) {
+  const glm::quat q(X_AB.rotation);
+  const glm::vec3 p(X_AB.translation);
+  for (const float x : {q.w, q.x, q.y, q.z, p.x, p.y, p.z}) Append(std::span<const float>(&x, 1), bytes);
+}
+
 inline void Put(const view::Material& material, oos::SceneSurface* surface) {
   Put(material.base_color, surface->mutable_base_color());
   surface->set_metallic(material.metallic);

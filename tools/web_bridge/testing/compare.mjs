@@ -48,7 +48,8 @@ export async function compare(page, scenario, views, { folder, width = 640, heig
   const results = [];
   for (const view of views) {
     const { png, ids } = await photograph(page, view, { width, height });
-    const files = [path.join(folder, `${scenario}-${view.name}.png`), path.join(folder, `${scenario}-${view.name}.ids`)];
+    const title = `${scenario.replaceAll("/", "_")}-${view.name}`;
+    const files = [path.join(folder, `${title}.png`), path.join(folder, `${title}.ids`)];
     writeFileSync(files[0], Buffer.from(png));
     writeFileSync(files[1], Buffer.from(Uint16Array.from(ids).buffer));
     child.stdin.write(`${[view.name, ...view.eye, ...view.target, view.fov, width, height, ...files].join(" ")}\n`);

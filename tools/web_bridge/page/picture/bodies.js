@@ -1,6 +1,7 @@
 // What has a place in the scene: instances of meshes, and deformable sheets.
 
 import * as THREE from "three";
+import { Skin } from "./skin.js";
 import { Place, setSurface } from "./surfaces.js";
 import { floatsOf, indicesOf, pictureTexture } from "./tables.js";
 
@@ -33,15 +34,31 @@ class Mesh {
     this.textures = message.textures.map(pictureTexture);
     this.hasLens = message.parts.some((part) => part.isLens);
     const buffer = new THREE.InterleavedBuffer(vertices, 8);
+    const rest = message.skin.length === 0 ? buffer : new THREE.InterleavedBuffer(vertices.slice(), 8);
+    if (message.skin.length > 0) {
+      this.skin = new Skin(vertices, floatsOf(message.skin), floatsOf(message.joints));
+      this.buffer = buffer.setUsage(THREE.DynamicDrawUsage);
+    }
     const geometryOf = (first, number) => {
       const geometry = new THREE.BufferGeometry();
-      addAttributes(geometry, buffer, { a_p_M: [0, 3], a_n_M: [3, 3], a_rest_p: [0, 3], a_rest_n: [3, 3], a_uv: [6, 2] });
+      addAttributes(geometry, buffer, { a_p_M: [0, 3], a_n_M: [3, 3], a_uv: [6, 2] });
+      addAttributes(geometry, rest, { a_rest_p: [0, 3], a_rest_n: [3, 3] });
       geometry.setIndex(new THREE.BufferAttribute(indices.subarray(first, first + number), 1));
       geometry.boundingSphere = sphere;
       return geometry;
     };
     this.whole = geometryOf(0, indices.length);
     this.parts = message.parts.map((part) => ({ ...part, geometry: geometryOf(part.firstIndex, part.numIndices) }));
+  }
+
+  // Of a mesh with a skin, which no other instance has.
+  bend(poses) {
+    const vertices = this.buffer.array;
+    if (!this.skin.bend(poses, vertices)) return;
+    this.buffer.needsUpdate = true;
+    const { box, sphere } = boundsOf(vertices, 8);
+    this.box.copy(box);
+    this.sphere.copy(sphere);
   }
 }
 
@@ -150,6 +167,7 @@ export class Bodies {
       instance.setPose(poses, 7 * i);
       instance.show(looks.get(i));
     });
+    for (const { instance, joints } of frame.postures) this.instances[instance].mesh.bend(floatsOf(joints));
     this.lamps = frame.lamps.filter(({ color, instance }) =>
       color.some((value) => value > 0) && this.instances[instance].isShown).map(({ color, instance }) =>
       ({ color, centre: this.instances[instance].centre, reach: 2.5 * this.instances[instance].mesh.sphere.radius }));
