@@ -36,7 +36,7 @@ struct ControlFigures {
   // pass from none to 500 and 45.
   double posture_per_s2 = 20.0;
   double posture_per_s = 9.0;
-  double brake_N_s_per_m = 400.0;  // without force, as in the bridge's filter
+  double brake_N_s_per_m = 400.0;   // without force, as in the bridge's filter
   double brake_Nm_s_per_rad = 4.0;  // the same
   GuidanceFigures guidance;
 };

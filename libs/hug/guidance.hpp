@@ -10,8 +10,8 @@ namespace hug {
 
 // Of leading a hand. Weaker than an arm that holds against it: who does not want to be led is stronger.
 struct GuidanceFigures {
-  // A free choice of how firmly the path leads: 10 N hold the hand 33 mm beside it. Dampers are critical for the virtual
-  // body with its own damping: 40 + 5 is about 2 sqrt(300 x 1.5), 1.0 + 0.05 about 2 sqrt(8 x 0.03).
+  // A free choice of how firmly the path leads: 10 N hold the hand 33 mm beside it. Dampers are critical for the
+  // virtual body with its own damping: 40 + 5 is about 2 sqrt(300 x 1.5), 1.0 + 0.05 about 2 sqrt(8 x 0.03).
   double stiffness_N_per_m = 300.0;
   double damping_N_s_per_m = 40.0;
   double stiffness_Nm_per_rad = 8.0;
