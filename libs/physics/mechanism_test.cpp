@@ -414,13 +414,6 @@ TEST_F(GripTest, ForceAndTorqueShareTheLimit) {
   }
 }
 
-TEST_F(GripTest, TheWeightsEnergyFallsByForceTimesWay) {
-  const double before_J = world_.weight_energy_J();
-  Run(100);  // held by nothing
-  EXPECT_NEAR(before_J - world_.weight_energy_J(), -kMass_kg * kG * p_WO().z, 1e-12);
-  EXPECT_GT(before_J - world_.weight_energy_J(), 0.2);
-}
-
 TEST_F(GripTest, AlongTheJawsAxisTheShapeHolds) {
   Hold(0.1, 0.01, {0.0, 0.0, 0.0});
   world_.SetLoad(object_, {{20.0, 0.0, kMass_kg * kG}, {}});

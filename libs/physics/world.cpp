@@ -230,15 +230,6 @@ double World::kinetic_energy_J(int body) const {
   return impl_->body(body).kinetic_energy_J();
 }
 
-double World::weight_energy_J() const {
-  double energy_J = 0.0;
-  for (const RigidBody& body : impl_->bodies) {
-    if (body.kind != BodyKind::kDynamic) continue;
-    energy_J -= body.mass_kg * glm::dot(impl_->gravity_W_m_per_s2, body.p_WCm);
-  }
-  return energy_J;
-}
-
 void World::Save(Checkpoint* checkpoint) const {
   checkpoint->BeginWriting();
   impl_->ExchangeState(checkpoint);

@@ -136,8 +136,6 @@ class World {
   [[nodiscard]] glm::dvec3 spin_Nms(int body) const;
   [[nodiscard]] glm::dvec3 center_of_mass_W(int body) const;
   [[nodiscard]] double kinetic_energy_J(int body) const;
-  // Potential energy of all weights, -sum m g . c: zero at W's origin.
-  [[nodiscard]] double weight_energy_J() const;
   // Number of islands since the world was created that were solved directly, and that were left with a residual because
   // the direct solver failed or had too many rows.
   [[nodiscard]] std::uint64_t num_direct_solves() const;

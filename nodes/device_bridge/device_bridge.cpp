@@ -51,6 +51,9 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
   }
   bridge->can_lead_ = std::all_of(bridge->roles_.begin(), bridge->roles_.end(),
                                   [](const auto& role) { return role->device->can_lead(); });
+  auto weight = ReleasedWeight::Create(bridge->scenario_);
+  if (!weight) return tl::unexpected(weight.error());
+  bridge->released_weight_ = std::move(*weight);
   if (options.is_person_steering) bridge->pointer_.emplace(bridge->scenario_);
   bridge->operator_ =
       std::make_unique<SimulatedOperator>(bridge->scenario_, std::move(*script), seed, options.operator_options);
@@ -200,7 +203,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   if (inputs.physics != nullptr && inputs.physics->header.sequence != physics_sequence_) {
     physics_sequence_ = inputs.physics->header.sequence;
     physics_alive_ns_ = inputs.now_ns;
-    released_weight_.Update(inputs.physics->weight_J);
+    released_weight_.Update(*inputs.physics);
   }
 
   core::FixedVector<FeltForce, kMaxRoles> felt;

@@ -148,11 +148,15 @@ TEST(Passivity, ReturnsNoMoreEnergyThanTheHandGave) {
 // A weight of 5 N hangs on the hand, which lowers it by 50 mm: it gets a quarter of a joule that it has not put in.
 RoleFigures Lowering(bool is_weight_known) {
   constexpr double kWeight_N = 5.0;
-  ToyWorld world("step a\nwait 1.5\npush 0 0 -1 by 0.05 speed 0.1\nwait 100\n");
+  ToyWorld world("step a\nwait 1.5\npush 0 0 -1 by 0.05 speed 0.1\nwait 100\n", 1, [=](scene::Scenario& scenario) {
+    if (is_weight_known) scenario.gravity_m_per_s2 = {0.0, 0.0, -10.0};
+    for (scene::Object& object : scenario.objects) {
+      object.mass_kg = 0.1 * kWeight_N;
+      object.inertia.emplace();
+    }
+  });
   world.contact = [](const core::DeviceState&) { return core::Wrench{{0, 0, -kWeight_N}, {0, 0, 0}}; };
-  world.after = [=](ToyWorld& w) {
-    if (is_weight_known) w.physics.weight_J = kWeight_N * w.outputs.states[0].X_WD.translation.z;
-  };
+  world.after = [](ToyWorld& w) { w.physics.bodies[0].X_WO = w.outputs.states[0].X_WD; };
   world.Run(4.0);
   return world.bridge->figures(0);
 }

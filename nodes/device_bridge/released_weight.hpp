@@ -1,27 +1,33 @@
 #pragma once
 
-#include <algorithm>
+#include <vector>
+
+#include "core/messages/physics.hpp"
+#include "core/result.hpp"
+#include "physics/mass_properties.hpp"
+#include "scene/scenario.hpp"
 
 namespace device_bridge {
 
 // What bodies have given by sinking in gravity. A hand that lowers a part gets work that no hand has put in: it was in
 // the part's height when the run began.
 //
-// A state is late, so the account leads it by as much as changed in its last steps. Real-time safe.
+// A state is late, so the account leads it by as much as changed in its last steps. Update is real-time safe.
 class ReleasedWeight {
  public:
-  // Once per state of physics_node: PhysicsState::weight_J.
-  void Update(double weight_J) noexcept {
-    if (!has_begun_) start_J_ = before_J_ = weight_J;
-    has_begun_ = true;
-    constexpr double kLead_ticks = 3.0;  // a state is up to a tick under way, and the grasp's spring is behind the hand
-    energy_J_ = start_J_ - weight_J + kLead_ticks * std::max(0.0, before_J_ - weight_J);
-    before_J_ = weight_J;
-  }
+  // Reads meshes if the scenario has gravity. Errors: of collision::LoadMasses.
+  static core::Result<ReleasedWeight> Create(const scene::Scenario& scenario);
+
+  // Once per state of physics_node.
+  void Update(const core::PhysicsState& state) noexcept;
   // Never negative: that a part is lifted is paid for by what lifts it.
-  [[nodiscard]] double energy_J() const { return std::max(0.0, energy_J_); }
+  [[nodiscard]] double energy_J() const;
 
  private:
+  [[nodiscard]] double PotentialEnergy_J(const core::PhysicsState& state) const noexcept;
+
+  glm::dvec3 gravity_W_m_per_s2_{0.0};
+  std::vector<physics::MassProperties> masses_;  // per object; empty without gravity
   bool has_begun_ = false;
   double start_J_ = 0.0;
   double before_J_ = 0.0;

@@ -50,8 +50,4 @@ core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
 std::uint64_t ContentDigest(const scene::Scenario& scenario,
                             const std::vector<physics::MassProperties>& mass_of_object);
 
-// Mass properties of every physics-owned object: as given, or from its mesh with the given density or scaled to the
-// given mass. An open mesh (a sheet) with a given mass gets the inertia of its bounding box.
-core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scenario& scenario);
-
 }  // namespace physics_node

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "collision/collision_matrix.hpp"
+#include "collision/load_masses.hpp"
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
 #include "nodes/physics_node/contact_feed.hpp"
@@ -244,7 +245,6 @@ struct PhysicsNode::Impl {
     state.header.publish_ns = now_ns;
     state.tick = tick;
     state.time_ns = static_cast<std::int64_t>(tick) * core::kTick_ns;
-    state.weight_J = built.world->weight_energy_J();
     state.bodies.clear();
     state.mechanisms.clear();
     for (std::size_t i = 0; i < scenario.objects.size(); ++i) {
@@ -313,7 +313,7 @@ PhysicsNode::~PhysicsNode() = default;
 
 core::Result<std::unique_ptr<PhysicsNode>> PhysicsNode::Create(const scene::Scenario& scenario,
                                                                const Options& options) {
-  const auto masses = LoadMasses(scenario);
+  const auto masses = collision::LoadMasses(scenario);
   if (!masses) return core::Fail(masses.error().code, masses.error().detail);
   return Create(scenario, *masses, options);
 }

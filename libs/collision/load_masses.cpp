@@ -1,10 +1,11 @@
-#include "nodes/physics_node/build_world.hpp"
+#include "collision/load_masses.hpp"
+
 #include "vps/mesh/check_mesh.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/mesh/mass_properties.hpp"
 #include "vps/mesh/thicken_sheet.hpp"
 
-namespace physics_node {
+namespace collision {
 namespace {
 
 // Mass properties of the mesh's bounding box; each side at least 1 mm, so that a sheet has an inertia about every axis.
@@ -59,4 +60,4 @@ core::Result<std::vector<physics::MassProperties>> LoadMasses(const scene::Scena
   return masses;
 }
 
-}  // namespace physics_node
+}  // namespace collision
