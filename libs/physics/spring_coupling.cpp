@@ -182,7 +182,7 @@ double SpringCoupling::StoredEnergy_J(const BodyView& parent, const BodyView& ch
 void SpringCoupling::ExchangeState(Checkpoint* checkpoint) {
   Mechanism::ExchangeState(checkpoint);
   checkpoint->Exchange(&is_attached_);
-  checkpoint->Exchange(&limit_);
+  if (limit_) checkpoint->Exchange(&*limit_);  // had from the start, or never
   checkpoint->Exchange(&X_PC_);
   checkpoint->Exchange(&p_PGrip_m_);
   checkpoint->Exchange(&p_CGrip_m_);

@@ -37,7 +37,7 @@ class SpringCoupling final : public Mechanism {
   // Holds the present relative pose; p_W is the grip point.
   void Attach(const core::Pose& X_WParent, const core::Pose& X_WChild, const glm::dvec3& p_W);
   void Detach();
-  // Held until replaced; a grasp without one holds everything.
+  // Held until replaced; a grasp without one holds everything. First before the world is stepped: a checkpoint has it.
   void SetGripLimit(const GripLimit& limit) { limit_ = limit; }
   [[nodiscard]] bool is_attached() const { return is_attached_; }
 

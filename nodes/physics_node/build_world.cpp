@@ -201,6 +201,7 @@ core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* bui
         }
       }
       auto coupling = std::make_unique<physics::SpringCoupling>(params);
+      if (c.is_grip_by_friction) coupling->SetGripLimit({});
       holdable.coupling = coupling.get();
       const auto index = built->world->AddMechanism(built->body_of_object[static_cast<std::size_t>(device.palm)],
                                                     built->body_of_object[object], std::move(coupling));
