@@ -25,8 +25,8 @@ std::size_t PointIndex(int x, int y, int z) {
 }
 
 // Along one axis of n cells: how far the points around a seed at `seed` (in cells) are from it.
-struct Reach {
-  Reach(float seed, int n) {
+struct NoiseReach {
+  NoiseReach(float seed, int n) {
     constexpr float kSize = kFineSize;
     const float per_point = static_cast<float>(n) / kSize;
     const int first = static_cast<int>(std::ceil((seed - 1.0f) / per_point - 0.5f));
@@ -53,13 +53,13 @@ void AddNearness(int n, std::uint32_t layer, float weight, std::vector<float>* v
     const glm::ivec3 at(cell % n, cell / n % n, cell / n / n);
     const std::uint32_t h = Hash(at, layer);
     const glm::vec3 seed = glm::vec3(at) + glm::vec3(h & 1023u, h >> 10 & 1023u, h >> 20 & 1023u) / 1024.0f;
-    const Reach xs(seed.x, n), ys(seed.y, n), zs(seed.z, n);
-    for (const Reach::Point& z : zs.all()) {
-      for (const Reach::Point& y : ys.all()) {
+    const NoiseReach xs(seed.x, n), ys(seed.y, n), zs(seed.z, n);
+    for (const NoiseReach::Point& z : zs.all()) {
+      for (const NoiseReach::Point& y : ys.all()) {
         const float row2 = y.squared + z.squared;
         if (row2 >= 1.0f) continue;
         float* const row = &nearest2[PointIndex(0, y.at, z.at)];
-        for (const Reach::Point& x : xs.all()) row[x.at] = std::min(row[x.at], x.squared + row2);
+        for (const NoiseReach::Point& x : xs.all()) row[x.at] = std::min(row[x.at], x.squared + row2);
       }
     }
   }

@@ -136,6 +136,8 @@ double WedgingAngle(double clearance_m, double depth_m) {
     X_WD.translation = middle_W + X_WD.rotate(p_WD - middle_W);
     loop.Tick(X_WD);
     angle = std::acos(std::min(1.0, loop.body(scene.peg).X_WO.rotate({0.0, 0.0, 1.0}).z));
+    // The first half of the way lets the jerk of the start die away.
+    if (kRate_rad * i < 0.5 * clearance_m / depth_m) continue;
     if (glm::length(moment_Nm() - upright_Nm) > kFirst_Nm) break;
   }
   return angle;
