@@ -212,8 +212,8 @@ TEST_P(VisualNode, IsFilmedWhileItShowsTheSession) {
   process::Command view{
       .name = "view",
       .program = std::filesystem::path(VR_OOS_BINARY_DIR) / "bin" / "oos",
-      .arguments = {"view", scenario_.file.string(), "--video", film, "--headless", "--size", "96x64", "--seconds", "4",
-                    "--registry", registry_->endpoint(), "--session", std::to_string(kSession), "--no_encryption"},
+      .arguments = {"view", scenario_.file.string(), "--video", film, "--headless", "--size", "96x64", "--registry",
+                    registry_->endpoint(), "--session", std::to_string(kSession), "--no_encryption"},
       .environment = {},
       .log = out_ / "view.log",
       .folder = out_};
