@@ -80,10 +80,10 @@ def check_runs(machine, results, root):
 def check_compiles(machine):
     """Every public header, and all three libraries, in one program; and examples/wrench, both built as a stranger would."""
     for project in ("headers", "wrench"):
-        run(machine, "cmake", "-S", f"/work/{project}", "-B", f"/work/{project}/build", "-G", "Ninja",
+        run(machine, "cmake", "-S", f"/elsewhere/{project}", "-B", f"/elsewhere/{project}/build", "-G", "Ninja",
             "-DCMAKE_CXX_COMPILER=g++", "-DCMAKE_BUILD_TYPE=Release")
-        run(machine, "cmake", "--build", f"/work/{project}/build")
-    force = run(machine, "/work/wrench/build/wrench", "/work/meshes/ball.obj", "/work/meshes/plate.obj", "0", "0", "0.009")
+        run(machine, "cmake", "--build", f"/elsewhere/{project}/build")
+    force = run(machine, "/elsewhere/wrench/build/wrench", "/elsewhere/meshes/ball.obj", "/elsewhere/meshes/plate.obj", "0", "0", "0.009")
     require(force.startswith("force_N"), f"the example says {force}")
     print("vr-oos-dev: a program of all headers and libraries, and the example, compile and run")
 
@@ -103,17 +103,17 @@ def is_whole(header):
 
 
 def write_projects(root, source):
-    """The sources of check_compiles, in the machine's folder /work."""
+    """The sources of check_compiles, in the machine's folder /elsewhere."""
     include = f"{root}/usr/include/vr_oos/"
     headers = sorted(file[len(include):] for file in glob.glob(f"{include}**/*.hpp", recursive=True) if is_whole(file))
     require(len(headers) > 100, f"only {len(headers)} headers are in vr-oos-dev")
-    os.makedirs(f"{root}/work/headers")
-    with open(f"{root}/work/headers/CMakeLists.txt", "w") as file:
+    os.makedirs(f"{root}/elsewhere/headers")
+    with open(f"{root}/elsewhere/headers/CMakeLists.txt", "w") as file:
         file.write(_HEADERS)
-    with open(f"{root}/work/headers/main.cpp", "w") as file:
+    with open(f"{root}/elsewhere/headers/main.cpp", "w") as file:
         file.write("".join(f'#include "{header}"\n' for header in headers) + "int main() {}\n")
-    shutil.copytree(f"{source}/examples/wrench", f"{root}/work/wrench")
-    shutil.copytree(f"{source}/scenarios/touch/meshes", f"{root}/work/meshes")
+    shutil.copytree(f"{source}/examples/wrench", f"{root}/elsewhere/wrench")
+    shutil.copytree(f"{source}/scenarios/touch/meshes", f"{root}/elsewhere/meshes")
 
 
 def make_machine(file, more, root):

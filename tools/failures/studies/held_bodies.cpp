@@ -172,21 +172,13 @@ void StudyHeldRest(Report* report) {
 
 // ---- F20: a nut in the jaws is driven on a bolt.
 
-struct Size {
-  const char* name;
-  Thread thread;
-  double gap_m;
-};
-constexpr Size kSizes[] = {{"M16, 0.1 mm of play", {0.008, 0.002}, 1e-4},
-                           {"M20, 0.3 mm of play", {0.010, 0.0025}, 3e-4}};
-
 struct Driven {
   double pitch_error = 0.0;  // of the advance over all turns
   int skipped = 0;           // threads, when turned and when hammered
   bool is_held = false;
 };
 
-Driven DriveNut(const Size& size) {
+Driven DriveNut(const ThreadFit& size) {
   constexpr int kTurns = 4, kHits = 2000, kHit_ticks = 60;
   // The hand goes from one blow to the next in this time: at once, the grasp's damper alone would hit with 700 N.
   constexpr int kSwing_ticks = 40;
@@ -235,14 +227,14 @@ Driven DriveNut(const Size& size) {
 }
 
 void StudyHeldNut(Report* report) {
-  std::vector<Driven> driven(std::size(kSizes));
-  ForAll(driven.size(), [&driven](std::size_t i) { driven[i] = DriveNut(kSizes[i]); });
+  std::vector<Driven> driven(std::size(kThreadFits));
+  ForAll(driven.size(), [&driven](std::size_t i) { driven[i] = DriveNut(kThreadFits[i]); });
   for (std::size_t i = 0; i < driven.size(); ++i) {
     const Driven& one = driven[i];
     AddRow(report,
            {"F20",
             "threads",
-            std::string("nut held by jaws on a fixed bolt, ") + kSizes[i].name +
+            std::string("nut held by jaws on a fixed bolt, ") + kThreadFits[i].name +
                 ", pair of 1 MN/m, 4 turns at 1 rev/s against 10 N, 2000 hits of 25 N",
             "pitch error; skipped threads",
             "<= 2 %; 0",

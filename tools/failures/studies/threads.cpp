@@ -20,20 +20,12 @@ constexpr double kBlow_m = 0.010;  // of the device, up and down: 25 N
 constexpr int kHits = 2000;
 constexpr int kHit_ticks = 10;
 
-struct Size {
-  const char* name;
-  Thread thread;
-  double gap_m;
-};
-constexpr Size kSizes[] = {{"M16, 0.1 mm of play", {0.008, 0.002}, 1e-4},
-                           {"M20, 0.3 mm of play", {0.010, 0.0025}, 3e-4}};
-
 struct Driven {
   double pitch_error = 0.0;  // of the advance over all turns
   int skipped = 0;           // threads, when turned and when hammered
 };
 
-Driven Drive(const Variant& variant, const Size& size) {
+Driven Drive(const Variant& variant, const ThreadFit& size) {
   SceneKit kit(variant);
   const auto bolt = kit.AddFixed(MakeBolt(size.thread, 16.0 * size.thread.pitch_m), {}, 2.5e-4);
   const vps::TriangleMesh mesh = MakeNut(size.thread, size.gap_m, 1.5 * size.thread.major_m, 4.0 * size.thread.pitch_m);
@@ -80,14 +72,14 @@ Driven Drive(const Variant& variant, const Size& size) {
 }  // namespace
 
 void StudyThreads(Report* report) {
-  std::vector<Driven> driven(std::size(kSizes) * Variants().size());
+  std::vector<Driven> driven(std::size(kThreadFits) * Variants().size());
   ForAll(driven.size(), [&driven](std::size_t i) {
-    driven[i] = Drive(Variants()[i % Variants().size()], kSizes[i / Variants().size()]);
+    driven[i] = Drive(Variants()[i % Variants().size()], kThreadFits[i / Variants().size()]);
   });
-  for (std::size_t s = 0; s < std::size(kSizes); ++s) {
+  for (std::size_t s = 0; s < std::size(kThreadFits); ++s) {
     Row row{"F20",
             "threads",
-            std::string("nut as the tool on a fixed bolt, ") + kSizes[s].name +
+            std::string("nut as the tool on a fixed bolt, ") + kThreadFits[s].name +
                 ", 4 turns at 1 rev/s against 10 N, 2000 hits of 25 N",
             "pitch error; skipped threads",
             "<= 2 %; 0",
