@@ -91,6 +91,36 @@ TEST(GapQuery, AFaceOverACornerHasTheFacesNormal) {
   }
 }
 
+// A block's corner under a ball of facets, under their faces, edges and corners: everywhere its gap is exact, and the
+// ball is pushed away from it.
+TEST(GapQuery, ACornerUnderARoundBodyIsFeltBetweenItsFacesToo) {
+  const TriangleMesh ball = MakeSphere(0.02, 64);
+  GapEngine engine(MakeBox({0.06, 0.08, 0.05}), ball, 1e-3, 4096);
+  const glm::dvec3 corner_A(-0.03, -0.04, 0.025);
+  CaseRandom random(7);
+  for (std::size_t i = 0; i < ball.triangles.size(); i += 37) {
+    const auto& t = ball.triangles[i];
+    const glm::dvec3 a = ball.vertices[t[0]];
+    const glm::dvec3 b = ball.vertices[t[1]];
+    const glm::dvec3 c = ball.vertices[t[2]];
+    for (const glm::dvec3& p_B : {a, 0.5 * (a + b), 0.9 * a + 0.1 * b, 0.99 * a + 0.01 * b, (a + b + c) / 3.0}) {
+      // The block is all on one side of the plane through its corner across u, however the facets are turned.
+      const glm::dvec3 u = glm::normalize(glm::dvec3(-1, -1, 1) + 0.4 * random.Direction());
+      const glm::dvec3 from = -glm::normalize(p_B);
+      const glm::dquat R_AB =
+          core::QuaternionFromRotationVector(std::acos(glm::dot(from, u)) * glm::normalize(glm::cross(from, u)));
+      for (const double gap_m : {-10.0 * kMicro, 0.0, 10.0 * kMicro}) {
+        engine.gaps.Clear();
+        engine.Query({R_AB, corner_A - R_AB * p_B + gap_m * u});
+        ASSERT_FALSE(engine.gaps.planes.empty()) << i;
+        const core::ContactPlane plane = engine.Least();
+        EXPECT_NEAR(engine.Gap_m(plane), gap_m, 2.0 * kMicro) << i;
+        EXPECT_GT(glm::dot(glm::dvec3(plane.n_G), u), std::cos(0.1)) << i;
+      }
+    }
+  }
+}
+
 // An edge of a peg of sixteen faces in the groove between two faces of a hole like it has the planes of both.
 TEST(GapQuery, APlaceInAGrooveHasAPlaneForEitherFace) {
   const double play_m = 5e-4;

@@ -1,5 +1,6 @@
 #include "vps/sampling/nearest_piece.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -7,6 +8,10 @@
 
 namespace vps {
 namespace {
+
+// Of pieces that share the nearest edge or corner the one whose plane is farthest from the point: squared distances get
+// so much of their part within the plane on top.
+constexpr double kBeside = 1e-6;
 
 struct Search {
   const SurfacePieces& pieces;
@@ -55,8 +60,9 @@ struct Search {
     if (h > 0.0 || h * h >= squared * nn) return;
     const OnTriangle on = NearestOnTriangle(a, b, c, n);
     const double found = glm::dot(on.place, on.place);
-    if (found >= squared) return;
-    squared = found;
+    const double beside = on.is_on_face ? 0.0 : std::max(found - h * h / nn, 0.0);
+    if (found + kBeside * beside >= squared) return;
+    squared = found + kBeside * beside;
     nearest = {true, on.is_on_face, p + on.place, n / std::sqrt(nn)};
   }
 

@@ -13,11 +13,13 @@ namespace {
 // farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
 constexpr double kAroundCorner = 2.0;
 
-// A corner of G over a face of S, seen from a point that is clear of S's surface. The normal is that face's.
+// A corner of G over a face of S, seen from a point that is clear of S's surface. The normal is that face's. Over an
+// edge or a corner of S it is that of the face around whose plane the corner is highest above: in convex S of planes
+// with heights h_k the corner is at max h_k.
 Gap UnderFace(const GapScene& scene, const CornersBelow::Corner& corner) {
   const double voxel_m = scene.field.voxel_size_m;
   const double spacing = scene.S.spacing_m / voxel_m;
-  const double back = SearchReach(std::min(corner.height, 0.0));
+  double back = SearchReach(std::min(corner.height, 0.0));
   glm::dvec3 n = corner.n;
   for (int turn = 0; turn < kMostHops; ++turn) {
     const glm::dvec3 from_S = scene.InSample(corner.p - back * n);
@@ -25,11 +27,11 @@ Gap UnderFace(const GapScene& scene, const CornersBelow::Corner& corner) {
     if (!piece.is_found) return {};
     const glm::dvec3 before = n;
     n = -scene.X_GS.rotate(piece.outward);
-    if (glm::dot(n, before) < 1.0 - 0.5 * kSlope * kSlope) continue;
-    if (!piece.is_on_face) return {};
     const glm::dvec3 p = (scene.X_GS * piece.place - scene.field.origin_m) / voxel_m;
     const double height = glm::dot(p - corner.p, n);
-    return {true, corner.p + height * n, n, height};
+    if (turn > 0 && glm::dot(n, before) > 1.0 - 0.5 * kSlope * kSlope) return {true, corner.p + height * n, n, height};
+    // No farther from S than is clear: from there the faces that meet under the corner do not look alike.
+    back = std::max(-height, 0.0) + kClear;
   }
   return {};
 }
@@ -64,13 +66,14 @@ glm::dvec3 Carrying(const DistanceField& field, const glm::dvec3& corner, glm::d
 
 }  // namespace
 
-void CornersBelow::Add(const GapScene& scene, const NearestFacet& facet, const Gap& gap) {
+void CornersBelow::Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place) {
   const double reach = kAroundCorner * scene.S.spacing_m / scene.field.voxel_size_m;
   for (const glm::dvec3& corner : facet.corners) {
-    const glm::dvec3 way = corner - gap.p;
-    if (glm::dot(way, way) > reach * reach) continue;
+    const glm::dvec3 way = place.p - corner;
+    const double height = glm::dot(way, place.inward);
+    if (height >= kExactWithin || glm::dot(way, way) - height * height > reach * reach) continue;
     const auto* known = std::find_if(corners.begin(), corners.end(), [&](const Corner& c) { return c.p == corner; });
-    if (known == corners.end()) corners.push_back({corner, gap.n, gap.height});
+    if (known == corners.end()) corners.push_back({corner, place.inward, height});
   }
 }
 

@@ -18,8 +18,8 @@ struct CornersBelow {
   };
   core::FixedVector<Corner, kMostCorners> corners;
 
-  // Those of a triangle that are near a place's gap.
-  void Add(const GapScene& scene, const NearestFacet& facet, const Gap& gap);
+  // Those of a triangle that are near a place, and not far below it.
+  void Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place);
 };
 
 // A corner of G has a name where a place of S has its number. Distinct corners of one surface hardly ever have the same
