@@ -63,7 +63,7 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
       object.field = std::move(*field);
     }
     if (parameters.num_points != 0) {
-      auto samples = BuildSampleTree(solid, parameters.num_points, progress);
+      auto samples = BuildSampleTree(solid, parameters.num_points, progress, workers);
       if (!samples) return tl::unexpected(samples.error());
       object.samples = std::move(*samples);
     }

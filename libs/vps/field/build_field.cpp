@@ -388,7 +388,8 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
   const auto plan = PlanField(mesh, voxel_size_m, options);
   if (!plan) return tl::unexpected(plan.error());
   if (options.progress) options.progress("triangles", 0.0);
-  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), options.sign_by_winding);
+  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), options.sign_by_winding,
+                          options.workers);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }

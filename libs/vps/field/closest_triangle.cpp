@@ -6,11 +6,11 @@
 
 namespace vps {
 
-TriangleField::TriangleField(const TriangleMesh& input, bool sign_by_winding) {
+TriangleField::TriangleField(const TriangleMesh& input, bool sign_by_winding, core::ParallelFor* workers) {
   TriangleMesh mesh = MergeDuplicateVertices(input);
   if (sign_by_winding) {
     winding_.emplace(mesh);
-    is_trusted_ = FindTrustedNormals(mesh, *winding_);
+    is_trusted_ = FindTrustedNormals(mesh, *winding_, workers);
   }
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
   normals_.reserve(mesh.triangles.size());

@@ -26,7 +26,7 @@ struct ClosestFeature {
 // the winding number, which also holds for solids that overlap or pass through themselves, and takes longer.
 class TriangleField {
  public:
-  explicit TriangleField(const TriangleMesh& mesh, bool sign_by_winding = false);
+  explicit TriangleField(const TriangleMesh& mesh, bool sign_by_winding = false, core::ParallelFor* workers = nullptr);
 
   [[nodiscard]] std::size_t num_triangles() const { return indices_.size(); }
   [[nodiscard]] std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const {

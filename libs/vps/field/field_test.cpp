@@ -7,10 +7,10 @@
 #include <random>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/pose.hpp"
+#include "core/testing/backward_threads.hpp"
 #include "vps/field/build_field.hpp"
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/oracle/exact_distance.hpp"
@@ -291,32 +291,12 @@ TEST(DistanceField, WordsKeepDistanceAndDirection) {
   }
 }
 
-// Runs the bodies of a range backwards on `count` threads.
-class BackwardThreads final : public core::ParallelFor {
- public:
-  explicit BackwardThreads(std::size_t count) : count_(count) {}
-  void Run(std::size_t count, Body body, void* context) override {
-    std::vector<std::thread> threads;
-    for (std::size_t k = 0; k < count_; ++k) {
-      threads.emplace_back([=, this] {
-        for (std::size_t i = count; i-- > 0;) {
-          if (i % count_ == k) body(context, i);
-        }
-      });
-    }
-    for (std::thread& thread : threads) thread.join();
-  }
-
- private:
-  std::size_t count_;
-};
-
 TEST(DistanceField, IsTheSameBitForBitOnAnyNumberOfThreads) {
   const TriangleMesh mesh = MakeBlockWithHole(0.03, 0.02, 0.01005, 96);
   const auto serial = BuildField(mesh, 0.0004);
   ASSERT_TRUE(serial);
   for (const std::size_t threads : {1, 2, 5}) {
-    BackwardThreads workers(threads);
+    core::test::BackwardThreads workers(threads);
     const auto field = BuildField(mesh, 0.0004, {.workers = &workers});
     ASSERT_TRUE(field);
     EXPECT_EQ(field->bricks, serial->bricks) << threads;

@@ -23,11 +23,13 @@ bool IsOnBorder(const TriangleMesh& mesh, const WindingNumber& winding, std::siz
 
 }  // namespace
 
-std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const WindingNumber& winding) {
+std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const WindingNumber& winding,
+                                             core::ParallelFor* workers) {
   const Box box = BoundingBox(mesh);
   const double step_m = kStep * glm::length(box.upper - box.lower);
   std::vector<std::uint8_t> is_good(mesh.triangles.size());
-  for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0;
+  core::ForEach(workers, is_good.size(),
+                [&](std::size_t t) { is_good[t] = IsOnBorder(mesh, winding, t, step_m) ? 1 : 0; });
   const std::vector<std::uint8_t> is_intersecting = FindIntersectingTriangles(mesh);
   for (std::size_t t = 0; t < is_good.size(); ++t) is_good[t] &= 1 - is_intersecting[t];
   const std::vector<EdgeUse> edges = SortedEdges(mesh);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel_for.hpp"
 #include "vps/mesh/winding_number.hpp"
 
 namespace vps {
@@ -11,6 +12,7 @@ namespace vps {
 // right for inside and outside. The segment from x to p meets no triangle, so that the winding number is constant along
 // it and equals that of the triangle's own side. That is 0 outside and 1 inside for triangles that lie on the border of
 // the solid, cross no other, and whose neighbours at edges and corners do the same and close the surface around them.
-std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const WindingNumber& winding);
+std::vector<std::uint8_t> FindTrustedNormals(const TriangleMesh& mesh, const WindingNumber& winding,
+                                             core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -103,13 +103,14 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
 }
 
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress) {
-  const auto samples = SampleSurface(mesh, num_points, progress);
+                                         const std::function<void(std::string_view, double)>& progress,
+                                         core::ParallelFor* workers) {
+  const auto samples = SampleSurface(mesh, num_points, progress, workers);
   if (!samples) return tl::unexpected(samples.error());
   SampleTree tree = BuildSampleTree(*samples);
   if (num_points <= kMaxFinePoints) tree.pieces = CutIntoPieces(mesh, LongestPiece_m(tree.area_m2, num_points));
   for (std::uint32_t n = num_points / 4; n >= kFewestCoarse; n /= 4) {
-    auto fewer = SampleSurface(mesh, n, progress);
+    auto fewer = SampleSurface(mesh, n, progress, workers);
     if (!fewer) return tl::unexpected(fewer.error());
     fewer->fine.clear();
     tree.coarser.push_back(BuildSampleTree(*fewer));

@@ -52,6 +52,7 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
 // error of a broad contact grows). Errors: SampleSurface.
 constexpr std::uint32_t kFewestCoarse = 8192;
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
-                                         const std::function<void(std::string_view, double)>& progress = {});
+                                         const std::function<void(std::string_view, double)>& progress = {},
+                                         core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

@@ -1,6 +1,7 @@
 #include "vps/sampling/surface_panels.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "vps/sampling/sliver.hpp"
 
@@ -76,25 +77,43 @@ class Cutter {
   glm::dvec3 normal_{0.0};  // of the triangle
 };
 
+constexpr std::size_t kTrianglesOfBlock = 16;  // free: enough blocks for all workers, whatever the mesh
+
 template <class Take>
-void ForPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size, const Take& take) {
+void ForPanels(const TriangleMesh& mesh, std::size_t block, const SampleSpacing& spacing, double size,
+               const Take& take) {
   Cutter<Take> cutter(spacing, size, take);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) cutter.Cut(mesh.corners(t));
+  const std::size_t end = std::min((block + 1) * kTrianglesOfBlock, mesh.triangles.size());
+  for (std::size_t t = block * kTrianglesOfBlock; t < end; ++t) cutter.Cut(mesh.corners(t));
 }
 
 }  // namespace
 
-std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size) {
-  std::vector<SurfacePanel> panels;
-  panels.reserve(CountPanels(mesh, spacing, size));
-  ForPanels(mesh, spacing, size, [&](const SurfacePanel& panel) { panels.push_back(panel); });
+std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
+                                     core::ParallelFor* workers) {
+  const std::size_t num_blocks = (mesh.triangles.size() + kTrianglesOfBlock - 1) / kTrianglesOfBlock;
+  std::vector<std::size_t> begins(num_blocks + 1, 0);
+  core::ForEach(workers, num_blocks, [&](std::size_t block) {
+    std::size_t count = 0;
+    ForPanels(mesh, block, spacing, size, [&](const SurfacePanel&) { ++count; });
+    begins[block + 1] = count;
+  });
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  return begins;
+}
+
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
+                                     const std::vector<std::size_t>& begins, core::ParallelFor* workers) {
+  std::vector<SurfacePanel> panels(begins.back());
+  core::ForEach(workers, begins.size() - 1, [&](std::size_t block) {
+    std::size_t at = begins[block];
+    ForPanels(mesh, block, spacing, size, [&](const SurfacePanel& panel) { panels[at++] = panel; });
+  });
   return panels;
 }
 
-std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size) {
-  std::size_t count = 0;
-  ForPanels(mesh, spacing, size, [&](const SurfacePanel&) { ++count; });
-  return count;
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size) {
+  return MakePanels(mesh, spacing, size, CountPanels(mesh, spacing, size));
 }
 
 }  // namespace vps

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/parallel_for.hpp"
 #include "vps/sampling/sample_spacing.hpp"
 
 namespace vps {
@@ -23,7 +24,12 @@ constexpr double kPanelSize = 0.6;
 // Sixty to a sample, where its sixteen finer points are made of them too (decision 9, "of finer panels").
 constexpr double kFinePanelSize = 0.35;
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
-// The number of MakePanels' panels, without storing them.
-std::size_t CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
+
+// The same in two steps, each on all workers: where the panels of each block of triangles begin, and where the last
+// ones end, which is their number; then the panels.
+std::vector<std::size_t> CountPanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
+                                     core::ParallelFor* workers = nullptr);
+std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size,
+                                     const std::vector<std::size_t>& begins, core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

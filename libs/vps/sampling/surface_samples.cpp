@@ -104,32 +104,37 @@ constexpr std::uint32_t kNobody = 0xffffffffU;
 
 // For each panel the point it belongs to: the nearest whose normal is within 45 degrees of its own; where there is none
 // near, the nearest of all.
-std::vector<std::uint32_t> Assign(const std::vector<SurfacePanel>& panels, const Places& places) {
-  const GradedGrid grid(places.points_m, places.spacings_m);
-  std::vector<std::uint32_t> owners;
-  owners.reserve(panels.size());
-  for (const SurfacePanel& panel : panels) {
-    std::uint32_t nearest = kNobody;
-    std::uint32_t nearest_of_any = kNobody;
-    double least = 1e300;
-    double least_of_any = 1e300;
-    for (const double factor : {1.4, 4.0}) {
-      grid.ForNear(panel.centroid_m, panel.spacing_m, factor, [&](std::uint32_t i) {
-        const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
-        const double squared = glm::dot(r, r);
-        if (squared < least_of_any || (squared == least_of_any && i < nearest_of_any)) {
-          least_of_any = squared;
-          nearest_of_any = i;
-        }
-        if (squared > least || (squared == least && i > nearest)) return;
-        if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
-        least = squared;
-        nearest = i;
-      });
-      if (least <= std::pow(0.5 * factor * panel.spacing_m, 2)) break;
-    }
-    owners.push_back(nearest != kNobody ? nearest : nearest_of_any);
+std::uint32_t OwnerOf(const SurfacePanel& panel, const Places& places, const GradedGrid& grid) {
+  std::uint32_t nearest = kNobody;
+  std::uint32_t nearest_of_any = kNobody;
+  double least = 1e300;
+  double least_of_any = 1e300;
+  for (const double factor : {1.4, 4.0}) {
+    grid.ForNear(panel.centroid_m, panel.spacing_m, factor, [&](std::uint32_t i) {
+      const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
+      const double squared = glm::dot(r, r);
+      if (squared < least_of_any || (squared == least_of_any && i < nearest_of_any)) {
+        least_of_any = squared;
+        nearest_of_any = i;
+      }
+      if (squared > least || (squared == least && i > nearest)) return;
+      if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
+      least = squared;
+      nearest = i;
+    });
+    if (least <= std::pow(0.5 * factor * panel.spacing_m, 2)) break;
   }
+  return nearest != kNobody ? nearest : nearest_of_any;
+}
+std::vector<std::uint32_t> Assign(const std::vector<SurfacePanel>& panels, const Places& places,
+                                  core::ParallelFor* workers) {
+  constexpr std::size_t kPanelsOfBlock = 4096;  // free: as kTrianglesOfBlock
+  const GradedGrid grid(places.points_m, places.spacings_m);
+  std::vector<std::uint32_t> owners(panels.size());
+  core::ForEach(workers, (panels.size() + kPanelsOfBlock - 1) / kPanelsOfBlock, [&](std::size_t block) {
+    const std::size_t end = std::min((block + 1) * kPanelsOfBlock, panels.size());
+    for (std::size_t i = block * kPanelsOfBlock; i < end; ++i) owners[i] = OwnerOf(panels[i], places, grid);
+  });
   return owners;
 }
 
@@ -141,7 +146,7 @@ struct Cell {
 
 // The refinement of each point's patch.
 std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
-                              const SurfaceSamples& samples) {
+                              const SurfaceSamples& samples, core::ParallelFor* workers) {
   // Panels sorted by their owner.
   std::vector<std::uint32_t> begin(samples.points_m.size() + 1, 0);
   for (const std::uint32_t owner : owners) {
@@ -153,12 +158,11 @@ std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std
   for (std::uint32_t i = 0; i < owners.size(); ++i) {
     if (owners[i] != kNobody) sorted[next[owners[i]]++] = i;
   }
-  std::vector<FineBlock> fine;
-  fine.reserve(samples.points_m.size());
-  for (std::size_t k = 0; k < samples.points_m.size(); ++k) {
+  std::vector<FineBlock> fine(samples.points_m.size());
+  core::ForEach(workers, fine.size(), [&](std::size_t k) {
     const std::span<std::uint32_t> cell(sorted.data() + begin[k], sorted.data() + begin[k + 1]);
-    fine.push_back(MakeFineBlock(panels, cell, samples.points_m[k], samples.inward_normals[k]));
-  }
+    fine[k] = MakeFineBlock(panels, cell, samples.points_m[k], samples.inward_normals[k]);
+  });
   return fine;
 }
 
@@ -180,16 +184,12 @@ core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num
   return area_m2;
 }
 
-}  // namespace
-
-core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points) {
+// Of what is needed for so many panels and points.
+core::Result<double> CheckedBytes(std::size_t num_panels, std::uint32_t num_points) {
   // A panel, its owner and its place in the owners' order; a point's candidates with their heap and grid, and what is
   // kept of it.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + 2 * sizeof(std::uint32_t);
   constexpr double kBytesPerPoint = 600.0;
-  const auto area_m2 = AreaToSample_m2(mesh, num_points);
-  if (!area_m2) return tl::unexpected(area_m2.error());
-  const std::size_t num_panels = CountPanels(mesh, SampleSpacing(mesh, *area_m2, num_points), PanelSize(num_points));
   const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
   if (bytes <= kMostSamplingBytes) return bytes;
   char text[200];
@@ -200,20 +200,32 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   return core::Fail(core::ErrorCode::kResource, text);
 }
 
-core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
-                                           const Progress& progress) {
-  if (const auto bytes = SamplingBytes(mesh, num_points); !bytes) return tl::unexpected(bytes.error());
-  const double area_m2 = *AreaToSample_m2(mesh, num_points);
+}  // namespace
+
+core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points) {
+  const auto area_m2 = AreaToSample_m2(mesh, num_points);
+  if (!area_m2) return tl::unexpected(area_m2.error());
+  const SampleSpacing spacing(mesh, *area_m2, num_points);
+  return CheckedBytes(CountPanels(mesh, spacing, PanelSize(num_points)).back(), num_points);
+}
+
+core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
+                                           core::ParallelFor* workers) {
+  const auto checked_area_m2 = AreaToSample_m2(mesh, num_points);
+  if (!checked_area_m2) return tl::unexpected(checked_area_m2.error());
+  const double area_m2 = *checked_area_m2;
   if (progress) progress("points: panels", 0.0);
-  const std::vector<SurfacePanel> panels =
-      MakePanels(mesh, SampleSpacing(mesh, area_m2, num_points), PanelSize(num_points));
+  const SampleSpacing spacing(mesh, area_m2, num_points);
+  const std::vector<std::size_t> begins = CountPanels(mesh, spacing, PanelSize(num_points), workers);
+  if (const auto bytes = CheckedBytes(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, PanelSize(num_points), begins, workers);
   Places places = Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress);
 
   std::vector<std::uint32_t> owners;
   std::vector<Cell> cells;
   for (int round = 0; round < kRelaxations; ++round) {
     if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
-    owners = Assign(panels, places);
+    owners = Assign(panels, places, workers);
     cells.assign(num_points, {});
     for (std::size_t i = 0; i < panels.size(); ++i) {
       if (owners[i] == kNobody) continue;
@@ -241,7 +253,7 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     samples.reach_m =
         std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
   }
-  if (num_points <= kMaxFinePoints) samples.fine = Refine(panels, owners, samples);
+  if (num_points <= kMaxFinePoints) samples.fine = Refine(panels, owners, samples, workers);
   return samples;
 }
 

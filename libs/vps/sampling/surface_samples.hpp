@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/sampling/fine_block.hpp"
@@ -40,9 +41,10 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
 // degrees of its own, so that the faces of an edge keep their own area; points move to the centroid of their panels,
 // and once more (Lloyd), and take their mean normal. Areas and vector areas are exact; so is the integral of a depth
 // that varies linearly over each cell. (On a surface of radius R the centroid lies inside by spacing^2 / 12 R; the walk
-// corrects for that beside a curved wall, MeanDepth.) Deterministic. Errors: no area, too many points, more memory than
-// kMostSamplingBytes.
+// corrects for that beside a curved wall, MeanDepth.) Deterministic, with any number of workers. Errors: no area, too
+// many points, more memory than kMostSamplingBytes.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
-                                           const std::function<void(std::string_view, double)>& progress = {});
+                                           const std::function<void(std::string_view, double)>& progress = {},
+                                           core::ParallelFor* workers = nullptr);
 
 }  // namespace vps

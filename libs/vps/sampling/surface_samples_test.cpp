@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <vector>
 
+#include "core/testing/backward_threads.hpp"
 #include "vps/sampling/sharp_edges.hpp"
 #include "vps/sampling/surface_panels.hpp"
 #include "vps/testing/shapes.hpp"
@@ -106,6 +108,22 @@ TEST(SurfaceSamples, AreasAndFirstMomentsAreExact) {
   }
   EXPECT_NEAR(area, 0.0, 1e-12);
   EXPECT_LT(glm::length(moment), 1e-13);
+}
+
+TEST(SurfaceSamples, AreTheSameBitForBitOnAnyNumberOfThreads) {
+  const TriangleMesh mesh = MakeBlockWithHole(0.03, 0.02, 0.01005, 96);
+  const auto serial = SampleSurface(mesh, 4096);
+  ASSERT_TRUE(serial);
+  for (const std::size_t threads : {1, 2, 5}) {
+    core::test::BackwardThreads workers(threads);
+    const auto samples = SampleSurface(mesh, 4096, {}, &workers);
+    ASSERT_TRUE(samples);
+    EXPECT_EQ(samples->points_m, serial->points_m) << threads;
+    EXPECT_EQ(samples->inward_normals, serial->inward_normals) << threads;
+    EXPECT_EQ(samples->areas_m2, serial->areas_m2) << threads;
+    ASSERT_EQ(samples->fine.size(), serial->fine.size());
+    EXPECT_EQ(std::memcmp(samples->fine.data(), serial->fine.data(), samples->fine.size() * sizeof(FineBlock)), 0);
+  }
 }
 
 // The same cylinder in 64 and in 2,048 strips, each 1,300 times as long as wide. (These are narrower than a panel is

@@ -231,17 +231,14 @@ void AddFixedScenes(const std::vector<EnergyScene>& scenes, const std::vector<En
   for (std::size_t s = 0; s < scenes.size() / num_variants; ++s) {
     const std::string& name = scenes[s * num_variants].name;
     charting->Begin(name);
-    Row row{
-        "F8",
-        "energy generation",
-        "10 min of pushes by an operator with tremor, " + name + ", 1.3 ms late",
-        "least energy put in; of any time between two instants without force, with the device's damping; share of "
-        "cycles with the controller",
-        ">= -1 mJ; >= -1 mJ; < 1 %",
-        {},
-        "the force is late, and the controller acts only after more has come back than was ever put in; god object, "
-        "plate "
-        "and block: once the ball slips off a corner of the block and sinks 17 mm into it, which pushes it out again"};
+    Row row{"F8",
+            "energy generation",
+            "10 min of pushes by an operator with tremor, " + name + ", 1.3 ms late",
+            "least energy put in; of any time between two instants without force, with the device's damping; share of "
+            "cycles with the controller",
+            ">= -1 mJ; >= -1 mJ; < 1 %",
+            {},
+            "the force is late, and the controller acts only after more has come back than was ever put in"};
     for (std::size_t v = 0; v < num_variants; ++v) {
       const Energy& energy = energies[s * num_variants + v];
       charting->Add(energy.series);
