@@ -159,14 +159,14 @@ int CookOne(const Job& job) {
 }
 
 // The structures of every object that its contact pairs need.
-core::Result<std::vector<Job>> JobsOf(const std::string& path, vps::Method method) {
+core::Result<std::vector<Job>> JobsOf(const std::string& path, std::optional<vps::Method> method) {
   const auto scenario = scene::LoadScenario(path);
   if (!scenario) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(scenario.error().front()));
   std::vector<Job> jobs;
   for (std::size_t i = 0; i < scenario->objects.size(); ++i) {
     const scene::Object& object = scenario->objects[i];
     Job job{object.name + " (" + object.collision_mesh.filename().string() + ")", object.collision_mesh, {}};
-    job.parameters.method = method;
+    job.parameters.method = method.value_or(*vps::MethodFromName(scenario->method));
     job.parameters.sheet_half_thickness_m = 0.5 * object.sheet_thickness_m;
     for (const scene::Pair& pair : scenario->pairs) {
       if (pair.field == i) job.parameters.voxel_size_m = object.voxel_size_m;
@@ -191,23 +191,30 @@ core::Result<vps::CookParameters> ReadParameters(const Arguments& arguments) {
   parameters.voxel_size_m = voxel->value_or(0.0);
   parameters.num_points = static_cast<std::uint32_t>(points->value_or(0.0));
   parameters.sheet_half_thickness_m = 0.5 * sheet->value_or(0.0);
-  const std::string method = arguments.text("--method", "paper");
-  if (!vps::MethodFromName(method)) {
-    return core::Fail(core::ErrorCode::kInvalidInput, "--method is paper or fast, not '" + method + "'");
-  }
-  parameters.method = *vps::MethodFromName(method);
   return parameters;
 }
 
+// None: a scenario's own, and fast for a mesh.
+core::Result<std::optional<vps::Method>> ReadMethod(const Arguments& arguments) {
+  const std::string name = arguments.text("--method", "");
+  if (name.empty()) return std::optional<vps::Method>{};
+  const auto method = vps::MethodFromName(name);
+  if (method) return method;
+  return core::Fail(core::ErrorCode::kInvalidInput, "--method is paper or fast, not '" + name + "'");
+}
+
 int RunCook(const Arguments& arguments) {
-  const auto parameters = ReadParameters(arguments);
+  auto parameters = ReadParameters(arguments);
   if (!parameters) return Complain("cook", parameters.error().detail, kBadUsage);
+  const auto method = ReadMethod(arguments);
+  if (!method) return Complain("cook", method.error().detail, kBadUsage);
+  parameters->method = method->value_or(vps::Method::kFast);
   int status = kHolds;
   for (const std::string& given : arguments.positional()) {
     const std::string path = FindScenario(given).string();
     std::error_code error;
     if (std::filesystem::is_directory(path, error) || std::filesystem::path(path).extension() == ".xml") {
-      const auto jobs = JobsOf(path, parameters->method);
+      const auto jobs = JobsOf(path, *method);
       if (!jobs) return Complain("cook", jobs.error().detail, kBadUsage);
       for (const Job& job : *jobs) status = std::max(status, CookOne(job));
       continue;
@@ -232,7 +239,7 @@ Verb CookVerb() {
           {{"--voxel_m", "SIZE", "edge of a voxel, m; none: no field side"},
            {"--points", "N", "points on the surface; none: no sampled side"},
            {"--sheet_thickness_m", "T", "the mesh is a sheet with two sides, T thick"},
-           {"--method", "paper|fast", "whose structures; default: paper"}},
+           {"--method", "paper|fast", "whose structures; default: the scenario's, of a mesh fast"}},
           RunCook,
           kCookDetails};
 }

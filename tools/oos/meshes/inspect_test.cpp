@@ -13,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 class InspectVerbTest : public testing::Test {
  protected:
@@ -100,6 +101,20 @@ TEST_F(InspectVerbTest, CookDescribesTheMeshAndCachesNothingOfABadOne) {
   EXPECT_THAT(text, HasSubstr("a sheet"));
   EXPECT_THAT(text, HasSubstr("thinnest wall: 2 mm"));
   EXPECT_THAT(text, HasSubstr("walls from 1 mm, gaps from 1 mm"));
+}
+
+// So that the run which follows finds them.
+TEST_F(InspectVerbTest, CookBuildsWhatTheScenarioRunsWith) {
+  setenv("VR_OOS_CACHE", (folder_ / "cache").c_str(), 1);
+  const std::string scenario = VR_OOS_SOURCE_DIR "/scenarios/touch";
+  const auto cook = [&](const std::vector<std::string>& words) {
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()}, words), kHolds);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_THAT(cook({"cook", scenario}), HasSubstr("built in"));
+  EXPECT_THAT(cook({"cook", scenario, "--method", "fast"}), Not(HasSubstr("built in")));
+  unsetenv("VR_OOS_CACHE");
 }
 
 }  // namespace
