@@ -121,6 +121,25 @@ TEST(GapQuery, ACornerUnderARoundBodyIsFeltBetweenItsFacesToo) {
   }
 }
 
+// A peg stands on the rim of a hole. The rim's corners are under its bottom, and far inside the planes of its side.
+TEST(GapQuery, ACornerUnderABottomIsNotBehindTheSide) {
+  GapEngine engine(MakeBlockWithHole(0.08, 0.04, 0.0105, 64), MakeCylinder(0.01, 0.06, 64), 5e-4, 4096);
+  CaseRandom random(7);
+  for (int i = 0; i < 60; ++i) {
+    const double turn = random.Uniform(-3.0, 3.0);
+    const double angle = random.Uniform(-3.0, 3.0);
+    const double aside_m = random.Uniform(0.002, 0.012);
+    for (const double gap_m : {-5.0 * kMicro, 5.0 * kMicro, 15.0 * kMicro}) {
+      core::Pose X_AB = Turned({0.0, 0.0, turn});
+      X_AB.translation = {aside_m * std::cos(angle), aside_m * std::sin(angle), 0.02 + 0.03 + gap_m};
+      engine.gaps.Clear();
+      engine.Query(X_AB);
+      ASSERT_FALSE(engine.gaps.planes.empty());
+      EXPECT_NEAR(engine.Gap_m(engine.Least()), gap_m, 2.0 * kMicro) << i;
+    }
+  }
+}
+
 // An edge of a peg of sixteen faces in the groove between two faces of a hole like it has the planes of both.
 TEST(GapQuery, APlaceInAGrooveHasAPlaneForEitherFace) {
   const double play_m = 5e-4;

@@ -9,15 +9,16 @@
 namespace vps {
 namespace {
 
-// Of pieces that share the nearest edge or corner the one whose plane is farthest from the point: squared distances get
-// so much of their part within the plane on top.
-constexpr double kBeside = 1e-6;
+// Squared distances that differ by less, relatively, are to one place: the rounding of pieces' corners to floats.
+constexpr double kSamePlace = 1e-6;
 
 struct Search {
   const SurfacePieces& pieces;
   glm::dvec3 p;
+  glm::dvec3 q;
   double squared;
   NearestPiece nearest;
+  double height_of_q = 0.0;  // above the nearest one's plane
 
   // The nearest spheres first, so that the others are passed over sooner.
   void MeetLevel(std::uint32_t level, std::uint32_t index) {
@@ -57,13 +58,17 @@ struct Search {
     const glm::dvec3 n = glm::cross(b - a, c - a);
     const double h = glm::dot(n, a);
     const double nn = glm::dot(n, n);
-    if (h > 0.0 || h * h >= squared * nn) return;
+    if (h > 0.0 || h * h >= squared * (1.0 + kSamePlace) * nn) return;
     const OnTriangle on = NearestOnTriangle(a, b, c, n);
     const double found = glm::dot(on.place, on.place);
-    const double beside = on.is_on_face ? 0.0 : std::max(found - h * h / nn, 0.0);
-    if (found + kBeside * beside >= squared) return;
-    squared = found + kBeside * beside;
-    nearest = {true, on.is_on_face, p + on.place, n / std::sqrt(nn)};
+    const double above = kSamePlace * squared;
+    if (found >= (nearest.is_found ? squared + above : squared)) return;
+    const glm::dvec3 outward = n / std::sqrt(nn);
+    const double height = glm::dot(q - p - a, outward);
+    if (nearest.is_found && found > squared - above && height <= height_of_q) return;
+    squared = std::min(found, squared);
+    nearest = {true, on.is_on_face, p + on.place, outward};
+    height_of_q = height;
   }
 
   static constexpr float kPad = 1.0f + 1e-5f;  // against the rounding of floats
@@ -71,11 +76,16 @@ struct Search {
 
 }  // namespace
 
-NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, double reach_m) noexcept {
+NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, const glm::dvec3& q,
+                              double reach_m) noexcept {
   if (pieces.num_levels == 0) return {};
-  Search search{pieces, p, reach_m * reach_m, {}};
+  Search search{pieces, p, q, reach_m * reach_m, {}};
   search.MeetLevel(pieces.num_levels - 1, 0);
   return search.nearest;
+}
+
+NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, double reach_m) noexcept {
+  return FindNearestPiece(pieces, p, p, reach_m);
 }
 
 }  // namespace vps

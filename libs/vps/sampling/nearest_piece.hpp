@@ -15,4 +15,8 @@ struct NearestPiece {
 // Of the pieces whose outer side the point is on. Not found: nothing within `reach_m`. Does not allocate.
 NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, double reach_m) noexcept;
 
+// The same; of pieces that meet at the nearest place, the one above whose plane q is highest.
+NearestPiece FindNearestPiece(const SurfacePieces& pieces, const glm::dvec3& p, const glm::dvec3& q,
+                              double reach_m) noexcept;
+
 }  // namespace vps

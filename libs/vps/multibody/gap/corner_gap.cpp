@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "vps/mesh/nearest_on_triangle.hpp"
 #include "vps/sampling/nearest_piece.hpp"
@@ -13,24 +14,25 @@ namespace {
 // farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
 constexpr double kAroundCorner = 2.0;
 
-// A corner of G over a face of S, seen from a point that is clear of S's surface. The normal is that face's. Over an
-// edge or a corner of S it is that of the face around whose plane the corner is highest above: in convex S of planes
-// with heights h_k the corner is at max h_k.
-Gap UnderFace(const GapScene& scene, const CornersBelow::Corner& corner) {
+constexpr double kStep = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
+
+// A corner of G over a face of S, seen along n from a point that is clear of S's surface. The normal is that face's.
+// Where faces of S meet over the corner it is that of the one above whose plane the corner is highest: of convex S with
+// planes at heights h_k it is at max h_k.
+Gap UnderFace(const GapScene& scene, const CornersBelow::Corner& corner, glm::dvec3 n) {
   const double voxel_m = scene.field.voxel_size_m;
   const double spacing = scene.S.spacing_m / voxel_m;
+  const glm::dvec3 corner_S = scene.InSample(corner.p);
   double back = SearchReach(std::min(corner.height, 0.0));
-  glm::dvec3 n = corner.n;
   for (int turn = 0; turn < kMostHops; ++turn) {
     const glm::dvec3 from_S = scene.InSample(corner.p - back * n);
-    const NearestPiece piece = FindNearestPiece(scene.S.pieces, from_S, (2.0 * back + spacing) * voxel_m);
+    const NearestPiece piece = FindNearestPiece(scene.S.pieces, from_S, corner_S, (2.0 * back + spacing) * voxel_m);
     if (!piece.is_found) return {};
     const glm::dvec3 before = n;
     n = -scene.X_GS.rotate(piece.outward);
     const glm::dvec3 p = (scene.X_GS * piece.place - scene.field.origin_m) / voxel_m;
     const double height = glm::dot(p - corner.p, n);
     if (turn > 0 && glm::dot(n, before) > 1.0 - 0.5 * kSlope * kSlope) return {true, corner.p + height * n, n, height};
-    // No farther from S than is clear: from there the faces that meet under the corner do not look alike.
     back = std::max(-height, 0.0) + kClear;
   }
   return {};
@@ -44,14 +46,33 @@ bool IsNear(const FacetsAround::Facet& facet, const glm::dvec3& p, double reach)
   return glm::dot(q, q) < reach * reach;
 }
 
+// Of the faces of G around its corner, by their angles there.
+glm::dvec3 MeanNormal(const FacetsAround& around, const glm::dvec3& corner) {
+  glm::dvec3 sum(0.0);
+  for (const FacetsAround::Facet& facet : around.facets()) {
+    if (!IsNear(facet, corner, kStep)) continue;
+    const auto& [a, b, c] = facet.corners;
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    double angle = std::numbers::pi;  // in the middle of a side
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3& at = facet.corners[k];
+      if (glm::length(at - corner) > kStep) continue;
+      const glm::dvec3 u = facet.corners[(k + 1) % 3] - at;
+      const glm::dvec3 v = facet.corners[(k + 2) % 3] - at;
+      angle = std::atan2(glm::length(glm::cross(u, v)), glm::dot(u, v));
+    }
+    const double length = glm::length(normal);
+    if (length > 0.0) sum += angle / length * normal;
+  }
+  return sum;
+}
+
 // The direction next to n in which G's corner can carry: all of G around it lies on or below the plane across it. On a
 // flat part of G that is the face's normal, on a straight edge it is across the edge. Each way up is projected off, and
 // the passes repeat because one projection may raise another way.
-glm::dvec3 Carrying(const DistanceField& field, const glm::dvec3& corner, glm::dvec3 n, FacetsAround* around) {
-  constexpr double kStep = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
-  around->Gather(field.triangles(), corner, kStep);
+glm::dvec3 Carrying(const FacetsAround& around, const glm::dvec3& corner, glm::dvec3 n) {
   for (int pass = 0; pass < kMostHops; ++pass) {
-    for (const FacetsAround::Facet& facet : around->facets()) {
+    for (const FacetsAround::Facet& facet : around.facets()) {
       if (!IsNear(facet, corner, kStep)) continue;
       for (const glm::dvec3& other : facet.corners) {
         const glm::dvec3 way = other - corner;
@@ -66,14 +87,23 @@ glm::dvec3 Carrying(const DistanceField& field, const glm::dvec3& corner, glm::d
 
 }  // namespace
 
-void CornersBelow::Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place) {
-  const double reach = kAroundCorner * scene.S.spacing_m / scene.field.voxel_size_m;
+void CornersBelow::Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place, const Gap& gap) {
   for (const glm::dvec3& corner : facet.corners) {
-    const glm::dvec3 way = place.p - corner;
-    const double height = glm::dot(way, place.inward);
-    if (height >= kExactWithin || glm::dot(way, way) - height * height > reach * reach) continue;
-    const auto* known = std::find_if(corners.begin(), corners.end(), [&](const Corner& c) { return c.p == corner; });
-    if (known == corners.end()) corners.push_back({corner, place.inward, height});
+    Add(scene, {corner, place.inward, glm::dot(place.p - corner, place.inward)}, place.p);
+    if (gap.is_found) Add(scene, {corner, gap.n, glm::dot(gap.p - corner, gap.n)}, gap.p);
+  }
+}
+
+// Of several places of S over a corner the one above whose plane it is highest, as in UnderFace.
+void CornersBelow::Add(const GapScene& scene, const Corner& corner, const glm::dvec3& p) {
+  const double reach = kAroundCorner * scene.S.spacing_m / scene.field.voxel_size_m;
+  const glm::dvec3 way = p - corner.p;
+  if (corner.height >= kExactWithin || glm::dot(way, way) > reach * reach) return;
+  auto* const known = std::find_if(corners.begin(), corners.end(), [&](const Corner& c) { return c.p == corner.p; });
+  if (known == corners.end()) {
+    corners.push_back(corner);
+  } else if (corner.height > known->height) {
+    *known = corner;
   }
 }
 
@@ -85,9 +115,12 @@ std::uint32_t NameOfCorner(const glm::dvec3& corner) {
 }
 
 Gap MeasureCorner(const GapScene& scene, const CornersBelow::Corner& corner, FacetsAround* around) {
-  Gap gap = UnderFace(scene, corner);
+  around->Gather(scene.field.triangles(), corner.p, kStep);
+  const glm::dvec3 sum = MeanNormal(*around, corner.p);
+  const bool is_known = glm::length(sum) > kSlope;  // else more faces than are gathered meet there
+  Gap gap = UnderFace(scene, corner, is_known ? glm::normalize(sum) : corner.n);
   if (!gap.is_found || gap.height >= kExactWithin) return {};
-  const glm::dvec3 n = Carrying(scene.field, corner.p, gap.n, around);
+  const glm::dvec3 n = Carrying(*around, corner.p, gap.n);
   const double cosine = glm::dot(n, gap.n);
   if (cosine < std::cos(Beside_rad(scene.S))) return {};
   gap.height /= cosine;  // to the plane of S's face, along n

@@ -9,17 +9,20 @@ namespace vps {
 // Corners of G that are measured: not derived, the time for a cycle bounds them.
 constexpr std::size_t kMostCorners = 32;
 
-// Corners of G's triangles below places of S, with the normal of the place.
+// Corners of G's triangles below places of S.
 struct CornersBelow {
   struct Corner {
     glm::dvec3 p;
-    glm::dvec3 n;
-    double height = 0.0;  // of the place
+    glm::dvec3 n;         // of the plane of S above which it is highest
+    double height = 0.0;  // of that plane
   };
   core::FixedVector<Corner, kMostCorners> corners;
 
-  // Those of a triangle that are near a place, and not far below it.
-  void Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place);
+  // Those of a triangle that are near a place, or near its gap, and not far below.
+  void Add(const GapScene& scene, const NearestFacet& facet, const PlaceInG& place, const Gap& gap);
+
+ private:
+  void Add(const GapScene& scene, const Corner& corner, const glm::dvec3& p);
 };
 
 // A corner of G has a name where a place of S has its number. Distinct corners of one surface hardly ever have the same

@@ -82,7 +82,7 @@ Gaps ByFacets(const GapScene& scene, const PlaceInG& place, FacetsAround* around
   if (!is_flat) {
     if (!facet.is_found) return gaps;
     if (!gaps.least.is_found) gaps.least = ToFacet(facet, place);
-    below->Add(scene, facet, place);
+    below->Add(scene, facet, place, gaps.least);
   }
   if (gaps.least.is_found && face.is_found && gaps.least.height < kExactWithin) {
     gaps.other = OverOtherFace(place, gaps.least, face, around);
