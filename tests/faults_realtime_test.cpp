@@ -10,7 +10,7 @@
 
 #include "core/clock.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 #include <unistd.h>
 
@@ -17,8 +17,8 @@
 #include "tiles/seats.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
-#include "tools/oos/run/log_tail.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/log_tail.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 namespace oos {
 namespace {
