@@ -1,7 +1,7 @@
 #!/bin/sh
 # node_test.sh FOLDER TEST [OTHER_FOLDER...]: runs FOLDER/TEST with the packages that each folder's package-lock.json
 # names; missing ones are installed. Exit status 77 (skipped) when they are missing and npm's registry is unreachable, or
-# when a program of $NEEDS is missing.
+# when a program of $NEEDS is missing. The test ends when whoever started this ends.
 set -eu
 for program in ${NEEDS:-}; do
   [ -x "$program" ] || { echo "SKIPPED: $program is missing; ./dev test installs it (apt-test.txt)"; exit 77; }
@@ -24,4 +24,4 @@ for each in "$folder" "$@"; do
 done
 exec 9<&-
 cd "$folder"
-exec node --test "$test"
+exec setpriv --pdeathsig TERM -- node "$test"

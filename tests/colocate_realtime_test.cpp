@@ -17,7 +17,7 @@
 #include "replay/platform.hpp"
 #include "replay/step_codec.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

@@ -15,7 +15,7 @@
 #include "bus/topics.hpp"
 #include "device/calibration.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 #include "tools/process/group.hpp"
 #include "tools/process/piped_child.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "nodes/lockstep/replay_steps.hpp"
 #include "tests/support.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "tests/support.hpp"
 #include "tests/support/acceptance.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

@@ -18,7 +18,7 @@
 #include "core/clock.hpp"
 #include "tests/support.hpp"
 #include "tests/support/bus_watch.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

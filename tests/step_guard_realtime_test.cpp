@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tests/support.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace system_tests {
 namespace {

@@ -204,8 +204,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
       bus::Observation seen;
       while (node_->PollObservation(&seen)) EXPECT_TRUE(bus::DecodeState(seen.payload, &shown_[seen.topic]));
       core::Event event;
-      while (node_->PollEvent(&event)) {
-      }
+      while (node_->PollEvent(&event)) heard_.push_back(event);
       if (holds()) return 1e-9 * static_cast<double>(core::MonotonicNow_ns() - start_ns);
     }
     return std::nullopt;
@@ -228,6 +227,11 @@ class VisualNode : public testing::TestWithParam<Kind> {
     return PublishUntil([&] { return ShowsTheContent(viewer); }).has_value();
   }
 
+  [[nodiscard]] bool HasHeard(const std::string& event, const std::string& about) const {
+    return std::any_of(heard_.begin(), heard_.end(),
+                       [&](const core::Event& heard) { return heard.name == event && heard.detail == about; });
+  }
+
   void End(const std::string& suffix, int signal) {
     ASSERT_EQ(kill(pid_of_["visual_node" + suffix], signal), 0);
     ASSERT_TRUE(PublishUntil([&] {
@@ -247,6 +251,7 @@ class VisualNode : public testing::TestWithParam<Kind> {
   bus::StateWriter<core::LogicStatus> logic_;
   std::unique_ptr<ShownContent> content_;
   double wanted_ = 0.0;
+  std::vector<core::Event> heard_;             // since the start
   std::map<std::string, bus::Figures> shown_;  // by topic
   std::map<std::string, pid_t> pid_of_;
   process::Group viewers_;

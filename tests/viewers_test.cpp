@@ -1,6 +1,9 @@
 // Requirements on every visual node, whatever it draws with. The viewers are real processes; the test plays the rest of
 // the system. A viewer publishes a digest of what it shows among its figures (view/scene_digest.hpp).
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <array>
 
 #include "bus/accounts/reported_accounts.hpp"
@@ -57,6 +60,16 @@ TEST_P(VisualNode, EndsCleanlyOnSigterm) {
   EXPECT_TRUE(viewers_.children().front().exit->is_clean()) << viewers_.children().front().exit->Describe();
 }
 
+// It is on nobody's list of lost nodes.
+TEST_P(VisualNode, SaysGoodbyeOnSigterm) {
+  if (GetParam() == Kind::kText) GTEST_SKIP() << "an observer: nobody is told when it leaves";
+  const std::string viewer = StartViewer();
+  ASSERT_TRUE(Shows(viewer));
+  End("", SIGTERM);
+  EXPECT_TRUE(PublishUntil([&] { return HasHeard("node_left", viewer); }));
+  EXPECT_FALSE(HasHeard("node_lost", viewer));
+}
+
 // Whoever stops it may not wait for its last pictures.
 TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
   if (!draws()) GTEST_SKIP() << "this viewer writes no files";
@@ -66,6 +79,26 @@ TEST_P(VisualNode, WritesItsFiguresBeforeItsLastPictures) {
   const auto written = [&](const char* file) { return std::filesystem::last_write_time(out_ / viewer / file); };
   EXPECT_LE(written("visual_node.json"), written("frames/step_1.png"));
   EXPECT_LE(written("latency_visual.csv"), written("frames/step_1.png"));
+}
+
+// A node that is on the bus and only draws would seem to be stalled, and lost when it is killed meanwhile. The picture
+// is a pipe, which blocks whoever writes it until somebody reads.
+TEST_P(VisualNode, LeavesTheBusBeforeItsLastPictures) {
+  if (!draws()) GTEST_SKIP() << "this viewer writes no files";
+  const std::filesystem::path pipe = out_ / "visual_node-piped" / "frames" / "step_1.png";
+  std::filesystem::create_directories(pipe.parent_path());
+  std::filesystem::remove(pipe);
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::string viewer = StartViewer("-piped");
+  ASSERT_TRUE(Shows(viewer));
+  ASSERT_EQ(kill(pid_of_[viewer], SIGTERM), 0);
+  EXPECT_TRUE(PublishUntil([&] { return HasHeard("node_left", viewer); }));
+  viewers_.Reap();
+  EXPECT_TRUE(viewers_.IsRunning(viewer));
+  const int picture = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  End("-piped", SIGTERM);
+  close(picture);
+  EXPECT_TRUE(viewers_.children().front().exit->is_clean()) << viewers_.children().front().exit->Describe();
 }
 
 // Operator and teacher: each has its own view of the run, and no message is lost between all these ends without being

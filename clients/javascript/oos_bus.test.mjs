@@ -1,7 +1,6 @@
 // The JavaScript client against the vectors, and against a live node in C++ (environment variable CLIENTS_PEER).
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { chmodSync, chownSync, mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync, symlinkSync, unlinkSync,
   writeFileSync } from "node:fs";
@@ -13,6 +12,7 @@ import { fileURLToPath } from "node:url";
 import { LATEST, Node as BusNode, canonical, create, digestOf, hash32, matches, message, readEnvelope, runningSession,
   toBinary, typeOf, writeEnvelope } from "./oos_bus.mjs";
 import { loadKeys, makeOpener, makeSealer, senderKey, z85 } from "./security.mjs";
+import { spawnBound } from "./testing/spawn_bound.mjs";
 
 const vectors = (name) => JSON.parse(readFileSync(new URL(`../vectors/${name}`, import.meta.url), "utf8"));
 const fromHex = (hex) => Buffer.from(hex, "hex");
@@ -152,7 +152,7 @@ test("keys of another user are refused", { skip: process.geteuid() !== 0 && "onl
 let session;  // the peer's, as `oos run` notes down its own
 
 async function withPeer(words, body) {
-  const peer = spawn(process.env.CLIENTS_PEER, words, { stdio: ["ignore", "pipe", "inherit"] });
+  const peer = spawnBound(process.env.CLIENTS_PEER, words, { stdio: ["ignore", "pipe", "inherit"] });
   const exit = once(peer, "exit");
   const lines = createInterface({ input: peer.stdout });
   const said = [];
@@ -323,7 +323,7 @@ function runExample(name, ...words) {
   const folder = mkdtempSync(path.join(tmpdir(), "clients-"));
   mkdirSync(path.join(folder, "vr_oos"), { mode: 0o700 });
   writeFileSync(path.join(folder, "vr_oos", "session.json"), session);
-  const example = spawn(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
+  const example = spawnBound(process.execPath, [fileURLToPath(new URL(name, import.meta.url)), ...words],
     { stdio: ["ignore", "pipe", "inherit"],
       env: { ...process.env, XDG_RUNTIME_DIR: folder, OOS_MACHINE_ID: "elsewhere" } });
   let said = "";

@@ -5,6 +5,17 @@
 #include "collision/load_masses.hpp"
 
 namespace device_bridge {
+namespace {
+
+// Mass and its centre, as the weight depends on no more.
+void AddSheet(const scene::Sheet& sheet, physics::MassProperties* of) {
+  const double sheet_kg = sheet.density_kg_per_m2 * sheet.size_x_m * sheet.size_y_m;
+  const double sum_kg = of->mass_kg + sheet_kg;
+  of->p_OCm_m = (of->mass_kg * of->p_OCm_m + sheet_kg * sheet.X_OS.translation) / sum_kg;
+  of->mass_kg = sum_kg;
+}
+
+}  // namespace
 
 core::Result<ReleasedWeight> ReleasedWeight::Create(const scene::Scenario& scenario) {
   ReleasedWeight weight;
@@ -13,6 +24,11 @@ core::Result<ReleasedWeight> ReleasedWeight::Create(const scene::Scenario& scena
   auto masses = collision::LoadMasses(scenario);
   if (!masses) return tl::unexpected(masses.error());
   weight.masses_ = std::move(*masses);
+  for (std::size_t i = 0; i < weight.masses_.size(); ++i) {
+    const scene::Object& object = scenario.objects[i];
+    if (object.owner != scene::Owner::kPhysics || !object.sheet || !object.sheet->is_active) continue;
+    AddSheet(*object.sheet, &weight.masses_[i]);
+  }
   return weight;
 }
 

@@ -12,6 +12,9 @@ namespace device_bridge {
 // What bodies have given by sinking in gravity. A hand that lowers a part gets work that no hand has put in: it was in
 // the part's height when the run began.
 //
+// A sheet counts as a part of the object that it is sewn to, at its middle, as if it did not bend: what it gives by
+// hanging down becomes heat, and its nodes are not on the way to the bridge. Only sheets that are active at the start.
+//
 // A state is late, so the account leads it by as much as changed in its last steps. Update is real-time safe.
 class ReleasedWeight {
  public:
@@ -27,7 +30,7 @@ class ReleasedWeight {
   [[nodiscard]] double PotentialEnergy_J(const core::PhysicsState& state) const noexcept;
 
   glm::dvec3 gravity_W_m_per_s2_{0.0};
-  std::vector<physics::MassProperties> masses_;  // per object; empty without gravity
+  std::vector<physics::MassProperties> masses_;  // per object, with its sheet; empty without gravity
   bool has_begun_ = false;
   double start_J_ = 0.0;
   double before_J_ = 0.0;

@@ -106,7 +106,8 @@ void LogicNode::UpdateLostNodes(const Inputs& inputs) {
   for (const core::Event& event : inputs.events) {
     const auto lost = std::find(lost_nodes_.begin(), lost_nodes_.end(), event.detail);
     if (event.name == "node_found" && lost != lost_nodes_.end()) lost_nodes_.erase(lost);
-    const bool is_missing = event.name == "node_lost" || event.name == "node_left";
+    // A viewer may leave at any time, and no other may come in its place.
+    const bool is_missing = event.name == "node_lost" || (event.name == "node_left" && IsNeeded(event.detail));
     if (is_missing && lost == lost_nodes_.end()) lost_nodes_.push_back(event.detail);
     if (event.name != kNodeGone || status_.is_final || status_.is_failed || !IsNeeded(event.detail)) continue;
     const StepTimes* step = ActiveStep();

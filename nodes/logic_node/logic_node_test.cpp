@@ -216,6 +216,15 @@ TEST_F(LogicNodeTest, ALostNodeIsReportedAndAGoneOneFailsTheProcedure) {
   EXPECT_THAT(outputs_.status.hint, HasSubstr("physics_node is lost"));
 }
 
+TEST_F(LogicNodeTest, AViewerThatLeavesIsNotLost) {
+  Load(kProcedure);
+  Step();
+  inputs_.events.push_back({0, "bus", "node_left", "visual_node-7"});
+  EXPECT_EQ(Step().hint, "Switch it off");
+  inputs_.events.push_back({0, "bus", "node_left", "haptic_node"});
+  EXPECT_EQ(Step().hint, "haptic_node is lost; Switch it off");
+}
+
 TEST_F(LogicNodeTest, AStepDoesNotStallWhileANodeThatItNeedsIsLost) {
   Load(kProcedure);
   const auto limit_ns = static_cast<std::int64_t>(scenario_.stall_limit_s * 1e9);

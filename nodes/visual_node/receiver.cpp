@@ -70,6 +70,12 @@ void Receiver::Stop() {
   recorder_.reset();
 }
 
+void Receiver::Leave() {
+  Stop();
+  feed_.reset();
+  node_.reset();
+}
+
 // A full disk ends the recording, not the viewer.
 void Receiver::RecordScene(std::int64_t now_ns) {
   if (recorder_ == nullptr) return;

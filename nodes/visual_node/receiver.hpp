@@ -48,6 +48,8 @@ class Receiver {
   // Viewers of one session need different names.
   core::Result<void> Start(const bus::NodeOptions& options);
   void Stop();
+  // Says goodbye to the other nodes. Afterwards there is what was received, but no counters and bounds.
+  void Leave();
 
   // Drawing thread: takes the newest scene. True when it is newer than the one before.
   bool Update() { return newest_.Update(); }

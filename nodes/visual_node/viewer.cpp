@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -507,10 +506,8 @@ class Viewer {
     summary_.draw.Add(done_ns - frame.start_ns);
     if (is_new_scene_) {
       core::Trace trace = frame.scene->through_physics;
-      // A stamp says 2.1 s at most; a picture that took longer would seem to have come before its state.
-      const std::int64_t latest_ns = trace.origin_ns + std::numeric_limits<std::int32_t>::max();
-      trace.Add(core::Stage::kFrameStart, std::min(frame.start_ns, latest_ns));
-      trace.Add(core::Stage::kFrameDone, std::min(done_ns, latest_ns));
+      trace.Add(core::Stage::kFrameStart, frame.start_ns);
+      trace.Add(core::Stage::kFrameDone, done_ns);
       log_.AddFrame(trace);
     }
     ++frames_in_window_;
@@ -546,10 +543,12 @@ class Viewer {
     glfwSwapBuffers(context_->window());
   }
 
-  // Figures first: whoever stops this process does not wait long, and pictures take long on a busy machine.
+  // Pictures last: they take long on a busy machine, so that a node that is still on the bus would seem to be stalled,
+  // or lost when whoever stops it does not wait.
   core::Result<void> Finish() {
     film_.reset();
     core::Result<void> result = FinishFigures();
+    receiver_.Leave();
     if (auto kept = FinishPictures(); !kept && result) result = kept;
     // A virtual display may have been stopped together with this node; closing the window would then abort the process.
     if (options_.is_headless) context_->LeaveToKernel();

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "tests/lab/lab_support.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 #include "tools/process/group.hpp"
 #include "tools/process/piped_child.hpp"
 

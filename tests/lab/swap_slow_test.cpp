@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/lab/survive.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 namespace system_tests {
 namespace {

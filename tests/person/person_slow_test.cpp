@@ -9,7 +9,7 @@
 
 #include "scene/load_scenario.hpp"
 #include "tests/person/person.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace person_tests {
 namespace {

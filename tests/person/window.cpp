@@ -14,7 +14,7 @@
 
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 namespace person_tests {
 namespace {

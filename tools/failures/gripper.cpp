@@ -44,6 +44,15 @@ void AddGripPairs(SceneKit* kit, std::uint16_t object) {
   }
 }
 
+std::uint16_t AddHeldBox(SceneKit* kit, const core::Pose& X_WD, const glm::dvec3& size_m, double mass_kg,
+                         double voxel_m, std::uint32_t num_points) {
+  AddGripper(kit, X_WD, size_m.x);
+  const auto mesh = MakeBoxAt(size_m, {0.0, 0.0, kHeldTop_m - 0.5 * size_m.z});
+  const auto box = kit->AddBody(mesh, X_WD, mass_kg, voxel_m, num_points);
+  AddGripPairs(kit, box);
+  return box;
+}
+
 void Grip(Loop* loop, const core::Pose& X_WD, double width_m, double squeeze_m) {
   for (int i = 0; i <= kClosing_ticks + kSettling_ticks; ++i) {
     const double open = std::max(0.0, 1.0 - static_cast<double>(i) / kClosing_ticks);

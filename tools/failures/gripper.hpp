@@ -18,6 +18,10 @@ void AddGripper(SceneKit* kit, const core::Pose& X_WD, double width_m);
 // Pairs of the gripper's parts with an object, so that it can be held.
 void AddGripPairs(SceneKit* kit, std::uint16_t object);
 
+// A gripper, and between its jaws a box as wide as `size_m`.x, which hangs down from kHeldTop_m. Returns the box.
+std::uint16_t AddHeldBox(SceneKit* kit, const core::Pose& X_WD, const glm::dvec3& size_m, double mass_kg,
+                         double voxel_m, std::uint32_t num_points);
+
 constexpr double kSqueeze_m = 1e-4;  // of each jaw, closed
 
 // Closes the jaws of a gripper at rest on what is `width_m` wide, and waits until all is still. An error of the program

@@ -20,6 +20,11 @@ void SleepMilliseconds(long milliseconds) {
   nanosleep(&pause, nullptr);
 }
 
+// No names: all.
+bool IsMeant(const Group::Child& child, const std::vector<std::string>& names) {
+  return !child.exit && (names.empty() || std::find(names.begin(), names.end(), child.name) != names.end());
+}
+
 }  // namespace
 
 core::Result<pid_t> Group::Spawn(const Command& command) {
@@ -67,18 +72,21 @@ bool Group::IsRunning(const std::string& name) const {
   return std::any_of(children_.begin(), children_.end(), [&](const Child& c) { return c.name == name && !c.exit; });
 }
 
+void Group::Terminate(const std::vector<std::string>& names) {
+  Reap();  // what has ended gets no signal: another process may have its number
+  for (const Child& child : children_) {
+    if (IsMeant(child, names)) kill(child.pid, SIGTERM);
+  }
+}
+
 std::vector<std::string> Group::StopAll(double patience_s, const std::vector<std::string>& names) {
-  const auto is_meant = [&](const Child& child) {
-    return !child.exit && (names.empty() || std::find(names.begin(), names.end(), child.name) != names.end());
-  };
+  const auto is_meant = [&](const Child& child) { return IsMeant(child, names); };
   const auto any_left = [&] {
     Reap();
     return std::any_of(children_.begin(), children_.end(), is_meant);
   };
   if (any_left()) {
-    for (const Child& child : children_) {
-      if (is_meant(child)) kill(child.pid, SIGTERM);
-    }
+    Terminate(names);
     const std::int64_t deadline = core::MonotonicNow_ns() + static_cast<std::int64_t>(patience_s * 1e9);
     while (any_left() && core::MonotonicNow_ns() < deadline) SleepMilliseconds(5);
   }

@@ -32,6 +32,8 @@ class Group {
   [[nodiscard]] const std::vector<Child>& children() const { return children_; }
   [[nodiscard]] bool IsRunning(const std::string& name) const;
 
+  // SIGTERM to the children named (all when empty). Does not wait.
+  void Terminate(const std::vector<std::string>& names = {});
   // SIGTERM to the children named (all when empty) and waits up to `patience_s`; then SIGKILL to what is left. Returns
   // the names that had to be killed. With an empty list nothing of the group is alive afterwards.
   std::vector<std::string> StopAll(double patience_s, const std::vector<std::string>& names = {});

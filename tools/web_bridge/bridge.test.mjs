@@ -2,6 +2,7 @@
 // the program, beside the nodes.
 
 import assert from "node:assert/strict";
+import { once } from "node:events";
 import { statSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
@@ -68,6 +69,19 @@ test("a client that joins late receives the procedure's state", PATIENCE, async 
   let status;
   await receive(["logic/status"], (_, message) => (status = message).step !== "");
   assert.ok(["press", "slide", "edge", "push_block"].includes(status.step), status.step);
+});
+
+test("a bridge ends with the test that started it, also with one that is killed", PATIENCE, async () => {
+  const equipment = new URL("./testing/processes.mjs", import.meta.url);
+  const starter = processes.start(process.execPath, ["--input-type=module", "--eval", `
+    process.env.TMPDIR = process.cwd();
+    const { Processes } = await import("${equipment}");
+    console.log((await new Processes().startBridge("touch")).websocket);`]);
+  const url = await processes.lineOf(starter, (line) => line.startsWith("ws:"));
+  const socket = new WebSocket(url, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+  await once(socket, "open", PATIENCE);
+  starter.kill("SIGKILL");
+  await once(socket, "close", PATIENCE);
 });
 
 // Waits for a message of a JSON channel that is good.

@@ -1,7 +1,6 @@
 // The bridge survives malformed messages of a node. Environment variable CLIENTS_PEER: a registry and a node.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -12,6 +11,7 @@ import { fileURLToPath } from "node:url";
 import protocol from "@foxglove/ws-protocol";
 import WebSocket from "ws";
 import { LATEST, Node, digestOf, hash32, message, typeOf, writeEnvelope } from "../../clients/javascript/oos_bus.mjs";
+import { spawnBound } from "../../clients/javascript/testing/spawn_bound.mjs";
 
 const PATIENCE = { signal: AbortSignal.timeout(100_000) };
 const HAND = "device/left/state";
@@ -30,14 +30,14 @@ test("a malformed payload, or one about an unknown object, does not end the brid
   const folder = mkdtempSync(path.join(tmpdir(), "web_bridge-"));
   writeFileSync(path.join(folder, "oos"), `#!/bin/sh\necho '${JSON.stringify(DESCRIPTION)}'\n`, { mode: 0o700 });
   writeFileSync(path.join(folder, "scene_stream"), "#!/bin/sh\nexec sleep 1000\n", { mode: 0o700 });
-  const peer = spawn(process.env.CLIENTS_PEER, [], { stdio: ["ignore", "pipe", "inherit"] });
+  const peer = spawnBound(process.env.CLIENTS_PEER, [], { stdio: ["ignore", "pipe", "inherit"] });
   const children = [peer];
   t.after(() => {
     for (const child of children) child.kill("SIGKILL");
     rmSync(folder, { recursive: true });
   });
   const where = await firstLineOf(peer);
-  const bridge = spawn(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), folder, "--programs", folder,
+  const bridge = spawnBound(process.execPath, [fileURLToPath(new URL("bridge.mjs", import.meta.url)), folder, "--programs", folder,
     "--registry", where.registry, "--session", where.session, "--port", "0"],
   { stdio: ["ignore", "pipe", "inherit"] });
   children.push(bridge);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "core/fixed_vector.hpp"
 
@@ -26,7 +28,7 @@ enum class Stage : std::uint8_t {
 
 struct Stamp {
   Stage stage{};
-  std::int32_t offset_ns = 0;  // since Trace::origin_ns
+  std::int32_t offset_ns = 0;  // since Trace::origin_ns; 2.1 s stand for all that is later
 };
 
 constexpr std::size_t kMaxStamps = 16;
@@ -40,7 +42,14 @@ struct Trace {
 
   [[nodiscard]] bool valid() const { return id != 0; }
   void Add(Stage stage, std::int64_t now_ns) {
-    if (valid()) stamps.push_back({stage, static_cast<std::int32_t>(now_ns - origin_ns)});
+    if (valid()) stamps.push_back({stage, Offset_ns(now_ns)});
+  }
+
+ private:
+  // A wrapped offset would seem to lie before the stamps in front of it.
+  [[nodiscard]] std::int32_t Offset_ns(std::int64_t now_ns) const {
+    using Range = std::numeric_limits<std::int32_t>;
+    return static_cast<std::int32_t>(std::clamp<std::int64_t>(now_ns - origin_ns, Range::min(), Range::max()));
   }
 };
 

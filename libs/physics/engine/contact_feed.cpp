@@ -21,7 +21,10 @@ glm::dvec3 Slip_W(const core::ContactPlane& plane, const core::Pose& X_WS, const
 }  // namespace
 
 ContactFeed::ContactFeed(btDispatcher* dispatcher, btRigidBody* sampled, btRigidBody* field, ContactKind kind)
-    : sampled_(sampled), field_(field), kind_(kind) {
+    : sampled_(sampled),
+      field_(field),
+      kind_(kind),
+      softness_(HardSoftness(sampled->isKinematicObject() || field->isKinematicObject())) {
   for (btPersistentManifold*& manifold : manifolds_) {
     manifold = dispatcher->getNewManifold(sampled, field);
     manifold->setContactBreakingThreshold(1e9);
@@ -110,6 +113,7 @@ void ContactFeed::Inject(const core::Pose& X_WS, const core::Pose& X_WG, double 
     point.m_combinedSpinningFriction = 0.0;
     point.m_combinedRestitution = 0.0;
     laws_[at] = {gaps[at], k, gaps[at] <= 0.0 ? d : 0.0, total_stiffness, kind_, planes_[at].friction_W_Ns};
+    laws_[at].softness = softness_;
     if (kind_ == ContactKind::kElastic) laws_[at].slip_W_m = Slip_W(plane, X_WS, X_WG);
     point.m_distance1 = gaps[at];
     point.m_userPersistentData = &laws_[at];

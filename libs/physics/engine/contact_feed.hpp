@@ -89,6 +89,7 @@ class ContactFeed {
   int num_planes_ = 0;
   int num_injected_ = 0;
   ContactKind kind_ = ContactKind::kCompliant;
+  double softness_ = 0.0;  // of a hard contact
   double damping_ = 0.0;
   double friction_ = 0.0;
   double paid_J_ = 0.0;

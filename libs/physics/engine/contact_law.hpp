@@ -16,6 +16,7 @@ struct ContactLaw {
   ContactKind kind = ContactKind::kCompliant;  // hard: no spring, but a condition on the speed at the end of the step
   glm::dvec3 friction_W_Ns{0.0};               // impulse on S of the last step, for the warm start
   glm::dvec3 slip_W_m{0.0};                    // elastic: of S along the plane, from where it sticks
+  double softness = 0.0;                       // hard: compliance relative to the row's inverse mass
   double paid_share = 1.0;                     // of what the springs hold, that work has put into them
 };
 
@@ -63,5 +64,9 @@ double ImplicitShare(double pair_stiffness_N_per_m, double inverse_mass_per_kg, 
 // Smallest normal speed of a hard contact at the end of the step: -g / dt for a gap g > 0, so that the bodies at most
 // touch; for an overlap min(-0.2 g / dt, 20 mm/s), since bodies that are pushed out keep that speed.
 double HardSpeed_m_per_s(double gap_m, double dt_s);
+
+// Share of the speed that a hard contact should change and leaves, by the force that it exerts: contacts that
+// contradict each other get a bounded force by it.
+double HardSoftness(bool is_of_hand);
 
 }  // namespace physics

@@ -17,9 +17,6 @@ constexpr int kGuesses = 4;
 // Softness added to a row whose law has slope 0, relative to its effective mass: Bullet divides by it. It changes
 // forces by one part in 10^9.
 constexpr double kLeastSlope = 1e-9;
-// Compliance of hard contacts relative to the row's inverse mass: bounds the force of contradicting contacts (a body
-// between two hands). A free choice: the error of other contacts is one part in 10^6, and larger ones press less.
-constexpr double kHardSoftness = 1e-6;
 
 double StartSpeed(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
   return Along(row.m_contactNormal1, row.m_relpos1CrossNormal, a.m_linearVelocity, a.m_angularVelocity) +
@@ -75,9 +72,9 @@ void RowSolver::SetLine(ContactRow* made, double at_m_per_s, btSolverConstraint*
   const ContactRow& from = *made;
   const double W = from.inverse_mass_per_kg;
   if (from.law->kind == ContactKind::kHard) {
-    const double D = 1.0 / (W * (1.0 + kHardSoftness));
+    const double D = 1.0 / (W * (1.0 + from.law->softness));
     row->m_jacDiagABInv = D;
-    row->m_cfm = kHardSoftness / (1.0 + kHardSoftness);
+    row->m_cfm = from.law->softness / (1.0 + from.law->softness);
     row->m_rhs = D * (HardSpeed_m_per_s(from.law->gap_m, dt_s_) - from.free_m_per_s);
     return;
   }

@@ -23,11 +23,7 @@ core::Pose HandPose() {
 }
 
 std::uint16_t AddHeldPart(SceneKit* kit, std::uint32_t num_points) {
-  AddGripper(kit, HandPose(), kWidth_m);
-  const auto mesh = MakeBoxAt(kPart_m, {0.0, 0.0, kHeldTop_m - 0.5 * kPart_m.z});
-  const auto part = kit->AddBody(mesh, HandPose(), kMass_kg, 1e-3, num_points);
-  AddGripPairs(kit, part);
-  return part;
+  return AddHeldBox(kit, HandPose(), kPart_m, kMass_kg, 1e-3, num_points);
 }
 
 // ---- Inertia
@@ -140,10 +136,7 @@ Gripped HoldByFriction() {
   kit.scenario.coupling.is_grip_by_friction = true;
   core::Pose X_WD{{1, 0, 0, 0}, {0.0, 0.0, kPart_m.z - kHeldTop_m}};
   const auto table = kit.AddFixed(vps::MakeBox({0.2, 0.2, 0.02}), {{1, 0, 0, 0}, {0, 0, -0.01}}, 1e-3);
-  AddGripper(&kit, X_WD, kWidth_m);
-  const auto part =
-      kit.AddBody(MakeBoxAt(kPart_m, {0.0, 0.0, kHeldTop_m - 0.5 * kPart_m.z}), X_WD, kHeld_kg, 1e-3, 4096);
-  AddGripPairs(&kit, part);
+  const auto part = AddHeldBox(&kit, X_WD, kPart_m, kHeld_kg, 1e-3, 4096);
   kit.AddPair(part, table);
   // Each jaw holds mu k d of the weight.
   const scene::Coupling& coupling = kit.scenario.coupling;

@@ -33,11 +33,8 @@ Squeezed PressLightPart() {
   SceneKit kit(Variants().back());
   const auto table = kit.AddFixed(vps::MakeBox({0.2, 0.2, 0.02}), At(-0.01), kVoxel_m);
   core::Pose X_WD = At(kHeight_m + kAbove_m + 0.08 - kHeldTop_m);
-  AddGripper(&kit, X_WD, kWidth_m);
-  const auto heavy =
-      kit.AddBody(MakeBoxAt({kWidth_m, 0.04, 0.08}, {0.0, 0.0, kHeldTop_m - 0.04}), X_WD, 2.0, kVoxel_m, 4096);
+  const auto heavy = AddHeldBox(&kit, X_WD, {kWidth_m, 0.04, 0.08}, 2.0, kVoxel_m, 4096);
   const auto light = kit.AddBody(vps::MakeBox({0.05, 0.05, kHeight_m}), At(0.5 * kHeight_m), 0.002, kVoxel_m, 4096);
-  AddGripPairs(&kit, heavy);
   kit.AddPair(heavy, light).stiffness_N_per_m = kStiffness_N_per_m;
   kit.AddPair(light, table).stiffness_N_per_m = kStiffness_N_per_m;
   Loop loop(kit.scenario);
@@ -136,10 +133,7 @@ Jitter RestInSlot() {
   const auto left = kit.AddFixed(wall, {{1, 0, 0, 0}, {0.0, -0.0201, 0.02}}, 5e-4);
   const auto right = kit.AddFixed(wall, {{1, 0, 0, 0}, {0.0, 0.0201, 0.02}}, 5e-4);
   // Nothing but the handle is in the slot: the jaws hold it above the walls.
-  AddGripper(&kit, X_WD, 0.06);
-  const auto handle =
-      kit.AddBody(MakeBoxAt({0.06, 0.02, 0.09}, {0.0, 0.0, kHeldTop_m - 0.045}), X_WD, 0.22, kVoxel_m, 8192);
-  AddGripPairs(&kit, handle);
+  const auto handle = AddHeldBox(&kit, X_WD, {0.06, 0.02, 0.09}, 0.22, kVoxel_m, 8192);
   for (const auto field : {floor, left, right}) kit.AddPair(handle, field);
   LoopOptions options;
   options.script = "grip 0.0598 force 30\nwait until held " + kit.scenario.objects[handle].name +

@@ -24,8 +24,8 @@
 #include "tools/oos/launch/preflight.hpp"
 #include "tools/oos/launch/verbs.hpp"
 #include "tools/oos/launch/watch.hpp"
-#include "tools/oos/run/latency_table.hpp"
-#include "tools/oos/run/report.hpp"
+#include "tools/oos/run/latency/latency_table.hpp"
+#include "tools/oos/run/report/report.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
 #include "vps/asset/method.hpp"
 

@@ -1,7 +1,7 @@
 #include <cstdio>
 
-#include "tools/oos/run/hop_bounds.hpp"
-#include "tools/oos/run/latency_table.hpp"
+#include "tools/oos/run/latency/hop_bounds.hpp"
+#include "tools/oos/run/latency/latency_table.hpp"
 #include "tools/oos/run/verbs.hpp"
 
 namespace oos {

@@ -2,8 +2,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tools/oos/run/film.hpp"
-#include "tools/oos/run/report_page.hpp"
+#include "tools/oos/run/report/film.hpp"
+#include "tools/oos/run/report/report_page.hpp"
 #include "tools/oos/run/verbs.hpp"
 
 namespace oos {

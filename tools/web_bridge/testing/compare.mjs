@@ -1,9 +1,9 @@
 // Pictures of the page against those of the OpenGL renderer. Environment variable PAGE_COMPARE: the program.
 
-import { spawn } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import path from "node:path";
 import { createInterface } from "node:readline";
+import { spawnBound } from "../../../clients/javascript/testing/spawn_bound.mjs";
 import { scenarioFolder } from "./processes.mjs";
 
 // Five views of a scenario: its standing cameras, then the first one's, turned about its target.
@@ -42,7 +42,7 @@ async function photograph(page, view, { width, height }) {
 
 // Of each view: {view, flip, same_ids, same_ids_inside}. Pictures go to `folder`.
 export async function compare(page, scenario, views, { folder, width = 640, height = 360, options = [] }) {
-  const child = spawn(process.env.PAGE_COMPARE, ["--scenario", scenarioFolder(scenario), "--keep", path.join(folder, "gl"),
+  const child = spawnBound(process.env.PAGE_COMPARE, ["--scenario", scenarioFolder(scenario), "--keep", path.join(folder, "gl"),
     ...options], { stdio: ["pipe", "pipe", "inherit"] });
   const lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
   const results = [];

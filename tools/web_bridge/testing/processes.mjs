@@ -1,12 +1,12 @@
 // Programs that a test starts and ends. Environment variable OOS: the program oos, beside the others.
 
-import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
+import { spawnBound } from "../../../clients/javascript/testing/spawn_bound.mjs";
 
 export const PATIENCE = { signal: AbortSignal.timeout(280_000) };  // a busy machine, and the first run of a scene cooks its structures
 export const scenarioFolder = (name) => fileURLToPath(new URL(`../../../scenarios/${name}`, import.meta.url));
@@ -19,7 +19,7 @@ export class Processes {
   // With a runtime folder of its own it finds no session but its own, and what it leaves without being told where is
   // there, too.
   start(program, words) {
-    const child = spawn(program, words, { cwd: this.folder, env: { ...process.env, XDG_RUNTIME_DIR: this.folder },
+    const child = spawnBound(program, words, { cwd: this.folder, env: { ...process.env, XDG_RUNTIME_DIR: this.folder },
       stdio: ["ignore", "pipe", "pipe"] });
     for (const input of [child.stdout, child.stderr]) {
       createInterface({ input }).on("line", (line) => this.said.push(line));

@@ -1,4 +1,4 @@
-#include "tools/oos/run/log_tail.hpp"
+#include "tools/oos/run/session/log_tail.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

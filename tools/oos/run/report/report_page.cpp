@@ -1,12 +1,12 @@
-#include "tools/oos/run/report_page.hpp"
+#include "tools/oos/run/report/report_page.hpp"
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
-#include "tools/oos/run/report_charts.hpp"
-#include "tools/oos/run/run_history.hpp"
+#include "tools/oos/run/report/report_charts.hpp"
+#include "tools/oos/run/report/run_history.hpp"
 
 namespace oos {
 namespace {

@@ -1,11 +1,11 @@
-#include "tools/oos/run/latency_table.hpp"
+#include "tools/oos/run/latency/latency_table.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <numeric>
 
-#include "tools/oos/run/hop_bounds.hpp"
+#include "tools/oos/run/latency/hop_bounds.hpp"
 
 namespace oos {
 namespace {

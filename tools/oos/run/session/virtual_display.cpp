@@ -1,4 +1,4 @@
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 #include <fcntl.h>
 #include <poll.h>

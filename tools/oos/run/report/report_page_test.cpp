@@ -1,4 +1,4 @@
-#include "tools/oos/run/report_page.hpp"
+#include "tools/oos/run/report/report_page.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include "bus/log/recorder.hpp"
 #include "bus/wire/codec.hpp"
 #include "picture/image.hpp"
-#include "tools/oos/run/run_history.hpp"
+#include "tools/oos/run/report/run_history.hpp"
 
 namespace oos {
 namespace {

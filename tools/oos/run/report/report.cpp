@@ -1,4 +1,4 @@
-#include "tools/oos/run/report.hpp"
+#include "tools/oos/run/report/report.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tools/oos/run/hop_bounds.hpp"
-#include "tools/oos/run/report_page.hpp"
+#include "tools/oos/run/latency/hop_bounds.hpp"
+#include "tools/oos/run/report/report_page.hpp"
 
 namespace oos {
 namespace {

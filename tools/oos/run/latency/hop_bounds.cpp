@@ -1,4 +1,4 @@
-#include "tools/oos/run/hop_bounds.hpp"
+#include "tools/oos/run/latency/hop_bounds.hpp"
 
 #include <fstream>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 #include <unistd.h>
 
@@ -17,14 +17,17 @@
 #include "tiles/seats.hpp"
 #include "tools/oos/attach/places.hpp"
 #include "tools/oos/attach/session_note.hpp"
-#include "tools/oos/run/log_tail.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/session/log_tail.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 namespace oos {
 namespace {
 
 constexpr std::int64_t kPollPeriod_ns = 20'000'000;
 constexpr double kStopPatience_s = 3.0;
+// The viewer still makes pictures of the last step: two that workers trace, in up to 5 s each, and draws them.
+constexpr double kPicturePatience_s = 15.0;
+constexpr const char* kViewer = "visual_node";
 constexpr double kProgressPeriod_s = 2.0;
 constexpr std::int64_t kStartProgressPeriod_ns = 1'000'000'000;
 // After a node has died the others have this time to notice and report it before they are stopped.
@@ -96,17 +99,27 @@ class Session {
     const core::Result<void> started = Start();
     if (!started) return core::Fail(started.error().code, started.error().detail);
     const std::int64_t ready_ns = WaitUntilReady();
-    if (outcome_.why.empty()) Watch(ready_ns);
-    if (!outcome_.dead.empty() && !IsInterrupted()) Linger();
-    Say("stopping");
-    // The nodes first: the display must outlive the programs that draw on it.
-    outcome_.killed = group_.StopAll(kStopPatience_s, {processes_.begin(), processes_.end()});
-    group_.StopAll(kStopPatience_s);
-    for (const std::string& name : outcome_.killed) Say(name + " did not stop on SIGTERM and was killed");
+    is_ready_ = outcome_.why.empty();
+    if (is_ready_) Watch(ready_ns);
+    if (!outcome_.dead.empty() && !outcome_.why.empty() && !IsInterrupted()) Linger();
+    StopNodes();
     return outcome_;
   }
 
  private:
+  // The nodes first, then the viewer, then workers and display, which must outlive it.
+  void StopNodes() {
+    Say("stopping");
+    std::vector<std::string> nodes(processes_.begin(), processes_.end());
+    group_.Terminate(nodes);
+    std::erase(nodes, kViewer);
+    if (!nodes.empty()) outcome_.killed = group_.StopAll(kStopPatience_s, nodes);
+    const auto late = group_.StopAll(IsInterrupted() ? kStopPatience_s : kPicturePatience_s, {kViewer});
+    outcome_.killed.insert(outcome_.killed.end(), late.begin(), late.end());
+    group_.StopAll(kStopPatience_s);
+    for (const std::string& name : outcome_.killed) Say(name + " did not stop on SIGTERM and was killed");
+  }
+
   void Say(const std::string& line) const {
     if (options_.say) options_.say(line);
   }
@@ -151,7 +164,7 @@ class Session {
     std::map<std::string, std::string> visual_environment = {{"LP_NUM_THREADS", "1"}};
     const char* display = std::getenv("DISPLAY");
     const bool has_display = display != nullptr && *display != '\0';
-    if (IsWanted("visual_node") && (options_.is_headless || !has_display)) {
+    if (IsWanted(kViewer) && (options_.is_headless || !has_display)) {
       auto virtual_display = StartVirtualDisplay(&group_, options_.out / "Xvfb.log");
       if (!virtual_display) return core::Fail(virtual_display.error().code, virtual_display.error().detail);
       visual_environment["DISPLAY"] = *virtual_display;
@@ -172,7 +185,7 @@ class Session {
       } else {
         command.arguments.push_back("--no_encryption");
       }
-      const bool writes_latest = name != "visual_node";  // which gets its own datagrams, group or not
+      const bool writes_latest = name != kViewer;  // which gets its own datagrams, group or not
       if (writes_latest && !options_.tcp_topics.empty()) AddArgument(&command, "--tcp_topics", options_.tcp_topics);
       if (writes_latest && !options_.multicast.empty()) AddArgument(&command, "--multicast", options_.multicast);
       if (name == "device_bridge") {
@@ -187,8 +200,8 @@ class Session {
       // A person takes as long as a person takes.
       if (node == "logic_node" && options_.hand == "pointer") AddArgument(&command, "--stall_limit_s", "3600");
       if (node == "haptic_node") AddArgument(&command, "--coupling", scenario_.coupling.type);
-      if (name != "visual_node" && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
-      if (name == "visual_node") {
+      if (name != kViewer && name != "logic_node") AddArgument(&command, "--rt", options_.rt);
+      if (name == kViewer) {
         if (options_.rays > 0) command.program = options_.program_folder / "rt_visual_node";
         command.environment = visual_environment;
         if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
@@ -211,14 +224,14 @@ class Session {
       if (const auto pid = group_.Spawn(command); !pid) return core::Fail(pid.error().code, pid.error().detail);
       processes_.insert(name);
     }
-    return IsWanted("visual_node") ? SpawnWorkers(session) : core::Result<void>();
+    return IsWanted(kViewer) ? SpawnWorkers(session) : core::Result<void>();
   }
 
   // Who trace the viewer's pictures.
   core::Result<void> SpawnWorkers(std::uint64_t session) {
     for (unsigned seat = 1; seat <= options_.rays; ++seat) {
       process::Command command;
-      command.name = tiles::WorkerName("visual_node", seat);
+      command.name = tiles::WorkerName(kViewer, seat);
       command.program = options_.program_folder / "rt_worker";
       command.arguments = {"--scenario", scenario_.file.string(),
                            "--registry", registry_->endpoint(),
@@ -251,14 +264,21 @@ class Session {
       outcome_.events.push_back(event);
     }
     for (const std::size_t index : group_.Reap()) {
-      const process::Group::Child& child = group_.children()[index];
-      const std::string text = child.name + " ended by itself: " + child.exit->Describe();
-      Say(text + "; see " + (options_.out / (child.name + ".log")).string());
-      if (workers_.count(child.name) != 0) continue;  // the viewer goes on without it
-      outcome_.dead.push_back(text);
-      if (outcome_.why.empty()) outcome_.why = text;
+      NoteEnd(group_.children()[index]);
     }
     if (IsInterrupted() && outcome_.why.empty()) outcome_.why = "interrupted";
+  }
+
+  void NoteEnd(const process::Group::Child& child) {
+    const std::string text = child.name + " ended by itself: " + child.exit->Describe();
+    Say(text + "; see " + (options_.out / (child.name + ".log")).string());
+    if (workers_.count(child.name) != 0) return;  // the viewer goes on without it
+    outcome_.dead.push_back(text);
+    if (is_ready_ && child.name == kViewer) {
+      Say("the run goes on without its picture: 'oos view' shows it again, Ctrl-C ends it");
+    } else if (outcome_.why.empty()) {
+      outcome_.why = text;
+    }
   }
 
   // A node is ready when it has emitted "ready", or when the procedure runs (which needs all nodes).
@@ -360,7 +380,8 @@ class Session {
   std::set<std::string> processes_;  // that run them
   std::set<std::string> workers_;    // that trace pictures
   std::set<std::string> ready_;
-  process::Group group_;  // last member: stopped first
+  bool is_ready_ = false;  // the session
+  process::Group group_;   // last member: stopped first
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/oos/run/latency_table.hpp"
+#include "tools/oos/run/latency/latency_table.hpp"
 
 #include <algorithm>
 #include <cmath>

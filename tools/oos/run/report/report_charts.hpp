@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tools/oos/run/run_history.hpp"
+#include "tools/oos/run/report/run_history.hpp"
 
 namespace oos {
 

@@ -1,12 +1,12 @@
-#include "tools/oos/run/film.hpp"
+#include "tools/oos/run/report/film.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 
 #include "tools/oos/pictures/video.hpp"
-#include "tools/oos/run/report_page.hpp"
-#include "tools/oos/run/run_history.hpp"
-#include "tools/oos/run/virtual_display.hpp"
+#include "tools/oos/run/report/report_page.hpp"
+#include "tools/oos/run/report/run_history.hpp"
+#include "tools/oos/run/session/virtual_display.hpp"
 
 namespace oos {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/oos/run/run_history.hpp"
+#include "tools/oos/run/report/run_history.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -10,7 +10,7 @@
 #include "bus/log/mcap_indexed_reader.hpp"
 #include "bus/wire/codec.hpp"
 #include "core/messages/logic.hpp"
-#include "tools/oos/run/latency_table.hpp"
+#include "tools/oos/run/latency/latency_table.hpp"
 #include "view/recorded_feed.hpp"
 
 namespace oos {

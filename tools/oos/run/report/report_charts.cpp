@@ -1,4 +1,4 @@
-#include "tools/oos/run/report_charts.hpp"
+#include "tools/oos/run/report/report_charts.hpp"
 
 #include "tools/bench/chart.hpp"
 

@@ -60,7 +60,8 @@ constexpr const char* kNodeNames[] = {"physics_node", "haptic_node", "logic_node
 std::filesystem::path RecordingFolder(const std::filesystem::path& out);
 
 // Starts a registry and the nodes as processes of one group, waits until they are ready, watches them until the
-// procedure ends (or fails, or the limit is reached, or a node dies), stops all. No child is left when this returns.
+// procedure ends (or fails, or the limit is reached, or a node dies), stops all. A run goes on when its viewer dies. No
+// child is left when this returns.
 core::Result<SessionOutcome> RunSession(const scene::Scenario& scenario, const SessionOptions& options);
 
 }  // namespace oos
