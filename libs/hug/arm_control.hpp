@@ -25,9 +25,10 @@ struct ControlFigures {
   double share_of_inertia = 0.3;  // left by feed-forward, as published for HUG
   VirtualBody body;
   SoftLimits limits;
-  // Of the tracking of the virtual body: two poles at 15 Hz, above the 10 Hz up to which it is to be rendered and far
-  // below the joint loop's 3 kHz. At 7.5 Hz HugArm.AdmittanceRendersMassAndDamping* fails, at 30 and 60 it passes;
-  // higher ones ask more torque for the sensors' noise. Damping: an overshoot of 0.15 %, exp(-pi d / sqrt(1 - d^2)).
+  // Of the tracking of the virtual body: two poles at 15 Hz, far below the joint loop's 3 kHz. What is rendered does
+  // not depend on them, since the arm is told the virtual body's acceleration: HugArm.AdmittanceRenders* pass from 3.7
+  // to 60 Hz. Lower ones let the model's errors show, higher ones ask more torque for the sensors' noise. Damping: an
+  // overshoot of 0.15 %, exp(-pi d / sqrt(1 - d^2)).
   double tracking_rad_per_s = 94.0;
   double tracking_damping = 0.9;
   double speed_filter_s = 1e-3;  // as SensorFigures'
