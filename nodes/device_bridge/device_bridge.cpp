@@ -216,6 +216,8 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
       AcceptCommand(i, inputs.commands[i], received_ns, inputs.now_ns);
     }
     Write(&role, inputs.now_ns);
+    role.health = role.device->Health(inputs.now_ns);
+    role.presence.Step(role.health, role.reading.sample_ns);
     TakeDescription(i);
     UpdateAllowedCoupling(i);
     felt.push_back(role.device->Felt());

@@ -37,6 +37,7 @@ void ImmediateDevice::Step(std::int64_t now_ns, const oos_device_command* comman
   }
   // A simulated device that was unplugged stays where it was, let go.
   health_.status = DeviceStatus::kGone;
+  ++health_.num_misses;
   state_.flags = OOS_DEVICE_IS_OFF;
   for (double& v : state_.V_BD) v = 0.0;
   for (double& f : state_.applied) f = 0.0;

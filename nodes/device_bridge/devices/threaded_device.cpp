@@ -49,6 +49,7 @@ struct Report {
   std::array<char, 200> why{};
   oos_device_description description{};
   std::uint64_t num_found = 0;
+  std::uint64_t num_misses = 0;
   bool is_calibrated = false;
   DeviceCalibration calibration;
 };
@@ -242,10 +243,9 @@ class ThreadedDevice::Thread {
       bad_setting_ = report_.why.data();
       return false;
     }
-    if (std::strcmp(why.data(), report_.why.data()) != 0) {
-      SetWhy(why.data());
-      reports_.Write(report_);
-    }
+    ++report_.num_misses;
+    SetWhy(why.data());
+    reports_.Write(report_);
     return false;
   }
 
@@ -427,6 +427,7 @@ void ThreadedDevice::TakeNews(std::int64_t now_ns) noexcept {
     health_.link = report.link;
     health_.quality = QualityOf(report.link);
     health_.why = report.why;
+    health_.num_misses = report.num_misses;
     health_.is_calibrated = report.is_calibrated;
     health_.residual_m = report.calibration.residual_m;
     if (report.num_found != num_found_) {
