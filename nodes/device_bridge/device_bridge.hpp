@@ -146,7 +146,8 @@ class DeviceBridge {
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
   void StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
                     const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
-  void LeadHands() noexcept;
+  [[nodiscard]] bool CanLead() const noexcept;
+  void LeadHands(bool can_lead) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
   }
@@ -160,7 +161,6 @@ class DeviceBridge {
   std::optional<PointerHand> pointer_;
   std::optional<Guide> guide_;  // of the person
   bool is_guided_ = false;      // by the scripted operator
-  bool can_lead_ = false;       // every hand's device can
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
   // physics does not limit the force.

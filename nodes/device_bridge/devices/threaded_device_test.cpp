@@ -152,6 +152,54 @@ INSTANTIATE_TEST_SUITE_P(Each, ThreadedDeviceFault,
                            return name;
                          });
 
+// Of a device that is not calibrated, so B has the axes of W. It is told of no goal when the bridge
+// falls silent.
+TEST(ThreadedDevice, LeadsToAGoalAndLetsGoWhenTheBridgeFallsSilent) {
+  Rig rig(Faulty("leads well"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  ASSERT_TRUE(rig.device->can_lead());
+  LeadGoal goal{{rig.reading.X_WD.rotation, rig.reading.X_WD.translation + glm::dvec3(0.05, 0, 0)}, 3.0, 1.0};
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return glm::distance(rig.reading.X_WD.translation, goal.X_WG.translation) < 1e-3;
+  }));
+  EXPECT_EQ(rig.device->state().applied[0], 2.5) << "command and guidance";
+  EXPECT_EQ(rig.device->Felt().F_Do_W.force_N.x, 2.5);
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  while (rig.device->state().applied[0] != 0.0 && core::MonotonicNow_ns() - begin_ns < kPatience_ns) {
+    rig.loop.WaitNext();
+    rig.device->Read(core::MonotonicNow_ns());
+  }
+  EXPECT_EQ(rig.device->state().applied[0], 0.0);
+}
+
+TEST(ThreadedDevice, IsToldNoGoalThatIsNowhere) {
+  Rig rig(Faulty("leads well"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  LeadGoal goal{rig.reading.X_WD, 3.0, 1.0};
+  ASSERT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->state().applied[0] == 2.5;
+  }));
+  goal.X_WG.translation.x = std::nan("");
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->state().applied[0] == 2.0;
+  }));
+  EXPECT_TRUE(std::isfinite(rig.reading.X_WD.translation.x));
+}
+
+TEST(ThreadedDevice, ThatThrowsWhenItIsToLeadIsOff) {
+  Rig rig(Faulty("throw in lead"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  LeadGoal goal{rig.reading.X_WD, 3.0, 1.0};
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->Health(core::MonotonicNow_ns()).status == DeviceStatus::kBroken;
+  }));
+  EXPECT_NE(rig.why().find("lead() threw: no way"), std::string::npos) << rig.why();
+}
+
 TEST(ThreadedDevice, ComesBackAfterAHang) {
   Rig rig(Faulty("hang for a while"));
   ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kHung));
@@ -232,6 +280,20 @@ TEST(MakeDevice, TheCommandLineChoosesDevices) {
   }
 }
 
+// In virtual time, without a wait: of a simulated arm, or a plug-in without its thread.
+std::vector<ConformanceFinding> QuickCheckOf(const scene::Device& what) {
+  ThreadedOptions threadless;
+  threadless.has_thread = false;
+  auto made = MakeDevice(what, threadless);
+  if (!made) return {};
+  std::int64_t now_ns = 1'000'000'000;
+  ConformanceOptions options;
+  options.clock = [&] { return now_ns; };
+  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
+  options.is_interrupted = [] { return false; };
+  return CheckConformance(made->get(), options);
+}
+
 std::vector<ConformanceFinding> CheckOf(Device* device) {
   ConformanceOptions options;
   options.clock = core::MonotonicNow_ns;
@@ -262,6 +324,23 @@ TEST(Conformance, TheExampleOfTheHowToHolds) {
   }
 }
 
+TEST(Conformance, TheExampleThatLeadsHolds) {
+  scene::Device leading = Faulty("");
+  leading.address = VR_OOS_BINARY_DIR "/test_plugins/leading_device.so";
+  const auto findings = QuickCheckOf(leading);
+  for (const char* subject : {"found", "metres", "nanoseconds", "push", "lead", "clamp", "watchdog"}) {
+    EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
+  }
+}
+
+TEST(Conformance, ADeviceThatLeadsNowhereOrWithTooMuchForceOrForeverIsFound) {
+  for (const char* fault : {"leads nowhere", "leads too hard", "leads forever"}) {
+    const auto findings = QuickCheckOf(Faulty(fault));
+    EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kHolds) << fault;
+    EXPECT_EQ(VerdictOn(findings, "lead"), Verdict::kFails) << fault;
+  }
+}
+
 TEST(Conformance, ADeviceWithoutWatchdogAndClockIsFound) {
   Rig rig(Faulty(""));
   const auto findings = CheckOf(rig.device.get());
@@ -271,18 +350,10 @@ TEST(Conformance, ADeviceWithoutWatchdogAndClockIsFound) {
   EXPECT_EQ(VerdictOn(findings, "velocity"), Verdict::kSkipped);
 }
 
-// In virtual time, without a wait.
 TEST(Conformance, TheSimulatedArmHolds) {
-  std::int64_t now_ns = 1'000'000'000;
   scene::Device arm;
   arm.role = "right";
-  auto made = MakeDevice(arm, std::nullopt);
-  ASSERT_TRUE(made);
-  ConformanceOptions options;
-  options.clock = [&] { return now_ns; };
-  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
-  options.is_interrupted = [] { return false; };
-  const auto findings = CheckConformance(made->get(), options);
+  const auto findings = QuickCheckOf(arm);
   for (const char* subject : {"found", "metres", "nanoseconds", "push", "clamp", "watchdog"}) {
     EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
   }
