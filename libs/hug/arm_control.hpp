@@ -74,7 +74,7 @@ class ArmControl {
   [[nodiscard]] const core::Wrench& leading_F_Do_W() const { return F_leading_; }
   // Joint angles of where the interpolator or the virtual body wants the arm; none in other modes.
   [[nodiscard]] const std::optional<Joints>& target() const { return target_; }
-  // Torques in the joints for the measured force, without acceleration.
+  // Torques in the joints for the measured force and motion.
   [[nodiscard]] const Joints& expected_link_torque() const { return expected_; }
   [[nodiscard]] bool is_at_limit() const { return is_at_limit_; }
 
@@ -82,6 +82,7 @@ class ArmControl {
   Joints Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs, double brake_N_s_per_m,
                 double brake_Nm_s_per_rad, ArmDynamics* arm);
 
+  void Expect(const ControlInputs& in, const Joints& weight, ArmDynamics* arm);
   [[nodiscard]] core::Wrench Predict(double dt_s, const core::Wrench& F);
   void StepGuidance(const ControlInputs& in);
 
@@ -95,6 +96,9 @@ class ArmControl {
   core::Wrench F_leading_;
   std::optional<Joints> target_;
   Joints expected_{};
+  bool has_speed_before_ = false;
+  Joints speed_before_{};
+  glm::dvec3 v_WD_before_{0.0};
   bool is_at_limit_ = false;
 };
 
