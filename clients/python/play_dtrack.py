@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Stands in for ART's DTrack: records the datagrams that one sends, plays them again, or plays a SIMULATED head.
+"""Stands in for ART's DTrack: records the datagrams that one sends, plays them again, or plays a SIMULATED head or Flystick.
 
     /usr/bin/python3 clients/python/play_dtrack.py record 5000 head.dtrack       # until Ctrl-C
     /usr/bin/python3 clients/python/play_dtrack.py play head.dtrack 127.0.0.1 5000
     /usr/bin/python3 clients/python/play_dtrack.py nod 127.0.0.1 5000            # a head that looks from side to side
+    /usr/bin/python3 clients/python/play_dtrack.py stick 127.0.0.1 5000          # a Flystick that goes round, its trigger held
 
 A recording is text: datagrams as they came, each ended by an empty line. Time between two is that of their `ts` lines.
 """
@@ -59,6 +60,18 @@ def nodding():
         number += 1
 
 
+def circling():
+    """A Flystick2 that goes round a circle of 30 mm in 4 s; its stick closes the jaws in every second round."""
+    number = 0
+    while True:
+        t = number / RATE_HZ
+        angle = 0.5 * math.pi * t
+        closed = -1.0 if int(t / 4.0) % 2 else 0.0
+        yield (f"fr {number}\nts {t:.6f}\n6df2 1 1 [0 1.000 6 2][{30.0 * math.cos(angle):.3f} {30.0 * math.sin(angle):.3f} 0.000]"
+               f"[1.000000 0.000000 0.000000 0.000000 1.000000 0.000000 0.000000 0.000000 1.000000][1 0.00 {closed:.2f}] "), t
+        number += 1
+
+
 def play(frames, host, port):
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     begin_s = time.monotonic()
@@ -75,6 +88,8 @@ def main(words):
             play(recorded(words[1]), words[2], int(words[3]))
         elif words[:1] == ["nod"] and len(words) == 3:
             play(nodding(), words[1], int(words[2]))
+        elif words[:1] == ["stick"] and len(words) == 3:
+            play(circling(), words[1], int(words[2]))
         else:
             print(__doc__, file=sys.stderr)
             return 2

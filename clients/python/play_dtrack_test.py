@@ -1,4 +1,5 @@
 """play_dtrack.py against a socket of this process."""
+import math
 import os
 import signal
 import socket
@@ -77,6 +78,16 @@ class PlayDtrackTest(unittest.TestCase):
             x, y = columns[0:3], columns[3:6]
             self.assertAlmostEqual(sum(a * a for a in x), 1.0, places=5)
             self.assertAlmostEqual(sum(a * b for a, b in zip(x, y)), 0.0, places=5)
+
+    def test_a_simulated_flystick_goes_round_and_closes_in_every_second_round(self):
+        frames = play_dtrack.circling()
+        blocks = [next(frames)[0].split("[") for _ in range(8 * 60)]
+        for block in blocks:
+            x, y, _ = (float(word) for word in block[2].rstrip("]").split())
+            self.assertAlmostEqual(math.hypot(x, y), 30.0, places=2)
+        keys = [block[4].rstrip("] ").split() for block in blocks]
+        self.assertEqual({key[0] for key in keys}, {"1"})
+        self.assertEqual([float(keys[number][2]) for number in (0, 239, 240, 479)], [0.0, 0.0, -1.0, -1.0])
 
     def test_wrong_words_say_how_it_is_called(self):
         run = subprocess.run([sys.executable, SCRIPT, "dance"], capture_output=True, text=True, check=False)

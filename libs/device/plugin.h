@@ -52,7 +52,7 @@ enum {
   OOS_DEVICE_IS_IMMEDIATE = 4,  /* never waits, allocates or locks, and its time is now_ns, however fast that passes */
   OOS_DEVICE_TELLS_APPLIED = 8, /* its states say which force its motors apply */
   OOS_DEVICE_TELLS_VELOCITY = 16,
-  OOS_DEVICE_LEADS = 32 /* leads the hand to a goal by its own motors, see lead(); of immediate devices only */
+  OOS_DEVICE_LEADS = 32 /* leads the hand to a goal by its own motors, see lead() */
 };
 
 /* Axes as bits, for what is sensed and what has a motor. */
@@ -178,8 +178,9 @@ typedef struct oos_device_plugin {
    * Asked after a step, 62 times a second, by the thread that makes the steps. */
   int (*joints)(void* device, oos_device_joints* joints);
   /* With OOS_DEVICE_LEADS: leads the hand to the goal from now on, on a path of its own and softly, so that the hand can
-   * leave it; null: no longer. Told after a step, each millisecond. Null, or missing at the end of a table that is older:
-   * the device leads nowhere. */
+   * leave it; null: no longer, which is also told when the bridge has been silent for 60 ms. Told after a step, each
+   * millisecond, by the thread that makes the steps. Null, or missing at the end of a table that is older: the device
+   * leads nowhere. */
   int (*lead)(void* device, const oos_device_goal* goal);
 } oos_device_plugin;
 

@@ -23,7 +23,7 @@ Moved Move(const glm::dvec3& velocity, const glm::dvec3& force, double mass, dou
 
 void Admittance::Reset(const core::Pose& X_WD, const core::Twist& V_WD) {
   X_WD_ = X_WD;
-  V_WD_ = V_WD;
+  V_WD_ = mean_V_WD_ = V_WD;
   acceleration_ = {};
 }
 
@@ -33,6 +33,7 @@ void Admittance::Step(double dt_s, const core::Wrench& F_Do_W, const VirtualBody
       Move(V_WD_.angular_rad_per_s, F_Do_W.torque_Nm, body.inertia_kg_m2, body.damping_Nm_s_per_rad, dt_s);
   acceleration_ = {(angular.velocity - V_WD_.angular_rad_per_s) / dt_s,
                    (linear.velocity - V_WD_.linear_m_per_s) / dt_s};
+  mean_V_WD_ = {angular.way / dt_s, linear.way / dt_s};
   X_WD_.translation += linear.way;
   X_WD_.rotation = glm::normalize(core::QuaternionFromRotationVector(angular.way) * X_WD_.rotation);
   V_WD_ = {angular.velocity, linear.velocity};

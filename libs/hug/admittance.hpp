@@ -24,12 +24,14 @@ class Admittance {
 
   [[nodiscard]] const core::Pose& X_WD() const { return X_WD_; }
   [[nodiscard]] const core::Twist& V_WD() const { return V_WD_; }
-  // Mean over the latest step.
+  // Means over the latest step.
+  [[nodiscard]] const core::Twist& mean_V_WD() const { return mean_V_WD_; }
   [[nodiscard]] const core::Twist& acceleration() const { return acceleration_; }
 
  private:
   core::Pose X_WD_;
   core::Twist V_WD_;
+  core::Twist mean_V_WD_;
   core::Twist acceleration_;
 };
 

@@ -25,9 +25,10 @@ struct ControlFigures {
   double share_of_inertia = 0.3;  // left by feed-forward, as published for HUG
   VirtualBody body;
   SoftLimits limits;
-  // Of the tracking of the virtual body: two poles at 15 Hz, above the 10 Hz up to which it is to be rendered and far
-  // below the joint loop's 3 kHz. At 7.5 Hz HugArm.AdmittanceRendersMassAndDamping* fails, at 30 and 60 it passes;
-  // higher ones ask more torque for the sensors' noise. Damping: an overshoot of 0.15 %, exp(-pi d / sqrt(1 - d^2)).
+  // Of the tracking of the virtual body: two poles at 15 Hz, far below the joint loop's 3 kHz. What is rendered does
+  // not depend on them, since the arm is told the virtual body's acceleration: HugArm.AdmittanceRenders* pass from 3.7
+  // to 60 Hz. Lower ones let the model's errors show, higher ones ask more torque for the sensors' noise. Damping: an
+  // overshoot of 0.15 %, exp(-pi d / sqrt(1 - d^2)).
   double tracking_rad_per_s = 94.0;
   double tracking_damping = 0.9;
   double speed_filter_s = 1e-3;  // as SensorFigures'
@@ -73,7 +74,7 @@ class ArmControl {
   [[nodiscard]] const core::Wrench& leading_F_Do_W() const { return F_leading_; }
   // Joint angles of where the interpolator or the virtual body wants the arm; none in other modes.
   [[nodiscard]] const std::optional<Joints>& target() const { return target_; }
-  // Torques in the joints for the measured force, without acceleration.
+  // Torques in the joints for the measured force and motion.
   [[nodiscard]] const Joints& expected_link_torque() const { return expected_; }
   [[nodiscard]] bool is_at_limit() const { return is_at_limit_; }
 
@@ -81,6 +82,7 @@ class ArmControl {
   Joints Follow(const ControlInputs& in, const core::Wrench& measured, const Joints& springs, double brake_N_s_per_m,
                 double brake_Nm_s_per_rad, ArmDynamics* arm);
 
+  void Expect(const ControlInputs& in, const Joints& weight, ArmDynamics* arm);
   [[nodiscard]] core::Wrench Predict(double dt_s, const core::Wrench& F);
   void StepGuidance(const ControlInputs& in);
 
@@ -94,6 +96,9 @@ class ArmControl {
   core::Wrench F_leading_;
   std::optional<Joints> target_;
   Joints expected_{};
+  bool has_speed_before_ = false;
+  Joints speed_before_{};
+  glm::dvec3 v_WD_before_{0.0};
   bool is_at_limit_ = false;
 };
 

@@ -91,83 +91,91 @@ TEST(HugArm, FeedForwardLeavesThirtyPercentOfTheInertia) {
   }
 }
 
-// Impedance F / v at the hand by a sine of force, after the transient, as a complex number; expected b + j w m.
-std::complex<double> Rendered(const ArmFigures& figures, double hz, int axis) {
-  ArmRig rig(figures);
-  rig.Engage();
-  const double w = 2.0 * glm::pi<double>() * hz;
-  const double begin_s = rig.arm.time_s();
-  const double amplitude_N = std::min(8.0, 0.01 * w * w * 1.5);  // 1 cm at most
-  const double transient_s = std::ceil(2.0 * hz) / hz;           // whole periods, with the decay of m / b = 0.3 s
-  const double whole_s = std::max(std::ceil(hz), 2.0) / hz;
-  std::complex<double> F_sum = 0.0, v_sum = 0.0;
-  rig.at_each_step = [&] {
-    const double t = rig.arm.time_s() - begin_s;
-    core::Wrench push;
-    push.force_N[axis] = amplitude_N * std::cos(w * t);
-    rig.arm.PushBy(push);
-    if (t < transient_s - 1e-9) return;
-    const std::complex<double> turn = std::polar(1.0, -w * t);
-    F_sum += turn * std::polar(1.0, -0.5 * w * Arm::kStep_s) * push.force_N[axis];  // it is held for a step
-    // Velocity from the poses, which are not filtered.
-    v_sum += turn * rig.arm.X_WD().translation[axis];
-  };
-  rig.Run(transient_s + whole_s);
-  return F_sum / (v_sum * std::complex<double>(0.0, w));
-}
-
-TEST(HugArm, AdmittanceRendersMassAndDampingWithinFivePercentUpTo10Hz) {
+// An arm under admittance control in nobody's hand, which renders this body.
+ArmFigures Rendering(const VirtualBody& body) {
   ArmFigures figures = Quiet();
   figures.hand = NoHand();
   figures.control.mode = ControlMode::kAdmittance;
-  figures.control.body = {2.0, 0.03, 20.0, 0.05};
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double hz : {1.0, 3.0, 10.0}) {
-      const std::complex<double> Z = Rendered(figures, hz, axis);
-      const double w = 2.0 * glm::pi<double>() * hz;
-      EXPECT_NEAR(Z.imag() / w, 2.0, 0.1) << axis << " at " << hz << " Hz";
-      EXPECT_NEAR(Z.real(), 20.0, 1.0) << axis << " at " << hz << " Hz";
+  figures.control.body = body;
+  return figures;
+}
+
+// A sine of force or torque on an arm for whole periods after the transient of time constant m / b has decayed to e^-6.
+// `push` makes the wrench of its strength now, `place` reads the coordinate that it moves. Impedance F / v as a complex
+// number; expected: b + j w m.
+template <typename Push, typename Place>
+std::complex<double> Rendered(ArmRig* rig, double hz, double amplitude, double decay_s, Push push, Place place) {
+  rig->Engage();
+  const double w = 2.0 * glm::pi<double>() * hz;
+  const double begin_s = rig->arm.time_s();
+  const double transient_s = std::ceil(6.0 * decay_s * hz) / hz;
+  const double whole_s = std::max(std::ceil(hz), 2.0) / hz;
+  std::complex<double> F_sum = 0.0, x_sum = 0.0;
+  rig->at_each_step = [&] {
+    const double t = rig->arm.time_s() - begin_s;
+    const double F = amplitude * std::cos(w * t);
+    rig->arm.PushBy(push(F));
+    if (t < transient_s - 1e-9) return;
+    const std::complex<double> turn = std::polar(1.0, -w * t);
+    F_sum += turn * std::polar(1.0, -0.5 * w * Arm::kStep_s) * F;  // it is held for a step
+    x_sum += turn * place();                                       // poses are not filtered, as velocities are
+  };
+  rig->Run(transient_s + whole_s);
+  return F_sum / (x_sum * std::complex<double>(0.0, w));
+}
+
+std::complex<double> RenderedInTranslation(const VirtualBody& body, double hz, int axis) {
+  ArmRig rig(Rendering(body));
+  const double w = 2.0 * glm::pi<double>() * hz;
+  const double amplitude_N = std::min(8.0, 0.01 * w * w * body.mass_kg);  // 1 cm at most
+  const auto push = [axis](double F) {
+    core::Wrench wrench;
+    wrench.force_N[axis] = F;
+    return wrench;
+  };
+  return Rendered(&rig, hz, amplitude_N, body.mass_kg / body.damping_N_s_per_m, push,
+                  [&] { return rig.arm.X_WD().translation[axis]; });
+}
+
+std::complex<double> RenderedInRotation(const VirtualBody& body, double hz, int axis) {
+  ArmRig rig(Rendering(body));
+  const double w = 2.0 * glm::pi<double>() * hz;
+  const double amplitude_Nm = std::min(1.0, 0.1 * w * w * body.inertia_kg_m2);  // 0.1 rad at most
+  const auto push = [axis](double tau) {
+    core::Wrench wrench;
+    wrench.torque_Nm[axis] = tau;
+    return wrench;
+  };
+  const glm::dquat R_begin = rig.hand.X_WT.rotation;
+  return Rendered(&rig, hz, amplitude_Nm, body.inertia_kg_m2 / body.damping_Nm_s_per_rad, push,
+                  [&] { return core::RotationVector(rig.arm.X_WD().rotation * glm::conjugate(R_begin))[axis]; });
+}
+
+// The default, and one with more damping.
+const VirtualBody kBodies[] = {{}, {2.0, 0.03, 20.0, 0.5}};
+
+TEST(HugArm, AdmittanceRendersMassAndDampingWithinFivePercentUpTo10Hz) {
+  for (const VirtualBody& body : kBodies) {
+    const double m = body.mass_kg, b = body.damping_N_s_per_m;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double hz : {1.0, 3.0, 10.0}) {
+        const std::complex<double> Z = RenderedInTranslation(body, hz, axis);
+        EXPECT_NEAR(Z.imag() / (2.0 * glm::pi<double>() * hz), m, 0.05 * m) << axis << " at " << hz << " Hz";
+        EXPECT_NEAR(Z.real(), b, 0.05 * b) << axis << " at " << hz << " Hz";
+      }
     }
   }
 }
 
-// The same of a torque about an axis: tau / omega, expected b + j w J.
-std::complex<double> RenderedInRotation(const ArmFigures& figures, double hz, int axis) {
-  ArmRig rig(figures);
-  rig.Engage();
-  const double w = 2.0 * glm::pi<double>() * hz;
-  const double begin_s = rig.arm.time_s();
-  const glm::dquat R_begin = rig.arm.X_WD().rotation;
-  const double amplitude_Nm = std::min(1.0, 0.1 * w * w * figures.control.body.inertia_kg_m2);  // 0.1 rad at most
-  const double transient_s = std::ceil(2.0 * hz) / hz;
-  const double whole_s = std::max(std::ceil(hz), 2.0) / hz;
-  std::complex<double> tau_sum = 0.0, angle_sum = 0.0;
-  rig.at_each_step = [&] {
-    const double t = rig.arm.time_s() - begin_s;
-    core::Wrench push;
-    push.torque_Nm[axis] = amplitude_Nm * std::cos(w * t);
-    rig.arm.PushBy(push);
-    if (t < transient_s - 1e-9) return;
-    const std::complex<double> turn = std::polar(1.0, -w * t);
-    tau_sum += turn * std::polar(1.0, -0.5 * w * Arm::kStep_s) * push.torque_Nm[axis];
-    angle_sum += turn * core::RotationVector(rig.arm.X_WD().rotation * glm::conjugate(R_begin))[axis];
-  };
-  rig.Run(transient_s + whole_s);
-  return tau_sum / (angle_sum * std::complex<double>(0.0, w));
-}
-
-// The motion is 0.13 ms early: at 10 Hz that adds 0.016 Nm s/rad to the damping of this inertia, 3 % of the one here.
 TEST(HugArm, AdmittanceRendersInertiaAndDampingOfRotationWithinFivePercentUpTo10Hz) {
-  ArmFigures figures = Quiet();
-  figures.hand = NoHand();
-  figures.control.mode = ControlMode::kAdmittance;
-  figures.control.body = {2.0, 0.03, 20.0, 0.5};
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double hz : {1.0, 3.0, 10.0}) {
-      const std::complex<double> Z = RenderedInRotation(figures, hz, axis);
-      const double w = 2.0 * glm::pi<double>() * hz;
-      EXPECT_NEAR(Z.imag() / w, 0.03, 0.0015) << axis << " at " << hz << " Hz";
-      EXPECT_NEAR(Z.real(), 0.5, 0.025) << axis << " at " << hz << " Hz";
+  for (const VirtualBody& body : kBodies) {
+    const double J = body.inertia_kg_m2, b = body.damping_Nm_s_per_rad;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double hz : {1.0, 3.0, 10.0}) {
+        const std::complex<double> Z = RenderedInRotation(body, hz, axis);
+        EXPECT_NEAR(Z.imag() / (2.0 * glm::pi<double>() * hz), J, 0.05 * J) << axis << " at " << hz << " Hz";
+        EXPECT_NEAR(Z.real(), b, 0.05 * b) << axis << " at " << hz << " Hz";
+      }
     }
   }
 }

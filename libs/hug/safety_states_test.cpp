@@ -100,6 +100,7 @@ TEST(Faults, EachOneIsNoticedByNameAndTheForceIsGone) {
                         {"encoder_jump 0.05 joint 4 at 2.5", SafetyState::kFault, FaultCause::kPositionSensors},
                         {"torque_bias 5 joint 2 at 2.5", SafetyState::kFault, FaultCause::kTorqueSensors},
                         {"force_bias 60 at 2.5", SafetyState::kFault, FaultCause::kForceSensor},
+                        {"force_bias 20 at 2.5", SafetyState::kFault, FaultCause::kForceSensor},
                         {"clutch_trip at 2.5", SafetyState::kFault, FaultCause::kClutch},
                         {"overheat at 2.5", SafetyState::kFault, FaultCause::kHeat},
                         {"unplug at 2.5", SafetyState::kOff, FaultCause::kNone},

@@ -35,11 +35,11 @@ struct SensorFigures {
   double speed_filter_s = 1e-3;  // three steps of the joint loop: leaves a fifth of the noise of a difference
   // How far two sensors may be apart. Position: 50 steps of the coarser one. Torque: 20 times the noise of a
   // difference; at 0.5 good arms are faulted, at 20 a bias of Faults.EachOneIsNoticed* is not noticed. Force: between
-  // wrist and joints' torques, which neglect acceleration, filtered: at 10 N a pull at the limits is taken for a fault,
-  // at 100 N a broken sensor is not noticed; the same with a filter of 10 ms, and of 1 s.
+  // wrist and joints' torques, filtered: at 5 N a stuck position sensor is taken for a broken force sensor, at 25 N a
+  // bias of 20 N is not noticed; the same with a filter of 30 ms, and of 1 s.
   double position_gap_rad = 5e-3;
   double torque_gap_Nm = 3.0;
-  double force_gap_N = 25.0;
+  double force_gap_N = 10.0;
   double force_gap_filter_s = 0.1;
 };
 

@@ -70,8 +70,8 @@ std::string Join(std::initializer_list<std::string> parts) {
 TEST_F(LoadScenarioTest, RefusesWhatAHeadHasNoUseForAndAnAddressThatIsNone) {
   const std::string scene = std::string(kPlate) + "\n" + kHand + "\n";
   const int line = 3 + static_cast<int>(std::count(scene.begin(), scene.end(), '\n'));
-  for (const char* attribute :
-       {"address=\"5000\"", "body=\"1\"", "position=\"1 2 3\"", "rpy_deg=\"1 2 3\"", "eyes_m=\"0 0 1\""}) {
+  for (const char* attribute : {"address=\"5000\"", "body=\"1\"", "position=\"1 2 3\"", "rpy_deg=\"1 2 3\"",
+                                "eyes_m=\"0 0 1\"", "eyes_rpy_deg=\"0 0 1\""}) {
     const std::string name(attribute, std::string(attribute).find('='));
     EXPECT_THAT(Complaints(scene + "<user name=\"a\" " + attribute + "/>"),
                 Contains(HasSubstr(At(line) + "user 'a': " + name + " means nothing for head simulated_head")))
@@ -85,6 +85,16 @@ TEST_F(LoadScenarioTest, RefusesWhatAHeadHasNoUseForAndAnAddressThatIsNone) {
     EXPECT_THAT(Complaints(scene + "<user name=\"a\" head=\"dtrack\" address=\"" + address + "\"/>"),
                 Contains(HasSubstr(At(line) + "user 'a': address is '" + address + "'")));
   }
+}
+
+// Turned by 90 degrees about z, the body's y points along the head's -x: where the head's right is, the body has -y.
+TEST_F(LoadScenarioTest, ReadsHowAHeadSitsInItsBody) {
+  const auto scenario = Load(std::string(kPlate) + "\n" + kHand +
+                             R"(<user name="a" head="dtrack" address="5000" eyes_m="1 2 3" eyes_rpy_deg="0 0 -90"/>)");
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  const core::Pose& X_BH = scenario->users.at(0).X_BH;
+  EXPECT_EQ(X_BH.translation, glm::dvec3(1, 2, 3));
+  EXPECT_LT(glm::distance(X_BH.rotate({1, 0, 0}), glm::dvec3(0, -1, 0)), 1e-12);
 }
 
 TEST_F(LoadScenarioTest, ComputesTheVoxelSizeFromTheAccuracy) {

@@ -268,7 +268,7 @@ class Builder {
       }
       return;
     }
-    for (const char* attribute : {"address", "body", "position", "rpy_deg", "eyes_m"}) {
+    for (const char* attribute : {"address", "body", "position", "rpy_deg", "eyes_m", "eyes_rpy_deg"}) {
       if (element.Find(attribute) == nullptr) continue;
       Report(element.LineOf(attribute), title + ": " + attribute + " means nothing for head " + user.head,
              "only a head by DTrack is received, and stands in a tracker's room",
@@ -285,7 +285,10 @@ class Builder {
     user.address = element.Get("address");
     user.body = static_cast<int>(read.Count("body", 0));
     user.X_RT = read.Pose();
-    read.Vector("eyes_m", &user.p_BH_m);
+    glm::dvec3 eyes_rpy_deg(0.0);
+    read.Vector("eyes_m", &user.X_BH.translation);
+    read.Vector("eyes_rpy_deg", &eyes_rpy_deg);
+    user.X_BH.rotation = core::QuaternionFromRollPitchYaw(glm::radians(eyes_rpy_deg));
     CheckHead(element, user);
     for (const User& other : scenario_.users) {
       if (other.name == user.name) {

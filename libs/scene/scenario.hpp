@@ -177,8 +177,8 @@ struct Mechanism {
   Location location;
 };
 
-constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "hug",    "udp",
-                                        "serial",        "plugin",        "replay", "haply"};
+constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "hug",   "udp",   "serial",
+                                        "plugin",        "replay",        "haply", "dtrack"};
 
 // A hand device and its role. Role names are chosen by the scenario ("op1/arm.left").
 struct Device {
@@ -244,11 +244,12 @@ struct User {
   std::string name;
   std::string head = "simulated_head";
   // Of head "dtrack": where it sends (PORT or GROUP:PORT), the number of the body, where the tracker's room frame T
-  // stands in the viewer's room R, and where between the eyes is in the body's frame.
+  // stands in the viewer's room R, and how the head H sits in the body's frame: its origin between the eyes, x to the
+  // right, y ahead, z up.
   std::string address;
   int body = 0;
   core::Pose X_RT;
-  glm::dvec3 p_BH_m{0.0};
+  core::Pose X_BH;
   Location location;
 };
 

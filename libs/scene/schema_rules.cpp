@@ -289,7 +289,8 @@ std::vector<ElementRule> MakeRules() {
         Optional("body", ValueKind::kCount),
         Optional("position", ValueKind::kVector),
         Optional("rpy_deg", ValueKind::kVector),
-        Optional("eyes_m", ValueKind::kVector)},
+        Optional("eyes_m", ValueKind::kVector),
+        Optional("eyes_rpy_deg", ValueKind::kVector)},
        {}},
       {"environment",
        "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "

@@ -108,6 +108,17 @@ bool ReadBody(LineReader* line, TrackedBody* body) {
   return ReadPose(line, body->is_tracked(), &body->X_TB);
 }
 
+// "[id st er]" and a pose, of a body that may have an inertial sensor: 0 if neither cameras nor sensor track it, and
+// the sensor's drift.
+bool ReadHybrid(LineReader* line, TrackedBody* body) {
+  std::array<double, 3> head{};
+  if (!line->Block(head)) return false;
+  if (!IsId(head[0])) return line->Fail("an id is no count");
+  body->id = static_cast<int>(head[0]);
+  body->quality = head[1] > 0.0 ? 1.0 : -1.0;
+  return ReadPose(line, body->is_tracked(), &body->X_TB);
+}
+
 // "[id qu nbt nct]", a pose, and "[bt.. ct..]": each number bt has 32 buttons.
 bool ReadFlystick(LineReader* line, TrackedFlystick* stick) {
   std::array<double, 4> head{};
@@ -179,6 +190,8 @@ void ReadLine(std::string_view kind, LineReader* line, DtrackFrame* frame) {
     if (line->Count(kMostBodies, &count)) frame->num_calibrated = count;
   } else if (kind == "6d") {
     ReadEntries<TrackedBody>(line, &frame->bodies, ReadBody);
+  } else if (kind == "6di") {
+    ReadEntries<TrackedBody>(line, &frame->bodies, ReadHybrid);
   } else if (kind == "6df2") {
     // The number of calibrated ones comes before that of the entries.
     if (line->Count(kMostBodies, &count)) ReadEntries<TrackedFlystick>(line, &frame->flysticks, ReadFlystick);

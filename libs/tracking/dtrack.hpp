@@ -25,7 +25,7 @@ struct TrackedFlystick {
   TrackedBody body;
   std::uint32_t buttons = 0;  // bit 0: the first; valid also while it is not tracked
   int num_buttons = 0;
-  std::array<double, 8> controllers{};  // -1 to 1; of Flystick2 the stick, horizontal and vertical
+  std::array<double, 8> controllers{};  // -1 to 1; of Flystick2 the stick, horizontal and vertical (up is positive)
   int num_controllers = 0;
 };
 
@@ -45,7 +45,7 @@ struct DtrackFrame {
   std::optional<std::uint32_t> number;  // fr
   std::optional<double> time_s;         // ts: of day, of the tracker's clock
   std::optional<int> num_calibrated;    // 6dcal; tracked ones are fewer
-  std::vector<TrackedBody> bodies;      // 6d: those that are tracked
+  std::vector<TrackedBody> bodies;      // 6d: those that are tracked; 6di: all, as DTrack is set to send
   std::vector<TrackedFlystick> flysticks;
   std::vector<TrackedHand> hands;
 };

@@ -49,8 +49,6 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     bridge->has_hands_ = bridge->has_hands_ || role->device->takes_hand();
     bridge->roles_.push_back(std::move(role));
   }
-  bridge->can_lead_ = std::all_of(bridge->roles_.begin(), bridge->roles_.end(),
-                                  [](const auto& role) { return role->device->can_lead(); });
   auto weight = ReleasedWeight::Create(bridge->scenario_);
   if (!weight) return tl::unexpected(weight.error());
   bridge->released_weight_ = std::move(*weight);
@@ -153,13 +151,18 @@ void DeviceBridge::UpdateAllowedCoupling(std::size_t role_index) noexcept {
   }
 }
 
+// Every hand's device can. One that is plugged in may be another than before.
+bool DeviceBridge::CanLead() const noexcept {
+  return std::all_of(roles_.begin(), roles_.end(), [](const auto& role) { return role->device->can_lead(); });
+}
+
 // Where the person is told to go, and there it is held while the jaws are to move. Not where the filter withholds
 // force.
-void DeviceBridge::LeadHands() noexcept {
+void DeviceBridge::LeadHands(bool can_lead) noexcept {
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Role& role = *roles_[i];
     const Tip& tip = guide_->tip(i);
-    const bool may_lead = pointer_->wants_guidance() && tip.kind != core::GuideKind::kNone &&
+    const bool may_lead = can_lead && pointer_->wants_guidance() && tip.kind != core::GuideKind::kNone &&
                           (role.filter.status() & kForceNotInFull) == 0;
     if (tip.kind == core::GuideKind::kMove) role.goal.X_WG = tip.X_WG;
     role.is_led = may_lead && (role.is_led || tip.kind == core::GuideKind::kMove);
@@ -179,9 +182,10 @@ void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<Fe
     return;
   }
   guide_->Step(inputs, felt, readings);
-  if (can_lead_) LeadHands();
+  const bool can_lead = CanLead();
+  LeadHands(can_lead);
   pointer_->Step(inputs, felt, readings, core::kTick_s);
-  const bool is_guided = pointer_->wants_guidance() && !can_lead_;
+  const bool is_guided = pointer_->wants_guidance() && !can_lead && has_hands_;
   const bool changes = is_guided != is_guided_;
   is_guided_ = is_guided;
   if (changes && is_guided_) {
@@ -216,6 +220,8 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
       AcceptCommand(i, inputs.commands[i], received_ns, inputs.now_ns);
     }
     Write(&role, inputs.now_ns);
+    role.health = role.device->Health(inputs.now_ns);
+    role.presence.Step(role.health, role.reading.sample_ns);
     TakeDescription(i);
     UpdateAllowedCoupling(i);
     felt.push_back(role.device->Felt());
@@ -223,7 +229,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
                      (role.device->state().flags & OOS_DEVICE_IS_OFF) != 0;
     readings.push_back(role.reading);
   }
-  if (has_hands_) StepOperator(inputs, felt, readings);
+  if (has_hands_ || pointer_) StepOperator(inputs, felt, readings);
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Role& role = *roles_[i];
     if (role.device->takes_hand()) {

@@ -15,6 +15,7 @@
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
 #include "nodes/device_bridge/ports.hpp"
+#include "nodes/device_bridge/presence.hpp"
 #include "nodes/device_bridge/released_weight.hpp"
 #include "nodes/device_bridge/rendered_impulse.hpp"
 #include "nodes/device_bridge/safety_filter.hpp"
@@ -96,9 +97,10 @@ class DeviceBridge {
   [[nodiscard]] double stiffness_share(std::size_t role) const { return roles_[role]->stiffness_share; }
   [[nodiscard]] const AllowedCoupling& allowed(std::size_t role) const { return roles_[role]->allowed; }
   [[nodiscard]] const Device& device(std::size_t role) const { return *roles_[role]->device; }
-  [[nodiscard]] const DeviceHealth& health(std::size_t role, std::int64_t now_ns) noexcept {
-    return roles_[role]->device->Health(now_ns);
-  }
+  // How soon it noticed that a device was lost or back.
+  [[nodiscard]] const Presence& presence(std::size_t role) const { return roles_[role]->presence; }
+  // As of the latest step.
+  [[nodiscard]] const DeviceHealth& health(std::size_t role) const { return roles_[role]->health; }
   // Of a role whose device is a robot; false for others.
   bool Joints(std::size_t role, core::DeviceJoints* joints) const noexcept;
   // What a person who steers does next; none: nobody steers.
@@ -112,6 +114,8 @@ class DeviceBridge {
     SafetyFilter filter;
     ContactField field;
     DeviceReading reading;
+    DeviceHealth health;
+    Presence presence;
     FilteredForce written;
     RenderedImpulse impulse;
     RoleFigures figures;
@@ -142,7 +146,8 @@ class DeviceBridge {
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;
   void StepOperator(const Inputs& inputs, const core::FixedVector<FeltForce, kMaxRoles>& felt,
                     const core::FixedVector<DeviceReading, kMaxRoles>& readings) noexcept;
-  void LeadHands() noexcept;
+  [[nodiscard]] bool CanLead() const noexcept;
+  void LeadHands(bool can_lead) noexcept;
   [[nodiscard]] std::int64_t Now(std::int64_t now_ns) const {
     return options_.clock != nullptr ? options_.clock() : now_ns;
   }
@@ -156,7 +161,6 @@ class DeviceBridge {
   std::optional<PointerHand> pointer_;
   std::optional<Guide> guide_;  // of the person
   bool is_guided_ = false;      // by the scripted operator
-  bool can_lead_ = false;       // every hand's device can
   std::uint64_t ticks_ = 0;
   // Newest physics state and its arrival. A force fades when physics_node stops; before its first message, the age of
   // physics does not limit the force.

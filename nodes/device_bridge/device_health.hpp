@@ -32,7 +32,8 @@ struct DeviceHealth {
   DeviceStatus status = DeviceStatus::kWaiting;
   LinkFigures link;
   LinkQuality quality = LinkQuality::kOff;
-  std::array<char, 200> why{};  // what is wrong, ended by 0
+  std::array<char, 200> why{};   // what is wrong, ended by 0
+  std::uint64_t num_misses = 0;  // times that it was looked for and was not there
   bool is_calibrated = false;
   double residual_m = 0.0;  // of the calibration
 };

@@ -139,6 +139,57 @@ TEST(LedHand, IsNotLedToAGoalThatIsNowhere) {
   EXPECT_EQ(led.world.outputs.filter_status[0] & kNotFinite, 0U);
 }
 
+// A plug-in with a thread of its own, without it here, so that it lives in virtual time: the example. It moves by
+// itself, so nobody holds it back. Its base is turned by a calibration.
+struct LedByPlugIn {
+  double most_N = 0.0;
+  core::Pose X_WGoal{{1, 0, 0, 0}, {0.0, 0.0, 0.02}};
+  ToyWorld world;
+
+  LedByPlugIn()
+      : world(
+            "step a\nreach thing.spot\nwait until held thing\n", 1,
+            [](scene::Scenario& scenario) {
+              scene::Device& device = scenario.devices[0];
+              device.type = "plugin";
+              device.address = VR_OOS_BINARY_DIR "/test_plugins/leading_device.so";
+            },
+            Threadless()) {
+    world.hands.push_back({});
+    world.after = [this](ToyWorld& w) {
+      if (w.now_ns / 1'000'000 % 30 == 0) ++w.hands[0].header.sequence;
+      most_N = std::max(most_N, glm::length(w.bridge->device(0).Felt().F_Do_W.force_N));
+    };
+    world.Run(2.0);
+  }
+  static Options Threadless() {
+    Options options = ByAPerson();
+    options.threads.emplace();
+    options.threads->has_thread = false;
+    options.threads->find_calibration = [](const std::string&, const std::string&) {
+      return DeviceCalibration{{core::QuaternionFromRollPitchYaw({0.3, -0.2, 1.0}), {0.15, 0.1, 0.1}}, 0.001};
+    };
+    return options;
+  }
+  [[nodiscard]] double away_m() const { return glm::distance(world.X_WD().translation, X_WGoal.translation); }
+};
+
+TEST(LedHand, IsLedByAPlugInWithAThreadOfItsOwn) {
+  LedByPlugIn led;
+  ASSERT_TRUE(led.world.bridge);
+  const double begin_m = led.away_m();
+  EXPECT_GT(begin_m, 0.15);
+  EXPECT_EQ(led.most_N, 0.0) << "nobody has asked";
+  led.world.hands[0].wants_guidance = true;
+  led.world.Run(3.0);
+  EXPECT_LT(led.away_m(), 0.002);
+  EXPECT_GT(led.most_N, 0.5);
+  EXPECT_LE(led.most_N, 4.0 + 1e-9) << "of the example";
+  led.world.hands[0].wants_guidance = false;
+  led.world.Run(0.1);
+  EXPECT_EQ(glm::length(led.world.bridge->device(0).Felt().F_Do_W.force_N), 0.0);
+}
+
 // With another control, the scripted operator shows the way, by the hand's own spring.
 TEST(LedHand, IsTheScriptedOperatorsWhereTheDeviceDoesNotLead) {
   LedHand led("admittance");

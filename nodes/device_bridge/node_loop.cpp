@@ -27,6 +27,13 @@ std::size_t NumForceSamples(const scene::Scenario& scenario) {
   return static_cast<std::size_t>(seconds / core::kTick_s) * scenario.devices.size();
 }
 
+// From the loss or the return of a device to its notice.
+std::string StepsSince(const Presence& presence, bool is_found) {
+  if (presence.num_losses() == 0) return "";
+  return is_found ? ", in step " + std::to_string(presence.steps_to_found()) + " after it was away"
+                  : ", in step " + std::to_string(presence.steps_to_lost()) + " after its last sample";
+}
+
 }  // namespace
 
 NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads,
@@ -205,7 +212,7 @@ void NodeLoop::ReportFaults(std::int64_t now_ns) {
 // Prints and allocates only when a device comes or goes.
 void NodeLoop::ReportDevices(std::int64_t now_ns) {
   for (std::size_t role = 0; role < health_.size(); ++role) {
-    const DeviceHealth& health = bridge_->health(role, now_ns);
+    const DeviceHealth& health = bridge_->health(role);
     DeviceStatus& reported = reported_device_status_[role];
     if (health.status == reported) continue;
     const bool is_found = health.status == DeviceStatus::kAlive;
@@ -214,6 +221,7 @@ void NodeLoop::ReportDevices(std::int64_t now_ns) {
     if (description.serial[0] != 0) detail += std::string(" ") + description.serial;
     if (description.name[0] == 0) detail += scenario_.devices[role].type + " device";
     detail += std::string(" is ") + NameOf(health.status);
+    detail += StepsSince(bridge_->presence(role), is_found);
     if (health.why[0] != 0) detail += std::string(": ") + health.why.data();
     reported = health.status;
     node_->Emit({now_ns, "device_bridge", is_found ? "device_found" : "device_lost", detail});
@@ -223,9 +231,9 @@ void NodeLoop::ReportDevices(std::int64_t now_ns) {
 }
 
 // Beside the figures, twice a second.
-void NodeLoop::PublishHealth(std::int64_t now_ns) {
+void NodeLoop::PublishHealth() {
   for (std::size_t role = 0; role < health_.size(); ++role) {
-    const DeviceHealth& health = bridge_->health(role, now_ns);
+    const DeviceHealth& health = bridge_->health(role);
     const Device& device = bridge_->device(role);
     core::DeviceHealth& message = health_[role];
     message.role_index = static_cast<std::uint8_t>(role);
@@ -276,7 +284,7 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
   figures_writer_.Set(figures_);
   if (now_ns < next_health_ns_) return;
   next_health_ns_ = now_ns + kFiguresPeriod_ns;
-  PublishHealth(now_ns);
+  PublishHealth();
 }
 
 void NodeLoop::TakeTips() {

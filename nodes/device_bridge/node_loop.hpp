@@ -42,7 +42,7 @@ class NodeLoop {
   void PublishFigures(std::int64_t now_ns);
   void TakeTips();
   void ReportDevices(std::int64_t now_ns);
-  void PublishHealth(std::int64_t now_ns);
+  void PublishHealth();
   void SendJoints();
 
   const scene::Scenario& scenario_;

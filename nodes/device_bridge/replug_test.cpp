@@ -21,6 +21,7 @@ std::unique_ptr<WirePeer> MakePeer() {
 struct LinkCase {
   const char* name;
   std::unique_ptr<WirePeer> (*make)();
+  bool has_connection = true;  // so that the bridge notices at once that it ends, and has to make it anew
 };
 
 // A bridge whose world pushes with 5 N all the time.
@@ -45,7 +46,7 @@ struct PluggedWorld {
     options.threads->has_thread = false;
     return options;
   }
-  DeviceStatus status() { return world.bridge->health(0, world.now_ns).status; }
+  DeviceStatus status() { return world.bridge->health(0).status; }
   // Ticks until then; -1: not within that many.
   int TicksUntil(int most, const std::function<bool()>& condition) {
     for (int i = 1; i <= most; ++i) {
@@ -93,7 +94,7 @@ TEST(Replug, OfAPlugInIsBackWithinASecond) {
   ASSERT_TRUE(world.bridge);
   int away_ticks = 0, longest_ticks = 0;
   world.after = [&](ToyWorld& w) {
-    const bool is_there = w.bridge->health(0, w.now_ns).status == DeviceStatus::kAlive;
+    const bool is_there = w.bridge->health(0).status == DeviceStatus::kAlive;
     away_ticks = is_there ? 0 : away_ticks + 1;
     longest_ticks = std::max(longest_ticks, away_ticks);
   };
@@ -113,7 +114,7 @@ TEST(Replug, OfHugIsBackWithinASecondAndItsForceTwoLater) {
   ASSERT_TRUE(world.bridge);
   world.contact = [](const core::DeviceState& /*state*/) { return core::Wrench{{kWanted_N, 0, 0}, {}}; };
   world.Run(3.9);
-  const auto Status = [&] { return world.bridge->health(0, world.now_ns).status; };
+  const auto Status = [&] { return world.bridge->health(0).status; };
   const auto Felt_N = [&] { return glm::length(world.bridge->device(0).Felt().F_Do_W.force_N); };
   EXPECT_NEAR(Felt_N(), kWanted_N, 1e-6);
   world.Run(0.4);
@@ -125,8 +126,35 @@ TEST(Replug, OfHugIsBackWithinASecondAndItsForceTwoLater) {
   EXPECT_NEAR(Felt_N(), kWanted_N, 0.5);  // with what keeps it passive
 }
 
+// What the bridge says of itself is what is counted here. A sample is sent after a tick and read in the next; where the
+// bridge has to open the device, it counts from its last try in vain, which was before the device was put back.
+TEST_P(ReplugLink, IsNoticedAsSoonAsTheBridgeSays) {
+  PluggedWorld plugged(GetParam());
+  ASSERT_TRUE(plugged.world.bridge);
+  const Presence& presence = plugged.world.bridge->presence(0);
+  ASSERT_GT(plugged.TicksUntil(3000, [&] { return plugged.IsPushed(); }), 0);
+  EXPECT_EQ(presence.num_losses(), 0U);
+  for (const double away_s : {0.5, 1.3}) {
+    plugged.peer->Unplug();
+    const int lost_ticks = plugged.TicksUntil(100, [&] { return plugged.status() != DeviceStatus::kAlive; });
+    EXPECT_EQ(presence.steps_to_lost(), GetParam().has_connection ? lost_ticks : lost_ticks - 1);
+    plugged.world.Run(away_s);
+    plugged.peer->Plug();
+    const int found_ticks = plugged.TicksUntil(kBack_ticks, [&] { return plugged.status() == DeviceStatus::kAlive; });
+    if (GetParam().has_connection) {
+      EXPECT_GE(presence.steps_to_found(), found_ticks);
+      EXPECT_LE(presence.steps_to_found(), found_ticks + 250) << "between two tries";
+    } else {
+      EXPECT_EQ(presence.steps_to_found(), found_ticks - 1);
+    }
+  }
+  EXPECT_EQ(presence.num_losses(), 2U);
+  EXPECT_LE(std::max(presence.most_steps_to_lost(), presence.most_steps_to_found()), kBack_ticks);
+}
+
 INSTANTIATE_TEST_SUITE_P(Each, ReplugLink,
-                         ::testing::Values(LinkCase{"udp", MakePeer<UdpPeer>}, LinkCase{"serial", MakePeer<SerialPeer>},
+                         ::testing::Values(LinkCase{"udp", MakePeer<UdpPeer>, false},
+                                           LinkCase{"serial", MakePeer<SerialPeer>},
                                            LinkCase{"haply", MakePeer<HaplyPeer>}),
                          [](const auto& link) { return link.param.name; });
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <string>
 
 #include "device/frame.hpp"
 
@@ -23,6 +24,7 @@ class FakeUdpDevice {
   FakeUdpDevice(const FakeUdpDevice&) = delete;
   FakeUdpDevice& operator=(const FakeUdpDevice&) = delete;
 
+  void Send(const std::string& text) const { send(socket_, text.data(), text.size(), 0); }
   void Send(const Frame& frame) const { send(socket_, frame.bytes.data(), frame.size, 0); }
   void SendState(std::uint32_t sequence, std::uint32_t reflected = 0) const {
     oos_device_state state{};

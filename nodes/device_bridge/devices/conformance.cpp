@@ -19,6 +19,7 @@ constexpr std::int64_t kLook_ns = 2'000'000'000;   // longer than two windows of
 // have two thousand hostile commands, and a mute lasts more than twice the watchdog.
 constexpr std::int64_t kPush_ns = 1'500'000'000;
 constexpr std::int64_t kHostile_ns = 2'000'000'000;
+constexpr double kLeadWay_m = 0.02;  // to where it leads: within any workspace
 constexpr std::int64_t kMuted_ns = 150'000'000;
 constexpr double kWatchdog_s = 0.06;  // of device/plugin.h
 // One sample and its way later than the watchdog.
@@ -45,6 +46,7 @@ class ConformanceChecker {
     Look();
     if (MayPush()) {
       Push();
+      LeadAway();
       Provoke();
       FallSilent();
     }
@@ -221,6 +223,49 @@ class ConformanceChecker {
         "It must apply F_Do_B, in N, and tell what it applies.");
   }
 
+  // Only of a device that says that it leads. Nothing else is commanded meanwhile.
+  void LeadAway() {
+    if ((device_.description().flags & OOS_DEVICE_LEADS) == 0) return;
+    if (!device_.can_lead()) {
+      Add("lead", false, "it says that it leads", "Its table has no lead().");
+      return;
+    }
+    const double limit_N = filter_.limits().max_force_N;
+    LeadGoal goal{reading_.X_WD, limit_N, filter_.limits().max_torque_Nm};
+    goal.X_WG.translation.x += kLeadWay_m;
+    double largest_N = 0.0;
+    For(kPush_ns, [&] {
+      Command({});
+      device_.Lead(&goal);
+      if (is_new_) largest_N = std::max(largest_N, Applied_N());
+    });
+    const double left_m = glm::distance(reading_.X_WD.translation, goal.X_WG.translation);
+    const double until_s = SecondsUntilForceEnds([&] {
+      Command({});
+      device_.Lead(nullptr);
+    });
+    std::string remedy;
+    if (left_m > 0.5 * kLeadWay_m) remedy = "It must come nearer to the goal; let the hand go along.";
+    if (largest_N > limit_N * 1.001) remedy = Text("Above %.3f N: command and guidance count together.", limit_N);
+    if (until_s > kWatchdog_s + kWatchdogGrace_s) remedy = "It must let go when it is told no goal.";
+    Add("lead", remedy.empty(),
+        Text("%.1f mm of %.0f mm were left", 1e3 * left_m, 1e3 * kLeadWay_m) +
+            Text(", with at most %.3f N, and let go after %.0f ms", largest_N, 1e3 * until_s),
+        remedy);
+  }
+
+  template <class During>
+  double SecondsUntilForceEnds(const During& during) {
+    const std::int64_t begin_ns = options_.clock();
+    double until_s = 0.0;
+    For(kMuted_ns, [&] {
+      during();
+      const bool is_off = (device_.state().flags & OOS_DEVICE_IS_OFF) != 0;
+      if (!is_off && Applied_N() > 1e-6) until_s = static_cast<double>(options_.clock() - begin_ns) * 1e-9;
+    });
+    return until_s;
+  }
+
   // Whatever is commanded, the filter lets nothing above the limit pass.
   void Provoke() {
     const double limit_N = filter_.limits().max_force_N;
@@ -254,12 +299,7 @@ class ConformanceChecker {
       return;
     }
     device_.SetMuted(true);
-    const std::int64_t begin_ns = options_.clock();
-    double until_s = 0.0;
-    For(kMuted_ns, [&] {
-      const bool is_off = (device_.state().flags & OOS_DEVICE_IS_OFF) != 0;
-      if (!is_off && Applied_N() > 1e-6) until_s = static_cast<double>(options_.clock() - begin_ns) * 1e-9;
-    });
+    const double until_s = SecondsUntilForceEnds([] {});
     device_.SetMuted(false);
     Add("watchdog", until_s <= kWatchdog_s + kWatchdogGrace_s,
         Text("without commands its force was gone after %.0f ms", 1e3 * until_s),

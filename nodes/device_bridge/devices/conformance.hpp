@@ -25,8 +25,8 @@ struct ConformanceOptions {
 };
 
 // Checks that a device keeps to device/plugin.h and is good enough for a hand: rate, jitter, loss, round trip, units,
-// force as commanded, no force above the limit whatever is commanded, its own watchdog. Lasts some eight seconds. For
-// the checks with force its dead-man must be held.
+// force as commanded, guidance to a goal if it leads, no force above the limit whatever is commanded, its own watchdog.
+// Lasts some eight seconds. For the checks with force its dead-man must be held.
 std::vector<ConformanceFinding> CheckConformance(Device* device, const ConformanceOptions& options);
 
 }  // namespace device_bridge

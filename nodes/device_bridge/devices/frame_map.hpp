@@ -43,6 +43,14 @@ class FrameMap {
     const glm::dquat R_BW = glm::conjugate(R_WB_);
     return {R_BW * F_Do_W.force_N, R_BW * F_Do_W.torque_Nm};
   }
+  [[nodiscard]] core::Wrench Map(const core::Wrench& F_Do_B) const {
+    return {R_WB_ * F_Do_B.force_N, R_WB_ * F_Do_B.torque_Nm};
+  }
+  // Where the device would have its hand frame if D stood there.
+  [[nodiscard]] core::Pose ToBase(const core::Pose& X_WG) const {
+    const glm::dquat R_BW = glm::conjugate(R_WB_);
+    return {glm::normalize(R_BW * X_WG.rotation * glm::conjugate(R_DDw_)), R_BW * (X_WG.translation - p_WB_)};
+  }
   [[nodiscard]] core::Pose X_WB() const { return {R_WB_, p_WB_}; }
   [[nodiscard]] const core::Pose& X_WD() const { return X_WD_; }  // of the latest Map
   [[nodiscard]] bool is_calibrated() const { return is_calibrated_; }

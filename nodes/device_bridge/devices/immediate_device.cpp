@@ -37,6 +37,7 @@ void ImmediateDevice::Step(std::int64_t now_ns, const oos_device_command* comman
   }
   // A simulated device that was unplugged stays where it was, let go.
   health_.status = DeviceStatus::kGone;
+  ++health_.num_misses;
   state_.flags = OOS_DEVICE_IS_OFF;
   for (double& v : state_.V_BD) v = 0.0;
   for (double& f : state_.applied) f = 0.0;
@@ -86,13 +87,7 @@ void ImmediateDevice::SetHand(const HandTarget& target) noexcept {
 void ImmediateDevice::Lead(const LeadGoal* goal) noexcept {
   if (!can_lead()) return;
   oos_device_goal there{};
-  there.size = sizeof there;
-  if (goal != nullptr) {
-    ToArray(goal->X_WG, there.X_BG);
-    there.max_force_N = goal->max_force_N;
-    there.max_torque_Nm = goal->max_torque_Nm;
-  }
-  const bool is_usable = goal != nullptr && IsPose(there.X_BG);  // it comes of poses that were on the bus
+  const bool is_usable = goal != nullptr && FillGoal(goal->X_WG, goal->max_force_N, goal->max_torque_Nm, &there);
   plugin_.functions->lead(device_, is_usable ? &there : nullptr);
 }
 

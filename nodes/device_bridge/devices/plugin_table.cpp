@@ -8,6 +8,7 @@
 #include "hug/plugin.hpp"
 #include "nodes/device_bridge/arms/arm_plugin.hpp"
 #include "nodes/device_bridge/devices/replay_plugin.hpp"
+#include "tracking/plugin.hpp"
 
 namespace device_bridge {
 namespace {
@@ -54,6 +55,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
   if (type == "udp") table.functions = &device::UdpPlugin();
   if (type == "serial") table.functions = &device::SerialPlugin();
   if (type == "haply") table.functions = &device::HaplyPlugin();
+  if (type == "dtrack") table.functions = &tracking::Plugin();
   if (type == "replay") table.functions = &ReplayPlugin();
   if (type == "plugin") {
     auto loaded = LoadLibrary(address);
@@ -64,8 +66,8 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
     return core::Fail(
         core::ErrorCode::kUnsupported,
         "unknown type '" + type +
-            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"hug\", \"udp\", \"serial\", \"plugin\", \"haply\" or "
-            "\"replay\".");
+            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"hug\", \"udp\", \"serial\", \"plugin\", \"haply\", "
+            "\"dtrack\" or \"replay\".");
   }
   if (auto checked = CheckTable(*table.functions, type == "plugin" ? address : type); !checked) {
     return tl::unexpected(checked.error());

@@ -60,6 +60,16 @@ inline bool IsPose(const double (&X)[7]) {
   return std::abs(square - 1.0) < 1e-3 && AreFinite(X);
 }
 
+// Into what a device is told. False, and the goal is not usable: it comes of poses that were on the bus.
+inline bool FillGoal(const core::Pose& X_BG, double max_force_N, double max_torque_Nm, oos_device_goal* goal) {
+  *goal = {};
+  goal->size = sizeof *goal;
+  ToArray(X_BG, goal->X_BG);
+  goal->max_force_N = max_force_N;
+  goal->max_torque_Nm = max_torque_Nm;
+  return IsPose(goal->X_BG);
+}
+
 // Every number that the bridge uses is finite, and poses are poses.
 inline bool IsUsable(const oos_device_state& state) {
   return IsPose(state.X_BD) && AreFinite(state.V_BD) && AreFinite(state.applied) && AreFinite(state.hand_F_Do_B) &&

@@ -39,6 +39,12 @@ struct Order {
   oos_device_command command{};
   std::int64_t written_ns = 0;
 };
+// Where to lead the hand, if anywhere.
+struct LeadOrder {
+  oos_device_goal goal{};
+  bool leads = false;
+  std::int64_t written_ns = 0;
+};
 // Of a robot, for people to watch: 62 times a second.
 constexpr std::uint64_t kTicksPerJointsCall = 16;
 
@@ -49,6 +55,7 @@ struct Report {
   std::array<char, 200> why{};
   oos_device_description description{};
   std::uint64_t num_found = 0;
+  std::uint64_t num_misses = 0;
   bool is_calibrated = false;
   DeviceCalibration calibration;
 };
@@ -146,11 +153,13 @@ class ThreadedDevice::Thread {
     orders_.Write(order);
     Wake();
   }
+  void Lead(const LeadOrder& order) noexcept { lead_orders_.Write(order); }
   void SetMuted(bool is_muted) noexcept { is_muted_.store(is_muted); }
   bus::LatestValue<Sample>& samples() { return samples_; }
   bus::LatestValue<Report>& reports() { return reports_; }
   bus::LatestValue<oos_device_joints>& joints() { return joints_; }
   [[nodiscard]] bool is_robot() const { return GivesJoints(plugin_); }
+  [[nodiscard]] bool has_lead() const { return CanLead(plugin_); }
   // When the call began that the thread is in; 0: none.
   [[nodiscard]] std::int64_t call_ns() const { return call_ns_.load(std::memory_order_acquire); }
 
@@ -242,10 +251,9 @@ class ThreadedDevice::Thread {
       bad_setting_ = report_.why.data();
       return false;
     }
-    if (std::strcmp(why.data(), report_.why.data()) != 0) {
-      SetWhy(why.data());
-      reports_.Write(report_);
-    }
+    ++report_.num_misses;
+    SetWhy(why.data());
+    reports_.Write(report_);
     return false;
   }
 
@@ -296,7 +304,16 @@ class ThreadedDevice::Thread {
     }
     if (result != OOS_DEVICE_OK) return false;
     if (!TakeSample(&sample) || !Describe()) return false;
-    return !is_tick || TakeJoints();
+    return !is_tick || (TellGoal() && TakeJoints());
+  }
+
+  // A goal holds as long as a force. False: the device is broken.
+  bool TellGoal() {
+    lead_orders_.Update();
+    if (lead_orders_.sequence() == 0 || (report_.description.flags & OOS_DEVICE_LEADS) == 0) return true;
+    const LeadOrder& order = lead_orders_.value();
+    const bool leads = order.leads && turn_ns_ - order.written_ns <= kDeviceSilence_ns && !is_muted_.load();
+    return Guard("lead", [&] { plugin_.functions->lead(device_, leads ? &order.goal : nullptr); });
   }
 
   // False: the device is broken.
@@ -380,6 +397,7 @@ class ThreadedDevice::Thread {
   std::atomic<std::int64_t> call_ns_{0};
   bus::LatestValue<Sample> samples_;
   bus::LatestValue<Order> orders_;
+  bus::LatestValue<LeadOrder> lead_orders_;
   bus::LatestValue<Report> reports_;
   bus::LatestValue<oos_device_joints> joints_;
 
@@ -427,6 +445,7 @@ void ThreadedDevice::TakeNews(std::int64_t now_ns) noexcept {
     health_.link = report.link;
     health_.quality = QualityOf(report.link);
     health_.why = report.why;
+    health_.num_misses = report.num_misses;
     health_.is_calibrated = report.is_calibrated;
     health_.residual_m = report.calibration.residual_m;
     if (report.num_found != num_found_) {
@@ -456,6 +475,7 @@ void ThreadedDevice::TakeNews(std::int64_t now_ns) noexcept {
 DeviceReading ThreadedDevice::Read(std::int64_t now_ns) noexcept {
   thread_->TurnWithoutThread(now_ns);
   TakeNews(now_ns);
+  read_ns_ = now_ns;
   DeviceReading reading;
   const bool is_alive = health_.status == DeviceStatus::kAlive;
   reading.is_engaged =
@@ -485,6 +505,28 @@ void ThreadedDevice::Write(std::int64_t now_ns, const FilteredForce& force) noex
   order.command.brake_N_s_per_m = force.brake_N_s_per_m();
   order.command.brake_Nm_s_per_rad = force.brake_Nm_s_per_rad();
   thread_->Write(order);
+}
+
+FeltForce ThreadedDevice::Felt() const noexcept {
+  FeltForce felt;
+  felt.opening_m = state_.opening_m;
+  if (health_.status != DeviceStatus::kAlive) return felt;
+  felt.F_Do_W = map_.Map(WrenchOf(state_.applied));
+  felt.grip_force_N = state_.applied[6];
+  return felt;
+}
+
+bool ThreadedDevice::can_lead() const noexcept {
+  return (description_.flags & OOS_DEVICE_LEADS) != 0 && thread_->has_lead();
+}
+
+void ThreadedDevice::Lead(const LeadGoal* goal) noexcept {
+  if (!can_lead()) return;
+  LeadOrder order;
+  order.written_ns = read_ns_;
+  order.leads =
+      goal != nullptr && FillGoal(map_.ToBase(goal->X_WG), goal->max_force_N, goal->max_torque_Nm, &order.goal);
+  thread_->Lead(order);
 }
 
 bool ThreadedDevice::is_robot() const noexcept {

@@ -45,6 +45,10 @@ class ThreadedDevice final : public Device {
 
   DeviceReading Read(std::int64_t now_ns) noexcept override;
   void Write(std::int64_t now_ns, const FilteredForce& force) noexcept override;
+  // Without the hand's own force, which nobody measures.
+  [[nodiscard]] FeltForce Felt() const noexcept override;
+  [[nodiscard]] bool can_lead() const noexcept override;
+  void Lead(const LeadGoal* goal) noexcept override;
   [[nodiscard]] std::uint64_t num_found() const noexcept override { return num_found_; }
   [[nodiscard]] const oos_device_description& description() const noexcept override { return description_; }
   [[nodiscard]] const DeviceHealth& Health(std::int64_t now_ns) noexcept override;
@@ -65,6 +69,7 @@ class ThreadedDevice final : public Device {
   FrameMap map_;
   oos_device_description description_{};
   oos_device_state state_{};
+  std::int64_t read_ns_ = 0;    // of the latest Read
   std::int64_t sample_ns_ = 0;  // arrival of the newest sample; 0: none
   std::uint64_t num_found_ = 0;
   std::uint64_t num_written_ = 0;

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ctime>
 #include <functional>
 
 #include "bus/rt/periodic_loop.hpp"
 #include "core/clock.hpp"
+#include "device/testing/fake_udp_device.hpp"
 #include "nodes/device_bridge/devices/conformance.hpp"
 #include "nodes/device_bridge/devices/make_device.hpp"
 #include "nodes/device_bridge/devices/plugin_values.hpp"
@@ -152,6 +152,54 @@ INSTANTIATE_TEST_SUITE_P(Each, ThreadedDeviceFault,
                            return name;
                          });
 
+// Of a device that is not calibrated, so B has the axes of W. It is told of no goal when the bridge
+// falls silent.
+TEST(ThreadedDevice, LeadsToAGoalAndLetsGoWhenTheBridgeFallsSilent) {
+  Rig rig(Faulty("leads well"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  ASSERT_TRUE(rig.device->can_lead());
+  LeadGoal goal{{rig.reading.X_WD.rotation, rig.reading.X_WD.translation + glm::dvec3(0.05, 0, 0)}, 3.0, 1.0};
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return glm::distance(rig.reading.X_WD.translation, goal.X_WG.translation) < 1e-3;
+  }));
+  EXPECT_EQ(rig.device->state().applied[0], 2.5) << "command and guidance";
+  EXPECT_EQ(rig.device->Felt().F_Do_W.force_N.x, 2.5);
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  while (rig.device->state().applied[0] != 0.0 && core::MonotonicNow_ns() - begin_ns < kPatience_ns) {
+    rig.loop.WaitNext();
+    rig.device->Read(core::MonotonicNow_ns());
+  }
+  EXPECT_EQ(rig.device->state().applied[0], 0.0);
+}
+
+TEST(ThreadedDevice, IsToldNoGoalThatIsNowhere) {
+  Rig rig(Faulty("leads well"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  LeadGoal goal{rig.reading.X_WD, 3.0, 1.0};
+  ASSERT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->state().applied[0] == 2.5;
+  }));
+  goal.X_WG.translation.x = std::nan("");
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->state().applied[0] == 2.0;
+  }));
+  EXPECT_TRUE(std::isfinite(rig.reading.X_WD.translation.x));
+}
+
+TEST(ThreadedDevice, ThatThrowsWhenItIsToLeadIsOff) {
+  Rig rig(Faulty("throw in lead"));
+  ASSERT_TRUE(rig.Until([&] { return rig.reading.is_engaged; }));
+  LeadGoal goal{rig.reading.X_WD, 3.0, 1.0};
+  EXPECT_TRUE(rig.Until([&] {
+    rig.device->Lead(&goal);
+    return rig.device->Health(core::MonotonicNow_ns()).status == DeviceStatus::kBroken;
+  }));
+  EXPECT_NE(rig.why().find("lead() threw: no way"), std::string::npos) << rig.why();
+}
+
 TEST(ThreadedDevice, ComesBackAfterAHang) {
   Rig rig(Faulty("hang for a while"));
   ASSERT_TRUE(rig.UntilStatus(DeviceStatus::kHung));
@@ -217,6 +265,34 @@ TEST(MakeDevice, RefusesWhatCannotBeADeviceWithTheRemedy) {
   EXPECT_NE(Why(old).find("unknown type 'hologram'"), std::string::npos);
 }
 
+// In virtual time. Not calibrated: the trigger is a clutch.
+TEST(MakeDevice, AFlystickOfDtrackMovesTheHandWhileItsTriggerIsHeld) {
+  scene::Device stick;
+  stick.role = "right";
+  stick.type = "dtrack";
+  stick.address = std::to_string(device::FreeUdpPort());
+  stick.X_WD_start.translation = {1, 2, 3};
+  ThreadedOptions threadless;
+  threadless.has_thread = false;
+  auto made = MakeDevice(stick, threadless);
+  ASSERT_TRUE(made) << made.error().detail;
+  const device::FakeUdpDevice controller(static_cast<std::uint16_t>(std::stoi(stick.address)));
+  std::int64_t now_ns = 1'000'000'000;
+  const auto Frame = [&](const std::string& x_mm, const std::string& keys) {
+    controller.Send("6df2 1 1 [0 1.0 6 2][" + x_mm + " 0 0][1 0 0 0 1 0 0 0 1][" + keys + "]\r\n");
+    now_ns += 16'000'000;
+    return (*made)->Read(now_ns);
+  };
+  EXPECT_FALSE(Frame("100", "0 0 0").is_engaged);
+  EXPECT_EQ((*made)->Health(now_ns).status, DeviceStatus::kAlive);
+  EXPECT_TRUE(Frame("500", "1 0 0").is_engaged);
+  const DeviceReading moved = Frame("550", "1 0 -1");
+  EXPECT_NEAR(glm::distance(moved.X_WD.translation, glm::dvec3(1.05, 2, 3)), 0.0, 1e-12);
+  EXPECT_EQ(moved.opening_m, 0.0);
+  EXPECT_NEAR(Frame("900", "0 0 0").X_WD.translation.x, 1.05, 1e-12) << "let go";
+  EXPECT_FALSE((*made)->can_lead());
+}
+
 TEST(MakeDevice, TheCommandLineChoosesDevices) {
   scene::Scenario scenario;
   scenario.name = "s";
@@ -232,15 +308,18 @@ TEST(MakeDevice, TheCommandLineChoosesDevices) {
   }
 }
 
-std::vector<ConformanceFinding> CheckOf(Device* device) {
+// In virtual time, without a wait: of a simulated arm, or a plug-in without its thread.
+std::vector<ConformanceFinding> CheckOf(const scene::Device& what) {
+  ThreadedOptions threadless;
+  threadless.has_thread = false;
+  auto made = MakeDevice(what, threadless);
+  if (!made) return {};
+  std::int64_t now_ns = 1'000'000'000;
   ConformanceOptions options;
-  options.clock = core::MonotonicNow_ns;
-  options.wait_until = [](std::int64_t time_ns) {
-    const timespec until{time_ns / 1'000'000'000, time_ns % 1'000'000'000};
-    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-  };
+  options.clock = [&] { return now_ns; };
+  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
   options.is_interrupted = [] { return false; };
-  return CheckConformance(device, options);
+  return CheckConformance(made->get(), options);
 }
 
 Verdict VerdictOn(const std::vector<ConformanceFinding>& findings, const std::string& subject) {
@@ -251,38 +330,45 @@ Verdict VerdictOn(const std::vector<ConformanceFinding>& findings, const std::st
   return Verdict::kFails;
 }
 
-// All but what a busy machine decides: rate, jitter, round trip.
 TEST(Conformance, TheExampleOfTheHowToHolds) {
   scene::Device own = Faulty("");
   own.address = VR_OOS_BINARY_DIR "/test_plugins/own_device.so";
-  Rig rig(own);
-  const auto findings = CheckOf(rig.device.get());
-  for (const char* subject : {"found", "loss", "metres", "nanoseconds", "velocity", "push", "clamp", "watchdog"}) {
+  const auto findings = CheckOf(own);
+  for (const char* subject :
+       {"found", "rate", "jitter", "loss", "metres", "nanoseconds", "velocity", "push", "clamp", "watchdog"}) {
     EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
   }
 }
 
+TEST(Conformance, TheExampleThatLeadsHolds) {
+  scene::Device leading = Faulty("");
+  leading.address = VR_OOS_BINARY_DIR "/test_plugins/leading_device.so";
+  const auto findings = CheckOf(leading);
+  for (const char* subject : {"found", "metres", "nanoseconds", "push", "lead", "clamp", "watchdog"}) {
+    EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
+  }
+}
+
+TEST(Conformance, ADeviceThatLeadsNowhereOrWithTooMuchForceOrForeverIsFound) {
+  for (const char* fault : {"leads nowhere", "leads too hard", "leads forever"}) {
+    const auto findings = CheckOf(Faulty(fault));
+    EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kHolds) << fault;
+    EXPECT_EQ(VerdictOn(findings, "lead"), Verdict::kFails) << fault;
+  }
+}
+
 TEST(Conformance, ADeviceWithoutWatchdogAndClockIsFound) {
-  Rig rig(Faulty(""));
-  const auto findings = CheckOf(rig.device.get());
+  const auto findings = CheckOf(Faulty(""));
   EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kHolds);
   EXPECT_EQ(VerdictOn(findings, "nanoseconds"), Verdict::kFails);
   EXPECT_EQ(VerdictOn(findings, "watchdog"), Verdict::kFails);
   EXPECT_EQ(VerdictOn(findings, "velocity"), Verdict::kSkipped);
 }
 
-// In virtual time, without a wait.
 TEST(Conformance, TheSimulatedArmHolds) {
-  std::int64_t now_ns = 1'000'000'000;
   scene::Device arm;
   arm.role = "right";
-  auto made = MakeDevice(arm, std::nullopt);
-  ASSERT_TRUE(made);
-  ConformanceOptions options;
-  options.clock = [&] { return now_ns; };
-  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
-  options.is_interrupted = [] { return false; };
-  const auto findings = CheckConformance(made->get(), options);
+  const auto findings = CheckOf(arm);
   for (const char* subject : {"found", "metres", "nanoseconds", "push", "clamp", "watchdog"}) {
     EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
   }

@@ -1,6 +1,5 @@
 #include "nodes/device_bridge/head/dtrack_head.hpp"
 
-#include <arpa/inet.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
@@ -13,37 +12,13 @@
 #include <vector>
 
 #include "bus/rt/thread_setup.hpp"
-#include "scene/udp_address.hpp"
 #include "tracking/dtrack.hpp"
+#include "tracking/listen.hpp"
 
 namespace device_bridge {
 namespace {
 
 constexpr std::size_t kMostBytes = 65536;  // of a datagram
-
-std::optional<sockaddr_in> AddressOf(const std::string& text) {
-  const auto parsed = scene::ParseUdpAddress(text);
-  if (!parsed) return std::nullopt;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(parsed->ip);
-  address.sin_port = htons(parsed->port);
-  return address;
-}
-
-bool Listen(int fd, sockaddr_in* address) {
-  const int yes = 1;
-  // Several programs may hear a group.
-  const bool is_group = IN_MULTICAST(ntohl(address->sin_addr.s_addr));
-  if (is_group) setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  if (bind(fd, reinterpret_cast<const sockaddr*>(address), sizeof *address) != 0) return false;
-  if (is_group) {
-    const ip_mreq group{address->sin_addr, {htonl(INADDR_ANY)}};
-    if (setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0) return false;
-  }
-  socklen_t size = sizeof *address;
-  return getsockname(fd, reinterpret_cast<sockaddr*>(address), &size) == 0;
-}
 
 }  // namespace
 
@@ -52,24 +27,15 @@ core::Result<std::unique_ptr<DtrackHead>> DtrackHead::Create(const scene::User& 
       user.location.file.empty()
           ? "user '" + user.name + "': "
           : user.location.file.string() + ":" + std::to_string(user.location.line) + ": user '" + user.name + "': ";
-  auto address = AddressOf(user.address);
-  if (!address) {
-    return core::Fail(core::ErrorCode::kInvalidInput,
-                      who + "address is '" + user.address +
-                          "'; write the port that DTrack sends to, as 5000, or a multicast group and a port, as "
-                          "239.0.1.1:5000");
-  }
-  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const auto listener = tracking::Listen(user.address);
+  if (!listener) return core::Fail(listener.error().code, who + listener.error().detail);
   const int wake_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  if (fd < 0 || wake_fd < 0 || !Listen(fd, &*address)) {
+  if (wake_fd < 0) {
     const std::string why = std::strerror(errno);
-    if (fd >= 0) close(fd);
-    if (wake_fd >= 0) close(wake_fd);
-    return core::Fail(core::ErrorCode::kIo, who + "nothing can be received at " + user.address + ": " + why +
-                                                "; does another program listen there, or is the address another "
-                                                "machine's?");
+    close(listener->fd);
+    return core::Fail(core::ErrorCode::kIo, who + "no thread can listen for it: " + why);
   }
-  return std::unique_ptr<DtrackHead>(new DtrackHead(user, fd, wake_fd, ntohs(address->sin_port)));
+  return std::unique_ptr<DtrackHead>(new DtrackHead(user, listener->fd, wake_fd, listener->port));
 }
 
 DtrackHead::DtrackHead(const scene::User& user, int socket, int wake_fd, std::uint16_t port)
@@ -78,7 +44,7 @@ DtrackHead::DtrackHead(const scene::User& user, int socket, int wake_fd, std::ui
       port_(port),
       body_(user.body),
       X_RT_(user.X_RT),
-      p_BH_m_(user.p_BH_m),
+      X_BH_(user.X_BH),
       description_("body " + std::to_string(user.body) + " of DTrack, at UDP port " + std::to_string(port)),
       thread_([this] { Run(); }) {}
 
@@ -122,9 +88,7 @@ void DtrackHead::Take(std::string_view datagram) {
 
 std::optional<core::Pose> DtrackHead::Read(std::int64_t /*now_ns*/) noexcept {
   if (!poses_TB_.Update()) return std::nullopt;
-  core::Pose X_RH = X_RT_ * poses_TB_.value();
-  X_RH.translation += X_RH.rotate(p_BH_m_);
-  return X_RH;
+  return X_RT_ * poses_TB_.value() * X_BH_;
 }
 
 }  // namespace device_bridge

@@ -38,8 +38,7 @@ class DtrackHead final : public HeadTracker {
   int socket_, wake_fd_;
   std::uint16_t port_;
   int body_;
-  core::Pose X_RT_;
-  glm::dvec3 p_BH_m_;
+  core::Pose X_RT_, X_BH_;
   std::string description_;
   std::uint64_t num_bad_ = 0;
   bus::LatestValue<core::Pose> poses_TB_;

@@ -59,7 +59,7 @@ std::optional<core::Pose> WaitFor(DtrackHead* head) {
 TEST(DtrackHead, StandsWhereTheBodyIsInTheRoom) {
   scene::User user = UserAt("127.0.0.1:0");
   user.X_RT = {core::QuaternionFromRotationVector({0, 0, std::numbers::pi / 2.0}), {0, 0, 1}};
-  user.p_BH_m = {0, 0.08, 0};
+  user.X_BH.translation = {0, 0.08, 0};
   auto head = DtrackHead::Create(user);
   ASSERT_TRUE(head) << head.error().detail;
   EXPECT_FALSE((*head)->Read(core::MonotonicNow_ns())) << "nothing has come";
@@ -69,6 +69,31 @@ TEST(DtrackHead, StandsWhereTheBodyIsInTheRoom) {
   ASSERT_TRUE(X_RH);
   // (0.2, 0.08, 0.5) of T, turned: (-0.08, 0.2, 0.5), and a metre up.
   EXPECT_NEAR(glm::distance(X_RH->translation, glm::dvec3(-0.08, 0.2, 1.5)), 0.0, 1e-12);
+}
+
+// A target that was clipped on with its x axis ahead and 20 degrees down: of a head that looks straight ahead, DTrack
+// sends the target's turn; what is given is the head's, so both eyes are level and beside each other.
+TEST(DtrackHead, LooksWhereTheHeadDoesHoweverItsTargetIsMounted) {
+  constexpr double kHalf_m = 0.0315;  // between the eyes
+  const double dip = 20.0 * std::numbers::pi / 180.0;
+  scene::User user = UserAt("127.0.0.1:0");
+  // Columns: the target's axes in the head's (x to the right, y ahead, z up).
+  const glm::dvec3 ahead(0, std::cos(dip), -std::sin(dip)), left(-1, 0, 0);
+  const glm::dmat3 R_HB(ahead, left, glm::cross(ahead, left));
+  user.X_BH = {glm::quat_cast(glm::transpose(R_HB)), {0.05, 0, 0.01}};
+  auto head = DtrackHead::Create(user);
+  ASSERT_TRUE(head) << head.error().detail;
+  const Controller controller((*head)->port());
+  char text[256];
+  std::snprintf(text, sizeof text, "6d 1 [3 1.0][100 200 1500][%.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f %.9f]\r\n",
+                R_HB[0][0], R_HB[0][1], R_HB[0][2], R_HB[1][0], R_HB[1][1], R_HB[1][2], R_HB[2][0], R_HB[2][1],
+                R_HB[2][2]);
+  controller.Send(text);
+  const auto X_RH = WaitFor(head->get());
+  ASSERT_TRUE(X_RH);
+  const glm::dvec3 middle_R = glm::dvec3(0.1, 0.2, 1.5) + 0.05 * ahead + 0.01 * glm::cross(ahead, left);
+  EXPECT_LT(glm::distance(*X_RH * glm::dvec3(kHalf_m, 0, 0), middle_R + glm::dvec3(kHalf_m, 0, 0)), 1e-8);
+  EXPECT_LT(glm::distance(X_RH->rotate({0, 1, 0}), glm::dvec3(0, 1, 0)), 1e-8) << "ahead";
 }
 
 // Each pose is given once; a frame in which the body is not tracked, or another one is, has none.

@@ -21,6 +21,8 @@ struct Faulty {
   std::int64_t begin_ns = 0;
   std::uint64_t sample = 0;
   double force_N[3] = {};
+  double led_m = 0.0;  // along x
+  double lead_N = 0.0;
 };
 
 // A library stays loaded while a thread hangs in it, so each fault has a count of its own.
@@ -34,6 +36,10 @@ std::string OptionOf(const oos_device_setting& setting, const char* name) {
     if (std::strcmp(setting.options[i].name, name) == 0) return setting.options[i].value;
   }
   return "";
+}
+
+bool IsToLead(const std::string& fault) {
+  return fault.find("lead") != std::string::npos;
 }
 
 // After a while, twice: "unplugged", with whatever follows.
@@ -63,6 +69,7 @@ int Describe(void* device, oos_device_description* description) {
   std::strcpy(description->name, "faulty");
   std::strcpy(description->serial, IsUnplugged(self.fault) ? std::to_string(NumOpened(self.fault)).c_str() : "1");
   description->flags = OOS_DEVICE_TELLS_APPLIED;
+  if (IsToLead(self.fault)) description->flags |= OOS_DEVICE_LEADS;
   description->actuated = description->sensed = OOS_DEVICE_TRANSLATION;
   description->max_force_N = 3.0;
   return OOS_DEVICE_OK;
@@ -77,9 +84,10 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* command, c
   state->flags = OOS_DEVICE_IS_ENGAGED;
   state->sequence = ++self.sample;
   state->X_BD[0] = 1.0;
-  // Moves along x with 0.1 m/s, and gives no velocity.
-  state->X_BD[4] = 0.1 * 1e-9 * static_cast<double>(now_ns - self.begin_ns);
+  // Moves along x with 0.1 m/s, or where it leads, and gives no velocity.
+  state->X_BD[4] = IsToLead(self.fault) ? self.led_m : 0.1 * 1e-9 * static_cast<double>(now_ns - self.begin_ns);
   std::memcpy(state->applied, self.force_N, sizeof self.force_N);
+  state->applied[0] += self.lead_N;
   if (!is_time) return OOS_DEVICE_OK;
   if (self.fault == "hang") Hang();
   if (self.fault == "hang for a while" && now_ns - self.begin_ns < 2 * kGood_ns) usleep(300'000);
@@ -102,6 +110,16 @@ int Joints(void* device, oos_device_joints* joints) {
   return OOS_DEVICE_OK;
 }
 
+int Lead(void* device, const oos_device_goal* goal) {
+  auto& self = *static_cast<Faulty*>(device);
+  if (self.fault == "throw in lead") throw std::runtime_error("no way");
+  if (self.fault == "leads nowhere") return OOS_DEVICE_OK;
+  if (goal == nullptr && self.fault == "leads forever") return OOS_DEVICE_OK;
+  self.lead_N = goal == nullptr ? 0.0 : self.fault == "leads too hard" ? 1.5 * goal->max_force_N : 0.5;
+  if (goal != nullptr) self.led_m += 0.01 * (goal->X_BG[4] - self.led_m);
+  return OOS_DEVICE_OK;
+}
+
 void Close(void* device) {
   delete static_cast<Faulty*>(device);
 }
@@ -109,7 +127,6 @@ void Close(void* device) {
 }  // namespace
 
 extern "C" const oos_device_plugin* oos_device_plugin_get() {
-  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open,   Describe, Step,
-                                        Close,       nullptr,       Joints, nullptr};
+  static const oos_device_plugin plugin{ABI_VERSION, sizeof plugin, Open, Describe, Step, Close, nullptr, Joints, Lead};
   return &plugin;
 }

@@ -1,0 +1,265 @@
+#include "tracking/plugin.hpp"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "device/say_why.hpp"
+#include "scene/udp_address.hpp"
+#include "tracking/dtrack.hpp"
+#include "tracking/listen.hpp"
+#include "tracking/tactile.hpp"
+
+namespace tracking {
+namespace {
+
+constexpr int kMostDatagrams = 64;        // that one step takes: a flood must not keep it
+constexpr std::size_t kMostBytes = 65536;  // of a datagram
+constexpr double kFullGrip_N = 10.0;      // assumed: of jaws on fingers, at which a motor vibrates with all its strength
+constexpr std::int64_t kTactilePeriod_ns = 33'000'000;   // the controller forgets after seconds
+constexpr std::int64_t kCommandAge_ns = 60'000'000;      // of device/plugin.h
+constexpr std::uint64_t kTrigger = 1;                    // bit of the buttons
+
+struct Setting {
+  bool is_hand = false;  // else a Flystick
+  int id = 0;
+  double opening_max_m = 0.08;
+  std::optional<sockaddr_in> tactile;  // of the controller
+};
+
+// What a frame says of what is followed.
+struct Follows {
+  TrackedBody body;
+  bool is_held = false;
+  std::uint32_t buttons = 0;
+  double opening_m = 0.0;
+};
+
+// A Flystick's stick springs back to its middle, where the jaws are open; drawn down it closes them, as far as it is
+// drawn.
+std::optional<Follows> FindFlystick(const DtrackFrame& frame, const Setting& setting) {
+  for (const TrackedFlystick& stick : frame.flysticks) {
+    if (stick.body.id != setting.id) continue;
+    const double drawn = stick.num_controllers > 1 ? std::clamp(-stick.controllers[1], 0.0, 1.0) : 0.0;
+    return Follows{stick.body, (stick.buttons & kTrigger) != 0, stick.buttons, (1.0 - drawn) * setting.opening_max_m};
+  }
+  return std::nullopt;
+}
+
+// The jaws are as far apart as the tips of thumb and index finger.
+std::optional<Follows> FindHand(const DtrackFrame& frame, const Setting& setting) {
+  for (const TrackedHand& hand : frame.hands) {
+    if (hand.body.id != setting.id) continue;
+    Follows follows{hand.body, true, 0, setting.opening_max_m};
+    if (hand.fingers.size() > 1) {
+      const TrackedFinger& thumb = hand.fingers[0];
+      const TrackedFinger& index = hand.fingers[1];
+      const double gap_m =
+          glm::distance(thumb.X_BF.translation, index.X_BF.translation) - thumb.radius_m - index.radius_m;
+      follows.opening_m = std::clamp(gap_m, 0.0, setting.opening_max_m);
+    }
+    return follows;
+  }
+  return std::nullopt;
+}
+
+class DtrackDevice {
+ public:
+  DtrackDevice(const Setting& setting, int socket) : setting_(setting), socket_(socket), bytes_(kMostBytes) {
+    state_.X_BD[0] = 1.0;
+    state_.opening_m = setting.opening_max_m;
+  }
+  ~DtrackDevice() { close(socket_); }
+  DtrackDevice(const DtrackDevice&) = delete;
+  DtrackDevice& operator=(const DtrackDevice&) = delete;
+
+  [[nodiscard]] int fd() const { return socket_; }
+  [[nodiscard]] bool is_there() const { return state_.sequence != 0; }
+  [[nodiscard]] const Setting& setting() const { return setting_; }
+
+  void Step(std::int64_t now_ns, const oos_device_command* command, oos_device_state* state) {
+    for (int i = 0; i < kMostDatagrams; ++i) {
+      const ssize_t size = recv(socket_, bytes_.data(), bytes_.size(), MSG_DONTWAIT);
+      if (size < 0) break;
+      Take({bytes_.data(), static_cast<std::size_t>(size)}, now_ns);
+    }
+    if (command != nullptr) {
+      grip_N_ = std::abs(command->grip_force_N);
+      command_ns_ = now_ns;
+    }
+    if (now_ns - command_ns_ > kCommandAge_ns) grip_N_ = 0.0;
+    if (setting_.tactile && is_there()) Vibrate(now_ns);
+    state_.size = state->size;
+    *state = state_;
+  }
+
+ private:
+  // While the cameras do not see it, it stays where it was and counts as let go; its buttons are those that it has.
+  void Take(std::string_view datagram, std::int64_t now_ns) {
+    std::vector<std::string> complaints;
+    const DtrackFrame frame = ParseDtrack(datagram, &complaints);
+    const std::optional<Follows> found =
+        setting_.is_hand ? FindHand(frame, setting_) : FindFlystick(frame, setting_);
+    if (!found) return;
+    ++state_.sequence;
+    state_.device_time_ns = TimeOf(frame, now_ns);
+    state_.buttons = found->buttons;
+    const bool is_seen = found->body.is_tracked();
+    state_.flags = is_seen && found->is_held ? OOS_DEVICE_IS_ENGAGED : 0;
+    if (!is_seen) return;
+    const core::Pose& X = found->body.X_TB;
+    const std::array<double, 7> pose = {X.rotation.w,    X.rotation.x,    X.rotation.y,   X.rotation.z,
+                                        X.translation.x, X.translation.y, X.translation.z};
+    std::copy(pose.begin(), pose.end(), state_.X_BD);
+    state_.opening_m = found->opening_m;
+  }
+
+  // Of day, which begins anew at midnight; without one, when the frame came.
+  std::int64_t TimeOf(const DtrackFrame& frame, std::int64_t now_ns) {
+    if (!frame.time_s || *frame.time_s > 1e6) return now_ns;
+    const auto time_ns = static_cast<std::int64_t>(1e9 * *frame.time_s);
+    if (time_ns + day_ns_ < state_.device_time_ns) day_ns_ += 86'400'000'000'000;
+    return time_ns + day_ns_;
+  }
+
+  void Vibrate(std::int64_t now_ns) {
+    if (now_ns < next_tactile_ns_) return;
+    next_tactile_ns_ = now_ns + kTactilePeriod_ns;
+    const double strength = grip_N_ / kFullGrip_N;
+    const std::array<FingerVibration, 2> fingers = {FingerVibration{setting_.id, 0, strength},
+                                                    FingerVibration{setting_.id, 1, strength}};
+    const std::string text = TactileDatagram(fingers);
+    // A datagram that cannot be sent is lost, as any may be.
+    static_cast<void>(sendto(socket_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+                             reinterpret_cast<const sockaddr*>(&*setting_.tactile), sizeof *setting_.tactile));
+  }
+
+  Setting setting_;
+  int socket_;
+  std::vector<char> bytes_;
+  oos_device_state state_{};
+  std::int64_t day_ns_ = 0;
+  double grip_N_ = 0.0;
+  std::int64_t command_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
+  std::int64_t next_tactile_ns_ = 0;
+};
+
+// Reads the options; the mistakes are sentences.
+class DtrackOptions {
+ public:
+  explicit DtrackOptions(const oos_device_setting& setting) : setting_(setting) {}
+  Setting Read() {
+    Setting made;
+    made.is_hand = !Text("hand").empty();
+    if (made.is_hand && !Text("flystick").empty()) wrong_ += "give option hand or option flystick, not both; ";
+    made.id = Id(made.is_hand ? "hand" : "flystick");
+    if (const std::string text = Text("opening_max_m"); !text.empty()) made.opening_max_m = Metres(text);
+    if (const std::string text = Text("tactile"); !text.empty()) made.tactile = Controller(text, made.is_hand);
+    return made;
+  }
+  [[nodiscard]] const std::string& wrong() const { return wrong_; }
+
+ private:
+  [[nodiscard]] std::string Text(std::string_view name) const {
+    for (std::uint32_t i = 0; i < setting_.num_options; ++i) {
+      if (name == setting_.options[i].name) return setting_.options[i].value;
+    }
+    return "";
+  }
+  int Id(const std::string& name) {
+    const std::string text = Text(name);
+    if (text.empty()) return 0;
+    int id = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+    if (error != std::errc() || end != text.data() + text.size() || id < 0) {
+      wrong_ += "option " + name + ": '" + text + "' is not the number of one, from 0; ";
+    }
+    return id;
+  }
+  double Metres(const std::string& text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0 && value < 1.0)) {
+      wrong_ += "option opening_max_m: '" + text + "' is not a width in metres; ";
+    }
+    return value;
+  }
+  std::optional<sockaddr_in> Controller(const std::string& text, bool is_hand) {
+    const auto parsed = scene::ParseUdpAddress(text);
+    if (!is_hand || !parsed || parsed->ip == 0) {
+      wrong_ += "option tactile: write the controller's address and its port, as 192.168.0.1:50110, for a hand; ";
+      return std::nullopt;
+    }
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(parsed->ip);
+    address.sin_port = htons(parsed->port);
+    return address;
+  }
+
+  const oos_device_setting& setting_;
+  std::string wrong_;
+};
+
+int OpenDtrack(const oos_device_setting* setting, void** device) {
+  DtrackOptions options(*setting);
+  const Setting read = options.Read();
+  if (!options.wrong().empty()) {
+    device::SayWhy(*setting, options.wrong().substr(0, options.wrong().size() - 2));
+    return OOS_DEVICE_BAD_SETTING;
+  }
+  const auto listener = Listen(setting->address != nullptr ? setting->address : "");
+  if (!listener) {
+    device::SayWhy(*setting, listener.error().detail);
+    return listener.error().code == core::ErrorCode::kInvalidInput ? OOS_DEVICE_BAD_SETTING : OOS_DEVICE_GONE;
+  }
+  *device = new DtrackDevice(read, listener->fd);
+  return OOS_DEVICE_OK;
+}
+
+int DescribeDtrack(void* device, oos_device_description* description) {
+  const auto& self = *static_cast<const DtrackDevice*>(device);
+  if (!self.is_there()) return OOS_DEVICE_GONE;
+  const std::string id = std::to_string(self.setting().id);
+  std::strncpy(description->name, self.setting().is_hand ? "hand by ART DTrack" : "Flystick by ART DTrack",
+               sizeof description->name - 1);
+  std::strncpy(description->serial, id.c_str(), sizeof description->serial - 1);
+  description->sensed = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;
+  description->opening_max_m = self.setting().opening_max_m;
+  return OOS_DEVICE_OK;
+}
+
+int StepDtrack(void* device, std::int64_t now_ns, const oos_device_command* command, const oos_device_hand* /*hand*/,
+               oos_device_state* state) {
+  static_cast<DtrackDevice*>(device)->Step(now_ns, command, state);
+  return OOS_DEVICE_OK;
+}
+
+void CloseDtrack(void* device) {
+  delete static_cast<DtrackDevice*>(device);
+}
+
+int DtrackFd(void* device) {
+  return static_cast<const DtrackDevice*>(device)->fd();
+}
+
+}  // namespace
+
+const oos_device_plugin& Plugin() {
+  static const oos_device_plugin plugin{OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenDtrack, DescribeDtrack, StepDtrack,
+                                        CloseDtrack,            DtrackFd,      nullptr,    nullptr};
+  return plugin;
+}
+
+}  // namespace tracking
