@@ -186,6 +186,22 @@ ElementRule HookAndLoopRule() {
       {}};
 }
 
+ElementRule TactileRule() {
+  return {"tactile",
+          "a device that lets the skin feel what a body touches; pose of its frame on the body, z along the limb, x "
+          "towards "
+          "its first channel; full intensity at full_force_N when it is given, else at full_depth_m",
+          {Required("name", ValueKind::kName),
+           {"type", ValueKind::kChoice, false, {"simulated", "usb"}},
+           Required("device", ValueKind::kFile),
+           Required("body", ValueKind::kName),
+           Optional("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector),
+           Optional("full_depth_m", kAboveZero),
+           Optional("full_force_N", kAboveZero)},
+          {}};
+}
+
 std::vector<ElementRule> MakeRules() {
   return {
       {"scenario",
@@ -198,6 +214,7 @@ std::vector<ElementRule> MakeRules() {
         {"object", 1, 0},
         {"device", 0, 0},
         {"user", 0, 0},
+        {"tactile", 0, 0},
         {"pair", 0, 0},
         {"hinge", 0, 0},
         {"slider", 0, 0},
@@ -291,6 +308,7 @@ std::vector<ElementRule> MakeRules() {
         Optional("rpy_deg", ValueKind::kVector),
         Optional("eyes_m", ValueKind::kVector)},
        {}},
+      TactileRule(),
       {"environment",
        "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "
        "equator; "

@@ -8,6 +8,7 @@
 #include "core/hand_limits.hpp"
 #include "view/hint_anchor.hpp"
 #include "view/robot_marks.hpp"
+#include "view/tactile_marks.hpp"
 
 namespace view {
 namespace {
@@ -112,6 +113,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
   robots_.resize(scenario.devices.size());
+  tactiles_.resize(scenario.tactiles.size());
   margins_.resize(scenario.devices.size());
   troubles_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
@@ -211,6 +213,10 @@ void SceneMirror::Apply(const core::DeviceCommand& command, std::int64_t now_ns)
 
 void SceneMirror::Apply(const core::DeviceJoints& joints, std::int64_t now_ns) {
   if (joints.role_index < robots_.size()) robots_[joints.role_index] = {joints, now_ns};
+}
+
+void SceneMirror::Apply(const core::TactileState& state, std::int64_t now_ns) {
+  if (state.tactile_index < tactiles_.size()) tactiles_[state.tactile_index] = {state, now_ns, true};
 }
 
 void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns) {
@@ -350,6 +356,14 @@ void SceneMirror::AddFeltForces(std::int64_t now_ns) {
   }
 }
 
+void SceneMirror::AddTactiles(std::int64_t now_ns) {
+  for (std::size_t i = 0; i < tactiles_.size(); ++i) {
+    if (!tactiles_[i].is_known || now_ns - tactiles_[i].received_ns > kContactAge_ns) continue;
+    const scene::Tactile& tactile = scenario_.tactiles[i];
+    AddTactileRing(tactiles_[i].state, tactile, scene_.instances[static_cast<std::size_t>(tactile.body)].X_WM, &scene_);
+  }
+}
+
 // A hand where its device is, if the tool is elsewhere.
 void SceneMirror::AddPhantoms() {
   for (const scene::Device& device : scenario_.devices) {
@@ -380,6 +394,7 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   scene_.graphs.clear();
   AddContacts(now_ns);
   if (choices_.has(Overlay::kFeltForce)) AddFeltForces(now_ns);
+  if (choices_.has(Overlay::kFeltForce)) AddTactiles(now_ns);
   if (choices_.has(Overlay::kPhantom)) AddPhantoms();
   if (choices_.has(Overlay::kHints) && hinted_ >= 0) {
     scene_.labels.push_back(
@@ -526,6 +541,10 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   WriteForces(now_ns);
   WriteMargins();
   WriteCollisions(now_ns);
+  for (std::size_t i = 0; i < tactiles_.size(); ++i) {
+    if (!tactiles_[i].is_known || now_ns - tactiles_[i].received_ns > kContactAge_ns) continue;
+    texts.push_back(TactileLine(tactiles_[i].state, scenario_.tactiles[i]));
+  }
   char line[160];
   if (figures_.t2_state_ms > 0.0) {
     std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps at scale %.2f   %llu lost",

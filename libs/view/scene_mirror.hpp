@@ -42,6 +42,8 @@ class SceneMirror {
   void Apply(const core::DeviceCommand& command, std::int64_t now_ns);
   // A device that is a robot, as an overlay; none after kContactAge_ns without a message.
   void Apply(const core::DeviceJoints& joints, std::int64_t now_ns);
+  // A tactile device, as a line of text and a ring round its body; none after kContactAge_ns without a message.
+  void Apply(const core::TactileState& state, std::int64_t now_ns);
   // How many pairs touch, and the deepest, as text. `source`: of the matrix, 0 or 1. None of a source after
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
@@ -107,6 +109,7 @@ class SceneMirror {
   void WriteMatrix(std::int64_t now_ns);
   void WriteSelected(std::int64_t now_ns);
   [[nodiscard]] std::string LineOf(const core::Collision& collision) const;
+  void AddTactiles(std::int64_t now_ns);
   void WriteTexts(std::int64_t now_ns);
   void WriteForces(std::int64_t now_ns);
   void WriteMargins();
@@ -132,6 +135,12 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::vector<Robot> robots_;  // per role; without joints: none
+  struct TactileDevice {
+    core::TactileState state;
+    std::int64_t received_ns = 0;
+    bool is_known = false;
+  };
+  std::vector<TactileDevice> tactiles_;  // of the scenario
   struct Matrix {
     core::CollisionMatrix matrix;
     std::int64_t received_ns = 0;

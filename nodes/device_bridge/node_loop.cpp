@@ -30,11 +30,13 @@ std::size_t NumForceSamples(const scene::Scenario& scenario) {
 }  // namespace
 
 NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads,
-                   DeviceBridge* bridge, bus::Node* node, std::vector<std::string> viewers)
+                   std::unique_ptr<Tactiles> tactiles, DeviceBridge* bridge, bus::Node* node,
+                   std::vector<std::string> viewers)
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
       viewers_(std::move(viewers)),
+      tactiles_(std::move(tactiles)),
       reported_status_(scenario.devices.size(), kNoCommand),
       silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
       back_event_{0, "device_bridge", "force_back", "commands arrive again"},
@@ -85,6 +87,7 @@ void NodeLoop::Declare() {
     }
     health_writers_.push_back(node_->WriteState<core::DeviceHealth>(bus::DeviceHealthTopic(device.role)));
   }
+  if (tactiles_) tactiles_->Declare(node_);
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   for (const std::string& viewer : viewers_) {
@@ -145,6 +148,7 @@ void NodeLoop::Step() {
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
   SendJoints();
   SendHeads();
+  if (tactiles_) tactiles_->Step(inputs_);
 }
 
 void NodeLoop::SendJoints() {
@@ -302,6 +306,7 @@ core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bo
   report["step_p99_us"] = step_duration_.p99_ns() * 1e-3;
   report["step_max_us"] = static_cast<double>(step_duration_.max_ns()) * 1e-3;
   report["nodes_lost"] = lost_;
+  report["tactile"] = tactiles_ ? tactiles_->Report() : nlohmann::json::array();
   report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   const bus::Counters counters = node_->counters();
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};
