@@ -31,8 +31,7 @@ bool IsInterruptEndpoint(libusb_device_handle* handle, std::uint8_t endpoint) {
       const libusb_interface_descriptor& setting = config->interface[i].altsetting[j];
       for (int k = 0; k < setting.bNumEndpoints; ++k) {
         if (setting.endpoint[k].bEndpointAddress != endpoint) continue;
-        is_interrupt =
-            (setting.endpoint[k].bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) == LIBUSB_TRANSFER_TYPE_INTERRUPT;
+        is_interrupt = (setting.endpoint[k].bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) == LIBUSB_TRANSFER_TYPE_INTERRUPT;
       }
     }
   }
@@ -111,6 +110,8 @@ class LibusbTransport final : public UsbTransport {
 
 }  // namespace
 
-std::unique_ptr<UsbTransport> MakeLibusbTransport() { return std::make_unique<LibusbTransport>(); }
+std::unique_ptr<UsbTransport> MakeLibusbTransport() {
+  return std::make_unique<LibusbTransport>();
+}
 
 }  // namespace tactile

@@ -30,7 +30,9 @@ class SimulatedUsb::Transport final : public UsbTransport {
   SimulatedUsb& device_;
 };
 
-std::unique_ptr<UsbTransport> SimulatedUsb::Connect() { return std::make_unique<Transport>(this); }
+std::unique_ptr<UsbTransport> SimulatedUsb::Connect() {
+  return std::make_unique<Transport>(this);
+}
 
 void SimulatedUsb::Set(bool* value, bool to) {
   const std::lock_guard lock(mutex_);
@@ -74,6 +76,8 @@ SimulatedUsb::Motors SimulatedUsb::motors() const {
   return motors;
 }
 
-double SimulatedUsb::Motors::sum() const { return std::accumulate(levels.begin(), levels.end(), 0.0); }
+double SimulatedUsb::Motors::sum() const {
+  return std::accumulate(levels.begin(), levels.end(), 0.0);
+}
 
 }  // namespace tactile

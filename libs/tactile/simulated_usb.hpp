@@ -22,14 +22,14 @@ class SimulatedUsb {
   std::unique_ptr<UsbTransport> Connect();
 
   void Plug(bool is_plugged);
-  void Stall() { Set(&is_stalled_, true); }         // until it is cleared
+  void Stall() { Set(&is_stalled_, true); }           // until it is cleared
   void Swallow(bool does) { Set(&swallows_, does); }  // it takes no frame and says nothing
 
   // As a person on the device feels it.
   struct Motors {
     std::vector<float> levels;  // empty: nothing came yet
     std::uint64_t frames = 0;
-    std::uint64_t scans = 0;    // times that somebody looked for it
+    std::uint64_t scans = 0;  // times that somebody looked for it
     [[nodiscard]] double sum() const;
   };
   [[nodiscard]] Motors motors() const;

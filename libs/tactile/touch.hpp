@@ -10,9 +10,9 @@ namespace tactile {
 
 // What a body touches, of all its contacts together.
 struct Touch {
-  double depth_m = 0.0;         // of the deepest
-  double force_N = 0.0;         // sum of their magnitudes
-  glm::dvec3 towards_W{0.0};    // unit vector to what presses; zero: nothing does, or from all sides
+  double depth_m = 0.0;       // of the deepest
+  double force_N = 0.0;       // sum of their magnitudes
+  glm::dvec3 towards_W{0.0};  // unit vector to what presses; zero: nothing does, or from all sides
 };
 
 // Adds up the contacts of one body, from the planes as they are on the bus, with the poses of the moment.

@@ -61,8 +61,7 @@ TEST(TouchSum, FromAllSidesHasNoDirection) {
 // The angle that a person feels between two motors, from their strengths alone: a linear scale between neighbours
 // [VR-OOS, Fig. 14].
 double FeltAngle(const std::array<float, 6>& levels) {
-  const auto first = static_cast<std::size_t>(
-      std::max_element(levels.begin(), levels.end()) - levels.begin());
+  const auto first = static_cast<std::size_t>(std::max_element(levels.begin(), levels.end()) - levels.begin());
   const std::size_t before = (first + 5) % 6, after = (first + 1) % 6;
   const double way = (static_cast<double>(levels[after]) - static_cast<double>(levels[before])) /
                      static_cast<double>(levels[first] + levels[after] + levels[before]);

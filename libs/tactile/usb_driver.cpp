@@ -22,7 +22,9 @@ const char* NameOf(DriverStatus status) {
 UsbDriver::UsbDriver(UsbTable table, std::unique_ptr<UsbTransport> transport)
     : table_(std::move(table)), transport_(std::move(transport)) {}
 
-UsbDriver::~UsbDriver() { Stop(); }
+UsbDriver::~UsbDriver() {
+  Stop();
+}
 
 void UsbDriver::Turn(std::int64_t now_ns) {
   if (!is_open_) LookForDevice(now_ns);
@@ -66,7 +68,8 @@ void UsbDriver::LetGo(DriverStatus status) {
 void UsbDriver::Send(std::int64_t now_ns) {
   const Strengths wanted = now_ns - strengths_.made_ns <= kSilence_ns ? strengths_ : Strengths{};
   EncodeFrame(table_, wanted.levels, &frame_);
-  const bool is_off = std::all_of(wanted.levels.begin(), wanted.levels.end(), [](float level) { return level == 0.0f; });
+  const bool is_off =
+      std::all_of(wanted.levels.begin(), wanted.levels.end(), [](float level) { return level == 0.0f; });
   const std::int64_t age_ns = now_ns - sent_ns_;
   if (frame_ == sent_ && age_ns < (is_off ? kIdle_ns : table_.period_ns)) return;
   const UsbOutcome outcome = transport_->Write(frame_, kTimeout_ms);

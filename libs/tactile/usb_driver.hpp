@@ -21,8 +21,8 @@ const char* NameOf(DriverStatus status);
 
 struct DriverState {
   DriverStatus status = DriverStatus::kWaiting;
-  std::uint64_t frames = 0;  // taken by the device
-  std::uint64_t errors = 0;  // not taken
+  std::uint64_t frames = 0;                               // taken by the device
+  std::uint64_t errors = 0;                               // not taken
   std::array<float, core::kMaxTactileChannels> levels{};  // of the newest frame that was taken
 };
 

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-// A bracelet in memory, its driver, and a clock that the test moves. Strengths are given every 4 ms, as the bridge does.
+// A bracelet in memory, its driver, and a clock that the test moves. Strengths are given every 4 ms, as the bridge
+// does.
 class UsbDriverTest : public testing::Test {
  protected:
   void SetUp() override {

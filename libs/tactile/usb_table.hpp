@@ -11,8 +11,8 @@
 
 namespace tactile {
 
-// A tactile USB device as a table: which one it is, what it is told once, and what its frames look like. Everything that
-// differs from one laboratory's device to another's is here, in a file (README.md).
+// A tactile USB device as a table: which one it is, what it is told once, and what its frames look like. Everything
+// that differs from one laboratory's device to another's is here, in a file (README.md).
 
 struct ControlRequest {  // vendor request to the device, without data
   std::uint8_t request = 0;
@@ -23,9 +23,9 @@ struct ControlRequest {  // vendor request to the device, without data
 struct FrameField {
   enum class Kind { kConstant, kLevel, kXor };
   Kind kind = Kind::kConstant;
-  std::size_t num_bytes = 1;   // little endian
-  std::uint16_t value = 0;     // of a constant; of a level: what stands for all
-  std::size_t channel = 0;     // of a level
+  std::size_t num_bytes = 1;  // little endian
+  std::uint16_t value = 0;    // of a constant; of a level: what stands for all
+  std::size_t channel = 0;    // of a level
 };
 
 struct UsbTable {

@@ -78,20 +78,20 @@ TEST(UsbTable, AMistakeIsToldWithItsLineAndWhatToDo) {
     const char* text;
     const char* what;
   };
-  for (const Mistake& mistake : {
-           Mistake{R"(<usb_tactile name="a" vendor="0xg" product="1" endpoint="1"><frame><level channel="0"/></frame>
+  for (const Mistake& mistake :
+       {Mistake{R"(<usb_tactile name="a" vendor="0xg" product="1" endpoint="1"><frame><level channel="0"/></frame>
                       </usb_tactile>)",
-                   "vendor is '0xg'"},
-           Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="0x81"><frame><level channel="0"/></frame>
+                "vendor is '0xg'"},
+        Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="0x81"><frame><level channel="0"/></frame>
                       </usb_tactile>)",
-                   "leads to the host"},
-           Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame><level channel="1"/></frame>
+                "leads to the host"},
+        Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame><level channel="1"/></frame>
                       </usb_tactile>)",
-                   "channel 0 has 0 levels"},
-           Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame><level channel="99"/></frame>
+                "channel 0 has 0 levels"},
+        Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame><level channel="99"/></frame>
                       </usb_tactile>)",
-                   "channel 99 is too high"},
-           Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame/></usb_tactile>)", "level"}}) {
+                "channel 99 is too high"},
+        Mistake{R"(<usb_tactile name="a" vendor="1" product="1" endpoint="1"><frame/></usb_tactile>)", "level"}}) {
     const auto table = ReadUsbTable(Written(mistake.text));
     ASSERT_FALSE(table) << mistake.text;
     EXPECT_NE(scene::Format(table.error().front()).find(mistake.what), std::string::npos)

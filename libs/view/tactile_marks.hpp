@@ -6,8 +6,8 @@
 
 namespace view {
 
-// What a tactile device does, as a ring of points round its body, one for each channel: grey while it is off, amber when
-// it is at its strongest. X_WO: of the body.
+// What a tactile device does, as a ring of points round its body, one for each channel: grey while it is off, amber
+// when it is at its strongest. X_WO: of the body.
 void AddTactileRing(const core::TactileState& state, const scene::Tactile& tactile, const core::Pose& X_WO,
                     Scene* scene);
 

@@ -66,7 +66,7 @@ class DeviceBridgeBody final : public run_node::Body {
   std::uint64_t seed_ = 0;
   std::unique_ptr<device_bridge::DeviceBridge> bridge_;
   std::vector<std::unique_ptr<device_bridge::HeadTracker>> heads_;  // until the loop has them
-  std::unique_ptr<device_bridge::Tactiles> tactiles_;              // until the loop has them
+  std::unique_ptr<device_bridge::Tactiles> tactiles_;               // until the loop has them
   std::optional<device_bridge::NodeLoop> loop_;
 };
 

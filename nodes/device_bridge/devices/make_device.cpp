@@ -92,7 +92,8 @@ core::Result<void> ChooseDevices(const std::vector<std::string>& texts, scene::S
     }
     const std::string role = text.substr(0, equals);
     if (const int tactile = scenario->FindTactile(role); tactile >= 0) {
-      const auto chosen = ChooseTactile(text.substr(equals + 1), &scenario->tactiles[static_cast<std::size_t>(tactile)]);
+      const auto chosen =
+          ChooseTactile(text.substr(equals + 1), &scenario->tactiles[static_cast<std::size_t>(tactile)]);
       if (!chosen) return chosen;
       continue;
     }

@@ -8,7 +8,8 @@
 
 namespace device_bridge {
 
-// Where each object is, of the newest messages. Parts of a hand: where the device has them, as contact planes are meant.
+// Where each object is, of the newest messages. Parts of a hand: where the device has them, as contact planes are
+// meant.
 class BodyPoses {
  public:
   explicit BodyPoses(const scene::Scenario& scenario);

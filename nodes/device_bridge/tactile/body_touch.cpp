@@ -22,8 +22,7 @@ void BodyTouch::Step(std::int64_t now_ns, std::span<const SeenContacts> contacts
   const core::Pose X_WB = poses.X_WO(static_cast<std::size_t>(tactile_.body)) * tactile_.X_OB;
   towards_B_ = glm::conjugate(X_WB.rotation) * touch_.towards_W;
   const bool is_by_force = tactile_.full_force_N > 0.0;
-  const double share =
-      is_by_force ? touch_.force_N / tactile_.full_force_N : touch_.depth_m / tactile_.full_depth_m;
+  const double share = is_by_force ? touch_.force_N / tactile_.full_force_N : touch_.depth_m / tactile_.full_depth_m;
   strength_ = std::clamp(share, 0.0, 1.0);
 }
 

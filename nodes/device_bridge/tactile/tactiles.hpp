@@ -43,7 +43,7 @@ class Tactiles {
     std::vector<const bus::LatestReader<core::ContactSet>*> readers;  // of touch.pairs()
     std::vector<SeenContacts> seen;
     bus::LatestWriter<core::TactileState> writer;
-    core::TactileState state;  // as published
+    core::TactileState state;    // as published
     std::uint64_t touching = 0;  // steps with a contact
     double greatest = 0.0;       // strength
     tactile::DriverStatus reported = tactile::DriverStatus::kWaiting;

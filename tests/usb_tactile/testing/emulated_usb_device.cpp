@@ -1,8 +1,7 @@
 #include "tests/usb_tactile/testing/emulated_usb_device.hpp"
 
-#include <sys/ioctl.h>
-
 #include <linux/usbdevice_fs.h>
+#include <sys/ioctl.h>
 
 #include <cerrno>
 #include <cstring>
@@ -27,10 +26,10 @@ std::string Hex(const std::vector<std::uint8_t>& bytes) {
 // As udev tells it [umockdev]: the descriptors of USB 2.0, section 9.6.
 std::string DeviceText() {
   const std::vector<std::uint8_t> descriptors = {
-      18, 1, 0x00, 0x02, 0xff, 0, 0, 64, 0x09, 0x12, 0x01, 0x00, 0x00, 0x01, 0, 0, 0, 1,  // device 1209:0001
-      9, 2, 25, 0, 1, 1, 0, 0x80, 50,                                                    // configuration, 25 bytes
-      9, 4, 0, 0, 1, 0xff, 0, 0, 0,                                                      // interface 0, one endpoint
-      7, 5, 0x01, 3, 64, 0, 1};                                                          // 1 OUT, interrupt, 64 bytes
+      18, 1, 0x00, 0x02, 0xff, 0,    0, 64,   0x09, 0x12, 0x01, 0x00, 0x00, 0x01, 0, 0, 0, 1,  // device 1209:0001
+      9,  2, 25,   0,    1,    1,    0, 0x80, 50,  // configuration, 25 bytes
+      9,  4, 0,    0,    1,    0xff, 0, 0,    0,   // interface 0, one endpoint
+      7,  5, 0x01, 3,    64,   0,    1};           // 1 OUT, interrupt, 64 bytes
   return "P: /devices/usb1/1-4\nN: bus/usb/001/004\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DRIVER=usb\n"
          "E: BUSNUM=001\nE: DEVNUM=004\nE: DEVNAME=/dev/bus/usb/001/004\nE: MAJOR=189\nE: MINOR=3\n"
          "A: busnum=1\\n\nA: devnum=4\\n\nA: bConfigurationValue=1\\n\nA: speed=12\\n\n"
@@ -135,6 +134,7 @@ gboolean EmulatedUsbDevice::HandleIoctl(UMockdevIoctlBase* /*base*/, UMockdevIoc
       umockdev_ioctl_client_complete(client, 0, 0);
       return TRUE;
     case USBDEVFS_GETDRIVER:
+    case USBDEVFS_IOCTL:  // no driver is there to be detached
       umockdev_ioctl_client_complete(client, -1, ENODATA);
       return TRUE;
     case USBDEVFS_SUBMITURB:
@@ -184,8 +184,7 @@ void EmulatedUsbDevice::Reap(UMockdevIoctlClient* client) {
   }
   Urb* urb = finished_.front();
   finished_.pop_front();
-  UMockdevIoctlData* to =
-      umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(void*), nullptr);
+  UMockdevIoctlData* to = umockdev_ioctl_data_resolve(umockdev_ioctl_client_get_arg(client), 0, sizeof(void*), nullptr);
   umockdev_ioctl_data_set_ptr(to, 0, urb->data);
   umockdev_ioctl_data_unref(to);
   umockdev_ioctl_client_complete(client, 0, 0);

@@ -98,9 +98,8 @@ CheckOutcome CheckScenario(const std::filesystem::path& path) {
     return outcome;
   }
   outcome.scenario = *scenario;
-  for (const auto& diagnostics :
-       {logic_node::CheckProcedure(*scenario), device_bridge::CheckOperatorScript(*scenario),
-        device_bridge::CheckTactiles(*scenario)}) {
+  for (const auto& diagnostics : {logic_node::CheckProcedure(*scenario), device_bridge::CheckOperatorScript(*scenario),
+                                  device_bridge::CheckTactiles(*scenario)}) {
     for (const scene::Diagnostic& diagnostic : diagnostics) outcome.problems.push_back(scene::Format(diagnostic));
   }
   CheckMeshes(*scenario, &outcome);
