@@ -30,6 +30,9 @@ struct DriverState {
 // again when it is gone. No thread and no clock: call Turn every kTurn_ns.
 class UsbDriver {
  public:
+  using Input = Strengths;
+  using State = DriverState;
+
   UsbDriver(UsbTable table, std::unique_ptr<UsbTransport> transport);
   ~UsbDriver();
   UsbDriver(const UsbDriver&) = delete;

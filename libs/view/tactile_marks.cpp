@@ -1,6 +1,7 @@
 #include "view/tactile_marks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/constants.hpp>
@@ -12,6 +13,21 @@ constexpr double kRing_m = 0.04;  // radius, about that of a forearm
 constexpr glm::vec3 kOffColor{0.25f, 0.28f, 0.32f};
 constexpr glm::vec3 kOnColor{1.0f, 0.62f, 0.12f};
 constexpr glm::vec3 kWrongColor{1.0f, 0.22f, 0.18f};
+
+constexpr std::array kStatuses = {"not there yet", "", "does not answer", "is gone"};
+constexpr std::array kStops = {"", "stopped, impedance jumped", "stopped, open electrode", "stopped, not proved safe",
+                               ""};
+constexpr std::array kPatterns = {"", "  touch", "  pressure", "  slip", "  movement"};
+
+template <std::size_t kSize>
+const char* Name(const std::array<const char*, kSize>& names, std::uint8_t index) {
+  return index < kSize ? names[index] : "?";
+}
+
+std::string WhatIsWrong(const core::TactileState& state) {
+  const std::string status = Name(kStatuses, state.status);
+  return status.empty() ? Name(kStops, state.stopped_by) : status;
+}
 
 float Strongest(const core::TactileState& state) {
   float strongest = 0.0f;
@@ -38,14 +54,13 @@ void AddTactileRing(const core::TactileState& state, const scene::Tactile& tacti
 }
 
 TextLine TactileLine(const core::TactileState& state, const scene::Tactile& tactile) {
-  constexpr const char* kStatus[] = {"not there yet", "", "does not answer", "is gone"};
-  const bool is_wrong = state.status != 1;
-  const char* const status = state.status < std::size(kStatus) ? kStatus[state.status] : "?";
+  const std::string wrong = WhatIsWrong(state);
   char strength[48];
   std::snprintf(strength, sizeof strength, "%.0f %%", 100.0 * static_cast<double>(Strongest(state)));
   std::string line = tactile.name + (state.is_simulated ? " (SIMULATED)  " : "  ");
-  line += is_wrong ? status : strength;
-  return {Anchor::kTopLeft, TextStyle::kSmall, is_wrong ? kWrongColor : kOnColor, line};
+  line += wrong.empty() ? strength : wrong;
+  if (wrong.empty()) line += Name(kPatterns, state.pattern);
+  return {Anchor::kTopLeft, TextStyle::kSmall, wrong.empty() ? kOnColor : kWrongColor, line};
 }
 
 }  // namespace view

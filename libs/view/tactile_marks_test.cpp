@@ -34,6 +34,10 @@ TEST(TactileMarks, TheLineSaysThatADeviceIsSimulatedHowStrongItIsAndWhatIsWrong)
   tactile.name = "bracelet";
   core::TactileState state = SixMotors();
   EXPECT_EQ(TactileLine(state, tactile).text, "bracelet (SIMULATED)  50 %");
+  state.pattern = 3;
+  EXPECT_EQ(TactileLine(state, tactile).text, "bracelet (SIMULATED)  50 %  slip");
+  state.stopped_by = 2;
+  EXPECT_EQ(TactileLine(state, tactile).text, "bracelet (SIMULATED)  stopped, open electrode");
   state.is_simulated = false;
   state.status = 3;
   EXPECT_EQ(TactileLine(state, tactile).text, "bracelet  is gone");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nodes/device_bridge/tactile/body_poses.hpp"
+#include "tactile/electro/finger_contact.hpp"
 #include "tactile/touch.hpp"
 
 namespace device_bridge {
@@ -27,6 +28,7 @@ class BodyTouch {
   [[nodiscard]] const tactile::Touch& touch() const { return touch_; }
   [[nodiscard]] const glm::dvec3& towards_B() const { return towards_B_; }
   [[nodiscard]] double strength() const { return strength_; }  // 0 to 1
+  [[nodiscard]] const tactile::FingerContact& finger() const { return finger_; }
 
   // Contacts are sent a thousand times a second while there are any. Older ones are of a node that has stopped.
   static constexpr std::int64_t kContactAge_ns = 10'000'000;
@@ -35,6 +37,8 @@ class BodyTouch {
   const scene::Tactile& tactile_;
   std::vector<std::size_t> pairs_;
   tactile::Touch touch_;
+  tactile::FingerSense sense_;
+  tactile::FingerContact finger_;
   glm::dvec3 towards_B_{0.0};
   double strength_ = 0.0;
 };

@@ -2,21 +2,19 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <string>
 
 #include "bus/topics.hpp"
-#include "core/clock.hpp"
-#include "scene/diagnostic.hpp"
-#include "tactile/libusb_transport.hpp"
 
 namespace device_bridge {
 
 std::vector<scene::Diagnostic> CheckTactiles(const scene::Scenario& scenario) {
-  std::vector<scene::Diagnostic> diagnostics;
+  std::vector<scene::Diagnostic> all;
   for (const scene::Tactile& tactile : scenario.tactiles) {
-    const auto table = tactile::ReadUsbTable(tactile.device_file);
-    if (!table) diagnostics.insert(diagnostics.end(), table.error().begin(), table.error().end());
+    const std::vector<scene::Diagnostic> its = CheckWornDevice(tactile);
+    all.insert(all.end(), its.begin(), its.end());
   }
-  return diagnostics;
+  return all;
 }
 
 core::Result<std::unique_ptr<Tactiles>> Tactiles::Create(const scene::Scenario& scenario) {
@@ -28,20 +26,12 @@ core::Result<std::unique_ptr<Tactiles>> Tactiles::Create(const scene::Scenario& 
 }
 
 core::Result<void> Tactiles::Add(const scene::Tactile& tactile) {
-  auto table = tactile::ReadUsbTable(tactile.device_file);
-  if (!table) return core::Fail(core::ErrorCode::kInvalidInput, scene::Format(table.error().front()));
-  auto worn = std::make_unique<Worn>(scenario_, tactile, *table);
+  auto device = MakeWornDevice(tactile);
+  if (!device) return tl::unexpected(device.error());
+  auto worn = std::make_unique<Worn>(scenario_, tactile, std::move(*device));
   worn->state.tactile_index = static_cast<std::uint8_t>(worn_.size());
-  worn->state.is_simulated = tactile.type == "simulated";
-  worn->state.channels.resize(table->num_channels);
-  std::unique_ptr<tactile::UsbTransport> transport;
-  if (worn->state.is_simulated) {
-    worn->simulated = std::make_unique<tactile::SimulatedUsb>(core::MonotonicNow_ns);
-    transport = worn->simulated->Connect();
-  } else {
-    transport = tactile::MakeLibusbTransport();
-  }
-  worn->thread = std::make_unique<TactileThread>(tactile.name, std::move(*table), std::move(transport));
+  worn->state.is_simulated = worn->device->is_simulated();
+  worn->state.channels.resize(worn->device->num_channels());
   worn_.push_back(std::move(worn));
   return {};
 }
@@ -62,47 +52,48 @@ void Tactiles::Step(const Inputs& inputs) noexcept {
   if (worn_.empty() || ++ticks_ % kTicksPerTouch != 0) return;
   poses_.Update(inputs);
   for (const auto& worn : worn_) {
-    Feel(inputs.now_ns, worn.get());
+    Feel(inputs, worn.get());
     if (ticks_ % kTicksPerState == 0) Publish(inputs.now_ns, worn.get());
-    if (worn->thread->state().status != worn->reported) TellNews(inputs.now_ns, worn.get());
+    TellNews(inputs.now_ns, worn.get());
   }
 }
 
-void Tactiles::Feel(std::int64_t now_ns, Worn* worn) noexcept {
+// Who wears a device on what is no part of a hand has no dead-man, and takes it off.
+bool Tactiles::IsEngaged(const Inputs& inputs, const scene::Tactile& tactile) const noexcept {
+  const scene::Object& body = scenario_.objects[static_cast<std::size_t>(tactile.body)];
+  if (body.owner != scene::Owner::kHand) return true;
+  const auto role = static_cast<std::size_t>(body.role);
+  return role < inputs.proxies.size() && inputs.proxies[role].is_engaged;
+}
+
+void Tactiles::Feel(const Inputs& inputs, Worn* worn) noexcept {
   for (std::size_t i = 0; i < worn->readers.size(); ++i) {
     const auto& reader = *worn->readers[i];
     worn->seen[i] = {reader.has_value() ? &reader.value() : nullptr, reader.received_ns()};
   }
-  worn->touch.Step(now_ns, worn->seen, poses_);
-  tactile::Strengths strengths;
-  strengths.made_ns = now_ns;
-  tactile::ShareRound(worn->touch.towards_B(), worn->touch.strength(),
-                      std::span(strengths.levels).first(worn->table.num_channels));
-  worn->thread->Set(strengths);
+  worn->touch.Step(inputs.now_ns, worn->seen, poses_);
+  worn->device->Feel(inputs.now_ns, worn->touch, IsEngaged(inputs, *worn->tactile));
   worn->touching += worn->touch.strength() > 0.0 ? 1 : 0;
   worn->greatest = std::max(worn->greatest, worn->touch.strength());
 }
 
 void Tactiles::Publish(std::int64_t now_ns, Worn* worn) noexcept {
-  const tactile::DriverState& device = worn->thread->state();
   core::TactileState& state = worn->state;
   state.sample_ns = now_ns;
-  state.status = static_cast<std::uint8_t>(device.status);
   state.depth_m = worn->touch.touch().depth_m;
   state.force_N = worn->touch.touch().force_N;
   state.towards_B = worn->touch.towards_B();
-  state.frames = device.frames;
-  state.errors = device.errors;
-  for (std::size_t i = 0; i < state.channels.size(); ++i) state.channels[i].level = device.levels[i];
+  worn->device->Fill(&state);
   worn->writer.Send(state);
 }
 
 // Prints and allocates only when a device comes or goes.
 void Tactiles::TellNews(std::int64_t now_ns, Worn* worn) {
-  worn->reported = worn->thread->state().status;
-  const bool is_found = worn->reported == tactile::DriverStatus::kAlive;
-  const std::string detail = worn->tactile->name + ": " + worn->table.name + " is " + NameOf(worn->reported);
-  node_->Emit({now_ns, "device_bridge", is_found ? "device_found" : "device_lost", detail});
+  const WornDevice::Condition condition = worn->device->condition();
+  if (std::string_view(condition.text) == worn->told) return;
+  worn->told = condition.text;
+  const std::string detail = worn->tactile->name + ": " + worn->device->name() + " is " + condition.text;
+  node_->Emit({now_ns, "device_bridge", condition.is_good ? "device_found" : "device_lost", detail});
   std::printf("%s\n", detail.c_str());
   std::fflush(stdout);
 }
@@ -110,13 +101,14 @@ void Tactiles::TellNews(std::int64_t now_ns, Worn* worn) {
 nlohmann::json Tactiles::Report() const {
   nlohmann::json report = nlohmann::json::array();
   for (const auto& worn : worn_) {
-    const tactile::DriverState& device = worn->thread->state();
+    core::TactileState state = worn->state;
+    worn->device->Fill(&state);
     report.push_back({{"name", worn->tactile->name},
-                      {"device", worn->table.name},
-                      {"is_simulated", worn->state.is_simulated},
-                      {"status", NameOf(device.status)},
-                      {"frames", device.frames},
-                      {"errors", device.errors},
+                      {"device", worn->device->name()},
+                      {"is_simulated", worn->device->is_simulated()},
+                      {"status", worn->device->condition().text},
+                      {"frames", state.frames},
+                      {"errors", state.errors},
                       {"touching_s", 1e-3 * static_cast<double>(worn->touching * kTicksPerTouch)},
                       {"greatest_level", worn->greatest}});
   }

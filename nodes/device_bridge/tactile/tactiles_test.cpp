@@ -106,11 +106,48 @@ TEST(Tactiles, AContactOnTheBusIsAStateOnTheBusUntilContactsStop) {
   EXPECT_NEAR(touching.depth_m, 0.003, 1e-6);
   EXPECT_NEAR(touching.force_N, 3.0, 1e-3);
   EXPECT_NEAR(touching.towards_B.x, 1.0, 1e-6);
-  EXPECT_TRUE(wait_for(false, [](const core::TactileState& state) {
-    return state.depth_m == 0.0 && state.channels[0].level == 0.0f;
-  }));
+  EXPECT_TRUE(wait_for(
+      false, [](const core::TactileState& state) { return state.depth_m == 0.0 && state.channels[0].level == 0.0f; }));
   stop.store(true);
   thread.join();
+}
+
+// Electrodes give current only while the person holds the dead-man of the hand, whatever it touches.
+TEST(Tactiles, ElectrodesWaitForTheDeadMan) {
+  scene::Scenario scenario = BallOnPlate();
+  scenario.tactiles[0].device_file = VR_OOS_SOURCE_DIR "/scenarios/touch/fingertip.xml";
+  scenario.tactiles[0].full_force_N = 1.0;
+  const auto device = MakeWornDevice(scenario.tactiles[0]);
+  ASSERT_TRUE(device) << device.error().detail;
+  EXPECT_TRUE((*device)->is_simulated());
+  const core::ContactSet set = SideContact();
+  const BodyPoses poses(scenario);
+  BodyTouch touch(scenario, scenario.tactiles[0]);
+  core::TactileState state;
+  state.channels.resize((*device)->num_channels());
+  // Calls as the bridge's, until so many pulses were given, or for so long.
+  const auto run = [&](bool is_engaged, std::uint64_t pulses, std::int64_t most_ns) {
+    const std::int64_t begin_ns = core::MonotonicNow_ns();
+    do {
+      const std::int64_t now_ns = core::MonotonicNow_ns();
+      const SeenContacts seen[] = {{&set, now_ns}};
+      touch.Step(now_ns, seen, poses);
+      (*device)->Feel(now_ns, touch, is_engaged);
+      (*device)->Fill(&state);
+      std::this_thread::yield();
+    } while (state.frames < pulses && core::MonotonicNow_ns() - begin_ns < most_ns);
+    return state.frames;
+  };
+  EXPECT_EQ(run(false, 1, 300'000'000), 0u);
+  EXPECT_GE(run(true, 5, 30'000'000'000), 5u);
+  EXPECT_NE(state.pattern, 0) << "a touch, or pressure already";
+}
+
+TEST(Tactiles, NoRealElectrodesAreDriven) {
+  scene::Scenario scenario = BallOnPlate();
+  scenario.tactiles[0].device_file = VR_OOS_SOURCE_DIR "/scenarios/touch/fingertip.xml";
+  scenario.tactiles[0].type = "usb";
+  EXPECT_FALSE(MakeWornDevice(scenario.tactiles[0]));
 }
 
 TEST(Tactiles, AFileThatIsWrongIsToldBeforeTheRun) {
