@@ -5,7 +5,9 @@
 namespace tactile {
 namespace {
 
-glm::dvec2 OnPad(const glm::dvec3& p_B) { return {p_B.y, p_B.z}; }
+glm::dvec2 OnPad(const glm::dvec3& p_B) {
+  return {p_B.y, p_B.z};
+}
 
 }  // namespace
 

@@ -14,9 +14,9 @@ namespace tactile {
 struct FingerContact {
   double depth_m = 0.0;
   double force_N = 0.0;
-  glm::dvec2 place_m{0.0};            // middle of the pressure
-  glm::dvec2 slip_m_per_s{0.0};       // of what it touches, over the skin
-  glm::dvec2 travel_m_per_s{0.0};     // of the place, over the skin
+  glm::dvec2 place_m{0.0};         // middle of the pressure
+  glm::dvec2 slip_m_per_s{0.0};    // of what it touches, over the skin
+  glm::dvec2 travel_m_per_s{0.0};  // of the place, over the skin
 };
 
 // Adds up the contacts of one finger, step by step: slip and travel are differences of two steps.

@@ -6,7 +6,9 @@
 namespace tactile {
 namespace {
 
-bool IsPositive(double value) { return std::isfinite(value) && value > 0.0; }
+bool IsPositive(double value) {
+  return std::isfinite(value) && value > 0.0;
+}
 
 // Weaker than any skin feels: no use in giving it.
 constexpr double kLeastCurrent_A = 1e-6;
@@ -36,12 +38,9 @@ bool IsUsable(const SkinCalibration& c) {
 
 core::Result<Limiter> Limiter::Create(const StimulationLimits& limits) {
   constexpr StimulationLimits kMost;
-  const std::pair<double, double> all[] = {{limits.peak_A, kMost.peak_A},
-                                           {limits.width_s, kMost.width_s},
-                                           {limits.charge_C, kMost.charge_C},
-                                           {limits.rms_A_per_m2, kMost.rms_A_per_m2},
-                                           {limits.area_m2, kMost.area_m2},
-                                           {limits.rate_Hz, kMost.rate_Hz}};
+  const std::pair<double, double> all[] = {{limits.peak_A, kMost.peak_A},     {limits.width_s, kMost.width_s},
+                                           {limits.charge_C, kMost.charge_C}, {limits.rms_A_per_m2, kMost.rms_A_per_m2},
+                                           {limits.area_m2, kMost.area_m2},   {limits.rate_Hz, kMost.rate_Hz}};
   for (const auto& [value, most] : all) {
     if (IsPositive(value) && value <= most) continue;
     return core::Fail(core::ErrorCode::kInvalidInput,

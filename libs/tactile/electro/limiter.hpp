@@ -16,11 +16,11 @@ constexpr std::size_t kNumElectrodes = 8;  // of a finger
 // paper's electrodes [VR-OOS, section 4]. **Not a medical device, and not certified as one.**
 struct StimulationLimits {
   double peak_A = 5.0e-3;
-  double width_s = 99.0e-6;              // of a phase: below 100 us, whatever rounds
-  double charge_C = 0.3e-6;              // of a phase
-  double rms_A_per_m2 = 20.0;            // over any second, of an electrode
-  double area_m2 = 2.54e-3 * 1.28e-3;    // of an electrode
-  double rate_Hz = 400.0;                // of an electrode: pulses are at least its inverse apart
+  double width_s = 99.0e-6;            // of a phase: below 100 us, whatever rounds
+  double charge_C = 0.3e-6;            // of a phase
+  double rms_A_per_m2 = 20.0;          // over any second, of an electrode
+  double area_m2 = 2.54e-3 * 1.28e-3;  // of an electrode
+  double rate_Hz = 400.0;              // of an electrode: pulses are at least its inverse apart
 };
 
 // Of one electrode on one person's skin [A]. Currents stay below pain by a tenth.
@@ -48,8 +48,8 @@ class Limiter {
   // Error: a limit is not a number above zero, or above the default, which is the most.
   static core::Result<Limiter> Create(const StimulationLimits& limits);
 
-  // The person wants to feel something; currents grow to what they may be within kRamp_ns. Does nothing while armed, or at
-  // a time below zero.
+  // The person wants to feel something; currents grow to what they may be within kRamp_ns. Does nothing while armed, or
+  // at a time below zero.
   void Arm(std::int64_t now_ns);
   // No current. Impedances must be measured anew, and what has stopped it is forgotten.
   void Disarm();

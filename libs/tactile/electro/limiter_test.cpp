@@ -59,8 +59,9 @@ TEST(Limiter, KeepsTheDensityOver30PulsesASecond) {
 
 TEST(Limiter, RefusesWhatItCannotProveSafe) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  for (const Pulse& wrong : {Pulse{nan, 50e-6}, Pulse{inf, 50e-6}, Pulse{-1e-3, 50e-6}, Pulse{0.0, 50e-6},
-                             Pulse{1e-3, nan}, Pulse{1e-3, 0.0}, Pulse{1e-3, 100e-6}, Pulse{1e-3, 100 * 1e-6}, Pulse{1e-3, 1.0}}) {
+  for (const Pulse& wrong :
+       {Pulse{nan, 50e-6}, Pulse{inf, 50e-6}, Pulse{-1e-3, 50e-6}, Pulse{0.0, 50e-6}, Pulse{1e-3, nan},
+        Pulse{1e-3, 0.0}, Pulse{1e-3, 100e-6}, Pulse{1e-3, 100 * 1e-6}, Pulse{1e-3, 1.0}}) {
     EXPECT_FALSE(Ready().Bound(1000 * kMs, 0, wrong)) << wrong.current_A << " " << wrong.width_s;
   }
   EXPECT_FALSE(Ready().Bound(1000 * kMs, 8, {0.5e-3, 50e-6}));
@@ -105,10 +106,9 @@ TEST(Limiter, AJumpOrAnOpenElectrodeStopsAllWithTheNextPulse) {
     StopCause cause;
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Case& c :
-       {Case{16e3, StopCause::kImpedanceJumped}, Case{6e3, StopCause::kImpedanceJumped},
-        Case{201e3, StopCause::kOpenElectrode}, Case{nan, StopCause::kOpenElectrode},
-        Case{-1.0, StopCause::kOpenElectrode}}) {
+  for (const Case& c : {Case{16e3, StopCause::kImpedanceJumped}, Case{6e3, StopCause::kImpedanceJumped},
+                        Case{201e3, StopCause::kOpenElectrode}, Case{nan, StopCause::kOpenElectrode},
+                        Case{-1.0, StopCause::kOpenElectrode}}) {
     Limiter limiter = Ready();
     ASSERT_TRUE(limiter.Bound(1000 * kMs, 0, {0.5e-3, 50e-6}));
     limiter.TakeImpedance(0, c.impedance_Ohm);

@@ -13,7 +13,7 @@ constexpr double kBursts_Hz = 15.0;
 constexpr double kPressure_Hz = 30.0;
 constexpr double kMovement_Hz = 60.0;
 constexpr double kSlip_Hz = 100.0;
-constexpr double kWave_m = 0.012;   // the pad's length
+constexpr double kWave_m = 0.012;  // the pad's length
 constexpr double kWaves_Hz = 4.0;
 
 // Linear, so that a place between two electrodes is felt between them.
@@ -21,7 +21,9 @@ double Nearness(const glm::dvec2& place_m, const glm::dvec2& electrode_m) {
   return std::max(0.0, 1.0 - glm::distance(place_m, electrode_m) / kReach_m);
 }
 
-double Fraction(double value) { return value - std::floor(value); }
+double Fraction(double value) {
+  return value - std::floor(value);
+}
 
 // A third of the pad at a time, moving with what slips.
 double Wave(const glm::dvec2& direction, const glm::dvec2& electrode_m, double time_s) {

@@ -42,8 +42,8 @@ struct Tingle {
 using Pattern = std::array<Tingle, kNumElectrodes>;
 
 // The electrodes near the place, at a rate of the kind's own: touch, bursts of six pulses at 350 Hz [Kaczmarek];
-// pressure, a steady 30 Hz; movement, 60 Hz. Slip: 100 Hz in a wave over all electrodes, in its direction. `strength`: 0
-// to 1. `time_s`: since the contact began.
+// pressure, a steady 30 Hz; movement, 60 Hz. Slip: 100 Hz in a wave over all electrodes, in its direction. `strength`:
+// 0 to 1. `time_s`: since the contact began.
 Pattern PatternOf(ContactKind kind, const FingerContact& contact, double strength, double time_s,
                   const ElectrodePlaces& places);
 

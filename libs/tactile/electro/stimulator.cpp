@@ -45,8 +45,10 @@ tl::expected<StimulatorTable, std::vector<scene::Diagnostic>> ReadStimulatorTabl
   table.name = root->Get("name");
   table.width_s = Scaled(*root, "width_us", 1e-6, table.width_s);
   if (table.width_s > StimulationLimits{}.width_s) {
-    diagnostics.push_back({{file, root->LineOf("width_us")}, "width_us is " + root->Get("width_us"),
-                           "a phase of a pulse is shorter than 100 us", "write 80"});
+    diagnostics.push_back({{file, root->LineOf("width_us")},
+                           "width_us is " + root->Get("width_us"),
+                           "a phase of a pulse is shorter than 100 us",
+                           "write 80"});
   }
   for (std::size_t i = 0; i < kNumElectrodes; ++i) {
     const scene::XmlElement& electrode = root->children[i];
@@ -54,8 +56,10 @@ tl::expected<StimulatorTable, std::vector<scene::Diagnostic>> ReadStimulatorTabl
     table.calibrations[i] = {Scaled(electrode, "threshold_mA", 1e-3), Scaled(electrode, "comfort_mA", 1e-3),
                              Scaled(electrode, "pain_mA", 1e-3)};
     if (IsUsable(table.calibrations[i])) continue;
-    diagnostics.push_back({{file, electrode.line}, "electrode " + std::to_string(i) + ": no usable calibration",
-                           "threshold < comfort < 0.9 pain", "calibrate the person anew"});
+    diagnostics.push_back({{file, electrode.line},
+                           "electrode " + std::to_string(i) + ": no usable calibration",
+                           "threshold < comfort < 0.9 pain",
+                           "calibrate the person anew"});
   }
   if (!diagnostics.empty()) return tl::unexpected(std::move(diagnostics));
   return table;
@@ -85,8 +89,8 @@ void Stimulator::Turn(std::int64_t now_ns) {
   if (state_.stopped_by == StopCause::kNothing && is_silent) state_.stopped_by = StopCause::kSilence;
 }
 
-// Releasing the dead-man takes the current away at once, and pressing it again forgets what has stopped it. Silence takes it
-// away, too, and forgets nothing.
+// Releasing the dead-man takes the current away at once, and pressing it again forgets what has stopped it. Silence
+// takes it away, too, and forgets nothing.
 bool Stimulator::IsReady(std::int64_t now_ns) {
   const bool is_silent = now_ns - input_.made_ns > kSilence_ns;
   const bool is_stopped = limiter_.stopped_by() != StopCause::kNothing;

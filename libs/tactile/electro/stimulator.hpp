@@ -59,7 +59,7 @@ class Stimulator {
  public:
   struct Input {
     FingerContact contact;
-    double strength = 0.0;  // 0 to 1
+    double strength = 0.0;    // 0 to 1
     bool is_engaged = false;  // the dead-man is held
     std::int64_t made_ns = 0;
   };

@@ -122,9 +122,10 @@ TEST(StimulatorTable, APersonWithoutAUsableCalibrationIsRefused) {
   EXPECT_FALSE(with("pain_mA=\"1.2\"", "pain_mA=\"0.7\""));
   EXPECT_FALSE(with("threshold_mA=\"0.3\"", "threshold_mA=\"0.9\""));
   EXPECT_FALSE(with("width_us=\"80\"", "width_us=\"100\""));
-  EXPECT_FALSE(with("<electrode across_mm=\"-1.5\" along_mm=\"-4.5\" threshold_mA=\"0.3\" comfort_mA=\"0.7\" "
-                    "pain_mA=\"1.2\"/>",
-                    ""));
+  EXPECT_FALSE(
+      with("<electrode across_mm=\"-1.5\" along_mm=\"-4.5\" threshold_mA=\"0.3\" comfort_mA=\"0.7\" "
+           "pain_mA=\"1.2\"/>",
+           ""));
 }
 
 }  // namespace

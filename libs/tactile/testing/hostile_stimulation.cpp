@@ -11,8 +11,8 @@
 namespace tactile {
 namespace {
 
-// What nobody may exceed, in the units of the literature, and written anew: nothing here is the limiter's. Differences of
-// times are in microseconds.
+// What nobody may exceed, in the units of the literature, and written anew: nothing here is the limiter's. Differences
+// of times are in microseconds.
 class SkinOracle {
  public:
   void Calibrate(std::size_t electrode, double pain_mA, bool is_usable) {
@@ -32,8 +32,8 @@ class SkinOracle {
   // True: from now on no pulse may come.
   bool TakeImpedance(std::size_t electrode, double ohm) {
     const bool is_wrong = electrode >= 8 || !(ohm >= 500.0 && ohm <= 200'000.0);
-    const bool has_jumped = !is_wrong && ohm_[electrode] > 0.0 &&
-                            std::abs(std::log(ohm / ohm_[electrode])) > std::log(1.5) + 1e-9;
+    const bool has_jumped =
+        !is_wrong && ohm_[electrode] > 0.0 && std::abs(std::log(ohm / ohm_[electrode])) > std::log(1.5) + 1e-9;
     if (electrode < 8 && !is_wrong && !has_jumped) ohm_[electrode] = ohm;
     const bool is_new = (is_wrong || has_jumped) && !must_rest_;
     must_rest_ = must_rest_ || is_wrong || has_jumped;
@@ -101,8 +101,14 @@ class Attack {
   double Uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   // Mostly of a plausible size, sometimes anything.
   double Number(double typical) {
-    constexpr double kOdd[] = {0.0, -1.0, 1e300, -1e300, 1e-300, std::numeric_limits<double>::infinity(),
-                               -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()};
+    constexpr double kOdd[] = {0.0,
+                               -1.0,
+                               1e300,
+                               -1e300,
+                               1e-300,
+                               std::numeric_limits<double>::infinity(),
+                               -std::numeric_limits<double>::infinity(),
+                               std::numeric_limits<double>::quiet_NaN()};
     const double kind = Uniform(0.0, 1.0);
     if (kind < 0.05) return kOdd[random_() % std::size(kOdd)];
     if (kind < 0.2) return typical * std::pow(10.0, Uniform(-3.0, 3.0));
@@ -134,8 +140,7 @@ class Attack {
     const auto pulse = limiter_.Bound(now_ns_, electrode, wanted);
     if (!pulse) return;
     ++outcome_.pulses;
-    const std::string wrong =
-        oracle_.Judge(now_ns_, electrode, pulse->current_A * 1e3, pulse->width_s * 1e6);
+    const std::string wrong = oracle_.Judge(now_ns_, electrode, pulse->current_A * 1e3, pulse->width_s * 1e6);
     if (!wrong.empty()) {
       outcome_.first_wrong = "pulse " + std::to_string(outcome_.pulses) + " " + wrong + ": " +
                              std::to_string(pulse->current_A * 1e3) + " mA, " + std::to_string(pulse->width_s * 1e6) +
@@ -158,8 +163,8 @@ class Attack {
   }
   void Calibrate(std::size_t electrode, const SkinCalibration& c) {
     const bool is_usable = limiter_.Calibrate(electrode, c);
-    const bool makes_sense = c.threshold_A > 0.0 && c.threshold_A < c.comfort_A && c.comfort_A < 0.9 * c.pain_A &&
-                             std::isfinite(c.pain_A);
+    const bool makes_sense =
+        c.threshold_A > 0.0 && c.threshold_A < c.comfort_A && c.comfort_A < 0.9 * c.pain_A && std::isfinite(c.pain_A);
     if (is_usable && !makes_sense) outcome_.first_wrong = "a calibration that makes no sense was taken";
     oracle_.Calibrate(electrode, c.pain_A * 1e3, is_usable);
   }
@@ -181,6 +186,8 @@ class Attack {
 
 }  // namespace
 
-HostileOutcome RunHostileStimulation(std::uint64_t num_calls, std::uint64_t seed) { return Attack(seed).Run(num_calls); }
+HostileOutcome RunHostileStimulation(std::uint64_t num_calls, std::uint64_t seed) {
+  return Attack(seed).Run(num_calls);
+}
 
 }  // namespace tactile

@@ -56,8 +56,7 @@ class WornMotors final : public WornDevice {
 class WornElectrodes final : public WornDevice {
  public:
   WornElectrodes(const scene::Tactile& tactile, const tactile::StimulatorTable& table, const tactile::Limiter& limiter)
-      : name_(table.name),
-        thread_(tactile.name, std::make_unique<tactile::Stimulator>(table, &skin_, limiter)) {}
+      : name_(table.name), thread_(tactile.name, std::make_unique<tactile::Stimulator>(table, &skin_, limiter)) {}
 
   void Feel(std::int64_t now_ns, const BodyTouch& touch, bool is_engaged) noexcept override {
     thread_.Set({touch.finger(), touch.strength(), is_engaged, now_ns});
