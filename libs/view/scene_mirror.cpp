@@ -115,6 +115,7 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   robots_.resize(scenario.devices.size());
   tactiles_.resize(scenario.tactiles.size());
   margins_.resize(scenario.devices.size());
+  muscles_.resize(scenario.devices.size());
   troubles_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
   for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
@@ -226,8 +227,10 @@ void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source,
 void SceneMirror::ApplyBridge(const core::Figures& figures) {
   for (std::size_t role = 0; role < margins_.size(); ++role) {
     const std::string name = core::StiffnessLimitName(scenario_.devices[role].role);
+    const std::string muscle = core::MuscleShareName(scenario_.devices[role].role);
     for (const core::Figure& figure : figures.items) {
       if (figure.name == name) margins_[role] = figure.value;
+      if (figure.name == muscle) muscles_[role] = figure.value;
     }
   }
   for (const core::Figure& figure : figures.items) {
@@ -515,6 +518,18 @@ void SceneMirror::WriteMargins() {
   scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, least < 1.0 ? kAmber : kGrey, line});
 }
 
+void SceneMirror::WriteMuscles() {
+  for (std::size_t role = 0; role < muscles_.size(); ++role) {
+    if (!muscles_[role]) continue;
+    const bool is_known = *muscles_[role] >= 0.0;
+    char line[96];
+    std::snprintf(line, sizeof line, "%s: grip by muscles (SIMULATED)  %.0f %%", scenario_.devices[role].role.c_str(),
+                  100.0 * std::max(0.0, *muscles_[role]));
+    scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, is_known ? kCyan : kRed,
+                            is_known ? line : scenario_.devices[role].role + ": too many faults of muscle signals"});
+  }
+}
+
 void SceneMirror::WriteCollisions(std::int64_t now_ns) {
   unsigned num_touching = 0;
   const core::Collision* deepest = nullptr;
@@ -540,6 +555,7 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, space::FormatInstant(scene_.space.instant)});
   WriteForces(now_ns);
   WriteMargins();
+  WriteMuscles();
   WriteCollisions(now_ns);
   for (std::size_t i = 0; i < tactiles_.size(); ++i) {
     if (!tactiles_[i].is_known || now_ns - tactiles_[i].received_ns > kContactAge_ns) continue;

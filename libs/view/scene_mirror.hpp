@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,7 @@ class SceneMirror {
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
   // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own. The
-  // course of t1. Where a person who steers goes next.
+  // course of t1. What muscles tell. Where a person who steers goes next.
   void ApplyBridge(const core::Figures& figures);
   // A device that is not there, in red: silent, gone, hung or broken, and why.
   void Apply(const core::DeviceHealth& health);
@@ -113,6 +114,7 @@ class SceneMirror {
   void WriteTexts(std::int64_t now_ns);
   void WriteForces(std::int64_t now_ns);
   void WriteMargins();
+  void WriteMuscles();
   void WriteCollisions(std::int64_t now_ns);
 
   scene::Scenario scenario_;
@@ -146,7 +148,9 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::array<Matrix, 2> matrices_;
-  std::vector<double> margins_;        // per role; 0: not measured
+  std::vector<double> margins_;  // per role; 0: not measured
+  std::vector<std::optional<double>>
+      muscles_;                        // per role: share of the strongest grip, below zero: faults; none: no muscles
   std::vector<std::string> troubles_;  // per role: what is wrong with its device; empty: nothing
   std::string badge_;
   Choices choices_;

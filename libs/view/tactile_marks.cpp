@@ -14,19 +14,19 @@ constexpr glm::vec3 kOffColor{0.25f, 0.28f, 0.32f};
 constexpr glm::vec3 kOnColor{1.0f, 0.62f, 0.12f};
 constexpr glm::vec3 kWrongColor{1.0f, 0.22f, 0.18f};
 
-constexpr std::array kStatuses = {"not there yet", "", "does not answer", "is gone"};
-constexpr std::array kStops = {"", "stopped, impedance jumped", "stopped, open electrode", "stopped, not proved safe",
-                               ""};
-constexpr std::array kPatterns = {"", "  touch", "  pressure", "  slip", "  movement"};
+constexpr std::array kTactileStatuses = {"not there yet", "", "does not answer", "is gone"};
+constexpr std::array kTactileStops = {"", "stopped, impedance jumped", "stopped, open electrode",
+                                      "stopped, not proved safe", ""};
+constexpr std::array kTactilePatterns = {"", "  touch", "  pressure", "  slip", "  movement"};
 
 template <std::size_t kSize>
-const char* Name(const std::array<const char*, kSize>& names, std::uint8_t index) {
+const char* NameAt(const std::array<const char*, kSize>& names, std::uint8_t index) {
   return index < kSize ? names[index] : "?";
 }
 
 std::string WhatIsWrong(const core::TactileState& state) {
-  const std::string status = Name(kStatuses, state.status);
-  return status.empty() ? Name(kStops, state.stopped_by) : status;
+  const std::string status = NameAt(kTactileStatuses, state.status);
+  return status.empty() ? NameAt(kTactileStops, state.stopped_by) : status;
 }
 
 float Strongest(const core::TactileState& state) {
@@ -59,7 +59,7 @@ TextLine TactileLine(const core::TactileState& state, const scene::Tactile& tact
   std::snprintf(strength, sizeof strength, "%.0f %%", 100.0 * static_cast<double>(Strongest(state)));
   std::string line = tactile.name + (state.is_simulated ? " (SIMULATED)  " : "  ");
   line += wrong.empty() ? strength : wrong;
-  if (wrong.empty()) line += Name(kPatterns, state.pattern);
+  if (wrong.empty()) line += NameAt(kTactilePatterns, state.pattern);
   return {Anchor::kTopLeft, TextStyle::kSmall, wrong.empty() ? kOnColor : kWrongColor, line};
 }
 

@@ -57,6 +57,11 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<
       figures_.items.push_back({name, 0.0});
     }
   }
+  first_muscle_ = figures_.items.size();
+  for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
+    if (bridge->muscle(role) == nullptr) continue;
+    figures_.items.push_back({core::MuscleShareName(scenario.devices[role].role), 0.0});
+  }
   first_tip_ = figures_.items.size();
   for (const scene::Device& device : scenario.devices) {
     if (bridge->tip(0) == nullptr) break;
@@ -276,11 +281,21 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
     figures_.items[first_figure + 1].value = bridge_->allowed(role).damping_N_s_per_m;
     figures_.items[first_figure + 2].value = bridge_->allowed(role).damping_Nm_s_per_rad;
   }
+  TakeMuscles();
   TakeTips();
   figures_writer_.Set(figures_);
   if (now_ns < next_health_ns_) return;
   next_health_ns_ = now_ns + kFiguresPeriod_ns;
   PublishHealth(now_ns);
+}
+
+void NodeLoop::TakeMuscles() {
+  std::size_t figure = first_muscle_;
+  for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+    if (const MuscleGrip* muscle = bridge_->muscle(role)) {
+      figures_.items[figure++].value = muscle->share().value_or(-1.0);
+    }
+  }
 }
 
 void NodeLoop::TakeTips() {

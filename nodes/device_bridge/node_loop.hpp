@@ -44,6 +44,7 @@ class NodeLoop {
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void TakeTips();
+  void TakeMuscles();
   void ReportDevices(std::int64_t now_ns);
   void PublishHealth(std::int64_t now_ns);
   void SendJoints();
@@ -75,6 +76,8 @@ class NodeLoop {
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by
+
+  std::size_t first_muscle_ = 0;  // in figures_: of each role, what its muscles tell
 
   std::size_t first_tip_ = 0;  // in figures_, while a person steers: of each role, where it goes next
 

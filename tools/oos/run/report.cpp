@@ -207,6 +207,11 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   report["nodes_that_died"] = facts.dead;
   report["nodes_left_out"] = facts.missing_nodes;
   report["simulated"] = json::array({"hand devices (mass-damper arms with a scripted operator)"});
+  for (const json& role : Get(bridge, "roles")) {
+    if (!Get(role, "muscle").is_null()) {
+      report["simulated"].push_back("muscle signals of " + Text(Get(role, "role")) + " (a generator)");
+    }
+  }
   report["tactile"] = Get(bridge, "tactile");
   for (const json& device : report["tactile"]) {
     if (Get(device, "is_simulated") == true) {
