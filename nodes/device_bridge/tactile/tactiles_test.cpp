@@ -66,7 +66,10 @@ core::ContactSet SideContact() {
 
 // From the contacts of haptic_node on the bus to the simulated device's thread and its state on the bus, and off again.
 TEST(Tactiles, AContactOnTheBusIsAStateOnTheBusUntilContactsStop) {
-  const scene::Scenario scenario = BallOnPlate();
+  scene::Scenario scenario = BallOnPlate();
+  scenario.tactiles.push_back(scenario.tactiles[0]);
+  scenario.tactiles[1].name = "fingertip";
+  scenario.tactiles[1].device_file = VR_OOS_SOURCE_DIR "/scenarios/touch/fingertip.xml";
   auto registry = bus::Registry::Create({"tcp://127.0.0.1:0", kTactileSession, "", false});
   ASSERT_TRUE(registry) << registry.error().detail;
   Options options;
@@ -83,7 +86,10 @@ TEST(Tactiles, AContactOnTheBusIsAStateOnTheBusUntilContactsStop) {
   auto source = bus::Node::Create(TactileNode("haptic_node", **registry));
   ASSERT_TRUE(source) << source.error().detail;
   auto contacts = (*source)->WriteLatest<core::ContactSet>(bus::ContactsTopic("haptic_node", scenario.PairName(0)));
+  auto proxies = (*source)->WriteLatest<core::HapticProxy>(bus::HapticProxyTopic("right"));
   const auto& states = (*source)->ReadLatest<core::TactileState>(bus::TactileStateTopic("bracelet"));
+  const auto& fingertip = (*source)->ReadLatest<core::TactileState>(bus::TactileStateTopic("fingertip"));
+  core::HapticProxy proxy;
   ASSERT_TRUE((*source)->Start());
 
   std::atomic<bool> stop{false};
@@ -93,6 +99,7 @@ TEST(Tactiles, AContactOnTheBusIsAStateOnTheBusUntilContactsStop) {
     const std::int64_t begin_ns = core::MonotonicNow_ns();
     while (core::MonotonicNow_ns() - begin_ns < 30'000'000'000) {
       if (is_sending) contacts.Send(set);
+      proxies.Send(proxy);
       (*source)->Wait(core::MonotonicNow_ns() + 1'000'000);
       if (states.has_value() && is_reached(states.value())) return true;
     }
@@ -106,6 +113,13 @@ TEST(Tactiles, AContactOnTheBusIsAStateOnTheBusUntilContactsStop) {
   EXPECT_NEAR(touching.depth_m, 0.003, 1e-6);
   EXPECT_NEAR(touching.force_N, 3.0, 1e-3);
   EXPECT_NEAR(touching.towards_B.x, 1.0, 1e-6);
+  // A second in contact, and no current while the dead-man is not held.
+  const std::int64_t touched_ns = core::MonotonicNow_ns();
+  EXPECT_TRUE(wait_for(true, [&](const auto&) { return core::MonotonicNow_ns() - touched_ns > 1'000'000'000; }));
+  ASSERT_TRUE(fingertip.has_value());
+  EXPECT_EQ(fingertip.value().frames, 0u);
+  proxy.is_engaged = true;
+  EXPECT_TRUE(wait_for(true, [&](const auto&) { return fingertip.value().frames > 3; }));
   EXPECT_TRUE(wait_for(
       false, [](const core::TactileState& state) { return state.depth_m == 0.0 && state.channels[0].level == 0.0f; }));
   stop.store(true);
