@@ -76,6 +76,7 @@ void EmulatedUsbDevice::Unplug() {
   {
     const std::lock_guard lock(mutex_);
     is_plugged_ = false;
+    while (!swallowed_.empty()) FinishSwallowed(-ESHUTDOWN);
   }
   umockdev_testbed_uevent(testbed_, kSysPath, "remove");
   umockdev_testbed_remove_device(testbed_, kSysPath);
@@ -107,7 +108,9 @@ gboolean EmulatedUsbDevice::HandleIoctl(UMockdevIoctlBase* /*base*/, UMockdevIoc
                                         EmulatedUsbDevice* self) {
   const std::lock_guard lock(self->mutex_);
   const unsigned long request = umockdev_ioctl_client_get_request(client);
-  if (!self->is_plugged_) {
+  // As the kernel: what was submitted can be reaped after the device has gone, too.
+  const bool is_reaping = request == USBDEVFS_REAPURB || request == USBDEVFS_REAPURBNDELAY;
+  if (!self->is_plugged_ && !is_reaping) {
     umockdev_ioctl_client_complete(client, -1, ENODEV);
     return TRUE;
   }
@@ -179,7 +182,7 @@ void EmulatedUsbDevice::TakeFrame(Urb* urb) {
 
 void EmulatedUsbDevice::Reap(UMockdevIoctlClient* client) {
   if (finished_.empty()) {
-    umockdev_ioctl_client_complete(client, -1, EAGAIN);
+    umockdev_ioctl_client_complete(client, -1, is_plugged_ ? EAGAIN : ENODEV);
     return;
   }
   Urb* urb = finished_.front();
@@ -191,17 +194,21 @@ void EmulatedUsbDevice::Reap(UMockdevIoctlClient* client) {
   delete urb;
 }
 
+void EmulatedUsbDevice::FinishSwallowed(int status) {
+  Urb* urb = swallowed_.front();
+  swallowed_.pop_front();
+  urb->urb()->status = status;
+  urb->urb()->actual_length = 0;
+  finished_.push_back(urb);
+}
+
 // libusb gives up after its time-out.
 void EmulatedUsbDevice::Discard(UMockdevIoctlClient* client) {
   if (swallowed_.empty()) {
     umockdev_ioctl_client_complete(client, -1, EINVAL);
     return;
   }
-  Urb* urb = swallowed_.front();
-  swallowed_.pop_front();
-  urb->urb()->status = -ENOENT;
-  urb->urb()->actual_length = 0;
-  finished_.push_back(urb);
+  FinishSwallowed(-ENOENT);
   umockdev_ioctl_client_complete(client, 0, 0);
 }
 

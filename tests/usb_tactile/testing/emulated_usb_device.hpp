@@ -35,6 +35,7 @@ class EmulatedUsbDevice {
   void Reap(UMockdevIoctlClient* client);
   void Discard(UMockdevIoctlClient* client);
   void TakeFrame(Urb* urb);
+  void FinishSwallowed(int status);
 
   UMockdevTestbed* testbed_;
   UMockdevIoctlBase* handler_;
