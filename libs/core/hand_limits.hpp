@@ -17,4 +17,10 @@ inline std::string TurnDampingLimitName(const std::string& role) {
   return "hand." + role + ".damping_limit_Nm_s_per_rad";
 }
 
+// A figure of device_bridge: what is read from the muscles of a hand, as a share of its strongest grip; below zero: too
+// many channels have faults.
+inline std::string MuscleShareName(const std::string& role) {
+  return "hand." + role + ".muscle_share";
+}
+
 }  // namespace core

@@ -58,6 +58,7 @@ class ScenarioChecker {
 
   void CheckNames() {
     CheckUnique("object", scenario_.objects, [](const Object& object) { return object.name; });
+    CheckUnique("tactile", scenario_.tactiles, [](const Tactile& tactile) { return tactile.name; });
     CheckUnique("mechanism", scenario_.mechanisms, [](const Mechanism& mechanism) { return mechanism.name; });
     CheckUnique("device with the role", scenario_.devices, [](const Device& device) { return device.role; });
   }

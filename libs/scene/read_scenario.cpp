@@ -35,6 +35,7 @@ class Builder {
     }
     for (const XmlElement& child : root.children) {
       if (child.name == "camera") ReadCamera(child);  // after the objects that they name
+      if (child.name == "tactile") ReadTactile(child);
     }
     ReadHands(root);
     ReadScenery(root, file_, &scenario_, diagnostics_);
@@ -297,6 +298,27 @@ class Builder {
       }
     }
     scenario_.users.push_back(std::move(user));
+  }
+
+  void ReadTactile(const XmlElement& element) {
+    Tactile tactile;
+    tactile.location = {file_, element.line};
+    tactile.name = element.Get("name");
+    tactile.type = element.Get("type", tactile.type);
+    tactile.device_file = File(element, "device");
+    const ElementReader read(element);
+    tactile.X_OB = read.Pose();
+    read.Number("full_depth_m", &tactile.full_depth_m);
+    read.Number("full_force_N", &tactile.full_force_N);
+    tactile.body = scenario_.FindObject(element.Get("body"));
+    if (tactile.body < 0) {
+      std::vector<std::string> names;
+      for (const Object& object : scenario_.objects) names.push_back(object.name);
+      Report(element.LineOf("body"),
+             "tactile '" + tactile.name + "': no object is called '" + element.Get("body") + "'",
+             "what this object touches is what is felt", core::SuggestName(element.Get("body"), names));
+    }
+    scenario_.tactiles.push_back(std::move(tactile));
   }
 
   void ReadDevice(const XmlElement& element) {

@@ -26,6 +26,10 @@ int Scenario::FindRole(const std::string& role) const {
   return IndexOf(devices, [&](const Device& device) { return device.role == role; });
 }
 
+int Scenario::FindTactile(const std::string& tactile) const {
+  return IndexOf(tactiles, [&](const Tactile& other) { return other.name == tactile; });
+}
+
 std::string Scenario::PairName(std::size_t pair_index) const {
   const Pair& pair = pairs.at(pair_index);
   return objects.at(pair.sampled).name + "/" + objects.at(pair.field).name;

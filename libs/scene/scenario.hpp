@@ -253,6 +253,19 @@ struct User {
   Location location;
 };
 
+// A device that lets a person feel on the skin what a body touches, and nothing of its force.
+struct Tactile {
+  std::string name;
+  std::string type = "simulated";     // or usb
+  std::filesystem::path device_file;  // what it is and what it is sent (libs/tactile/README.md)
+  int body = -1;                      // object index
+  core::Pose X_OB;                    // on the body: z along the limb, x towards channel 0
+  // Full intensity at this depth; or at this force, when that is given.
+  double full_depth_m = 0.003;
+  double full_force_N = 0.0;
+  Location location;
+};
+
 // What is seen only: it has no collision mesh and no id on the bus.
 struct Scenery {
   std::string name;
@@ -310,6 +323,7 @@ struct Scenario {
   std::vector<Mechanism> mechanisms;
   std::vector<Camera> cameras;
   std::vector<User> users;
+  std::vector<Tactile> tactiles;
   std::vector<Scenery> scenery;
   std::vector<ShownArm> shown_arms;
   std::vector<Parameter> parameters;  // initial values of further named parameters
@@ -318,6 +332,7 @@ struct Scenario {
   [[nodiscard]] int FindObject(const std::string& object_name) const;
   [[nodiscard]] int FindMechanism(const std::string& mechanism_name) const;
   [[nodiscard]] int FindRole(const std::string& role) const;
+  [[nodiscard]] int FindTactile(const std::string& tactile) const;
   [[nodiscard]] std::string PairName(std::size_t pair_index) const;    // "sampled/field"
   [[nodiscard]] const char* PairSource(std::size_t pair_index) const;  // the node that computes and publishes it
 };

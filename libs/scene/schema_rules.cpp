@@ -186,30 +186,31 @@ ElementRule HookAndLoopRule() {
       {}};
 }
 
+ElementRule TactileRule() {
+  return {"tactile",
+          "a device that lets the skin feel what a body touches; pose of its frame on the body, z along the limb, x "
+          "towards "
+          "its first channel; full intensity at full_force_N when it is given, else at full_depth_m",
+          {Required("name", ValueKind::kName),
+           {"type", ValueKind::kChoice, false, {"simulated", "usb"}},
+           Required("device", ValueKind::kFile),
+           Required("body", ValueKind::kName),
+           Optional("position", ValueKind::kVector),
+           Optional("rpy_deg", ValueKind::kVector),
+           Optional("full_depth_m", kAboveZero),
+           Optional("full_force_N", kAboveZero)},
+          {}};
+}
+
 std::vector<ElementRule> MakeRules() {
   return {
       {"scenario",
        "a scene, its devices and its procedure; SI units, degrees in attributes that end in _deg",
        {Required("name", ValueKind::kName), Optional("title", ValueKind::kText)},
-       {{"run", 0, 1},
-        {"procedure", 1, 1},
-        {"operator", 0, 1},
-        {"coupling", 0, 1},
-        {"object", 1, 0},
-        {"device", 0, 0},
-        {"user", 0, 0},
-        {"pair", 0, 0},
-        {"hinge", 0, 0},
-        {"slider", 0, 0},
-        {"arm", 0, 0},
-        {"snap", 0, 0},
-        {"hook_and_loop", 0, 0},
-        {"parameter", 0, 0},
-        {"scenery", 0, 0},
-        {"shown_arm", 0, 0},
-        {"camera", 0, 0},
-        {"environment", 0, 1},
-        {"sun", 0, 1}}},
+       {{"run", 0, 1},     {"procedure", 1, 1}, {"operator", 0, 1}, {"coupling", 0, 1},      {"object", 1, 0},
+        {"device", 0, 0},  {"user", 0, 0},      {"tactile", 0, 0},  {"pair", 0, 0},          {"hinge", 0, 0},
+        {"slider", 0, 0},  {"arm", 0, 0},       {"snap", 0, 0},     {"hook_and_loop", 0, 0}, {"parameter", 0, 0},
+        {"scenery", 0, 0}, {"shown_arm", 0, 0}, {"camera", 0, 0},   {"environment", 0, 1},   {"sun", 0, 1}}},
       RunRule(),
       {"procedure", "the SCXML file of the procedure", {Required("file", ValueKind::kFile)}, {}},
       {"operator", "the simulated operator's script", {Required("file", ValueKind::kFile)}, {}},
@@ -292,6 +293,7 @@ std::vector<ElementRule> MakeRules() {
         Optional("eyes_m", ValueKind::kVector),
         Optional("eyes_rpy_deg", ValueKind::kVector)},
        {}},
+      TactileRule(),
       {"environment",
        "where in space and when: the start of simulated time in UTC, a circular orbit (angles to the celestial "
        "equator; "

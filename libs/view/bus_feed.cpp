@@ -21,6 +21,9 @@ BusFeed::BusFeed(const scene::Scenario& scenario, bus::Node* node) {
     health_.push_back({health, "device_bridge", &node->ReadState<core::DeviceHealth>(health)});
     add_latest(bus::DeviceJointsTopic(device.role), "device_bridge", &joints_);
   }
+  for (const scene::Tactile& tactile : scenario.tactiles) {
+    add_latest(bus::TactileStateTopic(tactile.name), "device_bridge", &tactiles_);
+  }
   for (const char* source : kCollisionSources) add_latest(bus::CollisionsTopic(source), source, &collisions_);
   for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
     const char* source = scenario.PairSource(i);
@@ -40,6 +43,9 @@ bool BusFeed::Apply(std::int64_t now_ns, SceneMirror* mirror) const {
   }
   for (const auto& joints : joints_) {
     if (joints.reader->is_fresh()) mirror->Apply(joints.reader->value(), now_ns);
+  }
+  for (const auto& tactile : tactiles_) {
+    if (tactile.reader->is_fresh()) mirror->Apply(tactile.reader->value(), now_ns);
   }
   for (std::size_t i = 0; i < collisions_.size(); ++i) {
     if (collisions_[i].reader->is_fresh()) mirror->Apply(collisions_[i].reader->value(), i, now_ns);

@@ -42,6 +42,7 @@ class BusFeed {
     all(proxies_);
     all(commands_);
     all(joints_);
+    all(tactiles_);
     all(contacts_);
     all(collisions_);
     all(sheets_);
@@ -73,6 +74,7 @@ class BusFeed {
   std::vector<Latest<core::HapticProxy>> proxies_;
   std::vector<Latest<core::DeviceCommand>> commands_;
   std::vector<Latest<core::DeviceJoints>> joints_;  // of devices that are robots; others never send
+  std::vector<Latest<core::TactileState>> tactiles_;
   std::vector<Latest<core::ContactSet>> contacts_;
   std::vector<Latest<core::CollisionMatrix>> collisions_;  // of the nodes that compute pairs
   std::vector<Latest<core::SheetState>> sheets_;

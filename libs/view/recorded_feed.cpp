@@ -24,6 +24,7 @@ bool RecordedFeed::IsRead(const bus::log::Channel& channel) {
     case bus::MessageType::kHapticProxy:
     case bus::MessageType::kDeviceCommand:
     case bus::MessageType::kDeviceJoints:
+    case bus::MessageType::kTactileState:
     case bus::MessageType::kContactSet:
     case bus::MessageType::kCollisionMatrix:
     case bus::MessageType::kSheetState:
@@ -53,6 +54,9 @@ void RecordedFeed::Apply(const bus::log::Channel& channel, const bus::log::Messa
       break;
     case bus::MessageType::kDeviceJoints:
       if (const auto* joints = joints_[channel.topic].Take(recorded)) mirror->Apply(*joints, now_ns);
+      break;
+    case bus::MessageType::kTactileState:
+      if (const auto* state = tactiles_[channel.topic].Take(recorded)) mirror->Apply(*state, now_ns);
       break;
     case bus::MessageType::kContactSet:
       if (const auto* contacts = contacts_[channel.topic].Take(recorded)) mirror->Apply(*contacts, now_ns);

@@ -25,6 +25,7 @@ class RecordedFeed {
   ByTopic<core::HapticProxy> proxies_;
   ByTopic<core::DeviceCommand> commands_;
   ByTopic<core::DeviceJoints> joints_;
+  ByTopic<core::TactileState> tactiles_;
   ByTopic<core::ContactSet> contacts_;
   ByTopic<core::CollisionMatrix> collisions_;
   ByTopic<core::SheetState> sheets_;

@@ -8,6 +8,7 @@
 #include "core/hand_limits.hpp"
 #include "view/hint_anchor.hpp"
 #include "view/robot_marks.hpp"
+#include "view/tactile_marks.hpp"
 
 namespace view {
 namespace {
@@ -112,7 +113,9 @@ SceneMirror::SceneMirror(const scene::Scenario& scenario)
   pairs_.resize(scenario.pairs.size());
   felt_.resize(scenario.devices.size());
   robots_.resize(scenario.devices.size());
+  tactiles_.resize(scenario.tactiles.size());
   margins_.resize(scenario.devices.size());
+  muscles_.resize(scenario.devices.size());
   troubles_.resize(scenario.devices.size());
   bool is_arm_simulated = false;
   for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
@@ -213,6 +216,10 @@ void SceneMirror::Apply(const core::DeviceJoints& joints, std::int64_t now_ns) {
   if (joints.role_index < robots_.size()) robots_[joints.role_index] = {joints, now_ns};
 }
 
+void SceneMirror::Apply(const core::TactileState& state, std::int64_t now_ns) {
+  if (state.tactile_index < tactiles_.size()) tactiles_[state.tactile_index] = {state, now_ns, true};
+}
+
 void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns) {
   if (source < matrices_.size()) matrices_[source] = {matrix, now_ns};
 }
@@ -220,8 +227,10 @@ void SceneMirror::Apply(const core::CollisionMatrix& matrix, std::size_t source,
 void SceneMirror::ApplyBridge(const core::Figures& figures) {
   for (std::size_t role = 0; role < margins_.size(); ++role) {
     const std::string name = core::StiffnessLimitName(scenario_.devices[role].role);
+    const std::string muscle = core::MuscleShareName(scenario_.devices[role].role);
     for (const core::Figure& figure : figures.items) {
       if (figure.name == name) margins_[role] = figure.value;
+      if (figure.name == muscle) muscles_[role] = figure.value;
     }
   }
   for (const core::Figure& figure : figures.items) {
@@ -350,6 +359,14 @@ void SceneMirror::AddFeltForces(std::int64_t now_ns) {
   }
 }
 
+void SceneMirror::AddTactiles(std::int64_t now_ns) {
+  for (std::size_t i = 0; i < tactiles_.size(); ++i) {
+    if (!tactiles_[i].is_known || now_ns - tactiles_[i].received_ns > kContactAge_ns) continue;
+    const scene::Tactile& tactile = scenario_.tactiles[i];
+    AddTactileRing(tactiles_[i].state, tactile, scene_.instances[static_cast<std::size_t>(tactile.body)].X_WM, &scene_);
+  }
+}
+
 // A hand where its device is, if the tool is elsewhere.
 void SceneMirror::AddPhantoms() {
   for (const scene::Device& device : scenario_.devices) {
@@ -380,6 +397,7 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   scene_.graphs.clear();
   AddContacts(now_ns);
   if (choices_.has(Overlay::kFeltForce)) AddFeltForces(now_ns);
+  if (choices_.has(Overlay::kFeltForce)) AddTactiles(now_ns);
   if (choices_.has(Overlay::kPhantom)) AddPhantoms();
   if (choices_.has(Overlay::kHints) && hinted_ >= 0) {
     scene_.labels.push_back(
@@ -500,6 +518,18 @@ void SceneMirror::WriteMargins() {
   scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, least < 1.0 ? kAmber : kGrey, line});
 }
 
+void SceneMirror::WriteMuscles() {
+  for (std::size_t role = 0; role < muscles_.size(); ++role) {
+    if (!muscles_[role]) continue;
+    const bool is_known = *muscles_[role] >= 0.0;
+    char line[96];
+    std::snprintf(line, sizeof line, "%s: grip by muscles (SIMULATED)  %.0f %%", scenario_.devices[role].role.c_str(),
+                  100.0 * std::max(0.0, *muscles_[role]));
+    scene_.texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, is_known ? kCyan : kRed,
+                            is_known ? line : scenario_.devices[role].role + ": too many faults of muscle signals"});
+  }
+}
+
 void SceneMirror::WriteCollisions(std::int64_t now_ns) {
   unsigned num_touching = 0;
   const core::Collision* deepest = nullptr;
@@ -525,7 +555,12 @@ void SceneMirror::WriteTexts(std::int64_t now_ns) {
   texts.push_back({Anchor::kTopLeft, TextStyle::kSmall, kGrey, space::FormatInstant(scene_.space.instant)});
   WriteForces(now_ns);
   WriteMargins();
+  WriteMuscles();
   WriteCollisions(now_ns);
+  for (std::size_t i = 0; i < tactiles_.size(); ++i) {
+    if (!tactiles_[i].is_known || now_ns - tactiles_[i].received_ns > kContactAge_ns) continue;
+    texts.push_back(TactileLine(tactiles_[i].state, scenario_.tactiles[i]));
+  }
   char line[160];
   if (figures_.t2_state_ms > 0.0) {
     std::snprintf(line, sizeof line, "hand to scene %.1f ms   to image %.1f ms   %.0f fps at scale %.2f   %llu lost",

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,11 +43,13 @@ class SceneMirror {
   void Apply(const core::DeviceCommand& command, std::int64_t now_ns);
   // A device that is a robot, as an overlay; none after kContactAge_ns without a message.
   void Apply(const core::DeviceJoints& joints, std::int64_t now_ns);
+  // A tactile device, as a line of text and a ring round its body; none after kContactAge_ns without a message.
+  void Apply(const core::TactileState& state, std::int64_t now_ns);
   // How many pairs touch, and the deepest, as text. `source`: of the matrix, 0 or 1. None of a source after
   // kContactAge_ns without a matrix.
   void Apply(const core::CollisionMatrix& matrix, std::size_t source, std::int64_t now_ns);
   // The margin of each hand's coupling in the text: the stiffness that the delay of its loop allows, over its own. The
-  // course of t1. Where a person who steers goes next.
+  // course of t1. What muscles tell. Where a person who steers goes next.
   void ApplyBridge(const core::Figures& figures);
   // A device that is not there, in red: silent, gone, hung or broken, and why.
   void Apply(const core::DeviceHealth& health);
@@ -107,9 +110,11 @@ class SceneMirror {
   void WriteMatrix(std::int64_t now_ns);
   void WriteSelected(std::int64_t now_ns);
   [[nodiscard]] std::string LineOf(const core::Collision& collision) const;
+  void AddTactiles(std::int64_t now_ns);
   void WriteTexts(std::int64_t now_ns);
   void WriteForces(std::int64_t now_ns);
   void WriteMargins();
+  void WriteMuscles();
   void WriteCollisions(std::int64_t now_ns);
 
   scene::Scenario scenario_;
@@ -132,12 +137,20 @@ class SceneMirror {
     std::int64_t received_ns = 0;
   };
   std::vector<Robot> robots_;  // per role; without joints: none
+  struct TactileDevice {
+    core::TactileState state;
+    std::int64_t received_ns = 0;
+    bool is_known = false;
+  };
+  std::vector<TactileDevice> tactiles_;  // of the scenario
   struct Matrix {
     core::CollisionMatrix matrix;
     std::int64_t received_ns = 0;
   };
   std::array<Matrix, 2> matrices_;
-  std::vector<double> margins_;        // per role; 0: not measured
+  std::vector<double> margins_;  // per role; 0: not measured
+  std::vector<std::optional<double>>
+      muscles_;                        // per role: share of the strongest grip, below zero: faults; none: no muscles
   std::vector<std::string> troubles_;  // per role: what is wrong with its device; empty: nothing
   std::string badge_;
   Choices choices_;

@@ -414,6 +414,23 @@ TEST(SceneMirror, ShowsWhetherTheArmIsSimulatedAndTheLatency) {
   EXPECT_FALSE(HasText(SceneMirror(real).scene(), "SIMULATED"));
 }
 
+TEST(SceneMirror, ShowsWhatMusclesTell) {
+  SceneMirror mirror(SmallScenario());
+  const std::string role = SmallScenario().devices[0].role;
+  core::Figures figures;
+  mirror.ApplyBridge(figures);
+  mirror.Refresh(0);
+  EXPECT_FALSE(HasText(mirror.scene(), "muscles"));
+  figures.items.push_back({"hand." + role + ".muscle_share", 0.45});
+  mirror.ApplyBridge(figures);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), role + ": grip by muscles (SIMULATED)  45 %"));
+  figures.items[0].value = -1.0;
+  mirror.ApplyBridge(figures);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "too many faults"));
+}
+
 TEST(SceneMirror, ShowsAFailureWithItsReason) {
   SceneMirror mirror(SmallScenario());
   core::LogicStatus status;

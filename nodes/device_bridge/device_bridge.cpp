@@ -46,6 +46,9 @@ core::Result<std::unique_ptr<DeviceBridge>> DeviceBridge::Create(const scene::Sc
     }
     auto role = std::make_unique<Role>(*filter, device, scenario.coupling);
     role->device = std::move(*made);
+    auto muscle = MuscleGrip::Create(device, seed + bridge->roles_.size());
+    if (!muscle) return tl::unexpected(muscle.error());
+    role->muscle = std::move(*muscle);
     bridge->has_hands_ = bridge->has_hands_ || role->device->takes_hand();
     bridge->roles_.push_back(std::move(role));
   }
@@ -199,6 +202,12 @@ void DeviceBridge::StepOperator(const Inputs& inputs, const core::FixedVector<Fe
   }
 }
 
+HandTarget DeviceBridge::Target(std::size_t role_index) noexcept {
+  HandTarget target = pointer_ && !is_guided_ ? pointer_->target(role_index) : operator_->target(role_index);
+  if (auto& muscle = roles_[role_index]->muscle) target.grip_strength_N = muscle->Step(target.grip_strength_N);
+  return target;
+}
+
 void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   ++ticks_;
   outputs->states.clear();
@@ -232,9 +241,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   if (has_hands_ || pointer_) StepOperator(inputs, felt, readings);
   for (std::size_t i = 0; i < roles_.size(); ++i) {
     Role& role = *roles_[i];
-    if (role.device->takes_hand()) {
-      role.device->SetHand(pointer_ && !is_guided_ ? pointer_->target(i) : operator_->target(i));
-    }
+    if (role.device->takes_hand()) role.device->SetHand(Target(i));
 
     core::DeviceState state;
     state.header.sequence = ++role.sample_sequence;

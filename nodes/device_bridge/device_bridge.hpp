@@ -11,6 +11,7 @@
 #include "nodes/device_bridge/echo_log.hpp"
 #include "nodes/device_bridge/loop_delay.hpp"
 #include "nodes/device_bridge/operator/guide.hpp"
+#include "nodes/device_bridge/operator/muscle_grip.hpp"
 #include "nodes/device_bridge/operator/pointer_hand.hpp"
 #include "nodes/device_bridge/operator/simulated_operator.hpp"
 #include "nodes/device_bridge/passivity.hpp"
@@ -101,6 +102,10 @@ class DeviceBridge {
   [[nodiscard]] const Presence& presence(std::size_t role) const { return roles_[role]->presence; }
   // As of the latest step.
   [[nodiscard]] const DeviceHealth& health(std::size_t role) const { return roles_[role]->health; }
+  // Of a role whose fingers press as the muscles tell; none: another.
+  [[nodiscard]] const MuscleGrip* muscle(std::size_t role) const {
+    return roles_[role]->muscle ? &*roles_[role]->muscle : nullptr;
+  }
   // Of a role whose device is a robot; false for others.
   bool Joints(std::size_t role, core::DeviceJoints* joints) const noexcept;
   // What a person who steers does next; none: nobody steers.
@@ -129,6 +134,7 @@ class DeviceBridge {
     double stiffness_share = 0.0;
     double least_stiffness_share = 0.0;
     Passivity passivity;
+    std::optional<MuscleGrip> muscle;
     bool is_led = false;  // to `goal`
     LeadGoal goal;
     Role(const SafetyFilter& f, const scene::Device& d, const scene::Coupling& c)
@@ -141,6 +147,8 @@ class DeviceBridge {
       : scenario_(scenario), options_(options), echo_log_(scenario.devices.size(), num_samples) {}
   // Another device was plugged in: its own limits hold, too, and its mass counts.
   void TakeDescription(std::size_t role_index) noexcept;
+  // Where whoever moves simulated devices wants a hand, with the strength that its muscles tell.
+  [[nodiscard]] HandTarget Target(std::size_t role_index) noexcept;
   // Reads, lets the force follow the device, filters, writes, and updates the statistics. `accepted`: a new command.
   void Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted = nullptr) noexcept;
   void UpdateAllowedCoupling(std::size_t role_index) noexcept;

@@ -33,6 +33,9 @@ class DeviceBridgeBody final : public run_node::Body {
     auto heads = device_bridge::MakeHeads(scenario_.users, seed_);
     if (!heads) return tl::unexpected(heads.error());
     heads_ = std::move(*heads);
+    auto tactiles = device_bridge::Tactiles::Create(scenario_);
+    if (!tactiles) return tl::unexpected(tactiles.error());
+    tactiles_ = std::move(*tactiles);
     return {};
   }
   core::Result<void> Connect(bus::Node* node, const bus::NodeOptions& /*options*/) override {
@@ -43,7 +46,7 @@ class DeviceBridgeBody final : public run_node::Body {
         viewers.push_back(name);
       }
     }
-    loop_.emplace(scenario_, std::move(heads_), bridge_.get(), node, std::move(viewers));
+    loop_.emplace(scenario_, std::move(heads_), std::move(tactiles_), bridge_.get(), node, std::move(viewers));
     loop_->Declare();
     return {};
   }
@@ -63,6 +66,7 @@ class DeviceBridgeBody final : public run_node::Body {
   std::uint64_t seed_ = 0;
   std::unique_ptr<device_bridge::DeviceBridge> bridge_;
   std::vector<std::unique_ptr<device_bridge::HeadTracker>> heads_;  // until the loop has them
+  std::unique_ptr<device_bridge::Tactiles> tactiles_;               // until the loop has them
   std::optional<device_bridge::NodeLoop> loop_;
 };
 

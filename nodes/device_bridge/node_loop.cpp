@@ -37,11 +37,13 @@ std::string StepsSince(const Presence& presence, bool is_found) {
 }  // namespace
 
 NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads,
-                   DeviceBridge* bridge, bus::Node* node, std::vector<std::string> viewers)
+                   std::unique_ptr<Tactiles> tactiles, DeviceBridge* bridge, bus::Node* node,
+                   std::vector<std::string> viewers)
     : scenario_(scenario),
       bridge_(bridge),
       node_(node),
       viewers_(std::move(viewers)),
+      tactiles_(std::move(tactiles)),
       reported_status_(scenario.devices.size(), kNoCommand),
       silent_event_{0, "device_bridge", "force_faded", "no command for 60 ms: the device force is zero"},
       back_event_{0, "device_bridge", "force_back", "commands arrive again"},
@@ -61,6 +63,11 @@ NodeLoop::NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<
                                     core::TurnDampingLimitName(device.role)}) {
       figures_.items.push_back({name, 0.0});
     }
+  }
+  first_muscle_ = figures_.items.size();
+  for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
+    if (bridge->muscle(role) == nullptr) continue;
+    figures_.items.push_back({core::MuscleShareName(scenario.devices[role].role), 0.0});
   }
   first_tip_ = figures_.items.size();
   for (const scene::Device& device : scenario.devices) {
@@ -92,6 +99,7 @@ void NodeLoop::Declare() {
     }
     health_writers_.push_back(node_->WriteState<core::DeviceHealth>(bus::DeviceHealthTopic(device.role)));
   }
+  if (tactiles_) tactiles_->Declare(node_);
   physics_ = &node_->ReadLatest<core::PhysicsState>(bus::kPhysicsStateTopic);
   logic_ = &node_->ReadState<core::LogicStatus>(bus::kLogicStatusTopic);
   for (const std::string& viewer : viewers_) {
@@ -152,6 +160,7 @@ void NodeLoop::Step() {
   step_duration_.Add(core::MonotonicNow_ns() - inputs_.now_ns);
   SendJoints();
   SendHeads();
+  if (tactiles_) tactiles_->Step(inputs_);
 }
 
 void NodeLoop::SendJoints() {
@@ -280,11 +289,21 @@ void NodeLoop::PublishFigures(std::int64_t now_ns) {
     figures_.items[first_figure + 1].value = bridge_->allowed(role).damping_N_s_per_m;
     figures_.items[first_figure + 2].value = bridge_->allowed(role).damping_Nm_s_per_rad;
   }
+  TakeMuscles();
   TakeTips();
   figures_writer_.Set(figures_);
   if (now_ns < next_health_ns_) return;
   next_health_ns_ = now_ns + kFiguresPeriod_ns;
   PublishHealth();
+}
+
+void NodeLoop::TakeMuscles() {
+  std::size_t figure = first_muscle_;
+  for (std::size_t role = 0; role < scenario_.devices.size(); ++role) {
+    if (const MuscleGrip* muscle = bridge_->muscle(role)) {
+      figures_.items[figure++].value = muscle->share().value_or(-1.0);
+    }
+  }
 }
 
 void NodeLoop::TakeTips() {
@@ -310,6 +329,7 @@ core::Result<void> NodeLoop::WriteReport(const std::filesystem::path& folder, bo
   report["step_p99_us"] = step_duration_.p99_ns() * 1e-3;
   report["step_max_us"] = static_cast<double>(step_duration_.max_ns()) * 1e-3;
   report["nodes_lost"] = lost_;
+  report["tactile"] = tactiles_ ? tactiles_->Report() : nlohmann::json::array();
   report["clock_bounds_ns"] = bus::ClockBounds(node_->Peers());
   const bus::Counters counters = node_->counters();
   report["bus"] = {{"sent", counters.sent}, {"received", counters.received}, {"dropped", counters.dropped}};

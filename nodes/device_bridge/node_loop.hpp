@@ -14,6 +14,7 @@
 #include "nodes/device_bridge/force_log.hpp"
 #include "nodes/device_bridge/head/head_tracker.hpp"
 #include "nodes/device_bridge/head/head_watch.hpp"
+#include "nodes/device_bridge/tactile/tactiles.hpp"
 
 namespace device_bridge {
 
@@ -21,9 +22,11 @@ namespace device_bridge {
 // device as soon as it arrives.
 class NodeLoop {
  public:
-  // `heads`: of the scenario's users. `viewers`: names of the nodes by which a person may steer; at most kMaxViewers.
-  NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads, DeviceBridge* bridge,
-           bus::Node* node, std::vector<std::string> viewers = {});
+  // `heads`: of the scenario's users; `tactiles`: of the scenario, or none. `viewers`: names of the nodes by which a
+  // person may steer; at most kMaxViewers.
+  NodeLoop(const scene::Scenario& scenario, std::vector<std::unique_ptr<HeadTracker>> heads,
+           std::unique_ptr<Tactiles> tactiles, DeviceBridge* bridge, bus::Node* node,
+           std::vector<std::string> viewers = {});
 
   // Declares the topics that are read and written; call it before bus::Node::Start.
   void Declare();
@@ -41,6 +44,7 @@ class NodeLoop {
   void ReportFaults(std::int64_t now_ns);
   void PublishFigures(std::int64_t now_ns);
   void TakeTips();
+  void TakeMuscles();
   void ReportDevices(std::int64_t now_ns);
   void PublishHealth();
   void SendJoints();
@@ -65,12 +69,15 @@ class NodeLoop {
     HeadWatch watch;
   };
   std::vector<Head> heads_;  // of the scenario's users
+  std::unique_ptr<Tactiles> tactiles_;
   std::vector<bus::StateWriter<core::DeviceHealth>> health_writers_;
   std::vector<core::DeviceHealth> health_;            // as published
   std::vector<DeviceStatus> reported_device_status_;  // per role
   bus::StateWriter<bus::Figures> figures_writer_;
   bus::Figures figures_;
   std::size_t first_share_ = 0;  // in figures_: of each role, what haptic_node limits its stiffness by
+
+  std::size_t first_muscle_ = 0;  // in figures_: of each role, what its muscles tell
 
   std::size_t first_tip_ = 0;  // in figures_, while a person steers: of each role, where it goes next
 

@@ -49,7 +49,7 @@ TEST(NodeLoop, ClosesTheLoopOverTheBusAndDropsTheForceWhenCommandsStop) {
   ASSERT_TRUE(bridge_node) << bridge_node.error().detail;
   auto heads = MakeHeads(scenario.users, 1);
   ASSERT_TRUE(heads) << heads.error().detail;
-  NodeLoop loop(scenario, std::move(*heads), bridge->get(), bridge_node->get());
+  NodeLoop loop(scenario, std::move(*heads), nullptr, bridge->get(), bridge_node->get());
   loop.Declare();
   ASSERT_TRUE((*bridge_node)->Start());
 

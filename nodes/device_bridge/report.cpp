@@ -16,6 +16,12 @@ nlohmann::json ToJson(const LatencySummary& s) {
           {"p999", s.p999_ms}, {"max", s.max_ms}, {"n", s.n}};
 }
 
+// Null for a grip without muscles.
+nlohmann::json MusclePart(const MuscleGrip* muscle) {
+  if (muscle == nullptr) return nullptr;
+  return {{"is_simulated", true}, {"share", muscle->share().value_or(-1.0)}, {"faults", muscle->num_faults()}};
+}
+
 const char* Text(LineOutcome outcome) {
   switch (outcome) {
     case LineOutcome::kDone:
@@ -84,6 +90,7 @@ nlohmann::json MakeReport(const DeviceBridge& bridge) {
                      {"least_energy_J", figures.least_energy_J},
                      {"samples_made_passive", figures.samples_made_passive},
                      {"share_made_passive", figures.share_made_passive()},
+                     {"muscle", MusclePart(bridge.muscle(i))},
                      {"first_cause", StatusNames(figures.first_cause)},
                      {"filter_samples", samples}});
   }

@@ -70,6 +70,19 @@ core::Result<scene::Device> DeviceNamed(const std::string& text) {
   return device;
 }
 
+namespace {
+
+core::Result<void> ChooseTactile(const std::string& type, scene::Tactile* tactile) {
+  if (type != "simulated" && type != "usb") {
+    return core::Fail(core::ErrorCode::kInvalidInput, "--device '" + tactile->name + "=" + type +
+                                                          "': a tactile device is simulated or usb, as its file says");
+  }
+  tactile->type = type;
+  return {};
+}
+
+}  // namespace
+
 core::Result<void> ChooseDevices(const std::vector<std::string>& texts, scene::Scenario* scenario) {
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
@@ -78,10 +91,17 @@ core::Result<void> ChooseDevices(const std::vector<std::string>& texts, scene::S
                         "--device '" + text + "': write ROLE=TYPE:ADDRESS, as right=udp:7460");
     }
     const std::string role = text.substr(0, equals);
+    if (const int tactile = scenario->FindTactile(role); tactile >= 0) {
+      const auto chosen =
+          ChooseTactile(text.substr(equals + 1), &scenario->tactiles[static_cast<std::size_t>(tactile)]);
+      if (!chosen) return chosen;
+      continue;
+    }
     const int index = scenario->FindRole(role);
     if (index < 0) {
       std::vector<std::string> roles;
       for (const scene::Device& device : scenario->devices) roles.push_back(device.role);
+      for (const scene::Tactile& tactile : scenario->tactiles) roles.push_back(tactile.name);
       return core::Fail(core::ErrorCode::kInvalidInput, "--device '" + text + "': scenario " + scenario->name +
                                                             " has no role '" + role + "'; " +
                                                             core::SuggestName(role, roles));

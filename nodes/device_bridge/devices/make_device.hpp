@@ -17,8 +17,8 @@ core::Result<std::unique_ptr<Device>> MakeDevice(const scene::Device& device,
 // The calibration of a specimen that `oos device calibrate` has kept.
 std::optional<DeviceCalibration> KeptCalibration(const std::string& name, const std::string& serial);
 
-// Changes the devices of a scenario by texts ROLE=TYPE or ROLE=TYPE:ADDRESS, as "right=udp:7460". Error: what is wrong
-// with one of them.
+// Changes the devices of a scenario by texts ROLE=TYPE or ROLE=TYPE:ADDRESS, as "right=udp:7460"; of a tactile device
+// NAME=simulated or NAME=usb. Error: what is wrong with one of them.
 core::Result<void> ChooseDevices(const std::vector<std::string>& texts, scene::Scenario* scenario);
 // TYPE or TYPE:ADDRESS.
 core::Result<scene::Device> DeviceNamed(const std::string& text);

@@ -9,6 +9,7 @@
 #include "core/names.hpp"
 #include "lab/lab.hpp"
 #include "nodes/device_bridge/operator/operator_script.hpp"
+#include "nodes/device_bridge/tactile/tactiles.hpp"
 #include "nodes/logic_node/procedure.hpp"
 #include "scene/load_scenario.hpp"
 #include "vps/mesh/check_mesh.hpp"
@@ -97,8 +98,8 @@ CheckOutcome CheckScenario(const std::filesystem::path& path) {
     return outcome;
   }
   outcome.scenario = *scenario;
-  for (const auto& diagnostics :
-       {logic_node::CheckProcedure(*scenario), device_bridge::CheckOperatorScript(*scenario)}) {
+  for (const auto& diagnostics : {logic_node::CheckProcedure(*scenario), device_bridge::CheckOperatorScript(*scenario),
+                                  device_bridge::CheckTactiles(*scenario)}) {
     for (const scene::Diagnostic& diagnostic : diagnostics) outcome.problems.push_back(scene::Format(diagnostic));
   }
   CheckMeshes(*scenario, &outcome);

@@ -82,6 +82,19 @@ void WriteLatencies(const json& report, std::ostream& out) {
   }
 }
 
+void WriteTactiles(const json& report, std::ostream& out) {
+  const json devices = Get(report, "tactile");
+  if (devices.empty()) return;
+  out << "\n## Tactile devices\n\n| | device | status | touching, s | greatest level | frames | errors |\n"
+      << "|---|---|---|---|---|---|---|\n";
+  for (const json& device : devices) {
+    for (const char* key : {"name", "device", "status", "touching_s", "greatest_level", "frames", "errors"}) {
+      out << "| " << Text(Get(device, key)) << " ";
+    }
+    out << "|\n";
+  }
+}
+
 // The worst of all hands.
 json StabilityPart(const json& bridge) {
   const json roles = Get(bridge, "roles");
@@ -118,6 +131,7 @@ void WriteMarkdown(const json& report, const std::filesystem::path& folder, std:
       << Text(Get(Get(report, "stability"), "share_made_passive"))
       << " of the writes to the device.\n\n## Latency, ms\n\n";
   WriteLatencies(report, out);
+  WriteTactiles(report, out);
   out << "\n## Haptic cycles\n\n| | all | in contact |\n|---|---|---|\n";
   const json& haptic = report.at("haptic");
   for (const char* key :
@@ -193,6 +207,17 @@ json MergeReport(const scene::Scenario& scenario, const RunFacts& facts, const s
   report["nodes_that_died"] = facts.dead;
   report["nodes_left_out"] = facts.missing_nodes;
   report["simulated"] = json::array({"hand devices (mass-damper arms with a scripted operator)"});
+  for (const json& role : Get(bridge, "roles")) {
+    if (!Get(role, "muscle").is_null()) {
+      report["simulated"].push_back("muscle signals of " + Text(Get(role, "role")) + " (a generator)");
+    }
+  }
+  report["tactile"] = Get(bridge, "tactile");
+  for (const json& device : report["tactile"]) {
+    if (Get(device, "is_simulated") == true) {
+      report["simulated"].push_back(Text(Get(device, "name")) + " (a " + Text(Get(device, "device")) + " in memory)");
+    }
+  }
   if (facts.is_lockstep) report["simulated"].push_back("time (virtual clock, no bus, no pictures)");
   if (!Get(visual, "gl_renderer").is_null()) {
     report["simulated"].push_back("drawn by " + Text(Get(visual, "gl_renderer")));
