@@ -24,12 +24,12 @@
 namespace tracking {
 namespace {
 
-constexpr int kMostDatagrams = 64;        // that one step takes: a flood must not keep it
+constexpr int kMostDatagrams = 64;         // that one step takes: a flood must not keep it
 constexpr std::size_t kMostBytes = 65536;  // of a datagram
-constexpr double kFullGrip_N = 10.0;      // assumed: of jaws on fingers, at which a motor vibrates with all its strength
-constexpr std::int64_t kTactilePeriod_ns = 33'000'000;   // the controller forgets after seconds
-constexpr std::int64_t kCommandAge_ns = 60'000'000;      // of device/plugin.h
-constexpr std::uint64_t kTrigger = 1;                    // bit of the buttons
+constexpr double kFullGrip_N = 10.0;  // assumed: of jaws on fingers, at which a motor vibrates with all its strength
+constexpr std::int64_t kTactilePeriod_ns = 33'000'000;  // the controller forgets after seconds
+constexpr std::int64_t kCommandAge_ns = 60'000'000;     // of device/plugin.h
+constexpr std::uint64_t kTrigger = 1;                   // bit of the buttons
 
 struct Setting {
   bool is_hand = false;  // else a Flystick
@@ -109,8 +109,7 @@ class DtrackDevice {
   void Take(std::string_view datagram, std::int64_t now_ns) {
     std::vector<std::string> complaints;
     const DtrackFrame frame = ParseDtrack(datagram, &complaints);
-    const std::optional<Follows> found =
-        setting_.is_hand ? FindHand(frame, setting_) : FindFlystick(frame, setting_);
+    const std::optional<Follows> found = setting_.is_hand ? FindHand(frame, setting_) : FindFlystick(frame, setting_);
     if (!found) return;
     ++state_.sequence;
     state_.device_time_ns = TimeOf(frame, now_ns);
@@ -257,8 +256,15 @@ int DtrackFd(void* device) {
 }  // namespace
 
 const oos_device_plugin& Plugin() {
-  static const oos_device_plugin plugin{OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenDtrack, DescribeDtrack, StepDtrack,
-                                        CloseDtrack,            DtrackFd,      nullptr,    nullptr};
+  static const oos_device_plugin plugin{OOS_DEVICE_ABI_VERSION,
+                                        sizeof plugin,
+                                        OpenDtrack,
+                                        DescribeDtrack,
+                                        StepDtrack,
+                                        CloseDtrack,
+                                        DtrackFd,
+                                        nullptr,
+                                        nullptr};
   return plugin;
 }
 

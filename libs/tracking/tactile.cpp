@@ -11,8 +11,7 @@ namespace {
 // With a point for the decimals, whatever the locale.
 std::string TwoDecimals(double value) {
   std::array<char, 16> text{};
-  const auto [end, error] =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 2);
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, 2);
   return std::string(text.data(), end);
 }
 

@@ -7,8 +7,8 @@ namespace tracking {
 
 // Of ART's Fingertracking Tactile: what a finger shall feel.
 struct FingerVibration {
-  int hand = 0;    // as in the line `gl`
-  int finger = 0;  // 0: the thumb, to 4
+  int hand = 0;           // as in the line `gl`
+  int finger = 0;         // 0: the thumb, to 4
   double strength = 0.0;  // 0 to 1; others are brought into it, what is not finite becomes 0
 };
 

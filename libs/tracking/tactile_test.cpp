@@ -16,7 +16,9 @@ TEST(Tactile, WritesOneBlockForEachFinger) {
 
 TEST(Tactile, StrengthIsNeverBeyondItsRange) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  for (const auto& [strength, text] : {std::pair{1e300, "1.00"}, {-1.0, "0.00"}, {kInfinite, "0.00"},
+  for (const auto& [strength, text] : {std::pair{1e300, "1.00"},
+                                       {-1.0, "0.00"},
+                                       {kInfinite, "0.00"},
                                        {std::numeric_limits<double>::quiet_NaN(), "0.00"}}) {
     const std::array<FingerVibration, 1> finger = {FingerVibration{0, 1, strength}};
     EXPECT_EQ(TactileDatagram(finger), std::string("tfb 1 [0 1 1.00 ") + text + "]");

@@ -309,7 +309,8 @@ TEST(MakeDevice, TheCommandLineChoosesDevices) {
 }
 
 // In virtual time, without a wait: of a simulated arm, or a plug-in without its thread.
-std::vector<ConformanceFinding> CheckOf(const scene::Device& what) {
+std::vector<ConformanceFinding> CheckOf(const scene::Device& what,
+                                        const std::function<void(std::int64_t)>& at_each_tick = {}) {
   ThreadedOptions threadless;
   threadless.has_thread = false;
   auto made = MakeDevice(what, threadless);
@@ -317,7 +318,10 @@ std::vector<ConformanceFinding> CheckOf(const scene::Device& what) {
   std::int64_t now_ns = 1'000'000'000;
   ConformanceOptions options;
   options.clock = [&] { return now_ns; };
-  options.wait_until = [&](std::int64_t time_ns) { now_ns = time_ns; };
+  options.wait_until = [&](std::int64_t time_ns) {
+    now_ns = time_ns;
+    if (at_each_tick) at_each_tick(now_ns);
+  };
   options.is_interrupted = [] { return false; };
   return CheckConformance(made->get(), options);
 }
@@ -355,6 +359,22 @@ TEST(Conformance, ADeviceThatLeadsNowhereOrWithTooMuchForceOrForeverIsFound) {
     EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kHolds) << fault;
     EXPECT_EQ(VerdictOn(findings, "lead"), Verdict::kFails) << fault;
   }
+}
+
+// Sixty frames a second are few for a device with motors, not for one without.
+TEST(Conformance, AFlystickHolds) {
+  scene::Device stick;
+  stick.role = "right";
+  stick.type = "dtrack";
+  stick.address = std::to_string(device::FreeUdpPort());
+  const device::FakeUdpDevice controller(static_cast<std::uint16_t>(std::stoi(stick.address)));
+  const auto findings = CheckOf(stick, [&](std::int64_t now_ns) {
+    if (now_ns / 1'000'000 % 16 == 0) controller.Send("6df2 1 1 [0 1.0 6 2][0 0 0][1 0 0 0 1 0 0 0 1][1 0 0]");
+  });
+  for (const char* subject : {"found", "rate", "jitter", "loss", "metres", "nanoseconds"}) {
+    EXPECT_EQ(VerdictOn(findings, subject), Verdict::kHolds) << subject;
+  }
+  EXPECT_EQ(VerdictOn(findings, "push"), Verdict::kSkipped);
 }
 
 TEST(Conformance, ADeviceWithoutWatchdogAndClockIsFound) {
