@@ -72,7 +72,10 @@ class LibusbTransport final : public UsbTransport {
 
   UsbOutcome Control(const ControlRequest& request, int timeout_ms) override {
     if (handle_ == nullptr) return UsbOutcome::kGone;
-    constexpr std::uint8_t kType = LIBUSB_ENDPOINT_OUT | LIBUSB_REQUEST_TYPE_VENDOR | LIBUSB_RECIPIENT_DEVICE;
+    // Three fields of one byte, which libusb declares as three types.
+    constexpr auto kType = static_cast<std::uint8_t>(static_cast<unsigned>(LIBUSB_ENDPOINT_OUT) |
+                                                     static_cast<unsigned>(LIBUSB_REQUEST_TYPE_VENDOR) |
+                                                     static_cast<unsigned>(LIBUSB_RECIPIENT_DEVICE));
     return OutcomeOf(libusb_control_transfer(handle_, kType, request.request, request.value, request.index, nullptr, 0,
                                              static_cast<unsigned>(timeout_ms)));
   }

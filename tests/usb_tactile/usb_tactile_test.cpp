@@ -14,7 +14,7 @@
 #include "tactile/libusb_transport.hpp"
 #include "tactile/usb_driver.hpp"
 #include "tests/usb_tactile/testing/emulated_usb_device.hpp"
-#include "tools/oos/run/session.hpp"
+#include "tools/oos/run/session/session.hpp"
 
 namespace usb_tactile_tests {
 namespace {

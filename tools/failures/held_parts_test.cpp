@@ -73,8 +73,9 @@ TEST(HeldParts, AHandLowersAChainWithWeight) {
   const HangingChain chain;
   constexpr double kDown_m = 0.1;
   LoopOptions options;
-  options.script = "grip 0.0298 force 30\nwait until held object4\npush 1 0 0 by 0.06 speed 0.1\n"
-                   "push 0 0 -1 by 0.1 speed 0.05\nwait 100\n";
+  options.script =
+      "grip 0.0298 force 30\nwait until held object4\npush 1 0 0 by 0.06 speed 0.1\n"
+      "push 0 0 -1 by 0.1 speed 0.05\nwait 100\n";
   Loop loop(chain.kit.scenario, options);
   loop.Run(12.0);
   ASSERT_TRUE(loop.is_holding());
