@@ -28,6 +28,10 @@ void World::SetKinematic(int index, const core::Pose& X_WO, const core::Twist& V
   body.w_W = V_WO.angular_rad_per_s;
 }
 
+void World::SetGravity(const glm::dvec3& gravity_W_m_per_s2) {
+  impl_->gravity_W_m_per_s2 = gravity_W_m_per_s2;
+}
+
 void World::SetLoad(int index, const core::Wrench& F_Bo_W) {
   impl_->body(index).load_Bo_W = F_Bo_W;
 }

@@ -75,6 +75,8 @@ class World {
 
   // Between steps.
   void SetKinematic(int body, const core::Pose& X_WO, const core::Twist& V_WO);
+  // From the next Step on; not part of a checkpoint.
+  void SetGravity(const glm::dvec3& gravity_W_m_per_s2);
   // External wrench on a dynamic body, about its mesh origin, in W; held until replaced.
   void SetLoad(int body, const core::Wrench& F_Bo_W);
   // Planes of a pair, held until replaced or cleared (D5). Planes with the same id keep their impulses as warm start.

@@ -33,6 +33,12 @@ struct PhysicsNode::Impl {
     pinched.fill(kNone);
   }
 
+  // None while nobody tests what bodies stand on.
+  void ApplyGravity() {
+    const bool is_withheld = !scenario.devices.empty() && hands.are_all_silent();
+    built.world->SetGravity(is_withheld ? glm::dvec3(0.0) : scenario.gravity_m_per_s2);
+  }
+
   ChangeOutcome Apply(const core::ParameterChange& change) {
     if (!parameters.Accepts(*built.world, change)) return {};
     const ParameterSlot& slot = *parameters.Find(change.name);
@@ -361,6 +367,7 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.feed.ApplyOwn(n.own.get(), n.tick, n.now_ns);
   n.UpdateGrasps(inputs, outputs);
   n.StepSheets(inputs, outputs);
+  n.ApplyGravity();
   n.built.world->Step(core::kTick_s);
   n.AddContactImpulses();
   n.ReportSettled(outputs);

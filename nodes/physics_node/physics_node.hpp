@@ -26,7 +26,8 @@ struct Options {
 // with k_f. At X_WC the object would feel a second, stiffer spring, and action would not equal reaction.
 //
 // Forces use fresh data only: a contact set older than kMaxAgeTicks haptic cycles is dropped. When haptic_node has been
-// silent for kMaxAgeTicks ticks, all its contacts are dropped, hands stop, and reactions are zero.
+// silent for kMaxAgeTicks ticks, all its contacts are dropped, hands stop, and reactions are zero. Before it is heard
+// for the first time, and while it is silent, bodies have no weight: they would fall through what they stand on.
 class PhysicsNode {
  public:
   // As haptic_node's kPhysicsStale_ns, so that both sides give up together: a third of the 60 ms after which no force

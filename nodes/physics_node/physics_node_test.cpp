@@ -393,6 +393,22 @@ TEST(PhysicsNode, SilentHapticNodeLeavesNoForceAndNoHandVelocity) {
   EXPECT_EQ(bench.node->world().V_WO(1).linear_m_per_s, glm::dvec3(0.0));
 }
 
+TEST(PhysicsNode, NothingFallsWhileNobodyTestsWhatItStandsOn) {
+  GripBench bench(0.0);
+  bench.is_haptic_alive = false;
+  bench.Run(200);
+  EXPECT_EQ(bench.z_m(), 0.0) << "before the first contacts";
+  bench.is_haptic_alive = true;
+  bench.Run(101);
+  const double speed_m_per_s = bench.block().V_WO.linear_m_per_s.z;
+  EXPECT_NEAR(speed_m_per_s, -9.81 * 0.1, 0.02);
+  bench.is_haptic_alive = false;
+  bench.Run(PhysicsNode::kMaxAgeTicks + 2);
+  const glm::dvec3 drift = bench.block().V_WO.linear_m_per_s;
+  bench.Run(100);
+  EXPECT_EQ(bench.block().V_WO.linear_m_per_s, drift);
+}
+
 TEST(PhysicsNode, ContactSetsOfOldCyclesAreDropped) {
   Bench bench;
   bench.X_WD.translation.x = 0.0105;
