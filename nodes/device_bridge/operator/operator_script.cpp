@@ -249,7 +249,8 @@ void ReadLine(LineReader& reader, const std::string& verb, const scene::Scenario
     const double greatest = scenario.devices[static_cast<std::size_t>(line->role)].opening_max_m;
     line->opening_m = reader.Number("the opening", 0.0, greatest, "grip 0.02 force 20");
     if (reader.Take("force")) line->grip_strength_N = reader.Number("the strength", 0.1, 200.0, "force 20");
-    reader.ExpectEnd("'force N'");
+    if (reader.Take("friction")) line->grip_friction = reader.Number("the friction", 0.01, 2.0, "friction 0.4");
+    reader.ExpectEnd("'force N', 'friction MU'");
   } else {
     line->verb = Verb::kWait;
     if (reader.Take("until")) {

@@ -46,7 +46,8 @@ struct OperatorLine {
   Condition until;            // push, wait
   double opening_m = 0.0;     // grip
   double grip_strength_N = 20.0;
-  double seconds = 0.0;  // wait
+  double grip_friction = 0.0;  // no harder than what is felt asks for, with this friction at the fingers; 0: as given
+  double seconds = 0.0;        // wait
 };
 
 struct OperatorStep {

@@ -79,7 +79,9 @@ class SimulatedOperator {
     double opening_duration_s = 0.0;
     double opening_elapsed_s = 0.0;
     double grip_strength_N = 20.0;
-    double search_gain = 0.0;  // 0 to 1, faded
+    double strongest_grip_N = 20.0;
+    double grip_friction = 0.0;  // 0: grips with the strongest
+    double search_gain = 0.0;    // 0 to 1, faded
     glm::dvec3 tremor_hz{10.0};
     glm::dvec3 tremor_phase_rad{0.0};
     HandTarget target;
@@ -99,6 +101,7 @@ class SimulatedOperator {
   void Push(const OperatorLine& line, const Sighting& seen, const FeltForce& felt, double dt_s) noexcept;
   void EndPush(const OperatorLine& line, const FeltForce& felt) noexcept;
   void Grip(const OperatorLine& line, const FeltForce& felt, double dt_s) noexcept;
+  void FollowLoad(Hand* hand, double dt_s) const noexcept;
   void EnterPhase(Phase phase) noexcept;
   void EndLine(LineOutcome outcome, std::int64_t now_ns) noexcept;
   void UpdateTarget(Hand* hand, double dt_s) noexcept;

@@ -211,6 +211,21 @@ TEST(SimulatedOperator, GripsWithTheGivenForceAndWaitsUntilItHolds) {
   EXPECT_TRUE(world.RunLines(5, 0.4));
 }
 
+// N = 1.4 L / (2 mu), at friction 0.4; never more than the strongest, 15 N.
+TEST(SimulatedOperator, GripsNoHarderThanTheLoadAsks) {
+  ToyWorld world("step a\nwait 1.2\ngrip 0 force 15 friction 0.4\nwait 60\n");
+  world.jaws = [](const core::DeviceState& state) { return 8000.0 * std::max(0.0, 0.03 - state.opening_m); };
+  double load_N = 2.0;
+  world.contact = [&](const core::DeviceState&) { return core::Wrench{{0.0, 0.0, -load_N}, {}}; };
+  ASSERT_TRUE(world.RunLines(2, 6.0));
+  const auto pressed_N = [&] { return 8000.0 * (0.03 - world.outputs.states[0].opening_m); };
+  for (const auto& [load, expected_N] : {std::pair{2.0, 3.5}, {6.0, 10.5}, {30.0, 15.0}, {4.0, 7.0}}) {
+    load_N = load;
+    world.Run(2.0);
+    EXPECT_NEAR(pressed_N(), expected_N, 0.05 * expected_N) << load;
+  }
+}
+
 TEST(SimulatedOperator, ANewStepEndsTheLinesOfThePreviousOne) {
   ToyWorld world("step a\nwait 100\nwait 1\nstep b\npush 1 0 0 by 0.02 speed 0.1\n");
   world.Run(1.0);
