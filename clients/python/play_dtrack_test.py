@@ -56,7 +56,9 @@ class PlayDtrackTest(unittest.TestCase):
             pass  # until it listens
         for text in (FIRST, SECOND):
             sender.sendto(text.replace("\n", "\r\n").encode() + b"\r\n", ("127.0.0.1", port))
-        while time.monotonic() < end_s and len(list(play_dtrack.recorded(self.name))) < 2:
+        # It begins its file after it listens.
+        has_both = lambda: os.path.exists(self.name) and len(list(play_dtrack.recorded(self.name))) == 2
+        while time.monotonic() < end_s and not has_both():
             pass
         child.send_signal(signal.SIGINT)
         self.assertEqual(child.wait(20), 0)
