@@ -1,4 +1,4 @@
-// Figures of the page in Chromium without a GPU (issue 24): frame rate, latency, time to open, memory, and its pictures
+// Figures of the page in Chromium without a GPU: frame rate, latency, time to open, memory, and its pictures
 // against the OpenGL renderer's. Each is printed. Environment variables: OOS, PAGE_COMPARE; SOAK_MINUTES.
 
 import assert from "node:assert/strict";
