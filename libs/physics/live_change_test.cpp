@@ -66,7 +66,8 @@ TEST(LiveChange, ChangeAtSeparationComesWithTheStepThatFindsItAndInjectsNoEnergy
   world.BeginChange(0, stiffness, {9000.0, ChangeMode::kWhenSeparated});
   for (int i = 0; i < 20; ++i) world.Step(kDt);
   EXPECT_EQ(world.change_report(0, stiffness).first_tick, 0u);
-  EXPECT_EQ(*world.mechanism(0).tunables()[static_cast<std::size_t>(stiffness)].value, 3000.0);
+  EXPECT_EQ(*world.mechanism(0).tunables()[static_cast<std::size_t>(stiffness)].value,
+            SpringCouplingParams{}.stiffness_N_per_m);
   grasp->Detach();
   world.Step(kDt);
   EXPECT_EQ(world.change_report(0, stiffness).first_tick, 21u);

@@ -7,10 +7,10 @@
 namespace physics {
 
 struct SpringCouplingParams {
-  double stiffness_N_per_m = 3000.0;
-  double damping_N_s_per_m = 40.0;
-  double stiffness_Nm_per_rad = 40.0;
-  double damping_Nm_s_per_rad = 0.6;
+  double stiffness_N_per_m = 8000.0;
+  double damping_N_s_per_m = 65.0;
+  double stiffness_Nm_per_rad = 100.0;
+  double damping_Nm_s_per_rad = 1.0;
 };
 
 // What friction between two jaws holds: the limit surface of a soft finger [Howe, Cutkosky 1996],

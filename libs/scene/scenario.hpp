@@ -177,8 +177,8 @@ struct Mechanism {
   Location location;
 };
 
-constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "hug",   "udp",   "serial",
-                                        "plugin",        "replay",        "haply", "dtrack"};
+constexpr const char* kDeviceTypes[] = {"simulated_arm", "simulated_hug", "simulated_hand", "hug",   "udp",
+                                        "serial",        "plugin",        "replay",         "haply", "dtrack"};
 
 // A hand device and its role. Role names are chosen by the scenario ("op1/arm.left").
 struct Device {
@@ -210,17 +210,21 @@ struct Device {
 // Virtual coupling and force parameters of the paper [VR-OOS, Eq. 2-6]. The paper sets eta, sigma, rho and alpha
 // empirically to the values here; it gives no stiffness.
 struct Coupling {
-  std::string type = "paper";               // or god_object, which has no eta and sigma
-  double stiffness_N_per_m = 2500.0;        // k_f
-  double stiffness_Nm_per_rad = 30.0;       // k_t
-  double eta = 0.2;                         // filter constant of Eq. 3
-  double sigma_m2 = 0.035;                  // inertia over mass in Eq. 4
-  double rho = 0.01;                        // expected fraction of colliding points in Eq. 2
-  double alpha = 2.0;                       // exponent of Eq. 2
-  double grasp_stiffness_N_per_m = 3000.0;  // spring between gripper and grasped object (architecture, ownership)
-  double grasp_damping_N_s_per_m = 40.0;
-  double grasp_stiffness_Nm_per_rad = 40.0;
-  double grasp_damping_Nm_s_per_rad = 0.6;
+  std::string type = "paper";          // or god_object, which has no eta and sigma
+  double stiffness_N_per_m = 2500.0;   // k_f
+  double stiffness_Nm_per_rad = 30.0;  // k_t
+  double eta = 0.2;                    // filter constant of Eq. 3
+  double sigma_m2 = 0.035;             // inertia over mass in Eq. 4
+  double rho = 0.01;                   // expected fraction of colliding points in Eq. 2
+  double alpha = 2.0;                  // exponent of Eq. 2
+  // Spring between gripper and grasped object (architecture, ownership). A hand that swings a mass m by it with
+  // frequency w feels m a / (1 - m w^2 / K): 5 % more than m a for 2 kg at 2 Hz wants K > 21 m w^2, 6.6 kN/m. The
+  // largest K with which the hand is at rest on a wall over a link that is late by 3 ms each way is measured in row H4
+  // of docs/performance/stability.md.
+  double grasp_stiffness_N_per_m = 8000.0;
+  double grasp_damping_N_s_per_m = 65.0;  // a quarter of critical damping for 2 kg
+  double grasp_stiffness_Nm_per_rad = 100.0;
+  double grasp_damping_Nm_s_per_rad = 1.0;
   double jaw_stiffness_N_per_m = 8000.0;  // on the gripper axis
   bool is_grip_by_friction =
       false;                   // jaws hold what their force and the pairs' friction hold; else whatever they grasp

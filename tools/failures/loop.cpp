@@ -156,13 +156,13 @@ void Loop::StepHaptic() {
 }
 
 void Loop::StepPhysics() {
-  contact_sets_.push_back(contacts_);
-  if (static_cast<int>(contact_sets_.size()) > options_.contact_delay_ticks + 1) contact_sets_.pop_front();
+  cycles_.push_back({out_.proxies, contacts_});
+  if (static_cast<int>(cycles_.size()) > options_.physics_delay_ticks + 1) cycles_.pop_front();
   physics_node::Inputs inputs;
   inputs.now_ns = now_ns_;
-  inputs.proxies = out_.proxies;
-  inputs.contacts = contact_sets_.front().data();
-  inputs.num_contacts = contact_sets_.front().size();
+  inputs.proxies = cycles_.front().proxies;
+  inputs.contacts = cycles_.front().contacts.data();
+  inputs.num_contacts = cycles_.front().contacts.size();
   const std::int64_t begin_ns = core::ThreadCpuNow_ns();
   physics_->Step(inputs, &physics_out_);
   physics_cpu_ns_ = core::ThreadCpuNow_ns() - begin_ns;

@@ -21,7 +21,7 @@ struct LoopOptions {
   double tremor_m = 0.0;
   std::uint64_t seed = 1;
   int command_delay_ticks = 0;      // from haptic_node to the bridge
-  int contact_delay_ticks = 0;      // from haptic_node to physics_node
+  int physics_delay_ticks = 0;      // from haptic_node to physics_node: contacts and proxies
   std::uint64_t budget_points = 0;  // of haptic_node's collision; 0: no limit
   std::int64_t budget_ns = 0;       // of haptic_node's step, as when it runs live; 0: no limit
   bool is_made_passive = true;      // by the bridge's passivity controller
@@ -91,7 +91,12 @@ class Loop {
   std::uint64_t ticks_ = 0;
   core::FixedVector<core::DeviceState, haptic_node::kMaxRoles> devices_;
   std::deque<core::FixedVector<core::DeviceCommand, haptic_node::kMaxRoles>> commands_;  // on their way to the bridge
-  std::deque<std::vector<core::ContactSet>> contact_sets_;                               // on their way to physics_node
+  // On its way to physics_node.
+  struct Cycle {
+    core::FixedVector<core::HapticProxy, haptic_node::kMaxRoles> proxies;
+    std::vector<core::ContactSet> contacts;
+  };
+  std::deque<Cycle> cycles_;
   haptic_node::Outputs out_;
   std::vector<core::ContactSet> contacts_;  // newest of each pair
   physics_node::Outputs physics_out_;

@@ -39,7 +39,7 @@ Squeezed PressLightPart() {
   kit.AddPair(light, table).stiffness_N_per_m = kStiffness_N_per_m;
   Loop loop(kit.scenario);
   Grip(&loop, X_WD, kWidth_m);
-  // The grasp's spring of 3 kN/m is 3.3 mm long at 10 N.
+  // As deep as the grasp's spring is long at 10 N.
   const double down_m = kAbove_m + 10.0 / kit.scenario.coupling.grasp_stiffness_N_per_m;
   constexpr int kDown_ticks = 1000, kRest_ticks = 1000;
   Squeezed squeezed;

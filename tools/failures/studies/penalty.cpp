@@ -36,7 +36,7 @@ double EnergyRatio(const Variant& variant, int delay_ticks) {
     pair.friction = 0.0;
   }
   LoopOptions options;
-  options.contact_delay_ticks = delay_ticks;
+  options.physics_delay_ticks = delay_ticks;
   Loop loop(kit.scenario, options);
   double fastest = 0.0;
   for (int i = 0; i < 1000; ++i) {
