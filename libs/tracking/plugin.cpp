@@ -15,10 +15,13 @@
 #include <string>
 #include <vector>
 
+#include "core/wrench.hpp"
 #include "device/say_why.hpp"
 #include "scene/udp_address.hpp"
 #include "tracking/dtrack.hpp"
 #include "tracking/listen.hpp"
+#include "tracking/pinch.hpp"
+#include "tracking/pseudo_grip.hpp"
 #include "tracking/tactile.hpp"
 
 namespace tracking {
@@ -30,11 +33,16 @@ constexpr double kFullGrip_N = 10.0;  // assumed: of jaws on fingers, at which a
 constexpr std::int64_t kTactilePeriod_ns = 33'000'000;  // the controller forgets after seconds
 constexpr std::int64_t kCommandAge_ns = 60'000'000;     // of device/plugin.h
 constexpr std::uint64_t kTrigger = 1;                   // bit of the buttons
+constexpr std::int64_t kFresh_ns = 50'000'000;          // a frame's age until which the jaws go on: three of 60 Hz
+constexpr std::int64_t kPinchAge_ns = 100'000'000;      // what a sensor said is forgotten then
 
 struct Setting {
   bool is_hand = false;  // else a Flystick
   int id = 0;
   double opening_max_m = 0.08;
+  double max_grip_N = kMaxGrip_N;
+  double grip_stiffness_N_per_m = kGripStiffness_N_per_m;
+  std::string pinch;                   // where a sensor of pinching sends to; empty: there is none
   std::optional<sockaddr_in> tactile;  // of the controller
 };
 
@@ -43,44 +51,59 @@ struct Follows {
   TrackedBody body;
   bool is_held = false;
   std::uint32_t buttons = 0;
-  double opening_m = 0.0;
+  double stick = 0.0;      // of a Flystick, vertical
+  double fingers_m = 0.0;  // of a hand: between the tips of thumb and index finger
 };
 
-// A Flystick's stick springs back to its middle, where the jaws are open; drawn down it closes them, as far as it is
-// drawn.
 std::optional<Follows> FindFlystick(const DtrackFrame& frame, const Setting& setting) {
   for (const TrackedFlystick& stick : frame.flysticks) {
     if (stick.body.id != setting.id) continue;
-    const double drawn = stick.num_controllers > 1 ? std::clamp(-stick.controllers[1], 0.0, 1.0) : 0.0;
-    return Follows{stick.body, (stick.buttons & kTrigger) != 0, stick.buttons, (1.0 - drawn) * setting.opening_max_m};
+    return Follows{stick.body, (stick.buttons & kTrigger) != 0, stick.buttons,
+                   stick.num_controllers > 1 ? stick.controllers[1] : 0.0, 0.0};
   }
   return std::nullopt;
 }
 
-// The jaws are as far apart as the tips of thumb and index finger.
 std::optional<Follows> FindHand(const DtrackFrame& frame, const Setting& setting) {
   for (const TrackedHand& hand : frame.hands) {
     if (hand.body.id != setting.id) continue;
-    Follows follows{hand.body, true, 0, setting.opening_max_m};
+    Follows follows{hand.body, true, 0, 0.0, setting.opening_max_m};
     if (hand.fingers.size() > 1) {
       const TrackedFinger& thumb = hand.fingers[0];
       const TrackedFinger& index = hand.fingers[1];
-      const double gap_m =
+      follows.fingers_m =
           glm::distance(thumb.X_BF.translation, index.X_BF.translation) - thumb.radius_m - index.radius_m;
-      follows.opening_m = std::clamp(gap_m, 0.0, setting.opening_max_m);
     }
     return follows;
   }
   return std::nullopt;
 }
 
+// Between two poses of a tracker.
+core::Twist VelocityOf(const core::Pose& from, const core::Pose& to, double dt_s) {
+  core::Twist V;
+  if (!(dt_s > 0.0)) return V;
+  V.linear_m_per_s = (to.translation - from.translation) / dt_s;
+  V.angular_rad_per_s = core::RotationVector(to.rotation * glm::conjugate(from.rotation)) / dt_s;
+  return V;
+}
+
 class DtrackDevice {
  public:
-  DtrackDevice(const Setting& setting, int socket) : setting_(setting), socket_(socket), bytes_(kMostBytes) {
+  // `pinch` is -1 without a sensor of pinching.
+  DtrackDevice(const Setting& setting, int socket, int pinch)
+      : setting_(setting),
+        socket_(socket),
+        pinch_socket_(pinch),
+        bytes_(kMostBytes),
+        jaws_(setting.opening_max_m, setting.opening_max_m) {
     state_.X_BD[0] = 1.0;
-    state_.opening_m = setting.opening_max_m;
+    follows_.fingers_m = setting.opening_max_m;
   }
-  ~DtrackDevice() { close(socket_); }
+  ~DtrackDevice() {
+    close(socket_);
+    if (pinch_socket_ >= 0) close(pinch_socket_);
+  }
   DtrackDevice(const DtrackDevice&) = delete;
   DtrackDevice& operator=(const DtrackDevice&) = delete;
 
@@ -89,22 +112,63 @@ class DtrackDevice {
   [[nodiscard]] const Setting& setting() const { return setting_; }
 
   void Step(std::int64_t now_ns, const oos_device_command* command, oos_device_state* state) {
-    for (int i = 0; i < kMostDatagrams; ++i) {
-      const ssize_t size = recv(socket_, bytes_.data(), bytes_.size(), MSG_DONTWAIT);
-      if (size < 0) break;
-      Take({bytes_.data(), static_cast<std::size_t>(size)}, now_ns);
+    ForEachDatagram(socket_, [&](std::string_view datagram) { Take(datagram, now_ns); });
+    if (pinch_socket_ >= 0) {
+      ForEachDatagram(pinch_socket_, [&](std::string_view datagram) { TakePinch(datagram, now_ns); });
     }
     if (command != nullptr) {
-      grip_N_ = std::abs(command->grip_force_N);
+      reaction_N_ = command->grip_force_N;
       command_ns_ = now_ns;
     }
-    if (now_ns - command_ns_ > kCommandAge_ns) grip_N_ = 0.0;
+    if (now_ns - command_ns_ > kCommandAge_ns) reaction_N_ = 0.0;
+    if (is_there()) MoveJaws(now_ns);
     if (setting_.tactile && is_there()) Vibrate(now_ns);
     state_.size = state->size;
     *state = state_;
   }
 
  private:
+  template <class Use>
+  void ForEachDatagram(int socket, Use&& use) {
+    for (int i = 0; i < kMostDatagrams; ++i) {
+      const ssize_t size = recv(socket, bytes_.data(), bytes_.size(), MSG_DONTWAIT);
+      if (size < 0) break;
+      use(std::string_view(bytes_.data(), static_cast<std::size_t>(size)));
+    }
+  }
+
+  void TakePinch(std::string_view datagram, std::int64_t now_ns) {
+    const std::optional<double> pinch = ParsePinch(datagram, setting_.id);
+    if (!pinch) return;
+    pinch_ = *pinch;
+    pinch_ns_ = now_ns;
+  }
+
+  [[nodiscard]] GripWish Wish(std::int64_t now_ns) const {
+    const Setting& s = setting_;
+    if (!s.is_hand) return WishOfStick(follows_.stick, s.opening_max_m, s.max_grip_N);
+    if (pinch_socket_ >= 0) {
+      const double pinch = now_ns - pinch_ns_ > kPinchAge_ns ? 0.0 : pinch_;
+      return WishOfPinch(pinch, follows_.fingers_m, s.opening_max_m, s.max_grip_N);
+    }
+    return WishOfDistance(follows_.fingers_m, jaws_.opening_m(), s.opening_max_m, s.grip_stiffness_N_per_m,
+                          s.max_grip_N);
+  }
+
+  // The jaws answer to what they hold a thousand times a second, and the cameras come sixty times: between two frames
+  // each step is a sample, with the frame's pose. Not for long: a tracker that has fallen silent is lost.
+  void MoveJaws(std::int64_t now_ns) {
+    const double dt_s = std::clamp(1e-9 * static_cast<double>(now_ns - moved_ns_), 0.0, 0.01);
+    moved_ns_ = now_ns;
+    if (now_ns - frame_ns_ > kFresh_ns) return;
+    const double before_m = jaws_.opening_m();
+    state_.opening_m = jaws_.Step(Wish(now_ns), reaction_N_, dt_s);
+    state_.opening_velocity_m_per_s = dt_s > 0.0 ? (state_.opening_m - before_m) / dt_s : 0.0;
+    if (now_ns == frame_ns_) return;
+    ++state_.sequence;
+    state_.device_time_ns = frame_time_ns_ + now_ns - frame_ns_;
+  }
+
   // While the cameras do not see it, it stays where it was and counts as let go; its buttons are those that it has.
   void Take(std::string_view datagram, std::int64_t now_ns) {
     std::vector<std::string> complaints;
@@ -112,30 +176,44 @@ class DtrackDevice {
     const std::optional<Follows> found = setting_.is_hand ? FindHand(frame, setting_) : FindFlystick(frame, setting_);
     if (!found) return;
     ++state_.sequence;
-    state_.device_time_ns = TimeOf(frame, now_ns);
+    const std::int64_t time_ns = TimeOf(frame, now_ns);
+    const double dt_s = 1e-9 * static_cast<double>(time_ns - frame_time_ns_);
+    frame_time_ns_ = time_ns;
+    frame_ns_ = now_ns;
+    state_.device_time_ns = std::max(time_ns, state_.device_time_ns);
     state_.buttons = found->buttons;
     const bool is_seen = found->body.is_tracked();
+    const bool was_seen = follows_.body.is_tracked();
     state_.flags = is_seen && found->is_held ? OOS_DEVICE_IS_ENGAGED : 0;
+    const core::Twist V = is_seen && was_seen ? VelocityOf(follows_.body.X_TB, found->body.X_TB, dt_s) : core::Twist{};
+    for (int i = 0; i < 3; ++i) {
+      state_.V_BD[i] = V.angular_rad_per_s[i];
+      state_.V_BD[3 + i] = V.linear_m_per_s[i];
+    }
+    const double stick = is_seen ? found->stick : follows_.stick;
+    const double fingers_m = is_seen ? found->fingers_m : follows_.fingers_m;
+    follows_ = *found;
+    follows_.stick = stick;
+    follows_.fingers_m = fingers_m;
     if (!is_seen) return;
     const core::Pose& X = found->body.X_TB;
     const std::array<double, 7> pose = {X.rotation.w,    X.rotation.x,    X.rotation.y,   X.rotation.z,
                                         X.translation.x, X.translation.y, X.translation.z};
     std::copy(pose.begin(), pose.end(), state_.X_BD);
-    state_.opening_m = found->opening_m;
   }
 
   // Of day, which begins anew at midnight; without one, when the frame came.
   std::int64_t TimeOf(const DtrackFrame& frame, std::int64_t now_ns) {
     if (!frame.time_s || *frame.time_s > 1e6) return now_ns;
     const auto time_ns = static_cast<std::int64_t>(1e9 * *frame.time_s);
-    if (time_ns + day_ns_ < state_.device_time_ns) day_ns_ += 86'400'000'000'000;
+    if (time_ns + day_ns_ < frame_time_ns_) day_ns_ += 86'400'000'000'000;
     return time_ns + day_ns_;
   }
 
   void Vibrate(std::int64_t now_ns) {
     if (now_ns < next_tactile_ns_) return;
     next_tactile_ns_ = now_ns + kTactilePeriod_ns;
-    const double strength = grip_N_ / kFullGrip_N;
+    const double strength = std::abs(reaction_N_) / kFullGrip_N;
     const std::array<FingerVibration, 2> fingers = {FingerVibration{setting_.id, 0, strength},
                                                     FingerVibration{setting_.id, 1, strength}};
     const std::string text = TactileDatagram(fingers);
@@ -144,13 +222,22 @@ class DtrackDevice {
                              reinterpret_cast<const sockaddr*>(&*setting_.tactile), sizeof *setting_.tactile));
   }
 
+  static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
+
   Setting setting_;
-  int socket_;
+  int socket_, pinch_socket_;
   std::vector<char> bytes_;
   oos_device_state state_{};
+  Follows follows_;
+  PseudoJaws jaws_;
+  double pinch_ = 0.0;
+  std::int64_t pinch_ns_ = kNever_ns;
   std::int64_t day_ns_ = 0;
-  double grip_N_ = 0.0;
-  std::int64_t command_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
+  std::int64_t frame_ns_ = kNever_ns;       // when the newest frame came
+  std::int64_t frame_time_ns_ = kNever_ns;  // its own time
+  std::int64_t moved_ns_ = 0;
+  double reaction_N_ = 0.0;  // of what is held on the jaws, positive opens
+  std::int64_t command_ns_ = kNever_ns;
   std::int64_t next_tactile_ns_ = 0;
 };
 
@@ -163,7 +250,17 @@ class DtrackOptions {
     made.is_hand = !Text("hand").empty();
     if (made.is_hand && !Text("flystick").empty()) wrong_ += "give option hand or option flystick, not both; ";
     made.id = Id(made.is_hand ? "hand" : "flystick");
-    if (const std::string text = Text("opening_max_m"); !text.empty()) made.opening_max_m = Metres(text);
+    if (const std::string text = Text("opening_max_m"); !text.empty()) {
+      made.opening_max_m = Number("opening_max_m", text, 1.0, "a width in metres");
+    }
+    if (const std::string text = Text("max_grip_N"); !text.empty()) {
+      made.max_grip_N = Number("max_grip_N", text, 1000.0, "a force in newton");
+    }
+    if (const std::string text = Text("grip_stiffness_N_per_m"); !text.empty()) {
+      made.grip_stiffness_N_per_m = Number("grip_stiffness_N_per_m", text, 1e5, "a stiffness in newton per metre");
+    }
+    made.pinch = Text("pinch");
+    if (!made.pinch.empty() && !made.is_hand) wrong_ += "option pinch: fingers pinch, so give option hand as well; ";
     if (const std::string text = Text("tactile"); !text.empty()) made.tactile = Controller(text, made.is_hand);
     return made;
   }
@@ -186,11 +283,11 @@ class DtrackOptions {
     }
     return id;
   }
-  double Metres(const std::string& text) {
+  double Number(const std::string& name, const std::string& text, double less_than, const std::string& what) {
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0 && value < 1.0)) {
-      wrong_ += "option opening_max_m: '" + text + "' is not a width in metres; ";
+    if (error != std::errc() || end != text.data() + text.size() || !(value > 0.0 && value < less_than)) {
+      wrong_ += "option " + name + ": '" + text + "' is not " + what + "; ";
     }
     return value;
   }
@@ -211,6 +308,11 @@ class DtrackOptions {
   std::string wrong_;
 };
 
+int Refuse(const oos_device_setting& setting, const core::Error& error) {
+  device::SayWhy(setting, error.detail);
+  return error.code == core::ErrorCode::kInvalidInput ? OOS_DEVICE_BAD_SETTING : OOS_DEVICE_GONE;
+}
+
 int OpenDtrack(const oos_device_setting* setting, void** device) {
   DtrackOptions options(*setting);
   const Setting read = options.Read();
@@ -219,11 +321,17 @@ int OpenDtrack(const oos_device_setting* setting, void** device) {
     return OOS_DEVICE_BAD_SETTING;
   }
   const auto listener = Listen(setting->address != nullptr ? setting->address : "");
-  if (!listener) {
-    device::SayWhy(*setting, listener.error().detail);
-    return listener.error().code == core::ErrorCode::kInvalidInput ? OOS_DEVICE_BAD_SETTING : OOS_DEVICE_GONE;
+  if (!listener) return Refuse(*setting, listener.error());
+  int pinch = -1;
+  if (!read.pinch.empty()) {
+    const auto sensor = Listen(read.pinch);
+    if (!sensor) {
+      close(listener->fd);
+      return Refuse(*setting, {sensor.error().code, "option pinch: " + sensor.error().detail});
+    }
+    pinch = sensor->fd;
   }
-  *device = new DtrackDevice(read, listener->fd);
+  *device = new DtrackDevice(read, listener->fd, pinch);
   return OOS_DEVICE_OK;
 }
 
@@ -234,6 +342,7 @@ int DescribeDtrack(void* device, oos_device_description* description) {
   std::strncpy(description->name, self.setting().is_hand ? "hand by ART DTrack" : "Flystick by ART DTrack",
                sizeof description->name - 1);
   std::strncpy(description->serial, id.c_str(), sizeof description->serial - 1);
+  description->flags = OOS_DEVICE_TELLS_VELOCITY;
   description->sensed = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;
   description->opening_max_m = self.setting().opening_max_m;
   return OOS_DEVICE_OK;

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -101,7 +102,8 @@ class DtrackPluginTest : public ::testing::Test {
   char why_[300] = "";
 };
 
-TEST_F(DtrackPluginTest, AFlysticksTriggerHoldsAndItsStickClosesTheJaws) {
+// Up opens, the middle closes without a force, down presses: on what is 20 mm wide and gives 8 kN/m.
+TEST_F(DtrackPluginTest, AFlysticksTriggerHoldsAndItsStickGrips) {
   ASSERT_EQ(Open({{"flystick", "1"}}), OOS_DEVICE_OK) << why_;
   oos_device_description none{};
   EXPECT_EQ(plugin_.describe(device_, &none), OOS_DEVICE_GONE) << "nothing has come";
@@ -112,19 +114,59 @@ TEST_F(DtrackPluginTest, AFlysticksTriggerHoldsAndItsStickClosesTheJaws) {
   Send("[0 0.50 0.00]");
   oos_device_state state = Step(1 * kMs);
   EXPECT_EQ(state.flags, 0U);
-  EXPECT_EQ(state.opening_m, 0.08) << "the stick is in its middle";
   EXPECT_EQ(state.X_BD[4], 0.1);
   EXPECT_EQ(state.X_BD[6], -0.3);
   EXPECT_EQ(state.device_time_ns, 5'250'000'000);
-  Send("[1 0.00 -0.75]");
+  Send("[1 0.00 1.00]");
   state = Step(2 * kMs);
   EXPECT_EQ(state.flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
   EXPECT_EQ(state.buttons, 1U);
-  EXPECT_NEAR(state.opening_m, 0.02, 1e-12);
   EXPECT_EQ(state.sequence, 2U);
-  EXPECT_EQ(Step(3 * kMs).sequence, 2U) << "no frame";
   EXPECT_STREQ(Described().serial, "1");
   EXPECT_EQ(Described().actuated, 0U);
+
+  const double width_m = 0.02, stiffness_N_per_m = 8000.0;
+  std::int64_t now_ns = 2 * kMs;
+  double pressed_N = 0.0;
+  const auto GripFor = [&](const std::string& keys, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      if (i % 16 == 0) Send(keys);
+      oos_device_command command{};
+      pressed_N = command.grip_force_N = stiffness_N_per_m * std::max(0.0, width_m - state.opening_m);
+      state = Step(now_ns += kMs, &command);
+    }
+  };
+  GripFor("[1 0.00 1.00]", 1000);
+  EXPECT_EQ(state.opening_m, 0.08);
+  GripFor("[1 0.00 0.00]", 2000);
+  EXPECT_NEAR(state.opening_m, width_m, 1e-5);
+  EXPECT_LT(pressed_N, 0.1);
+  GripFor("[1 0.00 -0.50]", 1000);
+  EXPECT_NEAR(pressed_N, 20.0, 0.01);
+  GripFor("[1 0.00 -1.00]", 1000);
+  EXPECT_NEAR(pressed_N, 40.0, 0.01);
+  GripFor("[1 0.00 0.25]", 1000);
+  EXPECT_NEAR(state.opening_m, width_m, 1e-9) << "a quarter of 80 mm";
+}
+
+// The jaws go on between two frames; a tracker that has fallen silent gives no more samples.
+TEST_F(DtrackPluginTest, EachStepIsASampleUntilFramesStayAway) {
+  ASSERT_EQ(Open({}), OOS_DEVICE_OK) << why_;
+  const auto Send = [&](double x_mm, const std::string& time) {
+    controller_.Send("ts " + time + "\r\n6df2 1 1 [0 1.0 6 2][" + std::to_string(x_mm) + " 0 0]" + kUnturned +
+                     "[1 0 0]");
+  };
+  Send(0.0, "1.000");
+  EXPECT_EQ(Step(100 * kMs).sequence, 1U);
+  Send(3.0, "1.020");
+  oos_device_state state = Step(120 * kMs);
+  EXPECT_EQ(state.sequence, 2U);
+  EXPECT_NEAR(state.V_BD[3], 0.15, 1e-9) << "3 mm in 20 ms";
+  state = Step(125 * kMs);
+  EXPECT_EQ(state.sequence, 3U);
+  EXPECT_EQ(state.device_time_ns, 1'025'000'000);
+  EXPECT_NEAR(state.X_BD[4], 0.003, 1e-12);
+  EXPECT_EQ(Step(171 * kMs).sequence, 3U);
 }
 
 // Its place is zeros then, and must not move the hand; what its buttons say still counts, but for the dead-man.
@@ -142,7 +184,7 @@ TEST_F(DtrackPluginTest, WhatTheCamerasDoNotSeeIsLetGoAndStaysWhereItWas) {
 }
 
 // Tips 50 mm apart, with radii of 8 and 12 mm.
-TEST_F(DtrackPluginTest, AHandsJawsAreAsFarApartAsThumbAndIndexFinger) {
+TEST_F(DtrackPluginTest, AHandsJawsGoWhereThumbAndIndexFingerAre) {
   ASSERT_EQ(Open({{"hand", "2"}, {"opening_max_m", "0.06"}}), OOS_DEVICE_OK) << why_;
   const auto Send = [&](double apart_mm) {
     const std::string rest = " 20 0 20 0 40]";
@@ -150,15 +192,60 @@ TEST_F(DtrackPluginTest, AHandsJawsAreAsFarApartAsThumbAndIndexFinger) {
                      "[10 20 " + std::to_string(30.0 + apart_mm) + "]" + kUnturned + "[12" + rest + "[0 0 0]" +
                      kUnturned + "[9" + rest);
   };
-  Send(50.0);
-  oos_device_state state = Step(1 * kMs);
+  std::int64_t now_ns = 0;
+  double pressed_N = 0.0;
+  oos_device_state state{};
+  const auto StepFor = [&](double apart_mm, double width_m) {
+    for (int i = 0; i < 1000; ++i) {
+      if (i % 16 == 0) Send(apart_mm);
+      oos_device_command command{};
+      pressed_N = command.grip_force_N = 8000.0 * std::max(0.0, width_m - state.opening_m);
+      state = Step(now_ns += kMs, &command);
+    }
+  };
+  StepFor(50.0, 0.0);
   EXPECT_EQ(state.flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
   EXPECT_NEAR(state.opening_m, 0.03, 1e-9);
   EXPECT_EQ(state.X_BD[6], 1.0);
-  Send(10.0);
-  EXPECT_EQ(Step(2 * kMs).opening_m, 0.0);
-  Send(200.0);
-  EXPECT_EQ(Step(3 * kMs).opening_m, 0.06);
+  StepFor(10.0, 0.0);
+  EXPECT_NEAR(state.opening_m, 0.0, 1e-9);
+  StepFor(200.0, 0.0);
+  EXPECT_NEAR(state.opening_m, 0.06, 1e-9);
+  // What is 25 mm wide stops the jaws; fingers 5 mm nearer press by two springs in a row, of 3 and 8 kN/m.
+  StepFor(40.0, 0.025);
+  EXPECT_NEAR(pressed_N, 0.005 / (1.0 / 3000.0 + 1.0 / 8000.0), 0.01);
+  StepFor(60.0, 0.025);
+  EXPECT_EQ(pressed_N, 0.0);
+}
+
+// A sensor says how strongly, whatever is between the jaws; when it falls silent nothing is pressed.
+TEST_F(DtrackPluginTest, AHandWithASensorPressesAsItPinches) {
+  const std::uint16_t sensor_port = device::FreeUdpPort();
+  ASSERT_EQ(Open({{"hand", "0"}, {"pinch", std::to_string(sensor_port)}, {"max_grip_N", "20"}}), OOS_DEVICE_OK) << why_;
+  const Controller sensor(sensor_port);
+  std::int64_t now_ns = 0;
+  double pressed_N = 0.0;
+  oos_device_state state{};
+  const auto StepFor = [&](const std::string& pinch, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      if (i % 16 == 0) {
+        controller_.Send(std::string("gl 1 [0 1.0 0 2][0 0 0]") + kUnturned + "[0 0 0]" + kUnturned +
+                         "[9 20 0 20 0 40][0 0 18]" + kUnturned + "[9 20 0 20 0 40]");
+        if (!pinch.empty()) sensor.Send(pinch);
+      }
+      oos_device_command command{};
+      pressed_N = command.grip_force_N = 8000.0 * std::max(0.0, 0.03 - state.opening_m);
+      state = Step(now_ns += kMs, &command);
+    }
+  };
+  StepFor("pinch 2 [1 0.9 0.9 0.9 0.9] [0 0.1 0.4 0 0]", 2000);
+  EXPECT_NEAR(pressed_N, 8.0, 0.01);
+  StepFor("pinch 1 [0 0.1 0.4 0", 1000);  // cut off
+  EXPECT_LT(pressed_N, 0.1);
+  StepFor("pinch 1 [0 1 0 0 0]\r\n", 1000);
+  EXPECT_NEAR(pressed_N, 20.0, 0.01);
+  StepFor("", 1000);
+  EXPECT_LT(pressed_N, 0.1);
 }
 
 TEST_F(DtrackPluginTest, FingersVibrateWithTheForceOfTheJawsUntilTheBridgeFallsSilent) {
@@ -187,6 +274,10 @@ TEST_F(DtrackPluginTest, SaysWhichOptionIsWrong) {
         {Options{{"hand", "0"}, {"flystick", "0"}}, "not both"},
         {Options{{"opening_max_m", "80"}}, "option opening_max_m: '80'"},
         {Options{{"hand", "0"}, {"tactile", "50110"}}, "192.168.0.1:50110"},
+        {Options{{"max_grip_N", "strong"}}, "option max_grip_N: 'strong'"},
+        {Options{{"hand", "0"}, {"grip_stiffness_N_per_m", "-3"}}, "option grip_stiffness_N_per_m: '-3'"},
+        {Options{{"hand", "0"}, {"pinch", "here"}}, "option pinch: "},
+        {Options{{"pinch", "5001"}}, "so give option hand"},
         {Options{{"tactile", "10.0.0.1:50110"}}, "for a hand"}}) {
     EXPECT_EQ(Open(options), OOS_DEVICE_BAD_SETTING) << part;
     EXPECT_NE(std::string(why_).find(part), std::string::npos) << why_;

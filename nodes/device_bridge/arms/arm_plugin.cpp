@@ -60,15 +60,8 @@ struct ArmDevice {
 };
 
 int Open(const oos_device_setting& setting, const char* type, void** device) {
-  scene::Device figures;
+  scene::Device figures = ArmFiguresOf(setting);
   figures.type = type;
-  for (const NamedFigure& known : kFigures) {
-    figures.*known.figure = ValueOf(setting, known.name, figures.*known.figure);
-  }
-  double start[7];
-  ToArray(figures.X_WD_start, start);
-  for (int i = 0; i < 7; ++i) start[i] = ValueOf(setting, kStartNames[i], start[i]);
-  figures.X_WD_start = PoseOf(start);
   *device = new ArmDevice(figures);
   return OOS_DEVICE_OK;
 }
@@ -153,6 +146,18 @@ const oos_device_plugin& SimulatedHugPlugin() {
   static const oos_device_plugin plugin{
       OOS_DEVICE_ABI_VERSION, sizeof plugin, OpenHug, DescribeArm, StepArm, CloseArm, nullptr, nullptr, nullptr};
   return plugin;
+}
+
+scene::Device ArmFiguresOf(const oos_device_setting& setting) {
+  scene::Device figures;
+  for (const NamedFigure& known : kFigures) {
+    figures.*known.figure = ValueOf(setting, known.name, figures.*known.figure);
+  }
+  double start[7];
+  ToArray(figures.X_WD_start, start);
+  for (int i = 0; i < 7; ++i) start[i] = ValueOf(setting, kStartNames[i], start[i]);
+  figures.X_WD_start = PoseOf(start);
+  return figures;
 }
 
 std::vector<std::pair<std::string, std::string>> ArmOptions(const scene::Device& device) {

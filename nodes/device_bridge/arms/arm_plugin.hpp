@@ -15,5 +15,7 @@ const oos_device_plugin& SimulatedHugPlugin();
 
 // A scenario's figures as options for them. Numbers are written so that they are read back bit by bit.
 std::vector<std::pair<std::string, std::string>> ArmOptions(const scene::Device& device);
+// And back again.
+scene::Device ArmFiguresOf(const oos_device_setting& setting);
 
 }  // namespace device_bridge

@@ -11,7 +11,7 @@ namespace {
 
 // Types whose tables are called at once.
 bool IsImmediate(const std::string& type) {
-  return type == "simulated_arm" || type == "simulated_hug" || type == "hug";
+  return type == "simulated_arm" || type == "simulated_hug" || type == "simulated_hand" || type == "hug";
 }
 
 std::string Title(const scene::Device& device) {

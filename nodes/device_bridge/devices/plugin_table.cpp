@@ -7,6 +7,7 @@
 #include "device/builtin.hpp"
 #include "hug/plugin.hpp"
 #include "nodes/device_bridge/arms/arm_plugin.hpp"
+#include "nodes/device_bridge/arms/simulated_hand.hpp"
 #include "nodes/device_bridge/devices/replay_plugin.hpp"
 #include "tracking/plugin.hpp"
 
@@ -51,6 +52,7 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
   PluginTable table;
   if (type == "simulated_arm") table.functions = &SimulatedArmPlugin();
   if (type == "simulated_hug") table.functions = &SimulatedHugPlugin();
+  if (type == "simulated_hand") table.functions = &SimulatedHandPlugin();
   if (type == "hug") table.functions = &hug::Plugin();
   if (type == "udp") table.functions = &device::UdpPlugin();
   if (type == "serial") table.functions = &device::SerialPlugin();
@@ -63,11 +65,11 @@ core::Result<PluginTable> FindPlugin(const std::string& type, const std::string&
     table = std::move(*loaded);
   }
   if (table.functions == nullptr) {
-    return core::Fail(
-        core::ErrorCode::kUnsupported,
-        "unknown type '" + type +
-            "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"hug\", \"udp\", \"serial\", \"plugin\", \"haply\", "
-            "\"dtrack\" or \"replay\".");
+    return core::Fail(core::ErrorCode::kUnsupported,
+                      "unknown type '" + type +
+                          "'. Fix: type=\"simulated_arm\", \"simulated_hug\", \"simulated_hand\", \"hug\", \"udp\", "
+                          "\"serial\", \"plugin\", "
+                          "\"haply\", \"dtrack\" or \"replay\".");
   }
   if (auto checked = CheckTable(*table.functions, type == "plugin" ? address : type); !checked) {
     return tl::unexpected(checked.error());

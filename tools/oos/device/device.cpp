@@ -283,7 +283,8 @@ Verb DeviceVerb() {
       RunDevice,
       "TYPE:ADDRESS is udp:PORT, udp:ADDRESS:PORT, serial:/dev/...[:SPEED], plugin:/path/of/lib.so, haply:ADDRESS:PORT "
       "or "
-      "replay:FILE.mcap; for view also hug, simulated_arm or simulated_hug.\nWithout any, list looks at the serial "
+      "replay:FILE.mcap; for view also hug, simulated_arm, simulated_hug or simulated_hand.\nWithout any, list looks "
+      "at the serial "
       "lines, the plug-ins beside the calibrations, and UDP "
       "port 7460."};
 }
