@@ -116,7 +116,7 @@ struct SnapScene {
     part = test::AddDynamic(&world, {{1, 0, 0, 0}, {0, 0, start_z}}, BoxMass(mass, {0.03, 0.03, 0.1}));
     hand = test::MustAdd(&world, BodyParams{BodyKind::kKinematic, {{1, 0, 0, 0}, {0, 0, start_z}}, {}, {}});
     snap = trials::AddMechanism<Snap>(&world, world.world_body(), part, params);
-    spring = trials::AddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{});
+    spring = trials::AddMechanism<SpringCoupling>(&world, hand, part, SpringCouplingParams{3000.0, 40.0, 40.0, 0.6});
     spring->Attach(world.X_WO(hand), world.X_WO(part), world.X_WO(part).translation);
     z_hand = start_z;
   }

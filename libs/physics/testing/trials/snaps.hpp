@@ -21,7 +21,7 @@ struct MovedPart {
   double peak_out_N = 0.0;  // while it is engaged and pulled out
   double largest_free_N = 0.0;
 
-  explicit MovedPart(double mass_kg = 0.3, SpringCouplingParams spring = {});
+  explicit MovedPart(double mass_kg = 0.3, SpringCouplingParams spring = {3000.0, 40.0, 40.0, 0.6});
   void Step(double hand_speed_m_per_s);
   void Move(double to_m, double speed_m_per_s);
   // Moves in and out again; returns whether it engaged and released.
