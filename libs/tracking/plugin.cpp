@@ -182,24 +182,28 @@ class DtrackDevice {
     frame_ns_ = now_ns;
     state_.device_time_ns = std::max(time_ns, state_.device_time_ns);
     state_.buttons = found->buttons;
-    const bool is_seen = found->body.is_tracked();
-    const bool was_seen = follows_.body.is_tracked();
-    state_.flags = is_seen && found->is_held ? OOS_DEVICE_IS_ENGAGED : 0;
-    const core::Twist V = is_seen && was_seen ? VelocityOf(follows_.body.X_TB, found->body.X_TB, dt_s) : core::Twist{};
-    for (int i = 0; i < 3; ++i) {
-      state_.V_BD[i] = V.angular_rad_per_s[i];
-      state_.V_BD[3 + i] = V.linear_m_per_s[i];
-    }
-    const double stick = is_seen ? found->stick : follows_.stick;
-    const double fingers_m = is_seen ? found->fingers_m : follows_.fingers_m;
+    const Follows before = follows_;
     follows_ = *found;
-    follows_.stick = stick;
-    follows_.fingers_m = fingers_m;
-    if (!is_seen) return;
+    const bool is_seen = found->body.is_tracked();
+    state_.flags = is_seen && found->is_held ? OOS_DEVICE_IS_ENGAGED : 0;
+    SetVelocity(is_seen && before.body.is_tracked() ? VelocityOf(before.body.X_TB, found->body.X_TB, dt_s)
+                                                    : core::Twist{});
+    if (!is_seen) {
+      follows_.stick = before.stick;
+      follows_.fingers_m = before.fingers_m;
+      return;
+    }
     const core::Pose& X = found->body.X_TB;
     const std::array<double, 7> pose = {X.rotation.w,    X.rotation.x,    X.rotation.y,   X.rotation.z,
                                         X.translation.x, X.translation.y, X.translation.z};
     std::copy(pose.begin(), pose.end(), state_.X_BD);
+  }
+
+  void SetVelocity(const core::Twist& V) {
+    for (int i = 0; i < 3; ++i) {
+      state_.V_BD[i] = V.angular_rad_per_s[i];
+      state_.V_BD[3 + i] = V.linear_m_per_s[i];
+    }
   }
 
   // Of day, which begins anew at midnight; without one, when the frame came.

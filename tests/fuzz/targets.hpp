@@ -32,6 +32,8 @@ void FuzzSerialLine(Input input);      // device_frame.cpp
 void FuzzWebSocket(Input input);       // haply.cpp
 void FuzzHaplyMessage(Input input);    // haply.cpp
 void FuzzDtrack(Input input);          // dtrack.cpp
+void FuzzPinch(Input input);           // dtrack.cpp
+void FuzzUsbFrame(Input input);        // usb_frame.cpp
 
 struct NamedTarget {
   const char* name;  // of its folder in corpus/
@@ -62,6 +64,8 @@ inline constexpr std::array kTargets = {
     NamedTarget{"web_socket", FuzzWebSocket},
     NamedTarget{"haply_message", FuzzHaplyMessage},
     NamedTarget{"dtrack", FuzzDtrack},
+    NamedTarget{"pinch", FuzzPinch},
+    NamedTarget{"usb_frame", FuzzUsbFrame},
 };
 
 }  // namespace fuzz

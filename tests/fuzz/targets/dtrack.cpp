@@ -5,6 +5,7 @@
 
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/reader.hpp"
+#include "tracking/pinch.hpp"
 
 namespace fuzz {
 namespace {
@@ -31,6 +32,11 @@ void FuzzDtrack(Input input) {
     CheckBody(hand.body);
     Claim(hand.fingers.size() <= 5, "a hand has five fingers at most");
   }
+}
+
+void FuzzPinch(Input input) {
+  const auto pinch = tracking::ParsePinch({reinterpret_cast<const char*>(input.data()), input.size()}, 1);
+  Claim(!pinch || (*pinch >= 0.0 && *pinch <= 1.0), "a pinch is a share");
 }
 
 }  // namespace fuzz
