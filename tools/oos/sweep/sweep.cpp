@@ -232,8 +232,8 @@ int RunSweep(const Arguments& arguments) {
   if (!seeds) return Complain("sweep", seeds.error().detail, kBadUsage);
   const double num_seeds = seeds->value_or(1.0);
   if (num_seeds < 1.0 || num_seeds > kMostSeeds) return Complain("sweep", "--seeds is from 1 to 10000", kBadUsage);
-  if (!arguments.has("--grid"))
-    return Complain("sweep", "name what varies with --grid, see oos sweep --help", kBadUsage);
+  if (!arguments.has("--grid") && !arguments.has("--seeds"))
+    return Complain("sweep", "name what varies with --grid or --seeds, see oos sweep --help", kBadUsage);
   std::vector<GridAxis> axes;
   for (const std::string& text : arguments.texts("--grid")) {
     auto axis = ParseAxis(text);
@@ -294,7 +294,7 @@ Verb SweepVerb() {
       "SCENARIO",
       1,
       1,
-      {{"--grid", "NAME=LOW:HIGH:N", "what varies; or NAME=V,V,...; several make a grid"},
+      {{"--grid", "NAME=LOW:HIGH:N", "what varies; or NAME=V,V,...; several make a grid. Default: only the seed"},
        {"--seeds", "N", "number of runs at each point, with seeds 1 to N; default 1"},
        {"--out", "DIR", "default out/sweep-<scenario>"},
        {"--jobs", "N", "number of runs at the same time; default: one per core"},

@@ -84,7 +84,8 @@ std::string ResultChart(const std::string& scenario, const std::vector<GridAxis>
     for (std::size_t a = 1; a < axes.size(); ++a) {
       line += (a > 1 ? ", " : "") + axes[a].attribute + " " + runs[i].values[a];
     }
-    Mean& mean = lines[line.empty() ? "mean" : line][PlaceOf(axes[0], runs[i].values[0])];
+    const double x = axes.empty() ? runs[i].seed : PlaceOf(axes[0], runs[i].values[0]);
+    Mean& mean = lines[line.empty() ? "mean" : line][x];
     ++mean.runs;
     mean.completed += outcomes[i].is_completed ? 1 : 0;
     mean.seconds += outcomes[i].seconds;
@@ -92,11 +93,11 @@ std::string ResultChart(const std::string& scenario, const std::vector<GridAxis>
   }
   bench::Chart chart;
   chart.title = "Sweep of " + scenario;
-  chart.subtitle = "means over the seeds";
+  chart.subtitle = axes.empty() ? "each seed" : "means over the seeds";
   const auto add = [&](const char* title, const char* unit, auto value_of) {
     bench::Panel panel;
     panel.title = title;
-    panel.x_title = axes[0].name;
+    panel.x_title = axes.empty() ? "seed" : axes[0].name;
     panel.y_title = unit;
     panel.x_log = panel.y_log = false;
     for (const auto& [name, points] : lines) {

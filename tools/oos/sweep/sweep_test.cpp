@@ -218,6 +218,26 @@ TEST_F(Sweep, AnOutInsideTheScenariosFolderIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(mine / "out"));
 }
 
+TEST_F(Sweep, OfSeedsAloneNeedsNoGrid) {
+  EXPECT_NE(Refused({"--dry-run"}).find("--grid or --seeds"), std::string::npos);
+  ASSERT_EQ(Run({"--seeds", "3", "--dry-run"}), kHolds);
+  EXPECT_TRUE(std::filesystem::exists(out_ / "runs" / "00003"));
+  EXPECT_FALSE(std::filesystem::exists(out_ / "runs" / "00004"));
+}
+
+// One point per seed.
+TEST(SweepChart, OfSeedsAloneHasThemOnItsAxis) {
+  const std::vector<SweepRun> runs = PlanRuns({}, 2);
+  ASSERT_EQ(runs.size(), 2U);
+  EXPECT_EQ(runs[1].seed, 2U);
+  SweepOutcome outcome;
+  outcome.has_report = outcome.is_completed = true;
+  outcome.seconds = 3.0;
+  const std::string chart = ResultChart("touch", {}, runs, {outcome, outcome});
+  EXPECT_NE(chart.find("each seed"), std::string::npos);
+  EXPECT_NE(chart.find(">seed<"), std::string::npos);
+}
+
 TEST_F(Sweep, AnUnknownAttributeAndAnInvalidValueAreRefused) {
   EXPECT_EQ(Run({"--grid", "object.colour_of_the_sky=1:2:2", "--dry-run"}), kBadUsage);
   EXPECT_EQ(Run({"--grid", "nothing_has_this=1:2:2", "--dry-run"}), kBadUsage);
