@@ -169,7 +169,7 @@ TEST(Limiter, CanBeTightenedNotLoosened) {
 TEST(Limiter, NothingHostileGetsOverALimit) {
   const HostileOutcome outcome = RunHostileStimulation(100'000, 1);
   EXPECT_EQ(outcome.first_wrong, "");
-  EXPECT_GT(outcome.pulses, 5'000u) << "much is refused, but not all";
+  EXPECT_GT(outcome.pulses, 1'000u) << "much is refused, but not all";
   EXPECT_GT(outcome.stops, 50u);
 }
 

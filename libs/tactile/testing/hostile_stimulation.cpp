@@ -114,7 +114,11 @@ class Attack {
     if (kind < 0.2) return typical * std::pow(10.0, Uniform(-3.0, 3.0));
     return typical * Uniform(0.2, 2.0);
   }
-  std::size_t Electrode() { return random_() % (Uniform(0.0, 1.0) < 0.01 ? 100 : 8); }
+  // One draw for each statement here and below: compilers differ in the order within one.
+  std::size_t Electrode() {
+    const std::size_t num = Uniform(0.0, 1.0) < 0.01 ? 100 : 8;
+    return random_() % num;
+  }
 
   void Call() {
     PassTime();
@@ -122,8 +126,9 @@ class Attack {
     const bool is_off = !limiter_.is_armed() || limiter_.stopped_by() != StopCause::kNothing;
     if (is_off && kind < 0.1) return Restart();
     if (kind < 0.9) return Command();
-    if (kind < 0.985) return Measure(Electrode(), Uniform(0.0, 1.0) < 0.1 ? Number(10e3) : Uniform(9e3, 11e3));
-    if (kind < 0.991) return Calibrate(Electrode(), {Number(0.3e-3), Number(0.7e-3), Number(2e-3)});
+    const std::size_t electrode = Electrode();
+    if (kind < 0.985) return Measure(electrode, Uniform(0.0, 1.0) < 0.1 ? Number(10e3) : Uniform(9e3, 11e3));
+    if (kind < 0.991) return Calibrate(electrode, {Number(0.3e-3), Number(0.7e-3), Number(2e-3)});
     if (kind < 0.994) return Disarm();
     Arm();
   }
