@@ -84,13 +84,24 @@ void DeviceBridge::TakeDescription(std::size_t role_index) noexcept {
                               scenario_.coupling.stiffness_Nm_per_rad});
 }
 
+namespace {
+
+// A hand that is tracked only feels none of what it is told, so that is no energy.
+bool HasMotor(const Device& device) {
+  return (device.description().actuated & (OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION)) != 0;
+}
+
+}  // namespace
+
 void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
   role->reading = role->device->Read(now_ns);
   if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
   double others_J = released_weight_.energy_J();
   for (const auto& other : roles_) others_J += other.get() == role ? 0.0 : other->passivity.energy_J();
   const bool is_in_full = (role->filter.status() & kForceNotInFull) == 0;
-  core::Wrench added = role->passivity.Step(role->reading, role->written, is_in_full, others_J);
+  const bool has_motor = HasMotor(*role->device);
+  core::Wrench added;
+  if (has_motor) added = role->passivity.Step(role->reading, role->written, is_in_full, others_J);
   if (!options_.is_made_passive) added = {};
   core::Wrench rest;
   if (role->field.is_active()) added += role->field.Change(role->reading.X_WD, now_ns, &rest);
@@ -101,10 +112,11 @@ void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceComm
   if ((role->filter.status() & kSilent) != 0) role->field.Forget();
 
   RoleFigures& figures = role->figures;
-  const double force_N = glm::length(role->written.F_Do_W().force_N);
+  const core::Wrench felt = has_motor ? role->written.F_Do_W() : core::Wrench{};
+  const double force_N = glm::length(felt.force_N);
   ++figures.writes;
   figures.peak_force_N = std::max(figures.peak_force_N, force_N);
-  figures.peak_torque_Nm = std::max(figures.peak_torque_Nm, glm::length(role->written.F_Do_W().torque_Nm));
+  figures.peak_torque_Nm = std::max(figures.peak_torque_Nm, glm::length(felt.torque_Nm));
   figures.peak_grip_force_N = std::max(figures.peak_grip_force_N, std::abs(role->written.grip_force_N()));
   if (force_N > role->filter.limits().max_force_N) ++figures.samples_over_limit;
   if (force_N > 0.1) ++figures.samples_in_force;
