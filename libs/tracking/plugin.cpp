@@ -36,8 +36,10 @@ constexpr std::uint64_t kTrigger = 1;                   // bit of the buttons
 constexpr std::int64_t kFresh_ns = 50'000'000;          // a frame's age until which the jaws go on: three of 60 Hz
 constexpr std::int64_t kPinchAge_ns = 100'000'000;      // what a sensor said is forgotten then
 
+enum class Followed { kFlystick, kHand, kBody };
+
 struct Setting {
-  bool is_hand = false;  // else a Flystick
+  Followed followed = Followed::kFlystick;
   int id = 0;
   double opening_max_m = 0.08;
   double max_grip_N = kMaxGrip_N;
@@ -77,6 +79,27 @@ std::optional<Follows> FindHand(const DtrackFrame& frame, const Setting& setting
     return follows;
   }
   return std::nullopt;
+}
+
+// A limb, say: there is nothing to hold and nothing to grip with. DTrack leaves out those that it does not see.
+std::optional<Follows> FindBody(const DtrackFrame& frame, const Setting& setting) {
+  for (const TrackedBody& body : frame.bodies) {
+    if (body.id == setting.id) return Follows{body, true, 0, 1.0, 0.0};
+  }
+  if (!frame.number) return std::nullopt;
+  return Follows{TrackedBody{}, false, 0, 1.0, 0.0};
+}
+
+std::optional<Follows> Find(const DtrackFrame& frame, const Setting& setting) {
+  switch (setting.followed) {
+    case Followed::kHand:
+      return FindHand(frame, setting);
+    case Followed::kBody:
+      return FindBody(frame, setting);
+    case Followed::kFlystick:
+      break;
+  }
+  return FindFlystick(frame, setting);
 }
 
 // Between two poses of a tracker.
@@ -146,7 +169,7 @@ class DtrackDevice {
 
   [[nodiscard]] GripWish Wish(std::int64_t now_ns) const {
     const Setting& s = setting_;
-    if (!s.is_hand) return WishOfStick(follows_.stick, s.opening_max_m, s.max_grip_N);
+    if (s.followed != Followed::kHand) return WishOfStick(follows_.stick, s.opening_max_m, s.max_grip_N);
     if (pinch_socket_ >= 0) {
       const double pinch = now_ns - pinch_ns_ > kPinchAge_ns ? 0.0 : pinch_;
       return WishOfPinch(pinch, follows_.fingers_m, s.opening_max_m, s.max_grip_N);
@@ -173,7 +196,7 @@ class DtrackDevice {
   void Take(std::string_view datagram, std::int64_t now_ns) {
     std::vector<std::string> complaints;
     const DtrackFrame frame = ParseDtrack(datagram, &complaints);
-    const std::optional<Follows> found = setting_.is_hand ? FindHand(frame, setting_) : FindFlystick(frame, setting_);
+    const std::optional<Follows> found = Find(frame, setting_);
     if (!found) return;
     ++state_.sequence;
     const std::int64_t time_ns = TimeOf(frame, now_ns);
@@ -251,9 +274,16 @@ class DtrackOptions {
   explicit DtrackOptions(const oos_device_setting& setting) : setting_(setting) {}
   Setting Read() {
     Setting made;
-    made.is_hand = !Text("hand").empty();
-    if (made.is_hand && !Text("flystick").empty()) wrong_ += "give option hand or option flystick, not both; ";
-    made.id = Id(made.is_hand ? "hand" : "flystick");
+    int num_followed = 0;
+    for (const auto& [name, followed] :
+         {std::pair{"flystick", Followed::kFlystick}, {"hand", Followed::kHand}, {"body", Followed::kBody}}) {
+      if (Text(name).empty()) continue;
+      made.followed = followed;
+      made.id = Id(name);
+      ++num_followed;
+    }
+    if (num_followed > 1) wrong_ += "give option flystick, option hand or option body, and not two of them; ";
+    const bool is_hand = made.followed == Followed::kHand;
     if (const std::string text = Text("opening_max_m"); !text.empty()) {
       made.opening_max_m = Number("opening_max_m", text, 1.0, "a width in metres");
     }
@@ -264,8 +294,8 @@ class DtrackOptions {
       made.grip_stiffness_N_per_m = Number("grip_stiffness_N_per_m", text, 1e5, "a stiffness in newton per metre");
     }
     made.pinch = Text("pinch");
-    if (!made.pinch.empty() && !made.is_hand) wrong_ += "option pinch: fingers pinch, so give option hand as well; ";
-    if (const std::string text = Text("tactile"); !text.empty()) made.tactile = Controller(text, made.is_hand);
+    if (!made.pinch.empty() && !is_hand) wrong_ += "option pinch: fingers pinch, so give option hand as well; ";
+    if (const std::string text = Text("tactile"); !text.empty()) made.tactile = Controller(text, is_hand);
     return made;
   }
   [[nodiscard]] const std::string& wrong() const { return wrong_; }
@@ -339,12 +369,23 @@ int OpenDtrack(const oos_device_setting* setting, void** device) {
   return OOS_DEVICE_OK;
 }
 
+const char* NameOf(Followed followed) {
+  switch (followed) {
+    case Followed::kHand:
+      return "hand by ART DTrack";
+    case Followed::kBody:
+      return "body by ART DTrack";
+    case Followed::kFlystick:
+      break;
+  }
+  return "Flystick by ART DTrack";
+}
+
 int DescribeDtrack(void* device, oos_device_description* description) {
   const auto& self = *static_cast<const DtrackDevice*>(device);
   if (!self.is_there()) return OOS_DEVICE_GONE;
   const std::string id = std::to_string(self.setting().id);
-  std::strncpy(description->name, self.setting().is_hand ? "hand by ART DTrack" : "Flystick by ART DTrack",
-               sizeof description->name - 1);
+  std::strncpy(description->name, NameOf(self.setting().followed), sizeof description->name - 1);
   std::strncpy(description->serial, id.c_str(), sizeof description->serial - 1);
   description->flags = OOS_DEVICE_TELLS_VELOCITY;
   description->sensed = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;

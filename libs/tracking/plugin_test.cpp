@@ -248,6 +248,21 @@ TEST_F(DtrackPluginTest, AHandWithASensorPressesAsItPinches) {
   EXPECT_LT(pressed_N, 0.1);
 }
 
+// A forearm, say: followed while it is seen. DTrack's line has only bodies that are.
+TEST_F(DtrackPluginTest, ABodyIsFollowedWhileTheCamerasSeeIt) {
+  ASSERT_EQ(Open({{"body", "4"}}), OOS_DEVICE_OK) << why_;
+  controller_.Send(std::string("fr 7\r\n6d 2 [1 1.0][9 9 9]") + kUnturned + " [4 1.0][100 200 300]" + kUnturned);
+  oos_device_state state = Step(1 * kMs);
+  EXPECT_EQ(state.flags, static_cast<std::uint32_t>(OOS_DEVICE_IS_ENGAGED));
+  EXPECT_EQ(state.X_BD[5], 0.2);
+  EXPECT_EQ(state.opening_m, 0.08) << "there is nothing to grip with";
+  EXPECT_STREQ(Described().name, "body by ART DTrack");
+  controller_.Send(std::string("fr 8\r\n6d 1 [1 1.0][9 9 9]") + kUnturned);
+  state = Step(17 * kMs);
+  EXPECT_EQ(state.flags, 0U);
+  EXPECT_EQ(state.X_BD[5], 0.2);
+}
+
 TEST_F(DtrackPluginTest, FingersVibrateWithTheForceOfTheJawsUntilTheBridgeFallsSilent) {
   ASSERT_EQ(Open({{"hand", "0"}, {"tactile", controller_.address()}}), OOS_DEVICE_OK) << why_;
   Step(1 * kMs);
@@ -271,7 +286,8 @@ TEST_F(DtrackPluginTest, SaysWhichOptionIsWrong) {
   for (const auto& [options, part] :
        {std::pair{Options{{"flystick", "left"}}, "option flystick: 'left' is not the number"},
         {Options{{"hand", "-1"}}, "option hand: '-1'"},
-        {Options{{"hand", "0"}, {"flystick", "0"}}, "not both"},
+        {Options{{"hand", "0"}, {"flystick", "0"}}, "not two of them"},
+        {Options{{"body", "two"}}, "option body: 'two'"},
         {Options{{"opening_max_m", "80"}}, "option opening_max_m: '80'"},
         {Options{{"hand", "0"}, {"tactile", "50110"}}, "192.168.0.1:50110"},
         {Options{{"max_grip_N", "strong"}}, "option max_grip_N: 'strong'"},
