@@ -337,8 +337,8 @@ TEST(PhysicsNode, HeldObjectStaysHeldUnderLoadAcrossTheJaws) {
   bench.MoveJaws(0.0385, 0.05);
   bench.Run(30);
   ASSERT_EQ(bench.held(), Bench::kBlock);
-  // The wall holds the block back along the jaws' axis while the hand moves on by 10 mm: 30 N in the spring, and the
-  // gap to one jaw is far above the lost margin.
+  // The wall holds the block back along the jaws' axis while the hand moves on by 10 mm: the gap to one jaw is far
+  // above the lost margin.
   const auto hold = [&] {
     core::ContactSet& set = bench.contacts[Bench::kBlockWall];
     set.header.sequence = bench.cycle + 1;
@@ -361,7 +361,9 @@ TEST(PhysicsNode, HeldObjectStaysHeldUnderLoadAcrossTheJaws) {
     bench.Tick();
   }
   EXPECT_EQ(bench.held(), Bench::kBlock);
-  EXPECT_NEAR(bench.outputs.reactions[0].F_Do_W.force_N.x, -3000.0 * 0.0099, 1.0);
+  // The grasp's spring and the wall's, in a row, are 9.9 mm long.
+  const double K_N_per_m = 1.0 / (1.0 / scenario.coupling.grasp_stiffness_N_per_m + 1.0 / 2.0e5);
+  EXPECT_NEAR(bench.outputs.reactions[0].F_Do_W.force_N.x, -K_N_per_m * 0.0099, 0.1);
 }
 
 TEST(PhysicsNode, TheReactionOfAGraspIsOppositeToTheObjectsChangeOfMomentum) {
@@ -502,7 +504,8 @@ TEST(PhysicsNode, ChangedReleaseForceActsFromTheNextTickAndIsAnEvent) {
   bench.MoveJaws(0.0385, 0.05);
   bench.Run(50);
   ASSERT_EQ(bench.held(), Bench::kBlock);
-  bench.MoveHand({0.0, 0.0, 0.02}, 300);  // 6 mm at 3 kN/m: 18 N minus the latch's give
+  // Until the grasp's spring pulls with 18 N, less what the latch gives way.
+  bench.MoveHand({0.0, 0.0, 0.02}, static_cast<int>(18.0 / scenario.coupling.grasp_stiffness_N_per_m / 2e-5));
   ASSERT_EQ(bench.outputs.state.mechanisms[0].state, 1);
   const core::ParameterChange change{"latch.release_force_N", 10.0};
   bench.inputs.changes = &change;
