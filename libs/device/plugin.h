@@ -55,7 +55,7 @@ enum {
   OOS_DEVICE_LEADS = 32 /* leads the hand to a goal by its own motors, see lead() */
 };
 
-/* Axes as bits, for what is sensed and what has a motor. */
+/* Axes as bits, for what is sensed and what has a motor. An axis without a motor gets no force. */
 enum { OOS_DEVICE_TRANSLATION = 1, OOS_DEVICE_ROTATION = 2, OOS_DEVICE_GRIP = 4 };
 
 /* Of the device that is there now. 0: not known, for numbers that are not counts. */

@@ -59,7 +59,8 @@ class Device {
   // State at now_ns.
   virtual DeviceReading Read(std::int64_t now_ns) noexcept = 0;
 
-  // Force on the hand from now_ns until the next Write, or until the device's own watchdog expires.
+  // Force on the hand from now_ns until the next Write, or until the device's own watchdog expires. Axes that have no
+  // motor by its description get none.
   virtual void Write(std::int64_t now_ns, const FilteredForce& force) noexcept = 0;
 
   // Of a device with a simulated operator; others ignore the target and give zero. SetHand takes effect from the time

@@ -84,24 +84,17 @@ void DeviceBridge::TakeDescription(std::size_t role_index) noexcept {
                               scenario_.coupling.stiffness_Nm_per_rad});
 }
 
-namespace {
-
-// A hand that is tracked only feels none of what it is told, so that is no energy.
-bool HasMotor(const Device& device) {
-  return (device.description().actuated & (OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION)) != 0;
-}
-
-}  // namespace
-
 void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceCommand* accepted) noexcept {
   role->reading = role->device->Read(now_ns);
   if (accepted != nullptr) role->field.Take(*accepted, role->reading.X_WD, now_ns);
   double others_J = released_weight_.energy_J();
   for (const auto& other : roles_) others_J += other.get() == role ? 0.0 : other->passivity.energy_J();
   const bool is_in_full = (role->filter.status() & kForceNotInFull) == 0;
-  const bool has_motor = HasMotor(*role->device);
-  core::Wrench added;
-  if (has_motor) added = role->passivity.Step(role->reading, role->written, is_in_full, others_J);
+  // What no motor makes is not felt, and is no energy.
+  const std::uint32_t motors = role->device->description().actuated;
+  const core::Wrench acted = OfMotors(motors, role->written.F_Do_W());
+  core::Wrench added =
+      OfMotors(motors, role->passivity.Step(role->reading, acted, is_in_full, motors == 0 ? 0.0 : others_J));
   if (!options_.is_made_passive) added = {};
   core::Wrench rest;
   if (role->field.is_active()) added += role->field.Change(role->reading.X_WD, now_ns, &rest);
@@ -112,7 +105,7 @@ void DeviceBridge::Write(Role* role, std::int64_t now_ns, const core::DeviceComm
   if ((role->filter.status() & kSilent) != 0) role->field.Forget();
 
   RoleFigures& figures = role->figures;
-  const core::Wrench felt = has_motor ? role->written.F_Do_W() : core::Wrench{};
+  const core::Wrench felt = OfMotors(motors, role->written.F_Do_W());
   const double force_N = glm::length(felt.force_N);
   ++figures.writes;
   figures.peak_force_N = std::max(figures.peak_force_N, force_N);

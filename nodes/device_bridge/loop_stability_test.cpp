@@ -182,8 +182,8 @@ TEST(Passivity, CountsTheWorkOverTheWayThatTheDeviceMoved) {
   command.header.sequence = 1;
   command.F_Do_W = {{10, 0, 0}, {0, 0, 2}};
   filter.Accept(command, 1'000'000);
-  const FilteredForce acted = filter.Apply(1'000'000, reading);
-  ASSERT_NEAR(acted.F_Do_W().force_N.x, 10.0, 1e-9);
+  const core::Wrench acted = filter.Apply(1'000'000, reading).F_Do_W();
+  ASSERT_NEAR(acted.force_N.x, 10.0, 1e-9);
   passivity.Step(reading, {}, true);
   reading.X_WD.translation.x = -0.01;                                        // the hand pushes against the force
   reading.X_WD.rotation = core::QuaternionFromRotationVector({0, 0, 0.02});  // and is turned by the torque

@@ -7,17 +7,17 @@
 
 namespace device_bridge {
 
-core::Wrench Passivity::Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full,
+core::Wrench Passivity::Step(const DeviceReading& reading, const core::Wrench& acted, bool is_in_full,
                              double others_J) noexcept {
   const core::Pose X_DD = X_WD_.inverse() * reading.X_WD;
   const glm::dvec3 way_m = reading.X_WD.translation - X_WD_.translation;
   const glm::dvec3 turn_rad = X_WD_.rotate(core::RotationVector(X_DD.rotation));
-  const double work_J = glm::dot(acted.F_Do_W().force_N, way_m) + glm::dot(acted.F_Do_W().torque_Nm, turn_rad);
+  const double work_J = glm::dot(acted.force_N, way_m) + glm::dot(acted.torque_Nm, turn_rad);
   const bool is_first = num_steps_++ == 0;
   X_WD_ = reading.X_WD;
   if (is_first || !std::isfinite(work_J)) return {};
   if (!is_in_full) {
-    const core::Wrench& F = acted.F_Do_W();
+    const core::Wrench& F = acted;
     energy_J_ = 0.5 * (glm::dot(F.force_N, F.force_N) / parameters_.stiffness_N_per_m +
                        glm::dot(F.torque_Nm, F.torque_Nm) / parameters_.stiffness_Nm_per_rad);
     return {};

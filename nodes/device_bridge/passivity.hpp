@@ -36,7 +36,7 @@ class Passivity {
   // `acted` was on the device from the last call until this one, when it was read. Returns what to add to the command.
   // `is_in_full`: the force is neither withdrawn nor ramped. `others_J`: energy_J of the other hands, and what weights
   // have given (ReleasedWeight).
-  core::Wrench Step(const DeviceReading& reading, const FilteredForce& acted, bool is_in_full,
+  core::Wrench Step(const DeviceReading& reading, const core::Wrench& acted, bool is_in_full,
                     double others_J = 0.0) noexcept;
 
   [[nodiscard]] double energy_J() const { return energy_J_; }  // put in by this hand, not yet returned to it

@@ -65,7 +65,7 @@ void ImmediateDevice::Write(std::int64_t now_ns, const FilteredForce& force) noe
   oos_device_command command{};
   command.size = sizeof command;
   command.sequence = ++num_commands_;
-  ToArray(force.F_Do_W(), command.F_Do_B);
+  ToArray(OfMotors(description_.actuated, force.F_Do_W()), command.F_Do_B);
   command.grip_force_N = force.grip_force_N();
   command.brake_N_s_per_m = force.brake_N_s_per_m();
   command.brake_Nm_s_per_rad = force.brake_Nm_s_per_rad();

@@ -45,6 +45,13 @@ inline void ToArray(const core::Wrench& F, double* f) {
   }
 }
 
+// What a device with motors for these axes (OOS_DEVICE_...) makes of a wrench.
+inline core::Wrench OfMotors(std::uint32_t actuated, const core::Wrench& F) {
+  constexpr glm::dvec3 kNone(0.0);
+  return {(actuated & OOS_DEVICE_TRANSLATION) != 0 ? F.force_N : kNone,
+          (actuated & OOS_DEVICE_ROTATION) != 0 ? F.torque_Nm : kNone};
+}
+
 template <std::size_t N>
 bool AreFinite(const double (&values)[N]) {
   for (const double value : values) {

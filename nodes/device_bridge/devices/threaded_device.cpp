@@ -500,7 +500,7 @@ void ThreadedDevice::Write(std::int64_t now_ns, const FilteredForce& force) noex
   order.written_ns = now_ns;
   order.command.size = sizeof order.command;
   order.command.sequence = ++num_written_;
-  ToArray(map_.ToBase(force.F_Do_W()), order.command.F_Do_B);
+  ToArray(map_.ToBase(OfMotors(description_.actuated, force.F_Do_W())), order.command.F_Do_B);
   order.command.grip_force_N = force.grip_force_N();
   order.command.brake_N_s_per_m = force.brake_N_s_per_m();
   order.command.brake_Nm_s_per_rad = force.brake_Nm_s_per_rad();

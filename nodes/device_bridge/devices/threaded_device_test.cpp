@@ -28,7 +28,8 @@ scene::Device Faulty(const std::string& fault) {
   return device;
 }
 
-// A device behind a filter that always wants 2 N along x, ticked once a millisecond, as the bridge does.
+// A device behind a filter that always wants 2 N along x and 0.1 Nm about it, ticked once a millisecond, as the bridge
+// does.
 struct Rig {
   std::unique_ptr<Device> device;
   SafetyFilter filter;
@@ -56,7 +57,7 @@ struct Rig {
     reading = device->Read(now_ns);
     core::DeviceCommand command;
     command.header.sequence = ++num_commands;
-    command.F_Do_W.force_N = {2, 0, 0};
+    command.F_Do_W = {{2, 0, 0}, {0.1, 0, 0}};
     filter.Accept(command, now_ns);
     written = filter.Apply(now_ns, reading);
     device->Write(now_ns, written);
@@ -87,6 +88,14 @@ TEST(ThreadedDevice, GivesStatesAndAppliesFilteredForces) {
   ASSERT_TRUE(rig.Until([&] { return std::abs(rig.reading.V_WD.linear_m_per_s.x - 0.1) < 0.02; }))
       << "differentiated from the poses: " << rig.reading.V_WD.linear_m_per_s.x;
   ASSERT_TRUE(rig.Until([&] { return rig.device->Health(core::MonotonicNow_ns()).link.rate_hz > 0.0; }));
+}
+
+// It has motors for translation alone, and might do anything with a torque.
+TEST(ThreadedDevice, AnAxisWithoutAMotorGetsNoForce) {
+  Rig rig(Faulty(""));
+  ASSERT_TRUE(rig.Until([&] { return rig.device->state().applied[0] == 2.0; }));
+  EXPECT_EQ(rig.written.F_Do_W().torque_Nm.x, 0.1);
+  EXPECT_EQ(rig.device->state().applied[3], 0.0);
 }
 
 // The joint stands 0.4 m above the base, and the base where the hand was taken up: (1, 2, 3) less the way since.

@@ -68,6 +68,7 @@ class WirePeer {
     std::strcpy(d.name, "peer");
     std::strcpy(d.serial, "7");
     d.flags = OOS_DEVICE_TELLS_VELOCITY;
+    d.sensed = d.actuated = OOS_DEVICE_TRANSLATION | OOS_DEVICE_ROTATION | OOS_DEVICE_GRIP;
     return device::EncodeDescription({device::FrameKind::kDescription, 1, 0, 1}, d);
   }
 

@@ -82,7 +82,7 @@ void StudyWaving(Report* report) {
                     "part of 1.97 kg swung by the hand with 1 m/s^2 at " + Short(frequencies_Hz[row / lates.size()]) +
                         " Hz along each axis, " + Short(lates[row % lates.size()]) + " ms late",
                     "amplitude of the force felt over m a; its lag",
-                    "0.95 to 1.05; none",
+                    "0.95 to 1.05; any",
                     {{Variants().back().name,
                       Short(least->ratio) + " to " + Short(most->ratio) + "; " + Short(latest->lag_ms) + " ms",
                       least->ratio >= 0.95 && most->ratio <= 1.05}},
@@ -242,7 +242,8 @@ void StudyStiffness(Report* report) {
     }
   });
   for (std::size_t i = 0; i < lates.size(); ++i) {
-    const std::string late = Short(0.3 + lates[i]) + " ms late";
+    const std::string late =
+        Short(0.3 + lates[i]) + " ms late to the device, " + Short(lates[i]) + " ms to physics_node";
     AddRow(report, {"H4",
                     "stiffness that a held part touches",
                     "part of 1.97 kg in the hand, pressed on a plate with 10 N, " + late,

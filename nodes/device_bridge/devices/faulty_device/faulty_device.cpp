@@ -20,7 +20,7 @@ struct Faulty {
   std::string fault;
   std::int64_t begin_ns = 0;
   std::uint64_t sample = 0;
-  double force_N[3] = {};
+  double F[6] = {};    // force [N], torque [Nm], as commanded
   double led_m = 0.0;  // along x
   double lead_N = 0.0;
 };
@@ -80,13 +80,13 @@ int Step(void* device, std::int64_t now_ns, const oos_device_command* command, c
   auto& self = *static_cast<Faulty*>(device);
   if (self.begin_ns == 0) self.begin_ns = now_ns;
   const bool is_time = now_ns - self.begin_ns > kGood_ns;
-  if (command != nullptr) std::memcpy(self.force_N, command->F_Do_B, sizeof self.force_N);
+  if (command != nullptr) std::memcpy(self.F, command->F_Do_B, sizeof self.F);
   state->flags = OOS_DEVICE_IS_ENGAGED;
   state->sequence = ++self.sample;
   state->X_BD[0] = 1.0;
   // Moves along x with 0.1 m/s, or where it leads, and gives no velocity.
   state->X_BD[4] = IsToLead(self.fault) ? self.led_m : 0.1 * 1e-9 * static_cast<double>(now_ns - self.begin_ns);
-  std::memcpy(state->applied, self.force_N, sizeof self.force_N);
+  std::memcpy(state->applied, self.F, sizeof self.F);
   state->applied[0] += self.lead_N;
   if (!is_time) return OOS_DEVICE_OK;
   if (self.fault == "hang") Hang();
