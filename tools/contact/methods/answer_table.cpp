@@ -31,10 +31,15 @@ AnswerTable::~AnswerTable() {
 
 void AnswerTable::Add(const Answer& a, double time_us) {
   char row[512];
-  std::snprintf(row, sizeof(row), "%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%llu,%llu,%.3f\n", a.signed_distance_m,
+  std::snprintf(row, sizeof(row), "%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%llu,%llu,%.3f,", a.signed_distance_m,
                 a.force_A.x, a.force_A.y, a.force_A.z, a.moment_A.x, a.moment_A.y, a.moment_A.z,
                 static_cast<unsigned long long>(a.contacts), static_cast<unsigned long long>(a.points_tested), time_us);
   stream_ << row;
+  if (a.force_error) {
+    std::snprintf(row, sizeof(row), "%.12g", *a.force_error);
+    stream_ << row;
+  }
+  stream_ << '\n';
 }
 
 core::Result<void> AnswerTable::Commit() {

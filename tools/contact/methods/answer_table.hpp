@@ -21,7 +21,8 @@ class AnswerTable {
   void Add(const Answer& answer, double time_us);
   core::Result<void> Commit();
 
-  static constexpr const char* kHeading = "signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us";
+  static constexpr const char* kHeading =
+      "signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us,force_error";
 
  private:
   AnswerTable() = default;

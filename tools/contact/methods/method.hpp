@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/pose.hpp"
@@ -18,6 +19,7 @@ struct Answer {
   glm::dvec3 moment_A{0.0};        // m^4; m^2
   std::uint64_t contacts = 0;
   std::uint64_t points_tested = 0;
+  std::optional<double> force_error;  // estimate of |force_A - the exact one|, m^3; none: the method makes none
 };
 
 // One method of contact query, built for one pair of meshes.
@@ -55,6 +57,12 @@ core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A
 std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution);
+
+// Method `surface`: vps::SurfaceIntegral, the integral over B's surface to `accuracy`, relative, with an estimate of its
+// error. `resolution`: of A's field; B's triangles are cut to four spacings of its points. When apart, a lower bound of
+// the distance of the surfaces. Errors: those of vps::Cook.
+core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
+                                                        const Resolution& resolution, double accuracy);
 
 // The exact answers of vps/oracle: SignedBodyDistance, and IntegrateContactWrench to a relative accuracy.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,

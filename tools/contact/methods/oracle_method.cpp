@@ -19,6 +19,7 @@ class OracleMethod : public Method {
     answer.moment_A = wrench.moment_A_m4;
     answer.contacts = wrench.num_pieces_with_depth;
     answer.points_tested = wrench.num_samples;
+    answer.force_error = wrench.error_bound_m3;
     return answer;
   }
 

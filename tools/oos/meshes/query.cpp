@@ -20,22 +20,26 @@ constexpr std::string_view kQueryDetails =
     R"(Poses: rows px,py,pz,qw,qx,qy,qz: pose of B's mesh frame in A's, metres, unit quaternion. A heading line, empty lines
 and lines that begin with # are skipped.
 
-Output: signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us, one row for each pose.
+Output: signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us,force_error, one row for each pose.
   signed_distance_m   of the two bodies; negative: deepest penetration
   fx,fy,fz            force on B per unit modulus, A's frame: integral over B's surface inside A of depth times B's
                       inward normal dA, m^3
   mx,my,mz            its moment about B's mesh origin, A's frame, m^4
+  force_error         surface and oracle: estimate of the force's error, m^3
 
 Methods:
   paper    voxelmap of A, points of B. Force and moment are its own sums, lambda(n,N) sum V n in m and
            lambda sum P x V n in m^2 [VR-OOS, Eq. 1-2]. Apart, the distance is a lower bound. --accuracy_m X takes
            voxels of 3 X; by default a voxel is 1/256 of A's longest side; points default to one voxel apart.
   fast     distance field of A, area-weighted samples of B: the integral above. Resolution as for paper.
+  surface  distance field of A, B's surface, refined until the estimated error of the force is below --accuracy.
+           Resolution of the field as for paper.
   oracle   exact distance, depth to 1e-3, the integral to 1e-4. Slow. Takes no resolution.)";
 
 struct QueryRequest {
   std::string method;
   contact::Resolution resolution;
+  double accuracy = 0.02;  // of `surface`, relative
   double scale = 1.0;
   bool is_size_vouched = false;  // --scale was given: the user has checked the sizes
   double sheet_thickness_m = 0.0;
@@ -50,9 +54,14 @@ struct Body {
 core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
   QueryRequest request;
   request.method = arguments.text("--method", "paper");
-  if (request.method != "paper" && request.method != "fast" && request.method != "oracle") {
+  if (request.method != "paper" && request.method != "fast" && request.method != "surface" &&
+      request.method != "oracle") {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "--method " + request.method + ": no such method; known: paper fast oracle");
+                      "--method " + request.method + ": no such method; known: paper fast surface oracle");
+  }
+  if (arguments.has("--accuracy") && request.method != "surface") {
+    return core::Fail(core::ErrorCode::kInvalidInput,
+                      "--accuracy: only --method surface takes a relative accuracy; --accuracy_m is that of a depth");
   }
   const auto positive = [&](std::string_view name, double fallback) -> core::Result<double> {
     const auto value = arguments.number(name);
@@ -62,12 +71,13 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
     }
     return value->value_or(fallback);
   };
+  const auto relative = positive("--accuracy", request.accuracy);
   const auto accuracy = positive("--accuracy_m", 0.0);
   const auto voxel = positive("--voxel_m", 0.0);
   const auto points = positive("--points", 0.0);
   const auto scale = positive("--scale", 1.0);
   const auto sheet = positive("--sheet_thickness_m", 0.0);
-  for (const auto* value : {&accuracy, &voxel, &points, &scale, &sheet}) {
+  for (const auto* value : {&relative, &accuracy, &voxel, &points, &scale, &sheet}) {
     if (!*value) return tl::unexpected(value->error());
   }
   if (*accuracy > 0.0 && (*voxel > 0.0 || *points > 0.0)) {
@@ -77,6 +87,7 @@ core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
     return core::Fail(core::ErrorCode::kInvalidInput, "--points must be a whole number");
   }
   request.resolution = {*accuracy, *voxel, static_cast<std::uint32_t>(*points)};
+  request.accuracy = *relative;
   request.scale = *scale;
   request.is_size_vouched = arguments.has("--scale");
   request.sheet_thickness_m = *sheet;
@@ -101,6 +112,14 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
   return Body{vps::ThickenSheet(checked->mesh, request.sheet_thickness_m), checked->report.box};
 }
 
+core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
+                                                          const QueryRequest& request) {
+  if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
+  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution);
+  if (request.method == "surface") return contact::MakeSurfaceMethod(A, B, request.resolution, request.accuracy);
+  return contact::MakePaperMethod(A, B, request.resolution);
+}
+
 int RunQuery(const Arguments& arguments) {
   const auto fail = [](const core::Error& error) { return Complain("query", error.detail, kBadUsage); };
   if (!arguments.has("--poses")) return Complain("query", "--poses FILE is missing", kBadUsage);
@@ -122,9 +141,7 @@ int RunQuery(const Arguments& arguments) {
   if (!table) return fail(table.error());
 
   const std::int64_t begin_ns = core::MonotonicNow_ns();
-  auto method = request->method == "oracle" ? contact::MakeOracleMethod(A->mesh, B->mesh)
-                : request->method == "fast" ? contact::MakeFastMethod(A->mesh, B->mesh, request->resolution)
-                                            : contact::MakePaperMethod(A->mesh, B->mesh, request->resolution);
+  auto method = MakeMethod(A->mesh, B->mesh, *request);
   if (!method) return fail(method.error());
   const std::int64_t built_ns = core::MonotonicNow_ns();
   for (const core::Pose& X_AB : *poses) {
@@ -149,7 +166,8 @@ Verb QueryVerb() {
           2,
           {{"--poses", "FILE", "poses of B in A's frame"},
            {"--out", "FILE", "file for the results"},
-           {"--method", "NAME", "paper (default), fast or oracle"},
+           {"--method", "NAME", "paper (default), fast, surface or oracle"},
+           {"--accuracy", "X", "of surface: wanted error of the force, relative; default 0.02"},
            {"--accuracy_m", "X", "wanted error of a depth, m"},
            {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},
            {"--points", "N", "points on B's surface"},

@@ -52,7 +52,7 @@ class QueryVerbTest : public testing::Test {
     std::ifstream stream(out());
     std::string line;
     std::getline(stream, line);
-    EXPECT_EQ(line, "signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us");
+    EXPECT_EQ(line, "signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us,force_error");
     std::vector<Row> rows;
     while (std::getline(stream, line)) {
       std::replace(line.begin(), line.end(), ',', ' ');

@@ -1,0 +1,185 @@
+#include "vps/surface/surface_integral.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "vps/asset/cooked_object.hpp"
+#include "vps/oracle/closed_form.hpp"
+#include "vps/oracle/contact_wrench.hpp"
+#include "vps/testing/shapes.hpp"
+
+namespace vps {
+namespace {
+
+// A pair ready for queries.
+class Pair {
+ public:
+  Pair(const TriangleMesh& G, const TriangleMesh& S, double voxel_size_m)
+      : G_(std::move(*Cook(G, {voxel_size_m, 0, Method::kFast})->field)),
+        S_(BuildSurfaceTree(S, 4.0 * voxel_size_m)),
+        bends_(G_),
+        integral_(S_, G_, bends_) {}
+  SurfaceIntegral::Result Run(const core::Pose& X_GS, double accuracy) { return integral_.Run(X_GS, accuracy); }
+  [[nodiscard]] const SurfaceTree& S() const { return S_; }
+
+ private:
+  DistanceField G_;
+  SurfaceTree S_;
+  FieldBends bends_;
+  SurfaceIntegral integral_;
+};
+
+TEST(SurfaceTree, RootsHaveTheMomentsOfTheWholeSurface) {
+  const TriangleMesh mesh = MakeTorus(0.03, 0.012, 32, 16);
+  const SurfaceTree tree = BuildSurfaceTree(mesh, 0.004);
+  EXPECT_NEAR(tree.area_m2, SurfaceArea_m2(mesh), 1e-6 * tree.area_m2);
+  glm::dvec3 area_vector(0.0);
+  glm::dmat3 normal_moment(0.0);  // about the origin: integral of n x^T
+  double spread = 0.0;            // trace of the integral of x x^T
+  for (std::uint32_t i = 0; i < tree.num_roots; ++i) {
+    const SurfaceNode& node = tree.nodes[i];
+    area_vector += glm::dvec3(node.area_vector_m2);
+    normal_moment += glm::dmat3(node.normal_moment_m3 + glm::outerProduct(node.area_vector_m2, node.centre_m));
+    spread += static_cast<double>(node.spread_m4[0] + node.spread_m4[1] + node.spread_m4[2] +
+                                  node.area_m2 * glm::dot(node.centre_m, node.centre_m));
+  }
+  // Gauss: of a closed surface the integral of n dA is 0, that of n x^T dA (n inwards) minus the volume times 1.
+  double volume = 0.0;
+  double exact_spread = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    volume += glm::dot(a, glm::cross(b, c)) / 6.0;
+    const double area = 0.5 * glm::length(glm::cross(b - a, c - a));
+    const glm::dvec3 sum = a + b + c;
+    exact_spread += area / 12.0 * (glm::dot(a, a) + glm::dot(b, b) + glm::dot(c, c) + glm::dot(sum, sum));
+  }
+  EXPECT_LT(glm::length(area_vector), 1e-6 * tree.area_m2);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) EXPECT_NEAR(normal_moment[j][i], i == j ? -volume : 0.0, 1e-4 * volume);
+  }
+  EXPECT_NEAR(spread, exact_spread, 1e-5 * exact_spread);
+}
+
+// Over a triangle wholly inside a depth that varies linearly, against the exact integrals by the rule of the three
+// middles of its sides, which is exact for degree 2.
+TEST(NodeIntegral, IsExactInside) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> place(-1.0f, 1.0f);
+  const auto draw = [&] { return glm::vec3(place(random), place(random), place(random)); };
+  for (int i = 0; i < 50; ++i) {
+    const SurfacePiece triangle{{draw(), draw(), draw()}};
+    const glm::vec3 slope = draw();
+    const SurfaceNode node = NodeOf(triangle);
+    const NodeIntegral integral(node, 9.0f, slope);
+    glm::dvec3 force(0.0), moment(0.0);
+    double square = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const glm::vec3 x = 0.5f * (triangle.corners[k] + triangle.corners[(k + 1) % 3]);
+      const float depth = 9.0f + glm::dot(slope, x - node.centre_m);
+      const glm::vec3 part = depth / 3.0f * node.area_vector_m2;
+      force += glm::dvec3(part);
+      moment += glm::dvec3(glm::cross(x - node.centre_m, part));
+      square += static_cast<double>(depth * depth * node.area_m2 / 3.0f);
+    }
+    EXPECT_LT(glm::length(glm::dvec3(integral.force_m3) - force), 1e-4 * glm::length(force));
+    EXPECT_LT(glm::length(glm::dvec3(integral.moment_m4) - moment), 1e-4 * glm::length(force));
+    EXPECT_NEAR(integral.mean_square_m2 * node.area_m2, square, 1e-3 * square);
+  }
+}
+
+// Where the surface cuts a node the mean over all positions of the cut is right: v / 2 (node_integral.hpp).
+TEST(NodeIntegral, IsRightInTheMeanOverAllCuts) {
+  const SurfaceNode node = NodeOf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}});
+  const glm::vec3 slope(0.6f, -0.3f, 0.0f);
+  const double variance = static_cast<double>(glm::dot(slope, Times(node.spread_m4, slope)) / node.area_m2);
+  double sum = 0.0;
+  const int steps = 20'000;
+  for (int i = 0; i < steps; ++i) {
+    const float depth = -1.0f + 2.0f * (static_cast<float>(i) + 0.5f) / steps;
+    sum += static_cast<double>(NodeIntegral(node, depth, slope).mean_m - std::max(depth, 0.0f)) * 2.0 / steps;
+  }
+  EXPECT_NEAR(sum, 0.5 * variance, 1e-3 * variance);
+}
+
+TEST(SurfaceIntegral, IsArchimedesForABallInAHalfSpace) {
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), MakeSphere(0.03, 128), 1e-3);
+  for (const double depth : {1e-4, 1e-3, 5e-3}) {
+    const auto result = pair.Run({{1, 0, 0, 0}, {0.003, 0.001, 0.05 + 0.03 - depth}}, 0.02);
+    // The mesh is inside its ball by up to R (1 - cos(pi / 128)) = 9 um.
+    const double exact = oracle::SphereOnHalfSpaceForce(0.03, depth);
+    const double mesh = exact - oracle::SphereOnHalfSpaceForce(0.03, depth - 9e-6);
+    EXPECT_TRUE(result.is_accurate);
+    EXPECT_NEAR(result.force_m3.z, exact, 0.02 * exact + mesh) << depth;
+  }
+}
+
+TEST(SurfaceIntegral, IsZeroApart) {
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), MakeSphere(0.03, 64), 1e-3);
+  for (const double gap : {1e-4, 1e-2, 1.0}) {
+    const auto result = pair.Run({{1, 0, 0, 0}, {0.0, 0.0, 0.08 + gap}}, 0.02);
+    EXPECT_TRUE(result.is_accurate);
+    EXPECT_LT(result.volume_m3, 1e-10 * pair.S().area_m2) << gap;
+  }
+}
+
+// The true error is within twice its estimate, and the estimate within what was asked for. Against vps/oracle.
+TEST(SurfaceIntegral, ErrorIsWithinTwiceItsEstimate) {
+  const TriangleMesh block = MakeBlockWithHole(0.06, 0.04, 0.01, 24);
+  const TriangleMesh torus = MakeTorus(0.03, 0.012, 32, 16);
+  const TriangleMesh box = MakeBox({0.03, 0.02, 0.04});
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  int touching = 0;
+  for (const auto& [G, S] : {std::pair{&torus, &box}, {&box, &torus}, {&block, &box}, {&block, &torus}}) {
+    Pair pair(*G, *S, 1e-3);
+    const oracle::MeshDistance exact_G(*G);
+    const oracle::MeshDistance exact_S(*S);
+    for (int i = 0; i < 12; ++i) {
+      const glm::dvec3 turn(place(random), place(random), place(random));
+      const glm::dvec3 way = glm::normalize(glm::dvec3(place(random), place(random), place(random)));
+      const core::Pose X{core::QuaternionFromRotationVector(3.0 * turn), 0.04 * way};
+      const oracle::ContactWrench truth = oracle::IntegrateContactWrench(exact_G, exact_S, X);
+      const double size = glm::length(truth.force_A_m3);
+      if (size < 0.05 * truth.depth_integral_m3 || size < 1e-10) continue;
+      ++touching;
+      for (const double accuracy : {0.1, 0.02}) {
+        const auto result = pair.Run(X, accuracy);
+        const double error = glm::length(X.rotate(result.force_m3) - truth.force_A_m3);
+        EXPECT_TRUE(result.is_accurate);
+        EXPECT_LE(result.error_m3, accuracy * std::max(glm::length(result.force_m3), 0.01 * result.volume_m3) * 1.001);
+        EXPECT_LE(error, 2.0 * result.error_m3) << i << ' ' << accuracy << ' ' << error / size;
+        EXPECT_LT(glm::length(X.rotate(result.moment_m4) - truth.moment_A_m4), 2.0 * accuracy * size * 0.05);
+      }
+    }
+  }
+  EXPECT_GT(touching, 15);
+}
+
+TEST(SurfaceIntegral, ReadsFewerPlacesForLessAccuracy) {
+  Pair pair(MakeTorus(0.03, 0.012, 64, 32), MakeTorus(0.03, 0.012, 64, 32), 1e-3);
+  const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07, 0.01, 0.002}};
+  std::uint64_t before = 0;
+  for (const double accuracy : {0.3, 0.1, 0.03, 0.01}) {
+    const auto result = pair.Run(X, accuracy);
+    ASSERT_GT(result.volume_m3, 0.0);
+    EXPECT_GT(result.places_read, before) << accuracy;
+    before = result.places_read;
+  }
+}
+
+// Nothing of a query is left in the next.
+TEST(SurfaceIntegral, IsTheSameBitForBitAtTheSamePose) {
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), MakeTorus(0.03, 0.012, 32, 16), 1e-3);
+  const core::Pose X{core::QuaternionFromRotationVector({0.4, 0.3, 0.1}), {0.003, 0.001, 0.065}};
+  const auto first = pair.Run(X, 0.02);
+  pair.Run({{1, 0, 0, 0}, {0.0, 0.0, 0.06}}, 0.02);
+  const auto again = pair.Run(X, 0.02);
+  ASSERT_GT(first.volume_m3, 0.0);
+  EXPECT_EQ(first.force_m3, again.force_m3);
+  EXPECT_EQ(first.moment_m4, again.moment_m4);
+  EXPECT_EQ(first.error_m3, again.error_m3);
+}
+
+}  // namespace
+}  // namespace vps

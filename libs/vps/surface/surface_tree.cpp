@@ -1,0 +1,157 @@
+#include "vps/surface/surface_tree.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace vps {
+namespace {
+
+// a e e^T, in the order of SurfaceNode::spread_m4.
+std::array<float, 6> Outer(float a, const glm::vec3& e) {
+  return {a * e.x * e.x, a * e.y * e.y, a * e.z * e.z, a * e.x * e.y, a * e.x * e.z, a * e.y * e.z};
+}
+
+void Add(const std::array<float, 6>& from, std::array<float, 6>* to) {
+  for (std::size_t i = 0; i < 6; ++i) (*to)[i] += from[i];
+}
+
+class Builder {
+ public:
+  explicit Builder(SurfaceTree* tree) : tree_(tree) {
+    order_.resize(tree->triangles.size());
+    for (std::uint32_t i = 0; i < order_.size(); ++i) {
+      order_[i] = i;
+      const auto& [a, b, c] = tree->triangles[i].corners;
+      middles_.push_back((a + b + c) / 3.0f);
+    }
+  }
+
+  void Build() { tree_->num_roots = Put(order_); }
+
+ private:
+  using Part = std::span<std::uint32_t>;
+
+  // Appends the nodes of up to four parts of `all`, then theirs. Returns how many.
+  std::uint32_t Put(Part all) {
+    std::vector<Part> parts;
+    Halve(all, 2, &parts);
+    const auto first = static_cast<std::uint32_t>(tree_->nodes.size());
+    const auto count = static_cast<std::uint32_t>(parts.size());
+    tree_->nodes.resize(first + count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      SurfaceNode node;
+      if (parts[i].size() == 1) {
+        node = NodeOf(tree_->triangles[parts[i].front()]);
+        node.first = parts[i].front();
+      } else {
+        const auto children = static_cast<std::uint32_t>(tree_->nodes.size());
+        const std::uint32_t num_children = Put(parts[i]);
+        node = Join(children, num_children);
+        node.radius_m = RadiusOf(parts[i], node.centre_m);
+      }
+      tree_->nodes[first + i] = node;
+    }
+    return count;
+  }
+
+  // In the middle of the widest side of their centroids' box, `times` times.
+  void Halve(Part part, int times, std::vector<Part>* out) {
+    if (part.empty()) return;
+    if (times == 0 || part.size() == 1) {
+      out->push_back(part);
+      return;
+    }
+    glm::vec3 low = middles_[part.front()];
+    glm::vec3 high = low;
+    for (const std::uint32_t i : part) {
+      low = glm::min(low, middles_[i]);
+      high = glm::max(high, middles_[i]);
+    }
+    const glm::vec3 size = high - low;
+    int axis = size.y > size.x ? 1 : 0;
+    if (size.z > size[axis]) axis = 2;
+    const std::size_t half = part.size() / 2;
+    std::nth_element(part.begin(), part.begin() + static_cast<std::ptrdiff_t>(half), part.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       return middles_[a][axis] != middles_[b][axis] ? middles_[a][axis] < middles_[b][axis] : a < b;
+                     });
+    Halve(part.first(half), times - 1, out);
+    Halve(part.subspan(half), times - 1, out);
+  }
+
+  // With the children's moments about their own centroids c_i:
+  //   c = sum a_i c_i / a,   N = sum N_i + A_i (c_i - c)^T,   Q = sum Q_i + a_i (c_i - c)(c_i - c)^T.
+  [[nodiscard]] SurfaceNode Join(std::uint32_t first, std::uint32_t count) const {
+    const std::span<const SurfaceNode> children(&tree_->nodes[first], count);
+    SurfaceNode node;
+    node.first = first;
+    node.num_children = count;
+    glm::dvec3 weighted(0.0);
+    double area = 0.0;
+    for (const SurfaceNode& child : children) {
+      weighted += static_cast<double>(child.area_m2) * glm::dvec3(child.centre_m);
+      area += static_cast<double>(child.area_m2);
+    }
+    node.area_m2 = static_cast<float>(area);
+    node.centre_m = glm::vec3(weighted / area);
+    for (const SurfaceNode& child : children) {
+      const glm::vec3 e = child.centre_m - node.centre_m;
+      node.area_vector_m2 += child.area_vector_m2;
+      node.normal_moment_m3 += child.normal_moment_m3 + glm::outerProduct(child.area_vector_m2, e);
+      Add(child.spread_m4, &node.spread_m4);
+      Add(Outer(child.area_m2, e), &node.spread_m4);
+    }
+    return node;
+  }
+
+  [[nodiscard]] float RadiusOf(Part part, const glm::vec3& centre) const {
+    float radius = 0.0f;
+    for (const std::uint32_t i : part) {
+      for (const glm::vec3& p : tree_->triangles[i].corners) radius = std::max(radius, glm::length(p - centre));
+    }
+    return radius;
+  }
+
+  SurfaceTree* tree_;
+  std::vector<std::uint32_t> order_;
+  std::vector<glm::vec3> middles_;
+};
+
+SurfacePieces AsTheyAre(const TriangleMesh& mesh) {
+  SurfacePieces out;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(t);
+    const SurfacePiece piece{{glm::vec3(a), glm::vec3(b), glm::vec3(c)}};
+    if (NodeOf(piece).area_m2 > 0.0f) out.pieces.push_back(piece);
+  }
+  return out;
+}
+
+}  // namespace
+
+// Over a triangle with corners c + v_i, sum of v_i = 0:  integral of e e^T = a / 12 sum of v_i v_i^T.
+SurfaceNode NodeOf(const SurfacePiece& triangle) {
+  const auto& [a, b, c] = triangle.corners;
+  SurfaceNode node;
+  node.centre_m = (a + b + c) / 3.0f;
+  const glm::vec3 twice = glm::cross(c - a, b - a);
+  node.area_vector_m2 = 0.5f * twice;
+  node.area_m2 = 0.5f * glm::length(twice);
+  for (const glm::vec3& corner : triangle.corners) {
+    const glm::vec3 v = corner - node.centre_m;
+    Add(Outer(node.area_m2 / 12.0f, v), &node.spread_m4);
+    node.radius_m = std::max(node.radius_m, glm::length(v));
+  }
+  return node;
+}
+
+SurfaceTree BuildSurfaceTree(const TriangleMesh& mesh, double longest_m) {
+  SurfaceTree tree;
+  tree.triangles = CutIntoPieces(mesh, longest_m).pieces;
+  if (tree.triangles.empty()) tree.triangles = AsTheyAre(mesh).pieces;
+  Builder(&tree).Build();
+  for (std::uint32_t i = 0; i < tree.num_roots; ++i) tree.area_m2 += static_cast<double>(tree.nodes[i].area_m2);
+  return tree;
+}
+
+}  // namespace vps

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "vps/mesh/triangle_mesh.hpp"
+#include "vps/sampling/surface_pieces.hpp"
+
+namespace vps {
+
+// A part of a surface and its moments about its centroid c. With places x of the part, e = x - c, and the unit inward
+// normal n there:
+//
+//   a = integral of dA,   A = integral of n dA,   N = integral of n e^T dA,   Q = integral of e e^T dA.
+//
+// They suffice to integrate a depth that varies linearly, in closed form (NodeIntegral). Mesh frame.
+struct SurfaceNode {
+  glm::vec3 centre_m{0.0f};             // c
+  float radius_m = 0.0f;                // of a ball about c that holds the part
+  float area_m2 = 0.0f;                 // a
+  glm::vec3 area_vector_m2{0.0f};       // A
+  glm::mat3 normal_moment_m3{0.0f};     // N; column j: integral of n e_j
+  std::array<float, 6> spread_m4 = {};  // Q: xx, yy, zz, xy, xz, yz
+  std::uint32_t first = 0;              // of the children in SurfaceTree::nodes; of a leaf: its triangle
+  std::uint32_t num_children = 0;       // 0: a leaf
+};
+
+SurfaceNode NodeOf(const SurfacePiece& triangle);
+
+// A surface as a tree with up to four children a node and one triangle a leaf. The first `num_roots` nodes have no
+// parent.
+struct SurfaceTree {
+  static constexpr std::uint32_t kChildren = 4;
+  std::vector<SurfaceNode> nodes;
+  std::vector<SurfacePiece> triangles;
+  std::uint32_t num_roots = 0;
+  double area_m2 = 0.0;
+};
+
+// Triangles are cut to `longest_m` first, so that nodes are compact (CutIntoPieces; a mesh that would have too many
+// pieces is taken as it is). Triangles without area are left out.
+SurfaceTree BuildSurfaceTree(const TriangleMesh& mesh, double longest_m);
+
+}  // namespace vps
