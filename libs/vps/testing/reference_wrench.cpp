@@ -9,7 +9,7 @@ namespace vps {
 oracle::ContactWrench ReferenceWrench(const oracle::MeshDistance& A, const oracle::MeshDistance& B,
                                       const core::Pose& X_AB) {
   oracle::WrenchAccuracy accuracy;
-  accuracy.relative = 1e-3;
+  accuracy.relative = 3e-4;
   // A corner of a part 0.1 m long that is 1 um deep gives about 1e-15 of area times radius; a thousandth of a
   // thousandth of it is 1e-21.
   accuracy.floor = 1e-21;
