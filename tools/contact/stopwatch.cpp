@@ -1,6 +1,7 @@
 #include "tools/contact/stopwatch.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/clock.hpp"
 
@@ -41,6 +42,7 @@ void Race(std::span<Racer> racers, int passes, double seconds_each) {
     std::vector<double> by_pose;
     for (const auto& passes_us : us[r]) by_pose.push_back(Quantile(passes_us, 0.5));
     racers[r].times = {Quantile(by_pose, 0.5), Quantile(by_pose, 0.99), Quantile(by_pose, 1.0)};
+    racers[r].by_pose_us = std::move(by_pose);
   }
 }
 

@@ -21,6 +21,7 @@ struct Racer {
   std::vector<core::Pose> poses;  // a slow method may have fewer than the others
   bool by_pose = true;  // false: a query is too short for the clock, so a pass is timed as a whole; no p99 or max
   Times times;
+  std::vector<double> by_pose_us{};  // what the times are quantiles of
 };
 
 // Times all racers on one core, turn about, `passes` turns each. A turn is an untimed pass over all poses (four in the

@@ -30,6 +30,27 @@ def contact_pairs(folder):
     return rows
 
 
+def three(row, name):
+    """An error's median, 99th percentile and worst, in percent."""
+    parts = [row[f"{name}_{part}"] for part in ("p50", "p99", "max")]
+    return ", ".join(short(100 * float(part)) for part in parts) if all(parts) else ""
+
+
+def held_out(folder, file, what):
+    """Errors and times of both methods with 65,536 points, for each kind of parts or of poses, the two sets apart."""
+    rows = [[what, "poses", "force off, `paper`: median, 99th percentile, worst, %", "force off, `fast`, %", "moment off, `fast`, %",
+             "`paper`, µs", "`fast`, µs"]]
+    of = {(row["set"], row[what], row["method"]): row for row in read(folder / file) if row["setting"] == "s; 65536 points"}
+    for part in ("held_out", "training"):
+        for (of_set, name, method), fast in of.items():
+            if of_set != part or method != "fast" or fast["poses"] == "0":
+                continue
+            paper = of[part, name, "paper"]
+            rows.append([f"{part.replace('_', ' ')}: {name.replace('_', ' ')}", fast["poses"], three(paper, "force"), three(fast, "force"),
+                         three(fast, "moment"), short(paper["p50_us"]), short(fast["p50_us"])])
+    return rows
+
+
 def builds(folder):
     """Build time and memory of a field beside OpenVDB's level set of the same voxels, band and threads."""
     of = {(row["mesh"], row["voxels"], row["threads"], row["method"]): row for row in read(folder / "build.csv")}
@@ -46,6 +67,9 @@ def builds(folder):
 
 def tables(performance):
     """Path and text of each summary."""
-    for name, rows in (("pairs", contact_pairs), ("builds", builds)):
+    summaries = (("pairs", contact_pairs), ("builds", builds),
+                 ("heldout_families", lambda folder: held_out(folder, "heldout.csv", "family")),
+                 ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")))
+    for name, rows in summaries:
         if (performance / "vps").is_dir():
             yield performance / "vps" / f"{name}.csv", rows(performance / "vps")

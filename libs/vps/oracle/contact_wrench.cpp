@@ -72,7 +72,7 @@ class Integrator {
   Integrator(const MeshDistance& A, const MeshDistance& B, const core::Pose& X_AB) : A_(A), B_(B), X_AB_(X_AB) {
     for (const Triangle& t : B.triangles()) {
       for (const glm::dvec3& v : t) arm_ = std::max(arm_, glm::length(v));
-      floor_ += 1e-10 * Area(t) * B.nodes()[0].radius_m;
+      scale_ += Area(t) * B.nodes()[0].radius_m;
     }
   }
 
@@ -80,15 +80,16 @@ class Integrator {
     if (B_.triangles().empty() || !A_.has_inside()) return {};
     Collect(0);
     ContactWrench wrench;
+    const double floor = accuracy.floor * scale_;
     while (true) {
       wrench = Sum();
       const double goal = accuracy.relative * std::max(glm::length(wrench.force_A_m3), 1e-2 * wrench.depth_integral_m3);
-      if (wrench.error_bound_m3 <= goal || wrench.error_bound_m3 <= floor_) break;
+      if (wrench.error_bound_m3 <= goal || wrench.error_bound_m3 <= floor) break;
       if (pieces_.size() >= accuracy.max_pieces) {
         wrench.has_converged = false;
         break;
       }
-      Refine(std::max(goal, floor_));
+      Refine(std::max(goal, floor));
     }
     wrench.num_samples = num_samples_;
     return wrench;
@@ -230,7 +231,7 @@ class Integrator {
   const MeshDistance& B_;
   const core::Pose X_AB_;
   double arm_ = 1e-300;  // greatest distance of B's surface from its origin
-  double floor_ = 0.0;   // 1e-10 of B's area times its radius: counts as zero
+  double scale_ = 0.0;   // B's area times its radius
   std::vector<Piece> pieces_;
   std::uint64_t num_samples_ = 0;
 };

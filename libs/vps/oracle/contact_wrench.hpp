@@ -23,9 +23,10 @@ struct ContactWrench {
 
 struct WrenchAccuracy {
   // Refined until the sum of all pieces' changes, signs dropped, is below this fraction of the greater of |force| and
-  // one hundredth of depth_integral, or 1e-10 of B's area times its radius.
+  // one hundredth of depth_integral, or below `floor` times B's area times its radius.
   double relative = 1e-4;
   std::uint32_t max_pieces = 400'000;
+  double floor = 1e-10;
 };
 
 // Adaptive quadrature: B's triangles are split until they are inside, outside, or small, with a rule of degree 4 on

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "vps/mesh/load_mesh.hpp"
 #include "vps/oracle/first_touch.hpp"
+#include "vps/testing/case_random.hpp"
 #include "vps/testing/shapes.hpp"
 
 // Pairs and poses at which the accuracy of method `fast` is measured. For tests.
@@ -20,24 +20,6 @@ struct ContactCase {
   TriangleMesh A, B;  // field, samples
   double voxel_size_m = 1e-3;
   std::vector<core::Pose> poses;  // X_AB
-};
-
-class CaseRandom {
- public:
-  explicit CaseRandom(std::uint64_t seed) : engine_(seed) {}
-  double Uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
-  }
-  glm::dvec3 Direction() {
-    while (true) {
-      const glm::dvec3 v(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1));
-      if (glm::length(v) > 0.1 && glm::length(v) < 1.0) return glm::normalize(v);
-    }
-  }
-  glm::dquat Rotation() { return core::QuaternionFromRotationVector(Uniform(0.0, 3.1) * Direction()); }
-
- private:
-  std::mt19937_64 engine_;
 };
 
 // `count` poses X_AB. B, at a random attitude, moves from a random side towards A's middle and stops at a random depth
