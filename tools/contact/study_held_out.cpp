@@ -155,6 +155,7 @@ Table TableOf(const std::string& name, const std::string& what, const std::vecto
   Table table{name, {what, "set", "method", "setting"}, {}};
   table.columns.insert(table.columns.end(), kFigures.begin(), kFigures.end());
   for (const Row& r : rows) {
+    if (r.num_poses == 0) continue;
     const Contender& c = contenders[r.contender];
     table.Add({r.what, std::string(ToText(r.set)), c.method, c.setting, std::to_string(r.num_poses), Cell(r.missed),
                Cell(r.force[0]), Cell(r.force[1]), Cell(r.force[2]), r.worst_at, Cell(r.moment[0]), Cell(r.moment[1]),
@@ -192,6 +193,7 @@ void Print(const std::vector<Row>& rows, const std::vector<Contender>& contender
   std::printf("  %-12s %-9s %-7s %-16s %5s %7s %25s %25s %22s %9s\n", "", "set", "method", "setting", "poses", "missed",
               "force % p50/p99/worst", "moment % p50/p99/worst", "direction deg", "p50 us");
   for (const Row& r : rows) {
+    if (r.num_poses == 0) continue;
     const auto three = [](const double(&e)[3], double scale) {
       return Short(scale * e[0]) + " / " + Short(scale * e[1]) + " / " + Short(scale * e[2]);
     };
@@ -230,7 +232,13 @@ void StudyHeldOut(const std::vector<Contender>& all, const Places& places, Repor
         continue;
       }
       for (const vps::WrenchCase& c : *cases) Measure(c, WithReferences(c, &num_without), contenders, &samples);
-      std::printf("  %s, %s: %zu cases\n", family.c_str(), ToText(set).data(), cases->size());
+      // So that a run that is stopped was not for nothing.
+      std::vector<Row> rows;
+      for (std::size_t k = 0; k < contenders.size(); ++k) {
+        rows.push_back(
+            Summarize(family, set, k, samples, [&](const Sample& sample) { return sample.family == family; }));
+      }
+      Print(rows, contenders);
     }
   }
   std::vector<Row> families, kinds;
