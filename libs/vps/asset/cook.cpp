@@ -58,7 +58,9 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
       auto field = BuildField(solid, parameters.voxel_size_m,
-                              {.sign_by_winding = !IsSimpleSolid(solid), .workers = workers, .progress = progress});
+                              {.signs = IsSimpleSolid(solid) ? Signs::kNormals : Signs::kWinding,
+                               .workers = workers,
+                               .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
     }
