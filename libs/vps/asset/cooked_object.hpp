@@ -54,8 +54,8 @@ struct CookParameters {
 };
 
 // Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors: those of the builders, an inside-out
-// mesh, and a sheet thinner than voxels of this size resolve (LimitsOf). `workers` share the field's build; the result
-// is the same without.
+// mesh, and a sheet thinner than voxels of this size resolve (LimitsOf). `workers` share the work; the result is the
+// same without.
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
                                 const Progress& progress = {}, core::ParallelFor* workers = nullptr);
 
