@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/hash.hpp"
 #include "vps/asset/cooked_file.hpp"
@@ -58,7 +61,9 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
   if (parameters.method == Method::kFast) {
     if (parameters.voxel_size_m != 0.0) {
       auto field = BuildField(solid, parameters.voxel_size_m,
-                              {.sign_by_winding = !IsSimpleSolid(solid), .workers = workers, .progress = progress});
+                              {.signs = IsSimpleSolid(solid) ? Signs::kNormals : Signs::kWinding,
+                               .workers = workers,
+                               .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
     }
@@ -99,6 +104,42 @@ core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& 
   return Build(mesh, parameters, progress, workers);
 }
 
+namespace {
+
+// A mesh file in one role, as it is cached: a part that is a field here, and there is sampled too, is built once.
+struct Role {
+  CookParameters parameters;
+  std::filesystem::path file;
+  std::uint64_t key = 0;
+  core::Result<CookedObject> object = {};
+};
+
+std::vector<Role> RolesOf(const CookParameters& parameters) {
+  std::vector<Role> roles;
+  if (parameters.voxel_size_m != 0.0 || parameters.num_points == 0) {
+    roles.push_back({parameters});
+    roles.back().parameters.num_points = 0;
+  }
+  if (parameters.num_points != 0) {
+    roles.push_back({parameters});
+    roles.back().parameters.voxel_size_m = 0.0;
+  }
+  return roles;
+}
+
+void Add(CookedObject&& role, CookedObject* object) {
+  if (role.voxmap) object->voxmap = std::move(role.voxmap);
+  if (role.field) object->field = std::move(role.field);
+  if (role.points) object->points = std::move(role.points);
+  if (role.samples) object->samples = std::move(role.samples);
+  object->bounding_centre_m = role.bounding_centre_m;
+  object->bounding_radius_m = role.bounding_radius_m;
+  object->is_from_cache = object->is_from_cache && role.is_from_cache;
+  if (object->cache_note.empty()) object->cache_note = std::move(role.cache_note);
+}
+
+}  // namespace
+
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
                                 const std::filesystem::path& cache_folder, const Progress& progress,
                                 core::ParallelFor* workers) {
@@ -106,26 +147,43 @@ core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const Co
   if (!triangles) return tl::unexpected(triangles.error());
   // Hashed are the loaded triangles, not the file's bytes: a .gltf may keep its vertices in another file.
   const std::uint64_t mesh_hash = HashOf(*triangles);
-  const std::uint64_t key = CookedKey(&mesh_hash, sizeof(mesh_hash), parameters);
-  char digits[17];
-  std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(key));
-  const std::filesystem::path file = (cache_folder.empty() ? DefaultCacheFolder() : cache_folder) /
-                                     (mesh_file.stem().string() + "-" + digits + ".vps");
-  auto cached = ReadCookedFile(file, key);
-  if (cached) return cached;
-  const auto failed = [&](const core::Error& error) {
-    return core::Fail(error.code, mesh_file.string() + ": " + error.detail);
-  };
-  const auto checked = CheckMesh(*triangles, parameters.sheet_half_thickness_m > 0.0);
-  if (!checked) return core::Fail(checked.error().code, mesh_file.string() + ": the mesh " + checked.error().detail);
-  if (const auto good = CheckPartSize(mesh_file.string(), checked->report.box); !good) {
-    return tl::unexpected(good.error());
+  std::vector<Role> roles = RolesOf(parameters);
+  bool is_cached = true;
+  for (Role& role : roles) {
+    role.key = CookedKey(&mesh_hash, sizeof(mesh_hash), role.parameters);
+    char digits[17];
+    std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(role.key));
+    role.file = (cache_folder.empty() ? DefaultCacheFolder() : cache_folder) /
+                (mesh_file.stem().string() + "-" + digits + ".vps");
+    role.object = ReadCookedFile(role.file, role.key);
+    is_cached = is_cached && role.object;
   }
-  auto object = Cook(checked->mesh, parameters, progress, workers);
-  if (!object) return failed(object.error());
-  if (cached.error().code == core::ErrorCode::kDamaged) object->cache_note = cached.error().detail + "; built anew";
-  // Without a cache the next start is slower, nothing else.
-  if (const auto written = WriteCookedFile(file, key, *object); !written) object->cache_note = written.error().detail;
+  std::optional<CheckedMesh> mesh;
+  if (!is_cached) {
+    auto checked = CheckMesh(*triangles, parameters.sheet_half_thickness_m > 0.0);
+    if (!checked) return core::Fail(checked.error().code, mesh_file.string() + ": the mesh " + checked.error().detail);
+    if (const auto good = CheckPartSize(mesh_file.string(), checked->report.box); !good) {
+      return tl::unexpected(good.error());
+    }
+    mesh = std::move(*checked);
+  }
+  CookedObject object;
+  object.is_from_cache = is_cached;
+  for (Role& role : roles) {
+    if (!role.object) {
+      auto built = Cook(mesh->mesh, role.parameters, progress, workers);
+      if (!built) return core::Fail(built.error().code, mesh_file.string() + ": " + built.error().detail);
+      if (role.object.error().code == core::ErrorCode::kDamaged) {
+        built->cache_note = role.object.error().detail + "; built anew";
+      }
+      // Without a cache the next start is slower, nothing else.
+      if (const auto written = WriteCookedFile(role.file, role.key, *built); !written) {
+        built->cache_note = written.error().detail;
+      }
+      role.object = std::move(built);
+    }
+    Add(std::move(*role.object), &object);
+  }
   return object;
 }
 

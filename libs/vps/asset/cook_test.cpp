@@ -42,6 +42,25 @@ TEST_F(Cooking, TakesTheSecondTimeFromTheCache) {
   EXPECT_EQ(first->points->x, second->points->x);
 }
 
+// One node may need a part as a field, another one as a field and sampled, and `oos cook` everything.
+TEST_F(Cooking, BuildsEachSideOnceWhoeverNeedsTheOther) {
+  const auto both = Cook(mesh_, parameters_, folder_ / "cache");
+  ASSERT_TRUE(both.has_value()) << both.error().detail;
+  const auto field = Cook(mesh_, {parameters_.voxel_size_m, 0}, folder_ / "cache");
+  ASSERT_TRUE(field.has_value());
+  EXPECT_TRUE(field->is_from_cache);
+  EXPECT_FALSE(field->points.has_value());
+  EXPECT_EQ(field->bounding_radius_m, both->bounding_radius_m);
+  const auto samples = Cook(mesh_, {0.0, parameters_.num_points}, folder_ / "cache");
+  ASSERT_TRUE(samples.has_value());
+  EXPECT_TRUE(samples->is_from_cache);
+  EXPECT_FALSE(samples->voxmap.has_value());
+  const auto finer = Cook(mesh_, {parameters_.voxel_size_m, 2 * parameters_.num_points}, folder_ / "cache");
+  ASSERT_TRUE(finer.has_value());
+  EXPECT_FALSE(finer->is_from_cache);
+  EXPECT_EQ(finer->voxmap->layers, both->voxmap->layers);
+}
+
 TEST_F(Cooking, RebuildsADamagedCacheFile) {
   const auto first = Cook(mesh_, parameters_, folder_ / "cache");
   ASSERT_TRUE(first.has_value());

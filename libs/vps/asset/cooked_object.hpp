@@ -27,8 +27,8 @@ struct CookedObject {
   std::optional<SampleTree> samples;   // sampled side, method fast
   glm::dvec3 bounding_centre_m{0.0};
   double bounding_radius_m = 0.0;
-  bool is_from_cache = false;
-  std::string cache_note;  // a damaged cache file that was built anew, or one that could not be written
+  bool is_from_cache = false;  // all that is there
+  std::string cache_note;      // a damaged cache file that was built anew, or one that could not be written
 
   [[nodiscard]] bool has_field(Method method) const {
     return method == Method::kFast ? field.has_value() : voxmap.has_value();
@@ -54,14 +54,15 @@ struct CookParameters {
 };
 
 // Builds from a mesh in memory, which must be as CheckMesh leaves it. Errors: those of the builders, an inside-out
-// mesh, and a sheet thinner than voxels of this size resolve (LimitsOf). `workers` share the field's build; the result
-// is the same without.
+// mesh, and a sheet thinner than voxels of this size resolve (LimitsOf). `workers` share the work; the result is the
+// same without.
 core::Result<CookedObject> Cook(const TriangleMesh& mesh, const CookParameters& parameters,
                                 const Progress& progress = {}, core::ParallelFor* workers = nullptr);
 
 // Loads the mesh file, checks and mends it (CheckMesh, CheckPartSize), and takes the structures from the cache, or
-// builds and stores them. The cache file is addressed by content (bytes of the mesh, parameters, format version); a
-// damaged one is rebuilt, never trusted. A cache folder that cannot be written is no error. Empty `cache_folder`:
+// builds and stores them. Field and sampled side have a cache file each, which is addressed by content (bytes of the
+// mesh, parameters of the side, format version), so that a side is built once whoever needs the other; a damaged one is
+// rebuilt, never trusted. A cache folder that cannot be written is no error. Empty `cache_folder`:
 // DefaultCacheFolder().
 core::Result<CookedObject> Cook(const std::filesystem::path& mesh_file, const CookParameters& parameters,
                                 const std::filesystem::path& cache_folder = {}, const Progress& progress = {},

@@ -220,16 +220,63 @@ class FieldBuilder {
     for (std::uint32_t n = 0; n < numbers.size(); ++n) AddTriangle(triangles[n], n, reach_voxels, &samples);
     draft->near = kNoTriangle;
     draft->words = kEmptyBrick;
+    const auto put = [&](std::uint32_t k, const TangentPlane& plane) {
+      if (std::abs(plane.distance) > DistanceField::kBandVoxels) return;
+      draft->near = numbers[samples.triangle[k]];
+      draft->words[k] = EncodePlane(plane.distance, plane.gradient);
+    };
+    if (triangles_->side_is_sign()) {
+      PutBySides(samples, numbers, triangles, origin, put);
+    } else {
+      PutByWinding(samples, numbers, origin, put);
+    }
+    draft->hash = BrickPool::HashOf(draft->words);
+  }
+
+  static glm::vec3 PlaceInBrick(std::uint32_t k) { return glm::vec3(k & 7, k >> 3 & 7, k >> 6); }
+
+  // Calls put(k, plane) for the samples that have a nearest triangle.
+  template <class Put>
+  void PutBySides(const NearestSamples& samples, std::span<const std::uint32_t> numbers,
+                  std::span<const RowTriangle> rows, const glm::dvec3& origin, const Put& put) const {
     for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
       const std::uint32_t n = samples.triangle[k];
       if (n == kNoTriangle) continue;
-      const glm::ivec3 place(k & 7, k >> 3 & 7, k >> 6);
-      const TangentPlane plane = TangentAt(*triangles_, numbers[n], triangles[n], origin, glm::vec3(place));
-      if (std::abs(plane.distance) > DistanceField::kBandVoxels) continue;
-      draft->near = numbers[n];
-      draft->words[k] = EncodePlane(plane.distance, plane.gradient);
+      const glm::vec3 place = PlaceInBrick(k);
+      if (rows[n].IsOverFace(place)) {
+        put(k, {rows[n].Height(place), rows[n].normal, true});
+        continue;
+      }
+      const glm::dvec3 p = origin + glm::dvec3(place);
+      put(k, TangentOf(triangles_->SignedValue(numbers[n], triangles_->Closest(numbers[n], p), p)));
     }
-    draft->hash = BrickPool::HashOf(draft->words);
+  }
+  template <class Put>
+  void PutByWinding(const NearestSamples& samples, std::span<const std::uint32_t> numbers, const glm::dvec3& origin,
+                    const Put& put) const {
+    std::array<ClosestFeature, DistanceField::kBrickWords> closest;
+    const auto place_of = [&](std::size_t k) {
+      return origin + glm::dvec3(PlaceInBrick(static_cast<std::uint32_t>(k)));
+    };
+    SampleSigns signs;
+    for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
+      const std::uint32_t n = samples.triangle[k];
+      signs.radius[k] = -1.0f;
+      if (n == kNoTriangle) continue;
+      closest[k] = triangles_->Closest(numbers[n], place_of(k));
+      signs.radius[k] = static_cast<float>(std::sqrt(closest[k].squared_distance));
+      signs.is_wanted[k] = !triangles_->side_is_sign(numbers[n]);
+    }
+    signs.Settle(triangles_->signs_spread(),
+                 [&](std::size_t k) { return static_cast<float>(triangles_->SignOfWinding(place_of(k))); });
+    for (std::uint32_t k = 0; k < DistanceField::kBrickWords; ++k) {
+      if (samples.triangle[k] == kNoTriangle) continue;
+      const std::uint32_t t = numbers[samples.triangle[k]];
+      const glm::dvec3 p = place_of(k);
+      const double sign =
+          signs.is_wanted[k] ? static_cast<double>(signs.sign[k]) : triangles_->SignOfSide(t, closest[k], p);
+      put(k, TangentOf(triangles_->ValueWithSign(t, closest[k], p, sign)));
+    }
   }
 
   // Of the triangles, about a brick's first sample.
@@ -267,7 +314,7 @@ class FieldBuilder {
     for (std::size_t k = 0; k < cells.lifts.size(); ++k) {
       if (cells.lifts[k] != 0) draft->words[k] = WithLift(draft->words[k], cells.lifts[k]);
     }
-    FitBrick(b, cells.creases, draft);
+    FitBrick(b, cells.creases, around, draft);
     RepairFarCells(b, draft);
     TileBrick(&draft->words);
     if (draft->records.empty()) draft->hash = BrickPool::HashOf(draft->words);
@@ -277,7 +324,7 @@ class FieldBuilder {
   // twice). The places of FitCrease are at most 0.48 sqrt(3) = 0.832 from c.
   static constexpr float kAround = 2.0f * 0.84f;
 
-  void FitBrick(std::size_t b, const CreaseCells& cells, BrickDraft* draft) const {
+  void FitBrick(std::size_t b, const CreaseCells& cells, const Neighbourhood& around, BrickDraft* draft) const {
     if (std::all_of(cells.begin(), cells.end(), [](std::uint8_t row) { return row == 0; })) return;
     const glm::dvec3 first_sample = glm::dvec3(CornerOf(b)) + 0.5;
     const std::span<const std::uint32_t> numbers = bins_.of(b);
@@ -291,8 +338,9 @@ class FieldBuilder {
       FindNear(triangles, bounds, numbers, row & 7, row >> 3, ReachesOf(words, mask).data(), &near);
       for (int x = 0; x < kRow; ++x) {
         if ((mask >> x & 1U) == 0 || near[static_cast<std::size_t>(x)].empty()) continue;
-        const CreaseFit fit =
-            FitCrease(*triangles_, near[static_cast<std::size_t>(x)], first_sample, {x, row & 7, row >> 3});
+        const glm::ivec3 cell(x, row & 7, row >> 3);
+        SettledSigns signs = SignsAround(around, cell, first_sample);
+        const CreaseFit fit = FitCrease(*triangles_, near[static_cast<std::size_t>(x)], first_sample, cell, &signs);
         if (fit.kind == CellKind::kPlane) {
           if (std::isfinite(fit.largest_error)) words[x] = fit.planes[0];
           continue;
@@ -301,6 +349,21 @@ class FieldBuilder {
         draft->records.insert(draft->records.end(), fit.planes.begin(), fit.planes.end());
       }
     }
+  }
+
+  // Those of the centres of a cell and its neighbours, where they are in the band.
+  [[nodiscard]] SettledSigns SignsAround(const Neighbourhood& around, const glm::ivec3& cell,
+                                         const glm::dvec3& first_sample) const {
+    SettledSigns signs(triangles_->signs_spread());
+    if (!triangles_->signs_spread()) return signs;
+    for (int k = 0; k < 27; ++k) {
+      const glm::ivec3 c = cell + glm::ivec3(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+      const std::uint32_t word = WordAt(around, c.x, c.y, c.z);
+      if (word == kCoarseWord) continue;
+      const auto distance = static_cast<double>(DistanceOf(word));
+      signs.Add(first_sample + glm::dvec3(c), std::abs(distance), distance < 0.0 ? -1.0 : 1.0);
+    }
+    return signs;
   }
 
   // Radius about the centre of each marked cell of a row that holds every triangle that may be nearest somewhere in the
@@ -326,15 +389,16 @@ class FieldBuilder {
         const std::size_t row = first + i;
         const glm::ivec3 start(0, static_cast<int>(row) % n.y, static_cast<int>(row) / n.y);
         std::uint32_t guess = 0;
+        SettledSigns signs(triangles_->signs_spread());
         for (int x = 0; x < n.x; ++x)
-          FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess);
+          FillCoarseCell(start + glm::ivec3(x, 0, 0), &field_.coarse[row * n.x + x], &guess, &signs);
       });
       Report("coarse grid", kPreparedAt + (kCoarseAt - kPreparedAt) * static_cast<double>(first + count) /
                                               static_cast<double>(num_rows));
     }
   }
 
-  void FillCoarseCell(const glm::ivec3& c, CoarseCell* cell, std::uint32_t* guess) const {
+  void FillCoarseCell(const glm::ivec3& c, CoarseCell* cell, std::uint32_t* guess, SettledSigns* signs) const {
     const int shift = field_.coarse_shift;
     const glm::ivec3 place = ((c << shift) + (1 << shift >> 1)) >> 3;
     const glm::ivec3 n_bricks = GridBricks();
@@ -343,7 +407,7 @@ class FieldBuilder {
     if (b != kNoBrick) *guess = bins_.of(b).front();
     const glm::dvec3 p = (glm::dvec3(c) + 0.5) * static_cast<double>(1 << shift);
     const ClosestFeature closest = triangles_->ClosestOfAll(p, guess);
-    const TriangleField::Value value = triangles_->SignedValue(*guess, closest, p);
+    const TriangleField::Value value = triangles_->SignedValue(*guess, closest, p, signs);
     cell->distance = static_cast<float>(value.distance);
     cell->gradient = EncodeCoarseGradient(glm::vec3(value.gradient));
   }
@@ -358,10 +422,11 @@ class FieldBuilder {
   void RepairFarCells(std::size_t b, BrickDraft* draft) const {
     FarCells cells(field_, draft->records, CornerOf(b), draft->words.data());
     std::uint32_t guess = draft->near;
+    SettledSigns signs(triangles_->signs_spread());
     while (const auto cell = cells.NextDoubtful()) {
       const glm::dvec3 p = glm::dvec3(CornerOf(b) + *cell) + 0.5;
       const ClosestFeature closest = triangles_->ClosestOfAll(p, &guess);
-      const TriangleField::Value value = triangles_->SignedValue(guess, closest, p);
+      const TriangleField::Value value = triangles_->SignedValue(guess, closest, p, &signs);
       cells.Put(*cell, static_cast<float>(value.distance), glm::vec3(value.gradient));
     }
   }
@@ -388,8 +453,7 @@ core::Result<DistanceField> BuildField(const TriangleMesh& mesh, double voxel_si
   const auto plan = PlanField(mesh, voxel_size_m, options);
   if (!plan) return tl::unexpected(plan.error());
   if (options.progress) options.progress("triangles", 0.0);
-  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), options.sign_by_winding,
-                          options.workers);
+  TriangleField triangles(InVoxels(mesh, plan->layout.origin_m, voxel_size_m), options.signs, options.workers);
   if (triangles.num_triangles() == 0) {
     return core::Fail(core::ErrorCode::kInvalidInput, "the mesh has no triangle with an area");
   }

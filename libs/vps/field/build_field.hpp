@@ -6,14 +6,14 @@
 
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
+#include "vps/field/closest_triangle.hpp"
 #include "vps/field/distance_field.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 
 namespace vps {
 
 struct BuildFieldOptions {
-  // Signs by winding number, for a mesh that is no simple solid (IsSimpleSolid); slower than pseudonormals.
-  bool sign_by_winding = false;
+  Signs signs = Signs::kNormals;
   // A build whose estimated peak is larger is refused before anything is allocated.
   double max_peak_bytes = 8e9;
   // Share the work; null: the calling thread does all of it. The field is the same, bit for bit.

@@ -6,10 +6,11 @@
 
 namespace vps {
 
-TriangleField::TriangleField(const TriangleMesh& input, bool sign_by_winding, core::ParallelFor* workers) {
+TriangleField::TriangleField(const TriangleMesh& input, Signs signs, core::ParallelFor* workers) {
   TriangleMesh mesh = MergeDuplicateVertices(input);
-  if (sign_by_winding) {
+  if (signs != Signs::kNormals) {
     winding_.emplace(mesh);
+    signs_spread_ = signs == Signs::kWinding && CountOpenEdges(mesh) == 0;
     is_trusted_ = FindTrustedNormals(mesh, *winding_, workers);
   }
   vertex_normals_.assign(mesh.vertices.size(), glm::dvec3(0.0));
@@ -108,14 +109,29 @@ glm::dvec3 TriangleField::PseudoNormal(std::uint32_t triangle, std::uint8_t feat
   return normals_[triangle];
 }
 
+double TriangleField::SignOfSide(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p) const {
+  return glm::dot(p - closest.point, PseudoNormal(triangle, closest.feature)) >= 0.0 ? 1.0 : -1.0;
+}
+
 TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const ClosestFeature& closest,
                                                 const glm::dvec3& p) const {
+  const double sign = side_is_sign(triangle) ? SignOfSide(triangle, closest, p) : SignOfWinding(p);
+  return ValueWithSign(triangle, closest, p, sign);
+}
+
+TriangleField::Value TriangleField::SignedValue(std::uint32_t triangle, const ClosestFeature& closest,
+                                                const glm::dvec3& p, SettledSigns* around) const {
+  if (side_is_sign(triangle)) return ValueWithSign(triangle, closest, p, SignOfSide(triangle, closest, p));
+  const double sign = around->SignAt(p, std::sqrt(closest.squared_distance), [&] { return SignOfWinding(p); });
+  return ValueWithSign(triangle, closest, p, sign);
+}
+
+TriangleField::Value TriangleField::ValueWithSign(std::uint32_t triangle, const ClosestFeature& closest,
+                                                  const glm::dvec3& p, double sign) const {
   const glm::dvec3 pseudo = PseudoNormal(triangle, closest.feature);
   const glm::dvec3 r = p - closest.point;
   const double distance = std::sqrt(closest.squared_distance);
-  const double side = glm::dot(r, pseudo) >= 0.0 ? 1.0 : -1.0;
-  double sign = side;
-  if (winding_ && is_trusted_[triangle] == 0) sign = winding_->IsInside(p) ? -1.0 : 1.0;
+  const double side = SignOfSide(triangle, closest, p);
   Value value;
   value.distance = sign * distance;
   // Over a face the direction is the face's normal; on an edge or a corner itself it is the pseudonormal's.

@@ -6,12 +6,20 @@
 #include <optional>
 #include <vector>
 
+#include "vps/field/settled_signs.hpp"
 #include "vps/field/wide_box_tree.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/mesh/trusted_normals.hpp"
 #include "vps/mesh/winding_number.hpp"
 
 namespace vps {
+
+// What tells inside from outside.
+enum class Signs {
+  kNormals,            // of the closest feature: for a simple solid (IsSimpleSolid)
+  kWinding,            // the winding number, asked where no place around settles it
+  kWindingEverywhere,  // the winding number, asked everywhere: the reference of tests
+};
 
 struct ClosestFeature {
   glm::dvec3 point{0.0};
@@ -22,11 +30,11 @@ struct ClosestFeature {
 // A mesh prepared for closest-point queries with a sign. Lengths are those of the mesh given.
 //
 // The sign comes from the angle-weighted pseudonormal of the closest feature (Baerentzen and Aanaes 2005), which is
-// exact for a closed, consistently oriented surface without self-intersections. With `sign_by_winding` it comes from
-// the winding number, which also holds for solids that overlap or pass through themselves, and takes longer.
+// exact for a closed, consistently oriented surface without self-intersections. Else (Signs) it comes from the winding
+// number, which also holds for solids that overlap or pass through themselves, and takes longer.
 class TriangleField {
  public:
-  explicit TriangleField(const TriangleMesh& mesh, bool sign_by_winding = false, core::ParallelFor* workers = nullptr);
+  explicit TriangleField(const TriangleMesh& mesh, Signs signs = Signs::kNormals, core::ParallelFor* workers = nullptr);
 
   [[nodiscard]] std::size_t num_triangles() const { return indices_.size(); }
   [[nodiscard]] std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const {
@@ -38,6 +46,9 @@ class TriangleField {
   [[nodiscard]] bool side_is_sign() const { return !winding_; }
   // The same of one face: true also where the winding number agrees with its normal (FindTrustedNormals).
   [[nodiscard]] bool side_is_sign(std::uint32_t triangle) const { return !winding_ || is_trusted_[triangle] != 0; }
+  // Whether signs by the winding number spread from place to place (SettledSigns): no edge is open. Not where
+  // Signs::kWindingEverywhere forbids it.
+  [[nodiscard]] bool signs_spread() const { return signs_spread_; }
   // Unit, out of the solid; 0 when the triangle has no area.
   [[nodiscard]] const glm::dvec3& normal(std::uint32_t triangle) const { return normals_[triangle]; }
   // Of the triangle beyond the edge from corner k to k + 1, about unit; the sum of all where there are several.
@@ -56,11 +67,21 @@ class TriangleField {
     glm::dvec3 gradient{0.0, 0.0, 1.0};
   };
   [[nodiscard]] Value SignedValue(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p) const;
+  // The same, with the sign found from places `around` where it can be; p becomes one of them.
+  [[nodiscard]] Value SignedValue(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p,
+                                  SettledSigns* around) const;
+  // The same where the sign is known: -1 inside, 1 outside.
+  [[nodiscard]] Value ValueWithSign(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p,
+                                    double sign) const;
+  // Of the side of the closest feature on which p lies; of the winding number at p.
+  [[nodiscard]] double SignOfSide(std::uint32_t triangle, const ClosestFeature& closest, const glm::dvec3& p) const;
+  [[nodiscard]] double SignOfWinding(const glm::dvec3& p) const { return winding_->IsInside(p) ? -1.0 : 1.0; }
 
  private:
   [[nodiscard]] glm::dvec3 PseudoNormal(std::uint32_t triangle, std::uint8_t feature) const;
 
   std::optional<WindingNumber> winding_;
+  bool signs_spread_ = false;
   std::vector<std::uint8_t> is_trusted_;  // of each triangle: its normal is as good as the winding number
   std::vector<glm::dvec3> vertices_;
   std::vector<std::array<std::uint32_t, 3>> indices_;

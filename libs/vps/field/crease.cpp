@@ -70,7 +70,8 @@ struct Exact {
 };
 
 [[gnu::always_inline]] inline void FindExact(const TriangleField& field, std::span<const NearTriangle> near,
-                                             const glm::dvec3& first_sample, const glm::ivec3& cell, Exact* out) {
+                                             const glm::dvec3& first_sample, const glm::ivec3& cell,
+                                             SettledSigns* around, Exact* out) {
   const glm::vec3 centre(cell);
   NearestOfPoints nearest;
   FindNearest(near, centre, kPlaces.rows, &nearest);
@@ -78,9 +79,13 @@ struct Exact {
   for (int i = 0; i < kNumPlaces; ++i) {
     const glm::vec3 place(kPlaces.x[i], kPlaces.y[i], kPlaces.z[i]);
     const NearTriangle& triangle = near[nearest.triangle[i]];
-    const TangentPlane plane = field.side_is_sign() && nearest.is_over_face[i]
-                                   ? TangentPlane{nearest.height[i], triangle.rows->normal, true}
-                                   : TangentBeside(field, triangle.number, first_sample, centre + place);
+    TangentPlane plane;
+    if (field.side_is_sign() && nearest.is_over_face[i]) {
+      plane = {nearest.height[i], triangle.rows->normal, true};
+    } else {
+      const glm::dvec3 p = first_sample + glm::dvec3(centre + place);
+      plane = TangentOf(field.SignedValue(triangle.number, field.Closest(triangle.number, p), p, around));
+    }
     out->value.at[i] = plane.distance;
     out->gradient[i] = plane.gradient;
     out->at_centre[i] = plane.distance - glm::dot(plane.gradient, place);
@@ -299,9 +304,9 @@ constexpr std::size_t kPoolSize = 8;
 }  // namespace
 
 VPS_WIDE_CLONES CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near,
-                                    const glm::dvec3& first_sample, const glm::ivec3& cell) {
+                                    const glm::dvec3& first_sample, const glm::ivec3& cell, SettledSigns* around) {
   Exact exact;
-  FindExact(field, near, first_sample, cell, &exact);
+  FindExact(field, near, first_sample, cell, around, &exact);
   const Candidate mean = LeastSquares(exact.value);
   CreaseFit fit;
   fit.planes.fill(mean.word);

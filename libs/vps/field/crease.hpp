@@ -17,31 +17,22 @@ struct CreaseFit {
   float largest_error = 0.0f;                            // voxels, at the places tested
 };
 
-// Signed distance (voxels) and unit gradient at a place from its nearest triangle; TangentBeside: exactly, wherever it
-// is. `first_sample`: of the brick that the triangle's rows are about; `place`: from there.
+// Signed distance (voxels) and unit gradient at a place from its nearest triangle.
 struct TangentPlane {
   float distance = 0.0f;
   glm::vec3 gradient{0.0f, 0.0f, 1.0f};
   bool is_over_face = false;  // the gradient is the triangle's normal
 };
-inline TangentPlane TangentBeside(const TriangleField& field, std::uint32_t nearest, const glm::dvec3& first_sample,
-                                  const glm::vec3& place) {
-  const glm::dvec3 p = first_sample + glm::dvec3(place);
-  const TriangleField::Value value = field.SignedValue(nearest, field.Closest(nearest, p), p);
+inline TangentPlane TangentOf(const TriangleField::Value& value) {
   return {static_cast<float>(value.distance), glm::vec3(value.gradient), false};
-}
-inline TangentPlane TangentAt(const TriangleField& field, std::uint32_t nearest, const RowTriangle& rows,
-                              const glm::dvec3& first_sample, const glm::vec3& place) {
-  if (field.side_is_sign() && rows.IsOverFace(place)) return {rows.Height(place), rows.normal, true};
-  return TangentBeside(field, nearest, first_sample, place);
 }
 
 // The distance to a solid is convex around a convex edge (the largest of the faces' plane distances inside, a cone
 // outside) and concave around a concave one, so it is the largest or smallest of its tangent planes; where edges of
 // both kinds meet, it is the largest of smallest ones or the other way round. Tangents are taken from the exact
 // distance to the `near` triangles at 23 places of the cell; those that leave the least error there are kept.
-// `first_sample`: of the brick; `cell`: in the brick. Voxel units.
+// `first_sample`: of the brick; `cell`: in the brick; `around`: signs known near the cell. Voxel units.
 CreaseFit FitCrease(const TriangleField& field, std::span<const NearTriangle> near, const glm::dvec3& first_sample,
-                    const glm::ivec3& cell);
+                    const glm::ivec3& cell, SettledSigns* around);
 
 }  // namespace vps

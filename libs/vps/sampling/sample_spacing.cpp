@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vps {
 namespace {
@@ -58,33 +59,47 @@ SampleSpacing::Nearby SampleSpacing::Around(const Box& box) const {
   return nearby;
 }
 
-SampleSpacing::Nearby SampleSpacing::Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m) const {
+// For q within the radius r of the centre c,  d_i(q) >= d_i(c) - r  and  min d(q) <= min d(c) + r:  no q is nearest to
+// what is 2 r farther from c than the nearest.
+SampleSpacing::Nearby SampleSpacing::Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m,
+                                            const Distances& distances) const {
+  constexpr double kPad = 1.0 + 1e-9;  // against rounding
+  const double edge_m = std::min(face_m_ + radius_m, kPad * (distances.edge_m + 2.0 * radius_m));
+  const double corner_m = std::min(2.0 * edge_m_ + radius_m, kPad * (distances.corner_m + 2.0 * radius_m));
   Nearby narrow;
   for (const std::uint32_t i : nearby.segments) {
-    if (SegmentDistance(i, centre) < face_m_ + radius_m) narrow.segments.push_back(i);
+    if (SquaredSegmentDistance(i, centre) < edge_m * edge_m) narrow.segments.push_back(i);
   }
   for (const std::uint32_t i : nearby.corners) {
-    if (glm::length(sharp_.corners[i] - centre) < 2.0 * edge_m_ + radius_m) narrow.corners.push_back(i);
+    if (glm::length(sharp_.corners[i] - centre) < corner_m) narrow.corners.push_back(i);
   }
   return narrow;
 }
 
-double SampleSpacing::At(const glm::dvec3& p, const Nearby& nearby, double less_m) const {
-  double to_edge_m = 2.0 * face_m_ + less_m;
-  for (const std::uint32_t i : nearby.segments) to_edge_m = std::min(to_edge_m, SegmentDistance(i, p));
-  double to_corner_m = 4.0 * edge_m_ + less_m;
+SampleSpacing::Distances SampleSpacing::To(const glm::dvec3& p, const Nearby& nearby) const {
+  double edge_m2 = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t i : nearby.segments) edge_m2 = std::min(edge_m2, SquaredSegmentDistance(i, p));
+  double corner_m2 = std::numeric_limits<double>::infinity();
   for (const std::uint32_t i : nearby.corners) {
-    to_corner_m = std::min(to_corner_m, glm::length(sharp_.corners[i] - p));
+    const glm::dvec3 r = sharp_.corners[i] - p;
+    corner_m2 = std::min(corner_m2, glm::dot(r, r));
   }
+  return {std::sqrt(edge_m2), std::sqrt(corner_m2)};
+}
+
+double SampleSpacing::At(const Distances& distances, double less_m) const {
+  const double to_edge_m = std::min(2.0 * face_m_ + less_m, distances.edge_m);
+  const double to_corner_m = std::min(4.0 * edge_m_ + less_m, distances.corner_m);
   const double floor_m = std::clamp(0.5 * (to_corner_m - less_m), corner_m_, edge_m_);
   return std::clamp(to_edge_m - less_m, floor_m, face_m_);
 }
 
-double SampleSpacing::SegmentDistance(std::uint32_t segment, const glm::dvec3& p) const {
+double SampleSpacing::SquaredSegmentDistance(std::uint32_t segment, const glm::dvec3& p) const {
   const auto& [a, b] = sharp_.segments[segment];
   const glm::dvec3 along = b - a;
   const double t = std::clamp(glm::dot(p - a, along) / glm::dot(along, along), 0.0, 1.0);
-  return glm::length(p - (a + t * along));
+  const glm::dvec3 r = p - (a + t * along);
+  return glm::dot(r, r);
 }
 
 }  // namespace vps

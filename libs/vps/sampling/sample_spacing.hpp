@@ -28,15 +28,23 @@ class SampleSpacing {
     std::vector<std::uint32_t> segments, corners;
   };
   [[nodiscard]] Nearby Around(const Box& box) const;
-  [[nodiscard]] Nearby Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m) const;
-  // h(p), all edges and corners taken `less_m` nearer: a lower bound within that distance of p.
-  [[nodiscard]] double At(const glm::dvec3& p, const Nearby& nearby, double less_m = 0.0) const;
+  // Distances to the nearest edge and corner, infinite where none is near.
+  struct Distances {
+    double edge_m, corner_m;
+  };
+  [[nodiscard]] Distances To(const glm::dvec3& p, const Nearby& nearby) const;
+  // Those that may matter within a radius of the centre, whose distances are given.
+  [[nodiscard]] Nearby Narrow(const Nearby& nearby, const glm::dvec3& centre, double radius_m,
+                              const Distances& distances) const;
+  // h at a place with these distances, all edges and corners taken `less_m` nearer: a lower bound within that distance
+  // of the place.
+  [[nodiscard]] double At(const Distances& distances, double less_m = 0.0) const;
 
   [[nodiscard]] double face_m() const { return face_m_; }
   [[nodiscard]] double edge_m() const { return edge_m_; }
 
  private:
-  [[nodiscard]] double SegmentDistance(std::uint32_t segment, const glm::dvec3& p) const;
+  [[nodiscard]] double SquaredSegmentDistance(std::uint32_t segment, const glm::dvec3& p) const;
 
   SharpEdges sharp_;
   BoxTree segment_tree_, corner_tree_;

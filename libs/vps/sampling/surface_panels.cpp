@@ -38,9 +38,9 @@ class Cutter {
     const double radius = std::max({glm::length(a - centroid), glm::length(b - centroid), glm::length(c - centroid)});
     const double sides[3] = {glm::length(b - a), glm::length(c - b), glm::length(a - c)};
     const int k = static_cast<int>(std::max_element(sides, sides + 3) - sides);
-    const double least_spacing = spacing_.At(centroid, nearby, radius);
-    if (sides[k] <= size_ * least_spacing) {
-      take_({centroid, normal_, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing_.At(centroid, nearby)});
+    const SampleSpacing::Distances distances = spacing_.To(centroid, nearby);
+    if (sides[k] <= size_ * spacing_.At(distances, radius)) {
+      take_({centroid, normal_, 0.5 * glm::length(glm::cross(b - a, c - a)), radius, spacing_.At(distances)});
       return;
     }
     const glm::dvec3 from = corners[k];
@@ -48,7 +48,7 @@ class Cutter {
     const glm::dvec3 opposite = corners[(k + 2) % 3];
     const glm::dvec3 middle = 0.5 * (from + to);
     const bool is_empty = nearby.segments.empty() && nearby.corners.empty();
-    const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing_.Narrow(nearby, centroid, radius);
+    const SampleSpacing::Nearby narrow = is_empty ? nearby : spacing_.Narrow(nearby, centroid, radius, distances);
     Divide({from, middle, opposite}, narrow);
     Divide({middle, to, opposite}, narrow);
   }
@@ -60,13 +60,14 @@ class Cutter {
     double radius = 0.0;
     for (const glm::dvec3& p : corners) radius = std::max(radius, glm::length(p - middle));
     const bool is_stocky = x1 - x0 <= kSlice * sliver.HeightBetween(x0, x1);
-    if (is_stocky || 2.0 * radius <= size_ * spacing_.At(middle, nearby, radius)) {
+    const SampleSpacing::Distances distances = spacing_.To(middle, nearby);
+    if (is_stocky || 2.0 * radius <= size_ * spacing_.At(distances, radius)) {
       for (std::size_t i = 2; i < corners.size(); ++i) {
         Divide({corners[0], corners[i - 1], corners[i]}, nearby);
       }
       return;
     }
-    const SampleSpacing::Nearby narrow = spacing_.Narrow(nearby, middle, radius);
+    const SampleSpacing::Nearby narrow = spacing_.Narrow(nearby, middle, radius, distances);
     CutAcross(sliver, x0, 0.5 * (x0 + x1), narrow);
     CutAcross(sliver, 0.5 * (x0 + x1), x1, narrow);
   }

@@ -6,29 +6,23 @@
 #include <numbers>
 #include <numeric>
 #include <random>
+#include <span>
 #include <string>
 
 #include "vps/pointshell/crowd_heap.hpp"
 #include "vps/pointshell/pointshell.hpp"
 #include "vps/sampling/graded_grid.hpp"
+#include "vps/sampling/panel_owners.hpp"
 #include "vps/sampling/surface_panels.hpp"
 
 namespace vps {
 namespace {
 
-// None of the three is derived: panels whose normal differs by more belong to another face (cosine of 45 degrees); more
-// candidates and rounds spread the points more evenly and take time.
-constexpr double kSameFace = 0.7071;
+// Neither is derived: more candidates and rounds spread the points more evenly and take time.
 constexpr std::uint32_t kCandidatesPerPoint = 4;
 constexpr int kRelaxations = 2;
 
 using Progress = std::function<void(std::string_view, double)>;
-
-// Points whose spacing varies, with outward normals.
-struct Places {
-  std::vector<glm::dvec3> points_m, normals;
-  std::vector<double> spacings_m;
-};
 
 // Centroids of panels: one in each of `count` equal shares of the running number of points, at a random place of the
 // share, so that no lattice shows.
@@ -55,37 +49,74 @@ Places ChooseCandidates(const std::vector<SurfacePanel>& panels, std::size_t cou
 
 // Weight that candidate j puts on i: (1 - d / (2 r))^8 for d < 2 r. r is half the distance of neighbours in a hexagonal
 // packing of the spacing's area, h^2 = 2 sqrt(3) r^2, with the mean spacing of the two.
-Places Thin(const Places& candidates, std::size_t num_points, const Progress& progress) {
-  const std::size_t count = candidates.points_m.size();
-  const double reach_per_spacing = 2.0 / std::sqrt(2.0 * std::numbers::sqrt3);
-  const auto weight = [&](std::size_t i, std::size_t j) {
-    if (glm::dot(candidates.normals[i], candidates.normals[j]) < -0.5) return 0.0;
-    const glm::dvec3 r = candidates.points_m[i] - candidates.points_m[j];
-    const double reach = 0.5 * reach_per_spacing * (candidates.spacings_m[i] + candidates.spacings_m[j]);
-    const double squared = glm::dot(r, r);
-    if (squared >= reach * reach) return 0.0;
-    double w = 1.0 - std::sqrt(squared) / reach;
-    w *= w;
-    w *= w;
-    return w * w;
-  };
-  const GradedGrid grid(candidates.points_m, candidates.spacings_m);
-  std::vector<double> weights(count, 0.0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    grid.ForNear(candidates.points_m[i], candidates.spacings_m[i], reach_per_spacing, [&](std::uint32_t j) {
-      if (j != i) weights[i] += weight(i, j);
-    });
-    if (progress && i % 16384 == 0) progress("points: crowding", 0.5 * i / static_cast<double>(count));
+const double kReachPerSpacing = 2.0 / std::sqrt(2.0 * std::numbers::sqrt3);
+double CrowdWeight(const Places& candidates, std::size_t i, std::size_t j) {
+  if (glm::dot(candidates.normals[i], candidates.normals[j]) < -0.5) return 0.0;
+  const glm::dvec3 r = candidates.points_m[i] - candidates.points_m[j];
+  const double reach = 0.5 * kReachPerSpacing * (candidates.spacings_m[i] + candidates.spacings_m[j]);
+  const double squared = glm::dot(r, r);
+  if (squared >= reach * reach) return 0.0;
+  double w = 1.0 - std::sqrt(squared) / reach;
+  w *= w;
+  w *= w;
+  return w * w;
+}
+
+// Whom each candidate crowds, and how much it is crowded itself.
+class Crowd {
+ public:
+  Crowd(const Places& candidates, const Progress& progress, core::ParallelFor* workers)
+      : weights(candidates.points_m.size(), 0.0),
+        ends_(weights.size()),
+        blocks_((weights.size() + kOfBlock - 1) / kOfBlock) {
+    const GradedGrid grid(candidates.points_m, candidates.spacings_m);
+    for (std::size_t first = 0; first < blocks_.size(); first += kBlocksPerReport) {
+      if (progress)
+        progress("points: crowding", 0.5 * static_cast<double>(first) / static_cast<double>(blocks_.size()));
+      core::ForEach(workers, std::min(kBlocksPerReport, blocks_.size() - first),
+                    [&](std::size_t k) { FindNeighbours(candidates, grid, first + k); });
+    }
   }
-  CrowdHeap heap(std::move(weights));
+
+  [[nodiscard]] std::span<const std::uint32_t> neighbours(std::size_t i) const {
+    const std::uint32_t begin = i % kOfBlock == 0 ? 0 : ends_[i - 1];
+    return std::span(blocks_[i / kOfBlock]).subspan(begin, ends_[i] - begin);
+  }
+
+  std::vector<double> weights;
+
+ private:
+  static constexpr std::size_t kOfBlock = 1024;  // free: as kTrianglesOfBlock
+  static constexpr std::size_t kBlocksPerReport = 64;
+
+  void FindNeighbours(const Places& candidates, const GradedGrid& grid, std::size_t b) {
+    std::vector<std::uint32_t>& neighbours = blocks_[b];
+    const std::size_t end = std::min((b + 1) * kOfBlock, weights.size());
+    for (std::size_t i = b * kOfBlock; i < end; ++i) {
+      grid.ForNear(candidates.points_m[i], candidates.spacings_m[i], kReachPerSpacing, [&](std::uint32_t j) {
+        const double weight = j == i ? 0.0 : CrowdWeight(candidates, i, j);
+        if (weight == 0.0) return;
+        weights[i] += weight;
+        neighbours.push_back(j);
+      });
+      ends_[i] = static_cast<std::uint32_t>(neighbours.size());
+    }
+  }
+
+  std::vector<std::uint32_t> ends_;  // of each candidate's neighbours in its block's
+  std::vector<std::vector<std::uint32_t>> blocks_;
+};
+
+Places Thin(const Places& candidates, std::size_t num_points, const Progress& progress, core::ParallelFor* workers) {
+  const std::size_t count = candidates.points_m.size();
+  Crowd crowd(candidates, progress, workers);
+  CrowdHeap heap(std::move(crowd.weights));
   const std::size_t num_removed = count - num_points;
   for (std::size_t k = 0; k < num_removed; ++k) {
     const std::uint32_t i = heap.PopHeaviest();
-    grid.ForNear(candidates.points_m[i], candidates.spacings_m[i], reach_per_spacing, [&](std::uint32_t j) {
-      if (!heap.contains(j)) return;
-      const double w = weight(i, j);
-      if (w > 0.0) heap.Lower(j, w);
-    });
+    for (const std::uint32_t j : crowd.neighbours(i)) {
+      if (heap.contains(j)) heap.Lower(j, CrowdWeight(candidates, i, j));
+    }
     if (progress && k % 16384 == 0) {
       progress("points: thinning", 0.5 + 0.5 * static_cast<double>(k) / static_cast<double>(num_removed));
     }
@@ -98,44 +129,6 @@ Places Thin(const Places& candidates, std::size_t num_points, const Progress& pr
     kept.spacings_m.push_back(candidates.spacings_m[i]);
   }
   return kept;
-}
-
-constexpr std::uint32_t kNobody = 0xffffffffU;
-
-// For each panel the point it belongs to: the nearest whose normal is within 45 degrees of its own; where there is none
-// near, the nearest of all.
-std::uint32_t OwnerOf(const SurfacePanel& panel, const Places& places, const GradedGrid& grid) {
-  std::uint32_t nearest = kNobody;
-  std::uint32_t nearest_of_any = kNobody;
-  double least = 1e300;
-  double least_of_any = 1e300;
-  for (const double factor : {1.4, 4.0}) {
-    grid.ForNear(panel.centroid_m, panel.spacing_m, factor, [&](std::uint32_t i) {
-      const glm::dvec3 r = places.points_m[i] - panel.centroid_m;
-      const double squared = glm::dot(r, r);
-      if (squared < least_of_any || (squared == least_of_any && i < nearest_of_any)) {
-        least_of_any = squared;
-        nearest_of_any = i;
-      }
-      if (squared > least || (squared == least && i > nearest)) return;
-      if (glm::dot(places.normals[i], panel.normal) < kSameFace) return;
-      least = squared;
-      nearest = i;
-    });
-    if (least <= std::pow(0.5 * factor * panel.spacing_m, 2)) break;
-  }
-  return nearest != kNobody ? nearest : nearest_of_any;
-}
-std::vector<std::uint32_t> Assign(const std::vector<SurfacePanel>& panels, const Places& places,
-                                  core::ParallelFor* workers) {
-  constexpr std::size_t kPanelsOfBlock = 4096;  // free: as kTrianglesOfBlock
-  const GradedGrid grid(places.points_m, places.spacings_m);
-  std::vector<std::uint32_t> owners(panels.size());
-  core::ForEach(workers, (panels.size() + kPanelsOfBlock - 1) / kPanelsOfBlock, [&](std::size_t block) {
-    const std::size_t end = std::min((block + 1) * kPanelsOfBlock, panels.size());
-    for (std::size_t i = block * kPanelsOfBlock; i < end; ++i) owners[i] = OwnerOf(panels[i], places, grid);
-  });
-  return owners;
 }
 
 struct Cell {
@@ -186,10 +179,10 @@ core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num
 
 // Of what is needed for so many panels and points.
 core::Result<double> CheckedBytes(std::size_t num_panels, std::uint32_t num_points) {
-  // A panel, its owner and its place in the owners' order; a point's candidates with their heap and grid, and what is
-  // kept of it.
+  // A panel, its owner and its place in the owners' order; a point's candidates with their heap, grid and neighbours
+  // (about fifteen each), and what is kept of it.
   constexpr double kBytesPerPanel = sizeof(SurfacePanel) + 2 * sizeof(std::uint32_t);
-  constexpr double kBytesPerPoint = 600.0;
+  constexpr double kBytesPerPoint = 1000.0;
   const double bytes = kBytesPerPanel * static_cast<double>(num_panels) + kBytesPerPoint * num_points;
   if (bytes <= kMostSamplingBytes) return bytes;
   char text[200];
@@ -219,13 +212,14 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   const std::vector<std::size_t> begins = CountPanels(mesh, spacing, PanelSize(num_points), workers);
   if (const auto bytes = CheckedBytes(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
   const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, PanelSize(num_points), begins, workers);
-  Places places = Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress);
+  Places places =
+      Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress, workers);
 
   std::vector<std::uint32_t> owners;
   std::vector<Cell> cells;
   for (int round = 0; round < kRelaxations; ++round) {
     if (progress) progress("points: areas", static_cast<double>(round) / kRelaxations);
-    owners = Assign(panels, places, workers);
+    owners = FindOwners(panels, places, workers);
     cells.assign(num_points, {});
     for (std::size_t i = 0; i < panels.size(); ++i) {
       if (owners[i] == kNobody) continue;
