@@ -61,8 +61,8 @@ void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 // them for the references.
 void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places, Report* report);
 
-// What an accuracy costs and whether it is kept: method `surface` at several accuracies on the same families, its errors
-// beside its own estimates of them.
+// What an accuracy costs and whether it is kept: method `surface` at several accuracies on the same families, its
+// errors beside its own estimates of them.
 void StudyEstimate(const Places& places, Report* report);
 
 // Adds the goals that the contests decide, each with what was measured.

@@ -18,7 +18,7 @@ struct Sample {
   vps::CaseSet set = vps::CaseSet::kTraining;
   double accuracy = 0.0;
   std::string place;
-  double force = 0.0;     // error, over the greater of the force and a tenth of the integral of depth
+  double force = 0.0;  // error, over the greater of the force and a tenth of the integral of depth
   double moment = 0.0;
   double estimate = 0.0;  // of `force`
   double places = 0.0;
@@ -96,11 +96,11 @@ Row Summarize(vps::CaseSet set, double accuracy, const std::vector<Sample>& samp
 }
 
 Table TableOf(const std::vector<Row>& rows) {
-  Table table{"estimate",
-              {"set", "accuracy", "poses", "force_p50", "force_p99", "force_max", "worst_at", "moment_p50", "moment_p99",
-               "moment_max", "estimate_p50", "within_estimate", "within_twice", "reached", "places_p50", "p50_us",
-               "p99_us"},
-              {}};
+  Table table{
+      "estimate",
+      {"set", "accuracy", "poses", "force_p50", "force_p99", "force_max", "worst_at", "moment_p50", "moment_p99",
+       "moment_max", "estimate_p50", "within_estimate", "within_twice", "reached", "places_p50", "p50_us", "p99_us"},
+      {}};
   for (const Row& r : rows) {
     const auto q = [](const std::vector<double>& values, double share) { return Cell(Quantile(values, share)); };
     table.Add({std::string(ToText(r.set)), Cell(r.accuracy), std::to_string(r.force.size()), q(r.force, 0.5),
@@ -171,12 +171,12 @@ void StudyEstimate(const Places& places, Report* report) {
     for (const double accuracy : kAccuracies) {
       rows.push_back(Summarize(set, accuracy, samples));
       const Row& r = rows.back();
-      std::printf("  %-9s %6s: %4zu poses, force %% p50/p99/worst %s / %s / %s (%s), within estimate %s, twice %s, %s us\n",
-                  ToText(set).data(), Short(accuracy).c_str(), r.force.size(),
-                  Short(100.0 * Quantile(r.force, 0.5)).c_str(), Short(100.0 * Quantile(r.force, 0.99)).c_str(),
-                  Short(100.0 * Quantile(r.force, 1.0)).c_str(), r.worst_at.c_str(),
-                  Short(r.share(r.within)).c_str(), Short(r.share(r.within_twice)).c_str(),
-                  Short(Quantile(r.time_us, 0.5)).c_str());
+      std::printf(
+          "  %-9s %6s: %4zu poses, force %% p50/p99/worst %s / %s / %s (%s), within estimate %s, twice %s, %s us\n",
+          ToText(set).data(), Short(accuracy).c_str(), r.force.size(), Short(100.0 * Quantile(r.force, 0.5)).c_str(),
+          Short(100.0 * Quantile(r.force, 0.99)).c_str(), Short(100.0 * Quantile(r.force, 1.0)).c_str(),
+          r.worst_at.c_str(), Short(r.share(r.within)).c_str(), Short(r.share(r.within_twice)).c_str(),
+          Short(Quantile(r.time_us, 0.5)).c_str());
       if (set == vps::CaseSet::kHeldOut) Judge(r, report);
     }
   }

@@ -2,10 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bus/rt/worker_pool.hpp"
+#include "tools/contact/reference_poses.hpp"
 #include "tools/contact/studies.hpp"
-#include "vps/testing/reference_wrench.hpp"
-#include "vps/testing/wrench_cases.hpp"
 
 namespace contact {
 namespace {
@@ -25,42 +23,9 @@ struct Sample {
   double time_us = 0.0;
 };
 
-struct Posed {
-  vps::ContactPose pose;
-  std::size_t number = 0;  // within the case
-  vps::oracle::ContactWrench reference;
-};
-
-// Those poses of a case at which the parts touch and whose reference has converged, on two threads.
-std::vector<Posed> WithReferences(const vps::WrenchCase& c, int* num_without) {
-  struct Job {
-    vps::oracle::MeshDistance A, B;
-    const std::vector<vps::ContactPose>* poses;
-    std::vector<vps::oracle::ContactWrench> wrenches;
-  } job{vps::oracle::MeshDistance(c.A), vps::oracle::MeshDistance(c.B), &c.poses, {}};
-  job.wrenches.resize(c.poses.size());
-  bus::WorkerPool workers(2, "exact");
-  workers.Run(
-      c.poses.size(),
-      [](void* context, std::size_t i) {
-        Job& todo = *static_cast<Job*>(context);
-        todo.wrenches[i] = vps::ReferenceWrench(todo.A, todo.B, (*todo.poses)[i].X_AB);
-      },
-      &job);
-  std::vector<Posed> posed;
-  for (std::size_t i = 0; i < c.poses.size(); ++i) {
-    if (!job.wrenches[i].has_converged) {
-      ++*num_without;
-    } else if (job.wrenches[i].depth_integral_m3 > 0.0) {
-      posed.push_back({c.poses[i], i, job.wrenches[i]});
-    }
-  }
-  return posed;
-}
-
 // Appends a sample for each contender that can be built for these parts and each pose.
-void Measure(const vps::WrenchCase& c, const std::vector<Posed>& posed, const std::vector<Contender>& contenders,
-             std::vector<Sample>* samples) {
+void Measure(const vps::WrenchCase& c, const std::vector<ReferencePose>& posed,
+             const std::vector<Contender>& contenders, std::vector<Sample>* samples) {
   const Parts parts{c.family + " " + c.name, c.A, c.B, ResolveResolution(c.A, c.B, {}).voxel_size_m};
   const double radius_B_m = vps::RadiusAboutOrigin_m(c.B);
   Structures structures(parts);
@@ -83,7 +48,7 @@ void Measure(const vps::WrenchCase& c, const std::vector<Posed>& posed, const st
     first.push_back(samples->size());
     Racer racer;
     racer.method = method->get();
-    for (const Posed& p : posed) {
+    for (const ReferencePose& p : posed) {
       const Answer answer = racer.method->Query(p.pose.X_AB);
       Sample sample{c.family, std::string(ToText(p.pose.kind)), {}, c.set, k, {}, answer.contacts == 0, 0.0};
       sample.place = c.name + " " + sample.kind + " " + std::to_string(p.number);

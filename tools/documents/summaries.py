@@ -70,6 +70,7 @@ def tables(performance):
     summaries = (("pairs", contact_pairs), ("builds", builds),
                  ("heldout_families", lambda folder: held_out(folder, "heldout.csv", "family")),
                  ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")))
+    sources = {"heldout_families": "heldout.csv", "heldout_poses": "heldout_kinds.csv"}
     for name, rows in summaries:
-        if (performance / "vps").is_dir():
+        if (performance / "vps").is_dir() and (name not in sources or (performance / "vps" / sources[name]).is_file()):
             yield performance / "vps" / f"{name}.csv", rows(performance / "vps")

@@ -73,8 +73,7 @@ void SurfaceIntegral::Integrate(Patch* patch) const {
   if (found.bend != nullptr) {
     const std::array<float, 6>& s = node.spread_m4;
     const glm::mat3 Q(s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2]);
-    const glm::mat3 turned =
-        R_GS_ * Q * glm::transpose(R_GS_) * (per_voxel_ * per_voxel_ / node.area_m2);  // voxels^2
+    const glm::mat3 turned = R_GS_ * Q * glm::transpose(R_GS_) * (per_voxel_ * per_voxel_ / node.area_m2);  // voxels^2
     const std::array<float, 6> in_G = {turned[0][0], turned[1][1], turned[2][2],
                                        turned[0][1], turned[0][2], turned[1][2]};
     patch->correction_m = -0.5f * TraceOf(found.bend->mean, in_G) * voxel_m_;

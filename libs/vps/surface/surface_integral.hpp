@@ -20,23 +20,24 @@ namespace vps {
 class SurfaceIntegral {
  public:
   struct Result {
-    glm::dvec3 force_m3{0.0};  // in S
-    glm::dvec3 moment_m4{0.0};  // about S's mesh origin, in S
-    double volume_m3 = 0.0;     // integral of depth
-    double square_m4 = 0.0;     // integral of its square
-    double deepest_m = 0.0;     // at the centre of a patch, greatest
-    double error_m3 = 0.0;      // estimate of |force - the exact one|
-    bool is_accurate = false;   // error_m3 is at most what was asked for; else the front was full
-    std::uint64_t places_read = 0;  // of the field
+    glm::dvec3 force_m3{0.0};        // in S
+    glm::dvec3 moment_m4{0.0};       // about S's mesh origin, in S
+    double volume_m3 = 0.0;          // integral of depth
+    double square_m4 = 0.0;          // integral of its square
+    double deepest_m = 0.0;          // at the centre of a patch, greatest
+    double error_m3 = 0.0;           // estimate of |force - the exact one|
+    bool is_accurate = false;        // error_m3 is at most what was asked for; else the front was full
+    std::uint64_t places_read = 0;   // of the field
     std::uint64_t places_exact = 0;  // of G's triangles
     std::uint64_t patches_inside = 0;
   };
 
   // Both must outlive it. `bends`: of the same field.
-  SurfaceIntegral(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends) : S_(S), G_(G), bends_(bends) {}
+  SurfaceIntegral(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends)
+      : S_(S), G_(G), bends_(bends) {}
 
-  // X_GS: pose of S in G. `accuracy`: wanted error over the greater of |force| and a hundredth of the integral of depth,
-  // since opposite sides of a part in a hole cancel.
+  // X_GS: pose of S in G. `accuracy`: wanted error over the greater of |force| and a hundredth of the integral of
+  // depth, since opposite sides of a part in a hole cancel.
   Result Run(const core::Pose& X_GS, double accuracy);
 
  private:
@@ -47,14 +48,14 @@ class SurfaceIntegral {
     bool is_open = false;                  // its parts are in the front instead
     float depth_m = 0.0f;
     glm::vec3 slope{0.0f};
-    float correction_m = 0.0f;      // to the mean depth, for the field's bend
-    float missed_mean_m = -1.0f;    // what its parent mispredicted, mean and r.m.s. over the siblings; -1: a root
+    float correction_m = 0.0f;    // to the mean depth, for the field's bend
+    float missed_mean_m = -1.0f;  // what its parent mispredicted, mean and r.m.s. over the siblings; -1: a root
     float missed_spread_m = 0.0f;
     const Bend* bend = nullptr;
     NodeIntegral integral;
-    float bias_m3 = 0.0f;           // error of one sign
-    float variance_m6 = 0.0f;       // of the rest
-    float field_bias_m3 = 0.0f;     // the field's part of both
+    float bias_m3 = 0.0f;        // error of one sign
+    float variance_m6 = 0.0f;    // of the rest
+    float field_bias_m3 = 0.0f;  // the field's part of both
     float field_variance_m6 = 0.0f;
     bool is_straddling = false;
   };

@@ -58,9 +58,9 @@ std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution);
 
-// Method `surface`: vps::SurfaceIntegral, the integral over B's surface to `accuracy`, relative, with an estimate of its
-// error. `resolution`: of A's field; B's triangles are cut to four spacings of its points. When apart, a lower bound of
-// the distance of the surfaces. Errors: those of vps::Cook.
+// Method `surface`: vps::SurfaceIntegral, the integral over B's surface to `accuracy`, relative, with an estimate of
+// its error. `resolution`: of A's field; B's triangles are cut to four spacings of its points. When apart, a lower
+// bound of the distance of the surfaces. Errors: those of vps::Cook.
 core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                         const Resolution& resolution, double accuracy);
 
