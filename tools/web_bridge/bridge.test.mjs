@@ -204,6 +204,15 @@ test("the key is the session's: whoever may not read its key directory cannot kn
   assert.notEqual(viewerKey(null), viewerKey(null), "a session without keys has one for each bridge");
 });
 
+test("as a lab starts it: told its session, with a name on the bus and a camera in its address", PATIENCE, async () => {
+  const note = JSON.parse(readFileSync(path.join(processes.folder, "vr_oos/session.json"), "utf8"));
+  const told = await processes.startBridge("touch", ["--registry", note.registry, "--session", note.session,
+    "--keys", path.join(processes.folder, "out/keys"), "--bind", "127.0.0.1", "--name", "visual_node-phone", "--view", "a b"]);
+  assert.equal(told.page, `${told.origin}/#key=${where.key}&view=a%20b`);
+  await statusThat(({ nodes }) => nodes.some(({ name, isAlive }) => name === "visual_node-phone" && isAlive));
+  await processes.end(told.child);
+});
+
 test("the server gives out the page's own files and packages, nothing else", PATIENCE, async () => {
   for (const good of ["", "main.js", "picture/picture.js", "npm/three/build/three.module.js"]) {
     assert.equal((await fetch(`${where.origin}/${good}`)).status, 200, good);
