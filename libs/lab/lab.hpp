@@ -57,8 +57,9 @@ struct RayWorkers {
   scene::Location where;
 };
 
-// What draws a viewer's pictures, and the program that does.
-enum class Renderer : std::uint8_t { kOpenGl, kRays, kHeadset };
+// What draws a viewer's pictures, and the program that does: of the page, which a browser draws, the one that tells it
+// the scene.
+enum class Renderer : std::uint8_t { kOpenGl, kRays, kHeadset, kPage };
 struct RendererInfo {
   Renderer renderer;
   const char* name;  // in a lab file
@@ -66,7 +67,8 @@ struct RendererInfo {
 };
 inline constexpr RendererInfo kRenderers[] = {{Renderer::kOpenGl, "opengl", "visual_node"},
                                               {Renderer::kRays, "rays", "rt_visual_node"},
-                                              {Renderer::kHeadset, "headset", "headset_node"}};
+                                              {Renderer::kHeadset, "headset", "headset_node"},
+                                              {Renderer::kPage, "page", "scene_stream"}};
 constexpr const char* ProgramOf(Renderer renderer) {
   return kRenderers[static_cast<std::size_t>(renderer)].program;
 }
@@ -83,6 +85,7 @@ struct Viewer {
   std::string size;     // "1280x720"; empty: the viewer's own
   Renderer renderer = Renderer::kOpenGl;
   std::size_t num_workers = 0;  // on its host, that trace its pictures: of rays
+  std::uint16_t port = 0;       // on its host, of the page; else 0
   scene::Location where;
 };
 
@@ -125,6 +128,7 @@ struct Lab {
   [[nodiscard]] const Placement* FindPlacement(const std::string& node) const;
   // All viewers, those of walls included, that are on that host; empty: on any.
   [[nodiscard]] std::vector<const Viewer*> ViewersOn(const std::string& host_name) const;
+  [[nodiscard]] bool HasPageOn(const std::string& host_name) const;
   // The programs that those need, each once.
   [[nodiscard]] std::vector<std::string> ProgramsOfViewersOn(const std::string& host_name) const;
 };
@@ -133,6 +137,8 @@ struct Lab {
 constexpr const char* kColocate = "haptic physics";
 constexpr const char* kColocatedNodes[] = {"haptic_node", "physics_node"};
 constexpr const char* kColocatedProgram = "haptic_physics_node";
+
+constexpr std::uint16_t kPagePort = 8765;  // unless the lab file says another; as tools/web_bridge
 
 // The programs of a viewer whose pictures workers trace.
 constexpr const char* kRayViewerProgram = ProgramOf(Renderer::kRays);

@@ -78,7 +78,7 @@ const std::vector<scene::ElementRule>& LabRules() {
        {Required("name", ValueKind::kName), Required("host", ValueKind::kName), Optional("camera", ValueKind::kName),
         Optional("layout", ValueKind::kText), Stereo(), Optional("user", ValueKind::kName),
         Optional("size", ValueKind::kText), Optional("display", ValueKind::kText), RendererOf(),
-        Optional("workers", ValueKind::kCount)},
+        Optional("workers", ValueKind::kCount), Optional("port", ValueKind::kCount)},
        {}},
       {"room",
        "walls around a person, each a window onto the scene, in step",

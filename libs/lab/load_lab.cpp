@@ -282,6 +282,35 @@ class Reader {
       Report(element.LineOf(attribute), title + " in a headset has " + attribute,
              "the headset itself says where its eyes are and what they see", "remove it, or the renderer");
     }
+    ReadPage(element, viewer);
+  }
+
+  // Who opens the page says the rest.
+  void ReadPage(const scene::XmlElement& element, Viewer* viewer) {
+    const std::string title = element.name + " '" + viewer->name + "'";
+    const bool is_page = viewer->renderer == Renderer::kPage;
+    for (const char* attribute : {"layout", "stereo", "user", "size", "display", "lower_left"}) {
+      if (!is_page || element.Find(attribute) == nullptr) continue;
+      Report(element.LineOf(attribute), title + " is a page and has " + attribute,
+             "a browser draws it, in a window of its own", "remove it, or the renderer");
+    }
+    if (!is_page && element.Find("port") != nullptr) {
+      Report(element.LineOf("port"), title + " has a port", "only a page is served at one",
+             "remove it, or write renderer=\"page\"");
+    }
+    if (!is_page) return;
+    std::uint64_t port = kPagePort;
+    if (element.Find("port") != nullptr) scene::ParseCount(element.Get("port"), &port);
+    if (port < 1 || port > 65535) {
+      Report(element.LineOf("port"), title + ": port is " + std::to_string(port), "ports are 1 to 65535",
+             "write another number");
+    }
+    viewer->port = static_cast<std::uint16_t>(port);
+    for (const Viewer* other : lab_.ViewersOn(viewer->host)) {
+      if (other->port != viewer->port) continue;
+      Report(element.line, title + " has port " + std::to_string(port),
+             "it is that of view '" + other->name + "' on the same host", "give one of them another port");
+    }
   }
 
   void CheckPlain(const scene::XmlElement& element, const char* attribute) {
@@ -384,6 +413,12 @@ std::vector<const Viewer*> Lab::ViewersOn(const std::string& host_name) const {
     for (const Wall& wall : room.walls) add(wall.viewer);
   }
   return found;
+}
+
+bool Lab::HasPageOn(const std::string& host_name) const {
+  const auto on_host = ViewersOn(host_name);
+  return std::any_of(on_host.begin(), on_host.end(),
+                     [](const Viewer* viewer) { return viewer->renderer == Renderer::kPage; });
 }
 
 std::vector<std::string> Lab::ProgramsOfViewersOn(const std::string& host_name) const {

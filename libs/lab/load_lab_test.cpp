@@ -115,7 +115,13 @@ TEST(LoadLab, AViewerCanHaveAnotherRenderer) {
   EXPECT_EQ(read("renderer=\"rays\"").num_workers, 1u);
   EXPECT_EQ(read("renderer=\"rays\" workers=\"3\"").num_workers, 3u);
   EXPECT_EQ(read("renderer=\"headset\" camera=\"overview\"").renderer, Renderer::kHeadset);
-  for (const auto& [attributes, why] : {std::pair{"renderer=\"page\"", "page"},
+  EXPECT_EQ(read("renderer=\"page\" camera=\"overview\"").port, 8765);
+  EXPECT_EQ(read("renderer=\"page\" port=\"9000\"").port, 9000);
+  for (const auto& [attributes, why] : {std::pair{"renderer=\"pages\"", "pages"},
+                                        {"renderer=\"page\" size=\"640x360\"", "has size"},
+                                        {"renderer=\"page\" display=\":0\"", "has display"},
+                                        {"renderer=\"page\" port=\"65536\"", "1 to 65535"},
+                                        {"port=\"9000\"", "has a port"},
                                         {"workers=\"2\"", "2 workers"},
                                         {"renderer=\"rays\" workers=\"17\"", "1 to 16"},
                                         {"renderer=\"headset\" size=\"640x360\"", "has size"}}) {
@@ -123,6 +129,20 @@ TEST(LoadLab, AViewerCanHaveAnotherRenderer) {
     ASSERT_FALSE(lab) << attributes;
     EXPECT_THAT(scene::Format(lab.error().front()), testing::HasSubstr(why));
   }
+}
+
+TEST(LoadLab, PagesOfOneHostHaveDifferentPorts) {
+  const auto with = [](const std::string& second) {
+    return LoadLab(Write(Replace(kGood, "</lab>\n",
+                                 "<view name=\"v\" host=\"sim\" renderer=\"page\"/>"
+                                 "<view name=\"w\" renderer=\"page\" " +
+                                     second + "/></lab>\n")));
+  };
+  EXPECT_TRUE(with("host=\"haptics\""));
+  EXPECT_TRUE(with("host=\"sim\" port=\"8766\""));
+  const auto lab = with("host=\"sim\"");
+  ASSERT_FALSE(lab);
+  EXPECT_THAT(scene::Format(lab.error().front()), testing::HasSubstr("that of view 'v'"));
 }
 
 TEST(LoadLab, ReportsCamerasAndUsersThatTheScenarioLacks) {

@@ -34,7 +34,12 @@ class Planner {
       }
       AddRayWorkers(&plan);
       for (const Viewer& viewer : lab_.viewers) {
-        if (viewer.host == host.name) AddViewer(viewer, NewViewer(viewer, &plan), &plan);
+        if (viewer.host != host.name) continue;
+        if (viewer.renderer == Renderer::kPage) {
+          AddPage(viewer, &plan);
+        } else {
+          AddViewer(viewer, NewViewer(viewer, &plan), &plan);
+        }
       }
       for (const Room& room : lab_.rooms) AddWalls(room, &plan);
       if (!plan.units.empty()) plan_.hosts.push_back(std::move(plan));
@@ -116,7 +121,10 @@ class Planner {
       const std::string folder = plan->run_folder + "/steps";
       Add(&unit, "--steps", is_pair ? folder : folder + "/" + placement.node + ".mcap");
     }
-    if (placement.node == "visual_node") AddDisplay(placement.display, &unit, plan);
+    if (placement.node == "visual_node") {
+      unit.stop_patience_s = kViewerStopPatience_s;
+      AddDisplay(placement.display, &unit, plan);
+    }
     plan->units.push_back(std::move(unit));
   }
 
@@ -147,6 +155,7 @@ class Planner {
     const std::string name = "visual_node-" + viewer.name;
     Unit unit = NewUnit(*plan, name, ProgramOf(viewer.renderer));
     unit.nodes = {name};
+    unit.stop_patience_s = kViewerStopPatience_s;
     Add(&unit, "--name", name);
     Add(&unit, "--scenario", plan->facts.scenario);
     AddSession(*plan, &unit);
@@ -156,6 +165,25 @@ class Planner {
     AddDisplay(viewer.display, &unit, plan);
     if (viewer.renderer == Renderer::kHeadset) std::erase(unit.arguments, "--headless");  // it has no window anyway
     return unit;
+  }
+
+  // The bridge starts scene_stream, which is the node.
+  void AddPage(const Viewer& viewer, HostPlan* plan) const {
+    Unit unit = NewUnit(*plan, "visual_node-" + viewer.name, "");
+    unit.program = "/usr/bin/env";
+    unit.arguments = {"node", plan->facts.page + "/tools/web_bridge/bridge.mjs", plan->facts.scenario};
+    unit.nodes = {unit.name};
+    unit.has_tools_key = true;
+    unit.environment["OOS_STUBS"] = plan->facts.stubs;
+    Add(&unit, "--registry", plan_.registry);
+    Add(&unit, "--session", std::to_string(options_.session));
+    if (options_.has_keys) Add(&unit, "--keys", KeyFolder(plan->facts));
+    Add(&unit, "--name", unit.name);
+    Add(&unit, "--bind", plan->facts.bind);
+    Add(&unit, "--port", std::to_string(viewer.port));
+    Add(&unit, "--programs", plan->facts.programs);
+    if (!viewer.camera.empty()) Add(&unit, "--view", viewer.camera);
+    plan->units.push_back(std::move(unit));
   }
 
   void AddViewer(const Viewer& viewer, Unit unit, HostPlan* plan) const {

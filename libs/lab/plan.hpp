@@ -19,6 +19,8 @@ struct HostFacts {
   std::string scenario;  // the scenario's file there
   std::string home;      // of the user, for systemd's unit folder
   std::string display;   // free display number for an X server there, e.g. ":120"
+  std::string page;      // project folder with tools/web_bridge; empty: no viewer there is a page
+  std::string stubs;     // folder with the types of messages, for the page
 };
 
 struct PlanOptions {
@@ -33,16 +35,23 @@ struct PlanOptions {
   std::vector<std::string> without;
 };
 
+// How long a process has after SIGTERM. A viewer writes its last pictures, as after `oos view`: on a busy machine
+// without a GPU one that is kept takes seconds.
+constexpr int kStopPatience_s = 3;
+constexpr int kViewerStopPatience_s = 10;
+
 // One supervised process.
 struct Unit {
   std::string name;
   std::vector<std::string> nodes;  // on the bus; a tool has none
+  bool has_tools_key = false;      // it is on the bus as `oos`, too
   std::string program;             // absolute
   std::vector<std::string> arguments;
   std::map<std::string, std::string> environment;
   std::string cores;   // empty: all
   std::string socket;  // the unit starts when this socket exists; empty: at once
   std::string log;     // absolute
+  int stop_patience_s = kStopPatience_s;
 };
 
 struct HostPlan {

@@ -38,8 +38,10 @@ Lab TwoHosts(SupervisorKind kind) {
 // `program_folder`: systemd-analyze checks that the programs exist.
 Plan PlanOf(const Lab& lab, const std::string& program_folder = "/opt/oos") {
   const std::map<std::string, HostFacts> facts = {
-      {"a", {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u", ":120"}},
-      {"b", {"/home/u/vr_oos", "10.0.0.2", program_folder, "/home/u/s.xml", "/home/u", ":120"}}};
+      {"a",
+       {"/home/u/vr_oos", "10.0.0.1", program_folder, "/home/u/s.xml", "/home/u", ":120", "/home/u/page",
+        "/home/u/page/stubs"}},
+      {"b", {"/home/u/vr_oos", "10.0.0.2", program_folder, "/home/u/s.xml", "/home/u", ":120", "", ""}}};
   PlanOptions options;
   options.run = "run-1";
   options.session = 7;
@@ -184,6 +186,30 @@ TEST(Plan, AViewerHasItsOwnRendererAndWorkers) {
   EXPECT_TRUE(lab.ProgramsOfViewersOn("b").empty());
 }
 
+TEST(Plan, APageIsTheBridgesAndHasTheKeysOfAToolAndOfAViewer) {
+  Lab lab = TwoHosts(SupervisorKind::kSupervisor);
+  Viewer page;
+  page.name = "phone";
+  page.host = "a";
+  page.camera = "overview";
+  page.renderer = Renderer::kPage;
+  page.port = 9000;
+  lab.viewers = {page};
+  const Plan plan = PlanOf(lab);
+  EXPECT_THAT(NamesOf(plan.hosts[0]), testing::ElementsAre("device_bridge", "haptic_node", "visual_node-phone"))
+      << "no display";
+  const Unit& unit = plan.hosts[0].units.back();
+  EXPECT_THAT(unit.nodes, testing::ElementsAre("visual_node-phone"));
+  EXPECT_TRUE(unit.has_tools_key);
+  EXPECT_EQ(unit.environment.at("OOS_STUBS"), "/home/u/page/stubs");
+  EXPECT_THAT(Describe(plan), HasSubstr("/usr/bin/env node /home/u/page/tools/web_bridge/bridge.mjs /home/u/s.xml "
+                                        "--registry tcp://10.0.0.2:7450 --session 7 --name visual_node-phone --bind "
+                                        "10.0.0.1 --port 9000 --programs /opt/oos --view overview"));
+  EXPECT_THAT(lab.ProgramsOfViewersOn("a"), testing::ElementsAre("scene_stream"));
+  EXPECT_TRUE(lab.HasPageOn("a"));
+  EXPECT_FALSE(lab.HasPageOn("b"));
+}
+
 TEST(Plan, LeavesOutAHostWithoutUnits) {
   Lab lab = TwoHosts(SupervisorKind::kSupervisor);
   for (Placement& placement : lab.placements) placement.host = "b";
@@ -200,6 +226,12 @@ TEST(SupervisorFiles, EveryUnitRestartsOnFailureAndIsStoppedAsAGroup) {
   }
   EXPECT_THAT(text, HasSubstr("autorestart=unexpected"));
   EXPECT_THAT(text, HasSubstr("killasgroup=true"));
+  const auto patience_of = [&](const std::string& name) {
+    const std::size_t at = text.find("stopwaitsecs=", text.find("[program:" + name + "]"));
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  EXPECT_EQ(patience_of("physics_node"), "stopwaitsecs=3");
+  EXPECT_EQ(patience_of("visual_node"), "stopwaitsecs=10") << "it writes its last pictures";
   EXPECT_THAT(text, HasSubstr("OOS_RUN=\"run-1\""));
   EXPECT_THAT(text, HasSubstr("VR_OOS_CACHE=\"/srv/100%%cooked\""));
   EXPECT_THAT(text, HasSubstr("/bin/sh -c 'until [ -S /tmp/.X11-unix/X120 ]; do sleep 0.05; done; exec "

@@ -35,8 +35,10 @@ std::string ProgramSection(const Unit& unit, const HostPlan& plan, int priority)
   return "\n[program:" + unit.name + "]\ncommand=" + CommandOf(unit) + "\ndirectory=" + plan.run_folder +
          "\nenvironment=" + environment + "\npriority=" + std::to_string(priority) +
          "\nautostart=true\nautorestart=unexpected\nexitcodes=0\nstartsecs=1\nstartretries=5\nstopsignal=TERM\n"
-         "stopwaitsecs=3\nstopasgroup=true\nkillasgroup=true\nredirect_stderr=true\nstdout_logfile=" +
-         unit.log + "\nstdout_logfile_maxbytes=0\n";
+         "stopwaitsecs=" +
+         std::to_string(unit.stop_patience_s) +
+         "\nstopasgroup=true\nkillasgroup=true\nredirect_stderr=true\nstdout_logfile=" + unit.log +
+         "\nstdout_logfile_maxbytes=0\n";
 }
 
 }  // namespace
@@ -61,7 +63,7 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
   // supervisord itself removes a stale socket and pid file after a power failure.
   result.resume = control + " pid >/dev/null 2>&1 || " + result.start;
   result.stop = "if [ -S " + socket + " ]; then\n  pid=$(cat " + pid_file + ")\n  " + control + " shutdown\n" +
-                "  timeout 20 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";
+                "  timeout 30 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";
   result.status = control +
                   " status | sed -e 's/RUNNING/running/;s/STARTING/starting/;s/BACKOFF/starting/;s/STOPPING/stopped/;"
                   "s/FATAL/failed/;s/EXITED/stopped/;s/STOPPED/stopped/'\n";

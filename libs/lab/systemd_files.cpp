@@ -27,7 +27,9 @@ std::string UnitText(const Unit& unit, const HostPlan& plan) {
     text += "Environment=" + QuoteForSystemd(name + "=" + value) + "\n";
   text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
   // A node that exits with 0 is finished; any other exit restarts it at once.
-  text += "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=3\nKillMode=control-group\n";
+  text +=
+      "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=" + std::to_string(unit.stop_patience_s) +
+      "\nKillMode=control-group\n";
   // Effective up to the user's own limits (limits.d, or user@.service.d), which systemd does not raise.
   text += "LimitRTPRIO=95\nLimitMEMLOCK=infinity\n";
   if (!unit.cores.empty()) text += "CPUAffinity=" + unit.cores + "\n";

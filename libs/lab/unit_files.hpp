@@ -14,7 +14,7 @@ struct UnitFiles {
   std::map<std::string, std::string> files;  // name in the run folder -> text
   std::string start;                         // all units
   std::string resume;  // starts the units that do not run, on a host that may have been switched off meanwhile
-  std::string stop;    // SIGTERM, after 3 s SIGKILL to the whole group; returns when all have ended
+  std::string stop;    // SIGTERM, after Unit::stop_patience_s SIGKILL to the whole group; returns when all have ended
   std::string status;  // one line per unit: name, state (running, starting, failed, stopped), details
 };
 

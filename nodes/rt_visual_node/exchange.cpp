@@ -40,8 +40,12 @@ core::Result<void> Exchange::Start() {
   const auto now = static_cast<std::uint64_t>(core::MonotonicNow_ns());
   schedule_ = std::make_unique<tiles::Schedule>(seats_.size(), now);
   next_frame_ = now;
-  if (auto started = node_->Start(); !started) return started;
-  thread_ = std::thread([this] { Run(); });
+  if (auto begun = node_->Start(0); !begun) return begun;
+  thread_ = std::thread([this] {
+    const auto joined = node_->Start();
+    if (!joined) trouble_ = joined.error().detail;
+    if (joined) Run();
+  });
   return {};
 }
 

@@ -67,8 +67,11 @@ class Exchange {
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
 
+  // Does not wait for the registry's answer; while there is none there are no workers.
   core::Result<void> Start();
   void Stop();
+  // After Stop: why it never was on the bus; empty: it was.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
 
   // --- Drawing thread. The next frame is this one, unless another wish replaces it before. A wish that is like the
   // last frame makes its picture better, if it can be better.
@@ -116,6 +119,7 @@ class Exchange {
   Figures figures_;
   std::atomic<std::size_t> num_workers_{0};
   std::atomic<bool> is_stopping_{false};
+  std::string trouble_;
   std::thread thread_;
 };
 

@@ -21,6 +21,7 @@ constexpr std::int64_t kShow_ns = 500'000'000;        // for one that others wai
 // Into the log of the node.
 TracedSurfaces::~TracedSurfaces() {
   exchange_.Stop();
+  if (!exchange_.trouble().empty()) std::printf("no worker was reached: %s\n", exchange_.trouble().c_str());
   const Exchange::Figures figures = exchange_.figures();
   const auto mean = [&](double sum) { return figures.frames == 0 ? 0.0 : sum / static_cast<double>(figures.frames); };
   std::printf(

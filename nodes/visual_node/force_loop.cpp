@@ -4,21 +4,27 @@
 #include <array>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 namespace visual_node {
 namespace {
 
-// As the kernel has them: 15 letters at most.
-constexpr std::array<const char*, 4> kPrograms = {"device_bridge", "haptic_node", "physics_node", "haptic_physics_"};
+constexpr std::array<std::string_view, 4> kPrograms = {"device_bridge", "haptic_node", "physics_node",
+                                                       "haptic_physics_node"};
+
+// Of the command line, which any user may read. Its name in `comm` is that of its first thread, which a node renames.
+std::string ProgramOf(const std::filesystem::path& process) {
+  std::string program;
+  std::getline(std::ifstream(process / "cmdline"), program, '\0');  // not a process: no such file
+  return std::filesystem::path(program).filename();
+}
 
 }  // namespace
 
 bool HasForceLoop(const std::filesystem::path& processes) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(processes, ignored)) {
-    std::string name;
-    std::getline(std::ifstream(entry.path() / "comm"), name);  // not a process: no such file
-    if (std::find(kPrograms.begin(), kPrograms.end(), name) != kPrograms.end()) return true;
+    if (std::find(kPrograms.begin(), kPrograms.end(), ProgramOf(entry.path())) != kPrograms.end()) return true;
   }
   return false;
 }

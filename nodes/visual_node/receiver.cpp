@@ -32,7 +32,7 @@ core::Result<void> Receiver::Record(const std::filesystem::path& file) {
   return {};
 }
 
-core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
+core::Result<void> Receiver::Begin(const bus::NodeOptions& options) {
   auto node = bus::Node::Create(options);
   if (!node) return tl::unexpected(node.error());
   node_ = std::move(*node);
@@ -54,8 +54,12 @@ core::Result<void> Receiver::Start(const bus::NodeOptions& options) {
   }
   image_rates_hz_.resize(assets.cameras.size());
   node_->OwnParameters(std::move(parameters));
-  if (auto started = node_->Start(); !started) return started;
   newest_.Write(mirror_.scene());
+  return node_->Start(0);
+}
+
+core::Result<void> Receiver::Join() {
+  if (auto joined = node_->Start(); !joined) return joined;
   thread_ = std::thread([this] { Run(); });
   return {};
 }

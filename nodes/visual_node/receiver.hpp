@@ -45,8 +45,14 @@ class Receiver {
   void JoinWalls(WallLink* link) { walls_ = link; }
   // Before Start: a person steers a hand from this viewer.
   void Steer() { steers_ = true; }
-  // Viewers of one session need different names.
-  core::Result<void> Start(const bus::NodeOptions& options);
+  // Viewers of one session need different names. Begin knocks at the registry, Join waits for its answer and begins to
+  // receive: what takes long and needs no bus goes between both. Start is both.
+  core::Result<void> Begin(const bus::NodeOptions& options);
+  core::Result<void> Join();
+  core::Result<void> Start(const bus::NodeOptions& options) {
+    auto begun = Begin(options);
+    return begun ? Join() : begun;
+  }
   void Stop();
   // Says goodbye to the other nodes. Afterwards there is what was received, but no counters and bounds.
   void Leave();

@@ -125,7 +125,7 @@ class Viewer {
     recording_ = std::move(*recording);
     if (auto kept = receiver_.Record(options_.out / "scene.mcap"); !kept) return kept;
     if (SteersHand()) receiver_.Steer();
-    if (auto started = receiver_.Start(bus::log::WithTap(options_.node, recording_.get())); !started) return started;
+    if (auto begun = receiver_.Begin(bus::log::WithTap(options_.node, recording_.get())); !begun) return begun;
     other_threads_ = Threads();
     ContextOptions window{options_.window_width, options_.window_height, scenario.title};
     window.is_visible = !options_.is_headless;
@@ -138,6 +138,7 @@ class Viewer {
     if (!context) return tl::unexpected(context.error());
     context_ = std::move(*context);
     summary_.gl_renderer = context_->renderer_name();
+    if (auto joined = JoinSession(); !joined) return joined;
     receiver_.Update();
     shown_ = receiver_.scene();
     if (auto known = view::CheckCamera(*shown_.assets, options_.view); !known) return known;
@@ -173,6 +174,16 @@ class Viewer {
   }
 
  private:
+  // The receiver's thread does not draw.
+  core::Result<void> JoinSession() {
+    const std::set<pid_t> before = Threads();
+    if (auto joined = receiver_.Join(); !joined) return joined;
+    for (const pid_t thread : Threads()) {
+      if (before.count(thread) == 0) other_threads_.insert(thread);
+    }
+    return {};
+  }
+
   core::Result<void> Loop() {
     CameraControl control(*shown_.assets, composition_.layout.steered());
     if (!options_.is_headless) control.Attach(context_->window());

@@ -68,7 +68,7 @@ TEST_F(Swap, ViewersThatJoinLeaveOrDieDelayNoOtherNode) {
   if (!display) GTEST_SKIP() << display.error().detail;
   setenv("DISPLAY", display->c_str(), 1);
   Misses quiet, swapped;
-  std::vector<double> text_s, window_s, joined_s, traced_s;
+  std::vector<double> text_s, window_s, joined_s, traced_s, traced_from_start_s;
   for (int round = 0; round < 3; ++round) {
     for (const bool is_quiet : {true, false}) {
       SCOPED_TRACE(is_quiet ? "in peace" : "with viewers");
@@ -87,6 +87,7 @@ TEST_F(Swap, ViewersThatJoinLeaveOrDieDelayNoOtherNode) {
         EXPECT_GT(joined_s.back(), 0.0);
         Viewer traced = View({"--rays", "2"});
         ASSERT_GT(traced.whole_after_s, 0.0);
+        traced_from_start_s.push_back(traced.whole_after_s);
         traced_s.push_back(
             watch_->SecondsBetween("node_found", "ready", "visual_node-" + std::to_string(traced.child->pid())));
         kill(window.child->pid(), SIGKILL);
@@ -121,12 +122,16 @@ TEST_F(Swap, ViewersThatJoinLeaveOrDieDelayNoOtherNode) {
   }
   quiet.Print("in peace");
   swapped.Print("with viewers");
-  for (auto* seconds : {&text_s, &window_s, &joined_s, &traced_s}) std::sort(seconds->begin(), seconds->end());
+  for (auto* seconds : {&text_s, &window_s, &joined_s, &traced_s, &traced_from_start_s}) {
+    std::sort(seconds->begin(), seconds->end());
+  }
   std::printf(
       "%zu swaps; whole scene, from the start of the process: text %.2f s in the median, %.2f s at most; window "
-      "%.2f s, %.2f s; from when it was found on the bus: window %.2f s, %.2f s, with rays %.2f s, %.2f s\n",
+      "%.2f s, %.2f s; with rays %.2f s, %.2f s; from when it was found on the bus: window %.2f s, %.2f s, with rays "
+      "%.2f s, %.2f s\n",
       text_s.size(), text_s[text_s.size() / 2], text_s.back(), window_s[window_s.size() / 2], window_s.back(),
-      joined_s[joined_s.size() / 2], joined_s.back(), traced_s[traced_s.size() / 2], traced_s.back());
+      traced_from_start_s[traced_from_start_s.size() / 2], traced_from_start_s.back(), joined_s[joined_s.size() / 2],
+      joined_s.back(), traced_s[traced_s.size() / 2], traced_s.back());
   EXPECT_LE(text_s.back(), 1.0);
   // Most of a window's time is for drawing the first picture. Without a GPU, on two cores shared with the run, its
   // slowest start sometimes exceeds one second: the limit applies to the median, and the maximum is printed.

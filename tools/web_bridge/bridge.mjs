@@ -18,6 +18,9 @@ const USAGE = `usage: node bridge.mjs SCENARIO [options]
   --recording FILE.mcap             show this recording, in place of a session
   --registry ENDPOINT --session N   the session to show; default: the one running on this machine, now or later
   --keys DIR                        with --registry: the session's key directory; default: not encrypted
+  --bind ADDRESS                    IPv4 address of its ends of the bus; default: 127.0.0.1
+  --name NAME                       of its viewer on the bus; default: visual_node-web-<process>
+  --view NAME                       the printed address stays with that camera
   --host ADDRESS                    address to serve on; default: 127.0.0.1 (this machine only)
   --port N                          port of the page and of Foxglove; default: 8765
   --programs DIR                    where oos and scene_stream are; default: build/release/bin
@@ -31,6 +34,7 @@ const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..")
 function readArguments() {
   const { values, positionals } = parseArgs({ allowPositionals: true, options: {
     recording: STRING, registry: STRING, session: STRING, keys: STRING, help: { type: "boolean" },
+    bind: { ...STRING, default: "127.0.0.1" }, name: { ...STRING, default: `visual_node-web-${process.pid}` }, view: STRING,
     host: { ...STRING, default: "127.0.0.1" }, port: { ...STRING, default: "8765" },
     programs: { ...STRING, default: path.join(ROOT, "build/release/bin") }, topics: { ...STRING, default: "*" } } });
   if (values.help || positionals.length !== 1) {
@@ -38,15 +42,15 @@ function readArguments() {
     process.exit(values.help ? 0 : 2);
   }
   const fixed = values.registry
-    ? { registry: values.registry, session: BigInt(values.session ?? 0), keys: values.keys ?? null } : null;
+    ? { registry: values.registry, session: BigInt(values.session ?? 0), keys: values.keys ?? null, bind: values.bind } : null;
   return { ...values, fixed, scenario: positionals[0],
     programs: { oos: path.join(values.programs, "oos"), sceneStream: path.join(values.programs, "scene_stream") } };
 }
 
 function makeShown(wanted) {
-  const { scenario, programs, recording, topics, fixed } = wanted;
+  const { scenario, programs, recording, topics, fixed, name } = wanted;
   return recording ? new Recording({ scenario, programs, file: recording })
-    : new Session({ scenario, programs, topics: topics.split(","), fixed });
+    : new Session({ scenario, programs, topics: topics.split(","), fixed, name });
 }
 
 // A parameter of a node is called NODE.NAME; those of "scene" choose what the page shows.
@@ -131,7 +135,8 @@ async function main() {
     status.attach(null);
   });
   await shown.begin();
-  console.log(JSON.stringify({ page: `http://${wanted.host}:${page.port}/#key=${key}`,
+  const view = wanted.view ? `&view=${encodeURIComponent(wanted.view)}` : "";
+  console.log(JSON.stringify({ page: `http://${wanted.host}:${page.port}/#key=${key}${view}`,
     websocket: `ws://${wanted.host}:${page.port}/?key=${key}` }));
 
   const stop = async () => {

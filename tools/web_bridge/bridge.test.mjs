@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { once } from "node:events";
-import { statSync } from "node:fs";
+import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import protocol from "@foxglove/ws-protocol";
@@ -84,6 +84,48 @@ test("a bridge ends with the test that started it, also with one that is killed"
   await once(socket, "close", PATIENCE);
 });
 
+// Calls a service without parameters.
+async function call(url, name) {
+  const socket = new WebSocket(url, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
+  const client = new protocol.FoxgloveClient({ ws: socket });
+  await new Promise((resolve, reject) => {
+    PATIENCE.signal.addEventListener("abort", () => reject(new Error(`${name} never answered`)));
+    client.on("error", reject);
+    client.on("advertiseServices", (services) => client.sendServiceCallRequest({ callId: 1, encoding: "json",
+      serviceId: services.find((one) => one.name === name).id,
+      data: new DataView(new TextEncoder().encode("{}").buffer) }));
+    client.on("serviceCallResponse", resolve);
+    client.on("serviceCallFailure", reject);
+  });
+  client.close();
+}
+
+async function until(holds) {
+  while (!holds()) {
+    PATIENCE.signal.throwIfAborted();
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+test("a session that the page has started ends with the bridge, also with one that is killed", PATIENCE, async () => {
+  const own = new Processes();  // where no session runs yet
+  try {
+    const bridge = await own.startBridge("touch");
+    await call(bridge.websocket, "/session/start");
+    const note = path.join(own.folder, "vr_oos/session.json");
+    await until(() => existsSync(note));
+    const { pid } = JSON.parse(readFileSync(note, "utf8"));
+    bridge.child.kill("SIGKILL");
+    await until(() => !existsSync(note));
+    await until(() => !existsSync(`/proc/${pid}`) || readFileSync(`/proc/${pid}/stat`, "utf8").includes(") Z"));
+    const { why } = JSON.parse(readFileSync(path.join(own.folder, "out", readdirSync(path.join(own.folder, "out"))[0],
+      "report.json"), "utf8"));
+    assert.equal(why, "interrupted");
+  } finally {
+    await own.endAll();
+  }
+});
+
 // Waits for a message of a JSON channel that is good.
 async function statusThat(isGood) {
   const socket = new WebSocket(where.websocket, [protocol.FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
@@ -155,12 +197,20 @@ test("the key is the session's: whoever may not read its key directory cannot kn
   const folder = path.join(processes.folder, "out/keys");
   assert.equal(statSync(folder).mode & 0o077, 0);
   const { viewerKey } = await import("./access.mjs");
-  const { readFileSync } = await import("node:fs");
   const note = JSON.parse(readFileSync(path.join(processes.folder, "vr_oos/session.json"), "utf8"));
   const session = BigInt(note.session);
   assert.equal(viewerKey({ session, keys: folder }), where.key);
   assert.notEqual(viewerKey({ session: session + 1n, keys: folder }), where.key, "another session has another");
   assert.notEqual(viewerKey(null), viewerKey(null), "a session without keys has one for each bridge");
+});
+
+test("as a lab starts it: told its session, with a name on the bus and a camera in its address", PATIENCE, async () => {
+  const note = JSON.parse(readFileSync(path.join(processes.folder, "vr_oos/session.json"), "utf8"));
+  const told = await processes.startBridge("touch", ["--registry", note.registry, "--session", note.session,
+    "--keys", path.join(processes.folder, "out/keys"), "--bind", "127.0.0.1", "--name", "visual_node-phone", "--view", "a b"]);
+  assert.equal(told.page, `${told.origin}/#key=${where.key}&view=a%20b`);
+  await statusThat(({ nodes }) => nodes.some(({ name, isAlive }) => name === "visual_node-phone" && isAlive));
+  await processes.end(told.child);
 });
 
 test("the server gives out the page's own files and packages, nothing else", PATIENCE, async () => {

@@ -20,7 +20,7 @@ export class SceneSource extends EventEmitter {
     super();
     const from = recording ? ["--recording", recording] : !session ? []
       : ["--registry", session.registry, "--session", String(session.session), "--name", name,
-        ...(session.keys ? ["--keys", session.keys] : ["--no_encryption"])];
+        ...(session.bind ? ["--bind", session.bind] : []), ...(session.keys ? ["--keys", session.keys] : ["--no_encryption"])];
     this.#child = spawn(program, ["--scenario", scenario, ...from], { stdio: ["pipe", "pipe", "pipe"] });
     this.#child.stdout.on("data", (bytes) => this.#take(bytes));
     this.#child.stdin.on("error", () => {});  // its end is reported below

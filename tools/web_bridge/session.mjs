@@ -17,9 +17,10 @@ export class Session extends EventEmitter {
   #timer; #run = null; #quietSinceMs = null; #joined = null; #isClosed = false;
 
   // `fixed`: the session of --registry, or null: the one that runs on this machine.
-  constructor({ scenario, programs, topics, fixed }) {
+  // `name`: of the viewer that the page is on the bus.
+  constructor({ scenario, programs, topics, fixed, name }) {
     super();
-    Object.assign(this, { scenario, programs, topics, fixed });
+    Object.assign(this, { scenario, programs, topics, fixed, name });
   }
 
   // The session that could be joined now, or null.
@@ -71,7 +72,7 @@ export class Session extends EventEmitter {
     this.#quietSinceMs = null;
     this.source?.close();
     this.source = this.#follow(new SceneSource({ program: this.programs.sceneStream, scenario: this.scenario, session,
-      name: `visual_node-web-${process.pid}` }));
+      name: this.name }));
     this.state = "running";
     this.emit("begin", node);
   }
@@ -130,7 +131,9 @@ export class Session extends EventEmitter {
   start() {
     if (!this.canStart) throw new Error("a session runs already");
     this.state = "starting";
-    this.#run = spawn(this.programs.oos, ["run", this.scenario, "--headless", "--without", "visual_node"],
+    // The kernel ends it as stop() does when this process is killed.
+    this.#run = spawn("setpriv", ["--pdeathsig", "INT", "--",
+      this.programs.oos, "run", this.scenario, "--headless", "--without", "visual_node"],
       { stdio: ["ignore", "ignore", "pipe"] });
     let said = "";
     this.#run.stderr.on("data", (bytes) => { said = String(bytes).trim().split("\n").at(-1) || said; });

@@ -30,7 +30,7 @@ core::Result<std::string> LaunchKeys::ScriptFor(const lab::HostPlan& plan) const
   for (const lab::Unit& unit : plan.units) {
     if (unit.name == "display") continue;
     const bool is_tool = unit.name == "registry" || unit.name == "recorder";
-    if (is_tool) files.insert("oos.key");
+    if (is_tool || unit.has_tools_key) files.insert("oos.key");
     // For observers on other machines (lab_session.hpp).
     if (unit.name == "registry") files.insert({"visual_node.key", "client.key"});
     if (unit.name == "registry") files.insert("registry.key");

@@ -151,7 +151,7 @@ class Launch {
     if (const auto done = TakeLeases(MakeLease(), roots_, &remotes_); !done) return done;
     has_leases_ = true;
     if (const auto done = Interrupted(); !done) return done;
-    if (const auto done = Push(scenario_, preflight_, &remotes_, &facts_); !done) return done;
+    if (const auto done = Push(lab_, scenario_, preflight_, &remotes_, &facts_); !done) return done;
     if (const auto done = Interrupted(); !done) return done;
     if (const auto done = CheckHosts(lab_, preflight_, &remotes_, facts_); !done) return done;
     for (const lab::Host& host : lab_.hosts) facts_.try_emplace(host.name);
@@ -252,6 +252,12 @@ class Launch {
         if (!text.empty()) Say(host, "bus", text);
       } else if (unit.rfind("supervisord-", 0) == 0) {
         TakeSupervisor(host, line);
+      } else if (const std::string address = PageAddress(line); !address.empty()) {
+        const lab::Viewer* page = FindPage(unit);
+        const std::string port = std::to_string(page != nullptr ? page->port : 0);
+        Say(host, unit,
+            address + " (on another machine first: ssh -L " + port + ":127.0.0.1:" + port + " " +
+                lab_.FindHost(host)->address + ")");
       } else {
         Say(host, unit, line);
       }
@@ -282,6 +288,19 @@ class Launch {
       why_ = "stopped from elsewhere" +
              (answer.value("stopping").empty() ? std::string() : " by " + answer.value("stopping"));
     }
+  }
+
+  // What the page's bridge says when it is there; else empty.
+  static std::string PageAddress(const std::string& line) {
+    if (line.rfind("{\"page\":", 0) != 0) return {};
+    const nlohmann::json said = nlohmann::json::parse(line, nullptr, false);
+    return said.is_object() ? said.value("page", "") : std::string();
+  }
+  [[nodiscard]] const lab::Viewer* FindPage(const std::string& unit) const {
+    const auto found = std::find_if(lab_.viewers.begin(), lab_.viewers.end(), [&](const lab::Viewer& viewer) {
+      return viewer.renderer == lab::Renderer::kPage && unit == "visual_node-" + viewer.name;
+    });
+    return found != lab_.viewers.end() ? &*found : nullptr;
   }
 
   void Say(const std::string& host, const std::string& unit, const std::string& text) const {
@@ -481,7 +500,9 @@ void ShowPlan(const lab::Lab& lab, const scene::Scenario& scenario, const Wanted
                         host.programs.empty() ? root + "/programs/..." : host.programs,
                         root + "/assets/.../" + scenario.file.filename().string(),
                         "~",
-                        ":120"};
+                        ":120",
+                        root + "/page/...",
+                        root + "/page/.../build/release/clients/stubs"};
   }
   Print(lab::Describe(lab::MakePlan(lab, facts, wanted.plan)) + "nothing was started (--dry-run)");
 }

@@ -39,6 +39,7 @@ std::string ProbeScriptFor(const lab::Lab& lab, const lab::Host& host) {
       "n=120; while [ -e /tmp/.X$n-lock ] || [ -e /tmp/.X11-unix/X$n ]; do n=$((n + 1)); done; echo display=:$n\n";
   std::string tools = "rsync sha256sum tail awk taskset ip ss";
   tools += host.supervisor == lab::SupervisorKind::kSystemd ? " systemctl" : " supervisord supervisorctl";
+  if (lab.HasPageOn(host.name)) tools += " node";
   script += "for t in " + tools + "; do command -v $t >/dev/null || echo missing=$t; done\n";
   script += "ip -4 -o addr show | awk '{ split($4, a, \"/\"); print \"address=\" $2 \" \" a[1] }'\n";
   if (host.name == lab.registry_host) {
@@ -72,7 +73,8 @@ void Judge(const lab::Lab& lab, const lab::Host& host, const Answer& answer, lab
   facts->bind = BindAddress(host, answer);
   const std::vector<std::string> missing = answer.values("missing");
   for (const std::string& tool : missing) {
-    complaints->Add(host.name, tool + " is missing; apt-get install supervisor rsync util-linux iproute2 there");
+    complaints->Add(host.name, tool + " is missing; apt-get install " +
+                                   (tool == "node" ? "nodejs" : "supervisor rsync util-linux iproute2") + " there");
   }
   // Without `ip` its addresses are not known.
   if (facts->bind.empty() && std::find(missing.begin(), missing.end(), "ip") == missing.end()) {
@@ -172,6 +174,31 @@ core::Result<Load> LoadOfPrograms(const PreflightOptions& options) {
   return HashFiles(options.programs, {names.begin(), names.end()});
 }
 
+// The page's bridge with npm's packages, from the project's folder: <source>/build/<preset>/bin has our programs.
+core::Result<Load> LoadOfPage(const std::filesystem::path& programs) {
+  const std::filesystem::path base = (programs / "../../..").lexically_normal();
+  const std::filesystem::path stubs = (programs / "../clients/stubs").lexically_normal();
+  std::vector<std::filesystem::path> files;
+  for (const char* folder : {"tools/web_bridge", "clients/javascript"}) {
+    std::error_code error;
+    if (!std::filesystem::exists(base / folder / "node_modules", error)) {
+      return core::Fail(core::ErrorCode::kNotFound,
+                        "the lab file has a view of renderer=\"page\", and npm's packages "
+                        "for it are missing here: (cd " +
+                            (base / folder).string() + " && npm ci --ignore-scripts)");
+    }
+    AddFilesBelow(base / folder, {}, &files);
+  }
+  if (std::error_code error; !std::filesystem::exists(stubs, error)) {
+    return core::Fail(core::ErrorCode::kNotFound, "the lab file has a view of renderer=\"page\", and " +
+                                                      stubs.string() + " is missing here: ./dev build makes it");
+  }
+  AddFilesBelow(stubs, {}, &files);
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : files) names.push_back(file.lexically_relative(base).string());
+  return HashFiles(base, names);
+}
+
 // Lists the files of `load` that differ in a folder of the host.
 std::string Compare(const Load& load, const std::string& folder) {
   return "mkdir -p " + folder + " 2>/dev/null; cd " + folder + " || { echo differs=" + folder +
@@ -200,6 +227,22 @@ core::Result<void> PushOne(const Load& load, const std::string& title, std::size
       !after.is_good() || !after.values("differs").empty()) {
     return core::Fail(core::ErrorCode::kDamaged, "host " + name + ": " + after.value("differs") + " in " + folder +
                                                      " differs from ours even after a copy; is the disk full?");
+  }
+  return {};
+}
+
+core::Result<void> PushPage(const lab::Lab& lab, const PreflightOptions& options, Remotes* remotes, AllFacts* facts) {
+  if (!lab.HasPageOn("")) return {};
+  const auto page = LoadOfPage(options.programs);
+  if (!page) return tl::unexpected(page.error());
+  for (std::size_t i = 0; i < remotes->hosts().size(); ++i) {
+    const std::string& name = remotes->hosts()[i].name;
+    if (!lab.HasPageOn(name)) continue;
+    lab::HostFacts& its = facts->at(name);
+    its.page = its.root + "/page/" + page->key;
+    const auto stubs = (options.programs / "../clients/stubs").lexically_normal().lexically_relative(page->base);
+    its.stubs = its.page + "/" + stubs.string();
+    if (const auto done = PushOne(*page, "page", i, its.page, options, remotes); !done) return done;
   }
   return {};
 }
@@ -295,13 +338,14 @@ core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes) {
   return facts;
 }
 
-core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions& options, Remotes* remotes,
-                        AllFacts* facts) {
+core::Result<void> Push(const lab::Lab& lab, const scene::Scenario& scenario, const PreflightOptions& options,
+                        Remotes* remotes, AllFacts* facts) {
   const auto programs = LoadOfPrograms(options);
   if (!programs) return tl::unexpected(programs.error());
   const auto assets = LoadOfScenario(scenario);
   if (!assets) return tl::unexpected(assets.error());
   const std::string scenario_name = scenario.file.lexically_relative(assets->base).string();
+  if (const auto done = PushPage(lab, options, remotes, facts); !done) return done;
   Complaints complaints;
   for (std::size_t i = 0; i < remotes->hosts().size(); ++i) {
     const lab::Host& host = remotes->hosts()[i];

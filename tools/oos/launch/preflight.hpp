@@ -27,10 +27,10 @@ using AllFacts = std::map<std::string, lab::HostFacts>;
 // nothing else. Errors: one line for each thing that is wrong, with the host's name and the remedy.
 core::Result<AllFacts> AskHosts(const lab::Lab& lab, Remotes* remotes);
 
-// Copies to every host the executables and scenario files that it lacks; files with the same hash are not copied. Fills
-// in where they are.
-core::Result<void> Push(const scene::Scenario& scenario, const PreflightOptions& options, Remotes* remotes,
-                        AllFacts* facts);
+// Copies to every host the executables and scenario files that it lacks, and those of the page where a viewer is one;
+// files with the same hash are not copied. Fills in where they are.
+core::Result<void> Push(const lab::Lab& lab, const scene::Scenario& scenario, const PreflightOptions& options,
+                        Remotes* remotes, AllFacts* facts);
 
 // After the executables are in place: checks libraries, real-time limits, devices, display and the bound of the clocks.
 core::Result<void> CheckHosts(const lab::Lab& lab, const PreflightOptions& options, Remotes* remotes,

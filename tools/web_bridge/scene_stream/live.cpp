@@ -35,8 +35,11 @@ core::Result<void> Live::Run(const bus::NodeOptions& options, const std::atomic<
   if (!joined) return joined;
   mirror_.Refresh(core::MonotonicNow_ns());
   if (auto begun = stream_->Begin(mirror_.scene(), 0.0); !begun) return begun;
+  bool is_ready = false;
   while (interrupted.load() == 0) {
     if (auto done = Step(); !done) return done;
+    // As other viewers with their first picture.
+    is_ready = is_ready || node_->Emit({core::MonotonicNow_ns(), node_->name(), "ready", ""});
   }
   return {};
 }
