@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "core/read_file.hpp"
 #include "core/write_file.hpp"
@@ -55,6 +56,8 @@ TEST(AirShell, DistancesAreThoseOfStraightRaysThroughSpheres) {
   EXPECT_NEAR(shell.DistanceToBottom(r, horizon - 1e-12), shell.to_horizon(r), 10.0);
   EXPECT_TRUE(shell.MeetsGround(r, horizon - 1e-9));
   EXPECT_FALSE(shell.MeetsGround(r, horizon + 1e-9));
+  EXPECT_TRUE(shell.MeetsGround(r, -1.0));
+  EXPECT_FALSE(shell.MeetsGround(r, 1.0));
 }
 
 TEST(AirShell, FloatsSuffice) {
@@ -85,6 +88,39 @@ TEST(AirMapping, EveryTableFindsItsOwnSamples) {
   }
   EXPECT_NEAR(mapping.ToUpward(mapping.shell().bottom, 1.0), 0.0, kEpsilon);
   EXPECT_NEAR(mapping.ToSun(0.0), Air{}.least_mu_s, kEpsilon);
+}
+
+TEST(AirMapping, TheLimitsOfWhatItDependsOnAreTheFirstSampleAndTheLast) {
+  const AirMapping<double> mapping{Air{}};
+  const Shell<double>& shell = mapping.shell();
+  EXPECT_NEAR(mapping.FromRadius(shell.bottom), 0.0, kEpsilon);
+  EXPECT_NEAR(mapping.FromRadius(shell.top), 1.0, kEpsilon);
+  for (const double r : {shell.bottom, 0.5 * (shell.bottom + shell.top), shell.top}) {
+    const double horizon = -std::sqrt(1.0 - shell.bottom * shell.bottom / (r * r));
+    EXPECT_NEAR(mapping.FromUpward(r, 1.0), 0.0, kEpsilon);
+    EXPECT_NEAR(mapping.FromUpward(r, horizon), 1.0, kEpsilon);
+    EXPECT_NEAR(mapping.FromDownward(r, -1.0), 0.0, kEpsilon);
+    if (r > shell.bottom) {
+      EXPECT_NEAR(mapping.FromDownward(r, horizon - 1e-12), 1.0, kEpsilon);
+    }
+  }
+  EXPECT_NEAR(mapping.FromSun(1.0), 1.0, kEpsilon);
+  EXPECT_NEAR(mapping.FromSun(Air{}.least_mu_s), 0.0, kEpsilon);
+  EXPECT_NEAR(mapping.FromSun(-1.0), 0.0, kEpsilon) << "lower than the lowest sun that lights any air";
+}
+
+TEST(AirMapping, ATablesFirstSampleIsAtZeroAndItsLastAtOne) {
+  const auto expect = [](double x, int first, double share) {
+    const Between<double> place = PlaceAmong(10, x);
+    EXPECT_NEAR(place.first + place.share, first + share, 1e-12) << x;
+    EXPECT_LE(place.second, 9);
+  };
+  expect(0.0, 0, 0.0);
+  expect(1.0, 9, 0.0);
+  expect(1.0 / 3.0, 3, 0.0);
+  expect(0.25, 2, 0.25);
+  expect(-0.2, 0, 0.0);
+  expect(1.2, 9, 0.0);
 }
 
 // --- Composition
@@ -123,6 +159,49 @@ TEST(Transmittance, UniformAirFollowsBeersLaw) {
   for (const double mu : {1.0, 0.3, 0.0}) {
     const double d = Shell<double>{air.bottom_m, air.top_m}.DistanceToTop(r, mu);
     EXPECT_LT(RelativeError(TransmittanceThrough(air, r, mu, false), glm::exp(-d * air.rayleigh_per_m)), 1e-9);
+  }
+}
+
+Air WithoutOzone() {
+  Air air;
+  air.ozone_per_m = glm::dvec3(0.0);
+  return air;
+}
+
+// Between two heights, of a density exp(-h / K): K (exp(-low / K) - exp(-high / K)).
+double OpticalLength_m(double height_m, double low_m, double high_m) {
+  return height_m * (std::exp(-low_m / height_m) - std::exp(-high_m / height_m));
+}
+
+// Straight up or down between two heights.
+glm::dvec3 StraightThrough(const Air& air, double low_m, double high_m) {
+  return glm::exp(-air.rayleigh_per_m * OpticalLength_m(air.rayleigh_height_m, low_m, high_m) -
+                  air.mie_extinction_per_m * OpticalLength_m(air.mie_height_m, low_m, high_m));
+}
+
+TEST(Transmittance, StraightUpItIsThatOfTheExponentialsIntegral) {
+  const Air air = WithoutOzone();
+  for (const double h : {0.0, 2e3, 48e3}) {
+    const glm::dvec3 got = TransmittanceThrough(air, air.bottom_m + h, 1.0, false);
+    EXPECT_LT(RelativeError(got, StraightThrough(air, h, air.top_m - air.bottom_m)), kEpsilon) << h;
+  }
+}
+
+// Of air thin enough that something comes through the longest way, as a part's is a quotient of two whole ones.
+TEST(Transmittance, AlongAPartOfARayUniformAirFollowsBeersLawUpwardsAndDownwards) {
+  Air air = WithoutOzone();
+  air.rayleigh_height_m = 1e15;
+  air.rayleigh_per_m = {0.3e-6, 0.6e-6, 1e-6};
+  air.mie_extinction_per_m = 0.0;
+  AirTableSizes sizes = SmallSizes();
+  sizes.num_orders = 1;
+  const AirTables<double> tables = *MakeAirTables<double>(air, sizes);
+  const Shell<double> shell{air.bottom_m, air.top_m};
+  const double d = 6e3, r = shell.bottom + 48e3;
+  const glm::dvec3 expected = glm::exp(-d * air.rayleigh_per_m);
+  for (const auto& [from, mu] : {std::pair{shell.bottom, 0.0}, {r, 0.7}, {r, -0.7}}) {
+    const glm::dvec3 got = TransmittanceAlong(tables, from, mu, d, shell.MeetsGround(from, mu));
+    EXPECT_LT(glm::length(got - expected), kEpsilon) << mu;
   }
 }
 
@@ -193,6 +272,28 @@ TEST(Scattering, OnceScatteredLightIsTheNumericIntegral) {
       }
     }
   }
+}
+
+// With the sun at the zenith and a view straight up, light takes the whole way through the air wherever it is
+// scattered: b K (1 - exp(-H / K)) exp(-tau). Straight down and without aerosols it goes through what is above that
+// place twice: (1 - exp(-2 b K (1 - exp(-H / K)))) / 2, for a scattering coefficient b, a scale height K, air as high
+// as H, and the optical depth tau of all of it.
+TEST(Scattering, StraightUpAndDownOnceScatteredLightHasItsClosedForm) {
+  AirTableSizes sizes = SmallSizes();
+  sizes.num_orders = 1;
+  Air air = WithoutOzone();
+  const double high_m = air.top_m - air.bottom_m;
+  const glm::dvec3 molecules = air.rayleigh_per_m * OpticalLength_m(air.rayleigh_height_m, 0.0, high_m);
+  const glm::dvec3 aerosols = air.mie_per_m() * OpticalLength_m(air.mie_height_m, 0.0, high_m);
+  const glm::dvec3 up = SkyRadiance(*MakeAirTables<double>(air, sizes), air.bottom_m, 1.0, 1.0, 1.0, false);
+  const glm::dvec3 expected_up =
+      StraightThrough(air, 0.0, high_m) * (molecules * RayleighPhase(1.0) + aerosols * MiePhase(air.mie_g, 1.0));
+  EXPECT_LT(RelativeError(up, expected_up), 10.0 * kEpsilon);
+
+  air.mie_extinction_per_m = 0.0;
+  const glm::dvec3 down = SkyRadiance(*MakeAirTables<double>(air, sizes), air.top_m, -1.0, 1.0, -1.0, true);
+  const glm::dvec3 expected_down = 0.5 * (1.0 - glm::exp(-2.0 * molecules)) * RayleighPhase(-1.0);
+  EXPECT_LT(RelativeError(down, expected_down), 10.0 * kEpsilon);
 }
 
 // The second order by brute force: at each step of the ray, what arrives from all sides of light that was scattered

@@ -6,6 +6,7 @@
 
 #include "core/names.hpp"
 #include "nodes/visual_node/draw/shaders.hpp"
+#include "nodes/visual_node/gl/gl_context.hpp"
 #include "nodes/visual_node/gl/matrix.hpp"
 #include "view/appearance/sheet_mesh.hpp"
 #include "view/appearance/skin.hpp"
@@ -65,7 +66,7 @@ core::Result<void> Renderer::MakePainters(const Ingredients& ingredients) {
   for (const GpuMesh& mesh : meshes_) {
     if (auto prepared = surfaces_.Prepare(mesh); !prepared) return prepared;
   }
-  if (auto made = put(Film::Create(), &film_); !made) return made;
+  if (auto made = put(Film::Create(IsSoftwareRenderer(RendererName())), &film_); !made) return made;
   if (auto made = put(ShadowMap::Create(), &shadow_); !made) return made;
   if (auto made = put(Sky::Create(*ingredients.sky), &sky_); !made) return made;
   if (auto made = put(TextPainter::Create(), &texts_); !made) return made;

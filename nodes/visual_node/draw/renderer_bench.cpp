@@ -57,14 +57,15 @@ BENCHMARK_CAPTURE(BM_Draw, moving, true)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-// Of it the picture from the light. The argument: width.
-void BM_Develop(benchmark::State& state) {
+// Of it the picture from the light. The arguments: width, and that of the film in percent; by the processor or shaders.
+void BM_Develop(benchmark::State& state, bool by_processor) {
   static const auto context = GlContext::Create({.width = 64, .height = 64, .title = "bench", .is_visible = false});
-  auto film = Film::Create();
+  auto film = Film::Create(by_processor);
   if (!film || !context) return state.SkipWithError("no display");
   const int width = static_cast<int>(state.range(0)), height = width * 9 / 16;
   const RenderTarget target(width, height);
-  film->Begin(width, height);
+  const int share = static_cast<int>(state.range(1));
+  film->Begin(width * share / 100, height * share / 100);
   for (int y = 0; y < height; y += 20) {
     const float light[4] = {0.3f, static_cast<float>(y) / static_cast<float>(height), 0.1f, 1.0f};
     glEnable(GL_SCISSOR_TEST);
@@ -77,7 +78,14 @@ void BM_Develop(benchmark::State& state) {
     glFinish();
   }
 }
-BENCHMARK(BM_Develop)->Arg(640)->Arg(1280)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Develop, processor, true)
+    ->ArgsProduct({{640, 1280}, {70, 100}})
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Develop, shaders, false)
+    ->ArgsProduct({{640, 1280}, {70, 100}})
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace visual_node

@@ -210,6 +210,20 @@ TEST_F(RendererTest, ALampShowsItsColour) {
   EXPECT_LT(image.Pixel(at.x, at.y)[1], 120);
 }
 
+// The lamp's reach is 2.5 times its radius of 0.02 m; seven of them do not reach the ball, but a turned box beside it.
+TEST_F(RendererTest, ALampLightsWhatIsNearAndNothingFarAway) {
+  scene_.instances[2].X_WM.rotation = glm::angleAxis(0.6, glm::dvec3(0.0, 0.0, 1.0));
+  const Image lit = Draw();
+  scene_.lamps[0].color = glm::vec3(0.0f);
+  const Image dark = Draw();
+  const auto brighter = [&](const glm::dvec3& p_W) {
+    const glm::ivec2 at = At(p_W);
+    return lit.Pixel(at.x, at.y)[1] - dark.Pixel(at.x, at.y)[1];
+  };
+  EXPECT_GT(brighter({0.25, 0.06, 0.2}), 10);   // the box's top
+  EXPECT_EQ(brighter({-0.3, -0.06, 0.15}), 0);  // the ball
+}
+
 TEST_F(RendererTest, AnArrowIsDrawnAtItsContact) {
   const Image before = Draw();
   scene_.arrows.push_back({{0.0, -0.2, 0.0}, {0.0, 0.0, 0.12}, {0.1f, 0.9f, 0.2f}});

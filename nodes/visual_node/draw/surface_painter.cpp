@@ -12,12 +12,26 @@
 namespace visual_node {
 namespace {
 
-constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16, kGlowMap = 32, kCoat = 64;
+constexpr std::size_t kFoil = 1, kSoft = 2, kBaseMap = 4, kSurfaceMap = 8, kNormalMap = 16, kGlowMap = 32, kCoat = 64,
+                      kLamps = 128;
 
 // Foil has its own wrinkles, no textures and no lacquer.
 std::size_t TexturesOf(const GpuMesh::Look& look) {
   return (look.base_texture >= 0 ? kBaseMap : 0) + (look.surface_texture >= 0 ? kSurfaceMap : 0) +
          (look.normal_texture >= 0 ? kNormalMap : 0) + (look.emissive_texture >= 0 ? kGlowMap : 0);
+}
+
+// Beyond so many times its reach a lamp adds less than half a code to a dark surface.
+constexpr float kLampReaches = 7.0f;
+
+// Whether one of the lamps lights a part of the mesh's bounding box.
+bool HasLampNear(const std::vector<SurfaceFrame::Lamp>& lamps, const GpuMesh& mesh, const glm::mat4& X_WM) {
+  const glm::mat3 R_MW = glm::transpose(glm::mat3(X_WM));
+  return std::any_of(lamps.begin(), lamps.end(), [&](const SurfaceFrame::Lamp& lamp) {
+    const glm::vec3 from_centre_M = R_MW * (glm::vec3(lamp.position_W) - glm::vec3(X_WM[3])) - mesh.centre_M;
+    const glm::vec3 outside_M = glm::max(glm::abs(from_centre_M) - mesh.half_size_m, 0.0f);
+    return glm::length(outside_M) < kLampReaches * lamp.position_W.w;
+  });
 }
 
 // Eight bits without sign are what a software renderer filters fastest.
@@ -65,7 +79,7 @@ SurfaceTables SurfaceTables::Make() {
 
 core::Result<SurfacePainter> SurfacePainter::Create(const SurfaceTables& tables) {
   SurfacePainter painter;
-  for (const std::size_t variant : {std::size_t{0}, kFoil, kSoft, kFoil + kSoft}) {
+  for (const std::size_t variant : {std::size_t{0}, kFoil}) {
     if (auto compiled = painter.Compile(variant); !compiled) return tl::unexpected(compiled.error());
   }
   painter.split_sum_ = MakeTexture(GL_RG32F, view::kSplitSumSize, view::kSplitSumSize);
@@ -80,7 +94,8 @@ core::Result<SurfacePainter> SurfacePainter::Create(const SurfaceTables& tables)
 core::Result<void> SurfacePainter::Compile(std::size_t variant) {
   if (programs_[variant].id() != 0) return {};
   std::string head = "#version 450 core\n";
-  constexpr const char* kNames[] = {"FOIL", "SOFT", "BASE_MAP", "SURFACE_MAP", "NORMAL_MAP", "GLOW_MAP", "COAT"};
+  constexpr const char* kNames[] = {"FOIL",       "SOFT",     "BASE_MAP", "SURFACE_MAP",
+                                    "NORMAL_MAP", "GLOW_MAP", "COAT",     "LAMPS"};
   for (std::size_t i = 0; i < std::size(kNames); ++i) {
     if ((variant >> i & 1) != 0) head += std::string("#define ") + kNames[i] + "\n";
   }
@@ -95,11 +110,7 @@ core::Result<void> SurfacePainter::Compile(std::size_t variant) {
 core::Result<void> SurfacePainter::Prepare(const GpuMesh& mesh) {
   const auto prepare = [&](const GpuMesh::Look& look) -> core::Result<void> {
     if (look.material.is_foil) return {};
-    const std::size_t kind = TexturesOf(look) + (look.material.coat > 0.0f ? kCoat : 0);
-    for (const std::size_t variant : {kind, kind + kSoft}) {
-      if (auto compiled = Compile(variant); !compiled) return compiled;
-    }
-    return {};
+    return Compile(TexturesOf(look) + (look.material.coat > 0.0f ? kCoat : 0));
   };
   for (const GpuMesh::Part& part : mesh.parts) {
     if (auto prepared = prepare(part); !prepared) return prepared;
@@ -128,8 +139,9 @@ void SurfacePainter::Begin(const SurfaceFrame& frame, const ShadowMap& shadow) {
 
 void SurfacePainter::Use(std::size_t variant) {
   if (is_ready_[variant] && variant == used_) return;
-  // Of a material that no mesh has; the driver has compiled the shader for others.
-  if (programs_[variant].id() == 0 && !Compile(variant)) variant &= kFoil + kSoft;
+  // With a penumbra, which the first picture of a window does not wait for, or with lamps, or of a material that no
+  // mesh has. The driver has compiled this shader for others.
+  if (programs_[variant].id() == 0 && !Compile(variant)) variant &= kFoil;
   glUseProgram(programs_[variant].id());
   used_ = variant;
   if (is_ready_[variant]) return;
@@ -137,13 +149,13 @@ void SurfacePainter::Use(std::size_t variant) {
   const view::EnvironmentLight& light = frame_.light;
   glUniform1f(3, shadow_offset_m_);
   glUniform3fv(7, 1, glm::value_ptr(light.sun_direction_W));
-  const auto num_lamps = static_cast<GLint>(std::min(frame_.lamps.size(), kMaxLamps));
+  const auto num_lamps = (variant & kLamps) == 0 ? 0 : static_cast<GLint>(std::min(frame_.lamps.size(), kMaxLamps));
   for (GLint i = 0; i < num_lamps; ++i) {
     const SurfaceFrame::Lamp& lamp = frame_.lamps[static_cast<std::size_t>(i)];
     glUniform4fv(8 + i, 1, glm::value_ptr(lamp.position_W - glm::vec4(frame_.eye_W, 0.0f)));
     glUniform3fv(12 + i, 1, glm::value_ptr(lamp.color));
   }
-  glUniform1i(16, num_lamps);
+  if (num_lamps > 0) glUniform1i(16, num_lamps);
   glUniform4f(17, light.earth_direction_W.x, light.earth_direction_W.y, light.earth_direction_W.z, light.earth_sine);
   glUniform3fv(18, 1, glm::value_ptr(light.sun));
   glUniform3fv(19, 1, glm::value_ptr(light.earth));
@@ -164,7 +176,7 @@ void SurfacePainter::Draw(const GpuMesh& mesh, const GpuMesh::Look& look, const 
   const bool is_textured = with_textures && !m.is_foil;
   const bool is_coated = m.coat > 0.0f && !m.is_foil;
   Use((m.is_foil ? kFoil : 0) + (frame_.has_soft_shadows ? kSoft : 0) + (is_textured ? TexturesOf(look) : 0) +
-      (is_coated ? kCoat : 0));
+      (is_coated ? kCoat : 0) + (HasLampNear(frame_.lamps, mesh, X_WM) ? kLamps : 0));
   if (is_textured) {
     const auto bind = [&](GLuint unit, int texture) {
       if (texture >= 0) glBindTextureUnit(unit, mesh.textures[static_cast<std::size_t>(texture)].id());

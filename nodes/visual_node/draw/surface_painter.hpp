@@ -56,7 +56,7 @@ class SurfacePainter {
             bool with_textures, GLuint layout, const PickedTriangles::Run& triangles);
 
  private:
-  static constexpr std::size_t kNumVariants = 128;
+  static constexpr std::size_t kNumVariants = 256;
 
   core::Result<void> Compile(std::size_t variant);
   void Use(std::size_t variant);

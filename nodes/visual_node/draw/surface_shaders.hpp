@@ -9,7 +9,8 @@ namespace visual_node {
 //   SOFT   the sun's penumbra, for views near enough to show it,
 //   BASE_MAP, SURFACE_MAP, NORMAL_MAP, GLOW_MAP   textures of colour; of occlusion, roughness and metal; of the normal;
 //          of what it emits,
-//   COAT   clear lacquer or glass over it.
+//   COAT   clear lacquer or glass over it,
+//   LAMPS  a lamp is near enough to light it.
 
 // What a matt white surface with the normal n reflects of the light around (view::Irradiance): the same for both sides
 // of a surface, and opposite.
@@ -90,9 +91,12 @@ layout(location = 0) uniform mat4 u_X_EM;
 layout(location = 4) uniform vec4 u_base_metallic;
 layout(location = 5) uniform vec4 u_emissive_roughness;
 layout(location = 7) uniform vec3 u_sun_direction_W;
+#ifdef LAMPS
 layout(location = 8) uniform vec4 u_lamp_position[4];  // xyz E, w: reach [m]
 layout(location = 12) uniform vec3 u_lamp_color[4];
 layout(location = 16) uniform int u_num_lamps;
+const float kLampReaches = 7.0;
+#endif
 layout(location = 17) uniform vec4 u_earth_W;  // direction to its centre, sine of its angular radius
 layout(location = 18) uniform vec3 u_sun;
 layout(location = 19) uniform vec3 u_earth;
@@ -285,17 +289,18 @@ void main() {
   vec3 mirrored_way = 2.0 * n_v * n - v;
   color += open * (Environment(mirrored_way, 2.0 * n_v * n_l - l_v, a) * once + irradiance * (again + matt));
 
+#ifdef LAMPS
   for (int i = 0; i < u_num_lamps; ++i) {
     vec3 to = u_lamp_position[i].xyz - v_p_E;
     float reach = u_lamp_position[i].w;
     float d2 = dot(to, to);
-    // Beyond seven times its reach a lamp adds less than half a code to a dark surface.
-    for (int k = int(d2 < 49.0 * reach * reach); k > 0; --k) {
+    for (int k = int(d2 < kLampReaches * kLampReaches * reach * reach); k > 0; --k) {
       float fall = 1.0 / (1.0 + d2 / (reach * reach));
       color += u_lamp_color[i] * (0.9 * fall * fall * max(0.25 + 0.75 * dot(n, to) * inversesqrt(max(d2, 1e-8)), 0.0)) *
                (0.25 + 0.75 * base);
     }
   }
+#endif
   vec3 glow = u_emissive_roughness.rgb;
 #ifdef GLOW_MAP
   glow *= texture(u_glow_map, v_uv).rgb;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/visual_node/film/film_shaders.hpp"
@@ -22,8 +23,9 @@ GlFramebuffer MakeFramebuffer(GLuint color, GLuint depth = 0) {
 
 }  // namespace
 
-core::Result<Film> Film::Create() {
+core::Result<Film> Film::Create(bool by_processor) {
   Film film;
+  film.by_processor_ = by_processor;
   auto develop =
       MakeProgram("develop", kFilmVertex, (std::string("#version 450 core\n") + kToneCurve + kDevelopFragment).c_str());
   if (!develop) return tl::unexpected(develop.error());
@@ -54,6 +56,7 @@ void Film::Resize(int width, int height) {
 
 void Film::Begin(int width, int height) {
   if (width != width_ || height != height_) Resize(width, height);
+  is_read_ = false;
   glBindFramebuffer(GL_FRAMEBUFFER, light_framebuffer_.id());
   glViewport(0, 0, width, height);
   glDepthMask(GL_TRUE);
@@ -62,6 +65,32 @@ void Film::Begin(int width, int height) {
 }
 
 void Film::Develop(float exposure, const RenderTarget& target) {
+  if (by_processor_) {
+    DevelopByProcessor(exposure, target);
+  } else {
+    DevelopByShaders(exposure, target);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
+  glViewport(0, 0, target.width(), target.height());
+}
+
+void Film::ReadLightBits() {
+  if (std::exchange(is_read_, true)) return;
+  light_bits_.resize(std::size_t{4} * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  glGetTextureImage(light_.id(), 0, GL_RGBA, GL_HALF_FLOAT,
+                    static_cast<GLsizei>(light_bits_.size() * sizeof light_bits_[0]), light_bits_.data());
+}
+
+void Film::DevelopByProcessor(float exposure, const RenderTarget& target) {
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  ReadLightBits();
+  const auto picture = darkroom_.Develop(light_bits_, {width_, height_}, exposure, {target.width(), target.height()});
+  glTextureSubImage2D(target.color(), 0, 0, 0, target.width(), target.height(), GL_RGBA, GL_UNSIGNED_BYTE,
+                      picture.data());
+}
+
+void Film::DevelopByShaders(float exposure, const RenderTarget& target) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glBindVertexArray(nothing_.id());
@@ -82,11 +111,13 @@ void Film::Develop(float exposure, const RenderTarget& target) {
     glBlitNamedFramebuffer(smoothed_framebuffer_.id(), target.framebuffer(), 0, 0, width_, height_, 0, 0,
                            target.width(), target.height(), GL_COLOR_BUFFER_BIT, GL_LINEAR);
   }
-  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
-  glViewport(0, 0, target.width(), target.height());
 }
 
 std::optional<float> Film::MeanLuminance() {
+  if (by_processor_) {
+    ReadLightBits();
+    return MeanLuminanceOf(light_bits_, {width_, height_}, {kMeterWidth, kMeterHeight});
+  }
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
   glBindVertexArray(nothing_.id());

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "core/result.hpp"
+#include "nodes/visual_node/film/darkroom.hpp"
 #include "nodes/visual_node/gl/gl_objects.hpp"
 
 namespace visual_node {
@@ -14,7 +16,8 @@ namespace visual_node {
 // smoothing leave out.
 class Film {
  public:
-  static core::Result<Film> Create();
+  // `by_processor`: pictures are developed by it (darkroom.hpp), not by shaders.
+  static core::Result<Film> Create(bool by_processor);
 
   // Binds the film and clears its depth. The former content is lost.
   void Begin(int width, int height);
@@ -33,7 +36,15 @@ class Film {
 
  private:
   void Resize(int width, int height);
+  void DevelopByShaders(float exposure, const RenderTarget& target);
+  void DevelopByProcessor(float exposure, const RenderTarget& target);
+  // Once for each picture, when all of it is drawn. Waits for the drawing.
+  void ReadLightBits();
 
+  bool by_processor_ = false;
+  Darkroom darkroom_;
+  std::vector<std::uint16_t> light_bits_;  // read for it
+  bool is_read_ = false;                   // since Begin
   GlProgram develop_;
   GlProgram smooth_;
   GlProgram meter_;

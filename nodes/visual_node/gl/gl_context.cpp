@@ -38,6 +38,10 @@ bool IsSoftwareRenderer(const std::string& name) {
   return false;
 }
 
+std::string RendererName() {
+  return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+}
+
 double GlContext::refresh_rate_Hz() const {
   GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
   const GLFWvidmode* const mode = monitor != nullptr ? glfwGetVideoMode(monitor) : nullptr;
@@ -63,7 +67,7 @@ core::Result<std::unique_ptr<GlContext>> GlContext::Create(const ContextOptions&
   if (options.is_placed) glfwSetWindowPos(context->window_, options.x, options.y);
   glfwMakeContextCurrent(context->window_);
   glfwSwapInterval(0);  // latencies are measured without the wait for vsync
-  context->renderer_name_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  context->renderer_name_ = RendererName();
   return context;
 }
 

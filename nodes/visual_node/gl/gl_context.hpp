@@ -21,6 +21,8 @@ struct ContextOptions {
 
 // Whether OpenGL's name of a renderer is one of Mesa's that have no graphics card.
 bool IsSoftwareRenderer(const std::string& name);
+// Of the current context.
+std::string RendererName();
 
 // A window and its OpenGL 4.5 core context, current on the calling thread. One per process.
 class GlContext {

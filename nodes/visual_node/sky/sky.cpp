@@ -30,6 +30,15 @@ constexpr glm::vec3 kFaces[6][3] = {{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}}, {{-1, 0
                                     {{0, 0, 1}, {1, 0, 0}, {0, -1, 0}},  {{0, 0, -1}, {-1, 0, 0}, {0, -1, 0}}};
 
 const glm::vec3 kGlare(0.35f, 0.34f, 0.32f);  // of the sun in the camera, by eye
+constexpr float kGlareReach = 0.2f;           // beyond, it is exp(-10) of that: a twentieth of a code
+
+// What is drawn from now on; false: nothing.
+bool LimitTo(const glm::ivec4& box) {
+  if (box.z <= 0 || box.w <= 0) return false;
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(box.x, box.y, box.z, box.w);
+  return true;
+}
 
 glm::dvec3 TileCentre(int face, int column, int row) {
   const double tile = 2.0 / kTiles;
@@ -97,9 +106,15 @@ core::Result<SkyData> SkyData::Make() {
 
 core::Result<Sky> Sky::Create(const SkyData& data) {
   Sky sky;
-  auto background = MakeProgram("sky", kSkyVertex, kSkyFragment);
-  if (!background) return tl::unexpected(background.error());
-  sky.background_ = std::move(*background);
+  auto stars = MakeProgram("stars", kSkyVertex, kStarsFragment);
+  if (!stars) return tl::unexpected(stars.error());
+  sky.star_light_ = std::move(*stars);
+  auto sun = MakeProgram("sun", kSkyVertex, kSunFragment);
+  if (!sun) return tl::unexpected(sun.error());
+  sky.sun_ = std::move(*sun);
+  auto moon = MakeProgram("Moon", kSkyVertex, kMoonFragment);
+  if (!moon) return tl::unexpected(moon.error());
+  sky.moon_ = std::move(*moon);
   auto surface = MakeProgram("ground", kEarthVertex, kEarthFragment);
   if (!surface) return tl::unexpected(surface.error());
   sky.ground_ = std::move(*surface);
@@ -207,15 +222,35 @@ void Sky::Draw(const space::Surroundings& space, const glm::mat4& clip_sky) cons
 }
 
 void Sky::DrawBackground(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
-  glUseProgram(background_.id());
-  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(glm::inverse(clip_sky)));
-  glUniform3fv(3, 1, glm::value_ptr(glm::vec3(space.sun_direction_W)));
-  const double moon_m = std::max(glm::length(space.moon_position_W), 1.0);
-  const glm::vec3 to_moon(space.moon_position_W / moon_m);
-  glUniform4f(4, to_moon.x, to_moon.y, to_moon.z, static_cast<float>(space::kMoonRadius_m / moon_m));
-  glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
+  const glm::mat4 sky_clip = glm::inverse(clip_sky);
+  glUseProgram(star_light_.id());
+  glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(sky_clip));
   glBindTextureUnit(0, stars_.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+
+  const glm::vec3 to_sun(space.sun_direction_W);
+  if (LimitTo(DiscRectangle(clip_sky, to_sun, kGlareReach, splatted_.width, splatted_.height))) {
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    glUseProgram(sun_.id());
+    glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(sky_clip));
+    glUniform3fv(3, 1, glm::value_ptr(to_sun));
+    glUniform3fv(9, 1, glm::value_ptr(kGlare * sun));
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDisable(GL_BLEND);
+  }
+
+  const double moon_m = std::max(glm::length(space.moon_position_W), 1.0);
+  const glm::vec3 to_moon(space.moon_position_W / moon_m);
+  const auto moon_sine = static_cast<float>(space::kMoonRadius_m / moon_m);
+  if (LimitTo(DiscRectangle(clip_sky, to_moon, moon_sine, splatted_.width, splatted_.height))) {
+    glUseProgram(moon_.id());
+    glUniformMatrix4fv(0, 1, GL_FALSE, glm::value_ptr(sky_clip));
+    glUniform3fv(3, 1, glm::value_ptr(to_sun));
+    glUniform4f(4, to_moon.x, to_moon.y, to_moon.z, moon_sine);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  glDisable(GL_SCISSOR_TEST);
 }
 
 void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const {
@@ -224,9 +259,7 @@ void Sky::DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky,
   const double bottom_m = air_.mapping.shell().bottom, top = air_.mapping.shell().top / bottom_m;
   const auto top_sine = static_cast<float>(std::min(1.0, top * bottom_m / distance_m));
   const glm::ivec4 box = DiscRectangle(clip_sky, to_earth, top_sine, splatted_.width, splatted_.height);
-  if (box.z <= 0 || box.w <= 0) return;
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(box.x, box.y, box.z, box.w);
+  if (!LimitTo(box)) return;
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_SRC1_COLOR);
   glUseProgram(earth_.id());

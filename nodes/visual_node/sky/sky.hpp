@@ -51,7 +51,7 @@ class Sky {
   void DrawBackground(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const;
   void DrawEarth(const space::Surroundings& space, const glm::mat4& clip_sky, const glm::vec3& sun) const;
 
-  GlProgram background_;
+  GlProgram star_light_, sun_, moon_;
   GlProgram ground_;
   GlProgram earth_;
   GlTexture cube_;

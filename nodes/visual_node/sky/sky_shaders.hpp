@@ -35,11 +35,11 @@ void main() {
 }
 )";
 
-// --- Everything far away, at the far plane, in two passes: stars, sun and Moon; then the Earth with its air in front
-// of them. With a ball's centre e at distance 1 and its radius r, a ray d hits at the distance d.e - sqrt(r^2 - m^2),
-// where m = sqrt(1 - (d.e)^2) is its distance from the centre. Stars are brighter than they are beside a sunlit
-// satellite, where none would be seen; among each other they are right. So is the sun's disc, in the other direction:
-// it is 46000 times brighter than a wall.
+// --- Everything far away, at the far plane, each only in the part of the picture that it needs: stars, the sun, the
+// Moon, and the Earth with its air in front of them. With a ball's centre e at distance 1 and its radius r, a ray d
+// hits at the distance d.e - sqrt(r^2 - m^2), where m = sqrt(1 - (d.e)^2) is its distance from the centre. Stars are
+// brighter than they are beside a sunlit satellite, where none would be seen; among each other they are right. So is
+// the sun's disc, in the other direction: it is 46000 times brighter than a wall.
 constexpr const char* kSkyVertex = R"(#version 450 core
 layout(location = 0) uniform mat4 u_sky_clip;  // direction from clip space
 out vec3 v_direction;
@@ -50,44 +50,42 @@ void main() {
   gl_Position = vec4(p, 1.0, 1.0);
 }
 )";
-constexpr const char* kSkyFragment = R"(#version 450 core
+constexpr const char* kStarsFragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D u_stars;  // cd/m2
+out vec4 o_color;
+const float kStarLight = 14.0;  // of the film, for 1 cd/m2
+void main() {
+  o_color = vec4(vec3(0.0012, 0.0018, 0.0036) + kStarLight * texelFetch(u_stars, ivec2(gl_FragCoord.xy), 0).rgb, 0.0);
+}
+)";
+// --- The sun with its glare, added to that.
+constexpr const char* kSunFragment = R"(#version 450 core
 layout(location = 3) uniform vec3 u_sun_direction_W;
-layout(location = 4) uniform vec4 u_moon_W;  // direction to its centre, sine of its angular radius
-layout(location = 9) uniform vec3 u_glare;   // of the sun, in the camera
+layout(location = 9) uniform vec3 u_glare;  // of the sun, in the camera
 in vec3 v_direction;
 out vec4 o_color;
-
-const float kStarLight = 14.0;  // of the film, for 1 cd/m2
 const float kSunRadius_rad = 0.00465;
-
+void main() {
+  float to_sun = length(normalize(v_direction) - u_sun_direction_W);
+  o_color = vec4(vec3(12.0) * smoothstep(1.1, 0.9, to_sun / kSunRadius_rad) + u_glare * exp(-to_sun / 0.02), 0.0);
+}
+)";
+// --- The Moon, in front of both.
+constexpr const char* kMoonFragment = R"(#version 450 core
+layout(location = 3) uniform vec3 u_sun_direction_W;
+layout(location = 4) uniform vec4 u_moon_W;  // direction to its centre, sine of its angular radius
+in vec3 v_direction;
+out vec4 o_color;
 void main() {
   vec3 d = normalize(v_direction);
-  vec3 color = vec3(0.0012, 0.0018, 0.0036) + kStarLight * texelFetch(u_stars, ivec2(gl_FragCoord.xy), 0).rgb;
-  float is_body = 0.0;
-
-  float to_sun = length(d - u_sun_direction_W);
-  color += vec3(12.0) * smoothstep(1.1, 0.9, to_sun / kSunRadius_rad) + u_glare * exp(-to_sun / 0.02);
-
   vec3 e = u_moon_W.xyz;
   float along = dot(d, e);
   float miss = length(d - along * e);
-  if (along > 0.0 && miss < u_moon_W.w) {
-    is_body = 1.0;
-    vec3 n = (d * (along - sqrt(u_moon_W.w * u_moon_W.w - miss * miss)) - e) / u_moon_W.w;
-    color = vec3(0.75, 0.73, 0.70) * sqrt(max(dot(n, u_sun_direction_W), 0.0));
-  }
-  o_color = vec4(color, is_body);
+  if (along <= 0.0 || miss >= u_moon_W.w) discard;
+  vec3 n = (d * (along - sqrt(u_moon_W.w * u_moon_W.w - miss * miss)) - e) / u_moon_W.w;
+  o_color = vec4(vec3(0.75, 0.73, 0.70) * sqrt(max(dot(n, u_sun_direction_W), 0.0)), 1.0);
 }
 )";
-
-// --- The Earth through its air (space/atmosphere/from_space.hpp), in radii of its ground. What is behind it is kept as
-// far as the air lets it through, for each colour: the second output of a dual-source blend. Only in the rectangle
-// around the disc.
-//
-// Water mirrors the sun's disc in waves whose slopes are normally distributed [Cox and Munk 1954]: for a slope of
-// tangent t and the variance s = 0.003 + 0.00512 wind, here 7 m/s,
-//   L = E F exp(-t^2 / s) / (4 pi s cos(view) cos(slope)^4).
 constexpr const char* kEarthAirFragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D u_scattering;  // columns: nu and mu_s, rows: of the ground, of the sky
 layout(binding = 1) uniform samplerCube u_earth;
