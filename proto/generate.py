@@ -206,7 +206,7 @@ def message_headers(file, messages, latest):
     structs, fields = "", ""
     for message in messages:
         for one in message.options[options.list]:
-            if one.capacity:
+            if "=" in one.capacity:
                 structs += f"constexpr std::size_t {one.capacity};\n\n"
             if one.item:
                 columns = items_of(message, one)

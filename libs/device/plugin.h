@@ -1,12 +1,12 @@
-/* Hand devices for device_bridge, in C. A device is a shared library that exports oos_device_plugin_get(), or code that is
- * compiled in and gives the same table. docs/howto/own-device.md is the way to one; this file is the whole contract.
+/* Hand devices for device_bridge, in C. A device is a shared library that exports oos_device_plugin_get(), or code that
+ * is compiled in and gives the same table. docs/howto/own-device.md is the way to one; this file is the whole contract.
  *
  * SI units and radians. W is the world, B the device's base, D its hand frame. Poses are 7 doubles: unit quaternion
  * w, x, y, z of R_BD, then p_BD [m]. Twists are 6: angular velocity [rad/s], then velocity [m/s], in B. Times are
  * CLOCK_MONOTONIC [ns] of the bridge.
  *
- * A device of its own thread is called by that thread alone: open, then step again and again, then close. A function may
- * wait a few milliseconds; one that does not return within 60 ms loses its force, and the device is off until it
+ * A device of its own thread is called by that thread alone: open, then step again and again, then close. A function
+ * may wait a few milliseconds; one that does not return within 60 ms loses its force, and the device is off until it
  * returns. No exception may leave a function (one that does switches the device off). Commands have passed the safety
  * filter; they are the only force that a plug-in is ever given.
  */
@@ -84,6 +84,8 @@ enum {
   OOS_DEVICE_IS_OFF = 2      /* motors are off, whatever is commanded; its own watchdog, a fault, an emergency stop */
 };
 
+enum { OOS_DEVICE_FINGER_JOINTS = 15 };
+
 typedef struct oos_device_state {
   uint32_t size;
   uint32_t flags;
@@ -100,6 +102,11 @@ typedef struct oos_device_state {
   /* With OOS_DEVICE_TAKES_HAND: what the simulated operator feels. */
   double hand_F_Do_B[6]; /* the hand's own spring and damper on the arm: force, torque */
   double finger_force_N; /* of the fingers on the jaws, positive opens */
+  /* Angles of a person's fingers: three for each, thumb first, from the palm outwards, 0 for a straight finger
+   * (scenarios/parts/README.md). num_finger_joints 0: the device does not know. */
+  uint32_t num_finger_joints;
+  uint32_t reserved;
+  double finger_rad[OOS_DEVICE_FINGER_JOINTS];
 } oos_device_state;
 
 /* What the motors shall apply until the next command, or for 60 ms if none comes: after that without force, and braked.
@@ -108,8 +115,8 @@ typedef struct oos_device_command {
   uint32_t size;
   uint32_t reserved;
   uint64_t sequence;
-  double F_Do_B[6];     /* force [N], torque about Do [Nm], in B */
-  double grip_force_N;  /* positive opens the jaws */
+  double F_Do_B[6];       /* force [N], torque about Do [Nm], in B */
+  double grip_force_N;    /* positive opens the jaws */
   double brake_N_s_per_m; /* viscous damping, in the device's own loop */
   double brake_Nm_s_per_rad;
 } oos_device_command;
@@ -177,10 +184,10 @@ typedef struct oos_device_plugin {
   /* The joints as of the latest step. Null, or missing at the end of a table that is older: the device is no robot.
    * Asked after a step, 62 times a second, by the thread that makes the steps. */
   int (*joints)(void* device, oos_device_joints* joints);
-  /* With OOS_DEVICE_LEADS: leads the hand to the goal from now on, on a path of its own and softly, so that the hand can
-   * leave it; null: no longer, which is also told when the bridge has been silent for 60 ms. Told after a step, each
-   * millisecond, by the thread that makes the steps. Null, or missing at the end of a table that is older: the device
-   * leads nowhere. */
+  /* With OOS_DEVICE_LEADS: leads the hand to the goal from now on, on a path of its own and softly, so that the hand
+   * can leave it; null: no longer, which is also told when the bridge has been silent for 60 ms. Told after a step,
+   * each millisecond, by the thread that makes the steps. Null, or missing at the end of a table that is older: the
+   * device leads nowhere. */
   int (*lead)(void* device, const oos_device_goal* goal);
 } oos_device_plugin;
 

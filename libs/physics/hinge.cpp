@@ -109,9 +109,14 @@ double Hinge::StoredEnergy_J(const BodyView& parent, const BodyView& child) cons
   return DetentEnergy_J(AngleAbout_z(R_JpJc), params_.detents_rad[0], params_.detents_rad[1], params_.detent_torque_Nm);
 }
 
+void Hinge::SetServoTarget(double angle_rad) {
+  params_.axis.servo_target = std::clamp(angle_rad, params_.axis.lower, params_.axis.upper);
+}
+
 void Hinge::ExchangeState(Checkpoint* checkpoint) {
   Mechanism::ExchangeState(checkpoint);
   axis_.ExchangeState(checkpoint);
+  checkpoint->Exchange(&params_.axis.servo_target);
 }
 
 }  // namespace physics

@@ -33,6 +33,8 @@ class Hinge final : public Mechanism {
   void Finish(double dt_s) override;
   [[nodiscard]] double StoredEnergy_J(const BodyView& parent, const BodyView& child) const override;
   void ExchangeState(Checkpoint* checkpoint) override;
+  // Between steps: where the servo turns the child to, within the limits.
+  void SetServoTarget(double angle_rad);
 
  private:
   std::span<Row> axis_rows() { return std::span(rows()).subspan(kFirstAxisRow, JointAxis::kNumRows); }

@@ -57,6 +57,12 @@ void JointAxis::Prepare(const JointAxisParams& params, std::span<Row> rows, cons
   rows[kMotor].is_active = params.motor_limit > 0.0 && !is_locked;  // redundant rows would have no unique solution
   rows[kMotor].lower = -params.motor_limit;
   rows[kMotor].upper = params.motor_limit;
+  if (params.servo_stiffness <= 0.0) return;
+  // T = k (q* - q) - (k dt + d) q' with q' at the end of the step, |T| <= limit: a spring that the motor cannot exceed.
+  rows[kMotor].is_hard = false;
+  rows[kMotor].force = params.servo_stiffness * (params.servo_target - position);
+  rows[kMotor].stiffness = params.servo_stiffness;
+  rows[kMotor].damping = params.servo_damping;
 }
 
 double JointAxis::Force(std::span<const Row> rows, double dt_s) {

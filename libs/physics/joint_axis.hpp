@@ -14,6 +14,10 @@ struct JointAxisParams {
   double motor_speed = 0.0;  // target speed of the child relative to the parent, rad/s or m/s
   double motor_limit = 0.0;  // largest torque or force of the motor; 0: no motor
   double locked = 0.0;       // 1: held at its present position
+  // A servo in place of the motor's speed: a spring to servo_target and a damper, by at most motor_limit. 0: none.
+  double servo_stiffness = 0.0;  // Nm/rad or N/m
+  double servo_damping = 0.0;
+  double servo_target = 0.0;
 };
 
 // Part of a position error that a hard row removes per step: all of it, so that with the term of PointAcceleration the

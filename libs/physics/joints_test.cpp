@@ -297,5 +297,48 @@ TEST(Slider, OnATurningCarrierItKeepsMomentumAndEnergy) {
   EXPECT_LT(glm::length(AngularMomentum_Nms(world) - angular), 1e-12);
 }
 
+// A servo is a spring that gives way: under a torque T it stands T / k away from its target.
+TEST(Servo, GivesWayByTheTorqueOverItsStiffness) {
+  World world;
+  HingeParams params;
+  params.axis.lower = -2.0;
+  params.axis.upper = 2.0;
+  params.axis.motor_limit = 1.0;
+  params.axis.servo_stiffness = 4.0;
+  params.axis.servo_damping = 0.2;
+  params.axis.servo_target = 0.5;
+  const int link = test::AddDynamic(&world, HingePose(params, 0.0), BoxMass(0.1, {0.1, 0.1, 0.1}));
+  Hinge* const hinge = trials::AddMechanism<Hinge>(&world, world.world_body(), link, params);
+  for (int i = 0; i < 3000; ++i) world.Step(kDt);
+  EXPECT_NEAR(hinge->position(), 0.5, 1e-6);
+  world.SetLoad(link, {glm::dvec3(0.0), {0.0, 0.0, -0.6}});
+  for (int i = 0; i < 3000; ++i) world.Step(kDt);
+  EXPECT_NEAR(hinge->position(), 0.5 - 0.6 / 4.0, 1e-6);
+  EXPECT_NEAR(hinge->force(), 0.6, 1e-6);
+}
+
+TEST(Servo, YieldsToMoreThanItsTorqueAndStopsAtTheJointsLimit) {
+  World world;
+  HingeParams params;
+  params.axis.lower = -1.0;
+  params.axis.upper = 1.0;
+  params.axis.motor_limit = 1.0;
+  params.axis.servo_stiffness = 400.0;
+  params.axis.servo_damping = 0.2;
+  const int link = test::AddDynamic(&world, HingePose(params, 0.0), BoxMass(0.1, {0.1, 0.1, 0.1}));
+  Hinge* const hinge = trials::AddMechanism<Hinge>(&world, world.world_body(), link, params);
+  world.SetLoad(link, {glm::dvec3(0.0), {0.0, 0.0, -0.99}});
+  for (int i = 0; i < 1000; ++i) world.Step(kDt);
+  EXPECT_NEAR(hinge->position(), -0.99 / 400.0, 1e-6);
+  world.SetLoad(link, {glm::dvec3(0.0), {0.0, 0.0, -1.1}});
+  for (int i = 0; i < 3000; ++i) world.Step(kDt);
+  EXPECT_NEAR(hinge->position(), -1.0, 1e-6);
+  hinge->SetServoTarget(5.0);  // beyond the limit: no farther than that
+  world.SetLoad(link, {});
+  for (int i = 0; i < 6000; ++i) world.Step(kDt);
+  EXPECT_NEAR(hinge->position(), 1.0, 1e-6);
+  EXPECT_NEAR(hinge->force(), 0.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace physics

@@ -135,9 +135,9 @@ class ScenarioChecker {
              "the mechanism's forces act on an object with owner=\"physics\"",
              "write owner=\"physics\" on it, or swap parent and child");
     }
-    if (parent != nullptr && parent->owner == Owner::kHand) {
+    if (parent != nullptr && parent->owner == Owner::kHand && mechanism.finger_role < 0) {
       Report(mechanism.location, title + "parent '" + parent->name + "' is a part of a hand",
-             "hands hold objects by grasping only", "name another parent");
+             "hands hold objects by grasping only, and have no joints but those of <fingers>", "name another parent");
     }
     if (mechanism.kind == MechanismKind::kSnap && mechanism.release_force_N <= 0.0) {
       Report(mechanism.location, title + "release_force_N is zero", "such a snap holds nothing",

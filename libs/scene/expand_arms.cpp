@@ -1,32 +1,8 @@
-#include <charconv>
-#include <cmath>
-
-#include "scene/element_reader.hpp"
 #include "scene/read_scenario.hpp"
+#include "scene/xml_numbers.hpp"
 
 namespace scene {
 namespace {
-
-std::string Number(double value) {
-  char text[32];
-  const auto result = std::to_chars(text, text + sizeof(text), value);  // the shortest that reads back the same
-  return {text, result.ptr};
-}
-
-std::string Numbers(const glm::dvec3& v) {
-  return Number(v.x) + " " + Number(v.y) + " " + Number(v.z);
-}
-
-// Roll, pitch and yaw [rad] about the fixed axes x, y, z: R = Rz(yaw) Ry(pitch) Rx(roll), of which the entries are
-//   R_xx = cos(pitch) cos(yaw), R_yx = cos(pitch) sin(yaw), R_zx = -sin(pitch), R_zy = cos(pitch) sin(roll), ...
-// At a pitch of 90 degrees roll and yaw turn about the same axis (gimbal lock), and yaw is set to 0.
-glm::dvec3 RollPitchYaw(const glm::dquat& rotation) {
-  const glm::dmat3 R = glm::mat3_cast(rotation);  // [column][row]
-  const double cos_pitch = std::hypot(R[0][0], R[0][1]);
-  const double pitch = std::atan2(-R[0][2], cos_pitch);
-  if (cos_pitch < 1e-8) return {std::atan2(-R[2][1], R[1][1]), pitch, 0.0};
-  return {std::atan2(R[1][2], R[2][2]), pitch, std::atan2(R[0][1], R[0][0])};
-}
 
 class Expander {
  public:
@@ -74,19 +50,6 @@ class Expander {
     }
   }
 
-  static void Set(XmlElement* element, const std::string& name, const std::string& value) {
-    element->attributes.push_back({{}, name, value, element->line});
-  }
-  static void SetPose(XmlElement* element, const core::Pose& X_W) {
-    Set(element, "position", Numbers(X_W.translation));
-    Set(element, "rpy_deg", Numbers(RollPitchYaw(X_W.rotation) / kRadPerDeg));
-  }
-  static void Copy(const XmlElement& from, std::initializer_list<const char*> names, XmlElement* to) {
-    for (const char* name : names) {
-      if (from.Find(name) != nullptr) Set(to, name, from.Get(name));
-    }
-  }
-
   // Links are in the group of the arm's base, so that they are not tested against it or each other.
   std::string GroupOf(const XmlElement& arm) const {
     for (const XmlElement& element : root_->children) {
@@ -101,11 +64,11 @@ class Expander {
     XmlElement object;
     object.name = "object";
     object.line = arm.line;
-    Set(&object, "name", name);
-    Set(&object, "owner", "physics");
-    Set(&object, "group", GroupOf(arm));
+    SetAttribute(&object, "name", name);
+    SetAttribute(&object, "owner", "physics");
+    SetAttribute(&object, "group", GroupOf(arm));
     SetPose(&object, X_WJ);
-    Copy(link, {"mass_kg", "inertia_kg_m2", "center_of_mass_m"}, &object);
+    CopyAttributes(link, {"mass_kg", "inertia_kg_m2", "center_of_mass_m"}, &object);
     object.children = link.children;
     root_->children.push_back(std::move(object));
   }
@@ -115,12 +78,12 @@ class Expander {
     XmlElement hinge;
     hinge.name = "hinge";
     hinge.line = arm.line;
-    Set(&hinge, "name", name + "_joint");
-    Set(&hinge, "parent", parent);
-    Set(&hinge, "child", name);
+    SetAttribute(&hinge, "name", name + "_joint");
+    SetAttribute(&hinge, "parent", parent);
+    SetAttribute(&hinge, "child", name);
     SetPose(&hinge, X_WJ);
-    Set(&hinge, "start_deg", Number(start_deg));
-    Copy(link, {"lower_deg", "upper_deg", "damping", "motor_deg_per_s", "motor_torque_Nm", "locked"}, &hinge);
+    SetAttribute(&hinge, "start_deg", NumberText(start_deg));
+    CopyAttributes(link, {"lower_deg", "upper_deg", "damping", "motor_deg_per_s", "motor_torque_Nm", "locked"}, &hinge);
     root_->children.push_back(std::move(hinge));
   }
 

@@ -14,8 +14,16 @@ bool CanSample(const Object& sampled, const Object& field) {
 // When both objects of a pair could be sampled, the one of lower rank is: a hand's part (the paper's haptic object)
 // before an object that physics moves, before a fixed one. Equal rank: the one that comes first in the file.
 int SampledRank(const Object& object) {
-  if (object.owner == Owner::kHand) return 0;
+  if (object.owner == Owner::kHand || object.finger_link) return 0;
   return object.owner == Owner::kPhysics ? 1 : 2;
+}
+
+// What a finger touches, physics_node tests: its links are moved there.
+void SetPad(const FingerLink& link, Pair* pair) {
+  pair->owner = PairOwner::kPhysics;
+  pair->friction = link.friction;
+  pair->stiffness_N_per_m = link.stiffness_N_per_m;
+  pair->damping_N_s_per_m = link.damping_N_s_per_m;
 }
 
 class Generator {
@@ -91,11 +99,15 @@ class Generator {
     if (!can_sample_a && !can_sample_b) return;
     Pair pair;
     pair.location = a.location;
+    const bool is_of_hand = a.owner == Owner::kHand || b.owner == Owner::kHand;
+    const bool is_of_finger = (a.finger_link || b.finger_link) && !is_of_hand;
+    if (is_of_finger) SetPad(a.finger_link ? *a.finger_link : *b.finger_link, &pair);
     bool is_a_sampled = can_sample_a && (!can_sample_b || SampledRank(a) <= SampledRank(b));
     if (const auto it = elements_.find({i, j}); it != elements_.end()) {
       const PairElement& element = *it->second;
       if (!element.is_collide) return;
       pair = element.figures;
+      if (is_of_finger) pair.owner = PairOwner::kPhysics;
       if (can_sample_a && can_sample_b) is_a_sampled = element.a == a.name;  // the file's choice overrides the rank
     }
     pair.sampled = is_a_sampled ? i : j;

@@ -19,6 +19,7 @@ tl::expected<Scenario, std::vector<Diagnostic>> LoadScenario(const std::filesyst
   CheckAgainstRules(*root, file, &diagnostics);
   if (root->name != "scenario") return tl::unexpected(diagnostics);
   ExpandArms(file, &*root, &diagnostics);
+  ExpandFingers(file, &*root, &diagnostics);
   std::vector<PairElement> pair_elements;
   Scenario scenario = ReadScenario(*root, file, &pair_elements, &diagnostics);
   CheckScenario(scenario, &diagnostics);

@@ -73,6 +73,13 @@ class MechanismReader {
     read.Number("detent_torque_Nm", &hinge.detent_torque_Nm);
     const std::uint64_t initial_detent = read.Count("initial_detent", 0);
     hinge.initial_detent = static_cast<int>(std::min<std::uint64_t>(initial_detent, 1));
+    if (element.Find("finger_role") != nullptr) {
+      hinge.finger_role = scenario_->FindRole(element.Get("finger_role"));
+      hinge.finger_joint = static_cast<int>(read.Count("finger_joint", 0));
+      read.Number("servo_Nm_per_rad", &hinge.servo_stiffness_Nm_per_rad);
+      read.Number("servo_Nm_s_per_rad", &hinge.servo_damping_Nm_s_per_rad);
+      read.Degrees("start_deg", &hinge.start_rad);
+    }
     CheckHinge(element, hinge, initial_detent);
     double angle_rad = 0.0;
     read.Degrees("start_deg", &angle_rad);

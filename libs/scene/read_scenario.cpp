@@ -29,6 +29,7 @@ class Builder {
       if (child.name == "device") ReadDevice(child);
       if (child.name == "user") ReadUser(child);
       if (child.name == "pair") ReadPair(child, pairs);
+      if (child.name == "fingers") scenario_.hand_files.push_back(File(child, "hand"));
       if (child.name == "parameter") ReadParameter(child);
       if (child.name == "sun") ElementReader(child).Vector("direction", &scenario_.place.sun_W);
       if (child.name == "environment") ReadEnvironment(child);
@@ -122,6 +123,7 @@ class Builder {
     if (element.Get("part") == "jaw_left") object.part = HandPart::kJawLeft;
     if (element.Get("part") == "jaw_right") object.part = HandPart::kJawRight;
     object.X_WO = read.Pose();
+    ReadFingerLink(element, &object);
     read.Number("mass_kg", &object.mass_kg);
     read.Number("density_kg_per_m3", &object.density_kg_per_m3);
     ReadInertia(element, &object);
@@ -171,6 +173,18 @@ class Builder {
     }
     CheckOwner(element, object);
     scenario_.objects.push_back(std::move(object));
+  }
+
+  // Of what ExpandFingers has made.
+  void ReadFingerLink(const XmlElement& element, Object* object) const {
+    if (element.Find("finger_role") == nullptr) return;
+    const ElementReader read(element);
+    FingerLink link;
+    link.finger = static_cast<int>(read.Count("finger", 0));
+    read.Number("friction", &link.friction);
+    read.Number("stiffness_N_per_m", &link.stiffness_N_per_m);
+    read.Number("damping_N_s_per_m", &link.damping_N_s_per_m);
+    object->finger_link = link;  // its role follows when the devices are known
   }
 
   // A given inertia tensor I [kg m^2] about the centre of mass replaces that of the mesh. It must be that of a real
@@ -431,6 +445,7 @@ class Builder {
       if (element.name != "object") continue;
       Object& object = scenario_.objects[index];
       const int object_index = static_cast<int>(index++);
+      if (object.finger_link) object.finger_link->role = scenario_.FindRole(element.Get("finger_role"));
       if (object.owner != Owner::kHand || element.Find("role") == nullptr) continue;
       object.role = scenario_.FindRole(element.Get("role"));
       if (object.role < 0) {

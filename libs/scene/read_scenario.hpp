@@ -23,6 +23,9 @@ struct PairElement {
 // Appends the objects and hinges of every <arm> to the root's children, with the line of the <arm>.
 void ExpandArms(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics);
 
+// The same for every <fingers>: the links of a hand's fingers and their hinges.
+void ExpandFingers(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics);
+
 // Builds the Scenario, without its pairs, from the XML tree. Values that violate the rules of schema.hpp keep their
 // defaults.
 Scenario ReadScenario(const XmlElement& root, const std::filesystem::path& file, std::vector<PairElement>* pairs,

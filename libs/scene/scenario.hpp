@@ -31,7 +31,7 @@ enum class HandPart { kNone, kPalm, kJawLeft, kJawRight };
 enum class ContactInput { kWrench, kManifold, kPlanes };
 
 // Which node computes a pair's contact: haptic_node, which sends it to physics_node, or physics_node itself, without
-// transport delay. Pairs of a hand's part are always haptic_node's.
+// transport delay. Pairs of a hand's part are always haptic_node's, those of a finger's link physics_node's.
 enum class PairOwner { kHaptic, kPhysics };
 
 struct Location {  // line of a file, for diagnostics
@@ -84,6 +84,21 @@ struct Inertia {
   glm::dmat3 I_Cm_O_kg_m2{0.0};  // about the centre of mass, in the mesh frame's axes
 };
 
+// A hand's fingers, thumb first, and the joints of each, from the palm outwards. The thumb's first joint is its
+// opposition, all others flex; 0 is a straight finger, and a thumb beside the palm.
+constexpr int kFingers = 5;
+constexpr int kJointsPerFinger = 3;
+constexpr int kFingerJoints = kFingers * kJointsPerFinger;
+
+// What a <fingers> element makes of an object: a link of a finger, and how its pad touches.
+struct FingerLink {
+  int role = -1;   // index into Scenario::devices
+  int finger = 0;  // 0: the thumb
+  double friction = 0.0;
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;
+};
+
 struct Object {
   std::string name;
   Owner owner = Owner::kFixed;
@@ -103,6 +118,7 @@ struct Object {
   double sheet_thickness_m = 0.0;  // 0: the mesh bounds a solid; else it is a thin sheet with two sides
   std::vector<Frame> frames;
   std::optional<Sheet> sheet;
+  std::optional<FingerLink> finger_link;
   bool is_lamp = false;  // logic_node sets its colour
   glm::vec3 lamp_color{0.0f};
   Location location;
@@ -151,6 +167,13 @@ struct Mechanism {
   double motor_speed = 0.0;  // target speed of the child relative to the parent
   double motor_limit = 0.0;  // largest torque or force of the motor; 0: no motor
   bool is_locked = false;    // held at its start position
+
+  // hinge of a finger: a servo turns it to an angle of the device, with at most motor_limit
+  int finger_role = -1;   // index into Scenario::devices; -1: none
+  int finger_joint = -1;  // index into core::DeviceState::finger_rad
+  double servo_stiffness_Nm_per_rad = 0.0;
+  double servo_damping_Nm_s_per_rad = 0.0;
+  double start_rad = 0.0;  // until the device has told an angle
 
   // hinge
   std::vector<double> detents_rad;  // none or two, ascending
@@ -330,7 +353,8 @@ struct Scenario {
   std::vector<Tactile> tactiles;
   std::vector<Scenery> scenery;
   std::vector<ShownArm> shown_arms;
-  std::vector<Parameter> parameters;  // initial values of further named parameters
+  std::vector<Parameter> parameters;              // initial values of further named parameters
+  std::vector<std::filesystem::path> hand_files;  // of <fingers>: what objects and mechanisms were made of
 
   // Indices; -1: none.
   [[nodiscard]] int FindObject(const std::string& object_name) const;

@@ -150,6 +150,41 @@ ElementRule LinkRule() {
           {{"visual", 0, 1}, {"collision", 0, 1}, {"frame", 0, 0}}};
 }
 
+ElementRule FingersRule() {
+  return {"fingers",
+          "the fingers of a device's hand, on its palm: links that physics moves by servos to the device's angles",
+          {Required("role", ValueKind::kName),
+           Required("hand", ValueKind::kFile),
+           {"side", ValueKind::kChoice, true, {"right", "left"}}},
+          {}};
+}
+
+ElementRule HandRule() {
+  return {"hand",
+          "five fingers of a right hand, thumb first; a file of its own. How their pads touch",
+          {Required("friction", kAtLeastZero), Required("stiffness_N_per_m", kAboveZero),
+           Required("damping_N_s_per_m", kAtLeastZero)},
+          {{"finger", 5, 5}}};
+}
+
+ElementRule FingerRule() {
+  return {"finger",
+          "a finger of three links, from the palm outwards",
+          {Required("name", ValueKind::kName)},
+          {{"joint", 3, 3}}};
+}
+
+ElementRule JointRule() {
+  return {"joint",
+          "a link of a finger, which turns about z of its frame; pose in the link before, at first in the palm's frame",
+          {Optional("position", ValueKind::kVector), Optional("rpy_deg", ValueKind::kVector),
+           Required("mass_kg", kAboveZero), Optional("inertia_kg_m2", ValueKind::kNumbers),
+           Optional("center_of_mass_m", ValueKind::kVector), Required("lower_deg", kPlainNumber),
+           Required("upper_deg", kPlainNumber), Optional("start_deg", kPlainNumber), Required("torque_Nm", kAboveZero),
+           Required("servo_Nm_per_rad", kAboveZero), Required("servo_Nm_s_per_rad", kAtLeastZero)},
+          {{"visual", 0, 1}, {"collision", 0, 1}}};
+}
+
 ElementRule SliderRule() {
   return {
       "slider",
@@ -207,10 +242,11 @@ std::vector<ElementRule> MakeRules() {
       {"scenario",
        "a scene, its devices and its procedure; SI units, degrees in attributes that end in _deg",
        {Required("name", ValueKind::kName), Optional("title", ValueKind::kText)},
-       {{"run", 0, 1},     {"procedure", 1, 1}, {"operator", 0, 1}, {"coupling", 0, 1},      {"object", 1, 0},
-        {"device", 0, 0},  {"user", 0, 0},      {"tactile", 0, 0},  {"pair", 0, 0},          {"hinge", 0, 0},
-        {"slider", 0, 0},  {"arm", 0, 0},       {"snap", 0, 0},     {"hook_and_loop", 0, 0}, {"parameter", 0, 0},
-        {"scenery", 0, 0}, {"shown_arm", 0, 0}, {"camera", 0, 0},   {"environment", 0, 1},   {"sun", 0, 1}}},
+       {{"run", 0, 1},       {"procedure", 1, 1}, {"operator", 0, 1},  {"coupling", 0, 1}, {"object", 1, 0},
+        {"device", 0, 0},    {"user", 0, 0},      {"tactile", 0, 0},   {"pair", 0, 0},     {"hinge", 0, 0},
+        {"slider", 0, 0},    {"arm", 0, 0},       {"fingers", 0, 0},   {"snap", 0, 0},     {"hook_and_loop", 0, 0},
+        {"parameter", 0, 0}, {"scenery", 0, 0},   {"shown_arm", 0, 0}, {"camera", 0, 0},   {"environment", 0, 1},
+        {"sun", 0, 1}}},
       RunRule(),
       {"procedure", "the SCXML file of the procedure", {Required("file", ValueKind::kFile)}, {}},
       {"operator", "the simulated operator's script", {Required("file", ValueKind::kFile)}, {}},
@@ -254,6 +290,10 @@ std::vector<ElementRule> MakeRules() {
       ArmRule(),
       {"links", "the links of an arm, from the base outwards; a file of its own", {}, {{"link", 1, 0}}},
       LinkRule(),
+      FingersRule(),
+      HandRule(),
+      FingerRule(),
+      JointRule(),
       SnapRule(),
       HookAndLoopRule(),
       {"parameter",

@@ -19,6 +19,8 @@
 #include "device/say_why.hpp"
 #include "scene/udp_address.hpp"
 #include "tracking/dtrack.hpp"
+#include "tracking/finger_angles.hpp"
+#include "tracking/glove.hpp"
 #include "tracking/listen.hpp"
 #include "tracking/pinch.hpp"
 #include "tracking/pseudo_grip.hpp"
@@ -45,6 +47,7 @@ struct Setting {
   double max_grip_N = kMaxGrip_N;
   double grip_stiffness_N_per_m = kGripStiffness_N_per_m;
   std::string pinch;                   // where a sensor of pinching sends to; empty: there is none
+  std::string glove;                   // where a data glove sends to; empty: there is none
   std::optional<sockaddr_in> tactile;  // of the controller
 };
 
@@ -55,13 +58,15 @@ struct Follows {
   std::uint32_t buttons = 0;
   double stick = 0.0;      // of a Flystick, vertical
   double fingers_m = 0.0;  // of a hand: between the tips of thumb and index finger
+  std::optional<FingerAngles> angles_rad;
 };
 
 std::optional<Follows> FindFlystick(const DtrackFrame& frame, const Setting& setting) {
   for (const TrackedFlystick& stick : frame.flysticks) {
     if (stick.body.id != setting.id) continue;
-    return Follows{stick.body, (stick.buttons & kTrigger) != 0, stick.buttons,
-                   stick.num_controllers > 1 ? stick.controllers[1] : 0.0, 0.0};
+    return Follows{stick.body,    (stick.buttons & kTrigger) != 0,
+                   stick.buttons, stick.num_controllers > 1 ? stick.controllers[1] : 0.0,
+                   0.0,           {}};
   }
   return std::nullopt;
 }
@@ -69,7 +74,7 @@ std::optional<Follows> FindFlystick(const DtrackFrame& frame, const Setting& set
 std::optional<Follows> FindHand(const DtrackFrame& frame, const Setting& setting) {
   for (const TrackedHand& hand : frame.hands) {
     if (hand.body.id != setting.id) continue;
-    Follows follows{hand.body, true, 0, 0.0, setting.opening_max_m};
+    Follows follows{hand.body, true, 0, 0.0, setting.opening_max_m, AnglesOf(hand)};
     if (hand.fingers.size() > 1) {
       const TrackedFinger& thumb = hand.fingers[0];
       const TrackedFinger& index = hand.fingers[1];
@@ -84,10 +89,10 @@ std::optional<Follows> FindHand(const DtrackFrame& frame, const Setting& setting
 // A limb, say: there is nothing to hold and nothing to grip with. DTrack leaves out those that it does not see.
 std::optional<Follows> FindBody(const DtrackFrame& frame, const Setting& setting) {
   for (const TrackedBody& body : frame.bodies) {
-    if (body.id == setting.id) return Follows{body, true, 0, 1.0, 0.0};
+    if (body.id == setting.id) return Follows{body, true, 0, 1.0, 0.0, {}};
   }
   if (!frame.number) return std::nullopt;
-  return Follows{TrackedBody{}, false, 0, 1.0, 0.0};
+  return Follows{TrackedBody{}, false, 0, 1.0, 0.0, {}};
 }
 
 std::optional<Follows> Find(const DtrackFrame& frame, const Setting& setting) {
@@ -113,11 +118,12 @@ core::Twist VelocityOf(const core::Pose& from, const core::Pose& to, double dt_s
 
 class DtrackDevice {
  public:
-  // `pinch` is -1 without a sensor of pinching.
-  DtrackDevice(const Setting& setting, int socket, int pinch)
+  // `pinch` is -1 without a sensor of pinching, `glove` without a glove.
+  DtrackDevice(const Setting& setting, int socket, int pinch, int glove)
       : setting_(setting),
         socket_(socket),
         pinch_socket_(pinch),
+        glove_socket_(glove),
         bytes_(kMostBytes),
         jaws_(setting.opening_max_m, setting.opening_max_m) {
     state_.X_BD[0] = 1.0;
@@ -126,6 +132,7 @@ class DtrackDevice {
   ~DtrackDevice() {
     close(socket_);
     if (pinch_socket_ >= 0) close(pinch_socket_);
+    if (glove_socket_ >= 0) close(glove_socket_);
   }
   DtrackDevice(const DtrackDevice&) = delete;
   DtrackDevice& operator=(const DtrackDevice&) = delete;
@@ -138,6 +145,11 @@ class DtrackDevice {
     ForEachDatagram(socket_, [&](std::string_view datagram) { Take(datagram, now_ns); });
     if (pinch_socket_ >= 0) {
       ForEachDatagram(pinch_socket_, [&](std::string_view datagram) { TakePinch(datagram, now_ns); });
+    }
+    if (glove_socket_ >= 0) {
+      ForEachDatagram(glove_socket_, [&](std::string_view datagram) {
+        if (const auto angles_rad = ParseGlove(datagram, setting_.id)) SetFingers(*angles_rad);
+      });
     }
     if (command != nullptr) {
       reaction_N_ = command->grip_force_N;
@@ -158,6 +170,11 @@ class DtrackDevice {
       if (size < 0) break;
       use(std::string_view(bytes_.data(), static_cast<std::size_t>(size)));
     }
+  }
+
+  void SetFingers(const FingerAngles& angles_rad) {
+    state_.num_finger_joints = OOS_DEVICE_FINGER_JOINTS;
+    std::copy(angles_rad.begin(), angles_rad.end(), state_.finger_rad);
   }
 
   void TakePinch(std::string_view datagram, std::int64_t now_ns) {
@@ -216,6 +233,7 @@ class DtrackDevice {
       follows_.fingers_m = before.fingers_m;
       return;
     }
+    if (found->angles_rad && glove_socket_ < 0) SetFingers(*found->angles_rad);
     const core::Pose& X = found->body.X_TB;
     const std::array<double, 7> pose = {X.rotation.w,    X.rotation.x,    X.rotation.y,   X.rotation.z,
                                         X.translation.x, X.translation.y, X.translation.z};
@@ -252,7 +270,7 @@ class DtrackDevice {
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::min() / 2;
 
   Setting setting_;
-  int socket_, pinch_socket_;
+  int socket_, pinch_socket_, glove_socket_;
   std::vector<char> bytes_;
   oos_device_state state_{};
   Follows follows_;
@@ -293,6 +311,7 @@ class DtrackOptions {
     if (const std::string text = Text("grip_stiffness_N_per_m"); !text.empty()) {
       made.grip_stiffness_N_per_m = Number("grip_stiffness_N_per_m", text, 1e5, "a stiffness in newton per metre");
     }
+    made.glove = Text("glove");
     made.pinch = Text("pinch");
     if (!made.pinch.empty() && !is_hand) wrong_ += "option pinch: fingers pinch, so give option hand as well; ";
     if (const std::string text = Text("tactile"); !text.empty()) made.tactile = Controller(text, is_hand);
@@ -365,7 +384,17 @@ int OpenDtrack(const oos_device_setting* setting, void** device) {
     }
     pinch = sensor->fd;
   }
-  *device = new DtrackDevice(read, listener->fd, pinch);
+  int glove = -1;
+  if (!read.glove.empty()) {
+    const auto sender = Listen(read.glove);
+    if (!sender) {
+      close(listener->fd);
+      if (pinch >= 0) close(pinch);
+      return Refuse(*setting, {sender.error().code, "option glove: " + sender.error().detail});
+    }
+    glove = sender->fd;
+  }
+  *device = new DtrackDevice(read, listener->fd, pinch, glove);
   return OOS_DEVICE_OK;
 }
 

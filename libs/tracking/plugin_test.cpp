@@ -248,6 +248,40 @@ TEST_F(DtrackPluginTest, AHandWithASensorPressesAsItPinches) {
   EXPECT_LT(pressed_N, 0.1);
 }
 
+// The cameras say where the palm is, and the glove where its fingers are; what is cut off changes nothing.
+TEST_F(DtrackPluginTest, AGloveTellsTheAnglesOfTheFingers) {
+  const std::uint16_t glove_port = device::FreeUdpPort();
+  ASSERT_EQ(Open({{"body", "4"}, {"glove", std::to_string(glove_port)}}), OOS_DEVICE_OK) << why_;
+  const Controller glove(glove_port);
+  controller_.Send(std::string("6d 1 [4 1.0][100 200 300]") + kUnturned);
+  EXPECT_EQ(Step(1 * kMs).num_finger_joints, 0U) << "nothing has come";
+  glove.Send("glove 2 [1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1] [4 1.1 0.2 0 0.3 0 0 0.3 0 0 0.3 0 0 0.3 0 -0.1]\r\n");
+  oos_device_state state = Step(2 * kMs);
+  ASSERT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
+  EXPECT_EQ(state.finger_rad[0], 1.1);
+  EXPECT_EQ(state.finger_rad[14], -0.1);
+  EXPECT_EQ(state.X_BD[4], 0.1);
+  glove.Send("glove 1 [4 0.5 0.5 0.5");
+  state = Step(3 * kMs);
+  EXPECT_EQ(state.finger_rad[0], 1.1);
+  EXPECT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
+}
+
+TEST_F(DtrackPluginTest, ATrackedHandTellsTheAnglesOfItsFingers) {
+  ASSERT_EQ(Open({{"hand", "0"}}), OOS_DEVICE_OK) << why_;
+  const std::string straight = std::string("[0 0 0]") + kUnturned + "[9 20 0 20 0 40]";
+  const std::string bent =
+      std::string("[0 0 18]") + "[0 0 -1 0 1 0 1 0 0]" + "[9 20 30 20 40 40]";  // its x is the hand's -z
+  controller_.Send(std::string("gl 1 [0 1.0 0 3][0 0 0]") + kUnturned + straight + bent + straight);
+  const oos_device_state state = Step(1 * kMs);
+  ASSERT_EQ(state.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
+  constexpr double kDegree = 0.017453292519943295;
+  EXPECT_NEAR(state.finger_rad[3], 20.0 * kDegree, 1e-6);
+  EXPECT_NEAR(state.finger_rad[4], 40.0 * kDegree, 1e-6);
+  EXPECT_NEAR(state.finger_rad[5], 30.0 * kDegree, 1e-6);
+  EXPECT_NEAR(state.finger_rad[6], 0.0, 1e-6);
+}
+
 // A forearm, say: followed while it is seen. DTrack's line has only bodies that are.
 TEST_F(DtrackPluginTest, ABodyIsFollowedWhileTheCamerasSeeIt) {
   ASSERT_EQ(Open({{"body", "4"}}), OOS_DEVICE_OK) << why_;
@@ -294,6 +328,7 @@ TEST_F(DtrackPluginTest, SaysWhichOptionIsWrong) {
         {Options{{"hand", "0"}, {"grip_stiffness_N_per_m", "-3"}}, "option grip_stiffness_N_per_m: '-3'"},
         {Options{{"hand", "0"}, {"pinch", "here"}}, "option pinch: "},
         {Options{{"pinch", "5001"}}, "so give option hand"},
+        {Options{{"hand", "0"}, {"glove", "here"}}, "option glove: "},
         {Options{{"tactile", "10.0.0.1:50110"}}, "for a hand"}}) {
     EXPECT_EQ(Open(options), OOS_DEVICE_BAD_SETTING) << part;
     EXPECT_NE(std::string(why_).find(part), std::string::npos) << why_;

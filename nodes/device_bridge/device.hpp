@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "core/fixed_vector.hpp"
+#include "core/messages/values.hpp"
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
 #include "device/plugin.h"
@@ -25,7 +27,8 @@ struct DeviceReading {
   core::Twist V_WD;
   double opening_m = 0.0;
   double opening_velocity_m_per_s = 0.0;
-  bool is_engaged = false;     // dead-man held
+  bool is_engaged = false;                                       // dead-man held
+  core::FixedVector<double, core::kMaxFingerJoints> finger_rad;  // empty: not known
   std::int64_t sample_ns = 0;  // when the device was like that; 0: at the time of the call
 };
 

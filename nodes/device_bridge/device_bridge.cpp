@@ -260,6 +260,7 @@ void DeviceBridge::Step(const Inputs& inputs, Outputs* outputs) noexcept {
     state.V_WD = role.reading.V_WD;
     state.opening_m = role.reading.opening_m;
     state.opening_velocity_m_per_s = role.reading.opening_velocity_m_per_s;
+    state.finger_rad = role.reading.finger_rad;
     state.is_engaged = role.reading.is_engaged;
     state.is_simulated = role.device->is_simulated();
     state.J_contact_Wo_W = role.impulse.J_Wo_W();

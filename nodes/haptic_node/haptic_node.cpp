@@ -378,6 +378,7 @@ void HapticNode::FillRoleOutputs(std::size_t role_index, const Inputs& inputs, O
   proxy.V_WD = role.sample.V_WD;
   proxy.X_WC = role.X_WC();
   proxy.opening_m = role.sample.opening_m;
+  proxy.finger_rad = role.sample.finger_rad;
   proxy.is_in_contact = role.is_following && role.is_in_contact;
   proxy.is_engaged = role.is_following;
   proxy.F_Do_W = role.F_Do_W;
@@ -456,7 +457,7 @@ core::DeviceCommand HapticNode::ReevaluateRole(std::size_t role_index, const Inp
   core::Header header;
   header.direct = sample.header.direct;
   header.through_physics = reaction.header.through_physics;
-  const int ignored_object = IgnoredObject(reaction, gain);
+  const int ignored_object = role.device.jaw_left < 0 ? -1 : IgnoredObject(reaction, gain);
   const double grip_force_N = JawForce_N(role_index, moved_X_WO_);
   const core::Wrench F_rest_Do_W = gain * reaction.F_Do_W;
   if (!role.god_object || !role.is_following) {

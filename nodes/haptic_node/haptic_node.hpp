@@ -137,7 +137,10 @@ class HapticNode {
   }
   [[nodiscard]] bool IsHeld(const PairRole& pair_role, std::size_t pair) const;
   [[nodiscard]] static int IgnoredObject(const core::Reaction& reaction, double gain);
-  [[nodiscard]] static int IgnoredObject(const Role& role) { return IgnoredObject(role.reaction, role.reaction_gain); }
+  // Fingers hold by their contacts, and the palm touches what they hold as anything else.
+  [[nodiscard]] static int IgnoredObject(const Role& role) {
+    return role.device.jaw_left < 0 ? -1 : IgnoredObject(role.reaction, role.reaction_gain);
+  }
 
   void ApplyChange(const core::ParameterChange& change);
   void UpdateDevices(const Inputs& inputs);

@@ -47,6 +47,7 @@ void StateHash::Add(const core::DeviceCommand& command) {
 void StateHash::Add(const core::DeviceState& device) {
   Add(device.X_WD);
   Add(device.opening_m);
+  for (const double angle_rad : device.finger_rad) Add(angle_rad);
 }
 
 }  // namespace lockstep

@@ -14,7 +14,15 @@ core::Pose PoseOf(const scene::Scenario& scenario, int object) {
 }
 
 physics::JointAxisParams AxisOf(const scene::Mechanism& m) {
-  return {m.lower, m.upper, m.damping, m.motor_speed, m.motor_limit, m.is_locked ? 1.0 : 0.0};
+  return {m.lower,
+          m.upper,
+          m.damping,
+          m.motor_speed,
+          m.motor_limit,
+          m.is_locked ? 1.0 : 0.0,
+          m.servo_stiffness_Nm_per_rad,
+          m.servo_damping_Nm_s_per_rad,
+          m.start_rad};
 }
 
 physics::HingeParams HingeOf(const scene::Mechanism& m) {
@@ -213,6 +221,26 @@ core::Result<void> AddHoldables(const scene::Scenario& scenario, BuiltWorld* bui
   return {};
 }
 
+void AddFingerHolds(const scene::Scenario& scenario, BuiltWorld* built) {
+  for (std::size_t role = 0; role < scenario.devices.size(); ++role) {
+    for (std::size_t object = 0; object < scenario.objects.size(); ++object) {
+      const int o = static_cast<int>(object);
+      if (!IsPhysics(scenario, o) || scenario.objects[object].finger_link || IsLever(scenario, o)) continue;
+      BuiltWorld::FingerHold hold;
+      hold.role = static_cast<int>(role);
+      hold.object = o;
+      for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
+        const scene::Pair& pair = scenario.pairs[i];
+        if (pair.sampled != o && pair.field != o) continue;
+        const auto& link = scenario.objects[pair.sampled == o ? pair.field : pair.sampled].finger_link;
+        if (!link || link->role != hold.role) continue;
+        (link->finger == 0 ? hold.thumb_contacts : hold.finger_contacts).push_back(built->contact_of_pair[i]);
+      }
+      if (!hold.thumb_contacts.empty() && !hold.finger_contacts.empty()) built->finger_holds.push_back(std::move(hold));
+    }
+  }
+}
+
 }  // namespace
 
 core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
@@ -229,6 +257,7 @@ core::Result<BuiltWorld> BuildWorld(const scene::Scenario& scenario,
   if (part) part = AddMechanisms(scenario, &built);
   if (part) part = AddHoldables(scenario, &built);
   if (!part) return core::Fail(part.error().code, part.error().detail);
+  AddFingerHolds(scenario, &built);
   return built;
 }
 

@@ -39,6 +39,16 @@ struct BuiltWorld {
     std::vector<int> hand_contacts;  // contact pairs of all hand parts with the object: without force while held
   };
   std::vector<Holdable> holdables;
+
+  // What fingers can hold: one for every role with fingers and physics-owned object that both its thumb and another
+  // finger can touch. Contacts are indices of the world.
+  struct FingerHold {
+    int role = 0;
+    int object = 0;
+    std::vector<int> thumb_contacts;
+    std::vector<int> finger_contacts;
+  };
+  std::vector<FingerHold> finger_holds;
 };
 
 // `mass_of_object` has one entry per object; only those of physics-owned objects are used. Errors name file, line and

@@ -12,11 +12,17 @@ namespace {
 // Bounds the estimated speed of the jaws, in case the opening jumps. Chosen: far above the fastest deliberate motion.
 constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
 
+constexpr double kMaxPalmSpeed_m_per_s = 5.0;
+constexpr double kMaxPalmTurn_rad_per_s = 50.0;
+
 bool IsFinite(const core::HapticProxy& proxy) {
   const glm::dquat& q = proxy.X_WD.rotation;
   const double sum = q.w + q.x + q.y + q.z + glm::dot(proxy.X_WD.translation, glm::dvec3(1.0)) +
                      glm::dot(proxy.V_WD.linear_m_per_s, glm::dvec3(1.0)) +
                      glm::dot(proxy.V_WD.angular_rad_per_s, glm::dvec3(1.0)) + proxy.opening_m;
+  for (const double angle_rad : proxy.finger_rad) {
+    if (!std::isfinite(angle_rad)) return false;
+  }
   return std::isfinite(sum) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
 }
 
@@ -25,8 +31,13 @@ bool IsFinite(const core::HapticProxy& proxy) {
 Hands::Hands(const scene::Scenario& scenario)
     : scenario_(scenario), num_hands_(std::min<std::size_t>(scenario.devices.size(), kMaxRoles)) {
   for (std::size_t i = 0; i < num_hands_; ++i) {
-    hands_[i].X_WD = scenario.devices[i].X_WD_start;
+    hands_[i].X_WD = hands_[i].X_WPalm = scenario.devices[i].X_WD_start;
     hands_[i].opening_m = scenario.devices[i].opening_start_m;
+  }
+  for (const scene::Mechanism& m : scenario.mechanisms) {
+    if (m.finger_role >= 0 && m.finger_role < static_cast<int>(kMaxRoles)) {
+      has_fingers_[static_cast<std::size_t>(m.finger_role)] = true;
+    }
   }
 }
 
@@ -44,6 +55,27 @@ void Hands::Update(const Inputs& inputs, std::uint64_t tick) {
     } else {
       are_all_silent_ = false;
     }
+  }
+  FollowDevices();
+}
+
+// Fingers hang on the palm by hard joints, so a palm that jumps would fling them. A tracker that finds its target again
+// may jump; the palm then goes there at the speeds below, which no hand reaches.
+void Hands::FollowDevices() {
+  for (std::size_t i = 0; i < num_hands_; ++i) {
+    Hand& hand = hands_[i];
+    const glm::dvec3 way_W = hand.X_WD.translation - hand.X_WPalm.translation;
+    const glm::dvec3 turn_W = core::RotationVector(hand.X_WD.rotation * glm::conjugate(hand.X_WPalm.rotation));
+    const double share = std::max(glm::length(way_W) / (kMaxPalmSpeed_m_per_s * core::kTick_s),
+                                  glm::length(turn_W) / (kMaxPalmTurn_rad_per_s * core::kTick_s));
+    if (share <= 1.0) {
+      hand.X_WPalm = hand.X_WD;
+      hand.V_WPalm = hand.V_WD;
+      continue;
+    }
+    hand.X_WPalm.translation += way_W / share;
+    hand.X_WPalm.rotation = glm::normalize(core::QuaternionFromRotationVector(turn_W / share) * hand.X_WPalm.rotation);
+    hand.V_WPalm = {turn_W / (share * core::kTick_s), way_W / (share * core::kTick_s)};
   }
 }
 
@@ -64,6 +96,7 @@ void Hands::TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick) {
   hand.X_WD = {glm::normalize(proxy.X_WD.rotation), proxy.X_WD.translation};
   hand.V_WD = proxy.V_WD;
   hand.opening_m = proxy.opening_m;
+  if (!proxy.finger_rad.empty()) hand.finger_rad = proxy.finger_rad;
   hand.direct = proxy.header.direct;
   newest_cycle_ = proxy.cycle;  // a restarted haptic_node counts from 1 again: the newest, not the largest
 }
@@ -73,14 +106,23 @@ void Hands::Place(BuiltWorld* built) const {
     const scene::Object& object = scenario_.objects[i];
     if (object.owner != scene::Owner::kHand || object.role < 0 || object.role >= static_cast<int>(kMaxRoles)) continue;
     const Hand& hand = hands_[static_cast<std::size_t>(object.role)];
-    const core::Pose X_WPart = scene::PartPose(object.part, hand.X_WD, hand.opening_m);
-    core::Twist V_WPart{hand.V_WD.angular_rad_per_s,
-                        core::PointVelocity(hand.V_WD, X_WPart.translation - hand.X_WD.translation)};
+    const bool has_fingers = has_fingers_[static_cast<std::size_t>(object.role)];
+    const core::Pose& X_WH = has_fingers ? hand.X_WPalm : hand.X_WD;
+    const core::Twist& V_WH = has_fingers ? hand.V_WPalm : hand.V_WD;
+    const core::Pose X_WPart = scene::PartPose(object.part, X_WH, hand.opening_m);
+    core::Twist V_WPart{V_WH.angular_rad_per_s, core::PointVelocity(V_WH, X_WPart.translation - X_WH.translation)};
     const double side = object.part == scene::HandPart::kJawLeft    ? -0.5
                         : object.part == scene::HandPart::kJawRight ? 0.5
                                                                     : 0.0;
     V_WPart.linear_m_per_s += hand.X_WD.rotate({side * hand.opening_speed_m_per_s, 0.0, 0.0});
     built->world->SetKinematic(built->body_of_object[i], X_WPart, V_WPart);
+  }
+  for (std::size_t i = 0; i < scenario_.mechanisms.size(); ++i) {
+    const scene::Mechanism& m = scenario_.mechanisms[i];
+    if (m.finger_role < 0 || m.finger_role >= static_cast<int>(kMaxRoles)) continue;
+    const auto& finger_rad = hands_[static_cast<std::size_t>(m.finger_role)].finger_rad;
+    const auto joint = static_cast<std::size_t>(m.finger_joint);
+    if (joint < finger_rad.size()) built->hinges[i]->SetServoTarget(finger_rad[joint]);
   }
 }
 

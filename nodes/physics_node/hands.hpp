@@ -19,8 +19,11 @@ struct Hand {
   bool is_silent = true;  // no message for PhysicsNode::kMaxAgeTicks
   core::Pose X_WD;
   core::Twist V_WD;
+  core::Pose X_WPalm;  // of a hand with fingers: D, but for a device that jumps (Hands::FollowDevices)
+  core::Twist V_WPalm;
   double opening_m = 0.0;
   double opening_speed_m_per_s = 0.0;
+  core::FixedVector<double, core::kMaxFingerJoints> finger_rad;  // empty: not told yet
   core::Trace direct;
 };
 
@@ -31,7 +34,7 @@ class Hands {
 
   // Applies messages that are new and finite; sets the velocity of silent hands to zero.
   void Update(const Inputs& inputs, std::uint64_t tick);
-  // Sets pose and velocity of every body that is a part of a hand.
+  // Sets pose and velocity of every body that is a part of a hand, and where the servos of its fingers turn.
   void Place(BuiltWorld* built) const;
 
   [[nodiscard]] const Hand& operator[](std::size_t role) const { return hands_[role]; }
@@ -42,10 +45,12 @@ class Hands {
   void ExchangeState(physics::Checkpoint* checkpoint);
 
  private:
+  void FollowDevices();
   void TakeProxy(const core::HapticProxy& proxy, std::uint64_t tick);
 
   const scene::Scenario& scenario_;
   std::size_t num_hands_ = 0;
+  std::array<bool, kMaxRoles> has_fingers_{};
   std::array<Hand, kMaxRoles> hands_;
   std::uint64_t newest_cycle_ = 0;
   bool are_all_silent_ = true;

@@ -12,6 +12,7 @@
 #include "core/clock.hpp"
 #include "nodes/physics_node/build_world.hpp"
 #include "nodes/physics_node/contact_feed.hpp"
+#include "nodes/physics_node/finger_watch.hpp"
 #include "nodes/physics_node/grasp_keeper.hpp"
 #include "nodes/physics_node/hands.hpp"
 #include "nodes/physics_node/parameters.hpp"
@@ -22,6 +23,7 @@ struct PhysicsNode::Impl {
       : scenario(s),
         built(std::move(b)),
         keeper(&built),
+        fingers(&built),
         hands(scenario),
         feed(scenario, &built),
         parameters(scenario, built),
@@ -94,6 +96,21 @@ struct PhysicsNode::Impl {
       Emit(outputs, change == GraspKeeper::Change::kAttached ? "grasp_attached" : "grasp_detached",
            {scenario.devices[static_cast<std::size_t>(h.role)].role, " ",
             scenario.objects[static_cast<std::size_t>(h.object)].name});
+    }
+  }
+
+  // After the step, whose contacts say what presses.
+  void WatchFingers(Outputs* outputs) {
+    for (std::size_t role = 0; role < scenario.devices.size() && role < kMaxRoles; ++role) {
+      const int before = fingers.held_by(role);
+      fingers.Update(role);
+      const int now = fingers.held_by(role);
+      if (now == before) continue;
+      for (const auto& [object, name] : {std::pair{before, "grasp_detached"}, std::pair{now, "grasp_attached"}}) {
+        if (object == kNone) continue;
+        Emit(outputs, name,
+             {scenario.devices[role].role, " ", scenario.objects[static_cast<std::size_t>(object)].name});
+      }
     }
   }
 
@@ -222,7 +239,8 @@ struct PhysicsNode::Impl {
 
   // Whether the hand acts on a movable object, so that its sample has reached this state through physics.
   [[nodiscard]] bool TouchesMovingObject(std::size_t role) const {
-    if (keeper.held_by(role) != kNone || sheets->pinched_by(role) != kNone) return true;
+    if (keeper.held_by(role) != kNone || fingers.held_by(role) != kNone || sheets->pinched_by(role) != kNone)
+      return true;
     for (std::size_t i = 0; i < scenario.pairs.size(); ++i) {
       if (built.contact_of_pair[i] == kNone || built.world->contact(built.contact_of_pair[i]).num_pushing == 0)
         continue;
@@ -238,6 +256,7 @@ struct PhysicsNode::Impl {
     feed.ExchangeState(checkpoint);
     for (int& state : snap_states) checkpoint->Exchange(&state);
     keeper.ExchangeState(checkpoint);
+    fingers.ExchangeState(checkpoint);
     own->ExchangeState(checkpoint);
     sheets->ExchangeState(checkpoint);
     checkpoint->Exchange(&pinched);
@@ -276,6 +295,8 @@ struct PhysicsNode::Impl {
       if (held != kNone) {
         reaction.grasped_object = static_cast<std::uint16_t>(built.holdables[static_cast<std::size_t>(held)].object);
         state.is_in_contact = true;
+      } else if (fingers.held_by(role) != kNone) {
+        reaction.grasped_object = static_cast<std::uint16_t>(fingers.held_by(role));
       } else if (sheets->pinched_by(role) != kNone) {
         reaction.grasped_object = static_cast<std::uint16_t>(sheets->pinched_by(role));
         state.is_in_contact = true;
@@ -300,6 +321,7 @@ struct PhysicsNode::Impl {
   std::unique_ptr<OwnContacts> own;
   BuiltWorld built;
   GraspKeeper keeper;
+  FingerWatch fingers;
   Hands hands;
   ContactFeed feed;
   std::unique_ptr<SheetKeeper> sheets;
@@ -370,6 +392,7 @@ void PhysicsNode::Step(const Inputs& inputs, Outputs* outputs) noexcept {
   n.ApplyGravity();
   n.built.world->Step(core::kTick_s);
   n.AddContactImpulses();
+  n.WatchFingers(outputs);
   n.ReportSettled(outputs);
   n.Fill(outputs);
   outputs->state.state_hash = StateHash();

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the visual meshes of the scenarios from their parametric sources.
 
-  make_visuals.py [FILE.glb...]    writes them (all, or those named) and says their sizes
+  make_visuals.py [FILE...]        writes them (all, or those named) and says their sizes
   make_visuals.py --check          compares what the sources make with what is checked in; exit status 1 when they differ
 
 Python's standard library is enough. The same sources make the same bits.
@@ -11,7 +11,7 @@ import pathlib
 import sys
 
 SCENARIOS = pathlib.Path(__file__).resolve().parent.parent
-SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py", "parts/arm.py",
+SOURCES = ["module_replacement/module_replacement.py", "parts/gripper.py", "parts/arm.py", "parts/hand.py",
            "peg_in_hole/peg_in_hole.py", "service_robot/service_robot.py"]
 
 
@@ -36,12 +36,12 @@ def main(arguments):
         if wanted and pathlib.Path(name).name not in wanted:
             continue
         model = make()
-        data = model.glb()
+        data = model.data()
         total += len(data)
         file = SCENARIOS / name
         if not is_check:
             file.write_bytes(data)
-            print(f"{name}: {model.num_triangles()} triangles, {len(data)} bytes")
+            print(f"{name}: {model.what()}, {len(data)} bytes")
         elif not file.exists() or file.read_bytes() != data:
             print(f"{name} is not what its source makes: run scenarios/tools/make_visuals.py and look at the picture")
             status = 1

@@ -33,6 +33,7 @@ void FuzzWebSocket(Input input);       // haply.cpp
 void FuzzHaplyMessage(Input input);    // haply.cpp
 void FuzzDtrack(Input input);          // dtrack.cpp
 void FuzzPinch(Input input);           // dtrack.cpp
+void FuzzGlove(Input input);           // dtrack.cpp
 void FuzzUsbFrame(Input input);        // usb_frame.cpp
 
 struct NamedTarget {
@@ -65,6 +66,7 @@ inline constexpr std::array kTargets = {
     NamedTarget{"haply_message", FuzzHaplyMessage},
     NamedTarget{"dtrack", FuzzDtrack},
     NamedTarget{"pinch", FuzzPinch},
+    NamedTarget{"glove", FuzzGlove},
     NamedTarget{"usb_frame", FuzzUsbFrame},
 };
 

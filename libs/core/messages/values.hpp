@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "core/messages/trace.hpp"
@@ -11,6 +12,9 @@ namespace core {
 
 // In place of an object index of the scenario.
 constexpr std::uint16_t kNoObject = 0xffff;
+
+// Angles of a hand's fingers that a message has room for: three for each of five.
+constexpr std::size_t kMaxFingerJoints = 15;
 
 // When a figure takes its new value: in the owner's next tick; linearly over ramp_s from there; or held until the
 // change gives the scene no energy. Values are on the wire: append, never renumber.

@@ -9,6 +9,7 @@
 #include "nodes/device_bridge/arms/arm_plugin.hpp"
 #include "nodes/device_bridge/devices/plugin_values.hpp"
 #include "nodes/device_bridge/random.hpp"
+#include "tracking/finger_angles.hpp"
 #include "tracking/pseudo_grip.hpp"
 
 namespace device_bridge {
@@ -18,18 +19,21 @@ constexpr std::int64_t kFrame_ns = 16'666'667;  // of cameras
 constexpr double kTrackerNoise_m = 1e-4;        // root mean square [devices.md, section 2.1]
 constexpr std::uint64_t kTrackerSeed = 60;
 
-enum class GripMethod { kStick, kDistance, kPinch };
+enum class GripMethod { kStick, kDistance, kPinch, kFingers };
 struct NamedMethod {
   const char* name;
   GripMethod method;
 };
-constexpr NamedMethod kMethods[] = {
-    {"stick", GripMethod::kStick}, {"distance", GripMethod::kDistance}, {"pinch", GripMethod::kPinch}};
+constexpr NamedMethod kMethods[] = {{"stick", GripMethod::kStick},
+                                    {"distance", GripMethod::kDistance},
+                                    {"pinch", GripMethod::kPinch},
+                                    {"fingers", GripMethod::kFingers}};
 
 class SimulatedHand {
  public:
   SimulatedHand(GripMethod method, const scene::Device& device)
       : method_(method), max_m_(device.opening_max_m), jaws_(device.opening_max_m, device.opening_start_m) {
+    finger_rad_ = tracking::GraspAngles(device.opening_start_m);
     ToArray(device.X_WD_start, hand_.X_BT);
     hand_.opening_m = device.opening_start_m;
     hand_.holds_dead_man = 1;
@@ -56,6 +60,9 @@ class SimulatedHand {
     state->opening_m = jaws_.opening_m();
     state->opening_velocity_m_per_s = opening_velocity_m_per_s_;
     state->finger_force_N = jaws_.is_on_something() ? -wish_.force_N : 0.0;
+    if (method_ != GripMethod::kFingers) return;
+    state->num_finger_joints = OOS_DEVICE_FINGER_JOINTS;
+    std::copy(finger_rad_.begin(), finger_rad_.end(), state->finger_rad);
   }
 
  private:
@@ -65,6 +72,7 @@ class SimulatedHand {
     const glm::dvec3 noise_m = random_.GaussianVector(kTrackerNoise_m);
     for (int i = 0; i < 3; ++i) seen_.X_BT[4 + i] += noise_m[i];
     wish_ = Wish();
+    finger_rad_ = tracking::GraspAngles(seen_.opening_m);
   }
 
   // What the person does with fingers or stick, and what comes of it.
@@ -81,6 +89,8 @@ class SimulatedHand {
             presses ? std::max(wanted_m, jaws_.opening_m() - strength_N / kGripStiffness_N_per_m) : wanted_m;
         return tracking::WishOfDistance(fingers_m, jaws_.opening_m(), max_m_, kGripStiffness_N_per_m, kMaxGrip_N);
       }
+      case GripMethod::kFingers:  // there are no jaws: what is told of them is what the fingers do
+        return {wanted_m, 0.0};
       case GripMethod::kPinch:
         break;
     }
@@ -92,6 +102,7 @@ class SimulatedHand {
   tracking::PseudoJaws jaws_;
   oos_device_hand hand_{};  // of the person
   oos_device_hand seen_{};  // by the cameras
+  tracking::FingerAngles finger_rad_{};
   tracking::GripWish wish_;
   Random random_{kTrackerSeed};
   double reaction_N_ = 0.0;
@@ -111,7 +122,7 @@ int OpenHand(const oos_device_setting* setting, void** device) {
     *device = new SimulatedHand(known.method, ArmFiguresOf(*setting));
     return OOS_DEVICE_OK;
   }
-  device::SayWhy(*setting, "option grip: '" + std::string(wanted) + "' is not stick, distance or pinch");
+  device::SayWhy(*setting, "option grip: '" + std::string(wanted) + "' is not stick, distance, pinch or fingers");
   return OOS_DEVICE_BAD_SETTING;
 }
 

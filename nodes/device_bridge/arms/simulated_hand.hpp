@@ -10,7 +10,11 @@ namespace device_bridge {
 // tracker's device uses as well. The person sees the jaws stop on what is between them, and then draws the stick,
 // closes the fingers, or pinches, as hard as it wants to grip.
 //
-// Options: grip = "stick" (default), "distance" or "pinch".
+// With "fingers" it wears a glove, or its fingers are tracked: the angles of a person's fingers who holds something as
+// wide as the operator wants the jaws open, for a hand with fingers (scenarios/parts/README.md). They press as far as
+// the person closes them beyond what is between them.
+//
+// Options: grip = "stick" (default), "distance", "pinch" or "fingers".
 const oos_device_plugin& SimulatedHandPlugin();
 
 }  // namespace device_bridge

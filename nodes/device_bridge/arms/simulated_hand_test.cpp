@@ -8,7 +8,7 @@
 
 #include "nodes/device_bridge/devices/plugin_table.hpp"
 #include "nodes/device_bridge/devices/plugin_values.hpp"
-#include "tracking/pseudo_grip.hpp"
+#include "tracking/finger_angles.hpp"
 
 namespace device_bridge {
 namespace {
@@ -106,9 +106,26 @@ TEST_F(SimulatedHandTest, LetsGoWithItsPerson) {
   EXPECT_EQ(state_.flags, 0u);
 }
 
+// It has no jaws to stop on something: the fingers press as far as the person closes them, whatever is between them.
+TEST_F(SimulatedHandTest, TellsTheFingersOfItsPerson) {
+  ASSERT_EQ(Open("fingers"), OOS_DEVICE_OK) << why_;
+  for (const double opening_m : {0.05, 0.002}) {
+    hand_.opening_m = opening_m;
+    Step(2000, 0.02);
+    ASSERT_EQ(state_.num_finger_joints, static_cast<std::uint32_t>(OOS_DEVICE_FINGER_JOINTS));
+    const tracking::FingerAngles wanted_rad = tracking::GraspAngles(opening_m);
+    for (std::size_t i = 0; i < wanted_rad.size(); ++i) EXPECT_EQ(state_.finger_rad[i], wanted_rad[i]) << i;
+  }
+  table_.functions->close(device_);
+  ASSERT_EQ(Open("pinch"), OOS_DEVICE_OK) << why_;
+  state_ = {};
+  Step(20, 0.0);
+  EXPECT_EQ(state_.num_finger_joints, 0U);
+}
+
 TEST_F(SimulatedHandTest, SaysWhichMethodsThereAre) {
   EXPECT_EQ(Open("fist"), OOS_DEVICE_BAD_SETTING);
-  EXPECT_STREQ(why_, "option grip: 'fist' is not stick, distance or pinch");
+  EXPECT_STREQ(why_, "option grip: 'fist' is not stick, distance, pinch or fingers");
 }
 
 }  // namespace

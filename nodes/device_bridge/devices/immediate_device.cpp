@@ -57,6 +57,7 @@ DeviceReading ImmediateDevice::Read(std::int64_t now_ns) noexcept {
   reading.V_WD = TwistOf(state_.V_BD);
   reading.opening_m = state_.opening_m;
   reading.opening_velocity_m_per_s = state_.opening_velocity_m_per_s;
+  reading.finger_rad = FingersOf(state_);
   reading.is_engaged = (state_.flags & OOS_DEVICE_IS_ENGAGED) != 0;
   return reading;
 }

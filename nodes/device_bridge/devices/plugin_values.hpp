@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/fixed_vector.hpp"
+#include "core/messages/values.hpp"
 #include "core/pose.hpp"
 #include "core/wrench.hpp"
 #include "device/plugin.h"
@@ -81,7 +83,14 @@ inline bool FillGoal(const core::Pose& X_BG, double max_force_N, double max_torq
 inline bool IsUsable(const oos_device_state& state) {
   return IsPose(state.X_BD) && AreFinite(state.V_BD) && AreFinite(state.applied) && AreFinite(state.hand_F_Do_B) &&
          std::isfinite(state.opening_m) && std::isfinite(state.opening_velocity_m_per_s) &&
-         std::isfinite(state.finger_force_N);
+         std::isfinite(state.finger_force_N) && AreFinite(state.finger_rad) &&
+         (state.num_finger_joints == 0 || state.num_finger_joints == OOS_DEVICE_FINGER_JOINTS);
+}
+static_assert(OOS_DEVICE_FINGER_JOINTS == core::kMaxFingerJoints);
+inline core::FixedVector<double, core::kMaxFingerJoints> FingersOf(const oos_device_state& state) {
+  core::FixedVector<double, core::kMaxFingerJoints> finger_rad;
+  for (std::uint32_t i = 0; i < state.num_finger_joints; ++i) finger_rad.push_back(state.finger_rad[i]);
+  return finger_rad;
 }
 inline bool IsUsable(const oos_device_joints& joints) {
   if (joints.num_joints > OOS_DEVICE_MAX_JOINTS) return false;

@@ -74,6 +74,11 @@ int StepReplay(void* device, std::int64_t now_ns, const oos_device_command* /*co
   if (!is_over) ToArray(now.V_WD, state->V_BD);
   state->opening_m = now.opening_m;
   state->opening_velocity_m_per_s = is_over ? 0.0 : now.opening_velocity_m_per_s;
+  state->num_finger_joints = 0;
+  if (now.finger_rad.size() == OOS_DEVICE_FINGER_JOINTS) {
+    state->num_finger_joints = OOS_DEVICE_FINGER_JOINTS;
+    std::copy(now.finger_rad.begin(), now.finger_rad.end(), state->finger_rad);
+  }
   return OOS_DEVICE_OK;
 }
 

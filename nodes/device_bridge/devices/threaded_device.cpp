@@ -481,6 +481,7 @@ DeviceReading ThreadedDevice::Read(std::int64_t now_ns) noexcept {
   reading.is_engaged =
       is_alive && (state_.flags & OOS_DEVICE_IS_ENGAGED) != 0 && (state_.flags & OOS_DEVICE_IS_OFF) == 0;
   reading.opening_m = state_.opening_m;
+  reading.finger_rad = FingersOf(state_);
   reading.sample_ns = sample_ns_;
   const core::Pose X_BD = sample_ns_ != 0 ? PoseOf(state_.X_BD) : core::Pose{};
   if (reading.is_engaged && !is_taken_up_) map_.TakeUp(X_BD);

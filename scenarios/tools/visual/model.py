@@ -17,10 +17,25 @@ class Material:
         self.base, self.surface, self.normal, self.tile, self.occludes = base, surface, normal, tile, occludes
 
 
-class Model:
-    """`joints`: names of what a skin goes with; at rest the joints' frames are the mesh frame."""
+class Text:
+    """A file that is not a picture."""
 
-    def __init__(self, joints=()):
+    def __init__(self, text):
+        self.text = text
+
+    def data(self):
+        return self.text.encode()
+
+    def what(self):
+        return "text"
+
+
+class Model:
+    """`joints`: names of what a skin goes with. `rest`: a pose for each, axes and origin, of its frame in the mesh frame at rest;
+    without it all are the mesh frame."""
+
+    def __init__(self, joints=(), rest=None):
+        self.rest = rest
         self.parts = {}  # material name: (material, vertex index, vertices, triangles)
         self.joints = list(joints)
         self.variants = {}  # name: {material name: the material that takes its place}
@@ -62,10 +77,20 @@ class Model:
         pairs += [(0, 0.0)] * (4 - len(pairs))
         return tuple(number for number, _ in pairs) + tuple(share for _, share in pairs)
 
+    def _bind(self, name):
+        """Of a joint, column by column: the mesh frame's pose in its own at rest, R^T and -R^T p."""
+        axes, origin = self.rest[name] if self.rest else (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0))
+        columns = [[axes[row][column] for row in range(3)] + [0.0] for column in range(3)]
+        columns.append([-1e-3 * shapes.dot(axis, origin) + 0.0 for axis in axes] + [1.0])
+        return struct.pack("<16f", *(c for column in columns for c in column))
+
+    def what(self):
+        return f"{self.num_triangles()} triangles"
+
     def num_triangles(self):
         return sum(len(part[3]) for part in self.parts.values())
 
-    def glb(self):
+    def data(self):
         blob, views, accessors, primitives, materials, images = bytearray(), [], [], [], [], {}
 
         def view(data, target=None):
@@ -123,8 +148,7 @@ class Model:
             document["images"] = [{"bufferView": place, "mimeType": "image/png"} for _, place in images.values()]
             document["samplers"] = [{"magFilter": 9729, "minFilter": 9985, "wrapS": 10497, "wrapT": 10497}]
         if self.joints:
-            unit = struct.pack("<16f", *(1.0 if k % 5 == 0 else 0.0 for k in range(16)))
-            accessors.append({"bufferView": view(unit * len(self.joints)), "componentType": 5126, "count": len(self.joints),
+            accessors.append({"bufferView": view(b"".join(self._bind(name) for name in self.joints)), "componentType": 5126, "count": len(self.joints),
                               "type": "MAT4"})
             blob.extend(bytes(-len(blob) % 4))
             document["buffers"][0]["byteLength"] = len(blob)

@@ -5,6 +5,8 @@
 
 #include "tests/fuzz/claim.hpp"
 #include "tests/fuzz/reader.hpp"
+#include "tracking/finger_angles.hpp"
+#include "tracking/glove.hpp"
 #include "tracking/pinch.hpp"
 
 namespace fuzz {
@@ -31,12 +33,23 @@ void FuzzDtrack(Input input) {
   for (const auto& hand : frame.hands) {
     CheckBody(hand.body);
     Claim(hand.fingers.size() <= 5, "a hand has five fingers at most");
+    const auto angles_rad = tracking::AnglesOf(hand);
+    for (std::size_t i = 0; angles_rad && i < angles_rad->size(); ++i) {
+      Claim(std::isfinite((*angles_rad)[i]), "an angle is finite");
+    }
   }
 }
 
 void FuzzPinch(Input input) {
   const auto pinch = tracking::ParsePinch({reinterpret_cast<const char*>(input.data()), input.size()}, 1);
   Claim(!pinch || (*pinch >= 0.0 && *pinch <= 1.0), "a pinch is a share");
+}
+
+void FuzzGlove(Input input) {
+  const auto angles_rad = tracking::ParseGlove({reinterpret_cast<const char*>(input.data()), input.size()}, 1);
+  for (std::size_t i = 0; angles_rad && i < angles_rad->size(); ++i) {
+    Claim(std::abs((*angles_rad)[i]) <= 3.15, "no joint turns by more than half a turn");
+  }
 }
 
 }  // namespace fuzz

@@ -156,6 +156,7 @@ core::Result<Load> LoadOfScenario(const scene::Scenario& scenario) {
       if (!link.visual_mesh.empty()) named.push_back(link.visual_mesh);
     }
   }
+  named.insert(named.end(), scenario.hand_files.begin(), scenario.hand_files.end());
   std::vector<std::filesystem::path> files = named;
   AddFilesBelow(scenario.folder, named, &files);  // all of the folder, since the named files may name others
   std::filesystem::path base = scenario.folder;

@@ -91,7 +91,7 @@ class ReferencedFiles {
   core::Result<void> CopyAll(const std::filesystem::path& file, xmlNode* root) {
     core::Result<void> result;
     ForEachElement(root, [&](xmlNode* element) {
-      for (const char* attribute : {"mesh", "file", "links"}) {
+      for (const char* attribute : {"mesh", "file", "links", "hand"}) {
         const std::string value = AttributeOf(element, attribute);
         if (value.empty() || !result) continue;
         const auto place = Copy(value);
@@ -101,6 +101,7 @@ class ReferencedFiles {
           continue;
         }
         if (*place != value) SetAttribute(element, attribute, *place);
+        if (attribute == std::string_view("hand")) result = CopyHand((from_ / value).lexically_normal(), *place);
         if (attribute == std::string_view("links")) result = CopyLinks((from_ / value).lexically_normal(), *place);
       }
     });
@@ -140,6 +141,27 @@ class ReferencedFiles {
     const auto document = ReadDocument(links);
     if (!document) return core::Fail(core::ErrorCode::kIo, "cannot read " + links.string() + " as XML");
     if (auto copied = CopyAll(links, xmlDocGetRootElement(document.get())); !copied) return copied;
+    return WriteDocument(document.get(), to_ / place);
+  }
+
+  // The meshes of a hand are named from where its file is.
+  core::Result<void> CopyHand(const std::filesystem::path& hand, const std::string& place) {
+    const auto document = ReadDocument(hand);
+    if (!document) return core::Fail(core::ErrorCode::kIo, "cannot read " + hand.string() + " as XML");
+    core::Result<void> result;
+    ForEachElement(xmlDocGetRootElement(document.get()), [&](xmlNode* element) {
+      const std::string mesh = AttributeOf(element, "mesh");
+      if (mesh.empty() || !result) return;
+      const auto copied = Copy(hand.parent_path() / mesh);
+      if (!copied) {
+        result = tl::unexpected(copied.error());
+        return;
+      }
+      const std::filesystem::path folder = std::filesystem::path(place).parent_path();
+      SetAttribute(element, "mesh",
+                   std::filesystem::path(*copied).lexically_relative(folder.empty() ? "." : folder).string());
+    });
+    if (!result) return result;
     return WriteDocument(document.get(), to_ / place);
   }
 
