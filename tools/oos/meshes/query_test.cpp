@@ -23,6 +23,7 @@ struct Row {
   double contacts = 0.0;
   double points = 0.0;
   double time_us = 0.0;
+  double force_error = -1.0;  // -1: empty
 };
 
 class QueryVerbTest : public testing::Test {
@@ -61,6 +62,7 @@ class QueryVerbTest : public testing::Test {
       fields >> r.distance_m >> r.force.x >> r.force.y >> r.force.z >> r.moment.x >> r.moment.y >> r.moment.z >>
           r.contacts >> r.points >> r.time_us;
       EXPECT_TRUE(fields) << line;
+      if (double error = 0.0; fields >> error) r.force_error = error;
       rows.push_back(r);
     }
     return rows;
@@ -152,6 +154,34 @@ TEST_F(QueryVerbTest, FastGivesTheIntegral) {
   EXPECT_LT(glm::distance(rows[0].force, {0.0, 0.0, force}), 0.02 * force);
   EXPECT_GT(rows[1].distance_m, 0.0);
   EXPECT_LE(rows[1].distance_m, 0.01);
+}
+
+// A ball in a half space, and apart from it.
+TEST_F(QueryVerbTest, SurfaceKeepsAnAccuracyAndGivesItsError) {
+  const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.2, 0.2, 0.1}));
+  const std::string ball = WriteMesh("ball.obj", vps::MakeSphere(0.03, 128));
+  const std::string poses = Write("poses.csv", "0,0,0.076,1,0,0,0\n0,0,0.0801,1,0,0,0\n0,0,0.1,1,0,0,0\n");
+  ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
+                     {"query", ground, ball, "--poses", poses, "--out", out(), "--method", "surface", "--accuracy",
+                      "0.05", "--voxel_m", "0.001"}),
+            kHolds);
+  const auto rows = ReadOut();
+  ASSERT_EQ(rows.size(), 3U);
+  const double force = vps::oracle::SphereOnHalfSpaceForce(0.03, 0.004);
+  EXPECT_NEAR(rows[0].force.z, force, 0.05 * force);
+  EXPECT_GT(rows[0].force_error, 0.0);
+  EXPECT_LE(rows[0].force_error, 0.05 * rows[0].force.z);
+  EXPECT_NEAR(rows[0].distance_m, -0.004, 1e-3);
+  for (int i = 1; i < 3; ++i) {
+    EXPECT_EQ(rows[i].contacts, 0.0);
+    EXPECT_EQ(rows[i].force, glm::dvec3(0.0));
+    EXPECT_GE(rows[i].distance_m, 0.0);
+    EXPECT_LE(rows[i].distance_m, i == 1 ? 1e-4 + 1e-5 : 0.02 + 1e-5);
+  }
+  EXPECT_GT(rows[2].distance_m, 0.015);
+  fs::remove(out());
+  EXPECT_THAT(ComplaintOf({"query", ground, ball, "--poses", poses, "--out", out(), "--accuracy", "0.05"}),
+              HasSubstr("--method surface"));
 }
 
 // A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap.
