@@ -12,8 +12,7 @@ namespace {
 // Bounds the estimated speed of the jaws, in case the opening jumps. Chosen: far above the fastest deliberate motion.
 constexpr double kMaxOpeningSpeed_m_per_s = 1.0;
 
-constexpr double kMaxPalmSpeed_m_per_s = 5.0;
-constexpr double kMaxPalmTurn_rad_per_s = 50.0;
+constexpr double kPalmBandwidth_rad_per_s = 25.0;  // 4 Hz, chosen: that of a light-weight arm
 
 bool IsFinite(const core::HapticProxy& proxy) {
   const glm::dquat& q = proxy.X_WD.rotation;
@@ -59,23 +58,25 @@ void Hands::Update(const Inputs& inputs, std::uint64_t tick) {
   FollowDevices();
 }
 
-// Fingers hang on the palm by hard joints, so a palm that jumps would fling them. A tracker that finds its target again
-// may jump; the palm then goes there at the speeds below, which no hand reaches.
+// Fingers hang on the palm by hard joints, and what they hold on friction. A tracker's frames come sixty times a
+// second, so its pose moves in steps, of v / 60 Hz; carried out in one tick each would fling both. A robot's hand is
+// carried by an arm: the palm P follows D with the arm's bandwidth w, critically damped and with the velocity told in
+// advance,
+//   a_P = w^2 (p_D - p_P) + 2 w (v_D - v_P),
+// and its rotation likewise. A steady motion then has no lag, and a step of 0.1 m/s / 60 Hz gives 0.1 g.
 void Hands::FollowDevices() {
+  constexpr double w = kPalmBandwidth_rad_per_s;
   for (std::size_t i = 0; i < num_hands_; ++i) {
     Hand& hand = hands_[i];
     const glm::dvec3 way_W = hand.X_WD.translation - hand.X_WPalm.translation;
     const glm::dvec3 turn_W = core::RotationVector(hand.X_WD.rotation * glm::conjugate(hand.X_WPalm.rotation));
-    const double share = std::max(glm::length(way_W) / (kMaxPalmSpeed_m_per_s * core::kTick_s),
-                                  glm::length(turn_W) / (kMaxPalmTurn_rad_per_s * core::kTick_s));
-    if (share <= 1.0) {
-      hand.X_WPalm = hand.X_WD;
-      hand.V_WPalm = hand.V_WD;
-      continue;
-    }
-    hand.X_WPalm.translation += way_W / share;
-    hand.X_WPalm.rotation = glm::normalize(core::QuaternionFromRotationVector(turn_W / share) * hand.X_WPalm.rotation);
-    hand.V_WPalm = {turn_W / (share * core::kTick_s), way_W / (share * core::kTick_s)};
+    core::Twist& V = hand.V_WPalm;
+    V.linear_m_per_s += core::kTick_s * (w * w * way_W + 2.0 * w * (hand.V_WD.linear_m_per_s - V.linear_m_per_s));
+    V.angular_rad_per_s +=
+        core::kTick_s * (w * w * turn_W + 2.0 * w * (hand.V_WD.angular_rad_per_s - V.angular_rad_per_s));
+    hand.X_WPalm.translation += core::kTick_s * V.linear_m_per_s;
+    hand.X_WPalm.rotation =
+        glm::normalize(core::QuaternionFromRotationVector(core::kTick_s * V.angular_rad_per_s) * hand.X_WPalm.rotation);
   }
 }
 

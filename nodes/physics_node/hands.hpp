@@ -19,7 +19,7 @@ struct Hand {
   bool is_silent = true;  // no message for PhysicsNode::kMaxAgeTicks
   core::Pose X_WD;
   core::Twist V_WD;
-  core::Pose X_WPalm;  // of a hand with fingers: D, but for a device that jumps (Hands::FollowDevices)
+  core::Pose X_WPalm;  // of a hand with fingers: follows D (Hands::FollowDevices)
   core::Twist V_WPalm;
   double opening_m = 0.0;
   double opening_speed_m_per_s = 0.0;

@@ -246,8 +246,10 @@ void ReadLine(LineReader& reader, const std::string& verb, const scene::Scenario
     ReadPush(reader, line);
   } else if (verb == "grip") {
     line->verb = Verb::kGrip;
-    const double greatest = scenario.devices[static_cast<std::size_t>(line->role)].opening_max_m;
-    line->opening_m = reader.Number("the opening", 0.0, greatest, "grip 0.02 force 20");
+    const scene::Device& device = scenario.devices[static_cast<std::size_t>(line->role)];
+    // Fingers, unlike jaws, close beyond each other, and so press harder on what is between them.
+    const double least = device.jaw_left < 0 ? -device.opening_max_m : 0.0;
+    line->opening_m = reader.Number("the opening", least, device.opening_max_m, "grip 0.02 force 20");
     if (reader.Take("force")) line->grip_strength_N = reader.Number("the strength", 0.1, 200.0, "force 20");
     if (reader.Take("friction")) line->grip_friction = reader.Number("the friction", 0.01, 2.0, "friction 0.4");
     reader.ExpectEnd("'force N', 'friction MU'");
