@@ -1,5 +1,5 @@
-// The module replacement by a hand with five fingers: the deformable cover by its tab, the switch, the handle tool, both
-// modules.
+// The module replacement by a hand with five fingers: the deformable cover by its tab, the switch, the handle tool,
+// both modules.
 
 #include <gtest/gtest.h>
 
