@@ -50,7 +50,9 @@ constexpr std::pair<const char*, const char*> kShaders[] = {{"irradiance", visua
                                                             {"earth_vertex", visual_node::kEarthVertex},
                                                             {"earth_fragment", visual_node::kEarthFragment},
                                                             {"sky_vertex", visual_node::kSkyVertex},
-                                                            {"sky_fragment", visual_node::kSkyFragment},
+                                                            {"stars_fragment", visual_node::kStarsFragment},
+                                                            {"sun_fragment", visual_node::kSunFragment},
+                                                            {"moon_fragment", visual_node::kMoonFragment},
                                                             {"earth_air_fragment", visual_node::kEarthAirFragment}};
 
 template <class T>

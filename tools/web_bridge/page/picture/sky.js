@@ -9,6 +9,7 @@ import { Stars } from "./stars.js";
 import { cubeOfNoise, tableTexture } from "./tables.js";
 
 const GLARE = [0.35, 0.34, 0.32];  // of the sun in the camera, as sky.cpp
+const GLARE_REACH_RAD = 0.2;  // as sky.cpp
 const TURN_RAD_PER_MS = 1.14e-6;  // of an orbit
 const OLD_PX = 0.5;  // the sky is drawn anew when it has turned so far
 const LEAST_OLD_MS = 500;
@@ -34,8 +35,12 @@ export class Sky {
     const vertex = toEs(shaders.sky_vertex);
     const common = { u_sky_clip: { value: new THREE.Matrix4() }, u_sun_direction_W: { value: new THREE.Vector3() },
       u_glare: { value: new THREE.Vector3() } };
-    this.background = new FullScreen({ vertex, fragment: toEs(shaders.sky_fragment),
-      uniforms: { ...common, u_stars: { value: null }, u_moon_W: { value: new THREE.Vector4() } } });
+    this.starLight = new FullScreen({ vertex, fragment: toEs(shaders.stars_fragment),
+      uniforms: { ...common, u_stars: { value: null } } });
+    this.sun = new FullScreen({ vertex, fragment: toEs(shaders.sun_fragment), uniforms: common, transparent: true,
+      blending: CustomBlending, blendSrc: OneFactor, blendDst: OneFactor });
+    this.moon = new FullScreen({ vertex, fragment: toEs(shaders.moon_fragment),
+      uniforms: { ...common, u_moon_W: { value: new THREE.Vector4() } } });
     const earth = { ...common, u_earth_W: { value: new THREE.Vector4() }, u_R_EW: { value: new THREE.Matrix3() },
       u_scattering: { value: tableTexture(air.scattering) }, u_through: { value: tableTexture(air.through) },
       u_ground_light: { value: tableTexture(air.groundLight) }, u_earth: { value: this.ground.ground.texture },
@@ -64,7 +69,7 @@ export class Sky {
       magFilter: THREE.NearestFilter };
     this.picture = new THREE.WebGLRenderTarget(width, height, options);
     this.splatted = new THREE.WebGLRenderTarget(width, height, options);
-    this.background.uniforms.u_stars.value = this.splatted.texture;
+    this.starLight.uniforms.u_stars.value = this.splatted.texture;
     this.shown.uniforms.u_sky.value = this.picture.texture;
     this.#drawn = null;
   }
@@ -75,7 +80,7 @@ export class Sky {
     this.common.u_glare.value.set(...GLARE.map((value, i) => value * sky.sunlight[i]));
     const moon = new THREE.Vector3(...sky.moon);
     const moon_m = Math.max(moon.length(), 1);
-    this.background.uniforms.u_moon_W.value.set(...moon.divideScalar(moon_m), this.assets.moonRadiusM / moon_m);
+    this.moon.uniforms.u_moon_W.value.set(...moon.divideScalar(moon_m), this.assets.moonRadiusM / moon_m);
     const [w, x, y, z, ...centre] = sky.earth;
     const toEarth = new THREE.Vector3(...centre);
     const earth_m = Math.max(toEarth.length(), 1);
@@ -109,21 +114,26 @@ export class Sky {
     const R_VC = new THREE.Matrix3().setFromMatrix4(new THREE.Matrix4().multiplyMatrices(R_VW, R_WC));
     this.stars.draw(renderer, this.splatted, { R_VC, isTurning: this.#isTurning, focal_px });
     this.common.u_sky_clip.value.multiplyMatrices(camera.projectionMatrix, R_VW).invert();
-    this.background.draw(renderer, this.picture);
-    if (isFirst) return;
-    this.#clipToDisc(camera, R_VW);
-    this.keep.draw(renderer, this.picture);
-    this.add.draw(renderer, this.picture);
+    this.starLight.draw(renderer, this.picture);
+    this.#clipToDisc(camera, R_VW, this.common.u_sun_direction_W.value, GLARE_REACH_RAD);
+    this.sun.draw(renderer, this.picture);
+    const moon = this.moon.uniforms.u_moon_W.value;
+    this.#clipToDisc(camera, R_VW, moon, Math.asin(Math.min(1, moon.w)));
+    this.moon.draw(renderer, this.picture);
+    if (!isFirst) {
+      const earth = this.earth.u_earth_W.value;
+      this.#clipToDisc(camera, R_VW, earth, Math.asin(Math.min(1, earth.w * this.assets.air.top)));
+      this.keep.draw(renderer, this.picture);
+      this.add.draw(renderer, this.picture);
+    }
     this.picture.scissorTest = false;
   }
 
   // Whether another picture would show more.
   get isUnfinished() { return this.#left > 0 || this.#isTurning; }
 
-  // Only the rectangle of the disc of Earth and air is shaded, when it is in view as a whole.
-  #clipToDisc(camera, R_VW) {
-    const { x, y, z, w: sine } = this.earth.u_earth_W.value;
-    const top = Math.asin(Math.min(1, sine * this.assets.air.top));
+  // Only the rectangle of a disc around a direction is shaded. radius: of the disc, rad.
+  #clipToDisc(camera, R_VW, { x, y, z }, radius) {
     const centre = new THREE.Vector3(x, y, z).applyMatrix4(R_VW);
     const size = new THREE.Vector2(this.picture.width, this.picture.height);
     const focal = 0.5 * size.y / Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2);
@@ -131,7 +141,7 @@ export class Sky {
     const range = (across) => {
       const mid = Math.atan2(across, -centre.z);
       const flat = Math.hypot(across, centre.z);
-      const half = flat > Math.sin(top) ? Math.asin(Math.sin(top) / flat) : Math.PI;
+      const half = flat > Math.sin(radius) ? Math.asin(Math.sin(radius) / flat) : Math.PI;
       const edge = (angle) => focal * Math.tan(Math.min(1.55, Math.max(-1.55, angle)));
       return mid - half > 1.55 || mid + half < -1.55 ? [0, 0] : [edge(mid - half), edge(mid + half)];
     };
