@@ -304,6 +304,7 @@ class Reader {
     if (port < 1 || port > 65535) {
       Report(element.LineOf("port"), title + ": port is " + std::to_string(port), "ports are 1 to 65535",
              "write another number");
+      return;
     }
     viewer->port = static_cast<std::uint16_t>(port);
     for (const Viewer* other : lab_.ViewersOn(viewer->host)) {

@@ -51,7 +51,7 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
                      plan.host.name + ".\n[unix_http_server]\nfile=" + socket +
                      "\nchmod=0700\n\n[supervisord]\nlogfile=" + plan.run_folder + "/supervisord-" + plan.host.name +
                      ".log\nlogfile_maxbytes=0\npidfile=" + pid_file + "\ndirectory=" + plan.run_folder +
-                     "\nnodaemon=false\n\n[rpcinterface:supervisor]\nsupervisor.rpcinterface_factory = "
+                     "\nnodaemon=false\numask=077\n\n[rpcinterface:supervisor]\nsupervisor.rpcinterface_factory = "
                      "supervisor.rpcinterface:make_main_rpcinterface\n\n[supervisorctl]\nserverurl=unix://" +
                      socket + "\n";
   int priority = 10;
@@ -63,7 +63,7 @@ UnitFiles SupervisorFiles(const HostPlan& plan) {
   // supervisord itself removes a stale socket and pid file after a power failure.
   result.resume = control + " pid >/dev/null 2>&1 || " + result.start;
   result.stop = "if [ -S " + socket + " ]; then\n  pid=$(cat " + pid_file + ")\n  " + control + " shutdown\n" +
-                "  timeout 30 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";
+                "  timeout 60 tail -s 0.05 --pid=\"$pid\" -f /dev/null\nfi\n";
   result.status = control +
                   " status | sed -e 's/RUNNING/running/;s/STARTING/starting/;s/BACKOFF/starting/;s/STOPPING/stopped/;"
                   "s/FATAL/failed/;s/EXITED/stopped/;s/STOPPED/stopped/'\n";

@@ -25,7 +25,8 @@ std::string UnitText(const Unit& unit, const HostPlan& plan) {
   text += "\nWorkingDirectory=" + plan.run_folder + "\n";
   for (const auto& [name, value] : unit.environment)
     text += "Environment=" + QuoteForSystemd(name + "=" + value) + "\n";
-  text += "StandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
+  // A page's address with the session's key stands in its log.
+  text += "UMask=0077\nStandardOutput=append:" + unit.log + "\nStandardError=append:" + unit.log + "\n";
   // A node that exits with 0 is finished; any other exit restarts it at once.
   text +=
       "Restart=on-failure\nRestartSec=0\nKillSignal=SIGTERM\nTimeoutStopSec=" + std::to_string(unit.stop_patience_s) +

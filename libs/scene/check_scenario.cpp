@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/messages/physics.hpp"
+#include "scene/has_fingers.hpp"
 #include "scene/load_scenario.hpp"
 #include "scene/read_scenario.hpp"
 
@@ -102,6 +103,10 @@ class ScenarioChecker {
       Report(
           device.location, title + part + " is missing", "a gripper has two jaws",
           "add an <object owner=\"hand\" part=\"" + part + "\" role=\"" + device.role + "\">, or remove the other jaw");
+    }
+    if (device.jaw_left >= 0 && HasFingers(scenario_, static_cast<int>(&device - scenario_.devices.data()))) {
+      Report(device.location, title + "has jaws and fingers", "a hand grips with the one or the other",
+             "remove the jaws, or <fingers role=\"" + device.role + "\">");
     }
     const bool is_simulated = device.type.rfind("simulated_", 0) == 0 || device.type == "hug";
     if (is_simulated != device.address.empty()) {

@@ -5,6 +5,7 @@
 #include "core/hand_limits.hpp"
 #include "nodes/haptic_node/describe_tool.hpp"
 #include "nodes/haptic_node/haptic_node.hpp"
+#include "scene/has_fingers.hpp"
 #include "vps/asset/cooked_object.hpp"
 
 namespace haptic_node {
@@ -57,6 +58,7 @@ void HapticNode::BuildRoles(const collision::OwnedWorld& owned) {
   for (std::size_t r = 0; r < roles_.size(); ++r) {
     Role& role = roles_[r];
     role.device = scenario_.devices[r];
+    role.has_fingers = scene::HasFingers(scenario_, static_cast<int>(r));
     stiffness_limit_names_.push_back(core::StiffnessLimitName(role.device.role));
     damping_limit_names_.emplace_back();
     turn_damping_limit_names_.emplace_back();

@@ -457,7 +457,7 @@ core::DeviceCommand HapticNode::ReevaluateRole(std::size_t role_index, const Inp
   core::Header header;
   header.direct = sample.header.direct;
   header.through_physics = reaction.header.through_physics;
-  const int ignored_object = role.device.jaw_left < 0 ? -1 : IgnoredObject(reaction, gain);
+  const int ignored_object = role.has_fingers ? -1 : IgnoredObject(reaction, gain);
   const double grip_force_N = JawForce_N(role_index, moved_X_WO_);
   const core::Wrench F_rest_Do_W = gain * reaction.F_Do_W;
   if (!role.god_object || !role.is_following) {

@@ -90,6 +90,7 @@ class HapticNode {
 
   struct Role {
     scene::Device device;
+    bool has_fingers = false;
     std::vector<std::uint8_t> is_hand_part;  // per object
     vps::VirtualCoupling coupling;
     std::optional<vps::GodObject> god_object;  // in place of it
@@ -139,7 +140,7 @@ class HapticNode {
   [[nodiscard]] static int IgnoredObject(const core::Reaction& reaction, double gain);
   // Fingers hold by their contacts, and the palm touches what they hold as anything else.
   [[nodiscard]] static int IgnoredObject(const Role& role) {
-    return role.device.jaw_left < 0 ? -1 : IgnoredObject(role.reaction, role.reaction_gain);
+    return role.has_fingers ? -1 : IgnoredObject(role.reaction, role.reaction_gain);
   }
 
   void ApplyChange(const core::ParameterChange& change);

@@ -5,6 +5,7 @@
 
 #include "core/clock.hpp"
 #include "nodes/physics_node/physics_node.hpp"
+#include "scene/has_fingers.hpp"
 
 namespace physics_node {
 namespace {
@@ -32,11 +33,7 @@ Hands::Hands(const scene::Scenario& scenario)
   for (std::size_t i = 0; i < num_hands_; ++i) {
     hands_[i].X_WD = hands_[i].X_WPalm = scenario.devices[i].X_WD_start;
     hands_[i].opening_m = scenario.devices[i].opening_start_m;
-  }
-  for (const scene::Mechanism& m : scenario.mechanisms) {
-    if (m.finger_role >= 0 && m.finger_role < static_cast<int>(kMaxRoles)) {
-      has_fingers_[static_cast<std::size_t>(m.finger_role)] = true;
-    }
+    has_fingers_[i] = scene::HasFingers(scenario, static_cast<int>(i));
   }
 }
 

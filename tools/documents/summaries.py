@@ -45,7 +45,9 @@ def held_out(folder, file, what):
         for (of_set, name, method), fast in of.items():
             if of_set != part or method != "fast" or fast["poses"] == "0":
                 continue
-            paper = of[part, name, "paper"]
+            paper = of.get((part, name, "paper"))
+            if paper is None:
+                continue
             rows.append([f"{part.replace('_', ' ')}: {name.replace('_', ' ')}", fast["poses"], three(paper, "force"), three(fast, "force"),
                          three(fast, "moment"), short(paper["p50_us"]), short(fast["p50_us"])])
     return rows

@@ -71,10 +71,15 @@ export class Session extends EventEmitter {
     this.node = node;
     this.#quietSinceMs = null;
     this.source?.close();
-    this.source = this.#follow(new SceneSource({ program: this.programs.sceneStream, scenario: this.scenario, session,
-      name: this.name }));
+    this.#show();
     this.state = "running";
     this.emit("begin", node);
+  }
+
+  // The pictures of the session that was joined.
+  #show() {
+    this.source = this.#follow(new SceneSource({ program: this.programs.sceneStream, scenario: this.scenario,
+      session: this.#joined, name: this.name }));
   }
 
   #follow(source) {
@@ -93,6 +98,8 @@ export class Session extends EventEmitter {
     this.#isBusy = true;
     try {
       if (this.node && this.#isOver()) await this.#leave("the session is over");
+      // As its host's supervisor does with any other node of a lab.
+      if (this.fixed && this.node && !this.source) this.#show();
       const found = !this.node && this.find();
       if (found && !this.#isSame(found)) await this.#join(found);
     } catch (error) {

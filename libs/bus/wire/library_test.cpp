@@ -373,6 +373,9 @@ bool IsWhole(const P& p) {
     return p.num_bodies() == static_cast<std::uint32_t>(p.object_size()) &&
            p.num_mechanisms() == static_cast<std::uint32_t>(p.mechanism_size());
   }
+  if constexpr (requires { p.num_finger_joints(); }) {
+    return p.num_finger_joints() == static_cast<std::uint32_t>(p.finger_rad_size());
+  }
   if constexpr (requires { p.num_nodes(); }) return 3 * p.num_nodes() == static_cast<std::uint32_t>(p.p_w_size());
   return true;
 }

@@ -21,7 +21,7 @@ constexpr double kSettledMargin = 0.02;
 // Places with known signs, for finding those of others. The latest are kept. Voxel units.
 class SettledSigns {
  public:
-  // `is_closed`: whether the surface is (TriangleField::is_closed). Else every sign is asked.
+  // `is_closed`: whether the surface is (TriangleField::signs_spread). Else every sign is asked.
   explicit SettledSigns(bool is_closed) : is_closed_(is_closed) {}
 
   void Add(const glm::dvec3& p, double radius, double sign) { balls_[count_++ % kMost] = {p, radius, sign}; }

@@ -91,36 +91,40 @@ FieldBends::FieldBends(const DistanceField& field) {
 }
 
 void FieldBends::Fill(const DistanceField& field, int shift, Level* level) const {
-  const std::size_t num_cells = static_cast<std::size_t>(level->n.x) * level->n.y * level->n.z;
+  level->numbers.resize(static_cast<std::size_t>(level->n.x) * level->n.y * level->n.z);
+  std::vector<std::uint32_t> counts;  // of the places in each of level->cells
   const float h = static_cast<float>(1 << shift);
-  level->cells.resize(num_cells);
-  level->counts.resize(num_cells);
-  ForPlaces(field, level->n, shift, [&](std::size_t cell, const glm::vec3& p) {
+  ForPlaces(field, level->n, shift, [&](std::size_t i, const glm::vec3& p) {
+    std::uint32_t& number = level->numbers[i];
+    if (number == 0) {
+      level->cells.emplace_back();
+      counts.push_back(0);
+      number = static_cast<std::uint32_t>(level->cells.size());
+    }
     const Matrix H = SecondDifferences(field, p, h);
-    for (std::size_t i = 0; i < 6; ++i) level->cells[cell].mean[i] += H[i];
-    ++level->counts[cell];
+    for (std::size_t k = 0; k < 6; ++k) level->cells[number - 1].mean[k] += H[k];
+    ++counts[number - 1];
   });
-  for (std::size_t i = 0; i < num_cells; ++i) {
-    if (level->counts[i] == 0) continue;
-    for (float& value : level->cells[i].mean) value /= static_cast<float>(level->counts[i]);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    for (float& value : level->cells[i].mean) value /= static_cast<float>(counts[i]);
   }
-  ForPlaces(field, level->n, shift, [&](std::size_t cell, const glm::vec3& p) {
+  ForPlaces(field, level->n, shift, [&](std::size_t i, const glm::vec3& p) {
+    Bend& cell = level->cells[level->numbers[i] - 1];
     Matrix H = SecondDifferences(field, p, h);
-    for (std::size_t i = 0; i < 6; ++i) H[i] -= (1.0f - kKept) * level->cells[cell].mean[i];
-    Raise(Magnitude(H), &level->cells[cell].most);
+    for (std::size_t k = 0; k < 6; ++k) H[k] -= (1.0f - kKept) * cell.mean[k];
+    Raise(Magnitude(H), &cell.most);
   });
 }
 
-FieldBends::Found FieldBends::At(const glm::vec3& p, float reach) const {
+const Bend* FieldBends::At(const glm::vec3& p, float reach) const {
   std::size_t shift = 0;
   while (shift < levels_.size() && static_cast<float>(1 << shift) < reach) ++shift;
-  if (shift == levels_.size()) return {};
+  if (shift == levels_.size()) return nullptr;
   const Level& level = levels_[shift];
   const glm::vec3 scaled = p / static_cast<float>(1 << shift);
   const glm::ivec3 c = glm::clamp(glm::ivec3(glm::floor(scaled)), glm::ivec3(0), level.n - 1);
-  const std::size_t cell = (static_cast<std::size_t>(c.z) * level.n.y + c.y) * level.n.x + c.x;
-  if (level.counts[cell] == 0) return {};
-  return {&level.cells[cell], static_cast<float>(1 << shift)};
+  const std::uint32_t number = level.numbers[(static_cast<std::size_t>(c.z) * level.n.y + c.y) * level.n.x + c.x];
+  return number == 0 ? nullptr : &level.cells[number - 1];
 }
 
 }  // namespace vps

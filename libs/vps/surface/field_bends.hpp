@@ -24,18 +24,14 @@ class FieldBends {
  public:
   explicit FieldBends(const DistanceField& field);
 
-  struct Found {
-    const Bend* bend = nullptr;  // null: no scale is known that large there
-    float scale = 0.0f;          // h
-  };
-  // At p [voxels], with h of at least `reach` voxels.
-  [[nodiscard]] Found At(const glm::vec3& p, float reach) const;
+  // At p [voxels], with h of at least `reach` voxels. Null: nothing is known there of a scale that large.
+  [[nodiscard]] const Bend* At(const glm::vec3& p, float reach) const;
 
  private:
   struct Level {
     glm::ivec3 n{0};
+    std::vector<std::uint32_t> numbers;  // of each cell, in `cells`, from 1; 0: the surface is farther than h
     std::vector<Bend> cells;
-    std::vector<std::uint32_t> counts;  // of the places seen; 0: the surface is farther than h
   };
   void Fill(const DistanceField& field, int shift, Level* level) const;
 

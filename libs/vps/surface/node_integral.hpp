@@ -20,9 +20,9 @@ inline float TraceOf(const std::array<float, 6>& S, const std::array<float, 6>& 
 // Integrals of max(depth, 0) over a node whose depth is d + g . e, with d [m] in the mean and the slope g.
 //
 // The depth's values have the mean d and the variance v = g^T Q g / a. They are taken as spread evenly over [d - w, d +
-// w], w = sqrt(3 v): exact where the whole node is inside (d >= w) or outside, and right in the mean over all d where
-// it straddles the surface, since the integral over d of (mean of positive part - max(d, 0)) is v / 2 for any
-// distribution with that variance. With s = g . e:
+// w], w = sqrt(3 v): exact where the whole node is inside, for which d >= w is taken, or outside, and right in the mean
+// over all d where it straddles the surface, since the integral over d of (mean of positive part - max(d, 0)) is v / 2
+// for any distribution with that variance. With s = g . e:
 //
 //   m1 = mean of max(d + s, 0)   = d,              (d + w)^2 / (4 w),                            0
 //   m2 = mean of its square      = d^2 + w^2 / 3,  (d + w)^3 / (6 w),                            0

@@ -46,7 +46,6 @@ void SurfaceIntegral::ReadField(Patch* patch) {
 // The gradient of the distance is the direction from the nearest place; at the place itself, the triangle's normal.
 void SurfaceIntegral::ReadTriangles(Patch* patch) {
   ReadField(patch);
-  ++result_.places_exact;
   const glm::dvec3 p(InField(patch->node.centre_m));
   const NearestFacet nearest = FindNearestFacet(G_.triangles(), p, kReachOfTriangles);
   if (!nearest.is_found) return;
@@ -66,25 +65,24 @@ void SurfaceIntegral::Integrate(Patch* patch) const {
   const SurfaceNode& node = patch->node;
   const glm::vec3 q = InField(node.centre_m);
   const float reach = node.radius_m * per_voxel_;
-  const FieldBends::Found found = bends_.At(q, std::max(reach, std::abs(patch->depth_m) * per_voxel_));
-  patch->bend = found.bend;
-  patch->correction_m = 0.0f;
+  patch->bend = bends_.At(q, std::max(reach, std::abs(patch->depth_m) * per_voxel_));
+  float correction_m = 0.0f;
   float bend_m = node.radius_m;
-  if (found.bend != nullptr) {
+  if (patch->bend != nullptr) {
     const std::array<float, 6>& s = node.spread_m4;
     const glm::mat3 Q(s[0], s[3], s[4], s[3], s[1], s[5], s[4], s[5], s[2]);
     const glm::mat3 turned = R_GS_ * Q * glm::transpose(R_GS_) * (per_voxel_ * per_voxel_ / node.area_m2);  // voxels^2
     const std::array<float, 6> in_G = {turned[0][0], turned[1][1], turned[2][2],
                                        turned[0][1], turned[0][2], turned[1][2]};
-    patch->correction_m = -0.5f * TraceOf(found.bend->mean, in_G) * voxel_m_;
-    bend_m = 0.5f * std::max(0.0f, TraceOf(found.bend->most, in_G)) * voxel_m_;
+    correction_m = -0.5f * TraceOf(patch->bend->mean, in_G) * voxel_m_;
+    bend_m = 0.5f * std::max(0.0f, TraceOf(patch->bend->most, in_G)) * voxel_m_;
     // Below a voxel it is edges that bend, and an edge misses in proportion to the size, not to its square.
     if (reach < 1.0f) bend_m /= std::max(reach, 0.05f);
     bend_m = std::min(bend_m, 2.0f * node.radius_m);
   }
   float depth_m = patch->depth_m;
   // Distances are 1-Lipschitz: farther outside than the radius nothing is inside.
-  if (depth_m > -node.radius_m) depth_m = std::max(-node.radius_m, depth_m + patch->correction_m);
+  if (depth_m > -node.radius_m) depth_m = std::max(-node.radius_m, depth_m + correction_m);
   patch->integral = NodeIntegral(node, depth_m, patch->slope);
   EstimateErrors(patch, bend_m, depth_m);
 }
@@ -235,6 +233,10 @@ SurfaceIntegral::Estimate SurfaceIntegral::EstimateAll() const {
   return all;
 }
 
+double SurfaceIntegral::WantedOf(const Estimate& all, double accuracy) const {
+  return std::max(accuracy * all.force_m3, kNegligible_m * S_.area_m2);
+}
+
 // Shares of the error  sum b_i + sqrt(sum v_i)  that add up to it:  b_i + v_i / sqrt(sum v).
 double SurfaceIntegral::ShareOf(const Patch& patch, const Estimate& all) {
   const double spread = all.deviation_m3 > 0.0 ? static_cast<double>(patch.variance_m6) / all.deviation_m3 : 0.0;
@@ -281,9 +283,8 @@ SurfaceIntegral::Result SurfaceIntegral::Run(const core::Pose& X_GS, double accu
   Estimate all;
   for (int round = 0; round < kMostRounds; ++round) {
     all = EstimateAll();
-    const double wanted_m3 = std::max(accuracy * all.force_m3, kNegligible_m * S_.area_m2);
-    result_.is_accurate = all.error_m3() <= wanted_m3;
-    if (result_.is_accurate) break;
+    const double wanted_m3 = WantedOf(all, accuracy);
+    if (all.error_m3() <= wanted_m3) break;
     const double least = LeastShareToRefine(all, wanted_m3);
     const std::size_t count = front_.size();
     for (std::size_t i = 0; i < count && front_.size() < kMostPatches; ++i) {
@@ -313,7 +314,9 @@ SurfaceIntegral::Result SurfaceIntegral::Run(const core::Pose& X_GS, double accu
     result_.deepest_m = std::max(result_.deepest_m, static_cast<double>(patch.depth_m));
     result_.patches_inside += patch.depth_m > 0.0f ? 1 : 0;
   }
-  result_.error_m3 = EstimateAll().error_m3();
+  all = EstimateAll();
+  result_.error_m3 = all.error_m3();
+  result_.is_accurate = all.error_m3() <= WantedOf(all, accuracy);
   return result_;
 }
 

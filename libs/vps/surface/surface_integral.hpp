@@ -20,15 +20,14 @@ namespace vps {
 class SurfaceIntegral {
  public:
   struct Result {
-    glm::dvec3 force_m3{0.0};        // in S
-    glm::dvec3 moment_m4{0.0};       // about S's mesh origin, in S
-    double volume_m3 = 0.0;          // integral of depth
-    double square_m4 = 0.0;          // integral of its square
-    double deepest_m = 0.0;          // at the centre of a patch, greatest
-    double error_m3 = 0.0;           // estimate of |force - the exact one|
-    bool is_accurate = false;        // error_m3 is at most what was asked for; else the front was full
-    std::uint64_t places_read = 0;   // of the field
-    std::uint64_t places_exact = 0;  // of G's triangles
+    glm::dvec3 force_m3{0.0};       // in S
+    glm::dvec3 moment_m4{0.0};      // about S's mesh origin, in S
+    double volume_m3 = 0.0;         // integral of depth
+    double square_m4 = 0.0;         // integral of its square
+    double deepest_m = 0.0;         // at the centre of a patch, greatest
+    double error_m3 = 0.0;          // estimate of |force - the exact one|
+    bool is_accurate = false;       // error_m3 is at most what was asked for; else patches or rounds ran out
+    std::uint64_t places_read = 0;  // of the field
     std::uint64_t patches_inside = 0;
   };
 
@@ -48,7 +47,6 @@ class SurfaceIntegral {
     bool is_open = false;                  // its parts are in the front instead
     float depth_m = 0.0f;
     glm::vec3 slope{0.0f};
-    float correction_m = 0.0f;    // to the mean depth, for the field's bend
     float missed_mean_m = -1.0f;  // what its parent mispredicted, mean and r.m.s. over the siblings; -1: a root
     float missed_spread_m = 0.0f;
     const Bend* bend = nullptr;
@@ -78,6 +76,7 @@ class SurfaceIntegral {
   [[nodiscard]] float WorthOfSide(const Patch& patch, const glm::vec3& side) const;
   [[nodiscard]] Estimate EstimateAll() const;
   [[nodiscard]] static double ShareOf(const Patch& patch, const Estimate& all);
+  [[nodiscard]] double WantedOf(const Estimate& all, double accuracy) const;
   [[nodiscard]] double LeastShareToRefine(const Estimate& all, double wanted_m3) const;
 
   const SurfaceTree& S_;

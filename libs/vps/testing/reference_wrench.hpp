@@ -9,8 +9,8 @@ namespace vps {
 // integral of max(depth, 0) n dA over B's surface, refined until the sum of all pieces' last changes is below 3e-4 of
 // the force (WrenchAccuracy). The sum counts every change as if all had one sign, and a change is that of a rule of
 // degree 4 from a piece to its four parts; so that what remains is mostly corners that lie between samples and are not
-// seen. ReferenceWrench.MovesByLessThanATenthOfAPercentWhenRefined says how much that is. No floor: the lightest
-// contact is as exact as a deep one. `has_converged` false: no reference.
+// seen. ReferenceWrench.MovesByLessThanATenthOfAPercentWhenRefined says how much that is. The floor,
+// 1e-21 of area times radius, is far below the lightest contact. `has_converged` false: no reference.
 oracle::ContactWrench ReferenceWrench(const oracle::MeshDistance& A, const oracle::MeshDistance& B,
                                       const core::Pose& X_AB);
 

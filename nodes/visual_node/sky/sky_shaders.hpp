@@ -86,6 +86,14 @@ void main() {
   o_color = vec4(vec3(0.75, 0.73, 0.70) * sqrt(max(dot(n, u_sun_direction_W), 0.0)), 1.0);
 }
 )";
+
+// --- The Earth through its air (space/atmosphere/from_space.hpp), in radii of its ground. What is behind it is kept as
+// far as the air lets it through, for each colour: the second output of a dual-source blend. Only in the rectangle
+// around the disc.
+//
+// Water mirrors the sun's disc in waves whose slopes are normally distributed [Cox and Munk 1954]: for a slope of
+// tangent t and the variance s = 0.003 + 0.00512 wind, here 7 m/s,
+//   L = E F exp(-t^2 / s) / (4 pi s cos(view) cos(slope)^4).
 constexpr const char* kEarthAirFragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D u_scattering;  // columns: nu and mu_s, rows: of the ground, of the sky
 layout(binding = 1) uniform samplerCube u_earth;

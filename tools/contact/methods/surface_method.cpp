@@ -29,13 +29,9 @@ class SurfaceMethod : public Method {
     answer.points_tested = result.places_read;
     answer.force_error = result.error_m3;
     answer.contacts = result.patches_inside;
-    if (answer.contacts == 0) {
-      answer.signed_distance_m = ApartBound_m(X_AB);
-      return answer;
-    }
-    answer.signed_distance_m = -result.deepest_m;
     answer.force_A = X_AB.rotate(result.force_m3);
     answer.moment_A = X_AB.rotate(result.moment_m4);
+    answer.signed_distance_m = answer.contacts > 0 ? -result.deepest_m : ApartBound_m(X_AB);
     return answer;
   }
 
@@ -94,6 +90,7 @@ core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh&
   if (!cooked) return core::Fail(cooked.error().code, "A: " + cooked.error().detail);
   // As SurfacePieces of cooked parts are cut.
   constexpr double kSpacings = 4.0;
+  if (vps::SurfaceArea_m2(B) <= 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "B: no triangle with an area");
   const double longest_m = kSpacings * std::sqrt(vps::SurfaceArea_m2(B) / resolved.num_points);
   return std::make_unique<SurfaceMethod>(std::move(*cooked->field), vps::BuildSurfaceTree(B, longest_m), accuracy);
 }

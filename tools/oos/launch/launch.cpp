@@ -183,7 +183,7 @@ class Launch {
     for (std::size_t i = 0; i < remotes_.hosts().size(); ++i) {
       const lab::HostPlan& plan = plan_.hosts[i];
       const lab::UnitFiles files = lab::FilesFor(plan);
-      write[i] = "mkdir -p " + plan.run_folder + "/steps && cd " + plan.run_folder + " || exit 1\n";
+      write[i] = "umask 077\nmkdir -p " + plan.run_folder + "/steps && cd " + plan.run_folder + " || exit 1\n";
       for (const auto& [name, text] : files.files) WriteFile(name, text, &write[i]);
       WriteFile("stop.sh", files.stop, &write[i]);
       WriteFile("status.sh", files.status, &write[i]);
@@ -252,9 +252,9 @@ class Launch {
         if (!text.empty()) Say(host, "bus", text);
       } else if (unit.rfind("supervisord-", 0) == 0) {
         TakeSupervisor(host, line);
-      } else if (const std::string address = PageAddress(line); !address.empty()) {
-        const lab::Viewer* page = FindPage(unit);
-        const std::string port = std::to_string(page != nullptr ? page->port : 0);
+      } else if (const lab::Viewer* const page = FindPage(unit); page != nullptr && !PageAddress(line).empty()) {
+        const std::string address = PageAddress(line);
+        const std::string port = std::to_string(page->port);
         Say(host, unit,
             address + " (on another machine first: ssh -L " + port + ":127.0.0.1:" + port + " " +
                 lab_.FindHost(host)->address + ")");
@@ -294,7 +294,8 @@ class Launch {
   static std::string PageAddress(const std::string& line) {
     if (line.rfind("{\"page\":", 0) != 0) return {};
     const nlohmann::json said = nlohmann::json::parse(line, nullptr, false);
-    return said.is_object() ? said.value("page", "") : std::string();
+    const bool is_address = said.is_object() && said.contains("page") && said["page"].is_string();
+    return is_address ? said["page"].get<std::string>() : std::string();
   }
   [[nodiscard]] const lab::Viewer* FindPage(const std::string& unit) const {
     const auto found = std::find_if(lab_.viewers.begin(), lab_.viewers.end(), [&](const lab::Viewer& viewer) {
