@@ -14,8 +14,8 @@ std::optional<float> MeanLuminanceOf(std::span<const std::uint16_t> light, const
                                      const glm::ivec2& cells);
 
 // Develops a film's light without OpenGL: exposure, tone curve, sRGB, smooth edges and the target's size, by the
-// formulas of film_shaders.hpp. Where OpenGL is software, too, it does the same work there for several times as much of
-// the processor: it smooths every pixel, though one in ten has an edge, and an enlarged picture is another pass.
+// formulas of film_shaders.hpp. Where OpenGL is software, too, shaders take more of the processor for it: they
+// smooth every pixel, also those without an edge, and an enlarged picture is another pass.
 class Darkroom {
  public:
   // `light`: four 16-bit floats for each pixel of the film, linear RGB and alpha as Film has it, the lowest row first.
