@@ -195,6 +195,7 @@ core::Result<Load> LoadOfPage(const std::filesystem::path& programs) {
                                                       stubs.string() + " is missing here: ./dev build makes it");
   }
   AddFilesBelow(stubs, {}, &files);
+  files.push_back(base / "clients/topics.json");
   std::vector<std::string> names;
   for (const std::filesystem::path& file : files) names.push_back(file.lexically_relative(base).string());
   return HashFiles(base, names);
