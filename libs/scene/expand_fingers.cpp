@@ -13,9 +13,9 @@ core::Pose Mirrored(const core::Pose& X) {
   return {glm::normalize(glm::quat_cast(M * glm::mat3_cast(X.rotation) * S)), M * X.translation};
 }
 
-class Expander {
+class FingerExpander {
  public:
-  Expander(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics)
+  FingerExpander(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics)
       : file_(file), root_(root), diagnostics_(diagnostics) {}
 
   void Expand() {
@@ -140,7 +140,7 @@ class Expander {
 }  // namespace
 
 void ExpandFingers(const std::filesystem::path& file, XmlElement* root, std::vector<Diagnostic>* diagnostics) {
-  Expander(file, root, diagnostics).Expand();
+  FingerExpander(file, root, diagnostics).Expand();
 }
 
 }  // namespace scene

@@ -9,19 +9,13 @@
 #include <vector>
 
 #include "vps/testing/case_random.hpp"
+#include "vps/testing/quads.hpp"
 #include "vps/testing/shapes.hpp"
 
 namespace vps {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
 using Ring = std::vector<glm::dvec3>;
-
-void AddQuad(TriangleMesh* mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-  mesh->triangles.push_back({a, b, c});
-  mesh->triangles.push_back({a, c, d});
-}
 
 // A flat polygon of a convex part around the origin, in either direction.
 void AddConvexFace(TriangleMesh* mesh, std::vector<std::uint32_t> corners) {
@@ -62,7 +56,7 @@ TriangleMesh JoinRings(const std::vector<Ring>& rings, bool is_loop) {
 Ring Circle(double radius_m, double z_m, int num_segments) {
   Ring ring;
   for (int j = 0; j < num_segments; ++j) {
-    const double u = kTwoPi * j / num_segments;
+    const double u = 2.0 * std::numbers::pi * j / num_segments;
     ring.emplace_back(radius_m * std::cos(u), radius_m * std::sin(u), z_m);
   }
   return ring;
@@ -135,7 +129,7 @@ TriangleMesh MakeThreadedRod(const Thread& thread) {
     for (int j = 0; j < n; ++j) {
       const double cut = ThreadCut(static_cast<double>((i - j + n) % n) / n);
       const double radius_m = thread.radius_m - thread.depth_m * cut;
-      const double u = kTwoPi * j / n;
+      const double u = 2.0 * std::numbers::pi * j / n;
       ring.emplace_back(radius_m * std::cos(u), radius_m * std::sin(u),
                         thread.pitch_m * (static_cast<double>(i) / n - 0.5 * thread.num_turns));
     }

@@ -3,15 +3,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "vps/testing/quads.hpp"
+
 namespace vps {
 namespace {
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
-
-void AddQuad(TriangleMesh* mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-  mesh->triangles.push_back({a, b, c});
-  mesh->triangles.push_back({a, c, d});
-}
 
 }  // namespace
 

@@ -9,13 +9,13 @@ namespace contact {
 namespace {
 
 // A part of B with a lower bound of its distance from A.
-struct Part {
+struct NearPart {
   double bound_m = 0.0;
   vps::SurfaceNode node;
   vps::SurfacePiece triangle;  // of a leaf
 
   // std::priority_queue takes the greatest: the nearest part.
-  bool operator<(const Part& other) const { return bound_m > other.bound_m; }
+  bool operator<(const NearPart& other) const { return bound_m > other.bound_m; }
 };
 
 class SurfaceMethod : public Method {
@@ -42,7 +42,7 @@ class SurfaceMethod : public Method {
   [[nodiscard]] double ApartBound_m(const core::Pose& X_AB) const {
     constexpr int kMostParts = 20'000;
     constexpr double kTolerance = 0.02;
-    std::priority_queue<Part> parts;
+    std::priority_queue<NearPart> parts;
     const auto offer = [&](const vps::SurfaceNode& node, const vps::SurfacePiece& triangle) {
       const glm::vec3 p((X_AB * glm::dvec3(node.centre_m) - A_.origin_m) / A_.voxel_size_m);
       const double distance_m = static_cast<double>(LowerBoundOfDistance(A_, p)) * A_.voxel_size_m;
@@ -54,7 +54,7 @@ class SurfaceMethod : public Method {
     };
     for (std::uint32_t i = 0; i < B_.num_roots; ++i) offer_node(i);
     for (int n = 0; n < kMostParts; ++n) {
-      const Part nearest = parts.top();
+      const NearPart nearest = parts.top();
       const auto radius_m = static_cast<double>(nearest.node.radius_m);
       if (radius_m < kTolerance * (nearest.bound_m + radius_m)) break;
       parts.pop();
