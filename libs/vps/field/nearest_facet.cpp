@@ -154,7 +154,9 @@ void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radi
     // Of each corner on which sides of a box around the ball it is: a triangle with all corners beyond one is not near.
     const glm::dvec3 from = (p - middle) / static_cast<double>(kFacetStep);
     const double reach = radius / static_cast<double>(kFacetStep);
-    const auto bound = [](double steps) { return static_cast<std::int16_t>(std::clamp(steps, -32768.0, 32767.0)); };
+    const auto bound = [](double steps) {
+      return static_cast<std::int32_t>(std::clamp(steps, -1.0 - kMostFacetSteps, 0.0 + kMostFacetSteps));
+    };
     const glm::dvec3 low = glm::floor(from - reach);
     const glm::dvec3 high = glm::ceil(from + reach);
     std::array<std::uint16_t, kFacetLanes> beyond;
@@ -192,7 +194,7 @@ void FacetsAround::Gather(const Facets& facets, const glm::dvec3& p, double radi
 }
 
 void FacetsAround::LeaveOut(const NearestFacet& face) noexcept {
-  constexpr double kSamePlane = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
+  constexpr double kSamePlane = 2.0 * kSamePlace;
   for (std::size_t k = 0; k < count_; ++k) {
     const auto is_in_plane = [&](const glm::dvec3& corner) {
       return std::abs(glm::dot(corner - face.place, face.normal)) < kSamePlane;

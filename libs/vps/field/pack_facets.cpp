@@ -16,9 +16,9 @@ struct Facet {
   const Corner& operator[](std::size_t k) const { return corners[k]; }
 };
 
-// Steps. A block's corners lie within 32,767 (64 voxels) of its middle; those of a triangle no larger than this along
-// each axis do, wherever in it the middle lies.
-constexpr int kLongest = 30000;
+// Steps. A block's corners lie within kMostFacetSteps of its middle; those of a triangle no larger than this along each
+// axis do, wherever in it the middle lies.
+constexpr int kLongest = kMostFacetSteps / 10 * 9;
 // Triangles aimed at for a block: sixteen connected ones often have more than sixteen corners. Not derived.
 constexpr std::size_t kWanted = 14;
 constexpr double kSteps = 1.0 / static_cast<double>(kFacetStep);
@@ -80,10 +80,10 @@ std::optional<Packed> Pack(std::span<const Facet> facets) {
   out.middle = lower + (upper - lower) / 2;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const glm::ivec3 from = corners[i] - out.middle;
-    if (std::max({std::abs(from.x), std::abs(from.y), std::abs(from.z)}) > 32767) return std::nullopt;
-    out.block.x[i] = static_cast<std::int16_t>(from.x);
-    out.block.y[i] = static_cast<std::int16_t>(from.y);
-    out.block.z[i] = static_cast<std::int16_t>(from.z);
+    if (std::max({std::abs(from.x), std::abs(from.y), std::abs(from.z)}) > kMostFacetSteps) return std::nullopt;
+    out.block.x[i] = from.x;
+    out.block.y[i] = from.y;
+    out.block.z[i] = from.z;
     out.radius = std::max(out.radius, glm::length(glm::dvec3(from)));
   }
   return out;

@@ -130,7 +130,7 @@ TEST(Facets, AreKeptWhereTheyAreFew) {
   for (const double voxel_m : {kVoxel_m, 4e-3}) {
     const DistanceField field = *BuildField(mesh, voxel_m);
     EXPECT_FALSE(field.facets.blocks.empty());
-    EXPECT_LT(field.facets.num_bytes(), 12.5 * static_cast<double>(mesh.triangles.size()));
+    EXPECT_LT(field.facets.num_bytes(), 22.0 * static_cast<double>(mesh.triangles.size()));
     EXPECT_LE(static_cast<double>(field.facets.num_bytes()),
               kMostFacetsShare / (1.0 + kMostFacetsShare) * static_cast<double>(field.num_bytes()));
   }

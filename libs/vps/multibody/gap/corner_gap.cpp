@@ -14,7 +14,7 @@ namespace {
 // farthest is half a diagonal away, 0.71; places are not on a grid (not derived).
 constexpr double kAroundCorner = 2.0;
 
-constexpr double kStep = 2.0 * static_cast<double>(kFacetStep);  // corners are rounded
+constexpr double kStep = 2.0 * kSamePlace;
 
 // A corner of G over a face of S, seen along n from a point that is clear of S's surface. The normal is that face's.
 // Where faces of S meet over the corner it is that of the one above whose plane the corner is highest: of convex S with
@@ -108,7 +108,7 @@ void CornersBelow::Add(const GapScene& scene, const Corner& corner, const glm::d
 }
 
 std::uint32_t NameOfCorner(const glm::dvec3& corner) {
-  const glm::ivec3 steps(glm::round(corner / static_cast<double>(kFacetStep)));
+  const glm::ivec3 steps(glm::round(corner / kSamePlace));
   const auto hash = static_cast<std::uint32_t>(steps.x) * 73856093U ^ static_cast<std::uint32_t>(steps.y) * 19349663U ^
                     static_cast<std::uint32_t>(steps.z) * 83492791U;
   return hash | kCornerOfG;

@@ -38,7 +38,7 @@ Gap ToFacet(const NearestFacet& facet, const PlaceInG& place) {
 // Of a place in a groove of G, from the other face than `face`. In a groove each of the two is above the other's plane:
 // the far side of a thin wall, and what is behind it, are not.
 Gap OverOtherFace(const PlaceInG& place, const Gap& least, const NearestFacet& face, FacetsAround* around) {
-  constexpr double kOnPlane = static_cast<double>(kFacetStep);  // corners are rounded
+  constexpr double kOnPlane = kSamePlace;
   around->LeaveOut(face);
   Gap gap;
   if (place.kind == TouchPlace::Kind::kEdge) gap = OverEdge(*around, place).gap;
