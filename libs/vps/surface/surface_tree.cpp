@@ -145,11 +145,59 @@ SurfaceNode NodeOf(const SurfacePiece& triangle) {
   return node;
 }
 
+SurfaceFamily FamilyOf(std::span<const SurfaceNode> children) {
+  SurfaceFamily family;
+  for (std::size_t k = 0; k < kFamilySize; ++k) {
+    const auto put = [&](int row, float value) { family.of[row][k] = value; };
+    if (k >= children.size()) {  // at the place of the first, so that its search is no wider
+      for (int i = 0; i < 3; ++i) put(kCentreRow + i, children[0].centre_m[i]);
+      put(kIsFlatRow, 1.0f);
+      continue;
+    }
+    const SurfaceNode& node = children[k];
+    put(kRadiusRow, node.radius_m);
+    put(kAreaRow, node.area_m2);
+    for (int i = 0; i < 3; ++i) {
+      put(kCentreRow + i, node.centre_m[i]);
+      put(kAreaVectorRow + i, node.area_vector_m2[i]);
+      for (int j = 0; j < 3; ++j) put(kNormalMomentRow + 3 * i + j, node.normal_moment_m3[i][j]);
+    }
+    for (int i = 0; i < 6; ++i) put(kSpreadRow + i, node.spread_m4[static_cast<std::size_t>(i)]);
+    put(kIsFlatRow, node.num_children == 0 ? 1.0f : 0.0f);
+    family.below[k] = node.first;
+  }
+  return family;
+}
+
+namespace {
+
+// Breadth first, so that neighbours are side by side.
+void PackFamilies(SurfaceTree* tree) {
+  struct Run {
+    std::uint32_t first, count;
+  };
+  std::vector<Run> runs = {{0, tree->num_roots}};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Run run = runs[i];
+    const auto nodes = std::span(tree->nodes).subspan(run.first, run.count);
+    SurfaceFamily family = FamilyOf(nodes);
+    for (std::size_t k = 0; k < run.count; ++k) {
+      if (nodes[k].num_children == 0) continue;
+      family.below[k] = static_cast<std::uint32_t>(runs.size());
+      runs.push_back({nodes[k].first, nodes[k].num_children});
+    }
+    tree->families.push_back(family);
+  }
+}
+
+}  // namespace
+
 SurfaceTree BuildSurfaceTree(const TriangleMesh& mesh, double longest_m) {
   SurfaceTree tree;
   tree.triangles = CutIntoPieces(mesh, longest_m).pieces;
   if (tree.triangles.empty()) tree.triangles = AsTheyAre(mesh).pieces;
   Builder(&tree).Build();
+  PackFamilies(&tree);
   for (std::uint32_t i = 0; i < tree.num_roots; ++i) tree.area_m2 += static_cast<double>(tree.nodes[i].area_m2);
   return tree;
 }

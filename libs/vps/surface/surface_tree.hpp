@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/sampling/surface_pieces.hpp"
+#include "vps/surface/patch_block.hpp"
 
 namespace vps {
 
@@ -15,7 +17,7 @@ namespace vps {
 //
 //   a = integral of dA,   A = integral of n dA,   N = integral of n e^T dA,   Q = integral of e e^T dA.
 //
-// They suffice to integrate a depth that varies linearly, in closed form (NodeIntegral). Mesh frame.
+// They suffice to integrate a depth that varies linearly, in closed form (README.md). Mesh frame.
 struct SurfaceNode {
   glm::vec3 centre_m{0.0f};             // c
   float radius_m = 0.0f;                // of a ball about c that holds the part
@@ -29,11 +31,18 @@ struct SurfaceNode {
 
 SurfaceNode NodeOf(const SurfacePiece& triangle);
 
+// The children of a node side by side, in the rows of a PatchBlock; those behind the last have no area.
+struct alignas(16) SurfaceFamily {
+  float of[kNodeRows][kFamilySize] = {};
+  std::uint32_t below[kFamilySize] = {};  // the family of its children; of a leaf: its triangle
+};
+SurfaceFamily FamilyOf(std::span<const SurfaceNode> children);
+
 // A surface as a tree with up to four children a node and one triangle a leaf. The first `num_roots` nodes have no
-// parent.
+// parent; they are the first family.
 struct SurfaceTree {
-  static constexpr std::uint32_t kChildren = 4;
   std::vector<SurfaceNode> nodes;
+  std::vector<SurfaceFamily> families;
   std::vector<SurfacePiece> triangles;
   std::uint32_t num_roots = 0;
   double area_m2 = 0.0;

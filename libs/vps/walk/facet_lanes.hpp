@@ -83,6 +83,8 @@ struct FacetTarget {
   F key[kParts];      // squared distance, and a little more beside the face
   F squared[kParts];  // squared distance; negative where there is none yet or its side is doubtful
   F height[kParts];   // over the plane: its sign is the side
+  Vec3 away[kParts];  // the face's normal, or beside it the way from the nearest place
+  I is_beside[kParts];
   float c[3];
   float r;
 };
@@ -120,13 +122,24 @@ inline void MeetFacet(const FacetFrames& f, std::uint32_t k, FacetTarget* to) {
     const F ca_y = Fma(-t_ca, cy, y);
     const F q_ca = Fma(ca_x, ca_x, ca_y * ca_y);
     const I is_beside = (y < 0.0f) | (Fma(ex, y, -(cy * wx)) < 0.0f) | (Fma(cx, y, -(cy * x)) > 0.0f);
-    const F beside = is_beside ? Min(q_ab, Min(q_bc, q_ca)) : F{};
+    const F least = Min(q_ab, Min(q_bc, q_ca));
+    const F beside = is_beside ? least : F{};
+    const F in_x = least == q_ab ? off_ab : (least == q_bc ? bc_x : ca_x);
+    const F in_y = least == q_ab ? y : (least == q_bc ? bc_y : ca_y);
+    const F up = is_beside ? h : Fill(1.0f);
+    const F along_x = is_beside ? in_x : F{};
+    const F along_y = is_beside ? in_y : F{};
     const F squared = Fma(h, h, beside);
     const F key = Fma(beside, Fill(kBeside), squared);
     const I is_nearer = key < to->key[j];
     to->key[j] = is_nearer ? key : to->key[j];
     to->squared[j] = is_nearer ? squared - f.doubt[k] : to->squared[j];
     to->height[j] = is_nearer ? h : to->height[j];
+    to->is_beside[j] = is_nearer ? is_beside : to->is_beside[j];
+    Vec3& away = to->away[j];
+    away.x = is_nearer ? Fma(along_x, u.x, Fma(along_y, v.x, up * n.x)) : away.x;
+    away.y = is_nearer ? Fma(along_x, u.y, Fma(along_y, v.y, up * n.y)) : away.y;
+    away.z = is_nearer ? Fma(along_x, u.z, Fma(along_y, v.z, up * n.z)) : away.z;
   }
 }
 
@@ -288,6 +301,12 @@ inline bool MeetFacets(const WalkInput& in, FacetScratch* scratch, FacetTarget* 
   return true;
 }
 
+inline void StoreGradient(const Vec3& away, F scale, int at, FacetPoints* points) {
+  StoreF(points->gx + at, away.x * scale);
+  StoreF(points->gy + at, away.y * scale);
+  StoreF(points->gz + at, away.z * scale);
+}
+
 // First with little slack, enough for most points: few triangles are within it.
 void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count, FacetScratch* scratch) {
   for (std::uint32_t k = 0; k < kFacetSlots; ++k) scratch->block[k] = 0xffffffffU;
@@ -299,6 +318,8 @@ void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count
     for (int j = 0; j < kParts; ++j) {
       target.squared[j] = Fill(kUnmet);
       target.height[j] = F{};
+      target.away[j] = {F{}, F{}, F{}};
+      target.is_beside[j] = I{};
       is_open[j] = ~I{};
     }
     bool is_found = true;
@@ -312,8 +333,16 @@ void MeasureFacets(const WalkInput& in, FacetPoints* points, std::uint32_t count
       }
       if (open == 0) break;
     }
-    if (!is_found) continue;
+    if (!is_found) {
+      for (int j = 0; j < kParts; ++j) StoreGradient({F{}, F{}, F{}}, F{}, j * kLanes, &points[i]);
+      continue;
+    }
     for (int j = 0; j < kParts; ++j) {
+      // Nearer than rounding the way has no direction.
+      const F size = Length(target.away[j]);
+      const F side = (target.is_beside[j] & (I)(target.height[j] < 0.0f)) ? Fill(-1.0f) : Fill(1.0f);
+      const I is_known = (I)(target.squared[j] >= 0.0f) & (I)(size > 1e-4f);
+      StoreGradient(target.away[j], is_known ? side / size : F{}, j * kLanes, &points[i]);
       const F distance = Sqrt(Max(target.squared[j], F{}));
       const F depth = target.height[j] < 0.0f ? distance : -distance;
       const F before = LoadF(points[i].depth + j * kLanes);

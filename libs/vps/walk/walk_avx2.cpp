@@ -3,6 +3,7 @@
 #if defined(__AVX2__)
 #include <immintrin.h>
 
+#include "vps/surface/patch_block.hpp"
 #include "vps/walk/walk_kernel.hpp"
 
 namespace vps {
@@ -98,7 +99,8 @@ inline F FromSteps(const std::uint16_t* steps) {
 }  // namespace
 
 WalkKernels Avx2WalkKernels() {
-  return {Cull, Evaluate, BoundSpheres, MeasureFacets, WeighSamples, RefineSamples, FindDepthsOf};
+  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
+          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
 }
 
 }  // namespace vps

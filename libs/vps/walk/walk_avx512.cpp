@@ -7,6 +7,7 @@
 #endif
 #include <immintrin.h>
 
+#include "vps/surface/patch_block.hpp"
 #include "vps/walk/walk_kernel.hpp"
 
 namespace vps {
@@ -89,7 +90,8 @@ inline void SumRows(const F* a, const F* b, const F* c, const F* d, float* sums)
 }  // namespace
 
 WalkKernels Avx512WalkKernels() {
-  return {Cull, Evaluate, BoundSpheres, MeasureFacets, WeighSamples, RefineSamples, FindDepthsOf};
+  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
+          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
 }
 
 }  // namespace vps

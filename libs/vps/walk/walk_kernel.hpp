@@ -111,6 +111,7 @@ constexpr float kNoSphere = 2e5f;  // of fillers, which have no children
 struct alignas(64) FacetPoints {
   float x[kBlock], y[kBlock], z[kBlock];  // S, m
   float depth[kBlock];                    // voxels, positive inside
+  float gx[kBlock], gy[kBlock], gz[kBlock];  // result: gradient of the distance, in G; 0 where the depth was kept
 };
 // Largest error of the field, voxels (0.3 at true edges, decision 6): triangles farther from a point than its distance
 // by the field plus this are not tested. First the usual error is tried, not derived: the p95 is 0.03.
@@ -198,6 +199,10 @@ struct FinePoints {
   FineSums sums;            // of those inside
 };
 
+struct PatchBlock;
+struct PatchInput;
+struct PatchSums;
+
 struct WalkKernels {
   void (*cull)(const WalkInput&, WalkCull*);
   void (*evaluate)(const WalkInput&, const WalkChunk&, WalkSums*);
@@ -209,6 +214,9 @@ struct WalkKernels {
   void (*refine)(const WalkInput&, const RefineInput&, FinePoints*);
   // Depths of blocks of points without a tree; sphere i is of block i.
   void (*find_depths)(const WalkInput&, std::uint32_t num_blocks, float (*depths)[kBlock]);
+  // Depth and slope at the centres of sixteen patches; then their integrals, errors, and what is to be opened.
+  void (*read)(const PatchInput&, PatchBlock*);
+  void (*judge)(const PatchInput&, PatchBlock*, PatchSums*);
 };
 WalkKernels PortableWalkKernels();
 #if defined(__x86_64__)

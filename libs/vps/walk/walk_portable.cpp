@@ -4,6 +4,7 @@
 #include <smmintrin.h>
 #endif
 
+#include "vps/surface/patch_block.hpp"
 #include "vps/walk/walk_kernel.hpp"
 
 namespace vps {
@@ -85,7 +86,8 @@ inline F FromSteps(const T* steps) {
 }  // namespace
 
 WalkKernels PortableWalkKernels() {
-  return {Cull, Evaluate, BoundSpheres, MeasureFacets, WeighSamples, RefineSamples, FindDepthsOf};
+  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
+          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
 }
 
 }  // namespace vps

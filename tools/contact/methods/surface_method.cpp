@@ -3,7 +3,7 @@
 
 #include "tools/contact/methods/apart_bound.hpp"
 #include "tools/contact/methods/method.hpp"
-#include "vps/surface/surface_integral.hpp"
+#include "vps/surface/surface_walk.hpp"
 
 namespace contact {
 namespace {
@@ -21,10 +21,10 @@ struct NearPart {
 class SurfaceMethod : public Method {
  public:
   SurfaceMethod(vps::DistanceField A, vps::SurfaceTree B, double accuracy)
-      : A_(std::move(A)), B_(std::move(B)), bends_(A_), integral_(B_, A_, bends_), accuracy_(accuracy) {}
+      : A_(std::move(A)), B_(std::move(B)), bends_(A_), walk_(B_, A_, bends_), accuracy_(accuracy) {}
 
   Answer Query(const core::Pose& X_AB) override {
-    const vps::SurfaceIntegral::Result result = integral_.Run(X_AB, accuracy_);
+    const vps::SurfaceWalk::Result& result = walk_.Run(X_AB, accuracy_);
     Answer answer;
     answer.points_tested = result.places_read;
     answer.force_error = result.error_m3;
@@ -77,7 +77,7 @@ class SurfaceMethod : public Method {
   vps::DistanceField A_;
   vps::SurfaceTree B_;
   vps::FieldBends bends_;
-  vps::SurfaceIntegral integral_;
+  vps::SurfaceWalk walk_;
   double accuracy_;
 };
 

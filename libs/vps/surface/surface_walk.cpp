@@ -1,0 +1,407 @@
+#include "vps/surface/surface_walk.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "vps/field/nearest_facet.hpp"
+#include "vps/walk/walk_input.hpp"
+
+namespace vps {
+namespace {
+
+// A pass that reads more ends there: what is left to open counts as it is. Not derived: a millisecond or two.
+constexpr std::uint64_t kMostPlaces = 200'000;
+// Blocks whose depths are read by triangles at once: as many as FacetScratch keeps unpacked triangles for. Not derived.
+constexpr std::size_t kExactAtOnce = 16;
+// An error that does not count whatever was asked for, as a depth over all of S: it ends the search where nothing
+// touches. Not derived.
+constexpr double kNegligible_m = 1e-15;
+// Parts of triangles that are smaller are not opened, voxels: far below the field's own resolution. Not derived.
+constexpr float kLeastRadius = 1e-3f;
+constexpr int kMostPasses = 24;
+// Of the threshold from pass to pass: a larger step would open far more than is needed, a smaller one reads all anew
+// for little. Not derived.
+constexpr double kLeastStep = 1.0 / 512.0;
+constexpr double kMostStep = 0.5;
+constexpr double kDeviationShare = 0.5;  // of the wanted error, for its random part; the rest is for errors of one sign
+
+// Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
+constexpr float kWidestGroup = 3.0f;
+constexpr double kReachOfTriangles = 3.0;
+
+bool IsCompact(const PatchBlock& block, float radius_m) {
+  const auto place = [&](int k) {
+    return glm::vec3(block.node[kCentreRow][k], block.node[kCentreRow + 1][k], block.node[kCentreRow + 2][k]);
+  };
+  for (int k = 1; k < kPatchLanes; ++k) {
+    const glm::vec3 from = place(k) - place(0);
+    if (glm::dot(from, from) > radius_m * radius_m) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+SurfaceWalk::SurfaceWalk(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends, InstructionSet set)
+    : S_(S),
+      G_(G),
+      bends_(bends),
+      kernels_(KernelsOf(set)),
+      exact_(kExactAtOnce),
+      exact_origins_(kExactAtOnce),
+      facet_points_(kExactAtOnce),
+      facets_(std::make_unique<FacetScratch>()) {}
+
+void SurfaceWalk::SetPose(const core::Pose& X_GS) {
+  in_.field = MakeFieldInput(G_, X_GS);
+  const Facets& facets = G_.triangles();
+  in_.field.facet_blocks = facets.blocks.data();
+  in_.field.facet_spheres = facets.spheres.data();
+  in_.field.facet_level_begin = facets.level_begin.data();
+  in_.field.num_facet_levels = facets.num_levels;
+  for (int j = 0; j < 3; ++j) {
+    glm::dvec3 e(0.0);
+    e[j] = 1.0;
+    const glm::dvec3 column = X_GS.rotate(e);
+    for (int i = 0; i < 3; ++i) in_.rotation[i][j] = static_cast<float>(column[i]);
+  }
+  in_.bend_numbers = bends_.numbers().data();
+  in_.bend_cells = bends_.words().data();
+  in_.num_bend_levels = static_cast<std::int32_t>(bends_.begin().size());
+  for (std::size_t i = 0; i < bends_.begin().size(); ++i) in_.bend_begin[i] = bends_.begin()[i];
+  in_.brick_errors = reinterpret_cast<const std::uint32_t*>(bends_.brick_errors().data());
+  in_.least_radius_m = kLeastRadius * static_cast<float>(G_.voxel_size_m);
+}
+
+// The corners of a flat patch, from its centre.
+void SurfaceWalk::SetCorners(const SurfacePiece& triangle, std::size_t lane, PatchBlock* block, Origins* origins) {
+  origins->triangles[lane] = triangle;
+  for (int k = 0; k < 2; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      block->corners[3 * k + i][lane] = triangle.corners[k + 1][i] - block->node[kCentreRow + i][lane];
+    }
+  }
+}
+
+void SurfaceWalk::FillRoots(PatchBlock* block, Origins* origins) const {
+  const SurfaceFamily& roots = S_.families.front();
+  for (int row = 0; row < kNodeRows; ++row) {
+    for (int k = 0; k < kPatchLanes; ++k) {
+      const bool is_one = k < kFamilySize;
+      block->node[row][k] = is_one || row != kAreaRow ? roots.of[row][k % kFamilySize] : 0.0f;
+    }
+  }
+  for (int k = 0; k < kPatchLanes; ++k) {
+    block->over[k] = block->under[k] = block->over_spread[k] = block->under_spread[k] = -1.0f;
+    origins->below[k] = roots.below[k % kFamilySize];
+    if (roots.of[kIsFlatRow][k % kFamilySize] > 0.0f) {
+      SetCorners(S_.triangles[roots.below[k % kFamilySize]], static_cast<std::size_t>(k), block, origins);
+    }
+  }
+  block->has_parent = block->is_exact = false;
+}
+
+// The parts of up to four patches.
+void SurfaceWalk::FillParts(const Opened* opened, std::size_t count, bool is_exact, PatchBlock* block,
+                            Origins* origins) const {
+  for (std::size_t f = 0; f < kPatchLanes / kFamilySize; ++f) {
+    const Opened& from = opened[std::min(f, count - 1)];
+    const std::size_t at = f * kFamilySize;
+    for (int row = 0; row < kModelRows; ++row) {
+      for (std::size_t k = 0; k < kFamilySize; ++k) block->parent[row][at + k] = from.model[row];
+    }
+    if (from.is_flat) {
+      // Quarters: similar to the whole, so that a quarter of its area has a sixteenth of its spread.
+      const auto& [a, b, c] = from.triangle.corners;
+      const glm::vec3 ab = 0.5f * (a + b);
+      const glm::vec3 bc = 0.5f * (b + c);
+      const glm::vec3 ca = 0.5f * (c + a);
+      const SurfacePiece parts[kFamilySize] = {{{a, ab, ca}}, {{ab, b, bc}}, {{ca, bc, c}}, {{bc, ca, ab}}};
+      for (std::size_t k = 0; k < kFamilySize; ++k) {
+        const auto& corners = parts[k].corners;
+        const glm::vec3 centre = (corners[0] + corners[1] + corners[2]) * (1.0f / 3.0f);
+        for (int i = 0; i < 3; ++i) {
+          block->node[kCentreRow + i][at + k] = centre[i];
+          block->node[kAreaVectorRow + i][at + k] = 0.25f * from.area_vector[i];
+        }
+        block->node[kRadiusRow][at + k] = 0.5f * from.radius;
+        block->node[kAreaRow][at + k] = 0.25f * from.area;
+        for (int i = 0; i < 9; ++i) block->node[kNormalMomentRow + i][at + k] = 0.0f;
+        for (int i = 0; i < 6; ++i) block->node[kSpreadRow + i][at + k] = 0.0625f * from.spread[i];
+        block->node[kIsFlatRow][at + k] = 1.0f;
+        SetCorners(parts[k], at + k, block, origins);
+      }
+    } else {
+      const SurfaceFamily& family = S_.families[from.below];
+      for (int row = 0; row < kNodeRows; ++row) {
+        std::memcpy(&block->node[row][at], family.of[row], sizeof family.of[row]);
+      }
+      for (std::size_t k = 0; k < kFamilySize; ++k) {
+        origins->below[at + k] = family.below[k];
+        if (family.of[kIsFlatRow][k] > 0.0f) SetCorners(S_.triangles[family.below[k]], at + k, block, origins);
+      }
+    }
+    if (f >= count) {
+      for (std::size_t k = 0; k < kFamilySize; ++k) block->node[kAreaRow][at + k] = 0.0f;
+    }
+  }
+  block->has_parent = true;
+  block->is_exact = is_exact;
+}
+
+void SurfaceWalk::Put(const PatchBlock& block, const Origins& origins, int lane) {
+  auto& list = block.is_exact ? next_.by_triangles : next_.by_field;
+  Opened& to = list.emplace_back();
+  for (int i = 0; i < 3; ++i) {
+    to.model[kModelCentre + i] = block.node[kCentreRow + i][lane];
+    to.model[kModelSlope + i] = block.slope[i][lane];
+    to.force[i] = block.force[i][lane];
+    to.moment[i] = block.moment[i][lane];
+  }
+  to.model[kModelDepth] = block.depth[lane];
+  for (int i = 0; i < 6; ++i) to.model[kModelBend + i] = block.bend[i][lane];
+  to.is_flat = block.node[kIsFlatRow][lane] > 0.5f;
+  if (to.is_flat) {
+    to.triangle = origins.triangles[lane];
+    to.radius = block.node[kRadiusRow][lane];
+    to.area = block.node[kAreaRow][lane];
+    for (int i = 0; i < 3; ++i) to.area_vector[i] = block.node[kAreaVectorRow + i][lane];
+    for (int i = 0; i < 6; ++i) to.spread[i] = block.node[kSpreadRow + i][lane];
+  } else {
+    to.below = origins.below[lane];
+  }
+  to.volume = block.volume[lane];
+  to.square = block.square[lane];
+  to.bias = block.bias[lane];
+  to.deviation = block.deviation[lane];
+}
+
+// The same patch, to be judged anew with its exact depth.
+void SurfaceWalk::PutAgain(const PatchBlock& block, const Origins& origins, int lane) {
+  if (num_again_ == kPatchLanes) ReadAgain();
+  const int to = num_again_++;
+  for (int row = 0; row < kNodeRows; ++row) again_.node[row][to] = block.node[row][lane];
+  for (int i = 0; i < 3; ++i) again_.slope[i][to] = block.slope[i][lane];
+  for (int i = 0; i < 6; ++i) again_.corners[i][to] = block.corners[i][lane];
+  again_.depth[to] = block.depth[lane];
+  again_.over[to] = block.over[lane];
+  again_.under[to] = block.under[lane];
+  again_.over_spread[to] = block.over_spread[lane];
+  again_.under_spread[to] = block.under_spread[lane];
+  again_origins_.below[to] = origins.below[lane];
+  again_origins_.triangles[to] = origins.triangles[lane];
+}
+
+// Moves the patches of again_ to the exact blocks.
+void SurfaceWalk::ReadAgain() {
+  if (num_again_ == 0) return;
+  for (int k = num_again_; k < kPatchLanes; ++k) {  // places of the last, without area
+    for (int row = 0; row < kNodeRows; ++row) again_.node[row][k] = again_.node[row][num_again_ - 1];
+    for (int i = 0; i < 3; ++i) again_.slope[i][k] = again_.slope[i][num_again_ - 1];
+    again_.node[kAreaRow][k] = 0.0f;
+    again_.depth[k] = again_.depth[num_again_ - 1];
+  }
+  again_.has_parent = false;
+  again_.is_exact = true;
+  exact_[num_exact_] = again_;
+  exact_origins_[num_exact_] = again_origins_;
+  num_again_ = 0;
+  if (++num_exact_ == kExactAtOnce) ReadExactDepths();
+}
+
+// Those of patches that lie within a few voxels are read together.
+void SurfaceWalk::ReadExactDepths() {
+  const auto voxel_m = static_cast<float>(G_.voxel_size_m);
+  const float per_voxel = 1.0f / voxel_m;
+  const std::size_t count = std::exchange(num_exact_, 0);
+  std::size_t num_groups = 0;
+  std::array<std::size_t, kExactAtOnce> groups{};
+  for (std::size_t i = 0; i < count; ++i) {
+    PatchBlock& block = exact_[i];
+    if (!IsCompact(block, kWidestGroup * voxel_m)) {
+      ReadOneByOne(&block);
+      continue;
+    }
+    FacetPoints& points = facet_points_[num_groups];
+    std::memcpy(points.x, block.node[kCentreRow], sizeof points.x);
+    std::memcpy(points.y, block.node[kCentreRow + 1], sizeof points.y);
+    std::memcpy(points.z, block.node[kCentreRow + 2], sizeof points.z);
+    for (int k = 0; k < kPatchLanes; ++k) points.depth[k] = block.depth[k] * per_voxel;
+    groups[num_groups++] = i;
+  }
+  kernels_.measure(in_.field, facet_points_.data(), static_cast<std::uint32_t>(num_groups), facets_.get());
+  for (std::size_t n = 0; n < num_groups; ++n) {
+    PatchBlock& block = exact_[groups[n]];
+    const FacetPoints& points = facet_points_[n];
+    for (int k = 0; k < kPatchLanes; ++k) {
+      if (points.gx[k] == 0.0f && points.gy[k] == 0.0f && points.gz[k] == 0.0f) continue;
+      block.depth[k] = points.depth[k] * voxel_m;
+      SetSlope(glm::vec3(points.gx[k], points.gy[k], points.gz[k]), k, &block);
+    }
+  }
+  result_.places_read_exactly += count * kPatchLanes;
+  for (std::size_t i = 0; i < count; ++i) Judge(&exact_[i], exact_origins_[i]);
+}
+
+void SurfaceWalk::SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const {
+  for (int i = 0; i < 3; ++i) {
+    block->slope[i][lane] =
+        -(in_.rotation[0][i] * gradient.x + in_.rotation[1][i] * gradient.y + in_.rotation[2][i] * gradient.z);
+  }
+}
+
+// The gradient of the distance is the direction from the nearest place; on a face, the triangle's normal.
+void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
+  const auto voxel_m = static_cast<float>(G_.voxel_size_m);
+  for (int k = 0; k < kPatchLanes; ++k) {
+    if (!(block->node[kAreaRow][k] > 0.0f)) continue;
+    glm::dvec3 p;
+    for (int i = 0; i < 3; ++i) {
+      p[i] = static_cast<double>(in_.field.t[i]);
+      for (int j = 0; j < 3; ++j) {
+        p[i] += static_cast<double>(in_.field.m[i][j]) * static_cast<double>(block->node[kCentreRow + j][k]);
+      }
+    }
+    const NearestFacet nearest = FindNearestFacet(G_.triangles(), p, kReachOfTriangles);
+    if (!nearest.is_found) continue;
+    const glm::dvec3 away = p - nearest.place;
+    const double distance = glm::length(away);
+    constexpr double kAtThePlace = 1e-4;  // voxels; the direction of a shorter way is rounding
+    const glm::dvec3 gradient = nearest.is_on_face || distance < kAtThePlace
+                                    ? nearest.normal
+                                    : away / (nearest.height < 0.0 ? -distance : distance);
+    block->depth[k] = static_cast<float>(-nearest.height) * voxel_m;
+    SetSlope(glm::vec3(gradient), k, block);
+  }
+}
+
+void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
+  kernels_.judge(in_, block, &sums_);
+  for (unsigned lanes = block->touches & ~block->open; lanes != 0; lanes &= lanes - 1) {
+    ++result_.patches_inside;
+    result_.deepest_m = std::max(result_.deepest_m, static_cast<double>(block->support[__builtin_ctz(lanes)]));
+  }
+  for (unsigned lanes = block->open; lanes != 0; lanes &= lanes - 1) {
+    const int lane = __builtin_ctz(lanes);
+    if ((block->read_exactly >> lane & 1U) != 0) {
+      PutAgain(*block, origins, lane);
+    } else {
+      Put(*block, origins, lane);
+    }
+  }
+}
+
+void SurfaceWalk::ReadByField(const std::vector<Opened>& opened) {
+  PatchBlock block;
+  Origins origins;
+  constexpr std::size_t kFamilies = kPatchLanes / kFamilySize;
+  for (std::size_t i = 0; i < opened.size(); i += kFamilies) {
+    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), false, &block, &origins);
+    kernels_.read(in_, &block);
+    result_.places_read += kPatchLanes;
+    Judge(&block, origins);
+  }
+}
+
+void SurfaceWalk::ReadByTriangles(const std::vector<Opened>& opened) {
+  constexpr std::size_t kFamilies = kPatchLanes / kFamilySize;
+  for (std::size_t i = 0; i < opened.size(); i += kFamilies) {
+    PatchBlock& block = exact_[num_exact_];
+    FillParts(&opened[i], std::min(kFamilies, opened.size() - i), true, &block, &exact_origins_[num_exact_]);
+    kernels_.read(in_, &block);
+    result_.places_read += kPatchLanes;
+    if (++num_exact_ == kExactAtOnce) ReadExactDepths();
+  }
+}
+
+void SurfaceWalk::KeepUnopened(const std::vector<Opened>& opened) {
+  for (const Opened& o : opened) {
+    const auto add = [&](int sum, float value) { sums_.of[sum][0] += static_cast<double>(value); };
+    for (int i = 0; i < 3; ++i) {
+      add(PatchSums::kFx + i, o.force[i]);
+      add(PatchSums::kMx + i, o.moment[i]);
+    }
+    add(PatchSums::kVolume, o.volume);
+    add(PatchSums::kSquare, o.square);
+    add(PatchSums::kBias, o.bias);
+    sums_.of[PatchSums::kVariance][0] += static_cast<double>(o.deviation) * static_cast<double>(o.deviation);
+  }
+}
+
+// Sets result_ but for is_accurate. False: places ran out.
+bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
+  in_.threshold_m3 = static_cast<float>(threshold_m3);
+  in_.per_deviation = static_cast<float>(1.0 / deviation_m3);
+  std::memset(&sums_, 0, sizeof sums_);
+  result_.deepest_m = 0.0;
+  result_.patches_inside = 0;
+  now_.by_field.clear();
+  now_.by_triangles.clear();
+  next_.by_field.clear();
+  next_.by_triangles.clear();
+  num_again_ = 0;
+  num_exact_ = 0;
+  const std::uint64_t begin = result_.places_read;
+  bool is_whole = true;
+  PatchBlock roots;
+  Origins origins;
+  FillRoots(&roots, &origins);
+  kernels_.read(in_, &roots);
+  result_.places_read += kPatchLanes;
+  Judge(&roots, origins);
+  while (true) {
+    ReadAgain();
+    if (num_exact_ > 0) ReadExactDepths();
+    if (next_.by_field.empty() && next_.by_triangles.empty()) break;
+    std::swap(now_, next_);
+    next_.by_field.clear();
+    next_.by_triangles.clear();
+    if (result_.places_read - begin > kMostPlaces) {
+      KeepUnopened(now_.by_field);
+      KeepUnopened(now_.by_triangles);
+      is_whole = false;
+      break;
+    }
+    ReadByField(now_.by_field);
+    ReadByTriangles(now_.by_triangles);
+  }
+  double of[PatchSums::kNumSums];
+  for (int s = 0; s < PatchSums::kNumSums; ++s) {
+    of[s] = 0.0;
+    for (const double value : sums_.of[s]) of[s] += value;
+  }
+  result_.force_m3 = {of[PatchSums::kFx], of[PatchSums::kFy], of[PatchSums::kFz]};
+  result_.moment_m4 = {of[PatchSums::kMx], of[PatchSums::kMy], of[PatchSums::kMz]};
+  result_.volume_m3 = of[PatchSums::kVolume];
+  result_.square_m4 = of[PatchSums::kSquare];
+  result_.error_m3 = of[PatchSums::kBias] + std::sqrt(of[PatchSums::kVariance]);
+  rounding_m3_ = static_cast<double>(kRounding) * G_.voxel_size_m * of[PatchSums::kTouching];
+  return is_whole;
+}
+
+const SurfaceWalk::Result& SurfaceWalk::Run(const core::Pose& X_GS, double accuracy) {
+  SetPose(X_GS);
+  result_ = {};
+  const double negligible_m3 = kNegligible_m * S_.area_m2;
+  // First as if all of S were a voxel deep.
+  double wanted_m3 = accuracy * S_.area_m2 * G_.voxel_size_m;
+  double threshold_m3 = wanted_m3;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    const bool is_whole = Pass(threshold_m3, kDeviationShare * wanted_m3);
+    wanted_m3 = std::max(accuracy * result_.volume_m3, negligible_m3);
+    if (result_.error_m3 <= wanted_m3 || !is_whole) break;
+    // Halving patches takes their shares to a sixteenth and the whole error to a quarter: thresholds go with its
+    // square.
+    const double factor = wanted_m3 / result_.error_m3;
+    threshold_m3 *= std::clamp(0.8 * factor * factor, kLeastStep, kMostStep);
+  }
+  // No opening makes that smaller.
+  result_.error_m3 += rounding_m3_;
+  result_.is_accurate = result_.error_m3 <= wanted_m3;
+  return result_;
+}
+
+}  // namespace vps

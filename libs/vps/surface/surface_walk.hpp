@@ -1,0 +1,100 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/pose.hpp"
+#include "vps/surface/field_bends.hpp"
+#include "vps/surface/patch_block.hpp"
+#include "vps/surface/surface_tree.hpp"
+#include "vps/walk/field_walk.hpp"
+
+namespace vps {
+
+// The contact wrench of S's surface in the field of G to a wanted accuracy, with an estimate of its error.
+//
+//   force = integral over S of max(depth, 0) n dA,   moment = integral of x X max(depth, 0) n dA,
+//
+// n: inward normal. A walk goes down S's tree and into its triangles. A patch whose share of the error is below a
+// threshold is integrated in closed form; one with a larger share is opened, or its depth is read from G's triangles.
+// README.md derives the parts of the estimate.
+class SurfaceWalk {
+ public:
+  struct Result {
+    glm::dvec3 force_m3{0.0};   // in S
+    glm::dvec3 moment_m4{0.0};  // about S's mesh origin, in S
+    double volume_m3 = 0.0;     // integral of depth
+    double square_m4 = 0.0;     // integral of its square
+    double deepest_m = 0.0;     // greatest depth of what was kept, by the patches' models
+    double error_m3 = 0.0;      // estimate of |force - the exact one|
+    bool is_accurate = false;   // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
+    std::uint64_t patches_inside = 0;
+    std::uint64_t places_read = 0;  // of the field, in all passes
+    std::uint64_t places_read_exactly = 0;
+  };
+
+  // Both must outlive it. `bends`: of the same field.
+  SurfaceWalk(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends,
+              InstructionSet set = BestInstructionSet());
+
+  // X_GS: pose of S in G. accuracy: wanted error over the integral of depth. In passes with smaller and smaller
+  // thresholds until the estimate is small enough; the result does not depend on earlier calls. Does not allocate once
+  // its lists have grown.
+  const Result& Run(const core::Pose& X_GS, double accuracy);
+
+ private:
+  // A patch whose parts are to be read.
+  struct Opened {
+    float model[kModelRows];
+    bool is_flat;
+    std::uint32_t below;  // the family of its children, unless it is flat
+    SurfacePiece triangle;
+    // Of a flat one; and what it counts as itself if it is not opened after all.
+    float radius, area, area_vector[3], spread[6];
+    float force[3], moment[3], volume, square, bias, deviation;
+  };
+  // The lanes of a block: where their children are.
+  struct Origins {
+    std::uint32_t below[kPatchLanes];
+    SurfacePiece triangles[kPatchLanes];
+  };
+  struct Level {
+    std::vector<Opened> by_field, by_triangles;
+  };
+
+  void SetPose(const core::Pose& X_GS);
+  bool Pass(double threshold_m3, double deviation_m3);
+  static void SetCorners(const SurfacePiece& triangle, std::size_t lane, PatchBlock* block, Origins* origins);
+  void FillRoots(PatchBlock* block, Origins* origins) const;
+  void FillParts(const Opened* opened, std::size_t count, bool is_exact, PatchBlock* block, Origins* origins) const;
+  void ReadByField(const std::vector<Opened>& opened);
+  void ReadByTriangles(const std::vector<Opened>& opened);
+  void ReadAgain();
+  void ReadExactDepths();
+  void ReadOneByOne(PatchBlock* block);
+  void SetSlope(const glm::vec3& gradient, int lane, PatchBlock* block) const;
+  void Judge(PatchBlock* block, const Origins& origins);
+  void Put(const PatchBlock& block, const Origins& origins, int lane);
+  void PutAgain(const PatchBlock& block, const Origins& origins, int lane);
+  void KeepUnopened(const std::vector<Opened>& opened);
+
+  const SurfaceTree& S_;
+  const DistanceField& G_;
+  const FieldBends& bends_;
+  WalkKernels kernels_;
+  PatchInput in_{};
+  PatchSums sums_{};
+  Level now_, next_;
+  std::vector<PatchBlock> exact_;  // blocks whose depths are read by triangles together
+  std::vector<Origins> exact_origins_;
+  std::vector<FacetPoints> facet_points_;
+  std::unique_ptr<FacetScratch> facets_;
+  PatchBlock again_{};  // patches that are to be read by triangles
+  Origins again_origins_{};
+  int num_again_ = 0;
+  std::size_t num_exact_ = 0;
+  double rounding_m3_ = 0.0;  // of the last pass
+  Result result_;
+};
+
+}  // namespace vps
