@@ -104,8 +104,10 @@ TEST(CompareWrench, CountsDirectionAndCancellation) {
   EXPECT_NEAR(turned.force, 0.01, 1e-12);
   EXPECT_NEAR(turned.moment, 0.3, 1e-12);
   EXPECT_NEAR(turned.direction_rad, 0.01, 1e-6);
-  reference.depth_integral_m3 = 100.0;  // opposite sides cancel: 10 stands for 2
-  EXPECT_NEAR(CompareWrench({0.1, 0.0, 2.0}, {}, reference, 0.5).force, 0.01, 1e-12);
+  reference.depth_integral_m3 = 100.0;  // opposite sides cancel
+  const WrenchError cancelled = CompareWrench({1.0, 0.0, 2.0}, {0.0, 0.5, 0.0}, reference, 0.5);
+  EXPECT_NEAR(cancelled.force, 0.01, 1e-12);
+  EXPECT_NEAR(cancelled.moment, 0.01, 1e-12);
   EXPECT_TRUE(std::isnan(CompareWrench({0.1, 0.0, 2.0}, {}, reference, 0.5).direction_rad));
 }
 
