@@ -55,15 +55,12 @@ void StudyReads(Report* report);
 // Errors of the whole wrench of `fast`, sampling included: a row for each workload and point count.
 void ReportWrenches(const std::vector<Measurement>& all, Report* report);
 
-// Errors and times of every contender at the middle resolution and with a quarter of its points, on the families of
-// vps/testing/wrench_cases, training and held-out sets apart, against ReferenceWrench. The voxel size is the one that
+// Errors and times on the families of vps/testing/wrench_cases, training and held-out sets apart, against
+// ReferenceWrench: every contender at the middle resolution and with a quarter of its points, and method `surface` at
+// several accuracies, with how often its error is within its own estimate. The voxel size is the one that
 // ResolveResolution chooses. A contact that is not noticed counts with its whole force. Takes some minutes, most of
 // them for the references.
 void StudyHeldOut(const std::vector<Contender>& contenders, const Places& places, Report* report);
-
-// What an accuracy costs and whether it is kept: method `surface` at several accuracies on the same families, its
-// errors beside its own estimates of them.
-void StudyEstimate(const Places& places, Report* report);
 
 // Adds the goals that the contests decide, each with what was measured.
 void JudgeContests(const std::vector<Measurement>& all, Report* report);

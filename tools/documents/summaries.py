@@ -36,20 +36,37 @@ def three(row, name):
     return ", ".join(short(100 * float(part)) for part in parts) if all(parts) else ""
 
 
+def parts_of(row, what):
+    return f"{row['set'].replace('_', ' ')}: {row[what].replace('_', ' ')}"
+
+
 def held_out(folder, file, what):
-    """Errors and times of both methods with 65,536 points, for each kind of parts or of poses, the two sets apart."""
-    rows = [[what, "poses", "force off, `paper`: median, 99th percentile, worst, %", "force off, `fast`, %", "moment off, `fast`, %",
-             "`paper`, µs", "`fast`, µs"]]
-    of = {(row["set"], row[what], row["method"]): row for row in read(folder / file) if row["setting"] == "s; 65536 points"}
+    """Errors and times of `paper` and `fast` with 65,536 points and of `surface` at 2 %, for each kind of parts or of poses, the two
+    sets apart."""
+    rows = [[what, "poses", "force off, `paper`: median, 99th percentile, worst, %", "force off, `fast`, %", "force off, `surface`, %",
+             "moment off, `fast`, %", "moment off, `surface`, %", "`paper`, µs", "`fast`, µs", "`surface`, µs"]]
+    of = {(row["set"], row[what], row["method"]): row for row in read(folder / file) if row["setting"] in ("s; 65536 points", "2 %")}
     for part in ("held_out", "training"):
         for (of_set, name, method), fast in of.items():
-            if of_set != part or method != "fast" or fast["poses"] == "0":
+            paper, surface = (of.get((part, name, other)) for other in ("paper", "surface"))
+            if of_set != part or method != "fast" or not paper or not surface:
                 continue
-            paper = of.get((part, name, "paper"))
-            if paper is None:
-                continue
-            rows.append([f"{part.replace('_', ' ')}: {name.replace('_', ' ')}", fast["poses"], three(paper, "force"), three(fast, "force"),
-                         three(fast, "moment"), short(paper["p50_us"]), short(fast["p50_us"])])
+            rows.append([parts_of(fast, what), fast["poses"], *(three(row, "force") for row in (paper, fast, surface)),
+                         *(three(row, "moment") for row in (fast, surface)), *(short(row["p50_us"]) for row in (paper, fast, surface))])
+    return rows
+
+
+def accuracies(folder):
+    """What an accuracy costs, over all families and over the poses that are felt."""
+    rows = [["poses", "method", "asked for, or points", "force off: median, 99th percentile, worst, %", "moment off, %", "within",
+             "within twice", "reached", "places read", "µs", "99th percentile, µs"]]
+    measured = read(folder / "heldout.csv")
+    for part in ("held_out", "training"):
+        for row in (row for name in ("all", "felt") for row in measured if row["set"] == part and row["family"] == name):
+            shares = [row[share] for share in ("within_estimate", "within_twice", "reached")]
+            rows.append([parts_of(row, "family"), f"`{row['method']}`", row["setting"].removeprefix("s; "), three(row, "force"),
+                         three(row, "moment"), *(f"{100 * float(share):.4g} %" if share else "" for share in shares),
+                         short(row["places_p50"]), short(row["p50_us"]), short(row["p99_us"])])
     return rows
 
 
@@ -71,8 +88,8 @@ def tables(performance):
     """Path and text of each summary."""
     summaries = (("pairs", contact_pairs), ("builds", builds),
                  ("heldout_families", lambda folder: held_out(folder, "heldout.csv", "family")),
-                 ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")))
-    sources = {"heldout_families": "heldout.csv", "heldout_poses": "heldout_kinds.csv"}
+                 ("heldout_poses", lambda folder: held_out(folder, "heldout_kinds.csv", "kind")), ("heldout_accuracies", accuracies))
+    sources = {"heldout_families": "heldout.csv", "heldout_poses": "heldout_kinds.csv", "heldout_accuracies": "heldout.csv"}
     for name, rows in summaries:
         if (performance / "vps").is_dir() and (name not in sources or (performance / "vps" / sources[name]).is_file()):
             yield performance / "vps" / f"{name}.csv", rows(performance / "vps")

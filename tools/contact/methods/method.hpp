@@ -20,6 +20,7 @@ struct Answer {
   std::uint64_t contacts = 0;
   std::uint64_t points_tested = 0;
   std::optional<double> force_error;  // estimate of |force_A - the exact one|, m^3; none: the method makes none
+  bool is_accurate = false;           // the estimate is at most what was asked for
 };
 
 // One method of contact query, built for one pair of meshes.
@@ -58,9 +59,16 @@ std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                      const Resolution& resolution);
 
-// Method `surface`: vps::SurfaceIntegral, the integral over B's surface to `accuracy`, relative, with an estimate of
-// its error. `resolution`: of A's field; B's triangles are cut to four spacings of its points. When apart, a lower
-// bound of the distance of the surfaces. Errors: those of vps::Cook.
+// What method `surface` reads, for one or more accuracies: A's field, and B's surface with its triangles cut to four
+// spacings of `num_points`. A has a field (method fast).
+struct SurfacePair;
+core::Result<std::shared_ptr<const SurfacePair>> MakeSurfacePair(Cooked A, const vps::TriangleMesh& B,
+                                                                 std::uint32_t num_points);
+
+// Method `surface`: vps::SurfaceWalk, the integral over B's surface to `accuracy`, a share of the integral of depth,
+// with an estimate of its error. When apart, the first overload returns no distance (0); the second, from meshes, a
+// lower bound of the distance of the surfaces. Errors: those of vps::Cook and MakeSurfacePair.
+std::unique_ptr<Method> MakeSurfaceMethod(std::shared_ptr<const SurfacePair> pair, double accuracy);
 core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                         const Resolution& resolution, double accuracy);
 

@@ -6,6 +6,16 @@
 #include "vps/surface/surface_walk.hpp"
 
 namespace contact {
+
+struct SurfacePair {
+  SurfacePair(Cooked field, vps::SurfaceTree surface)
+      : cooked(std::move(field)), B(std::move(surface)), bends(*cooked->field) {}
+
+  Cooked cooked;
+  vps::SurfaceTree B;
+  vps::FieldBends bends;
+};
+
 namespace {
 
 // A part of B with a lower bound of its distance from A.
@@ -20,18 +30,28 @@ struct NearPart {
 
 class SurfaceMethod : public Method {
  public:
-  SurfaceMethod(vps::DistanceField A, vps::SurfaceTree B, double accuracy)
-      : A_(std::move(A)), B_(std::move(B)), bends_(A_), walk_(B_, A_, bends_), accuracy_(accuracy) {}
+  SurfaceMethod(std::shared_ptr<const SurfacePair> pair, double accuracy, bool bounds_distance)
+      : pair_(std::move(pair)),
+        A_(*pair_->cooked->field),
+        B_(pair_->B),
+        walk_(B_, A_, pair_->bends),
+        accuracy_(accuracy),
+        bounds_distance_(bounds_distance) {}
 
   Answer Query(const core::Pose& X_AB) override {
     const vps::SurfaceWalk::Result& result = walk_.Run(X_AB, accuracy_);
     Answer answer;
     answer.points_tested = result.places_read;
     answer.force_error = result.error_m3;
+    answer.is_accurate = result.is_accurate;
     answer.contacts = result.patches_inside;
     answer.force_A = X_AB.rotate(result.force_m3);
     answer.moment_A = X_AB.rotate(result.moment_m4);
-    answer.signed_distance_m = answer.contacts > 0 ? -result.deepest_m : ApartBound_m(X_AB);
+    if (answer.contacts > 0) {
+      answer.signed_distance_m = -result.deepest_m;
+    } else if (bounds_distance_) {
+      answer.signed_distance_m = ApartBound_m(X_AB);
+    }
     return answer;
   }
 
@@ -74,25 +94,38 @@ class SurfaceMethod : public Method {
     return std::max(0.0, parts.top().bound_m);
   }
 
-  vps::DistanceField A_;
-  vps::SurfaceTree B_;
-  vps::FieldBends bends_;
+  std::shared_ptr<const SurfacePair> pair_;
+  const vps::DistanceField& A_;
+  const vps::SurfaceTree& B_;
   vps::SurfaceWalk walk_;
   double accuracy_;
+  bool bounds_distance_;
 };
 
 }  // namespace
+
+core::Result<std::shared_ptr<const SurfacePair>> MakeSurfacePair(Cooked A, const vps::TriangleMesh& B,
+                                                                 std::uint32_t num_points) {
+  // As SurfacePieces of cooked parts are cut.
+  constexpr double kSpacings = 4.0;
+  const double area_m2 = vps::SurfaceArea_m2(B);
+  if (area_m2 <= 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "B: no triangle with an area");
+  const double longest_m = kSpacings * std::sqrt(area_m2 / num_points);
+  return std::make_shared<const SurfacePair>(std::move(A), vps::BuildSurfaceTree(B, longest_m));
+}
+
+std::unique_ptr<Method> MakeSurfaceMethod(std::shared_ptr<const SurfacePair> pair, double accuracy) {
+  return std::make_unique<SurfaceMethod>(std::move(pair), accuracy, false);
+}
 
 core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                         const Resolution& resolution, double accuracy) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
   auto cooked = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kFast});
   if (!cooked) return core::Fail(cooked.error().code, "A: " + cooked.error().detail);
-  // As SurfacePieces of cooked parts are cut.
-  constexpr double kSpacings = 4.0;
-  if (vps::SurfaceArea_m2(B) <= 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "B: no triangle with an area");
-  const double longest_m = kSpacings * std::sqrt(vps::SurfaceArea_m2(B) / resolved.num_points);
-  return std::make_unique<SurfaceMethod>(std::move(*cooked->field), vps::BuildSurfaceTree(B, longest_m), accuracy);
+  auto pair = MakeSurfacePair(std::make_shared<const vps::CookedObject>(std::move(*cooked)), B, resolved.num_points);
+  if (!pair) return tl::unexpected(pair.error());
+  return std::make_unique<SurfaceMethod>(std::move(*pair), accuracy, true);
 }
 
 }  // namespace contact
