@@ -28,10 +28,11 @@ constexpr std::size_t kNumRecentSamples = 10;
 constexpr double kSettled_s = 15.0;  // of a run: everything has been touched, shown and connected
 constexpr double kMaxGrowth = 0.03;  // of a process's memory in a run, from then on
 constexpr long kPageNoise_kB = 2048;
-// visual_node, from its first picture of a step on: the film of such pictures, which are drawn at twice their width and
-// height (25 MB of 16-bit light, depth and colour at 1280x720, allocated anew when the size changes), a picture of each
-// step until the run's end (7 of 0.9 MB), and what the software renderer compiles for what a view shows first (10 MB
-// for the first, 1 to 7 MB for each further step). Whether it goes on growing is seen in the quietest stretch.
+// visual_node, from its first picture of a step on: what develops such pictures, which are drawn at twice their width
+// and height (15 MB at 1280x720), a picture of each step until the run's end (7 of 0.9 MB), and what the software
+// renderer compiles for what a view shows first (14 MB for the first, 1 to 7 MB for each further step); while one is
+// drawn also its film and itself (45 MB), which are returned afterwards. Whether it goes on growing is seen in the
+// quietest stretch.
 constexpr long kPictures_kB = 90'000;
 // A leak grows in every stretch of a run, what is made once does not. 30 samples are 15 s and 450 pictures.
 constexpr std::size_t kStretchSamples = 30;

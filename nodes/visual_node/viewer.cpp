@@ -1,6 +1,7 @@
 #include "nodes/visual_node/viewer.hpp"
 
 #include <epoxy/gl.h>
+#include <malloc.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -410,6 +411,9 @@ class Viewer {
       detail_in_work_ = std::make_unique<DetailInWork>(std::exchange(meshes_, {}));
     }
     CountFrame(frame, core::MonotonicNow_ns());
+    // A picture that is kept is drawn at twice its width and height. What that took is free once the film has the size
+    // of live pictures again; malloc would keep it, in pieces that the next one does not fit into.
+    if (std::exchange(has_kept_, false)) malloc_trim(0);
     return is_joined ? core::Result<void>{} : DrawInset(stereo, feed);
   }
 
@@ -502,6 +506,7 @@ class Viewer {
     if (!image) return tl::unexpected(image.error());
     const std::string name = SafeName(scene.step, 0);
     sheet_.Add(name, *image);
+    has_kept_ = true;
     return WritePng(*image, options_.out / "frames" / (name + ".png"));
   }
 
@@ -616,6 +621,7 @@ class Viewer {
   std::unique_ptr<DetailInWork> detail_in_work_;
   std::set<pid_t> other_threads_;  // those that do not draw
   bool has_drawn_ = false;
+  bool has_kept_ = false;  // since the last live picture
   RenderScale scale_;
   Exposure exposure_;  // of the window; pictures that are kept have the same exposure in every run
   view::Scene shown_;

@@ -77,6 +77,19 @@ class Figures(Tree):
         figures.update(self.root, False)
         self.assertIn("| UDP | 12 |", (self.root / "docs/bus.md").read_text())
 
+    def test_a_run_of_one_table_is_noted_once_and_goes_with_a_run_of_its_folder(self):
+        self.write("docs/performance/runs.csv", "folder,command,date,commit,machine\nbus,oos bench bus,,,\nbusy,other,,,\n")
+        subprocess.run(["git", "-C", self.root, "-c", "user.name=a", "-c", "user.email=a", "commit", "-q", "--allow-empty",
+                        "-m", "a"], check=True)
+
+        def noted(folder):
+            figures.note_run(self.root, folder, "command")
+            return [row["folder"] for row in figures.read_rows(self.root / "docs/performance/runs.csv")]
+
+        self.assertEqual(noted("bus/hop"), ["bus", "bus/hop", "busy"])
+        self.assertEqual(noted("bus/hop"), ["bus", "bus/hop", "busy"])
+        self.assertEqual(noted("bus"), ["bus", "busy"])
+
     def test_numbers_are_rounded_and_scaled(self):
         self.assertEqual(figures.written("0.00431", "2", "1000"), "4.3")
         self.assertEqual(figures.written("44302", "5", ""), "44,302")

@@ -3,7 +3,8 @@
 
   figures.py                      fills in docs/performance/figures.csv, then every document
   figures.py --check              changes nothing; names what is stale, and figures that stand in a README without a mark
-  figures.py --ran FOLDER COMMAND notes in docs/performance/runs.csv that COMMAND has just written docs/performance/FOLDER
+  figures.py --ran FOLDER COMMAND notes in docs/performance/runs.csv that COMMAND has just written docs/performance/FOLDER;
+                                  FOLDER may be one table of a folder: live/pictures
 
 A document quotes a figure between two marks, <!--figure:ID-->76<!--/figure-->, and a whole CSV file as a table between
 <!--table:FILE--> and <!--/table-->. figures.csv names for each ID the cell that it comes from:
@@ -148,7 +149,7 @@ def update(root, is_check):
 
 def note_run(root, folder, command):
     path = performance(root) / "runs.csv"
-    rows = [row for row in read_rows(path) if row["folder"].split("/")[0] != folder]
+    rows = [row for row in read_rows(path) if not f"{row['folder']}/".startswith(folder + "/")]
     cpuinfo = pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8")
     cpu = [line for line in cpuinfo.splitlines() if line.startswith("model name")]
     rows.append({
