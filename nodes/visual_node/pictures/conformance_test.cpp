@@ -214,8 +214,10 @@ TEST_P(ConformanceOf, TheRayTracerDrawsFiveViewsAsTheGlNodeDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenario, ConformanceOf,
-                         testing::Values("free_collision", "module_replacement", "peg_in_hole",
-                                         "peg_in_hole/ground.xml", "service_robot", "touch", "two_hands"),
+                         testing::Values("device_view", "five_fingers", "five_fingers/left.xml", "free_collision",
+                                         "module_replacement", "module_replacement/five_fingers.xml", "peg_in_hole",
+                                         "peg_in_hole/ground.xml", "service_robot", "touch", "touch/bracelet.xml",
+                                         "touch/forearm.xml", "two_hands", "two_hands/everything.xml"),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::replace_if(
