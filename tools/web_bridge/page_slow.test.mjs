@@ -69,7 +69,7 @@ for (const scenario of SCENARIOS) {
 }
 
 // What explains the scene, in the middle of a run: contacts, forces, paths, and what the block's contact is tested with.
-const OVERLAYS = ["contacts", "torques", "depth", "distance", "felt_force", "paths", "planned", "phantom", "samples", "tree", "voxels"];
+const OVERLAYS = ["contacts", "torques", "depth", "distance", "felt_force", "paths", "planned", "phantom", "axes", "samples", "tree", "voxels"];
 
 test("overlays of the page look as the OpenGL renderer's", async (t) => {
   const recording = path.join(processes.folder, "overlays.mcap");
