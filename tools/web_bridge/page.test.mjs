@@ -127,6 +127,8 @@ test("a recording is played, paused and sought", PATIENCE, async () => {
 test("a person chooses what is shown, selects a part by a click, hides and highlights it", PATIENCE, async () => {
   const page = await opened(recorded.page);
   const choices = (name) => page.waitForFunction((one) => window.page.frame.choices.includes(one), name);
+  const offered = await page.locator("#overlays button").allTextContents();
+  assert.ok(offered.includes("axes") && !offered.includes("camera"), `no button that does nothing: ${offered}`);
   await page.locator("#overlays button", { hasText: "paths" }).click();
   await choices("overlay.paths");
   await page.keyboard.press("r");
