@@ -34,6 +34,7 @@ enum class Overlay : std::uint8_t {
   kTree,
   kVoxels,
   kRobot,
+  kAxes,
 };
 
 struct OverlayInfo {
@@ -44,7 +45,7 @@ struct OverlayInfo {
   bool is_on_at_start = false;
 };
 
-inline constexpr std::array<OverlayInfo, 18> kOverlays = {{
+inline constexpr std::array<OverlayInfo, 19> kOverlays = {{
     {Overlay::kContacts, "contacts", 'C', "contact forces", true},
     {Overlay::kTorques, "torques", 'T', "torques of contacts about the part that touches"},
     {Overlay::kDepth, "depth", 'Z', "contact points, coloured by how deep they penetrate"},
@@ -64,6 +65,7 @@ inline constexpr std::array<OverlayInfo, 18> kOverlays = {{
     {Overlay::kTree, "tree", '.', "a level of spheres over the selected part's points"},
     {Overlay::kVoxels, "voxels", 'V', "voxels through which the selected part's surface passes"},
     {Overlay::kRobot, "robot", ';', "devices that are robots: joints, torques off their command, the motion's target"},
+    {Overlay::kAxes, "axes", '=', "axes of the world, of the selected part and of each hand"},
 }};
 
 using OverlaySet = std::bitset<kOverlays.size()>;

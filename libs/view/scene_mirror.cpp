@@ -21,6 +21,7 @@ constexpr glm::vec3 kGreen{0.20f, 0.95f, 0.35f};
 constexpr glm::vec3 kRed{1.0f, 0.22f, 0.18f};
 constexpr double kLeastShown_N = 0.05;  // a smaller felt force has no label: it would read 0.0
 constexpr double kHintClear_m = 0.05;   // around the part that an instruction names. By eye
+constexpr double kAxes_m = 0.1;         // as long as a part or two. By eye
 constexpr float kLampGlow = 1.1f;       // of a lamp's lens, for its colour. By eye
 constexpr float kLampOff = 0.02f;       // least base colour of a lamp: one that is off is dark grey. By eye.
 
@@ -384,6 +385,22 @@ void SceneMirror::AddPhantoms() {
   }
 }
 
+// Of W, and of what they help to steer and to place: hands and the selected part, each where it is drawn.
+void SceneMirror::AddAxes() {
+  std::vector<int> shown{choices_.selected};
+  for (const scene::Device& device : scenario_.devices) {
+    if (device.palm != choices_.selected) shown.push_back(device.palm);
+  }
+  scene_.axes.push_back({core::Pose(), kAxes_m});
+  scene_.labels.push_back({glm::dvec3(0.0), "W", kWhite});
+  for (const int index : shown) {
+    if (index < 0 || index >= static_cast<int>(scene_.instances.size())) continue;
+    const auto i = static_cast<std::size_t>(index);
+    scene_.axes.push_back({scene_.instances[i].X_WM, kAxes_m});
+    scene_.labels.push_back({scene_.instances[i].X_WM.translation, scene_.assets->instance_names[i], kWhite});
+  }
+}
+
 void SceneMirror::AddOverlays(std::int64_t now_ns) {
   scene_.arrows.clear();
   scene_.rings.clear();
@@ -399,6 +416,7 @@ void SceneMirror::AddOverlays(std::int64_t now_ns) {
   if (choices_.has(Overlay::kFeltForce)) AddFeltForces(now_ns);
   if (choices_.has(Overlay::kFeltForce)) AddTactiles(now_ns);
   if (choices_.has(Overlay::kPhantom)) AddPhantoms();
+  if (choices_.has(Overlay::kAxes)) AddAxes();
   if (choices_.has(Overlay::kHints) && hinted_ >= 0) {
     scene_.labels.push_back(
         {scene_.instances[static_cast<std::size_t>(hinted_)].X_WM.translation, status_.hint, kWhite, kHintClear_m});

@@ -107,6 +107,7 @@ class SceneMirror {
   void AddContacts(std::int64_t now_ns);
   void AddFeltForces(std::int64_t now_ns);
   void AddPhantoms();
+  void AddAxes();
   void WriteMatrix(std::int64_t now_ns);
   void WriteSelected(std::int64_t now_ns);
   [[nodiscard]] std::string LineOf(const core::Collision& collision) const;

@@ -484,6 +484,32 @@ TEST(SceneMirror, APhantomStandsWhereTheDeviceIsWhenTheToolIsElsewhere) {
   EXPECT_NEAR(mirror.scene().phantoms[1].X_WM.translation.x, -0.02, 1e-12);
 }
 
+TEST(SceneMirror, AxesStandAtTheWorldsOriginAtTheSelectedPartAndAtTheHand) {
+  SceneMirror mirror(SmallScenario());
+  mirror.Refresh(0);
+  EXPECT_TRUE(mirror.scene().axes.empty()) << "nobody wants them";
+  Choices choices = Only(Overlay::kAxes);
+  choices.selected = 1;
+  mirror.Choose(choices);
+  core::HapticProxy proxy;
+  proxy.X_WC = {glm::angleAxis(0.5, glm::dvec3(0.0, 0.0, 1.0)), {0.1, 0.2, 0.3}};
+  mirror.Apply(proxy);
+  mirror.Refresh(0);
+  const std::vector<Axes>& axes = mirror.scene().axes;
+  ASSERT_EQ(axes.size(), 3u);
+  EXPECT_EQ(axes[0].X_WA.translation, glm::dvec3(0.0));
+  EXPECT_EQ(axes[1].X_WA.translation, mirror.scene().instances[1].X_WM.translation);
+  EXPECT_EQ(axes[2].X_WA.translation, proxy.X_WC.translation);
+  EXPECT_NEAR(glm::distance(axes[2].X_WA.rotate({1.0, 0.0, 0.0}), {std::cos(0.5), std::sin(0.5), 0.0}), 0.0, 1e-12);
+  ASSERT_EQ(mirror.scene().labels.size(), 3u);
+  EXPECT_EQ(mirror.scene().labels[0].text, "W");
+  EXPECT_EQ(mirror.scene().labels[1].text, mirror.scene().assets->instance_names[1]);
+  choices.selected = 2;  // the palm
+  mirror.Choose(choices);
+  mirror.Refresh(0);
+  EXPECT_EQ(mirror.scene().axes.size(), 2u) << "one for each place";
+}
+
 TEST(SceneMirror, TheMatrixIsATableWithTheDeepestFirst) {
   SceneMirror mirror(SmallScenario());
   mirror.Choose(Only(Overlay::kMatrix));

@@ -12,7 +12,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <future>
 #include <memory>
 #include <optional>
@@ -40,8 +39,10 @@
 #include "nodes/visual_node/summary.hpp"
 #include "nodes/visual_node/walls/walls.hpp"
 #include "nodes/visual_node/window/camera_control.hpp"
+#include "nodes/visual_node/window/fit_target.hpp"
 #include "nodes/visual_node/window/interaction.hpp"
 #include "nodes/visual_node/window/pointer.hpp"
+#include "nodes/visual_node/window/saved_views.hpp"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -187,7 +188,10 @@ class Viewer {
 
   core::Result<void> Loop() {
     CameraControl control(*shown_.assets, composition_.layout.steered());
-    if (!options_.is_headless) control.Attach(context_->window());
+    if (!options_.is_headless) {
+      control.Attach(context_->window());
+      TakeViews(&control);
+    }
     if (SteersHand()) {
       pointer_.emplace(receiver_.scenario());
       pointer_->Attach(context_->window());
@@ -207,7 +211,7 @@ class Viewer {
     first_frame_cpu_s_ = CpuTime_s();
     while (signals_.is_stop_wanted == 0 && glfwWindowShouldClose(context_->window()) == GLFW_FALSE) {
       glfwPollEvents();
-      if (!options_.is_headless) FitTo(context_->window(), target);
+      if (!options_.is_headless) FitTo(context_->window(), &target);
       TakeAir();
       TakeDetail();
       waited_ns_ = 0;
@@ -242,7 +246,7 @@ class Viewer {
         if (!wishes) return tl::unexpected(wishes.error());
         if (wishes->is_full_screen_wanted) context_->ToggleFullScreen();
         if (wishes->is_screenshot_wanted) Take("", shown);
-        if (wishes->is_view_saved) WriteViews(control);
+        if (wishes->is_view_saved) KeepViews(control);
       } else if (walls_) {
         AwaitShow();
         walls_->Shown();
@@ -447,11 +451,20 @@ class Viewer {
   }
 
   // Lines for a scenario file.
-  void WriteViews(const CameraControl& control) const {
-    const std::filesystem::path file = options_.out / "views.xml";
-    std::ofstream out(file);
-    for (const scene::Camera& camera : control.saved_views()) out << view::CameraXml(camera, *shown_.assets) << "\n";
-    std::fprintf(stderr, "views %s: %s\n", file.c_str(), out.flush() ? "done" : "cannot be written");
+  void KeepViews(const CameraControl& control) const {
+    const std::filesystem::path file = ViewsFile(receiver_.scenario().name);
+    const auto written = WriteViews(file, control.saved_views(), *shown_.assets);
+    std::fprintf(stderr, "views %s: %s\n", file.c_str(), written ? "done" : written.error().detail.c_str());
+  }
+
+  // Those of an earlier window. Without them it goes on.
+  void TakeViews(CameraControl* control) const {
+    auto views = ReadViews(ViewsFile(receiver_.scenario().name), *shown_.assets);
+    if (views) {
+      control->SetSavedViews(std::move(*views));
+    } else {
+      std::fprintf(stderr, "no saved views: %s\n", views.error().detail.c_str());
+    }
   }
 
   [[nodiscard]] Look Live() const {
@@ -536,13 +549,6 @@ class Viewer {
     receiver_.SetFrames(summary_.frames);
     receiver_.SetRenderScale(scale_.value());
     receiver_.SetReady();
-  }
-
-  static void FitTo(GLFWwindow* window, std::unique_ptr<RenderTarget>& target) {
-    int width = 0, height = 0;
-    glfwGetFramebufferSize(window, &width, &height);
-    if (width < 16 || height < 16 || (width == target->width() && height == target->height())) return;
-    target = std::make_unique<RenderTarget>(width, height);
   }
 
   // A film has one size.

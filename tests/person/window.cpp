@@ -141,6 +141,10 @@ void Window::Drag(int dx, int dy) {
   Do(moves);
 }
 
+void Window::Resize(int width, int height) {
+  Do("search --onlyvisible --name '.' windowsize " + std::to_string(width) + " " + std::to_string(height));
+}
+
 void Window::Wheel(int notches) {
   if (notches == 0) return;
   Do("click --repeat " + std::to_string(std::abs(notches)) + " --delay 20 " + (notches > 0 ? "4" : "5"));

@@ -37,6 +37,8 @@ class Window {
   // In steps of a hand, not at once.
   void Drag(int dx, int dy);
   void Wheel(int notches);  // away: positive
+  // As by a window manager, which is not here.
+  void Resize(int width, int height);
   [[nodiscard]] int x() const { return x_; }
   [[nodiscard]] int y() const { return y_; }
 

@@ -127,6 +127,8 @@ test("a recording is played, paused and sought", PATIENCE, async () => {
 test("a person chooses what is shown, selects a part by a click, hides and highlights it", PATIENCE, async () => {
   const page = await opened(recorded.page);
   const choices = (name) => page.waitForFunction((one) => window.page.frame.choices.includes(one), name);
+  const offered = await page.locator("#overlays button").allTextContents();
+  assert.ok(offered.includes("axes") && !offered.includes("camera"), `no button that does nothing: ${offered}`);
   await page.locator("#overlays button", { hasText: "paths" }).click();
   await choices("overlay.paths");
   await page.keyboard.press("r");
@@ -175,6 +177,27 @@ test("on a phone's screen the picture and the controls are there, and nothing is
   assert.deepEqual(errors, []);
 });
 
+test("from a phone a finger starts a session, sets a parameter, and stops it", PATIENCE, async () => {
+  const page = await opened(live.page, { viewport: PHONE, hasTouch: true, isMobile: true, deviceScaleFactor: 2 });
+  const state = (text) => page.waitForFunction((wanted) => document.getElementById("state").textContent === wanted, text);
+  await state("no session runs here");
+  for (const id of ["start", "stop"]) {
+    const { x, width, height } = await page.locator(`#${id}`).boundingBox();
+    assert.ok(x >= 0 && x + width <= PHONE.width && height >= 30, `${id}: a finger meets it`);
+  }
+  await page.locator("#start:enabled").tap();
+  await state("a session runs");
+  const name = "haptic_node.force_cap_N";
+  await page.waitForFunction((one) => [...document.getElementById("parameter-names").options].some(({ value }) => value === one), name);
+  await page.fill("#parameter-name", name);
+  await page.fill("#parameter-value", "24");
+  await page.locator("#parameter button").tap();
+  await page.waitForFunction((one) => document.getElementById("link").textContent === `${one} = 24`, name);
+  await page.locator("#stop:enabled").tap();
+  await state("no session runs here");
+  await page.close();
+  assert.deepEqual(errors, []);
+});
 
 // A person at the page: mouse and keys of Chromium, eyes on the captions.
 test("the page is the hand: dragging moves it as far as the captions say, Space closes the jaws", PATIENCE, async () => {

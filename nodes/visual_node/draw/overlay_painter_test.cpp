@@ -363,6 +363,19 @@ TEST_F(OverlayPainterTest, ARingSpansItsSweep) {
   EXPECT_NEAR(big - small, 3.0 * ring.radius_m / pixel_m * 3.0, 150.0) << "an arc of 3 rad, 3 px thick";
 }
 
+TEST_F(OverlayPainterTest, AxesAreRedGreenAndBlueAlongXYAndZ) {
+  const core::Pose X_WA{glm::angleAxis(-1.5707963267948966, glm::dvec3(1.0, 0.0, 0.0)), {-0.05, -0.4, 0.0}};
+  scene_.axes.push_back({X_WA, 0.1});  // y points down in the picture, z to the eye's back
+  const auto light = [&](double x_m, double z_m) { return LightAt({-0.05 + x_m, -0.4, z_m}); };
+  const glm::vec3 x = light(0.05, 0.0), y = light(0.0, -0.05), opposite = light(-0.05, 0.0);
+  EXPECT_GT(x.r, 2.0f * std::max(x.g, x.b));
+  EXPECT_GT(y.g, 2.0f * std::max(y.r, y.b));
+  EXPECT_NEAR(opposite.r, opposite.b, 0.1f * opposite.r) << "the scene's grey";
+  scene_.axes[0].X_WA.rotation = glm::dquat(1.0, 0.0, 0.0, 0.0);
+  const glm::vec3 z = light(0.0, 0.05);
+  EXPECT_GT(z.b, 2.0f * std::max(z.r, z.g));
+}
+
 TEST_F(OverlayPainterTest, ALabelStandsAboveItsPlaceInReadableLetters) {
   look_.with_texts = true;
   scene_.labels.push_back({{0.1, -0.4, 0.05}, "12.3 N", {1.0f, 1.0f, 1.0f}});

@@ -18,6 +18,14 @@ namespace {
 // The shadow map is fitted anew when the sun has moved by a tenth of its width (cos 0.05 degrees): 75 minutes.
 constexpr double kSameSun = 1.0 - 3.8e-7;
 
+// Its mesh is drawn over surfaces, too.
+bool IsOverlaid(const view::Scene& scene, std::size_t instance) {
+  const view::Instance& its = scene.instances[instance];
+  return its.highlight > 0.0f || its.opacity < 1.0f ||
+         std::any_of(scene.phantoms.begin(), scene.phantoms.end(),
+                     [instance](const view::Phantom& phantom) { return phantom.instance == instance; });
+}
+
 void SetMatrix(GLint location, const glm::mat4& matrix) {
   glUniformMatrix4fv(location, 1, GL_FALSE, glm::value_ptr(matrix));
 }
@@ -121,10 +129,12 @@ void Renderer::FitShadow(const view::Scene& scene) {
   shadow_.Fit(scene.space.sun_direction_W, 0.5 * (low + high), radius_m);
 }
 
-void Renderer::UpdateSkins(const view::Scene& scene) {
+void Renderer::UpdateSkins(const view::Scene& scene, bool has_surfaces) {
   for (Skin& skin : skins_) {
-    for (const view::Instance& instance : scene.instances) {
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+      const view::Instance& instance = scene.instances[i];
       if (instance.mesh != skin.mesh || instance.posture == nullptr || instance.posture == skin.shown) continue;
+      if (has_surfaces && !IsOverlaid(scene, i)) continue;
       skin.shown = instance.posture;
       view::BendSkin(skin.source, *skin.shown, &skin.posed);
       UpdateVertices(skin.posed, &meshes_[skin.mesh]);
@@ -157,10 +167,10 @@ core::Result<void> Renderer::Draw(const view::Scene& scene, const scene::Camera&
 
 core::Result<void> Renderer::Draw(const view::Scene& scene, const view::Frustum& eye, const RenderTarget& target,
                                   const Look& look) {
+  UpdateSkins(scene, !look.surfaces.empty());
   if (look.surfaces.empty()) {
     if (glm::dot(scene.space.sun_direction_W, shadow_sun_W_) < kSameSun) FitShadow(scene);
     UpdateSheets(scene);
-    UpdateSkins(scene);
     const bool is_exact = look.detail_px <= 0.0;
     shadow_.Update(scene, meshes_, sheets_, is_exact ? ShadowMap::Coarse{} : ShadowMap::Coarse{&details_, &picked_});
   }

@@ -107,7 +107,8 @@ class Renderer {
   void DrawSolids(const view::Scene& scene, const View& view, const view::Frustum& eye, const Look& look);
   core::Result<void> TakeLooks(const view::Scene& scene);
   void UpdateSheets(const view::Scene& scene);
-  void UpdateSkins(const view::Scene& scene);
+  // `has_surfaces`: somebody else has drawn them.
+  void UpdateSkins(const view::Scene& scene, bool has_surfaces);
   void DrawSurfaces(const view::Scene& scene, const View& view);
   void PickTriangles(const view::Scene& scene, const View& view);
   void DrawSheets(const view::Scene& scene);

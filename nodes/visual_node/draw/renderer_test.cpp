@@ -405,6 +405,78 @@ TEST_F(RendererTest, SunsFromAllSidesAreReflectedWhole) {
   }
 }
 
+// A floor of gold foil.
+class FoilTest : public RendererTest {
+ protected:
+  void SetUp() override {
+    RendererTest::SetUp();
+    if (IsSkipped()) return;
+    for (view::Instance& instance : scene_.instances) instance.is_visible = false;
+    scene_.lamps.clear();
+    scene_.instances[0].is_visible = true;
+    view::Material& material = scene_.instances[0].material;
+    material.base_color = {1.0f, 0.75f, 0.35f};
+    material.metallic = 1.0f;
+    material.roughness = 0.3f;
+    material.is_foil = true;
+    scene_.space.X_WE.translation = {0.0, 1e15, 0.0};  // no Earth in the picture
+  }
+  // Of the floor's light, in that surrounding.
+  glm::dvec3 Mean(const scene::Camera& camera, const view::EnvironmentLight& light_around) {
+    look_.light = light_around;
+    const RenderTarget quarter(kWidth / 4, kHeight / 4);
+    EXPECT_TRUE(renderer_->Draw(scene_, camera, quarter, look_));
+    const std::vector<float> light = renderer_->film().ReadLight();
+    glm::dvec3 sum(0.0);
+    double count = 0.0;
+    for (std::size_t i = 0; i < light.size(); i += 4) {
+      if (light[i + 3] == 0.0f) continue;
+      sum += glm::dvec3(light[i], light[i + 1], light[i + 2]);
+      count += 1.0;
+    }
+    EXPECT_GT(count, 1000.0);
+    return sum / count;
+  }
+};
+
+TEST_F(FoilTest, ItMirrorsTheEarthsSideInItsOwnColourAndDarkSpaceBlack) {
+  const scene::Camera camera = FrontCamera();
+  const glm::vec3 mirrored_way = glm::normalize(glm::vec3(0.0f, 1.3f, 0.67f));
+  const auto with_earth_at = [&](const glm::vec3& direction) {
+    view::EnvironmentLight light;
+    light.earth_direction_W = direction;
+    light.sun_direction_W = -direction;  // of the Earth its day is seen
+    light.earth_sine = 0.6f;
+    light.earth = glm::vec3(1.0f);
+    return Mean(camera, light);
+  };
+  const glm::dvec3 earth = with_earth_at(mirrored_way);
+  const glm::dvec3 space = with_earth_at(glm::normalize(glm::vec3(0.0f, -1.0f, 0.2f)));
+  EXPECT_GT(earth.g, 0.3);
+  EXPECT_GT(earth.g, 5.0 * space.g);
+  EXPECT_GT(earth.r, 1.2 * earth.g);
+  EXPECT_GT(earth.g, 1.5 * earth.b);
+}
+
+// The sun's image is longer along the direction in which foil was rolled, here x. Other metal has a round one.
+TEST_F(FoilTest, TheSunsImageIsLongerAlongTheDirectionOfRolling) {
+  scene::Camera above;
+  above.eye_m = {0.0, 0.0, 40.0};  // so far that it sees all places from the same direction
+  above.vertical_fov_rad = 0.02;
+  const auto tilted = [&](const glm::vec3& towards) {
+    view::EnvironmentLight light;
+    light.sun_direction_W = glm::normalize(glm::vec3(0.0f, 0.0f, 1.0f) + towards);
+    light.sun = glm::vec3(1.0f);
+    return Mean(above, light).g;
+  };
+  const glm::vec3 x(0.7f, 0.0f, 0.0f), y(0.0f, 0.7f, 0.0f);
+  const double along = tilted(x), across = tilted(y);
+  EXPECT_GT(along, 1.5 * across);
+  EXPECT_NEAR(tilted(-x), along, 0.25 * along) << "wrinkles lean to no side";
+  scene_.instances[0].material.is_foil = false;
+  EXPECT_NEAR(tilted(x), tilted(y), 0.05 * tilted(y));
+}
+
 // The sun's lowest ray that touches the ball's top meets the floor at a known place; the light is half there.
 TEST_F(RendererTest, TheEdgeOfAShadowIsWhereTheSunsRayMeetsTheFloor) {
   for (const std::size_t i : {2u, 3u}) scene_.instances[i].is_visible = false;

@@ -156,6 +156,103 @@ TEST_F(ConformanceTest, TheRayTracerSeesTheSameObjectsAndMaterials) {
   EXPECT_LE(agreement.flip, 0.05);
 }
 
+view::SharedPoints Share(const std::vector<glm::vec3>& points) {
+  return std::make_shared<const std::vector<glm::vec3>>(points);
+}
+
+// One of each shape at least, over the known scene: before its bodies, behind them, and through them.
+void AddEveryShape(view::Scene* scene) {
+  const glm::vec3 red{1.0f, 0.1f, 0.1f}, green{0.1f, 0.9f, 0.2f}, blue{0.1f, 0.3f, 1.0f};
+  scene->arrows = {{{-0.25, 0.0, 0.1}, {0.0, -0.1, 0.25}, red}, {{0.2, 0.3, 0.1}, {-0.5, -0.1, 0.1}, green}};
+  scene->rings.push_back({{0.12, -0.3, 0.12}, glm::normalize(glm::dvec3(0.2, -1.0, 0.6)), 0.08, 4.0, blue});
+  scene->axes.push_back({scene->instances[2].X_WM, 0.25});
+  scene->lines.push_back({Share({{-0.6f, -0.4f, 0.05f}, {-0.2f, 0.1f, 0.1f}, {0.6f, 0.0f, 0.3f}}), green, 3.0f});
+  view::PointSet points{{}, Share({{-0.3f, -0.3f, 0.01f}, {-0.2f, -0.3f, 0.01f}, {0.2f, 0.2f, 0.1f}}), nullptr, red};
+  points.size_px = 8.0f;
+  scene->points = {points};
+  view::Cubes cubes{{}, Share({{0.4f, -0.3f, 0.05f}, {0.44f, -0.3f, 0.05f}, {0.25f, 0.1f, 0.2f}})};
+  cubes.edge_m = 0.04;
+  cubes.color = blue;
+  scene->cubes = {cubes};
+  const std::vector<glm::vec4> balls = {{-0.45f, -0.3f, 0.1f, 0.08f}, {-0.25f, 0.1f, 0.1f, 0.08f}};
+  scene->spheres.push_back({{}, std::make_shared<const std::vector<glm::vec4>>(balls), red});
+  view::Phantom phantom{1, scene->instances[1].X_WM, green};
+  phantom.X_WM.translation += glm::dvec3(0.25, 0.1, 0.05);
+  scene->phantoms = {phantom};
+  scene->instances[3].highlight = 0.4f;
+}
+
+// Pixels that differ.
+picture::Measured<std::uint16_t> Changed(const Image& before, const Image& after) {
+  constexpr int kLeast = 12;  // of 255
+  picture::Measured<std::uint16_t> changed(before.width, before.height);
+  for (std::size_t i = 0; i < changed.values.size(); ++i) {
+    for (std::size_t k = 4 * i; k < 4 * i + 3; ++k) {
+      if (std::abs(int{before.rgba[k]} - int{after.rgba[k]}) >= kLeast) changed.values[i] = 1;
+    }
+  }
+  return changed;
+}
+
+TEST_F(ConformanceTest, OverlaysOverTracedSurfacesAreWhereTheGlNodeHasThem) {
+  const auto tracer = raytrace::Tracer::Create(scene_, view::MeshOfBody);
+  ASSERT_TRUE(tracer) << tracer.error().detail;
+  const auto traced = [&] {
+    (*tracer)->Update(scene_, view::LightOf(scene_.space));
+    return TracedOverSky(*renderer_, **tracer, scene_, view::KnownCamera(), tiles::Mirrors::kNone).image;
+  };
+  const Image gl_bare = Kept().image, traced_bare = traced();
+  AddEveryShape(&scene_);
+  const Image gl = Kept().image, over_traced = traced();
+  const picture::Measured<std::uint16_t> in_gl = Changed(gl_bare, gl), in_traced = Changed(traced_bare, over_traced);
+  int covered = 0, same = 0;
+  for (std::size_t i = 0; i < in_gl.values.size(); ++i) {
+    covered += in_gl.values[i];
+    same += in_gl.values[i] == in_traced.values[i] ? 1 : 0;
+  }
+  const double flip = picture::Mean(picture::Flip(gl, over_traced), in_gl);
+  const double share = static_cast<double>(same) / static_cast<double>(in_gl.values.size());
+  RecordProperty("covered", std::to_string(covered));
+  RecordProperty("same_overlays", std::to_string(share));
+  RecordProperty("flip", std::to_string(flip));
+  EXPECT_GT(covered, 2000) << "nothing is seen of the overlays";
+  EXPECT_GE(share, 0.995);
+  EXPECT_LE(flip, 0.02);
+}
+
+// Fingers bend while all that OpenGL draws of them is their highlight.
+TEST_F(ConformanceTest, AHighlightOverATracedSkinHasTheSkinsPosture) {
+  const auto scenario = scene::LoadScenario(std::filesystem::path(VR_OOS_SOURCE_DIR) / "scenarios/five_fingers");
+  ASSERT_TRUE(scenario);
+  view::Scene scene = view::SceneMirror(*scenario).scene();
+  scene.texts.clear();
+  const auto skin = std::find_if(scene.instances.begin(), scene.instances.end(),
+                                 [](const view::Instance& instance) { return instance.posture != nullptr; });
+  ASSERT_NE(skin, scene.instances.end());
+  skin->highlight = 0.4f;
+  const auto load = [](const std::filesystem::path& file) { return vps::LoadVisualMesh(file); };
+  auto by_gl = Renderer::Create(scene, load), over_traced = Renderer::Create(scene, load);
+  ASSERT_TRUE(by_gl && over_traced);
+  const auto tracer = raytrace::Tracer::Create(scene, load);
+  ASSERT_TRUE(tracer) << tracer.error().detail;
+  const scene::Camera camera = view::PlaceCamera(scene.assets->cameras.front(), scene);
+  for (const double bend_m : {0.0, 0.03}) {
+    auto posture = *skin->posture;
+    for (core::Pose& joint : posture) joint.translation.z += bend_m;
+    skin->posture = std::make_shared<const std::vector<core::Pose>>(std::move(posture));
+    (*tracer)->Update(scene, view::LightOf(scene.space));
+    const auto gl = RenderSmooth(**by_gl, scene, camera, kPictureWidth, kPictureHeight);
+    ASSERT_TRUE(gl);
+    const auto pass = ObjectPass::Create();
+    ASSERT_TRUE(pass);
+    const view::Rendering kept{*gl, pass->Draw(**by_gl, scene, camera, kPictureWidth, kPictureHeight).ids};
+    const view::Agreement agreement =
+        view::Compare(kept, TracedOverSky(**over_traced, **tracer, scene, camera, tiles::Mirrors::kNone));
+    EXPECT_LE(agreement.flip, 0.05) << bend_m;
+    EXPECT_GE(agreement.same_ids, 0.995) << bend_m;
+  }
+}
+
 // Five views: the scenario's own cameras, and what is missing from around the first one's target.
 std::vector<scene::Camera> FiveViews(const view::Scene& scene) {
   std::vector<scene::Camera> views;
@@ -214,8 +311,10 @@ TEST_P(ConformanceOf, TheRayTracerDrawsFiveViewsAsTheGlNodeDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenario, ConformanceOf,
-                         testing::Values("free_collision", "module_replacement", "peg_in_hole",
-                                         "peg_in_hole/ground.xml", "service_robot", "touch", "two_hands"),
+                         testing::Values("device_view", "five_fingers", "five_fingers/left.xml", "free_collision",
+                                         "module_replacement", "module_replacement/five_fingers.xml", "peg_in_hole",
+                                         "peg_in_hole/ground.xml", "service_robot", "touch", "touch/bracelet.xml",
+                                         "touch/forearm.xml", "two_hands", "two_hands/everything.xml"),
                          [](const auto& test) {
                            std::string name = test.param;
                            std::replace_if(

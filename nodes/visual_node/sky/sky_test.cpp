@@ -50,6 +50,14 @@ class SkyTest : public GlTest {
                                     std::cos(height_rad) * std::sin(turn_rad), std::sin(height_rad)};
   }
 
+  // Turns the Earth so that this place is below the eye.
+  void Below(double longitude_rad, double latitude_rad) {
+    const glm::dvec3 place_E(std::cos(latitude_rad) * std::cos(longitude_rad),
+                             std::cos(latitude_rad) * std::sin(longitude_rad), std::sin(latitude_rad));
+    const glm::dvec3 up(0.0, 0.0, 1.0);
+    scene_.space.X_WE.rotation = glm::normalize(glm::dquat(1.0 + glm::dot(place_E, up), glm::cross(place_E, up)));
+  }
+
   // The film's light: linear RGB and alpha at pixel (x, y) from the top left corner.
   std::vector<glm::vec4> Light() {
     const RenderTarget target(kWidth, kHeight);
@@ -81,10 +89,7 @@ TEST_F(SkyTest, TownsShineAtNightOnly) {
   camera_.target_m = {0.2, 0.0, -1.0};
   camera_.vertical_fov_rad = 1.0;
   const auto redness_above = [&](double longitude_rad, double latitude_rad) {
-    const glm::dvec3 place_E(std::cos(latitude_rad) * std::cos(longitude_rad),
-                             std::cos(latitude_rad) * std::sin(longitude_rad), std::sin(latitude_rad));
-    const glm::dvec3 up(0.0, 0.0, 1.0);
-    scene_.space.X_WE.rotation = glm::normalize(glm::dquat(1.0 + glm::dot(place_E, up), glm::cross(place_E, up)));
+    Below(longitude_rad, latitude_rad);
     float most = 0.0f;
     for (const glm::vec4& pixel : Light()) most = std::max(most, pixel.r - pixel.b);
     return most;
@@ -93,6 +98,81 @@ TEST_F(SkyTest, TownsShineAtNightOnly) {
   EXPECT_GT(redness_above(0.122, 0.899), 0.1f) << "Ruhr";
   EXPECT_LT(redness_above(0.175, 0.384), 0.01f) << "Sahara";
   EXPECT_LT(redness_above(-2.6, 0.0), 0.01f) << "Pacific";
+}
+
+// How far the Moon's pixels reach, and how many of them have light. Nothing else in the picture is opaque.
+TEST_F(SkyTest, TheMoonHasItsSizeAndIsLitOnTheSunsSide) {
+  const glm::dvec3 to_moon = glm::normalize(glm::dvec3(1.0, 0.0, 1.0));
+  const double distance_m = 384'400e3;
+  scene_.space.moon_position_W = distance_m * to_moon;
+  camera_.target_m = to_moon;
+  camera_.vertical_fov_rad = 0.014;
+  const double radius_px =
+      0.5 * kHeight / std::tan(0.5 * camera_.vertical_fov_rad) * std::tan(std::asin(space::kMoonRadius_m / distance_m));
+  const double area_px = 3.14159265 * radius_px * radius_px;
+  ASSERT_GT(radius_px, 50.0);
+  const glm::dvec3 right = glm::normalize(Ray(kWidth, 0.5 * kHeight) - Ray(0.0, 0.5 * kHeight));
+  for (const double phase_rad : {0.0, 0.7, 1.5708, 2.4, 3.14159}) {  // between the sun and the eye, seen from there
+    scene_.space.sun_direction_W = -std::cos(phase_rad) * to_moon + std::sin(phase_rad) * right;
+    const std::vector<glm::vec4> light = Light();
+    int covered = 0, lit = 0;
+    double sum_x = 0.0, sum = 0.0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const glm::vec4& pixel = light[Index(x, y)];
+        if (pixel.a < 0.5f) continue;
+        ++covered;
+        lit += pixel.g > 0.02f ? 1 : 0;
+        sum += pixel.g;
+        sum_x += pixel.g * (x + 0.5 - 0.5 * kWidth);
+      }
+    }
+    EXPECT_NEAR(covered, area_px, 0.01 * area_px) << phase_rad;
+    EXPECT_NEAR(lit, 0.5 * (1.0 + std::cos(phase_rad)) * area_px, 0.02 * area_px) << phase_rad;
+    if (phase_rad < 0.5 || phase_rad > 3.0) continue;
+    EXPECT_GT(sum_x / sum, 0.1 * radius_px) << "towards the sun: " << phase_rad;
+  }
+}
+
+// The same places in the light of a sun as high on the other side, from where waves mirror it to somebody else.
+TEST_F(SkyTest, TheSunGlintsOnTheOceanTowardsItsMirrorImageAndNotOnLand) {
+  constexpr double kSunFromZenith_rad = 0.4;
+  camera_.target_m = {std::sin(kSunFromZenith_rad), 0.0, -std::cos(kSunFromZenith_rad)};
+  camera_.vertical_fov_rad = 0.9;
+  // Of open water in a ring around the mirror's way [rad]: the mean light that is added, and of how many pixels.
+  constexpr float kOpenWater = 0.03f;  // clouds and land are brighter
+  struct Glint {
+    double mean = 0.0;
+    int count = 0;
+  };
+  const auto glint = [&](double from_rad, double to_rad, float brightest_ground) {
+    SetSun(1.5707963 - kSunFromZenith_rad, 0.0);
+    const std::vector<glm::vec4> there = Light();
+    const glm::dvec3 mirror_way(scene_.space.sun_direction_W.x, 0.0, -scene_.space.sun_direction_W.z);
+    SetSun(1.5707963 - kSunFromZenith_rad, 3.14159265);
+    const std::vector<glm::vec4> away = Light();
+    Glint sum;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        const double off_rad = std::acos(std::min(1.0, glm::dot(Ray(x + 0.5, y + 0.5), mirror_way)));
+        if (off_rad < from_rad || off_rad >= to_rad || away[Index(x, y)].g > brightest_ground) continue;
+        sum.mean += there[Index(x, y)].g - away[Index(x, y)].g;
+        ++sum.count;
+      }
+    }
+    sum.mean /= std::max(sum.count, 1);
+    return sum;
+  };
+  Below(-2.8, 0.3);  // the Pacific, where there are few clouds
+  const Glint inner = glint(0.0, 0.1, kOpenWater), ring = glint(0.2, 0.3, kOpenWater),
+              outer = glint(0.4, 0.5, kOpenWater);
+  for (const Glint& each : {inner, ring, outer}) EXPECT_GT(each.count, 100);
+  // F E / (4 s cos(view) cos(slope)^4) with F = 0.02 where the mirror's image is.
+  EXPECT_NEAR(inner.mean, 0.02 / (4.0 * 0.039 * std::cos(kSunFromZenith_rad)), 0.02);
+  EXPECT_GT(inner.mean, 1.3 * ring.mean);
+  EXPECT_GT(ring.mean, 1.3 * outer.mean);
+  Below(0.175, 0.384);
+  EXPECT_NEAR(glint(0.0, 0.1, 1.0f).mean, 0.0, 0.02) << "Sahara";
 }
 
 TEST_F(SkyTest, TheLimbIsWhereTheHorizonIs) {

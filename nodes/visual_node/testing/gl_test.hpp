@@ -11,6 +11,22 @@
 
 namespace visual_node {
 
+// The leak checker finds a leak's library only while it is loaded. Mesa unloads its driver with the display, so the
+// suppressions for the driver in tests/sanitizers/lsan.supp would have no effect.
+inline void KeepDriverLoaded() {
+#if defined(__SANITIZE_ADDRESS__)
+  std::string driver;
+  dl_iterate_phdr(
+      [](dl_phdr_info* library, std::size_t, void* found) {
+        const std::string name = library->dlpi_name;
+        if (name.ends_with("_dri.so")) *static_cast<std::string*>(found) = name;
+        return 0;
+      },
+      &driver);
+  if (!driver.empty()) dlopen(driver.c_str(), RTLD_NOW | RTLD_NODELETE | RTLD_NOLOAD);
+#endif
+}
+
 // A test that draws. One display for all tests of the process; without one they are skipped with the reason.
 class GlTest : public testing::Test {
  protected:
@@ -30,22 +46,6 @@ class GlTest : public testing::Test {
       why_ = context.error().detail;
     }
     return context_;
-  }
-
-  // The leak checker finds a leak's library only while it is loaded. Mesa unloads its driver with the display, so the
-  // suppressions for the driver in tests/sanitizers/lsan.supp would have no effect.
-  static void KeepDriverLoaded() {
-#if defined(__SANITIZE_ADDRESS__)
-    std::string driver;
-    dl_iterate_phdr(
-        [](dl_phdr_info* library, std::size_t, void* found) {
-          const std::string name = library->dlpi_name;
-          if (name.ends_with("_dri.so")) *static_cast<std::string*>(found) = name;
-          return 0;
-        },
-        &driver);
-    if (!driver.empty()) dlopen(driver.c_str(), RTLD_NOW | RTLD_NODELETE | RTLD_NOLOAD);
-#endif
   }
 
   static inline GlContext* context_ = nullptr;

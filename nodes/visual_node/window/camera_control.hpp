@@ -3,6 +3,7 @@
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "view/free_camera.hpp"
@@ -30,6 +31,7 @@ class CameraControl {
   // Keeps the present view: number keys after those of the scenario's cameras go back to it.
   void SaveView();
   [[nodiscard]] const std::vector<scene::Camera>& saved_views() const { return saved_; }
+  void SetSavedViews(std::vector<scene::Camera> views) { saved_ = std::move(views); }
 
   // The camera for a step's picture, independent of keys and mouse.
   [[nodiscard]] const scene::Camera& ForStep(const view::Assets& assets, const std::string& step) const;

@@ -180,6 +180,7 @@ void AddNames(const scene::Scenario& scenario, const view::Scene& scene, oos::Sc
     Put(camera.up, message->mutable_up());
   }
   for (const view::OverlayInfo& info : view::kOverlays) {
+    if (info.overlay == view::Overlay::kCamera) continue;  // the page has no inset: its buttons of views do as much
     oos::SceneOverlay* message = assets->add_overlays();
     message->set_name(info.name);
     message->set_key(std::string(1, info.key));

@@ -108,6 +108,35 @@ TEST_F(ReportPageTest, ChartsShowWhatTheNodesLeft) {
   EXPECT_THAT(page, Not(HasSubstr("Latency (t1")));
 }
 
+// A thousand traces to the hand and a hundred to the picture, one of which took 80 ms.
+TEST_F(ReportPageTest, ARunWithLatenciesHasTheirChart) {
+  LeaveFiles();
+  std::ofstream latency(folder_ / "latency.csv");
+  latency << "chain,trace_id,origin_ns,echo_ns,stage,offset_ns,...\n";
+  const auto add = [&](const char* chain, int id, std::int64_t offset_ns) {
+    latency << chain << ',' << id << ',' << kBegin_ns + 1'000'000'000 + id * 1'000'000LL << ",-1,1,0,2," << offset_ns
+            << '\n';
+  };
+  for (int i = 0; i < 1000; ++i) add("t1", i, 1'500'000);
+  for (int i = 0; i < 1000; i += 10) add("t2_image", i, i == 500 ? 80'000'000 : 30'000'000);
+  add("t2", 3, 900'000'000);  // to the scene, not to its picture: no curve
+  latency.close();
+  const RunHistory history = RunHistory::Read(folder_);
+  ASSERT_EQ(history.latency_ms.size(), 2U);
+  EXPECT_EQ(history.latency_ms[0].name, "t1");
+  EXPECT_EQ(history.latency_ms[1].name, "t2_image");
+  for (const Course::Point& point : history.latency_ms[0].points) EXPECT_NEAR(point.value, 1.5, 1e-9);
+  const auto& images = history.latency_ms[1].points;
+  const auto slowest =
+      std::max_element(images.begin(), images.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+  EXPECT_NEAR(slowest->value, 80.0, 1e-9);
+  EXPECT_NEAR(slowest->t_s, 0.5, 1e-9);
+  const std::string page = ReportPage(report_, folder_);
+  EXPECT_THAT(page, HasSubstr("Latency (t1"));
+  EXPECT_THAT(page, HasSubstr("t2_image</text>"));
+  EXPECT_THAT(page, Not(HasSubstr("Latency over time: no trace")));
+}
+
 TEST_F(ReportPageTest, SaysWhatIsMissingAndHowToGetIt) {
   const std::string bare = ReportPage(report_, folder_);
   for (const char* what : {"The film: no viewer ran",
