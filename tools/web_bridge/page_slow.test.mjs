@@ -189,10 +189,16 @@ test("the light scene: 30 pictures a second or more, and a viewer's place is tak
   assert.ok(medianOf(rates) >= 30, rates.join());
 });
 
-// The page takes the OpenGL viewer's place and gives it back, while a session goes on that waits for a person. Late
+// The page takes a viewer's place and gives it back, while a session goes on that waits for a person. Late
 // haptic cycles are counted over equal times; m of them are expected by chance within m +- 3 sqrt(m).
-test("the OpenGL viewer and the page for each other: 2 s from open, no extra late haptic cycle", async (t) => {
-  if (!process.env.DISPLAY) return t.skip("the OpenGL viewer needs a display");
+for (const [name, options] of [["OpenGL viewer", []], ["ray tracer", ["--rays", "2"]]]) {
+  test(`the ${name} and the page for each other: 2 s from open, no extra late haptic cycle`, async (t) => {
+    if (!process.env.DISPLAY) return t.skip("a viewer needs a display");
+    await swapWithPage(t, options);
+  });
+}
+
+async function swapWithPage(t, options) {
   const WINDOW_S = 15;
   const run = await processes.startSession("touch", ["--hand", "pointer", "--duration", "600"]);
   const { page: address, child } = await processes.startBridge("touch");
@@ -208,7 +214,7 @@ test("the OpenGL viewer and the page for each other: 2 s from open, no extra lat
   await node.start();
   const startViewer = async () => {
     frames = 0;
-    const viewer = processes.start(process.env.OOS, ["view", scenarioFolder("touch")]);
+    const viewer = processes.start(process.env.OOS, ["view", scenarioFolder("touch"), ...options]);
     while (frames < 3) await new Promise((resolve) => setTimeout(resolve, 20));
     return viewer;
   };
@@ -238,7 +244,7 @@ test("the OpenGL viewer and the page for each other: 2 s from open, no extra lat
   const expected = Math.max(besideViewer, besidePage), most = expected + 3 * Math.sqrt(expected) + 1;
   assert.ok(page.openMs <= 2000, `${page.openMs} ms`);
   assert.ok(Math.max(toPage, toViewer) <= most, `${toPage} and ${toViewer} late cycles, at most ${most} expected`);
-});
+}
 
 test(`memory is flat over ${SOAK_MINUTES} min`, async (t) => {
   const recording = path.join(processes.folder, "soak.mcap");
