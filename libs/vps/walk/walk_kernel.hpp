@@ -109,8 +109,8 @@ constexpr float kNoSphere = 2e5f;  // of fillers, which have no children
 // Points whose exact depths are wanted, and their depths by the field; neighbours share a block. Those behind the last
 // repeat it.
 struct alignas(64) FacetPoints {
-  float x[kBlock], y[kBlock], z[kBlock];  // S, m
-  float depth[kBlock];                    // voxels, positive inside
+  float x[kBlock], y[kBlock], z[kBlock];     // S, m
+  float depth[kBlock];                       // voxels, positive inside
   float gx[kBlock], gy[kBlock], gz[kBlock];  // result: gradient of the distance, in G; 0 where the depth was kept
 };
 // Largest error of the field, voxels (0.3 at true edges, decision 6): triangles farther from a point than its distance

@@ -388,4 +388,6 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
 #include "vps/walk/facet_lanes.hpp"
 #include "vps/walk/walk_points.hpp"
 #include "vps/walk/walk_samples.hpp"
+
+// Uses the ones above.
 #include "vps/surface/patch_lanes.hpp"
