@@ -7,9 +7,9 @@
 
 namespace vps {
 
-constexpr std::uint32_t kFacetLanes = 16;    // triangles of a block, corners of a block, spheres of a block
-// Voxels; rounding is half of it along each axis. Places up to 256 voxels from the grid's origin are exact in floats, so
-// that a corner shared by two blocks is the same place in both: more than 24 bits would not be.
+constexpr std::uint32_t kFacetLanes = 16;  // triangles of a block, corners of a block, spheres of a block
+// Voxels; rounding is half of it along each axis. Places up to 256 voxels from the grid's origin are exact in floats,
+// so that a corner shared by two blocks is the same place in both: more than 24 bits would not be.
 constexpr float kFacetStep = 1.0f / 65536.0f;
 constexpr std::int32_t kMostFacetSteps = 64 * 65536 - 1;  // a corner's along each axis; not derived: 64 voxels
 // Places nearer than this are the same to the gaps of a tool, voxels. Not derived: a micrometre at voxels of 0.5 mm.
