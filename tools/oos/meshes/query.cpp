@@ -167,7 +167,7 @@ Verb QueryVerb() {
           {{"--poses", "FILE", "poses of B in A's frame"},
            {"--out", "FILE", "file for the results"},
            {"--method", "NAME", "paper (default), fast, surface or oracle"},
-           {"--accuracy", "X", "of surface: wanted error of the force, relative; default 0.02"},
+           {"--accuracy", "X", "of surface: wanted error of the force over the integral of depth; default 0.02"},
            {"--accuracy_m", "X", "wanted error of a depth, m"},
            {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},
            {"--points", "N", "points on B's surface"},
