@@ -55,7 +55,7 @@ void ForPlaces(const DistanceField& field, const glm::ivec3& n, int shift, const
     for (int y = 0; y < field.ny; y += spacing) {
       for (int x = 0; x < field.nx; x += spacing) {
         const glm::vec3 p(static_cast<float>(x) + half, static_cast<float>(y) + half, static_cast<float>(z) + half);
-        const glm::ivec3 at = glm::ivec3(p) >> field.coarse_shift;
+        const glm::ivec3 at = glm::min(glm::ivec3(p) >> field.coarse_shift, coarse - 1);  // the last places are outside
         const auto cell = static_cast<std::size_t>((at.z * coarse.y + at.y) * coarse.x + at.x);
         if (std::abs(field.coarse[cell].distance) > far) continue;
         if (std::abs(SampleField(field, p).distance) > reach) continue;
