@@ -102,14 +102,18 @@ class Generator {
     const bool is_of_hand = a.owner == Owner::kHand || b.owner == Owner::kHand;
     const bool is_of_finger = (a.finger_link || b.finger_link) && !is_of_hand;
     if (is_of_finger) SetPad(a.finger_link ? *a.finger_link : *b.finger_link, &pair);
+    const PairElement* own = nullptr;
     bool is_a_sampled = can_sample_a && (!can_sample_b || SampledRank(a) <= SampledRank(b));
     if (const auto it = elements_.find({i, j}); it != elements_.end()) {
       const PairElement& element = *it->second;
       if (!element.is_collide) return;
       pair = element.figures;
       if (is_of_finger) pair.owner = PairOwner::kPhysics;
+      own = &element;
       if (can_sample_a && can_sample_b) is_a_sampled = element.a == a.name;  // the file's choice overrides the rank
     }
+    pair.accuracy = own != nullptr ? own->accuracy.value_or(scenario_.accuracy) : scenario_.accuracy;
+    pair.budget_us = own != nullptr ? own->budget_us.value_or(scenario_.budget_us) : scenario_.budget_us;
     pair.sampled = is_a_sampled ? i : j;
     pair.field = is_a_sampled ? j : i;
     scenario_.pairs.push_back(pair);

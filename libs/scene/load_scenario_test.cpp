@@ -109,9 +109,26 @@ TEST_F(LoadScenarioTest, RefusesAZenithAlongTheSun) {
               Contains(HasSubstr("zenith lies along the sun's direction")));
 }
 
+TEST_F(LoadScenarioTest, PairsHaveTheScenariosAccuracyUnlessTheyHaveTheirOwn) {
+  const std::string other =
+      R"(<object name="other" owner="physics" mass_kg="1"><visual mesh="mesh.obj"/><collision voxel_size_m="0.001" points="100"/></object>)";
+  const auto scenario = Load(Join({R"(<run method="fast" accuracy="0.1" budget_us="80"/>)", kPlate, kBlock, other,
+                                   R"(<pair a="block" b="plate" accuracy="0.02"/>)"}));
+  ASSERT_TRUE(scenario) << Format(scenario.error().front());
+  int num_own = 0;
+  for (std::size_t i = 0; i < scenario->pairs.size(); ++i) {
+    const bool is_own = scenario->PairName(i) == "block/plate";
+    num_own += is_own ? 1 : 0;
+    EXPECT_EQ(scenario->pairs[i].accuracy, is_own ? 0.02 : 0.1) << scenario->PairName(i);
+    EXPECT_EQ(scenario->pairs[i].budget_us, 80.0);
+  }
+  EXPECT_EQ(num_own, 1);
+  EXPECT_GT(scenario->pairs.size(), 1U);
+}
+
 TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   const auto scenario = Load(Join({
-      R"(<run method="fast" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30" gravity_m_per_s2="0 1 -9.81"/>)",
+      R"(<run method="fast" accuracy="0.1" budget_us="80" contact_input="wrench" seed="7" duration_limit_s="60" stall_limit_s="9" force_cap_N="30" gravity_m_per_s2="0 1 -9.81"/>)",
       R"(<coupling type="god_object" stiffness_N_per_m="2000" alpha="3" grip="friction"/>)",
       kPlate,
       kBlock,
@@ -126,6 +143,8 @@ TEST_F(LoadScenarioTest, ReadsEveryFigure) {
   EXPECT_EQ(scenario->name, "test");
   EXPECT_EQ(scenario->method, "fast");
   EXPECT_EQ(scenario->contact_input, ContactInput::kWrench);
+  EXPECT_EQ(scenario->accuracy, 0.1);
+  EXPECT_EQ(scenario->budget_us, 80.0);
   EXPECT_EQ(scenario->seed, 7U);
   EXPECT_EQ(scenario->stall_limit_s, 9.0);
   EXPECT_EQ(scenario->force_cap_N, 30.0);

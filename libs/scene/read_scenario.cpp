@@ -69,6 +69,8 @@ class Builder {
   void ReadRun(const XmlElement& element) {
     const ElementReader read(element);
     scenario_.method = element.Get("method", scenario_.method);
+    read.Number("accuracy", &scenario_.accuracy);
+    read.Number("budget_us", &scenario_.budget_us);
     const std::string input = element.Get("contact_input");
     if (input == "wrench") scenario_.contact_input = ContactInput::kWrench;
     if (input == "manifold") scenario_.contact_input = ContactInput::kManifold;
@@ -373,6 +375,10 @@ class Builder {
     read.Number("damping_N_s_per_m", &pair.figures.damping_N_s_per_m);
     read.Number("friction", &pair.figures.friction);
     read.Number("look_ahead_m", &pair.figures.look_ahead_m);
+    for (const auto& [name, to] : {std::pair{"accuracy", &pair.accuracy}, {"budget_us", &pair.budget_us}}) {
+      double number = 0.0;
+      if (ParseNumber(element.Get(name), &number)) *to = number;
+    }
     read.Boolean("active", &pair.figures.is_active);
     read.Boolean("collide", &pair.is_collide);
     if (element.Get("owner") == "physics") pair.figures.owner = PairOwner::kPhysics;

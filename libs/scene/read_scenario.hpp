@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ struct PairElement {
   std::string a;
   std::string b;
   bool is_collide = true;
-  Pair figures;  // stiffness and so on; the object indices are not set
+  Pair figures;  // stiffness and so on; the object indices are not set, nor are accuracy and budget
+  std::optional<double> accuracy, budget_us;  // none: the scenario's
 };
 
 // Steps of LoadScenario, one file each. Each appends errors to `diagnostics` and continues.

@@ -124,6 +124,8 @@ struct Object {
   Location location;
 };
 
+constexpr double kUsualBudget_us = 60.0;  // of a pair's accuracy; not derived: a fraction of a haptic cycle
+
 // Contact pair: S's pointshell against G's voxelmap.
 struct Pair {
   std::uint16_t sampled = 0;
@@ -132,6 +134,11 @@ struct Pair {
   double damping_N_s_per_m = 20.0;
   double friction = 0.2;
   double look_ahead_m = 0.002;
+  // Method `fast`: wanted error of the force, over the integral of depth (0: whatever its samples give), and the time
+  // that may be spent on it in one cycle, on a usual processor (so many places of the field, so that results do not
+  // depend on the machine).
+  double accuracy = 0.0;
+  double budget_us = kUsualBudget_us;
   bool is_active = true;  // initial entry of the state matrix
   PairOwner owner = PairOwner::kHaptic;
   Location location;
@@ -336,6 +343,9 @@ struct Scenario {
   std::filesystem::path procedure;  // SCXML
   std::filesystem::path operator_script;
   std::string method = "paper";
+  // Of pairs that do not have their own.
+  double accuracy = 0.0;
+  double budget_us = kUsualBudget_us;
   ContactInput contact_input = ContactInput::kPlanes;
   std::uint64_t seed = 1;
   double duration_limit_s = 120.0;

@@ -15,16 +15,20 @@ AttributeRule Required(const char* name, ValueKind kind) {
 }
 
 ElementRule RunRule() {
-  return {"run",
-          "settings of the run",
-          {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
-           {"contact_input", ValueKind::kChoice, false, {"planes", "manifold", "wrench"}},
-           Optional("seed", ValueKind::kCount),
-           Optional("duration_limit_s", kAboveZero),
-           Optional("stall_limit_s", kAboveZero),
-           Optional("force_cap_N", kAboveZero),
-           Optional("gravity_m_per_s2", ValueKind::kVector)},
-          {}};
+  return {
+      "run",
+      "settings of the run; accuracy: wanted error of contact forces over the integral of depth (method fast), within "
+      "budget_us a pair and cycle",
+      {{"method", ValueKind::kChoice, false, {"paper", "fast"}},
+       Optional("accuracy", kAboveZero),
+       Optional("budget_us", kAboveZero),
+       {"contact_input", ValueKind::kChoice, false, {"planes", "manifold", "wrench"}},
+       Optional("seed", ValueKind::kCount),
+       Optional("duration_limit_s", kAboveZero),
+       Optional("stall_limit_s", kAboveZero),
+       Optional("force_cap_N", kAboveZero),
+       Optional("gravity_m_per_s2", ValueKind::kVector)},
+      {}};
 }
 
 ElementRule CouplingRule() {
@@ -274,13 +278,16 @@ std::vector<ElementRule> MakeRules() {
       DeviceRule(),
       OptionRule(),
       {"pair",
-       "changes the parameters of a contact pair or removes it; a is sampled if it has points",
+       "changes the parameters of a contact pair or removes it; a is sampled if it has points; accuracy and "
+       "budget_us: as of run",
        {Required("a", ValueKind::kName),
         Required("b", ValueKind::kName),
         Optional("stiffness_N_per_m", kAboveZero),
         Optional("damping_N_s_per_m", kAtLeastZero),
         Optional("friction", kAtLeastZero),
         Optional("look_ahead_m", kAtLeastZero),
+        Optional("accuracy", kAboveZero),
+        Optional("budget_us", kAboveZero),
         Optional("active", ValueKind::kBoolean),
         Optional("collide", ValueKind::kBoolean),
         {"owner", ValueKind::kChoice, false, {"haptic", "physics"}}},

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -50,6 +51,11 @@ core::Result<void> CheckSheetThickness(const CookParameters& parameters) {
   return core::Fail(core::ErrorCode::kInvalidInput, text);
 }
 
+// Not derived: leaves of a few samples.
+double LongestPatch_m(double area_m2, std::uint32_t num_points) {
+  return 4.0 * std::sqrt(area_m2 / num_points);
+}
+
 core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters& parameters, const Progress& progress,
                                  core::ParallelFor* workers) {
   CookedObject object;
@@ -66,11 +72,15 @@ core::Result<CookedObject> Build(const TriangleMesh& solid, const CookParameters
                                .progress = progress});
       if (!field) return tl::unexpected(field.error());
       object.field = std::move(*field);
+      if (progress) progress("bends of the field", 0.0);
+      object.bends = BuildFieldBends(*object.field, workers);
+      if (progress) progress("bends of the field", 1.0);
     }
     if (parameters.num_points != 0) {
       auto samples = BuildSampleTree(solid, parameters.num_points, progress, workers);
       if (!samples) return tl::unexpected(samples.error());
       object.samples = std::move(*samples);
+      object.surface = BuildSurfaceTree(solid, LongestPatch_m(object.samples->area_m2, parameters.num_points));
     }
     return object;
   }
@@ -130,8 +140,10 @@ std::vector<Role> RolesOf(const CookParameters& parameters) {
 void Add(CookedObject&& role, CookedObject* object) {
   if (role.voxmap) object->voxmap = std::move(role.voxmap);
   if (role.field) object->field = std::move(role.field);
+  if (role.bends) object->bends = std::move(role.bends);
   if (role.points) object->points = std::move(role.points);
   if (role.samples) object->samples = std::move(role.samples);
+  if (role.surface) object->surface = std::move(role.surface);
   object->bounding_centre_m = role.bounding_centre_m;
   object->bounding_radius_m = role.bounding_radius_m;
   object->is_from_cache = object->is_from_cache && role.is_from_cache;

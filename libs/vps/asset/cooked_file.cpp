@@ -23,6 +23,8 @@ constexpr std::uint32_t kHasVoxmap = 1;
 constexpr std::uint32_t kHasPoints = 2;
 constexpr std::uint32_t kHasField = 4;
 constexpr std::uint32_t kHasSamples = 8;
+constexpr std::uint32_t kHasBends = 16;
+constexpr std::uint32_t kHasSurface = 32;
 
 struct FileHead {
   std::array<char, 8> magic = kMagic;
@@ -124,10 +126,19 @@ void Encode(const SampleTree& tree, ByteWriter* out) {
   for (const SampleTree& coarser : tree.coarser) Encode(coarser, out);
 }
 
+void Encode(const SurfaceTree& tree, ByteWriter* out) {
+  out->PutArray(tree.nodes);
+  out->PutArray(tree.families);
+  out->PutArray(tree.triangles);
+  out->Put(tree.num_roots);
+  out->Put(tree.area_m2);
+}
+
 std::vector<char> Encode(const CookedObject& object) {
   ByteWriter out;
   out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0) |
-                         (object.field ? kHasField : 0) | (object.samples ? kHasSamples : 0));
+                         (object.field ? kHasField : 0) | (object.samples ? kHasSamples : 0) |
+                         (object.bends ? kHasBends : 0) | (object.surface ? kHasSurface : 0));
   out.Put(object.bounding_centre_m);
   out.Put(object.bounding_radius_m);
   if (object.voxmap) {
@@ -167,6 +178,12 @@ std::vector<char> Encode(const CookedObject& object) {
   if (object.samples) {
     Encode(*object.samples, &out);
   }
+  if (object.bends) {
+    const FieldBends& bends = *object.bends;
+    for (const auto* array : {&bends.numbers, &bends.begin, &bends.words}) out.PutArray(*array);
+    out.PutArray(bends.brick_errors);
+  }
+  if (object.surface) Encode(*object.surface, &out);
   return out.bytes();
 }
 
@@ -234,6 +251,40 @@ bool IsConsistent(const DistanceField& field) {
   if (num_creases == 0 || field.creases.size() % kPlanesPerCrease != 0) return false;
   for (const std::uint32_t word : field.words) {
     if (KindOf(word) == CellKind::kCrease && RecordOf(word) >= num_creases) return false;
+  }
+  return true;
+}
+
+bool IsConsistent(const FieldBends& bends, const DistanceField& field) {
+  std::size_t num_cells = 0;
+  for (std::size_t level = 0; level < bends.begin.size(); ++level) {
+    const int edge = 2 << level;
+    if (level >= kMostBendLevels || bends.begin[level] != num_cells) return false;
+    const glm::ivec3 n = (glm::ivec3(field.nx, field.ny, field.nz) + (edge - 1)) / edge;
+    num_cells += static_cast<std::size_t>(n.x) * n.y * n.z;
+  }
+  if (bends.begin.empty() || bends.numbers.size() != num_cells || bends.words.size() % 4 != 0) return false;
+  for (const std::uint32_t number : bends.numbers) {
+    if (number > bends.words.size() / 4) return false;
+  }
+  return bends.brick_errors.size() == field.bricks.size();
+}
+
+// Breadth first, so that a walk ends.
+bool IsConsistent(const SurfaceTree& tree) {
+  if (tree.families.empty() || tree.num_roots == 0 || tree.num_roots > kFamilySize) return false;
+  if (tree.num_roots > tree.nodes.size()) return false;
+  for (std::size_t i = 0; i < tree.families.size(); ++i) {
+    const SurfaceFamily& family = tree.families[i];
+    for (std::size_t k = 0; k < kFamilySize; ++k) {
+      const bool is_flat = family.of[kIsFlatRow][k] > 0.5f;
+      if (family.below[k] >= (is_flat ? tree.triangles.size() : tree.families.size())) return false;
+      if (!is_flat && family.below[k] <= i) return false;
+    }
+  }
+  for (const SurfaceNode& node : tree.nodes) {
+    const std::uint64_t end = std::uint64_t{node.first} + std::max(node.num_children, 1U);
+    if (end > (node.num_children == 0 ? tree.triangles.size() : tree.nodes.size())) return false;
   }
   return true;
 }
@@ -331,6 +382,23 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     object.samples = DecodeSamples(&in);
     is_consistent = is_consistent && IsConsistent(*object.samples);
     for (const SampleTree& tree : object.samples->coarser) is_consistent = is_consistent && IsConsistent(tree);
+  }
+  if (flags & kHasBends) {
+    FieldBends bends;
+    for (auto* array : {&bends.numbers, &bends.begin, &bends.words}) *array = in.GetArray<std::uint32_t>();
+    bends.brick_errors = in.GetArray<float>();
+    is_consistent = is_consistent && object.field && IsConsistent(bends, *object.field);
+    object.bends = std::move(bends);
+  }
+  if (flags & kHasSurface) {
+    SurfaceTree surface;
+    surface.nodes = in.GetArray<SurfaceNode>();
+    surface.families = in.GetArray<SurfaceFamily>();
+    surface.triangles = in.GetArray<SurfacePiece>();
+    surface.num_roots = in.Get<std::uint32_t>();
+    surface.area_m2 = in.Get<double>();
+    is_consistent = is_consistent && IsConsistent(surface);
+    object.surface = std::move(surface);
   }
   if (!in.is_ok() || !in.is_at_end() || !is_consistent) {
     return core::Fail(core::ErrorCode::kDamaged, "contents do not fit together");

@@ -14,6 +14,8 @@
 #include "vps/field/distance_field.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
 #include "vps/sampling/sample_tree.hpp"
+#include "vps/surface/field_bends.hpp"
+#include "vps/surface/surface_tree.hpp"
 #include "vps/tree/point_tree.hpp"
 #include "vps/voxmap/voxmap.hpp"
 
@@ -24,7 +26,9 @@ struct CookedObject {
   std::optional<Voxmap> voxmap;        // field side, method paper
   std::optional<PointTree> points;     // sampled side, method paper
   std::optional<DistanceField> field;  // field side, method fast
+  std::optional<FieldBends> bends;     // of the field
   std::optional<SampleTree> samples;   // sampled side, method fast
+  std::optional<SurfaceTree> surface;  // likewise
   glm::dvec3 bounding_centre_m{0.0};
   double bounding_radius_m = 0.0;
   bool is_from_cache = false;  // all that is there

@@ -13,6 +13,7 @@
 #include "vps/multibody/gap_query.hpp"
 #include "vps/multibody/pair_query.hpp"
 #include "vps/multibody/pair_schedule.hpp"
+#include "vps/multibody/surface_pair_query.hpp"
 #include "vps/walk/walk_memory.hpp"
 
 namespace vps {
@@ -30,6 +31,7 @@ struct PairEntry {
   bool is_current = false;  // result belongs to this pose and the present description
   bool is_late = false;
   double free_m = 0.0;                // found by Test
+  TouchMemory touch_memory;           // with an accuracy
   FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
   std::uint32_t points_due = 0;       // that its last walk would have tested without a budget
   std::uint32_t most_points = 0;      // its share of this step's budget; 0: no limit
@@ -37,6 +39,7 @@ struct PairEntry {
   const TouchPoints* touch = nullptr;
   std::unique_ptr<GapPlanes> gaps;
 
+  [[nodiscard]] bool has_accuracy() const { return description.accuracy > 0.0 && gaps == nullptr; }
   // That is walked, of `fast`.
   [[nodiscard]] const SampleTree& TreeOf(const CookedObject& S) const {
     return touch != nullptr ? touch->tree : *S.samples;
@@ -76,9 +79,10 @@ struct CollisionWorld::Impl {
   PairSchedule schedule;
   PairBits touching;
   std::vector<std::uint32_t> due;
-  std::vector<PairScratch> scratch;           // method paper
-  std::vector<FastPairScratch> fast_scratch;  // method fast
-  std::vector<FieldWalkMemory> memories;      // method fast
+  std::vector<PairScratch> scratch;                 // method paper
+  std::vector<FastPairScratch> fast_scratch;        // method fast
+  std::vector<SurfacePairScratch> surface_scratch;  // of its pairs with an accuracy
+  std::vector<FieldWalkMemory> memories;            // method fast
   std::vector<FieldWalkMemory*> free_memories;
   double rho = 0.01;
   double alpha = 2.0;
@@ -182,17 +186,25 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
 void CollisionWorld::Impl::MakeScratch() {
   const std::size_t count = std::min(kMaxPairsAtOnce, pairs.size());
   const SampleTree* largest = nullptr;
+  const SampleTree* largest_of_surface = nullptr;
+  std::size_t most_places = 0;
   for (const PairEntry& pair : pairs) {
     const CookedObject& S = *objects[pair.description.sampled];
     if (method == Method::kFast) {
       const SampleTree& tree = pair.TreeOf(S);
-      if (largest == nullptr || tree.points.size() > largest->points.size()) largest = &tree;
+      const SampleTree*& of = pair.has_accuracy() ? largest_of_surface : largest;
+      if (of == nullptr || tree.points.size() > of->points.size()) of = &tree;
+      if (pair.has_accuracy()) most_places = std::max<std::size_t>(most_places, pair.description.most_places);
       continue;
     }
     while (scratch.size() < count) scratch.emplace_back(*S.points);
     for (PairScratch& one : scratch) one.query.MakeRoomFor(*S.points);
   }
   while (largest != nullptr && fast_scratch.size() < count) fast_scratch.emplace_back(*largest);
+  while (largest_of_surface != nullptr && surface_scratch.size() < count) {
+    surface_scratch.emplace_back(*largest_of_surface);
+    surface_scratch.back().surface.Reserve(most_places);
+  }
   if (method == Method::kFast) memories.resize(std::min(kMaxRemembered, pairs.size()));
   for (FieldWalkMemory& memory : memories) free_memories.push_back(&memory);
 }
@@ -333,6 +345,15 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   const PairDescription d = DescriptionNow(pair);
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
+  if (pair.has_accuracy()) {
+    const SampleTree& samples = *objects[d.sampled]->samples;
+    FieldWalkScratch& walk = surface_scratch[slot].walk;
+    walk.memory = pair.memory;
+    walk.most_points = pair.most_points;
+    num_chunks[slot] = PrepareWalk(samples, *objects[d.field]->field, pair.X_GS,
+                                   MarginOfSamples_m(samples, d.look_ahead_m), BestInstructionSet(), &walk);
+    return;
+  }
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
   const SampleTree& sampled = pair.TreeOf(*objects[d.sampled]);
@@ -344,6 +365,7 @@ void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
 // A pair without chunks that is not late has still to be closed.
 void CollisionWorld::Impl::ContinueFast(std::size_t slot) {
   num_chunks[slot] = 0;
+  if (pairs[due[first_due + slot]].has_accuracy()) return;
   if (is_walked[slot] || fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   num_chunks[slot] = fast_scratch[slot].levels.Next();
   is_walked[slot] = num_chunks[slot] == 0;
@@ -361,7 +383,9 @@ void CollisionWorld::Impl::EvaluateFast(std::size_t index) {
     }
     if (fate == Fate::kLate) return;
   }
-  EvaluateChunk(&fast_scratch[slot].walk, static_cast<std::uint32_t>(index));
+  const bool has_accuracy = pairs[due[first_due + slot]].has_accuracy();
+  EvaluateChunk(has_accuracy ? &surface_scratch[slot].walk : &fast_scratch[slot].walk,
+                static_cast<std::uint32_t>(index));
 }
 
 void CollisionWorld::Impl::FinishFast(std::size_t slot) {
@@ -371,6 +395,18 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   const PairDescription d = DescriptionNow(pair);
   const DistanceField& field = *objects[d.field]->field;
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
+  if (pair.has_accuracy()) {
+    SurfacePairScratch* const scratch = &surface_scratch[slot];
+    scratch->found = FinishWalk(&scratch->walk);
+    scratch->memory = &pair.touch_memory;
+    scratch->most_points = pair.most_points;
+    pair.free_m = FinishSurfacePair(SurfacePairOf(*objects[d.sampled], *objects[d.field]), X_WS, pair.X_GS, d, rho,
+                                    scratch, &pair.result);
+    pair.result.cycle = cycle;
+    pair.result.is_cut_short = scratch->is_cut_short;
+    pair.points_due = scratch->points_due;
+    return;
+  }
   FastPairScratch* const memory = &fast_scratch[slot];
   if (pair.gaps != nullptr) {
     pair.free_m = FinishGapPair(*pair.touch, field, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);

@@ -251,6 +251,43 @@ TEST(FastWorld, TheCacheRefusesDamagedPieces) {
   std::filesystem::remove(file);
 }
 
+// Likewise the surface with its moments, and how the field bends.
+TEST(FastWorld, TheCacheKeepsSurfaceAndBendsAndRefusesDamagedOnes) {
+  const CookedObject object = *Cook(MakeTorus(0.03, 0.01, 48, 24), {0.001, 3000, Method::kFast});
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "fast_world_surface_test.vps";
+  ASSERT_TRUE(WriteCookedFile(file, 7, object));
+  const auto read = ReadCookedFile(file, 7);
+  ASSERT_TRUE(read) << read.error().detail;
+  ASSERT_TRUE(read->surface && read->bends);
+  EXPECT_EQ(read->surface->families.size(), object.surface->families.size());
+  EXPECT_EQ(read->surface->area_m2, object.surface->area_m2);
+  EXPECT_EQ(read->bends->numbers, object.bends->numbers);
+  EXPECT_EQ(read->bends->words, object.bends->words);
+  EXPECT_EQ(read->bends->brick_errors, object.bends->brick_errors);
+  void (*const damages[])(CookedObject*) = {
+      [](CookedObject* o) { o->surface->families.back().below[0] = 1U << 30U; },
+      [](CookedObject* o) { o->surface->families.front().below[0] = 0; },  // its own family: no walk would end
+      [](CookedObject* o) { o->surface->triangles.pop_back(); },
+      [](CookedObject* o) { o->surface->nodes.back().first = 1U << 30U; },
+      [](CookedObject* o) { o->surface->num_roots = 5; },
+      [](CookedObject* o) { o->bends->numbers.back() = 1U << 30U; },
+      [](CookedObject* o) { o->bends->numbers.pop_back(); },
+      [](CookedObject* o) { ++o->bends->begin.back(); },
+      [](CookedObject* o) { o->bends->words.pop_back(); },
+      [](CookedObject* o) { o->bends->brick_errors.pop_back(); },
+      [](CookedObject* o) { o->field.reset(); },
+  };
+  for (std::size_t i = 0; i < std::size(damages); ++i) {
+    CookedObject wrong = object;
+    damages[i](&wrong);
+    ASSERT_TRUE(WriteCookedFile(file, 7, wrong));
+    const auto refused = ReadCookedFile(file, 7);
+    ASSERT_FALSE(refused) << i;
+    EXPECT_EQ(refused.error().code, core::ErrorCode::kDamaged);
+  }
+  std::filesystem::remove(file);
+}
+
 TEST(FastWorld, MethodsHaveDifferentCacheKeys) {
   EXPECT_NE(CookedKey("x", 1, {0.001, 100, Method::kPaper}), CookedKey("x", 1, {0.001, 100, Method::kFast}));
 }

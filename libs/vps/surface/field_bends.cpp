@@ -1,6 +1,7 @@
 #include "vps/surface/field_bends.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -40,95 +41,129 @@ std::pair<float, float> ExtremeEigenvalues(const Matrix& H) {
   return {q + 2.0f * p * std::cos(phi + kThird), q + 2.0f * p * std::cos(phi)};
 }
 
-// Calls visit(cell's number, place) for places of a grid that are up to h from the surface, eight in a cell with the
-// edge h (one if that is the least).
-template <class Visit>
-void ForPlaces(const DistanceField& field, const glm::ivec3& n, int shift, const Visit& visit) {
-  const int spacing = std::max(2, 1 << shift >> 1);
-  const float reach = static_cast<float>(1 << shift) + 1.0f;
-  const float half = 0.5f * static_cast<float>(spacing);
-  const glm::ivec3 coarse(field.nx >> field.coarse_shift, field.ny >> field.coarse_shift,
-                          field.nz >> field.coarse_shift);
-  // No place of a coarse cell is farther from its middle than half a diagonal.
-  const float far = reach + 0.87f * static_cast<float>(1 << field.coarse_shift);
-  for (int z = 0; z < field.nz; z += spacing) {
-    for (int y = 0; y < field.ny; y += spacing) {
-      for (int x = 0; x < field.nx; x += spacing) {
-        const glm::vec3 p(static_cast<float>(x) + half, static_cast<float>(y) + half, static_cast<float>(z) + half);
-        const glm::ivec3 at = glm::min(glm::ivec3(p) >> field.coarse_shift, coarse - 1);  // the last places are outside
-        const auto cell = static_cast<std::size_t>((at.z * coarse.y + at.y) * coarse.x + at.x);
-        if (std::abs(field.coarse[cell].distance) > far) continue;
-        if (std::abs(SampleField(field, p).distance) > reach) continue;
-        const glm::ivec3 c(x >> shift, y >> shift, z >> shift);
-        visit((static_cast<std::size_t>(c.z) * n.y + c.y) * n.x + c.x, p);
+// The cells of one level with the same z, with the edge 2^shift.
+class Layer {
+ public:
+  Layer(const DistanceField& field, const glm::ivec3& n, int shift, int z)
+      : field_(field), n_(n), shift_(shift), z_(z) {}
+
+  void Fill() {
+    numbers_.resize(static_cast<std::size_t>(n_.x) * n_.y);
+    const float h = static_cast<float>(1 << shift_);
+    ForPlaces([&](std::size_t i, const glm::vec3& p) {
+      if (numbers_[i] == 0) {
+        cells_.emplace_back();
+        numbers_[i] = static_cast<std::uint32_t>(cells_.size());
       }
+      Cell& cell = cells_[numbers_[i] - 1];
+      places_.push_back({numbers_[i] - 1, SecondDifferences(field_, p, h)});
+      for (std::size_t k = 0; k < 6; ++k) cell.mean[k] += places_.back().H[k];
+      ++cell.count;
+    });
+    for (Cell& cell : cells_) {
+      for (float& value : cell.mean) value /= static_cast<float>(cell.count);
+    }
+    for (Place& place : places_) {
+      Cell& cell = cells_[place.cell];
+      for (std::size_t k = 0; k < 6; ++k) place.H[k] -= (1.0f - kKept) * cell.mean[k];
+      const auto [least, most] = ExtremeEigenvalues(place.H);
+      cell.most = std::max(cell.most, most);
+      cell.least = std::min(cell.least, least);
+    }
+    places_ = {};
+  }
+
+  void AppendTo(FieldBends* bends) const {
+    const auto first = static_cast<std::uint32_t>(bends->words.size() / 4);
+    for (const std::uint32_t number : numbers_) bends->numbers.push_back(number == 0 ? 0 : first + number);
+    const float step = kBendStep / static_cast<float>(1 << shift_);
+    for (const Cell& cell : cells_) {
+      const Matrix& m = cell.mean;
+      bends->words.push_back(Pack(m[0], m[1], step));
+      bends->words.push_back(Pack(m[2], m[3], step));
+      bends->words.push_back(Pack(m[4], m[5], step));
+      bends->words.push_back(Pack(cell.most, -cell.least, 2.0f * step));
     }
   }
-}
 
-std::uint32_t Pack(float low, float high, float step) {
-  const auto code = [&](float v) {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::rint(std::clamp(v / step, -32767.0f, 32767.0f)))) &
-           0xffffU;
-  };
-  return code(low) | code(high) << 16;
-}
-
-}  // namespace
-
-FieldBends::FieldBends(const DistanceField& field) {
-  const int longest = std::max({field.nx, field.ny, field.nz});
-  for (int shift = 1; shift <= kMostBendLevels && (1 << shift) < longest; ++shift) Fill(field, shift);
-  const auto num_bricks = static_cast<std::size_t>(field.nx >> 3) * (field.ny >> 3) * (field.nz >> 3);
-  for (std::size_t i = 0; i < num_bricks; ++i) {
-    brick_errors_.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
-  }
-}
-
-void FieldBends::Fill(const DistanceField& field, int shift) {
-  const int edge = 1 << shift;
-  const glm::ivec3 n = (glm::ivec3(field.nx, field.ny, field.nz) + (edge - 1)) / edge;
-  begin_.push_back(static_cast<std::uint32_t>(numbers_.size()));
-  numbers_.resize(numbers_.size() + static_cast<std::size_t>(n.x) * n.y * n.z);
-  std::uint32_t* const numbers = &numbers_[begin_.back()];
-  const std::size_t first = words_.size() / 4;
+ private:
   struct Cell {
     Matrix mean = {};
     float most = 0.0f;
     float least = 0.0f;
     std::uint32_t count = 0;
   };
-  std::vector<Cell> cells;
-  const float h = static_cast<float>(edge);
-  ForPlaces(field, n, shift, [&](std::size_t i, const glm::vec3& p) {
-    if (numbers[i] == 0) {
-      cells.emplace_back();
-      numbers[i] = static_cast<std::uint32_t>(first + cells.size());
+  struct Place {
+    std::uint32_t cell;
+    Matrix H;
+  };
+
+  static std::uint32_t Pack(float low, float high, float step) {
+    const auto code = [&](float v) {
+      return static_cast<std::uint32_t>(
+                 static_cast<std::int32_t>(std::rint(std::clamp(v / step, -32767.0f, 32767.0f)))) &
+             0xffffU;
+    };
+    return code(low) | code(high) << 16;
+  }
+
+  // Calls visit(cell's number, place) for places of a grid that are up to h from the surface, eight in a cell with the
+  // edge h (one if that is the least).
+  template <class Visit>
+  void ForPlaces(const Visit& visit) const {
+    const int spacing = std::max(2, 1 << shift_ >> 1);
+    const float reach = static_cast<float>(1 << shift_) + 1.0f;
+    const float half = 0.5f * static_cast<float>(spacing);
+    const glm::ivec3 coarse(field_.nx >> field_.coarse_shift, field_.ny >> field_.coarse_shift,
+                            field_.nz >> field_.coarse_shift);
+    // No place of a coarse cell is farther from its middle than half a diagonal.
+    const float far = reach + 0.87f * static_cast<float>(1 << field_.coarse_shift);
+    const int end = std::min(field_.nz, (z_ + 1) << shift_);
+    for (int z = z_ << shift_; z < end; z += spacing) {
+      for (int y = 0; y < field_.ny; y += spacing) {
+        for (int x = 0; x < field_.nx; x += spacing) {
+          const glm::vec3 p(static_cast<float>(x) + half, static_cast<float>(y) + half, static_cast<float>(z) + half);
+          const glm::ivec3 at = glm::min(glm::ivec3(p) >> field_.coarse_shift, coarse - 1);  // the last are outside
+          const auto cell = static_cast<std::size_t>((at.z * coarse.y + at.y) * coarse.x + at.x);
+          if (std::abs(field_.coarse[cell].distance) > far) continue;
+          if (std::abs(SampleField(field_, p).distance) > reach) continue;
+          visit(static_cast<std::size_t>(y >> shift_) * n_.x + (x >> shift_), p);
+        }
+      }
     }
-    Cell& cell = cells[numbers[i] - first - 1];
-    const Matrix H = SecondDifferences(field, p, h);
-    for (std::size_t k = 0; k < 6; ++k) cell.mean[k] += H[k];
-    ++cell.count;
-  });
-  for (Cell& cell : cells) {
-    for (float& value : cell.mean) value /= static_cast<float>(cell.count);
   }
-  ForPlaces(field, n, shift, [&](std::size_t i, const glm::vec3& p) {
-    Cell& cell = cells[numbers[i] - first - 1];
-    Matrix H = SecondDifferences(field, p, h);
-    for (std::size_t k = 0; k < 6; ++k) H[k] -= (1.0f - kKept) * cell.mean[k];
-    const auto [least, most] = ExtremeEigenvalues(H);
-    cell.most = std::max(cell.most, most);
-    cell.least = std::min(cell.least, least);
-  });
-  const float step = kBendStep / h;
-  for (const Cell& cell : cells) {
-    const Matrix& m = cell.mean;
-    words_.push_back(Pack(m[0], m[1], step));
-    words_.push_back(Pack(m[2], m[3], step));
-    words_.push_back(Pack(m[4], m[5], step));
-    words_.push_back(Pack(cell.most, -cell.least, 2.0f * step));
+
+  const DistanceField& field_;
+  glm::ivec3 n_;
+  int shift_, z_;
+  std::vector<std::uint32_t> numbers_;  // in cells_, from 1
+  std::vector<Cell> cells_;
+  std::vector<Place> places_;
+};
+
+void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers, FieldBends* bends) {
+  const int edge = 1 << shift;
+  const glm::ivec3 n = (glm::ivec3(field.nx, field.ny, field.nz) + (edge - 1)) / edge;
+  bends->begin.push_back(static_cast<std::uint32_t>(bends->numbers.size()));
+  std::vector<Layer> layers;
+  for (int z = 0; z < n.z; ++z) layers.emplace_back(field, n, shift, z);
+  core::ForEach(workers, layers.size(), [&](std::size_t i) { layers[i].Fill(); });
+  for (const Layer& layer : layers) layer.AppendTo(bends);
+}
+
+}  // namespace
+
+FieldBends BuildFieldBends(const DistanceField& field, core::ParallelFor* workers) {
+  FieldBends bends;
+  const int longest = std::max({field.nx, field.ny, field.nz});
+  for (int shift = 1; shift <= kMostBendLevels && (1 << shift) < longest; ++shift) {
+    AddLevel(field, shift, workers, &bends);
   }
+  const auto num_bricks = static_cast<std::size_t>(field.nx >> 3) * (field.ny >> 3) * (field.nz >> 3);
+  for (std::size_t i = 0; i < num_bricks; ++i) {
+    bends.brick_errors.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
+  }
+  return bends;
 }
 
 }  // namespace vps

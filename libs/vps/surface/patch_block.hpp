@@ -20,7 +20,9 @@ enum NodeRow {
   kNormalMomentRow = 8,  // column by column
   kSpreadRow = 17,       // xx, yy, zz, xy, xz, yz
   kIsFlatRow = 23,       // 1: a triangle or a part of one
-  kNodeRows = 24
+  kThicknessRow = 24,
+  kCurvatureRow = 25,  // as the spread
+  kNodeRows = 31
 };
 
 // Rows of the model that a parent has of its parts' depths:  d + g . e - 1/2 e^T H e,  e from its centre.
@@ -96,6 +98,7 @@ struct PatchInput {
   float threshold_m3;                 // a patch with a larger share is opened
   float per_deviation;                // 1 / standard deviation of the whole force that is expected
   float least_radius_m;               // smaller ones are not opened
+  float offset_m;                     // added to all depths
 };
 
 }  // namespace vps

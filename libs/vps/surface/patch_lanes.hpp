@@ -63,7 +63,7 @@ void ReadPatches(const PatchInput& in, PatchBlock* b) {
                             LoadF(b->node[kCentreRow + 2] + at));
     Vec3 g;
     const F d = SampleWithGradient(in.field, p, &g);
-    StoreF(b->depth + at, d * -in.field.m_per_voxel);
+    StoreF(b->depth + at, in.offset_m - d * in.field.m_per_voxel);
     for (int i = 0; i < 3; ++i) {  // R^T g
       StoreF(b->slope[i] + at, -Fma(Fill(R[0][i]), g.x, Fma(Fill(R[1][i]), g.y, R[2][i] * g.z)));
     }
@@ -230,6 +230,43 @@ inline FlatIntegral IntegrateTriangles(const PatchBlock& b, int at, F d, const V
   return out;
 }
 
+// The depth over a patch, by its mean: with the part g_t of the slope along the patch, that across it, c = g . n, and
+// M = c K - H,
+//   depth - mean = g_t . e + 1/2 (e^T M e - tr(M Q) / a).
+// Of surfaces that conform M is 0: they bend alike.
+struct DepthModel {
+  Vec3 along;  // g_t
+  Symmetric M;
+  F variance;  // g_t^T Q g_t / a + 1/2 tr((M Q / a)^2), that of a Gaussian spread
+  F reach;     // |depth - mean| at any place: |g_t| r + 1/2 |M| r^2 + |c| t, no more than r
+};
+inline DepthModel ModelOf(const PatchBlock& b, int at, const Vec3& g, const Symmetric& H, const Symmetric& Q,
+                          F per_area) {
+  const Vec3 A{LoadF(b.node[kAreaVectorRow] + at), LoadF(b.node[kAreaVectorRow + 1] + at),
+               LoadF(b.node[kAreaVectorRow + 2] + at)};
+  const F per_length = 1.0f / Max(Length(A), Fill(1e-30f));
+  const Vec3 n{A.x * per_length, A.y * per_length, A.z * per_length};
+  const F c = Dot(g, n);
+  DepthModel model;
+  model.along = {Fma(-c, n.x, g.x), Fma(-c, n.y, g.y), Fma(-c, n.z, g.z)};
+  const Symmetric K = LoadSymmetric(b.node + kCurvatureRow, at);
+  for (int i = 0; i < 6; ++i) model.M.of[i] = Fma(c, K.of[i], -H.of[i]);
+  // M Q / a column by column: M times the columns of Q.
+  const Vec3 columns[3] = {{Q.of[0], Q.of[3], Q.of[4]}, {Q.of[3], Q.of[1], Q.of[5]}, {Q.of[4], Q.of[5], Q.of[2]}};
+  const Vec3 x = Times(model.M, columns[0]);
+  const Vec3 y = Times(model.M, columns[1]);
+  const Vec3 z = Times(model.M, columns[2]);
+  const F diagonal = Fma(x.x, x.x, Fma(y.y, y.y, z.z * z.z));
+  const F square = Fma(Fill(2.0f), Fma(x.y, y.x, Fma(x.z, z.x, y.z * z.y)), diagonal) * (per_area * per_area);
+  const F linear = Dot(model.along, Times(Q, model.along)) * per_area;
+  model.variance = Max(Fma(Fill(0.5f), square, linear), F{});
+  const F radius = LoadF(b.node[kRadiusRow] + at);
+  const F size = Sqrt(TraceOf(model.M, model.M));
+  const F bent = Fma(Fill(0.5f) * size * radius, radius, Abs(c) * LoadF(b.node[kThicknessRow] + at));
+  model.reach = Min(Fma(Length(model.along), radius, bent), radius);
+  return model;
+}
+
 // The integral over patches whose depth is d in the mean and has the slope g (README.md, closed form).
 struct PatchIntegral {
   F half_width;  // w
@@ -238,13 +275,13 @@ struct PatchIntegral {
   Vec3 force, moment;
   Vec3 Qg;
 };
-inline PatchIntegral IntegratePatches(const PatchBlock& b, int at, F d, const Vec3& g) {
+inline PatchIntegral IntegratePatches(const PatchBlock& b, int at, F d, const Vec3& slope, const Symmetric& Q,
+                                      const DepthModel& model) {
   PatchIntegral out;
   const F area = LoadF(b.node[kAreaRow] + at);
-  const F radius = LoadF(b.node[kRadiusRow] + at);
-  out.Qg = Times(LoadSymmetric(b.node + kSpreadRow, at), g);
-  const F variance = Max(Dot(g, out.Qg) / area, F{});
-  const F w = Max(Min(radius, Sqrt(3.0f * variance)), Fill(1e-12f));
+  const Vec3& g = model.along;
+  out.Qg = Times(Q, g);
+  const F w = Max(Min(model.reach, Sqrt(3.0f * model.variance)), Fill(1e-12f));
   out.half_width = w;
   const I is_inside = d >= w;
   const I is_cut = ~is_inside & (I)(d > -w);
@@ -274,7 +311,9 @@ inline PatchIntegral IntegratePatches(const PatchBlock& b, int at, F d, const Ve
   out.most = d + w;
   const I is_flat = LoadF(b.node[kIsFlatRow] + at) > 0.5f;
   if (Bits(is_flat) != 0) {
-    const FlatIntegral flat = IntegrateTriangles(b, at, d, g, out.Qg, variance, area);
+    const Vec3 Qg = Times(Q, slope);
+    const F variance = Max(Dot(slope, Qg) / area, F{});
+    const FlatIntegral flat = IntegrateTriangles(b, at, d, slope, Qg, variance, area);
     out.mean = is_flat ? flat.mean : out.mean;
     out.square = is_flat ? flat.square : out.square;
     out.most = is_flat ? flat.most : out.most;
@@ -328,7 +367,8 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F bent_down = bound(bend.most);
     const F bent_up = bound(bend.least);
     const F depth = read > -radius ? Max(read + correction, -radius) : read;
-    const PatchIntegral integral = IntegratePatches(*b, at, depth, slope);
+    const DepthModel model = ModelOf(*b, at, slope, bend.mean, Q, per_area);
+    const PatchIntegral integral = IntegratePatches(*b, at, depth, slope, Q, model);
 
     // The depth may be less than the model's by `down` and more by `up`. Of max(depth, 0) no more than all can be
     // missing.
@@ -351,19 +391,24 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
       known = Abs(depth) < kDeepestExact * voxel_m ? at_surface : F{};
       blur = Fma(Fill(kSlopeError), radius, known + known);
     }
-    // The greatest depth is above the mean by at most the radius; in a triangle by little more than an even spread's.
+    // The greatest depth is above the mean by at most the radius, and by the model's reach. A large patch may have
+    // parts of G near that its centre does not see: all that the field may bend up to its rim, 1/2 |H| r^2, counts
+    // there.
+    const Vec3 A{LoadF(b->node[kAreaVectorRow] + at), LoadF(b->node[kAreaVectorRow + 1] + at),
+                 LoadF(b->node[kAreaVectorRow + 2] + at)};
     const I is_flat = LoadF(b->node[kIsFlatRow] + at) > 0.5f;
-    const I is_even = is_flat & (I)(reach < kEvenReach);
-    const F cut = is_even ? integral.most - depth : radius;
+    const I is_small = (I)(reach < kEvenReach);
+    const F by_model = is_flat & is_small ? integral.most - depth : model.reach;
+    const F bent_to_rim = bend.has ? 0.5f * bend.least * radius * radius : radius;
+    const F cut = Max(Min(is_small ? by_model : by_model + bent_to_rim, radius), Fill(1e-12f));
     const F inside = Max(Min(Fma(Fill(0.5f), Max(depth, read) / (cut + up + blur), Fill(0.5f)), Fill(1.0f)), F{});
     const F inside_area = area * inside;
     F bias = Fma(inside_area, up, area * Min(down, integral.mean));
     const F spread_up = is_tested ? inside * (kMissedSpread * LoadF(b->under_spread + at)) : F{};
     const F spread_down = is_tested ? Min(kMissedSpread * LoadF(b->over_spread + at), integral.mean) : F{};
     F variance_m2 = Fma(spread_up, spread_up, spread_down * spread_down);  // of the mean depth over the patch
-    const F near_cut = Max(1.0f - Abs(depth) / cut, F{});
-    const Vec3 A{LoadF(b->node[kAreaVectorRow] + at), LoadF(b->node[kAreaVectorRow + 1] + at),
-                 LoadF(b->node[kAreaVectorRow + 2] + at)};
+    // Where the two sides of a plate are all of it, its depths are at the ends of their range.
+    const F near_cut = inside > 0.0f ? Max(1.0f - Abs(depth) / radius, F{}) : F{};
     const F curved = Max(1.0f - Length(A) * per_area, F{});
     const F by_cut = is_flat ? F{} : Fma(Fill(kCurved), curved, Fill(kStraddling)) * cut * near_cut * near_cut;
     variance_m2 = Fma(by_cut, by_cut, variance_m2);

@@ -1,6 +1,7 @@
 #include "vps/surface/surface_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace vps {
@@ -14,6 +15,9 @@ std::array<float, 6> Outer(float a, const glm::vec3& e) {
 void Add(const std::array<float, 6>& from, std::array<float, 6>* to) {
   for (std::size_t i = 0; i < 6; ++i) (*to)[i] += from[i];
 }
+
+// Of |A| over a: below it the normals cancel. Not derived.
+constexpr float kLeastDirection = 0.1f;
 
 class Builder {
  public:
@@ -47,7 +51,7 @@ class Builder {
         const auto children = static_cast<std::uint32_t>(tree_->nodes.size());
         const std::uint32_t num_children = Put(parts[i]);
         node = Join(children, num_children);
-        node.radius_m = RadiusOf(parts[i], node.centre_m);
+        SetReach(parts[i], &node);
       }
       tree_->nodes[first + i] = node;
     }
@@ -104,12 +108,63 @@ class Builder {
     return node;
   }
 
-  [[nodiscard]] float RadiusOf(Part part, const glm::vec3& centre) const {
-    float radius = 0.0f;
+  void SetReach(Part part, SurfaceNode* node) const {
     for (const std::uint32_t i : part) {
-      for (const glm::vec3& p : tree_->triangles[i].corners) radius = std::max(radius, glm::length(p - centre));
+      for (const glm::vec3& p : tree_->triangles[i].corners) {
+        node->radius_m = std::max(node->radius_m, glm::length(p - node->centre_m));
+      }
     }
-    return radius;
+    const float length = glm::length(node->area_vector_m2);
+    if (!(length > kLeastDirection * node->area_m2)) {  // two sides that cancel: no direction
+      node->thickness_m = node->radius_m;
+      return;
+    }
+    FitCurvature(part, node->area_vector_m2 / length, node);
+  }
+
+  // K by least squares over the corners, in tangents u, v scaled by the radius:
+  //   e . n = k0 + 1/2 (k1 u^2 + 2 k2 u v + k3 v^2).
+  void FitCurvature(Part part, const glm::vec3& n, SurfaceNode* node) const {
+    const glm::dvec3 axis = std::abs(n.x) < 0.6f ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 normal(n);
+    const glm::dvec3 tangent = glm::normalize(glm::cross(normal, axis));
+    const glm::dvec3 other = glm::cross(normal, tangent);
+    const double scale = 1.0 / static_cast<double>(node->radius_m);
+    const auto for_corners = [&](const auto& visit) {
+      for (const std::uint32_t i : part) {
+        for (const glm::vec3& p : tree_->triangles[i].corners) {
+          const glm::dvec3 e = scale * glm::dvec3(p - node->centre_m);
+          visit(glm::dot(e, tangent), glm::dot(e, other), glm::dot(e, normal));
+        }
+      }
+    };
+    glm::dmat4 sums(0.0);
+    glm::dvec4 right(0.0);
+    double count = 0.0;
+    for_corners([&](double u, double v, double w) {
+      const glm::dvec4 of(1.0, 0.5 * u * u, u * v, 0.5 * v * v);
+      sums += glm::outerProduct(of, of);
+      right += w * of;
+      count += 1.0;
+    });
+    // A ridge, for corners in one line.
+    constexpr double kRidge = 1e-8;
+    for (int i = 1; i < 4; ++i) sums[i][i] += kRidge * count;
+    const glm::dvec4 k = glm::inverse(sums) * right;
+    const glm::dmat3 K = scale * (k[1] * glm::outerProduct(tangent, tangent) +
+                                  k[2] * (glm::outerProduct(tangent, other) + glm::outerProduct(other, tangent)) +
+                                  k[3] * glm::outerProduct(other, other));
+    const std::array<double, 6> of = {K[0][0], K[1][1], K[2][2], K[1][0], K[2][0], K[2][1]};
+    double mean = 0.0;  // tr(K Q) / 2 a, scaled
+    for (std::size_t i = 0; i < 6; ++i) {
+      node->curvature_per_m[i] = static_cast<float>(of[i]);
+      mean += (i < 3 ? 0.5 : 1.0) * of[i] * static_cast<double>(node->spread_m4[i] / node->area_m2) * scale;
+    }
+    double most = 0.0;
+    for_corners([&](double u, double v, double w) {
+      most = std::max(most, std::abs(w + mean - 0.5 * (k[1] * u * u + 2.0 * k[2] * u * v + k[3] * v * v)));
+    });
+    node->thickness_m = static_cast<float>(most / scale);
   }
 
   SurfaceTree* tree_;
@@ -164,6 +219,8 @@ SurfaceFamily FamilyOf(std::span<const SurfaceNode> children) {
     }
     for (int i = 0; i < 6; ++i) put(kSpreadRow + i, node.spread_m4[static_cast<std::size_t>(i)]);
     put(kIsFlatRow, node.num_children == 0 ? 1.0f : 0.0f);
+    put(kThicknessRow, node.thickness_m);
+    for (int i = 0; i < 6; ++i) put(kCurvatureRow + i, node.curvature_per_m[static_cast<std::size_t>(i)]);
     family.below[k] = node.first;
   }
   return family;

@@ -25,8 +25,12 @@ struct SurfaceNode {
   glm::vec3 area_vector_m2{0.0f};       // A
   glm::mat3 normal_moment_m3{0.0f};     // N; column j: integral of n e_j
   std::array<float, 6> spread_m4 = {};  // Q: xx, yy, zz, xy, xz, yz
-  std::uint32_t first = 0;              // of the children in SurfaceTree::nodes; of a leaf: its triangle
-  std::uint32_t num_children = 0;       // 0: a leaf
+  // With n = A / |A| the surface is  e . n = 1/2 (e^T K e - tr(K Q) / a)  but for `thickness_m` at most; K n = 0, and 0
+  // of a triangle.
+  std::array<float, 6> curvature_per_m = {};  // K, in the same order
+  float thickness_m = 0.0f;
+  std::uint32_t first = 0;         // of the children in SurfaceTree::nodes; of a leaf: its triangle
+  std::uint32_t num_children = 0;  // 0: a leaf
 };
 
 SurfaceNode NodeOf(const SurfacePiece& triangle);

@@ -12,8 +12,6 @@
 namespace vps {
 namespace {
 
-// A pass that reads more ends there: what is left to open counts as it is. Not derived: a millisecond or two.
-constexpr std::uint64_t kMostPlaces = 200'000;
 // Blocks whose depths are read by triangles at once: as many as FacetScratch keeps unpacked triangles for. Not derived.
 constexpr std::size_t kExactAtOnce = 16;
 // An error that does not count whatever was asked for, as a depth over all of S: it ends the search where nothing
@@ -24,8 +22,11 @@ constexpr float kLeastRadius = 1e-3f;
 constexpr int kMostPasses = 24;
 // Of the threshold from pass to pass: a larger step would open far more than is needed, a smaller one reads all anew
 // for little. Not derived.
-constexpr double kLeastStep = 1.0 / 512.0;
+constexpr double kLeastStep = 1.0 / 64.0;
 constexpr double kMostStep = 0.5;
+// From query to query: of the threshold where more was done than asked for, at most; and by how much more.
+constexpr double kLooser = 4.0;
+constexpr double kEnough = 1.6;
 constexpr double kDeviationShare = 0.5;  // of the wanted error, for its random part; the rest is for errors of one sign
 
 // Exact depths of groups within this radius are found together, voxels. Not derived: wider groups are near more facets.
@@ -45,19 +46,26 @@ bool IsCompact(const PatchBlock& block, float radius_m) {
 
 }  // namespace
 
-SurfaceWalk::SurfaceWalk(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends, InstructionSet set)
-    : S_(S),
-      G_(G),
-      bends_(bends),
-      kernels_(KernelsOf(set)),
+SurfaceWalk::SurfaceWalk(InstructionSet set)
+    : kernels_(KernelsOf(set)),
+      parts_(kMostParts),
+      last_parts_(kMostParts),
       exact_(kExactAtOnce),
       exact_origins_(kExactAtOnce),
       facet_points_(kExactAtOnce),
       facets_(std::make_unique<FacetScratch>()) {}
 
+// A level with n patches reads 4 n places, each of which may be opened.
+void SurfaceWalk::Reserve(std::size_t most_places) {
+  for (Level* level : {&now_, &next_}) {
+    level->by_field.reserve(most_places + kPatchLanes);
+    level->by_triangles.reserve(most_places + kPatchLanes);
+  }
+}
+
 void SurfaceWalk::SetPose(const core::Pose& X_GS) {
-  in_.field = MakeFieldInput(G_, X_GS);
-  const Facets& facets = G_.triangles();
+  in_.field = MakeFieldInput(*G_, X_GS);
+  const Facets& facets = G_->triangles();
   in_.field.facet_blocks = facets.blocks.data();
   in_.field.facet_spheres = facets.spheres.data();
   in_.field.facet_level_begin = facets.level_begin.data();
@@ -68,12 +76,12 @@ void SurfaceWalk::SetPose(const core::Pose& X_GS) {
     const glm::dvec3 column = X_GS.rotate(e);
     for (int i = 0; i < 3; ++i) in_.rotation[i][j] = static_cast<float>(column[i]);
   }
-  in_.bend_numbers = bends_.numbers().data();
-  in_.bend_cells = bends_.words().data();
-  in_.num_bend_levels = static_cast<std::int32_t>(bends_.begin().size());
-  for (std::size_t i = 0; i < bends_.begin().size(); ++i) in_.bend_begin[i] = bends_.begin()[i];
-  in_.brick_errors = reinterpret_cast<const std::uint32_t*>(bends_.brick_errors().data());
-  in_.least_radius_m = kLeastRadius * static_cast<float>(G_.voxel_size_m);
+  in_.bend_numbers = bends_->numbers.data();
+  in_.bend_cells = bends_->words.data();
+  in_.num_bend_levels = static_cast<std::int32_t>(bends_->begin.size());
+  for (std::size_t i = 0; i < bends_->begin.size(); ++i) in_.bend_begin[i] = bends_->begin[i];
+  in_.brick_errors = reinterpret_cast<const std::uint32_t*>(bends_->brick_errors.data());
+  in_.least_radius_m = kLeastRadius * static_cast<float>(G_->voxel_size_m);
 }
 
 // The corners of a flat patch, from its centre.
@@ -87,7 +95,7 @@ void SurfaceWalk::SetCorners(const SurfacePiece& triangle, std::size_t lane, Pat
 }
 
 void SurfaceWalk::FillRoots(PatchBlock* block, Origins* origins) const {
-  const SurfaceFamily& roots = S_.families.front();
+  const SurfaceFamily& roots = S_->families.front();
   for (int row = 0; row < kNodeRows; ++row) {
     for (int k = 0; k < kPatchLanes; ++k) {
       const bool is_one = k < kFamilySize;
@@ -98,7 +106,7 @@ void SurfaceWalk::FillRoots(PatchBlock* block, Origins* origins) const {
     block->over[k] = block->under[k] = block->over_spread[k] = block->under_spread[k] = -1.0f;
     origins->below[k] = roots.below[k % kFamilySize];
     if (roots.of[kIsFlatRow][k % kFamilySize] > 0.0f) {
-      SetCorners(S_.triangles[roots.below[k % kFamilySize]], static_cast<std::size_t>(k), block, origins);
+      SetCorners(S_->triangles[roots.below[k % kFamilySize]], static_cast<std::size_t>(k), block, origins);
     }
   }
   block->has_parent = block->is_exact = false;
@@ -132,16 +140,18 @@ void SurfaceWalk::FillParts(const Opened* opened, std::size_t count, bool is_exa
         for (int i = 0; i < 9; ++i) block->node[kNormalMomentRow + i][at + k] = 0.0f;
         for (int i = 0; i < 6; ++i) block->node[kSpreadRow + i][at + k] = 0.0625f * from.spread[i];
         block->node[kIsFlatRow][at + k] = 1.0f;
+        block->node[kThicknessRow][at + k] = 0.0f;
+        for (int i = 0; i < 6; ++i) block->node[kCurvatureRow + i][at + k] = 0.0f;
         SetCorners(parts[k], at + k, block, origins);
       }
     } else {
-      const SurfaceFamily& family = S_.families[from.below];
+      const SurfaceFamily& family = S_->families[from.below];
       for (int row = 0; row < kNodeRows; ++row) {
         std::memcpy(&block->node[row][at], family.of[row], sizeof family.of[row]);
       }
       for (std::size_t k = 0; k < kFamilySize; ++k) {
         origins->below[at + k] = family.below[k];
-        if (family.of[kIsFlatRow][k] > 0.0f) SetCorners(S_.triangles[family.below[k]], at + k, block, origins);
+        if (family.of[kIsFlatRow][k] > 0.0f) SetCorners(S_->triangles[family.below[k]], at + k, block, origins);
       }
     }
     if (f >= count) {
@@ -214,7 +224,7 @@ void SurfaceWalk::ReadAgain() {
 
 // Those of patches that lie within a few voxels are read together.
 void SurfaceWalk::ReadExactDepths() {
-  const auto voxel_m = static_cast<float>(G_.voxel_size_m);
+  const auto voxel_m = static_cast<float>(G_->voxel_size_m);
   const float per_voxel = 1.0f / voxel_m;
   const std::size_t count = std::exchange(num_exact_, 0);
   std::size_t num_groups = 0;
@@ -229,7 +239,7 @@ void SurfaceWalk::ReadExactDepths() {
     std::memcpy(points.x, block.node[kCentreRow], sizeof points.x);
     std::memcpy(points.y, block.node[kCentreRow + 1], sizeof points.y);
     std::memcpy(points.z, block.node[kCentreRow + 2], sizeof points.z);
-    for (int k = 0; k < kPatchLanes; ++k) points.depth[k] = block.depth[k] * per_voxel;
+    for (int k = 0; k < kPatchLanes; ++k) points.depth[k] = (block.depth[k] - in_.offset_m) * per_voxel;
     groups[num_groups++] = i;
   }
   kernels_.measure(in_.field, facet_points_.data(), static_cast<std::uint32_t>(num_groups), facets_.get());
@@ -238,7 +248,7 @@ void SurfaceWalk::ReadExactDepths() {
     const FacetPoints& points = facet_points_[n];
     for (int k = 0; k < kPatchLanes; ++k) {
       if (points.gx[k] == 0.0f && points.gy[k] == 0.0f && points.gz[k] == 0.0f) continue;
-      block.depth[k] = points.depth[k] * voxel_m;
+      block.depth[k] = in_.offset_m + points.depth[k] * voxel_m;
       SetSlope(glm::vec3(points.gx[k], points.gy[k], points.gz[k]), k, &block);
     }
   }
@@ -255,7 +265,7 @@ void SurfaceWalk::SetSlope(const glm::vec3& gradient, int lane, PatchBlock* bloc
 
 // The gradient of the distance is the direction from the nearest place; on a face, the triangle's normal.
 void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
-  const auto voxel_m = static_cast<float>(G_.voxel_size_m);
+  const auto voxel_m = static_cast<float>(G_->voxel_size_m);
   for (int k = 0; k < kPatchLanes; ++k) {
     if (!(block->node[kAreaRow][k] > 0.0f)) continue;
     glm::dvec3 p;
@@ -265,7 +275,7 @@ void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
         p[i] += static_cast<double>(in_.field.m[i][j]) * static_cast<double>(block->node[kCentreRow + j][k]);
       }
     }
-    const NearestFacet nearest = FindNearestFacet(G_.triangles(), p, kReachOfTriangles);
+    const NearestFacet nearest = FindNearestFacet(G_->triangles(), p, kReachOfTriangles);
     if (!nearest.is_found) continue;
     const glm::dvec3 away = p - nearest.place;
     const double distance = glm::length(away);
@@ -273,7 +283,7 @@ void SurfaceWalk::ReadOneByOne(PatchBlock* block) {
     const glm::dvec3 gradient = nearest.is_on_face || distance < kAtThePlace
                                     ? nearest.normal
                                     : away / (nearest.height < 0.0 ? -distance : distance);
-    block->depth[k] = static_cast<float>(-nearest.height) * voxel_m;
+    block->depth[k] = in_.offset_m - static_cast<float>(nearest.height) * voxel_m;
     SetSlope(glm::vec3(gradient), k, block);
   }
 }
@@ -282,8 +292,10 @@ void SurfaceWalk::Judge(PatchBlock* block, const Origins& origins) {
   kernels_.judge(in_, block, &sums_);
   for (unsigned lanes = block->touches & ~block->open; lanes != 0; lanes &= lanes - 1) {
     ++result_.patches_inside;
-    result_.deepest_m = std::max(result_.deepest_m, static_cast<double>(block->support[__builtin_ctz(lanes)]));
+    const int lane = __builtin_ctz(lanes);
+    if (static_cast<double>(block->support[lane]) > result_.deepest_m) SetDeepest(*block, lane);
   }
+  AddParts(*block);
   for (unsigned lanes = block->open; lanes != 0; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
     if ((block->read_exactly >> lane & 1U) != 0) {
@@ -328,6 +340,18 @@ void SurfaceWalk::KeepUnopened(const std::vector<Opened>& opened) {
     add(PatchSums::kSquare, o.square);
     add(PatchSums::kBias, o.bias);
     sums_.of[PatchSums::kVariance][0] += static_cast<double>(o.deviation) * static_cast<double>(o.deviation);
+    if (!(o.volume > 0.0f)) continue;
+    ContactPatch& part = *NextPart();
+    const glm::vec3 slope(o.model[kModelSlope], o.model[kModelSlope + 1], o.model[kModelSlope + 2]);
+    for (int i = 0; i < 3; ++i) {
+      part.p_S[i] = o.model[kModelCentre + i];
+      part.n_G[i] = -glm::dot(slope, glm::vec3(in_.rotation[i][0], in_.rotation[i][1], in_.rotation[i][2]));
+      part.force_m3[i] = o.force[i];
+      part.moment_m4[i] = o.moment[i];
+    }
+    part.penetration_m = std::max(o.model[kModelDepth], 0.0f);
+    part.volume_m3 = o.volume;
+    part.square_m4 = o.square;
   }
 }
 
@@ -344,7 +368,7 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   next_.by_triangles.clear();
   num_again_ = 0;
   num_exact_ = 0;
-  const std::uint64_t begin = result_.places_read;
+  num_parts_ = 0;
   bool is_whole = true;
   PatchBlock roots;
   Origins origins;
@@ -359,7 +383,8 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
     std::swap(now_, next_);
     next_.by_field.clear();
     next_.by_triangles.clear();
-    if (result_.places_read - begin > kMostPlaces) {
+    const std::size_t num_parts = kFamilySize * (now_.by_field.size() + now_.by_triangles.size());
+    if (result_.places_read + num_parts > most_places_) {
       KeepUnopened(now_.by_field);
       KeepUnopened(now_.by_triangles);
       is_whole = false;
@@ -378,26 +403,138 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   result_.volume_m3 = of[PatchSums::kVolume];
   result_.square_m4 = of[PatchSums::kSquare];
   result_.error_m3 = of[PatchSums::kBias] + std::sqrt(of[PatchSums::kVariance]);
-  rounding_m3_ = static_cast<double>(kRounding) * G_.voxel_size_m * of[PatchSums::kTouching];
+  rounding_m3_ = static_cast<double>(kRounding) * G_->voxel_size_m * of[PatchSums::kTouching];
   return is_whole;
 }
 
-const SurfaceWalk::Result& SurfaceWalk::Run(const core::Pose& X_GS, double accuracy) {
+// The parts of a pair in the order of the walk, so that neighbours in the list are neighbours on S.
+ContactPatch* SurfaceWalk::NextPart() {
+  if (num_parts_ == kMostParts) {
+    for (std::size_t i = 0; i < kMostParts / 2; ++i) {
+      const ContactPatch& a = parts_[2 * i];
+      const ContactPatch& b = parts_[2 * i + 1];
+      ContactPatch sum = a.penetration_m >= b.penetration_m ? a : b;
+      sum.force_m3 = a.force_m3 + b.force_m3;
+      sum.moment_m4 = a.moment_m4 + b.moment_m4;
+      sum.volume_m3 = a.volume_m3 + b.volume_m3;
+      sum.square_m4 = a.square_m4 + b.square_m4;
+      parts_[i] = sum;
+    }
+    num_parts_ = kMostParts / 2;
+  }
+  ContactPatch* const part = &parts_[num_parts_++];
+  *part = {};
+  return part;
+}
+
+void SurfaceWalk::SetDeepest(const PatchBlock& block, int lane) {
+  result_.deepest_m = static_cast<double>(block.support[lane]);
+  const glm::vec3 centre(block.node[kCentreRow][lane], block.node[kCentreRow + 1][lane],
+                         block.node[kCentreRow + 2][lane]);
+  const glm::vec3 slope(block.slope[0][lane], block.slope[1][lane], block.slope[2][lane]);
+  glm::vec3 from_centre(0.0f);
+  if (block.node[kIsFlatRow][lane] > 0.5f) {
+    const glm::vec3 b(block.corners[0][lane], block.corners[1][lane], block.corners[2][lane]);
+    const glm::vec3 c(block.corners[3][lane], block.corners[4][lane], block.corners[5][lane]);
+    from_centre = -(b + c);
+    for (const glm::vec3& corner : {b, c}) {
+      if (glm::dot(slope, corner) > glm::dot(slope, from_centre)) from_centre = corner;
+    }
+  }
+  result_.deepest_p_S = centre + from_centre;
+  const glm::vec3 A(block.node[kAreaVectorRow][lane], block.node[kAreaVectorRow + 1][lane],
+                    block.node[kAreaVectorRow + 2][lane]);
+  result_.deepest_n_S = A / std::max(glm::length(A), 1e-30f);
+}
+
+// One for each family.
+void SurfaceWalk::AddParts(const PatchBlock& block) {
+  const unsigned kept = block.touches & ~block.open;
+  for (int f = 0; f < kPatchLanes; f += kFamilySize) {
+    unsigned lanes = kept >> f & ((1U << kFamilySize) - 1U);
+    if (lanes == 0) continue;
+    ContactPatch& part = *NextPart();
+    int deepest = -1;
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const int k = f + __builtin_ctz(lanes);
+      for (int i = 0; i < 3; ++i) {
+        part.force_m3[i] += block.force[i][k];
+        part.moment_m4[i] += block.moment[i][k];
+      }
+      part.volume_m3 += block.volume[k];
+      part.square_m4 += block.square[k];
+      if (deepest < 0 || block.support[k] > block.support[deepest]) deepest = k;
+    }
+    part.penetration_m = block.support[deepest];
+    glm::vec3 slope;
+    for (int i = 0; i < 3; ++i) {
+      part.p_S[i] = block.node[kCentreRow + i][deepest];
+      slope[i] = block.slope[i][deepest];
+    }
+    for (int i = 0; i < 3; ++i)
+      part.n_G[i] = -glm::dot(slope, glm::vec3(in_.rotation[i][0], in_.rotation[i][1], in_.rotation[i][2]));
+  }
+}
+
+void SurfaceWalk::KeepWhole() {
+  last_whole_ = result_;
+  last_rounding_m3_ = rounding_m3_;
+  std::swap(parts_, last_parts_);
+  num_last_parts_ = num_parts_;
+}
+
+void SurfaceWalk::TakeLastWhole() {
+  const std::uint64_t places = result_.places_read;
+  const std::uint64_t exact = result_.places_read_exactly;
+  result_ = last_whole_;
+  result_.places_read = places;
+  result_.places_read_exactly = exact;
+  rounding_m3_ = last_rounding_m3_;
+  std::swap(parts_, last_parts_);
+  num_parts_ = num_last_parts_;
+}
+
+const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends,
+                                            const core::Pose& X_GS, const SurfaceGoal& goal, SurfaceMemory* memory) {
+  S_ = &S;
+  G_ = &G;
+  bends_ = &bends;
+  most_places_ = goal.most_places;
   SetPose(X_GS);
+  in_.offset_m = static_cast<float>(goal.offset_m);
   result_ = {};
-  const double negligible_m3 = kNegligible_m * S_.area_m2;
+  const double negligible_m3 = std::max(kNegligible_m * S.area_m2, goal.negligible_m3);
   // First as if all of S were a voxel deep.
-  double wanted_m3 = accuracy * S_.area_m2 * G_.voxel_size_m;
+  double wanted_m3 = goal.accuracy * S.area_m2 * G.voxel_size_m;
   double threshold_m3 = wanted_m3;
+  if (memory != nullptr && memory->threshold_m3 > 0.0) {
+    wanted_m3 = memory->wanted_m3;
+    threshold_m3 = memory->threshold_m3;
+  }
+  bool has_whole = false;
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    const bool is_whole = Pass(threshold_m3, kDeviationShare * wanted_m3);
-    wanted_m3 = std::max(accuracy * result_.volume_m3, negligible_m3);
-    if (result_.error_m3 <= wanted_m3 || !is_whole) break;
+    const std::uint64_t before = result_.places_read;
+    if (!Pass(threshold_m3, kDeviationShare * wanted_m3)) {
+      threshold_m3 *= kLooser;
+      if (has_whole) TakeLastWhole();
+      break;
+    }
+    wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
+    const double factor = wanted_m3 / std::max(result_.error_m3, 1e-300);
+    if (factor >= 1.0) {
+      // More than was asked for: the next query may do with less.
+      if (factor > kEnough) threshold_m3 *= std::min(0.8 * factor, kLooser);
+      break;
+    }
+    // Another pass takes at least twice as many places.
+    if (result_.places_read + 2 * (result_.places_read - before) > most_places_) break;
+    KeepWhole();
+    has_whole = true;
     // Halving patches takes their shares to a sixteenth and the whole error to a quarter: thresholds go with its
     // square.
-    const double factor = wanted_m3 / result_.error_m3;
     threshold_m3 *= std::clamp(0.8 * factor * factor, kLeastStep, kMostStep);
   }
+  if (memory != nullptr) *memory = {threshold_m3, wanted_m3};
   // No opening makes that smaller.
   result_.error_m3 += rounding_m3_;
   result_.is_accurate = result_.error_m3 <= wanted_m3;

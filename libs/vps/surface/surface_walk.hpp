@@ -1,15 +1,32 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/pose.hpp"
+#include "vps/force/reduce_patches.hpp"
 #include "vps/surface/field_bends.hpp"
 #include "vps/surface/patch_block.hpp"
 #include "vps/surface/surface_tree.hpp"
 #include "vps/walk/field_walk.hpp"
 
 namespace vps {
+
+// What a query has to be good for.
+struct SurfaceGoal {
+  double accuracy = 0.02;               // wanted error of the force over the integral of depth
+  double negligible_m3 = 0.0;           // an error that does not count whatever the accuracy
+  std::uint64_t most_places = 200'000;  // of the field, that may be read
+  double offset_m = 0.0;                // as if G were larger by that on all sides
+};
+
+// Of a pair from one query to the next: the threshold that sufficed. Starting with it, one pass suffices while the
+// contact changes little. The result then depends on the queries before, within the accuracy.
+struct SurfaceMemory {
+  double threshold_m3 = 0.0;  // 0: none
+  double wanted_m3 = 0.0;
+};
 
 // The contact wrench of S's surface in the field of G to a wanted accuracy, with an estimate of its error.
 //
@@ -26,21 +43,40 @@ class SurfaceWalk {
     double volume_m3 = 0.0;     // integral of depth
     double square_m4 = 0.0;     // integral of its square
     double deepest_m = 0.0;     // greatest depth of what was kept, by the patches' models
-    double error_m3 = 0.0;      // estimate of |force - the exact one|
-    bool is_accurate = false;   // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
+    glm::vec3 deepest_p_S{0.0f};
+    glm::vec3 deepest_n_S{0.0f};  // inward normal of the patch there
+    double error_m3 = 0.0;        // estimate of |force - the exact one|
+    bool is_accurate = false;     // error_m3 is at most the accuracy times volume_m3; else places or passes ran out
     std::uint64_t patches_inside = 0;
     std::uint64_t places_read = 0;  // of the field, in all passes
     std::uint64_t places_read_exactly = 0;
+    int passes = 0;
   };
 
-  // Both must outlive it. `bends`: of the same field.
-  SurfaceWalk(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends,
-              InstructionSet set = BestInstructionSet());
+  explicit SurfaceWalk(InstructionSet set = BestInstructionSet());
 
-  // X_GS: pose of S in G. accuracy: wanted error over the integral of depth. In passes with smaller and smaller
-  // thresholds until the estimate is small enough; the result does not depend on earlier calls. Does not allocate once
-  // its lists have grown.
-  const Result& Run(const core::Pose& X_GS, double accuracy);
+  // Makes room for queries with goals of at most so many places, which then do not allocate.
+  void Reserve(std::size_t most_places);
+
+  // X_GS: pose of S in G. `bends`: of the same field. In passes with smaller and smaller thresholds until the estimate
+  // is small enough, or places run out. Without a memory the result does not depend on earlier calls. Does not allocate
+  // after Reserve, or once its lists have grown.
+  const Result& Run(const SurfaceTree& S, const DistanceField& G, const FieldBends& bends, const core::Pose& X_GS,
+                    const SurfaceGoal& goal, SurfaceMemory* memory = nullptr);
+
+  // That of a query in which nothing touches.
+  const Result& ClearResult() {
+    result_ = {};
+    result_.is_accurate = true;
+    num_parts_ = 0;
+    return result_;
+  }
+
+  [[nodiscard]] const Result& result() const { return result_; }  // of the last query
+  // Of the last query: what touches, at most kMostParts, which add up to the whole. Neighbours in S that have no more
+  // room are one.
+  static constexpr std::size_t kMostParts = 256;
+  [[nodiscard]] std::span<const ContactPatch> parts() const { return {parts_.data(), num_parts_}; }
 
  private:
   // A patch whose parts are to be read.
@@ -78,13 +114,22 @@ class SurfaceWalk {
   void PutAgain(const PatchBlock& block, const Origins& origins, int lane);
   void KeepUnopened(const std::vector<Opened>& opened);
 
-  const SurfaceTree& S_;
-  const DistanceField& G_;
-  const FieldBends& bends_;
+  void KeepWhole();
+  void TakeLastWhole();
+  void AddParts(const PatchBlock& block);
+  ContactPatch* NextPart();
+  void SetDeepest(const PatchBlock& block, int lane);
+
+  const SurfaceTree* S_ = nullptr;
+  const DistanceField* G_ = nullptr;
+  const FieldBends* bends_ = nullptr;
+  std::uint64_t most_places_ = 0;
   WalkKernels kernels_;
   PatchInput in_{};
   PatchSums sums_{};
   Level now_, next_;
+  std::vector<ContactPatch> parts_, last_parts_;
+  std::size_t num_parts_ = 0, num_last_parts_ = 0;
   std::vector<PatchBlock> exact_;  // blocks whose depths are read by triangles together
   std::vector<Origins> exact_origins_;
   std::vector<FacetPoints> facet_points_;
@@ -94,7 +139,8 @@ class SurfaceWalk {
   int num_again_ = 0;
   std::size_t num_exact_ = 0;
   double rounding_m3_ = 0.0;  // of the last pass
-  Result result_;
+  double last_rounding_m3_ = 0.0;
+  Result result_, last_whole_;
 };
 
 }  // namespace vps

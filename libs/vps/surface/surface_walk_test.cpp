@@ -18,9 +18,12 @@ class Pair {
   Pair(const TriangleMesh& G, const TriangleMesh& S, double voxel_size_m)
       : G_(std::move(*Cook(G, {voxel_size_m, 0, Method::kFast})->field)),
         S_(BuildSurfaceTree(S, 4.0 * voxel_size_m)),
-        bends_(G_),
-        walk_(S_, G_, bends_) {}
-  SurfaceWalk::Result Run(const core::Pose& X_GS, double accuracy) { return walk_.Run(X_GS, accuracy); }
+        bends_(BuildFieldBends(G_)) {}
+  SurfaceWalk::Result Run(const core::Pose& X_GS, const SurfaceGoal& goal, SurfaceMemory* memory = nullptr) {
+    return walk_.Run(S_, G_, bends_, X_GS, goal, memory);
+  }
+  SurfaceWalk::Result Run(const core::Pose& X_GS, double accuracy) { return Run(X_GS, {.accuracy = accuracy}); }
+  [[nodiscard]] std::span<const ContactPatch> parts() const { return walk_.parts(); }
   [[nodiscard]] const SurfaceTree& S() const { return S_; }
 
  private:
@@ -64,7 +67,8 @@ TEST(SurfaceTree, RootsHaveTheMomentsOfTheWholeSurface) {
 // The patches of a pair of a plane field and triangles, judged one block at a time.
 class OnePlane {
  public:
-  OnePlane() : G_(std::move(*Cook(MakeBox({0.2, 0.2, 0.2}), {1e-3, 0, Method::kFast})->field)), bends_(G_) {}
+  OnePlane()
+      : G_(std::move(*Cook(MakeBox({0.2, 0.2, 0.2}), {1e-3, 0, Method::kFast})->field)), bends_(BuildFieldBends(G_)) {}
 
   // Of one triangle, opened as little as can be. X_GS puts it near the middle of G's upper face.
   SurfaceWalk::Result Of(const SurfacePiece& triangle, double accuracy) {
@@ -74,8 +78,8 @@ class OnePlane {
     S.families = {FamilyOf(S.nodes)};
     S.num_roots = 1;
     S.area_m2 = static_cast<double>(S.nodes[0].area_m2);
-    SurfaceWalk walk(S, G_, bends_);
-    return walk.Run({{1, 0, 0, 0}, {0.0, 0.0, 0.1}}, accuracy);
+    SurfaceWalk walk;
+    return walk.Run(S, G_, bends_, {{1, 0, 0, 0}, {0.0, 0.0, 0.1}}, {.accuracy = accuracy});
   }
 
  private:
@@ -201,16 +205,16 @@ TEST(SurfaceWalk, ReadsFewerPlacesForLessAccuracy) {
 // Whatever instructions the machine has.
 TEST(SurfaceWalk, IsTheSameBitForBitWithEveryInstructionSet) {
   const DistanceField G = std::move(*Cook(MakeBlockWithHole(0.06, 0.04, 0.01, 24), {1e-3, 0, Method::kFast})->field);
-  const FieldBends bends(G);
+  const FieldBends bends = BuildFieldBends(G);
   const SurfaceTree S = BuildSurfaceTree(MakeTorus(0.03, 0.012, 32, 16), 4e-3);
   const core::Pose X{core::QuaternionFromRotationVector({0.4, 0.3, 0.1}), {0.02, 0.01, 0.03}};
-  SurfaceWalk portable(S, G, bends, InstructionSet::kPortable);
-  const SurfaceWalk::Result expected = portable.Run(X, 0.02);
+  SurfaceWalk portable(InstructionSet::kPortable);
+  const SurfaceWalk::Result expected = portable.Run(S, G, bends, X, {});
   ASSERT_GT(expected.volume_m3, 0.0);
   for (const InstructionSet set : {InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (BestInstructionSet() < set) continue;
-    SurfaceWalk walk(S, G, bends, set);
-    const SurfaceWalk::Result result = walk.Run(X, 0.02);
+    SurfaceWalk walk(set);
+    const SurfaceWalk::Result result = walk.Run(S, G, bends, X, {});
     EXPECT_EQ(result.force_m3, expected.force_m3);
     EXPECT_EQ(result.moment_m4, expected.moment_m4);
     EXPECT_EQ(result.error_m3, expected.error_m3);
@@ -229,6 +233,66 @@ TEST(SurfaceWalk, IsTheSameBitForBitAtTheSamePose) {
   EXPECT_EQ(first.force_m3, again.force_m3);
   EXPECT_EQ(first.moment_m4, again.moment_m4);
   EXPECT_EQ(first.error_m3, again.error_m3);
+}
+
+// What a contact needs from cycle to cycle: with the threshold that sufficed for the last pose one pass is enough.
+TEST(SurfaceWalk, NeedsOnePassWhileTheContactChangesLittle) {
+  Pair pair(MakeTorus(0.03, 0.012, 64, 32), MakeTorus(0.03, 0.012, 64, 32), 1e-3);
+  SurfaceMemory memory;
+  std::uint64_t with = 0, without = 0;
+  for (int i = 0; i < 200; ++i) {
+    const core::Pose X{core::QuaternionFromRotationVector({0.7 + 1e-3 * i, 0.2, 0.1}), {0.07, 0.01, 0.002}};
+    const auto anew = pair.Run(X, SurfaceGoal{});
+    const auto result = pair.Run(X, SurfaceGoal{}, &memory);
+    ASSERT_TRUE(result.is_accurate && anew.is_accurate);
+    ASSERT_LE(glm::length(result.force_m3 - anew.force_m3), result.error_m3 + anew.error_m3);
+    if (i == 0) continue;
+    with += result.places_read;
+    without += anew.places_read;
+  }
+  EXPECT_LT(2 * with, without);
+}
+
+// Its parts add up to the whole, also where there are more than it keeps apart.
+TEST(SurfaceWalk, PartsAddUpToTheWhole) {
+  Pair pair(MakeBox({0.2, 0.2, 0.1}), MakeTorus(0.03, 0.012, 64, 32), 1e-3);
+  std::size_t most = 0;
+  for (const double accuracy : {0.1, 0.01, 0.002, 0.0005}) {
+    const auto result = pair.Run({core::QuaternionFromRotationVector({0.1, 0.05, 0.0}), {0.0, 0.0, 0.06}}, accuracy);
+    glm::dvec3 force(0.0), moment(0.0);
+    double volume = 0.0, square = 0.0;
+    for (const ContactPatch& part : pair.parts()) {
+      force += glm::dvec3(part.force_m3);
+      moment += glm::dvec3(part.moment_m4);
+      volume += static_cast<double>(part.volume_m3);
+      square += static_cast<double>(part.square_m4);
+    }
+    most = std::max(most, pair.parts().size());
+    EXPECT_LT(glm::length(force - result.force_m3), 1e-5 * result.volume_m3);
+    EXPECT_LT(glm::length(moment - result.moment_m4), 1e-5 * result.volume_m3 * 0.05);
+    EXPECT_NEAR(volume, result.volume_m3, 1e-5 * result.volume_m3);
+    EXPECT_NEAR(square, result.square_m4, 1e-5 * result.square_m4);
+    EXPECT_GT(result.patches_inside, pair.parts().size());
+  }
+  EXPECT_GT(most, 100U);
+}
+
+// The budget holds but for the last level, and the estimate says what it cost.
+TEST(SurfaceWalk, TellsTheErrorOfAContactThatItsBudgetDoesNotSufficeFor) {
+  const TriangleMesh torus = MakeTorus(0.03, 0.012, 64, 32);
+  Pair pair(torus, torus, 1e-3);
+  const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07, 0.01, 0.002}};
+  const auto whole = pair.Run(X, 1e-3);
+  for (const std::uint64_t most : {300U, 600U, 1200U}) {
+    SurfaceMemory memory;
+    for (int i = 0; i < 8; ++i) {
+      const auto result = pair.Run(X, {.accuracy = 1e-3, .most_places = most}, &memory);
+      EXPECT_FALSE(result.is_accurate);
+      EXPECT_LT(result.places_read, 2 * most);
+      EXPECT_GT(result.error_m3, 1e-3 * result.volume_m3);
+      EXPECT_LT(glm::length(result.force_m3 - whole.force_m3), 2.0 * result.error_m3);
+    }
+  }
 }
 
 }  // namespace

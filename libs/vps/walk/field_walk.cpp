@@ -53,6 +53,17 @@ WalkInput MakeInput(const SampleTree& sampled, const DistanceField& field, const
 constexpr std::uint32_t kMostChunks = 64;
 constexpr std::uint32_t kSmallestChunkShift = 7;
 
+// |F_k - F / 16|^2, summed, times 16 / 15.
+double VarianceOf(const double (&sums)[WalkSums::kNumSums][kBlock]) {
+  double variance = 0.0;
+  for (const auto s : {WalkSums::kFx, WalkSums::kFy, WalkSums::kFz}) {
+    double mean = 0.0;
+    for (const double lane : sums[s]) mean += lane / kBlock;
+    for (const double lane : sums[s]) variance += (lane - mean) * (lane - mean);
+  }
+  return variance * kBlock / (kBlock - 1);
+}
+
 double SumOf(const double (&lanes)[kBlock]) {
   double sum = 0.0;
   for (const double lane : lanes) sum += lane;
@@ -292,6 +303,7 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   if (result.num_colliding == 0) return result;
   result.force_m3 = s * glm::dvec3(SumOf(sums[WalkSums::kFx]), SumOf(sums[WalkSums::kFy]), SumOf(sums[WalkSums::kFz]));
   result.moment_m4 = s * glm::dvec3(SumOf(sums[WalkSums::kMx]), SumOf(sums[WalkSums::kMy]), SumOf(sums[WalkSums::kMz]));
+  result.deviation_m3 = s * std::sqrt(VarianceOf(sums));
   result.volume_m3 = s * SumOf(sums[WalkSums::kVolume]);
   result.square_m4 = s * s * SumOf(sums[WalkSums::kSquare]);
   return result;

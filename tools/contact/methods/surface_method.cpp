@@ -9,7 +9,7 @@ namespace contact {
 
 struct SurfacePair {
   SurfacePair(Cooked field, vps::SurfaceTree surface)
-      : cooked(std::move(field)), B(std::move(surface)), bends(*cooked->field) {}
+      : cooked(std::move(field)), B(std::move(surface)), bends(vps::BuildFieldBends(*cooked->field)) {}
 
   Cooked cooked;
   vps::SurfaceTree B;
@@ -34,12 +34,11 @@ class SurfaceMethod : public Method {
       : pair_(std::move(pair)),
         A_(*pair_->cooked->field),
         B_(pair_->B),
-        walk_(B_, A_, pair_->bends),
         accuracy_(accuracy),
         bounds_distance_(bounds_distance) {}
 
   Answer Query(const core::Pose& X_AB) override {
-    const vps::SurfaceWalk::Result& result = walk_.Run(X_AB, accuracy_);
+    const vps::SurfaceWalk::Result& result = walk_.Run(B_, A_, pair_->bends, X_AB, {.accuracy = accuracy_});
     Answer answer;
     answer.points_tested = result.places_read;
     answer.force_error = result.error_m3;

@@ -1,0 +1,169 @@
+#include "vps/multibody/surface_pair_query.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "vps/oracle/closed_form.hpp"
+#include "vps/oracle/contact_wrench.hpp"
+#include "vps/testing/contact_cases.hpp"
+
+namespace vps {
+namespace {
+
+constexpr double kVoxel_m = 1e-3;
+
+// A pair with an accuracy, from pose to pose.
+class Engine {
+ public:
+  Engine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
+      : G_(*Cook(A, {voxel_size_m, 0, Method::kFast})),
+        S_(*Cook(B, {0.0, num_points, Method::kFast})),
+        scratch_(*S_.samples) {
+    pair.look_ahead_m = 5e-4;
+    pair.accuracy = 0.05;
+    scratch_.memory = &memory_;
+  }
+  const PairResult& Query(const core::Pose& X_AB) {
+    QuerySurfacePair(SurfacePairOf(S_, G_), X_AB, X_AB, pair, 0.01, &scratch_, &result_);
+    return result_;
+  }
+  [[nodiscard]] const TouchIntegral& touch() const { return scratch_.touch; }
+  PairDescription pair;
+
+ private:
+  CookedObject G_, S_;
+  SurfacePairScratch scratch_;
+  TouchMemory memory_;
+  PairResult result_;
+};
+
+// Against vps/oracle: rings that barely touch, with few samples and with many.
+TEST(SurfacePair, ForceIsWithinTwiceItsErrorOfTheExactOne) {
+  const TriangleMesh ring = MakeTorus(0.03, 0.012, 32, 16);
+  const TriangleMesh box = MakeBox({0.03, 0.02, 0.04});
+  const oracle::MeshDistance A(ring);
+  const oracle::MeshDistance B(box);
+  CaseRandom random(7);
+  for (const std::uint32_t num_points : {1024U, 16384U}) {
+    Engine engine(ring, box, kVoxel_m, num_points);
+    int num_touching = 0;
+    for (int i = 0; i < 8; ++i) {
+      const core::Pose X_AB{random.Rotation(), 0.045 * random.Direction()};
+      const oracle::ContactWrench truth = oracle::IntegrateContactWrench(A, B, X_AB);
+      for (int k = 0; k < 3; ++k) engine.Query(X_AB);
+      if (!engine.touch().is_contact()) continue;
+      ++num_touching;
+      const glm::dvec3 off = X_AB.rotate(engine.touch().force_m3) - truth.force_A_m3;
+      EXPECT_LE(glm::length(off), 2.0 * engine.touch().error_m3) << num_points;
+      EXPECT_LT(glm::length(off), 0.1 * truth.depth_integral_m3) << num_points;
+    }
+    EXPECT_GE(num_touching, 3);
+  }
+}
+
+// The peg's axis is shifted by e in a hole wider by the clearance c: the force of FieldWalk.AFewPoints*,
+//   F = R L (e (phi_0 + sin(phi_0) cos(phi_0)) - 2 c sin(phi_0)),  cos(phi_0) = c / e.
+TEST(SurfacePair, ForceOfAPegAlongItsHoleIsThatOfTheFormula) {
+  const double R = 0.01;
+  const double c = 5e-5;
+  const double L = 0.03;
+  Engine engine(MakeBlockWithHole(0.04, L, R + c, 256), MakeCylinder(R, 0.04, 256), 2.5e-4, 16384);
+  for (const double e : {9e-5, 1.2e-4, 2e-4}) {
+    const double phi = std::acos(c / e);
+    const double force = R * L * (e * (phi + std::sin(phi) * std::cos(phi)) - 2.0 * c * std::sin(phi));
+    engine.Query({{1, 0, 0, 0}, {e * std::cos(0.3), e * std::sin(0.3), 0.0}});
+    EXPECT_NEAR(glm::length(engine.touch().force_m3) / force, 1.0, 0.02) << e;
+  }
+}
+
+// A peg along the wall of its hole needs too many patches; its samples are many and agree.
+TEST(SurfacePair, SamplesCountWhereTheyAreSurerThanTheSurface) {
+  const ContactCase peg = PegCase(4);
+  Engine broad(peg.A, peg.B, peg.voxel_size_m, 16384);
+  for (const core::Pose& X : peg.poses) {
+    broad.Query(X);
+    EXPECT_GT(broad.touch().share_of_samples, 0.9);
+    EXPECT_LT(broad.touch().error_m3, 0.02 * broad.touch().volume_m3);
+  }
+  const ContactCase tori = ToriCase(4);
+  Engine light(tori.A, tori.B, tori.voxel_size_m, 4096);
+  for (const core::Pose& X : tori.poses) {
+    light.Query(X);
+    EXPECT_LT(light.touch().share_of_samples, 0.1);
+  }
+}
+
+// A ball comes down on a plate by a micrometre a query. While it is apart no place is read for most of the way; it
+// touches no later than its force can be felt.
+TEST(SurfacePair, RestsWhileApartAndIsNeverLate) {
+  Engine engine(MakeBox({0.1, 0.1, 0.04}), MakeSphere(0.02, 128), kVoxel_m, 4096);
+  int num_read = 0;
+  double touched_at_m = -1.0;
+  for (int i = 0; i < 600; ++i) {
+    const double depth_m = -4e-4 + 1e-6 * i;
+    const PairResult& result = engine.Query({{1, 0, 0, 0}, {0.0, 0.0, 0.04 - depth_m}});
+    if (depth_m < 0.0) {
+      EXPECT_FALSE(result.is_in_contact) << depth_m;
+      num_read += result.counters.points_tested > 4 * 4096 ? 1 : 0;
+    }
+    if (result.is_in_contact && touched_at_m < 0.0) touched_at_m = depth_m;
+    // Force of the cap by Archimedes, at the modulus k / (rho A).
+    const double force_N = engine.pair.stiffness_N_per_m * oracle::SphereOnHalfSpaceForce(0.02, depth_m - 6e-6) /
+                           (0.01 * 4.0 * M_PI * 0.02 * 0.02);
+    if (depth_m > 6e-6 && force_N > 3.0 * engine.pair.negligible_N) {
+      ASSERT_TRUE(result.is_in_contact) << depth_m;
+    }
+  }
+  EXPECT_LT(num_read, 200);
+  EXPECT_GT(touched_at_m, 0.0);
+}
+
+TEST(SurfacePair, PlanesKeepTheWrenchWithinOnePercent) {
+  for (const ContactCase& c : {BallCase(8), ToriCase(8), PegCase(8)}) {
+    Engine engine(c.A, c.B, c.voxel_size_m, 4096);
+    const Box box = BoundingBox(c.B);
+    for (const core::Pose& X_AB : c.poses) {
+      const PairResult& result = engine.Query(X_AB);
+      if (!result.is_in_contact) continue;
+      core::Wrench planes;
+      for (const core::ContactPlane& plane : result.planes) {
+        const glm::dvec3 n(plane.n_G);
+        const glm::dvec3 p_A = X_AB * glm::dvec3(plane.p_S);
+        const double gap = glm::dot(n, p_A - glm::dvec3(plane.q_G));
+        if (gap >= 0.0) continue;
+        const glm::dvec3 force = -gap * static_cast<double>(plane.stiffness_N_per_m) * n;
+        planes += core::Wrench{force, glm::cross(p_A - X_AB.translation, force)};
+      }
+      const double force = glm::length(result.F_So_W.force_N);
+      EXPECT_LT(glm::length(planes.force_N - result.F_So_W.force_N), 0.01 * force) << c.name;
+      EXPECT_LT(glm::length(planes.torque_Nm - result.F_So_W.torque_Nm),
+                0.01 * force * 0.25 * glm::length(box.upper - box.lower))
+          << c.name;
+    }
+  }
+}
+
+// With less accuracy fewer places are read, with a budget no more than that many; both say so.
+TEST(SurfacePair, ReadsNoMoreThanItsAccuracyAndBudgetAsk) {
+  const TriangleMesh torus = MakeTorus(0.03, 0.012, 64, 32);
+  const core::Pose X{core::QuaternionFromRotationVector({0.7, 0.2, 0.1}), {0.07, 0.01, 0.002}};
+  std::uint64_t before = 0;
+  for (const double accuracy : {0.3, 0.1, 0.03}) {
+    Engine engine(torus, torus, kVoxel_m, 4096);
+    engine.pair.accuracy = accuracy;
+    engine.pair.most_places = 100'000;
+    for (int i = 0; i < 4; ++i) engine.Query(X);
+    EXPECT_GT(engine.Query(X).counters.points_tested, before);
+    before = engine.Query(X).counters.points_tested;
+  }
+  Engine engine(torus, torus, kVoxel_m, 4096);
+  engine.pair.accuracy = 0.001;
+  engine.pair.most_places = 512;
+  const PairResult& result = engine.Query(X);
+  EXPECT_LE(result.counters.points_tested, 4096U + 512U * kPointsOfPlace);
+  EXPECT_GT(result.force_error_N, 0.001 * glm::length(result.F_So_W.force_N));
+}
+
+}  // namespace
+}  // namespace vps
