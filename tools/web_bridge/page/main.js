@@ -99,12 +99,18 @@ class Page {
     const size = this.size();
     this.control.update(this.frame.step, this.picture.bodies.instances, size.width / size.height);
     this.hand.update(this.frame.texts, this.control, canvas.clientHeight);
-    this.picture.draw(this.control.camera, size);
+    this.picture.draw(this.control.camera, { ...size, inset: this.inset(size.width / size.height) });
     this.hud.place(this.control.camera);
     this.panel.showView(this.control.fixed, this.control.isFree);
     const { sentNs, stateAgeMs } = this.frame;
     this.#whenDrawn(() => this.#finish(beginMs, isNew && stateAgeMs > 0 ? Number(sentNs) * 1e-6 - stateAgeMs : null));
     this.#ask();
+  }
+
+  // The camera whose picture is in a corner, if somebody wants it.
+  inset(aspect) {
+    if (!this.frame.choices.includes("overlay.camera")) return null;
+    return this.control.mounted(this.picture.bodies.instances, aspect);
   }
 
   #showNewest() {
