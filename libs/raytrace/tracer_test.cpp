@@ -245,6 +245,55 @@ TEST(Tracer, GlassShiftsWhatIsBehindItBySnellsLaw) {
   }
 }
 
+// A ball of glass over a floor that shines from x = 0.05 m on, seen from straight above: it shows the floor's edge
+// where a ray that passes the ball's centre at the distance p, and is bent by 2 (a - b) with sin a = p / R = n sin b,
+// comes down; behind the focus that is the other way round.
+TEST(Tracer, ABallOfGlassIsALens) {
+  BoxOnFloor box;
+  constexpr double kRadius_m = 0.2, kDown_m = 0.6, kEdge_m = 0.05, kFar_m = 40.0;
+  box.light = {};
+  box.scene.instances[0].material = {.base_color = glm::vec3(0.0f), .emissive = glm::vec3(1.0f)};
+  box.scene.instances[0].X_WM.translation.x = 2.0 + kEdge_m;
+  box.scene.instances[1].X_WM.translation = {0.0, 0.0, kDown_m};
+  box.scene.instances[1].is_material_given = false;
+  box.camera.target_m = {0.0, 0.0, kDown_m};
+  box.camera.eye_m = {0.0, 0.0, kDown_m + kFar_m};
+  box.camera.vertical_fov_rad = 2.0 * std::atan(0.5 * 0.2 / kFar_m);
+  const Eye eye = Eye::Of(box.camera, kWidth, kHeight);
+  for (const double ior : {1.33, 1.5, 1.8}) {
+    const auto tracer = Trace(box.scene, [&](const std::filesystem::path& name) -> core::Result<vps::VisualMesh> {
+      if (name == "0") return BoxOnFloor::Mesh(name);
+      vps::VisualPrimitive ball = vps::SplitAtCreases(vps::MakeSphere(kRadius_m, 256), 0.6);
+      ball.has_material = true;
+      ball.base_color = glm::vec3(1.0f);
+      ball.transmission = 1.0f;
+      ball.ior = static_cast<float>(ior);
+      return vps::VisualMesh{{ball}};
+    });
+    tracer->Update(box.scene, box.light);
+    const LitTile row = tracer->Draw(eye, {0, kHeight / 2, kWidth, 4});
+    // Where the ray comes down, relative to the edge.
+    const auto beyond_m = [&](double x_px) {
+      const double outwards = std::atan((x_px - 0.5 * kWidth) * static_cast<double>(eye.pixel().x));
+      const double p = kFar_m * std::sin(outwards), sine = p / kRadius_m;
+      const double down = outwards - 2.0 * (std::asin(sine) - std::asin(sine / ior));
+      return (p + kDown_m * std::sin(down)) / std::cos(down) - kEdge_m;
+    };
+    int compared = 0, shining = 0;
+    for (int x = 0; x < kWidth; ++x) {
+      // A pixel in which the edge is may be either.
+      if ((beyond_m(x - 0.5) > 0.0) != (beyond_m(x + 1.5) > 0.0)) continue;
+      ++compared;
+      const bool shines = beyond_m(x + 0.5) > 0.0;
+      shining += shines ? 1 : 0;
+      EXPECT_EQ(LightAt(row, x, 0).g > 0.5f, shines) << ior << " " << x;
+    }
+    EXPECT_GT(compared, kWidth - 10) << ior;
+    EXPECT_GT(shining, 20) << ior;
+    EXPECT_LT(shining, kWidth - 20) << ior;
+  }
+}
+
 TEST(Tracer, GlassCastsNoShadow) {
   BoxOnFloor box;
   box.scene.instances[1].is_material_given = false;

@@ -152,6 +152,62 @@ test("a person chooses what is shown, selects a part by a click, hides and highl
   assert.deepEqual(errors, []);
 });
 
+// Of a scenario that has such a camera. The oracles: the page's own picture of that camera, and the OpenGL renderer's with
+// its inset.
+test("what a hand's camera sees is in a corner, where the OpenGL renderer has it", PATIENCE, async (t) => {
+  const others = new Processes();
+  t.after(() => others.endAll());
+  const { page: address } = await others.startBridge("module_replacement");
+  const page = await opened(address, { viewport: { width: 320, height: 180 } });
+  await page.keyboard.press("o");
+  await page.waitForFunction(() => window.page.frame.choices.includes("overlay.camera"));
+  const { inside, outside, frame } = await page.evaluate(() => {
+    const { picture, control } = window.page;
+    const [width, height, share] = [640, 360, 4], [w, h] = [width / share, height / share];
+    const x0 = width - Math.floor(height / 36) - w, y0 = Math.floor(height / 5);
+    const pixelsOf = (camera, size, inset) => {
+      picture.draw(camera, { ...size, isStill: true, inset });
+      const pixels = new Uint8Array(4 * size.width * size.height), gl = picture.renderer.getContext();
+      gl.readPixels(0, 0, size.width, size.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      return pixels;
+    };
+    const carried = window.page.inset(width / height);
+    const alone = pixelsOf(carried, { width: w, height: h });
+    control.camera.aspect = width / height;
+    control.camera.updateProjectionMatrix();
+    const without = pixelsOf(control.camera, { width, height }), whole = pixelsOf(control.camera, { width, height }, carried);
+    const isWithin = (x, y, margin) => x >= x0 - margin && x < x0 + w + margin && y >= y0 - margin && y < y0 + h + margin;
+    let inside = 0, outside = 0;
+    for (let y = 0; y < height; ++y) {
+      for (let x = 0; x < width; ++x) {
+        const i = 4 * (y * width + x) + 1;  // green
+        if (isWithin(x, y, 0)) inside += Math.abs(whole[i] - alone[4 * ((y - y0) * w + x - x0) + 1]);
+        else if (!isWithin(x, y, 1)) outside += Math.abs(whole[i] - without[i]);
+      }
+    }
+    const corner = 4 * ((y0 - 1) * width + x0 - 1);
+    return { inside: inside / (w * h), outside, frame: [...whole.subarray(corner, corner + 3)] };
+  });
+  t.diagnostic(`differs by ${inside} of 255 in the inset, by ${outside} outside; frame ${frame}`);
+  assert.equal(outside, 0);
+  assert.ok(inside < 1, "not what the camera sees");
+  assert.deepEqual(frame, [140, 158, 179]);
+  if (!process.env.DISPLAY) {
+    t.diagnostic("SKIPPED: comparing with the OpenGL renderer needs a display");
+  } else {
+    // A near view: where the inset is are parts, over which the pictures are compared.
+    const views = viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras }))).slice(1, 2);
+    const compared = (show) => compare(page, "module_replacement", views,
+      { folder: processes.folder, options: ["--show", show] });
+    const [inset] = await compared("camera"), [without] = await compared("no_camera");
+    t.diagnostic(`FLIP ${inset.flip}; from a picture without the inset ${without.flip}`);
+    assert.ok(inset.flip <= 0.10, `FLIP ${inset.flip}`);
+    assert.ok(inset.flip + 0.01 < without.flip, "the OpenGL renderer's is elsewhere");
+  }
+  await page.close();
+  assert.deepEqual(errors, []);
+});
+
 test("on a phone's screen the picture and the controls are there, and nothing is wider than it", PATIENCE, async () => {
   const page = await opened(recorded.page, { viewport: PHONE, hasTouch: true, isMobile: true, deviceScaleFactor: 2 });
   const box = await page.locator("#view").boundingBox();

@@ -79,7 +79,8 @@ void main() {
 // With the split sum (x, y) of split_sum.hpp a surface mirrors E = F0 x + y of the light from everywhere once, and
 // E (1 - x - y) M / (1 - (1 - x - y) M) more often, M = F0 + (1 - F0) / 21 [Fdez-Aguera 2019]; a matt ground gets the
 // rest. Between metal and dielectric these shares are mixed, as the specification mixes both. In the light of the sun
-// D V F is larger by 1 + F0 (1 / (x + y) - 1) for what is mirrored more often [Turquin 2019].
+// D V F is larger by 1 + F0 (1 / (x + y) - 1) for what is mirrored more often [Turquin 2019]. That factor and the matt
+// ground's share are of n.v alone, so no energy is lost towards any eye; without them light and view may be swapped.
 //
 // Lacquer (KHR_materials_clearcoat) mirrors as a dielectric of its own roughness does, on the surface without bumps;
 // what it lets through, 1 less what it mirrors of the light from everywhere, is all that the surface below sends to the

@@ -31,7 +31,8 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
   if (length_s < 0.0) return core::Fail(core::ErrorCode::kInvalidInput, "--to is before --from");
   // A length of three frames has three, though 3 / 30 s * 30 is a little less than 3.
   const auto count = static_cast<std::uint64_t>(std::floor(length_s * options.max_frames_per_s + 1e-6)) + 1;
-  std::int64_t next_progress_ns = core::MonotonicNow_ns() + kProgressPeriod_ns;
+  const std::int64_t begin_ns = core::MonotonicNow_ns();
+  std::int64_t next_progress_ns = begin_ns + kProgressPeriod_ns;
   for (std::uint64_t k = 0; k < count; ++k) {
     const double t_s = wanted.from_s + wanted.speed * static_cast<double>(k) / options.max_frames_per_s;
     if (auto there = recording->GoTo(t_s); !there) return there;
@@ -47,8 +48,10 @@ core::Result<void> DrawFrames(const Options& options, view::RecordedScene* recor
     if (auto taken = sink(*image); !taken) return taken;
     if (const std::int64_t now_ns = core::MonotonicNow_ns(); now_ns >= next_progress_ns) {
       next_progress_ns = now_ns + kProgressPeriod_ns;
-      std::fprintf(stderr, "frame %llu of %llu\n", static_cast<unsigned long long>(k + 1),
-                   static_cast<unsigned long long>(count));
+      const double left_s = 1e-9 * static_cast<double>(now_ns - begin_ns) / static_cast<double>(k + 1) *
+                            static_cast<double>(count - k - 1);
+      std::fprintf(stderr, "frame %llu of %llu, %.0f s left\n", static_cast<unsigned long long>(k + 1),
+                   static_cast<unsigned long long>(count), left_s);
     }
   }
   return {};

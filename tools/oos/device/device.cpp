@@ -239,7 +239,8 @@ int View(const Arguments& arguments) {
   const std::string text = arguments.positional()[1];
   const auto named = device_bridge::DeviceNamed(text);
   if (!named) return Complain("device", named.error().detail, kBadUsage);
-  std::vector<std::string> words = {"oos", "run", "device_view", "--device", "right=" + text, "--show", "robot"};
+  std::vector<std::string> words = {"oos",           "run",    "device_view", "--device",
+                                    "right=" + text, "--show", "robot",       "--no_film"};
   for (const char* option : {"--hand", "--duration", "--out"}) {
     if (arguments.has(option)) words.insert(words.end(), {option, arguments.text(option)});
   }

@@ -1,9 +1,11 @@
 #include "tools/oos/pictures/video.hpp"
 
 #include <fcntl.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <sstream>
 
 #include "tools/oos/attach/places.hpp"
@@ -28,6 +30,23 @@ process::Command Painter(const PictureSource& source, const VideoOptions& option
                        std::to_string(options.frames_per_s)};
   command.arguments.insert(command.arguments.end(), options.frames.begin(), options.frames.end());
   return command;
+}
+
+constexpr long kPoll_ns = 50'000'000;
+
+// Until the child has ended, which it is told to do when somebody interrupts.
+process::Exit WaitFor(pid_t child, const std::atomic<int>* interrupted) {
+  const timespec pause{0, kPoll_ns};
+  siginfo_t ended{};
+  while (interrupted != nullptr && waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == 0) {
+    if (interrupted->load() != 0) {
+      kill(child, SIGTERM);
+      break;
+    }
+    nanosleep(&pause, nullptr);
+  }
+  return process::Wait(child);
 }
 
 }  // namespace
@@ -95,9 +114,13 @@ core::Result<void> MakeVideo(const PictureSource& source, const VideoOptions& op
   const auto painter =
       process::Spawn(Painter(source, options), {.out_fd = ends[1], .group = process::Bond::Group::kCallers});
   close(ends[1]);
-  const process::Exit painted = painter ? process::Wait(*painter) : process::Exit{.status = 1};
+  const process::Exit painted = painter ? WaitFor(*painter, options.interrupted) : process::Exit{.status = 1};
   const process::Exit encoded = process::Wait(*encoder);
   if (!painter) return tl::unexpected(painter.error());
+  if (options.interrupted != nullptr && options.interrupted->load() != 0) {
+    std::filesystem::remove(options.file, error);
+    return core::Fail(core::ErrorCode::kIo, "no video: interrupted");
+  }
   const bool is_encoder_at_fault = painted.signal == SIGPIPE || (painted.is_clean() && !encoded.is_clean());
   if (is_encoder_at_fault) {
     return core::Fail(core::ErrorCode::kIo,

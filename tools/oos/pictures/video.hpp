@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -17,10 +18,11 @@ struct VideoOptions {
   double frames_per_s = 30.0;
   std::map<std::string, std::string> environment;  // of visual_node, beside the caller's own
   int nice = 0;
+  const std::atomic<int>* interrupted = nullptr;  // not 0: stop, and leave no part of a film
 };
 
 // Renders a recording frame by frame and encodes it (H.264 by ffmpeg). Errors: kNotFound, when ffmpeg is missing;
-// kInvalidInput, when visual_node refuses its options; kIo.
+// kInvalidInput, when visual_node refuses its options; kIo, also when interrupted.
 core::Result<void> MakeVideo(const PictureSource& source, const VideoOptions& options);
 
 // ffmpeg, which makes that film of PPM pictures that it reads from `input`: "-" is its stdin, "pipe:7" an open file.

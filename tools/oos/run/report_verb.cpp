@@ -40,7 +40,8 @@ Verb ReportVerb() {
       {{"--no_film", "", "only the page"}},
       RunReport,
       "RUN: a folder that 'oos run' left. The page is one file without links: contact sheet, steps, charts, figures,\n"
-      "film. 'oos run' writes it too, the film only with --film, as it keeps the run from ending. The film (film.mp4,\n"
+      "film. 'oos run' writes it too, after a run in a window with the film, otherwise only with --film. The film "
+      "(film.mp4,\n"
       "20 s at most, by time lapse where the run is longer) needs ffmpeg; without it the page is made all the same,\n"
       "and the exit status is 1."};
 }

@@ -19,6 +19,7 @@
 #include "tools/oos/run/latency/latency_table.hpp"
 #include "tools/oos/run/report/film.hpp"
 #include "tools/oos/run/report/report.hpp"
+#include "tools/oos/run/report/report_page.hpp"
 #include "tools/oos/run/session/session.hpp"
 #include "tools/oos/run/verbs.hpp"
 #include "tools/oos/verb/find_scenario.hpp"
@@ -177,12 +178,23 @@ bool MergeRecordings(const std::filesystem::path& folder, const std::filesystem:
   return true;
 }
 
-// A run is no worse for lack of a film.
-bool FilmOf(const std::filesystem::path& folder) {
-  Print("making the film; this takes minutes where there is no graphics card");
-  const auto made = MakeFilm(folder);
-  if (!made) Print(made.error().detail);
-  return made.has_value();
+// Who had a window has somebody who looks at the page; a run that was ended by hand, or that lost a node, is over at
+// once.
+bool IsFilmed(const Arguments& arguments, const SessionOutcome& outcome, const std::atomic<int>& interrupted) {
+  if (arguments.has("--film")) return true;
+  const bool has_time = outcome.had_window && outcome.dead.empty() && interrupted.load() == 0;
+  return has_time && !arguments.has("--no_film") && arguments.text("--method") != "both";
+}
+
+// A run is no worse for lack of a film, and its page is there without it.
+void AddFilm(const nlohmann::json& report, const std::filesystem::path& folder, const std::atomic<int>& interrupted) {
+  Print("making the film; this takes minutes where there is no graphics card, Ctrl-C leaves it out");
+  // Of a run that was interrupted and is filmed all the same, another Ctrl-C ends only what makes the film.
+  if (const auto made = MakeFilm(folder, interrupted.load() == 0 ? &interrupted : nullptr); !made) {
+    Print(made.error().detail);
+  } else if (WriteReportPage(report, folder)) {
+    Print("film in " + FilmFile(folder).string() + ", and in the page");
+  }
 }
 
 int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, const Wanted& wanted,
@@ -235,11 +247,12 @@ int RunProcesses(const Arguments& arguments, const scene::Scenario& scenario, co
   facts.dead = outcome->dead;
   facts.missing_nodes = options.without;
   *report = MergeReport(scenario, facts, options.out);
-  const bool has_film = arguments.has("--film") && FilmOf(options.out);
   if (!WriteReport(*report, options.out)) return Complain("run", "cannot write " + options.out.string(), kDoesNotHold);
   Print(Summarise(*report));
+  const bool is_filmed = IsFilmed(arguments, *outcome, *options.interrupted);
   Print("report in " + options.out.string() + "; the page is report.html" +
-        (has_film ? "" : ", and 'oos report' adds a film to it"));
+        (is_filmed ? "" : ", and 'oos report' adds a film to it"));
+  if (is_filmed) AddFilm(*report, options.out, *options.interrupted);
   return outcome->is_final ? kHolds : kDoesNotHold;
 }
 
@@ -332,6 +345,9 @@ int RunOnThisMachine(const Arguments& arguments) {
   if (arguments.has("--film") && (is_both || arguments.has("--lockstep"))) {
     return Complain("run", "--film shows a run of one method with its viewer, and --lockstep has no viewer", kBadUsage);
   }
+  if (arguments.has("--film") && arguments.has("--no_film")) {
+    return Complain("run", "it is --film or --no_film", kBadUsage);
+  }
   if (arguments.has("--record") && (is_both || arguments.has("--lockstep"))) {
     return Complain("run", "--record goes with nodes on the bus and one method; --lockstep has --steps and --trace",
                     kBadUsage);
@@ -383,7 +399,10 @@ Verb RunVerb() {
        {"--without", "NODE", "leave a node out, e.g. visual_node (repeatable)"},
        {"--colocate", "'haptic physics'", "haptic_node and physics_node in one process, one step after the other"},
        {"--lockstep", "", "all nodes in one process on a virtual clock: deterministic, no pictures"},
-       {"--film", "", "make the page's film, too, once the run is over: minutes without a graphics card"},
+       {"--film", "",
+        "film the run into its page once it is over: minutes without a graphics card; default: after a run in a "
+        "window"},
+       {"--no_film", "", "leave the film out; Ctrl-C while it is made does so, too"},
        {"--record", "FILE.mcap", "record all messages of every node; the nodes' own files stay in DIR/recording"},
        {"--split_MB", "N", "with --record: nodes begin a new file at this size"},
        {"--split_s", "N", "with --record: nodes begin a new file at this age"},

@@ -20,12 +20,13 @@ const canvas = document.getElementById("view");
 
 class Page {
   #wanted = false; #isAsked = false; #inWork = 0; #newest = null; #sheets = null; #assetsOf = null; #offsetMs = 0;
-  #finishedMs = 0; #down = null;
+  #finishedMs = 0; #down = null; #turns = new MessageChannel(); #inGpu = [];  // pictures, the oldest first
   frames = 0;
   latencies = [];  // [ms] of the newest pictures with a new state
 
   constructor(key) {
     this.scale = new RenderScale(1000 / LEAST_FPS);
+    this.#turns.port1.onmessage = () => this.#seeWhetherDrawn();
     this.link = new Link(key, { frame: ({ bytes }) => this.#take(bytes), sheets: ({ bytes }) => this.#takeSheets(bytes),
       status: (status) => this.#takeStatus(status), on: () => this.panel.say("live"),
       off: () => this.panel.say("the bridge does not answer", true), said: (text, isBad) => this.panel.say(text, isBad) });
@@ -99,12 +100,18 @@ class Page {
     const size = this.size();
     this.control.update(this.frame.step, this.picture.bodies.instances, size.width / size.height);
     this.hand.update(this.frame.texts, this.control, canvas.clientHeight);
-    this.picture.draw(this.control.camera, size);
+    this.picture.draw(this.control.camera, { ...size, inset: this.inset(size.width / size.height) });
     this.hud.place(this.control.camera);
     this.panel.showView(this.control.fixed, this.control.isFree);
     const { sentNs, stateAgeMs } = this.frame;
     this.#whenDrawn(() => this.#finish(beginMs, isNew && stateAgeMs > 0 ? Number(sentNs) * 1e-6 - stateAgeMs : null));
     this.#ask();
+  }
+
+  // The camera whose picture is in a corner, if somebody wants it.
+  inset(aspect) {
+    if (!this.frame.choices.includes("overlay.camera")) return null;
+    return this.control.mounted(this.picture.bodies.instances, aspect);
   }
 
   #showNewest() {
@@ -139,22 +146,25 @@ class Page {
     this.#ask();
   }
 
-  // The GPU's process draws behind this one.
+  // The GPU's process draws behind this one. One channel for all pictures: what is made for each of them is memory that
+  // the browser takes its time to give back.
   #whenDrawn(then) {
     const gl = this.picture.renderer.getContext();
-    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.#inGpu.push({ fence: gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0), then });
     gl.flush();
-    const channel = new MessageChannel();
-    channel.port1.onmessage = () => {
-      if (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
-        setTimeout(() => channel.port2.postMessage(0), 1);
-        return;
-      }
-      gl.deleteSync(fence);
-      channel.port1.close();
-      then();
-    };
-    channel.port2.postMessage(0);
+    if (this.#inGpu.length === 1) this.#turns.port2.postMessage(0);
+  }
+
+  #seeWhetherDrawn() {
+    const gl = this.picture.renderer.getContext(), [{ fence, then }] = this.#inGpu;
+    if (!gl.isContextLost() && gl.getSyncParameter(fence, gl.SYNC_STATUS) !== gl.SIGNALED) {
+      setTimeout(() => this.#turns.port2.postMessage(0), 1);
+      return;
+    }
+    gl.deleteSync(fence);
+    this.#inGpu.shift();
+    if (this.#inGpu.length > 0) this.#turns.port2.postMessage(0);
+    then();
   }
 
   // How far this clock is before the bridge's: by the quickest of a few questions.

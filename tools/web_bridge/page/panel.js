@@ -26,6 +26,11 @@ function fill(list, items) {
   return true;
 }
 
+// A text that is set anew is a new node, even if it is the same.
+function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 const timeText = (s) => `${Math.floor(s / 60)}:${(s % 60).toFixed(1).padStart(4, "0")}`;
 
 export class Panel {
@@ -108,23 +113,23 @@ export class Panel {
     }
     if (byId("recording").hidden) return;
     if (!this.#isSeeking) byId("seek").value = atS;
-    byId("at").textContent = `${timeText(atS)} / ${timeText(Number(byId("seek").max))}`;
-    byId("play").textContent = isPlaying ? "pause" : "play";
+    setText(byId("at"), `${timeText(atS)} / ${timeText(Number(byId("seek").max))}`);
+    setText(byId("play"), isPlaying ? "pause" : "play");
     byId("play").dataset.next = isPlaying ? "pause" : "play";
   }
 
   showLatency(ms) { this.#latency.add([ms]); }
 
   showStatus(status) {
-    byId("title").textContent = status.title || "VR-OOS";
+    setText(byId("title"), status.title || "VR-OOS");
     fill(byId("steps"), status.steps.map(({ name, state }) => [state, MARKS[state], name.replaceAll("_", " ")]));
-    byId("outcome").textContent = status.outcome;
+    setText(byId("outcome"), status.outcome);
     status.hands.forEach((hand, i) => this.#showHand(hand, i));
     this.#showT1(status.nodes);
     this.#latency.draw();
     byId("session").hidden = status.state === "recording";
-    byId("state").textContent = { none: "no session runs here", starting: "a session starts", stopping: "it stops",
-      running: "a session runs" }[status.state] ?? "";
+    setText(byId("state"), { none: "no session runs here", starting: "a session starts", stopping: "it stops",
+      running: "a session runs" }[status.state] ?? "");
     byId("start").disabled = !status.canStart;
     byId("stop").disabled = !status.canStop;
     fill(byId("nodes"), status.nodes.map(({ name, isAlive, isObserver }) =>

@@ -35,7 +35,8 @@ export class Plot {
     const width = Math.round(canvas.clientWidth * devicePixelRatio), height = Math.round(canvas.clientHeight * devicePixelRatio);
     if (width === 0) return;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-    this.number.textContent = this.newest?.toFixed(1) ?? "–";
+    const number = this.newest?.toFixed(1) ?? "–";
+    if (this.number.textContent !== number) this.number.textContent = number;
     const top = Math.max(this.#least, ...this.#values);
     const pen = canvas.getContext("2d", { willReadFrequently: true });
     pen.clearRect(0, 0, width, height);

@@ -9,11 +9,13 @@
 #include <sstream>
 
 #include "nodes/run_node/command_line.hpp"
+#include "nodes/visual_node/camera_feed.hpp"
+#include "nodes/visual_node/draw/composer.hpp"
 #include "nodes/visual_node/draw/object_pass.hpp"
 #include "nodes/visual_node/options.hpp"
 #include "nodes/visual_node/pictures/offline.hpp"
 #include "nodes/visual_node/pictures/shot.hpp"
-#include "nodes/visual_node/pictures/still.hpp"
+#include "view/choices.hpp"
 #include "view/conformance/compare.hpp"
 
 namespace {
@@ -52,12 +54,17 @@ core::Result<view::Rendering> ReadPage(const std::string& png, const std::string
 }
 
 core::Result<view::Rendering> DrawByGl(const visual_node::Offline& offline, const view::Scene& scene,
-                                       const scene::Camera& camera, int width, int height) {
-  auto image = visual_node::RenderSmooth(*offline.renderer, scene, camera, width, height);
-  if (!image) return tl::unexpected(image.error());
+                                       const view::Choices& choices, const scene::Camera& camera, int width,
+                                       int height) {
+  constexpr int kSamples = visual_node::kSmoothSamples;
+  const visual_node::RenderTarget target(kSamples * width, kSamples * height);
+  if (auto drawn = offline.renderer->Draw(scene, camera, target); !drawn) return tl::unexpected(drawn.error());
+  auto added = visual_node::AddInset(*offline.renderer, scene, choices, view::Stereo::kNone, target);
+  if (!added) return tl::unexpected(added.error());
   const auto pass = visual_node::ObjectPass::Create();
   if (!pass) return tl::unexpected(pass.error());
-  return view::Rendering{std::move(*image), pass->Draw(*offline.renderer, scene, camera, width, height).ids};
+  return view::Rendering{picture::Shrink(target.Read(), kSamples),
+                         pass->Draw(*offline.renderer, scene, camera, width, height).ids};
 }
 
 core::Result<void> CompareAll(const cli::Arguments& arguments, const scene::Scenario& scenario) {
@@ -67,6 +74,8 @@ core::Result<void> CompareAll(const cli::Arguments& arguments, const scene::Scen
   if (!options.pictures.recording.empty()) options.pictures.at_s = std::stod(arguments.text("--at"));
   auto scene = visual_node::SceneOf(options, scenario);
   if (!scene) return tl::unexpected(scene.error());
+  const auto choices = view::ReadChoices(options.show, scene->assets->instance_names);
+  if (!choices) return tl::unexpected(choices.error());
   // The page's letters are the browser's.
   scene->texts.clear();
   scene->labels.clear();
@@ -82,7 +91,7 @@ core::Result<void> CompareAll(const cli::Arguments& arguments, const scene::Scen
         camera.target_m.y >> camera.target_m.z >> camera.vertical_fov_rad >> width >> height >> png >> ids;
     const auto page = ReadPage(png, ids, width, height);
     if (!page) return tl::unexpected(page.error());
-    const auto gl = DrawByGl(*offline, *scene, camera, width, height);
+    const auto gl = DrawByGl(*offline, *scene, *choices, camera, width, height);
     if (!gl) return tl::unexpected(gl.error());
     if (arguments.has("--keep")) {
       auto kept =

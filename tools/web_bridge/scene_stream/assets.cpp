@@ -179,8 +179,10 @@ void AddNames(const scene::Scenario& scenario, const view::Scene& scene, oos::Sc
     message->set_is_mounted(camera.is_mounted);
     Put(camera.up, message->mutable_up());
   }
+  const bool has_inset = std::any_of(scene.assets->cameras.begin(), scene.assets->cameras.end(),
+                                     [](const scene::Camera& camera) { return camera.is_mounted; });
   for (const view::OverlayInfo& info : view::kOverlays) {
-    if (info.overlay == view::Overlay::kCamera) continue;  // the page has no inset: its buttons of views do as much
+    if (info.overlay == view::Overlay::kCamera && !has_inset) continue;  // no button that does nothing
     oos::SceneOverlay* message = assets->add_overlays();
     message->set_name(info.name);
     message->set_key(std::string(1, info.key));

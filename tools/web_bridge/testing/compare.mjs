@@ -30,7 +30,7 @@ async function photograph(page, view, { width, height }) {
     control.isFree = false;
     control.update(frame.step, picture.bodies.instances, w / h);
     const { camera } = control;
-    picture.draw(camera, { width: w, height: h, isStill: true });
+    picture.draw(camera, { width: w, height: h, isStill: true, inset: window.page.inset(w / h) });
     const blob = new Promise((resolve) => picture.renderer.domElement.toBlob(resolve));
     const ids = picture.readIds(camera, w, h);  // before the page draws its own next picture
     const bytes = new Uint8Array(await (await blob).arrayBuffer());

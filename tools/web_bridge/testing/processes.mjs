@@ -45,9 +45,9 @@ export class Processes {
     return run;
   }
 
-  // {page, websocket, key, child}
-  async startBridge(scenario, options = []) {
-    const child = this.start(process.execPath, [fileURLToPath(new URL("../bridge.mjs", import.meta.url)),
+  // {page, websocket, key, child}. `nodeOptions`: of Node.js, which runs the bridge.
+  async startBridge(scenario, options = [], nodeOptions = []) {
+    const child = this.start(process.execPath, [...nodeOptions, fileURLToPath(new URL("../bridge.mjs", import.meta.url)),
       scenarioFolder(scenario), "--programs", path.dirname(process.env.OOS), "--port", "0", ...options]);
     const where = JSON.parse(await this.lineOf(child, (line) => line.startsWith("{")));
     return { ...where, child, key: new URL(where.page).hash.slice("#key=".length), origin: new URL(where.page).origin };

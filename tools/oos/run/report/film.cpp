@@ -16,7 +16,7 @@ constexpr double kFramesPerS = 20.0;  // enough for a time lapse, and two thirds
 
 }  // namespace
 
-core::Result<void> MakeFilm(const std::filesystem::path& folder) {
+core::Result<void> MakeFilm(const std::filesystem::path& folder, const std::atomic<int>* interrupted) {
   const std::filesystem::path recording = SceneRecording(folder);
   std::error_code error;
   if (!std::filesystem::exists(recording, error)) {
@@ -30,6 +30,7 @@ core::Result<void> MakeFilm(const std::filesystem::path& folder) {
   VideoOptions options;
   options.file = FilmFile(folder);
   options.frames_per_s = kFramesPerS;
+  options.interrupted = interrupted;
   options.frames = {"--from", std::to_string(history.film_from_s), "--speed",
                     std::to_string(std::max(1.0, history.film_length_s / kLongest_s))};
   process::Group display;

@@ -13,7 +13,7 @@ std::string ReportPage(const nlohmann::json& report, const std::filesystem::path
 // Writes it to report.html. False when the folder cannot be written.
 bool WriteReportPage(const nlohmann::json& report, const std::filesystem::path& folder);
 
-// The run's film, when `oos report` has made it.
+// The run's film, when one was made.
 std::filesystem::path FilmFile(const std::filesystem::path& folder);
 
 }  // namespace oos

@@ -204,7 +204,8 @@ class Session {
       if (name == kViewer) {
         if (options_.rays > 0) command.program = options_.program_folder / "rt_visual_node";
         command.environment = visual_environment;
-        if (options_.is_headless || !has_display) command.arguments.push_back("--headless");
+        outcome_.had_window = !options_.is_headless && has_display;
+        if (!outcome_.had_window) command.arguments.push_back("--headless");
         if (options_.hand == "pointer") command.arguments.push_back("--hand");
         if (!options_.show.empty()) AddArgument(&command, "--show", options_.show);
       }

@@ -47,6 +47,7 @@ struct SessionOutcome {
   bool is_final = false;  // the procedure reached its final state
   std::string why;        // when not: the reason, with the step and the node that it names
   std::string last_step;
+  bool had_window = false;
   double seconds = 0.0;  // from readiness to the end
   std::uint64_t seed = 0;
   std::vector<std::string> dead;    // nodes that ended by themselves: name and how

@@ -34,10 +34,11 @@ export class Film {
     this.smooth.uniforms.u_texel.value.set(1 / width, 1 / height);
   }
 
-  // `target`: null is the canvas.
-  finish(renderer, target) {
+  finish(renderer) {
     this.develop.uniforms.u_exposure.value = this.exposure;
     this.develop.draw(renderer, this.developed);
-    this.smooth.draw(renderer, target);
   }
+
+  // Into all of a target: null is the canvas.
+  show(renderer, target) { this.smooth.draw(renderer, target); }
 }

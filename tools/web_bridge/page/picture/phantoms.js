@@ -7,7 +7,7 @@ import { toEs } from "./glsl.js";
 const { CustomBlending, ZeroFactor, OneFactor, OneMinusSrcColorFactor } = THREE;
 
 export class Phantoms {
-  #scene = new THREE.Scene(); #pool = [];
+  #scene = new THREE.Scene(); #pool = []; #targets = new Map();  // of each film
 
   constructor(shaders, highlight) {
     this.highlight = highlight;
@@ -26,29 +26,30 @@ export class Phantoms {
       polygonOffsetFactor: -1, polygonOffsetUnits: -2, blending: CustomBlending, ...more });
   }
 
-  // Of a frame's own phantoms, and of bodies: {instance, matrix, color, opacity}.
-  #all(frame, bodies) {
-    const all = frame.phantoms.map(({ instance, pose: [w, x, y, z, px, py, pz], color, opacity }) => ({ instance, color,
+  // Of a frame's own phantoms, and of bodies: {instance, matrix, color, opacity}. `isPlain`: only what is transparent.
+  #all(frame, bodies, isPlain) {
+    const all = (isPlain ? [] : frame.phantoms).map(({ instance, pose: [w, x, y, z, px, py, pz], color, opacity }) => ({ instance, color,
       opacity, matrix: new THREE.Matrix4().compose(new THREE.Vector3(px, py, pz), new THREE.Quaternion(x, y, z, w),
         new THREE.Vector3(1, 1, 1)) }));
     bodies.instances.forEach(({ isShown, isSolid, color, opacity, highlight, group }, instance) => {
       if (!isShown) return;
       if (!isSolid) all.push({ instance, matrix: group.matrix, color, opacity });
-      if (highlight > 0) all.push({ instance, matrix: group.matrix, color: this.highlight, opacity: highlight });
+      if (highlight > 0 && !isPlain) all.push({ instance, matrix: group.matrix, color: this.highlight, opacity: highlight });
     });
     return all.filter(({ instance }) => bodies.instances[instance].parts.length > 0);
   }
 
-  #resize(film) {
-    if (this.sum?.width === film.width && this.sum.height === film.height && this.depth === film.light.depthTexture) return;
-    this.sum?.dispose();
-    this.seen?.dispose();
-    this.depth = film.light.depthTexture;
-    const options = { minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture: this.depth };
-    this.sum = new THREE.WebGLRenderTarget(film.width, film.height, { ...options, type: THREE.HalfFloatType });
-    this.seen = new THREE.WebGLRenderTarget(film.width, film.height, { ...options, format: THREE.RedFormat });
-    this.mix.uniforms.u_sum.value = this.sum.texture;
-    this.mix.uniforms.u_seen.value = this.seen.texture;
+  #targetsOf(film) {
+    const { width, height, light: { depthTexture } } = film;
+    const old = this.#targets.get(film);
+    if (old?.depthTexture === depthTexture) return old;  // which is new with another size
+    old?.sum.dispose();
+    old?.seen.dispose();
+    const options = { minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture };
+    const made = { depthTexture, sum: new THREE.WebGLRenderTarget(width, height, { ...options, type: THREE.HalfFloatType }),
+      seen: new THREE.WebGLRenderTarget(width, height, { ...options, format: THREE.RedFormat }) };
+    this.#targets.set(film, made);
+    return made;
   }
 
   #fill(all, bodies) {
@@ -76,16 +77,18 @@ export class Phantoms {
     });
   }
 
-  draw(renderer, frame, bodies, camera, film) {
-    const all = this.#all(frame, bodies);
+  draw(renderer, frame, bodies, camera, film, isPlain) {
+    const all = this.#all(frame, bodies, isPlain);
     if (all.length === 0) return;
-    this.#resize(film);
+    const { sum, seen } = this.#targetsOf(film);
+    this.mix.uniforms.u_sum.value = sum.texture;
+    this.mix.uniforms.u_seen.value = seen.texture;
     this.#fill(all, bodies);
     this.common.u_clip_W.value.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
     this.common.u_eye_W.value.setFromMatrixPosition(camera.matrixWorld);
     this.common.u_exposure.value = film.exposure;
     const eye = new THREE.Camera();
-    [[this.sum, 0x000000, 0], [this.seen, 0xffffff, 1]].forEach(([target, clear, alpha], pass) => {
+    [[sum, 0x000000, 0], [seen, 0xffffff, 1]].forEach(([target, clear, alpha], pass) => {
       renderer.setRenderTarget(target);
       renderer.setClearColor(clear, alpha);
       renderer.clear(true, false, false);

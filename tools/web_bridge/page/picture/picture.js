@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { Bodies, MOVABLE, STATIC } from "./bodies.js";
 import { Film } from "./film.js";
 import { Glow } from "./glow.js";
+import { Inset } from "./inset.js";
 import { LightMeter } from "./light_meter.js";
 import { ObjectIds } from "./object_ids.js";
 import { Overlays } from "./overlays.js";
@@ -13,6 +14,7 @@ import { Sky } from "./sky.js";
 import { Surfaces } from "./surfaces.js";
 
 const METER_MS = 700;  // measuring waits for the picture
+const INSET_SHARE = 4;  // of the canvas's width and height, as camera_feed.cpp
 
 export class Picture {
   #frame = null; #meteredMs = 0;
@@ -34,6 +36,7 @@ export class Picture {
     this.glow = new Glow();
     this.ids = new ObjectIds();
     this.film = new Film(shaders);
+    this.inset = new Inset(shaders);
     this.meter = new LightMeter(shaders, assets.exposure);
     this.film.exposure = this.meter.daylight;
   }
@@ -47,14 +50,24 @@ export class Picture {
 
   showSheets(sheets) { this.bodies.showSheets(sheets); }
 
-  // `camera`: a PerspectiveCamera of this aspect. `isStill`: a picture that is to be compared.
-  draw(camera, { width, height, isStill = false }) {
-    const { renderer, film, surfaces, bodies } = this;
+  // `camera`: a PerspectiveCamera of this aspect; `inset`: another, whose picture is in a corner, or null. `isStill`: a
+  // picture that is to be compared.
+  draw(camera, { width, height, isStill = false, inset = null }) {
+    const { renderer, film } = this;
     if (renderer.domElement.width !== width || renderer.domElement.height !== height) renderer.setSize(width, height, false);
-    film.resize(width, height);
     if (isStill) film.exposure = this.meter.daylight;
-    this.shadow.update(renderer, bodies);
-    this.sky.prepare(renderer, this.#frame.sky, camera, { width, height, isStill });
+    this.shadow.update(renderer, this.bodies);
+    this.#expose(film, camera, { width, height, isStill }, this.sky.views.main);
+    film.show(renderer, null);
+    if (inset) this.#drawInset(inset, { width, height, isStill });
+    if (!isStill) this.#adapt();
+  }
+
+  // `isPlain`: without what explains the scene.
+  #expose(film, camera, { width, height, isStill }, skyView, isPlain = false) {
+    const { renderer, surfaces, bodies } = this;
+    film.resize(width, height);
+    this.sky.prepare(renderer, this.#frame.sky, camera, { width, height, isStill }, skyView);
     bodies.place({ eye_W: new THREE.Vector3().setFromMatrixPosition(camera.matrixWorld), sun_W: surfaces.sun_W,
       clip_W: new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse) });
     renderer.setRenderTarget(film.light);
@@ -63,15 +76,27 @@ export class Picture {
     camera.layers.enable(MOVABLE);
     renderer.render(bodies.scene, camera);
     camera.layers.set(0);
-    this.sky.show(renderer, film.light);
+    this.sky.show(renderer, film.light, skyView);
     this.glow.prepare(this.#frame, bodies, camera);
     renderer.render(this.glow.scene, camera);
-    this.phantoms.draw(renderer, this.#frame, bodies, camera, film);
-    this.overlays.prepare(camera, film);
-    renderer.setRenderTarget(film.light);
-    renderer.render(this.overlays.scene, camera);
-    film.finish(renderer, null);
-    if (!isStill) this.#adapt();
+    this.phantoms.draw(renderer, this.#frame, bodies, camera, film, isPlain);
+    if (!isPlain) {
+      this.overlays.prepare(camera, film);
+      renderer.setRenderTarget(film.light);
+      renderer.render(this.overlays.scene, camera);
+    }
+    film.finish(renderer);
+  }
+
+  #drawInset(camera, { width, height, isStill }) {
+    const { renderer, inset } = this;
+    const size = { width: Math.floor(width / INSET_SHARE), height: Math.floor(height / INSET_SHARE), isStill };
+    if (isStill || inset.isOld(size)) {
+      inset.film.exposure = this.film.exposure;
+      this.#expose(inset.film, camera, size, this.sky.views.inset, true);
+      inset.take(renderer, size);
+    }
+    inset.show(renderer, { width, height });
   }
 
   #adapt() {

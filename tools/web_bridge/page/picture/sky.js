@@ -24,8 +24,25 @@ void main() { o_color = texelFetch(u_sky, ivec2(gl_FragCoord.xy), 0); }`;
 
 const { CustomBlending, ZeroFactor, OneFactor, SrcColorFactor, SrcAlphaFactor } = THREE;
 
+// What a camera has of the sky.
+class SkyView {
+  drawn = null; drawnMs = -Infinity; isTurning = false;
+
+  resize(width, height) {
+    if (this.picture?.width === width && this.picture.height === height) return;
+    this.picture?.dispose();
+    this.splatted?.dispose();
+    const options = { type: THREE.HalfFloatType, depthBuffer: false, minFilter: THREE.NearestFilter,
+      magFilter: THREE.NearestFilter };
+    this.picture = new THREE.WebGLRenderTarget(width, height, options);
+    this.splatted = new THREE.WebGLRenderTarget(width, height, options);
+    this.drawn = null;
+  }
+}
+
 export class Sky {
-  #drawn = null; #drawnMs = -Infinity; #isTurning = false; #isBegun = false; #left = 1;
+  views = { main: new SkyView(), inset: new SkyView() };
+  #isBegun = false; #left = 1;
 
   constructor(assets, shaders) {
     const { air } = assets;
@@ -61,19 +78,6 @@ export class Sky {
     this.earth = earth;
   }
 
-  #resize(width, height) {
-    if (this.picture?.width === width && this.picture.height === height) return;
-    this.picture?.dispose();
-    this.splatted?.dispose();
-    const options = { type: THREE.HalfFloatType, depthBuffer: false, minFilter: THREE.NearestFilter,
-      magFilter: THREE.NearestFilter };
-    this.picture = new THREE.WebGLRenderTarget(width, height, options);
-    this.splatted = new THREE.WebGLRenderTarget(width, height, options);
-    this.starLight.uniforms.u_stars.value = this.splatted.texture;
-    this.shown.uniforms.u_sky.value = this.picture.texture;
-    this.#drawn = null;
-  }
-
   #setSurroundings(sky) {
     const sun = new THREE.Vector3(...sky.sunDirection);
     this.common.u_sun_direction_W.value.copy(sun);
@@ -91,51 +95,52 @@ export class Sky {
     this.earth.u_earth_W.value.set(toward.x, toward.y, toward.z, this.assets.air.bottomM / earth_m);
   }
 
-  // Into its own picture, when it has to be. `isStill`: a picture that is kept.
-  prepare(renderer, sky, camera, { width, height, isStill }) {
-    this.#resize(width, height);
-    const view = [...camera.quaternion.toArray(), camera.fov, camera.aspect].join();
+  // Into the picture of its view, when it has to be. `isStill`: a picture that is kept.
+  prepare(renderer, sky, camera, { width, height, isStill }, view) {
+    view.resize(width, height);
+    const seen = [...camera.quaternion.toArray(), camera.fov, camera.aspect].join();
     const now = performance.now();
-    const isSame = view === this.#drawn;
+    const isSame = seen === view.drawn;
     const focal_px = 0.5 * height / Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2);
     const oldMs = this.#left > 0 ? UNFINISHED_MS : Math.max(LEAST_OLD_MS, OLD_PX / focal_px / TURN_RAD_PER_MS);
-    if (isSame && !isStill && !this.#isTurning && now - this.#drawnMs < oldMs) return;
+    if (isSame && !isStill && !view.isTurning && now - view.drawnMs < oldMs) return;
     // The very first picture is quick: bright stars, and the Earth with the next.
     const isFirst = !this.#isBegun && !isStill;
     this.#isBegun = true;
-    this.#isTurning = isFirst || (!isSame && this.#drawn !== null && !isStill);
-    this.#drawn = view;
-    this.#drawnMs = now;
+    view.isTurning = isFirst || (!isSame && view.drawn !== null && !isStill);
+    view.drawn = seen;
+    view.drawnMs = now;
     this.#setSurroundings(sky);
     if (!isFirst) this.#left = this.ground.bake(renderer, this.eye_E, isStill);
     const R_VW = new THREE.Matrix4().makeRotationFromQuaternion(camera.quaternion.clone().invert());
     const [w, x, y, z] = sky.celestial;
     const R_WC = new THREE.Matrix4().makeRotationFromQuaternion(new THREE.Quaternion(x, y, z, w));
     const R_VC = new THREE.Matrix3().setFromMatrix4(new THREE.Matrix4().multiplyMatrices(R_VW, R_WC));
-    this.stars.draw(renderer, this.splatted, { R_VC, isTurning: this.#isTurning, focal_px });
+    this.stars.draw(renderer, view.splatted, { R_VC, isTurning: view.isTurning, focal_px });
+    this.starLight.uniforms.u_stars.value = view.splatted.texture;
     this.common.u_sky_clip.value.multiplyMatrices(camera.projectionMatrix, R_VW).invert();
-    this.starLight.draw(renderer, this.picture);
-    this.#clipToDisc(camera, R_VW, this.common.u_sun_direction_W.value, GLARE_REACH_RAD);
-    this.sun.draw(renderer, this.picture);
+    this.starLight.draw(renderer, view.picture);
+    this.#clipToDisc(view.picture, camera, R_VW, this.common.u_sun_direction_W.value, GLARE_REACH_RAD);
+    this.sun.draw(renderer, view.picture);
     const moon = this.moon.uniforms.u_moon_W.value;
-    this.#clipToDisc(camera, R_VW, moon, Math.asin(Math.min(1, moon.w)));
-    this.moon.draw(renderer, this.picture);
+    this.#clipToDisc(view.picture, camera, R_VW, moon, Math.asin(Math.min(1, moon.w)));
+    this.moon.draw(renderer, view.picture);
     if (!isFirst) {
       const earth = this.earth.u_earth_W.value;
-      this.#clipToDisc(camera, R_VW, earth, Math.asin(Math.min(1, earth.w * this.assets.air.top)));
-      this.keep.draw(renderer, this.picture);
-      this.add.draw(renderer, this.picture);
+      this.#clipToDisc(view.picture, camera, R_VW, earth, Math.asin(Math.min(1, earth.w * this.assets.air.top)));
+      this.keep.draw(renderer, view.picture);
+      this.add.draw(renderer, view.picture);
     }
-    this.picture.scissorTest = false;
+    view.picture.scissorTest = false;
   }
 
   // Whether another picture would show more.
-  get isUnfinished() { return this.#left > 0 || this.#isTurning; }
+  get isUnfinished() { return this.#left > 0 || this.views.main.isTurning; }
 
   // Only the rectangle of a disc around a direction is shaded. radius: of the disc, rad.
-  #clipToDisc(camera, R_VW, { x, y, z }, radius) {
+  #clipToDisc(picture, camera, R_VW, { x, y, z }, radius) {
     const centre = new THREE.Vector3(x, y, z).applyMatrix4(R_VW);
-    const size = new THREE.Vector2(this.picture.width, this.picture.height);
+    const size = new THREE.Vector2(picture.width, picture.height);
     const focal = 0.5 * size.y / Math.tan(THREE.MathUtils.degToRad(camera.fov) / 2);
     // Of the angles to the left and right, and up and down, in the planes through the eye.
     const range = (across) => {
@@ -149,10 +154,13 @@ export class Sky {
     const clamp = (value, most) => Math.min(most, Math.max(0, value));
     const x0 = clamp(Math.floor(0.5 * size.x + left), size.x), x1 = clamp(Math.ceil(0.5 * size.x + right), size.x);
     const y0 = clamp(Math.floor(0.5 * size.y + low), size.y), y1 = clamp(Math.ceil(0.5 * size.y + high), size.y);
-    this.picture.scissorTest = true;
-    this.picture.scissor.set(x0, y0, x1 - x0, y1 - y0);
+    picture.scissorTest = true;
+    picture.scissor.set(x0, y0, x1 - x0, y1 - y0);
   }
 
   // Where nothing is in front of it.
-  show(renderer, target) { this.shown.draw(renderer, target); }
+  show(renderer, target, view) {
+    this.shown.uniforms.u_sky.value = view.picture.texture;
+    this.shown.draw(renderer, target);
+  }
 }
