@@ -24,7 +24,7 @@ const SCENARIOS = ["touch", "peg_in_hole", "peg_in_hole/ground.xml", "two_hands"
 // the mean of several than the page may be; the OpenGL viewer's own live picture, too.
 const LARGE = { device_view: { width: 1920, height: 1080 } };
 const processes = new Processes();
-const likeness = [["scenario", "FLIP over objects, most of five views", "pixels that show the same object, least share"]];
+const likeness = [["scenario", "FLIP over objects, most of five views", "pixels that show another object, most, %"]];
 const swaps = [["for", "open after, s", "late cycles beside the viewer", "to the page", "beside the page", "and back"]];
 let browser;
 
@@ -65,7 +65,7 @@ for (const scenario of SCENARIOS) {
     const results = await compare(page, scenario, viewsOf(await page.evaluate(() => ({ cameras: window.page.assets.cameras }))),
       { folder, ...LARGE[scenario] });
     for (const one of results) told(t, JSON.stringify(one));
-    likeness.push([scenario, Math.max(...results.map(({ flip }) => flip)), Math.min(...results.map(({ same_ids: same }) => same))]);
+    likeness.push([scenario, Math.max(...results.map(({ flip }) => flip)), 100 * (1 - Math.min(...results.map(({ same_ids: same }) => same)))]);
     await page.close();
     await processes.end(child);
     for (const { view, flip, same_ids: sameIds } of results) {
