@@ -188,9 +188,11 @@ bool IsFilmed(const Arguments& arguments, const SessionOutcome& outcome, const s
 
 // A run is no worse for lack of a film, and its page is there without it.
 void AddFilm(const nlohmann::json& report, const std::filesystem::path& folder, const std::atomic<int>& interrupted) {
+  // Of a run that was interrupted and is filmed all the same, another Ctrl-C ends only what makes the film. Before the
+  // line that says so: whoever reads it may interrupt at once.
+  const std::atomic<int>* const ends_film = interrupted.load() == 0 ? &interrupted : nullptr;
   Print("making the film; this takes minutes where there is no graphics card, Ctrl-C leaves it out");
-  // Of a run that was interrupted and is filmed all the same, another Ctrl-C ends only what makes the film.
-  if (const auto made = MakeFilm(folder, interrupted.load() == 0 ? &interrupted : nullptr); !made) {
+  if (const auto made = MakeFilm(folder, ends_film); !made) {
     Print(made.error().detail);
   } else if (WriteReportPage(report, folder)) {
     Print("film in " + FilmFile(folder).string() + ", and in the page");
