@@ -14,6 +14,7 @@ import { compare, viewsOf } from "./testing/compare.mjs";
 import { medianOf, writeTable } from "./testing/figures.mjs";
 import { COLLECT, childrenOf, collect, heldByBrowserMB, heldMB } from "./testing/memory.mjs";
 import { Processes, scenarioFolder } from "./testing/processes.mjs";
+import { UnwatchedPage } from "./testing/unwatched_page.mjs";
 
 const SOAK_MINUTES = Number(process.env.SOAK_MINUTES ?? 30);
 const DESK = { width: 1280, height: 720 };
@@ -300,32 +301,35 @@ test(`memory is flat over ${SOAK_MINUTES} min`, async (t) => {
   await processes.end(run, "SIGINT");
   const { page: address, child } = await processes.startBridge("touch", ["--recording", recording], COLLECT);
   const [stream] = childrenOf(child.pid);
-  const page = await opened(address, { width: 640, height: 360 });
-  const tools = await page.context().newCDPSession(page), browserTools = await browser.newBrowserCDPSession();
-  await tools.send("Performance.enable");
+  const page = await UnwatchedPage.open(address, { width: 640, height: 360, folder: processes.folder });
+  await page.waitFor(() => window.page?.frames > 0 && window.page.frame.timeNs >= 0n);
+  await page.send("Performance.enable");
+  const wait = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
   // The recording again and again; and in a fifth of the time all overlays, which are dear without a GPU.
-  await page.evaluate(() => setInterval(() => {
-    if (!window.page.frame.isPlaying) window.page.link.call("/recording/control", { command: "play" });
-  }, 500));
+  await page.evaluate(() => {
+    setInterval(() => {
+      if (!window.page.frame.isPlaying) window.page.link.call("/recording/control", { command: "play" });
+    }, 500);
+  });
   const show = (isShown) => page.evaluate((value) => {
     for (const { name } of window.page.assets.overlays) window.page.link.setParameter(`scene.overlay.${name}`, value);
     window.page.link.setParameter("scene.select.block", value);
   }, isShown ? 1 : 0);
   const lookOn = async (seconds) => {
     await show(true);
-    await page.waitForTimeout(200 * seconds);
+    await wait(0.2 * seconds);
     await show(false);
-    await page.waitForTimeout(800 * seconds);
+    await wait(0.8 * seconds);
   };
   const sample = async () => {
     collect(child);
-    await tools.send("HeapProfiler.collectGarbage");
-    const { usedSize } = await tools.send("Runtime.getHeapUsage");
-    const { metrics } = await tools.send("Performance.getMetrics");
+    await page.send("HeapProfiler.collectGarbage");
+    const { usedSize } = await page.send("Runtime.getHeapUsage");
+    const { metrics } = await page.send("Performance.getMetrics");
     const { geometries, textures, pictures } = await page.evaluate(() => ({ ...window.page.picture.renderer.info.memory,
       pictures: window.page.frames }));
     return { heapMB: usedSize / 1e6, nodes: metrics.find(({ name }) => name === "Nodes").value, geometries, textures, pictures,
-      held: await heldByBrowserMB(browserTools), bridgeMB: heldMB(child.pid), streamMB: heldMB(stream) };
+      held: await heldByBrowserMB(page), bridgeMB: heldMB(child.pid), streamMB: heldMB(stream) };
   };
   const periodMin = Math.min(1, SOAK_MINUTES / 2);
   await lookOn(60);

@@ -15,8 +15,8 @@ export const COLLECT = ["--expose-gc", "--import", "data:text/javascript,process
 export const collect = (child) => child.kill("SIGUSR2");
 
 // Of a browser, by what its processes are for: {browser, renderer, GPU, ...}.
-export async function heldByBrowserMB(browserTools) {
-  const { processInfo } = await browserTools.send("SystemInfo.getProcessInfo");
+export async function heldByBrowserMB(page) {
+  const { processInfo } = await page.sendToBrowser("SystemInfo.getProcessInfo");
   const held = {};
   for (const { type, id } of processInfo) held[type] = (held[type] ?? 0) + heldMB(id);
   return held;
