@@ -124,7 +124,10 @@ struct Object {
   Location location;
 };
 
-constexpr double kUsualBudget_us = 60.0;  // of a pair's accuracy; not derived: a fraction of a haptic cycle
+// Of a pair, unless the scenario says otherwise. A hand does not tell forces apart that differ by less than about a
+// tenth (Weber fraction 7 to 10 %, Jones 1989; half of that). The budget is not derived: a fraction of a haptic cycle.
+constexpr double kUsualAccuracy = 0.05;
+constexpr double kUsualBudget_us = 60.0;
 
 // Contact pair: S's pointshell against G's voxelmap.
 struct Pair {
@@ -134,10 +137,9 @@ struct Pair {
   double damping_N_s_per_m = 20.0;
   double friction = 0.2;
   double look_ahead_m = 0.002;
-  // Method `fast`: wanted error of the force, over the integral of depth (0: whatever its samples give), and the time
-  // that may be spent on it in one cycle, on a usual processor (so many places of the field, so that results do not
-  // depend on the machine).
-  double accuracy = 0.0;
+  // Method `fast`: wanted error of the force, over the integral of depth, and the time that may be spent on it in one
+  // cycle, on a usual processor (so many places of the field, so that results do not depend on the machine).
+  double accuracy = kUsualAccuracy;
   double budget_us = kUsualBudget_us;
   bool is_active = true;  // initial entry of the state matrix
   PairOwner owner = PairOwner::kHaptic;
@@ -344,7 +346,7 @@ struct Scenario {
   std::filesystem::path operator_script;
   std::string method = "paper";
   // Of pairs that do not have their own.
-  double accuracy = 0.0;
+  double accuracy = kUsualAccuracy;
   double budget_us = kUsualBudget_us;
   ContactInput contact_input = ContactInput::kPlanes;
   std::uint64_t seed = 1;

@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t kFewestSpheres = 12;
 
 constexpr glm::vec3 kPointColor{0.95f, 0.10f, 0.06f};
-constexpr glm::vec3 kCoarserColor{0.15f, 0.45f, 1.0f};
 constexpr glm::vec3 kSphereColor{1.0f, 0.80f, 0.10f};
 constexpr glm::vec3 kVoxelColor{0.30f, 0.62f, 0.85f};
 constexpr glm::vec3 kNoteColor{0.75f, 0.80f, 0.86f};
@@ -84,9 +83,6 @@ Structures BuildStructures(const scene::Scenario& scenario, std::size_t object) 
   if (cooked->voxmap) share_voxels(*cooked->voxmap);
   if (cooked->samples) {
     structures.points_O = Places(vps::PointsOf(*cooked->samples));
-    if (!cooked->samples->coarser.empty()) {
-      structures.coarser_O = Places(vps::PointsOf(cooked->samples->coarser.front()));
-    }
     TakeLevel(vps::LevelsOf(*cooked->samples), &structures);
   }
   if (cooked->points) {
@@ -148,12 +144,10 @@ void StructureShow::Show(const view::Choices& choices, view::Scene* scene) const
   const core::Pose& X_WO = instance.X_WM;
   char line[160];
   if (choices.has(view::Overlay::kSamples)) {
-    for (const auto& [places, color, share] :
-         {std::tuple{built_->points_O, kPointColor, 0.45f}, {built_->coarser_O, kCoarserColor, 0.9f}}) {
-      view::PointSet points{X_WO, places, nullptr, color, 6.0f * share, share * built_->spacing_m};
-      points.shows_through = false;
-      if (places != nullptr) scene->points.push_back(std::move(points));
-    }
+    constexpr float kShare = 0.45f;  // of the spacing: neighbours stay apart
+    view::PointSet points{X_WO, built_->points_O, nullptr, kPointColor, 6.0f * kShare, kShare * built_->spacing_m};
+    points.shows_through = false;
+    if (built_->points_O != nullptr) scene->points.push_back(std::move(points));
     std::snprintf(line, sizeof line, "%s: %zu points", name.c_str(), CountOf(built_->points_O));
     write(line);
   }

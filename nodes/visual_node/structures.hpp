@@ -17,8 +17,7 @@ namespace visual_node {
 // its surface, by the scenario's method. Object frame.
 struct Structures {
   view::SharedPoints points_O;
-  view::SharedPoints coarser_O;  // the same surface in a quarter of the points; null: there is no such level
-  float spacing_m = 0.0f;        // of the points, typically
+  float spacing_m = 0.0f;  // of the points, typically
   std::shared_ptr<const std::vector<glm::vec4>> spheres_O;
   view::SharedPoints voxels_O;
   double voxel_size_m = 0.0;

@@ -23,8 +23,6 @@ constexpr std::uint32_t kHasVoxmap = 1;
 constexpr std::uint32_t kHasPoints = 2;
 constexpr std::uint32_t kHasField = 4;
 constexpr std::uint32_t kHasSamples = 8;
-constexpr std::uint32_t kHasBends = 16;
-constexpr std::uint32_t kHasSurface = 32;
 
 struct FileHead {
   std::array<char, 8> magic = kMagic;
@@ -117,13 +115,10 @@ void Encode(const SampleTree& tree, ByteWriter* out) {
   out->Put(tree.radius_m);
   out->PutArray(tree.points);
   Encode(static_cast<const SphereTree&>(tree), out);
-  out->PutArray(tree.fine);
   out->PutArray(tree.pieces.pieces);
   Encode(static_cast<const SphereTree&>(tree.pieces), out);
-  out->Put(tree.refined_m);
+  out->Put(tree.usual_m);
   out->Put(tree.reach_m);
-  out->Put(static_cast<std::uint32_t>(tree.coarser.size()));
-  for (const SampleTree& coarser : tree.coarser) Encode(coarser, out);
 }
 
 void Encode(const SurfaceTree& tree, ByteWriter* out) {
@@ -137,8 +132,7 @@ void Encode(const SurfaceTree& tree, ByteWriter* out) {
 std::vector<char> Encode(const CookedObject& object) {
   ByteWriter out;
   out.Put<std::uint32_t>((object.voxmap ? kHasVoxmap : 0) | (object.points ? kHasPoints : 0) |
-                         (object.field ? kHasField : 0) | (object.samples ? kHasSamples : 0) |
-                         (object.bends ? kHasBends : 0) | (object.surface ? kHasSurface : 0));
+                         (object.field ? kHasField : 0) | (object.samples ? kHasSamples : 0));
   out.Put(object.bounding_centre_m);
   out.Put(object.bounding_radius_m);
   if (object.voxmap) {
@@ -175,15 +169,15 @@ std::vector<char> Encode(const CookedObject& object) {
       out.Put(facets->num_levels);
     }
   }
-  if (object.samples) {
-    Encode(*object.samples, &out);
-  }
-  if (object.bends) {
+  if (object.field) {
     const FieldBends& bends = *object.bends;
     for (const auto* array : {&bends.numbers, &bends.begin, &bends.words}) out.PutArray(*array);
     out.PutArray(bends.brick_errors);
   }
-  if (object.surface) Encode(*object.surface, &out);
+  if (object.samples) {
+    Encode(*object.samples, &out);
+    Encode(*object.surface, &out);
+  }
   return out.bytes();
 }
 
@@ -291,7 +285,6 @@ bool IsConsistent(const SurfaceTree& tree) {
 
 bool IsConsistent(const SampleTree& tree) {
   if (tree.num_points == 0 || tree.points.size() != (std::size_t{tree.num_points} + kBlock - 1) / kBlock) return false;
-  if (!tree.fine.empty() && tree.fine.size() != tree.num_points) return false;
   const SurfacePieces& pieces = tree.pieces;
   const bool has_sound_pieces =
       pieces.pieces.empty() ? pieces.num_levels == 0 : IsConsistent(pieces, pieces.pieces.size());
@@ -306,7 +299,7 @@ SphereTree DecodeSpheres(ByteReader* in) {
   return tree;
 }
 
-SampleTree DecodeSamples(ByteReader* in, bool is_coarser = false) {
+SampleTree DecodeSamples(ByteReader* in) {
   SampleTree tree;
   tree.num_points = in->Get<std::uint32_t>();
   tree.area_m2 = in->Get<double>();
@@ -314,16 +307,10 @@ SampleTree DecodeSamples(ByteReader* in, bool is_coarser = false) {
   tree.radius_m = in->Get<double>();
   tree.points = in->GetArray<PointBlock>();
   static_cast<SphereTree&>(tree) = DecodeSpheres(in);
-  tree.fine = in->GetArray<FineBlock>();
   tree.pieces.pieces = in->GetArray<SurfacePiece>();
   static_cast<SphereTree&>(tree.pieces) = DecodeSpheres(in);
-  tree.refined_m = in->Get<double>();
+  tree.usual_m = in->Get<double>();
   tree.reach_m = in->Get<double>();
-  const auto num_coarser = in->Get<std::uint32_t>();
-  // Coarser samples have none themselves.
-  for (std::uint32_t i = 0; i < num_coarser && in->is_ok() && !is_coarser; ++i) {
-    tree.coarser.push_back(DecodeSamples(in, true));
-  }
   return tree;
 }
 
@@ -376,21 +363,15 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
       MakeBoxes(&field.facets);
       MakeBoxes(&field.surface);
     }
-    object.field = std::move(field);
-  }
-  if (flags & kHasSamples) {
-    object.samples = DecodeSamples(&in);
-    is_consistent = is_consistent && IsConsistent(*object.samples);
-    for (const SampleTree& tree : object.samples->coarser) is_consistent = is_consistent && IsConsistent(tree);
-  }
-  if (flags & kHasBends) {
     FieldBends bends;
     for (auto* array : {&bends.numbers, &bends.begin, &bends.words}) *array = in.GetArray<std::uint32_t>();
     bends.brick_errors = in.GetArray<float>();
-    is_consistent = is_consistent && object.field && IsConsistent(bends, *object.field);
+    is_consistent = is_consistent && IsConsistent(bends, field);
+    object.field = std::move(field);
     object.bends = std::move(bends);
   }
-  if (flags & kHasSurface) {
+  if (flags & kHasSamples) {
+    object.samples = DecodeSamples(&in);
     SurfaceTree surface;
     surface.nodes = in.GetArray<SurfaceNode>();
     surface.families = in.GetArray<SurfaceFamily>();
@@ -399,6 +380,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     surface.area_m2 = in.Get<double>();
     is_consistent = is_consistent && IsConsistent(surface);
     object.surface = std::move(surface);
+    is_consistent = is_consistent && IsConsistent(*object.samples);
   }
   if (!in.is_ok() || !in.is_at_end() || !is_consistent) {
     return core::Fail(core::ErrorCode::kDamaged, "contents do not fit together");

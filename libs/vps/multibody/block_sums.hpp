@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "vps/force/reduce_patches.hpp"
-#include "vps/sampling/fine_block.hpp"
+#include "vps/sampling/point_block.hpp"
 
 namespace vps {
 

@@ -13,7 +13,6 @@
 #include "vps/multibody/gap_query.hpp"
 #include "vps/multibody/pair_query.hpp"
 #include "vps/multibody/pair_schedule.hpp"
-#include "vps/multibody/surface_pair_query.hpp"
 #include "vps/walk/walk_memory.hpp"
 
 namespace vps {
@@ -30,8 +29,8 @@ struct PairEntry {
   core::Pose X_GS;          // of the result
   bool is_current = false;  // result belongs to this pose and the present description
   bool is_late = false;
-  double free_m = 0.0;                // found by Test
-  TouchMemory touch_memory;           // with an accuracy
+  double free_m = 0.0;  // found by Test
+  TouchMemory touch_memory;
   FieldWalkMemory* memory = nullptr;  // while it is near or touches, of `fast`
   std::uint32_t points_due = 0;       // that its last walk would have tested without a budget
   std::uint32_t most_points = 0;      // its share of this step's budget; 0: no limit
@@ -39,7 +38,6 @@ struct PairEntry {
   const TouchPoints* touch = nullptr;
   std::unique_ptr<GapPlanes> gaps;
 
-  [[nodiscard]] bool has_accuracy() const { return description.accuracy > 0.0 && gaps == nullptr; }
   // That is walked, of `fast`.
   [[nodiscard]] const SampleTree& TreeOf(const CookedObject& S) const {
     return touch != nullptr ? touch->tree : *S.samples;
@@ -79,10 +77,9 @@ struct CollisionWorld::Impl {
   PairSchedule schedule;
   PairBits touching;
   std::vector<std::uint32_t> due;
-  std::vector<PairScratch> scratch;                 // method paper
-  std::vector<FastPairScratch> fast_scratch;        // method fast
-  std::vector<SurfacePairScratch> surface_scratch;  // of its pairs with an accuracy
-  std::vector<FieldWalkMemory> memories;            // method fast
+  std::vector<PairScratch> scratch;           // method paper
+  std::vector<FastPairScratch> fast_scratch;  // method fast
+  std::vector<FieldWalkMemory> memories;      // method fast
   std::vector<FieldWalkMemory*> free_memories;
   double rho = 0.01;
   double alpha = 2.0;
@@ -97,7 +94,6 @@ struct CollisionWorld::Impl {
   // Of `fast`, per slot.
   enum class Fate : std::uint8_t { kOpen, kRuns, kLate };
   std::array<std::uint32_t, kMaxPairsAtOnce> num_chunks{};
-  std::array<bool, kMaxPairsAtOnce> is_walked{};
   std::array<std::atomic<Fate>, kMaxPairsAtOnce> fates{};
 
   core::Result<void> AddPair(const PairDescription& pair);
@@ -112,7 +108,6 @@ struct CollisionWorld::Impl {
   void TestPaper(std::size_t slot);
   void PrepareFast(std::size_t slot);
   void EvaluateFast(std::size_t index);
-  void ContinueFast(std::size_t slot);
   void FinishFast(std::size_t slot);
   void ShareOut(std::uint64_t budget_points);
   void TestSome(core::ParallelFor* workers);
@@ -186,24 +181,21 @@ core::Result<void> CollisionWorld::Impl::AddPair(const PairDescription& pair) {
 void CollisionWorld::Impl::MakeScratch() {
   const std::size_t count = std::min(kMaxPairsAtOnce, pairs.size());
   const SampleTree* largest = nullptr;
-  const SampleTree* largest_of_surface = nullptr;
   std::size_t most_places = 0;
   for (const PairEntry& pair : pairs) {
     const CookedObject& S = *objects[pair.description.sampled];
     if (method == Method::kFast) {
       const SampleTree& tree = pair.TreeOf(S);
-      const SampleTree*& of = pair.has_accuracy() ? largest_of_surface : largest;
-      if (of == nullptr || tree.points.size() > of->points.size()) of = &tree;
-      if (pair.has_accuracy()) most_places = std::max<std::size_t>(most_places, pair.description.most_places);
+      most_places = std::max<std::size_t>(most_places, pair.description.most_places);
+      if (largest == nullptr || tree.points.size() > largest->points.size()) largest = &tree;
       continue;
     }
     while (scratch.size() < count) scratch.emplace_back(*S.points);
     for (PairScratch& one : scratch) one.query.MakeRoomFor(*S.points);
   }
-  while (largest != nullptr && fast_scratch.size() < count) fast_scratch.emplace_back(*largest);
-  while (largest_of_surface != nullptr && surface_scratch.size() < count) {
-    surface_scratch.emplace_back(*largest_of_surface);
-    surface_scratch.back().surface.Reserve(most_places);
+  while (largest != nullptr && fast_scratch.size() < count) {
+    fast_scratch.emplace_back(*largest);
+    fast_scratch.back().surface.Reserve(most_places);
   }
   if (method == Method::kFast) memories.resize(std::min(kMaxRemembered, pairs.size()));
   for (FieldWalkMemory& memory : memories) free_memories.push_back(&memory);
@@ -340,35 +332,16 @@ void CollisionWorld::Impl::TestPaper(std::size_t slot) {
 void CollisionWorld::Impl::PrepareFast(std::size_t slot) {
   PairEntry& pair = pairs[due[first_due + slot]];
   num_chunks[slot] = 0;
-  is_walked[slot] = false;
   fates[slot].store(IsTimeUp(slot) ? Fate::kLate : Fate::kOpen, std::memory_order_relaxed);
   if (fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
   const PairDescription d = DescriptionNow(pair);
   pair.X_GS = schedule.X_WO(d.field).inverse() * schedule.X_WO(d.sampled);
-  if (pair.has_accuracy()) {
-    const SampleTree& samples = *objects[d.sampled]->samples;
-    FieldWalkScratch& walk = surface_scratch[slot].walk;
-    walk.memory = pair.memory;
-    walk.most_points = pair.most_points;
-    num_chunks[slot] = PrepareWalk(samples, *objects[d.field]->field, pair.X_GS,
-                                   MarginOfSamples_m(samples, d.look_ahead_m), BestInstructionSet(), &walk);
-    return;
-  }
   fast_scratch[slot].walk.memory = pair.memory;
   fast_scratch[slot].walk.most_points = pair.most_points;
   const SampleTree& sampled = pair.TreeOf(*objects[d.sampled]);
-  num_chunks[slot] = fast_scratch[slot].levels.Begin(sampled, *objects[d.field]->field, pair.X_GS,
-                                                     WalkMargin_m(sampled, d.look_ahead_m), BestInstructionSet(),
-                                                     &fast_scratch[slot].walk);
-}
-
-// A pair without chunks that is not late has still to be closed.
-void CollisionWorld::Impl::ContinueFast(std::size_t slot) {
-  num_chunks[slot] = 0;
-  if (pairs[due[first_due + slot]].has_accuracy()) return;
-  if (is_walked[slot] || fates[slot].load(std::memory_order_relaxed) == Fate::kLate) return;
-  num_chunks[slot] = fast_scratch[slot].levels.Next();
-  is_walked[slot] = num_chunks[slot] == 0;
+  const double margin_m = pair.touch != nullptr ? d.look_ahead_m : WalkMargin_m(sampled, d.look_ahead_m);
+  num_chunks[slot] = PrepareWalk(sampled, *objects[d.field]->field, pair.X_GS, margin_m, BestInstructionSet(),
+                                 &fast_scratch[slot].walk);
 }
 
 // The first worker at a pair's chunks decides for all of them whether there is time.
@@ -383,9 +356,7 @@ void CollisionWorld::Impl::EvaluateFast(std::size_t index) {
     }
     if (fate == Fate::kLate) return;
   }
-  const bool has_accuracy = pairs[due[first_due + slot]].has_accuracy();
-  EvaluateChunk(has_accuracy ? &surface_scratch[slot].walk : &fast_scratch[slot].walk,
-                static_cast<std::uint32_t>(index));
+  EvaluateChunk(&fast_scratch[slot].walk, static_cast<std::uint32_t>(index));
 }
 
 void CollisionWorld::Impl::FinishFast(std::size_t slot) {
@@ -393,29 +364,20 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
   if (pair.is_late) return;
   const PairDescription d = DescriptionNow(pair);
-  const DistanceField& field = *objects[d.field]->field;
+  const FastPair parts = FastPairOf(*objects[d.sampled], *objects[d.field]);
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
-  if (pair.has_accuracy()) {
-    SurfacePairScratch* const scratch = &surface_scratch[slot];
-    scratch->found = FinishWalk(&scratch->walk);
-    scratch->memory = &pair.touch_memory;
-    scratch->most_points = pair.most_points;
-    pair.free_m = FinishSurfacePair(SurfacePairOf(*objects[d.sampled], *objects[d.field]), X_WS, pair.X_GS, d, rho,
-                                    scratch, &pair.result);
-    pair.result.cycle = cycle;
-    pair.result.is_cut_short = scratch->is_cut_short;
-    pair.points_due = scratch->points_due;
-    return;
-  }
   FastPairScratch* const memory = &fast_scratch[slot];
+  memory->found = FinishWalk(&memory->walk);
+  memory->memory = &pair.touch_memory;
+  memory->most_points = pair.most_points;
   if (pair.gaps != nullptr) {
-    pair.free_m = FinishGapPair(*pair.touch, field, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);
+    pair.free_m = FinishGapPair(parts, *pair.touch, X_WS, pair.X_GS, d, rho, memory, pair.gaps.get(), &pair.result);
   } else {
-    pair.free_m = FinishFastPair(*objects[d.sampled]->samples, field, X_WS, pair.X_GS, d, rho, memory, &pair.result);
+    pair.free_m = FinishFastPair(parts, X_WS, pair.X_GS, d, rho, memory, &pair.result);
   }
   pair.result.cycle = cycle;
-  pair.result.is_cut_short = fast_scratch[slot].levels.result().is_cut_short;
-  pair.points_due = fast_scratch[slot].levels.points_due();
+  pair.result.is_cut_short = memory->is_cut_short;
+  pair.points_due = memory->points_due;
 }
 
 // Distributes the budget in proportion to the points that each pair's last walk had to test; at least kSmall are
@@ -448,11 +410,8 @@ void CollisionWorld::Impl::TestSome(core::ParallelFor* workers) {
     return;
   }
   run.template operator()<&Impl::PrepareFast>(count);
-  const auto sum = [&] { return std::accumulate(num_chunks.begin(), num_chunks.begin() + count, 0U); };
-  do {
-    run.template operator()<&Impl::EvaluateFast>(sum());
-    run.template operator()<&Impl::ContinueFast>(count);
-  } while (sum() > 0);
+  run.template operator()<&Impl::EvaluateFast>(
+      std::accumulate(num_chunks.begin(), num_chunks.begin() + count, std::size_t{0}));
   run.template operator()<&Impl::FinishFast>(count);
 }
 

@@ -31,13 +31,13 @@ struct PairDescription {
   double damping_N_s_per_m = 20.0;
   double friction = 0.2;
   double look_ahead_m = 0.002;
-  bool is_active = true;
-  // `fast`: wanted error of the force over the integral of depth, by QuerySurfacePair; 0: QueryFastPair. At most
-  // most_places places of G's field are read for it (25 to 35 ns each), and an error of negligible_N does not count: it
-  // is below what a hand feels, and far below what moves a part. PairResult::force_error_N tells what was reached.
-  double accuracy = 0.0;
-  std::uint32_t most_places = 2048;
+  // `fast`: wanted error of the force over the integral of depth, and the most places of G's field that are read for it
+  // (SurfaceWalk; 25 to 35 ns each). An error of negligible_N does not count: below what a hand feels, and far below
+  // what moves a part. PairResult::force_error_N tells what was reached.
+  double accuracy = 0.05;
   double negligible_N = 0.01;
+  std::uint32_t most_places = 2048;
+  bool is_active = true;
   // `fast`: of a tool that rests on the surface (GodObject). Planes are exact gaps of single places instead of loads.
   bool has_gaps = false;
 };
@@ -61,13 +61,12 @@ struct QueryCounters {
 struct PairResult {
   std::uint64_t cycle = 0;  // cycle at which it was computed; 0: never
   bool is_in_contact = false;
-  bool is_cut_short = false;       // `fast`: a budget ran out: the deepest parts of the contact were tested, or a pair
-                                   // with an accuracy is less accurate than that
+  bool is_cut_short = false;       // `fast`: less accurate than wanted: a budget ran out
   double signed_distance_m = 1e9;  // -p when in contact, tight within the look-ahead. Apart: see the world's
   glm::dvec3 deepest_p_S{0.0};     // point of deepest penetration, when in contact or within the look-ahead
   glm::dvec3 deepest_n_S{0.0};     // its inward normal: the direction in which S is freed
   PenetrationSum f_So_S;           // scaled by lambda (Eq. 1, 2) or AreaScale, about S's mesh origin, in S
-  double force_error_N = 0.0;      // of a pair with an accuracy: estimate of |F_So_W - the exact one|
+  double force_error_N = 0.0;      // `fast`: estimate of |F_So_W - the exact one|
   core::Wrench F_So_W;             // stiffness times that, in W: the paper's wrench on S; G gets the opposite
   core::FixedVector<core::ContactPlane, core::kMaxContactPlanes> planes;
   QueryCounters counters;

@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "vps/field/build_field.hpp"
+#include "vps/asset/cooked_object.hpp"
 #include "vps/multibody/fast_pair_query.hpp"
 #include "vps/testing/contact_cases.hpp"
 
@@ -12,15 +12,16 @@ namespace {
 
 struct Engine {
   Engine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
-      : field(*BuildField(A, voxel_size_m)), samples(*BuildSampleTree(B, num_points)), scratch(samples) {
+      : G(*Cook(A, {voxel_size_m, 0, Method::kFast})),
+        S(*Cook(B, {0.0, num_points, Method::kFast})),
+        scratch(*S.samples) {
     pair.look_ahead_m = 5e-4;
   }
   const PairResult& Query(const core::Pose& X_AB) {
-    QueryFastPair(samples, field, X_AB, X_AB, pair, 0.01, &scratch, &result);
+    QueryFastPair(FastPairOf(S, G), X_AB, X_AB, pair, 0.01, &scratch, &result);
     return result;
   }
-  DistanceField field;
-  SampleTree samples;
+  CookedObject G, S;
   FastPairScratch scratch;
   PairDescription pair;
   PairResult result;

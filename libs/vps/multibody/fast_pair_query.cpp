@@ -2,25 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
 
+#include "vps/field/brick_traits.hpp"
+#include "vps/field/nearest_facet.hpp"
 #include "vps/multibody/block_sums.hpp"
 #include "vps/walk/walk_memory.hpp"
 
 namespace vps {
 namespace {
 
-struct Front {
-  const SampleTree& sampled;
-  const DistanceField& field;
-  FieldTransform T;
-};
-
-// The gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
-void Place(const Front& front, const glm::vec3& p_S, float depth_m, ContactPatch* patch) {
-  patch->p_S = p_S;
-  patch->n_G = SampleField(front.field, front.T.ToVoxels(p_S)).gradient;
-  patch->penetration_m = depth_m;
-}
+// Whatever the budget of points is. Not derived: the first passes of a contact of one place.
+constexpr std::uint32_t kLeastPlaces = 256;
 
 void Scale(float factor, ContactPatch* patch) {
   patch->force_m3 *= factor;
@@ -29,202 +23,294 @@ void Scale(float factor, ContactPatch* patch) {
   patch->square_m4 *= factor;
 }
 
-// The finer samples of a walk, taken in its order.
-class FinerSamples {
- public:
-  FinerSamples(const RefineScratch& scratch, std::uint32_t count)
-      : next_(scratch.samples.data()), end_(next_ + count) {}
-
-  // Adds their corrections to the patch of a point, or of all points of a block; *p_S and *depth_m become the deepest
-  // place and its depth if that is deeper.
-  void AddTo(std::uint32_t near_block, std::uint32_t first_lane, std::uint32_t last_lane, ContactPatch* patch,
-             glm::vec3* p_S, float* depth_m) {
-    while (next_ < end_ && IsBefore(near_block, first_lane)) ++next_;
-    for (; next_ < end_ && next_->near_block == near_block && next_->lane <= last_lane; ++next_) {
-      AddSums(next_->change, 1.0f, patch);
-      if (next_->weight <= 0.0f || next_->change.penetration_m <= *depth_m) continue;
-      *depth_m = next_->change.penetration_m;
-      *p_S = next_->change.p_S;
-    }
-  }
-
- private:
-  [[nodiscard]] bool IsBefore(std::uint32_t near_block, std::uint32_t lane) const {
-    return next_->near_block < near_block || (next_->near_block == near_block && next_->lane < lane);
-  }
-  const FinerSample* next_;
-  const FinerSample* end_;
-};
-
-// Patches of the points that a walk found near.
-std::uint32_t MakePatches(const Front& front, const FieldWalkResult& walk, const FieldWalkScratch& scratch,
-                          double look_ahead_m, FinerSamples finer, float weight, ContactPatch* patches) {
-  const auto voxel_m = static_cast<float>(front.field.voxel_size_m);
+// Patches of the samples that a walk found near, with `share` of their load, from patches[count] on. Returns the new
+// count. Without a contact none is inside.
+//
+// A gap's derivative is the field's gradient; the point's own normal is 45 degrees off at an edge.
+std::uint32_t AddNearPatches(const FastPair& parts, const core::Pose& X_GS, const FieldWalkScratch& scratch,
+                             const FieldWalkResult& walk, double look_ahead_m, const TouchIntegral& touch,
+                             ContactPatch* patches, std::uint32_t count) {
+  const FieldTransform T(X_GS, parts.field);
+  const auto voxel_m = static_cast<float>(parts.field.voxel_size_m);
   const auto least_m = static_cast<float>(-look_ahead_m);
+  const std::uint32_t first = count;
+  double volume_m3 = 0.0;
   const bool takes_all = walk.num_near <= kMaxSinglePoints;
   std::uint32_t mask = 0;
-  while (walk.num_near_blocks / (mask + 1) > kMaxFastContacts) mask = 2 * mask + 1;
-  std::uint32_t count = 0;
+  while (walk.num_near_blocks / (mask + 1) > kMaxNearPatches) mask = 2 * mask + 1;
+  const std::uint32_t most = count + 2 * kMaxNearPatches;
   for (std::uint32_t i = 0; i < walk.num_near_blocks; ++i) {
     const std::uint32_t at = scratch.near_blocks[i];
     const bool is_deepest = at == walk.deepest_point / kBlock;
-    if (!takes_all && ((at & mask) != 0 || count >= 2 * kMaxFastContacts) && !is_deepest) continue;
-    const PointBlock& block = front.sampled.points[at];
+    if (!takes_all && ((at & mask) != 0 || count >= most - 1) && !is_deepest) continue;
+    const PointBlock& block = parts.samples.points[at];
     const float* const depths = scratch.depths(i);
     const std::uint32_t deepest = is_deepest ? walk.deepest_point % kBlock : FindDeepest(depths);
     const std::uint32_t begin = takes_all ? 0 : deepest;
     const std::uint32_t end = takes_all ? kBlock : deepest + 1;
     for (std::uint32_t k = begin; k < end; ++k) {
-      ContactPatch& patch = patches[count];
-      if (takes_all) {
-        SetSums(block, k, depths[k] * voxel_m, &patch);
-      } else {
-        SetSums(block, depths, voxel_m, &patch);
-      }
-      glm::vec3 p_S = PointOf(block, k);
-      float depth_m = depths[k] * voxel_m;
-      finer.AddTo(i, takes_all ? k : 0, takes_all ? k : kBlock - 1, &patch, &p_S, &depth_m);
+      const float depth_m = depths[k] * voxel_m;
       if (depth_m < least_m) continue;
-      Place(front, p_S, depth_m, &patch);
-      Scale(weight, &patch);
-      ++count;
+      ContactPatch& patch = patches[count++];
+      patch = {};
+      if (touch.is_contact()) {
+        if (takes_all) {
+          SetSums(block, k, depth_m, &patch);
+        } else {
+          SetSums(block, depths, voxel_m, &patch);
+        }
+        volume_m3 += static_cast<double>(patch.volume_m3);
+      }
+      patch.p_S = PointOf(block, k);
+      patch.n_G = SampleField(parts.field, T.ToVoxels(patch.p_S)).gradient;
+      patch.penetration_m = touch.is_contact() ? depth_m : std::min(depth_m, 0.0f);
     }
   }
+  // They represent those that were left out.
+  const double share = volume_m3 > 0.0 ? touch.share_of_samples * walk.volume_m3 / volume_m3 : 0.0;
+  for (std::uint32_t i = first; i < count; ++i) Scale(static_cast<float>(share), &patches[i]);
   return count;
-}
-
-// Share of a contact that SmallContact integrates, which has run then; 0: it was not needed or gave up.
-double IntegrateIfSmall(const SampleTree& finest, const DistanceField& field, const core::Pose& X_GS,
-                        FastPairScratch* scratch) {
-  const RefineScratch& refine = scratch->refine;
-  if (!(refine.share_of_small > 0.0f)) return 0.0;
-  const double spacing_m = std::sqrt(finest.area_m2 / finest.num_points);
-  const bool is_integrated = scratch->small.Integrate(
-      finest.pieces, field, X_GS, {spacing_m, static_cast<double>(refine.near_m2), refine.share_of_exact});
-  return is_integrated ? static_cast<double>(refine.share_of_small) : 0.0;
 }
 
 // Returns free_m: nothing of S comes within the margin while it moves no farther.
 double SetApart(double free_m, double margin_m, const SampleTree& sampled, FastPairScratch* scratch,
                 PairResult* result) {
-  scratch->force_m3 = scratch->moment_m4 = glm::dvec3(0.0);
+  ClearTouch(scratch, result);
   result->is_in_contact = false;
-  result->f_So_S = {};
-  result->F_So_W = {};
   result->planes.clear();
   result->signed_distance_m = std::max(0.0, margin_m + free_m - sampled.reach_m);
   return free_m;
 }
 
+// The deepest place: of the samples, or of what was integrated.
+struct Deepest {
+  double depth_m = 0.0;
+  glm::dvec3 p_S{0.0}, n_S{0.0};
+};
+
+Deepest DeepestSample(const SampleTree& sampled, const FieldWalkResult& walk) {
+  const PointBlock& block = sampled.points[walk.deepest_point / kBlock];
+  const std::uint32_t k = walk.deepest_point % kBlock;
+  return {walk.deepest_m, PointOf(block, k), glm::dvec3(block.nx[k], block.ny[k], block.nz[k])};
+}
+
+// The integral of a pair whose memory says so is not asked for: zeros.
+//
+// What was apart with G larger by an offset is apart until a place of S has moved by it (distances are 1-Lipschitz).
+// Half of that is used: then a place that touches was inside the larger G by the other half, and so an error e of that
+// query hides an area of at most e / (offset / 2). As a contact it is negligible up to a depth of kUnfelt. An offset
+// that fails is retried smaller, and later: a query that proves nothing is lost.
+const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_GS, const SurfaceGoal& goal,
+                                    FastPairScratch* scratch) {
+  constexpr double kUsedShare = 0.5;
+  constexpr double kUnfelt_m = 5e-6;     // none of these is derived
+  constexpr double kShareOfGap = 0.5;    // of the samples' least distance
+  constexpr double kLeastOffset = 0.02;  // voxels
+  constexpr double kSmaller = 0.25, kLarger = 1.5;
+  constexpr int kWait = 20;
+  TouchMemory* const memory = scratch->memory;
+  const auto run = [&](const SurfaceGoal& of, SurfaceMemory* with) -> const SurfaceWalk::Result& {
+    return scratch->surface.Run(parts.surface, parts.field, parts.bends, X_GS, of, with);
+  };
+  if (memory == nullptr) return run(goal, nullptr);
+  const SampleTree& samples = parts.samples;
+  if (memory->apart_m > 0.0) {
+    const double moved_m = MotionBound(memory->X_GS, X_GS, samples.centre_m, samples.radius_m);
+    if (moved_m < memory->apart_m) return scratch->surface.ClearResult();
+    memory->apart_m = 0.0;
+  }
+  const double gap_m = -scratch->found.deepest_m;
+  const double offset_m = std::min(memory->offset_m, kShareOfGap * gap_m);
+  if (memory->queries_to_wait > 0) {
+    --memory->queries_to_wait;
+  } else if (offset_m > kLeastOffset * parts.field.voxel_size_m) {
+    SurfaceGoal larger = goal;
+    larger.offset_m = offset_m;
+    larger.negligible_m3 *= std::max(1.0, kUsedShare * offset_m / kUnfelt_m);
+    const SurfaceWalk::Result& result = run(larger, &memory->apart);
+    if (result.is_accurate && !(result.volume_m3 > result.error_m3)) {
+      memory->X_GS = X_GS;
+      memory->apart_m = kUsedShare * offset_m;
+      memory->offset_m = kLarger * offset_m;
+      return result;
+    }
+    memory->offset_m = kSmaller * offset_m;
+    memory->queries_to_wait = kWait;
+    if (memory->offset_m < kLeastOffset * parts.field.voxel_size_m) {
+      memory->offset_m = 1e9;
+      memory->queries_to_wait = 10 * kWait;
+    }
+  }
+  return run(goal, &memory->touch);
+}
+
+// The error of the samples' estimate: what their sixteen samplings differ by, the field's mean error over the area that
+// touches, and what fits between samples: the area of one times a quarter of its radius (not derived).
+double ErrorOfSamples_m3(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
+  const SampleTree& samples = parts.samples;
+  const double between_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m;
+  if (walk.num_colliding == 0) return between_m3;
+  const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
+  const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
+  const double field_m =
+      static_cast<double>(kMeanOfFieldError * SurfaceErrorAt(parts.field, p)) * parts.field.voxel_size_m;
+  const double carrying_m2 = walk.square_m4 > 0.0 ? walk.volume_m3 * walk.volume_m3 / walk.square_m4 : 0.0;
+  return between_m3 + kConfidence * (walk.deviation_m3 + field_m * carrying_m2);
+}
+
+// How much the samples alone decide: wholly while their error f is at most half of the wanted one w, then less and
+// less, not at all from w on.
+double SurenessOfSamples(double f_m3, double wanted_m3) {
+  return std::clamp(2.0 - 2.0 * f_m3 / wanted_m3, 0.0, 1.0);
+}
+
+// Two estimates of the same integral, of the surface and of its samples, with errors e and f: weighted by the inverse
+// of their squares, the samples' has the weight e^2 / (e^2 + f^2); what they decide alone has the weight 1. Errors are
+// added with those weights. Weights below 2 % are 0, so that planes come from one of the two where the other says next
+// to nothing.
+//
+// A contact whose integral V is not above its own error e is none, and V counts with 1 - (e / V)^2, the estimator of
+// James and Stein: nothing to speak of where e is a few percent; where no estimate is good, no force comes from what is
+// not known.
+TouchIntegral Combine(const SurfaceWalk::Result& surface, const FieldWalkResult& walk, double error_of_samples_m3,
+                      double sureness_of_samples) {
+  const double e = surface.error_m3 * surface.error_m3;
+  const double f = error_of_samples_m3 * error_of_samples_m3;
+  constexpr double kLeastWeight = 0.02;
+  const double by_errors = e > 0.0 ? e / (e + f) : 0.0;
+  const double weight = by_errors + sureness_of_samples * (1.0 - by_errors);
+  const double share = std::clamp((weight - kLeastWeight) / (1.0 - 2.0 * kLeastWeight), 0.0, 1.0);
+  const auto mix = [share](const auto& a, const auto& b) { return (1.0 - share) * a + share * b; };
+  TouchIntegral touch;
+  touch.share_of_samples = share;
+  touch.error_m3 = mix(surface.error_m3, error_of_samples_m3);
+  const double volume_m3 = mix(surface.volume_m3, walk.volume_m3);
+  if (!(volume_m3 > touch.error_m3)) return touch;
+  const double doubt = touch.error_m3 / volume_m3;
+  const double certain = 1.0 - doubt * doubt;
+  touch.volume_m3 = certain * volume_m3;
+  touch.force_m3 = certain * mix(surface.force_m3, walk.force_m3);
+  touch.moment_m4 = certain * mix(surface.moment_m4, walk.moment_m4);
+  touch.square_m4 = certain * mix(surface.square_m4, walk.square_m4);
+  return touch;
+}
+
+// By G's triangles, where one is near.
+double ExactDepth_m(const DistanceField& field, const core::Pose& X_GS, const Deepest& place) {
+  constexpr double kReach = 3.0;  // voxels; not derived: farther inside the field's error is small against the depth
+  const glm::dvec3 p = (X_GS * place.p_S - field.origin_m) / field.voxel_size_m;
+  const NearestFacet nearest = FindNearestFacet(field.triangles(), p, kReach);
+  return nearest.is_found ? -nearest.height * field.voxel_size_m : place.depth_m;
+}
+
+// The models of the patches overestimate their greatest depth: the field is asked again.
+Deepest DeeperOf(const FastPair& parts, const core::Pose& X_GS, const SurfaceWalk::Result& surface,
+                 const Deepest& sample) {
+  Deepest place{0.0, glm::dvec3(surface.deepest_p_S), glm::dvec3(surface.deepest_n_S)};
+  const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(surface.deepest_p_S);
+  place.depth_m = -static_cast<double>(SampleField(parts.field, p).distance) * parts.field.voxel_size_m;
+  return place.depth_m > sample.depth_m ? place : sample;
+}
+
 }  // namespace
 
-double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
-  return sampled.fine.empty() ? look_ahead_m : std::max(look_ahead_m, sampled.refined_m);
+FastPair FastPairOf(const CookedObject& S, const CookedObject& G) {
+  return {*S.samples, *S.surface, *G.field, *G.bends};
 }
 
-double QueryFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
-                     const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                     PairResult* result) {
-  const double margin_m = WalkMargin_m(sampled, pair.look_ahead_m);
+double WalkMargin_m(const SampleTree& sampled, double look_ahead_m) {
+  return std::max(look_ahead_m, sampled.usual_m);
+}
+
+double QueryFastPair(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS, const PairDescription& pair,
+                     double rho, FastPairScratch* scratch, PairResult* result) {
+  const double margin_m = WalkMargin_m(parts.samples, pair.look_ahead_m);
   if (FieldWalkMemory* const memory = scratch->walk.memory; memory != nullptr) {
-    if (const double free_m = memory->RemainingFreeDistance_m(sampled, field, X_GS, margin_m); free_m > 0.0) {
+    if (const double free_m = memory->RemainingFreeDistance_m(parts.samples, parts.field, X_GS, margin_m);
+        free_m > 0.0) {
       result->counters = {};
-      return SetApart(free_m, margin_m, sampled, scratch, result);
+      return SetApart(free_m, margin_m, parts.samples, scratch, result);
     }
   }
-  std::uint32_t num_chunks =
-      scratch->levels.Begin(sampled, field, X_GS, margin_m, BestInstructionSet(), &scratch->walk);
-  do {
-    for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch->walk, i);
-    num_chunks = scratch->levels.Next();
-  } while (num_chunks > 0);
-  return FinishFastPair(sampled, field, X_WS, X_GS, pair, rho, scratch, result);
+  scratch->found = WalkField(parts.samples, parts.field, X_GS, margin_m, &scratch->walk);
+  return FinishFastPair(parts, X_WS, X_GS, pair, rho, scratch, result);
 }
 
-double FinishFastPair(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_WS,
-                      const core::Pose& X_GS, const PairDescription& pair, double rho, FastPairScratch* scratch,
-                      PairResult* result) {
-  const FieldWalkResult& walk = scratch->levels.result();
-  const SampleTree& finest = scratch->levels.finest();
+void ClearTouch(FastPairScratch* scratch, PairResult* result) {
+  scratch->touch = {};
+  scratch->is_cut_short = scratch->found.is_cut_short;
+  scratch->points_due = scratch->walk.points_due();
+  result->f_So_S = {};
+  result->F_So_W = {};
+  result->force_error_N = 0.0;
+}
+
+void IntegrateTouch(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS, const PairDescription& pair,
+                    double rho, FastPairScratch* scratch, PairResult* result) {
+  ClearTouch(scratch, result);
+  const double area_m2 = parts.samples.area_m2;
+  const FieldWalkResult& walk = scratch->found;
+  SurfaceGoal goal;
+  goal.accuracy = pair.accuracy;
+  // Where the least area carries, the force is stiffness * integral / (rho * area).
+  goal.negligible_m3 = pair.negligible_N * rho * area_m2 / std::max(pair.stiffness_N_per_m, 1e-9);
+  goal.most_places = pair.most_places;
+  if (scratch->most_points != 0) {
+    const std::uint32_t left = scratch->most_points - std::min(scratch->most_points, walk.points_tested);
+    goal.most_places = std::clamp(left / kPointsOfPlace, std::min(kLeastPlaces, pair.most_places), pair.most_places);
+  }
+  const double error_of_samples_m3 = ErrorOfSamples_m3(parts, X_GS, walk);
+  const double sureness =
+      SurenessOfSamples(error_of_samples_m3, std::max(goal.negligible_m3, goal.accuracy * walk.volume_m3));
+  const SurfaceWalk::Result& surface =
+      sureness < 1.0 ? RunTouch(parts, X_GS, goal, scratch) : scratch->surface.ClearResult();
+  const auto points = static_cast<std::uint32_t>(surface.places_read) * kPointsOfPlace;
+  result->counters.points_tested += points;
+  scratch->points_due += surface.is_accurate ? points : 2 * points;
+  scratch->touch = Combine(surface, walk, error_of_samples_m3, sureness);
+  const TouchIntegral& touch = scratch->touch;
+  const double wanted_m3 = std::max(goal.negligible_m3, goal.accuracy * touch.volume_m3);
+  scratch->is_cut_short |= !surface.is_accurate && touch.error_m3 > wanted_m3;
+  const double scale = AreaScale(touch.volume_m3, touch.square_m4, area_m2, rho);
+  result->f_So_S = scale * PenetrationSum{touch.force_m3, touch.moment_m4};
+  result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
+  result->force_error_N = pair.stiffness_N_per_m * scale * touch.error_m3;
+}
+
+double FinishFastPair(const FastPair& parts, const core::Pose& X_WS, const core::Pose& X_GS,
+                      const PairDescription& pair, double rho, FastPairScratch* scratch, PairResult* result) {
+  const FieldWalkResult& walk = scratch->found;
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
   if (walk.num_near == 0) {
-    return SetApart(walk.free_distance_m, WalkMargin_m(sampled, pair.look_ahead_m), sampled, scratch, result);
+    return SetApart(walk.free_distance_m, WalkMargin_m(parts.samples, pair.look_ahead_m), parts.samples, scratch,
+                    result);
   }
-  scratch->force_m3 = walk.force_m3;
-  scratch->moment_m4 = walk.moment_m4;
-  RefineContact(finest, field, X_GS, walk, scratch->walk, &scratch->refine);
-  const std::uint32_t num_finer = scratch->refine.num_samples;
-  const double small_share = IntegrateIfSmall(finest, field, X_GS, scratch);
-  double volume_m3 = walk.volume_m3;
-  double square_m4 = walk.square_m4;
-  double deepest_m = walk.deepest_m;
-  std::uint32_t deepest_point = walk.deepest_point;
-  glm::vec3 deepest_p_S = PointOf(finest.points[deepest_point / kBlock], deepest_point % kBlock);
-  result->counters.points_tested += std::uint64_t{num_finer} * kBlock;
-  const auto num_represented = static_cast<double>(scratch->refine.num_represented);
-  for (std::uint32_t j = 0; j < num_finer; ++j) {
-    const FinerSample& finer = scratch->refine.samples[j];
-    scratch->force_m3 += num_represented * glm::dvec3(finer.change.force_m3);
-    scratch->moment_m4 += num_represented * glm::dvec3(finer.change.moment_m4);
-    volume_m3 += num_represented * static_cast<double>(finer.change.volume_m3);
-    square_m4 += num_represented * static_cast<double>(finer.change.square_m4);
-    if (!(finer.weight > 0.0f)) continue;
-    if (finer.change.penetration_m > 0.0f && finer.depth_m <= 0.0f) ++result->counters.points_colliding;
-    if (static_cast<double>(finer.change.penetration_m) <= deepest_m) continue;
-    deepest_m = static_cast<double>(finer.change.penetration_m);
-    deepest_point = scratch->walk.near_blocks[finer.near_block] * kBlock + finer.lane;
-    deepest_p_S = finer.change.p_S;
-  }
-  const PointBlock& block = finest.points[deepest_point / kBlock];
-  const std::uint32_t lane = deepest_point % kBlock;
-  glm::dvec3 n_S(block.nx[lane], block.ny[lane], block.nz[lane]);
-  if (small_share > 0.0) {
-    const SmallContact::Sums& small = scratch->small.sums();
-    const auto mix = [&](auto* of, const auto& with) { *of = (1.0 - small_share) * *of + small_share * with; };
-    mix(&scratch->force_m3, small.force_m3);
-    mix(&scratch->moment_m4, small.moment_m4);
-    mix(&volume_m3, small.volume_m3);
-    mix(&square_m4, small.square_m4);
-    result->counters.points_tested += small.places_tested;
-    if (small.places_inside > 0 && result->counters.points_colliding == 0) result->counters.points_colliding = 1;
-    // A sample inside by the field counts as contact even where its exact depth is just outside.
-    if (small.deepest_m > 0.0f) {
-      deepest_m = std::max(deepest_m, 0.0);
-      const auto small_m = static_cast<double>(small.deepest_m);
-      // Samples lie on sharp edges, where the deepest place may be.
-      const double sample_m =
-          small_m < deepest_m
-              ? scratch->small.ComputeExactDepth_m(field, X_GS, deepest_p_S, deepest_m, scratch->refine.share_of_exact)
-              : 0.0;
-      mix(&deepest_m, std::max(small_m, sample_m));
-      if (!(sample_m > small_m)) {
-        deepest_p_S = small.deepest_p_S;
-        n_S = small.deepest_n_S;
-      }
+  IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
+  const TouchIntegral& touch = scratch->touch;
+  result->is_in_contact = touch.is_contact();
+  Deepest deepest = DeepestSample(parts.samples, walk);
+  ContactLoad load;
+  std::uint32_t num_patches = 0;
+  if (touch.is_contact()) {
+    result->counters.points_colliding = std::max<std::uint64_t>(result->counters.points_colliding, 1);
+    const SurfaceWalk::Result& surface = scratch->surface.result();
+    if (surface.patches_inside > 0) deepest = DeeperOf(parts, X_GS, surface, deepest);
+    deepest.depth_m = std::max(0.0, ExactDepth_m(parts.field, X_GS, deepest));
+    const double scale = AreaScale(touch.volume_m3, touch.square_m4, parts.samples.area_m2, rho);
+    load = {touch.force_m3, touch.moment_m4, touch.volume_m3, scale * pair.stiffness_N_per_m};
+    for (const ContactPatch& part : scratch->surface.parts()) {
+      if (touch.share_of_samples == 1.0) break;
+      scratch->patches[num_patches] = part;
+      Scale(static_cast<float>(1.0 - touch.share_of_samples), &scratch->patches[num_patches++]);
     }
   }
-  result->is_in_contact = result->counters.points_colliding > 0;
-  result->signed_distance_m = -deepest_m;
-  result->deepest_p_S = deepest_p_S;
-  result->deepest_n_S = n_S / std::max(glm::length(n_S), 1e-12);
-
-  const double scale = AreaScale(volume_m3, square_m4, sampled.area_m2, rho);
-  result->f_So_S = scale * PenetrationSum{scratch->force_m3, scratch->moment_m4};
-  result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
-  const Front front{finest, field, FieldTransform(X_GS, field)};
-  std::uint32_t num_patches =
-      MakePatches(front, walk, scratch->walk, pair.look_ahead_m, FinerSamples(scratch->refine, num_finer),
-                  static_cast<float>(1.0 - small_share), scratch->patches.data());
-  if (small_share > 0.0) {
-    for (const ContactPatch& part : scratch->small.patches()) {
-      ContactPatch& patch = scratch->patches[num_patches++] = part;
-      Place(front, part.p_S, part.penetration_m, &patch);
-      Scale(static_cast<float>(small_share), &patch);
-    }
-  }
-  const ContactLoad load{scratch->force_m3, scratch->moment_m4, volume_m3, scale * pair.stiffness_N_per_m};
+  result->signed_distance_m = touch.is_contact() ? -deepest.depth_m : std::max(0.0, -deepest.depth_m);
+  result->deepest_p_S = deepest.p_S;
+  result->deepest_n_S = deepest.n_S / std::max(glm::length(deepest.n_S), 1e-12);
+  num_patches =
+      AddNearPatches(parts, X_GS, scratch->walk, walk, pair.look_ahead_m, touch, scratch->patches.data(), num_patches);
   ReducePatches({scratch->patches.data(), num_patches}, X_GS, load, pair.stiffness_N_per_m, pair.look_ahead_m,
-                2.0 * field.voxel_size_m, &result->planes, 0.25 * field.voxel_size_m);
+                2.0 * parts.field.voxel_size_m, &result->planes, 0.25 * parts.field.voxel_size_m);
   return 0.0;
 }
 

@@ -138,7 +138,7 @@ class PlaneWriter {
 double MeasurePlanes(const GapScene& scene, const PairDescription& pair, const FastPairScratch& scratch,
                      GapPlanes* gaps, PairResult* result) {
   const auto margin = static_cast<float>(pair.look_ahead_m / scene.field.voxel_size_m);
-  GapQuery query{scene, {scene.S, scratch.walk, scratch.levels.result(), margin}, {}, {}, {}, {}, {}};
+  GapQuery query{scene, {scene.S, scratch.walk, scratch.found, margin}, {}, {}, {}, {}, {}};
   FillBins(scene, query.near, &query.bins);
   query.TakeCorners(*gaps);
   query.MeasureNearest();
@@ -156,30 +156,25 @@ double LeaveApart(const TouchPoints& S, double look_ahead_m, double free_distanc
                   PairResult* result) {
   gaps->Clear();
   result->is_in_contact = false;
-  result->f_So_S = {};
-  result->F_So_W = {};
   result->signed_distance_m = std::max(0.0, look_ahead_m + free_distance_m - S.tree.reach_m);
   return free_distance_m;
 }
 
 }  // namespace
 
-double FinishGapPair(const TouchPoints& S, const DistanceField& field, const core::Pose& X_WS, const core::Pose& X_GS,
+double FinishGapPair(const FastPair& parts, const TouchPoints& touch, const core::Pose& X_WS, const core::Pose& X_GS,
                      const PairDescription& pair, double rho, FastPairScratch* scratch, GapPlanes* gaps,
                      PairResult* result) {
-  const FieldWalkResult& walk = scratch->levels.result();
+  const FieldWalkResult& walk = scratch->found;
   result->counters = {walk.spheres_tested, walk.points_tested, walk.num_colliding};
   gaps->planes.clear();
   result->planes.clear();
-  scratch->force_m3 = walk.force_m3;
-  scratch->moment_m4 = walk.moment_m4;
-  if (walk.num_near == 0) return LeaveApart(S, pair.look_ahead_m, walk.free_distance_m, gaps, result);
-  const double least_m = MeasurePlanes(GapScene(S, field, X_GS), pair, *scratch, gaps, result);
+  ClearTouch(scratch, result);
+  if (walk.num_near == 0) return LeaveApart(touch, pair.look_ahead_m, walk.free_distance_m, gaps, result);
+  const double least_m = MeasurePlanes(GapScene(touch, parts.field, X_GS), pair, *scratch, gaps, result);
   result->signed_distance_m = std::min(least_m, pair.look_ahead_m);
   result->is_in_contact = least_m < 0.0;
-  const double scale = AreaScale(walk.volume_m3, walk.square_m4, S.tree.area_m2, rho);
-  result->f_So_S = scale * PenetrationSum{walk.force_m3, walk.moment_m4};
-  result->F_So_W = PenaltyWrench(pair.stiffness_N_per_m, Rotate(X_WS, result->f_So_S));
+  if (result->is_in_contact) IntegrateTouch(parts, X_WS, X_GS, pair, rho, scratch, result);
   TakeNearest(X_GS, pair, *gaps, &result->planes);
   return 0.0;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "vps/field/build_field.hpp"
+#include "vps/asset/cooked_object.hpp"
 #include "vps/oracle/first_touch.hpp"
 #include "vps/testing/contact_cases.hpp"
 
@@ -16,17 +16,14 @@ constexpr double kMicro = 1e-6;
 
 struct GapEngine {
   GapEngine(const TriangleMesh& A, const TriangleMesh& B, double voxel_size_m, std::uint32_t num_points)
-      : field(*BuildField(A, voxel_size_m)),
-        touch(FindTouchPoints(*BuildSampleTree(B, num_points))),
+      : G(*Cook(A, {voxel_size_m, 0, Method::kFast})),
+        S(*Cook(B, {0.0, num_points, Method::kFast})),
+        field(*G.field),
+        touch(FindTouchPoints(*S.samples)),
         scratch(touch.tree) {}
   const GapPlanes& Query(const core::Pose& X_AB) {
-    std::uint32_t num_chunks =
-        scratch.levels.Begin(touch.tree, field, X_AB, pair.look_ahead_m, BestInstructionSet(), &scratch.walk);
-    do {
-      for (std::uint32_t i = 0; i < num_chunks; ++i) EvaluateChunk(&scratch.walk, i);
-      num_chunks = scratch.levels.Next();
-    } while (num_chunks > 0);
-    FinishGapPair(touch, field, X_AB, X_AB, pair, 0.01, &scratch, &gaps, &result);
+    scratch.found = WalkField(touch.tree, field, X_AB, pair.look_ahead_m, &scratch.walk);
+    FinishGapPair(FastPairOf(S, G), touch, X_AB, X_AB, pair, 0.01, &scratch, &gaps, &result);
     X_AB_now = X_AB;
     return gaps;
   }
@@ -37,7 +34,8 @@ struct GapEngine {
     return *std::min_element(gaps.planes.begin(), gaps.planes.end(),
                              [&](const auto& a, const auto& b) { return Gap_m(a) < Gap_m(b); });
   }
-  DistanceField field;
+  CookedObject G, S;
+  const DistanceField& field;
   TouchPoints touch;
   FastPairScratch scratch;
   PairDescription pair;

@@ -12,7 +12,6 @@ TEST(SlowSurfaceSamples, MoreMemoryThanAllowedIsRefusedBeforeItIsTaken) {
   EXPECT_NE(samples.error().detail.find("MB allowed: take fewer"), std::string::npos) << samples.error().detail;
 }
 
-// With a tree of coarser points, and one of yet coarser ones.
 TEST(SlowSampleTree, EstimatesItsMemoryFromAbove) {
   const TriangleMesh mesh = MakeTorus(0.05, 0.02, 48, 24);
   const auto estimate = EstimateSampleTree(mesh, 140'000);

@@ -18,6 +18,10 @@ glm::vec3 MeanNormal(const PointBlock& points) {
   return length > 0.0f ? sum / length : glm::vec3(0.0f);
 }
 
+// Typical radius of a patch over the root of its area: a regular hexagon has 0.62 (radius of its corners), patches have
+// longer corners. Not derived further.
+constexpr double kPatchReach = 0.7;
+
 // Longest piece: four spacings of the samples (decision 15). Not derived: longer pieces are found near too often,
 // shorter ones take memory.
 double LongestPiece_m(double area_m2, std::uint32_t num_points) {
@@ -36,12 +40,10 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples) {
   double sum = 0.0;
   double total_m2 = 0.0;
   for (const double area_m2 : samples.areas_m2) {
-    sum += area_m2 * static_cast<double>(kPatchReach) * std::sqrt(area_m2);
+    sum += area_m2 * kPatchReach * std::sqrt(area_m2);
     total_m2 += area_m2;
   }
-  tree.refined_m = 1.2 * sum / total_m2;
-  tree.fine.reserve(samples.fine.size());
-  for (std::size_t i = 0; i < samples.fine.size(); ++i) tree.fine.push_back(samples.fine[order[i]]);
+  tree.usual_m = 1.2 * sum / total_m2;
 
   const std::size_t num_blocks = (n + kBlock - 1) / kBlock;
   tree.points.resize(num_blocks);
@@ -91,13 +93,9 @@ core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, st
   };
   SampleTreeEstimate estimate;
   estimate.stored_bytes = tree_bytes(num_points);
-  if (num_points <= kMaxFinePoints) {
-    estimate.stored_bytes += double{sizeof(FineBlock)} * num_points;
-    const auto num_pieces = static_cast<double>(CountPieces(mesh, LongestPiece_m(SurfaceArea_m2(mesh), num_points)));
-    estimate.stored_bytes += num_pieces * (sizeof(SurfacePiece) + sizeof(SphereBlock) / kBlock * (1.0 + 1.0 / 15.0));
-    estimate.stored_bytes += sizeof(SphereBlock) * SphereTree::kMaxLevels;
-  }
-  for (std::uint32_t n = num_points / 4; n >= kFewestCoarse; n /= 4) estimate.stored_bytes += tree_bytes(n);
+  const auto num_pieces = static_cast<double>(CountPieces(mesh, LongestPiece_m(SurfaceArea_m2(mesh), num_points)));
+  estimate.stored_bytes += num_pieces * (sizeof(SurfacePiece) + sizeof(SphereBlock) / kBlock * (1.0 + 1.0 / 15.0));
+  estimate.stored_bytes += sizeof(SphereBlock) * SphereTree::kMaxLevels;
   estimate.peak_bytes = *sampling_bytes + estimate.stored_bytes;
   return estimate;
 }
@@ -108,13 +106,7 @@ core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t
   const auto samples = SampleSurface(mesh, num_points, progress, workers);
   if (!samples) return tl::unexpected(samples.error());
   SampleTree tree = BuildSampleTree(*samples);
-  if (num_points <= kMaxFinePoints) tree.pieces = CutIntoPieces(mesh, LongestPiece_m(tree.area_m2, num_points));
-  for (std::uint32_t n = num_points / 4; n >= kFewestCoarse; n /= 4) {
-    auto fewer = SampleSurface(mesh, n, progress, workers);
-    if (!fewer) return tl::unexpected(fewer.error());
-    fewer->fine.clear();
-    tree.coarser.push_back(BuildSampleTree(*fewer));
-  }
+  tree.pieces = CutIntoPieces(mesh, LongestPiece_m(tree.area_m2, num_points));
   return tree;
 }
 

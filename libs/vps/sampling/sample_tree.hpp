@@ -8,7 +8,7 @@
 
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
-#include "vps/sampling/fine_block.hpp"
+#include "vps/sampling/point_block.hpp"
 #include "vps/sampling/sphere_tree.hpp"
 #include "vps/sampling/surface_pieces.hpp"
 #include "vps/sampling/surface_samples.hpp"
@@ -24,18 +24,12 @@ struct SampleTree : SphereTree {
   glm::dvec3 centre_m{0.0};  // sphere around all
   double radius_m = 0.0;
   std::vector<PointBlock> points;
-  std::vector<FineBlock> fine;      // refinement of each point, in their order; empty: none
-  SurfacePieces pieces;             // the surface itself, where there are finer points and at most kMostPieces pieces
-  double refined_m = 0.0;           // samples farther from the other body are not refined: 1.2 radii of a typical patch
-  double reach_m = 0.0;             // largest radius of a patch about its point
-  std::vector<SampleTree> coarser;  // the same surface in a quarter of the points, in a sixteenth, ...: LevelWalk
+  SurfacePieces pieces;  // the surface itself, where it has at most kMostPieces pieces
+  double usual_m = 0.0;  // a typical place of the surface is no farther from its sample: 1.2 radii of a typical patch
+  double reach_m = 0.0;  // largest radius of a patch about its point
 
   [[nodiscard]] std::size_t num_bytes() const {
-    std::size_t sum =
-        points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + fine.size() * sizeof(FineBlock);
-    sum += pieces.num_bytes();
-    for (const SampleTree& tree : coarser) sum += tree.num_bytes();
-    return sum;
+    return points.size() * sizeof(PointBlock) + spheres.size() * sizeof(SphereBlock) + pieces.num_bytes();
   }
 };
 
@@ -43,14 +37,12 @@ SampleTree BuildSampleTree(const SurfaceSamples& samples);
 
 // Upper estimate of BuildSampleTree's memory. Errors: SamplingBytes.
 struct SampleTreeEstimate {
-  double stored_bytes = 0.0;  // of the tree and the coarser ones
-  double peak_bytes = 0.0;    // while they are built, they included, mesh not
+  double stored_bytes = 0.0;  // of the tree
+  double peak_bytes = 0.0;    // while it is built, it included, mesh not
 };
 core::Result<SampleTreeEstimate> EstimateSampleTree(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// Samples a surface, and again with a quarter of the points, ..., down to kFewestCoarse (decision 11: with fewer the
-// error of a broad contact grows). Errors: SampleSurface.
-constexpr std::uint32_t kFewestCoarse = 8192;
+// Samples a surface. Errors: SampleSurface.
 core::Result<SampleTree> BuildSampleTree(const TriangleMesh& mesh, std::uint32_t num_points,
                                          const std::function<void(std::string_view, double)>& progress = {},
                                          core::ParallelFor* workers = nullptr);

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "vps/sampling/fine_block.hpp"
+#include "vps/sampling/point_block.hpp"
 
 namespace vps {
 

@@ -137,36 +137,6 @@ struct Cell {
   glm::dvec3 normal{0.0};  // times area
 };
 
-// The refinement of each point's patch.
-std::vector<FineBlock> Refine(const std::vector<SurfacePanel>& panels, const std::vector<std::uint32_t>& owners,
-                              const SurfaceSamples& samples, core::ParallelFor* workers) {
-  // Panels sorted by their owner.
-  std::vector<std::uint32_t> begin(samples.points_m.size() + 1, 0);
-  for (const std::uint32_t owner : owners) {
-    if (owner != kNobody) ++begin[owner + 1];
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::uint32_t> sorted(begin.back());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for (std::uint32_t i = 0; i < owners.size(); ++i) {
-    if (owners[i] != kNobody) sorted[next[owners[i]]++] = i;
-  }
-  std::vector<FineBlock> fine(samples.points_m.size());
-  core::ForEach(workers, fine.size(), [&](std::size_t k) {
-    const std::span<std::uint32_t> cell(sorted.data() + begin[k], sorted.data() + begin[k + 1]);
-    fine[k] = MakeFineBlock(panels, cell, samples.points_m[k], samples.inward_normals[k]);
-  });
-  return fine;
-}
-
-}  // namespace
-
-namespace {
-
-double PanelSize(std::uint32_t num_points) {
-  return num_points <= kMaxFinePoints ? kFinePanelSize : kPanelSize;
-}
-
 core::Result<double> AreaToSample_m2(const TriangleMesh& mesh, std::uint32_t num_points) {
   if (num_points == 0 || num_points > kMaxPoints) {
     return core::Fail(core::ErrorCode::kInvalidInput,
@@ -199,7 +169,7 @@ core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_p
   const auto area_m2 = AreaToSample_m2(mesh, num_points);
   if (!area_m2) return tl::unexpected(area_m2.error());
   const SampleSpacing spacing(mesh, *area_m2, num_points);
-  return CheckedBytes(CountPanels(mesh, spacing, PanelSize(num_points)).back(), num_points);
+  return CheckedBytes(CountPanels(mesh, spacing, kPanelSize).back(), num_points);
 }
 
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points, const Progress& progress,
@@ -209,9 +179,9 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
   const double area_m2 = *checked_area_m2;
   if (progress) progress("points: panels", 0.0);
   const SampleSpacing spacing(mesh, area_m2, num_points);
-  const std::vector<std::size_t> begins = CountPanels(mesh, spacing, PanelSize(num_points), workers);
+  const std::vector<std::size_t> begins = CountPanels(mesh, spacing, kPanelSize, workers);
   if (const auto bytes = CheckedBytes(begins.back(), num_points); !bytes) return tl::unexpected(bytes.error());
-  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, PanelSize(num_points), begins, workers);
+  const std::vector<SurfacePanel> panels = MakePanels(mesh, spacing, kPanelSize, begins, workers);
   Places places =
       Thin(ChooseCandidates(panels, std::size_t{kCandidatesPerPoint} * num_points), num_points, progress, workers);
 
@@ -247,7 +217,6 @@ core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32
     samples.reach_m =
         std::max(samples.reach_m, glm::length(panels[i].centroid_m - samples.points_m[owners[i]]) + panels[i].radius_m);
   }
-  if (num_points <= kMaxFinePoints) samples.fine = Refine(panels, owners, samples, workers);
   return samples;
 }
 

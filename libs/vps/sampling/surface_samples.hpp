@@ -9,13 +9,8 @@
 #include "core/parallel_for.hpp"
 #include "core/result.hpp"
 #include "vps/mesh/triangle_mesh.hpp"
-#include "vps/sampling/fine_block.hpp"
 
 namespace vps {
-
-// With more points there are no finer ones. Not derived: contacts are resolved well enough without, and each takes 192
-// bytes (25 MB for all).
-constexpr std::uint32_t kMaxFinePoints = 131072;
 
 // A quadrature of the surface: points, denser towards sharp edges and corners, each with the area of its patch (the
 // part of the surface that is assigned to it) as weight, so that a force neither depends on the number of points nor
@@ -26,7 +21,6 @@ struct SurfaceSamples {
   // vector area. Unit normals would overestimate the force of an even depth over a rough patch.
   std::vector<glm::dvec3> inward_normals;
   std::vector<double> areas_m2;  // quadrature weights; their sum is the area of the mesh
-  std::vector<FineBlock> fine;   // of each point, up to kMaxFinePoints points; else empty
   double reach_m = 0.0;          // largest radius of a patch about its point
 };
 
@@ -35,13 +29,12 @@ struct SurfaceSamples {
 constexpr double kMostSamplingBytes = 12e9;
 core::Result<double> SamplingBytes(const TriangleMesh& mesh, std::uint32_t num_points);
 
-// The surface is cut into panels (MakePanels), about sixty for each point, twenty where there are no finer points.
+// The surface is cut into panels (MakePanels), about twenty for each point.
 // Exactly `num_points` of four times as many panels are kept by weighted sample elimination (Yuksel 2015) with radii
 // that follow SampleSpacing: blue noise. Every panel then belongs to the nearest point whose normal is within 45
 // degrees of its own, so that the faces of an edge keep their own area; points move to the centroid of their panels,
 // and once more (Lloyd), and take their mean normal. Areas and vector areas are exact; so is the integral of a depth
-// that varies linearly over each cell. (On a surface of radius R the centroid lies inside by spacing^2 / 12 R; the walk
-// corrects for that beside a curved wall, MeanDepth.) Deterministic, with any number of workers. Errors: no area, too
+// that varies linearly over each cell. Deterministic, with any number of workers. Errors: no area, too
 // many points, more memory than kMostSamplingBytes.
 core::Result<SurfaceSamples> SampleSurface(const TriangleMesh& mesh, std::uint32_t num_points,
                                            const std::function<void(std::string_view, double)>& progress = {},

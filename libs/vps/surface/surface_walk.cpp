@@ -402,7 +402,7 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   result_.moment_m4 = {of[PatchSums::kMx], of[PatchSums::kMy], of[PatchSums::kMz]};
   result_.volume_m3 = of[PatchSums::kVolume];
   result_.square_m4 = of[PatchSums::kSquare];
-  result_.error_m3 = of[PatchSums::kBias] + std::sqrt(of[PatchSums::kVariance]);
+  result_.error_m3 = kConfidence * (of[PatchSums::kBias] + std::sqrt(of[PatchSums::kVariance]));
   rounding_m3_ = static_cast<double>(kRounding) * G_->voxel_size_m * of[PatchSums::kTouching];
   return is_whole;
 }
@@ -506,7 +506,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   const double negligible_m3 = std::max(kNegligible_m * S.area_m2, goal.negligible_m3);
   // First as if all of S were a voxel deep.
   double wanted_m3 = goal.accuracy * S.area_m2 * G.voxel_size_m;
-  double threshold_m3 = wanted_m3;
+  double threshold_m3 = wanted_m3 / kConfidence;
   if (memory != nullptr && memory->threshold_m3 > 0.0) {
     wanted_m3 = memory->wanted_m3;
     threshold_m3 = memory->threshold_m3;
@@ -514,7 +514,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   bool has_whole = false;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::uint64_t before = result_.places_read;
-    if (!Pass(threshold_m3, kDeviationShare * wanted_m3)) {
+    if (!Pass(threshold_m3, kDeviationShare * wanted_m3 / kConfidence)) {
       threshold_m3 *= kLooser;
       if (has_whole) TakeLastWhole();
       break;

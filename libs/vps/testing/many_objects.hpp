@@ -27,9 +27,8 @@ class ManyObjects {
             cook(MakeCylinder(0.03, 0.06, 96)), cook(MakeBlockWithHole(0.06, 0.03, 0.015, 96))};
   }
 
-  // `num_objects` counts both parts of the couples. `num_far` more stand 100 m away, and move as well. accuracy: of all
-  // pairs.
-  ManyObjects(Method method, const Parts& parts, std::size_t num_objects, std::size_t num_far, double accuracy = 0.0) {
+  // `num_objects` counts both parts of the couples. `num_far` more stand 100 m away, and move as well.
+  ManyObjects(Method method, const Parts& parts, std::size_t num_objects, std::size_t num_far) {
     // What leans on each: ring on ring, cylinder on box, box on ball, ball on cylinder, cylinder on block.
     const std::size_t leans_on[] = {0, 3, 1, 2, 3};
     const double half_height_m[] = {0.015, 0.015, 0.04, 0.03, 0.015};
@@ -53,8 +52,7 @@ class ManyObjects {
     }
     for (std::size_t i = 0; i < description.objects.size(); ++i) description.objects[i].X_WO = PoseAt(i, 0);
     for (std::uint16_t i = 0; i < description.objects.size(); ++i) {
-      for (std::uint16_t j = 0; j < i; ++j)
-        description.pairs.push_back({.sampled = i, .field = j, .accuracy = accuracy});
+      for (std::uint16_t j = 0; j < i; ++j) description.pairs.push_back({.sampled = i, .field = j});
     }
     world_ = *CollisionWorld::Create(description);
   }

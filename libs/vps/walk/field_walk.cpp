@@ -1,7 +1,6 @@
 #include "vps/walk/field_walk.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -125,10 +124,8 @@ std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
   cull.queue_half = static_cast<std::uint32_t>(queue_.size() / 2);
   cull.kept = kept;
   cull.skin = skin;
-  cull.most_spheres = ends_when_broad ? kBroadSpheres : 0xffffffffU;
   kernels_.cull(input_, &cull);
   spheres_tested_ += cull.spheres_tested;
-  is_broad_ = cull.is_broad;
   free_distance_ = static_cast<double>(cull.free_distance) - static_cast<double>(input_.margin);
   blocks_ = queue_.data() + (cull.blocks == queue_.data() ? 0 : cull.queue_half);
   return cull.num_blocks;
@@ -137,7 +134,6 @@ std::uint32_t FieldWalkScratch::FindBlocks(float* kept, float skin) {
 // The same, and keeps a list for the next cycles.
 std::uint32_t FieldWalkScratch::ListBlocks(double skin_voxels) {
   const std::uint32_t num_listed = FindBlocks(bounds_.data(), static_cast<float>(skin_voxels));
-  if (is_broad_) return FindBlocks();  // may be broad by the skin alone
   memory->KeepList(skin_voxels, free_distance_, {blocks_, num_listed}, bounds_.data());
   std::uint32_t count = 0;
   auto free_distance = static_cast<float>(free_distance_);
@@ -183,7 +179,7 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
   scratch->voxel_size_m_ = s;
   scratch->num_chunks_ = 0;
   scratch->spheres_tested_ = 0;
-  scratch->is_cut_short_ = scratch->is_broad_ = false;
+  scratch->is_cut_short_ = false;
   scratch->points_due_ = 0;
   FieldWalkMemory* const memory = scratch->memory;
   const bool was_apart = memory != nullptr && memory->is_apart();
@@ -230,31 +226,6 @@ void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t index) {
   scratch->kernels_.evaluate(scratch->input_, part, &chunk.sums);
 }
 
-bool IsBroadInside(FieldWalkScratch* scratch, double least) {
-  constexpr std::uint32_t kStep = 7;     // no divisor of a node's sixteen children (decision 11)
-  constexpr std::uint32_t kTurns = 2;    // half of them first, which suffices for most broad contacts
-  constexpr std::uint32_t kAtOnce = 64;  // blocks of one kernel call; not derived
-  const auto num_blocks = static_cast<std::uint32_t>(scratch->tested_blocks().size());
-  std::uint32_t num_inside = 0;
-  for (std::uint32_t turn = 0; turn < kTurns; ++turn) {
-    for (std::uint32_t i = turn * kStep; i < num_blocks;) {
-      std::array<std::uint32_t, kAtOnce> blocks;
-      WalkChunk part{};
-      for (; part.num_blocks < kAtOnce && i < num_blocks; i += kTurns * kStep) {
-        blocks[part.num_blocks++] = scratch->blocks_[i];
-      }
-      part.blocks = blocks.data();
-      part.near_blocks = scratch->chunk_near_.data();
-      part.near_depths = reinterpret_cast<float(*)[kBlock]>(scratch->near_depths.data());
-      WalkSums sums;
-      scratch->kernels_.evaluate(scratch->input_, part, &sums);
-      num_inside += sums.num_inside / kBlock;
-      if (num_inside >= least) return true;
-    }
-  }
-  return false;
-}
-
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
   FieldWalkResult result;
   result.spheres_tested = scratch->spheres_tested_;
@@ -280,7 +251,6 @@ FieldWalkResult FinishWalk(FieldWalkScratch* scratch) {
     if (chunk.sums.num_near == 0) continue;
     result.num_near += chunk.sums.num_near;
     result.num_colliding += chunk.sums.num_colliding;
-    result.num_inside += chunk.sums.num_inside;
     for (std::uint32_t k = 0; k < kBlock; ++k) {
       const std::uint32_t point = chunk.sums.depth_block[k] * kBlock + k;
       if (chunk.sums.depth[k] > deepest || (chunk.sums.depth[k] == deepest && point < result.deepest_point)) {

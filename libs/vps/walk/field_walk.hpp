@@ -32,11 +32,6 @@ class FieldWalkScratch {
   // deepest by estimate are tested, at least 64 of them, so that the deepest point stays; a larger budget tests the
   // same blocks and more, so that the missing part of the integral of the depth only shrinks.
   std::uint32_t most_points = 0;
-  // Whether walks that use this scratch end, without a chunk, when more than kBroadSpheres spheres of 256 points may
-  // come near (decision 11).
-  bool ends_when_broad = false;
-  static constexpr std::uint32_t kBroadSpheres = 48;
-
   // Blocks with a point within the margin, ascending, and where the depths of their points are.
   std::vector<std::uint32_t> near_blocks;
   std::vector<std::uint32_t> near_slots;
@@ -51,7 +46,6 @@ class FieldWalkScratch {
   // Of the last walk: whether the budget ran out, and how many points it would have tested without one.
   [[nodiscard]] bool is_cut_short() const { return is_cut_short_; }
   [[nodiscard]] std::uint32_t points_due() const { return points_due_; }
-  [[nodiscard]] bool is_broad() const { return is_broad_; }
   [[nodiscard]] const float* depths(std::uint32_t near) const { return near_depths[near_slots[near]].of; }
 
  private:
@@ -59,7 +53,6 @@ class FieldWalkScratch {
                                    FieldWalkScratch*);
   friend void EvaluateChunk(FieldWalkScratch*, std::uint32_t);
   friend FieldWalkResult FinishWalk(FieldWalkScratch*);
-  friend bool IsBroadInside(FieldWalkScratch*, double);
   struct Chunk {
     std::uint32_t begin, end;  // in blocks_
     WalkSums sums;
@@ -83,7 +76,6 @@ class FieldWalkScratch {
   double voxel_size_m_ = 0.0;
   std::uint32_t spheres_tested_ = 0;
   bool is_cut_short_ = false;
-  bool is_broad_ = false;
   std::uint32_t points_due_ = 0;
   double free_distance_ = 0.0;  // of what was culled, voxels
 };
@@ -109,7 +101,6 @@ struct FieldWalkResult {
   std::uint32_t num_near_blocks = 0;  // valid entries in the scratch
   std::uint32_t num_near = 0;         // points within the margin
   std::uint32_t num_colliding = 0;
-  std::uint32_t num_inside = 0;  // of these, in blocks that collide with all of their points: not at a contact's rim
   std::uint32_t spheres_tested = 0;
   std::uint32_t points_tested = 0;
   bool is_cut_short = false;     // the budget ran out: sums and near points are of the blocks tested
@@ -130,10 +121,6 @@ std::uint32_t PrepareWalk(const SampleTree& sampled, const DistanceField& field,
                           double margin_m, InstructionSet set, FieldWalkScratch* scratch);
 void EvaluateChunk(FieldWalkScratch* scratch, std::uint32_t chunk);
 FieldWalkResult FinishWalk(FieldWalkScratch* scratch);
-
-// Between PrepareWalk and its chunks: whether, of every seventh block that they would test, at least `least` collide
-// with all their points.
-bool IsBroadInside(FieldWalkScratch* scratch, double least);
 
 // The reference: every point, one after the other, with SampleField.
 FieldWalkResult WalkFieldFlat(const SampleTree& sampled, const DistanceField& field, const core::Pose& X_GS,

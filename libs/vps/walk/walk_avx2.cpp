@@ -83,24 +83,12 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permutevar8x32_epi32((__m256i)v, order));
 }
 
-inline F FromSteps(const std::int8_t* steps) {
-  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(steps))));
-}
-inline F FromSteps(const std::int16_t* steps) {
-  return _mm256_cvtepi32_ps(_mm256_cvtepi16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(steps))));
-}
-inline F FromSteps(const std::uint16_t* steps) {
-  return _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(steps))));
-}
-
-#include "vps/walk/sum_rows.hpp"
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
 WalkKernels Avx2WalkKernels() {
-  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
-          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets, ReadPatches, JudgePatches};
 }
 
 }  // namespace vps

@@ -63,35 +63,12 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), (__m512i)v));
 }
 
-inline F FromSteps(const std::int8_t* steps) {
-  return _mm512_cvtepi32_ps(_mm512_cvtepi8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(steps))));
-}
-inline F FromSteps(const std::int16_t* steps) {
-  return _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(steps))));
-}
-inline F FromSteps(const std::uint16_t* steps) {
-  return _mm512_cvtepi32_ps(_mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(steps))));
-}
-inline void SumRows(const F* a, const F* b, const F* c, const F* d, float* sums) {
-  const F ab01 = _mm512_shuffle_f32x4(*a, *b, 0x44);  // quarters 0 and 1 of a, then of b
-  const F ab23 = _mm512_shuffle_f32x4(*a, *b, 0xee);
-  const F cd01 = _mm512_shuffle_f32x4(*c, *d, 0x44);
-  const F cd23 = _mm512_shuffle_f32x4(*c, *d, 0xee);
-  F sum = _mm512_shuffle_f32x4(ab01, cd01, 0x88) + _mm512_shuffle_f32x4(ab01, cd01, 0xdd);
-  sum += _mm512_shuffle_f32x4(ab23, cd23, 0x88);
-  sum += _mm512_shuffle_f32x4(ab23, cd23, 0xdd);
-  sum += (F)_mm512_permute_ps(sum, 0xb1);
-  sum += (F)_mm512_permute_ps(sum, 0x4e);
-  _mm_storeu_ps(sums, _mm512_castps512_ps128(_mm512_maskz_compress_ps(0x1111, sum)));
-}
-
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
 WalkKernels Avx512WalkKernels() {
-  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
-          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets, ReadPatches, JudgePatches};
 }
 
 }  // namespace vps

@@ -45,7 +45,6 @@ struct alignas(64) WalkSums {
   std::uint32_t depth_block[kBlock];
   float free_distance;  // least distance of the points tested, voxels
   std::uint32_t num_near, num_colliding, num_near_blocks;
-  std::uint32_t num_inside;  // points of blocks that collide with all of their points
 };
 
 // Reconstruction error, voxels, that bounds by the distance at a cell's centre allow for: the fitted planes of a crease
@@ -81,14 +80,11 @@ struct WalkCull {
   // move before one of the block's can be near; without one it estimates the least distance of its points, voxels.
   float* kept;
   float skin;
-  // When more spheres of level 1 than this survive, the walk ends there: is_broad, no blocks.
-  std::uint32_t most_spheres;
   // Results: the point blocks that may come near, ascending, within the queue.
   const std::uint32_t* blocks;
   std::uint32_t num_blocks;
   std::uint32_t spheres_tested;
   float free_distance;  // lower bound of the distance of everything that was culled, voxels
-  bool is_broad;
 };
 
 // Blocks of one chunk, ascending. near_blocks and near_depths have room for all of them.
@@ -149,56 +145,6 @@ struct FacetScratch {
   std::uint32_t block[kFacetSlots];
 };
 
-// Weights in [0, 1] of depths as near the surface: above 0 from `outside` on, 1 from 1 / per_fade further in [voxels].
-struct NearRange {
-  float outside, per_fade;
-};
-
-// Near blocks of a walk, whose samples are weighed as to whether they may be inside G.
-struct WeighInput {
-  const PointBlock* points;
-  const SphereBlock* spheres;
-  const std::uint32_t* near_blocks;
-  const std::uint32_t* near_slots;
-  const float (*near_depths)[kBlock];
-  float m_per_voxel;
-  float most_m2;               // of the squared radius of a patch
-  float inside_per_m;          // one over the depth at which a sample counts fully as inside
-  float steeper, least_slope;  // bound of the slope within a patch: `steeper` times the block's plus the other
-  NearRange unrefined;
-};
-struct alignas(64) NearBlock {
-  float weights[kBlock];
-  float weight, inside;  // sums of weights, and of those inside
-  float unrefined;       // number of samples near without weight
-};
-
-// A sample whose finer points are looked at; their areas are multiplied by the weight.
-struct FineSource {
-  const FineBlock* fine;
-  const PointBlock* block;  // and its lane
-  std::uint32_t lane;
-  float weight;
-};
-struct RefineInput {
-  const FineSource* sources;
-  std::uint32_t count;
-  float m_per_voxel;
-  NearRange near;
-};
-// The penalty integral over points, by their areas [m^3, m^4].
-struct FineSums {
-  float force_m3[3], moment_m4[3];
-  float volume_m3, square_m4;
-};
-// What the finer points of a sample are.
-struct FinePoints {
-  float num_near, near_m2;  // number and area of those near
-  float volume_m2, rim_m2;  // integral of their depths, and an estimate of its error at the rim [voxels m^2]
-  float depth, p[3];        // of the deepest, voxels and m
-  FineSums sums;            // of those inside
-};
-
 struct PatchBlock;
 struct PatchInput;
 struct PatchSums;
@@ -209,11 +155,6 @@ struct WalkKernels {
   // The keys of the sixteen spheres of a block, counted from level 0's: lower bounds of the distance of their contents.
   void (*bound)(const WalkInput&, std::uint32_t block, std::int32_t* keys);
   void (*measure)(const WalkInput&, FacetPoints*, std::uint32_t count, FacetScratch*);
-  // The near blocks from `begin` to `end`.
-  void (*weigh)(const WeighInput&, std::uint32_t begin, std::uint32_t end, NearBlock*);
-  void (*refine)(const WalkInput&, const RefineInput&, FinePoints*);
-  // Depths of blocks of points without a tree; sphere i is of block i.
-  void (*find_depths)(const WalkInput&, std::uint32_t num_blocks, float (*depths)[kBlock]);
   // Depth and slope at the centres of sixteen patches; then their integrals, errors, and what is to be opened.
   void (*read)(const PatchInput&, PatchBlock*);
   void (*judge)(const PatchInput&, PatchBlock*, PatchSums*);

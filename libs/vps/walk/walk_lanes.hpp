@@ -6,9 +6,6 @@
 //   Octet, Octet LoadOctet(const std::uint32_t* corner, std::size_t stride_y, std::size_t stride_z);
 //   U LookUp(const Octet&, U index);                eight values by index 0 ... 7
 //   Place, Place LoadPlace(const std::uint32_t* sixteen);   U PlaceOf(const Place&, U coordinate);   by its last 4 bits
-//   void SumRows(const F* a, const F* b, const F* c, const F* d, float* sums);   of four rows of kBlock floats each,
-//   its quarters of four lanes first: ((q0 + q1) + q2) + q3, then (lane 0 + lane 1) + (lane 2 + lane 3) void
-//   F FromSteps(const std::int8_t*), of std::int16_t and of std::uint16_t as well;   kLanes whole numbers
 //   Compress(std::uint32_t* to, U v, unsigned mask);   the masked lanes, one after the other; may write a whole U
 // Vectors are GCC's: arithmetic and ?: work lane by lane, a comparison gives 0 or -1 per lane.
 
@@ -342,11 +339,6 @@ inline void CullBy(const WalkInput& in, WalkCull* cull) {
     queue = next;
     next = swapped;
     size = num_next;
-    cull->is_broad = level == 1 && size > cull->most_spheres;
-    if (cull->is_broad) {
-      size = 0;
-      break;
-    }
   }
   cull->blocks = queue;
   cull->num_blocks = size;
@@ -387,7 +379,6 @@ void BoundSpheres(const WalkInput& in, std::uint32_t block, std::int32_t* keys) 
 
 #include "vps/walk/facet_lanes.hpp"
 #include "vps/walk/walk_points.hpp"
-#include "vps/walk/walk_samples.hpp"
 
 // Uses the ones above.
 #include "vps/surface/patch_lanes.hpp"

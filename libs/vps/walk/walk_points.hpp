@@ -407,7 +407,7 @@ inline void AddBlock(const PointBlock& block, const F* depth, Partial* partial) 
 
 void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
   __builtin_memset(sums->of, 0, sizeof sums->of);
-  sums->num_near = sums->num_colliding = sums->num_near_blocks = sums->num_inside = 0;
+  sums->num_near = sums->num_colliding = sums->num_near_blocks = 0;
   Partial partial;
   __builtin_memset(&partial, 0, sizeof partial);
   partial.is_empty = true;
@@ -460,7 +460,6 @@ void Evaluate(const WalkInput& in, const WalkChunk& chunk, WalkSums* sums) {
       }
       if (colliding == 0) continue;
       sums->num_colliding += static_cast<std::uint32_t>(__builtin_popcount(colliding));
-      sums->num_inside += colliding == kAllSurvive ? kBlock : 0;
       if (id >> kSharedBits != partial.group) {
         Flush(&partial, sums);
         partial.group = id >> kSharedBits;

@@ -74,20 +74,12 @@ inline void Compress(std::uint32_t* to, U v, unsigned mask) {
   for (; mask != 0; mask &= mask - 1) *to++ = v[__builtin_ctz(mask)];
 }
 
-template <class T>
-inline F FromSteps(const T* steps) {
-  return F{static_cast<float>(steps[0]), static_cast<float>(steps[1]), static_cast<float>(steps[2]),
-           static_cast<float>(steps[3])};
-}
-
-#include "vps/walk/sum_rows.hpp"
 #include "vps/walk/walk_lanes.hpp"
 
 }  // namespace
 
 WalkKernels PortableWalkKernels() {
-  return {Cull,          Evaluate,     BoundSpheres, MeasureFacets, WeighSamples,
-          RefineSamples, FindDepthsOf, ReadPatches,  JudgePatches};
+  return {Cull, Evaluate, BoundSpheres, MeasureFacets, ReadPatches, JudgePatches};
 }
 
 }  // namespace vps

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <queue>
 
-#include "vps/walk/walk_input.hpp"
-
 namespace contact {
 namespace {
 
@@ -24,10 +22,6 @@ struct Centre {
 Centre CentreOf(const vps::DistanceField& field, const glm::vec3& p) {
   const vps::FieldSample sample = vps::SampleField(field, p);
   return {sample.cell > 1.0f ? sample.centre_distance : -1e30f, (glm::floor(p / sample.cell) + 0.5f) * sample.cell};
-}
-
-glm::vec3 PointOf(const vps::PointBlock& block, std::uint32_t k) {
-  return {block.x[k], block.y[k], block.z[k]};
 }
 
 }  // namespace
@@ -63,136 +57,51 @@ float LowerBoundOfDistance(const vps::DistanceField& field, const glm::vec3& p) 
 
 namespace {
 
-// A node of the branch and bound: a part of S with a lower bound of its distance from G [voxels]. A sphere of the tree,
-// bounded by the coarse grid (kSphere), then by LowerBoundOfDistance at its centre (kSphereRefined); a sample's patch,
-// bounded from the sample (kPatch), then from its finer points (kFinerPatch), which is final.
-struct Part {
-  enum Kind : std::uint8_t { kSphere, kSphereRefined, kPatch, kFinerPatch };
-  float bound;
-  Kind kind;
-  std::uint32_t level;   // of a sphere
-  std::uint32_t number;  // of the sphere in its level; of the sample
+// A part of S with a lower bound of its distance from G.
+struct NearPart {
+  double bound_m = 0.0;
+  vps::SurfaceNode node;
+  vps::SurfacePiece triangle;  // of a leaf
 
   // std::priority_queue takes the greatest: the nearest part.
-  bool operator<(const Part& other) const { return bound > other.bound; }
-};
-
-class Search {
- public:
-  Search(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS)
-      : sampled_(sampled),
-        field_(field),
-        T_(X_GS, field),
-        in_(vps::MakeFieldInput(field, X_GS)),
-        kernels_(vps::KernelsOf(vps::BestInstructionSet())),
-        voxels_per_m_(static_cast<float>(1.0 / field.voxel_size_m)) {
-    in_.spheres = sampled.spheres.data();
-  }
-
-  // The bound [voxels].
-  float Run() {
-    least_ = BoundOfANearSample();
-    PushChildren(sampled_.num_levels - 1, 0);
-    while (!parts_.empty()) {
-      const Part part = parts_.top();
-      parts_.pop();
-      // All other parts have bounds at least as great.
-      if (part.kind == Part::kFinerPatch || part.bound >= least_ - kTolerance * least_) return part.bound;
-      Split(part);
-    }
-    return 0.0f;
-  }
-
- private:
-  // Pushes the 16 spheres of a block, bounded by the coarse grid.
-  void PushChildren(std::uint32_t level, std::uint32_t block) {
-    std::int32_t keys[vps::kBlock];
-    kernels_.bound(in_, sampled_.level_begin[level] + block, keys);
-    for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
-      const float bound = static_cast<float>(keys[k] >> 4) / static_cast<float>(vps::kFreeDistanceSteps);
-      if (bound > vps::kMaxFreeDistance) continue;
-      parts_.push({bound - InVoxels(sampled_.reach_m), Part::kSphere, level, block * vps::kBlock + k});
-    }
-  }
-  void Split(const Part& part) {
-    switch (part.kind) {
-      case Part::kSphere: {
-        const vps::SphereBlock& spheres =
-            sampled_.spheres[sampled_.level_begin[part.level] + part.number / vps::kBlock];
-        const std::uint32_t k = part.number % vps::kBlock;
-        const float bound = AtLeast({spheres.x[k], spheres.y[k], spheres.z[k]}) - InVoxels(sampled_.reach_m) -
-                            InVoxels(static_cast<double>(spheres.r[k]));
-        parts_.push({std::max(bound, part.bound), Part::kSphereRefined, part.level, part.number});
-        return;
-      }
-      case Part::kSphereRefined:
-        if (part.level > 0) {
-          PushChildren(part.level - 1, part.number);
-          return;
-        }
-        for (std::uint32_t i = part.number * vps::kBlock;
-             i < std::min(sampled_.num_points, (part.number + 1) * vps::kBlock); ++i) {
-          Push({std::max(BoundOf(i), part.bound), sampled_.fine.empty() ? Part::kFinerPatch : Part::kPatch, 0, i});
-        }
-        return;
-      case Part::kPatch:
-        Push({std::max(FinerBound(part.number), part.bound), Part::kFinerPatch, 0, part.number});
-        return;
-      case Part::kFinerPatch:
-        return;
-    }
-  }
-  // The bound of the sample found by descending to the nearest child at each level: prunes the rest.
-  float BoundOfANearSample() const {
-    std::uint32_t number = 0;
-    for (std::uint32_t level = sampled_.num_levels; level-- > 0;) {
-      std::int32_t keys[vps::kBlock];
-      kernels_.bound(in_, sampled_.level_begin[level] + number, keys);
-      number =
-          number * vps::kBlock + static_cast<std::uint32_t>(*std::min_element(keys, keys + vps::kBlock)) % vps::kBlock;
-    }
-    return sampled_.fine.empty() ? BoundOf(number * vps::kBlock) : FinerBound(number * vps::kBlock);
-  }
-  float BoundOf(std::uint32_t sample) const {
-    const double reach_m =
-        sampled_.fine.empty() ? sampled_.reach_m : static_cast<double>(sampled_.fine[sample].reach_m);
-    return AtLeast(PointOf(sampled_.points[sample / vps::kBlock], sample % vps::kBlock)) - InVoxels(reach_m);
-  }
-  float FinerBound(std::uint32_t sample) const {
-    const vps::FineBlock& fine = sampled_.fine[sample];
-    vps::PointBlock points;
-    vps::Unpack(fine, sampled_.points[sample / vps::kBlock], sample % vps::kBlock, 1.0f, &points);
-    float nearest = 1e30f;
-    for (std::uint32_t k = 0; k < vps::kBlock; ++k) {
-      if (fine.share[k] > 0) nearest = std::min(nearest, AtLeast(PointOf(points, k)));
-    }
-    return nearest - InVoxels(static_cast<double>(fine.cover_m));
-  }
-  void Push(const Part& part) {
-    parts_.push(part);
-    if (part.kind == Part::kFinerPatch) least_ = std::min(least_, part.bound);
-  }
-  [[nodiscard]] float AtLeast(const glm::vec3& p_S) const { return LowerBoundOfDistance(field_, T_.ToVoxels(p_S)); }
-  [[nodiscard]] float InVoxels(double length_m) const { return static_cast<float>(length_m) * voxels_per_m_; }
-
-  // Relative: the search ends when no part is nearer than (1 - kTolerance) of the nearest found. Not derived: tightness
-  // against parts split.
-  static constexpr float kTolerance = 0.02f;
-
-  const vps::SampleTree& sampled_;
-  const vps::DistanceField& field_;
-  vps::FieldTransform T_;
-  vps::WalkInput in_;
-  vps::WalkKernels kernels_;
-  float voxels_per_m_;
-  std::priority_queue<Part> parts_;
-  float least_ = 1e30f;
+  bool operator<(const NearPart& other) const { return bound_m > other.bound_m; }
 };
 
 }  // namespace
 
-double ApartBound_m(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS) {
-  return std::max(0.0, static_cast<double>(Search(sampled, field, X_GS).Run()) * field.voxel_size_m);
+double ApartBound_m(const vps::SurfaceTree& S, const vps::DistanceField& G, const core::Pose& X_GS) {
+  constexpr int kMostParts = 20'000;  // not derived: a millisecond
+  constexpr double kTolerance = 0.02;
+  std::priority_queue<NearPart> parts;
+  const auto offer = [&](const vps::SurfaceNode& node, const vps::SurfacePiece& triangle) {
+    const glm::vec3 p((X_GS * glm::dvec3(node.centre_m) - G.origin_m) / G.voxel_size_m);
+    const double distance_m = static_cast<double>(LowerBoundOfDistance(G, p)) * G.voxel_size_m;
+    parts.push({distance_m - static_cast<double>(node.radius_m), node, triangle});
+  };
+  const auto offer_node = [&](std::uint32_t i) {
+    const vps::SurfaceNode& node = S.nodes[i];
+    offer(node, node.num_children == 0 ? S.triangles[node.first] : vps::SurfacePiece{});
+  };
+  for (std::uint32_t i = 0; i < S.num_roots; ++i) offer_node(i);
+  for (int n = 0; n < kMostParts; ++n) {
+    const NearPart nearest = parts.top();
+    const auto radius_m = static_cast<double>(nearest.node.radius_m);
+    if (radius_m < kTolerance * (nearest.bound_m + radius_m)) break;
+    parts.pop();
+    if (nearest.node.num_children > 0) {
+      for (std::uint32_t i = 0; i < nearest.node.num_children; ++i) offer_node(nearest.node.first + i);
+      continue;
+    }
+    const auto& [a, b, c] = nearest.triangle.corners;
+    const glm::vec3 ab = 0.5f * (a + b);
+    const glm::vec3 bc = 0.5f * (b + c);
+    const glm::vec3 ca = 0.5f * (c + a);
+    for (const vps::SurfacePiece& part : {vps::SurfacePiece{{a, ab, ca}}, vps::SurfacePiece{{ab, b, bc}},
+                                          vps::SurfacePiece{{ca, bc, c}}, vps::SurfacePiece{{bc, ca, ab}}}) {
+      offer(vps::NodeOf(part), part);
+    }
+  }
+  return std::max(0.0, parts.top().bound_m);
 }
 
 }  // namespace contact

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "vps/walk/field_walk.hpp"
+#include "core/pose.hpp"
+#include "vps/field/distance_field.hpp"
+#include "vps/surface/surface_tree.hpp"
 
 namespace contact {
 
@@ -8,10 +10,10 @@ namespace contact {
 // less its error bound there.
 float LowerBoundOfDistance(const vps::DistanceField& field, const glm::vec3& p);
 
-// Conservative lower bound [m] of the distance between the surfaces of S (sampled) and G (field), 0 when no positive
-// bound is found. A place x of S lies within the support radius r_i of a sample p_i, and distances are 1-Lipschitz, so
-// d(x) >= LowerBoundOfDistance(p_i) - r_i; near G the finer samples of FineBlock replace p_i. Branch and bound down the
-// sphere tree, nearest first, to a relative tolerance of 1/50. Allocates.
-double ApartBound_m(const vps::SampleTree& sampled, const vps::DistanceField& field, const core::Pose& X_GS);
+// Conservative lower bound [m] of the distance between the surfaces of S and G (field), 0 when no positive bound is
+// found. A place of a node lies within its radius r of its centre c, and distances are 1-Lipschitz, so
+// d(x) >= LowerBoundOfDistance(c) - r. Branch and bound down the tree and into its triangles, nearest first; ends where
+// the nearest part is small against its distance, or after kMostParts, with what is proven by then. Allocates.
+double ApartBound_m(const vps::SurfaceTree& S, const vps::DistanceField& G, const core::Pose& X_GS);
 
 }  // namespace contact

@@ -8,25 +8,33 @@ namespace {
 
 class FastMethod : public Method {
  public:
-  FastMethod(Cooked A, Cooked B, bool bounds_distance)
+  FastMethod(Cooked A, Cooked B, double accuracy, bool bounds_distance)
       : A_(std::move(A)), B_(std::move(B)), bounds_distance_(bounds_distance), scratch_(*B_->samples) {
+    constexpr std::uint32_t kMostPlaces = 200'000;  // some milliseconds: accuracy comes before time here
     pair_.look_ahead_m = 0.0;
-    scratch_.walk.memory = &memory_;
+    pair_.accuracy = accuracy;
+    pair_.most_places = kMostPlaces;
+    pair_.negligible_N = 0.0;
+    scratch_.walk.memory = &walk_memory_;
+    scratch_.memory = &touch_memory_;
   }
 
   Answer Query(const core::Pose& X_AB) override {
     // The world frame is A's.
-    vps::QueryFastPair(*B_->samples, *A_->field, X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
+    vps::QueryFastPair(vps::FastPairOf(*B_, *A_), X_AB, X_AB, pair_, 0.01, &scratch_, &result_);
+    const vps::TouchIntegral& touch = scratch_.touch;
     Answer answer;
     answer.signed_distance_m = result_.signed_distance_m;
     if (bounds_distance_ && !result_.is_in_contact) {
-      answer.signed_distance_m = ApartBound_m(*B_->samples, *A_->field, X_AB);
+      answer.signed_distance_m = ApartBound_m(*B_->surface, *A_->field, X_AB);
     }
-    answer.contacts = result_.counters.points_colliding;
     answer.points_tested = result_.counters.points_tested;
-    if (answer.contacts == 0) return answer;
-    answer.force_A = X_AB.rotate(scratch_.force_m3);
-    answer.moment_A = X_AB.rotate(scratch_.moment_m4);
+    answer.force_error = touch.error_m3;
+    answer.is_accurate = touch.error_m3 <= pair_.accuracy * touch.volume_m3;
+    if (!result_.is_in_contact) return answer;
+    answer.contacts = result_.counters.points_colliding;
+    answer.force_A = X_AB.rotate(touch.force_m3);
+    answer.moment_A = X_AB.rotate(touch.moment_m4);
     return answer;
   }
 
@@ -37,24 +45,26 @@ class FastMethod : public Method {
   vps::PairDescription pair_;
   vps::PairResult result_;
   vps::FastPairScratch scratch_;
-  vps::FieldWalkMemory memory_;  // saves work when consecutive poses are near each other
+  // Save work when consecutive poses are near each other.
+  vps::FieldWalkMemory walk_memory_;
+  vps::TouchMemory touch_memory_;
 };
 
 }  // namespace
 
-std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B) {
-  return std::make_unique<FastMethod>(std::move(A), std::move(B), false);
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, double accuracy) {
+  return std::make_unique<FastMethod>(std::move(A), std::move(B), accuracy, false);
 }
 
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution) {
+                                                     const Resolution& resolution, double accuracy) {
   const Resolution resolved = ResolveResolution(A, B, resolution);
   auto cooked_A = vps::Cook(A, {resolved.voxel_size_m, 0, vps::Method::kFast});
   if (!cooked_A) return core::Fail(cooked_A.error().code, "A: " + cooked_A.error().detail);
   auto cooked_B = vps::Cook(B, {0.0, resolved.num_points, vps::Method::kFast});
   if (!cooked_B) return core::Fail(cooked_B.error().code, "B: " + cooked_B.error().detail);
   return std::make_unique<FastMethod>(std::make_shared<const vps::CookedObject>(std::move(*cooked_A)),
-                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), true);
+                                      std::make_shared<const vps::CookedObject>(std::move(*cooked_B)), accuracy, true);
 }
 
 }  // namespace contact

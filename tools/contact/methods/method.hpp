@@ -52,25 +52,14 @@ std::unique_ptr<Method> MakePaperMethod(Cooked A, Cooked B, double area_B_m2, bo
 core::Result<std::unique_ptr<Method>> MakePaperMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                       const Resolution& resolution);
 
-// Method `fast`: vps::QueryFastPair, the depth integral and its moment. When apart, the first overload returns the
-// query's own distance, that of the nearest sample; the second, from meshes, a lower bound of the distance of the
-// surfaces (ApartBound_m). Errors: those of vps::Cook.
-std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B);
+// Method `fast`: vps::QueryFastPair, the depth integral and its moment to `accuracy`, a share of the integral of depth,
+// with an estimate of the error. When apart, the first overload returns the query's own distance, that of the nearest
+// sample; the second, from meshes, a lower bound of the distance of the surfaces (ApartBound_m). Errors: those of
+// vps::Cook.
+constexpr double kAccuracy = 0.02;
+std::unique_ptr<Method> MakeFastMethod(Cooked A, Cooked B, double accuracy = kAccuracy);
 core::Result<std::unique_ptr<Method>> MakeFastMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                     const Resolution& resolution);
-
-// What method `surface` reads, for one or more accuracies: A's field, and B's surface with its triangles cut to four
-// spacings of `num_points`. A has a field (method fast).
-struct SurfacePair;
-core::Result<std::shared_ptr<const SurfacePair>> MakeSurfacePair(Cooked A, const vps::TriangleMesh& B,
-                                                                 std::uint32_t num_points);
-
-// Method `surface`: vps::SurfaceWalk, the integral over B's surface to `accuracy`, a share of the integral of depth,
-// with an estimate of its error. When apart, the first overload returns no distance (0); the second, from meshes, a
-// lower bound of the distance of the surfaces. Errors: those of vps::Cook and MakeSurfacePair.
-std::unique_ptr<Method> MakeSurfaceMethod(std::shared_ptr<const SurfacePair> pair, double accuracy);
-core::Result<std::unique_ptr<Method>> MakeSurfaceMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
-                                                        const Resolution& resolution, double accuracy);
+                                                     const Resolution& resolution, double accuracy = kAccuracy);
 
 // The exact answers of vps/oracle: SignedBodyDistance, and IntegrateContactWrench to a relative accuracy.
 core::Result<std::unique_ptr<Method>> MakeOracleMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,

@@ -25,21 +25,20 @@ Output: signed_distance_m,fx,fy,fz,mx,my,mz,contacts,points_tested,time_us,force
   fx,fy,fz            force on B per unit modulus, A's frame: integral over B's surface inside A of depth times B's
                       inward normal dA, m^3
   mx,my,mz            its moment about B's mesh origin, A's frame, m^4
-  force_error         surface and oracle: estimate of the force's error, m^3
+  force_error         fast and oracle: estimate of the force's error, m^3
 
 Methods:
   paper    voxelmap of A, points of B. Force and moment are its own sums, lambda(n,N) sum V n in m and
            lambda sum P x V n in m^2 [VR-OOS, Eq. 1-2]. Apart, the distance is a lower bound. --accuracy_m X takes
            voxels of 3 X; by default a voxel is 1/256 of A's longest side; points default to one voxel apart.
-  fast     distance field of A, area-weighted samples of B: the integral above. Resolution as for paper.
-  surface  distance field of A, B's surface, refined until the estimated error of the force is below --accuracy.
-           Resolution of the field as for paper.
+  fast     distance field of A; samples of B, and its surface, refined until the estimated error of the force is below
+           --accuracy: the integral above. Resolution as for paper.
   oracle   exact distance, depth to 1e-3, the integral to 1e-4. Slow. Takes no resolution.)";
 
 struct QueryRequest {
   std::string method;
   contact::Resolution resolution;
-  double accuracy = 0.02;  // of `surface`, relative
+  double accuracy = contact::kAccuracy;  // of `fast`, relative
   double scale = 1.0;
   bool is_size_vouched = false;  // --scale was given: the user has checked the sizes
   double sheet_thickness_m = 0.0;
@@ -54,14 +53,13 @@ struct Body {
 core::Result<QueryRequest> ReadQueryRequest(const Arguments& arguments) {
   QueryRequest request;
   request.method = arguments.text("--method", "paper");
-  if (request.method != "paper" && request.method != "fast" && request.method != "surface" &&
-      request.method != "oracle") {
+  if (request.method != "paper" && request.method != "fast" && request.method != "oracle") {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "--method " + request.method + ": no such method; known: paper fast surface oracle");
+                      "--method " + request.method + ": no such method; known: paper fast oracle");
   }
-  if (arguments.has("--accuracy") && request.method != "surface") {
+  if (arguments.has("--accuracy") && request.method != "fast") {
     return core::Fail(core::ErrorCode::kInvalidInput,
-                      "--accuracy: only --method surface takes a relative accuracy; --accuracy_m is that of a depth");
+                      "--accuracy: only --method fast takes a relative accuracy; --accuracy_m is that of a depth");
   }
   const auto positive = [&](std::string_view name, double fallback) -> core::Result<double> {
     const auto value = arguments.number(name);
@@ -115,8 +113,7 @@ core::Result<Body> ReadBody(const std::string& file, const QueryRequest& request
 core::Result<std::unique_ptr<contact::Method>> MakeMethod(const vps::TriangleMesh& A, const vps::TriangleMesh& B,
                                                           const QueryRequest& request) {
   if (request.method == "oracle") return contact::MakeOracleMethod(A, B);
-  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution);
-  if (request.method == "surface") return contact::MakeSurfaceMethod(A, B, request.resolution, request.accuracy);
+  if (request.method == "fast") return contact::MakeFastMethod(A, B, request.resolution, request.accuracy);
   return contact::MakePaperMethod(A, B, request.resolution);
 }
 
@@ -166,8 +163,8 @@ Verb QueryVerb() {
           2,
           {{"--poses", "FILE", "poses of B in A's frame"},
            {"--out", "FILE", "file for the results"},
-           {"--method", "NAME", "paper (default), fast, surface or oracle"},
-           {"--accuracy", "X", "of surface: wanted error of the force over the integral of depth; default 0.02"},
+           {"--method", "NAME", "paper (default), fast or oracle"},
+           {"--accuracy", "X", "of fast: wanted error of the force over the integral of depth; default 0.02"},
            {"--accuracy_m", "X", "wanted error of a depth, m"},
            {"--voxel_m", "SIZE", "edge of a voxel of A's field, m"},
            {"--points", "N", "points on B's surface"},

@@ -157,13 +157,13 @@ TEST_F(QueryVerbTest, FastGivesTheIntegral) {
 }
 
 // A ball in a half space, and apart from it.
-TEST_F(QueryVerbTest, SurfaceKeepsAnAccuracyAndGivesItsError) {
+TEST_F(QueryVerbTest, FastKeepsAnAccuracyAndGivesItsError) {
   const std::string ground = WriteMesh("ground.obj", vps::MakeBox({0.2, 0.2, 0.1}));
   const std::string ball = WriteMesh("ball.obj", vps::MakeSphere(0.03, 128));
   const std::string poses = Write("poses.csv", "0,0,0.076,1,0,0,0\n0,0,0.0801,1,0,0,0\n0,0,0.1,1,0,0,0\n");
   ASSERT_EQ(RunVerbs({CookVerb(), InspectVerb(), QueryVerb()},
-                     {"query", ground, ball, "--poses", poses, "--out", out(), "--method", "surface", "--accuracy",
-                      "0.05", "--voxel_m", "0.001"}),
+                     {"query", ground, ball, "--poses", poses, "--out", out(), "--method", "fast", "--accuracy", "0.05",
+                      "--voxel_m", "0.001"}),
             kHolds);
   const auto rows = ReadOut();
   ASSERT_EQ(rows.size(), 3U);
@@ -181,7 +181,7 @@ TEST_F(QueryVerbTest, SurfaceKeepsAnAccuracyAndGivesItsError) {
   EXPECT_GT(rows[2].distance_m, 0.015);
   fs::remove(out());
   EXPECT_THAT(ComplaintOf({"query", ground, ball, "--poses", poses, "--out", out(), "--accuracy", "0.05"}),
-              HasSubstr("--method surface"));
+              HasSubstr("--method fast"));
 }
 
 // A ball on a sheet of 4 mm, from both sides: as on a half space, the volume of its cap.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/pose.hpp"
 #include "vps/field/distance_field.hpp"
 #include "vps/multibody/block_sums.hpp"
 #include "vps/sampling/touch_points.hpp"
