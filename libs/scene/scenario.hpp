@@ -124,9 +124,9 @@ struct Object {
   Location location;
 };
 
-// Of a pair, unless the scenario says otherwise. A hand does not tell forces apart that differ by less than about a
-// tenth (Weber fraction 7 to 10 %, Jones 1989; half of that). The budget is not derived: a fraction of a haptic cycle.
-constexpr double kUsualAccuracy = 0.05;
+// Of a pair, unless the scenario says otherwise. A hand does not tell forces apart that differ by less than 7 to 10 %
+// (Jones 2000). The budget is not derived: a fraction of a haptic cycle.
+constexpr double kUsualAccuracy = 0.1;
 constexpr double kUsualBudget_us = 60.0;
 
 // Contact pair: S's pointshell against G's voxelmap.

@@ -34,7 +34,7 @@ struct PairDescription {
   // `fast`: wanted error of the force over the integral of depth, and the most places of G's field that are read for it
   // (SurfaceWalk; 25 to 35 ns each). An error of negligible_N does not count: below what a hand feels, and far below
   // what moves a part. PairResult::force_error_N tells what was reached.
-  double accuracy = 0.05;
+  double accuracy = 0.1;
   double negligible_N = 0.01;
   std::uint32_t most_places = 2048;
   bool is_active = true;
