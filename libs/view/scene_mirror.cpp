@@ -447,10 +447,14 @@ void SceneMirror::ShowObjects() {
 
 std::string SceneMirror::LineOf(const core::Collision& collision) const {
   if (collision.sampled_body >= scenario_.objects.size() || collision.field_body >= scenario_.objects.size()) return {};
-  char line[160];
-  std::snprintf(line, sizeof line, "%s / %s %.2f mm, %.1f N", scenario_.objects[collision.sampled_body].name.c_str(),
+  char error[32] = "";
+  if (collision.force_error_N > 0.0f) {
+    std::snprintf(error, sizeof error, " +- %.2g", static_cast<double>(collision.force_error_N));
+  }
+  char line[192];
+  std::snprintf(line, sizeof line, "%s / %s %.2f mm, %.1f%s N", scenario_.objects[collision.sampled_body].name.c_str(),
                 scenario_.objects[collision.field_body].name.c_str(), 1e3 * static_cast<double>(collision.depth_m),
-                static_cast<double>(collision.force_N));
+                static_cast<double>(collision.force_N), error);
   return line;
 }
 

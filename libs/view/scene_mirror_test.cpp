@@ -189,6 +189,10 @@ TEST(SceneMirror, NamesTheDeepestOfThePairsThatTouch) {
   mirror.Apply(matrix, 0, 0);
   mirror.Refresh(0);
   EXPECT_TRUE(HasText(mirror.scene(), "2 in contact, deepest block / plate 2.50 mm, 4.0 N"));
+  matrix.collisions[1].force_error_N = 0.25f;
+  mirror.Apply(matrix, 0, 0);
+  mirror.Refresh(0);
+  EXPECT_TRUE(HasText(mirror.scene(), "2 in contact, deepest block / plate 2.50 mm, 4.0 +- 0.25 N"));
   mirror.Refresh(SceneMirror::kContactAge_ns + 1);
   EXPECT_FALSE(HasText(mirror.scene(), "in contact"));
 }

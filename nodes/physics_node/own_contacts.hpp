@@ -30,6 +30,7 @@ class OwnContacts {
   [[nodiscard]] bool is_published(std::size_t pair) const { return pairs_[pair].is_published; }
   // The pair's set belongs to the poses of the last step; otherwise the pair is apart and its set is outdated.
   [[nodiscard]] bool is_near(std::size_t pair) const { return pairs_[pair].is_near; }
+  [[nodiscard]] double force_error_N(std::size_t pair) const { return owned_.world->result(pair).force_error_N; }
 
   // By scenario pair; no effect for pairs of other nodes.
   void SetActive(std::size_t scenario_pair, bool is_active);

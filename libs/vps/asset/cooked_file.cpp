@@ -173,6 +173,7 @@ std::vector<char> Encode(const CookedObject& object) {
     const FieldBends& bends = *object.bends;
     for (const auto* array : {&bends.numbers, &bends.begin, &bends.words}) out.PutArray(*array);
     out.PutArray(bends.brick_errors);
+    out.PutArray(bends.inner_errors);
   }
   if (object.samples) {
     Encode(*object.samples, &out);
@@ -261,7 +262,7 @@ bool IsConsistent(const FieldBends& bends, const DistanceField& field) {
   for (const std::uint32_t number : bends.numbers) {
     if (number > bends.words.size() / 4) return false;
   }
-  return bends.brick_errors.size() == field.bricks.size();
+  return bends.brick_errors.size() == field.bricks.size() && bends.inner_errors.size() == field.bricks.size();
 }
 
 // Breadth first, so that a walk ends.
@@ -366,6 +367,7 @@ core::Result<CookedObject> Decode(const std::vector<char>& payload) {
     FieldBends bends;
     for (auto* array : {&bends.numbers, &bends.begin, &bends.words}) *array = in.GetArray<std::uint32_t>();
     bends.brick_errors = in.GetArray<float>();
+    bends.inner_errors = in.GetArray<float>();
     is_consistent = is_consistent && IsConsistent(bends, field);
     object.field = std::move(field);
     object.bends = std::move(bends);

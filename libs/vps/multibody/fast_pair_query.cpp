@@ -144,16 +144,24 @@ const SurfaceWalk::Result& RunTouch(const FastPair& parts, const core::Pose& X_G
   return run(goal, &memory->touch);
 }
 
-// The error of the samples' estimate: what their sixteen samplings differ by, the field's mean error over the area that
-// touches, and what fits between samples: the area of one times a quarter of its radius (not derived).
+// The field's mean error at p [voxels], a place with that depth, in voxels.
+float FieldErrorAt(const FastPair& parts, const glm::vec3& p, float depth) {
+  if (depth < kDeepestExact) return kMeanOfFieldError * SurfaceErrorAt(parts.field, p);
+  return kMeanOfInnerError * InnerErrorAt(parts.bends, parts.field, p);
+}
+
+// The error of the samples' estimate: what their sixteen samplings differ by, the field's mean error at the deepest of
+// them over the area that touches, and what fits between samples: the area of one times a quarter of its radius (not
+// derived).
 double ErrorOfSamples_m3(const FastPair& parts, const core::Pose& X_GS, const FieldWalkResult& walk) {
   const SampleTree& samples = parts.samples;
   const double between_m3 = samples.area_m2 / samples.num_points * 0.25 * samples.usual_m;
   if (walk.num_colliding == 0) return between_m3;
   const glm::vec3 p_S = PointOf(samples.points[walk.deepest_point / kBlock], walk.deepest_point % kBlock);
   const glm::vec3 p = FieldTransform(X_GS, parts.field).ToVoxels(p_S);
+  const double voxel_m = parts.field.voxel_size_m;
   const double field_m =
-      static_cast<double>(kMeanOfFieldError * SurfaceErrorAt(parts.field, p)) * parts.field.voxel_size_m;
+      voxel_m * static_cast<double>(FieldErrorAt(parts, p, static_cast<float>(walk.deepest_m / voxel_m)));
   const double carrying_m2 = walk.square_m4 > 0.0 ? walk.volume_m3 * walk.volume_m3 / walk.square_m4 : 0.0;
   return between_m3 + kConfidence * (walk.deviation_m3 + field_m * carrying_m2);
 }

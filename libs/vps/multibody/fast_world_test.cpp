@@ -277,6 +277,7 @@ TEST(FastWorld, TheCacheKeepsSurfaceAndBendsAndRefusesDamagedOnes) {
       [](CookedObject* o) { ++o->bends->begin.back(); },
       [](CookedObject* o) { o->bends->words.pop_back(); },
       [](CookedObject* o) { o->bends->brick_errors.pop_back(); },
+      [](CookedObject* o) { o->bends->inner_errors.pop_back(); },
   };
   for (std::size_t i = 0; i < std::size(damages); ++i) {
     CookedObject wrong = object;

@@ -151,7 +151,43 @@ void AddLevel(const DistanceField& field, int shift, core::ParallelFor* workers,
   for (const Layer& layer : layers) layer.AppendTo(bends);
 }
 
+// FieldBends::inner_errors of a brick.
+float InnerError(const DistanceField& field, const glm::ivec3& brick) {
+  const int edge = 1 << field.coarse_shift;
+  float sum = 0.0f;
+  int count = 0;
+  const auto compare = [&](const glm::vec3& centre) {
+    const FieldSample at = SampleField(field, centre);
+    if (at.cell == 1.0f || at.distance > 0.0f) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int side : {-edge, edge}) {
+        glm::vec3 to(0.0f);
+        to[axis] = static_cast<float>(side);
+        const FieldSample next = SampleField(field, centre + to);
+        if (next.cell == 1.0f) continue;
+        const float from_here = at.distance + 0.5f * glm::dot(at.gradient, to);
+        const float from_there = next.distance - 0.5f * glm::dot(next.gradient, to);
+        sum += (from_here - from_there) * (from_here - from_there);
+        ++count;
+      }
+    }
+  };
+  const glm::ivec3 first = 8 * brick + edge / 2;
+  for (int z = 0; z < 8; z += edge) {
+    for (int y = 0; y < 8; y += edge) {
+      for (int x = 0; x < 8; x += edge) compare(glm::vec3(first + glm::ivec3(x, y, z)));
+    }
+  }
+  return count > 0 ? std::sqrt(sum / static_cast<float>(count)) : 0.0f;
+}
+
 }  // namespace
+
+float InnerErrorAt(const FieldBends& bends, const DistanceField& field, const glm::vec3& p) {
+  const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
+  const glm::ivec3 brick = glm::clamp(glm::ivec3(p) >> 3, glm::ivec3(0), n - 1);
+  return bends.inner_errors[static_cast<std::size_t>((brick.z * n.y + brick.y) * n.x + brick.x)];
+}
 
 FieldBends BuildFieldBends(const DistanceField& field, core::ParallelFor* workers) {
   FieldBends bends;
@@ -159,9 +195,15 @@ FieldBends BuildFieldBends(const DistanceField& field, core::ParallelFor* worker
   for (int shift = 1; shift <= kMostBendLevels && (1 << shift) < longest; ++shift) {
     AddLevel(field, shift, workers, &bends);
   }
-  const auto num_bricks = static_cast<std::size_t>(field.nx >> 3) * (field.ny >> 3) * (field.nz >> 3);
-  for (std::size_t i = 0; i < num_bricks; ++i) {
-    bends.brick_errors.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
+  const glm::ivec3 n(field.nx >> 3, field.ny >> 3, field.nz >> 3);
+  for (int z = 0; z < n.z; ++z) {
+    for (int y = 0; y < n.y; ++y) {
+      for (int x = 0; x < n.x; ++x) {
+        const std::size_t i = bends.brick_errors.size();
+        bends.brick_errors.push_back(i < field.errors.size() ? static_cast<float>(field.errors[i]) * kErrorStep : 0.0f);
+        bends.inner_errors.push_back(InnerError(field, {x, y, z}));
+      }
+    }
   }
   return bends;
 }

@@ -25,8 +25,14 @@ struct FieldBends {
   std::vector<std::uint32_t> begin;  // of each level in `numbers`
   // Four words each: mean xx and yy, zz and xy, xz and yz, most and -least, the lower half first.
   std::vector<std::uint32_t> words;
-  std::vector<float> brick_errors;  // the field's error in each brick, voxels
+  std::vector<float> brick_errors;  // the field's error at the surface in each brick, voxels
+  // That of coarse cells inside, which are linear each: across a ridge of the depth neighbours disagree. Root mean
+  // square of the differences at their common faces, voxels.
+  std::vector<float> inner_errors;
 };
+
+// Of the brick that holds p [voxels].
+float InnerErrorAt(const FieldBends& bends, const DistanceField& field, const glm::vec3& p);
 
 // `workers` share the work; the result is the same without.
 FieldBends BuildFieldBends(const DistanceField& field, core::ParallelFor* workers = nullptr);

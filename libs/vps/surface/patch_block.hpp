@@ -52,9 +52,9 @@ struct alignas(64) PatchBlock {
   std::uint32_t touches;                         // lanes that are inside at least in part
 };
 
-// Sums over blocks, lane by lane. kTouching: area that is inside.
+// Sums over blocks, lane by lane. kLasting: errors that no opening makes smaller, m^3.
 struct alignas(64) PatchSums {
-  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kBias, kVariance, kTouching, kNumSums };
+  enum Sum { kFx, kFy, kFz, kMx, kMy, kMz, kVolume, kSquare, kBias, kVariance, kLasting, kNumSums };
   double of[kNumSums][kPatchLanes];
 };
 
@@ -84,8 +84,10 @@ constexpr float kLeastFieldError = 1.0f / 512.0f;
 constexpr float kRounding = 3e-5f;
 // Of a word's gradient: half a step of 1 / kGradientSteps along three axes.
 constexpr float kSlopeError = 0.0137f;
-// Farther inside than this the field's error is small against the depth, and triangles are far, voxels.
+// Farther inside than this the error at the surface is small against the depth, and triangles are far, voxels.
 constexpr float kDeepestExact = 2.5f;
+// Of FieldBends::inner_errors: those are of the cells' faces, and in the middle there is none.
+constexpr float kMeanOfInnerError = 0.5f;
 
 struct PatchInput {
   WalkInput field;
@@ -95,6 +97,7 @@ struct PatchInput {
   std::uint32_t bend_begin[kMostBendLevels];  // of each level in bend_numbers
   std::int32_t num_bend_levels;
   const std::uint32_t* brick_errors;  // floats, voxels
+  const std::uint32_t* inner_errors;  // the same
   float threshold_m3;                 // a patch with a larger share is opened
   float per_deviation;                // 1 / standard deviation of the whole force that is expected
   float least_radius_m;               // smaller ones are not opened

@@ -381,12 +381,12 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     const F down = off(over, bent_down) + kUnsure * Max(correction, F{});
     const F up = off(LoadF(b->under + at), bent_up) + kUnsure * Max(-correction, F{});
     // The field's error at the surface; farther inside it is small against the depth.
+    const Vec3 q = ClampToGrid(in.field, p);
+    const U brick =
+        (U)(((ToI(q.z) >> 3) * (in.field.ny >> 3) + (ToI(q.y) >> 3)) * (in.field.nx >> 3) + (ToI(q.x) >> 3));
     F known{};
     F blur{};
     if (!b->is_exact) {
-      const Vec3 q = ClampToGrid(in.field, p);
-      const U brick =
-          (U)(((ToI(q.z) >> 3) * (in.field.ny >> 3) + (ToI(q.y) >> 3)) * (in.field.nx >> 3) + (ToI(q.x) >> 3));
       const F at_surface = Max((F)Gather(in.brick_errors, brick), Fill(kLeastFieldError)) * voxel_m;
       known = Abs(depth) < kDeepestExact * voxel_m ? at_surface : F{};
       blur = Fma(Fill(kSlopeError), radius, known + known);
@@ -452,7 +452,11 @@ void JudgePatches(const PatchInput& in, PatchBlock* b, PatchSums* sums) {
     AddTo(sums->of[PatchSums::kVolume], is_kept ? volume : zero, at);
     AddTo(sums->of[PatchSums::kSquare], is_kept ? square : zero, at);
     AddTo(sums->of[PatchSums::kBias], is_kept ? bias : zero, at);
-    AddTo(sums->of[PatchSums::kTouching], is_kept & (I)(integral.mean > 0.0f) ? inside_area : zero, at);
+    // Of an exact depth its rounding stays, deep inside the error of coarse cells.
+    const I is_deep = depth > kDeepestExact * voxel_m;
+    const F inner = is_deep ? kMeanOfInnerError * (F)Gather(in.inner_errors, brick) : F{};
+    const F lasting = voxel_m * (kRounding + inner) * inside_area;
+    AddTo(sums->of[PatchSums::kLasting], is_kept & (I)(integral.mean > 0.0f) ? lasting : zero, at);
     AddSquaresTo(sums->of[PatchSums::kVariance], is_kept ? deviation : zero, at);
   }
 }

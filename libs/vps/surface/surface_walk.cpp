@@ -81,6 +81,7 @@ void SurfaceWalk::SetPose(const core::Pose& X_GS) {
   in_.num_bend_levels = static_cast<std::int32_t>(bends_->begin.size());
   for (std::size_t i = 0; i < bends_->begin.size(); ++i) in_.bend_begin[i] = bends_->begin[i];
   in_.brick_errors = reinterpret_cast<const std::uint32_t*>(bends_->brick_errors.data());
+  in_.inner_errors = reinterpret_cast<const std::uint32_t*>(bends_->inner_errors.data());
   in_.least_radius_m = kLeastRadius * static_cast<float>(G_->voxel_size_m);
 }
 
@@ -403,7 +404,7 @@ bool SurfaceWalk::Pass(double threshold_m3, double deviation_m3) {
   result_.volume_m3 = of[PatchSums::kVolume];
   result_.square_m4 = of[PatchSums::kSquare];
   result_.error_m3 = kConfidence * (of[PatchSums::kBias] + std::sqrt(of[PatchSums::kVariance]));
-  rounding_m3_ = static_cast<double>(kRounding) * G_->voxel_size_m * of[PatchSums::kTouching];
+  lasting_m3_ = of[PatchSums::kLasting];
   return is_whole;
 }
 
@@ -478,7 +479,7 @@ void SurfaceWalk::AddParts(const PatchBlock& block) {
 
 void SurfaceWalk::KeepWhole() {
   last_whole_ = result_;
-  last_rounding_m3_ = rounding_m3_;
+  last_lasting_m3_ = lasting_m3_;
   std::swap(parts_, last_parts_);
   num_last_parts_ = num_parts_;
 }
@@ -489,7 +490,7 @@ void SurfaceWalk::TakeLastWhole() {
   result_ = last_whole_;
   result_.places_read = places;
   result_.places_read_exactly = exact;
-  rounding_m3_ = last_rounding_m3_;
+  lasting_m3_ = last_lasting_m3_;
   std::swap(parts_, last_parts_);
   num_parts_ = num_last_parts_;
 }
@@ -536,7 +537,7 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
   }
   if (memory != nullptr) *memory = {threshold_m3, wanted_m3};
   // No opening makes that smaller.
-  result_.error_m3 += rounding_m3_;
+  result_.error_m3 += lasting_m3_;
   result_.is_accurate = result_.error_m3 <= wanted_m3;
   return result_;
 }

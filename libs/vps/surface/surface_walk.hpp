@@ -142,8 +142,8 @@ class SurfaceWalk {
   Origins again_origins_{};
   int num_again_ = 0;
   std::size_t num_exact_ = 0;
-  double rounding_m3_ = 0.0;  // of the last pass
-  double last_rounding_m3_ = 0.0;
+  double lasting_m3_ = 0.0;  // of the last pass: error that no opening makes smaller
+  double last_lasting_m3_ = 0.0;
   Result result_, last_whole_;
 };
 
