@@ -364,7 +364,9 @@ void CollisionWorld::Impl::FinishFast(std::size_t slot) {
   pair.is_late = fates[slot].load(std::memory_order_relaxed) == Fate::kLate;
   if (pair.is_late) return;
   const PairDescription d = DescriptionNow(pair);
-  const FastPair parts = FastPairOf(*objects[d.sampled], *objects[d.field]);
+  const CookedObject& S = *objects[d.sampled];
+  const CookedObject& G = *objects[d.field];
+  const FastPair parts{pair.TreeOf(S), *S.surface, *G.field, *G.bends};
   const core::Pose& X_WS = schedule.X_WO(d.sampled);
   FastPairScratch* const memory = &fast_scratch[slot];
   memory->found = FinishWalk(&memory->walk);

@@ -23,7 +23,8 @@ struct GapEngine {
         scratch(touch.tree) {}
   const GapPlanes& Query(const core::Pose& X_AB) {
     scratch.found = WalkField(touch.tree, field, X_AB, pair.look_ahead_m, &scratch.walk);
-    FinishGapPair(FastPairOf(S, G), touch, X_AB, X_AB, pair, 0.01, &scratch, &gaps, &result);
+    FinishGapPair({touch.tree, *S.surface, *G.field, *G.bends}, touch, X_AB, X_AB, pair, 0.01, &scratch, &gaps,
+                  &result);
     X_AB_now = X_AB;
     return gaps;
   }
