@@ -85,11 +85,4 @@ inline void SetSums(const PointBlock& block, std::uint32_t k, float depth_m, Con
   patch->square_m4 = volume * depth_m;
 }
 
-inline void AddSums(const ContactPatch& of, float factor, ContactPatch* to) {
-  to->force_m3 += factor * of.force_m3;
-  to->moment_m4 += factor * of.moment_m4;
-  to->volume_m3 += factor * of.volume_m3;
-  to->square_m4 += factor * of.square_m4;
-}
-
 }  // namespace vps

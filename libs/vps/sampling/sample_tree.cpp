@@ -22,7 +22,7 @@ glm::vec3 MeanNormal(const PointBlock& points) {
 // longer corners. Not derived further.
 constexpr double kPatchReach = 0.7;
 
-// Longest piece: four spacings of the samples (decision 15). Not derived: longer pieces are found near too often,
+// Longest piece: four spacings of the samples. Not derived: longer pieces are found near too often,
 // shorter ones take memory.
 double LongestPiece_m(double area_m2, std::uint32_t num_points) {
   return 4.0 * std::sqrt(area_m2 / num_points);

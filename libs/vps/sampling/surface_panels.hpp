@@ -20,9 +20,6 @@ struct SurfacePanel {
 // (a sliver is cut across first): areas and centroids are exact, so that sums over panels are.
 // Twenty to a sample, enough for areas and centroids: not derived.
 constexpr double kPanelSize = 0.6;
-
-// Sixty to a sample, where its sixteen finer points are made of them too (decision 9, "of finer panels").
-constexpr double kFinePanelSize = 0.35;
 std::vector<SurfacePanel> MakePanels(const TriangleMesh& mesh, const SampleSpacing& spacing, double size);
 
 // The same in two steps, each on all workers: where the panels of each block of triangles begin, and where the last
