@@ -521,7 +521,9 @@ const SurfaceWalk::Result& SurfaceWalk::Run(const SurfaceTree& S, const Distance
       break;
     }
     wanted_m3 = std::max(goal.accuracy * result_.volume_m3, negligible_m3);
-    const double factor = wanted_m3 / std::max(result_.error_m3, 1e-300);
+    // What opening can reach; where more than half of what is wanted stays whatever is opened, it is not worth while.
+    const double reachable_m3 = std::max(wanted_m3 - lasting_m3_, 0.5 * wanted_m3);
+    const double factor = reachable_m3 / std::max(result_.error_m3, 1e-300);
     if (factor >= 1.0) {
       // More than was asked for: the next query may do with less.
       if (factor > kEnough) threshold_m3 *= std::min(0.8 * factor, kLooser);
